@@ -1,0 +1,2 @@
+//! The `fovolnet` command.
+fn main() {}

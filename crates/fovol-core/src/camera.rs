@@ -1,0 +1,170 @@
+use crate::{Error, FrameSize, Grid, Result};
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+/// A pinhole camera in world space; +y is up.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Camera {
+    /// Where the eye is.
+    pub eye: DVec3,
+    /// What the centre of the picture shows.
+    pub target: DVec3,
+    /// The vertical field of view in degrees, above 0 and below 180.
+    pub fovy: f64,
+}
+
+/// A ray clipped to the box of a volume; `direction` has length 1, distances are world units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ray {
+    /// Where it starts.
+    pub origin: DVec3,
+    /// Where it goes; length 1.
+    pub direction: DVec3,
+}
+
+impl Ray {
+    /// Where the ray is inside the box of `grid`: (t_near, t_far) with t_near = max(0, entry), or
+    /// `None` where it passes by.
+    pub fn clip(&self, grid: &Grid) -> Option<(f64, f64)> {
+        let half = grid.world_extent() * 0.5;
+        let inverse = self.direction.recip();
+        let (a, b) = ((-half - self.origin) * inverse, (half - self.origin) * inverse);
+        let (mut near, mut far) = (0.0f64, f64::INFINITY);
+        for axis in 0..3 {
+            if self.direction[axis] == 0.0 {
+                // Parallel to this slab: 0 · ∞ is undefined, so ask directly.
+                if self.origin[axis].abs() > half[axis] {
+                    return None;
+                }
+                continue;
+            }
+            near = near.max(a[axis].min(b[axis]));
+            far = far.min(a[axis].max(b[axis]));
+        }
+        (near < far).then_some((near, far))
+    }
+}
+
+/// The camera prepared for one frame size: makes the ray of any pixel.
+#[derive(Debug, Clone, Copy)]
+pub struct RayBasis {
+    eye: DVec3,
+    forward: DVec3,
+    right: DVec3,
+    up: DVec3,
+    size: [f64; 2],
+}
+
+impl RayBasis {
+    /// The ray through the centre of pixel (`x`, `y`); row 0 is on top.
+    #[inline]
+    pub fn ray(&self, x: u32, y: u32) -> Ray {
+        let u = (f64::from(x) + 0.5) / self.size[0] * 2.0 - 1.0;
+        let v = 1.0 - (f64::from(y) + 0.5) / self.size[1] * 2.0;
+        Ray { origin: self.eye, direction: (self.forward + self.right * u + self.up * v).normalize() }
+    }
+}
+
+impl Camera {
+    /// The camera `[eye x, y, z, target x, y, z, fovy]`.
+    ///
+    /// # Errors
+    /// Numbers that are not finite, an eye on its target, a field of view outside (0, 180).
+    pub fn new(eye: DVec3, target: DVec3, fovy: f64) -> Result<Self> {
+        let camera = Self { eye, target, fovy };
+        camera.check()?;
+        Ok(camera)
+    }
+
+    /// Whether the camera can be used; see [`Self::new`].
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn check(&self) -> Result<()> {
+        crate::checked(
+            "field of view",
+            self.fovy,
+            "an angle above 0 and below 180 degrees",
+            self.fovy > 0.0 && self.fovy < 180.0,
+        )?;
+        let distance = (self.eye - self.target).length();
+        if !distance.is_finite() || distance < 1e-9 {
+            return Err(Error::CameraPath(
+                "eye and target coincide or are not finite; give two different points".into(),
+            ));
+        }
+        Ok(())
+    }
+
+    /// A camera on a sphere of radius `distance` around the origin: `azimuth` 0 is at +z and turns
+    /// towards +x, `elevation` rises towards +y; degrees.
+    pub fn on_sphere(azimuth: f64, elevation: f64, distance: f64, fovy: f64) -> Self {
+        let (a, e) = (azimuth.to_radians(), elevation.to_radians());
+        let eye = DVec3::new(a.sin() * e.cos(), e.sin(), a.cos() * e.cos()) * distance;
+        Self { eye, target: DVec3::ZERO, fovy }
+    }
+
+    /// The unit vectors (forward, right, up); right = forward × +y. Looking straight up or down,
+    /// where that is undefined, right is +x.
+    pub fn axes(&self) -> (DVec3, DVec3, DVec3) {
+        let forward = (self.target - self.eye).normalize();
+        let right = forward.cross(DVec3::Y);
+        let right = if right.length_squared() < 1e-18 { DVec3::X } else { right.normalize() };
+        (forward, right, right.cross(forward))
+    }
+
+    /// The camera prepared for frames of `size`.
+    pub fn rays(&self, size: FrameSize) -> RayBasis {
+        let (forward, right, up) = self.axes();
+        let height = (self.fovy.to_radians() * 0.5).tan();
+        let (w, h) = (f64::from(size.width), f64::from(size.height));
+        RayBasis { eye: self.eye, forward, right: right * (height * w / h), up: up * height, size: [w, h] }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn right_is_right_and_row_zero_is_on_top() {
+        let camera = Camera::on_sphere(0.0, 0.0, 2.0, 90.0);
+        let rays = camera.rays(FrameSize::new(101, 51).unwrap());
+        assert!((rays.ray(50, 25).direction - DVec3::NEG_Z).length() < 1e-12);
+        assert!(rays.ray(100, 25).direction.x > 0.0);
+        assert!(rays.ray(50, 0).direction.y > 0.0);
+    }
+
+    #[test]
+    fn a_vertical_view_has_axes() {
+        let camera = Camera::on_sphere(0.0, 90.0, 2.0, 35.0);
+        let (f, r, u) = camera.axes();
+        assert!(f.is_finite() && r.is_finite() && u.is_finite());
+    }
+
+    #[test]
+    fn clipping_starts_at_the_eye_when_inside() {
+        let grid = Grid::new([4, 4, 4], [1.0; 3]).unwrap();
+        let ray = Ray { origin: DVec3::ZERO, direction: DVec3::X };
+        assert_eq!(ray.clip(&grid), Some((0.0, 0.5)));
+        let ray = Ray { origin: DVec3::new(0.0, 0.6, 0.0), direction: DVec3::X };
+        assert_eq!(ray.clip(&grid), None);
+    }
+
+    proptest! {
+        #[test]
+        fn clipped_interval_lies_in_the_box(
+            azimuth in 0.0f64..360.0, elevation in -90.0f64..90.0, distance in 0.1f64..4.0,
+            x in 0u32..64, y in 0u32..32, dims in prop::array::uniform3(1usize..40),
+        ) {
+            let grid = Grid::new(dims, [1.0; 3]).unwrap();
+            let ray = Camera::on_sphere(azimuth, elevation, distance, 35.0)
+                .rays(FrameSize::new(64, 32).unwrap()).ray(x, y);
+            if let Some((near, far)) = ray.clip(&grid) {
+                let middle = ray.origin + ray.direction * (0.5 * (near + far));
+                prop_assert!((middle.abs() - grid.world_extent() * 0.5).max_element() < 1e-9);
+            }
+        }
+    }
+}

@@ -1,0 +1,175 @@
+use crate::{Error, Result};
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::str::FromStr;
+
+/// The largest width or height of a frame.
+pub const MAX_FRAME_SIDE: u32 = 32_768;
+
+/// Width and height in pixels, 1…32768 each.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(try_from = "[u32; 2]", into = "[u32; 2]")]
+pub struct FrameSize {
+    /// Pixels along x.
+    pub width: u32,
+    /// Pixels along y.
+    pub height: u32,
+}
+
+impl FrameSize {
+    /// A size of `width` × `height` pixels.
+    ///
+    /// # Errors
+    /// A side of 0 or above [`MAX_FRAME_SIDE`].
+    pub fn new(width: u32, height: u32) -> Result<Self> {
+        if width == 0 || height == 0 || width > MAX_FRAME_SIDE || height > MAX_FRAME_SIDE {
+            return Err(Error::Extent {
+                what: "frame size".into(),
+                found: format!("{width}x{height}"),
+                expected: format!("1 to {MAX_FRAME_SIDE} pixels along each side"),
+            });
+        }
+        Ok(Self { width, height })
+    }
+
+    /// The number of pixels.
+    pub fn pixels(self) -> usize {
+        self.width as usize * self.height as usize
+    }
+}
+
+impl Default for FrameSize {
+    fn default() -> Self {
+        Self { width: 1280, height: 720 }
+    }
+}
+
+impl TryFrom<[u32; 2]> for FrameSize {
+    type Error = Error;
+
+    fn try_from([width, height]: [u32; 2]) -> Result<Self> {
+        Self::new(width, height)
+    }
+}
+
+impl From<FrameSize> for [u32; 2] {
+    fn from(size: FrameSize) -> Self {
+        [size.width, size.height]
+    }
+}
+
+impl fmt::Display for FrameSize {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}x{}", self.width, self.height)
+    }
+}
+
+impl FromStr for FrameSize {
+    type Err = String;
+
+    /// Reads `1280x720`.
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        let bad = || format!("`{text}` is no frame size; write WIDTHxHEIGHT, as in 1280x720");
+        let (w, h) = text.split_once(['x', 'X', '×']).ok_or_else(bad)?;
+        let side = |s: &str| s.trim().parse::<u32>().map_err(|_| bad());
+        Self::new(side(w)?, side(h)?).map_err(|e| e.to_string())
+    }
+}
+
+/// A picture of display values: RGBA as f32, row 0 on top.
+///
+/// In a sparse frame alpha is 1 where the pixel was sampled and 0 elsewhere; in a full one it is 1.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Frame {
+    size: FrameSize,
+    pixels: Vec<[f32; 4]>,
+}
+
+impl Frame {
+    /// A frame of transparent black.
+    pub fn new(size: FrameSize) -> Self {
+        Self { size, pixels: vec![[0.0; 4]; size.pixels()] }
+    }
+
+    /// A frame from `pixels`, row by row.
+    ///
+    /// # Errors
+    /// When there are not exactly width × height of them.
+    pub fn from_pixels(size: FrameSize, pixels: Vec<[f32; 4]>) -> Result<Self> {
+        if pixels.len() != size.pixels() {
+            return Err(Error::Extent {
+                what: "number of pixels".into(),
+                found: pixels.len().to_string(),
+                expected: format!("{} for a frame of {size}", size.pixels()),
+            });
+        }
+        Ok(Self { size, pixels })
+    }
+
+    /// Width and height.
+    pub fn size(&self) -> FrameSize {
+        self.size
+    }
+
+    /// The pixels, row by row.
+    pub fn pixels(&self) -> &[[f32; 4]] {
+        &self.pixels
+    }
+
+    /// The pixels, row by row, to write.
+    pub fn pixels_mut(&mut self) -> &mut [[f32; 4]] {
+        &mut self.pixels
+    }
+
+    /// The pixel at column `x` of row `y`.
+    ///
+    /// # Panics
+    /// When it lies outside the frame.
+    pub fn pixel(&self, x: u32, y: u32) -> [f32; 4] {
+        assert!(x < self.size.width, "column {x} outside a frame of {}", self.size);
+        self.pixels[y as usize * self.size.width as usize + x as usize]
+    }
+
+    /// Sets every pixel to `value`.
+    pub fn fill(&mut self, value: [f32; 4]) {
+        self.pixels.fill(value);
+    }
+
+    /// 8-bit opaque RGB: round(255 · clamp(c, 0, 1)) per channel.
+    pub fn to_rgb8(&self) -> Vec<u8> {
+        self.pixels.iter().flat_map(|p| [quantise(p[0]), quantise(p[1]), quantise(p[2])]).collect()
+    }
+
+    /// 8-bit RGBA, each channel as in [`Self::to_rgb8`].
+    pub fn to_rgba8(&self) -> Vec<u8> {
+        self.pixels.iter().flat_map(|p| p.map(quantise)).collect()
+    }
+}
+
+/// round(255 · clamp(c, 0, 1)); NaN is 0.
+#[inline]
+fn quantise(c: f32) -> u8 {
+    // `as` saturates and sends NaN to 0.
+    (c.clamp(0.0, 1.0) * 255.0).round() as u8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_read_as_written() {
+        assert_eq!("1280x720".parse(), Ok(FrameSize { width: 1280, height: 720 }));
+        for bad in ["0x1", "100000x1", "12", "x", "-1x5", "1280x720x3", ""] {
+            assert!(bad.parse::<FrameSize>().is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn quantisation_rounds_and_saturates() {
+        let size = FrameSize::new(2, 1).unwrap();
+        let frame =
+            Frame::from_pixels(size, vec![[0.5, -1.0, 2.0, 1.0], [f32::NAN, 0.498, 0.0, 1.0]]).unwrap();
+        assert_eq!(frame.to_rgb8(), [128, 0, 255, 0, 127, 0]);
+    }
+}

@@ -1,0 +1,97 @@
+use crate::{Light, Result, TransferFunction, Volume};
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// How the light's way to a sample is taken into account.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ShadowMode {
+    /// A shadow ray from every sample; the reference.
+    #[default]
+    On,
+    /// Full light everywhere.
+    Off,
+    /// Read from a grid of half the volume's resolution; cheap, never the reference.
+    Cached,
+}
+
+/// What multiplies the light besides the shadow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum SurfaceShading {
+    /// Nothing.
+    #[default]
+    Flat,
+    /// |n·l| with n from central differences over ±1 voxel in world units; 1 where the gradient is zero.
+    Gradient,
+}
+
+/// How samples are lit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shading {
+    /// The light.
+    pub light: Light,
+    /// The share of light that reaches every sample, 0…1.
+    pub ambient: f64,
+    /// Shadows.
+    pub shadows: ShadowMode,
+    /// Surface shading.
+    pub surface: SurfaceShading,
+}
+
+impl Default for Shading {
+    fn default() -> Self {
+        Self {
+            light: Light::default(),
+            ambient: 0.3,
+            shadows: ShadowMode::default(),
+            surface: SurfaceShading::default(),
+        }
+    }
+}
+
+/// Everything a ray meets.
+#[derive(Debug, Clone)]
+pub struct Scene {
+    /// What is looked at.
+    pub volume: Arc<Volume>,
+    /// How values become colour and opacity.
+    pub transfer_function: TransferFunction,
+    /// How samples are lit.
+    pub shading: Shading,
+    /// What shows through, display RGB 0…1.
+    pub background: [f64; 3],
+    /// The sampling distance in voxels (of the smallest spacing).
+    pub step: f64,
+}
+
+impl Scene {
+    /// `volume` through `transfer_function` with the default light, black background and half-voxel steps.
+    pub fn new(volume: Arc<Volume>, transfer_function: TransferFunction) -> Self {
+        Self { volume, transfer_function, shading: Shading::default(), background: [0.0; 3], step: 0.5 }
+    }
+
+    /// Whether the numbers can be rendered with.
+    ///
+    /// # Errors
+    /// An ambient or background outside [0, 1], a step outside [0.01, 100].
+    pub fn check(&self) -> Result<()> {
+        let unit = |x: f64| (0.0..=1.0).contains(&x);
+        crate::checked(
+            "ambient",
+            self.shading.ambient,
+            "a number between 0 and 1",
+            unit(self.shading.ambient),
+        )?;
+        for c in self.background {
+            crate::checked("background", c, "three numbers between 0 and 1", unit(c))?;
+        }
+        crate::checked(
+            "step",
+            self.step,
+            "a number of voxels between 0.01 and 100",
+            (0.01..=100.0).contains(&self.step),
+        )?;
+        Ok(())
+    }
+}

@@ -1,0 +1,141 @@
+use crate::{Endian, Rescale, Volume, Voxel, with_voxel_type};
+use rayon::prelude::*;
+
+/// What can be said about the finite values of a volume's first component, after scaling.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Statistics {
+    /// The smallest finite value; 0 if there is none.
+    pub min: f64,
+    /// The largest finite value; 0 if there is none.
+    pub max: f64,
+    /// The mean of the finite values; 0 if there is none.
+    pub mean: f64,
+    /// How many values are NaN or infinite.
+    pub non_finite: u64,
+}
+
+/// Voxels per parallel piece. Fixed, so that sums do not depend on the number of threads.
+const PIECE: usize = 1 << 20;
+
+#[derive(Clone, Copy)]
+struct Partial {
+    min: f64,
+    max: f64,
+    sum: f64,
+    finite: u64,
+}
+
+impl Statistics {
+    pub(crate) fn of(volume: &Volume) -> Self {
+        let partials = with_voxel_type!(volume.dtype(), T => partials::<T>(volume));
+        let voxels = volume.grid().voxels() as u64;
+        let mut all = Partial { min: f64::INFINITY, max: f64::NEG_INFINITY, sum: 0.0, finite: 0 };
+        for p in partials {
+            all.min = all.min.min(p.min);
+            all.max = all.max.max(p.max);
+            all.sum += p.sum;
+            all.finite += p.finite;
+        }
+        if all.finite == 0 {
+            return Self { min: 0.0, max: 0.0, mean: 0.0, non_finite: voxels };
+        }
+        Self {
+            min: all.min,
+            max: all.max,
+            mean: all.sum / all.finite as f64,
+            non_finite: voxels - all.finite,
+        }
+    }
+}
+
+impl Volume {
+    /// How many finite values fall into each of `bins` equal parts of `range` (scaled values;
+    /// the last part includes its upper end, values outside are not counted).
+    pub fn histogram(&self, bins: usize, range: [f64; 2]) -> Vec<u64> {
+        with_voxel_type!(self.dtype(), T => histogram::<T>(self, bins, range))
+    }
+}
+
+fn pieces(volume: &Volume) -> impl IndexedParallelIterator<Item = &[u8]> {
+    volume.data().par_chunks(PIECE * volume.components() * volume.dtype().size())
+}
+
+fn partials<T: Voxel>(volume: &Volume) -> Vec<Partial> {
+    let rescale = volume.rescale();
+    let stride = volume.components() * size_of::<T>();
+    pieces(volume)
+        .map(|bytes| {
+            if volume.endian() == Endian::Little {
+                partial::<T>(bytes, stride, Endian::Little, rescale)
+            } else {
+                partial::<T>(bytes, stride, Endian::Big, rescale)
+            }
+        })
+        .collect()
+}
+
+#[inline]
+fn partial<T: Voxel>(bytes: &[u8], stride: usize, endian: Endian, rescale: Rescale) -> Partial {
+    let mut p = Partial { min: f64::INFINITY, max: f64::NEG_INFINITY, sum: 0.0, finite: 0 };
+    for voxel in bytes.chunks_exact(stride) {
+        let value = rescale.apply(T::decode(&voxel[..size_of::<T>()], endian).to_f64());
+        if value.is_finite() {
+            p.min = p.min.min(value);
+            p.max = p.max.max(value);
+            p.sum += value;
+            p.finite += 1;
+        }
+    }
+    p
+}
+
+fn histogram<T: Voxel>(volume: &Volume, bins: usize, [lo, hi]: [f64; 2]) -> Vec<u64> {
+    let (rescale, endian) = (volume.rescale(), volume.endian());
+    let stride = volume.components() * size_of::<T>();
+    let to_bin = if hi > lo { bins as f64 / (hi - lo) } else { 0.0 };
+    pieces(volume)
+        .map(|bytes| {
+            let mut counts = vec![0u64; bins];
+            for voxel in bytes.chunks_exact(stride) {
+                let value = rescale.apply(T::decode(&voxel[..size_of::<T>()], endian).to_f64());
+                if value >= lo && value <= hi && bins > 0 {
+                    counts[(((value - lo) * to_bin) as usize).min(bins - 1)] += 1;
+                }
+            }
+            counts
+        })
+        .reduce(
+            || vec![0; bins],
+            |mut a, b| {
+                a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+                a
+            },
+        )
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Grid, Volume};
+
+    #[test]
+    fn non_finite_values_are_counted_and_left_out() {
+        let grid = Grid::new([4, 1, 1], [1.0; 3]).unwrap();
+        let values = vec![1.0f32, f32::NAN, f32::NEG_INFINITY, 4.0];
+        let s = Volume::from_values(grid, values).unwrap().statistics().clone();
+        assert_eq!((s.min, s.max, s.mean, s.non_finite), (1.0, 4.0, 2.5, 2));
+    }
+
+    #[test]
+    fn all_nan_is_zero_and_counted() {
+        let grid = Grid::new([2, 1, 1], [1.0; 3]).unwrap();
+        let s = Volume::from_values(grid, vec![f64::NAN; 2]).unwrap().statistics().clone();
+        assert_eq!((s.min, s.max, s.mean, s.non_finite), (0.0, 0.0, 0.0, 2));
+    }
+
+    #[test]
+    fn histogram_counts_everything_once() {
+        let grid = Grid::new([16, 16, 1], [1.0; 3]).unwrap();
+        let volume = Volume::from_values(grid, (0..=255u8).collect()).unwrap();
+        assert_eq!(volume.histogram(4, [0.0, 255.0]), vec![64; 4]);
+    }
+}

@@ -1,0 +1,1 @@
+//! Volumes, images, video, sessions and data sets, in and out.

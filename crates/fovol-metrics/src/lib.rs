@@ -1,0 +1,1 @@
+//! How close one picture or clip is to another.

@@ -1,0 +1,1 @@
+//! Reconstruction of full frames from sparse ones.

@@ -1,0 +1,1 @@
+//! Sparse volume rendering: noise, mask, compaction, march and scatter.

@@ -1,0 +1,1 @@
+//! Foveated sparse volume rendering with reconstruction.
