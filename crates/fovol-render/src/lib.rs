@@ -1,1 +1,5 @@
 //! Sparse volume rendering: noise, mask, compaction, march and scatter.
+//!
+//! [`cpu`] is the specification of image formation and its fast twins.
+
+pub mod cpu;

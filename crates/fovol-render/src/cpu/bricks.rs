@@ -1,0 +1,370 @@
+use fovol_core::{Dtype, Endian, Grid, Rescale, Volume, Voxel, with_voxel_type};
+use rayon::prelude::*;
+
+/// Edge of a brick in interpolation cells. A brick stores one voxel more along each axis, so that the
+/// eight corners of any cell lie in one brick.
+pub const BRICK: usize = 8;
+/// Voxels along the edge of a stored brick.
+const EDGE: usize = BRICK + 1;
+/// Stored elements per brick: 9³ rounded up to a multiple of 16.
+const STRIDE: usize = 736;
+/// Elements after the last brick: wide loads may read past the last voxel.
+const PADDING: usize = 16;
+
+/// The voxels of a brick grid at the narrowest type that holds them exactly.
+#[derive(Debug, Clone)]
+pub enum BrickData {
+    /// Integers spanning at most 255, as offsets from the low end of the range.
+    U8(Vec<u8>),
+    /// Integers spanning at most 65535, as offsets from the low end of the range.
+    U16(Vec<u16>),
+    /// Everything else, as display values 0…1.
+    F32(Vec<f32>),
+}
+
+/// Where voxel (x, y, z) of a brick grid lies: a sum of one term per axis.
+///
+/// With i the voxel's index along an axis and i/8 its brick, each term is i·`unit` + (i/8)·`jump`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BrickLayout {
+    /// Voxels along x, y, z.
+    pub dims: [usize; 3],
+    /// Distance between neighbours inside a brick: 1, 9, 81.
+    pub unit: [usize; 3],
+    /// What crossing into the next brick adds.
+    pub jump: [usize; 3],
+    bricks: [usize; 3],
+}
+
+impl BrickLayout {
+    /// The layout of a grid of `dims` voxels.
+    pub fn new(dims: [usize; 3]) -> Self {
+        // Cells run from voxel 0 to dims − 1; the last voxel starts a (degenerate) cell of its own.
+        let bricks = dims.map(|d| d.div_ceil(BRICK));
+        let unit = [1, EDGE, EDGE * EDGE];
+        let pitch = [STRIDE, STRIDE * bricks[0], STRIDE * bricks[0] * bricks[1]];
+        let jump = std::array::from_fn(|a| pitch[a] - BRICK * unit[a]);
+        Self { dims, unit, jump, bricks }
+    }
+
+    /// Bricks along x, y, z.
+    pub fn bricks(&self) -> [usize; 3] {
+        self.bricks
+    }
+
+    /// The element that holds voxel (x, y, z) as the low corner of its cell; the other corners are
+    /// `unit` further along each axis.
+    #[inline]
+    pub fn index(&self, voxel: [usize; 3]) -> usize {
+        (0..3).map(|a| voxel[a] * self.unit[a] + voxel[a] / BRICK * self.jump[a]).sum()
+    }
+
+    /// Stored elements, padding included.
+    pub fn elements(&self) -> usize {
+        self.bricks.iter().product::<usize>() * STRIDE + PADDING
+    }
+}
+
+/// A scalar field laid out for marching: 8³ cells to a brick, corners shared between bricks stored twice.
+#[derive(Debug, Clone)]
+pub struct Bricks {
+    layout: BrickLayout,
+    data: BrickData,
+    /// Stored value to display value.
+    scale: f32,
+}
+
+impl Bricks {
+    /// The bricks of `volume`, values clamped to its range, NaN and infinities at the low end.
+    pub fn of_volume(volume: &Volume) -> Self {
+        let layout = BrickLayout::new(volume.grid().dims());
+        let encoding = Encoding::of(volume);
+        let (data, scale) = match encoding.span {
+            Some(span) if span <= 255.0 => {
+                (BrickData::U8(encoded(volume, &layout, |v| (v - encoding.low) as u8, encoding)), span)
+            }
+            Some(span) if span <= 65535.0 => {
+                (BrickData::U16(encoded(volume, &layout, |v| (v - encoding.low) as u16, encoding)), span)
+            }
+            _ => {
+                let inverse =
+                    if encoding.high > encoding.low { 1.0 / (encoding.high - encoding.low) } else { 0.0 };
+                let unit = move |v: f64| ((v - encoding.low) * inverse) as f32;
+                (BrickData::F32(encoded(volume, &layout, unit, encoding)), 1.0)
+            }
+        };
+        let scale = if scale > 0.0 { (1.0 / scale) as f32 } else { 0.0 };
+        Self { layout, data, scale }
+    }
+
+    /// Bricks of 8-bit display values on a grid of `dims`, from `value(x, y, z)` in 0…1.
+    pub fn of_unit_values(dims: [usize; 3], value: impl Fn([usize; 3]) -> f32 + Sync) -> Self {
+        let layout = BrickLayout::new(dims);
+        let data = filled(&layout, |voxel| (value(voxel).clamp(0.0, 1.0) * 255.0).round() as u8);
+        Self { layout, data: BrickData::U8(data), scale: 1.0 / 255.0 }
+    }
+
+    /// Where voxels lie.
+    pub fn layout(&self) -> &BrickLayout {
+        &self.layout
+    }
+
+    /// The stored values.
+    pub fn data(&self) -> &BrickData {
+        &self.data
+    }
+
+    /// The factor from a stored value to the display value 0…1.
+    pub fn scale(&self) -> f32 {
+        self.scale
+    }
+
+    /// The display value of voxel (x, y, z).
+    #[inline]
+    pub fn voxel(&self, voxel: [usize; 3]) -> f32 {
+        self.stored(self.layout.index(voxel)) * self.scale
+    }
+
+    /// The trilinear display value at `p`, continuous voxel-centre coordinates (voxel *i* at *i*),
+    /// clamped to the edge.
+    #[inline]
+    pub fn sample(&self, p: [f32; 3]) -> f32 {
+        let clamped: [f32; 3] = std::array::from_fn(|a| p[a].clamp(0.0, (self.layout.dims[a] - 1) as f32));
+        let cell = clamped.map(|c| c as usize);
+        let f: [f32; 3] = std::array::from_fn(|a| clamped[a] - cell[a] as f32);
+        let at = self.layout.index(cell);
+        let [ux, uy, uz] = self.layout.unit;
+        let lerp = |a: f32, b: f32, f: f32| a + f * (b - a);
+        let along_x = |at: usize| lerp(self.stored(at), self.stored(at + ux), f[0]);
+        let along_y = |at: usize| lerp(along_x(at), along_x(at + uy), f[1]);
+        lerp(along_y(at), along_y(at + uz), f[2]) * self.scale
+    }
+
+    /// The smallest and largest display value that interpolation can give in the cells
+    /// `from`…`from + edge` (exclusive), clipped to the grid.
+    pub fn value_range(&self, from: [usize; 3], edge: usize) -> [f32; 2] {
+        match &self.data {
+            BrickData::U8(v) => {
+                self.extremes(v, from, edge, u8::MAX, u8::MIN).map(|v| f32::from(v) * self.scale)
+            }
+            BrickData::U16(v) => {
+                self.extremes(v, from, edge, u16::MAX, u16::MIN).map(|v| f32::from(v) * self.scale)
+            }
+            BrickData::F32(v) => self.extremes(v, from, edge, f32::INFINITY, f32::NEG_INFINITY),
+        }
+    }
+
+    fn extremes<T: Copy + PartialOrd>(
+        &self,
+        values: &[T],
+        from: [usize; 3],
+        edge: usize,
+        top: T,
+        bottom: T,
+    ) -> [T; 2] {
+        debug_assert!(from[0] % BRICK + edge <= BRICK, "a range may not cross bricks");
+        let start = self.layout.index(from);
+        let [_, uy, uz] = self.layout.unit;
+        let (mut low, mut high) = (top, bottom);
+        for z in 0..=edge {
+            for y in 0..=edge {
+                let row = start + y * uy + z * uz;
+                for &v in &values[row..=row + edge] {
+                    low = if v < low { v } else { low };
+                    high = if v > high { v } else { high };
+                }
+            }
+        }
+        [low, high]
+    }
+
+    #[inline]
+    fn stored(&self, at: usize) -> f32 {
+        match &self.data {
+            BrickData::U8(v) => f32::from(v[at]),
+            BrickData::U16(v) => f32::from(v[at]),
+            BrickData::F32(v) => v[at],
+        }
+    }
+}
+
+/// How raw values become stored ones.
+#[derive(Clone, Copy)]
+struct Encoding {
+    low: f64,
+    high: f64,
+    /// high − low where every value in between is an integer offset from low.
+    span: Option<f64>,
+    rescale: Rescale,
+}
+
+impl Encoding {
+    fn of(volume: &Volume) -> Self {
+        let [low, high] = volume.range();
+        let rescale = volume.rescale();
+        let whole = volume.dtype().is_integer()
+            && [low, high, rescale.slope, rescale.intercept].iter().all(|x| x.fract() == 0.0)
+            && !matches!(volume.dtype(), Dtype::I64 | Dtype::U64);
+        Self { low, high, span: whole.then_some(high - low), rescale }
+    }
+
+    #[inline]
+    fn clamped(self, raw: f64) -> f64 {
+        let value = self.rescale.apply(raw);
+        if value.is_finite() { value.clamp(self.low, self.high) } else { self.low }
+    }
+}
+
+/// Stored elements made from raw voxels by clamping and `store`.
+fn encoded<S>(
+    volume: &Volume,
+    layout: &BrickLayout,
+    store: impl Fn(f64) -> S + Sync,
+    encoding: Encoding,
+) -> Vec<S>
+where
+    S: Copy + Default + Send + Sync,
+{
+    with_voxel_type!(volume.dtype(), T => {
+        let raw = RawVoxels::<'_, T>::new(volume);
+        // Narrow integers take few values: look the conversion up.
+        if size_of::<T>() == 1 {
+            let table: Vec<S> =
+                (0..=255u8).map(|byte| store(encoding.clamped(T::decode(&[byte; 8][..size_of::<T>()], Endian::Little).to_f64()))).collect();
+            filled(layout, |voxel| table[raw.first_byte(voxel) as usize])
+        } else {
+            filled(layout, |voxel| store(encoding.clamped(raw.get(voxel).to_f64())))
+        }
+    })
+}
+
+/// Random access to the first components of a volume.
+struct RawVoxels<'a, T> {
+    bytes: &'a [u8],
+    stride: usize,
+    dims: [usize; 3],
+    endian: Endian,
+    kind: std::marker::PhantomData<T>,
+}
+
+impl<'a, T: Voxel> RawVoxels<'a, T> {
+    fn new(volume: &'a Volume) -> Self {
+        Self {
+            bytes: volume.data(),
+            stride: volume.components() * size_of::<T>(),
+            dims: volume.grid().dims(),
+            endian: volume.endian(),
+            kind: std::marker::PhantomData,
+        }
+    }
+
+    #[inline(always)]
+    fn at(&self, [x, y, z]: [usize; 3]) -> usize {
+        ((z * self.dims[1] + y) * self.dims[0] + x) * self.stride
+    }
+
+    #[inline(always)]
+    fn get(&self, voxel: [usize; 3]) -> T {
+        let at = self.at(voxel);
+        T::decode(&self.bytes[at..at + size_of::<T>()], self.endian)
+    }
+
+    #[inline(always)]
+    fn first_byte(&self, voxel: [usize; 3]) -> u8 {
+        self.bytes[self.at(voxel)]
+    }
+}
+
+/// Fills all bricks in parallel; voxels beyond the edge repeat the last one.
+fn filled<S: Copy + Default + Send + Sync>(
+    layout: &BrickLayout,
+    value: impl Fn([usize; 3]) -> S + Sync,
+) -> Vec<S> {
+    let mut data = vec![S::default(); layout.elements()];
+    let [bx, by, _] = layout.bricks();
+    let last = layout.dims.map(|d| d - 1);
+    let bricks = layout.bricks().iter().product::<usize>();
+    data[..bricks * STRIDE].par_chunks_mut(STRIDE).enumerate().for_each(|(brick, out)| {
+        let corner = [brick % bx, brick / bx % by, brick / (bx * by)].map(|b| b * BRICK);
+        for z in 0..EDGE {
+            for y in 0..EDGE {
+                let row = &mut out[(z * EDGE + y) * EDGE..][..EDGE];
+                let (vy, vz) = ((corner[1] + y).min(last[1]), (corner[2] + z).min(last[2]));
+                for (x, element) in row.iter_mut().enumerate() {
+                    *element = value([(corner[0] + x).min(last[0]), vy, vz]);
+                }
+            }
+        }
+    });
+    data
+}
+
+/// The half-resolution grid that shadows are cached on: every axis halved, rounded up.
+pub fn half_resolution(grid: &Grid) -> [usize; 3] {
+    grid.dims().map(|d| d.div_ceil(2))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn volume(dims: [usize; 3], values: Vec<i16>) -> Volume {
+        Volume::from_values(Grid::new(dims, [1.0; 3]).unwrap(), values).unwrap()
+    }
+
+    proptest! {
+        #[test]
+        fn every_voxel_is_found_again(
+            dims in prop::array::uniform3(1usize..21),
+            seed in 0i32..1000,
+        ) {
+            let n: usize = dims.iter().product();
+            let values: Vec<i16> = (0..n as i32).map(|i| (i.wrapping_mul(7919 + seed) % 5000 - 2500) as i16).collect();
+            let volume = volume(dims, values);
+            let bricks = Bricks::of_volume(&volume);
+            for z in 0..dims[2] {
+                for y in 0..dims[1] {
+                    for x in 0..dims[0] {
+                        let expected = volume.normalised(volume.value([x, y, z])) as f32;
+                        prop_assert!((bricks.voxel([x, y, z]) - expected).abs() < 1e-6);
+                        let p = [x as f32, y as f32, z as f32];
+                        prop_assert!((bricks.sample(p) - expected).abs() < 1e-6);
+                    }
+                }
+            }
+        }
+
+        #[test]
+        fn interpolation_is_between_its_corners_and_linear(
+            x in 0.0f32..11.0, y in 0.0f32..11.0, z in 0.0f32..11.0,
+        ) {
+            // A field linear in x, y and z is met exactly everywhere, across bricks too.
+            let dims = [12usize; 3];
+            let values = (0..12i16).flat_map(|z| (0..12i16).flat_map(move |y| (0..12i16).map(move |x| x + 2 * y + 3 * z))).collect();
+            let bricks = Bricks::of_volume(&volume(dims, values));
+            let expected = (x + 2.0 * y + 3.0 * z) / 66.0;
+            prop_assert!((bricks.sample([x, y, z]) - expected).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn values_are_clamped_before_interpolation() {
+        let grid = Grid::new([2, 1, 1], [1.0; 3]).unwrap();
+        let volume = Volume::from_values(grid, vec![0.0f32, 4.0]).unwrap().with_range([0.0, 1.0]).unwrap();
+        assert_eq!(Bricks::of_volume(&volume).sample([0.5, 0.0, 0.0]), 0.5);
+    }
+
+    #[test]
+    fn the_narrowest_exact_type_is_stored() {
+        let grid = Grid::new([2, 1, 1], [1.0; 3]).unwrap();
+        let narrow = Volume::from_values(grid, vec![-1000i16, -800]).unwrap();
+        assert!(matches!(Bricks::of_volume(&narrow).data(), BrickData::U8(_)));
+        let wide = Volume::from_values(grid, vec![-1000i16, 3000]).unwrap();
+        assert!(matches!(Bricks::of_volume(&wide).data(), BrickData::U16(_)));
+        let odd_range = wide.with_range([0.5, 10.0]).unwrap();
+        assert!(matches!(Bricks::of_volume(&odd_range).data(), BrickData::F32(_)));
+        let nan = Volume::from_values(grid, vec![f32::NAN, 2.0]).unwrap();
+        assert_eq!(Bricks::of_volume(&nan).voxel([0, 0, 0]), 0.0);
+    }
+}

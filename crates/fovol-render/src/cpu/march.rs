@@ -1,0 +1,127 @@
+//! The specification of image formation, as plain code.
+//!
+//! Nothing here is fast. Every faster path is compared with it.
+
+use super::bricks::Bricks;
+use super::segment::{LightPath, SHADOW_STEP, Segment};
+use super::transfer_table::corrected_opacity;
+use fovol_core::{Grid, Ray, Shading, ShadowMode, SurfaceShading, TransferFunction};
+
+/// A primary ray ends at this accumulated opacity.
+pub const OPAQUE: f32 = 0.999;
+/// A shadow ray ends below this transmittance.
+pub const DARK: f32 = 0.001;
+
+/// What a ray meets, prepared for plain code.
+pub struct March<'a> {
+    /// The field.
+    pub bricks: &'a Bricks,
+    /// Its size in the world.
+    pub grid: &'a Grid,
+    /// Display value to colour and opacity.
+    pub transfer: &'a TransferFunction,
+    /// How samples are lit.
+    pub shading: &'a Shading,
+    /// Transmittance towards the light at half resolution, where shadows are cached.
+    pub shadow_grid: Option<&'a Bricks>,
+    /// What shows through.
+    pub background: [f64; 3],
+    /// The sampling distance in voxels.
+    pub step: f64,
+}
+
+/// How many samples rays took.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct SampleCount {
+    /// Along primary rays.
+    pub primary: u64,
+    /// Along shadow rays.
+    pub shadow: u64,
+}
+
+impl std::ops::AddAssign for SampleCount {
+    fn add_assign(&mut self, other: Self) {
+        self.primary += other.primary;
+        self.shadow += other.shadow;
+    }
+}
+
+impl March<'_> {
+    /// The colour of `ray` over the background, and its accumulated opacity.
+    pub fn ray(&self, ray: &Ray, count: &mut SampleCount) -> [f32; 4] {
+        let segment = Segment::new(ray, self.grid, self.step);
+        let light = LightPath::new(&self.shading.light, self.grid, self.step);
+        let mut colour = [0.0f32; 3];
+        let mut opacity = 0.0f32;
+        for k in 0..segment.count {
+            if opacity >= OPAQUE {
+                break;
+            }
+            count.primary += 1;
+            let p = segment.position(k);
+            let rgba = self.transfer.evaluate(f64::from(self.bricks.sample(p)));
+            let alpha = corrected_opacity(rgba[3], self.step);
+            if alpha == 0.0 {
+                continue;
+            }
+            let lit = self.light(p, &light, count);
+            let weight = alpha * (1.0 - opacity);
+            for c in 0..3 {
+                colour[c] += weight * lit * rgba[c] as f32;
+            }
+            opacity += weight;
+        }
+        let [r, g, b] = std::array::from_fn(|c| colour[c] + (1.0 - opacity) * self.background[c] as f32);
+        [r, g, b, opacity]
+    }
+
+    /// What the colour at `p` is multiplied by: ambient + (1 − ambient)·T·|n·l|.
+    fn light(&self, p: [f32; 3], light: &LightPath, count: &mut SampleCount) -> f32 {
+        let transmittance = match (self.shading.shadows, self.shadow_grid) {
+            (ShadowMode::Off, _) => 1.0,
+            (ShadowMode::Cached, Some(grid)) => grid.sample(half_resolution_position(p)),
+            (ShadowMode::On | ShadowMode::Cached, _) => self.transmittance(p, light, count),
+        };
+        let facing = match self.shading.surface {
+            SurfaceShading::Flat => 1.0,
+            SurfaceShading::Gradient => self.facing(p),
+        };
+        let ambient = self.shading.ambient as f32;
+        ambient + (1.0 - ambient) * transmittance * facing
+    }
+
+    /// T = ∏(1 − α_j) along the shadow ray of `p`.
+    pub fn transmittance(&self, p: [f32; 3], light: &LightPath, count: &mut SampleCount) -> f32 {
+        let mut transmittance = 1.0f32;
+        for j in 0..light.count(p) {
+            if transmittance < DARK {
+                break;
+            }
+            count.shadow += 1;
+            let opacity = self.transfer.evaluate(f64::from(self.bricks.sample(light.position(p, j))))[3];
+            transmittance *= 1.0 - corrected_opacity(opacity, self.step * f64::from(SHADOW_STEP));
+        }
+        transmittance
+    }
+
+    /// |n·l| with n from central differences over ±1 voxel in world units; 1 where the gradient is zero.
+    fn facing(&self, p: [f32; 3]) -> f32 {
+        let voxel = self.grid.voxel_size();
+        let gradient: [f32; 3] = std::array::from_fn(|a| {
+            let (mut before, mut after) = (p, p);
+            before[a] -= 1.0;
+            after[a] += 1.0;
+            (self.bricks.sample(after) - self.bricks.sample(before)) / voxel[a] as f32
+        });
+        let length = gradient.iter().map(|g| g * g).sum::<f32>().sqrt();
+        let light = self.shading.light.direction();
+        let along: f32 = (0..3).map(|a| gradient[a] * light[a] as f32).sum();
+        if length > 0.0 { (along / length).abs() } else { 1.0 }
+    }
+}
+
+/// The position of `p` on a grid of half the resolution: voxel *i* of it covers voxels 2i and 2i + 1.
+#[inline]
+pub fn half_resolution_position(p: [f32; 3]) -> [f32; 3] {
+    p.map(|x| (x - 0.5) * 0.5)
+}

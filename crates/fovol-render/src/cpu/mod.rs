@@ -1,0 +1,25 @@
+//! The renderer on the CPU: the specification, and its fast twins.
+//!
+//! [`march`] is image formation as plain code. [`Renderer`] marches the same scene in lanes of whatever
+//! instruction set the processor has ([`Simd`]), over a brick layout of the volume ([`Bricks`]), leaving
+//! empty space at once ([`Macrocells`]).
+
+mod bricks;
+mod field;
+mod kernel;
+mod lanes;
+mod macrocells;
+pub mod march;
+mod renderer;
+mod segment;
+mod shadow_grid;
+mod shadow_pool;
+mod simd;
+mod skip;
+mod transfer_table;
+
+pub use bricks::{BRICK, BrickData, BrickLayout, Bricks};
+pub use macrocells::Macrocells;
+pub use renderer::{RenderOptions, Renderer};
+pub use segment::{LightPath, Segment};
+pub use simd::Simd;

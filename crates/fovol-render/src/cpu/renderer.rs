@@ -1,0 +1,288 @@
+use super::bricks::{BrickData, Bricks};
+use super::field::{Field, Texel, addressable, with_field};
+use super::kernel::{Kernel, Lighting, Scratch};
+use super::lanes::portable::Portable;
+#[cfg(target_arch = "x86_64")]
+use super::lanes::{avx2, avx512};
+use super::macrocells::Macrocells;
+use super::march::{March, SampleCount};
+use super::segment::LightPath;
+use super::shadow_grid::shadow_grid;
+use super::simd::Simd;
+use super::skip::Skip;
+use super::transfer_table::TransferTable;
+use fovol_core::{
+    Camera, Frame, FrameSize, Grid, Pixel, RayBasis, SampleList, SampleMask, Scene, Shading, ShadowMode,
+    SurfaceShading, TransferFunction, Volume,
+};
+use rayon::prelude::*;
+
+/// The choices that change how fast a picture is made, not what it shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RenderOptions {
+    /// The instruction set.
+    pub simd: Simd,
+    /// Whether rays leave empty space at once.
+    pub skip_empty: bool,
+}
+
+impl Default for RenderOptions {
+    fn default() -> Self {
+        Self { simd: Simd::best(), skip_empty: true }
+    }
+}
+
+/// A scene prepared for marching on the CPU.
+///
+/// Preparing costs about a second per billion voxels; changing the transfer function or the light
+/// afterwards costs a small part of that.
+#[derive(Debug)]
+pub struct Renderer {
+    grid: Grid,
+    bricks: Bricks,
+    cells: Macrocells,
+    table: TransferTable,
+    transfer: TransferFunction,
+    shading: Shading,
+    background: [f64; 3],
+    step: f64,
+    shadow_grid: Option<Bricks>,
+    options: RenderOptions,
+}
+
+/// Edge of the tiles that full frames are marched in, in pixels.
+const TILE: u32 = 16;
+/// Pixels of a list that are marched by one task.
+const CHUNK: usize = 64;
+
+impl Renderer {
+    /// Prepares `scene`.
+    ///
+    /// # Errors
+    /// Numbers of the scene that cannot be rendered with; see [`Scene::check`].
+    pub fn new(scene: &Scene, options: RenderOptions) -> fovol_core::Result<Self> {
+        scene.check()?;
+        let bricks = Bricks::of_volume(&scene.volume);
+        Ok(Self::with_bricks(&scene.volume, bricks, scene, options))
+    }
+
+    fn with_bricks(volume: &Volume, bricks: Bricks, scene: &Scene, options: RenderOptions) -> Self {
+        let mut cells = Macrocells::new(&bricks);
+        cells.classify(&scene.transfer_function);
+        let simd = if addressable(&bricks) { options.simd } else { Simd::Scalar };
+        let mut renderer = Self {
+            grid: *volume.grid(),
+            bricks,
+            cells,
+            table: TransferTable::new(&scene.transfer_function, scene.step),
+            transfer: scene.transfer_function.clone(),
+            shading: scene.shading,
+            background: scene.background,
+            step: scene.step,
+            shadow_grid: None,
+            options: RenderOptions { simd, ..options },
+        };
+        renderer.renew_shadow_grid();
+        renderer
+    }
+
+    /// Takes another transfer function.
+    pub fn set_transfer_function(&mut self, transfer: &TransferFunction) {
+        self.transfer = transfer.clone();
+        self.table = TransferTable::new(transfer, self.step);
+        self.cells.classify(transfer);
+        self.renew_shadow_grid();
+    }
+
+    /// Takes another light or other shading.
+    pub fn set_shading(&mut self, shading: Shading) {
+        self.shading = shading;
+        self.renew_shadow_grid();
+    }
+
+    /// Takes other speed choices.
+    pub fn set_options(&mut self, options: RenderOptions) {
+        let simd = if addressable(&self.bricks) { options.simd } else { Simd::Scalar };
+        self.options = RenderOptions { simd, ..options };
+    }
+
+    /// The choices in force; the instruction set is `scalar` where a volume is too large for lanes.
+    pub fn options(&self) -> RenderOptions {
+        self.options
+    }
+
+    /// The macrocells, for figures about empty space.
+    pub fn macrocells(&self) -> &Macrocells {
+        &self.cells
+    }
+
+    fn renew_shadow_grid(&mut self) {
+        let wanted = self.shading.shadows == ShadowMode::Cached;
+        self.shadow_grid = None;
+        self.shadow_grid = wanted.then(|| shadow_grid(&self.specification()));
+    }
+
+    /// The same scene for the plain code of [`super::march`].
+    pub fn specification(&self) -> March<'_> {
+        March {
+            bricks: &self.bricks,
+            grid: &self.grid,
+            transfer: &self.transfer,
+            shading: &self.shading,
+            shadow_grid: self.shadow_grid.as_ref(),
+            background: self.background,
+            step: self.step,
+        }
+    }
+
+    /// Marches the pixels of `list`: one [r, g, b, opacity] each, in list order.
+    pub fn march_list(&self, camera: &Camera, list: &SampleList) -> (Vec<[f32; 4]>, SampleCount) {
+        let rays = camera.rays(list.size());
+        let parts: Vec<(Vec<[f32; 4]>, SampleCount)> = list
+            .pixels()
+            .par_chunks(CHUNK)
+            .map_init(Scratch::default, |scratch, chunk| self.march_pixels(&rays, chunk, scratch))
+            .collect();
+        let mut colours = Vec::with_capacity(list.len());
+        let mut count = SampleCount::default();
+        for (part, samples) in parts {
+            colours.extend_from_slice(&part);
+            count += samples;
+        }
+        (colours, count)
+    }
+
+    /// Marches every pixel: a frame with alpha 1.
+    pub fn march_full(&self, camera: &Camera, size: FrameSize) -> (Frame, SampleCount) {
+        self.march_tiles(camera, size, |_, _| true)
+    }
+
+    /// Walks every pixel and marches those of `mask` at once, without packing: the paper's `reject`.
+    /// Unsampled pixels are transparent black.
+    pub fn march_rejecting(&self, camera: &Camera, mask: &SampleMask) -> (Frame, SampleCount) {
+        self.march_tiles(camera, mask.size(), |x, y| mask.contains(x, y))
+    }
+
+    fn march_tiles(
+        &self,
+        camera: &Camera,
+        size: FrameSize,
+        wanted: impl Fn(u32, u32) -> bool + Sync,
+    ) -> (Frame, SampleCount) {
+        let rays = camera.rays(size);
+        let (columns, rows) = (size.width.div_ceil(TILE), size.height.div_ceil(TILE));
+        let tiles: Vec<(Vec<Pixel>, Vec<[f32; 4]>, SampleCount)> = (0..columns * rows)
+            .into_par_iter()
+            .map_init(Scratch::default, |scratch, tile| {
+                let (x0, y0) = (tile % columns * TILE, tile / columns * TILE);
+                let pixels: Vec<Pixel> = (y0..(y0 + TILE).min(size.height))
+                    .flat_map(|y| (x0..(x0 + TILE).min(size.width)).map(move |x| (x, y)))
+                    .filter(|&(x, y)| wanted(x, y))
+                    .map(|(x, y)| Pixel { x: x as u16, y: y as u16 })
+                    .collect();
+                let (colours, count) = self.march_pixels(&rays, &pixels, scratch);
+                (pixels, colours, count)
+            })
+            .collect();
+        let mut frame = Frame::new(size);
+        let mut count = SampleCount::default();
+        for (pixels, colours, samples) in tiles {
+            count += samples;
+            for (pixel, [r, g, b, _]) in pixels.iter().zip(colours) {
+                frame.pixels_mut()[pixel.index(size.width)] = [r, g, b, 1.0];
+            }
+        }
+        (frame, count)
+    }
+
+    fn march_pixels(
+        &self,
+        rays: &RayBasis,
+        pixels: &[Pixel],
+        scratch: &mut Scratch,
+    ) -> (Vec<[f32; 4]>, SampleCount) {
+        let mut out = Vec::with_capacity(pixels.len());
+        if self.options.simd == Simd::Scalar {
+            let march = self.specification();
+            let mut count = SampleCount::default();
+            out.extend(pixels.iter().map(|p| march.ray(&rays.ray(p.x.into(), p.y.into()), &mut count)));
+            return (out, count);
+        }
+        let count = with_field!(&self.bricks, self.table.scale(), field => {
+            march_in_lanes(self.options.simd, &self.kernel(field), rays, pixels, scratch, &mut out)
+        });
+        (out, count)
+    }
+
+    fn kernel<'a, T: Texel>(&'a self, field: Field<'a, T>) -> Kernel<'a, T> {
+        let light = LightPath::new(&self.shading.light, &self.grid, self.step);
+        let lighting = match (self.shading.shadows, &self.shadow_grid) {
+            (ShadowMode::Off, _) => Lighting::Full,
+            (ShadowMode::Cached, Some(grid)) => match grid.data() {
+                BrickData::U8(values) => Lighting::Cached(Field::new(grid, values, 1.0)),
+                BrickData::U16(_) | BrickData::F32(_) => Lighting::Rays,
+            },
+            (ShadowMode::On | ShadowMode::Cached, _) => Lighting::Rays,
+        };
+        let skips = self.options.skip_empty && !self.cells.is_dense();
+        let direction = self.shading.light.direction().as_vec3().to_array();
+        Kernel {
+            field,
+            grid: &self.grid,
+            table: &self.table,
+            light,
+            lighting,
+            facing: (self.shading.surface == SurfaceShading::Gradient).then_some(direction),
+            ambient: self.shading.ambient as f32,
+            background: self.background.map(|c| c as f32),
+            step: self.step,
+            skip: skips.then(|| Skip::new(&self.cells, self.grid.dims(), &light)),
+        }
+    }
+}
+
+fn march_in_lanes<T: Texel>(
+    simd: Simd,
+    kernel: &Kernel<'_, T>,
+    rays: &RayBasis,
+    pixels: &[Pixel],
+    scratch: &mut Scratch,
+    out: &mut Vec<[f32; 4]>,
+) -> SampleCount {
+    match simd {
+        // SAFETY: `Simd` values of instruction sets are only made where the processor has them.
+        #[cfg(target_arch = "x86_64")]
+        Simd::Avx512 => unsafe { march_avx512(kernel, rays, pixels, scratch, out) },
+        // SAFETY: as above.
+        #[cfg(target_arch = "x86_64")]
+        Simd::Avx2 => unsafe { march_avx2(kernel, rays, pixels, scratch, out) },
+        // SAFETY: portable lanes need nothing.
+        _ => unsafe { kernel.march::<Portable>(rays, pixels.iter().copied(), scratch, out) },
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi1,bmi2,popcnt,lzcnt")]
+unsafe fn march_avx512<T: Texel>(
+    kernel: &Kernel<'_, T>,
+    rays: &RayBasis,
+    pixels: &[Pixel],
+    scratch: &mut Scratch,
+    out: &mut Vec<[f32; 4]>,
+) -> SampleCount {
+    // SAFETY: this function is only called where AVX-512 is available.
+    unsafe { kernel.march::<avx512::Avx512>(rays, pixels.iter().copied(), scratch, out) }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt,lzcnt")]
+unsafe fn march_avx2<T: Texel>(
+    kernel: &Kernel<'_, T>,
+    rays: &RayBasis,
+    pixels: &[Pixel],
+    scratch: &mut Scratch,
+    out: &mut Vec<[f32; 4]>,
+) -> SampleCount {
+    // SAFETY: this function is only called where AVX2 is available.
+    unsafe { kernel.march::<avx2::Avx2>(rays, pixels.iter().copied(), scratch, out) }
+}

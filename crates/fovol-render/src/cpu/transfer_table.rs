@@ -1,0 +1,79 @@
+use super::segment::SHADOW_STEP;
+use fovol_core::TransferFunction;
+
+/// A transfer function as tables over the display value, opacity already corrected for the step.
+///
+/// Lengths are 255·m + 1, so that every 8-bit value falls exactly on an entry.
+#[derive(Debug, Clone)]
+pub struct TransferTable {
+    /// α for one primary step: 1 − (1 − a)^step.
+    pub alpha: Vec<f32>,
+    /// α for one shadow step of four primary ones.
+    pub shadow_alpha: Vec<f32>,
+    /// Colours packed as red 11 bits, green 11 bits, blue 10 bits, red lowest.
+    pub colour: Vec<u32>,
+}
+
+/// The largest value of the red and green fields.
+pub const MAX_RED_GREEN: f32 = 2047.0;
+/// The largest value of the blue field.
+pub const MAX_BLUE: f32 = 1023.0;
+
+/// Entries between neighbouring 8-bit values for gentle functions: a table that stays in the first-level cache.
+const GENTLE: usize = 16;
+/// The same for functions with steps.
+const STEEP: usize = 64;
+
+impl TransferTable {
+    /// The tables of `transfer` for primary steps of `step` voxels.
+    pub fn new(transfer: &TransferFunction, step: f64) -> Self {
+        let fine = if transfer.steepest_slope() > 8.0 { STEEP } else { GENTLE };
+        let last = 255 * fine;
+        let rgba: Vec<[f64; 4]> = (0..=last).map(|i| transfer.evaluate(i as f64 / last as f64)).collect();
+        let corrected = |steps: f64| rgba.iter().map(|c| corrected_opacity(c[3], steps)).collect();
+        Self {
+            alpha: corrected(step),
+            shadow_alpha: corrected(step * f64::from(SHADOW_STEP)),
+            colour: rgba.iter().map(|c| pack([c[0], c[1], c[2]])).collect(),
+        }
+    }
+
+    /// The factor from a display value to an index: entries − 1.
+    pub fn scale(&self) -> f32 {
+        (self.alpha.len() - 1) as f32
+    }
+}
+
+/// Opacity over `steps` reference lengths: α = 1 − (1 − a)^steps.
+pub fn corrected_opacity(opacity: f64, steps: f64) -> f32 {
+    (1.0 - (1.0 - opacity).powf(steps)) as f32
+}
+
+fn pack(rgb: [f64; 3]) -> u32 {
+    let field = |c: f64, most: f32| (c * f64::from(most)).round() as u32;
+    field(rgb[0], MAX_RED_GREEN) | field(rgb[1], MAX_RED_GREEN) << 11 | field(rgb[2], MAX_BLUE) << 22
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn opacity_does_not_depend_on_the_step() {
+        for a in [0.01, 0.3, 0.9] {
+            let half = f64::from(corrected_opacity(a, 0.5));
+            assert!((1.0 - (1.0 - half) * (1.0 - half) - a).abs() < 1e-6);
+        }
+        assert_eq!(corrected_opacity(0.0, 0.5), 0.0);
+        assert_eq!(corrected_opacity(1.0, 0.5), 1.0);
+    }
+
+    #[test]
+    fn entries_are_the_function_at_their_values() {
+        let tf = TransferFunction::grey_ramp(1.0);
+        let table = TransferTable::new(&tf, 1.0);
+        let middle = table.alpha.len() / 2;
+        assert!((table.alpha[middle] - 0.5).abs() < 1e-6);
+        assert_eq!(table.colour[table.colour.len() - 1], u32::MAX);
+    }
+}
