@@ -1,0 +1,43 @@
+use fovol_core::{Frame, FrameSize};
+
+/// Why two frames cannot be compared.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The frames differ in size.
+    #[error("the frames differ in size: {reference} and {test}; render or scale both to one size")]
+    SizesDiffer {
+        /// The size of the reference.
+        reference: FrameSize,
+        /// The size of the frame that is measured.
+        test: FrameSize,
+    },
+    /// A frame is smaller than the measure's window.
+    #[error(
+        "{measure} needs frames of at least {needed}x{needed} pixels, these are {found}; use larger frames"
+    )]
+    TooSmall {
+        /// The measure's name.
+        measure: &'static str,
+        /// Pixels needed along each side.
+        needed: u32,
+        /// The size found.
+        found: FrameSize,
+    },
+}
+
+/// The result of the operations of this crate.
+pub type Result<T> = std::result::Result<T, Error>;
+
+pub(crate) fn same_size(reference: &Frame, test: &Frame) -> Result<FrameSize> {
+    let (a, b) = (reference.size(), test.size());
+    if a == b { Ok(a) } else { Err(Error::SizesDiffer { reference: a, test: b }) }
+}
+
+pub(crate) fn at_least(measure: &'static str, needed: u32, found: FrameSize) -> Result<()> {
+    if found.width.min(found.height) >= needed {
+        Ok(())
+    } else {
+        Err(Error::TooSmall { measure, needed, found })
+    }
+}
