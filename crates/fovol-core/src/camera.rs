@@ -25,8 +25,14 @@ pub struct Ray {
 impl Ray {
     /// Where the ray is inside the box of `grid`: (t_near, t_far) with t_near = max(0, entry), or
     /// `None` where it passes by.
+    #[inline]
     pub fn clip(&self, grid: &Grid) -> Option<(f64, f64)> {
-        let half = grid.world_extent() * 0.5;
+        self.clip_to(grid.world_extent() * 0.5)
+    }
+
+    /// As [`Self::clip`], in the centred box that reaches from −`half` to `half`.
+    #[inline]
+    pub fn clip_to(&self, half: DVec3) -> Option<(f64, f64)> {
         let inverse = self.direction.recip();
         let (a, b) = ((-half - self.origin) * inverse, (half - self.origin) * inverse);
         let (mut near, mut far) = (0.0f64, f64::INFINITY);

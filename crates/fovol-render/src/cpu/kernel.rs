@@ -1,13 +1,14 @@
 //! Marching in lanes: consecutive samples of one ray side by side.
 
 use super::field::{Field, Texel};
-use super::lanes::Lanes;
+use super::lanes::{Lanes, MOST_LANES};
 use super::march::{OPAQUE, SampleCount};
-use super::segment::{LightPath, Segment};
+use super::packet::{Aligned, Packet};
+use super::segment::{LightPath, Segments};
 use super::shadow_pool::{ShadowPool, ShadowRays, trace};
 use super::skip::Skip;
 use super::transfer_table::{MAX_BLUE, MAX_RED_GREEN, TransferTable};
-use fovol_core::{Grid, Pixel, RayBasis};
+use fovol_core::{Pixel, RayBasis};
 
 /// How the light reaches samples.
 pub enum Lighting<'a> {
@@ -23,8 +24,10 @@ pub enum Lighting<'a> {
 pub struct Kernel<'a, T> {
     /// The volume, scaled to indices of the table.
     pub field: Field<'a, T>,
-    /// Its size in the world.
-    pub grid: &'a Grid,
+    /// Where primary rays take their samples.
+    pub segments: Segments,
+    /// The edges of a voxel in world units.
+    pub voxel_size: [f32; 3],
     /// Display value to colour and opacity.
     pub table: &'a TransferTable,
     /// The way to the light.
@@ -37,26 +40,32 @@ pub struct Kernel<'a, T> {
     pub ambient: f32,
     /// What shows through.
     pub background: [f32; 3],
-    /// The sampling distance in voxels.
-    pub step: f64,
     /// Where nothing is, if looking for it pays.
     pub skip: Option<Skip<'a>>,
 }
 
-/// A ray whose shadows may still be on their way.
-struct Pending {
-    colour: [f32; 3],
-    opacity: f32,
-    /// Its samples in the pool.
+/// What a ray has gathered, one sum per lane: red, green, blue and opacity.
+type Sums = Aligned<[[f32; MOST_LANES]; 4]>;
+
+/// The samples that one block of a ray put into the pool.
+struct Waiting {
+    ray: usize,
     from: usize,
     to: usize,
 }
 
 /// Memory that marching uses again and again.
-#[derive(Default)]
 pub struct Scratch {
+    packet: Packet,
     pool: ShadowPool,
-    pending: Vec<Pending>,
+    sums: Vec<Sums>,
+    waiting: Vec<Waiting>,
+}
+
+impl Default for Scratch {
+    fn default() -> Self {
+        Self { packet: Packet::new(), pool: ShadowPool::default(), sums: Vec::new(), waiting: Vec::new() }
+    }
 }
 
 /// Shadow rays are traced once this many samples wait.
@@ -76,25 +85,64 @@ impl<T: Texel> Kernel<'_, T> {
         out: &mut Vec<[f32; 4]>,
     ) -> SampleCount {
         let mut count = SampleCount::default();
-        scratch.pool.clear();
-        scratch.pending.clear();
-        for pixel in pixels {
-            let ray = rays.ray(u32::from(pixel.x), u32::from(pixel.y));
-            let segment = Segment::new(&ray, self.grid, self.step);
+        let mut pixels = pixels;
+        loop {
+            scratch.packet.clear();
+            for pixel in pixels.by_ref().take(L::N) {
+                let ray = rays.ray(u32::from(pixel.x), u32::from(pixel.y));
+                scratch.packet.push(&self.segments.of(&ray));
+            }
+            let more = scratch.packet.len == L::N;
             // SAFETY: the caller's.
-            let pending = unsafe { self.primary::<L>(&segment, &mut scratch.pool, &mut count) };
-            scratch.pending.push(pending);
-            if scratch.pool.len() >= ENOUGH {
-                // SAFETY: the caller's.
-                count.shadow += unsafe { self.finish::<L>(scratch, out) };
+            unsafe {
+                count.primary += self.primary::<L>(scratch);
+                if !more || scratch.pool.len() >= ENOUGH {
+                    count.shadow += self.finish::<L>(scratch, out);
+                }
+            }
+            if !more {
+                return count;
             }
         }
-        // SAFETY: the caller's.
-        count.shadow += unsafe { self.finish::<L>(scratch, out) };
-        count
     }
 
-    /// Traces the waiting shadow rays and completes the rays that waited for them.
+    /// Composites the rays of the packet. Where shadow rays are wanted, lit samples go to the pool and
+    /// only their ambient part is in the sums.
+    #[inline(always)]
+    unsafe fn primary<L: Lanes>(&self, scratch: &mut Scratch) -> u64 {
+        let Scratch { packet, pool, sums, waiting } = scratch;
+        let first = sums.len();
+        sums.resize(first + packet.len, Sums::default());
+        if matches!(self.lighting, Lighting::Rays) {
+            let most: f32 = packet.samples.0.iter().sum();
+            pool.reserve(most as usize + packet.len * L::N);
+        }
+        let mut count = 0;
+        loop {
+            if let Some(skip) = &self.skip {
+                // SAFETY: the caller's.
+                unsafe { skip.advance::<L>(packet) };
+            }
+            let mut going = false;
+            for lane in 0..packet.len {
+                if packet.next.0[lane] < packet.samples.0[lane] && packet.transmittance.0[lane] > 1.0 - OPAQUE
+                {
+                    let from = pool.len();
+                    // SAFETY: the caller's.
+                    count += unsafe { self.block::<L>(packet, lane, &mut sums[first + lane], pool) };
+                    if pool.len() > from {
+                        waiting.push(Waiting { ray: first + lane, from, to: pool.len() });
+                    }
+                    going = true;
+                }
+            }
+            if !going {
+                return count;
+            }
+        }
+    }
+
+    /// Traces the waiting shadow rays and appends the colours of all gathered rays to `out`.
     #[inline(always)]
     unsafe fn finish<L: Lanes>(&self, scratch: &mut Scratch, out: &mut Vec<[f32; 4]>) -> u64 {
         let rays = ShadowRays {
@@ -103,83 +151,71 @@ impl<T: Texel> Kernel<'_, T> {
             light: &self.light,
             skip: self.skip.as_ref(),
         };
-        // SAFETY: the caller's.
-        let samples = unsafe { trace::<L, T>(&rays, &mut scratch.pool) };
-        for ray in &scratch.pending {
-            // SAFETY: the caller's.
-            let light = unsafe { scratch.pool.arriving::<L>(ray.from, ray.to) };
-            let [r, g, b] =
-                std::array::from_fn(|c| ray.colour[c] + light[c] + (1.0 - ray.opacity) * self.background[c]);
-            out.push([r, g, b, ray.opacity]);
+        // SAFETY: the caller's; sums hold at least N elements.
+        unsafe {
+            let samples = trace::<L, T>(&rays, &mut scratch.pool);
+            for block in &scratch.waiting {
+                let [r, g, b, _] = &mut scratch.sums[block.ray].0;
+                let sums = [L::load(r.as_ptr()), L::load(g.as_ptr()), L::load(b.as_ptr())];
+                let [lit_r, lit_g, lit_b] = scratch.pool.arriving::<L>(block.from, block.to, sums);
+                L::store(lit_r, r.as_mut_ptr());
+                L::store(lit_g, g.as_mut_ptr());
+                L::store(lit_b, b.as_mut_ptr());
+            }
+            for Aligned([r, g, b, opacity]) in &scratch.sums {
+                let opacity = L::sum(L::load(opacity.as_ptr())).min(1.0);
+                let colour =
+                    [L::sum(L::load(r.as_ptr())), L::sum(L::load(g.as_ptr())), L::sum(L::load(b.as_ptr()))];
+                let [r, g, b] = std::array::from_fn(|c| colour[c] + (1.0 - opacity) * self.background[c]);
+                out.push([r, g, b, opacity]);
+            }
+            scratch.sums.clear();
+            scratch.waiting.clear();
+            scratch.pool.clear();
+            samples
         }
-        scratch.pending.clear();
-        scratch.pool.clear();
-        samples
     }
 
-    /// Composites one primary ray; where shadow rays are wanted, its lit samples go to `pool` and only
-    /// their ambient part is in the colour.
+    /// Composites the next N samples of ray `lane`; returns how many of them counted.
     #[inline(always)]
-    unsafe fn primary<L: Lanes>(
+    unsafe fn block<L: Lanes>(
         &self,
-        segment: &Segment,
+        packet: &mut Packet,
+        lane: usize,
+        sums: &mut Sums,
         pool: &mut ShadowPool,
-        count: &mut SampleCount,
-    ) -> Pending {
-        // SAFETY: table indices come from display values in 0…1 scaled to the table.
+    ) -> u64 {
+        // SAFETY: table indices come from display values in 0…1 scaled to the table; sums hold at least N
+        // elements.
         unsafe {
-            let from = pool.len();
-            if matches!(self.lighting, Lighting::Rays) {
-                pool.reserve(segment.count as usize + L::N);
+            let (zero, one) = (L::splat(0.0), L::splat(1.0));
+            let number = L::add(L::splat(packet.next.0[lane]), L::iota());
+            packet.next.0[lane] += L::N as f32;
+            let p = [
+                L::fma(number, L::splat(packet.delta[0].0[lane]), L::splat(packet.start[0].0[lane])),
+                L::fma(number, L::splat(packet.delta[1].0[lane]), L::splat(packet.start[1].0[lane])),
+                L::fma(number, L::splat(packet.delta[2].0[lane]), L::splat(packet.start[2].0[lane])),
+            ];
+            let index = L::truncate(L::add(self.field.sample::<L>(p), L::splat(0.5)));
+            let inside = L::lt(number, L::splat(packet.samples.0[lane]));
+            let alpha = L::select(inside, L::gather_f32(self.table.alpha.as_ptr(), index), zero);
+            if L::bits(L::gt(alpha, zero)) == 0 {
+                return u64::from(L::bits(inside).count_ones());
             }
-            let zero = L::splat(0.0);
-            let one = L::splat(1.0);
-            let clear = L::splat(1.0 - OPAQUE);
-            let start = segment.start.map(|s| L::splat(s));
-            let delta = segment.delta.map(|d| L::splat(d));
-            let samples = L::splat(segment.count as f32);
-            let mut colour = [zero; 3];
-            let mut opacity = zero;
-            let mut transmittance = 1.0f32;
-            let mut k = 0u32;
-            while k < segment.count && transmittance > 1.0 - OPAQUE {
-                if let Some(skip) = &self.skip {
-                    let empty = skip.primary_samples(segment, k);
-                    if empty > 0 {
-                        k += empty;
-                        continue;
-                    }
-                }
-                let number = L::add(L::splat(k as f32), L::iota());
-                k += L::N as u32;
-                let p = [
-                    L::fma(number, delta[0], start[0]),
-                    L::fma(number, delta[1], start[1]),
-                    L::fma(number, delta[2], start[2]),
-                ];
-                let index = L::truncate(L::add(self.field.sample::<L>(p), L::splat(0.5)));
-                let inside = L::lt(number, samples);
-                let alpha = L::select(inside, L::gather_f32(self.table.alpha.as_ptr(), index), zero);
-                if L::bits(L::gt(alpha, zero)) == 0 {
-                    count.primary += u64::from(L::bits(inside).count_ones());
-                    continue;
-                }
-                let (before, through) = L::products_before(L::sub(one, alpha));
-                let before = L::mul(before, L::splat(transmittance));
-                transmittance *= through;
-                let going = L::and_m(inside, L::gt(before, clear));
-                count.primary += u64::from(L::bits(going).count_ones());
-                let weight = L::select(going, L::mul(alpha, before), zero);
-                opacity = L::add(opacity, weight);
-                let rgb = self.colours::<L>(index);
-                self.light_samples::<L>(p, weight, rgb, &mut colour, pool);
-            }
-            Pending {
-                colour: [L::sum(colour[0]), L::sum(colour[1]), L::sum(colour[2])],
-                opacity: L::sum(opacity).min(1.0),
-                from,
-                to: pool.len(),
-            }
+            let (before, through) = L::products_before(L::sub(one, alpha));
+            let before = L::mul(before, L::splat(packet.transmittance.0[lane]));
+            packet.transmittance.0[lane] *= through;
+            let going = L::and_m(inside, L::gt(before, L::splat(1.0 - OPAQUE)));
+            let weight = L::select(going, L::mul(alpha, before), zero);
+            let [r, g, b, opacity] = &mut sums.0;
+            L::store(L::add(L::load(opacity.as_ptr()), weight), opacity.as_mut_ptr());
+            let mut colour = [L::load(r.as_ptr()), L::load(g.as_ptr()), L::load(b.as_ptr())];
+            let rgb = self.colours::<L>(index);
+            self.light_samples::<L>(p, weight, rgb, &mut colour, pool);
+            L::store(colour[0], r.as_mut_ptr());
+            L::store(colour[1], g.as_mut_ptr());
+            L::store(colour[2], b.as_mut_ptr());
+            u64::from(L::bits(going).count_ones())
         }
     }
 
@@ -254,7 +290,6 @@ impl<T: Texel> Kernel<'_, T> {
     unsafe fn facing<L: Lanes>(&self, p: [L::F; 3], light: [f32; 3]) -> L::F {
         // SAFETY: the caller's.
         unsafe {
-            let voxel = self.grid.voxel_size();
             let one = L::splat(1.0);
             let mut squared = L::splat(0.0);
             let mut along = L::splat(0.0);
@@ -264,7 +299,7 @@ impl<T: Texel> Kernel<'_, T> {
                 after[a] = L::add(p[a], one);
                 let difference = L::sub(self.field.sample::<L>(after), self.field.sample::<L>(before));
                 // Only the ratios of the components matter, so the field's own scale may stay.
-                let g = L::mul(difference, L::splat((1.0 / voxel[a]) as f32));
+                let g = L::mul(difference, L::splat(1.0 / self.voxel_size[a]));
                 squared = L::fma(g, g, squared);
                 along = L::fma(g, L::splat(light[a]), along);
             }

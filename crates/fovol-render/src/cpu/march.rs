@@ -3,7 +3,7 @@
 //! Nothing here is fast. Every faster path is compared with it.
 
 use super::bricks::Bricks;
-use super::segment::{LightPath, SHADOW_STEP, Segment};
+use super::segment::{LightPath, SHADOW_STEP, Segments};
 use super::transfer_table::corrected_opacity;
 use fovol_core::{Grid, Ray, Shading, ShadowMode, SurfaceShading, TransferFunction};
 
@@ -49,7 +49,7 @@ impl std::ops::AddAssign for SampleCount {
 impl March<'_> {
     /// The colour of `ray` over the background, and its accumulated opacity.
     pub fn ray(&self, ray: &Ray, count: &mut SampleCount) -> [f32; 4] {
-        let segment = Segment::new(ray, self.grid, self.step);
+        let segment = Segments::new(self.grid, self.step).of(ray);
         let light = LightPath::new(&self.shading.light, self.grid, self.step);
         let mut colour = [0.0f32; 3];
         let mut opacity = 0.0f32;

@@ -6,7 +6,7 @@ use super::lanes::portable::Portable;
 use super::lanes::{avx2, avx512};
 use super::macrocells::Macrocells;
 use super::march::{March, SampleCount};
-use super::segment::LightPath;
+use super::segment::{LightPath, Segments};
 use super::shadow_grid::shadow_grid;
 use super::simd::Simd;
 use super::skip::Skip;
@@ -228,15 +228,15 @@ impl Renderer {
         let direction = self.shading.light.direction().as_vec3().to_array();
         Kernel {
             field,
-            grid: &self.grid,
+            segments: Segments::new(&self.grid, self.step),
+            voxel_size: self.grid.voxel_size().as_vec3().to_array(),
             table: &self.table,
             light,
             lighting,
             facing: (self.shading.surface == SurfaceShading::Gradient).then_some(direction),
             ambient: self.shading.ambient as f32,
             background: self.background.map(|c| c as f32),
-            step: self.step,
-            skip: skips.then(|| Skip::new(&self.cells, self.grid.dims(), &light)),
+            skip: skips.then(|| Skip::new(&self.cells, self.grid.dims())),
         }
     }
 }

@@ -1,6 +1,42 @@
 use fovol_core::{Grid, Light, Ray};
 use glam::DVec3;
 
+/// A grid and a step, prepared to make [`Segment`]s.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Segments {
+    /// Half the extent of the box, world units.
+    half: DVec3,
+    /// Δ in world units.
+    delta: f64,
+    /// From world units to voxels.
+    to_voxels: DVec3,
+}
+
+impl Segments {
+    /// Segments of rays through `grid` at distances of `step` voxels (of the smallest spacing).
+    pub fn new(grid: &Grid, step: f64) -> Self {
+        Self {
+            half: grid.world_extent() * 0.5,
+            delta: step * grid.smallest_voxel(),
+            to_voxels: grid.voxel_size().recip(),
+        }
+    }
+
+    /// The samples of `ray`.
+    #[inline(always)]
+    pub fn of(&self, ray: &Ray) -> Segment {
+        let Some((near, far)) = ray.clip_to(self.half) else { return Segment::EMPTY };
+        // Samples k with k + ½ < (far − near)/Δ: ⌈x⌉ as ⌊x⌋ plus one where something is left over.
+        let length = (far - near) / self.delta - 0.5;
+        let whole = length.max(0.0) as u32;
+        let count = whole + u32::from(length > f64::from(whole));
+        let first = ray.origin + ray.direction * (near + 0.5 * self.delta);
+        let start = (first + self.half) * self.to_voxels - DVec3::splat(0.5);
+        let delta = ray.direction * self.delta * self.to_voxels;
+        Segment { start: start.as_vec3().to_array(), delta: delta.as_vec3().to_array(), count }
+    }
+}
+
 /// The samples of one primary ray in voxel-centre coordinates (voxel *i* at *i*): sample *k* lies at
 /// `start + k·delta`, k = 0…`count` − 1.
 ///
@@ -16,19 +52,8 @@ pub struct Segment {
 }
 
 impl Segment {
-    /// The samples of `ray` in `grid` at distances of `step` voxels (of the smallest spacing).
-    #[inline]
-    pub fn new(ray: &Ray, grid: &Grid, step: f64) -> Self {
-        let Some((near, far)) = ray.clip(grid) else {
-            return Self { start: [0.0; 3], delta: [0.0; 3], count: 0 };
-        };
-        let delta = step * grid.smallest_voxel();
-        // k + ½ < (far − near)/Δ; the cast saturates at 0.
-        let count = ((far - near) / delta - 0.5).ceil() as u32;
-        let start = grid.world_to_grid(ray.origin + ray.direction * (near + 0.5 * delta)) - DVec3::splat(0.5);
-        let per_step = ray.direction * delta / grid.voxel_size();
-        Self { start: start.as_vec3().to_array(), delta: per_step.as_vec3().to_array(), count }
-    }
+    /// A ray that misses the box.
+    pub const EMPTY: Self = Self { start: [0.0; 3], delta: [0.0; 3], count: 0 };
 
     /// Where sample `k` lies.
     #[inline(always)]
@@ -96,7 +121,7 @@ mod tests {
     fn samples_are_half_a_step_in_and_stop_before_the_far_face() {
         let grid = Grid::new([10, 10, 10], [1.0; 3]).unwrap();
         let ray = Ray { origin: DVec3::new(-2.0, 0.0, 0.0), direction: DVec3::X };
-        let segment = Segment::new(&ray, &grid, 0.5);
+        let segment = Segments::new(&grid, 0.5).of(&ray);
         assert_eq!(segment.count, 20);
         assert!((segment.position(0)[0] - (0.25 - 0.5)).abs() < 1e-5);
         assert!((segment.position(19)[0] - (9.75 - 0.5)).abs() < 1e-5);

@@ -1,10 +1,10 @@
 //! Lit samples waiting for their shadow rays, and the tracing of those rays in lanes.
 
 use super::field::{Field, Texel};
-use super::lanes::Lanes;
+use super::lanes::{Lanes, MOST_LANES};
 use super::march::DARK;
 use super::segment::{LightPath, SHADOW_START, SHADOW_STEP};
-use super::skip::Skip;
+use super::skip::{Course, Skip};
 
 /// Samples of one or more rays: where they are, what light would add, and (once traced) how much arrives.
 #[derive(Default)]
@@ -52,27 +52,22 @@ impl ShadowPool {
         self.len += unsafe { L::bits(m) }.count_ones() as usize;
     }
 
-    /// Σ T·rgb over the samples `from`…`to`, in a fixed order.
+    /// Adds T·rgb of the samples `from`…`to` (at most N) to `sums`, lane by lane.
     ///
     /// # Safety
     /// The instruction set of `L` must be available.
     #[inline(always)]
-    pub unsafe fn arriving<L: Lanes>(&self, from: usize, to: usize) -> [f32; 3] {
+    pub unsafe fn arriving<L: Lanes>(&self, from: usize, to: usize, sums: [L::F; 3]) -> [L::F; 3] {
         // SAFETY: `reserve` left a vector's room after the last sample.
         unsafe {
-            let mut sums = [L::splat(0.0); 3];
-            let mut at = from;
-            while at < to {
-                let inside = L::lt(L::iota(), L::splat((to - at) as f32));
-                let t =
-                    L::select(inside, L::load(self.columns[TRANSMITTANCE].as_ptr().add(at)), L::splat(0.0));
-                for c in 0..3 {
-                    let rgb = L::select(inside, L::load(self.columns[3 + c].as_ptr().add(at)), L::splat(0.0));
-                    sums[c] = L::fma(t, rgb, sums[c]);
-                }
-                at += L::N;
+            let inside = L::lt(L::iota(), L::splat((to - from) as f32));
+            let t = L::select(inside, L::load(self.columns[TRANSMITTANCE].as_ptr().add(from)), L::splat(0.0));
+            let mut out = sums;
+            for c in 0..3 {
+                let rgb = L::select(inside, L::load(self.columns[3 + c].as_ptr().add(from)), L::splat(0.0));
+                out[c] = L::fma(t, rgb, sums[c]);
             }
-            [L::sum(sums[0]), L::sum(sums[1]), L::sum(sums[2])]
+            out
         }
     }
 }
@@ -89,16 +84,13 @@ pub struct ShadowRays<'a, T> {
     pub skip: Option<&'a Skip<'a>>,
 }
 
-/// Most lanes of any instruction set.
-const MOST: usize = 16;
-
 /// The lanes of a bundle of shadow rays, in memory while finished ones are replaced.
 struct Bundle {
-    position: [[f32; MOST]; 3],
-    steps: [f32; MOST],
-    left: [f32; MOST],
-    transmittance: [f32; MOST],
-    sample: [usize; MOST],
+    position: [[f32; MOST_LANES]; 3],
+    steps: [f32; MOST_LANES],
+    left: [f32; MOST_LANES],
+    transmittance: [f32; MOST_LANES],
+    sample: [usize; MOST_LANES],
     next: usize,
 }
 
@@ -107,11 +99,11 @@ const NOBODY: usize = usize::MAX;
 impl Bundle {
     fn new() -> Self {
         Self {
-            position: [[0.0; MOST]; 3],
-            steps: [0.0; MOST],
-            left: [0.0; MOST],
-            transmittance: [1.0; MOST],
-            sample: [NOBODY; MOST],
+            position: [[0.0; MOST_LANES]; 3],
+            steps: [0.0; MOST_LANES],
+            left: [0.0; MOST_LANES],
+            transmittance: [1.0; MOST_LANES],
+            sample: [NOBODY; MOST_LANES],
             next: 0,
         }
     }
@@ -183,6 +175,7 @@ pub unsafe fn trace<L: Lanes, T: Texel>(rays: &ShadowRays<'_, T>, pool: &mut Sha
         let mut samples = 0u64;
         bundle.refill(all, pool, rays.light);
         let (mut p, mut steps, mut left, mut transmittance) = bundle.load::<L>();
+        let course = Course::<L>::towards(rays.light);
         let mut look = 0u32;
         loop {
             let mut active = L::and_m(L::gt(left, zero), L::gt(transmittance, L::splat(DARK)));
@@ -205,7 +198,7 @@ pub unsafe fn trace<L: Lanes, T: Texel>(rays: &ShadowRays<'_, T>, pool: &mut Sha
                 [L::fma(steps, delta[0], p[0]), L::fma(steps, delta[1], p[1]), L::fma(steps, delta[2], p[2])];
             if let Some(skip) = rays.skip {
                 if look == 0 {
-                    let jump = skip.shadow_steps::<L>(at);
+                    let jump = skip.shadow_steps::<L>(at, &course);
                     if L::bits(L::and_m(L::gt(jump, zero), active)) != 0 {
                         steps = L::fma(jump, L::splat(SHADOW_STEP), steps);
                         left = L::sub(left, jump);

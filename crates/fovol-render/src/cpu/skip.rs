@@ -2,7 +2,9 @@
 
 use super::lanes::Lanes;
 use super::macrocells::Macrocells;
-use super::segment::{LightPath, SHADOW_STEP, Segment};
+use super::march::OPAQUE;
+use super::packet::Packet;
+use super::segment::{LightPath, SHADOW_STEP};
 
 /// Stands for "never leaves" along an axis that a ray does not move on.
 const NEVER: f32 = 1e30;
@@ -13,59 +15,79 @@ pub struct Skip<'a> {
     last: [f32; 3],
     pitch: [i32; 3],
     edge: f32,
-    /// 1/Δ towards the light, 0 where it does not move.
-    light_inverse: [f32; 3],
-    /// 0, or [`NEVER`] where the light does not move.
-    light_bias: [f32; 3],
-    light_forward: [bool; 3],
 }
 
 impl<'a> Skip<'a> {
-    /// Skipping by `cells` in a volume of `dims` voxels, and towards `light`.
-    pub fn new(cells: &'a Macrocells, dims: [usize; 3], light: &LightPath) -> Self {
+    /// Skipping by `cells` in a volume of `dims` voxels.
+    pub fn new(cells: &'a Macrocells, dims: [usize; 3]) -> Self {
         let [nx, ny, _] = cells.cells();
         Self {
             cells,
             last: dims.map(|d| (d - 1) as f32),
             pitch: [1, nx as i32, (nx * ny) as i32],
             edge: (1u32 << cells.shift()) as f32,
-            light_inverse: light.inverse.map(|i| if i.is_finite() { i } else { 0.0 }),
-            light_bias: light.inverse.map(|i| if i.is_finite() { 0.0 } else { NEVER }),
-            light_forward: light.delta.map(|d| d > 0.0),
         }
     }
 
-    /// How many samples from `k` on certainly show nothing; 0 where the next one may.
-    #[inline(always)]
-    pub fn primary_samples(&self, segment: &Segment, k: u32) -> u32 {
-        let p = segment.position(k);
-        let shift = self.cells.shift();
-        let cell: [i32; 3] = std::array::from_fn(|a| (p[a].clamp(0.0, self.last[a]) as i32) >> shift);
-        let at = cell[0] + cell[1] * self.pitch[1] + cell[2] * self.pitch[2];
-        let distance = i32::from(self.cells.distances()[at as usize]);
-        if distance == 0 {
-            return 0;
-        }
-        let mut ahead = NEVER;
-        for a in 0..3 {
-            let d = segment.delta[a];
-            if d != 0.0 {
-                let face = if d > 0.0 { cell[a] + distance } else { cell[a] - distance + 1 };
-                ahead = ahead.min((face as f32 * self.edge - p[a]) / d);
-            }
-        }
-        (ahead.ceil() as u32).clamp(1, segment.count - k)
-    }
-
-    /// How many shadow samples from `p` on certainly show nothing, per lane; 0 or less where the next one may.
+    /// Moves every ray of `packet` on to the next sample that may show anything, or past its last.
     ///
     /// # Safety
     /// The instruction set of `L` must be available.
     #[inline(always)]
-    pub unsafe fn shadow_steps<L: Lanes>(&self, p: [L::F; 3]) -> L::F {
+    pub unsafe fn advance<L: Lanes>(&self, packet: &mut Packet) {
+        // SAFETY: the arrays of a packet hold at least N elements.
+        unsafe {
+            let (zero, one) = (L::splat(0.0), L::splat(1.0));
+            let start = Packet::load::<L>(&packet.start);
+            let delta = Packet::load::<L>(&packet.delta);
+            let samples = L::load(packet.samples.0.as_ptr());
+            let passing = L::gt(L::load(packet.transmittance.0.as_ptr()), L::splat(1.0 - OPAQUE));
+            let mut next = L::load(packet.next.0.as_ptr());
+            let mut course =
+                Course::<L> { inverse: [zero; 3], bias: [zero; 3], forward: [L::gt(zero, zero); 3] };
+            for a in 0..3 {
+                let moving = L::gt(L::abs(delta[a]), zero);
+                course.inverse[a] = L::select(moving, L::div(one, L::select(moving, delta[a], one)), zero);
+                course.bias[a] = L::select(moving, zero, L::splat(NEVER));
+                course.forward[a] = L::gt(delta[a], zero);
+            }
+            loop {
+                let p = [
+                    L::fma(next, delta[0], start[0]),
+                    L::fma(next, delta[1], start[1]),
+                    L::fma(next, delta[2], start[2]),
+                ];
+                let ahead = L::max(L::ceil(self.ahead::<L>(p, &course)), zero);
+                let jumping = L::and_m(L::and_m(L::gt(ahead, zero), L::lt(next, samples)), passing);
+                if L::bits(jumping) == 0 {
+                    break;
+                }
+                next = L::select(jumping, L::add(next, ahead), next);
+            }
+            L::store(next, packet.next.0.as_mut_ptr());
+        }
+    }
+
+    /// How many shadow samples from `p` on certainly show nothing, per lane; 0 where the next one may.
+    ///
+    /// # Safety
+    /// The instruction set of `L` must be available.
+    #[inline(always)]
+    pub unsafe fn shadow_steps<L: Lanes>(&self, p: [L::F; 3], light: &Course<L>) -> L::F {
+        // SAFETY: the caller's.
+        unsafe {
+            let ahead = self.ahead::<L>(p, light);
+            L::max(L::ceil(L::mul(ahead, L::splat(1.0 / SHADOW_STEP))), L::splat(0.0))
+        }
+    }
+
+    /// How many steps along `course` it is from `p` out of the empty box around it; 0 or less in a cell
+    /// that shows anything.
+    #[inline(always)]
+    unsafe fn ahead<L: Lanes>(&self, p: [L::F; 3], course: &Course<L>) -> L::F {
         // SAFETY: positions are clamped to the grid, so every cell exists; distances end in four spare bytes.
         unsafe {
-            let zero = L::splat(0.0);
+            let (zero, one) = (L::splat(0.0), L::splat(1.0));
             let mut cell = [L::splat_i(0); 3];
             let mut at = L::splat_i(0);
             for a in 0..3 {
@@ -79,16 +101,45 @@ impl<'a> Skip<'a> {
             for a in 0..3 {
                 let low = L::to_f32(cell[a]);
                 // At distance 0 the face lies behind, and the number of steps comes out at 0 or less.
-                let face = if self.light_forward[a] {
-                    L::add(low, distance)
-                } else {
-                    L::add(L::sub(low, distance), L::splat(1.0))
-                };
+                let face =
+                    L::select(course.forward[a], L::add(low, distance), L::add(L::sub(low, distance), one));
                 let way = L::sub(L::mul(face, L::splat(self.edge)), p[a]);
-                ahead =
-                    L::min(ahead, L::fma(way, L::splat(self.light_inverse[a]), L::splat(self.light_bias[a])));
+                ahead = L::min(ahead, L::fma(way, course.inverse[a], course.bias[a]));
             }
-            L::max(L::ceil(L::mul(ahead, L::splat(1.0 / SHADOW_STEP))), zero)
+            // An axis without motion must not hide that the cell shows something.
+            L::select(L::gt(distance, zero), ahead, zero)
+        }
+    }
+}
+
+/// Directions, prepared for finding the faces that rays leave boxes through.
+pub struct Course<L: Lanes> {
+    /// 1/Δ, 0 where a ray does not move.
+    inverse: [L::F; 3],
+    /// 0, or [`NEVER`] where a ray does not move.
+    bias: [L::F; 3],
+    /// Whether coordinates rise.
+    forward: [L::M; 3],
+}
+
+impl<L: Lanes> Course<L> {
+    /// Towards the light in every lane.
+    ///
+    /// # Safety
+    /// The instruction set of `L` must be available.
+    #[inline(always)]
+    pub unsafe fn towards(light: &LightPath) -> Self {
+        // SAFETY: the caller's.
+        unsafe {
+            let zero = L::splat(0.0);
+            let mut course = Self { inverse: [zero; 3], bias: [zero; 3], forward: [L::gt(zero, zero); 3] };
+            for a in 0..3 {
+                let moving = light.inverse[a].is_finite();
+                course.inverse[a] = L::splat(if moving { light.inverse[a] } else { 0.0 });
+                course.bias[a] = L::splat(if moving { 0.0 } else { NEVER });
+                course.forward[a] = L::gt(L::splat(light.delta[a]), zero);
+            }
+            course
         }
     }
 }

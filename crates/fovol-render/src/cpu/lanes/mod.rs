@@ -9,6 +9,9 @@ pub(crate) mod avx2;
 pub(crate) mod avx512;
 pub(crate) mod portable;
 
+/// The number of lanes of the widest instruction set.
+pub const MOST_LANES: usize = 16;
+
 /// The operations of one instruction set on `N` lanes.
 ///
 /// # Safety
