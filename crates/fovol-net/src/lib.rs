@@ -1,1 +1,8 @@
 //! Reconstruction of full frames from sparse ones.
+//!
+//! [`Fill`] holds the classical alternatives that know nothing but the samples of one frame; they are
+//! what a network has to beat.
+
+mod fill;
+
+pub use fill::Fill;

@@ -1,0 +1,93 @@
+use fovol_core::Frame;
+use rayon::prelude::*;
+use spade::{DelaunayTriangulation, HasPosition, HierarchyHintGenerator, Point2, Triangulation};
+
+/// A sampled pixel.
+struct Sample {
+    at: Point2<f64>,
+    colour: [f32; 3],
+}
+
+impl HasPosition for Sample {
+    type Scalar = f64;
+
+    fn position(&self) -> Point2<f64> {
+        self.at
+    }
+}
+
+type Mesh = DelaunayTriangulation<Sample, (), (), (), HierarchyHintGenerator<f64>>;
+
+/// Rows that one task fills.
+const ROWS: usize = 16;
+
+/// Linear interpolation in the Delaunay triangulation of the samples; the nearest sample outside it.
+pub fn linear(sparse: &Frame) -> Frame {
+    let size = sparse.size();
+    let mut frame = sparse.clone();
+    let samples = samples_of(sparse);
+    if samples.is_empty() {
+        frame.fill([0.0, 0.0, 0.0, 1.0]);
+        return frame;
+    }
+    let mesh = Mesh::bulk_load_stable(samples).expect("pixel positions are finite");
+    for p in frame.pixels_mut() {
+        if p[3] <= 0.5 {
+            p[3] = 0.0;
+        }
+    }
+    draw_triangles(&mesh, &mut frame);
+    let width = size.width as usize;
+    frame.pixels_mut().par_chunks_mut(width * ROWS).enumerate().for_each(|(chunk, rows)| {
+        for (i, p) in rows.iter_mut().enumerate() {
+            if p[3] <= 0.5 {
+                let at = Point2::new((i % width) as f64, (chunk * ROWS + i / width) as f64);
+                let [r, g, b] = mesh.nearest_neighbor(at).map_or([0.0; 3], |v| v.data().colour);
+                *p = [r, g, b, 1.0];
+            }
+        }
+    });
+    frame
+}
+
+fn samples_of(sparse: &Frame) -> Vec<Sample> {
+    let width = sparse.size().width as usize;
+    let sampled = sparse.pixels().iter().enumerate().filter(|(_, p)| p[3] > 0.5);
+    sampled
+        .map(|(i, p)| Sample {
+            at: Point2::new((i % width) as f64, (i / width) as f64),
+            colour: [p[0], p[1], p[2]],
+        })
+        .collect()
+}
+
+/// Fills the unsampled pixels that each triangle covers.
+fn draw_triangles(mesh: &Mesh, frame: &mut Frame) {
+    let width = frame.size().width as usize;
+    for face in mesh.inner_faces() {
+        let corners = face.vertices().map(|v| (v.position(), v.data().colour));
+        let [(a, colour_a), (b, colour_b), (c, colour_c)] = corners;
+        let area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+        let (top, bottom) = (a.y.min(b.y).min(c.y) as usize, a.y.max(b.y).max(c.y) as usize);
+        let (left, right) = (a.x.min(b.x).min(c.x) as usize, a.x.max(b.x).max(c.x) as usize);
+        for y in top..=bottom {
+            for x in left..=right {
+                let pixel = &mut frame.pixels_mut()[y * width + x];
+                if pixel[3] > 0.5 {
+                    continue;
+                }
+                // Twice the areas towards b and c over twice the whole: barycentric coordinates.
+                let (px, py) = (x as f64 - a.x, y as f64 - a.y);
+                let to_b = (px * (c.y - a.y) - py * (c.x - a.x)) / area;
+                let to_c = (py * (b.x - a.x) - px * (b.y - a.y)) / area;
+                if to_b >= 0.0 && to_c >= 0.0 && to_b + to_c <= 1.0 {
+                    let (u, v) = (to_b as f32, to_c as f32);
+                    for i in 0..3 {
+                        pixel[i] = colour_a[i] * (1.0 - u - v) + colour_b[i] * u + colour_c[i] * v;
+                    }
+                    pixel[3] = 1.0;
+                }
+            }
+        }
+    }
+}
