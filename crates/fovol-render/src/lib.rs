@@ -3,3 +3,4 @@
 //! [`cpu`] is the specification of image formation and its fast twins.
 
 pub mod cpu;
+pub mod noise;

@@ -5,13 +5,17 @@
 //! empty space at once ([`Macrocells`]).
 
 mod bricks;
+mod compact;
+mod direct;
 mod field;
 mod kernel;
 mod lanes;
 mod macrocells;
 pub mod march;
+mod mask;
 mod packet;
 mod renderer;
+mod scatter;
 mod segment;
 mod shadow_grid;
 mod shadow_pool;
@@ -20,7 +24,11 @@ mod skip;
 mod transfer_table;
 
 pub use bricks::{BRICK, BrickData, BrickLayout, Bricks};
+pub use compact::compact;
+pub use direct::{DirectSamples, direct, mask_of};
 pub use macrocells::Macrocells;
+pub use mask::{mask, sampled};
 pub use renderer::{RenderOptions, Renderer};
+pub use scatter::scatter;
 pub use segment::{LightPath, Segment, Segments};
 pub use simd::Simd;
