@@ -1,0 +1,70 @@
+use super::source::Source;
+use crate::Result;
+use std::io::Read;
+
+/// The compressions that volume files use.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Compression {
+    /// gzip, several members too.
+    Gzip,
+    /// A bare zlib stream.
+    Zlib,
+    /// bzip2, several streams too.
+    Bzip2,
+}
+
+/// Memory is asked for in pieces of this size at most, so that a small file cannot make us ask for much.
+const PIECE: usize = 16 << 20;
+
+/// Decompresses `bytes` of `source` until `needed` bytes are there.
+///
+/// Memory grows with what really comes out; a bomb is read no further than `needed`.
+///
+/// # Errors
+/// A stream that is damaged or ends before `needed` bytes.
+pub fn decompress(source: &Source, bytes: &[u8], compression: Compression, needed: usize) -> Result<Vec<u8>> {
+    let mut reader: Box<dyn Read + '_> = match compression {
+        Compression::Gzip => Box::new(flate2::bufread::MultiGzDecoder::new(bytes)),
+        Compression::Zlib => Box::new(flate2::bufread::ZlibDecoder::new(bytes)),
+        Compression::Bzip2 => Box::new(bzip2::bufread::MultiBzDecoder::new(bytes)),
+    };
+    read_exactly(source, &mut reader, needed)
+}
+
+/// Reads `needed` bytes, growing with what really comes.
+///
+/// # Errors
+/// A stream that fails or ends early.
+pub fn read_exactly(source: &Source, reader: &mut dyn Read, needed: usize) -> Result<Vec<u8>> {
+    let mut out = Vec::new();
+    while out.len() < needed {
+        let more = (needed - out.len()).min(PIECE);
+        let before = out.len();
+        out.resize(before + more, 0);
+        reader.read_exact(&mut out[before..]).map_err(|e| {
+            source.malformed(format!(
+                "its compressed data is damaged or ends before the {needed} bytes that its header promises ({e}); copy or download the file again"
+            ))
+        })?;
+    }
+    Ok(out)
+}
+
+/// Decompresses everything in `bytes`, up to `limit` bytes.
+///
+/// # Errors
+/// A damaged stream, or more than `limit` bytes.
+pub fn decompress_all(source: &Source, bytes: &[u8], compression: Compression, limit: usize) -> Result<Vec<u8>> {
+    let mut out = Vec::new();
+    let mut reader: Box<dyn Read + '_> = match compression {
+        Compression::Gzip => Box::new(flate2::bufread::MultiGzDecoder::new(bytes)),
+        Compression::Zlib => Box::new(flate2::bufread::ZlibDecoder::new(bytes)),
+        Compression::Bzip2 => Box::new(bzip2::bufread::MultiBzDecoder::new(bytes)),
+    };
+    let read = reader.by_ref().take(limit as u64 + 1).read_to_end(&mut out);
+    read.map_err(|e| source.malformed(format!("its compressed data is damaged ({e}); copy or download the file again")))?;
+    if out.len() > limit {
+        return Err(source.malformed(format!("it decompresses to more than {limit} bytes; is it a volume?")));
+    }
+    Ok(out)
+}
