@@ -1,0 +1,61 @@
+use super::seeded::mix;
+use fovol_core::{Grid, Result};
+use glam::Vec3;
+use rayon::prelude::*;
+
+/// The cube [−1, 1]³ seen through a grid.
+pub(super) struct Domain {
+    grid: Grid,
+    seed: u64,
+}
+
+/// One voxel: its number along each axis and its centre.
+#[derive(Clone, Copy)]
+pub(super) struct Site {
+    pub index: [usize; 3],
+    pub centre: Vec3,
+}
+
+impl Domain {
+    /// The cube with `dims` voxels along its edges; the shortest edge of a voxel is the unit of the spacing.
+    pub fn new(dims: [usize; 3], seed: u64) -> Result<Self> {
+        let longest = dims[0].max(dims[1]).max(dims[2]) as f64;
+        let grid = Grid::new(dims, dims.map(|side| longest / side as f64))?;
+        Ok(Self { grid, seed })
+    }
+
+    pub fn grid(&self) -> Grid {
+        self.grid
+    }
+
+    /// A seed for one of several random parts of a volume.
+    pub fn seed(&self, part: u32) -> u64 {
+        mix(self.seed ^ mix(u64::from(part) + 1))
+    }
+
+    /// The shortest edge of a voxel, in units of the cube.
+    pub fn voxel(&self) -> f32 {
+        let [x, y, z] = self.grid.dims();
+        2.0 / x.max(y).max(z) as f32
+    }
+
+    /// The centres of the voxels along `axis`.
+    pub fn centres(&self, axis: usize) -> Vec<f32> {
+        let side = self.grid.dims()[axis];
+        (0..side).map(|i| ((i as f32 + 0.5) / side as f32) * 2.0 - 1.0).collect()
+    }
+
+    /// `value` at every voxel, x fastest.
+    pub fn sample<T: Send + Copy + Default>(&self, value: impl Fn(Site) -> T + Sync) -> Vec<T> {
+        let [nx, ny, _] = self.grid.dims();
+        let [xs, ys, zs] = [0, 1, 2].map(|axis| self.centres(axis));
+        let mut values = vec![T::default(); self.grid.voxels()];
+        values.par_chunks_mut(nx).enumerate().for_each(|(row, out)| {
+            let (y, z) = (row % ny, row / ny);
+            for (x, out) in out.iter_mut().enumerate() {
+                *out = value(Site { index: [x, y, z], centre: Vec3::new(xs[x], ys[y], zs[z]) });
+            }
+        });
+        values
+    }
+}
