@@ -4,7 +4,7 @@ use crate::{Error, Result};
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
-use tempfile::NamedTempFile;
+use tempfile::{NamedTempFile, TempPath};
 
 /// Writes `path` by `fill`: to a temporary name in the same folder, renamed when everything is written.
 ///
@@ -18,9 +18,16 @@ pub fn write(path: &Path, fill: impl FnOnce(&mut BufWriter<&File>) -> io::Result
         let mut out = BufWriter::with_capacity(1 << 18, temporary.as_file());
         fill(&mut out).and_then(|()| out.flush()).map_err(failed)?;
     }
-    readable_by_all(temporary.as_file()).map_err(failed)?;
-    temporary.persist(path).map_err(|e| failed(e.error))?;
-    Ok(())
+    persist(temporary.into_temp_path(), path)
+}
+
+/// Gives a complete temporary file its name.
+///
+/// # Errors
+/// What the system said; the temporary file is gone then.
+pub fn persist(temporary: TempPath, path: &Path) -> Result<()> {
+    readable_by_all(&temporary).map_err(|e| Error::io("write", path, e))?;
+    temporary.persist(path).map_err(|e| Error::io("write", path, e.error))
 }
 
 /// Writes `bytes` to `path` as [`write`] does.
@@ -41,13 +48,13 @@ pub fn make_folder(path: &Path) -> Result<()> {
 
 /// Temporary files are private; results are as other new files.
 #[cfg(unix)]
-fn readable_by_all(file: &File) -> io::Result<()> {
+fn readable_by_all(file: &Path) -> io::Result<()> {
     use std::os::unix::fs::PermissionsExt;
-    file.set_permissions(fs::Permissions::from_mode(0o644))
+    fs::set_permissions(file, fs::Permissions::from_mode(0o644))
 }
 
 #[cfg(not(unix))]
-fn readable_by_all(_: &File) -> io::Result<()> {
+fn readable_by_all(_: &Path) -> io::Result<()> {
     Ok(())
 }
 

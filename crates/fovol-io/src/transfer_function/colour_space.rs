@@ -1,0 +1,164 @@
+//! The spaces that other programs interpolate colours in.
+
+/// Where colours between two corners come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Interpolation {
+    /// Display RGB.
+    Rgb,
+    /// Hue, saturation, value; hue the shorter way round.
+    Hsv,
+    /// CIE L*a*b*, white D65.
+    Lab,
+    /// Polar L*a*b* through white (Moreland, "Diverging Color Maps for Scientific Visualization", 2009).
+    Diverging,
+}
+
+type Colour = [f64; 3];
+
+impl Interpolation {
+    /// ParaView's name of a space; unknown ones are RGB.
+    pub fn named(name: &str) -> Self {
+        match name.to_ascii_lowercase().as_str() {
+            "hsv" => Self::Hsv,
+            "lab" | "cielab" => Self::Lab,
+            "diverging" => Self::Diverging,
+            _ => Self::Rgb,
+        }
+    }
+
+    /// The display colour at `f` between `a` and `b`.
+    pub fn between(self, a: Colour, b: Colour, f: f64) -> Colour {
+        match self {
+            Self::Rgb => mix(a, b, f),
+            Self::Lab => from_lab(mix(to_lab(a), to_lab(b), f)),
+            Self::Hsv => {
+                let (mut p, mut q) = (to_hsv(a), to_hsv(b));
+                if (p[0] - q[0]).abs() > 0.5 {
+                    if p[0] < q[0] { p[0] += 1.0 } else { q[0] += 1.0 }
+                }
+                from_hsv(mix(p, q, f))
+            }
+            Self::Diverging => diverging(a, b, f),
+        }
+    }
+}
+
+fn mix(a: Colour, b: Colour, f: f64) -> Colour {
+    std::array::from_fn(|c| a[c] + f * (b[c] - a[c]))
+}
+
+fn to_hsv([r, g, b]: Colour) -> Colour {
+    let (high, low) = (r.max(g).max(b), r.min(g).min(b));
+    let range = high - low;
+    let hue = if range == 0.0 {
+        0.0
+    } else if high == r {
+        ((g - b) / range).rem_euclid(6.0) / 6.0
+    } else if high == g {
+        ((b - r) / range + 2.0) / 6.0
+    } else {
+        ((r - g) / range + 4.0) / 6.0
+    };
+    [hue, if high == 0.0 { 0.0 } else { range / high }, high]
+}
+
+fn from_hsv([h, s, v]: Colour) -> Colour {
+    let channel = |n: f64| {
+        let k = (n + h * 6.0).rem_euclid(6.0);
+        v - v * s * k.min(4.0 - k).clamp(0.0, 1.0)
+    };
+    [channel(5.0), channel(3.0), channel(1.0)]
+}
+
+/// White D65.
+const WHITE: Colour = [0.950_47, 1.0, 1.088_83];
+
+fn to_lab(rgb: Colour) -> Colour {
+    let [r, g, b] = rgb.map(|c| if c > 0.040_45 { ((c + 0.055) / 1.055).powf(2.4) } else { c / 12.92 });
+    let xyz = [
+        0.412_4 * r + 0.357_6 * g + 0.180_5 * b,
+        0.212_6 * r + 0.715_2 * g + 0.072_2 * b,
+        0.019_3 * r + 0.119_2 * g + 0.950_5 * b,
+    ];
+    let f: Colour = std::array::from_fn(|i| {
+        let t = xyz[i] / WHITE[i];
+        if t > 0.008_856 { t.cbrt() } else { 7.787 * t + 16.0 / 116.0 }
+    });
+    [116.0 * f[1] - 16.0, 500.0 * (f[0] - f[1]), 200.0 * (f[1] - f[2])]
+}
+
+fn from_lab([l, a, b]: Colour) -> Colour {
+    let fy = (l + 16.0) / 116.0;
+    let f = [fy + a / 500.0, fy, fy - b / 200.0];
+    let [x, y, z]: Colour = std::array::from_fn(|i| {
+        let cube = f[i].powi(3);
+        WHITE[i] * if cube > 0.008_856 { cube } else { (f[i] - 16.0 / 116.0) / 7.787 }
+    });
+    let linear = [
+        3.240_6 * x - 1.537_2 * y - 0.498_6 * z,
+        -0.968_9 * x + 1.875_8 * y + 0.041_5 * z,
+        0.055_7 * x - 0.204 * y + 1.057 * z,
+    ];
+    linear.map(|c| {
+        (if c > 0.003_130_8 { 1.055 * c.powf(1.0 / 2.4) - 0.055 } else { 12.92 * c }).clamp(0.0, 1.0)
+    })
+}
+
+/// L*a*b* in polar form: magnitude, saturation angle, hue angle.
+fn to_msh(rgb: Colour) -> Colour {
+    let [l, a, b] = to_lab(rgb);
+    let m = (l * l + a * a + b * b).sqrt();
+    let s = if m > 0.001 { (l / m).clamp(-1.0, 1.0).acos() } else { 0.0 };
+    [m, s, if s > 0.001 { b.atan2(a) } else { 0.0 }]
+}
+
+fn from_msh([m, s, h]: Colour) -> Colour {
+    from_lab([m * s.cos(), m * s.sin() * h.cos(), m * s.sin() * h.sin()])
+}
+
+fn diverging(a: Colour, b: Colour, f: f64) -> Colour {
+    let (mut p, mut q) = (to_msh(a), to_msh(b));
+    let mut f = f;
+    let apart = (p[2] - q[2]).abs();
+    let apart = apart.min(std::f64::consts::TAU - apart);
+    if p[1] > 0.05 && q[1] > 0.05 && apart > std::f64::consts::FRAC_PI_3 {
+        // Two saturated colours of different hue: through white.
+        let middle = [p[0].max(q[0]).max(88.0), 0.0, 0.0];
+        if f < 0.5 {
+            (q, f) = (middle, 2.0 * f);
+        } else {
+            (p, f) = (middle, 2.0 * f - 1.0);
+        }
+    }
+    if p[1] < 0.05 && q[1] > 0.05 {
+        p[2] = spun(q, p[0]);
+    } else if q[1] < 0.05 && p[1] > 0.05 {
+        q[2] = spun(p, q[0]);
+    }
+    from_msh(mix(p, q, f))
+}
+
+/// The hue that an unsaturated colour of magnitude `m` takes on the way from `saturated`.
+fn spun([m0, s, h]: Colour, m: f64) -> f64 {
+    if m0 >= m {
+        return h;
+    }
+    let spin = s * (m * m - m0 * m0).sqrt() / (m0 * s.sin());
+    if h > -std::f64::consts::FRAC_PI_3 { h + spin } else { h - spin }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn ends_are_met_in_every_space(a in prop::array::uniform3(0.0f64..=1.0), b in prop::array::uniform3(0.0f64..=1.0)) {
+            for space in [Interpolation::Rgb, Interpolation::Hsv, Interpolation::Lab, Interpolation::Diverging] {
+                let (start, end) = (space.between(a, b, 0.0), space.between(a, b, 1.0));
+                prop_assert!((0..3).all(|c| (start[c] - a[c]).abs() < 2e-3 && (end[c] - b[c]).abs() < 2e-3), "{space:?} {start:?} {end:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,296 @@
+use crate::parse;
+use fovol_core::{FrameSize, ShadowMode, SurfaceShading};
+use fovol_net::Fill;
+use fovol_render::noise::NoiseKind;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+/// Everything a picture depends on besides the volume, as far as it was said: the flags of the command
+/// line and the `[render]` table of a session file are the same words. What was not said has the
+/// defaults that the accessors give.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+#[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
+pub struct RenderSettings {
+    /// Frame size in pixels [default: 1280x720]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "WxH"))]
+    pub size: Option<FrameSize>,
+    /// Number of frames [default: 1]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
+    pub frames: Option<u32>,
+    /// Number of the first frame; cameras and noise follow it [default: 0]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "T"))]
+    pub first_frame: Option<u32>,
+    /// Camera path: orbit, flythrough, or a TOML file of keyframes [default: orbit]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "PATH"))]
+    pub path: Option<String>,
+    /// A still camera: eye, target, vertical field of view in degrees
+    #[cfg_attr(feature = "clap", arg(long, value_name = "EX,EY,EZ,TX,TY,TZ,FOVY", value_parser = parse::numbers::<7>, allow_hyphen_values = true))]
+    pub camera: Option<[f64; 7]>,
+    /// Transfer function: auto, a preset, a colour map, or a file (our JSON, ParaView JSON, Inviwo itf) [default: auto]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME|FILE"))]
+    pub tf: Option<String>,
+    /// Direction from the scene towards the light [default: 0.5,1,0.3]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "X,Y,Z", value_parser = parse::numbers::<3>, allow_hyphen_values = true))]
+    pub light: Option<[f64; 3]>,
+    /// Shadows: on, off or cached [default: on]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "MODE", value_parser = shadows))]
+    pub shadows: Option<ShadowMode>,
+    /// Surface shading: flat or gradient [default: flat]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "MODE", value_parser = shading))]
+    pub shading: Option<SurfaceShading>,
+    /// Share of light that reaches everything, 0 to 1 [default: 0.3]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "A", value_parser = parse::number, allow_hyphen_values = true))]
+    pub ambient: Option<f64>,
+    /// Background colour, 0 to 1 each [default: 0,0,0]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "R,G,B", value_parser = parse::numbers::<3>, allow_hyphen_values = true))]
+    pub background: Option<[f64; 3]>,
+    /// Sampling distance along rays in voxels [default: 0.5]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "S", value_parser = parse::number, allow_hyphen_values = true))]
+    pub step: Option<f64>,
+    /// Which pixels are marched and how: full, reject, direct or compact [default: compact]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "HOW"))]
+    pub sampling: Option<Sampling>,
+    /// Share of pixels sampled away from the gaze, 0 to 1 [default: 0.03]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "P", value_parser = parse::number, allow_hyphen_values = true))]
+    pub pb: Option<f64>,
+    /// Standard deviation of the fovea in image widths; 0 for none [default: 0.02]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "S", value_parser = parse::number, allow_hyphen_values = true))]
+    pub sigma: Option<f64>,
+    /// Gaze as fractions of the image from its top left, `wander`, or a TOML file of stops [default: 0.5,0.5]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "X,Y", allow_hyphen_values = true))]
+    pub gaze: Option<String>,
+    /// Noise that chooses the pixels: stbn, blue or uniform [default: stbn]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "KIND"))]
+    #[serde(with = "as_text")]
+    pub noise: Option<NoiseKind>,
+    /// Seed of everything random [default: 0]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
+    pub seed: Option<u64>,
+    /// How sparse frames are filled: none, pull-push or linear [default: pull-push]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "HOW"))]
+    pub reconstruct: Option<Reconstruction>,
+}
+
+impl RenderSettings {
+    /// These settings, with those that `over` says taking precedence.
+    #[must_use]
+    pub fn overridden_by(self, over: Self) -> Self {
+        macro_rules! merged {
+            ($($field:ident),*) => { Self { $($field: over.$field.or(self.$field)),* } };
+        }
+        merged!(
+            size, frames, first_frame, path, camera, tf, light, shadows, shading, ambient, background, step,
+            sampling, pb, sigma, gaze, noise, seed, reconstruct
+        )
+    }
+
+    /// The frame size.
+    pub fn frame_size(&self) -> FrameSize {
+        self.size.unwrap_or_default()
+    }
+
+    /// The frames to render.
+    pub fn frame_numbers(&self) -> std::ops::Range<u32> {
+        let first = self.first_frame.unwrap_or(0);
+        first..first.saturating_add(self.frames.unwrap_or(1))
+    }
+
+    /// How pixels are chosen.
+    pub fn sampling(&self) -> Sampling {
+        self.sampling.unwrap_or_default()
+    }
+
+    /// How sparse frames are filled.
+    pub fn reconstruction(&self) -> Reconstruction {
+        self.reconstruct.unwrap_or_default()
+    }
+}
+
+/// Which pixels are marched, and how they are found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Sampling {
+    /// Every pixel.
+    Full,
+    /// The full grid, unsampled pixels ending at once.
+    Reject,
+    /// Positions drawn from the density; some are drawn twice.
+    Direct,
+    /// A mask, packed by stream compaction.
+    #[default]
+    Compact,
+}
+
+impl Sampling {
+    /// All four.
+    pub const ALL: [Self; 4] = [Self::Full, Self::Reject, Self::Direct, Self::Compact];
+
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Full => "full",
+            Self::Reject => "reject",
+            Self::Direct => "direct",
+            Self::Compact => "compact",
+        }
+    }
+}
+
+impl FromStr for Sampling {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        Self::ALL.into_iter().find(|s| s.name() == text).ok_or_else(|| format!("`{text}` is no way of sampling; use full, reject, direct or compact"))
+    }
+}
+
+/// How sparse frames become full ones.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub enum Reconstruction {
+    /// Not at all.
+    None,
+    /// By a classical fill.
+    Fill(Fill),
+}
+
+impl Default for Reconstruction {
+    fn default() -> Self {
+        Self::Fill(Fill::PullPush)
+    }
+}
+
+impl fmt::Display for Reconstruction {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::None => f.write_str("none"),
+            Self::Fill(fill) => fill.fmt(f),
+        }
+    }
+}
+
+impl FromStr for Reconstruction {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "none" => Ok(Self::None),
+            "wnet" | "deepfovea" => {
+                Err(format!("the network `{text}` is not part of this version yet; use none, pull-push or linear"))
+            }
+            other => other
+                .parse()
+                .map(Self::Fill)
+                .map_err(|_| format!("`{other}` is no reconstruction; use none, pull-push or linear")),
+        }
+    }
+}
+
+impl TryFrom<String> for Reconstruction {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        text.parse()
+    }
+}
+
+impl From<Reconstruction> for String {
+    fn from(r: Reconstruction) -> Self {
+        r.to_string()
+    }
+}
+
+/// What a file does not say about its volume, or says wrongly.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+#[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
+pub struct VolumeSettings {
+    /// Voxels along x, y, z
+    #[cfg_attr(feature = "clap", arg(long, value_name = "X,Y,Z", value_parser = parse::whole_numbers::<3>))]
+    pub dims: Option<[usize; 3]>,
+    /// Voxel type: u8 i8 u16 i16 u32 i32 u64 i64 f16 f32 f64
+    #[cfg_attr(feature = "clap", arg(long, value_name = "TYPE"))]
+    pub dtype: Option<fovol_core::Dtype>,
+    /// Byte order: little or big
+    #[cfg_attr(feature = "clap", arg(long, value_name = "ORDER"))]
+    pub endian: Option<fovol_core::Endian>,
+    /// Distance between voxels along x, y, z
+    #[cfg_attr(feature = "clap", arg(long, value_name = "X,Y,Z", value_parser = parse::numbers::<3>, allow_hyphen_values = true))]
+    pub spacing: Option<[f64; 3]>,
+    /// Values shown as 0 and 1
+    #[cfg_attr(feature = "clap", arg(long, value_name = "LO,HI", value_parser = parse::numbers::<2>, allow_hyphen_values = true))]
+    pub range: Option<[f64; 2]>,
+}
+
+impl VolumeSettings {
+    /// The same, as reading a file takes them.
+    pub fn overrides(&self) -> fovol_io::volume::Overrides {
+        fovol_io::volume::Overrides {
+            dims: self.dims,
+            dtype: self.dtype,
+            endian: self.endian,
+            spacing: self.spacing,
+            range: self.range,
+        }
+    }
+}
+
+/// Choices of speed: they change how long a picture takes, not what it shows.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+pub struct SpeedSettings {
+    /// Number of threads [default: all cores]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
+    pub threads: Option<usize>,
+    /// Instruction set of the marcher: auto, scalar, portable, avx2 or avx512 [default: auto]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "SET"))]
+    pub simd: Option<fovol_render::cpu::Simd>,
+    /// March through empty space instead of leaving it at once
+    #[cfg_attr(feature = "clap", arg(long))]
+    pub no_skip: bool,
+}
+
+/// The source of a volume: a file or folder, or a procedural volume.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct VolumePath(pub PathBuf);
+
+#[cfg(feature = "clap")]
+fn shadows(text: &str) -> Result<ShadowMode, String> {
+    match text {
+        "on" => Ok(ShadowMode::On),
+        "off" => Ok(ShadowMode::Off),
+        "cached" => Ok(ShadowMode::Cached),
+        other => Err(format!("`{other}` is no shadow mode; use on, off or cached")),
+    }
+}
+
+#[cfg(feature = "clap")]
+fn shading(text: &str) -> Result<SurfaceShading, String> {
+    match text {
+        "flat" => Ok(SurfaceShading::Flat),
+        "gradient" => Ok(SurfaceShading::Gradient),
+        other => Err(format!("`{other}` is no shading; use flat or gradient")),
+    }
+}
+
+/// Optional words that read from and print as text.
+mod as_text {
+    use serde::{Deserialize, Deserializer, Serializer, de::Error};
+    use std::fmt::Display;
+    use std::str::FromStr;
+
+    pub fn serialize<T: Display, S: Serializer>(value: &Option<T>, to: S) -> Result<S::Ok, S::Error> {
+        match value {
+            Some(v) => to.collect_str(v),
+            None => to.serialize_none(),
+        }
+    }
+
+    pub fn deserialize<'de, T: FromStr<Err = String>, D: Deserializer<'de>>(from: D) -> Result<Option<T>, D::Error> {
+        let text = Option::<String>::deserialize(from)?;
+        text.map(|t| t.parse().map_err(D::Error::custom)).transpose()
+    }
+}
