@@ -1,6 +1,7 @@
 //! Volumes, images, video, sessions and data sets, in and out.
 
 pub mod atomic;
+pub mod dataset;
 mod error;
 pub mod image;
 pub mod procedural;
