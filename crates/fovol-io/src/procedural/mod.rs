@@ -3,7 +3,8 @@
 //! Each stands in for a class of real data: simulated flow, medical and industrial scans, thin
 //! structures in empty space. All fill the cube [−1, 1]³ with +y up and +z towards the viewer of
 //! frame 0; a grid that is not cubic samples the same cube with a spacing to match. The same kind,
-//! size and seed give the same bytes, whatever the number of threads.
+//! size and seed give the same bytes, whatever the number of threads. (Another processor or another
+//! mathematical library may round last digits otherwise.)
 //!
 //! ```
 //! use fovol_io::procedural::{Procedural, make};
