@@ -175,7 +175,7 @@ impl Pattern {
         let least =
             |keys: &[u64]| (0..keys.len()).min_by_key(|&i| keys[i]).expect("no list of keys is empty");
         let frame = least(&self.best_of_frame);
-        let row = frame * self.size.height + least(&self.best_of_frame_rows(frame));
+        let row = frame * self.size.height + least(self.best_of_frame_rows(frame));
         row * self.size.width + least(self.row_keys(row))
     }
 
