@@ -54,7 +54,12 @@ pub fn read_exactly(source: &Source, reader: &mut dyn Read, needed: usize) -> Re
 ///
 /// # Errors
 /// A damaged stream, or more than `limit` bytes.
-pub fn decompress_all(source: &Source, bytes: &[u8], compression: Compression, limit: usize) -> Result<Vec<u8>> {
+pub fn decompress_all(
+    source: &Source,
+    bytes: &[u8],
+    compression: Compression,
+    limit: usize,
+) -> Result<Vec<u8>> {
     let mut out = Vec::new();
     let mut reader: Box<dyn Read + '_> = match compression {
         Compression::Gzip => Box::new(flate2::bufread::MultiGzDecoder::new(bytes)),
@@ -62,7 +67,9 @@ pub fn decompress_all(source: &Source, bytes: &[u8], compression: Compression, l
         Compression::Bzip2 => Box::new(bzip2::bufread::MultiBzDecoder::new(bytes)),
     };
     let read = reader.by_ref().take(limit as u64 + 1).read_to_end(&mut out);
-    read.map_err(|e| source.malformed(format!("its compressed data is damaged ({e}); copy or download the file again")))?;
+    read.map_err(|e| {
+        source.malformed(format!("its compressed data is damaged ({e}); copy or download the file again"))
+    })?;
     if out.len() > limit {
         return Err(source.malformed(format!("it decompresses to more than {limit} bytes; is it a volume?")));
     }

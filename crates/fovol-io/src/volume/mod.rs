@@ -1,9 +1,9 @@
 //! Volume files.
 
 mod decompress;
-mod source;
-
+mod format;
 mod raw;
+mod source;
 
 use crate::Result;
 use fovol_core::{Dtype, Endian, Volume};
@@ -13,11 +13,11 @@ use std::path::Path;
 /// What a user says about a volume over the head of its file.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Overrides {
-    /// Voxels along x, y, z.
+    /// Voxels along x, y, z: for bare voxels; other files say it themselves.
     pub dims: Option<[usize; 3]>,
-    /// The type of one component.
+    /// The type of one component: for bare voxels.
     pub dtype: Option<Dtype>,
-    /// The byte order.
+    /// The byte order: for bare voxels.
     pub endian: Option<Endian>,
     /// The distance between voxels along x, y, z.
     pub spacing: Option<[f64; 3]>,
@@ -31,9 +31,35 @@ pub struct Overrides {
 /// # Errors
 /// A file that is missing, damaged or of no known kind; one line that says how to mend it.
 pub fn read(path: &Path, overrides: &Overrides) -> Result<Volume> {
-    let source = Source::open(path)?;
-    let volume = raw::parse(&source, overrides)?;
-    finished(&source, volume, overrides)
+    if path.is_dir() {
+        let volume = format::read_folder(path)?;
+        return finished(&Source::from_bytes(path, Vec::new()), volume, overrides);
+    }
+    parse(&Source::open(path)?, overrides)
+}
+
+/// Reads the volume in `source`, as [`read`] does.
+///
+/// # Errors
+/// As [`read`].
+pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
+    let volume = match format::parser_of(source)? {
+        Some(parser) => says_the_same(source, parser(source)?, overrides)?,
+        None => raw::parse(source, overrides)?,
+    };
+    finished(source, volume, overrides)
+}
+
+/// `volume`, where the user claims nothing against the header of its file.
+fn says_the_same(source: &Source, volume: Volume, overrides: &Overrides) -> Result<Volume> {
+    let [x, y, z] = volume.grid().dims();
+    if overrides.dims.is_some_and(|dims| dims != [x, y, z]) {
+        return Err(source.malformed(format!("its header says {x}x{y}x{z} voxels; leave out --dims")));
+    }
+    if overrides.dtype.is_some_and(|dtype| dtype != volume.dtype()) {
+        return Err(source.malformed(format!("its header says {}; leave out --dtype", volume.dtype())));
+    }
+    Ok(volume)
 }
 
 /// `volume` with the spacing and range that the user asked for.

@@ -17,12 +17,20 @@ pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
         source.malformed("its size is not known; give --dims X,Y,Z and --dtype, or name it like name_256x256x256_uint8.raw")
     })?;
     let dtype = overrides.dtype.or(named.dtype).ok_or_else(|| {
-        source.malformed("its voxel type is not known; give --dtype, or name it like name_256x256x256_uint8.raw")
+        source.malformed(
+            "its voxel type is not known; give --dtype, or name it like name_256x256x256_uint8.raw",
+        )
     })?;
-    let grid = Grid::new(dims, overrides.spacing.unwrap_or([1.0; 3])).map_err(|e| source.malformed(e.to_string()))?;
+    let grid = Grid::new(dims, overrides.spacing.unwrap_or([1.0; 3]))
+        .map_err(|e| source.malformed(e.to_string()))?;
     let endian = overrides.endian.unwrap_or(Endian::Little);
     let bytes: VoxelBytes = if source.bytes().starts_with(&[0x1F, 0x8B]) {
-        Arc::new(decompress(source, source.bytes(), Compression::Gzip, grid.voxels().saturating_mul(dtype.size()))?)
+        Arc::new(decompress(
+            source,
+            source.bytes(),
+            Compression::Gzip,
+            grid.voxels().saturating_mul(dtype.size()),
+        )?)
     } else {
         source.shared()
     };
