@@ -1,2 +1,84 @@
 //! The `fovolnet` command.
-fn main() {}
+
+mod bench;
+mod commands;
+mod console;
+mod interrupt;
+mod picture;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Foveated sparse volume rendering with reconstruction.
+#[derive(Parser)]
+#[command(name = "fovolnet", version, max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Render a short foveated fly-through of a built-in volume, with everything to look at
+    Demo(commands::demo::Demo),
+    /// Say what a volume file holds
+    Info(commands::info::Info),
+    /// List, make and download volumes
+    Data(commands::data::Data),
+    /// Make and check the noise that chooses pixels
+    Noise(commands::noise::NoiseArgs),
+    /// Write the sample map of one frame
+    Mask(commands::mask::Mask),
+    /// Render frames of a volume
+    Render(commands::render::Render),
+    /// Fill sparse frames of any renderer
+    Reconstruct(commands::reconstruct::Reconstruct),
+    /// Compare two folders of frames, or two clips
+    Metrics(commands::metrics::Metrics),
+    /// Measure this machine
+    Bench(bench::Bench),
+}
+
+fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return usage(&error),
+    };
+    interrupt::install();
+    let result = match cli.command {
+        Command::Demo(args) => args.run(),
+        Command::Info(args) => args.run(),
+        Command::Data(args) => args.run(),
+        Command::Noise(args) => args.run(),
+        Command::Mask(args) => args.run(),
+        Command::Render(args) => args.run(),
+        Command::Reconstruct(args) => args.run(),
+        Command::Metrics(args) => args.run(),
+        Command::Bench(args) => args.run(),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        // Whoever reads our output has enough of it.
+        Err(error) if console::is_broken_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {}", console::one_line(&error));
+            ExitCode::from(1)
+        }
+    }
+}
+
+/// Help and version go to standard output as they are; wrong usage is one line.
+fn usage(error: &clap::Error) -> ExitCode {
+    if !error.use_stderr() {
+        print!("{error}");
+        return ExitCode::SUCCESS;
+    }
+    let text = error.to_string();
+    let what: Vec<&str> =
+        text.lines().take_while(|line| !line.starts_with("Usage:")).map(str::trim).collect();
+    let what = what.join(" ");
+    let what =
+        what.trim().trim_start_matches("error: ").split("For more information").next().unwrap_or_default();
+    eprintln!("error: {}; see `fovolnet --help` or `fovolnet COMMAND --help`", what.trim());
+    ExitCode::from(2)
+}

@@ -1,1 +1,40 @@
 //! Foveated sparse volume rendering with reconstruction.
+//!
+//! A volume is marched at a few per cent of the pixels, densely where the eye looks, and the rest of the
+//! frame is reconstructed. [`Pipeline`] does all of it for one frame after the other; [`RenderSettings`]
+//! are the words that flags and [`Session`] files share.
+//!
+//! ```
+//! use fovolnet::{Pipeline, RenderSettings, SpeedSettings, VolumeSettings, open_volume};
+//!
+//! let volume = open_volume("marschner-lobb", &VolumeSettings { dims: Some([24; 3]), ..Default::default() })?;
+//! let settings = RenderSettings { size: Some("64x48".parse()?), ..Default::default() };
+//! let mut pipeline = Pipeline::new(&volume, &settings, &SpeedSettings::default())?;
+//! let frame = pipeline.render(0);
+//! assert!(frame.samples > 0 && frame.frame.pixels().iter().all(|p| p[3] == 1.0));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod error;
+mod machine;
+mod open;
+pub mod parse;
+mod pipeline;
+pub mod presets;
+mod report;
+mod session;
+mod settings;
+mod toml_file;
+
+pub use error::{Error, Result};
+pub use fovol_core as core;
+pub use fovol_io as io;
+pub use fovol_metrics as metrics;
+pub use fovol_net as net;
+pub use fovol_render as render;
+pub use machine::Machine;
+pub use open::{OpenVolume, open_volume};
+pub use pipeline::{Pipeline, RenderedFrame, Timings};
+pub use report::{FrameReport, MeanReport, RenderReport};
+pub use session::Session;
+pub use settings::{Reconstruction, RenderSettings, Sampling, SpeedSettings, VolumeSettings};

@@ -6,7 +6,8 @@
 /// Another count, or something that is no finite number.
 pub fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
     let bad = || format!("`{text}` is not {N} finite numbers separated by commas");
-    let all: Vec<f64> = text.split(',').map(|s| s.trim().parse::<f64>()).collect::<Result<_, _>>().map_err(|_| bad())?;
+    let all: Vec<f64> =
+        text.split(',').map(|s| s.trim().parse::<f64>()).collect::<Result<_, _>>().map_err(|_| bad())?;
     if all.iter().any(|x| !x.is_finite()) {
         return Err(bad());
     }
@@ -19,8 +20,11 @@ pub fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
 /// Another count, or something that is no whole number.
 pub fn whole_numbers<const N: usize>(text: &str) -> Result<[usize; N], String> {
     let bad = || format!("`{text}` is not {N} whole numbers separated by commas");
-    let all: Vec<usize> =
-        text.split([',', 'x']).map(|s| s.trim().parse::<usize>()).collect::<Result<_, _>>().map_err(|_| bad())?;
+    let all: Vec<usize> = text
+        .split([',', 'x'])
+        .map(|s| s.trim().parse::<usize>())
+        .collect::<Result<_, _>>()
+        .map_err(|_| bad())?;
     all.try_into().map_err(|_| bad())
 }
 

@@ -1,10 +1,9 @@
-use crate::parse;
-use fovol_core::{FrameSize, ShadowMode, SurfaceShading};
+use crate::{Result, parse, toml_file};
+use fovol_core::{Fovea, FrameSize, GazePath, ShadowMode, SurfaceShading};
 use fovol_net::Fill;
 use fovol_render::noise::NoiseKind;
 use serde::{Deserialize, Serialize};
 use std::fmt;
-use std::path::PathBuf;
 use std::str::FromStr;
 
 /// Everything a picture depends on besides the volume, as far as it was said: the flags of the command
@@ -82,8 +81,25 @@ impl RenderSettings {
             ($($field:ident),*) => { Self { $($field: over.$field.or(self.$field)),* } };
         }
         merged!(
-            size, frames, first_frame, path, camera, tf, light, shadows, shading, ambient, background, step,
-            sampling, pb, sigma, gaze, noise, seed, reconstruct
+            size,
+            frames,
+            first_frame,
+            path,
+            camera,
+            tf,
+            light,
+            shadows,
+            shading,
+            ambient,
+            background,
+            step,
+            sampling,
+            pb,
+            sigma,
+            gaze,
+            noise,
+            seed,
+            reconstruct
         )
     }
 
@@ -96,6 +112,44 @@ impl RenderSettings {
     pub fn frame_numbers(&self) -> std::ops::Range<u32> {
         let first = self.first_frame.unwrap_or(0);
         first..first.saturating_add(self.frames.unwrap_or(1))
+    }
+
+    /// The fovea of frame `i`.
+    ///
+    /// # Errors
+    /// Numbers that cannot be sampled with, or a gaze file that cannot be read.
+    pub fn fovea(&self, i: u32) -> Result<Fovea> {
+        Ok(Fovea { gaze: self.gaze_path()?.gaze(i), ..self.base_fovea()? })
+    }
+
+    /// The fovea, wherever the gaze is.
+    pub(crate) fn base_fovea(&self) -> Result<Fovea> {
+        let defaults = Fovea::default();
+        let fovea = Fovea {
+            base: self.pb.unwrap_or(defaults.base),
+            sigma: self.sigma.unwrap_or(defaults.sigma),
+            gaze: defaults.gaze,
+        };
+        fovea.check()?;
+        Ok(fovea)
+    }
+
+    /// Where the eye looks.
+    pub(crate) fn gaze_path(&self) -> Result<GazePath> {
+        let Some(text) = self.gaze.as_deref() else { return Ok(GazePath::default()) };
+        if text == "wander" {
+            return Ok(GazePath::Wander { seed: self.seed.unwrap_or(0) });
+        }
+        if let Ok(fixed) = parse::numbers::<2>(text) {
+            return Ok(GazePath::Fixed(fixed));
+        }
+        #[derive(Deserialize)]
+        struct Stops {
+            stops: Vec<[f64; 3]>,
+        }
+        let expected = "X,Y, wander, or a TOML file with stops = [[frame, x, y], …]";
+        let read: Stops = toml_file::read(text, "--gaze", expected)?;
+        Ok(GazePath::scripted(read.stops)?)
     }
 
     /// How pixels are chosen.
@@ -142,8 +196,11 @@ impl Sampling {
 impl FromStr for Sampling {
     type Err = String;
 
-    fn from_str(text: &str) -> Result<Self, String> {
-        Self::ALL.into_iter().find(|s| s.name() == text).ok_or_else(|| format!("`{text}` is no way of sampling; use full, reject, direct or compact"))
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        Self::ALL
+            .into_iter()
+            .find(|s| s.name() == text)
+            .ok_or_else(|| format!("`{text}` is no way of sampling; use full, reject, direct or compact"))
     }
 }
 
@@ -175,12 +232,12 @@ impl fmt::Display for Reconstruction {
 impl FromStr for Reconstruction {
     type Err = String;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
         match text {
             "none" => Ok(Self::None),
-            "wnet" | "deepfovea" => {
-                Err(format!("the network `{text}` is not part of this version yet; use none, pull-push or linear"))
-            }
+            "wnet" | "deepfovea" => Err(format!(
+                "the network `{text}` is not part of this version yet; use none, pull-push or linear"
+            )),
             other => other
                 .parse()
                 .map(Self::Fill)
@@ -192,7 +249,7 @@ impl FromStr for Reconstruction {
 impl TryFrom<String> for Reconstruction {
     type Error = String;
 
-    fn try_from(text: String) -> Result<Self, String> {
+    fn try_from(text: String) -> std::result::Result<Self, String> {
         text.parse()
     }
 }
@@ -226,6 +283,18 @@ pub struct VolumeSettings {
 }
 
 impl VolumeSettings {
+    /// These settings, with those that `over` says taking precedence.
+    #[must_use]
+    pub fn overridden_by(self, over: Self) -> Self {
+        Self {
+            dims: over.dims.or(self.dims),
+            dtype: over.dtype.or(self.dtype),
+            endian: over.endian.or(self.endian),
+            spacing: over.spacing.or(self.spacing),
+            range: over.range.or(self.range),
+        }
+    }
+
     /// The same, as reading a file takes them.
     pub fn overrides(&self) -> fovol_io::volume::Overrides {
         fovol_io::volume::Overrides {
@@ -253,12 +322,8 @@ pub struct SpeedSettings {
     pub no_skip: bool,
 }
 
-/// The source of a volume: a file or folder, or a procedural volume.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct VolumePath(pub PathBuf);
-
 #[cfg(feature = "clap")]
-fn shadows(text: &str) -> Result<ShadowMode, String> {
+fn shadows(text: &str) -> std::result::Result<ShadowMode, String> {
     match text {
         "on" => Ok(ShadowMode::On),
         "off" => Ok(ShadowMode::Off),
@@ -268,7 +333,7 @@ fn shadows(text: &str) -> Result<ShadowMode, String> {
 }
 
 #[cfg(feature = "clap")]
-fn shading(text: &str) -> Result<SurfaceShading, String> {
+fn shading(text: &str) -> std::result::Result<SurfaceShading, String> {
     match text {
         "flat" => Ok(SurfaceShading::Flat),
         "gradient" => Ok(SurfaceShading::Gradient),
@@ -289,7 +354,9 @@ mod as_text {
         }
     }
 
-    pub fn deserialize<'de, T: FromStr<Err = String>, D: Deserializer<'de>>(from: D) -> Result<Option<T>, D::Error> {
+    pub fn deserialize<'de, T: FromStr<Err = String>, D: Deserializer<'de>>(
+        from: D,
+    ) -> Result<Option<T>, D::Error> {
         let text = Option::<String>::deserialize(from)?;
         text.map(|t| t.parse().map_err(D::Error::custom)).transpose()
     }

@@ -1,0 +1,220 @@
+use super::march::rayon_pool;
+use super::repeat::alternating;
+use crate::console::JsonOutput;
+use anyhow::{Result, anyhow};
+use fovolnet::core::{Fovea, FrameSize};
+use fovolnet::io::atomic;
+use fovolnet::render::cpu::{compact, direct, mask, scatter};
+use fovolnet::render::noise::Noise;
+use fovolnet::{Machine, Pipeline, RenderSettings, SpeedSettings, VolumeSettings, open_volume};
+use plotters::prelude::*;
+use serde::Serialize;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Effective compression: the time of sparse sampling against its share of pixels
+#[derive(clap::Args)]
+pub struct CompactBench {
+    /// Volume file, folder of slices, or procedural volume
+    #[arg(default_value = "head")]
+    volume: String,
+    #[command(flatten)]
+    read: VolumeSettings,
+    #[command(flatten)]
+    settings: RenderSettings,
+    #[command(flatten)]
+    speed: SpeedSettings,
+    /// Repetitions of every measurement
+    #[arg(long, value_name = "N", default_value_t = 7)]
+    repeats: usize,
+    /// Folder for compact.csv and compact.svg
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    #[command(flatten)]
+    json: JsonOutput,
+}
+
+#[derive(Serialize)]
+struct Row {
+    density: f64,
+    full_ms: f64,
+    compact_ms: f64,
+    reject_ms: f64,
+    direct_ms: f64,
+    /// time(compact) ÷ (density × time(full)); 1 is ideal.
+    compact_overhead: f64,
+    reject_overhead: f64,
+    direct_overhead: f64,
+    /// time(full) ÷ time(compact): the paper's effective compression rate.
+    effective_compression: f64,
+    /// Share of drawn positions that repeat others.
+    direct_lost: f64,
+}
+
+#[derive(Serialize)]
+struct Report {
+    volume: String,
+    size: FrameSize,
+    rows: Vec<Row>,
+    machine: Machine,
+}
+
+/// Densities without a fovea, as in the paper's figure.
+const DENSITIES: [f64; 11] = [0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.2, 0.3, 0.5, 0.75, 1.0];
+
+impl CompactBench {
+    pub fn run(self) -> Result<()> {
+        let opened = open_volume(&self.volume, &self.read)?;
+        let pipeline = Pipeline::new(&opened, &self.settings, &self.speed)?;
+        let machine = pipeline.machine();
+        let pool = rayon_pool(machine.threads)?;
+        let rows =
+            pool.install(|| DENSITIES.iter().map(|&d| self.row(&pipeline, d)).collect::<Result<Vec<Row>>>())?;
+        let report = Report { volume: self.volume.clone(), size: pipeline.size(), rows, machine };
+        self.describe(&report)?;
+        if let Some(folder) = &self.output {
+            atomic::make_folder(folder)?;
+            write_csv(&folder.join("compact.csv"), &report.rows)?;
+            write_plot(&folder.join("compact.svg"), &report.rows)?;
+        }
+        self.json.write(&report)
+    }
+
+    fn row(&self, pipeline: &Pipeline, density: f64) -> Result<Row> {
+        let (renderer, size) = (pipeline.renderer(), pipeline.size());
+        let frame = self.settings.frame_numbers().start;
+        let camera = pipeline.camera(frame);
+        let fovea = Fovea { base: density, sigma: 0.0, ..Fovea::default() };
+        let noise = Noise::new(self.settings.noise.unwrap_or_default(), 0);
+        let mut direct_lost = 0.0;
+        let times = alternating(self.repeats, 4, |task| match task {
+            0 => drop(renderer.march_full(&camera, size)),
+            1 => {
+                let list = compact(&mask(&fovea, size, &noise, frame));
+                let (colours, _) = renderer.march_list(&camera, &list);
+                drop(scatter(&list, &colours));
+            }
+            2 => drop(renderer.march_rejecting(&camera, &mask(&fovea, size, &noise, frame))),
+            _ => {
+                let samples = direct(&fovea, size, 0, frame);
+                let (colours, _) = renderer.march_list(&camera, &samples.list);
+                direct_lost = samples.lost as f64 / samples.list.len().max(1) as f64;
+                drop(scatter(&samples.list, &colours));
+            }
+        })?;
+        let [full_ms, compact_ms, reject_ms, direct_ms] = [0, 1, 2, 3].map(|i: usize| times[i].median_ms);
+        let ideal = density * full_ms;
+        Ok(Row {
+            density,
+            full_ms,
+            compact_ms,
+            reject_ms,
+            direct_ms,
+            compact_overhead: compact_ms / ideal,
+            reject_overhead: reject_ms / ideal,
+            direct_overhead: direct_ms / ideal,
+            effective_compression: full_ms / compact_ms,
+            direct_lost,
+        })
+    }
+
+    fn describe(&self, report: &Report) -> Result<()> {
+        let m = &report.machine;
+        self.json.say(format!(
+            "{} at {}, {} ({} threads, {})",
+            report.volume, report.size, m.cpu, m.threads, m.simd
+        ))?;
+        self.json
+            .say("density  compression: ideal effective | overhead: compact reject direct | direct loses")?;
+        for r in &report.rows {
+            self.json.say(format!(
+                "{:>7.3} {:>18.1} {:>9.1} | {:>17.3} {:>6.2} {:>6.2} | {:>10.1} %",
+                r.density,
+                1.0 / r.density,
+                r.effective_compression,
+                r.compact_overhead,
+                r.reject_overhead,
+                r.direct_overhead,
+                100.0 * r.direct_lost
+            ))?;
+        }
+        Ok(())
+    }
+}
+
+fn write_csv(path: &Path, rows: &[Row]) -> Result<()> {
+    atomic::write(path, |out| {
+        writeln!(
+            out,
+            "density,full_ms,compact_ms,reject_ms,direct_ms,compact_overhead,reject_overhead,direct_overhead,effective_compression,direct_lost"
+        )?;
+        for r in rows {
+            writeln!(
+                out,
+                "{},{:.4},{:.4},{:.4},{:.4},{:.4},{:.4},{:.4},{:.4},{:.4}",
+                r.density,
+                r.full_ms,
+                r.compact_ms,
+                r.reject_ms,
+                r.direct_ms,
+                r.compact_overhead,
+                r.reject_overhead,
+                r.direct_overhead,
+                r.effective_compression,
+                r.direct_lost
+            )?;
+        }
+        Ok(())
+    })?;
+    Ok(())
+}
+
+/// The paper's figure: effective compression over density, both logarithmic.
+fn write_plot(path: &Path, rows: &[Row]) -> Result<()> {
+    let mut svg = String::new();
+    draw(&mut svg, rows).map_err(|e| anyhow!("the plot cannot be drawn: {e}"))?;
+    atomic::write_bytes(path, svg.as_bytes())?;
+    Ok(())
+}
+
+fn draw(svg: &mut String, rows: &[Row]) -> std::result::Result<(), String> {
+    let area = SVGBackend::with_string(svg, (720, 480)).into_drawing_area();
+    area.fill(&WHITE).map_err(|e| e.to_string())?;
+    let mut chart = ChartBuilder::on(&area)
+        .margin(16)
+        .x_label_area_size(44)
+        .y_label_area_size(56)
+        .build_cartesian_2d((0.01..1.0f64).log_scale(), (0.5..120.0f64).log_scale())
+        .map_err(|e| e.to_string())?;
+    chart
+        .configure_mesh()
+        .x_desc("density τ")
+        .y_desc("effective compression: time(full) / time(τ)")
+        .draw()
+        .map_err(|e| e.to_string())?;
+    type Curve = (&'static str, RGBColor, fn(&Row) -> f64);
+    let curves: [Curve; 4] = [
+        ("ideal 1/τ", RGBColor(150, 150, 150), |r| 1.0 / r.density),
+        ("compact", RGBColor(200, 60, 40), |r| r.full_ms / r.compact_ms),
+        ("reject", RGBColor(40, 90, 180), |r| r.full_ms / r.reject_ms),
+        ("direct", RGBColor(40, 150, 80), |r| r.full_ms / r.direct_ms),
+    ];
+    for (name, colour, of) in curves {
+        chart
+            .draw_series(
+                LineSeries::new(rows.iter().map(|r| (r.density, of(r))), colour.stroke_width(2))
+                    .point_size(3),
+            )
+            .map_err(|e| e.to_string())?
+            .label(name)
+            .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], colour.stroke_width(2)));
+    }
+    chart
+        .configure_series_labels()
+        .background_style(WHITE)
+        .border_style(BLACK)
+        .draw()
+        .map_err(|e| e.to_string())?;
+    area.present().map_err(|e| e.to_string())?;
+    Ok(())
+}

@@ -1,0 +1,36 @@
+//! Measurements of this machine.
+
+mod compact;
+mod march;
+mod pipeline;
+mod repeat;
+
+use anyhow::Result;
+use clap::Subcommand;
+
+/// Measure this machine
+#[derive(clap::Args)]
+pub struct Bench {
+    #[command(subcommand)]
+    command: BenchCommand,
+}
+
+#[derive(Subcommand)]
+enum BenchCommand {
+    /// Marching every pixel: times, samples, samples a second
+    March(march::MarchBench),
+    /// Effective compression: the time of sparse sampling against its share of pixels
+    Compact(compact::CompactBench),
+    /// Whole frames: mask, march, reconstruct
+    Pipeline(pipeline::PipelineBench),
+}
+
+impl Bench {
+    pub fn run(self) -> Result<()> {
+        match self.command {
+            BenchCommand::March(bench) => bench.run(),
+            BenchCommand::Compact(bench) => bench.run(),
+            BenchCommand::Pipeline(bench) => bench.run(),
+        }
+    }
+}

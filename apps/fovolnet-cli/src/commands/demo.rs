@@ -1,0 +1,164 @@
+use crate::console::{JsonOutput, Progress};
+use crate::{interrupt, picture};
+use anyhow::Result;
+use fovolnet::core::{Frame, FrameSize};
+use fovolnet::io::image::{self, Alpha};
+use fovolnet::io::procedural::Procedural;
+use fovolnet::io::{atomic, video::VideoWriter};
+use fovolnet::metrics::ClipQuality;
+use fovolnet::{
+    FrameReport, MeanReport, Pipeline, RenderReport, RenderSettings, SpeedSettings, VolumeSettings,
+    open_volume, parse,
+};
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// Render a short foveated fly-through of a built-in volume, with everything to look at
+#[derive(clap::Args)]
+pub struct Demo {
+    /// Folder for the results
+    #[arg(short, long, value_name = "DIR", default_value = "fovolnet-demo")]
+    output: PathBuf,
+    /// Procedural volume
+    #[arg(long, value_name = "NAME", default_value = "supernova")]
+    volume: Procedural,
+    /// Voxels along x, y, z
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse::whole_numbers::<3>, default_value = "160,160,160")]
+    dims: [usize; 3],
+    /// Frame size in pixels
+    #[arg(long, value_name = "WxH", default_value = "640x360")]
+    size: FrameSize,
+    /// Number of frames
+    #[arg(long, value_name = "N", default_value_t = 48, value_parser = clap::value_parser!(u32).range(1..=5000))]
+    frames: u32,
+    /// Share of pixels sampled away from the gaze, 0 to 1
+    #[arg(long, value_name = "P", default_value_t = 0.05, value_parser = parse::number)]
+    pb: f64,
+    /// Standard deviation of the fovea in image widths
+    #[arg(long, value_name = "S", default_value_t = 0.06, value_parser = parse::number)]
+    sigma: f64,
+    #[command(flatten)]
+    speed: SpeedSettings,
+    #[command(flatten)]
+    json: JsonOutput,
+}
+
+/// White pixels between pictures.
+const GAP: u32 = 4;
+/// Rows of the contact sheet.
+const SHEET_ROWS: u32 = 4;
+/// Frames that the fly-through jumps over from one frame to the next, so that a short clip goes round.
+const STRIDE: u32 = 5;
+
+impl Demo {
+    pub fn run(self) -> Result<()> {
+        let started = Instant::now();
+        let read = VolumeSettings { dims: Some(self.dims), ..VolumeSettings::default() };
+        let opened = open_volume(self.volume.name(), &read)?;
+        let mut pipeline = Pipeline::new(&opened, &self.settings(), &self.speed)?;
+        atomic::make_folder(&self.output)?;
+        let (w, h) = (self.size.width, self.size.height);
+        let wide = FrameSize::new(3 * w + 2 * GAP, h)?;
+        let mut video = VideoWriter::create(&self.output.join("demo.mp4"), wide, 24)?;
+        let mut progress = Progress::new("demo frames", u64::from(self.frames));
+        let mut quality = ClipQuality::new().without_ms_ssim();
+        let (mut frames, mut rows, mut reference_ms) = (Vec::new(), Vec::new(), 0.0);
+        for i in 0..self.frames {
+            interrupt::check(&format!("{} complete frames are in {}", frames.len(), self.output.display()))?;
+            let rendered = pipeline.render(i * STRIDE);
+            let before = Instant::now();
+            let reference = pipeline.reference(i * STRIDE);
+            reference_ms += before.elapsed().as_secs_f64() * 1e3 / f64::from(self.frames);
+            let measured = quality.push(&reference, &rendered.frame)?;
+            let row = picture::side_by_side(&[&rendered.sparse, &rendered.frame, &reference], GAP);
+            image::write_png(&self.output.join(format!("demo_{i:04}.png")), &row, Alpha::Drop)?;
+            video.push(&row)?;
+            if i % self.frames.div_ceil(SHEET_ROWS) == 0 {
+                rows.push(row);
+            }
+            frames.push(FrameReport {
+                index: i * STRIDE,
+                samples: rendered.samples,
+                density: rendered.mask.density(),
+                lost_samples: rendered.lost,
+                ms: rendered.timings,
+                psnr: Some(measured.psnr),
+                ssim: measured.ssim,
+            });
+            progress.step();
+        }
+        drop(progress);
+        let sheet: Frame = picture::stacked(&rows, GAP);
+        image::write_png(&self.output.join("contact_sheet.png"), &sheet, Alpha::Drop)?;
+        let clip = video.finish()?;
+        let summary = quality.summary();
+        let mean = MeanReport {
+            psnr: summary.map(|s| s.psnr),
+            ssim: summary.and_then(|s| s.ssim),
+            tpsnr: summary.and_then(|s| s.tpsnr),
+            ..MeanReport::of(&frames)
+        };
+        let report = RenderReport {
+            volume: self.volume.name().into(),
+            size: self.size,
+            sampling: "compact".into(),
+            reconstruct: "pull-push".into(),
+            frames,
+            mean,
+            machine: pipeline.machine(),
+        };
+        self.table(&report, reference_ms)?;
+        self.json.say(format!(
+            "sparse | reconstructed | every pixel: {}/contact_sheet.png, demo_*.png, {} ({:.0} s in all)",
+            self.output.display(),
+            clip.display(),
+            started.elapsed().as_secs_f64()
+        ))?;
+        self.json.write(&report)
+    }
+
+    fn settings(&self) -> RenderSettings {
+        RenderSettings {
+            size: Some(self.size),
+            path: Some("flythrough".into()),
+            gaze: Some("wander".into()),
+            pb: Some(self.pb),
+            sigma: Some(self.sigma),
+            ..RenderSettings::default()
+        }
+    }
+
+    fn table(&self, report: &RenderReport, reference_ms: f64) -> Result<()> {
+        let m = &report.mean;
+        let rows = [
+            (
+                "volume".to_owned(),
+                format!("{} {}x{}x{}", report.volume, self.dims[0], self.dims[1], self.dims[2]),
+            ),
+            ("frames".into(), format!("{} of {}", report.frames.len(), report.size)),
+            ("pixels marched".into(), format!("{:.2} %", 100.0 * m.density)),
+            ("mask and compaction".into(), format!("{:.2} ms", m.ms.mask)),
+            ("march".into(), format!("{:.2} ms", m.ms.march)),
+            ("reconstruction (pull-push)".into(), format!("{:.2} ms", m.ms.reconstruct)),
+            ("whole frame".into(), format!("{:.2} ms", m.ms.total)),
+            (
+                "marching every pixel".into(),
+                format!("{reference_ms:.2} ms, {:.1} times as long", reference_ms / m.ms.total),
+            ),
+            ("PSNR".into(), m.psnr.map_or("-".into(), |v| format!("{v:.2} dB"))),
+            ("SSIM".into(), m.ssim.map_or("-".into(), |v| format!("{v:.4}"))),
+            ("tPSNR".into(), m.tpsnr.map_or("-".into(), |v| format!("{v:.2} dB"))),
+            (
+                "machine".into(),
+                format!(
+                    "{}, {} threads, {}",
+                    report.machine.cpu, report.machine.threads, report.machine.simd
+                ),
+            ),
+        ];
+        for (name, value) in rows {
+            self.json.say(format!("{name:<28} {value}"))?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,107 @@
+//! What is said, and where.
+
+use anyhow::{Context, Result};
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
+use std::io::{self, IsTerminal, Write};
+use std::path::{Path, PathBuf};
+
+/// Where figures go besides the console.
+#[derive(clap::Args, Clone, Default)]
+pub struct JsonOutput {
+    /// Write the figures as JSON (`-`: to standard output, alone)
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+}
+
+impl JsonOutput {
+    /// Whether standard output belongs to the JSON.
+    pub fn on_stdout(&self) -> bool {
+        self.json.as_deref() == Some(Path::new("-"))
+    }
+
+    /// Writes `figures` where they were asked for.
+    pub fn write(&self, figures: &impl Serialize) -> Result<()> {
+        let Some(path) = &self.json else { return Ok(()) };
+        let text = serde_json::to_string_pretty(figures).context("the figures cannot be written as JSON")?;
+        if self.on_stdout() {
+            writeln!(io::stdout(), "{text}")?;
+        } else {
+            fovolnet::io::atomic::write(path, |out| writeln!(out, "{text}"))?;
+        }
+        Ok(())
+    }
+
+    /// Prints `line` for people, unless standard output belongs to the JSON.
+    pub fn say(&self, line: impl AsRef<str>) -> Result<()> {
+        if !self.on_stdout() {
+            writeln!(io::stdout(), "{}", line.as_ref())?;
+        }
+        Ok(())
+    }
+}
+
+/// A bar on a terminal; elsewhere a plain line at every tenth of the way.
+pub struct Progress {
+    bar: Option<ProgressBar>,
+    what: &'static str,
+    total: u64,
+    done: u64,
+}
+
+impl Progress {
+    /// Progress of `what` over `total` steps.
+    pub fn new(what: &'static str, total: u64) -> Self {
+        let bar = io::stderr().is_terminal().then(|| {
+            let style = ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len} {eta}")
+                .expect("the template is sound");
+            ProgressBar::new(total).with_style(style).with_message(what)
+        });
+        Self { bar, what, total, done: 0 }
+    }
+
+    /// One step is done.
+    pub fn step(&mut self) {
+        self.to(self.done + 1);
+    }
+
+    /// `done` steps are done.
+    pub fn to(&mut self, done: u64) {
+        let tenth = |n: u64| (10 * n).checked_div(self.total).unwrap_or(0);
+        if let Some(bar) = &self.bar {
+            bar.set_position(done);
+        } else if tenth(done) > tenth(self.done) {
+            eprintln!("{} {done}/{}", self.what, self.total);
+        }
+        self.done = done;
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+/// An error and its causes as one line.
+pub fn one_line(error: &anyhow::Error) -> String {
+    let mut line = String::new();
+    for cause in error.chain() {
+        let text = cause.to_string();
+        // Many errors repeat their cause already.
+        if !line.contains(&text) {
+            if !line.is_empty() {
+                line.push_str(": ");
+            }
+            line.push_str(&text);
+        }
+    }
+    line.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// Whether `error` is that nobody reads our standard output any more.
+pub fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    error.downcast_ref::<io::Error>().is_some_and(|e| e.kind() == io::ErrorKind::BrokenPipe)
+}

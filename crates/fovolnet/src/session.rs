@@ -1,0 +1,138 @@
+use crate::{Error, RenderSettings, Result, VolumeSettings};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use std::io::{Read, Write};
+use std::path::{Path, PathBuf};
+
+/// Everything that a picture depends on, as one TOML file: replayed, it gives the same pixels.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub struct Session {
+    /// The volume: a path (relative to the session file) or a procedural name.
+    pub volume: String,
+    /// SHA-256 of the volume's file, where it is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub volume_sha256: Option<String>,
+    /// What the volume's file does not say.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub read: VolumeSettings,
+    /// How it is shown.
+    #[serde(default)]
+    pub render: RenderSettings,
+}
+
+fn is_default(settings: &VolumeSettings) -> bool {
+    *settings == VolumeSettings::default()
+}
+
+impl Session {
+    /// A session of the volume `source`, with the hash of its file where it is one.
+    ///
+    /// # Errors
+    /// What the system said when the file was read.
+    pub fn new(source: &str, read: VolumeSettings, render: RenderSettings) -> Result<Self> {
+        let path = Path::new(source);
+        let volume_sha256 = if path.is_file() { Some(sha256(path)?) } else { None };
+        let volume = if path.exists() { absolute(path) } else { source.to_owned() };
+        Ok(Self { volume, volume_sha256, read, render })
+    }
+
+    /// Reads a session file; a relative volume path is taken from its folder.
+    ///
+    /// # Errors
+    /// A file that is missing or says something unknown.
+    pub fn read(path: &Path) -> Result<Self> {
+        let text = std::fs::read_to_string(path).map_err(|e| fovol_io::Error::io("read", path, e))?;
+        let mut session: Self = toml::from_str(&text).map_err(|e| {
+            let line = e.span().map_or(1, |span| text[..span.start.min(text.len())].lines().count().max(1));
+            let reason = e.message().lines().next().unwrap_or_default().to_owned();
+            Error::Setting(format!(
+                "{}, line {line}: {reason}; see the README for the words of a session",
+                path.display()
+            ))
+        })?;
+        let beside = path.parent().unwrap_or(Path::new("")).join(&session.volume);
+        if !Path::new(&session.volume).is_absolute() && beside.exists() {
+            session.volume = beside.display().to_string();
+        }
+        Ok(session)
+    }
+
+    /// Writes the session to `path`.
+    ///
+    /// # Errors
+    /// What the system said.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        let text = toml::to_string(self)
+            .map_err(|e| Error::Setting(format!("the session cannot be written: {e}")))?;
+        fovol_io::atomic::write(path, |out| out.write_all(text.as_bytes()))?;
+        Ok(())
+    }
+
+    /// Whether the volume's file is still the one that the session was made with; true where that is not
+    /// known.
+    ///
+    /// # Errors
+    /// What the system said when the file was read.
+    pub fn volume_is_unchanged(&self) -> Result<bool> {
+        let path = Path::new(&self.volume);
+        match &self.volume_sha256 {
+            Some(expected) if path.is_file() => Ok(sha256(path)? == *expected),
+            _ => Ok(true),
+        }
+    }
+}
+
+fn absolute(path: &Path) -> String {
+    std::path::absolute(path).unwrap_or_else(|_| PathBuf::from(path)).display().to_string()
+}
+
+fn sha256(path: &Path) -> Result<String> {
+    let failed = |e| fovol_io::Error::io("read", path, e);
+    let mut file = std::fs::File::open(path).map_err(failed)?;
+    let mut hasher = Sha256::new();
+    let mut piece = vec![0u8; 1 << 20];
+    loop {
+        let read = file.read(&mut piece).map_err(failed)?;
+        if read == 0 {
+            break;
+        }
+        hasher.update(&piece[..read]);
+    }
+    Ok(hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sessions_read_back_and_notice_a_changed_volume() {
+        let folder = tempfile::tempdir().unwrap();
+        let volume = folder.path().join("v_2x2x2_uint8.raw");
+        std::fs::write(&volume, [1u8; 8]).unwrap();
+        let render = RenderSettings {
+            pb: Some(0.07),
+            noise: Some("blue".parse().unwrap()),
+            reconstruct: Some("linear".parse().unwrap()),
+            size: Some("64x48".parse().unwrap()),
+            ..RenderSettings::default()
+        };
+        let session = Session::new(volume.to_str().unwrap(), VolumeSettings::default(), render).unwrap();
+        let path = folder.path().join("session.toml");
+        session.write(&path).unwrap();
+        assert_eq!(Session::read(&path).unwrap(), session);
+        assert!(session.volume_is_unchanged().unwrap());
+        std::fs::write(&volume, [2u8; 8]).unwrap();
+        assert!(!session.volume_is_unchanged().unwrap());
+    }
+
+    #[test]
+    fn an_unknown_word_is_named_with_its_line() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("session.toml");
+        std::fs::write(&path, "volume = \"head\"\n\n[render]\npb = 0.1\nsgima = 3\n").unwrap();
+        let error = Session::read(&path).unwrap_err().to_string();
+        assert!(error.contains("line 5") && error.contains("sgima"), "{error}");
+    }
+}
