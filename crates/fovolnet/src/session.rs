@@ -44,7 +44,8 @@ impl Session {
     pub fn read(path: &Path) -> Result<Self> {
         let text = std::fs::read_to_string(path).map_err(|e| fovol_io::Error::io("read", path, e))?;
         let mut session: Self = toml::from_str(&text).map_err(|e| {
-            let line = e.span().map_or(1, |span| text[..span.start.min(text.len())].lines().count().max(1));
+            let line =
+                e.span().map_or(1, |span| text[..span.start.min(text.len())].matches('\n').count() + 1);
             let reason = e.message().lines().next().unwrap_or_default().to_owned();
             Error::Setting(format!(
                 "{}, line {line}: {reason}; see the README for the words of a session",

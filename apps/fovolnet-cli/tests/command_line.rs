@@ -1,0 +1,226 @@
+//! The command as a user runs it.
+
+use serde_json::Value;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn fovolnet(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_fovolnet")).args(arguments).output().unwrap()
+}
+
+/// Standard output of a run that must succeed.
+fn succeeds(arguments: &[&str]) -> String {
+    let output = fovolnet(arguments);
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// The message of a run that must fail with `status`: one line, no panic.
+fn fails(arguments: &[&str], status: i32) -> String {
+    let output = fovolnet(arguments);
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(status), "{arguments:?}: {error}");
+    let lines: Vec<&str> = error.lines().collect();
+    assert_eq!(lines.len(), 1, "{arguments:?}: {error}");
+    assert!(lines[0].starts_with("error: "), "{error}");
+    assert!(!error.contains("panicked"), "{error}");
+    error
+}
+
+fn json(text: &str) -> Value {
+    serde_json::from_str(text).unwrap_or_else(|e| panic!("{e}: {text}"))
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<String> =
+        std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+const SMALL: [&str; 4] = ["--size", "96x64", "--dims", "32,32,32"];
+
+#[test]
+fn render_writes_what_is_kept_and_reports_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let mut arguments =
+        vec!["render", "marschner-lobb", "-o", out.to_str().unwrap(), "--frames", "2", "--json", "-"];
+    arguments.extend(["--keep", "frame,sparse,mask,reference"]);
+    arguments.extend(SMALL);
+    let report = json(&succeeds(&arguments));
+    assert_eq!(report["size"], serde_json::json!([96, 64]));
+    let frames = report["frames"].as_array().unwrap();
+    assert_eq!(frames.len(), 2);
+    for frame in frames {
+        let density = frame["density"].as_f64().unwrap();
+        assert_eq!(frame["samples"].as_u64().unwrap(), (density * 96.0 * 64.0).round() as u64);
+        for key in ["mask", "march", "reconstruct", "total"] {
+            assert!(frame["ms"][key].is_number(), "{key}");
+        }
+        assert!(frame["psnr"].as_f64().unwrap() > 15.0);
+        assert!(frame["ssim"].as_f64().unwrap() > 0.2);
+    }
+    let expected: Vec<String> = ["frame", "mask", "reference", "sparse"]
+        .iter()
+        .flat_map(|name| (0..2).map(move |i| format!("{name}_{i:04}.png")))
+        .collect();
+    assert_eq!(names(&out), expected);
+}
+
+#[test]
+fn the_same_command_gives_the_same_bytes_on_any_number_of_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    let frames: Vec<Vec<u8>> = ["1", "2", "2"]
+        .iter()
+        .enumerate()
+        .map(|(i, threads)| {
+            let out = folder.path().join(i.to_string());
+            let mut arguments = vec!["render", "head", "-o", out.to_str().unwrap(), "--threads", threads];
+            arguments.extend(SMALL);
+            succeeds(&arguments);
+            std::fs::read(out.join("frame_0000.png")).unwrap()
+        })
+        .collect();
+    assert_eq!(frames[0], frames[1]);
+    assert_eq!(frames[1], frames[2]);
+}
+
+#[test]
+fn a_session_replays_to_the_same_pixels() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let mut arguments = vec!["render", "engine"];
+    let (a, b, session) = (path("a"), path("b"), path("session.toml"));
+    arguments.extend([
+        "-o",
+        &a,
+        "--save-session",
+        &session,
+        "--pb",
+        "0.2",
+        "--gaze",
+        "0.3,0.6",
+        "--seed",
+        "3",
+    ]);
+    arguments.extend([
+        "--noise",
+        "uniform",
+        "--light",
+        "-1,1,0",
+        "--shadows",
+        "cached",
+        "--first-frame",
+        "7",
+    ]);
+    arguments.extend(SMALL);
+    succeeds(&arguments);
+    succeeds(&["render", &session, "-o", &b]);
+    let frame = |folder: &str| std::fs::read(Path::new(folder).join("frame_0007.png")).unwrap();
+    assert_eq!(frame(&a), frame(&b));
+}
+
+#[test]
+fn sparse_frames_are_reconstructed_as_render_does() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (rendered, again) = (path("rendered"), path("again"));
+    let mut arguments = vec!["render", "plume", "-o", &rendered, "--keep", "sparse,frame", "--format", "exr"];
+    arguments.extend(SMALL);
+    succeeds(&arguments);
+    succeeds(&["reconstruct", &rendered, "-o", &again]);
+    let figures = json(&succeeds(&["metrics", &rendered, &again, "--json", "-"]));
+    assert_eq!(figures["psnr"], 100.0);
+    assert!(figures["frames"][0]["tpsnr"].is_null());
+}
+
+#[test]
+fn the_mask_has_the_density_of_the_paper() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("mask.png");
+    let report = json(&succeeds(&["mask", "-o", out.to_str().unwrap(), "--json", "-"]));
+    assert!((report["expected_density"].as_f64().unwrap() - 0.0343).abs() < 5e-5);
+    assert!((report["density"].as_f64().unwrap() / 0.0343 - 1.0).abs() < 0.02);
+    assert!(out.is_file());
+}
+
+#[test]
+fn clips_are_written_and_compared() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (out, clip) = (path("out"), path("clip.y4m"));
+    let mut arguments = vec!["render", "marschner-lobb", "-o", &out, "--frames", "3", "--video", &clip];
+    arguments.extend(SMALL);
+    succeeds(&arguments);
+    let figures = json(&succeeds(&["metrics", &out, &clip, "--json", "-"]));
+    assert_eq!(figures["frames"].as_array().unwrap().len(), 3);
+    assert!(figures["psnr"].as_f64().unwrap() > 40.0);
+}
+
+#[test]
+fn noise_is_made_and_checked() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("noise.npy");
+    let out = out.to_str().unwrap();
+    succeeds(&["noise", "make", out, "--size", "32", "--frames", "8"]);
+    let report = fovolnet(&["noise", "check", out, "--json", "-"]);
+    let report = json(std::str::from_utf8(&report.stdout).unwrap());
+    assert!(
+        report["checks"].as_array().unwrap().iter().any(|c| c["name"].as_str().unwrap().contains("spatial"))
+    );
+}
+
+#[test]
+fn bad_input_is_one_clear_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let out = path("out");
+    assert!(fails(&["info", "/no/such/volume.raw"], 1).contains("/no/such/volume.raw"));
+    std::fs::write(path("short_64x64x64_uint8.raw"), b"few").unwrap();
+    assert!(fails(&["info", &path("short_64x64x64_uint8.raw")], 1).contains("262144"));
+    std::fs::write(path("empty.raw"), b"").unwrap();
+    fails(&["info", &path("empty.raw")], 1);
+    for (flag, value) in [
+        ("--size", "0x64"),
+        ("--size", "100000x64"),
+        ("--pb", "nan"),
+        ("--step", "inf"),
+        ("--light", "nan,0,0"),
+        ("--gaze", "x"),
+        ("--reconstruct", "magic"),
+        ("--simd", "avx9000"),
+        ("--no-such-flag", "1"),
+    ] {
+        let output = fovolnet(&["render", "head", "-o", &out, "--dims", "8,8,8", flag, value]);
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert!(matches!(output.status.code(), Some(1 | 2)), "{flag} {value}: {error}");
+        assert_eq!(error.lines().count(), 1, "{flag} {value}: {error}");
+    }
+    for (flag, value) in [
+        ("--tf", "no-such-preset"),
+        ("--pb", "2"),
+        ("--sigma", "-1"),
+        ("--step", "0"),
+        ("--light", "0,0,0"),
+        ("--path", "/none.toml"),
+        ("--ambient", "7"),
+    ] {
+        fails(&["render", "head", "-o", &out, "--dims", "8,8,8", "--size", "8x8", flag, value], 1);
+    }
+    assert!(!Path::new(&out).exists() || names(Path::new(&out)).is_empty());
+}
+
+#[cfg(unix)]
+#[test]
+fn a_full_disk_is_said_so_and_leaves_nothing() {
+    if !Path::new("/dev/full").exists() {
+        println!("skipped: this system has no /dev/full");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("not-a-folder");
+    std::fs::write(&out, b"a file is in the way").unwrap();
+    fails(&["render", "head", "-o", out.to_str().unwrap(), "--dims", "8,8,8", "--size", "8x8"], 1);
+    assert_eq!(std::fs::read(&out).unwrap(), b"a file is in the way");
+}
