@@ -1,6 +1,6 @@
 //! Which parser a file belongs to: by its first bytes where they tell, else by its name.
 
-use super::Source;
+use super::{Source, metaimage, nrrd};
 use crate::{Error, Result};
 use fovol_core::Volume;
 use std::path::Path;
@@ -35,13 +35,18 @@ pub fn read_folder(path: &Path) -> Result<Volume> {
 
 fn by_content(bytes: &[u8]) -> Option<Parser> {
     match bytes {
+        [b'N', b'R', b'R', b'D', b'0', b'0', b'0', _, ..] => Some(nrrd::parse),
+        _ if bytes.starts_with(b"ObjectType") || bytes.starts_with(b"NDims") => Some(metaimage::parse),
         _ => None,
     }
 }
 
 /// `name` is in lower case.
 fn by_name(name: &str) -> Option<Parser> {
+    let ends = |endings: &[&str]| endings.iter().any(|ending| name.ends_with(ending));
     match name {
+        _ if ends(&[".mha", ".mhd"]) => Some(metaimage::parse),
+        _ if ends(&[".nrrd", ".nhdr"]) => Some(nrrd::parse),
         _ => None,
     }
 }

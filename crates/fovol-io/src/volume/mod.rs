@@ -2,7 +2,13 @@
 
 mod decompress;
 mod format;
+mod layout;
+mod metaimage;
+mod nrrd;
+mod numbers;
+mod payload;
 mod raw;
+mod series;
 mod source;
 
 use crate::Result;

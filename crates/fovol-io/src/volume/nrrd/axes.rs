@@ -1,0 +1,163 @@
+//! What the axes of an NRRD array mean: components first, then x, y, z, then volumes.
+
+use super::header::Header;
+use crate::Result;
+use crate::volume::Source;
+
+/// An array seen as a volume.
+#[derive(Debug, PartialEq)]
+pub struct Axes {
+    /// Interleaved values per voxel: the size of a first axis that is not spatial.
+    pub components: usize,
+    /// The sizes of the other axes.
+    pub sizes: Vec<usize>,
+    /// Their spacings; not a number where the file does not say.
+    pub spacings: Vec<f64>,
+}
+
+/// One axis as the header has it.
+struct Axis {
+    size: usize,
+    spacing: f64,
+    is_spatial: bool,
+}
+
+impl Axes {
+    /// The axes of `header`.
+    ///
+    /// # Errors
+    /// Missing or contradicting fields, or an order of axes that is not read.
+    pub fn of(source: &Source, header: &Header) -> Result<Self> {
+        let mut axes = axes(source, header)?;
+        let components = match axes.first() {
+            Some(first) if !first.is_spatial && axes.len() > 1 => axes.remove(0).size,
+            _ => 1,
+        };
+        if axes.len() > 3 && axes[..3].iter().any(|axis| !axis.is_spatial && axis.size > 1) {
+            return Err(source.unsupported(
+                "its list axis lies between the spatial ones; move it to the end, with `unu permute` for one",
+            ));
+        }
+        Ok(Self {
+            components,
+            sizes: axes.iter().map(|axis| axis.size).collect(),
+            spacings: axes.iter().map(|axis| axis.spacing).collect(),
+        })
+    }
+}
+
+fn axes(source: &Source, header: &Header) -> Result<Vec<Axis>> {
+    let sizes = header.get("sizes").ok_or_else(|| source.malformed("its NRRD header has no sizes"))?;
+    let sizes: Option<Vec<usize>> = sizes.split_whitespace().map(|size| size.parse().ok()).collect();
+    let sizes = sizes
+        .filter(|sizes| (1..=16).contains(&sizes.len()))
+        .ok_or_else(|| source.malformed("the sizes of its NRRD header are no 1 to 16 whole numbers"))?;
+    let dimension = header.get("dimension").and_then(|text| text.parse().ok());
+    if dimension.is_some_and(|dimension: usize| dimension != sizes.len()) {
+        return Err(source.malformed("its NRRD header has another number of sizes than its dimension"));
+    }
+    let count = sizes.len();
+    let per_axis = |field: &str, values: Option<usize>| match values {
+        Some(found) if found != count => {
+            Err(source.malformed(format!("its NRRD header has {found} {field} for {count} axes")))
+        }
+        _ => Ok(()),
+    };
+    let directions = header.get("spacedirections").map(directions);
+    per_axis("space directions", directions.as_ref().map(Vec::len))?;
+    let spacings: Option<Vec<f64>> = header
+        .get("spacings")
+        .map(|text| text.split_whitespace().map(|word| word.parse().unwrap_or(f64::NAN)).collect());
+    per_axis("spacings", spacings.as_ref().map(Vec::len))?;
+    let kinds: Option<Vec<&str>> = header.get("kinds").map(|text| text.split_whitespace().collect());
+    per_axis("kinds", kinds.as_ref().map(Vec::len))?;
+
+    let axis = |i: usize| {
+        let direction = directions.as_ref().map(|directions| directions[i]);
+        let has_direction = direction.is_none_or(|direction| direction.is_some());
+        let spacing = direction.flatten().or_else(|| spacings.as_ref().map(|spacings| spacings[i]));
+        let is_spatial = kinds.as_ref().is_none_or(|kinds| is_spatial(kinds[i]));
+        Axis { size: sizes[i], spacing: spacing.unwrap_or(f64::NAN), is_spatial: is_spatial && has_direction }
+    };
+    Ok((0..count).map(axis).collect())
+}
+
+/// Whether samples along an axis of this kind lie at places in space or time.
+fn is_spatial(kind: &str) -> bool {
+    matches!(kind.to_ascii_lowercase().as_str(), "domain" | "space" | "time" | "none" | "???")
+}
+
+/// The length of each space direction; none for `none`.
+fn directions(text: &str) -> Vec<Option<f64>> {
+    let mut lengths = Vec::new();
+    let mut rest = text.trim();
+    while !rest.is_empty() {
+        let end = match rest.starts_with('(') {
+            true => rest.find(')').map_or(rest.len(), |end| end + 1),
+            false => rest.find(|c: char| c.is_whitespace() || c == '(').unwrap_or(rest.len()),
+        };
+        let (word, after) = rest.split_at(end);
+        lengths.push(length(word));
+        rest = after.trim_start();
+    }
+    lengths
+}
+
+/// The length of a vector like `(1,0,0)`.
+fn length(vector: &str) -> Option<f64> {
+    let inner = vector.strip_prefix('(')?.strip_suffix(')')?;
+    let squares: Option<f64> =
+        inner.split(',').map(|word| word.trim().parse::<f64>().ok().map(|value| value * value)).sum();
+    squares.map(f64::sqrt)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    fn of(text: &str) -> Result<Axes> {
+        let source = Source::from_bytes(Path::new("x"), format!("NRRD0004\n{text}\n\n").into_bytes());
+        Axes::of(&source, &Header::parse(&source)?)
+    }
+
+    #[test]
+    fn directions_give_spacings() {
+        let axes = of("sizes: 4 5 6\nspace directions: (3,0,4) (0,2,0)(0,0,-1)").unwrap();
+        assert_eq!(axes.spacings, [5.0, 2.0, 1.0]);
+        assert_eq!(axes.components, 1);
+    }
+
+    #[test]
+    fn a_first_axis_of_values_is_components() {
+        for text in
+            ["kinds: RGB-color domain domain domain", "space directions: none (1,0,0) (0,1,0) (0,0,1)"]
+        {
+            let axes = of(&format!("sizes: 3 5 6 7\n{text}")).unwrap();
+            assert_eq!((axes.components, axes.sizes), (3, vec![5, 6, 7]));
+        }
+    }
+
+    #[test]
+    fn list_axes_go_last_or_are_refused() {
+        assert_eq!(of("sizes: 5 6 7 9\nkinds: space space space list").unwrap().sizes, [5, 6, 7, 9]);
+        let error = of("sizes: 5 6 9 7\nkinds: space space list space").unwrap_err().to_string();
+        assert!(error.contains("unu permute"), "{error}");
+    }
+
+    #[test]
+    fn contradictions_are_errors() {
+        for text in [
+            "dimension: 3",
+            "sizes: 1 x 3",
+            "sizes:",
+            "sizes: -1 2",
+            "dimension: 2\nsizes: 1 2 3",
+            "sizes: 1 2 3\nspacings: 1 1",
+            "sizes: 1 2 3\nkinds: domain",
+            "sizes: 1 2 3\nspace directions: (1,0,0)",
+        ] {
+            assert!(of(text).is_err(), "{text}");
+        }
+    }
+}
