@@ -19,11 +19,15 @@ impl Source {
     /// What the system said.
     pub fn open(path: &Path) -> Result<Self> {
         let failed = |source| Error::io("read", path, source);
-        let file = File::open(path).map_err(failed)?;
-        let metadata = file.metadata().map_err(failed)?;
+        let metadata = std::fs::metadata(path).map_err(failed)?;
         if metadata.is_dir() {
             return Err(Error::malformed(path, "it is a folder, not a volume file; name a file in it"));
         }
+        // Opening a named pipe would wait for ever.
+        if !metadata.is_file() {
+            return Err(Error::malformed(path, "it is a pipe or a device, not a volume file; save it to a file"));
+        }
+        let file = File::open(path).map_err(failed)?;
         if metadata.len() == 0 {
             return Ok(Self::from_bytes(path, Vec::new()));
         }

@@ -1,0 +1,134 @@
+//! What names, sidecars and users say about bare voxels.
+
+use crate::Result;
+use crate::volume::decompress::Compression;
+use crate::volume::layout::{Layout, spacing_of};
+use crate::volume::payload::{Encoding, Files, Payload, Skip};
+use crate::volume::{Overrides, Source};
+use fovol_core::{Dtype, Endian, Volume};
+use std::path::Path;
+
+/// Size, type and place of bare voxels, as far as they are known.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Description {
+    /// The file that holds the voxels.
+    pub file: Option<String>,
+    /// Voxels along x, y, z.
+    pub dims: Option<[usize; 3]>,
+    /// The type of one component.
+    pub dtype: Option<Dtype>,
+    /// The byte order.
+    pub endian: Option<Endian>,
+    /// Interleaved values per voxel.
+    pub components: Option<usize>,
+    /// The distance between voxels along x, y, z.
+    pub spacing: Option<[f64; 3]>,
+    /// Bytes before the first voxel.
+    pub offset: Option<usize>,
+}
+
+impl Description {
+    /// What a name like `bonsai_256x256x256_uint8.raw` says.
+    pub fn of_name(path: &Path) -> Self {
+        let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+        let mut said = Self::default();
+        for word in name.split(['_', '.', '-', ' ']) {
+            let dims: Option<Vec<usize>> = word.split('x').map(|size| size.parse().ok()).collect();
+            if let Some(Ok(dims)) = dims.map(<[usize; 3]>::try_from) {
+                said.dims = Some(dims);
+            } else if let Ok(dtype) = word.parse() {
+                said.dtype = Some(dtype);
+            }
+        }
+        said
+    }
+
+    /// What the user says.
+    pub fn of_user(overrides: &Overrides) -> Self {
+        let Overrides { dims, dtype, endian, spacing, .. } = *overrides;
+        Self { dims, dtype, endian, spacing, ..Self::default() }
+    }
+
+    /// This, and what `other` says beyond it.
+    #[must_use]
+    pub fn or(self, other: Self) -> Self {
+        Self {
+            file: self.file.or(other.file),
+            dims: self.dims.or(other.dims),
+            dtype: self.dtype.or(other.dtype),
+            endian: self.endian.or(other.endian),
+            components: self.components.or(other.components),
+            spacing: self.spacing.or(other.spacing),
+            offset: self.offset.or(other.offset),
+        }
+    }
+
+    /// The voxels of `source`, gzip-compressed or not. Bare ones are mapped, not copied.
+    ///
+    /// # Errors
+    /// Size or type unknown, or fewer bytes than they need.
+    pub fn volume(&self, source: &Source) -> Result<Volume> {
+        let unknown = |what| {
+            source.malformed(format!(
+                "its {what} is not known; give --dims X,Y,Z and --dtype, or name it like name_256x256x256_uint8.raw"
+            ))
+        };
+        let layout = Layout {
+            dims: self.dims.ok_or_else(|| unknown("size"))?,
+            spacing: spacing_of(&self.spacing.unwrap_or([1.0; 3])),
+            dtype: self.dtype.ok_or_else(|| unknown("voxel type"))?,
+            endian: self.endian.unwrap_or_default(),
+            components: self.components.unwrap_or(1),
+        };
+        let offset = self.offset.unwrap_or(0);
+        let is_packed = source.bytes().starts_with(&[0x1F, 0x8B]) && is_named_gzip(source.path());
+        let encoding = if is_packed { Encoding::Compressed(Compression::Gzip) } else { Encoding::Bare };
+        let payload =
+            Payload { files: Files::Attached(0), encoding, line_skip: 0, byte_skip: Skip::Bytes(offset) };
+        let needed = layout.length(source)?.saturating_add(offset);
+        if !is_packed && source.bytes().len() > needed {
+            let found = source.bytes().len();
+            tracing::warn!(file = %source.path().display(), found, needed, "longer than its size and type say");
+        }
+        Ok(payload.volume(source, layout, 1)?.with_format("raw"))
+    }
+}
+
+/// Voxels may begin like a gzip file by chance, so the name decides too.
+fn is_named_gzip(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gz"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_say_size_and_type() {
+        let said = Description::of_name(Path::new("/data/lung_ct_115x157x129_int16.raw.gz"));
+        assert_eq!((said.dims, said.dtype), (Some([115, 157, 129]), Some(Dtype::I16)));
+        assert_eq!(Description::of_name(Path::new("x.raw")), Description::default());
+    }
+
+    #[test]
+    fn the_first_word_counts() {
+        let first = Description { dtype: Some(Dtype::U8), ..Description::default() };
+        let second = Description { dtype: Some(Dtype::I8), offset: Some(3), ..Description::default() };
+        let both = first.or(second);
+        assert_eq!((both.dtype, both.offset), (Some(Dtype::U8), Some(3)));
+    }
+
+    #[test]
+    fn an_offset_and_too_few_bytes() {
+        let said = Description {
+            dims: Some([2, 1, 1]),
+            dtype: Some(Dtype::U8),
+            offset: Some(1),
+            ..Description::default()
+        };
+        let source = Source::from_bytes(Path::new("x.raw"), vec![9, 1, 2]);
+        assert_eq!(said.volume(&source).unwrap().value([0, 0, 0]), 1.0);
+        let source = Source::from_bytes(Path::new("x.raw"), vec![9, 1]);
+        assert!(said.volume(&source).unwrap_err().to_string().contains("ends after 2 of 3"));
+    }
+}

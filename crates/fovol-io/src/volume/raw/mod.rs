@@ -1,0 +1,142 @@
+//! Bare voxels: size and type come from the user, from a sidecar, or from the file name.
+
+mod dat;
+mod description;
+mod json;
+mod sidecar;
+mod xml;
+
+use super::{Overrides, Source, says_the_same};
+use crate::Result;
+use description::Description;
+use fovol_core::Volume;
+use sidecar::Found;
+
+/// Reads `source` as bare voxels, gzip-compressed or not, or as the sidecar of such.
+///
+/// # Errors
+/// Size or type unknown, or fewer bytes than they need.
+pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
+    let user = Description::of_user(overrides);
+    if let Some(reader) = sidecar::reader_of(source) {
+        let said = user.or(reader(source)?);
+        return said.volume(&voxels_of(source, &said)?);
+    }
+    let named = Description::of_name(source.path());
+    if user.dims.is_some() && user.dtype.is_some() {
+        return user.or(named).volume(source);
+    }
+    match sidecar::beside(source)? {
+        Found::Volume(volume) => says_the_same(source, volume, overrides),
+        Found::Description(said) => user.or(said).or(named).volume(source),
+        Found::Nothing => user.or(named).volume(source),
+    }
+}
+
+/// The file that a sidecar speaks of: the one it names, else the one of its own name.
+fn voxels_of(sidecar: &Source, said: &Description) -> Result<Source> {
+    if let Some(file) = &said.file {
+        return sidecar.sibling(file);
+    }
+    let beside = |ending: &str| Some(sidecar.path().with_extension(ending)).filter(|path| path.is_file());
+    match beside("raw").or_else(|| beside("raw.gz")) {
+        Some(path) => Source::open(&path),
+        None => Err(sidecar.malformed("it names no data file, and no .raw of its name lies beside it")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fovol_core::{Dtype, Endian};
+    use std::fs;
+    use std::path::{Path, PathBuf};
+
+    fn folder(files: &[(&str, &[u8])]) -> (tempfile::TempDir, impl Fn(&str) -> PathBuf + use<>) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().to_owned();
+        for (name, bytes) in files {
+            fs::write(path.join(name), bytes).unwrap();
+        }
+        (folder, move |name| path.join(name))
+    }
+
+    fn read(path: &Path) -> Result<Volume> {
+        crate::volume::read(path, &Overrides::default())
+    }
+
+    #[test]
+    fn every_sidecar_is_found_beside_the_voxels() {
+        let sidecars = [
+            ("v.dat", "ObjectFileName: v.raw\nResolution: 2 1 1\nFormat: USHORT\nByteOrder: BigEndian\n"),
+            ("v.json", r#"{"dims": [2, 1, 1], "dtype": "u16", "endian": "big"}"#),
+            (
+                "v.nhdr",
+                "NRRD0004\ntype: ushort\nsizes: 2 1 1\nendian: big\nencoding: raw\ndata file: v.raw\n",
+            ),
+            (
+                "v.mhd",
+                "NDims = 3\nDimSize = 2 1 1\nElementType = MET_USHORT\nElementByteOrderMSB = True\nElementDataFile = v.raw\n",
+            ),
+            (
+                "v.vvd",
+                "<VoreenData><RawData filename=\"v.raw\" format=\"uint16\" x=\"2\" y=\"1\" z=\"1\" /><a key='LittleEndian'/></VoreenData>",
+            ),
+        ];
+        for (name, text) in sidecars {
+            let (_kept, at) = folder(&[("v.raw", &[0, 1, 0, 2]), (name, text.as_bytes())]);
+            let beside = read(&at("v.raw")).unwrap();
+            let direct = read(&at(name)).unwrap();
+            assert_eq!(beside.grid(), direct.grid(), "{name}");
+            let expected = if name == "v.vvd" { 512.0 } else { 2.0 };
+            assert_eq!([beside.value([1, 0, 0]), direct.value([1, 0, 0])], [expected; 2], "{name}");
+        }
+    }
+
+    #[test]
+    fn users_outdo_sidecars_and_sidecars_names() {
+        let json = br#"{"dims": [3, 1, 1], "dtype": "u8"}"#;
+        let (_kept, at) = folder(&[("v_2x1x1_int16.raw", &[1, 2, 3, 4]), ("v_2x1x1_int16.json", json)]);
+        assert_eq!(read(&at("v_2x1x1_int16.raw")).unwrap().grid().dims(), [3, 1, 1]);
+        let overrides = Overrides {
+            dims: Some([1, 1, 2]),
+            dtype: Some(Dtype::U16),
+            endian: Some(Endian::Big),
+            ..Overrides::default()
+        };
+        let volume = crate::volume::read(&at("v_2x1x1_int16.raw"), &overrides).unwrap();
+        assert_eq!((volume.grid().dims(), volume.value([0, 0, 1])), ([1, 1, 2], 772.0));
+    }
+
+    #[test]
+    fn a_sidecar_of_another_file_is_left_alone() {
+        let json = br#"{"file": "other.raw", "dims": [4, 1, 1], "dtype": "u8"}"#;
+        let (_kept, at) = folder(&[("v.raw", &[1, 2, 3, 4]), ("other.raw", &[9; 4]), ("v.json", json)]);
+        let error = read(&at("v.raw")).unwrap_err().to_string();
+        assert!(error.contains("size is not known"), "{error}");
+        assert_eq!(read(&at("v.json")).unwrap().value([0, 0, 0]), 9.0);
+    }
+
+    #[test]
+    fn packed_voxels_are_unpacked_and_counted() {
+        use std::io::Write;
+        let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+        packed.write_all(&[1, 2, 3, 4]).unwrap();
+        let packed = packed.finish().unwrap();
+        let (_kept, at) = folder(&[("a_4x1x1_uint8.raw.gz", &packed), ("b_5x1x1_uint8.raw.gz", &packed)]);
+        assert_eq!(read(&at("a_4x1x1_uint8.raw.gz")).unwrap().data(), [1, 2, 3, 4]);
+        assert!(
+            read(&at("b_5x1x1_uint8.raw.gz")).unwrap_err().to_string().contains("ends before the 5 bytes")
+        );
+    }
+
+    #[test]
+    fn missing_voxels_are_named() {
+        let (_kept, at) = folder(&[
+            ("v.json", br#"{"dims": [4, 1, 1], "dtype": "u8"}"#),
+            ("w.dat", b"RawFile: gone.raw\nResolution: 1 1 1\nFormat: UINT8\n"),
+        ]);
+        assert!(read(&at("v.json")).unwrap_err().to_string().contains("names no data file"));
+        assert!(read(&at("w.dat")).unwrap_err().to_string().contains("gone.raw"));
+    }
+}

@@ -1,0 +1,88 @@
+//! Small files beside bare voxels that say their size and type.
+
+use super::description::Description;
+use super::{dat, json, xml};
+use crate::Result;
+use crate::volume::{Source, metaimage, nrrd};
+use fovol_core::Volume;
+use std::path::{Path, PathBuf};
+
+type Reader = fn(&Source) -> Result<Description>;
+
+/// What was found beside bare voxels.
+pub enum Found {
+    /// Nothing that speaks of them.
+    Nothing,
+    /// A description.
+    Description(Description),
+    /// A header that is a volume file by itself.
+    Volume(Volume),
+}
+
+/// The reader of the sidecar `source`; none when it is none.
+pub fn reader_of(source: &Source) -> Option<Reader> {
+    match extension(source.path()).as_str() {
+        "json" => Some(json::parse),
+        "ivf" | "vvd" => Some(xml::parse),
+        "dat" if dat::is_one(source) => Some(dat::parse),
+        _ => None,
+    }
+}
+
+/// Looks for what describes the voxels of `raw`.
+///
+/// # Errors
+/// A sidecar that is damaged.
+pub fn beside(raw: &Source) -> Result<Found> {
+    for stem in stems(raw.path()) {
+        for (ending, parser) in [(".nhdr", nrrd::parse as fn(&Source) -> _), (".mhd", metaimage::parse)] {
+            let Some(header) = open(&stem, ending)? else { continue };
+            if names(&header, raw.path()) {
+                return Ok(Found::Volume(parser(&header)?));
+            }
+        }
+        for ending in [".dat", ".json", ".ivf", ".vvd"] {
+            let Some(sidecar) = open(&stem, ending)? else { continue };
+            let Some(reader) = reader_of(&sidecar) else { continue };
+            let said = reader(&sidecar)?;
+            if speaks_of(&sidecar, &said, raw.path()) {
+                return Ok(Found::Description(said));
+            }
+        }
+    }
+    Ok(Found::Nothing)
+}
+
+/// `x` for `x.raw`; `x.raw` and `x` for `x.raw.gz`.
+fn stems(raw: &Path) -> Vec<PathBuf> {
+    let mut stems = vec![raw.with_extension("")];
+    if extension(raw) == "gz" {
+        stems.push(raw.with_extension("").with_extension(""));
+    }
+    stems
+}
+
+fn open(stem: &Path, ending: &str) -> Result<Option<Source>> {
+    let mut path = stem.as_os_str().to_owned();
+    path.push(ending);
+    let path = PathBuf::from(path);
+    if path.is_file() { Source::open(&path).map(Some) } else { Ok(None) }
+}
+
+/// Whether the text of `header` names the file `raw`.
+fn names(header: &Source, raw: &Path) -> bool {
+    let name = raw.file_name().unwrap_or_default().as_encoded_bytes();
+    !name.is_empty() && header.bytes().windows(name.len()).any(|window| window == name)
+}
+
+/// Whether a sidecar means `raw`: it names it, or no file that is there (voxels are often renamed).
+fn speaks_of(sidecar: &Source, said: &Description, raw: &Path) -> bool {
+    said.file.as_deref().is_none_or(|file| {
+        let named = sidecar.sibling_path(file);
+        named.file_name() == raw.file_name() || !named.is_file()
+    })
+}
+
+fn extension(path: &Path) -> String {
+    path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase()
+}
