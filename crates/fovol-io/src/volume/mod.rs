@@ -1,6 +1,7 @@
 //! Volume files.
 
 mod decompress;
+mod detached;
 mod format;
 mod layout;
 mod metaimage;
@@ -10,11 +11,14 @@ mod payload;
 mod raw;
 mod series;
 mod source;
+mod voxels;
+mod write;
 
 use crate::Result;
 use fovol_core::{Dtype, Endian, Volume};
 pub use source::Source;
 use std::path::Path;
+pub use write::write;
 
 /// What a user says about a volume over the head of its file.
 #[derive(Debug, Clone, Default, PartialEq)]

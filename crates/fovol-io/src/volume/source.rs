@@ -25,7 +25,10 @@ impl Source {
         }
         // Opening a named pipe would wait for ever.
         if !metadata.is_file() {
-            return Err(Error::malformed(path, "it is a pipe or a device, not a volume file; save it to a file"));
+            return Err(Error::malformed(
+                path,
+                "it is a pipe or a device, not a volume file; save it to a file",
+            ));
         }
         let file = File::open(path).map_err(failed)?;
         if metadata.len() == 0 {

@@ -2,6 +2,7 @@
 
 mod axes;
 mod header;
+mod write;
 
 use super::decompress::Compression;
 use super::layout::{Layout, dims_of, spacing_of};
@@ -11,6 +12,7 @@ use crate::Result;
 use axes::Axes;
 use fovol_core::{Dtype, Endian, Volume};
 use header::Header;
+pub use write::write;
 
 /// Reads an NRRD file, attached (`.nrrd`) or detached (`.nhdr`).
 ///

@@ -4,6 +4,7 @@ mod dat;
 mod description;
 mod json;
 mod sidecar;
+mod write;
 mod xml;
 
 use super::{Overrides, Source, says_the_same};
@@ -11,6 +12,7 @@ use crate::Result;
 use description::Description;
 use fovol_core::Volume;
 use sidecar::Found;
+pub use write::write;
 
 /// Reads `source` as bare voxels, gzip-compressed or not, or as the sidecar of such.
 ///

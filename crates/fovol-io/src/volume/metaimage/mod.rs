@@ -1,11 +1,14 @@
 //! MetaImage (`.mha`, `.mhd`): <https://itk.org/Wiki/ITK/MetaIO/Documentation>.
 
+mod write;
+
 use super::decompress::Compression;
 use super::layout::{Layout, dims_of, spacing_of};
 use super::payload::{Encoding, Files, Payload, Skip};
 use super::{Source, series};
 use crate::Result;
 use fovol_core::{Dtype, Endian, Rescale, Volume};
+pub use write::write;
 
 /// A header is shorter than this, a list of many data files included.
 const LONGEST_HEADER: usize = 16 << 20;

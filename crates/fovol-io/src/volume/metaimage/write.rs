@@ -1,0 +1,50 @@
+//! MetaImage out: in one file (`.mha`) or with the voxels in a `.raw` beside it (`.mhd`), uncompressed.
+
+use crate::volume::detached;
+use crate::volume::voxels::Voxels;
+use crate::{Error, Result, atomic};
+use fovol_core::{Dtype, Volume};
+use std::io::Write;
+use std::path::Path;
+
+/// Writes `volume` to `path`; its ending says whether the voxels go into a file of their own.
+///
+/// # Errors
+/// Half precision, which MetaImage does not have; what the system said.
+pub fn write(volume: &Volume, path: &Path) -> Result<()> {
+    let voxels = Voxels::of(volume);
+    let name = type_name(voxels.dtype()).ok_or_else(|| {
+        Error::unsupported(path, "MetaImage has no half precision; write .raw or .vti instead")
+    })?;
+    let [nx, ny, nz] = volume.grid().dims();
+    let [sx, sy, sz] = volume.grid().spacing();
+    let header = format!(
+        "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\n\
+         CompressedData = False\nElementSpacing = {sx} {sy} {sz}\nDimSize = {nx} {ny} {nz}\n\
+         ElementType = {name}\n"
+    );
+    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mhd")) {
+        let file = detached::write(&voxels, path)?;
+        return atomic::write_bytes(path, format!("{header}ElementDataFile = {file}\n").as_bytes());
+    }
+    atomic::write(path, |out| {
+        writeln!(out, "{header}ElementDataFile = LOCAL")?;
+        voxels.write_to(out)
+    })
+}
+
+fn type_name(dtype: Dtype) -> Option<&'static str> {
+    Some(match dtype {
+        Dtype::U8 => "MET_UCHAR",
+        Dtype::I8 => "MET_CHAR",
+        Dtype::U16 => "MET_USHORT",
+        Dtype::I16 => "MET_SHORT",
+        Dtype::U32 => "MET_UINT",
+        Dtype::I32 => "MET_INT",
+        Dtype::U64 => "MET_ULONG_LONG",
+        Dtype::I64 => "MET_LONG_LONG",
+        Dtype::F16 => return None,
+        Dtype::F32 => "MET_FLOAT",
+        Dtype::F64 => "MET_DOUBLE",
+    })
+}
