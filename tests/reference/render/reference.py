@@ -1,0 +1,561 @@
+#!/usr/bin/env python3
+"""Image formation, a second time: float64 NumPy written from the text of the specification alone.
+
+Every function cites the clause of "1. Image formation" in SPEC.md that it reads like. There are no
+tables, no bricks, no skipping and no single precision here: slow, plain, and independent of the Rust
+code, whose renderer is compared with these pictures in crates/fovol-render/tests/numpy_reference.rs.
+
+    python3 -m venv venv && venv/bin/pip install numpy==2.4.6
+    venv/bin/python reference.py                    # recreates the committed files
+    venv/bin/python reference.py --data DIR         # and the pictures of real volumes found in DIR
+    venv/bin/python reference.py --check            # compares with the committed files, writes nothing
+
+Running it recreates the committed files byte for byte (CPython 3.11 with zlib 1.2.13, NumPy 2.4.6). The
+volumes use nothing but + - * / and square roots, so they are the same everywhere; another libm may move
+a picture's last digit, another zlib the compressed bytes, so `--check` compares what is inside and lets
+pictures differ by one level.
+
+Files: `cases.json` describes volumes, scenes and pictures; `volume_*.gz` are voxels, x fastest, little
+endian; `picture_*.gz` are u16 little endian RGB rows from the top, round(LEVELS * c).
+"""
+
+import argparse
+import gzip
+import json
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+HERE = Path(__file__).resolve().parent
+LEVELS = 10_000  # levels of a stored channel: off by 5e-5 at most
+OPAQUE = 0.999  # "a ray ends at accumulated alpha >= 0.999"
+DARK = 0.001  # "ended at T < 0.001"
+DTYPES = {"u8": np.dtype("u1"), "i16": np.dtype("<i2"), "f32": np.dtype("<f4")}
+
+
+# ---------------------------------------------------------------------------------------------------
+# Volume, value, interpolation
+
+
+class Volume:
+    """Voxels shown over a range, in a box around the origin whose longest side is 1."""
+
+    def __init__(self, raw, spacing, chosen_range=None):
+        """`raw` is indexed [z, y, x]."""
+        self.unit = unit_values(raw, chosen_range)
+        self.dims = np.array(raw.shape[::-1])
+        # "Volume: the box of physical extent dims x spacing, centred on the origin, scaled so that its
+        # longest side is 1." Voxel i covers [i, i+1], so dims voxels fill the box.
+        physical = self.dims * np.asarray(spacing, dtype=np.float64)
+        self.half = 0.5 * physical / physical.max()
+        self.voxel_size = 2.0 * self.half / self.dims
+        # "voxel = the smallest spacing in world units"
+        self.voxel = self.voxel_size.min()
+
+    def sample(self, positions):
+        """v at world positions [n, 3]. "Trilinear between voxel centres, clamped to the edge"."""
+        # Voxel i "has its value at its centre": i + 1/2 in units of voxels from the box's corner.
+        index = (positions + self.half) / self.voxel_size - 0.5
+        index = np.clip(index, 0.0, self.dims - 1.0)
+        low = np.floor(index).astype(np.intp)
+        high = np.minimum(low + 1, self.dims - 1)
+        fx, fy, fz = (index - low).T
+        (x0, y0, z0), (x1, y1, z1) = low.T, high.T
+        u = self.unit
+        y0z0 = lerp(u[z0, y0, x0], u[z0, y0, x1], fx)
+        y1z0 = lerp(u[z0, y1, x0], u[z0, y1, x1], fx)
+        y0z1 = lerp(u[z1, y0, x0], u[z1, y0, x1], fx)
+        y1z1 = lerp(u[z1, y1, x0], u[z1, y1, x1], fx)
+        return lerp(lerp(y0z0, y1z0, fy), lerp(y0z1, y1z1, fy), fz)
+
+    def gradient(self, positions):
+        """The gradient of v: "central differences over +-1 voxel in world units"."""
+        columns = []
+        for axis in range(3):
+            offset = np.zeros(3)
+            offset[axis] = self.voxel_size[axis]
+            rise = self.sample(positions + offset) - self.sample(positions - offset)
+            columns.append(rise / (2.0 * self.voxel_size[axis]))
+        return np.stack(columns, axis=1)
+
+    def interval(self, origins, directions):
+        """Where rays enter and leave the box; enter >= leave where they miss it."""
+        with np.errstate(divide="ignore"):
+            a = (-self.half - origins) / directions
+            b = (self.half - origins) / directions
+        return np.minimum(a, b).max(axis=1), np.maximum(a, b).min(axis=1)
+
+
+def unit_values(raw, chosen_range):
+    """0...1 per voxel: "v = clamp((raw - lo)/(hi - lo), 0, 1). [lo, hi] is 0...255 for u8, and the finite
+    data minimum...maximum for every other type, unless --range LO,HI. NaN and +-inf count as lo."
+    """
+    values = raw.astype(np.float64)
+    finite = np.isfinite(values)
+    if chosen_range is not None:
+        lo, hi = chosen_range
+    elif raw.dtype == np.uint8:
+        lo, hi = 0.0, 255.0
+    else:
+        lo, hi = values[finite].min(), values[finite].max()
+    values = np.where(finite, values, lo)
+    return np.clip((values - lo) / (hi - lo), 0.0, 1.0)
+
+
+def lerp(a, b, f):
+    return a + (b - a) * f
+
+
+# ---------------------------------------------------------------------------------------------------
+# Transfer function
+
+
+class TransferFunction:
+    """Points [v, r, g, b, a] and what lies between: "Piecewise linear RGBA over v in [0,1]"."""
+
+    def __init__(self, points):
+        self.points = np.asarray(points, dtype=np.float64)
+
+    def colour(self, v):
+        return np.stack([np.interp(v, self.points[:, 0], self.points[:, c]) for c in (1, 2, 3)], axis=1)
+
+    def alpha(self, v, voxels):
+        """Opacity of a step `voxels` long. "Opacity a(v) is per reference length, one voxel:
+        alpha = 1 - (1 - a)^(step/voxel)".
+        """
+        a = np.interp(v, self.points[:, 0], self.points[:, 4])
+        return 1.0 - (1.0 - a) ** voxels
+
+
+# ---------------------------------------------------------------------------------------------------
+# Cameras
+
+
+@dataclass
+class Camera:
+    eye: np.ndarray
+    target: np.ndarray
+    fovy: float  # degrees
+
+    def rays(self, width, height):
+        """Unit directions [height * width, 3]. "Pinhole camera, vertical field of view in degrees, pixel
+        centre (x+1/2, y+1/2), row 0 on top, right = forward x up"; "The up vector is +y".
+        """
+        forward = normalised(self.target - self.eye)
+        right = normalised(np.cross(forward, [0.0, 1.0, 0.0]))
+        up = np.cross(right, forward)
+        tangent = np.tan(np.radians(self.fovy) / 2.0)
+        y, x = np.mgrid[0:height, 0:width].reshape(2, -1)
+        across = ((x + 0.5) / width * 2.0 - 1.0) * tangent * width / height
+        upwards = (1.0 - (y + 0.5) / height * 2.0) * tangent
+        return normalised(forward + across[:, None] * right + upwards[:, None] * up)
+
+
+def on_sphere(azimuth, elevation, distance, fovy=35.0):
+    """Looking at the centre, angles in degrees: "target 0, fovy 35, azimuth 0 at +z" (section 3)."""
+    a, e = np.radians(azimuth), np.radians(elevation)
+    towards = np.array([np.cos(e) * np.sin(a), np.sin(e), np.cos(e) * np.cos(a)])
+    return Camera(distance * towards, np.zeros(3), fovy)
+
+
+def orbit(i):
+    """Frame i: "`orbit` turns 0.72 degrees of azimuth a frame at elevation 20 degrees, distance 1.9"
+    (section 3).
+    """
+    return on_sphere(0.72 * i, 20.0, 1.9)
+
+
+def flythrough(i):
+    """Frame i: "`flythrough` has azimuth 0.72 i, elevation 35 sin(4 pi i/500), distance
+    1.9 + 0.8 cos(6 pi i/500)" (section 3)."""
+    return on_sphere(
+        0.72 * i, 35.0 * np.sin(4.0 * np.pi * i / 500.0), 1.9 + 0.8 * np.cos(6.0 * np.pi * i / 500.0)
+    )
+
+
+def normalised(v):
+    v = np.asarray(v, dtype=np.float64)
+    return v / np.linalg.norm(v, axis=-1, keepdims=True)
+
+
+# ---------------------------------------------------------------------------------------------------
+# Light, ray, compositing
+
+
+@dataclass
+class Scene:
+    volume: Volume
+    transfer: TransferFunction
+    light: np.ndarray  # "points from the scene towards it"
+    ambient: float
+    shadows: bool
+    gradient_shading: bool
+    background: np.ndarray
+    step: float  # in voxels
+
+    @property
+    def delta(self):
+        """The distance between samples: "--step x voxel"."""
+        return self.step * self.volume.voxel
+
+
+def transmittance(scene, positions):
+    """T per position: "T = product of (1 - alpha_j) along one shadow ray with steps of 4 delta, first sample
+    at 2 delta from the point, alpha_j corrected for the 4 delta step, ended at T < 0.001 or at the box."
+    """
+    towards = np.broadcast_to(scene.light, positions.shape)
+    _, leave = scene.volume.interval(positions, towards)
+    t = np.ones(len(positions))
+    j = 0
+    while True:
+        distance = (2.0 + 4.0 * j) * scene.delta
+        alive = np.flatnonzero((distance < leave) & (t >= DARK))
+        if len(alive) == 0:
+            return t
+        v = scene.volume.sample(positions[alive] + distance * scene.light)
+        t[alive] *= 1.0 - scene.transfer.alpha(v, 4.0 * scene.step)
+        j += 1
+
+
+def facing(scene, positions):
+    """The factor of gradient shading: "multiplies the (1 - ambient) term by |n.l|, n from central differences
+    [...], factor 1 where the gradient is zero."
+    """
+    gradient = scene.volume.gradient(positions)
+    length = np.linalg.norm(gradient, axis=1)
+    flat = length == 0.0
+    cosine = np.abs(gradient @ scene.light) / np.where(flat, 1.0, length)
+    return np.where(flat, 1.0, cosine)
+
+
+def lit(scene, positions, colour):
+    """Lit colours: "colour x (ambient + (1 - ambient) T)"; "`--shadows off`: T = 1"."""
+    direct = np.ones(len(positions))
+    if scene.shadows:
+        direct *= transmittance(scene, positions)
+    if scene.gradient_shading:
+        direct *= facing(scene, positions)
+    return colour * (scene.ambient + (1.0 - scene.ambient) * direct)[:, None]
+
+
+def render(scene, camera, width, height):
+    """The picture, [height, width, 3], unclamped."""
+    directions = camera.rays(width, height)
+    origins = np.broadcast_to(camera.eye, directions.shape)
+    enter, leave = scene.volume.interval(origins, directions)
+    near = np.maximum(0.0, enter)  # "t_near = max(0, entry into the box)"
+    colour = np.zeros((len(directions), 3))  # premultiplied
+    alpha = np.zeros(len(directions))
+    k = 0
+    while True:
+        # "Samples at t_near + (k+1/2) delta while t < t_far"; "a ray ends at accumulated alpha >= 0.999".
+        t = near + (k + 0.5) * scene.delta
+        alive = np.flatnonzero((t < leave) & (alpha < OPAQUE))
+        if len(alive) == 0:
+            break
+        positions = camera.eye + t[alive, None] * directions[alive]
+        v = scene.volume.sample(positions)
+        a = scene.transfer.alpha(v, scene.step)
+        # What is transparent adds nothing, so its light need not be known.
+        seen = a > 0.0
+        alive, positions, v, a = alive[seen], positions[seen], v[seen], a[seen]
+        # "Front to back, premultiplied"
+        weight = (1.0 - alpha[alive]) * a
+        colour[alive] += weight[:, None] * lit(scene, positions, scene.transfer.colour(v))
+        alpha[alive] += weight
+        k += 1
+    # "over a background"
+    colour += (1.0 - alpha)[:, None] * scene.background
+    return colour.reshape(height, width, 3)
+
+
+# ---------------------------------------------------------------------------------------------------
+# Volumes by formula
+
+
+def centres(dims):
+    """x, y, z of voxel centres in -1...1 along each axis, broadcastable to [z, y, x]."""
+    x, y, z = ((np.arange(n) + 0.5) / n * 2.0 - 1.0 for n in dims)
+    return x[None, None, :], y[None, :, None], z[:, None, None]
+
+
+def ct_ball(dims):
+    """u8: a soft ball with a dense shell, two holes drilled through and a hollow, a dense bead in it."""
+    x, y, z = centres(dims)
+    r = np.sqrt(x * x + y * y + z * z)
+    values = np.where(r < 0.85, 70.0 + 40.0 * x * y, 0.0)
+    values = np.where((r > 0.7) & (r < 0.85), 190.0 + 30.0 * z, values)
+    values = np.where(np.hypot(x - 0.2, y + 0.1) < 0.22, 12.0, values)
+    values = np.where(np.hypot(y - 0.3, z + 0.25) < 0.16, 8.0, values)
+    values = np.where(np.sqrt((x + 0.35) ** 2 + (y + 0.2) ** 2 + (z - 0.2) ** 2) < 0.24, 20.0, values)
+    values = np.where(np.sqrt((x + 0.35) ** 2 + (y + 0.2) ** 2 + (z - 0.2) ** 2) < 0.1, 250.0, values)
+    return np.rint(values).astype(np.uint8)
+
+
+def simulation(dims):
+    """f32: two vortex rings' worth of smooth wells and peaks, reaching outside the range that it is shown
+    over, with a NaN, both infinities and a very large number among the voxels."""
+    x, y, z = centres(dims)
+    ring = np.sqrt((np.sqrt(x * x + z * z) - 0.55) ** 2 + (y - 0.25 * x) ** 2)
+    field = 1.6 / (1.0 + 30.0 * ring * ring) - 0.9 / (1.0 + 12.0 * ((x - 0.3) ** 2 + y * y + (z - 0.3) ** 2))
+    field = field + 0.15 * x * z - 0.1 * y
+    # Rounded to 1/512: the file is half the size.
+    field = (np.rint(field * 512.0) / 512.0).astype(np.float32)
+    nx, ny, nz = dims
+    field[nz // 2, ny // 2, nx // 4] = np.nan
+    field[nz // 3, ny // 2, nx // 2] = np.inf
+    field[nz // 2, ny // 3, nx // 3] = -np.inf
+    field[nz // 4, ny // 2, nx // 2] = 3.0e30
+    return field
+
+
+def slabs(dims):
+    """i16, Hounsfield-like: air, a slanted ellipsoid of tissue and three rods of bone in thick slices."""
+    x, y, z = centres(dims)
+    body = np.sqrt((x / 0.85) ** 2 + (y / 0.7 + 0.25 * x) ** 2 + (z / 0.9) ** 2)
+    values = np.where(body < 1.0, 40.0 + 60.0 * y - 50.0 * z * x, -1000.0)
+    values = np.where((body >= 0.9) & (body < 1.0), -90.0, values)
+    for rod_x, rod_y, radius in ((-0.4, 0.1, 0.14), (0.1, -0.3, 0.18), (0.45, 0.15, 0.1)):
+        rod = np.hypot(x - rod_x - 0.15 * z, y - rod_y)
+        values = np.where((rod < radius) & (body < 0.95), 1100.0 - 2500.0 * rod, values)
+    return np.rint(values).astype(np.int16)
+
+
+# Without "make", a volume is a published one: voxels in the data folder, not here.
+VOLUMES = {
+    "ct": {"make": ct_ball, "dtype": "u8", "dims": [40, 36, 44], "spacing": [1, 1, 1], "range": None},
+    "simulation": {
+        "make": simulation,
+        "dtype": "f32",
+        "dims": [30, 24, 28],
+        "spacing": [1, 1, 1],
+        "range": [-0.25, 1.1],
+    },
+    "slices": {
+        "make": slabs,
+        "dtype": "i16",
+        "dims": [36, 30, 14],
+        "spacing": [0.7, 0.9, 2.5],
+        "range": None,
+    },
+    "engine_256x256x128_uint8": {"dtype": "u8", "dims": [256, 256, 128], "spacing": [1, 1, 1], "range": None},
+    "bi2o3_80x80x80_float32": {
+        "dtype": "f32",
+        "dims": [80, 80, 80],
+        "spacing": [1, 1, 1],
+        "range": [0.002, 0.2],
+    },
+    "lung_ct_115x157x129_int16": {
+        "dtype": "i16",
+        "dims": [115, 157, 129],
+        "spacing": [1.3, 0.8, 1.7],
+        "range": None,
+    },
+}
+
+# [v, r, g, b, a]; each has a steep part.
+TRANSFER_FUNCTIONS = {
+    "ct": [
+        [0.0, 0.0, 0.0, 0.0, 0.0],
+        [0.15, 0.3, 0.1, 0.1, 0.0],
+        [0.28, 0.8, 0.4, 0.3, 0.06],
+        [0.6, 0.9, 0.6, 0.4, 0.1],
+        [0.63, 1.0, 0.95, 0.8, 0.75],
+        [1.0, 1.0, 1.0, 1.0, 0.9],
+    ],
+    "flow": [
+        [0.0, 0.1, 0.2, 0.7, 0.04],
+        [0.2, 0.2, 0.6, 0.9, 0.0],
+        [0.5, 0.3, 0.8, 0.4, 0.02],
+        [0.55, 0.95, 0.8, 0.2, 0.4],
+        [0.7, 0.9, 0.3, 0.1, 0.1],
+        [1.0, 0.8, 0.0, 0.1, 1.0],
+    ],
+    "hounsfield": [
+        [0.0, 0.0, 0.0, 0.0, 0.0],
+        [0.38, 0.2, 0.1, 0.1, 0.0],
+        [0.42, 0.9, 0.5, 0.4, 0.12],
+        [0.55, 0.8, 0.3, 0.2, 0.2],
+        [0.75, 1.0, 0.9, 0.7, 0.85],
+        [1.0, 1.0, 1.0, 0.95, 0.95],
+    ],
+    "spread": [
+        [0.02, 0.2, 0.3, 0.8, 0.0],
+        [0.1, 0.2, 0.7, 0.8, 0.03],
+        [0.5, 0.9, 0.8, 0.3, 0.15],
+        [0.54, 0.9, 0.3, 0.2, 0.5],
+        [0.95, 1.0, 1.0, 1.0, 0.8],
+    ],
+}
+
+PLAIN = {"light": [0.5, 1.0, 0.3], "ambient": 0.3, "background": [0.0, 0.0, 0.0]}  # section 3's defaults
+WARM = {"light": [-0.6, 0.7, 0.5], "ambient": 0.2, "background": [0.15, 0.25, 0.4]}
+LOW = {"light": [2.0, -0.5, 1.0], "ambient": 0.45, "background": [0.9, 0.85, 0.7]}
+
+
+def picture(volume, transfer_function, camera, surroundings, **others):
+    usual = {"size": [64, 48], "shadows": True, "gradient": False, "step": 0.5}
+    return (
+        {"volume": volume, "transfer_function": transfer_function, "camera": camera}
+        | surroundings
+        | usual
+        | others
+    )
+
+
+def along(path, frame):
+    return {"path": path, "frame": frame}
+
+
+def still(eye, target, fovy):
+    return {"eye": eye, "target": target, "fovy": fovy}
+
+
+IN_CT = still([0.12, -0.06, 0.2], [-0.25, 0.0, -0.3], 80.0)
+IN_SIMULATION = still([-0.3, 0.22, 0.38], [0.1, -0.05, -0.1], 65.0)
+IN_SLICES = still([0.02, 0.16, 0.2], [0.05, -0.1, -0.4], 75.0)
+IN_ENGINE = still([0.1, 0.05, 0.12], [-0.3, -0.05, -0.2], 70.0)
+ENGINE, BI2O3, LUNG = list(VOLUMES)[3:]
+
+PICTURES = {
+    "ct_plain": picture("ct", "ct", along("orbit", 0), PLAIN),
+    "ct_shadows": picture("ct", "ct", along("orbit", 70), WARM),
+    "ct_no_shadows": picture("ct", "ct", along("orbit", 70), LOW, shadows=False, step=0.8),
+    "ct_gradient": picture("ct", "ct", along("orbit", 310), WARM, gradient=True),
+    "ct_inside": picture("ct", "ct", IN_CT, LOW, step=0.35),
+    "simulation_shadows": picture("simulation", "flow", along("orbit", 33), WARM),
+    "simulation_no_shadows": picture("simulation", "flow", along("flythrough", 150), LOW, shadows=False),
+    "simulation_gradient": picture(
+        "simulation", "flow", along("flythrough", 401), LOW, gradient=True, step=0.7
+    ),
+    "simulation_inside": picture("simulation", "flow", IN_SIMULATION, WARM, gradient=True),
+    "slices_shadows": picture("slices", "hounsfield", along("orbit", 455), LOW, step=0.6),
+    "slices_no_shadows": picture("slices", "hounsfield", along("orbit", 210), WARM, shadows=False),
+    "slices_gradient": picture("slices", "hounsfield", along("orbit", 40), WARM, gradient=True),
+    "slices_inside": picture("slices", "hounsfield", IN_SLICES, LOW),
+    "engine_gradient": picture(ENGINE, "ct", along("orbit", 60), WARM, gradient=True, size=[48, 36]),
+    "engine_inside": picture(ENGINE, "ct", IN_ENGINE, LOW, size=[48, 36], step=0.75),
+    "bi2o3_shadows": picture(BI2O3, "spread", along("orbit", 120), WARM, size=[48, 36]),
+    "lung_gradient": picture(LUNG, "hounsfield", along("flythrough", 85), LOW, gradient=True, size=[48, 36]),
+}
+
+
+# ---------------------------------------------------------------------------------------------------
+# Files
+
+
+def camera_of(described):
+    if "path" in described:
+        return {"orbit": orbit, "flythrough": flythrough}[described["path"]](described["frame"])
+    return Camera(np.array(described["eye"]), np.array(described["target"]), described["fovy"])
+
+
+def scene_of(described, volume):
+    return Scene(
+        volume=volume,
+        transfer=TransferFunction(TRANSFER_FUNCTIONS[described["transfer_function"]]),
+        light=normalised(described["light"]),
+        ambient=described["ambient"],
+        shadows=described["shadows"],
+        gradient_shading=described["gradient"],
+        background=np.array(described["background"]),
+        step=described["step"],
+    )
+
+
+def raw_voxels(name, data_folder):
+    """Voxels [z, y, x] by formula or from the data folder; None where that is not to be had."""
+    described = VOLUMES[name]
+    dtype = DTYPES[described["dtype"]]
+    if "make" in described:
+        return described["make"](described["dims"]).astype(dtype)
+    file = data_folder / f"{name}.raw.gz" if data_folder else None
+    if file is None or not file.exists():
+        return None
+    return np.frombuffer(gzip.decompress(file.read_bytes()), dtype).reshape(described["dims"][::-1])
+
+
+def manifest():
+    volumes = {
+        name: {key: value for key, value in described.items() if key != "make"}
+        | {"stored": "make" in described}
+        for name, described in VOLUMES.items()
+    }
+    tables = {"volumes": volumes, "transfer_functions": TRANSFER_FUNCTIONS, "pictures": PICTURES}
+    # One line per entry: readable, and changes show as lines.
+    sections = [f'"levels": {LEVELS}']
+    for title, table in tables.items():
+        lines = ",\n".join(f"    {json.dumps(key)}: {json.dumps(value)}" for key, value in table.items())
+        sections.append(f'"{title}": {{\n{lines}\n  }}')
+    return ("{\n  " + ",\n  ".join(sections) + "\n}\n").encode()
+
+
+class Files:
+    """Writes files, or compares them with those that are there."""
+
+    def __init__(self, check):
+        self.check = check
+        self.wrong = []
+
+    def put(self, name, content, same=lambda old, new: old == new):
+        packed = name.endswith(".gz")
+        file = HERE / name
+        if not self.check:
+            file.write_bytes(gzip.compress(content, 9, mtime=0) if packed else content)
+        elif not file.exists():
+            self.wrong.append(f"{name} is missing")
+        else:
+            old = gzip.decompress(file.read_bytes()) if packed else file.read_bytes()
+            if not same(old, content):
+                self.wrong.append(f"{name} differs")
+
+
+def within_one_level(old, new):
+    a, b = (np.frombuffer(content, "<u2").astype(int) for content in (old, new))
+    return a.shape == b.shape and np.abs(a - b).max() <= 1
+
+
+def main():
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--data", type=Path, help="folder with the published volumes, NAME.raw.gz")
+    parser.add_argument(
+        "--check", action="store_true", help="compare with the committed files, write nothing"
+    )
+    arguments = parser.parse_args()
+
+    files = Files(arguments.check)
+    files.put("cases.json", manifest())
+    volumes = {}
+    for name in VOLUMES:
+        raw = raw_voxels(name, arguments.data)
+        if raw is not None:
+            volumes[name] = Volume(raw, VOLUMES[name]["spacing"], VOLUMES[name]["range"])
+            if "make" in VOLUMES[name]:
+                files.put(f"volume_{name}.gz", raw.tobytes())
+    for name, described in PICTURES.items():
+        if described["volume"] not in volumes:
+            print(f"{name:24} left as it is: its volume is not here, see --data")
+            continue
+        start = time.monotonic()
+        image = render(
+            scene_of(described, volumes[described["volume"]]),
+            camera_of(described["camera"]),
+            *described["size"],
+        )
+        stored = np.rint(np.clip(image, 0.0, 1.0) * LEVELS).astype("<u2")
+        files.put(f"picture_{name}.gz", stored.tobytes(), within_one_level)
+        mean = ", ".join(f"{c:.4f}" for c in image.mean(axis=(0, 1)))
+        print(f"{name:24} mean {mean}   {time.monotonic() - start:.1f} s")
+
+    for line in files.wrong:
+        print(line, file=sys.stderr)
+    return 1 if files.wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
