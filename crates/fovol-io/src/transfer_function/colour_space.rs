@@ -157,7 +157,10 @@ mod tests {
         fn ends_are_met_in_every_space(a in prop::array::uniform3(0.0f64..=1.0), b in prop::array::uniform3(0.0f64..=1.0)) {
             for space in [Interpolation::Rgb, Interpolation::Hsv, Interpolation::Lab, Interpolation::Diverging] {
                 let (start, end) = (space.between(a, b, 0.0), space.between(a, b, 1.0));
-                prop_assert!((0..3).all(|c| (start[c] - a[c]).abs() < 2e-3 && (end[c] - b[c]).abs() < 2e-3), "{space:?} {start:?} {end:?}");
+                // Near white, Moreland's space turns the hue of an end towards the other one.
+                let tolerance = if space == Interpolation::Diverging { 0.06 } else { 2e-3 };
+                let near = |found: Colour, wanted: Colour| (0..3).all(|c| (found[c] - wanted[c]).abs() < tolerance);
+                prop_assert!(near(start, a) && near(end, b), "{space:?} {start:?} {end:?}");
             }
         }
     }

@@ -6,14 +6,17 @@ use rayon::prelude::*;
 pub const BRICK: usize = 8;
 /// Voxels along the edge of a stored brick.
 const EDGE: usize = BRICK + 1;
-/// Stored elements per brick: 9³ rounded up to a multiple of 16.
-const STRIDE: usize = 736;
+/// Up to this many voxels 8-bit values are stored as [`BrickData::Corners`]: 4.5 bytes a voxel.
+const SMALL: usize = 1 << 26;
 /// Elements after the last brick: wide loads may read past the last voxel.
 const PADDING: usize = 16;
 
 /// The voxels of a brick grid at the narrowest type that holds them exactly.
 #[derive(Debug, Clone)]
 pub enum BrickData {
+    /// As `U8`, four to a word: the voxels at (y, z), (y+1, z), (y, z+1) and (y+1, z+1), lowest byte first.
+    /// A word and the next one along x hold all corners of a cell.
+    Corners(Vec<u32>),
     /// Integers spanning at most 255, as offsets from the low end of the range.
     U8(Vec<u8>),
     /// Integers spanning at most 65535, as offsets from the low end of the range.
@@ -29,22 +32,36 @@ pub enum BrickData {
 pub struct BrickLayout {
     /// Voxels along x, y, z.
     pub dims: [usize; 3],
-    /// Distance between neighbours inside a brick: 1, 9, 81.
+    /// Distance between neighbours inside a brick.
     pub unit: [usize; 3],
     /// What crossing into the next brick adds.
     pub jump: [usize; 3],
     bricks: [usize; 3],
+    /// Stored elements of a brick along x, y, z.
+    edges: [usize; 3],
+    /// Stored elements per brick, a multiple of 16.
+    stride: usize,
 }
 
 impl BrickLayout {
-    /// The layout of a grid of `dims` voxels.
-    pub fn new(dims: [usize; 3]) -> Self {
+    /// One element a voxel, corners shared between bricks stored in each: 9³ elements to a brick.
+    pub fn voxels(dims: [usize; 3]) -> Self {
+        Self::new(dims, [EDGE; 3])
+    }
+
+    /// Elements that hold the neighbours along y and z too: 9·8·8 elements to a brick.
+    pub fn corners(dims: [usize; 3]) -> Self {
+        Self::new(dims, [EDGE, BRICK, BRICK])
+    }
+
+    fn new(dims: [usize; 3], edges: [usize; 3]) -> Self {
         // Cells run from voxel 0 to dims − 1; the last voxel starts a (degenerate) cell of its own.
         let bricks = dims.map(|d| d.div_ceil(BRICK));
-        let unit = [1, EDGE, EDGE * EDGE];
-        let pitch = [STRIDE, STRIDE * bricks[0], STRIDE * bricks[0] * bricks[1]];
+        let stride = edges.iter().product::<usize>().next_multiple_of(16);
+        let unit = [1, edges[0], edges[0] * edges[1]];
+        let pitch = [stride, stride * bricks[0], stride * bricks[0] * bricks[1]];
         let jump = std::array::from_fn(|a| pitch[a] - BRICK * unit[a]);
-        Self { dims, unit, jump, bricks }
+        Self { dims, unit, jump, bricks, edges, stride }
     }
 
     /// Bricks along x, y, z.
@@ -61,7 +78,7 @@ impl BrickLayout {
 
     /// Stored elements, padding included.
     pub fn elements(&self) -> usize {
-        self.bricks.iter().product::<usize>() * STRIDE + PADDING
+        self.bricks.iter().product::<usize>() * self.stride + PADDING
     }
 }
 
@@ -77,9 +94,12 @@ pub struct Bricks {
 impl Bricks {
     /// The bricks of `volume`, values clamped to its range, NaN and infinities at the low end.
     pub fn of_volume(volume: &Volume) -> Self {
-        let layout = BrickLayout::new(volume.grid().dims());
+        let layout = BrickLayout::voxels(volume.grid().dims());
         let encoding = Encoding::of(volume);
         let (data, scale) = match encoding.span {
+            Some(span) if span <= 255.0 && volume.grid().voxels() <= SMALL => {
+                return Self::of_small_volume(volume, encoding, span);
+            }
             Some(span) if span <= 255.0 => {
                 (BrickData::U8(encoded(volume, &layout, |v| (v - encoding.low) as u8, encoding)), span)
             }
@@ -97,9 +117,20 @@ impl Bricks {
         Self { layout, data, scale }
     }
 
+    fn of_small_volume(volume: &Volume, encoding: Encoding, span: f64) -> Self {
+        let layout = BrickLayout::corners(volume.grid().dims());
+        let data = with_voxel_type!(volume.dtype(), T => {
+            let raw = RawVoxels::<'_, T>::new(volume);
+            let byte = |voxel| (encoding.clamped(raw.get(voxel).to_f64()) - encoding.low) as u8;
+            filled(&layout, corner_words(layout.dims, byte))
+        });
+        let scale = if span > 0.0 { (1.0 / span) as f32 } else { 0.0 };
+        Self { layout, data: BrickData::Corners(data), scale }
+    }
+
     /// Bricks of 8-bit display values on a grid of `dims`, from `value(x, y, z)` in 0…1.
     pub fn of_unit_values(dims: [usize; 3], value: impl Fn([usize; 3]) -> f32 + Sync) -> Self {
-        let layout = BrickLayout::new(dims);
+        let layout = BrickLayout::voxels(dims);
         let data = filled(&layout, |voxel| (value(voxel).clamp(0.0, 1.0) * 255.0).round() as u8);
         Self { layout, data: BrickData::U8(data), scale: 1.0 / 255.0 }
     }
@@ -122,7 +153,7 @@ impl Bricks {
     /// The display value of voxel (x, y, z).
     #[inline]
     pub fn voxel(&self, voxel: [usize; 3]) -> f32 {
-        self.stored(self.layout.index(voxel)) * self.scale
+        self.stored(self.layout.index(voxel), [0, 0]) * self.scale
     }
 
     /// The trilinear display value at `p`, continuous voxel-centre coordinates (voxel *i* at *i*),
@@ -133,17 +164,19 @@ impl Bricks {
         let cell = clamped.map(|c| c as usize);
         let f: [f32; 3] = std::array::from_fn(|a| clamped[a] - cell[a] as f32);
         let at = self.layout.index(cell);
-        let [ux, uy, uz] = self.layout.unit;
         let lerp = |a: f32, b: f32, f: f32| a + f * (b - a);
-        let along_x = |at: usize| lerp(self.stored(at), self.stored(at + ux), f[0]);
-        let along_y = |at: usize| lerp(along_x(at), along_x(at + uy), f[1]);
-        lerp(along_y(at), along_y(at + uz), f[2]) * self.scale
+        let along_x = |y, z| lerp(self.stored(at, [y, z]), self.stored(at + 1, [y, z]), f[0]);
+        let along_y = |z| lerp(along_x(0, z), along_x(1, z), f[1]);
+        lerp(along_y(0), along_y(1), f[2]) * self.scale
     }
 
     /// The smallest and largest display value that interpolation can give in the cells
     /// `from`…`from + edge` (exclusive), clipped to the grid.
     pub fn value_range(&self, from: [usize; 3], edge: usize) -> [f32; 2] {
         match &self.data {
+            BrickData::Corners(words) => {
+                self.extreme_bytes(words, from, edge).map(|v| f32::from(v) * self.scale)
+            }
             BrickData::U8(v) => {
                 self.extremes(v, from, edge, u8::MAX, u8::MIN).map(|v| f32::from(v) * self.scale)
             }
@@ -178,13 +211,44 @@ impl Bricks {
         [low, high]
     }
 
-    #[inline]
-    fn stored(&self, at: usize) -> f32 {
-        match &self.data {
-            BrickData::U8(v) => f32::from(v[at]),
-            BrickData::U16(v) => f32::from(v[at]),
-            BrickData::F32(v) => v[at],
+    /// As `extremes`, where every word holds its neighbours along y and z.
+    fn extreme_bytes(&self, words: &[u32], from: [usize; 3], edge: usize) -> [u8; 2] {
+        let start = self.layout.index(from);
+        let [_, uy, uz] = self.layout.unit;
+        let (mut low, mut high) = (u8::MAX, u8::MIN);
+        for z in 0..edge {
+            for y in 0..edge {
+                let row = start + y * uy + z * uz;
+                for byte in words[row..=row + edge].iter().flat_map(|w| w.to_le_bytes()) {
+                    low = low.min(byte);
+                    high = high.max(byte);
+                }
+            }
         }
+        [low, high]
+    }
+
+    /// The stored value `[y, z]` (0 or 1 each) after element `at`.
+    #[inline]
+    fn stored(&self, at: usize, [y, z]: [usize; 2]) -> f32 {
+        let after = at + y * self.layout.unit[1] + z * self.layout.unit[2];
+        match &self.data {
+            BrickData::Corners(words) => f32::from(words[at].to_le_bytes()[y + 2 * z]),
+            BrickData::U8(v) => f32::from(v[after]),
+            BrickData::U16(v) => f32::from(v[after]),
+            BrickData::F32(v) => v[after],
+        }
+    }
+}
+
+/// Words of four neighbours, from the bytes of voxels; beyond the edge the last one repeats.
+fn corner_words(
+    dims: [usize; 3],
+    byte: impl Fn([usize; 3]) -> u8 + Sync,
+) -> impl Fn([usize; 3]) -> u32 + Sync {
+    move |[x, y, z]| {
+        let (y1, z1) = ((y + 1).min(dims[1] - 1), (z + 1).min(dims[2] - 1));
+        u32::from_le_bytes([byte([x, y, z]), byte([x, y1, z]), byte([x, y, z1]), byte([x, y1, z1])])
     }
 }
 
@@ -281,21 +345,23 @@ fn filled<S: Copy + Default + Send + Sync>(
     value: impl Fn([usize; 3]) -> S + Sync,
 ) -> Vec<S> {
     let mut data = vec![S::default(); layout.elements()];
-    let [bx, by, _] = layout.bricks();
+    let [bx, by, bz] = layout.bricks();
+    let [ex, ey, ez] = layout.edges;
     let last = layout.dims.map(|d| d - 1);
-    let bricks = layout.bricks().iter().product::<usize>();
-    data[..bricks * STRIDE].par_chunks_mut(STRIDE).enumerate().for_each(|(brick, out)| {
-        let corner = [brick % bx, brick / bx % by, brick / (bx * by)].map(|b| b * BRICK);
-        for z in 0..EDGE {
-            for y in 0..EDGE {
-                let row = &mut out[(z * EDGE + y) * EDGE..][..EDGE];
-                let (vy, vz) = ((corner[1] + y).min(last[1]), (corner[2] + z).min(last[2]));
-                for (x, element) in row.iter_mut().enumerate() {
-                    *element = value([(corner[0] + x).min(last[0]), vy, vz]);
+    data[..bx * by * bz * layout.stride].par_chunks_mut(layout.stride).enumerate().for_each(
+        |(brick, out)| {
+            let corner = [brick % bx, brick / bx % by, brick / (bx * by)].map(|b| b * BRICK);
+            for z in 0..ez {
+                for y in 0..ey {
+                    let row = &mut out[(z * ey + y) * ex..][..ex];
+                    let (vy, vz) = ((corner[1] + y).min(last[1]), (corner[2] + z).min(last[2]));
+                    for (x, element) in row.iter_mut().enumerate() {
+                        *element = value([(corner[0] + x).min(last[0]), vy, vz]);
+                    }
                 }
             }
-        }
-    });
+        },
+    );
     data
 }
 
@@ -359,7 +425,7 @@ mod tests {
     fn the_narrowest_exact_type_is_stored() {
         let grid = Grid::new([2, 1, 1], [1.0; 3]).unwrap();
         let narrow = Volume::from_values(grid, vec![-1000i16, -800]).unwrap();
-        assert!(matches!(Bricks::of_volume(&narrow).data(), BrickData::U8(_)));
+        assert!(matches!(Bricks::of_volume(&narrow).data(), BrickData::Corners(_)));
         let wide = Volume::from_values(grid, vec![-1000i16, 3000]).unwrap();
         assert!(matches!(Bricks::of_volume(&wide).data(), BrickData::U16(_)));
         let odd_range = wide.with_range([0.5, 10.0]).unwrap();

@@ -4,16 +4,64 @@ use super::bricks::Bricks;
 use super::lanes::Lanes;
 use std::marker::PhantomData;
 
-/// A stored voxel type, read two neighbours along x at a time.
+/// A stored voxel type, and how eight corners become one value.
 pub trait Texel: Copy + Sync + 'static {
-    /// The values at `index` and `index` + 1, not yet scaled.
+    /// What interpolation multiplies stored values by.
+    const GAIN: f32 = 1.0;
+
+    /// The trilinear value in the cells whose low corners are at `index`, `f` of the way along each axis,
+    /// times [`Self::GAIN`]; `offset` leads to the neighbours along y and z.
     ///
     /// # Safety
-    /// As [`Lanes::gather`]; both elements, and the rest of the 32-bit word, must be readable.
-    unsafe fn pair<L: Lanes>(base: *const Self, index: L::I) -> (L::F, L::F);
+    /// As [`Lanes::gather`]; all corners, and the rest of the 32-bit words around them, must be readable.
+    unsafe fn trilinear<L: Lanes>(base: *const Self, index: L::I, offset: [usize; 2], f: [L::F; 3]) -> L::F;
 }
 
-impl Texel for u8 {
+/// A type that is stored once a voxel and read two neighbours along x at a time.
+trait PairTexel: Texel {
+    /// The values at `index` and `index` + 1.
+    unsafe fn pair<L: Lanes>(base: *const Self, index: L::I) -> (L::F, L::F);
+
+    /// [`Texel::trilinear`] from four pairs.
+    #[inline(always)]
+    unsafe fn from_pairs<L: Lanes>(
+        base: *const Self,
+        index: L::I,
+        [uy, uz]: [usize; 2],
+        f: [L::F; 3],
+    ) -> L::F {
+        // SAFETY: the caller's.
+        unsafe {
+            let (a, b) = Self::pair::<L>(base, index);
+            let v00 = L::fma(f[0], L::sub(b, a), a);
+            let (a, b) = Self::pair::<L>(base.add(uy), index);
+            let v10 = L::fma(f[0], L::sub(b, a), a);
+            let (a, b) = Self::pair::<L>(base.add(uz), index);
+            let v01 = L::fma(f[0], L::sub(b, a), a);
+            let (a, b) = Self::pair::<L>(base.add(uy + uz), index);
+            let v11 = L::fma(f[0], L::sub(b, a), a);
+            let near = L::fma(f[1], L::sub(v10, v00), v00);
+            let far = L::fma(f[1], L::sub(v11, v01), v01);
+            L::fma(f[2], L::sub(far, near), near)
+        }
+    }
+}
+
+macro_rules! stored_once_a_voxel {
+    ($($T:ty),*) => {$(
+        impl Texel for $T {
+            #[inline(always)]
+            unsafe fn trilinear<L: Lanes>(base: *const Self, index: L::I, offset: [usize; 2], f: [L::F; 3]) -> L::F {
+                // SAFETY: the caller's.
+                unsafe { Self::from_pairs::<L>(base, index, offset, f) }
+            }
+        }
+    )*};
+}
+
+stored_once_a_voxel!(u8, u16, f32);
+
+impl PairTexel for u8 {
     #[inline(always)]
     unsafe fn pair<L: Lanes>(base: *const u8, index: L::I) -> (L::F, L::F) {
         // SAFETY: the caller's.
@@ -25,7 +73,7 @@ impl Texel for u8 {
     }
 }
 
-impl Texel for u16 {
+impl PairTexel for u16 {
     #[inline(always)]
     unsafe fn pair<L: Lanes>(base: *const u16, index: L::I) -> (L::F, L::F) {
         // SAFETY: the caller's.
@@ -36,11 +84,35 @@ impl Texel for u16 {
     }
 }
 
-impl Texel for f32 {
+impl PairTexel for f32 {
     #[inline(always)]
     unsafe fn pair<L: Lanes>(base: *const f32, index: L::I) -> (L::F, L::F) {
         // SAFETY: the caller's.
         unsafe { L::gather_pair(base.cast(), index) }
+    }
+}
+
+/// Four bytes: the neighbours along y and z of one voxel. Interpolation along y is done on integers,
+/// with weights of 14 bits.
+impl Texel for u32 {
+    const GAIN: f32 = 16384.0;
+
+    #[inline(always)]
+    unsafe fn trilinear<L: Lanes>(base: *const u32, index: L::I, _: [usize; 2], f: [L::F; 3]) -> L::F {
+        // SAFETY: the caller's.
+        unsafe {
+            let (low, high) = L::gather_words(base, index);
+            // 16384 − w in the low half, w in the high half.
+            let w = L::truncate(L::fma(f[1], L::splat(Self::GAIN), L::splat(0.5)));
+            let weights = L::add_i(L::mul_i(w, L::splat_i(0xFFFF)), L::splat_i(0x4000));
+            let a0 = L::to_f32(L::weighted_bytes::<0>(low, weights));
+            let a1 = L::to_f32(L::weighted_bytes::<1>(low, weights));
+            let b0 = L::to_f32(L::weighted_bytes::<0>(high, weights));
+            let b1 = L::to_f32(L::weighted_bytes::<1>(high, weights));
+            let a = L::fma(f[2], L::sub(a1, a0), a0);
+            let b = L::fma(f[2], L::sub(b1, b0), b0);
+            L::fma(f[0], L::sub(b, a), a)
+        }
     }
 }
 
@@ -51,7 +123,7 @@ pub struct Field<'a, T> {
     last: [f32; 3],
     unit: [i32; 3],
     jump: [i32; 3],
-    /// From a stored value to whatever the field is asked for.
+    /// From what interpolation gives to whatever the field is asked for.
     pub scale: f32,
     bricks: PhantomData<&'a Bricks>,
 }
@@ -79,7 +151,7 @@ impl<'a, T: Texel> Field<'a, T> {
             last: layout.dims.map(|d| (d - 1) as f32),
             unit: layout.unit.map(|u| u as i32),
             jump: layout.jump.map(|j| j as i32),
-            scale: bricks.scale() * unit,
+            scale: bricks.scale() * unit / T::GAIN,
             bricks: PhantomData,
         }
     }
@@ -106,23 +178,7 @@ impl<'a, T: Texel> Field<'a, T> {
                 index = L::add_i(index, L::add_i(inside, across));
             }
             let [_, uy, uz] = self.unit.map(|u| u as usize);
-            let v00 = self.row::<L>(0, index, f[0]);
-            let v10 = self.row::<L>(uy, index, f[0]);
-            let v01 = self.row::<L>(uz, index, f[0]);
-            let v11 = self.row::<L>(uy + uz, index, f[0]);
-            let near = L::fma(f[1], L::sub(v10, v00), v00);
-            let far = L::fma(f[1], L::sub(v11, v01), v01);
-            L::mul(L::fma(f[2], L::sub(far, near), near), L::splat(self.scale))
-        }
-    }
-
-    /// Linear interpolation along x in the row that lies `offset` elements after `index`.
-    #[inline(always)]
-    unsafe fn row<L: Lanes>(&self, offset: usize, index: L::I, f: L::F) -> L::F {
-        // SAFETY: as `sample`.
-        unsafe {
-            let (a, b) = T::pair::<L>(self.base.add(offset), index);
-            L::fma(f, L::sub(b, a), a)
+            L::mul(T::trilinear::<L>(self.base, index, [uy, uz], f), L::splat(self.scale))
         }
     }
 }
@@ -131,6 +187,10 @@ impl<'a, T: Texel> Field<'a, T> {
 macro_rules! with_field {
     ($bricks:expr, $unit:expr, $field:ident => $body:expr) => {
         match $bricks.data() {
+            $crate::cpu::bricks::BrickData::Corners(values) => {
+                let $field = Field::new($bricks, values, $unit);
+                $body
+            }
             $crate::cpu::bricks::BrickData::U8(values) => {
                 let $field = Field::new($bricks, values, $unit);
                 $body

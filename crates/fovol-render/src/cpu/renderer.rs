@@ -220,7 +220,7 @@ impl Renderer {
             (ShadowMode::Off, _) => Lighting::Full,
             (ShadowMode::Cached, Some(grid)) => match grid.data() {
                 BrickData::U8(values) => Lighting::Cached(Field::new(grid, values, 1.0)),
-                BrickData::U16(_) | BrickData::F32(_) => Lighting::Rays,
+                BrickData::Corners(_) | BrickData::U16(_) | BrickData::F32(_) => Lighting::Rays,
             },
             (ShadowMode::On | ShadowMode::Cached, _) => Lighting::Rays,
         };

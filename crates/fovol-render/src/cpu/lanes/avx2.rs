@@ -3,7 +3,7 @@
     reason = "the safety comment of the impl speaks for all its one-instruction methods"
 )]
 
-use super::Lanes;
+use super::{Lanes, PICK_HIGH, PICK_LOW};
 use std::arch::x86_64::*;
 
 /// 8 lanes of AVX2 and FMA.
@@ -114,6 +114,21 @@ unsafe impl Lanes for Avx2 {
     }
     #[inline(always)] unsafe fn gather_f32(table: *const f32, index: __m256i) -> __m256 {
         unsafe { _mm256_i32gather_ps::<4>(table, index) }
+    }
+    #[inline(always)]
+    unsafe fn gather_words(base: *const u32, index: __m256i) -> (__m256i, __m256i) {
+        unsafe {
+            let (a, b) = Self::gather_pair(base.cast(), index);
+            (_mm256_castps_si256(a), _mm256_castps_si256(b))
+        }
+    }
+    #[inline(always)]
+    unsafe fn weighted_bytes<const PAIR: usize>(words: __m256i, weights: __m256i) -> __m256i {
+        unsafe {
+            let pick = if PAIR == 0 { PICK_LOW } else { PICK_HIGH };
+            let pairs = _mm256_shuffle_epi8(words, _mm256_broadcastsi128_si256(_mm_loadu_si128(pick.as_ptr().cast())));
+            _mm256_madd_epi16(pairs, weights)
+        }
     }
     #[inline(always)]
     unsafe fn gather_pair(base: *const u8, index: __m256i) -> (__m256, __m256) {

@@ -3,7 +3,7 @@
     reason = "the safety comment of the impl speaks for all its one-instruction methods"
 )]
 
-use super::Lanes;
+use super::{Lanes, PICK_HIGH, PICK_LOW};
 use std::arch::x86_64::*;
 
 /// 16 lanes of AVX-512 (F, BW, DQ, VL).
@@ -87,6 +87,24 @@ unsafe impl Lanes for Avx512 {
     }
     #[inline(always)] unsafe fn gather_f32(table: *const f32, index: __m512i) -> __m512 {
         unsafe { _mm512_i32gather_ps::<4>(index, table) }
+    }
+    #[inline(always)]
+    unsafe fn gather_words(base: *const u32, index: __m512i) -> (__m512i, __m512i) {
+        unsafe {
+            let low = _mm512_i32gather_epi64::<4>(_mm512_castsi512_si256(index), base.cast());
+            let high = _mm512_i32gather_epi64::<4>(_mm512_extracti64x4_epi64::<1>(index), base.cast());
+            let even = _mm512_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
+            let odd = _mm512_add_epi32(even, _mm512_set1_epi32(1));
+            (_mm512_permutex2var_epi32(low, even, high), _mm512_permutex2var_epi32(low, odd, high))
+        }
+    }
+    #[inline(always)]
+    unsafe fn weighted_bytes<const PAIR: usize>(words: __m512i, weights: __m512i) -> __m512i {
+        unsafe {
+            let pick = if PAIR == 0 { PICK_LOW } else { PICK_HIGH };
+            let pairs = _mm512_shuffle_epi8(words, _mm512_broadcast_i32x4(_mm_loadu_si128(pick.as_ptr().cast())));
+            _mm512_madd_epi16(pairs, weights)
+        }
     }
     #[inline(always)]
     unsafe fn gather_pair(base: *const u8, index: __m512i) -> (__m512, __m512) {

@@ -12,6 +12,13 @@ pub(crate) mod portable;
 /// The number of lanes of the widest instruction set.
 pub const MOST_LANES: usize = 16;
 
+/// Spreads the two low bytes of every 32-bit word to 16 bits each; 0x80 makes zeros.
+#[cfg(target_arch = "x86_64")]
+const PICK_LOW: [u8; 16] = [0, 0x80, 1, 0x80, 4, 0x80, 5, 0x80, 8, 0x80, 9, 0x80, 12, 0x80, 13, 0x80];
+/// The same for the two high bytes.
+#[cfg(target_arch = "x86_64")]
+const PICK_HIGH: [u8; 16] = [2, 0x80, 3, 0x80, 6, 0x80, 7, 0x80, 10, 0x80, 11, 0x80, 14, 0x80, 15, 0x80];
+
 /// The operations of one instruction set on `N` lanes.
 ///
 /// # Safety
@@ -63,6 +70,10 @@ pub unsafe trait Lanes: Copy + 'static {
     unsafe fn shr_by(a: Self::I, bits: u32) -> Self::I;
     /// 32-bit words at `base` + `SCALE`·offset, any alignment.
     unsafe fn gather<const SCALE: i32>(base: *const u8, offset: Self::I) -> Self::I;
+    /// The words at `base` + 4·index and its successor.
+    unsafe fn gather_words(base: *const u32, index: Self::I) -> (Self::I, Self::I);
+    /// For every word, byte 2·`PAIR` · low half of its weight + byte 2·`PAIR` + 1 · high half.
+    unsafe fn weighted_bytes<const PAIR: usize>(words: Self::I, weights: Self::I) -> Self::I;
     /// The f32 at `table`\[index\].
     unsafe fn gather_f32(table: *const f32, index: Self::I) -> Self::F;
     /// The f32 at `base` + 4·index and its successor.

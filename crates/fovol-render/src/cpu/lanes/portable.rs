@@ -68,6 +68,17 @@ unsafe impl Lanes for Portable {
     #[inline(always)] unsafe fn gather_f32(table: *const f32, index: I) -> F {
         index.map(|i| unsafe { table.offset(i as isize).read() })
     }
+    #[inline(always)] unsafe fn gather_words(base: *const u32, index: I) -> (I, I) {
+        let at = |i: i32| unsafe { base.offset(i as isize).read() as i32 };
+        (index.map(at), index.map(|i| at(i + 1)))
+    }
+    #[inline(always)] unsafe fn weighted_bytes<const PAIR: usize>(words: I, weights: I) -> I {
+        from_fn(|i| {
+            let pair = words[i] as u32 >> (16 * PAIR as u32);
+            let weights = weights[i] as u32;
+            ((pair & 0xFF) * (weights & 0xFFFF) + (pair >> 8 & 0xFF) * (weights >> 16)) as i32
+        })
+    }
     #[inline(always)] unsafe fn gather_pair(base: *const u8, index: I) -> (F, F) {
         let at = |i: i32| unsafe { base.cast::<f32>().offset(i as isize).read_unaligned() };
         (index.map(at), index.map(|i| at(i + 1)))
