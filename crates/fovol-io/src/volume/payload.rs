@@ -87,7 +87,7 @@ impl Payload {
         all: usize,
     ) -> Result<Vec<u8>> {
         let each = all.checked_div(names.len()).unwrap_or(0);
-        if each == 0 || each * names.len() != all || each % layout.dtype.size() != 0 {
+        if each == 0 || each * names.len() != all || !each.is_multiple_of(layout.dtype.size()) {
             return Err(source.malformed(format!(
                 "its {all} bytes do not divide among its {} data files; check the list of files",
                 names.len()

@@ -2,7 +2,7 @@
 
 use crate::Result;
 use crate::volume::decompress::Compression;
-use crate::volume::layout::{Layout, spacing_of};
+use crate::volume::layout::Layout;
 use crate::volume::payload::{Encoding, Files, Payload, Skip};
 use crate::volume::{Overrides, Source};
 use fovol_core::{Dtype, Endian, Volume};
@@ -73,12 +73,13 @@ impl Description {
                 "its {what} is not known; give --dims X,Y,Z and --dtype, or name it like name_256x256x256_uint8.raw"
             ))
         };
+        let dims = self.dims.ok_or_else(|| unknown("size"))?;
+        let dtype = self.dtype.ok_or_else(|| unknown("voxel type"))?;
         let layout = Layout {
-            dims: self.dims.ok_or_else(|| unknown("size"))?,
-            spacing: spacing_of(&self.spacing.unwrap_or([1.0; 3])),
-            dtype: self.dtype.ok_or_else(|| unknown("voxel type"))?,
+            spacing: self.spacing.unwrap_or([1.0; 3]),
             endian: self.endian.unwrap_or_default(),
             components: self.components.unwrap_or(1),
+            ..Layout::new(dims, dtype)
         };
         let offset = self.offset.unwrap_or(0);
         let is_packed = source.bytes().starts_with(&[0x1F, 0x8B]) && is_named_gzip(source.path());

@@ -31,8 +31,20 @@ pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
     match sidecar::beside(source)? {
         Found::Volume(volume) => says_the_same(source, volume, overrides),
         Found::Description(said) => user.or(said).or(named).volume(source),
+        Found::Nothing if overrides.dims.is_none() && named.dims.is_none() && !is_bare(source) => {
+            Err(source.unsupported(
+                "it is of no known kind; convert it to NRRD, NIfTI, MetaImage, .vti or TIFF, or give --dims and --dtype of bare voxels",
+            ))
+        }
         Found::Nothing => user.or(named).volume(source),
     }
+}
+
+/// Whether the name promises bare voxels.
+fn is_bare(source: &Source) -> bool {
+    let name = source.path().file_name().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+    let name = name.strip_suffix(".gz").unwrap_or(&name);
+    [".raw", ".bin", ".dat", ".zraw"].iter().any(|ending| name.ends_with(ending))
 }
 
 /// The file that a sidecar speaks of: the one it names, else the one of its own name.

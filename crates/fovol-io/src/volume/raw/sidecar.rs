@@ -35,8 +35,9 @@ pub fn reader_of(source: &Source) -> Option<Reader> {
 /// A sidecar that is damaged.
 pub fn beside(raw: &Source) -> Result<Found> {
     for stem in stems(raw.path()) {
-        for (ending, parser) in [(".nhdr", nrrd::parse as fn(&Source) -> _), (".mhd", metaimage::parse)] {
+        for ending in [".nhdr", ".mhd", ".nrrd", ".mha"] {
             let Some(header) = open(&stem, ending)? else { continue };
+            let parser = if ending.starts_with(".n") { nrrd::parse } else { metaimage::parse };
             if names(&header, raw.path()) {
                 return Ok(Found::Volume(parser(&header)?));
             }

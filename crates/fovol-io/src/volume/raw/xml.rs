@@ -24,7 +24,7 @@ pub fn parse(source: &Source) -> Result<Description> {
     loop {
         match reader.read_event() {
             Ok(Event::Start(element) | Event::Empty(element)) => {
-                take(source, &element, &mut item, &mut said)?
+                take(source, &element, &mut item, &mut said)?;
             }
             Ok(Event::End(element)) if element.name().as_ref() == "Volume" => break,
             Ok(Event::Eof) => break,

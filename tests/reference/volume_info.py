@@ -1,0 +1,315 @@
+#!/usr/bin/env python3
+"""What outside libraries say about the volume files in the test data, and the table of the comparison.
+
+    pip install nibabel pynrrd vtk tifffile numpy SimpleITK imagecodecs
+    python tests/reference/volume_info.py references DATA    # writes tests/reference/volume_info.json
+    python tests/reference/volume_info.py table DATA         # runs the comparison, writes docs/formats.md
+
+DATA is the folder that holds `formats` and `volumes`. `crates/fovol-io/tests/reference_files.rs` compares
+the reader with each entry: size, type, components, spacing, and minimum, maximum and mean of the first
+component of the first volume after the scaling that the file declares. Files that no library can read, and
+kinds that are not read on purpose, have an `error` instead.
+"""
+
+import gzip
+import json
+import os
+import re
+import subprocess
+import sys
+import xml.etree.ElementTree as ElementTree
+import zlib
+from pathlib import Path
+
+import numpy as np
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+JSON = REPOSITORY / "tests/reference/volume_info.json"
+TABLE = REPOSITORY / "docs/formats.md"
+
+SHORT = {
+    "uint8": "u8", "int8": "i8", "uint16": "u16", "int16": "i16", "uint32": "u32", "int32": "i32",
+    "uint64": "u64", "int64": "i64", "float16": "f16", "float32": "f32", "float64": "f64",
+}  # fmt: skip
+
+# Kinds that are not read, by the end of the name.
+FOREIGN = {
+    ".dcm": "DICOM is of a later group",
+    ".h5": "HDF5 is of a later group",
+    ".nc": "NetCDF is of a later group",
+    ".mnc": "MINC is not read",
+    ".mgz": "MGH is not read",
+    ".slc": "SLC is not read",
+    ".brik": "AFNI is not read",
+    ".brik.gz": "AFNI is not read",
+    ".head": "AFNI is not read",
+    ".mif": "MRtrix is not read",
+    ".vol": "Mitsuba volumes are not read",
+    ".bov": "BOV is not read",
+    ".ppm": "a picture",
+}
+
+
+class NotRead(Exception):
+    """The file is sound, but of a kind that is not read on purpose."""
+
+
+def padded(values, fill):
+    return [*values, fill, fill, fill][:3]
+
+
+def entry(library, dims, voxels, components=1, spacing=None, slope=1.0, intercept=0.0):
+    """The entry of a file whose raw first components are `voxels`."""
+    name = np.dtype(voxels.dtype).newbyteorder("=").name
+    if name not in SHORT:
+        raise NotRead(f"{name} voxels")
+    values = voxels.astype(np.float64).ravel()
+    if (slope, intercept) != (1.0, 0.0):
+        values = values * slope + intercept
+    finite = values[np.isfinite(values)]
+    return {
+        "library": library,
+        "dims": [int(d) for d in dims],
+        "dtype": SHORT[name],
+        "components": int(components),
+        "spacing": [float(s) for s in spacing] if spacing is not None else None,
+        "min": float(finite.min()),
+        "max": float(finite.max()),
+        "mean": float(finite.mean()),
+    }
+
+
+def bare(path, dims, dtype, components=1, spacing=(1.0, 1.0, 1.0)):
+    open_file = gzip.open if path.suffix == ".gz" else open
+    with open_file(path, "rb") as file:
+        data = file.read()
+    count = int(np.prod(dims)) * components
+    voxels = np.frombuffer(data, dtype=dtype, count=count).reshape(-1, components)[:, 0]
+    return entry("NumPy", dims, voxels, components, spacing)
+
+
+def raw_by_name(path):
+    match = re.search(r"_(\d+)x(\d+)x(\d+)_(u?int\d+|float\d+)\.raw", path.name)
+    if not match:
+        raise NotRead("nothing says its size")
+    return bare(path, [int(d) for d in match.groups()[:3]], np.dtype(match[4]).newbyteorder("<"))
+
+
+def dat(path):
+    lines = dict(line.split(":", 1) for line in path.read_text().splitlines() if ":" in line)
+    dims = [int(d) for d in lines["Resolution"].split()]
+    dtype = np.dtype(lines["Format"].strip().lower()).newbyteorder("<")
+    return bare(path.parent / lines["RawFile"].strip(), dims, dtype)
+
+
+def ivf(path):
+    root = ElementTree.parse(path).getroot()
+    size = root.find("Dimension")
+    dims = [int(size.get(axis)) for axis in "xyz"]
+    dtype = np.dtype(root.find("Format").get("content").lower()).newbyteorder("<")
+    return bare(path.parent / root.find("RawFile").get("content"), dims, dtype)
+
+
+def vvd(path):
+    # Voreen lets comments stand before the XML declaration, ElementTree does not.
+    text = re.sub(r"\A\s*<!--.*?-->\s*", "", path.read_text(), flags=re.S)
+    volume = ElementTree.fromstring(text).find("Volumes/Volume")
+    data = volume.find("RawData")
+    file = data.get("filename") or data.find("Paths/paths/item").get("value")
+    spacing = volume.find("MetaData/MetaItem[@name='Spacing']/value")
+    dims = [int(data.get(axis)) for axis in "xyz"]
+    return bare(path.parent / file, dims, data.get("format"), 1, [float(spacing.get(a)) for a in "xyz"])
+
+
+def nifti(path):
+    import nibabel
+
+    try:
+        image = nibabel.load(path)
+    except nibabel.filebasedimages.ImageFileError:
+        image = nibabel.Nifti1Pair.from_filename(path)
+    if isinstance(image, nibabel.cifti2.Cifti2Image):
+        # Seen as the NIfTI-2 file that it is, a matrix has one voxel and many volumes.
+        image = nibabel.Nifti2Image.from_filename(path)
+    shape = image.shape
+    data = np.asanyarray(image.dataobj.get_unscaled())
+    first = data[(slice(None),) * min(3, len(shape)) + (0,) * (len(shape) - 3)]
+    components = 1
+    if first.dtype.fields:
+        components = len(first.dtype.fields)
+        first = first[first.dtype.names[0]]
+    spacing = padded([abs(float(z)) or 1.0 for z in image.header.get_zooms()[:3]], 1.0)
+    slope, intercept = image.dataobj.slope, image.dataobj.inter
+    return entry("nibabel", padded(shape, 1), first, components, spacing, slope, intercept)
+
+
+def nrrd(path):
+    import nrrd as pynrrd
+
+    data, header = pynrrd.read(str(path), index_order="F")
+    kinds = header.get("kinds") or []
+    directions = header.get("space directions")
+    spacings = [float(s) for s in header.get("spacings", [])] or [np.nan] * data.ndim
+    if directions is not None:
+        spacings = [float(np.linalg.norm(d)) for d in np.atleast_2d(directions)]
+    components = 1
+    if len(kinds) > 1 and kinds[0] not in ("domain", "space", "time"):
+        components, spacings = data.shape[0], spacings[1:]
+        data = data[0]
+    first = data[(slice(None),) * min(3, data.ndim) + (0,) * (data.ndim - 3)]
+    spacing = padded([1.0 if np.isnan(s) else s for s in spacings], 1.0)
+    return entry("pynrrd", padded(data.shape, 1), first, components, spacing)
+
+
+def metaimage(path):
+    import SimpleITK
+
+    header = dict(re.findall(rb"^(\w+) *= *(.*?)\s*$", path.read_bytes()[:4096], flags=re.M))
+    file, size = path.parent / os.fsdecode(header.get(b"ElementDataFile", b"")), header.get(b"CompressedDataSize")
+    if size and file.is_file() and int(size) != file.stat().st_size:
+        # MetaIO trusts the wrong size, and what it does not decompress is whatever was in memory.
+        voxels = np.frombuffer(zlib.decompress(file.read_bytes()), np.uint8)
+        spacing = [float(s) for s in header[b"ElementSpacing"].split()]
+        return entry("zlib", [int(d) for d in header[b"DimSize"].split()], voxels, 1, spacing)
+    image = SimpleITK.ReadImage(str(path), imageIO="MetaImageIO")
+    components = image.GetNumberOfComponentsPerPixel()
+    voxels = SimpleITK.GetArrayFromImage(image)
+    voxels = voxels[..., 0] if components > 1 else voxels
+    return entry(
+        "SimpleITK", padded(image.GetSize(), 1), voxels, components, padded(image.GetSpacing(), 1.0)
+    )
+
+
+def vtk_image(path, reader):
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    reader.SetFileName(str(path))
+    reader.Update()
+    image = reader.GetOutput()
+    if image is None or image.GetNumberOfPoints() == 0:
+        raise ValueError("VTK finds no image data in it")
+    points, cells = image.GetPointData(), image.GetCellData()
+    dims = list(image.GetDimensions())
+    array = points.GetScalars() or points.GetArray(0)
+    if array is None:
+        array = cells.GetScalars() or cells.GetArray(0)
+        dims = [max(1, d - 1) for d in dims]
+    if array is None:
+        raise ValueError("VTK finds no numbers in it")
+    voxels = vtk_to_numpy(array)
+    components = array.GetNumberOfComponents()
+    voxels = voxels[:, 0] if components > 1 else voxels
+    return entry("VTK", dims, voxels, components, image.GetSpacing())
+
+
+def vti(path):
+    import vtk
+
+    return vtk_image(path, vtk.vtkXMLImageDataReader())
+
+
+def legacy_vtk(path):
+    import vtk
+
+    reader = vtk.vtkStructuredPointsReader()
+    reader.SetFileName(str(path))
+    if not reader.IsFileStructuredPoints():
+        raise NotRead("no structured points")
+    return vtk_image(path, reader)
+
+
+def tiff(path):
+    import tifffile
+
+    with tifffile.TiffFile(path) as file:
+        series = file.series[0]
+        data, axes = series.asarray(), series.axes
+    components = 1
+    if "S" in axes:
+        channel = axes.index("S")
+        components = data.shape[channel]
+        data = np.take(data, 0, axis=channel)
+    height, width = data.shape[-2:]
+    return entry("tifffile", [width, height, data.size // (width * height)], data, components)
+
+
+BY_ENDING = {
+    ".dat": dat, ".ivf": ivf, ".vvd": vvd, ".nrrd": nrrd, ".nhdr": nrrd, ".mha": metaimage, ".mhd": metaimage,
+    ".vti": vti, ".vtk": legacy_vtk, ".tif": tiff, ".tiff": tiff, ".nii": nifti, ".hdr": nifti, ".img": nifti,
+}  # fmt: skip
+
+
+def info(path):
+    name = path.name.lower()
+    for ending, reason in FOREIGN.items():
+        if name.endswith(ending):
+            raise NotRead(reason)
+    name = name.removesuffix(".gz")
+    suffix = Path(name).suffix
+    if suffix in (".raw", ".zraw"):
+        beside = [path.with_suffix(e) for e in (".nhdr", ".mhd", ".nrrd", ".mha", ".dat", ".vvd")]
+        header = next((header for header in beside if header.is_file()), None)
+        return info(header) if header else raw_by_name(path)
+    if suffix not in BY_ENDING:
+        raise NotRead("no volume file")
+    return BY_ENDING[suffix](path)
+
+
+def references(data):
+    entries = {}
+    files = [*(data / "formats").rglob("*"), *(data / "volumes").glob("*.raw.gz")]
+    for path in sorted(path for path in files if path.is_file()):
+        relative = path.relative_to(data).as_posix()
+        if relative.startswith("formats/zarr/"):
+            continue
+        try:
+            entries[relative] = info(path)
+        except NotRead as reason:
+            entries[relative] = {"error": f"not read: {reason}"}
+        except Exception as problem:  # noqa: BLE001: libraries raise anything at broken files
+            text = " ".join(str(problem).split()).replace(f"{data}/", "")
+            entries[relative] = {"error": f"{type(problem).__name__}: {text}"[:160]}
+        print(relative, entries[relative].get("error", "ok"), flush=True)
+    entries["formats/zarr/mni152_axial.ome.zarr"] = {"error": "not read: Zarr is of a later group"}
+    lines = (f"{json.dumps(name)}: {json.dumps(found)}" for name, found in sorted(entries.items()))
+    JSON.write_text("{\n" + ",\n".join(lines) + "\n}\n")
+
+
+def table(data):
+    environment = {**os.environ, "FOVOL_TEST_DATA": str(data)}
+    command = ["cargo", "test", "-p", "fovol-io", "--test", "reference_files", "--", "--nocapture"]
+    run = subprocess.run(command, cwd=REPOSITORY, env=environment, stdout=subprocess.PIPE, text=True)
+    outcomes = dict(re.findall(r"^outcome (\S+): (.*)$", run.stdout, flags=re.M))
+    entries = json.loads(JSON.read_text())
+    rows = []
+    for name, found in entries.items():
+        outcome = outcomes.get(name, "not run").replace(f"{data}/", "").replace("|", "\\|")
+        if "error" in found:
+            rows.append((name, "", "", "", outcome))
+        else:
+            size = "×".join(map(str, found["dims"]))
+            kind = found["dtype"] + (f" ×{found['components']}" if found["components"] > 1 else "")
+            rows.append((name, found["library"], size, kind, outcome))
+    agree = sum(outcome.startswith("agrees") for *_, outcome in rows)
+    refused = sum(outcome.startswith("refused") for *_, outcome in rows)
+    text = (
+        "# Volume files compared with outside libraries\n\n"
+        "Made by `tests/reference/volume_info.py table`; do not edit.\n\n"
+        "Each file of the test data is read by this program and by an outside library. *Agrees* means the same\n"
+        "size, type, components and spacing (to 1e-6), the same minimum and maximum, and the same mean (to 1e-6)\n"
+        "of the first component after the scaling that the file declares. *Refused* files are broken or of a kind\n"
+        "that is not read; the one-line message is shown.\n\n"
+        f"{len(rows)} files: {agree} agree, {refused} are refused"
+        f"{'' if agree + refused == len(rows) else f', {len(rows) - agree - refused} differ'}.\n\n"
+        "| file | library | size | type | outcome |\n|---|---|---|---|---|\n"
+    )
+    text += "".join(f"| {' | '.join(row)} |\n" for row in rows)
+    TABLE.parent.mkdir(exist_ok=True)
+    TABLE.write_text(text)
+    sys.exit(run.returncode)
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 3 or sys.argv[1] not in ("references", "table"):
+        sys.exit(__doc__)
+    {"references": references, "table": table}[sys.argv[1]](Path(sys.argv[2]).resolve())
