@@ -23,6 +23,8 @@ enum Command {
     Demo(commands::demo::Demo),
     /// Say what a volume file holds
     Info(commands::info::Info),
+    /// Convert between volume formats
+    Convert(commands::convert::Convert),
     /// List, make and download volumes
     Data(commands::data::Data),
     /// Make and check the noise that chooses pixels
@@ -48,6 +50,7 @@ fn main() -> ExitCode {
     let result = match cli.command {
         Command::Demo(args) => args.run(),
         Command::Info(args) => args.run(),
+        Command::Convert(args) => args.run(),
         Command::Data(args) => args.run(),
         Command::Noise(args) => args.run(),
         Command::Mask(args) => args.run(),

@@ -2,9 +2,9 @@ use crate::console::{JsonOutput, Progress};
 use crate::interrupt;
 use anyhow::Result;
 use clap::Subcommand;
-use fovolnet::io::atomic;
 use fovolnet::io::dataset::{self, Stage};
 use fovolnet::io::procedural::{self, Procedural};
+use fovolnet::io::{atomic, volume};
 use fovolnet::parse;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -115,7 +115,7 @@ fn list(json: &JsonOutput) -> Result<()> {
 
 fn make(kind: Procedural, output: &Path, dims: [usize; 3], seed: u64) -> Result<()> {
     let made = procedural::make(kind, dims, seed)?;
-    let _ = &made;
+    volume::write(&made, output)?;
     println!("wrote {}", output.display());
     Ok(())
 }

@@ -1,0 +1,23 @@
+use anyhow::Result;
+use fovolnet::{VolumeSettings, io::volume, open_volume};
+use std::path::PathBuf;
+
+/// Convert between volume formats
+#[derive(clap::Args)]
+pub struct Convert {
+    /// Volume file, folder of slices, or procedural volume
+    input: String,
+    /// File to write: .raw .raw.gz .nrrd .nhdr .nii .nii.gz .mha .mhd .vti
+    output: PathBuf,
+    #[command(flatten)]
+    read: VolumeSettings,
+}
+
+impl Convert {
+    pub fn run(self) -> Result<()> {
+        let opened = open_volume(&self.input, &self.read)?;
+        volume::write(&opened.volume, &self.output)?;
+        println!("wrote {}", self.output.display());
+        Ok(())
+    }
+}
