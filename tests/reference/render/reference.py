@@ -296,7 +296,7 @@ def ct_ball(dims):
 
 
 def simulation(dims):
-    """f32: two vortex rings' worth of smooth wells and peaks, reaching outside the range that it is shown
+    """f32: a tilted ring of high values beside a well of low ones, reaching outside the range that it is shown
     over, with a NaN, both infinities and a very large number among the voxels."""
     x, y, z = centres(dims)
     ring = np.sqrt((np.sqrt(x * x + z * z) - 0.55) ** 2 + (y - 0.25 * x) ** 2)
@@ -533,11 +533,11 @@ def main():
     files = Files(arguments.check)
     files.put("cases.json", manifest())
     volumes = {}
-    for name in VOLUMES:
+    for name, described in VOLUMES.items():
         raw = raw_voxels(name, arguments.data)
         if raw is not None:
-            volumes[name] = Volume(raw, VOLUMES[name]["spacing"], VOLUMES[name]["range"])
-            if "make" in VOLUMES[name]:
+            volumes[name] = Volume(raw, described["spacing"], described["range"])
+            if "make" in described:
                 files.put(f"volume_{name}.gz", raw.tobytes())
     for name, described in PICTURES.items():
         if described["volume"] not in volumes:
