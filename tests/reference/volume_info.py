@@ -121,13 +121,31 @@ def vvd(path):
     return bare(path.parent / file, dims, data.get("format"), 1, [float(spacing.get(a)) for a in "xyz"])
 
 
+def nifti_pair(path):
+    """Header and image beside each other, each compressed or not: nibabel itself wants both alike."""
+    from nibabel.fileholders import FileHolder
+
+    stem = re.sub(r"\.(hdr|img)(\.gz)?$", "", str(path))
+    pair = {}
+    for part, ending in (("header", ".hdr"), ("image", ".img")):
+        found = [name for name in (stem + ending, stem + ending + ".gz") if os.path.exists(name)]
+        if not found:
+            raise FileNotFoundError(f"no {Path(stem + ending).name} beside it")
+        pair[part] = FileHolder(filename=found[0])
+    return pair
+
+
 def nifti(path):
     import nibabel
 
-    try:
+    if re.search(r"\.(hdr|img)(\.gz)?$", path.name):
+        pair = nifti_pair(path)
+        header = nibabel.openers.Opener(pair["header"].filename).read(348)
+        is_nifti = header[344:347] in (b"ni1", b"n+1")
+        kind = nibabel.Nifti1Pair if is_nifti else nibabel.Spm2AnalyzeImage
+        image = kind.from_file_map(pair)
+    else:
         image = nibabel.load(path)
-    except nibabel.filebasedimages.ImageFileError:
-        image = nibabel.Nifti1Pair.from_filename(path)
     if isinstance(image, nibabel.cifti2.Cifti2Image):
         # Seen as the NIfTI-2 file that it is, a matrix has one voxel and many volumes.
         image = nibabel.Nifti2Image.from_filename(path)

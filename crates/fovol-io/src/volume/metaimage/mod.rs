@@ -11,7 +11,7 @@ use fovol_core::{Dtype, Endian, Rescale, Volume};
 pub use write::write;
 
 /// A header is shorter than this, a list of many data files included.
-const LONGEST_HEADER: usize = 16 << 20;
+const LONGEST_HEADER: usize = 4 << 20;
 
 /// Reads a MetaImage, its voxels in the same file or in others.
 ///

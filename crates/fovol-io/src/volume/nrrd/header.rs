@@ -4,7 +4,7 @@ use crate::Result;
 use crate::volume::Source;
 
 /// A header is shorter than this, a list of many data files included.
-const LONGEST: usize = 16 << 20;
+const LONGEST: usize = 4 << 20;
 
 /// The fields of a header, and where it ends.
 pub struct Header {

@@ -7,6 +7,9 @@ use crate::volume::{Source, metaimage, nrrd};
 use fovol_core::Volume;
 use std::path::{Path, PathBuf};
 
+/// Voxels may follow a header; they are not searched for names.
+const LONGEST_HEADER: usize = 1 << 20;
+
 type Reader = fn(&Source) -> Result<Description>;
 
 /// What was found beside bare voxels.
@@ -73,7 +76,8 @@ fn open(stem: &Path, ending: &str) -> Result<Option<Source>> {
 /// Whether the text of `header` names the file `raw`.
 fn names(header: &Source, raw: &Path) -> bool {
     let name = raw.file_name().unwrap_or_default().as_encoded_bytes();
-    !name.is_empty() && header.bytes().windows(name.len()).any(|window| window == name)
+    let text = &header.bytes()[..header.bytes().len().min(LONGEST_HEADER)];
+    !name.is_empty() && text.windows(name.len()).any(|window| window == name)
 }
 
 /// Whether a sidecar means `raw`: it names it, or no file that is there (voxels are often renamed).
