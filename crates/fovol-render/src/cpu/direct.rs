@@ -1,5 +1,6 @@
 use crate::noise::{hash, unit};
 use fovol_core::{Fovea, FrameSize, Pixel, SampleList, SampleMask};
+use rayon::prelude::*;
 
 /// Positions drawn from the density instead of being decided pixel by pixel.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -10,29 +11,51 @@ pub struct DirectSamples {
     pub lost: usize,
 }
 
-/// Draws round(C·w·h) positions of frame `t` from the density τ: a mixture of the uniform base and the
-/// separable fovea, so each draw inverts two one-dimensional distributions.
+/// Draws round(C·w·h) positions of frame `t` from the density τ; `seed` and `t` choose which.
 pub fn direct(fovea: &Fovea, size: FrameSize, seed: u64, t: u32) -> DirectSamples {
     let density = fovea.expected_density(size);
-    let count = (density * size.pixels() as f64).round() as usize;
-    let columns = cumulative((0..size.width).map(|x| fovea.falloff_x(x, size)));
-    let rows = cumulative((0..size.height).map(|y| fovea.falloff_y(y, size)));
-    let from_base = if density > 0.0 { fovea.base / density } else { 1.0 };
+    let count = (density * size.pixels() as f64).round() as u64;
+    let distribution = Distribution::new(fovea, size, density);
     let seed = hash(seed ^ 0xD1EC7, u64::from(t));
-    let mut pixels: Vec<Pixel> = (0..count as u64)
-        .map(|i| {
-            let [which, u, v] = [0, 1, 2].map(|j| unit(seed, 3 * i + j));
-            let (x, y) = if which < from_base {
-                ((u * f64::from(size.width)) as usize, (v * f64::from(size.height)) as usize)
-            } else {
-                (drawn(&columns, u), drawn(&rows, v))
-            };
-            Pixel { x: x as u16, y: y as u16 }
-        })
+    let mut pixels: Vec<Pixel> = (0..count)
+        .into_par_iter()
+        .map(|i| distribution.at([0, 1, 2].map(|j| unit(seed, 3 * i + j))))
         .collect();
-    pixels.sort_unstable_by_key(|p| (p.y, p.x));
+    // Equal positions cannot be told apart, so the order does not depend on the threads.
+    pixels.par_sort_unstable_by_key(|p| u32::from(p.y) << 16 | u32::from(p.x));
     let lost = pixels.windows(2).filter(|pair| pair[0] == pair[1]).count();
     DirectSamples { list: SampleList::new(size, pixels), lost }
+}
+
+/// τ/Σ τ: a mixture of the uniform base and the separable fovea, so each draw inverts two one-dimensional
+/// distributions.
+struct Distribution {
+    size: FrameSize,
+    /// The share of draws that belong to the base.
+    from_base: f64,
+    columns: Vec<f64>,
+    rows: Vec<f64>,
+}
+
+impl Distribution {
+    fn new(fovea: &Fovea, size: FrameSize, density: f64) -> Self {
+        Self {
+            size,
+            from_base: if density > 0.0 { fovea.base / density } else { 1.0 },
+            columns: cumulative((0..size.width).map(|x| fovea.falloff_x(x, size))),
+            rows: cumulative((0..size.height).map(|y| fovea.falloff_y(y, size))),
+        }
+    }
+
+    /// The position that three numbers in [0, 1) fall to.
+    fn at(&self, [which, u, v]: [f64; 3]) -> Pixel {
+        let (x, y) = if which < self.from_base {
+            ((u * f64::from(self.size.width)) as usize, (v * f64::from(self.size.height)) as usize)
+        } else {
+            (drawn(&self.columns, u), drawn(&self.rows, v))
+        };
+        Pixel { x: x as u16, y: y as u16 }
+    }
 }
 
 /// The mask of the positions in `list`.
@@ -74,6 +97,23 @@ mod tests {
         assert_eq!(mask_of(&samples.list).count(), expected - samples.lost);
         assert!(samples.lost > expected / 20, "a dense fovea draws many positions twice: {}", samples.lost);
         assert_ne!(samples, direct(&fovea, size, 1, 1));
+    }
+
+    #[test]
+    fn the_draw_does_not_depend_on_the_number_of_threads() {
+        let (fovea, size) = (Fovea::default(), FrameSize::default());
+        let with = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| direct(&fovea, size, 3, 9))
+        };
+        assert_eq!(with(1), with(5));
+    }
+
+    #[test]
+    fn nothing_is_drawn_from_a_density_of_zero() {
+        let size = FrameSize::new(20, 10).unwrap();
+        let nowhere = Fovea { base: 0.0, sigma: 0.001, gaze: [9.0, 9.0] };
+        assert!(direct(&nowhere, size, 0, 0).list.is_empty());
     }
 
     #[test]

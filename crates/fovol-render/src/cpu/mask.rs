@@ -1,67 +1,116 @@
-use crate::noise::Noise;
+use crate::noise::{FrameNoise, Noise};
 use fovol_core::{Fovea, FrameSize, SampleMask};
 use rayon::prelude::*;
 
-/// The pixels of frame `t` that are sampled: those whose noise N lies below τ.
+/// Whether pixel (`x`, `y`) of frame `t` is sampled: N = (rank + ½)/levels < τ.
 ///
-/// The specification is [`sampled`] at every pixel; this is the same, by rows.
-pub fn mask(fovea: &Fovea, size: FrameSize, noise: &Noise, t: u32) -> SampleMask {
-    let frame = noise.frame(t);
-    let levels = f64::from(frame.levels());
-    let columns: Vec<f64> =
-        (0..size.width).map(|x| (1.0 - fovea.base) * fovea.falloff_x(x, size) * levels).collect();
-    let widest = columns.iter().copied().fold(0.0, f64::max);
-    let mut mask = SampleMask::none(size);
-    let words_per_row = mask.words_per_row();
-    let width = size.width as usize;
-    mask.words_mut().par_chunks_mut(words_per_row * ROWS).enumerate().for_each_init(
-        || vec![0u32; width],
-        |ranks, (chunk, rows)| {
-            for (row, words) in rows.chunks_mut(words_per_row).enumerate() {
-                let y = (chunk * ROWS + row) as u32;
-                frame.row(y, ranks);
-                let falloff = fovea.falloff_y(y, size);
-                let base = fovea.base * levels - 0.5;
-                if falloff * widest < NEGLIGIBLE {
-                    threshold_row(ranks, base, words);
-                } else {
-                    fovea_row(ranks, &columns, falloff, base, words);
-                }
-            }
-        },
-    );
-    mask
-}
-
-/// Whether pixel (`x`, `y`) of frame `t` is sampled: (rank + ½)/levels < τ.
+/// This is the specification; [`mask()`] finds the same bits for a whole frame.
 pub fn sampled(fovea: &Fovea, size: FrameSize, noise: &Noise, t: u32, [x, y]: [u32; 2]) -> bool {
     let frame = noise.frame(t);
     (f64::from(frame.rank(x, y)) + 0.5) / f64::from(frame.levels()) < fovea.density_at(x, y, size)
 }
 
+/// The pixels of frame `t` that are sampled: those whose noise N lies below τ.
+pub fn mask(fovea: &Fovea, size: FrameSize, noise: &Noise, t: u32) -> SampleMask {
+    let frame = noise.frame(t);
+    let thresholds = Thresholds::new(fovea, size, frame.levels());
+    let mut mask = SampleMask::none(size);
+    let words_per_row = mask.words_per_row();
+    mask.words_mut().par_chunks_mut(words_per_row * ROWS).enumerate().for_each(|(task, rows)| {
+        for (row, words) in rows.chunks_mut(words_per_row).enumerate() {
+            let y = (task * ROWS + row) as u32;
+            mask_row(&frame, y, &thresholds, fovea.falloff_y(y, size), words);
+        }
+    });
+    mask
+}
+
 /// Rows that one task makes.
 const ROWS: usize = 32;
-/// A fovea that moves thresholds by less than this many levels cannot change a comparison of whole ranks
-/// other than by rounding.
-const NEGLIGIBLE: f64 = 1e-9;
+/// Pixels of one word of a mask.
+const WORD: usize = u64::BITS as usize;
 
-/// rank < `threshold`, the same for the whole row.
-fn threshold_row(ranks: &[u32], threshold: f64, words: &mut [u64]) {
-    // The smallest whole number that is not below the threshold; the cast saturates.
-    let limit = threshold.ceil() as u32;
-    for (ranks, word) in ranks.chunks(64).zip(words) {
-        *word = ranks.iter().enumerate().fold(0, |bits, (i, &rank)| bits | u64::from(rank < limit) << i);
+/// The threshold τ·levels of every pixel, in its two factors.
+///
+/// levels is a power of two, so scaling by it rounds nothing: rank + ½ < τ·levels holds exactly where the
+/// specification's (rank + ½)/levels < τ does.
+struct Thresholds {
+    /// P_b·levels.
+    base: f64,
+    /// (1 − P_b)·levels·(the fovea's factor of the column); 0 beyond the width.
+    columns: Vec<[f64; WORD]>,
+    /// The largest of every word of columns.
+    widest: Vec<f64>,
+    /// The bits of the last word of a row that are pixels.
+    last_word: u64,
+}
+
+impl Thresholds {
+    fn new(fovea: &Fovea, size: FrameSize, levels: u32) -> Self {
+        let levels = f64::from(levels);
+        let column = |x: u32| {
+            if x < size.width { (1.0 - fovea.base) * fovea.falloff_x(x, size) * levels } else { 0.0 }
+        };
+        let columns: Vec<[f64; WORD]> = (0..size.width)
+            .step_by(WORD)
+            .map(|first| std::array::from_fn(|bit| column(first + bit as u32)))
+            .collect();
+        Self {
+            base: fovea.base * levels,
+            widest: columns.iter().map(|word| word.iter().copied().fold(0.0, f64::max)).collect(),
+            last_word: u64::MAX >> (columns.len() * WORD - size.width as usize),
+            columns,
+        }
     }
 }
 
-/// rank < `base` + `columns`·`falloff`.
-fn fovea_row(ranks: &[u32], columns: &[f64], falloff: f64, base: f64, words: &mut [u64]) {
-    for ((ranks, columns), word) in ranks.chunks(64).zip(columns.chunks(64)).zip(words) {
-        let both = ranks.iter().zip(columns).enumerate();
-        *word = both.fold(0, |bits, (i, (&rank, column))| {
-            bits | u64::from(f64::from(rank) < base + column * falloff) << i
-        });
+/// The bits of row `y`, whose factor of the fovea is `falloff`.
+fn mask_row(noise: &FrameNoise<'_>, y: u32, thresholds: &Thresholds, falloff: f64, words: &mut [u64]) {
+    let base_limit = limit(thresholds.base);
+    // Words outside the fovea repeat as the noise does.
+    let mut plain = [None; 2];
+    for (i, word) in words.iter_mut().enumerate() {
+        // The limit rises with the threshold: if the word's densest column does not raise it, none does.
+        let outside = limit(thresholds.base + thresholds.widest[i] * falloff) == base_limit;
+        *word = match noise.words_per_tile() {
+            Some(period) if outside => {
+                *plain[i % period].get_or_insert_with(|| plain_word(&noise.word(i, y), base_limit))
+            }
+            None if outside => plain_word(&noise.word(i, y), base_limit),
+            _ => fovea_word(&noise.word(i, y), thresholds.base, &thresholds.columns[i], falloff),
+        };
     }
+    if let Some(last) = words.last_mut() {
+        *last &= thresholds.last_word;
+    }
+}
+
+/// The number of ranks with rank + ½ < `threshold`.
+fn limit(threshold: f64) -> u32 {
+    // The difference is exact where it is positive; the cast saturates.
+    (threshold - 0.5).ceil() as u32
+}
+
+/// rank < `limit`.
+fn plain_word(ranks: &[u32; WORD], limit: u32) -> u64 {
+    packed(|i| ranks[i] < limit)
+}
+
+/// rank + ½ < `base` + `columns`·`falloff`.
+fn fovea_word(ranks: &[u32; WORD], base: f64, columns: &[f64; WORD], falloff: f64) -> u64 {
+    packed(|i| f64::from(ranks[i]) + 0.5 < base + columns[i] * falloff)
+}
+
+/// The word whose bit i is `bit(i)`.
+#[inline(always)]
+fn packed(bit: impl Fn(usize) -> bool) -> u64 {
+    // First bytes, which compile to vector instructions; then eight bytes to eight bits by one product.
+    let flags: [u8; WORD] = std::array::from_fn(|i| u8::from(bit(i)));
+    let (eights, _) = flags.as_chunks::<8>();
+    eights.iter().enumerate().fold(0, |word, (i, &eight)| {
+        let bits = u64::from_le_bytes(eight).wrapping_mul(0x0102_0408_1020_4080) >> 56;
+        word | bits << (8 * i)
+    })
 }
 
 #[cfg(test)]
@@ -90,6 +139,31 @@ mod tests {
         let fovea = |base| Fovea { base, sigma: 0.0, gaze: [0.5, 0.5] };
         assert_eq!(mask(&fovea(0.0), size, &noise, 0).count(), 0);
         assert_eq!(mask(&fovea(1.0), size, &noise, 0), SampleMask::full(size));
+    }
+
+    #[test]
+    fn the_mask_does_not_depend_on_the_number_of_threads() {
+        let (fovea, size, noise) = (Fovea::default(), FrameSize::default(), Noise::new(NoiseKind::Blue, 2));
+        let with = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| mask(&fovea, size, &noise, 9))
+        };
+        assert_eq!(with(1), with(5));
+    }
+
+    #[test]
+    fn thresholds_that_meet_a_rank_exactly_are_decided_alike() {
+        let size = FrameSize::new(128, 128).unwrap();
+        let noise = Noise::new(NoiseKind::Blue, 0);
+        for halves in [1, 2, 3, 1000, 1001, 32_767] {
+            // (rank + ½)/levels = τ is not below τ; a fovea far away must not tip it over.
+            let base = f64::from(halves) / 2.0 / f64::from(noise.frame(0).levels());
+            for sigma in [0.0, 0.05, 0.1, 0.2] {
+                let fovea = Fovea { base, sigma, gaze: [-0.1, 0.5] };
+                let slow = SampleMask::from_fn(size, |x, y| sampled(&fovea, size, &noise, 0, [x, y]));
+                assert_eq!(mask(&fovea, size, &noise, 0), slow, "{halves} {sigma}");
+            }
+        }
     }
 
     proptest! {

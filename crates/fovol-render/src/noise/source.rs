@@ -1,14 +1,17 @@
 use super::asset::decode_ranks;
 use super::kind::NoiseKind;
 use super::random::hash;
-use super::void_and_cluster::{NoiseSize, ranks};
+use super::size::NoiseSize;
+use super::void_and_cluster::ranks;
 use std::sync::{Arc, OnceLock};
 
 /// 128×128×64 ranks of spatio-temporal blue noise, packed; see the card beside the file.
 static STBN: &[u8] = include_bytes!("../../../../assets/noise/stbn_128x128x64.ranks");
 
-/// The edge of the tile that repeats over the frame.
+/// The edge in pixels of the tile that repeats over the frame.
 const TILE: usize = NoiseSize::STBN.width;
+/// Pixels of one word of a mask.
+const WORD: usize = u64::BITS as usize;
 /// After this many frames blue noise repeats in time.
 const FRAMES: usize = NoiseSize::STBN.frames;
 
@@ -79,7 +82,7 @@ fn stbn() -> &'static [u32] {
 }
 
 impl FrameNoise<'_> {
-    /// The number of levels: N = (rank + ½)/levels.
+    /// The number of levels, a power of two: N = (rank + ½)/levels.
     pub fn levels(&self) -> u32 {
         self.levels
     }
@@ -92,14 +95,22 @@ impl FrameNoise<'_> {
         }
     }
 
-    /// Writes the ranks of the first pixels of row `y` to `out`.
-    pub fn row(&self, y: u32, out: &mut [u32]) {
+    /// The ranks of pixels 64·`word`…64·`word` + 63 of row `y`.
+    pub fn word(&self, word: usize, y: u32) -> [u32; WORD] {
         match self.source {
             Source::Tile(ranks) => {
-                let row = &ranks[y as usize % TILE * TILE..][..TILE];
-                out.chunks_mut(TILE).for_each(|chunk| chunk.copy_from_slice(&row[..chunk.len()]));
+                let (row, _) = ranks[y as usize % TILE * TILE..][..TILE].as_chunks();
+                row[word % row.len()]
             }
-            Source::Hash(_) => (0u32..).zip(out).for_each(|(x, rank)| *rank = self.rank(x, y)),
+            Source::Hash(_) => std::array::from_fn(|bit| self.rank((word * WORD + bit) as u32, y)),
+        }
+    }
+
+    /// After how many words a row repeats; `None` where it never does.
+    pub fn words_per_tile(&self) -> Option<usize> {
+        match self.source {
+            Source::Tile(_) => Some(TILE / WORD),
+            Source::Hash(_) => None,
         }
     }
 }
@@ -113,11 +124,12 @@ mod tests {
         for kind in NoiseKind::ALL {
             let noise = Noise::new(kind, 5);
             let frame = noise.frame(67);
-            let mut row = vec![0; 300];
-            frame.row(131, &mut row);
-            assert!((0..300u32).all(|x| row[x as usize] == frame.rank(x, 131)), "{kind}");
+            let row: Vec<u32> = (0..5).flat_map(|word| frame.word(word, 131)).collect();
+            assert!((0..320u32).all(|x| row[x as usize] == frame.rank(x, 131)), "{kind}");
             assert!(row.iter().all(|&r| r < frame.levels()));
-            assert_eq!(row[0] == row[128], kind != NoiseKind::Uniform);
+            assert_eq!(row[0] == row[TILE], kind != NoiseKind::Uniform);
+            assert_eq!(frame.words_per_tile().is_some(), kind != NoiseKind::Uniform);
+            assert!(frame.levels().is_power_of_two());
         }
     }
 

@@ -2,7 +2,7 @@
 //!
 //! Powers are normalised so that white noise has 1 at every frequency.
 
-use super::void_and_cluster::NoiseSize;
+use super::size::NoiseSize;
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
 use serde::Serialize;
