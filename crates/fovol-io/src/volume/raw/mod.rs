@@ -7,7 +7,7 @@ mod sidecar;
 mod write;
 mod xml;
 
-use super::{Overrides, Source, says_the_same};
+use super::{Overrides, Source};
 use crate::Result;
 use description::Description;
 use fovol_core::Volume;
@@ -29,7 +29,7 @@ pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
         return user.or(named).volume(source);
     }
     match sidecar::beside(source)? {
-        Found::Volume(volume) => says_the_same(source, volume, overrides),
+        Found::Volume(volume) => Ok(volume),
         Found::Description(said) => user.or(said).or(named).volume(source),
         Found::Nothing if overrides.dims.is_none() && named.dims.is_none() && !is_bare(source) => {
             Err(source.unsupported(
