@@ -1,3 +1,4 @@
+use std::fmt::Display;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -6,7 +7,7 @@ use std::path::{Path, PathBuf};
 #[non_exhaustive]
 pub enum Error {
     /// The operating system refused.
-    #[error("cannot {action} {}: {source}{}", path.display(), advice(source))]
+    #[error("cannot {action} {}: {}{}", plain(path.display()), plain(source), advice(source))]
     Io {
         /// What was tried: "read", "write"…
         action: &'static str,
@@ -16,7 +17,7 @@ pub enum Error {
         source: io::Error,
     },
     /// The file is damaged or says something that cannot be.
-    #[error("{}: {problem}", path.display())]
+    #[error("{}: {}", plain(path.display()), plain(problem))]
     Malformed {
         /// The file.
         path: PathBuf,
@@ -24,7 +25,7 @@ pub enum Error {
         problem: String,
     },
     /// The file is sound, but of a kind that is not read or written.
-    #[error("{}: {problem}", path.display())]
+    #[error("{}: {}", plain(path.display()), plain(problem))]
     Unsupported {
         /// The file.
         path: PathBuf,
@@ -59,5 +60,24 @@ fn advice(error: &io::Error) -> &'static str {
         io::ErrorKind::PermissionDenied => "; check the permissions",
         io::ErrorKind::StorageFull => "; free some space or choose another folder",
         _ => "",
+    }
+}
+
+/// `text` for one line of a terminal: what hostile files smuggle into names and values is escaped.
+fn plain(text: impl Display) -> String {
+    let shown = |c: char| if c.is_control() { c.escape_default().to_string() } else { c.to_string() };
+    text.to_string().chars().map(shown).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_are_one_line_of_plain_text() {
+        let error = Error::malformed(Path::new("a\nb.nrrd"), "its type `\x1b[2J\r` is no type");
+        assert_eq!(error.to_string(), r"a\nb.nrrd: its type `\u{1b}[2J\r` is no type");
+        let error = Error::io("read", Path::new("\tx"), io::ErrorKind::NotFound.into());
+        assert!(error.to_string().starts_with(r"cannot read \tx: "), "{error}");
     }
 }

@@ -13,8 +13,11 @@ pub enum Compression {
     Bzip2,
 }
 
-/// Memory is asked for in pieces of this size at most, so that a small file cannot make us ask for much.
-const PIECE: usize = 16 << 20;
+/// The first piece of memory that is asked for. A small file cannot make us ask for much.
+const FIRST_PIECE: usize = 64 << 10;
+
+/// The largest piece: from here on memory grows evenly, so that little more is held than is needed.
+const LARGEST_PIECE: usize = 16 << 20;
 
 /// Decompresses `bytes` of `source` until `needed` bytes are there.
 ///
@@ -38,8 +41,9 @@ pub fn decompress(source: &Source, bytes: &[u8], compression: Compression, neede
 pub fn read_exactly(source: &Source, reader: &mut dyn Read, needed: usize) -> Result<Vec<u8>> {
     let mut out = Vec::new();
     while out.len() < needed {
-        let more = (needed - out.len()).min(PIECE);
         let before = out.len();
+        let more = (needed - before).min(before.clamp(FIRST_PIECE, LARGEST_PIECE));
+        out.reserve_exact(more);
         out.resize(before + more, 0);
         reader.read_exact(&mut out[before..]).map_err(|e| {
             source.malformed(format!(

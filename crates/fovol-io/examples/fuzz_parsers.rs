@@ -1,0 +1,255 @@
+//! Feeds damaged files to the volume parsers, without a nightly compiler.
+//!
+//! ```text
+//! cargo run --release -p fovol-io --example fuzz_parsers -- [--inputs N] [--seed N] [--seeds DIR] [--keep DIR] [PARSER…]
+//! ```
+//!
+//! Every input is one of the seeds (made here, and the files of `--seeds` with a fitting ending) with one to
+//! eight changes. A parser fails when it panics, takes more memory than its input justifies, takes more than
+//! a second, or complains in more than one line of plain text; such inputs are kept in the folder `--keep`.
+
+#[path = "../tests/mutation/mod.rs"]
+mod mutation;
+
+use fovol_io::volume::{Overrides, Source, parse};
+use mutation::{Random, Target, mutated, words};
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// An input may take this much memory whatever its size: decoders have tables.
+const FREE_MEMORY: usize = 12 << 20;
+
+/// And this much per byte: what deflate can unpack from one.
+const MEMORY_PER_BYTE: usize = 1100;
+
+/// An input that takes longer is a failure; one that takes ten times as long ends the run.
+const LONGEST: Duration = Duration::from_secs(1);
+
+/// The system's allocator, which also keeps account of what the current thread holds.
+struct Accounting;
+
+thread_local! {
+    static HELD: Cell<isize> = const { Cell::new(0) };
+    static PEAK: Cell<isize> = const { Cell::new(0) };
+}
+
+fn account(change: isize) {
+    // Both are plain numbers without destructors: they can be used at any time in a thread's life.
+    let held = HELD.get() + change;
+    HELD.set(held);
+    PEAK.set(PEAK.get().max(held));
+}
+
+// SAFETY: everything is passed on to the system's allocator unchanged.
+unsafe impl GlobalAlloc for Accounting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        account(layout.size() as isize);
+        // SAFETY: as our caller promises.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        account(layout.size() as isize);
+        // SAFETY: as our caller promises.
+        unsafe { System.alloc_zeroed(layout) }
+    }
+
+    unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
+        account(-(layout.size() as isize));
+        // SAFETY: as our caller promises.
+        unsafe { System.dealloc(block, layout) }
+    }
+
+    unsafe fn realloc(&self, block: *mut u8, layout: Layout, new_size: usize) -> *mut u8 {
+        account(new_size as isize - layout.size() as isize);
+        // SAFETY: as our caller promises.
+        unsafe { System.realloc(block, layout, new_size) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Accounting = Accounting;
+
+struct Options {
+    inputs: u64,
+    seed: u64,
+    seeds: Option<PathBuf>,
+    keep: PathBuf,
+    parsers: Vec<String>,
+}
+
+impl Options {
+    fn from_arguments() -> Result<Self, String> {
+        let mut options =
+            Self { inputs: 100_000, seed: 1, seeds: None, keep: "out/fuzz".into(), parsers: Vec::new() };
+        let mut arguments = std::env::args().skip(1);
+        while let Some(argument) = arguments.next() {
+            let mut value = || arguments.next().ok_or(format!("{argument} needs a value"));
+            let number = |text: String| text.parse().map_err(|_| format!("`{text}` is no whole number"));
+            match argument.as_str() {
+                "--inputs" => options.inputs = number(value()?)?,
+                "--seed" => options.seed = number(value()?)?,
+                "--seeds" => options.seeds = Some(value()?.into()),
+                "--keep" => options.keep = value()?.into(),
+                name if name.starts_with('-') => return Err(format!("{name} is no option")),
+                name => options.parsers.push(name.to_owned()),
+            }
+        }
+        Ok(options)
+    }
+}
+
+/// What came of all inputs of one parser.
+#[derive(Default)]
+struct Tally {
+    read: u64,
+    failures: u64,
+    slowest: Duration,
+    most_memory: usize,
+}
+
+fn main() -> Result<(), String> {
+    let options = Options::from_arguments()?;
+    let folder = tempfile::tempdir().map_err(|e| e.to_string())?;
+    std::panic::set_hook(Box::new(|_| {}));
+    let mut failures = 0;
+    for mut target in mutation::seeds::targets(folder.path()) {
+        if !options.parsers.is_empty() && !options.parsers.iter().any(|name| name == target.name) {
+            continue;
+        }
+        if let Some(more) = &options.seeds {
+            add_files(&mut target, more);
+        }
+        let start = Instant::now();
+        let tally = fuzz(&target, &options, folder.path());
+        println!(
+            "{:10} {} inputs, {} read as volumes, {} failures, slowest {:?}, most memory {} KiB, {:.0?}",
+            target.name,
+            options.inputs,
+            tally.read,
+            tally.failures,
+            tally.slowest,
+            tally.most_memory >> 10,
+            start.elapsed()
+        );
+        failures += tally.failures;
+    }
+    if failures > 0 {
+        Err(format!("{failures} inputs failed; see {}", options.keep.display()))
+    } else {
+        Ok(())
+    }
+}
+
+/// Adds the files below `folder` that end as those of `target` do and are not long.
+fn add_files(target: &mut Target, folder: &Path) {
+    let ending = target.file.split_once('.').map_or("", |(_, ending)| ending);
+    let Ok(entries) = std::fs::read_dir(folder) else { return };
+    for entry in entries.flatten() {
+        let path = entry.path();
+        if path.is_dir() {
+            add_files(target, &path);
+        } else if path.to_string_lossy().ends_with(&format!(".{ending}"))
+            && entry.metadata().is_ok_and(|metadata| metadata.len() < 1 << 15)
+        {
+            target.seeds.extend(std::fs::read(path));
+        }
+    }
+}
+
+fn fuzz(target: &Target, options: &Options, folder: &Path) -> Tally {
+    let mut tally = Tally::default();
+    let path = folder.join(target.file);
+    let words = words(&target.seeds);
+    let watch = Watch::start(target.name, &options.keep);
+    for number in 0..options.inputs {
+        // Each input has a generator of its own, so that one failure can be made again alone.
+        let mut random = Random::new(options.seed.wrapping_mul(0x1_0000_0001).wrapping_add(number));
+        let input = mutated(&mut random, &target.seeds, &words);
+        let (length, kept) = (input.len(), input.clone());
+        watch.begin(&kept);
+        let held = HELD.get();
+        PEAK.set(held);
+        let start = Instant::now();
+        let outcome = catch_unwind(AssertUnwindSafe(|| one(&path, input)));
+        let (taken, memory) = (start.elapsed(), (PEAK.get() - held).max(0) as usize);
+        tally.slowest = tally.slowest.max(taken);
+        tally.most_memory = tally.most_memory.max(memory);
+        let problem = match outcome {
+            Err(_) => Some("panics".to_owned()),
+            Ok(Err(problem)) => Some(problem),
+            Ok(Ok(_)) if memory > FREE_MEMORY + MEMORY_PER_BYTE * length => {
+                Some(format!("takes {memory} bytes"))
+            }
+            Ok(Ok(_)) if taken > LONGEST => Some(format!("takes {taken:?}")),
+            Ok(Ok(is_read)) => {
+                tally.read += u64::from(is_read);
+                None
+            }
+        };
+        if let Some(problem) = problem {
+            tally.failures += 1;
+            println!("{}: input {number} of {length} bytes {problem}", target.name);
+            keep(&options.keep, target.name, &number.to_string(), &kept);
+        }
+    }
+    tally
+}
+
+/// Whether `input` is a volume; `Err` for a message that is not one line of plain text.
+fn one(path: &Path, input: Vec<u8>) -> Result<bool, String> {
+    match parse(&Source::from_bytes(path, input), &Overrides::default()) {
+        Ok(volume) => {
+            let [x, y, z] = volume.grid().dims();
+            volume.value([x - 1, y - 1, z - 1]);
+            Ok(true)
+        }
+        Err(error) => {
+            let message = error.to_string();
+            if message.contains(char::is_control) { Err(format!("says {message:?}")) } else { Ok(false) }
+        }
+    }
+}
+
+fn keep(folder: &Path, parser: &str, name: &str, input: &[u8]) {
+    let path = folder.join(format!("{parser}_{name}"));
+    if std::fs::create_dir_all(folder).and_then(|()| std::fs::write(&path, input)).is_err() {
+        println!("cannot write {}; choose another folder with --keep", path.display());
+    }
+}
+
+/// Ends the program when one input takes far too long: a parser that hangs cannot be stopped otherwise.
+struct Watch(std::sync::Arc<std::sync::Mutex<(Instant, Vec<u8>)>>);
+
+impl Watch {
+    fn start(parser: &'static str, folder: &Path) -> Self {
+        let state = std::sync::Arc::new(std::sync::Mutex::new((Instant::now(), Vec::new())));
+        let (watched, folder) = (std::sync::Arc::downgrade(&state), folder.to_owned());
+        std::thread::spawn(move || {
+            while let Some(state) = watched.upgrade() {
+                if let Ok(state) = state.lock()
+                    && state.0.elapsed() > LONGEST * 10
+                {
+                    println!("{parser}: an input of {} bytes hangs", state.1.len());
+                    keep(&folder, parser, "hang", &state.1);
+                    // Nothing else ends a thread that does not return.
+                    std::process::abort();
+                }
+                drop(state);
+                std::thread::sleep(LONGEST);
+            }
+        });
+        Self(state)
+    }
+
+    fn begin(&self, input: &[u8]) {
+        if let Ok(mut state) = self.0.lock() {
+            state.0 = Instant::now();
+            state.1.clear();
+            state.1.extend_from_slice(input);
+        }
+    }
+}
