@@ -1,6 +1,6 @@
 //! Which parser a file belongs to: by its first bytes where they tell, else by its name.
 
-use super::{Source, metaimage, nrrd};
+use super::{Source, metaimage, nifti, nrrd, vti};
 use crate::{Error, Result};
 use fovol_core::Volume;
 use std::path::Path;
@@ -13,6 +13,9 @@ pub type Parser = fn(&Source) -> Result<Volume>;
 /// # Errors
 /// A file of a kind that is known but not read.
 pub fn parser_of(source: &Source) -> Result<Option<Parser>> {
+    if nifti::header_beside(source.path()).is_some() {
+        return Ok(Some(nifti::parse));
+    }
     if let Some(parser) = by_content(source.bytes()).or_else(|| by_name(&name(source.path()))) {
         return Ok(Some(parser));
     }
@@ -37,6 +40,7 @@ fn by_content(bytes: &[u8]) -> Option<Parser> {
     match bytes {
         [b'N', b'R', b'R', b'D', b'0', b'0', b'0', _, ..] => Some(nrrd::parse),
         _ if bytes.starts_with(b"ObjectType") || bytes.starts_with(b"NDims") => Some(metaimage::parse),
+        _ if nifti::is_nifti(bytes) => Some(nifti::parse),
         _ => None,
     }
 }
@@ -47,6 +51,8 @@ fn by_name(name: &str) -> Option<Parser> {
     match name {
         _ if ends(&[".mha", ".mhd"]) => Some(metaimage::parse),
         _ if ends(&[".nrrd", ".nhdr"]) => Some(nrrd::parse),
+        _ if ends(&[".nii", ".nii.gz", ".hdr", ".hdr.gz"]) => Some(nifti::parse),
+        _ if ends(&[".vti"]) => Some(vti::parse),
         _ => None,
     }
 }

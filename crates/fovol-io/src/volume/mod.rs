@@ -5,6 +5,7 @@ mod detached;
 mod format;
 mod layout;
 mod metaimage;
+mod nifti;
 mod nrrd;
 mod numbers;
 mod overrides;
@@ -13,6 +14,7 @@ mod raw;
 mod series;
 mod source;
 mod voxels;
+mod vti;
 mod write;
 
 use crate::Result;

@@ -1,6 +1,6 @@
 //! Which writer a file name asks for.
 
-use super::{metaimage, nrrd, raw};
+use super::{metaimage, nifti, nrrd, raw, vti};
 use crate::{Error, Result};
 use fovol_core::Volume;
 use std::path::Path;
@@ -15,6 +15,9 @@ const WRITERS: &[(&str, Writer)] = &[
     (".nhdr", nrrd::write),
     (".mha", metaimage::write),
     (".mhd", metaimage::write),
+    (".nii", nifti::write),
+    (".nii.gz", nifti::write),
+    (".vti", vti::write),
 ];
 
 /// Writes `volume` to `path` in the format of its ending. Size, type, spacing and values are kept; of several
@@ -90,6 +93,12 @@ mod tests {
         }
     }
 
+    /// `volume` with the spacing that NIfTI-1 can hold.
+    fn single_spacing(volume: Volume) -> Volume {
+        let spacing = volume.grid().spacing().map(|spacing| f64::from(spacing as f32));
+        volume.with_spacing(spacing).unwrap()
+    }
+
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(64))]
 
@@ -121,6 +130,21 @@ mod tests {
         #[test]
         fn detached_metaimage_goes_round(volume in volumes()) {
             goes_round(&volume, ".mhd", false);
+        }
+
+        #[test]
+        fn nifti_goes_round(volume in volumes()) {
+            goes_round(&single_spacing(volume), ".nii", false);
+        }
+
+        #[test]
+        fn packed_nifti_goes_round(volume in volumes()) {
+            goes_round(&single_spacing(volume), ".nii.gz", false);
+        }
+
+        #[test]
+        fn vti_goes_round(volume in volumes()) {
+            goes_round(&volume, ".vti", false);
         }
     }
 

@@ -13,9 +13,8 @@ use std::path::Path;
 /// Half precision, which MetaImage does not have; what the system said.
 pub fn write(volume: &Volume, path: &Path) -> Result<()> {
     let voxels = Voxels::of(volume);
-    let name = type_name(voxels.dtype()).ok_or_else(|| {
-        Error::unsupported(path, "MetaImage has no half precision; write .raw or .vti instead")
-    })?;
+    let name = type_name(voxels.dtype())
+        .ok_or_else(|| Error::unsupported(path, "MetaImage has no half precision; write .raw instead"))?;
     let [nx, ny, nz] = volume.grid().dims();
     let [sx, sy, sz] = volume.grid().spacing();
     let header = format!(

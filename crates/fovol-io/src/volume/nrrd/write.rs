@@ -14,7 +14,7 @@ use std::path::Path;
 pub fn write(volume: &Volume, path: &Path) -> Result<()> {
     let voxels = Voxels::of(volume);
     let name = type_name(voxels.dtype())
-        .ok_or_else(|| Error::unsupported(path, "NRRD has no half precision; write .raw or .vti instead"))?;
+        .ok_or_else(|| Error::unsupported(path, "NRRD has no half precision; write .raw instead"))?;
     let [nx, ny, nz] = volume.grid().dims();
     let [sx, sy, sz] = volume.grid().spacing();
     let header = format!(

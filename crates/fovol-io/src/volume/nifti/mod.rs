@@ -1,0 +1,121 @@
+//! NIfTI-1 and NIfTI-2, in one file or two, gzipped or not: <https://nifti.nimh.nih.gov/>.
+
+mod header;
+mod write;
+
+use super::Source;
+use super::decompress::{Compression, decompress};
+use super::layout::{Layout, dims_of, spacing_of};
+use crate::Result;
+use fovol_core::{Rescale, Volume, VoxelBytes};
+use header::Header;
+pub use header::is_nifti;
+use std::borrow::Cow;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+pub use write::write;
+
+/// Reads a NIfTI file: `.nii`, `.hdr` or `.img` of a pair, each with `.gz` too. Of several volumes the first.
+///
+/// # Errors
+/// A damaged header, a missing half of a pair, too few bytes, types that are not read.
+pub fn parse(source: &Source) -> Result<Volume> {
+    match header_beside(source.path()) {
+        Some(path) => parse_header(&Source::open(&path)?, Some(source)),
+        None => parse_header(source, None),
+    }
+}
+
+/// The header of the pair to which the image at `path` belongs.
+pub fn header_beside(path: &Path) -> Option<PathBuf> {
+    other_half(path, ".img", ".hdr")
+}
+
+/// The existing file named as `path` with `theirs` for `ours`, compressed or not.
+fn other_half(path: &Path, ours: &str, theirs: &str) -> Option<PathBuf> {
+    let name = path.file_name()?.to_str()?;
+    let name = strip_ending(name, ".gz").unwrap_or(name);
+    let stem = strip_ending(name, ours)?;
+    let upper = theirs.to_ascii_uppercase();
+    let candidates = [theirs, upper.as_str()].map(|ending| format!("{stem}{ending}"));
+    let candidates = candidates.iter().flat_map(|name| [name.clone(), format!("{name}.gz")]);
+    candidates.map(|name| path.with_file_name(name)).find(|path| path.is_file())
+}
+
+/// `name` without `ending`, in whatever case it is.
+fn strip_ending<'a>(name: &'a str, ending: &str) -> Option<&'a str> {
+    let (stem, found) = name.split_at_checked(name.len().checked_sub(ending.len())?)?;
+    found.eq_ignore_ascii_case(ending).then_some(stem)
+}
+
+/// The volume whose header is in `source` and whose voxels are in `image`, or where the header says.
+fn parse_header(source: &Source, image: Option<&Source>) -> Result<Volume> {
+    let header = Header::parse(source, &header_bytes(source)?)?;
+    let (dims, volumes) = dims_of(&header.sizes);
+    if volumes == Some(0) {
+        return Err(source.malformed("its header says that it holds no volume"));
+    }
+    let layout = Layout {
+        dims,
+        spacing: spacing_of(&header.spacings),
+        dtype: header.dtype,
+        endian: header.endian,
+        components: header.components,
+    };
+    let length = layout.length(source)?;
+    let end = header.offset.checked_add(length);
+    let end = end.ok_or_else(|| source.malformed("its header says that voxels begin beyond any file"))?;
+    let bytes = match (header.is_single, image) {
+        (true, _) => voxels(source, end)?,
+        (false, Some(image)) => voxels(image, end)?,
+        (false, None) => voxels(&image_beside(source)?, end)?,
+    };
+    let mut volume = layout.volume(source, bytes, header.offset)?.with_format(header.kind.name());
+    if header.rescale != Rescale::IDENTITY {
+        volume = volume.with_rescale(header.rescale).map_err(|e| source.malformed(e.to_string()))?;
+    }
+    Ok(match header.orientation {
+        Some(text) => volume.with_orientation(text),
+        None => volume,
+    })
+}
+
+/// The header at the start of `source`, decompressed where need be.
+fn header_bytes(source: &Source) -> Result<Cow<'_, [u8]>> {
+    if !is_gzip(source.bytes()) {
+        return Ok(Cow::Borrowed(source.bytes()));
+    }
+    let first = decompress(source, source.bytes(), Compression::Gzip, 4)?;
+    let length = header::length(source, &first)?;
+    decompress(source, source.bytes(), Compression::Gzip, length).map(Cow::Owned)
+}
+
+/// The first `end` bytes of `source` at least, mapped where they are not compressed.
+fn voxels(source: &Source, end: usize) -> Result<VoxelBytes> {
+    if is_gzip(source.bytes()) {
+        return Ok(Arc::new(decompress(source, source.bytes(), Compression::Gzip, end)?));
+    }
+    let found = source.bytes().len();
+    if found < end {
+        return Err(
+            source.malformed(format!("it ends after {found} of {end} bytes; copy or download it again"))
+        );
+    }
+    Ok(source.shared())
+}
+
+fn image_beside(source: &Source) -> Result<Source> {
+    let image = other_half(source.path(), ".hdr", ".img");
+    let image = image.ok_or_else(|| {
+        source
+            .malformed("its voxels are in a file of the same name that ends in .img; put it beside this one")
+    })?;
+    Source::open(&image)
+}
+
+fn is_gzip(bytes: &[u8]) -> bool {
+    bytes.starts_with(&[0x1F, 0x8B])
+}
+
+#[cfg(test)]
+mod tests;

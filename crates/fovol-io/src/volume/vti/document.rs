@@ -1,0 +1,156 @@
+//! What the XML of an image says: extents, arrays, and where their data is.
+
+use crate::Result;
+use crate::volume::Source;
+use fovol_core::{Dtype, Endian};
+
+/// The XML, read.
+#[derive(Debug, Default)]
+pub struct Document<'a> {
+    /// How bytes are written.
+    pub coding: Coding,
+    /// First and last point along each axis, of the piece that holds the data.
+    pub extent: Option<[i64; 6]>,
+    /// Distances between points, where the file says them.
+    pub spacing: Vec<f64>,
+    /// Where the image lies, for people.
+    pub orientation: Vec<String>,
+    /// The arrays of points.
+    pub points: Attributes<'a>,
+    /// The arrays of cells.
+    pub cells: Attributes<'a>,
+    /// The data behind the arrays, where there is such.
+    pub appended: Option<Appended>,
+}
+
+/// How the bytes of all arrays are written.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Coding {
+    /// The byte order of lengths and values.
+    pub endian: Endian,
+    /// Whether lengths have 64 bits instead of 32.
+    pub is_wide: bool,
+    /// The compression of binary data.
+    pub compressor: Option<Compressor>,
+}
+
+/// The compressions that are read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Compressor {
+    /// Blocks of zlib.
+    Zlib,
+    /// Blocks of bare LZ4.
+    Lz4,
+}
+
+/// The arrays of points or of cells.
+#[derive(Debug, Default)]
+pub struct Attributes<'a> {
+    /// The name of the array to show.
+    pub active: Option<String>,
+    /// All arrays, in the order of the file.
+    pub arrays: Vec<Array<'a>>,
+}
+
+impl<'a> Attributes<'a> {
+    /// The array that the file calls its scalars, else the first one.
+    pub fn shown(&self) -> Option<&Array<'a>> {
+        let active = self.active.as_ref();
+        let named = self.arrays.iter().find(|array| active.is_some_and(|name| array.name == *name));
+        named.or(self.arrays.first())
+    }
+}
+
+/// One `DataArray`.
+#[derive(Debug)]
+pub struct Array<'a> {
+    /// Its name; empty where it has none.
+    pub name: String,
+    /// The name of the type of its values.
+    pub kind: String,
+    /// Values per point.
+    pub components: usize,
+    /// Where its data is.
+    pub data: Data<'a>,
+}
+
+/// Where the data of an array is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Data<'a> {
+    /// Here, as decimal numbers.
+    Ascii(&'a str),
+    /// Here, as base64.
+    Inline(&'a str),
+    /// In the appended data, this far from its mark.
+    Appended(usize),
+}
+
+/// The data at the end of the file.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Appended {
+    /// The byte after the mark `_`.
+    pub start: usize,
+    /// Whether it is base64 rather than bare.
+    pub is_base64: bool,
+}
+
+impl Document<'_> {
+    /// The array to show, and how many values it has along each axis: one per point, else one per cell.
+    ///
+    /// # Errors
+    /// No array, or no sound extent.
+    pub fn shown(&self, source: &Source) -> Result<(&Array<'_>, [usize; 3])> {
+        let extent = self.extent.ok_or_else(|| source.malformed("its XML has no image with an Extent"))?;
+        let points = points(extent).ok_or_else(|| {
+            source.malformed(format!("its Extent {extent:?} is not first and last point along each axis"))
+        })?;
+        if let Some(array) = self.points.shown() {
+            return Ok((array, points));
+        }
+        let array = self.cells.shown().ok_or_else(|| {
+            source.malformed(
+                "it has no data arrays in its PointData or CellData; write the image with its scalars",
+            )
+        })?;
+        // An axis of one point has one layer of flat cells.
+        Ok((array, points.map(|count| (count - 1).max(1))))
+    }
+}
+
+/// The number of points along each axis.
+fn points(extent: [i64; 6]) -> Option<[usize; 3]> {
+    let mut counts = [0; 3];
+    for (count, ends) in counts.iter_mut().zip(extent.chunks_exact(2)) {
+        let steps = usize::try_from(ends[1].checked_sub(ends[0])?).ok()?;
+        *count = steps.checked_add(1)?;
+    }
+    Some(counts)
+}
+
+impl Array<'_> {
+    /// The type of the values.
+    ///
+    /// # Errors
+    /// Types that are no numbers.
+    pub fn dtype(&self, source: &Source) -> Result<Dtype> {
+        Ok(match self.kind.as_str() {
+            "UInt8" => Dtype::U8,
+            "Int8" => Dtype::I8,
+            "UInt16" => Dtype::U16,
+            "Int16" => Dtype::I16,
+            "UInt32" => Dtype::U32,
+            "Int32" => Dtype::I32,
+            "UInt64" => Dtype::U64,
+            "Int64" => Dtype::I64,
+            "Float32" => Dtype::F32,
+            "Float64" => Dtype::F64,
+            other => {
+                return Err(source.unsupported(format!(
+                    "its array `{}` has type `{}`; only Int8 to UInt64, Float32 and Float64 are read",
+                    self.name.escape_debug(),
+                    other.escape_debug()
+                )));
+            }
+        })
+    }
+}
