@@ -302,6 +302,7 @@ def table(data):
     rows = []
     for name, found in entries.items():
         outcome = outcomes.get(name, "not run").replace(f"{data}/", "").replace("|", "\\|")
+        outcome = outcome.replace(f"refused: {name}: ", "refused: ")
         if "error" in found:
             rows.append((name, "", "", "", outcome))
         else:

@@ -132,6 +132,15 @@ mod tests {
     }
 
     #[test]
+    fn json_of_other_programs_is_passed_over() {
+        let dat = b"RawFile: v.raw\nResolution: 2 1 1\nFormat: UINT8\n";
+        let (_kept, at) =
+            folder(&[("v.raw", &[1, 2]), ("v.json", b"{\"Manufacturer\": \"x\"}"), ("v.dat", dat)]);
+        assert_eq!(read(&at("v.raw")).unwrap().data(), [1, 2]);
+        assert!(read(&at("v.json")).unwrap_err().to_string().contains("no description"));
+    }
+
+    #[test]
     fn packed_voxels_are_unpacked_and_counted() {
         use std::io::Write;
         let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());

@@ -38,19 +38,24 @@ pub fn reader_of(source: &Source) -> Option<Reader> {
 /// A sidecar that is damaged.
 pub fn beside(raw: &Source) -> Result<Found> {
     for stem in stems(raw.path()) {
+        // What this program wrote last comes first: it rewrites its own `.json`, nothing else.
+        for ending in [".json", ".dat", ".ivf", ".vvd"] {
+            let Some(sidecar) = open(&stem, ending)? else { continue };
+            let Some(reader) = reader_of(&sidecar) else { continue };
+            let said = match reader(&sidecar) {
+                // Many programs put JSON of their own beside their files.
+                Err(_) if ending == ".json" => continue,
+                said => said?,
+            };
+            if speaks_of(&sidecar, &said, raw.path()) {
+                return Ok(Found::Description(said));
+            }
+        }
         for ending in [".nhdr", ".mhd", ".nrrd", ".mha"] {
             let Some(header) = open(&stem, ending)? else { continue };
             let parser = if ending.starts_with(".n") { nrrd::parse } else { metaimage::parse };
             if names(&header, raw.path()) {
                 return Ok(Found::Volume(parser(&header)?));
-            }
-        }
-        for ending in [".dat", ".json", ".ivf", ".vvd"] {
-            let Some(sidecar) = open(&stem, ending)? else { continue };
-            let Some(reader) = reader_of(&sidecar) else { continue };
-            let said = reader(&sidecar)?;
-            if speaks_of(&sidecar, &said, raw.path()) {
-                return Ok(Found::Description(said));
             }
         }
     }
