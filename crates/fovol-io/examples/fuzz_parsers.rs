@@ -1,12 +1,17 @@
 //! Feeds damaged files to the volume parsers, without a nightly compiler.
 //!
 //! ```text
-//! cargo run --release -p fovol-io --example fuzz_parsers -- [--inputs N] [--seed N] [--seeds DIR] [--keep DIR] [PARSER…]
+//! cargo run --release -p fovol-io --example fuzz_parsers -- [OPTION…] [PARSER…]
+//!
+//! --inputs N         inputs for each parser, 100000 by default
+//! --seed N           other inputs for another number
+//! --seeds DIR        seeds besides those made here: all files with a fitting ending
+//! --keep DIR         where inputs that fail are kept, out/fuzz by default
+//! --write-seeds DIR  write the seeds to DIR/PARSER, where cargo-fuzz looks for them
 //! ```
 //!
-//! Every input is one of the seeds (made here, and the files of `--seeds` with a fitting ending) with one to
-//! eight changes. A parser fails when it panics, takes more memory than its input justifies, takes more than
-//! a second, or complains in more than one line of plain text; such inputs are kept in the folder `--keep`.
+//! Every input is one of the seeds with one to eight changes. A parser fails when it panics, takes more memory
+//! than its input justifies, takes more than a second, or complains in more than one line of plain text.
 
 #[path = "../tests/mutation/mod.rs"]
 mod mutation;
@@ -78,13 +83,20 @@ struct Options {
     seed: u64,
     seeds: Option<PathBuf>,
     keep: PathBuf,
+    write_seeds: Option<PathBuf>,
     parsers: Vec<String>,
 }
 
 impl Options {
     fn from_arguments() -> Result<Self, String> {
-        let mut options =
-            Self { inputs: 100_000, seed: 1, seeds: None, keep: "out/fuzz".into(), parsers: Vec::new() };
+        let mut options = Self {
+            inputs: 100_000,
+            seed: 1,
+            seeds: None,
+            keep: "out/fuzz".into(),
+            write_seeds: None,
+            parsers: Vec::new(),
+        };
         let mut arguments = std::env::args().skip(1);
         while let Some(argument) = arguments.next() {
             let mut value = || arguments.next().ok_or(format!("{argument} needs a value"));
@@ -93,6 +105,7 @@ impl Options {
                 "--inputs" => options.inputs = number(value()?)?,
                 "--seed" => options.seed = number(value()?)?,
                 "--seeds" => options.seeds = Some(value()?.into()),
+                "--write-seeds" => options.write_seeds = Some(value()?.into()),
                 "--keep" => options.keep = value()?.into(),
                 name if name.starts_with('-') => return Err(format!("{name} is no option")),
                 name => options.parsers.push(name.to_owned()),
@@ -122,6 +135,11 @@ fn main() -> Result<(), String> {
         }
         if let Some(more) = &options.seeds {
             add_files(&mut target, more);
+        }
+        if let Some(corpus) = &options.write_seeds {
+            for (number, seed) in target.seeds.iter().enumerate() {
+                keep(&corpus.join(target.name), "seed", &number.to_string(), seed);
+            }
         }
         let start = Instant::now();
         let tally = fuzz(&target, &options, folder.path());
