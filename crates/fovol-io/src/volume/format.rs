@@ -1,6 +1,6 @@
 //! Which parser a file belongs to: by its first bytes where they tell, else by its name.
 
-use super::{Source, metaimage, nifti, nrrd, vti};
+use super::{Source, legacy_vtk, metaimage, nifti, nrrd, tiff_stack, vti};
 use crate::{Error, Result};
 use fovol_core::Volume;
 use std::path::Path;
@@ -33,6 +33,9 @@ pub fn read_folder(path: &Path) -> Result<Volume> {
     if [".zattrs", ".zgroup", ".zarray", "zarr.json"].iter().any(|file| path.join(file).is_file()) {
         return Err(Error::unsupported(path, "Zarr is not read yet; convert one array to NRRD or NIfTI"));
     }
+    if let Some(volume) = tiff_stack::parse_folder(path)? {
+        return Ok(volume);
+    }
     Err(Error::unsupported(path, "it is a folder without slices; name a volume file"))
 }
 
@@ -41,6 +44,8 @@ fn by_content(bytes: &[u8]) -> Option<Parser> {
         [b'N', b'R', b'R', b'D', b'0', b'0', b'0', _, ..] => Some(nrrd::parse),
         _ if bytes.starts_with(b"ObjectType") || bytes.starts_with(b"NDims") => Some(metaimage::parse),
         _ if nifti::is_nifti(bytes) => Some(nifti::parse),
+        _ if tiff_stack::is_tiff(bytes) => Some(tiff_stack::parse),
+        _ if bytes.starts_with(legacy_vtk::MARK) => Some(legacy_vtk::parse),
         _ => None,
     }
 }
@@ -52,7 +57,9 @@ fn by_name(name: &str) -> Option<Parser> {
         _ if ends(&[".mha", ".mhd"]) => Some(metaimage::parse),
         _ if ends(&[".nrrd", ".nhdr"]) => Some(nrrd::parse),
         _ if ends(&[".nii", ".nii.gz", ".hdr", ".hdr.gz"]) => Some(nifti::parse),
+        _ if ends(&[".tif", ".tiff"]) => Some(tiff_stack::parse),
         _ if ends(&[".vti"]) => Some(vti::parse),
+        _ if ends(&[".vtk"]) => Some(legacy_vtk::parse),
         _ => None,
     }
 }
