@@ -242,10 +242,12 @@ def tiff(path):
     with tifffile.TiffFile(path) as file:
         series = file.series[0]
         data, axes = series.asarray(), series.axes
+        # Samples of no stated meaning beside the colours are no components.
+        beside = sum(int(sample) == 0 for sample in file.pages[0].extrasamples)
     components = 1
     if "S" in axes:
         channel = axes.index("S")
-        components = data.shape[channel]
+        components = data.shape[channel] - beside
         data = np.take(data, 0, axis=channel)
     height, width = data.shape[-2:]
     return entry("tifffile", [width, height, data.size // (width * height)], data, components)

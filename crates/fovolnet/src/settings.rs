@@ -261,7 +261,7 @@ impl From<Reconstruction> for String {
 }
 
 /// What a file does not say about its volume, or says wrongly.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 #[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
 pub struct VolumeSettings {

@@ -86,10 +86,10 @@ impl MarchBench {
             }
         }
         let occupied_cells = pipeline.renderer().macrocells().occupied();
-        self.report(Report { volume: self.volume.clone(), size, occupied_cells, rows, machine })
+        self.report(&Report { volume: self.volume.clone(), size, occupied_cells, rows, machine })
     }
 
-    fn report(&self, report: Report) -> Result<()> {
+    fn report(&self, report: &Report) -> Result<()> {
         let m = &report.machine;
         self.json.say(format!(
             "{} at {}, {} ({} threads), {:.1} % of cells occupied",
@@ -112,7 +112,7 @@ impl MarchBench {
                 r.million_samples_per_s
             ))?;
         }
-        self.json.write(&report)
+        self.json.write(report)
     }
 }
 

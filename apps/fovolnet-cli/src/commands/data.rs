@@ -128,7 +128,7 @@ fn get(name: &str, folder: &Path) -> Result<()> {
     let mut listener = |p: dataset::Progress| match p.stage {
         Stage::Download => download.to(p.done >> 20),
         Stage::Verify => {
-            verify.get_or_insert_with(|| Progress::new("MB verified", p.total >> 20)).to(p.done >> 20)
+            verify.get_or_insert_with(|| Progress::new("MB verified", p.total >> 20)).to(p.done >> 20);
         }
     };
     let outcome = dataset::get(entry, folder, &mut listener, interrupt::flag())?;

@@ -33,7 +33,7 @@ enum NoiseCommand {
     },
     /// Check the spectra and statistics of noise
     Check {
-        /// Ranks as .npy, u32 [t][y][x]
+        /// Ranks as .npy, u32, axes t, y, x
         input: PathBuf,
         #[command(flatten)]
         json: JsonOutput,

@@ -35,7 +35,10 @@ pub fn parse(source: &Source) -> Result<Volume> {
         true => layout.volume(source, source.shared(), array.start)?,
         false => {
             let text = &source.bytes()[array.start..];
-            let bytes = numbers::decimal(source, text, layout.dtype, values)?;
+            let bytes = match array.is_colours {
+                true => colour_bytes(&numbers::decimal(source, text, Dtype::F32, values)?),
+                false => numbers::decimal(source, text, layout.dtype, values)?,
+            };
             layout.volume(source, Arc::new(bytes), 0)?
         }
     };
@@ -46,9 +49,16 @@ pub fn parse(source: &Source) -> Result<Volume> {
     })
 }
 
+/// Colours are bytes, which VTK writes as text in 0..=1.
+fn colour_bytes(text: &[u8]) -> Vec<u8> {
+    let (values, _) = text.as_chunks::<4>();
+    values.iter().map(|&value| (255.0 * f32::from_le_bytes(value) + 0.5) as u8).collect()
+}
+
 /// An array of values, and where it begins.
 struct Array {
     is_cells: bool,
+    is_colours: bool,
     dtype: Dtype,
     components: usize,
     start: usize,
@@ -141,10 +151,9 @@ impl Search<'_> {
         self.array(section, dtype, components).map(Some)
     }
 
-    /// Colours are floats as text, bytes in binary.
     fn colours(&mut self, words: &[String], section: Section) -> Result<Array> {
-        let components = number(self.source, words, 2)?;
-        self.array(section, if self.header.is_binary { Dtype::U8 } else { Dtype::F32 }, components)
+        let array = self.array(section, Dtype::U8, number(self.source, words, 2)?)?;
+        Ok(Array { is_colours: true, ..array })
     }
 
     /// The first array of a field that has a value for each point or cell.
@@ -185,7 +194,7 @@ impl Search<'_> {
     fn array(&mut self, section: Section, dtype: Dtype, components: usize) -> Result<Array> {
         let start = self.cursor.at();
         self.skip(dtype, section.count.saturating_mul(components))?;
-        Ok(Array { is_cells: section.is_cells, dtype, components, start })
+        Ok(Array { is_cells: section.is_cells, is_colours: false, dtype, components, start })
     }
 
     fn skip(&mut self, dtype: Dtype, values: usize) -> Result<()> {

@@ -31,7 +31,7 @@ fn text() {
     let vectors = b"POINT_DATA 4\nVECTORS a float\n1 0 0 2 0 0 3 0 0 4.5 0 0";
     check(&file("ascii", vectors), Dtype::F32, 3, [1.0, 2.0, 3.0, 4.5]);
     let colours = b"POINT_DATA 4\nCOLOR_SCALARS a 1\n0 0.5 1 1";
-    check(&file("ASCII", colours), Dtype::F32, 1, [0.0, 0.5, 1.0, 1.0]);
+    check(&file("ASCII", colours), Dtype::U8, 1, [0.0, 128.0, 255.0, 255.0]);
 }
 
 #[test]

@@ -111,10 +111,8 @@ impl<'a> Pages<'a> {
         let colour = self.decoder.colortype().map_err(|e| broken(self.source, page, &e))?;
         let samples = samples(colour);
         let layout = self.layout()?;
-        let dtype = layout
-            .sample_type
-            .and_then(dtype)
-            .filter(|dtype| usize::from(colour.bit_depth()) == 8 * dtype.size());
+        let dtype =
+            layout.sample_type.map(dtype).filter(|dtype| usize::from(colour.bit_depth()) == 8 * dtype.size());
         let (Some(samples), Some(dtype)) = (samples, dtype) else {
             return Err(self.source.unsupported(format!(
                 "page {page} has {colour:?} pixels, which are not read; convert it to grey of 8, 16 or 32 bits"
