@@ -17,7 +17,7 @@ pub struct NoiseArgs {
 
 #[derive(Subcommand)]
 enum NoiseCommand {
-    /// Make spatio-temporal blue noise: ranks [t][y][x]
+    /// Make spatio-temporal blue noise: ranks of axes t, y, x
     Make {
         /// File to write: .npy (u32), or .ranks (the packed form that the program carries)
         output: PathBuf,
