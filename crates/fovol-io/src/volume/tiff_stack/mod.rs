@@ -1,5 +1,6 @@
 //! TIFF: the pages of one file, or the files of a folder, as slices from z = 0 on.
 
+mod directories;
 mod natural_order;
 mod pages;
 

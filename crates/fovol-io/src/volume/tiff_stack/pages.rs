@@ -1,5 +1,6 @@
 //! The pages of one TIFF file, one after another.
 
+use super::directories;
 use crate::volume::Source;
 use crate::{Error, Result};
 use fovol_core::Dtype;
@@ -49,6 +50,7 @@ impl<'a> Pages<'a> {
     /// # Errors
     /// A file that is no TIFF file or has no sound first page.
     pub fn open(source: &'a Source) -> Result<Self> {
+        directories::check(source)?;
         let decoder = Decoder::new(Cursor::new(source.bytes())).map_err(|e| broken(source, 1, &e))?;
         let budget = source.bytes().len().saturating_mul(BYTES_PER_BYTE).saturating_add(FREE_BYTES);
         let mut limits = Limits::default();
