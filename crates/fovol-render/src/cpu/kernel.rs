@@ -30,6 +30,8 @@ pub struct Kernel<'a, T> {
     pub voxel_size: [f32; 3],
     /// Display value to colour and opacity.
     pub table: &'a TransferTable,
+    /// Bounds of the table's visible part; see [`TransferTable::visible`].
+    pub visible: [f32; 2],
     /// The way to the light.
     pub light: LightPath,
     /// How it reaches samples.
@@ -80,30 +82,29 @@ impl<T: Texel> Kernel<'_, T> {
     pub unsafe fn march<L: Lanes>(
         &self,
         rays: &RayBasis,
-        pixels: impl Iterator<Item = Pixel>,
+        pixels: &[Pixel],
         scratch: &mut Scratch,
         out: &mut Vec<[f32; 4]>,
     ) -> SampleCount {
         let mut count = SampleCount::default();
-        let mut pixels = pixels;
-        loop {
-            scratch.packet.clear();
-            for pixel in pixels.by_ref().take(L::N) {
-                let ray = rays.ray(u32::from(pixel.x), u32::from(pixel.y));
-                scratch.packet.push(&self.segments.of(&ray));
+        for pixels in pixels.chunks(L::N) {
+            scratch.packet.fill(pixels, rays, &self.segments);
+            if scratch.packet.is_empty() && scratch.sums.is_empty() {
+                let [r, g, b] = self.background;
+                out.extend(pixels.iter().map(|_| [r, g, b, 0.0]));
+                continue;
             }
-            let more = scratch.packet.len == L::N;
             // SAFETY: the caller's.
             unsafe {
                 count.primary += self.primary::<L>(scratch);
-                if !more || scratch.pool.len() >= ENOUGH {
+                if scratch.pool.is_empty() || scratch.pool.len() >= ENOUGH {
                     count.shadow += self.finish::<L>(scratch, out);
                 }
             }
-            if !more {
-                return count;
-            }
         }
+        // SAFETY: the caller's.
+        count.shadow += unsafe { self.finish::<L>(scratch, out) };
+        count
     }
 
     /// Composites the rays of the packet. Where shadow rays are wanted, lit samples go to the pool and
@@ -113,6 +114,9 @@ impl<T: Texel> Kernel<'_, T> {
         let Scratch { packet, pool, sums, waiting } = scratch;
         let first = sums.len();
         sums.resize(first + packet.len, Sums::default());
+        if packet.is_empty() {
+            return 0;
+        }
         if matches!(self.lighting, Lighting::Rays) {
             let most: f32 = packet.samples.0.iter().sum();
             pool.reserve(most as usize + packet.len * L::N);
@@ -123,21 +127,20 @@ impl<T: Texel> Kernel<'_, T> {
                 // SAFETY: the caller's.
                 unsafe { skip.advance::<L>(packet) };
             }
-            let mut going = false;
-            for lane in 0..packet.len {
-                if packet.next.0[lane] < packet.samples.0[lane] && packet.transmittance.0[lane] > 1.0 - OPAQUE
-                {
-                    let from = pool.len();
-                    // SAFETY: the caller's.
-                    count += unsafe { self.block::<L>(packet, lane, &mut sums[first + lane], pool) };
-                    if pool.len() > from {
-                        waiting.push(Waiting { ray: first + lane, from, to: pool.len() });
-                    }
-                    going = true;
-                }
-            }
-            if !going {
+            // SAFETY: the caller's.
+            let mut going = unsafe { packet.going::<L>() };
+            if going == 0 {
                 return count;
+            }
+            while going != 0 {
+                let lane = going.trailing_zeros() as usize;
+                going &= going - 1;
+                let from = pool.len();
+                // SAFETY: the caller's.
+                count += unsafe { self.block::<L>(packet, lane, &mut sums[first + lane], pool) };
+                if pool.len() > from {
+                    waiting.push(Waiting { ray: first + lane, from, to: pool.len() });
+                }
             }
         }
     }
@@ -163,7 +166,13 @@ impl<T: Texel> Kernel<'_, T> {
                 L::store(lit_b, b.as_mut_ptr());
             }
             for Aligned([r, g, b, opacity]) in &scratch.sums {
-                let opacity = L::sum(L::load(opacity.as_ptr())).min(1.0);
+                let opacity = L::load(opacity.as_ptr());
+                if L::bits(L::gt(opacity, L::splat(0.0))) == 0 {
+                    let [r, g, b] = self.background;
+                    out.push([r, g, b, 0.0]);
+                    continue;
+                }
+                let opacity = L::sum(opacity).min(1.0);
                 let colour =
                     [L::sum(L::load(r.as_ptr())), L::sum(L::load(g.as_ptr())), L::sum(L::load(b.as_ptr()))];
                 let [r, g, b] = std::array::from_fn(|c| colour[c] + (1.0 - opacity) * self.background[c]);
@@ -196,12 +205,18 @@ impl<T: Texel> Kernel<'_, T> {
                 L::fma(number, L::splat(packet.delta[1].0[lane]), L::splat(packet.start[1].0[lane])),
                 L::fma(number, L::splat(packet.delta[2].0[lane]), L::splat(packet.start[2].0[lane])),
             ];
-            let index = L::truncate(L::add(self.field.sample::<L>(p), L::splat(0.5)));
+            let value = L::add(self.field.sample::<L>(p), L::splat(0.5));
             let inside = L::lt(number, L::splat(packet.samples.0[lane]));
-            let alpha = L::select(inside, L::gather_f32(self.table.alpha.as_ptr(), index), zero);
-            if L::bits(L::gt(alpha, zero)) == 0 {
+            let [first, end] = self.visible;
+            let shown = L::and_m(L::gt(value, L::splat(first)), L::lt(value, L::splat(end)));
+            let shown = L::and_m(inside, shown);
+            if L::bits(shown) == 0 {
                 return u64::from(L::bits(inside).count_ones());
             }
+            let index = L::truncate(value);
+            let base = self.table.appearance.as_ptr().cast();
+            let (alpha, packed) = L::gather_words(base, L::add_i(index, index));
+            let alpha = L::select(shown, L::from_bits(alpha), zero);
             let (before, through) = L::products_before(L::sub(one, alpha));
             let before = L::mul(before, L::splat(packet.transmittance.0[lane]));
             packet.transmittance.0[lane] *= through;
@@ -210,7 +225,7 @@ impl<T: Texel> Kernel<'_, T> {
             let [r, g, b, opacity] = &mut sums.0;
             L::store(L::add(L::load(opacity.as_ptr()), weight), opacity.as_mut_ptr());
             let mut colour = [L::load(r.as_ptr()), L::load(g.as_ptr()), L::load(b.as_ptr())];
-            let rgb = self.colours::<L>(index);
+            let rgb = colours::<L>(packed);
             self.light_samples::<L>(p, weight, rgb, &mut colour, pool);
             L::store(colour[0], r.as_mut_ptr());
             L::store(colour[1], g.as_mut_ptr());
@@ -270,21 +285,6 @@ impl<T: Texel> Kernel<'_, T> {
         }
     }
 
-    /// The colours of table entries.
-    #[inline(always)]
-    unsafe fn colours<L: Lanes>(&self, index: L::I) -> [L::F; 3] {
-        // SAFETY: the caller's indices lie in the table.
-        unsafe {
-            let words = L::gather::<4>(self.table.colour.as_ptr().cast(), index);
-            let field = L::splat_i(MAX_RED_GREEN as i32);
-            [
-                L::mul(L::to_f32(L::and_i(words, field)), L::splat(1.0 / MAX_RED_GREEN)),
-                L::mul(L::to_f32(L::and_i(L::shr_i::<11>(words), field)), L::splat(1.0 / MAX_RED_GREEN)),
-                L::mul(L::to_f32(L::shr_i::<22>(words)), L::splat(1.0 / MAX_BLUE)),
-            ]
-        }
-    }
-
     /// |n·l| at `p`; 1 where the gradient is zero.
     #[inline(always)]
     unsafe fn facing<L: Lanes>(&self, p: [L::F; 3], light: [f32; 3]) -> L::F {
@@ -306,5 +306,19 @@ impl<T: Texel> Kernel<'_, T> {
             let facing = L::abs(L::div(along, L::sqrt(squared)));
             L::select(L::gt(squared, L::splat(0.0)), facing, one)
         }
+    }
+}
+
+/// Unpacks colours of a [`TransferTable`].
+#[inline(always)]
+unsafe fn colours<L: Lanes>(packed: L::I) -> [L::F; 3] {
+    // SAFETY: the caller's.
+    unsafe {
+        let field = L::splat_i(MAX_RED_GREEN as i32);
+        [
+            L::mul(L::to_f32(L::and_i(packed, field)), L::splat(1.0 / MAX_RED_GREEN)),
+            L::mul(L::to_f32(L::and_i(L::shr_i::<11>(packed), field)), L::splat(1.0 / MAX_RED_GREEN)),
+            L::mul(L::to_f32(L::shr_i::<22>(packed)), L::splat(1.0 / MAX_BLUE)),
+        ]
     }
 }

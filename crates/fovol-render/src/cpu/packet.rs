@@ -1,7 +1,12 @@
 //! As many rays as there are lanes, on their way side by side.
 
 use super::lanes::{Lanes, MOST_LANES};
-use super::segment::Segment;
+use super::march::OPAQUE;
+use super::segment::Segments;
+use fovol_core::{Pixel, RayBasis};
+
+/// Rays that are prepared side by side: as many f64 as the widest vectors hold.
+const BESIDE: usize = 8;
 
 /// One number per ray.
 pub type PerRay = Aligned<[f32; MOST_LANES]>;
@@ -22,6 +27,8 @@ pub struct Packet {
     pub start: [PerRay; 3],
     /// Steps.
     pub delta: [PerRay; 3],
+    /// 1/Δ along each axis; infinite where a ray does not move on it.
+    pub inverse: [PerRay; 3],
     /// How many samples each ray has.
     pub samples: PerRay,
     /// The number of each ray's next sample.
@@ -34,31 +41,63 @@ impl Packet {
     /// A packet without rays.
     pub fn new() -> Self {
         let zero = PerRay::default();
-        Self { len: 0, start: [zero; 3], delta: [zero; 3], samples: zero, next: zero, transmittance: zero }
-    }
-
-    /// Removes all rays.
-    pub fn clear(&mut self) {
-        self.len = 0;
-        // Lanes without a ray have no samples.
-        self.samples = PerRay::default();
-    }
-
-    /// Adds the ray of `segment`.
-    ///
-    /// # Panics
-    /// When there are `MOST_LANES` already.
-    #[inline(always)]
-    pub fn push(&mut self, segment: &Segment) {
-        let lane = self.len;
-        for a in 0..3 {
-            self.start[a].0[lane] = segment.start[a];
-            self.delta[a].0[lane] = segment.delta[a];
+        Self {
+            len: 0,
+            start: [zero; 3],
+            delta: [zero; 3],
+            inverse: [zero; 3],
+            samples: zero,
+            next: zero,
+            transmittance: zero,
         }
-        self.samples.0[lane] = segment.count as f32;
-        self.next.0[lane] = 0.0;
-        self.transmittance.0[lane] = 1.0;
-        self.len += 1;
+    }
+
+    /// Makes this the packet of `pixels`, at most [`MOST_LANES`]; the other lanes have no samples.
+    #[inline(always)]
+    pub fn fill(&mut self, pixels: &[Pixel], rays: &RayBasis, segments: &Segments) {
+        self.len = pixels.len();
+        self.next = PerRay::default();
+        self.transmittance = Aligned([1.0; MOST_LANES]);
+        self.samples = PerRay::default();
+        for (part, pixels) in pixels.chunks(BESIDE).enumerate() {
+            let (mut x, mut y) = ([0.0; BESIDE], [0.0; BESIDE]);
+            for (i, pixel) in pixels.iter().enumerate() {
+                (x[i], y[i]) = (f64::from(pixel.x), f64::from(pixel.y));
+            }
+            let segments = segments.of_many(rays.origin(), &rays.directions(&x, &y));
+            let lanes = part * BESIDE..(part + 1) * BESIDE;
+            for a in 0..3 {
+                self.start[a].0[lanes.clone()].copy_from_slice(&segments.start[a]);
+                self.delta[a].0[lanes.clone()].copy_from_slice(&segments.delta[a]);
+            }
+            for a in 0..3 {
+                for i in lanes.clone() {
+                    self.inverse[a].0[i] = 1.0 / self.delta[a].0[i];
+                }
+            }
+            self.samples.0[lanes].copy_from_slice(&segments.count);
+        }
+        self.samples.0[pixels.len()..].fill(0.0);
+    }
+
+    /// Whether no ray has any sample.
+    #[inline(always)]
+    pub fn is_empty(&self) -> bool {
+        self.samples.0 == [0.0; MOST_LANES]
+    }
+
+    /// The rays that have samples left and are not opaque, one bit each.
+    ///
+    /// # Safety
+    /// The instruction set of `L` must be available.
+    #[inline(always)]
+    pub unsafe fn going<L: Lanes>(&self) -> u32 {
+        // SAFETY: the arrays hold at least N elements.
+        unsafe {
+            let passing = L::gt(L::load(self.transmittance.0.as_ptr()), L::splat(1.0 - OPAQUE));
+            let left = L::lt(L::load(self.next.0.as_ptr()), L::load(self.samples.0.as_ptr()));
+            L::bits(L::and_m(passing, left))
+        }
     }
 
     /// Three coordinates of every ray as vectors.

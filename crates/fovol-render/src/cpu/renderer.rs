@@ -175,23 +175,28 @@ impl Renderer {
             .into_par_iter()
             .map_init(Scratch::default, |scratch, tile| {
                 let (x0, y0) = (tile % columns * TILE, tile / columns * TILE);
-                let pixels: Vec<Pixel> = (y0..(y0 + TILE).min(size.height))
-                    .flat_map(|y| (x0..(x0 + TILE).min(size.width)).map(move |x| (x, y)))
-                    .filter(|&(x, y)| wanted(x, y))
-                    .map(|(x, y)| Pixel { x: x as u16, y: y as u16 })
-                    .collect();
+                let mut pixels = Vec::with_capacity((TILE * TILE) as usize);
+                for (x, y) in TILE_ORDER.map(|[x, y]| (x0 + x, y0 + y)) {
+                    if x < size.width && y < size.height && wanted(x, y) {
+                        pixels.push(Pixel { x: x as u16, y: y as u16 });
+                    }
+                }
                 let (colours, count) = self.march_pixels(&rays, &pixels, scratch);
                 (pixels, colours, count)
             })
             .collect();
         let mut frame = Frame::new(size);
-        let mut count = SampleCount::default();
-        for (pixels, colours, samples) in tiles {
-            count += samples;
-            for (pixel, [r, g, b, _]) in pixels.iter().zip(colours) {
-                frame.pixels_mut()[pixel.index(size.width)] = [r, g, b, 1.0];
+        let rows = frame.pixels_mut().par_chunks_mut((TILE * size.width) as usize);
+        rows.zip(tiles.par_chunks(columns as usize)).enumerate().for_each(|(row, (out, tiles))| {
+            let before = row * (TILE * size.width) as usize;
+            for (pixels, colours, _) in tiles {
+                for (pixel, [r, g, b, _]) in pixels.iter().zip(colours) {
+                    out[pixel.index(size.width) - before] = [*r, *g, *b, 1.0];
+                }
             }
-        }
+        });
+        let mut count = SampleCount::default();
+        tiles.iter().for_each(|(_, _, samples)| count += *samples);
         (frame, count)
     }
 
@@ -231,6 +236,7 @@ impl Renderer {
             segments: Segments::new(&self.grid, self.step),
             voxel_size: self.grid.voxel_size().as_vec3().to_array(),
             table: &self.table,
+            visible: self.table.visible(),
             light,
             lighting,
             facing: (self.shading.surface == SurfaceShading::Gradient).then_some(direction),
@@ -240,6 +246,17 @@ impl Renderer {
         }
     }
 }
+
+/// The pixels of a tile in blocks of 4x4: rays of one packet have much the same way.
+const TILE_ORDER: [[u32; 2]; (TILE * TILE) as usize] = {
+    let mut order = [[0; 2]; (TILE * TILE) as usize];
+    let mut i = 0;
+    while i < TILE * TILE {
+        order[i as usize] = [i & 3 | i >> 2 & 12, i >> 2 & 3 | i >> 4 & 12];
+        i += 1;
+    }
+    order
+};
 
 fn march_in_lanes<T: Texel>(
     simd: Simd,
@@ -257,7 +274,7 @@ fn march_in_lanes<T: Texel>(
         #[cfg(target_arch = "x86_64")]
         Simd::Avx2 => unsafe { march_avx2(kernel, rays, pixels, scratch, out) },
         // SAFETY: portable lanes need nothing.
-        _ => unsafe { kernel.march::<Portable>(rays, pixels.iter().copied(), scratch, out) },
+        _ => unsafe { kernel.march::<Portable>(rays, pixels, scratch, out) },
     }
 }
 
@@ -271,7 +288,7 @@ unsafe fn march_avx512<T: Texel>(
     out: &mut Vec<[f32; 4]>,
 ) -> SampleCount {
     // SAFETY: this function is only called where AVX-512 is available.
-    unsafe { kernel.march::<avx512::Avx512>(rays, pixels.iter().copied(), scratch, out) }
+    unsafe { kernel.march::<avx512::Avx512>(rays, pixels, scratch, out) }
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -284,5 +301,5 @@ unsafe fn march_avx2<T: Texel>(
     out: &mut Vec<[f32; 4]>,
 ) -> SampleCount {
     // SAFETY: this function is only called where AVX2 is available.
-    unsafe { kernel.march::<avx2::Avx2>(rays, pixels.iter().copied(), scratch, out) }
+    unsafe { kernel.march::<avx2::Avx2>(rays, pixels, scratch, out) }
 }

@@ -35,6 +35,64 @@ impl Segments {
         let delta = ray.direction * self.delta * self.to_voxels;
         Segment { start: start.as_vec3().to_array(), delta: delta.as_vec3().to_array(), count }
     }
+
+    /// [`Self::of`] for `N` rays from `origin` side by side: the same numbers from loops without branches,
+    /// which compilers turn into vectors.
+    #[inline(always)]
+    pub fn of_many<const N: usize>(&self, origin: DVec3, direction: &[[f64; N]; 3]) -> SegmentsBeside<N> {
+        let (mut near, mut far) = ([0.0f64; N], [f64::INFINITY; N]);
+        for a in 0..3 {
+            let (low, high) = (-self.half[a] - origin[a], self.half[a] - origin[a]);
+            // Parallel to this slab a ray is inside it all the way or never.
+            let inside = origin[a].abs() <= self.half[a];
+            let (always, never) = if inside { (0.0, f64::INFINITY) } else { (f64::INFINITY, 0.0) };
+            for i in 0..N {
+                let inverse = 1.0 / direction[a][i];
+                let (p, q) = (low * inverse, high * inverse);
+                let is_parallel = direction[a][i] == 0.0;
+                let enters = if is_parallel { always } else { smaller(p, q) };
+                let leaves = if is_parallel { never } else { larger(p, q) };
+                near[i] = larger(near[i], enters);
+                far[i] = smaller(far[i], leaves);
+            }
+        }
+        let mut out = SegmentsBeside { start: [[0.0; N]; 3], delta: [[0.0; N]; 3], count: [0.0; N] };
+        for i in 0..N {
+            let count = ((far[i] - near[i]) / self.delta - 0.5).ceil();
+            out.count[i] = if near[i] < far[i] { larger(count, 0.0) as f32 } else { 0.0 };
+        }
+        for a in 0..3 {
+            for i in 0..N {
+                let first = origin[a] + direction[a][i] * (near[i] + 0.5 * self.delta);
+                out.start[a][i] = ((first + self.half[a]) * self.to_voxels[a] - 0.5) as f32;
+                out.delta[a][i] = (direction[a][i] * self.delta * self.to_voxels[a]) as f32;
+            }
+        }
+        out
+    }
+}
+
+/// The smaller of two numbers, as one instruction.
+#[inline(always)]
+fn smaller(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+/// The larger of two numbers, as one instruction.
+#[inline(always)]
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+/// [`Segment`]s of `N` rays, each number in an array of its own.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SegmentsBeside<const N: usize> {
+    /// The first samples.
+    pub start: [[f32; N]; 3],
+    /// From one sample to the next.
+    pub delta: [[f32; N]; 3],
+    /// How many samples there are.
+    pub count: [f32; N],
 }
 
 /// The samples of one primary ray in voxel-centre coordinates (voxel *i* at *i*): sample *k* lies at
@@ -116,6 +174,7 @@ impl LightPath {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     #[test]
     fn samples_are_half_a_step_in_and_stop_before_the_far_face() {
@@ -125,6 +184,41 @@ mod tests {
         assert_eq!(segment.count, 20);
         assert!((segment.position(0)[0] - (0.25 - 0.5)).abs() < 1e-5);
         assert!((segment.position(19)[0] - (9.75 - 0.5)).abs() < 1e-5);
+    }
+
+    proptest! {
+        #[test]
+        fn many_rays_are_as_single_ones(
+            eye in prop::array::uniform3(-2.0f64..2.0),
+            target in prop::sample::select(vec![DVec3::ZERO, DVec3::new(0.1, -0.2, 0.3)]),
+            axis in 0usize..4,
+            corner in prop::array::uniform2(0u32..1270),
+            step in 0.2f64..2.0,
+        ) {
+            // Also eyes on an axis, whose rays can be parallel to faces.
+            let mut eye = DVec3::from_array(eye);
+            if axis < 3 {
+                eye = DVec3::AXES[axis] * 1.7;
+            }
+            let grid = Grid::new([70, 31, 44], [1.0, 2.0, 1.5]).unwrap();
+            let camera = fovol_core::Camera::new(eye, target, 40.0).unwrap();
+            let rays = camera.rays(fovol_core::FrameSize::new(1281, 1281).unwrap());
+            let segments = Segments::new(&grid, step);
+            // A corner of the picture, and its very middle.
+            for [x0, y0] in [corner, [636, 636]] {
+                let x = std::array::from_fn(|i| f64::from(x0 + i as u32));
+                let y = [f64::from(y0 + 4); 8];
+                let many = segments.of_many(rays.origin(), &rays.directions(&x, &y));
+                for i in 0..8 {
+                    let one = segments.of(&rays.ray(x0 + i as u32, y0 + 4));
+                    prop_assert_eq!(many.count[i], one.count as f32);
+                    if one.count > 0 {
+                        prop_assert_eq!(many.start.map(|s| s[i]), one.start);
+                        prop_assert_eq!(many.delta.map(|d| d[i]), one.delta);
+                    }
+                }
+            }
+        }
     }
 
     #[test]

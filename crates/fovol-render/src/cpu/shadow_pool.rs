@@ -22,6 +22,11 @@ impl ShadowPool {
         self.len
     }
 
+    /// Whether none waits.
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
     /// Forgets all samples, keeps the memory.
     pub fn clear(&mut self) {
         self.len = 0;
@@ -202,6 +207,7 @@ pub unsafe fn trace<L: Lanes, T: Texel>(rays: &ShadowRays<'_, T>, pool: &mut Sha
                     if L::bits(L::and_m(L::gt(jump, zero), active)) != 0 {
                         steps = L::fma(jump, L::splat(SHADOW_STEP), steps);
                         left = L::sub(left, jump);
+                        look = LOOK_AGAIN;
                         active = L::and_m(active, L::gt(left, zero));
                         at = [
                             L::fma(steps, delta[0], p[0]),
@@ -225,5 +231,7 @@ pub unsafe fn trace<L: Lanes, T: Texel>(rays: &ShadowRays<'_, T>, pool: &mut Sha
     }
 }
 
-/// After a look that found nothing to skip, this many steps go by without one.
-const LOOK_EVERY: u32 = 3;
+/// After a look that found something to skip, this many steps go by without one.
+const LOOK_AGAIN: u32 = 2;
+/// After a look that found nothing, this many.
+const LOOK_EVERY: u32 = 6;

@@ -37,7 +37,7 @@ impl<'a> Skip<'a> {
     pub unsafe fn advance<L: Lanes>(&self, packet: &mut Packet) {
         // SAFETY: the arrays of a packet hold at least N elements.
         unsafe {
-            let (zero, one) = (L::splat(0.0), L::splat(1.0));
+            let zero = L::splat(0.0);
             let start = Packet::load::<L>(&packet.start);
             let delta = Packet::load::<L>(&packet.delta);
             let samples = L::load(packet.samples.0.as_ptr());
@@ -46,10 +46,11 @@ impl<'a> Skip<'a> {
             let mut course =
                 Course::<L> { inverse: [zero; 3], bias: [zero; 3], forward: [L::gt(zero, zero); 3] };
             for a in 0..3 {
-                let moving = L::gt(L::abs(delta[a]), zero);
-                course.inverse[a] = L::select(moving, L::div(one, L::select(moving, delta[a], one)), zero);
+                let inverse = L::load(packet.inverse[a].0.as_ptr());
+                let moving = L::lt(L::abs(inverse), L::splat(NEVER));
+                course.inverse[a] = L::select(moving, inverse, zero);
                 course.bias[a] = L::select(moving, zero, L::splat(NEVER));
-                course.forward[a] = L::gt(delta[a], zero);
+                course.forward[a] = L::gt(inverse, zero);
             }
             loop {
                 let p = [

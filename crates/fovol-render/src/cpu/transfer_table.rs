@@ -6,12 +6,13 @@ use fovol_core::TransferFunction;
 /// Lengths are 255·m + 1, so that every 8-bit value falls exactly on an entry.
 #[derive(Debug, Clone)]
 pub struct TransferTable {
-    /// α for one primary step: 1 − (1 − a)^step.
-    pub alpha: Vec<f32>,
+    /// What a primary sample looks like: the bits of α for one step, 1 − (1 − a)^step, and the colour
+    /// packed as red 11 bits, green 11 bits, blue 10 bits, red lowest. Side by side, so that one read has both.
+    pub appearance: Vec<[u32; 2]>,
     /// α for one shadow step of four primary ones.
     pub shadow_alpha: Vec<f32>,
-    /// Colours packed as red 11 bits, green 11 bits, blue 10 bits, red lowest.
-    pub colour: Vec<u32>,
+    /// Indices below the first and from the second on show nothing.
+    visible: [usize; 2],
 }
 
 /// The largest value of the red and green fields.
@@ -30,17 +31,26 @@ impl TransferTable {
         let fine = if transfer.steepest_slope() > 8.0 { STEEP } else { GENTLE };
         let last = 255 * fine;
         let rgba: Vec<[f64; 4]> = (0..=last).map(|i| transfer.evaluate(i as f64 / last as f64)).collect();
-        let corrected = |steps: f64| rgba.iter().map(|c| corrected_opacity(c[3], steps)).collect();
+        let colour = |c: &[f64; 4]| pack([c[0], c[1], c[2]]);
+        let shadow_step = step * f64::from(SHADOW_STEP);
+        let first = rgba.iter().position(|c| c[3] > 0.0).unwrap_or(rgba.len());
+        let end = rgba.iter().rposition(|c| c[3] > 0.0).map_or(first, |last| last + 1);
         Self {
-            alpha: corrected(step),
-            shadow_alpha: corrected(step * f64::from(SHADOW_STEP)),
-            colour: rgba.iter().map(|c| pack([c[0], c[1], c[2]])).collect(),
+            visible: [first, end],
+            appearance: rgba.iter().map(|c| [corrected_opacity(c[3], step).to_bits(), colour(c)]).collect(),
+            shadow_alpha: rgba.iter().map(|c| corrected_opacity(c[3], shadow_step)).collect(),
         }
+    }
+
+    /// Bounds of the real numbers, exclusive, whose whole parts are indices of anything visible.
+    pub fn visible(&self) -> [f32; 2] {
+        let [first, end] = self.visible.map(|index| index as f32);
+        [first.next_down(), end]
     }
 
     /// The factor from a display value to an index: entries − 1.
     pub fn scale(&self) -> f32 {
-        (self.alpha.len() - 1) as f32
+        (self.appearance.len() - 1) as f32
     }
 }
 
@@ -72,8 +82,8 @@ mod tests {
     fn entries_are_the_function_at_their_values() {
         let tf = TransferFunction::grey_ramp(1.0);
         let table = TransferTable::new(&tf, 1.0);
-        let middle = table.alpha.len() / 2;
-        assert!((table.alpha[middle] - 0.5).abs() < 1e-6);
-        assert_eq!(table.colour[table.colour.len() - 1], u32::MAX);
+        let middle = table.appearance.len() / 2;
+        assert!((f32::from_bits(table.appearance[middle][0]) - 0.5).abs() < 1e-6);
+        assert_eq!(table.appearance[table.appearance.len() - 1], [1.0f32.to_bits(), u32::MAX]);
     }
 }

@@ -59,6 +59,8 @@ pub unsafe trait Lanes: Copy + 'static {
 
     unsafe fn truncate(a: Self::F) -> Self::I;
     unsafe fn to_f32(a: Self::I) -> Self::F;
+    /// The same bits, read as f32.
+    unsafe fn from_bits(a: Self::I) -> Self::F;
 
     unsafe fn splat_i(x: i32) -> Self::I;
     unsafe fn add_i(a: Self::I, b: Self::I) -> Self::I;
