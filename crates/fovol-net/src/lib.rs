@@ -4,5 +4,6 @@
 //! what a network has to beat.
 
 mod fill;
+pub mod plan;
 
 pub use fill::Fill;

@@ -1,0 +1,318 @@
+//! The kinds of layers.
+
+use super::{Parameter, Tensor, TensorId};
+use serde::{Deserialize, Serialize};
+
+/// What follows a convolution.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Activation {
+    /// Nothing.
+    None,
+    /// max(x, 0).
+    Relu,
+    /// x for x > 0, else eˣ − 1.
+    Elu,
+}
+
+/// What lies beyond the border of a tensor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Padding {
+    /// Zeros.
+    Zero,
+    /// The nearest value; for a border of one this is also TensorFlow's symmetric padding.
+    Replicate,
+}
+
+/// Changes of resolution that happen while a tensor is read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Resize {
+    /// None.
+    Same,
+    /// Twice as many pixels along each axis, interpolated bilinearly between pixel centres
+    /// (`align_corners=false`), replicated at the border.
+    Bilinear,
+    /// Twice as many pixels along each axis, each the nearest.
+    Nearest,
+}
+
+/// A tensor as a layer reads it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Read {
+    /// Which.
+    pub tensor: TensorId,
+    /// At which resolution.
+    pub resize: Resize,
+}
+
+impl Read {
+    /// As it is.
+    pub fn same(tensor: TensorId) -> Self {
+        Self { tensor, resize: Resize::Same }
+    }
+
+    /// Bilinearly at twice the resolution.
+    pub fn bilinear(tensor: TensorId) -> Self {
+        Self { tensor, resize: Resize::Bilinear }
+    }
+
+    /// The nearest at twice the resolution.
+    pub fn nearest(tensor: TensorId) -> Self {
+        Self { tensor, resize: Resize::Nearest }
+    }
+}
+
+/// activation(convolution(concatenated inputs) + bias).
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Conv {
+    /// Its parameters are `name.weight` \[out, in, size, size\] and `name.bias` \[out\].
+    pub name: String,
+    /// What it reads, concatenated along the channels.
+    pub inputs: Vec<Read>,
+    /// What it writes.
+    pub output: TensorId,
+    /// 1 or 3.
+    pub size: usize,
+    /// 1 or 2.
+    pub stride: usize,
+    /// What a window of size 3 finds beyond the border.
+    pub padding: Padding,
+    /// What follows.
+    pub activation: Activation,
+}
+
+/// Group normalisation with one group: over all channels and pixels of the frame, then an affine map of each
+/// channel and an activation; ε = 1e-5 (ALGORITHMS §2).
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Norm {
+    /// Its parameters are `name.weight` and `name.bias`, a number per channel each.
+    pub name: String,
+    /// What it reads.
+    pub input: TensorId,
+    /// What it writes.
+    pub output: TensorId,
+    /// What follows.
+    pub activation: Activation,
+}
+
+/// Which pixels of an image a predicted kernel weighs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Taps {
+    /// The 3×3 around each pixel, row by row; zeros beyond the border.
+    Around,
+    /// The pixel itself.
+    Centre,
+}
+
+impl Taps {
+    /// How many there are.
+    pub fn count(self) -> usize {
+        match self {
+            Self::Around => 9,
+            Self::Centre => 1,
+        }
+    }
+}
+
+/// How the weights of a predicted kernel come to a sum of 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Normalisation {
+    /// (w² + ε) / (Σw² + nε) with ε = 1e-6: the authors' squares, safe in half precision.
+    Squared,
+    /// eʷ / Σeʷ.
+    Softmax,
+}
+
+/// The ε of [`Normalisation::Squared`].
+pub const SQUARED_EPSILON: f32 = 1e-6;
+
+/// A kernel for each pixel, predicted by a 1×1 convolution of `features`, normalised, and applied to images:
+/// the same kernel for all channels.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Filter {
+    /// Its parameters are `name.weight` \[expand²·taps, in, 1, 1\] and `name.bias`. With `expand` = 2 each
+    /// feature serves four pixels; the channel of tap k of pixel (x, y) of the four is 4k + 2y + x.
+    pub name: String,
+    /// What kernels are predicted from.
+    pub features: TensorId,
+    /// The edge of the square of pixels that one feature serves: 1 or 2.
+    pub expand: usize,
+    /// What is filtered, in the order of the kernel's weights.
+    pub images: Vec<(Read, Taps)>,
+    /// What it writes.
+    pub output: TensorId,
+    /// How the weights come to a sum of 1.
+    pub normalisation: Normalisation,
+}
+
+impl Filter {
+    /// Weights of a kernel.
+    pub fn taps(&self) -> usize {
+        self.images.iter().map(|(_, taps)| taps.count()).sum()
+    }
+}
+
+/// A step of a network.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Layer {
+    /// A convolution.
+    Conv(Conv),
+    /// A normalisation over the frame.
+    Norm(Norm),
+    /// A predicted kernel.
+    Filter(Filter),
+    /// The mean of 2×2 pixels.
+    Pool {
+        /// What it reads.
+        input: TensorId,
+        /// What it writes.
+        output: TensorId,
+    },
+    /// 2×2 pixels become four times as many channels: channel c of pixel (x, y) of the four becomes 4c + 2y + x.
+    SpaceToDepth {
+        /// What it reads.
+        input: TensorId,
+        /// What it writes.
+        output: TensorId,
+    },
+    /// The inverse of [`Self::SpaceToDepth`].
+    DepthToSpace {
+        /// What it reads.
+        input: TensorId,
+        /// What it writes.
+        output: TensorId,
+    },
+    /// factor · x + offset.
+    Scale {
+        /// What it reads.
+        input: TensorId,
+        /// What it writes.
+        output: TensorId,
+        /// What values are multiplied by.
+        factor: f32,
+        /// What is added.
+        offset: f32,
+    },
+    /// Unsampled pixels get the mean of the samples around them, from ever larger squares.
+    PullPush {
+        /// What is sampled, 0 elsewhere.
+        colour: TensorId,
+        /// 1 where it is, 0 elsewhere.
+        mask: TensorId,
+        /// What it writes.
+        output: TensorId,
+    },
+    /// mask · colour + (1 − mask) · input.
+    Bypass {
+        /// What was sampled.
+        colour: TensorId,
+        /// 1 where it was.
+        mask: TensorId,
+        /// What stands elsewhere.
+        input: TensorId,
+        /// What it writes.
+        output: TensorId,
+    },
+    /// The value where each pixel was in the last frame, bilinear, zero outside. Motion is averaged and scaled
+    /// to the resolution of `input`.
+    Warp {
+        /// What it reads.
+        input: TensorId,
+        /// Pixels to the previous position; level 0.
+        motion: TensorId,
+        /// What it writes.
+        output: TensorId,
+    },
+}
+
+impl Layer {
+    /// What it writes.
+    pub fn output(&self) -> TensorId {
+        match self {
+            Self::Conv(conv) => conv.output,
+            Self::Norm(norm) => norm.output,
+            Self::Filter(filter) => filter.output,
+            Self::Pool { output, .. }
+            | Self::SpaceToDepth { output, .. }
+            | Self::DepthToSpace { output, .. }
+            | Self::Scale { output, .. }
+            | Self::PullPush { output, .. }
+            | Self::Bypass { output, .. }
+            | Self::Warp { output, .. } => *output,
+        }
+    }
+
+    /// What it reads.
+    pub fn inputs(&self) -> Vec<TensorId> {
+        match self {
+            Self::Conv(conv) => conv.inputs.iter().map(|read| read.tensor).collect(),
+            Self::Norm(norm) => vec![norm.input],
+            Self::Filter(filter) => {
+                let images = filter.images.iter().map(|(read, _)| read.tensor);
+                std::iter::once(filter.features).chain(images).collect()
+            }
+            Self::Pool { input, .. }
+            | Self::SpaceToDepth { input, .. }
+            | Self::DepthToSpace { input, .. }
+            | Self::Scale { input, .. } => vec![*input],
+            Self::PullPush { colour, mask, .. } => vec![*colour, *mask],
+            Self::Bypass { colour, mask, input, .. } => vec![*colour, *mask, *input],
+            Self::Warp { input, motion, .. } => vec![*input, *motion],
+        }
+    }
+
+    /// What it is called: the name of its parameters, or its kind.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Conv(conv) => &conv.name,
+            Self::Norm(norm) => &norm.name,
+            Self::Filter(filter) => &filter.name,
+            Self::Pool { .. } => "pool",
+            Self::SpaceToDepth { .. } => "space-to-depth",
+            Self::DepthToSpace { .. } => "depth-to-space",
+            Self::Scale { .. } => "scale",
+            Self::PullPush { .. } => "pull-push",
+            Self::Bypass { .. } => "bypass",
+            Self::Warp { .. } => "warp",
+        }
+    }
+
+    /// Its learned arrays.
+    pub fn parameters(&self, tensors: &[Tensor]) -> Vec<Parameter> {
+        let channels = |id: TensorId| tensors[id.0].channels;
+        let pair = |name: &str, weight: Vec<usize>| {
+            let bias = vec![weight[0]];
+            vec![
+                Parameter { name: format!("{name}.weight"), shape: weight },
+                Parameter { name: format!("{name}.bias"), shape: bias },
+            ]
+        };
+        match self {
+            Self::Conv(conv) => {
+                let inputs = conv.inputs.iter().map(|read| channels(read.tensor)).sum();
+                pair(&conv.name, vec![channels(conv.output), inputs, conv.size, conv.size])
+            }
+            Self::Filter(filter) => {
+                let outputs = filter.expand * filter.expand * filter.taps();
+                pair(&filter.name, vec![outputs, channels(filter.features), 1, 1])
+            }
+            Self::Norm(norm) => pair(&norm.name, vec![channels(norm.input)]),
+            _ => Vec::new(),
+        }
+    }
+
+    /// Multiplications and additions for a pixel of the frame, counted as pairs; only those of learned weights
+    /// and predicted kernels.
+    pub fn macs_per_pixel(&self, tensors: &[Tensor]) -> f64 {
+        let per_square = |id: TensorId, macs: usize| macs as f64 / f64::from(4u32.pow(tensors[id.0].level));
+        let weights = |layer: &Self| layer.parameters(tensors).first().map_or(0, Parameter::len);
+        match self {
+            Self::Conv(conv) => per_square(conv.output, weights(self)),
+            Self::Filter(filter) => {
+                let applied = filter.taps() * tensors[filter.output.0].channels;
+                per_square(filter.features, weights(self)) + per_square(filter.output, applied)
+            }
+            _ => 0.0,
+        }
+    }
+}

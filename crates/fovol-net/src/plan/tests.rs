@@ -1,0 +1,83 @@
+use super::*;
+
+fn plan(named: Named) -> Plan {
+    named.config().plan().unwrap()
+}
+
+fn parameters(plan: &Plan, prefix: &str) -> usize {
+    plan.parameters().iter().filter(|p| p.name.starts_with(prefix)).map(Parameter::len).sum()
+}
+
+#[test]
+fn sizes_are_the_published_ones() {
+    // ALGORITHMS §1.2 and §2: D with O_d fed back, and without; K; the release's small one; DeepFovea.
+    let paper = plan(Named::WNetPaper);
+    let all: usize = parameters(&paper, "");
+    assert_eq!((all - parameters(&paper, "kernel."), parameters(&paper, "kernel.")), (917_059, 4_882));
+    let without = WNetConfig { feedback: Feedback::None, ..WNetConfig::paper() }.plan().unwrap();
+    assert_eq!(parameters(&without, "") - parameters(&without, "kernel."), 915_331);
+    let narrow = WNetConfig { feedback: Feedback::None, ..WNetConfig::narrow() }.plan().unwrap();
+    assert_eq!(parameters(&narrow, "kernel."), 4_274);
+    assert_eq!(parameters(&narrow, "") - 4_274, 823_011);
+    assert_eq!(parameters(&plan(Named::DeepFoveaOrig), ""), 3_174_691);
+}
+
+#[test]
+fn macs_are_the_published_ones() {
+    // GMAC at 1280x736.
+    let gmacs = |plan: &Plan| plan.macs_per_pixel() * 1280.0 * 736.0 / 1e9;
+    assert!((gmacs(&plan(Named::WNetPaper)) - 255.5).abs() < 0.5, "{}", gmacs(&plan(Named::WNetPaper)));
+    assert!(
+        (gmacs(&plan(Named::DeepFoveaFvn)) - 152.4).abs() < 30.0,
+        "{}",
+        gmacs(&plan(Named::DeepFoveaFvn))
+    );
+}
+
+#[test]
+fn layers_read_what_was_written_before_and_write_once() {
+    for named in Named::ALL {
+        let plan = plan(named);
+        let mut written = vec![false; plan.tensors().len()];
+        let inputs = plan.inputs();
+        for id in [Some(inputs.colour), inputs.mask, inputs.motion].into_iter().flatten() {
+            written[id.index()] = true;
+        }
+        plan.states().iter().for_each(|state| written[state.previous.index()] = true);
+        for layer in plan.layers() {
+            assert!(layer.inputs().iter().all(|id| written[id.index()]), "{named}: {}", layer.name());
+            assert!(!written[layer.output().index()], "{named}: {} writes again", layer.name());
+            written[layer.output().index()] = true;
+        }
+        assert!(written.iter().all(|&written| written), "{named}");
+        assert!(plan.states().iter().all(|state| state.next != state.previous), "{named}");
+        let mut names: Vec<String> = plan.parameters().into_iter().map(|p| p.name).collect();
+        names.sort();
+        names.dedup();
+        assert_eq!(names.len(), plan.parameters().len(), "{named}");
+    }
+}
+
+#[test]
+fn multiples_follow_the_depth() {
+    let multiples = [Named::WNetPaper, Named::DeepFoveaFvn, Named::DeepFoveaOrig, Named::WNetFast]
+        .map(|named| plan(named).multiple());
+    assert_eq!(multiples, [8, 16, 32, 16]);
+}
+
+#[test]
+fn configurations_are_checked_and_survive_json() {
+    for bad in [
+        WNetConfig { decoder: vec![64], ..WNetConfig::paper() },
+        WNetConfig { encoder: vec![0, 1], decoder: vec![1], ..WNetConfig::paper() },
+        WNetConfig { encoder: vec![64], decoder: vec![], ..WNetConfig::paper() },
+        WNetConfig { history: true, ..WNetConfig::deepfovea() },
+    ] {
+        assert!(bad.plan().is_err_and(|message| !message.contains('\n')));
+    }
+    for named in Named::ALL {
+        let json = serde_json::to_string(&named.config()).unwrap();
+        assert_eq!(serde_json::from_str::<NetworkConfig>(&json).unwrap(), named.config());
+        assert_eq!(named.name().parse(), Ok(named));
+    }
+}
