@@ -2,8 +2,31 @@
 //!
 //! [`Fill`] holds the classical alternatives that know nothing but the samples of one frame; they are
 //! what a network has to beat.
+//!
+//! A network is a [`plan::Plan`], made from a configuration; [`Weights`] come from a file or a seed;
+//! [`cpu::Network`] runs it and [`cpu::State`] is what a clip carries from frame to frame:
+//!
+//! ```
+//! use fovol_core::{Frame, FrameSize};
+//! use fovol_net::cpu::{FrameInput, Network, Simd};
+//! use fovol_net::{Weights, plan::Named};
+//!
+//! let config = Named::WNetTiny.config();
+//! let weights = Weights::random(&config, 1)?;
+//! let network = Network::new(config.plan()?, &weights, Simd::best())?;
+//! let size = FrameSize::new(40, 30)?;
+//! let mut state = network.state(size);
+//! let frame = network.reconstruct(&FrameInput { sparse: &Frame::new(size), motion: None }, &mut state)?;
+//! assert_eq!(frame.size(), size);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
+pub mod cpu;
+mod error;
 mod fill;
 pub mod plan;
+pub mod weights;
 
+pub use error::{Error, Result};
 pub use fill::Fill;
+pub use weights::Weights;

@@ -7,7 +7,9 @@ mod wnet;
 
 pub use build::PlanBuilder;
 pub use deepfovea::DeepFoveaConfig;
-pub use layer::{Activation, Conv, Filter, Layer, Norm, Normalisation, Padding, Read, Resize, Taps};
+pub use layer::{
+    Activation, Conv, Filter, Layer, Norm, Normalisation, Padding, Read, Resize, SQUARED_EPSILON, Taps,
+};
 pub use wnet::{Feedback, WNetConfig};
 
 use serde::{Deserialize, Serialize};

@@ -1,0 +1,201 @@
+//! Predicted kernels: the 1×1 convolution, the normalisation and the weighted sum for a few rows at a time, so
+//! that the kernels of a whole frame never exist.
+
+use super::conv::{ConvShape, PreparedConv};
+use super::map::Map;
+use super::patch::{Source, Window, assemble};
+use super::simd::Simd;
+use crate::plan::{Activation, Filter, Normalisation, Padding, SQUARED_EPSILON, Taps};
+use rayon::prelude::*;
+
+/// A predicted kernel with its weights.
+#[derive(Debug, Clone)]
+pub struct PreparedFilter {
+    conv: PreparedConv,
+    expand: usize,
+    taps: Vec<Taps>,
+    normalisation: Normalisation,
+}
+
+/// Rows of the output that are made at once; even, for features that serve two rows.
+const ROWS: usize = 8;
+
+impl PreparedFilter {
+    /// The layer `filter` over `inputs` feature channels with its parameters.
+    pub fn new(filter: &Filter, inputs: usize, weights: &[f32], bias: &[f32], simd: Simd) -> Self {
+        let shape = ConvShape {
+            inputs,
+            outputs: bias.len(),
+            size: 1,
+            stride: 1,
+            padding: Padding::Zero,
+            activation: Activation::None,
+        };
+        Self {
+            conv: PreparedConv::new(&shape, weights, bias, simd),
+            expand: filter.expand,
+            taps: filter.images.iter().map(|&(_, taps)| taps).collect(),
+            normalisation: filter.normalisation,
+        }
+    }
+
+    /// Writes the filtered `images` to `out`, whose buffer is used again.
+    pub fn run(&self, features: &Map, images: &[Source<'_>], out: &mut Map) {
+        let [height, width] = images[0].size();
+        let channels = images[0].map.channels;
+        out.data.resize(height * width * channels, 0.0);
+        (out.height, out.width, out.channels) = (height, width, channels);
+        let bands = out.data.par_chunks_mut(ROWS * width * channels).enumerate();
+        bands.for_each_init(Scratch::default, |scratch, (band, out)| {
+            let y = band * ROWS;
+            let rows = out.len() / (width * channels);
+            self.conv.run_rows(features, y / self.expand, rows.div_ceil(self.expand), &mut scratch.kernels);
+            out.fill(0.0);
+            self.normalise(scratch, rows, width);
+            let mut first = 0;
+            for (image, &taps) in images.iter().zip(&self.taps) {
+                let window = Window { y: y as isize - 1, x: -1, rows: rows + 2, columns: width + 2 };
+                assemble(std::slice::from_ref(image), Padding::Zero, window, channels, &mut scratch.patch);
+                self.apply(scratch, first, taps, out, [width, channels]);
+                first += taps.count();
+            }
+        });
+    }
+
+    /// Brings the predicted weights of `rows` × `width` pixels to a sum of 1: \[row\]\[tap\]\[column\].
+    fn normalise(&self, scratch: &mut Scratch, rows: usize, width: usize) {
+        let count: usize = self.taps.iter().map(|taps| taps.count()).sum();
+        let (kernels, expand) = (&scratch.kernels, self.expand);
+        scratch.weights.resize(rows * count * width, 0.0);
+        scratch.sums.resize(width, 0.0);
+        for (y, weights) in scratch.weights.chunks_exact_mut(count * width).enumerate() {
+            for k in 0..count {
+                let to = &mut weights[k * width..(k + 1) * width];
+                for (x, to) in to.iter_mut().enumerate() {
+                    let part = (y % expand) * expand + x % expand;
+                    *to = kernels.pixel(y / expand, x / expand)[k * expand * expand + part];
+                }
+            }
+            self.shape(weights, &mut scratch.sums, width);
+        }
+    }
+
+    /// Turns predictions of one row, \[tap\]\[column\], to weights.
+    fn shape(&self, weights: &mut [f32], sums: &mut [f32], width: usize) {
+        match self.normalisation {
+            Normalisation::Squared => weights.iter_mut().for_each(|w| *w = *w * *w + SQUARED_EPSILON),
+            Normalisation::Softmax => {
+                sums.fill(f32::NEG_INFINITY);
+                for row in weights.chunks_exact(width) {
+                    sums.iter_mut().zip(row).for_each(|(most, &w)| *most = most.max(w));
+                }
+                for row in weights.chunks_exact_mut(width) {
+                    row.iter_mut().zip(&*sums).for_each(|(w, &most)| *w = (*w - most).exp());
+                }
+            }
+        }
+        sums.fill(0.0);
+        for row in weights.chunks_exact(width) {
+            sums.iter_mut().zip(row).for_each(|(sum, &w)| *sum += w);
+        }
+        sums.iter_mut().for_each(|sum| *sum = 1.0 / *sum);
+        for row in weights.chunks_exact_mut(width) {
+            row.iter_mut().zip(&*sums).for_each(|(w, &scale)| *w *= scale);
+        }
+    }
+
+    /// Adds the image in the patch, weighed from weight `first` on, to `out`.
+    fn apply(
+        &self,
+        scratch: &Scratch,
+        first: usize,
+        taps: Taps,
+        out: &mut [f32],
+        [width, channels]: [usize; 2],
+    ) {
+        let count: usize = self.taps.iter().map(|taps| taps.count()).sum();
+        let patch_row = (width + 2) * channels;
+        for (y, out) in out.chunks_exact_mut(width * channels).enumerate() {
+            for k in 0..taps.count() {
+                let (dy, dx) = if taps == Taps::Around { (k / 3, k % 3) } else { (1, 1) };
+                let from = &scratch.patch[(y + dy) * patch_row + dx * channels..][..width * channels];
+                let weights = &scratch.weights[(y * count + first + k) * width..][..width];
+                let pixels = out.chunks_exact_mut(channels).zip(from.chunks_exact(channels));
+                for ((to, from), &w) in pixels.zip(weights) {
+                    to.iter_mut().zip(from).for_each(|(to, &v)| *to += w * v);
+                }
+            }
+        }
+    }
+}
+
+/// Memory of one thread.
+#[derive(Default)]
+struct Scratch {
+    kernels: Map,
+    weights: Vec<f32>,
+    sums: Vec<f32>,
+    patch: Vec<f32>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cpu::plain;
+    use crate::plan::{Read, Resize, TensorId};
+    use proptest::prelude::*;
+
+    fn map(seed: u64, [height, width]: [usize; 2], channels: usize) -> Map {
+        let count = height * width * channels;
+        let parameter = crate::plan::Parameter { name: "m".into(), shape: vec![count, 5] };
+        let mut data = crate::weights::random::values(&parameter, seed);
+        data.truncate(count);
+        Map { data, height, width, channels }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+        #[test]
+        fn fast_filters_are_as_plain_ones(
+            half in prop::array::uniform2(1usize..12),
+            expand in 1usize..3,
+            is_softmax in prop::bool::ANY,
+            kinds in prop::collection::vec((prop::bool::ANY, prop::bool::ANY), 1..4),
+            seed in any::<u64>(),
+        ) {
+            let size = half.map(|side| 2 * side);
+            let normalisation = if is_softmax { Normalisation::Softmax } else { Normalisation::Squared };
+            let images: Vec<(Map, Resize, Taps)> = kinds.iter().enumerate().map(|(i, &(is_small, is_around))| {
+                let resize = if is_small { Resize::Bilinear } else { Resize::Same };
+                let taps = if is_around { Taps::Around } else { Taps::Centre };
+                (map(seed ^ i as u64, if is_small { half } else { size }, 3), resize, taps)
+            }).collect();
+            let taps: usize = images.iter().map(|(_, _, taps)| taps.count()).sum();
+            let features = map(seed ^ 9, size.map(|side| side / expand), 7);
+            let outputs = taps * expand * expand;
+            let (weights, bias) = (map(seed ^ 10, [outputs, 7], 1).data, map(seed ^ 11, [outputs, 1], 1).data);
+            let layer = Filter {
+                name: "f".into(),
+                features: TensorId(0),
+                expand,
+                images: images.iter().map(|&(_, resize, taps)| (Read { tensor: TensorId(0), resize }, taps)).collect(),
+                output: TensorId(0),
+                normalisation,
+            };
+            let shape = ConvShape {
+                inputs: 7, outputs, size: 1, stride: 1, padding: Padding::Zero, activation: Activation::None,
+            };
+            let kernels = plain::conv(&shape, &weights, &bias, &features);
+            let resized: Vec<(Map, Taps)> =
+                images.iter().map(|(map, resize, taps)| (plain::resized(map, *resize), *taps)).collect();
+            let expected = plain::filter(&kernels, &resized, normalisation);
+            let sources: Vec<Source<'_>> =
+                images.iter().map(|(map, resize, _)| Source { map, resize: *resize }).collect();
+            let mut out = Map::default();
+            PreparedFilter::new(&layer, 7, &weights, &bias, Simd::best()).run(&features, &sources, &mut out);
+            for (a, b) in out.data.iter().zip(&expected.data) {
+                prop_assert!((a - b).abs() <= 1e-4, "{a} and {b}");
+            }
+        }
+    }
+}

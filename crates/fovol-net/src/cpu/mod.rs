@@ -1,0 +1,21 @@
+//! Networks on the CPU.
+//!
+//! [`plain`] is the specification of every layer in a few lines each; the rest is fast and compared with it.
+
+mod conv;
+mod filter;
+mod map;
+mod network;
+mod norm;
+mod patch;
+pub mod plain;
+mod pull_push;
+mod reshape;
+mod simd;
+mod state;
+mod warp;
+
+pub use map::Map;
+pub use network::{FrameInput, Network};
+pub use simd::Simd;
+pub use state::State;

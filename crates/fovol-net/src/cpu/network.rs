@@ -1,0 +1,278 @@
+use super::conv::{ConvShape, PreparedConv};
+use super::filter::PreparedFilter;
+use super::map::Map;
+use super::norm::normalise;
+use super::patch::Source;
+use super::pull_push::pull_push;
+use super::reshape;
+use super::simd::Simd;
+use super::state::{State, padded};
+use super::warp::warp;
+use crate::plan::{Activation, Filter, Layer, Plan, Read, TensorId};
+use crate::weights::Weights;
+use crate::{Error, Result};
+use fovol_core::{Frame, FrameSize};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// What a network is given for one frame.
+#[derive(Debug, Clone, Copy)]
+pub struct FrameInput<'a> {
+    /// The sparse frame: alpha 1 where sampled.
+    pub sparse: &'a Frame,
+    /// For each pixel the way (x right, y down, in pixels) to where it was in the last frame; networks that do
+    /// not use motion ignore it, for others none means stillness.
+    pub motion: Option<&'a [[f32; 2]]>,
+}
+
+/// A network with its weights, ready to run; shared by any number of clips.
+#[derive(Debug)]
+pub struct Network {
+    plan: Plan,
+    steps: Vec<Step>,
+    /// For each layer the tensors that nothing reads after it.
+    finished: Vec<Vec<TensorId>>,
+    simd: Simd,
+    id: u64,
+}
+
+/// A layer with what it needs beyond the plan.
+#[derive(Debug)]
+enum Step {
+    Conv(Box<PreparedConv>),
+    Filter(Box<PreparedFilter>),
+    Norm {
+        weight: Vec<f32>,
+        bias: Vec<f32>,
+        activation: Activation,
+    },
+    /// Layers without weights.
+    Plain,
+}
+
+/// Numbers of networks, to tell their states apart.
+static NEXT: AtomicU64 = AtomicU64::new(0);
+
+impl Network {
+    /// The network of `plan` with `weights`, for `simd`.
+    ///
+    /// # Errors
+    /// Weights that do not fit the plan.
+    pub fn new(plan: Plan, weights: &Weights, simd: Simd) -> Result<Self> {
+        weights.check(&plan)?;
+        let steps =
+            plan.layers().iter().map(|layer| step(&plan, layer, weights, simd)).collect::<Result<_>>()?;
+        let finished = finished(&plan);
+        Ok(Self { plan, steps, finished, simd, id: NEXT.fetch_add(1, Ordering::Relaxed) })
+    }
+
+    /// The plan it was made from.
+    pub fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// The instruction set it runs on.
+    pub fn simd(&self) -> Simd {
+        self.simd
+    }
+
+    /// The state that starts a clip of frames of `size`.
+    pub fn state(&self, size: FrameSize) -> State {
+        State::new(&self.plan, size, self.id)
+    }
+
+    /// The full frame of `input`, alpha 1 everywhere; `state` goes on to the next frame.
+    ///
+    /// Sampled pixels that are no finite numbers count as unsampled.
+    ///
+    /// # Errors
+    /// A state of another network or size, motion for another size.
+    pub fn reconstruct(&self, input: &FrameInput<'_>, state: &mut State) -> Result<Frame> {
+        let size = input.sparse.size();
+        if state.network != self.id {
+            return Err(Error::State("it belongs to another network; start one with this network".into()));
+        }
+        if state.size != size {
+            let problem =
+                format!("it is for frames of {}, not {size}; start another for this size", state.size);
+            return Err(Error::State(problem));
+        }
+        if input.motion.is_some_and(|motion| motion.len() != size.pixels()) {
+            return Err(Error::State(format!("the motion is not that of {size} pixels")));
+        }
+        let mut tensors: Vec<Map> = vec![Map::default(); self.plan.tensors().len()];
+        self.load(input, state, &mut tensors);
+        for (number, (layer, step)) in self.plan.layers().iter().zip(&self.steps).enumerate() {
+            let buffer = state.spare.pop().unwrap_or_default();
+            let mut out = Map { data: buffer, ..Map::default() };
+            run(layer, step, &mut tensors, &mut out);
+            tensors[layer.output().index()] = out;
+            for id in &self.finished[number] {
+                state.spare.push(std::mem::take(&mut tensors[id.index()].data));
+            }
+        }
+        let frame = cropped(&tensors[self.plan.output().index()], size)?;
+        self.carry(&mut tensors, state);
+        Ok(frame)
+    }
+
+    /// Puts the inputs of a frame and the states of the last one into `tensors`.
+    fn load(&self, input: &FrameInput<'_>, state: &mut State, tensors: &mut [Map]) {
+        let [height, width] = padded(&self.plan, state.size);
+        let inputs = self.plan.inputs();
+        let pixels = input.sparse.pixels();
+        let is_sampled = |pixel: &[f32; 4]| pixel[3] > 0.5 && pixel.iter().all(|v| v.is_finite());
+        tensors[inputs.colour.index()] = padded_map(state.size, [height, width, 3], |at, to| {
+            let pixel = &pixels[at];
+            to.copy_from_slice(if is_sampled(pixel) { &pixel[..3] } else { &[0.0; 3] });
+        });
+        if let Some(mask) = inputs.mask {
+            tensors[mask.index()] = padded_map(state.size, [height, width, 1], |at, to| {
+                to[0] = f32::from(u8::from(is_sampled(&pixels[at])));
+            });
+        }
+        if let Some(motion) = inputs.motion {
+            let still = [0.0; 2];
+            tensors[motion.index()] = padded_map(state.size, [height, width, 2], |at, to| {
+                to.copy_from_slice(input.motion.map_or(&still, |motion| &motion[at]));
+            });
+        }
+        for (state, map) in self.plan.states().iter().zip(&mut state.carried) {
+            tensors[state.previous.index()] = std::mem::take(map);
+        }
+    }
+
+    /// Keeps what the next frame needs, and all other buffers for it.
+    fn carry(&self, tensors: &mut [Map], state: &mut State) {
+        for (place, kept) in self.plan.states().iter().enumerate() {
+            let map = &mut tensors[kept.next.index()];
+            // Numbers that are not finite would stay forever.
+            map.data.iter_mut().filter(|v| !v.is_finite()).for_each(|v| *v = 0.0);
+            state.carried[place] =
+                if self.is_needed_again(place) { map.clone() } else { std::mem::take(map) };
+        }
+        let rest = tensors.iter_mut().map(|map| std::mem::take(&mut map.data));
+        state.spare.extend(rest.filter(|data| data.capacity() > 0));
+    }
+
+    /// Whether a later state has the same next tensor as state number `place`.
+    fn is_needed_again(&self, place: usize) -> bool {
+        let states = self.plan.states();
+        states[place + 1..].iter().any(|other| other.next == states[place].next)
+    }
+}
+
+fn step(plan: &Plan, layer: &Layer, weights: &Weights, simd: Simd) -> Result<Step> {
+    let pair = |name: &str| -> Result<(&[f32], &[f32])> {
+        Ok((weights.values(&format!("{name}.weight"))?, weights.values(&format!("{name}.bias"))?))
+    };
+    let channels = |id: TensorId| plan.tensor(id).channels;
+    Ok(match layer {
+        Layer::Conv(conv) => {
+            let (weight, bias) = pair(&conv.name)?;
+            let shape = ConvShape {
+                inputs: conv.inputs.iter().map(|read| channels(read.tensor)).sum(),
+                outputs: channels(conv.output),
+                size: conv.size,
+                stride: conv.stride,
+                padding: conv.padding,
+                activation: conv.activation,
+            };
+            Step::Conv(Box::new(PreparedConv::new(&shape, weight, bias, simd)))
+        }
+        Layer::Filter(filter) => {
+            let (weight, bias) = pair(&filter.name)?;
+            Step::Filter(Box::new(PreparedFilter::new(filter, channels(filter.features), weight, bias, simd)))
+        }
+        Layer::Norm(norm) => {
+            let (weight, bias) = pair(&norm.name)?;
+            Step::Norm { weight: weight.to_vec(), bias: bias.to_vec(), activation: norm.activation }
+        }
+        _ => Step::Plain,
+    })
+}
+
+/// For each layer of `plan` the tensors that are read there for the last time.
+fn finished(plan: &Plan) -> Vec<Vec<TensorId>> {
+    let mut last = vec![None; plan.tensors().len()];
+    for (number, layer) in plan.layers().iter().enumerate() {
+        layer.inputs().iter().for_each(|id| last[id.index()] = Some(number));
+    }
+    for id in plan.states().iter().map(|state| state.next).chain([plan.output()]) {
+        last[id.index()] = None;
+    }
+    let mut finished = vec![Vec::new(); plan.layers().len()];
+    for (at, number) in last.into_iter().enumerate() {
+        if let Some(number) = number {
+            finished[number].push(TensorId(at));
+        }
+    }
+    finished
+}
+
+fn run(layer: &Layer, step: &Step, tensors: &mut [Map], out: &mut Map) {
+    match (layer, step) {
+        (Layer::Conv(conv), Step::Conv(prepared)) => prepared.run(&sources(&conv.inputs, tensors), out),
+        (Layer::Filter(filter), Step::Filter(prepared)) => {
+            let images = images(filter, tensors);
+            prepared.run(&tensors[filter.features.index()], &images, out);
+        }
+        (Layer::Norm(norm), Step::Norm { weight, bias, activation }) => {
+            out.clone_from(&tensors[norm.input.index()]);
+            normalise(out, weight, bias, *activation);
+        }
+        _ => run_plain(layer, tensors, out),
+    }
+}
+
+fn run_plain(layer: &Layer, tensors: &[Map], out: &mut Map) {
+    let map = |id: &TensorId| &tensors[id.index()];
+    match layer {
+        Layer::Pool { input, .. } => reshape::pool(map(input), out),
+        Layer::SpaceToDepth { input, .. } => reshape::space_to_depth(map(input), out),
+        Layer::DepthToSpace { input, .. } => reshape::depth_to_space(map(input), out),
+        Layer::Scale { input, factor, offset, .. } => reshape::scale(map(input), *factor, *offset, out),
+        Layer::PullPush { colour, mask, .. } => pull_push(map(colour), map(mask), out),
+        Layer::Bypass { colour, mask, input, .. } => {
+            reshape::bypass(map(colour), map(mask), map(input), out);
+        }
+        Layer::Warp { input, motion, .. } => warp(map(input), map(motion), out),
+        // Prepared steps are made for exactly these layers.
+        Layer::Conv(_) | Layer::Filter(_) | Layer::Norm(_) => {
+            unreachable!("layers with weights are prepared")
+        }
+    }
+}
+
+fn sources<'a>(reads: &[Read], tensors: &'a [Map]) -> Vec<Source<'a>> {
+    reads.iter().map(|read| Source { map: &tensors[read.tensor.index()], resize: read.resize }).collect()
+}
+
+fn images<'a>(filter: &Filter, tensors: &'a [Map]) -> Vec<Source<'a>> {
+    let source = |read: &Read| Source { map: &tensors[read.tensor.index()], resize: read.resize };
+    filter.images.iter().map(|(read, _)| source(read)).collect()
+}
+
+/// An image whose pixels `fill` writes, given their place in a frame of `size`; replicated at the right and bottom.
+fn padded_map(
+    size: FrameSize,
+    [height, width, channels]: [usize; 3],
+    fill: impl Fn(usize, &mut [f32]),
+) -> Map {
+    let mut map = Map::zeros(height, width, channels);
+    for (at, to) in map.data.chunks_exact_mut(channels).enumerate() {
+        let y = (at / width).min(size.height as usize - 1);
+        let x = (at % width).min(size.width as usize - 1);
+        fill(y * size.width as usize + x, to);
+    }
+    map
+}
+
+/// The picture in the top left of `map`, clamped to 0…1.
+fn cropped(map: &Map, size: FrameSize) -> Result<Frame> {
+    let mut pixels = Vec::with_capacity(size.pixels());
+    for y in 0..size.height as usize {
+        let row = map.row(y).chunks_exact(3).take(size.width as usize);
+        pixels.extend(row.map(|p| [p[0].clamp(0.0, 1.0), p[1].clamp(0.0, 1.0), p[2].clamp(0.0, 1.0), 1.0]));
+    }
+    Ok(Frame::from_pixels(size, pixels)?)
+}

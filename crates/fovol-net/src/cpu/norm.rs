@@ -1,0 +1,47 @@
+use super::conv::elu;
+use super::map::Map;
+use crate::plan::Activation;
+use rayon::prelude::*;
+
+/// What keeps the variance from being zero.
+const EPSILON: f64 = 1e-5;
+
+/// Normalises `map` over all its numbers in place, then maps each channel affinely and applies `activation`.
+pub fn normalise(map: &mut Map, weight: &[f32], bias: &[f32], activation: Activation) {
+    let row = map.width * map.channels;
+    // Sums of rows in a fixed order: the same result on any number of threads.
+    let sums: Vec<[f64; 2]> = map
+        .data
+        .par_chunks(row)
+        .map(|row| {
+            row.iter().fold([0.0, 0.0], |[sum, squares], &v| {
+                let v = f64::from(v);
+                [sum + v, squares + v * v]
+            })
+        })
+        .collect();
+    let [sum, squares] = sums.iter().fold([0.0, 0.0], |[a, b], [c, d]| [a + c, b + d]);
+    let count = map.data.len() as f64;
+    let mean = sum / count;
+    let scale = 1.0 / ((squares / count - mean * mean).max(0.0) + EPSILON).sqrt();
+    let affine: Vec<(f32, f32)> = weight
+        .iter()
+        .zip(bias)
+        .map(|(&w, &b)| {
+            let factor = f64::from(w) * scale;
+            (factor as f32, (f64::from(b) - mean * factor) as f32)
+        })
+        .collect();
+    map.data.par_chunks_mut(row).for_each(|row| {
+        for pixel in row.chunks_exact_mut(affine.len()) {
+            for (v, &(factor, offset)) in pixel.iter_mut().zip(&affine) {
+                let x = v.mul_add(factor, offset);
+                *v = match activation {
+                    Activation::None => x,
+                    Activation::Relu => x.max(0.0),
+                    Activation::Elu => elu(x),
+                };
+            }
+        }
+    });
+}

@@ -1,0 +1,94 @@
+//! Layers that move or mix a few numbers of each pixel.
+
+use super::map::Map;
+use rayon::prelude::*;
+
+/// Makes `out` an image of this size, reusing its buffer, and calls `fill` for each row of it.
+fn rows(out: &mut Map, [height, width, channels]: [usize; 3], fill: impl Fn(usize, &mut [f32]) + Sync) {
+    out.data.resize(height * width * channels, 0.0);
+    (out.height, out.width, out.channels) = (height, width, channels);
+    out.data.par_chunks_mut(width * channels).enumerate().for_each(|(y, row)| fill(y, row));
+}
+
+/// The mean of 2×2 pixels.
+pub fn pool(input: &Map, out: &mut Map) {
+    let c = input.channels;
+    rows(out, [input.height / 2, input.width / 2, c], |y, row| {
+        let (above, below) = (input.row(2 * y), input.row(2 * y + 1));
+        for (x, to) in row.chunks_exact_mut(c).enumerate() {
+            let at = 2 * x * c;
+            for k in 0..c {
+                to[k] = 0.25 * ((above[at + k] + above[at + c + k]) + (below[at + k] + below[at + c + k]));
+            }
+        }
+    });
+}
+
+/// 2×2 pixels to channels: 4c + 2y + x.
+pub fn space_to_depth(input: &Map, out: &mut Map) {
+    let c = input.channels;
+    rows(out, [input.height / 2, input.width / 2, 4 * c], |y, row| {
+        for (x, to) in row.chunks_exact_mut(4 * c).enumerate() {
+            for part in 0..4 {
+                let from = input.pixel(2 * y + part / 2, 2 * x + part % 2);
+                (0..c).for_each(|k| to[4 * k + part] = from[k]);
+            }
+        }
+    });
+}
+
+/// The inverse of [`space_to_depth`].
+pub fn depth_to_space(input: &Map, out: &mut Map) {
+    let c = input.channels / 4;
+    rows(out, [input.height * 2, input.width * 2, c], |y, row| {
+        for (x, to) in row.chunks_exact_mut(c).enumerate() {
+            let from = input.pixel(y / 2, x / 2);
+            let part = 2 * (y % 2) + x % 2;
+            (0..c).for_each(|k| to[k] = from[4 * k + part]);
+        }
+    });
+}
+
+/// factor · x + offset.
+pub fn scale(input: &Map, factor: f32, offset: f32, out: &mut Map) {
+    rows(out, [input.height, input.width, input.channels], |y, row| {
+        row.iter_mut().zip(input.row(y)).for_each(|(to, &v)| *to = v * factor + offset);
+    });
+}
+
+/// mask · colour + (1 − mask) · input.
+pub fn bypass(colour: &Map, mask: &Map, input: &Map, out: &mut Map) {
+    let c = input.channels;
+    rows(out, [input.height, input.width, c], |y, row| {
+        let pixels =
+            row.chunks_exact_mut(c).zip(colour.row(y).chunks_exact(c)).zip(input.row(y).chunks_exact(c));
+        for (((to, colour), input), &m) in pixels.zip(mask.row(y)) {
+            (0..c).for_each(|k| to[k] = m * colour[k] + (1.0 - m) * input[k]);
+        }
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn folding_orders_channels_as_pixel_unshuffle_and_back() {
+        let mut input = Map::zeros(4, 6, 3);
+        input.data.iter_mut().enumerate().for_each(|(i, v)| *v = i as f32);
+        let (mut folded, mut back) = (Map::default(), Map::default());
+        space_to_depth(&input, &mut folded);
+        assert_eq!((folded.height, folded.width, folded.channels), (2, 3, 12));
+        assert_eq!(folded.pixel(1, 2)[4 * 2 + 2 + 1], input.pixel(3, 5)[2]);
+        depth_to_space(&folded, &mut back);
+        assert_eq!(back, input);
+    }
+
+    #[test]
+    fn pools_are_means() {
+        let input = Map { data: vec![1.0, 2.0, 3.0, 6.0], height: 2, width: 2, channels: 1 };
+        let mut out = Map::default();
+        pool(&input, &mut out);
+        assert_eq!(out, Map { data: vec![3.0], height: 1, width: 1, channels: 1 });
+    }
+}

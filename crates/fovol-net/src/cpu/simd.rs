@@ -1,0 +1,89 @@
+use super::conv::{self, Kernel};
+use std::fmt;
+use std::str::FromStr;
+
+/// The instruction set that networks run on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Simd {
+    /// Whatever the compiler makes of plain code.
+    Portable,
+    /// 256 bits with fused multiplication and addition.
+    Avx2,
+    /// 512 bits.
+    Avx512,
+}
+
+impl Simd {
+    /// Those that this processor has, the fastest last.
+    pub fn available() -> Vec<Self> {
+        let mut found = vec![Self::Portable];
+        #[cfg(target_arch = "x86_64")]
+        {
+            if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+                found.push(Self::Avx2);
+            }
+            if is_x86_feature_detected!("avx512f") {
+                found.push(Self::Avx512);
+            }
+        }
+        found
+    }
+
+    /// The fastest that this processor has.
+    pub fn best() -> Self {
+        Self::available().pop().unwrap_or(Self::Portable)
+    }
+
+    /// As it is written.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Portable => "portable",
+            Self::Avx2 => "avx2",
+            Self::Avx512 => "avx512",
+        }
+    }
+
+    /// Pixels that a kernel computes at once.
+    pub(super) fn group(self) -> usize {
+        match self {
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => conv::avx512::GROUP,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => conv::avx2::GROUP,
+            _ => conv::portable::GROUP,
+        }
+    }
+
+    /// The channels that a kernel computes at once where `left` are to be done, and that kernel.
+    pub(super) fn block(self, left: usize) -> (usize, Kernel) {
+        match self {
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 if left > 16 => (32, conv::avx512::thirty_two),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => (16, conv::avx512::sixteen),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => (16, conv::avx2::sixteen),
+            _ => (conv::portable::WIDTH, conv::portable::kernel),
+        }
+    }
+}
+
+impl fmt::Display for Simd {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Simd {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match Self::available().into_iter().find(|simd| simd.name() == text) {
+            Some(simd) => Ok(simd),
+            None => Err(format!(
+                "`{text}` is no instruction set of this processor; use {}",
+                Self::available().iter().map(|simd| simd.name()).collect::<Vec<_>>().join(", ")
+            )),
+        }
+    }
+}

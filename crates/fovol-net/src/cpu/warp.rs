@@ -1,0 +1,72 @@
+use super::map::Map;
+use rayon::prelude::*;
+
+/// Moves `input` along `motion` (pixels of level 0 to the previous position, averaged and scaled to the resolution
+/// of `input`): bilinear, zero outside.
+pub fn warp(input: &Map, motion: &Map, out: &mut Map) {
+    let factor = motion.height / input.height;
+    let c = input.channels;
+    out.data.resize(input.data.len(), 0.0);
+    (out.height, out.width, out.channels) = (input.height, input.width, c);
+    out.data.par_chunks_mut(input.width * c).enumerate().for_each(|(y, row)| {
+        for (x, to) in row.chunks_exact_mut(c).enumerate() {
+            let [dx, dy] = mean_motion(motion, [y * factor, x * factor], factor);
+            bilinear(input, y as f32 + dy, x as f32 + dx, to);
+        }
+    });
+}
+
+/// The mean motion of `factor`² pixels from (`y`, `x`) on, in pixels `factor` times as large.
+fn mean_motion(motion: &Map, [y, x]: [usize; 2], factor: usize) -> [f32; 2] {
+    let mut sum = [0.0f32; 2];
+    for row in y..y + factor {
+        for column in x..x + factor {
+            let from = motion.pixel(row, column);
+            sum = [sum[0] + from[0], sum[1] + from[1]];
+        }
+    }
+    sum.map(|s| s / (factor * factor * factor) as f32)
+}
+
+/// Writes the value at (`y`, `x`) between pixel centres to `to`.
+fn bilinear(input: &Map, y: f32, x: f32, to: &mut [f32]) {
+    to.fill(0.0);
+    let inside = y > -1.0 && x > -1.0 && y < input.height as f32 && x < input.width as f32;
+    // Also false for positions that are no numbers.
+    if !inside {
+        return;
+    }
+    let (top, left) = (y.floor(), x.floor());
+    let (fy, fx) = (y - top, x - left);
+    for (dy, wy) in [(0, 1.0 - fy), (1, fy)] {
+        for (dx, wx) in [(0, 1.0 - fx), (1, fx)] {
+            let (row, column) = (top as isize + dy, left as isize + dx);
+            let exists =
+                row >= 0 && column >= 0 && row < input.height as isize && column < input.width as isize;
+            if exists {
+                let from = input.pixel(row as usize, column as usize);
+                to.iter_mut().zip(from).for_each(|(to, &v)| *to += wy * wx * v);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whole_steps_move_and_the_outside_is_zero() {
+        let input = Map { data: (1..=12).map(|i| i as f32).collect(), height: 3, width: 4, channels: 1 };
+        let mut motion = Map::zeros(6, 8, 2);
+        motion.data.chunks_exact_mut(2).for_each(|m| m.copy_from_slice(&[2.0, -4.0]));
+        let mut out = Map::default();
+        // At half the resolution: one to the right, two up.
+        warp(&input, &motion, &mut out);
+        assert_eq!(out.row(2), [2.0, 3.0, 4.0, 0.0]);
+        assert_eq!(out.row(1), [0.0; 4]);
+        motion.data.fill(f32::NAN);
+        warp(&input, &motion, &mut out);
+        assert!(out.data.iter().all(|&v| v == 0.0));
+    }
+}
