@@ -15,6 +15,9 @@ pub enum Error {
     /// Frames that cannot be compared.
     #[error(transparent)]
     Metrics(#[from] fovol_metrics::Error),
+    /// A network or its weights.
+    #[error(transparent)]
+    Network(#[from] fovol_net::Error),
     /// A setting that makes no sense, with the reason and the remedy.
     #[error("{0}")]
     Setting(String),

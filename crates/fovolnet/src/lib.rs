@@ -10,7 +10,7 @@
 //! let volume = open_volume("marschner-lobb", &VolumeSettings { dims: Some([24; 3]), ..Default::default() })?;
 //! let settings = RenderSettings { size: Some("64x48".parse()?), ..Default::default() };
 //! let mut pipeline = Pipeline::new(&volume, &settings, &SpeedSettings::default())?;
-//! let frame = pipeline.render(0);
+//! let frame = pipeline.render(0)?;
 //! assert!(frame.samples > 0 && frame.frame.pixels().iter().all(|p| p[3] == 1.0));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -21,6 +21,7 @@ mod open;
 pub mod parse;
 mod pipeline;
 pub mod presets;
+mod reconstructor;
 mod report;
 mod session;
 mod settings;
@@ -35,6 +36,7 @@ pub use fovol_render as render;
 pub use machine::Machine;
 pub use open::{OpenVolume, open_volume};
 pub use pipeline::{Pipeline, RenderedFrame, Timings};
+pub use reconstructor::Reconstructor;
 pub use report::{FrameReport, MeanReport, RenderReport};
 pub use session::Session;
-pub use settings::{Reconstruction, RenderSettings, Sampling, SpeedSettings, VolumeSettings};
+pub use settings::{RandomWeights, Reconstruction, RenderSettings, Sampling, SpeedSettings, VolumeSettings};

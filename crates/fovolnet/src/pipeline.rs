@@ -1,5 +1,5 @@
 use crate::{
-    Error, Machine, OpenVolume, Reconstruction, RenderSettings, Result, Sampling, SpeedSettings, presets,
+    Error, Machine, OpenVolume, Reconstructor, RenderSettings, Result, Sampling, SpeedSettings, presets,
     toml_file,
 };
 use fovol_core::{
@@ -51,7 +51,7 @@ pub struct Pipeline {
     noise: Noise,
     size: FrameSize,
     sampling: Sampling,
-    reconstruction: Reconstruction,
+    reconstructor: Reconstructor,
     fovea: Fovea,
     gaze: GazePath,
     path: CameraPath,
@@ -80,7 +80,7 @@ impl Pipeline {
             noise: Noise::new(settings.noise.unwrap_or_default(), seed),
             size: settings.frame_size(),
             sampling: settings.sampling(),
-            reconstruction: settings.reconstruction(),
+            reconstructor: Reconstructor::new(settings, settings.frame_size())?,
             fovea,
             gaze: settings.gaze_path()?,
             path: camera_path(settings)?,
@@ -124,29 +124,28 @@ impl Pipeline {
         self.threads.install(|| self.renderer.march_full(&self.camera(i), self.size).0)
     }
 
-    /// Frame `i`.
-    pub fn render(&mut self, i: u32) -> RenderedFrame {
-        self.threads.install(|| self.render_here(i))
-    }
-
-    fn render_here(&self, i: u32) -> RenderedFrame {
+    /// Frame `i`. Networks take it for the one after the last that was rendered; see [`Self::reset`].
+    ///
+    /// # Errors
+    /// A network that cannot go on.
+    pub fn render(&mut self, i: u32) -> Result<RenderedFrame> {
         let started = Instant::now();
-        let sampled = self.sample(i);
+        let sampled = self.threads.install(|| self.sample(i));
         let before = Instant::now();
-        let frame = match self.reconstruction {
-            // Every pixel is there already.
-            _ if self.sampling == Sampling::Full => sampled.sparse.clone(),
-            Reconstruction::None => sampled.sparse.clone(),
-            Reconstruction::Fill(fill) => fill.reconstruct(&sampled.sparse),
+        // Every pixel is there already where all were marched.
+        let reconstructs = self.sampling != Sampling::Full && self.reconstructor.is_active();
+        let (threads, reconstructor) = (&self.threads, &mut self.reconstructor);
+        let frame = match reconstructs {
+            true => threads.install(|| reconstructor.reconstruct(&sampled.sparse))?,
+            false => sampled.sparse.clone(),
         };
-        let reconstructs = self.sampling != Sampling::Full && self.reconstruction != Reconstruction::None;
         let timings = Timings {
             mask: sampled.mask_ms,
             march: sampled.march_ms,
             reconstruct: if reconstructs { since(before) } else { 0.0 },
             total: since(started),
         };
-        RenderedFrame {
+        Ok(RenderedFrame {
             index: i,
             sparse: sampled.sparse,
             mask: sampled.mask,
@@ -154,7 +153,12 @@ impl Pipeline {
             samples: sampled.samples,
             lost: sampled.lost,
             timings,
-        }
+        })
+    }
+
+    /// Forgets the frames so far, as after a cut.
+    pub fn reset(&mut self) {
+        self.reconstructor.reset();
     }
 
     fn sample(&self, i: u32) -> Sampled {

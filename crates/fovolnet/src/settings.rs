@@ -1,6 +1,7 @@
 use crate::{Result, parse, toml_file};
 use fovol_core::{Fovea, FrameSize, GazePath, ShadowMode, SurfaceShading};
 use fovol_net::Fill;
+use fovol_net::plan::Named;
 use fovol_render::noise::NoiseKind;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -68,9 +69,16 @@ pub struct RenderSettings {
     /// Seed of everything random [default: 0]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
     pub seed: Option<u64>,
-    /// How sparse frames are filled: none, pull-push or linear [default: pull-push]
+    /// How sparse frames are filled: none, pull-push, linear, wnet or deepfovea [default: pull-push]
     #[cfg_attr(feature = "clap", arg(long, value_name = "HOW"))]
     pub reconstruct: Option<Reconstruction>,
+    /// Weights of the network: a safetensors file
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
+    pub weights: Option<String>,
+    /// Seeded random weights of a network, to measure its speed
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME[:SEED]"))]
+    #[serde(with = "as_text")]
+    pub random_weights: Option<RandomWeights>,
 }
 
 impl RenderSettings {
@@ -99,7 +107,9 @@ impl RenderSettings {
             gaze,
             noise,
             seed,
-            reconstruct
+            reconstruct,
+            weights,
+            random_weights
         )
     }
 
@@ -212,6 +222,10 @@ pub enum Reconstruction {
     None,
     /// By a classical fill.
     Fill(Fill),
+    /// By a network that predicts kernels.
+    WNet,
+    /// By the network that FoVolNet is compared with.
+    DeepFovea,
 }
 
 impl Default for Reconstruction {
@@ -225,6 +239,8 @@ impl fmt::Display for Reconstruction {
         match self {
             Self::None => f.write_str("none"),
             Self::Fill(fill) => fill.fmt(f),
+            Self::WNet => f.write_str("wnet"),
+            Self::DeepFovea => f.write_str("deepfovea"),
         }
     }
 }
@@ -235,14 +251,38 @@ impl FromStr for Reconstruction {
     fn from_str(text: &str) -> std::result::Result<Self, String> {
         match text {
             "none" => Ok(Self::None),
-            "wnet" | "deepfovea" => Err(format!(
-                "the network `{text}` is not part of this version yet; use none, pull-push or linear"
-            )),
-            other => other
-                .parse()
-                .map(Self::Fill)
-                .map_err(|_| format!("`{other}` is no reconstruction; use none, pull-push or linear")),
+            "wnet" => Ok(Self::WNet),
+            "deepfovea" => Ok(Self::DeepFovea),
+            other => other.parse().map(Self::Fill).map_err(|_| {
+                format!("`{other}` is no reconstruction; use none, pull-push, linear, wnet or deepfovea")
+            }),
         }
+    }
+}
+
+/// Weights that follow from the name of a network and a seed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct RandomWeights {
+    /// Which network.
+    pub network: Named,
+    /// Other weights for another number.
+    pub seed: u64,
+}
+
+impl fmt::Display for RandomWeights {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}", self.network, self.seed)
+    }
+}
+
+impl FromStr for RandomWeights {
+    type Err = String;
+
+    /// Reads `wnet-fast` or `wnet-fast:7`.
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        let (name, seed) = text.split_once(':').unwrap_or((text, "0"));
+        let seed = seed.parse().map_err(|_| format!("`{seed}` is no seed; write NAME or NAME:NUMBER"))?;
+        Ok(Self { network: name.parse()?, seed })
     }
 }
 

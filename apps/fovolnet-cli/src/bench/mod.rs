@@ -2,8 +2,11 @@
 
 mod compact;
 mod march;
+mod net;
 mod pipeline;
 mod repeat;
+
+pub use march::rayon_pool;
 
 use anyhow::Result;
 use clap::Subcommand;
@@ -21,6 +24,8 @@ enum BenchCommand {
     March(march::MarchBench),
     /// Effective compression: the time of sparse sampling against its share of pixels
     Compact(compact::CompactBench),
+    /// Reconstruction networks: whole and layer by layer, against the peak of this machine
+    Net(net::NetBench),
     /// Whole frames: mask, march, reconstruct
     Pipeline(pipeline::PipelineBench),
 }
@@ -30,6 +35,7 @@ impl Bench {
         match self.command {
             BenchCommand::March(bench) => bench.run(),
             BenchCommand::Compact(bench) => bench.run(),
+            BenchCommand::Net(bench) => bench.run(),
             BenchCommand::Pipeline(bench) => bench.run(),
         }
     }

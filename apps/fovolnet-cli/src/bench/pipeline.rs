@@ -39,11 +39,11 @@ impl PipelineBench {
         let opened = open_volume(&self.volume, &self.read)?;
         let mut pipeline = Pipeline::new(&opened, &self.settings, &self.speed)?;
         let numbers = self.settings.frame_numbers();
-        pipeline.render(numbers.start);
+        pipeline.render(numbers.start)?;
         let mut all: Vec<Timings> = Vec::new();
         for i in numbers {
             interrupt::check("nothing was written")?;
-            all.push(pipeline.render(i).timings);
+            all.push(pipeline.render(i)?.timings);
         }
         let report = Report {
             volume: self.volume.clone(),

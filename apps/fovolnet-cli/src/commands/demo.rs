@@ -65,7 +65,7 @@ impl Demo {
         let (mut frames, mut rows, mut reference_ms) = (Vec::new(), Vec::new(), 0.0);
         for i in 0..self.frames {
             interrupt::check(&format!("{} complete frames are in {}", frames.len(), self.output.display()))?;
-            let rendered = pipeline.render(i * STRIDE);
+            let rendered = pipeline.render(i * STRIDE)?;
             let before = Instant::now();
             let reference = pipeline.reference(i * STRIDE);
             reference_ms += before.elapsed().as_secs_f64() * 1e3 / f64::from(self.frames);

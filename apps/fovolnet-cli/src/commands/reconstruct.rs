@@ -1,10 +1,11 @@
+use crate::bench::rayon_pool;
 use crate::console::{JsonOutput, Progress};
 use crate::interrupt;
-use anyhow::{Result, bail};
-use fovolnet::Reconstruction;
+use anyhow::{Context as _, Result, bail};
 use fovolnet::core::{Frame, SampleMask};
 use fovolnet::io::image::{self, Alpha};
 use fovolnet::io::{Error, atomic};
+use fovolnet::{RandomWeights, Reconstruction, Reconstructor, RenderSettings};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -17,9 +18,18 @@ pub struct Reconstruct {
     /// Folder for the full frames
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// How frames are filled: pull-push or linear
+    /// How frames are filled: pull-push, linear, wnet or deepfovea
     #[arg(long, value_name = "HOW", default_value = "pull-push")]
     reconstruct: Reconstruction,
+    /// Weights of the network: a safetensors file
+    #[arg(long, value_name = "FILE")]
+    weights: Option<String>,
+    /// Seeded random weights of a network, to measure its speed
+    #[arg(long, value_name = "NAME[:SEED]")]
+    random_weights: Option<RandomWeights>,
+    /// Number of threads [default: all cores]
+    #[arg(long, value_name = "N")]
+    threads: Option<usize>,
     #[command(flatten)]
     json: JsonOutput,
 }
@@ -40,9 +50,17 @@ struct Report {
 
 impl Reconstruct {
     pub fn run(self) -> Result<()> {
-        let Reconstruction::Fill(fill) = self.reconstruct else {
-            bail!("`none` reconstructs nothing; use --reconstruct pull-push or linear");
+        if self.reconstruct == Reconstruction::None {
+            bail!("`none` reconstructs nothing; use --reconstruct pull-push, linear, wnet or deepfovea");
+        }
+        let settings = RenderSettings {
+            reconstruct: Some(self.reconstruct),
+            weights: self.weights.clone(),
+            random_weights: self.random_weights,
+            ..RenderSettings::default()
         };
+        let threads = rayon_pool(self.threads.unwrap_or(0))?;
+        let mut reconstructor: Option<Reconstructor> = None;
         let files = frames_named(&self.sparse, "sparse_")?;
         atomic::make_folder(&self.output)?;
         let mut progress = Progress::new("reconstructing", files.len() as u64);
@@ -51,8 +69,14 @@ impl Reconstruct {
             interrupt::check(&format!("{} complete frames are in {}", frames.len(), self.output.display()))?;
             let sparse = image::read(path)?;
             let mask = SampleMask::of_sparse_frame(&sparse);
+            let reconstructor = match &mut reconstructor {
+                Some(started) => started,
+                none => none.insert(Reconstructor::new(&settings, sparse.size())?),
+            };
             let started = Instant::now();
-            let full = fill.reconstruct(&sparse);
+            let full = threads
+                .install(|| reconstructor.reconstruct(&sparse))
+                .with_context(|| format!("{} cannot follow the frames before it", path.display()))?;
             let ms = started.elapsed().as_secs_f64() * 1e3;
             frames.push(FrameFigures {
                 file: self.write(path, &full)?,

@@ -85,7 +85,7 @@ impl Render {
             if interrupt::asked() {
                 break;
             }
-            let rendered = pipeline.render(i);
+            let rendered = pipeline.render(i)?;
             let reference = self.keep.contains(&Keep::Reference).then(|| pipeline.reference(i));
             let measured = reference.as_ref().map(|r| quality.push(r, &rendered.frame)).transpose()?;
             self.write(&rendered, reference.as_ref())?;

@@ -8,6 +8,7 @@ mod map;
 mod network;
 mod norm;
 mod patch;
+mod peak;
 pub mod plain;
 mod pull_push;
 mod reshape;
@@ -17,5 +18,6 @@ mod warp;
 
 pub use map::Map;
 pub use network::{FrameInput, Network};
+pub use peak::peak_flops;
 pub use simd::Simd;
 pub use state::State;

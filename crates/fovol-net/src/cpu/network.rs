@@ -13,6 +13,7 @@ use crate::weights::Weights;
 use crate::{Error, Result};
 use fovol_core::{Frame, FrameSize};
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
 
 /// What a network is given for one frame.
 #[derive(Debug, Clone, Copy)]
@@ -87,6 +88,19 @@ impl Network {
     /// # Errors
     /// A state of another network or size, motion for another size.
     pub fn reconstruct(&self, input: &FrameInput<'_>, state: &mut State) -> Result<Frame> {
+        self.observed(input, state, |_, _| {})
+    }
+
+    /// [`Self::reconstruct`], telling `observe` the place of each layer in the plan and how long it took.
+    ///
+    /// # Errors
+    /// As [`Self::reconstruct`].
+    pub fn observed(
+        &self,
+        input: &FrameInput<'_>,
+        state: &mut State,
+        mut observe: impl FnMut(usize, Duration),
+    ) -> Result<Frame> {
         let size = input.sparse.size();
         if state.network != self.id {
             return Err(Error::State("it belongs to another network; start one with this network".into()));
@@ -104,7 +118,9 @@ impl Network {
         for (number, (layer, step)) in self.plan.layers().iter().zip(&self.steps).enumerate() {
             let buffer = state.spare.pop().unwrap_or_default();
             let mut out = Map { data: buffer, ..Map::default() };
+            let started = Instant::now();
             run(layer, step, &mut tensors, &mut out);
+            observe(number, started.elapsed());
             tensors[layer.output().index()] = out;
             for id in &self.finished[number] {
                 state.spare.push(std::mem::take(&mut tensors[id.index()].data));

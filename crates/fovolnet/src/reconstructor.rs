@@ -1,0 +1,107 @@
+use crate::{Error, RandomWeights, Reconstruction, RenderSettings, Result};
+use fovol_core::{Frame, FrameSize};
+use fovol_net::cpu::{FrameInput, Network, Simd, State};
+use fovol_net::plan::NetworkConfig;
+use fovol_net::{Fill, Weights};
+use std::path::Path;
+use std::sync::Arc;
+
+/// Makes full frames of the sparse frames of one clip.
+///
+/// Networks remember what they have seen: a reconstructor belongs to one clip. [`Self::another`] starts a second
+/// one with the same weights, for another eye or another clip.
+#[derive(Debug, Clone)]
+pub struct Reconstructor(Method);
+
+#[derive(Debug, Clone)]
+enum Method {
+    Nothing,
+    Fill(Fill),
+    Network(Arc<Network>, Box<State>),
+}
+
+impl Reconstructor {
+    /// What `settings` say, for frames of `size`.
+    ///
+    /// # Errors
+    /// Weights that are missing, cannot be read, or are of another kind of network.
+    pub fn new(settings: &RenderSettings, size: FrameSize) -> Result<Self> {
+        let how = settings.reconstruction();
+        Ok(Self(match how {
+            Reconstruction::None => Method::Nothing,
+            Reconstruction::Fill(fill) => Method::Fill(fill),
+            Reconstruction::WNet | Reconstruction::DeepFovea => {
+                let weights = weights(settings, how)?;
+                let plan = weights.config.plan().map_err(Error::Setting)?;
+                let network = Network::new(plan, &weights, Simd::best())?;
+                let state = network.state(size);
+                Method::Network(Arc::new(network), Box::new(state))
+            }
+        }))
+    }
+
+    /// The full frame of `sparse`, the next of the clip; `sparse` itself where nothing is to be reconstructed.
+    ///
+    /// # Errors
+    /// A frame of another size than the clip's.
+    pub fn reconstruct(&mut self, sparse: &Frame) -> Result<Frame> {
+        Ok(match &mut self.0 {
+            Method::Nothing => sparse.clone(),
+            Method::Fill(fill) => fill.reconstruct(sparse),
+            Method::Network(network, state) => {
+                network.reconstruct(&FrameInput { sparse, motion: None }, state)?
+            }
+        })
+    }
+
+    /// Forgets what was seen, as after a cut.
+    pub fn reset(&mut self) {
+        if let Method::Network(_, state) = &mut self.0 {
+            state.reset();
+        }
+    }
+
+    /// A reconstructor of the same kind and weights for another clip of frames of `size`.
+    #[must_use]
+    pub fn another(&self, size: FrameSize) -> Self {
+        Self(match &self.0 {
+            Method::Network(network, _) => {
+                Method::Network(Arc::clone(network), Box::new(network.state(size)))
+            }
+            other => other.clone(),
+        })
+    }
+
+    /// Whether it does anything.
+    pub fn is_active(&self) -> bool {
+        !matches!(self.0, Method::Nothing)
+    }
+
+    /// Whether frames have to come in their order, because the past matters.
+    pub fn is_recurrent(&self) -> bool {
+        matches!(self.0, Method::Network(..))
+    }
+}
+
+/// The weights that `settings` name, if they are of the kind that `how` asks for.
+fn weights(settings: &RenderSettings, how: Reconstruction) -> Result<Weights> {
+    let weights = match (&settings.weights, settings.random_weights) {
+        (Some(_), Some(_)) => {
+            return Err(Error::Setting("--weights and --random-weights exclude each other; give one".into()));
+        }
+        (Some(file), None) => Weights::read(Path::new(file))?,
+        (None, Some(RandomWeights { network, seed })) => Weights::random(&network.config(), seed)?,
+        (None, None) => {
+            return Err(Error::Setting(format!(
+                "no trained weights come with this version; give --weights FILE with --reconstruct {how}, or \
+                 --random-weights NAME to measure speed"
+            )));
+        }
+    };
+    let has_kernels = matches!(&weights.config, NetworkConfig::WNet(config) if config.kernels);
+    if has_kernels == (how == Reconstruction::WNet) {
+        return Ok(weights);
+    }
+    let other = if has_kernels { Reconstruction::WNet } else { Reconstruction::DeepFovea };
+    Err(Error::Setting(format!("these weights are of another network; use --reconstruct {other}")))
+}
