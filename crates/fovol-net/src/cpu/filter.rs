@@ -50,15 +50,18 @@ impl PreparedFilter {
             let y = band * ROWS;
             let rows = out.len() / (width * channels);
             self.conv.run_rows(features, y / self.expand, rows.div_ceil(self.expand), &mut scratch.kernels);
-            out.fill(0.0);
             self.normalise(scratch, rows, width);
+            scratch.sums.clear();
+            scratch.sums.resize(rows * channels * width, 0.0);
             let mut first = 0;
             for (image, &taps) in images.iter().zip(&self.taps) {
                 let window = Window { y: y as isize - 1, x: -1, rows: rows + 2, columns: width + 2 };
                 assemble(std::slice::from_ref(image), Padding::Zero, window, channels, &mut scratch.patch);
-                self.apply(scratch, first, taps, out, [width, channels]);
+                apart(&scratch.patch, channels, width + 2, &mut scratch.planes);
+                self.apply(scratch, first, taps, [width, channels]);
                 first += taps.count();
             }
+            together(&scratch.sums, channels, width, out);
         });
     }
 
@@ -67,64 +70,76 @@ impl PreparedFilter {
         let count: usize = self.taps.iter().map(|taps| taps.count()).sum();
         let (kernels, expand) = (&scratch.kernels, self.expand);
         scratch.weights.resize(rows * count * width, 0.0);
-        scratch.sums.resize(width, 0.0);
+        scratch.totals.resize(width, 0.0);
         for (y, weights) in scratch.weights.chunks_exact_mut(count * width).enumerate() {
-            for k in 0..count {
-                let to = &mut weights[k * width..(k + 1) * width];
-                for (x, to) in to.iter_mut().enumerate() {
-                    let part = (y % expand) * expand + x % expand;
-                    *to = kernels.pixel(y / expand, x / expand)[k * expand * expand + part];
-                }
+            let row = kernels.row(y / expand);
+            for x in 0..width {
+                let part = (y % expand) * expand + x % expand;
+                let from = row[x / expand * kernels.channels + part..].iter().step_by(expand * expand);
+                weights[x..].iter_mut().step_by(width).zip(from).for_each(|(to, &w)| *to = w);
             }
-            self.shape(weights, &mut scratch.sums, width);
+            self.shape(weights, &mut scratch.totals, width);
         }
     }
 
     /// Turns predictions of one row, \[tap\]\[column\], to weights.
-    fn shape(&self, weights: &mut [f32], sums: &mut [f32], width: usize) {
+    fn shape(&self, weights: &mut [f32], totals: &mut [f32], width: usize) {
         match self.normalisation {
             Normalisation::Squared => weights.iter_mut().for_each(|w| *w = *w * *w + SQUARED_EPSILON),
             Normalisation::Softmax => {
-                sums.fill(f32::NEG_INFINITY);
+                totals.fill(f32::NEG_INFINITY);
                 for row in weights.chunks_exact(width) {
-                    sums.iter_mut().zip(row).for_each(|(most, &w)| *most = most.max(w));
+                    totals.iter_mut().zip(row).for_each(|(most, &w)| *most = most.max(w));
                 }
                 for row in weights.chunks_exact_mut(width) {
-                    row.iter_mut().zip(&*sums).for_each(|(w, &most)| *w = (*w - most).exp());
+                    row.iter_mut().zip(&*totals).for_each(|(w, &most)| *w = (*w - most).exp());
                 }
             }
         }
-        sums.fill(0.0);
+        totals.fill(0.0);
         for row in weights.chunks_exact(width) {
-            sums.iter_mut().zip(row).for_each(|(sum, &w)| *sum += w);
+            totals.iter_mut().zip(row).for_each(|(sum, &w)| *sum += w);
         }
-        sums.iter_mut().for_each(|sum| *sum = 1.0 / *sum);
+        totals.iter_mut().for_each(|sum| *sum = 1.0 / *sum);
         for row in weights.chunks_exact_mut(width) {
-            row.iter_mut().zip(&*sums).for_each(|(w, &scale)| *w *= scale);
+            row.iter_mut().zip(&*totals).for_each(|(w, &scale)| *w *= scale);
         }
     }
 
-    /// Adds the image in the patch, weighed from weight `first` on, to `out`.
-    fn apply(
-        &self,
-        scratch: &Scratch,
-        first: usize,
-        taps: Taps,
-        out: &mut [f32],
-        [width, channels]: [usize; 2],
-    ) {
+    /// Adds the image in the planes, weighed from weight `first` on, to the sums.
+    fn apply(&self, scratch: &mut Scratch, first: usize, taps: Taps, [width, channels]: [usize; 2]) {
         let count: usize = self.taps.iter().map(|taps| taps.count()).sum();
-        let patch_row = (width + 2) * channels;
-        for (y, out) in out.chunks_exact_mut(width * channels).enumerate() {
+        for (row, sums) in scratch.sums.chunks_exact_mut(width).enumerate() {
+            let (y, c) = (row / channels, row % channels);
             for k in 0..taps.count() {
                 let (dy, dx) = if taps == Taps::Around { (k / 3, k % 3) } else { (1, 1) };
-                let from = &scratch.patch[(y + dy) * patch_row + dx * channels..][..width * channels];
+                let from = &scratch.planes[((y + dy) * channels + c) * (width + 2) + dx..][..width];
                 let weights = &scratch.weights[(y * count + first + k) * width..][..width];
-                let pixels = out.chunks_exact_mut(channels).zip(from.chunks_exact(channels));
-                for ((to, from), &w) in pixels.zip(weights) {
-                    to.iter_mut().zip(from).for_each(|(to, &v)| *to += w * v);
+                for ((sum, &v), &w) in sums.iter_mut().zip(from).zip(weights) {
+                    *sum += w * v;
                 }
             }
+        }
+    }
+}
+
+/// \[row\]\[column\]\[channel\] to \[row\]\[channel\]\[column\]: columns side by side fill vectors.
+fn apart(image: &[f32], channels: usize, width: usize, planes: &mut Vec<f32>) {
+    planes.resize(image.len(), 0.0);
+    let rows = image.chunks_exact(width * channels).zip(planes.chunks_exact_mut(width * channels));
+    for (from, to) in rows {
+        for (c, to) in to.chunks_exact_mut(width).enumerate() {
+            to.iter_mut().zip(from[c..].iter().step_by(channels)).for_each(|(to, &v)| *to = v);
+        }
+    }
+}
+
+/// The inverse of [`apart`].
+fn together(planes: &[f32], channels: usize, width: usize, image: &mut [f32]) {
+    let rows = planes.chunks_exact(width * channels).zip(image.chunks_exact_mut(width * channels));
+    for (from, to) in rows {
+        for (c, from) in from.chunks_exact(width).enumerate() {
+            to[c..].iter_mut().step_by(channels).zip(from).for_each(|(to, &v)| *to = v);
         }
     }
 }
@@ -133,9 +148,15 @@ impl PreparedFilter {
 #[derive(Default)]
 struct Scratch {
     kernels: Map,
+    /// \[row\]\[tap\]\[column\].
     weights: Vec<f32>,
-    sums: Vec<f32>,
+    /// Sums of the weights of each column.
+    totals: Vec<f32>,
     patch: Vec<f32>,
+    /// The patch as \[row\]\[channel\]\[column\].
+    planes: Vec<f32>,
+    /// The filtered image as \[row\]\[channel\]\[column\].
+    sums: Vec<f32>,
 }
 
 #[cfg(test)]

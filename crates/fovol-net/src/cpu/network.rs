@@ -12,6 +12,7 @@ use crate::plan::{Activation, Filter, Layer, Plan, Read, TensorId};
 use crate::weights::Weights;
 use crate::{Error, Result};
 use fovol_core::{Frame, FrameSize};
+use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
@@ -126,7 +127,7 @@ impl Network {
                 state.spare.push(std::mem::take(&mut tensors[id.index()].data));
             }
         }
-        let frame = cropped(&tensors[self.plan.output().index()], size)?;
+        let frame = cropped(&tensors[self.plan.output().index()], size);
         self.carry(&mut tensors, state);
         Ok(frame)
     }
@@ -162,7 +163,7 @@ impl Network {
         for (place, kept) in self.plan.states().iter().enumerate() {
             let map = &mut tensors[kept.next.index()];
             // Numbers that are not finite would stay forever.
-            map.data.iter_mut().filter(|v| !v.is_finite()).for_each(|v| *v = 0.0);
+            map.data.par_iter_mut().filter(|v| !v.is_finite()).for_each(|v| *v = 0.0);
             state.carried[place] =
                 if self.is_needed_again(place) { map.clone() } else { std::mem::take(map) };
         }
@@ -272,23 +273,26 @@ fn images<'a>(filter: &Filter, tensors: &'a [Map]) -> Vec<Source<'a>> {
 fn padded_map(
     size: FrameSize,
     [height, width, channels]: [usize; 3],
-    fill: impl Fn(usize, &mut [f32]),
+    fill: impl Fn(usize, &mut [f32]) + Sync,
 ) -> Map {
     let mut map = Map::zeros(height, width, channels);
-    for (at, to) in map.data.chunks_exact_mut(channels).enumerate() {
-        let y = (at / width).min(size.height as usize - 1);
-        let x = (at % width).min(size.width as usize - 1);
-        fill(y * size.width as usize + x, to);
-    }
+    map.data.par_chunks_exact_mut(width * channels).enumerate().for_each(|(y, row)| {
+        let y = y.min(size.height as usize - 1);
+        for (x, to) in row.chunks_exact_mut(channels).enumerate() {
+            fill(y * size.width as usize + x.min(size.width as usize - 1), to);
+        }
+    });
     map
 }
 
 /// The picture in the top left of `map`, clamped to 0…1.
-fn cropped(map: &Map, size: FrameSize) -> Result<Frame> {
-    let mut pixels = Vec::with_capacity(size.pixels());
-    for y in 0..size.height as usize {
-        let row = map.row(y).chunks_exact(3).take(size.width as usize);
-        pixels.extend(row.map(|p| [p[0].clamp(0.0, 1.0), p[1].clamp(0.0, 1.0), p[2].clamp(0.0, 1.0), 1.0]));
-    }
-    Ok(Frame::from_pixels(size, pixels)?)
+fn cropped(map: &Map, size: FrameSize) -> Frame {
+    let mut frame = Frame::new(size);
+    let rows = frame.pixels_mut().par_chunks_exact_mut(size.width as usize);
+    rows.enumerate().for_each(|(y, row)| {
+        for (to, p) in row.iter_mut().zip(map.row(y).chunks_exact(3)) {
+            *to = [p[0].clamp(0.0, 1.0), p[1].clamp(0.0, 1.0), p[2].clamp(0.0, 1.0), 1.0];
+        }
+    });
+    frame
 }

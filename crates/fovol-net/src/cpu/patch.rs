@@ -21,7 +21,15 @@ impl Source<'_> {
     }
 
     /// Writes the pixels `x0`…`x0 + count` of row `y`, which are all inside, to every `stride`-th number of `out`.
-    fn copy(&self, y: usize, x0: usize, count: usize, out: &mut [f32], stride: usize) {
+    fn copy(
+        &self,
+        y: usize,
+        x0: usize,
+        count: usize,
+        out: &mut [f32],
+        stride: usize,
+        blended: &mut Vec<f32>,
+    ) {
         let c = self.map.channels;
         match self.resize {
             Resize::Same => {
@@ -41,21 +49,20 @@ impl Source<'_> {
             }
             Resize::Bilinear => {
                 let [(a, wa), (b, wb)] = halves(y, self.map.height);
-                let (above, below) = (self.map.row(a), self.map.row(b));
+                let first = halves(x0, self.map.width).map(|(at, _)| at).into_iter().min().unwrap_or(0);
+                let last = (x0 + count).div_ceil(2).min(self.map.width - 1);
+                let columns = first * c..(last + 1) * c;
+                // Down first: whole rows at once. Then along them.
+                let (above, below) = (&self.map.row(a)[columns.clone()], &self.map.row(b)[columns]);
+                blended.clear();
+                blended.extend(above.iter().zip(below).map(|(&a, &b)| wa * a + wb * b));
                 for i in 0..count {
                     let [(l, wl), (r, wr)] = halves(x0 + i, self.map.width);
+                    let near = &blended[(l - first) * c..][..c];
+                    let far = &blended[(r - first) * c..][..c];
                     let to = &mut out[i * stride..][..c];
-                    let corners = [
-                        (&above[l * c..][..c], wa * wl),
-                        (&above[r * c..][..c], wa * wr),
-                        (&below[l * c..][..c], wb * wl),
-                        (&below[r * c..][..c], wb * wr),
-                    ];
                     for k in 0..c {
-                        to[k] = corners[0].0[k] * corners[0].1
-                            + corners[1].0[k] * corners[1].1
-                            + corners[2].0[k] * corners[2].1
-                            + corners[3].0[k] * corners[3].1;
+                        to[k] = wl * near[k] + wr * far[k];
                     }
                 }
             }
@@ -94,6 +101,7 @@ pub fn assemble(
     patch: &mut Vec<f32>,
 ) {
     let [height, width] = sources[0].size();
+    let mut blended = Vec::new();
     // Whatever lies beyond the border stays zero.
     patch.clear();
     patch.resize(window.rows * window.columns * channels, 0.0);
@@ -108,7 +116,16 @@ pub fn assemble(
         let inside = window.columns.saturating_sub(before).min(width.saturating_sub(first));
         let mut channel = 0;
         for source in sources {
-            source.copy(y, first, inside, &mut out[before * channels + channel..], channels);
+            if inside > 0 {
+                source.copy(
+                    y,
+                    first,
+                    inside,
+                    &mut out[before * channels + channel..],
+                    channels,
+                    &mut blended,
+                );
+            }
             channel += source.map.channels;
         }
         if padding == Padding::Replicate && inside > 0 {

@@ -10,6 +10,8 @@ use rayon::prelude::*;
 const LEVELS: usize = 5;
 /// Divisors are at least this.
 const SMALLEST: f32 = 1e-8;
+/// Pixels that are not worth a task of their own.
+const FEW: usize = 4096;
 
 /// Premultiplied colours, and how far each pixel is known, 0…1.
 struct Known {
@@ -41,9 +43,8 @@ pub fn pull_push(colour: &Map, mask: &Map, out: &mut Map) {
 
 fn premultiplied(colour: &Map, mask: &Map) -> Known {
     let mut known = Known { colour: colour.clone(), weight: mask.clone() };
-    for (pixel, &w) in known.colour.data.chunks_exact_mut(colour.channels).zip(&mask.data) {
-        pixel.iter_mut().for_each(|v| *v *= w);
-    }
+    let pixels = known.colour.data.par_chunks_exact_mut(colour.channels).zip(&mask.data);
+    pixels.with_min_len(FEW).for_each(|(pixel, &w)| pixel.iter_mut().for_each(|v| *v *= w));
     known
 }
 
@@ -52,20 +53,20 @@ fn pulled(finer: &Known) -> Known {
     pool(&finer.colour, &mut known.colour);
     pool(&finer.weight, &mut known.weight);
     let channels = known.colour.channels;
-    for (pixel, w) in known.colour.data.chunks_exact_mut(channels).zip(&mut known.weight.data) {
+    let pixels = known.colour.data.par_chunks_exact_mut(channels).zip(&mut known.weight.data);
+    pixels.with_min_len(FEW).for_each(|(pixel, w)| {
         let full = (4.0 * *w).min(1.0);
         let factor = full / w.max(SMALLEST);
         pixel.iter_mut().for_each(|v| *v *= factor);
         *w = full;
-    }
+    });
     known
 }
 
 fn divided(known: Known) -> Map {
     let Known { mut colour, weight } = known;
-    for (pixel, &w) in colour.data.chunks_exact_mut(colour.channels).zip(&weight.data) {
-        pixel.iter_mut().for_each(|v| *v /= w.max(SMALLEST));
-    }
+    let pixels = colour.data.par_chunks_exact_mut(colour.channels).zip(&weight.data);
+    pixels.with_min_len(FEW).for_each(|(pixel, w)| pixel.iter_mut().for_each(|v| *v /= w.max(SMALLEST)));
     colour
 }
 

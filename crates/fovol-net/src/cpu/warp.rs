@@ -30,17 +30,32 @@ fn mean_motion(motion: &Map, [y, x]: [usize; 2], factor: usize) -> [f32; 2] {
 
 /// Writes the value at (`y`, `x`) between pixel centres to `to`.
 fn bilinear(input: &Map, y: f32, x: f32, to: &mut [f32]) {
-    to.fill(0.0);
     let inside = y > -1.0 && x > -1.0 && y < input.height as f32 && x < input.width as f32;
     // Also false for positions that are no numbers.
     if !inside {
+        to.fill(0.0);
         return;
     }
     let (top, left) = (y.floor(), x.floor());
     let (fy, fx) = (y - top, x - left);
+    let (top, left) = (top as isize, left as isize);
+    let is_inner =
+        top >= 0 && left >= 0 && top + 1 < input.height as isize && left + 1 < input.width as isize;
+    if is_inner {
+        let (top, left, c) = (top as usize, left as usize, input.channels);
+        let at = (top * input.width + left) * c;
+        let (above, below) = (&input.data[at..at + 2 * c], &input.data[at + input.width * c..][..2 * c]);
+        let weights = [(1.0 - fy) * (1.0 - fx), (1.0 - fy) * fx, fy * (1.0 - fx), fy * fx];
+        let ((a, b), (d, e)) = (above.split_at(c), below.split_at(c));
+        for k in 0..c {
+            to[k] = weights[0] * a[k] + weights[1] * b[k] + weights[2] * d[k] + weights[3] * e[k];
+        }
+        return;
+    }
+    to.fill(0.0);
     for (dy, wy) in [(0, 1.0 - fy), (1, fy)] {
         for (dx, wx) in [(0, 1.0 - fx), (1, fx)] {
-            let (row, column) = (top as isize + dy, left as isize + dx);
+            let (row, column) = (top + dy, left + dx);
             let exists =
                 row >= 0 && column >= 0 && row < input.height as isize && column < input.width as isize;
             if exists {
