@@ -8,12 +8,12 @@
 //!
 //! ```
 //! use fovol_core::{Frame, FrameSize};
-//! use fovol_net::cpu::{FrameInput, Network, Simd};
+//! use fovol_net::cpu::{FrameInput, Network, Precision, Simd};
 //! use fovol_net::{Weights, plan::Named};
 //!
 //! let config = Named::WNetTiny.config();
 //! let weights = Weights::random(&config, 1)?;
-//! let network = Network::new(config.plan()?, &weights, Simd::best())?;
+//! let network = Network::new(config.plan()?, &weights, Simd::best(), Precision::Auto)?;
 //! let size = FrameSize::new(40, 30)?;
 //! let mut state = network.state(size);
 //! let frame = network.reconstruct(&FrameInput { sparse: &Frame::new(size), motion: None }, &mut state)?;

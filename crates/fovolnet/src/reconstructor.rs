@@ -1,6 +1,6 @@
 use crate::{Error, RandomWeights, Reconstruction, RenderSettings, Result};
 use fovol_core::{Frame, FrameSize};
-use fovol_net::cpu::{FrameInput, Network, Simd, State};
+use fovol_net::cpu::{FrameInput, Network, Precision, Simd, State};
 use fovol_net::plan::NetworkConfig;
 use fovol_net::{Fill, Weights};
 use std::path::Path;
@@ -33,7 +33,8 @@ impl Reconstructor {
             Reconstruction::WNet | Reconstruction::DeepFovea => {
                 let weights = weights(settings, how)?;
                 let plan = weights.config.plan().map_err(Error::Setting)?;
-                let network = Network::new(plan, &weights, Simd::best())?;
+                let precision = settings.precision.unwrap_or_default();
+                let network = Network::new(plan, &weights, Simd::best(), precision)?;
                 let state = network.state(size);
                 Method::Network(Arc::new(network), Box::new(state))
             }
@@ -70,6 +71,14 @@ impl Reconstructor {
             }
             other => other.clone(),
         })
+    }
+
+    /// How exact the network is computed on this processor, where there is one.
+    pub fn precision(&self) -> Option<Precision> {
+        match &self.0 {
+            Method::Network(network, _) => Some(network.precision()),
+            _ => None,
+        }
     }
 
     /// Whether it does anything.

@@ -1,6 +1,7 @@
 use crate::{Result, parse, toml_file};
 use fovol_core::{Fovea, FrameSize, GazePath, ShadowMode, SurfaceShading};
 use fovol_net::Fill;
+use fovol_net::cpu::Precision;
 use fovol_net::plan::Named;
 use fovol_render::noise::NoiseKind;
 use serde::{Deserialize, Serialize};
@@ -79,6 +80,10 @@ pub struct RenderSettings {
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME[:SEED]"))]
     #[serde(with = "as_text")]
     pub random_weights: Option<RandomWeights>,
+    /// Precision of the network: auto, f32, bf16, int8 or mixed [default: auto]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "P"))]
+    #[serde(with = "as_text")]
+    pub precision: Option<Precision>,
 }
 
 impl RenderSettings {
@@ -109,7 +114,8 @@ impl RenderSettings {
             seed,
             reconstruct,
             weights,
-            random_weights
+            random_weights,
+            precision
         )
     }
 

@@ -5,7 +5,7 @@ use anyhow::{Result, anyhow};
 use fovolnet::RandomWeights;
 use fovolnet::core::{Fovea, Frame, FrameSize};
 use fovolnet::net::Weights;
-use fovolnet::net::cpu::{FrameInput, Network, Simd, peak_flops};
+use fovolnet::net::cpu::{FrameInput, Network, Precision, Simd, calibrate, peak_flops};
 use fovolnet::render::cpu::mask;
 use fovolnet::render::noise::{Noise, NoiseKind};
 use serde::Serialize;
@@ -31,6 +31,9 @@ pub struct NetBench {
     /// Instruction set: portable, avx2 or avx512 [default: the best one]
     #[arg(long, value_name = "SET")]
     simd: Option<Simd>,
+    /// Precision: auto, f32, bf16, int8 or mixed
+    #[arg(long, value_name = "P", default_value = "auto")]
+    precision: Precision,
     /// Frames that are measured
     #[arg(long, value_name = "N", default_value_t = 5)]
     repeats: usize,
@@ -93,12 +96,15 @@ impl NetBench {
     }
 
     fn measure(&self) -> Result<Report> {
-        let weights = match &self.weights {
+        let mut weights = match &self.weights {
             Some(path) => Weights::read(path)?,
             None => Weights::random(&self.random_weights.network.config(), self.random_weights.seed)?,
         };
         let plan = weights.config.plan().map_err(|problem| anyhow!(problem))?;
-        let network = Network::new(plan, &weights, self.simd.unwrap_or_else(Simd::best))?;
+        if weights.ranges.is_empty() {
+            calibrate(&mut weights, &[sparse_frame(FrameSize::new(256, 144)?, 0)])?;
+        }
+        let network = Network::new(plan, &weights, self.simd.unwrap_or_else(Simd::best), self.precision)?;
         let mut state = network.state(self.size);
         let peak = peak_flops(network.simd());
         let mut times = Vec::new();
@@ -109,8 +115,9 @@ impl NetBench {
             let started = Instant::now();
             let input = FrameInput { sparse: &sparse, motion: None };
             let mut part = Vec::new();
-            network
-                .observed(&input, &mut state, |layer, took| part.push((layer, took.as_secs_f64() * 1e3)))?;
+            network.observed(&input, &mut state, |layer, _, took| {
+                part.push((layer, took.as_secs_f64() * 1e3));
+            })?;
             // The first frame is for caches and buffers.
             if round > 0 {
                 times.push(started.elapsed().as_secs_f64() * 1e3);
@@ -136,7 +143,7 @@ impl NetBench {
                 .as_ref()
                 .map_or(self.random_weights.to_string(), |p| p.display().to_string()),
             size: self.size,
-            precision: "f32",
+            precision: network.precision().name(),
             simd: network.simd().name(),
             threads: rayon::current_num_threads(),
             layers: layers.collect(),

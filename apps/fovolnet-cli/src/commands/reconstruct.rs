@@ -5,6 +5,7 @@ use anyhow::{Context as _, Result, bail};
 use fovolnet::core::{Frame, SampleMask};
 use fovolnet::io::image::{self, Alpha};
 use fovolnet::io::{Error, atomic};
+use fovolnet::net::cpu::Precision;
 use fovolnet::{RandomWeights, Reconstruction, Reconstructor, RenderSettings};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -27,6 +28,9 @@ pub struct Reconstruct {
     /// Seeded random weights of a network, to measure its speed
     #[arg(long, value_name = "NAME[:SEED]")]
     random_weights: Option<RandomWeights>,
+    /// Precision of the network: auto, f32, bf16, int8 or mixed
+    #[arg(long, value_name = "P", default_value = "auto")]
+    precision: Precision,
     /// Number of threads [default: all cores]
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
@@ -57,6 +61,7 @@ impl Reconstruct {
             reconstruct: Some(self.reconstruct),
             weights: self.weights.clone(),
             random_weights: self.random_weights,
+            precision: Some(self.precision),
             ..RenderSettings::default()
         };
         let threads = rayon_pool(self.threads.unwrap_or(0))?;

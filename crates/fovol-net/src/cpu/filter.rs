@@ -1,8 +1,8 @@
 //! Predicted kernels: the 1×1 convolution, the normalisation and the weighted sum for a few rows at a time, so
 //! that the kernels of a whole frame never exist.
 
-use super::conv::{ConvShape, PreparedConv};
-use super::map::Map;
+use super::conv::{Arithmetic, ConvShape, PreparedConv};
+use super::map::{Map, Stored};
 use super::patch::{Source, Window, assemble};
 use super::simd::Simd;
 use crate::plan::{Activation, Filter, Normalisation, Padding, SQUARED_EPSILON, Taps};
@@ -22,7 +22,13 @@ const ROWS: usize = 8;
 
 impl PreparedFilter {
     /// The layer `filter` over `inputs` feature channels with its parameters.
-    pub fn new(filter: &Filter, inputs: usize, weights: &[f32], bias: &[f32], simd: Simd) -> Self {
+    pub fn new(
+        filter: &Filter,
+        inputs: usize,
+        (weights, bias): (&[f32], &[f32]),
+        simd: Simd,
+        arithmetic: Arithmetic,
+    ) -> Self {
         let shape = ConvShape {
             inputs,
             outputs: bias.len(),
@@ -32,7 +38,7 @@ impl PreparedFilter {
             activation: Activation::None,
         };
         Self {
-            conv: PreparedConv::new(&shape, weights, bias, simd),
+            conv: PreparedConv::new(&shape, weights, bias, simd, arithmetic),
             expand: filter.expand,
             taps: filter.images.iter().map(|&(_, taps)| taps).collect(),
             normalisation: filter.normalisation,
@@ -40,11 +46,10 @@ impl PreparedFilter {
     }
 
     /// Writes the filtered `images` to `out`, whose buffer is used again.
-    pub fn run(&self, features: &Map, images: &[Source<'_>], out: &mut Map) {
+    pub fn run(&self, features: &Stored, images: &[Source<'_>], out: &mut Map) {
         let [height, width] = images[0].size();
-        let channels = images[0].map.channels;
-        out.data.resize(height * width * channels, 0.0);
-        (out.height, out.width, out.channels) = (height, width, channels);
+        let channels = images[0].map.channels();
+        out.resize([height, width, channels]);
         let bands = out.data.par_chunks_mut(ROWS * width * channels).enumerate();
         bands.for_each_init(Scratch::default, |scratch, (band, out)| {
             let y = band * ROWS;
@@ -56,7 +61,7 @@ impl PreparedFilter {
             let mut first = 0;
             for (image, &taps) in images.iter().zip(&self.taps) {
                 let window = Window { y: y as isize - 1, x: -1, rows: rows + 2, columns: width + 2 };
-                assemble(std::slice::from_ref(image), Padding::Zero, window, channels, &mut scratch.patch);
+                assemble(std::slice::from_ref(image), Padding::Zero, window, &mut scratch.patch);
                 apart(&scratch.patch, channels, width + 2, &mut scratch.planes);
                 self.apply(scratch, first, taps, [width, channels]);
                 first += taps.count();
@@ -210,10 +215,13 @@ mod tests {
             let resized: Vec<(Map, Taps)> =
                 images.iter().map(|(map, resize, taps)| (plain::resized(map, *resize), *taps)).collect();
             let expected = plain::filter(&kernels, &resized, normalisation);
+            let stored: Vec<(Stored, Resize)> =
+                images.into_iter().map(|(map, resize, _)| (Stored::F32(map), resize)).collect();
             let sources: Vec<Source<'_>> =
-                images.iter().map(|(map, resize, _)| Source { map, resize: *resize }).collect();
+                stored.iter().map(|(map, resize)| Source { map, resize: *resize }).collect();
             let mut out = Map::default();
-            PreparedFilter::new(&layer, 7, &weights, &bias, Simd::best()).run(&features, &sources, &mut out);
+            PreparedFilter::new(&layer, 7, (&weights, &bias), Simd::best(), Arithmetic::F32)
+                .run(&Stored::F32(features), &sources, &mut out);
             for (a, b) in out.data.iter().zip(&expected.data) {
                 prop_assert!((a - b).abs() <= 1e-4, "{a} and {b}");
             }

@@ -1,8 +1,10 @@
+use super::element::{Bf16, Element};
+
 /// An image of any number of channels: \[row\]\[column\]\[channel\].
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Map {
+pub struct Map<T = f32> {
     /// The numbers, channels together.
-    pub data: Vec<f32>,
+    pub data: Vec<T>,
     /// Rows.
     pub height: usize,
     /// Columns.
@@ -11,30 +13,115 @@ pub struct Map {
     pub channels: usize,
 }
 
-impl Map {
+impl<T: Element> Map<T> {
     /// Zeros.
     pub fn zeros(height: usize, width: usize, channels: usize) -> Self {
-        Self { data: vec![0.0; height * width * channels], height, width, channels }
+        Self { data: vec![T::default(); height * width * channels], height, width, channels }
+    }
+
+    /// Takes another size and keeps the memory; what it holds is not said.
+    pub fn resize(&mut self, [height, width, channels]: [usize; 3]) {
+        self.data.resize(height * width * channels, T::default());
+        (self.height, self.width, self.channels) = (height, width, channels);
     }
 
     /// The numbers of row `y`.
     #[inline]
-    pub fn row(&self, y: usize) -> &[f32] {
+    pub fn row(&self, y: usize) -> &[T] {
         let length = self.width * self.channels;
         &self.data[y * length..(y + 1) * length]
     }
 
     /// The numbers of a pixel.
     #[inline]
-    pub fn pixel(&self, y: usize, x: usize) -> &[f32] {
+    pub fn pixel(&self, y: usize, x: usize) -> &[T] {
         let start = (y * self.width + x) * self.channels;
         &self.data[start..start + self.channels]
     }
+}
 
+impl Map {
     /// One number, 0 beyond the border.
     #[inline]
     pub fn or_zero(&self, y: isize, x: isize, c: usize) -> f32 {
         let inside = y >= 0 && x >= 0 && (y as usize) < self.height && (x as usize) < self.width;
         if inside { self.pixel(y as usize, x as usize)[c] } else { 0.0 }
+    }
+}
+
+/// A tensor as it is stored.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Stored {
+    /// Four bytes a number: pictures, and everything at full precision.
+    F32(Map<f32>),
+    /// Two bytes a number.
+    Bf16(Map<Bf16>),
+}
+
+/// Calls `$body` with `$map` bound to the map in `$stored`, whatever its numbers are.
+macro_rules! with_map {
+    ($stored:expr, $map:ident => $body:expr) => {
+        match $stored {
+            $crate::cpu::map::Stored::F32($map) => $body,
+            $crate::cpu::map::Stored::Bf16($map) => $body,
+        }
+    };
+}
+pub(crate) use with_map;
+
+impl Default for Stored {
+    fn default() -> Self {
+        Self::F32(Map::default())
+    }
+}
+
+impl Stored {
+    /// Rows, columns and channels.
+    pub fn size(&self) -> [usize; 3] {
+        with_map!(self, map => [map.height, map.width, map.channels])
+    }
+
+    /// Numbers per pixel.
+    pub fn channels(&self) -> usize {
+        self.size()[2]
+    }
+
+    /// The same numbers as f32.
+    pub fn to_f32(&self) -> Map {
+        with_map!(self, map => Map {
+            data: map.data.iter().map(|v| v.to_f32()).collect(),
+            height: map.height,
+            width: map.width,
+            channels: map.channels,
+        })
+    }
+
+    /// The numbers `from`…`to` of row `y` as f32; `memory` is used where they are stored otherwise.
+    #[inline]
+    pub fn numbers<'a>(
+        &'a self,
+        y: usize,
+        range: std::ops::Range<usize>,
+        memory: &'a mut Vec<f32>,
+    ) -> &'a [f32] {
+        match self {
+            Self::F32(map) => &map.row(y)[range],
+            Self::Bf16(map) => {
+                memory.clear();
+                memory.extend(map.row(y)[range].iter().map(|v| v.to_f32()));
+                memory
+            }
+        }
+    }
+
+    /// The picture in it.
+    ///
+    /// # Panics
+    /// When it is no f32 map: pictures always are.
+    pub fn picture(&self) -> &Map {
+        match self {
+            Self::F32(map) => map,
+            Self::Bf16(_) => panic!("pictures are stored as f32"),
+        }
     }
 }

@@ -2,7 +2,9 @@
 //!
 //! [`plain`] is the specification of every layer in a few lines each; the rest is fast and compared with it.
 
+mod calibrate;
 mod conv;
+mod element;
 mod filter;
 mod map;
 mod network;
@@ -10,14 +12,18 @@ mod norm;
 mod patch;
 mod peak;
 pub mod plain;
+mod precision;
 mod pull_push;
 mod reshape;
 mod simd;
 mod state;
 mod warp;
 
-pub use map::Map;
+pub use calibrate::calibrate;
+pub use element::{Bf16, Element};
+pub use map::{Map, Stored};
 pub use network::{FrameInput, Network};
 pub use peak::peak_flops;
+pub use precision::{Arithmetic, Precision};
 pub use simd::Simd;
 pub use state::State;

@@ -1,8 +1,10 @@
 use super::conv::{ConvShape, PreparedConv};
+use super::element::Element;
 use super::filter::PreparedFilter;
-use super::map::Map;
+use super::map::{Map, Stored, with_map};
 use super::norm::normalise;
 use super::patch::Source;
+use super::precision::{Choice, Precision};
 use super::pull_push::pull_push;
 use super::reshape;
 use super::simd::Simd;
@@ -33,7 +35,10 @@ pub struct Network {
     steps: Vec<Step>,
     /// For each layer the tensors that nothing reads after it.
     finished: Vec<Vec<TensorId>>,
+    /// For each tensor whether its numbers take two bytes.
+    halved: Vec<bool>,
     simd: Simd,
+    precision: Precision,
     id: u64,
 }
 
@@ -55,16 +60,20 @@ enum Step {
 static NEXT: AtomicU64 = AtomicU64::new(0);
 
 impl Network {
-    /// The network of `plan` with `weights`, for `simd`.
+    /// The network of `plan` with `weights`, for `simd`; a precision that it does not have becomes the next more
+    /// exact one, see [`Self::precision`].
     ///
     /// # Errors
-    /// Weights that do not fit the plan.
-    pub fn new(plan: Plan, weights: &Weights, simd: Simd) -> Result<Self> {
+    /// Weights that do not fit the plan, or lack what the precision needs.
+    pub fn new(plan: Plan, weights: &Weights, simd: Simd, precision: Precision) -> Result<Self> {
         weights.check(&plan)?;
-        let steps =
-            plan.layers().iter().map(|layer| step(&plan, layer, weights, simd)).collect::<Result<_>>()?;
+        let precision = precision.on(simd);
+        let choice = Choice::new(&plan, weights, precision, simd)?;
+        let layers = plan.layers().iter();
+        let steps = layers.map(|layer| step(&plan, layer, weights, simd, &choice)).collect::<Result<_>>()?;
+        let halved = (0..plan.tensors().len()).map(|at| choice.is_halved(TensorId(at))).collect();
         let finished = finished(&plan);
-        Ok(Self { plan, steps, finished, simd, id: NEXT.fetch_add(1, Ordering::Relaxed) })
+        Ok(Self { plan, steps, finished, halved, simd, precision, id: NEXT.fetch_add(1, Ordering::Relaxed) })
     }
 
     /// The plan it was made from.
@@ -77,22 +86,27 @@ impl Network {
         self.simd
     }
 
+    /// The precision that it was made for on this processor; never [`Precision::Auto`].
+    pub fn precision(&self) -> Precision {
+        self.precision
+    }
+
     /// The state that starts a clip of frames of `size`.
     pub fn state(&self, size: FrameSize) -> State {
-        State::new(&self.plan, size, self.id)
+        State::new(&self.plan, size, &self.halved, self.id)
     }
 
     /// The full frame of `input`, alpha 1 everywhere; `state` goes on to the next frame.
     ///
-    /// Sampled pixels that are no finite numbers count as unsampled.
+    /// Sampled colours are clamped to 0…1; pixels that are no finite numbers count as unsampled.
     ///
     /// # Errors
     /// A state of another network or size, motion for another size.
     pub fn reconstruct(&self, input: &FrameInput<'_>, state: &mut State) -> Result<Frame> {
-        self.observed(input, state, |_, _| {})
+        self.observed(input, state, |_, _, _| {})
     }
 
-    /// [`Self::reconstruct`], telling `observe` the place of each layer in the plan and how long it took.
+    /// [`Self::reconstruct`], telling `observe` the place of each layer in the plan, what it wrote and how long it took.
     ///
     /// # Errors
     /// As [`Self::reconstruct`].
@@ -100,7 +114,7 @@ impl Network {
         &self,
         input: &FrameInput<'_>,
         state: &mut State,
-        mut observe: impl FnMut(usize, Duration),
+        mut observe: impl FnMut(usize, &Stored, Duration),
     ) -> Result<Frame> {
         let size = input.sparse.size();
         if state.network != self.id {
@@ -114,33 +128,35 @@ impl Network {
         if input.motion.is_some_and(|motion| motion.len() != size.pixels()) {
             return Err(Error::State(format!("the motion is not that of {size} pixels")));
         }
-        let mut tensors: Vec<Map> = vec![Map::default(); self.plan.tensors().len()];
+        let mut tensors: Vec<Stored> = vec![Stored::default(); self.plan.tensors().len()];
         self.load(input, state, &mut tensors);
         for (number, (layer, step)) in self.plan.layers().iter().zip(&self.steps).enumerate() {
-            let buffer = state.spare.pop().unwrap_or_default();
-            let mut out = Map { data: buffer, ..Map::default() };
+            let place = layer.output().index();
+            let mut out = state.spare.take(self.halved[place]);
             let started = Instant::now();
-            run(layer, step, &mut tensors, &mut out);
-            observe(number, started.elapsed());
-            tensors[layer.output().index()] = out;
+            run(layer, step, &tensors, &mut out);
+            observe(number, &out, started.elapsed());
+            tensors[place] = out;
             for id in &self.finished[number] {
-                state.spare.push(std::mem::take(&mut tensors[id.index()].data));
+                state.spare.put(std::mem::take(&mut tensors[id.index()]));
             }
         }
-        let frame = cropped(&tensors[self.plan.output().index()], size);
+        let frame = cropped(tensors[self.plan.output().index()].picture(), size);
         self.carry(&mut tensors, state);
         Ok(frame)
     }
 
     /// Puts the inputs of a frame and the states of the last one into `tensors`.
-    fn load(&self, input: &FrameInput<'_>, state: &mut State, tensors: &mut [Map]) {
+    fn load(&self, input: &FrameInput<'_>, state: &mut State, tensors: &mut [Stored]) {
         let [height, width] = padded(&self.plan, state.size);
         let inputs = self.plan.inputs();
         let pixels = input.sparse.pixels();
         let is_sampled = |pixel: &[f32; 4]| pixel[3] > 0.5 && pixel.iter().all(|v| v.is_finite());
         tensors[inputs.colour.index()] = padded_map(state.size, [height, width, 3], |at, to| {
             let pixel = &pixels[at];
-            to.copy_from_slice(if is_sampled(pixel) { &pixel[..3] } else { &[0.0; 3] });
+            for c in 0..3 {
+                to[c] = if is_sampled(pixel) { pixel[c].clamp(0.0, 1.0) } else { 0.0 };
+            }
         });
         if let Some(mask) = inputs.mask {
             tensors[mask.index()] = padded_map(state.size, [height, width, 1], |at, to| {
@@ -159,16 +175,17 @@ impl Network {
     }
 
     /// Keeps what the next frame needs, and all other buffers for it.
-    fn carry(&self, tensors: &mut [Map], state: &mut State) {
+    fn carry(&self, tensors: &mut [Stored], state: &mut State) {
         for (place, kept) in self.plan.states().iter().enumerate() {
             let map = &mut tensors[kept.next.index()];
             // Numbers that are not finite would stay forever.
-            map.data.par_iter_mut().filter(|v| !v.is_finite()).for_each(|v| *v = 0.0);
+            with_map!(map, map => {
+                map.data.par_iter_mut().filter(|v| !v.to_f32().is_finite()).for_each(|v| *v = Element::from_f32(0.0));
+            });
             state.carried[place] =
                 if self.is_needed_again(place) { map.clone() } else { std::mem::take(map) };
         }
-        let rest = tensors.iter_mut().map(|map| std::mem::take(&mut map.data));
-        state.spare.extend(rest.filter(|data| data.capacity() > 0));
+        tensors.iter_mut().for_each(|map| state.spare.put(std::mem::take(map)));
     }
 
     /// Whether a later state has the same next tensor as state number `place`.
@@ -178,7 +195,7 @@ impl Network {
     }
 }
 
-fn step(plan: &Plan, layer: &Layer, weights: &Weights, simd: Simd) -> Result<Step> {
+fn step(plan: &Plan, layer: &Layer, weights: &Weights, simd: Simd, choice: &Choice<'_>) -> Result<Step> {
     let pair = |name: &str| -> Result<(&[f32], &[f32])> {
         Ok((weights.values(&format!("{name}.weight"))?, weights.values(&format!("{name}.bias"))?))
     };
@@ -194,11 +211,12 @@ fn step(plan: &Plan, layer: &Layer, weights: &Weights, simd: Simd) -> Result<Ste
                 padding: conv.padding,
                 activation: conv.activation,
             };
-            Step::Conv(Box::new(PreparedConv::new(&shape, weight, bias, simd)))
+            Step::Conv(Box::new(PreparedConv::new(&shape, weight, bias, simd, choice.of(conv))))
         }
         Layer::Filter(filter) => {
-            let (weight, bias) = pair(&filter.name)?;
-            Step::Filter(Box::new(PreparedFilter::new(filter, channels(filter.features), weight, bias, simd)))
+            let inputs = channels(filter.features);
+            let filter = PreparedFilter::new(filter, inputs, pair(&filter.name)?, simd, choice.narrow());
+            Step::Filter(Box::new(filter))
         }
         Layer::Norm(norm) => {
             let (weight, bias) = pair(&norm.name)?;
@@ -226,45 +244,63 @@ fn finished(plan: &Plan) -> Vec<Vec<TensorId>> {
     finished
 }
 
-fn run(layer: &Layer, step: &Step, tensors: &mut [Map], out: &mut Map) {
-    match (layer, step) {
-        (Layer::Conv(conv), Step::Conv(prepared)) => prepared.run(&sources(&conv.inputs, tensors), out),
-        (Layer::Filter(filter), Step::Filter(prepared)) => {
-            let images = images(filter, tensors);
-            prepared.run(&tensors[filter.features.index()], &images, out);
+fn run(layer: &Layer, step: &Step, tensors: &[Stored], out: &mut Stored) {
+    match (layer, step, out) {
+        (Layer::Conv(conv), Step::Conv(prepared), out) => {
+            with_map!(out, out => prepared.run(&sources(&conv.inputs, tensors), out));
         }
-        (Layer::Norm(norm), Step::Norm { weight, bias, activation }) => {
-            out.clone_from(&tensors[norm.input.index()]);
-            normalise(out, weight, bias, *activation);
+        (Layer::Filter(filter), Step::Filter(prepared), Stored::F32(out)) => {
+            prepared.run(&tensors[filter.features.index()], &images(filter, tensors), out);
         }
-        _ => run_plain(layer, tensors, out),
+        (Layer::Norm(norm), Step::Norm { weight, bias, activation }, out) => {
+            let mut map = tensors[norm.input.index()].to_f32();
+            normalise(&mut map, weight, bias, *activation);
+            with_map!(out, out => {
+                out.resize([map.height, map.width, map.channels]);
+                out.data.iter_mut().zip(&map.data).for_each(|(to, &v)| *to = Element::from_f32(v));
+            });
+        }
+        (layer, _, out) => run_plain(layer, tensors, out),
     }
 }
 
-fn run_plain(layer: &Layer, tensors: &[Map], out: &mut Map) {
+fn run_plain(layer: &Layer, tensors: &[Stored], out: &mut Stored) {
     let map = |id: &TensorId| &tensors[id.index()];
-    match layer {
-        Layer::Pool { input, .. } => reshape::pool(map(input), out),
-        Layer::SpaceToDepth { input, .. } => reshape::space_to_depth(map(input), out),
-        Layer::DepthToSpace { input, .. } => reshape::depth_to_space(map(input), out),
-        Layer::Scale { input, factor, offset, .. } => reshape::scale(map(input), *factor, *offset, out),
-        Layer::PullPush { colour, mask, .. } => pull_push(map(colour), map(mask), out),
-        Layer::Bypass { colour, mask, input, .. } => {
-            reshape::bypass(map(colour), map(mask), map(input), out);
+    let picture = |id: &TensorId| map(id).picture();
+    match (layer, out) {
+        (Layer::Pool { input, .. }, out) => match (map(input), out) {
+            (Stored::F32(input), Stored::F32(out)) => reshape::pool(input, out),
+            (Stored::Bf16(input), Stored::Bf16(out)) => reshape::pool(input, out),
+            _ => unreachable!("{SAME}"),
+        },
+        (Layer::Warp { input, motion, .. }, out) => match (map(input), out) {
+            (Stored::F32(input), Stored::F32(out)) => warp(input, picture(motion), out),
+            (Stored::Bf16(input), Stored::Bf16(out)) => warp(input, picture(motion), out),
+            _ => unreachable!("{SAME}"),
+        },
+        (Layer::SpaceToDepth { input, .. }, Stored::F32(out)) => reshape::space_to_depth(picture(input), out),
+        (Layer::DepthToSpace { input, .. }, Stored::F32(out)) => reshape::depth_to_space(picture(input), out),
+        (Layer::Scale { input, factor, offset, .. }, Stored::F32(out)) => {
+            reshape::scale(picture(input), *factor, *offset, out);
         }
-        Layer::Warp { input, motion, .. } => warp(map(input), map(motion), out),
-        // Prepared steps are made for exactly these layers.
-        Layer::Conv(_) | Layer::Filter(_) | Layer::Norm(_) => {
-            unreachable!("layers with weights are prepared")
+        (Layer::PullPush { colour, mask, .. }, Stored::F32(out)) => {
+            pull_push(picture(colour), picture(mask), out);
         }
+        (Layer::Bypass { colour, mask, input, .. }, Stored::F32(out)) => {
+            reshape::bypass(picture(colour), picture(mask), picture(input), out);
+        }
+        _ => unreachable!("pictures are stored as f32, and layers with weights are prepared"),
     }
 }
 
-fn sources<'a>(reads: &[Read], tensors: &'a [Map]) -> Vec<Source<'a>> {
+/// Why some pairs cannot be.
+const SAME: &str = "tensors of as many channels are stored alike";
+
+fn sources<'a>(reads: &[Read], tensors: &'a [Stored]) -> Vec<Source<'a>> {
     reads.iter().map(|read| Source { map: &tensors[read.tensor.index()], resize: read.resize }).collect()
 }
 
-fn images<'a>(filter: &Filter, tensors: &'a [Map]) -> Vec<Source<'a>> {
+fn images<'a>(filter: &Filter, tensors: &'a [Stored]) -> Vec<Source<'a>> {
     let source = |read: &Read| Source { map: &tensors[read.tensor.index()], resize: read.resize };
     filter.images.iter().map(|(read, _)| source(read)).collect()
 }
@@ -274,7 +310,7 @@ fn padded_map(
     size: FrameSize,
     [height, width, channels]: [usize; 3],
     fill: impl Fn(usize, &mut [f32]) + Sync,
-) -> Map {
+) -> Stored {
     let mut map = Map::zeros(height, width, channels);
     map.data.par_chunks_exact_mut(width * channels).enumerate().for_each(|(y, row)| {
         let y = y.min(size.height as usize - 1);
@@ -282,7 +318,7 @@ fn padded_map(
             fill(y * size.width as usize + x.min(size.width as usize - 1), to);
         }
     });
-    map
+    Stored::F32(map)
 }
 
 /// The picture in the top left of `map`, clamped to 0…1.

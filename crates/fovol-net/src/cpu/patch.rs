@@ -1,14 +1,15 @@
 //! Pieces of concatenated, resized and padded inputs, as convolutions read them: nothing of the kind is ever
 //! written for a whole frame.
 
-use super::map::Map;
+use super::element::{Bf16, Element};
+use super::map::Stored;
 use crate::plan::{Padding, Resize};
 
 /// One of the inputs of a layer.
 #[derive(Debug, Clone, Copy)]
 pub struct Source<'a> {
     /// The tensor.
-    pub map: &'a Map,
+    pub map: &'a Stored,
     /// At which resolution it is read.
     pub resize: Resize,
 }
@@ -17,23 +18,24 @@ impl Source<'_> {
     /// Rows and columns as they are read.
     pub fn size(&self) -> [usize; 2] {
         let factor = if self.resize == Resize::Same { 1 } else { 2 };
-        [self.map.height * factor, self.map.width * factor]
+        let [height, width, _] = self.map.size();
+        [height * factor, width * factor]
     }
 
-    /// Writes the pixels `x0`…`x0 + count` of row `y`, which are all inside, to every `stride`-th number of `out`.
+    /// Writes the `count` pixels from column `x0` of row `y` on, which are all inside, to every `stride`-th number
+    /// of `out`.
     fn copy(
         &self,
-        y: usize,
-        x0: usize,
+        [y, x0]: [usize; 2],
         count: usize,
-        out: &mut [f32],
-        stride: usize,
-        blended: &mut Vec<f32>,
+        (out, stride): (&mut [f32], usize),
+        memory: &mut Memory,
     ) {
-        let c = self.map.channels;
+        let [height, width, c] = self.map.size();
+        let Memory { near, far } = memory;
         match self.resize {
             Resize::Same => {
-                let from = &self.map.row(y)[x0 * c..(x0 + count) * c];
+                let from = self.map.numbers(y, x0 * c..(x0 + count) * c, near);
                 if stride == c {
                     out[..count * c].copy_from_slice(from);
                 } else {
@@ -43,31 +45,41 @@ impl Source<'_> {
                 }
             }
             Resize::Nearest => {
+                let first = x0 / 2;
+                let from = self.map.numbers(y / 2, first * c..(x0 + count).div_ceil(2) * c, near);
                 for i in 0..count {
-                    out[i * stride..][..c].copy_from_slice(self.map.pixel(y / 2, (x0 + i) / 2));
+                    out[i * stride..][..c].copy_from_slice(&from[((x0 + i) / 2 - first) * c..][..c]);
                 }
             }
             Resize::Bilinear => {
-                let [(a, wa), (b, wb)] = halves(y, self.map.height);
-                let first = halves(x0, self.map.width).map(|(at, _)| at).into_iter().min().unwrap_or(0);
-                let last = (x0 + count).div_ceil(2).min(self.map.width - 1);
+                let [(a, wa), (b, wb)] = halves(y, height);
+                let first = halves(x0, width).map(|(at, _)| at).into_iter().min().unwrap_or(0);
+                let last = (x0 + count).div_ceil(2).min(width - 1);
                 let columns = first * c..(last + 1) * c;
                 // Down first: whole rows at once. Then along them.
-                let (above, below) = (&self.map.row(a)[columns.clone()], &self.map.row(b)[columns]);
+                let blended: &mut Vec<f32> = far;
                 blended.clear();
-                blended.extend(above.iter().zip(below).map(|(&a, &b)| wa * a + wb * b));
+                blended.extend(self.map.numbers(a, columns.clone(), near).iter().map(|&v| wa * v));
+                let below = self.map.numbers(b, columns, near);
+                blended.iter_mut().zip(below).for_each(|(sum, &v)| *sum += wb * v);
                 for i in 0..count {
-                    let [(l, wl), (r, wr)] = halves(x0 + i, self.map.width);
-                    let near = &blended[(l - first) * c..][..c];
-                    let far = &blended[(r - first) * c..][..c];
+                    let [(l, wl), (r, wr)] = halves(x0 + i, width);
+                    let (left, right) = (&blended[(l - first) * c..][..c], &blended[(r - first) * c..][..c]);
                     let to = &mut out[i * stride..][..c];
                     for k in 0..c {
-                        to[k] = wl * near[k] + wr * far[k];
+                        to[k] = wl * left[k] + wr * right[k];
                     }
                 }
             }
         }
     }
+}
+
+/// Rows on their way.
+#[derive(Debug, Default)]
+pub struct Memory {
+    near: Vec<f32>,
+    far: Vec<f32>,
 }
 
 /// The two places of `count` that place `i` at twice the resolution lies between, with their weights: pixel
@@ -92,47 +104,133 @@ pub struct Window {
     pub columns: usize,
 }
 
-/// Writes the `window` of `sources`, concatenated along the channels, to `patch`: `channels` numbers per pixel.
-pub fn assemble(
-    sources: &[Source<'_>],
-    padding: Padding,
-    window: Window,
-    channels: usize,
-    patch: &mut Vec<f32>,
-) {
-    let [height, width] = sources[0].size();
-    let mut blended = Vec::new();
-    // Whatever lies beyond the border stays zero.
-    patch.clear();
-    patch.resize(window.rows * window.columns * channels, 0.0);
-    for (row, out) in patch.chunks_mut(window.columns * channels).enumerate() {
-        let y = window.y + row as isize;
+impl Window {
+    /// Writes row `row` of the window of `sources`, concatenated, to `out`: `channels` numbers per pixel, of which
+    /// those that no source has stay as they are. Whether there was anything: beyond a border of zeros there is not.
+    fn row(
+        &self,
+        sources: &[Source<'_>],
+        padding: Padding,
+        row: usize,
+        (out, channels): (&mut [f32], usize),
+        memory: &mut Memory,
+    ) -> bool {
+        let [height, width] = sources[0].size();
+        let y = self.y + row as isize;
         let y = match padding {
-            Padding::Zero if y < 0 || y >= height as isize => continue,
+            Padding::Zero if y < 0 || y >= height as isize => return false,
             _ => y.clamp(0, height as isize - 1) as usize,
         };
-        let before = (-window.x).clamp(0, window.columns as isize) as usize;
-        let first = (window.x + before as isize) as usize;
-        let inside = window.columns.saturating_sub(before).min(width.saturating_sub(first));
+        let before = (-self.x).clamp(0, self.columns as isize) as usize;
+        let first = (self.x + before as isize) as usize;
+        let inside = self.columns.saturating_sub(before).min(width.saturating_sub(first));
+        if inside == 0 {
+            return false;
+        }
         let mut channel = 0;
         for source in sources {
-            if inside > 0 {
-                source.copy(
-                    y,
-                    first,
-                    inside,
-                    &mut out[before * channels + channel..],
-                    channels,
-                    &mut blended,
-                );
-            }
-            channel += source.map.channels;
+            let to = &mut out[before * channels + channel..];
+            source.copy([y, first], inside, (to, channels), memory);
+            channel += source.map.channels();
         }
-        if padding == Padding::Replicate && inside > 0 {
-            let pixel = |x: usize| x * channels..(x + 1) * channels;
+        let pixel = |x: usize| x * channels..(x + 1) * channels;
+        let end = before + inside;
+        if padding == Padding::Replicate {
             (0..before).for_each(|x| out.copy_within(pixel(before), x * channels));
-            let end = before + inside;
-            (end..window.columns).for_each(|x| out.copy_within(pixel(end - 1), x * channels));
+            (end..self.columns).for_each(|x| out.copy_within(pixel(end - 1), x * channels));
+        } else {
+            out[..before * channels].fill(0.0);
+            out[end * channels..].fill(0.0);
+        }
+        true
+    }
+}
+
+/// Writes the `window` of `sources`, concatenated along the channels, to `patch`.
+pub fn assemble(sources: &[Source<'_>], padding: Padding, window: Window, patch: &mut Vec<f32>) {
+    let channels: usize = sources.iter().map(|source| source.map.channels()).sum();
+    let mut memory = Memory::default();
+    patch.resize(window.rows * window.columns * channels, 0.0);
+    for (row, out) in patch.chunks_mut(window.columns * channels).enumerate() {
+        if !window.row(sources, padding, row, (out, channels), &mut memory) {
+            out.fill(0.0);
+        }
+    }
+}
+
+/// As [`assemble`], in 32-bit words of whatever kernels multiply; pixels begin at whole words.
+#[derive(Debug, Default)]
+pub struct Patch {
+    /// The words.
+    pub words: Vec<u32>,
+    row: Vec<f32>,
+    memory: Memory,
+}
+
+/// The numbers that a 32-bit word of a patch holds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Packing<'a> {
+    /// One f32.
+    F32,
+    /// Two bf16.
+    Bf16,
+    /// Four bytes: value · factor of its channel, rounded, 0…255.
+    Bytes(&'a [f32]),
+}
+
+impl Packing<'_> {
+    /// How many there are.
+    pub fn count(self) -> usize {
+        match self {
+            Self::F32 => 1,
+            Self::Bf16 => 2,
+            Self::Bytes(_) => 4,
+        }
+    }
+}
+
+impl Patch {
+    /// Makes this the `window` of `sources`.
+    pub fn assemble(
+        &mut self,
+        sources: &[Source<'_>],
+        padding: Padding,
+        window: Window,
+        packing: Packing<'_>,
+    ) {
+        let inputs: usize = sources.iter().map(|source| source.map.channels()).sum();
+        let words = inputs.div_ceil(packing.count());
+        let channels = words * packing.count();
+        self.row.clear();
+        self.row.resize(window.columns * channels, 0.0);
+        self.words.resize(window.rows * window.columns * words, 0);
+        for (number, to) in self.words.chunks_exact_mut(window.columns * words).enumerate() {
+            let row = (&mut self.row[..], channels);
+            if window.row(sources, padding, number, row, &mut self.memory) {
+                pack(&self.row, packing, to);
+            } else {
+                to.fill(0);
+            }
+        }
+    }
+}
+
+fn pack(row: &[f32], packing: Packing<'_>, to: &mut [u32]) {
+    match packing {
+        Packing::F32 => to.iter_mut().zip(row).for_each(|(to, v)| *to = v.to_bits()),
+        Packing::Bf16 => {
+            for (to, pair) in to.iter_mut().zip(row.chunks_exact(2)) {
+                *to = u32::from(Bf16::from_f32(pair[0]).0) | u32::from(Bf16::from_f32(pair[1]).0) << 16;
+            }
+        }
+        Packing::Bytes(factors) => {
+            // Factors have a number for every channel of a pixel, whole words of them.
+            for (to, row) in to.chunks_exact_mut(factors.len() / 4).zip(row.chunks_exact(factors.len())) {
+                for (k, to) in to.iter_mut().enumerate() {
+                    let byte = |i: usize| (row[4 * k + i] * factors[4 * k + i] + 0.5) as u8;
+                    *to = u32::from_le_bytes([byte(0), byte(1), byte(2), byte(3)]);
+                }
+            }
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Filling by averages of ever larger squares, in the form that an ONNX graph can have.
 
-use super::map::Map;
+use super::map::{Map, Stored};
 use super::patch::{Source, Window, assemble};
 use super::reshape::pool;
 use crate::plan::{Padding, Resize};
@@ -10,6 +10,8 @@ use rayon::prelude::*;
 const LEVELS: usize = 5;
 /// Divisors are at least this.
 const SMALLEST: f32 = 1e-8;
+/// Rows of a task.
+const BAND: usize = 8;
 /// Pixels that are not worth a task of their own.
 const FEW: usize = 4096;
 
@@ -35,8 +37,8 @@ pub fn pull_push(colour: &Map, mask: &Map, out: &mut Map) {
         levels.push(pulled(finest));
     }
     let pushed = levels.into_iter().rev().reduce(|coarser, finer| Known {
-        colour: pushed(finer.colour, &finer.weight, &coarser.colour),
-        weight: pushed(finer.weight.clone(), &finer.weight, &coarser.weight),
+        colour: pushed(finer.colour, &finer.weight, coarser.colour),
+        weight: pushed(finer.weight.clone(), &finer.weight, coarser.weight),
     });
     *out = pushed.map(divided).unwrap_or_default();
 }
@@ -71,18 +73,24 @@ fn divided(known: Known) -> Map {
 }
 
 /// `finer` + (1 − `weight`) · `coarser`.
-fn pushed(finer: Map, weight: &Map, coarser: &Map) -> Map {
+fn pushed(finer: Map, weight: &Map, coarser: Map) -> Map {
     let mut out = finer;
-    let source = [Source { map: coarser, resize: Resize::Bilinear }];
+    let coarser = Stored::F32(coarser);
+    let source = [Source { map: &coarser, resize: Resize::Bilinear }];
     let (width, channels) = (out.width, out.channels);
-    out.data.par_chunks_mut(width * channels).enumerate().for_each_init(Vec::new, |up, (y, row)| {
-        let window = Window { y: y as isize, x: 0, rows: 1, columns: width };
-        assemble(&source, Padding::Zero, window, channels, up);
-        let pixels = row.chunks_exact_mut(channels).zip(up.chunks_exact(channels));
-        for ((pixel, up), &w) in pixels.zip(weight.row(y)) {
-            (0..channels).for_each(|k| pixel[k] += (1.0 - w) * up[k]);
-        }
-    });
+    out.data.par_chunks_mut(BAND * width * channels).enumerate().for_each_init(
+        Vec::new,
+        |up, (band, rows)| {
+            let y = band * BAND;
+            let window =
+                Window { y: y as isize, x: 0, rows: rows.len() / (width * channels), columns: width };
+            assemble(&source, Padding::Zero, window, up);
+            let pixels = rows.chunks_exact_mut(channels).zip(up.chunks_exact(channels));
+            for ((pixel, up), &w) in pixels.zip(&weight.data[y * width..]) {
+                (0..channels).for_each(|k| pixel[k] += (1.0 - w) * up[k]);
+            }
+        },
+    );
     out
 }
 

@@ -1,24 +1,25 @@
 //! Layers that move or mix a few numbers of each pixel.
 
+use super::element::Element;
 use super::map::Map;
 use rayon::prelude::*;
 
 /// Makes `out` an image of this size, reusing its buffer, and calls `fill` for each row of it.
-fn rows(out: &mut Map, [height, width, channels]: [usize; 3], fill: impl Fn(usize, &mut [f32]) + Sync) {
-    out.data.resize(height * width * channels, 0.0);
-    (out.height, out.width, out.channels) = (height, width, channels);
-    out.data.par_chunks_mut(width * channels).enumerate().for_each(|(y, row)| fill(y, row));
+fn rows<T: Element>(out: &mut Map<T>, size: [usize; 3], fill: impl Fn(usize, &mut [T]) + Sync) {
+    out.resize(size);
+    out.data.par_chunks_mut(size[1] * size[2]).enumerate().for_each(|(y, row)| fill(y, row));
 }
 
 /// The mean of 2×2 pixels.
-pub fn pool(input: &Map, out: &mut Map) {
+pub fn pool<T: Element>(input: &Map<T>, out: &mut Map<T>) {
     let c = input.channels;
     rows(out, [input.height / 2, input.width / 2, c], |y, row| {
         let (above, below) = (input.row(2 * y), input.row(2 * y + 1));
         for (x, to) in row.chunks_exact_mut(c).enumerate() {
             let at = 2 * x * c;
             for k in 0..c {
-                to[k] = 0.25 * ((above[at + k] + above[at + c + k]) + (below[at + k] + below[at + c + k]));
+                let sum = |row: &[T]| row[at + k].to_f32() + row[at + c + k].to_f32();
+                to[k] = T::from_f32(0.25 * (sum(above) + sum(below)));
             }
         }
     });

@@ -1,4 +1,4 @@
-use super::conv::{self, Kernel};
+use super::conv::{self, Arithmetic, Kernel};
 use std::fmt;
 use std::str::FromStr;
 
@@ -54,17 +54,47 @@ impl Simd {
         }
     }
 
-    /// The channels that a kernel computes at once where `left` are to be done, and that kernel.
-    pub(super) fn block(self, left: usize) -> (usize, Kernel) {
-        match self {
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx512 if left > 16 => (32, conv::avx512::thirty_two),
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx512 => (16, conv::avx512::sixteen),
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx2 => (16, conv::avx2::sixteen),
-            _ => (conv::portable::WIDTH, conv::portable::kernel),
+    /// The channels that a kernel computes at once where `left` are to be done, and that kernel: plain code where
+    /// this set has none.
+    pub(super) fn block(self, left: usize, arithmetic: &Arithmetic) -> (usize, Kernel) {
+        #[cfg(target_arch = "x86_64")]
+        if self == Self::Avx512 {
+            use conv::avx512::{bf16, f32, int8};
+            let [wide, narrow]: [Kernel; 2] = match arithmetic {
+                Arithmetic::F32 => [f32::thirty_two, f32::sixteen],
+                Arithmetic::Bf16 => [bf16::thirty_two, bf16::sixteen],
+                Arithmetic::Int8 { .. } => [int8::thirty_two, int8::sixteen],
+            };
+            return if left > 16 { (32, wide) } else { (16, narrow) };
         }
+        #[cfg(target_arch = "x86_64")]
+        if self == Self::Avx2 {
+            return (16, conv::avx2::sixteen);
+        }
+        let kernel: Kernel = match arithmetic {
+            Arithmetic::F32 => conv::portable::f32,
+            Arithmetic::Bf16 => conv::portable::bf16,
+            Arithmetic::Int8 { .. } => conv::portable::int8,
+        };
+        (conv::portable::WIDTH, kernel)
+    }
+
+    /// Whether this set multiplies bf16 faster than f32.
+    pub fn has_bf16(self) -> bool {
+        #[cfg(target_arch = "x86_64")]
+        if self == Self::Avx512 {
+            return is_x86_feature_detected!("avx512bf16");
+        }
+        false
+    }
+
+    /// Whether this set multiplies bytes faster than f32.
+    pub fn has_int8(self) -> bool {
+        #[cfg(target_arch = "x86_64")]
+        if self == Self::Avx512 {
+            return is_x86_feature_detected!("avx512vnni");
+        }
+        false
     }
 }
 

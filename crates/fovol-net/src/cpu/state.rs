@@ -1,4 +1,5 @@
-use super::map::Map;
+use super::element::Bf16;
+use super::map::{Map, Stored, with_map};
 use crate::plan::Plan;
 use fovol_core::FrameSize;
 
@@ -9,22 +10,25 @@ use fovol_core::FrameSize;
 pub struct State {
     pub(super) size: FrameSize,
     /// States in the order of the plan, at the padded size.
-    pub(super) carried: Vec<Map>,
-    /// Buffers that are used again.
-    pub(super) spare: Vec<Vec<f32>>,
+    pub(super) carried: Vec<Stored>,
+    pub(super) spare: Spare,
     /// Which network it belongs to.
     pub(super) network: u64,
 }
 
 impl State {
-    /// Zeros for a clip of frames of `size`.
-    pub(super) fn new(plan: &Plan, size: FrameSize, network: u64) -> Self {
+    /// Zeros for a clip of frames of `size`; `halved` says of each tensor whether its numbers take two bytes.
+    pub(super) fn new(plan: &Plan, size: FrameSize, halved: &[bool], network: u64) -> Self {
         let [height, width] = padded(plan, size);
         let carried = plan.states().iter().map(|state| {
             let tensor = plan.tensor(state.previous);
-            Map::zeros(height >> tensor.level, width >> tensor.level, tensor.channels)
+            let (height, width) = (height >> tensor.level, width >> tensor.level);
+            match halved[state.previous.index()] {
+                true => Stored::Bf16(Map::zeros(height, width, tensor.channels)),
+                false => Stored::F32(Map::zeros(height, width, tensor.channels)),
+            }
         });
-        Self { size, carried: carried.collect(), spare: Vec::new(), network }
+        Self { size, carried: carried.collect(), spare: Spare::default(), network }
     }
 
     /// The size of the clip's frames.
@@ -34,12 +38,40 @@ impl State {
 
     /// Forgets the past: the next frame is treated as the first of a clip, as after a cut.
     pub fn reset(&mut self) {
-        self.carried.iter_mut().for_each(|map| map.data.fill(0.0));
+        for stored in &mut self.carried {
+            with_map!(stored, map => map.data.fill(Default::default()));
+        }
     }
 
-    /// The carried tensors in the order of the plan's states: \[row\]\[column\]\[channel\] at the padded size.
-    pub fn carried(&self) -> &[Map] {
+    /// The carried tensors in the order of the plan's states, at the padded size.
+    pub fn carried(&self) -> &[Stored] {
         &self.carried
+    }
+}
+
+/// Buffers that are used again.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Spare {
+    f32: Vec<Vec<f32>>,
+    bf16: Vec<Vec<Bf16>>,
+}
+
+impl Spare {
+    /// A tensor with whatever memory is at hand.
+    pub fn take(&mut self, is_halved: bool) -> Stored {
+        match is_halved {
+            true => Stored::Bf16(Map { data: self.bf16.pop().unwrap_or_default(), ..Map::default() }),
+            false => Stored::F32(Map { data: self.f32.pop().unwrap_or_default(), ..Map::default() }),
+        }
+    }
+
+    /// Takes the memory of a tensor that is not needed any more.
+    pub fn put(&mut self, stored: Stored) {
+        match stored {
+            Stored::F32(map) if map.data.capacity() > 0 => self.f32.push(map.data),
+            Stored::Bf16(map) if map.data.capacity() > 0 => self.bf16.push(map.data),
+            _ => {}
+        }
     }
 }
 

@@ -1,13 +1,13 @@
+use super::element::Element;
 use super::map::Map;
 use rayon::prelude::*;
 
 /// Moves `input` along `motion` (pixels of level 0 to the previous position, averaged and scaled to the resolution
 /// of `input`): bilinear, zero outside.
-pub fn warp(input: &Map, motion: &Map, out: &mut Map) {
+pub fn warp<T: Element>(input: &Map<T>, motion: &Map, out: &mut Map<T>) {
     let factor = motion.height / input.height;
     let c = input.channels;
-    out.data.resize(input.data.len(), 0.0);
-    (out.height, out.width, out.channels) = (input.height, input.width, c);
+    out.resize([input.height, input.width, c]);
     out.data.par_chunks_mut(input.width * c).enumerate().for_each(|(y, row)| {
         for (x, to) in row.chunks_exact_mut(c).enumerate() {
             let [dx, dy] = mean_motion(motion, [y * factor, x * factor], factor);
@@ -29,11 +29,11 @@ fn mean_motion(motion: &Map, [y, x]: [usize; 2], factor: usize) -> [f32; 2] {
 }
 
 /// Writes the value at (`y`, `x`) between pixel centres to `to`.
-fn bilinear(input: &Map, y: f32, x: f32, to: &mut [f32]) {
+fn bilinear<T: Element>(input: &Map<T>, y: f32, x: f32, to: &mut [T]) {
     let inside = y > -1.0 && x > -1.0 && y < input.height as f32 && x < input.width as f32;
     // Also false for positions that are no numbers.
     if !inside {
-        to.fill(0.0);
+        to.fill(T::default());
         return;
     }
     let (top, left) = (y.floor(), x.floor());
@@ -48,11 +48,12 @@ fn bilinear(input: &Map, y: f32, x: f32, to: &mut [f32]) {
         let weights = [(1.0 - fy) * (1.0 - fx), (1.0 - fy) * fx, fy * (1.0 - fx), fy * fx];
         let ((a, b), (d, e)) = (above.split_at(c), below.split_at(c));
         for k in 0..c {
-            to[k] = weights[0] * a[k] + weights[1] * b[k] + weights[2] * d[k] + weights[3] * e[k];
+            let upper = weights[0] * a[k].to_f32() + weights[1] * b[k].to_f32();
+            to[k] = T::from_f32(upper + weights[2] * d[k].to_f32() + weights[3] * e[k].to_f32());
         }
         return;
     }
-    to.fill(0.0);
+    to.fill(T::default());
     for (dy, wy) in [(0, 1.0 - fy), (1, fy)] {
         for (dx, wx) in [(0, 1.0 - fx), (1, fx)] {
             let (row, column) = (top + dy, left + dx);
@@ -60,7 +61,9 @@ fn bilinear(input: &Map, y: f32, x: f32, to: &mut [f32]) {
                 row >= 0 && column >= 0 && row < input.height as isize && column < input.width as isize;
             if exists {
                 let from = input.pixel(row as usize, column as usize);
-                to.iter_mut().zip(from).for_each(|(to, &v)| *to += wy * wx * v);
+                for (to, v) in to.iter_mut().zip(from) {
+                    *to = T::from_f32(to.to_f32() + wy * wx * v.to_f32());
+                }
             }
         }
     }
@@ -75,7 +78,7 @@ mod tests {
         let input = Map { data: (1..=12).map(|i| i as f32).collect(), height: 3, width: 4, channels: 1 };
         let mut motion = Map::zeros(6, 8, 2);
         motion.data.chunks_exact_mut(2).for_each(|m| m.copy_from_slice(&[2.0, -4.0]));
-        let mut out = Map::default();
+        let mut out = Map::<f32>::default();
         // At half the resolution: one to the right, two up.
         warp(&input, &motion, &mut out);
         assert_eq!(out.row(2), [2.0, 3.0, 4.0, 0.0]);

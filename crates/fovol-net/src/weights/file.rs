@@ -10,6 +10,8 @@ use std::path::Path;
 
 /// The key of the configuration in the header.
 const CONFIG: &str = "fovolnet.config";
+/// The key of the ranges of activations in the header.
+const RANGES: &str = "fovolnet.ranges";
 
 /// How numbers lie on disk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -51,6 +53,12 @@ impl Weights {
         })?;
         let config = serde_json::from_str(&config)
             .map_err(|e| format!("its `{CONFIG}` is of no network known here ({e}); use a newer version"))?;
+        let ranges = facts.remove(RANGES).map(|ranges| {
+            let problem =
+                |e| format!("its `{RANGES}` cannot be understood ({e}); calibrate the weights again");
+            serde_json::from_str(&ranges).map_err(problem)
+        });
+        let ranges = ranges.transpose()?.unwrap_or_default();
         let mut arrays = BTreeMap::new();
         for (name, view) in file.tensors() {
             let values = numbers(&view).ok_or_else(|| {
@@ -59,7 +67,7 @@ impl Weights {
             })?;
             arrays.insert(name, Array { shape: view.shape().to_vec(), values });
         }
-        Ok(Self { arrays, config, facts })
+        Ok(Self { arrays, config, facts, ranges })
     }
 
     /// The bytes of a `.safetensors` file.
@@ -71,6 +79,10 @@ impl Weights {
         let config = serde_json::to_string(&self.config).map_err(|e| failed(e.to_string()))?;
         let mut header: HashMap<String, String> = self.facts.clone().into_iter().collect();
         header.insert(CONFIG.into(), config);
+        if !self.ranges.is_empty() {
+            let ranges = serde_json::to_string(&self.ranges).map_err(|e| failed(e.to_string()))?;
+            header.insert(RANGES.into(), ranges);
+        }
         let (dtype, encode): (_, fn(f32) -> Vec<u8>) = match storage {
             Storage::F32 => (Dtype::F32, |v| v.to_le_bytes().to_vec()),
             Storage::F16 => (Dtype::F16, |v| f16::from_f32(v).to_le_bytes().to_vec()),

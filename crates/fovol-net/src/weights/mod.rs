@@ -24,12 +24,14 @@ pub struct Weights {
     pub config: NetworkConfig,
     /// Other facts: how they were trained, where they come from.
     pub facts: BTreeMap<String, String>,
+    /// The largest value that each tensor of the network reaches, where that is known: for bytes.
+    pub ranges: BTreeMap<String, f32>,
 }
 
 impl Weights {
     /// Weights from `arrays`.
     pub fn new(config: NetworkConfig, arrays: BTreeMap<String, Array>) -> Self {
-        Self { arrays, config, facts: BTreeMap::new() }
+        Self { arrays, config, facts: BTreeMap::new(), ranges: BTreeMap::new() }
     }
 
     /// Seeded random weights, good for tests and for measuring speed: the same name and seed, the same weights.

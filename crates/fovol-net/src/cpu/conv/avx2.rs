@@ -20,10 +20,10 @@ pub unsafe fn sixteen(call: &Call, out: *mut f32) {
             let patch = call.patch.add(row * call.row);
             let mut weights = call.weights.add(row * call.run * 16);
             for k in 0..call.run {
-                let w = [_mm256_loadu_ps(weights), _mm256_loadu_ps(weights.add(8))];
+                let w = [_mm256_loadu_ps(weights.cast()), _mm256_loadu_ps(weights.add(8).cast())];
                 weights = weights.add(16);
                 for p in 0..GROUP {
-                    let value = _mm256_set1_ps(*patch.add(p * call.pixel + k));
+                    let value = _mm256_set1_ps(f32::from_bits(*patch.add(p * call.pixel + k)));
                     sums[p][0] = _mm256_fmadd_ps(value, w[0], sums[p][0]);
                     sums[p][1] = _mm256_fmadd_ps(value, w[1], sums[p][1]);
                 }

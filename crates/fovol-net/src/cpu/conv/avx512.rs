@@ -6,53 +6,103 @@ use std::arch::x86_64::*;
 /// Pixels of a group.
 pub const GROUP: usize = 14;
 
-/// 32 channels.
-///
-/// # Safety
-/// As [`sixteen`].
-#[target_feature(enable = "avx512f")]
-pub unsafe fn thirty_two(call: &Call, out: *mut f32) {
-    // SAFETY: the caller's.
-    unsafe { kernel::<2>(call, out) }
-}
+/// The kernels of one way to multiply, for 32 and for 16 channels.
+macro_rules! kernels {
+    ($module:ident, $features:literal, $doc:literal, $start:expr, $step:expr, $end:expr) => {
+        #[doc = $doc]
+        pub mod $module {
+            use super::*;
 
-/// 16 channels.
-///
-/// # Safety
-/// AVX-512 must be available, the call's patch and weights readable, `out` writable for a whole block.
-#[target_feature(enable = "avx512f")]
-pub unsafe fn sixteen(call: &Call, out: *mut f32) {
-    // SAFETY: the caller's.
-    unsafe { kernel::<1>(call, out) }
-}
+            /// 32 channels.
+            ///
+            /// # Safety
+            /// The instructions must be available, the call's patch and weights readable, `out` writable for a
+            /// whole block.
+            #[target_feature(enable = $features)]
+            pub unsafe fn thirty_two(call: &Call, out: *mut f32) {
+                // SAFETY: the caller's.
+                unsafe { kernel::<2>(call, out) }
+            }
 
-#[inline(always)]
-unsafe fn kernel<const V: usize>(call: &Call, out: *mut f32) {
-    // SAFETY: the caller's.
-    unsafe {
-        let bias: [__m512; V] = std::array::from_fn(|v| _mm512_loadu_ps(call.bias.add(16 * v)));
-        let mut sums = [bias; GROUP];
-        for row in 0..call.rows {
-            let patch = call.patch.add(row * call.row);
-            let mut weights = call.weights.add(row * call.run * 16 * V);
-            for k in 0..call.run {
-                let mut w = [_mm512_setzero_ps(); V];
-                for v in 0..V {
-                    w[v] = _mm512_loadu_ps(weights.add(16 * v));
-                }
-                weights = weights.add(16 * V);
-                for p in 0..GROUP {
-                    let value = _mm512_set1_ps(*patch.add(p * call.pixel + k));
+            /// 16 channels.
+            ///
+            /// # Safety
+            /// As [`thirty_two`].
+            #[target_feature(enable = $features)]
+            pub unsafe fn sixteen(call: &Call, out: *mut f32) {
+                // SAFETY: the caller's.
+                unsafe { kernel::<1>(call, out) }
+            }
+
+            #[inline]
+            #[target_feature(enable = $features)]
+            unsafe fn kernel<const V: usize>(call: &Call, out: *mut f32) {
+                // SAFETY: the caller's.
+                unsafe {
+                    let mut sums = [[_mm512_setzero_si512(); V]; GROUP];
                     for v in 0..V {
-                        sums[p][v] = _mm512_fmadd_ps(value, w[v], sums[p][v]);
+                        let start = $start(call.bias.add(16 * v));
+                        for p in 0..GROUP {
+                            sums[p][v] = start;
+                        }
+                    }
+                    for row in 0..call.rows {
+                        let patch = call.patch.add(row * call.row);
+                        let mut weights = call.weights.add(row * call.run * 16 * V);
+                        for k in 0..call.run {
+                            let mut w = [_mm512_setzero_si512(); V];
+                            for v in 0..V {
+                                w[v] = _mm512_loadu_si512(weights.add(16 * v).cast());
+                            }
+                            weights = weights.add(16 * V);
+                            for p in 0..GROUP {
+                                let value = _mm512_set1_epi32(*patch.add(p * call.pixel + k) as i32);
+                                for v in 0..V {
+                                    sums[p][v] = $step(sums[p][v], value, w[v]);
+                                }
+                            }
+                        }
+                    }
+                    for p in 0..GROUP {
+                        for v in 0..V {
+                            _mm512_storeu_ps(out.add((p * V + v) * 16), $end(sums[p][v]));
+                        }
                     }
                 }
             }
         }
-        for p in 0..GROUP {
-            for v in 0..V {
-                _mm512_storeu_ps(out.add((p * V + v) * 16), sums[p][v]);
-            }
-        }
-    }
+    };
 }
+
+kernels!(
+    f32,
+    "avx512f",
+    "f32.",
+    |bias: *const f32| _mm512_castps_si512(_mm512_loadu_ps(bias)),
+    |sum, v, w| _mm512_castps_si512(_mm512_fmadd_ps(
+        _mm512_castsi512_ps(v),
+        _mm512_castsi512_ps(w),
+        _mm512_castsi512_ps(sum)
+    )),
+    |sum| _mm512_castsi512_ps(sum)
+);
+kernels!(
+    bf16,
+    "avx512f,avx512bf16",
+    "Pairs of bf16.",
+    |bias: *const f32| _mm512_castps_si512(_mm512_loadu_ps(bias)),
+    |sum, v, w| _mm512_castps_si512(_mm512_dpbf16_ps(
+        _mm512_castsi512_ps(sum),
+        std::mem::transmute::<__m512i, __m512bh>(v),
+        std::mem::transmute::<__m512i, __m512bh>(w)
+    )),
+    |sum| _mm512_castsi512_ps(sum)
+);
+kernels!(
+    int8,
+    "avx512f,avx512vnni",
+    "Fours of bytes.",
+    |_: *const f32| _mm512_setzero_si512(),
+    |sum, v, w| _mm512_dpbusd_epi32(sum, v, w),
+    |sum| _mm512_cvtepi32_ps(sum)
+);

@@ -8,8 +8,9 @@ pub(super) mod avx512;
 mod packed;
 pub(super) mod portable;
 
-use super::map::Map;
-use super::patch::{Source, Window, assemble};
+use super::element::Element;
+use super::map::{Map, Stored};
+use super::patch::{Packing, Patch, Source, Window};
 use super::simd::Simd;
 use crate::plan::{Activation, Padding, Resize};
 use packed::Packed;
@@ -19,13 +20,34 @@ use rayon::prelude::*;
 #[derive(Debug, Clone)]
 pub struct PreparedConv {
     packed: Packed,
-    inputs: usize,
-    outputs: usize,
-    size: usize,
-    stride: usize,
-    padding: Padding,
-    activation: Activation,
-    simd: Simd,
+    shape: ConvShape,
+    arithmetic: Arithmetic,
+    group: usize,
+}
+
+/// What numbers are multiplied; sums are f32, or 32-bit integers for bytes.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Arithmetic {
+    /// f32 with f32.
+    F32,
+    /// bf16 with bf16, in pairs.
+    Bf16,
+    /// Unsigned with signed bytes, in fours. A number for each input channel: what one step of its byte is worth.
+    Int8 {
+        /// Values are byte · step.
+        steps: Vec<f32>,
+    },
+}
+
+impl Arithmetic {
+    /// Numbers in a 32-bit word.
+    pub fn count(&self) -> usize {
+        match self {
+            Self::F32 => 1,
+            Self::Bf16 => 2,
+            Self::Int8 { .. } => 4,
+        }
+    }
 }
 
 /// The shape of a convolution.
@@ -50,128 +72,156 @@ const ROWS: usize = 8;
 /// About as many bytes may a patch have: half of a second-level cache.
 const PATCH_BYTES: usize = 384 << 10;
 
-/// One call of a kernel: a group of pixels side by side, all from one patch.
+/// One call of a kernel: a group of pixels side by side, all from one patch. Lengths are 32-bit words.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Call {
-    /// The first number of the first window.
-    patch: *const f32,
+    /// The first word of the first window.
+    patch: *const u32,
     /// From one row of the patch to the next.
     row: usize,
     /// From the window of one pixel to that of the next.
     pixel: usize,
     /// Rows of a window.
     rows: usize,
-    /// Numbers of a window's row, which lie together.
+    /// Words of a window's row, which lie together.
     run: usize,
-    /// Weights of a block: \[row\]\[number of the run\]\[channel of the block\].
-    weights: *const f32,
-    /// A number for each channel of the block.
+    /// Weights of a block: \[row\]\[word of the run\]\[channel of the block\].
+    weights: *const u32,
+    /// What sums start from: a number for each channel of the block. Sums of bytes start from zero.
     bias: *const f32,
 }
 
-/// Runs `call` and writes pixels × block width to `out`, pixel by pixel.
+/// Runs the call and writes pixels × block width to its second argument, pixel by pixel.
 pub(super) type Kernel = unsafe fn(call: &Call, out: *mut f32);
 
 impl PreparedConv {
     /// A convolution of `shape` with `weights` \[out, in, size, size\] and `bias` \[out\].
-    pub fn new(shape: &ConvShape, weights: &[f32], bias: &[f32], simd: Simd) -> Self {
+    pub fn new(shape: &ConvShape, weights: &[f32], bias: &[f32], simd: Simd, arithmetic: Arithmetic) -> Self {
+        let has_kernels = match arithmetic {
+            Arithmetic::F32 => true,
+            Arithmetic::Bf16 => simd.has_bf16(),
+            Arithmetic::Int8 { .. } => simd.has_int8(),
+        };
+        let simd = if has_kernels { simd } else { Simd::Portable };
         Self {
-            packed: Packed::new(shape, weights, bias, simd),
-            inputs: shape.inputs,
-            outputs: shape.outputs,
-            size: shape.size,
-            stride: shape.stride,
-            padding: shape.padding,
-            activation: shape.activation,
-            simd,
+            packed: Packed::new(shape, weights, bias, simd, &arithmetic),
+            shape: *shape,
+            group: simd.group(),
+            arithmetic: match arithmetic {
+                // Patches are multiplied by what they are divided by, whole words of them.
+                Arithmetic::Int8 { mut steps } => {
+                    steps.iter_mut().for_each(|step| *step = 1.0 / *step);
+                    steps.resize(steps.len().next_multiple_of(4), 0.0);
+                    Arithmetic::Int8 { steps }
+                }
+                other => other,
+            },
         }
     }
 
-    /// Rows and columns of what comes of `sources`.
-    fn output_size(&self, sources: &[Source<'_>]) -> [usize; 2] {
-        sources[0].size().map(|side| side.div_ceil(self.stride))
-    }
-
     /// Writes the convolution of the concatenated `sources` to `out`, whose buffer is used again.
-    pub fn run(&self, sources: &[Source<'_>], out: &mut Map) {
-        let [height, width] = self.output_size(sources);
-        debug_assert_eq!(self.inputs, sources.iter().map(|source| source.map.channels).sum::<usize>());
-        out.data.resize(height * width * self.outputs, 0.0);
-        (out.height, out.width, out.channels) = (height, width, self.outputs);
-        let columns = self.tile_columns(width);
-        let length = width * self.outputs;
+    pub fn run<T: Element>(&self, sources: &[Source<'_>], out: &mut Map<T>) {
+        let inputs: usize = sources.iter().map(|source| source.map.channels()).sum();
+        assert_eq!(self.shape.inputs, inputs, "a convolution reads what its weights are for");
+        let [height, width] = sources[0].size().map(|side| side.div_ceil(self.shape.stride));
+        out.resize([height, width, self.shape.outputs]);
+        let length = width * self.shape.outputs;
         let bands = out.data.par_chunks_mut(ROWS * length).enumerate();
         bands.for_each_init(Scratch::default, |scratch, (band, out)| {
-            let rows = out.len() / length;
-            for x in (0..width).step_by(columns) {
-                let tile = Tile { y: band * ROWS, x, rows, columns: columns.min(width - x) };
-                self.tile(sources, tile, scratch, out, width);
-            }
+            self.band(sources, [band * ROWS, out.len() / length, width], scratch, out);
         });
     }
 
     /// Writes `rows` rows from `y` on of what comes of `source` to `out`, on this thread alone.
-    pub fn run_rows(&self, source: &Map, y: usize, rows: usize, out: &mut Map) {
+    pub fn run_rows(&self, source: &Stored, y: usize, rows: usize, out: &mut Map) {
         let sources = [Source { map: source, resize: Resize::Same }];
-        let width = source.width.div_ceil(self.stride);
-        let columns = self.tile_columns(width);
-        out.data.resize(rows * width * self.outputs, 0.0);
-        (out.height, out.width, out.channels) = (rows, width, self.outputs);
+        let width = source.size()[1].div_ceil(self.shape.stride);
+        out.resize([rows, width, self.shape.outputs]);
         let mut scratch = Scratch::default();
-        for (band, out) in out.data.chunks_mut(ROWS * width * self.outputs).enumerate() {
-            let rows = out.len() / (width * self.outputs);
-            for x in (0..width).step_by(columns) {
-                let tile = Tile { y: y + band * ROWS, x, rows, columns: columns.min(width - x) };
-                self.tile(&sources, tile, &mut scratch, out, width);
-            }
+        for (band, out) in out.data.chunks_mut(ROWS * width * self.shape.outputs).enumerate() {
+            let rows = out.len() / (width * self.shape.outputs);
+            self.band(&sources, [y + band * ROWS, rows, width], &mut scratch, out);
         }
+    }
+
+    /// Makes `rows` rows from `y` on.
+    fn band<T: Element>(
+        &self,
+        sources: &[Source<'_>],
+        [y, rows, width]: [usize; 3],
+        scratch: &mut Scratch,
+        out: &mut [T],
+    ) {
+        let columns = self.tile_columns(width);
+        for x in (0..width).step_by(columns) {
+            let tile = Tile { y, x, rows, columns: columns.min(width - x) };
+            self.tile(sources, tile, scratch, out, width);
+        }
+    }
+
+    /// Words of a pixel.
+    fn words(&self) -> usize {
+        self.shape.inputs.div_ceil(self.arithmetic.count())
     }
 
     /// Columns of a tile: whole groups of pixels, as many as a patch has room for.
     fn tile_columns(&self, width: usize) -> usize {
-        let group = self.simd.group();
-        let per_column = (ROWS * self.stride + self.size) * self.stride * self.inputs * size_of::<f32>();
-        let most = (PATCH_BYTES / per_column / group).max(1);
+        let ConvShape { size, stride, .. } = self.shape;
+        let per_column = (ROWS * stride + size) * stride * self.words() * size_of::<u32>();
+        let most = (PATCH_BYTES / per_column / self.group).max(1);
         // Tiles of much the same width.
-        let groups = width.div_ceil(group);
-        groups.div_ceil(groups.div_ceil(most)) * group
+        let groups = width.div_ceil(self.group);
+        groups.div_ceil(groups.div_ceil(most)) * self.group
     }
 
-    fn tile(&self, sources: &[Source<'_>], tile: Tile, scratch: &mut Scratch, out: &mut [f32], width: usize) {
-        let group = self.simd.group();
-        let groups = tile.columns.div_ceil(group);
-        let reach = (self.size / 2) as isize;
+    fn tile<T: Element>(
+        &self,
+        sources: &[Source<'_>],
+        tile: Tile,
+        scratch: &mut Scratch,
+        out: &mut [T],
+        width: usize,
+    ) {
+        let ConvShape { size, stride, outputs, .. } = self.shape;
+        let groups = tile.columns.div_ceil(self.group);
+        let reach = (size / 2) as isize;
         let window = Window {
-            y: (tile.y * self.stride) as isize - reach,
-            x: (tile.x * self.stride) as isize - reach,
-            rows: (tile.rows - 1) * self.stride + self.size,
-            columns: (groups * group - 1) * self.stride + self.size,
+            y: (tile.y * stride) as isize - reach,
+            x: (tile.x * stride) as isize - reach,
+            rows: (tile.rows - 1) * stride + size,
+            columns: (groups * self.group - 1) * stride + size,
         };
-        assemble(sources, self.padding, window, self.inputs, &mut scratch.patch);
-        let row = window.columns * self.inputs;
-        let pixel = self.stride * self.inputs;
+        let packing = match &self.arithmetic {
+            Arithmetic::F32 => Packing::F32,
+            Arithmetic::Bf16 => Packing::Bf16,
+            Arithmetic::Int8 { steps } => Packing::Bytes(steps),
+        };
+        scratch.patch.assemble(sources, self.shape.padding, window, packing);
+        let row = window.columns * self.words();
+        let pixel = stride * self.words();
         for block in self.packed.blocks() {
-            let channels = block.width.min(self.outputs - block.first);
             for y in 0..tile.rows {
                 for g in 0..groups {
-                    let start = y * self.stride * row + g * group * pixel;
+                    let start = y * stride * row + g * self.group * pixel;
                     let call = Call {
-                        patch: scratch.patch[start..].as_ptr(),
+                        patch: scratch.patch.words[start..].as_ptr(),
                         row,
                         pixel,
-                        rows: self.size,
-                        run: self.size * self.inputs,
+                        rows: size,
+                        run: size * self.words(),
                         weights: block.weights.as_ptr(),
                         bias: block.bias.as_ptr(),
                     };
                     // SAFETY: the patch holds whole groups of windows; the block has as many numbers as the
-                    // kernel writes; `simd` is only made where the processor has it.
+                    // kernel writes; kernels are only chosen where the processor has them.
                     unsafe { (block.kernel)(&call, scratch.block.as_mut_ptr()) };
-                    let count = group.min(tile.columns - g * group);
-                    let to = (y * width + tile.x + g * group) * self.outputs + block.first;
+                    let count = self.group.min(tile.columns - g * self.group);
+                    let to = (y * width + tile.x + g * self.group) * outputs + block.first;
+                    let channels = block.width.min(outputs - block.first);
                     for p in 0..count {
-                        let from = &scratch.block[p * block.width..][..channels];
-                        activate(self.activation, from, &mut out[to + p * self.outputs..][..channels]);
+                        let from = &mut scratch.block[p * block.width..][..channels];
+                        block.scale(from);
+                        activate(self.shape.activation, from, &mut out[to + p * outputs..][..channels]);
                     }
                 }
             }
@@ -181,13 +231,13 @@ impl PreparedConv {
 
 /// Memory of one thread.
 struct Scratch {
-    patch: Vec<f32>,
+    patch: Patch,
     block: Vec<f32>,
 }
 
 impl Default for Scratch {
     fn default() -> Self {
-        Self { patch: Vec::new(), block: vec![0.0; packed::LARGEST_BLOCK] }
+        Self { patch: Patch::default(), block: vec![0.0; packed::LARGEST_BLOCK] }
     }
 }
 
@@ -201,11 +251,12 @@ struct Tile {
 }
 
 #[inline]
-fn activate(activation: Activation, from: &[f32], to: &mut [f32]) {
+fn activate<T: Element>(activation: Activation, from: &[f32], to: &mut [T]) {
+    let pairs = to.iter_mut().zip(from);
     match activation {
-        Activation::None => to.copy_from_slice(from),
-        Activation::Relu => to.iter_mut().zip(from).for_each(|(to, &v)| *to = v.max(0.0)),
-        Activation::Elu => to.iter_mut().zip(from).for_each(|(to, &v)| *to = elu(v)),
+        Activation::None => pairs.for_each(|(to, &v)| *to = T::from_f32(v)),
+        Activation::Relu => pairs.for_each(|(to, &v)| *to = T::from_f32(v.max(0.0))),
+        Activation::Elu => pairs.for_each(|(to, &v)| *to = T::from_f32(elu(v))),
     }
 }
 

@@ -1,34 +1,85 @@
 //! Plain code that the compiler turns into whatever vectors the processor has.
 
 use super::Call;
+use crate::cpu::element::{Bf16, Element};
 
 /// Pixels of a group.
 pub const GROUP: usize = 4;
 /// Channels of a block.
 pub const WIDTH: usize = 16;
 
-/// The kernel.
+/// f32.
 ///
 /// # Safety
 /// The call's patch and weights must be readable, `out` writable for a whole block.
-pub unsafe fn kernel(call: &Call, out: *mut f32) {
+pub unsafe fn f32(call: &Call, out: *mut f32) {
     // SAFETY: the caller's.
     unsafe {
         let bias = call.bias.cast::<[f32; WIDTH]>().read();
-        let mut sums = [bias; GROUP];
+        kernel(call, out, bias, |sum, v, w| *sum += f32::from_bits(v) * f32::from_bits(w));
+    }
+}
+
+/// Pairs of bf16.
+///
+/// # Safety
+/// As [`f32`].
+pub unsafe fn bf16(call: &Call, out: *mut f32) {
+    let half = |word: u32, shift: u32| Bf16((word >> shift) as u16).to_f32();
+    // SAFETY: the caller's.
+    unsafe {
+        let bias = call.bias.cast::<[f32; WIDTH]>().read();
+        kernel(call, out, bias, |sum, v, w| {
+            *sum += half(v, 0) * half(w, 0);
+            *sum += half(v, 16) * half(w, 16);
+        });
+    }
+}
+
+/// Fours of bytes.
+///
+/// # Safety
+/// As [`f32`].
+pub unsafe fn int8(call: &Call, out: *mut f32) {
+    let product = |v: u32, w: u32| -> i32 {
+        let (v, w) = (v.to_le_bytes(), w.to_le_bytes());
+        (0..4).map(|i| i32::from(v[i]) * i32::from(w[i] as i8)).sum()
+    };
+    // SAFETY: the caller's; the sums are read as what they are written as.
+    unsafe {
+        let mut sums = [[0i32; WIDTH]; GROUP];
+        each(call, |p, c, v, w| sums[p][c] += product(v, w));
+        out.cast::<[[f32; WIDTH]; GROUP]>().write(sums.map(|sums| sums.map(|sum| sum as f32)));
+    }
+}
+
+#[inline(always)]
+unsafe fn kernel(call: &Call, out: *mut f32, bias: [f32; WIDTH], add: impl Fn(&mut f32, u32, u32)) {
+    let mut sums = [bias; GROUP];
+    // SAFETY: the caller's.
+    unsafe {
+        each(call, |p, c, v, w| add(&mut sums[p][c], v, w));
+        out.cast::<[[f32; WIDTH]; GROUP]>().write(sums);
+    }
+}
+
+/// Calls `add` with every pixel and channel of the block and the words to be multiplied there.
+#[inline(always)]
+unsafe fn each(call: &Call, mut add: impl FnMut(usize, usize, u32, u32)) {
+    // SAFETY: the caller's.
+    unsafe {
         for row in 0..call.rows {
             let patch = call.patch.add(row * call.row);
             let weights = call.weights.add(row * call.run * WIDTH);
             for k in 0..call.run {
-                let w = weights.add(k * WIDTH).cast::<[f32; WIDTH]>().read();
-                for (p, sums) in sums.iter_mut().enumerate() {
+                let w = weights.add(k * WIDTH).cast::<[u32; WIDTH]>().read();
+                for p in 0..GROUP {
                     let v = *patch.add(p * call.pixel + k);
                     for c in 0..WIDTH {
-                        sums[c] += v * w[c];
+                        add(p, c, v, w[c]);
                     }
                 }
             }
         }
-        out.cast::<[[f32; WIDTH]; GROUP]>().write(sums);
     }
 }

@@ -41,15 +41,60 @@ proptest! {
         let weights = random(seed ^ 77, shape.outputs * shape.inputs * shape.size * shape.size);
         let bias = random(seed ^ 78, shape.outputs);
         let resized: Vec<Map> = maps.iter().map(|(map, resize)| plain::resized(map, *resize)).collect();
-        let expected = plain::conv(&shape, &weights, &bias, &plain::concatenated(&resized));
-        let sources: Vec<Source<'_>> = maps.iter().map(|(map, resize)| Source { map, resize: *resize }).collect();
+        let input = plain::concatenated(&resized);
+        let expected = plain::conv(&shape, &weights, &bias, &input);
+        // How much there is to be rounded: the sum of all products without their signs.
+        let magnitudes = |values: &[f32]| values.iter().map(|v| v.abs()).collect::<Vec<f32>>();
+        let unsigned = Map { data: magnitudes(&input.data), ..input };
+        let plain_shape = ConvShape { activation: Activation::None, ..shape };
+        let most = plain::conv(&plain_shape, &magnitudes(&weights), &magnitudes(&bias), &unsigned);
+        let stored: Vec<(Stored, Resize)> = maps.into_iter().map(|(map, resize)| (Stored::F32(map), resize)).collect();
+        let sources: Vec<Source<'_>> = stored.iter().map(|(map, resize)| Source { map, resize: *resize }).collect();
         for simd in Simd::available() {
-            let mut out = Map::default();
-            PreparedConv::new(&shape, &weights, &bias, simd).run(&sources, &mut out);
-            prop_assert_eq!((out.height, out.width, out.channels), (expected.height, expected.width, expected.channels));
-            for (a, b) in out.data.iter().zip(&expected.data) {
-                prop_assert!((a - b).abs() <= 2e-5 * (1.0 + b.abs()), "{simd}: {a} and {b}");
+            for arithmetic in [Arithmetic::F32, Arithmetic::Bf16] {
+                // bf16 has 8 bits: each factor of a product is off by 2^-8 of itself at most.
+                let tolerance = if arithmetic == Arithmetic::F32 { 2e-6 } else { 1.0 / 126.0 };
+                let mut out = Map::<f32>::default();
+                PreparedConv::new(&shape, &weights, &bias, simd, arithmetic.clone()).run(&sources, &mut out);
+                prop_assert_eq!((out.height, out.width, out.channels), (expected.height, expected.width, expected.channels));
+                for ((a, b), most) in out.data.iter().zip(&expected.data).zip(&most.data) {
+                    prop_assert!((a - b).abs() <= tolerance * most + 1e-6, "{simd} {arithmetic:?}: {a} and {b}");
+                }
             }
         }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+    #[test]
+    fn bytes_are_within_their_steps_and_alike_everywhere((shape, sources, [height, width], seed) in shapes()) {
+        let shape = ConvShape { activation: Activation::None, ..shape };
+        let stored: Vec<(Stored, Resize)> = sources.iter().enumerate().map(|(i, &(channels, resize))| {
+            let factor = if resize == Resize::Same { 1 } else { 2 };
+            let mut map = Map::zeros(height / factor, width / factor, channels);
+            map.data = random(seed.wrapping_add(i as u64), map.data.len());
+            map.data.iter_mut().for_each(|v| *v = v.abs());
+            (Stored::F32(map), resize)
+        }).collect();
+        let weights = random(seed ^ 77, shape.outputs * shape.inputs * shape.size * shape.size);
+        let bias = random(seed ^ 78, shape.outputs);
+        let resized: Vec<Map> = stored.iter().map(|(map, resize)| plain::resized(map.picture(), *resize)).collect();
+        let expected = plain::conv(&shape, &weights, &bias, &plain::concatenated(&resized));
+        let sources: Vec<Source<'_>> = stored.iter().map(|(map, resize)| Source { map, resize: *resize }).collect();
+        let mut all = Vec::new();
+        for simd in Simd::available() {
+            let mut out = Map::<f32>::default();
+            let steps = vec![1.0 / 255.0; shape.inputs];
+            PreparedConv::new(&shape, &weights, &bias, simd, Arithmetic::Int8 { steps }).run(&sources, &mut out);
+            // Half a step of each input and of each weight; values and weights are 1 at most.
+            let terms = (shape.inputs * shape.size * shape.size) as f32;
+            let tolerance = terms * (0.5 / 255.0 + 0.5 / 127.0) + 1e-3;
+            for (a, b) in out.data.iter().zip(&expected.data) {
+                prop_assert!((a - b).abs() <= tolerance, "{simd}: {a} and {b}");
+            }
+            all.push(out);
+        }
+        prop_assert!(all.iter().all(|out| *out == all[0]));
     }
 }

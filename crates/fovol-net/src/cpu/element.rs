@@ -1,0 +1,54 @@
+//! How numbers of tensors are stored.
+
+/// A stored number.
+pub trait Element: Copy + Default + Send + Sync + 'static {
+    /// Its value.
+    fn to_f32(self) -> f32;
+    /// The nearest of its kind.
+    fn from_f32(value: f32) -> Self;
+}
+
+impl Element for f32 {
+    #[inline(always)]
+    fn to_f32(self) -> f32 {
+        self
+    }
+
+    #[inline(always)]
+    fn from_f32(value: f32) -> Self {
+        value
+    }
+}
+
+/// The upper half of an f32.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[repr(transparent)]
+pub struct Bf16(pub u16);
+
+impl Element for Bf16 {
+    #[inline(always)]
+    fn to_f32(self) -> f32 {
+        f32::from_bits(u32::from(self.0) << 16)
+    }
+
+    /// To nearest, ties to even; written so that loops over it become vectors. Numbers that are not finite stay so.
+    #[inline(always)]
+    fn from_f32(value: f32) -> Self {
+        let bits = value.to_bits();
+        Self(((bits + 0x7FFF + (bits >> 16 & 1)) >> 16) as u16)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn rounding_is_that_of_the_half_crate(value in -1e30f32..1e30) {
+            prop_assert_eq!(Bf16::from_f32(value).0, half::bf16::from_f32(value).to_bits());
+            prop_assert_eq!(Bf16::from_f32(value).to_f32(), half::bf16::from_f32(value).to_f32());
+        }
+    }
+}

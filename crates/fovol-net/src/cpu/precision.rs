@@ -1,0 +1,173 @@
+//! Which numbers each layer multiplies, and how tensors are stored.
+
+pub use super::conv::Arithmetic;
+
+use super::simd::Simd;
+use crate::plan::{Activation, Conv, Layer, Plan, TensorId};
+use crate::weights::Weights;
+use crate::{Error, Result};
+use std::fmt;
+use std::str::FromStr;
+
+/// How exact a network is computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Precision {
+    /// bf16 where this processor multiplies it faster, else f32.
+    #[default]
+    Auto,
+    /// f32 throughout.
+    F32,
+    /// Products of bf16, sums in f32; wide tensors are stored as bf16.
+    Bf16,
+    /// The 3×3 convolutions of non-negative inputs with bytes, everything else as [`Self::Bf16`]. Needs the ranges
+    /// of activations; see [`super::calibrate`].
+    Int8,
+    /// Bytes in the layers that the weights name, or in all but the finest level; else as [`Self::Bf16`].
+    Mixed,
+}
+
+impl Precision {
+    /// All of them.
+    pub const ALL: [Self; 5] = [Self::Auto, Self::F32, Self::Bf16, Self::Int8, Self::Mixed];
+
+    /// As it is written.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::F32 => "f32",
+            Self::Bf16 => "bf16",
+            Self::Int8 => "int8",
+            Self::Mixed => "mixed",
+        }
+    }
+
+    /// What this becomes on `simd`: where a processor has no faster way, the next more exact one that it has.
+    #[must_use]
+    pub fn on(self, simd: Simd) -> Self {
+        let bf16 = if simd.has_bf16() { Self::Bf16 } else { Self::F32 };
+        match self {
+            Self::F32 => Self::F32,
+            Self::Auto | Self::Bf16 => bf16,
+            Self::Int8 | Self::Mixed => {
+                if simd.has_int8() {
+                    self
+                } else {
+                    bf16
+                }
+            }
+        }
+    }
+}
+
+impl fmt::Display for Precision {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Precision {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        let found = Self::ALL.into_iter().find(|precision| precision.name() == text);
+        found.ok_or_else(|| format!("`{text}` is no precision; use {}", Self::ALL.map(Self::name).join(", ")))
+    }
+}
+
+/// The choices for one network on one processor.
+pub struct Choice<'a> {
+    plan: &'a Plan,
+    weights: &'a Weights,
+    precision: Precision,
+    simd: Simd,
+    /// For each tensor whether it cannot be negative.
+    positive: Vec<bool>,
+}
+
+/// Fewer channels than this are a picture, and stay f32.
+const WIDE: usize = 16;
+
+impl<'a> Choice<'a> {
+    /// The choices for `plan` with `weights`; `precision` is one that `simd` has.
+    ///
+    /// # Errors
+    /// Bytes without the ranges of activations.
+    pub fn new(plan: &'a Plan, weights: &'a Weights, precision: Precision, simd: Simd) -> Result<Self> {
+        if matches!(precision, Precision::Int8 | Precision::Mixed) && weights.ranges.is_empty() {
+            return Err(Error::Weights(format!(
+                "{precision} needs the ranges of activations, which they do not say; calibrate them first, or use \
+                 --precision bf16 or f32"
+            )));
+        }
+        Ok(Self { plan, weights, precision, simd, positive: positive(plan) })
+    }
+
+    /// Whether the numbers of tensor `id` are stored in two bytes.
+    pub fn is_halved(&self, id: TensorId) -> bool {
+        self.precision != Precision::F32 && self.plan.tensor(id).channels >= WIDE
+    }
+
+    /// What layers other than 3×3 convolutions multiply.
+    pub fn narrow(&self) -> Arithmetic {
+        let halves = self.precision != Precision::F32 && self.simd.has_bf16();
+        if halves { Arithmetic::Bf16 } else { Arithmetic::F32 }
+    }
+
+    /// What `conv` multiplies.
+    pub fn of(&self, conv: &Conv) -> Arithmetic {
+        let is_positive = conv.inputs.iter().all(|read| self.positive[read.tensor.index()]);
+        match self.steps(conv) {
+            Some(steps) if conv.size == 3 && is_positive && self.wants_bytes(conv) => {
+                Arithmetic::Int8 { steps }
+            }
+            _ => self.narrow(),
+        }
+    }
+
+    fn wants_bytes(&self, conv: &Conv) -> bool {
+        match self.precision {
+            Precision::Int8 => true,
+            Precision::Mixed => match self.weights.facts.get(BYTES) {
+                Some(prefixes) => prefixes.split(',').any(|prefix| conv.name.starts_with(prefix.trim())),
+                None => !["encoder.0.", "decoder.0."].iter().any(|finest| conv.name.starts_with(finest)),
+            },
+            _ => false,
+        }
+    }
+
+    /// For each input channel of `conv` what a step of its byte is worth; none where a range is not known.
+    fn steps(&self, conv: &Conv) -> Option<Vec<f32>> {
+        let mut steps = Vec::new();
+        for read in &conv.inputs {
+            let tensor = self.plan.tensor(read.tensor);
+            let range = *self.weights.ranges.get(&tensor.name)?;
+            steps.extend(std::iter::repeat_n(range.max(1e-6) / 255.0, tensor.channels));
+        }
+        Some(steps)
+    }
+}
+
+/// The fact that names the layers of [`Precision::Mixed`] that multiply bytes: prefixes, separated by commas.
+const BYTES: &str = "int8-layers";
+
+/// For each tensor of `plan` whether it cannot be negative.
+fn positive(plan: &Plan) -> Vec<bool> {
+    let mut positive = vec![true; plan.tensors().len()];
+    // States are as their next ones, which are only known after a walk that takes them for non-negative.
+    for _ in 0..=plan.states().len() {
+        for layer in plan.layers() {
+            let all = layer.inputs().iter().all(|id| positive[id.index()]);
+            positive[layer.output().index()] = match layer {
+                Layer::Conv(conv) => conv.activation == Activation::Relu,
+                Layer::Norm(norm) => norm.activation == Activation::Relu,
+                Layer::Filter(filter) => filter.images.iter().all(|(read, _)| positive[read.tensor.index()]),
+                Layer::Scale { factor, offset, .. } => all && *factor >= 0.0 && *offset >= 0.0,
+                _ => all,
+            };
+        }
+        plan.states()
+            .iter()
+            .for_each(|state| positive[state.previous.index()] = positive[state.next.index()]);
+    }
+    positive
+}

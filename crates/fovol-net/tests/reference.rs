@@ -1,0 +1,121 @@
+//! Whole networks against PyTorch in double precision: `tests/reference/network/make_cases.py` made the cases.
+
+use fovol_core::{Frame, FrameSize};
+use fovol_net::Weights;
+use fovol_net::cpu::{FrameInput, Network, Precision, Simd};
+use fovol_net::plan::NetworkConfig;
+use safetensors::SafeTensors;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+/// How far values may be off, of the largest value.
+const TOLERANCE: f32 = 1e-5;
+
+struct Case {
+    bytes: Vec<u8>,
+    facts: HashMap<String, String>,
+}
+
+impl Case {
+    fn read(path: &Path) -> Self {
+        let bytes = std::fs::read(path).unwrap();
+        let (_, header) = SafeTensors::read_metadata(&bytes).unwrap();
+        let facts = header.metadata().clone().unwrap_or_default();
+        Self { bytes, facts }
+    }
+
+    fn number(&self, key: &str) -> u32 {
+        self.facts[key].parse().unwrap()
+    }
+
+    fn values(&self, name: &str) -> Option<Vec<f32>> {
+        let file = SafeTensors::deserialize(&self.bytes).unwrap();
+        let view = file.tensor(name).ok()?;
+        Some(view.data().chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect())
+    }
+}
+
+fn cases() -> Vec<PathBuf> {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/reference");
+    let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let mut cases: Vec<PathBuf> = files
+        .filter(|path| path.file_stem().is_some_and(|stem| stem.to_string_lossy().contains('x')))
+        .collect();
+    cases.retain(|path| path.extension().is_some_and(|e| e == "safetensors"));
+    cases.sort();
+    cases
+}
+
+/// A frame of planes \[3\]\[rows\]\[columns\] and a mask.
+fn frame(size: FrameSize, planes: &[f32], mask: &[f32]) -> Frame {
+    let n = size.pixels();
+    let pixels = (0..n).map(|i| [planes[i], planes[n + i], planes[2 * n + i], mask[i]]).collect();
+    Frame::from_pixels(size, pixels).unwrap()
+}
+
+/// The largest difference, of the largest expected value.
+fn difference(found: &[f32], expected: &[f32]) -> f32 {
+    assert_eq!(found.len(), expected.len());
+    let most = expected.iter().fold(1e-6f32, |most, v| most.max(v.abs()));
+    found.iter().zip(expected).fold(0.0f32, |worst, (a, b)| worst.max((a - b).abs())) / most
+}
+
+#[test]
+fn networks_agree_with_pytorch() {
+    let cases = cases();
+    assert!(cases.len() >= 12, "cases are missing: {cases:?}");
+    for path in cases {
+        let name = path.file_stem().unwrap().to_string_lossy().into_owned();
+        let case = Case::read(&path);
+        let size = FrameSize::new(case.number("width"), case.number("height")).unwrap();
+        let config: NetworkConfig = serde_json::from_str(&case.facts["config"]).unwrap();
+        let weights = Weights::random(&config, u64::from(case.number("seed"))).unwrap();
+        for simd in Simd::available() {
+            let network = Network::new(config.plan().unwrap(), &weights, simd, Precision::F32).unwrap();
+            let worst = run(&case, size, &network);
+            println!("{name} {simd}: {worst:.1e}");
+            assert!(worst <= TOLERANCE, "{name} {simd}: {worst}");
+        }
+    }
+}
+
+/// The largest difference of any picture or state.
+fn run(case: &Case, size: FrameSize, network: &Network) -> f32 {
+    let mut state = network.state(size);
+    let mut worst = 0.0f32;
+    for t in 0..case.number("frames") {
+        let values = |name: &str| case.values(&format!("{name}.{t}"));
+        let sparse = frame(size, &values("input").unwrap(), &values("mask").unwrap());
+        let motion: Option<Vec<[f32; 2]>> = values("motion").map(|planes| {
+            let n = size.pixels();
+            (0..n).map(|i| [planes[i], planes[n + i]]).collect()
+        });
+        let input = FrameInput { sparse: &sparse, motion: motion.as_deref() };
+        let out = network.reconstruct(&input, &mut state).unwrap();
+        let planes: Vec<f32> = (0..3).flat_map(|c| out.pixels().iter().map(move |p| p[c])).collect();
+        worst = worst.max(difference(&planes, &values("output").unwrap()));
+    }
+    for (stored, kept) in state.carried().iter().zip(network.plan().states()) {
+        let map = stored.to_f32();
+        let planes: Vec<f32> = (0..map.channels)
+            .flat_map(|c| map.data.chunks_exact(map.channels).map(move |pixel| pixel[c]))
+            .collect();
+        if let Some(expected) = case.values(&format!("state.{}", kept.name)) {
+            worst = worst.max(difference(&planes, &expected));
+        } else {
+            let expected = case.values(&format!("state_samples.{}", kept.name)).unwrap();
+            let samples: Vec<f32> =
+                planes.iter().step_by((planes.len() / 64).max(1)).take(64).copied().collect();
+            worst = worst.max(difference(&samples, &expected));
+        }
+    }
+    worst
+}
+
+#[test]
+fn weights_files_of_pytorch_are_read() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/reference/state_dict.safetensors");
+    let weights = Weights::read(Path::new(path)).unwrap();
+    weights.check(&weights.config.plan().unwrap()).unwrap();
+    assert_eq!(weights.arrays(), Weights::random(&weights.config, 7).unwrap().arrays());
+}

@@ -1,0 +1,320 @@
+#!/usr/bin/env python3
+"""Reference cases for the engines of fovol-net: whole networks over a few frames, and single layers.
+
+    pip install torch numpy safetensors
+    python tests/reference/network/make_cases.py [FOLDER]
+
+Writes safetensors files to FOLDER (`crates/fovol-net/tests/reference` by default). Everything is computed in float64
+from float32 inputs and weights, and rounded to float32 at the end. Weights are seeded and not in the files, but for
+those of single layers.
+
+A network's file has for each frame t `input.t` [3, H, W], `mask.t` [1, H, W], `motion.t` [2, H, W] where the network
+uses motion, and `output.t` [3, H, W], clamped and cropped. After the last frame it has each state, padded and not
+clamped, as `state.NAME` [c, h, w]; where they are large only `state_moments.NAME` (mean, mean of squares) and
+`state_samples.NAME`, every n-th of the flattened state with n = max(1, length / 64), at most 64. The header says
+`network`, `seed`, `config`, `width`, `height`, `frames`.
+
+`layers.safetensors` has `NAME.in0`, `NAME.in1` ..., `NAME.weight` and `NAME.bias` where there are any, and
+`NAME.out`; the header says for each NAME as JSON what the layer is.
+
+`state_dict.pt` and `state_dict.safetensors` are the same weights of a very small network, as PyTorch saves them and
+as a weights file.
+
+Prints how far float32 is from float64, and whether states stay bounded.
+"""
+
+import argparse
+import json
+from pathlib import Path
+
+import numpy as np
+import torch
+import torch.nn.functional as F
+from safetensors.numpy import save_file
+
+import networks
+
+SEED = 7
+# Files with all states stay below this.
+LARGEST_FILE = 400_000
+# Very small networks that have each option in another company than the named ones.
+VARIANTS = {
+    "variant-masked": networks.wnet([6, 8, 10], [6, 8], feedback="none", mask=True, history=True, reproject=True),
+    "variant-softmax": networks.wnet([8, 12], [8], feedback="output", normalisation="softmax", bypass=True),
+    "variant-folded": networks.wnet([6, 8, 10], [6, 8], fold=True, kernels=False, prefill=True, bypass=True),
+    "variant-history": networks.wnet(
+        [6, 8, 10], [5, 7], fold=True, normalisation="softmax", history=True, reproject=True
+    ),
+    "variant-fovea": {"kind": "deepfovea", "encoder": [5, 7], "bottleneck": 6},
+}
+CONFIGS = networks.CONFIGS | VARIANTS
+# Name, width, height, frames, seed.
+CASES = [(name, 37, 29, 5, SEED) for name in networks.CONFIGS]
+CASES += [("wnet-paper", 1, 1, 2, SEED), ("wnet-paper", 64, 40, 2, SEED)]
+# With the seed above most of this network's picture is cut to black by its last ReLU; with this one hardly any is.
+CASES += [("deepfovea-fvn", 37, 29, 2, 8)]
+CASES += [(name, 21, 13, 3, SEED) for name in VARIANTS]
+HERE = Path(__file__).resolve().parent
+DEFAULT_FOLDER = HERE.parents[2] / "crates/fovol-net/tests/reference"
+
+
+def frames(width, height, count):
+    """Colour, mask and motion of a clip: a moving pattern, a moving fovea in sparse samples, swirling motion."""
+    random = np.random.default_rng(1)
+    x, y = np.meshgrid(np.arange(width), np.arange(height))
+    for t in range(count):
+        fovea = np.hypot(x - width * (0.4 + 0.05 * t), y - height * (0.5 - 0.03 * t))
+        density = np.where(fovea < 0.2 * min(width, height) + 0.5, 0.8, 0.15)
+        mask = (random.random((1, height, width)) < density).astype(np.float32)
+        waves = [np.sin(0.21 * (1 + c) * x + 0.17 * (3 - c) * y + 0.4 * t + c) for c in range(3)]
+        colour = (0.5 + 0.5 * np.stack(waves)) * mask
+        motion = [3 * np.sin(0.11 * x + 0.07 * y + 0.5 * t + 0.3), 3 * np.cos(0.09 * x - 0.13 * y + 0.7 * t)]
+        yield colour.astype(np.float32), mask, np.stack(motion).astype(np.float32)
+
+
+def numpy32(tensor):
+    """The tensor rounded to float32."""
+    return np.ascontiguousarray(tensor.numpy().astype(np.float32))
+
+
+def save(arrays, path, **facts):
+    """Writes a file, and says how large it is."""
+    save_file(arrays, path, metadata={name: str(fact) for name, fact in facts.items()})
+    print(f"{path.name}: {path.stat().st_size} bytes")
+
+
+def size(arrays):
+    """Bytes of all arrays."""
+    return sum(array.nbytes for array in arrays.values())
+
+
+def state_arrays(states, room):
+    """All states if they fit in `room` bytes, else what is known of each."""
+    whole = {f"state.{name}": numpy32(state) for name, state in states.items()}
+    if size(whole) <= room:
+        return whole
+    some = {}
+    for name, state in states.items():
+        flat = state.flatten()
+        some[f"state_moments.{name}"] = numpy32(torch.stack([flat.mean(), (flat * flat).mean()]))
+        some[f"state_samples.{name}"] = numpy32(flat[:: max(1, len(flat) // 64)][:64])
+    return some
+
+
+def network_case(name, width, height, count, seed, folder):
+    """One network over one clip."""
+    config = CONFIGS[name]
+    clip = list(frames(width, height, count))
+    network = networks.build(config, seed)
+    # float32 first: double() changes the network itself.
+    single, single_states = networks.run(network, clip)
+    pictures, states = networks.run(network.double(), clip)
+
+    arrays = {}
+    for t, ((colour, mask, motion), picture) in enumerate(zip(clip, pictures)):
+        arrays |= {f"input.{t}": colour, f"mask.{t}": mask, f"output.{t}": numpy32(picture)}
+        if config.get("reproject"):
+            arrays[f"motion.{t}"] = motion
+    # Headers take a few kilobytes.
+    arrays |= state_arrays(states, LARGEST_FILE - 4096 - size(arrays))
+
+    suffix = "" if seed == SEED else f"_seed{seed}"
+    path = folder / f"{name}_{width}x{height}{suffix}.safetensors"
+    facts = {"width": width, "height": height, "frames": count}
+    save(arrays, path, network=name, seed=seed, config=json.dumps(config), **facts)
+    differences = [(a - b).abs().max().item() for a, b in zip(single, pictures)]
+    print(f"  float32 - float64, pictures frame by frame: {' '.join(f'{d:.1e}' for d in differences)}")
+    for state, exact in states.items():
+        difference = (single_states[state] - exact).abs().max() / exact.abs().max()
+        print(f"  float32 - float64, state {state}, of its largest: {difference:.1e}")
+    return network
+
+
+def check_bounds(name, network):
+    """Prints what happens over 16 frames."""
+    pictures, _ = networks.run(network, list(frames(37, 29, 16)))
+    for t in [0, 4, 15]:
+        _, states = networks.run(network, list(frames(37, 29, t + 1)))
+        picture = pictures[t]
+        low, high = (picture <= 0).double().mean(), (picture >= 1).double().mean()
+        largest = ", ".join(f"{state} {tensor.abs().max():.3g}" for state, tensor in states.items())
+        print(
+            f"  {name} frame {t}: mean {picture.mean():.3f}, deviation {picture.std():.3f}, "
+            f"{100 * low:.0f} % black, {100 * high:.0f} % white; largest of states: {largest}"
+        )
+
+
+class Layers:
+    """Gathers single layers."""
+
+    def __init__(self):
+        self.arrays, self.facts = {}, {}
+
+    def array(self, name, shape, low=-1.0, high=1.0):
+        """Numbers that depend on the name alone."""
+        random = np.random.default_rng(networks.fnv1a(name))
+        self.arrays[name] = random.uniform(low, high, shape).astype(np.float32)
+        return self.double(name)
+
+    def double(self, name):
+        """An array as the layers take it."""
+        return torch.from_numpy(self.arrays[name]).double()[None]
+
+    def parameters(self, name, weight_shape):
+        """Weights and biases."""
+        fan_in = int(np.prod(weight_shape[1:]))
+        weight = self.array(f"{name}.weight", weight_shape, -((3 / fan_in) ** 0.5), (3 / fan_in) ** 0.5)
+        return weight[0], self.array(f"{name}.bias", weight_shape[:1])[0]
+
+    def add(self, name, out, **facts):
+        """A finished layer."""
+        self.arrays[f"{name}.out"] = numpy32(out[0])
+        self.facts[name] = json.dumps(facts)
+
+
+RESIZES = {"same": lambda image: image, "bilinear": networks.bilinear_up, "nearest": networks.nearest_up}
+ACTIVATIONS = {"none": lambda image: image, "relu": F.relu, "elu": F.elu}
+PADDINGS = {"zero": "constant", "replicate": "replicate"}
+TAPS = {"around": networks.around, "centre": networks.centre}
+
+
+def add_conv(layers, name, reads, outputs, size=3, stride=1, padding="zero", activation="none", shape=(6, 10)):
+    """A convolution over `reads`, pairs of channels and resize, at the resolution `shape`."""
+    images = []
+    for i, (channels, resize) in enumerate(reads):
+        factor = 1 if resize == "same" else 2
+        image = layers.array(f"{name}.in{i}", (channels, shape[0] // factor, shape[1] // factor))
+        images.append(RESIZES[resize](image))
+    image = torch.cat(images, dim=1)
+    weight, bias = layers.parameters(name, (outputs, image.shape[1], size, size))
+    border = size // 2
+    padded = F.pad(image, (border, border, border, border), mode=PADDINGS[padding])
+    out = ACTIVATIONS[activation](F.conv2d(padded, weight, bias, stride=stride))
+    facts = {"size": size, "stride": stride, "padding": padding, "activation": activation}
+    layers.add(name, out, kind="conv", resizes=[resize for _, resize in reads], **facts)
+
+
+def add_filter(layers, name, images, normalisation, expand=1, features=6, channels=3, shape=(6, 8)):
+    """A predicted kernel over `images`, pairs of resize and taps, at the resolution `shape`; in0 is the features."""
+    feature = layers.array(f"{name}.in0", (features, shape[0] // expand, shape[1] // expand))
+    taps = []
+    for i, (resize, which) in enumerate(images):
+        factor = 1 if resize == "same" else 2
+        edges = (shape[0] // factor, shape[1] // factor)
+        taps.append(TAPS[which](RESIZES[resize](layers.array(f"{name}.in{i + 1}", (channels, *edges)))))
+    count = sum(tap.shape[1] for tap in taps)
+    weight, bias = layers.parameters(name, (count * expand * expand, features, 1, 1))
+    kernel = networks.PredictedKernel(features, count, expand, normalisation).double().requires_grad_(False)
+    kernel.load_state_dict({"weight": weight, "bias": bias})
+    facts = {"normalisation": normalisation, "expand": expand}
+    layers.add(name, kernel(feature, taps), kind="filter", images=images, **facts)
+
+
+def add_warp(layers, name, level, shape):
+    """A state of `shape` moved along smooth motion at 2^level times the resolution."""
+    height, width = (edge << level for edge in shape)
+    (_, _, motion), = frames(width, height, 1)
+    state = layers.array(f"{name}.in0", (4, *shape))
+    layers.arrays[f"{name}.in1"] = motion * np.float32(1 << level)
+    layers.add(name, networks.warp(state, layers.double(f"{name}.in1")), kind="warp", level=level)
+
+
+def add_pull_push(layers, name, shape, density):
+    """Random samples, spread; the left half has none of them where `density` is below 0.01."""
+    random = np.random.default_rng(networks.fnv1a(name))
+    mask = (random.random((1, *shape)) < density).astype(np.float32)
+    if density < 0.01:
+        mask[:, :, : shape[1] // 2] = 0
+    layers.array(f"{name}.in0", (3, *shape), 0.0, 1.0)
+    layers.arrays[f"{name}.in0"] *= mask
+    layers.arrays[f"{name}.in1"] = mask
+    out = networks.pull_push(layers.double(f"{name}.in0"), layers.double(f"{name}.in1"))
+    layers.add(name, out, kind="pull-push", pull_levels=networks.pull_levels(*shape))
+
+
+def layer_cases(folder):
+    """Single layers, all in one file."""
+    layers = Layers()
+    add_conv(layers, "conv3_zero", [(5, "same")], 7)
+    add_conv(layers, "conv3_zero_joined", [(3, "same"), (4, "bilinear"), (2, "same")], 5, activation="relu")
+    add_conv(layers, "conv3_zero_stride2", [(4, "same")], 6, stride=2, activation="relu")
+    add_conv(layers, "conv3_replicate", [(5, "same")], 7, padding="replicate", activation="elu")
+    nearest = [(4, "nearest"), (3, "same")]
+    add_conv(layers, "conv3_replicate_joined", nearest, 5, padding="replicate", activation="elu")
+    add_conv(layers, "conv3_replicate_stride2", [(4, "same")], 6, stride=2, padding="replicate", activation="elu")
+    add_conv(layers, "conv3_zero_one_pixel", [(3, "same")], 4, shape=(1, 1))
+    add_conv(layers, "conv3_replicate_one_pixel", [(3, "same")], 4, padding="replicate", shape=(1, 1))
+    add_conv(layers, "conv1", [(9, "same")], 3, size=1)
+    add_conv(layers, "conv1_joined", [(4, "bilinear"), (5, "same")], 12, size=1, activation="relu")
+    # More channels than vectors have lanes, and not a multiple of them.
+    add_conv(layers, "conv3_zero_wide", [(19, "same"), (18, "bilinear")], 37, shape=(6, 18), activation="relu")
+
+    image = layers.array("pool.in0", (5, 6, 8))
+    layers.add("pool", F.avg_pool2d(image, 2), kind="pool")
+    image = layers.array("space_to_depth.in0", (3, 6, 8))
+    layers.add("space_to_depth", F.pixel_unshuffle(image, 2), kind="space-to-depth")
+    image = layers.array("depth_to_space.in0", (12, 3, 4))
+    layers.add("depth_to_space", F.pixel_shuffle(image, 2), kind="depth-to-space")
+    image = layers.array("norm_elu.in0", (6, 5, 7), -1.0, 3.0)
+    weight, bias = layers.parameters("norm_elu", (6,))
+    image = F.elu(F.group_norm(image, 1, weight, bias, eps=networks.NORM_EPSILON))
+    layers.add("norm_elu", image, kind="norm", activation="elu")
+    colour = layers.array("bypass.in0", (3, 4, 5), 0.0, 1.0)
+    layers.arrays["bypass.in1"] = (layers.array("bypass.in1", (1, 4, 5)) > 0).float().numpy()[0]
+    picture = layers.array("bypass.in2", (3, 4, 5))
+    layers.add("bypass", networks.bypass(colour, layers.double("bypass.in1"), picture), kind="bypass")
+
+    taps = {
+        9: [("same", "around")],
+        10: [("bilinear", "around"), ("same", "centre")],
+        19: [("bilinear", "around"), ("same", "centre"), ("same", "around")],
+    }
+    for normalisation in ["squared", "softmax"]:
+        for count, images in taps.items():
+            for expand in [1, 2]:
+                add_filter(layers, f"filter_{normalisation}_{count}_expand{expand}", images, normalisation, expand)
+    # Kernels made of epsilon alone: all weights are 0.
+    add_filter(layers, "filter_squared_zero", taps[9], "squared")
+    for name in ["weight", "bias"]:
+        layers.arrays[f"filter_squared_zero.{name}"][...] = 0
+    image = layers.double("filter_squared_zero.in1")
+    layers.arrays["filter_squared_zero.out"] = numpy32(networks.around(image).mean(dim=1)[0])
+
+    add_warp(layers, "warp_level0", 0, (9, 11))
+    add_warp(layers, "warp_level2", 2, (5, 6))
+    add_pull_push(layers, "pull_push_5_levels", (32, 64), 0.05)
+    add_pull_push(layers, "pull_push_4_levels", (16, 48), 0.1)
+    add_pull_push(layers, "pull_push_odd", (5, 6), 0.5)
+    add_pull_push(layers, "pull_push_none", (16, 16), 0.0)
+    # Squares of the coarsest level without samples.
+    add_pull_push(layers, "pull_push_gaps", (16, 48), 0.009)
+    save(layers.arrays, folder / "layers.safetensors", **layers.facts)
+
+
+def state_dict_case(folder):
+    """The weights of a very small network in PyTorch's format and in a weights file."""
+    config = networks.wnet([4, 4], [4])
+    network = networks.build(config, SEED)
+    path = folder / "state_dict.pt"
+    torch.save(network.state_dict(), path)
+    print(f"{path.name}: {path.stat().st_size} bytes")
+    arrays = {name: numpy32(tensor) for name, tensor in network.state_dict().items()}
+    save(arrays, folder / "state_dict.safetensors", **{"fovolnet.config": json.dumps(config)})
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", nargs="?", type=Path, default=DEFAULT_FOLDER)
+    folder = parser.parse_args().folder
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, width, height, count, seed in CASES:
+        network = network_case(name, width, height, count, seed, folder)
+        if width > 1:
+            check_bounds(name, network)
+    layer_cases(folder)
+    state_dict_case(folder)
+    print(f"together: {sum(path.stat().st_size for path in folder.iterdir())} bytes")
+
+
+if __name__ == "__main__":
+    main()

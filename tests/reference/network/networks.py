@@ -1,0 +1,421 @@
+"""The networks in plain PyTorch, written from their description, to compare the engines with.
+
+Tensors are [batch, channels, rows, columns]. A network is called with a padded frame and the states of the last
+one, and gives the picture (neither clamped nor cropped) and the next states; `run` does whole clips. Parameters
+have the names of the weights files, so that `state_dict()` is such a file's content.
+
+Works in float32 and, after `.double()`, in float64.
+"""
+
+import numpy as np
+import torch
+import torch.nn.functional as F
+from torch import nn
+
+SQUARED_EPSILON = 1e-6
+NORM_EPSILON = 1e-5
+PULL_LEVELS = 5
+SMALLEST_WEIGHT = 1e-8
+
+
+def wnet(encoder, decoder, **changes):
+    """The configuration of a W-shaped network as it stands in a weights file; the paper's unless changed."""
+    paper = {
+        "kind": "wnet",
+        "encoder": encoder,
+        "decoder": decoder,
+        "feedback": "direct",
+        "kernels": True,
+        "normalisation": "squared",
+        "fold": False,
+        "mask": False,
+        "prefill": False,
+        "bypass": False,
+        "history": False,
+        "reproject": False,
+    }
+    return paper | changes
+
+
+ALL_ON = {name: True for name in ["fold", "mask", "prefill", "bypass", "history", "reproject"]}
+CONFIGS = {
+    "wnet-paper": wnet([64, 64, 80, 96], [64, 64, 80]),
+    "wnet-narrow": wnet([64, 64, 80, 96], [32, 64, 80]),
+    "wnet-fast": wnet([32, 48, 64, 80], [32, 48, 64], feedback="output", **ALL_ON),
+    "wnet-tiny": wnet([16, 32, 48, 64], [16, 32, 48], feedback="output", **ALL_ON),
+    "deepfovea-fvn": wnet(
+        [32, 64, 128, 128, 128], [32, 64, 128, 128], feedback="none", kernels=False
+    ),
+    "deepfovea-orig": {"kind": "deepfovea", "encoder": [32, 64, 128, 128, 128], "bottleneck": 128},
+}
+
+
+# Steps without parameters.
+
+
+def bilinear_up(image):
+    """Twice as many pixels along each axis, between pixel centres, replicated at the border."""
+    return F.interpolate(image, scale_factor=2, mode="bilinear", align_corners=False)
+
+
+def nearest_up(image):
+    """Each pixel four times."""
+    return F.interpolate(image, scale_factor=2, mode="nearest")
+
+
+def warp(state, motion):
+    """The value that was at p + motion(p), bilinear, zero outside.
+
+    Motion is in pixels of the frame, x right and y down. For a state at 1/f of the resolution it is averaged over
+    f x f pixels and divided by f. Pixel centres have whole coordinates.
+    """
+    height, width = state.shape[-2:]
+    factor = motion.shape[-1] // width
+    motion = F.avg_pool2d(motion, factor) / factor
+    x = torch.arange(width, dtype=state.dtype) + motion[:, 0]
+    y = torch.arange(height, dtype=state.dtype)[:, None] + motion[:, 1]
+    # grid_sample counts from -1 at the left edge of the first pixel to 1 at the right edge of the last.
+    grid = torch.stack([(2 * x + 1) / width - 1, (2 * y + 1) / height - 1], dim=-1)
+    return F.grid_sample(state, grid, mode="bilinear", padding_mode="zeros", align_corners=False)
+
+
+def normalised(weights, normalisation):
+    """Weights [batch, taps, rows, columns] as kernels with a sum of 1 over the taps."""
+    if normalisation == "softmax":
+        return F.softmax(weights, dim=1)
+    squares = weights * weights
+    taps = weights.shape[1]
+    return (squares + SQUARED_EPSILON) / (squares.sum(dim=1, keepdim=True) + taps * SQUARED_EPSILON)
+
+
+def around(image):
+    """The 3x3 around each pixel, row by row, zeros beyond the border: [batch, 9, channels, rows, columns]."""
+    batch, channels, height, width = image.shape
+    columns = F.unfold(image, kernel_size=3, padding=1)
+    return columns.reshape(batch, channels, 9, height, width).transpose(1, 2)
+
+
+def centre(image):
+    """The pixel itself as its only tap."""
+    return image[:, None]
+
+
+def apply_kernels(kernels, taps):
+    """The sum of `taps` (a list of [batch, taps, channels, rows, columns]) weighed by the kernels, per channel."""
+    return (kernels[:, :, None] * torch.cat(taps, dim=1)).sum(dim=1)
+
+
+def pull_levels(height, width):
+    """How often pull-push halves a frame: at most 5 times, and only while both sides are even."""
+    levels = 0
+    while levels < PULL_LEVELS and height % 2 == 0 and width % 2 == 0:
+        height, width, levels = height // 2, width // 2, levels + 1
+    return levels
+
+
+def pull(colour, mask):
+    """The pyramid of premultiplied colours c' and weights w' of pull-push, finest first."""
+    pyramid = [(colour * mask, mask)]
+    for _ in range(pull_levels(*colour.shape[-2:])):
+        finer_colour, finer_weight = pyramid[-1]
+        mean_colour, mean_weight = F.avg_pool2d(finer_colour, 2), F.avg_pool2d(finer_weight, 2)
+        weight = (4 * mean_weight).clamp(max=1)
+        pyramid.append((mean_colour * weight / mean_weight.clamp(min=SMALLEST_WEIGHT), weight))
+    return pyramid
+
+
+def pull_push(colour, mask):
+    """Samples spread over the frame.
+
+    Level 0 has c'_0 = colour * mask and w'_0 = mask (0 or 1). L is the number of pull levels: at most 5, and only as
+    long as both sides are even.
+
+    Pull, for l = 0 .. L - 1, from what the level before was made into:
+        c_{l+1} = mean of 2x2 of c'_l,  w_{l+1} = mean of 2x2 of w'_l,
+        w'_{l+1} = min(4 w_{l+1}, 1),  c'_{l+1} = c_{l+1} w'_{l+1} / max(w_{l+1}, 1e-8).
+    Push, with `up` the bilinear doubling of resolution:
+        C_L = c'_L,  W_L = w'_L,
+        C_l = c'_l + (1 - w'_l) up(C_{l+1}),  W_l = w'_l + (1 - w'_l) up(W_{l+1})  for l = L - 1 .. 0.
+    The result is C_0 / max(W_0, 1e-8): squares without any sample do not darken their neighbours.
+    """
+    pyramid = pull(colour, mask)
+    filled, known = pyramid.pop()
+    for colour, weight in reversed(pyramid):
+        filled = colour + (1 - weight) * bilinear_up(filled)
+        known = weight + (1 - weight) * bilinear_up(known)
+    return filled / known.clamp(min=SMALLEST_WEIGHT)
+
+
+def bypass(colour, mask, picture):
+    """Samples where there are any, the picture elsewhere."""
+    return mask * colour + (1 - mask) * picture
+
+
+# Layers and networks.
+
+
+class Block(nn.Module):
+    """Two 3x3 convolutions, each with ReLU, zeros beyond the border."""
+
+    def __init__(self, inputs, outputs):
+        super().__init__()
+        self.conv1 = nn.Conv2d(inputs, outputs, 3, padding=1)
+        self.conv2 = nn.Conv2d(outputs, outputs, 3, padding=1)
+
+    def forward(self, *inputs):
+        return F.relu(self.conv2(F.relu(self.conv1(torch.cat(inputs, dim=1)))))
+
+
+class PredictedKernel(nn.Conv2d):
+    """A 1x1 convolution that predicts a kernel for each pixel, and its application.
+
+    With `expand` = 2 a feature serves 2x2 pixels: channel 4k + 2y + x is tap k of pixel (x, y) of the four, the order
+    of `pixel_shuffle`.
+    """
+
+    def __init__(self, features, taps, expand, normalisation):
+        super().__init__(features, taps * expand * expand, 1)
+        self.expand, self.normalisation = expand, normalisation
+
+    def forward(self, features, taps):
+        weights = F.pixel_shuffle(super().forward(features), self.expand)
+        return apply_kernels(normalised(weights, self.normalisation), taps)
+
+
+class KernelNetwork(nn.Module):
+    """K: the picture filtered by predicted kernels, down and up again."""
+
+    def __init__(self, features, config):
+        super().__init__()
+        deepest = len(features) - 1
+
+        def kernel(depth, taps):
+            expand = 2 if config["fold"] and depth == 0 else 1
+            return PredictedKernel(features[depth], taps, expand, config["normalisation"])
+
+        def up_taps(depth):
+            return 19 if config["history"] and depth == 0 else 10
+
+        self.down = nn.ModuleList(kernel(depth, 9) for depth in range(deepest))
+        self.bottom = kernel(deepest, 9)
+        self.up = nn.ModuleList(kernel(depth, up_taps(depth)) for depth in range(deepest))
+
+    def forward(self, picture, features, history):
+        skips = []
+        for kernel, feature in zip(self.down, features):
+            skips.append(kernel(feature, [around(picture)]))
+            picture = F.avg_pool2d(skips[-1], 2)
+        picture = self.bottom(features[-1], [around(picture)])
+        for depth in reversed(range(len(self.up))):
+            taps = [around(bilinear_up(picture)), centre(skips[depth])]
+            if depth == 0 and history is not None:
+                taps.append(around(history))
+            picture = self.up[depth](features[depth], taps)
+        return picture
+
+
+class WNet(nn.Module):
+    """A U-Net with recurrent decoders that predicts the picture, and predicted kernels that filter it."""
+
+    def __init__(self, config):
+        super().__init__()
+        self.config = config
+        encoder, decoder = config["encoder"], config["decoder"]
+        self.multiple = 2 ** (len(decoder) + config["fold"])
+        self.has_feedback = config["feedback"] != "none"
+        pixels = 4 if config["fold"] else 1
+        inputs = pixels * (3 + config["mask"] + 3 * self.has_feedback)
+        self.encoder = nn.ModuleList(map(Block, [inputs] + encoder[:-1], encoder))
+        below = decoder[1:] + encoder[-1:]
+        read = [e + b + d for e, b, d in zip(encoder, below, decoder)]
+        self.decoder = nn.ModuleList(map(Block, read, decoder))
+        self.output = nn.Conv2d(decoder[0], 3 * pixels, 1)
+        if config["kernels"]:
+            # Folded, the finest features serve the whole pixels as well as the 2x2 squares.
+            finest = decoder[:1] if config["fold"] else []
+            self.kernel = KernelNetwork(finest + decoder + encoder[-1:], config)
+
+    def initial_states(self, height, width, dtype):
+        """Zeros for a padded frame."""
+        states = {}
+        for depth, channels in enumerate(self.config["decoder"]):
+            edge = 2 ** (depth + self.config["fold"])
+            states[f"decoder.{depth}"] = torch.zeros(1, channels, height // edge, width // edge, dtype=dtype)
+        if self.has_feedback or self.config["history"]:
+            states["output"] = torch.zeros(1, 3, height, width, dtype=dtype)
+        return states
+
+    def forward(self, colour, mask, motion, states):
+        config, following = self.config, {}
+        if config["reproject"]:
+            states = {name: warp(state, motion) for name, state in states.items()}
+
+        inputs = [pull_push(colour, mask) if config["prefill"] else colour]
+        if config["mask"]:
+            inputs.append(mask)
+        if self.has_feedback:
+            inputs.append(states["output"])
+        if config["fold"]:
+            inputs = [F.pixel_unshuffle(image, 2) for image in inputs]
+
+        skips = [self.encoder[0](*inputs)]
+        for block in self.encoder[1:]:
+            skips.append(block(F.avg_pool2d(skips[-1], 2)))
+        features = [skips[-1]]
+        for depth in reversed(range(len(self.decoder))):
+            hidden = states[f"decoder.{depth}"]
+            output = self.decoder[depth](skips[depth], bilinear_up(features[0]), hidden)
+            following[f"decoder.{depth}"] = output
+            features.insert(0, output)
+
+        direct = F.relu(self.output(features[0]))
+        if config["fold"]:
+            direct = F.pixel_shuffle(direct, 2)
+        picture = direct
+        if config["kernels"]:
+            finest = features[:1] if config["fold"] else []
+            history = states["output"] if config["history"] else None
+            picture = self.kernel(direct, finest + features, history)
+        if config["bypass"]:
+            picture = bypass(colour, mask, picture)
+        if "output" in states:
+            following["output"] = direct if config["feedback"] == "direct" else picture
+        return picture, following
+
+
+def replicating_conv(inputs, outputs, stride=1):
+    """A 3x3 convolution that finds the nearest pixel beyond the border."""
+    return nn.Conv2d(inputs, outputs, 3, stride, padding=1, padding_mode="replicate")
+
+
+class FoveaEncoder(nn.Module):
+    """What is skipped over, and the same at half the resolution."""
+
+    def __init__(self, inputs, outputs):
+        super().__init__()
+        self.conv1 = replicating_conv(inputs, outputs)
+        self.conv2 = replicating_conv(outputs, outputs, stride=2)
+
+    def forward(self, image):
+        skip = F.elu(self.conv1(image))
+        return skip, F.elu(self.conv2(skip))
+
+
+class FoveaBottleneck(nn.Module):
+    """Two convolutions."""
+
+    def __init__(self, inputs, outputs):
+        super().__init__()
+        self.conv1 = replicating_conv(inputs, outputs)
+        self.conv2 = replicating_conv(outputs, outputs)
+
+    def forward(self, image):
+        return F.elu(self.conv2(F.elu(self.conv1(image))))
+
+
+class FoveaDecoder(nn.Module):
+    """Up, joined with the skip, then with its own last output, which is the state."""
+
+    def __init__(self, below, skip, outputs):
+        super().__init__()
+        self.conv1 = replicating_conv(below + skip, outputs)
+        self.conv2 = replicating_conv(2 * outputs, outputs)
+        self.norm = nn.GroupNorm(1, outputs, eps=NORM_EPSILON)
+
+    def forward(self, below, skip, state):
+        joined = F.elu(self.conv1(torch.cat([nearest_up(below), skip], dim=1)))
+        return F.elu(self.norm(self.conv2(torch.cat([joined, state], dim=1))))
+
+
+class DeepFovea(nn.Module):
+    """The generator of DeepFovea."""
+
+    def __init__(self, config):
+        super().__init__()
+        widths, bottleneck = config["encoder"], config["bottleneck"]
+        self.widths = widths
+        self.multiple = 2 ** len(widths)
+        self.encoder = nn.ModuleList(map(FoveaEncoder, [4] + widths[:-1], widths))
+        self.bottleneck = FoveaBottleneck(widths[-1], bottleneck)
+        self.decoder = nn.ModuleList(map(FoveaDecoder, widths[1:] + [bottleneck], widths, widths))
+        self.output = nn.Conv2d(widths[0], 3, 1)
+
+    def initial_states(self, height, width, dtype):
+        """Zeros for a padded frame."""
+        return {
+            f"decoder.{depth}": torch.zeros(1, channels, height >> depth, width >> depth, dtype=dtype)
+            for depth, channels in enumerate(self.widths)
+        }
+
+    def forward(self, colour, mask, motion, states):
+        signed = 2 * colour - 1
+        image = torch.cat([signed, 2 * mask - 1], dim=1)
+        skips, following = [], {}
+        for block in self.encoder:
+            skip, image = block(image)
+            skips.append(skip)
+        image = self.bottleneck(image)
+        for depth in reversed(range(len(self.decoder))):
+            name = f"decoder.{depth}"
+            image = following[name] = self.decoder[depth](image, skips[depth], states[name])
+        picture = bypass(signed, mask, self.output(image))
+        return (picture + 1) / 2, following
+
+
+def build(config, seed):
+    """The network of `config` with the seeded weights, in float32."""
+    network = WNet(config) if config["kind"] == "wnet" else DeepFovea(config)
+    arrays = {name: seeded_weights(name, tuple(p.shape), seed) for name, p in network.state_dict().items()}
+    network.load_state_dict({name: torch.from_numpy(array) for name, array in arrays.items()})
+    return network.eval().requires_grad_(False)
+
+
+def run(network, frames):
+    """Pictures of a clip, clamped to 0..1, and the states after it, padded.
+
+    `frames` has (colour, mask, motion) of shapes [3 | 1 | 2, rows, columns]; all are padded by replication at right
+    and bottom to the network's multiple, and pictures are cropped again.
+    """
+    dtype = next(network.parameters()).dtype
+    height, width = frames[0][0].shape[-2:]
+    right, bottom = -width % network.multiple, -height % network.multiple
+    states = network.initial_states(height + bottom, width + right, dtype)
+    pictures = []
+    for frame in frames:
+        inputs = [torch.as_tensor(image)[None].to(dtype) for image in frame]
+        inputs = [F.pad(image, (0, right, 0, bottom), mode="replicate") for image in inputs]
+        picture, states = network(*inputs, states)
+        pictures.append(picture[0, :, :height, :width].clamp(0, 1))
+    return pictures, {name: state[0] for name, state in states.items()}
+
+
+# Seeded weights.
+
+GOLDEN = 0x9E37_79B9_7F4A_7C15
+MASK_64 = 2**64 - 1
+
+
+def fnv1a(text):
+    """FNV-1a of 64 bits."""
+    value = 0xCBF2_9CE4_8422_2325
+    for byte in text.encode():
+        value = ((value ^ byte) * 0x100_0000_01B3) & MASK_64
+    return value
+
+
+def seeded_weights(name, shape, seed):
+    """The float32 array `name` of a network with seeded weights.
+
+    Number i is u = (mix(k + (i + 1) GOLDEN) >> 40) / 2^24 with k = FNV-1a(name) xor seed GOLDEN and SplitMix64's mix.
+    A weight is (2u - 1) sqrt(5 / fan-in), a bias 0.05 (2u - 1), a factor of a normalisation 1 + 0.1 (2u - 1).
+    """
+    key = np.uint64(fnv1a(name) ^ (seed * GOLDEN & MASK_64))
+    z = key + np.arange(1, np.prod(shape) + 1, dtype=np.uint64) * np.uint64(GOLDEN)
+    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58_476D_1CE4_E5B9)
+    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D0_49BB_1331_11EB)
+    u = ((z ^ (z >> np.uint64(31))) >> np.uint64(40)).astype(np.float64) / 2.0**24
+    if len(shape) > 1:
+        middle, reach = 0.0, np.sqrt(5.0 / np.prod(shape[1:]))
+    else:
+        middle, reach = (1.0, 0.1) if name.endswith(".weight") else (0.0, 0.05)
+    return (middle + (2.0 * u - 1.0) * reach).astype(np.float32).reshape(shape)
