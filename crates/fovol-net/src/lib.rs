@@ -24,6 +24,7 @@
 pub mod cpu;
 mod error;
 mod fill;
+pub mod onnx;
 pub mod plan;
 pub mod weights;
 

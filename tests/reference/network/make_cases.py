@@ -219,7 +219,7 @@ def add_warp(layers, name, level, shape):
     layers.add(name, networks.warp(state, layers.double(f"{name}.in1")), kind="warp", level=level)
 
 
-def add_pull_push(layers, name, shape, density):
+def add_pull_push(layers, name, shape, density, levels):
     """Random samples, spread; the left half has none of them where `density` is below 0.01."""
     random = np.random.default_rng(networks.fnv1a(name))
     mask = (random.random((1, *shape)) < density).astype(np.float32)
@@ -228,8 +228,8 @@ def add_pull_push(layers, name, shape, density):
     layers.array(f"{name}.in0", (3, *shape), 0.0, 1.0)
     layers.arrays[f"{name}.in0"] *= mask
     layers.arrays[f"{name}.in1"] = mask
-    out = networks.pull_push(layers.double(f"{name}.in0"), layers.double(f"{name}.in1"))
-    layers.add(name, out, kind="pull-push", pull_levels=networks.pull_levels(*shape))
+    out = networks.pull_push(layers.double(f"{name}.in0"), layers.double(f"{name}.in1"), levels)
+    layers.add(name, out, kind="pull-push", levels=levels)
 
 
 def layer_cases(folder):
@@ -282,12 +282,12 @@ def layer_cases(folder):
 
     add_warp(layers, "warp_level0", 0, (9, 11))
     add_warp(layers, "warp_level2", 2, (5, 6))
-    add_pull_push(layers, "pull_push_5_levels", (32, 64), 0.05)
-    add_pull_push(layers, "pull_push_4_levels", (16, 48), 0.1)
-    add_pull_push(layers, "pull_push_odd", (5, 6), 0.5)
-    add_pull_push(layers, "pull_push_none", (16, 16), 0.0)
+    add_pull_push(layers, "pull_push_5_levels", (32, 64), 0.05, 5)
+    add_pull_push(layers, "pull_push_4_levels", (16, 48), 0.1, 4)
+    add_pull_push(layers, "pull_push_odd", (5, 6), 0.5, 0)
+    add_pull_push(layers, "pull_push_none", (16, 16), 0.0, 4)
     # Squares of the coarsest level without samples.
-    add_pull_push(layers, "pull_push_gaps", (16, 48), 0.009)
+    add_pull_push(layers, "pull_push_gaps", (16, 48), 0.009, 4)
     save(layers.arrays, folder / "layers.safetensors", **layers.facts)
 
 

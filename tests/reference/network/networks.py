@@ -105,18 +105,10 @@ def apply_kernels(kernels, taps):
     return (kernels[:, :, None] * torch.cat(taps, dim=1)).sum(dim=1)
 
 
-def pull_levels(height, width):
-    """How often pull-push halves a frame: at most 5 times, and only while both sides are even."""
-    levels = 0
-    while levels < PULL_LEVELS and height % 2 == 0 and width % 2 == 0:
-        height, width, levels = height // 2, width // 2, levels + 1
-    return levels
-
-
-def pull(colour, mask):
+def pull(colour, mask, levels):
     """The pyramid of premultiplied colours c' and weights w' of pull-push, finest first."""
     pyramid = [(colour * mask, mask)]
-    for _ in range(pull_levels(*colour.shape[-2:])):
+    for _ in range(levels):
         finer_colour, finer_weight = pyramid[-1]
         mean_colour, mean_weight = F.avg_pool2d(finer_colour, 2), F.avg_pool2d(finer_weight, 2)
         weight = (4 * mean_weight).clamp(max=1)
@@ -124,11 +116,11 @@ def pull(colour, mask):
     return pyramid
 
 
-def pull_push(colour, mask):
+def pull_push(colour, mask, levels):
     """Samples spread over the frame.
 
-    Level 0 has c'_0 = colour * mask and w'_0 = mask (0 or 1). L is the number of pull levels: at most 5, and only as
-    long as both sides are even.
+    Level 0 has c'_0 = colour * mask and w'_0 = mask (0 or 1). L is the number of levels, for which both sides must
+    be even; networks take log2 of their multiple, at most 5.
 
     Pull, for l = 0 .. L - 1, from what the level before was made into:
         c_{l+1} = mean of 2x2 of c'_l,  w_{l+1} = mean of 2x2 of w'_l,
@@ -138,7 +130,7 @@ def pull_push(colour, mask):
         C_l = c'_l + (1 - w'_l) up(C_{l+1}),  W_l = w'_l + (1 - w'_l) up(W_{l+1})  for l = L - 1 .. 0.
     The result is C_0 / max(W_0, 1e-8): squares without any sample do not darken their neighbours.
     """
-    pyramid = pull(colour, mask)
+    pyramid = pull(colour, mask, levels)
     filled, known = pyramid.pop()
     for colour, weight in reversed(pyramid):
         filled = colour + (1 - weight) * bilinear_up(filled)
@@ -222,6 +214,7 @@ class WNet(nn.Module):
         self.config = config
         encoder, decoder = config["encoder"], config["decoder"]
         self.multiple = 2 ** (len(decoder) + config["fold"])
+        self.pull_levels = min(len(decoder) + config["fold"], PULL_LEVELS)
         self.has_feedback = config["feedback"] != "none"
         pixels = 4 if config["fold"] else 1
         inputs = pixels * (3 + config["mask"] + 3 * self.has_feedback)
@@ -250,7 +243,7 @@ class WNet(nn.Module):
         if config["reproject"]:
             states = {name: warp(state, motion) for name, state in states.items()}
 
-        inputs = [pull_push(colour, mask) if config["prefill"] else colour]
+        inputs = [pull_push(colour, mask, self.pull_levels) if config["prefill"] else colour]
         if config["mask"]:
             inputs.append(mask)
         if self.has_feedback:

@@ -14,6 +14,8 @@ mod peak;
 pub mod plain;
 mod precision;
 mod pull_push;
+#[cfg(test)]
+mod reference_layers;
 mod reshape;
 mod simd;
 mod state;

@@ -283,8 +283,8 @@ fn run_plain(layer: &Layer, tensors: &[Stored], out: &mut Stored) {
         (Layer::Scale { input, factor, offset, .. }, Stored::F32(out)) => {
             reshape::scale(picture(input), *factor, *offset, out);
         }
-        (Layer::PullPush { colour, mask, .. }, Stored::F32(out)) => {
-            pull_push(picture(colour), picture(mask), out);
+        (Layer::PullPush { colour, mask, levels, .. }, Stored::F32(out)) => {
+            pull_push(picture(colour), picture(mask), *levels, out);
         }
         (Layer::Bypass { colour, mask, input, .. }, Stored::F32(out)) => {
             reshape::bypass(picture(colour), picture(mask), picture(input), out);

@@ -6,8 +6,6 @@ use super::reshape::pool;
 use crate::plan::{Padding, Resize};
 use rayon::prelude::*;
 
-/// Squares grow to this many doublings.
-const LEVELS: usize = 5;
 /// Divisors are at least this.
 const SMALLEST: f32 = 1e-8;
 /// Rows of a task.
@@ -23,20 +21,16 @@ struct Known {
 
 /// Writes `colour` where `mask` is 1, and elsewhere the mean of the samples around, to `out`.
 ///
-/// Pulling halves the resolution up to five times while sides are even: premultiplied colours c and weights w are
+/// Pulling halves the resolution `levels` times, for which sides must be even: premultiplied colours c and weights w are
 /// averaged over 2×2 pixels, then w' = min(4w, 1) and c' = c·w'/max(w, 1e-8). Pushing goes back: each finer level
 /// gets c' + (1 − w')·(c of the coarser, bilinear), and its weight likewise. At last colours are divided by
 /// max(weight, 1e-8).
-pub fn pull_push(colour: &Map, mask: &Map, out: &mut Map) {
-    let mut levels = vec![premultiplied(colour, mask)];
-    while levels.len() <= LEVELS {
-        let finest = &levels[levels.len() - 1];
-        if finest.weight.height % 2 != 0 || finest.weight.width % 2 != 0 {
-            break;
-        }
-        levels.push(pulled(finest));
+pub fn pull_push(colour: &Map, mask: &Map, levels: u32, out: &mut Map) {
+    let mut known = vec![premultiplied(colour, mask)];
+    for _ in 0..levels {
+        known.push(pulled(&known[known.len() - 1]));
     }
-    let pushed = levels.into_iter().rev().reduce(|coarser, finer| Known {
+    let pushed = known.into_iter().rev().reduce(|coarser, finer| Known {
         colour: pushed(finer.colour, &finer.weight, coarser.colour),
         weight: pushed(finer.weight.clone(), &finer.weight, coarser.weight),
     });
@@ -101,11 +95,11 @@ mod tests {
     #[test]
     fn samples_stay_and_one_fills_all() {
         let (mut colour, mut mask, mut out) = (Map::zeros(16, 32, 3), Map::zeros(16, 32, 1), Map::default());
-        pull_push(&colour, &mask, &mut out);
+        pull_push(&colour, &mask, 4, &mut out);
         assert!(out.data.iter().all(|&v| v == 0.0));
         mask.data[5 * 32 + 7] = 1.0;
         colour.data[3 * (5 * 32 + 7)..][..3].copy_from_slice(&[0.25, 0.5, 1.0]);
-        pull_push(&colour, &mask, &mut out);
+        pull_push(&colour, &mask, 4, &mut out);
         assert_eq!(out.pixel(5, 7), [0.25, 0.5, 1.0]);
         let near = out.pixel(6, 9);
         assert!((near[0] - 0.25).abs() < 1e-5 && (near[2] - 1.0).abs() < 1e-5, "{near:?}");

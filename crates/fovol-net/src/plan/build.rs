@@ -1,6 +1,9 @@
 use super::layer::{Activation, Conv, Filter, Layer, Norm, Padding, Read, Resize};
 use super::{Inputs, Plan, StateTensor, Tensor, TensorId};
 
+/// Pull-push halves the resolution no more often.
+const MOST_PULLS: u32 = 5;
+
 /// Makes a [`Plan`] layer by layer, and sees that shapes fit.
 ///
 /// # Panics
@@ -195,7 +198,8 @@ impl PlanBuilder {
     pub fn pull_push(&mut self) -> TensorId {
         let (colour, mask) = (self.colour(), self.mask());
         let output = self.tensor("prefilled", 3, 0);
-        self.push(Layer::PullPush { colour, mask, output })
+        // How often frames can be halved is known at the end.
+        self.push(Layer::PullPush { colour, mask, levels: 0, output })
     }
 
     /// `colour` where sampled, `input` elsewhere.
@@ -217,6 +221,12 @@ impl PlanBuilder {
     pub fn finish(mut self, output: TensorId) -> Plan {
         assert_eq!((self.channels(output), self.level(output)), (3, 0), "the output is a picture");
         self.plan.output = output;
+        let halvings = self.plan.multiple().ilog2().min(MOST_PULLS);
+        for layer in &mut self.plan.layers {
+            if let Layer::PullPush { levels, .. } = layer {
+                *levels = halvings;
+            }
+        }
         self.plan
     }
 }

@@ -199,6 +199,8 @@ pub enum Layer {
         colour: TensorId,
         /// 1 where it is, 0 elsewhere.
         mask: TensorId,
+        /// How often the resolution is halved.
+        levels: u32,
         /// What it writes.
         output: TensorId,
     },

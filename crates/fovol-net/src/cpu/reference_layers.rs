@@ -1,0 +1,168 @@
+//! Every kind of layer against PyTorch in double precision: `tests/reference/network/make_cases.py` made the cases.
+
+use super::conv::{Arithmetic, ConvShape, PreparedConv};
+use super::filter::PreparedFilter;
+use super::map::{Map, Stored};
+use super::norm::normalise;
+use super::patch::Source;
+use super::pull_push::pull_push;
+use super::reshape;
+use super::simd::Simd;
+use super::warp::warp;
+use crate::plan::{Activation, Filter, Normalisation, Padding, Read, Resize, Taps, TensorId};
+use safetensors::SafeTensors;
+use serde_json::Value;
+
+struct Case<'a> {
+    name: &'a str,
+    file: &'a SafeTensors<'a>,
+    facts: &'a Value,
+}
+
+impl Case<'_> {
+    fn values(&self, part: &str) -> Option<(Vec<usize>, Vec<f32>)> {
+        let view = self.file.tensor(&format!("{}.{part}", self.name)).ok()?;
+        let bytes = view.data().chunks_exact(4);
+        Some((view.shape().to_vec(), bytes.map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect()))
+    }
+
+    /// An image of the case, \[channel\]\[row\]\[column\] there.
+    fn map(&self, part: &str) -> Option<Map> {
+        let (shape, planes) = self.values(part)?;
+        let [channels, height, width] = shape[..] else { panic!("{} {part}: {shape:?}", self.name) };
+        let mut map = Map::zeros(height, width, channels);
+        for (at, v) in map.data.iter_mut().enumerate() {
+            *v = planes[at % channels * height * width + at / channels];
+        }
+        Some(map)
+    }
+
+    fn inputs(&self) -> Vec<Map> {
+        (0..).map_while(|i| self.map(&format!("in{i}"))).collect()
+    }
+
+    fn word(&self, key: &str) -> &str {
+        self.facts[key].as_str().unwrap()
+    }
+
+    fn number(&self, key: &str) -> usize {
+        self.facts[key].as_u64().unwrap() as usize
+    }
+
+    fn weights(&self) -> (Vec<f32>, Vec<f32>) {
+        (self.values("weight").unwrap().1, self.values("bias").unwrap().1)
+    }
+
+    fn activation(&self) -> Activation {
+        match self.word("activation") {
+            "none" => Activation::None,
+            "relu" => Activation::Relu,
+            "elu" => Activation::Elu,
+            other => panic!("{other}"),
+        }
+    }
+
+    fn run(&self, simd: Simd) -> Map {
+        let inputs = self.inputs();
+        let mut out = Map::default();
+        match self.word("kind") {
+            "conv" => return self.conv(inputs, simd),
+            "filter" => return self.filter(inputs, simd),
+            "norm" => {
+                let (weight, bias) = self.weights();
+                out = inputs[0].clone();
+                normalise(&mut out, &weight, &bias, self.activation());
+            }
+            "pool" => reshape::pool(&inputs[0], &mut out),
+            "space-to-depth" => reshape::space_to_depth(&inputs[0], &mut out),
+            "depth-to-space" => reshape::depth_to_space(&inputs[0], &mut out),
+            "bypass" => reshape::bypass(&inputs[0], &inputs[1], &inputs[2], &mut out),
+            "warp" => warp(&inputs[0], &inputs[1], &mut out),
+            "pull-push" => pull_push(&inputs[0], &inputs[1], self.number("levels") as u32, &mut out),
+            other => panic!("{other}"),
+        }
+        out
+    }
+
+    fn conv(&self, inputs: Vec<Map>, simd: Simd) -> Map {
+        let (weights, bias) = self.weights();
+        let shape = ConvShape {
+            inputs: inputs.iter().map(|map| map.channels).sum(),
+            outputs: bias.len(),
+            size: self.number("size"),
+            stride: self.number("stride"),
+            padding: if self.word("padding") == "zero" { Padding::Zero } else { Padding::Replicate },
+            activation: self.activation(),
+        };
+        let resizes = self.facts["resizes"].as_array().unwrap().iter().map(resize);
+        let stored: Vec<(Stored, Resize)> = inputs.into_iter().map(Stored::F32).zip(resizes).collect();
+        let sources: Vec<Source<'_>> =
+            stored.iter().map(|(map, resize)| Source { map, resize: *resize }).collect();
+        let mut out = Map::default();
+        PreparedConv::new(&shape, &weights, &bias, simd, Arithmetic::F32).run(&sources, &mut out);
+        out
+    }
+
+    fn filter(&self, mut inputs: Vec<Map>, simd: Simd) -> Map {
+        let (weights, bias) = self.weights();
+        let features = inputs.remove(0);
+        let images: Vec<(Resize, Taps)> =
+            self.facts["images"].as_array().unwrap().iter().map(image).collect();
+        let layer = Filter {
+            name: self.name.into(),
+            features: TensorId(0),
+            expand: self.number("expand"),
+            images: images
+                .iter()
+                .map(|&(resize, taps)| (Read { tensor: TensorId(0), resize }, taps))
+                .collect(),
+            output: TensorId(0),
+            normalisation: match self.word("normalisation") {
+                "squared" => Normalisation::Squared,
+                _ => Normalisation::Softmax,
+            },
+        };
+        let channels = features.channels;
+        let prepared = PreparedFilter::new(&layer, channels, (&weights, &bias), simd, Arithmetic::F32);
+        let stored: Vec<Stored> = inputs.into_iter().map(Stored::F32).collect();
+        let sources = stored.iter().zip(&images).map(|(map, &(resize, _))| Source { map, resize });
+        let mut out = Map::default();
+        prepared.run(&Stored::F32(features), &sources.collect::<Vec<_>>(), &mut out);
+        out
+    }
+}
+
+fn resize(word: &Value) -> Resize {
+    match word.as_str() {
+        Some("same") => Resize::Same,
+        Some("bilinear") => Resize::Bilinear,
+        Some("nearest") => Resize::Nearest,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn image(pair: &Value) -> (Resize, Taps) {
+    (resize(&pair[0]), if pair[1] == "around" { Taps::Around } else { Taps::Centre })
+}
+
+#[test]
+fn layers_agree_with_pytorch() {
+    let bytes = include_bytes!("../../tests/reference/layers.safetensors");
+    let file = SafeTensors::deserialize(bytes).unwrap();
+    let (_, header) = SafeTensors::read_metadata(bytes).unwrap();
+    let layers = header.metadata().clone().unwrap();
+    assert!(layers.len() > 30);
+    for (name, facts) in &layers {
+        let facts: Value = serde_json::from_str(facts).unwrap();
+        let case = Case { name, file: &file, facts: &facts };
+        let expected = case.map("out").unwrap();
+        for simd in Simd::available() {
+            let found = case.run(simd);
+            let size = |map: &Map| [map.height, map.width, map.channels];
+            assert_eq!(size(&found), size(&expected), "{name}");
+            for (a, b) in found.data.iter().zip(&expected.data) {
+                assert!((a - b).abs() <= 1e-5 * (1.0 + b.abs()), "{name} {simd}: {a} and {b}");
+            }
+        }
+    }
+}

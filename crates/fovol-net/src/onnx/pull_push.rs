@@ -1,0 +1,69 @@
+//! Filling by averages of ever larger squares.
+
+use super::export::Exporter;
+use crate::plan::TensorId;
+
+/// Divisors are at least this.
+const SMALLEST: f32 = 1e-8;
+
+/// Four channels: premultiplied colours, and how far each pixel is known, 0…1; and the latter alone.
+struct Known {
+    both: String,
+    weight: String,
+}
+
+impl Exporter<'_> {
+    /// `colour` where `mask` is 1, and elsewhere the mean of the samples around.
+    ///
+    /// Pulling halves the resolution `halvings` times: colours and weights w are averaged over 2×2 pixels and
+    /// multiplied by min(4w, 1) / max(w, 1e-8). Pushing goes back: each finer level gets (1 − w) of the
+    /// coarser, bilinear. At last colours are divided by weights.
+    pub fn pull_push(&mut self, colour: TensorId, mask: TensorId, halvings: u32, output: TensorId) -> String {
+        let name = self.name(output);
+        let mut levels = vec![self.premultiplied(name, colour, mask)];
+        for _ in 0..halvings {
+            let next = self.pulled(name, &levels[levels.len() - 1]);
+            levels.push(next);
+        }
+        let coarsest = levels.pop().map(|level| level.both).unwrap_or_default();
+        let filled = levels.iter().rev().fold(coarsest, |coarser, finer| self.pushed(name, finer, &coarser));
+        self.divided(name, &filled)
+    }
+
+    fn premultiplied(&mut self, name: &str, colour: TensorId, mask: TensorId) -> Known {
+        let (colour, weight) = (self.value(colour), self.value(mask));
+        let colour = self.graph.plain("Mul", &format!("{name}.premultiplied"), &[&colour, &weight]);
+        let both = self.graph.concatenated(&format!("{name}.known"), &[colour, weight.clone()]);
+        Known { both, weight }
+    }
+
+    fn pulled(&mut self, name: &str, finer: &Known) -> Known {
+        let graph = &mut self.graph;
+        let [four, one, smallest] = [4.0, 1.0, SMALLEST].map(|value| graph.scalar(value));
+        let both = graph.pooled(&format!("{name}.pooled"), &finer.both, 2);
+        let mean = graph.pooled(&format!("{name}.mean"), &finer.weight, 2);
+        let sum = graph.plain("Mul", &format!("{name}.count"), &[&mean, &four]);
+        let weight = graph.plain("Min", &format!("{name}.weight"), &[&sum, &one]);
+        let divisor = graph.plain("Max", &format!("{name}.divisor"), &[&mean, &smallest]);
+        let factor = graph.plain("Div", &format!("{name}.factor"), &[&weight, &divisor]);
+        let both = graph.plain("Mul", &format!("{name}.pulled"), &[&both, &factor]);
+        Known { both, weight }
+    }
+
+    /// `finer` + (1 − its weight) · `coarser`.
+    fn pushed(&mut self, name: &str, finer: &Known, coarser: &str) -> String {
+        let graph = &mut self.graph;
+        let coarser = graph.bilinear(&format!("{name}.up"), coarser);
+        let open = graph.complement(&format!("{name}.open"), &finer.weight);
+        let rest = graph.plain("Mul", &format!("{name}.rest"), &[&coarser, &open]);
+        graph.plain("Add", &format!("{name}.pushed"), &[&finer.both, &rest])
+    }
+
+    fn divided(&mut self, name: &str, known: &str) -> String {
+        let names = [format!("{name}.colour"), format!("{name}.total")];
+        let parts = self.graph.split(known, &[3, 1], &names);
+        let smallest = self.graph.scalar(SMALLEST);
+        let divisor = self.graph.plain("Max", &format!("{name}.divisor"), &[&parts[1], &smallest]);
+        self.graph.plain("Div", name, &[&parts[0], &divisor])
+    }
+}
