@@ -132,7 +132,7 @@ impl Network {
         self.load(input, state, &mut tensors);
         for (number, (layer, step)) in self.plan.layers().iter().zip(&self.steps).enumerate() {
             let place = layer.output().index();
-            let mut out = state.spare.take(self.halved[place]);
+            let mut out = state.spare.take(self.halved[place], self.numbers(place, state.size));
             let started = Instant::now();
             run(layer, step, &tensors, &mut out);
             observe(number, &out, started.elapsed());
@@ -144,6 +144,13 @@ impl Network {
         let frame = cropped(tensors[self.plan.output().index()].picture(), size);
         self.carry(&mut tensors, state);
         Ok(frame)
+    }
+
+    /// The numbers of tensor `place` for frames of `size`.
+    fn numbers(&self, place: usize, size: FrameSize) -> usize {
+        let tensor = &self.plan.tensors()[place];
+        let [height, width] = padded(&self.plan, size);
+        (height >> tensor.level) * (width >> tensor.level) * tensor.channels
     }
 
     /// Puts the inputs of a frame and the states of the last one into `tensors`.

@@ -57,11 +57,11 @@ pub(super) struct Spare {
 }
 
 impl Spare {
-    /// A tensor with whatever memory is at hand.
-    pub fn take(&mut self, is_halved: bool) -> Stored {
+    /// A tensor with memory for `length` numbers.
+    pub fn take(&mut self, is_halved: bool, length: usize) -> Stored {
         match is_halved {
-            true => Stored::Bf16(Map { data: self.bf16.pop().unwrap_or_default(), ..Map::default() }),
-            false => Stored::F32(Map { data: self.f32.pop().unwrap_or_default(), ..Map::default() }),
+            true => Stored::Bf16(Map { data: fitting(&mut self.bf16, length), ..Map::default() }),
+            false => Stored::F32(Map { data: fitting(&mut self.f32, length), ..Map::default() }),
         }
     }
 
@@ -72,6 +72,16 @@ impl Spare {
             Stored::Bf16(map) if map.data.capacity() > 0 => self.bf16.push(map.data),
             _ => {}
         }
+    }
+}
+
+/// The smallest of `buffers` that has room for `length` numbers and is not far too large for them; else a new one.
+fn fitting<T>(buffers: &mut Vec<Vec<T>>, length: usize) -> Vec<T> {
+    let fits = |buffer: &Vec<T>| (length..=2 * length).contains(&buffer.capacity());
+    let places = (0..buffers.len()).filter(|&i| fits(&buffers[i]));
+    match places.min_by_key(|&i| buffers[i].capacity()) {
+        Some(place) => buffers.swap_remove(place),
+        None => Vec::with_capacity(length),
     }
 }
 
