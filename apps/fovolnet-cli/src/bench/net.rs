@@ -109,7 +109,7 @@ impl NetBench {
         let peak = peak_flops(network.simd());
         let mut times = Vec::new();
         let mut layers = vec![Vec::new(); network.plan().layers().len()];
-        for round in 0..=self.repeats.max(1) {
+        for round in 0..self.repeats.max(1) + WARM_UP {
             interrupt::check("nothing was written")?;
             let sparse = sparse_frame(self.size, round as u32);
             let started = Instant::now();
@@ -118,8 +118,7 @@ impl NetBench {
             network.observed(&input, &mut state, |layer, _, took| {
                 part.push((layer, took.as_secs_f64() * 1e3));
             })?;
-            // The first frame is for caches and buffers.
-            if round > 0 {
+            if round >= WARM_UP {
                 times.push(started.elapsed().as_secs_f64() * 1e3);
                 part.into_iter().for_each(|(layer, ms)| layers[layer].push(ms));
             }
@@ -156,6 +155,9 @@ impl NetBench {
         })
     }
 }
+
+/// Frames before the measured ones: after two, all memory has been used once.
+const WARM_UP: usize = 2;
 
 /// A frame whose samples lie as the default fovea has them: speed does not depend on what they show.
 fn sparse_frame(size: FrameSize, number: u32) -> Frame {

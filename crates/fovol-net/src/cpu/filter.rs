@@ -4,7 +4,7 @@
 use super::conv::{Arithmetic, ConvShape, PreparedConv};
 use super::map::{Map, Stored};
 use super::patch::{Source, Window, assemble};
-use super::simd::Simd;
+use super::simd::{Simd, Work};
 use crate::plan::{Activation, Filter, Normalisation, Padding, SQUARED_EPSILON, Taps};
 use rayon::prelude::*;
 
@@ -15,6 +15,7 @@ pub struct PreparedFilter {
     expand: usize,
     taps: Vec<Taps>,
     normalisation: Normalisation,
+    simd: Simd,
 }
 
 /// Rows of the output that are made at once; even, for features that serve two rows.
@@ -42,6 +43,7 @@ impl PreparedFilter {
             expand: filter.expand,
             taps: filter.images.iter().map(|&(_, taps)| taps).collect(),
             normalisation: filter.normalisation,
+            simd,
         }
     }
 
@@ -55,22 +57,36 @@ impl PreparedFilter {
             let y = band * ROWS;
             let rows = out.len() / (width * channels);
             self.conv.run_rows(features, y / self.expand, rows.div_ceil(self.expand), &mut scratch.kernels);
-            self.normalise(scratch, rows, width);
-            scratch.sums.clear();
-            scratch.sums.resize(rows * channels * width, 0.0);
-            let mut first = 0;
-            for (image, &taps) in images.iter().zip(&self.taps) {
-                let window = Window { y: y as isize - 1, x: -1, rows: rows + 2, columns: width + 2 };
-                assemble(std::slice::from_ref(image), Padding::Zero, window, &mut scratch.patch);
-                apart(&scratch.patch, channels, width + 2, &mut scratch.planes);
-                self.apply(scratch, first, taps, [width, channels]);
-                first += taps.count();
-            }
-            together(&scratch.sums, channels, width, out);
+            let size = [y, rows, width, channels];
+            self.simd.vectorised(Band { filter: self, images, size, scratch, out });
         });
     }
 
+    /// Filters `rows` rows from `y` on with the kernels in `scratch`.
+    #[inline(always)]
+    fn band(
+        &self,
+        images: &[Source<'_>],
+        [y, rows, width, channels]: [usize; 4],
+        scratch: &mut Scratch,
+        out: &mut [f32],
+    ) {
+        self.normalise(scratch, rows, width);
+        scratch.sums.clear();
+        scratch.sums.resize(rows * channels * width, 0.0);
+        let mut first = 0;
+        for (image, &taps) in images.iter().zip(&self.taps) {
+            let window = Window { y: y as isize - 1, x: -1, rows: rows + 2, columns: width + 2 };
+            assemble(std::slice::from_ref(image), Padding::Zero, window, &mut scratch.patch);
+            apart(&scratch.patch, channels, width + 2, &mut scratch.planes);
+            self.apply(scratch, first, taps, [width, channels]);
+            first += taps.count();
+        }
+        together(&scratch.sums, channels, width, out);
+    }
+
     /// Brings the predicted weights of `rows` × `width` pixels to a sum of 1: \[row\]\[tap\]\[column\].
+    #[inline(always)]
     fn normalise(&self, scratch: &mut Scratch, rows: usize, width: usize) {
         let count: usize = self.taps.iter().map(|taps| taps.count()).sum();
         let (kernels, expand) = (&scratch.kernels, self.expand);
@@ -88,6 +104,7 @@ impl PreparedFilter {
     }
 
     /// Turns predictions of one row, \[tap\]\[column\], to weights.
+    #[inline(always)]
     fn shape(&self, weights: &mut [f32], totals: &mut [f32], width: usize) {
         match self.normalisation {
             Normalisation::Squared => weights.iter_mut().for_each(|w| *w = *w * *w + SQUARED_EPSILON),
@@ -112,6 +129,7 @@ impl PreparedFilter {
     }
 
     /// Adds the image in the planes, weighed from weight `first` on, to the sums.
+    #[inline(always)]
     fn apply(&self, scratch: &mut Scratch, first: usize, taps: Taps, [width, channels]: [usize; 2]) {
         let count: usize = self.taps.iter().map(|taps| taps.count()).sum();
         for (row, sums) in scratch.sums.chunks_exact_mut(width).enumerate() {
@@ -129,6 +147,7 @@ impl PreparedFilter {
 }
 
 /// \[row\]\[column\]\[channel\] to \[row\]\[channel\]\[column\]: columns side by side fill vectors.
+#[inline(always)]
 fn apart(image: &[f32], channels: usize, width: usize, planes: &mut Vec<f32>) {
     planes.resize(image.len(), 0.0);
     let rows = image.chunks_exact(width * channels).zip(planes.chunks_exact_mut(width * channels));
@@ -140,12 +159,30 @@ fn apart(image: &[f32], channels: usize, width: usize, planes: &mut Vec<f32>) {
 }
 
 /// The inverse of [`apart`].
+#[inline(always)]
 fn together(planes: &[f32], channels: usize, width: usize, image: &mut [f32]) {
     let rows = planes.chunks_exact(width * channels).zip(image.chunks_exact_mut(width * channels));
     for (from, to) in rows {
         for (c, from) in from.chunks_exact(width).enumerate() {
             to[c..].iter_mut().step_by(channels).zip(from).for_each(|(to, &v)| *to = v);
         }
+    }
+}
+
+/// The filtering of some rows.
+struct Band<'a> {
+    filter: &'a PreparedFilter,
+    images: &'a [Source<'a>],
+    /// The first row, rows, columns, channels.
+    size: [usize; 4],
+    scratch: &'a mut Scratch,
+    out: &'a mut [f32],
+}
+
+impl Work for Band<'_> {
+    #[inline(always)]
+    fn run(self) {
+        self.filter.band(self.images, self.size, self.scratch, self.out);
     }
 }
 

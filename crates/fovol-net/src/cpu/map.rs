@@ -97,7 +97,7 @@ impl Stored {
     }
 
     /// The numbers `from`…`to` of row `y` as f32; `memory` is used where they are stored otherwise.
-    #[inline]
+    #[inline(always)]
     pub fn numbers<'a>(
         &'a self,
         y: usize,

@@ -8,7 +8,7 @@ use super::precision::{Choice, Precision};
 use super::pull_push::pull_push;
 use super::reshape;
 use super::simd::Simd;
-use super::state::{State, padded};
+use super::state::{Spare, State, padded};
 use super::warp::warp;
 use crate::plan::{Activation, Filter, Layer, Plan, Read, TensorId};
 use crate::weights::Weights;
@@ -159,20 +159,21 @@ impl Network {
         let inputs = self.plan.inputs();
         let pixels = input.sparse.pixels();
         let is_sampled = |pixel: &[f32; 4]| pixel[3] > 0.5 && pixel.iter().all(|v| v.is_finite());
-        tensors[inputs.colour.index()] = padded_map(state.size, [height, width, 3], |at, to| {
+        let memory = &mut state.spare;
+        tensors[inputs.colour.index()] = padded_map(memory, state.size, [height, width, 3], |at, to| {
             let pixel = &pixels[at];
             for c in 0..3 {
                 to[c] = if is_sampled(pixel) { pixel[c].clamp(0.0, 1.0) } else { 0.0 };
             }
         });
         if let Some(mask) = inputs.mask {
-            tensors[mask.index()] = padded_map(state.size, [height, width, 1], |at, to| {
+            tensors[mask.index()] = padded_map(memory, state.size, [height, width, 1], |at, to| {
                 to[0] = f32::from(u8::from(is_sampled(&pixels[at])));
             });
         }
         if let Some(motion) = inputs.motion {
             let still = [0.0; 2];
-            tensors[motion.index()] = padded_map(state.size, [height, width, 2], |at, to| {
+            tensors[motion.index()] = padded_map(memory, state.size, [height, width, 2], |at, to| {
                 to.copy_from_slice(input.motion.map_or(&still, |motion| &motion[at]));
             });
         }
@@ -314,11 +315,13 @@ fn images<'a>(filter: &Filter, tensors: &'a [Stored]) -> Vec<Source<'a>> {
 
 /// An image whose pixels `fill` writes, given their place in a frame of `size`; replicated at the right and bottom.
 fn padded_map(
+    memory: &mut Spare,
     size: FrameSize,
     [height, width, channels]: [usize; 3],
     fill: impl Fn(usize, &mut [f32]) + Sync,
 ) -> Stored {
-    let mut map = Map::zeros(height, width, channels);
+    let mut map = Map { data: memory.take_f32(height * width * channels), ..Map::default() };
+    map.resize([height, width, channels]);
     map.data.par_chunks_exact_mut(width * channels).enumerate().for_each(|(y, row)| {
         let y = y.min(size.height as usize - 1);
         for (x, to) in row.chunks_exact_mut(channels).enumerate() {

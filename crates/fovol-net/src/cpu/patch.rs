@@ -24,6 +24,7 @@ impl Source<'_> {
 
     /// Writes the `count` pixels from column `x0` of row `y` on, which are all inside, to every `stride`-th number
     /// of `out`.
+    #[inline(always)]
     fn copy(
         &self,
         [y, x0]: [usize; 2],
@@ -107,6 +108,7 @@ pub struct Window {
 impl Window {
     /// Writes row `row` of the window of `sources`, concatenated, to `out`: `channels` numbers per pixel, of which
     /// those that no source has stay as they are. Whether there was anything: beyond a border of zeros there is not.
+    #[inline(always)]
     fn row(
         &self,
         sources: &[Source<'_>],
@@ -147,6 +149,7 @@ impl Window {
 }
 
 /// Writes the `window` of `sources`, concatenated along the channels, to `patch`.
+#[inline(always)]
 pub fn assemble(sources: &[Source<'_>], padding: Padding, window: Window, patch: &mut Vec<f32>) {
     let channels: usize = sources.iter().map(|source| source.map.channels()).sum();
     let mut memory = Memory::default();
@@ -191,6 +194,7 @@ impl Packing<'_> {
 
 impl Patch {
     /// Makes this the `window` of `sources`.
+    #[inline(always)]
     pub fn assemble(
         &mut self,
         sources: &[Source<'_>],
@@ -215,20 +219,28 @@ impl Patch {
     }
 }
 
+/// The nearest byte. Next to 2²³ an f32 has no fraction, so its last bits are the whole number: unlike a cast,
+/// which minds numbers that are none, this becomes vectors.
+#[inline(always)]
+fn rounded(value: f32) -> u8 {
+    (value.clamp(0.0, 255.0) + 8_388_608.0).to_bits() as u8
+}
+
+#[inline(always)]
 fn pack(row: &[f32], packing: Packing<'_>, to: &mut [u32]) {
     match packing {
         Packing::F32 => to.iter_mut().zip(row).for_each(|(to, v)| *to = v.to_bits()),
         Packing::Bf16 => {
-            for (to, pair) in to.iter_mut().zip(row.chunks_exact(2)) {
-                *to = u32::from(Bf16::from_f32(pair[0]).0) | u32::from(Bf16::from_f32(pair[1]).0) << 16;
-            }
+            let halves: &mut [u16] = bytemuck::cast_slice_mut(to);
+            halves.iter_mut().zip(row).for_each(|(to, &v)| *to = Bf16::from_f32(v).0);
         }
         Packing::Bytes(factors) => {
+            let bytes: &mut [u8] = bytemuck::cast_slice_mut(to);
             // Factors have a number for every channel of a pixel, whole words of them.
-            for (to, row) in to.chunks_exact_mut(factors.len() / 4).zip(row.chunks_exact(factors.len())) {
-                for (k, to) in to.iter_mut().enumerate() {
-                    let byte = |i: usize| (row[4 * k + i] * factors[4 * k + i] + 0.5) as u8;
-                    *to = u32::from_le_bytes([byte(0), byte(1), byte(2), byte(3)]);
+            let pixels = bytes.chunks_exact_mut(factors.len()).zip(row.chunks_exact(factors.len()));
+            for (to, row) in pixels {
+                for ((to, v), factor) in to.iter_mut().zip(row).zip(factors) {
+                    *to = rounded(v * factor);
                 }
             }
         }

@@ -13,6 +13,13 @@ pub enum Simd {
     Avx512,
 }
 
+/// Something to do with whatever instructions there are. Its method must be `#[inline(always)]`, and whatever
+/// matters in it too: a function of its own is compiled for every processor.
+pub(super) trait Work {
+    /// Does it.
+    fn run(self);
+}
+
 impl Simd {
     /// Those that this processor has, the fastest last.
     pub fn available() -> Vec<Self> {
@@ -22,7 +29,11 @@ impl Simd {
             if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
                 found.push(Self::Avx2);
             }
-            if is_x86_feature_detected!("avx512f") {
+            let has_avx512 = is_x86_feature_detected!("avx512f")
+                && is_x86_feature_detected!("avx512bw")
+                && is_x86_feature_detected!("avx512dq")
+                && is_x86_feature_detected!("avx512vl");
+            if has_avx512 && found.len() == 2 {
                 found.push(Self::Avx512);
             }
         }
@@ -41,6 +52,36 @@ impl Simd {
             Self::Avx2 => "avx2",
             Self::Avx512 => "avx512",
         }
+    }
+
+    /// Does `work` where the compiler may use this set's instructions for it.
+    #[inline(always)]
+    pub(super) fn vectorised(self, work: impl Work) {
+        #[cfg(target_arch = "x86_64")]
+        {
+            /// # Safety
+            /// The instructions must be available.
+            #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,fma")]
+            unsafe fn avx512(work: impl Work) {
+                work.run();
+            }
+
+            /// # Safety
+            /// The instructions must be available.
+            #[target_feature(enable = "avx2,fma")]
+            unsafe fn avx2(work: impl Work) {
+                work.run();
+            }
+
+            match self {
+                // SAFETY: instruction sets are only named where the processor has them.
+                Self::Avx512 => return unsafe { avx512(work) },
+                // SAFETY: as above.
+                Self::Avx2 => return unsafe { avx2(work) },
+                Self::Portable => {}
+            }
+        }
+        work.run();
     }
 
     /// Pixels that a kernel computes at once.

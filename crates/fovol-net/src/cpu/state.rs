@@ -61,8 +61,13 @@ impl Spare {
     pub fn take(&mut self, is_halved: bool, length: usize) -> Stored {
         match is_halved {
             true => Stored::Bf16(Map { data: fitting(&mut self.bf16, length), ..Map::default() }),
-            false => Stored::F32(Map { data: fitting(&mut self.f32, length), ..Map::default() }),
+            false => Stored::F32(Map { data: self.take_f32(length), ..Map::default() }),
         }
+    }
+
+    /// Memory for `length` numbers of a picture.
+    pub fn take_f32(&mut self, length: usize) -> Vec<f32> {
+        fitting(&mut self.f32, length)
     }
 
     /// Takes the memory of a tensor that is not needed any more.

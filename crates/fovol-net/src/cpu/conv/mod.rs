@@ -11,7 +11,7 @@ pub(super) mod portable;
 use super::element::Element;
 use super::map::{Map, Stored};
 use super::patch::{Packing, Patch, Source, Window};
-use super::simd::Simd;
+use super::simd::{Simd, Work};
 use crate::plan::{Activation, Padding, Resize};
 use packed::Packed;
 use rayon::prelude::*;
@@ -23,6 +23,7 @@ pub struct PreparedConv {
     shape: ConvShape,
     arithmetic: Arithmetic,
     group: usize,
+    simd: Simd,
 }
 
 /// What numbers are multiplied; sums are f32, or 32-bit integers for bytes.
@@ -107,6 +108,7 @@ impl PreparedConv {
             packed: Packed::new(shape, weights, bias, simd, &arithmetic),
             shape: *shape,
             group: simd.group(),
+            simd,
             arithmetic: match arithmetic {
                 // Patches are multiplied by what they are divided by, whole words of them.
                 Arithmetic::Int8 { mut steps } => {
@@ -128,7 +130,8 @@ impl PreparedConv {
         let length = width * self.shape.outputs;
         let bands = out.data.par_chunks_mut(ROWS * length).enumerate();
         bands.for_each_init(Scratch::default, |scratch, (band, out)| {
-            self.band(sources, [band * ROWS, out.len() / length, width], scratch, out);
+            let size = [band * ROWS, out.len() / length, width];
+            self.simd.vectorised(Band { conv: self, sources, size, scratch, out });
         });
     }
 
@@ -140,11 +143,14 @@ impl PreparedConv {
         let mut scratch = Scratch::default();
         for (band, out) in out.data.chunks_mut(ROWS * width * self.shape.outputs).enumerate() {
             let rows = out.len() / (width * self.shape.outputs);
-            self.band(&sources, [y + band * ROWS, rows, width], &mut scratch, out);
+            let size = [y + band * ROWS, rows, width];
+            let scratch = &mut scratch;
+            self.simd.vectorised(Band { conv: self, sources: &sources, size, scratch, out });
         }
     }
 
     /// Makes `rows` rows from `y` on.
+    #[inline(always)]
     fn band<T: Element>(
         &self,
         sources: &[Source<'_>],
@@ -174,6 +180,7 @@ impl PreparedConv {
         groups.div_ceil(groups.div_ceil(most)) * self.group
     }
 
+    #[inline(always)]
     fn tile<T: Element>(
         &self,
         sources: &[Source<'_>],
@@ -229,6 +236,23 @@ impl PreparedConv {
     }
 }
 
+/// The making of some rows.
+struct Band<'a, T> {
+    conv: &'a PreparedConv,
+    sources: &'a [Source<'a>],
+    /// The first row, rows, columns.
+    size: [usize; 3],
+    scratch: &'a mut Scratch,
+    out: &'a mut [T],
+}
+
+impl<T: Element> Work for Band<'_, T> {
+    #[inline(always)]
+    fn run(self) {
+        self.conv.band(self.sources, self.size, self.scratch, self.out);
+    }
+}
+
 /// Memory of one thread.
 struct Scratch {
     patch: Patch,
@@ -250,7 +274,7 @@ struct Tile {
     columns: usize,
 }
 
-#[inline]
+#[inline(always)]
 fn activate<T: Element>(activation: Activation, from: &[f32], to: &mut [T]) {
     let pairs = to.iter_mut().zip(from);
     match activation {

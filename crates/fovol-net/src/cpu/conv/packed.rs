@@ -30,7 +30,7 @@ pub struct Block {
 
 impl Block {
     /// Turns sums of bytes to values; other sums are values already.
-    #[inline]
+    #[inline(always)]
     pub fn scale(&self, sums: &mut [f32]) {
         if let Some(worth) = &self.worth {
             for ((sum, &worth), &bias) in sums.iter_mut().zip(worth).zip(&self.bias) {
