@@ -35,6 +35,8 @@ enum Command {
     Render(commands::render::Render),
     /// Fill sparse frames of any renderer
     Reconstruct(commands::reconstruct::Reconstruct),
+    /// Write a network for other programs
+    Export(commands::export::Export),
     /// Compare two folders of frames, or two clips
     Metrics(commands::metrics::Metrics),
     /// Measure this machine
@@ -56,6 +58,7 @@ fn main() -> ExitCode {
         Command::Mask(args) => args.run(),
         Command::Render(args) => args.run(),
         Command::Reconstruct(args) => args.run(),
+        Command::Export(args) => args.run(),
         Command::Metrics(args) => args.run(),
         Command::Bench(args) => args.run(),
     };

@@ -1,6 +1,7 @@
 pub mod convert;
 pub mod data;
 pub mod demo;
+pub mod export;
 pub mod info;
 pub mod mask;
 pub mod metrics;

@@ -85,8 +85,8 @@ pub struct Memory {
 
 /// The two places of `count` that place `i` at twice the resolution lies between, with their weights: pixel
 /// centres, replicated at the border.
-#[inline]
-fn halves(i: usize, count: usize) -> [(usize, f32); 2] {
+#[inline(always)]
+pub fn halves(i: usize, count: usize) -> [(usize, f32); 2] {
     let near = i / 2;
     let far = if i.is_multiple_of(2) { near.saturating_sub(1) } else { (near + 1).min(count - 1) };
     [(near, 0.75), (far, 0.25)]

@@ -1,6 +1,7 @@
 use super::conv::{self, Arithmetic, Kernel};
 use std::fmt;
 use std::str::FromStr;
+use std::sync::OnceLock;
 
 /// The instruction set that networks run on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -42,7 +43,8 @@ impl Simd {
 
     /// The fastest that this processor has.
     pub fn best() -> Self {
-        Self::available().pop().unwrap_or(Self::Portable)
+        static BEST: OnceLock<Simd> = OnceLock::new();
+        *BEST.get_or_init(|| Self::available().pop().unwrap_or(Self::Portable))
     }
 
     /// As it is written.

@@ -1,5 +1,6 @@
 use super::element::Element;
 use super::map::Map;
+use super::simd::{Simd, Work};
 use rayon::prelude::*;
 
 /// Moves `input` along `motion` (pixels of level 0 to the previous position, averaged and scaled to the resolution
@@ -9,15 +10,38 @@ pub fn warp<T: Element>(input: &Map<T>, motion: &Map, out: &mut Map<T>) {
     let c = input.channels;
     out.resize([input.height, input.width, c]);
     out.data.par_chunks_mut(input.width * c).enumerate().for_each(|(y, row)| {
-        for (x, to) in row.chunks_exact_mut(c).enumerate() {
-            let [dx, dy] = mean_motion(motion, [y * factor, x * factor], factor);
-            bilinear(input, y as f32 + dy, x as f32 + dx, to);
-        }
+        Simd::best().vectorised(Row { input, motion, factor, y, row });
     });
 }
 
+/// The warping of one row.
+struct Row<'a, T> {
+    input: &'a Map<T>,
+    motion: &'a Map,
+    /// Pixels of the motion to one of the input, along each axis.
+    factor: usize,
+    y: usize,
+    row: &'a mut [T],
+}
+
+impl<T: Element> Work for Row<'_, T> {
+    #[inline(always)]
+    fn run(self) {
+        let Self { input, motion, factor, y, row } = self;
+        for (x, to) in row.chunks_exact_mut(input.channels).enumerate() {
+            let [dx, dy] = mean_motion(motion, [y * factor, x * factor], factor);
+            bilinear(input, y as f32 + dy, x as f32 + dx, to);
+        }
+    }
+}
+
 /// The mean motion of `factor`² pixels from (`y`, `x`) on, in pixels `factor` times as large.
+#[inline(always)]
 fn mean_motion(motion: &Map, [y, x]: [usize; 2], factor: usize) -> [f32; 2] {
+    if factor == 1 {
+        let from = motion.pixel(y, x);
+        return [from[0], from[1]];
+    }
     let mut sum = [0.0f32; 2];
     for row in y..y + factor {
         for column in x..x + factor {
@@ -29,6 +53,7 @@ fn mean_motion(motion: &Map, [y, x]: [usize; 2], factor: usize) -> [f32; 2] {
 }
 
 /// Writes the value at (`y`, `x`) between pixel centres to `to`.
+#[inline(always)]
 fn bilinear<T: Element>(input: &Map<T>, y: f32, x: f32, to: &mut [T]) {
     let inside = y > -1.0 && x > -1.0 && y < input.height as f32 && x < input.width as f32;
     // Also false for positions that are no numbers.
