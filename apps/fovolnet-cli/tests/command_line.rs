@@ -136,6 +136,35 @@ fn sparse_frames_are_reconstructed_as_render_does() {
 }
 
 #[test]
+fn networks_reconstruct_clips_and_are_exported() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let mut render = vec!["render", "head", "--frames", "3", "--keep", "frame,sparse"];
+    render.extend(SMALL);
+    let network = ["--reconstruct", "wnet", "--random-weights", "wnet-tiny:3", "--precision", "f32"];
+    let (first, second) = (at("first"), at("second"));
+    succeeds(&[&render[..], &["-o", &first], &network].concat());
+    // The same frames from their sparse pictures, which have 8 bits: the third also saw the first two.
+    succeeds(&[&["reconstruct", &first, "-o", &second], &network[..]].concat());
+    let report = json(&succeeds(&["metrics", &first, &second, "--json", "-"]));
+    assert!(report["psnr"].as_f64().unwrap() > 40.0, "{report}");
+    let onnx = at("network.onnx");
+    succeeds(&["export", "--onnx", &onnx, "--random-weights", "wnet-tiny"]);
+    assert!(std::fs::metadata(&onnx).unwrap().len() > 100_000);
+
+    let out = at("out");
+    let error = fails(&[&render[..], &["-o", &out, "--reconstruct", "wnet"]].concat(), 1);
+    assert!(error.contains("--weights FILE"), "{error}");
+    let other = ["-o", &out, "--reconstruct", "deepfovea", "--random-weights", "wnet-tiny"];
+    assert!(fails(&[&render[..], &other].concat(), 1).contains("--reconstruct wnet"));
+    std::fs::write(at("bad.safetensors"), b"nothing").unwrap();
+    let bad = at("bad.safetensors");
+    let error = fails(&[&render[..], &["-o", &out, "--reconstruct", "wnet", "--weights", &bad]].concat(), 1);
+    assert!(error.contains("bad.safetensors") && error.contains("safetensors file"), "{error}");
+    fails(&[&render[..], &["-o", &out, "--random-weights", "wnet-none"]].concat(), 2);
+}
+
+#[test]
 fn the_mask_has_the_density_of_the_paper() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("mask.png");
