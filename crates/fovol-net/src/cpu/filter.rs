@@ -1,7 +1,7 @@
 //! Predicted kernels: the 1×1 convolution, the normalisation and the weighted sum for a few rows at a time, so
 //! that the kernels of a whole frame never exist.
 
-use super::conv::{Arithmetic, ConvShape, PreparedConv};
+use super::conv::{Arithmetic, ConvShape, Direct};
 use super::map::{Map, Stored};
 use super::patch::{Source, Window, assemble};
 use super::simd::{Simd, Work};
@@ -11,7 +11,7 @@ use rayon::prelude::*;
 /// A predicted kernel with its weights.
 #[derive(Debug, Clone)]
 pub struct PreparedFilter {
-    conv: PreparedConv,
+    conv: Direct,
     expand: usize,
     taps: Vec<Taps>,
     normalisation: Normalisation,
@@ -39,7 +39,7 @@ impl PreparedFilter {
             activation: Activation::None,
         };
         Self {
-            conv: PreparedConv::new(&shape, weights, bias, simd, arithmetic),
+            conv: Direct::new(&shape, weights, bias, simd, arithmetic),
             expand: filter.expand,
             taps: filter.images.iter().map(|&(_, taps)| taps).collect(),
             normalisation: filter.normalisation,

@@ -109,7 +109,7 @@ impl Window {
     /// Writes row `row` of the window of `sources`, concatenated, to `out`: `channels` numbers per pixel, of which
     /// those that no source has stay as they are. Whether there was anything: beyond a border of zeros there is not.
     #[inline(always)]
-    fn row(
+    pub fn row(
         &self,
         sources: &[Source<'_>],
         padding: Padding,

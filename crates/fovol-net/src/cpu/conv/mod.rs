@@ -7,6 +7,7 @@ pub(super) mod avx2;
 pub(super) mod avx512;
 mod packed;
 pub(super) mod portable;
+mod winograd;
 
 use super::element::Element;
 use super::map::{Map, Stored};
@@ -15,10 +16,42 @@ use super::simd::{Simd, Work};
 use crate::plan::{Activation, Padding, Resize};
 use packed::Packed;
 use rayon::prelude::*;
+use winograd::Winograd;
 
 /// A convolution with its weights, prepared for one instruction set.
 #[derive(Debug, Clone)]
-pub struct PreparedConv {
+pub enum PreparedConv {
+    /// As it is defined.
+    Direct(Direct),
+    /// With fewer products.
+    Winograd(Winograd),
+}
+
+impl PreparedConv {
+    /// A convolution of `shape` with `weights` \[out, in, size, size\] and `bias` \[out\].
+    pub fn new(shape: &ConvShape, weights: &[f32], bias: &[f32], simd: Simd, arithmetic: Arithmetic) -> Self {
+        if arithmetic == Arithmetic::F32 && Winograd::suits(shape) {
+            Self::Winograd(Winograd::new(shape, weights, bias, simd))
+        } else {
+            Self::Direct(Direct::new(shape, weights, bias, simd, arithmetic))
+        }
+    }
+
+    /// Writes the convolution of the concatenated `sources` to `out`, whose buffer is used again.
+    ///
+    /// # Panics
+    /// When the sources do not have as many channels as the weights.
+    pub fn run<T: Element>(&self, sources: &[Source<'_>], out: &mut Map<T>) {
+        match self {
+            Self::Direct(conv) => conv.run(sources, out),
+            Self::Winograd(conv) => conv.run(sources, out),
+        }
+    }
+}
+
+/// A convolution as it is defined: patches, and a block of pixels × channels at a time in registers.
+#[derive(Debug, Clone)]
+pub struct Direct {
     packed: Packed,
     shape: ConvShape,
     arithmetic: Arithmetic,
@@ -95,7 +128,7 @@ pub(super) struct Call {
 /// Runs the call and writes pixels × block width to its second argument, pixel by pixel.
 pub(super) type Kernel = unsafe fn(call: &Call, out: *mut f32);
 
-impl PreparedConv {
+impl Direct {
     /// A convolution of `shape` with `weights` \[out, in, size, size\] and `bias` \[out\].
     pub fn new(shape: &ConvShape, weights: &[f32], bias: &[f32], simd: Simd, arithmetic: Arithmetic) -> Self {
         let has_kernels = match arithmetic {
@@ -238,7 +271,7 @@ impl PreparedConv {
 
 /// The making of some rows.
 struct Band<'a, T> {
-    conv: &'a PreparedConv,
+    conv: &'a Direct,
     sources: &'a [Source<'a>],
     /// The first row, rows, columns.
     size: [usize; 3],
