@@ -2,6 +2,7 @@
 
 use super::field::{Field, Texel};
 use super::lanes::{Lanes, MOST_LANES};
+use super::light_columns::LightColumns;
 use super::march::{OPAQUE, SampleCount};
 use super::packet::{Aligned, Packet};
 use super::segment::{LightPath, Segments};
@@ -14,8 +15,8 @@ use fovol_core::{Pixel, RayBasis};
 pub enum Lighting<'a> {
     /// Unhindered.
     Full,
-    /// Along a shadow ray from every sample.
-    Rays,
+    /// Along a shadow ray from every sample; with what the rays may meet, if knowing it pays.
+    Rays(Option<&'a LightColumns>),
     /// As read from a grid of half the resolution.
     Cached(Field<'a, u8>),
 }
@@ -117,7 +118,7 @@ impl<T: Texel> Kernel<'_, T> {
         if packet.is_empty() {
             return 0;
         }
-        if matches!(self.lighting, Lighting::Rays) {
+        if matches!(self.lighting, Lighting::Rays(_)) {
             let most: f32 = packet.samples.0.iter().sum();
             pool.reserve(most as usize + packet.len * L::N);
         }
@@ -152,7 +153,7 @@ impl<T: Texel> Kernel<'_, T> {
             field: &self.field,
             alpha: &self.table.shadow_alpha,
             light: &self.light,
-            skip: self.skip.as_ref(),
+            columns: if let Lighting::Rays(columns) = self.lighting { columns } else { None },
         };
         // SAFETY: the caller's; sums hold at least N elements.
         unsafe {
@@ -254,7 +255,7 @@ impl<T: Texel> Kernel<'_, T> {
             let ambient = L::splat(self.ambient);
             let direct = L::mul(L::splat(1.0 - self.ambient), facing);
             match &self.lighting {
-                Lighting::Rays => {
+                Lighting::Rays(_) => {
                     let known = L::mul(weight, ambient);
                     let waiting = L::mul(weight, direct);
                     for c in 0..3 {

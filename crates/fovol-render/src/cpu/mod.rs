@@ -2,7 +2,7 @@
 //!
 //! [`march`] is image formation as plain code. [`Renderer`] marches the same scene in lanes of whatever
 //! instruction set the processor has ([`Simd`]), over a brick layout of the volume ([`Bricks`]), leaving
-//! empty space at once ([`Macrocells`]).
+//! empty space at once ([`Macrocells`]; for shadow rays columns along the light).
 
 mod bricks;
 mod compact;
@@ -10,6 +10,7 @@ mod direct;
 mod field;
 mod kernel;
 mod lanes;
+mod light_columns;
 mod macrocells;
 pub mod march;
 mod mask;

@@ -4,6 +4,7 @@ use super::kernel::{Kernel, Lighting, Scratch};
 use super::lanes::portable::Portable;
 #[cfg(target_arch = "x86_64")]
 use super::lanes::{avx2, avx512};
+use super::light_columns::LightColumns;
 use super::macrocells::Macrocells;
 use super::march::{March, SampleCount};
 use super::segment::{LightPath, Segments};
@@ -47,6 +48,7 @@ pub struct Renderer {
     background: [f64; 3],
     step: f64,
     shadow_grid: Option<Bricks>,
+    light_columns: Option<LightColumns>,
     options: RenderOptions,
 }
 
@@ -80,9 +82,10 @@ impl Renderer {
             background: scene.background,
             step: scene.step,
             shadow_grid: None,
+            light_columns: None,
             options: RenderOptions { simd, ..options },
         };
-        renderer.renew_shadow_grid();
+        renderer.renew_shadows();
         renderer
     }
 
@@ -91,13 +94,13 @@ impl Renderer {
         self.transfer = transfer.clone();
         self.table = TransferTable::new(transfer, self.step);
         self.cells.classify(transfer);
-        self.renew_shadow_grid();
+        self.renew_shadows();
     }
 
     /// Takes another light or other shading.
     pub fn set_shading(&mut self, shading: Shading) {
         self.shading = shading;
-        self.renew_shadow_grid();
+        self.renew_shadows();
     }
 
     /// Takes other speed choices.
@@ -116,10 +119,17 @@ impl Renderer {
         &self.cells
     }
 
-    fn renew_shadow_grid(&mut self) {
+    fn renew_shadows(&mut self) {
         let wanted = self.shading.shadows == ShadowMode::Cached;
         self.shadow_grid = None;
         self.shadow_grid = wanted.then(|| shadow_grid(&self.specification()));
+        let wanted = self.shading.shadows == ShadowMode::On && !self.cells.is_dense();
+        self.light_columns =
+            wanted.then(|| LightColumns::new(&self.cells, self.grid.dims(), &self.light_path()));
+    }
+
+    fn light_path(&self) -> LightPath {
+        LightPath::new(&self.shading.light, &self.grid, self.step)
     }
 
     /// The same scene for the plain code of [`super::march`].
@@ -220,16 +230,16 @@ impl Renderer {
     }
 
     fn kernel<'a, T: Texel>(&'a self, field: Field<'a, T>) -> Kernel<'a, T> {
-        let light = LightPath::new(&self.shading.light, &self.grid, self.step);
+        let skips = self.options.skip_empty && !self.cells.is_dense();
+        let rays = Lighting::Rays(self.light_columns.as_ref().filter(|_| skips));
         let lighting = match (self.shading.shadows, &self.shadow_grid) {
             (ShadowMode::Off, _) => Lighting::Full,
             (ShadowMode::Cached, Some(grid)) => match grid.data() {
                 BrickData::U8(values) => Lighting::Cached(Field::new(grid, values, 1.0)),
-                BrickData::Corners(_) | BrickData::U16(_) | BrickData::F32(_) => Lighting::Rays,
+                BrickData::Corners(_) | BrickData::U16(_) | BrickData::F32(_) => rays,
             },
-            (ShadowMode::On | ShadowMode::Cached, _) => Lighting::Rays,
+            (ShadowMode::On | ShadowMode::Cached, _) => rays,
         };
-        let skips = self.options.skip_empty && !self.cells.is_dense();
         let direction = self.shading.light.direction().as_vec3().to_array();
         Kernel {
             field,
@@ -237,7 +247,7 @@ impl Renderer {
             voxel_size: self.grid.voxel_size().as_vec3().to_array(),
             table: &self.table,
             visible: self.table.visible(),
-            light,
+            light: self.light_path(),
             lighting,
             facing: (self.shading.surface == SurfaceShading::Gradient).then_some(direction),
             ambient: self.shading.ambient as f32,

@@ -1,3 +1,4 @@
+use super::lanes::Lanes;
 use fovol_core::{Grid, Light, Ray};
 use glam::DVec3;
 
@@ -161,6 +162,25 @@ impl LightPath {
         }
         // 2 + 4j < distance
         ((distance - SHADOW_START) / SHADOW_STEP).ceil() as u32
+    }
+
+    /// [`Self::count`] for points in lanes, as whole numbers.
+    ///
+    /// # Safety
+    /// The instruction set of `L` must be available.
+    #[inline(always)]
+    pub(super) unsafe fn counts<L: Lanes>(&self, p: [L::F; 3]) -> L::I {
+        // SAFETY: the caller's.
+        unsafe {
+            let mut distance = L::splat(f32::INFINITY);
+            for a in (0..3).filter(|&a| self.inverse[a].is_finite()) {
+                let way = L::mul(L::sub(L::splat(self.exit[a]), p[a]), L::splat(self.inverse[a]));
+                distance = L::min(distance, way);
+            }
+            let beyond = L::sub(distance, L::splat(SHADOW_START));
+            let count = L::ceil(L::mul(beyond, L::splat(1.0 / SHADOW_STEP)));
+            L::truncate(L::max(count, L::splat(0.0)))
+        }
     }
 
     /// Where shadow sample `j` of point `p` lies.

@@ -2,15 +2,17 @@
 
 use super::field::{Field, Texel};
 use super::lanes::{Lanes, MOST_LANES};
+use super::light_columns::{LightColumns, SLABS};
 use super::march::DARK;
 use super::segment::{LightPath, SHADOW_START, SHADOW_STEP};
-use super::skip::{Course, Skip};
 
 /// Samples of one or more rays: where they are, what light would add, and (once traced) how much arrives.
 #[derive(Default)]
 pub struct ShadowPool {
     /// x, y, z in voxel-centre coordinates; r, g, b of the light's part; transmittance.
     columns: [Vec<f32>; 7],
+    /// Where the shadow rays of a part of the pool run.
+    courses: Vec<Course>,
     len: usize,
 }
 
@@ -85,16 +87,44 @@ pub struct ShadowRays<'a, T> {
     pub alpha: &'a [f32],
     /// The way to the light.
     pub light: &'a LightPath,
-    /// Where nothing is, if looking for it pays.
-    pub skip: Option<&'a Skip<'a>>,
+    /// Which samples may meet anything, if knowing it pays.
+    pub columns: Option<&'a LightColumns>,
 }
 
-/// The lanes of a bundle of shadow rays, in memory while finished ones are replaced.
+/// The slabs that a shadow ray takes its samples in: those numbered `first`…`end` − 1 of a column.
+#[derive(Debug, Clone, Copy)]
+struct Course {
+    column: u32,
+    first: u32,
+    end: u32,
+}
+
+impl Course {
+    /// The ray of nobody.
+    const NONE: Self = Self { column: 0, first: 0, end: 0 };
+
+    /// Which samples of word `word` need be taken.
+    #[inline(always)]
+    fn samples(&self, word: u32, columns: Option<&LightColumns>) -> u32 {
+        let start = word * SLABS;
+        let after = u32::MAX << self.first.saturating_sub(start);
+        let before = u32::MAX >> (SLABS - (self.end - start).min(SLABS));
+        let may_meet = columns.map_or(u32::MAX, |c| c.word(self.column as usize, word as usize));
+        may_meet & after & before
+    }
+}
+
+/// A shadow ray for each lane, in memory while finished ones are replaced.
 struct Bundle {
     position: [[f32; MOST_LANES]; 3],
+    /// Δ from the point to the sample of the lowest bit of `samples`.
     steps: [f32; MOST_LANES],
-    left: [f32; MOST_LANES],
+    /// A bit for each sample still to be taken, of one word of the ray's course.
+    samples: [u32; MOST_LANES],
     transmittance: [f32; MOST_LANES],
+    course: [Course; MOST_LANES],
+    /// The word after that of `samples`.
+    word: [u32; MOST_LANES],
     sample: [usize; MOST_LANES],
     next: usize,
 }
@@ -106,60 +136,119 @@ impl Bundle {
         Self {
             position: [[0.0; MOST_LANES]; 3],
             steps: [0.0; MOST_LANES],
-            left: [0.0; MOST_LANES],
+            samples: [0; MOST_LANES],
             transmittance: [1.0; MOST_LANES],
+            course: [Course::NONE; MOST_LANES],
+            word: [0; MOST_LANES],
             sample: [NOBODY; MOST_LANES],
             next: 0,
         }
     }
 
-    /// Position, steps, steps left and transmittance as vectors.
+    /// Position, steps, samples left of the word, and transmittance as vectors.
     ///
     /// # Safety
     /// The instruction set of `L` must be available.
     #[inline(always)]
-    unsafe fn load<L: Lanes>(&self) -> ([L::F; 3], L::F, L::F, L::F) {
+    unsafe fn load<L: Lanes>(&self) -> ([L::F; 3], L::F, L::I, L::F) {
         // SAFETY: the arrays hold at least N elements.
         unsafe {
             let [x, y, z] = &self.position;
             (
                 [L::load(x.as_ptr()), L::load(y.as_ptr()), L::load(z.as_ptr())],
                 L::load(self.steps.as_ptr()),
-                L::load(self.left.as_ptr()),
+                L::to_bits(L::load(self.samples.as_ptr().cast())),
                 L::load(self.transmittance.as_ptr()),
             )
         }
     }
 
-    /// Delivers every finished lane's transmittance and gives the lane the next sample that has any
-    /// way to the light.
+    /// Gives every lane of `finished` the next word of its ray that has samples to take; where there is
+    /// none, delivers the ray's transmittance and takes the next ray of `pool` that has any.
     #[inline(always)]
-    fn refill(&mut self, finished: u32, pool: &mut ShadowPool, light: &LightPath) {
+    fn refill<T>(&mut self, finished: u32, pool: &mut ShadowPool, rays: &ShadowRays<'_, T>) {
         let mut finished = finished;
         while finished != 0 {
             let lane = finished.trailing_zeros() as usize;
             finished &= finished - 1;
+            if self.transmittance[lane] > DARK && self.next_word(lane, rays.columns) {
+                continue;
+            }
             if self.sample[lane] != NOBODY {
                 pool.columns[TRANSMITTANCE][self.sample[lane]] = self.transmittance[lane];
                 self.sample[lane] = NOBODY;
             }
-            self.left[lane] = 0.0;
+            self.samples[lane] = 0;
+            self.course[lane] = Course::NONE;
+            self.word[lane] = 0;
             while self.next < pool.len {
                 let sample = self.next;
                 self.next += 1;
-                let p = [pool.columns[0][sample], pool.columns[1][sample], pool.columns[2][sample]];
-                let count = light.count(p);
-                if count == 0 {
-                    pool.columns[TRANSMITTANCE][sample] = 1.0;
-                    continue;
+                self.course[lane] = pool.courses[sample];
+                self.word[lane] = self.course[lane].first / SLABS;
+                if self.next_word(lane, rays.columns) {
+                    (0..3).for_each(|a| self.position[a][lane] = pool.columns[a][sample]);
+                    self.transmittance[lane] = 1.0;
+                    self.sample[lane] = sample;
+                    break;
                 }
-                (0..3).for_each(|a| self.position[a][lane] = p[a]);
-                self.steps[lane] = SHADOW_START;
-                self.left[lane] = count as f32;
-                self.transmittance[lane] = 1.0;
-                self.sample[lane] = sample;
-                break;
+                pool.columns[TRANSMITTANCE][sample] = 1.0;
             }
+        }
+    }
+
+    /// Moves `lane` on to the next word with samples to take; false if there is none.
+    #[inline(always)]
+    fn next_word(&mut self, lane: usize, columns: Option<&LightColumns>) -> bool {
+        let course = self.course[lane];
+        while self.word[lane] * SLABS < course.end {
+            let word = self.word[lane];
+            self.word[lane] += 1;
+            let samples = course.samples(word, columns);
+            if samples != 0 {
+                let before = (word * SLABS) as f32 - course.first as f32;
+                self.steps[lane] = SHADOW_STEP.mul_add(before, SHADOW_START);
+                self.samples[lane] = samples;
+                return true;
+            }
+        }
+        false
+    }
+}
+
+impl ShadowPool {
+    /// Finds the courses of all waiting samples.
+    ///
+    /// # Safety
+    /// The instruction set of `L` must be available.
+    #[inline(always)]
+    unsafe fn plan<L: Lanes, T>(&mut self, rays: &ShadowRays<'_, T>) {
+        let mut column = [0u32; MOST_LANES];
+        let mut first = [0u32; MOST_LANES];
+        let mut count = [0u32; MOST_LANES];
+        self.courses.clear();
+        let mut done = 0;
+        while done < self.len {
+            // SAFETY: `reserve` left a vector's room after the last sample; arrays hold at least N elements.
+            unsafe {
+                let p = [0, 1, 2].map(|a| L::load(self.columns[a].as_ptr().add(done)));
+                let put = |v: L::I, to: &mut [u32; MOST_LANES]| {
+                    L::store(L::from_bits(v), to.as_mut_ptr().cast());
+                };
+                put(rays.light.counts::<L>(p), &mut count);
+                if let Some(columns) = rays.columns {
+                    let (at, slab) = columns.locate::<L>(p);
+                    put(at, &mut column);
+                    put(slab, &mut first);
+                }
+            }
+            let lanes = L::N.min(self.len - done);
+            self.courses.extend((0..lanes).map(|i| Course {
+                column: column[i],
+                first: first[i],
+                end: first[i] + count[i],
+            }));
+            done += L::N;
         }
     }
 }
@@ -173,65 +262,54 @@ pub unsafe fn trace<L: Lanes, T: Texel>(rays: &ShadowRays<'_, T>, pool: &mut Sha
     // SAFETY: table indices come from display values in 0…1 scaled to the table; lanes are loaded from
     // and stored to arrays of at least N elements.
     unsafe {
-        let (zero, one) = (L::splat(0.0), L::splat(1.0));
+        let one = L::splat(1.0);
         let delta = rays.light.delta.map(|d| L::splat(d));
         let all = u32::MAX >> (32 - L::N);
+        pool.plan::<L, T>(rays);
         let mut bundle = Bundle::new();
-        let mut samples = 0u64;
-        bundle.refill(all, pool, rays.light);
-        let (mut p, mut steps, mut left, mut transmittance) = bundle.load::<L>();
-        let course = Course::<L>::towards(rays.light);
-        let mut look = 0u32;
+        let mut taken = 0u64;
+        bundle.refill(all, pool, rays);
+        let (mut p, mut steps, mut samples, mut transmittance) = bundle.load::<L>();
         loop {
-            let mut active = L::and_m(L::gt(left, zero), L::gt(transmittance, L::splat(DARK)));
+            let (lowest, mut active) = lowest_bit::<L>(samples);
+            active = L::and_m(active, L::gt(transmittance, L::splat(DARK)));
             let running = L::bits(active);
             let idle = L::N as u32 - running.count_ones();
             let waiting = bundle.next < pool.len;
             if running == 0 || (waiting && idle * 4 >= L::N as u32) {
-                L::store(steps, bundle.steps.as_mut_ptr());
-                L::store(left, bundle.left.as_mut_ptr());
+                L::store(L::from_bits(samples), bundle.samples.as_mut_ptr().cast());
                 L::store(transmittance, bundle.transmittance.as_mut_ptr());
-                bundle.refill(all & !running, pool, rays.light);
-                (p, steps, left, transmittance) = bundle.load::<L>();
-                active = L::and_m(L::gt(left, zero), L::gt(transmittance, L::splat(DARK)));
-                if L::bits(active) == 0 {
-                    return samples;
+                bundle.refill(all & !running, pool, rays);
+                (p, steps, samples, transmittance) = bundle.load::<L>();
+                if L::bits(lowest_bit::<L>(samples).1) == 0 {
+                    return taken;
                 }
-                look = 0;
+                continue;
             }
-            let mut at =
-                [L::fma(steps, delta[0], p[0]), L::fma(steps, delta[1], p[1]), L::fma(steps, delta[2], p[2])];
-            if let Some(skip) = rays.skip {
-                if look == 0 {
-                    let jump = skip.shadow_steps::<L>(at, &course);
-                    if L::bits(L::and_m(L::gt(jump, zero), active)) != 0 {
-                        steps = L::fma(jump, L::splat(SHADOW_STEP), steps);
-                        left = L::sub(left, jump);
-                        look = LOOK_AGAIN;
-                        active = L::and_m(active, L::gt(left, zero));
-                        at = [
-                            L::fma(steps, delta[0], p[0]),
-                            L::fma(steps, delta[1], p[1]),
-                            L::fma(steps, delta[2], p[2]),
-                        ];
-                    } else {
-                        look = LOOK_EVERY;
-                    }
-                } else {
-                    look -= 1;
-                }
-            }
-            samples += u64::from(L::bits(active).count_ones());
+            let ahead = L::fma(lowest, L::splat(SHADOW_STEP), steps);
+            let at =
+                [L::fma(ahead, delta[0], p[0]), L::fma(ahead, delta[1], p[1]), L::fma(ahead, delta[2], p[2])];
+            taken += u64::from(running.count_ones());
             let index = L::truncate(L::add(rays.field.sample::<L>(at), L::splat(0.5)));
             let alpha = L::gather_f32(rays.alpha.as_ptr(), index);
             transmittance = L::mul(transmittance, L::select(active, L::sub(one, alpha), one));
-            steps = L::add(steps, L::splat(SHADOW_STEP));
-            left = L::sub(left, one);
+            samples = L::and_i(samples, L::sub_i(samples, L::splat_i(1)));
         }
     }
 }
 
-/// After a look that found something to skip, this many steps go by without one.
-const LOOK_AGAIN: u32 = 2;
-/// After a look that found nothing, this many.
-const LOOK_EVERY: u32 = 6;
+/// The places of the lowest bits of `words`, and where there is one.
+///
+/// # Safety
+/// The instruction set of `L` must be available.
+#[inline(always)]
+unsafe fn lowest_bit<L: Lanes>(words: L::I) -> (L::F, L::M) {
+    // SAFETY: the caller's.
+    unsafe {
+        let lowest = L::and_i(words, L::sub_i(L::splat_i(0), words));
+        // A power of two, negative if it is the sign bit: its place is the exponent.
+        let power = L::abs(L::to_f32(lowest));
+        let exponent = L::sub_i(L::shr_i::<23>(L::to_bits(power)), L::splat_i(127));
+        (L::to_f32(exponent), L::gt(power, L::splat(0.0)))
+    }
+}

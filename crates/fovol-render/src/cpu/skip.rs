@@ -4,7 +4,6 @@ use super::lanes::Lanes;
 use super::macrocells::Macrocells;
 use super::march::OPAQUE;
 use super::packet::Packet;
-use super::segment::{LightPath, SHADOW_STEP};
 
 /// Stands for "never leaves" along an axis that a ray does not move on.
 const NEVER: f32 = 1e30;
@@ -69,19 +68,6 @@ impl<'a> Skip<'a> {
         }
     }
 
-    /// How many shadow samples from `p` on certainly show nothing, per lane; 0 where the next one may.
-    ///
-    /// # Safety
-    /// The instruction set of `L` must be available.
-    #[inline(always)]
-    pub unsafe fn shadow_steps<L: Lanes>(&self, p: [L::F; 3], light: &Course<L>) -> L::F {
-        // SAFETY: the caller's.
-        unsafe {
-            let ahead = self.ahead::<L>(p, light);
-            L::max(L::ceil(L::mul(ahead, L::splat(1.0 / SHADOW_STEP))), L::splat(0.0))
-        }
-    }
-
     /// How many steps along `course` it is from `p` out of the empty box around it; 0 or less in a cell
     /// that shows anything.
     #[inline(always)]
@@ -114,33 +100,11 @@ impl<'a> Skip<'a> {
 }
 
 /// Directions, prepared for finding the faces that rays leave boxes through.
-pub struct Course<L: Lanes> {
+struct Course<L: Lanes> {
     /// 1/Δ, 0 where a ray does not move.
     inverse: [L::F; 3],
     /// 0, or [`NEVER`] where a ray does not move.
     bias: [L::F; 3],
     /// Whether coordinates rise.
     forward: [L::M; 3],
-}
-
-impl<L: Lanes> Course<L> {
-    /// Towards the light in every lane.
-    ///
-    /// # Safety
-    /// The instruction set of `L` must be available.
-    #[inline(always)]
-    pub unsafe fn towards(light: &LightPath) -> Self {
-        // SAFETY: the caller's.
-        unsafe {
-            let zero = L::splat(0.0);
-            let mut course = Self { inverse: [zero; 3], bias: [zero; 3], forward: [L::gt(zero, zero); 3] };
-            for a in 0..3 {
-                let moving = light.inverse[a].is_finite();
-                course.inverse[a] = L::splat(if moving { light.inverse[a] } else { 0.0 });
-                course.bias[a] = L::splat(if moving { 0.0 } else { NEVER });
-                course.forward[a] = L::gt(L::splat(light.delta[a]), zero);
-            }
-            course
-        }
-    }
 }

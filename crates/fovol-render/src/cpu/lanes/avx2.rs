@@ -100,8 +100,10 @@ unsafe impl Lanes for Avx2 {
     #[inline(always)] unsafe fn truncate(a: __m256) -> __m256i { unsafe { _mm256_cvttps_epi32(a) } }
     #[inline(always)] unsafe fn to_f32(a: __m256i) -> __m256 { unsafe { _mm256_cvtepi32_ps(a) } }
     #[inline(always)] unsafe fn from_bits(a: __m256i) -> __m256 { unsafe { _mm256_castsi256_ps(a) } }
+    #[inline(always)] unsafe fn to_bits(a: __m256) -> __m256i { unsafe { _mm256_castps_si256(a) } }
     #[inline(always)] unsafe fn splat_i(x: i32) -> __m256i { unsafe { _mm256_set1_epi32(x) } }
     #[inline(always)] unsafe fn add_i(a: __m256i, b: __m256i) -> __m256i { unsafe { _mm256_add_epi32(a, b) } }
+    #[inline(always)] unsafe fn sub_i(a: __m256i, b: __m256i) -> __m256i { unsafe { _mm256_sub_epi32(a, b) } }
     #[inline(always)] unsafe fn mul_i(a: __m256i, b: __m256i) -> __m256i { unsafe { _mm256_mullo_epi32(a, b) } }
     #[inline(always)] unsafe fn and_i(a: __m256i, b: __m256i) -> __m256i { unsafe { _mm256_and_si256(a, b) } }
     #[inline(always)] unsafe fn shr_i<const BITS: u32>(a: __m256i) -> __m256i {

@@ -97,8 +97,10 @@ unsafe impl Lanes for Avx512 {
     #[inline(always)] unsafe fn truncate(a: __m512) -> __m512i { unsafe { _mm512_cvttps_epi32(a) } }
     #[inline(always)] unsafe fn to_f32(a: __m512i) -> __m512 { unsafe { _mm512_cvtepi32_ps(a) } }
     #[inline(always)] unsafe fn from_bits(a: __m512i) -> __m512 { unsafe { _mm512_castsi512_ps(a) } }
+    #[inline(always)] unsafe fn to_bits(a: __m512) -> __m512i { unsafe { _mm512_castps_si512(a) } }
     #[inline(always)] unsafe fn splat_i(x: i32) -> __m512i { unsafe { _mm512_set1_epi32(x) } }
     #[inline(always)] unsafe fn add_i(a: __m512i, b: __m512i) -> __m512i { unsafe { _mm512_add_epi32(a, b) } }
+    #[inline(always)] unsafe fn sub_i(a: __m512i, b: __m512i) -> __m512i { unsafe { _mm512_sub_epi32(a, b) } }
     #[inline(always)] unsafe fn mul_i(a: __m512i, b: __m512i) -> __m512i { unsafe { _mm512_mullo_epi32(a, b) } }
     #[inline(always)] unsafe fn and_i(a: __m512i, b: __m512i) -> __m512i { unsafe { _mm512_and_si512(a, b) } }
     #[inline(always)] unsafe fn shr_i<const BITS: u32>(a: __m512i) -> __m512i { unsafe { _mm512_srli_epi32::<BITS>(a) } }

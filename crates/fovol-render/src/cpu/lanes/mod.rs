@@ -61,9 +61,12 @@ pub unsafe trait Lanes: Copy + 'static {
     unsafe fn to_f32(a: Self::I) -> Self::F;
     /// The same bits, read as f32.
     unsafe fn from_bits(a: Self::I) -> Self::F;
+    /// The same bits, read as i32.
+    unsafe fn to_bits(a: Self::F) -> Self::I;
 
     unsafe fn splat_i(x: i32) -> Self::I;
     unsafe fn add_i(a: Self::I, b: Self::I) -> Self::I;
+    unsafe fn sub_i(a: Self::I, b: Self::I) -> Self::I;
     unsafe fn mul_i(a: Self::I, b: Self::I) -> Self::I;
     unsafe fn and_i(a: Self::I, b: Self::I) -> Self::I;
     /// Logical shift right.

@@ -57,8 +57,10 @@ unsafe impl Lanes for Portable {
     #[inline(always)] unsafe fn truncate(a: F) -> I { a.map(|x| x as i32) }
     #[inline(always)] unsafe fn to_f32(a: I) -> F { a.map(|x| x as f32) }
     #[inline(always)] unsafe fn from_bits(a: I) -> F { a.map(|x| f32::from_bits(x as u32)) }
+    #[inline(always)] unsafe fn to_bits(a: F) -> I { a.map(|x| x.to_bits() as i32) }
     #[inline(always)] unsafe fn splat_i(x: i32) -> I { [x; 8] }
     #[inline(always)] unsafe fn add_i(a: I, b: I) -> I { from_fn(|i| a[i].wrapping_add(b[i])) }
+    #[inline(always)] unsafe fn sub_i(a: I, b: I) -> I { from_fn(|i| a[i].wrapping_sub(b[i])) }
     #[inline(always)] unsafe fn mul_i(a: I, b: I) -> I { from_fn(|i| a[i].wrapping_mul(b[i])) }
     #[inline(always)] unsafe fn and_i(a: I, b: I) -> I { from_fn(|i| a[i] & b[i]) }
     #[inline(always)] unsafe fn shr_i<const BITS: u32>(a: I) -> I { a.map(|x| (x as u32 >> BITS) as i32) }

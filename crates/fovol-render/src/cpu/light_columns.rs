@@ -1,0 +1,246 @@
+//! Which samples of a shadow ray could meet anything, known before the ray is traced.
+
+use super::lanes::Lanes;
+use super::macrocells::Macrocells;
+use super::segment::{LightPath, SHADOW_STEP};
+use rayon::prelude::*;
+
+/// Slabs that one word tells of.
+pub const SLABS: u32 = u32::BITS;
+/// Columns are made wider until the words take no more than this.
+const MOST_WORDS: usize = 4 << 20;
+/// Columns and slabs are taken this much larger on every side than they are (in columns and slabs), so
+/// that rounding of a sample's position never takes it past what its bit was made from.
+const ROUNDING: f64 = 0.02;
+
+/// Columns of space along the light direction, cut into slabs of one shadow step each; a bit for every
+/// slab of every column says whether any macrocell that it touches shows anything.
+///
+/// All shadow rays have one direction, so each stays in one column, and each of its samples lies in the
+/// slab after that of the sample before. The words of its column, from the slab of its first sample on,
+/// thus say of every sample whether it need be taken.
+#[derive(Debug, Clone)]
+pub struct LightColumns {
+    axes: Axes,
+    /// Columns along both lateral axes.
+    columns: [usize; 2],
+    /// One bit per slab, [`SLABS`] slabs per word: word w of a column lies at w · columns + column.
+    words: Vec<u32>,
+}
+
+/// The sheared coordinates that columns and slabs are counted in.
+#[derive(Debug, Clone, Copy)]
+struct Axes {
+    /// The axis along which light travels most voxels, and the two others.
+    order: [usize; 3],
+    /// Where the first slab starts on the first of them: the face turned away from the light, in
+    /// voxels.
+    origin: f32,
+    /// Slabs per voxel, negative where light comes from below.
+    slabs: f32,
+    /// Voxels along the lateral axes per slab.
+    shear: [f32; 2],
+    /// Where the first columns start, in voxels.
+    low: [f32; 2],
+    /// Edge of a column in voxels.
+    width: f32,
+}
+
+impl LightColumns {
+    /// The columns of a volume of `dims` voxels, from what `cells` show; to be made again whenever the
+    /// transfer function, the light or the step changes.
+    pub fn new(cells: &Macrocells, dims: [usize; 3], light: &LightPath) -> Self {
+        let a = (0..3).fold(0, |a, b| if light.delta[b].abs() > light.delta[a].abs() { b } else { a });
+        let order = [a, (a + 1) % 3, (a + 2) % 3];
+        let slabs = light.inverse[a] / SHADOW_STEP;
+        let shear = [order[1], order[2]].map(|b| light.delta[b] * SHADOW_STEP);
+        let origin = if slabs > 0.0 { -0.5 } else { dims[a] as f32 - 0.5 };
+        let deep = (dims[a] as f32 * slabs.abs()).ceil() + 1.0;
+        let low = shear.map(|s| -0.5 - (s * deep).max(0.0));
+        let mut axes = Axes { order, origin, slabs, shear, low, width: (1u32 << cells.shift()) as f32 / 2.0 };
+        let words = (deep as usize).div_ceil(SLABS as usize);
+        let columns = loop {
+            let columns = [0, 1]
+                .map(|i| ((dims[order[i + 1]] as f32 + (shear[i] * deep).abs()) / axes.width) as usize + 1);
+            if columns[0] * columns[1] * words <= MOST_WORDS {
+                break columns;
+            }
+            axes.width *= 2.0;
+        };
+        let mut out = Self { axes, columns, words: vec![0; columns[0] * columns[1] * words] };
+        let plane = columns[0] * columns[1];
+        let mut bits = std::mem::take(&mut out.words);
+        bits.par_chunks_mut(plane).enumerate().for_each(|(word, plane)| {
+            for bit in 0..SLABS {
+                out.mark(cells, word as u32 * SLABS + bit, bit, plane);
+            }
+        });
+        out.words = bits;
+        out
+    }
+
+    /// Sets `bit` in the words of all columns that meet anything in slab `slab`.
+    fn mark(&self, cells: &Macrocells, slab: u32, bit: u32, plane: &mut [u32]) {
+        let Axes { order, origin, slabs, shear, low, width } = self.axes;
+        let counts = order.map(|axis| cells.cells()[axis]);
+        let all = cells.cells();
+        let pitch = order.map(|axis| [1, all[0], all[0] * all[1]][axis]);
+        let cell = |p: f64, count: usize| ((p.max(0.0) as usize) >> cells.shift()).min(count - 1);
+        let ends = [f64::from(slab) - ROUNDING, f64::from(slab) + 1.0 + ROUNDING];
+        let depth = ends.map(|s| f64::from(origin) + s / f64::from(slabs));
+        let layers = cell(depth[0].min(depth[1]), counts[0])..=cell(depth[0].max(depth[1]), counts[0]);
+        // What a column touches along one lateral axis: it moves by the shear within the slab.
+        let touched = |i: usize| -> Vec<[usize; 2]> {
+            let moved = ends.map(|s| f64::from(low[i]) + s * f64::from(shear[i]));
+            let [least, most] = [moved[0].min(moved[1]), moved[0].max(moved[1])];
+            (0..self.columns[i])
+                .map(|column| {
+                    let from = least + (column as f64 - ROUNDING) * f64::from(width);
+                    let to = most + (column as f64 + 1.0 + ROUNDING) * f64::from(width);
+                    [cell(from, counts[i + 1]), cell(to, counts[i + 1])]
+                })
+                .collect()
+        };
+        let (across, down) = (touched(0), touched(1));
+        // Reduced along one axis after the other: layers, then columns of the first axis, then of the second.
+        let mut rows = vec![0u8; counts[2] * across.len()];
+        let mut row = vec![0u8; counts[1]];
+        for (c, out) in rows.chunks_mut(across.len()).enumerate() {
+            row.fill(0);
+            for layer in layers.clone() {
+                let start = layer * pitch[0] + c * pitch[2];
+                for (b, any) in row.iter_mut().enumerate() {
+                    *any |= u8::from(cells.distances()[start + b * pitch[1]] == 0);
+                }
+            }
+            for (any, &[from, to]) in out.iter_mut().zip(&across) {
+                *any = row[from..=to].iter().fold(0, |any, &x| any | x);
+            }
+        }
+        for (words, &[from, to]) in plane.chunks_mut(across.len()).zip(&down) {
+            for c in from..=to {
+                let row = &rows[c * across.len()..][..across.len()];
+                for (word, &any) in words.iter_mut().zip(row) {
+                    *word |= u32::from(any) << bit;
+                }
+            }
+        }
+    }
+
+    /// The columns and the slabs (both as whole numbers) of the first shadow samples from points `p`.
+    ///
+    /// # Safety
+    /// The instruction set of `L` must be available.
+    #[inline(always)]
+    pub unsafe fn locate<L: Lanes>(&self, p: [L::F; 3]) -> (L::I, L::I) {
+        // SAFETY: the caller's.
+        unsafe {
+            let Axes { order: [a, b, c], origin, slabs, shear, low, width } = self.axes;
+            let zero = L::splat(0.0);
+            // A point a rounding error outside the box is taken for one on its face.
+            let depth = L::max(L::mul(L::sub(p[a], L::splat(origin)), L::splat(slabs)), zero);
+            let column = |p: L::F, i: usize| {
+                let entry = L::sub(p, L::fma(depth, L::splat(shear[i]), L::splat(low[i])));
+                let most = L::splat((self.columns[i] - 1) as f32);
+                L::truncate(L::min(L::max(L::mul(entry, L::splat(1.0 / width)), zero), most))
+            };
+            let at = L::mul_i(column(p[c], 1), L::splat_i(self.columns[0] as i32));
+            (L::add_i(at, column(p[b], 0)), L::truncate(L::add(depth, L::splat(0.5))))
+        }
+    }
+
+    /// Word `word` of `column`: its lowest bit is for slab `word` · [`SLABS`].
+    #[inline(always)]
+    pub fn word(&self, column: usize, word: usize) -> u32 {
+        self.words[word * self.columns[0] * self.columns[1] + column]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::bricks::Bricks;
+    use super::super::lanes::portable::Portable;
+    use super::*;
+    use fovol_core::{ControlPoint, Grid, Light, TransferFunction, Volume};
+    use glam::DVec3;
+    use proptest::prelude::*;
+
+    /// Cells of a volume with a few bright voxels, and its grid.
+    fn scattered(dims: [usize; 3], spacing: [f64; 3], bright: &[usize]) -> (Macrocells, Grid) {
+        let grid = Grid::new(dims, spacing).unwrap();
+        let mut values = vec![0u8; grid.voxels()];
+        for &at in bright {
+            values[at % grid.voxels()] = 255;
+        }
+        let mut cells = Macrocells::new(&Bricks::of_volume(&Volume::from_values(grid, values).unwrap()));
+        let point = |v, a| ControlPoint::new(v, [1.0; 3], a);
+        cells.classify(
+            &TransferFunction::new(vec![point(0.0, 0.0), point(0.5, 0.0), point(1.0, 1.0)]).unwrap(),
+        );
+        (cells, grid)
+    }
+
+    fn occupied(cells: &Macrocells, p: [f32; 3]) -> bool {
+        let [nx, ny, _] = cells.cells();
+        let cell: [usize; 3] =
+            std::array::from_fn(|a| ((p[a].max(0.0) as usize) >> cells.shift()).min(cells.cells()[a] - 1));
+        cells.distances()[(cell[2] * ny + cell[1]) * nx + cell[0]] == 0
+    }
+
+    /// Whether sample `j` of the shadow ray from `p` need be taken.
+    fn may_meet(columns: &LightColumns, p: [f32; 3], j: u32) -> bool {
+        // SAFETY: portable lanes need nothing.
+        let (column, first) = unsafe { columns.locate::<Portable>(p.map(|x| [x; 8])) };
+        let slab = first[0] as u32 + j;
+        columns.word(column[0] as usize, (slab / SLABS) as usize) >> (slab % SLABS) & 1 == 1
+    }
+
+    proptest! {
+        #[test]
+        fn no_sample_in_an_occupied_cell_is_left_out(
+            dims in prop::array::uniform3(1usize..40),
+            spacing in prop::array::uniform3(0.3f64..3.0),
+            bright in prop::collection::vec(any::<usize>(), 1..4),
+            direction in prop::array::uniform3(-1.0f64..1.0),
+            parallel in prop::array::uniform3(any::<bool>()),
+            step in 0.05f64..6.0,
+            at in prop::array::uniform3(0.0f32..1.0),
+        ) {
+            let mut direction = DVec3::from_array(direction);
+            (0..3).filter(|&a| parallel[a]).for_each(|a| direction[a] = 0.0);
+            prop_assume!(direction.length() > 0.01);
+            let (cells, grid) = scattered(dims, spacing, &bright);
+            let light = LightPath::new(&Light::towards(direction).unwrap(), &grid, step);
+            let columns = LightColumns::new(&cells, dims, &light);
+            let p: [f32; 3] = std::array::from_fn(|a| at[a].mul_add(dims[a] as f32, -0.5));
+            for j in 0..light.count(p) {
+                let meets = occupied(&cells, light.position(p, j));
+                prop_assert!(!meets || may_meet(&columns, p, j), "sample {j} of {p:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn most_of_empty_space_is_left_out() {
+        let (cells, grid) = scattered([64; 3], [1.0; 3], &[(32 * 64 + 32) * 64 + 32]);
+        let light = LightPath::new(&Light::towards(DVec3::new(0.5, 1.0, 0.3)).unwrap(), &grid, 0.5);
+        let columns = LightColumns::new(&cells, [64; 3], &light);
+        let points = (0..4096u32).map(|i| [i % 16, i / 16 % 16, i / 256].map(|x| x as f32 * 4.0));
+        let (mut all, mut taken) = (0, 0);
+        for p in points {
+            let count = light.count(p);
+            all += count;
+            taken += (0..count).filter(|&j| may_meet(&columns, p, j)).count();
+        }
+        // The bright voxel is in 8 of 4,096 cells; columns widen them by about a cell on every side.
+        assert!(taken > 0 && taken * 40 < all as usize, "{taken} of {all}");
+    }
+
+    #[test]
+    fn fine_steps_widen_the_columns_rather_than_fill_memory() {
+        let (cells, grid) = scattered([100, 90, 80], [1.0; 3], &[5]);
+        let light = LightPath::new(&Light::towards(DVec3::new(0.5, 1.0, 0.3)).unwrap(), &grid, 0.0005);
+        let columns = LightColumns::new(&cells, [100, 90, 80], &light);
+        assert!(columns.words.len() <= MOST_WORDS && columns.axes.width > 2.0);
+    }
+}
