@@ -3,6 +3,8 @@
 mod file;
 pub(crate) mod random;
 
+pub use file::Storage;
+
 use crate::plan::{NetworkConfig, Plan};
 use crate::{Error, Result};
 use std::collections::BTreeMap;
