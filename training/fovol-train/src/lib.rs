@@ -1,7 +1,11 @@
 //! Training of the networks of [`fovol_net`]: the same plans under autograd, what they are to minimise, and how.
 //!
-//! Tensors are libtorch's, \[batch, channels, rows, columns\].
+//! Tensors are libtorch's, \[batch, channels, rows, columns\]. Functions panic where libtorch itself fails, as when
+//! memory runs out; what a caller can be wrong about is an [`Error`].
 
+mod error;
 pub mod loss;
 pub mod network;
 pub mod optimise;
+
+pub use error::{Error, Result};

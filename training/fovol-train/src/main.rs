@@ -4,7 +4,7 @@ use clap::{Parser, Subcommand};
 
 /// Trains reconstruction networks.
 #[derive(Parser)]
-#[command(version)]
+#[command(name = "fovolnet-train", version)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
@@ -16,14 +16,19 @@ enum Command {
     Check,
 }
 
-fn main() -> anyhow::Result<()> {
+fn main() {
     match Arguments::parse().command {
         Command::Check => check(),
     }
-    Ok(())
 }
 
 fn check() {
-    println!("CUDA      {}", tch::Cuda::is_available());
+    let cuda = match tch::Cuda::device_count() {
+        0 => "no device".to_owned(),
+        count => format!("{count} device(s), cuDNN {}", tch::Cuda::cudnn_is_available()),
+    };
+    println!("libtorch  {}", env!("FOVOLNET_LIBTORCH_VERSION"));
+    println!("CUDA      {cuda}");
+    println!("oneDNN    {}", tch::utils::has_mkldnn());
     println!("threads   {}", tch::get_num_threads());
 }

@@ -1,0 +1,134 @@
+//! One frame on its way through a network.
+
+use super::layers;
+use super::{Inputs, Network};
+use fovol_net::plan::{Conv, Filter, Layer, Read, TensorId};
+use std::collections::HashMap;
+use tch::{Kind, Tensor};
+
+/// The tensors of one frame of each clip, as far as layers have written them.
+pub(super) struct Frame<'a> {
+    network: &'a Network,
+    /// By their place in the plan, of whatever kind they were written in.
+    values: Vec<Option<Tensor>>,
+    /// The same in other kinds, where a layer wanted that: each is made once.
+    casts: HashMap<(TensorId, Kind), Tensor>,
+    /// The kind of pictures, predicted kernels and states.
+    exact: Kind,
+    /// The kind of what 3×3 convolutions read and write.
+    wide: Kind,
+}
+
+impl<'a> Frame<'a> {
+    /// The padded inputs and the state.
+    pub fn new(network: &'a Network, inputs: &Inputs<'_>, state: Vec<Tensor>) -> Self {
+        let exact = network.kind();
+        let wide = if network.options.bf16 { Kind::BFloat16 } else { exact };
+        let values = network.plan.tensors().iter().map(|_| None).collect();
+        let mut frame = Self { network, values, casts: HashMap::new(), exact, wide };
+        let plan = &network.plan;
+        let colour = frame.padded(inputs.colour);
+        if let Some(id) = plan.inputs().mask {
+            frame.values[id.index()] = inputs.mask.map(|mask| frame.padded(mask));
+        }
+        if let Some(id) = plan.inputs().motion {
+            let still = || colour.narrow(1, 0, 2).zeros_like();
+            let motion = inputs.motion.map_or_else(still, |motion| frame.padded(motion));
+            frame.values[id.index()] = Some(motion);
+        }
+        frame.values[plan.inputs().colour.index()] = Some(colour);
+        for (kept, tensor) in plan.states().iter().zip(state) {
+            frame.values[kept.previous.index()] = Some(tensor);
+        }
+        frame
+    }
+
+    /// `image`, replicated at the right and bottom to a size that the network can halve as often as it does.
+    fn padded(&self, image: &Tensor) -> Tensor {
+        let [_, _, height, width] = layers::shape(image);
+        let [rows, columns] = self.network.padded([height, width]);
+        let image = layers::cast(&image.to_device(self.network.device), self.exact);
+        if [rows, columns] == [height, width] {
+            return image;
+        }
+        image.replication_pad2d([0, columns - width, 0, rows - height])
+    }
+
+    /// Tensor `id` as `kind`.
+    ///
+    /// # Panics
+    /// Where nothing has been written yet: plans put a layer after those that it reads.
+    fn read(&mut self, id: TensorId, kind: Kind) -> Tensor {
+        let Some(value) = &self.values[id.index()] else {
+            panic!("`{}` is read before it is written", self.network.plan.tensor(id).name);
+        };
+        if value.kind() == kind {
+            return value.shallow_clone();
+        }
+        self.casts.entry((id, kind)).or_insert_with(|| value.to_kind(kind)).shallow_clone()
+    }
+
+    /// Tensor `id` in the kind of pictures and states.
+    pub fn exact(&mut self, id: TensorId) -> Tensor {
+        self.read(id, self.exact)
+    }
+
+    fn resized(&mut self, read: Read, kind: Kind) -> Tensor {
+        layers::resized(&self.read(read.tensor, kind), read.resize)
+    }
+
+    /// The weight and bias of layer `name` as `kind`.
+    fn pair(&self, name: &str, kind: Kind) -> [Tensor; 2] {
+        ["weight", "bias"].map(|part| layers::cast(&self.network.parameters[&format!("{name}.{part}")], kind))
+    }
+
+    /// Runs one layer.
+    pub fn run(&mut self, layer: &Layer) {
+        let written = match layer {
+            Layer::Conv(conv) => self.conv(conv),
+            Layer::Filter(filter) => self.filter(filter),
+            Layer::Norm(norm) => {
+                let [weight, bias] = self.pair(&norm.name, self.exact);
+                layers::norm(&self.exact(norm.input), &weight, &bias, norm.activation)
+            }
+            Layer::Pool { input, .. } => layers::pool(&self.as_written(*input), 2),
+            Layer::SpaceToDepth { input, .. } => self.as_written(*input).pixel_unshuffle(2),
+            Layer::DepthToSpace { input, .. } => self.as_written(*input).pixel_shuffle(2),
+            Layer::Scale { input, factor, offset, .. } => {
+                self.exact(*input) * f64::from(*factor) + f64::from(*offset)
+            }
+            Layer::PullPush { colour, mask, levels, .. } => {
+                layers::pull_push(&self.exact(*colour), &self.exact(*mask), *levels)
+            }
+            Layer::Bypass { colour, mask, input, .. } => {
+                layers::bypass(&self.exact(*colour), &self.exact(*mask), &self.exact(*input))
+            }
+            Layer::Warp { input, motion, .. } => layers::warp(&self.exact(*input), &self.exact(*motion)),
+        };
+        self.values[layer.output().index()] = Some(written);
+    }
+
+    /// Tensor `id` in the kind in which it was written.
+    fn as_written(&mut self, id: TensorId) -> Tensor {
+        let kind = self.values[id.index()].as_ref().map_or(self.exact, Tensor::kind);
+        self.read(id, kind)
+    }
+
+    fn conv(&mut self, conv: &Conv) -> Tensor {
+        // Those of one pixel make pictures, for which the eight bits of bf16 are too few.
+        let kind = if conv.size == 3 { self.wide } else { self.exact };
+        let inputs: Vec<Tensor> = conv.inputs.iter().map(|&read| self.resized(read, kind)).collect();
+        let input = if inputs.len() == 1 { inputs[0].shallow_clone() } else { Tensor::cat(&inputs, 1) };
+        let input = if self.network.options.channels_last { layers::channels_last(&input) } else { input };
+        let [weight, bias] = self.pair(&conv.name, kind);
+        layers::conv(conv, &input, &weight, &bias)
+    }
+
+    fn filter(&mut self, filter: &Filter) -> Tensor {
+        let [weight, bias] = self.pair(&filter.name, self.exact);
+        let kernels = self.exact(filter.features).conv2d(&weight, Some(bias), [1; 2], [0; 2], [1; 2], 1);
+        let images = filter.images.iter();
+        let images: Vec<_> = images.map(|&(read, taps)| (self.resized(read, self.exact), taps)).collect();
+        layers::filter(&kernels, filter.expand, &images, filter.normalisation)
+    }
+}

@@ -1,0 +1,164 @@
+//! The kinds of layers of a [`fovol_net::plan::Plan`] as functions of tensors, differentiable in all of them.
+//!
+//! They work in whatever kind of number they are given.
+
+use fovol_net::plan::{Activation, Conv, Normalisation, Padding, Resize, SQUARED_EPSILON, Taps};
+use tch::{Kind, Tensor};
+
+/// Divisors of [`pull_push`] are at least this.
+const SMALLEST: f64 = 1e-8;
+/// What keeps the variance of [`norm`] from being zero.
+const NORM_EPSILON: f64 = 1e-5;
+/// A motion, in pixels, that leads out of any frame.
+const FAR: f64 = 1e9;
+
+/// The four lengths of `tensor`: batch, channels, rows, columns.
+pub(super) fn shape(tensor: &Tensor) -> [i64; 4] {
+    let size = tensor.size();
+    std::array::from_fn(|i| size[i])
+}
+
+/// `tensor` with the same content, its channels together in memory.
+pub(super) fn channels_last(tensor: &Tensor) -> Tensor {
+    tensor.permute([0, 2, 3, 1]).contiguous().permute([0, 3, 1, 2])
+}
+
+/// `tensor` at the resolution that `change` gives.
+pub(super) fn resized(tensor: &Tensor, change: Resize) -> Tensor {
+    let [_, _, height, width] = shape(tensor);
+    let doubled = [2 * height, 2 * width];
+    match change {
+        Resize::Same => tensor.shallow_clone(),
+        Resize::Bilinear => tensor.upsample_bilinear2d(doubled, false, 2.0, 2.0),
+        Resize::Nearest => tensor.upsample_nearest2d(doubled, 2.0, 2.0),
+    }
+}
+
+/// `tensor` after `activation`.
+fn activated(tensor: &Tensor, activation: Activation) -> Tensor {
+    match activation {
+        Activation::None => tensor.shallow_clone(),
+        Activation::Relu => tensor.relu(),
+        Activation::Elu => tensor.elu(),
+    }
+}
+
+/// The convolution `layer` of its concatenated `input`.
+pub(super) fn conv(layer: &Conv, input: &Tensor, weight: &Tensor, bias: &Tensor) -> Tensor {
+    let reach = (layer.size / 2) as i64;
+    let stride = layer.stride as i64;
+    let convolved = match layer.padding {
+        Padding::Replicate if reach > 0 => {
+            let input = input.replication_pad2d([reach; 4]);
+            input.conv2d(weight, Some(bias), [stride; 2], [0; 2], [1; 2], 1)
+        }
+        _ => input.conv2d(weight, Some(bias), [stride; 2], [reach; 2], [1; 2], 1),
+    };
+    activated(&convolved, layer.activation)
+}
+
+/// Normalisation over all numbers of each frame, an affine map of each channel, and `activation`.
+pub(super) fn norm(input: &Tensor, weight: &Tensor, bias: &Tensor, activation: Activation) -> Tensor {
+    activated(&input.group_norm(1, Some(weight), Some(bias), NORM_EPSILON, true), activation)
+}
+
+/// `images` weighed by `kernels` [batch, expand²·taps, rows, columns], which are not normalised yet.
+pub(super) fn filter(
+    kernels: &Tensor,
+    expand: usize,
+    images: &[(Tensor, Taps)],
+    normalisation: Normalisation,
+) -> Tensor {
+    let weights = if expand == 1 { kernels.shallow_clone() } else { kernels.pixel_shuffle(expand as i64) };
+    match normalisation {
+        // The sum is divided rather than each weight: three channels instead of nine taps and more.
+        Normalisation::Squared => {
+            let weights = weights.square() + f64::from(SQUARED_EPSILON);
+            weighted_sum(&weights, images) / weights.sum_dim_intlist([1i64].as_slice(), true, None)
+        }
+        Normalisation::Softmax => weighted_sum(&weights.softmax(1, None), images),
+    }
+}
+
+/// The sum over all taps of `images` by `weights` [batch, taps, rows, columns], the same for all channels.
+fn weighted_sum(weights: &Tensor, images: &[(Tensor, Taps)]) -> Tensor {
+    let mut first = 0;
+    let parts = images.iter().map(|(image, taps)| {
+        let count = taps.count() as i64;
+        let weights = weights.narrow(1, first, count);
+        first += count;
+        match taps {
+            Taps::Centre => weights * image,
+            Taps::Around => {
+                (weights.unsqueeze(1) * around(image)).sum_dim_intlist([2i64].as_slice(), false, None)
+            }
+        }
+    });
+    parts.reduce(|sum, part| sum + part).unwrap_or_default()
+}
+
+/// The 3×3 around each pixel, row by row, zeros beyond the border: [batch, channels, 9, rows, columns].
+fn around(image: &Tensor) -> Tensor {
+    let [batch, channels, height, width] = shape(image);
+    image.im2col([3; 2], [1; 2], [1; 2], [1; 2]).view([batch, channels, 9, height, width])
+}
+
+/// The mean of `factor` × `factor` pixels.
+pub(super) fn pool(input: &Tensor, factor: i64) -> Tensor {
+    input.avg_pool2d([factor; 2], [factor; 2], [0; 2], false, true, None)
+}
+
+/// mask · colour + (1 − mask) · input.
+pub(super) fn bypass(colour: &Tensor, mask: &Tensor, input: &Tensor) -> Tensor {
+    mask * colour + (1.0 - mask) * input
+}
+
+/// The value where each pixel was in the last frame: bilinear, zero outside, also where motion is no number.
+///
+/// `motion` is in pixels of the frame; for an `input` at 1/f of its resolution it is averaged over f × f pixels and
+/// divided by f.
+pub(super) fn warp(input: &Tensor, motion: &Tensor) -> Tensor {
+    let [_, _, height, width] = shape(input);
+    let factor = shape(motion)[3] / width;
+    let motion = motion.nan_to_num(FAR, FAR, -FAR);
+    let motion = if factor > 1 { pool(&motion, factor) / factor as f64 } else { motion };
+    // The sampler counts from −1 at the left edge of the first pixel to 1 at the right edge of the last.
+    let along = |axis: i64, count: i64, shape: [i64; 3]| {
+        let centres = Tensor::arange(count, (motion.kind(), motion.device())).view(shape);
+        ((motion.select(1, axis) + centres) * 2.0 + 1.0) / count as f64 - 1.0
+    };
+    let grid = Tensor::stack(&[along(0, width, [1, 1, width]), along(1, height, [1, height, 1])], 3);
+    let (bilinear, zeros) = (0, 0);
+    input.grid_sampler(&grid, bilinear, zeros, false)
+}
+
+/// `colour` where `mask` is 1, and elsewhere the mean of the samples around from ever larger squares.
+///
+/// The formulas are those of `tests/reference/network/networks.py`.
+pub(super) fn pull_push(colour: &Tensor, mask: &Tensor, levels: u32) -> Tensor {
+    // Premultiplied colours and their weights are one tensor of four channels.
+    let known = Tensor::cat(&[&(colour * mask), mask], 1);
+    let filled = pushed(&known, levels);
+    filled.narrow(1, 0, 3) / filled.narrow(1, 3, 1).clamp_min(SMALLEST)
+}
+
+/// `known`, with what is missing from coarser resolutions.
+fn pushed(known: &Tensor, levels: u32) -> Tensor {
+    if levels == 0 {
+        return known.shallow_clone();
+    }
+    let mean = pool(known, 2);
+    let mean_weight = mean.narrow(1, 3, 1);
+    let weight = (&mean_weight * 4.0).clamp_max(1.0);
+    let colour = mean.narrow(1, 0, 3) * &weight / mean_weight.clamp_min(SMALLEST);
+    let coarser = pushed(&Tensor::cat(&[colour, weight], 1), levels - 1);
+    known + (1.0 - known.narrow(1, 3, 1)) * resized(&coarser, Resize::Bilinear)
+}
+
+/// `tensor` as `kind`; itself where it is of that kind.
+pub(super) fn cast(tensor: &Tensor, kind: Kind) -> Tensor {
+    if tensor.kind() == kind { tensor.shallow_clone() } else { tensor.to_kind(kind) }
+}
+
+#[cfg(test)]
+mod tests;

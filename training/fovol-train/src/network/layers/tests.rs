@@ -1,0 +1,195 @@
+//! Every kind of layer against PyTorch's cases in double precision (`tests/reference/network/make_cases.py`), and
+//! its gradient against differences.
+
+use super::*;
+use fovol_net::plan::{Layer, PlanBuilder, Read};
+use safetensors::SafeTensors;
+use serde_json::Value;
+
+/// A convolution whose names and tensors do not matter.
+fn conv_layer(size: usize, stride: usize, padding: Padding, activation: Activation) -> Conv {
+    let mut builder = PlanBuilder::new();
+    let input = Read::same(builder.colour());
+    let output = builder.conv("conv", &[input], 3, size, activation);
+    let plan = builder.finish(output);
+    let Layer::Conv(conv) = plan.layers()[0].clone() else { panic!("a plan of one convolution") };
+    Conv { stride, padding, ..conv }
+}
+
+/// A layer as a function of tensors.
+type Function<'a> = Box<dyn Fn(&[Tensor]) -> Tensor + 'a>;
+
+struct Case<'a> {
+    name: &'a str,
+    file: &'a SafeTensors<'a>,
+    facts: &'a Value,
+}
+
+impl Case<'_> {
+    /// A part of the case in f64; images with a batch of one.
+    fn part(&self, part: &str) -> Option<Tensor> {
+        let view = self.file.tensor(&format!("{}.{part}", self.name)).ok()?;
+        let shape: Vec<i64> = view.shape().iter().map(|&side| side as i64).collect();
+        let tensor = Tensor::from_data_size(view.data(), &shape, Kind::Float).to_kind(Kind::Double);
+        Some(if part.starts_with("in") || part == "out" { tensor.unsqueeze(0) } else { tensor })
+    }
+
+    fn inputs(&self) -> Vec<Tensor> {
+        (0..).map_while(|i| self.part(&format!("in{i}"))).collect()
+    }
+
+    fn word(&self, key: &str) -> &str {
+        self.facts[key].as_str().unwrap()
+    }
+
+    fn number(&self, key: &str) -> usize {
+        self.facts[key].as_u64().unwrap() as usize
+    }
+
+    fn activation(&self) -> Activation {
+        match self.word("activation") {
+            "none" => Activation::None,
+            "relu" => Activation::Relu,
+            "elu" => Activation::Elu,
+            other => panic!("{other}"),
+        }
+    }
+
+    fn normalisation(&self) -> Normalisation {
+        if self.word("normalisation") == "squared" { Normalisation::Squared } else { Normalisation::Softmax }
+    }
+
+    /// The layer as a function of its inputs and then, where it has them, weight and bias.
+    fn layer(&self) -> Function<'_> {
+        match self.word("kind") {
+            "conv" => {
+                let padding = if self.word("padding") == "zero" { Padding::Zero } else { Padding::Replicate };
+                let (size, stride) = (self.number("size"), self.number("stride"));
+                let layer = conv_layer(size, stride, padding, self.activation());
+                let resizes: Vec<Resize> = self.list("resizes").iter().map(resize).collect();
+                Box::new(move |all| {
+                    let (inputs, learned) = all.split_at(all.len() - 2);
+                    let inputs = inputs.iter().zip(&resizes).map(|(input, &change)| resized(input, change));
+                    let input = Tensor::cat(&inputs.collect::<Vec<_>>(), 1);
+                    conv(&layer, &input, &learned[0], &learned[1])
+                })
+            }
+            "filter" => Box::new(|all| {
+                let (inputs, learned) = all.split_at(all.len() - 2);
+                let kernels = inputs[0].conv2d(&learned[0], Some(&learned[1]), [1; 2], [0; 2], [1; 2], 1);
+                let kinds = self.list("images").iter().map(image);
+                let images = inputs[1..].iter().zip(kinds);
+                let images: Vec<_> =
+                    images.map(|(input, (change, taps))| (resized(input, change), taps)).collect();
+                filter(&kernels, self.number("expand"), &images, self.normalisation())
+            }),
+            "norm" => Box::new(|all| norm(&all[0], &all[1], &all[2], self.activation())),
+            "pool" => Box::new(|all| pool(&all[0], 2)),
+            "space-to-depth" => Box::new(|all| all[0].pixel_unshuffle(2)),
+            "depth-to-space" => Box::new(|all| all[0].pixel_shuffle(2)),
+            "bypass" => Box::new(|all| bypass(&all[0], &all[1], &all[2])),
+            "warp" => Box::new(|all| warp(&all[0], &all[1])),
+            "pull-push" => Box::new(|all| pull_push(&all[0], &all[1], self.number("levels") as u32)),
+            other => panic!("{other}"),
+        }
+    }
+
+    fn list(&self, key: &str) -> &[Value] {
+        self.facts[key].as_array().unwrap()
+    }
+
+    fn tensors(&self) -> Vec<Tensor> {
+        let learned = ["weight", "bias"].into_iter().filter_map(|part| self.part(part));
+        self.inputs().into_iter().chain(learned).collect()
+    }
+}
+
+fn resize(word: &Value) -> Resize {
+    match word.as_str() {
+        Some("same") => Resize::Same,
+        Some("bilinear") => Resize::Bilinear,
+        Some("nearest") => Resize::Nearest,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn image(pair: &Value) -> (Resize, Taps) {
+    (resize(&pair[0]), if pair[1] == "around" { Taps::Around } else { Taps::Centre })
+}
+
+fn each_case(mut check: impl FnMut(&Case<'_>)) {
+    let path =
+        concat!(env!("CARGO_MANIFEST_DIR"), "/../../crates/fovol-net/tests/reference/layers.safetensors");
+    let bytes = std::fs::read(path).unwrap();
+    let file = SafeTensors::deserialize(&bytes).unwrap();
+    let (_, header) = SafeTensors::read_metadata(&bytes).unwrap();
+    let layers = header.metadata().clone().unwrap();
+    assert!(layers.len() > 30);
+    for (name, facts) in &layers {
+        let facts = serde_json::from_str(facts).unwrap();
+        check(&Case { name, file: &file, facts: &facts });
+    }
+}
+
+#[test]
+fn layers_agree_with_pytorch() {
+    each_case(|case| {
+        let (found, expected) = (case.layer()(&case.tensors()), case.part("out").unwrap());
+        assert_eq!(found.size(), expected.size(), "{}", case.name);
+        // The cases are rounded to f32.
+        let excess = (found - &expected).abs() - (expected.abs() + 1.0) * 1e-7;
+        assert!(excess.max().double_value(&[]) <= 0.0, "{}: {excess}", case.name);
+    });
+}
+
+#[test]
+fn gradients_agree_with_differences() {
+    each_case(|case| {
+        let tensors = case.tensors();
+        for (number, tensor) in tensors.iter().enumerate() {
+            // Masks and motion come from outside; nothing learns through them.
+            let is_given = matches!((case.word("kind"), number), ("bypass" | "warp" | "pull-push", 1));
+            if !is_given {
+                let worst = gradient_error(&case.layer(), &tensors, number, tensor);
+                assert!(worst < 1e-6, "{} of tensor {number}: {worst:.1e}", case.name);
+            }
+        }
+    });
+}
+
+/// How far the gradient of a fixed projection of `layer`'s output by tensor `number` is from central differences, of
+/// the largest gradient; at up to 40 of its numbers.
+fn gradient_error(layer: &Function<'_>, tensors: &[Tensor], number: usize, tensor: &Tensor) -> f64 {
+    let projected = |tensor: &Tensor| {
+        let mut all: Vec<Tensor> = tensors.iter().map(Tensor::shallow_clone).collect();
+        all[number] = tensor.shallow_clone();
+        let out = layer(&all);
+        let wave = Tensor::arange(out.numel() as i64, (Kind::Double, tensor.device()));
+        (out.reshape([-1]) * (wave * 1.7).sin()).sum(Kind::Double)
+    };
+    let leaf = tensor.copy().set_requires_grad(true);
+    projected(&leaf).backward();
+    let gradient = leaf.grad().reshape([-1]);
+    let most = gradient.abs().max().double_value(&[]).max(1e-3);
+    let count = tensor.numel() as i64;
+    let step = 1e-6;
+    let moved = |place: i64, by: f64| {
+        let copy = tensor.copy();
+        let _ = copy.view([-1]).narrow(0, place, 1).g_add_scalar_(by);
+        projected(&copy).double_value(&[])
+    };
+    let places = (0..count).step_by((count as usize).div_ceil(40));
+    places.fold(0.0, |worst: f64, place| {
+        let difference = (moved(place, step) - moved(place, -step)) / (2.0 * step);
+        worst.max((difference - gradient.double_value(&[place])).abs() / most)
+    })
+}
+
+#[test]
+fn motion_that_is_no_number_leads_outside() {
+    let image = Tensor::ones([1, 2, 4, 6], (Kind::Float, tch::Device::Cpu));
+    for motion in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        let motion = Tensor::full([1, 2, 8, 12], motion, (Kind::Float, tch::Device::Cpu));
+        assert_eq!(warp(&image, &motion).abs().sum(Kind::Float).double_value(&[]), 0.0);
+    }
+}

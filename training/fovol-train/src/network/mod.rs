@@ -1,0 +1,232 @@
+//! Networks under autograd: a [`Plan`] walked with libtorch.
+//!
+//! The same names, the same weights files and the same arithmetic as [`fovol_net::cpu`], which tests compare it with.
+//!
+//! ```
+//! use fovol_net::plan::Named;
+//! use fovol_train::network::{Inputs, Network, Options, initial_weights};
+//! use tch::{Device, Kind, Tensor};
+//!
+//! let weights = initial_weights(&Named::DeepFoveaFvn.config(), 1)?;
+//! let network = Network::new(&weights, Options::default(), Device::Cpu)?;
+//! let sparse = Tensor::rand([1, 3, 20, 30], (Kind::Float, Device::Cpu));
+//! let inputs = Inputs { colour: &sparse, mask: None, motion: None };
+//! let state = network.initial_state([1, 20, 30]);
+//! let (picture, _next) = network.forward(&inputs, state)?;
+//! picture.mean(Kind::Float).backward();
+//! assert!(network.parameters()[0].1.grad().defined());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod frame;
+mod initialise;
+mod layers;
+
+pub use initialise::initial_weights;
+
+use crate::{Error, Result};
+use fovol_net::Weights;
+use fovol_net::plan::{NetworkConfig, Plan};
+use fovol_net::weights::Array;
+use frame::Frame;
+use std::collections::BTreeMap;
+use tch::{Device, Kind, Tensor};
+
+/// How a network is computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Options {
+    /// Whether 3×3 convolutions read, multiply and write bf16. Parameters, predicted kernels, pictures, states and
+    /// all sums over images stay f32.
+    pub bf16: bool,
+    /// Whether the tensors of convolutions have their channels together in memory.
+    pub channels_last: bool,
+}
+
+/// What a network is given for one frame of each clip of a batch.
+#[derive(Debug, Clone, Copy)]
+pub struct Inputs<'a> {
+    /// Red, green, blue in 0…1, 0 where unsampled: \[batch, 3, rows, columns\].
+    pub colour: &'a Tensor,
+    /// 1 where sampled, 0 elsewhere: \[batch, 1, rows, columns\]. Networks that know no mask ignore it; others need it.
+    pub mask: Option<&'a Tensor>,
+    /// Pixels from here to where this was in the last frame, x right, then y down: \[batch, 2, rows, columns\].
+    /// Networks that do not use motion ignore it; for others none means stillness.
+    pub motion: Option<&'a Tensor>,
+}
+
+/// A network whose weights learn: leaves of autograd in f32, named as the plan names them.
+#[derive(Debug)]
+pub struct Network {
+    plan: Plan,
+    config: NetworkConfig,
+    facts: BTreeMap<String, String>,
+    parameters: BTreeMap<String, Tensor>,
+    options: Options,
+    device: Device,
+}
+
+impl Network {
+    /// The network that `weights` are of, computing with `options` on `device`.
+    ///
+    /// # Errors
+    /// Weights that do not fit the configuration they come with.
+    pub fn new(weights: &Weights, options: Options, device: Device) -> Result<Self> {
+        let plan = weights.config.plan().map_err(fovol_net::Error::Config)?;
+        weights.check(&plan)?;
+        let leaf = |array: &Array| tensor(array).to_device(device).set_requires_grad(true);
+        let parameters = weights.arrays().iter().map(|(name, array)| (name.clone(), leaf(array)));
+        Ok(Self {
+            parameters: parameters.collect(),
+            config: weights.config.clone(),
+            facts: weights.facts.clone(),
+            plan,
+            options,
+            device,
+        })
+    }
+
+    /// The same network in f64 throughout, for checks.
+    #[must_use]
+    pub fn into_double(mut self) -> Self {
+        for parameter in self.parameters.values_mut() {
+            *parameter = parameter.detach().to_kind(Kind::Double).set_requires_grad(true);
+        }
+        self
+    }
+
+    /// Its plan.
+    pub fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// Its configuration.
+    pub fn config(&self) -> &NetworkConfig {
+        &self.config
+    }
+
+    /// How it computes.
+    pub fn options(&self) -> Options {
+        self.options
+    }
+
+    /// Where it computes.
+    pub fn device(&self) -> Device {
+        self.device
+    }
+
+    /// What learns, in the order of the plan: handles of the tensors themselves, not copies.
+    pub fn parameters(&self) -> Vec<(String, Tensor)> {
+        let handle = |name: String| {
+            let tensor = self.parameters[&name].shallow_clone();
+            (name, tensor)
+        };
+        self.plan.parameters().into_iter().map(|parameter| handle(parameter.name)).collect()
+    }
+
+    /// The weights as they are now, to be written to a file.
+    pub fn weights(&self) -> Weights {
+        let arrays = self.parameters.iter().map(|(name, tensor)| (name.clone(), array(tensor)));
+        let mut weights = Weights::new(self.config.clone(), arrays.collect());
+        weights.facts.clone_from(&self.facts);
+        weights
+    }
+
+    /// Takes over the numbers of `weights`; handles of the parameters stay what they are.
+    ///
+    /// # Errors
+    /// Weights of another network.
+    pub fn load(&mut self, weights: &Weights) -> Result<()> {
+        weights.check(&self.plan)?;
+        self.facts.clone_from(&weights.facts);
+        tch::no_grad(|| {
+            for (name, parameter) in &mut self.parameters {
+                parameter.copy_(&tensor(&weights.arrays()[name]));
+            }
+        });
+        Ok(())
+    }
+
+    /// The state that starts clips of frames of \[batch, rows, columns\]: zeros, in the order of the plan's states,
+    /// each \[batch, channels, rows, columns\] of the padded frame at its level.
+    pub fn initial_state(&self, [batch, height, width]: [i64; 3]) -> Vec<Tensor> {
+        let shapes = self.state_shapes([batch, height, width]);
+        shapes.iter().map(|shape| Tensor::zeros(shape, (self.kind(), self.device))).collect()
+    }
+
+    /// The pictures of `inputs` \[batch, 3, rows, columns\], and the state for the next frame.
+    ///
+    /// Pictures are cropped to the frame but not clamped to 0…1, so that gradients pass. The state belongs to the
+    /// caller, who detaches it where gradients are to end.
+    ///
+    /// # Errors
+    /// Inputs or a state of other shapes, and a mask that is missing.
+    pub fn forward(&self, inputs: &Inputs<'_>, state: Vec<Tensor>) -> Result<(Tensor, Vec<Tensor>)> {
+        let size = self.check(inputs, &state)?;
+        let mut frame = Frame::new(self, inputs, state);
+        for layer in self.plan.layers() {
+            frame.run(layer);
+        }
+        let [_, height, width] = size;
+        let picture = frame.exact(self.plan.output()).narrow(2, 0, height).narrow(3, 0, width);
+        let next = self.plan.states().iter().map(|kept| frame.exact(kept.next));
+        Ok((picture, next.collect()))
+    }
+
+    /// The kind of parameters, pictures and states.
+    fn kind(&self) -> Kind {
+        self.parameters.values().next().map_or(Kind::Float, Tensor::kind)
+    }
+
+    /// Rows and columns of the padded frame.
+    fn padded(&self, sides: [i64; 2]) -> [i64; 2] {
+        let multiple = self.plan.multiple() as i64;
+        sides.map(|side| (side + multiple - 1) / multiple * multiple)
+    }
+
+    fn state_shapes(&self, [batch, height, width]: [i64; 3]) -> Vec<[i64; 4]> {
+        let [height, width] = self.padded([height, width]);
+        let tensors = self.plan.states().iter().map(|state| self.plan.tensor(state.previous));
+        tensors.map(|t| [batch, t.channels as i64, height >> t.level, width >> t.level]).collect()
+    }
+
+    /// Batch, rows and columns of `inputs`, if these and `state` are as they have to be.
+    fn check(&self, inputs: &Inputs<'_>, state: &[Tensor]) -> Result<[i64; 3]> {
+        let found = inputs.colour.size();
+        let &[batch, 3, height, width] = found.as_slice() else {
+            return Err(Error::Input(format!("colours are {found:?}; give [batch, 3, rows, columns]")));
+        };
+        if batch * height * width == 0 {
+            return Err(Error::Input(format!("colours are {found:?}, which are no pixels; give some")));
+        }
+        if self.plan.inputs().mask.is_some() && inputs.mask.is_none() {
+            return Err(Error::Input("this network needs the mask of the samples; give it".into()));
+        }
+        for (what, given, channels) in [("the mask", inputs.mask, 1), ("the motion", inputs.motion, 2)] {
+            let expected = [batch, channels, height, width];
+            if let Some(given) = given.filter(|given| given.size() != expected) {
+                return Err(Error::Input(format!("{what} is {:?}; give {expected:?}", given.size())));
+            }
+        }
+        let sizes: Vec<Vec<i64>> = state.iter().map(Tensor::size).collect();
+        let expected = self.state_shapes([batch, height, width]);
+        if sizes != expected {
+            return Err(Error::Input(format!("the state is {sizes:?}, not {expected:?}; begin a new one")));
+        }
+        Ok([batch, height, width])
+    }
+}
+
+/// `array` as a tensor in f32.
+fn tensor(array: &Array) -> Tensor {
+    let shape: Vec<i64> = array.shape.iter().map(|&side| side as i64).collect();
+    Tensor::from_slice(&array.values).view(shape.as_slice())
+}
+
+/// The numbers of `tensor` in f32.
+fn array(tensor: &Tensor) -> Array {
+    let shape = tensor.size().iter().map(|&side| side as usize).collect();
+    let flat = tensor.detach().to_device(Device::Cpu).to_kind(Kind::Float).contiguous().view([-1]);
+    let mut values = vec![0.0; flat.numel()];
+    flat.copy_data(&mut values, flat.numel());
+    Array { shape, values }
+}
