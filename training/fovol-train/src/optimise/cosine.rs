@@ -1,0 +1,25 @@
+use serde::{Deserialize, Serialize};
+use std::f64::consts::PI;
+
+/// Cosine annealing of the learning rate, epoch by epoch, without warm-up or restarts.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub struct Cosine {
+    /// The learning rate of epoch 0.
+    pub first: f64,
+    /// The learning rate from epoch `epochs` on.
+    pub last: f64,
+    /// How many epochs it takes.
+    pub epochs: u32,
+}
+
+impl Cosine {
+    /// The learning rate of `epoch`, counted from 0: last + ½ (first − last) (1 + cos(π epoch / epochs)).
+    pub fn rate(&self, epoch: u32) -> f64 {
+        if epoch >= self.epochs {
+            return self.last;
+        }
+        let turn = PI * f64::from(epoch) / f64::from(self.epochs);
+        self.last + 0.5 * (self.first - self.last) * (1.0 + turn.cos())
+    }
+}
