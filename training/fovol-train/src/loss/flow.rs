@@ -1,0 +1,258 @@
+//! Motion between frames: following it, trusting it, and finding it.
+
+use super::ssim::gaussian;
+use serde::{Deserialize, Serialize};
+use tch::{Kind, Tensor};
+
+/// A motion, in pixels, that leads out of any frame.
+const FAR: f64 = 1e9;
+/// The shares of red, green and blue in grey (ITU-R BT.601), which the authors' training code takes.
+const GREY: [f64; 3] = [0.2989, 0.587, 0.114];
+/// Standard deviation of the weights with which distances are summed over a patch, in pixels.
+const PATCH_SIGMA: f64 = 2.0;
+
+/// Where the motion between frames comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FlowSource {
+    /// The clip brings it: what the renderer knows.
+    Exact,
+    /// [`FlowSearch::single_level`] between the references, which the authors trained with.
+    #[default]
+    SingleLevel,
+    /// [`FlowSearch::hierarchical`] between the references.
+    Hierarchical,
+}
+
+impl FlowSource {
+    /// How the motion is found, if it is not given.
+    pub fn search(self) -> Option<FlowSearch> {
+        match self {
+            Self::Exact => None,
+            Self::SingleLevel => Some(FlowSearch::single_level()),
+            Self::Hierarchical => Some(FlowSearch::hierarchical()),
+        }
+    }
+}
+
+/// `images` \[N, C, H, W\] read where `motion` \[N, 2, H, W\] leads: pixels to the previous position, x right, then y
+/// down. Bilinear between pixel centres, 0 outside and where the motion is no number.
+///
+/// What the layer `Warp` of a plan does at full resolution (`fovol-net/src/cpu/warp.rs`).
+pub fn warp(images: &Tensor, motion: &Tensor) -> Tensor {
+    let size = images.size();
+    let (height, width) = (size[2], size[3]);
+    let motion = motion.nan_to_num(FAR, FAR, -FAR);
+    // The sampler counts from −1 at the left edge of the first pixel to 1 at the right edge of the last.
+    let along = |axis: i64, count: i64, shape: [i64; 3]| {
+        let centres = Tensor::arange(count, (motion.kind(), motion.device())).view(shape);
+        ((motion.select(1, axis) + centres) * 2.0 + 1.0) / count as f64 - 1.0
+    };
+    let grid = Tensor::stack(&[along(0, width, [1, 1, width]), along(1, height, [1, height, 1])], 3);
+    let (bilinear, zeros) = (0, 0);
+    images.grid_sampler(&grid, bilinear, zeros, false)
+}
+
+/// Where the motion leads to what is there now: Σ_c |`reference` − warp(`previous`)| < `most`, as in DeepFovea.
+///
+/// Frames are \[N, C, H, W\], the motion is \[N, 2, H, W\], the answer \[N, 1, H, W\] of booleans.
+pub fn confidence(reference: &Tensor, previous: &Tensor, motion: &Tensor, most: f64) -> Tensor {
+    (reference - warp(previous, motion)).abs().sum_dim_intlist([1i64].as_slice(), true, None).lt(most)
+}
+
+/// Block matching in the manner of Hanika et al., "Fast temporal reprojection without motion vectors" (2021).
+///
+/// For each pixel the offset is taken, of those in a square window, at which the grey pictures differ least: |a − b|,
+/// summed over a patch with Gaussian weights of σ = 2. Of equally good offsets the smallest wins.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FlowSearch {
+    /// Resolutions, each half the one before. What the coarser ones find is where the finer ones begin.
+    pub levels: usize,
+    /// The farthest offset along each axis, in pixels of a level.
+    pub radius: i64,
+    /// Pixels of a level along each side of a patch: an odd number.
+    pub patch: i64,
+}
+
+impl FlowSearch {
+    /// What the authors' training code runs: full resolution, 15×15 offsets, patches of 5×5.
+    pub const fn single_level() -> Self {
+        Self { levels: 1, radius: 7, patch: 5 }
+    }
+
+    /// Four resolutions with 5×5 offsets each, up to 30 pixels in all, and patches of 9×9.
+    pub const fn hierarchical() -> Self {
+        Self { levels: 4, radius: 2, patch: 9 }
+    }
+
+    /// The motion from `current` to `previous`, both \[N, 3, H, W\]: whole pixels from each position to where it was,
+    /// x right, then y down, \[N, 2, H, W\]. Nothing is differentiated.
+    pub fn motion(&self, current: &Tensor, previous: &Tensor) -> Tensor {
+        tch::no_grad(|| self.at_level(1, &grey(current), &grey(previous)))
+    }
+
+    /// The motion at `level`, counted from 1, between grey pictures of its resolution.
+    fn at_level(&self, level: usize, current: &Tensor, previous: &Tensor) -> Tensor {
+        if level >= self.levels {
+            return self.refined(current, previous, None);
+        }
+        let coarser = self.at_level(level + 1, &halved(current), &halved(previous));
+        self.refined(current, previous, Some(&doubled(&coarser, current)))
+    }
+
+    /// The best offset of each pixel, from `base` (whole pixels) on where there is one.
+    fn refined(&self, current: &Tensor, previous: &Tensor, base: Option<&Tensor>) -> Tensor {
+        let offsets = self.offsets();
+        let start =
+            base.map_or_else(|| Tensor::cat(&[current, current], 1).zeros_like(), Tensor::shallow_clone);
+        let mut least = current.full_like(f64::INFINITY);
+        let mut choice = current.zeros_like().to_kind(Kind::Int64);
+        for (i, &offset) in offsets.iter().enumerate() {
+            let distance = smoothed(&(current - displaced(previous, &start, offset)).abs(), self.patch);
+            choice = choice.masked_fill(&distance.lt_tensor(&least), i as i64);
+            least = least.minimum(&distance);
+        }
+        let table = Tensor::from_slice2(&offsets).to_kind(current.kind()).to_device(current.device());
+        let [n, _, height, width] = four(current);
+        let found = table.index_select(0, &choice.view([-1])).view([n, height, width, 2]);
+        start + found.permute([0, 3, 1, 2])
+    }
+
+    /// All offsets of the window, \[x, y\], the smallest first.
+    fn offsets(&self) -> Vec<[i64; 2]> {
+        let range = -self.radius..=self.radius;
+        let mut offsets: Vec<[i64; 2]> =
+            range.clone().flat_map(|y| range.clone().map(move |x| [x, y])).collect();
+        offsets.sort_by_key(|[x, y]| x * x + y * y);
+        offsets
+    }
+}
+
+/// What `images` \[N, 1, H, W\] show `offset` from where `motion` leads, both in whole pixels; 0 outside.
+///
+/// Unlike [`warp`] it does no arithmetic on what it reads: equal pixels stay equal, and ties are ties.
+fn displaced(images: &Tensor, motion: &Tensor, [x, y]: [i64; 2]) -> Tensor {
+    let [n, _, height, width] = four(images);
+    let along = |axis: i64, count: i64, shape: [i64; 3], offset: i64| {
+        let positions = Tensor::arange(count, (Kind::Int64, images.device())).view(shape);
+        motion.select(1, axis).to_kind(Kind::Int64) + positions + offset
+    };
+    let column = along(0, width, [1, 1, width], x);
+    let row = along(1, height, [1, height, 1], y);
+    let (near_column, near_row) = (column.clamp(0, width - 1), row.clamp(0, height - 1));
+    let is_outside = column.ne_tensor(&near_column).logical_or(&row.ne_tensor(&near_row));
+    let at = (near_row * width + near_column).view([n, -1]);
+    let read = images.view([n, -1]).gather(1, &at, false).view([n, 1, height, width]);
+    read.masked_fill(&is_outside.unsqueeze(1), 0.0)
+}
+
+/// The lengths of a tensor of four dimensions.
+fn four(tensor: &Tensor) -> [i64; 4] {
+    let size = tensor.size();
+    std::array::from_fn(|i| size[i])
+}
+
+/// Grey pictures \[N, 1, H, W\] of coloured ones.
+fn grey(colour: &Tensor) -> Tensor {
+    let shares = Tensor::from_slice(&GREY).to_kind(colour.kind()).to_device(colour.device());
+    (colour * shares.view([1, 3, 1, 1])).sum_dim_intlist([1i64].as_slice(), true, None)
+}
+
+/// Half the size, rounded up, by averages of the pixels that there are.
+fn halved(images: &Tensor) -> Tensor {
+    images.avg_pool2d([2, 2], [2, 2], [0, 0], true, false, None)
+}
+
+/// The motion of half the resolution for pictures of the size of `like`, in its whole pixels.
+fn doubled(motion: &Tensor, like: &Tensor) -> Tensor {
+    let ([_, _, half_height, half_width], [_, _, height, width]) = (four(motion), four(like));
+    let between = motion.upsample_bilinear2d([2 * half_height, 2 * half_width], false, 2.0, 2.0) * 2.0;
+    between.narrow(2, 0, height).narrow(3, 0, width).round()
+}
+
+/// `distances` \[N, 1, H, W\] summed over the patch of `size` pixels around each pixel; outside there are none.
+fn smoothed(distances: &Tensor, size: i64) -> Tensor {
+    let window = gaussian(size, PATCH_SIGMA, distances);
+    let rows = distances.conv2d::<Tensor>(&window.view([1, 1, size, 1]), None, 1, [size / 2, 0], 1, 1);
+    rows.conv2d::<Tensor>(&window.view([1, 1, 1, size]), None, 1, [0, size / 2], 1, 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{EXACT, pictures};
+    use super::*;
+    use tch::Device;
+
+    const SINGLE: (Kind, Device) = (Kind::Float, Device::Cpu);
+
+    /// Two pictures of one texture: what is at p in the first was at p + (`x`, `y`) in the second.
+    fn shifted([height, width]: [i64; 2], [x, y]: [i64; 2]) -> [Tensor; 2] {
+        let [tall, wide] = [height + 64, width + 64];
+        // Noise of every size, as natural pictures have it.
+        let noise = |size: i64| {
+            let small = (pictures([2, tall / size, wide / size], 77.0, SINGLE) * 43758.547).frac();
+            small.upsample_bilinear2d([tall, wide], false, None, None)
+        };
+        let large = noise(1) * 0.1 + noise(2) * 0.1 + noise(4) * 0.2 + noise(8) * 0.3 + noise(16) * 0.3;
+        let part = |x: i64, y: i64| large.narrow(2, 32 + y, height).narrow(3, 32 + x, width);
+        // What the previous picture has at p + o is what the current one has at p.
+        [part(0, 0), part(-x, -y)]
+    }
+
+    #[test]
+    fn block_matching_finds_shifts() {
+        let cases = [
+            (FlowSearch::single_level(), 0.99, vec![[0, 0], [3, -2], [-7, 7], [6, 1]]),
+            (FlowSearch::hierarchical(), 0.8, vec![[0, 0], [3, -2], [-13, 9], [20, -18]]),
+        ];
+        for (search, least, shifts) in cases {
+            for shift in shifts {
+                let [current, previous] = shifted([256, 240], shift);
+                let motion = search.motion(&current, &previous);
+                assert_eq!(motion.size(), [2, 2, 256, 240]);
+                // Where the search can see all that it compares.
+                let expected = Tensor::from_slice(&shift).to_kind(Kind::Float).view([1, 2, 1, 1]);
+                let inner = motion.narrow(2, 64, 128).narrow(3, 64, 112);
+                let right = inner.eq_tensor(&expected).all_dim(1, false).to_kind(Kind::Float);
+                let share = right.mean(None).double_value(&[]);
+                assert!(share > least, "{search:?} {shift:?}: {share}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_the_same_everywhere_does_not_move() {
+        let flat = Tensor::full([1, 3, 33, 41], 0.3, SINGLE);
+        for search in [FlowSearch::single_level(), FlowSearch::hierarchical()] {
+            let motion = search.motion(&flat, &flat);
+            assert_eq!(motion.size(), [1, 2, 33, 41]);
+            assert_eq!(motion.abs().max().double_value(&[]), 0.0);
+        }
+    }
+
+    #[test]
+    fn following_the_motion_gives_what_is_there() {
+        let [current, previous] = shifted([64, 64], [5, -3]);
+        let motion = FlowSearch::single_level().motion(&current, &previous);
+        let trusted = confidence(&current, &previous, &motion, 0.1).to_kind(Kind::Float);
+        assert_eq!(trusted.size(), [2, 1, 64, 64]);
+        assert!(trusted.narrow(2, 16, 32).narrow(3, 16, 32).mean(None).double_value(&[]) > 0.99);
+        let still = motion.zeros_like();
+        assert!(
+            confidence(&current, &previous, &still, 0.1).to_kind(Kind::Float).mean(None).double_value(&[])
+                < 0.5
+        );
+    }
+
+    #[test]
+    fn whole_steps_move_and_the_outside_is_zero() {
+        let images = Tensor::arange_start(1, 13, EXACT).view([1, 1, 3, 4]);
+        let motion = Tensor::from_slice(&[1.0, -2.0]).view([1, 2, 1, 1]).expand([1, 2, 3, 4], false);
+        let moved = warp(&images, &motion);
+        let expected =
+            Tensor::from_slice(&[0., 0., 0., 0., 0., 0., 0., 0., 2., 3., 4., 0.]).view([1, 1, 3, 4]);
+        assert!(moved.allclose(&expected, 0.0, 1e-12, false));
+        let nowhere = warp(&images, &motion.full_like(f64::NAN));
+        assert_eq!(nowhere.abs().max().double_value(&[]), 0.0);
+    }
+}

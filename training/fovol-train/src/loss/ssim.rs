@@ -1,0 +1,213 @@
+//! SSIM and MS-SSIM that gradients pass through.
+//!
+//! The same numbers as `fovol_metrics::ssim` with its Gaussian window and `fovol_metrics::ms_ssim`, for values in
+//! 0…1. Values are not clamped here: a network that leaves that range has to feel it.
+
+use super::{mean, picture_shape};
+use crate::{Error, Result};
+use tch::Tensor;
+
+/// Pixels along one side of the window.
+const WINDOW: i64 = 11;
+/// Standard deviation of the window, in pixels.
+const SIGMA: f64 = 1.5;
+/// (K₁·L)² and (K₂·L)² with K = (0.01, 0.03) and a peak L = 1.
+const C1: f64 = 0.01 * 0.01;
+const C2: f64 = 0.03 * 0.03;
+/// The exponents of the five scales, finest first: Wang et al., "Multiscale structural similarity for image quality
+/// assessment" (2003).
+const WEIGHTS: [f64; 5] = [0.0448, 0.2856, 0.3001, 0.2363, 0.1333];
+/// Similarities of a scale are at least this. At 0 the powers of MS-SSIM have infinite slopes.
+const LEAST: f64 = 1e-4;
+
+/// The mean structural similarity of \[N, C, H, W\] and \[N, C, H, W\], −1…1; 1 for equal pictures. A scalar.
+///
+/// Wang et al., "Image quality assessment: from error visibility to structural similarity" (2004): a Gaussian of
+/// σ = 1.5 over 11×11 pixels where it fits, population covariance, each channel apart.
+///
+/// # Errors
+/// Pictures of different or other shapes, or with a side below 11 pixels.
+pub fn ssim(output: &Tensor, reference: &Tensor) -> Result<Tensor> {
+    let (output, reference) = planes("SSIM", output, reference)?;
+    Ok(mean(&similarity(&output, &reference).whole))
+}
+
+/// The multi-scale structural similarity of \[N, C, H, W\] and \[N, C, H, W\], 0…1; 1 for equal pictures. A scalar.
+///
+/// Five scales by 2×2 averages; an odd side gets a line of zeros in front, as in pytorch-msssim. Where the window
+/// does not fit into five scales, as many as it fits into, with the first of the five weights made to sum to 1.
+/// Similarities of a scale below 10⁻⁴ count as 10⁻⁴ (in `fovol_metrics::ms_ssim`, those below 0 as 0).
+///
+/// # Errors
+/// Pictures of different or other shapes, or with a side below 11 pixels.
+pub fn ms_ssim(output: &Tensor, reference: &Tensor) -> Result<Tensor> {
+    let (mut output, mut reference) = planes("MS-SSIM", output, reference)?;
+    let weights = scale_weights(output.size()[2].min(output.size()[3]));
+    let mut product: Option<Tensor> = None;
+    for (scale, &weight) in weights.iter().enumerate() {
+        if scale > 0 {
+            (output, reference) = (halved(&output), halved(&reference));
+        }
+        let found = similarity(&output, &reference);
+        // Luminance counts at the coarsest scale alone.
+        let term = if scale + 1 == weights.len() { found.whole } else { found.structure };
+        let factor = term.clamp_min(LEAST).pow_tensor_scalar(weight);
+        product = Some(product.map_or_else(|| factor.shallow_clone(), |product| product * &factor));
+    }
+    // There is always one scale.
+    Ok(product.map_or_else(|| mean(&output), |product| mean(&product)))
+}
+
+/// The weights of the scales that a window fits into, for a picture of which `side` is the smaller side.
+fn scale_weights(side: i64) -> Vec<f64> {
+    let halved = |side: &i64| Some((side + 1) / 2);
+    let sides = std::iter::successors(Some(side), halved).take_while(|&side| side >= WINDOW);
+    let scales = sides.take(WEIGHTS.len()).count();
+    let kept = &WEIGHTS[..scales];
+    // The five sum to 1.0001, which pytorch-msssim leaves as it is.
+    let sum = if scales == WEIGHTS.len() { 1.0 } else { kept.iter().sum() };
+    kept.iter().map(|weight| weight / sum).collect()
+}
+
+/// Every channel of every picture by itself: \[N·C, 1, H, W\].
+fn planes(what: &str, output: &Tensor, reference: &Tensor) -> Result<(Tensor, Tensor)> {
+    let [_, _, height, width] = picture_shape(output, reference)?;
+    if height.min(width) < WINDOW {
+        return Err(Error::Input(format!(
+            "{what} needs pictures of at least {WINDOW}×{WINDOW} pixels, not {width}×{height}; give larger ones"
+        )));
+    }
+    let alone = |tensor: &Tensor| tensor.reshape([-1, 1, height, width]);
+    Ok((alone(output), alone(reference)))
+}
+
+/// Means over each plane: \[N·C\].
+struct Similarity {
+    /// Luminance × contrast × structure.
+    whole: Tensor,
+    /// Contrast × structure.
+    structure: Tensor,
+}
+
+/// The similarity of planes \[M, 1, H, W\].
+fn similarity(a: &Tensor, b: &Tensor) -> Similarity {
+    let moments = Tensor::cat(&[a, b, &(a.square() + b.square()), &(a * b)], 0);
+    let means = blurred(&moments).chunk(4, 0);
+    let (mean_product, mean_squares) = (&means[0] * &means[1], means[0].square() + means[1].square());
+    let (variances, covariance) = (&means[2] - &mean_squares, &means[3] - &mean_product);
+    let structure = (covariance * 2.0 + C2) / (variances + C2);
+    let luminance = (mean_product * 2.0 + C1) / (mean_squares + C1);
+    let average = |map: &Tensor| map.mean_dim([1i64, 2, 3].as_slice(), false, None);
+    Similarity { whole: average(&(luminance * &structure)), structure: average(&structure) }
+}
+
+/// Planes \[M, 1, H, W\] filtered by the window where it fits.
+fn blurred(planes: &Tensor) -> Tensor {
+    let window = gaussian(WINDOW, SIGMA, planes);
+    let across =
+        |planes: &Tensor, size: [i64; 4]| planes.conv2d::<Tensor>(&window.view(size), None, 1, 0, 1, 1);
+    across(&across(planes, [1, 1, WINDOW, 1]), [1, 1, 1, WINDOW])
+}
+
+/// A Gaussian of standard deviation `sigma` pixels, cut to `size` pixels and normalised, as `like` has its numbers.
+pub(super) fn gaussian(size: i64, sigma: f64, like: &Tensor) -> Tensor {
+    let middle = (size as f64 - 1.0) * 0.5;
+    let weight = |i: i64| (-(i as f64 - middle).powi(2) / (2.0 * sigma * sigma)).exp();
+    let weights: Vec<f64> = (0..size).map(weight).collect();
+    let sum: f64 = weights.iter().sum();
+    (Tensor::from_slice(&weights) / sum).to_kind(like.kind()).to_device(like.device())
+}
+
+/// Half the size by averages of 2×2 pixels, with a line of zeros before odd sides.
+fn halved(planes: &Tensor) -> Tensor {
+    let odd = [planes.size()[2] % 2, planes.size()[3] % 2];
+    planes.avg_pool2d([2, 2], [2, 2], odd, false, true, None)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{EXACT, frame, pair, pictures, value, worst_slope};
+    use super::*;
+    use fovol_metrics::SsimSettings;
+    use tch::{Device, Kind};
+
+    /// The mean over the pictures of a batch of what the metrics say.
+    fn metric(output: &Tensor, reference: &Tensor, of_two: impl Fn(&[fovol_core::Frame; 2]) -> f64) -> f64 {
+        let n = output.size()[0];
+        (0..n).map(|i| of_two(&[frame(reference, i), frame(output, i)])).sum::<f64>() / n as f64
+    }
+
+    #[test]
+    fn ssim_is_that_of_the_metrics() {
+        for size in [[2, 40, 31], [1, 11, 64]] {
+            let (output, reference) = pair(size, 0.3);
+            let (output, reference) = (output.clamp(0.0, 1.0), reference);
+            let expected = metric(&output, &reference, |[r, t]| {
+                fovol_metrics::ssim(r, t, &SsimSettings::gaussian()).unwrap()
+            });
+            assert!((value(&ssim(&output, &reference).unwrap()) - expected).abs() < 1e-6);
+            let single = [&output, &reference].map(|t| t.to_kind(Kind::Float));
+            assert!((value(&ssim(&single[0], &single[1]).unwrap()) - expected).abs() < 1e-4);
+        }
+    }
+
+    #[test]
+    fn ms_ssim_is_that_of_the_metrics_on_odd_sides_too() {
+        for size in [[1, 176, 161], [2, 163, 190]] {
+            let (output, reference) = pair(size, 0.7);
+            let output = output.clamp(0.0, 1.0);
+            let expected = metric(&output, &reference, |[r, t]| fovol_metrics::ms_ssim(r, t).unwrap());
+            assert!((value(&ms_ssim(&output, &reference).unwrap()) - expected).abs() < 1e-6);
+            let single = [&output, &reference].map(|t| t.to_kind(Kind::Float));
+            assert!((value(&ms_ssim(&single[0], &single[1]).unwrap()) - expected).abs() < 1e-4);
+        }
+    }
+
+    #[test]
+    fn small_pictures_have_fewer_scales() {
+        let counts = [(11, 1), (20, 1), (21, 2), (41, 3), (81, 4), (160, 4), (161, 5), (2000, 5)];
+        for (side, count) in counts {
+            let weights = scale_weights(side);
+            assert_eq!(weights.len(), count, "{side}");
+            assert!((weights.iter().sum::<f64>() - 1.0).abs() < 2e-4);
+        }
+        let (output, reference) = pair([1, 20, 15], 0.2);
+        // One scale alone is SSIM of each channel, and all are positive here.
+        let both = [ssim(&output, &reference).unwrap(), ms_ssim(&output, &reference).unwrap()];
+        assert!((value(&both[0]) - value(&both[1])).abs() < 1e-12);
+        let tiny = pictures([1, 10, 40], 0.0, EXACT);
+        let message = ssim(&tiny, &tiny).unwrap_err().to_string();
+        assert!(message.contains("at least 11×11"), "{message}");
+        assert!(ms_ssim(&tiny, &reference).is_err());
+    }
+
+    #[test]
+    fn equal_pictures_score_one() {
+        let picture = pictures([2, 170, 180], 0.4, EXACT);
+        for score in [ssim(&picture, &picture).unwrap(), ms_ssim(&picture, &picture).unwrap()] {
+            assert!((value(&score) - 1.0).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn gradients_are_differences() {
+        for size in [[2, 13, 15], [1, 23, 30], [1, 45, 43]] {
+            let (output, reference) = pair(size, 0.6);
+            for score in [ssim, ms_ssim] {
+                let worst = worst_slope(&[output.shallow_clone(), reference.shallow_clone()], |inputs| {
+                    score(&inputs[0], &inputs[1]).unwrap()
+                });
+                assert!(worst < 1e-6, "{size:?}: {worst:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn opposite_pictures_have_finite_gradients() {
+        let reference = pictures([1, 96, 96], 0.1, (Kind::Float, Device::Cpu));
+        let opposite: Tensor = 1.0 - &reference;
+        let output = opposite.set_requires_grad(true);
+        ms_ssim(&output, &reference).unwrap().backward();
+        assert!(bool::try_from(output.grad().isfinite().all()).unwrap());
+    }
+}
