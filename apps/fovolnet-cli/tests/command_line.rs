@@ -139,7 +139,7 @@ fn sparse_frames_are_reconstructed_as_render_does() {
 fn networks_reconstruct_clips_and_are_exported() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
-    let mut render = vec!["render", "head", "--frames", "3", "--keep", "frame,sparse"];
+    let mut render = vec!["render", "head", "--frames", "3", "--keep", "frame,sparse,motion"];
     render.extend(SMALL);
     let network = ["--reconstruct", "wnet", "--random-weights", "wnet-tiny:3", "--precision", "f32"];
     let (first, second) = (at("first"), at("second"));

@@ -1,8 +1,8 @@
 //! The fast marchers against the specification.
 
 use fovol_core::{
-    Camera, CameraPath, ControlPoint, Frame, FrameSize, Grid, Light, Scene, ShadowMode, SurfaceShading,
-    TransferFunction, Volume,
+    Camera, CameraPath, ControlPoint, Frame, FrameSize, Grid, Light, Pixel, SampleList, Scene, ShadowMode,
+    SurfaceShading, TransferFunction, Volume,
 };
 use fovol_render::cpu::{RenderOptions, Renderer, Simd};
 use std::sync::Arc;
@@ -98,6 +98,37 @@ fn every_instruction_set_agrees_with_the_specification() {
                         }
                     }
                 }
+            }
+        }
+    }
+}
+
+#[test]
+fn depths_agree_with_the_specification() {
+    let size = FrameSize::new(93, 61).unwrap();
+    let pixels: Vec<Pixel> = (0..61).flat_map(|y| (0..93).map(move |x| Pixel { x, y })).collect();
+    let list = SampleList::new(size, pixels);
+    for (name, volume) in volumes() {
+        let scene = Scene::new(Arc::new(volume), transfer());
+        let options = RenderOptions { simd: Simd::Scalar, skip_empty: false };
+        let mut renderer = Renderer::new(&scene, options).unwrap();
+        for camera in cameras() {
+            renderer.set_options(options);
+            let (expected, _) = renderer.march_list(&camera, &list);
+            // One step: where opacity passes one half turns on its last bits.
+            let step = 0.5 * scene.volume.grid().smallest_voxel() as f32;
+            let met = expected.iter().filter(|sample| sample.depth.is_finite()).count();
+            assert!(met > 500, "{name}: {met}");
+            for simd in Simd::available() {
+                renderer.set_options(RenderOptions { simd, skip_empty: true });
+                let (found, _) = renderer.march_list(&camera, &list);
+                let far = expected.iter().zip(&found).filter(|(expected, found)| {
+                    let agrees = (expected.depth - found.depth).abs() <= 1.01 * step + 1e-4 * expected.depth;
+                    !agrees && expected.depth != found.depth && expected.opacity > 0.01
+                });
+                // At the edges of thin things one half may be passed at the front or at the back.
+                let far = far.count();
+                assert!(far * 500 <= met, "{name} {simd}: {far} of {met}");
             }
         }
     }

@@ -17,6 +17,7 @@
 
 mod error;
 mod machine;
+mod motion;
 mod open;
 pub mod parse;
 mod pipeline;
@@ -34,6 +35,7 @@ pub use fovol_metrics as metrics;
 pub use fovol_net as net;
 pub use fovol_render as render;
 pub use machine::Machine;
+pub use motion::motion;
 pub use open::{OpenVolume, open_volume};
 pub use pipeline::{Pipeline, RenderedFrame, Timings};
 pub use reconstructor::Reconstructor;

@@ -1,11 +1,13 @@
+use crate::motion::motion;
 use crate::{
     Error, Machine, OpenVolume, Reconstructor, RenderSettings, Result, Sampling, SpeedSettings, presets,
     toml_file,
 };
 use fovol_core::{
-    Camera, CameraPath, Fovea, Frame, FrameSize, GazePath, Keyframe, Light, SampleMask, Scene, Shading,
-    ShadowMode,
+    Camera, CameraPath, Fovea, Frame, FrameSize, GazePath, Keyframe, Light, SampleList, SampleMask, Scene,
+    Shading, ShadowMode,
 };
+use fovol_render::cpu::march::Marched;
 use fovol_render::cpu::{self, RenderOptions, Renderer, Simd, compact, direct, mask_of, scatter};
 use fovol_render::noise::Noise;
 use glam::DVec3;
@@ -36,6 +38,9 @@ pub struct RenderedFrame {
     pub mask: SampleMask,
     /// The full frame; the sparse one where reconstruction is off.
     pub frame: Frame,
+    /// For each pixel the way to where it was in the last frame, see [`motion()`]; found where a network uses it or
+    /// [`Pipeline::find_motion`] asked for it, from the second frame on.
+    pub motion: Option<Vec<[f32; 2]>>,
     /// How many pixels were marched, repeated ones included.
     pub samples: usize,
     /// How many of them repeated others, where positions were drawn.
@@ -52,6 +57,9 @@ pub struct Pipeline {
     size: FrameSize,
     sampling: Sampling,
     reconstructor: Reconstructor,
+    /// Where the last frame was seen from.
+    last_camera: Option<Camera>,
+    finds_motion: bool,
     fovea: Fovea,
     gaze: GazePath,
     path: CameraPath,
@@ -81,6 +89,8 @@ impl Pipeline {
             size: settings.frame_size(),
             sampling: settings.sampling(),
             reconstructor: Reconstructor::new(settings, settings.frame_size())?,
+            last_camera: None,
+            finds_motion: false,
             fovea,
             gaze: settings.gaze_path()?,
             path: camera_path(settings)?,
@@ -130,13 +140,19 @@ impl Pipeline {
     /// A network that cannot go on.
     pub fn render(&mut self, i: u32) -> Result<RenderedFrame> {
         let started = Instant::now();
-        let sampled = self.threads.install(|| self.sample(i));
+        let camera = self.camera(i);
+        let sampled = self.threads.install(|| self.sample(i, &camera));
         let before = Instant::now();
         // Every pixel is there already where all were marched.
         let reconstructs = self.sampling != Sampling::Full && self.reconstructor.is_active();
+        let last_camera = self.last_camera.replace(camera);
         let (threads, reconstructor) = (&self.threads, &mut self.reconstructor);
+        let moves = self.finds_motion || (reconstructs && reconstructor.uses_motion());
+        let motion = last_camera
+            .filter(|_| moves)
+            .map(|last| threads.install(|| motion(&sampled.list, &sampled.marched, &camera, &last)));
         let frame = match reconstructs {
-            true => threads.install(|| reconstructor.reconstruct(&sampled.sparse))?,
+            true => threads.install(|| reconstructor.reconstruct(&sampled.sparse, motion.as_deref()))?,
             false => sampled.sparse.clone(),
         };
         let timings = Timings {
@@ -150,62 +166,81 @@ impl Pipeline {
             sparse: sampled.sparse,
             mask: sampled.mask,
             frame,
-            samples: sampled.samples,
+            motion,
+            samples: if self.sampling == Sampling::Full { self.size.pixels() } else { sampled.list.len() },
             lost: sampled.lost,
             timings,
         })
     }
 
+    /// From now on finds motion also where no network uses it; not where every pixel is marched.
+    pub fn find_motion(&mut self) {
+        self.finds_motion = true;
+    }
+
     /// Forgets the frames so far, as after a cut.
     pub fn reset(&mut self) {
         self.reconstructor.reset();
+        self.last_camera = None;
     }
 
-    fn sample(&self, i: u32) -> Sampled {
+    fn sample(&self, i: u32, camera: &Camera) -> Sampled {
         let started = Instant::now();
-        let camera = self.camera(i);
+        if self.sampling == Sampling::Full {
+            let (sparse, _) = self.renderer.march_full(camera, self.size);
+            let mask = SampleMask::full(self.size);
+            let march_ms = since(started);
+            let list = SampleList::new(self.size, Vec::new());
+            return Sampled { sparse, list, marched: Vec::new(), mask, lost: None, mask_ms: 0.0, march_ms };
+        }
+        let chosen = self.choose(i);
+        let mask_ms = since(started);
+        let before = Instant::now();
+        let (list, marched, mask, lost) = match chosen {
+            Chosen::Mask(mask) => {
+                let (list, marched, _) = self.renderer.march_rejecting(camera, &mask);
+                (list, marched, Some(mask), None)
+            }
+            Chosen::List(list, mask, lost) => {
+                let (marched, _) = self.renderer.march_list(camera, &list);
+                (list, marched, mask, lost)
+            }
+        };
+        let sparse = scatter(&list, &marched);
+        let march_ms = since(before);
+        let mask = mask.unwrap_or_else(|| mask_of(&list));
+        Sampled { sparse, list, marched, mask, lost, mask_ms, march_ms }
+    }
+
+    /// Which pixels of frame `i` are marched.
+    fn choose(&self, i: u32) -> Chosen {
         let fovea = self.fovea(i);
+        if self.sampling == Sampling::Direct {
+            let drawn = direct(&fovea, self.size, self.seed, i);
+            return Chosen::List(drawn.list, None, Some(drawn.lost));
+        }
+        let mask = cpu::mask(&fovea, self.size, &self.noise, i);
         match self.sampling {
-            Sampling::Full => {
-                let (sparse, _) = self.renderer.march_full(&camera, self.size);
-                let march_ms = since(started);
-                let mask = SampleMask::full(self.size);
-                Sampled { sparse, samples: mask.count(), mask, lost: None, mask_ms: 0.0, march_ms }
-            }
-            Sampling::Reject => {
-                let mask = cpu::mask(&fovea, self.size, &self.noise, i);
-                let mask_ms = since(started);
-                let before = Instant::now();
-                let (sparse, _) = self.renderer.march_rejecting(&camera, &mask);
-                Sampled { sparse, samples: mask.count(), mask, lost: None, mask_ms, march_ms: since(before) }
-            }
-            Sampling::Direct => {
-                let drawn = direct(&fovea, self.size, self.seed, i);
-                let mask_ms = since(started);
-                let before = Instant::now();
-                let (colours, _) = self.renderer.march_list(&camera, &drawn.list);
-                let sparse = scatter(&drawn.list, &colours);
-                let march_ms = since(before);
-                let mask = mask_of(&drawn.list);
-                Sampled { sparse, samples: drawn.list.len(), mask, lost: Some(drawn.lost), mask_ms, march_ms }
-            }
-            Sampling::Compact => {
-                let mask = cpu::mask(&fovea, self.size, &self.noise, i);
-                let list = compact(&mask);
-                let mask_ms = since(started);
-                let before = Instant::now();
-                let (colours, _) = self.renderer.march_list(&camera, &list);
-                let sparse = scatter(&list, &colours);
-                Sampled { sparse, samples: list.len(), mask, lost: None, mask_ms, march_ms: since(before) }
-            }
+            Sampling::Reject => Chosen::Mask(mask),
+            _ => Chosen::List(compact(&mask), Some(mask), None),
         }
     }
 }
 
+/// Pixels to march.
+enum Chosen {
+    /// Walked over.
+    Mask(SampleMask),
+    /// Packed, with the mask they came from, or how many repeat others where they were drawn.
+    List(SampleList, Option<SampleMask>, Option<usize>),
+}
+
 struct Sampled {
     sparse: Frame,
+    /// The pixels that were marched and what their rays brought back; empty where all were.
+    list: SampleList,
+    marched: Vec<Marched>,
     mask: SampleMask,
-    samples: usize,
     lost: Option<usize>,
     mask_ms: f64,
     march_ms: f64,

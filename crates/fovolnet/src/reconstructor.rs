@@ -43,15 +43,16 @@ impl Reconstructor {
 
     /// The full frame of `sparse`, the next of the clip; `sparse` itself where nothing is to be reconstructed.
     ///
+    /// `motion` is for each pixel the way to where it was in the last frame, see [`crate::motion`]; without it
+    /// networks that use it take the scene for still.
+    ///
     /// # Errors
-    /// A frame of another size than the clip's.
-    pub fn reconstruct(&mut self, sparse: &Frame) -> Result<Frame> {
+    /// A frame of another size than the clip's, motion of another size.
+    pub fn reconstruct(&mut self, sparse: &Frame, motion: Option<&[[f32; 2]]>) -> Result<Frame> {
         Ok(match &mut self.0 {
             Method::Nothing => sparse.clone(),
             Method::Fill(fill) => fill.reconstruct(sparse),
-            Method::Network(network, state) => {
-                network.reconstruct(&FrameInput { sparse, motion: None }, state)?
-            }
+            Method::Network(network, state) => network.reconstruct(&FrameInput { sparse, motion }, state)?,
         })
     }
 
@@ -84,6 +85,11 @@ impl Reconstructor {
     /// Whether it does anything.
     pub fn is_active(&self) -> bool {
         !matches!(self.0, Method::Nothing)
+    }
+
+    /// Whether it makes use of motion.
+    pub fn uses_motion(&self) -> bool {
+        matches!(&self.0, Method::Network(network, _) if network.plan().inputs().motion.is_some())
     }
 
     /// Whether frames have to come in their order, because the past matters.

@@ -73,7 +73,7 @@ pub struct RenderSettings {
     /// How sparse frames are filled: none, pull-push, linear, wnet or deepfovea [default: pull-push]
     #[cfg_attr(feature = "clap", arg(long, value_name = "HOW"))]
     pub reconstruct: Option<Reconstruction>,
-    /// Weights of the network: a safetensors file
+    /// Weights of the network: a safetensors file, or a state dict of PyTorch (.pt) of a network with a name
     #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
     pub weights: Option<String>,
     /// Seeded random weights of a network, to measure its speed

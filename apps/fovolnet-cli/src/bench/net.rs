@@ -19,7 +19,7 @@ pub struct NetBench {
     /// deepfovea-orig
     #[arg(long, value_name = "NAME[:SEED]", default_value = "wnet-paper", conflicts_with = "weights")]
     random_weights: RandomWeights,
-    /// Weights: a safetensors file
+    /// Weights: a safetensors file, or a state dict of PyTorch (.pt) of a network with a name
     #[arg(long, value_name = "FILE")]
     weights: Option<PathBuf>,
     /// Frame size in pixels

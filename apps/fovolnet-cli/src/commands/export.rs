@@ -10,7 +10,7 @@ pub struct Export {
     /// File to write: ONNX, opset 17, any height and width; see `fovol_net::onnx` for its inputs and outputs
     #[arg(long, value_name = "OUT.onnx")]
     onnx: PathBuf,
-    /// Weights of the network: a safetensors file
+    /// Weights of the network: a safetensors file, or a state dict of PyTorch (.pt) of a network with a name
     #[arg(long, value_name = "FILE", conflicts_with = "random_weights")]
     weights: Option<PathBuf>,
     /// Seeded random weights of a network

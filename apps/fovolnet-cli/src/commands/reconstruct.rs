@@ -22,7 +22,7 @@ pub struct Reconstruct {
     /// How frames are filled: pull-push, linear, wnet or deepfovea
     #[arg(long, value_name = "HOW", default_value = "pull-push")]
     reconstruct: Reconstruction,
-    /// Weights of the network: a safetensors file
+    /// Weights of the network: a safetensors file, or a state dict of PyTorch (.pt) of a network with a name
     #[arg(long, value_name = "FILE")]
     weights: Option<String>,
     /// Seeded random weights of a network, to measure its speed
@@ -78,9 +78,10 @@ impl Reconstruct {
                 Some(started) => started,
                 none => none.insert(Reconstructor::new(&settings, sparse.size())?),
             };
+            let motion = if reconstructor.uses_motion() { motion_beside(path)? } else { None };
             let started = Instant::now();
             let full = threads
-                .install(|| reconstructor.reconstruct(&sparse))
+                .install(|| reconstructor.reconstruct(&sparse, motion.as_deref()))
                 .with_context(|| format!("{} cannot follow the frames before it", path.display()))?;
             let ms = started.elapsed().as_secs_f64() * 1e3;
             frames.push(FrameFigures {
@@ -106,6 +107,18 @@ impl Reconstruct {
         }
         Ok(name)
     }
+}
+
+/// The motion in `motion_0000.exr` beside `sparse_0000.png`, if that file is there: red is the way right and green
+/// the way down, in pixels, to where each pixel was in the last frame.
+fn motion_beside(sparse: &Path) -> Result<Option<Vec<[f32; 2]>>> {
+    let name = sparse.file_name().unwrap_or_default().to_string_lossy().replacen("sparse_", "motion_", 1);
+    let path = sparse.with_file_name(name).with_extension("exr");
+    if !path.exists() {
+        return Ok(None);
+    }
+    let motion = image::read(&path)?;
+    Ok(Some(motion.pixels().iter().map(|&[right, down, ..]| [right, down]).collect()))
 }
 
 /// The pictures in `folder` whose names begin with `prefix`, sorted by name.

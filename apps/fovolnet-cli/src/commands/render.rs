@@ -26,7 +26,7 @@ pub struct Render {
     settings: RenderSettings,
     #[command(flatten)]
     speed: SpeedSettings,
-    /// What to write: frame, sparse, mask, reference
+    /// What to write: frame, sparse, mask, reference, motion
     #[arg(long, value_name = "WHAT,…", value_delimiter = ',', default_value = "frame")]
     keep: Vec<Keep>,
     /// Format of the frames
@@ -51,6 +51,7 @@ enum Keep {
     Sparse,
     Mask,
     Reference,
+    Motion,
 }
 
 #[derive(clap::ValueEnum, Clone, Copy, PartialEq, Eq)]
@@ -71,6 +72,9 @@ impl Render {
             );
         }
         let mut pipeline = Pipeline::new(&opened, &session.render, &self.speed)?;
+        if self.keep.contains(&Keep::Motion) {
+            pipeline.find_motion();
+        }
         atomic::make_folder(&self.output)?;
         if let Some(path) = &self.save_session {
             session.write(path)?;
@@ -173,6 +177,10 @@ impl Render {
                 Keep::Reference => {
                     frame("reference", reference.context("the reference was not rendered")?, Alpha::Drop)?;
                 }
+                Keep::Motion => {
+                    let path = self.output.join(format!("motion_{i:04}.exr"));
+                    image::write_exr(&path, &motion_picture(rendered))?;
+                }
             }
         }
         Ok(())
@@ -196,4 +204,14 @@ impl Render {
         }
         self.json.say(line)
     }
+}
+
+/// The motion of a frame as a picture: red is the way right, green the way down, in pixels; still where none is known.
+fn motion_picture(rendered: &RenderedFrame) -> Frame {
+    let mut picture = Frame::new(rendered.frame.size());
+    for (i, pixel) in picture.pixels_mut().iter_mut().enumerate() {
+        let [right, down] = rendered.motion.as_ref().map_or([0.0; 2], |motion| motion[i]);
+        *pixel = [right, down, 0.0, 1.0];
+    }
+    picture
 }

@@ -3,8 +3,8 @@
 use super::field::{Field, Texel};
 use super::lanes::{Lanes, MOST_LANES};
 use super::light_columns::LightColumns;
-use super::march::{OPAQUE, SampleCount};
-use super::packet::{Aligned, Packet};
+use super::march::{Marched, OPAQUE, SampleCount};
+use super::packet::Packet;
 use super::segment::{LightPath, Segments};
 use super::shadow_pool::{ShadowPool, ShadowRays, trace};
 use super::skip::Skip;
@@ -47,8 +47,23 @@ pub struct Kernel<'a, T> {
     pub skip: Option<Skip<'a>>,
 }
 
-/// What a ray has gathered, one sum per lane: red, green, blue and opacity.
-type Sums = Aligned<[[f32; MOST_LANES]; 4]>;
+/// What a ray has gathered.
+#[derive(Clone, Copy)]
+#[repr(align(64))]
+struct Gathered {
+    /// One sum per lane: red, green, blue, opacity, and the opacity's share of the samples' numbers.
+    sums: [[f32; MOST_LANES]; 5],
+    /// The number of the sample that took opacity past one half; negative before.
+    half_at: f32,
+    /// The ray's first sample and step.
+    start: [f32; 3],
+    delta: [f32; 3],
+}
+
+impl Gathered {
+    const NOTHING: Self =
+        Self { sums: [[0.0; MOST_LANES]; 5], half_at: -1.0, start: [0.0; 3], delta: [0.0; 3] };
+}
 
 /// The samples that one block of a ray put into the pool.
 struct Waiting {
@@ -61,13 +76,13 @@ struct Waiting {
 pub struct Scratch {
     packet: Packet,
     pool: ShadowPool,
-    sums: Vec<Sums>,
+    gathered: Vec<Gathered>,
     waiting: Vec<Waiting>,
 }
 
 impl Default for Scratch {
     fn default() -> Self {
-        Self { packet: Packet::new(), pool: ShadowPool::default(), sums: Vec::new(), waiting: Vec::new() }
+        Self { packet: Packet::new(), pool: ShadowPool::default(), gathered: Vec::new(), waiting: Vec::new() }
     }
 }
 
@@ -85,26 +100,26 @@ impl<T: Texel> Kernel<'_, T> {
         rays: &RayBasis,
         pixels: &[Pixel],
         scratch: &mut Scratch,
-        out: &mut Vec<[f32; 4]>,
+        out: &mut Vec<Marched>,
     ) -> SampleCount {
+        let eye = self.segments.in_voxels(rays.origin());
         let mut count = SampleCount::default();
         for pixels in pixels.chunks(L::N) {
             scratch.packet.fill(pixels, rays, &self.segments);
-            if scratch.packet.is_empty() && scratch.sums.is_empty() {
-                let [r, g, b] = self.background;
-                out.extend(pixels.iter().map(|_| [r, g, b, 0.0]));
+            if scratch.packet.is_empty() && scratch.gathered.is_empty() {
+                out.extend(pixels.iter().map(|_| Marched::nothing(self.background)));
                 continue;
             }
             // SAFETY: the caller's.
             unsafe {
                 count.primary += self.primary::<L>(scratch);
                 if scratch.pool.is_empty() || scratch.pool.len() >= ENOUGH {
-                    count.shadow += self.finish::<L>(scratch, out);
+                    count.shadow += self.finish::<L>(eye, scratch, out);
                 }
             }
         }
         // SAFETY: the caller's.
-        count.shadow += unsafe { self.finish::<L>(scratch, out) };
+        count.shadow += unsafe { self.finish::<L>(eye, scratch, out) };
         count
     }
 
@@ -112,11 +127,17 @@ impl<T: Texel> Kernel<'_, T> {
     /// only their ambient part is in the sums.
     #[inline(always)]
     unsafe fn primary<L: Lanes>(&self, scratch: &mut Scratch) -> u64 {
-        let Scratch { packet, pool, sums, waiting } = scratch;
-        let first = sums.len();
-        sums.resize(first + packet.len, Sums::default());
+        let Scratch { packet, pool, gathered, waiting } = scratch;
+        let first = gathered.len();
+        gathered.resize(first + packet.len, Gathered::NOTHING);
         if packet.is_empty() {
             return 0;
+        }
+        for (lane, ray) in gathered[first..].iter_mut().enumerate() {
+            for a in 0..3 {
+                ray.start[a] = packet.start[a].0[lane];
+                ray.delta[a] = packet.delta[a].0[lane];
+            }
         }
         if matches!(self.lighting, Lighting::Rays(_)) {
             let most: f32 = packet.samples.0.iter().sum();
@@ -138,7 +159,7 @@ impl<T: Texel> Kernel<'_, T> {
                 going &= going - 1;
                 let from = pool.len();
                 // SAFETY: the caller's.
-                count += unsafe { self.block::<L>(packet, lane, &mut sums[first + lane], pool) };
+                count += unsafe { self.block::<L>(packet, lane, &mut gathered[first + lane], pool) };
                 if pool.len() > from {
                     waiting.push(Waiting { ray: first + lane, from, to: pool.len() });
                 }
@@ -148,7 +169,7 @@ impl<T: Texel> Kernel<'_, T> {
 
     /// Traces the waiting shadow rays and appends the colours of all gathered rays to `out`.
     #[inline(always)]
-    unsafe fn finish<L: Lanes>(&self, scratch: &mut Scratch, out: &mut Vec<[f32; 4]>) -> u64 {
+    unsafe fn finish<L: Lanes>(&self, eye: [f32; 3], scratch: &mut Scratch, out: &mut Vec<Marched>) -> u64 {
         let rays = ShadowRays {
             field: &self.field,
             alpha: &self.table.shadow_alpha,
@@ -159,30 +180,39 @@ impl<T: Texel> Kernel<'_, T> {
         unsafe {
             let samples = trace::<L, T>(&rays, &mut scratch.pool);
             for block in &scratch.waiting {
-                let [r, g, b, _] = &mut scratch.sums[block.ray].0;
+                let [r, g, b, ..] = &mut scratch.gathered[block.ray].sums;
                 let sums = [L::load(r.as_ptr()), L::load(g.as_ptr()), L::load(b.as_ptr())];
                 let [lit_r, lit_g, lit_b] = scratch.pool.arriving::<L>(block.from, block.to, sums);
                 L::store(lit_r, r.as_mut_ptr());
                 L::store(lit_g, g.as_mut_ptr());
                 L::store(lit_b, b.as_mut_ptr());
             }
-            for Aligned([r, g, b, opacity]) in &scratch.sums {
-                let opacity = L::load(opacity.as_ptr());
-                if L::bits(L::gt(opacity, L::splat(0.0))) == 0 {
-                    let [r, g, b] = self.background;
-                    out.push([r, g, b, 0.0]);
-                    continue;
-                }
-                let opacity = L::sum(opacity).min(1.0);
-                let colour =
-                    [L::sum(L::load(r.as_ptr())), L::sum(L::load(g.as_ptr())), L::sum(L::load(b.as_ptr()))];
-                let [r, g, b] = std::array::from_fn(|c| colour[c] + (1.0 - opacity) * self.background[c]);
-                out.push([r, g, b, opacity]);
-            }
-            scratch.sums.clear();
+            out.extend(scratch.gathered.iter().map(|ray| self.marched::<L>(eye, ray)));
+            scratch.gathered.clear();
             scratch.waiting.clear();
             scratch.pool.clear();
             samples
+        }
+    }
+
+    /// What `ray` brings back to `eye` (in voxels).
+    #[inline(always)]
+    unsafe fn marched<L: Lanes>(&self, eye: [f32; 3], ray: &Gathered) -> Marched {
+        // SAFETY: sums hold at least N elements.
+        unsafe {
+            let [r, g, b, opacity, numbers] = &ray.sums;
+            let opacity = L::load(opacity.as_ptr());
+            if L::bits(L::gt(opacity, L::splat(0.0))) == 0 {
+                return Marched::nothing(self.background);
+            }
+            let whole = L::sum(opacity);
+            let opacity = whole.min(1.0);
+            let colour = [r, g, b].map(|lanes| L::sum(L::load(lanes.as_ptr())));
+            let colour = std::array::from_fn(|c| colour[c] + (1.0 - opacity) * self.background[c]);
+            let mean = L::sum(L::load(numbers.as_ptr())) / whole;
+            let number = if ray.half_at < 0.0 { mean } else { ray.half_at };
+            let depth = self.segments.distance(eye, ray.start, ray.delta, number);
+            Marched { colour, opacity, depth }
         }
     }
 
@@ -192,7 +222,7 @@ impl<T: Texel> Kernel<'_, T> {
         &self,
         packet: &mut Packet,
         lane: usize,
-        sums: &mut Sums,
+        ray: &mut Gathered,
         pool: &mut ShadowPool,
     ) -> u64 {
         // SAFETY: table indices come from display values in 0…1 scaled to the table; sums hold at least N
@@ -220,11 +250,17 @@ impl<T: Texel> Kernel<'_, T> {
             let alpha = L::select(shown, L::from_bits(alpha), zero);
             let (before, through) = L::products_before(L::sub(one, alpha));
             let before = L::mul(before, L::splat(packet.transmittance.0[lane]));
-            packet.transmittance.0[lane] *= through;
+            let arriving = packet.transmittance.0[lane];
+            packet.transmittance.0[lane] = arriving * through;
+            if arriving > 0.5 && arriving * through <= 0.5 {
+                let clear = L::gt(L::mul(before, L::sub(one, alpha)), L::splat(0.5));
+                ray.half_at = packet.next.0[lane] - L::N as f32 + L::bits(clear).trailing_ones() as f32;
+            }
             let going = L::and_m(inside, L::gt(before, L::splat(1.0 - OPAQUE)));
             let weight = L::select(going, L::mul(alpha, before), zero);
-            let [r, g, b, opacity] = &mut sums.0;
+            let [r, g, b, opacity, numbers] = &mut ray.sums;
             L::store(L::add(L::load(opacity.as_ptr()), weight), opacity.as_mut_ptr());
+            L::store(L::fma(weight, number, L::load(numbers.as_ptr())), numbers.as_mut_ptr());
             let mut colour = [L::load(r.as_ptr()), L::load(g.as_ptr()), L::load(b.as_ptr())];
             let rgb = colours::<L>(packed);
             self.light_samples::<L>(p, weight, rgb, &mut colour, pool);

@@ -39,6 +39,25 @@ pub struct SampleCount {
     pub shadow: u64,
 }
 
+/// What a ray brought back.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Marched {
+    /// Red, green and blue over the background.
+    pub colour: [f32; 3],
+    /// What it met in all, 0…1.
+    pub opacity: f32,
+    /// How far from the eye opacity passes one half, in world units; the mean distance of what shows where
+    /// it never does, infinite where nothing shows. What moves a pixel from frame to frame.
+    pub depth: f32,
+}
+
+impl Marched {
+    /// What a ray through empty space brings back.
+    pub fn nothing(background: [f32; 3]) -> Self {
+        Self { colour: background, opacity: 0.0, depth: f32::INFINITY }
+    }
+}
+
 impl std::ops::AddAssign for SampleCount {
     fn add_assign(&mut self, other: Self) {
         self.primary += other.primary;
@@ -47,12 +66,15 @@ impl std::ops::AddAssign for SampleCount {
 }
 
 impl March<'_> {
-    /// The colour of `ray` over the background, and its accumulated opacity.
-    pub fn ray(&self, ray: &Ray, count: &mut SampleCount) -> [f32; 4] {
-        let segment = Segments::new(self.grid, self.step).of(ray);
+    /// What `ray` brings back.
+    pub fn ray(&self, ray: &Ray, count: &mut SampleCount) -> Marched {
+        let segments = Segments::new(self.grid, self.step);
+        let segment = segments.of(ray);
         let light = LightPath::new(&self.shading.light, self.grid, self.step);
         let mut colour = [0.0f32; 3];
         let mut opacity = 0.0f32;
+        let mut half_at = None;
+        let mut weighted_number = 0.0f32;
         for k in 0..segment.count {
             if opacity >= OPAQUE {
                 break;
@@ -70,9 +92,18 @@ impl March<'_> {
                 colour[c] += weight * lit * rgba[c] as f32;
             }
             opacity += weight;
+            weighted_number += weight * k as f32;
+            if opacity >= 0.5 && half_at.is_none() {
+                half_at = Some(k as f32);
+            }
         }
-        let [r, g, b] = std::array::from_fn(|c| colour[c] + (1.0 - opacity) * self.background[c] as f32);
-        [r, g, b, opacity]
+        let colour = std::array::from_fn(|c| colour[c] + (1.0 - opacity) * self.background[c] as f32);
+        if opacity == 0.0 {
+            return Marched::nothing(colour);
+        }
+        let number = half_at.unwrap_or(weighted_number / opacity);
+        let depth = segments.distance(segments.in_voxels(ray.origin), segment.start, segment.delta, number);
+        Marched { colour, opacity, depth }
     }
 
     /// What the colour at `p` is multiplied by: ambient + (1 − ambient)·T·|n·l|.

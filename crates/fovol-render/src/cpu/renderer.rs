@@ -6,7 +6,7 @@ use super::lanes::portable::Portable;
 use super::lanes::{avx2, avx512};
 use super::light_columns::LightColumns;
 use super::macrocells::Macrocells;
-use super::march::{March, SampleCount};
+use super::march::{March, Marched, SampleCount};
 use super::segment::{LightPath, Segments};
 use super::shadow_grid::shadow_grid;
 use super::simd::Simd;
@@ -145,10 +145,10 @@ impl Renderer {
         }
     }
 
-    /// Marches the pixels of `list`: one [r, g, b, opacity] each, in list order.
-    pub fn march_list(&self, camera: &Camera, list: &SampleList) -> (Vec<[f32; 4]>, SampleCount) {
+    /// Marches the pixels of `list`: what each ray brings back, in list order.
+    pub fn march_list(&self, camera: &Camera, list: &SampleList) -> (Vec<Marched>, SampleCount) {
         let rays = camera.rays(list.size());
-        let parts: Vec<(Vec<[f32; 4]>, SampleCount)> = list
+        let parts: Vec<(Vec<Marched>, SampleCount)> = list
             .pixels()
             .par_chunks(CHUNK)
             .map_init(Scratch::default, |scratch, chunk| self.march_pixels(&rays, chunk, scratch))
@@ -164,13 +164,37 @@ impl Renderer {
 
     /// Marches every pixel: a frame with alpha 1.
     pub fn march_full(&self, camera: &Camera, size: FrameSize) -> (Frame, SampleCount) {
-        self.march_tiles(camera, size, |_, _| true)
+        let tiles = self.march_tiles(camera, size, |_, _| true);
+        let mut frame = Frame::new(size);
+        let columns = size.width.div_ceil(TILE) as usize;
+        let rows = frame.pixels_mut().par_chunks_mut((TILE * size.width) as usize);
+        rows.zip(tiles.par_chunks(columns)).enumerate().for_each(|(row, (out, tiles))| {
+            let before = row * (TILE * size.width) as usize;
+            for Tile { pixels, marched, .. } in tiles {
+                for (pixel, Marched { colour: [r, g, b], .. }) in pixels.iter().zip(marched) {
+                    out[pixel.index(size.width) - before] = [*r, *g, *b, 1.0];
+                }
+            }
+        });
+        (frame, samples_of(&tiles))
     }
 
-    /// Walks every pixel and marches those of `mask` at once, without packing: the paper's `reject`.
-    /// Unsampled pixels are transparent black.
-    pub fn march_rejecting(&self, camera: &Camera, mask: &SampleMask) -> (Frame, SampleCount) {
-        self.march_tiles(camera, mask.size(), |x, y| mask.contains(x, y))
+    /// Walks every pixel and marches those of `mask` at once, without packing: the paper's `reject`. The pixels
+    /// that were marched, tile by tile, and what each ray brings back.
+    pub fn march_rejecting(
+        &self,
+        camera: &Camera,
+        mask: &SampleMask,
+    ) -> (SampleList, Vec<Marched>, SampleCount) {
+        let tiles = self.march_tiles(camera, mask.size(), |x, y| mask.contains(x, y));
+        let count = samples_of(&tiles);
+        let mut pixels = Vec::with_capacity(mask.count());
+        let mut marched = Vec::with_capacity(mask.count());
+        for tile in tiles {
+            pixels.extend(tile.pixels);
+            marched.extend(tile.marched);
+        }
+        (SampleList::new(mask.size(), pixels), marched, count)
     }
 
     fn march_tiles(
@@ -178,10 +202,10 @@ impl Renderer {
         camera: &Camera,
         size: FrameSize,
         wanted: impl Fn(u32, u32) -> bool + Sync,
-    ) -> (Frame, SampleCount) {
+    ) -> Vec<Tile> {
         let rays = camera.rays(size);
         let (columns, rows) = (size.width.div_ceil(TILE), size.height.div_ceil(TILE));
-        let tiles: Vec<(Vec<Pixel>, Vec<[f32; 4]>, SampleCount)> = (0..columns * rows)
+        (0..columns * rows)
             .into_par_iter()
             .map_init(Scratch::default, |scratch, tile| {
                 let (x0, y0) = (tile % columns * TILE, tile / columns * TILE);
@@ -191,23 +215,10 @@ impl Renderer {
                         pixels.push(Pixel { x: x as u16, y: y as u16 });
                     }
                 }
-                let (colours, count) = self.march_pixels(&rays, &pixels, scratch);
-                (pixels, colours, count)
+                let (marched, samples) = self.march_pixels(&rays, &pixels, scratch);
+                Tile { pixels, marched, samples }
             })
-            .collect();
-        let mut frame = Frame::new(size);
-        let rows = frame.pixels_mut().par_chunks_mut((TILE * size.width) as usize);
-        rows.zip(tiles.par_chunks(columns as usize)).enumerate().for_each(|(row, (out, tiles))| {
-            let before = row * (TILE * size.width) as usize;
-            for (pixels, colours, _) in tiles {
-                for (pixel, [r, g, b, _]) in pixels.iter().zip(colours) {
-                    out[pixel.index(size.width) - before] = [*r, *g, *b, 1.0];
-                }
-            }
-        });
-        let mut count = SampleCount::default();
-        tiles.iter().for_each(|(_, _, samples)| count += *samples);
-        (frame, count)
+            .collect()
     }
 
     fn march_pixels(
@@ -215,7 +226,7 @@ impl Renderer {
         rays: &RayBasis,
         pixels: &[Pixel],
         scratch: &mut Scratch,
-    ) -> (Vec<[f32; 4]>, SampleCount) {
+    ) -> (Vec<Marched>, SampleCount) {
         let mut out = Vec::with_capacity(pixels.len());
         if self.options.simd == Simd::Scalar {
             let march = self.specification();
@@ -257,6 +268,19 @@ impl Renderer {
     }
 }
 
+/// A part of a picture.
+struct Tile {
+    pixels: Vec<Pixel>,
+    marched: Vec<Marched>,
+    samples: SampleCount,
+}
+
+fn samples_of(tiles: &[Tile]) -> SampleCount {
+    let mut count = SampleCount::default();
+    tiles.iter().for_each(|tile| count += tile.samples);
+    count
+}
+
 /// The pixels of a tile in blocks of 4x4: rays of one packet have much the same way.
 const TILE_ORDER: [[u32; 2]; (TILE * TILE) as usize] = {
     let mut order = [[0; 2]; (TILE * TILE) as usize];
@@ -274,7 +298,7 @@ fn march_in_lanes<T: Texel>(
     rays: &RayBasis,
     pixels: &[Pixel],
     scratch: &mut Scratch,
-    out: &mut Vec<[f32; 4]>,
+    out: &mut Vec<Marched>,
 ) -> SampleCount {
     match simd {
         // SAFETY: `Simd` values of instruction sets are only made where the processor has them.
@@ -295,7 +319,7 @@ unsafe fn march_avx512<T: Texel>(
     rays: &RayBasis,
     pixels: &[Pixel],
     scratch: &mut Scratch,
-    out: &mut Vec<[f32; 4]>,
+    out: &mut Vec<Marched>,
 ) -> SampleCount {
     // SAFETY: this function is only called where AVX-512 is available.
     unsafe { kernel.march::<avx512::Avx512>(rays, pixels, scratch, out) }
@@ -308,7 +332,7 @@ unsafe fn march_avx2<T: Texel>(
     rays: &RayBasis,
     pixels: &[Pixel],
     scratch: &mut Scratch,
-    out: &mut Vec<[f32; 4]>,
+    out: &mut Vec<Marched>,
 ) -> SampleCount {
     // SAFETY: this function is only called where AVX2 is available.
     unsafe { kernel.march::<avx2::Avx2>(rays, pixels, scratch, out) }

@@ -37,6 +37,23 @@ impl Segments {
         Segment { start: start.as_vec3().to_array(), delta: delta.as_vec3().to_array(), count }
     }
 
+    /// `point` of the world in voxel-centre coordinates.
+    pub fn in_voxels(&self, point: DVec3) -> [f32; 3] {
+        ((point + self.half) * self.to_voxels - DVec3::splat(0.5)).as_vec3().to_array()
+    }
+
+    /// How far in world units the point `number` steps of `delta` on from `start` is from `eye`, all three in
+    /// voxels.
+    #[inline(always)]
+    pub fn distance(&self, eye: [f32; 3], start: [f32; 3], delta: [f32; 3], number: f32) -> f32 {
+        let mut squared = 0.0f32;
+        for a in 0..3 {
+            let way = (number.mul_add(delta[a], start[a]) - eye[a]) / self.to_voxels[a] as f32;
+            squared = way.mul_add(way, squared);
+        }
+        squared.sqrt()
+    }
+
     /// [`Self::of`] for `N` rays from `origin` side by side: the same numbers from loops without branches,
     /// which compilers turn into vectors.
     #[inline(always)]

@@ -1,0 +1,106 @@
+use crate::{Camera, FrameSize};
+use glam::{DMat3, DVec3, Vec3};
+
+/// Where the pixels of one frame were in another, by the cameras of both.
+///
+/// A point seen at pixel (x, y) at distance t lies at eye + t·d/|d| with d the direction through the pixel, linear in
+/// (x, y). In the other camera's axes that is t/|d| · (M·d + |d|/t · m), and the factor before the bracket does not
+/// change where it is seen: the other pixel comes from M·d + w·|d|·m, with the inverse distance w = 1/t, so that
+/// also the infinitely far (w = 0) has a place.
+#[derive(Debug, Clone, Copy)]
+pub struct Reprojection {
+    /// M·d for pixel (0, 0), and what a pixel to the right and a pixel down add.
+    base: [Vec3; 3],
+    /// d alike.
+    direction: [Vec3; 3],
+    /// m.
+    parallax: Vec3,
+    size: [f32; 2],
+}
+
+impl Reprojection {
+    /// From pixels of `camera` to pixels of `other`, both of frames of `size`.
+    pub fn new(camera: &Camera, other: &Camera, size: FrameSize) -> Self {
+        let (w, h) = (f64::from(size.width), f64::from(size.height));
+        let axes = |camera: &Camera| {
+            let (forward, right, up) = camera.axes();
+            let height = (camera.fovy.to_radians() * 0.5).tan();
+            (forward, right * (height * w / h), up * height)
+        };
+        let (forward, right, up) = axes(camera);
+        let across = right * (2.0 / w);
+        let down = -up * (2.0 / h);
+        let first = forward - right + up + (across + down) * 0.5;
+        let (forward, right, up) = axes(other);
+        // Rows that give distance along the view, and the place from −1 to 1 times that distance.
+        let rows = [forward, right / right.length_squared(), up / up.length_squared()];
+        let project = DMat3::from_cols(rows[0], rows[1], rows[2]).transpose();
+        let directions = [first, across, down];
+        Self {
+            base: directions.map(|d| (project * d).as_vec3()),
+            direction: directions.map(DVec3::as_vec3),
+            parallax: (project * (camera.eye - other.eye)).as_vec3(),
+            size: [w as f32, h as f32],
+        }
+    }
+
+    /// The way in pixels, x right and y down, from pixel (`x`, `y`) to where the same point is seen in the other
+    /// frame; `inverse_distance` is one over its distance from the eye in world units. Far outside for points behind
+    /// the other camera.
+    #[inline(always)]
+    pub fn motion(&self, x: f32, y: f32, inverse_distance: f32) -> [f32; 2] {
+        let at = |v: &[Vec3; 3]| v[0] + v[1] * x + v[2] * y;
+        let seen = at(&self.base) + self.parallax * (inverse_distance * at(&self.direction).length());
+        let ahead = if seen.x > 1e-6 { seen.x } else { 1e-6 };
+        let [w, h] = self.size;
+        [(seen.y / ahead + 1.0) * 0.5 * w - 0.5 - x, (1.0 - seen.z / ahead) * 0.5 * h - 0.5 - y]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn camera() -> impl Strategy<Value = Camera> {
+        (0.0f64..360.0, -80.0f64..80.0, 1.0f64..4.0, 20.0f64..80.0).prop_map(
+            |(azimuth, elevation, distance, fovy)| Camera::on_sphere(azimuth, elevation, distance, fovy),
+        )
+    }
+
+    proptest! {
+        #[test]
+        fn a_point_is_found_where_the_other_ray_meets_it(
+            a in camera(), turn in -10.0f64..10.0, rise in -5.0f64..5.0, closer in 0.9f64..1.1,
+            x in 0u32..200, y in 0u32..100, t in 0.5f64..4.0,
+        ) {
+            let size = FrameSize::new(200, 100).unwrap();
+            let b = Camera { eye: glam::DQuat::from_rotation_y(turn.to_radians()) * (a.eye * closer) + DVec3::Y * (rise * 0.05), ..a };
+            let ray = a.rays(size).ray(x, y);
+            let point = ray.origin + ray.direction * t;
+            let [dx, dy] = Reprojection::new(&a, &b, size).motion(x as f32, y as f32, (1.0 / t) as f32);
+            let (forward, right, up) = b.axes();
+            let way = point - b.eye;
+            let depth = way.dot(forward);
+            prop_assume!(depth > 0.1);
+            let height = (b.fovy.to_radians() * 0.5).tan();
+            let (u, v) = (way.dot(right) / depth / (height * 2.0), way.dot(up) / depth / height);
+            let expected = [(u + 1.0) * 100.0 - 0.5, (1.0 - v) * 50.0 - 0.5];
+            let found = [f64::from(x) + f64::from(dx), f64::from(y) + f64::from(dy)];
+            let scale = expected[0].abs().max(expected[1].abs()).max(200.0);
+            prop_assert!((found[0] - expected[0]).abs() < 1e-4 * scale, "{found:?} {expected:?}");
+            prop_assert!((found[1] - expected[1]).abs() < 1e-4 * scale, "{found:?} {expected:?}");
+        }
+    }
+
+    #[test]
+    fn a_still_camera_moves_nothing_and_a_turning_one_also_the_infinitely_far() {
+        let size = FrameSize::new(64, 36).unwrap();
+        let camera = Camera::on_sphere(20.0, 10.0, 2.0, 40.0);
+        let [dx, dy] = Reprojection::new(&camera, &camera, size).motion(13.0, 7.0, 0.5);
+        assert!(dx.abs() < 1e-4 && dy.abs() < 1e-4);
+        let turned = Camera { target: DVec3::new(0.1, 0.0, 0.0), ..camera };
+        let [dx, _] = Reprojection::new(&camera, &turned, size).motion(13.0, 7.0, 0.0);
+        assert!(dx.abs() > 0.5);
+    }
+}
