@@ -4,6 +4,8 @@ use fovol_core::{Frame, FrameSize};
 use fovol_net::Weights;
 use fovol_net::cpu::{FrameInput, Network, Precision, Simd};
 use fovol_net::plan::NetworkConfig;
+use fovol_net::weights::StateDict;
+use half::{bf16, f16};
 use safetensors::SafeTensors;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -112,10 +114,44 @@ fn run(case: &Case, size: FrameSize, network: &Network) -> f32 {
     worst
 }
 
+/// A file of `tests/reference`.
+fn reference(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference").join(name)
+}
+
 #[test]
 fn weights_files_of_pytorch_are_read() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/reference/state_dict.safetensors");
-    let weights = Weights::read(Path::new(path)).unwrap();
+    let weights = Weights::read(&reference("state_dict.safetensors")).unwrap();
     weights.check(&weights.config.plan().unwrap()).unwrap();
     assert_eq!(weights.arrays(), Weights::random(&weights.config, 7).unwrap().arrays());
+
+    let bytes = std::fs::read(reference("state_dict.pt")).unwrap();
+    let saved = StateDict::parse(&bytes).unwrap().weights(&weights.config).unwrap();
+    assert_eq!(saved.arrays(), weights.arrays());
+    // A state dict does not say what network it is of, and this one has no name.
+    let error = Weights::read(&reference("state_dict.pt")).unwrap_err().to_string();
+    assert!(
+        error.contains("state_dict.pt: its 20 tensors are of none of the networks wnet-paper"),
+        "{error}"
+    );
+}
+
+#[test]
+fn checkpoints_of_pytorch_are_read() {
+    let weights = Weights::read(&reference("state_dict.safetensors")).unwrap();
+    let bytes = std::fs::read(reference("checkpoint.pt")).unwrap();
+    let saved = StateDict::parse(&bytes).unwrap().weights(&weights.config).unwrap();
+    let roundings: [fn(f32) -> f32; 3] =
+        [|v| v, |v| f16::from_f32(v).to_f32(), |v| bf16::from_f32(v).to_f32()];
+    let mut rounded = [0; 3];
+    for (name, array) in weights.arrays() {
+        let found = &saved.arrays()[name];
+        let is_rounding = |round: &fn(f32) -> f32| {
+            found.shape == array.shape
+                && array.values.iter().map(|&v| round(v)).eq(found.values.iter().copied())
+        };
+        let rounding = roundings.iter().position(is_rounding);
+        rounded[rounding.unwrap_or_else(|| panic!("{name}: {:?}", found.values))] += 1;
+    }
+    assert_eq!(rounded, [13, 5, 2]);
 }

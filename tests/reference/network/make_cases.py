@@ -18,7 +18,8 @@ clamped, as `state.NAME` [c, h, w]; where they are large only `state_moments.NAM
 `NAME.out`; the header says for each NAME as JSON what the layer is.
 
 `state_dict.pt` and `state_dict.safetensors` are the same weights of a very small network, as PyTorch saves them and
-as a weights file.
+as a weights file. `checkpoint.pt` has them once more as training scripts save them: with an optimiser and an epoch,
+`module.` before the names, and tensors of several types that lie in their storages in several ways.
 
 Prints how far float32 is from float64, and whether states stay bounded.
 """
@@ -302,6 +303,50 @@ def state_dict_case(folder):
     save(arrays, folder / "state_dict.safetensors", **{"fovolnet.config": json.dumps(config)})
 
 
+def in_columns(tensor):
+    """The same tensor with its last dimension first in memory."""
+    return tensor.movedim(-1, 0).contiguous().movedim(0, -1)
+
+
+def in_the_middle(tensor):
+    """The same tensor as a part of a larger storage, every third number."""
+    around = torch.full((tensor.shape[0] + 2, *tensor.shape[1:], 3), 9.0)
+    around[1:-1, ..., 1] = tensor
+    return around[1:-1, ..., 1]
+
+
+# How `checkpoint.pt` keeps each tensor, in turn.
+KEEPINGS = [
+    torch.Tensor.half,
+    torch.Tensor.bfloat16,
+    torch.Tensor.double,
+    in_columns,
+    in_the_middle,
+    torch.nn.Parameter,
+    lambda tensor: in_columns(tensor.half()),
+]
+
+
+def checkpoint_case(folder):
+    """The same weights as a training script saves them."""
+    network = networks.build(networks.wnet([4, 4], [4]), SEED)
+    optimiser = torch.optim.Adam(network.output.requires_grad_().parameters(), lr=1e-3)
+    sum(parameter.sum() for parameter in network.output.parameters()).backward()
+    optimiser.param_groups[0]["lr"] = 0.0
+    optimiser.step()
+    state = torch.nn.DataParallel(network).state_dict()
+    # Two tensors that are parts of one storage.
+    joined = torch.cat([state[f"module.encoder.{depth}.conv1.bias"] for depth in range(2)])
+    for i, name in enumerate(state):
+        state[name] = KEEPINGS[i % len(KEEPINGS)](state[name])
+    for depth in range(2):
+        state[f"module.encoder.{depth}.conv1.bias"] = joined[4 * depth : 4 * depth + 4]
+    path = folder / "checkpoint.pt"
+    facts = {"epoch": 3, "losses": [0.5, 0.25], "best": None, "seed": 2**64 - 1, "rate": (1, 2.0, "cosine")}
+    torch.save(facts | {"model": state, "optimizer": optimiser.state_dict()}, path)
+    print(f"{path.name}: {path.stat().st_size} bytes")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", nargs="?", type=Path, default=DEFAULT_FOLDER)
@@ -313,6 +358,7 @@ def main():
             check_bounds(name, network)
     layer_cases(folder)
     state_dict_case(folder)
+    checkpoint_case(folder)
     print(f"together: {sum(path.stat().st_size for path in folder.iterdir())} bytes")
 
 

@@ -1,6 +1,6 @@
-//! Weights in safetensors files: f32, f16 or bf16 on disk, configuration and facts in the header.
+//! Weights files. Ours are safetensors: f32, f16 or bf16 on disk, configuration and facts in the header.
 
-use super::{Array, Weights};
+use super::{Array, StateDict, Weights, one_line, shown};
 use crate::{Error, Result};
 use half::{bf16, f16};
 use safetensors::tensor::{Dtype, SafeTensors, TensorView, serialize};
@@ -23,24 +23,36 @@ pub enum Storage {
 }
 
 impl Weights {
-    /// Reads a `.safetensors` file.
+    /// Reads a `.safetensors` file, or the state dict of a named network that PyTorch saved (`.pt`, `.pth`); the
+    /// content says which of them it is.
     ///
     /// # Errors
-    /// A file that is missing, damaged, or without a configuration.
+    /// A file that is missing or damaged, and weights of no known network.
     pub fn read(path: &Path) -> Result<Self> {
         let bytes =
             std::fs::read(path).map_err(|source| Error::Io { verb: "read", path: path.into(), source })?;
         Self::parse(&bytes).map_err(|problem| Error::File { path: path.into(), problem })
     }
 
-    /// Reads the bytes of a `.safetensors` file.
+    /// Reads the bytes of a weights file, as [`Self::read`] does. For state dicts of networks without a name there
+    /// is [`StateDict::weights`].
     ///
     /// # Errors
     /// What is wrong with them and how to mend it, in one line.
     pub fn parse(bytes: &[u8]) -> std::result::Result<Self, String> {
+        if StateDict::is_likely(bytes) {
+            let tensors = StateDict::parse(bytes)?;
+            return tensors.weights(&tensors.network()?.config());
+        }
+        Self::parse_safetensors(bytes)
+    }
+
+    fn parse_safetensors(bytes: &[u8]) -> std::result::Result<Self, String> {
         let damaged = |e: safetensors::SafeTensorError| {
-            let text: String = e.to_string().chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
-            format!("it is no sound safetensors file ({text}); copy or download it again")
+            let text = one_line(&e);
+            format!(
+                "it is no sound safetensors file ({text}), and none that PyTorch saved; copy or download it again"
+            )
         };
         let file = SafeTensors::deserialize(bytes).map_err(damaged)?;
         let (_, header) = SafeTensors::read_metadata(bytes).map_err(damaged)?;
@@ -51,19 +63,20 @@ impl Weights {
                 "its header has no `{CONFIG}`, which says what network it is of; export it again with one"
             )
         })?;
-        let config = serde_json::from_str(&config)
-            .map_err(|e| format!("its `{CONFIG}` is of no network known here ({e}); use a newer version"))?;
+        let config = serde_json::from_str(&config).map_err(|e| {
+            format!("its `{CONFIG}` is of no network known here ({}); use a newer version", one_line(&e))
+        })?;
         let ranges = facts.remove(RANGES).map(|ranges| {
-            let problem =
-                |e| format!("its `{RANGES}` cannot be understood ({e}); calibrate the weights again");
+            let problem = |e| {
+                format!("its `{RANGES}` cannot be understood ({}); calibrate the weights again", one_line(&e))
+            };
             serde_json::from_str(&ranges).map_err(problem)
         });
         let ranges = ranges.transpose()?.unwrap_or_default();
         let mut arrays = BTreeMap::new();
         for (name, view) in file.tensors() {
             let values = numbers(&view).ok_or_else(|| {
-                let shown = name.escape_debug();
-                format!("`{shown}` has {:?} numbers; store it as F32, F16 or BF16", view.dtype())
+                format!("`{}` has {:?} numbers; store it as F32, F16 or BF16", shown(&name), view.dtype())
             })?;
             arrays.insert(name, Array { shape: view.shape().to_vec(), values });
         }

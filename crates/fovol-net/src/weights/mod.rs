@@ -1,13 +1,16 @@
-//! Learned arrays by name: safetensors files, state dicts of PyTorch, and seeded random ones.
+//! Learned arrays by name: from safetensors files and state dicts of PyTorch, and seeded random ones.
 
 mod file;
+mod pytorch;
 pub(crate) mod random;
 
 pub use file::Storage;
+pub use pytorch::StateDict;
 
-use crate::plan::{NetworkConfig, Plan};
+use crate::plan::{NetworkConfig, Parameter, Plan};
 use crate::{Error, Result};
 use std::collections::BTreeMap;
+use std::fmt;
 
 /// An array of f32 and its shape.
 #[derive(Debug, Clone, PartialEq)]
@@ -70,23 +73,11 @@ impl Weights {
     /// # Errors
     /// The first arrays that are missing, not wanted, of another shape or not finite.
     pub fn check(&self, plan: &Plan) -> Result<()> {
-        let mut problems = Vec::new();
-        let parameters = plan.parameters();
-        for parameter in &parameters {
-            match self.arrays.get(&parameter.name) {
-                None => problems.push(format!("`{}` is missing", parameter.name)),
-                Some(array) if array.shape != parameter.shape => problems.push(format!(
-                    "`{}` has the shape {:?}, not {:?}",
-                    parameter.name, array.shape, parameter.shape
-                )),
-                Some(array) if array.values.iter().any(|v| !v.is_finite()) => {
-                    problems.push(format!("`{}` has numbers that are not finite", parameter.name));
-                }
-                Some(_) => {}
-            }
-        }
-        let extra = self.arrays.keys().filter(|name| parameters.iter().all(|p| p.name != **name));
-        problems.extend(extra.map(|name| format!("`{}` is not part of it", name.escape_debug())));
+        let shapes = self.arrays.iter().map(|(name, array)| (name.as_str(), array.shape.as_slice()));
+        let mut problems = misfits(&plan.parameters(), &shapes.collect());
+        let infinite = self.arrays.iter().filter(|(_, array)| array.values.iter().any(|v| !v.is_finite()));
+        problems
+            .extend(infinite.map(|(name, _)| format!("`{}` has numbers that are not finite", shown(name))));
         if problems.is_empty() {
             return Ok(());
         }
@@ -95,4 +86,36 @@ impl Weights {
         problems.truncate(3);
         Err(Error::Weights(problems.join(", ") + &tail))
     }
+}
+
+/// What keeps arrays of these names and shapes from being those of `parameters`, one by one.
+fn misfits(parameters: &[Parameter], shapes: &BTreeMap<&str, &[usize]>) -> Vec<String> {
+    let mut problems = Vec::new();
+    for Parameter { name, shape } in parameters {
+        match shapes.get(name.as_str()) {
+            None => problems.push(format!("`{name}` is missing")),
+            Some(found) if *found != shape.as_slice() => {
+                problems.push(format!("`{name}` has the shape {found:?}, not {shape:?}"));
+            }
+            Some(_) => {}
+        }
+    }
+    let extra = shapes.keys().filter(|name| parameters.iter().all(|p| p.name != **name));
+    problems.extend(extra.map(|name| format!("`{}` is not part of it", shown(name))));
+    problems
+}
+
+/// What a library says of a file, without what it took from there that would break the line.
+fn one_line(error: &impl fmt::Display) -> String {
+    error.to_string().chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
+}
+
+/// A name from a file as it can be part of a message: one line, not long.
+fn shown(name: &str) -> String {
+    const LONGEST: usize = 80;
+    let mut shown: String = name.chars().take(LONGEST).flat_map(char::escape_debug).collect();
+    if name.chars().nth(LONGEST).is_some() {
+        shown.push('…');
+    }
+    shown
 }
