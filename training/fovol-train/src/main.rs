@@ -1,5 +1,8 @@
 //! The command `fovolnet-train`.
 
+mod bench_step;
+
+use bench_step::BenchStep;
 use clap::{Parser, Subcommand};
 
 /// Trains reconstruction networks.
@@ -14,12 +17,17 @@ struct Arguments {
 enum Command {
     /// Show what libtorch finds on this machine
     Check,
+    /// Measure a step of training
+    #[command(hide = true)]
+    BenchStep(BenchStep),
 }
 
-fn main() {
+fn main() -> anyhow::Result<()> {
     match Arguments::parse().command {
         Command::Check => check(),
+        Command::BenchStep(bench) => bench.run()?,
     }
+    Ok(())
 }
 
 fn check() {
