@@ -4,6 +4,8 @@ mod bench_step;
 
 use bench_step::BenchStep;
 use clap::{Parser, Subcommand};
+use fovol_train::loss;
+use std::path::{Path, PathBuf};
 
 /// Trains reconstruction networks.
 #[derive(Parser)]
@@ -17,6 +19,16 @@ struct Arguments {
 enum Command {
     /// Show what libtorch finds on this machine
     Check,
+    /// Convert torchvision's weights of VGG into the file that perceptual losses read
+    ConvertVgg {
+        /// torchvision's vgg19-dcbb9e9d.pth, or vgg16-397923af.pth for LPIPS
+        weights: PathBuf,
+        /// The safetensors file to write
+        output: PathBuf,
+        /// The heads of LPIPS: weights/v0.1/vgg.pth of its source
+        #[arg(long)]
+        heads: Option<PathBuf>,
+    },
     /// Measure a step of training
     #[command(hide = true)]
     BenchStep(BenchStep),
@@ -25,6 +37,7 @@ enum Command {
 fn main() -> anyhow::Result<()> {
     match Arguments::parse().command {
         Command::Check => check(),
+        Command::ConvertVgg { weights, output, heads } => convert_vgg(&weights, heads.as_deref(), &output)?,
         Command::BenchStep(bench) => bench.run()?,
     }
     Ok(())
@@ -39,4 +52,16 @@ fn check() {
     println!("CUDA      {cuda}");
     println!("oneDNN    {}", tch::utils::has_mkldnn());
     println!("threads   {}", tch::get_num_threads());
+}
+
+fn convert_vgg(weights: &Path, heads: Option<&Path>, output: &Path) -> anyhow::Result<()> {
+    let found = loss::convert_vgg(weights, heads, output)?;
+    let origin = if found.is_original { "torchvision's" } else { "not the file that torchvision has" };
+    println!("network   {}, {} tensors, {} numbers", found.depth.name(), found.tensors, found.numbers);
+    println!("SHA-256   {} ({origin})", found.sha256);
+    if let Some(sha256) = found.heads_sha256 {
+        println!("heads     {sha256}");
+    }
+    println!("written   {}", output.display());
+    Ok(())
 }

@@ -23,18 +23,24 @@
 //! ```
 
 mod config;
+mod convert;
 pub mod deepfovea;
 pub mod flow;
+mod legacy;
 pub mod perceptual;
+#[cfg(test)]
+mod reference;
 pub mod spatial;
 pub mod ssim;
 pub mod temporal;
 #[cfg(test)]
 mod testing;
+pub mod vgg;
 
 pub use config::LossConfig;
+pub use convert::{Converted, convert_vgg};
 pub use flow::FlowSource;
-pub use perceptual::{L1MsSsim, Perceptual, PerceptualConfig};
+pub use perceptual::{L1MsSsim, Lpips, Perceptual, PerceptualConfig, RandomVgg, VggDistance, VggFile};
 pub use spatial::WarmUp;
 pub use temporal::Pairs;
 
@@ -322,12 +328,27 @@ mod tests {
                 pairs: Pairs::Adjacent,
                 ..LossConfig::default()
             },
-            LossConfig { flow: FlowSource::Hierarchical, ..LossConfig::default() },
-            LossConfig::default(),
         ] {
             let losses = losses(&config);
             let worst = worst_slope(&made.outputs, |outputs| losses.clip(&made.clip(outputs)).unwrap().total);
             assert!(worst < 1e-6, "{config:?}: {worst:e}");
+        }
+    }
+
+    #[test]
+    fn motion_is_searched_between_the_references() {
+        let mut made = made(3);
+        for source in [FlowSource::SingleLevel, FlowSource::Hierarchical] {
+            let flow = |made: &Made, flow: FlowSource| {
+                let config = LossConfig { flow, ..LossConfig::default() };
+                value(&losses(&config).clip(&made.clip(&made.outputs)).unwrap().flow)
+            };
+            let found = flow(&made, source);
+            let search = source.search().unwrap();
+            for i in 1..3 {
+                made.motion[i] = search.motion(&made.references[i], &made.references[i - 1]);
+            }
+            assert_eq!(found, flow(&made, FlowSource::Exact));
         }
     }
 

@@ -1,10 +1,21 @@
 //! How different two pictures look.
 
 use super::ssim::ms_ssim;
+use super::vgg::{Depth, STAGES, Tap, Vgg, read_tensors, wrong};
 use super::{mean, picture_shape};
 use crate::Result;
 use serde::{Deserialize, Serialize};
-use tch::{Device, Tensor};
+use std::path::PathBuf;
+use tch::{Device, Kind, Tensor};
+
+/// The weights of the stages in the measure that FoVolNet was trained with (the authors' code).
+const FOVOLNET: [f64; STAGES] = [0.52879148, 0.13693107, 0.05858061, 0.09629559, 0.17940125];
+/// The weights of the stages in DeepFovea's graph.
+const DEEPFOVEA: [f64; STAGES] = [1.0 / 16.0, 1.0 / 28.0, 1.0 / 40.0, 1.0 / 100.0, 1.0 / 9.0];
+/// What keeps lengths of features from being zero in LPIPS.
+const LPIPS_EPSILON: f64 = 1e-10;
+/// Sides of the pictures that random features are weighed by.
+const CALIBRATION: [i64; 2] = [64, 64];
 
 /// A differentiable measure of how different two pictures look.
 pub trait Perceptual: std::fmt::Debug + Send {
@@ -14,7 +25,7 @@ pub trait Perceptual: std::fmt::Debug + Send {
     /// Pictures of different shapes, or too small for this measure.
     fn distance(&self, output: &Tensor, reference: &Tensor) -> Result<Tensor>;
 
-    /// What it is called in tables.
+    /// What it is to be called in tables.
     fn name(&self) -> &'static str;
 }
 
@@ -22,8 +33,43 @@ pub trait Perceptual: std::fmt::Debug + Send {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "measure", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum PerceptualConfig {
-    /// [`L1MsSsim`].
+    /// [`L1MsSsim`], which needs no weights.
     L1MsSsim(L1MsSsim),
+    /// [`VggDistance::fovolnet`], which the authors call LPIPS.
+    FovolnetVgg(VggFile),
+    /// [`Lpips`] 0.1 with VGG-16. Its file has the heads too.
+    Lpips(VggFile),
+    /// [`VggDistance::random`], which needs no weights.
+    RandomVgg(RandomVgg),
+    /// [`VggDistance::deepfovea`].
+    DeepfoveaVgg(VggFile),
+}
+
+/// Weights of a VGG network that the user has.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub struct VggFile {
+    /// A file that `fovolnet-train convert-vgg` made.
+    pub weights: PathBuf,
+    /// Whether features are computed in bf16.
+    #[serde(default)]
+    pub bf16: bool,
+}
+
+/// A VGG network with random weights.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
+pub struct RandomVgg {
+    /// All weights follow from it.
+    pub seed: u64,
+    /// Whether features are computed in bf16.
+    pub bf16: bool,
+}
+
+impl Default for RandomVgg {
+    fn default() -> Self {
+        Self { seed: 1, bf16: false }
+    }
 }
 
 impl Default for PerceptualConfig {
@@ -37,10 +83,25 @@ impl PerceptualConfig {
     ///
     /// # Errors
     /// Files that cannot be read or hold other weights.
-    pub fn build(&self, _device: Device) -> Result<Box<dyn Perceptual>> {
-        match self {
-            Self::L1MsSsim(measure) => Ok(Box::new(*measure)),
-        }
+    pub fn build(&self, device: Device) -> Result<Box<dyn Perceptual>> {
+        let vgg =
+            |depth: Depth, file: &VggFile| Vgg::new(depth, &read_tensors(&file.weights, depth)?, device);
+        Ok(match self {
+            Self::L1MsSsim(measure) => Box::new(*measure),
+            Self::FovolnetVgg(file) => {
+                Box::new(VggDistance::fovolnet(vgg(Depth::Vgg19, file)?).with_bf16(file.bf16))
+            }
+            Self::Lpips(file) => {
+                let tensors = read_tensors(&file.weights, Depth::Vgg16)?;
+                Box::new(Lpips::new(&tensors, device)?.with_bf16(file.bf16))
+            }
+            Self::RandomVgg(random) => {
+                Box::new(VggDistance::random(random.seed, device)?.with_bf16(random.bf16))
+            }
+            Self::DeepfoveaVgg(file) => {
+                Box::new(VggDistance::deepfovea(vgg(Depth::Vgg19, file)?).with_bf16(file.bf16))
+            }
+        })
     }
 }
 
@@ -90,6 +151,236 @@ pub fn gradient_l1(output: &Tensor, reference: &Tensor) -> Result<Tensor> {
     let corner = part(0, 0);
     let (down, right) = (part(1, 0) - &corner, part(0, 1) - &corner);
     Ok((mean(&down.abs()) + mean(&right.abs())) * 0.5)
+}
+
+/// Σ_s weight_s · mean |f_s(output) − f_s(reference)| over the stages s of a VGG network.
+#[derive(Debug)]
+pub struct VggDistance {
+    vgg: Vgg,
+    tap: Tap,
+    weights: [f64; STAGES],
+    input: Input,
+    bf16: bool,
+    name: &'static str,
+}
+
+impl VggDistance {
+    /// What the authors of FoVolNet trained with and call LPIPS: the last convolution of each stage of VGG-19 before
+    /// its ReLU, with fixed weights. Features are not normalised, there are no learned heads, and pictures go in as
+    /// they are.
+    pub fn fovolnet(vgg: Vgg) -> Self {
+        Self {
+            vgg,
+            tap: Tap::Last,
+            weights: FOVOLNET,
+            input: Input::Plain,
+            bf16: false,
+            name: "VGG-19 features",
+        }
+    }
+
+    /// As in DeepFovea: the second ReLU of each stage of VGG-19, with the weights of its graph.
+    ///
+    /// How that graph scales pictures for its VGG is not known; here they are standardised as for ImageNet, for
+    /// which torchvision's weights were trained.
+    pub fn deepfovea(vgg: Vgg) -> Self {
+        let name = "VGG-19 features (DeepFovea)";
+        Self { vgg, tap: Tap::SecondRelu, weights: DEEPFOVEA, input: Input::ImageNet, bf16: false, name }
+    }
+
+    /// As [`VggDistance::fovolnet`] with random weights, which follow from `seed`: Liu et al., "A generic perceptual
+    /// loss for modeling structured output dependencies" (2021). Stages weigh such that each contributes the same to
+    /// the distance of made-up pictures from their blurred copies, and all together their mean absolute difference.
+    ///
+    /// # Errors
+    /// None that a caller could cause.
+    pub fn random(seed: u64, device: Device) -> Result<Self> {
+        let vgg = Vgg::random(Depth::Vgg19, seed, device);
+        let name = "random VGG-19 features";
+        let mut random =
+            Self { vgg, tap: Tap::Last, weights: [1.0; STAGES], input: Input::Plain, bf16: false, name };
+        let (blurred, sharp) = calibration_batch(device);
+        random.calibrate(&blurred, &sharp)?;
+        Ok(random)
+    }
+
+    /// Computes features in bf16, if `bf16` says so.
+    #[must_use]
+    pub fn with_bf16(mut self, bf16: bool) -> Self {
+        self.bf16 = bf16;
+        self
+    }
+
+    /// The weights of the stages.
+    pub fn weights(&self) -> [f64; STAGES] {
+        self.weights
+    }
+
+    /// Weighs stages such that each contributes the same to the distance of `output` from `reference`, and all
+    /// together their mean absolute difference.
+    ///
+    /// # Errors
+    /// As [`Perceptual::distance`].
+    pub fn calibrate(&mut self, output: &Tensor, reference: &Tensor) -> Result<()> {
+        tch::no_grad(|| {
+            let plain = mean(&(output - reference).abs()).double_value(&[]);
+            let each = self.stage_distances(output, reference)?;
+            for (weight, distance) in self.weights.iter_mut().zip(each) {
+                *weight = plain / (STAGES as f64 * distance.double_value(&[])).max(f64::MIN_POSITIVE);
+            }
+            Ok(())
+        })
+    }
+
+    /// The mean absolute difference of each stage's features.
+    fn stage_distances(&self, output: &Tensor, reference: &Tensor) -> Result<Vec<Tensor>> {
+        let [output, reference] = features(&self.vgg, self.tap, self.input, self.bf16, [output, reference])?;
+        // Differences are taken and summed in the kind of the pictures, whatever that of features is.
+        Ok(output.iter().zip(&reference).map(|(a, b)| mean(&(a - b).abs())).collect())
+    }
+}
+
+impl Perceptual for VggDistance {
+    fn distance(&self, output: &Tensor, reference: &Tensor) -> Result<Tensor> {
+        let each = self.stage_distances(output, reference)?;
+        let zero = super::zero_like(output);
+        Ok(each.into_iter().zip(self.weights).fold(zero, |sum, (distance, weight)| sum + distance * weight))
+    }
+
+    fn name(&self) -> &'static str {
+        self.name
+    }
+}
+
+/// LPIPS 0.1 with VGG-16: Zhang et al., "The unreasonable effectiveness of deep features as a perceptual metric"
+/// (2018).
+#[derive(Debug)]
+pub struct Lpips {
+    vgg: Vgg,
+    /// The weights of the channels of each stage: \[1, channels, 1, 1\].
+    heads: Vec<Tensor>,
+    bf16: bool,
+}
+
+impl Lpips {
+    /// The measure with the weights among `tensors`: VGG-16 as [`Vgg::new`] wants it, and `lin{s}.model.1.weight`
+    /// \[1, channels, 1, 1\] for the five stages s.
+    ///
+    /// # Errors
+    /// Weights that are missing or do not fit each other.
+    pub fn new(tensors: &std::collections::BTreeMap<String, Tensor>, device: Device) -> Result<Self> {
+        let vgg = Vgg::new(Depth::Vgg16, tensors, device)?;
+        let heads = vgg.channels().into_iter().enumerate().map(|(stage, channels)| {
+            let name = format!("lin{stage}.model.1.weight");
+            let mend = "give LPIPS's own weights/v0.1/vgg.pth with `--heads`";
+            let missing = || wrong(Depth::Vgg16, &format!("the head `{name}` is missing ({mend})"));
+            let head = tensors.get(&name).ok_or_else(missing)?;
+            let (shape, expected) = (head.size(), [1, channels, 1, 1]);
+            if shape != expected {
+                return Err(wrong(Depth::Vgg16, &format!("`{name}` is {shape:?}, not {expected:?}")));
+            }
+            Ok(head.detach().to_kind(Kind::Float).to_device(device))
+        });
+        Ok(Self { heads: heads.collect::<Result<_>>()?, vgg, bf16: false })
+    }
+
+    /// Computes features in bf16, if `bf16` says so.
+    #[must_use]
+    pub fn with_bf16(mut self, bf16: bool) -> Self {
+        self.bf16 = bf16;
+        self
+    }
+}
+
+impl Perceptual for Lpips {
+    fn distance(&self, output: &Tensor, reference: &Tensor) -> Result<Tensor> {
+        let pictures = [output, reference];
+        let [output, reference] = features(&self.vgg, Tap::LastRelu, Input::Lpips, self.bf16, pictures)?;
+        let mut sum = super::zero_like(pictures[0]);
+        for ((a, b), head) in output.iter().zip(&reference).zip(&self.heads) {
+            let difference = (normalised(a) - normalised(b)).square() * head.to_kind(a.kind());
+            sum += mean(&difference.sum_dim_intlist([1i64].as_slice(), true, None));
+        }
+        Ok(sum)
+    }
+
+    fn name(&self) -> &'static str {
+        "LPIPS (VGG-16)"
+    }
+}
+
+/// What pictures in 0…1 become before a network looks at them.
+#[derive(Debug, Clone, Copy)]
+enum Input {
+    /// Nothing else.
+    Plain,
+    /// Standardised with the mean and deviation of ImageNet.
+    ImageNet,
+    /// −1…1, then standardised with LPIPS's own mean and deviation.
+    Lpips,
+}
+
+impl Input {
+    fn of(self, pictures: &Tensor) -> Tensor {
+        let (scale, mean, deviation) = match self {
+            Self::Plain => return pictures.shallow_clone(),
+            Self::ImageNet => (1.0, [0.485, 0.456, 0.406], [0.229, 0.224, 0.225]),
+            Self::Lpips => (2.0, [-0.030, -0.088, -0.188], [0.458, 0.448, 0.450]),
+        };
+        let colour = |values: [f64; 3]| {
+            Tensor::from_slice(&values)
+                .view([1, 3, 1, 1])
+                .to_kind(pictures.kind())
+                .to_device(pictures.device())
+        };
+        (pictures * scale - (scale - 1.0) - colour(mean)) / colour(deviation)
+    }
+}
+
+/// What `vgg` makes of the output and of the reference, which gets no gradients; in the kind of the pictures.
+fn features(
+    vgg: &Vgg,
+    tap: Tap,
+    input: Input,
+    bf16: bool,
+    [output, reference]: [&Tensor; 2],
+) -> Result<[Vec<Tensor>; 2]> {
+    picture_shape(output, reference)?;
+    let kind = output.kind();
+    let look = |pictures: &Tensor| -> Result<Vec<Tensor>> {
+        let pictures = input.of(pictures);
+        let pictures = if bf16 { pictures.to_kind(Kind::BFloat16) } else { pictures };
+        Ok(vgg.features(&pictures, tap)?.iter().map(|map| map.to_kind(kind)).collect())
+    };
+    Ok([look(output)?, tch::no_grad(|| look(reference))?])
+}
+
+/// `features` \[N, C, H, W\] of length 1 at every pixel.
+fn normalised(features: &Tensor) -> Tensor {
+    // LPIPS adds the epsilon to the length alone; a length of 0 has no slope.
+    let squares = features.square().sum_dim_intlist([1i64].as_slice(), true, None);
+    features / (squares.clamp_min(LPIPS_EPSILON * LPIPS_EPSILON).sqrt() + LPIPS_EPSILON)
+}
+
+/// Made-up pictures and their blurred copies, blurred ones first.
+fn calibration_batch(device: Device) -> (Tensor, Tensor) {
+    let options = (Kind::Float, device);
+    let [height, width] = CALIBRATION;
+    let x = Tensor::arange(width, options).view([1, 1, 1, width]) / width as f64;
+    let y = Tensor::arange(height, options).view([1, 1, height, 1]) / height as f64;
+    let phase = |count: i64, step: f64, axis: usize| {
+        let mut shape = [1; 4];
+        shape[axis] = count;
+        Tensor::arange(count, options).view(shape) * step
+    };
+    let (picture, colour) = (phase(4, 1.9, 0), phase(3, 0.7, 1));
+    // Gratings of four octaves, and edges where one of them changes its sign.
+    let wave = |fx: f64, fy: f64| (&x * fx + &y * fy + &picture * (1.0 + 0.1 * fx) + &colour).sin();
+    let gratings =
+        wave(7.0, 4.0) * 0.15 + wave(-11.0, 17.0) * 0.12 + wave(41.0, 23.0) * 0.09 + wave(-71.0, 89.0) * 0.06;
+    let sharp = (gratings + wave(5.0, -9.0).sign() * 0.15 + 0.5).clamp(0.0, 1.0);
+    let small = sharp.avg_pool2d([4, 4], [4, 4], [0, 0], false, true, None);
+    (small.upsample_bilinear2d([height, width], false, None, None), sharp)
 }
 
 #[cfg(test)]
