@@ -8,8 +8,14 @@ use tch::{Kind, Tensor};
 const FAR: f64 = 1e9;
 /// The shares of red, green and blue in grey (ITU-R BT.601), which the authors' training code takes.
 const GREY: [f64; 3] = [0.2989, 0.587, 0.114];
-/// Standard deviation of the weights with which distances are summed over a patch, in pixels.
+/// Pixels along each side of the patches that are compared …
+const PATCH: i64 = 5;
+/// … and standard deviation of their Gaussian weights, in pixels.
 const PATCH_SIGMA: f64 = 2.0;
+/// The median of so many positions along each axis is what a coarser resolution passes on.
+const MEDIAN: i64 = 5;
+/// Divisors are at least this.
+const SMALLEST: f64 = 1e-12;
 
 /// Where the motion between frames comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -63,26 +69,25 @@ pub fn confidence(reference: &Tensor, previous: &Tensor, motion: &Tensor, most: 
 /// Block matching in the manner of Hanika et al., "Fast temporal reprojection without motion vectors" (2021).
 ///
 /// For each pixel the offset is taken, of those in a square window, at which the grey pictures differ least: |a − b|,
-/// summed over a patch with Gaussian weights of σ = 2. Of equally good offsets the smallest wins.
+/// summed over 5×5 pixels with Gaussian weights of σ = 2. Of equally good offsets the smallest wins. What a coarser
+/// resolution finds is refined to fractions of its pixels and freed from outliers before a finer one begins there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FlowSearch {
-    /// Resolutions, each half the one before. What the coarser ones find is where the finer ones begin.
+    /// Resolutions, each half the one before.
     pub levels: usize,
     /// The farthest offset along each axis, in pixels of a level.
     pub radius: i64,
-    /// Pixels of a level along each side of a patch: an odd number.
-    pub patch: i64,
 }
 
 impl FlowSearch {
-    /// What the authors' training code runs: full resolution, 15×15 offsets, patches of 5×5.
+    /// What the authors' training code runs: full resolution, 15×15 offsets.
     pub const fn single_level() -> Self {
-        Self { levels: 1, radius: 7, patch: 5 }
+        Self { levels: 1, radius: 7 }
     }
 
-    /// Four resolutions with 5×5 offsets each, up to 30 pixels in all, and patches of 9×9.
+    /// Four resolutions with 5×5 offsets each, up to 30 pixels in all.
     pub const fn hierarchical() -> Self {
-        Self { levels: 4, radius: 2, patch: 9 }
+        Self { levels: 4, radius: 2 }
     }
 
     /// The motion from `current` to `previous`, both \[N, 3, H, W\]: whole pixels from each position to where it was,
@@ -93,29 +98,33 @@ impl FlowSearch {
 
     /// The motion at `level`, counted from 1, between grey pictures of its resolution.
     fn at_level(&self, level: usize, current: &Tensor, previous: &Tensor) -> Tensor {
-        if level >= self.levels {
-            return self.refined(current, previous, None);
-        }
-        let coarser = self.at_level(level + 1, &halved(current), &halved(previous));
-        self.refined(current, previous, Some(&doubled(&coarser, current)))
+        let start = if level < self.levels {
+            let coarser = self.at_level(level + 1, &halved(current), &halved(previous));
+            doubled(&coarser, current)
+        } else {
+            Tensor::cat(&[current, current], 1).zeros_like()
+        };
+        self.refined(current, previous, &start, level > 1)
     }
 
-    /// The best offset of each pixel, from `base` (whole pixels) on where there is one.
-    fn refined(&self, current: &Tensor, previous: &Tensor, base: Option<&Tensor>) -> Tensor {
+    /// The best offset of each pixel from `start` (whole pixels); if the result `is_coarse`, to fractions of pixels
+    /// and without outliers.
+    fn refined(&self, current: &Tensor, previous: &Tensor, start: &Tensor, is_coarse: bool) -> Tensor {
         let offsets = self.offsets();
-        let start =
-            base.map_or_else(|| Tensor::cat(&[current, current], 1).zeros_like(), Tensor::shallow_clone);
         let mut least = current.full_like(f64::INFINITY);
         let mut choice = current.zeros_like().to_kind(Kind::Int64);
+        let mut distances = Vec::new();
         for (i, &offset) in offsets.iter().enumerate() {
-            let distance = smoothed(&(current - displaced(previous, &start, offset)).abs(), self.patch);
+            let distance = smoothed(&(current - displaced(previous, start, offset)).abs());
             choice = choice.masked_fill(&distance.lt_tensor(&least), i as i64);
             least = least.minimum(&distance);
+            if is_coarse {
+                distances.push(distance);
+            }
         }
-        let table = Tensor::from_slice2(&offsets).to_kind(current.kind()).to_device(current.device());
-        let [n, _, height, width] = four(current);
-        let found = table.index_select(0, &choice.view([-1])).view([n, height, width, 2]);
-        start + found.permute([0, 3, 1, 2])
+        let table = Tensor::from_slice2(&offsets).to_kind(current.kind());
+        let motion = start + looked_up(&table, &choice);
+        if is_coarse { median(&(motion + between(&distances, &choice, &offsets))) } else { motion }
     }
 
     /// All offsets of the window, \[x, y\], the smallest first.
@@ -142,8 +151,45 @@ fn displaced(images: &Tensor, motion: &Tensor, [x, y]: [i64; 2]) -> Tensor {
     let (near_column, near_row) = (column.clamp(0, width - 1), row.clamp(0, height - 1));
     let is_outside = column.ne_tensor(&near_column).logical_or(&row.ne_tensor(&near_row));
     let at = (near_row * width + near_column).view([n, -1]);
-    let read = images.view([n, -1]).gather(1, &at, false).view([n, 1, height, width]);
+    let read = images.reshape([n, -1]).gather(1, &at, false).view([n, 1, height, width]);
     read.masked_fill(&is_outside.unsqueeze(1), 0.0)
+}
+
+/// The rows of `table` \[K, C\] that `choice` \[N, 1, H, W\] names: \[N, C, H, W\].
+fn looked_up(table: &Tensor, choice: &Tensor) -> Tensor {
+    let [n, _, height, width] = four(choice);
+    let rows = table.to_device(choice.device()).index_select(0, &choice.reshape([-1]));
+    rows.view([n, height, width, -1]).permute([0, 3, 1, 2])
+}
+
+/// How far along each axis, in −½…½, distances are least between the offsets around the chosen one: \[N, 2, H, W\].
+///
+/// Absolute differences grow in proportion to the distance from where they are least, with one slope on both sides:
+/// the steeper of the two that are seen.
+fn between(distances: &[Tensor], choice: &Tensor, offsets: &[[i64; 2]]) -> Tensor {
+    let distances = Tensor::cat(distances, 1);
+    let least = distances.gather(1, choice, false);
+    let index = |x: i64, y: i64| offsets.iter().position(|&offset| offset == [x, y]).map(|at| at as i64);
+    let along = [[1, 0], [0, 1]].map(|[dx, dy]| {
+        // At the border of the window one of both is not known.
+        let sides = |(at, &[x, y]): (usize, &[i64; 2])| match (index(x - dx, y - dy), index(x + dx, y + dy)) {
+            (Some(before), Some(after)) => [before, after],
+            _ => [at as i64; 2],
+        };
+        let table: Vec<[i64; 2]> = offsets.iter().enumerate().map(sides).collect();
+        let sides = distances.gather(1, &looked_up(&Tensor::from_slice2(&table), choice), false);
+        let (before, after) = (sides.narrow(1, 0, 1), sides.narrow(1, 1, 1));
+        let slope = before.maximum(&after) - &least;
+        (before - after) / (slope * 2.0).clamp_min(SMALLEST)
+    });
+    // What fits perfectly is not moved, although a flat neighbourhood may fit as well.
+    Tensor::cat(&along, 1).clamp(-0.5, 0.5) * least.gt(0.0).to_kind(least.kind())
+}
+
+/// The median of each component of `motion` around each pixel; at borders the outermost pixels count again.
+fn median(motion: &Tensor) -> Tensor {
+    let padded = motion.replication_pad2d([MEDIAN / 2; 4]);
+    padded.unfold(2, MEDIAN, 1).unfold(3, MEDIAN, 1).flatten(-2, -1).median_dim(-1, false).0
 }
 
 /// The lengths of a tensor of four dimensions.
@@ -170,11 +216,11 @@ fn doubled(motion: &Tensor, like: &Tensor) -> Tensor {
     between.narrow(2, 0, height).narrow(3, 0, width).round()
 }
 
-/// `distances` \[N, 1, H, W\] summed over the patch of `size` pixels around each pixel; outside there are none.
-fn smoothed(distances: &Tensor, size: i64) -> Tensor {
-    let window = gaussian(size, PATCH_SIGMA, distances);
-    let rows = distances.conv2d::<Tensor>(&window.view([1, 1, size, 1]), None, 1, [size / 2, 0], 1, 1);
-    rows.conv2d::<Tensor>(&window.view([1, 1, 1, size]), None, 1, [0, size / 2], 1, 1)
+/// `distances` \[N, 1, H, W\] summed over the patch around each pixel; outside there are none.
+fn smoothed(distances: &Tensor) -> Tensor {
+    let window = gaussian(PATCH, PATCH_SIGMA, distances);
+    let rows = distances.conv2d::<Tensor>(&window.view([1, 1, PATCH, 1]), None, 1, [PATCH / 2, 0], 1, 1);
+    rows.conv2d::<Tensor>(&window.view([1, 1, 1, PATCH]), None, 1, [0, PATCH / 2], 1, 1)
 }
 
 #[cfg(test)]
@@ -203,7 +249,7 @@ mod tests {
     fn block_matching_finds_shifts() {
         let cases = [
             (FlowSearch::single_level(), 0.99, vec![[0, 0], [3, -2], [-7, 7], [6, 1]]),
-            (FlowSearch::hierarchical(), 0.8, vec![[0, 0], [3, -2], [-13, 9], [20, -18]]),
+            (FlowSearch::hierarchical(), 0.95, vec![[0, 0], [3, -2], [-13, 9], [20, -18]]),
         ];
         for (search, least, shifts) in cases {
             for shift in shifts {
