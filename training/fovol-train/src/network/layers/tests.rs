@@ -187,9 +187,26 @@ fn gradient_error(layer: &Function<'_>, tensors: &[Tensor], number: usize, tenso
 
 #[test]
 fn motion_that_is_no_number_leads_outside() {
-    let image = Tensor::ones([1, 2, 4, 6], (Kind::Float, tch::Device::Cpu));
+    let image = Tensor::ones([1, 2, 4, 6], (Kind::Float, Device::Cpu));
     for motion in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-        let motion = Tensor::full([1, 2, 8, 12], motion, (Kind::Float, tch::Device::Cpu));
+        let motion = Tensor::full([1, 2, 8, 12], motion, (Kind::Float, Device::Cpu));
         assert_eq!(warp(&image, &motion).abs().sum(Kind::Float).double_value(&[]), 0.0);
+    }
+}
+
+#[test]
+fn both_ways_to_filter_are_the_same() {
+    let options = (Kind::Double, Device::Cpu);
+    let weights = Tensor::rand([2, 9, 5, 7], options).set_requires_grad(true);
+    let image = Tensor::rand([2, 3, 5, 7], options).set_requires_grad(true);
+    let values = |filter: fn(&Tensor, &Tensor) -> Tensor| {
+        let out = filter(&weights, &image);
+        let energy = (&out * &out).sum(Kind::Double);
+        let mut values = Tensor::run_backward(&[energy], &[&weights, &image], false, false);
+        values.push(out);
+        values
+    };
+    for (a, b) in values(filtered_by_views).iter().zip(values(filtered_unfolded)) {
+        assert!((a - b).abs().max().double_value(&[]) < 1e-13);
     }
 }
