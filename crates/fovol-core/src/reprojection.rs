@@ -16,6 +16,8 @@ pub struct Reprojection {
     /// m.
     parallax: Vec3,
     size: [f32; 2],
+    /// The pixel that is counted as (0, 0).
+    corner: [f32; 2],
 }
 
 impl Reprojection {
@@ -41,7 +43,19 @@ impl Reprojection {
             direction: directions.map(DVec3::as_vec3),
             parallax: (project * (camera.eye - other.eye)).as_vec3(),
             size: [w as f32, h as f32],
+            corner: [0.0; 2],
         }
+    }
+
+    /// The same for a part of both frames whose top left pixel is (`x`, `y`): pixels are then counted from there.
+    #[must_use]
+    pub fn of_part(mut self, x: u32, y: u32) -> Self {
+        let (x, y) = (x as f32, y as f32);
+        for v in [&mut self.base, &mut self.direction] {
+            v[0] += v[1] * x + v[2] * y;
+        }
+        self.corner = [self.corner[0] + x, self.corner[1] + y];
+        self
     }
 
     /// The way in pixels, x right and y down, from pixel (`x`, `y`) to where the same point is seen in the other
@@ -52,8 +66,8 @@ impl Reprojection {
         let at = |v: &[Vec3; 3]| v[0] + v[1] * x + v[2] * y;
         let seen = at(&self.base) + self.parallax * (inverse_distance * at(&self.direction).length());
         let ahead = if seen.x > 1e-6 { seen.x } else { 1e-6 };
-        let [w, h] = self.size;
-        [(seen.y / ahead + 1.0) * 0.5 * w - 0.5 - x, (1.0 - seen.z / ahead) * 0.5 * h - 0.5 - y]
+        let ([w, h], [left, top]) = (self.size, self.corner);
+        [(seen.y / ahead + 1.0) * 0.5 * w - 0.5 - left - x, (1.0 - seen.z / ahead) * 0.5 * h - 0.5 - top - y]
     }
 }
 
@@ -91,6 +105,15 @@ mod tests {
             prop_assert!((found[0] - expected[0]).abs() < 1e-4 * scale, "{found:?} {expected:?}");
             prop_assert!((found[1] - expected[1]).abs() < 1e-4 * scale, "{found:?} {expected:?}");
         }
+    }
+
+    #[test]
+    fn a_part_moves_as_the_whole() {
+        let size = FrameSize::new(640, 360).unwrap();
+        let cameras = [20.0, 23.0].map(|azimuth| Camera::on_sphere(azimuth, 10.0, 2.0, 40.0));
+        let whole = Reprojection::new(&cameras[0], &cameras[1], size);
+        let [a, b] = [whole.motion(213.0, 107.0, 0.5), whole.of_part(200, 100).motion(13.0, 7.0, 0.5)];
+        assert!((a[0] - b[0]).abs() < 1e-3 && (a[1] - b[1]).abs() < 1e-3, "{a:?} {b:?}");
     }
 
     #[test]

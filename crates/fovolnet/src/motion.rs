@@ -1,6 +1,6 @@
 //! Where every pixel was in the last frame, as far as sparse samples tell.
 
-use fovol_core::{Camera, Frame, FrameSize, Reprojection, SampleList};
+use fovol_core::{Camera, Frame, Reprojection, SampleList};
 use fovol_net::Fill;
 use fovol_render::cpu::march::Marched;
 use rayon::prelude::*;
@@ -24,17 +24,18 @@ pub fn motion(list: &SampleList, marched: &[Marched], camera: &Camera, previous:
             known.pixels_mut()[pixel.index(size.width)] = [1.0 / sample.depth, 0.0, 0.0, 1.0];
         }
     }
-    reprojected(&Fill::PullPush.reconstruct(&known), camera, previous, size)
+    motion_of_depths(&known, &Reprojection::new(camera, previous, size))
 }
 
-/// The motion of inverse distances, which are the red of `known`.
-fn reprojected(known: &Frame, camera: &Camera, previous: &Camera, size: FrameSize) -> Vec<[f32; 2]> {
-    let reprojection = Reprojection::new(camera, previous, size);
-    let width = size.width as usize;
-    let mut motion = vec![[0.0; 2]; size.pixels()];
-    let rows = motion.par_chunks_mut(width).zip(known.pixels().par_chunks(width)).enumerate();
-    rows.for_each(|(y, (to, known))| {
-        for (x, (to, pixel)) in to.iter_mut().zip(known).enumerate() {
+/// The motion that `reprojection` gives the inverse distances in the red of `known`: those of its pixels with alpha 1,
+/// filled between by pull-push. Nothing moves where there are none.
+pub fn motion_of_depths(known: &Frame, reprojection: &Reprojection) -> Vec<[f32; 2]> {
+    let filled = Fill::PullPush.reconstruct(known);
+    let width = known.size().width as usize;
+    let mut motion = vec![[0.0; 2]; known.size().pixels()];
+    let rows = motion.par_chunks_mut(width).zip(filled.pixels().par_chunks(width)).enumerate();
+    rows.for_each(|(y, (to, filled))| {
+        for (x, (to, pixel)) in to.iter_mut().zip(filled).enumerate() {
             if pixel[0] > 0.0 {
                 *to = reprojection.motion(x as f32, y as f32, pixel[0]);
             }
@@ -46,7 +47,7 @@ fn reprojected(known: &Frame, camera: &Camera, previous: &Camera, size: FrameSiz
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fovol_core::{CameraPath, ControlPoint, Grid, Pixel, Scene, TransferFunction, Volume};
+    use fovol_core::{CameraPath, ControlPoint, FrameSize, Grid, Pixel, Scene, TransferFunction, Volume};
     use fovol_render::cpu::{RenderOptions, Renderer};
     use std::sync::Arc;
 

@@ -10,9 +10,40 @@ pub enum Error {
     /// A saved state that does not belong here.
     #[error("the saved state cannot be used: {0}")]
     Saved(String),
+    /// A clip that cannot be made or used.
+    #[error("{0}")]
+    Clip(String),
+    /// A file that cannot be read or written.
+    #[error("cannot {action} {path}: {why}")]
+    File {
+        /// What was tried.
+        action: &'static str,
+        /// On which file.
+        path: String,
+        /// Why it failed.
+        why: String,
+    },
+    /// Something of the renderer.
+    #[error(transparent)]
+    Render(#[from] fovolnet::Error),
+    /// Numbers that no scene has.
+    #[error(transparent)]
+    Scene(#[from] fovol_core::Error),
+    /// Settings that do not fit together.
+    #[error("{0}")]
+    Config(String),
+    /// A run that went astray.
+    #[error("{0}")]
+    Diverged(String),
     /// Something that libtorch refuses.
     #[error("libtorch: {0}")]
     Torch(#[from] tch::TchError),
+}
+
+impl Error {
+    pub(crate) fn file(action: &'static str, path: &std::path::Path, why: &std::io::Error) -> Self {
+        Self::File { action, path: path.display().to_string(), why: why.to_string() }
+    }
 }
 
 /// What can fail here.

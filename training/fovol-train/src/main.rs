@@ -1,11 +1,13 @@
 //! The command `fovolnet-train`.
 
 mod bench_step;
+mod train;
 
 use bench_step::BenchStep;
 use clap::{Parser, Subcommand};
 use fovol_train::loss;
 use std::path::{Path, PathBuf};
+use train::Train;
 
 /// Trains reconstruction networks.
 #[derive(Parser)]
@@ -17,6 +19,8 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
+    /// Make clips and train a network on them
+    Train(Train),
     /// Show what libtorch finds on this machine
     Check,
     /// Convert torchvision's weights of VGG into the file that perceptual losses read
@@ -36,6 +40,7 @@ enum Command {
 
 fn main() -> anyhow::Result<()> {
     match Arguments::parse().command {
+        Command::Train(train) => train.run()?,
         Command::Check => check(),
         Command::ConvertVgg { weights, output, heads } => convert_vgg(&weights, heads.as_deref(), &output)?,
         Command::BenchStep(bench) => bench.run()?,

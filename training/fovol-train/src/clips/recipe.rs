@@ -1,0 +1,143 @@
+use super::journey::Journey;
+use super::transfer::random_transfer;
+use super::{LENGTH, SIDE};
+use crate::{Error, Result};
+use fovol_core::{FrameSize, Light, Scene, Shading, ShadowMode, SurfaceShading};
+use fovolnet::{OpenVolume, VolumeSettings, open_volume, presets};
+use glam::DVec3;
+use rand::{Rng, RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// Where a volume comes from.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum VolumeSource {
+    /// A procedural volume: its name, voxels along each side, and seed.
+    Procedural(String, usize, u64),
+    /// A file or folder.
+    File(PathBuf),
+}
+
+impl fmt::Display for VolumeSource {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Procedural(name, side, seed) => write!(f, "{name}:{side}:{seed}"),
+            Self::File(path) => write!(f, "{}", path.display()),
+        }
+    }
+}
+
+impl VolumeSource {
+    /// `NAME:SIDE:SEED` of a procedural volume, or a path.
+    ///
+    /// # Errors
+    /// A side or seed that is no number.
+    pub fn parse(text: &str) -> Result<Self> {
+        let parts: Vec<&str> = text.split(':').collect();
+        let [name, side, seed] = parts[..] else { return Ok(Self::File(text.into())) };
+        if name.parse::<fovolnet::io::procedural::Procedural>().is_err() {
+            return Ok(Self::File(text.into()));
+        }
+        let wrong =
+            |_| Error::Clip(format!("`{text}` names no volume; write NAME:SIDE:SEED, as in head:128:7"));
+        Ok(Self::Procedural(name.into(), side.parse().map_err(wrong)?, seed.parse().map_err(wrong)?))
+    }
+
+    /// The volume.
+    ///
+    /// # Errors
+    /// A file that cannot be read.
+    pub fn open(&self) -> Result<OpenVolume> {
+        match self {
+            Self::File(path) => Ok(open_volume(&path.to_string_lossy(), &VolumeSettings::default())?),
+            Self::Procedural(name, side, seed) => {
+                let kind = name.parse().map_err(|e| Error::Clip(format!("{e}")))?;
+                let volume = fovolnet::io::procedural::make(kind, [*side; 3], *seed);
+                let volume = Arc::new(volume.map_err(|e| Error::Clip(e.to_string()))?);
+                Ok(OpenVolume { volume, source: name.clone(), procedural: Some(kind) })
+            }
+        }
+    }
+}
+
+/// All that a clip is made from.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Recipe {
+    /// The number that everything is drawn from.
+    pub seed: u64,
+    /// What is shown.
+    pub source: VolumeSource,
+    /// Rows and columns of the part.
+    pub side: u32,
+    /// How many frames.
+    pub length: usize,
+}
+
+/// Heights of the frames that clips are parts of; their widths are 16/9 of these.
+const HEIGHTS: [u32; 4] = [480, 720, 720, 1080];
+
+impl Recipe {
+    /// The recipe of number `seed` for the volume of `source`.
+    pub fn draw(seed: u64, source: &VolumeSource) -> Self {
+        Self { seed, source: source.clone(), side: SIDE as u32, length: LENGTH }
+    }
+
+    /// The same for a part of `side`² pixels and `length` frames.
+    #[must_use]
+    pub fn with_part(self, side: u32, length: usize) -> Self {
+        Self { side, length, ..self }
+    }
+
+    /// The draw number `attempt`: some show next to nothing and are drawn again.
+    pub(super) fn attempt(&self, volume: &OpenVolume, attempt: u64) -> Result<Attempt> {
+        let random = &mut ChaCha8Rng::seed_from_u64(self.seed);
+        random.set_stream(attempt);
+        let transfer = match random.random::<f64>() {
+            x if x < 0.35 => presets::find("auto", volume)?,
+            _ => random_transfer(random, &volume.volume.histogram(256, volume.volume.range()))?,
+        };
+        let mut scene = Scene::new(volume.volume.clone(), transfer);
+        scene.step = [0.5, 0.5, 0.75, 1.0][random.random_range(0..4)];
+        scene.shading = shading(random)?;
+        let height = HEIGHTS[random.random_range(0..HEIGHTS.len())].max(self.side);
+        let whole = FrameSize::new(height * 16 / 9, height)?;
+        let journey = Journey::draw(random, self.length);
+        let corner = [whole.width, whole.height].map(|side| {
+            // Around the middle, where the volume is: the sum of two uniform numbers is highest there.
+            let free = f64::from(side - self.side);
+            (free * 0.5 * (random.random::<f64>() + random.random::<f64>())) as u32
+        });
+        Ok(Attempt { scene, whole, corner, cameras: journey.cameras(self.length) })
+    }
+}
+
+/// A clip that may or may not show something.
+pub(super) struct Attempt {
+    pub scene: Scene,
+    pub whole: FrameSize,
+    pub corner: [u32; 2],
+    pub cameras: Vec<fovol_core::Camera>,
+}
+
+fn shading(random: &mut impl Rng) -> Result<Shading> {
+    let [x, y, z] = [(); 3].map(|()| random.random::<f64>() * 2.0 - 1.0);
+    let from_above = random.random::<f64>() < 0.8;
+    let y = if from_above { y.abs() + 0.2 } else { y };
+    let surface = if random.random::<f64>() < 0.4 { SurfaceShading::Gradient } else { SurfaceShading::Flat };
+    // Cached shadows look much the same and cost a small part.
+    let shadows = match random.random::<f64>() {
+        x if x < 0.35 => ShadowMode::On,
+        x if x < 0.9 => ShadowMode::Cached,
+        _ => ShadowMode::Off,
+    };
+    Ok(Shading {
+        light: Light::towards(DVec3::new(x, y, z + 1e-3))?,
+        ambient: 0.1 + 0.4 * random.random::<f64>(),
+        shadows,
+        surface,
+    })
+}

@@ -1,0 +1,135 @@
+use super::recipe::{Recipe, VolumeSource};
+use super::{Clip, record};
+use crate::{Error, Result};
+use fovolnet::OpenVolume;
+use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// A folder of clips, and the list that says how each was made.
+#[derive(Debug, Clone)]
+pub struct ClipSet {
+    folder: PathBuf,
+    recipes: Vec<Recipe>,
+}
+
+/// What stands in `clips.json`.
+#[derive(Serialize, Deserialize)]
+struct List {
+    recipes: Vec<Recipe>,
+}
+
+/// The name of the list.
+const LIST: &str = "clips.json";
+
+impl ClipSet {
+    /// The set of `count` clips in `folder`, of one volume of `sources` after the other, numbered from `first_seed`; clips are made
+    /// by [`Self::make`].
+    pub fn plan(folder: &Path, sources: &[VolumeSource], count: usize, first_seed: u64) -> Self {
+        let volumes = sources.len().max(1);
+        let recipes = (0..count).filter_map(|i| {
+            // One volume after the other, so that a set that is not complete yet shows all of them.
+            let source = sources.get(i % volumes)?;
+            Some(Recipe::draw(first_seed + i as u64, source))
+        });
+        Self { folder: folder.to_owned(), recipes: recipes.collect() }
+    }
+
+    /// The set in `folder` as far as it has been made.
+    ///
+    /// # Errors
+    /// A folder without a list, or with one that cannot be read.
+    pub fn open(folder: &Path) -> Result<Self> {
+        let path = folder.join(LIST);
+        let text = fs::read_to_string(&path).map_err(|e| Error::file("read", &path, &e))?;
+        let list: List = serde_json::from_str(&text)
+            .map_err(|e| Error::Clip(format!("{}: it is no list of clips ({e})", path.display())))?;
+        let set = Self { folder: folder.to_owned(), recipes: list.recipes };
+        let made = set.recipes.iter().filter(|recipe| set.path(recipe).is_file()).cloned().collect();
+        Ok(Self { recipes: made, ..set })
+    }
+
+    /// How many clips it has.
+    pub fn len(&self) -> usize {
+        self.recipes.len()
+    }
+
+    /// Whether it has none.
+    pub fn is_empty(&self) -> bool {
+        self.recipes.is_empty()
+    }
+
+    /// How clip `i` was made.
+    pub fn recipe(&self, i: usize) -> &Recipe {
+        &self.recipes[i]
+    }
+
+    /// Reads clip `i`.
+    ///
+    /// # Errors
+    /// A file that cannot be read.
+    pub fn clip(&self, i: usize) -> Result<Clip> {
+        Clip::read(&self.path(&self.recipes[i]))
+    }
+
+    /// Makes the clips that are not there yet, and calls `progress` with how many are; it answers whether to go on.
+    /// Volumes of which nothing can be seen are left out and named in the answer.
+    ///
+    /// # Errors
+    /// Volumes that cannot be read, files that cannot be written.
+    pub fn make(&self, mut progress: impl FnMut(usize) -> bool) -> Result<Vec<String>> {
+        fs::create_dir_all(&self.folder).map_err(|e| Error::file("make", &self.folder, &e))?;
+        let list = serde_json::to_string(&List { recipes: self.recipes.clone() });
+        let path = self.folder.join(LIST);
+        fs::write(&path, list.map_err(|e| Error::Clip(e.to_string()))?)
+            .map_err(|e| Error::file("write", &path, &e))?;
+        let mut open: HashMap<VolumeSource, OpenVolume> = HashMap::new();
+        let mut left_out: Vec<String> = Vec::new();
+        for (i, recipe) in self.recipes.iter().enumerate() {
+            if !progress(i) {
+                break;
+            }
+            let path = self.path(recipe);
+            if path.is_file() || left_out.contains(&recipe.source.to_string()) {
+                continue;
+            }
+            let volume = match open.entry(recipe.source.clone()) {
+                Entry::Occupied(open) => open.into_mut(),
+                Entry::Vacant(closed) => closed.insert(recipe.source.open()?),
+            };
+            match record(recipe, volume) {
+                Ok(clip) => clip.write(&path)?,
+                Err(_) => left_out.push(recipe.source.to_string()),
+            }
+        }
+        Ok(left_out)
+    }
+
+    fn path(&self, recipe: &Recipe) -> PathBuf {
+        self.folder.join(format!("clip_{:06}.zst", recipe.seed))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_set_goes_on_where_it_stopped() {
+        let folder = tempfile::tempdir().unwrap();
+        let sources = ["marschner-lobb:16:0", "marschner-lobb:20:1"].map(|s| VolumeSource::parse(s).unwrap());
+        let mut set = ClipSet::plan(folder.path(), &sources, 4, 100);
+        set.recipes.iter_mut().for_each(|recipe| *recipe = recipe.clone().with_part(16, 2));
+        set.make(|made| made < 2).unwrap();
+        assert_eq!(ClipSet::open(folder.path()).unwrap().len(), 2);
+        let first = fs::read(set.path(&set.recipes[0])).unwrap();
+        set.make(|_| true).unwrap();
+        let open = ClipSet::open(folder.path()).unwrap();
+        assert_eq!(open.len(), 4);
+        assert_eq!([2, 3].map(|i| open.recipe(i).source.clone()), sources);
+        assert_eq!(fs::read(set.path(&set.recipes[0])).unwrap(), first);
+        assert_eq!(open.clip(2).unwrap().len(), 2);
+    }
+}

@@ -1,0 +1,372 @@
+//! What a network is given of a clip, and what it is to make of it.
+//!
+//! Every time a clip is used it is augmented as in Table 2 of the paper, a gaze and a density are drawn, and its frames
+//! are sampled with the masks that the program itself would use (ALGORITHMS §9.3): blue in space and time, denser where
+//! the eye looks. The motion is found from the depths of the samples alone, as at run time.
+
+use crate::clips::Clip;
+use fovol_core::Frame;
+use fovolnet::motion_of_depths;
+use fovolnet::render::noise::{Noise, NoiseKind};
+use rand::{Rng, RngExt};
+use serde::{Deserialize, Serialize};
+use tch::{Device, Kind, Tensor};
+
+/// How clips are varied and sampled.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+pub struct LessonConfig {
+    /// Least and most density away from the gaze; drawn evenly in its logarithm.
+    pub base: [f64; 2],
+    /// Least and most standard deviation of the fovea, in pixels.
+    pub sigma: [f64; 2],
+    /// How often there is no fovea.
+    pub without_fovea: f64,
+    /// How often each augmentation is applied.
+    pub augment: Augment,
+}
+
+/// The probabilities of the augmentations: Table 2 of the paper.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Augment {
+    /// Permutes the channels.
+    pub colours: f64,
+    /// Exchanges left and right.
+    pub flip_horizontal: f64,
+    /// Exchanges top and bottom.
+    pub flip_vertical: f64,
+    /// Makes grey of colours.
+    pub grey: f64,
+    /// Stops the clip at a frame.
+    pub still: f64,
+    /// Blanks a border of up to [`MOST_PADDING`] pixels.
+    pub padding: f64,
+}
+
+/// The widest blank border, pixels.
+pub const MOST_PADDING: u32 = 32;
+
+impl Default for LessonConfig {
+    fn default() -> Self {
+        Self { base: [0.008, 0.12], sigma: [10.0, 60.0], without_fovea: 0.3, augment: Augment::default() }
+    }
+}
+
+impl Default for Augment {
+    fn default() -> Self {
+        Self { colours: 0.6, flip_horizontal: 0.5, flip_vertical: 0.5, grey: 0.3, still: 0.3, padding: 0.1 }
+    }
+}
+
+/// One frame of a batch of clips.
+#[derive(Debug)]
+pub struct LessonFrame {
+    /// Sampled colours, 0 elsewhere: \[batch, 3, rows, columns\].
+    pub colour: Tensor,
+    /// 1 where sampled: \[batch, 1, rows, columns\].
+    pub mask: Tensor,
+    /// Pixels to the previous position, as the samples tell: \[batch, 2, rows, columns\].
+    pub motion: Tensor,
+    /// The same, as all pixels tell.
+    pub true_motion: Tensor,
+    /// The full frame: \[batch, 3, rows, columns\].
+    pub target: Tensor,
+}
+
+impl LessonFrame {
+    /// The same on `device`.
+    #[must_use]
+    pub fn to_device(&self, device: Device) -> Self {
+        let to = |tensor: &Tensor| tensor.to_device(device);
+        Self {
+            colour: to(&self.colour),
+            mask: to(&self.mask),
+            motion: to(&self.motion),
+            true_motion: to(&self.true_motion),
+            target: to(&self.target),
+        }
+    }
+}
+
+/// Frames of `length` of each of `clips`, side by side as a batch; all clips are of one size.
+pub fn lesson(
+    clips: &[Clip],
+    length: usize,
+    config: &LessonConfig,
+    random: &mut impl Rng,
+) -> Vec<LessonFrame> {
+    let noise = Noise::new(NoiseKind::Stbn, 0);
+    let single: Vec<Vec<LessonFrame>> = clips
+        .iter()
+        .map(|clip| {
+            let variation = Variation::draw(clip, length, config, random);
+            (0..length.min(clip.len())).map(|t| variation.frame(clip, t, &noise)).collect()
+        })
+        .collect();
+    let frames = single.iter().map(Vec::len).min().unwrap_or(0);
+    let beside = |part: fn(&LessonFrame) -> &Tensor, t: usize| {
+        Tensor::cat(&single.iter().map(|frames| part(&frames[t])).collect::<Vec<_>>(), 0)
+    };
+    (0..frames)
+        .map(|t| LessonFrame {
+            colour: beside(|f| &f.colour, t),
+            mask: beside(|f| &f.mask, t),
+            motion: beside(|f| &f.motion, t),
+            true_motion: beside(|f| &f.true_motion, t),
+            target: beside(|f| &f.target, t),
+        })
+        .collect()
+}
+
+/// What is drawn for a clip.
+struct Variation {
+    /// Where each channel comes from.
+    channels: [usize; 3],
+    is_grey: bool,
+    flips: Vec<i64>,
+    /// The frame at which the clip stops.
+    stop: usize,
+    /// Blank columns and rows: left, top, right, bottom.
+    border: [u32; 4],
+    base: f64,
+    /// 0 for no fovea.
+    sigma: f64,
+    /// Where the gaze begins and ends, pixels of the part.
+    gaze: [[f64; 2]; 2],
+    /// Where in the noise the part lies, and at which slice it begins.
+    offset: [u32; 3],
+    length: usize,
+}
+
+impl Variation {
+    fn draw(clip: &Clip, length: usize, config: &LessonConfig, random: &mut impl Rng) -> Self {
+        let augment = &config.augment;
+        let mut happens = |probability: f64| random.random::<f64>() < probability;
+        let [colours, horizontal, vertical, is_grey, still, padding] = [
+            augment.colours,
+            augment.flip_horizontal,
+            augment.flip_vertical,
+            augment.grey,
+            augment.still,
+            augment.padding,
+        ]
+        .map(&mut happens);
+        let has_fovea = !happens(config.without_fovea);
+        let between = |random: &mut dyn FnMut() -> f64, [low, high]: [f64; 2]| low + (high - low) * random();
+        let mut unit = || random.random::<f64>();
+        let side = [clip.scenery.part.width, clip.scenery.part.height].map(f64::from);
+        // The eye mostly looks elsewhere: most of a frame is not a fovea.
+        let mut look = || side.map(|side| (unit() * 2.0 - 0.5) * side);
+        let gaze = [look(), look()];
+        let base = between(&mut unit, config.base.map(f64::ln)).exp();
+        let sigma = if has_fovea { between(&mut unit, config.sigma) } else { 0.0 };
+        let stop = match still {
+            false => clip.len(),
+            true if unit() < 0.5 => 0,
+            true => (unit() * clip.len() as f64) as usize,
+        };
+        let mut border = [0; 4];
+        if padding {
+            border = border.map(|_: u32| (unit() * f64::from(MOST_PADDING + 1)) as u32);
+        }
+        let mut channels = [0, 1, 2];
+        if colours {
+            for i in [2, 1] {
+                channels.swap(i, (unit() * (i + 1) as f64) as usize);
+            }
+        }
+        let offset = [128.0, 128.0, 64.0].map(|most| (unit() * most) as u32);
+        let flips = [(horizontal, 3), (vertical, 2)].into_iter().filter(|flip| flip.0).map(|flip| flip.1);
+        Self { channels, is_grey, flips: flips.collect(), stop, border, base, sigma, gaze, offset, length }
+    }
+
+    fn frame(&self, clip: &Clip, t: usize, noise: &Noise) -> LessonFrame {
+        let shown = t.min(self.stop);
+        let before = if t == 0 { 0 } else { (t - 1).min(self.stop) };
+        let size = clip.scenery.part;
+        let (width, height) = (size.width as usize, size.height as usize);
+        let pixels = size.pixels();
+        let mut target = vec![0.0f32; 3 * pixels];
+        let mut mask = vec![0.0f32; pixels];
+        let (mut sparse, mut full) = (Frame::new(size), Frame::new(size));
+        let sampled = self.sampled(size.width, size.height, t, noise);
+        for at in 0..pixels {
+            if self.is_blank(at % width, at / width, width, height) {
+                mask[at] = f32::from(u8::from(sampled[at]));
+                continue;
+            }
+            let colour: [u8; 3] = std::array::from_fn(|c| clip.frames[shown][3 * at + c]);
+            let colour = self.recoloured(colour);
+            (0..3).for_each(|c| target[c * pixels + at] = colour[c]);
+            let distance = clip.inverse_distances[shown][at].to_f32();
+            if distance > 0.0 {
+                full.pixels_mut()[at] = [distance, 0.0, 0.0, 1.0];
+            }
+            if sampled[at] {
+                mask[at] = 1.0;
+                sparse.pixels_mut()[at] = full.pixels()[at];
+            }
+        }
+        let moves = |known: &Frame| -> Tensor {
+            let still = || vec![[0.0; 2]; pixels];
+            let motion = match shown == before {
+                true => still(),
+                false => motion_of_depths(known, &clip.reprojection(shown, before)),
+            };
+            let planes: Vec<f32> = (0..2).flat_map(|c| motion.iter().map(move |m| m[c])).collect();
+            self.flipped_motion(&Tensor::from_slice(&planes).view([1, 2, height as i64, width as i64]))
+        };
+        let image = |data: &[f32], channels: i64| {
+            self.flipped(&Tensor::from_slice(data).view([1, channels, height as i64, width as i64]))
+        };
+        let (target, mask) = (image(&target, 3), image(&mask, 1));
+        LessonFrame {
+            colour: &target * &mask,
+            motion: moves(&sparse),
+            true_motion: moves(&full),
+            mask,
+            target,
+        }
+    }
+
+    /// Which pixels of frame `t` are sampled.
+    fn sampled(&self, width: u32, height: u32, t: usize, noise: &Noise) -> Vec<bool> {
+        let along = if self.length > 1 { t as f64 / (self.length - 1) as f64 } else { 0.0 };
+        let gaze: [f64; 2] =
+            std::array::from_fn(|a| self.gaze[0][a] + (self.gaze[1][a] - self.gaze[0][a]) * along);
+        let [left, top, slice] = self.offset;
+        let noise = noise.frame(slice + t as u32);
+        let levels = f64::from(noise.levels());
+        let falloff = |at: u32, gaze: f64| {
+            if self.sigma > 0.0 {
+                (-0.5 * ((f64::from(at) + 0.5 - gaze) / self.sigma).powi(2)).exp()
+            } else {
+                0.0
+            }
+        };
+        let columns: Vec<f64> = (0..width).map(|x| falloff(x, gaze[0])).collect();
+        let mut sampled = Vec::with_capacity((width * height) as usize);
+        for y in 0..height {
+            let row = falloff(y, gaze[1]);
+            sampled.extend((0..width).map(|x| {
+                let density = self.base + (1.0 - self.base) * row * columns[x as usize];
+                (f64::from(noise.rank(x + left, y + top)) + 0.5) / levels < density
+            }));
+        }
+        sampled
+    }
+
+    fn is_blank(&self, x: usize, y: usize, width: usize, height: usize) -> bool {
+        let [left, top, right, bottom] = self.border.map(|side| side as usize);
+        x < left || y < top || x + right >= width || y + bottom >= height
+    }
+
+    fn recoloured(&self, colour: [u8; 3]) -> [f32; 3] {
+        let colour = self.channels.map(|c| f32::from(colour[c]) / 255.0);
+        if self.is_grey { [(colour[0] + colour[1] + colour[2]) / 3.0; 3] } else { colour }
+    }
+
+    fn flipped(&self, image: &Tensor) -> Tensor {
+        if self.flips.is_empty() { image.shallow_clone() } else { image.flip(self.flips.as_slice()) }
+    }
+
+    /// What points right points left once left and right are exchanged.
+    fn flipped_motion(&self, motion: &Tensor) -> Tensor {
+        let sign = |axis: i64| if self.flips.contains(&axis) { -1.0f32 } else { 1.0 };
+        let signs = Tensor::from_slice(&[sign(3), sign(2)]).view([1, 2, 1, 1]);
+        self.flipped(motion) * signs.to_kind(Kind::Float)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::clips::{Recipe, VolumeSource, record};
+    use crate::loss::flow::warp;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+
+    fn clip() -> Clip {
+        let recipe = Recipe::draw(11, &VolumeSource::parse("marschner-lobb:24:0").unwrap()).with_part(64, 4);
+        record(&recipe, &recipe.source.open().unwrap()).unwrap()
+    }
+
+    fn plain() -> LessonConfig {
+        let none = Augment {
+            colours: 0.0,
+            flip_horizontal: 0.0,
+            flip_vertical: 0.0,
+            grey: 0.0,
+            still: 0.0,
+            padding: 0.0,
+        };
+        LessonConfig { base: [0.05, 0.05], without_fovea: 1.0, augment: none, ..LessonConfig::default() }
+    }
+
+    fn largest(tensor: &Tensor) -> f64 {
+        tensor.abs().max().double_value(&[])
+    }
+
+    #[test]
+    fn samples_are_the_target_where_the_mask_is_one() {
+        let clip = clip();
+        let frames = lesson(std::slice::from_ref(&clip), 4, &plain(), &mut ChaCha8Rng::seed_from_u64(1));
+        assert_eq!(frames.len(), 4);
+        for frame in &frames {
+            assert_eq!(frame.colour.size(), [1, 3, 64, 64]);
+            assert_eq!(largest(&(&frame.colour - &frame.target * &frame.mask)), 0.0);
+            let density = frame.mask.mean(Kind::Float).double_value(&[]);
+            assert!((density - 0.05).abs() < 0.02, "{density}");
+        }
+        assert!(largest(&(&frames[0].mask - &frames[1].mask)) > 0.0);
+        assert!(largest(&frames[0].motion) == 0.0);
+    }
+
+    #[test]
+    fn flips_turn_pictures_and_motion_alike() {
+        let clip = clip();
+        let config = plain();
+        let flipped = Augment { flip_horizontal: 1.0, flip_vertical: 1.0, ..config.augment.clone() };
+        let draw = |augment: &Augment| {
+            let config = LessonConfig { augment: augment.clone(), ..config.clone() };
+            lesson(std::slice::from_ref(&clip), 4, &config, &mut ChaCha8Rng::seed_from_u64(2))
+        };
+        let (plain, turned) = (draw(&config.augment), draw(&flipped));
+        for (a, b) in plain.iter().zip(&turned) {
+            assert_eq!(largest(&(a.target.flip([2, 3]) - &b.target)), 0.0);
+            assert_eq!(largest(&(a.true_motion.flip([2, 3]) + &b.true_motion)), 0.0);
+        }
+        assert!(largest(&plain[2].true_motion) > 0.0);
+    }
+
+    #[test]
+    fn a_still_clip_repeats_its_frame_under_new_masks() {
+        let mut config = plain();
+        config.augment.still = 1.0;
+        let clip = clip();
+        let mut random = ChaCha8Rng::seed_from_u64(5);
+        let frames = (0..9).map(|_| lesson(std::slice::from_ref(&clip), 4, &config, &mut random));
+        let last = frames.map(|frames| largest(&(&frames[3].target - &frames[2].target)));
+        // Where it stops before the last frame, the last two are alike.
+        assert!(last.filter(|&difference| difference == 0.0).count() > 3);
+    }
+
+    #[test]
+    fn the_last_frame_moved_along_the_motion_is_nearer_to_this_frame() {
+        let (mut still, mut moved) = (0.0, 0.0);
+        for seed in 10..22 {
+            let recipe = Recipe::draw(seed, &VolumeSource::parse("head:48:0").unwrap()).with_part(64, 4);
+            let clip = record(&recipe, &recipe.source.open().unwrap()).unwrap();
+            let frames = lesson(&[clip], 4, &plain(), &mut ChaCha8Rng::seed_from_u64(1));
+            let (before, now) = (&frames[2].target, &frames[3]);
+            // Where this frame was in the picture before.
+            let inside = warp(&before.ones_like(), &now.true_motion).ge(0.999).to_kind(Kind::Float);
+            let error =
+                |other: &Tensor| ((other - &now.target).abs() * &inside).mean(Kind::Float).double_value(&[]);
+            still += error(before);
+            moved += error(&warp(before, &now.true_motion));
+        }
+        assert!(moved < 0.7 * still, "{moved} {still}");
+    }
+}

@@ -1,0 +1,278 @@
+//! Training of a network on clips: from a configuration to weights, interrupted and resumed at will.
+//!
+//! Everything random of step s is drawn from the seed and s, so that a run that was interrupted goes on exactly as it
+//! would have gone.
+
+mod checkpoint;
+mod config;
+mod lessons;
+mod progress;
+mod validation;
+
+pub use config::{ClipsConfig, NetworkChoice, TrainConfig};
+pub use validation::{Fills, Scores};
+
+use crate::clips::ClipSet;
+use crate::lesson::LessonFrame;
+use crate::loss::{Clip as JudgedClip, Losses};
+use crate::network::{Inputs, Network, Options, initial_weights};
+use crate::optimise::{Average, Cosine, Ranger, clip_gradients};
+use crate::{Error, Result};
+use checkpoint::Checkpoint;
+use fovol_net::Weights;
+use lessons::Lessons;
+use progress::Progress;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+use tch::{Device, Tensor};
+use validation::Validation;
+
+/// How a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ended {
+    /// All steps are done.
+    Complete,
+    /// Time was up, or somebody asked to stop; it can be resumed.
+    Stopped,
+}
+
+/// A network in training.
+pub struct Trainer {
+    config: TrainConfig,
+    folder: PathBuf,
+    network: Network,
+    ranger: Ranger,
+    average: Average,
+    losses: Losses,
+    schedule: Cosine,
+    /// Steps done.
+    step: u64,
+    /// Hours of training before this start.
+    hours_before: f64,
+    device: Device,
+}
+
+impl Trainer {
+    /// A run of `config` whose results go to `folder`; goes on from the checkpoint there if `resume` and there is one.
+    ///
+    /// # Errors
+    /// Weights to begin with, or a checkpoint, that cannot be read or belong to another network.
+    pub fn new(config: TrainConfig, folder: &Path, device: Device, resume: bool) -> Result<Self> {
+        config.check()?;
+        let weights = match &config.from {
+            Some(path) => Weights::read(path)?,
+            None => initial_weights(&config.network.config(), config.seed)?,
+        };
+        let options = Options { bf16: config.bf16, channels_last: config.channels_last };
+        let network = Network::new(&weights, options, device)?;
+        let parameters = network.parameters();
+        let mut trainer = Self {
+            ranger: Ranger::new(&parameters, config.optimiser),
+            average: Average::new(&parameters, config.average),
+            losses: Losses::new(&config.loss, device)?,
+            schedule: Cosine { first: config.rate, last: config.last_rate, epochs: config.epochs() },
+            folder: folder.to_owned(),
+            step: 0,
+            hours_before: 0.0,
+            config,
+            network,
+            device,
+        };
+        std::fs::create_dir_all(folder).map_err(|e| Error::file("make", folder, &e))?;
+        if resume && Checkpoint::path(folder).is_file() {
+            trainer.restore(Checkpoint::read(folder)?)?;
+        }
+        Ok(trainer)
+    }
+
+    /// Steps done so far.
+    pub fn steps_done(&self) -> u64 {
+        self.step
+    }
+
+    /// Trains on `clips` until all steps are done, `limit` has passed or `stop` says so, and judges the network by
+    /// `held_out` now and then.
+    ///
+    /// Writes `checkpoint.safetensors`, `weights.safetensors` (the averaged weights), `log.jsonl`, `loss.svg` and
+    /// `preview.png` to its folder.
+    ///
+    /// # Errors
+    /// Clips that cannot be read, files that cannot be written, a loss that is no number three times in a row.
+    pub fn run(
+        &mut self,
+        clips: &ClipSet,
+        held_out: &ClipSet,
+        limit: Option<Duration>,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<Ended> {
+        if clips.is_empty() {
+            return Err(Error::Config("there are no clips to train on; make some first".into()));
+        }
+        let started = Instant::now();
+        let mut validation = Validation::new(held_out, &self.config)?;
+        let mut progress = Progress::new(&self.folder, self.step, self.config.steps)?;
+        let mut lessons = Lessons::start(clips.clone(), &self.config, self.step);
+        let mut saved = Instant::now();
+        let mut failures = 0;
+        while self.step < self.config.steps {
+            let lesson = lessons.next()?;
+            let rate = self.rate();
+            match self.learn(&lesson, rate)? {
+                Some(taken) => {
+                    failures = 0;
+                    progress.step(self.step, rate, &taken)?;
+                }
+                None => {
+                    failures += 1;
+                    progress.skipped(self.step)?;
+                }
+            }
+            if failures == 3 {
+                return Err(self.diverged());
+            }
+            self.step += 1;
+            if self.step % self.config.validate_every == 0 || self.step == self.config.steps {
+                self.judge(&mut validation, &mut progress)?;
+            }
+            let out_of_time = limit.is_some_and(|limit| started.elapsed() >= limit);
+            let stops = out_of_time || stop();
+            if stops || saved.elapsed().as_secs_f64() > 60.0 * self.config.checkpoint_minutes {
+                self.save(started)?;
+                saved = Instant::now();
+            }
+            if stops {
+                return Ok(Ended::Stopped);
+            }
+        }
+        self.save(started)?;
+        Ok(Ended::Complete)
+    }
+
+    /// The learning rate of the next step.
+    fn rate(&self) -> f64 {
+        self.schedule.rate((self.step / self.config.steps_per_epoch) as u32)
+    }
+
+    /// One step; nothing where the gradients are no numbers, and the weights stay as they are.
+    fn learn(&mut self, lesson: &[LessonFrame], rate: f64) -> Result<Option<Taken>> {
+        self.ranger.zero_gradients();
+        let terms = self.backward(lesson)?;
+        let norm = clip_gradients(&self.network.parameters(), self.config.clip_gradients);
+        if !norm.is_finite() || !terms[0].1.is_finite() {
+            return Ok(None);
+        }
+        self.ranger.step(rate);
+        self.average.update();
+        Ok(Some(Taken { terms, norm }))
+    }
+
+    /// Forward and backward through a batch of clips, a few frames at a time; the terms of the loss.
+    fn backward(&self, lesson: &[LessonFrame]) -> Result<Vec<(&'static str, f64)>> {
+        let size = lesson[0].colour.size();
+        let mut state = self.network.initial_state([size[0], size[2], size[3]]);
+        let mut outputs: Vec<Tensor> = Vec::new();
+        let references: Vec<Tensor> =
+            lesson.iter().map(|frame| frame.target.to_device(self.device)).collect();
+        let motion: Vec<Tensor> =
+            lesson.iter().map(|frame| frame.true_motion.to_device(self.device)).collect();
+        let mut sums: Vec<(&'static str, f64)> = Vec::new();
+        for (part, frames) in lesson.chunks(self.config.truncate).enumerate() {
+            let first = part * self.config.truncate;
+            outputs.iter_mut().for_each(|output| *output = output.detach());
+            state = state.iter().map(Tensor::detach).collect();
+            for frame in frames {
+                let frame = frame.to_device(self.device);
+                let given = self.config.use_motion.then_some(&frame.motion);
+                let inputs = Inputs { colour: &frame.colour, mask: Some(&frame.mask), motion: given };
+                let (output, next) = self.network.forward(&inputs, state)?;
+                outputs.push(output);
+                state = next;
+            }
+            let clip = JudgedClip {
+                outputs: &outputs,
+                references: &references[..outputs.len()],
+                motion: Some(&motion[..outputs.len()]),
+            };
+            let terms = self.losses.frames(&clip, first..outputs.len(), lesson.len())?;
+            terms.total.backward();
+            for (i, (name, value)) in terms.values().into_iter().enumerate() {
+                if part == 0 { sums.push((name, value)) } else { sums[i].1 += value }
+            }
+        }
+        Ok(sums)
+    }
+
+    /// Judges the averaged weights by clips that are never learned from.
+    fn judge(&mut self, validation: &mut Validation, progress: &mut Progress) -> Result<()> {
+        self.average.swap();
+        let judged = validation.judge(&self.network, &self.folder.join("preview.png"));
+        self.average.swap();
+        progress.judged(self.step, &judged?)
+    }
+
+    /// Writes a checkpoint, and the averaged weights as they are now.
+    fn save(&mut self, started: Instant) -> Result<()> {
+        let hours = self.hours_before + started.elapsed().as_secs_f64() / 3600.0;
+        let mut tensors = Vec::new();
+        let parts = [
+            ("network", self.network.parameters()),
+            ("ranger", self.ranger.state()),
+            ("average", self.average.state()),
+        ];
+        for (part, named) in parts {
+            tensors.extend(named.into_iter().map(|(name, tensor)| (format!("{part}/{name}"), tensor)));
+        }
+        Checkpoint { step: self.step, hours, tensors }.write(&self.folder)?;
+        self.average.swap();
+        let mut weights = self.network.weights();
+        self.average.swap();
+        weights.facts.insert("steps".into(), self.step.to_string());
+        weights.facts.insert("hours".into(), format!("{hours:.2}"));
+        weights.facts.insert("seed".into(), self.config.seed.to_string());
+        weights.write(&self.folder.join("weights.safetensors"), fovol_net::weights::Storage::F32)?;
+        Ok(())
+    }
+
+    fn restore(&mut self, checkpoint: Checkpoint) -> Result<()> {
+        let of = |part: &str| -> Vec<(String, Tensor)> {
+            let named = checkpoint.tensors.iter();
+            named
+                .filter_map(|(name, tensor)| {
+                    Some((name.strip_prefix(part)?.to_owned(), tensor.shallow_clone()))
+                })
+                .collect()
+        };
+        let saved = of("network/");
+        for (name, parameter) in self.network.parameters() {
+            let found =
+                saved.iter().find(|(other, tensor)| *other == name && tensor.size() == parameter.size());
+            let (_, tensor) =
+                found.ok_or_else(|| Error::Saved(format!("`{name}` is missing or of another shape")))?;
+            tch::no_grad(|| parameter.shallow_clone().copy_(&tensor.to_device(self.device)));
+        }
+        let there = |named: Vec<(String, Tensor)>| -> Vec<(String, Tensor)> {
+            named.into_iter().map(|(name, tensor)| (name, tensor.to_device(self.device))).collect()
+        };
+        self.ranger.restore(&there(of("ranger/")))?;
+        self.average.restore(&there(of("average/")))?;
+        (self.step, self.hours_before) = (checkpoint.step, checkpoint.hours);
+        Ok(())
+    }
+
+    fn diverged(&self) -> Error {
+        Error::Diverged(format!(
+            "the loss is no number in three steps before step {}; the last good checkpoint is {}, go on from it with a \
+             smaller `rate` or `clip-gradients`",
+            self.step,
+            Checkpoint::path(&self.folder).display()
+        ))
+    }
+}
+
+/// What a step found.
+pub(crate) struct Taken {
+    /// The terms of the loss.
+    pub terms: Vec<(&'static str, f64)>,
+    /// The length of the gradients before they were clipped.
+    pub norm: f64,
+}
