@@ -10,6 +10,8 @@ fn main() {
     let folder = std::env::var("DEP_TCH_LIBTORCH_LIB").unwrap_or_default();
     let folder = Path::new(&folder);
     println!("cargo:rustc-env=FOVOLNET_LIBTORCH_VERSION={}", version(folder));
+    // Found at run time without LD_LIBRARY_PATH, which still comes first.
+    println!("cargo:rustc-link-arg=-Wl,-rpath,{}", folder.display());
     if folder.join("libtorch_cuda.so").exists() {
         let flags = ["--push-state", "--no-as-needed", "-ltorch_cuda", "--pop-state"].map(|flag| {
             let is_library = flag.starts_with("-l");

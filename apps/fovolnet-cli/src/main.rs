@@ -2,6 +2,7 @@
 
 mod bench;
 mod commands;
+mod companion;
 mod console;
 mod interrupt;
 mod picture;
@@ -35,6 +36,8 @@ enum Command {
     Render(commands::render::Render),
     /// Fill sparse frames of any renderer
     Reconstruct(commands::reconstruct::Reconstruct),
+    /// Train a network on clips of volumes
+    Train(commands::train::Train),
     /// Write a network for other programs
     Export(commands::export::Export),
     /// Compare two folders of frames, or two clips
@@ -58,6 +61,7 @@ fn main() -> ExitCode {
         Command::Mask(args) => args.run(),
         Command::Render(args) => args.run(),
         Command::Reconstruct(args) => args.run(),
+        Command::Train(args) => args.run(),
         Command::Export(args) => args.run(),
         Command::Metrics(args) => args.run(),
         Command::Bench(args) => args.run(),

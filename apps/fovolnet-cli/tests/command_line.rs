@@ -253,3 +253,10 @@ fn a_full_disk_is_said_so_and_leaves_nothing() {
     fails(&["render", "head", "-o", out.to_str().unwrap(), "--dims", "8,8,8", "--size", "8x8"], 1);
     assert_eq!(std::fs::read(&out).unwrap(), b"a file is in the way");
 }
+
+#[test]
+fn training_is_started_or_its_building_explained() {
+    let help = fovolnet(&["train", "--help"]);
+    let said = String::from_utf8_lossy(&help.stdout).into_owned() + &String::from_utf8_lossy(&help.stderr);
+    assert!(said.contains("CONFIG.toml") || said.contains("cargo build --release --manifest-path"), "{said}");
+}

@@ -8,3 +8,4 @@ pub mod metrics;
 pub mod noise;
 pub mod reconstruct;
 pub mod render;
+pub mod train;
