@@ -14,6 +14,8 @@ const PATCH: i64 = 5;
 const PATCH_SIGMA: f64 = 2.0;
 /// The median of so many positions along each axis is what a coarser resolution passes on.
 const MEDIAN: i64 = 5;
+/// Offsets looked at together.
+const TOGETHER: usize = 25;
 /// Divisors are at least this.
 const SMALLEST: f64 = 1e-12;
 
@@ -114,10 +116,13 @@ impl FlowSearch {
         let mut least = current.full_like(f64::INFINITY);
         let mut choice = current.zeros_like().to_kind(Kind::Int64);
         let mut distances = Vec::new();
-        for (i, &offset) in offsets.iter().enumerate() {
-            let distance = smoothed(&(current - displaced(previous, start, offset)).abs());
-            choice = choice.masked_fill(&distance.lt_tensor(&least), i as i64);
-            least = least.minimum(&distance);
+        let window = Window::new(previous, start, self.radius);
+        for (first, some) in (0..).step_by(TOGETHER).zip(offsets.chunks(TOGETHER)) {
+            let distance = smoothed(&(current - window.at(some)).abs());
+            for (i, distance) in (first..).zip(distance.split(1, 1)) {
+                choice = choice.masked_fill(&distance.lt_tensor(&least), i);
+                least = least.minimum(&distance);
+            }
             if is_coarse {
                 distances.push(distance);
             }
@@ -137,22 +142,45 @@ impl FlowSearch {
     }
 }
 
-/// What `images` \[N, 1, H, W\] show `offset` from where `motion` leads, both in whole pixels; 0 outside.
+/// What a picture shows around where a motion leads.
 ///
 /// Unlike [`warp`] it does no arithmetic on what it reads: equal pixels stay equal, and ties are ties.
-fn displaced(images: &Tensor, motion: &Tensor, [x, y]: [i64; 2]) -> Tensor {
-    let [n, _, height, width] = four(images);
-    let along = |axis: i64, count: i64, shape: [i64; 3], offset: i64| {
-        let positions = Tensor::arange(count, (Kind::Int64, images.device())).view(shape);
-        motion.select(1, axis).to_kind(Kind::Int64) + positions + offset
-    };
-    let column = along(0, width, [1, 1, width], x);
-    let row = along(1, height, [1, height, 1], y);
-    let (near_column, near_row) = (column.clamp(0, width - 1), row.clamp(0, height - 1));
-    let is_outside = column.ne_tensor(&near_column).logical_or(&row.ne_tensor(&near_row));
-    let at = (near_row * width + near_column).view([n, -1]);
-    let read = images.reshape([n, -1]).gather(1, &at, false).view([n, 1, height, width]);
-    read.masked_fill(&is_outside.unsqueeze(1), 0.0)
+struct Window {
+    /// The picture row by row, with a margin of zeros: \[N, numbers\].
+    numbers: Tensor,
+    /// Where in it each pixel leads: \[N, 1, H, W\].
+    at: Tensor,
+    /// Numbers from a row to the next.
+    stride: i64,
+}
+
+impl Window {
+    /// The window of offsets up to `radius` from where `motion` \[N, 2, H, W\] in whole pixels leads in `images`
+    /// \[N, 1, H, W\].
+    fn new(images: &Tensor, motion: &Tensor, radius: i64) -> Self {
+        let [n, _, height, width] = four(images);
+        // So far out lead all positions that no offset brings back.
+        let beyond = radius + 1;
+        let margin = beyond + radius;
+        let padded = images.constant_pad_nd([margin; 4]);
+        let stride = width + 2 * margin;
+        let along = |axis: i64, count: i64, shape: [i64; 4]| {
+            let positions = Tensor::arange(count, (Kind::Int64, images.device())).view(shape);
+            let there = motion.narrow(1, axis, 1).to_kind(Kind::Int64) + positions;
+            there.clamp(-beyond, count - 1 + beyond) + margin
+        };
+        let at = along(1, height, [1, 1, height, 1]) * stride + along(0, width, [1, 1, 1, width]);
+        Self { numbers: padded.reshape([n, -1]), at, stride }
+    }
+
+    /// What lies at each of `offsets`, \[x, y\]: \[N, offsets, H, W\]; 0 outside the picture.
+    fn at(&self, offsets: &[[i64; 2]]) -> Tensor {
+        let [n, _, height, width] = four(&self.at);
+        let steps: Vec<i64> = offsets.iter().map(|[x, y]| y * self.stride + x).collect();
+        let steps = Tensor::from_slice(&steps).to_device(self.at.device()).view([1, -1, 1, 1]);
+        let at = (&self.at + steps).view([n, -1]);
+        self.numbers.gather(1, &at, false).view([n, -1, height, width])
+    }
 }
 
 /// The rows of `table` \[K, C\] that `choice` \[N, 1, H, W\] names: \[N, C, H, W\].
@@ -216,11 +244,13 @@ fn doubled(motion: &Tensor, like: &Tensor) -> Tensor {
     between.narrow(2, 0, height).narrow(3, 0, width).round()
 }
 
-/// `distances` \[N, 1, H, W\] summed over the patch around each pixel; outside there are none.
+/// `distances` \[N, K, H, W\] summed over the patch around each pixel; outside there are none.
 fn smoothed(distances: &Tensor) -> Tensor {
     let window = gaussian(PATCH, PATCH_SIGMA, distances);
-    let rows = distances.conv2d::<Tensor>(&window.view([1, 1, PATCH, 1]), None, 1, [PATCH / 2, 0], 1, 1);
-    rows.conv2d::<Tensor>(&window.view([1, 1, 1, PATCH]), None, 1, [0, PATCH / 2], 1, 1)
+    let window = window.view([1, 1, -1, 1]) * window.view([1, 1, 1, -1]);
+    let count = distances.size()[1];
+    let windows = window.expand([count, 1, PATCH, PATCH], false).contiguous();
+    distances.conv2d::<Tensor>(&windows, None, 1, PATCH / 2, 1, count)
 }
 
 #[cfg(test)]

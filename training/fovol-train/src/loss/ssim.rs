@@ -28,8 +28,8 @@ const LEAST: f64 = 1e-4;
 /// # Errors
 /// Pictures of different or other shapes, or with a side below 11 pixels.
 pub fn ssim(output: &Tensor, reference: &Tensor) -> Result<Tensor> {
-    let (output, reference) = planes("SSIM", output, reference)?;
-    Ok(mean(&similarity(&output, &reference).whole))
+    check("SSIM", output, reference)?;
+    Ok(mean(&similarity(output, reference).whole))
 }
 
 /// The multi-scale structural similarity of \[N, C, H, W\] and \[N, C, H, W\], 0…1; 1 for equal pictures. A scalar.
@@ -41,7 +41,8 @@ pub fn ssim(output: &Tensor, reference: &Tensor) -> Result<Tensor> {
 /// # Errors
 /// Pictures of different or other shapes, or with a side below 11 pixels.
 pub fn ms_ssim(output: &Tensor, reference: &Tensor) -> Result<Tensor> {
-    let (mut output, mut reference) = planes("MS-SSIM", output, reference)?;
+    check("MS-SSIM", output, reference)?;
+    let (mut output, mut reference) = (output.shallow_clone(), reference.shallow_clone());
     let weights = scale_weights(output.size()[2].min(output.size()[3]));
     let mut product: Option<Tensor> = None;
     for (scale, &weight) in weights.iter().enumerate() {
@@ -69,19 +70,18 @@ fn scale_weights(side: i64) -> Vec<f64> {
     kept.iter().map(|weight| weight / sum).collect()
 }
 
-/// Every channel of every picture by itself: \[N·C, 1, H, W\].
-fn planes(what: &str, output: &Tensor, reference: &Tensor) -> Result<(Tensor, Tensor)> {
+/// Whether two pictures can be compared.
+fn check(what: &str, output: &Tensor, reference: &Tensor) -> Result<()> {
     let [_, _, height, width] = picture_shape(output, reference)?;
     if height.min(width) < WINDOW {
         return Err(Error::Input(format!(
             "{what} needs pictures of at least {WINDOW}×{WINDOW} pixels, not {width}×{height}; give larger ones"
         )));
     }
-    let alone = |tensor: &Tensor| tensor.reshape([-1, 1, height, width]);
-    Ok((alone(output), alone(reference)))
+    Ok(())
 }
 
-/// Means over each plane: \[N·C\].
+/// Means over each channel of each picture: \[N, C\].
 struct Similarity {
     /// Luminance × contrast × structure.
     whole: Tensor,
@@ -89,24 +89,29 @@ struct Similarity {
     structure: Tensor,
 }
 
-/// The similarity of planes \[M, 1, H, W\].
+/// The similarity of pictures \[N, C, H, W\].
 fn similarity(a: &Tensor, b: &Tensor) -> Similarity {
-    let moments = Tensor::cat(&[a, b, &(a.square() + b.square()), &(a * b)], 0);
-    let means = blurred(&moments).chunk(4, 0);
+    let moments = Tensor::cat(&[a, b, &(a.square() + b.square()), &(a * b)], 1);
+    let means = blurred(&moments.contiguous()).chunk(4, 1);
     let (mean_product, mean_squares) = (&means[0] * &means[1], means[0].square() + means[1].square());
     let (variances, covariance) = (&means[2] - &mean_squares, &means[3] - &mean_product);
     let structure = (covariance * 2.0 + C2) / (variances + C2);
     let luminance = (mean_product * 2.0 + C1) / (mean_squares + C1);
-    let average = |map: &Tensor| map.mean_dim([1i64, 2, 3].as_slice(), false, None);
+    let average = |map: &Tensor| map.mean_dim([2i64, 3].as_slice(), false, None);
     Similarity { whole: average(&(luminance * &structure)), structure: average(&structure) }
 }
 
-/// Planes \[M, 1, H, W\] filtered by the window where it fits.
-fn blurred(planes: &Tensor) -> Tensor {
-    let window = gaussian(WINDOW, SIGMA, planes);
-    let across =
-        |planes: &Tensor, size: [i64; 4]| planes.conv2d::<Tensor>(&window.view(size), None, 1, 0, 1, 1);
-    across(&across(planes, [1, 1, WINDOW, 1]), [1, 1, 1, WINDOW])
+/// Each channel of \[N, C, H, W\] filtered by the window where it fits.
+fn blurred(pictures: &Tensor) -> Tensor {
+    let window = gaussian(WINDOW, SIGMA, pictures);
+    let channels = pictures.size()[1];
+    // One group for each channel: libtorch's convolutions of single channels are forty times as slow.
+    let along = |pictures: &Tensor, height: i64, width: i64| {
+        let window =
+            window.view([1, 1, height, width]).expand([channels, 1, height, width], false).contiguous();
+        pictures.conv2d::<Tensor>(&window, None, 1, 0, 1, channels)
+    };
+    along(&along(pictures, WINDOW, 1), 1, WINDOW)
 }
 
 /// A Gaussian of standard deviation `sigma` pixels, cut to `size` pixels and normalised, as `like` has its numbers.
@@ -119,9 +124,9 @@ pub(super) fn gaussian(size: i64, sigma: f64, like: &Tensor) -> Tensor {
 }
 
 /// Half the size by averages of 2×2 pixels, with a line of zeros before odd sides.
-fn halved(planes: &Tensor) -> Tensor {
-    let odd = [planes.size()[2] % 2, planes.size()[3] % 2];
-    planes.avg_pool2d([2, 2], [2, 2], odd, false, true, None)
+fn halved(pictures: &Tensor) -> Tensor {
+    let odd = [pictures.size()[2] % 2, pictures.size()[3] % 2];
+    pictures.avg_pool2d([2, 2], [2, 2], odd, false, true, None)
 }
 
 #[cfg(test)]
