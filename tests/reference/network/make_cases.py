@@ -46,6 +46,8 @@ VARIANTS = {
     "variant-history": networks.wnet(
         [6, 8, 10], [5, 7], fold=True, normalisation="softmax", history=True, reproject=True
     ),
+    "variant-filled": networks.wnet([6, 8, 10], [5, 7], **networks.ALL_ON),
+    "variant-flat": networks.wnet([6, 8], [5], kernels=True, pyramid=False, mask=True, normalisation="softmax"),
     "variant-fovea": {"kind": "deepfovea", "encoder": [5, 7], "bottleneck": 6},
 }
 CONFIGS = networks.CONFIGS | VARIANTS

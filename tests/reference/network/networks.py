@@ -33,16 +33,19 @@ def wnet(encoder, decoder, **changes):
         "bypass": False,
         "history": False,
         "reproject": False,
+        "filled": False,
+        "pyramid": True,
     }
     return paper | changes
 
 
-ALL_ON = {name: True for name in ["fold", "mask", "prefill", "bypass", "history", "reproject"]}
+ALL_ON = {name: True for name in ["fold", "mask", "prefill", "bypass", "history", "reproject", "filled"]}
+OURS = ALL_ON | {"feedback": "output", "pyramid": False}
 CONFIGS = {
     "wnet-paper": wnet([64, 64, 80, 96], [64, 64, 80]),
     "wnet-narrow": wnet([64, 64, 80, 96], [32, 64, 80]),
-    "wnet-fast": wnet([32, 48, 64, 80], [32, 48, 64], feedback="output", **ALL_ON),
-    "wnet-tiny": wnet([16, 32, 48, 64], [16, 32, 48], feedback="output", **ALL_ON),
+    "wnet-fast": wnet([32, 48, 64, 80], [32, 48, 64], **OURS),
+    "wnet-tiny": wnet([16, 32, 48, 64], [16, 32, 48], **OURS),
     "deepfovea-fvn": wnet(
         [32, 64, 128, 128, 128], [32, 64, 128, 128], feedback="none", kernels=False
     ),
@@ -185,14 +188,23 @@ class KernelNetwork(nn.Module):
             expand = 2 if config["fold"] and depth == 0 else 1
             return PredictedKernel(features[depth], taps, expand, config["normalisation"])
 
-        def up_taps(depth):
-            return 19 if config["history"] and depth == 0 else 10
+        more = 9 * (config["history"] + config["filled"])
 
+        def up_taps(depth):
+            return 10 + more if depth == 0 else 10
+
+        self.pyramid = config["pyramid"]
+        if not self.pyramid:
+            self.only = kernel(0, 9 + more)
+            return
         self.down = nn.ModuleList(kernel(depth, 9) for depth in range(deepest))
         self.bottom = kernel(deepest, 9)
         self.up = nn.ModuleList(kernel(depth, up_taps(depth)) for depth in range(deepest))
 
-    def forward(self, picture, features, history):
+    def forward(self, picture, features, more):
+        more = [around(image) for image in more]
+        if not self.pyramid:
+            return self.only(features[0], [around(picture)] + more)
         skips = []
         for kernel, feature in zip(self.down, features):
             skips.append(kernel(feature, [around(picture)]))
@@ -200,8 +212,8 @@ class KernelNetwork(nn.Module):
         picture = self.bottom(features[-1], [around(picture)])
         for depth in reversed(range(len(self.up))):
             taps = [around(bilinear_up(picture)), centre(skips[depth])]
-            if depth == 0 and history is not None:
-                taps.append(around(history))
+            if depth == 0:
+                taps += more
             picture = self.up[depth](features[depth], taps)
         return picture
 
@@ -243,7 +255,8 @@ class WNet(nn.Module):
         if config["reproject"]:
             states = {name: warp(state, motion) for name, state in states.items()}
 
-        inputs = [pull_push(colour, mask, self.pull_levels) if config["prefill"] else colour]
+        filled = pull_push(colour, mask, self.pull_levels) if config["prefill"] else colour
+        inputs = [filled]
         if config["mask"]:
             inputs.append(mask)
         if self.has_feedback:
@@ -267,8 +280,9 @@ class WNet(nn.Module):
         picture = direct
         if config["kernels"]:
             finest = features[:1] if config["fold"] else []
-            history = states["output"] if config["history"] else None
-            picture = self.kernel(direct, finest + features, history)
+            more = [states["output"]] if config["history"] else []
+            more += [filled] if config["filled"] else []
+            picture = self.kernel(direct, finest + features, more)
         if config["bypass"]:
             picture = bypass(colour, mask, picture)
         if "output" in states:

@@ -41,6 +41,16 @@ pub struct WNetConfig {
     pub history: bool,
     /// Whether what comes from the last frame is moved along the renderer's motion.
     pub reproject: bool,
+    /// Whether K's last kernel also weighs the filled picture.
+    #[serde(default)]
+    pub filled: bool,
+    /// Whether K filters at every resolution, down and up again, or once at the finest.
+    #[serde(default = "yes")]
+    pub pyramid: bool,
+}
+
+fn yes() -> bool {
+    true
 }
 
 impl WNetConfig {
@@ -58,6 +68,8 @@ impl WNetConfig {
             bypass: false,
             history: false,
             reproject: false,
+            filled: false,
+            pyramid: true,
         }
     }
 
@@ -80,6 +92,8 @@ impl WNetConfig {
             bypass: true,
             history: true,
             reproject: true,
+            filled: true,
+            pyramid: false,
         }
     }
 
@@ -120,8 +134,11 @@ impl WNetConfig {
         if widths.clone().any(|&width| width == 0 || width > 4096) {
             return Err("a layer of the network has no channels or more than 4096".into());
         }
-        if self.history && !self.kernels {
-            return Err("a history tap needs kernels; set `kernels`".into());
+        if (self.history || self.filled) && !self.kernels {
+            return Err("taps for K need kernels; set `kernels`, or leave out `history` and `filled`".into());
+        }
+        if self.filled && !self.prefill {
+            return Err("there is no filled picture to weigh; set `prefill`, or leave out `filled`".into());
         }
         Ok(())
     }
@@ -153,7 +170,9 @@ impl Walk<'_> {
         let direct = self.direct(filled, history.filter(|_| config.feedback != Feedback::None));
         let mut picture = direct.picture;
         if config.kernels {
-            picture = self.kernels(&direct, history.filter(|_| config.history));
+            let more = [history.filter(|_| config.history), Some(filled).filter(|_| config.filled)];
+            let more: Vec<TensorId> = more.into_iter().flatten().collect();
+            picture = self.kernels(&direct, &more);
         }
         if config.bypass {
             picture = self.builder.bypass(colour, picture);
@@ -220,27 +239,33 @@ impl Walk<'_> {
         self.builder.conv(&format!("{name}.conv2"), &[Read::same(first)], width, 3, Activation::Relu)
     }
 
-    /// K: QW-Net's filters, down and up again (ALGORITHMS §1.1, §1.2).
-    fn kernels(&mut self, direct: &Direct, history: Option<TensorId>) -> TensorId {
+    /// K: QW-Net's filters, down and up again (ALGORITHMS §1.1, §1.2), or one at the finest resolution alone. The
+    /// last kernel also weighs the pictures `more`.
+    fn kernels(&mut self, direct: &Direct, more: &[TensorId]) -> TensorId {
         // The level of the picture has no features of its own where D works on folded pixels.
         let mut features = direct.features.clone();
         if self.config.fold {
             features.insert(0, features[0]);
+        }
+        let around = |&picture: &TensorId| (Read::same(picture), Taps::Around);
+        if !self.config.pyramid {
+            let images = std::iter::once(&direct.picture).chain(more).map(around).collect();
+            return self.filter("kernel.only", features[0], 0, images);
         }
         let deepest = features.len() - 1;
         let mut image = direct.picture;
         let mut skips = Vec::new();
         for (depth, &feature) in features.iter().enumerate() {
             let name = if depth == deepest { "kernel.bottom".into() } else { format!("kernel.down.{depth}") };
-            let filtered = self.filter(&name, feature, depth, vec![(Read::same(image), Taps::Around)]);
+            let filtered = self.filter(&name, feature, depth, vec![around(&image)]);
             skips.push(filtered);
             image = if depth < deepest { self.builder.pool(filtered) } else { filtered };
         }
         for depth in (0..deepest).rev() {
             let mut images =
                 vec![(Read::bilinear(image), Taps::Around), (Read::same(skips[depth]), Taps::Centre)];
-            if let Some(history) = history.filter(|_| depth == 0) {
-                images.push((Read::same(history), Taps::Around));
+            if depth == 0 {
+                images.extend(more.iter().map(around));
             }
             image = self.filter(&format!("kernel.up.{depth}"), features[depth], depth, images);
         }
