@@ -205,6 +205,7 @@ fn gradients_of_clips_agree_with_differences() {
         normalisation: Normalisation::Softmax,
         feedback: Feedback::Direct,
         fold: false,
+        pyramid: true,
         ..all_on.clone()
     };
     let fovea = DeepFoveaConfig { encoder: vec![3, 4], bottleneck: 5 };
