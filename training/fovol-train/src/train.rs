@@ -28,6 +28,9 @@ pub struct Train {
     /// Number of threads
     #[arg(long, value_name = "N")]
     threads: Option<u16>,
+    /// Train on the clips that are there, without making those that are missing
+    #[arg(long, conflicts_with = "clips_only")]
+    clips_as_they_are: bool,
     /// Only make the clips
     #[arg(long)]
     clips_only: bool,
@@ -55,7 +58,8 @@ impl Train {
         let base = self.config.parent().unwrap_or(Path::new("."));
         config.from = config.from.map(|path| base.join(path));
         let sets = config.clips.sets(base)?;
-        for (set, what) in sets.iter().zip(["to learn from", "to judge by"]).rev() {
+        let missing = sets.iter().zip(["to learn from", "to judge by"]).rev();
+        for (set, what) in missing.filter(|_| !self.clips_as_they_are) {
             self.make(set, what)?;
         }
         if self.clips_only || STOP.load(Ordering::Relaxed) {

@@ -1,15 +1,18 @@
 //! The weights that training starts from.
 
 use crate::Result;
-use fovol_net::plan::{NetworkConfig, Parameter};
+use fovol_net::plan::{Layer, NetworkConfig, Parameter, Plan};
 use fovol_net::weights::Array;
 use fovol_net::{Error, Weights};
+use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// Seeded random weights to train from: the same seed and configuration, the same weights on any machine.
 ///
 /// Convolutions have what PyTorch gives them, Kaiming-uniform with a = √5, which is ±1/√fan-in; the last one, which
 /// makes the picture, is Xavier-uniform, ±√(6 / (fan-in + fan-out)); biases are zero (ALGORITHMS §1.2). Normalisations
-/// begin as identities.
+/// begin as identities. Kernels that weigh a filled picture begin with most of their weight on it, so that such a
+/// network begins as the filling that it is to improve.
 ///
 /// # Errors
 /// A configuration that makes no network.
@@ -19,7 +22,39 @@ pub fn initial_weights(config: &NetworkConfig, seed: u64) -> Result<Weights> {
         let values = values(&parameter, seed);
         (parameter.name, Array { shape: parameter.shape, values })
     });
-    Ok(Weights::new(config.clone(), arrays.collect()))
+    let mut arrays: BTreeMap<String, Array> = arrays.collect();
+    for (name, channels) in taps_of_fillings(&plan) {
+        if let Some(bias) = arrays.get_mut(&name) {
+            bias.values.fill(OTHER_TAPS);
+            bias.values[channels].fill(FILLING_TAP);
+        }
+    }
+    Ok(Weights::new(config.clone(), arrays))
+}
+
+/// What kernels that weigh a filled picture begin with for its pixel, and for all else. Their squares count: nothing
+/// would be learned of a weight of 0, where the square's slope is 0. Small ones are soon overcome.
+const FILLING_TAP: f32 = 0.5;
+const OTHER_TAPS: f32 = 0.05;
+
+/// The biases of kernels, and their channels that weigh the pixel of a filled picture itself.
+fn taps_of_fillings(plan: &Plan) -> Vec<(String, Range<usize>)> {
+    let is_filling =
+        |id| plan.layers().iter().any(|l| matches!(l, Layer::PullPush { output, .. } if *output == id));
+    let mut found = Vec::new();
+    for layer in plan.layers() {
+        let Layer::Filter(filter) = layer else { continue };
+        let mut before = 0;
+        for (read, taps) in &filter.images {
+            if is_filling(read.tensor) {
+                let pixels = filter.expand * filter.expand;
+                let centre = before + taps.count() / 2;
+                found.push((format!("{}.bias", filter.name), pixels * centre..pixels * (centre + 1)));
+            }
+            before += taps.count();
+        }
+    }
+    found
 }
 
 fn values(parameter: &Parameter, seed: u64) -> Vec<f32> {
@@ -69,6 +104,23 @@ impl SplitMix64 {
 mod tests {
     use super::*;
     use fovol_net::plan::Named;
+
+    #[test]
+    fn networks_that_weigh_a_filling_begin_as_it() {
+        use crate::network::{Inputs, Network, Options};
+        use tch::{Device, Kind, Tensor};
+        let weights = initial_weights(&Named::WNetTiny.config(), 1).unwrap();
+        let network = Network::new(&weights, Options::default(), Device::Cpu).unwrap();
+        // Every second pixel of a smooth picture.
+        let picture = Tensor::linspace(0.2, 0.8, 32, (Kind::Float, Device::Cpu))
+            .view([1, 1, 1, 32])
+            .repeat([1, 3, 32, 1]);
+        let mask = Tensor::from_slice(&[1.0f32, 0.0]).repeat([16]).view([1, 1, 1, 32]).repeat([1, 1, 32, 1]);
+        let inputs = Inputs { colour: &(&picture * &mask), mask: Some(&mask), motion: None };
+        let (output, _) = network.forward(&inputs, network.initial_state([1, 32, 32])).unwrap();
+        let away = (output - picture).abs().mean(Kind::Float).double_value(&[]);
+        assert!(away < 0.06, "{away}");
+    }
 
     #[test]
     fn weights_fill_their_range_and_follow_name_and_seed() {

@@ -1,0 +1,141 @@
+//! A whole run of training, small: the loss falls, and an interrupted run is the same run.
+
+use fovol_net::Weights;
+use fovol_train::clips::ClipSet;
+use fovol_train::trainer::{Ended, TrainConfig, Trainer};
+use std::cell::Cell;
+use std::path::Path;
+use tch::Device;
+
+const CONFIG: &str = r#"
+seed = 3
+steps = 60
+batch = 1
+frames = 4
+side = 64
+truncate = 2
+rate = 1e-2
+last-rate = 1e-5
+clip-gradients = 10.0
+average = 0.5
+validate-every = 30
+
+[network]
+kind = "wnet"
+encoder = [8, 12]
+decoder = [8]
+feedback = "output"
+kernels = true
+normalisation = "squared"
+fold = true
+mask = true
+prefill = true
+bypass = true
+history = true
+reproject = true
+filled = true
+pyramid = false
+
+[clips]
+folder = "clips"
+volumes = ["head:32:1"]
+held-out = ["head:32:9"]
+count = 1
+held-out-count = 1
+
+[lesson]
+base = [0.05, 0.05]
+without-fovea = 1.0
+
+[lesson.augment]
+colours = 0.0
+grey = 0.0
+still = 0.0
+padding = 0.0
+
+[loss]
+flow = "exact"
+
+# For a run as short as this.
+[optimiser]
+beta1 = 0.8
+beta2 = 0.9
+epsilon = 1e-8
+"#;
+
+fn config(folder: &Path) -> TrainConfig {
+    let path = folder.join("config.toml");
+    std::fs::write(&path, CONFIG).unwrap();
+    TrainConfig::read(&path).unwrap()
+}
+
+fn clips(folder: &Path, config: &TrainConfig) -> [ClipSet; 2] {
+    for set in config.clips.sets(folder).unwrap() {
+        assert!(set.make(|_| true).unwrap().is_empty());
+    }
+    config.clips.open(folder).unwrap()
+}
+
+/// The losses of a run, from its log.
+fn losses(run: &Path) -> Vec<f64> {
+    let text = std::fs::read_to_string(run.join("log.jsonl")).unwrap();
+    let lines = text.lines().map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap());
+    lines.filter_map(|line| line["loss"]["total"].as_f64()).collect()
+}
+
+#[test]
+fn the_loss_falls_and_an_interrupted_run_is_the_same_run() {
+    tch::set_num_threads(1);
+    let folder = tempfile::tempdir().unwrap();
+    let config = config(folder.path());
+    let [learned, judged] = clips(folder.path(), &config);
+    let (whole, parts) = (folder.path().join("whole"), folder.path().join("parts"));
+
+    let mut trainer = Trainer::new(config.clone(), &whole, Device::Cpu, false).unwrap();
+    assert_eq!(trainer.run(&learned, &judged, None, &|| false).unwrap(), Ended::Complete);
+
+    // Stopped after 15 steps, and gone on with by another trainer.
+    let mut trainer = Trainer::new(config.clone(), &parts, Device::Cpu, false).unwrap();
+    let asked = Cell::new(0);
+    let stop = || {
+        asked.set(asked.get() + 1);
+        asked.get() == 15
+    };
+    assert_eq!(trainer.run(&learned, &judged, None, &stop).unwrap(), Ended::Stopped);
+    let mut trainer = Trainer::new(config, &parts, Device::Cpu, true).unwrap();
+    assert_eq!(trainer.steps_done(), 15);
+    trainer.run(&learned, &judged, None, &|| false).unwrap();
+
+    let [one, two] = [&whole, &parts].map(|run| losses(run));
+    assert_eq!(one.len(), 60);
+    assert_eq!(one, two);
+    let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
+    assert!(mean(&one[40..]) < 0.8 * mean(&one[..10]), "{one:?}");
+
+    let weights = [&whole, &parts].map(|run| Weights::read(&run.join("weights.safetensors")).unwrap());
+    assert_eq!(weights[0].arrays(), weights[1].arrays());
+    assert_eq!(weights[0].facts["steps"], "60");
+    for name in ["loss.svg", "preview.png"] {
+        assert!(std::fs::metadata(whole.join(name)).unwrap().len() > 1000, "{name}");
+    }
+}
+
+#[test]
+fn what_is_wrong_with_a_configuration_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("config.toml");
+    let wrong = [
+        (CONFIG.replace("steps = 60", "steps = 0"), "`steps` is 0"),
+        (CONFIG.replace("seed = 3", "sead = 3"), "sead"),
+        (CONFIG.replace("base = [0.05, 0.05]", "base = [0.0, 0.1]"), "lesson.base"),
+    ];
+    for (text, expected) in wrong {
+        std::fs::write(&path, text).unwrap();
+        let error = TrainConfig::read(&path).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    }
+    let both = CONFIG.replace("held-out = [\"head:32:9\"]", "held-out = [\"head:32:1\"]");
+    std::fs::write(&path, both).unwrap();
+    let error = TrainConfig::read(&path).unwrap().clips.sets(folder.path()).unwrap_err();
+    assert!(error.to_string().contains("leave it in one of them"));
+}
