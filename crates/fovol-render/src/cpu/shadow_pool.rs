@@ -105,25 +105,25 @@ impl Course {
 
     /// Which samples of word `word` need be taken.
     #[inline(always)]
-    fn samples(&self, word: u32, columns: Option<&LightColumns>) -> u32 {
+    fn samples(&self, word: u32, columns: &LightColumns) -> u32 {
         let start = word * SLABS;
         let after = u32::MAX << self.first.saturating_sub(start);
         let before = u32::MAX >> (SLABS - (self.end - start).min(SLABS));
-        let may_meet = columns.map_or(u32::MAX, |c| c.word(self.column as usize, word as usize));
-        may_meet & after & before
+        columns.word(self.column as usize, word as usize) & after & before
     }
 }
 
 /// A shadow ray for each lane, in memory while finished ones are replaced.
 struct Bundle {
     position: [[f32; MOST_LANES]; 3],
-    /// Δ from the point to the sample of the lowest bit of `samples`.
+    /// Δ from the point to the sample of the lowest bit of `left`, or to the next one.
     steps: [f32; MOST_LANES],
-    /// A bit for each sample still to be taken, of one word of the ray's course.
-    samples: [u32; MOST_LANES],
+    /// What is still to be taken: a bit for each sample of one word of the ray's course, or their number as the bits
+    /// of an f32.
+    left: [u32; MOST_LANES],
     transmittance: [f32; MOST_LANES],
     course: [Course; MOST_LANES],
-    /// The word after that of `samples`.
+    /// The word after that of `left`.
     word: [u32; MOST_LANES],
     sample: [usize; MOST_LANES],
     next: usize,
@@ -136,7 +136,7 @@ impl Bundle {
         Self {
             position: [[0.0; MOST_LANES]; 3],
             steps: [0.0; MOST_LANES],
-            samples: [0; MOST_LANES],
+            left: [0; MOST_LANES],
             transmittance: [1.0; MOST_LANES],
             course: [Course::NONE; MOST_LANES],
             word: [0; MOST_LANES],
@@ -145,7 +145,7 @@ impl Bundle {
         }
     }
 
-    /// Position, steps, samples left of the word, and transmittance as vectors.
+    /// Position, steps, what is left, and transmittance as vectors.
     ///
     /// # Safety
     /// The instruction set of `L` must be available.
@@ -157,7 +157,7 @@ impl Bundle {
             (
                 [L::load(x.as_ptr()), L::load(y.as_ptr()), L::load(z.as_ptr())],
                 L::load(self.steps.as_ptr()),
-                L::to_bits(L::load(self.samples.as_ptr().cast())),
+                L::to_bits(L::load(self.left.as_ptr().cast())),
                 L::load(self.transmittance.as_ptr()),
             )
         }
@@ -166,19 +166,24 @@ impl Bundle {
     /// Gives every lane of `finished` the next word of its ray that has samples to take; where there is
     /// none, delivers the ray's transmittance and takes the next ray of `pool` that has any.
     #[inline(always)]
-    fn refill<T>(&mut self, finished: u32, pool: &mut ShadowPool, rays: &ShadowRays<'_, T>) {
+    fn refill<T, const LISTED: bool>(
+        &mut self,
+        finished: u32,
+        pool: &mut ShadowPool,
+        rays: &ShadowRays<'_, T>,
+    ) {
         let mut finished = finished;
         while finished != 0 {
             let lane = finished.trailing_zeros() as usize;
             finished &= finished - 1;
-            if self.transmittance[lane] > DARK && self.next_word(lane, rays.columns) {
+            if LISTED && self.transmittance[lane] > DARK && self.next_word(lane, rays.columns) {
                 continue;
             }
             if self.sample[lane] != NOBODY {
                 pool.columns[TRANSMITTANCE][self.sample[lane]] = self.transmittance[lane];
                 self.sample[lane] = NOBODY;
             }
-            self.samples[lane] = 0;
+            self.left[lane] = 0;
             self.course[lane] = Course::NONE;
             self.word[lane] = 0;
             while self.next < pool.len {
@@ -186,7 +191,8 @@ impl Bundle {
                 self.next += 1;
                 self.course[lane] = pool.courses[sample];
                 self.word[lane] = self.course[lane].first / SLABS;
-                if self.next_word(lane, rays.columns) {
+                let goes = if LISTED { self.next_word(lane, rays.columns) } else { self.take_all(lane) };
+                if goes {
                     (0..3).for_each(|a| self.position[a][lane] = pool.columns[a][sample]);
                     self.transmittance[lane] = 1.0;
                     self.sample[lane] = sample;
@@ -197,9 +203,25 @@ impl Bundle {
         }
     }
 
+    /// Whether no lane has a ray.
+    #[inline(always)]
+    fn is_done(&self) -> bool {
+        self.sample == [NOBODY; MOST_LANES]
+    }
+
+    /// Makes `lane` take every sample of its course; false if there is none.
+    #[inline(always)]
+    fn take_all(&mut self, lane: usize) -> bool {
+        let Course { first, end, .. } = self.course[lane];
+        self.steps[lane] = SHADOW_START;
+        self.left[lane] = ((end - first) as f32).to_bits();
+        end > first
+    }
+
     /// Moves `lane` on to the next word with samples to take; false if there is none.
     #[inline(always)]
     fn next_word(&mut self, lane: usize, columns: Option<&LightColumns>) -> bool {
+        let Some(columns) = columns else { return false };
         let course = self.course[lane];
         while self.word[lane] * SLABS < course.end {
             let word = self.word[lane];
@@ -208,7 +230,7 @@ impl Bundle {
             if samples != 0 {
                 let before = (word * SLABS) as f32 - course.first as f32;
                 self.steps[lane] = SHADOW_STEP.mul_add(before, SHADOW_START);
-                self.samples[lane] = samples;
+                self.left[lane] = samples;
                 return true;
             }
         }
@@ -259,41 +281,68 @@ impl ShadowPool {
 /// The instruction set of `L` must be available.
 #[inline(always)]
 pub unsafe fn trace<L: Lanes, T: Texel>(rays: &ShadowRays<'_, T>, pool: &mut ShadowPool) -> u64 {
+    // SAFETY: the caller's.
+    unsafe {
+        pool.plan::<L, T>(rays);
+        if rays.columns.is_some() {
+            trace_as::<L, T, true>(rays, pool)
+        } else {
+            trace_as::<L, T, false>(rays, pool)
+        }
+    }
+}
+
+/// [`trace`] along planned courses: the samples that words list (`LISTED`), or all.
+///
+/// # Safety
+/// The instruction set of `L` must be available.
+#[inline(always)]
+unsafe fn trace_as<L: Lanes, T: Texel, const LISTED: bool>(
+    rays: &ShadowRays<'_, T>,
+    pool: &mut ShadowPool,
+) -> u64 {
     // SAFETY: table indices come from display values in 0…1 scaled to the table; lanes are loaded from
     // and stored to arrays of at least N elements.
     unsafe {
-        let one = L::splat(1.0);
+        let (zero, one, step) = (L::splat(0.0), L::splat(1.0), L::splat(SHADOW_STEP));
         let delta = rays.light.delta.map(|d| L::splat(d));
         let all = u32::MAX >> (32 - L::N);
-        pool.plan::<L, T>(rays);
         let mut bundle = Bundle::new();
         let mut taken = 0u64;
-        bundle.refill(all, pool, rays);
-        let (mut p, mut steps, mut samples, mut transmittance) = bundle.load::<L>();
+        bundle.refill::<T, LISTED>(all, pool, rays);
+        // Where nothing is listed, what is left is the number of samples as an f32.
+        let (mut p, mut steps, mut left, mut transmittance) = bundle.load::<L>();
         loop {
-            let (lowest, mut active) = lowest_bit::<L>(samples);
-            active = L::and_m(active, L::gt(transmittance, L::splat(DARK)));
+            let (place, waiting_samples) =
+                if LISTED { lowest_bit::<L>(left) } else { (zero, L::gt(L::from_bits(left), zero)) };
+            let active = L::and_m(waiting_samples, L::gt(transmittance, L::splat(DARK)));
             let running = L::bits(active);
             let idle = L::N as u32 - running.count_ones();
             let waiting = bundle.next < pool.len;
             if running == 0 || (waiting && idle * 4 >= L::N as u32) {
-                L::store(L::from_bits(samples), bundle.samples.as_mut_ptr().cast());
+                L::store(L::from_bits(left), bundle.left.as_mut_ptr().cast());
+                L::store(steps, bundle.steps.as_mut_ptr());
                 L::store(transmittance, bundle.transmittance.as_mut_ptr());
-                bundle.refill(all & !running, pool, rays);
-                (p, steps, samples, transmittance) = bundle.load::<L>();
-                if L::bits(lowest_bit::<L>(samples).1) == 0 {
+                bundle.refill::<T, LISTED>(all & !running, pool, rays);
+                if bundle.is_done() {
                     return taken;
                 }
+                (p, steps, left, transmittance) = bundle.load::<L>();
                 continue;
             }
-            let ahead = L::fma(lowest, L::splat(SHADOW_STEP), steps);
+            let ahead = if LISTED { L::fma(place, step, steps) } else { steps };
             let at =
                 [L::fma(ahead, delta[0], p[0]), L::fma(ahead, delta[1], p[1]), L::fma(ahead, delta[2], p[2])];
             taken += u64::from(running.count_ones());
             let index = L::truncate(L::add(rays.field.sample::<L>(at), L::splat(0.5)));
             let alpha = L::gather_f32(rays.alpha.as_ptr(), index);
             transmittance = L::mul(transmittance, L::select(active, L::sub(one, alpha), one));
-            samples = L::and_i(samples, L::sub_i(samples, L::splat_i(1)));
+            if LISTED {
+                left = L::and_i(left, L::sub_i(left, L::splat_i(1)));
+            } else {
+                steps = L::add(steps, step);
+                left = L::to_bits(L::sub(L::from_bits(left), one));
+            }
         }
     }
 }
