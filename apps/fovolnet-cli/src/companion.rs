@@ -16,6 +16,11 @@ pub struct Companion {
     pub build: &'static str,
 }
 
+/// A program beside this one ended with this exit status; it has said itself what was wrong.
+#[derive(Debug, thiserror::Error)]
+#[error("exit status {0}")]
+pub struct Failed(pub u8);
+
 impl Companion {
     /// Runs it with `arguments` and waits for it.
     ///
@@ -33,8 +38,7 @@ impl Companion {
         let status = status.with_context(|| format!("cannot start {}", program.display()))?;
         match status.code() {
             Some(0) => Ok(()),
-            // It has said itself what was wrong.
-            Some(code) => std::process::exit(code),
+            Some(code) => Err(Failed(u8::try_from(code).unwrap_or(1)).into()),
             None => bail!("{} was stopped by a signal", self.name),
         }
     }

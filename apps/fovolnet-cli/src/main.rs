@@ -70,6 +70,9 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         // Whoever reads our output has enough of it.
         Err(error) if console::is_broken_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) if error.is::<companion::Failed>() => {
+            ExitCode::from(error.downcast_ref::<companion::Failed>().map_or(1, |failed| failed.0))
+        }
         Err(error) => {
             eprintln!("error: {}", console::one_line(&error));
             ExitCode::from(1)
