@@ -95,12 +95,15 @@ def main():
         for name, way in WAYS.items():
             seconds.setdefault(name, []).append(ours(options, way))
     medians = {name: statistics.median(values) for name, values in seconds.items()}
-    for name, median in medians.items():
-        print(f"{name:<36} {median:7.2f} s   {' '.join(f'{s:.2f}' for s in seconds[name])}")
+    # Where others use the machine as well, the best says more than the median.
+    best = {name: min(values) for name, values in seconds.items()}
+    for name, values in seconds.items():
+        all_of_them = " ".join(f"{s:.2f}" for s in values)
+        print(f"{name:<36} median {medians[name]:6.2f} s   best {best[name]:6.2f} s   {all_of_them}")
     print(f"{'load of the machine':<36} {os.getloadavg()[0]:7.2f}")
     facts = {name: getattr(options, name) for name in ("network", "clip", "size", "threads")}
     out = facts | {"date": time.strftime("%Y-%m-%d"), "torch": torch.__version__}
-    out |= {"processors": os.cpu_count(), "load": os.getloadavg()[0], "median_s": medians, "all_s": seconds}
+    out |= {"processors": os.cpu_count(), "load": os.getloadavg()[0], "median_s": medians, "best_s": best, "all_s": seconds}
     if options.output:
         options.output.parent.mkdir(parents=True, exist_ok=True)
         options.output.write_text(json.dumps(out, indent=1) + "\n")
