@@ -77,7 +77,7 @@ impl Train {
         let ended = trainer.run(&learned, &judged, limit, &|| STOP.load(Ordering::Relaxed))?;
         match ended {
             Ended::Complete => {
-                println!("complete; the weights are {}", self.output.join("weights.safetensors").display())
+                println!("complete; the weights are {}", self.output.join("weights.safetensors").display());
             }
             Ended::Stopped => println!("stopped at step {}; go on with --resume", trainer.steps_done()),
         }

@@ -18,6 +18,7 @@ pub use set::ClipSet;
 
 use crate::{Error, Result};
 use fovol_core::{Camera, FrameSize, Reprojection, f16};
+use fovolnet::io::atomic;
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
@@ -139,9 +140,7 @@ impl Clip {
         let bytes =
             safetensors::serialize(tensors, Some(metadata)).map_err(|e| Error::Clip(e.to_string()))?;
         let packed = zstd::encode_all(bytes.as_slice(), 3).map_err(|e| Error::file("write", path, &e))?;
-        let partial = path.with_extension("partial");
-        fs::write(&partial, packed).map_err(|e| Error::file("write", &partial, &e))?;
-        fs::rename(&partial, path).map_err(|e| Error::file("write", path, &e))
+        Ok(atomic::write_bytes(path, &packed).map_err(fovolnet::Error::from)?)
     }
 }
 

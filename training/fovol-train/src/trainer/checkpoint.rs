@@ -1,4 +1,5 @@
 use crate::{Error, Result};
+use fovolnet::io::atomic;
 use safetensors::SafeTensors;
 use safetensors::tensor::{Dtype, TensorView};
 use std::collections::HashMap;
@@ -44,9 +45,7 @@ impl Checkpoint {
         let facts = [("step", self.step.to_string()), ("hours", self.hours.to_string())];
         let facts: HashMap<String, String> = facts.map(|(name, value)| (name.into(), value)).into();
         let bytes = safetensors::serialize(views, Some(facts)).map_err(|e| Error::Saved(e.to_string()))?;
-        let partial = path.with_extension("partial");
-        fs::write(&partial, bytes).map_err(|e| Error::file("write", &partial, &e))?;
-        fs::rename(&partial, &path).map_err(|e| Error::file("write", &path, &e))
+        Ok(atomic::write_bytes(&path, &bytes).map_err(fovolnet::Error::from)?)
     }
 
     /// Reads that of the run in `folder`.

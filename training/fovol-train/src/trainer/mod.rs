@@ -80,7 +80,7 @@ impl Trainer {
         };
         std::fs::create_dir_all(folder).map_err(|e| Error::file("make", folder, &e))?;
         if resume && Checkpoint::path(folder).is_file() {
-            trainer.restore(Checkpoint::read(folder)?)?;
+            trainer.restore(&Checkpoint::read(folder)?)?;
         }
         Ok(trainer)
     }
@@ -131,7 +131,7 @@ impl Trainer {
                 return Err(self.diverged());
             }
             self.step += 1;
-            if self.step % self.config.validate_every == 0 || self.step == self.config.steps {
+            if self.step.is_multiple_of(self.config.validate_every) || self.step == self.config.steps {
                 self.judge(&mut validation, &mut progress)?;
             }
             let out_of_time = limit.is_some_and(|limit| started.elapsed() >= limit);
@@ -233,7 +233,7 @@ impl Trainer {
         Ok(())
     }
 
-    fn restore(&mut self, checkpoint: Checkpoint) -> Result<()> {
+    fn restore(&mut self, checkpoint: &Checkpoint) -> Result<()> {
         let of = |part: &str| -> Vec<(String, Tensor)> {
             let named = checkpoint.tensors.iter();
             named
