@@ -3,7 +3,7 @@
 
     . training/environment
     (cd training && cargo build --release)
-    python benchmarks/peers/training_step.py [--network wnet-tiny] [--clip 16] [--size 256] [--threads 2] [-o FILE.json]
+    python benchmarks/peers/training_step.py [--network wnet-fast] [--clip 16] [--size 256] [--threads 2] [-o FILE.json]
 
 A step is forward through one clip of frames with the state carried along, L1 in the mean over frames, backward through
 all of it, and the optimiser. Both compute in f32 with the same libtorch. Python runs the modules of
@@ -79,7 +79,7 @@ def timed(run):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--network", default="wnet-tiny", choices=networks.CONFIGS)
+    parser.add_argument("--network", default="wnet-fast", choices=networks.CONFIGS)
     parser.add_argument("--clip", type=int, default=16)
     parser.add_argument("--size", type=int, default=256)
     parser.add_argument("--threads", type=int, default=2)

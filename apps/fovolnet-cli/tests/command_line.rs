@@ -141,7 +141,7 @@ fn networks_reconstruct_clips_and_are_exported() {
     let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let mut render = vec!["render", "head", "--frames", "3", "--keep", "frame,sparse,motion"];
     render.extend(SMALL);
-    let network = ["--reconstruct", "wnet", "--random-weights", "wnet-tiny:3", "--precision", "f32"];
+    let network = ["--reconstruct", "wnet", "--random-weights", "wnet-fast:3", "--precision", "f32"];
     let (first, second) = (at("first"), at("second"));
     succeeds(&[&render[..], &["-o", &first], &network].concat());
     // The same frames from their sparse pictures, which have 8 bits: the third also saw the first two.
@@ -149,13 +149,13 @@ fn networks_reconstruct_clips_and_are_exported() {
     let report = json(&succeeds(&["metrics", &first, &second, "--json", "-"]));
     assert!(report["psnr"].as_f64().unwrap() > 40.0, "{report}");
     let onnx = at("network.onnx");
-    succeeds(&["export", "--onnx", &onnx, "--random-weights", "wnet-tiny"]);
+    succeeds(&["export", "--onnx", &onnx, "--random-weights", "wnet-fast"]);
     assert!(std::fs::metadata(&onnx).unwrap().len() > 100_000);
 
     let out = at("out");
     let error = fails(&[&render[..], &["-o", &out, "--reconstruct", "wnet"]].concat(), 1);
     assert!(error.contains("--weights FILE"), "{error}");
-    let other = ["-o", &out, "--reconstruct", "deepfovea", "--random-weights", "wnet-tiny"];
+    let other = ["-o", &out, "--reconstruct", "deepfovea", "--random-weights", "wnet-fast"];
     assert!(fails(&[&render[..], &other].concat(), 1).contains("--reconstruct wnet"));
     std::fs::write(at("bad.safetensors"), b"nothing").unwrap();
     let bad = at("bad.safetensors");

@@ -11,7 +11,7 @@
 //! use fovol_net::cpu::{FrameInput, Network, Precision, Simd};
 //! use fovol_net::{Weights, plan::Named};
 //!
-//! let config = Named::WNetTiny.config();
+//! let config = Named::WNetFast.config();
 //! let weights = Weights::random(&config, 1)?;
 //! let network = Network::new(config.plan()?, &weights, Simd::best(), Precision::Auto)?;
 //! let size = FrameSize::new(40, 30)?;

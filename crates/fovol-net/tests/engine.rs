@@ -115,7 +115,7 @@ fn numbers_that_are_none_do_not_stay() {
 
 #[test]
 fn every_size_works_and_states_are_independent() {
-    let config = Named::WNetTiny.config();
+    let config = Named::WNetFast.config();
     let weights = Weights::random(&config, 1).unwrap();
     let network = network(&config, &weights, Simd::best(), Precision::Auto);
     for (w, h) in [(1, 1), (2, 3), (16, 16), (17, 1), (1, 33), (130, 70)] {
@@ -133,7 +133,7 @@ fn every_size_works_and_states_are_independent() {
 
 #[test]
 fn states_and_motion_that_do_not_fit_are_errors() {
-    let config = Named::WNetTiny.config();
+    let config = Named::WNetFast.config();
     let weights = Weights::random(&config, 1).unwrap();
     let ours = network(&config, &weights, Simd::best(), Precision::Auto);
     let other = network(&config, &weights, Simd::best(), Precision::Auto);

@@ -25,7 +25,7 @@ from safetensors import safe_open
 ROOT = Path(__file__).resolve().parents[3]
 CASES = ROOT / "crates/fovol-net/tests/reference"
 EXPORTER = "cargo run --quiet --release -p fovol-net --example export_onnx --"
-NETWORKS = ["wnet-paper", "wnet-narrow", "wnet-fast", "wnet-tiny", "deepfovea-fvn", "deepfovea-orig"]
+NETWORKS = ["wnet-paper", "wnet-narrow", "wnet-fast", "deepfovea-fvn", "deepfovea-orig"]
 # Of the largest magnitude.
 TOLERANCE = 1e-4
 

@@ -40,14 +40,15 @@ SEED = 7
 LARGEST_FILE = 400_000
 # Very small networks that have each option in another company than the named ones.
 VARIANTS = {
-    "variant-masked": networks.wnet([6, 8, 10], [6, 8], feedback="none", mask=True, history=True, reproject=True),
+    "variant-masked": networks.wnet([6, 8, 10], [6, 8], feedback="none", mask=True, history="around", reproject=True),
     "variant-softmax": networks.wnet([8, 12], [8], feedback="output", normalisation="softmax", bypass=True),
     "variant-folded": networks.wnet([6, 8, 10], [6, 8], fold=True, kernels=False, prefill=True, bypass=True),
     "variant-history": networks.wnet(
-        [6, 8, 10], [5, 7], fold=True, normalisation="softmax", history=True, reproject=True
+        [6, 8, 10], [5, 7], fold=True, normalisation="softmax", history="around", reproject=True
     ),
-    "variant-filled": networks.wnet([6, 8, 10], [5, 7], **networks.ALL_ON),
-    "variant-flat": networks.wnet([6, 8], [5], kernels=True, pyramid=False, mask=True, normalisation="softmax"),
+    "variant-filled": networks.wnet([6, 8, 10], [5, 7], history="around", filled="centre", **networks.ALL_ON),
+    "variant-flat": networks.wnet([6, 8], [5], flat="around", mask=True, normalisation="softmax"),
+    "variant-accumulating": networks.wnet([6, 8], [5], mask=True, prefill=True, accumulate=0.6),
     "variant-fovea": {"kind": "deepfovea", "encoder": [5, 7], "bottleneck": 6},
 }
 CONFIGS = networks.CONFIGS | VARIANTS
@@ -222,12 +223,14 @@ def add_warp(layers, name, level, shape):
     layers.add(name, networks.warp(state, layers.double(f"{name}.in1")), kind="warp", level=level)
 
 
-def add_pull_push(layers, name, shape, density, levels):
-    """Random samples, spread; the left half has none of them where `density` is below 0.01."""
+def add_pull_push(layers, name, shape, density, levels, least=1.0):
+    """Random samples of weights from `least` to 1, spread; the left half has none where `density` is below 0.01."""
     random = np.random.default_rng(networks.fnv1a(name))
     mask = (random.random((1, *shape)) < density).astype(np.float32)
     if density < 0.01:
         mask[:, :, : shape[1] // 2] = 0
+    if least < 1:
+        mask *= random.uniform(least, 1.0, mask.shape).astype(np.float32)
     layers.array(f"{name}.in0", (3, *shape), 0.0, 1.0)
     layers.arrays[f"{name}.in0"] *= mask
     layers.arrays[f"{name}.in1"] = mask
@@ -289,6 +292,7 @@ def layer_cases(folder):
     add_pull_push(layers, "pull_push_4_levels", (16, 48), 0.1, 4)
     add_pull_push(layers, "pull_push_odd", (5, 6), 0.5, 0)
     add_pull_push(layers, "pull_push_none", (16, 16), 0.0, 4)
+    add_pull_push(layers, "pull_push_weights", (16, 48), 0.3, 4, least=0.2)
     # Squares of the coarsest level without samples.
     add_pull_push(layers, "pull_push_gaps", (16, 48), 0.009, 4)
     save(layers.arrays, folder / "layers.safetensors", **layers.facts)

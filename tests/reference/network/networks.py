@@ -31,21 +31,25 @@ def wnet(encoder, decoder, **changes):
         "mask": False,
         "prefill": False,
         "bypass": False,
-        "history": False,
+        "history": None,
         "reproject": False,
-        "filled": False,
-        "pyramid": True,
+        "filled": None,
+        "flat": None,
+        "accumulate": 0.0,
+        "fresh": None,
+        "residual": False,
+        "recurrent": True,
     }
     return paper | changes
 
 
-ALL_ON = {name: True for name in ["fold", "mask", "prefill", "bypass", "history", "reproject", "filled"]}
-OURS = ALL_ON | {"feedback": "output", "pyramid": False}
+ALL_ON = {name: True for name in ["fold", "mask", "prefill", "bypass", "reproject"]}
+OURS = ALL_ON | {"feedback": "output", "history": "centre", "filled": "around", "flat": "centre"}
+OURS |= {"accumulate": 0.85, "fresh": "centre", "residual": True, "recurrent": False}
 CONFIGS = {
     "wnet-paper": wnet([64, 64, 80, 96], [64, 64, 80]),
     "wnet-narrow": wnet([64, 64, 80, 96], [32, 64, 80]),
-    "wnet-fast": wnet([32, 48, 64, 80], [32, 48, 64], **OURS),
-    "wnet-tiny": wnet([16, 32, 48, 64], [16, 32, 48], **OURS),
+    "wnet-fast": wnet([16, 32, 48, 64], [16, 32, 48], **OURS),
     "deepfovea-fvn": wnet(
         [32, 64, 128, 128, 128], [32, 64, 128, 128], feedback="none", kernels=False
     ),
@@ -103,14 +107,23 @@ def centre(image):
     return image[:, None]
 
 
+MORE_IMAGES = ["history", "filled", "fresh"]
+TAPS = {None: 0, "centre": 1, "around": 9}
+
+
+def weighed(image, taps):
+    """The taps of that name."""
+    return around(image) if taps == "around" else centre(image)
+
+
 def apply_kernels(kernels, taps):
     """The sum of `taps` (a list of [batch, taps, channels, rows, columns]) weighed by the kernels, per channel."""
     return (kernels[:, :, None] * torch.cat(taps, dim=1)).sum(dim=1)
 
 
-def pull(colour, mask, levels):
+def pull(colour, weight, levels):
     """The pyramid of premultiplied colours c' and weights w' of pull-push, finest first."""
-    pyramid = [(colour * mask, mask)]
+    pyramid = [(colour, weight)]
     for _ in range(levels):
         finer_colour, finer_weight = pyramid[-1]
         mean_colour, mean_weight = F.avg_pool2d(finer_colour, 2), F.avg_pool2d(finer_weight, 2)
@@ -119,10 +132,10 @@ def pull(colour, mask, levels):
     return pyramid
 
 
-def pull_push(colour, mask, levels):
-    """Samples spread over the frame.
+def pull_push(colour, weight, levels):
+    """Colours, multiplied by weights of 0 to 1, spread over the frame.
 
-    Level 0 has c'_0 = colour * mask and w'_0 = mask (0 or 1). L is the number of levels, for which both sides must
+    Level 0 has c'_0 = colour and w'_0 = weight. L is the number of levels, for which both sides must
     be even; networks take log2 of their multiple, at most 5.
 
     Pull, for l = 0 .. L - 1, from what the level before was made into:
@@ -133,12 +146,17 @@ def pull_push(colour, mask, levels):
         C_l = c'_l + (1 - w'_l) up(C_{l+1}),  W_l = w'_l + (1 - w'_l) up(W_{l+1})  for l = L - 1 .. 0.
     The result is C_0 / max(W_0, 1e-8): squares without any sample do not darken their neighbours.
     """
-    pyramid = pull(colour, mask, levels)
+    pyramid = pull(colour, weight, levels)
     filled, known = pyramid.pop()
     for colour, weight in reversed(pyramid):
         filled = colour + (1 - weight) * bilinear_up(filled)
         known = weight + (1 - weight) * bilinear_up(known)
     return filled / known.clamp(min=SMALLEST_WEIGHT)
+
+
+def accumulated(now, mask, last, kept):
+    """What is sampled now, and elsewhere the share `kept` of what was there."""
+    return bypass(now, mask, kept * last)
 
 
 def bypass(colour, mask, picture):
@@ -188,23 +206,24 @@ class KernelNetwork(nn.Module):
             expand = 2 if config["fold"] and depth == 0 else 1
             return PredictedKernel(features[depth], taps, expand, config["normalisation"])
 
-        more = 9 * (config["history"] + config["filled"])
+        more = sum(TAPS[config[image]] for image in MORE_IMAGES)
 
         def up_taps(depth):
             return 10 + more if depth == 0 else 10
 
-        self.pyramid = config["pyramid"]
-        if not self.pyramid:
-            self.only = kernel(0, 9 + more)
+        self.config = config
+        if config["flat"]:
+            self.only = kernel(0, TAPS[config["flat"]] + more)
             return
         self.down = nn.ModuleList(kernel(depth, 9) for depth in range(deepest))
         self.bottom = kernel(deepest, 9)
         self.up = nn.ModuleList(kernel(depth, up_taps(depth)) for depth in range(deepest))
 
-    def forward(self, picture, features, more):
-        more = [around(image) for image in more]
-        if not self.pyramid:
-            return self.only(features[0], [around(picture)] + more)
+    def forward(self, picture, features, images):
+        config = self.config
+        more = [weighed(images[name], config[name]) for name in MORE_IMAGES if config[name]]
+        if config["flat"]:
+            return self.only(features[0], [weighed(picture, config["flat"])] + more)
         skips = []
         for kernel, feature in zip(self.down, features):
             skips.append(kernel(feature, [around(picture)]))
@@ -229,12 +248,12 @@ class WNet(nn.Module):
         self.pull_levels = min(len(decoder) + config["fold"], PULL_LEVELS)
         self.has_feedback = config["feedback"] != "none"
         pixels = 4 if config["fold"] else 1
-        inputs = pixels * (3 + config["mask"] + 3 * self.has_feedback)
+        inputs = pixels * (3 + config["mask"] + 3 * bool(config["fresh"]) + 3 * self.has_feedback)
         self.encoder = nn.ModuleList(map(Block, [inputs] + encoder[:-1], encoder))
         below = decoder[1:] + encoder[-1:]
-        read = [e + b + d for e, b, d in zip(encoder, below, decoder)]
+        read = [e + b + d * config["recurrent"] for e, b, d in zip(encoder, below, decoder)]
         self.decoder = nn.ModuleList(map(Block, read, decoder))
-        self.output = nn.Conv2d(decoder[0], 3 * pixels, 1)
+        self.output = nn.Conv2d(decoder[0] + 3 * pixels * config["residual"], 3 * pixels, 1)
         if config["kernels"]:
             # Folded, the finest features serve the whole pixels as well as the 2x2 squares.
             finest = decoder[:1] if config["fold"] else []
@@ -243,9 +262,12 @@ class WNet(nn.Module):
     def initial_states(self, height, width, dtype):
         """Zeros for a padded frame."""
         states = {}
-        for depth, channels in enumerate(self.config["decoder"]):
+        for depth, channels in enumerate(self.config["decoder"] if self.config["recurrent"] else []):
             edge = 2 ** (depth + self.config["fold"])
             states[f"decoder.{depth}"] = torch.zeros(1, channels, height // edge, width // edge, dtype=dtype)
+        if self.config["accumulate"] > 0:
+            states["samples"] = torch.zeros(1, 3, height, width, dtype=dtype)
+            states["weights"] = torch.zeros(1, 1, height, width, dtype=dtype)
         if self.has_feedback or self.config["history"]:
             states["output"] = torch.zeros(1, 3, height, width, dtype=dtype)
         return states
@@ -255,10 +277,18 @@ class WNet(nn.Module):
         if config["reproject"]:
             states = {name: warp(state, motion) for name, state in states.items()}
 
-        filled = pull_push(colour, mask, self.pull_levels) if config["prefill"] else colour
+        samples, weights = colour, mask
+        if config["accumulate"] > 0:
+            samples = accumulated(colour, mask, states["samples"], config["accumulate"])
+            weights = accumulated(mask, mask, states["weights"], config["accumulate"])
+            following |= {"samples": samples, "weights": weights}
+        filled = pull_push(samples, weights, self.pull_levels) if config["prefill"] else colour
         inputs = [filled]
         if config["mask"]:
-            inputs.append(mask)
+            inputs.append(weights)
+        fresh = pull_push(colour, mask, self.pull_levels)
+        if config["fresh"]:
+            inputs.append(fresh)
         if self.has_feedback:
             inputs.append(states["output"])
         if config["fold"]:
@@ -269,24 +299,28 @@ class WNet(nn.Module):
             skips.append(block(F.avg_pool2d(skips[-1], 2)))
         features = [skips[-1]]
         for depth in reversed(range(len(self.decoder))):
-            hidden = states[f"decoder.{depth}"]
-            output = self.decoder[depth](skips[depth], bilinear_up(features[0]), hidden)
-            following[f"decoder.{depth}"] = output
+            read = [skips[depth], bilinear_up(features[0])]
+            if config["recurrent"]:
+                read.append(states[f"decoder.{depth}"])
+            output = self.decoder[depth](*read)
+            if config["recurrent"]:
+                following[f"decoder.{depth}"] = output
             features.insert(0, output)
 
-        direct = F.relu(self.output(features[0]))
+        read = torch.cat([features[0], inputs[0]], dim=1) if config["residual"] else features[0]
+        direct = F.relu(self.output(read))
         if config["fold"]:
             direct = F.pixel_shuffle(direct, 2)
         picture = direct
         if config["kernels"]:
             finest = features[:1] if config["fold"] else []
-            more = [states["output"]] if config["history"] else []
-            more += [filled] if config["filled"] else []
-            picture = self.kernel(direct, finest + features, more)
+            images = {"history": states.get("output"), "filled": filled, "fresh": fresh}
+            picture = self.kernel(direct, finest + features, images)
         if config["bypass"]:
             picture = bypass(colour, mask, picture)
         if "output" in states:
-            following["output"] = direct if config["feedback"] == "direct" else picture
+            fed_back = {"direct": direct, "output": picture.clamp(0, 1), "none": picture}
+            following["output"] = fed_back[config["feedback"]]
         return picture, following
 
 

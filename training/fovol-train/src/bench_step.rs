@@ -12,7 +12,7 @@ use tch::{Device, Kind, Tensor};
 #[derive(Args)]
 pub struct BenchStep {
     /// Which network
-    #[arg(long, default_value_t = Named::WNetTiny)]
+    #[arg(long, default_value_t = Named::WNetFast)]
     network: Named,
     /// Frames of a clip
     #[arg(long, default_value_t = 16)]

@@ -47,6 +47,12 @@ pub struct Augment {
 /// The widest blank border, pixels.
 pub const MOST_PADDING: u32 = 32;
 
+impl Augment {
+    /// Clips as they are.
+    pub const NONE: Self =
+        Self { colours: 0.0, flip_horizontal: 0.0, flip_vertical: 0.0, grey: 0.0, still: 0.0, padding: 0.0 };
+}
+
 impl Default for LessonConfig {
     fn default() -> Self {
         Self { base: [0.008, 0.12], sigma: [10.0, 60.0], without_fovea: 0.3, augment: Augment::default() }
@@ -293,15 +299,12 @@ mod tests {
     }
 
     fn plain() -> LessonConfig {
-        let none = Augment {
-            colours: 0.0,
-            flip_horizontal: 0.0,
-            flip_vertical: 0.0,
-            grey: 0.0,
-            still: 0.0,
-            padding: 0.0,
-        };
-        LessonConfig { base: [0.05, 0.05], without_fovea: 1.0, augment: none, ..LessonConfig::default() }
+        LessonConfig {
+            base: [0.05, 0.05],
+            without_fovea: 1.0,
+            augment: Augment::NONE,
+            ..LessonConfig::default()
+        }
     }
 
     fn largest(tensor: &Tensor) -> f64 {

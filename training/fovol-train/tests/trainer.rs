@@ -20,6 +20,7 @@ clip-gradients = 10.0
 average = 0.5
 validate-every = 30
 
+# One that has everything to learn: a filled picture to begin with leaves little in so few steps.
 [network]
 kind = "wnet"
 encoder = [8, 12]
@@ -31,10 +32,10 @@ fold = true
 mask = true
 prefill = true
 bypass = true
-history = true
+history = "centre"
 reproject = true
-filled = true
-pyramid = false
+flat = "around"
+accumulate = 0.85
 
 [clips]
 folder = "clips"

@@ -15,7 +15,7 @@ use std::time::Instant;
 /// Reconstruction networks: whole and layer by layer, against the peak of this machine
 #[derive(clap::Args)]
 pub struct NetBench {
-    /// Seeded random weights of a network: wnet-paper, wnet-narrow, wnet-fast, wnet-tiny, deepfovea-fvn or
+    /// Seeded random weights of a network: wnet-paper, wnet-narrow, wnet-fast, deepfovea-fvn or
     /// deepfovea-orig
     #[arg(long, value_name = "NAME[:SEED]", default_value = "wnet-paper", conflicts_with = "weights")]
     random_weights: RandomWeights,

@@ -1,17 +1,22 @@
-//! Predicted kernels: the 1×1 convolution, the normalisation and the weighted sum for a few rows at a time, so
-//! that the kernels of a whole frame never exist.
+//! Predicted kernels: the 1×1 convolution, the normalisation and the weighted sum for a few rows and columns at a time,
+//! so that the kernels of a whole frame never exist.
+//!
+//! Everything is computed with columns side by side in vectors. Where a feature serves several columns, the columns
+//! that features serve first come first, then those that they serve second: the phases of a row.
 
-use super::conv::{Arithmetic, ConvShape, Direct};
-use super::map::{Map, Stored};
+use super::element::Element;
+use super::map::{Map, Stored, with_map};
 use super::patch::{Source, Window, assemble};
 use super::simd::{Simd, Work};
-use crate::plan::{Activation, Filter, Normalisation, Padding, SQUARED_EPSILON, Taps};
+use crate::plan::{Filter, Normalisation, Padding, SQUARED_EPSILON, Taps};
 use rayon::prelude::*;
 
 /// A predicted kernel with its weights.
 #[derive(Debug, Clone)]
 pub struct PreparedFilter {
-    conv: Direct,
+    /// By output, then by input, filled with zeros.
+    weights: Vec<Vec<[f32; CHANNELS]>>,
+    bias: Vec<f32>,
     expand: usize,
     taps: Vec<Taps>,
     normalisation: Normalisation,
@@ -20,26 +25,20 @@ pub struct PreparedFilter {
 
 /// Rows of the output that are made at once; even, for features that serve two rows.
 const ROWS: usize = 8;
+/// Features whose kernels are made at once: as many as fit into the nearest cache with all their numbers.
+const COLUMNS: usize = 64;
+/// Channels that are multiplied in one pass over columns, so that sums are fetched and put back less often.
+const CHANNELS: usize = 4;
+
+/// A number of each feature.
+type Lanes = [f32; COLUMNS];
 
 impl PreparedFilter {
     /// The layer `filter` over `inputs` feature channels with its parameters.
-    pub fn new(
-        filter: &Filter,
-        inputs: usize,
-        (weights, bias): (&[f32], &[f32]),
-        simd: Simd,
-        arithmetic: Arithmetic,
-    ) -> Self {
-        let shape = ConvShape {
-            inputs,
-            outputs: bias.len(),
-            size: 1,
-            stride: 1,
-            padding: Padding::Zero,
-            activation: Activation::None,
-        };
+    pub fn new(filter: &Filter, inputs: usize, (weights, bias): (&[f32], &[f32]), simd: Simd) -> Self {
         Self {
-            conv: Direct::new(&shape, weights, bias, simd, arithmetic),
+            weights: weights.chunks_exact(inputs).map(in_fours).collect(),
+            bias: bias.to_vec(),
             expand: filter.expand,
             taps: filter.images.iter().map(|&(_, taps)| taps).collect(),
             normalisation: filter.normalisation,
@@ -54,124 +53,206 @@ impl PreparedFilter {
         out.resize([height, width, channels]);
         let bands = out.data.par_chunks_mut(ROWS * width * channels).enumerate();
         bands.for_each_init(Scratch::default, |scratch, (band, out)| {
-            let y = band * ROWS;
-            let rows = out.len() / (width * channels);
-            self.conv.run_rows(features, y / self.expand, rows.div_ceil(self.expand), &mut scratch.kernels);
-            let size = [y, rows, width, channels];
-            self.simd.vectorised(Band { filter: self, images, size, scratch, out });
+            let size = [band * ROWS, out.len() / (width * channels), width, channels];
+            self.simd.vectorised(Band { filter: self, features, images, size, scratch, out });
         });
     }
 
-    /// Filters `rows` rows from `y` on with the kernels in `scratch`.
+    /// Filters `rows` rows from `y` on.
     #[inline(always)]
-    fn band(
+    fn band<const EXPAND: usize>(
         &self,
+        features: &Stored,
         images: &[Source<'_>],
         [y, rows, width, channels]: [usize; 4],
         scratch: &mut Scratch,
         out: &mut [f32],
     ) {
-        self.normalise(scratch, rows, width);
-        scratch.sums.clear();
-        scratch.sums.resize(rows * channels * width, 0.0);
-        let mut first = 0;
-        for (image, &taps) in images.iter().zip(&self.taps) {
+        let columns = width / EXPAND;
+        scratch.planes.resize_with(images.len(), Planes::default);
+        for (image, planes) in images.iter().zip(&mut scratch.planes) {
             let window = Window { y: y as isize - 1, x: -1, rows: rows + 2, columns: width + 2 };
             assemble(std::slice::from_ref(image), Padding::Zero, window, &mut scratch.patch);
-            apart(&scratch.patch, channels, width + 2, &mut scratch.planes);
-            self.apply(scratch, first, taps, [width, channels]);
-            first += taps.count();
+            planes.fill::<EXPAND>(&scratch.patch, channels, width + 2);
         }
-        together(&scratch.sums, channels, width, out);
-    }
-
-    /// Brings the predicted weights of `rows` × `width` pixels to a sum of 1: \[row\]\[tap\]\[column\].
-    #[inline(always)]
-    fn normalise(&self, scratch: &mut Scratch, rows: usize, width: usize) {
-        let count: usize = self.taps.iter().map(|taps| taps.count()).sum();
-        let (kernels, expand) = (&scratch.kernels, self.expand);
-        scratch.weights.resize(rows * count * width, 0.0);
-        scratch.totals.resize(width, 0.0);
-        for (y, weights) in scratch.weights.chunks_exact_mut(count * width).enumerate() {
-            let row = kernels.row(y / expand);
-            for x in 0..width {
-                let part = (y % expand) * expand + x % expand;
-                let from = row[x / expand * kernels.channels + part..].iter().step_by(expand * expand);
-                weights[x..].iter_mut().step_by(width).zip(from).for_each(|(to, &w)| *to = w);
-            }
-            self.shape(weights, &mut scratch.totals, width);
-        }
-    }
-
-    /// Turns predictions of one row, \[tap\]\[column\], to weights.
-    #[inline(always)]
-    fn shape(&self, weights: &mut [f32], totals: &mut [f32], width: usize) {
-        match self.normalisation {
-            Normalisation::Squared => weights.iter_mut().for_each(|w| *w = *w * *w + SQUARED_EPSILON),
-            Normalisation::Softmax => {
-                totals.fill(f32::NEG_INFINITY);
-                for row in weights.chunks_exact(width) {
-                    totals.iter_mut().zip(row).for_each(|(most, &w)| *most = most.max(w));
-                }
-                for row in weights.chunks_exact_mut(width) {
-                    row.iter_mut().zip(&*totals).for_each(|(w, &most)| *w = (*w - most).exp());
+        for row in 0..rows.div_ceil(EXPAND) {
+            for first in (0..columns).step_by(COLUMNS) {
+                let count = COLUMNS.min(columns - first);
+                with_map!(features, map => {
+                    gather(map, y / EXPAND + row, first, count, &mut scratch.features);
+                });
+                self.predict(&scratch.features, &mut scratch.kernels);
+                for part in 0..EXPAND * EXPAND {
+                    let share = self.shape::<EXPAND>(part, &mut scratch.kernels);
+                    let (line, phase) = (row * EXPAND + part / EXPAND, part % EXPAND);
+                    let to = &mut out[line * width * channels..][..width * channels];
+                    for c in 0..channels {
+                        let place = Place { row: line, channel: c, phase, first };
+                        let sums = self.weighed::<EXPAND>(part, place, &scratch.planes, &scratch.kernels);
+                        let to = to[(first * EXPAND + phase) * channels + c..].iter_mut();
+                        let to = to.step_by(EXPAND * channels).take(count);
+                        for (to, (sum, share)) in to.zip(sums.iter().zip(&share)) {
+                            *to = sum * share;
+                        }
+                    }
                 }
             }
         }
-        totals.fill(0.0);
-        for row in weights.chunks_exact(width) {
-            totals.iter_mut().zip(row).for_each(|(sum, &w)| *sum += w);
-        }
-        totals.iter_mut().for_each(|sum| *sum = 1.0 / *sum);
-        for row in weights.chunks_exact_mut(width) {
-            row.iter_mut().zip(&*totals).for_each(|(w, &scale)| *w *= scale);
+    }
+
+    /// The 1×1 convolution of `features`, \[channel\], to `kernels`, \[output\].
+    #[inline(always)]
+    fn predict(&self, features: &[Lanes], kernels: &mut Vec<Lanes>) {
+        kernels.resize(self.bias.len(), [0.0; COLUMNS]);
+        for (sum, (&bias, weights)) in kernels.iter_mut().zip(self.bias.iter().zip(&self.weights)) {
+            *sum = [bias; COLUMNS];
+            for (w, f) in weights.iter().zip(features.as_chunks::<CHANNELS>().0) {
+                for i in 0..COLUMNS {
+                    sum[i] += (w[0] * f[0][i] + w[1] * f[1][i]) + (w[2] * f[2][i] + w[3] * f[3][i]);
+                }
+            }
         }
     }
 
-    /// Adds the image in the planes, weighed from weight `first` on, to the sums.
+    /// Turns the predictions for pixel `part` of those that a feature serves to weights; what these are to be multiplied
+    /// by for a sum of 1.
     #[inline(always)]
-    fn apply(&self, scratch: &mut Scratch, first: usize, taps: Taps, [width, channels]: [usize; 2]) {
-        let count: usize = self.taps.iter().map(|taps| taps.count()).sum();
-        for (row, sums) in scratch.sums.chunks_exact_mut(width).enumerate() {
-            let (y, c) = (row / channels, row % channels);
-            for k in 0..taps.count() {
-                let (dy, dx) = if taps == Taps::Around { (k / 3, k % 3) } else { (1, 1) };
-                let from = &scratch.planes[((y + dy) * channels + c) * (width + 2) + dx..][..width];
-                let weights = &scratch.weights[(y * count + first + k) * width..][..width];
-                for ((sum, &v), &w) in sums.iter_mut().zip(from).zip(weights) {
-                    *sum += w * v;
+    fn shape<const EXPAND: usize>(&self, part: usize, kernels: &mut [Lanes]) -> Lanes {
+        let pixels = EXPAND * EXPAND;
+        let mut total = [0.0f32; COLUMNS];
+        if self.normalisation == Normalisation::Softmax {
+            let mut most = [f32::NEG_INFINITY; COLUMNS];
+            for kernel in kernels[part..].iter().step_by(pixels) {
+                for i in 0..COLUMNS {
+                    most[i] = most[i].max(kernel[i]);
                 }
             }
+            for kernel in kernels[part..].iter_mut().step_by(pixels) {
+                for i in 0..COLUMNS {
+                    kernel[i] = (kernel[i] - most[i]).exp();
+                    total[i] += kernel[i];
+                }
+            }
+        } else {
+            for kernel in kernels[part..].iter_mut().step_by(pixels) {
+                for i in 0..COLUMNS {
+                    kernel[i] = kernel[i] * kernel[i] + SQUARED_EPSILON;
+                    total[i] += kernel[i];
+                }
+            }
+        }
+        for total in &mut total {
+            *total = 1.0 / *total;
+        }
+        total
+    }
+
+    /// The sums of all images at `place`, weighed by the kernels of `part`.
+    #[inline(always)]
+    fn weighed<const EXPAND: usize>(
+        &self,
+        part: usize,
+        place: Place,
+        planes: &[Planes],
+        kernels: &[Lanes],
+    ) -> Lanes {
+        let mut sums = [0.0f32; COLUMNS];
+        let mut kernels = kernels[part..].iter().step_by(EXPAND * EXPAND);
+        for (planes, &taps) in planes.iter().zip(&self.taps) {
+            let window = if taps == Taps::Around { [0, 1, 2].as_slice() } else { [1].as_slice() };
+            for &dy in window {
+                for &dx in window {
+                    let from = planes.lanes::<EXPAND>(place, [dy, dx]);
+                    let Some(weights) = kernels.next() else { return sums };
+                    for i in 0..COLUMNS {
+                        sums[i] += weights[i] * from[i];
+                    }
+                }
+            }
+        }
+        sums
+    }
+}
+
+/// Which pixels of a band are summed.
+#[derive(Debug, Clone, Copy)]
+struct Place {
+    row: usize,
+    channel: usize,
+    /// Which of the columns that each feature serves.
+    phase: usize,
+    /// The first of [`COLUMNS`] features.
+    first: usize,
+}
+
+/// A part of an image with a border of one, \[row\]\[channel\]\[phase\]\[column\].
+#[derive(Debug, Default)]
+struct Planes {
+    data: Vec<f32>,
+    channels: usize,
+    /// Numbers of a phase, with room for lanes beyond the last column.
+    length: usize,
+}
+
+impl Planes {
+    /// Takes over `image`, \[row\]\[column\]\[channel\].
+    #[inline(always)]
+    fn fill<const PHASES: usize>(&mut self, image: &[f32], channels: usize, width: usize) {
+        let rows = image.len() / (width * channels);
+        self.channels = channels;
+        self.length = width.div_ceil(PHASES).next_multiple_of(COLUMNS) + COLUMNS;
+        self.data.resize(rows * channels * PHASES * self.length, 0.0);
+        let lines = self.data.chunks_exact_mut(channels * PHASES * self.length);
+        for (from, to) in image.chunks_exact(width * channels).zip(lines) {
+            for (plane, to) in to.chunks_exact_mut(self.length).enumerate() {
+                let first = plane % PHASES * channels + plane / PHASES;
+                pick(from, first, PHASES * channels, to);
+            }
+        }
+    }
+
+    /// What the pixels at `place` find at row `dy` and column `dx` of the 3×3 around them.
+    #[inline(always)]
+    fn lanes<const PHASES: usize>(&self, place: Place, [dy, dx]: [usize; 2]) -> &Lanes {
+        let at = place.phase + dx;
+        let plane = ((place.row + dy) * self.channels + place.channel) * PHASES + at % PHASES;
+        let start = plane * self.length + place.first + at / PHASES;
+        self.data[start..].first_chunk().expect("planes have room for lanes beyond the last column")
+    }
+}
+
+/// `count` pixels of row `y` of `map` from `first` on, \[channel\]\[column\].
+#[inline(always)]
+fn gather<T: Element>(map: &Map<T>, y: usize, first: usize, count: usize, out: &mut Vec<Lanes>) {
+    out.resize(map.channels.next_multiple_of(CHANNELS), [0.0; COLUMNS]);
+    let row = &map.row(y)[first * map.channels..(first + count) * map.channels];
+    for (x, pixel) in row.chunks_exact(map.channels).take(COLUMNS).enumerate() {
+        for (to, &v) in out.iter_mut().zip(pixel) {
+            to[x] = v.to_f32();
         }
     }
 }
 
-/// \[row\]\[column\]\[channel\] to \[row\]\[channel\]\[column\]: columns side by side fill vectors.
+/// Every `stride`-th number of `from` from `first` on.
 #[inline(always)]
-fn apart(image: &[f32], channels: usize, width: usize, planes: &mut Vec<f32>) {
-    planes.resize(image.len(), 0.0);
-    let rows = image.chunks_exact(width * channels).zip(planes.chunks_exact_mut(width * channels));
-    for (from, to) in rows {
-        for (c, to) in to.chunks_exact_mut(width).enumerate() {
-            to.iter_mut().zip(from[c..].iter().step_by(channels)).for_each(|(to, &v)| *to = v);
-        }
+fn pick(from: &[f32], first: usize, stride: usize, to: &mut [f32]) {
+    let count = from.len().saturating_sub(first).div_ceil(stride);
+    for (i, to) in to[..count].iter_mut().enumerate() {
+        *to = from[first + i * stride];
     }
 }
 
-/// The inverse of [`apart`].
-#[inline(always)]
-fn together(planes: &[f32], channels: usize, width: usize, image: &mut [f32]) {
-    let rows = planes.chunks_exact(width * channels).zip(image.chunks_exact_mut(width * channels));
-    for (from, to) in rows {
-        for (c, from) in from.chunks_exact(width).enumerate() {
-            to[c..].iter_mut().step_by(channels).zip(from).for_each(|(to, &v)| *to = v);
-        }
-    }
+/// `weights` with zeros up to whole groups.
+fn in_fours(weights: &[f32]) -> Vec<[f32; CHANNELS]> {
+    let mut padded = weights.to_vec();
+    padded.resize(weights.len().next_multiple_of(CHANNELS), 0.0);
+    padded.as_chunks().0.to_vec()
 }
 
 /// The filtering of some rows.
 struct Band<'a> {
     filter: &'a PreparedFilter,
+    features: &'a Stored,
     images: &'a [Source<'a>],
     /// The first row, rows, columns, channels.
     size: [usize; 4],
@@ -182,30 +263,32 @@ struct Band<'a> {
 impl Work for Band<'_> {
     #[inline(always)]
     fn run(self) {
-        self.filter.band(self.images, self.size, self.scratch, self.out);
+        let Self { filter, features, images, size, scratch, out } = self;
+        match filter.expand {
+            1 => filter.band::<1>(features, images, size, scratch, out),
+            _ => filter.band::<2>(features, images, size, scratch, out),
+        }
     }
 }
 
 /// Memory of one thread.
 #[derive(Default)]
 struct Scratch {
-    kernels: Map,
-    /// \[row\]\[tap\]\[column\].
-    weights: Vec<f32>,
-    /// Sums of the weights of each column.
-    totals: Vec<f32>,
+    /// By channel.
+    features: Vec<Lanes>,
+    /// By output of the 1×1 convolution.
+    kernels: Vec<Lanes>,
     patch: Vec<f32>,
-    /// The patch as \[row\]\[channel\]\[column\].
-    planes: Vec<f32>,
-    /// The filtered image as \[row\]\[channel\]\[column\].
-    sums: Vec<f32>,
+    /// Of each image.
+    planes: Vec<Planes>,
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cpu::conv::ConvShape;
     use crate::cpu::plain;
-    use crate::plan::{Read, Resize, TensorId};
+    use crate::plan::{Activation, Read, Resize, TensorId};
     use proptest::prelude::*;
 
     fn map(seed: u64, [height, width]: [usize; 2], channels: usize) -> Map {
@@ -257,7 +340,7 @@ mod tests {
             let sources: Vec<Source<'_>> =
                 stored.iter().map(|(map, resize)| Source { map, resize: *resize }).collect();
             let mut out = Map::default();
-            PreparedFilter::new(&layer, 7, (&weights, &bias), Simd::best(), Arithmetic::F32)
+            PreparedFilter::new(&layer, 7, (&weights, &bias), Simd::best())
                 .run(&Stored::F32(features), &sources, &mut out);
             for (a, b) in out.data.iter().zip(&expected.data) {
                 prop_assert!((a - b).abs() <= 1e-4, "{a} and {b}");

@@ -223,7 +223,7 @@ fn step(plan: &Plan, layer: &Layer, weights: &Weights, simd: Simd, choice: &Choi
         }
         Layer::Filter(filter) => {
             let inputs = channels(filter.features);
-            let filter = PreparedFilter::new(filter, inputs, pair(&filter.name)?, simd, choice.narrow());
+            let filter = PreparedFilter::new(filter, inputs, pair(&filter.name)?, simd);
             Step::Filter(Box::new(filter))
         }
         Layer::Norm(norm) => {
@@ -291,8 +291,9 @@ fn run_plain(layer: &Layer, tensors: &[Stored], out: &mut Stored) {
         (Layer::Scale { input, factor, offset, .. }, Stored::F32(out)) => {
             reshape::scale(picture(input), *factor, *offset, out);
         }
-        (Layer::PullPush { colour, mask, levels, .. }, Stored::F32(out)) => {
-            pull_push(picture(colour), picture(mask), *levels, out);
+        (Layer::Clamp { input, .. }, Stored::F32(out)) => reshape::clamp(picture(input), out),
+        (Layer::PullPush { colour, weight, levels, .. }, Stored::F32(out)) => {
+            pull_push(picture(colour), picture(weight), *levels, out);
         }
         (Layer::Bypass { colour, mask, input, .. }, Stored::F32(out)) => {
             reshape::bypass(picture(colour), picture(mask), picture(input), out);

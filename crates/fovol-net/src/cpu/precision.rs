@@ -115,11 +115,13 @@ impl<'a> Choice<'a> {
 
     /// What `conv` multiplies.
     pub fn of(&self, conv: &Conv) -> Arithmetic {
+        if conv.size == 1 {
+            // They make pictures, for which the eight bits of bf16 are too few.
+            return Arithmetic::F32;
+        }
         let is_positive = conv.inputs.iter().all(|read| self.positive[read.tensor.index()]);
         match self.steps(conv) {
-            Some(steps) if conv.size == 3 && is_positive && self.wants_bytes(conv) => {
-                Arithmetic::Int8 { steps }
-            }
+            Some(steps) if is_positive && self.wants_bytes(conv) => Arithmetic::Int8 { steps },
             _ => self.narrow(),
         }
     }
@@ -162,6 +164,7 @@ fn positive(plan: &Plan) -> Vec<bool> {
                 Layer::Norm(norm) => norm.activation == Activation::Relu,
                 Layer::Filter(filter) => filter.images.iter().all(|(read, _)| positive[read.tensor.index()]),
                 Layer::Scale { factor, offset, .. } => all && *factor >= 0.0 && *offset >= 0.0,
+                Layer::Clamp { .. } => true,
                 _ => all,
             };
         }

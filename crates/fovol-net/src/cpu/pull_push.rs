@@ -29,16 +29,18 @@ impl Level {
     }
 }
 
-/// Writes `colour` where `mask` is 1, and elsewhere the mean of the samples around, to `out`.
+/// Spreads `colour`, which is multiplied by `weight`, over `out`: as it is where that is 1, and elsewhere mixed with what
+/// is around.
 ///
 /// Pulling halves the resolution `levels` times, for which sides must be even: premultiplied colours c and weights w
 /// are averaged over 2×2 pixels, then w' = min(4w, 1) and c' = c·w'/max(w, 1e-8). Pushing goes back: each finer
 /// level gets c' + (1 − w')·(c of the coarser, bilinear), and its weight likewise. At last colours are divided by
 /// max(weight, 1e-8).
-pub fn pull_push(colour: &Map, mask: &Map, levels: u32, out: &mut Map) {
-    let mut known = vec![premultiplied(colour, mask)];
+pub fn pull_push(colour: &Map, weight: &Map, levels: u32, out: &mut Map) {
+    let mut known: Vec<Level> = Vec::new();
     for _ in 0..levels {
-        known.push(pulled(&known[known.len() - 1]));
+        let next = known.last().map_or_else(|| first_pulled(colour, weight), pulled);
+        known.push(next);
     }
     while known.len() > 1 {
         if let (Some(coarser), Some(finer)) = (known.pop(), known.last_mut()) {
@@ -46,40 +48,93 @@ pub fn pull_push(colour: &Map, mask: &Map, levels: u32, out: &mut Map) {
         }
     }
     out.resize([colour.height, colour.width, 3]);
-    let pixels = out.data.par_chunks_exact_mut(3 * colour.width).enumerate();
-    pixels.for_each(|(y, row)| {
-        for (to, [r, g, b, w]) in row.chunks_exact_mut(3).zip(known[0].row(y)) {
-            to.copy_from_slice(&[r, g, b].map(|v| v / w.max(SMALLEST)));
+    let bands = out.data.par_chunks_mut(3 * BAND * colour.width).enumerate();
+    bands.for_each_init(Rows::default, |memory, (band, rows)| {
+        for (row, to) in rows.chunks_exact_mut(3 * colour.width).enumerate() {
+            let y = band * BAND + row;
+            join(colour.row(y), weight.row(y), &mut memory.joined[0]);
+            let [row, _] = &mut memory.joined;
+            if let Some(coarser) = known.first() {
+                Simd::best().vectorised(PushRow { y, row, coarser, blended: &mut memory.blended });
+            }
+            divide(row, to);
         }
     });
 }
 
-fn premultiplied(colour: &Map, mask: &Map) -> Level {
-    let mut pixels = vec![[0.0; 4]; colour.height * colour.width];
-    pixels.par_chunks_exact_mut(colour.width).enumerate().for_each(|(y, row)| {
-        let samples = colour.row(y).chunks_exact(3).zip(mask.row(y));
-        for (to, (rgb, &w)) in row.iter_mut().zip(samples) {
-            *to = [rgb[0] * w, rgb[1] * w, rgb[2] * w, w];
+/// Rows that a thread works on.
+#[derive(Default)]
+struct Rows {
+    joined: [Vec<Known>; 2],
+    blended: Vec<Known>,
+}
+
+/// A row of premultiplied colours with their weights.
+fn join(colour: &[f32], weight: &[f32], out: &mut Vec<Known>) {
+    let pixels = colour.as_chunks::<3>().0.iter().zip(weight);
+    out.clear();
+    out.extend(pixels.map(|(&[r, g, b], &w)| [r, g, b, w]));
+}
+
+/// The colours of `row`.
+fn divide(row: &[Known], to: &mut [f32]) {
+    for (to, &[r, g, b, w]) in to.as_chunks_mut::<3>().0.iter_mut().zip(row) {
+        let factor = 1.0 / w.max(SMALLEST);
+        *to = [r * factor, g * factor, b * factor];
+    }
+}
+
+/// The first level below the picture itself, which is nowhere as a whole.
+fn first_pulled(colour: &Map, weight: &Map) -> Level {
+    let width = colour.width / 2;
+    let mut pixels = vec![[0.0; 4]; width * (colour.height / 2)];
+    let bands = pixels.par_chunks_mut(BAND * width).enumerate();
+    bands.for_each_init(Rows::default, |memory, (band, rows)| {
+        for (row, to) in rows.chunks_exact_mut(width).enumerate() {
+            let y = 2 * (band * BAND + row);
+            let [above, below] = &mut memory.joined;
+            join(colour.row(y), weight.row(y), above);
+            join(colour.row(y + 1), weight.row(y + 1), below);
+            Simd::best().vectorised(PullRow { above, below, to });
         }
     });
-    Level { pixels, width: colour.width }
+    Level { pixels, width }
 }
 
 fn pulled(finer: &Level) -> Level {
     let width = finer.width / 2;
     let mut pixels = vec![[0.0; 4]; width * (finer.height() / 2)];
-    pixels.par_chunks_exact_mut(width).enumerate().for_each(|(y, row)| {
-        let rows = finer.row(2 * y).chunks_exact(2).zip(finer.row(2 * y + 1).chunks_exact(2));
-        for (to, (above, below)) in row.iter_mut().zip(rows) {
-            let sum: Known =
-                std::array::from_fn(|c| (above[0][c] + above[1][c]) + (below[0][c] + below[1][c]));
+    pixels.par_chunks_exact_mut(width).enumerate().for_each(|(y, to)| {
+        Simd::best().vectorised(PullRow { above: finer.row(2 * y), below: finer.row(2 * y + 1), to });
+    });
+    Level { pixels, width }
+}
+
+/// The pulling of two rows to one.
+struct PullRow<'a> {
+    above: &'a [Known],
+    below: &'a [Known],
+    to: &'a mut [Known],
+}
+
+impl Work for PullRow<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let rows = self.above.as_chunks::<2>().0.iter().zip(self.below.as_chunks::<2>().0);
+        for (to, (above, below)) in self.to.iter_mut().zip(rows) {
+            let mut sum = [0.0f32; 4];
+            for c in 0..4 {
+                sum[c] = (above[0][c] + above[1][c]) + (below[0][c] + below[1][c]);
+            }
             // Of the mean: min(4w, 1) / max(w, 1e-8).
             let weight = sum[3].min(1.0);
             let factor = 0.25 * weight / (0.25 * sum[3]).max(SMALLEST);
-            *to = [sum[0] * factor, sum[1] * factor, sum[2] * factor, weight];
+            for c in 0..4 {
+                to[c] = sum[c] * factor;
+            }
+            to[3] = weight;
         }
-    });
-    Level { pixels, width }
+    }
 }
 
 /// Adds what is missing in `finer` from `coarser`.
@@ -106,13 +161,22 @@ impl Work for PushRow<'_> {
     fn run(self) {
         let Self { y, row, coarser, blended } = self;
         let [(a, wa), (b, wb)] = halves(y, coarser.height());
-        blended.clear();
-        let rows = coarser.row(a).iter().zip(coarser.row(b));
-        blended.extend(rows.map(|(a, b)| -> Known { std::array::from_fn(|c| wa * a[c] + wb * b[c]) }));
-        for (x, to) in row.iter_mut().enumerate() {
-            let [(l, wl), (r, wr)] = halves(x, coarser.width);
-            let (left, right, open) = (&blended[l], &blended[r], 1.0 - to[3]);
-            *to = std::array::from_fn(|c| to[c] + open * (wl * left[c] + wr * right[c]));
+        let width = coarser.width;
+        // One more on both sides, so that every pixel has two neighbours.
+        blended.resize(width + 2, [0.0; 4]);
+        for (to, (a, b)) in blended[1..].iter_mut().zip(coarser.row(a).iter().zip(coarser.row(b))) {
+            for c in 0..4 {
+                to[c] = wa * a[c] + wb * b[c];
+            }
+        }
+        (blended[0], blended[width + 1]) = (blended[1], blended[width]);
+        for (to, around) in row.as_chunks_mut::<2>().0.iter_mut().zip(blended.windows(3)) {
+            let open = [1.0 - to[0][3], 1.0 - to[1][3]];
+            for c in 0..4 {
+                let near = 0.75 * around[1][c];
+                to[0][c] += open[0] * (near + 0.25 * around[0][c]);
+                to[1][c] += open[1] * (near + 0.25 * around[2][c]);
+            }
         }
     }
 }

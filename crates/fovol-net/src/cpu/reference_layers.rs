@@ -123,7 +123,7 @@ impl Case<'_> {
             },
         };
         let channels = features.channels;
-        let prepared = PreparedFilter::new(&layer, channels, (&weights, &bias), simd, Arithmetic::F32);
+        let prepared = PreparedFilter::new(&layer, channels, (&weights, &bias), simd);
         let stored: Vec<Stored> = inputs.into_iter().map(Stored::F32).collect();
         let sources = stored.iter().zip(&images).map(|(map, &(resize, _))| Source { map, resize });
         let mut out = Map::default();

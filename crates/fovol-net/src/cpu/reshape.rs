@@ -57,6 +57,13 @@ pub fn scale(input: &Map, factor: f32, offset: f32, out: &mut Map) {
     });
 }
 
+/// The nearest numbers in 0…1.
+pub fn clamp(input: &Map, out: &mut Map) {
+    rows(out, [input.height, input.width, input.channels], |y, row| {
+        row.iter_mut().zip(input.row(y)).for_each(|(to, &v)| *to = v.clamp(0.0, 1.0));
+    });
+}
+
 /// mask · colour + (1 − mask) · input.
 pub fn bypass(colour: &Map, mask: &Map, input: &Map, out: &mut Map) {
     let c = input.channels;

@@ -168,8 +168,12 @@ impl<'a> Exporter<'a> {
             Layer::Scale { input, output, factor, offset } => {
                 self.scale(self.name(*output), &self.value(*input), *factor, *offset)
             }
-            Layer::PullPush { colour, mask, levels, output } => {
-                self.pull_push(*colour, *mask, *levels, *output)
+            Layer::Clamp { input, output } => {
+                let [low, high] = [0.0, 1.0].map(|value| self.graph.scalar(value));
+                self.graph.plain("Clip", self.name(*output), &[&self.value(*input), &low, &high])
+            }
+            Layer::PullPush { colour, weight, levels, output } => {
+                self.pull_push([*colour, *weight], *levels, *output)
             }
             Layer::Bypass { colour, mask, input, output } => {
                 self.bypass(self.name(*output), [*colour, *mask, *input])

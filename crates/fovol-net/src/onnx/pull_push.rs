@@ -13,14 +13,14 @@ struct Known {
 }
 
 impl Exporter<'_> {
-    /// `colour` where `mask` is 1, and elsewhere the mean of the samples around.
+    /// `colour`, which is multiplied by `weight`: as it is where that is 1, and elsewhere mixed with what is around.
     ///
     /// Pulling halves the resolution `halvings` times: colours and weights w are averaged over 2×2 pixels and
     /// multiplied by min(4w, 1) / max(w, 1e-8). Pushing goes back: each finer level gets (1 − w) of the
     /// coarser, bilinear. At last colours are divided by weights.
-    pub fn pull_push(&mut self, colour: TensorId, mask: TensorId, halvings: u32, output: TensorId) -> String {
+    pub fn pull_push(&mut self, [colour, weight]: [TensorId; 2], halvings: u32, output: TensorId) -> String {
         let name = self.name(output);
-        let mut levels = vec![self.premultiplied(name, colour, mask)];
+        let mut levels = vec![self.known(name, colour, weight)];
         for _ in 0..halvings {
             let next = self.pulled(name, &levels[levels.len() - 1]);
             levels.push(next);
@@ -30,9 +30,8 @@ impl Exporter<'_> {
         self.divided(name, &filled)
     }
 
-    fn premultiplied(&mut self, name: &str, colour: TensorId, mask: TensorId) -> Known {
-        let (colour, weight) = (self.value(colour), self.value(mask));
-        let colour = self.graph.plain("Mul", &format!("{name}.premultiplied"), &[&colour, &weight]);
+    fn known(&mut self, name: &str, colour: TensorId, weight: TensorId) -> Known {
+        let (colour, weight) = (self.value(colour), self.value(weight));
         let both = self.graph.concatenated(&format!("{name}.known"), &[colour, weight.clone()]);
         Known { both, weight }
     }

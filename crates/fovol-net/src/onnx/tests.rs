@@ -69,8 +69,8 @@ fn inputs_and_outputs_are_those_of_the_plan() {
 
 #[test]
 fn initialisers_hold_the_learned_arrays() {
-    let (plan, model) = exported(Named::WNetTiny);
-    let weights = Weights::random(&Named::WNetTiny.config(), 1).unwrap();
+    let (plan, model) = exported(Named::WNetFast);
+    let weights = Weights::random(&Named::WNetFast.config(), 1).unwrap();
     for parameter in plan.parameters() {
         let tensor = model.graph.initialisers.iter().find(|tensor| tensor.name == parameter.name).unwrap();
         assert_eq!(tensor.dims, parameter.shape);
@@ -80,22 +80,22 @@ fn initialisers_hold_the_learned_arrays() {
 
 #[test]
 fn metadata_says_what_a_caller_needs() {
-    let (_, model) = exported(Named::WNetTiny);
+    let (_, model) = exported(Named::WNetFast);
     let value = |key: &str| model.metadata.iter().find(|entry| entry.key == key).unwrap().value.as_str();
     assert_eq!(value("fovolnet.multiple"), "16");
     assert_eq!(value("training"), "none");
-    let first = r#"[{"name":"output","channels":3,"scale":1},{"name":"decoder.2","channels":48,"scale":8},"#;
+    let first = r#"[{"name":"samples","channels":3,"scale":1},{"name":"weights","channels":1,"scale":1},"#;
     assert!(value("fovolnet.states").starts_with(first), "{}", value("fovolnet.states"));
 }
 
 #[test]
 fn weights_of_another_network_are_refused() {
-    let plan = Named::WNetTiny.config().plan().unwrap();
+    let plan = Named::WNetPaper.config().plan().unwrap();
     let weights = Weights::random(&Named::WNetFast.config(), 1).unwrap();
     assert!(super::export(&plan, &weights, &[]).is_err());
 }
 
 #[test]
 fn files_begin_with_the_version_of_the_format() {
-    assert_eq!(exported(Named::WNetTiny).1.to_bytes()[..12], *b"\x08\x08\x12\x08fovolnet");
+    assert_eq!(exported(Named::WNetFast).1.to_bytes()[..12], *b"\x08\x08\x12\x08fovolnet");
 }

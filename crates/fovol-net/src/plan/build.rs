@@ -82,6 +82,11 @@ impl PlanBuilder {
         previous
     }
 
+    /// A state of the shape of `tensor`.
+    pub fn state_like(&mut self, name: &str, tensor: TensorId) -> TensorId {
+        self.state(name, self.channels(tensor), self.level(tensor))
+    }
+
     /// Makes `next` what the state `previous` is in the next frame.
     pub fn keep(&mut self, previous: TensorId, next: TensorId) {
         let shape = |id: TensorId| (self.channels(id), self.level(id));
@@ -194,18 +199,26 @@ impl PlanBuilder {
         self.push(Layer::Scale { input, output, factor, offset })
     }
 
-    /// The samples, spread over the frame.
-    pub fn pull_push(&mut self) -> TensorId {
-        let (colour, mask) = (self.colour(), self.mask());
-        let output = self.tensor("prefilled", 3, 0);
+    /// `input`, cut to 0…1.
+    pub fn clamp(&mut self, input: TensorId) -> TensorId {
+        let name = format!("{}.clamped", self.plan.tensors[input.0].name);
+        let output = self.tensor(&name, self.channels(input), self.level(input));
+        self.push(Layer::Clamp { input, output })
+    }
+
+    /// `colour`, which is multiplied by `weight`, spread over the frame.
+    pub fn pull_push(&mut self, colour: TensorId, weight: TensorId) -> TensorId {
+        let name = format!("{}.filled", self.plan.tensors[colour.0].name);
+        let output = self.tensor(&name, self.channels(colour), 0);
         // How often frames can be halved is known at the end.
-        self.push(Layer::PullPush { colour, mask, levels: 0, output })
+        self.push(Layer::PullPush { colour, weight, levels: 0, output })
     }
 
     /// `colour` where sampled, `input` elsewhere.
     pub fn bypass(&mut self, colour: TensorId, input: TensorId) -> TensorId {
         let mask = self.mask();
-        let output = self.tensor("bypassed", self.channels(input), self.level(input));
+        let name = format!("{}.bypassed", self.plan.tensors[input.0].name);
+        let output = self.tensor(&name, self.channels(input), self.level(input));
         self.push(Layer::Bypass { colour, mask, input, output })
     }
 

@@ -95,7 +95,8 @@ pub struct Norm {
 }
 
 /// Which pixels of an image a predicted kernel weighs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Taps {
     /// The 3×3 around each pixel, row by row; zeros beyond the border.
     Around,
@@ -193,12 +194,19 @@ pub enum Layer {
         /// What is added.
         offset: f32,
     },
-    /// Unsampled pixels get the mean of the samples around them, from ever larger squares.
+    /// The nearest number in 0…1.
+    Clamp {
+        /// What it reads.
+        input: TensorId,
+        /// What it writes.
+        output: TensorId,
+    },
+    /// Pixels of little weight get the mean of those around them, from ever larger squares.
     PullPush {
-        /// What is sampled, 0 elsewhere.
+        /// Colours times their weights.
         colour: TensorId,
-        /// 1 where it is, 0 elsewhere.
-        mask: TensorId,
+        /// The weights, 0…1: 1 keeps the colour as it is.
+        weight: TensorId,
         /// How often the resolution is halved.
         levels: u32,
         /// What it writes.
@@ -238,6 +246,7 @@ impl Layer {
             | Self::SpaceToDepth { output, .. }
             | Self::DepthToSpace { output, .. }
             | Self::Scale { output, .. }
+            | Self::Clamp { output, .. }
             | Self::PullPush { output, .. }
             | Self::Bypass { output, .. }
             | Self::Warp { output, .. } => *output,
@@ -256,8 +265,9 @@ impl Layer {
             Self::Pool { input, .. }
             | Self::SpaceToDepth { input, .. }
             | Self::DepthToSpace { input, .. }
-            | Self::Scale { input, .. } => vec![*input],
-            Self::PullPush { colour, mask, .. } => vec![*colour, *mask],
+            | Self::Scale { input, .. }
+            | Self::Clamp { input, .. } => vec![*input],
+            Self::PullPush { colour, weight, .. } => vec![*colour, *weight],
             Self::Bypass { colour, mask, input, .. } => vec![*colour, *mask, *input],
             Self::Warp { input, motion, .. } => vec![*input, *motion],
         }
@@ -273,6 +283,7 @@ impl Layer {
             Self::SpaceToDepth { .. } => "space-to-depth",
             Self::DepthToSpace { .. } => "depth-to-space",
             Self::Scale { .. } => "scale",
+            Self::Clamp { .. } => "clamp",
             Self::PullPush { .. } => "pull-push",
             Self::Bypass { .. } => "bypass",
             Self::Warp { .. } => "warp",

@@ -170,10 +170,8 @@ pub enum Named {
     WNetPaper,
     /// The same with 32 channels in the last decoder, as in the authors' release.
     WNetNarrow,
-    /// Ours: half the resolution inside, samples kept, prefilled, reprojected.
+    /// Ours: half the resolution inside, samples accumulated along the motion, filled, and kept.
     WNetFast,
-    /// A smaller one for processors without matrix units.
-    WNetTiny,
     /// What the FoVolNet paper compared itself with.
     DeepFoveaFvn,
     /// DeepFovea's generator as published.
@@ -182,14 +180,8 @@ pub enum Named {
 
 impl Named {
     /// All of them.
-    pub const ALL: [Self; 6] = [
-        Self::WNetPaper,
-        Self::WNetNarrow,
-        Self::WNetFast,
-        Self::WNetTiny,
-        Self::DeepFoveaFvn,
-        Self::DeepFoveaOrig,
-    ];
+    pub const ALL: [Self; 5] =
+        [Self::WNetPaper, Self::WNetNarrow, Self::WNetFast, Self::DeepFoveaFvn, Self::DeepFoveaOrig];
 
     /// As it is written.
     pub fn name(self) -> &'static str {
@@ -197,7 +189,6 @@ impl Named {
             Self::WNetPaper => "wnet-paper",
             Self::WNetNarrow => "wnet-narrow",
             Self::WNetFast => "wnet-fast",
-            Self::WNetTiny => "wnet-tiny",
             Self::DeepFoveaFvn => "deepfovea-fvn",
             Self::DeepFoveaOrig => "deepfovea-orig",
         }
@@ -209,7 +200,6 @@ impl Named {
             Self::WNetPaper => NetworkConfig::WNet(WNetConfig::paper()),
             Self::WNetNarrow => NetworkConfig::WNet(WNetConfig::narrow()),
             Self::WNetFast => NetworkConfig::WNet(WNetConfig::fast()),
-            Self::WNetTiny => NetworkConfig::WNet(WNetConfig::tiny()),
             Self::DeepFoveaFvn => NetworkConfig::WNet(WNetConfig::deepfovea()),
             Self::DeepFoveaOrig => NetworkConfig::DeepFovea(DeepFoveaConfig::default()),
         }

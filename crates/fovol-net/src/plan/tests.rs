@@ -71,7 +71,12 @@ fn configurations_are_checked_and_survive_json() {
         WNetConfig { decoder: vec![64], ..WNetConfig::paper() },
         WNetConfig { encoder: vec![0, 1], decoder: vec![1], ..WNetConfig::paper() },
         WNetConfig { encoder: vec![64], decoder: vec![], ..WNetConfig::paper() },
-        WNetConfig { history: true, ..WNetConfig::deepfovea() },
+        WNetConfig { history: Some(Taps::Centre), ..WNetConfig::deepfovea() },
+        WNetConfig { accumulate: 0.5, ..WNetConfig::paper() },
+        WNetConfig { accumulate: 0.0, ..WNetConfig::fast() },
+        WNetConfig { residual: true, ..WNetConfig::paper() },
+        WNetConfig { accumulate: f32::NAN, ..WNetConfig::fast() },
+        WNetConfig { prefill: false, accumulate: 0.0, ..WNetConfig::fast() },
     ] {
         assert!(bad.plan().is_err_and(|message| !message.contains('\n')));
     }

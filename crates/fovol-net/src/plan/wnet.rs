@@ -10,11 +10,11 @@ pub enum Feedback {
     None,
     /// The direct prediction O_d, as in the paper.
     Direct,
-    /// The output.
+    /// The output, cut to 0…1: then what is fed back cannot grow without end.
     Output,
 }
 
-/// A U-Net whose decoders are recurrent, which predicts the picture directly (D) and then filters it with
+/// A U-Net whose decoders may be recurrent, which predicts the picture directly (D) and then filters it with
 /// predicted kernels (K): FoVolNet, its relatives, and with `kernels` off what it was compared with.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
@@ -37,16 +37,32 @@ pub struct WNetConfig {
     pub prefill: bool,
     /// Whether sampled pixels reach the output as they are.
     pub bypass: bool,
-    /// Whether K's last kernel also weighs the last output.
-    pub history: bool,
+    /// What K's last kernel weighs of the last output.
+    #[serde(default)]
+    pub history: Option<Taps>,
     /// Whether what comes from the last frame is moved along the renderer's motion.
     pub reproject: bool,
-    /// Whether K's last kernel also weighs the filled picture.
+    /// What K's last kernel weighs of the filled picture.
     #[serde(default)]
-    pub filled: bool,
-    /// Whether K filters at every resolution, down and up again, or once at the finest.
+    pub filled: Option<Taps>,
+    /// What K's only kernel weighs of the direct prediction, if it is to filter once, at the finest resolution. Without
+    /// it K filters at every resolution, down and up again.
+    #[serde(default)]
+    pub flat: Option<Taps>,
+    /// The weight that a sample keeps from frame to frame in the filled picture, 0…1: with 0 it is filled from the
+    /// samples of its frame alone. The U-Net is then told these weights for the mask.
+    #[serde(default)]
+    pub accumulate: f32,
+    /// What K's last kernel weighs of a second picture, filled from the samples of its frame alone, which the U-Net is
+    /// shown too: what was accumulated is wrong where the motion is.
+    #[serde(default)]
+    pub fresh: Option<Taps>,
+    /// Whether the direct prediction also reads the filled picture: then it can begin as that, and learn what to add.
+    #[serde(default)]
+    pub residual: bool,
+    /// Whether decoders read what they wrote for the last frame.
     #[serde(default = "yes")]
-    pub pyramid: bool,
+    pub recurrent: bool,
 }
 
 fn yes() -> bool {
@@ -66,10 +82,14 @@ impl WNetConfig {
             mask: false,
             prefill: false,
             bypass: false,
-            history: false,
+            history: None,
             reproject: false,
-            filled: false,
-            pyramid: true,
+            filled: None,
+            flat: None,
+            accumulate: 0.0,
+            fresh: None,
+            residual: false,
+            recurrent: true,
         }
     }
 
@@ -81,8 +101,8 @@ impl WNetConfig {
     /// Ours.
     pub fn fast() -> Self {
         Self {
-            encoder: vec![32, 48, 64, 80],
-            decoder: vec![32, 48, 64],
+            encoder: vec![16, 32, 48, 64],
+            decoder: vec![16, 32, 48],
             feedback: Feedback::Output,
             kernels: true,
             normalisation: Normalisation::Squared,
@@ -90,16 +110,15 @@ impl WNetConfig {
             mask: true,
             prefill: true,
             bypass: true,
-            history: true,
+            history: Some(Taps::Centre),
             reproject: true,
-            filled: true,
-            pyramid: false,
+            filled: Some(Taps::Around),
+            flat: Some(Taps::Centre),
+            accumulate: 0.85,
+            fresh: Some(Taps::Centre),
+            residual: true,
+            recurrent: false,
         }
-    }
-
-    /// The smallest of ours.
-    pub fn tiny() -> Self {
-        Self { encoder: vec![16, 32, 48, 64], decoder: vec![16, 32, 48], ..Self::fast() }
     }
 
     /// `temporal_unet` of the FoVolNet release, which the paper calls DeepFovea.
@@ -134,11 +153,28 @@ impl WNetConfig {
         if widths.clone().any(|&width| width == 0 || width > 4096) {
             return Err("a layer of the network has no channels or more than 4096".into());
         }
-        if (self.history || self.filled) && !self.kernels {
-            return Err("taps for K need kernels; set `kernels`, or leave out `history` and `filled`".into());
+        let taps = [self.history, self.filled, self.flat, self.fresh];
+        if taps.iter().any(Option::is_some) && !self.kernels {
+            return Err(
+                "taps for K need kernels; set `kernels`, or leave out `history`, `filled`, `flat` and `fresh`".into(),
+            );
         }
-        if self.filled && !self.prefill {
+        if self.filled.is_some() && !self.prefill {
             return Err("there is no filled picture to weigh; set `prefill`, or leave out `filled`".into());
+        }
+        if !(0.0..=1.0).contains(&self.accumulate) {
+            return Err(format!("`accumulate` is {}, a weight; give 0 to 1", self.accumulate));
+        }
+        if self.accumulate > 0.0 && !self.prefill {
+            return Err(
+                "samples are accumulated to be filled; set `prefill`, or leave out `accumulate`".into()
+            );
+        }
+        if self.residual && !self.prefill {
+            return Err("there is no filled picture to add to; set `prefill`, or leave out `residual`".into());
+        }
+        if self.fresh.is_some() && self.accumulate == 0.0 {
+            return Err("every filled picture is fresh; set `accumulate`, or leave out `fresh`".into());
         }
         Ok(())
     }
@@ -163,23 +199,30 @@ impl Walk<'_> {
     fn run(mut self) -> Plan {
         let config = self.config;
         let colour = self.builder.colour();
-        let filled = if config.prefill { self.builder.pull_push() } else { colour };
-        let wants_last = config.history || config.feedback != Feedback::None;
+        let (filled, mask) = if config.prefill { self.filled() } else { (colour, self.mask()) };
+        let wants_last = config.history.is_some() || config.feedback != Feedback::None;
         let last = wants_last.then(|| self.builder.state("output", 3, 0));
         let history = last.map(|last| self.reprojected(last));
-        let direct = self.direct(filled, history.filter(|_| config.feedback != Feedback::None));
+        let fresh = config.fresh.map(|_| self.freshly_filled());
+        let inputs = [Some(filled), mask, fresh, history.filter(|_| config.feedback != Feedback::None)];
+        let direct = self.direct(&inputs.into_iter().flatten().collect::<Vec<_>>());
         let mut picture = direct.picture;
         if config.kernels {
-            let more = [history.filter(|_| config.history), Some(filled).filter(|_| config.filled)];
-            let more: Vec<TensorId> = more.into_iter().flatten().collect();
-            picture = self.kernels(&direct, &more);
+            let more = [(history, config.history), (Some(filled), config.filled), (fresh, config.fresh)];
+            let weighed =
+                |(picture, taps): (Option<TensorId>, Option<Taps>)| picture.map(Read::same).zip(taps);
+            picture = self.kernels(&direct, more.into_iter().filter_map(weighed).collect());
         }
         if config.bypass {
             picture = self.builder.bypass(colour, picture);
         }
         if let Some(last) = last {
-            let is_direct = config.feedback == Feedback::Direct;
-            self.carried.push((last, if is_direct { direct.picture } else { picture }));
+            let next = match config.feedback {
+                Feedback::Direct => direct.picture,
+                Feedback::Output => self.builder.clamp(picture),
+                Feedback::None => picture,
+            };
+            self.carried.push((last, next));
         }
         for (previous, next) in self.carried {
             self.builder.keep(previous, next);
@@ -191,18 +234,42 @@ impl Walk<'_> {
         if self.config.reproject { self.builder.warp(state) } else { state }
     }
 
-    /// What the first encoder reads.
-    fn input(&mut self, filled: TensorId, history: Option<TensorId>) -> Vec<Read> {
-        let mask = self.config.mask.then(|| self.builder.mask());
-        let tensors: Vec<TensorId> = [Some(filled), mask, history].into_iter().flatten().collect();
-        let fold = |tensor| if self.config.fold { self.builder.space_to_depth(tensor) } else { tensor };
-        tensors.into_iter().map(fold).map(Read::same).collect()
+    fn mask(&mut self) -> Option<TensorId> {
+        self.config.mask.then(|| self.builder.mask())
+    }
+
+    /// The filled picture, and for the mask what it was filled by.
+    fn filled(&mut self) -> (TensorId, Option<TensorId>) {
+        let [mut samples, mut weights] = [self.builder.colour(), self.builder.mask()];
+        if self.config.accumulate > 0.0 {
+            samples = self.accumulated("samples", samples);
+            weights = self.accumulated("weights", weights);
+        }
+        (self.builder.pull_push(samples, weights), Some(weights).filter(|_| self.config.mask))
+    }
+
+    /// The picture filled from the samples of its frame.
+    fn freshly_filled(&mut self) -> TensorId {
+        let [colour, mask] = [self.builder.colour(), self.builder.mask()];
+        self.builder.pull_push(colour, mask)
+    }
+
+    /// `now` where sampled, and elsewhere what was there before, by the weight that is left of it.
+    fn accumulated(&mut self, name: &str, now: TensorId) -> TensorId {
+        let last = self.builder.state_like(name, now);
+        let moved = self.reprojected(last);
+        let faded = self.builder.scale(moved, self.config.accumulate, 0.0);
+        let sum = self.builder.bypass(now, faded);
+        self.carried.push((last, sum));
+        sum
     }
 
     /// D: the U-Net and the picture it predicts.
-    fn direct(&mut self, filled: TensorId, history: Option<TensorId>) -> Direct {
+    fn direct(&mut self, inputs: &[TensorId]) -> Direct {
         let config = self.config;
-        let mut inputs = self.input(filled, history);
+        let fold = |&tensor| if config.fold { self.builder.space_to_depth(tensor) } else { tensor };
+        let mut inputs: Vec<Read> = inputs.iter().map(fold).map(Read::same).collect();
+        let filled = inputs[0];
         let mut skips = Vec::new();
         for (depth, &width) in config.encoder.iter().enumerate() {
             let name = format!("encoder.{depth}");
@@ -217,16 +284,22 @@ impl Walk<'_> {
             let name = format!("decoder.{depth}");
             let width = config.decoder[depth];
             let level = depth as u32 + u32::from(config.fold);
-            let state = self.builder.state(&name, width, level);
-            let hidden = self.reprojected(state);
-            let below = Read::bilinear(features[0]);
-            let output = self.block(&name, &[Read::same(skips[depth]), below, Read::same(hidden)], width);
-            self.carried.push((state, output));
+            let mut read = vec![Read::same(skips[depth]), Read::bilinear(features[0])];
+            let state = config.recurrent.then(|| self.builder.state(&name, width, level));
+            if let Some(state) = state {
+                read.push(Read::same(self.reprojected(state)));
+            }
+            let output = self.block(&name, &read, width);
+            self.carried.extend(state.map(|state| (state, output)));
             features.insert(0, output);
         }
         let channels = if config.fold { 12 } else { 3 };
-        let mut picture =
-            self.builder.conv("output", &[Read::same(features[0])], channels, 1, Activation::Relu);
+        let read = if config.residual {
+            vec![Read::same(features[0]), filled]
+        } else {
+            vec![Read::same(features[0])]
+        };
+        let mut picture = self.builder.conv("output", &read, channels, 1, Activation::Relu);
         if config.fold {
             picture = self.builder.depth_to_space(picture);
         }
@@ -241,15 +314,14 @@ impl Walk<'_> {
 
     /// K: QW-Net's filters, down and up again (ALGORITHMS §1.1, §1.2), or one at the finest resolution alone. The
     /// last kernel also weighs the pictures `more`.
-    fn kernels(&mut self, direct: &Direct, more: &[TensorId]) -> TensorId {
+    fn kernels(&mut self, direct: &Direct, more: Vec<(Read, Taps)>) -> TensorId {
         // The level of the picture has no features of its own where D works on folded pixels.
         let mut features = direct.features.clone();
         if self.config.fold {
             features.insert(0, features[0]);
         }
-        let around = |&picture: &TensorId| (Read::same(picture), Taps::Around);
-        if !self.config.pyramid {
-            let images = std::iter::once(&direct.picture).chain(more).map(around).collect();
+        if let Some(taps) = self.config.flat {
+            let images = std::iter::once((Read::same(direct.picture), taps)).chain(more).collect();
             return self.filter("kernel.only", features[0], 0, images);
         }
         let deepest = features.len() - 1;
@@ -257,7 +329,7 @@ impl Walk<'_> {
         let mut skips = Vec::new();
         for (depth, &feature) in features.iter().enumerate() {
             let name = if depth == deepest { "kernel.bottom".into() } else { format!("kernel.down.{depth}") };
-            let filtered = self.filter(&name, feature, depth, vec![around(&image)]);
+            let filtered = self.filter(&name, feature, depth, vec![(Read::same(image), Taps::Around)]);
             skips.push(filtered);
             image = if depth < deepest { self.builder.pool(filtered) } else { filtered };
         }
@@ -265,7 +337,7 @@ impl Walk<'_> {
             let mut images =
                 vec![(Read::bilinear(image), Taps::Around), (Read::same(skips[depth]), Taps::Centre)];
             if depth == 0 {
-                images.extend(more.iter().map(around));
+                images.extend(&more);
             }
             image = self.filter(&format!("kernel.up.{depth}"), features[depth], depth, images);
         }

@@ -1,11 +1,10 @@
 //! Motion between frames: following it, trusting it, and finding it.
 
 use super::ssim::gaussian;
+use crate::network::layers;
 use serde::{Deserialize, Serialize};
 use tch::{Kind, Tensor};
 
-/// A motion, in pixels, that leads out of any frame.
-const FAR: f64 = 1e9;
 /// The shares of red, green and blue in grey (ITU-R BT.601), which the authors' training code takes.
 const GREY: [f64; 3] = [0.2989, 0.587, 0.114];
 /// Pixels along each side of the patches that are compared …
@@ -48,17 +47,7 @@ impl FlowSource {
 ///
 /// What the layer `Warp` of a plan does at full resolution (`fovol-net/src/cpu/warp.rs`).
 pub fn warp(images: &Tensor, motion: &Tensor) -> Tensor {
-    let size = images.size();
-    let (height, width) = (size[2], size[3]);
-    let motion = motion.nan_to_num(FAR, FAR, -FAR);
-    // The sampler counts from −1 at the left edge of the first pixel to 1 at the right edge of the last.
-    let along = |axis: i64, count: i64, shape: [i64; 3]| {
-        let centres = Tensor::arange(count, (motion.kind(), motion.device())).view(shape);
-        ((motion.select(1, axis) + centres) * 2.0 + 1.0) / count as f64 - 1.0
-    };
-    let grid = Tensor::stack(&[along(0, width, [1, 1, width]), along(1, height, [1, height, 1])], 3);
-    let (bilinear, zeros) = (0, 0);
-    images.grid_sampler(&grid, bilinear, zeros, false)
+    layers::warp(images, motion)
 }
 
 /// Where the motion leads to what is there now: Σ_c |`reference` − warp(`previous`)| < `most`, as in DeepFovea.

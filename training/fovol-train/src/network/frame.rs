@@ -97,8 +97,9 @@ impl<'a> Frame<'a> {
             Layer::Scale { input, factor, offset, .. } => {
                 self.exact(*input) * f64::from(*factor) + f64::from(*offset)
             }
-            Layer::PullPush { colour, mask, levels, .. } => {
-                layers::pull_push(&self.exact(*colour), &self.exact(*mask), *levels)
+            Layer::Clamp { input, .. } => self.exact(*input).clamp(0.0, 1.0),
+            Layer::PullPush { colour, weight, levels, .. } => {
+                layers::pull_push(&self.exact(*colour), &self.exact(*weight), *levels)
             }
             Layer::Bypass { colour, mask, input, .. } => {
                 layers::bypass(&self.exact(*colour), &self.exact(*mask), &self.exact(*input))

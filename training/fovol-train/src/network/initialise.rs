@@ -1,7 +1,7 @@
 //! The weights that training starts from.
 
 use crate::Result;
-use fovol_net::plan::{Layer, NetworkConfig, Parameter, Plan};
+use fovol_net::plan::{Layer, NetworkConfig, Parameter, Plan, Read};
 use fovol_net::weights::Array;
 use fovol_net::{Error, Weights};
 use std::collections::BTreeMap;
@@ -11,8 +11,8 @@ use std::ops::Range;
 ///
 /// Convolutions have what PyTorch gives them, Kaiming-uniform with a = √5, which is ±1/√fan-in; the last one, which
 /// makes the picture, is Xavier-uniform, ±√(6 / (fan-in + fan-out)); biases are zero (ALGORITHMS §1.2). Normalisations
-/// begin as identities. Kernels that weigh a filled picture begin with most of their weight on it, so that such a
-/// network begins as the filling that it is to improve.
+/// begin as identities. Kernels that weigh a filled picture begin with most of their weight on it, and direct
+/// predictions that read it begin as it, so that such a network begins as the filling that it is to improve.
 ///
 /// # Errors
 /// A configuration that makes no network.
@@ -28,6 +28,9 @@ pub fn initial_weights(config: &NetworkConfig, seed: u64) -> Result<Weights> {
             bias.values.fill(OTHER_TAPS);
             bias.values[channels].fill(FILLING_TAP);
         }
+    }
+    if let (Some(weight), Some(reads)) = (arrays.get_mut("output.weight"), reads_filling(&plan)) {
+        begin_as_filling(weight, reads);
     }
     Ok(Weights::new(config.clone(), arrays))
 }
@@ -55,6 +58,30 @@ fn taps_of_fillings(plan: &Plan) -> Vec<(String, Range<usize>)> {
         }
     }
     found
+}
+
+/// The channels of the layer that makes the direct prediction which are those of the filled picture, if it reads that.
+fn reads_filling(plan: &Plan) -> Option<Range<usize>> {
+    let of_output = |layer: &Layer| match layer {
+        Layer::Conv(conv) if conv.name == "output" && conv.inputs.len() == 2 => Some(conv.inputs.clone()),
+        _ => None,
+    };
+    let [features, filled] = plan.layers().iter().find_map(of_output)?[..] else { return None };
+    let channels = |read: Read| plan.tensor(read.tensor).channels;
+    Some(channels(features)..channels(features) + channels(filled))
+}
+
+/// How much less the features add at first than they would without the filled picture.
+const FEATURES: f32 = 0.1;
+
+/// Makes the filled picture, which `weight` reads at `filled`, what it writes, but for a little of the features.
+fn begin_as_filling(weight: &mut Array, filled: Range<usize>) {
+    for (output, weights) in weight.values.chunks_exact_mut(filled.end).enumerate() {
+        weights[..filled.start].iter_mut().for_each(|w| *w *= FEATURES);
+        for (channel, w) in weights[filled.clone()].iter_mut().enumerate() {
+            *w = f32::from(u8::from(channel == output));
+        }
+    }
 }
 
 fn values(parameter: &Parameter, seed: u64) -> Vec<f32> {
@@ -109,7 +136,7 @@ mod tests {
     fn networks_that_weigh_a_filling_begin_as_it() {
         use crate::network::{Inputs, Network, Options};
         use tch::{Device, Kind, Tensor};
-        let weights = initial_weights(&Named::WNetTiny.config(), 1).unwrap();
+        let weights = initial_weights(&Named::WNetFast.config(), 1).unwrap();
         let network = Network::new(&weights, Options::default(), Device::Cpu).unwrap();
         // Every second pixel of a smooth picture.
         let picture = Tensor::linspace(0.2, 0.8, 32, (Kind::Float, Device::Cpu))

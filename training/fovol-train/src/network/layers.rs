@@ -128,7 +128,7 @@ pub(super) fn bypass(colour: &Tensor, mask: &Tensor, input: &Tensor) -> Tensor {
 ///
 /// `motion` is in pixels of the frame; for an `input` at 1/f of its resolution it is averaged over f × f pixels and
 /// divided by f.
-pub(super) fn warp(input: &Tensor, motion: &Tensor) -> Tensor {
+pub(crate) fn warp(input: &Tensor, motion: &Tensor) -> Tensor {
     let [_, _, height, width] = shape(input);
     let factor = shape(motion)[3] / width;
     let motion = motion.nan_to_num(FAR, FAR, -FAR);
@@ -143,17 +143,16 @@ pub(super) fn warp(input: &Tensor, motion: &Tensor) -> Tensor {
     input.grid_sampler(&grid, bilinear, zeros, false)
 }
 
-/// `colour` where `mask` is 1, and elsewhere the mean of the samples around from ever larger squares.
+/// `colour`, which is multiplied by `weight`: as it is where that is 1, and elsewhere mixed with what is around, from ever
+/// larger squares.
 ///
 /// The formulas are those of `tests/reference/network/networks.py`.
-pub(super) fn pull_push(colour: &Tensor, mask: &Tensor, levels: u32) -> Tensor {
-    // Premultiplied colours and their weights are one tensor of four channels.
-    let known = Tensor::cat(&[&(colour * mask), mask], 1);
-    let filled = pushed(&known, levels);
+pub(super) fn pull_push(colour: &Tensor, weight: &Tensor, levels: u32) -> Tensor {
+    let filled = pushed(&Tensor::cat(&[colour, weight], 1), levels);
     filled.narrow(1, 0, 3) / filled.narrow(1, 3, 1).clamp_min(SMALLEST)
 }
 
-/// `known`, with what is missing from coarser resolutions.
+/// `known`, four channels, with what is missing from coarser resolutions.
 fn pushed(known: &Tensor, levels: u32) -> Tensor {
     if levels == 0 {
         return known.shallow_clone();

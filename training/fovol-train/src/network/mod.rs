@@ -20,7 +20,7 @@
 
 mod frame;
 mod initialise;
-mod layers;
+pub(crate) mod layers;
 
 pub use initialise::initial_weights;
 

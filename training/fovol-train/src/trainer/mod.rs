@@ -109,7 +109,7 @@ impl Trainer {
             return Err(Error::Config("there are no clips to train on; make some first".into()));
         }
         let started = Instant::now();
-        let mut validation = Validation::new(held_out, &self.config)?;
+        let mut validation = Validation::new(held_out)?;
         let mut progress = Progress::new(&self.folder, self.step, self.config.steps)?;
         let mut lessons = Lessons::start(clips.clone(), &self.config, self.step);
         let mut saved = Instant::now();

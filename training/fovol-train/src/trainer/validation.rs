@@ -1,4 +1,3 @@
-use super::TrainConfig;
 use crate::clips::ClipSet;
 use crate::lesson::{Augment, LessonConfig, LessonFrame, lesson};
 use crate::network::{Inputs, Network};
@@ -71,19 +70,19 @@ const PREVIEWS: usize = 6;
 
 impl Validation {
     /// The clips of `set`.
-    pub fn new(set: &ClipSet, config: &TrainConfig) -> Result<Self> {
-        let none = Augment {
-            colours: 0.0,
-            flip_horizontal: 0.0,
-            flip_vertical: 0.0,
-            grey: 0.0,
-            still: 0.0,
-            padding: 0.0,
+    pub fn new(set: &ClipSet) -> Result<Self> {
+        let plain = LessonConfig {
+            base: [DENSITY; 2],
+            without_fovea: 1.0,
+            augment: Augment::NONE,
+            ..LessonConfig::default()
         };
-        let plain =
-            LessonConfig { base: [DENSITY; 2], without_fovea: 1.0, augment: none, ..LessonConfig::default() };
         let mut random = ChaCha8Rng::seed_from_u64(77);
-        let lessons = (0..set.len()).map(|i| Ok(lesson(&[set.clip(i)?], config.frames, &plain, &mut random)));
+        let lessons = (0..set.len()).map(|i| {
+            let clip = set.clip(i)?;
+            let length = clip.len();
+            Ok(lesson(&[clip], length, &plain, &mut random))
+        });
         Ok(Self { lessons: lessons.collect::<Result<_>>()?, fills: None })
     }
 

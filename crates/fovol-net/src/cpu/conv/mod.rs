@@ -10,10 +10,10 @@ pub(super) mod portable;
 mod winograd;
 
 use super::element::Element;
-use super::map::{Map, Stored};
+use super::map::Map;
 use super::patch::{Packing, Patch, Source, Window};
 use super::simd::{Simd, Work};
-use crate::plan::{Activation, Padding, Resize};
+use crate::plan::{Activation, Padding};
 use packed::Packed;
 use rayon::prelude::*;
 use winograd::Winograd;
@@ -166,20 +166,6 @@ impl Direct {
             let size = [band * ROWS, out.len() / length, width];
             self.simd.vectorised(Band { conv: self, sources, size, scratch, out });
         });
-    }
-
-    /// Writes `rows` rows from `y` on of what comes of `source` to `out`, on this thread alone.
-    pub fn run_rows(&self, source: &Stored, y: usize, rows: usize, out: &mut Map) {
-        let sources = [Source { map: source, resize: Resize::Same }];
-        let width = source.size()[1].div_ceil(self.shape.stride);
-        out.resize([rows, width, self.shape.outputs]);
-        let mut scratch = Scratch::default();
-        for (band, out) in out.data.chunks_mut(ROWS * width * self.shape.outputs).enumerate() {
-            let rows = out.len() / (width * self.shape.outputs);
-            let size = [y + band * ROWS, rows, width];
-            let scratch = &mut scratch;
-            self.simd.vectorised(Band { conv: self, sources: &sources, size, scratch, out });
-        }
     }
 
     /// Makes `rows` rows from `y` on.

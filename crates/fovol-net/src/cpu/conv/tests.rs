@@ -1,4 +1,5 @@
 use super::*;
+use crate::cpu::map::Stored;
 use crate::cpu::plain;
 use crate::plan::Resize;
 use proptest::prelude::*;

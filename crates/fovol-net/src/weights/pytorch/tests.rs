@@ -104,14 +104,14 @@ fn state_dict(weights: &Weights, prefix: &str, method: CompressionMethod) -> Vec
 
 #[test]
 fn state_dicts_of_named_networks_say_which() {
-    let weights = Weights::random(&Named::WNetTiny.config(), 3).unwrap();
+    let weights = Weights::random(&Named::WNetFast.config(), 3).unwrap();
     for (prefix, method) in [
         ("", CompressionMethod::Stored),
         ("module.", CompressionMethod::Deflated),
         ("module._orig_mod.", CompressionMethod::Stored),
     ] {
         let bytes = state_dict(&weights, prefix, method);
-        assert_eq!(StateDict::parse(&bytes).unwrap().network().unwrap(), Named::WNetTiny);
+        assert_eq!(StateDict::parse(&bytes).unwrap().network().unwrap(), Named::WNetFast);
         let found = Weights::parse(&bytes).unwrap();
         assert_eq!((found.arrays(), &found.config), (weights.arrays(), &weights.config));
     }
@@ -146,7 +146,7 @@ fn networks_that_do_not_fit_are_named_with_a_tensor() {
     let error = problem("encoder.0.conv1.bias", None);
     assert!(error.contains("nearest is wnet-fast, but `encoder.0.conv1.bias` is missing"), "{error}");
 
-    let error = StateDict::parse(SAVED).unwrap().weights(&Named::WNetTiny.config()).unwrap_err();
+    let error = StateDict::parse(SAVED).unwrap().weights(&Named::WNetFast.config()).unwrap_err();
     assert!(error.contains("another network: `") && error.contains("give the state dict"), "{error}");
 }
 
