@@ -6,7 +6,8 @@ use super::light_columns::LightColumns;
 use super::march::{Marched, OPAQUE, SampleCount};
 use super::packet::Packet;
 use super::segment::{LightPath, Segments};
-use super::shadow_pool::{ShadowPool, ShadowRays, trace};
+use super::shadow_pool::ShadowPool;
+use super::shadow_rays::{Parts, ShadowRays, trace};
 use super::skip::Skip;
 use super::transfer_table::{MAX_BLUE, MAX_RED_GREEN, TransferTable};
 use fovol_core::{Pixel, RayBasis};
@@ -76,13 +77,20 @@ struct Waiting {
 pub struct Scratch {
     packet: Packet,
     pool: ShadowPool,
+    parts: Parts,
     gathered: Vec<Gathered>,
     waiting: Vec<Waiting>,
 }
 
 impl Default for Scratch {
     fn default() -> Self {
-        Self { packet: Packet::new(), pool: ShadowPool::default(), gathered: Vec::new(), waiting: Vec::new() }
+        Self {
+            packet: Packet::new(),
+            pool: ShadowPool::default(),
+            parts: Parts::default(),
+            gathered: Vec::new(),
+            waiting: Vec::new(),
+        }
     }
 }
 
@@ -127,7 +135,7 @@ impl<T: Texel> Kernel<'_, T> {
     /// only their ambient part is in the sums.
     #[inline(always)]
     unsafe fn primary<L: Lanes>(&self, scratch: &mut Scratch) -> u64 {
-        let Scratch { packet, pool, gathered, waiting } = scratch;
+        let Scratch { packet, pool, gathered, waiting, .. } = scratch;
         let first = gathered.len();
         gathered.resize(first + packet.len, Gathered::NOTHING);
         if packet.is_empty() {
@@ -178,7 +186,7 @@ impl<T: Texel> Kernel<'_, T> {
         };
         // SAFETY: the caller's; sums hold at least N elements.
         unsafe {
-            let samples = trace::<L, T>(&rays, &mut scratch.pool);
+            let samples = trace::<L, T>(&rays, &mut scratch.pool, &mut scratch.parts);
             for block in &scratch.waiting {
                 let [r, g, b, ..] = &mut scratch.gathered[block.ray].sums;
                 let sums = [L::load(r.as_ptr()), L::load(g.as_ptr()), L::load(b.as_ptr())];

@@ -149,9 +149,25 @@ impl LightColumns {
         }
     }
 
-    /// Word `word` of `column`: its lowest bit is for slab `word` · [`SLABS`].
+    /// Words number `word` (whole numbers) of each `column` where `wanted`, else any: their lowest bits are for slabs
+    /// `word` · [`SLABS`].
+    ///
+    /// # Safety
+    /// The instruction set of `L` must be available; wanted columns and words must be those of rays inside the volume.
     #[inline(always)]
-    pub fn word(&self, column: usize, word: usize) -> u32 {
+    pub unsafe fn words<L: Lanes>(&self, wanted: L::M, column: L::I, word: L::F) -> L::I {
+        // SAFETY: the caller's; any word is as good as the first where none is wanted.
+        unsafe {
+            let plane = L::splat_i((self.columns[0] * self.columns[1]) as i32);
+            let index = L::add_i(L::mul_i(L::truncate(word), plane), column);
+            let index = L::to_bits(L::select(wanted, L::from_bits(index), L::splat(0.0)));
+            L::gather::<4>(self.words.as_ptr().cast(), index)
+        }
+    }
+
+    /// Word `word` of `column`.
+    #[cfg(test)]
+    fn word(&self, column: usize, word: usize) -> u32 {
         self.words[word * self.columns[0] * self.columns[1] + column]
     }
 }

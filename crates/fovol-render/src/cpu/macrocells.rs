@@ -2,8 +2,9 @@ use super::bricks::{BRICK, Bricks};
 use fovol_core::TransferFunction;
 use rayon::prelude::*;
 
-/// Above this many voxels macrocells are whole bricks, to keep updates quick.
-const LARGE: usize = 1 << 27;
+/// The edge of macrocells is 2 voxels up to the first number of voxels, 4 up to the second, and else a whole brick, to
+/// keep updates quick.
+const SMALL_AND_LARGE: [usize; 2] = [1 << 25, 1 << 27];
 /// Parts of [0, 1] that opacity is examined in.
 const BUCKETS: usize = 4096;
 /// Distances are counted up to here.
@@ -29,7 +30,8 @@ impl Macrocells {
     /// The macrocells of `bricks`, all of them occupied until [`Self::classify`].
     pub fn new(bricks: &Bricks) -> Self {
         let dims = bricks.layout().dims;
-        let shift = if dims.iter().product::<usize>() > LARGE { BRICK.ilog2() } else { BRICK.ilog2() - 1 };
+        let voxels: usize = dims.iter().product();
+        let shift = BRICK.ilog2() - SMALL_AND_LARGE.iter().filter(|&&most| voxels <= most).count() as u32;
         let edge = 1usize << shift;
         let cells = dims.map(|d| d.div_ceil(edge));
         let [nx, ny, nz] = cells;
@@ -56,7 +58,8 @@ impl Macrocells {
         });
         let occupied = self.distances[..self.ranges.len()].par_iter().filter(|&&d| d == 0).count();
         self.occupied = occupied as f64 / self.ranges.len() as f64;
-        spread(&mut self.distances, self.cells);
+        let count = self.ranges.len();
+        spread(&mut self.distances[..count], self.cells);
     }
 
     /// Cells along x, y, z.
@@ -96,61 +99,76 @@ fn next_visible(transfer: &TransferFunction) -> Vec<u32> {
     next
 }
 
-/// Chessboard distance transform in place: two raster scans over the 26 neighbours, exact for this metric
-/// (Rosenfeld & Pfaltz 1968), saturating at [`FAR`].
-fn spread(distances: &mut [u8], [nx, ny, nz]: [usize; 3]) {
-    let relax = |distances: &mut [u8], x: usize, y: usize, z: usize, sign: isize| {
-        let at = (z * ny + y) * nx + x;
-        let mut best = distances[at];
-        if best <= 1 {
-            return;
-        }
-        let (x, y, z) = (x as isize, y as isize, z as isize);
-        for (dx, dy, dz) in BEFORE {
-            let (x, y, z) = (x + sign * dx, y + sign * dy, z + sign * dz);
-            if x >= 0 && y >= 0 && z >= 0 && x < nx as isize && y < ny as isize && z < nz as isize {
-                best = best.min(distances[(z as usize * ny + y as usize) * nx + x as usize] + 1);
-            }
-        }
-        distances[at] = best;
+/// Chessboard distance transform in place, saturating at [`FAR`]: along the rows, then from row to row, then from slice to
+/// slice. A step to the next row or slice may go one aside as well, so it is exact (after Rosenfeld & Pfaltz 1968), and
+/// all but the rows themselves is done many cells at a time.
+fn spread(distances: &mut [u8], [nx, ny, _]: [usize; 3]) {
+    let plane = nx * ny;
+    distances.par_chunks_mut(plane).for_each(|slice| spread_slice(slice, nx));
+    let (mut rows, mut nearest) = (vec![0; plane], vec![0; plane]);
+    let mut step = |from: &[u8], to: &mut [u8]| {
+        least_of_rows(from, nx, &mut rows);
+        rows.chunks(nx).zip(nearest.chunks_mut(nx)).for_each(|(row, out)| least_of_three(row, out));
+        approach(to, &nearest);
     };
-    for z in 0..nz {
-        for y in 0..ny {
-            for x in 0..nx {
-                relax(distances, x, y, z, 1);
-            }
+    sweep(distances, plane, &mut step);
+}
+
+/// The same within a slice of rows of `nx` cells.
+fn spread_slice(slice: &mut [u8], nx: usize) {
+    for row in slice.chunks_mut(nx) {
+        for x in 1..nx {
+            row[x] = row[x].min(row[x - 1] + 1);
+        }
+        for x in (1..nx).rev() {
+            row[x - 1] = row[x - 1].min(row[x] + 1);
         }
     }
-    for z in (0..nz).rev() {
-        for y in (0..ny).rev() {
-            for x in (0..nx).rev() {
-                relax(distances, x, y, z, -1);
-            }
-        }
+    let mut nearest = vec![0; nx];
+    let mut step = |from: &[u8], to: &mut [u8]| {
+        least_of_three(from, &mut nearest);
+        approach(to, &nearest);
+    };
+    sweep(slice, nx, &mut step);
+}
+
+/// Calls `step` with each part of `length` and the next one, forwards, and then backwards.
+fn sweep(cells: &mut [u8], length: usize, step: &mut impl FnMut(&[u8], &mut [u8])) {
+    let count = cells.len() / length;
+    for i in 1..count {
+        let (before, from) = cells.split_at_mut(i * length);
+        step(&before[(i - 1) * length..], &mut from[..length]);
+    }
+    for i in (1..count).rev() {
+        let (before, from) = cells.split_at_mut(i * length);
+        step(&from[..length], &mut before[(i - 1) * length..]);
     }
 }
 
-/// The 13 neighbours that a raster scan has passed.
-const BEFORE: [(isize, isize, isize); 13] = [
-    (-1, 0, 0),
-    (-1, -1, 0),
-    (0, -1, 0),
-    (1, -1, 0),
-    (-1, -1, -1),
-    (0, -1, -1),
-    (1, -1, -1),
-    (-1, 0, -1),
-    (0, 0, -1),
-    (1, 0, -1),
-    (-1, 1, -1),
-    (0, 1, -1),
-    (1, 1, -1),
-];
+/// No farther than one cell from what is `nearest`.
+fn approach(cells: &mut [u8], nearest: &[u8]) {
+    cells.iter_mut().zip(nearest).for_each(|(cell, &near)| *cell = (*cell).min(near + 1));
+}
+
+/// The least of every cell of a row and its two neighbours.
+fn least_of_three(row: &[u8], out: &mut [u8]) {
+    out.copy_from_slice(row);
+    out[1..].iter_mut().zip(row).for_each(|(out, &cell)| *out = (*out).min(cell));
+    out.iter_mut().zip(&row[1..]).for_each(|(out, &cell)| *out = (*out).min(cell));
+}
+
+/// The least of every cell of a slice and those before and after it in the next rows.
+fn least_of_rows(slice: &[u8], nx: usize, out: &mut [u8]) {
+    out.copy_from_slice(slice);
+    out[nx..].iter_mut().zip(slice).for_each(|(out, &cell)| *out = (*out).min(cell));
+    out.iter_mut().zip(&slice[nx..]).for_each(|(out, &cell)| *out = (*out).min(cell));
+}
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use fovol_core::{ControlPoint, Grid, Volume};
+    use proptest::prelude::*;
 
     fn threshold(at: f64) -> TransferFunction {
         let p = |v, a| ControlPoint::new(v, [1.0; 3], a);
@@ -163,27 +181,38 @@ mod tests {
         Bricks::of_volume(&Volume::from_values(Grid::new(dims, [1.0; 3]).unwrap(), values).unwrap())
     }
 
-    #[test]
-    fn distances_are_chessboard_distances() {
-        let mut cells = Macrocells::new(&one_bright_voxel([64, 40, 50], [30, 22, 17]));
-        cells.classify(&threshold(0.5));
-        let [nx, ny, nz] = cells.cells();
-        for z in 0..nz {
-            for y in 0..ny {
-                for x in 0..nx {
-                    let d = [(x, 30 / 4), (y, 22 / 4), (z, 17 / 4)].map(|(a, b)| a.abs_diff(b));
-                    let expected = *d.iter().max().unwrap();
-                    assert_eq!(usize::from(cells.distances()[(z * ny + y) * nx + x]), expected);
-                }
+    proptest! {
+        #[test]
+        fn distances_are_chessboard_distances(
+            size in prop::array::uniform3(1usize..9),
+            seeds in prop::collection::vec(prop::array::uniform3(0usize..9), 1..4),
+        ) {
+            let [nx, ny, nz] = size;
+            let seeds: Vec<[usize; 3]> = seeds.iter().map(|s| [s[0] % nx, s[1] % ny, s[2] % nz]).collect();
+            let mut distances = vec![FAR; nx * ny * nz];
+            seeds.iter().for_each(|&[x, y, z]| distances[(z * ny + y) * nx + x] = 0);
+            spread(&mut distances, size);
+            for (at, &distance) in distances.iter().enumerate() {
+                let cell = [at % nx, at / nx % ny, at / (nx * ny)];
+                let to = |s: &[usize; 3]| (0..3).map(|a| s[a].abs_diff(cell[a])).max().unwrap();
+                prop_assert_eq!(usize::from(distance), seeds.iter().map(to).min().unwrap());
             }
         }
+    }
+
+    #[test]
+    fn distances_end_at_the_farthest() {
+        let mut distances = vec![FAR; 200];
+        distances[0] = 0;
+        spread(&mut distances, [1, 1, 200]);
+        assert_eq!((distances[62], distances[63], distances[199]), (62, FAR, FAR));
     }
 
     #[test]
     fn a_voxel_on_a_border_occupies_both_sides() {
         let mut cells = Macrocells::new(&one_bright_voxel([16, 8, 8], [8, 1, 1]));
         cells.classify(&threshold(0.5));
-        assert_eq!(&cells.distances()[..4], [1, 0, 0, 1]);
+        assert_eq!(&cells.distances()[..8], [3, 2, 1, 0, 0, 1, 2, 3]);
     }
 
     #[test]

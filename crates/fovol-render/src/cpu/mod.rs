@@ -20,6 +20,7 @@ mod scatter;
 mod segment;
 mod shadow_grid;
 mod shadow_pool;
+mod shadow_rays;
 mod simd;
 mod skip;
 mod transfer_table;

@@ -53,7 +53,7 @@ pub struct Renderer {
 }
 
 /// Edge of the tiles that full frames are marched in, in pixels.
-const TILE: u32 = 16;
+const TILE: u32 = 32;
 /// Pixels of a list that are marched by one task.
 const CHUNK: usize = 64;
 
@@ -286,7 +286,8 @@ const TILE_ORDER: [[u32; 2]; (TILE * TILE) as usize] = {
     let mut order = [[0; 2]; (TILE * TILE) as usize];
     let mut i = 0;
     while i < TILE * TILE {
-        order[i as usize] = [i & 3 | i >> 2 & 12, i >> 2 & 3 | i >> 4 & 12];
+        let block = [i / 16 % (TILE / 4), i / 16 / (TILE / 4)];
+        order[i as usize] = [4 * block[0] + i % 4, 4 * block[1] + i / 4 % 4];
         i += 1;
     }
     order

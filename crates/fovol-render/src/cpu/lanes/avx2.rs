@@ -97,6 +97,22 @@ unsafe impl Lanes for Avx2 {
         }
     }
 
+    #[inline(always)]
+    unsafe fn expand(old: __m256, m: __m256, from: *const f32) -> __m256 {
+        unsafe {
+            let mut lanes = [0.0f32; 8];
+            _mm256_storeu_ps(lanes.as_mut_ptr(), old);
+            let mut bits = _mm256_movemask_ps(m) as u32;
+            let mut from = from;
+            while bits != 0 {
+                lanes[bits.trailing_zeros() as usize] = from.read();
+                from = from.add(1);
+                bits &= bits - 1;
+            }
+            _mm256_loadu_ps(lanes.as_ptr())
+        }
+    }
+
     #[inline(always)] unsafe fn truncate(a: __m256) -> __m256i { unsafe { _mm256_cvttps_epi32(a) } }
     #[inline(always)] unsafe fn to_f32(a: __m256i) -> __m256 { unsafe { _mm256_cvtepi32_ps(a) } }
     #[inline(always)] unsafe fn from_bits(a: __m256i) -> __m256 { unsafe { _mm256_castsi256_ps(a) } }
@@ -112,6 +128,8 @@ unsafe impl Lanes for Avx2 {
     #[inline(always)] unsafe fn shr_by(a: __m256i, bits: u32) -> __m256i {
         unsafe { _mm256_srl_epi32(a, _mm_cvtsi32_si128(bits as i32)) }
     }
+    #[inline(always)] unsafe fn shift_left(a: __m256i, by: __m256i) -> __m256i { unsafe { _mm256_sllv_epi32(a, by) } }
+    #[inline(always)] unsafe fn shift_right(a: __m256i, by: __m256i) -> __m256i { unsafe { _mm256_srlv_epi32(a, by) } }
     #[inline(always)] unsafe fn gather<const SCALE: i32>(base: *const u8, offset: __m256i) -> __m256i {
         unsafe { _mm256_i32gather_epi32::<SCALE>(base.cast(), offset) }
     }
@@ -149,4 +167,12 @@ unsafe impl Lanes for Avx2 {
     #[inline(always)] unsafe fn and_m(a: __m256, b: __m256) -> __m256 { unsafe { _mm256_and_ps(a, b) } }
     #[inline(always)] unsafe fn select(m: __m256, a: __m256, b: __m256) -> __m256 { unsafe { _mm256_blendv_ps(b, a, m) } }
     #[inline(always)] unsafe fn bits(m: __m256) -> u32 { unsafe { _mm256_movemask_ps(m) as u32 } }
+    #[inline(always)]
+    unsafe fn mask(bits: u32) -> __m256 {
+        unsafe {
+            let lane = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+            let set = _mm256_and_si256(_mm256_set1_epi32(bits as i32), lane);
+            _mm256_castsi256_ps(_mm256_cmpeq_epi32(set, lane))
+        }
+    }
 }

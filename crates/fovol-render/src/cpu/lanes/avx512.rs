@@ -94,6 +94,11 @@ unsafe impl Lanes for Avx512 {
         unsafe { _mm512_storeu_ps(to, _mm512_maskz_compress_ps(m, v)) }
     }
 
+    #[inline(always)]
+    unsafe fn expand(old: __m512, m: __mmask16, from: *const f32) -> __m512 {
+        unsafe { _mm512_mask_expand_ps(old, m, _mm512_loadu_ps(from)) }
+    }
+
     #[inline(always)] unsafe fn truncate(a: __m512) -> __m512i { unsafe { _mm512_cvttps_epi32(a) } }
     #[inline(always)] unsafe fn to_f32(a: __m512i) -> __m512 { unsafe { _mm512_cvtepi32_ps(a) } }
     #[inline(always)] unsafe fn from_bits(a: __m512i) -> __m512 { unsafe { _mm512_castsi512_ps(a) } }
@@ -107,6 +112,8 @@ unsafe impl Lanes for Avx512 {
     #[inline(always)] unsafe fn shr_by(a: __m512i, bits: u32) -> __m512i {
         unsafe { _mm512_srl_epi32(a, _mm_cvtsi32_si128(bits as i32)) }
     }
+    #[inline(always)] unsafe fn shift_left(a: __m512i, by: __m512i) -> __m512i { unsafe { _mm512_sllv_epi32(a, by) } }
+    #[inline(always)] unsafe fn shift_right(a: __m512i, by: __m512i) -> __m512i { unsafe { _mm512_srlv_epi32(a, by) } }
     #[inline(always)] unsafe fn gather<const SCALE: i32>(base: *const u8, offset: __m512i) -> __m512i {
         unsafe { _mm512_i32gather_epi32::<SCALE>(offset, base.cast()) }
     }
@@ -151,4 +158,5 @@ unsafe impl Lanes for Avx512 {
     #[inline(always)] unsafe fn and_m(a: __mmask16, b: __mmask16) -> __mmask16 { a & b }
     #[inline(always)] unsafe fn select(m: __mmask16, a: __m512, b: __m512) -> __m512 { unsafe { _mm512_mask_blend_ps(m, b, a) } }
     #[inline(always)] unsafe fn bits(m: __mmask16) -> u32 { u32::from(m) }
+    #[inline(always)] unsafe fn mask(bits: u32) -> __mmask16 { bits as u16 }
 }

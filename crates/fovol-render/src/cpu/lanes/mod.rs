@@ -57,6 +57,10 @@ pub unsafe trait Lanes: Copy + 'static {
     /// Packs the lanes of `v` where `m` holds and writes N lanes (packed ones first) to `to`.
     unsafe fn compress(v: Self::F, m: Self::M, to: *mut f32);
 
+    /// The lanes where `m` holds take the f32s from `from` on, one after the other; the others keep `old`. N of them must be
+    /// readable.
+    unsafe fn expand(old: Self::F, m: Self::M, from: *const f32) -> Self::F;
+
     unsafe fn truncate(a: Self::F) -> Self::I;
     unsafe fn to_f32(a: Self::I) -> Self::F;
     /// The same bits, read as f32.
@@ -73,6 +77,10 @@ pub unsafe trait Lanes: Copy + 'static {
     unsafe fn shr_i<const BITS: u32>(a: Self::I) -> Self::I;
     /// Logical shift right by a number known at run time.
     unsafe fn shr_by(a: Self::I, bits: u32) -> Self::I;
+    /// Shift left, lane by lane; zeros for 32 and more.
+    unsafe fn shift_left(a: Self::I, by: Self::I) -> Self::I;
+    /// Logical shift right, lane by lane; zeros for 32 and more.
+    unsafe fn shift_right(a: Self::I, by: Self::I) -> Self::I;
     /// 32-bit words at `base` + `SCALE`·offset, any alignment.
     unsafe fn gather<const SCALE: i32>(base: *const u8, offset: Self::I) -> Self::I;
     /// The words at `base` + 4·index and its successor.
@@ -91,4 +99,6 @@ pub unsafe trait Lanes: Copy + 'static {
     unsafe fn select(m: Self::M, a: Self::F, b: Self::F) -> Self::F;
     /// One bit per lane, lane 0 lowest.
     unsafe fn bits(m: Self::M) -> u32;
+    /// The inverse of `bits`.
+    unsafe fn mask(bits: u32) -> Self::M;
 }

@@ -54,6 +54,17 @@ unsafe impl Lanes for Portable {
         }
     }
 
+    #[inline(always)]
+    unsafe fn expand(old: F, m: M, from: *const f32) -> F {
+        let (mut lanes, mut from) = (old, from);
+        for i in 0..8 {
+            if m[i] {
+                unsafe { lanes[i] = from.read(); from = from.add(1); }
+            }
+        }
+        lanes
+    }
+
     #[inline(always)] unsafe fn truncate(a: F) -> I { a.map(|x| x as i32) }
     #[inline(always)] unsafe fn to_f32(a: I) -> F { a.map(|x| x as f32) }
     #[inline(always)] unsafe fn from_bits(a: I) -> F { a.map(|x| f32::from_bits(x as u32)) }
@@ -65,6 +76,12 @@ unsafe impl Lanes for Portable {
     #[inline(always)] unsafe fn and_i(a: I, b: I) -> I { from_fn(|i| a[i] & b[i]) }
     #[inline(always)] unsafe fn shr_i<const BITS: u32>(a: I) -> I { a.map(|x| (x as u32 >> BITS) as i32) }
     #[inline(always)] unsafe fn shr_by(a: I, bits: u32) -> I { a.map(|x| (x as u32 >> bits) as i32) }
+    #[inline(always)] unsafe fn shift_left(a: I, by: I) -> I {
+        from_fn(|i| (a[i] as u32).checked_shl(by[i] as u32).unwrap_or(0) as i32)
+    }
+    #[inline(always)] unsafe fn shift_right(a: I, by: I) -> I {
+        from_fn(|i| (a[i] as u32).checked_shr(by[i] as u32).unwrap_or(0) as i32)
+    }
     #[inline(always)] unsafe fn gather<const SCALE: i32>(base: *const u8, offset: I) -> I {
         offset.map(|o| unsafe { base.offset(o as isize * SCALE as isize).cast::<i32>().read_unaligned() })
     }
@@ -92,4 +109,5 @@ unsafe impl Lanes for Portable {
     #[inline(always)] unsafe fn and_m(a: M, b: M) -> M { from_fn(|i| a[i] & b[i]) }
     #[inline(always)] unsafe fn select(m: M, a: F, b: F) -> F { from_fn(|i| if m[i] { a[i] } else { b[i] }) }
     #[inline(always)] unsafe fn bits(m: M) -> u32 { (0..8).fold(0, |bits, i| bits | u32::from(m[i]) << i) }
+    #[inline(always)] unsafe fn mask(bits: u32) -> M { from_fn(|i| bits >> i & 1 == 1) }
 }
