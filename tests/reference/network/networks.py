@@ -16,6 +16,8 @@ SQUARED_EPSILON = 1e-6
 NORM_EPSILON = 1e-5
 PULL_LEVELS = 5
 SMALLEST_WEIGHT = 1e-8
+DOUBT_EPSILON = 1e-7
+DOUBT_SHARE = 0.25
 
 
 def wnet(encoder, decoder, **changes):
@@ -37,6 +39,7 @@ def wnet(encoder, decoder, **changes):
         "flat": None,
         "accumulate": 0.0,
         "fresh": None,
+        "doubt": False,
         "residual": False,
         "recurrent": True,
     }
@@ -45,7 +48,7 @@ def wnet(encoder, decoder, **changes):
 
 ALL_ON = {name: True for name in ["fold", "mask", "prefill", "bypass", "reproject"]}
 OURS = ALL_ON | {"feedback": "output", "history": "centre", "filled": "around", "flat": "centre"}
-OURS |= {"accumulate": 0.85, "fresh": "centre", "residual": True, "recurrent": False}
+OURS |= {"accumulate": 0.95, "fresh": "centre", "doubt": True, "residual": True, "recurrent": False}
 CONFIGS = {
     "wnet-paper": wnet([64, 64, 80, 96], [64, 64, 80]),
     "wnet-narrow": wnet([64, 64, 80, 96], [32, 64, 80]),
@@ -154,9 +157,18 @@ def pull_push(colour, weight, levels):
     return filled / known.clamp(min=SMALLEST_WEIGHT)
 
 
-def accumulated(now, mask, last, kept):
-    """What is sampled now, and elsewhere the share `kept` of what was there."""
-    return bypass(now, mask, kept * last)
+def doubts(colour, mask, fresh, prior, halvings):
+    """How far samples are from the picture `prior`, and from the means of 2^halvings squares of `fresh`: mean squares."""
+    edge = 2**halvings
+    around = F.interpolate(F.avg_pool2d(fresh, edge), scale_factor=edge, mode="nearest")
+    squares = [((colour - expected) ** 2).mean(dim=1, keepdim=True) * mask for expected in [prior, around]]
+    return torch.cat(squares + [torch.zeros_like(mask)], dim=1)
+
+
+def trusted(known, doubt):
+    """What is left of `known` where samples contradict it."""
+    error, variance = doubt[:, :1], doubt[:, 1:2] + DOUBT_EPSILON
+    return known * variance / (variance + DOUBT_SHARE * error)
 
 
 def bypass(colour, mask, picture):
@@ -278,15 +290,20 @@ class WNet(nn.Module):
             states = {name: warp(state, motion) for name, state in states.items()}
 
         samples, weights = colour, mask
+        fresh = pull_push(colour, mask, self.pull_levels)
         if config["accumulate"] > 0:
-            samples = accumulated(colour, mask, states["samples"], config["accumulate"])
-            weights = accumulated(mask, mask, states["weights"], config["accumulate"])
+            faded = [config["accumulate"] * states[name] for name in ["samples", "weights"]]
+            if config["doubt"]:
+                prior = pull_push(*faded, self.pull_levels)
+                doubt = doubts(colour, mask, fresh, prior, min(self.multiple.bit_length() - 1, 3))
+                doubt = pull_push(doubt, mask, self.pull_levels)
+                faded = [trusted(known, doubt) for known in faded]
+            samples, weights = bypass(colour, mask, faded[0]), bypass(mask, mask, faded[1])
             following |= {"samples": samples, "weights": weights}
         filled = pull_push(samples, weights, self.pull_levels) if config["prefill"] else colour
         inputs = [filled]
         if config["mask"]:
             inputs.append(weights)
-        fresh = pull_push(colour, mask, self.pull_levels)
         if config["fresh"]:
             inputs.append(fresh)
         if self.has_feedback:

@@ -4,6 +4,7 @@
 
 mod calibrate;
 mod conv;
+mod doubt;
 mod element;
 mod filter;
 mod map;

@@ -1,4 +1,5 @@
 use super::conv::{ConvShape, PreparedConv};
+use super::doubt::{Expected, doubt, trust};
 use super::element::Element;
 use super::filter::PreparedFilter;
 use super::map::{Map, Stored, with_map};
@@ -292,6 +293,11 @@ fn run_plain(layer: &Layer, tensors: &[Stored], out: &mut Stored) {
             reshape::scale(picture(input), *factor, *offset, out);
         }
         (Layer::Clamp { input, .. }, Stored::F32(out)) => reshape::clamp(picture(input), out),
+        (Layer::Doubt { colour, mask, fresh, prior, halvings, .. }, Stored::F32(out)) => {
+            let expected = Expected { prior: picture(prior), fresh: picture(fresh), halvings: *halvings };
+            doubt(picture(colour), picture(mask), &expected, out);
+        }
+        (Layer::Trust { input, doubts, .. }, Stored::F32(out)) => trust(picture(input), picture(doubts), out),
         (Layer::PullPush { colour, weight, levels, .. }, Stored::F32(out)) => {
             pull_push(picture(colour), picture(weight), *levels, out);
         }

@@ -172,6 +172,10 @@ impl<'a> Exporter<'a> {
                 let [low, high] = [0.0, 1.0].map(|value| self.graph.scalar(value));
                 self.graph.plain("Clip", self.name(*output), &[&self.value(*input), &low, &high])
             }
+            Layer::Doubt { colour, mask, fresh, prior, halvings, output } => {
+                self.doubt([*colour, *mask, *fresh, *prior], *halvings, *output)
+            }
+            Layer::Trust { input, doubts, output } => self.trust(*input, *doubts, *output),
             Layer::PullPush { colour, weight, levels, output } => {
                 self.pull_push([*colour, *weight], *levels, *output)
             }

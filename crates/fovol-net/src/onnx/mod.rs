@@ -15,6 +15,7 @@
 //! and bottom, and crop. The property `fovolnet.states` is a JSON list of
 //! `{"name":…, "channels":c, "scale":s}`.
 
+mod doubt;
 mod export;
 mod filter;
 mod graph;

@@ -3,6 +3,8 @@ use super::{Inputs, Plan, StateTensor, Tensor, TensorId};
 
 /// Pull-push halves the resolution no more often.
 const MOST_PULLS: u32 = 5;
+/// The surroundings of a sample are squares of no more than 2 to the power of this.
+const SURROUNDINGS: u32 = 3;
 
 /// Makes a [`Plan`] layer by layer, and sees that shapes fit.
 ///
@@ -206,6 +208,21 @@ impl PlanBuilder {
         self.push(Layer::Clamp { input, output })
     }
 
+    /// How far samples differ from the picture `prior`, and from what is around them in `fresh`; spread over the frame.
+    pub fn doubts(&mut self, fresh: TensorId, prior: TensorId) -> TensorId {
+        let (colour, mask) = (self.colour(), self.mask());
+        let output = self.tensor("doubts", 3, 0);
+        let doubts = self.push(Layer::Doubt { colour, mask, fresh, prior, halvings: 0, output });
+        self.pull_push(doubts, mask)
+    }
+
+    /// `input` as far as `doubts` let it count.
+    pub fn trust(&mut self, input: TensorId, doubts: TensorId) -> TensorId {
+        let name = format!("{}.trusted", self.plan.tensors[input.0].name);
+        let output = self.tensor(&name, self.channels(input), self.level(input));
+        self.push(Layer::Trust { input, doubts, output })
+    }
+
     /// `colour`, which is multiplied by `weight`, spread over the frame.
     pub fn pull_push(&mut self, colour: TensorId, weight: TensorId) -> TensorId {
         let name = format!("{}.filled", self.plan.tensors[colour.0].name);
@@ -234,10 +251,12 @@ impl PlanBuilder {
     pub fn finish(mut self, output: TensorId) -> Plan {
         assert_eq!((self.channels(output), self.level(output)), (3, 0), "the output is a picture");
         self.plan.output = output;
-        let halvings = self.plan.multiple().ilog2().min(MOST_PULLS);
+        let most = self.plan.multiple().ilog2();
         for layer in &mut self.plan.layers {
-            if let Layer::PullPush { levels, .. } = layer {
-                *levels = halvings;
+            match layer {
+                Layer::PullPush { levels, .. } => *levels = most.min(MOST_PULLS),
+                Layer::Doubt { halvings, .. } => *halvings = most.min(SURROUNDINGS),
+                _ => {}
             }
         }
         self.plan

@@ -127,6 +127,12 @@ pub enum Normalisation {
 /// The ε of [`Normalisation::Squared`].
 pub const SQUARED_EPSILON: f32 = 1e-6;
 
+/// What is added to the square by which samples differ from their surroundings in [`Layer::Trust`]: a difference of a
+/// tenth of an 8-bit step.
+pub const DOUBT_EPSILON: f32 = 1e-7;
+/// How much the square by which samples differ from what was known before counts beside that.
+pub const DOUBT_SHARE: f32 = 0.25;
+
 /// A kernel for each pixel, predicted by a 1×1 convolution of `features`, normalised, and applied to images:
 /// the same kernel for all channels.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -201,6 +207,32 @@ pub enum Layer {
         /// What it writes.
         output: TensorId,
     },
+    /// For each sample the mean square by which it differs from `prior`, that by which it differs from the mean of the
+    /// 2^`halvings` squared pixels of `fresh` that it is among, and 0; 0 where nothing was sampled.
+    Doubt {
+        /// What was sampled, 0 elsewhere.
+        colour: TensorId,
+        /// 1 where it was.
+        mask: TensorId,
+        /// What the samples of this frame give.
+        fresh: TensorId,
+        /// What those of earlier frames give.
+        prior: TensorId,
+        /// How often the resolution is halved.
+        halvings: u32,
+        /// What it writes.
+        output: TensorId,
+    },
+    /// x · v / (v + [`DOUBT_SHARE`] e), where e and v ([`DOUBT_EPSILON`] more) are the first two channels of `doubts`: by
+    /// the inverse of both variances, what was known before counts less where this frame's samples contradict it.
+    Trust {
+        /// What it reads.
+        input: TensorId,
+        /// What [`Self::Doubt`] gives, spread over the frame.
+        doubts: TensorId,
+        /// What it writes.
+        output: TensorId,
+    },
     /// Pixels of little weight get the mean of those around them, from ever larger squares.
     PullPush {
         /// Colours times their weights.
@@ -247,6 +279,8 @@ impl Layer {
             | Self::DepthToSpace { output, .. }
             | Self::Scale { output, .. }
             | Self::Clamp { output, .. }
+            | Self::Doubt { output, .. }
+            | Self::Trust { output, .. }
             | Self::PullPush { output, .. }
             | Self::Bypass { output, .. }
             | Self::Warp { output, .. } => *output,
@@ -268,6 +302,8 @@ impl Layer {
             | Self::Scale { input, .. }
             | Self::Clamp { input, .. } => vec![*input],
             Self::PullPush { colour, weight, .. } => vec![*colour, *weight],
+            Self::Doubt { colour, mask, fresh, prior, .. } => vec![*colour, *mask, *fresh, *prior],
+            Self::Trust { input, doubts, .. } => vec![*input, *doubts],
             Self::Bypass { colour, mask, input, .. } => vec![*colour, *mask, *input],
             Self::Warp { input, motion, .. } => vec![*input, *motion],
         }
@@ -284,6 +320,8 @@ impl Layer {
             Self::DepthToSpace { .. } => "depth-to-space",
             Self::Scale { .. } => "scale",
             Self::Clamp { .. } => "clamp",
+            Self::Doubt { .. } => "doubt",
+            Self::Trust { .. } => "trust",
             Self::PullPush { .. } => "pull-push",
             Self::Bypass { .. } => "bypass",
             Self::Warp { .. } => "warp",

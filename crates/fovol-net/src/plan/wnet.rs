@@ -57,6 +57,10 @@ pub struct WNetConfig {
     /// shown too: what was accumulated is wrong where the motion is.
     #[serde(default)]
     pub fresh: Option<Taps>,
+    /// Whether accumulated samples lose weight where those of the frame contradict them, as they do where the motion is
+    /// wrong or something comes to light; needs `fresh`.
+    #[serde(default)]
+    pub doubt: bool,
     /// Whether the direct prediction also reads the filled picture: then it can begin as that, and learn what to add.
     #[serde(default)]
     pub residual: bool,
@@ -88,6 +92,7 @@ impl WNetConfig {
             flat: None,
             accumulate: 0.0,
             fresh: None,
+            doubt: false,
             residual: false,
             recurrent: true,
         }
@@ -114,8 +119,9 @@ impl WNetConfig {
             reproject: true,
             filled: Some(Taps::Around),
             flat: Some(Taps::Centre),
-            accumulate: 0.85,
+            accumulate: 0.95,
             fresh: Some(Taps::Centre),
+            doubt: true,
             residual: true,
             recurrent: false,
         }
@@ -170,6 +176,11 @@ impl WNetConfig {
                 "samples are accumulated to be filled; set `prefill`, or leave out `accumulate`".into()
             );
         }
+        if self.doubt && self.fresh.is_none() {
+            return Err(
+                "a fresh picture is needed to doubt the others; set `fresh`, or leave out `doubt`".into()
+            );
+        }
         if self.residual && !self.prefill {
             return Err("there is no filled picture to add to; set `prefill`, or leave out `residual`".into());
         }
@@ -199,11 +210,11 @@ impl Walk<'_> {
     fn run(mut self) -> Plan {
         let config = self.config;
         let colour = self.builder.colour();
-        let (filled, mask) = if config.prefill { self.filled() } else { (colour, self.mask()) };
+        let fresh = config.fresh.map(|_| self.freshly_filled());
+        let (filled, mask) = if config.prefill { self.filled(fresh) } else { (colour, self.mask()) };
         let wants_last = config.history.is_some() || config.feedback != Feedback::None;
         let last = wants_last.then(|| self.builder.state("output", 3, 0));
         let history = last.map(|last| self.reprojected(last));
-        let fresh = config.fresh.map(|_| self.freshly_filled());
         let inputs = [Some(filled), mask, fresh, history.filter(|_| config.feedback != Feedback::None)];
         let direct = self.direct(&inputs.into_iter().flatten().collect::<Vec<_>>());
         let mut picture = direct.picture;
@@ -238,13 +249,24 @@ impl Walk<'_> {
         self.config.mask.then(|| self.builder.mask())
     }
 
-    /// The filled picture, and for the mask what it was filled by.
-    fn filled(&mut self) -> (TensorId, Option<TensorId>) {
-        let [mut samples, mut weights] = [self.builder.colour(), self.builder.mask()];
+    /// The filled picture, and for the mask what it was filled by; `fresh` is the one of this frame's samples alone.
+    fn filled(&mut self, fresh: Option<TensorId>) -> (TensorId, Option<TensorId>) {
+        let mut known = [self.builder.colour(), self.builder.mask()];
         if self.config.accumulate > 0.0 {
-            samples = self.accumulated("samples", samples);
-            weights = self.accumulated("weights", weights);
+            let last = [("samples", known[0]), ("weights", known[1])]
+                .map(|(name, now)| self.builder.state_like(name, now));
+            let mut faded = last.map(|last| self.faded(last));
+            if let Some(fresh) = fresh.filter(|_| self.config.doubt) {
+                let prior = self.builder.pull_push(faded[0], faded[1]);
+                let doubts = self.builder.doubts(fresh, prior);
+                faded = faded.map(|known| self.builder.trust(known, doubts));
+            }
+            for i in 0..2 {
+                known[i] = self.builder.bypass(known[i], faded[i]);
+                self.carried.push((last[i], known[i]));
+            }
         }
+        let [samples, weights] = known;
         (self.builder.pull_push(samples, weights), Some(weights).filter(|_| self.config.mask))
     }
 
@@ -254,14 +276,10 @@ impl Walk<'_> {
         self.builder.pull_push(colour, mask)
     }
 
-    /// `now` where sampled, and elsewhere what was there before, by the weight that is left of it.
-    fn accumulated(&mut self, name: &str, now: TensorId) -> TensorId {
-        let last = self.builder.state_like(name, now);
+    /// What is left of `last` in this frame.
+    fn faded(&mut self, last: TensorId) -> TensorId {
         let moved = self.reprojected(last);
-        let faded = self.builder.scale(moved, self.config.accumulate, 0.0);
-        let sum = self.builder.bypass(now, faded);
-        self.carried.push((last, sum));
-        sum
+        self.builder.scale(moved, self.config.accumulate, 0.0)
     }
 
     /// D: the U-Net and the picture it predicts.

@@ -98,6 +98,12 @@ impl<'a> Frame<'a> {
                 self.exact(*input) * f64::from(*factor) + f64::from(*offset)
             }
             Layer::Clamp { input, .. } => self.exact(*input).clamp(0.0, 1.0),
+            Layer::Doubt { colour, mask, fresh, prior, halvings, .. } => {
+                let around = layers::means_of_squares(&self.exact(*fresh), *halvings);
+                let [colour, mask, prior] = [colour, mask, prior].map(|id| self.exact(*id));
+                layers::doubt(&colour, &mask, &around, &prior)
+            }
+            Layer::Trust { input, doubts, .. } => layers::trust(&self.exact(*input), &self.exact(*doubts)),
             Layer::PullPush { colour, weight, levels, .. } => {
                 layers::pull_push(&self.exact(*colour), &self.exact(*weight), *levels)
             }

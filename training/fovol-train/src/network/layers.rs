@@ -2,7 +2,9 @@
 //!
 //! They work in whatever kind of number they are given.
 
-use fovol_net::plan::{Activation, Conv, Normalisation, Padding, Resize, SQUARED_EPSILON, Taps};
+use fovol_net::plan::{
+    Activation, Conv, DOUBT_EPSILON, DOUBT_SHARE, Normalisation, Padding, Resize, SQUARED_EPSILON, Taps,
+};
 use tch::{Device, Kind, Tensor};
 
 /// Divisors of [`pull_push`] are at least this.
@@ -122,6 +124,29 @@ pub(super) fn pool(input: &Tensor, factor: i64) -> Tensor {
 /// mask · colour + (1 − mask) · input.
 pub(super) fn bypass(colour: &Tensor, mask: &Tensor, input: &Tensor) -> Tensor {
     mask * colour + (1.0 - mask) * input
+}
+
+/// The means of squares of 2^`halvings` pixels of `picture`, at its own resolution.
+pub(super) fn means_of_squares(picture: &Tensor, halvings: u32) -> Tensor {
+    let [_, _, height, width] = shape(picture);
+    let edge = 1i64 << halvings;
+    pool(picture, edge).upsample_nearest2d([height, width], edge as f64, edge as f64)
+}
+
+/// The mean squares by which samples differ from `prior` and from what is `around`, and 0; all times `mask`.
+pub(super) fn doubt(colour: &Tensor, mask: &Tensor, around: &Tensor, prior: &Tensor) -> Tensor {
+    let mean_square = |expected: &Tensor| {
+        let square = (colour - expected).square();
+        square.mean_dim([1i64].as_slice(), true, None::<Kind>) * mask
+    };
+    Tensor::cat(&[mean_square(prior), mean_square(around), mask.zeros_like()], 1)
+}
+
+/// input · v / (v + share · e), where e and v (ε more) are the first two channels of `doubts`.
+pub(super) fn trust(input: &Tensor, doubts: &Tensor) -> Tensor {
+    let variance = doubts.narrow(1, 1, 1) + f64::from(DOUBT_EPSILON);
+    let error = doubts.narrow(1, 0, 1) * f64::from(DOUBT_SHARE);
+    input * (&variance / (&variance + error))
 }
 
 /// The value where each pixel was in the last frame: bilinear, zero outside, also where motion is no number.

@@ -1,0 +1,139 @@
+#!/usr/bin/env python3
+"""How much better a network is than filling without one, on volumes that it has not learned from.
+
+    pip install numpy pillow scikit-image
+    python benchmarks/quality.py --weights FILE.safetensors VOLUME [VOLUME ...] -o FOLDER [--frames 16] [--tf NAME]
+
+Renders a fly-through of each volume with shadows at 1280x720, sampled at (P_b, sigma) = (0.03, 0.02), reconstructs it
+with the network, with pull-push and with linear interpolation, and compares all three with the full frames, over the
+pixels that show something, from the ninth frame on: PSNR of all of them together, SSIM (Gaussian window, standard
+deviation 1.5) as the mean of its map, tPSNR of the differences between frames. Every volume is a line of
+FOLDER/quality.csv; FOLDER/VOLUME.png shows the last frame: sparse, pull-push, network, full, and four times the error
+of the network, above them the whole frame, below them a part.
+"""
+
+import argparse
+import csv
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+from skimage.metrics import structural_similarity
+
+FIRST = 8
+METHODS = ["network", "pull-push", "linear"]
+
+
+def picture(path):
+    """Red, green and blue as 0 to 1."""
+    return np.asarray(Image.open(path).convert("RGB"), dtype=np.float64) / 255
+
+
+def run(*command):
+    """Runs a program; what it says is shown if it fails."""
+    done = subprocess.run([str(part) for part in command], capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        sys.exit(f"{' '.join(map(str, command))}\n{done.stderr}")
+
+
+def rendered(options, volume, folder):
+    """The folders of each method's frames; the first one has the full and the sparse frames too."""
+    folders = {method: folder / method for method in METHODS}
+    common = [options.program, "render", *volume, "--size", options.size, "--frames", options.frames]
+    common += ["--path", "flythrough", "--pb", "0.03", "--sigma", "0.02"]
+    common += ["--tf", options.tf] if options.tf else []
+    network = ["--reconstruct", "wnet", "--weights", options.weights, "--precision", options.precision]
+    run(*common, *network, "--keep", "frame,sparse,reference", "-o", folders["network"])
+    for method in METHODS[1:]:
+        run(*common, "--reconstruct", method, "-o", folders[method])
+    return folders
+
+
+def decibels(errors):
+    """The peak signal-to-noise ratio of squared errors."""
+    return -10 * np.log10(max(np.mean(np.concatenate(errors)), 1e-12))
+
+
+def scores(frames, references):
+    """PSNR, SSIM and tPSNR over what the references show."""
+    squares, steps, similar = [], [], []
+    for t, (frame, reference) in enumerate(zip(frames, references)):
+        shown = np.abs(reference - reference[0, 0]).max(axis=2) > 1.5 / 255
+        squares.append(((frame - reference) ** 2)[shown].ravel())
+        _, similarity = structural_similarity(
+            reference, frame, channel_axis=2, data_range=1, gaussian_weights=True, sigma=1.5,
+            use_sample_covariance=False, full=True,
+        )
+        similar.append(similarity[shown].mean())
+        if t > 0:
+            step = (frame - frames[t - 1]) - (reference - references[t - 1])
+            steps.append((step**2)[shown].ravel())
+    return decibels(squares), float(np.mean(similar)), decibels(steps)
+
+
+def comparison(folders, name, number, references, frames, path):
+    """The last frame of all, side by side."""
+    sparse = picture(folders["network"] / f"sparse_{number:04}.png")
+    error = np.clip(4 * np.abs(frames["network"][-1] - references[-1]), 0, 1)
+    shown = [sparse, frames["pull-push"][-1], frames["network"][-1], references[-1], error]
+    height, width, _ = references[-1].shape
+    detail = np.abs(references[-1] - references[-1].mean(axis=(0, 1))).sum(axis=2)
+    half = (height // 4, width // 8)
+    blocks = [(y, x) for y in range(0, height - half[0], half[0] // 2) for x in range(0, width - half[1], half[1] // 2)]
+    y, x = max(blocks, key=lambda at: detail[at[0] : at[0] + half[0], at[1] : at[1] + half[1]].sum())
+    small = [np.asarray(Image.fromarray((p * 255).astype(np.uint8)).resize((width // 2, height // 2))) for p in shown]
+    part = [(p[y : y + half[0], x : x + half[1]] * 255).astype(np.uint8) for p in shown]
+    part = [np.asarray(Image.fromarray(p).resize((width // 2, height), Image.NEAREST)) for p in part]
+    sheet = np.concatenate([np.concatenate(small, axis=1), np.concatenate(part, axis=1)], axis=0)
+    Image.fromarray(sheet).save(path / f"{name}.png")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("volumes", nargs="+", help="files, or NAME:SIDE:SEED of procedural ones")
+    parser.add_argument("--weights", required=True)
+    parser.add_argument("--precision", default="f32")
+    parser.add_argument("--frames", type=int, default=16)
+    parser.add_argument("--size", default="1280x720")
+    parser.add_argument("--tf")
+    parser.add_argument("--program", default="target/release/fovolnet")
+    parser.add_argument("-o", "--output", type=Path, required=True)
+    options = parser.parse_args()
+    options.output.mkdir(parents=True, exist_ok=True)
+    rows = []
+    for given in options.volumes:
+        name, *more = given.split(":") if not Path(given).exists() else [given]
+        volume = [name]
+        if more:
+            volume += ["--dims", ",".join([more[0]] * 3), "--seed", more[1]]
+        title = Path(name).name.split("_")[0].split(".")[0]
+        folders = rendered(options, volume, options.output / title)
+        numbers = range(FIRST, options.frames)
+        references = [picture(folders["network"] / f"reference_{t:04}.png") for t in numbers]
+        frames = {m: [picture(folders[m] / f"frame_{t:04}.png") for t in numbers] for m in METHODS}
+        shown = np.abs(references[-1] - references[-1][0, 0]).max(axis=2) > 1.5 / 255
+        row = {"volume": title, "luminance": round(float(references[-1][shown].mean()), 3)}
+        for method in METHODS:
+            psnr, ssim, tpsnr = scores(frames[method], references)
+            row |= {f"{method} PSNR": round(psnr, 2), f"{method} SSIM": round(ssim, 4)}
+            row |= {f"{method} tPSNR": round(tpsnr, 2)}
+        for measure in ["PSNR", "tPSNR"]:
+            best = max(row[f"{method} {measure}"] for method in METHODS[1:])
+            row[f"gain {measure}"] = round(row[f"network {measure}"] - best, 2)
+        best = max(row[f"{method} SSIM"] for method in METHODS[1:])
+        row["share of 1 - SSIM"] = round((1 - row["network SSIM"]) / (1 - best), 3)
+        comparison(folders, title, options.frames - 1, references, frames, options.output)
+        rows.append(row)
+        print(row, flush=True)
+        with open(options.output / "quality.csv", "w", newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, fieldnames=list(row))
+            writer.writeheader()
+            writer.writerows(rows)
+    for measure in ["gain PSNR", "gain tPSNR", "share of 1 - SSIM"]:
+        print(f"mean {measure}: {np.mean([row[measure] for row in rows]):.3f}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,51 @@
+//! How far what was known before is believed.
+
+use super::export::Exporter;
+use super::graph::{integer, integers};
+use crate::plan::{DOUBT_EPSILON, DOUBT_SHARE, TensorId};
+
+impl Exporter<'_> {
+    /// For each sample the mean square by which it differs from `prior`, that by which it differs from the means of
+    /// squares of `fresh`, and 0.
+    pub fn doubt(
+        &mut self,
+        [colour, mask, fresh, prior]: [TensorId; 4],
+        halvings: u32,
+        output: TensorId,
+    ) -> String {
+        let name = self.name(output);
+        let [colour, mask, fresh, prior] = [colour, mask, fresh, prior].map(|id| self.value(id));
+        let mut around = self.graph.pooled(&format!("{name}.means"), &fresh, 1 << halvings);
+        for _ in 0..halvings {
+            around = self.graph.nearest(&format!("{name}.around"), &around);
+        }
+        let [error, variance] = [("error", prior), ("variance", around)].map(|(part, expected)| {
+            let graph = &mut self.graph;
+            let difference = graph.plain("Sub", &format!("{name}.{part}"), &[&colour, &expected]);
+            let square = graph.plain("Mul", &format!("{name}.{part}.square"), &[&difference, &difference]);
+            let mean = vec![integers("axes", &[1]), integer("keepdims", 1)];
+            let mean = graph.node("ReduceMean", &format!("{name}.{part}.mean"), &[&square], mean);
+            graph.plain("Mul", &format!("{name}.{part}.sampled"), &[&mean, &mask])
+        });
+        let zero = self.graph.scalar(0.0);
+        let nothing = self.graph.plain("Mul", &format!("{name}.nothing"), &[&mask, &zero]);
+        self.graph.concatenated(name, &[error, variance, nothing])
+    }
+
+    /// `input` · v / (v + share · e).
+    pub fn trust(&mut self, input: TensorId, doubts: TensorId, output: TensorId) -> String {
+        let name = self.name(output);
+        let (input, doubts) = (self.value(input), self.value(doubts));
+        let graph = &mut self.graph;
+        let [epsilon, share] = [DOUBT_EPSILON, DOUBT_SHARE].map(|value| graph.scalar(value));
+        let [error, variance] = [(0, "error"), (1, "variance")].map(|(channel, part)| {
+            let index = graph.indices(&[channel]);
+            graph.node("Gather", &format!("{name}.{part}"), &[&doubts, &index], vec![integer("axis", 1)])
+        });
+        let variance = graph.plain("Add", &format!("{name}.variance"), &[&variance, &epsilon]);
+        let error = graph.plain("Mul", &format!("{name}.error"), &[&error, &share]);
+        let sum = graph.plain("Add", &format!("{name}.sum"), &[&variance, &error]);
+        let believed = graph.plain("Div", &format!("{name}.share"), &[&variance, &sum]);
+        graph.plain("Mul", name, &[&input, &believed])
+    }
+}
