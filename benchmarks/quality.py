@@ -53,7 +53,7 @@ def rendered(options, volume, folder):
 
 def decibels(errors):
     """The peak signal-to-noise ratio of squared errors."""
-    return -10 * np.log10(max(np.mean(np.concatenate(errors)), 1e-12))
+    return float(-10 * np.log10(max(np.mean(np.concatenate(errors)), 1e-12)))
 
 
 def scores(frames, references):

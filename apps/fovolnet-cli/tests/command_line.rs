@@ -153,8 +153,14 @@ fn networks_reconstruct_clips_and_are_exported() {
     assert!(std::fs::metadata(&onnx).unwrap().len() > 100_000);
 
     let out = at("out");
-    let error = fails(&[&render[..], &["-o", &out, "--reconstruct", "wnet"]].concat(), 1);
+    let error = fails(&[&render[..], &["-o", &out, "--reconstruct", "deepfovea"]].concat(), 1);
     assert!(error.contains("--weights FILE"), "{error}");
+    // Without weights those that the program has.
+    let (shipped, named) = (at("shipped"), at("named"));
+    succeeds(&[&render[..], &["-o", &shipped, "--reconstruct", "wnet"]].concat());
+    succeeds(&[&render[..], &["-o", &named, "--reconstruct", "wnet", "--weights", "wnet-fast"]].concat());
+    let report = json(&succeeds(&["metrics", &shipped, &named, "--json", "-"]));
+    assert!(report["psnr"].is_null() || report["psnr"].as_f64().unwrap() > 90.0, "{report}");
     let other = ["-o", &out, "--reconstruct", "deepfovea", "--random-weights", "wnet-fast"];
     assert!(fails(&[&render[..], &other].concat(), 1).contains("--reconstruct wnet"));
     std::fs::write(at("bad.safetensors"), b"nothing").unwrap();

@@ -1,9 +1,8 @@
 use crate::{Error, RandomWeights, Reconstruction, RenderSettings, Result};
 use fovol_core::{Frame, FrameSize};
 use fovol_net::cpu::{FrameInput, Network, Precision, Simd, State};
-use fovol_net::plan::NetworkConfig;
+use fovol_net::plan::{Named, NetworkConfig};
 use fovol_net::{Fill, Weights};
-use std::path::Path;
 use std::sync::Arc;
 
 /// Makes full frames of the sparse frames of one clip.
@@ -104,12 +103,13 @@ fn weights(settings: &RenderSettings, how: Reconstruction) -> Result<Weights> {
         (Some(_), Some(_)) => {
             return Err(Error::Setting("--weights and --random-weights exclude each other; give one".into()));
         }
-        (Some(file), None) => Weights::read(Path::new(file))?,
+        (Some(name), None) => Weights::named_or_read(name)?,
         (None, Some(RandomWeights { network, seed })) => Weights::random(&network.config(), seed)?,
+        (None, None) if how == Reconstruction::WNet => Weights::shipped(Named::WNetFast)?,
         (None, None) => {
             return Err(Error::Setting(format!(
-                "no trained weights come with this version; give --weights FILE with --reconstruct {how}, or \
-                 --random-weights NAME to measure speed"
+                "no trained weights of {how} come with this version; give --weights FILE, or --random-weights NAME to \
+                 measure speed"
             )));
         }
     };

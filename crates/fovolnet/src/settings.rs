@@ -73,8 +73,9 @@ pub struct RenderSettings {
     /// How sparse frames are filled: none, pull-push, linear, wnet or deepfovea [default: pull-push]
     #[cfg_attr(feature = "clap", arg(long, value_name = "HOW"))]
     pub reconstruct: Option<Reconstruction>,
-    /// Weights of the network: a safetensors file, or a state dict of PyTorch (.pt) of a network with a name
-    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
+    /// Weights of the network: wnet-fast, which the program has, a safetensors file, or a state dict of PyTorch (.pt) of
+    /// a network with a name [default: wnet-fast for wnet]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME|FILE"))]
     pub weights: Option<String>,
     /// Seeded random weights of a network, to measure its speed
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME[:SEED]"))]

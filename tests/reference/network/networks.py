@@ -124,13 +124,19 @@ def apply_kernels(kernels, taps):
     return (kernels[:, :, None] * torch.cat(taps, dim=1)).sum(dim=1)
 
 
+def halved(image):
+    """Means of 4x4 pixels by (1, 3, 3, 1)/8 along both axes, replicated at the border, at half the resolution."""
+    weights = torch.tensor([1, 3, 3, 1], dtype=image.dtype) / 8
+    kernel = (weights[:, None] * weights).expand(image.shape[1], 1, 4, 4)
+    return F.conv2d(F.pad(image, (1, 1, 1, 1), mode="replicate"), kernel, stride=2, groups=image.shape[1])
+
+
 def pull(colour, weight, levels):
     """The pyramid of premultiplied colours c' and weights w' of pull-push, finest first."""
     pyramid = [(colour, weight)]
     for _ in range(levels):
-        finer_colour, finer_weight = pyramid[-1]
-        mean_colour, mean_weight = F.avg_pool2d(finer_colour, 2), F.avg_pool2d(finer_weight, 2)
-        weight = (4 * mean_weight).clamp(max=1)
+        mean_colour, mean_weight = (halved(finer) for finer in pyramid[-1])
+        weight = (8 * mean_weight).clamp(max=1)
         pyramid.append((mean_colour * weight / mean_weight.clamp(min=SMALLEST_WEIGHT), weight))
     return pyramid
 
@@ -142,8 +148,8 @@ def pull_push(colour, weight, levels):
     be even; networks take log2 of their multiple, at most 5.
 
     Pull, for l = 0 .. L - 1, from what the level before was made into:
-        c_{l+1} = mean of 2x2 of c'_l,  w_{l+1} = mean of 2x2 of w'_l,
-        w'_{l+1} = min(4 w_{l+1}, 1),  c'_{l+1} = c_{l+1} w'_{l+1} / max(w_{l+1}, 1e-8).
+        c_{l+1} = `halved` c'_l,  w_{l+1} = `halved` w'_l,
+        w'_{l+1} = min(8 w_{l+1}, 1),  c'_{l+1} = c_{l+1} w'_{l+1} / max(w_{l+1}, 1e-8).
     Push, with `up` the bilinear doubling of resolution:
         C_L = c'_L,  W_L = w'_L,
         C_l = c'_l + (1 - w'_l) up(C_{l+1}),  W_l = w'_l + (1 - w'_l) up(W_{l+1})  for l = L - 1 .. 0.

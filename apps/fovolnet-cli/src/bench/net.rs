@@ -9,7 +9,6 @@ use fovolnet::net::cpu::{FrameInput, Network, Precision, Simd, calibrate, peak_f
 use fovolnet::render::cpu::mask;
 use fovolnet::render::noise::{Noise, NoiseKind};
 use serde::Serialize;
-use std::path::PathBuf;
 use std::time::Instant;
 
 /// Reconstruction networks: whole and layer by layer, against the peak of this machine
@@ -21,7 +20,7 @@ pub struct NetBench {
     random_weights: RandomWeights,
     /// Weights: a safetensors file, or a state dict of PyTorch (.pt) of a network with a name
     #[arg(long, value_name = "FILE")]
-    weights: Option<PathBuf>,
+    weights: Option<String>,
     /// Frame size in pixels
     #[arg(long, value_name = "WxH", default_value = "1280x720")]
     size: FrameSize,
@@ -97,7 +96,7 @@ impl NetBench {
 
     fn measure(&self) -> Result<Report> {
         let mut weights = match &self.weights {
-            Some(path) => Weights::read(path)?,
+            Some(name) => Weights::named_or_read(name)?,
             None => Weights::random(&self.random_weights.network.config(), self.random_weights.seed)?,
         };
         let plan = weights.config.plan().map_err(|problem| anyhow!(problem))?;
@@ -137,10 +136,7 @@ impl NetBench {
             }
         });
         Ok(Report {
-            network: self
-                .weights
-                .as_ref()
-                .map_or(self.random_weights.to_string(), |p| p.display().to_string()),
+            network: self.weights.clone().unwrap_or_else(|| self.random_weights.to_string()),
             size: self.size,
             precision: network.precision().name(),
             simd: network.simd().name(),

@@ -6,9 +6,10 @@ use fovolnet::io::image::{self, Alpha};
 use fovolnet::io::procedural::Procedural;
 use fovolnet::io::{atomic, video::VideoWriter};
 use fovolnet::metrics::ClipQuality;
+use fovolnet::net::Fill;
 use fovolnet::{
-    FrameReport, MeanReport, Pipeline, RenderReport, RenderSettings, SpeedSettings, VolumeSettings,
-    open_volume, parse,
+    FrameReport, MeanReport, Pipeline, Reconstruction, RenderReport, RenderSettings, SpeedSettings,
+    VolumeSettings, open_volume, parse,
 };
 use std::path::PathBuf;
 use std::time::Instant;
@@ -48,7 +49,7 @@ const GAP: u32 = 4;
 /// Rows of the contact sheet.
 const SHEET_ROWS: u32 = 4;
 /// Frames that the fly-through jumps over from one frame to the next, so that a short clip goes round.
-const STRIDE: u32 = 5;
+const STRIDE: u32 = 2;
 
 impl Demo {
     pub fn run(self) -> Result<()> {
@@ -58,10 +59,10 @@ impl Demo {
         let mut pipeline = Pipeline::new(&opened, &self.settings(), &self.speed)?;
         atomic::make_folder(&self.output)?;
         let (w, h) = (self.size.width, self.size.height);
-        let wide = FrameSize::new(3 * w + 2 * GAP, h)?;
+        let wide = FrameSize::new(4 * w + 3 * GAP, h)?;
         let mut video = VideoWriter::create(&self.output.join("demo.mp4"), wide, 24)?;
         let mut progress = Progress::new("demo frames", u64::from(self.frames));
-        let mut quality = ClipQuality::new().without_ms_ssim();
+        let [mut quality, mut filled_quality] = [(); 2].map(|()| ClipQuality::new().without_ms_ssim());
         let (mut frames, mut rows, mut reference_ms) = (Vec::new(), Vec::new(), 0.0);
         for i in 0..self.frames {
             interrupt::check(&format!("{} complete frames are in {}", frames.len(), self.output.display()))?;
@@ -70,7 +71,9 @@ impl Demo {
             let reference = pipeline.reference(i * STRIDE);
             reference_ms += before.elapsed().as_secs_f64() * 1e3 / f64::from(self.frames);
             let measured = quality.push(&reference, &rendered.frame)?;
-            let row = picture::side_by_side(&[&rendered.sparse, &rendered.frame, &reference], GAP);
+            let filled = Fill::PullPush.reconstruct(&rendered.sparse);
+            filled_quality.push(&reference, &filled)?;
+            let row = picture::side_by_side(&[&rendered.sparse, &filled, &rendered.frame, &reference], GAP);
             image::write_png(&self.output.join(format!("demo_{i:04}.png")), &row, Alpha::Drop)?;
             video.push(&row)?;
             if i % self.frames.div_ceil(SHEET_ROWS) == 0 {
@@ -102,14 +105,15 @@ impl Demo {
             volume: self.volume.name().into(),
             size: self.size,
             sampling: "compact".into(),
-            reconstruct: "pull-push".into(),
+            reconstruct: "wnet".into(),
             frames,
             mean,
             machine: pipeline.machine(),
         };
-        self.table(&report, reference_ms)?;
+        let filled = filled_quality.summary().map(|summary| summary.psnr);
+        self.table(&report, reference_ms, filled)?;
         self.json.say(format!(
-            "sparse | reconstructed | every pixel: {}/contact_sheet.png, demo_*.png, {} ({:.0} s in all)",
+            "sparse | pull-push | reconstructed | every pixel: {}/contact_sheet.png, demo_*.png, {} ({:.0} s in all)",
             self.output.display(),
             clip.display(),
             started.elapsed().as_secs_f64()
@@ -124,11 +128,12 @@ impl Demo {
             gaze: Some("wander".into()),
             pb: Some(self.pb),
             sigma: Some(self.sigma),
+            reconstruct: Some(Reconstruction::WNet),
             ..RenderSettings::default()
         }
     }
 
-    fn table(&self, report: &RenderReport, reference_ms: f64) -> Result<()> {
+    fn table(&self, report: &RenderReport, reference_ms: f64, filled: Option<f64>) -> Result<()> {
         let m = &report.mean;
         let rows = [
             (
@@ -139,15 +144,16 @@ impl Demo {
             ("pixels marched".into(), format!("{:.2} %", 100.0 * m.density)),
             ("mask and compaction".into(), format!("{:.2} ms", m.ms.mask)),
             ("march".into(), format!("{:.2} ms", m.ms.march)),
-            ("reconstruction (pull-push)".into(), format!("{:.2} ms", m.ms.reconstruct)),
+            ("reconstruction (wnet-fast)".into(), format!("{:.2} ms", m.ms.reconstruct)),
             ("whole frame".into(), format!("{:.2} ms", m.ms.total)),
             (
                 "marching every pixel".into(),
                 format!("{reference_ms:.2} ms, {:.1} times as long", reference_ms / m.ms.total),
             ),
-            ("PSNR".into(), m.psnr.map_or("-".into(), |v| format!("{v:.2} dB"))),
+            ("PSNR".into(), decibels(m.psnr)),
+            ("PSNR of pull-push alone".into(), decibels(filled)),
             ("SSIM".into(), m.ssim.map_or("-".into(), |v| format!("{v:.4}"))),
-            ("tPSNR".into(), m.tpsnr.map_or("-".into(), |v| format!("{v:.2} dB"))),
+            ("tPSNR".into(), decibels(m.tpsnr)),
             (
                 "machine".into(),
                 format!(
@@ -161,4 +167,8 @@ impl Demo {
         }
         Ok(())
     }
+}
+
+fn decibels(value: Option<f64>) -> String {
+    value.map_or("-".into(), |v| format!("{v:.2} dB"))
 }

@@ -10,9 +10,9 @@ pub struct Export {
     /// File to write: ONNX, opset 17, any height and width; see `fovol_net::onnx` for its inputs and outputs
     #[arg(long, value_name = "OUT.onnx")]
     onnx: PathBuf,
-    /// Weights of the network: a safetensors file, or a state dict of PyTorch (.pt) of a network with a name
-    #[arg(long, value_name = "FILE", conflicts_with = "random_weights")]
-    weights: Option<PathBuf>,
+    /// Weights of the network: wnet-fast, a safetensors file, or a state dict of PyTorch (.pt) of a network with a name
+    #[arg(long, value_name = "NAME|FILE", conflicts_with = "random_weights")]
+    weights: Option<String>,
     /// Seeded random weights of a network
     #[arg(long, value_name = "NAME[:SEED]")]
     random_weights: Option<RandomWeights>,
@@ -21,7 +21,7 @@ pub struct Export {
 impl Export {
     pub fn run(self) -> Result<()> {
         let weights = match (&self.weights, self.random_weights) {
-            (Some(path), _) => Weights::read(path)?,
+            (Some(name), _) => Weights::named_or_read(name)?,
             (None, Some(random)) => Weights::random(&random.network.config(), random.seed)?,
             (None, None) => return Err(anyhow!("nothing to export; give --weights or --random-weights")),
         };

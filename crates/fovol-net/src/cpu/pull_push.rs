@@ -7,6 +7,8 @@ use rayon::prelude::*;
 
 /// Divisors are at least this.
 const SMALLEST: f32 = 1e-8;
+/// A mean weight of one part in this many is enough to know a pixel of half the resolution.
+const GAIN: f32 = 8.0;
 /// Rows of a task.
 const BAND: usize = 8;
 
@@ -33,7 +35,8 @@ impl Level {
 /// is around.
 ///
 /// Pulling halves the resolution `levels` times, for which sides must be even: premultiplied colours c and weights w
-/// are averaged over 2×2 pixels, then w' = min(4w, 1) and c' = c·w'/max(w, 1e-8). Pushing goes back: each finer
+/// are averaged over 4×4 pixels by (1, 3, 3, 1)/8 along both axes, replicated at the border, then w' = min(8w, 1) and
+/// c' = c·w'/max(w, 1e-8). Pushing goes back: each finer
 /// level gets c' + (1 − w')·(c of the coarser, bilinear), and its weight likewise. At last colours are divided by
 /// max(weight, 1e-8).
 pub fn pull_push(colour: &Map, weight: &Map, levels: u32, out: &mut Map) {
@@ -53,7 +56,7 @@ pub fn pull_push(colour: &Map, weight: &Map, levels: u32, out: &mut Map) {
         for (row, to) in rows.chunks_exact_mut(3 * colour.width).enumerate() {
             let y = band * BAND + row;
             join(colour.row(y), weight.row(y), &mut memory.joined[0]);
-            let [row, _] = &mut memory.joined;
+            let [row, ..] = &mut memory.joined;
             if let Some(coarser) = known.first() {
                 Simd::best().vectorised(PushRow { y, row, coarser, blended: &mut memory.blended });
             }
@@ -65,7 +68,7 @@ pub fn pull_push(colour: &Map, weight: &Map, levels: u32, out: &mut Map) {
 /// Rows that a thread works on.
 #[derive(Default)]
 struct Rows {
-    joined: [Vec<Known>; 2],
+    joined: [Vec<Known>; 4],
     blended: Vec<Known>,
 }
 
@@ -91,11 +94,12 @@ fn first_pulled(colour: &Map, weight: &Map) -> Level {
     let bands = pixels.par_chunks_mut(BAND * width).enumerate();
     bands.for_each_init(Rows::default, |memory, (band, rows)| {
         for (row, to) in rows.chunks_exact_mut(width).enumerate() {
-            let y = 2 * (band * BAND + row);
-            let [above, below] = &mut memory.joined;
-            join(colour.row(y), weight.row(y), above);
-            join(colour.row(y + 1), weight.row(y + 1), below);
-            Simd::best().vectorised(PullRow { above, below, to });
+            let rows = around(band * BAND + row, colour.height);
+            for (y, joined) in rows.into_iter().zip(&mut memory.joined) {
+                join(colour.row(y), weight.row(y), joined);
+            }
+            let rows = memory.joined.each_ref().map(|row| &row[..]);
+            Simd::best().vectorised(PullRow { rows, blended: &mut memory.blended, to });
         }
     });
     Level { pixels, width }
@@ -104,33 +108,53 @@ fn first_pulled(colour: &Map, weight: &Map) -> Level {
 fn pulled(finer: &Level) -> Level {
     let width = finer.width / 2;
     let mut pixels = vec![[0.0; 4]; width * (finer.height() / 2)];
-    pixels.par_chunks_exact_mut(width).enumerate().for_each(|(y, to)| {
-        Simd::best().vectorised(PullRow { above: finer.row(2 * y), below: finer.row(2 * y + 1), to });
+    pixels.par_chunks_exact_mut(width).enumerate().for_each_init(Vec::new, |blended, (y, to)| {
+        let rows = around(y, finer.height()).map(|y| finer.row(y));
+        Simd::best().vectorised(PullRow { rows, blended, to });
     });
     Level { pixels, width }
 }
 
-/// The pulling of two rows to one.
+/// The rows of `height` that row `y` of half the resolution is made of.
+fn around(y: usize, height: usize) -> [usize; 4] {
+    [(2 * y).saturating_sub(1), 2 * y, 2 * y + 1, (2 * y + 2).min(height - 1)]
+}
+
+/// The weights of four neighbours.
+const BINOMIAL: [f32; 4] = [0.125, 0.375, 0.375, 0.125];
+
+/// The pulling of four rows to one.
 struct PullRow<'a> {
-    above: &'a [Known],
-    below: &'a [Known],
+    rows: [&'a [Known]; 4],
+    blended: &'a mut Vec<Known>,
     to: &'a mut [Known],
 }
 
 impl Work for PullRow<'_> {
     #[inline(always)]
     fn run(self) {
-        let rows = self.above.as_chunks::<2>().0.iter().zip(self.below.as_chunks::<2>().0);
-        for (to, (above, below)) in self.to.iter_mut().zip(rows) {
-            let mut sum = [0.0f32; 4];
-            for c in 0..4 {
-                sum[c] = (above[0][c] + above[1][c]) + (below[0][c] + below[1][c]);
+        let Self { rows: [a, b, c, d], blended, to } = self;
+        let width = a.len();
+        // One more on both sides.
+        blended.resize(width + 2, [0.0; 4]);
+        for (x, blended) in blended[1..=width].iter_mut().enumerate() {
+            for k in 0..4 {
+                blended[k] = (BINOMIAL[0] * a[x][k] + BINOMIAL[1] * b[x][k])
+                    + (BINOMIAL[2] * c[x][k] + BINOMIAL[3] * d[x][k]);
             }
-            // Of the mean: min(4w, 1) / max(w, 1e-8).
-            let weight = sum[3].min(1.0);
-            let factor = 0.25 * weight / (0.25 * sum[3]).max(SMALLEST);
-            for c in 0..4 {
-                to[c] = sum[c] * factor;
+        }
+        (blended[0], blended[width + 1]) = (blended[1], blended[width]);
+        for (x, to) in to.iter_mut().enumerate() {
+            let Some([a, b, c, d]) = blended[2 * x..].first_chunk() else { return };
+            let mut mean = [0.0f32; 4];
+            for k in 0..4 {
+                mean[k] =
+                    (BINOMIAL[0] * a[k] + BINOMIAL[1] * b[k]) + (BINOMIAL[2] * c[k] + BINOMIAL[3] * d[k]);
+            }
+            let weight = (GAIN * mean[3]).min(1.0);
+            let factor = weight / mean[3].max(SMALLEST);
+            for k in 0..4 {
+                to[k] = mean[k] * factor;
             }
             to[3] = weight;
         }

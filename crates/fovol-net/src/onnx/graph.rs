@@ -89,7 +89,7 @@ impl GraphBuilder {
     }
 
     /// A constant, the same for all who want it.
-    fn constant(&mut self, dims: &[usize], data: TensorData) -> String {
+    pub fn constant(&mut self, dims: &[usize], data: TensorData) -> String {
         let same = |tensor: &&Tensor| tensor.dims == dims && tensor.data == data;
         if let Some(tensor) = self.graph.initialisers.iter().find(same) {
             return tensor.name.clone();

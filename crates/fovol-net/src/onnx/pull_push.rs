@@ -1,6 +1,8 @@
 //! Filling by averages of ever larger squares.
 
 use super::export::Exporter;
+use super::graph::{integer, integers};
+use super::model::TensorData;
 use crate::plan::TensorId;
 
 /// Divisors are at least this.
@@ -12,11 +14,18 @@ struct Known {
     weight: String,
 }
 
+/// (1, 3, 3, 1)/8 along both axes, for each of four channels.
+fn binomial() -> Vec<f32> {
+    let weights = [0.125f32, 0.375, 0.375, 0.125];
+    let plane = weights.iter().flat_map(|a| weights.map(|b| a * b)).collect::<Vec<_>>();
+    plane.repeat(4)
+}
+
 impl Exporter<'_> {
     /// `colour`, which is multiplied by `weight`: as it is where that is 1, and elsewhere mixed with what is around.
     ///
-    /// Pulling halves the resolution `halvings` times: colours and weights w are averaged over 2×2 pixels and
-    /// multiplied by min(4w, 1) / max(w, 1e-8). Pushing goes back: each finer level gets (1 − w) of the
+    /// Pulling halves the resolution `halvings` times: colours and weights w are averaged over 4×4 pixels by
+    /// (1, 3, 3, 1)/8 along both axes and multiplied by min(8w, 1) / max(w, 1e-8). Pushing goes back: each finer level gets (1 − w) of the
     /// coarser, bilinear. At last colours are divided by weights.
     pub fn pull_push(&mut self, [colour, weight]: [TensorId; 2], halvings: u32, output: TensorId) -> String {
         let name = self.name(output);
@@ -38,10 +47,14 @@ impl Exporter<'_> {
 
     fn pulled(&mut self, name: &str, finer: &Known) -> Known {
         let graph = &mut self.graph;
-        let [four, one, smallest] = [4.0, 1.0, SMALLEST].map(|value| graph.scalar(value));
-        let both = graph.pooled(&format!("{name}.pooled"), &finer.both, 2);
-        let mean = graph.pooled(&format!("{name}.mean"), &finer.weight, 2);
-        let sum = graph.plain("Mul", &format!("{name}.count"), &[&mean, &four]);
+        let [gain, one, smallest] = [8.0, 1.0, SMALLEST].map(|value| graph.scalar(value));
+        let padded = graph.padded(&format!("{name}.padded"), &finer.both, "edge");
+        let kernel = graph.constant(&[4, 1, 4, 4], TensorData::Floats(binomial()));
+        let attributes = vec![integers("strides", &[2; 2]), integer("group", 4)];
+        let both = graph.node("Conv", &format!("{name}.means"), &[&padded, &kernel], attributes);
+        let weight = graph.indices(&[3]);
+        let mean = graph.node("Gather", &format!("{name}.mean"), &[&both, &weight], vec![integer("axis", 1)]);
+        let sum = graph.plain("Mul", &format!("{name}.count"), &[&mean, &gain]);
         let weight = graph.plain("Min", &format!("{name}.weight"), &[&sum, &one]);
         let divisor = graph.plain("Max", &format!("{name}.divisor"), &[&mean, &smallest]);
         let factor = graph.plain("Div", &format!("{name}.factor"), &[&weight, &divisor]);

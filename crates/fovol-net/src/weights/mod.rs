@@ -3,6 +3,7 @@
 mod file;
 mod pytorch;
 pub(crate) mod random;
+mod shipped;
 
 pub use file::Storage;
 pub use pytorch::StateDict;

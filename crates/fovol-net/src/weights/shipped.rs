@@ -1,0 +1,55 @@
+//! The trained weights that the program comes with; their cards are in `assets/weights`.
+
+use super::Weights;
+use crate::plan::Named;
+use crate::{Error, Result};
+use std::path::Path;
+
+static WNET_FAST: &[u8] = include_bytes!("../../../../assets/weights/wnet-fast.safetensors");
+
+impl Weights {
+    /// The networks that [`Self::shipped`] has weights of.
+    pub const SHIPPED: [Named; 1] = [Named::WNetFast];
+
+    /// The weights of `network` that the program comes with.
+    ///
+    /// # Errors
+    /// A network that none are shipped of.
+    pub fn shipped(network: Named) -> Result<Self> {
+        match network {
+            Named::WNetFast => Self::parse(WNET_FAST).map_err(Error::Weights),
+            other => Err(Error::Weights(format!(
+                "none come with this program for {other}; give a file, or one of {}",
+                Self::SHIPPED.map(Named::name).join(", ")
+            ))),
+        }
+    }
+
+    /// The weights that come with the program under `name`, or else those in the file of that name.
+    ///
+    /// # Errors
+    /// As [`Self::shipped`] and [`Self::read`].
+    pub fn named_or_read(name: &str) -> Result<Self> {
+        match name.parse() {
+            Ok(network) if !Path::new(name).exists() => Self::shipped(network),
+            _ => Self::read(Path::new(name)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_shipped_fits_its_network() {
+        for network in Weights::SHIPPED {
+            let weights = Weights::named_or_read(network.name()).unwrap();
+            weights.check(&network.config().plan().unwrap()).unwrap();
+            assert_eq!(weights.config, network.config());
+            assert!(weights.facts.contains_key("steps"), "{:?}", weights.facts);
+        }
+        assert!(Weights::shipped(Named::WNetPaper).unwrap_err().to_string().contains("wnet-fast"));
+        assert!(Weights::named_or_read("nothing.safetensors").is_err());
+    }
+}
