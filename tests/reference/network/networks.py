@@ -164,11 +164,13 @@ def pull_push(colour, weight, levels):
 
 
 def doubts(colour, mask, fresh, prior, halvings):
-    """How far samples are from the picture `prior`, and from the means of 2^halvings squares of `fresh`: mean squares."""
+    """How far samples are from the picture `prior`, and from the means of 2^halvings squares of `fresh`: mean squares,
+    the latter times 2/n where more than two, n, of the square were sampled."""
     edge = 2**halvings
     around = F.interpolate(F.avg_pool2d(fresh, edge), scale_factor=edge, mode="nearest")
-    squares = [((colour - expected) ** 2).mean(dim=1, keepdim=True) * mask for expected in [prior, around]]
-    return torch.cat(squares + [torch.zeros_like(mask)], dim=1)
+    count = F.interpolate(F.avg_pool2d(mask, edge), scale_factor=edge, mode="nearest") * edge**2
+    error, variance = [((colour - expected) ** 2).mean(dim=1, keepdim=True) * mask for expected in [prior, around]]
+    return torch.cat([error, variance * 2 / count.clamp(min=2), torch.zeros_like(mask)], dim=1)
 
 
 def trusted(known, doubt):

@@ -16,7 +16,7 @@ pub struct Expected<'a> {
 }
 
 /// Writes to `out` for each sample of `colour` the mean square by which it differs from the prior, that by which it
-/// differs from the mean of its surroundings, and 0; all times `mask`.
+/// differs from the mean of its surroundings, less by how many more than two samples these have, and 0; all times `mask`.
 pub fn doubt(colour: &Map, mask: &Map, expected: &Expected<'_>, out: &mut Map) {
     let edge = 1 << expected.halvings;
     let width = colour.width;
@@ -24,12 +24,13 @@ pub fn doubt(colour: &Map, mask: &Map, expected: &Expected<'_>, out: &mut Map) {
     out.data.par_chunks_mut(edge * width * 3).enumerate().for_each(|(band, rows)| {
         let y = band * edge;
         let means = means_of_squares(expected.fresh, y, edge);
+        let shares = shares_of_squares(mask, y, edge);
         for (row, to) in rows.chunks_exact_mut(3 * width).enumerate() {
             let pixels = to.as_chunks_mut::<3>().0.iter_mut().zip(colour.row(y + row).as_chunks::<3>().0);
             let known = expected.prior.row(y + row).as_chunks::<3>().0.iter().zip(mask.row(y + row));
             for (x, ((to, colour), (prior, &m))) in pixels.zip(known).enumerate() {
                 let squares = [prior, &means[x / edge]].map(|expected| mean_square(colour, expected));
-                *to = [m * squares[0], m * squares[1], 0.0];
+                *to = [m * squares[0], m * squares[1] * shares[x / edge], 0.0];
             }
         }
     });
@@ -46,6 +47,16 @@ fn means_of_squares(picture: &Map, y: usize, edge: usize) -> Vec<[f32; 3]> {
     let share = 1.0 / (edge * edge) as f32;
     means.iter_mut().flatten().for_each(|mean| *mean *= share);
     means
+}
+
+/// Two for the samples in each of the squares of `edge`² pixels from row `y` on, at most 1: the more there are, the
+/// nearer the next one is, and the better this frame knows itself.
+fn shares_of_squares(mask: &Map, y: usize, edge: usize) -> Vec<f32> {
+    let mut counts = vec![0.0; mask.width / edge];
+    for y in y..y + edge {
+        mask.row(y).iter().enumerate().for_each(|(x, m)| counts[x / edge] += m);
+    }
+    counts.into_iter().map(|count| 2.0 / count.max(2.0)).collect()
 }
 
 fn mean_square(a: &[f32; 3], b: &[f32; 3]) -> f32 {
@@ -86,7 +97,8 @@ mod tests {
             out.data[0]
         };
         assert_eq!(share(&colour.clone()), 1.0);
-        assert!((share(&picture(0.5)) - 0.8).abs() < 1e-3);
-        assert!(share(&picture(9.0)) < 0.02);
+        // Of 64 samples each has a thirty-second of the variance.
+        assert!((share(&picture(0.5)) - 1.0 / 9.0).abs() < 1e-3);
+        assert!(share(&picture(9.0)) < 0.001);
     }
 }

@@ -27,9 +27,25 @@ impl Exporter<'_> {
             let mean = graph.node("ReduceMean", &format!("{name}.{part}.mean"), &[&square], mean);
             graph.plain("Mul", &format!("{name}.{part}.sampled"), &[&mean, &mask])
         });
+        let share = self.share(name, &mask, halvings);
+        let variance = self.graph.plain("Mul", &format!("{name}.known"), &[&variance, &share]);
         let zero = self.graph.scalar(0.0);
         let nothing = self.graph.plain("Mul", &format!("{name}.nothing"), &[&mask, &zero]);
         self.graph.concatenated(name, &[error, variance, nothing])
+    }
+
+    /// 2 / max(samples in the square, 2).
+    fn share(&mut self, name: &str, mask: &str, halvings: u32) -> String {
+        let graph = &mut self.graph;
+        let [pixels, two] = [(1 << (2 * halvings)) as f32, 2.0].map(|value| graph.scalar(value));
+        let density = graph.pooled(&format!("{name}.density"), mask, 1 << halvings);
+        let count = graph.plain("Mul", &format!("{name}.count"), &[&density, &pixels]);
+        let count = graph.plain("Max", &format!("{name}.most"), &[&count, &two]);
+        let mut share = graph.plain("Div", &format!("{name}.share"), &[&two, &count]);
+        for _ in 0..halvings {
+            share = graph.nearest(&format!("{name}.shares"), &share);
+        }
+        share
     }
 
     /// `input` · v / (v + share · e).

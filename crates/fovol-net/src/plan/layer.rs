@@ -208,7 +208,8 @@ pub enum Layer {
         output: TensorId,
     },
     /// For each sample the mean square by which it differs from `prior`, that by which it differs from the mean of the
-    /// 2^`halvings` squared pixels of `fresh` that it is among, and 0; 0 where nothing was sampled.
+    /// 2^`halvings` squared pixels of `fresh` that it is among, times 2/n where n > 2 of these were sampled, and 0; 0 where
+    /// nothing was sampled.
     Doubt {
         /// What was sampled, 0 elsewhere.
         colour: TensorId,

@@ -99,9 +99,8 @@ impl<'a> Frame<'a> {
             }
             Layer::Clamp { input, .. } => self.exact(*input).clamp(0.0, 1.0),
             Layer::Doubt { colour, mask, fresh, prior, halvings, .. } => {
-                let around = layers::means_of_squares(&self.exact(*fresh), *halvings);
-                let [colour, mask, prior] = [colour, mask, prior].map(|id| self.exact(*id));
-                layers::doubt(&colour, &mask, &around, &prior)
+                let [colour, mask, fresh, prior] = [colour, mask, fresh, prior].map(|id| self.exact(*id));
+                layers::doubt(&colour, &mask, [&fresh, &prior], *halvings)
             }
             Layer::Trust { input, doubts, .. } => layers::trust(&self.exact(*input), &self.exact(*doubts)),
             Layer::PullPush { colour, weight, levels, .. } => {

@@ -127,19 +127,23 @@ pub(super) fn bypass(colour: &Tensor, mask: &Tensor, input: &Tensor) -> Tensor {
 }
 
 /// The means of squares of 2^`halvings` pixels of `picture`, at its own resolution.
-pub(super) fn means_of_squares(picture: &Tensor, halvings: u32) -> Tensor {
+fn means_of_squares(picture: &Tensor, halvings: u32) -> Tensor {
     let [_, _, height, width] = shape(picture);
     let edge = 1i64 << halvings;
     pool(picture, edge).upsample_nearest2d([height, width], edge as f64, edge as f64)
 }
 
-/// The mean squares by which samples differ from `prior` and from what is `around`, and 0; all times `mask`.
-pub(super) fn doubt(colour: &Tensor, mask: &Tensor, around: &Tensor, prior: &Tensor) -> Tensor {
+/// The mean squares by which samples differ from `prior` and from the means of squares of `fresh`, the latter times two by
+/// their number there, and 0; all times `mask`.
+pub(super) fn doubt(colour: &Tensor, mask: &Tensor, [fresh, prior]: [&Tensor; 2], halvings: u32) -> Tensor {
+    let around = means_of_squares(fresh, halvings);
+    let count = means_of_squares(mask, halvings) * f64::from(1 << (2 * halvings));
+    let share = count.clamp_min(2.0).reciprocal() * 2.0;
     let mean_square = |expected: &Tensor| {
         let square = (colour - expected).square();
         square.mean_dim([1i64].as_slice(), true, None::<Kind>) * mask
     };
-    Tensor::cat(&[mean_square(prior), mean_square(around), mask.zeros_like()], 1)
+    Tensor::cat(&[mean_square(prior), mean_square(&around) * share, mask.zeros_like()], 1)
 }
 
 /// input · v / (v + share · e), where e and v (ε more) are the first two channels of `doubts`.
