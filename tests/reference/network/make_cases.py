@@ -48,7 +48,7 @@ VARIANTS = {
     ),
     "variant-filled": networks.wnet([6, 8, 10], [5, 7], history="around", filled="centre", **networks.ALL_ON),
     "variant-flat": networks.wnet([6, 8], [5], flat="around", mask=True, normalisation="softmax"),
-    "variant-accumulating": networks.wnet([6, 8], [5], mask=True, prefill=True, accumulate=0.6),
+    "variant-accumulating": networks.wnet([6, 8], [5], mask=True, prefill=True, accumulate=0.6, corrections=1),
     "variant-fovea": {"kind": "deepfovea", "encoder": [5, 7], "bottleneck": 6},
 }
 CONFIGS = networks.CONFIGS | VARIANTS
@@ -223,19 +223,52 @@ def add_warp(layers, name, level, shape):
     layers.add(name, networks.warp(state, layers.double(f"{name}.in1")), kind="warp", level=level)
 
 
-def add_pull_push(layers, name, shape, density, levels, least=1.0):
-    """Random samples of weights from `least` to 1, spread; the left half has none where `density` is below 0.01."""
+def known_case(layers, name, shape, density, least):
+    """Random samples of weights from `least` to 1 as `in0`; the left half has none where `density` is below 0.01."""
     random = np.random.default_rng(networks.fnv1a(name))
     mask = (random.random((1, *shape)) < density).astype(np.float32)
     if density < 0.01:
         mask[:, :, : shape[1] // 2] = 0
     if least < 1:
         mask *= random.uniform(least, 1.0, mask.shape).astype(np.float32)
-    layers.array(f"{name}.in0", (3, *shape), 0.0, 1.0)
+    layers.array(f"{name}.in0", (4, *shape), 0.0, 1.0)
+    layers.arrays[f"{name}.in0"][3] = 1
     layers.arrays[f"{name}.in0"] *= mask
-    layers.arrays[f"{name}.in1"] = mask
-    out = networks.pull_push(layers.double(f"{name}.in0"), layers.double(f"{name}.in1"), levels)
-    layers.add(name, out, kind="pull-push", levels=levels)
+    return layers.double(f"{name}.in0")
+
+
+def add_spread(layers, name, shape, density, levels, least=1.0, corrects=False):
+    """Samples spread; `in1` is what they correct."""
+    known = known_case(layers, name, shape, density, least)
+    half = (3, shape[0] // 2, shape[1] // 2)
+    base = layers.array(f"{name}.in1", half, 0.0, 1.0) if corrects else None
+    layers.add(name, networks.spread(known, base, levels), kind="spread", levels=levels)
+
+
+def add_fills(layers):
+    """Everything that fills frames."""
+    add_spread(layers, "spread_5_levels", (32, 64), 0.05, 5)
+    add_spread(layers, "spread_1_level", (6, 10), 0.5, 1)
+    add_spread(layers, "spread_none", (16, 16), 0.0, 4)
+    add_spread(layers, "spread_weights", (16, 48), 0.3, 4, least=0.2)
+    # Squares of the coarsest level without samples.
+    add_spread(layers, "spread_gaps", (16, 48), 0.009, 4)
+    add_spread(layers, "spread_corrects", (16, 48), 0.3, 4, least=0.2, corrects=True)
+    layers.add("smooth", networks.smoothed(layers.array("smooth.in0", (3, 5, 7))), kind="smooth")
+    known = known_case(layers, "blend", (6, 10), 0.5, 0.2)
+    layers.add("blend", networks.blend(known, layers.array("blend.in1", (3, 3, 5), 0.0, 1.0)), kind="blend")
+    for levels in [2, 4]:
+        name = f"doubt_{levels}_levels"
+        known = known_case(layers, name, (16, 48), 0.1, 0.3)
+        prior, fresh = (layers.array(f"{name}.in{i}", (3, 8, 24), 0.0, 1.0) for i in [1, 2])
+        layers.add(name, networks.doubt(known, prior, fresh, levels), kind="doubt", levels=levels)
+    known = known_case(layers, "accumulate", (16, 24), 0.3, 1.0)
+    before = layers.array("accumulate.in1", (4, 16, 24), 0.0, 1.0)
+    share = layers.array("accumulate.in2", (1, 2, 3), 0.0, 1.0)
+    layers.add("accumulate", networks.accumulated(known, before, share, 0.5), kind="accumulate", fade=0.5)
+    known = known_case(layers, "accumulate_all", (4, 6), 0.3, 1.0)
+    before = layers.array("accumulate_all.in1", (4, 4, 6), 0.0, 1.0)
+    layers.add("accumulate_all", networks.accumulated(known, before, None, 0.75), kind="accumulate", fade=0.75)
 
 
 def layer_cases(folder):
@@ -288,13 +321,7 @@ def layer_cases(folder):
 
     add_warp(layers, "warp_level0", 0, (9, 11))
     add_warp(layers, "warp_level2", 2, (5, 6))
-    add_pull_push(layers, "pull_push_5_levels", (32, 64), 0.05, 5)
-    add_pull_push(layers, "pull_push_4_levels", (16, 48), 0.1, 4)
-    add_pull_push(layers, "pull_push_odd", (5, 6), 0.5, 0)
-    add_pull_push(layers, "pull_push_none", (16, 16), 0.0, 4)
-    add_pull_push(layers, "pull_push_weights", (16, 48), 0.3, 4, least=0.2)
-    # Squares of the coarsest level without samples.
-    add_pull_push(layers, "pull_push_gaps", (16, 48), 0.009, 4)
+    add_fills(layers)
     save(layers.arrays, folder / "layers.safetensors", **layers.facts)
 
 

@@ -16,8 +16,9 @@ SQUARED_EPSILON = 1e-6
 NORM_EPSILON = 1e-5
 PULL_LEVELS = 5
 SMALLEST_WEIGHT = 1e-8
-DOUBT_EPSILON = 1e-7
-DOUBT_SHARE = 0.25
+DOUBT_EPSILON = 1e-6
+DOUBT_SHARE = 0.35
+DOUBT_LEVEL = 3
 
 
 def wnet(encoder, decoder, **changes):
@@ -40,6 +41,7 @@ def wnet(encoder, decoder, **changes):
         "accumulate": 0.0,
         "fresh": None,
         "doubt": False,
+        "corrections": 0,
         "residual": False,
         "recurrent": True,
     }
@@ -48,7 +50,8 @@ def wnet(encoder, decoder, **changes):
 
 ALL_ON = {name: True for name in ["fold", "mask", "prefill", "bypass", "reproject"]}
 OURS = ALL_ON | {"feedback": "output", "history": "centre", "filled": "around", "flat": "centre"}
-OURS |= {"accumulate": 0.95, "fresh": "centre", "doubt": True, "residual": True, "recurrent": False}
+OURS |= {"accumulate": 0.95, "fresh": "centre", "doubt": True, "corrections": 2}
+OURS |= {"residual": True, "recurrent": False}
 CONFIGS = {
     "wnet-paper": wnet([64, 64, 80, 96], [64, 64, 80]),
     "wnet-narrow": wnet([64, 64, 80, 96], [32, 64, 80]),
@@ -131,52 +134,88 @@ def halved(image):
     return F.conv2d(F.pad(image, (1, 1, 1, 1), mode="replicate"), kernel, stride=2, groups=image.shape[1])
 
 
-def pull(colour, weight, levels):
-    """The pyramid of premultiplied colours c' and weights w' of pull-push, finest first."""
-    pyramid = [(colour, weight)]
-    for _ in range(levels):
-        mean_colour, mean_weight = (halved(finer) for finer in pyramid[-1])
-        weight = (8 * mean_weight).clamp(max=1)
-        pyramid.append((mean_colour * weight / mean_weight.clamp(min=SMALLEST_WEIGHT), weight))
-    return pyramid
+def smoothed(image):
+    """Means of 3x3 pixels by (1, 2, 1)/4 along both axes, replicated at the border."""
+    weights = torch.tensor([1, 2, 1], dtype=image.dtype) / 4
+    kernel = (weights[:, None] * weights).expand(image.shape[1], 1, 3, 3)
+    return F.conv2d(F.pad(image, (1, 1, 1, 1), mode="replicate"), kernel, groups=image.shape[1])
 
 
-def pull_push(colour, weight, levels):
-    """Colours, multiplied by weights of 0 to 1, spread over the frame.
+def joined(colour, weight):
+    """Three channels of colour times weight, and the weight, 0 to 1."""
+    return torch.cat([colour, weight], dim=1)
 
-    Level 0 has c'_0 = colour and w'_0 = weight. L is the number of levels, for which both sides must
-    be even; networks take log2 of their multiple, at most 5.
 
-    Pull, for l = 0 .. L - 1, from what the level before was made into:
+def pull_push(known, levels, lowest):
+    """What is `joined` spread over the frame, at 1/2^lowest of the resolution, without the weights.
+
+    With c_0 and w_0 the parts of `known`, and sides that can be halved `levels` times:
+
+    Pull, for l = 0 .. levels - 1:
         c_{l+1} = `halved` c'_l,  w_{l+1} = `halved` w'_l,
         w'_{l+1} = min(8 w_{l+1}, 1),  c'_{l+1} = c_{l+1} w'_{l+1} / max(w_{l+1}, 1e-8).
-    Push, with `up` the bilinear doubling of resolution:
+    Push, with `up` the bilinear doubling of resolution, L the coarsest level:
         C_L = c'_L,  W_L = w'_L,
-        C_l = c'_l + (1 - w'_l) up(C_{l+1}),  W_l = w'_l + (1 - w'_l) up(W_{l+1})  for l = L - 1 .. 0.
-    The result is C_0 / max(W_0, 1e-8): squares without any sample do not darken their neighbours.
+        C_l = c'_l + (1 - w'_l) up(C_{l+1}),  W_l = w'_l + (1 - w'_l) up(W_{l+1})  for l = L - 1 .. lowest.
+    The result is C / max(W, 1e-8): squares without any sample do not darken their neighbours.
     """
-    pyramid = pull(colour, weight, levels)
-    filled, known = pyramid.pop()
-    for colour, weight in reversed(pyramid):
-        filled = colour + (1 - weight) * bilinear_up(filled)
-        known = weight + (1 - weight) * bilinear_up(known)
-    return filled / known.clamp(min=SMALLEST_WEIGHT)
+    pyramid = [known]
+    for _ in range(levels):
+        mean = halved(pyramid[-1])
+        weight = (8 * mean[:, 3:]).clamp(max=1)
+        pyramid.append(joined(mean[:, :3] * weight / mean[:, 3:].clamp(min=SMALLEST_WEIGHT), weight))
+    filled = pyramid.pop()
+    for finer in reversed(pyramid[lowest:]):
+        filled = finer + (1 - finer[:, 3:]) * bilinear_up(filled)
+    return filled[:, :3] / filled[:, 3:].clamp(min=SMALLEST_WEIGHT)
 
 
-def doubts(colour, mask, fresh, prior, halvings):
-    """How far samples are from the picture `prior`, and from the means of 2^halvings squares of `fresh`: mean squares,
-    the latter times 2/n where more than two, n, of the square were sampled."""
-    edge = 2**halvings
-    around = F.interpolate(F.avg_pool2d(fresh, edge), scale_factor=edge, mode="nearest")
-    count = F.interpolate(F.avg_pool2d(mask, edge), scale_factor=edge, mode="nearest") * edge**2
-    error, variance = [((colour - expected) ** 2).mean(dim=1, keepdim=True) * mask for expected in [prior, around]]
-    return torch.cat([error, variance * 2 / count.clamp(min=2), torch.zeros_like(mask)], dim=1)
+def beside(known, base):
+    """What samples differ by from the picture `base` of half the resolution, times their weights."""
+    return known[:, :3] - known[:, 3:] * bilinear_up(base)
 
 
-def trusted(known, doubt):
-    """What is left of `known` where samples contradict it."""
-    error, variance = doubt[:, :1], doubt[:, 1:2] + DOUBT_EPSILON
-    return known * variance / (variance + DOUBT_SHARE * error)
+def spread(known, base, levels):
+    """The picture at half the resolution that `known` gives; with `base`, that one corrected by it."""
+    if base is None:
+        return pull_push(known, levels, 1)
+    return base + pull_push(joined(beside(known, base), known[:, 3:]), levels, 1)
+
+
+def corrected(known, corrections, levels):
+    """The picture at half the resolution: spread, and as often smoothed and corrected. And the first smooth one."""
+    picture, first = spread(known, None, levels), None
+    for _ in range(corrections):
+        smooth = smoothed(picture)
+        first = smooth if first is None else first
+        picture = spread(known, smooth, levels)
+    return picture, smoothed(picture) if first is None else first
+
+
+def blend(known, base):
+    """`known`, and the doubled `base` as far as it is not."""
+    return known[:, :3] + (1 - known[:, 3:]) * bilinear_up(base)
+
+
+def doubt(known, prior, fresh, levels):
+    """How far what was known before is believed, at an eighth of the resolution if that is among the levels."""
+    mask = known[:, 3:]
+    error, own = [(beside(known, base) ** 2).mean(dim=1, keepdim=True) for base in [prior, fresh]]
+    squares = joined(torch.cat([error, own, torch.zeros_like(mask)], dim=1), mask)
+    squares = pull_push(squares, levels, min(levels, DOUBT_LEVEL))
+    error, own = squares[:, :1], squares[:, 1:2] + DOUBT_EPSILON
+    return own / (own + DOUBT_SHARE * error)
+
+
+def accumulated(known, before, share, fade):
+    """`known`, and as far as it is not, `before`, faded and as far as it is believed."""
+    factor = fade
+    if share is not None:
+        scale = known.shape[-1] // share.shape[-1]
+        if scale > 1:
+            share = F.interpolate(share, scale_factor=scale, mode="bilinear", align_corners=False)
+        factor = fade * share
+    return known + (1 - known[:, 3:]) * factor * before
 
 
 def bypass(colour, mask, picture):
@@ -286,8 +325,7 @@ class WNet(nn.Module):
             edge = 2 ** (depth + self.config["fold"])
             states[f"decoder.{depth}"] = torch.zeros(1, channels, height // edge, width // edge, dtype=dtype)
         if self.config["accumulate"] > 0:
-            states["samples"] = torch.zeros(1, 3, height, width, dtype=dtype)
-            states["weights"] = torch.zeros(1, 1, height, width, dtype=dtype)
+            states["samples"] = torch.zeros(1, 4, height, width, dtype=dtype)
         if self.has_feedback or self.config["history"]:
             states["output"] = torch.zeros(1, 3, height, width, dtype=dtype)
         return states
@@ -297,18 +335,21 @@ class WNet(nn.Module):
         if config["reproject"]:
             states = {name: warp(state, motion) for name, state in states.items()}
 
-        samples, weights = colour, mask
-        fresh = pull_push(colour, mask, self.pull_levels)
-        if config["accumulate"] > 0:
-            faded = [config["accumulate"] * states[name] for name in ["samples", "weights"]]
-            if config["doubt"]:
-                prior = pull_push(*faded, self.pull_levels)
-                doubt = doubts(colour, mask, fresh, prior, min(self.multiple.bit_length() - 1, 3))
-                doubt = pull_push(doubt, mask, self.pull_levels)
-                faded = [trusted(known, doubt) for known in faded]
-            samples, weights = bypass(colour, mask, faded[0]), bypass(mask, mask, faded[1])
-            following |= {"samples": samples, "weights": weights}
-        filled = pull_push(samples, weights, self.pull_levels) if config["prefill"] else colour
+        filled, weights, fresh, levels = colour, mask, None, self.pull_levels
+        if config["prefill"]:
+            known, corrections = joined(colour, mask), config["corrections"]
+            if config["fresh"]:
+                base, smooth = corrected(known, corrections, levels)
+                fresh = blend(known, base)
+            if config["accumulate"] > 0:
+                share = None
+                if config["doubt"]:
+                    prior, _ = corrected(states["samples"], min(corrections, 1), levels)
+                    share = doubt(known, prior, smooth, levels)
+                known = accumulated(known, states["samples"], share, config["accumulate"])
+                following["samples"] = known
+                weights = known[:, 3:]
+            filled = blend(known, corrected(known, corrections, levels)[0])
         inputs = [filled]
         if config["mask"]:
             inputs.append(weights)

@@ -2,9 +2,10 @@
 //!
 //! [`plain`] is the specification of every layer in a few lines each; the rest is fast and compared with it.
 
+mod accumulate;
 mod calibrate;
 mod conv;
-mod doubt;
+mod doubled;
 mod element;
 mod filter;
 mod map;
@@ -14,11 +15,12 @@ mod patch;
 mod peak;
 pub mod plain;
 mod precision;
-mod pull_push;
+mod pyramid;
 #[cfg(test)]
 mod reference_layers;
 mod reshape;
 mod simd;
+mod spread;
 mod state;
 mod warp;
 

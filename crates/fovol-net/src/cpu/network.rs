@@ -1,17 +1,17 @@
+use super::accumulate::{Expected, accumulate, doubt};
 use super::conv::{ConvShape, PreparedConv};
-use super::doubt::{Expected, doubt, trust};
 use super::element::Element;
 use super::filter::PreparedFilter;
 use super::map::{Map, Stored, with_map};
 use super::norm::normalise;
 use super::patch::Source;
 use super::precision::{Choice, Precision};
-use super::pull_push::pull_push;
 use super::reshape;
 use super::simd::Simd;
+use super::spread::{blend, smooth, spread};
 use super::state::{Spare, State, padded};
 use super::warp::warp;
-use crate::plan::{Activation, Filter, Layer, Plan, Read, TensorId};
+use crate::plan::{Activation, Filter, Layer, Plan, Read, Tensor, TensorId};
 use crate::weights::Weights;
 use crate::{Error, Result};
 use fovol_core::{Frame, FrameSize};
@@ -135,7 +135,7 @@ impl Network {
             let place = layer.output().index();
             let mut out = state.spare.take(self.halved[place], self.numbers(place, state.size));
             let started = Instant::now();
-            run(layer, step, &tensors, &mut out);
+            run(layer, step, &tensors, self.plan.tensor(layer.output()), &mut out);
             observe(number, &out, started.elapsed());
             tensors[place] = out;
             for id in &self.finished[number] {
@@ -253,7 +253,8 @@ fn finished(plan: &Plan) -> Vec<Vec<TensorId>> {
     finished
 }
 
-fn run(layer: &Layer, step: &Step, tensors: &[Stored], out: &mut Stored) {
+/// Runs `layer`, which writes `to`, to `out`.
+fn run(layer: &Layer, step: &Step, tensors: &[Stored], to: &Tensor, out: &mut Stored) {
     match (layer, step, out) {
         (Layer::Conv(conv), Step::Conv(prepared), out) => {
             with_map!(out, out => prepared.run(&sources(&conv.inputs, tensors), out));
@@ -269,11 +270,12 @@ fn run(layer: &Layer, step: &Step, tensors: &[Stored], out: &mut Stored) {
                 out.data.iter_mut().zip(&map.data).for_each(|(to, &v)| *to = Element::from_f32(v));
             });
         }
-        (layer, _, out) => run_plain(layer, tensors, out),
+        (layer, _, out) => run_plain(layer, tensors, to, out),
     }
 }
 
-fn run_plain(layer: &Layer, tensors: &[Stored], out: &mut Stored) {
+fn run_plain(layer: &Layer, tensors: &[Stored], to: &Tensor, out: &mut Stored) {
+    let Tensor { channels, level, .. } = *to;
     let map = |id: &TensorId| &tensors[id.index()];
     let picture = |id: &TensorId| map(id).picture();
     match (layer, out) {
@@ -293,13 +295,23 @@ fn run_plain(layer: &Layer, tensors: &[Stored], out: &mut Stored) {
             reshape::scale(picture(input), *factor, *offset, out);
         }
         (Layer::Clamp { input, .. }, Stored::F32(out)) => reshape::clamp(picture(input), out),
-        (Layer::Doubt { colour, mask, fresh, prior, halvings, .. }, Stored::F32(out)) => {
-            let expected = Expected { prior: picture(prior), fresh: picture(fresh), halvings: *halvings };
-            doubt(picture(colour), picture(mask), &expected, out);
+        (Layer::Join { colour, weight, .. }, Stored::F32(out)) => {
+            reshape::join(picture(colour), picture(weight), out);
         }
-        (Layer::Trust { input, doubts, .. }, Stored::F32(out)) => trust(picture(input), picture(doubts), out),
-        (Layer::PullPush { colour, weight, levels, .. }, Stored::F32(out)) => {
-            pull_push(picture(colour), picture(weight), *levels, out);
+        (Layer::Part { input, first, .. }, Stored::F32(out)) => {
+            reshape::part(picture(input), *first, channels, out);
+        }
+        (Layer::Spread { known, base, levels, .. }, Stored::F32(out)) => {
+            spread(picture(known), base.as_ref().map(picture), *levels, out);
+        }
+        (Layer::Smooth { input, .. }, Stored::F32(out)) => smooth(picture(input), out),
+        (Layer::Blend { known, base, .. }, Stored::F32(out)) => blend(picture(known), picture(base), out),
+        (Layer::Doubt { known, prior, fresh, levels, .. }, Stored::F32(out)) => {
+            let expected = Expected { prior: picture(prior), fresh: picture(fresh) };
+            doubt(picture(known), &expected, [*levels, level], out);
+        }
+        (Layer::Accumulate { known, before, share, fade, .. }, Stored::F32(out)) => {
+            accumulate(picture(known), picture(before), share.as_ref().map(picture), *fade, out);
         }
         (Layer::Bypass { colour, mask, input, .. }, Stored::F32(out)) => {
             reshape::bypass(picture(colour), picture(mask), picture(input), out);

@@ -1,13 +1,14 @@
 //! Every kind of layer against PyTorch in double precision: `tests/reference/network/make_cases.py` made the cases.
 
+use super::accumulate::{Expected, accumulate, doubt};
 use super::conv::{Arithmetic, ConvShape, PreparedConv};
 use super::filter::PreparedFilter;
 use super::map::{Map, Stored};
 use super::norm::normalise;
 use super::patch::Source;
-use super::pull_push::pull_push;
 use super::reshape;
 use super::simd::Simd;
+use super::spread::{blend, smooth, spread};
 use super::warp::warp;
 use crate::plan::{Activation, Filter, Normalisation, Padding, Read, Resize, Taps, TensorId};
 use safetensors::SafeTensors;
@@ -78,7 +79,18 @@ impl Case<'_> {
             "depth-to-space" => reshape::depth_to_space(&inputs[0], &mut out),
             "bypass" => reshape::bypass(&inputs[0], &inputs[1], &inputs[2], &mut out),
             "warp" => warp(&inputs[0], &inputs[1], &mut out),
-            "pull-push" => pull_push(&inputs[0], &inputs[1], self.number("levels") as u32, &mut out),
+            "spread" => spread(&inputs[0], inputs.get(1), self.number("levels") as u32, &mut out),
+            "smooth" => smooth(&inputs[0], &mut out),
+            "blend" => blend(&inputs[0], &inputs[1], &mut out),
+            "doubt" => {
+                let levels = self.number("levels") as u32;
+                let expected = Expected { prior: &inputs[1], fresh: &inputs[2] };
+                doubt(&inputs[0], &expected, [levels, levels.min(3)], &mut out);
+            }
+            "accumulate" => {
+                let fade = self.facts["fade"].as_f64().unwrap() as f32;
+                accumulate(&inputs[0], &inputs[1], inputs.get(2), fade, &mut out);
+            }
             other => panic!("{other}"),
         }
         out

@@ -64,6 +64,24 @@ pub fn clamp(input: &Map, out: &mut Map) {
     });
 }
 
+/// `colour` and, as a fourth channel, `weight`.
+pub fn join(colour: &Map, weight: &Map, out: &mut Map) {
+    rows(out, [colour.height, colour.width, 4], |y, row| {
+        let pixels = colour.row(y).as_chunks::<3>().0.iter().zip(weight.row(y));
+        for (to, (&[r, g, b], &w)) in row.as_chunks_mut::<4>().0.iter_mut().zip(pixels) {
+            *to = [r, g, b, w];
+        }
+    });
+}
+
+/// `channels` channels from number `first` on.
+pub fn part(input: &Map, first: usize, channels: usize, out: &mut Map) {
+    rows(out, [input.height, input.width, channels], |y, row| {
+        let pixels = row.chunks_exact_mut(channels).zip(input.row(y).chunks_exact(input.channels));
+        pixels.for_each(|(to, from)| to.copy_from_slice(&from[first..first + channels]));
+    });
+}
+
 /// mask · colour + (1 − mask) · input.
 pub fn bypass(colour: &Map, mask: &Map, input: &Map, out: &mut Map) {
     let c = input.channels;

@@ -172,12 +172,26 @@ impl<'a> Exporter<'a> {
                 let [low, high] = [0.0, 1.0].map(|value| self.graph.scalar(value));
                 self.graph.plain("Clip", self.name(*output), &[&self.value(*input), &low, &high])
             }
-            Layer::Doubt { colour, mask, fresh, prior, halvings, output } => {
-                self.doubt([*colour, *mask, *fresh, *prior], *halvings, *output)
+            Layer::Join { colour, weight, output } => {
+                let parts = [*colour, *weight].map(|id| self.value(id));
+                self.graph.concatenated(self.name(*output), &parts)
             }
-            Layer::Trust { input, doubts, output } => self.trust(*input, *doubts, *output),
-            Layer::PullPush { colour, weight, levels, output } => {
-                self.pull_push([*colour, *weight], *levels, *output)
+            Layer::Spread { known, base, levels, output } => self.spread(*known, *base, *levels, *output),
+            Layer::Smooth { input, output } => self.smooth(*input, *output),
+            Layer::Blend { known, base, output } => self.blend(*known, *base, *output),
+            Layer::Doubt { known, prior, fresh, levels, output } => {
+                let lowest = self.plan.tensor(*output).level;
+                self.doubt([*known, *prior, *fresh], [*levels, lowest], *output)
+            }
+            Layer::Accumulate { known, before, share, fade, output } => {
+                self.accumulate([*known, *before], *share, *fade, *output)
+            }
+            Layer::Part { input, first, output } => {
+                let channels = self.plan.tensor(*output).channels;
+                let wanted = (*first..first + channels).map(|channel| channel as i64).collect::<Vec<_>>();
+                let wanted = self.graph.indices(&wanted);
+                let along = vec![integer("axis", 1)];
+                self.graph.node("Gather", self.name(*output), &[&self.value(*input), &wanted], along)
             }
             Layer::Bypass { colour, mask, input, output } => {
                 self.bypass(self.name(*output), [*colour, *mask, *input])

@@ -157,8 +157,13 @@ impl GraphBuilder {
 
     /// `input` at twice the resolution, interpolated between pixel centres and replicated at the border.
     pub fn bilinear(&mut self, name: &str, input: &str) -> String {
+        self.bilinear_by(name, input, 2)
+    }
+
+    /// The same at `factor` times the resolution.
+    pub fn bilinear_by(&mut self, name: &str, input: &str, factor: u32) -> String {
         let attributes = vec![text("mode", "linear"), text("coordinate_transformation_mode", "half_pixel")];
-        self.resized(name, input, attributes)
+        self.resized(name, input, factor, attributes)
     }
 
     /// `input` at twice the resolution, each pixel four times.
@@ -168,11 +173,11 @@ impl GraphBuilder {
             text("coordinate_transformation_mode", "asymmetric"),
             text("nearest_mode", "floor"),
         ];
-        self.resized(name, input, attributes)
+        self.resized(name, input, 2, attributes)
     }
 
-    fn resized(&mut self, name: &str, input: &str, attributes: Vec<Attribute>) -> String {
-        let scales = self.floats(&[1.0, 1.0, 2.0, 2.0]);
+    fn resized(&mut self, name: &str, input: &str, factor: u32, attributes: Vec<Attribute>) -> String {
+        let scales = self.floats(&[1.0, 1.0, factor as f32, factor as f32]);
         self.node("Resize", name, &[input, "", &scales], attributes)
     }
 

@@ -15,13 +15,12 @@
 //! and bottom, and crop. The property `fovolnet.states` is a JSON list of
 //! `{"name":…, "channels":c, "scale":s}`.
 
-mod doubt;
 mod export;
+mod fill;
 mod filter;
 mod graph;
 mod model;
 mod protobuf;
-mod pull_push;
 #[cfg(test)]
 mod tests;
 mod warp;

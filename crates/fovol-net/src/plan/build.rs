@@ -1,10 +1,10 @@
 use super::layer::{Activation, Conv, Filter, Layer, Norm, Padding, Read, Resize};
 use super::{Inputs, Plan, StateTensor, Tensor, TensorId};
 
-/// Pull-push halves the resolution no more often.
-const MOST_PULLS: u32 = 5;
-/// The surroundings of a sample are squares of no more than 2 to the power of this.
-const SURROUNDINGS: u32 = 3;
+/// What spreads pixels halves the resolution no more often.
+const MOST_HALVINGS: u32 = 5;
+/// Doubt is about squares of 2 to the power of this.
+const DOUBT_LEVEL: u32 = 3;
 
 /// Makes a [`Plan`] layer by layer, and sees that shapes fit.
 ///
@@ -208,27 +208,60 @@ impl PlanBuilder {
         self.push(Layer::Clamp { input, output })
     }
 
-    /// How far samples differ from the picture `prior`, and from what is around them in `fresh`; spread over the frame.
-    pub fn doubts(&mut self, fresh: TensorId, prior: TensorId) -> TensorId {
-        let (colour, mask) = (self.colour(), self.mask());
-        let output = self.tensor("doubts", 3, 0);
-        let doubts = self.push(Layer::Doubt { colour, mask, fresh, prior, halvings: 0, output });
-        self.pull_push(doubts, mask)
+    /// `colour` times `weight`, and `weight`: what the layers that fill take.
+    pub fn join(&mut self, colour: TensorId, weight: TensorId) -> TensorId {
+        let name = format!("{}.joined", self.plan.tensors[colour.0].name);
+        let output = self.tensor(&name, 4, self.level(colour));
+        self.push(Layer::Join { colour, weight, output })
     }
 
-    /// `input` as far as `doubts` let it count.
-    pub fn trust(&mut self, input: TensorId, doubts: TensorId) -> TensorId {
-        let name = format!("{}.trusted", self.plan.tensors[input.0].name);
-        let output = self.tensor(&name, self.channels(input), self.level(input));
-        self.push(Layer::Trust { input, doubts, output })
-    }
-
-    /// `colour`, which is multiplied by `weight`, spread over the frame.
-    pub fn pull_push(&mut self, colour: TensorId, weight: TensorId) -> TensorId {
-        let name = format!("{}.filled", self.plan.tensors[colour.0].name);
-        let output = self.tensor(&name, self.channels(colour), 0);
+    /// `known` spread over the frame at half the resolution, as a correction of `base` where there is one.
+    pub fn spread(&mut self, known: TensorId, base: Option<TensorId>) -> TensorId {
+        let name = format!("{}.spread", self.plan.tensors[known.0].name);
+        let output = self.tensor(&name, 3, 1);
         // How often frames can be halved is known at the end.
-        self.push(Layer::PullPush { colour, weight, levels: 0, output })
+        self.push(Layer::Spread { known, base, levels: 0, output })
+    }
+
+    /// `input`, smoothed.
+    pub fn smooth(&mut self, input: TensorId) -> TensorId {
+        let name = format!("{}.smooth", self.plan.tensors[input.0].name);
+        let output = self.tensor(&name, self.channels(input), self.level(input));
+        self.push(Layer::Smooth { input, output })
+    }
+
+    /// `known`, and `base` of half the resolution elsewhere.
+    pub fn blend(&mut self, known: TensorId, base: TensorId) -> TensorId {
+        let name = format!("{}.filled", self.plan.tensors[known.0].name);
+        let output = self.tensor(&name, 3, 0);
+        self.push(Layer::Blend { known, base, output })
+    }
+
+    /// How far `prior` is believed where samples are `known` and give `fresh`.
+    pub fn doubt(&mut self, known: TensorId, prior: TensorId, fresh: TensorId) -> TensorId {
+        let output = self.tensor("believed", 1, 0);
+        self.push(Layer::Doubt { known, prior, fresh, levels: 0, output })
+    }
+
+    /// `known`, and elsewhere as far as `share` lets it count what was known `before`, times `fade`.
+    pub fn accumulate(
+        &mut self,
+        known: TensorId,
+        before: TensorId,
+        share: Option<TensorId>,
+        fade: f32,
+    ) -> TensorId {
+        let name = format!("{}.accumulated", self.plan.tensors[known.0].name);
+        let output = self.tensor(&name, self.channels(known), 0);
+        self.push(Layer::Accumulate { known, before, share, fade, output })
+    }
+
+    /// `channels` channels of `input` from number `first` on.
+    pub fn part(&mut self, input: TensorId, first: usize, channels: usize) -> TensorId {
+        assert!(first + channels <= self.channels(input), "there are not so many channels");
+        let name = format!("{}.part", self.plan.tensors[input.0].name);
+        let output = self.tensor(&name, channels, self.level(input));
+        self.push(Layer::Part { input, first, output })
     }
 
     /// `colour` where sampled, `input` elsewhere.
@@ -254,8 +287,11 @@ impl PlanBuilder {
         let most = self.plan.multiple().ilog2();
         for layer in &mut self.plan.layers {
             match layer {
-                Layer::PullPush { levels, .. } => *levels = most.min(MOST_PULLS),
-                Layer::Doubt { halvings, .. } => *halvings = most.min(SURROUNDINGS),
+                Layer::Spread { levels, .. } => *levels = most.min(MOST_HALVINGS),
+                Layer::Doubt { levels, output, .. } => {
+                    *levels = most.min(MOST_HALVINGS);
+                    self.plan.tensors[output.0].level = most.min(DOUBT_LEVEL);
+                }
                 _ => {}
             }
         }

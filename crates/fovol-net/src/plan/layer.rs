@@ -127,11 +127,11 @@ pub enum Normalisation {
 /// The ε of [`Normalisation::Squared`].
 pub const SQUARED_EPSILON: f32 = 1e-6;
 
-/// What is added to the square by which samples differ from their surroundings in [`Layer::Trust`]: a difference of a
-/// tenth of an 8-bit step.
-pub const DOUBT_EPSILON: f32 = 1e-7;
+/// What is added to the square by which samples differ from what is around them in [`Layer::Doubt`]: a difference of a
+/// quarter of an 8-bit step.
+pub const DOUBT_EPSILON: f32 = 1e-6;
 /// How much the square by which samples differ from what was known before counts beside that.
-pub const DOUBT_SHARE: f32 = 0.25;
+pub const DOUBT_SHARE: f32 = 0.35;
 
 /// A kernel for each pixel, predicted by a 1×1 convolution of `features`, normalised, and applied to images:
 /// the same kernel for all channels.
@@ -207,41 +207,77 @@ pub enum Layer {
         /// What it writes.
         output: TensorId,
     },
-    /// For each sample the mean square by which it differs from `prior`, that by which it differs from the mean of the
-    /// 2^`halvings` squared pixels of `fresh` that it is among, times 2/n where n > 2 of these were sampled, and 0; 0 where
-    /// nothing was sampled.
-    Doubt {
-        /// What was sampled, 0 elsewhere.
-        colour: TensorId,
-        /// 1 where it was.
-        mask: TensorId,
-        /// What the samples of this frame give.
-        fresh: TensorId,
-        /// What those of earlier frames give.
-        prior: TensorId,
-        /// How often the resolution is halved.
-        halvings: u32,
-        /// What it writes.
-        output: TensorId,
-    },
-    /// x · v / (v + [`DOUBT_SHARE`] e), where e and v ([`DOUBT_EPSILON`] more) are the first two channels of `doubts`: by
-    /// the inverse of both variances, what was known before counts less where this frame's samples contradict it.
-    Trust {
-        /// What it reads.
-        input: TensorId,
-        /// What [`Self::Doubt`] gives, spread over the frame.
-        doubts: TensorId,
-        /// What it writes.
-        output: TensorId,
-    },
-    /// Pixels of little weight get the mean of those around them, from ever larger squares.
-    PullPush {
+    /// Colours times their weights, and the weights as a fourth channel: known pixels, as the next layers take them.
+    Join {
         /// Colours times their weights.
         colour: TensorId,
-        /// The weights, 0…1: 1 keeps the colour as it is.
+        /// The weights, 0…1.
         weight: TensorId,
+        /// What it writes.
+        output: TensorId,
+    },
+    /// Known pixels spread over the frame at half the resolution: means of ever larger squares where there are few. With a
+    /// `base`, what they differ from that is spread, and added to it.
+    Spread {
+        /// [Known](Self::Join) pixels.
+        known: TensorId,
+        /// The picture at half the resolution that is to be corrected.
+        base: Option<TensorId>,
         /// How often the resolution is halved.
         levels: u32,
+        /// What it writes.
+        output: TensorId,
+    },
+    /// Means of 3×3 pixels by (1, 2, 1)/4 along both axes, replicated at the border.
+    Smooth {
+        /// What it reads.
+        input: TensorId,
+        /// What it writes.
+        output: TensorId,
+    },
+    /// Known pixels, and `base`, bilinearly at twice its resolution, as far as they are not known: c + (1 − w)·b.
+    Blend {
+        /// [Known](Self::Join) pixels.
+        known: TensorId,
+        /// A picture at half the resolution.
+        base: TensorId,
+        /// What it writes.
+        output: TensorId,
+    },
+    /// How far what earlier frames tell is believed, 0…1: v / (v + [`DOUBT_SHARE`] e) with e and v ([`DOUBT_EPSILON`] more)
+    /// the mean squares by which this frame's samples differ from `prior` and from `fresh`, spread over the frame. By the
+    /// inverse of both variances: the former counts less where the samples contradict it more than each other.
+    Doubt {
+        /// [Known](Self::Join) pixels of this frame.
+        known: TensorId,
+        /// What those of earlier frames give, at half the resolution.
+        prior: TensorId,
+        /// What those of this frame give, at half the resolution and so smooth that each says little about itself.
+        fresh: TensorId,
+        /// How often the resolution is halved.
+        levels: u32,
+        /// What it writes; the lowest of the levels.
+        output: TensorId,
+    },
+    /// Known pixels of this frame, and as far as these are not known, those of earlier ones: k + (1 − w)·fade·share·before.
+    Accumulate {
+        /// [Known](Self::Join) pixels of this frame.
+        known: TensorId,
+        /// Those of earlier ones.
+        before: TensorId,
+        /// How far these are believed, at some lower resolution; bilinear. Without it they are.
+        share: Option<TensorId>,
+        /// What they are multiplied by.
+        fade: f32,
+        /// What it writes.
+        output: TensorId,
+    },
+    /// Channels from number `first` on, as many as `output` has.
+    Part {
+        /// What it reads.
+        input: TensorId,
+        /// The first channel.
+        first: usize,
         /// What it writes.
         output: TensorId,
     },
@@ -280,9 +316,13 @@ impl Layer {
             | Self::DepthToSpace { output, .. }
             | Self::Scale { output, .. }
             | Self::Clamp { output, .. }
+            | Self::Join { output, .. }
+            | Self::Spread { output, .. }
+            | Self::Smooth { output, .. }
+            | Self::Blend { output, .. }
             | Self::Doubt { output, .. }
-            | Self::Trust { output, .. }
-            | Self::PullPush { output, .. }
+            | Self::Accumulate { output, .. }
+            | Self::Part { output, .. }
             | Self::Bypass { output, .. }
             | Self::Warp { output, .. } => *output,
         }
@@ -301,10 +341,16 @@ impl Layer {
             | Self::SpaceToDepth { input, .. }
             | Self::DepthToSpace { input, .. }
             | Self::Scale { input, .. }
-            | Self::Clamp { input, .. } => vec![*input],
-            Self::PullPush { colour, weight, .. } => vec![*colour, *weight],
-            Self::Doubt { colour, mask, fresh, prior, .. } => vec![*colour, *mask, *fresh, *prior],
-            Self::Trust { input, doubts, .. } => vec![*input, *doubts],
+            | Self::Clamp { input, .. }
+            | Self::Smooth { input, .. }
+            | Self::Part { input, .. } => vec![*input],
+            Self::Join { colour, weight, .. } => vec![*colour, *weight],
+            Self::Spread { known, base, .. } => [Some(*known), *base].into_iter().flatten().collect(),
+            Self::Blend { known, base, .. } => vec![*known, *base],
+            Self::Doubt { known, prior, fresh, .. } => vec![*known, *prior, *fresh],
+            Self::Accumulate { known, before, share, .. } => {
+                [Some(*known), Some(*before), *share].into_iter().flatten().collect()
+            }
             Self::Bypass { colour, mask, input, .. } => vec![*colour, *mask, *input],
             Self::Warp { input, motion, .. } => vec![*input, *motion],
         }
@@ -321,9 +367,13 @@ impl Layer {
             Self::DepthToSpace { .. } => "depth-to-space",
             Self::Scale { .. } => "scale",
             Self::Clamp { .. } => "clamp",
+            Self::Join { .. } => "join",
+            Self::Spread { .. } => "spread",
+            Self::Smooth { .. } => "smooth",
+            Self::Blend { .. } => "blend",
             Self::Doubt { .. } => "doubt",
-            Self::Trust { .. } => "trust",
-            Self::PullPush { .. } => "pull-push",
+            Self::Accumulate { .. } => "accumulate",
+            Self::Part { .. } => "part",
             Self::Bypass { .. } => "bypass",
             Self::Warp { .. } => "warp",
         }

@@ -14,6 +14,9 @@ pub enum Feedback {
     Output,
 }
 
+/// Corrections beyond this change nothing that can be seen.
+const MOST_CORRECTIONS: u32 = 8;
+
 /// A U-Net whose decoders may be recurrent, which predicts the picture directly (D) and then filters it with
 /// predicted kernels (K): FoVolNet, its relatives, and with `kernels` off what it was compared with.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -33,7 +36,7 @@ pub struct WNetConfig {
     pub fold: bool,
     /// Whether the U-Net is told which pixels were sampled.
     pub mask: bool,
-    /// Whether unsampled pixels are filled by pull-push before.
+    /// Whether unsampled pixels are filled before.
     pub prefill: bool,
     /// Whether sampled pixels reach the output as they are.
     pub bypass: bool,
@@ -61,6 +64,9 @@ pub struct WNetConfig {
     /// wrong or something comes to light; needs `fresh`.
     #[serde(default)]
     pub doubt: bool,
+    /// How often what is filled is smoothed and then corrected by what the samples differ from it.
+    #[serde(default)]
+    pub corrections: u32,
     /// Whether the direct prediction also reads the filled picture: then it can begin as that, and learn what to add.
     #[serde(default)]
     pub residual: bool,
@@ -93,6 +99,7 @@ impl WNetConfig {
             accumulate: 0.0,
             fresh: None,
             doubt: false,
+            corrections: 0,
             residual: false,
             recurrent: true,
         }
@@ -122,6 +129,7 @@ impl WNetConfig {
             accumulate: 0.95,
             fresh: Some(Taps::Centre),
             doubt: true,
+            corrections: 2,
             residual: true,
             recurrent: false,
         }
@@ -181,6 +189,9 @@ impl WNetConfig {
                 "a fresh picture is needed to doubt the others; set `fresh`, or leave out `doubt`".into()
             );
         }
+        if self.corrections > MOST_CORRECTIONS {
+            return Err(format!("`corrections` is {}; give 0 to {MOST_CORRECTIONS}", self.corrections));
+        }
         if self.residual && !self.prefill {
             return Err("there is no filled picture to add to; set `prefill`, or leave out `residual`".into());
         }
@@ -199,6 +210,23 @@ struct Walk<'a> {
     carried: Vec<(TensorId, TensorId)>,
 }
 
+/// What the U-Net is given of the samples.
+struct Filled {
+    picture: TensorId,
+    /// How far each pixel of it is known.
+    weights: Option<TensorId>,
+    /// The same from the samples of the frame alone.
+    fresh: Option<TensorId>,
+}
+
+/// Samples spread over the frame, at half the resolution.
+#[derive(Clone, Copy)]
+struct Spread {
+    picture: TensorId,
+    /// What the first correction began from.
+    smooth: Option<TensorId>,
+}
+
 /// What D leaves to K.
 struct Direct {
     picture: TensorId,
@@ -210,8 +238,8 @@ impl Walk<'_> {
     fn run(mut self) -> Plan {
         let config = self.config;
         let colour = self.builder.colour();
-        let fresh = config.fresh.map(|_| self.freshly_filled());
-        let (filled, mask) = if config.prefill { self.filled(fresh) } else { (colour, self.mask()) };
+        let Filled { picture: filled, weights: mask, fresh } =
+            if config.prefill { self.filled() } else { self.sparse() };
         let wants_last = config.history.is_some() || config.feedback != Feedback::None;
         let last = wants_last.then(|| self.builder.state("output", 3, 0));
         let history = last.map(|last| self.reprojected(last));
@@ -245,41 +273,56 @@ impl Walk<'_> {
         if self.config.reproject { self.builder.warp(state) } else { state }
     }
 
-    fn mask(&mut self) -> Option<TensorId> {
-        self.config.mask.then(|| self.builder.mask())
+    /// What was sampled as it is.
+    fn sparse(&mut self) -> Filled {
+        let weights = self.config.mask.then(|| self.builder.mask());
+        Filled { picture: self.builder.colour(), weights, fresh: None }
     }
 
-    /// The filled picture, and for the mask what it was filled by; `fresh` is the one of this frame's samples alone.
-    fn filled(&mut self, fresh: Option<TensorId>) -> (TensorId, Option<TensorId>) {
-        let mut known = [self.builder.colour(), self.builder.mask()];
-        if self.config.accumulate > 0.0 {
-            let last = [("samples", known[0]), ("weights", known[1])]
-                .map(|(name, now)| self.builder.state_like(name, now));
-            let mut faded = last.map(|last| self.faded(last));
-            if let Some(fresh) = fresh.filter(|_| self.config.doubt) {
-                let prior = self.builder.pull_push(faded[0], faded[1]);
-                let doubts = self.builder.doubts(fresh, prior);
-                faded = faded.map(|known| self.builder.trust(known, doubts));
-            }
-            for i in 0..2 {
-                known[i] = self.builder.bypass(known[i], faded[i]);
-                self.carried.push((last[i], known[i]));
-            }
-        }
-        let [samples, weights] = known;
-        (self.builder.pull_push(samples, weights), Some(weights).filter(|_| self.config.mask))
-    }
-
-    /// The picture filled from the samples of its frame.
-    fn freshly_filled(&mut self) -> TensorId {
+    /// What was sampled, filled.
+    fn filled(&mut self) -> Filled {
+        let config = self.config;
         let [colour, mask] = [self.builder.colour(), self.builder.mask()];
-        self.builder.pull_push(colour, mask)
+        let known = self.builder.join(colour, mask);
+        let fresh = config.fresh.map(|_| self.spread(known, config.corrections));
+        let mut samples = known;
+        let mut weights = config.mask.then_some(mask);
+        if config.accumulate > 0.0 {
+            samples = self.accumulated(known, fresh.filter(|_| config.doubt));
+            weights = weights.map(|_| self.builder.part(samples, 3, 1));
+        }
+        let spread = self.spread(samples, config.corrections);
+        Filled {
+            picture: self.builder.blend(samples, spread.picture),
+            weights,
+            fresh: fresh.map(|fresh| self.builder.blend(known, fresh.picture)),
+        }
     }
 
-    /// What is left of `last` in this frame.
-    fn faded(&mut self, last: TensorId) -> TensorId {
-        let moved = self.reprojected(last);
-        self.builder.scale(moved, self.config.accumulate, 0.0)
+    /// `known` with what is left of earlier frames, which `fresh`, spread from it alone, may contradict.
+    fn accumulated(&mut self, known: TensorId, fresh: Option<Spread>) -> TensorId {
+        let samples = self.builder.state_like("samples", known);
+        let before = self.reprojected(samples);
+        let share = fresh.map(|fresh| {
+            let prior = self.spread(before, self.config.corrections.min(1)).picture;
+            let smooth = fresh.smooth.unwrap_or_else(|| self.builder.smooth(fresh.picture));
+            self.builder.doubt(known, prior, smooth)
+        });
+        let accumulated = self.builder.accumulate(known, before, share, self.config.accumulate);
+        self.carried.push((samples, accumulated));
+        accumulated
+    }
+
+    /// `known` over the whole frame.
+    fn spread(&mut self, known: TensorId, corrections: u32) -> Spread {
+        let mut picture = self.builder.spread(known, None);
+        let mut first = None;
+        for _ in 0..corrections {
+            let smooth = self.builder.smooth(picture);
+            first = first.or(Some(smooth));
+            picture = self.builder.spread(known, Some(smooth));
+        }
+        Spread { picture, smooth: first }
     }
 
     /// D: the U-Net and the picture it predicts.

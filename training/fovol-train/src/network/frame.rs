@@ -98,13 +98,25 @@ impl<'a> Frame<'a> {
                 self.exact(*input) * f64::from(*factor) + f64::from(*offset)
             }
             Layer::Clamp { input, .. } => self.exact(*input).clamp(0.0, 1.0),
-            Layer::Doubt { colour, mask, fresh, prior, halvings, .. } => {
-                let [colour, mask, fresh, prior] = [colour, mask, fresh, prior].map(|id| self.exact(*id));
-                layers::doubt(&colour, &mask, [&fresh, &prior], *halvings)
+            Layer::Join { colour, weight, .. } => Tensor::cat(&[colour, weight].map(|id| self.exact(*id)), 1),
+            Layer::Spread { known, base, levels, .. } => {
+                let base = base.map(|base| self.exact(base));
+                layers::spread(&self.exact(*known), base.as_ref(), *levels)
             }
-            Layer::Trust { input, doubts, .. } => layers::trust(&self.exact(*input), &self.exact(*doubts)),
-            Layer::PullPush { colour, weight, levels, .. } => {
-                layers::pull_push(&self.exact(*colour), &self.exact(*weight), *levels)
+            Layer::Smooth { input, .. } => layers::smooth(&self.exact(*input)),
+            Layer::Blend { known, base, .. } => layers::blend(&self.exact(*known), &self.exact(*base)),
+            Layer::Doubt { known, prior, fresh, levels, output } => {
+                let [known, prior, fresh] = [known, prior, fresh].map(|id| self.exact(*id));
+                let lowest = self.network.plan.tensor(*output).level;
+                layers::doubt(&known, [&prior, &fresh], [*levels, lowest])
+            }
+            Layer::Accumulate { known, before, share, fade, .. } => {
+                let share = share.map(|share| self.exact(share));
+                layers::accumulate(&self.exact(*known), &self.exact(*before), share.as_ref(), *fade)
+            }
+            Layer::Part { input, first, output } => {
+                let channels = self.network.plan.tensor(*output).channels;
+                self.exact(*input).narrow(1, *first as i64, channels as i64)
             }
             Layer::Bypass { colour, mask, input, .. } => {
                 layers::bypass(&self.exact(*colour), &self.exact(*mask), &self.exact(*input))

@@ -23,10 +23,10 @@ pub fn initial_weights(config: &NetworkConfig, seed: u64) -> Result<Weights> {
         (parameter.name, Array { shape: parameter.shape, values })
     });
     let mut arrays: BTreeMap<String, Array> = arrays.collect();
-    for (name, channels) in taps_of_fillings(&plan) {
+    for (name, taps) in taps_of_fillings(&plan) {
         if let Some(bias) = arrays.get_mut(&name) {
             bias.values.fill(OTHER_TAPS);
-            bias.values[channels].fill(FILLING_TAP);
+            taps.into_iter().for_each(|channels| bias.values[channels].fill(FILLING_TAP));
         }
     }
     if let (Some(weight), Some(reads)) = (arrays.get_mut("output.weight"), reads_filling(&plan)) {
@@ -40,21 +40,24 @@ pub fn initial_weights(config: &NetworkConfig, seed: u64) -> Result<Weights> {
 const FILLING_TAP: f32 = 0.5;
 const OTHER_TAPS: f32 = 0.05;
 
-/// The biases of kernels, and their channels that weigh the pixel of a filled picture itself.
-fn taps_of_fillings(plan: &Plan) -> Vec<(String, Range<usize>)> {
+/// The biases of kernels that weigh filled pictures, and their channels for the pixels of these themselves.
+fn taps_of_fillings(plan: &Plan) -> Vec<(String, Vec<Range<usize>>)> {
     let is_filling =
-        |id| plan.layers().iter().any(|l| matches!(l, Layer::PullPush { output, .. } if *output == id));
+        |id| plan.layers().iter().any(|l| matches!(l, Layer::Blend { output, .. } if *output == id));
     let mut found = Vec::new();
     for layer in plan.layers() {
         let Layer::Filter(filter) = layer else { continue };
-        let mut before = 0;
+        let pixels = filter.expand * filter.expand;
+        let (mut before, mut fillings) = (0, Vec::new());
         for (read, taps) in &filter.images {
+            let centre = before + taps.count() / 2;
             if is_filling(read.tensor) {
-                let pixels = filter.expand * filter.expand;
-                let centre = before + taps.count() / 2;
-                found.push((format!("{}.bias", filter.name), pixels * centre..pixels * (centre + 1)));
+                fillings.push(pixels * centre..pixels * (centre + 1));
             }
             before += taps.count();
+        }
+        if !fillings.is_empty() {
+            found.push((format!("{}.bias", filter.name), fillings));
         }
     }
     found

@@ -7,7 +7,7 @@ use fovol_net::plan::{
 };
 use tch::{Device, Kind, Tensor};
 
-/// Divisors of [`pull_push`] are at least this.
+/// Divisors of what is spread are at least this.
 const SMALLEST: f64 = 1e-8;
 /// What keeps the variance of [`norm`] from being zero.
 const NORM_EPSILON: f64 = 1e-5;
@@ -126,33 +126,6 @@ pub(super) fn bypass(colour: &Tensor, mask: &Tensor, input: &Tensor) -> Tensor {
     mask * colour + (1.0 - mask) * input
 }
 
-/// The means of squares of 2^`halvings` pixels of `picture`, at its own resolution.
-fn means_of_squares(picture: &Tensor, halvings: u32) -> Tensor {
-    let [_, _, height, width] = shape(picture);
-    let edge = 1i64 << halvings;
-    pool(picture, edge).upsample_nearest2d([height, width], edge as f64, edge as f64)
-}
-
-/// The mean squares by which samples differ from `prior` and from the means of squares of `fresh`, the latter times two by
-/// their number there, and 0; all times `mask`.
-pub(super) fn doubt(colour: &Tensor, mask: &Tensor, [fresh, prior]: [&Tensor; 2], halvings: u32) -> Tensor {
-    let around = means_of_squares(fresh, halvings);
-    let count = means_of_squares(mask, halvings) * f64::from(1 << (2 * halvings));
-    let share = count.clamp_min(2.0).reciprocal() * 2.0;
-    let mean_square = |expected: &Tensor| {
-        let square = (colour - expected).square();
-        square.mean_dim([1i64].as_slice(), true, None::<Kind>) * mask
-    };
-    Tensor::cat(&[mean_square(prior), mean_square(&around) * share, mask.zeros_like()], 1)
-}
-
-/// input · v / (v + share · e), where e and v (ε more) are the first two channels of `doubts`.
-pub(super) fn trust(input: &Tensor, doubts: &Tensor) -> Tensor {
-    let variance = doubts.narrow(1, 1, 1) + f64::from(DOUBT_EPSILON);
-    let error = doubts.narrow(1, 0, 1) * f64::from(DOUBT_SHARE);
-    input * (&variance / (&variance + error))
-}
-
 /// The value where each pixel was in the last frame: bilinear, zero outside, also where motion is no number.
 ///
 /// `motion` is in pixels of the frame; for an `input` at 1/f of its resolution it is averaged over f × f pixels and
@@ -172,35 +145,98 @@ pub(crate) fn warp(input: &Tensor, motion: &Tensor) -> Tensor {
     input.grid_sampler(&grid, bilinear, zeros, false)
 }
 
-/// `colour`, which is multiplied by `weight`: as it is where that is 1, and elsewhere mixed with what is around, from ever
-/// larger squares.
-///
-/// The formulas are those of `tests/reference/network/networks.py`.
-pub(super) fn pull_push(colour: &Tensor, weight: &Tensor, levels: u32) -> Tensor {
-    let filled = pushed(&Tensor::cat(&[colour, weight], 1), levels);
+// The layers that fill frames; their formulas are those of `tests/reference/network/networks.py`.
+
+/// Channels of `known`: three numbers times the weight, and the weight.
+fn parts(known: &Tensor) -> [Tensor; 2] {
+    [known.narrow(1, 0, 3), known.narrow(1, 3, 1)]
+}
+
+/// What `known` differs by from `picture`, of half the resolution, times its weights.
+fn difference(known: &Tensor, picture: &Tensor) -> Tensor {
+    let [colour, weight] = parts(known);
+    colour - weight * resized(picture, Resize::Bilinear)
+}
+
+/// `known` spread at half the resolution; with `base` what it differs from that, added to it.
+pub(super) fn spread(known: &Tensor, base: Option<&Tensor>, levels: u32) -> Tensor {
+    match base {
+        None => pull_push(known, levels, 1),
+        Some(base) => {
+            let beside = Tensor::cat(&[difference(known, base), known.narrow(1, 3, 1)], 1);
+            base + pull_push(&beside, levels, 1)
+        }
+    }
+}
+
+/// `known`, and `base`, doubled, as far as it is not.
+pub(super) fn blend(known: &Tensor, base: &Tensor) -> Tensor {
+    let [colour, weight] = parts(known);
+    colour + (1.0 - weight) * resized(base, Resize::Bilinear)
+}
+
+/// v / (v + share · e), with e and v (ε more) the mean squares by which samples differ from `prior` and `fresh`.
+pub(super) fn doubt(known: &Tensor, [prior, fresh]: [&Tensor; 2], [levels, lowest]: [u32; 2]) -> Tensor {
+    let mask = known.narrow(1, 3, 1);
+    let [error, own] = [prior, fresh]
+        .map(|expected| difference(known, expected).square().mean_dim([1i64].as_slice(), true, None::<Kind>));
+    let squares = Tensor::cat(&[error, own, mask.zeros_like(), mask], 1);
+    let squares = pull_push(&squares, levels, lowest);
+    let own = squares.narrow(1, 1, 1) + f64::from(DOUBT_EPSILON);
+    let error = squares.narrow(1, 0, 1) * f64::from(DOUBT_SHARE);
+    &own / (&own + error)
+}
+
+/// `known`, and as far as it is not, `before`, times `fade` and `share`.
+pub(super) fn accumulate(known: &Tensor, before: &Tensor, share: Option<&Tensor>, fade: f32) -> Tensor {
+    let open = (1.0 - known.narrow(1, 3, 1)) * f64::from(fade);
+    let [_, _, height, width] = shape(known);
+    let open = match share {
+        None => open,
+        Some(share) => {
+            let scale = (height / shape(share)[2]) as f64;
+            open * share.upsample_bilinear2d([height, width], false, scale, scale)
+        }
+    };
+    known + open * before
+}
+
+/// What is known at 1/2^`lowest` of the resolution, with what is missing taken from up to 2^`levels` times lower ones.
+fn pull_push(known: &Tensor, levels: u32, lowest: u32) -> Tensor {
+    let filled = pushed(known, levels, lowest);
     filled.narrow(1, 0, 3) / filled.narrow(1, 3, 1).clamp_min(SMALLEST)
 }
 
-/// `known`, four channels, with what is missing from coarser resolutions.
-fn pushed(known: &Tensor, levels: u32) -> Tensor {
+/// `known`, four channels, at 1/2^`lowest` of the resolution, with what is missing from `levels` coarser ones.
+fn pushed(known: &Tensor, levels: u32, lowest: u32) -> Tensor {
     if levels == 0 {
         return known.shallow_clone();
     }
-    let mean = halved(known);
+    let mean = means(known, &[0.125, 0.375, 0.375, 0.125], 2);
     let mean_weight = mean.narrow(1, 3, 1);
     let weight = (&mean_weight * 8.0).clamp_max(1.0);
     let colour = mean.narrow(1, 0, 3) * &weight / mean_weight.clamp_min(SMALLEST);
-    let coarser = pushed(&Tensor::cat(&[colour, weight], 1), levels - 1);
+    let pulled = Tensor::cat(&[colour, weight], 1);
+    if lowest > 0 {
+        return pushed(&pulled, levels - 1, lowest - 1);
+    }
+    let coarser = pushed(&pulled, levels - 1, 0);
     known + (1.0 - known.narrow(1, 3, 1)) * resized(&coarser, Resize::Bilinear)
 }
 
-/// The four channels of `known` at half the resolution: 4×4 pixels by (1, 3, 3, 1)/8 along both axes.
-fn halved(known: &Tensor) -> Tensor {
-    let weights =
-        Tensor::from_slice(&[0.125f32, 0.375, 0.375, 0.125]).to_kind(known.kind()).to_device(known.device());
-    let plane = weights.view([1, 1, 4, 1]) * weights.view([1, 1, 1, 4]);
-    let kernel = plane.expand([4, 1, 4, 4], false).contiguous();
-    known.replication_pad2d([1; 4]).conv2d(&kernel, None::<Tensor>, [2; 2], [0; 2], [1; 2], 4)
+/// Means of 3×3 pixels by (1, 2, 1)/4 along both axes, replicated at the border.
+pub(super) fn smooth(input: &Tensor) -> Tensor {
+    means(input, &[0.25, 0.5, 0.25], 1)
+}
+
+/// Means by `weights` along both axes at every `stride`-th pixel, with a border of one replicated pixel.
+fn means(input: &Tensor, weights: &[f32], stride: i64) -> Tensor {
+    let count = weights.len() as i64;
+    let weights = Tensor::from_slice(weights).to_kind(input.kind()).to_device(input.device());
+    let plane = weights.view([1, 1, count, 1]) * weights.view([1, 1, 1, count]);
+    let channels = shape(input)[1];
+    let kernel = plane.expand([channels, 1, count, count], false).contiguous();
+    input.replication_pad2d([1; 4]).conv2d(&kernel, None::<Tensor>, [stride; 2], [0; 2], [1; 2], channels)
 }
 
 /// `tensor` as `kind`; itself where it is of that kind.

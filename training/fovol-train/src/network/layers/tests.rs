@@ -89,7 +89,17 @@ impl Case<'_> {
             "depth-to-space" => Box::new(|all| all[0].pixel_shuffle(2)),
             "bypass" => Box::new(|all| bypass(&all[0], &all[1], &all[2])),
             "warp" => Box::new(|all| warp(&all[0], &all[1])),
-            "pull-push" => Box::new(|all| pull_push(&all[0], &all[1], self.number("levels") as u32)),
+            "spread" => Box::new(|all| spread(&all[0], all.get(1), self.number("levels") as u32)),
+            "smooth" => Box::new(|all| smooth(&all[0])),
+            "blend" => Box::new(|all| blend(&all[0], &all[1])),
+            "doubt" => {
+                let levels = self.number("levels") as u32;
+                Box::new(move |all| doubt(&all[0], [&all[1], &all[2]], [levels, levels.min(3)]))
+            }
+            "accumulate" => {
+                let fade = self.facts["fade"].as_f64().unwrap() as f32;
+                Box::new(move |all| accumulate(&all[0], &all[1], all.get(2), fade))
+            }
             other => panic!("{other}"),
         }
     }
@@ -147,8 +157,11 @@ fn gradients_agree_with_differences() {
     each_case(|case| {
         let tensors = case.tensors();
         for (number, tensor) in tensors.iter().enumerate() {
-            // Masks and motion come from outside; nothing learns through them.
-            let is_given = matches!((case.word("kind"), number), ("bypass" | "warp" | "pull-push", 1));
+            // Samples, masks and motion come from outside; nothing learns through them.
+            let is_given = matches!(
+                (case.word("kind"), number),
+                ("bypass" | "warp", 1) | ("spread" | "blend" | "doubt" | "accumulate", 0)
+            );
             if !is_given {
                 let worst = gradient_error(&case.layer(), &tensors, number, tensor);
                 assert!(worst < 1e-6, "{} of tensor {number}: {worst:.1e}", case.name);

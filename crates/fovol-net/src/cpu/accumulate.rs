@@ -1,0 +1,181 @@
+//! What is left of the samples of earlier frames.
+
+use super::doubled::DoubledRow;
+use super::map::Map;
+use super::pyramid::{Known, KnownRows, divided, pulled_of};
+use super::simd::{Simd, Work};
+use crate::plan::{DOUBT_EPSILON, DOUBT_SHARE};
+use rayon::prelude::*;
+
+/// Two pictures of half the resolution that samples are compared with.
+#[derive(Debug, Clone, Copy)]
+pub struct Expected<'a> {
+    /// What the samples of earlier frames give.
+    pub prior: &'a Map,
+    /// What those of this frame give.
+    pub fresh: &'a Map,
+}
+
+/// Writes to `out`, at 2^`lowest` times lower resolution than `known`, how far `prior` is believed, 0…1: v / (v + share·e)
+/// with e and v (ε more) the mean squares by which samples differ from `prior` and from `fresh`.
+pub fn doubt(known: &Map, expected: &Expected<'_>, [levels, lowest]: [u32; 2], out: &mut Map) {
+    let level = pulled_of(&Squares { known, expected }).completed(levels, lowest);
+    let width = known.width >> lowest;
+    out.resize([known.height >> lowest, width, 1]);
+    out.data.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
+        for (to, &squares) in row.iter_mut().zip(level.row(y)) {
+            let [e, v, _] = divided(squares);
+            let v = v + DOUBT_EPSILON;
+            *to = v / (v + DOUBT_SHARE * e);
+        }
+    });
+}
+
+/// The mean squares by which samples differ from both pictures.
+struct Squares<'a> {
+    known: &'a Map,
+    expected: &'a Expected<'a>,
+}
+
+impl KnownRows for Squares<'_> {
+    type Memory = [DoubledRow; 2];
+
+    fn size(&self) -> [usize; 2] {
+        [self.known.height, self.known.width]
+    }
+
+    fn make(&self, y: usize, memory: &mut [DoubledRow; 2], to: &mut Vec<Known>) {
+        to.resize(self.known.width, [0.0; 4]);
+        let known = self.known.row(y).as_chunks().0;
+        Simd::best().vectorised(SquareRow { known, expected: self.expected, y, memory, to });
+    }
+}
+
+struct SquareRow<'a> {
+    known: &'a [Known],
+    expected: &'a Expected<'a>,
+    y: usize,
+    memory: &'a mut [DoubledRow; 2],
+    to: &'a mut [Known],
+}
+
+impl Work for SquareRow<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let Self { known, expected, y, memory: [prior, fresh], to } = self;
+        prior.make(expected.prior, y);
+        fresh.make(expected.fresh, y);
+        let expected = prior.row.as_chunks().0.iter().zip(fresh.row.as_chunks().0);
+        for ((to, known), (prior, fresh)) in to.iter_mut().zip(known).zip(expected) {
+            *to = [mean_square(known, prior), mean_square(known, fresh), 0.0, known[3]];
+        }
+    }
+}
+
+#[inline(always)]
+fn mean_square([r, g, b, w]: &Known, expected: &[f32; 3]) -> f32 {
+    let d = [r - w * expected[0], g - w * expected[1], b - w * expected[2]];
+    (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) * (1.0 / 3.0)
+}
+
+/// Writes `known` to `out`, and as far as it is not known what was known `before`, times `fade` and times `share`, which
+/// is of some lower resolution and interpolated.
+pub fn accumulate(known: &Map, before: &Map, share: Option<&Map>, fade: f32, out: &mut Map) {
+    let width = known.width;
+    out.resize([known.height, width, 4]);
+    out.data.par_chunks_mut(4 * width).enumerate().for_each_init(Vec::new, |shares, (y, to)| {
+        shares.resize(width, 0.0);
+        match share {
+            None => shares.fill(1.0),
+            Some(share) => scaled_row(share, known.height / share.height, y, shares),
+        }
+        let [known, before] = [known, before].map(|map| map.row(y).as_chunks().0);
+        Simd::best().vectorised(AccumulateRow { known, before, shares, fade, to: to.as_chunks_mut().0 });
+    });
+}
+
+/// Makes `to` row `y` of `map` (one channel) at `scale` times its resolution, a power of two: bilinear between the centres
+/// of pixels, replicated at the border.
+fn scaled_row(map: &Map, scale: usize, y: usize, to: &mut [f32]) {
+    let place = |at: usize| (at as f32 + 0.5) / scale as f32 - 0.5;
+    let down = place(y).max(0.0);
+    let above = down as usize;
+    let (a, b) = (map.row(above), map.row((above + 1).min(map.height - 1)));
+    let t = down - above as f32;
+    let between = |x: usize| a[x] + t * (b[x] - a[x]);
+    let last = map.width - 1;
+    let mut three = [between(0), between(0), between(1.min(last))];
+    for (x, cell) in to.chunks_exact_mut(scale).enumerate() {
+        let [left, here, right] = three;
+        for (i, to) in cell.iter_mut().enumerate() {
+            let t = place(i);
+            *to = if t < 0.0 { here + t * (here - left) } else { here + t * (right - here) };
+        }
+        three = [here, right, between((x + 2).min(last))];
+    }
+}
+
+struct AccumulateRow<'a> {
+    known: &'a [Known],
+    before: &'a [Known],
+    shares: &'a [f32],
+    fade: f32,
+    to: &'a mut [Known],
+}
+
+impl Work for AccumulateRow<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let pixels = self.to.iter_mut().zip(self.known).zip(self.before.iter().zip(self.shares));
+        for ((to, known), (before, share)) in pixels {
+            let factor = (1.0 - known[3]) * (self.fade * share);
+            for c in 0..4 {
+                to[c] = known[c] + factor * before[c];
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A sample at every other pixel of 32² with 0.2 and 0.4 in turn.
+    fn samples() -> Map {
+        let mut known = Map::zeros(32, 32, 4);
+        for i in (0..32 * 32).filter(|i| (i + i / 32) % 2 == 0) {
+            let v = if i % 4 < 2 { 0.2 } else { 0.4 };
+            known.data[4 * i..][..4].copy_from_slice(&[v, v, v, 1.0]);
+        }
+        known
+    }
+
+    #[test]
+    fn what_samples_contradict_is_not_believed() {
+        let picture = |value: f32| Map { data: vec![value; 16 * 16 * 3], height: 16, width: 16, channels: 3 };
+        let share = |prior: f32| {
+            let (prior, fresh) = (picture(prior), picture(0.3));
+            let mut out = Map::default();
+            doubt(&samples(), &Expected { prior: &prior, fresh: &fresh }, [4, 3], &mut out);
+            assert_eq!([out.height, out.width], [4, 4]);
+            assert!(out.data.iter().all(|v| (v - out.data[0]).abs() < 0.06), "{:?}", out.data);
+            out.data[0]
+        };
+        // As good as what is known now: of two equal variances.
+        assert!((share(0.3) - 1.0 / (1.0 + DOUBT_SHARE)).abs() < 1e-3);
+        assert!(share(0.5) < 0.4 && share(9.0) < 0.001);
+    }
+
+    #[test]
+    fn earlier_samples_fade_where_there_are_no_new_ones() {
+        let mut before = Map::zeros(32, 32, 4);
+        before.data.fill(1.0);
+        let share = Map { data: vec![0.5; 16], height: 4, width: 4, channels: 1 };
+        let mut out = Map::default();
+        accumulate(&samples(), &before, Some(&share), 0.8, &mut out);
+        assert_eq!(out.pixel(0, 0), samples().pixel(0, 0));
+        assert_eq!(out.pixel(0, 1), [0.4; 4]);
+        accumulate(&samples(), &before, None, 0.8, &mut out);
+        assert_eq!(out.pixel(0, 1), [0.8; 4]);
+    }
+}

@@ -1,0 +1,173 @@
+//! The filling of frames from the pixels that are known.
+
+use super::doubled::DoubledRow;
+use super::map::Map;
+use super::pyramid::{Known, KnownRows, divided, pulled_from, pulled_of};
+use super::simd::{Simd, Work};
+use rayon::prelude::*;
+
+/// Writes to `out` the picture that `known` gives at half the resolution, from means over squares of up to 2^`levels`
+/// pixels; with `base` that picture plus what `known` differs from it, spread alike.
+pub fn spread(known: &Map, base: Option<&Map>, levels: u32, out: &mut Map) {
+    let pulled = match base {
+        None => pulled_from(known.data.as_chunks().0, known.width),
+        Some(base) => pulled_of(&Differences { known, base }),
+    };
+    let level = pulled.completed(levels, 1);
+    out.resize([known.height / 2, known.width / 2, 3]);
+    out.data.par_chunks_mut(known.width / 2 * 3).enumerate().for_each(|(y, row)| {
+        let pixels = row.as_chunks_mut::<3>().0.iter_mut();
+        pixels.zip(level.row(y)).for_each(|(to, &known)| *to = divided(known));
+        if let Some(base) = base {
+            row.iter_mut().zip(base.row(y)).for_each(|(to, base)| *to += base);
+        }
+    });
+}
+
+/// What known pixels differ by from a picture of half their resolution.
+struct Differences<'a> {
+    known: &'a Map,
+    base: &'a Map,
+}
+
+impl KnownRows for Differences<'_> {
+    type Memory = DoubledRow;
+
+    fn size(&self) -> [usize; 2] {
+        [self.known.height, self.known.width]
+    }
+
+    fn make(&self, y: usize, memory: &mut DoubledRow, to: &mut Vec<Known>) {
+        to.resize(self.known.width, [0.0; 4]);
+        let known = self.known.row(y).as_chunks().0;
+        Simd::best().vectorised(DifferenceRow { known, base: self.base, y, memory, to });
+    }
+}
+
+struct DifferenceRow<'a> {
+    known: &'a [Known],
+    base: &'a Map,
+    y: usize,
+    memory: &'a mut DoubledRow,
+    to: &'a mut [Known],
+}
+
+impl Work for DifferenceRow<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let Self { known, base, y, memory, to } = self;
+        memory.make(base, y);
+        let pixels = to.iter_mut().zip(known).zip(memory.row.as_chunks::<3>().0);
+        for ((to, [r, g, b, w]), [dr, dg, db]) in pixels {
+            *to = [r - w * dr, g - w * dg, b - w * db, *w];
+        }
+    }
+}
+
+/// Writes `known` to `out`, and as far as it is not known `base`, a picture of half the resolution, bilinear.
+pub fn blend(known: &Map, base: &Map, out: &mut Map) {
+    out.resize([known.height, known.width, 3]);
+    let rows = out.data.par_chunks_mut(known.width * 3).enumerate();
+    rows.for_each_init(DoubledRow::default, |memory, (y, to)| {
+        let known = known.row(y).as_chunks().0;
+        Simd::best().vectorised(BlendRow { known, base, y, memory, to: to.as_chunks_mut().0 });
+    });
+}
+
+struct BlendRow<'a> {
+    known: &'a [Known],
+    base: &'a Map,
+    y: usize,
+    memory: &'a mut DoubledRow,
+    to: &'a mut [[f32; 3]],
+}
+
+impl Work for BlendRow<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let Self { known, base, y, memory, to } = self;
+        memory.make(base, y);
+        let pixels = to.iter_mut().zip(known).zip(memory.row.as_chunks::<3>().0);
+        for ((to, [r, g, b, w]), [dr, dg, db]) in pixels {
+            let open = 1.0 - w;
+            *to = [r + open * dr, g + open * dg, b + open * db];
+        }
+    }
+}
+
+/// Writes the means of 3×3 pixels by (1, 2, 1)/4 along both axes to `out`, replicated at the border.
+pub fn smooth(input: &Map, out: &mut Map) {
+    let [height, width, c] = [input.height, input.width, input.channels];
+    out.resize([height, width, c]);
+    out.data.par_chunks_mut(width * c).enumerate().for_each_init(Vec::new, |between, (y, to)| {
+        let rows = [y.saturating_sub(1), y, (y + 1).min(height - 1)].map(|y| input.row(y));
+        Simd::best().vectorised(SmoothRow { rows, channels: c, between, to });
+    });
+}
+
+struct SmoothRow<'a> {
+    rows: [&'a [f32]; 3],
+    channels: usize,
+    between: &'a mut Vec<f32>,
+    to: &'a mut [f32],
+}
+
+impl Work for SmoothRow<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let Self { rows: [above, row, below], channels: c, between, to } = self;
+        let length = row.len();
+        between.resize(length + 2 * c, 0.0);
+        for (to, (a, (b, d))) in
+            between[c..length + c].iter_mut().zip(above.iter().zip(row.iter().zip(below)))
+        {
+            *to = 0.25 * (a + d) + 0.5 * b;
+        }
+        between.copy_within(c..2 * c, 0);
+        between.copy_within(length..length + c, length + c);
+        let (left, right) = (&between[..length], &between[2 * c..]);
+        for (to, (a, (b, d))) in to.iter_mut().zip(left.iter().zip(between[c..].iter().zip(right))) {
+            *to = 0.25 * (a + d) + 0.5 * b;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_stay_and_one_fills_all() {
+        let (mut known, mut half, mut out) = (Map::zeros(16, 32, 4), Map::default(), Map::default());
+        spread(&known, None, 4, &mut half);
+        blend(&known, &half, &mut out);
+        assert!(out.data.iter().all(|&v| v == 0.0));
+        known.data[4 * (5 * 32 + 7)..][..4].copy_from_slice(&[0.25, 0.5, 1.0, 1.0]);
+        spread(&known, None, 4, &mut half);
+        blend(&known, &half, &mut out);
+        assert_eq!(out.pixel(5, 7), [0.25, 0.5, 1.0]);
+        let near = out.pixel(6, 9);
+        assert!((near[0] - 0.25).abs() < 1e-5 && (near[2] - 1.0).abs() < 1e-5, "{near:?}");
+    }
+
+    #[test]
+    fn corrections_bring_slopes_nearer() {
+        let slope = |y: usize, x: usize| (3 * x + y) as f32 / 200.0;
+        let mut known = Map::zeros(32, 64, 4);
+        for i in (0..32 * 64).filter(|i| i * 7919 % 23 == 0) {
+            let v = slope(i / 64, i % 64);
+            known.data[4 * i..][..4].copy_from_slice(&[v, v, v, 1.0]);
+        }
+        let (mut half, mut smoothed, mut out) = (Map::default(), Map::default(), Map::default());
+        spread(&known, None, 4, &mut half);
+        let mut errors = Vec::new();
+        for _ in 0..3 {
+            blend(&known, &half, &mut out);
+            let differences = (0..32 * 64).map(|i| (out.data[3 * i] - slope(i / 64, i % 64)).powi(2));
+            errors.push(differences.sum::<f32>());
+            smooth(&half, &mut smoothed);
+            spread(&known, Some(&smoothed), 4, &mut half);
+        }
+        assert!(errors[1] < 0.7 * errors[0] && errors[2] < errors[1], "{errors:?}");
+    }
+}

@@ -1,0 +1,190 @@
+//! The filling of frames from the pixels that are known.
+
+use super::export::Exporter;
+use super::graph::{integer, integers};
+use super::model::TensorData;
+use crate::plan::{DOUBT_EPSILON, DOUBT_SHARE, TensorId};
+
+/// Divisors are at least this.
+const SMALLEST: f32 = 1e-8;
+
+/// Four channels: premultiplied numbers, and how far each pixel is known, 0…1; and the latter alone.
+struct Known {
+    both: String,
+    weight: String,
+}
+
+/// `weights` along both axes, for each of `channels` channels.
+fn squares<const N: usize>(weights: [f32; N], channels: usize) -> TensorData {
+    let plane = weights.iter().flat_map(|a| weights.map(|b| a * b)).collect::<Vec<_>>();
+    TensorData::Floats(plane.repeat(channels))
+}
+
+impl Exporter<'_> {
+    /// `known` spread at half the resolution; with `base` what it differs from that, added to it.
+    pub fn spread(
+        &mut self,
+        known: TensorId,
+        base: Option<TensorId>,
+        levels: u32,
+        output: TensorId,
+    ) -> String {
+        let name = self.name(output);
+        let Some(base) = base else {
+            let known = self.value(known);
+            return self.pull_push(name, &known, levels, 1);
+        };
+        let (known, base) = (self.known(name, known), self.value(base));
+        let difference = self.difference(name, &known, &base);
+        let both = self.graph.concatenated(&format!("{name}.beside"), &[difference, known.weight]);
+        let correction = self.pull_push(name, &both, levels, 1);
+        self.graph.plain("Add", name, &[&base, &correction])
+    }
+
+    /// (1, 2, 1)/4 along both axes.
+    pub fn smooth(&mut self, input: TensorId, output: TensorId) -> String {
+        let (name, channels) = (self.name(output), self.plan.tensor(input).channels);
+        let input = self.value(input);
+        let padded = self.graph.padded(&format!("{name}.padded"), &input, "edge");
+        let kernel = self.graph.constant(&[channels, 1, 3, 3], squares([0.25, 0.5, 0.25], channels));
+        self.graph.node("Conv", name, &[&padded, &kernel], vec![integer("group", channels as i64)])
+    }
+
+    /// c + (1 − w) · up(`base`).
+    pub fn blend(&mut self, known: TensorId, base: TensorId, output: TensorId) -> String {
+        let name = self.name(output);
+        let known = self.known(name, known);
+        let colour = self.channels(&format!("{name}.colour"), &known.both, &[0, 1, 2]);
+        let base = self.value(base);
+        let base = self.graph.bilinear(&format!("{name}.up"), &base);
+        let open = self.graph.complement(&format!("{name}.open"), &known.weight);
+        let rest = self.graph.plain("Mul", &format!("{name}.rest"), &[&base, &open]);
+        self.graph.plain("Add", name, &[&colour, &rest])
+    }
+
+    /// v / (v + share · e).
+    pub fn doubt(
+        &mut self,
+        [known, prior, fresh]: [TensorId; 3],
+        [levels, lowest]: [u32; 2],
+        output: TensorId,
+    ) -> String {
+        let name = self.name(output);
+        let known = self.known(name, known);
+        let [error, own] = [prior, fresh].map(|expected| {
+            let expected = self.value(expected);
+            let difference = self.difference(name, &known, &expected);
+            let graph = &mut self.graph;
+            let square = graph.plain("Mul", &format!("{name}.square"), &[&difference, &difference]);
+            let mean = vec![integers("axes", &[1]), integer("keepdims", 1)];
+            graph.node("ReduceMean", &format!("{name}.mean"), &[&square], mean)
+        });
+        let zero = self.graph.scalar(0.0);
+        let nothing = self.graph.plain("Mul", &format!("{name}.nothing"), &[&known.weight, &zero]);
+        let parts = [error, own, nothing, known.weight];
+        let both = self.graph.concatenated(&format!("{name}.squares"), &parts);
+        let squares = self.pull_push(name, &both, levels, lowest);
+        let [error, own] = [(0, "error"), (1, "own")]
+            .map(|(channel, part)| self.channels(&format!("{name}.{part}"), &squares, &[channel]));
+        let graph = &mut self.graph;
+        let [epsilon, share] = [DOUBT_EPSILON, DOUBT_SHARE].map(|value| graph.scalar(value));
+        let own = graph.plain("Add", &format!("{name}.own"), &[&own, &epsilon]);
+        let error = graph.plain("Mul", &format!("{name}.error"), &[&error, &share]);
+        let sum = graph.plain("Add", &format!("{name}.sum"), &[&own, &error]);
+        graph.plain("Div", name, &[&own, &sum])
+    }
+
+    /// `known` + (1 − w) · `fade` · up(share) · `before`.
+    pub fn accumulate(
+        &mut self,
+        [known, before]: [TensorId; 2],
+        share: Option<TensorId>,
+        fade: f32,
+        output: TensorId,
+    ) -> String {
+        let name = self.name(output);
+        let Known { both, weight } = self.known(name, known);
+        let mut before = self.value(before);
+        if let Some(share) = share {
+            let factor = 1 << self.plan.tensor(share).level;
+            let share = self.value(share);
+            let share = self.graph.bilinear_by(&format!("{name}.share"), &share, factor);
+            before = self.graph.plain("Mul", &format!("{name}.believed"), &[&before, &share]);
+        }
+        let fade = self.graph.scalar(fade);
+        let faded = self.graph.plain("Mul", &format!("{name}.faded"), &[&before, &fade]);
+        let open = self.graph.complement(&format!("{name}.open"), &weight);
+        let rest = self.graph.plain("Mul", &format!("{name}.rest"), &[&faded, &open]);
+        self.graph.plain("Add", name, &[&both, &rest])
+    }
+
+    /// Channels of `value`.
+    fn channels(&mut self, name: &str, value: &str, wanted: &[i64]) -> String {
+        let wanted = self.graph.indices(wanted);
+        self.graph.node("Gather", name, &[value, &wanted], vec![integer("axis", 1)])
+    }
+
+    fn known(&mut self, name: &str, known: TensorId) -> Known {
+        let both = self.value(known);
+        let weight = self.channels(&format!("{name}.known"), &both, &[3]);
+        Known { both, weight }
+    }
+
+    /// What `known` differs by from `picture`, of half the resolution: c − w · up(picture).
+    fn difference(&mut self, name: &str, known: &Known, picture: &str) -> String {
+        let colour = self.channels(&format!("{name}.colour"), &known.both, &[0, 1, 2]);
+        let graph = &mut self.graph;
+        let expected = graph.bilinear(&format!("{name}.up"), picture);
+        let expected = graph.plain("Mul", &format!("{name}.expected"), &[&expected, &known.weight]);
+        graph.plain("Sub", &format!("{name}.difference"), &[&colour, &expected])
+    }
+
+    /// What is known at 1/2^`lowest` of the resolution, with what is missing taken from up to 2^`levels` times lower ones.
+    ///
+    /// Pulling halves the resolution: numbers and weights w are averaged over 4×4 pixels by (1, 3, 3, 1)/8 along both axes
+    /// and multiplied by min(8w, 1) / max(w, 1e-8). Pushing goes back: each finer level gets (1 − w) of the coarser,
+    /// bilinear. At last numbers are divided by weights.
+    fn pull_push(&mut self, name: &str, known: &str, levels: u32, lowest: u32) -> String {
+        // From half the resolution on.
+        let mut pyramid = vec![self.pulled(name, known)];
+        for _ in 1..levels {
+            let next = self.pulled(name, &pyramid[pyramid.len() - 1].both);
+            pyramid.push(next);
+        }
+        let coarsest = pyramid.pop().map(|level| level.both).unwrap_or_default();
+        let finer = pyramid[lowest as usize - 1..].iter().rev();
+        let filled = finer.fold(coarsest, |coarser, finer| self.pushed(name, finer, &coarser));
+        let sum = self.channels(&format!("{name}.sum"), &filled, &[0, 1, 2]);
+        let total = self.channels(&format!("{name}.total"), &filled, &[3]);
+        let smallest = self.graph.scalar(SMALLEST);
+        let divisor = self.graph.plain("Max", &format!("{name}.divisor"), &[&total, &smallest]);
+        self.graph.plain("Div", name, &[&sum, &divisor])
+    }
+
+    fn pulled(&mut self, name: &str, finer: &str) -> Known {
+        let graph = &mut self.graph;
+        let [gain, one, smallest] = [8.0, 1.0, SMALLEST].map(|value| graph.scalar(value));
+        let padded = graph.padded(&format!("{name}.padded"), finer, "edge");
+        let kernel = graph.constant(&[4, 1, 4, 4], squares([0.125, 0.375, 0.375, 0.125], 4));
+        let attributes = vec![integers("strides", &[2; 2]), integer("group", 4)];
+        let both = graph.node("Conv", &format!("{name}.means"), &[&padded, &kernel], attributes);
+        let weight = graph.indices(&[3]);
+        let along = vec![integer("axis", 1)];
+        let mean = graph.node("Gather", &format!("{name}.mean"), &[&both, &weight], along);
+        let sum = graph.plain("Mul", &format!("{name}.count"), &[&mean, &gain]);
+        let weight = graph.plain("Min", &format!("{name}.weight"), &[&sum, &one]);
+        let divisor = graph.plain("Max", &format!("{name}.divisor"), &[&mean, &smallest]);
+        let factor = graph.plain("Div", &format!("{name}.factor"), &[&weight, &divisor]);
+        let both = graph.plain("Mul", &format!("{name}.pulled"), &[&both, &factor]);
+        Known { both, weight }
+    }
+
+    /// `finer` + (1 − its weight) · `coarser`.
+    fn pushed(&mut self, name: &str, finer: &Known, coarser: &str) -> String {
+        let graph = &mut self.graph;
+        let coarser = graph.bilinear(&format!("{name}.up"), coarser);
+        let open = graph.complement(&format!("{name}.open"), &finer.weight);
+        let rest = graph.plain("Mul", &format!("{name}.rest"), &[&coarser, &open]);
+        graph.plain("Add", &format!("{name}.pushed"), &[&finer.both, &rest])
+    }
+}
