@@ -195,7 +195,11 @@ impl<T: Texel> Kernel<'_, T> {
                 L::store(lit_g, g.as_mut_ptr());
                 L::store(lit_b, b.as_mut_ptr());
             }
-            out.extend(scratch.gathered.iter().map(|ray| self.marched::<L>(eye, ray)));
+            // Closures would be compiled without the instruction set.
+            out.reserve(scratch.gathered.len());
+            for ray in &scratch.gathered {
+                out.push(self.marched::<L>(eye, ray));
+            }
             scratch.gathered.clear();
             scratch.waiting.clear();
             scratch.pool.clear();
@@ -215,8 +219,11 @@ impl<T: Texel> Kernel<'_, T> {
             }
             let whole = L::sum(opacity);
             let opacity = whole.min(1.0);
-            let colour = [r, g, b].map(|lanes| L::sum(L::load(lanes.as_ptr())));
-            let colour = std::array::from_fn(|c| colour[c] + (1.0 - opacity) * self.background[c]);
+            let mut colour =
+                [L::sum(L::load(r.as_ptr())), L::sum(L::load(g.as_ptr())), L::sum(L::load(b.as_ptr()))];
+            for (sum, background) in colour.iter_mut().zip(&self.background) {
+                *sum += (1.0 - opacity) * background;
+            }
             let mean = L::sum(L::load(numbers.as_ptr())) / whole;
             let number = if ray.half_at < 0.0 { mean } else { ray.half_at };
             let depth = self.segments.distance(eye, ray.start, ray.delta, number);
