@@ -51,8 +51,9 @@ fn precisions_stay_close_over_sixteen_steps() {
     for named in Named::ALL {
         let config = named.config();
         let mut weights = Weights::random(&config, 3).unwrap();
-        let clips: Vec<Frame> = (0..4).map(|t| sparse(size, t)).collect();
-        calibrate(&mut weights, &clips).unwrap();
+        let frames: Vec<Frame> = (0..4).map(|t| sparse(size, t)).collect();
+        let inputs = frames.iter().map(|sparse| FrameInput { sparse, motion: None }).collect();
+        calibrate(&mut weights, &[inputs]).unwrap();
         let exact = clip(&network(&config, &weights, Simd::best(), Precision::F32), size, 16);
         let spread =
             exact[15].pixels().iter().map(|p| p[0]).fold((1.0f32, 0.0f32), |(l, h), v| (l.min(v), h.max(v)));

@@ -1,9 +1,12 @@
 //! The command `fovolnet-train`.
 
 mod bench_step;
+mod calibrate;
+mod fine_tune;
 mod train;
 
 use bench_step::BenchStep;
+use calibrate::Calibrate;
 use clap::{Parser, Subcommand};
 use fovol_train::loss;
 use std::path::{Path, PathBuf};
@@ -21,6 +24,8 @@ struct Arguments {
 enum Command {
     /// Make clips and train a network on them
     Train(Train),
+    /// Note the ranges of activations in a weights file, which int8 needs; training does so by itself
+    Calibrate(Calibrate),
     /// Show what libtorch finds on this machine
     Check,
     /// Convert torchvision's weights of VGG into the file that perceptual losses read
@@ -41,6 +46,7 @@ enum Command {
 fn main() -> anyhow::Result<()> {
     match Arguments::parse().command {
         Command::Train(train) => train.run()?,
+        Command::Calibrate(calibrate) => calibrate.run()?,
         Command::Check => check(),
         Command::ConvertVgg { weights, output, heads } => convert_vgg(&weights, heads.as_deref(), &output)?,
         Command::BenchStep(bench) => bench.run()?,

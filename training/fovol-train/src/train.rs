@@ -1,5 +1,7 @@
+use crate::fine_tune::FineTuning;
 use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
+use fovol_net::plan::Named;
 use fovol_train::clips::ClipSet;
 use fovol_train::trainer::{Ended, TrainConfig, Trainer};
 use std::path::{Path, PathBuf};
@@ -7,19 +9,26 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 use tch::Device;
 
-/// Makes the clips that a configuration asks for and trains its network on them.
+/// Makes the clips that a configuration asks for and trains its network on them; or goes on with trained weights on
+/// volumes of one's own.
 #[derive(Args)]
 pub struct Train {
     /// What to train, on what and how: a TOML file
-    #[arg(value_name = "CONFIG.toml")]
-    config: PathBuf,
+    #[arg(value_name = "CONFIG.toml", required_unless_present = "volumes")]
+    config: Option<PathBuf>,
+    /// Train on this volume, or the volumes in this folder
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["config", "resume", "clips_only", "clips_as_they_are"])]
+    volumes: Option<PathBuf>,
+    /// The weights to go on with there
+    #[arg(long, value_name = "NAME|FILE", default_value = "wnet-fast", requires = "volumes")]
+    from: String,
     /// Folder for checkpoints, weights, log and pictures
-    #[arg(short, long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR", default_value = "trained")]
     output: PathBuf,
     /// Go on from the checkpoint there
     #[arg(long)]
     resume: bool,
-    /// Stop, ready to be resumed, after this many hours
+    /// Stop, ready to be resumed, after this many hours; on one's own volumes be done by then [default there: 1]
     #[arg(long, value_name = "H")]
     hours: Option<f64>,
     /// Where to compute
@@ -43,6 +52,11 @@ enum Where {
     Cuda,
 }
 
+/// The share of the time for training on one's own volumes that goes to making clips of them,
+const CLIPS_SHARE: f64 = 0.3;
+/// of which there have to be so many.
+const FEWEST: usize = 8;
+
 /// Set by Ctrl-C.
 static STOP: AtomicBool = AtomicBool::new(false);
 
@@ -52,50 +66,69 @@ impl Train {
             tch::set_num_threads(threads.into());
         }
         ctrlc::set_handler(|| STOP.store(true, Ordering::Relaxed)).context("cannot listen to Ctrl-C")?;
+        match (&self.config, &self.volumes) {
+            (_, Some(volumes)) => self.fine_tune(volumes),
+            (Some(config), None) => self.follow(config),
+            (None, None) => bail!("nothing to train on; give a configuration, or --volumes DIR"),
+        }
+    }
+
+    /// Does what a file says.
+    fn follow(&self, path: &Path) -> Result<()> {
         let started = Instant::now();
-        let mut config = TrainConfig::read(&self.config)?;
+        let mut config = TrainConfig::read(path)?;
         // Paths in the file are relative to it.
-        let base = self.config.parent().unwrap_or(Path::new("."));
-        config.from = config.from.map(|path| base.join(path));
+        let base = path.parent().unwrap_or(Path::new("."));
+        let is_name = |path: &Path| path.to_str().is_some_and(|name| name.parse::<Named>().is_ok());
+        config.from = config.from.map(|path| if is_name(&path) { path } else { base.join(path) });
         let sets = config.clips.sets(base)?;
         let missing = sets.iter().zip(["to learn from", "to judge by"]).rev();
         for (set, what) in missing.filter(|_| !self.clips_as_they_are) {
-            self.make(set, what)?;
+            make(set, what, None)?;
         }
         if self.clips_only || STOP.load(Ordering::Relaxed) {
             return Ok(());
         }
         let [learned, judged] = config.clips.open(base)?;
-        let mut trainer = Trainer::new(config, &self.output, self.device()?, self.resume)?;
+        let trainer = Trainer::new(config, &self.output, self.device()?, self.resume)?;
+        let limit = self.hours.map(|h| Duration::from_secs_f64(3600.0 * h).saturating_sub(started.elapsed()));
+        self.train(trainer, [&learned, &judged], limit)
+    }
+
+    /// Goes on with trained weights for as long as there is time, a part of which goes to clips.
+    fn fine_tune(&self, volumes: &Path) -> Result<()> {
+        let started = Instant::now();
+        let time = Duration::from_secs_f64(3600.0 * self.hours.unwrap_or(1.0));
+        let FineTuning { config, learned, judged } =
+            FineTuning::new(volumes, &self.from, &self.output.join("clips"))?;
+        make(&judged, "to judge by", None)?;
+        make(&learned, "to learn from", Some(started + time.mul_f64(CLIPS_SHARE)))?;
+        if STOP.load(Ordering::Relaxed) {
+            return Ok(());
+        }
+        let (learned, judged) = (learned.made(), judged.made());
+        let mut trainer = Trainer::new(config, &self.output, self.device()?, false)?;
+        trainer.pace(time.saturating_sub(started.elapsed()));
+        self.train(trainer, [&learned, &judged], None)
+    }
+
+    fn train(
+        &self,
+        mut trainer: Trainer,
+        [learned, judged]: [&ClipSet; 2],
+        limit: Option<Duration>,
+    ) -> Result<()> {
         println!(
             "{} clips to learn from, {} to judge by; step {}",
             learned.len(),
             judged.len(),
             trainer.steps_done()
         );
-        let limit = self.hours.map(|h| Duration::from_secs_f64(3600.0 * h).saturating_sub(started.elapsed()));
-        let ended = trainer.run(&learned, &judged, limit, &|| STOP.load(Ordering::Relaxed))?;
-        match ended {
+        match trainer.run(learned, judged, limit, &|| STOP.load(Ordering::Relaxed))? {
             Ended::Complete => {
                 println!("complete; the weights are {}", self.output.join("weights.safetensors").display());
             }
             Ended::Stopped => println!("stopped at step {}; go on with --resume", trainer.steps_done()),
-        }
-        Ok(())
-    }
-
-    fn make(&self, set: &ClipSet, what: &str) -> Result<()> {
-        let count = set.len();
-        let mut said = Instant::now();
-        let left_out = set.make(|made| {
-            if said.elapsed().as_secs() > 20 {
-                println!("clip {made} of {count} {what}");
-                said = Instant::now();
-            }
-            !STOP.load(Ordering::Relaxed)
-        })?;
-        for volume in left_out {
-            eprintln!("warning: nothing can be seen of {volume}; its clips are left out");
         }
         Ok(())
     }
@@ -110,4 +143,22 @@ impl Train {
             ),
         })
     }
+}
+
+/// Makes the clips of `set`, until `end` if there are some by then.
+fn make(set: &ClipSet, what: &str, end: Option<Instant>) -> Result<()> {
+    let count = set.len();
+    let mut said = Instant::now();
+    let left_out = set.make(|made| {
+        if said.elapsed().as_secs() > 20 {
+            println!("clip {made} of {count} {what}");
+            said = Instant::now();
+        }
+        let is_late = made >= FEWEST && end.is_some_and(|end| Instant::now() >= end);
+        !is_late && !STOP.load(Ordering::Relaxed)
+    })?;
+    for volume in left_out {
+        eprintln!("warning: nothing can be seen of {volume}; its clips are left out");
+    }
+    Ok(())
 }

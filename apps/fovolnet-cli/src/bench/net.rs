@@ -101,7 +101,8 @@ impl NetBench {
         };
         let plan = weights.config.plan().map_err(|problem| anyhow!(problem))?;
         if weights.ranges.is_empty() {
-            calibrate(&mut weights, &[sparse_frame(FrameSize::new(256, 144)?, 0)])?;
+            let sparse = sparse_frame(FrameSize::new(256, 144)?, 0);
+            calibrate(&mut weights, &[vec![FrameInput { sparse: &sparse, motion: None }]])?;
         }
         let network = Network::new(plan, &weights, self.simd.unwrap_or_else(Simd::best), self.precision)?;
         let mut state = network.state(self.size);

@@ -3,31 +3,32 @@ use super::precision::Precision;
 use super::simd::Simd;
 use crate::weights::Weights;
 use crate::{Error, Result};
-use fovol_core::Frame;
 use std::collections::BTreeMap;
 
-/// Finds what values the tensors of a network reach on `frames`, a clip of sparse frames of one size, and notes it
-/// in `weights`: bytes are steps of these ranges.
+/// Finds what values the tensors of a network reach on `clips`, each of frames of one size, and notes it in `weights`:
+/// bytes are steps of these ranges.
 ///
 /// # Errors
-/// Weights that fit no network, frames of different sizes.
-pub fn calibrate(weights: &mut Weights, frames: &[Frame]) -> Result<()> {
-    let Some(first) = frames.first() else {
-        return Err(Error::Config("calibration needs at least one frame".into()));
-    };
+/// Weights that fit no network, clips without frames or with frames of different sizes.
+pub fn calibrate(weights: &mut Weights, clips: &[Vec<FrameInput<'_>>]) -> Result<()> {
+    if clips.is_empty() || clips.iter().any(Vec::is_empty) {
+        return Err(Error::Config("calibration needs at least one clip, and each a frame".into()));
+    }
     let plan = weights.config.plan().map_err(Error::Config)?;
     let network = Network::new(plan, weights, Simd::best(), Precision::F32)?;
-    let mut state = network.state(first.size());
     let mut most = vec![0.0f32; network.plan().tensors().len()];
     let inputs = network.plan().inputs();
     for id in [Some(inputs.colour), inputs.mask].into_iter().flatten() {
         most[id.index()] = 1.0;
     }
-    for sparse in frames {
-        network.observed(&FrameInput { sparse, motion: None }, &mut state, |number, out, _| {
-            let place = network.plan().layers()[number].output().index();
-            most[place] = out.to_f32().data.iter().fold(most[place], |most, v| most.max(v.abs()));
-        })?;
+    for clip in clips {
+        let mut state = network.state(clip[0].sparse.size());
+        for frame in clip {
+            network.observed(frame, &mut state, |number, out, _| {
+                let place = network.plan().layers()[number].output().index();
+                most[place] = out.to_f32().data.iter().fold(most[place], |most, v| most.max(v.abs()));
+            })?;
+        }
     }
     let plan = network.plan();
     for state in plan.states() {

@@ -165,6 +165,7 @@ fn positive(plan: &Plan) -> Vec<bool> {
                 Layer::Filter(filter) => filter.images.iter().all(|(read, _)| positive[read.tensor.index()]),
                 Layer::Scale { factor, offset, .. } => all && *factor >= 0.0 && *offset >= 0.0,
                 Layer::Clamp { .. } => true,
+                // Corrections may go a little below 0; what is not seen of that in bytes is not missed.
                 _ => all,
             };
         }

@@ -123,7 +123,11 @@ impl Weights {
         let bytes = self.to_bytes(storage)?;
         let failed = |source| Error::Io { verb: "write", path: path.into(), source };
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let mut file = tempfile::NamedTempFile::new_in(folder).map_err(failed)?;
+        let mut builder = tempfile::Builder::new();
+        // Temporary files are private; weights are as other new files.
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o644));
+        let mut file = builder.tempfile_in(folder).map_err(failed)?;
         file.write_all(&bytes).map_err(failed)?;
         file.persist(path).map_err(|e| failed(e.error))?;
         Ok(())

@@ -46,9 +46,14 @@ impl ClipSet {
         let text = fs::read_to_string(&path).map_err(|e| Error::file("read", &path, &e))?;
         let list: List = serde_json::from_str(&text)
             .map_err(|e| Error::Clip(format!("{}: it is no list of clips ({e})", path.display())))?;
-        let set = Self { folder: folder.to_owned(), recipes: list.recipes };
-        let made = set.recipes.iter().filter(|recipe| set.path(recipe).is_file()).cloned().collect();
-        Ok(Self { recipes: made, ..set })
+        Ok(Self { folder: folder.to_owned(), recipes: list.recipes }.made())
+    }
+
+    /// The same without the clips that have not been made.
+    #[must_use]
+    pub fn made(self) -> Self {
+        let made = self.recipes.iter().filter(|recipe| self.path(recipe).is_file()).cloned().collect();
+        Self { recipes: made, ..self }
     }
 
     /// How many clips it has.

@@ -19,7 +19,11 @@ impl Cosine {
         if epoch >= self.epochs {
             return self.last;
         }
-        let turn = PI * f64::from(epoch) / f64::from(self.epochs);
-        self.last + 0.5 * (self.first - self.last) * (1.0 + turn.cos())
+        self.at(f64::from(epoch) / f64::from(self.epochs))
+    }
+
+    /// The learning rate when this share, 0…1, of everything is done.
+    pub fn at(&self, share: f64) -> f64 {
+        self.last + 0.5 * (self.first - self.last) * (1.0 + (PI * share.clamp(0.0, 1.0)).cos())
     }
 }

@@ -7,9 +7,11 @@ mod checkpoint;
 mod config;
 mod lessons;
 mod progress;
+mod ranges;
 mod validation;
 
 pub use config::{ClipsConfig, NetworkChoice, TrainConfig};
+pub use ranges::note_ranges;
 pub use validation::{Fills, Scores};
 
 use crate::clips::ClipSet;
@@ -49,6 +51,8 @@ pub struct Trainer {
     step: u64,
     /// Hours of training before this start.
     hours_before: f64,
+    /// When it began and how long it may take, if the learning rate follows the clock.
+    pace: Option<(Instant, Duration)>,
     device: Device,
 }
 
@@ -60,7 +64,7 @@ impl Trainer {
     pub fn new(config: TrainConfig, folder: &Path, device: Device, resume: bool) -> Result<Self> {
         config.check()?;
         let weights = match &config.from {
-            Some(path) => Weights::read(path)?,
+            Some(path) => Weights::named_or_read(&path.to_string_lossy())?,
             None => initial_weights(&config.network.config(), config.seed)?,
         };
         let options = Options { bf16: config.bf16, channels_last: config.channels_last };
@@ -74,6 +78,7 @@ impl Trainer {
             folder: folder.to_owned(),
             step: 0,
             hours_before: 0.0,
+            pace: None,
             config,
             network,
             device,
@@ -83,6 +88,12 @@ impl Trainer {
             trainer.restore(&Checkpoint::read(folder)?)?;
         }
         Ok(trainer)
+    }
+
+    /// From now on the learning rate falls with the clock, and all is done when `time` has passed: for runs of which
+    /// nobody knows how many steps there is time for. What such a run finds is not to be repeated exactly.
+    pub fn pace(&mut self, time: Duration) {
+        self.pace = Some((Instant::now(), time));
     }
 
     /// Steps done so far.
@@ -114,7 +125,7 @@ impl Trainer {
         let mut lessons = Lessons::start(clips.clone(), &self.config, self.step);
         let mut saved = Instant::now();
         let mut failures = 0;
-        while self.step < self.config.steps {
+        while self.step < self.config.steps && !self.is_out_of_time() {
             let lesson = lessons.next()?;
             let rate = self.rate();
             match self.learn(&lesson, rate)? {
@@ -137,19 +148,29 @@ impl Trainer {
             let out_of_time = limit.is_some_and(|limit| started.elapsed() >= limit);
             let stops = out_of_time || stop();
             if stops || saved.elapsed().as_secs_f64() > 60.0 * self.config.checkpoint_minutes {
-                self.save(started)?;
+                self.save(started, clips)?;
                 saved = Instant::now();
             }
             if stops {
                 return Ok(Ended::Stopped);
             }
         }
-        self.save(started)?;
+        if self.pace.is_some() {
+            self.judge(&mut validation, &mut progress)?;
+        }
+        self.save(started, clips)?;
         Ok(Ended::Complete)
+    }
+
+    fn is_out_of_time(&self) -> bool {
+        self.pace.is_some_and(|(began, time)| began.elapsed() >= time)
     }
 
     /// The learning rate of the next step.
     fn rate(&self) -> f64 {
+        if let Some((began, time)) = self.pace {
+            return self.schedule.at(began.elapsed().as_secs_f64() / time.as_secs_f64());
+        }
         self.schedule.rate((self.step / self.config.steps_per_epoch) as u32)
     }
 
@@ -210,8 +231,8 @@ impl Trainer {
         progress.judged(self.step, &judged?)
     }
 
-    /// Writes a checkpoint, and the averaged weights as they are now.
-    fn save(&mut self, started: Instant) -> Result<()> {
+    /// Writes a checkpoint, and the averaged weights as they are now, with the ranges of activations on `clips`.
+    fn save(&mut self, started: Instant, clips: &ClipSet) -> Result<()> {
         let hours = self.hours_before + started.elapsed().as_secs_f64() / 3600.0;
         let mut tensors = Vec::new();
         let parts = [
@@ -229,6 +250,7 @@ impl Trainer {
         weights.facts.insert("steps".into(), self.step.to_string());
         weights.facts.insert("hours".into(), format!("{hours:.2}"));
         weights.facts.insert("seed".into(), self.config.seed.to_string());
+        note_ranges(&mut weights, clips, &self.config)?;
         weights.write(&self.folder.join("weights.safetensors"), fovol_net::weights::Storage::F32)?;
         Ok(())
     }

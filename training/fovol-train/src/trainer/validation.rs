@@ -160,7 +160,7 @@ fn score(lesson: &[LessonFrame], outputs: &[Frame]) -> Result<Scores> {
     Ok(Scores { psnr: summary.psnr, ssim: summary.ssim.unwrap_or(0.0), tpsnr: summary.tpsnr.unwrap_or(0.0) })
 }
 
-fn sparse_frame(frame: &LessonFrame) -> Result<Frame> {
+pub(super) fn sparse_frame(frame: &LessonFrame) -> Result<Frame> {
     frame_of(&frame.colour, Some(&frame.mask))
 }
 

@@ -1,0 +1,35 @@
+use anyhow::Result;
+use clap::Args;
+use fovol_net::Weights;
+use fovol_net::weights::Storage;
+use fovol_train::trainer::{TrainConfig, note_ranges};
+use std::path::{Path, PathBuf};
+
+/// Notes what values a network reaches on clips of a configuration.
+#[derive(Args)]
+pub struct Calibrate {
+    /// The configuration whose clips are looked at; they must be there
+    #[arg(value_name = "CONFIG.toml")]
+    config: PathBuf,
+    /// The weights: .safetensors, or .pt of a named network
+    weights: PathBuf,
+    /// The file to write
+    #[arg(short, long, value_name = "FILE.safetensors")]
+    output: PathBuf,
+    /// Store two bytes a number instead of four
+    #[arg(long)]
+    half: bool,
+}
+
+impl Calibrate {
+    pub fn run(&self) -> Result<()> {
+        let config = TrainConfig::read(&self.config)?;
+        let base = self.config.parent().unwrap_or(Path::new("."));
+        let [learned, _] = config.clips.open(base)?;
+        let mut weights = Weights::read(&self.weights)?;
+        note_ranges(&mut weights, &learned, &config)?;
+        weights.write(&self.output, if self.half { Storage::F16 } else { Storage::F32 })?;
+        println!("{} ranges in {}", weights.ranges.len(), self.output.display());
+        Ok(())
+    }
+}
