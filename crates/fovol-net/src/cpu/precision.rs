@@ -19,6 +19,8 @@ pub enum Precision {
     F32,
     /// Products of bf16, sums in f32; wide tensors are stored as bf16.
     Bf16,
+    /// Products of f16, for devices that have them; on processors this becomes f32, which is no slower.
+    F16,
     /// The 3×3 convolutions of non-negative inputs with bytes, everything else as [`Self::Bf16`]. Needs the ranges
     /// of activations; see [`super::calibrate`].
     Int8,
@@ -28,7 +30,7 @@ pub enum Precision {
 
 impl Precision {
     /// All of them.
-    pub const ALL: [Self; 5] = [Self::Auto, Self::F32, Self::Bf16, Self::Int8, Self::Mixed];
+    pub const ALL: [Self; 6] = [Self::Auto, Self::F32, Self::Bf16, Self::F16, Self::Int8, Self::Mixed];
 
     /// As it is written.
     pub fn name(self) -> &'static str {
@@ -36,6 +38,7 @@ impl Precision {
             Self::Auto => "auto",
             Self::F32 => "f32",
             Self::Bf16 => "bf16",
+            Self::F16 => "f16",
             Self::Int8 => "int8",
             Self::Mixed => "mixed",
         }
@@ -46,7 +49,7 @@ impl Precision {
     pub fn on(self, simd: Simd) -> Self {
         let bf16 = if simd.has_bf16() { Self::Bf16 } else { Self::F32 };
         match self {
-            Self::F32 => Self::F32,
+            Self::F32 | Self::F16 => Self::F32,
             Self::Auto | Self::Bf16 => bf16,
             Self::Int8 | Self::Mixed => {
                 if simd.has_int8() {
