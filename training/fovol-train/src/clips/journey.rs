@@ -25,9 +25,9 @@ impl Journey {
     pub fn draw(random: &mut impl Rng, length: usize) -> Self {
         let signed = |random: &mut dyn FnMut() -> f64, most: f64| (2.0 * random() - 1.0) * most;
         let mut unit = || random.random::<f64>();
-        // Most journeys are slow: degrees a frame, the square of a uniform number.
-        let pace = unit().powi(2) * 4.0;
-        let start = [360.0 * unit(), signed(&mut unit, 70.0), 1.0 + 1.3 * unit()];
+        // Degrees a frame; most are as fast as somebody who turns a volume to see it from all sides.
+        let pace = unit() * 4.0;
+        let start = [360.0 * unit(), signed(&mut unit, 70.0), 1.0 + 1.9 * unit()];
         let speed = [signed(&mut unit, pace), signed(&mut unit, 0.6 * pace), signed(&mut unit, 0.02)];
         let target = [0.15, 0.004].map(|most| [(); 3].map(|()| signed(&mut unit, most)));
         let mut phases = vec![(0, if unit() < 0.15 { 0.0 } else { 1.0 })];
