@@ -128,6 +128,12 @@ impl Train {
             Ended::Complete => {
                 println!("complete; the weights are {}", self.output.join("weights.safetensors").display());
             }
+            Ended::Stopped if self.volumes.is_some() => {
+                println!(
+                    "stopped; the weights so far are {}",
+                    self.output.join("weights.safetensors").display()
+                );
+            }
             Ended::Stopped => println!("stopped at step {}; go on with --resume", trainer.steps_done()),
         }
         Ok(())

@@ -19,7 +19,7 @@ pub enum Precision {
     F32,
     /// Products of bf16, sums in f32; wide tensors are stored as bf16.
     Bf16,
-    /// Products of f16, for devices that have them; on processors this becomes f32, which is no slower.
+    /// Products of f16, for devices that have them; on processors this becomes f32.
     F16,
     /// The 3×3 convolutions of non-negative inputs with bytes, everything else as [`Self::Bf16`]. Needs the ranges
     /// of activations; see [`super::calibrate`].

@@ -148,7 +148,8 @@ impl Trainer {
             let out_of_time = limit.is_some_and(|limit| started.elapsed() >= limit);
             let stops = out_of_time || stop();
             if stops || saved.elapsed().as_secs_f64() > 60.0 * self.config.checkpoint_minutes {
-                self.save(started, clips)?;
+                // Ranges take a while to find: only for weights that somebody may use now.
+                self.save(started, stops.then_some(clips))?;
                 saved = Instant::now();
             }
             if stops {
@@ -158,7 +159,7 @@ impl Trainer {
         if self.pace.is_some() {
             self.judge(&mut validation, &mut progress)?;
         }
-        self.save(started, clips)?;
+        self.save(started, Some(clips))?;
         Ok(Ended::Complete)
     }
 
@@ -231,8 +232,8 @@ impl Trainer {
         progress.judged(self.step, &judged?)
     }
 
-    /// Writes a checkpoint, and the averaged weights as they are now, with the ranges of activations on `clips`.
-    fn save(&mut self, started: Instant, clips: &ClipSet) -> Result<()> {
+    /// Writes a checkpoint, and the averaged weights as they are now; with the ranges of activations on `clips` if given.
+    fn save(&mut self, started: Instant, clips: Option<&ClipSet>) -> Result<()> {
         let hours = self.hours_before + started.elapsed().as_secs_f64() / 3600.0;
         let mut tensors = Vec::new();
         let parts = [
@@ -250,7 +251,9 @@ impl Trainer {
         weights.facts.insert("steps".into(), self.step.to_string());
         weights.facts.insert("hours".into(), format!("{hours:.2}"));
         weights.facts.insert("seed".into(), self.config.seed.to_string());
-        note_ranges(&mut weights, clips, &self.config)?;
+        if let Some(clips) = clips {
+            note_ranges(&mut weights, clips, &self.config)?;
+        }
         weights.write(&self.folder.join("weights.safetensors"), fovol_net::weights::Storage::F32)?;
         Ok(())
     }
