@@ -17,7 +17,7 @@ NORM_EPSILON = 1e-5
 PULL_LEVELS = 5
 SMALLEST_WEIGHT = 1e-8
 DOUBT_EPSILON = 1e-6
-DOUBT_SHARE = 0.35
+DOUBT_SHARE = 0.8
 DOUBT_LEVEL = 3
 
 
@@ -50,7 +50,7 @@ def wnet(encoder, decoder, **changes):
 
 ALL_ON = {name: True for name in ["fold", "mask", "prefill", "bypass", "reproject"]}
 OURS = ALL_ON | {"feedback": "output", "history": "centre", "filled": "around", "flat": "centre"}
-OURS |= {"accumulate": 0.95, "fresh": "centre", "doubt": True, "corrections": 2}
+OURS |= {"accumulate": 0.98, "fresh": "centre", "doubt": True, "corrections": 2}
 OURS |= {"residual": True, "recurrent": False}
 CONFIGS = {
     "wnet-paper": wnet([64, 64, 80, 96], [64, 64, 80]),
@@ -204,7 +204,7 @@ def doubt(known, prior, fresh, levels):
     squares = joined(torch.cat([error, own, torch.zeros_like(mask)], dim=1), mask)
     squares = pull_push(squares, levels, min(levels, DOUBT_LEVEL))
     error, own = squares[:, :1], squares[:, 1:2] + DOUBT_EPSILON
-    return own / (own + DOUBT_SHARE * error)
+    return own / torch.maximum(own, DOUBT_SHARE * error)
 
 
 def accumulated(known, before, share, fade):

@@ -16,7 +16,7 @@ pub struct Expected<'a> {
     pub fresh: &'a Map,
 }
 
-/// Writes to `out`, at 2^`lowest` times lower resolution than `known`, how far `prior` is believed, 0…1: v / (v + share·e)
+/// Writes to `out`, at 2^`lowest` times lower resolution than `known`, how far `prior` is believed, 0…1: v / max(v, share·e)
 /// with e and v (ε more) the mean squares by which samples differ from `prior` and from `fresh`.
 pub fn doubt(known: &Map, expected: &Expected<'_>, [levels, lowest]: [u32; 2], out: &mut Map) {
     let level = pulled_of(&Squares { known, expected }).completed(levels, lowest);
@@ -26,7 +26,7 @@ pub fn doubt(known: &Map, expected: &Expected<'_>, [levels, lowest]: [u32; 2], o
         for (to, &squares) in row.iter_mut().zip(level.row(y)) {
             let [e, v, _] = divided(squares);
             let v = v + DOUBT_EPSILON;
-            *to = v / (v + DOUBT_SHARE * e);
+            *to = v / v.max(DOUBT_SHARE * e);
         }
     });
 }
@@ -161,9 +161,11 @@ mod tests {
             assert!(out.data.iter().all(|v| (v - out.data[0]).abs() < 0.06), "{:?}", out.data);
             out.data[0]
         };
-        // As good as what is known now: of two equal variances.
-        assert!((share(0.3) - 1.0 / (1.0 + DOUBT_SHARE)).abs() < 1e-3);
-        assert!(share(0.5) < 0.4 && share(9.0) < 0.001);
+        // As good as what is known now.
+        assert_eq!(share(0.3), 1.0);
+        // Samples differ by 0.1 from what is expected of them, and by 0.1 and 0.3 from this.
+        let expected = 0.01 / (DOUBT_SHARE * 0.05);
+        assert!((share(0.5) - expected).abs() < 0.03 && share(9.0) < 0.001);
     }
 
     #[test]

@@ -62,7 +62,7 @@ impl Exporter<'_> {
         self.graph.plain("Add", name, &[&colour, &rest])
     }
 
-    /// v / (v + share · e).
+    /// v / max(v, share · e).
     pub fn doubt(
         &mut self,
         [known, prior, fresh]: [TensorId; 3],
@@ -90,8 +90,8 @@ impl Exporter<'_> {
         let [epsilon, share] = [DOUBT_EPSILON, DOUBT_SHARE].map(|value| graph.scalar(value));
         let own = graph.plain("Add", &format!("{name}.own"), &[&own, &epsilon]);
         let error = graph.plain("Mul", &format!("{name}.error"), &[&error, &share]);
-        let sum = graph.plain("Add", &format!("{name}.sum"), &[&own, &error]);
-        graph.plain("Div", name, &[&own, &sum])
+        let most = graph.plain("Max", &format!("{name}.most"), &[&own, &error]);
+        graph.plain("Div", name, &[&own, &most])
     }
 
     /// `known` + (1 − w) · `fade` · up(share) · `before`.

@@ -130,8 +130,9 @@ pub const SQUARED_EPSILON: f32 = 1e-6;
 /// What is added to the square by which samples differ from what is around them in [`Layer::Doubt`]: a difference of a
 /// quarter of an 8-bit step.
 pub const DOUBT_EPSILON: f32 = 1e-6;
-/// How much the square by which samples differ from what was known before counts beside that.
-pub const DOUBT_SHARE: f32 = 0.35;
+/// How much the square by which samples differ from what was known before counts beside that: somewhat less, as what is
+/// compared with the samples is smoother than what they are filled with in the end.
+pub const DOUBT_SHARE: f32 = 0.8;
 
 /// A kernel for each pixel, predicted by a 1×1 convolution of `features`, normalised, and applied to images:
 /// the same kernel for all channels.
@@ -244,9 +245,10 @@ pub enum Layer {
         /// What it writes.
         output: TensorId,
     },
-    /// How far what earlier frames tell is believed, 0…1: v / (v + [`DOUBT_SHARE`] e) with e and v ([`DOUBT_EPSILON`] more)
-    /// the mean squares by which this frame's samples differ from `prior` and from `fresh`, spread over the frame. By the
-    /// inverse of both variances: the former counts less where the samples contradict it more than each other.
+    /// How far what earlier frames tell is believed, 0…1: v / max(v, [`DOUBT_SHARE`] e) with e and v ([`DOUBT_EPSILON`]
+    /// more) the mean squares by which this frame's samples differ from `prior` and from `fresh`, spread over the frame.
+    /// Wholly where the samples contradict it no more than each other, so that still pictures keep all they know; else by
+    /// the inverse of both variances.
     Doubt {
         /// [Known](Self::Join) pixels of this frame.
         known: TensorId,

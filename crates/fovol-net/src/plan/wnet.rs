@@ -126,7 +126,7 @@ impl WNetConfig {
             reproject: true,
             filled: Some(Taps::Around),
             flat: Some(Taps::Centre),
-            accumulate: 0.95,
+            accumulate: 0.98,
             fresh: Some(Taps::Centre),
             doubt: true,
             corrections: 2,

@@ -33,6 +33,8 @@ pub struct LossConfig {
     pub perceptual_weight: f64,
     /// λ₂, of the mean absolute difference.
     pub l1_weight: f64,
+    /// Of the mean squared difference, of which the paper has none.
+    pub squares_weight: f64,
     /// λ₃, of differences between frames.
     pub difference_weight: f64,
     /// λ₄, of optical flow.
@@ -48,6 +50,10 @@ pub struct LossConfig {
     pub flow_confidence: Option<f64>,
     /// Whether the term of optical flow is divided by the number of steps, T − 1, as the others are.
     pub average_flow: bool,
+    /// Whether the logarithms of the terms are added instead of the terms: then a hundredth less counts alike in clips
+    /// with large and with small errors, as in decibels. Gradients have to go back over whole clips; clips of a batch
+    /// are averaged before.
+    pub logarithmic: bool,
     /// The perceptual measure.
     pub perceptual: PerceptualConfig,
 }
@@ -59,6 +65,7 @@ impl Default for LossConfig {
             temporal_weight: 1.0,
             perceptual_weight: 0.9,
             l1_weight: 0.1,
+            squares_weight: 0.0,
             difference_weight: 1.0,
             flow_weight: 0.1,
             warm_up: WarmUp::Exponential(0.5),
@@ -66,6 +73,7 @@ impl Default for LossConfig {
             flow: FlowSource::SingleLevel,
             flow_confidence: None,
             average_flow: false,
+            logarithmic: false,
             perceptual: PerceptualConfig::default(),
         }
     }

@@ -27,6 +27,7 @@ impl LossConfig {
             temporal_weight: 1.0,
             perceptual_weight: 1.0,
             l1_weight: 0.0,
+            squares_weight: 0.0,
             difference_weight: 0.0,
             flow_weight: 0.1,
             warm_up: WarmUp::None,
@@ -34,6 +35,7 @@ impl LossConfig {
             flow: FlowSource::SingleLevel,
             flow_confidence: None,
             average_flow: false,
+            logarithmic: false,
             perceptual,
         }
     }
@@ -49,6 +51,7 @@ impl LossConfig {
             temporal_weight: 1.0,
             perceptual_weight: 1.0,
             l1_weight: 0.0,
+            squares_weight: 0.0,
             difference_weight: 0.0,
             flow_weight: WEIGHTS[1] * RANGE,
             warm_up: WarmUp::Deepfovea,
@@ -56,6 +59,7 @@ impl LossConfig {
             flow,
             flow_confidence: Some(CONFIDENT / RANGE),
             average_flow: true,
+            logarithmic: false,
             perceptual,
         }
     }

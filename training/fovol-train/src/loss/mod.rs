@@ -5,6 +5,8 @@
 //! * L_s = 1/T · Σ_i (1 − e^(−0.5·i)) · (λ₁·perceptual + λ₂·L1) of each frame ([`spatial`], [`perceptual`]),
 //! * L_t = λ₃ · mean over pairs of |(y_i − y_j) − (r_i − r_j)| + λ₄ · Σ_i |y_i − warp(y_{i−1})| ([`temporal`], [`flow`]).
 //!
+//! With [`LossConfig::logarithmic`] logarithms of the terms are added instead, and squares may count too.
+//!
 //! Every |·| is the mean over pictures, channels and pixels. Pictures are \[N, 3, H, W\], sRGB in 0…1, as displayed.
 //! The perceptual measure of the paper needs weights that are not shipped; the default needs none.
 //!
@@ -40,7 +42,9 @@ pub mod vgg;
 pub use config::LossConfig;
 pub use convert::{Converted, convert_vgg};
 pub use flow::FlowSource;
-pub use perceptual::{L1MsSsim, Lpips, Perceptual, PerceptualConfig, RandomVgg, VggDistance, VggFile};
+pub use perceptual::{
+    L1MsSsim, Lpips, Perceptual, PerceptualConfig, PlainSsim, RandomVgg, VggDistance, VggFile,
+};
 pub use spatial::WarmUp;
 pub use temporal::Pairs;
 
@@ -65,12 +69,14 @@ pub struct Clip<'a> {
 pub struct Terms {
     /// What is to be minimised.
     pub total: Tensor,
-    /// L_s: λ₁·`perceptual` + λ₂·`l1`.
+    /// L_s: λ₁·`perceptual` + λ₂·`l1` and what `squares` weigh, or of their logarithms.
     pub spatial: Tensor,
     /// 1/T · Σ_i w_i · the perceptual measure.
     pub perceptual: Tensor,
     /// 1/T · Σ_i w_i · the mean absolute difference.
     pub l1: Tensor,
+    /// 1/T · Σ_i w_i · the mean squared difference.
+    pub squares: Tensor,
     /// The mean over pairs of frames of the mean absolute difference of their differences.
     pub temporal: Tensor,
     /// Σ_i of the mean absolute difference of frame i from frame i − 1 along the motion.
@@ -79,19 +85,23 @@ pub struct Terms {
 
 impl Terms {
     /// The parts by name. Waits for the device.
-    pub fn values(&self) -> [(&'static str, f64); 6] {
-        let Self { total, spatial, perceptual, l1, temporal, flow } = self;
+    pub fn values(&self) -> [(&'static str, f64); 7] {
+        let Self { total, spatial, perceptual, l1, squares, temporal, flow } = self;
         [
             ("total", total),
             ("spatial", spatial),
             ("perceptual", perceptual),
             ("l1", l1),
+            ("squares", squares),
             ("temporal", temporal),
             ("flow", flow),
         ]
         .map(|(name, term)| (name, term.double_value(&[])))
     }
 }
+
+/// What is added to terms before their logarithm: clips that are nearly perfect need not become more so.
+const LEAST_TERM: f64 = 2e-6;
 
 /// A loss, ready to be taken.
 #[derive(Debug)]
@@ -140,26 +150,51 @@ impl Losses {
     pub fn frames(&self, clip: &Clip<'_>, frames: Range<usize>, length: usize) -> Result<Terms> {
         check(clip, &frames, length)?;
         let config = &self.config;
-        let [perceptual, l1] = self.spatial(clip, frames.clone(), length)?;
+        if config.logarithmic && frames != (0..length) {
+            return Err(Error::Config(
+                "logarithms of parts of a clip do not add up; leave out `logarithmic`, or `truncate` at no fewer than all \
+                 `frames`"
+                    .into(),
+            ));
+        }
+        let [perceptual, l1, squares] = self.spatial(clip, frames.clone(), length)?;
         let temporal = self.differences(clip, frames.clone(), length);
         let flow = self.flow(clip, frames, length)?;
-        let spatial = &perceptual * config.perceptual_weight + &l1 * config.l1_weight;
-        let between = &temporal * config.difference_weight + &flow * config.flow_weight;
+        let spatial = self.sum([
+            (&perceptual, config.perceptual_weight),
+            (&l1, config.l1_weight),
+            (&squares, config.squares_weight),
+        ]);
+        let between = self.sum([(&temporal, config.difference_weight), (&flow, config.flow_weight)]);
         let total = &spatial * config.spatial_weight + between * config.temporal_weight;
-        Ok(Terms { total, spatial, perceptual, l1, temporal, flow })
+        Ok(Terms { total, spatial, perceptual, l1, squares, temporal, flow })
     }
 
-    /// The perceptual term and L1.
-    fn spatial(&self, clip: &Clip<'_>, frames: Range<usize>, length: usize) -> Result<[Tensor; 2]> {
-        let wanted = [self.config.perceptual_weight, self.config.l1_weight];
-        let mut sums = [(); 2].map(|()| zero_like(&clip.outputs[0]));
+    /// The sum of terms, or of their logarithms, with their weights.
+    fn sum<const N: usize>(&self, terms: [(&Tensor, f64); N]) -> Tensor {
+        let weighed = terms.map(|(term, weight)| match self.config.logarithmic && weight != 0.0 {
+            true => (term + LEAST_TERM).log() * weight,
+            false => term * weight,
+        });
+        weighed.into_iter().sum()
+    }
+
+    /// The perceptual term, L1 and squares.
+    fn spatial(&self, clip: &Clip<'_>, frames: Range<usize>, length: usize) -> Result<[Tensor; 3]> {
+        let config = &self.config;
+        let wanted = [config.perceptual_weight, config.l1_weight, config.squares_weight];
+        let mut sums = [(); 3].map(|()| zero_like(&clip.outputs[0]));
         for i in frames {
             let weight = self.config.warm_up.weight(i) / length as f64;
             if weight > 0.0 {
                 let (output, reference) = (&clip.outputs[i], &clip.references[i]);
                 let found = spatial::frame_difference(self.perceptual(), wanted, output, reference)?;
-                let [perceptual, l1] = sums;
-                sums = [perceptual + found.perceptual * weight, l1 + found.l1 * weight];
+                let [perceptual, l1, squares] = sums;
+                sums = [
+                    perceptual + found.perceptual * weight,
+                    l1 + found.l1 * weight,
+                    squares + found.squares * weight,
+                ];
             }
         }
         Ok(sums)
@@ -317,6 +352,32 @@ mod tests {
     }
 
     #[test]
+    fn logarithms_make_a_hundredth_count_alike_everywhere() {
+        let made = made(4);
+        let config = LossConfig {
+            logarithmic: true,
+            l1_weight: 0.3,
+            perceptual_weight: 0.0,
+            squares_weight: 0.5,
+            flow_weight: 0.0,
+            spatial_weight: 1.0,
+            ..LossConfig::default()
+        };
+        let losses = losses(&config);
+        let total = |outputs: &[Tensor]| value(&losses.clip(&made.clip(outputs)).unwrap().total);
+        let with_errors = |factor: f64| -> Vec<Tensor> {
+            let both = made.outputs.iter().zip(&made.references);
+            both.map(|(output, reference)| reference + (output - reference) * factor).collect()
+        };
+        // All terms but squares fall by a half.
+        let expected = (0.3 + 2.0 * 0.5 + 1.0) * 0.5f64.ln();
+        assert!((total(&with_errors(0.5)) - total(&made.outputs) - expected).abs() < 1e-2);
+        let part = Clip { outputs: &made.outputs[..2], references: &made.references[..2], motion: None };
+        let message = losses.frames(&part, 0..2, 4).unwrap_err().to_string();
+        assert!(message.contains("do not add up"), "{message}");
+    }
+
+    #[test]
     fn gradients_are_differences() {
         let made = made(4);
         for config in [
@@ -328,6 +389,7 @@ mod tests {
                 pairs: Pairs::Adjacent,
                 ..LossConfig::default()
             },
+            LossConfig { logarithmic: true, squares_weight: 0.5, flow_weight: 0.0, ..LossConfig::default() },
         ] {
             let losses = losses(&config);
             let worst = worst_slope(&made.outputs, |outputs| losses.clip(&made.clip(outputs)).unwrap().total);

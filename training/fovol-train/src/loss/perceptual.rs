@@ -1,6 +1,6 @@
 //! How different two pictures look.
 
-use super::ssim::ms_ssim;
+use super::ssim::{ms_ssim, ssim};
 use super::vgg::{Depth, STAGES, Tap, Vgg, read_tensors, wrong};
 use super::{mean, picture_shape};
 use crate::Result;
@@ -35,6 +35,8 @@ pub trait Perceptual: std::fmt::Debug + Send {
 pub enum PerceptualConfig {
     /// [`L1MsSsim`], which needs no weights.
     L1MsSsim(L1MsSsim),
+    /// [`PlainSsim`], which needs no weights.
+    Ssim,
     /// [`VggDistance::fovolnet`], which the authors call LPIPS.
     FovolnetVgg(VggFile),
     /// [`Lpips`] 0.1 with VGG-16. Its file has the heads too.
@@ -88,6 +90,7 @@ impl PerceptualConfig {
             |depth: Depth, file: &VggFile| Vgg::new(depth, &read_tensors(&file.weights, depth)?, device);
         Ok(match self {
             Self::L1MsSsim(measure) => Box::new(*measure),
+            Self::Ssim => Box::new(PlainSsim),
             Self::FovolnetVgg(file) => {
                 Box::new(VggDistance::fovolnet(vgg(Depth::Vgg19, file)?).with_bf16(file.bf16))
             }
@@ -134,6 +137,20 @@ impl Perceptual for L1MsSsim {
 
     fn name(&self) -> &'static str {
         "L1 + MS-SSIM"
+    }
+}
+
+/// 1 − SSIM at full resolution. The finest of the scales of MS-SSIM hardly counts there; here it is all.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PlainSsim;
+
+impl Perceptual for PlainSsim {
+    fn distance(&self, output: &Tensor, reference: &Tensor) -> Result<Tensor> {
+        Ok(1.0 - ssim(output, reference)?)
+    }
+
+    fn name(&self) -> &'static str {
+        "SSIM"
     }
 }
 

@@ -35,17 +35,19 @@ pub struct FrameDifference {
     pub perceptual: Tensor,
     /// Mean absolute difference.
     pub l1: Tensor,
+    /// Mean squared difference.
+    pub squares: Tensor,
 }
 
 /// How `output` \[N, 3, H, W\] differs from `reference`.
 ///
-/// Measures of little use to the caller can be left out, and are 0 then: `wanted` are the weights of both.
+/// Measures of little use to the caller can be left out, and are 0 then: `wanted` are the weights of all three.
 ///
 /// # Errors
 /// Pictures that `measure` cannot compare.
 pub fn frame_difference(
     measure: &dyn Perceptual,
-    wanted: [f64; 2],
+    wanted: [f64; 3],
     output: &Tensor,
     reference: &Tensor,
 ) -> Result<FrameDifference> {
@@ -56,7 +58,8 @@ pub fn frame_difference(
         early(output, |output| measure.distance(output, reference))?
     };
     let l1 = if wanted[1] == 0.0 { zero_like(output) } else { mean(&(output - reference).abs()) };
-    Ok(FrameDifference { perceptual, l1 })
+    let squares = if wanted[2] == 0.0 { zero_like(output) } else { mean(&(output - reference).square()) };
+    Ok(FrameDifference { perceptual, l1, squares })
 }
 
 /// `distance` of `output`, differentiated at once.

@@ -175,7 +175,7 @@ pub(super) fn blend(known: &Tensor, base: &Tensor) -> Tensor {
     colour + (1.0 - weight) * resized(base, Resize::Bilinear)
 }
 
-/// v / (v + share · e), with e and v (ε more) the mean squares by which samples differ from `prior` and `fresh`.
+/// v / max(v, share · e), with e and v (ε more) the mean squares by which samples differ from `prior` and `fresh`.
 pub(super) fn doubt(known: &Tensor, [prior, fresh]: [&Tensor; 2], [levels, lowest]: [u32; 2]) -> Tensor {
     let mask = known.narrow(1, 3, 1);
     let [error, own] = [prior, fresh]
@@ -184,7 +184,7 @@ pub(super) fn doubt(known: &Tensor, [prior, fresh]: [&Tensor; 2], [levels, lowes
     let squares = pull_push(&squares, levels, lowest);
     let own = squares.narrow(1, 1, 1) + f64::from(DOUBT_EPSILON);
     let error = squares.narrow(1, 0, 1) * f64::from(DOUBT_SHARE);
-    &own / (&own + error)
+    &own / own.maximum(&error)
 }
 
 /// `known`, and as far as it is not, `before`, times `fade` and `share`.
