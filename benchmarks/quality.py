@@ -2,7 +2,7 @@
 """How much better a network is than filling without one, on volumes that it has not learned from.
 
     pip install numpy pillow scikit-image
-    python benchmarks/quality.py --weights FILE.safetensors VOLUME [VOLUME ...] -o FOLDER [--frames 16] [--tf NAME]
+    python benchmarks/quality.py --weights FILE.safetensors VOLUME[@TF] [VOLUME[@TF] ...] -o FOLDER [--frames 16]
 
 Renders a fly-through of each volume with shadows at 1280x720, sampled at (P_b, sigma) = (0.03, 0.02), reconstructs it
 with the network, with pull-push and with linear interpolation, and compares all three with the full frames, over the
@@ -43,7 +43,6 @@ def rendered(options, volume, folder):
     folders = {method: folder / method for method in METHODS}
     common = [options.program, "render", *volume, "--size", options.size, "--frames", options.frames]
     common += ["--path", "flythrough", "--pb", "0.03", "--sigma", "0.02"]
-    common += ["--tf", options.tf] if options.tf else []
     network = ["--reconstruct", "wnet", "--weights", options.weights, "--precision", options.precision]
     run(*common, *network, "--keep", "frame,sparse,reference", "-o", folders["network"])
     for method in METHODS[1:]:
@@ -54,6 +53,11 @@ def rendered(options, volume, folder):
 def decibels(errors):
     """The peak signal-to-noise ratio of squared errors."""
     return float(-10 * np.log10(max(np.mean(np.concatenate(errors)), 1e-12)))
+
+
+def luminance(colours):
+    """The mean of sRGB values, weighed as Rec. 709 does."""
+    return float((colours @ [0.2126, 0.7152, 0.0722]).mean())
 
 
 def scores(frames, references):
@@ -92,29 +96,32 @@ def comparison(folders, name, number, references, frames, path):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("volumes", nargs="+", help="files, or NAME:SIDE:SEED of procedural ones")
+    parser.add_argument(
+        "volumes", nargs="+", help="files, or NAME:SIDE:SEED of procedural ones; @ and a transfer function may follow"
+    )
     parser.add_argument("--weights", required=True)
     parser.add_argument("--precision", default="f32")
     parser.add_argument("--frames", type=int, default=16)
     parser.add_argument("--size", default="1280x720")
-    parser.add_argument("--tf")
     parser.add_argument("--program", default="target/release/fovolnet")
     parser.add_argument("-o", "--output", type=Path, required=True)
     options = parser.parse_args()
     options.output.mkdir(parents=True, exist_ok=True)
     rows = []
     for given in options.volumes:
+        given, _, transfer = given.partition("@")
         name, *more = given.split(":") if not Path(given).exists() else [given]
         volume = [name]
         if more:
             volume += ["--dims", ",".join([more[0]] * 3), "--seed", more[1]]
+        volume += ["--tf", transfer] if transfer else []
         title = Path(name).name.split("_")[0].split(".")[0]
         folders = rendered(options, volume, options.output / title)
         numbers = range(FIRST, options.frames)
         references = [picture(folders["network"] / f"reference_{t:04}.png") for t in numbers]
         frames = {m: [picture(folders[m] / f"frame_{t:04}.png") for t in numbers] for m in METHODS}
         shown = np.abs(references[-1] - references[-1][0, 0]).max(axis=2) > 1.5 / 255
-        row = {"volume": title, "luminance": round(float(references[-1][shown].mean()), 3)}
+        row = {"volume": title, "tf": transfer or "auto", "luminance": round(luminance(references[-1][shown]), 3)}
         for method in METHODS:
             psnr, ssim, tpsnr = scores(frames[method], references)
             row |= {f"{method} PSNR": round(psnr, 2), f"{method} SSIM": round(ssim, 4)}

@@ -6,9 +6,12 @@ use fovolnet::RandomWeights;
 use fovolnet::core::{Fovea, Frame, FrameSize};
 use fovolnet::net::Weights;
 use fovolnet::net::cpu::{FrameInput, Network, Precision, Simd, calibrate, peak_flops};
+use fovolnet::net::plan::Layer;
 use fovolnet::render::cpu::mask;
 use fovolnet::render::noise::{Noise, NoiseKind};
 use serde::Serialize;
+use std::collections::BTreeMap;
+use std::ops::Range;
 use std::time::Instant;
 
 /// Reconstruction networks: whole and layer by layer, against the peak of this machine
@@ -81,10 +84,10 @@ impl NetBench {
             report.peak_tflops,
             report.peak_memory_mb.map_or(String::new(), |mb| format!(", {mb:.0} MB at most"))
         ))?;
-        self.json.say("layer                     median ms    GMAC  % of peak")?;
+        self.json.say("layer                                     median ms    GMAC  % of peak")?;
         for layer in &report.layers {
             self.json.say(format!(
-                "{:<24} {:>10.2} {:>7.2} {:>9.0}",
+                "{:<40} {:>10.2} {:>7.2} {:>9.0}",
                 layer.name,
                 layer.median_ms,
                 layer.gmacs,
@@ -108,29 +111,33 @@ impl NetBench {
         let mut state = network.state(self.size);
         let peak = peak_flops(network.simd());
         let mut times = Vec::new();
-        let mut layers = vec![Vec::new(); network.plan().layers().len()];
+        let mut layers: BTreeMap<usize, (Range<usize>, Vec<f64>)> = BTreeMap::new();
         for round in 0..self.repeats.max(1) + WARM_UP {
             interrupt::check("nothing was written")?;
             let sparse = sparse_frame(self.size, round as u32);
             let started = Instant::now();
             let input = FrameInput { sparse: &sparse, motion: None };
             let mut part = Vec::new();
-            network.observed(&input, &mut state, |layer, _, took| {
-                part.push((layer, took.as_secs_f64() * 1e3));
-            })?;
+            network
+                .timed(&input, &mut state, |layers, took| part.push((layers, took.as_secs_f64() * 1e3)))?;
             if round >= WARM_UP {
                 times.push(started.elapsed().as_secs_f64() * 1e3);
-                part.into_iter().for_each(|(layer, ms)| layers[layer].push(ms));
+                for (places, ms) in part {
+                    layers.entry(places.start).or_insert((places, Vec::new())).1.push(ms);
+                }
             }
         }
         let pixels = self.size.pixels() as f64;
         let plan = network.plan();
         let flops = |macs: f64, ms: f64| 2.0 * macs * pixels / (ms / 1e3);
         let median_ms = median(&mut times);
-        let layers = plan.layers().iter().zip(&mut layers).map(|(layer, ms)| {
-            let (ms, macs) = (median(ms), layer.macs_per_pixel(plan.tensors()));
+        let layers = layers.into_values().map(|(places, mut ms)| {
+            let together = &plan.layers()[places];
+            let macs = together.iter().map(|layer| layer.macs_per_pixel(plan.tensors())).sum();
+            let ms = median(&mut ms);
+            let names: Vec<&str> = together.iter().map(Layer::name).collect();
             LayerReport {
-                name: layer.name().into(),
+                name: names.join(" "),
                 median_ms: ms,
                 gmacs: macs * pixels / 1e9,
                 peak_share: flops(macs, ms) / peak,

@@ -24,7 +24,7 @@ pub fn calibrate(weights: &mut Weights, clips: &[Vec<FrameInput<'_>>]) -> Result
     for clip in clips {
         let mut state = network.state(clip[0].sparse.size());
         for frame in clip {
-            network.observed(frame, &mut state, |number, out, _| {
+            network.observed(frame, &mut state, |number, out| {
                 let place = network.plan().layers()[number].output().index();
                 most[place] = out.to_f32().data.iter().fold(most[place], |most, v| most.max(v.abs()));
             })?;

@@ -1,11 +1,17 @@
 //! How numbers of tensors are stored.
 
+use super::map::{Map, Stored};
+
 /// A stored number.
 pub trait Element: Copy + Default + Send + Sync + 'static {
     /// Its value.
     fn to_f32(self) -> f32;
     /// The nearest of its kind.
     fn from_f32(value: f32) -> Self;
+    /// `map` as tensors are stored.
+    fn stored(map: Map<Self>) -> Stored;
+    /// What [`Self::stored`] stored; nothing of another kind.
+    fn loaded(stored: Stored) -> Map<Self>;
 }
 
 impl Element for f32 {
@@ -17,6 +23,14 @@ impl Element for f32 {
     #[inline(always)]
     fn from_f32(value: f32) -> Self {
         value
+    }
+
+    fn stored(map: Map) -> Stored {
+        Stored::F32(map)
+    }
+
+    fn loaded(stored: Stored) -> Map {
+        if let Stored::F32(map) = stored { map } else { Map::default() }
     }
 }
 
@@ -36,6 +50,14 @@ impl Element for Bf16 {
     fn from_f32(value: f32) -> Self {
         let bits = value.to_bits();
         Self(((bits + 0x7FFF + (bits >> 16 & 1)) >> 16) as u16)
+    }
+
+    fn stored(map: Map<Self>) -> Stored {
+        Stored::Bf16(map)
+    }
+
+    fn loaded(stored: Stored) -> Map<Self> {
+        if let Stored::Bf16(map) = stored { map } else { Map::default() }
     }
 }
 

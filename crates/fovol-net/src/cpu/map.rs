@@ -11,25 +11,39 @@ pub struct Map<T = f32> {
     pub width: usize,
     /// Numbers per pixel.
     pub channels: usize,
+    /// The first row that is there: 0, but for maps that only ever have some of their rows.
+    pub top: usize,
 }
 
 impl<T: Element> Map<T> {
     /// Zeros.
     pub fn zeros(height: usize, width: usize, channels: usize) -> Self {
-        Self { data: vec![T::default(); height * width * channels], height, width, channels }
+        Self { data: vec![T::default(); height * width * channels], height, width, channels, top: 0 }
+    }
+
+    /// The row after the last one that is there.
+    pub fn end(&self) -> usize {
+        self.top + self.data.len() / (self.width * self.channels)
+    }
+
+    /// Forgets the rows above row `y`.
+    pub fn forget_above(&mut self, y: usize) {
+        let rows = y.min(self.end()).saturating_sub(self.top);
+        self.data.drain(..rows * self.width * self.channels);
+        self.top += rows;
     }
 
     /// Takes another size and keeps the memory; what it holds is not said.
     pub fn resize(&mut self, [height, width, channels]: [usize; 3]) {
         self.data.resize(height * width * channels, T::default());
-        (self.height, self.width, self.channels) = (height, width, channels);
+        (self.height, self.width, self.channels, self.top) = (height, width, channels, 0);
     }
 
     /// The numbers of row `y`.
     #[inline]
     pub fn row(&self, y: usize) -> &[T] {
         let length = self.width * self.channels;
-        &self.data[y * length..(y + 1) * length]
+        &self.data[(y - self.top) * length..(y + 1 - self.top) * length]
     }
 
     /// The numbers of a pixel.
@@ -93,6 +107,7 @@ impl Stored {
             height: map.height,
             width: map.width,
             channels: map.channels,
+            top: map.top,
         })
     }
 

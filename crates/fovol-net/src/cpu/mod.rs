@@ -11,6 +11,7 @@ mod filter;
 mod map;
 mod network;
 mod norm;
+mod pair;
 mod patch;
 mod peak;
 pub mod plain;

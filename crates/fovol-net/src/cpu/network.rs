@@ -4,6 +4,7 @@ use super::element::Element;
 use super::filter::PreparedFilter;
 use super::map::{Map, Stored, with_map};
 use super::norm::normalise;
+use super::pair::Pair;
 use super::patch::Source;
 use super::precision::{Choice, Precision};
 use super::reshape;
@@ -16,6 +17,7 @@ use crate::weights::Weights;
 use crate::{Error, Result};
 use fovol_core::{Frame, FrameSize};
 use rayon::prelude::*;
+use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
@@ -36,6 +38,8 @@ pub struct Network {
     steps: Vec<Step>,
     /// For each layer the tensors that nothing reads after it.
     finished: Vec<Vec<TensorId>>,
+    /// For each layer whether it and the next one can be made together, and how.
+    pairs: Vec<Option<Pairing>>,
     /// For each tensor whether its numbers take two bytes.
     halved: Vec<bool>,
     simd: Simd,
@@ -57,6 +61,16 @@ enum Step {
     Plain,
 }
 
+/// Two convolutions, the second of which alone reads what the first writes.
+#[derive(Debug, Clone, Copy)]
+struct Pairing {
+    /// Which input of the first has the shape of what the second writes and is read by nothing after them.
+    replaced: Option<usize>,
+}
+
+/// What is between two convolutions stays in the processor's caches anyway if it is no more numbers than this.
+const SMALL: usize = 1 << 20;
+
 /// Numbers of networks, to tell their states apart.
 static NEXT: AtomicU64 = AtomicU64::new(0);
 
@@ -72,9 +86,11 @@ impl Network {
         let choice = Choice::new(&plan, weights, precision, simd)?;
         let layers = plan.layers().iter();
         let steps = layers.map(|layer| step(&plan, layer, weights, simd, &choice)).collect::<Result<_>>()?;
-        let halved = (0..plan.tensors().len()).map(|at| choice.is_halved(TensorId(at))).collect();
+        let halved: Vec<bool> = (0..plan.tensors().len()).map(|at| choice.is_halved(TensorId(at))).collect();
         let finished = finished(&plan);
-        Ok(Self { plan, steps, finished, halved, simd, precision, id: NEXT.fetch_add(1, Ordering::Relaxed) })
+        let pairs = pairs(&plan, &finished, &halved);
+        let id = NEXT.fetch_add(1, Ordering::Relaxed);
+        Ok(Self { plan, steps, finished, pairs, halved, simd, precision, id })
     }
 
     /// The plan it was made from.
@@ -104,10 +120,24 @@ impl Network {
     /// # Errors
     /// A state of another network or size, motion for another size.
     pub fn reconstruct(&self, input: &FrameInput<'_>, state: &mut State) -> Result<Frame> {
-        self.observed(input, state, |_, _, _| {})
+        self.timed(input, state, |_, _| {})
     }
 
-    /// [`Self::reconstruct`], telling `observe` the place of each layer in the plan, what it wrote and how long it took.
+    /// [`Self::reconstruct`], telling `observe` the places of layers in the plan, one or two that are made together, and
+    /// how long they took.
+    ///
+    /// # Errors
+    /// As [`Self::reconstruct`].
+    pub fn timed(
+        &self,
+        input: &FrameInput<'_>,
+        state: &mut State,
+        mut observe: impl FnMut(Range<usize>, Duration),
+    ) -> Result<Frame> {
+        self.pass(input, state, SMALL, |layers, _, took| observe(layers, took))
+    }
+
+    /// [`Self::reconstruct`], telling `observe` the place of each layer in the plan and what it wrote.
     ///
     /// # Errors
     /// As [`Self::reconstruct`].
@@ -115,7 +145,18 @@ impl Network {
         &self,
         input: &FrameInput<'_>,
         state: &mut State,
-        mut observe: impl FnMut(usize, &Stored, Duration),
+        mut observe: impl FnMut(usize, &Stored),
+    ) -> Result<Frame> {
+        self.pass(input, state, usize::MAX, |layers, out, _| observe(layers.start, out))
+    }
+
+    /// [`Self::reconstruct`]; layers are made together where there are more than `small` numbers between them.
+    fn pass(
+        &self,
+        input: &FrameInput<'_>,
+        state: &mut State,
+        small: usize,
+        mut observe: impl FnMut(Range<usize>, &Stored, Duration),
     ) -> Result<Frame> {
         let size = input.sparse.size();
         if state.network != self.id {
@@ -131,20 +172,62 @@ impl Network {
         }
         let mut tensors: Vec<Stored> = vec![Stored::default(); self.plan.tensors().len()];
         self.load(input, state, &mut tensors);
-        for (number, (layer, step)) in self.plan.layers().iter().zip(&self.steps).enumerate() {
-            let place = layer.output().index();
-            let mut out = state.spare.take(self.halved[place], self.numbers(place, state.size));
+        let mut number = 0;
+        while number < self.steps.len() {
             let started = Instant::now();
-            run(layer, step, &tensors, self.plan.tensor(layer.output()), &mut out);
-            observe(number, &out, started.elapsed());
-            tensors[place] = out;
-            for id in &self.finished[number] {
+            let first = self.plan.layers()[number].output().index();
+            let pairing = self.pairs[number].filter(|_| self.numbers(first, state.size) > small);
+            let layers = match pairing {
+                Some(pairing) => {
+                    self.run_pair(number, pairing, &mut tensors, state);
+                    number..number + 2
+                }
+                None => {
+                    self.run_one(number, &mut tensors, state);
+                    number..number + 1
+                }
+            };
+            number = layers.end;
+            let out = &tensors[self.plan.layers()[number - 1].output().index()];
+            observe(layers.clone(), out, started.elapsed());
+            for id in self.finished[layers].iter().flatten() {
                 state.spare.put(std::mem::take(&mut tensors[id.index()]));
             }
         }
         let frame = cropped(tensors[self.plan.output().index()].picture(), size);
         self.carry(&mut tensors, state);
         Ok(frame)
+    }
+
+    /// Runs layer `number`.
+    fn run_one(&self, number: usize, tensors: &mut [Stored], state: &mut State) {
+        let layer = &self.plan.layers()[number];
+        let place = layer.output().index();
+        let mut out = state.spare.take(self.halved[place], self.numbers(place, state.size));
+        run(layer, &self.steps[number], tensors, self.plan.tensor(layer.output()), &mut out);
+        tensors[place] = out;
+    }
+
+    /// Runs layers `number` and the next one together.
+    fn run_pair(&self, number: usize, pairing: Pairing, tensors: &mut [Stored], state: &mut State) {
+        let layers = &self.plan.layers()[number..number + 2];
+        let [(Layer::Conv(reading), Step::Conv(first)), (Layer::Conv(writing), Step::Conv(second))] =
+            [(&layers[0], &self.steps[number]), (&layers[1], &self.steps[number + 1])]
+        else {
+            unreachable!("pairs are convolutions")
+        };
+        let place = writing.output.index();
+        let pair = Pair { first, second, is_halved: self.halved[reading.output.index()] };
+        let mut out = match pairing.replaced {
+            Some(replaced) => std::mem::take(&mut tensors[reading.inputs[replaced].tensor.index()]),
+            None => state.spare.take(self.halved[place], self.numbers(place, state.size)),
+        };
+        let sources = sources(&reading.inputs, tensors);
+        with_map!(&mut out, out => match pairing.replaced {
+            Some(replaced) => pair.run_in_place(&sources, replaced, out),
+            None => pair.run(&sources, out),
+        });
+        tensors[place] = out;
     }
 
     /// The numbers of tensor `place` for frames of `size`.
@@ -251,6 +334,33 @@ fn finished(plan: &Plan) -> Vec<Vec<TensorId>> {
         }
     }
     finished
+}
+
+/// For each layer of `plan` whether it and the next one can be made together.
+fn pairs(plan: &Plan, finished: &[Vec<TensorId>], halved: &[bool]) -> Vec<Option<Pairing>> {
+    let layers = plan.layers();
+    let pair = |number: usize| {
+        let (Layer::Conv(first), Layer::Conv(second)) = (&layers[number], layers.get(number + 1)?) else {
+            return None;
+        };
+        let is_read_by_second = second.inputs[..] == [Read::same(first.output)];
+        let is_read_by_others = !finished[number + 1].contains(&first.output);
+        let is_plain = [first, second].iter().all(|conv| conv.stride == 1 && conv.size == 3);
+        if !is_read_by_second || is_read_by_others || !is_plain {
+            return None;
+        }
+        let (to, halved) = (plan.tensor(second.output), |id: TensorId| halved[id.index()]);
+        let replaced = first.inputs.iter().position(|read| {
+            let from = plan.tensor(read.tensor);
+            let is_alike = (from.channels, from.level) == (to.channels, to.level)
+                && halved(read.tensor) == halved(second.output);
+            let count = first.inputs.iter().filter(|other| other.tensor == read.tensor).count();
+            let is_free = finished[number].contains(&read.tensor) && count == 1;
+            *read == Read::same(read.tensor) && is_alike && is_free
+        });
+        Some(Pairing { replaced })
+    };
+    (0..layers.len()).map(pair).collect()
 }
 
 /// Runs `layer`, which writes `to`, to `out`.

@@ -37,16 +37,51 @@ impl PreparedConv {
         }
     }
 
+    fn shape(&self) -> &ConvShape {
+        match self {
+            Self::Direct(conv) => &conv.shape,
+            Self::Winograd(conv) => conv.shape(),
+        }
+    }
+
+    /// Channels that go out.
+    pub fn outputs(&self) -> usize {
+        self.shape().outputs
+    }
+
     /// Writes the convolution of the concatenated `sources` to `out`, whose buffer is used again.
     ///
     /// # Panics
     /// When the sources do not have as many channels as the weights.
     pub fn run<T: Element>(&self, sources: &[Source<'_>], out: &mut Map<T>) {
+        let ConvShape { stride, outputs, .. } = *self.shape();
+        let [height, width] = sources[0].size().map(|side| side.div_ceil(stride));
+        out.resize([height, width, outputs]);
+        let bands = out.data.par_chunks_mut(ROWS * width * outputs).enumerate();
+        bands.for_each_init(Scratch::default, |scratch, (band, out)| {
+            self.rows(sources, band * ROWS, scratch, out);
+        });
+    }
+
+    /// Writes its rows from `y` on to `out`, as many as there is room for.
+    ///
+    /// # Panics
+    /// As [`Self::run`].
+    pub fn rows<T: Element>(&self, sources: &[Source<'_>], y: usize, scratch: &mut Scratch, out: &mut [T]) {
+        let inputs: usize = sources.iter().map(|source| source.map.channels()).sum();
+        assert_eq!(self.shape().inputs, inputs, "a convolution reads what its weights are for");
         match self {
-            Self::Direct(conv) => conv.run(sources, out),
-            Self::Winograd(conv) => conv.run(sources, out),
+            Self::Direct(conv) => conv.rows(sources, y, &mut scratch.direct, out),
+            Self::Winograd(conv) => conv.rows(sources, y, &mut scratch.winograd, out),
         }
     }
+}
+
+/// Memory of one thread.
+#[derive(Default)]
+pub struct Scratch {
+    direct: DirectScratch,
+    winograd: winograd::Scratch,
 }
 
 /// A convolution as it is defined: patches, and a block of pixels × channels at a time in registers.
@@ -154,18 +189,14 @@ impl Direct {
         }
     }
 
-    /// Writes the convolution of the concatenated `sources` to `out`, whose buffer is used again.
-    pub fn run<T: Element>(&self, sources: &[Source<'_>], out: &mut Map<T>) {
-        let inputs: usize = sources.iter().map(|source| source.map.channels()).sum();
-        assert_eq!(self.shape.inputs, inputs, "a convolution reads what its weights are for");
-        let [height, width] = sources[0].size().map(|side| side.div_ceil(self.shape.stride));
-        out.resize([height, width, self.shape.outputs]);
+    /// Writes the rows from `y` on to `out`.
+    fn rows<T: Element>(&self, sources: &[Source<'_>], y: usize, scratch: &mut DirectScratch, out: &mut [T]) {
+        let width = sources[0].size()[1].div_ceil(self.shape.stride);
         let length = width * self.shape.outputs;
-        let bands = out.data.par_chunks_mut(ROWS * length).enumerate();
-        bands.for_each_init(Scratch::default, |scratch, (band, out)| {
-            let size = [band * ROWS, out.len() / length, width];
+        for (band, out) in out.chunks_mut(ROWS * length).enumerate() {
+            let size = [y + band * ROWS, out.len() / length, width];
             self.simd.vectorised(Band { conv: self, sources, size, scratch, out });
-        });
+        }
     }
 
     /// Makes `rows` rows from `y` on.
@@ -174,7 +205,7 @@ impl Direct {
         &self,
         sources: &[Source<'_>],
         [y, rows, width]: [usize; 3],
-        scratch: &mut Scratch,
+        scratch: &mut DirectScratch,
         out: &mut [T],
     ) {
         let columns = self.tile_columns(width);
@@ -204,7 +235,7 @@ impl Direct {
         &self,
         sources: &[Source<'_>],
         tile: Tile,
-        scratch: &mut Scratch,
+        scratch: &mut DirectScratch,
         out: &mut [T],
         width: usize,
     ) {
@@ -261,7 +292,7 @@ struct Band<'a, T> {
     sources: &'a [Source<'a>],
     /// The first row, rows, columns.
     size: [usize; 3],
-    scratch: &'a mut Scratch,
+    scratch: &'a mut DirectScratch,
     out: &'a mut [T],
 }
 
@@ -273,12 +304,12 @@ impl<T: Element> Work for Band<'_, T> {
 }
 
 /// Memory of one thread.
-struct Scratch {
+struct DirectScratch {
     patch: Patch,
     block: Vec<f32>,
 }
 
-impl Default for Scratch {
+impl Default for DirectScratch {
     fn default() -> Self {
         Self { patch: Patch::default(), block: vec![0.0; packed::LARGEST_BLOCK] }
     }

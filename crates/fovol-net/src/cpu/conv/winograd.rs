@@ -6,10 +6,8 @@
 
 use super::{Call, ConvShape, Kernel, activate};
 use crate::cpu::element::Element;
-use crate::cpu::map::Map;
 use crate::cpu::patch::{Memory, Source, Window};
 use crate::cpu::simd::{Simd, Work};
-use rayon::prelude::*;
 
 /// Numbers that are transformed at once; channels are padded to whole ones of them.
 const LANES: usize = 16;
@@ -17,9 +15,6 @@ type Lane = [f32; LANES];
 
 /// Places of a transformed tile.
 const PLACES: usize = 16;
-
-/// Rows of the output that are made by one task.
-const ROWS: usize = 8;
 
 /// About as many bytes may the transformed inputs have: what stays in a second-level cache beside weights.
 const TRANSFORMED_BYTES: usize = 384 << 10;
@@ -50,7 +45,7 @@ struct Block {
 
 /// Memory of one thread.
 #[derive(Default)]
-struct Scratch {
+pub struct Scratch {
     patch: Vec<f32>,
     memory: Memory,
     /// \[place\]\[tile\]\[input channel\].
@@ -99,17 +94,15 @@ impl Winograd {
         Self { blocks, shape: *shape, channels, simd }
     }
 
-    /// Writes the convolution of the concatenated `sources` to `out`.
-    pub fn run<T: Element>(&self, sources: &[Source<'_>], out: &mut Map<T>) {
-        let inputs: usize = sources.iter().map(|source| source.map.channels()).sum();
-        assert_eq!(self.shape.inputs, inputs, "a convolution reads what its weights are for");
-        let [height, width] = sources[0].size();
-        out.resize([height, width, self.shape.outputs]);
-        let length = width * self.shape.outputs;
-        let bands = out.data.par_chunks_mut(ROWS * length).enumerate();
-        bands.for_each_init(Scratch::default, |scratch, (band, out)| {
-            self.simd.vectorised(Band { conv: self, sources, y: band * ROWS, width, scratch, out });
-        });
+    /// Its shape.
+    pub fn shape(&self) -> &ConvShape {
+        &self.shape
+    }
+
+    /// Writes the rows from `y` on to `out`.
+    pub fn rows<T: Element>(&self, sources: &[Source<'_>], y: usize, scratch: &mut Scratch, out: &mut [T]) {
+        let width = sources[0].size()[1];
+        self.simd.vectorised(Band { conv: self, sources, y, width, scratch, out });
     }
 
     /// Tiles side by side: whole groups, as many as there is room for.
