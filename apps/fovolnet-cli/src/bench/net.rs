@@ -103,7 +103,7 @@ impl NetBench {
             None => Weights::random(&self.random_weights.network.config(), self.random_weights.seed)?,
         };
         let plan = weights.config.plan().map_err(|problem| anyhow!(problem))?;
-        if weights.ranges.is_empty() {
+        if weights.ranges.is_empty() && matches!(self.precision, Precision::Int8 | Precision::Mixed) {
             let sparse = sparse_frame(FrameSize::new(256, 144)?, 0);
             calibrate(&mut weights, &[vec![FrameInput { sparse: &sparse, motion: None }]])?;
         }
@@ -118,8 +118,9 @@ impl NetBench {
             let started = Instant::now();
             let input = FrameInput { sparse: &sparse, motion: None };
             let mut part = Vec::new();
-            network
-                .timed(&input, &mut state, |layers, took| part.push((layers, took.as_secs_f64() * 1e3)))?;
+            network.observed(&input, &mut state, |layers, _, took| {
+                part.push((layers, took.as_secs_f64() * 1e3))
+            })?;
             if round >= WARM_UP {
                 times.push(started.elapsed().as_secs_f64() * 1e3);
                 for (places, ms) in part {

@@ -15,7 +15,7 @@ pub fn calibrate(weights: &mut Weights, clips: &[Vec<FrameInput<'_>>]) -> Result
         return Err(Error::Config("calibration needs at least one clip, and each a frame".into()));
     }
     let plan = weights.config.plan().map_err(Error::Config)?;
-    let network = Network::new(plan, weights, Simd::best(), Precision::F32)?;
+    let network = Network::new(plan, weights, Simd::best(), Precision::F32)?.layer_by_layer();
     let mut most = vec![0.0f32; network.plan().tensors().len()];
     let inputs = network.plan().inputs();
     for id in [Some(inputs.colour), inputs.mask].into_iter().flatten() {
@@ -24,8 +24,8 @@ pub fn calibrate(weights: &mut Weights, clips: &[Vec<FrameInput<'_>>]) -> Result
     for clip in clips {
         let mut state = network.state(clip[0].sparse.size());
         for frame in clip {
-            network.observed(frame, &mut state, |number, out| {
-                let place = network.plan().layers()[number].output().index();
+            network.observed(frame, &mut state, |layers, out, _| {
+                let place = network.plan().layers()[layers.start].output().index();
                 most[place] = out.to_f32().data.iter().fold(most[place], |most, v| most.max(v.abs()));
             })?;
         }

@@ -12,6 +12,8 @@ pub trait Element: Copy + Default + Send + Sync + 'static {
     fn stored(map: Map<Self>) -> Stored;
     /// What [`Self::stored`] stored; nothing of another kind.
     fn loaded(stored: Stored) -> Map<Self>;
+    /// The map in `stored` if its numbers are of this kind.
+    fn of(stored: &Stored) -> Option<&Map<Self>>;
 }
 
 impl Element for f32 {
@@ -31,6 +33,10 @@ impl Element for f32 {
 
     fn loaded(stored: Stored) -> Map {
         if let Stored::F32(map) = stored { map } else { Map::default() }
+    }
+
+    fn of(stored: &Stored) -> Option<&Map> {
+        if let Stored::F32(map) = stored { Some(map) } else { None }
     }
 }
 
@@ -58,6 +64,10 @@ impl Element for Bf16 {
 
     fn loaded(stored: Stored) -> Map<Self> {
         if let Stored::Bf16(map) = stored { map } else { Map::default() }
+    }
+
+    fn of(stored: &Stored) -> Option<&Map<Self>> {
+        if let Stored::Bf16(map) = stored { Some(map) } else { None }
     }
 }
 

@@ -338,7 +338,7 @@ mod tests {
             let stored: Vec<(Stored, Resize)> =
                 images.into_iter().map(|(map, resize, _)| (Stored::F32(map), resize)).collect();
             let sources: Vec<Source<'_>> =
-                stored.iter().map(|(map, resize)| Source { map, resize: *resize }).collect();
+                stored.iter().map(|(map, resize)| Source::new(map, *resize)).collect();
             let mut out = Map::default();
             PreparedFilter::new(&layer, 7, (&weights, &bias), Simd::best())
                 .run(&Stored::F32(features), &sources, &mut out);

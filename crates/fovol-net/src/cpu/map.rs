@@ -1,4 +1,5 @@
 use super::element::{Bf16, Element};
+use std::ops::Range;
 
 /// An image of any number of channels: \[row\]\[column\]\[channel\].
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -26,11 +27,16 @@ impl<T: Element> Map<T> {
         self.top + self.data.len() / (self.width * self.channels)
     }
 
-    /// Forgets the rows above row `y`.
-    pub fn forget_above(&mut self, y: usize) {
-        let rows = y.min(self.end()).saturating_sub(self.top);
-        self.data.drain(..rows * self.width * self.channels);
-        self.top += rows;
+    /// Has the rows `rows` from now on, which begin with those that it has of them already; the numbers of the others,
+    /// which do not say anything yet.
+    pub fn move_to(&mut self, rows: Range<usize>) -> &mut [T] {
+        let row = self.width * self.channels;
+        let kept = self.end().saturating_sub(rows.start) * row;
+        let from = self.data.len() - kept;
+        self.data.copy_within(from.., 0);
+        self.data.resize(rows.len() * row, T::default());
+        self.top = rows.start;
+        &mut self.data[kept..]
     }
 
     /// Takes another size and keeps the memory; what it holds is not said.
@@ -113,12 +119,7 @@ impl Stored {
 
     /// The numbers `from`…`to` of row `y` as f32; `memory` is used where they are stored otherwise.
     #[inline(always)]
-    pub fn numbers<'a>(
-        &'a self,
-        y: usize,
-        range: std::ops::Range<usize>,
-        memory: &'a mut Vec<f32>,
-    ) -> &'a [f32] {
+    pub fn numbers<'a>(&'a self, y: usize, range: Range<usize>, memory: &'a mut Vec<f32>) -> &'a [f32] {
         match self {
             Self::F32(map) => &map.row(y)[range],
             Self::Bf16(map) => {

@@ -5,14 +5,14 @@ use super::filter::PreparedFilter;
 use super::map::{Map, Stored, with_map};
 use super::norm::normalise;
 use super::pair::Pair;
-use super::patch::Source;
+use super::patch::{Access, Source};
 use super::precision::{Choice, Precision};
 use super::reshape;
 use super::simd::Simd;
 use super::spread::{blend, smooth, spread};
 use super::state::{Spare, State, padded};
 use super::warp::warp;
-use crate::plan::{Activation, Filter, Layer, Plan, Read, Tensor, TensorId};
+use crate::plan::{Activation, Filter, Layer, Plan, Read, Resize, Tensor, TensorId};
 use crate::weights::Weights;
 use crate::{Error, Result};
 use fovol_core::{Frame, FrameSize};
@@ -40,6 +40,8 @@ pub struct Network {
     finished: Vec<Vec<TensorId>>,
     /// For each layer whether it and the next one can be made together, and how.
     pairs: Vec<Option<Pairing>>,
+    /// For each tensor, if it is nothing but another one with 2×2 pixels as one, that other: it is never written.
+    folded: Vec<Option<TensorId>>,
     /// For each tensor whether its numbers take two bytes.
     halved: Vec<bool>,
     simd: Simd,
@@ -87,10 +89,20 @@ impl Network {
         let layers = plan.layers().iter();
         let steps = layers.map(|layer| step(&plan, layer, weights, simd, &choice)).collect::<Result<_>>()?;
         let halved: Vec<bool> = (0..plan.tensors().len()).map(|at| choice.is_halved(TensorId(at))).collect();
-        let finished = finished(&plan);
+        let folded = folded(&plan);
+        let finished = finished(&plan, &folded);
         let pairs = pairs(&plan, &finished, &halved);
         let id = NEXT.fetch_add(1, Ordering::Relaxed);
-        Ok(Self { plan, steps, finished, pairs, halved, simd, precision, id })
+        Ok(Self { plan, steps, finished, pairs, folded, halved, simd, precision, id })
+    }
+
+    /// The same with every tensor of the plan written on its own, for those who want to see them.
+    #[must_use]
+    pub fn layer_by_layer(mut self) -> Self {
+        self.folded.fill(None);
+        self.pairs.fill(None);
+        self.finished = finished(&self.plan, &self.folded);
+        self
     }
 
     /// The plan it was made from.
@@ -120,24 +132,11 @@ impl Network {
     /// # Errors
     /// A state of another network or size, motion for another size.
     pub fn reconstruct(&self, input: &FrameInput<'_>, state: &mut State) -> Result<Frame> {
-        self.timed(input, state, |_, _| {})
+        self.observed(input, state, |_, _, _| {})
     }
 
-    /// [`Self::reconstruct`], telling `observe` the places of layers in the plan, one or two that are made together, and
-    /// how long they took.
-    ///
-    /// # Errors
-    /// As [`Self::reconstruct`].
-    pub fn timed(
-        &self,
-        input: &FrameInput<'_>,
-        state: &mut State,
-        mut observe: impl FnMut(Range<usize>, Duration),
-    ) -> Result<Frame> {
-        self.pass(input, state, SMALL, |layers, _, took| observe(layers, took))
-    }
-
-    /// [`Self::reconstruct`], telling `observe` the place of each layer in the plan and what it wrote.
+    /// [`Self::reconstruct`], telling `observe` the places of layers in the plan, one or two that are made together, what
+    /// the last of them wrote and how long they took.
     ///
     /// # Errors
     /// As [`Self::reconstruct`].
@@ -145,17 +144,6 @@ impl Network {
         &self,
         input: &FrameInput<'_>,
         state: &mut State,
-        mut observe: impl FnMut(usize, &Stored),
-    ) -> Result<Frame> {
-        self.pass(input, state, usize::MAX, |layers, out, _| observe(layers.start, out))
-    }
-
-    /// [`Self::reconstruct`]; layers are made together where there are more than `small` numbers between them.
-    fn pass(
-        &self,
-        input: &FrameInput<'_>,
-        state: &mut State,
-        small: usize,
         mut observe: impl FnMut(Range<usize>, &Stored, Duration),
     ) -> Result<Frame> {
         let size = input.sparse.size();
@@ -176,7 +164,11 @@ impl Network {
         while number < self.steps.len() {
             let started = Instant::now();
             let first = self.plan.layers()[number].output().index();
-            let pairing = self.pairs[number].filter(|_| self.numbers(first, state.size) > small);
+            if self.folded[first].is_some() {
+                number += 1;
+                continue;
+            }
+            let pairing = self.pairs[number].filter(|_| self.numbers(first, state.size) > SMALL);
             let layers = match pairing {
                 Some(pairing) => {
                     self.run_pair(number, pairing, &mut tensors, state);
@@ -204,7 +196,13 @@ impl Network {
         let layer = &self.plan.layers()[number];
         let place = layer.output().index();
         let mut out = state.spare.take(self.halved[place], self.numbers(place, state.size));
-        run(layer, &self.steps[number], tensors, self.plan.tensor(layer.output()), &mut out);
+        match (layer, &self.steps[number]) {
+            (Layer::Conv(conv), Step::Conv(prepared)) => {
+                let sources = self.sources(&conv.inputs, tensors);
+                with_map!(&mut out, out => prepared.run(&sources, out));
+            }
+            (layer, step) => run(layer, step, tensors, self.plan.tensor(layer.output()), &mut out),
+        }
         tensors[place] = out;
     }
 
@@ -222,12 +220,21 @@ impl Network {
             Some(replaced) => std::mem::take(&mut tensors[reading.inputs[replaced].tensor.index()]),
             None => state.spare.take(self.halved[place], self.numbers(place, state.size)),
         };
-        let sources = sources(&reading.inputs, tensors);
+        let sources = self.sources(&reading.inputs, tensors);
         with_map!(&mut out, out => match pairing.replaced {
             Some(replaced) => pair.run_in_place(&sources, replaced, out),
             None => pair.run(&sources, out),
         });
         tensors[place] = out;
+    }
+
+    /// What a convolution reads.
+    fn sources<'a>(&self, reads: &[Read], tensors: &'a [Stored]) -> Vec<Source<'a>> {
+        let source = |read: &Read| match self.folded[read.tensor.index()] {
+            Some(unfolded) => Source { map: &tensors[unfolded.index()], access: Access::Folded },
+            None => Source::new(&tensors[read.tensor.index()], read.resize),
+        };
+        reads.iter().map(source).collect()
     }
 
     /// The numbers of tensor `place` for frames of `size`.
@@ -275,7 +282,7 @@ impl Network {
                 map.data.par_iter_mut().filter(|v| !v.to_f32().is_finite()).for_each(|v| *v = Element::from_f32(0.0));
             });
             state.carried[place] =
-                if self.is_needed_again(place) { map.clone() } else { std::mem::take(map) };
+                if self.is_needed_again(place) { state.spare.copy(map) } else { std::mem::take(map) };
         }
         tensors.iter_mut().for_each(|map| state.spare.put(std::mem::take(map)));
     }
@@ -318,11 +325,33 @@ fn step(plan: &Plan, layer: &Layer, weights: &Weights, simd: Simd, choice: &Choi
     })
 }
 
-/// For each layer of `plan` the tensors that are read there for the last time.
-fn finished(plan: &Plan) -> Vec<Vec<TensorId>> {
+/// For each tensor of `plan` that only convolutions read and that is another one with 2×2 pixels as one, that other.
+fn folded(plan: &Plan) -> Vec<Option<TensorId>> {
+    let mut folded = vec![None; plan.tensors().len()];
+    for layer in plan.layers() {
+        match layer {
+            Layer::SpaceToDepth { input, output } => folded[output.index()] = Some(*input),
+            Layer::Conv(conv) => {
+                let resized = conv.inputs.iter().filter(|read| read.resize != Resize::Same);
+                resized.for_each(|read| folded[read.tensor.index()] = None);
+            }
+            other => other.inputs().iter().for_each(|id| folded[id.index()] = None),
+        }
+    }
+    for id in plan.states().iter().map(|state| state.next).chain([plan.output()]) {
+        folded[id.index()] = None;
+    }
+    folded
+}
+
+/// For each layer of `plan` the tensors that are read there for the last time, if those that are `folded` are not there.
+fn finished(plan: &Plan, folded: &[Option<TensorId>]) -> Vec<Vec<TensorId>> {
     let mut last = vec![None; plan.tensors().len()];
     for (number, layer) in plan.layers().iter().enumerate() {
-        layer.inputs().iter().for_each(|id| last[id.index()] = Some(number));
+        if folded[layer.output().index()].is_none() {
+            let read = layer.inputs().into_iter().map(|id| folded[id.index()].unwrap_or(id));
+            read.for_each(|id| last[id.index()] = Some(number));
+        }
     }
     for id in plan.states().iter().map(|state| state.next).chain([plan.output()]) {
         last[id.index()] = None;
@@ -366,9 +395,6 @@ fn pairs(plan: &Plan, finished: &[Vec<TensorId>], halved: &[bool]) -> Vec<Option
 /// Runs `layer`, which writes `to`, to `out`.
 fn run(layer: &Layer, step: &Step, tensors: &[Stored], to: &Tensor, out: &mut Stored) {
     match (layer, step, out) {
-        (Layer::Conv(conv), Step::Conv(prepared), out) => {
-            with_map!(out, out => prepared.run(&sources(&conv.inputs, tensors), out));
-        }
         (Layer::Filter(filter), Step::Filter(prepared), Stored::F32(out)) => {
             prepared.run(&tensors[filter.features.index()], &images(filter, tensors), out);
         }
@@ -433,12 +459,8 @@ fn run_plain(layer: &Layer, tensors: &[Stored], to: &Tensor, out: &mut Stored) {
 /// Why some pairs cannot be.
 const SAME: &str = "tensors of as many channels are stored alike";
 
-fn sources<'a>(reads: &[Read], tensors: &'a [Stored]) -> Vec<Source<'a>> {
-    reads.iter().map(|read| Source { map: &tensors[read.tensor.index()], resize: read.resize }).collect()
-}
-
 fn images<'a>(filter: &Filter, tensors: &'a [Stored]) -> Vec<Source<'a>> {
-    let source = |read: &Read| Source { map: &tensors[read.tensor.index()], resize: read.resize };
+    let source = |read: &Read| Source::new(&tensors[read.tensor.index()], read.resize);
     filter.images.iter().map(|(read, _)| source(read)).collect()
 }
 

@@ -4,8 +4,7 @@
 use super::conv::{PreparedConv, Scratch};
 use super::element::Element;
 use super::map::{Map, Stored, with_map};
-use super::patch::Source;
-use crate::plan::Resize;
+use super::patch::{Access, Source};
 use rayon::prelude::*;
 
 /// Output rows that are made at once.
@@ -64,19 +63,17 @@ impl Pair<'_> {
             let mut old = Map { data: above.clone(), height, width, channels, top };
             for y in (first..first + rows).step_by(ROWS) {
                 let here = y - first..(y - first + ROWS).min(rows);
-                // Keeps what is read from here on, and takes what is about to be written over.
-                old.forget_above(y.saturating_sub(AROUND));
-                let known = old.end() - first;
-                let wanted = here.end + AROUND;
-                old.data.extend_from_slice(&strip[known * row..wanted.min(rows).max(known) * row]);
-                if wanted > rows {
-                    let missing = (wanted - rows) * row;
-                    let have = old.end().saturating_sub(first + rows) * row;
-                    old.data.extend_from_slice(&below[have.min(below.len())..missing.min(below.len())]);
-                }
+                // What is about to be written over, and a little more.
+                let known = old.end();
+                let wanted = y.saturating_sub(AROUND)..(first + here.end + AROUND).min(height);
+                let inside = known.clamp(first, first + rows)..wanted.end.min(first + rows);
+                let (into, beyond) = old.move_to(wanted.clone()).split_at_mut(inside.len() * row);
+                into.copy_from_slice(&strip[(inside.start - first) * row..(inside.end - first) * row]);
+                let passed = known.max(first + rows).min(wanted.end) - (first + rows).min(wanted.end);
+                beyond.copy_from_slice(&below[passed * row..][..beyond.len()]);
                 let stored = T::stored(std::mem::take(&mut old));
                 let mut sources = sources.to_vec();
-                sources[replaced] = Source { map: &stored, resize: Resize::Same };
+                sources[replaced] = Source { map: &stored, access: Access::SAME };
                 made.second(y, here, &sources, strip);
                 old = T::loaded(stored);
             }
@@ -125,19 +122,14 @@ impl<'a> Made<'a> {
     ) {
         let Self { pair, between, scratch, is_begun } = self;
         with_map!(&mut *between, between => {
-            let above = y.saturating_sub(BEYOND);
-            match is_begun {
-                true => between.forget_above(above),
-                false => between.top = above,
+            let rows = y.saturating_sub(BEYOND)..(y + here.len() + BEYOND).min(between.height);
+            if !*is_begun {
+                (*is_begun, between.top) = (true, rows.start);
             }
-            *is_begun = true;
-            let (known, end) = (between.end(), (y + here.len() + BEYOND).min(between.height));
-            let row = between.width * between.channels;
-            let held = between.data.len();
-            between.data.resize(held + end.saturating_sub(known) * row, Default::default());
-            pair.first.rows(sources, known, scratch, &mut between.data[held..]);
+            let known = between.end();
+            pair.first.rows(sources, known, scratch, between.move_to(rows));
         });
-        let between = [Source { map: between, resize: Resize::Same }];
+        let between = [Source { map: between, access: Access::SAME }];
         let row = between[0].size()[1] * pair.second.outputs();
         pair.second.rows(&between, y, scratch, &mut strip[here.start * row..here.end * row]);
     }
@@ -149,7 +141,7 @@ mod tests {
     use crate::cpu::conv::{Arithmetic, ConvShape};
     use crate::cpu::element::Bf16;
     use crate::cpu::simd::Simd;
-    use crate::plan::{Activation, Padding};
+    use crate::plan::{Activation, Padding, Resize};
     use proptest::prelude::*;
 
     fn random<T: Element>(seed: u64, [height, width, channels]: [usize; 3]) -> Map<T> {
@@ -173,7 +165,7 @@ mod tests {
         pair.first.run(sources, &mut between);
         let between = T::stored(between);
         let mut out = Map::default();
-        pair.second.run(&[Source { map: &between, resize: Resize::Same }], &mut out);
+        pair.second.run(&[Source { map: &between, access: Access::SAME }], &mut out);
         out
     }
 
@@ -189,14 +181,16 @@ mod tests {
         let coarse = T::stored(random::<T>(seed + 2, [height / 2, width / 2, coarse]));
         let old = random::<T>(seed + 3, [height, width, same]);
         let kept = T::stored(old.clone());
-        let sources =
-            [Source { map: &coarse, resize: Resize::Bilinear }, Source { map: &kept, resize: Resize::Same }];
+        let sources = [
+            Source { map: &coarse, access: Access::Resized(Resize::Bilinear) },
+            Source { map: &kept, access: Access::SAME },
+        ];
         let expected: Map<T> = apart(&pair, &sources);
         let mut out = Map::default();
         pair.run(&sources, &mut out);
         assert!(out == expected);
         let nothing = Stored::default();
-        let sources = [sources[0], Source { map: &nothing, resize: Resize::Same }];
+        let sources = [sources[0], Source { map: &nothing, access: Access::SAME }];
         let mut out = old;
         pair.run_in_place(&sources, 1, &mut out);
         assert!(out == expected);

@@ -10,16 +10,43 @@ use crate::plan::{Padding, Resize};
 pub struct Source<'a> {
     /// The tensor.
     pub map: &'a Stored,
-    /// At which resolution it is read.
-    pub resize: Resize,
+    /// How it is read.
+    pub access: Access,
 }
 
-impl Source<'_> {
+/// How a tensor is read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Access {
+    /// At the same or at twice the resolution.
+    Resized(Resize),
+    /// 2×2 pixels as one with four times the channels: as `reshape::space_to_depth` writes them.
+    Folded,
+}
+
+impl Access {
+    /// As it is.
+    pub const SAME: Self = Self::Resized(Resize::Same);
+}
+
+impl<'a> Source<'a> {
+    /// `map` as `resize` says.
+    pub fn new(map: &'a Stored, resize: Resize) -> Self {
+        Self { map, access: Access::Resized(resize) }
+    }
+
     /// Rows and columns as they are read.
     pub fn size(&self) -> [usize; 2] {
-        let factor = if self.resize == Resize::Same { 1 } else { 2 };
         let [height, width, _] = self.map.size();
-        [height * factor, width * factor]
+        match self.access {
+            Access::Resized(Resize::Same) => [height, width],
+            Access::Resized(Resize::Bilinear | Resize::Nearest) => [2 * height, 2 * width],
+            Access::Folded => [height / 2, width / 2],
+        }
+    }
+
+    /// Numbers of a pixel as it is read.
+    pub fn channels(&self) -> usize {
+        self.map.channels() * if self.access == Access::Folded { 4 } else { 1 }
     }
 
     /// Writes the `count` pixels from column `x0` of row `y` on, which are all inside, to every `stride`-th number
@@ -34,8 +61,19 @@ impl Source<'_> {
     ) {
         let [height, width, c] = self.map.size();
         let Memory { near, far } = memory;
-        match self.resize {
-            Resize::Same => {
+        match self.access {
+            Access::Folded => {
+                let columns = 2 * x0 * c..2 * (x0 + count) * c;
+                let above = self.map.numbers(2 * y, columns.clone(), near);
+                let below = self.map.numbers(2 * y + 1, columns, far);
+                match c {
+                    1 => fold::<1>(above, below, out, stride),
+                    3 => fold::<3>(above, below, out, stride),
+                    4 => fold::<4>(above, below, out, stride),
+                    _ => fold_any(c, above, below, out, stride),
+                }
+            }
+            Access::Resized(Resize::Same) => {
                 let from = self.map.numbers(y, x0 * c..(x0 + count) * c, near);
                 if stride == c {
                     out[..count * c].copy_from_slice(from);
@@ -45,14 +83,14 @@ impl Source<'_> {
                     }
                 }
             }
-            Resize::Nearest => {
+            Access::Resized(Resize::Nearest) => {
                 let first = x0 / 2;
                 let from = self.map.numbers(y / 2, first * c..(x0 + count).div_ceil(2) * c, near);
                 for i in 0..count {
                     out[i * stride..][..c].copy_from_slice(&from[((x0 + i) / 2 - first) * c..][..c]);
                 }
             }
-            Resize::Bilinear => {
+            Access::Resized(Resize::Bilinear) => {
                 let [(a, wa), (b, wb)] = halves(y, height);
                 let first = halves(x0, width).map(|(at, _)| at).into_iter().min().unwrap_or(0);
                 let last = (x0 + count).div_ceil(2).min(width - 1);
@@ -72,6 +110,28 @@ impl Source<'_> {
                     }
                 }
             }
+        }
+    }
+}
+
+/// Writes pixels of C numbers of two rows, 2×2 of them as one, to every `stride`-th number of `out`.
+#[inline(always)]
+fn fold<const C: usize>(above: &[f32], below: &[f32], out: &mut [f32], stride: usize) {
+    let pairs = above.chunks_exact(2 * C).zip(below.chunks_exact(2 * C));
+    for (to, (a, b)) in out.chunks_mut(stride).zip(pairs) {
+        let to = &mut to[..4 * C];
+        for c in 0..C {
+            (to[4 * c], to[4 * c + 1], to[4 * c + 2], to[4 * c + 3]) = (a[c], a[C + c], b[c], b[C + c]);
+        }
+    }
+}
+
+/// The same for `c` numbers.
+fn fold_any(c: usize, above: &[f32], below: &[f32], out: &mut [f32], stride: usize) {
+    let pairs = above.chunks_exact(2 * c).zip(below.chunks_exact(2 * c));
+    for (to, (a, b)) in out.chunks_mut(stride).zip(pairs) {
+        for (k, to) in to[..4 * c].iter_mut().enumerate() {
+            *to = [a, b][k / 2 % 2][k % 2 * c + k / 4];
         }
     }
 }
@@ -133,7 +193,7 @@ impl Window {
         for source in sources {
             let to = &mut out[before * channels + channel..];
             source.copy([y, first], inside, (to, channels), memory);
-            channel += source.map.channels();
+            channel += source.channels();
         }
         let pixel = |x: usize| x * channels..(x + 1) * channels;
         let end = before + inside;
@@ -151,7 +211,7 @@ impl Window {
 /// Writes the `window` of `sources`, concatenated along the channels, to `patch`.
 #[inline(always)]
 pub fn assemble(sources: &[Source<'_>], padding: Padding, window: Window, patch: &mut Vec<f32>) {
-    let channels: usize = sources.iter().map(|source| source.map.channels()).sum();
+    let channels: usize = sources.iter().map(|source| source.channels()).sum();
     let mut memory = Memory::default();
     patch.resize(window.rows * window.columns * channels, 0.0);
     for (row, out) in patch.chunks_mut(window.columns * channels).enumerate() {
@@ -202,7 +262,7 @@ impl Patch {
         window: Window,
         packing: Packing<'_>,
     ) {
-        let inputs: usize = sources.iter().map(|source| source.map.channels()).sum();
+        let inputs: usize = sources.iter().map(|source| source.channels()).sum();
         let words = inputs.div_ceil(packing.count());
         let channels = words * packing.count();
         self.row.clear();

@@ -108,8 +108,7 @@ impl Case<'_> {
         };
         let resizes = self.facts["resizes"].as_array().unwrap().iter().map(resize);
         let stored: Vec<(Stored, Resize)> = inputs.into_iter().map(Stored::F32).zip(resizes).collect();
-        let sources: Vec<Source<'_>> =
-            stored.iter().map(|(map, resize)| Source { map, resize: *resize }).collect();
+        let sources: Vec<Source<'_>> = stored.iter().map(|(map, resize)| Source::new(map, *resize)).collect();
         let mut out = Map::default();
         PreparedConv::new(&shape, &weights, &bias, simd, Arithmetic::F32).run(&sources, &mut out);
         out
@@ -137,7 +136,7 @@ impl Case<'_> {
         let channels = features.channels;
         let prepared = PreparedFilter::new(&layer, channels, (&weights, &bias), simd);
         let stored: Vec<Stored> = inputs.into_iter().map(Stored::F32).collect();
-        let sources = stored.iter().zip(&images).map(|(map, &(resize, _))| Source { map, resize });
+        let sources = stored.iter().zip(&images).map(|(map, &(resize, _))| Source::new(map, resize));
         let mut out = Map::default();
         prepared.run(&Stored::F32(features), &sources.collect::<Vec<_>>(), &mut out);
         out

@@ -68,7 +68,7 @@ impl PreparedConv {
     /// # Panics
     /// As [`Self::run`].
     pub fn rows<T: Element>(&self, sources: &[Source<'_>], y: usize, scratch: &mut Scratch, out: &mut [T]) {
-        let inputs: usize = sources.iter().map(|source| source.map.channels()).sum();
+        let inputs: usize = sources.iter().map(|source| source.channels()).sum();
         assert_eq!(self.shape().inputs, inputs, "a convolution reads what its weights are for");
         match self {
             Self::Direct(conv) => conv.rows(sources, y, &mut scratch.direct, out),

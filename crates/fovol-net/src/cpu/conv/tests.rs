@@ -1,5 +1,6 @@
 use super::*;
 use crate::cpu::map::Stored;
+use crate::cpu::patch::Access;
 use crate::cpu::plain;
 use crate::plan::Resize;
 use proptest::prelude::*;
@@ -50,7 +51,7 @@ proptest! {
         let plain_shape = ConvShape { activation: Activation::None, ..shape };
         let most = plain::conv(&plain_shape, &magnitudes(&weights), &magnitudes(&bias), &unsigned);
         let stored: Vec<(Stored, Resize)> = maps.into_iter().map(|(map, resize)| (Stored::F32(map), resize)).collect();
-        let sources: Vec<Source<'_>> = stored.iter().map(|(map, resize)| Source { map, resize: *resize }).collect();
+        let sources: Vec<Source<'_>> = stored.iter().map(|(map, resize)| Source::new(map, *resize)).collect();
         for simd in Simd::available() {
             for arithmetic in [Arithmetic::F32, Arithmetic::Bf16] {
                 // bf16 has 8 bits: each factor of a product is off by 2^-8 of itself at most.
@@ -61,6 +62,47 @@ proptest! {
                 for ((a, b), most) in out.data.iter().zip(&expected.data).zip(&most.data) {
                     prop_assert!((a - b).abs() <= tolerance * most + 1e-6, "{simd} {arithmetic:?}: {a} and {b}");
                 }
+            }
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+    #[test]
+    fn folding_may_wait_until_reading(
+        channels in prop::array::uniform2(1usize..7),
+        outputs in 1usize..40,
+        is_wide in prop::bool::ANY,
+        [height, width] in prop::array::uniform2(1usize..20),
+        seed in 0u64..1000,
+    ) {
+        let size = if is_wide { 3 } else { 1 };
+        let inputs = channels.iter().map(|c| 4 * c).sum();
+        let shape = ConvShape {
+            inputs, outputs, size, stride: 1, padding: Padding::Zero, activation: Activation::None,
+        };
+        let maps = channels.map(|c| {
+            let mut map = Map::zeros(2 * height, 2 * width, c);
+            map.data = random(seed + c as u64, map.data.len());
+            map
+        });
+        let folded = maps.each_ref().map(|map| {
+            let mut out = Map::default();
+            crate::cpu::reshape::space_to_depth(map, &mut out);
+            Stored::F32(out)
+        });
+        let maps = maps.map(Stored::F32);
+        let conv = |simd, arithmetic| {
+            PreparedConv::new(&shape, &random(seed, outputs * inputs * size * size), &random(seed, outputs), simd, arithmetic)
+        };
+        for simd in Simd::available() {
+            for arithmetic in [Arithmetic::F32, Arithmetic::Bf16] {
+                let conv = conv(simd, arithmetic);
+                let [mut expected, mut out] = [Map::<f32>::default(), Map::default()];
+                conv.run(&folded.each_ref().map(|map| Source::new(map, Resize::Same)), &mut expected);
+                conv.run(&maps.each_ref().map(|map| Source { map, access: Access::Folded }), &mut out);
+                prop_assert!(out == expected);
             }
         }
     }
@@ -82,7 +124,7 @@ proptest! {
         let bias = random(seed ^ 78, shape.outputs);
         let resized: Vec<Map> = stored.iter().map(|(map, resize)| plain::resized(map.picture(), *resize)).collect();
         let expected = plain::conv(&shape, &weights, &bias, &plain::concatenated(&resized));
-        let sources: Vec<Source<'_>> = stored.iter().map(|(map, resize)| Source { map, resize: *resize }).collect();
+        let sources: Vec<Source<'_>> = stored.iter().map(|(map, resize)| Source::new(map, *resize)).collect();
         let mut all = Vec::new();
         for simd in Simd::available() {
             let mut out = Map::<f32>::default();
