@@ -298,6 +298,8 @@ def layer_cases(folder):
     weight, bias = layers.parameters("norm_elu", (6,))
     image = F.elu(F.group_norm(image, 1, weight, bias, eps=networks.NORM_EPSILON))
     layers.add("norm_elu", image, kind="norm", activation="elu")
+    pictures = [layers.array(f"add.in{i}", (3, 4, 5)) for i in range(2)]
+    layers.add("add", pictures[0] + pictures[1], kind="add")
     colour = layers.array("bypass.in0", (3, 4, 5), 0.0, 1.0)
     layers.arrays["bypass.in1"] = (layers.array("bypass.in1", (1, 4, 5)) > 0).float().numpy()[0]
     picture = layers.array("bypass.in2", (3, 4, 5))

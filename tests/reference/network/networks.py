@@ -43,6 +43,7 @@ def wnet(encoder, decoder, **changes):
         "doubt": False,
         "corrections": 0,
         "residual": False,
+        "addition": False,
         "recurrent": True,
     }
     return paper | changes
@@ -51,7 +52,7 @@ def wnet(encoder, decoder, **changes):
 ALL_ON = {name: True for name in ["fold", "mask", "prefill", "bypass", "reproject"]}
 OURS = ALL_ON | {"feedback": "output", "history": "centre", "filled": "around", "flat": "centre"}
 OURS |= {"accumulate": 0.98, "fresh": "centre", "doubt": True, "corrections": 2}
-OURS |= {"residual": True, "recurrent": False}
+OURS |= {"residual": True, "addition": True, "recurrent": False}
 CONFIGS = {
     "wnet-paper": wnet([64, 64, 80, 96], [64, 64, 80]),
     "wnet-narrow": wnet([64, 64, 80, 96], [32, 64, 80]),
@@ -313,6 +314,8 @@ class WNet(nn.Module):
         read = [e + b + d * config["recurrent"] for e, b, d in zip(encoder, below, decoder)]
         self.decoder = nn.ModuleList(map(Block, read, decoder))
         self.output = nn.Conv2d(decoder[0] + 3 * pixels * config["residual"], 3 * pixels, 1)
+        if config["addition"]:
+            self.addition = nn.Conv2d(decoder[0], 3 * pixels, 1)
         if config["kernels"]:
             # Folded, the finest features serve the whole pixels as well as the 2x2 squares.
             finest = decoder[:1] if config["fold"] else []
@@ -382,6 +385,9 @@ class WNet(nn.Module):
             finest = features[:1] if config["fold"] else []
             images = {"history": states.get("output"), "filled": filled, "fresh": fresh}
             picture = self.kernel(direct, finest + features, images)
+        if config["addition"]:
+            added = self.addition(features[0])
+            picture = picture + (F.pixel_shuffle(added, 2) if config["fold"] else added)
         if config["bypass"]:
             picture = bypass(colour, mask, picture)
         if "output" in states:

@@ -36,6 +36,7 @@ impl FineTuning {
             held_out: Vec::new(),
             count: CLIPS,
             held_out_count: JUDGED,
+            fly_through: false,
             seed: 0,
         };
         let mut config: TrainConfig = toml::from_str(RECIPE)?;

@@ -81,6 +81,19 @@ pub struct LessonFrame {
 }
 
 impl LessonFrame {
+    /// The clips from number `first` on.
+    #[must_use]
+    pub fn clips(&self, first: i64, count: i64) -> Self {
+        let part = |tensor: &Tensor| tensor.narrow(0, first, count);
+        Self {
+            colour: part(&self.colour),
+            mask: part(&self.mask),
+            motion: part(&self.motion),
+            true_motion: part(&self.true_motion),
+            target: part(&self.target),
+        }
+    }
+
     /// The same on `device`.
     #[must_use]
     pub fn to_device(&self, device: Device) -> Self {

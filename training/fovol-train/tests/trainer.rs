@@ -122,6 +122,47 @@ fn the_loss_falls_and_an_interrupted_run_is_the_same_run() {
 }
 
 #[test]
+fn memory_can_be_saved_without_another_result() {
+    tch::set_num_threads(1);
+    let folder = tempfile::tempdir().unwrap();
+    let mut config = config(folder.path());
+    (config.steps, config.batch, config.truncate) = (6, 3, 3);
+    let [learned, judged] = clips(folder.path(), &config);
+    let trained = |name: &str, config: TrainConfig| {
+        let run = folder.path().join(name);
+        let mut trainer = Trainer::new(config, &run, Device::Cpu, false).unwrap();
+        trainer.run(&learned, &judged, None, &|| false).unwrap();
+        (losses(&run), Weights::read(&run.join("weights.safetensors")).unwrap())
+    };
+    let (whole, weights) = trained("whole", config.clone());
+    let parts = TrainConfig { at_once: Some(2), ..config.clone() };
+    let again = TrainConfig { recompute: true, ..config.clone() };
+    let both = TrainConfig { at_once: Some(1), recompute: true, ..config };
+    for (name, config) in [("parts", parts), ("again", again), ("both", both)] {
+        let (losses, other) = trained(name, config);
+        assert!(whole.iter().zip(&losses).all(|(a, b)| (a - b).abs() < 1e-5), "{name}: {whole:?} {losses:?}");
+        for (array, one) in weights.arrays() {
+            let pairs = one.values.iter().zip(&other.arrays()[array].values);
+            let most = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+            assert!(most < 1e-4, "{name} {array}: {most}");
+        }
+    }
+}
+
+#[test]
+fn every_configuration_that_comes_with_it_can_be_run() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../configs");
+    let paths: Vec<_> = std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    assert!(paths.len() >= 5);
+    for path in paths {
+        let config = TrainConfig::read(&path).unwrap();
+        let [learned, judged] = config.clips.sets(&folder).unwrap();
+        assert_eq!([learned.len(), judged.len()], [config.clips.count, config.clips.held_out_count]);
+        config.network.config().plan().unwrap();
+    }
+}
+
+#[test]
 fn what_is_wrong_with_a_configuration_is_said() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("config.toml");

@@ -77,6 +77,7 @@ impl Case<'_> {
             "pool" => reshape::pool(&inputs[0], &mut out),
             "space-to-depth" => reshape::space_to_depth(&inputs[0], &mut out),
             "depth-to-space" => reshape::depth_to_space(&inputs[0], &mut out),
+            "add" => reshape::add(&inputs[0], &inputs[1], &mut out),
             "bypass" => reshape::bypass(&inputs[0], &inputs[1], &inputs[2], &mut out),
             "warp" => warp(&inputs[0], &inputs[1], &mut out),
             "spread" => spread(&inputs[0], inputs.get(1), self.number("levels") as u32, &mut out),

@@ -82,6 +82,14 @@ pub fn part(input: &Map, first: usize, channels: usize, out: &mut Map) {
     });
 }
 
+/// input + more.
+pub fn add(input: &Map, more: &Map, out: &mut Map) {
+    rows(out, [input.height, input.width, input.channels], |y, row| {
+        let pairs = input.row(y).iter().zip(more.row(y));
+        row.iter_mut().zip(pairs).for_each(|(to, (a, b))| *to = a + b);
+    });
+}
+
 /// mask · colour + (1 − mask) · input.
 pub fn bypass(colour: &Map, mask: &Map, input: &Map, out: &mut Map) {
     let c = input.channels;

@@ -193,6 +193,9 @@ impl<'a> Exporter<'a> {
                 let along = vec![integer("axis", 1)];
                 self.graph.node("Gather", self.name(*output), &[&self.value(*input), &wanted], along)
             }
+            Layer::Add { input, more, output } => {
+                self.graph.plain("Add", self.name(*output), &[&self.value(*input), &self.value(*more)])
+            }
             Layer::Bypass { colour, mask, input, output } => {
                 self.bypass(self.name(*output), [*colour, *mask, *input])
             }

@@ -264,6 +264,19 @@ impl PlanBuilder {
         self.push(Layer::Part { input, first, output })
     }
 
+    /// `input` + `more`.
+    pub fn add(&mut self, input: TensorId, more: TensorId) -> TensorId {
+        let [channels, level] = [self.channels(input), self.level(input) as usize];
+        assert_eq!(
+            [channels, level],
+            [self.channels(more), self.level(more) as usize],
+            "sums have one shape"
+        );
+        let name = format!("{}.corrected", self.plan.tensors[input.0].name);
+        let output = self.tensor(&name, channels, self.level(input));
+        self.push(Layer::Add { input, more, output })
+    }
+
     /// `colour` where sampled, `input` elsewhere.
     pub fn bypass(&mut self, colour: TensorId, input: TensorId) -> TensorId {
         let mask = self.mask();

@@ -283,6 +283,15 @@ pub enum Layer {
         /// What it writes.
         output: TensorId,
     },
+    /// input + more.
+    Add {
+        /// A picture.
+        input: TensorId,
+        /// Another one.
+        more: TensorId,
+        /// What it writes.
+        output: TensorId,
+    },
     /// mask · colour + (1 − mask) · input.
     Bypass {
         /// What was sampled.
@@ -325,6 +334,7 @@ impl Layer {
             | Self::Doubt { output, .. }
             | Self::Accumulate { output, .. }
             | Self::Part { output, .. }
+            | Self::Add { output, .. }
             | Self::Bypass { output, .. }
             | Self::Warp { output, .. } => *output,
         }
@@ -353,6 +363,7 @@ impl Layer {
             Self::Accumulate { known, before, share, .. } => {
                 [Some(*known), Some(*before), *share].into_iter().flatten().collect()
             }
+            Self::Add { input, more, .. } => vec![*input, *more],
             Self::Bypass { colour, mask, input, .. } => vec![*colour, *mask, *input],
             Self::Warp { input, motion, .. } => vec![*input, *motion],
         }
@@ -376,6 +387,7 @@ impl Layer {
             Self::Doubt { .. } => "doubt",
             Self::Accumulate { .. } => "accumulate",
             Self::Part { .. } => "part",
+            Self::Add { .. } => "add",
             Self::Bypass { .. } => "bypass",
             Self::Warp { .. } => "warp",
         }

@@ -75,6 +75,7 @@ fn configurations_are_checked_and_survive_json() {
         WNetConfig { accumulate: 0.5, ..WNetConfig::paper() },
         WNetConfig { accumulate: 0.0, ..WNetConfig::fast() },
         WNetConfig { residual: true, ..WNetConfig::paper() },
+        WNetConfig { addition: true, ..WNetConfig::deepfovea() },
         WNetConfig { accumulate: f32::NAN, ..WNetConfig::fast() },
         WNetConfig { prefill: false, accumulate: 0.0, ..WNetConfig::fast() },
     ] {

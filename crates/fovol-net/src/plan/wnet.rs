@@ -70,6 +70,9 @@ pub struct WNetConfig {
     /// Whether the direct prediction also reads the filled picture: then it can begin as that, and learn what to add.
     #[serde(default)]
     pub residual: bool,
+    /// Whether what the U-Net predicts besides is added to what K makes: K alone can only average its images.
+    #[serde(default)]
+    pub addition: bool,
     /// Whether decoders read what they wrote for the last frame.
     #[serde(default = "yes")]
     pub recurrent: bool,
@@ -101,6 +104,7 @@ impl WNetConfig {
             doubt: false,
             corrections: 0,
             residual: false,
+            addition: false,
             recurrent: true,
         }
     }
@@ -131,6 +135,7 @@ impl WNetConfig {
             doubt: true,
             corrections: 2,
             residual: true,
+            addition: true,
             recurrent: false,
         }
     }
@@ -195,6 +200,9 @@ impl WNetConfig {
         if self.residual && !self.prefill {
             return Err("there is no filled picture to add to; set `prefill`, or leave out `residual`".into());
         }
+        if self.addition && !self.kernels {
+            return Err("there is nothing of K to add to; set `kernels`, or leave out `addition`".into());
+        }
         if self.fresh.is_some() && self.accumulate == 0.0 {
             return Err("every filled picture is fresh; set `accumulate`, or leave out `fresh`".into());
         }
@@ -251,6 +259,10 @@ impl Walk<'_> {
             let weighed =
                 |(picture, taps): (Option<TensorId>, Option<Taps>)| picture.map(Read::same).zip(taps);
             picture = self.kernels(&direct, more.into_iter().filter_map(weighed).collect());
+        }
+        if config.addition {
+            let more = self.predicted("addition", &[Read::same(direct.features[0])], Activation::None);
+            picture = self.builder.add(picture, more);
         }
         if config.bypass {
             picture = self.builder.bypass(colour, picture);
@@ -354,17 +366,19 @@ impl Walk<'_> {
             self.carried.extend(state.map(|state| (state, output)));
             features.insert(0, output);
         }
-        let channels = if config.fold { 12 } else { 3 };
         let read = if config.residual {
             vec![Read::same(features[0]), filled]
         } else {
             vec![Read::same(features[0])]
         };
-        let mut picture = self.builder.conv("output", &read, channels, 1, Activation::Relu);
-        if config.fold {
-            picture = self.builder.depth_to_space(picture);
-        }
-        Direct { picture, features }
+        Direct { picture: self.predicted("output", &read, Activation::Relu), features }
+    }
+
+    /// The picture that a 1×1 convolution of `inputs` makes.
+    fn predicted(&mut self, name: &str, inputs: &[Read], activation: Activation) -> TensorId {
+        let channels = if self.config.fold { 12 } else { 3 };
+        let picture = self.builder.conv(name, inputs, channels, 1, activation);
+        if self.config.fold { self.builder.depth_to_space(picture) } else { picture }
     }
 
     /// Two 3×3 convolutions, each with ReLU.

@@ -2,7 +2,7 @@ use super::journey::Journey;
 use super::transfer::random_transfer;
 use super::{LENGTH, SIDE};
 use crate::{Error, Result};
-use fovol_core::{FrameSize, Light, Scene, Shading, ShadowMode, SurfaceShading};
+use fovol_core::{CameraPath, FrameSize, Light, Scene, Shading, ShadowMode, SurfaceShading};
 use fovolnet::{OpenVolume, VolumeSettings, open_volume, presets};
 use glam::DVec3;
 use rand::{Rng, RngExt, SeedableRng};
@@ -75,7 +75,25 @@ pub struct Recipe {
     pub side: u32,
     /// How many frames.
     pub length: usize,
+    /// What else is drawn, or not.
+    #[serde(default)]
+    pub course: Course,
 }
+
+/// What clips show of a volume.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Course {
+    /// All is drawn: transfer function, light, journey, size of the frames and the part of them.
+    #[default]
+    Drawn,
+    /// As the paper has it: whole frames of 800² pixels along a fly-through around the volume, with the program's own
+    /// transfer function and light; the number of the clip along it.
+    FlyThrough(usize),
+}
+
+/// Rows and columns of the frames of a fly-through.
+const WHOLE: u32 = 800;
 
 /// Heights of the frames that clips are parts of; their widths are 16/9 of these.
 const HEIGHTS: [u32; 4] = [480, 720, 720, 1080];
@@ -83,7 +101,13 @@ const HEIGHTS: [u32; 4] = [480, 720, 720, 1080];
 impl Recipe {
     /// The recipe of number `seed` for the volume of `source`.
     pub fn draw(seed: u64, source: &VolumeSource) -> Self {
-        Self { seed, source: source.clone(), side: SIDE as u32, length: LENGTH }
+        Self { seed, source: source.clone(), side: SIDE as u32, length: LENGTH, course: Course::Drawn }
+    }
+
+    /// The clip of number `place` along the fly-through around the volume of `source`.
+    pub fn fly_through(seed: u64, source: &VolumeSource, place: usize) -> Self {
+        let course = Course::FlyThrough(place);
+        Self { seed, source: source.clone(), side: WHOLE, length: LENGTH, course }
     }
 
     /// The same for a part of `side`² pixels and `length` frames.
@@ -94,6 +118,15 @@ impl Recipe {
 
     /// The draw number `attempt`: some show next to nothing and are drawn again.
     pub(super) fn attempt(&self, volume: &OpenVolume, attempt: u64) -> Result<Attempt> {
+        if let Course::FlyThrough(place) = self.course {
+            let frames = (place * self.length..).take(self.length);
+            return Ok(Attempt {
+                scene: Scene::new(volume.volume.clone(), presets::find("auto", volume)?),
+                whole: FrameSize::new(self.side, self.side)?,
+                corner: [0; 2],
+                cameras: frames.map(|frame| CameraPath::Flythrough.camera(frame as u32)).collect(),
+            });
+        }
         let random = &mut ChaCha8Rng::seed_from_u64(self.seed);
         random.set_stream(attempt);
         let transfer = match random.random::<f64>() {

@@ -1,4 +1,4 @@
-use super::recipe::{Attempt, Recipe};
+use super::recipe::{Attempt, Course, Recipe};
 use super::{Clip, Scenery};
 use crate::{Error, Result};
 use fovol_core::{Camera, FrameSize, Pixel, SampleList, f16};
@@ -23,10 +23,11 @@ pub fn record(recipe: &Recipe, volume: &OpenVolume) -> Result<Clip> {
     for number in 0..ATTEMPTS {
         let attempt = recipe.attempt(volume, number)?;
         let renderer = Renderer::new(&attempt.scene, RenderOptions::default())?;
-        let shows = [0, recipe.length - 1].into_iter().all(|t| {
-            let pixels = part(&attempt, recipe.side, STRIDE);
-            shows_something(&march(&renderer, &attempt.cameras[t], attempt.whole, pixels))
-        });
+        let shows = recipe.course != Course::Drawn
+            || [0, recipe.length - 1].into_iter().all(|t| {
+                let pixels = part(&attempt, recipe.side, STRIDE);
+                shows_something(&march(&renderer, &attempt.cameras[t], attempt.whole, pixels))
+            });
         if shows {
             return film(recipe, volume, attempt, &renderer);
         }

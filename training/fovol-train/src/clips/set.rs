@@ -37,6 +37,16 @@ impl ClipSet {
         Self { folder: folder.to_owned(), recipes: recipes.collect() }
     }
 
+    /// The set of `count` clips in `folder` along a fly-through around each volume of `sources`, without gaps.
+    pub fn fly_throughs(folder: &Path, sources: &[VolumeSource], count: usize, first_seed: u64) -> Self {
+        let volumes = sources.len().max(1);
+        let recipes = (0..count).filter_map(|i| {
+            let source = sources.get(i % volumes)?;
+            Some(Recipe::fly_through(first_seed + i as u64, source, i / volumes))
+        });
+        Self { folder: folder.to_owned(), recipes: recipes.collect() }
+    }
+
     /// The set in `folder` as far as it has been made.
     ///
     /// # Errors
@@ -120,6 +130,20 @@ impl ClipSet {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use fovol_core::CameraPath;
+
+    #[test]
+    fn fly_throughs_have_no_gaps() {
+        let folder = tempfile::tempdir().unwrap();
+        let sources = ["marschner-lobb:16:0", "marschner-lobb:20:1"].map(|s| VolumeSource::parse(s).unwrap());
+        let mut set = ClipSet::fly_throughs(folder.path(), &sources, 4, 0);
+        set.recipes.iter_mut().for_each(|recipe| *recipe = recipe.clone().with_part(32, 3));
+        assert!(set.make(|_| true).unwrap().is_empty());
+        let open = ClipSet::open(folder.path()).unwrap();
+        let cameras: Vec<_> = [0, 2].iter().flat_map(|&i| open.clip(i).unwrap().scenery.cameras).collect();
+        assert_eq!(cameras, (0..6).map(|i| CameraPath::Flythrough.camera(i)).collect::<Vec<_>>());
+        assert_eq!(open.recipe(2).source, sources[0]);
+    }
 
     #[test]
     fn a_set_goes_on_where_it_stopped() {

@@ -118,6 +118,7 @@ impl<'a> Frame<'a> {
                 let channels = self.network.plan.tensor(*output).channels;
                 self.exact(*input).narrow(1, *first as i64, channels as i64)
             }
+            Layer::Add { input, more, .. } => self.exact(*input) + self.exact(*more),
             Layer::Bypass { colour, mask, input, .. } => {
                 layers::bypass(&self.exact(*colour), &self.exact(*mask), &self.exact(*input))
             }

@@ -12,7 +12,8 @@ use std::ops::Range;
 /// Convolutions have what PyTorch gives them, Kaiming-uniform with a = √5, which is ±1/√fan-in; the last one, which
 /// makes the picture, is Xavier-uniform, ±√(6 / (fan-in + fan-out)); biases are zero (ALGORITHMS §1.2). Normalisations
 /// begin as identities. Kernels that weigh a filled picture begin with most of their weight on it, and direct
-/// predictions that read it begin as it, so that such a network begins as the filling that it is to improve.
+/// predictions that read it begin as it, and what is added to what kernels make as nothing, so that such a network begins
+/// as the filling that it is to improve.
 ///
 /// # Errors
 /// A configuration that makes no network.
@@ -94,6 +95,9 @@ fn values(parameter: &Parameter, seed: u64) -> Vec<f32> {
     }
     let inputs: usize = parameter.shape[1..].iter().product();
     let outputs = parameter.len() / parameter.shape[1];
+    if parameter.name == "addition.weight" {
+        return vec![0.0; parameter.len()];
+    }
     let reach = match parameter.name.as_str() {
         "output.weight" => (6.0 / (inputs + outputs) as f64).sqrt(),
         _ => 1.0 / (inputs as f64).sqrt(),

@@ -41,6 +41,9 @@ pub struct ClipsConfig {
     pub count: usize,
     /// How many to judge by.
     pub held_out_count: usize,
+    /// Whether they are whole frames of 800² along fly-throughs, as in the paper, instead of parts of all manner of frames.
+    #[serde(default)]
+    pub fly_through: bool,
     /// What the seeds of both start at.
     #[serde(default)]
     pub seed: u64,
@@ -79,7 +82,11 @@ impl ClipsConfig {
         }
         let folder = base.join(&self.folder);
         let set = |name: &str, sources: &[VolumeSource], count, seed| {
-            ClipSet::plan(&folder.join(name), sources, count, seed)
+            let folder = folder.join(name);
+            match self.fly_through {
+                true => ClipSet::fly_throughs(&folder, sources, count, seed),
+                false => ClipSet::plan(&folder, sources, count, seed),
+            }
         };
         Ok([
             set("learn", &learned, self.count, self.seed),
@@ -107,6 +114,9 @@ pub struct TrainConfig {
     /// Clips in a step.
     #[serde(default = "one")]
     pub batch: usize,
+    /// Clips that are computed at once; gradients of the others are added to theirs. All of a step if not given.
+    #[serde(default)]
+    pub at_once: Option<usize>,
     /// Frames of a clip.
     #[serde(default = "sixteen")]
     pub frames: usize,
@@ -116,6 +126,10 @@ pub struct TrainConfig {
     /// Gradients go back over this many frames.
     #[serde(default = "sixteen")]
     pub truncate: usize,
+    /// Whether every frame is computed once more on the way back, instead of all that was computed kept: a third more
+    /// time for a fraction of the memory.
+    #[serde(default)]
+    pub recompute: bool,
     /// The learning rate of the first step.
     #[serde(default = "rate")]
     pub rate: f64,
@@ -217,6 +231,7 @@ impl TrainConfig {
             ("truncate", self.truncate as u64),
             ("steps-per-epoch", self.steps_per_epoch),
             ("validate-every", self.validate_every),
+            ("at-once", self.at_once.map_or(1, |count| count as u64)),
         ];
         if let Some((name, _)) = positive.into_iter().find(|(_, value)| *value == 0) {
             return Err(Error::Config(format!("`{name}` is 0; give at least 1")));

@@ -3,6 +3,7 @@
 //! Everything random of step s is drawn from the seed and s, so that a run that was interrupted goes on exactly as it
 //! would have gone.
 
+mod backward;
 mod checkpoint;
 mod config;
 mod lessons;
@@ -16,10 +17,11 @@ pub use validation::{Fills, Scores};
 
 use crate::clips::ClipSet;
 use crate::lesson::LessonFrame;
-use crate::loss::{Clip as JudgedClip, Losses};
-use crate::network::{Inputs, Network, Options, initial_weights};
+use crate::loss::Losses;
+use crate::network::{Network, Options, initial_weights};
 use crate::optimise::{Average, Cosine, Ranger, clip_gradients};
 use crate::{Error, Result};
+use backward::Backward;
 use checkpoint::Checkpoint;
 use fovol_net::Weights;
 use lessons::Lessons;
@@ -178,7 +180,8 @@ impl Trainer {
     /// One step; nothing where the gradients are no numbers, and the weights stay as they are.
     fn learn(&mut self, lesson: &[LessonFrame], rate: f64) -> Result<Option<Taken>> {
         self.ranger.zero_gradients();
-        let terms = self.backward(lesson)?;
+        let Self { network, losses, config, device, .. } = &*self;
+        let terms = Backward { network, losses, config, device: *device }.run(lesson)?;
         let norm = clip_gradients(&self.network.parameters(), self.config.clip_gradients);
         if !norm.is_finite() || !terms[0].1.is_finite() {
             return Ok(None);
@@ -186,42 +189,6 @@ impl Trainer {
         self.ranger.step(rate);
         self.average.update();
         Ok(Some(Taken { terms, norm }))
-    }
-
-    /// Forward and backward through a batch of clips, a few frames at a time; the terms of the loss.
-    fn backward(&self, lesson: &[LessonFrame]) -> Result<Vec<(&'static str, f64)>> {
-        let size = lesson[0].colour.size();
-        let mut state = self.network.initial_state([size[0], size[2], size[3]]);
-        let mut outputs: Vec<Tensor> = Vec::new();
-        let references: Vec<Tensor> =
-            lesson.iter().map(|frame| frame.target.to_device(self.device)).collect();
-        let motion: Vec<Tensor> =
-            lesson.iter().map(|frame| frame.true_motion.to_device(self.device)).collect();
-        let mut sums: Vec<(&'static str, f64)> = Vec::new();
-        for (part, frames) in lesson.chunks(self.config.truncate).enumerate() {
-            let first = part * self.config.truncate;
-            outputs.iter_mut().for_each(|output| *output = output.detach());
-            state = state.iter().map(Tensor::detach).collect();
-            for frame in frames {
-                let frame = frame.to_device(self.device);
-                let given = self.config.use_motion.then_some(&frame.motion);
-                let inputs = Inputs { colour: &frame.colour, mask: Some(&frame.mask), motion: given };
-                let (output, next) = self.network.forward(&inputs, state)?;
-                outputs.push(output);
-                state = next;
-            }
-            let clip = JudgedClip {
-                outputs: &outputs,
-                references: &references[..outputs.len()],
-                motion: Some(&motion[..outputs.len()]),
-            };
-            let terms = self.losses.frames(&clip, first..outputs.len(), lesson.len())?;
-            terms.total.backward();
-            for (i, (name, value)) in terms.values().into_iter().enumerate() {
-                if part == 0 { sums.push((name, value)) } else { sums[i].1 += value }
-            }
-        }
-        Ok(sums)
     }
 
     /// Judges the averaged weights by clips that are never learned from.

@@ -87,6 +87,7 @@ impl Case<'_> {
             "pool" => Box::new(|all| pool(&all[0], 2)),
             "space-to-depth" => Box::new(|all| all[0].pixel_unshuffle(2)),
             "depth-to-space" => Box::new(|all| all[0].pixel_shuffle(2)),
+            "add" => Box::new(|all| &all[0] + &all[1]),
             "bypass" => Box::new(|all| bypass(&all[0], &all[1], &all[2])),
             "warp" => Box::new(|all| warp(&all[0], &all[1])),
             "spread" => Box::new(|all| spread(&all[0], all.get(1), self.number("levels") as u32)),

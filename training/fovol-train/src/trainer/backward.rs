@@ -1,0 +1,142 @@
+//! The gradients of the loss of a batch of clips: forward through the frames, and back.
+
+use super::TrainConfig;
+use crate::Result;
+use crate::lesson::LessonFrame;
+use crate::loss::{Clip, Losses};
+use crate::network::{Inputs, Network};
+use std::ops::Range;
+use tch::{Device, Tensor};
+
+/// The terms of a loss by name.
+pub(super) type Named = Vec<(&'static str, f64)>;
+
+/// What gradients are found with.
+pub(super) struct Backward<'a> {
+    pub network: &'a Network,
+    pub losses: &'a Losses,
+    pub config: &'a TrainConfig,
+    pub device: Device,
+}
+
+/// The frames of some clips on their way through the network.
+struct Passage {
+    frames: Vec<LessonFrame>,
+    references: Vec<Tensor>,
+    motion: Vec<Tensor>,
+    outputs: Vec<Tensor>,
+    /// What the next frame is given.
+    state: Vec<Tensor>,
+    /// The part that these clips are of the batch.
+    share: f64,
+}
+
+impl Backward<'_> {
+    /// Adds the gradients of the mean loss of the clips of `lesson` to those of the network's parameters; the terms.
+    pub fn run(&self, lesson: &[LessonFrame]) -> Result<Named> {
+        let batch = lesson[0].colour.size()[0];
+        let at_once = self.config.at_once.map_or(batch, |count| (count as i64).min(batch));
+        let mut sums = Named::new();
+        for first in (0..batch).step_by(at_once as usize) {
+            let count = at_once.min(batch - first);
+            let mut passage = self.passage(lesson, [first, count], batch);
+            let length = lesson.len();
+            for first in (0..length).step_by(self.config.truncate) {
+                let part = first..(first + self.config.truncate).min(length);
+                let terms = match self.config.recompute {
+                    true => self.recomputed(&mut passage, part, length)?,
+                    false => self.kept(&mut passage, part, length)?,
+                };
+                add(&mut sums, terms, passage.share);
+            }
+        }
+        Ok(sums)
+    }
+
+    fn passage(&self, lesson: &[LessonFrame], [first, count]: [i64; 2], batch: i64) -> Passage {
+        let frames: Vec<LessonFrame> =
+            lesson.iter().map(|frame| frame.clips(first, count).to_device(self.device)).collect();
+        let size = frames[0].colour.size();
+        Passage {
+            references: frames.iter().map(|frame| frame.target.shallow_clone()).collect(),
+            motion: frames.iter().map(|frame| frame.true_motion.shallow_clone()).collect(),
+            state: self.network.initial_state([size[0], size[2], size[3]]),
+            outputs: Vec::new(),
+            share: count as f64 / batch as f64,
+            frames,
+        }
+    }
+
+    fn forward(&self, frame: &LessonFrame, state: Vec<Tensor>) -> Result<(Tensor, Vec<Tensor>)> {
+        let motion = self.config.use_motion.then_some(&frame.motion);
+        self.network.forward(&Inputs { colour: &frame.colour, mask: Some(&frame.mask), motion }, state)
+    }
+
+    /// Loss and gradients of the frames `part` with all that is computed on the way kept until then.
+    fn kept(&self, passage: &mut Passage, part: Range<usize>, length: usize) -> Result<Named> {
+        passage.outputs.iter_mut().for_each(|output| *output = output.detach());
+        let mut state = passage.state.iter().map(Tensor::detach).collect();
+        for frame in &passage.frames[part.clone()] {
+            let (output, next) = self.forward(frame, state)?;
+            passage.outputs.push(output);
+            state = next;
+        }
+        passage.state = state;
+        self.judged(passage, part, length)
+    }
+
+    /// The same with only states and outputs kept: on the way back every frame is computed once more.
+    fn recomputed(&self, passage: &mut Passage, part: Range<usize>, length: usize) -> Result<Named> {
+        let mut states = Vec::new();
+        for frame in &passage.frames[part.clone()] {
+            let state: Vec<Tensor> = passage.state.iter().map(Tensor::detach).collect();
+            states.push(state.iter().map(Tensor::shallow_clone).collect::<Vec<_>>());
+            let (output, next) = tch::no_grad(|| self.forward(frame, state))?;
+            passage.outputs.push(output.detach().set_requires_grad(true));
+            passage.state = next;
+        }
+        let terms = self.judged(passage, part.clone(), length)?;
+        let mut slopes: Vec<Tensor> = Vec::new();
+        for (i, state) in part.clone().zip(states).rev() {
+            let state: Vec<Tensor> =
+                state.iter().map(|tensor| tensor.detach().set_requires_grad(true)).collect();
+            let given = state.iter().map(Tensor::shallow_clone).collect();
+            let (output, next) = self.forward(&passage.frames[i], given)?;
+            let mut sum = (output * passage.outputs[i].grad()).sum(None);
+            for (next, slope) in next.iter().zip(&slopes).filter(|(next, _)| next.requires_grad()) {
+                sum += (next * slope).sum(None);
+            }
+            sum.backward();
+            slopes = state.iter().map(slope).collect();
+        }
+        passage.outputs[part].iter_mut().for_each(|output| *output = output.detach());
+        Ok(terms)
+    }
+
+    /// The loss of the frames `part`, and its gradients.
+    fn judged(&self, passage: &Passage, part: Range<usize>, length: usize) -> Result<Named> {
+        let clip = Clip {
+            outputs: &passage.outputs,
+            references: &passage.references[..part.end],
+            motion: Some(&passage.motion[..part.end]),
+        };
+        let terms = self.losses.frames(&clip, part, length)?;
+        (&terms.total * passage.share).backward();
+        Ok(terms.values().to_vec())
+    }
+}
+
+/// The gradient of `tensor`, zero if nothing depends on it.
+fn slope(tensor: &Tensor) -> Tensor {
+    let gradient = tensor.grad();
+    if gradient.defined() { gradient } else { tensor.zeros_like() }
+}
+
+fn add(sums: &mut Named, terms: Named, share: f64) {
+    for (i, (name, value)) in terms.into_iter().enumerate() {
+        match sums.get_mut(i) {
+            Some(sum) => sum.1 += value * share,
+            None => sums.push((name, value * share)),
+        }
+    }
+}
