@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
 """Networks at 1280x720: this program against ONNX Runtime, OpenVINO and PyTorch on the exported ONNX, in one run.
 
-    python3 -m venv venv && venv/bin/pip install onnxruntime openvino torch numpy
+    python3 -m venv venv && venv/bin/pip install onnx onnxruntime openvino torch numpy
     cargo build --release
     venv/bin/python benchmarks/peers/networks.py [--network wnet-paper] [--threads 2] [--rounds 3] [-o FILE.json]
 
 All are given the same random weights and the same kind of frame, two threads, and two frames to warm up. The rounds
 alternate between the programs. What is not installed is left out. PyTorch runs the modules of
-`tests/reference/network/networks.py`. OpenVINO's bf16 is measured where it says that the processor has it.
+`tests/reference/network/networks.py`. OpenVINO's bf16 is measured where it says that the processor has it. For int8 the
+graph is quantised by ONNX Runtime: every convolution, activations by the ranges of one frame, weights for each channel.
 """
 
 import argparse
@@ -56,6 +57,25 @@ def onnx_runtime(path, threads):
     shapes += [(name, given[name], 1) for name in ("input", "motion") if name in given]
     feeds = inputs_of(shapes, height, width)
     return feeds, lambda: session.run(None, feeds)
+
+
+def quantised(path, folder, feeds):
+    """The graph with all convolutions in int8: where it was written."""
+    from onnxruntime.quantization import CalibrationDataReader, QuantFormat, QuantType, quantize_static
+
+    class OneFrame(CalibrationDataReader):
+        def __init__(self):
+            self.frames = [feeds]
+
+        def get_next(self):
+            return self.frames.pop() if self.frames else None
+
+    out = str(Path(folder) / "int8.onnx")
+    kinds = {"activation_type": QuantType.QUInt8, "weight_type": QuantType.QInt8}
+    quantize_static(
+        path, out, OneFrame(), quant_format=QuantFormat.QDQ, per_channel=True, op_types_to_quantize=["Conv"], **kinds
+    )
+    return out
 
 
 def open_vino(path, threads, feeds, precision):
@@ -121,6 +141,8 @@ def main():
         for name, make in {
             "OpenVINO f32": lambda: open_vino(path, options.threads, feeds, "f32"),
             "OpenVINO bf16": lambda: open_vino(path, options.threads, feeds, "bf16"),
+            "OpenVINO int8": lambda: open_vino(quantised(path, folder, feeds), options.threads, feeds, "f32"),
+            "ONNX Runtime int8": lambda: onnx_runtime(quantised(path, folder, feeds), options.threads)[1],
             "PyTorch f32": lambda: pytorch(options.network, options.threads, feeds),
         }.items():
             try:
@@ -141,8 +163,10 @@ def main():
         print(f"{name:<20} {milliseconds:9.1f} ms")
     f32 = min(ms for name, ms in medians.items() if name.endswith("f32") and not name.startswith("fovolnet"))
     ratios = {"f32 of the best f32 peer": medians["fovolnet f32"] / f32}
-    if "OpenVINO bf16" in medians:
-        ratios["bf16 of OpenVINO bf16"] = medians["fovolnet bf16"] / medians["OpenVINO bf16"]
+    for precision in ("bf16", "int8"):
+        if f"OpenVINO {precision}" in medians:
+            ratio = medians[f"fovolnet {precision}"] / medians[f"OpenVINO {precision}"]
+            ratios[f"{precision} of OpenVINO {precision}"] = ratio
     print(ratios)
     machine = {"processor": reports["f32"].get("simd"), "peak_tflops": reports["f32"]["peak_tflops"]}
     out = {"network": options.network, "threads": options.threads, "size": SIZE, "date": time.strftime("%Y-%m-%d")}

@@ -4,7 +4,7 @@ use super::element::Element;
 use super::filter::PreparedFilter;
 use super::map::{Map, Stored, with_map};
 use super::norm::normalise;
-use super::pair::Pair;
+use super::pair::{Pair, Pool};
 use super::patch::{Access, Source};
 use super::precision::{Choice, Precision};
 use super::reshape;
@@ -46,6 +46,7 @@ pub struct Network {
     halved: Vec<bool>,
     simd: Simd,
     precision: Precision,
+    pool: Pool,
     id: u64,
 }
 
@@ -93,7 +94,8 @@ impl Network {
         let finished = finished(&plan, &folded);
         let pairs = pairs(&plan, &finished, &halved);
         let id = NEXT.fetch_add(1, Ordering::Relaxed);
-        Ok(Self { plan, steps, finished, pairs, folded, halved, simd, precision, id })
+        let pool = Pool::default();
+        Ok(Self { plan, steps, finished, pairs, folded, halved, simd, precision, pool, id })
     }
 
     /// The same with every tensor of the plan written on its own, for those who want to see them.
@@ -215,7 +217,8 @@ impl Network {
             unreachable!("pairs are convolutions")
         };
         let place = writing.output.index();
-        let pair = Pair { first, second, is_halved: self.halved[reading.output.index()] };
+        let is_halved = self.halved[reading.output.index()];
+        let pair = Pair { first, second, is_halved, pool: &self.pool };
         let mut out = match pairing.replaced {
             Some(replaced) => std::mem::take(&mut tensors[reading.inputs[replaced].tensor.index()]),
             None => state.spare.take(self.halved[place], self.numbers(place, state.size)),
@@ -282,7 +285,7 @@ impl Network {
                 map.data.par_iter_mut().filter(|v| !v.to_f32().is_finite()).for_each(|v| *v = Element::from_f32(0.0));
             });
             state.carried[place] =
-                if self.is_needed_again(place) { state.spare.copy(map) } else { std::mem::take(map) };
+                if self.is_needed_again(place) { map.clone() } else { std::mem::take(map) };
         }
         tensors.iter_mut().for_each(|map| state.spare.put(std::mem::take(map)));
     }

@@ -6,6 +6,7 @@ use super::element::Element;
 use super::map::{Map, Stored, with_map};
 use super::patch::{Access, Source};
 use rayon::prelude::*;
+use std::sync::{Mutex, PoisonError};
 
 /// Output rows that are made at once.
 const ROWS: usize = 8;
@@ -24,6 +25,30 @@ pub struct Pair<'a> {
     pub second: &'a PreparedConv,
     /// Whether numbers between them are stored in two bytes.
     pub is_halved: bool,
+    pub pool: &'a Pool,
+}
+
+/// The memory of tasks, for those that come after them.
+#[derive(Debug, Default)]
+pub struct Pool(Mutex<Vec<Memory>>);
+
+/// The memory of one task.
+#[derive(Debug, Default)]
+struct Memory {
+    /// Rows between the convolutions.
+    between: Stored,
+    /// Rows that are written over before they are read.
+    old: Stored,
+    scratch: Scratch,
+}
+
+impl Pool {
+    fn lend(&self, task: impl FnOnce(&mut Memory)) {
+        let free = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut memory = free().pop().unwrap_or_default();
+        task(&mut memory);
+        free().push(memory);
+    }
 }
 
 impl Pair<'_> {
@@ -31,11 +56,12 @@ impl Pair<'_> {
     pub fn run<T: Element>(&self, sources: &[Source<'_>], out: &mut Map<T>) {
         let [height, width] = sources[0].size();
         out.resize([height, width, self.second.outputs()]);
-        self.strips(out, |first, rows, strip| {
-            let mut made = Made::new(self, [height, width]);
-            for y in (first..first + rows).step_by(ROWS) {
-                let here = y - first..(y - first + ROWS).min(rows);
-                made.second(y, here, sources, strip);
+        self.strips(out, |first, strip, memory| {
+            let Memory { between, scratch, .. } = memory;
+            self.begin(between, first, [height, width]);
+            let row = width * self.second.outputs();
+            for (step, part) in strip.chunks_mut(ROWS * row).enumerate() {
+                self.step(first + step * ROWS, sources, (between, scratch), part);
             }
         });
     }
@@ -56,83 +82,78 @@ impl Pair<'_> {
                 [above, below].map(|rows| out.data[rows.start * row..rows.end * row].to_vec())
             })
             .collect();
-        self.strips(out, |first, rows, strip| {
-            let mut made = Made::new(self, [height, width]);
-            let [above, below] = &around[first / strip_rows(height)];
-            let top = first - above.len() / row;
-            let mut old = Map { data: above.clone(), height, width, channels, top };
-            for y in (first..first + rows).step_by(ROWS) {
-                let here = y - first..(y - first + ROWS).min(rows);
+        self.strips(out, |first, strip, memory| {
+            let Memory { between, old, scratch } = memory;
+            self.begin(between, first, [height, width]);
+            let [above, below] = &around[first / rows];
+            let mut kept = emptied::<T>(old, [height, width, channels], first - above.len() / row);
+            kept.data.extend_from_slice(above);
+            let end = first + strip.len() / row;
+            for y in (first..end).step_by(ROWS) {
+                let here = y..(y + ROWS).min(end);
                 // What is about to be written over, and a little more.
-                let known = old.end();
-                let wanted = y.saturating_sub(AROUND)..(first + here.end + AROUND).min(height);
-                let inside = known.clamp(first, first + rows)..wanted.end.min(first + rows);
-                let (into, beyond) = old.move_to(wanted.clone()).split_at_mut(inside.len() * row);
+                let known = kept.end();
+                let wanted = y.saturating_sub(AROUND)..(here.end + AROUND).min(height);
+                let inside = known.clamp(first, end)..wanted.end.min(end);
+                let (into, beyond) = kept.move_to(wanted.clone()).split_at_mut(inside.len() * row);
                 into.copy_from_slice(&strip[(inside.start - first) * row..(inside.end - first) * row]);
-                let passed = known.max(first + rows).min(wanted.end) - (first + rows).min(wanted.end);
+                let passed = known.max(end).min(wanted.end) - end.min(wanted.end);
                 beyond.copy_from_slice(&below[passed * row..][..beyond.len()]);
-                let stored = T::stored(std::mem::take(&mut old));
+                *old = T::stored(kept);
                 let mut sources = sources.to_vec();
-                sources[replaced] = Source { map: &stored, access: Access::SAME };
-                made.second(y, here, &sources, strip);
-                old = T::loaded(stored);
+                sources[replaced] = Source { map: old, access: Access::SAME };
+                let part = &mut strip[(here.start - first) * row..(here.end - first) * row];
+                self.step(y, &sources, (between, scratch), part);
+                kept = T::loaded(std::mem::take(old));
             }
+            *old = T::stored(kept);
         });
     }
 
-    /// Calls `make` with the number of its first row, its rows and the numbers of each part of `out`.
-    fn strips<T: Element>(&self, out: &mut Map<T>, make: impl Fn(usize, usize, &mut [T]) + Sync) {
+    /// Calls `make` with the number of its first row, the numbers and memory for each part of `out`.
+    fn strips<T: Element>(&self, out: &mut Map<T>, make: impl Fn(usize, &mut [T], &mut Memory) + Sync) {
         let rows = strip_rows(out.height);
-        let row = out.width * out.channels;
-        let strips = out.data.par_chunks_mut(rows * row).enumerate();
-        strips.for_each(|(number, strip)| make(number * rows, strip.len() / row, strip));
+        let strips = out.data.par_chunks_mut(rows * out.width * out.channels).enumerate();
+        strips.for_each(|(number, strip)| self.pool.lend(|memory| make(number * rows, strip, memory)));
     }
-}
 
-/// Rows of one task: two tasks for each thread, so that none waits for long.
-fn strip_rows(height: usize) -> usize {
-    height.div_ceil(2 * rayon::current_num_threads()).max(FEWEST).next_multiple_of(ROWS)
-}
-
-/// What one task has made of the rows between the convolutions.
-struct Made<'a> {
-    pair: &'a Pair<'a>,
-    between: Stored,
-    scratch: Scratch,
-    is_begun: bool,
-}
-
-impl<'a> Made<'a> {
-    fn new(pair: &'a Pair<'a>, [height, width]: [usize; 2]) -> Self {
-        let channels = pair.first.outputs();
-        let between = match pair.is_halved {
-            true => Stored::Bf16(Map { height, width, channels, ..Map::default() }),
-            false => Stored::F32(Map { height, width, channels, ..Map::default() }),
+    /// Makes `between` ready for what is made from row `y` on.
+    fn begin(&self, between: &mut Stored, y: usize, [height, width]: [usize; 2]) {
+        let (shape, top) = ([height, width, self.first.outputs()], y.saturating_sub(BEYOND));
+        *between = match self.is_halved {
+            true => Stored::Bf16(emptied(between, shape, top)),
+            false => Stored::F32(emptied(between, shape, top)),
         };
-        Self { pair, between, scratch: Scratch::default(), is_begun: false }
     }
 
-    /// Makes the rows from `y` on, which are the rows `here` of `strip`.
-    fn second<T: Element>(
-        &mut self,
+    /// Makes `out`, the rows from `y` on.
+    fn step<T: Element>(
+        &self,
         y: usize,
-        here: std::ops::Range<usize>,
         sources: &[Source<'_>],
-        strip: &mut [T],
+        (between, scratch): (&mut Stored, &mut Scratch),
+        out: &mut [T],
     ) {
-        let Self { pair, between, scratch, is_begun } = self;
         with_map!(&mut *between, between => {
-            let rows = y.saturating_sub(BEYOND)..(y + here.len() + BEYOND).min(between.height);
-            if !*is_begun {
-                (*is_begun, between.top) = (true, rows.start);
-            }
+            let rows = out.len() / (between.width * self.second.outputs());
+            let rows = y.saturating_sub(BEYOND)..(y + rows + BEYOND).min(between.height);
             let known = between.end();
-            pair.first.rows(sources, known, scratch, between.move_to(rows));
+            self.first.rows(sources, known, scratch, between.move_to(rows));
         });
-        let between = [Source { map: between, access: Access::SAME }];
-        let row = between[0].size()[1] * pair.second.outputs();
-        pair.second.rows(&between, y, scratch, &mut strip[here.start * row..here.end * row]);
+        self.second.rows(&[Source { map: between, access: Access::SAME }], y, scratch, out);
     }
+}
+
+/// Rows of one task: as many tasks as threads, as rows at their borders are made twice.
+fn strip_rows(height: usize) -> usize {
+    height.div_ceil(rayon::current_num_threads()).max(FEWEST).next_multiple_of(ROWS)
+}
+
+/// A map that has none of its rows yet, the first of which will be `top`, in the memory of `used`.
+fn emptied<T: Element>(used: &mut Stored, [height, width, channels]: [usize; 3], top: usize) -> Map<T> {
+    let Map { mut data, .. } = T::loaded(std::mem::take(used));
+    data.clear();
+    Map { data, height, width, channels, top }
 }
 
 #[cfg(test)]
@@ -177,7 +198,8 @@ mod tests {
         let [coarse, same, made] = channels;
         let first = conv(coarse + same, made, seed, padding, simd);
         let second = conv(made, same, seed + 1, padding, simd);
-        let pair = Pair { first: &first, second: &second, is_halved: size_of::<T>() == 2 };
+        let pool = Pool::default();
+        let pair = Pair { first: &first, second: &second, is_halved: size_of::<T>() == 2, pool: &pool };
         let coarse = T::stored(random::<T>(seed + 2, [height / 2, width / 2, coarse]));
         let old = random::<T>(seed + 3, [height, width, same]);
         let kept = T::stored(old.clone());

@@ -28,9 +28,7 @@ impl State {
                 false => Stored::F32(Map::zeros(height, width, tensor.channels)),
             }
         });
-        let carried: Vec<Stored> = carried.collect();
-        let used = carried.iter().map(bytes).sum();
-        Self { size, carried, spare: Spare { used, ..Spare::default() }, network }
+        Self { size, carried: carried.collect(), spare: Spare::default(), network }
     }
 
     /// The size of the clip's frames.
@@ -51,96 +49,45 @@ impl State {
     }
 }
 
-/// Buffers that are used again, as far as all together never take more memory than was needed at once.
+/// Buffers that are used again.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Spare {
-    /// Those that came back last are at the end.
     buffers: Vec<Stored>,
-    /// Bytes of the buffers in use.
-    used: usize,
-    /// The most they have been.
-    most: usize,
 }
 
 impl Spare {
     /// A tensor with memory for `length` numbers.
     pub fn take(&mut self, is_halved: bool, length: usize) -> Stored {
-        let found = match is_halved {
-            true => self.fitting::<Bf16>(length).map(Bf16::stored),
-            false => self.fitting::<f32>(length).map(f32::stored),
-        };
-        let stored = found.unwrap_or_else(|| self.added(is_halved, length));
-        self.used += bytes(&stored);
-        stored
+        match is_halved {
+            true => Bf16::stored(Map { data: self.fitting(length), ..Map::default() }),
+            false => f32::stored(Map { data: self.fitting(length), ..Map::default() }),
+        }
     }
 
     /// Memory for `length` numbers of a picture.
     pub fn take_f32(&mut self, length: usize) -> Vec<f32> {
-        f32::loaded(self.take(false, length)).data
-    }
-
-    /// A copy of `stored`.
-    pub fn copy(&mut self, stored: &Stored) -> Stored {
-        let length = with_map!(stored, map => map.data.len());
-        let mut copy = self.take(Bf16::of(stored).is_some(), length);
-        copy.clone_from(stored);
-        copy
+        self.fitting(length)
     }
 
     /// Takes the memory of a tensor that is not needed any more.
     pub fn put(&mut self, stored: Stored) {
-        if bytes(&stored) > 0 {
-            self.used -= bytes(&stored);
+        if with_map!(&stored, map => map.data.capacity()) > 0 {
             self.buffers.push(stored);
         }
     }
 
-    /// The smallest buffer that has room for `length` numbers; one that is far too large for them only if there would else
-    /// be too many buffers.
-    fn fitting<T: Element>(&mut self, length: usize) -> Option<Map<T>> {
-        let room = self.most.saturating_sub(self.used) / size_of::<T>();
-        let is_full = self.held() + length * size_of::<T>() > room * size_of::<T>();
-        let most = if is_full { room.max(length) } else { length + length / 4 };
+    /// The smallest buffer that has room for `length` numbers and is not far too large for them; else a new one.
+    fn fitting<T: Element>(&mut self, length: usize) -> Vec<T> {
         let fits = |stored: &Stored| {
             let capacity = T::of(stored)?.data.capacity();
-            (length..=most).contains(&capacity).then_some(capacity)
+            (length..=2 * length).contains(&capacity).then_some(capacity)
         };
         let places =
             self.buffers.iter().enumerate().filter_map(|(place, stored)| Some((fits(stored)?, place)));
-        let (_, place) = places.min()?;
-        Some(T::loaded(self.buffers.remove(place)))
-    }
-
-    fn held(&self) -> usize {
-        self.buffers.iter().map(bytes).sum()
-    }
-
-    /// A new buffer, instead of others if there are too many: as little of them as possible.
-    fn added(&mut self, is_halved: bool, length: usize) -> Stored {
-        let needed = self.used + length * if is_halved { 2 } else { 4 };
-        self.most = self.most.max(needed);
-        loop {
-            let Some(excess) = (needed + self.held()).checked_sub(self.most).filter(|&excess| excess > 0)
-            else {
-                break;
-            };
-            let order = |stored: &Stored| (bytes(stored) < excess, bytes(stored).abs_diff(excess));
-            let places = (0..self.buffers.len()).min_by_key(|&place| order(&self.buffers[place]));
-            let Some(place) = places else { break };
-            self.buffers.remove(place);
+        match places.min() {
+            Some((_, place)) => T::loaded(self.buffers.swap_remove(place)).data,
+            None => Vec::with_capacity(length),
         }
-        match is_halved {
-            true => Stored::Bf16(Map { data: Vec::with_capacity(length), ..Map::default() }),
-            false => Stored::F32(Map { data: Vec::with_capacity(length), ..Map::default() }),
-        }
-    }
-}
-
-/// The memory of a tensor.
-fn bytes(stored: &Stored) -> usize {
-    match stored {
-        Stored::F32(map) => map.data.capacity() * 4,
-        Stored::Bf16(map) => map.data.capacity() * 2,
     }
 }
 

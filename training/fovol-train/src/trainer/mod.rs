@@ -123,7 +123,8 @@ impl Trainer {
         }
         let started = Instant::now();
         let mut validation = Validation::new(held_out)?;
-        let mut progress = Progress::new(&self.folder, self.step, self.config.steps)?;
+        let end = self.pace.map(|(began, time)| began + time);
+        let mut progress = Progress::new(&self.folder, self.step, self.config.steps, end)?;
         let mut lessons = Lessons::start(clips.clone(), &self.config, self.step);
         let mut saved = Instant::now();
         let mut failures = 0;

@@ -16,6 +16,8 @@ pub(super) struct Progress {
     started: Instant,
     first: u64,
     steps: u64,
+    /// When it is over, whatever the steps; if it has such an end.
+    end: Option<Instant>,
     said: Instant,
     /// The running mean of the loss.
     mean: Option<f64>,
@@ -25,8 +27,9 @@ pub(super) struct Progress {
 const PAUSE: f64 = 20.0;
 
 impl Progress {
-    /// Goes on with the log in `folder` from step `first` of `steps`; lines of later steps, which are done again, go.
-    pub fn new(folder: &Path, first: u64, steps: u64) -> Result<Self> {
+    /// Goes on with the log in `folder` from step `first` of `steps`, or until `end`; lines of later steps, which are done
+    /// again, go.
+    pub fn new(folder: &Path, first: u64, steps: u64, end: Option<Instant>) -> Result<Self> {
         let path = folder.join("log.jsonl");
         let kept: Vec<String> =
             lines(&path).into_iter().filter(|line| step_of(line).is_some_and(|s| s < first)).collect();
@@ -34,7 +37,7 @@ impl Progress {
         std::fs::write(&path, text).map_err(|e| Error::file("write", &path, &e))?;
         let log = OpenOptions::new().append(true).open(&path).map_err(|e| Error::file("write", &path, &e))?;
         let now = Instant::now();
-        Ok(Self { log, path, started: now, first, steps, said: now, mean: None })
+        Ok(Self { log, path, started: now, first, steps, end, said: now, mean: None })
     }
 
     /// Step `step` was taken.
@@ -66,9 +69,12 @@ impl Progress {
     fn say(&self, step: u64) {
         let seconds = self.started.elapsed().as_secs_f64();
         let each = seconds / (step - self.first).max(1) as f64;
-        let left = each * (self.steps - step) as f64 / 60.0;
+        let (of, left) = match self.end {
+            Some(end) => (String::new(), end.saturating_duration_since(Instant::now()).as_secs_f64()),
+            None => (format!(" of {}", self.steps), each * (self.steps - step) as f64),
+        };
         let mean = self.mean.unwrap_or(f64::NAN);
-        println!("step {step} of {}: loss {mean:.5}, {each:.2} s a step, {left:.0} min left", self.steps);
+        println!("step {step}{of}: loss {mean:.5}, {each:.2} s a step, {:.0} min left", left / 60.0);
     }
 
     fn write(&mut self, line: &serde_json::Value) -> Result<()> {
@@ -98,17 +104,25 @@ impl Progress {
 }
 
 fn draw_curve(path: &Path, points: &[(f64, f64)]) -> std::result::Result<(), Box<dyn std::error::Error>> {
-    let (least, most) = points.iter().fold((f64::INFINITY, 1e-9f64), |(a, b), p| (a.min(p.1), b.max(p.1)));
+    let (least, most) =
+        points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), p| (a.min(p.1), b.max(p.1)));
     let area = SVGBackend::new(path, (640, 360)).into_drawing_area();
     area.fill(&WHITE)?;
-    let last = points[points.len() - 1].0.max(1.0);
-    let mut chart = ChartBuilder::on(&area)
-        .margin(12)
-        .x_label_area_size(34)
-        .y_label_area_size(58)
-        .build_cartesian_2d(0.0..last, (0.9 * least..1.1 * most).log_scale())?;
-    chart.configure_mesh().x_desc("step").y_desc("loss").draw()?;
-    chart.draw_series(LineSeries::new(points.iter().copied(), &BLUE))?;
+    let steps = 0.0..points[points.len() - 1].0.max(1.0);
+    let mut chart = ChartBuilder::on(&area);
+    chart.margin(12).x_label_area_size(34).y_label_area_size(58);
+    let curve = LineSeries::new(points.iter().copied(), &BLUE);
+    // Sums of logarithms are below zero, and are logarithms already.
+    if least > 0.0 {
+        let mut chart = chart.build_cartesian_2d(steps, (0.9 * least..1.1 * most).log_scale())?;
+        chart.configure_mesh().x_desc("step").y_desc("loss").draw()?;
+        chart.draw_series(curve)?;
+    } else {
+        let margin = 0.05 * (most - least).max(1e-9);
+        let mut chart = chart.build_cartesian_2d(steps, least - margin..most + margin)?;
+        chart.configure_mesh().x_desc("step").y_desc("loss").draw()?;
+        chart.draw_series(curve)?;
+    }
     area.present()?;
     Ok(())
 }
@@ -122,4 +136,20 @@ fn lines(path: &Path) -> Vec<String> {
 
 fn step_of(line: &str) -> Option<u64> {
     serde_json::from_str::<serde_json::Value>(line).ok()?["step"].as_u64()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn curves_of_any_sign_are_drawn() {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, values) in [("above", [0.5, 0.2, 0.1]), ("below", [-1.0, -3.0, -7.0]), ("flat", [0.0; 3])] {
+            let path = folder.path().join(name);
+            let points: Vec<(f64, f64)> = values.iter().enumerate().map(|(i, &v)| (i as f64, v)).collect();
+            draw_curve(&path, &points).unwrap();
+            assert!(std::fs::read_to_string(&path).unwrap().contains("polyline"), "{name}");
+        }
+    }
 }

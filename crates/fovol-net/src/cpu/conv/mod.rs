@@ -78,7 +78,7 @@ impl PreparedConv {
 }
 
 /// Memory of one thread.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub struct Scratch {
     direct: DirectScratch,
     winograd: winograd::Scratch,
@@ -304,6 +304,7 @@ impl<T: Element> Work for Band<'_, T> {
 }
 
 /// Memory of one thread.
+#[derive(Debug)]
 struct DirectScratch {
     patch: Patch,
     block: Vec<f32>,

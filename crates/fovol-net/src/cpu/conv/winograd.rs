@@ -44,7 +44,7 @@ struct Block {
 }
 
 /// Memory of one thread.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub struct Scratch {
     patch: Vec<f32>,
     memory: Memory,
