@@ -9,7 +9,7 @@ with the network, with pull-push and with linear interpolation, and compares all
 pixels that show something, from the ninth frame on: PSNR of all of them together, SSIM (Gaussian window, standard
 deviation 1.5) as the mean of its map, tPSNR of the differences between frames. Every volume is a line of
 FOLDER/quality.csv; FOLDER/VOLUME.png shows the last frame: sparse, pull-push, network, full, and four times the error
-of the network, above them the whole frame, below them a part.
+of the network; above the whole frame, then a part where the eye looks, then one where it does not.
 """
 
 import argparse
@@ -77,21 +77,34 @@ def scores(frames, references):
     return decibels(squares), float(np.mean(similar)), decibels(steps)
 
 
+def enlarged(part, size):
+    """A part of a picture at `size`, columns and rows, with its pixels to be seen."""
+    return np.asarray(Image.fromarray((part * 255).astype(np.uint8)).resize(size, Image.NEAREST))
+
+
 def comparison(folders, name, number, references, frames, path):
-    """The last frame of all, side by side."""
+    """The last frame of all, side by side: whole, where the eye looks, and the most detailed part elsewhere."""
     sparse = picture(folders["network"] / f"sparse_{number:04}.png")
     error = np.clip(4 * np.abs(frames["network"][-1] - references[-1]), 0, 1)
     shown = [sparse, frames["pull-push"][-1], frames["network"][-1], references[-1], error]
     height, width, _ = references[-1].shape
+    part = (height // 6, width // 12)
     detail = np.abs(references[-1] - references[-1].mean(axis=(0, 1))).sum(axis=2)
-    half = (height // 4, width // 8)
-    blocks = [(y, x) for y in range(0, height - half[0], half[0] // 2) for x in range(0, width - half[1], half[1] // 2)]
-    y, x = max(blocks, key=lambda at: detail[at[0] : at[0] + half[0], at[1] : at[1] + half[1]].sum())
-    small = [np.asarray(Image.fromarray((p * 255).astype(np.uint8)).resize((width // 2, height // 2))) for p in shown]
-    part = [(p[y : y + half[0], x : x + half[1]] * 255).astype(np.uint8) for p in shown]
-    part = [np.asarray(Image.fromarray(p).resize((width // 2, height), Image.NEAREST)) for p in part]
-    sheet = np.concatenate([np.concatenate(small, axis=1), np.concatenate(part, axis=1)], axis=0)
-    Image.fromarray(sheet).save(path / f"{name}.png")
+    eye = ((height - part[0]) // 2, (width - part[1]) // 2)
+    blocks = [
+        (y, x)
+        for y in range(0, height - part[0], part[0] // 2)
+        for x in range(0, width - part[1], part[1] // 2)
+        if abs(y - eye[0]) > part[0] or abs(x - eye[1]) > part[1]
+    ]
+    elsewhere = max(blocks, key=lambda at: detail[at[0] : at[0] + part[0], at[1] : at[1] + part[1]].sum())
+    size = (width // 4, height // 4)
+    small = [Image.fromarray((p * 255).astype(np.uint8)).resize(size) for p in shown]
+    lines = [np.concatenate([np.asarray(p) for p in small], axis=1)]
+    for y, x in [eye, elsewhere]:
+        parts = [enlarged(p[y : y + part[0], x : x + part[1]], (size[0], 2 * size[1])) for p in shown]
+        lines.append(np.concatenate(parts, axis=1))
+    Image.fromarray(np.concatenate(lines, axis=0)).save(path / f"{name}.png")
 
 
 def main():

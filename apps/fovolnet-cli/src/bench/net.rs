@@ -119,7 +119,7 @@ impl NetBench {
             let input = FrameInput { sparse: &sparse, motion: None };
             let mut part = Vec::new();
             network.observed(&input, &mut state, |layers, _, took| {
-                part.push((layers, took.as_secs_f64() * 1e3))
+                part.push((layers, took.as_secs_f64() * 1e3));
             })?;
             if round >= WARM_UP {
                 times.push(started.elapsed().as_secs_f64() * 1e3);

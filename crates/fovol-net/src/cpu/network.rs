@@ -453,7 +453,7 @@ fn run_plain(layer: &Layer, tensors: &[Stored], to: &Tensor, out: &mut Stored) {
             accumulate(picture(known), picture(before), share.as_ref().map(picture), *fade, out);
         }
         (Layer::Add { input, more, .. }, Stored::F32(out)) => {
-            reshape::add(picture(input), picture(more), out)
+            reshape::add(picture(input), picture(more), out);
         }
         (Layer::Bypass { colour, mask, input, .. }, Stored::F32(out)) => {
             reshape::bypass(picture(colour), picture(mask), picture(input), out);
