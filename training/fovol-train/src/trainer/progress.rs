@@ -145,7 +145,8 @@ mod tests {
     #[test]
     fn curves_of_any_sign_are_drawn() {
         let folder = tempfile::tempdir().unwrap();
-        for (name, values) in [("above", [0.5, 0.2, 0.1]), ("below", [-1.0, -3.0, -7.0]), ("flat", [0.0; 3])] {
+        for (name, values) in [("above", [0.5, 0.2, 0.1]), ("below", [-1.0, -3.0, -7.0]), ("flat", [0.0; 3])]
+        {
             let path = folder.path().join(name);
             let points: Vec<(f64, f64)> = values.iter().enumerate().map(|(i, &v)| (i as f64, v)).collect();
             draw_curve(&path, &points).unwrap();
