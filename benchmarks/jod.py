@@ -13,8 +13,6 @@ density is a line of FOLDER/jod.csv. FovVideoVDP is licensed for non-commercial 
 import argparse
 import csv
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -22,14 +20,7 @@ import pyfvvdp
 import torch
 from PIL import Image
 
-METHODS = ["network", "pull-push", "linear"]
-
-
-def run(*command):
-    """Runs a program; what it says is shown if it fails."""
-    done = subprocess.run([str(part) for part in command], capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        sys.exit(f"{' '.join(map(str, command))}\n{done.stderr}")
+from flythroughs import METHODS, VOLUMES_HELP, run, volume
 
 
 def video(folder, name, count):
@@ -38,12 +29,12 @@ def video(folder, name, count):
     return np.stack(frames, axis=-1)
 
 
-def rendered(options, volume, density, method, folder):
+def rendered(options, arguments, density, method, folder):
     """The folder of the frames that `method` makes of samples of this density."""
     how = ["--reconstruct", "wnet", "--weights", options.weights] if method == "network" else ["--reconstruct", method]
     keep = ["--keep", "frame,reference"] if method == "network" else []
     run(
-        options.program, "render", *volume, "--size", options.size, "--frames", options.frames, "--path", "flythrough",
+        options.program, "render", *arguments, "--size", options.size, "--frames", options.frames, "--path", "flythrough",
         "--pb", density, "--sigma", "0", *how, *keep, "-o", folder,
     )
     return folder
@@ -51,9 +42,7 @@ def rendered(options, volume, density, method, folder):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument(
-        "volumes", nargs="+", help="files, or NAME:SIDE:SEED of procedural ones; @ and a transfer function may follow"
-    )
+    parser.add_argument("volumes", nargs="+", help=VOLUMES_HELP)
     parser.add_argument("--weights", default="wnet-fast")
     parser.add_argument("--densities", default="0.1,0.07,0.03,0.01")
     parser.add_argument("--frames", type=int, default=50)
@@ -65,16 +54,12 @@ def main():
     metric = pyfvvdp.fvvdp(display_name="standard_4k", foveated=False, device=torch.device("cpu"))
     rows = []
     for given in options.volumes:
-        given, _, transfer = given.partition("@")
-        name, *more = given.split(":") if not Path(given).exists() else [given]
-        volume = [name] + (["--dims", ",".join([more[0]] * 3), "--seed", more[1]] if more else [])
-        volume += ["--tf", transfer] if transfer else []
-        title = Path(name).name.split("_")[0].split(".")[0]
+        name, transfer, arguments = volume(given)
         for density in options.densities.split(","):
-            row = {"volume": title, "tf": transfer or "auto", "density": density}
+            row = {"volume": name, "tf": transfer, "density": density}
             reference = None
             for method in METHODS:
-                folder = rendered(options, volume, density, method, options.output / "frames")
+                folder = rendered(options, arguments, density, method, options.output / "frames")
                 if reference is None:
                     reference = video(folder, "reference", options.frames)
                 test = video(folder, "frame", options.frames)

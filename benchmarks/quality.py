@@ -14,16 +14,15 @@ of the network; above the whole frame, then a part where the eye looks, then one
 
 import argparse
 import csv
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 from PIL import Image
 from skimage.metrics import structural_similarity
 
+from flythroughs import METHODS, VOLUMES_HELP, run, volume
+
 FIRST = 8
-METHODS = ["network", "pull-push", "linear"]
 
 
 def picture(path):
@@ -31,17 +30,10 @@ def picture(path):
     return np.asarray(Image.open(path).convert("RGB"), dtype=np.float64) / 255
 
 
-def run(*command):
-    """Runs a program; what it says is shown if it fails."""
-    done = subprocess.run([str(part) for part in command], capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        sys.exit(f"{' '.join(map(str, command))}\n{done.stderr}")
-
-
-def rendered(options, volume, folder):
+def rendered(options, arguments, folder):
     """The folders of each method's frames; the first one has the full and the sparse frames too."""
     folders = {method: folder / method for method in METHODS}
-    common = [options.program, "render", *volume, "--size", options.size, "--frames", options.frames]
+    common = [options.program, "render", *arguments, "--size", options.size, "--frames", options.frames]
     common += ["--path", "flythrough", "--pb", "0.03", "--sigma", "0.02"]
     network = ["--reconstruct", "wnet", "--weights", options.weights, "--precision", options.precision]
     run(*common, *network, "--keep", "frame,sparse,reference", "-o", folders["network"])
@@ -109,9 +101,7 @@ def comparison(folders, name, number, references, frames, path):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument(
-        "volumes", nargs="+", help="files, or NAME:SIDE:SEED of procedural ones; @ and a transfer function may follow"
-    )
+    parser.add_argument("volumes", nargs="+", help=VOLUMES_HELP)
     parser.add_argument("--weights", required=True)
     parser.add_argument("--precision", default="f32")
     parser.add_argument("--frames", type=int, default=16)
@@ -122,19 +112,13 @@ def main():
     options.output.mkdir(parents=True, exist_ok=True)
     rows = []
     for given in options.volumes:
-        given, _, transfer = given.partition("@")
-        name, *more = given.split(":") if not Path(given).exists() else [given]
-        volume = [name]
-        if more:
-            volume += ["--dims", ",".join([more[0]] * 3), "--seed", more[1]]
-        volume += ["--tf", transfer] if transfer else []
-        title = Path(name).name.split("_")[0].split(".")[0]
-        folders = rendered(options, volume, options.output / title)
+        title, transfer, arguments = volume(given)
+        folders = rendered(options, arguments, options.output / title)
         numbers = range(FIRST, options.frames)
         references = [picture(folders["network"] / f"reference_{t:04}.png") for t in numbers]
         frames = {m: [picture(folders[m] / f"frame_{t:04}.png") for t in numbers] for m in METHODS}
         shown = np.abs(references[-1] - references[-1][0, 0]).max(axis=2) > 1.5 / 255
-        row = {"volume": title, "tf": transfer or "auto", "luminance": round(luminance(references[-1][shown]), 3)}
+        row = {"volume": title, "tf": transfer, "luminance": round(luminance(references[-1][shown]), 3)}
         for method in METHODS:
             psnr, ssim, tpsnr = scores(frames[method], references)
             row |= {f"{method} PSNR": round(psnr, 2), f"{method} SSIM": round(ssim, 4)}

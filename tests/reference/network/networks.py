@@ -17,7 +17,8 @@ NORM_EPSILON = 1e-5
 PULL_LEVELS = 5
 SMALLEST_WEIGHT = 1e-8
 DOUBT_EPSILON = 1e-6
-DOUBT_SHARE = 0.8
+DOUBT_ALLOWED = 0.25
+DOUBT_SHARE = 0.5
 DOUBT_LEVEL = 3
 
 
@@ -205,7 +206,7 @@ def doubt(known, prior, fresh, levels):
     squares = joined(torch.cat([error, own, torch.zeros_like(mask)], dim=1), mask)
     squares = pull_push(squares, levels, min(levels, DOUBT_LEVEL))
     error, own = squares[:, :1], squares[:, 1:2] + DOUBT_EPSILON
-    return own / torch.maximum(own, DOUBT_SHARE * error)
+    return own / (own + DOUBT_SHARE * torch.clamp(error - DOUBT_ALLOWED * own, min=0))
 
 
 def accumulated(known, before, share, fade):

@@ -84,26 +84,22 @@ impl LessonFrame {
     /// The clips from number `first` on.
     #[must_use]
     pub fn clips(&self, first: i64, count: i64) -> Self {
-        let part = |tensor: &Tensor| tensor.narrow(0, first, count);
-        Self {
-            colour: part(&self.colour),
-            mask: part(&self.mask),
-            motion: part(&self.motion),
-            true_motion: part(&self.true_motion),
-            target: part(&self.target),
-        }
+        self.each(|tensor| tensor.narrow(0, first, count))
     }
 
     /// The same on `device`.
     #[must_use]
     pub fn to_device(&self, device: Device) -> Self {
-        let to = |tensor: &Tensor| tensor.to_device(device);
+        self.each(|tensor| tensor.to_device(device))
+    }
+
+    fn each(&self, change: impl Fn(&Tensor) -> Tensor) -> Self {
         Self {
-            colour: to(&self.colour),
-            mask: to(&self.mask),
-            motion: to(&self.motion),
-            true_motion: to(&self.true_motion),
-            target: to(&self.target),
+            colour: change(&self.colour),
+            mask: change(&self.mask),
+            motion: change(&self.motion),
+            true_motion: change(&self.true_motion),
+            target: change(&self.target),
         }
     }
 }

@@ -4,7 +4,7 @@ use super::doubled::DoubledRow;
 use super::map::Map;
 use super::pyramid::{Known, KnownRows, divided, pulled_of};
 use super::simd::{Simd, Work};
-use crate::plan::{DOUBT_EPSILON, DOUBT_SHARE};
+use crate::plan::{DOUBT_ALLOWED, DOUBT_EPSILON, DOUBT_SHARE};
 use rayon::prelude::*;
 
 /// Two pictures of half the resolution that samples are compared with.
@@ -16,8 +16,8 @@ pub struct Expected<'a> {
     pub fresh: &'a Map,
 }
 
-/// Writes to `out`, at 2^`lowest` times lower resolution than `known`, how far `prior` is believed, 0…1: v / max(v, share·e)
-/// with e and v (ε more) the mean squares by which samples differ from `prior` and from `fresh`.
+/// Writes to `out`, at 2^`lowest` times lower resolution than `known`, how far `prior` is believed, 0…1 (see
+/// [`Layer::Doubt`](crate::plan::Layer::Doubt)): e and v are the mean squares by which samples differ from it and from `fresh`.
 pub fn doubt(known: &Map, expected: &Expected<'_>, [levels, lowest]: [u32; 2], out: &mut Map) {
     let level = pulled_of(&Squares { known, expected }).completed(levels, lowest);
     let width = known.width >> lowest;
@@ -26,7 +26,7 @@ pub fn doubt(known: &Map, expected: &Expected<'_>, [levels, lowest]: [u32; 2], o
         for (to, &squares) in row.iter_mut().zip(level.row(y)) {
             let [e, v, _] = divided(squares);
             let v = v + DOUBT_EPSILON;
-            *to = v / v.max(DOUBT_SHARE * e);
+            *to = v / (v + DOUBT_SHARE * (e - DOUBT_ALLOWED * v).max(0.0));
         }
     });
 }
@@ -162,10 +162,11 @@ mod tests {
             assert!(out.data.iter().all(|v| (v - out.data[0]).abs() < 0.06), "{:?}", out.data);
             out.data[0]
         };
-        // As good as what is known now.
-        assert_eq!(share(0.3), 1.0);
-        // Samples differ by 0.1 from what is expected of them, and by 0.1 and 0.3 from this.
-        let expected = 0.01 / (DOUBT_SHARE * 0.05);
+        // Samples differ by 0.1 from what is expected of them: as much as from this,
+        let alike = 0.01 / (0.01 + DOUBT_SHARE * (0.01 - DOUBT_ALLOWED * 0.01));
+        assert!((share(0.3) - alike).abs() < 1e-3);
+        // by 0.1 and 0.3 from this,
+        let expected = 0.01 / (0.01 + DOUBT_SHARE * (0.05 - DOUBT_ALLOWED * 0.01));
         assert!((share(0.5) - expected).abs() < 0.03 && share(9.0) < 0.001);
     }
 

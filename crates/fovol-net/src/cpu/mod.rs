@@ -20,6 +20,7 @@ mod pyramid;
 #[cfg(test)]
 mod reference_layers;
 mod reshape;
+mod schedule;
 mod simd;
 mod spread;
 mod state;

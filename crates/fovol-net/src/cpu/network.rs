@@ -8,11 +8,12 @@ use super::pair::{Pair, Pool};
 use super::patch::{Access, Source};
 use super::precision::{Choice, Precision};
 use super::reshape;
+use super::schedule::{Pairing, Schedule};
 use super::simd::Simd;
 use super::spread::{blend, smooth, spread};
 use super::state::{Spare, State, padded};
 use super::warp::warp;
-use crate::plan::{Activation, Filter, Layer, Plan, Read, Resize, Tensor, TensorId};
+use crate::plan::{Activation, Filter, Layer, Plan, Read, Tensor, TensorId};
 use crate::weights::Weights;
 use crate::{Error, Result};
 use fovol_core::{Frame, FrameSize};
@@ -36,12 +37,7 @@ pub struct FrameInput<'a> {
 pub struct Network {
     plan: Plan,
     steps: Vec<Step>,
-    /// For each layer the tensors that nothing reads after it.
-    finished: Vec<Vec<TensorId>>,
-    /// For each layer whether it and the next one can be made together, and how.
-    pairs: Vec<Option<Pairing>>,
-    /// For each tensor, if it is nothing but another one with 2×2 pixels as one, that other: it is never written.
-    folded: Vec<Option<TensorId>>,
+    schedule: Schedule,
     /// For each tensor whether its numbers take two bytes.
     halved: Vec<bool>,
     simd: Simd,
@@ -64,13 +60,6 @@ enum Step {
     Plain,
 }
 
-/// Two convolutions, the second of which alone reads what the first writes.
-#[derive(Debug, Clone, Copy)]
-struct Pairing {
-    /// Which input of the first has the shape of what the second writes and is read by nothing after them.
-    replaced: Option<usize>,
-}
-
 /// What is between two convolutions stays in the processor's caches anyway if it is no more numbers than this.
 const SMALL: usize = 1 << 20;
 
@@ -90,20 +79,16 @@ impl Network {
         let layers = plan.layers().iter();
         let steps = layers.map(|layer| step(&plan, layer, weights, simd, &choice)).collect::<Result<_>>()?;
         let halved: Vec<bool> = (0..plan.tensors().len()).map(|at| choice.is_halved(TensorId(at))).collect();
-        let folded = folded(&plan);
-        let finished = finished(&plan, &folded);
-        let pairs = pairs(&plan, &finished, &halved);
+        let schedule = Schedule::new(&plan, &halved);
         let id = NEXT.fetch_add(1, Ordering::Relaxed);
         let pool = Pool::default();
-        Ok(Self { plan, steps, finished, pairs, folded, halved, simd, precision, pool, id })
+        Ok(Self { plan, steps, schedule, halved, simd, precision, pool, id })
     }
 
     /// The same with every tensor of the plan written on its own, for those who want to see them.
     #[must_use]
     pub fn layer_by_layer(mut self) -> Self {
-        self.folded.fill(None);
-        self.pairs.fill(None);
-        self.finished = finished(&self.plan, &self.folded);
+        self.schedule = Schedule::layer_by_layer(&self.plan);
         self
     }
 
@@ -166,11 +151,11 @@ impl Network {
         while number < self.steps.len() {
             let started = Instant::now();
             let first = self.plan.layers()[number].output().index();
-            if self.folded[first].is_some() {
+            if self.schedule.folded[first].is_some() {
                 number += 1;
                 continue;
             }
-            let pairing = self.pairs[number].filter(|_| self.numbers(first, state.size) > SMALL);
+            let pairing = self.schedule.pairs[number].filter(|_| self.numbers(first, state.size) > SMALL);
             let layers = match pairing {
                 Some(pairing) => {
                     self.run_pair(number, pairing, &mut tensors, state);
@@ -184,7 +169,7 @@ impl Network {
             number = layers.end;
             let out = &tensors[self.plan.layers()[number - 1].output().index()];
             observe(layers.clone(), out, started.elapsed());
-            for id in self.finished[layers].iter().flatten() {
+            for id in self.schedule.finished[layers].iter().flatten() {
                 state.spare.put(std::mem::take(&mut tensors[id.index()]));
             }
         }
@@ -233,7 +218,7 @@ impl Network {
 
     /// What a convolution reads.
     fn sources<'a>(&self, reads: &[Read], tensors: &'a [Stored]) -> Vec<Source<'a>> {
-        let source = |read: &Read| match self.folded[read.tensor.index()] {
+        let source = |read: &Read| match self.schedule.folded[read.tensor.index()] {
             Some(unfolded) => Source { map: &tensors[unfolded.index()], access: Access::Folded },
             None => Source::new(&tensors[read.tensor.index()], read.resize),
         };
@@ -326,73 +311,6 @@ fn step(plan: &Plan, layer: &Layer, weights: &Weights, simd: Simd, choice: &Choi
         }
         _ => Step::Plain,
     })
-}
-
-/// For each tensor of `plan` that only convolutions read and that is another one with 2×2 pixels as one, that other.
-fn folded(plan: &Plan) -> Vec<Option<TensorId>> {
-    let mut folded = vec![None; plan.tensors().len()];
-    for layer in plan.layers() {
-        match layer {
-            Layer::SpaceToDepth { input, output } => folded[output.index()] = Some(*input),
-            Layer::Conv(conv) => {
-                let resized = conv.inputs.iter().filter(|read| read.resize != Resize::Same);
-                resized.for_each(|read| folded[read.tensor.index()] = None);
-            }
-            other => other.inputs().iter().for_each(|id| folded[id.index()] = None),
-        }
-    }
-    for id in plan.states().iter().map(|state| state.next).chain([plan.output()]) {
-        folded[id.index()] = None;
-    }
-    folded
-}
-
-/// For each layer of `plan` the tensors that are read there for the last time, if those that are `folded` are not there.
-fn finished(plan: &Plan, folded: &[Option<TensorId>]) -> Vec<Vec<TensorId>> {
-    let mut last = vec![None; plan.tensors().len()];
-    for (number, layer) in plan.layers().iter().enumerate() {
-        if folded[layer.output().index()].is_none() {
-            let read = layer.inputs().into_iter().map(|id| folded[id.index()].unwrap_or(id));
-            read.for_each(|id| last[id.index()] = Some(number));
-        }
-    }
-    for id in plan.states().iter().map(|state| state.next).chain([plan.output()]) {
-        last[id.index()] = None;
-    }
-    let mut finished = vec![Vec::new(); plan.layers().len()];
-    for (at, number) in last.into_iter().enumerate() {
-        if let Some(number) = number {
-            finished[number].push(TensorId(at));
-        }
-    }
-    finished
-}
-
-/// For each layer of `plan` whether it and the next one can be made together.
-fn pairs(plan: &Plan, finished: &[Vec<TensorId>], halved: &[bool]) -> Vec<Option<Pairing>> {
-    let layers = plan.layers();
-    let pair = |number: usize| {
-        let (Layer::Conv(first), Layer::Conv(second)) = (&layers[number], layers.get(number + 1)?) else {
-            return None;
-        };
-        let is_read_by_second = second.inputs[..] == [Read::same(first.output)];
-        let is_read_by_others = !finished[number + 1].contains(&first.output);
-        let is_plain = [first, second].iter().all(|conv| conv.stride == 1 && conv.size == 3);
-        if !is_read_by_second || is_read_by_others || !is_plain {
-            return None;
-        }
-        let (to, halved) = (plan.tensor(second.output), |id: TensorId| halved[id.index()]);
-        let replaced = first.inputs.iter().position(|read| {
-            let from = plan.tensor(read.tensor);
-            let is_alike = (from.channels, from.level) == (to.channels, to.level)
-                && halved(read.tensor) == halved(second.output);
-            let count = first.inputs.iter().filter(|other| other.tensor == read.tensor).count();
-            let is_free = finished[number].contains(&read.tensor) && count == 1;
-            *read == Read::same(read.tensor) && is_alike && is_free
-        });
-        Some(Pairing { replaced })
-    };
-    (0..layers.len()).map(pair).collect()
 }
 
 /// Runs `layer`, which writes `to`, to `out`.

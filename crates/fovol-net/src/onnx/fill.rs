@@ -3,7 +3,7 @@
 use super::export::Exporter;
 use super::graph::{integer, integers};
 use super::model::TensorData;
-use crate::plan::{DOUBT_EPSILON, DOUBT_SHARE, TensorId};
+use crate::plan::{DOUBT_ALLOWED, DOUBT_EPSILON, DOUBT_SHARE, TensorId};
 
 /// Divisors are at least this.
 const SMALLEST: f32 = 1e-8;
@@ -62,7 +62,7 @@ impl Exporter<'_> {
         self.graph.plain("Add", name, &[&colour, &rest])
     }
 
-    /// v / max(v, share · e).
+    /// v / (v + share · max(e − allowed · v, 0)).
     pub fn doubt(
         &mut self,
         [known, prior, fresh]: [TensorId; 3],
@@ -87,11 +87,15 @@ impl Exporter<'_> {
         let [error, own] = [(0, "error"), (1, "own")]
             .map(|(channel, part)| self.channels(&format!("{name}.{part}"), &squares, &[channel]));
         let graph = &mut self.graph;
-        let [epsilon, share] = [DOUBT_EPSILON, DOUBT_SHARE].map(|value| graph.scalar(value));
+        let [epsilon, share, allowed] =
+            [DOUBT_EPSILON, DOUBT_SHARE, DOUBT_ALLOWED].map(|value| graph.scalar(value));
         let own = graph.plain("Add", &format!("{name}.own"), &[&own, &epsilon]);
-        let error = graph.plain("Mul", &format!("{name}.error"), &[&error, &share]);
-        let most = graph.plain("Max", &format!("{name}.most"), &[&own, &error]);
-        graph.plain("Div", name, &[&own, &most])
+        let allowed = graph.plain("Mul", &format!("{name}.allowed"), &[&own, &allowed]);
+        let more = graph.plain("Sub", &format!("{name}.more"), &[&error, &allowed]);
+        let more = graph.plain("Relu", &format!("{name}.positive"), &[&more]);
+        let more = graph.plain("Mul", &format!("{name}.counted"), &[&more, &share]);
+        let both = graph.plain("Add", &format!("{name}.both"), &[&own, &more]);
+        graph.plain("Div", name, &[&own, &both])
     }
 
     /// `known` + (1 − w) · `fade` · up(share) · `before`.

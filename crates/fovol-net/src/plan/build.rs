@@ -266,14 +266,10 @@ impl PlanBuilder {
 
     /// `input` + `more`.
     pub fn add(&mut self, input: TensorId, more: TensorId) -> TensorId {
-        let [channels, level] = [self.channels(input), self.level(input) as usize];
-        assert_eq!(
-            [channels, level],
-            [self.channels(more), self.level(more) as usize],
-            "sums have one shape"
-        );
+        let (channels, level) = (self.channels(input), self.level(input));
+        assert_eq!((channels, level), (self.channels(more), self.level(more)), "sums have one shape");
         let name = format!("{}.corrected", self.plan.tensors[input.0].name);
-        let output = self.tensor(&name, channels, self.level(input));
+        let output = self.tensor(&name, channels, level);
         self.push(Layer::Add { input, more, output })
     }
 

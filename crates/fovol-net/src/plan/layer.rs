@@ -130,9 +130,11 @@ pub const SQUARED_EPSILON: f32 = 1e-6;
 /// What is added to the square by which samples differ from what is around them in [`Layer::Doubt`]: a difference of a
 /// quarter of an 8-bit step.
 pub const DOUBT_EPSILON: f32 = 1e-6;
-/// How much the square by which samples differ from what was known before counts beside that: somewhat less, as what is
-/// compared with the samples is smoother than what they are filled with in the end.
-pub const DOUBT_SHARE: f32 = 0.8;
+/// Which part of the square by which they differ from what is around them is no reason for doubt in what was known before.
+pub const DOUBT_ALLOWED: f32 = 0.25;
+/// How much what is more than that counts: somewhat less than one, as what is compared with the samples is smoother than
+/// what they are filled with in the end.
+pub const DOUBT_SHARE: f32 = 0.5;
 
 /// A kernel for each pixel, predicted by a 1×1 convolution of `features`, normalised, and applied to images:
 /// the same kernel for all channels.
@@ -245,10 +247,10 @@ pub enum Layer {
         /// What it writes.
         output: TensorId,
     },
-    /// How far what earlier frames tell is believed, 0…1: v / max(v, [`DOUBT_SHARE`] e) with e and v ([`DOUBT_EPSILON`]
-    /// more) the mean squares by which this frame's samples differ from `prior` and from `fresh`, spread over the frame.
-    /// Wholly where the samples contradict it no more than each other, so that still pictures keep all they know; else by
-    /// the inverse of both variances.
+    /// How far what earlier frames tell is believed, 0…1: v / (v + [`DOUBT_SHARE`] max(e − [`DOUBT_ALLOWED`] v, 0)) with e
+    /// and v ([`DOUBT_EPSILON`] more) the mean squares by which this frame's samples differ from `prior` and from `fresh`,
+    /// spread over the frame. Wholly where it tells what the samples are much better than their neighbours do, so that
+    /// still pictures keep all they know; else about by the inverse of both variances.
     Doubt {
         /// [Known](Self::Join) pixels of this frame.
         known: TensorId,

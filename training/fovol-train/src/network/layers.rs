@@ -3,7 +3,8 @@
 //! They work in whatever kind of number they are given.
 
 use fovol_net::plan::{
-    Activation, Conv, DOUBT_EPSILON, DOUBT_SHARE, Normalisation, Padding, Resize, SQUARED_EPSILON, Taps,
+    Activation, Conv, DOUBT_ALLOWED, DOUBT_EPSILON, DOUBT_SHARE, Normalisation, Padding, Resize,
+    SQUARED_EPSILON, Taps,
 };
 use tch::{Device, Kind, Tensor};
 
@@ -175,7 +176,7 @@ pub(super) fn blend(known: &Tensor, base: &Tensor) -> Tensor {
     colour + (1.0 - weight) * resized(base, Resize::Bilinear)
 }
 
-/// v / max(v, share · e), with e and v (ε more) the mean squares by which samples differ from `prior` and `fresh`.
+/// v / (v + share · max(e − allowed · v, 0)), with e and v (ε more) the mean squares by which samples differ from `prior` and `fresh`.
 pub(super) fn doubt(known: &Tensor, [prior, fresh]: [&Tensor; 2], [levels, lowest]: [u32; 2]) -> Tensor {
     let mask = known.narrow(1, 3, 1);
     let [error, own] = [prior, fresh]
@@ -183,8 +184,8 @@ pub(super) fn doubt(known: &Tensor, [prior, fresh]: [&Tensor; 2], [levels, lowes
     let squares = Tensor::cat(&[error, own, mask.zeros_like(), mask], 1);
     let squares = pull_push(&squares, levels, lowest);
     let own = squares.narrow(1, 1, 1) + f64::from(DOUBT_EPSILON);
-    let error = squares.narrow(1, 0, 1) * f64::from(DOUBT_SHARE);
-    &own / own.maximum(&error)
+    let more = (squares.narrow(1, 0, 1) - &own * f64::from(DOUBT_ALLOWED)).relu();
+    &own / (&own + more * f64::from(DOUBT_SHARE))
 }
 
 /// `known`, and as far as it is not, `before`, times `fade` and `share`.

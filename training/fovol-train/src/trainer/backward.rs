@@ -9,7 +9,7 @@ use std::ops::Range;
 use tch::{Device, Tensor};
 
 /// The terms of a loss by name.
-pub(super) type Named = Vec<(&'static str, f64)>;
+pub(super) type TermValues = Vec<(&'static str, f64)>;
 
 /// What gradients are found with.
 pub(super) struct Backward<'a> {
@@ -33,10 +33,10 @@ struct Passage {
 
 impl Backward<'_> {
     /// Adds the gradients of the mean loss of the clips of `lesson` to those of the network's parameters; the terms.
-    pub fn run(&self, lesson: &[LessonFrame]) -> Result<Named> {
+    pub fn run(&self, lesson: &[LessonFrame]) -> Result<TermValues> {
         let batch = lesson[0].colour.size()[0];
         let at_once = self.config.at_once.map_or(batch, |count| (count as i64).min(batch));
-        let mut sums = Named::new();
+        let mut sums = TermValues::new();
         for first in (0..batch).step_by(at_once as usize) {
             let count = at_once.min(batch - first);
             let mut passage = self.passage(lesson, [first, count], batch);
@@ -73,7 +73,7 @@ impl Backward<'_> {
     }
 
     /// Loss and gradients of the frames `part` with all that is computed on the way kept until then.
-    fn kept(&self, passage: &mut Passage, part: Range<usize>, length: usize) -> Result<Named> {
+    fn kept(&self, passage: &mut Passage, part: Range<usize>, length: usize) -> Result<TermValues> {
         passage.outputs.iter_mut().for_each(|output| *output = output.detach());
         let mut state = passage.state.iter().map(Tensor::detach).collect();
         for frame in &passage.frames[part.clone()] {
@@ -86,7 +86,7 @@ impl Backward<'_> {
     }
 
     /// The same with only states and outputs kept: on the way back every frame is computed once more.
-    fn recomputed(&self, passage: &mut Passage, part: Range<usize>, length: usize) -> Result<Named> {
+    fn recomputed(&self, passage: &mut Passage, part: Range<usize>, length: usize) -> Result<TermValues> {
         let mut states = Vec::new();
         for frame in &passage.frames[part.clone()] {
             let state: Vec<Tensor> = passage.state.iter().map(Tensor::detach).collect();
@@ -114,7 +114,7 @@ impl Backward<'_> {
     }
 
     /// The loss of the frames `part`, and its gradients.
-    fn judged(&self, passage: &Passage, part: Range<usize>, length: usize) -> Result<Named> {
+    fn judged(&self, passage: &Passage, part: Range<usize>, length: usize) -> Result<TermValues> {
         let clip = Clip {
             outputs: &passage.outputs,
             references: &passage.references[..part.end],
@@ -132,7 +132,7 @@ fn slope(tensor: &Tensor) -> Tensor {
     if gradient.defined() { gradient } else { tensor.zeros_like() }
 }
 
-fn add(sums: &mut Named, terms: Named, share: f64) {
+fn add(sums: &mut TermValues, terms: TermValues, share: f64) {
     for (i, (name, value)) in terms.into_iter().enumerate() {
         match sums.get_mut(i) {
             Some(sum) => sum.1 += value * share,
