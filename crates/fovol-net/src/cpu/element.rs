@@ -1,9 +1,10 @@
 //! How numbers of tensors are stored.
 
 use super::map::{Map, Stored};
+use bytemuck::{Pod, Zeroable};
 
 /// A stored number.
-pub trait Element: Copy + Default + Send + Sync + 'static {
+pub trait Element: Pod + Default + Send + Sync {
     /// Its value.
     fn to_f32(self) -> f32;
     /// The nearest of its kind.
@@ -41,7 +42,7 @@ impl Element for f32 {
 }
 
 /// The upper half of an f32.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(transparent)]
 pub struct Bf16(pub u16);
 

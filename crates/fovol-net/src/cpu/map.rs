@@ -1,11 +1,13 @@
 use super::element::{Bf16, Element};
+use super::numbers::Numbers;
+use bytemuck::Pod;
 use std::ops::Range;
 
 /// An image of any number of channels: \[row\]\[column\]\[channel\].
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Map<T = f32> {
+pub struct Map<T: Pod = f32> {
     /// The numbers, channels together.
-    pub data: Vec<T>,
+    pub data: Numbers<T>,
     /// Rows.
     pub height: usize,
     /// Columns.
@@ -19,7 +21,10 @@ pub struct Map<T = f32> {
 impl<T: Element> Map<T> {
     /// Zeros.
     pub fn zeros(height: usize, width: usize, channels: usize) -> Self {
-        Self { data: vec![T::default(); height * width * channels], height, width, channels, top: 0 }
+        let mut map = Self::default();
+        map.resize([height, width, channels]);
+        map.data.fill(T::default());
+        map
     }
 
     /// The row after the last one that is there.
@@ -34,14 +39,14 @@ impl<T: Element> Map<T> {
         let kept = self.end().saturating_sub(rows.start) * row;
         let from = self.data.len() - kept;
         self.data.copy_within(from.., 0);
-        self.data.resize(rows.len() * row, T::default());
+        self.data.resize(rows.len() * row);
         self.top = rows.start;
         &mut self.data[kept..]
     }
 
     /// Takes another size and keeps the memory; what it holds is not said.
     pub fn resize(&mut self, [height, width, channels]: [usize; 3]) {
-        self.data.resize(height * width * channels, T::default());
+        self.data.resize(height * width * channels);
         (self.height, self.width, self.channels, self.top) = (height, width, channels, 0);
     }
 

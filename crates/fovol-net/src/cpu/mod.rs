@@ -11,6 +11,7 @@ mod filter;
 mod map;
 mod network;
 mod norm;
+mod numbers;
 mod pair;
 mod patch;
 mod peak;

@@ -395,7 +395,7 @@ fn padded_map(
     [height, width, channels]: [usize; 3],
     fill: impl Fn(usize, &mut [f32]) + Sync,
 ) -> Stored {
-    let mut map = Map { data: memory.take_f32(height * width * channels), ..Map::default() };
+    let mut map = memory.take_picture(height * width * channels);
     map.resize([height, width, channels]);
     map.data.par_chunks_exact_mut(width * channels).enumerate().for_each(|(y, row)| {
         let y = y.min(size.height as usize - 1);

@@ -1,5 +1,6 @@
 use super::element::{Bf16, Element};
 use super::map::{Map, Stored, with_map};
+use super::numbers::{Numbers, Words};
 use crate::plan::Plan;
 use fovol_core::FrameSize;
 
@@ -52,7 +53,7 @@ impl State {
 /// Buffers that are used again.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Spare {
-    buffers: Vec<Stored>,
+    buffers: Vec<Words>,
 }
 
 impl Spare {
@@ -60,34 +61,32 @@ impl Spare {
     pub fn take(&mut self, is_halved: bool, length: usize) -> Stored {
         match is_halved {
             true => Bf16::stored(Map { data: self.fitting(length), ..Map::default() }),
-            false => f32::stored(Map { data: self.fitting(length), ..Map::default() }),
+            false => f32::stored(self.take_picture(length)),
         }
     }
 
-    /// Memory for `length` numbers of a picture.
-    pub fn take_f32(&mut self, length: usize) -> Vec<f32> {
-        self.fitting(length)
+    /// A picture with memory for `length` numbers.
+    pub fn take_picture(&mut self, length: usize) -> Map {
+        Map { data: self.fitting(length), ..Map::default() }
     }
 
     /// Takes the memory of a tensor that is not needed any more.
     pub fn put(&mut self, stored: Stored) {
-        if with_map!(&stored, map => map.data.capacity()) > 0 {
-            self.buffers.push(stored);
+        let words = with_map!(stored, map => map.data.into_words());
+        if words.capacity() > 0 {
+            self.buffers.push(words);
         }
     }
 
-    /// The smallest buffer that has room for `length` numbers and is not far too large for them; else a new one.
-    fn fitting<T: Element>(&mut self, length: usize) -> Vec<T> {
-        let fits = |stored: &Stored| {
-            let capacity = T::of(stored)?.data.capacity();
-            (length..=2 * length).contains(&capacity).then_some(capacity)
-        };
-        let places =
-            self.buffers.iter().enumerate().filter_map(|(place, stored)| Some((fits(stored)?, place)));
-        match places.min() {
-            Some((_, place)) => T::loaded(self.buffers.swap_remove(place)).data,
-            None => Vec::with_capacity(length),
-        }
+    /// The smallest buffer that has room for `length` numbers; else a new one.
+    fn fitting<T: Element>(&mut self, length: usize) -> Numbers<T> {
+        let needed = Numbers::<T>::words(length);
+        let fit = |words: &Words| (words.capacity() >= needed).then_some(words.capacity());
+        let places = self.buffers.iter().enumerate().filter_map(|(place, words)| Some((fit(words)?, place)));
+        Numbers::within(match places.min() {
+            Some((_, place)) => self.buffers.swap_remove(place),
+            None => Words::with_capacity(needed),
+        })
     }
 }
 

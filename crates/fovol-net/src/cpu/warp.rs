@@ -26,7 +26,7 @@ struct Places {
 }
 
 /// The warping of one row.
-struct Row<'a, T> {
+struct Row<'a, T: Element> {
     input: &'a Map<T>,
     motion: &'a Map,
     /// Pixels of the motion to one of the input, along each axis.

@@ -37,7 +37,7 @@ proptest! {
         let maps: Vec<(Map, Resize)> = sources.iter().enumerate().map(|(i, &(channels, resize))| {
             let factor = if resize == Resize::Same { 1 } else { 2 };
             let mut map = Map::zeros(height / factor, width / factor, channels);
-            map.data = random(seed.wrapping_add(i as u64), map.data.len());
+            map.data = random(seed.wrapping_add(i as u64), map.data.len()).into();
             (map, resize)
         }).collect();
         let weights = random(seed ^ 77, shape.outputs * shape.inputs * shape.size * shape.size);
@@ -47,7 +47,7 @@ proptest! {
         let expected = plain::conv(&shape, &weights, &bias, &input);
         // How much there is to be rounded: the sum of all products without their signs.
         let magnitudes = |values: &[f32]| values.iter().map(|v| v.abs()).collect::<Vec<f32>>();
-        let unsigned = Map { data: magnitudes(&input.data), ..input };
+        let unsigned = Map { data: magnitudes(&input.data).into(), ..input };
         let plain_shape = ConvShape { activation: Activation::None, ..shape };
         let most = plain::conv(&plain_shape, &magnitudes(&weights), &magnitudes(&bias), &unsigned);
         let stored: Vec<(Stored, Resize)> = maps.into_iter().map(|(map, resize)| (Stored::F32(map), resize)).collect();
@@ -84,7 +84,7 @@ proptest! {
         };
         let maps = channels.map(|c| {
             let mut map = Map::zeros(2 * height, 2 * width, c);
-            map.data = random(seed + c as u64, map.data.len());
+            map.data = random(seed + c as u64, map.data.len()).into();
             map
         });
         let folded = maps.each_ref().map(|map| {
@@ -116,7 +116,7 @@ proptest! {
         let stored: Vec<(Stored, Resize)> = sources.iter().enumerate().map(|(i, &(channels, resize))| {
             let factor = if resize == Resize::Same { 1 } else { 2 };
             let mut map = Map::zeros(height / factor, width / factor, channels);
-            map.data = random(seed.wrapping_add(i as u64), map.data.len());
+            map.data = random(seed.wrapping_add(i as u64), map.data.len()).into();
             map.data.iter_mut().for_each(|v| *v = v.abs());
             (Stored::F32(map), resize)
         }).collect();

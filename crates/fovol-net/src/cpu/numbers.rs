@@ -1,0 +1,144 @@
+//! Memory for numbers of any kind: what one tensor leaves behind another one can use.
+
+use bytemuck::{Pod, cast_slice, cast_slice_mut};
+use std::marker::PhantomData;
+use std::ops::{Deref, DerefMut};
+
+/// As a `Vec<T>`, in memory that belongs to no type.
+#[derive(Clone)]
+pub struct Numbers<T> {
+    words: Vec<u32>,
+    length: usize,
+    kind: PhantomData<T>,
+}
+
+/// Words that numbers of up to four bytes are stored in.
+pub type Words = Vec<u32>;
+
+impl<T: Pod> Numbers<T> {
+    const PER_WORD: usize = size_of::<u32>() / size_of::<T>();
+
+    /// None yet, in the memory of `words`.
+    pub fn within(words: Words) -> Self {
+        Self { words, length: 0, kind: PhantomData }
+    }
+
+    /// The memory.
+    pub fn into_words(self) -> Words {
+        self.words
+    }
+
+    /// The memory that `length` numbers take.
+    pub fn words(length: usize) -> usize {
+        length.div_ceil(Self::PER_WORD)
+    }
+
+    /// Has `length` numbers from now on; those that there were before stay, others say nothing.
+    pub fn resize(&mut self, length: usize) {
+        // Longer memory is kept as it is: to write zeros that nobody reads takes time.
+        if self.words.len() < Self::words(length) {
+            self.words.resize(Self::words(length), 0);
+        }
+        self.length = length;
+    }
+
+    /// Adds `numbers` at the end.
+    pub fn extend_from_slice(&mut self, numbers: &[T]) {
+        let length = self.length;
+        self.resize(length + numbers.len());
+        self[length..].copy_from_slice(numbers);
+    }
+
+    /// Forgets all numbers; the memory stays.
+    pub fn clear(&mut self) {
+        self.length = 0;
+    }
+}
+
+impl<T: Pod> Deref for Numbers<T> {
+    type Target = [T];
+
+    #[inline(always)]
+    fn deref(&self) -> &[T] {
+        &cast_slice(&self.words)[..self.length]
+    }
+}
+
+impl<T: Pod> DerefMut for Numbers<T> {
+    #[inline(always)]
+    fn deref_mut(&mut self) -> &mut [T] {
+        &mut cast_slice_mut(&mut self.words)[..self.length]
+    }
+}
+
+impl<T> Default for Numbers<T> {
+    fn default() -> Self {
+        Self { words: Vec::new(), length: 0, kind: PhantomData }
+    }
+}
+
+impl<T: Pod> FromIterator<T> for Numbers<T> {
+    fn from_iter<I: IntoIterator<Item = T>>(numbers: I) -> Self {
+        let numbers = numbers.into_iter();
+        let mut all = Self::default();
+        all.words.reserve(Self::words(numbers.size_hint().0));
+        numbers.for_each(|number| all.extend_from_slice(&[number]));
+        all
+    }
+}
+
+impl<T: Pod> From<Vec<T>> for Numbers<T> {
+    fn from(numbers: Vec<T>) -> Self {
+        numbers.into_iter().collect()
+    }
+}
+
+impl<'a, T: Pod> IntoIterator for &'a Numbers<T> {
+    type Item = &'a T;
+    type IntoIter = std::slice::Iter<'a, T>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.iter()
+    }
+}
+
+impl<T: Pod + PartialEq> PartialEq for Numbers<T> {
+    fn eq(&self, other: &Self) -> bool {
+        self[..] == other[..]
+    }
+}
+
+impl<T: Pod + std::fmt::Debug> std::fmt::Debug for Numbers<T> {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self[..].fmt(formatter)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cpu::element::Bf16;
+
+    #[test]
+    fn memory_of_one_kind_serves_another() {
+        let large: Numbers<f32> = (0..100).map(|i| i as f32).collect();
+        assert_eq!((large.len(), large[99]), (100, 99.0));
+        let words = large.into_words();
+        let place = words.as_ptr();
+        let mut halves = Numbers::<Bf16>::within(words);
+        assert!(halves.is_empty());
+        halves.resize(199);
+        halves.fill(Bf16(7));
+        let words = halves.into_words();
+        assert_eq!(words.as_ptr(), place);
+    }
+
+    #[test]
+    fn what_is_there_stays_when_more_comes() {
+        let mut numbers: Numbers<Bf16> = [1, 2, 3].map(Bf16).into_iter().collect();
+        numbers.extend_from_slice(&[Bf16(4), Bf16(5)]);
+        assert_eq!(numbers[..], [1, 2, 3, 4, 5].map(Bf16));
+        numbers.clear();
+        assert_eq!(numbers, Numbers::default());
+    }
+}
