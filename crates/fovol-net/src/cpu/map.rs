@@ -145,4 +145,15 @@ impl Stored {
             Self::Bf16(_) => panic!("pictures are stored as f32"),
         }
     }
+
+    /// The same, to be changed.
+    ///
+    /// # Panics
+    /// As [`Self::picture`].
+    pub fn picture_mut(&mut self) -> &mut Map {
+        match self {
+            Self::F32(map) => map,
+            Self::Bf16(_) => panic!("pictures are stored as f32"),
+        }
+    }
 }

@@ -16,6 +16,7 @@ mod pair;
 mod patch;
 mod peak;
 pub mod plain;
+mod pointwise;
 mod precision;
 mod pyramid;
 #[cfg(test)]

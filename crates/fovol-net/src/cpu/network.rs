@@ -6,9 +6,10 @@ use super::map::{Map, Stored, with_map};
 use super::norm::normalise;
 use super::pair::{Pair, Pool};
 use super::patch::{Access, Source};
+use super::pointwise::{Change, change};
 use super::precision::{Choice, Precision};
 use super::reshape;
-use super::schedule::{Pairing, Schedule};
+use super::schedule::{Pairing, Schedule, is_input};
 use super::simd::Simd;
 use super::spread::{blend, smooth, spread};
 use super::state::{Spare, State, padded};
@@ -151,19 +152,23 @@ impl Network {
         while number < self.steps.len() {
             let started = Instant::now();
             let first = self.plan.layers()[number].output().index();
-            if self.schedule.folded[first].is_some() {
+            if self.schedule.moved[first].is_some() {
                 number += 1;
                 continue;
             }
             let pairing = self.schedule.pairs[number].filter(|_| self.numbers(first, state.size) > SMALL);
-            let layers = match pairing {
-                Some(pairing) => {
+            let layers = match (pairing, self.schedule.changes[number]) {
+                (Some(pairing), _) => {
                     self.run_pair(number, pairing, &mut tensors, state);
                     number..number + 2
                 }
-                None => {
+                (None, 0) => {
                     self.run_one(number, &mut tensors, state);
                     number..number + 1
+                }
+                (None, count) => {
+                    self.run_changes(number..number + count, &mut tensors, state);
+                    number..number + count
                 }
             };
             number = layers.end;
@@ -216,9 +221,43 @@ impl Network {
         tensors[place] = out;
     }
 
+    /// Runs `layers`, all of which change one picture.
+    fn run_changes(&self, layers: Range<usize>, tensors: &mut [Stored], state: &mut State) {
+        let first = &self.plan.layers()[layers.start];
+        let changed = first.changed().expect("the first layer changes a picture");
+        let mut picture = match self.schedule.is_free(layers.start, first, changed) {
+            true => std::mem::take(&mut tensors[changed.index()]),
+            false => state.spare.copy(&tensors[changed.index()]),
+        };
+        let layers = &self.plan.layers()[layers];
+        let changes: Vec<Change<'_>> = layers.iter().map(|layer| self.change(layer, tensors)).collect();
+        change(&changes, picture.picture_mut());
+        tensors[layers[layers.len() - 1].output().index()] = picture;
+    }
+
+    /// What `layer` changes in a picture.
+    fn change<'a>(&self, layer: &Layer, tensors: &'a [Stored]) -> Change<'a> {
+        let picture = |id: TensorId| tensors[id.index()].picture();
+        match *layer {
+            Layer::Add { more, .. } => match self.schedule.moved[more.index()] {
+                Some(folded) => Change::AddUnfolded(picture(folded)),
+                None => Change::Add(picture(more)),
+            },
+            Layer::Bypass { colour, mask, .. } => {
+                match self.schedule.known.filter(|_| is_input(&self.plan, colour, mask)) {
+                    Some(known) => Change::Keep(picture(known)),
+                    None => Change::Bypass { colour: picture(colour), mask: picture(mask) },
+                }
+            }
+            Layer::Scale { factor, offset, .. } => Change::Scale { factor, offset },
+            Layer::Clamp { .. } => Change::Clamp,
+            _ => unreachable!("other layers do more than change single numbers"),
+        }
+    }
+
     /// What a convolution reads.
     fn sources<'a>(&self, reads: &[Read], tensors: &'a [Stored]) -> Vec<Source<'a>> {
-        let source = |read: &Read| match self.schedule.folded[read.tensor.index()] {
+        let source = |read: &Read| match self.schedule.moved[read.tensor.index()] {
             Some(unfolded) => Source { map: &tensors[unfolded.index()], access: Access::Folded },
             None => Source::new(&tensors[read.tensor.index()], read.resize),
         };
@@ -348,10 +387,6 @@ fn run_plain(layer: &Layer, tensors: &[Stored], to: &Tensor, out: &mut Stored) {
         },
         (Layer::SpaceToDepth { input, .. }, Stored::F32(out)) => reshape::space_to_depth(picture(input), out),
         (Layer::DepthToSpace { input, .. }, Stored::F32(out)) => reshape::depth_to_space(picture(input), out),
-        (Layer::Scale { input, factor, offset, .. }, Stored::F32(out)) => {
-            reshape::scale(picture(input), *factor, *offset, out);
-        }
-        (Layer::Clamp { input, .. }, Stored::F32(out)) => reshape::clamp(picture(input), out),
         (Layer::Join { colour, weight, .. }, Stored::F32(out)) => {
             reshape::join(picture(colour), picture(weight), out);
         }
@@ -369,12 +404,6 @@ fn run_plain(layer: &Layer, tensors: &[Stored], to: &Tensor, out: &mut Stored) {
         }
         (Layer::Accumulate { known, before, share, fade, .. }, Stored::F32(out)) => {
             accumulate(picture(known), picture(before), share.as_ref().map(picture), *fade, out);
-        }
-        (Layer::Add { input, more, .. }, Stored::F32(out)) => {
-            reshape::add(picture(input), picture(more), out);
-        }
-        (Layer::Bypass { colour, mask, input, .. }, Stored::F32(out)) => {
-            reshape::bypass(picture(colour), picture(mask), picture(input), out);
         }
         _ => unreachable!("pictures are stored as f32, and layers with weights are prepared"),
     }

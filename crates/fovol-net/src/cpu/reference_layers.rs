@@ -6,6 +6,7 @@ use super::filter::PreparedFilter;
 use super::map::{Map, Stored};
 use super::norm::normalise;
 use super::patch::Source;
+use super::pointwise::{Change, change};
 use super::reshape;
 use super::simd::Simd;
 use super::spread::{blend, smooth, spread};
@@ -77,8 +78,14 @@ impl Case<'_> {
             "pool" => reshape::pool(&inputs[0], &mut out),
             "space-to-depth" => reshape::space_to_depth(&inputs[0], &mut out),
             "depth-to-space" => reshape::depth_to_space(&inputs[0], &mut out),
-            "add" => reshape::add(&inputs[0], &inputs[1], &mut out),
-            "bypass" => reshape::bypass(&inputs[0], &inputs[1], &inputs[2], &mut out),
+            "add" => {
+                out = inputs[0].clone();
+                change(&[Change::Add(&inputs[1])], &mut out);
+            }
+            "bypass" => {
+                out = inputs[2].clone();
+                change(&[Change::Bypass { colour: &inputs[0], mask: &inputs[1] }], &mut out);
+            }
             "warp" => warp(&inputs[0], &inputs[1], &mut out),
             "spread" => spread(&inputs[0], inputs.get(1), self.number("levels") as u32, &mut out),
             "smooth" => smooth(&inputs[0], &mut out),

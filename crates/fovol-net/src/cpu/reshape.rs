@@ -50,20 +50,6 @@ pub fn depth_to_space(input: &Map, out: &mut Map) {
     });
 }
 
-/// factor · x + offset.
-pub fn scale(input: &Map, factor: f32, offset: f32, out: &mut Map) {
-    rows(out, [input.height, input.width, input.channels], |y, row| {
-        row.iter_mut().zip(input.row(y)).for_each(|(to, &v)| *to = v * factor + offset);
-    });
-}
-
-/// The nearest numbers in 0…1.
-pub fn clamp(input: &Map, out: &mut Map) {
-    rows(out, [input.height, input.width, input.channels], |y, row| {
-        row.iter_mut().zip(input.row(y)).for_each(|(to, &v)| *to = v.clamp(0.0, 1.0));
-    });
-}
-
 /// `colour` and, as a fourth channel, `weight`.
 pub fn join(colour: &Map, weight: &Map, out: &mut Map) {
     rows(out, [colour.height, colour.width, 4], |y, row| {
@@ -79,26 +65,6 @@ pub fn part(input: &Map, first: usize, channels: usize, out: &mut Map) {
     rows(out, [input.height, input.width, channels], |y, row| {
         let pixels = row.chunks_exact_mut(channels).zip(input.row(y).chunks_exact(input.channels));
         pixels.for_each(|(to, from)| to.copy_from_slice(&from[first..first + channels]));
-    });
-}
-
-/// input + more.
-pub fn add(input: &Map, more: &Map, out: &mut Map) {
-    rows(out, [input.height, input.width, input.channels], |y, row| {
-        let pairs = input.row(y).iter().zip(more.row(y));
-        row.iter_mut().zip(pairs).for_each(|(to, (a, b))| *to = a + b);
-    });
-}
-
-/// mask · colour + (1 − mask) · input.
-pub fn bypass(colour: &Map, mask: &Map, input: &Map, out: &mut Map) {
-    let c = input.channels;
-    rows(out, [input.height, input.width, c], |y, row| {
-        let pixels =
-            row.chunks_exact_mut(c).zip(colour.row(y).chunks_exact(c)).zip(input.row(y).chunks_exact(c));
-        for (((to, colour), input), &m) in pixels.zip(mask.row(y)) {
-            (0..c).for_each(|k| to[k] = m * colour[k] + (1.0 - m) * input[k]);
-        }
     });
 }
 

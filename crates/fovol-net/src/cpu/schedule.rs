@@ -1,6 +1,6 @@
 //! In which order a network does with the layers of its plan what, and how long it keeps tensors.
 
-use crate::plan::{Layer, Plan, Read, Resize, TensorId};
+use crate::plan::{Layer, Plan, Read, TensorId};
 
 /// What follows from the plan alone, found once for all frames.
 #[derive(Debug)]
@@ -9,8 +9,12 @@ pub struct Schedule {
     pub finished: Vec<Vec<TensorId>>,
     /// For each layer whether it and the next one can be made together, and how.
     pub pairs: Vec<Option<Pairing>>,
-    /// For each tensor, if it is nothing but another one with 2×2 pixels as one, that other: it is never written.
-    pub folded: Vec<Option<TensorId>>,
+    /// For each layer how many from it on do no more than change the numbers of one picture.
+    pub changes: Vec<usize>,
+    /// For each tensor, if it is nothing but another one with its pixels in other places, that other: it is never written.
+    pub moved: Vec<Option<TensorId>>,
+    /// What holds both colours and mask of the input, once they are joined.
+    pub known: Option<TensorId>,
 }
 
 /// Two convolutions, the second of which alone reads what the first writes.
@@ -21,45 +25,94 @@ pub struct Pairing {
 }
 
 impl Schedule {
+    /// Whether layer `number`, which is `layer`, may write over the tensor `id` that it reads.
+    pub fn is_free(&self, number: usize, layer: &Layer, id: TensorId) -> bool {
+        self.finished[number].contains(&id) && reads_once(layer, id)
+    }
+
     /// That of `plan` if `halved` says of each tensor whether its numbers take two bytes.
     pub fn new(plan: &Plan, halved: &[bool]) -> Self {
-        let folded = folded(plan);
-        let finished = finished(plan, &folded);
-        Self { pairs: pairs(plan, &finished, halved), finished, folded }
+        let (moved, known) = (moved(plan), known(plan));
+        let finished = finished(plan, &moved, known);
+        Self {
+            pairs: pairs(plan, &finished, halved),
+            changes: changes(plan, &finished),
+            finished,
+            moved,
+            known,
+        }
     }
 
     /// That of `plan` with every tensor written on its own.
     pub fn layer_by_layer(plan: &Plan) -> Self {
-        let folded = vec![None; plan.tensors().len()];
-        Self { finished: finished(plan, &folded), pairs: vec![None; plan.layers().len()], folded }
+        let moved = vec![None; plan.tensors().len()];
+        let changes = plan.layers().iter().map(|layer| usize::from(layer.changed().is_some())).collect();
+        let (finished, pairs) = (finished(plan, &moved, None), vec![None; plan.layers().len()]);
+        Self { finished, pairs, changes, moved, known: None }
     }
 }
 
-/// For each tensor of `plan` that only convolutions read and that is another one with 2×2 pixels as one, that other.
-fn folded(plan: &Plan) -> Vec<Option<TensorId>> {
-    let mut folded = vec![None; plan.tensors().len()];
+/// For each tensor of `plan` that is another one with 2×2 pixels as one and that only convolutions read, and for each that is
+/// another one the other way round and is only added to something, that other.
+fn moved(plan: &Plan) -> Vec<Option<TensorId>> {
+    let mut moved = vec![None; plan.tensors().len()];
+    let mut is_unfolded = vec![false; plan.tensors().len()];
     for layer in plan.layers() {
-        match layer {
-            Layer::SpaceToDepth { input, output } => folded[output.index()] = Some(*input),
-            Layer::Conv(conv) => {
-                let resized = conv.inputs.iter().filter(|read| read.resize != Resize::Same);
-                resized.for_each(|read| folded[read.tensor.index()] = None);
-            }
-            other => other.inputs().iter().for_each(|id| folded[id.index()] = None),
+        if let Layer::SpaceToDepth { input, output } | Layer::DepthToSpace { input, output } = layer {
+            moved[output.index()] = Some(*input);
+            is_unfolded[output.index()] = matches!(layer, Layer::DepthToSpace { .. });
         }
+        let is_read_in_place = |id: TensorId| match layer {
+            Layer::Conv(conv) => {
+                let is_same = |read: &Read| read.tensor != id || *read == Read::same(id);
+                !is_unfolded[id.index()] && conv.inputs.iter().all(is_same)
+            }
+            Layer::Add { input, more, .. } => is_unfolded[id.index()] && id == *more && id != *input,
+            _ => false,
+        };
+        let others = layer.inputs().into_iter().filter(|id| !is_read_in_place(*id));
+        others.for_each(|id| moved[id.index()] = None);
     }
     for id in plan.states().iter().map(|state| state.next).chain([plan.output()]) {
-        folded[id.index()] = None;
+        moved[id.index()] = None;
     }
-    folded
+    moved
 }
 
-/// For each layer of `plan` the tensors that are read there for the last time, if those that are `folded` are not there.
-fn finished(plan: &Plan, folded: &[Option<TensorId>]) -> Vec<Vec<TensorId>> {
+/// What the colours and the mask of the input of `plan` are joined to, if they are.
+fn known(plan: &Plan) -> Option<TensorId> {
+    let inputs = plan.inputs();
+    plan.layers().iter().find_map(|layer| match layer {
+        Layer::Join { colour, weight, output }
+            if *colour == inputs.colour && Some(*weight) == inputs.mask =>
+        {
+            Some(*output)
+        }
+        _ => None,
+    })
+}
+
+/// What `layer` reads where `known` is read instead of what is joined there.
+fn reads(plan: &Plan, layer: &Layer, known: Option<TensorId>) -> Vec<TensorId> {
+    match (layer, known) {
+        (Layer::Bypass { colour, mask, input, .. }, Some(known)) if is_input(plan, *colour, *mask) => {
+            vec![known, *input]
+        }
+        _ => layer.inputs(),
+    }
+}
+
+/// Whether these are the colours and the mask of the input of `plan`.
+pub fn is_input(plan: &Plan, colour: TensorId, mask: TensorId) -> bool {
+    (colour, Some(mask)) == (plan.inputs().colour, plan.inputs().mask)
+}
+
+/// For each layer of `plan` the tensors that are read there for the last time, if those that are `moved` are not there.
+fn finished(plan: &Plan, moved: &[Option<TensorId>], known: Option<TensorId>) -> Vec<Vec<TensorId>> {
     let mut last = vec![None; plan.tensors().len()];
     for (number, layer) in plan.layers().iter().enumerate() {
-        if folded[layer.output().index()].is_none() {
-            let read = layer.inputs().into_iter().map(|id| folded[id.index()].unwrap_or(id));
+        if moved[layer.output().index()].is_none() {
+            let read = reads(plan, layer, known).into_iter().map(|id| moved[id.index()].unwrap_or(id));
             read.for_each(|id| last[id.index()] = Some(number));
         }
     }
@@ -73,6 +126,27 @@ fn finished(plan: &Plan, folded: &[Option<TensorId>]) -> Vec<Vec<TensorId>> {
         }
     }
     finished
+}
+
+/// Whether only one of the inputs of `layer` is `id`.
+fn reads_once(layer: &Layer, id: TensorId) -> bool {
+    layer.inputs().into_iter().filter(|read| *read == id).count() == 1
+}
+
+/// For each layer of `plan` how many from it on change a picture that nothing else reads on the way.
+fn changes(plan: &Plan, finished: &[Vec<TensorId>]) -> Vec<usize> {
+    let layers = plan.layers();
+    let mut changes = vec![0; layers.len()];
+    for (number, layer) in layers.iter().enumerate().rev() {
+        let out = layer.output();
+        let goes_on = layers.get(number + 1).is_some_and(|next| {
+            next.changed() == Some(out) && reads_once(next, out) && finished[number + 1].contains(&out)
+        });
+        if layer.changed().is_some() {
+            changes[number] = 1 + if goes_on { changes[number + 1] } else { 0 };
+        }
+    }
+    changes
 }
 
 /// For each layer of `plan` whether it and the next one can be made together.

@@ -70,6 +70,15 @@ impl Spare {
         Map { data: self.fitting(length), ..Map::default() }
     }
 
+    /// A copy of a picture.
+    pub fn copy(&mut self, stored: &Stored) -> Stored {
+        let from = stored.picture();
+        let mut copy = self.take_picture(from.data.len());
+        copy.resize(stored.size());
+        copy.data.copy_from_slice(&from.data);
+        Stored::F32(copy)
+    }
+
     /// Takes the memory of a tensor that is not needed any more.
     pub fn put(&mut self, stored: Stored) {
         let words = with_map!(stored, map => map.data.into_words());

@@ -342,6 +342,17 @@ impl Layer {
         }
     }
 
+    /// The picture of which it changes the numbers one by one, if it does no more than that.
+    pub fn changed(&self) -> Option<TensorId> {
+        match self {
+            Self::Scale { input, .. }
+            | Self::Clamp { input, .. }
+            | Self::Add { input, .. }
+            | Self::Bypass { input, .. } => Some(*input),
+            _ => None,
+        }
+    }
+
     /// What it reads.
     pub fn inputs(&self) -> Vec<TensorId> {
         match self {

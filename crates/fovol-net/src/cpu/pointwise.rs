@@ -1,0 +1,115 @@
+//! Layers that change the numbers of a picture one by one, where they are and one layer after the other while a row is at
+//! hand.
+
+use super::map::Map;
+use super::simd::{Simd, Work};
+use rayon::prelude::*;
+
+/// What a layer does to the numbers of a picture.
+#[derive(Debug, Clone, Copy)]
+pub enum Change<'a> {
+    /// x + more.
+    Add(&'a Map),
+    /// x + what [`depth_to_space`](super::reshape::depth_to_space) makes of this.
+    AddUnfolded(&'a Map),
+    /// mask · colour + (1 − mask) · x.
+    Bypass { colour: &'a Map, mask: &'a Map },
+    /// The same with both in one map, the mask last.
+    Keep(&'a Map),
+    /// factor · x + offset.
+    Scale { factor: f32, offset: f32 },
+    /// The nearest number in 0…1.
+    Clamp,
+}
+
+/// Makes `changes` to `picture`, one after the other.
+pub fn change(changes: &[Change<'_>], picture: &mut Map) {
+    let (width, channels) = (picture.width, picture.channels);
+    picture.data.par_chunks_mut(width * channels).enumerate().for_each(|(y, row)| {
+        for change in changes {
+            Simd::best().vectorised(RowChange { change, y, channels, row });
+        }
+    });
+}
+
+struct RowChange<'a> {
+    change: &'a Change<'a>,
+    y: usize,
+    channels: usize,
+    row: &'a mut [f32],
+}
+
+impl Work for RowChange<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let Self { change, y, channels, row } = self;
+        match *change {
+            Change::Add(more) => row.iter_mut().zip(more.row(y)).for_each(|(to, v)| *to += v),
+            Change::AddUnfolded(more) => add_unfolded(more, y, channels, row),
+            Change::Bypass { colour, mask } => {
+                let pixels = row.chunks_exact_mut(channels).zip(colour.row(y).chunks_exact(channels));
+                for ((to, colour), &m) in pixels.zip(mask.row(y)) {
+                    to.iter_mut().zip(colour).for_each(|(to, c)| *to = m * c + (1.0 - m) * *to);
+                }
+            }
+            Change::Keep(known) => {
+                let pixels = row.as_chunks_mut::<3>().0.iter_mut().zip(known.row(y).as_chunks::<4>().0);
+                for (to, &[r, g, b, m]) in pixels {
+                    *to = [m * r + (1.0 - m) * to[0], m * g + (1.0 - m) * to[1], m * b + (1.0 - m) * to[2]];
+                }
+            }
+            Change::Scale { factor, offset } => row.iter_mut().for_each(|to| *to = *to * factor + offset),
+            Change::Clamp => row.iter_mut().for_each(|to| *to = to.clamp(0.0, 1.0)),
+        }
+    }
+}
+
+#[inline(always)]
+fn add_unfolded(more: &Map, y: usize, channels: usize, row: &mut [f32]) {
+    let cells = row.chunks_exact_mut(2 * channels).zip(more.row(y / 2).chunks_exact(4 * channels));
+    let above = 2 * (y % 2);
+    for (to, from) in cells {
+        for k in 0..channels {
+            to[k] += from[4 * k + above];
+            to[channels + k] += from[4 * k + above + 1];
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cpu::reshape;
+    use proptest::prelude::*;
+
+    fn random(seed: u64, [height, width, channels]: [usize; 3]) -> Map {
+        let parameter =
+            crate::plan::Parameter { name: "x".into(), shape: vec![height * width * channels, 5] };
+        let mut map = Map::zeros(height, width, channels);
+        let values = crate::weights::random::values(&parameter, seed);
+        map.data.iter_mut().zip(values).for_each(|(to, v)| *to = v);
+        map
+    }
+
+    proptest! {
+        #[test]
+        fn folded_and_joined_maps_give_what_apart_they_would(
+            half in (1usize..6, 1usize..20), seed in 0u64..1000,
+        ) {
+            let [height, width] = [2 * half.0, 2 * half.1];
+            let picture = random(seed, [height, width, 3]);
+            let folded = random(seed + 1, [half.0, half.1, 12]);
+            let (colour, mut mask) = (random(seed + 2, [height, width, 3]), random(seed + 3, [height, width, 1]));
+            mask.data.iter_mut().for_each(|v| *v = f32::from(u8::from(*v > 0.0)));
+            let [mut unfolded, mut known] = [Map::default(), Map::default()];
+            reshape::depth_to_space(&folded, &mut unfolded);
+            reshape::join(&colour, &mask, &mut known);
+            let [mut a, mut b] = [picture.clone(), picture];
+            change(&[Change::Add(&unfolded)], &mut a);
+            change(&[Change::Bypass { colour: &colour, mask: &mask }], &mut a);
+            change(&[Change::Clamp], &mut a);
+            change(&[Change::AddUnfolded(&folded), Change::Keep(&known), Change::Clamp], &mut b);
+            prop_assert_eq!(a, b);
+        }
+    }
+}
