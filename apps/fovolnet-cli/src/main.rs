@@ -6,6 +6,7 @@ mod companion;
 mod console;
 mod interrupt;
 mod picture;
+mod repro;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -44,6 +45,8 @@ enum Command {
     Metrics(commands::metrics::Metrics),
     /// Measure this machine
     Bench(bench::Bench),
+    /// Make the tables and figures of the paper's evaluation
+    Repro(repro::Repro),
 }
 
 fn main() -> ExitCode {
@@ -65,6 +68,7 @@ fn main() -> ExitCode {
         Command::Export(args) => args.run(),
         Command::Metrics(args) => args.run(),
         Command::Bench(args) => args.run(),
+        Command::Repro(args) => args.run(),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

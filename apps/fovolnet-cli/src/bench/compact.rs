@@ -34,13 +34,14 @@ pub struct CompactBench {
     json: JsonOutput,
 }
 
+/// What sparse sampling takes at one density.
 #[derive(Serialize)]
-struct Row {
-    density: f64,
-    full_ms: f64,
-    compact_ms: f64,
-    reject_ms: f64,
-    direct_ms: f64,
+pub struct Row {
+    pub density: f64,
+    pub full_ms: f64,
+    pub compact_ms: f64,
+    pub reject_ms: f64,
+    pub direct_ms: f64,
     /// time(compact) ÷ (density × time(full)); 1 is ideal.
     compact_overhead: f64,
     reject_overhead: f64,
@@ -48,7 +49,7 @@ struct Row {
     /// time(full) ÷ time(compact): the paper's effective compression rate.
     effective_compression: f64,
     /// Share of drawn positions that repeat others.
-    direct_lost: f64,
+    pub direct_lost: f64,
 }
 
 #[derive(Serialize)]
@@ -67,55 +68,15 @@ impl CompactBench {
         let opened = open_volume(&self.volume, &self.read)?;
         let pipeline = Pipeline::new(&opened, &self.settings, &self.speed)?;
         let machine = pipeline.machine();
-        let pool = rayon_pool(machine.threads)?;
-        let rows =
-            pool.install(|| DENSITIES.iter().map(|&d| self.row(&pipeline, d)).collect::<Result<Vec<Row>>>())?;
+        let rows = measured(&pipeline, &self.settings, self.repeats)?;
         let report = Report { volume: self.volume.clone(), size: pipeline.size(), rows, machine };
         self.describe(&report)?;
         if let Some(folder) = &self.output {
             atomic::make_folder(folder)?;
             write_csv(&folder.join("compact.csv"), &report.rows)?;
-            write_plot(&folder.join("compact.svg"), &report.rows)?;
+            atomic::write_bytes(&folder.join("compact.svg"), plotted(&report.rows)?.as_bytes())?;
         }
         self.json.write(&report)
-    }
-
-    fn row(&self, pipeline: &Pipeline, density: f64) -> Result<Row> {
-        let (renderer, size) = (pipeline.renderer(), pipeline.size());
-        let frame = self.settings.frame_numbers().start;
-        let camera = pipeline.camera(frame);
-        let fovea = Fovea { base: density, sigma: 0.0, ..Fovea::default() };
-        let noise = Noise::new(self.settings.noise.unwrap_or_default(), 0);
-        let mut direct_lost = 0.0;
-        let times = alternating(self.repeats, 4, |task| match task {
-            0 => drop(renderer.march_full(&camera, size)),
-            1 => {
-                let list = compact(&mask(&fovea, size, &noise, frame));
-                let (colours, _) = renderer.march_list(&camera, &list);
-                drop(scatter(&list, &colours));
-            }
-            2 => drop(renderer.march_rejecting(&camera, &mask(&fovea, size, &noise, frame))),
-            _ => {
-                let samples = direct(&fovea, size, 0, frame);
-                let (colours, _) = renderer.march_list(&camera, &samples.list);
-                direct_lost = samples.lost as f64 / samples.list.len().max(1) as f64;
-                drop(scatter(&samples.list, &colours));
-            }
-        })?;
-        let [full_ms, compact_ms, reject_ms, direct_ms] = [0, 1, 2, 3].map(|i: usize| times[i].median_ms);
-        let ideal = density * full_ms;
-        Ok(Row {
-            density,
-            full_ms,
-            compact_ms,
-            reject_ms,
-            direct_ms,
-            compact_overhead: compact_ms / ideal,
-            reject_overhead: reject_ms / ideal,
-            direct_overhead: direct_ms / ideal,
-            effective_compression: full_ms / compact_ms,
-            direct_lost,
-        })
     }
 
     fn describe(&self, report: &Report) -> Result<()> {
@@ -140,6 +101,50 @@ impl CompactBench {
         }
         Ok(())
     }
+}
+
+/// The times of every density, medians of `repeats` measurements.
+pub fn measured(pipeline: &Pipeline, settings: &RenderSettings, repeats: usize) -> Result<Vec<Row>> {
+    let pool = rayon_pool(pipeline.machine().threads)?;
+    pool.install(|| DENSITIES.iter().map(|&density| row(pipeline, settings, repeats, density)).collect())
+}
+
+fn row(pipeline: &Pipeline, settings: &RenderSettings, repeats: usize, density: f64) -> Result<Row> {
+    let (renderer, size) = (pipeline.renderer(), pipeline.size());
+    let frame = settings.frame_numbers().start;
+    let camera = pipeline.camera(frame);
+    let fovea = Fovea { base: density, sigma: 0.0, ..Fovea::default() };
+    let noise = Noise::new(settings.noise.unwrap_or_default(), 0);
+    let mut direct_lost = 0.0;
+    let times = alternating(repeats, 4, |task| match task {
+        0 => drop(renderer.march_full(&camera, size)),
+        1 => {
+            let list = compact(&mask(&fovea, size, &noise, frame));
+            let (colours, _) = renderer.march_list(&camera, &list);
+            drop(scatter(&list, &colours));
+        }
+        2 => drop(renderer.march_rejecting(&camera, &mask(&fovea, size, &noise, frame))),
+        _ => {
+            let samples = direct(&fovea, size, 0, frame);
+            let (colours, _) = renderer.march_list(&camera, &samples.list);
+            direct_lost = samples.lost as f64 / samples.list.len().max(1) as f64;
+            drop(scatter(&samples.list, &colours));
+        }
+    })?;
+    let [full_ms, compact_ms, reject_ms, direct_ms] = [0, 1, 2, 3].map(|i: usize| times[i].median_ms);
+    let ideal = density * full_ms;
+    Ok(Row {
+        density,
+        full_ms,
+        compact_ms,
+        reject_ms,
+        direct_ms,
+        compact_overhead: compact_ms / ideal,
+        reject_overhead: reject_ms / ideal,
+        direct_overhead: direct_ms / ideal,
+        effective_compression: full_ms / compact_ms,
+        direct_lost,
+    })
 }
 
 fn write_csv(path: &Path, rows: &[Row]) -> Result<()> {
@@ -170,11 +175,10 @@ fn write_csv(path: &Path, rows: &[Row]) -> Result<()> {
 }
 
 /// The paper's figure: effective compression over density, both logarithmic.
-fn write_plot(path: &Path, rows: &[Row]) -> Result<()> {
+pub fn plotted(rows: &[Row]) -> Result<String> {
     let mut svg = String::new();
     draw(&mut svg, rows).map_err(|e| anyhow!("the plot cannot be drawn: {e}"))?;
-    atomic::write_bytes(path, svg.as_bytes())?;
-    Ok(())
+    Ok(svg)
 }
 
 fn draw(svg: &mut String, rows: &[Row]) -> std::result::Result<(), String> {

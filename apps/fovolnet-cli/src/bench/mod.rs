@@ -1,6 +1,6 @@
 //! Measurements of this machine.
 
-mod compact;
+pub mod compact;
 mod march;
 mod net;
 mod pipeline;

@@ -45,8 +45,7 @@ const COVERAGE_FRAMES: usize = 8;
 pub fn check(ranks: &[u32], size: NoiseSize) -> Report {
     assert_eq!(ranks.len(), size.len(), "as many ranks as the size says");
     let values: Vec<f64> = ranks.iter().map(|&r| (f64::from(r) + 0.5) / size.len() as f64).collect();
-    let spatial_power = radial_power(&values, size, 1.0 / 12.0);
-    let temporal_power = temporal_power(&values, size);
+    let Spectra { spatial: spatial_power, temporal: temporal_power } = spectra(&values, size);
     let mut checks = vec![permutation(ranks), frame_means(&values, size)];
     checks.extend(spatial_checks(&spatial_power));
     if size.frames >= 16 {
@@ -56,6 +55,24 @@ pub fn check(ranks: &[u32], size: NoiseSize) -> Report {
         checks.extend(mask_checks(&values, size, density));
     }
     Report { checks, spatial_power, temporal_power }
+}
+
+/// How much noise there is at which frequency; white noise has a power of 1 everywhere.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Spectra {
+    /// Radial power of the frames: \[frequency in cycles per pixel, power\].
+    pub spatial: Vec<[f64; 2]>,
+    /// Power of the pixels over time: \[frequency in cycles per frame, power\].
+    pub temporal: Vec<[f64; 2]>,
+}
+
+/// The spectra of thresholds between 0 and 1, \[t\]\[y\]\[x\] of `size`.
+///
+/// # Panics
+/// When there are not as many thresholds as `size` says.
+pub fn spectra(values: &[f64], size: NoiseSize) -> Spectra {
+    assert_eq!(values.len(), size.len(), "as many thresholds as the size says");
+    Spectra { spatial: radial_power(values, size, 1.0 / 12.0), temporal: temporal_power(values, size) }
 }
 
 fn below(name: impl Into<String>, value: f64, limit: f64) -> Check {

@@ -1,0 +1,120 @@
+//! The volumes that are evaluated, and the table of them.
+
+use super::Evaluation;
+use super::section::{Cell, Section};
+use anyhow::{Result, bail};
+use fovolnet::io::procedural::Procedural;
+use fovolnet::{OpenVolume, VolumeSettings, open_volume};
+use std::path::Path;
+
+/// A volume and how it is looked at.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DataSet {
+    /// A short name of its own.
+    pub name: String,
+    source: String,
+    read: VolumeSettings,
+    /// The transfer function, if not the automatic one.
+    pub transfer: Option<String>,
+}
+
+/// Voxels along each side of procedural volumes, unless said otherwise.
+const SIDE: usize = 128;
+
+impl DataSet {
+    /// That of `VOLUME[@TF]`: a file or folder, or a procedural volume as NAME or NAME:SIDE.
+    pub fn parse(text: &str) -> Result<Self> {
+        let (source, transfer) = match text.rsplit_once('@') {
+            Some((source, transfer)) if !Path::new(text).exists() => (source, Some(transfer.to_owned())),
+            _ => (text, None),
+        };
+        if Path::new(source).exists() {
+            let file = Path::new(source).file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let name = file.split(['.', '_']).next().unwrap_or(&file).to_owned();
+            return Ok(Self { name, source: source.into(), read: VolumeSettings::default(), transfer });
+        }
+        let (name, side) =
+            source.split_once(':').map_or((source, Ok(SIDE)), |(name, side)| (name, side.parse()));
+        match (name.parse::<Procedural>(), side) {
+            (Ok(kind), Ok(side)) => Ok(Self { transfer, ..Self::made(kind, side) }),
+            _ => bail!(
+                "`{text}` is neither a file nor a procedural volume; give a file, or NAME or NAME:SIDE of `fovolnet data list`"
+            ),
+        }
+    }
+
+    fn made(kind: Procedural, side: usize) -> Self {
+        let read = VolumeSettings { dims: Some([side; 3]), ..VolumeSettings::default() };
+        Self { name: kind.name().into(), source: kind.name().into(), read, transfer: None }
+    }
+
+    pub fn open(&self) -> Result<OpenVolume> {
+        Ok(open_volume(&self.source, &self.read)?)
+    }
+}
+
+/// Every procedural volume.
+pub fn procedural() -> Vec<DataSet> {
+    Procedural::ALL.map(|kind| DataSet::made(kind, SIDE)).to_vec()
+}
+
+/// Three small ones.
+pub fn few() -> Vec<DataSet> {
+    [(Procedural::Vortices, 64), (Procedural::Head, 96), (Procedural::Supernova, 96)]
+        .map(|(kind, side)| DataSet::made(kind, side))
+        .to_vec()
+}
+
+/// The paper's Table 1.
+const PAPER: [[&str; 3]; 6] = [
+    ["skull", "256×256×256", "u8"],
+    ["chameleon", "1024×1024×1080", "u8"],
+    ["mechanical hand", "640×220×229", "f32"],
+    ["vortices 1", "128×128×128", "f32"],
+    ["vortices 2", "128×128×128", "f32"],
+    ["supernova", "432×432×432", "f32"],
+];
+
+pub fn section(evaluation: &Evaluation) -> Result<Section> {
+    let mut section = Section::new(
+        "Data sets",
+        &[
+            "The volumes of this evaluation. Procedural ones are made by the program and stand for what the paper used and \
+           what cannot be had; their names say what they resemble. The second table is the paper's.",
+        ],
+    );
+    let row = |data: &DataSet| -> Result<Vec<Cell>> {
+        let opened = data.open()?;
+        let volume = &opened.volume;
+        let [x, y, z] = volume.grid().dims();
+        let origin = if opened.procedural.is_some() { "procedural" } else { "file" };
+        let transfer = data.transfer.as_deref().unwrap_or("auto");
+        Ok(vec![
+            data.name.as_str().into(),
+            format!("{x}×{y}×{z}").into(),
+            volume.dtype().to_string().into(),
+            transfer.into(),
+            origin.into(),
+        ])
+    };
+    let rows = evaluation.data_sets.iter().map(row).collect::<Result<_>>()?;
+    section.table("data_sets", &["data set", "voxels", "type", "transfer function", "origin"], rows);
+    let rows = PAPER.iter().map(|row| row.map(Cell::from).to_vec()).collect();
+    section.table("data_sets_paper", &["paper's data set", "voxels", "type"], rows);
+    Ok(section)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn volumes_are_named_with_side_and_transfer_function() {
+        let head = DataSet::parse("head:64@bone").unwrap();
+        assert_eq!((head.name.as_str(), head.transfer.as_deref()), ("head", Some("bone")));
+        assert_eq!(head.open().unwrap().volume.grid().dims(), [64; 3]);
+        for wrong in ["nothing-like-this", "head:many", ""] {
+            assert!(DataSet::parse(wrong).unwrap_err().to_string().contains("data list"), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,119 @@
+//! Figure: times of the parts of each frame.
+
+use super::plot::{self, Axes, Line};
+use super::section::{Cell, Section};
+use super::{Evaluation, SPARSE};
+use crate::interrupt;
+use crate::picture::side_by_side;
+use anyhow::Result;
+use fovolnet::core::{Frame, FrameSize};
+use fovolnet::{Pipeline, Timings};
+use std::time::Instant;
+
+/// Pictures above the times.
+const THUMBNAILS: usize = 6;
+const GAP: u32 = 4;
+
+/// What one frame took, in milliseconds.
+struct Times {
+    frame: u32,
+    full: f64,
+    parts: Timings,
+}
+
+pub fn section(evaluation: &Evaluation) -> Result<Section> {
+    let mut section = Section::new(
+        "Frame times along a fly-through",
+        &[
+            "Every frame of a fly-through twice: with every pixel marched, and with (P_b, σ) = (0.03, 0.02) and wnet-fast. What \
+           marching takes depends on how much of the screen the volume covers; the network takes the same time always.",
+        ],
+    );
+    let data = evaluation.shown("vortices");
+    let (times, pictures) = flight(evaluation, data)?;
+    let shown: Vec<&Frame> = pictures.iter().collect();
+    section.picture(
+        "thumbnails",
+        &format!("{}, from the first frame to the last", data.name),
+        side_by_side(&shown, GAP),
+    );
+    let line = |name: &str, of: fn(&Times) -> f64| Line {
+        name: name.into(),
+        points: times.iter().map(|t| [f64::from(t.frame), of(t)]).collect(),
+    };
+    let lines = [
+        line("every pixel", |t| t.full),
+        line("sparse and network", |t| t.parts.total),
+        line("network", |t| t.parts.reconstruct),
+        line("march", |t| t.parts.march),
+        line("mask and compaction", |t| t.parts.mask),
+    ];
+    let axes = Axes { x: "frame", y: "ms" };
+    section.drawing(
+        "frame_times",
+        &format!("{}, ms a frame", data.name),
+        plot::lines(axes, &lines, true, &[])?,
+    );
+    let rows = times.iter().map(row).collect();
+    section.data("frame_times", &["frame", "full", "total", "network", "march", "mask"], rows);
+    let spread = |of: fn(&Times) -> f64| {
+        let (low, high) =
+            times.iter().map(of).fold((f64::INFINITY, 0.0f64), |(a, b), v| (a.min(v), b.max(v)));
+        [low, times.iter().map(of).sum::<f64>() / times.len() as f64, high]
+    };
+    let [full, total] = [spread(|t| t.full), spread(|t| t.parts.total)];
+    let summary = |name: &str, [low, mean, high]: [f64; 3]| {
+        vec![name.into(), low.into(), mean.into(), high.into(), (high / low).into()]
+    };
+    let rows = vec![summary("every pixel", full), summary("sparse and network", total)];
+    section.table("summary", &["frames", "least ms", "mean ms", "most ms", "most / least"], rows);
+    Ok(section)
+}
+
+fn row(times: &Times) -> Vec<Cell> {
+    let parts = times.parts;
+    [f64::from(times.frame), times.full, parts.total, parts.reconstruct, parts.march, parts.mask]
+        .map(Cell::from)
+        .to_vec()
+}
+
+/// The times of a fly-through, and small pictures of it.
+fn flight(evaluation: &Evaluation, data: &super::DataSet) -> Result<(Vec<Times>, Vec<Frame>)> {
+    let opened = data.open()?;
+    let mut settings = evaluation.settings(data, SPARSE);
+    settings.reconstruct = Some("wnet".parse().map_err(anyhow::Error::msg)?);
+    let mut pipeline = Pipeline::new(&opened, &settings, &evaluation.speed)?;
+    // Memory is taken and filled for the first time.
+    pipeline.render(0)?;
+    pipeline.reset();
+    let (mut times, mut pictures) = (Vec::new(), Vec::new());
+    let every = (evaluation.frames as usize).div_ceil(THUMBNAILS);
+    for (number, frame) in evaluation.flight().enumerate() {
+        interrupt::check("this figure is not complete")?;
+        let parts = pipeline.render(frame)?.timings;
+        let started = Instant::now();
+        let reference = pipeline.reference(frame);
+        times.push(Times { frame, full: started.elapsed().as_secs_f64() * 1e3, parts });
+        if number % every == 0 {
+            pictures.push(smaller(&reference, 6));
+        }
+    }
+    Ok((times, pictures))
+}
+
+/// Means of `factor`² pixels.
+pub fn smaller(frame: &Frame, factor: u32) -> Frame {
+    let FrameSize { width, height } = frame.size();
+    let size = FrameSize::new((width / factor).max(1), (height / factor).max(1))
+        .expect("it is smaller than a frame");
+    let sides = [factor.min(width), factor.min(height)];
+    let mean = |x: u32, y: u32| {
+        let places = (0..sides[1]).flat_map(|j| (0..sides[0]).map(move |i| (x * factor + i, y * factor + j)));
+        let sum = places
+            .map(|(x, y)| frame.pixel(x, y))
+            .fold([0.0; 4], |a, b| std::array::from_fn(|c| a[c] + b[c]));
+        sum.map(|v| v / (sides[0] * sides[1]) as f32)
+    };
+    let pixels = (0..size.height).flat_map(|y| (0..size.width).map(move |x| mean(x, y))).collect();
+    Frame::from_pixels(size, pixels).expect("as many pixels as the size says")
+}

@@ -1,0 +1,216 @@
+//! The paper's evaluation with this program: every table and figure as CSV, JSON and pictures, bound into one report.
+
+mod compression;
+mod data_sets;
+mod frame_times;
+mod masks;
+mod noise;
+mod over_time;
+mod plot;
+mod precision;
+mod quality;
+mod report;
+mod section;
+mod speedups;
+
+use crate::console::JsonOutput;
+use crate::interrupt;
+use anyhow::{Result, ensure};
+use data_sets::DataSet;
+use fovolnet::core::FrameSize;
+use fovolnet::io::atomic;
+use fovolnet::render::cpu::Simd;
+use fovolnet::{Machine, RenderSettings, SpeedSettings};
+use section::Section;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// Make tables and figures of the paper's evaluation
+#[derive(clap::Args)]
+pub struct Repro {
+    /// What to make; what a folder already holds of the others stays in its report
+    #[arg(value_name = "TABLE_OR_FIGURE", required = true)]
+    items: Vec<Item>,
+    /// A volume to evaluate, may be given often: file, folder of slices, or procedural NAME[:SIDE]; @ and a transfer
+    /// function may follow. Without any: all procedural ones
+    #[arg(long = "volume", value_name = "VOLUME[@TF]")]
+    volumes: Vec<String>,
+    /// Frames of each fly-through, spread over the 500 of the paper's [default: 500, with --quick 20]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=500))]
+    frames: Option<u32>,
+    /// Frame size in pixels [default: 1280x720, with --quick 640x360]
+    #[arg(long, value_name = "WxH")]
+    size: Option<FrameSize>,
+    /// Small frames, few of them, and three small volumes: minutes instead of hours
+    #[arg(long)]
+    quick: bool,
+    /// Folder for report.html and what it shows
+    #[arg(short, long, value_name = "DIR", default_value = "fovolnet-repro")]
+    output: PathBuf,
+    #[command(flatten)]
+    speed: SpeedSettings,
+    #[command(flatten)]
+    json: JsonOutput,
+}
+
+/// A table or figure, or those that belong together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Item {
+    /// Everything below
+    All,
+    /// Table: the volumes
+    DataSets,
+    /// Figure: noise patterns, their means over frames, and their spectra
+    Noise,
+    /// Figure: sampling masks
+    Masks,
+    /// Figure: times of the parts of each frame
+    FrameTimes,
+    /// Figure and table: average frame times and speed-ups
+    Speedups,
+    /// Figure: pictures of every method beside the full one
+    Quality,
+    /// Figures: PSNR, SSIM and tPSNR over time
+    OverTime,
+    /// Figure: model precision
+    Precision,
+    /// Figure: effective compression
+    Compression,
+}
+
+impl Item {
+    /// All, in the order of the report.
+    const EACH: [Self; 9] = [
+        Self::DataSets,
+        Self::Noise,
+        Self::Masks,
+        Self::FrameTimes,
+        Self::Speedups,
+        Self::Quality,
+        Self::OverTime,
+        Self::Precision,
+        Self::Compression,
+    ];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::All => "all",
+            Self::DataSets => "data-sets",
+            Self::Noise => "noise",
+            Self::Masks => "masks",
+            Self::FrameTimes => "frame-times",
+            Self::Speedups => "speedups",
+            Self::Quality => "quality",
+            Self::OverTime => "over-time",
+            Self::Precision => "precision",
+            Self::Compression => "compression",
+        }
+    }
+
+    fn make(self, evaluation: &Evaluation) -> Result<Section> {
+        match self {
+            Self::All => unreachable!("it stands for the others"),
+            Self::DataSets => data_sets::section(evaluation),
+            Self::Noise => noise::section(),
+            Self::Masks => masks::section(evaluation),
+            Self::FrameTimes => frame_times::section(evaluation),
+            Self::Speedups => speedups::section(evaluation),
+            Self::Quality => quality::section(evaluation),
+            Self::OverTime => over_time::section(evaluation),
+            Self::Precision => precision::section(evaluation),
+            Self::Compression => compression::section(evaluation),
+        }
+    }
+}
+
+/// What is evaluated, and how large.
+struct Evaluation {
+    data_sets: Vec<DataSet>,
+    frames: u32,
+    size: FrameSize,
+    speed: SpeedSettings,
+}
+
+/// Sampling as the paper's figures have it: P_b and σ.
+const SPARSE: [f64; 2] = [0.03, 0.02];
+/// The paper's denser setting.
+const DENSE: [f64; 2] = [0.07, 0.06];
+/// Frames of the paper's fly-throughs.
+const FLY_THROUGH: u32 = 500;
+
+impl Evaluation {
+    /// The numbers of the frames of a fly-through.
+    fn flight(&self) -> impl Iterator<Item = u32> + use<> {
+        let frames = self.frames;
+        (0..frames).map(move |i| i * FLY_THROUGH / frames)
+    }
+
+    /// Settings of a fly-through of `data`, sampled with (P_b, σ).
+    fn settings(&self, data: &DataSet, [pb, sigma]: [f64; 2]) -> RenderSettings {
+        RenderSettings {
+            size: Some(self.size),
+            path: Some("flythrough".into()),
+            tf: data.transfer.clone(),
+            pb: Some(pb),
+            sigma: Some(sigma),
+            ..RenderSettings::default()
+        }
+    }
+
+    fn machine(&self) -> Machine {
+        let threads = self.speed.threads.unwrap_or_else(rayon::current_num_threads);
+        Machine::this(threads, self.speed.simd.unwrap_or_else(Simd::best))
+    }
+
+    /// The data set that the paper's figures show, if it is there: the one whose name begins so; else the first.
+    fn shown(&self, name: &str) -> &DataSet {
+        self.data_sets.iter().find(|data| data.name.starts_with(name)).unwrap_or(&self.data_sets[0])
+    }
+}
+
+impl Repro {
+    pub fn run(self) -> Result<()> {
+        let evaluation = self.evaluation()?;
+        atomic::make_folder(&self.output)?;
+        let all = self.items.contains(&Item::All);
+        let items: Vec<Item> =
+            Item::EACH.into_iter().filter(|item| all || self.items.contains(item)).collect();
+        for item in items {
+            interrupt::check(&format!("what was made before is in {}", self.output.display()))?;
+            self.json.say(format!("{} …", item.name()))?;
+            let started = Instant::now();
+            let mut section = item.make(&evaluation)?;
+            section.name = item.name().into();
+            section.seconds = started.elapsed().as_secs_f64();
+            section.machine = serde_json::to_value(evaluation.machine())?;
+            section.write(&self.output)?;
+            report::write(&self.output, &Item::EACH.map(Item::name))?;
+            for line in section.lines() {
+                self.json.say(line)?;
+            }
+        }
+        self.json.say(format!("{}", self.output.join("report.html").display()))?;
+        self.json.write(&report::sections(&self.output, &Item::EACH.map(Item::name))?)
+    }
+
+    fn evaluation(&self) -> Result<Evaluation> {
+        let data_sets = match (&self.volumes[..], self.quick) {
+            ([], true) => data_sets::few(),
+            ([], false) => data_sets::procedural(),
+            (given, _) => given.iter().map(|text| DataSet::parse(text)).collect::<Result<_>>()?,
+        };
+        let mut names: Vec<&str> = data_sets.iter().map(|data| data.name.as_str()).collect();
+        names.sort_unstable();
+        ensure!(
+            names.windows(2).all(|pair| pair[0] != pair[1]),
+            "two volumes have the same name; give each of them once"
+        );
+        let [frames, width, height] = if self.quick { [20, 640, 360] } else { [FLY_THROUGH, 1280, 720] };
+        Ok(Evaluation {
+            data_sets,
+            frames: self.frames.unwrap_or(frames),
+            size: self.size.map_or_else(|| FrameSize::new(width, height), Ok)?,
+            speed: self.speed.clone(),
+        })
+    }
+}

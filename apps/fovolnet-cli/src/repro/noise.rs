@@ -1,0 +1,91 @@
+//! Figure: noise patterns.
+
+use super::plot::{self, Axes, Line};
+use super::section::Section;
+use crate::picture::{side_by_side, stacked};
+use anyhow::Result;
+use fovolnet::core::{Frame, FrameSize};
+use fovolnet::render::noise::{Noise, NoiseKind, NoiseSize, statistics};
+
+/// As the paper has them.
+const KINDS: [NoiseKind; 3] = [NoiseKind::Uniform, NoiseKind::Blue, NoiseKind::Stbn];
+/// Frames that means are taken of.
+const AVERAGED: u32 = 8;
+/// Screen pixels of one of the pattern.
+const SCALE: u32 = 2;
+const GAP: u32 = 6;
+
+pub fn section() -> Result<Section> {
+    let mut section = Section::new(
+        "Noise patterns",
+        &[
+            "Uniform, blue and spatio-temporal blue noise (STBN): one frame above, the mean of eight frames below. The mean \
+           of uniform and of blue noise stays uneven, as their frames know nothing of each other; that of STBN is flatter, \
+           so that samples of few frames cover the screen.",
+            "The spectra say the same: power 1 is white noise. Blue noise has little at low frequencies in space, STBN in \
+           time too. The paper uses the STBN of Wolfe et al.; this program carries its own.",
+        ],
+    );
+    let tiles = |of: fn(&Noise) -> Frame| KINDS.map(|kind| of(&Noise::new(kind, 0)));
+    let row = |frames: [Frame; 3]| side_by_side(&frames.each_ref(), GAP);
+    let picture =
+        stacked(&[row(tiles(|noise| mean(noise, 1))), row(tiles(|noise| mean(noise, AVERAGED)))], GAP);
+    section.picture("noise", "uniform, blue, STBN; above one frame, below the mean of eight", picture);
+    let spectra = KINDS.map(|kind| (kind.to_string(), statistics::spectra(&values(kind), NoiseSize::STBN)));
+    let curves = |of: fn(&statistics::Spectra) -> &Vec<[f64; 2]>| {
+        let line = |(name, spectra): &(String, statistics::Spectra)| Line {
+            name: name.clone(),
+            points: of(spectra).clone(),
+        };
+        spectra.iter().map(line).collect::<Vec<_>>()
+    };
+    let space = Axes { x: "cycles a pixel", y: "power, white noise = 1" };
+    section.drawing("spectra_space", "in space", plot::lines(space, &curves(|s| &s.spatial), true, &[])?);
+    let time = Axes { x: "cycles a frame", y: "power, white noise = 1" };
+    section.drawing("spectra_time", "in time", plot::lines(time, &curves(|s| &s.temporal), true, &[])?);
+    for (name, of) in [("space", space_of as fn(&_) -> &_), ("time", time_of)] {
+        let rows = spectra.iter().flat_map(|(kind, spectra)| {
+            let of: &Vec<[f64; 2]> = of(spectra);
+            of.iter().map(move |&[f, p]| vec![kind.as_str().into(), f.into(), p.into()])
+        });
+        let rows = rows.collect();
+        section.data(&format!("spectra_{name}"), &["noise", "frequency", "power"], rows);
+    }
+    Ok(section)
+}
+
+fn space_of(spectra: &statistics::Spectra) -> &Vec<[f64; 2]> {
+    &spectra.spatial
+}
+
+fn time_of(spectra: &statistics::Spectra) -> &Vec<[f64; 2]> {
+    &spectra.temporal
+}
+
+/// Thresholds of all frames of a kind, 0…1.
+fn values(kind: NoiseKind) -> Vec<f64> {
+    let noise = Noise::new(kind, 0);
+    let NoiseSize { width, height, frames } = NoiseSize::STBN;
+    let mut values = Vec::with_capacity(NoiseSize::STBN.len());
+    for t in 0..frames as u32 {
+        let frame = noise.frame(t);
+        let levels = f64::from(frame.levels());
+        let pixels = (0..height as u32).flat_map(|y| (0..width as u32).map(move |x| (x, y)));
+        values.extend(pixels.map(|(x, y)| (f64::from(frame.rank(x, y)) + 0.5) / levels));
+    }
+    values
+}
+
+/// The mean of the first `count` frames of `noise` as a grey picture.
+fn mean(noise: &Noise, count: u32) -> Frame {
+    let side = NoiseSize::STBN.width as u32;
+    let frames: Vec<_> = (0..count).map(|t| noise.frame(t)).collect();
+    let value = |x: u32, y: u32| {
+        let of = frames.iter().map(|frame| (frame.rank(x, y) as f32 + 0.5) / frame.levels() as f32);
+        of.sum::<f32>() / count as f32
+    };
+    let size = FrameSize::new(side * SCALE, side * SCALE).expect("tiles are small");
+    let pixels = (0..size.height).flat_map(|y| (0..size.width).map(move |x| (x / SCALE, y / SCALE)));
+    let grey = pixels.map(|(x, y)| value(x, y)).map(|v| [v, v, v, 1.0]).collect();
+    Frame::from_pixels(size, grey).expect("as many pixels as the size says")
+}

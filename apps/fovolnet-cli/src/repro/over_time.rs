@@ -1,0 +1,117 @@
+//! Figures: PSNR, SSIM and tPSNR over time.
+
+use super::plot::{self, Axes, Line};
+use super::section::{Cell, Section};
+use super::{Evaluation, SPARSE};
+use crate::interrupt;
+use anyhow::Result;
+use fovolnet::Pipeline;
+use fovolnet::metrics::{ClipQuality, FrameQuality};
+use fovolnet::net::Fill;
+
+const METHODS: [&str; 3] = ["pull-push", "linear", "wnet-fast"];
+/// Frames of each of the two clips.
+const CLIP: u32 = 50;
+/// Frames of the fly-through between both.
+const CUT: u32 = 150;
+
+pub fn section(evaluation: &Evaluation) -> Result<Section> {
+    let mut section = Section::new(
+        "Quality over time",
+        &[
+            "Two clips of a fly-through at (P_b, σ) = (0.03, 0.02), with a cut between them (red). Each begins and ends fast and \
+           is slow in the middle. Nothing is reset at the cut: how long the network needs to recover is seen.",
+            "PSNR and SSIM compare frames, tPSNR the differences between frames. The paper shows the chameleon; volumes and transfer functions differ, so levels cannot be compared, courses can.",
+        ],
+    );
+    let data = evaluation.shown("head");
+    let mut settings = evaluation.settings(data, SPARSE);
+    settings.reconstruct = Some("wnet".parse().map_err(anyhow::Error::msg)?);
+    let mut pipeline = Pipeline::new(&data.open()?, &settings, &evaluation.speed)?;
+    let mut courses: [Vec<FrameQuality>; 3] = Default::default();
+    let mut qualities = METHODS.map(|_| ClipQuality::new().without_ms_ssim());
+    let length = CLIP.min(evaluation.frames.max(8));
+    for number in journey(length) {
+        interrupt::check("this figure is not complete")?;
+        let rendered = pipeline.render(number)?;
+        let reference = pipeline.reference(number);
+        let sparse = &rendered.sparse;
+        let made = [Fill::PullPush.reconstruct(sparse), Fill::Linear.reconstruct(sparse), rendered.frame];
+        for ((course, quality), frame) in courses.iter_mut().zip(&mut qualities).zip(&made) {
+            course.push(quality.push(&reference, frame)?);
+        }
+    }
+    let cut = [f64::from(length) - 0.5];
+    type Of = fn(&FrameQuality) -> Option<f64>;
+    let measures: [(&str, &str, Of); 3] = [
+        ("psnr", "PSNR, dB", |q| Some(q.psnr)),
+        ("ssim", "SSIM", |q| q.ssim),
+        ("tpsnr", "tPSNR, dB", |q| q.tpsnr),
+    ];
+    for (name, unit, of) in measures {
+        let course = |number: usize| {
+            let values = courses[number].iter().enumerate();
+            values.filter_map(|(frame, quality)| Some([frame as f64, of(quality)?])).collect()
+        };
+        let lines: Vec<Line> = METHODS
+            .iter()
+            .enumerate()
+            .map(|(i, name)| Line { name: (*name).into(), points: course(i) })
+            .collect();
+        let caption = format!("{}: {unit}", data.name);
+        section.drawing(name, &caption, plot::lines(Axes { x: "frame", y: unit }, &lines, false, &cut)?);
+    }
+    section.data("over_time", &["frame", "method", "psnr", "ssim", "tpsnr"], rows(&courses));
+    let summary = METHODS.iter().zip(&qualities).filter_map(|(name, quality)| {
+        let summary = quality.summary()?;
+        let or_none = |value: Option<f64>| value.map_or(Cell::from("-"), Cell::from);
+        Some(vec![(*name).into(), summary.psnr.into(), or_none(summary.ssim), or_none(summary.tpsnr)])
+    });
+    section.table("means", &["method", "PSNR", "SSIM", "tPSNR"], summary.collect());
+    Ok(section)
+}
+
+fn rows(courses: &[Vec<FrameQuality>; 3]) -> Vec<Vec<Cell>> {
+    let or_none = |value: Option<f64>| value.map_or(Cell::from(""), Cell::from);
+    let row = |name: &str, frame: usize, quality: &FrameQuality| {
+        vec![
+            (frame as f64).into(),
+            name.into(),
+            quality.psnr.into(),
+            or_none(quality.ssim),
+            or_none(quality.tpsnr),
+        ]
+    };
+    let each = METHODS.iter().zip(courses);
+    each.flat_map(|(name, course)| {
+        course.iter().enumerate().map(move |(frame, quality)| row(name, frame, quality))
+    })
+    .collect()
+}
+
+/// The frames of two clips of `length`: steps along the path of 4 frames at the ends and of 1 in the middle.
+fn journey(length: u32) -> Vec<u32> {
+    let mut frames = Vec::new();
+    for start in [0, CUT] {
+        let mut place = start;
+        for number in 0..length {
+            frames.push(place);
+            let is_slow = (length / 3..length - length / 3).contains(&number);
+            place += if is_slow { 1 } else { 4 };
+        }
+    }
+    frames
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn clips_are_fast_slow_fast_and_apart() {
+        let frames = super::journey(50);
+        assert_eq!(frames.len(), 100);
+        let steps: Vec<u32> = frames[..50].windows(2).map(|pair| pair[1] - pair[0]).collect();
+        assert_eq!((steps[0], steps[25], steps[48]), (4, 1, 4));
+        assert_eq!(frames[50], 150);
+        assert!(frames[49] != 149);
+    }
+}

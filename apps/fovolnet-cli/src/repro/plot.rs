@@ -1,0 +1,195 @@
+//! Drawings: lines over numbers, and bars.
+
+use anyhow::{Result, anyhow};
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use std::ops::Range;
+
+/// Points that are joined.
+pub struct Line {
+    pub name: String,
+    pub points: Vec<[f64; 2]>,
+}
+
+/// What stands at the axes.
+#[derive(Clone, Copy)]
+pub struct Axes<'a> {
+    pub x: &'a str,
+    pub y: &'a str,
+}
+
+/// Places where something begins, marked by a vertical line.
+pub type Marks<'a> = &'a [f64];
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+
+const SIZE: (u32, u32) = (1060, 420);
+/// Where the legend begins.
+const CHART: u32 = 840;
+/// Letters, in pixels.
+const FONT: u32 = 14;
+/// Colours that colour-blind people tell apart too (Okabe and Ito 2008).
+const COLOURS: [RGBColor; 7] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+    RGBColor(86, 180, 233),
+    RGBColor(60, 60, 60),
+];
+
+fn colour(number: usize) -> RGBColor {
+    COLOURS[number % COLOURS.len()]
+}
+
+/// `lines` over x, from the least to the greatest of their numbers, and 0 if `from_zero`.
+pub fn lines(axes: Axes<'_>, lines: &[Line], from_zero: bool, marks: Marks<'_>) -> Result<String> {
+    let numbers =
+        |of: usize| lines.iter().flat_map(move |line| line.points.iter().map(move |point| point[of]));
+    let x = range(numbers(0), false);
+    let y = range(numbers(1), from_zero);
+    drawn(|svg| draw_lines(svg, axes, lines, (x, y), marks))
+}
+
+/// From the least to the greatest of `numbers`, with some room.
+fn range(numbers: impl Iterator<Item = f64>, from_zero: bool) -> Range<f64> {
+    let finite = numbers.filter(|v| v.is_finite());
+    let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+    if low > high {
+        return 0.0..1.0;
+    }
+    let room = ((high - low) * 0.05).max(1e-9);
+    if from_zero { 0.0..high + room } else { low - room..high + room }
+}
+
+fn drawn(draw: impl FnOnce(&mut String) -> Result<(), String>) -> Result<String> {
+    let mut svg = String::new();
+    draw(&mut svg).map_err(|e| anyhow!("the plot cannot be drawn: {e}"))?;
+    Ok(svg)
+}
+
+fn text(error: impl std::fmt::Display) -> String {
+    error.to_string()
+}
+
+fn draw_lines(
+    svg: &mut String,
+    axes: Axes<'_>,
+    lines: &[Line],
+    (x, y): (Range<f64>, Range<f64>),
+    marks: Marks<'_>,
+) -> Result<(), String> {
+    let whole = SVGBackend::with_string(svg, SIZE).into_drawing_area();
+    whole.fill(&WHITE).map_err(text)?;
+    let (area, beside) = whole.split_horizontally(CHART);
+    let mut chart = ChartBuilder::on(&area)
+        .margin(16)
+        .x_label_area_size(44)
+        .y_label_area_size(64)
+        .build_cartesian_2d(x, y.clone())
+        .map_err(text)?;
+    chart
+        .configure_mesh()
+        .x_desc(axes.x)
+        .y_desc(axes.y)
+        .x_label_formatter(&label)
+        .y_label_formatter(&label)
+        .label_style(("sans-serif", FONT))
+        .light_line_style(WHITE)
+        .draw()
+        .map_err(text)?;
+    let cut = RED.mix(0.6).stroke_width(1);
+    let vertical = marks.iter().map(|&at| PathElement::new([(at, y.start), (at, y.end)], cut));
+    chart.draw_series(vertical).map_err(text)?;
+    for (number, line) in lines.iter().enumerate() {
+        let style = colour(number).stroke_width(2);
+        let points = line.points.iter().filter(|point| point[1].is_finite()).map(|&[x, y]| (x, y));
+        chart.draw_series(LineSeries::new(points, style)).map_err(text)?;
+    }
+    legend(&beside, &lines.iter().map(|line| line.name.as_str()).collect::<Vec<_>>())?;
+    whole.present().map_err(text)
+}
+
+/// Draws what stands for what beside a chart.
+fn legend(area: &Area<'_>, names: &[&str]) -> Result<(), String> {
+    for (number, name) in names.iter().enumerate() {
+        let y = 28 + 22 * number as i32;
+        area.draw(&Rectangle::new([(4, y - 5), (18, y + 5)], colour(number).filled())).map_err(text)?;
+        let font = ("sans-serif", FONT).into_font().color(&BLACK);
+        let place = font.pos(Pos::new(HPos::Left, VPos::Center));
+        area.draw(&Text::new((*name).to_owned(), (24, y), place)).map_err(text)?;
+    }
+    Ok(())
+}
+
+/// Numbers at axes, without zeros that say nothing.
+fn label(number: &f64) -> String {
+    let rounded = format!("{number:.3}");
+    let short = rounded.trim_end_matches('0').trim_end_matches('.');
+    if short == "-0" { "0".into() } else { short.into() }
+}
+
+/// A group of bars for each of `groups`, one of each of `series`: their heights in the order of the groups, and which part
+/// of them is drawn dark.
+pub struct Bars {
+    pub name: String,
+    pub heights: Vec<[f64; 2]>,
+}
+
+/// Bars from 0 upwards.
+pub fn bars(unit: &str, groups: &[String], series: &[Bars]) -> Result<String> {
+    let high = series.iter().flat_map(|bars| bars.heights.iter().map(|h| h[0])).fold(0.0, f64::max);
+    drawn(|svg| draw_bars(svg, unit, groups, series, high * 1.05))
+}
+
+fn draw_bars(
+    svg: &mut String,
+    unit: &str,
+    groups: &[String],
+    series: &[Bars],
+    high: f64,
+) -> Result<(), String> {
+    let whole = SVGBackend::with_string(svg, SIZE).into_drawing_area();
+    whole.fill(&WHITE).map_err(text)?;
+    let (area, beside) = whole.split_horizontally(CHART);
+    let mut chart = ChartBuilder::on(&area)
+        .margin(16)
+        .x_label_area_size(44)
+        .y_label_area_size(64)
+        .build_cartesian_2d(0.0..groups.len() as f64, 0.0..high.max(1e-9))
+        .map_err(text)?;
+    let name = |at: &f64| {
+        let middle = (at - at.floor() - 0.5).abs() < 1e-6;
+        groups.get(*at as usize).filter(|_| middle).cloned().unwrap_or_default()
+    };
+    chart
+        .configure_mesh()
+        .disable_x_mesh()
+        .light_line_style(WHITE)
+        .y_desc(unit)
+        .x_labels(2 * groups.len() + 1)
+        .x_label_formatter(&name)
+        .y_label_formatter(&label)
+        .label_style(("sans-serif", FONT))
+        .draw()
+        .map_err(text)?;
+    let wide = 0.8 / series.len() as f64;
+    for (number, bars) in series.iter().enumerate() {
+        let shade = colour(number);
+        let left = |group: usize| group as f64 + 0.1 + wide * number as f64;
+        let bar = |group: usize, from: f64, to: f64, strength: f64| {
+            Rectangle::new(
+                [(left(group), from), (left(group) + wide * 0.92, to)],
+                shade.mix(strength).filled(),
+            )
+        };
+        let each = bars.heights.iter().enumerate();
+        let parts = each
+            .flat_map(|(group, &[whole, dark])| [bar(group, 0.0, dark, 1.0), bar(group, dark, whole, 0.5)]);
+        chart.draw_series(parts).map_err(text)?;
+    }
+    legend(&beside, &series.iter().map(|bars| bars.name.as_str()).collect::<Vec<_>>())?;
+    whole.present().map_err(text)
+}

@@ -1,0 +1,85 @@
+//! Figure: model precision.
+
+use super::section::{Cell, Section};
+use super::{DataSet, Evaluation, SPARSE};
+use crate::interrupt;
+use crate::picture::{side_by_side, stacked};
+use anyhow::Result;
+use fovolnet::core::Frame;
+use fovolnet::metrics::ClipQuality;
+use fovolnet::{OpenVolume, Pipeline, RenderSettings};
+
+const PRECISIONS: [&str; 4] = ["f32", "bf16", "mixed", "int8"];
+/// Frames that quality is measured over.
+const FRAMES: u32 = 16;
+const GAP: u32 = 4;
+/// Differences are shown so many times as large.
+const ENLARGED: f32 = 8.0;
+
+pub fn section(evaluation: &Evaluation) -> Result<Section> {
+    let mut section = Section::new(
+        "Model precision",
+        &[
+            "wnet-fast with its numbers stored and multiplied as f32, bf16, bytes in some layers (mixed) or in most of them (int8); \
+           on this processor a precision that it cannot multiply faster becomes the next more exact one. Above the last frame, \
+           below 8 times its difference from f32. PSNR is against the full frames, over 16 frames of a fly-through.",
+        ],
+    );
+    let data = evaluation.shown("head");
+    let opened = data.open()?;
+    let runs = PRECISIONS
+        .iter()
+        .map(|precision| run(evaluation, data, &opened, precision))
+        .collect::<Result<Vec<_>>>()?;
+    let exact = &runs[0].last;
+    let frames: Vec<&Frame> = runs.iter().map(|run| &run.last).collect();
+    let differences: Vec<Frame> = frames.iter().map(|frame| difference(exact, frame)).collect();
+    let differences: Vec<&Frame> = differences.iter().collect();
+    let sheet = stacked(&[side_by_side(&frames, GAP), side_by_side(&differences, GAP)], GAP);
+    let caption = format!("{}: {}", data.name, PRECISIONS.join(", "));
+    section.picture("precision", &caption, super::frame_times::smaller(&sheet, 2));
+    let rows = PRECISIONS.iter().zip(&runs).map(|(precision, run)| {
+        let or_none = |value: Option<f64>| value.map_or(Cell::from("-"), Cell::from);
+        vec![(*precision).into(), run.psnr.into(), or_none(run.ssim), run.ms.into()]
+    });
+    section.table("precision", &["precision", "PSNR", "SSIM", "network ms"], rows.collect());
+    Ok(section)
+}
+
+struct Run {
+    last: Frame,
+    psnr: f64,
+    ssim: Option<f64>,
+    /// The least time that the network took.
+    ms: f64,
+}
+
+fn run(evaluation: &Evaluation, data: &DataSet, opened: &OpenVolume, precision: &str) -> Result<Run> {
+    let settings = RenderSettings {
+        reconstruct: Some("wnet".parse().map_err(anyhow::Error::msg)?),
+        precision: Some(precision.parse().map_err(anyhow::Error::msg)?),
+        ..evaluation.settings(data, SPARSE)
+    };
+    let mut pipeline = Pipeline::new(opened, &settings, &evaluation.speed)?;
+    let mut quality = ClipQuality::new().without_ms_ssim();
+    let (mut last, mut ms) = (Frame::new(evaluation.size), f64::INFINITY);
+    for frame in 0..FRAMES {
+        interrupt::check("this figure is not complete")?;
+        let rendered = pipeline.render(frame)?;
+        quality.push(&pipeline.reference(frame), &rendered.frame)?;
+        ms = ms.min(rendered.timings.reconstruct);
+        last = rendered.frame;
+    }
+    let summary = quality.summary();
+    let psnr = summary.as_ref().map_or(f64::NAN, |summary| summary.psnr);
+    Ok(Run { last, psnr, ssim: summary.and_then(|summary| summary.ssim), ms })
+}
+
+fn difference(a: &Frame, b: &Frame) -> Frame {
+    let mut out = Frame::new(a.size());
+    for (to, (a, b)) in out.pixels_mut().iter_mut().zip(a.pixels().iter().zip(b.pixels())) {
+        let enlarged = |c: usize| (ENLARGED * (a[c] - b[c]).abs()).min(1.0);
+        *to = [enlarged(0), enlarged(1), enlarged(2), 1.0];
+    }
+    out
+}

@@ -1,0 +1,156 @@
+//! Figure: pictures of every method beside the full one, where the eye looks and where it does not.
+
+use super::section::{Cell, Section};
+use super::{DataSet, Evaluation, SPARSE};
+use crate::interrupt;
+use crate::picture::{side_by_side, stacked};
+use anyhow::Result;
+use fovolnet::Pipeline;
+use fovolnet::core::{Frame, FrameSize};
+use fovolnet::metrics::{SsimSettings, psnr, ssim};
+use fovolnet::net::Fill;
+
+/// The frame that is shown: what networks know of earlier ones is settled by then.
+const FRAME: u32 = 15;
+const GAP: u32 = 4;
+/// Parts shown are so many times smaller than the frame along each axis.
+const PART: u32 = 8;
+const METHODS: [&str; 3] = ["pull-push", "linear", "wnet-fast"];
+
+pub fn section(evaluation: &Evaluation) -> Result<Section> {
+    let mut section = Section::new(
+        "Quality matrix",
+        &[
+            "One frame of every data set, the sixteenth of a fly-through, at (P_b, σ) = (0.03, 0.02): full, sparse, pull-push, \
+           linear, wnet-fast. Above the frame, then the part where the eye looks, then the most detailed part elsewhere; the \
+           parts with every pixel enlarged. The tables give PSNR in dB and SSIM of the frame and of both parts.",
+        ],
+    );
+    let mut rows = Vec::new();
+    for data in &evaluation.data_sets {
+        let frames = Frames::of(evaluation, data)?;
+        let parts = [frames.eye(), frames.elsewhere()];
+        let caption = format!("{}: full, sparse, pull-push, linear, wnet-fast", data.name);
+        section.picture(&data.name, &caption, frames.sheet(parts));
+        for (method, frame) in METHODS.iter().zip(&frames.made) {
+            let mut row: Vec<Cell> = vec![data.name.as_str().into(), (*method).into()];
+            row.extend(likeness(&frames.full, frame)?);
+            for corner in parts {
+                row.extend(likeness(&frames.part(&frames.full, corner), &frames.part(frame, corner))?);
+            }
+            rows.push(row);
+        }
+    }
+    let columns = [
+        "data set",
+        "method",
+        "PSNR",
+        "SSIM",
+        "PSNR fovea",
+        "SSIM fovea",
+        "PSNR periphery",
+        "SSIM periphery",
+    ];
+    section.table("quality", &columns, rows);
+    Ok(section)
+}
+
+/// PSNR, and SSIM where the frames are large enough for its window.
+fn likeness(reference: &Frame, frame: &Frame) -> Result<[Cell; 2]> {
+    let (settings, FrameSize { width, height }) = (SsimSettings::default(), frame.size());
+    let similar = match width.min(height) < settings.min_side() {
+        true => Cell::from("-"),
+        false => ssim(reference, frame, &settings)?.into(),
+    };
+    Ok([psnr(reference, frame)?.into(), similar])
+}
+
+/// One frame, made in every way.
+struct Frames {
+    full: Frame,
+    sparse: Frame,
+    /// In the order of [`METHODS`].
+    made: [Frame; 3],
+    gaze: [f64; 2],
+}
+
+impl Frames {
+    fn of(evaluation: &Evaluation, data: &DataSet) -> Result<Self> {
+        let mut settings = evaluation.settings(data, SPARSE);
+        settings.reconstruct = Some("wnet".parse().map_err(anyhow::Error::msg)?);
+        let mut pipeline = Pipeline::new(&data.open()?, &settings, &evaluation.speed)?;
+        for frame in 0..FRAME {
+            interrupt::check("this figure is not complete")?;
+            pipeline.render(frame)?;
+        }
+        let rendered = pipeline.render(FRAME)?;
+        let made = [
+            Fill::PullPush.reconstruct(&rendered.sparse),
+            Fill::Linear.reconstruct(&rendered.sparse),
+            rendered.frame,
+        ];
+        let gaze = pipeline.fovea(FRAME).gaze;
+        Ok(Self { full: pipeline.reference(FRAME), sparse: rendered.sparse, made, gaze })
+    }
+
+    /// Rows and columns of a part.
+    fn part_size(&self) -> FrameSize {
+        let FrameSize { width, height } = self.full.size();
+        FrameSize::new((width / PART).max(1), (height / PART).max(1)).expect("it is smaller than the frame")
+    }
+
+    /// The corner of the part around the gaze.
+    fn eye(&self) -> [u32; 2] {
+        let (whole, part) = (self.full.size(), self.part_size());
+        let corner = |at: f64, whole: u32, part: u32| {
+            ((at * f64::from(whole)) as u32).saturating_sub(part / 2).min(whole - part)
+        };
+        [corner(self.gaze[0], whole.width, part.width), corner(self.gaze[1], whole.height, part.height)]
+    }
+
+    /// The corner of the part, away from that, in which neighbouring pixels differ most.
+    fn elsewhere(&self) -> [u32; 2] {
+        let (whole, part, eye) = (self.full.size(), self.part_size(), self.eye());
+        let steps = |whole: u32, part: u32| (0..=whole - part).step_by((part / 2).max(1) as usize);
+        let corners = steps(whole.height, part.height)
+            .flat_map(|y| steps(whole.width, part.width).map(move |x| [x, y]));
+        let away =
+            corners.filter(|[x, y]| x.abs_diff(eye[0]) > part.width || y.abs_diff(eye[1]) > part.height);
+        away.max_by(|a, b| self.detail(*a).total_cmp(&self.detail(*b))).unwrap_or(eye)
+    }
+
+    /// The sum of differences between pixels and their right neighbours.
+    fn detail(&self, corner: [u32; 2]) -> f64 {
+        let part = self.part(&self.full, corner);
+        let rows = part.pixels().chunks(part.size().width as usize);
+        rows.flat_map(|row| row.windows(2)).map(|pair| f64::from((pair[0][1] - pair[1][1]).abs())).sum()
+    }
+
+    fn part(&self, frame: &Frame, [left, top]: [u32; 2]) -> Frame {
+        let size = self.part_size();
+        let places = (0..size.height).flat_map(|y| (0..size.width).map(move |x| (left + x, top + y)));
+        let pixels = places.map(|(x, y)| frame.pixel(x, y)).collect();
+        Frame::from_pixels(size, pixels).expect("as many pixels as the size says")
+    }
+
+    fn sheet(&self, parts: [[u32; 2]; 2]) -> Frame {
+        let [pull_push, linear, network] = &self.made;
+        let all = [&self.full, &self.sparse, pull_push, linear, network];
+        let row = |frames: Vec<Frame>| side_by_side(&frames.iter().collect::<Vec<_>>(), GAP);
+        let small = |frame: &Frame| super::frame_times::smaller(frame, PART / 2);
+        let mut rows = vec![row(all.map(small).to_vec())];
+        for corner in parts {
+            rows.push(row(all.map(|frame| larger(&self.part(frame, corner), 2)).to_vec()));
+        }
+        stacked(&rows, GAP)
+    }
+}
+
+/// Every pixel as `factor`² of them.
+pub fn larger(frame: &Frame, factor: u32) -> Frame {
+    let FrameSize { width, height } = frame.size();
+    let size = FrameSize::new(width * factor, height * factor).expect("parts are small");
+    let places = (0..size.height).flat_map(|y| (0..size.width).map(move |x| (x / factor, y / factor)));
+    let pixels = places.map(|(x, y)| frame.pixel(x, y)).collect();
+    Frame::from_pixels(size, pixels).expect("as many pixels as the size says")
+}
