@@ -5,11 +5,9 @@ use fovol_metrics::{Display, Error, FovVideoVdp};
 use proptest::prelude::*;
 use serde_json::Value;
 
-/// How far a JOD may lie from the program's. Both compute pixels in f32 and sum in different orders, which
-/// comes to 1e-4; the rest is the right edge of levels of odd width, which the program darkens by a quarter
-/// (its columns have no such flaw) and this crate mirrors as it does the others.
-const EVEN: f64 = 1.0;
-const ODD: f64 = 1.0;
+/// How far a JOD may lie from the program's: found is 3e-5. Both compute pixels in f32 and sum in different
+/// orders, and the numbers have five digits; sensitivities come from the same formula on the same grid.
+const TOLERANCE: f64 = 2e-4;
 
 fn triangle(t: i64, period: i64) -> i64 {
     let t = t.rem_euclid(2 * period);
@@ -101,21 +99,17 @@ fn measured(case: &Value) -> (f64, f64) {
 fn jods_and_maps_agree_with_the_published_program() {
     let cases: Vec<Value> = serde_json::from_str(include_str!("reference/fvvdp.json")).unwrap();
     assert!(cases.len() >= 50);
-    let mut farthest = [0.0_f64; 2];
+    let mut farthest = 0.0_f64;
     for case in &cases {
         let (jod, map) = measured(case);
-        let odd = case["size"][0].as_u64().unwrap() % 16 != 0;
         let off = (jod - case["jod"].as_f64().unwrap()).abs();
-        eprintln!("{off:.5} {jod:.5} {case}");
-        farthest[usize::from(odd)] = farthest[usize::from(odd)].max(off);
-        assert!(off < if odd { ODD } else { EVEN }, "{jod}: {case}");
+        farthest = farthest.max(off);
+        assert!(off < TOLERANCE, "{jod}: {case}");
+        // The program keeps its map in half precision.
         let expected = case["map_mean"].as_f64().unwrap();
-        assert!(
-            (map - expected).abs() < 2e-3 * expected.max(0.1) + if odd { ODD } else { 0.0 },
-            "{map}: {case}"
-        );
+        assert!((map - expected).abs() < 1e-3 * expected + 1e-4, "{map}: {case}");
     }
-    eprintln!("farthest from the program: {farthest:?} JOD");
+    println!("farthest from the program: {farthest:.6} JOD");
 }
 
 /// A disc over a coloured wave, and its 3×3 mean, of 8 bits; 640×360.
@@ -159,7 +153,7 @@ fn a_larger_clip_agrees_with_the_published_program() {
     }
     for (metric, expected) in [(video, 9.94970), (image, 9.95393), (foveated, 9.97880)] {
         let jod = metric.jod().unwrap();
-        assert!((jod - expected).abs() < EVEN, "{jod} {expected}");
+        assert!((jod - expected).abs() < TOLERANCE, "{jod} {expected}");
     }
 }
 
