@@ -5,7 +5,7 @@ use fovol_metrics::{Display, Error, FovVideoVdp};
 use proptest::prelude::*;
 use serde_json::Value;
 
-/// How far a JOD may lie from the program's: found is 3e-5. Both compute pixels in f32 and sum in different
+/// How far a JOD may lie from the program's: found is 1e-4. Both compute pixels in f32 and sum in different
 /// orders, and the numbers have five digits; sensitivities come from the same formula on the same grid.
 const TOLERANCE: f64 = 2e-4;
 
@@ -240,7 +240,7 @@ fn away_from_the_gaze_less_is_seen() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn equal_clips_have_ten(width in 4_u32..70, height in 4_u32..70, fps in 0.5_f64..130.0, gaze in any::<bool>()) {

@@ -1,6 +1,6 @@
 """Expected values of FovVideoVDP, from its published program (licensed for non-commercial use).
 
-    pip install numpy torch pyfvvdp==1.2.2
+    pip install numpy torch scikit-image pytorch-msssim pyfvvdp==1.2.2
     python fvvdp.py > fvvdp.json
 
 The clips are integer formulas, so that the Rust test makes the same ones, bit by bit.
