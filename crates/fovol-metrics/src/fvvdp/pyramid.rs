@@ -35,7 +35,7 @@ impl Pyramid {
     /// Room for `levels` of a picture of this size.
     pub fn new(width: usize, height: usize, levels: usize) -> Self {
         let plane = |level: usize| {
-            let (width, height) = ((width - 1 >> level) + 1, (height - 1 >> level) + 1);
+            let (width, height) = (((width - 1) >> level) + 1, ((height - 1) >> level) + 1);
             Plane { width, height, values: vec![0.0; width * height] }
         };
         Self((0..levels).map(plane).collect())
