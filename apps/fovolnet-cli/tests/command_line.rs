@@ -194,6 +194,53 @@ fn clips_are_written_and_compared() {
 }
 
 #[test]
+fn clips_are_judged_by_eyes_before_a_display() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (full, sparse) = (path("full"), path("sparse"));
+    for (out, how) in [(&full, ["--sampling", "full"]), (&sparse, ["--reconstruct", "pull-push"])] {
+        succeeds(&[&["render", "head", "-o", out, "--frames", "3"], &how[..], &SMALL[..]].concat());
+    }
+    let jod = |test: &str, options: &[&str]| {
+        let report = json(&succeeds(&[&["metrics", &full, test, "--json", "-"], options].concat()));
+        report["jod"].as_f64().unwrap()
+    };
+    assert_eq!(jod(&full, &[]), 10.0);
+    let plain = jod(&sparse, &[]);
+    assert!(plain > 0.0 && plain < 9.9, "{plain}");
+    assert_eq!(jod(&sparse, &["--fps", "30", "--display", "standard_4k"]), plain);
+    assert_ne!(jod(&sparse, &["--fps", "60"]), plain);
+    assert_ne!(jod(&sparse, &["--display", "standard_hmd"]), plain);
+    let fractions = jod(&sparse, &["--fixation", "0.5,0.5"]);
+    assert_eq!(jod(&sparse, &["--fixation", "47.5,31.5"]), fractions);
+    assert!(fractions > plain);
+    let printed = succeeds(&["metrics", &full, &sparse]);
+    assert!(printed.contains(&format!("JOD {plain:.4}")), "{printed}");
+    let wrong = |options: &[&str], status| fails(&[&["metrics", &full, &sparse], options].concat(), status);
+    let error = wrong(&["--display", "television"], 2);
+    assert!(error.contains("television") && error.contains("standard_fhd"), "{error}");
+    assert!(wrong(&["--fps", "0"], 1).contains("frame rate"));
+    assert!(wrong(&["--fixation", "0.5"], 2).contains("--fixation"));
+}
+
+#[test]
+fn pictures_are_judged_without_time_and_tiny_ones_not_at_all() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    for (size, judged) in [("64x48", true), ("3x3", false)] {
+        let (a, b) = (path(&format!("a{size}")), path(&format!("b{size}")));
+        for (out, pb) in [(&a, "0.9"), (&b, "0.1")] {
+            let shape = ["--size", size, "--dims", "16,16,16", "--reconstruct", "pull-push", "--pb", pb];
+            succeeds(&[&["render", "marschner-lobb", "-o", out], &shape[..]].concat());
+        }
+        let jod =
+            |fps: &str| json(&succeeds(&["metrics", &a, &b, "--json", "-", "--fps", fps]))["jod"].clone();
+        assert_eq!(jod("30").is_number(), judged);
+        assert_eq!(jod("30"), jod("90"));
+    }
+}
+
+#[test]
 fn noise_is_made_and_checked() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("noise.npy");

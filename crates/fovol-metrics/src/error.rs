@@ -1,3 +1,4 @@
+use crate::Display;
 use fovol_core::{Frame, FrameSize};
 
 /// Why two frames cannot be compared.
@@ -23,6 +24,38 @@ pub enum Error {
         needed: u32,
         /// The size found.
         found: FrameSize,
+    },
+    /// A frame differs in size from those before it.
+    #[error("a frame of {now} follows frames of {before}; give frames of one size")]
+    SizeChanged {
+        /// The size of the frames before.
+        before: FrameSize,
+        /// The size of this frame.
+        now: FrameSize,
+    },
+    /// No display has this name.
+    #[error("there is no display `{name}`; use one of {}", Display::NAMES.join(", "))]
+    UnknownDisplay {
+        /// The name asked for.
+        name: String,
+    },
+    /// A display that nobody can see a picture on.
+    #[error(
+        "the display cannot be: sizes, distance and peak must be above 0, contrast at least 1, ambient light \
+         not negative, reflectivity 0 to 1, and black darker than white"
+    )]
+    ImpossibleDisplay,
+    /// Frames that do not follow each other in time.
+    #[error("{found} frames a second are no frame rate; give a number above 0, at most 1000")]
+    FrameRate {
+        /// The rate.
+        found: String,
+    },
+    /// A gaze that is nowhere.
+    #[error("the gaze {found} is no point; give two finite numbers")]
+    Gaze {
+        /// Its coordinates.
+        found: String,
     },
 }
 

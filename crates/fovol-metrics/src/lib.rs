@@ -18,6 +18,7 @@
 mod clip;
 mod error;
 mod filter;
+mod fvvdp;
 mod ms_ssim;
 mod planes;
 mod psnr;
@@ -26,6 +27,7 @@ mod tpsnr;
 
 pub use clip::{ClipQuality, ClipSummary, FrameQuality};
 pub use error::{Error, Result};
+pub use fvvdp::{Display, FovVideoVdp, MAX_FPS, MIN_SIDE as FVVDP_MIN_SIDE};
 pub use ms_ssim::{MIN_SIDE as MS_SSIM_MIN_SIDE, ms_ssim};
 pub use psnr::{MAX_PSNR, mse, psnr, psnr_of_mse};
 pub use ssim::{SsimSettings, ssim};

@@ -2,9 +2,10 @@ use super::reconstruct::frames_named;
 use crate::console::{JsonOutput, Progress};
 use crate::interrupt;
 use anyhow::{Context, Result, bail};
-use fovolnet::core::Frame;
+use fovolnet::core::{Frame, FrameSize};
 use fovolnet::io::{image, video};
-use fovolnet::metrics::{ClipQuality, FrameQuality};
+use fovolnet::metrics::{ClipQuality, Display, Error, FovVideoVdp, FrameQuality};
+use fovolnet::parse;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -16,7 +17,41 @@ pub struct Metrics {
     /// Folder of frames to judge (frame_*, else all pictures), or a clip
     test: PathBuf,
     #[command(flatten)]
+    viewing: Viewing,
+    #[command(flatten)]
     json: JsonOutput,
+}
+
+/// How FovVideoVDP's viewer sees the frames.
+#[derive(clap::Args)]
+struct Viewing {
+    /// Frames a second, for the JOD; above 0, up to 1000
+    #[arg(long, value_name = "F", default_value_t = 30.0, value_parser = parse::number)]
+    fps: f64,
+    /// The display, for the JOD: standard_4k, standard_fhd or standard_hmd
+    #[arg(long, value_name = "NAME", default_value = "standard_4k", value_parser = Display::named)]
+    display: Display,
+    /// Where the eye looks, for a foveated JOD: from the top left, as fractions of the frame where both are 0
+    /// to 1 (as in --gaze), else in pixels; without it the eye looks everywhere
+    #[arg(long, value_name = "X,Y", value_parser = parse::numbers::<2>)]
+    fixation: Option<[f64; 2]>,
+}
+
+impl Viewing {
+    /// The metric for a clip of `frames` frames; one alone is a picture.
+    fn metric(&self, frames: usize) -> Result<FovVideoVdp> {
+        let video = FovVideoVdp::video(&self.display, self.fps)?;
+        Ok(if frames == 1 { FovVideoVdp::image(&self.display)? } else { video })
+    }
+
+    /// The gaze as fractions of a frame.
+    fn gaze(&self, size: FrameSize) -> Option<[f64; 2]> {
+        self.fixation.map(|[x, y]| {
+            let fractions = [x, y].iter().all(|v| (0.0..=1.0).contains(v));
+            let middle = |v: f64, side: u32| (v + 0.5) / f64::from(side);
+            if fractions { [x, y] } else { [middle(x, size.width), middle(y, size.height)] }
+        })
+    }
 }
 
 #[derive(Serialize)]
@@ -26,6 +61,7 @@ struct Report {
     ssim: Option<f64>,
     ms_ssim: Option<f64>,
     tpsnr: Option<f64>,
+    jod: Option<f64>,
 }
 
 impl Metrics {
@@ -43,23 +79,31 @@ impl Metrics {
         }
         let mut progress = Progress::new("comparing", reference.len() as u64);
         let mut clip = ClipQuality::new();
+        let mut seen = self.viewing.metric(reference.len())?;
         let mut frames = Vec::new();
         for i in 0..reference.len() {
             interrupt::check("nothing was written")?;
-            let measured = clip.push(&reference.frame(i)?, &test.frame(i)?);
-            frames.push(measured.with_context(|| format!("frame {i}"))?);
+            let (a, b) = (reference.frame(i)?, test.frame(i)?);
+            frames.push(clip.push(&a, &b).with_context(|| format!("frame {i}"))?);
+            match seen.push(&a, &b, self.viewing.gaze(a.size())) {
+                // The JOD then stays out, as SSIM does.
+                Ok(()) | Err(Error::TooSmall { .. }) => {}
+                Err(error) => return Err(error).with_context(|| format!("frame {i}")),
+            }
             progress.step();
         }
         drop(progress);
         let all = clip.summary().context("there are no frames to compare")?;
+        let jod = seen.jod();
         let decimals = |value: Option<f64>, unit: &str| value.map_or("-".into(), |v| format!("{v:.4}{unit}"));
         self.json.say(format!(
-            "{} frames: PSNR {:.4} dB, SSIM {}, MS-SSIM {}, tPSNR {}",
+            "{} frames: PSNR {:.4} dB, SSIM {}, MS-SSIM {}, tPSNR {}, JOD {}",
             frames.len(),
             all.psnr,
             decimals(all.ssim, ""),
             decimals(all.ms_ssim, ""),
-            decimals(all.tpsnr, " dB")
+            decimals(all.tpsnr, " dB"),
+            decimals(jod, "")
         ))?;
         self.json.write(&Report {
             frames,
@@ -67,6 +111,7 @@ impl Metrics {
             ssim: all.ssim,
             ms_ssim: all.ms_ssim,
             tpsnr: all.tpsnr,
+            jod,
         })
     }
 }

@@ -1,0 +1,267 @@
+//! FovVideoVDP 1.2: Mantiuk, Denes, Chapiro, Kaplanyan, Rufo, Bachy, Lian and Patney, "FovVideoVDP: A visible
+//! difference predictor for wide field-of-view video" (ACM TOG 40(4), 2021).
+//!
+//! Display values become light ([`display`]), which two temporal channels filter ([`temporal`]). A pyramid
+//! splits each into bands of contrast ([`pyramid`], [`band`]); sensitivity ([`sensitivity`], and
+//! [`visual_field`] where the eye looks at one point) and masking ([`masking`]) say what is seen of the
+//! differences, and norms make one number of them ([`pooling`]).
+
+mod band;
+mod display;
+mod log_math;
+mod masking;
+mod pooling;
+mod pyramid;
+mod sensitivity;
+mod temporal;
+mod visual_field;
+
+pub use display::Display;
+pub use pyramid::MIN_SIDE;
+
+use crate::error::{at_least, same_size};
+use crate::planes::Plane;
+use crate::{Error, Result};
+use band::{Band, BandDifference, View};
+use fovol_core::{Frame, FrameSize};
+use pyramid::{Pyramid, band_frequencies, expand_row};
+use rayon::prelude::*;
+use sensitivity::SensitivityTable;
+use temporal::{History, TemporalFilters};
+use visual_field::VisualField;
+
+/// The fastest clip, in frames a second: its window of a quarter second is kept in memory.
+pub const MAX_FPS: f64 = 1000.0;
+
+/// Measures a clip or a picture in just-objectionable differences, frame by frame: 10 is no difference, 9 one
+/// that three of four people see.
+///
+/// Keeps the frames of the last quarter second and running sums. Before its first frame a clip is taken to
+/// have shown that frame.
+///
+/// ```
+/// use fovol_core::{Frame, FrameSize};
+/// use fovol_metrics::{Display, FovVideoVdp};
+///
+/// let size = FrameSize::new(64, 64)?;
+/// let black = Frame::new(size);
+/// let mut spot = black.clone();
+/// spot.pixels_mut()[32 * 64 + 32] = [1.0; 4];
+/// let mut clip = FovVideoVdp::video(&Display::named("standard_fhd")?, 30.0)?;
+/// clip.push(&black, &black, None)?;
+/// assert_eq!(clip.jod(), Some(10.0));
+/// clip.push(&black, &spot, None)?;
+/// assert!(clip.jod().unwrap() < 9.9);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct FovVideoVdp {
+    display: Display,
+    filters: TemporalFilters,
+    /// Of the reference and of the test.
+    histories: [History; 2],
+    pyramids: Vec<Pyramid>,
+    /// Made when the first frame comes with a gaze.
+    fields: Vec<VisualField>,
+    size: Option<FrameSize>,
+    sum: f64,
+    frames: usize,
+}
+
+impl FovVideoVdp {
+    /// For pictures: frames are judged one by one, without regard to time.
+    ///
+    /// # Errors
+    /// A display that cannot be.
+    pub fn image(display: &Display) -> Result<Self> {
+        Self::new(display, TemporalFilters::still())
+    }
+
+    /// For a clip of `fps` frames a second.
+    ///
+    /// # Errors
+    /// A display that cannot be, or `fps` not above 0 and up to [`MAX_FPS`].
+    pub fn video(display: &Display, fps: f64) -> Result<Self> {
+        if !(fps > 0.0 && fps <= MAX_FPS) {
+            return Err(Error::FrameRate { found: fps.to_string() });
+        }
+        Self::new(display, TemporalFilters::new(fps))
+    }
+
+    fn new(display: &Display, filters: TemporalFilters) -> Result<Self> {
+        display.check()?;
+        Ok(Self {
+            display: *display,
+            filters,
+            histories: Default::default(),
+            pyramids: Vec::new(),
+            fields: Vec::new(),
+            size: None,
+            sum: 0.0,
+            frames: 0,
+        })
+    }
+
+    /// Measures the next frame, seen by eyes that look everywhere, or at `gaze` alone: fractions of the frame
+    /// from its top left (pixel `x` of FovVideoVDP's own program is (x + ½) / width).
+    ///
+    /// With a gaze, the frame is taken to fill the display, whatever its size, as in the published program.
+    ///
+    /// # Errors
+    /// Frames that differ in size from each other or from the frames before, frames with a side below
+    /// [`MIN_SIDE`](crate::FVVDP_MIN_SIDE), or a gaze that is not finite. The clip is then as it was before
+    /// the call.
+    pub fn push(&mut self, reference: &Frame, test: &Frame, gaze: Option<[f64; 2]>) -> Result<()> {
+        self.measure([reference, test], gaze, false).map(drop)
+    }
+
+    /// As [`Self::push`], and gives the difference of each pixel in JOD, row by row: how much the frame would
+    /// lose if all of it differed as this pixel does.
+    ///
+    /// The channels' differences, the transient one's by ¼, are summed over the bands at full resolution; all
+    /// bands but the finest count by ½, as in the published program's map `raw`.
+    ///
+    /// # Errors
+    /// As [`Self::push`].
+    pub fn push_mapped(
+        &mut self,
+        reference: &Frame,
+        test: &Frame,
+        gaze: Option<[f64; 2]>,
+    ) -> Result<Vec<f32>> {
+        self.measure([reference, test], gaze, true)
+    }
+
+    /// Frames measured so far.
+    pub fn frames(&self) -> usize {
+        self.frames
+    }
+
+    /// The quality of all frames so far, at most 10, or `None` before the first.
+    pub fn jod(&self) -> Option<f64> {
+        (self.frames > 0).then(|| 10.0 - pooling::loss(self.sum / self.frames as f64))
+    }
+
+    fn measure(&mut self, frames: [&Frame; 2], gaze: Option<[f64; 2]>, mapped: bool) -> Result<Vec<f32>> {
+        let size = self.check(frames, gaze)?;
+        if self.size.is_none() {
+            self.prepare(size);
+        }
+        if gaze.is_some() && self.fields.is_empty() {
+            self.fields = self.fields();
+        }
+        for (history, frame) in self.histories.iter_mut().zip(frames) {
+            let mut plane = history.recycle(self.filters.taps.len(), size.pixels());
+            self.display.luminance(frame, &mut plane);
+            history.push(plane);
+        }
+        self.fill_pyramids();
+        let bands = self.bands(gaze, mapped);
+        let mut totals = [0.0; 2];
+        for (level, found) in bands.iter().enumerate() {
+            let plane = self.pyramids[0].level(level);
+            for channel in 0..2 {
+                totals[channel] += pooling::band(found.sums[channel], plane.width * plane.height);
+            }
+        }
+        self.sum += pooling::frame(totals);
+        self.frames += 1;
+        Ok(if mapped { self.map(bands) } else { Vec::new() })
+    }
+
+    fn check(&self, [reference, test]: [&Frame; 2], gaze: Option<[f64; 2]>) -> Result<FrameSize> {
+        let size = same_size(reference, test)?;
+        at_least("FovVideoVDP", MIN_SIDE, size)?;
+        if let Some(before) = self.size.filter(|&before| before != size) {
+            return Err(Error::SizeChanged { before, now: size });
+        }
+        match gaze {
+            Some([x, y]) if !(x.is_finite() && y.is_finite()) => {
+                Err(Error::Gaze { found: format!("{x},{y}") })
+            }
+            _ => Ok(size),
+        }
+    }
+
+    /// Pyramids for frames of this size: of reference and test, and twice where there is a transient channel.
+    fn prepare(&mut self, size: FrameSize) {
+        let (width, height) = (size.width as usize, size.height as usize);
+        let bands = band_frequencies(width, height, self.display.pixels_per_degree()).len();
+        let planes = if self.filters.taps.len() > 1 { 4 } else { 2 };
+        self.pyramids = (0..planes).map(|_| Pyramid::new(width, height, bands + 1)).collect();
+        self.size = Some(size);
+    }
+
+    /// The frequencies of the bands, in cycles a degree.
+    fn frequencies(&self) -> Vec<f64> {
+        let finest = self.pyramids[0].level(0);
+        band_frequencies(finest.width, finest.height, self.display.pixels_per_degree())
+    }
+
+    fn fields(&self) -> Vec<VisualField> {
+        let levels = (0..self.frequencies().len()).map(|level| self.pyramids[0].level(level));
+        levels.map(|plane| VisualField::new(&self.display, plane.width, plane.height)).collect()
+    }
+
+    /// The temporal channels of the newest frames, at all resolutions.
+    fn fill_pyramids(&mut self) {
+        let width = self.pyramids[0].level(0).width;
+        let (sustained, transient) = self.pyramids.split_at_mut(2);
+        for (i, history) in self.histories.iter().enumerate() {
+            let steady = &mut sustained[i].finest_mut().values;
+            let Some(transient) = transient.get_mut(i) else {
+                steady.copy_from_slice(history.newest());
+                continue;
+            };
+            let change = &mut transient.finest_mut().values;
+            let rows = steady.par_chunks_mut(width).zip(change.par_chunks_mut(width)).enumerate();
+            rows.for_each(|(y, (steady, change))| {
+                history.filter(&self.filters, y * width, [steady, change]);
+            });
+        }
+        self.pyramids.iter_mut().for_each(Pyramid::build);
+    }
+
+    fn bands(&self, gaze: Option<[f64; 2]>, mapped: bool) -> Vec<BandDifference> {
+        let frequencies = self.frequencies();
+        let measure = |(level, rho): (usize, &f64)| {
+            let log_rho = rho.log2() as f32;
+            let view = match gaze {
+                None => View::Foveal(SensitivityTable::shared().foveal(log_rho)),
+                Some(gaze) => {
+                    let field = &self.fields[level];
+                    View::Around { field, gaze: field.direction(gaze), log_rho }
+                }
+            };
+            // A band pass keeps about half of a pattern's amplitude; the finest band is a high pass.
+            let gain = if level == 0 { 1.0 } else { 2.0 };
+            Band { pyramids: &self.pyramids, level, gain, view }.difference(mapped)
+        };
+        frequencies.iter().enumerate().map(measure).collect()
+    }
+
+    /// Sums the bands' maps at full resolution, as JOD.
+    fn map(&self, bands: Vec<BandDifference>) -> Vec<f32> {
+        let mut coarser: Option<Plane> = None;
+        for (level, found) in bands.into_iter().enumerate().rev() {
+            let like = self.pyramids[0].level(level);
+            let gain = if level == 0 { 1.0 } else { 0.5 };
+            let mut sum = Plane { values: found.map, ..*like };
+            sum.values.par_chunks_mut(like.width).enumerate().for_each_init(
+                || (Vec::new(), vec![0.0; like.width]),
+                |(line, expanded), (y, row)| {
+                    if let Some(coarser) = &coarser {
+                        expand_row(coarser, y, line, expanded);
+                    }
+                    for (value, below) in row.iter_mut().zip(expanded.iter()) {
+                        *value = gain * *value + below;
+                    }
+                },
+            );
+            coarser = Some(sum);
+        }
+        let mut values = coarser.map_or_else(Vec::new, |plane| plane.values);
+        values.par_iter_mut().for_each(|v| *v = pooling::loss(f64::from(v.max(0.0))) as f32);
+        values
+    }
+}
