@@ -3,6 +3,7 @@
 mod compression;
 mod data_sets;
 mod frame_times;
+mod jod;
 mod masks;
 mod noise;
 mod over_time;
@@ -72,6 +73,8 @@ enum Item {
     Quality,
     /// Figures: PSNR, SSIM and tPSNR over time
     OverTime,
+    /// Table: just-objectionable differences
+    Jod,
     /// Figure: model precision
     Precision,
     /// Figure: effective compression
@@ -80,7 +83,7 @@ enum Item {
 
 impl Item {
     /// All, in the order of the report.
-    const EACH: [Self; 9] = [
+    const EACH: [Self; 10] = [
         Self::DataSets,
         Self::Noise,
         Self::Masks,
@@ -88,6 +91,7 @@ impl Item {
         Self::Speedups,
         Self::Quality,
         Self::OverTime,
+        Self::Jod,
         Self::Precision,
         Self::Compression,
     ];
@@ -102,6 +106,7 @@ impl Item {
             Self::Speedups => "speedups",
             Self::Quality => "quality",
             Self::OverTime => "over-time",
+            Self::Jod => "jod",
             Self::Precision => "precision",
             Self::Compression => "compression",
         }
@@ -117,6 +122,7 @@ impl Item {
             Self::Speedups => speedups::section(evaluation),
             Self::Quality => quality::section(evaluation),
             Self::OverTime => over_time::section(evaluation),
+            Self::Jod => jod::section(evaluation),
             Self::Precision => precision::section(evaluation),
             Self::Compression => compression::section(evaluation),
         }
