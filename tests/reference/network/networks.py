@@ -46,6 +46,7 @@ def wnet(encoder, decoder, **changes):
         "residual": False,
         "addition": False,
         "recurrent": True,
+        "direct": True,
     }
     return paper | changes
 
@@ -274,7 +275,7 @@ class KernelNetwork(nn.Module):
 
         self.config = config
         if config["flat"]:
-            self.only = kernel(0, TAPS[config["flat"]] + more)
+            self.only = kernel(0, TAPS[config["flat"]] * config["direct"] + more)
             return
         self.down = nn.ModuleList(kernel(depth, 9) for depth in range(deepest))
         self.bottom = kernel(deepest, 9)
@@ -284,7 +285,8 @@ class KernelNetwork(nn.Module):
         config = self.config
         more = [weighed(images[name], config[name]) for name in MORE_IMAGES if config[name]]
         if config["flat"]:
-            return self.only(features[0], [weighed(picture, config["flat"])] + more)
+            direct = [weighed(picture, config["flat"])] if config["direct"] else []
+            return self.only(features[0], direct + more)
         skips = []
         for kernel, feature in zip(self.down, features):
             skips.append(kernel(feature, [around(picture)]))
@@ -314,7 +316,8 @@ class WNet(nn.Module):
         below = decoder[1:] + encoder[-1:]
         read = [e + b + d * config["recurrent"] for e, b, d in zip(encoder, below, decoder)]
         self.decoder = nn.ModuleList(map(Block, read, decoder))
-        self.output = nn.Conv2d(decoder[0] + 3 * pixels * config["residual"], 3 * pixels, 1)
+        if config["direct"]:
+            self.output = nn.Conv2d(decoder[0] + 3 * pixels * config["residual"], 3 * pixels, 1)
         if config["addition"]:
             self.addition = nn.Conv2d(decoder[0], 3 * pixels, 1)
         if config["kernels"]:
@@ -377,10 +380,12 @@ class WNet(nn.Module):
                 following[f"decoder.{depth}"] = output
             features.insert(0, output)
 
-        read = torch.cat([features[0], inputs[0]], dim=1) if config["residual"] else features[0]
-        direct = F.relu(self.output(read))
-        if config["fold"]:
-            direct = F.pixel_shuffle(direct, 2)
+        direct = None
+        if config["direct"]:
+            read = torch.cat([features[0], inputs[0]], dim=1) if config["residual"] else features[0]
+            direct = F.relu(self.output(read))
+            if config["fold"]:
+                direct = F.pixel_shuffle(direct, 2)
         picture = direct
         if config["kernels"]:
             finest = features[:1] if config["fold"] else []

@@ -76,6 +76,9 @@ fn configurations_are_checked_and_survive_json() {
         WNetConfig { accumulate: 0.0, ..WNetConfig::fast() },
         WNetConfig { residual: true, ..WNetConfig::paper() },
         WNetConfig { addition: true, ..WNetConfig::deepfovea() },
+        WNetConfig { direct: false, ..WNetConfig::fast() },
+        WNetConfig { direct: false, ..WNetConfig::paper() },
+        WNetConfig { direct: false, residual: false, kernels: false, ..WNetConfig::fast() },
         WNetConfig { accumulate: f32::NAN, ..WNetConfig::fast() },
         WNetConfig { prefill: false, accumulate: 0.0, ..WNetConfig::fast() },
     ] {

@@ -76,6 +76,9 @@ pub struct WNetConfig {
     /// Whether decoders read what they wrote for the last frame.
     #[serde(default = "yes")]
     pub recurrent: bool,
+    /// Whether D predicts a picture. Without one, K's only kernel weighs the other pictures alone.
+    #[serde(default = "yes")]
+    pub direct: bool,
 }
 
 fn yes() -> bool {
@@ -106,6 +109,7 @@ impl WNetConfig {
             residual: false,
             addition: false,
             recurrent: true,
+            direct: true,
         }
     }
 
@@ -137,6 +141,7 @@ impl WNetConfig {
             residual: true,
             addition: true,
             recurrent: false,
+            direct: true,
         }
     }
 
@@ -203,6 +208,19 @@ impl WNetConfig {
         if self.addition && !self.kernels {
             return Err("there is nothing of K to add to; set `kernels`, or leave out `addition`".into());
         }
+        if !self.direct {
+            let weighs = [self.history, self.filled, self.fresh].iter().any(Option::is_some);
+            if !(self.kernels && self.flat.is_some() && weighs)
+                || self.residual
+                || self.feedback == Feedback::Direct
+            {
+                return Err(
+                    "without a direct prediction there must be `kernels`, `flat` and another picture for them \
+                            to weigh, and neither `residual` nor direct `feedback`; set these, or leave out `direct`"
+                        .into(),
+                );
+            }
+        }
         if self.fresh.is_some() && self.accumulate == 0.0 {
             return Err("every filled picture is fresh; set `accumulate`, or leave out `fresh`".into());
         }
@@ -237,7 +255,8 @@ struct Spread {
 
 /// What D leaves to K.
 struct Direct {
-    picture: TensorId,
+    /// What it predicts, if it does.
+    picture: Option<TensorId>,
     /// Decoder outputs, finest first, then the bottleneck's.
     features: Vec<TensorId>,
 }
@@ -253,13 +272,17 @@ impl Walk<'_> {
         let history = last.map(|last| self.reprojected(last));
         let inputs = [Some(filled), mask, fresh, history.filter(|_| config.feedback != Feedback::None)];
         let direct = self.direct(&inputs.into_iter().flatten().collect::<Vec<_>>());
-        let mut picture = direct.picture;
-        if config.kernels {
-            let more = [(history, config.history), (Some(filled), config.filled), (fresh, config.fresh)];
-            let weighed =
-                |(picture, taps): (Option<TensorId>, Option<Taps>)| picture.map(Read::same).zip(taps);
-            picture = self.kernels(&direct, more.into_iter().filter_map(weighed).collect());
-        }
+        let more = [(history, config.history), (Some(filled), config.filled), (fresh, config.fresh)];
+        let weighed = |(picture, taps): (Option<TensorId>, Option<Taps>)| picture.map(Read::same).zip(taps);
+        let more = more.into_iter().filter_map(weighed).collect();
+        let mut picture = match (direct.picture, config.flat) {
+            (Some(picture), _) if !config.kernels => picture,
+            (picture, Some(taps)) => {
+                self.kernel(&direct.features, picture.map(|id| (Read::same(id), taps)), more)
+            }
+            (Some(picture), None) => self.kernels(picture, &direct.features, &more),
+            (None, None) => unreachable!("kernels at every resolution filter the direct prediction"),
+        };
         if config.addition {
             let more = self.predicted("addition", &[Read::same(direct.features[0])], Activation::None);
             picture = self.builder.add(picture, more);
@@ -269,7 +292,7 @@ impl Walk<'_> {
         }
         if let Some(last) = last {
             let next = match config.feedback {
-                Feedback::Direct => direct.picture,
+                Feedback::Direct => direct.picture.expect("only a direct prediction can be fed back as one"),
                 Feedback::Output => self.builder.clamp(picture),
                 Feedback::None => picture,
             };
@@ -366,12 +389,10 @@ impl Walk<'_> {
             self.carried.extend(state.map(|state| (state, output)));
             features.insert(0, output);
         }
-        let read = if config.residual {
-            vec![Read::same(features[0]), filled]
-        } else {
-            vec![Read::same(features[0])]
-        };
-        Direct { picture: self.predicted("output", &read, Activation::Relu), features }
+        let mut read = vec![Read::same(features[0])];
+        read.extend(config.residual.then_some(filled));
+        let picture = config.direct.then(|| self.predicted("output", &read, Activation::Relu));
+        Direct { picture, features }
     }
 
     /// The picture that a 1×1 convolution of `inputs` makes.
@@ -387,20 +408,26 @@ impl Walk<'_> {
         self.builder.conv(&format!("{name}.conv2"), &[Read::same(first)], width, 3, Activation::Relu)
     }
 
-    /// K: QW-Net's filters, down and up again (ALGORITHMS §1.1, §1.2), or one at the finest resolution alone. The
-    /// last kernel also weighs the pictures `more`.
-    fn kernels(&mut self, direct: &Direct, more: Vec<(Read, Taps)>) -> TensorId {
+    /// K as one filter at the finest resolution: of the `direct` prediction, if there is one, and of the pictures `more`.
+    fn kernel(
+        &mut self,
+        features: &[TensorId],
+        direct: Option<(Read, Taps)>,
+        more: Vec<(Read, Taps)>,
+    ) -> TensorId {
+        self.filter("kernel.only", features[0], 0, direct.into_iter().chain(more).collect())
+    }
+
+    /// K: QW-Net's filters of the direct prediction, down and up again (ALGORITHMS §1.1, §1.2). The last kernel also
+    /// weighs the pictures `more`.
+    fn kernels(&mut self, direct: TensorId, features: &[TensorId], more: &[(Read, Taps)]) -> TensorId {
         // The level of the picture has no features of its own where D works on folded pixels.
-        let mut features = direct.features.clone();
+        let mut features = features.to_vec();
         if self.config.fold {
             features.insert(0, features[0]);
         }
-        if let Some(taps) = self.config.flat {
-            let images = std::iter::once((Read::same(direct.picture), taps)).chain(more).collect();
-            return self.filter("kernel.only", features[0], 0, images);
-        }
         let deepest = features.len() - 1;
-        let mut image = direct.picture;
+        let mut image = direct;
         let mut skips = Vec::new();
         for (depth, &feature) in features.iter().enumerate() {
             let name = if depth == deepest { "kernel.bottom".into() } else { format!("kernel.down.{depth}") };
@@ -412,7 +439,7 @@ impl Walk<'_> {
             let mut images =
                 vec![(Read::bilinear(image), Taps::Around), (Read::same(skips[depth]), Taps::Centre)];
             if depth == 0 {
-                images.extend(&more);
+                images.extend(more);
             }
             image = self.filter(&format!("kernel.up.{depth}"), features[depth], depth, images);
         }
