@@ -2,6 +2,8 @@
 
 use crate::{Error, Result, atomic};
 use exr::prelude::{WritableImage, read_first_rgba_layer_from_file};
+use fast_image_resize::images::{Image, ImageRef};
+use fast_image_resize::{PixelType, ResizeAlg, ResizeOptions, Resizer};
 use fovol_core::{Frame, FrameSize};
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder, ImageReader};
@@ -61,6 +63,24 @@ pub fn write_exr(path: &Path, frame: &Frame) -> Result<()> {
     atomic::write(path, |out| out.write_all(bytes.get_ref()))
 }
 
+/// `frame` at another size: cubic (Catmull and Rom), whatever its values are.
+///
+/// # Panics
+/// Never: frames have pixels, and as many as their sizes say.
+#[must_use]
+pub fn resized(frame: &Frame, size: FrameSize) -> Frame {
+    let FrameSize { width, height } = frame.size();
+    let from = ImageRef::new(width, height, bytemuck::cast_slice(frame.pixels()), PixelType::F32x4)
+        .expect("frames have as many pixels as their sizes say");
+    let mut to = Image::new(size.width, size.height, PixelType::F32x4);
+    let cubic = ResizeAlg::Convolution(fast_image_resize::FilterType::CatmullRom);
+    let options = ResizeOptions::new().resize_alg(cubic).use_alpha(false);
+    Resizer::new().resize(&from, &mut to, &options).expect("both have the same kind of pixels");
+    let mut frame = Frame::new(size);
+    bytemuck::cast_slice_mut(frame.pixels_mut()).copy_from_slice(to.buffer());
+    frame
+}
+
 /// Reads a PNG, JPEG, BMP or EXR picture as display values.
 ///
 /// # Errors
@@ -118,6 +138,21 @@ mod tests {
         let size = FrameSize::new(5, 3).unwrap();
         let pixels = (0..15).map(|i| [i as f32 / 14.0, 0.2, 1.0 - i as f32 / 20.0, (i % 2) as f32]).collect();
         Frame::from_pixels(size, pixels).unwrap()
+    }
+
+    #[test]
+    fn another_size_keeps_what_is_linear() {
+        let size = FrameSize::new(16, 12).unwrap();
+        let ramp = (0..16 * 12).map(|i| [(i % 16) as f32, (i / 16) as f32, -3.0, 1.0]).collect();
+        let larger = resized(&Frame::from_pixels(size, ramp).unwrap(), FrameSize::new(32, 24).unwrap());
+        for (x, y) in [(8, 8), (20, 11), (15, 17)] {
+            // Centres of pixels are in the middle of them.
+            let expected = [(x as f32 + 0.5) / 2.0 - 0.5, (y as f32 + 0.5) / 2.0 - 0.5, -3.0, 1.0];
+            let found = larger.pixel(x, y);
+            assert!((0..4).all(|c| (found[c] - expected[c]).abs() < 1e-4), "{found:?} {expected:?}");
+        }
+        let same = frame();
+        assert_eq!(resized(&same, same.size()), same);
     }
 
     #[test]

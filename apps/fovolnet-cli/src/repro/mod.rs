@@ -1,5 +1,6 @@
 //! The paper's evaluation with this program: every table and figure as CSV, JSON and pictures, bound into one report.
 
+mod alternatives;
 mod compression;
 mod data_sets;
 mod frame_times;
@@ -32,7 +33,7 @@ pub struct Repro {
     /// What to make; what a folder already holds of the others stays in its report
     #[arg(value_name = "TABLE_OR_FIGURE", required = true)]
     items: Vec<Item>,
-    /// A volume to evaluate, may be given often: file, folder of slices, or procedural NAME[:SIDE]; @ and a transfer
+    /// A volume to evaluate, may be given often: file, folder of slices, or procedural NAME or NAME:SIDE; @ and a transfer
     /// function may follow. Without any: all procedural ones
     #[arg(long = "volume", value_name = "VOLUME[@TF]")]
     volumes: Vec<String>,
@@ -79,11 +80,13 @@ enum Item {
     Precision,
     /// Figure: effective compression
     Compression,
+    /// Figure beyond the paper: quality against time of every way to make frames cheaper
+    Alternatives,
 }
 
 impl Item {
     /// All, in the order of the report.
-    const EACH: [Self; 10] = [
+    const EACH: [Self; 11] = [
         Self::DataSets,
         Self::Noise,
         Self::Masks,
@@ -94,6 +97,7 @@ impl Item {
         Self::Jod,
         Self::Precision,
         Self::Compression,
+        Self::Alternatives,
     ];
 
     fn name(self) -> &'static str {
@@ -109,6 +113,7 @@ impl Item {
             Self::Jod => "jod",
             Self::Precision => "precision",
             Self::Compression => "compression",
+            Self::Alternatives => "alternatives",
         }
     }
 
@@ -125,6 +130,7 @@ impl Item {
             Self::Jod => jod::section(evaluation),
             Self::Precision => precision::section(evaluation),
             Self::Compression => compression::section(evaluation),
+            Self::Alternatives => alternatives::section(evaluation),
         }
     }
 }

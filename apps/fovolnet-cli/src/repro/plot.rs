@@ -27,6 +27,8 @@ type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 const SIZE: (u32, u32) = (1060, 420);
 /// Where the legend begins.
 const CHART: u32 = 840;
+/// Lines with up to so many points show them.
+const MARKED: usize = 12;
 /// Letters, in pixels.
 const FONT: u32 = 14;
 /// Colours that colour-blind people tell apart too (Okabe and Ito 2008).
@@ -107,6 +109,10 @@ fn draw_lines(
         let style = colour(number).stroke_width(2);
         let points = line.points.iter().filter(|point| point[1].is_finite()).map(|&[x, y]| (x, y));
         chart.draw_series(LineSeries::new(points, style)).map_err(text)?;
+        if line.points.len() <= MARKED {
+            let dots = line.points.iter().map(|&[x, y]| Circle::new((x, y), 4, colour(number).filled()));
+            chart.draw_series(dots).map_err(text)?;
+        }
     }
     legend(&beside, &lines.iter().map(|line| line.name.as_str()).collect::<Vec<_>>())?;
     whole.present().map_err(text)

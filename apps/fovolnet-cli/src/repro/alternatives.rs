@@ -1,0 +1,150 @@
+//! Beyond the paper: what a frame costs and how good it is, for every honest way to make it cheaper.
+
+use super::plot::{self, Axes, Line};
+use super::section::{Cell, Section};
+use super::{DataSet, Evaluation, SPARSE};
+use crate::interrupt;
+use anyhow::Result;
+use fovolnet::core::{Frame, FrameSize, ShadowMode};
+use fovolnet::io::image;
+use fovolnet::metrics::{ClipQuality, Display, FovVideoVdp};
+use fovolnet::{OpenVolume, Pipeline, RenderSettings, Sampling};
+use std::time::Instant;
+
+/// Frames of the clip, which follow one another; the first ones are not judged: networks know nothing before them.
+const CLIP: u32 = 16;
+const SETTLED: u32 = 8;
+const FPS: f64 = 30.0;
+/// Sampling densities P_b, and widths σ of the fovea that go with them.
+const SAMPLINGS: [[f64; 2]; 5] = [[0.01, 0.02], [0.03, 0.02], [0.07, 0.06], [0.15, 0.06], [0.30, 0.06]];
+/// Marching steps, where the full frame has ½.
+const STEPS: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
+/// How many times smaller frames are along each axis before they are enlarged.
+const SMALLER: [u32; 3] = [2, 3, 4];
+
+/// One way to make frames.
+struct Way {
+    family: &'static str,
+    name: String,
+    settings: RenderSettings,
+    /// Whether frames are enlarged to their size.
+    is_enlarged: bool,
+}
+
+/// What it gives.
+struct Found {
+    ms: f64,
+    psnr: f64,
+    jod: f64,
+}
+
+pub fn section(evaluation: &Evaluation) -> Result<Section> {
+    let mut section = Section::new(
+        "Quality against time",
+        &[
+            "Every way to make frames cheaper, at several settings, over frames 9 to 16 of a fly-through: sparse frames filled by \
+           pull-push, by linear interpolation and by wnet-fast; every pixel of smaller frames, enlarged bicubically; every pixel \
+           with longer steps; every pixel with shadows from a cache. Up and left is better. Quality is against every pixel at \
+           the step of ½ with shadow rays, JOD of FovVideoVDP for 30 frames a second on standard_4k.",
+            "Sparse frames are sampled densely where the eye looks; PSNR and the JOD here do not know that, and count the whole \
+           screen alike.",
+        ],
+    );
+    let data = evaluation.shown("head");
+    let opened = data.open()?;
+    let base = Pipeline::new(&opened, &evaluation.settings(data, SPARSE), &evaluation.speed)?;
+    let references: Vec<Frame> = (0..CLIP).map(|frame| base.reference(frame)).collect();
+    let ways = ways(evaluation, data)?;
+    let mut found = Vec::new();
+    for way in &ways {
+        found.push(run(evaluation, &opened, way, &references)?);
+    }
+    type Of = fn(&Found) -> f64;
+    let measures: [(&str, &str, Of); 2] = [("psnr", "PSNR, dB", |f| f.psnr), ("jod", "JOD", |f| f.jod)];
+    for (name, unit, of) in measures {
+        let lines = lines(&ways, &found, of);
+        let axes = Axes { x: "ms a frame", y: unit };
+        section.drawing(
+            name,
+            &format!("{}: {unit} against time", data.name),
+            plot::lines(axes, &lines, false, &[])?,
+        );
+    }
+    let row = |(way, found): (&Way, &Found)| -> Vec<Cell> {
+        vec![
+            way.family.into(),
+            way.name.as_str().into(),
+            found.ms.into(),
+            found.psnr.into(),
+            found.jod.into(),
+        ]
+    };
+    let rows = ways.iter().zip(&found).map(row).collect();
+    section.table("alternatives", &["way", "setting", "ms", "PSNR", "JOD"], rows);
+    Ok(section)
+}
+
+/// A line for each family, from its cheapest setting to its dearest.
+fn lines(ways: &[Way], found: &[Found], of: fn(&Found) -> f64) -> Vec<Line> {
+    let mut lines: Vec<Line> = Vec::new();
+    for (way, found) in ways.iter().zip(found) {
+        let point = [found.ms, of(found)];
+        match lines.iter_mut().find(|line| line.name == way.family) {
+            Some(line) => line.points.push(point),
+            None => lines.push(Line { name: way.family.into(), points: vec![point] }),
+        }
+    }
+    lines.iter_mut().for_each(|line| line.points.sort_by(|a, b| a[0].total_cmp(&b[0])));
+    lines
+}
+
+fn ways(evaluation: &Evaluation, data: &DataSet) -> Result<Vec<Way>> {
+    let mut ways = Vec::new();
+    for (family, how) in [("pull-push", "pull-push"), ("linear", "linear"), ("wnet-fast", "wnet")] {
+        for sampling in SAMPLINGS {
+            let settings = RenderSettings {
+                reconstruct: Some(how.parse().map_err(anyhow::Error::msg)?),
+                ..evaluation.settings(data, sampling)
+            };
+            let name = format!("({}, {})", sampling[0], sampling[1]);
+            ways.push(Way { family, name, settings, is_enlarged: false });
+        }
+    }
+    let full = RenderSettings { sampling: Some(Sampling::Full), ..evaluation.settings(data, SPARSE) };
+    for factor in SMALLER {
+        let FrameSize { width, height } = evaluation.size;
+        let size = FrameSize::new((width / factor).max(1), (height / factor).max(1))?;
+        let settings = RenderSettings { size: Some(size), ..full.clone() };
+        ways.push(Way { family: "smaller frames", name: format!("1/{factor}"), settings, is_enlarged: true });
+    }
+    for step in STEPS {
+        let settings = RenderSettings { step: Some(step), ..full.clone() };
+        ways.push(Way { family: "longer steps", name: format!("step {step}"), settings, is_enlarged: false });
+    }
+    let settings = RenderSettings { shadows: Some(ShadowMode::Cached), ..full };
+    ways.push(Way { family: "cached shadows", name: "every pixel".into(), settings, is_enlarged: false });
+    Ok(ways)
+}
+
+fn run(evaluation: &Evaluation, opened: &OpenVolume, way: &Way, references: &[Frame]) -> Result<Found> {
+    let mut pipeline = Pipeline::new(opened, &way.settings, &evaluation.speed)?;
+    let mut quality = ClipQuality::new().without_ms_ssim();
+    let mut seen = FovVideoVdp::video(&Display::named("standard_4k")?, FPS)?;
+    let mut ms = Vec::new();
+    for (number, reference) in (0..CLIP).zip(references) {
+        interrupt::check("this figure is not complete")?;
+        let rendered = pipeline.render(number)?;
+        let started = Instant::now();
+        let frame =
+            if way.is_enlarged { image::resized(&rendered.frame, evaluation.size) } else { rendered.frame };
+        let enlarging = started.elapsed().as_secs_f64() * 1e3;
+        if number >= SETTLED {
+            ms.push(rendered.timings.total + if way.is_enlarged { enlarging } else { 0.0 });
+            quality.push(reference, &frame)?;
+            seen.push(reference, &frame, None)?;
+        }
+    }
+    ms.sort_by(f64::total_cmp);
+    let psnr = quality.summary().map_or(f64::NAN, |summary| summary.psnr);
+    Ok(Found { ms: ms[ms.len() / 2], psnr, jod: seen.jod().unwrap_or(f64::NAN) })
+}
