@@ -28,6 +28,39 @@ pub fn stacked(frames: &[Frame], gap: u32) -> Frame {
     sheet
 }
 
+/// Means of `factor`² pixels.
+pub fn smaller(frame: &Frame, factor: u32) -> Frame {
+    let FrameSize { width, height } = frame.size();
+    let size = FrameSize::new((width / factor).max(1), (height / factor).max(1))
+        .expect("it is smaller than a frame");
+    let sides = [factor.min(width), factor.min(height)];
+    let mean = |x: u32, y: u32| {
+        let places = (0..sides[1]).flat_map(|j| (0..sides[0]).map(move |i| (x * factor + i, y * factor + j)));
+        let sum = places
+            .map(|(x, y)| frame.pixel(x, y))
+            .fold([0.0; 4], |a, b| std::array::from_fn(|c| a[c] + b[c]));
+        sum.map(|v| v / (sides[0] * sides[1]) as f32)
+    };
+    let pixels = (0..size.height).flat_map(|y| (0..size.width).map(move |x| mean(x, y))).collect();
+    Frame::from_pixels(size, pixels).expect("as many pixels as the size says")
+}
+
+/// Every pixel as `factor`² of them.
+pub fn larger(frame: &Frame, factor: u32) -> Frame {
+    let FrameSize { width, height } = frame.size();
+    let size = FrameSize::new(width * factor, height * factor).expect("parts are small");
+    let places = (0..size.height).flat_map(|y| (0..size.width).map(move |x| (x / factor, y / factor)));
+    let pixels = places.map(|(x, y)| frame.pixel(x, y)).collect();
+    Frame::from_pixels(size, pixels).expect("as many pixels as the size says")
+}
+
+/// A grey picture of values from 0, black, to 1.
+pub fn grey(size: FrameSize, value: impl Fn(u32, u32) -> f32) -> Frame {
+    let pixels = (0..size.height).flat_map(|y| (0..size.width).map(move |x| (x, y)));
+    let grey = pixels.map(|(x, y)| value(x, y)).map(|v| [v, v, v, 1.0]).collect();
+    Frame::from_pixels(size, grey).expect("as many pixels as the size says")
+}
+
 fn blank(width: u32, height: u32) -> Frame {
     let size = FrameSize::new(width.max(1), height.max(1)).expect("sheets are made of few frames");
     let mut sheet = Frame::new(size);

@@ -4,9 +4,9 @@ use super::plot::{self, Axes, Line};
 use super::section::{Cell, Section};
 use super::{Evaluation, SPARSE};
 use crate::interrupt;
-use crate::picture::side_by_side;
+use crate::picture::{side_by_side, smaller};
 use anyhow::Result;
-use fovolnet::core::{Frame, FrameSize};
+use fovolnet::core::Frame;
 use fovolnet::{Pipeline, Timings};
 use std::time::Instant;
 
@@ -99,21 +99,4 @@ fn flight(evaluation: &Evaluation, data: &super::DataSet) -> Result<(Vec<Times>,
         }
     }
     Ok((times, pictures))
-}
-
-/// Means of `factor`² pixels.
-pub fn smaller(frame: &Frame, factor: u32) -> Frame {
-    let FrameSize { width, height } = frame.size();
-    let size = FrameSize::new((width / factor).max(1), (height / factor).max(1))
-        .expect("it is smaller than a frame");
-    let sides = [factor.min(width), factor.min(height)];
-    let mean = |x: u32, y: u32| {
-        let places = (0..sides[1]).flat_map(|j| (0..sides[0]).map(move |i| (x * factor + i, y * factor + j)));
-        let sum = places
-            .map(|(x, y)| frame.pixel(x, y))
-            .fold([0.0; 4], |a, b| std::array::from_fn(|c| a[c] + b[c]));
-        sum.map(|v| v / (sides[0] * sides[1]) as f32)
-    };
-    let pixels = (0..size.height).flat_map(|y| (0..size.width).map(move |x| mean(x, y))).collect();
-    Frame::from_pixels(size, pixels).expect("as many pixels as the size says")
 }

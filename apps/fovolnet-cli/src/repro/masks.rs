@@ -2,10 +2,9 @@
 
 use super::section::Section;
 use super::{DENSE, Evaluation, SPARSE};
-use crate::picture::side_by_side;
+use crate::picture::{grey, side_by_side};
 use anyhow::Result;
 use fovolnet::Pipeline;
-use fovolnet::core::{Frame, FrameSize};
 use fovolnet::render::cpu::mask;
 use fovolnet::render::noise::{Noise, NoiseKind};
 
@@ -43,10 +42,4 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
     let columns = ["P_b", "σ", "samples", "density", "expected density", "compression"];
     section.table("masks", &columns, rows);
     Ok(section)
-}
-
-fn grey(size: FrameSize, value: impl Fn(u32, u32) -> f32) -> Frame {
-    let pixels = (0..size.height).flat_map(|y| (0..size.width).map(move |x| (x, y)));
-    let grey = pixels.map(|(x, y)| value(x, y)).map(|v| [v, v, v, 1.0]).collect();
-    Frame::from_pixels(size, grey).expect("as many pixels as the size says")
 }

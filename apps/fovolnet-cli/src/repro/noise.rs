@@ -2,7 +2,7 @@
 
 use super::plot::{self, Axes, Line};
 use super::section::Section;
-use crate::picture::{side_by_side, stacked};
+use crate::picture::{grey, larger, side_by_side, stacked};
 use anyhow::Result;
 use fovolnet::core::{Frame, FrameSize};
 use fovolnet::render::noise::{Noise, NoiseKind, NoiseSize, statistics};
@@ -84,8 +84,6 @@ fn mean(noise: &Noise, count: u32) -> Frame {
         let of = frames.iter().map(|frame| (frame.rank(x, y) as f32 + 0.5) / frame.levels() as f32);
         of.sum::<f32>() / count as f32
     };
-    let size = FrameSize::new(side * SCALE, side * SCALE).expect("tiles are small");
-    let pixels = (0..size.height).flat_map(|y| (0..size.width).map(move |x| (x / SCALE, y / SCALE)));
-    let grey = pixels.map(|(x, y)| value(x, y)).map(|v| [v, v, v, 1.0]).collect();
-    Frame::from_pixels(size, grey).expect("as many pixels as the size says")
+    let size = FrameSize::new(side, side).expect("tiles are small");
+    larger(&grey(size, value), SCALE)
 }

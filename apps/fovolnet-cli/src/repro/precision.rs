@@ -3,7 +3,7 @@
 use super::section::{Cell, Section};
 use super::{DataSet, Evaluation, SPARSE};
 use crate::interrupt;
-use crate::picture::{side_by_side, stacked};
+use crate::picture::{side_by_side, smaller, stacked};
 use anyhow::Result;
 use fovolnet::core::Frame;
 use fovolnet::metrics::ClipQuality;
@@ -37,7 +37,7 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
     let differences: Vec<&Frame> = differences.iter().collect();
     let sheet = stacked(&[side_by_side(&frames, GAP), side_by_side(&differences, GAP)], GAP);
     let caption = format!("{}: {}", data.name, PRECISIONS.join(", "));
-    section.picture("precision", &caption, super::frame_times::smaller(&sheet, 2));
+    section.picture("precision", &caption, smaller(&sheet, 2));
     let rows = PRECISIONS.iter().zip(&runs).map(|(precision, run)| {
         let or_none = |value: Option<f64>| value.map_or(Cell::from("-"), Cell::from);
         vec![(*precision).into(), run.psnr.into(), or_none(run.ssim), run.ms.into()]

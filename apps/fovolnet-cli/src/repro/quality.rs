@@ -3,7 +3,7 @@
 use super::section::{Cell, Section};
 use super::{DataSet, Evaluation, SPARSE};
 use crate::interrupt;
-use crate::picture::{side_by_side, stacked};
+use crate::picture::{larger, side_by_side, smaller, stacked};
 use anyhow::Result;
 use fovolnet::Pipeline;
 use fovolnet::core::{Frame, FrameSize};
@@ -137,20 +137,11 @@ impl Frames {
         let [pull_push, linear, network] = &self.made;
         let all = [&self.full, &self.sparse, pull_push, linear, network];
         let row = |frames: Vec<Frame>| side_by_side(&frames.iter().collect::<Vec<_>>(), GAP);
-        let small = |frame: &Frame| super::frame_times::smaller(frame, PART / 2);
+        let small = |frame: &Frame| smaller(frame, PART / 2);
         let mut rows = vec![row(all.map(small).to_vec())];
         for corner in parts {
             rows.push(row(all.map(|frame| larger(&self.part(frame, corner), 2)).to_vec()));
         }
         stacked(&rows, GAP)
     }
-}
-
-/// Every pixel as `factor`² of them.
-pub fn larger(frame: &Frame, factor: u32) -> Frame {
-    let FrameSize { width, height } = frame.size();
-    let size = FrameSize::new(width * factor, height * factor).expect("parts are small");
-    let places = (0..size.height).flat_map(|y| (0..size.width).map(move |x| (x / factor, y / factor)));
-    let pixels = places.map(|(x, y)| frame.pixel(x, y)).collect();
-    Frame::from_pixels(size, pixels).expect("as many pixels as the size says")
 }
