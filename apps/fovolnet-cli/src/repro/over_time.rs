@@ -21,7 +21,8 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
         &[
             "Two clips of a fly-through at (P_b, σ) = (0.03, 0.02), with a cut between them (red). Each begins and ends fast and \
            is slow in the middle. Nothing is reset at the cut: how long the network needs to recover is seen.",
-            "PSNR and SSIM compare frames, tPSNR the differences between frames. The paper shows the chameleon; volumes and transfer functions differ, so levels cannot be compared, courses can.",
+            "PSNR and SSIM compare frames, tPSNR the differences between frames. The paper shows the chameleon; volumes and \
+           transfer functions differ, so levels cannot be compared, courses can.",
         ],
     );
     let data = evaluation.shown("head");

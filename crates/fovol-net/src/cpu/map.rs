@@ -113,12 +113,12 @@ impl Stored {
 
     /// The same numbers as f32.
     pub fn to_f32(&self) -> Map {
-        with_map!(self, map => Map {
-            data: map.data.iter().map(|v| v.to_f32()).collect(),
-            height: map.height,
-            width: map.width,
-            channels: map.channels,
-            top: map.top,
+        with_map!(self, map => {
+            let Map { height, width, channels, top, .. } = *map;
+            let mut out = Map { data: Numbers::default(), height, width, channels, top };
+            out.data.resize(map.data.len());
+            out.data.iter_mut().zip(&map.data).for_each(|(to, v)| *to = v.to_f32());
+            out
         })
     }
 

@@ -5,7 +5,6 @@ use std::marker::PhantomData;
 use std::ops::{Deref, DerefMut};
 
 /// As a `Vec<T>`, in memory that belongs to no type.
-#[derive(Clone)]
 pub struct Numbers<T> {
     words: Vec<u32>,
     length: usize,
@@ -79,17 +78,22 @@ impl<T> Default for Numbers<T> {
 
 impl<T: Pod> FromIterator<T> for Numbers<T> {
     fn from_iter<I: IntoIterator<Item = T>>(numbers: I) -> Self {
-        let numbers = numbers.into_iter();
-        let mut all = Self::default();
-        all.words.reserve(Self::words(numbers.size_hint().0));
-        numbers.for_each(|number| all.extend_from_slice(&[number]));
-        all
+        Self::from(numbers.into_iter().collect::<Vec<T>>())
     }
 }
 
 impl<T: Pod> From<Vec<T>> for Numbers<T> {
     fn from(numbers: Vec<T>) -> Self {
-        numbers.into_iter().collect()
+        let mut all = Self::default();
+        all.extend_from_slice(&numbers);
+        all
+    }
+}
+
+impl<T: Pod> Clone for Numbers<T> {
+    /// The numbers, not what their memory has beyond them.
+    fn clone(&self) -> Self {
+        Self { words: self.words[..Self::words(self.length)].to_vec(), ..*self }
     }
 }
 

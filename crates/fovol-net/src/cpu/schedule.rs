@@ -167,8 +167,7 @@ fn pairs(plan: &Plan, finished: &[Vec<TensorId>], halved: &[bool]) -> Vec<Option
             let from = plan.tensor(read.tensor);
             let is_alike = (from.channels, from.level) == (to.channels, to.level)
                 && halved(read.tensor) == halved(second.output);
-            let count = first.inputs.iter().filter(|other| other.tensor == read.tensor).count();
-            let is_free = finished[number].contains(&read.tensor) && count == 1;
+            let is_free = finished[number].contains(&read.tensor) && reads_once(&layers[number], read.tensor);
             *read == Read::same(read.tensor) && is_alike && is_free
         });
         Some(Pairing { replaced })
