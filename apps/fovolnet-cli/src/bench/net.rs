@@ -30,7 +30,7 @@ pub struct NetBench {
     /// Number of threads [default: all cores]
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
-    /// Instruction set: portable, avx2 or avx512 [default: the best one]
+    /// Instruction set: portable, avx2, avx512 or amx [default: the best one]
     #[arg(long, value_name = "SET")]
     simd: Option<Simd>,
     /// Precision: auto, f32, bf16, int8 or mixed
@@ -109,7 +109,7 @@ impl NetBench {
         }
         let network = Network::new(plan, &weights, self.simd.unwrap_or_else(Simd::best), self.precision)?;
         let mut state = network.state(self.size);
-        let peak = peak_flops(network.simd());
+        let peak = peak_flops(network.simd(), network.precision());
         let mut times = Vec::new();
         let mut layers: BTreeMap<usize, (Range<usize>, Vec<f64>)> = BTreeMap::new();
         for round in 0..self.repeats.max(1) + WARM_UP {

@@ -9,6 +9,17 @@ pub trait Element: Pod + Default + Send + Sync {
     fn to_f32(self) -> f32;
     /// The nearest of its kind.
     fn from_f32(value: f32) -> Self;
+    /// The nearest bf16.
+    fn to_bf16(self) -> Bf16;
+    /// The same of several.
+    #[inline(always)]
+    fn to_bf16s<const N: usize>(values: [Self; N]) -> [Bf16; N] {
+        let mut halves = [Bf16::default(); N];
+        for i in 0..N {
+            halves[i] = values[i].to_bf16();
+        }
+        halves
+    }
     /// `map` as tensors are stored.
     fn stored(map: Map<Self>) -> Stored;
     /// What [`Self::stored`] stored; nothing of another kind.
@@ -26,6 +37,11 @@ impl Element for f32 {
     #[inline(always)]
     fn from_f32(value: f32) -> Self {
         value
+    }
+
+    #[inline(always)]
+    fn to_bf16(self) -> Bf16 {
+        Bf16::from_f32(self)
     }
 
     fn stored(map: Map) -> Stored {
@@ -57,6 +73,16 @@ impl Element for Bf16 {
     fn from_f32(value: f32) -> Self {
         let bits = value.to_bits();
         Self(((bits + 0x7FFF + (bits >> 16 & 1)) >> 16) as u16)
+    }
+
+    #[inline(always)]
+    fn to_bf16(self) -> Bf16 {
+        self
+    }
+
+    #[inline(always)]
+    fn to_bf16s<const N: usize>(values: [Self; N]) -> [Self; N] {
+        values
     }
 
     fn stored(map: Map<Self>) -> Stored {

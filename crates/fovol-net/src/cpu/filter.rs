@@ -4,19 +4,17 @@
 //! Everything is computed with columns side by side in vectors. Where a feature serves several columns, the columns
 //! that features serve first come first, then those that they serve second: the phases of a row.
 
-use super::element::Element;
-use super::map::{Map, Stored, with_map};
-use super::patch::{Source, Window, assemble};
+use super::conv::{self, Arithmetic, ConvShape, PreparedConv};
+use super::map::{Map, Stored};
+use super::patch::{Access, Source, Window, assemble};
 use super::simd::{Simd, Work};
-use crate::plan::{Filter, Normalisation, Padding, SQUARED_EPSILON, Taps};
+use crate::plan::{Activation, Filter, Normalisation, Padding, SQUARED_EPSILON, Taps};
 use rayon::prelude::*;
 
 /// A predicted kernel with its weights.
 #[derive(Debug, Clone)]
 pub struct PreparedFilter {
-    /// By output, then by input, filled with zeros.
-    weights: Vec<Vec<[f32; CHANNELS]>>,
-    bias: Vec<f32>,
+    predict: PreparedConv,
     expand: usize,
     taps: Vec<Taps>,
     normalisation: Normalisation,
@@ -27,18 +25,28 @@ pub struct PreparedFilter {
 const ROWS: usize = 8;
 /// Features whose kernels are made at once: as many as fit into the nearest cache with all their numbers.
 const COLUMNS: usize = 64;
-/// Channels that are multiplied in one pass over columns, so that sums are fetched and put back less often.
-const CHANNELS: usize = 4;
 
 /// A number of each feature.
 type Lanes = [f32; COLUMNS];
 
 impl PreparedFilter {
-    /// The layer `filter` over `inputs` feature channels with its parameters.
-    pub fn new(filter: &Filter, inputs: usize, (weights, bias): (&[f32], &[f32]), simd: Simd) -> Self {
+    /// The layer `filter` with its parameters, which multiplies features as `arithmetic` says.
+    pub fn new(
+        filter: &Filter,
+        (weights, bias): (&[f32], &[f32]),
+        simd: Simd,
+        arithmetic: Arithmetic,
+    ) -> Self {
+        let shape = ConvShape {
+            inputs: weights.len() / bias.len(),
+            outputs: bias.len(),
+            size: 1,
+            stride: 1,
+            padding: Padding::Zero,
+            activation: Activation::None,
+        };
         Self {
-            weights: weights.chunks_exact(inputs).map(in_fours).collect(),
-            bias: bias.to_vec(),
+            predict: PreparedConv::new(&shape, weights, bias, simd, arithmetic),
             expand: filter.expand,
             taps: filter.images.iter().map(|&(_, taps)| taps).collect(),
             normalisation: filter.normalisation,
@@ -75,13 +83,15 @@ impl PreparedFilter {
             assemble(std::slice::from_ref(image), Padding::Zero, window, &mut scratch.patch);
             planes.fill::<EXPAND>(&scratch.patch, channels, width + 2);
         }
+        let outputs = self.predict.outputs();
+        scratch.predicted.resize(columns * outputs, 0.0);
+        scratch.kernels.resize(outputs, [0.0; COLUMNS]);
         for row in 0..rows.div_ceil(EXPAND) {
+            let features = [Source { map: features, access: Access::SAME }];
+            self.predict.rows(&features, y / EXPAND + row, &mut scratch.conv, &mut scratch.predicted);
             for first in (0..columns).step_by(COLUMNS) {
                 let count = COLUMNS.min(columns - first);
-                with_map!(features, map => {
-                    gather(map, y / EXPAND + row, first, count, &mut scratch.features);
-                });
-                self.predict(&scratch.features, &mut scratch.kernels);
+                transpose(&scratch.predicted[first * outputs..][..count * outputs], &mut scratch.kernels);
                 for part in 0..EXPAND * EXPAND {
                     let share = self.shape::<EXPAND>(part, &mut scratch.kernels);
                     let (line, phase) = (row * EXPAND + part / EXPAND, part % EXPAND);
@@ -95,20 +105,6 @@ impl PreparedFilter {
                             *to = sum * share;
                         }
                     }
-                }
-            }
-        }
-    }
-
-    /// The 1×1 convolution of `features`, \[channel\], to `kernels`, \[output\].
-    #[inline(always)]
-    fn predict(&self, features: &[Lanes], kernels: &mut Vec<Lanes>) {
-        kernels.resize(self.bias.len(), [0.0; COLUMNS]);
-        for (sum, (&bias, weights)) in kernels.iter_mut().zip(self.bias.iter().zip(&self.weights)) {
-            *sum = [bias; COLUMNS];
-            for (w, f) in weights.iter().zip(features.as_chunks::<CHANNELS>().0) {
-                for i in 0..COLUMNS {
-                    sum[i] += (w[0] * f[0][i] + w[1] * f[1][i]) + (w[2] * f[2][i] + w[3] * f[3][i]);
                 }
             }
         }
@@ -221,14 +217,13 @@ impl Planes {
     }
 }
 
-/// `count` pixels of row `y` of `map` from `first` on, \[channel\]\[column\].
+/// Turns `from`, \[column\]\[output\], to \[output\]\[column\].
 #[inline(always)]
-fn gather<T: Element>(map: &Map<T>, y: usize, first: usize, count: usize, out: &mut Vec<Lanes>) {
-    out.resize(map.channels.next_multiple_of(CHANNELS), [0.0; COLUMNS]);
-    let row = &map.row(y)[first * map.channels..(first + count) * map.channels];
-    for (x, pixel) in row.chunks_exact(map.channels).take(COLUMNS).enumerate() {
-        for (to, &v) in out.iter_mut().zip(pixel) {
-            to[x] = v.to_f32();
+fn transpose(from: &[f32], to: &mut [Lanes]) {
+    let outputs = to.len();
+    for (output, to) in to.iter_mut().enumerate() {
+        for (to, pixel) in to.iter_mut().zip(from.chunks_exact(outputs)) {
+            *to = pixel[output];
         }
     }
 }
@@ -240,13 +235,6 @@ fn pick(from: &[f32], first: usize, stride: usize, to: &mut [f32]) {
     for (i, to) in to[..count].iter_mut().enumerate() {
         *to = from[first + i * stride];
     }
-}
-
-/// `weights` with zeros up to whole groups.
-fn in_fours(weights: &[f32]) -> Vec<[f32; CHANNELS]> {
-    let mut padded = weights.to_vec();
-    padded.resize(weights.len().next_multiple_of(CHANNELS), 0.0);
-    padded.as_chunks().0.to_vec()
 }
 
 /// The filtering of some rows.
@@ -274,9 +262,10 @@ impl Work for Band<'_> {
 /// Memory of one thread.
 #[derive(Default)]
 struct Scratch {
-    /// By channel.
-    features: Vec<Lanes>,
-    /// By output of the 1×1 convolution.
+    conv: conv::Scratch,
+    /// A row of features' kernels, \[column\]\[output\].
+    predicted: Vec<f32>,
+    /// Some of them, by output.
     kernels: Vec<Lanes>,
     patch: Vec<f32>,
     /// Of each image.
@@ -286,9 +275,8 @@ struct Scratch {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cpu::conv::ConvShape;
     use crate::cpu::plain;
-    use crate::plan::{Activation, Read, Resize, TensorId};
+    use crate::plan::{Read, Resize, TensorId};
     use proptest::prelude::*;
 
     fn map(seed: u64, [height, width]: [usize; 2], channels: usize) -> Map {
@@ -340,7 +328,7 @@ mod tests {
             let sources: Vec<Source<'_>> =
                 stored.iter().map(|(map, resize)| Source::new(map, *resize)).collect();
             let mut out = Map::default();
-            PreparedFilter::new(&layer, 7, (&weights, &bias), Simd::best())
+            PreparedFilter::new(&layer, (&weights, &bias), Simd::best(), Arithmetic::F32)
                 .run(&Stored::F32(features), &sources, &mut out);
             for (a, b) in out.data.iter().zip(&expected.data) {
                 prop_assert!((a - b).abs() <= 1e-4, "{a} and {b}");

@@ -340,9 +340,8 @@ fn step(plan: &Plan, layer: &Layer, weights: &Weights, simd: Simd, choice: &Choi
             Step::Conv(Box::new(PreparedConv::new(&shape, weight, bias, simd, choice.of(conv))))
         }
         Layer::Filter(filter) => {
-            let inputs = channels(filter.features);
-            let filter = PreparedFilter::new(filter, inputs, pair(&filter.name)?, simd);
-            Step::Filter(Box::new(filter))
+            let arithmetic = choice.exact(std::iter::once(filter.features));
+            Step::Filter(Box::new(PreparedFilter::new(filter, pair(&filter.name)?, simd, arithmetic)))
         }
         Layer::Norm(norm) => {
             let (weight, bias) = pair(&norm.name)?;

@@ -1,9 +1,12 @@
 //! Pieces of concatenated, resized and padded inputs, as convolutions read them: nothing of the kind is ever
 //! written for a whole frame.
 
-use super::element::{Bf16, Element};
-use super::map::Stored;
+use super::element::Element;
+use super::lines::Lines;
+use super::map::{Stored, with_map};
+use super::pack::{Pack, Singles};
 use crate::plan::{Padding, Resize};
+use bytemuck::cast_slice_mut;
 
 /// One of the inputs of a layer.
 #[derive(Debug, Clone, Copy)]
@@ -49,77 +52,104 @@ impl<'a> Source<'a> {
         self.map.channels() * if self.access == Access::Folded { 4 } else { 1 }
     }
 
-    /// Writes the `count` pixels from column `x0` of row `y` on, which are all inside, to every `stride`-th number
-    /// of `out`.
+    /// Writes the `count` pixels from column `x0` of row `y` on, which are all inside, to `out`.
     #[inline(always)]
-    fn copy(
+    fn copy<P: Pack>(
         &self,
         [y, x0]: [usize; 2],
         count: usize,
-        (out, stride): (&mut [f32], usize),
-        memory: &mut Memory,
+        out: &mut Pixels<'_, P>,
+        Memory { near, far, folded }: &mut Memory,
     ) {
         let [height, width, c] = self.map.size();
-        let Memory { near, far } = memory;
         match self.access {
             Access::Folded => {
                 let columns = 2 * x0 * c..2 * (x0 + count) * c;
                 let above = self.map.numbers(2 * y, columns.clone(), near);
                 let below = self.map.numbers(2 * y + 1, columns, far);
+                folded.resize(count * 4 * c, 0.0);
                 match c {
-                    1 => fold::<1>(above, below, out, stride),
-                    3 => fold::<3>(above, below, out, stride),
-                    4 => fold::<4>(above, below, out, stride),
-                    _ => fold_any(c, above, below, out, stride),
+                    1 => fold::<1>(above, below, folded),
+                    3 => fold::<3>(above, below, folded),
+                    4 => fold::<4>(above, below, folded),
+                    _ => fold_any(c, above, below, folded),
+                }
+                for (x, pixel) in folded.chunks_exact(4 * c).enumerate() {
+                    out.write(x, pixel);
                 }
             }
-            Access::Resized(Resize::Same) => {
-                let from = self.map.numbers(y, x0 * c..(x0 + count) * c, near);
-                if stride == c {
-                    out[..count * c].copy_from_slice(from);
-                } else {
-                    for (to, from) in out.chunks_mut(stride).zip(from.chunks_exact(c)) {
-                        to[..c].copy_from_slice(from);
-                    }
+            Access::Resized(Resize::Same) => with_map!(self.map, map => {
+                out.write_all(&map.row(y)[x0 * c..(x0 + count) * c], c);
+            }),
+            Access::Resized(Resize::Nearest) => with_map!(self.map, map => {
+                let row = map.row(y / 2);
+                for x in 0..count {
+                    out.write(x, &row[(x0 + x) / 2 * c..][..c]);
                 }
-            }
-            Access::Resized(Resize::Nearest) => {
-                let first = x0 / 2;
-                let from = self.map.numbers(y / 2, first * c..(x0 + count).div_ceil(2) * c, near);
-                for i in 0..count {
-                    out[i * stride..][..c].copy_from_slice(&from[((x0 + i) / 2 - first) * c..][..c]);
-                }
-            }
+            }),
             Access::Resized(Resize::Bilinear) => {
                 let [(a, wa), (b, wb)] = halves(y, height);
-                let first = halves(x0, width).map(|(at, _)| at).into_iter().min().unwrap_or(0);
+                let [(near, _), (beside, _)] = halves(x0, width);
+                let first = near.min(beside);
                 let last = (x0 + count).div_ceil(2).min(width - 1);
                 let columns = first * c..(last + 1) * c;
                 // Down first: whole rows at once. Then along them.
-                let blended: &mut Vec<f32> = far;
-                blended.clear();
-                blended.extend(self.map.numbers(a, columns.clone(), near).iter().map(|&v| wa * v));
-                let below = self.map.numbers(b, columns, near);
-                blended.iter_mut().zip(below).for_each(|(sum, &v)| *sum += wb * v);
-                for i in 0..count {
-                    let [(l, wl), (r, wr)] = halves(x0 + i, width);
-                    let (left, right) = (&blended[(l - first) * c..][..c], &blended[(r - first) * c..][..c]);
-                    let to = &mut out[i * stride..][..c];
-                    for k in 0..c {
-                        to[k] = wl * left[k] + wr * right[k];
+                far.resize(columns.len(), 0.0);
+                with_map!(self.map, map => {
+                    let rows = map.row(a)[columns.clone()].iter().zip(&map.row(b)[columns]);
+                    for (to, (a, b)) in far.iter_mut().zip(rows) {
+                        *to = wa * a.to_f32() + wb * b.to_f32();
                     }
+                });
+                for x in 0..count {
+                    let [(l, wl), (r, wr)] = halves(x0 + x, width);
+                    let (left, right) = (&far[(l - first) * c..][..c], &far[(r - first) * c..][..c]);
+                    out.write_sum(x, (left, wl), (right, wr));
                 }
             }
         }
     }
 }
 
-/// Writes pixels of C numbers of two rows, 2×2 of them as one, to every `stride`-th number of `out`.
+/// Pixels of a patch, of which a source writes some channels.
+struct Pixels<'a, P: Pack> {
+    pack: P,
+    numbers: &'a mut [P::Number],
+    /// From one pixel to the next.
+    stride: usize,
+    /// The first channel that is written.
+    channel: usize,
+}
+
+impl<P: Pack> Pixels<'_, P> {
+    /// Writes `channels` of a pixel.
+    #[inline(always)]
+    fn write<T: Element>(&mut self, x: usize, channels: &[T]) {
+        let to = &mut self.numbers[x * self.stride + self.channel..][..channels.len()];
+        self.pack.numbers(self.channel, channels, to);
+    }
+
+    /// Writes pixels from the first on, with `count` channels each.
+    #[inline(always)]
+    fn write_all<T: Element>(&mut self, pixels: &[T], count: usize) {
+        for (x, channels) in pixels.chunks_exact(count).enumerate() {
+            self.write(x, channels);
+        }
+    }
+
+    /// Writes the sum of `left` and `right`, each times its weight.
+    #[inline(always)]
+    fn write_sum(&mut self, x: usize, left: (&[f32], f32), right: (&[f32], f32)) {
+        let to = &mut self.numbers[x * self.stride + self.channel..][..left.0.len()];
+        self.pack.sums(self.channel, left, right, to);
+    }
+}
+
+/// Writes pixels of C numbers of two rows, 2×2 of them as one, to `out`.
 #[inline(always)]
-fn fold<const C: usize>(above: &[f32], below: &[f32], out: &mut [f32], stride: usize) {
+fn fold<const C: usize>(above: &[f32], below: &[f32], out: &mut [f32]) {
     let pairs = above.chunks_exact(2 * C).zip(below.chunks_exact(2 * C));
-    for (to, (a, b)) in out.chunks_mut(stride).zip(pairs) {
-        let to = &mut to[..4 * C];
+    for (to, (a, b)) in out.chunks_exact_mut(4 * C).zip(pairs) {
         for c in 0..C {
             (to[4 * c], to[4 * c + 1], to[4 * c + 2], to[4 * c + 3]) = (a[c], a[C + c], b[c], b[C + c]);
         }
@@ -127,10 +157,10 @@ fn fold<const C: usize>(above: &[f32], below: &[f32], out: &mut [f32], stride: u
 }
 
 /// The same for `c` numbers.
-fn fold_any(c: usize, above: &[f32], below: &[f32], out: &mut [f32], stride: usize) {
+fn fold_any(c: usize, above: &[f32], below: &[f32], out: &mut [f32]) {
     let pairs = above.chunks_exact(2 * c).zip(below.chunks_exact(2 * c));
-    for (to, (a, b)) in out.chunks_mut(stride).zip(pairs) {
-        for (k, to) in to[..4 * c].iter_mut().enumerate() {
+    for (to, (a, b)) in out.chunks_exact_mut(4 * c).zip(pairs) {
+        for (k, to) in to.iter_mut().enumerate() {
             *to = [a, b][k / 2 % 2][k % 2 * c + k / 4];
         }
     }
@@ -141,6 +171,7 @@ fn fold_any(c: usize, above: &[f32], below: &[f32], out: &mut [f32], stride: usi
 pub struct Memory {
     near: Vec<f32>,
     far: Vec<f32>,
+    folded: Vec<f32>,
 }
 
 /// The two places of `count` that place `i` at twice the resolution lies between, with their weights: pixel
@@ -166,15 +197,15 @@ pub struct Window {
 }
 
 impl Window {
-    /// Writes row `row` of the window of `sources`, concatenated, to `out`: `channels` numbers per pixel, of which
-    /// those that no source has stay as they are. Whether there was anything: beyond a border of zeros there is not.
+    /// Writes row `row` of the window of `sources`, concatenated, to `out`: `channels` numbers per pixel, zeros where no
+    /// source has any. Whether there was anything: beyond a border of zeros there is not.
     #[inline(always)]
-    pub fn row(
+    pub fn row<P: Pack>(
         &self,
         sources: &[Source<'_>],
         padding: Padding,
         row: usize,
-        (out, channels): (&mut [f32], usize),
+        (pack, out, channels): (P, &mut [P::Number], usize),
         memory: &mut Memory,
     ) -> bool {
         let [height, width] = sources[0].size();
@@ -189,20 +220,30 @@ impl Window {
         if inside == 0 {
             return false;
         }
-        let mut channel = 0;
+        let end = before + inside;
+        let mut to = Pixels {
+            pack,
+            numbers: &mut out[before * channels..end * channels],
+            stride: channels,
+            channel: 0,
+        };
         for source in sources {
-            let to = &mut out[before * channels + channel..];
-            source.copy([y, first], inside, (to, channels), memory);
-            channel += source.channels();
+            source.copy([y, first], inside, &mut to, memory);
+            to.channel += source.channels();
+        }
+        let filled = to.channel;
+        if filled < channels {
+            for pixel in to.numbers.chunks_exact_mut(channels) {
+                pixel[filled..].fill(P::Number::default());
+            }
         }
         let pixel = |x: usize| x * channels..(x + 1) * channels;
-        let end = before + inside;
         if padding == Padding::Replicate {
             (0..before).for_each(|x| out.copy_within(pixel(before), x * channels));
             (end..self.columns).for_each(|x| out.copy_within(pixel(end - 1), x * channels));
         } else {
-            out[..before * channels].fill(0.0);
-            out[end * channels..].fill(0.0);
+            out[..before * channels].fill(P::Number::default());
+            out[end * channels..].fill(P::Number::default());
         }
         true
     }
@@ -215,93 +256,39 @@ pub fn assemble(sources: &[Source<'_>], padding: Padding, window: Window, patch:
     let mut memory = Memory::default();
     patch.resize(window.rows * window.columns * channels, 0.0);
     for (row, out) in patch.chunks_mut(window.columns * channels).enumerate() {
-        if !window.row(sources, padding, row, (out, channels), &mut memory) {
+        if !window.row(sources, padding, row, (Singles, &mut *out, channels), &mut memory) {
             out.fill(0.0);
         }
     }
 }
 
-/// As [`assemble`], in 32-bit words of whatever kernels multiply; pixels begin at whole words.
+/// As [`assemble`], in 32-bit words of whatever kernels multiply; pixels begin at whole words, and some zeros follow that
+/// kernels may read.
 #[derive(Debug, Default)]
 pub struct Patch {
     /// The words.
-    pub words: Vec<u32>,
-    row: Vec<f32>,
+    pub words: Lines,
     memory: Memory,
 }
 
-/// The numbers that a 32-bit word of a patch holds.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Packing<'a> {
-    /// One f32.
-    F32,
-    /// Two bf16.
-    Bf16,
-    /// Four bytes: value · factor of its channel, rounded, 0…255.
-    Bytes(&'a [f32]),
-}
-
-impl Packing<'_> {
-    /// How many there are.
-    pub fn count(self) -> usize {
-        match self {
-            Self::F32 => 1,
-            Self::Bf16 => 2,
-            Self::Bytes(_) => 4,
-        }
-    }
-}
+/// Words after the last row.
+const BEYOND: usize = 16;
 
 impl Patch {
     /// Makes this the `window` of `sources`.
     #[inline(always)]
-    pub fn assemble(
-        &mut self,
-        sources: &[Source<'_>],
-        padding: Padding,
-        window: Window,
-        packing: Packing<'_>,
-    ) {
+    pub fn assemble<P: Pack>(&mut self, sources: &[Source<'_>], padding: Padding, window: Window, pack: P) {
         let inputs: usize = sources.iter().map(|source| source.channels()).sum();
-        let words = inputs.div_ceil(packing.count());
-        let channels = words * packing.count();
-        self.row.clear();
-        self.row.resize(window.columns * channels, 0.0);
-        self.words.resize(window.rows * window.columns * words, 0);
-        for (number, to) in self.words.chunks_exact_mut(window.columns * words).enumerate() {
-            let row = (&mut self.row[..], channels);
-            if window.row(sources, padding, number, row, &mut self.memory) {
-                pack(&self.row, packing, to);
-            } else {
+        let per_word = size_of::<u32>() / size_of::<P::Number>();
+        let words = inputs.div_ceil(per_word);
+        let length = window.rows * window.columns * words;
+        self.words.resize(length + BEYOND);
+        self.words[length..].fill(0);
+        for (number, to) in self.words[..length].chunks_exact_mut(window.columns * words).enumerate() {
+            let numbers: &mut [P::Number] = cast_slice_mut(to);
+            let row = (pack, numbers, words * per_word);
+            if !window.row(sources, padding, number, row, &mut self.memory) {
                 to.fill(0);
-            }
-        }
-    }
-}
-
-/// The nearest byte. Next to 2²³ an f32 has no fraction, so its last bits are the whole number: unlike a cast,
-/// which minds numbers that are none, this becomes vectors.
-#[inline(always)]
-fn rounded(value: f32) -> u8 {
-    (value.clamp(0.0, 255.0) + 8_388_608.0).to_bits() as u8
-}
-
-#[inline(always)]
-fn pack(row: &[f32], packing: Packing<'_>, to: &mut [u32]) {
-    match packing {
-        Packing::F32 => to.iter_mut().zip(row).for_each(|(to, v)| *to = v.to_bits()),
-        Packing::Bf16 => {
-            let halves: &mut [u16] = bytemuck::cast_slice_mut(to);
-            halves.iter_mut().zip(row).for_each(|(to, &v)| *to = Bf16::from_f32(v).0);
-        }
-        Packing::Bytes(factors) => {
-            let bytes: &mut [u8] = bytemuck::cast_slice_mut(to);
-            // Factors have a number for every channel of a pixel, whole words of them.
-            let pixels = bytes.chunks_exact_mut(factors.len()).zip(row.chunks_exact(factors.len()));
-            for (to, row) in pixels {
-                for ((to, v), factor) in to.iter_mut().zip(row).zip(factors) {
-                    *to = rounded(v * factor);
-                }
             }
         }
     }

@@ -1,32 +1,45 @@
 //! What this processor can do at most, to compare with.
 
+#[cfg(target_arch = "x86_64")]
+use super::conv::amx;
+use super::precision::Precision;
 use super::simd::Simd;
 use std::time::Instant;
 
 /// Rounds of a measurement: some milliseconds.
 const ROUNDS: usize = 2_000_000;
 
-/// Multiplications and additions (two operations each) that the threads of the current pool do in a second, all
-/// in registers: the limit of every f32 convolution.
-pub fn peak_flops(simd: Simd) -> f64 {
+/// Multiplications and additions (two operations each) of the numbers that `precision` has most of, which the threads of
+/// the current pool do in a second, all in registers: the limit of every convolution that multiplies such numbers.
+pub fn peak_flops(simd: Simd, precision: Precision) -> f64 {
     // Once to wake the processor up, then the best of three.
     let runs = (0..4).map(|_| {
         let started = Instant::now();
-        let operations: usize = rayon::broadcast(|_| spin(simd)).into_iter().sum();
+        let operations: usize = rayon::broadcast(|_| spin(simd, precision)).into_iter().sum();
         operations as f64 / started.elapsed().as_secs_f64()
     });
     runs.skip(1).fold(0.0, f64::max)
 }
 
 /// Works for a while and returns the number of operations.
-fn spin(simd: Simd) -> usize {
-    match simd {
-        // SAFETY: instruction sets are only named where the processor has them.
+fn spin(simd: Simd, precision: Precision) -> usize {
+    match (simd, precision.on(simd)) {
         #[cfg(target_arch = "x86_64")]
-        Simd::Avx512 => unsafe { spin_avx512() },
+        (Simd::Amx, Precision::Bf16) => amx::spin_bf16(),
+        #[cfg(target_arch = "x86_64")]
+        (Simd::Amx, Precision::Int8 | Precision::Mixed) => amx::spin_int8(),
+        // SAFETY: instruction sets and precisions are only named where the processor has them.
+        #[cfg(target_arch = "x86_64")]
+        (Simd::Avx512, Precision::Bf16) => unsafe { spin_avx512_bf16() },
         // SAFETY: as above.
         #[cfg(target_arch = "x86_64")]
-        Simd::Avx2 => unsafe { spin_avx2() },
+        (Simd::Avx512, Precision::Int8 | Precision::Mixed) => unsafe { spin_avx512_int8() },
+        // SAFETY: as above.
+        #[cfg(target_arch = "x86_64")]
+        (Simd::Avx512 | Simd::Amx, _) => unsafe { spin_avx512() },
+        // SAFETY: as above.
+        #[cfg(target_arch = "x86_64")]
+        (Simd::Avx2, _) => unsafe { spin_avx2() },
         _ => spin_portable(),
     }
 }
@@ -47,6 +60,38 @@ unsafe fn spin_avx512() -> usize {
     }
     std::hint::black_box(sums);
     ROUNDS * CHAINS * 16 * 2
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512bf16")]
+unsafe fn spin_avx512_bf16() -> usize {
+    use std::arch::x86_64::*;
+    let mut sums = [_mm512_set1_ps(1.0); CHAINS];
+    let factor = std::hint::black_box(_mm512_set1_ps(0.5));
+    // SAFETY: both are 64 bytes of any content.
+    let factor = unsafe { std::mem::transmute::<__m512, __m512bh>(factor) };
+    for _ in 0..ROUNDS {
+        for sum in &mut sums {
+            *sum = _mm512_dpbf16_ps(*sum, factor, factor);
+        }
+    }
+    std::hint::black_box(sums);
+    ROUNDS * CHAINS * 32 * 2
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512vnni")]
+unsafe fn spin_avx512_int8() -> usize {
+    use std::arch::x86_64::*;
+    let mut sums = [_mm512_setzero_si512(); CHAINS];
+    let factor = std::hint::black_box(_mm512_set1_epi32(0x0101_0101));
+    for _ in 0..ROUNDS {
+        for sum in &mut sums {
+            *sum = _mm512_dpbusd_epi32(*sum, factor, factor);
+        }
+    }
+    std::hint::black_box(sums);
+    ROUNDS * CHAINS * 64 * 2
 }
 
 #[cfg(target_arch = "x86_64")]

@@ -116,11 +116,17 @@ impl<'a> Choice<'a> {
         if halves { Arithmetic::Bf16 } else { Arithmetic::F32 }
     }
 
+    /// What layers that make pictures multiply, for which the eight bits of bf16 are too few: f32, or where tiles of
+    /// bf16 are so much faster that twice as many products are too, what is as good.
+    pub fn exact(&self, mut inputs: impl Iterator<Item = TensorId>) -> Arithmetic {
+        let pays = self.simd.multiplies_tiles(&Arithmetic::SplitBf16);
+        if pays && inputs.all(|id| self.is_halved(id)) { Arithmetic::SplitBf16 } else { Arithmetic::F32 }
+    }
+
     /// What `conv` multiplies.
     pub fn of(&self, conv: &Conv) -> Arithmetic {
         if conv.size == 1 {
-            // They make pictures, for which the eight bits of bf16 are too few.
-            return Arithmetic::F32;
+            return self.exact(conv.inputs.iter().map(|read| read.tensor));
         }
         let is_positive = conv.inputs.iter().all(|read| self.positive[read.tensor.index()]);
         match self.steps(conv) {

@@ -141,8 +141,7 @@ impl Case<'_> {
                 _ => Normalisation::Softmax,
             },
         };
-        let channels = features.channels;
-        let prepared = PreparedFilter::new(&layer, channels, (&weights, &bias), simd);
+        let prepared = PreparedFilter::new(&layer, (&weights, &bias), simd, Arithmetic::F32);
         let stored: Vec<Stored> = inputs.into_iter().map(Stored::F32).collect();
         let sources = stored.iter().zip(&images).map(|(map, &(resize, _))| Source::new(map, resize));
         let mut out = Map::default();

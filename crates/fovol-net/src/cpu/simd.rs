@@ -12,6 +12,8 @@ pub enum Simd {
     Avx2,
     /// 512 bits.
     Avx512,
+    /// The same, and tiles of bf16 and of bytes.
+    Amx,
 }
 
 /// Something to do with whatever instructions there are. Its method must be `#[inline(always)]`, and whatever
@@ -37,6 +39,12 @@ impl Simd {
             if has_avx512 && found.len() == 2 {
                 found.push(Self::Avx512);
             }
+            if found.contains(&Self::Avx512)
+                && is_x86_feature_detected!("avx512bf16")
+                && conv::amx::is_granted()
+            {
+                found.push(Self::Amx);
+            }
         }
         found
     }
@@ -53,6 +61,7 @@ impl Simd {
             Self::Portable => "portable",
             Self::Avx2 => "avx2",
             Self::Avx512 => "avx512",
+            Self::Amx => "amx",
         }
     }
 
@@ -77,7 +86,7 @@ impl Simd {
 
             match self {
                 // SAFETY: instruction sets are only named where the processor has them.
-                Self::Avx512 => return unsafe { avx512(work) },
+                Self::Avx512 | Self::Amx => return unsafe { avx512(work) },
                 // SAFETY: as above.
                 Self::Avx2 => return unsafe { avx2(work) },
                 Self::Portable => {}
@@ -86,14 +95,30 @@ impl Simd {
         work.run();
     }
 
+    /// Whether this set multiplies `arithmetic` in tiles.
+    pub(super) fn multiplies_tiles(self, arithmetic: &Arithmetic) -> bool {
+        self == Self::Amx && *arithmetic != Arithmetic::F32
+    }
+
     /// Pixels that a kernel computes at once.
-    pub(super) fn group(self) -> usize {
+    pub(super) fn group(self, arithmetic: &Arithmetic) -> usize {
         match self {
             #[cfg(target_arch = "x86_64")]
-            Self::Avx512 => conv::avx512::GROUP,
+            Self::Amx if self.multiplies_tiles(arithmetic) => conv::amx::GROUP,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 | Self::Amx => conv::avx512::GROUP,
             #[cfg(target_arch = "x86_64")]
             Self::Avx2 => conv::avx2::GROUP,
             _ => conv::portable::GROUP,
+        }
+    }
+
+    /// Words of a window's row that a kernel multiplies at once.
+    pub(super) fn run(self, arithmetic: &Arithmetic) -> usize {
+        match self {
+            #[cfg(target_arch = "x86_64")]
+            Self::Amx if self.multiplies_tiles(arithmetic) => conv::amx::RUN,
+            _ => 1,
         }
     }
 
@@ -101,12 +126,18 @@ impl Simd {
     /// this set has none.
     pub(super) fn block(self, left: usize, arithmetic: &Arithmetic) -> (usize, Kernel) {
         #[cfg(target_arch = "x86_64")]
-        if self == Self::Avx512 {
-            use conv::avx512::{bf16, f32, int8};
-            let [wide, narrow]: [Kernel; 2] = match arithmetic {
-                Arithmetic::F32 => [f32::thirty_two, f32::sixteen],
-                Arithmetic::Bf16 => [bf16::thirty_two, bf16::sixteen],
-                Arithmetic::Int8 { .. } => [int8::thirty_two, int8::sixteen],
+        if matches!(self, Self::Avx512 | Self::Amx) {
+            use conv::{amx, avx512};
+            let [wide, narrow]: [Kernel; 2] = match (arithmetic, self == Self::Amx) {
+                (Arithmetic::F32, _) => [avx512::f32::thirty_two, avx512::f32::sixteen],
+                (Arithmetic::Bf16 | Arithmetic::SplitBf16, true) => {
+                    [amx::bf16::thirty_two, amx::bf16::sixteen]
+                }
+                (Arithmetic::Bf16 | Arithmetic::SplitBf16, false) => {
+                    [avx512::bf16::thirty_two, avx512::bf16::sixteen]
+                }
+                (Arithmetic::Int8 { .. }, true) => [amx::int8::thirty_two, amx::int8::sixteen],
+                (Arithmetic::Int8 { .. }, false) => [avx512::int8::thirty_two, avx512::int8::sixteen],
             };
             return if left > 16 { (32, wide) } else { (16, narrow) };
         }
@@ -116,7 +147,7 @@ impl Simd {
         }
         let kernel: Kernel = match arithmetic {
             Arithmetic::F32 => conv::portable::f32,
-            Arithmetic::Bf16 => conv::portable::bf16,
+            Arithmetic::Bf16 | Arithmetic::SplitBf16 => conv::portable::bf16,
             Arithmetic::Int8 { .. } => conv::portable::int8,
         };
         (conv::portable::WIDTH, kernel)
@@ -125,8 +156,10 @@ impl Simd {
     /// Whether this set multiplies bf16 faster than f32.
     pub fn has_bf16(self) -> bool {
         #[cfg(target_arch = "x86_64")]
-        if self == Self::Avx512 {
-            return is_x86_feature_detected!("avx512bf16");
+        match self {
+            Self::Amx => return true,
+            Self::Avx512 => return is_x86_feature_detected!("avx512bf16"),
+            _ => {}
         }
         false
     }
@@ -134,8 +167,10 @@ impl Simd {
     /// Whether this set multiplies bytes faster than f32.
     pub fn has_int8(self) -> bool {
         #[cfg(target_arch = "x86_64")]
-        if self == Self::Avx512 {
-            return is_x86_feature_detected!("avx512vnni");
+        match self {
+            Self::Amx => return true,
+            Self::Avx512 => return is_x86_feature_detected!("avx512vnni"),
+            _ => {}
         }
         false
     }

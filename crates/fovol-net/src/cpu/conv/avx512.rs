@@ -8,7 +8,7 @@ pub const GROUP: usize = 14;
 
 /// The kernels of one way to multiply, for 32 and for 16 channels.
 macro_rules! kernels {
-    ($module:ident, $features:literal, $doc:literal, $start:expr, $step:expr, $end:expr) => {
+    ($module:ident, $features:literal, $doc:literal, $start:expr, $step:expr) => {
         #[doc = $doc]
         pub mod $module {
             use super::*;
@@ -65,7 +65,7 @@ macro_rules! kernels {
                     }
                     for p in 0..GROUP {
                         for v in 0..V {
-                            _mm512_storeu_ps(out.add((p * V + v) * 16), $end(sums[p][v]));
+                            _mm512_storeu_si512(out.add((p * V + v) * 16).cast(), sums[p][v]);
                         }
                     }
                 }
@@ -83,8 +83,7 @@ kernels!(
         _mm512_castsi512_ps(v),
         _mm512_castsi512_ps(w),
         _mm512_castsi512_ps(sum)
-    )),
-    |sum| _mm512_castsi512_ps(sum)
+    ))
 );
 kernels!(
     bf16,
@@ -95,14 +94,12 @@ kernels!(
         _mm512_castsi512_ps(sum),
         std::mem::transmute::<__m512i, __m512bh>(v),
         std::mem::transmute::<__m512i, __m512bh>(w)
-    )),
-    |sum| _mm512_castsi512_ps(sum)
+    ))
 );
 kernels!(
     int8,
     "avx512f,avx512vnni",
     "Fours of bytes.",
     |_: *const f32| _mm512_setzero_si512(),
-    |sum, v, w| _mm512_dpbusd_epi32(sum, v, w),
-    |sum| _mm512_cvtepi32_ps(sum)
+    |sum, v, w| _mm512_dpbusd_epi32(sum, v, w)
 );

@@ -2,18 +2,26 @@
 //! time in registers.
 
 #[cfg(target_arch = "x86_64")]
+pub(super) mod amx;
+#[cfg(target_arch = "x86_64")]
 pub(super) mod avx2;
 #[cfg(target_arch = "x86_64")]
 pub(super) mod avx512;
+mod finish;
 mod packed;
 pub(super) mod portable;
 mod winograd;
 
-use super::element::Element;
+use super::element::{Bf16, Element};
+use super::lines::Lines;
 use super::map::Map;
-use super::patch::{Packing, Patch, Source, Window};
+use super::pack::{Bytes, Halves, Singles};
+use super::patch::{Patch, Source, Window};
 use super::simd::{Simd, Work};
 use crate::plan::{Activation, Padding};
+use bytemuck::cast_slice;
+pub use finish::elu;
+use finish::finish;
 use packed::Packed;
 use rayon::prelude::*;
 use winograd::Winograd;
@@ -25,6 +33,8 @@ pub enum PreparedConv {
     Direct(Direct),
     /// With fewer products.
     Winograd(Winograd),
+    /// As it is defined, of inputs that are there twice: once for the upper and once for the lower half of weights.
+    Split(Direct),
 }
 
 impl PreparedConv {
@@ -32,6 +42,9 @@ impl PreparedConv {
     pub fn new(shape: &ConvShape, weights: &[f32], bias: &[f32], simd: Simd, arithmetic: Arithmetic) -> Self {
         if arithmetic == Arithmetic::F32 && Winograd::suits(shape) {
             Self::Winograd(Winograd::new(shape, weights, bias, simd))
+        } else if arithmetic == Arithmetic::SplitBf16 {
+            let twice = ConvShape { inputs: 2 * shape.inputs, ..*shape };
+            Self::Split(Direct::new(&twice, &split(shape, weights), bias, simd, Arithmetic::Bf16))
         } else {
             Self::Direct(Direct::new(shape, weights, bias, simd, arithmetic))
         }
@@ -39,7 +52,7 @@ impl PreparedConv {
 
     fn shape(&self) -> &ConvShape {
         match self {
-            Self::Direct(conv) => &conv.shape,
+            Self::Direct(conv) | Self::Split(conv) => &conv.shape,
             Self::Winograd(conv) => conv.shape(),
         }
     }
@@ -68,13 +81,23 @@ impl PreparedConv {
     /// # Panics
     /// As [`Self::run`].
     pub fn rows<T: Element>(&self, sources: &[Source<'_>], y: usize, scratch: &mut Scratch, out: &mut [T]) {
-        let inputs: usize = sources.iter().map(|source| source.channels()).sum();
-        assert_eq!(self.shape().inputs, inputs, "a convolution reads what its weights are for");
         match self {
             Self::Direct(conv) => conv.rows(sources, y, &mut scratch.direct, out),
             Self::Winograd(conv) => conv.rows(sources, y, &mut scratch.winograd, out),
+            Self::Split(conv) => conv.rows(&[sources, sources].concat(), y, &mut scratch.direct, out),
         }
     }
+}
+
+/// `weights` \[out, in, size, size\] as sums of two bf16, first the upper and then the lower half of every input's.
+fn split(shape: &ConvShape, weights: &[f32]) -> Vec<f32> {
+    let mut halves = Vec::with_capacity(2 * weights.len());
+    for weights in weights.chunks_exact(shape.inputs * shape.size * shape.size) {
+        let upper = weights.iter().map(|&w| Bf16::from_f32(w).to_f32());
+        halves.extend(upper.clone());
+        halves.extend(weights.iter().zip(upper).map(|(w, upper)| w - upper));
+    }
+    halves
 }
 
 /// Memory of one thread.
@@ -101,6 +124,8 @@ pub enum Arithmetic {
     F32,
     /// bf16 with bf16, in pairs.
     Bf16,
+    /// bf16 with the sum of two bf16, which is nearly f32: for inputs that are stored as bf16 anyway.
+    SplitBf16,
     /// Unsigned with signed bytes, in fours. A number for each input channel: what one step of its byte is worth.
     Int8 {
         /// Values are byte · step.
@@ -113,7 +138,7 @@ impl Arithmetic {
     pub fn count(&self) -> usize {
         match self {
             Self::F32 => 1,
-            Self::Bf16 => 2,
+            Self::Bf16 | Self::SplitBf16 => 2,
             Self::Int8 { .. } => 4,
         }
     }
@@ -160,7 +185,8 @@ pub(super) struct Call {
     bias: *const f32,
 }
 
-/// Runs the call and writes pixels × block width to its second argument, pixel by pixel.
+/// Runs the call and writes pixels × block width to its second argument, pixel by pixel: 32-bit integers where bytes are
+/// multiplied, else f32.
 pub(super) type Kernel = unsafe fn(call: &Call, out: *mut f32);
 
 impl Direct {
@@ -168,20 +194,19 @@ impl Direct {
     pub fn new(shape: &ConvShape, weights: &[f32], bias: &[f32], simd: Simd, arithmetic: Arithmetic) -> Self {
         let has_kernels = match arithmetic {
             Arithmetic::F32 => true,
-            Arithmetic::Bf16 => simd.has_bf16(),
+            Arithmetic::Bf16 | Arithmetic::SplitBf16 => simd.has_bf16(),
             Arithmetic::Int8 { .. } => simd.has_int8(),
         };
         let simd = if has_kernels { simd } else { Simd::Portable };
         Self {
             packed: Packed::new(shape, weights, bias, simd, &arithmetic),
             shape: *shape,
-            group: simd.group(),
+            group: simd.group(&arithmetic),
             simd,
             arithmetic: match arithmetic {
-                // Patches are multiplied by what they are divided by, whole words of them.
+                // Patches are multiplied by what they are divided by.
                 Arithmetic::Int8 { mut steps } => {
                     steps.iter_mut().for_each(|step| *step = 1.0 / *step);
-                    steps.resize(steps.len().next_multiple_of(4), 0.0);
                     Arithmetic::Int8 { steps }
                 }
                 other => other,
@@ -191,6 +216,7 @@ impl Direct {
 
     /// Writes the rows from `y` on to `out`.
     fn rows<T: Element>(&self, sources: &[Source<'_>], y: usize, scratch: &mut DirectScratch, out: &mut [T]) {
+        check(&self.shape, sources);
         let width = sources[0].size()[1].div_ceil(self.shape.stride);
         let length = width * self.shape.outputs;
         for (band, out) in out.chunks_mut(ROWS * length).enumerate() {
@@ -208,6 +234,9 @@ impl Direct {
         scratch: &mut DirectScratch,
         out: &mut [T],
     ) {
+        // SAFETY: kernels that need them are only chosen where they are granted.
+        #[cfg(target_arch = "x86_64")]
+        let _tiles = self.simd.multiplies_tiles(&self.arithmetic).then(|| unsafe { amx::Tiles::new() });
         let columns = self.tile_columns(width);
         for x in (0..width).step_by(columns) {
             let tile = Tile { y, x, rows, columns: columns.min(width - x) };
@@ -248,12 +277,13 @@ impl Direct {
             rows: (tile.rows - 1) * stride + size,
             columns: (groups * self.group - 1) * stride + size,
         };
-        let packing = match &self.arithmetic {
-            Arithmetic::F32 => Packing::F32,
-            Arithmetic::Bf16 => Packing::Bf16,
-            Arithmetic::Int8 { steps } => Packing::Bytes(steps),
-        };
-        scratch.patch.assemble(sources, self.shape.padding, window, packing);
+        let (patch, padding) = (&mut scratch.patch, self.shape.padding);
+        match &self.arithmetic {
+            Arithmetic::F32 => patch.assemble(sources, padding, window, Singles),
+            Arithmetic::Bf16 | Arithmetic::SplitBf16 => patch.assemble(sources, padding, window, Halves),
+            Arithmetic::Int8 { steps } => patch.assemble(sources, padding, window, Bytes(steps)),
+        }
+        scratch.block.resize(packed::LARGEST_BLOCK);
         let row = window.columns * self.words();
         let pixel = stride * self.words();
         for block in self.packed.blocks() {
@@ -271,19 +301,26 @@ impl Direct {
                     };
                     // SAFETY: the patch holds whole groups of windows; the block has as many numbers as the
                     // kernel writes; kernels are only chosen where the processor has them.
-                    unsafe { (block.kernel)(&call, scratch.block.as_mut_ptr()) };
+                    unsafe { (block.kernel)(&call, scratch.block.as_mut_ptr().cast()) };
                     let count = self.group.min(tile.columns - g * self.group);
                     let to = (y * width + tile.x + g * self.group) * outputs + block.first;
                     let channels = block.width.min(outputs - block.first);
                     for p in 0..count {
-                        let from = &mut scratch.block[p * block.width..][..channels];
-                        block.scale(from);
-                        activate(self.shape.activation, from, &mut out[to + p * outputs..][..channels]);
+                        let sums = cast_slice(&scratch.block[p * block.width..][..channels]);
+                        let out = &mut out[to + p * outputs..][..channels];
+                        finish(sums, block.worth.as_ref(), self.shape.activation, out);
                     }
                 }
             }
         }
     }
+}
+
+/// # Panics
+/// When the sources do not have as many channels as weights are for.
+fn check(shape: &ConvShape, sources: &[Source<'_>]) {
+    let inputs: usize = sources.iter().map(|source| source.channels()).sum();
+    assert_eq!(shape.inputs, inputs, "a convolution reads what its weights are for");
 }
 
 /// The making of some rows.
@@ -304,16 +341,10 @@ impl<T: Element> Work for Band<'_, T> {
 }
 
 /// Memory of one thread.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct DirectScratch {
     patch: Patch,
-    block: Vec<f32>,
-}
-
-impl Default for DirectScratch {
-    fn default() -> Self {
-        Self { patch: Patch::default(), block: vec![0.0; packed::LARGEST_BLOCK] }
-    }
+    block: Lines,
 }
 
 /// A part of the output.
@@ -323,22 +354,6 @@ struct Tile {
     x: usize,
     rows: usize,
     columns: usize,
-}
-
-#[inline(always)]
-fn activate<T: Element>(activation: Activation, from: &[f32], to: &mut [T]) {
-    let pairs = to.iter_mut().zip(from);
-    match activation {
-        Activation::None => pairs.for_each(|(to, &v)| *to = T::from_f32(v)),
-        Activation::Relu => pairs.for_each(|(to, &v)| *to = T::from_f32(v.max(0.0))),
-        Activation::Elu => pairs.for_each(|(to, &v)| *to = T::from_f32(elu(v))),
-    }
-}
-
-/// x for x > 0, else eˣ − 1.
-#[inline]
-pub fn elu(x: f32) -> f32 {
-    if x > 0.0 { x } else { x.exp_m1() }
 }
 
 #[cfg(test)]

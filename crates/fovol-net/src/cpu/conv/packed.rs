@@ -1,9 +1,11 @@
+use super::finish::Worth;
 use super::{Arithmetic, ConvShape, Kernel};
 use crate::cpu::element::{Bf16, Element};
+use crate::cpu::lines::Lines;
 use crate::cpu::simd::Simd;
 
 /// The numbers that the largest block gives.
-pub const LARGEST_BLOCK: usize = 16 * 32;
+pub const LARGEST_BLOCK: usize = 32 * 32;
 
 /// Weights in the order of their use: blocks of output channels.
 #[derive(Debug, Clone)]
@@ -18,26 +20,15 @@ pub struct Block {
     pub first: usize,
     /// How many there are, with zeros after the last channel.
     pub width: usize,
-    /// \[row of the window\]\[column\]\[word of a pixel\]\[channel of the block\].
-    pub weights: Vec<u32>,
+    /// \[row of the window\]\[column\]\[word of a pixel\]\[channel of the block\], with zeros after each row up to what
+    /// kernels multiply at once.
+    pub weights: Lines,
     /// A number for each channel of the block.
     pub bias: Vec<f32>,
-    /// What sums of bytes are worth, for each channel of the block.
-    worth: Option<Vec<f32>>,
+    /// What sums of bytes are worth; others are values already.
+    pub worth: Option<Worth>,
     /// What computes it.
     pub kernel: Kernel,
-}
-
-impl Block {
-    /// Turns sums of bytes to values; other sums are values already.
-    #[inline(always)]
-    pub fn scale(&self, sums: &mut [f32]) {
-        if let Some(worth) = &self.worth {
-            for ((sum, &worth), &bias) in sums.iter_mut().zip(worth).zip(&self.bias) {
-                *sum = *sum * worth + bias;
-            }
-        }
-    }
 }
 
 impl Packed {
@@ -54,32 +45,27 @@ impl Packed {
         while first < shape.outputs {
             let (width, kernel) = simd.block(shape.outputs - first, arithmetic);
             let channels = first..(first + width).min(shape.outputs);
+            let bias: Vec<f32> =
+                (first..first + width).map(|c| bias.get(c).copied().unwrap_or(0.0)).collect();
+            let order = Order { shape, width, count: arithmetic.count(), run: simd.run(arithmetic) };
             let (weights, worth) = match arithmetic {
                 Arithmetic::Int8 { steps } => {
-                    let (bytes, worth) = quantised(shape, weights, channels, steps);
-                    (
-                        words(shape, &bytes, width, 4, |four| {
-                            u32::from_le_bytes(std::array::from_fn(|i| four[i] as i8 as u8))
-                        }),
-                        Some(worth),
-                    )
+                    let (bytes, mut factors) = quantised(shape, weights, channels, steps);
+                    factors.resize(width, 0.0);
+                    let word =
+                        |four: &[f32]| u32::from_le_bytes(std::array::from_fn(|i| four[i] as i8 as u8));
+                    (order.words(&bytes, word), Some(Worth { factors, bias: bias.clone() }))
                 }
-                Arithmetic::Bf16 => {
-                    let part = &weights[rows(shape, channels)];
-                    (
-                        words(shape, part, width, 2, |pair| {
-                            u32::from(Bf16::from_f32(pair[0]).0) | u32::from(Bf16::from_f32(pair[1]).0) << 16
-                        }),
-                        None,
-                    )
+                Arithmetic::Bf16 | Arithmetic::SplitBf16 => {
+                    let half = |value: f32| u32::from(Bf16::from_f32(value).0);
+                    let word = |pair: &[f32]| half(pair[0]) | half(pair[1]) << 16;
+                    (order.words(&weights[rows(shape, channels)], word), None)
                 }
                 Arithmetic::F32 => {
-                    let part = &weights[rows(shape, channels)];
-                    (words(shape, part, width, 1, |one| one[0].to_bits()), None)
+                    (order.words(&weights[rows(shape, channels)], |one| one[0].to_bits()), None)
                 }
             };
-            let bias = (first..first + width).map(|c| bias.get(c).copied().unwrap_or(0.0)).collect();
-            blocks.push(Block { first, width, weights, bias, worth, kernel });
+            blocks.push(Block { first, width, weights: weights.into(), bias, worth, kernel });
             first += width;
         }
         Self { blocks }
@@ -118,29 +104,40 @@ fn quantised(
     (bytes, worth)
 }
 
-/// `weights` \[channel of the block, in, size, size\] in the order of their use: `count` inputs to a word, with
-/// zeros for channels and inputs that do not exist.
-fn words(
-    shape: &ConvShape,
-    weights: &[f32],
+/// The order of a block's weights.
+struct Order<'a> {
+    shape: &'a ConvShape,
+    /// Channels of the block.
     width: usize,
+    /// Inputs to a word.
     count: usize,
-    pack: impl Fn(&[f32]) -> u32,
-) -> Vec<u32> {
-    let (n, inputs) = (shape.size, shape.inputs);
-    let mut out = Vec::with_capacity(n * n * inputs.div_ceil(count) * width);
-    let mut group = vec![0.0; count];
-    for place in 0..n * n {
-        for first in (0..inputs).step_by(count) {
-            for channel in 0..width {
-                for (i, number) in group.iter_mut().enumerate() {
-                    let at = (channel * inputs + first + i) * n * n + place;
-                    let exists = first + i < inputs;
-                    *number = if exists { weights.get(at).copied().unwrap_or(0.0) } else { 0.0 };
+    /// Words of a window's row that are multiplied at once.
+    run: usize,
+}
+
+impl Order<'_> {
+    /// `weights` \[channel of the block, in, size, size\] in this order, with zeros for channels and inputs that do not
+    /// exist.
+    fn words(&self, weights: &[f32], pack: impl Fn(&[f32]) -> u32) -> Vec<u32> {
+        let (n, inputs) = (self.shape.size, self.shape.inputs);
+        let row = (n * inputs.div_ceil(self.count)).next_multiple_of(self.run) * self.width;
+        let mut out = Vec::with_capacity(n * row);
+        let mut group = vec![0.0; self.count];
+        for place in 0..n * n {
+            for first in (0..inputs).step_by(self.count) {
+                for channel in 0..self.width {
+                    for (i, number) in group.iter_mut().enumerate() {
+                        let at = (channel * inputs + first + i) * n * n + place;
+                        let exists = first + i < inputs;
+                        *number = if exists { weights.get(at).copied().unwrap_or(0.0) } else { 0.0 };
+                    }
+                    out.push(pack(&group));
                 }
-                out.push(pack(&group));
+            }
+            if (place + 1) % n == 0 {
+                out.resize((place / n + 1) * row, 0);
             }
         }
+        out
     }
-    out
 }

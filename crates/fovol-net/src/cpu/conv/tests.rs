@@ -111,6 +111,37 @@ proptest! {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
     #[test]
+    fn two_halves_of_weights_are_as_good_as_f32(
+        [inputs, outputs, height, width] in prop::array::uniform4(1usize..40),
+        is_wide in prop::bool::ANY,
+        seed in any::<u64>(),
+    ) {
+        let size = if is_wide { 3 } else { 1 };
+        let shape = ConvShape {
+            inputs, outputs, size, stride: 1, padding: Padding::Zero, activation: Activation::None,
+        };
+        let mut map = Map::<Bf16>::zeros(height, width, inputs);
+        let values = random(seed, map.data.len());
+        map.data.iter_mut().zip(values).for_each(|(to, v)| *to = Bf16::from_f32(v));
+        let map = Stored::Bf16(map);
+        let weights = random(seed ^ 77, outputs * inputs * size * size);
+        let bias = random(seed ^ 78, outputs);
+        let expected = plain::conv(&shape, &weights, &bias, &map.to_f32());
+        for simd in Simd::available() {
+            let mut out = Map::<f32>::default();
+            let conv = PreparedConv::new(&shape, &weights, &bias, simd, Arithmetic::SplitBf16);
+            conv.run(&[Source { map: &map, access: Access::SAME }], &mut out);
+            for (a, b) in out.data.iter().zip(&expected.data) {
+                // Weights have 16 bits; values and weights are 1 at most.
+                prop_assert!((a - b).abs() <= (inputs * size * size) as f32 / 65536.0, "{simd}: {a} and {b}");
+            }
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+    #[test]
     fn bytes_are_within_their_steps_and_alike_everywhere((shape, sources, [height, width], seed) in shapes()) {
         let shape = ConvShape { activation: Activation::None, ..shape };
         let stored: Vec<(Stored, Resize)> = sources.iter().enumerate().map(|(i, &(channels, resize))| {

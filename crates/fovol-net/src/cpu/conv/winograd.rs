@@ -4,8 +4,10 @@
 //! Every 4×4 of inputs is transformed to BᵀdB, multiplied with the transformed weights GgGᵀ and summed over the input
 //! channels, which is a matrix product for each of the 16 places, and transformed back to 2×2 outputs by AᵀmA.
 
-use super::{Call, ConvShape, Kernel, activate};
+use super::finish::finish;
+use super::{Arithmetic, Call, ConvShape, Kernel, check};
 use crate::cpu::element::Element;
+use crate::cpu::pack::Singles;
 use crate::cpu::patch::{Memory, Source, Window};
 use crate::cpu::simd::{Simd, Work};
 
@@ -76,7 +78,7 @@ impl Winograd {
         let mut blocks = Vec::new();
         let mut first = 0;
         while first < shape.outputs {
-            let (width, kernel) = simd.block(shape.outputs - first, &super::Arithmetic::F32);
+            let (width, kernel) = simd.block(shape.outputs - first, &Arithmetic::F32);
             let mut packed = vec![0u32; PLACES * channels * width];
             for output in first..(first + width).min(shape.outputs) {
                 for input in 0..shape.inputs {
@@ -101,13 +103,14 @@ impl Winograd {
 
     /// Writes the rows from `y` on to `out`.
     pub fn rows<T: Element>(&self, sources: &[Source<'_>], y: usize, scratch: &mut Scratch, out: &mut [T]) {
+        check(&self.shape, sources);
         let width = sources[0].size()[1];
         self.simd.vectorised(Band { conv: self, sources, y, width, scratch, out });
     }
 
     /// Tiles side by side: whole groups, as many as there is room for.
     fn strip_tiles(&self, width: usize) -> usize {
-        let group = self.simd.group();
+        let group = self.simd.group(&Arithmetic::F32);
         let most = (TRANSFORMED_BYTES / (PLACES * self.channels * size_of::<f32>() * group)).max(1);
         let groups = width.div_ceil(2).div_ceil(group);
         groups.div_ceil(groups.div_ceil(most)) * group
@@ -146,11 +149,9 @@ impl Winograd {
             columns: 2 * strip.tiles + 2,
         };
         let row = window.columns * self.channels;
-        // Channels that are only there to fill lanes stay zero.
-        patch.clear();
         patch.resize(4 * row, 0.0);
         for (number, out) in patch.chunks_exact_mut(row).enumerate() {
-            if !window.row(sources, self.shape.padding, number, (out, self.channels), memory) {
+            if !window.row(sources, self.shape.padding, number, (Singles, &mut *out, self.channels), memory) {
                 out.fill(0.0);
             }
         }
@@ -188,7 +189,7 @@ impl Winograd {
     #[inline(always)]
     fn multiply(&self, block: &Block, strip: Strip, scratch: &mut Scratch) {
         const NO_BIAS: [f32; 32] = [0.0; 32];
-        let group = self.simd.group();
+        let group = self.simd.group(&Arithmetic::F32);
         let plane = strip.tiles * self.channels;
         scratch.products.resize(PLACES * strip.tiles * block.width, 0.0);
         for place in 0..PLACES {
@@ -248,7 +249,7 @@ impl Winograd {
                 let (y, x) = (place / 2, strip.x + 2 * tile + place % 2);
                 if y < rows && x < width {
                     let to = (y * width + x) * outputs + block.first;
-                    activate(self.shape.activation, &from[..channels], &mut out[to..to + channels]);
+                    finish(&from[..channels], None, self.shape.activation, &mut out[to..to + channels]);
                 }
             }
         }

@@ -1,0 +1,262 @@
+//! 32 pixels × 32 (or 16) channels in the tiles of AMX: 16 rows of 64 bytes each, a row of pixels' words beside a column
+//! of weights.
+//!
+//! Instructions are written as assembly, as the compiler has no stable names for them.
+
+use super::Call;
+use std::arch::asm;
+use std::marker::PhantomData;
+use std::sync::OnceLock;
+
+/// Pixels of a group: two tiles of them.
+pub const GROUP: usize = 32;
+/// Words of a window's row that are multiplied at once.
+pub const RUN: usize = 16;
+
+/// Whether this processor has tiles of bf16 and of bytes, and the system lets this process use them.
+pub fn is_granted() -> bool {
+    static GRANTED: OnceLock<bool> = OnceLock::new();
+    *GRANTED.get_or_init(|| has_tiles() && ask())
+}
+
+/// Whether the processor has them (Intel's manual, volume 2A, CPUID leaf 7).
+fn has_tiles() -> bool {
+    const BF16: u32 = 1 << 22;
+    const TILE: u32 = 1 << 24;
+    const INT8: u32 = 1 << 25;
+    let found = std::arch::x86_64::__cpuid_count(7, 0).edx;
+    found & (BF16 | TILE | INT8) == BF16 | TILE | INT8
+}
+
+/// Asks the system for the memory of tiles, which it keeps for each thread only on demand (Linux,
+/// Documentation/arch/x86/xstate.rst).
+#[cfg(target_os = "linux")]
+fn ask() -> bool {
+    const ARCH_REQ_XCOMP_PERM: libc::c_int = 0x1023;
+    const XFEATURE_XTILEDATA: libc::c_ulong = 18;
+    // SAFETY: the call takes two numbers and changes nothing but what this process may do.
+    unsafe { libc::syscall(libc::SYS_arch_prctl, ARCH_REQ_XCOMP_PERM, XFEATURE_XTILEDATA) == 0 }
+}
+
+#[cfg(not(target_os = "linux"))]
+fn ask() -> bool {
+    false
+}
+
+/// The shape of every tile: 16 rows of 64 bytes.
+#[repr(C, align(64))]
+struct Shapes {
+    palette: u8,
+    start: u8,
+    reserved: [u8; 14],
+    bytes: [u16; 16],
+    rows: [u8; 16],
+}
+
+static SHAPES: Shapes = {
+    let (mut bytes, mut rows) = ([0; 16], [0; 16]);
+    let mut tile = 0;
+    while tile < 8 {
+        (bytes[tile], rows[tile]) = (64, 16);
+        tile += 1;
+    }
+    Shapes { palette: 1, start: 0, reserved: [0; 14], bytes, rows }
+};
+
+/// This thread's tiles, as long as it lives. It stays on its thread.
+pub struct Tiles(PhantomData<*const ()>);
+
+impl Tiles {
+    /// Gives tiles their shapes.
+    ///
+    /// # Safety
+    /// They must be granted.
+    pub unsafe fn new() -> Self {
+        // SAFETY: the shapes are ones that palette 1 allows.
+        unsafe { asm!("ldtilecfg [{0}]", in(reg) &raw const SHAPES, options(nostack, readonly)) };
+        Self(PhantomData)
+    }
+}
+
+impl Drop for Tiles {
+    fn drop(&mut self) {
+        // SAFETY: there are tiles, as there is this; nobody else on this thread uses them.
+        unsafe { asm!("tilerelease", options(nostack, nomem)) };
+    }
+}
+
+/// The kernels of one way to multiply, for 32 and for 16 channels: 16 words of a window's row at a time, pixels in tiles 4
+/// and 5, weights in 6 and 7, sums in 0 to 3. Rows of weights are whole runs, so that what is read of a patch after the
+/// last word of a window's row is multiplied by zeros.
+macro_rules! kernels {
+    ($module:ident, $multiply:literal, $begin:expr, $doc:literal) => {
+        #[doc = $doc]
+        pub mod $module {
+            use super::*;
+
+            /// 32 channels.
+            ///
+            /// # Safety
+            /// This thread must have [`Tiles`]; the call's patch must be readable for a whole run after the last
+            /// window's, weights for whole runs, `out` writable for a whole block.
+            pub unsafe fn thirty_two(call: &Call, out: *mut f32) {
+                const WIDTH: usize = 32;
+                // SAFETY: the caller's; nobody else uses this thread's tiles.
+                unsafe {
+                    $begin(call.bias, WIDTH);
+                    asm!(
+                        "2:",
+                        "mov {k}, {steps}",
+                        "mov {near}, {patch}",
+                        "lea {far}, [{patch} + {half}]",
+                        "3:",
+                        "tileloadd tmm4, [{near} + {pixel}]",
+                        "tileloadd tmm6, [{weights} + {width}]",
+                        concat!($multiply, " tmm0, tmm4, tmm6"),
+                        "tileloadd tmm5, [{far} + {pixel}]",
+                        concat!($multiply, " tmm2, tmm5, tmm6"),
+                        "tileloadd tmm7, [{weights} + {width} + 64]",
+                        concat!($multiply, " tmm1, tmm4, tmm7"),
+                        concat!($multiply, " tmm3, tmm5, tmm7"),
+                        "add {near}, 64",
+                        "add {far}, 64",
+                        "add {weights}, 2048",
+                        "dec {k}",
+                        "jnz 3b",
+                        "add {patch}, {row}",
+                        "dec {rows}",
+                        "jnz 2b",
+                        "tilestored [{out} + {width}], tmm0",
+                        "tilestored [{out} + {width} + 64], tmm1",
+                        "tilestored [{out} + {width} + 2048], tmm2",
+                        "tilestored [{out} + {width} + 2112], tmm3",
+                        patch = inout(reg) call.patch => _,
+                        weights = inout(reg) call.weights => _,
+                        rows = inout(reg) call.rows => _,
+                        row = in(reg) call.row * 4,
+                        pixel = in(reg) call.pixel * 4,
+                        half = in(reg) call.pixel * 4 * 16,
+                        steps = in(reg) call.run.div_ceil(RUN),
+                        width = in(reg) WIDTH * 4,
+                        out = in(reg) out,
+                        k = out(reg) _,
+                        near = out(reg) _,
+                        far = out(reg) _,
+                        options(nostack),
+                    );
+                }
+            }
+
+            /// 16 channels.
+            ///
+            /// # Safety
+            /// As [`thirty_two`].
+            pub unsafe fn sixteen(call: &Call, out: *mut f32) {
+                const WIDTH: usize = 16;
+                // SAFETY: the caller's; nobody else uses this thread's tiles.
+                unsafe {
+                    $begin(call.bias, WIDTH);
+                    asm!(
+                        "2:",
+                        "mov {k}, {steps}",
+                        "mov {near}, {patch}",
+                        "lea {far}, [{patch} + {half}]",
+                        "3:",
+                        "tileloadd tmm4, [{near} + {pixel}]",
+                        "tileloadd tmm6, [{weights} + {width}]",
+                        concat!($multiply, " tmm0, tmm4, tmm6"),
+                        "tileloadd tmm5, [{far} + {pixel}]",
+                        concat!($multiply, " tmm2, tmm5, tmm6"),
+                        "add {near}, 64",
+                        "add {far}, 64",
+                        "add {weights}, 1024",
+                        "dec {k}",
+                        "jnz 3b",
+                        "add {patch}, {row}",
+                        "dec {rows}",
+                        "jnz 2b",
+                        "tilestored [{out} + {width}], tmm0",
+                        "tilestored [{out} + {width} + 1024], tmm2",
+                        patch = inout(reg) call.patch => _,
+                        weights = inout(reg) call.weights => _,
+                        rows = inout(reg) call.rows => _,
+                        row = in(reg) call.row * 4,
+                        pixel = in(reg) call.pixel * 4,
+                        half = in(reg) call.pixel * 4 * 16,
+                        steps = in(reg) call.run.div_ceil(RUN),
+                        width = in(reg) WIDTH * 4,
+                        out = in(reg) out,
+                        k = out(reg) _,
+                        near = out(reg) _,
+                        far = out(reg) _,
+                        options(nostack),
+                    );
+                }
+            }
+        }
+    };
+}
+
+/// Rounds of [`spin_bf16`] and [`spin_int8`]: some milliseconds.
+const ROUNDS: usize = 200_000;
+
+/// A function that multiplies tiles for a while, four sums at a time, and returns the number of operations.
+macro_rules! spin {
+    ($name:ident, $multiply:literal, $per_word:literal, $doc:literal) => {
+        #[doc = $doc]
+        pub fn $name() -> usize {
+            if !is_granted() {
+                return 0;
+            }
+            // SAFETY: tiles are granted; nobody else uses those of this thread.
+            unsafe {
+                let _tiles = Tiles::new();
+                asm!(
+                    "tilezero tmm4",
+                    "tilezero tmm5",
+                    "2:",
+                    concat!($multiply, " tmm0, tmm4, tmm5"),
+                    concat!($multiply, " tmm1, tmm4, tmm5"),
+                    concat!($multiply, " tmm2, tmm4, tmm5"),
+                    concat!($multiply, " tmm3, tmm4, tmm5"),
+                    "dec {rounds}",
+                    "jnz 2b",
+                    rounds = inout(reg) ROUNDS => _,
+                    options(nostack, nomem),
+                );
+            }
+            ROUNDS * 4 * (16 * 16 * 16 * $per_word) * 2
+        }
+    };
+}
+
+spin!(spin_bf16, "tdpbf16ps", 2, "Multiplies bf16 for a while and returns the number of operations.");
+spin!(spin_int8, "tdpbusd", 4, "Multiplies bytes for a while and returns the number of operations.");
+
+kernels!(bf16, "tdpbf16ps", from_bias, "Pairs of bf16.");
+kernels!(int8, "tdpbusd", from_zero, "Fours of bytes.");
+
+/// Sums start from the bias of their channel: every row of a tile is the same 16 numbers.
+unsafe fn from_bias(bias: *const f32, width: usize) {
+    // SAFETY: the caller has tiles, and a bias for each of `width` channels.
+    unsafe {
+        asm!(
+            "tileloadd tmm0, [{bias} + {same}]",
+            "tileloadd tmm1, [{second} + {same}]",
+            "tileloadd tmm2, [{bias} + {same}]",
+            "tileloadd tmm3, [{second} + {same}]",
+            bias = in(reg) bias,
+            second = in(reg) bias.add(width - 16),
+            same = in(reg) 0usize,
+            options(nostack, readonly),
+        );
+    }
+}
+
+/// Sums of bytes start from zero.
+unsafe fn from_zero(_: *const f32, _: usize) {
+    // SAFETY: the caller has tiles.
+    unsafe {
+        asm!("tilezero tmm0", "tilezero tmm1", "tilezero tmm2", "tilezero tmm3", options(nostack, nomem));
+    };
+}

@@ -1,0 +1,69 @@
+//! Words that begin where a line of the processor's caches begins: what is read 64 bytes at a time lies in one line then,
+//! not in two.
+
+use bytemuck::{Pod, Zeroable, cast_slice, cast_slice_mut};
+use std::ops::{Deref, DerefMut};
+
+/// Words of a line.
+const PER_LINE: usize = 16;
+
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C, align(64))]
+struct Line([u32; PER_LINE]);
+
+/// As a `Vec<u32>`, at a line's beginning.
+#[derive(Debug, Clone, Default)]
+pub struct Lines {
+    lines: Vec<Line>,
+    length: usize,
+}
+
+impl Lines {
+    /// Has `length` words from now on; those that are new are zeros or anything that was there before.
+    pub fn resize(&mut self, length: usize) {
+        let lines = length.div_ceil(PER_LINE);
+        if self.lines.len() < lines {
+            self.lines.resize(lines, Line::default());
+        }
+        self.length = length;
+    }
+}
+
+impl Deref for Lines {
+    type Target = [u32];
+
+    #[inline(always)]
+    fn deref(&self) -> &[u32] {
+        &cast_slice(&self.lines)[..self.length]
+    }
+}
+
+impl DerefMut for Lines {
+    #[inline(always)]
+    fn deref_mut(&mut self) -> &mut [u32] {
+        &mut cast_slice_mut(&mut self.lines)[..self.length]
+    }
+}
+
+impl From<Vec<u32>> for Lines {
+    fn from(words: Vec<u32>) -> Self {
+        let mut lines = Self::default();
+        lines.resize(words.len());
+        lines.copy_from_slice(&words);
+        lines
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_begin_with_a_line() {
+        let mut lines = Lines::from((0..35).collect::<Vec<u32>>());
+        assert_eq!((lines.len(), lines[34]), (35, 34));
+        assert!(lines.as_ptr().cast::<Line>().is_aligned());
+        lines.resize(3);
+        assert_eq!(lines[..], [0, 1, 2]);
+    }
+}
