@@ -9,16 +9,13 @@ pub trait Element: Pod + Default + Send + Sync {
     fn to_f32(self) -> f32;
     /// The nearest of its kind.
     fn from_f32(value: f32) -> Self;
-    /// The nearest bf16.
-    fn to_bf16(self) -> Bf16;
-    /// The same of several.
-    #[inline(always)]
-    fn to_bf16s<const N: usize>(values: [Self; N]) -> [Bf16; N] {
-        let mut halves = [Bf16::default(); N];
-        for i in 0..N {
-            halves[i] = values[i].to_bf16();
-        }
-        halves
+    /// These numbers if they are f32.
+    fn singles(_: &[Self]) -> Option<&[f32]> {
+        None
+    }
+    /// These numbers if they are bf16.
+    fn halves(_: &[Self]) -> Option<&[Bf16]> {
+        None
     }
     /// `map` as tensors are stored.
     fn stored(map: Map<Self>) -> Stored;
@@ -40,8 +37,8 @@ impl Element for f32 {
     }
 
     #[inline(always)]
-    fn to_bf16(self) -> Bf16 {
-        Bf16::from_f32(self)
+    fn singles(numbers: &[f32]) -> Option<&[f32]> {
+        Some(numbers)
     }
 
     fn stored(map: Map) -> Stored {
@@ -76,13 +73,8 @@ impl Element for Bf16 {
     }
 
     #[inline(always)]
-    fn to_bf16(self) -> Bf16 {
-        self
-    }
-
-    #[inline(always)]
-    fn to_bf16s<const N: usize>(values: [Self; N]) -> [Self; N] {
-        values
+    fn halves(numbers: &[Self]) -> Option<&[Self]> {
+        Some(numbers)
     }
 
     fn stored(map: Map<Self>) -> Stored {

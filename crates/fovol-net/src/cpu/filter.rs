@@ -6,7 +6,7 @@
 
 use super::conv::{self, Arithmetic, ConvShape, PreparedConv};
 use super::map::{Map, Stored};
-use super::patch::{Access, Source, Window, assemble};
+use super::patch::{Access, Memory, Source, Window, assemble};
 use super::simd::{Simd, Work};
 use crate::plan::{Activation, Filter, Normalisation, Padding, SQUARED_EPSILON, Taps};
 use rayon::prelude::*;
@@ -80,7 +80,8 @@ impl PreparedFilter {
         scratch.planes.resize_with(images.len(), Planes::default);
         for (image, planes) in images.iter().zip(&mut scratch.planes) {
             let window = Window { y: y as isize - 1, x: -1, rows: rows + 2, columns: width + 2 };
-            assemble(std::slice::from_ref(image), Padding::Zero, window, &mut scratch.patch);
+            let memory = (self.simd, &mut scratch.memory);
+            assemble(std::slice::from_ref(image), Padding::Zero, window, &mut scratch.patch, memory);
             planes.fill::<EXPAND>(&scratch.patch, channels, width + 2);
         }
         let outputs = self.predict.outputs();
@@ -268,6 +269,7 @@ struct Scratch {
     /// Some of them, by output.
     kernels: Vec<Lanes>,
     patch: Vec<f32>,
+    memory: Memory,
     /// Of each image.
     planes: Vec<Planes>,
 }

@@ -27,6 +27,13 @@ impl Lines {
         }
         self.length = length;
     }
+
+    /// Memory for `length` numbers, which may be anything.
+    #[inline(always)]
+    pub fn numbers<N: Pod>(&mut self, length: usize) -> &mut [N] {
+        self.resize((length * size_of::<N>()).div_ceil(size_of::<u32>()));
+        &mut cast_slice_mut(self)[..length]
+    }
 }
 
 impl Deref for Lines {

@@ -1,9 +1,12 @@
 //! What convolutions make of the numbers they read, before they multiply them.
+//!
+//! Loops go over whole rows wherever they can: those become vectors, others may not.
 
 use super::element::{Bf16, Element};
+use super::lines::Lines;
 use bytemuck::Pod;
 
-/// Numbers that are made at once: loops over as many become vectors.
+/// Numbers that are copied at once.
 const LANES: usize = 16;
 
 /// A way to make what is multiplied out of what is stored.
@@ -11,78 +14,44 @@ pub trait Pack: Copy {
     /// What is multiplied.
     type Number: Pod + Default;
 
-    /// What the numbers of `count` channels from `channel` on are multiplied by beforehand; nothing where they are not.
-    fn factors(&self, channel: usize, count: usize) -> &[f32];
+    /// Makes numbers of `from`, pixels side by side with `channels`, and writes them to `to`; `row` is memory.
+    fn pack<T: Element>(self, channels: Channels, from: &[T], row: &mut Lines, to: To<'_, Self::Number>);
+}
 
-    /// Makes one.
-    fn number<T: Element>(value: T, factor: f32) -> Self::Number;
+/// Channels of a source.
+#[derive(Debug, Clone, Copy)]
+pub struct Channels {
+    /// The first of them, among those of all sources.
+    pub first: usize,
+    /// How many there are.
+    pub count: usize,
+}
 
-    /// Makes some at once.
+/// Where numbers go.
+pub struct To<'a, N> {
+    /// From the first channel of the first pixel on.
+    pub numbers: &'a mut [N],
+    /// From one pixel to the next.
+    pub stride: usize,
+}
+
+impl<N: Pod> To<'_, N> {
+    /// Writes `pixels` of `count` channels.
     #[inline(always)]
-    fn lanes<T: Element>(from: [T; LANES], factors: &[f32; LANES]) -> [Self::Number; LANES] {
-        let mut made = [Self::Number::default(); LANES];
-        for k in 0..LANES {
-            made[k] = Self::number(from[k], factors[k]);
+    fn place(self, pixels: &[N], count: usize) {
+        if self.stride == count {
+            self.numbers[..pixels.len()].copy_from_slice(pixels);
+            return;
         }
-        made
-    }
-
-    /// Makes `to` of `from`, numbers of a pixel from `channel` on.
-    #[inline(always)]
-    fn numbers<T: Element>(self, channel: usize, from: &[T], to: &mut [Self::Number]) {
-        let factors = Lanes::of(self.factors(channel, from.len()));
-        let ((wide, from), (wide_to, to)) = (from.as_chunks::<LANES>(), to.as_chunks_mut::<LANES>());
-        for (i, (to, from)) in wide_to.iter_mut().zip(wide).enumerate() {
-            *to = Self::lanes(*from, factors.lanes(i));
-        }
-        for (k, (to, from)) in to.iter_mut().zip(from).enumerate() {
-            *to = Self::number(*from, factors.last(k));
-        }
-    }
-
-    /// The same of the sum of `left` and `right`, each times its weight.
-    #[inline(always)]
-    fn sums(self, channel: usize, left: (&[f32], f32), right: (&[f32], f32), to: &mut [Self::Number]) {
-        let factors = Lanes::of(self.factors(channel, left.0.len()));
-        let ((left, l), (right, r)) = (left, right);
-        let ((wide_left, left), (wide_right, right)) =
-            (left.as_chunks::<LANES>(), right.as_chunks::<LANES>());
-        let (wide_to, to) = to.as_chunks_mut::<LANES>();
-        for (i, (to, (left, right))) in wide_to.iter_mut().zip(wide_left.iter().zip(wide_right)).enumerate() {
-            let mut sums = [0.0; LANES];
-            for k in 0..LANES {
-                sums[k] = l * left[k] + r * right[k];
+        for (to, from) in self.numbers.chunks_mut(self.stride).zip(pixels.chunks_exact(count)) {
+            let ((to, last), (from, from_last)) = (to[..count].as_chunks_mut(), from.as_chunks::<LANES>());
+            for (to, from) in to.iter_mut().zip(from) {
+                *to = *from;
             }
-            *to = Self::lanes(sums, factors.lanes(i));
+            for (to, from) in last.iter_mut().zip(from_last) {
+                *to = *from;
+            }
         }
-        for (k, (to, (left, right))) in to.iter_mut().zip(left.iter().zip(right)).enumerate() {
-            *to = Self::number(l * left + r * right, factors.last(k));
-        }
-    }
-}
-
-/// Factors, or ones where there are none.
-#[derive(Clone, Copy)]
-struct Lanes<'a> {
-    wide: &'a [[f32; LANES]],
-    last: &'a [f32],
-}
-
-impl<'a> Lanes<'a> {
-    #[inline(always)]
-    fn of(factors: &'a [f32]) -> Self {
-        let (wide, last) = factors.as_chunks();
-        Self { wide, last }
-    }
-
-    #[inline(always)]
-    fn lanes(self, i: usize) -> &'a [f32; LANES] {
-        if self.wide.is_empty() { &[1.0; LANES] } else { &self.wide[i] }
-    }
-
-    #[inline(always)]
-    fn last(self, k: usize) -> f32 {
-        if self.last.is_empty() { 1.0 } else { self.last[k] }
     }
 }
 
@@ -94,13 +63,15 @@ impl Pack for Singles {
     type Number = f32;
 
     #[inline(always)]
-    fn factors(&self, _: usize, _: usize) -> &[f32] {
-        &[]
-    }
-
-    #[inline(always)]
-    fn number<T: Element>(value: T, _: f32) -> f32 {
-        value.to_f32()
+    fn pack<T: Element>(self, channels: Channels, from: &[T], row: &mut Lines, to: To<'_, f32>) {
+        if let Some(from) = T::singles(from) {
+            return to.place(from, channels.count);
+        }
+        let row = row.numbers(from.len());
+        for (to, from) in row.iter_mut().zip(from) {
+            *to = from.to_f32();
+        }
+        to.place(row, channels.count);
     }
 }
 
@@ -112,18 +83,15 @@ impl Pack for Halves {
     type Number = Bf16;
 
     #[inline(always)]
-    fn factors(&self, _: usize, _: usize) -> &[f32] {
-        &[]
-    }
-
-    #[inline(always)]
-    fn number<T: Element>(value: T, _: f32) -> Bf16 {
-        value.to_bf16()
-    }
-
-    #[inline(always)]
-    fn lanes<T: Element>(from: [T; LANES], _: &[f32; LANES]) -> [Bf16; LANES] {
-        T::to_bf16s(from)
+    fn pack<T: Element>(self, channels: Channels, from: &[T], row: &mut Lines, to: To<'_, Bf16>) {
+        if let Some(from) = T::halves(from) {
+            return to.place(from, channels.count);
+        }
+        let row = row.numbers(from.len());
+        for (to, from) in row.iter_mut().zip(from) {
+            *to = Bf16::from_f32(from.to_f32());
+        }
+        to.place(row, channels.count);
     }
 }
 
@@ -135,14 +103,20 @@ impl Pack for Bytes<'_> {
     type Number = u8;
 
     #[inline(always)]
-    fn factors(&self, channel: usize, count: usize) -> &[f32] {
-        &self.0[channel..channel + count]
+    fn pack<T: Element>(self, channels: Channels, from: &[T], _: &mut Lines, to: To<'_, u8>) {
+        let Channels { first, count } = channels;
+        let factors = &self.0[first..first + count];
+        for (to, from) in to.numbers.chunks_mut(to.stride).zip(from.chunks_exact(count)) {
+            for ((to, from), factor) in to[..count].iter_mut().zip(from).zip(factors) {
+                *to = rounded(from.to_f32() * factor);
+            }
+        }
     }
+}
 
-    /// The nearest byte. Next to 2²³ an f32 has no fraction, so its last bits are the whole number: unlike a cast, which
-    /// minds numbers that are none, this becomes vectors.
-    #[inline(always)]
-    fn number<T: Element>(value: T, factor: f32) -> u8 {
-        ((value.to_f32() * factor).clamp(0.0, 255.0) + 8_388_608.0).to_bits() as u8
-    }
+/// The nearest byte. Next to 2²³ an f32 has no fraction, so its last bits are the whole number: unlike a cast, which
+/// minds numbers that are none, this becomes vectors.
+#[inline(always)]
+fn rounded(value: f32) -> u8 {
+    (value.clamp(0.0, 255.0) + 8_388_608.0).to_bits() as u8
 }

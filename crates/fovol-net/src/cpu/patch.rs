@@ -4,7 +4,8 @@
 use super::element::Element;
 use super::lines::Lines;
 use super::map::{Stored, with_map};
-use super::pack::{Pack, Singles};
+use super::pack::{Channels, Pack, Singles, To};
+use super::simd::{Simd, Work};
 use crate::plan::{Padding, Resize};
 use bytemuck::cast_slice_mut;
 
@@ -54,14 +55,9 @@ impl<'a> Source<'a> {
 
     /// Writes the `count` pixels from column `x0` of row `y` on, which are all inside, to `out`.
     #[inline(always)]
-    fn copy<P: Pack>(
-        &self,
-        [y, x0]: [usize; 2],
-        count: usize,
-        out: &mut Pixels<'_, P>,
-        Memory { near, far, folded }: &mut Memory,
-    ) {
+    fn copy<P: Pack>(&self, [y, x0]: [usize; 2], count: usize, mut out: Pixels<'_, P>, memory: &mut Memory) {
         let [height, width, c] = self.map.size();
+        let Memory { near, far, folded, packed } = memory;
         match self.access {
             Access::Folded => {
                 let columns = 2 * x0 * c..2 * (x0 + count) * c;
@@ -74,40 +70,73 @@ impl<'a> Source<'a> {
                     4 => fold::<4>(above, below, folded),
                     _ => fold_any(c, above, below, folded),
                 }
-                for (x, pixel) in folded.chunks_exact(4 * c).enumerate() {
-                    out.write(x, pixel);
-                }
+                out.write((0, 1), &folded[..], packed);
             }
             Access::Resized(Resize::Same) => with_map!(self.map, map => {
-                out.write_all(&map.row(y)[x0 * c..(x0 + count) * c], c);
+                out.write((0, 1), &map.row(y)[x0 * c..(x0 + count) * c], packed);
             }),
             Access::Resized(Resize::Nearest) => with_map!(self.map, map => {
-                let row = map.row(y / 2);
-                for x in 0..count {
-                    out.write(x, &row[(x0 + x) / 2 * c..][..c]);
+                for phase in 0..2 {
+                    let columns = Columns::of_phase(phase, x0, count);
+                    out.write((columns.first, 2), &map.row(y / 2)[columns.from * c..columns.to * c], packed);
                 }
             }),
             Access::Resized(Resize::Bilinear) => {
                 let [(a, wa), (b, wb)] = halves(y, height);
-                let [(near, _), (beside, _)] = halves(x0, width);
-                let first = near.min(beside);
-                let last = (x0 + count).div_ceil(2).min(width - 1);
-                let columns = first * c..(last + 1) * c;
-                // Down first: whole rows at once. Then along them.
-                far.resize(columns.len(), 0.0);
+                // One column more on both sides, where there is none the last one again.
+                let (first, end) = (x0 / 2, (x0 + count).div_ceil(2));
+                let inside = first.saturating_sub(1)..(end + 1).min(width);
+                let before = usize::from(first == 0) * c;
+                far.resize((end - first + 2) * c, 0.0);
                 with_map!(self.map, map => {
+                    let columns = inside.start * c..inside.end * c;
                     let rows = map.row(a)[columns.clone()].iter().zip(&map.row(b)[columns]);
-                    for (to, (a, b)) in far.iter_mut().zip(rows) {
+                    for (to, (a, b)) in far[before..].iter_mut().zip(rows) {
                         *to = wa * a.to_f32() + wb * b.to_f32();
                     }
                 });
-                for x in 0..count {
-                    let [(l, wl), (r, wr)] = halves(x0 + x, width);
-                    let (left, right) = (&far[(l - first) * c..][..c], &far[(r - first) * c..][..c]);
-                    out.write_sum(x, (left, wl), (right, wr));
+                if first == 0 {
+                    far.copy_within(c..2 * c, 0);
+                }
+                if end == width {
+                    let length = far.len();
+                    far.copy_within(length - 2 * c..length - c, length - c);
+                }
+                for phase in 0..2 {
+                    let columns = Columns::of_phase(phase, x0, count);
+                    let from = columns.from - first;
+                    let length = (columns.to - columns.from) * c;
+                    let nearest = &far[(from + 1) * c..][..length];
+                    let beside = &far[(from + 2 * phase) * c..][..length];
+                    near.resize(length, 0.0);
+                    for (to, (nearest, beside)) in near.iter_mut().zip(nearest.iter().zip(beside)) {
+                        *to = 0.75 * nearest + 0.25 * beside;
+                    }
+                    out.write((columns.first, 2), &near[..], packed);
                 }
             }
         }
+    }
+}
+
+/// The columns of a map that those of one parity at twice the resolution lie in.
+#[derive(Debug, Clone, Copy)]
+struct Columns {
+    /// The place of the first column of that parity.
+    first: usize,
+    /// The first column of the map.
+    from: usize,
+    /// The one after the last.
+    to: usize,
+}
+
+impl Columns {
+    /// For those of the `count` columns from `x0` on that are even (`phase` 0) or odd (1).
+    fn of_phase(phase: usize, x0: usize, count: usize) -> Self {
+        let first = (x0 + phase) % 2;
+        let number = count.saturating_sub(first).div_ceil(2);
+        let from = (x0 + first) / 2;
+        Self { first, from, to: from + number }
     }
 }
 
@@ -117,31 +146,35 @@ struct Pixels<'a, P: Pack> {
     numbers: &'a mut [P::Number],
     /// From one pixel to the next.
     stride: usize,
-    /// The first channel that is written.
-    channel: usize,
+    channels: Channels,
 }
 
 impl<P: Pack> Pixels<'_, P> {
-    /// Writes `channels` of a pixel.
+    /// Writes `pixels` to the places `first`, `first` + `step` and so on.
     #[inline(always)]
-    fn write<T: Element>(&mut self, x: usize, channels: &[T]) {
-        let to = &mut self.numbers[x * self.stride + self.channel..][..channels.len()];
-        self.pack.numbers(self.channel, channels, to);
-    }
-
-    /// Writes pixels from the first on, with `count` channels each.
-    #[inline(always)]
-    fn write_all<T: Element>(&mut self, pixels: &[T], count: usize) {
-        for (x, channels) in pixels.chunks_exact(count).enumerate() {
-            self.write(x, channels);
+    fn write<T: Element>(&mut self, (first, step): (usize, usize), pixels: &[T], row: &mut Lines) {
+        if pixels.is_empty() {
+            return;
         }
+        let numbers = &mut self.numbers[first * self.stride + self.channels.first..];
+        let to = To { numbers, stride: step * self.stride };
+        self.pack.pack(self.channels, pixels, row, to);
     }
+}
 
-    /// Writes the sum of `left` and `right`, each times its weight.
+/// The copying of a part of a row.
+struct Copying<'a, P: Pack> {
+    source: Source<'a>,
+    place: [usize; 2],
+    count: usize,
+    out: Pixels<'a, P>,
+    memory: &'a mut Memory,
+}
+
+impl<P: Pack> Work for Copying<'_, P> {
     #[inline(always)]
-    fn write_sum(&mut self, x: usize, left: (&[f32], f32), right: (&[f32], f32)) {
-        let to = &mut self.numbers[x * self.stride + self.channel..][..left.0.len()];
-        self.pack.sums(self.channel, left, right, to);
+    fn run(self) {
+        self.source.copy(self.place, self.count, self.out, self.memory);
     }
 }
 
@@ -172,6 +205,7 @@ pub struct Memory {
     near: Vec<f32>,
     far: Vec<f32>,
     folded: Vec<f32>,
+    packed: Lines,
 }
 
 /// The two places of `count` that place `i` at twice the resolution lies between, with their weights: pixel
@@ -199,14 +233,13 @@ pub struct Window {
 impl Window {
     /// Writes row `row` of the window of `sources`, concatenated, to `out`: `channels` numbers per pixel, zeros where no
     /// source has any. Whether there was anything: beyond a border of zeros there is not.
-    #[inline(always)]
     pub fn row<P: Pack>(
         &self,
         sources: &[Source<'_>],
         padding: Padding,
         row: usize,
         (pack, out, channels): (P, &mut [P::Number], usize),
-        memory: &mut Memory,
+        (simd, memory): (Simd, &mut Memory),
     ) -> bool {
         let [height, width] = sources[0].size();
         let y = self.y + row as isize;
@@ -221,19 +254,16 @@ impl Window {
             return false;
         }
         let end = before + inside;
-        let mut to = Pixels {
-            pack,
-            numbers: &mut out[before * channels..end * channels],
-            stride: channels,
-            channel: 0,
-        };
-        for source in sources {
-            source.copy([y, first], inside, &mut to, memory);
-            to.channel += source.channels();
+        let pixels = &mut out[before * channels..end * channels];
+        let mut filled = 0;
+        for &source in sources {
+            let of_source = Channels { first: filled, count: source.channels() };
+            let out = Pixels { pack, numbers: pixels, stride: channels, channels: of_source };
+            simd.vectorised(Copying { source, place: [y, first], count: inside, out, memory });
+            filled += of_source.count;
         }
-        let filled = to.channel;
         if filled < channels {
-            for pixel in to.numbers.chunks_exact_mut(channels) {
+            for pixel in pixels.chunks_exact_mut(channels) {
                 pixel[filled..].fill(P::Number::default());
             }
         }
@@ -250,13 +280,17 @@ impl Window {
 }
 
 /// Writes the `window` of `sources`, concatenated along the channels, to `patch`.
-#[inline(always)]
-pub fn assemble(sources: &[Source<'_>], padding: Padding, window: Window, patch: &mut Vec<f32>) {
+pub fn assemble(
+    sources: &[Source<'_>],
+    padding: Padding,
+    window: Window,
+    patch: &mut Vec<f32>,
+    (simd, memory): (Simd, &mut Memory),
+) {
     let channels: usize = sources.iter().map(|source| source.channels()).sum();
-    let mut memory = Memory::default();
     patch.resize(window.rows * window.columns * channels, 0.0);
     for (row, out) in patch.chunks_mut(window.columns * channels).enumerate() {
-        if !window.row(sources, padding, row, (Singles, &mut *out, channels), &mut memory) {
+        if !window.row(sources, padding, row, (Singles, &mut *out, channels), (simd, memory)) {
             out.fill(0.0);
         }
     }
@@ -276,8 +310,13 @@ const BEYOND: usize = 16;
 
 impl Patch {
     /// Makes this the `window` of `sources`.
-    #[inline(always)]
-    pub fn assemble<P: Pack>(&mut self, sources: &[Source<'_>], padding: Padding, window: Window, pack: P) {
+    pub fn assemble<P: Pack>(
+        &mut self,
+        sources: &[Source<'_>],
+        padding: Padding,
+        window: Window,
+        (pack, simd): (P, Simd),
+    ) {
         let inputs: usize = sources.iter().map(|source| source.channels()).sum();
         let per_word = size_of::<u32>() / size_of::<P::Number>();
         let words = inputs.div_ceil(per_word);
@@ -287,7 +326,7 @@ impl Patch {
         for (number, to) in self.words[..length].chunks_exact_mut(window.columns * words).enumerate() {
             let numbers: &mut [P::Number] = cast_slice_mut(to);
             let row = (pack, numbers, words * per_word);
-            if !window.row(sources, padding, number, row, &mut self.memory) {
+            if !window.row(sources, padding, number, row, (simd, &mut self.memory)) {
                 to.fill(0);
             }
         }

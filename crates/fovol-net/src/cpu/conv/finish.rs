@@ -1,6 +1,7 @@
 //! What becomes of sums before they are stored: values, activation, numbers of the kind that is stored.
 
 use crate::cpu::element::Element;
+use crate::cpu::simd::Work;
 use crate::plan::Activation;
 
 /// Sums that are finished at once: loops over as many become vectors.
@@ -13,6 +14,34 @@ pub struct Worth {
     pub factors: Vec<f32>,
     /// What is added.
     pub bias: Vec<f32>,
+}
+
+/// The finishing of a block of sums.
+pub struct Finish<'a, T> {
+    /// \[pixel\]\[channel of the block\].
+    pub sums: &'a [f32],
+    /// Channels of the block.
+    pub width: usize,
+    pub worth: Option<&'a Worth>,
+    pub activation: Activation,
+    /// Pixels that are wanted.
+    pub pixels: usize,
+    /// Channels that are wanted.
+    pub channels: usize,
+    /// From the first of them on.
+    pub out: &'a mut [T],
+    /// From one pixel to the next.
+    pub stride: usize,
+}
+
+impl<T: Element> Work for Finish<'_, T> {
+    #[inline(always)]
+    fn run(self) {
+        let sums = self.sums.chunks_exact(self.width).take(self.pixels);
+        for (sums, out) in sums.zip(self.out.chunks_mut(self.stride)) {
+            finish(&sums[..self.channels], self.worth, self.activation, &mut out[..self.channels]);
+        }
+    }
 }
 
 /// Writes the values of `sums`, which are 32-bit integers where they are `worth` something and f32 otherwise, after

@@ -17,11 +17,11 @@ use super::lines::Lines;
 use super::map::Map;
 use super::pack::{Bytes, Halves, Singles};
 use super::patch::{Patch, Source, Window};
-use super::simd::{Simd, Work};
+use super::simd::Simd;
 use crate::plan::{Activation, Padding};
 use bytemuck::cast_slice;
+use finish::Finish;
 pub use finish::elu;
-use finish::finish;
 use packed::Packed;
 use rayon::prelude::*;
 use winograd::Winograd;
@@ -217,30 +217,18 @@ impl Direct {
     /// Writes the rows from `y` on to `out`.
     fn rows<T: Element>(&self, sources: &[Source<'_>], y: usize, scratch: &mut DirectScratch, out: &mut [T]) {
         check(&self.shape, sources);
-        let width = sources[0].size()[1].div_ceil(self.shape.stride);
-        let length = width * self.shape.outputs;
-        for (band, out) in out.chunks_mut(ROWS * length).enumerate() {
-            let size = [y + band * ROWS, out.len() / length, width];
-            self.simd.vectorised(Band { conv: self, sources, size, scratch, out });
-        }
-    }
-
-    /// Makes `rows` rows from `y` on.
-    #[inline(always)]
-    fn band<T: Element>(
-        &self,
-        sources: &[Source<'_>],
-        [y, rows, width]: [usize; 3],
-        scratch: &mut DirectScratch,
-        out: &mut [T],
-    ) {
         // SAFETY: kernels that need them are only chosen where they are granted.
         #[cfg(target_arch = "x86_64")]
         let _tiles = self.simd.multiplies_tiles(&self.arithmetic).then(|| unsafe { amx::Tiles::new() });
+        let width = sources[0].size()[1].div_ceil(self.shape.stride);
+        let length = width * self.shape.outputs;
         let columns = self.tile_columns(width);
-        for x in (0..width).step_by(columns) {
-            let tile = Tile { y, x, rows, columns: columns.min(width - x) };
-            self.tile(sources, tile, scratch, out, width);
+        for (band, out) in out.chunks_mut(ROWS * length).enumerate() {
+            let (y, rows) = (y + band * ROWS, out.len() / length);
+            for x in (0..width).step_by(columns) {
+                let tile = Tile { y, x, rows, columns: columns.min(width - x) };
+                self.tile(sources, tile, scratch, out, width);
+            }
         }
     }
 
@@ -259,7 +247,7 @@ impl Direct {
         groups.div_ceil(groups.div_ceil(most)) * self.group
     }
 
-    #[inline(always)]
+    /// Makes the `tile` of rows of which `out` has all columns, `width`.
     fn tile<T: Element>(
         &self,
         sources: &[Source<'_>],
@@ -277,11 +265,13 @@ impl Direct {
             rows: (tile.rows - 1) * stride + size,
             columns: (groups * self.group - 1) * stride + size,
         };
-        let (patch, padding) = (&mut scratch.patch, self.shape.padding);
+        let (patch, padding, simd) = (&mut scratch.patch, self.shape.padding, self.simd);
         match &self.arithmetic {
-            Arithmetic::F32 => patch.assemble(sources, padding, window, Singles),
-            Arithmetic::Bf16 | Arithmetic::SplitBf16 => patch.assemble(sources, padding, window, Halves),
-            Arithmetic::Int8 { steps } => patch.assemble(sources, padding, window, Bytes(steps)),
+            Arithmetic::F32 => patch.assemble(sources, padding, window, (Singles, simd)),
+            Arithmetic::Bf16 | Arithmetic::SplitBf16 => {
+                patch.assemble(sources, padding, window, (Halves, simd));
+            }
+            Arithmetic::Int8 { steps } => patch.assemble(sources, padding, window, (Bytes(steps), simd)),
         }
         scratch.block.resize(packed::LARGEST_BLOCK);
         let row = window.columns * self.words();
@@ -302,14 +292,17 @@ impl Direct {
                     // SAFETY: the patch holds whole groups of windows; the block has as many numbers as the
                     // kernel writes; kernels are only chosen where the processor has them.
                     unsafe { (block.kernel)(&call, scratch.block.as_mut_ptr().cast()) };
-                    let count = self.group.min(tile.columns - g * self.group);
                     let to = (y * width + tile.x + g * self.group) * outputs + block.first;
-                    let channels = block.width.min(outputs - block.first);
-                    for p in 0..count {
-                        let sums = cast_slice(&scratch.block[p * block.width..][..channels]);
-                        let out = &mut out[to + p * outputs..][..channels];
-                        finish(sums, block.worth.as_ref(), self.shape.activation, out);
-                    }
+                    simd.vectorised(Finish {
+                        sums: cast_slice(&scratch.block),
+                        width: block.width,
+                        worth: block.worth.as_ref(),
+                        activation: self.shape.activation,
+                        pixels: self.group.min(tile.columns - g * self.group),
+                        channels: block.width.min(outputs - block.first),
+                        out: &mut out[to..],
+                        stride: outputs,
+                    });
                 }
             }
         }
@@ -321,23 +314,6 @@ impl Direct {
 fn check(shape: &ConvShape, sources: &[Source<'_>]) {
     let inputs: usize = sources.iter().map(|source| source.channels()).sum();
     assert_eq!(shape.inputs, inputs, "a convolution reads what its weights are for");
-}
-
-/// The making of some rows.
-struct Band<'a, T> {
-    conv: &'a Direct,
-    sources: &'a [Source<'a>],
-    /// The first row, rows, columns.
-    size: [usize; 3],
-    scratch: &'a mut DirectScratch,
-    out: &'a mut [T],
-}
-
-impl<T: Element> Work for Band<'_, T> {
-    #[inline(always)]
-    fn run(self) {
-        self.conv.band(self.sources, self.size, self.scratch, self.out);
-    }
 }
 
 /// Memory of one thread.

@@ -151,7 +151,13 @@ impl Winograd {
         let row = window.columns * self.channels;
         patch.resize(4 * row, 0.0);
         for (number, out) in patch.chunks_exact_mut(row).enumerate() {
-            if !window.row(sources, self.shape.padding, number, (Singles, &mut *out, self.channels), memory) {
+            if !window.row(
+                sources,
+                self.shape.padding,
+                number,
+                (Singles, &mut *out, self.channels),
+                (self.simd, &mut *memory),
+            ) {
                 out.fill(0.0);
             }
         }
