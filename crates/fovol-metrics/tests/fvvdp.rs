@@ -1,28 +1,16 @@
 //! FovVideoVDP against its published program; `reference/fvvdp.py` makes the numbers.
 
+mod pattern;
+
 use fovol_core::{Frame, FrameSize};
 use fovol_metrics::{Display, Error, FovVideoVdp};
+use pattern::{noise, triangle};
 use proptest::prelude::*;
 use serde_json::Value;
 
 /// How far a JOD may lie from the program's: found is 1e-4. Both compute pixels in f32 and sum in different
 /// orders, and the numbers have five digits; sensitivities come from the same formula on the same grid.
 const TOLERANCE: f64 = 2e-4;
-
-fn triangle(t: i64, period: i64) -> i64 {
-    let t = t.rem_euclid(2 * period);
-    t.min(2 * period - t) * 255 / period
-}
-
-fn noise(x: i64, y: i64, c: i64, frame: i64) -> i64 {
-    let mix = |v: i64, factor: u32| (v as u32).wrapping_mul(factor);
-    let h = mix(x, 374_761_393)
-        .wrapping_add(mix(y, 668_265_263))
-        .wrapping_add(mix(c, 2_246_822_519))
-        .wrapping_add(mix(frame, 3_266_489_917));
-    let h = (h ^ (h >> 13)).wrapping_mul(1_274_126_177);
-    i64::from((h ^ (h >> 16)) & 255)
-}
 
 /// What is wrong with a frame, and how much.
 #[derive(Clone, Copy)]

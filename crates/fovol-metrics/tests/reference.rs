@@ -1,23 +1,11 @@
 //! The measures against scikit-image and pytorch-msssim; `reference/metrics.py` makes the numbers.
 
+mod pattern;
+
 use fovol_core::{Frame, FrameSize};
 use fovol_metrics::{SsimSettings, ms_ssim, mse, psnr, ssim, temporal_mse};
+use pattern::{noise, triangle};
 use serde_json::Value;
-
-fn triangle(t: i64, period: i64) -> i64 {
-    let t = t % (2 * period);
-    t.min(2 * period - t) * 255 / period
-}
-
-fn noise(x: i64, y: i64, c: i64, frame: i64) -> i64 {
-    let mix = |v: i64, factor: u32| (v as u32).wrapping_mul(factor);
-    let h = mix(x, 374_761_393)
-        .wrapping_add(mix(y, 668_265_263))
-        .wrapping_add(mix(c, 2_246_822_519))
-        .wrapping_add(mix(frame, 3_266_489_917));
-    let h = (h ^ (h >> 13)).wrapping_mul(1_274_126_177);
-    i64::from((h ^ (h >> 16)) & 255)
-}
 
 /// The same picture as in the script.
 fn picture(size: FrameSize, frame: i64, flaw: i64) -> Frame {

@@ -1,5 +1,6 @@
 //! Beyond the paper: what a frame costs and how good it is, for every honest way to make it cheaper.
 
+use super::methods::METHODS;
 use super::plot::{self, Axes, Line};
 use super::section::{Cell, Section};
 use super::{DataSet, Evaluation, SPARSE};
@@ -8,7 +9,8 @@ use anyhow::Result;
 use fovolnet::core::{Frame, FrameSize, ShadowMode};
 use fovolnet::io::image;
 use fovolnet::metrics::{ClipQuality, Display, FovVideoVdp};
-use fovolnet::{OpenVolume, Pipeline, RenderSettings, Sampling};
+use fovolnet::net::Fill;
+use fovolnet::{OpenVolume, Pipeline, Reconstruction, RenderSettings, Sampling};
 
 /// Frames of the clip, which follow one another; the first ones are not judged: networks know nothing before them.
 const CLIP: u32 = 16;
@@ -103,12 +105,11 @@ fn lines(ways: &[Way], found: &[Found], of: fn(&Found) -> f64) -> Vec<Line> {
 
 fn ways(evaluation: &Evaluation, data: &DataSet) -> Result<Vec<Way>> {
     let mut ways = Vec::new();
-    for (family, how) in [("pull-push", "pull-push"), ("linear", "linear"), ("wnet-fast", "wnet")] {
+    let how =
+        [Reconstruction::Fill(Fill::PullPush), Reconstruction::Fill(Fill::Linear), Reconstruction::WNet];
+    for (family, how) in METHODS.into_iter().zip(how) {
         for sampling in SAMPLINGS {
-            let settings = RenderSettings {
-                reconstruct: Some(how.parse().map_err(anyhow::Error::msg)?),
-                ..evaluation.settings(data, sampling)
-            };
+            let settings = RenderSettings { reconstruct: Some(how), ..evaluation.settings(data, sampling) };
             let name = format!("({}, {})", sampling[0], sampling[1]);
             ways.push(Way { family, name, settings, is_enlarged: false });
         }

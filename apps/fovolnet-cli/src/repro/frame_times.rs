@@ -1,13 +1,14 @@
 //! Figure: times of the parts of each frame.
 
+use super::methods::{warmed, with_network};
 use super::plot::{self, Axes, Line};
 use super::section::{Cell, Section};
 use super::{Evaluation, SPARSE};
 use crate::interrupt;
 use crate::picture::{side_by_side, smaller};
 use anyhow::Result;
+use fovolnet::Timings;
 use fovolnet::core::Frame;
-use fovolnet::{Pipeline, Timings};
 use std::time::Instant;
 
 /// Pictures above the times.
@@ -79,13 +80,7 @@ fn row(times: &Times) -> Vec<Cell> {
 
 /// The times of a fly-through, and small pictures of it.
 fn flight(evaluation: &Evaluation, data: &super::DataSet) -> Result<(Vec<Times>, Vec<Frame>)> {
-    let opened = data.open()?;
-    let mut settings = evaluation.settings(data, SPARSE);
-    settings.reconstruct = Some("wnet".parse().map_err(anyhow::Error::msg)?);
-    let mut pipeline = Pipeline::new(&opened, &settings, &evaluation.speed)?;
-    // Memory is taken and filled for the first time.
-    pipeline.render(0)?;
-    pipeline.reset();
+    let mut pipeline = warmed(&data.open()?, &with_network(evaluation, data, SPARSE), evaluation)?;
     let (mut times, mut pictures) = (Vec::new(), Vec::new());
     let every = (evaluation.frames as usize).div_ceil(THUMBNAILS);
     for (number, frame) in evaluation.flight().enumerate() {

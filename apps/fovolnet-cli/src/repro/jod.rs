@@ -1,17 +1,18 @@
 //! Table: just-objectionable differences.
 
+use super::methods::{self, METHODS, with_network};
 use super::section::{Cell, Section};
-use super::{DataSet, Evaluation};
+use super::{DataSet, Evaluation, SPARSE};
 use crate::interrupt;
 use anyhow::Result;
+use fovolnet::Pipeline;
+use fovolnet::core::Frame;
 use fovolnet::metrics::{Display, FovVideoVdp};
-use fovolnet::net::Fill;
-use fovolnet::{OpenVolume, Pipeline};
 
-const METHODS: [&str; 3] = ["pull-push", "linear", "wnet-fast"];
 /// Frames of the clip, which follow one another, and how many of them are shown a second.
 const CLIP: u32 = 50;
 const FPS: f64 = 30.0;
+const INCOMPLETE: &str = "this table is not complete";
 
 /// The paper's table: density, FoVolNet, DeepFovea.
 const PAPER: [[f64; 3]; 4] = [[0.10, 9.35, 8.53], [0.07, 9.28, 8.47], [0.03, 8.86, 8.21], [0.01, 8.26, 7.51]];
@@ -26,46 +27,54 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
            that volumes which cover little of it get higher values.",
         ],
     );
+    let found =
+        evaluation.data_sets.iter().map(|data| clips(evaluation, data)).collect::<Result<Vec<_>>>()?;
+    let count = evaluation.data_sets.len() as f64;
     let mut rows = Vec::new();
-    for [density, fovolnet, deepfovea] in PAPER {
-        let mut sums = [0.0; 3];
-        for data in &evaluation.data_sets {
-            let found = clip(evaluation, data, &data.open()?, density)?;
-            let named = [density.to_string().into(), data.name.as_str().into()];
-            rows.push(
-                named.into_iter().chain(found.map(Cell::from)).chain([(); 2].map(|()| "".into())).collect(),
-            );
-            (0..3).for_each(|method| sums[method] += found[method] / evaluation.data_sets.len() as f64);
+    for (number, [density, fovolnet, deepfovea]) in PAPER.into_iter().enumerate() {
+        let row = |name: &str, values: [f64; 3], paper: [Cell; 2]| {
+            let named = [density.to_string().into(), name.into()];
+            named.into_iter().chain(values.map(Cell::from)).chain(paper).collect::<Vec<_>>()
+        };
+        let mut means = [0.0; 3];
+        for (data, found) in evaluation.data_sets.iter().zip(&found) {
+            rows.push(row(&data.name, found[number], [(); 2].map(|()| "".into())));
+            (0..3).for_each(|method| means[method] += found[number][method] / count);
         }
-        let named = [density.to_string().into(), "mean".into()];
-        rows.push(
-            named
-                .into_iter()
-                .chain([sums[0], sums[1], sums[2], fovolnet, deepfovea].map(Cell::from))
-                .collect(),
-        );
+        rows.push(row("mean", means, [fovolnet, deepfovea].map(Cell::from)));
     }
     let columns = [&["τ", "data set"], &METHODS[..], &["paper: FoVolNet", "paper: DeepFovea"]].concat();
     section.table("jod", &columns, rows);
     Ok(section)
 }
 
-/// The JOD of each method.
-fn clip(evaluation: &Evaluation, data: &DataSet, opened: &OpenVolume, density: f64) -> Result<[f64; 3]> {
-    let mut settings = evaluation.settings(data, [density, 0.0]);
-    settings.reconstruct = Some("wnet".parse().map_err(anyhow::Error::msg)?);
-    let mut pipeline = Pipeline::new(opened, &settings, &evaluation.speed)?;
+/// For each density of the paper the JOD of each method.
+fn clips(evaluation: &Evaluation, data: &DataSet) -> Result<[[f64; 3]; 4]> {
+    let opened = data.open()?;
+    let full = Pipeline::new(&opened, &evaluation.settings(data, SPARSE), &evaluation.speed)?;
+    let mut references = Vec::new();
+    for number in 0..CLIP.min(evaluation.frames) {
+        interrupt::check(INCOMPLETE)?;
+        references.push(full.reference(number));
+    }
+    let mut found = [[0.0; 3]; 4];
+    for (found, [density, ..]) in found.iter_mut().zip(PAPER) {
+        let settings = with_network(evaluation, data, [density, 0.0]);
+        *found = clip(Pipeline::new(&opened, &settings, &evaluation.speed)?, &references)?;
+    }
+    Ok(found)
+}
+
+/// The JOD of each method for a clip with `references`.
+fn clip(mut pipeline: Pipeline, references: &[Frame]) -> Result<[f64; 3]> {
     let display = Display::named("standard_4k")?;
     let mut seen: Vec<FovVideoVdp> =
         METHODS.iter().map(|_| FovVideoVdp::video(&display, FPS)).collect::<Result<_, _>>()?;
-    for number in 0..CLIP.min(evaluation.frames) {
-        interrupt::check("this table is not complete")?;
-        let rendered = pipeline.render(number)?;
-        let reference = pipeline.reference(number);
-        let sparse = &rendered.sparse;
-        let made = [Fill::PullPush.reconstruct(sparse), Fill::Linear.reconstruct(sparse), rendered.frame];
+    for (number, reference) in (0..).zip(references) {
+        interrupt::check(INCOMPLETE)?;
+        let made = methods::frames(pipeline.render(number)?);
         for (metric, frame) in seen.iter_mut().zip(&made) {
-            metric.push(&reference, frame, None)?;
+            metric.push(reference, frame, None)?;
         }
     }
     Ok([0, 1, 2].map(|method: usize| seen[method].jod().unwrap_or(f64::NAN)))

@@ -6,6 +6,7 @@ mod data_sets;
 mod frame_times;
 mod jod;
 mod masks;
+mod methods;
 mod noise;
 mod over_time;
 mod plot;
@@ -18,6 +19,7 @@ mod speedups;
 use crate::console::JsonOutput;
 use crate::interrupt;
 use anyhow::{Result, ensure};
+use clap::ValueEnum;
 use data_sets::DataSet;
 use fovolnet::core::FrameSize;
 use fovolnet::io::atomic;
@@ -56,7 +58,7 @@ pub struct Repro {
 }
 
 /// A table or figure, or those that belong together.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Item {
     /// Everything below
     All,
@@ -85,36 +87,14 @@ enum Item {
 }
 
 impl Item {
-    /// All, in the order of the report.
-    const EACH: [Self; 11] = [
-        Self::DataSets,
-        Self::Noise,
-        Self::Masks,
-        Self::FrameTimes,
-        Self::Speedups,
-        Self::Quality,
-        Self::OverTime,
-        Self::Jod,
-        Self::Precision,
-        Self::Compression,
-        Self::Alternatives,
-    ];
+    /// All but `all`, in the order of the report.
+    fn each() -> impl Iterator<Item = Self> {
+        Self::value_variants().iter().copied().filter(|&item| item != Self::All)
+    }
 
-    fn name(self) -> &'static str {
-        match self {
-            Self::All => "all",
-            Self::DataSets => "data-sets",
-            Self::Noise => "noise",
-            Self::Masks => "masks",
-            Self::FrameTimes => "frame-times",
-            Self::Speedups => "speedups",
-            Self::Quality => "quality",
-            Self::OverTime => "over-time",
-            Self::Jod => "jod",
-            Self::Precision => "precision",
-            Self::Compression => "compression",
-            Self::Alternatives => "alternatives",
-        }
+    /// As it is written.
+    fn name(self) -> String {
+        self.to_possible_value().expect("every item can be named").get_name().to_owned()
     }
 
     fn make(self, evaluation: &Evaluation) -> Result<Section> {
@@ -185,24 +165,23 @@ impl Repro {
         let evaluation = self.evaluation()?;
         atomic::make_folder(&self.output)?;
         let all = self.items.contains(&Item::All);
-        let items: Vec<Item> =
-            Item::EACH.into_iter().filter(|item| all || self.items.contains(item)).collect();
-        for item in items {
+        let names: Vec<String> = Item::each().map(Item::name).collect();
+        for item in Item::each().filter(|item| all || self.items.contains(item)) {
             interrupt::check(&format!("what was made before is in {}", self.output.display()))?;
             self.json.say(format!("{} …", item.name()))?;
             let started = Instant::now();
             let mut section = item.make(&evaluation)?;
-            section.name = item.name().into();
+            section.name = item.name();
             section.seconds = started.elapsed().as_secs_f64();
             section.machine = serde_json::to_value(evaluation.machine())?;
             section.write(&self.output)?;
-            report::write(&self.output, &Item::EACH.map(Item::name))?;
+            report::write(&self.output, &names)?;
             for line in section.lines() {
                 self.json.say(line)?;
             }
         }
         self.json.say(format!("{}", self.output.join("report.html").display()))?;
-        self.json.write(&report::sections(&self.output, &Item::EACH.map(Item::name))?)
+        self.json.write(&report::sections(&self.output, &names)?)
     }
 
     fn evaluation(&self) -> Result<Evaluation> {

@@ -32,34 +32,25 @@ pub fn section() -> Result<Section> {
         stacked(&[row(tiles(|noise| mean(noise, 1))), row(tiles(|noise| mean(noise, AVERAGED)))], GAP);
     section.picture("noise", "uniform, blue, STBN; above one frame, below the mean of eight", picture);
     let spectra = KINDS.map(|kind| (kind.to_string(), statistics::spectra(&values(kind), NoiseSize::STBN)));
-    let curves = |of: fn(&statistics::Spectra) -> &Vec<[f64; 2]>| {
-        let line = |(name, spectra): &(String, statistics::Spectra)| Line {
-            name: name.clone(),
-            points: of(spectra).clone(),
+    type Of = fn(&statistics::Spectra) -> &Vec<[f64; 2]>;
+    let domains: [(&str, &str, Of); 2] =
+        [("space", "cycles a pixel", |s| &s.spatial), ("time", "cycles a frame", |s| &s.temporal)];
+    for (name, x, of) in domains {
+        let curves: Vec<Line> = spectra
+            .iter()
+            .map(|(kind, spectra)| Line { name: kind.clone(), points: of(spectra).clone() })
+            .collect();
+        let file = format!("spectra_{name}");
+        let axes = Axes { x, y: "power, white noise = 1" };
+        section.drawing(&file, &format!("in {name}"), plot::lines(axes, &curves, true, &[])?);
+        let points = |line: &Line| {
+            let row = |&[f, p]: &[f64; 2]| vec![line.name.as_str().into(), f.into(), p.into()];
+            line.points.iter().map(row).collect::<Vec<_>>()
         };
-        spectra.iter().map(line).collect::<Vec<_>>()
-    };
-    let space = Axes { x: "cycles a pixel", y: "power, white noise = 1" };
-    section.drawing("spectra_space", "in space", plot::lines(space, &curves(|s| &s.spatial), true, &[])?);
-    let time = Axes { x: "cycles a frame", y: "power, white noise = 1" };
-    section.drawing("spectra_time", "in time", plot::lines(time, &curves(|s| &s.temporal), true, &[])?);
-    for (name, of) in [("space", space_of as fn(&_) -> &_), ("time", time_of)] {
-        let rows = spectra.iter().flat_map(|(kind, spectra)| {
-            let of: &Vec<[f64; 2]> = of(spectra);
-            of.iter().map(move |&[f, p]| vec![kind.as_str().into(), f.into(), p.into()])
-        });
-        let rows = rows.collect();
-        section.data(&format!("spectra_{name}"), &["noise", "frequency", "power"], rows);
+        let rows = curves.iter().flat_map(points).collect();
+        section.data(&file, &["noise", "frequency", "power"], rows);
     }
     Ok(section)
-}
-
-fn space_of(spectra: &statistics::Spectra) -> &Vec<[f64; 2]> {
-    &spectra.spatial
-}
-
-fn time_of(spectra: &statistics::Spectra) -> &Vec<[f64; 2]> {
-    &spectra.temporal
 }
 
 /// Thresholds of all frames of a kind, 0…1.

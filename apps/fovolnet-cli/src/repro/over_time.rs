@@ -1,5 +1,6 @@
 //! Figures: PSNR, SSIM and tPSNR over time.
 
+use super::methods::{self, METHODS, with_network};
 use super::plot::{self, Axes, Line};
 use super::section::{Cell, Section};
 use super::{Evaluation, SPARSE};
@@ -7,9 +8,7 @@ use crate::interrupt;
 use anyhow::Result;
 use fovolnet::Pipeline;
 use fovolnet::metrics::{ClipQuality, FrameQuality};
-use fovolnet::net::Fill;
 
-const METHODS: [&str; 3] = ["pull-push", "linear", "wnet-fast"];
 /// Frames of each of the two clips.
 const CLIP: u32 = 50;
 /// Frames of the fly-through between both.
@@ -26,8 +25,7 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
         ],
     );
     let data = evaluation.shown("head");
-    let mut settings = evaluation.settings(data, SPARSE);
-    settings.reconstruct = Some("wnet".parse().map_err(anyhow::Error::msg)?);
+    let settings = with_network(evaluation, data, SPARSE);
     let mut pipeline = Pipeline::new(&data.open()?, &settings, &evaluation.speed)?;
     let mut courses: [Vec<FrameQuality>; 3] = Default::default();
     let mut qualities = METHODS.map(|_| ClipQuality::new().without_ms_ssim());
@@ -36,8 +34,7 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
         interrupt::check("this figure is not complete")?;
         let rendered = pipeline.render(number)?;
         let reference = pipeline.reference(number);
-        let sparse = &rendered.sparse;
-        let made = [Fill::PullPush.reconstruct(sparse), Fill::Linear.reconstruct(sparse), rendered.frame];
+        let made = methods::frames(rendered);
         for ((course, quality), frame) in courses.iter_mut().zip(&mut qualities).zip(&made) {
             course.push(quality.push(&reference, frame)?);
         }
@@ -65,22 +62,20 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
     section.data("over_time", &["frame", "method", "psnr", "ssim", "tpsnr"], rows(&courses));
     let summary = METHODS.iter().zip(&qualities).filter_map(|(name, quality)| {
         let summary = quality.summary()?;
-        let or_none = |value: Option<f64>| value.map_or(Cell::from("-"), Cell::from);
-        Some(vec![(*name).into(), summary.psnr.into(), or_none(summary.ssim), or_none(summary.tpsnr)])
+        Some(vec![(*name).into(), summary.psnr.into(), summary.ssim.into(), summary.tpsnr.into()])
     });
     section.table("means", &["method", "PSNR", "SSIM", "tPSNR"], summary.collect());
     Ok(section)
 }
 
 fn rows(courses: &[Vec<FrameQuality>; 3]) -> Vec<Vec<Cell>> {
-    let or_none = |value: Option<f64>| value.map_or(Cell::from(""), Cell::from);
     let row = |name: &str, frame: usize, quality: &FrameQuality| {
         vec![
             (frame as f64).into(),
             name.into(),
             quality.psnr.into(),
-            or_none(quality.ssim),
-            or_none(quality.tpsnr),
+            quality.ssim.into(),
+            quality.tpsnr.into(),
         ]
     };
     let each = METHODS.iter().zip(courses);

@@ -2,6 +2,7 @@
 
 use anyhow::{Result, anyhow};
 use plotters::coord::Shift;
+use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::ops::Range;
@@ -76,6 +77,28 @@ fn text(error: impl std::fmt::Display) -> String {
     error.to_string()
 }
 
+/// White paper: a place for the chart, and one beside it.
+struct Sheet<'a> {
+    whole: Area<'a>,
+    area: Area<'a>,
+    beside: Area<'a>,
+}
+
+fn sheet(svg: &mut String) -> Result<Sheet<'_>, String> {
+    let whole = SVGBackend::with_string(svg, SIZE).into_drawing_area();
+    whole.fill(&WHITE).map_err(text)?;
+    let (area, beside) = whole.split_horizontally(CHART);
+    Ok(Sheet { whole, area, beside })
+}
+
+type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+
+fn chart<'a, 'b>(area: &'a Area<'b>, x: Range<f64>, y: Range<f64>) -> Result<Chart<'a, 'b>, String> {
+    let mut builder = ChartBuilder::on(area);
+    builder.margin(16).x_label_area_size(44).y_label_area_size(64);
+    builder.build_cartesian_2d(x, y).map_err(text)
+}
+
 fn draw_lines(
     svg: &mut String,
     axes: Axes<'_>,
@@ -83,15 +106,8 @@ fn draw_lines(
     (x, y): (Range<f64>, Range<f64>),
     marks: Marks<'_>,
 ) -> Result<(), String> {
-    let whole = SVGBackend::with_string(svg, SIZE).into_drawing_area();
-    whole.fill(&WHITE).map_err(text)?;
-    let (area, beside) = whole.split_horizontally(CHART);
-    let mut chart = ChartBuilder::on(&area)
-        .margin(16)
-        .x_label_area_size(44)
-        .y_label_area_size(64)
-        .build_cartesian_2d(x, y.clone())
-        .map_err(text)?;
+    let sheet = sheet(svg)?;
+    let mut chart = chart(&sheet.area, x, y.clone())?;
     chart
         .configure_mesh()
         .x_desc(axes.x)
@@ -114,8 +130,8 @@ fn draw_lines(
             chart.draw_series(dots).map_err(text)?;
         }
     }
-    legend(&beside, &lines.iter().map(|line| line.name.as_str()).collect::<Vec<_>>())?;
-    whole.present().map_err(text)
+    legend(&sheet.beside, &lines.iter().map(|line| line.name.as_str()).collect::<Vec<_>>())?;
+    sheet.whole.present().map_err(text)
 }
 
 /// Draws what stands for what beside a chart.
@@ -157,15 +173,8 @@ fn draw_bars(
     series: &[Bars],
     high: f64,
 ) -> Result<(), String> {
-    let whole = SVGBackend::with_string(svg, SIZE).into_drawing_area();
-    whole.fill(&WHITE).map_err(text)?;
-    let (area, beside) = whole.split_horizontally(CHART);
-    let mut chart = ChartBuilder::on(&area)
-        .margin(16)
-        .x_label_area_size(44)
-        .y_label_area_size(64)
-        .build_cartesian_2d(0.0..groups.len() as f64, 0.0..high.max(1e-9))
-        .map_err(text)?;
+    let sheet = sheet(svg)?;
+    let mut chart = chart(&sheet.area, 0.0..groups.len() as f64, 0.0..high.max(1e-9))?;
     let name = |at: &f64| {
         let middle = (at - at.floor() - 0.5).abs() < 1e-6;
         groups.get(*at as usize).filter(|_| middle).cloned().unwrap_or_default()
@@ -196,6 +205,6 @@ fn draw_bars(
             .flat_map(|(group, &[whole, dark])| [bar(group, 0.0, dark, 1.0), bar(group, dark, whole, 0.5)]);
         chart.draw_series(parts).map_err(text)?;
     }
-    legend(&beside, &series.iter().map(|bars| bars.name.as_str()).collect::<Vec<_>>())?;
-    whole.present().map_err(text)
+    legend(&sheet.beside, &series.iter().map(|bars| bars.name.as_str()).collect::<Vec<_>>())?;
+    sheet.whole.present().map_err(text)
 }

@@ -1,6 +1,7 @@
 //! Figure: model precision.
 
-use super::section::{Cell, Section};
+use super::methods::with_network;
+use super::section::Section;
 use super::{DataSet, Evaluation, SPARSE};
 use crate::interrupt;
 use crate::picture::{side_by_side, smaller, stacked};
@@ -38,10 +39,10 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
     let sheet = stacked(&[side_by_side(&frames, GAP), side_by_side(&differences, GAP)], GAP);
     let caption = format!("{}: {}", data.name, PRECISIONS.join(", "));
     section.picture("precision", &caption, smaller(&sheet, 2));
-    let rows = PRECISIONS.iter().zip(&runs).map(|(precision, run)| {
-        let or_none = |value: Option<f64>| value.map_or(Cell::from("-"), Cell::from);
-        vec![(*precision).into(), run.psnr.into(), or_none(run.ssim), run.ms.into()]
-    });
+    let rows = PRECISIONS
+        .iter()
+        .zip(&runs)
+        .map(|(precision, run)| vec![(*precision).into(), run.psnr.into(), run.ssim.into(), run.ms.into()]);
     section.table("precision", &["precision", "PSNR", "SSIM", "network ms"], rows.collect());
     Ok(section)
 }
@@ -56,9 +57,8 @@ struct Run {
 
 fn run(evaluation: &Evaluation, data: &DataSet, opened: &OpenVolume, precision: &str) -> Result<Run> {
     let settings = RenderSettings {
-        reconstruct: Some("wnet".parse().map_err(anyhow::Error::msg)?),
         precision: Some(precision.parse().map_err(anyhow::Error::msg)?),
-        ..evaluation.settings(data, SPARSE)
+        ..with_network(evaluation, data, SPARSE)
     };
     let mut pipeline = Pipeline::new(opened, &settings, &evaluation.speed)?;
     let mut quality = ClipQuality::new().without_ms_ssim();

@@ -1,5 +1,6 @@
 //! Figure: pictures of every method beside the full one, where the eye looks and where it does not.
 
+use super::methods::{self, METHODS, with_network};
 use super::section::{Cell, Section};
 use super::{DataSet, Evaluation, SPARSE};
 use crate::interrupt;
@@ -8,14 +9,12 @@ use anyhow::Result;
 use fovolnet::Pipeline;
 use fovolnet::core::{Frame, FrameSize};
 use fovolnet::metrics::{SsimSettings, psnr, ssim};
-use fovolnet::net::Fill;
 
 /// The frame that is shown: what networks know of earlier ones is settled by then.
 const FRAME: u32 = 15;
 const GAP: u32 = 4;
 /// Parts shown are so many times smaller than the frame along each axis.
 const PART: u32 = 8;
-const METHODS: [&str; 3] = ["pull-push", "linear", "wnet-fast"];
 
 pub fn section(evaluation: &Evaluation) -> Result<Section> {
     let mut section = Section::new(
@@ -58,11 +57,9 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
 /// PSNR, and SSIM where the frames are large enough for its window.
 fn likeness(reference: &Frame, frame: &Frame) -> Result<[Cell; 2]> {
     let (settings, FrameSize { width, height }) = (SsimSettings::default(), frame.size());
-    let similar = match width.min(height) < settings.min_side() {
-        true => Cell::from("-"),
-        false => ssim(reference, frame, &settings)?.into(),
-    };
-    Ok([psnr(reference, frame)?.into(), similar])
+    let is_large = width.min(height) >= settings.min_side();
+    let similar = is_large.then(|| ssim(reference, frame, &settings)).transpose()?;
+    Ok([psnr(reference, frame)?.into(), similar.into()])
 }
 
 /// One frame, made in every way.
@@ -76,21 +73,15 @@ struct Frames {
 
 impl Frames {
     fn of(evaluation: &Evaluation, data: &DataSet) -> Result<Self> {
-        let mut settings = evaluation.settings(data, SPARSE);
-        settings.reconstruct = Some("wnet".parse().map_err(anyhow::Error::msg)?);
+        let settings = with_network(evaluation, data, SPARSE);
         let mut pipeline = Pipeline::new(&data.open()?, &settings, &evaluation.speed)?;
         for frame in 0..FRAME {
             interrupt::check("this figure is not complete")?;
             pipeline.render(frame)?;
         }
         let rendered = pipeline.render(FRAME)?;
-        let made = [
-            Fill::PullPush.reconstruct(&rendered.sparse),
-            Fill::Linear.reconstruct(&rendered.sparse),
-            rendered.frame,
-        ];
-        let gaze = pipeline.fovea(FRAME).gaze;
-        Ok(Self { full: pipeline.reference(FRAME), sparse: rendered.sparse, made, gaze })
+        let (sparse, gaze) = (rendered.sparse.clone(), pipeline.fovea(FRAME).gaze);
+        Ok(Self { full: pipeline.reference(FRAME), sparse, made: methods::frames(rendered), gaze })
     }
 
     /// Rows and columns of a part.

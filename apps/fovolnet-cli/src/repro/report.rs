@@ -21,12 +21,12 @@ nav a { margin-right: 1rem }
 ";
 
 /// The sections in `folder`, in the order of `names`.
-pub fn sections(folder: &Path, names: &[&str]) -> Result<Vec<Section>> {
+pub fn sections(folder: &Path, names: &[String]) -> Result<Vec<Section>> {
     names.iter().filter_map(|name| Section::read(folder, name).transpose()).collect()
 }
 
 /// Writes `report.html` from the sections in `folder`.
-pub fn write(folder: &Path, names: &[&str]) -> Result<()> {
+pub fn write(folder: &Path, names: &[String]) -> Result<()> {
     let sections = sections(folder, names)?;
     let parts = sections.iter().map(|section| part(folder, section)).collect::<Result<Vec<_>>>()?;
     let page = html! {

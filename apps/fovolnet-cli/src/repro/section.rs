@@ -47,6 +47,13 @@ impl From<f64> for Cell {
     }
 }
 
+impl From<Option<f64>> for Cell {
+    /// Nothing where there is no number: readers of CSV take that for a missing one.
+    fn from(number: Option<f64>) -> Self {
+        number.map_or_else(|| "".into(), Self::Number)
+    }
+}
+
 impl From<&str> for Cell {
     fn from(words: &str) -> Self {
         Self::Words(words.into())

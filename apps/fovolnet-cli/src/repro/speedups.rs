@@ -1,11 +1,12 @@
 //! Figure: average frame times. Table: relative speed-ups.
 
+use super::methods::warmed;
 use super::plot::{self, Bars};
 use super::section::{Cell, Section};
 use super::{DENSE, DataSet, Evaluation, SPARSE};
 use crate::interrupt;
 use anyhow::Result;
-use fovolnet::{OpenVolume, Pipeline, RandomWeights, RenderSettings};
+use fovolnet::{Pipeline, RandomWeights, Reconstruction, RenderSettings};
 use std::time::Instant;
 
 /// Networks: what the report calls them, and their plans. Weights are random: they do not change what a frame takes.
@@ -45,13 +46,13 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
     let names: Vec<String> = all.iter().map(|average| average.name.clone()).collect();
     let mut series =
         vec![Bars { name: "every pixel".into(), heights: all.iter().map(|a| [a.full; 2]).collect() }];
-    for (number, (network, setting)) in columns().enumerate() {
-        let heights = all.iter().map(|a| a.sparse[number]).collect();
-        series.push(Bars { name: format!("{network} ({}, {})", setting[0], setting[1]), heights });
-    }
-    section.drawing("frame_times", "ms a frame", plot::bars("ms a frame", &names, &series)?);
     let titles: Vec<String> =
         columns().map(|(network, [pb, sigma])| format!("{network} ({pb}, {sigma})")).collect();
+    series.extend(titles.iter().enumerate().map(|(number, title)| Bars {
+        name: title.clone(),
+        heights: all.iter().map(|average| average.sparse[number]).collect(),
+    }));
+    section.drawing("frame_times", "ms a frame", plot::bars("ms a frame", &names, &series)?);
     let titles: Vec<&str> = titles.iter().map(String::as_str).collect();
     section.table("speedups", &[&["data set", "full ms"], &titles[..]].concat(), speedups(&all));
     let row = |&(name, speedups): &(&str, [f64; 4])| {
@@ -125,19 +126,11 @@ fn settings(
     network: &str,
     setting: [f64; 2],
 ) -> Result<RenderSettings> {
-    let how = if network.starts_with("deepfovea") { "deepfovea" } else { "wnet" };
+    let is_deepfovea = network.starts_with("deepfovea");
     let weights: RandomWeights = network.parse().map_err(anyhow::Error::msg)?;
     Ok(RenderSettings {
-        reconstruct: Some(how.parse().map_err(anyhow::Error::msg)?),
+        reconstruct: Some(if is_deepfovea { Reconstruction::DeepFovea } else { Reconstruction::WNet }),
         random_weights: Some(weights),
         ..evaluation.settings(data, setting)
     })
-}
-
-/// A pipeline that has made one frame: memory is taken and filled for the first time then.
-fn warmed(opened: &OpenVolume, settings: &RenderSettings, evaluation: &Evaluation) -> Result<Pipeline> {
-    let mut pipeline = Pipeline::new(opened, settings, &evaluation.speed)?;
-    pipeline.render(0)?;
-    pipeline.reset();
-    Ok(pipeline)
 }
