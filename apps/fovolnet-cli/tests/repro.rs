@@ -19,8 +19,8 @@ fn everything_is_made_and_bound_into_one_page() {
     let done = repro(&["all"], folder.path());
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
     let page = text(&folder.path().join("report.html"));
-    let names =
-        "data-sets noise masks frame-times speedups quality over-time jod precision compression alternatives";
+    let names = "data-sets noise masks frame-times speedups quality over-time jod precision compression \
+                 alternatives scaling";
     for name in names.split(' ') {
         assert!(page.contains(&format!("<section id=\"{name}\">")), "{name}");
         let facts: serde_json::Value =

@@ -13,6 +13,7 @@ mod plot;
 mod precision;
 mod quality;
 mod report;
+mod scaling;
 mod section;
 mod speedups;
 
@@ -84,6 +85,8 @@ enum Item {
     Compression,
     /// Figure beyond the paper: quality against time of every way to make frames cheaper
     Alternatives,
+    /// Figures beyond the paper: cost against resolution and against volume size
+    Scaling,
 }
 
 impl Item {
@@ -111,6 +114,7 @@ impl Item {
             Self::Precision => precision::section(evaluation),
             Self::Compression => compression::section(evaluation),
             Self::Alternatives => alternatives::section(evaluation),
+            Self::Scaling => scaling::section(evaluation),
         }
     }
 }

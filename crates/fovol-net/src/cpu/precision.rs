@@ -47,7 +47,7 @@ impl Precision {
     /// What this becomes on `simd`: where a processor has no faster way, the next more exact one that it has.
     #[must_use]
     pub fn on(self, simd: Simd) -> Self {
-        let bf16 = if simd.has_bf16() { Self::Bf16 } else { Self::F32 };
+        let bf16 = if simd.gains_from_bf16() { Self::Bf16 } else { Self::F32 };
         match self {
             Self::F32 | Self::F16 => Self::F32,
             Self::Auto | Self::Bf16 => bf16,
@@ -112,7 +112,7 @@ impl<'a> Choice<'a> {
 
     /// What layers other than 3×3 convolutions multiply.
     pub fn narrow(&self) -> Arithmetic {
-        let halves = self.precision != Precision::F32 && self.simd.has_bf16();
+        let halves = self.precision != Precision::F32 && self.simd.gains_from_bf16();
         if halves { Arithmetic::Bf16 } else { Arithmetic::F32 }
     }
 

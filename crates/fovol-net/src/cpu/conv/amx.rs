@@ -85,6 +85,42 @@ impl Drop for Tiles {
     }
 }
 
+/// Runs `$lines` with the numbers of a call in registers: `{near}` and `{far}` are the pixels of two tiles, `{weights}`
+/// begins with the weights of 16 words, rows of both tiles and sums are `{pixel}` and `{width}` bytes apart.
+macro_rules! multiply {
+    ($call:expr, $out:expr, $width:expr, [$($step:expr),+], [$($end:expr),+]) => {
+        asm!(
+            "2:",
+            "mov {k}, {steps}",
+            "mov {near}, {patch}",
+            "lea {far}, [{patch} + {half}]",
+            "3:",
+            $($step,)+
+            "add {near}, 64",
+            "add {far}, 64",
+            "dec {k}",
+            "jnz 3b",
+            "add {patch}, {row}",
+            "dec {rows}",
+            "jnz 2b",
+            $($end,)+
+            patch = inout(reg) $call.patch => _,
+            weights = inout(reg) $call.weights => _,
+            rows = inout(reg) $call.rows => _,
+            row = in(reg) $call.row * 4,
+            pixel = in(reg) $call.pixel * 4,
+            half = in(reg) $call.pixel * 4 * 16,
+            steps = in(reg) $call.run.div_ceil(RUN),
+            width = in(reg) $width * 4,
+            out = in(reg) $out,
+            k = out(reg) _,
+            near = out(reg) _,
+            far = out(reg) _,
+            options(nostack),
+        )
+    };
+}
+
 /// The kernels of one way to multiply, for 32 and for 16 channels: 16 words of a window's row at a time, pixels in tiles 4
 /// and 5, weights in 6 and 7, sums in 0 to 3. Rows of weights are whole runs, so that what is read of a patch after the
 /// last word of a window's row is multiplied by zeros.
@@ -100,49 +136,30 @@ macro_rules! kernels {
             /// This thread must have [`Tiles`]; the call's patch must be readable for a whole run after the last
             /// window's, weights for whole runs, `out` writable for a whole block.
             pub unsafe fn thirty_two(call: &Call, out: *mut f32) {
-                const WIDTH: usize = 32;
                 // SAFETY: the caller's; nobody else uses this thread's tiles.
                 unsafe {
-                    $begin(call.bias, WIDTH);
-                    asm!(
-                        "2:",
-                        "mov {k}, {steps}",
-                        "mov {near}, {patch}",
-                        "lea {far}, [{patch} + {half}]",
-                        "3:",
-                        "tileloadd tmm4, [{near} + {pixel}]",
-                        "tileloadd tmm6, [{weights} + {width}]",
-                        concat!($multiply, " tmm0, tmm4, tmm6"),
-                        "tileloadd tmm5, [{far} + {pixel}]",
-                        concat!($multiply, " tmm2, tmm5, tmm6"),
-                        "tileloadd tmm7, [{weights} + {width} + 64]",
-                        concat!($multiply, " tmm1, tmm4, tmm7"),
-                        concat!($multiply, " tmm3, tmm5, tmm7"),
-                        "add {near}, 64",
-                        "add {far}, 64",
-                        "add {weights}, 2048",
-                        "dec {k}",
-                        "jnz 3b",
-                        "add {patch}, {row}",
-                        "dec {rows}",
-                        "jnz 2b",
-                        "tilestored [{out} + {width}], tmm0",
-                        "tilestored [{out} + {width} + 64], tmm1",
-                        "tilestored [{out} + {width} + 2048], tmm2",
-                        "tilestored [{out} + {width} + 2112], tmm3",
-                        patch = inout(reg) call.patch => _,
-                        weights = inout(reg) call.weights => _,
-                        rows = inout(reg) call.rows => _,
-                        row = in(reg) call.row * 4,
-                        pixel = in(reg) call.pixel * 4,
-                        half = in(reg) call.pixel * 4 * 16,
-                        steps = in(reg) call.run.div_ceil(RUN),
-                        width = in(reg) WIDTH * 4,
-                        out = in(reg) out,
-                        k = out(reg) _,
-                        near = out(reg) _,
-                        far = out(reg) _,
-                        options(nostack),
+                    $begin(call.bias, 32);
+                    multiply!(
+                        call,
+                        out,
+                        32_usize,
+                        [
+                            "tileloadd tmm4, [{near} + {pixel}]",
+                            "tileloadd tmm6, [{weights} + {width}]",
+                            concat!($multiply, " tmm0, tmm4, tmm6"),
+                            "tileloadd tmm5, [{far} + {pixel}]",
+                            concat!($multiply, " tmm2, tmm5, tmm6"),
+                            "tileloadd tmm7, [{weights} + {width} + 64]",
+                            concat!($multiply, " tmm1, tmm4, tmm7"),
+                            concat!($multiply, " tmm3, tmm5, tmm7"),
+                            "add {weights}, 2048"
+                        ],
+                        [
+                            "tilestored [{out} + {width}], tmm0",
+                            "tilestored [{out} + {width} + 64], tmm1",
+                            "tilestored [{out} + {width} + 2048], tmm2",
+                            "tilestored [{out} + {width} + 2112], tmm3"
+                        ]
                     );
                 }
             }
@@ -152,44 +169,22 @@ macro_rules! kernels {
             /// # Safety
             /// As [`thirty_two`].
             pub unsafe fn sixteen(call: &Call, out: *mut f32) {
-                const WIDTH: usize = 16;
                 // SAFETY: the caller's; nobody else uses this thread's tiles.
                 unsafe {
-                    $begin(call.bias, WIDTH);
-                    asm!(
-                        "2:",
-                        "mov {k}, {steps}",
-                        "mov {near}, {patch}",
-                        "lea {far}, [{patch} + {half}]",
-                        "3:",
-                        "tileloadd tmm4, [{near} + {pixel}]",
-                        "tileloadd tmm6, [{weights} + {width}]",
-                        concat!($multiply, " tmm0, tmm4, tmm6"),
-                        "tileloadd tmm5, [{far} + {pixel}]",
-                        concat!($multiply, " tmm2, tmm5, tmm6"),
-                        "add {near}, 64",
-                        "add {far}, 64",
-                        "add {weights}, 1024",
-                        "dec {k}",
-                        "jnz 3b",
-                        "add {patch}, {row}",
-                        "dec {rows}",
-                        "jnz 2b",
-                        "tilestored [{out} + {width}], tmm0",
-                        "tilestored [{out} + {width} + 1024], tmm2",
-                        patch = inout(reg) call.patch => _,
-                        weights = inout(reg) call.weights => _,
-                        rows = inout(reg) call.rows => _,
-                        row = in(reg) call.row * 4,
-                        pixel = in(reg) call.pixel * 4,
-                        half = in(reg) call.pixel * 4 * 16,
-                        steps = in(reg) call.run.div_ceil(RUN),
-                        width = in(reg) WIDTH * 4,
-                        out = in(reg) out,
-                        k = out(reg) _,
-                        near = out(reg) _,
-                        far = out(reg) _,
-                        options(nostack),
+                    $begin(call.bias, 16);
+                    multiply!(
+                        call,
+                        out,
+                        16_usize,
+                        [
+                            "tileloadd tmm4, [{near} + {pixel}]",
+                            "tileloadd tmm6, [{weights} + {width}]",
+                            concat!($multiply, " tmm0, tmm4, tmm6"),
+                            "tileloadd tmm5, [{far} + {pixel}]",
+                            concat!($multiply, " tmm2, tmm5, tmm6"),
+                            "add {weights}, 1024"
+                        ],
+                        ["tilestored [{out} + {width}], tmm0", "tilestored [{out} + {width} + 1024], tmm2"]
                     );
                 }
             }
