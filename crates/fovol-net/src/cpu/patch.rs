@@ -56,65 +56,88 @@ impl<'a> Source<'a> {
     /// Writes the `count` pixels from column `x0` of row `y` on, which are all inside, to `out`.
     #[inline(always)]
     fn copy<P: Pack>(&self, [y, x0]: [usize; 2], count: usize, mut out: Pixels<'_, P>, memory: &mut Memory) {
-        let [height, width, c] = self.map.size();
-        let Memory { near, far, folded, packed } = memory;
+        let c = self.map.channels();
         match self.access {
-            Access::Folded => {
-                let columns = 2 * x0 * c..2 * (x0 + count) * c;
-                let above = self.map.numbers(2 * y, columns.clone(), near);
-                let below = self.map.numbers(2 * y + 1, columns, far);
-                folded.resize(count * 4 * c, 0.0);
-                match c {
-                    1 => fold::<1>(above, below, folded),
-                    3 => fold::<3>(above, below, folded),
-                    4 => fold::<4>(above, below, folded),
-                    _ => fold_any(c, above, below, folded),
-                }
-                out.write((0, 1), &folded[..], packed);
-            }
+            Access::Folded => self.copy_folded([y, x0], count, out, memory),
+            Access::Resized(Resize::Bilinear) => self.copy_bilinear([y, x0], count, out, memory),
             Access::Resized(Resize::Same) => with_map!(self.map, map => {
-                out.write((0, 1), &map.row(y)[x0 * c..(x0 + count) * c], packed);
+                out.write((0, 1), &map.row(y)[x0 * c..(x0 + count) * c], &mut memory.packed);
             }),
             Access::Resized(Resize::Nearest) => with_map!(self.map, map => {
                 for phase in 0..2 {
                     let columns = Columns::of_phase(phase, x0, count);
-                    out.write((columns.first, 2), &map.row(y / 2)[columns.from * c..columns.to * c], packed);
+                    let pixels = &map.row(y / 2)[columns.from * c..columns.to * c];
+                    out.write((columns.first, 2), pixels, &mut memory.packed);
                 }
             }),
-            Access::Resized(Resize::Bilinear) => {
-                let [(a, wa), (b, wb)] = halves(y, height);
-                // One column more on both sides, where there is none the last one again.
-                let (first, end) = (x0 / 2, (x0 + count).div_ceil(2));
-                let inside = first.saturating_sub(1)..(end + 1).min(width);
-                let before = usize::from(first == 0) * c;
-                far.resize((end - first + 2) * c, 0.0);
-                with_map!(self.map, map => {
-                    let columns = inside.start * c..inside.end * c;
-                    let rows = map.row(a)[columns.clone()].iter().zip(&map.row(b)[columns]);
-                    for (to, (a, b)) in far[before..].iter_mut().zip(rows) {
-                        *to = wa * a.to_f32() + wb * b.to_f32();
-                    }
-                });
-                if first == 0 {
-                    far.copy_within(c..2 * c, 0);
-                }
-                if end == width {
-                    let length = far.len();
-                    far.copy_within(length - 2 * c..length - c, length - c);
-                }
-                for phase in 0..2 {
-                    let columns = Columns::of_phase(phase, x0, count);
-                    let from = columns.from - first;
-                    let length = (columns.to - columns.from) * c;
-                    let nearest = &far[(from + 1) * c..][..length];
-                    let beside = &far[(from + 2 * phase) * c..][..length];
-                    near.resize(length, 0.0);
-                    for (to, (nearest, beside)) in near.iter_mut().zip(nearest.iter().zip(beside)) {
-                        *to = 0.75 * nearest + 0.25 * beside;
-                    }
-                    out.write((columns.first, 2), &near[..], packed);
-                }
+        }
+    }
+
+    /// [`Self::copy`], 2×2 pixels as one.
+    #[inline(always)]
+    fn copy_folded<P: Pack>(
+        &self,
+        [y, x0]: [usize; 2],
+        count: usize,
+        mut out: Pixels<'_, P>,
+        Memory { near, far, folded, packed }: &mut Memory,
+    ) {
+        let c = self.map.channels();
+        let columns = 2 * x0 * c..2 * (x0 + count) * c;
+        let above = self.map.numbers(2 * y, columns.clone(), near);
+        let below = self.map.numbers(2 * y + 1, columns, far);
+        folded.resize(count * 4 * c, 0.0);
+        match c {
+            1 => fold::<1>(above, below, folded),
+            3 => fold::<3>(above, below, folded),
+            4 => fold::<4>(above, below, folded),
+            _ => fold_any(c, above, below, folded),
+        }
+        out.write((0, 1), &folded[..], packed);
+    }
+
+    /// [`Self::copy`] at twice the resolution: down first, whole rows at once, then along them, first the even and then
+    /// the odd columns.
+    #[inline(always)]
+    fn copy_bilinear<P: Pack>(
+        &self,
+        [y, x0]: [usize; 2],
+        count: usize,
+        mut out: Pixels<'_, P>,
+        Memory { near, far, packed, .. }: &mut Memory,
+    ) {
+        let [height, width, c] = self.map.size();
+        let [(a, wa), (b, wb)] = halves(y, height);
+        // One column more on both sides, where there is none the last one again.
+        let (first, end) = (x0 / 2, (x0 + count).div_ceil(2));
+        let inside = first.saturating_sub(1)..(end + 1).min(width);
+        let before = usize::from(first == 0) * c;
+        far.resize((end - first + 2) * c, 0.0);
+        with_map!(self.map, map => {
+            let columns = inside.start * c..inside.end * c;
+            let rows = map.row(a)[columns.clone()].iter().zip(&map.row(b)[columns]);
+            for (to, (a, b)) in far[before..].iter_mut().zip(rows) {
+                *to = wa * a.to_f32() + wb * b.to_f32();
             }
+        });
+        if first == 0 {
+            far.copy_within(c..2 * c, 0);
+        }
+        if end == width {
+            let length = far.len();
+            far.copy_within(length - 2 * c..length - c, length - c);
+        }
+        for phase in 0..2 {
+            let columns = Columns::of_phase(phase, x0, count);
+            let from = columns.from - first;
+            let length = (columns.to - columns.from) * c;
+            let nearest = &far[(from + 1) * c..][..length];
+            let beside = &far[(from + 2 * phase) * c..][..length];
+            near.resize(length, 0.0);
+            for (to, (nearest, beside)) in near.iter_mut().zip(nearest.iter().zip(beside)) {
+                *to = 0.75 * nearest + 0.25 * beside;
+            }
+            out.write((columns.first, 2), &near[..], packed);
         }
     }
 }
