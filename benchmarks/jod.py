@@ -10,17 +10,15 @@ on the display standard_4k, not foveated: 10 is no difference, 9 one that three 
 density is a line of FOLDER/jod.csv. FovVideoVDP is licensed for non-commercial use.
 """
 
-import argparse
-import csv
 import shutil
-from pathlib import Path
 
 import numpy as np
 import pyfvvdp
 import torch
 from PIL import Image
 
-from flythroughs import METHODS, VOLUMES_HELP, run, volume
+import flythroughs
+from flythroughs import METHODS, run, volume, write_rows
 
 
 def video(folder, name, count):
@@ -41,16 +39,7 @@ def rendered(options, arguments, density, method, folder):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("volumes", nargs="+", help=VOLUMES_HELP)
-    parser.add_argument("--weights", default="wnet-fast")
-    parser.add_argument("--densities", default="0.1,0.07,0.03,0.01")
-    parser.add_argument("--frames", type=int, default=50)
-    parser.add_argument("--size", default="1280x720")
-    parser.add_argument("--program", default="target/release/fovolnet")
-    parser.add_argument("-o", "--output", type=Path, required=True)
-    options = parser.parse_args()
-    options.output.mkdir(parents=True, exist_ok=True)
+    options = flythroughs.options(__doc__, 50, weights="wnet-fast", densities="0.1,0.07,0.03,0.01")
     metric = pyfvvdp.fvvdp(display_name="standard_4k", foveated=False, device=torch.device("cpu"))
     rows = []
     for given in options.volumes:
@@ -68,10 +57,7 @@ def main():
                 shutil.rmtree(folder)
             rows.append(row)
             print(row, flush=True)
-            with open(options.output / "jod.csv", "w", newline="", encoding="utf-8") as file:
-                writer = csv.DictWriter(file, fieldnames=list(row))
-                writer.writeheader()
-                writer.writerows(rows)
+            write_rows(options.output / "jod.csv", rows)
     for density in options.densities.split(","):
         of = [row for row in rows if row["density"] == density]
         means = {method: float(np.mean([row[method] for row in of])) for method in METHODS}

@@ -12,15 +12,12 @@ FOLDER/quality.csv; FOLDER/VOLUME.png shows the last frame: sparse, pull-push, n
 of the network; above the whole frame, then a part where the eye looks, then one where it does not.
 """
 
-import argparse
-import csv
-from pathlib import Path
-
 import numpy as np
 from PIL import Image
 from skimage.metrics import structural_similarity
 
-from flythroughs import METHODS, VOLUMES_HELP, run, volume
+import flythroughs
+from flythroughs import METHODS, run, volume, write_rows
 
 FIRST = 8
 
@@ -100,16 +97,7 @@ def comparison(folders, name, number, references, frames, path):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("volumes", nargs="+", help=VOLUMES_HELP)
-    parser.add_argument("--weights", required=True)
-    parser.add_argument("--precision", default="f32")
-    parser.add_argument("--frames", type=int, default=16)
-    parser.add_argument("--size", default="1280x720")
-    parser.add_argument("--program", default="target/release/fovolnet")
-    parser.add_argument("-o", "--output", type=Path, required=True)
-    options = parser.parse_args()
-    options.output.mkdir(parents=True, exist_ok=True)
+    options = flythroughs.options(__doc__, 16, precision="f32")
     rows = []
     for given in options.volumes:
         title, transfer, arguments = volume(given)
@@ -131,10 +119,7 @@ def main():
         comparison(folders, title, options.frames - 1, references, frames, options.output)
         rows.append(row)
         print(row, flush=True)
-        with open(options.output / "quality.csv", "w", newline="", encoding="utf-8") as file:
-            writer = csv.DictWriter(file, fieldnames=list(row))
-            writer.writeheader()
-            writer.writerows(rows)
+        write_rows(options.output / "quality.csv", rows)
     for measure in ["gain PSNR", "gain tPSNR", "share of 1 - SSIM"]:
         print(f"mean {measure}: {np.mean([row[measure] for row in rows]):.3f}")
 

@@ -9,8 +9,6 @@ interpolation filled. Every volume and method is a line of FOLDER/oidn.csv: PSNR
 from the ninth frame on, and the median time of OIDN alone, on all cores.
 """
 
-import argparse
-import csv
 import statistics
 import sys
 import time
@@ -20,7 +18,8 @@ import numpy as np
 import pyoidn
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from flythroughs import METHODS, VOLUMES_HELP, volume  # noqa: E402
+import flythroughs  # noqa: E402
+from flythroughs import METHODS, volume, write_rows  # noqa: E402
 from quality import FIRST, picture, rendered, scores  # noqa: E402
 
 QUALITIES = {"fast": pyoidn.OIDN_QUALITY_FAST, "high": pyoidn.OIDN_QUALITY_HIGH}
@@ -52,16 +51,7 @@ def denoised(frames, quality):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("volumes", nargs="+", help=VOLUMES_HELP)
-    parser.add_argument("--weights", default="wnet-fast")
-    parser.add_argument("--precision", default="auto")
-    parser.add_argument("--frames", type=int, default=12)
-    parser.add_argument("--size", default="1280x720")
-    parser.add_argument("--program", default="target/release/fovolnet")
-    parser.add_argument("-o", "--output", type=Path, required=True)
-    options = parser.parse_args()
-    options.output.mkdir(parents=True, exist_ok=True)
+    options = flythroughs.options(__doc__, 12, weights="wnet-fast", precision="auto")
     rows = []
     for given in options.volumes:
         title, _, arguments = volume(given)
@@ -79,10 +69,7 @@ def main():
                 row |= {"tPSNR": round(tpsnr, 2), "OIDN ms": "" if ms is None else round(ms, 1)}
                 rows.append(row)
                 print(row, flush=True)
-        with open(options.output / "oidn.csv", "w", newline="", encoding="utf-8") as file:
-            writer = csv.DictWriter(file, fieldnames=list(rows[0]))
-            writer.writeheader()
-            writer.writerows(rows)
+        write_rows(options.output / "oidn.csv", rows)
 
 
 if __name__ == "__main__":

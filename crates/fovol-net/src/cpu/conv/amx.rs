@@ -85,8 +85,9 @@ impl Drop for Tiles {
     }
 }
 
-/// Runs `$lines` with the numbers of a call in registers: `{near}` and `{far}` are the pixels of two tiles, `{weights}`
-/// begins with the weights of 16 words, rows of both tiles and sums are `{pixel}` and `{width}` bytes apart.
+/// Runs `$step` for every 16 words of a window and then `$end`, with the numbers of a call in registers: `{near}` and
+/// `{far}` are the pixels of two tiles, `{weights}` their weights, which steps move on; rows of pixels are `{pixel}` bytes
+/// apart, those of weights and sums `{width}`.
 macro_rules! multiply {
     ($call:expr, $out:expr, $width:expr, [$($step:expr),+], [$($end:expr),+]) => {
         asm!(
