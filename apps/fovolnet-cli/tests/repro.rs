@@ -20,7 +20,7 @@ fn everything_is_made_and_bound_into_one_page() {
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
     let page = text(&folder.path().join("report.html"));
     let names = "data-sets noise masks frame-times speedups quality over-time jod precision compression \
-                 alternatives scaling";
+                 ablations alternatives scaling video";
     for name in names.split(' ') {
         assert!(page.contains(&format!("<section id=\"{name}\">")), "{name}");
         let facts: serde_json::Value =
@@ -32,6 +32,9 @@ fn everything_is_made_and_bound_into_one_page() {
             assert_eq!(csv.lines().count(), 1 + table["rows"].as_array().unwrap().len(), "{name}");
         }
     }
+    let film =
+        |name: &str| ["mp4", "y4m"].map(|kind| folder.path().join(format!("video/{name}.{kind}")).exists());
+    assert!(film("head").contains(&true) && film("vortices").contains(&true));
     // Nothing is fetched from anywhere.
     assert!(!page.contains("http://") && !page.contains("https://"));
     let speedups = text(&folder.path().join("speedups/speedups.csv"));

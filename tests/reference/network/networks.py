@@ -390,7 +390,7 @@ class WNet(nn.Module):
         if config["kernels"]:
             finest = features[:1] if config["fold"] else []
             images = {"history": states.get("output"), "filled": filled, "fresh": fresh}
-            picture = self.kernel(direct, finest + features, images)
+            picture = self.kernel(filled if direct is None else direct, finest + features, images)
         if config["addition"]:
             added = self.addition(features[0])
             picture = picture + (F.pixel_shuffle(added, 2) if config["fold"] else added)

@@ -4,10 +4,11 @@
 //! are sampled with the masks that the program itself would use (ALGORITHMS §9.3): blue in space and time, denser where
 //! the eye looks. The motion is found from the depths of the samples alone, as at run time.
 
+use crate::Result;
 use crate::clips::Clip;
+use crate::mask_noise::{MaskNoise, NoiseConfig};
 use fovol_core::Frame;
 use fovolnet::motion_of_depths;
-use fovolnet::render::noise::{Noise, NoiseKind};
 use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
 use tch::{Device, Kind, Tensor};
@@ -24,6 +25,8 @@ pub struct LessonConfig {
     pub without_fovea: f64,
     /// How often each augmentation is applied.
     pub augment: Augment,
+    /// What masks are drawn with.
+    pub noise: NoiseConfig,
 }
 
 /// The probabilities of the augmentations: Table 2 of the paper.
@@ -55,7 +58,13 @@ impl Augment {
 
 impl Default for LessonConfig {
     fn default() -> Self {
-        Self { base: [0.008, 0.12], sigma: [10.0, 60.0], without_fovea: 0.3, augment: Augment::default() }
+        Self {
+            base: [0.008, 0.12],
+            sigma: [10.0, 60.0],
+            without_fovea: 0.3,
+            augment: Augment::default(),
+            noise: NoiseConfig::default(),
+        }
     }
 }
 
@@ -104,21 +113,33 @@ impl LessonFrame {
     }
 }
 
-/// Frames of `length` of each of `clips`, side by side as a batch; all clips are of one size.
-pub fn lesson(
-    clips: &[Clip],
-    length: usize,
-    config: &LessonConfig,
-    random: &mut impl Rng,
-) -> Vec<LessonFrame> {
-    let noise = Noise::new(NoiseKind::Stbn, 0);
-    let single: Vec<Vec<LessonFrame>> = clips
-        .iter()
-        .map(|clip| {
-            let variation = Variation::draw(clip, length, config, random);
-            (0..length.min(clip.len())).map(|t| variation.frame(clip, t, &noise)).collect()
-        })
-        .collect();
+/// Makes lessons of clips.
+pub struct Lesson {
+    config: LessonConfig,
+    noise: MaskNoise,
+}
+
+impl Lesson {
+    /// As `config` says.
+    ///
+    /// # Errors
+    /// Noise that cannot be made.
+    pub fn new(config: &LessonConfig) -> Result<Self> {
+        Ok(Self { config: config.clone(), noise: MaskNoise::new(&config.noise)? })
+    }
+
+    /// `length` frames of each of `clips`, side by side as a batch; all clips are of one size.
+    pub fn of(&self, clips: &[Clip], length: usize, random: &mut impl Rng) -> Vec<LessonFrame> {
+        let each = clips.iter().map(|clip| {
+            let variation = Variation::draw(clip, length, &self.config, random);
+            (0..length.min(clip.len())).map(|t| variation.frame(clip, t, &self.noise)).collect()
+        });
+        batch(&each.collect::<Vec<_>>())
+    }
+}
+
+/// The frames of `single` clips side by side.
+fn batch(single: &[Vec<LessonFrame>]) -> Vec<LessonFrame> {
     let frames = single.iter().map(Vec::len).min().unwrap_or(0);
     let beside = |part: fn(&LessonFrame) -> &Tensor, t: usize| {
         Tensor::cat(&single.iter().map(|frames| part(&frames[t])).collect::<Vec<_>>(), 0)
@@ -196,7 +217,7 @@ impl Variation {
         Self { channels, is_grey, flips: flips.collect(), stop, border, base, sigma, gaze, offset, length }
     }
 
-    fn frame(&self, clip: &Clip, t: usize, noise: &Noise) -> LessonFrame {
+    fn frame(&self, clip: &Clip, t: usize, noise: &MaskNoise) -> LessonFrame {
         let shown = t.min(self.stop);
         let before = if t == 0 { 0 } else { (t - 1).min(self.stop) };
         let size = clip.scenery.part;
@@ -246,13 +267,11 @@ impl Variation {
     }
 
     /// Which pixels of frame `t` are sampled.
-    fn sampled(&self, width: u32, height: u32, t: usize, noise: &Noise) -> Vec<bool> {
+    fn sampled(&self, width: u32, height: u32, t: usize, noise: &MaskNoise) -> Vec<bool> {
         let along = if self.length > 1 { t as f64 / (self.length - 1) as f64 } else { 0.0 };
         let gaze: [f64; 2] =
             std::array::from_fn(|a| self.gaze[0][a] + (self.gaze[1][a] - self.gaze[0][a]) * along);
         let [left, top, slice] = self.offset;
-        let noise = noise.frame(slice + t as u32);
-        let levels = f64::from(noise.levels());
         let falloff = |at: u32, gaze: f64| {
             if self.sigma > 0.0 {
                 (-0.5 * ((f64::from(at) + 0.5 - gaze) / self.sigma).powi(2)).exp()
@@ -266,7 +285,7 @@ impl Variation {
             let row = falloff(y, gaze[1]);
             sampled.extend((0..width).map(|x| {
                 let density = self.base + (1.0 - self.base) * row * columns[x as usize];
-                (f64::from(noise.rank(x + left, y + top)) + 0.5) / levels < density
+                noise.threshold(x + left, y + top, slice + t as u32) < density
             }));
         }
         sampled
@@ -316,6 +335,10 @@ mod tests {
         }
     }
 
+    fn lesson(clip: &Clip, config: &LessonConfig, random: &mut ChaCha8Rng) -> Vec<LessonFrame> {
+        Lesson::new(config).unwrap().of(std::slice::from_ref(clip), 4, random)
+    }
+
     fn largest(tensor: &Tensor) -> f64 {
         tensor.abs().max().double_value(&[])
     }
@@ -323,7 +346,7 @@ mod tests {
     #[test]
     fn samples_are_the_target_where_the_mask_is_one() {
         let clip = clip();
-        let frames = lesson(std::slice::from_ref(&clip), 4, &plain(), &mut ChaCha8Rng::seed_from_u64(1));
+        let frames = lesson(&clip, &plain(), &mut ChaCha8Rng::seed_from_u64(1));
         assert_eq!(frames.len(), 4);
         for frame in &frames {
             assert_eq!(frame.colour.size(), [1, 3, 64, 64]);
@@ -342,7 +365,7 @@ mod tests {
         let flipped = Augment { flip_horizontal: 1.0, flip_vertical: 1.0, ..config.augment.clone() };
         let draw = |augment: &Augment| {
             let config = LessonConfig { augment: augment.clone(), ..config.clone() };
-            lesson(std::slice::from_ref(&clip), 4, &config, &mut ChaCha8Rng::seed_from_u64(2))
+            lesson(&clip, &config, &mut ChaCha8Rng::seed_from_u64(2))
         };
         let (plain, turned) = (draw(&config.augment), draw(&flipped));
         for (a, b) in plain.iter().zip(&turned) {
@@ -358,7 +381,7 @@ mod tests {
         config.augment.still = 1.0;
         let clip = clip();
         let mut random = ChaCha8Rng::seed_from_u64(5);
-        let frames = (0..9).map(|_| lesson(std::slice::from_ref(&clip), 4, &config, &mut random));
+        let frames = (0..9).map(|_| lesson(&clip, &config, &mut random));
         let last = frames.map(|frames| largest(&(&frames[3].target - &frames[2].target)));
         // Where it stops before the last frame, the last two are alike.
         assert!(last.filter(|&difference| difference == 0.0).count() > 3);
@@ -370,7 +393,7 @@ mod tests {
         for seed in 10..22 {
             let recipe = Recipe::draw(seed, &VolumeSource::parse("head:48:0").unwrap()).with_part(64, 4);
             let clip = record(&recipe, &recipe.source.open().unwrap()).unwrap();
-            let frames = lesson(&[clip], 4, &plain(), &mut ChaCha8Rng::seed_from_u64(1));
+            let frames = lesson(&clip, &plain(), &mut ChaCha8Rng::seed_from_u64(1));
             let (before, now) = (&frames[2].target, &frames[3]);
             // Where this frame was in the picture before.
             let inside = warp(&before.ones_like(), &now.true_motion).ge(0.999).to_kind(Kind::Float);

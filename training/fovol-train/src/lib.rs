@@ -7,6 +7,7 @@ pub mod clips;
 mod error;
 pub mod lesson;
 pub mod loss;
+pub mod mask_noise;
 pub mod network;
 pub mod optimise;
 pub mod trainer;

@@ -100,7 +100,7 @@ fn networks_agree_with_the_cpu_engine() {
             println!("{named} {size:?}: {worst:.1e}");
             assert!(worst <= 1e-4, "{named} {size:?}: {worst}");
         }
-        let last = Options { channels_last: true, bf16: false };
+        let last = Options { channels_last: true, ..Options::default() };
         let worst = worst_against_engine(&named.config(), last, [45, 37]);
         assert!(worst <= 1e-4, "{named} with channels last: {worst}");
     }
@@ -110,7 +110,7 @@ fn networks_agree_with_the_cpu_engine() {
 fn bf16_stays_close() {
     for named in Named::ALL {
         for channels_last in [false, true] {
-            let options = Options { channels_last, bf16: true };
+            let options = Options { channels_last, bf16: true, ..Options::default() };
             let worst = worst_against_engine(&named.config(), options, [45, 37]);
             println!("{named} channels last {channels_last}: {worst:.1e}");
             assert!((1e-5..0.05).contains(&worst), "{named} channels last {channels_last}: {worst}");

@@ -1,5 +1,6 @@
 //! The paper's evaluation with this program: every table and figure as CSV, JSON and pictures, bound into one report.
 
+mod ablations;
 mod alternatives;
 mod compression;
 mod data_sets;
@@ -16,6 +17,8 @@ mod report;
 mod scaling;
 mod section;
 mod speedups;
+mod video;
+mod vtk;
 
 use crate::console::JsonOutput;
 use crate::interrupt;
@@ -49,6 +52,13 @@ pub struct Repro {
     /// Small frames, few of them, and three small volumes: minutes instead of hours
     #[arg(long)]
     quick: bool,
+    /// What benchmarks/peers/vtk_march.py wrote (vtk_march.json): how full frames compare with VTK's then stands beside the
+    /// speed-ups
+    #[arg(long, value_name = "FILE")]
+    vtk: Option<PathBuf>,
+    /// What benchmarks/ablations.py wrote (ablations.csv)
+    #[arg(long, value_name = "FILE")]
+    ablations: Option<PathBuf>,
     /// Folder for report.html and what it shows
     #[arg(short, long, value_name = "DIR", default_value = "fovolnet-repro")]
     output: PathBuf,
@@ -83,10 +93,14 @@ enum Item {
     Precision,
     /// Figure: effective compression
     Compression,
+    /// Table: what the parts of the method give, from --ablations
+    Ablations,
     /// Figure beyond the paper: quality against time of every way to make frames cheaper
     Alternatives,
     /// Figures beyond the paper: cost against resolution and against volume size
     Scaling,
+    /// The supplemental video: fly-throughs side by side; as .mp4 where ffmpeg is installed
+    Video,
 }
 
 impl Item {
@@ -113,8 +127,10 @@ impl Item {
             Self::Jod => jod::section(evaluation),
             Self::Precision => precision::section(evaluation),
             Self::Compression => compression::section(evaluation),
+            Self::Ablations => ablations::section(evaluation),
             Self::Alternatives => alternatives::section(evaluation),
             Self::Scaling => scaling::section(evaluation),
+            Self::Video => video::section(evaluation),
         }
     }
 }
@@ -125,6 +141,12 @@ struct Evaluation {
     frames: u32,
     size: FrameSize,
     speed: SpeedSettings,
+    /// Where sections have their folders.
+    output: PathBuf,
+    /// Times beside VTK's.
+    vtk: Option<PathBuf>,
+    /// What was found by training without parts of the method.
+    ablations: Option<PathBuf>,
 }
 
 /// Sampling as the paper's figures have it: P_b and σ.
@@ -206,6 +228,9 @@ impl Repro {
             frames: self.frames.unwrap_or(frames),
             size: self.size.map_or_else(|| FrameSize::new(width, height), Ok)?,
             speed: self.speed.clone(),
+            output: self.output.clone(),
+            vtk: self.vtk.clone(),
+            ablations: self.ablations.clone(),
         })
     }
 }

@@ -15,7 +15,7 @@ th, td { padding: .2rem .8rem; border-bottom: 1px solid #ddd; text-align: left; 
 td { white-space: nowrap }
 td.number { text-align: right; font-variant-numeric: tabular-nums }
 figure { margin: 1.5rem 0 }
-figure img { max-width: 100%; image-rendering: auto }
+figure img, figure video { max-width: 100%; image-rendering: auto }
 figcaption, .facts { color: #555; font-size: .9rem }
 nav a { margin-right: 1rem }
 ";
@@ -92,12 +92,24 @@ fn rows(table: &Table) -> Markup {
     }
 }
 
+/// Films larger than this stay beside the report, bytes.
+const LARGEST_FILM: usize = 32 << 20;
+
 fn embedded(folder: &Path, section: &Section, figure: &Figure) -> Result<Markup> {
     let path = folder.join(&section.name).join(&figure.file);
     let bytes = std::fs::read(&path).with_context(|| {
         format!("{} is missing; make it again with `fovolnet repro {}`", path.display(), section.name)
     })?;
-    let kind = if figure.file.ends_with(".svg") { "svg+xml" } else { "png" };
-    let data = format!("data:image/{kind};base64,{}", STANDARD.encode(bytes));
-    Ok(html! { figure { img src=(data) alt=(figure.caption); figcaption { (figure.caption) } } })
+    let extension = path.extension().unwrap_or_default().to_string_lossy();
+    let data = |kind: &str| format!("data:{kind};base64,{}", STANDARD.encode(&bytes));
+    let shown = match &*extension {
+        "svg" => html! { img src=(data("image/svg+xml")) alt=(figure.caption); },
+        "png" => html! { img src=(data("image/png")) alt=(figure.caption); },
+        "mp4" if bytes.len() <= LARGEST_FILM => {
+            html! { video src=(data("video/mp4")) controls loop muted {} }
+        }
+        // Browsers do not play other films.
+        _ => html! { a href={ (section.name) "/" (figure.file) } { (figure.file) } },
+    };
+    Ok(html! { figure { (shown) figcaption { (figure.caption) } } })
 }

@@ -80,13 +80,13 @@ impl std::fmt::Display for Cell {
     }
 }
 
-/// A picture in a file beside the report.
+/// A picture or a film in a file beside the report.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Figure {
     /// The file's name.
     pub file: String,
     pub caption: String,
-    /// What is in the file, until it is written.
+    /// What is in the file, until it is written; nothing of a film, which is written as it is made.
     #[serde(skip)]
     pub picture: Option<Picture>,
 }
@@ -130,6 +130,11 @@ impl Section {
     pub fn picture(&mut self, name: &str, caption: &str, frame: Frame) {
         let picture = Some(Picture::Frame(frame));
         self.figures.push(Figure { file: format!("{name}.png"), caption: caption.into(), picture });
+    }
+
+    /// With the film `file`, which is in the section's folder already.
+    pub fn film(&mut self, file: &str, caption: &str) {
+        self.figures.push(Figure { file: file.into(), caption: caption.into(), picture: None });
     }
 
     /// Writes all there is to a folder of its name in `folder`.

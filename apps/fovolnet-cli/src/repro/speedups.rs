@@ -3,7 +3,7 @@
 use super::methods::warmed;
 use super::plot::{self, Bars};
 use super::section::{Cell, Section};
-use super::{DENSE, DataSet, Evaluation, SPARSE};
+use super::{DENSE, DataSet, Evaluation, SPARSE, vtk};
 use crate::interrupt;
 use anyhow::Result;
 use fovolnet::{Pipeline, RandomWeights, Reconstruction, RenderSettings};
@@ -36,7 +36,7 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
         "Average frame times and speed-ups",
         &[
             "Fly-throughs with shadows; times are means over all their frames. The dark part of a bar is the network. Full frames \
-           are this program's own, which are not slow: benchmarks/peers/vtk_march.py compares them with VTK.",
+           are this program's own; benchmarks/peers/vtk_march.py compares them with VTK, and --vtk FILE shows here what it found.",
             "Speed-ups are full frames against sparse ones with the network. The paper's were taken on a GPU with its own \
            renderer and volumes: the ratios can be compared, not the times.",
         ],
@@ -66,6 +66,9 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
         "DeepFovea (0.07, 0.06)",
     ];
     section.table("speedups_paper", &columns, PAPER.iter().map(row).collect());
+    if let Some(file) = &evaluation.vtk {
+        vtk::add(&mut section, file)?;
+    }
     Ok(section)
 }
 

@@ -79,6 +79,12 @@ fn configurations_are_checked_and_survive_json() {
         WNetConfig { direct: false, ..WNetConfig::fast() },
         WNetConfig { direct: false, ..WNetConfig::paper() },
         WNetConfig { direct: false, residual: false, kernels: false, ..WNetConfig::fast() },
+        WNetConfig {
+            direct: false,
+            feedback: Feedback::None,
+            flat: Some(Taps::Centre),
+            ..WNetConfig::paper()
+        },
         WNetConfig { accumulate: f32::NAN, ..WNetConfig::fast() },
         WNetConfig { prefill: false, accumulate: 0.0, ..WNetConfig::fast() },
     ] {

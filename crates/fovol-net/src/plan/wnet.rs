@@ -76,7 +76,8 @@ pub struct WNetConfig {
     /// Whether decoders read what they wrote for the last frame.
     #[serde(default = "yes")]
     pub recurrent: bool,
-    /// Whether D predicts a picture. Without one, K's only kernel weighs the other pictures alone.
+    /// Whether D predicts a picture. Without one, K's only kernel weighs the other pictures alone; kernels at every
+    /// resolution filter what was sampled.
     #[serde(default = "yes")]
     pub direct: bool,
 }
@@ -208,18 +209,18 @@ impl WNetConfig {
         if self.addition && !self.kernels {
             return Err("there is nothing of K to add to; set `kernels`, or leave out `addition`".into());
         }
-        if !self.direct {
-            let weighs = [self.history, self.filled, self.fresh].iter().any(Option::is_some);
-            if !(self.kernels && self.flat.is_some() && weighs)
-                || self.residual
-                || self.feedback == Feedback::Direct
-            {
-                return Err(
-                    "without a direct prediction there must be `kernels`, `flat` and another picture for them \
-                            to weigh, and neither `residual` nor direct `feedback`; set these, or leave out `direct`"
-                        .into(),
-                );
-            }
+        if !self.direct && (!self.kernels || self.residual || self.feedback == Feedback::Direct) {
+            return Err(
+                "without a direct prediction there must be `kernels`, and neither `residual` nor direct \
+                        `feedback`; set these, or leave out `direct`"
+                    .into(),
+            );
+        }
+        let weighs = [self.history, self.filled, self.fresh].iter().any(Option::is_some);
+        if !self.direct && self.flat.is_some() && !weighs {
+            return Err(
+                "`flat` kernels need a picture to weigh; set `filled`, `fresh`, `history` or `direct`".into(),
+            );
         }
         if self.fresh.is_some() && self.accumulate == 0.0 {
             return Err("every filled picture is fresh; set `accumulate`, or leave out `fresh`".into());
@@ -280,8 +281,8 @@ impl Walk<'_> {
             (picture, Some(taps)) => {
                 self.kernel(&direct.features, picture.map(|id| (Read::same(id), taps)), more)
             }
-            (Some(picture), None) => self.kernels(picture, &direct.features, &more),
-            (None, None) => unreachable!("kernels at every resolution filter the direct prediction"),
+            // Without a direct prediction it is what was sampled that they filter.
+            (picture, None) => self.kernels(picture.unwrap_or(filled), &direct.features, &more),
         };
         if config.addition {
             let more = self.predicted("addition", &[Read::same(direct.features[0])], Activation::None);

@@ -1,7 +1,7 @@
 //! One frame on its way through a network.
 
 use super::layers;
-use super::{Inputs, Network};
+use super::{Inputs, Network, quantise};
 use fovol_net::plan::{Conv, Filter, Layer, Read, TensorId};
 use std::collections::HashMap;
 use tch::{Kind, Tensor};
@@ -136,10 +136,13 @@ impl<'a> Frame<'a> {
     fn conv(&mut self, conv: &Conv) -> Tensor {
         // Those of one pixel make pictures, for which the eight bits of bf16 are too few.
         let kind = if conv.size == 3 { self.wide } else { self.exact };
-        let inputs: Vec<Tensor> = conv.inputs.iter().map(|&read| self.resized(read, kind)).collect();
+        let mut inputs: Vec<Tensor> = conv.inputs.iter().map(|&read| self.resized(read, kind)).collect();
+        let [mut weight, bias] = self.pair(&conv.name, kind);
+        if self.network.options.fake_quantised && conv.size == 3 {
+            (inputs, weight) = quantise::as_bytes(&inputs, &weight);
+        }
         let input = if inputs.len() == 1 { inputs[0].shallow_clone() } else { Tensor::cat(&inputs, 1) };
         let input = if self.network.options.channels_last { layers::channels_last(&input) } else { input };
-        let [weight, bias] = self.pair(&conv.name, kind);
         layers::conv(conv, &input, &weight, &bias)
     }
 

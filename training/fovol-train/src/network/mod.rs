@@ -21,6 +21,7 @@
 mod frame;
 mod initialise;
 pub(crate) mod layers;
+mod quantise;
 
 pub use initialise::initial_weights;
 
@@ -40,6 +41,9 @@ pub struct Options {
     pub bf16: bool,
     /// Whether the tensors of convolutions have their channels together in memory.
     pub channels_last: bool,
+    /// Whether 3×3 convolutions round what they read and their weights as the bytes of int8 would be, while gradients pass
+    /// as if they did not (Jacob et al. 2018, "fake quantisation").
+    pub fake_quantised: bool,
 }
 
 /// What a network is given for one frame of each clip of a batch.

@@ -151,6 +151,9 @@ pub struct TrainConfig {
     /// Whether tensors have their channels together in memory.
     #[serde(default)]
     pub channels_last: bool,
+    /// Whether 3×3 convolutions round to bytes as int8 does, so that weights are learned that stand it.
+    #[serde(default)]
+    pub fake_quantised: bool,
     /// Whether the network is given the renderer's motion, if it uses any.
     #[serde(default = "yes")]
     pub use_motion: bool,

@@ -1,6 +1,6 @@
 use super::TrainConfig;
 use crate::clips::{Clip, ClipSet};
-use crate::lesson::{LessonFrame, lesson};
+use crate::lesson::{Lesson, LessonFrame};
 use crate::{Error, Result};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -17,17 +17,21 @@ const AHEAD: usize = 2;
 
 impl Lessons {
     /// The lessons of `config` on `clips` from step `step` on.
-    pub fn start(clips: ClipSet, config: &TrainConfig, step: u64) -> Self {
+    ///
+    /// # Errors
+    /// Lessons that cannot be made.
+    pub fn start(clips: ClipSet, config: &TrainConfig, step: u64) -> Result<Self> {
+        let lesson = Lesson::new(&config.lesson)?;
         let (sender, prepared) = sync_channel(AHEAD);
         let config = config.clone();
         thread::spawn(move || {
             // Ends when nobody listens any more.
             let mut step = step;
-            while sender.send(prepare(&clips, &config, step)).is_ok() {
+            while sender.send(prepare(&clips, &config, &lesson, step)).is_ok() {
                 step += 1;
             }
         });
-        Self { prepared }
+        Ok(Self { prepared })
     }
 
     /// The next one.
@@ -38,7 +42,12 @@ impl Lessons {
 }
 
 /// The lesson of step `step`.
-pub(super) fn prepare(clips: &ClipSet, config: &TrainConfig, step: u64) -> Result<Vec<LessonFrame>> {
+pub(super) fn prepare(
+    clips: &ClipSet,
+    config: &TrainConfig,
+    lesson: &Lesson,
+    step: u64,
+) -> Result<Vec<LessonFrame>> {
     let mut random = ChaCha8Rng::seed_from_u64(config.seed);
     random.set_stream(step + 1);
     let chosen = (0..config.batch).map(|i| {
@@ -47,7 +56,7 @@ pub(super) fn prepare(clips: &ClipSet, config: &TrainConfig, step: u64) -> Resul
         Ok(part(&clip, config.side, &mut random))
     });
     let chosen: Vec<Clip> = chosen.collect::<Result<_>>()?;
-    Ok(lesson(&chosen, config.frames, &config.lesson, &mut random))
+    Ok(lesson.of(&chosen, config.frames, &mut random))
 }
 
 /// Which of `count` clips comes at place `number`: each once in every `count` places, in an order of its own.

@@ -69,7 +69,11 @@ impl Trainer {
             Some(path) => Weights::named_or_read(&path.to_string_lossy())?,
             None => initial_weights(&config.network.config(), config.seed)?,
         };
-        let options = Options { bf16: config.bf16, channels_last: config.channels_last };
+        let options = Options {
+            bf16: config.bf16,
+            channels_last: config.channels_last,
+            fake_quantised: config.fake_quantised,
+        };
         let network = Network::new(&weights, options, device)?;
         let parameters = network.parameters();
         let mut trainer = Self {
@@ -122,10 +126,10 @@ impl Trainer {
             return Err(Error::Config("there are no clips to train on; make some first".into()));
         }
         let started = Instant::now();
-        let mut validation = Validation::new(held_out)?;
+        let mut validation = Validation::new(held_out, &self.config.lesson.noise)?;
         let end = self.pace.map(|(began, time)| began + time);
         let mut progress = Progress::new(&self.folder, self.step, self.config.steps, end)?;
-        let mut lessons = Lessons::start(clips.clone(), &self.config, self.step);
+        let mut lessons = Lessons::start(clips.clone(), &self.config, self.step)?;
         let mut saved = Instant::now();
         let mut failures = 0;
         while self.step < self.config.steps && !self.is_out_of_time() {

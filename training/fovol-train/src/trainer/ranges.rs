@@ -5,7 +5,7 @@ use super::lessons::prepare;
 use super::validation::sparse_frame;
 use crate::Result;
 use crate::clips::ClipSet;
-use crate::lesson::LessonFrame;
+use crate::lesson::{Lesson, LessonFrame};
 use fovol_core::Frame;
 use fovol_net::Weights;
 use fovol_net::cpu::{FrameInput, calibrate};
@@ -20,8 +20,9 @@ const LESSONS: u64 = 24;
 /// Clips that cannot be read, or are none.
 pub fn note_ranges(weights: &mut Weights, clips: &ClipSet, config: &TrainConfig) -> Result<()> {
     let single = TrainConfig { batch: 1, ..config.clone() };
+    let lesson = Lesson::new(&config.lesson)?;
     let lessons: Vec<Vec<Given>> = (0..LESSONS)
-        .map(|number| prepare(clips, &single, number)?.iter().map(Given::of).collect())
+        .map(|number| prepare(clips, &single, &lesson, number)?.iter().map(Given::of).collect())
         .collect::<Result<_>>()?;
     let inputs: Vec<_> =
         lessons.iter().map(|frames| frames.iter().map(Given::input).collect::<Vec<_>>()).collect();

@@ -1,5 +1,6 @@
 use crate::clips::ClipSet;
-use crate::lesson::{Augment, LessonConfig, LessonFrame, lesson};
+use crate::lesson::{Augment, Lesson, LessonConfig, LessonFrame};
+use crate::mask_noise::NoiseConfig;
 use crate::network::{Inputs, Network};
 use crate::{Error, Result};
 use fovol_core::{Frame, FrameSize};
@@ -69,19 +70,21 @@ const FROM: usize = 4;
 const PREVIEWS: usize = 6;
 
 impl Validation {
-    /// The clips of `set`.
-    pub fn new(set: &ClipSet) -> Result<Self> {
+    /// The clips of `set`, their masks drawn with `noise`.
+    pub fn new(set: &ClipSet, noise: &NoiseConfig) -> Result<Self> {
         let plain = LessonConfig {
             base: [DENSITY; 2],
             without_fovea: 1.0,
             augment: Augment::NONE,
+            noise: noise.clone(),
             ..LessonConfig::default()
         };
+        let plain = Lesson::new(&plain)?;
         let mut random = ChaCha8Rng::seed_from_u64(77);
         let lessons = (0..set.len()).map(|i| {
             let clip = set.clip(i)?;
             let length = clip.len();
-            Ok(lesson(&[clip], length, &plain, &mut random))
+            Ok(plain.of(&[clip], length, &mut random))
         });
         Ok(Self { lessons: lessons.collect::<Result<_>>()?, fills: None })
     }

@@ -1,0 +1,68 @@
+//! The supplemental video: fly-throughs in every way at once.
+
+use super::methods::{self, with_network};
+use super::section::Section;
+use super::{DataSet, Evaluation, Item, SPARSE};
+use crate::interrupt;
+use crate::picture::{side_by_side, stacked};
+use anyhow::Result;
+use fovolnet::Pipeline;
+use fovolnet::core::{Frame, FrameSize};
+use fovolnet::io::atomic;
+use fovolnet::io::video::VideoWriter;
+use std::path::Path;
+
+/// Frames a second.
+const RATE: u32 = 25;
+/// Pixels between the pictures.
+const GAP: u32 = 4;
+
+pub fn section(evaluation: &Evaluation) -> Result<Section> {
+    let mut section = Section::new(
+        "Fly-throughs side by side",
+        &[
+            "The supplemental video: every frame of the fly-through of each data set at (P_b, σ) = (0.03, 0.02). Above: every \
+           pixel marched, and the samples. Below: linear interpolation of the samples, and wnet-fast.",
+            "The paper's shows DeepFovea beside FoVolNet; this one shows what comes with the program.",
+        ],
+    );
+    let folder = evaluation.output.join(Item::Video.name());
+    atomic::make_folder(&folder)?;
+    for data in &evaluation.data_sets {
+        let (name, still) = film(evaluation, data, &folder)?;
+        section.picture(&data.name, &format!("{}: the frame in the middle", data.name), still);
+        section.film(&name, &format!("{}: the whole, {RATE} frames a second", data.name));
+    }
+    Ok(section)
+}
+
+/// Writes the fly-through of `data` to `folder`: the name of its file, and its middle frame.
+fn film(evaluation: &Evaluation, data: &DataSet, folder: &Path) -> Result<(String, Frame)> {
+    let settings = with_network(evaluation, data, SPARSE);
+    let mut pipeline = Pipeline::new(&data.open()?, &settings, &evaluation.speed)?;
+    let FrameSize { width, height } = evaluation.size;
+    let whole = FrameSize::new(2 * width + GAP, 2 * height + GAP)?;
+    let mut film = VideoWriter::create(&folder.join(format!("{}.mp4", data.name)), whole, RATE)?;
+    let mut middle = None;
+    // One after the other: frames that are left out would be motion that nobody sees.
+    for number in 0..evaluation.frames {
+        interrupt::check("this film is not complete")?;
+        let shown = sheet(&mut pipeline, number)?;
+        film.push(&shown)?;
+        if number == evaluation.frames / 2 {
+            middle = Some(shown);
+        }
+    }
+    let path = film.finish()?;
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    Ok((name, middle.expect("fly-throughs have two frames or more")))
+}
+
+/// Every pixel and the samples above; linear interpolation and the network below.
+fn sheet(pipeline: &mut Pipeline, number: u32) -> Result<Frame> {
+    let rendered = pipeline.render(number)?;
+    let [reference, samples] = [pipeline.reference(number), rendered.sparse.clone()];
+    let [_, linear, network] = methods::frames(rendered);
+    let rows = [[&reference, &samples], [&linear, &network]];
+    Ok(stacked(&rows.map(|row| side_by_side(&row, GAP)), GAP))
+}

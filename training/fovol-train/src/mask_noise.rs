@@ -1,0 +1,94 @@
+//! The noise that masks are drawn with.
+
+use crate::{Error, Result};
+use fovolnet::render::noise::{Noise, NoiseKind, NoiseSize, STBN_SEED, ranks};
+use serde::{Deserialize, Serialize};
+
+/// Frames after which noise repeats.
+const FRAMES: usize = NoiseSize::STBN.frames;
+
+/// Which noise masks are drawn with; the program's own unless something else is said.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+pub struct NoiseConfig {
+    /// `stbn`, `blue` or `uniform`.
+    pub kind: NoiseKind,
+    /// Pixels a side of the tile that repeats over the frame, 16…256. Others than the program's 128 are for spatio-temporal
+    /// noise alone, which is made anew then: seconds for 64, minutes for 256.
+    pub tile: usize,
+}
+
+impl Default for NoiseConfig {
+    fn default() -> Self {
+        Self { kind: NoiseKind::Stbn, tile: NoiseSize::STBN.width }
+    }
+}
+
+/// Ranks of the pixels of every frame.
+pub(crate) enum MaskNoise {
+    /// As the program has it.
+    Carried(Noise),
+    /// Spatio-temporal noise in other tiles.
+    Made { size: NoiseSize, ranks: Vec<u32> },
+}
+
+impl MaskNoise {
+    /// The noise that `config` says.
+    ///
+    /// # Errors
+    /// Tiles that cannot be made.
+    pub fn new(config: &NoiseConfig) -> Result<Self> {
+        if config.tile == NoiseSize::STBN.width {
+            return Ok(Self::Carried(Noise::new(config.kind, 0)));
+        }
+        if config.kind != NoiseKind::Stbn {
+            return Err(Error::Config(format!(
+                "`lesson.noise` is {} in tiles of {}; only stbn is made in other tiles than {}",
+                config.kind,
+                config.tile,
+                NoiseSize::STBN.width
+            )));
+        }
+        let size = NoiseSize::new(config.tile, config.tile, FRAMES).map_err(Error::Config)?;
+        Ok(Self::Made { size, ranks: ranks(size, STBN_SEED) })
+    }
+
+    /// (rank + ½) / levels of pixel (`x`, `y`) of frame `t`: sampled where that is below the density.
+    pub fn threshold(&self, x: u32, y: u32, t: u32) -> f64 {
+        let (rank, levels) = match self {
+            Self::Carried(noise) => {
+                let frame = noise.frame(t);
+                (frame.rank(x, y), frame.levels() as usize)
+            }
+            Self::Made { size, ranks } => {
+                let [x, y, t] = [x as usize % size.width, y as usize % size.height, t as usize % size.frames];
+                (ranks[(t * size.height + y) * size.width + x], size.len())
+            }
+        };
+        (f64::from(rank) + 0.5) / levels as f64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thresholds_are_even_whatever_the_tile() {
+        for (kind, tile) in [(NoiseKind::Stbn, 128), (NoiseKind::Stbn, 16), (NoiseKind::Uniform, 128)] {
+            let noise = MaskNoise::new(&NoiseConfig { kind, tile }).unwrap();
+            let places = (0..64 * 64u32).map(|i| noise.threshold(i % 64, i / 64, 3));
+            let below = places.filter(|&threshold| threshold < 0.25).count() as f64 / 4096.0;
+            assert!((below - 0.25).abs() < 0.03, "{kind} {tile}: {below}");
+        }
+        let small = MaskNoise::new(&NoiseConfig { kind: NoiseKind::Stbn, tile: 16 }).unwrap();
+        assert_eq!(small.threshold(3, 5, 1), small.threshold(19, 37, 65));
+    }
+
+    #[test]
+    fn what_cannot_be_made_is_said() {
+        for (kind, tile) in [(NoiseKind::Blue, 64), (NoiseKind::Stbn, 8)] {
+            assert!(MaskNoise::new(&NoiseConfig { kind, tile }).is_err());
+        }
+    }
+}
