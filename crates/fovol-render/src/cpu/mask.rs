@@ -34,7 +34,7 @@ const WORD: usize = u64::BITS as usize;
 ///
 /// levels is a power of two, so scaling by it rounds nothing: rank + ½ < τ·levels holds exactly where the
 /// specification's (rank + ½)/levels < τ does.
-struct Thresholds {
+pub(crate) struct Thresholds {
     /// P_b·levels.
     base: f64,
     /// (1 − P_b)·levels·(the fovea's factor of the column); 0 beyond the width.
@@ -46,7 +46,8 @@ struct Thresholds {
 }
 
 impl Thresholds {
-    fn new(fovea: &Fovea, size: FrameSize, levels: u32) -> Self {
+    /// The thresholds of `fovea` in frames of `size`, among `levels` ranks.
+    pub(crate) fn new(fovea: &Fovea, size: FrameSize, levels: u32) -> Self {
         let levels = f64::from(levels);
         let column = |x: u32| {
             if x < size.width { (1.0 - fovea.base) * fovea.falloff_x(x, size) * levels } else { 0.0 }
@@ -61,6 +62,13 @@ impl Thresholds {
             last_word: u64::MAX >> (columns.len() * WORD - size.width as usize),
             columns,
         }
+    }
+
+    /// The number of ranks that are sampled in column `x` of a row whose factor of the fovea is `falloff`.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn limit(&self, x: u32, falloff: f64) -> u32 {
+        let x = x as usize;
+        limit(self.base + self.columns[x / WORD][x % WORD] * falloff)
     }
 }
 
