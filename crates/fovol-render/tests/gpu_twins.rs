@@ -7,8 +7,8 @@
 mod scenes;
 
 use fovol_core::{
-    CameraPath, Fovea, Frame, FrameSize, Grid, Light, Pixel, SampleList, Scene, ShadowMode, SurfaceShading,
-    TransferFunction, Volume,
+    Camera, CameraPath, Fovea, Frame, FrameSize, Grid, Light, Pixel, SampleList, Scene, ShadowMode,
+    SurfaceShading, TransferFunction, Volume,
 };
 use fovol_render::cpu::{self, RenderOptions, Simd};
 use fovol_render::gpu::{AdapterRequest, FrameBuffers, Gpu, GpuError, MaskSource, Renderer, Sampling, Stage};
@@ -29,7 +29,7 @@ fn small_scene() -> Scene {
     scene
 }
 
-fn full_frame(renderer: &Renderer, buffers: &mut FrameBuffers, camera: &fovol_core::Camera) -> Frame {
+fn full_frame(renderer: &Renderer, buffers: &mut FrameBuffers, camera: &Camera) -> Frame {
     renderer.render(buffers, camera, Sampling::Full).unwrap();
     buffers.read_frame().unwrap()
 }
@@ -70,6 +70,92 @@ fn pictures_are_those_of_the_specification() {
         let mut scene = Scene::new(Arc::new(volume), transfer());
         scene.background = [0.1, 0.2, 0.3];
         agrees_with_the_specification(&GPU, name, scene);
+    }
+}
+
+/// A volume of noise between `low` and `high`, whose borders show as well.
+fn noise(dims: [usize; 3], spacing: [f64; 3], [low, high]: [f64; 2], seed: u64) -> Volume {
+    let grid = Grid::new(dims, spacing).unwrap();
+    let random =
+        |i: u64| (i.wrapping_add(seed).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 40) as f64 / f64::from(1 << 24);
+    let values = (0..grid.voxels() as u64).map(|i| (low + (high - low) * random(i * i + i)) as f32).collect();
+    Volume::from_values(grid, values).unwrap()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(40))]
+    #[test]
+    #[ignore = "needs an adapter"]
+    fn any_scene_looks_as_the_specification_says(
+        dims in prop::array::uniform3(1usize..24), spacing in prop::array::uniform3(0.5f64..2.0), seed in 0u64..1000,
+        eye in prop::array::uniform3(-1.5f64..1.5), target in prop::array::uniform3(-0.2f64..0.2),
+        fovy in 20.0f64..100.0, light in prop::array::uniform3(-1i32..=1), step in 0.2f64..2.0,
+        opacity in 0.0f64..=1.0, shadows in 0usize..3, gradient in any::<bool>(), axis in 0usize..4,
+    ) {
+        let mut scene = Scene::new(Arc::new(noise(dims, spacing, [0.0, 1.0], seed)), TransferFunction::grey_ramp(opacity));
+        scene.step = step;
+        scene.background = [0.2, 0.0, 0.4];
+        scene.shading.shadows = [ShadowMode::On, ShadowMode::Off, ShadowMode::Cached][shadows];
+        scene.shading.surface = if gradient { SurfaceShading::Gradient } else { SurfaceShading::Flat };
+        // Also along axes, and parallel to faces.
+        let light = if light == [0; 3] { [0, 0, 1] } else { light };
+        scene.shading.light = Light::towards(light.map(f64::from).into()).unwrap();
+        let mut eye = eye;
+        if axis < 3 {
+            eye = [0.0; 3];
+            eye[axis] = 1.4;
+        }
+        let target = if axis < 3 { [0.0; 3] } else { target };
+        let camera = Camera::new(eye.into(), target.into(), fovy).unwrap();
+        let size = FrameSize::new(41, 31).unwrap();
+        let (expected, _) = cpu::Renderer::new(&scene, SCALAR).unwrap().march_full(&camera, size);
+        let renderer = Renderer::new(&GPU, &scene).unwrap();
+        let mut buffers = renderer.frame_buffers(size).unwrap();
+        let (p999, most, mean) = differences(&expected, &full_frame(&renderer, &mut buffers, &camera));
+        println!("any scene: {p999} {most} {mean}");
+        // A last sample at a face of the box may fall either way.
+        prop_assert!(p999 <= 2.0 / 255.0 && most <= 8.0 / 255.0 && mean <= 2e-3, "{p999} {most} {mean}");
+    }
+}
+
+#[test]
+#[ignore = "needs an adapter"]
+fn large_volumes_are_stored_another_way_and_look_the_same() {
+    let dims = [[2048, 2048, 17], [2048, 1024, 17], [1024, 1024, 17]];
+    let value = |i: usize| (i * 7 % 251 + i / 2048 * 3 % 97) % 256;
+    let grids = dims.map(|dims| Grid::new(dims, [1.0, 1.0, 4.0]).unwrap());
+    let volumes = [
+        Volume::from_values(grids[0], (0..grids[0].voxels()).map(|i| value(i) as u8).collect()).unwrap(),
+        Volume::from_values(grids[1], (0..grids[1].voxels()).map(|i| value(i) as u16 * 200).collect())
+            .unwrap(),
+        Volume::from_values(grids[2], (0..grids[2].voxels()).map(|i| value(i) as f32 * 0.1).collect())
+            .unwrap(),
+    ];
+    let size = FrameSize::new(41, 31).unwrap();
+    let camera = Camera::on_sphere(30.0, 20.0, 0.1, 50.0);
+    for volume in volumes {
+        let name = volume.dtype();
+        let mut scene = Scene::new(Arc::new(volume), TransferFunction::grey_ramp(0.05));
+        scene.shading.shadows = ShadowMode::Off;
+        let (expected, _) = cpu::Renderer::new(&scene, SCALAR).unwrap().march_full(&camera, size);
+        let renderer = Renderer::new(&GPU, &scene).unwrap();
+        let mut buffers = renderer.frame_buffers(size).unwrap();
+        let (_, most, mean) = differences(&expected, &full_frame(&renderer, &mut buffers, &camera));
+        println!("large {name}: {most} {mean}");
+        assert!(most <= 2.0 / 255.0 && mean <= 2e-3, "{name}: {most} {mean}");
+        assert!(expected.pixels().iter().any(|p| p[0] > 0.1), "{name}: nothing is seen");
+    }
+}
+
+#[test]
+#[ignore = "needs an adapter"]
+fn eyes_far_beyond_everything_see_something_or_nothing_but_do_not_hang() {
+    let renderer = &SAMPLED.renderer;
+    let mut buffers = renderer.frame_buffers(FrameSize::new(16, 9).unwrap()).unwrap();
+    for far in [1e3, 1e9, 1e30, 1e150] {
+        let camera = Camera::new([0.1 * far, 0.2 * far, far].into(), [0.0; 3].into(), 35.0).unwrap();
+        let frame = full_frame(renderer, &mut buffers, &camera);
+        assert!(frame.pixels().iter().flatten().all(|c| c.is_finite()), "{far}");
     }
 }
 

@@ -8,6 +8,8 @@ use wgpu::{TextureFormat, TextureUsages};
 
 /// Bytes that are staged at a time: the host never holds a second copy of a large volume.
 const SLAB: usize = 32 << 20;
+/// Up to this many bytes texels hold their neighbours too, which takes four times the memory.
+const CORNERS: usize = 256 << 20;
 
 /// How the texels of a volume become values; see shaders/field.wgsl.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -20,7 +22,7 @@ pub struct TexelKind {
 
 /// The voxels of a volume in a 3-D texture, at the type that [`Bricks`] found narrowest.
 ///
-/// Small 8-bit volumes have their neighbours along y and z in each texel, like [`BrickData::Corners`]: two loads a sample
+/// In small volumes each texel has its neighbours along y and z too, like [`BrickData::Corners`]: two loads a sample
 /// instead of eight.
 #[derive(Debug)]
 pub struct VolumeTexture {
@@ -34,24 +36,21 @@ impl VolumeTexture {
     /// # Errors
     /// A volume with more voxels along an axis than the device's textures have texels; a device out of memory.
     pub fn new(gpu: &Gpu, bricks: &Bricks) -> Result<Self> {
-        let dims = bricks.layout().dims;
-        check_dims(gpu, dims)?;
-        let (format, corners, floats) = match bricks.data() {
-            BrickData::Corners(_) => (TextureFormat::Rgba8Uint, true, false),
-            BrickData::U8(_) => (TextureFormat::R8Uint, false, false),
-            BrickData::U16(_) => (TextureFormat::R16Uint, false, false),
-            BrickData::F32(_) => (TextureFormat::R32Uint, false, true),
-        };
+        let layout = bricks.layout();
+        check_dims(gpu, layout.dims)?;
+        let kind = kind_of(bricks);
         let texture = gpu.guarded("making room for the volume", || {
-            texture(gpu, "volume", dims, format, TextureUsages::COPY_DST)
+            texture(gpu, "volume", layout.dims, format(bricks.data(), kind), TextureUsages::COPY_DST)
         })?;
         gpu.guarded("uploading the volume", || match bricks.data() {
-            BrickData::Corners(values) => upload(gpu, &texture, bricks.layout(), values),
-            BrickData::U8(values) => upload(gpu, &texture, bricks.layout(), values),
-            BrickData::U16(values) => upload(gpu, &texture, bricks.layout(), values),
-            BrickData::F32(values) => upload(gpu, &texture, bricks.layout(), values),
+            BrickData::Corners(words) => {
+                upload(gpu, &texture, layout.dims, |voxel| words[layout.index(voxel)])
+            }
+            BrickData::U8(values) => upload_voxels(gpu, &texture, layout, values, kind),
+            BrickData::U16(values) => upload_voxels(gpu, &texture, layout, values, kind),
+            BrickData::F32(values) => upload_voxels(gpu, &texture, layout, values, kind),
         })?;
-        Ok(Self { texture, kind: TexelKind { corners, floats } })
+        Ok(Self { texture, kind })
     }
 
     /// What its texels are.
@@ -65,16 +64,61 @@ impl VolumeTexture {
     }
 }
 
-/// Writes stored `values` to `texture`, some slices at a time.
-fn upload<T: Pod + Send + Sync>(gpu: &Gpu, texture: &wgpu::Texture, layout: &BrickLayout, values: &[T]) {
-    let [nx, ny, nz] = layout.dims;
+fn kind_of(bricks: &Bricks) -> TexelKind {
+    let voxels: usize = bricks.layout().dims.iter().product();
+    let (corners, floats) = match bricks.data() {
+        BrickData::Corners(_) => (true, false),
+        BrickData::U8(_) => (4 * voxels <= CORNERS, false),
+        BrickData::U16(_) => (8 * voxels <= CORNERS, false),
+        BrickData::F32(_) => (16 * voxels <= CORNERS, true),
+    };
+    TexelKind { corners, floats }
+}
+
+fn format(data: &BrickData, kind: TexelKind) -> TextureFormat {
+    match (data, kind.corners) {
+        (BrickData::Corners(_), _) | (BrickData::U8(_), true) => TextureFormat::Rgba8Uint,
+        (BrickData::U16(_), true) => TextureFormat::Rgba16Uint,
+        (BrickData::F32(_), true) => TextureFormat::Rgba32Uint,
+        (BrickData::U8(_), false) => TextureFormat::R8Uint,
+        (BrickData::U16(_), false) => TextureFormat::R16Uint,
+        (BrickData::F32(_), false) => TextureFormat::R32Uint,
+    }
+}
+
+/// Writes the voxels in `values`, alone or with their neighbours.
+fn upload_voxels<T: Pod + Send + Sync>(
+    gpu: &Gpu,
+    texture: &wgpu::Texture,
+    layout: &BrickLayout,
+    values: &[T],
+    kind: TexelKind,
+) {
+    let [_, uy, uz] = layout.unit;
+    if kind.corners {
+        // Bricks store the neighbours of all their voxels, at the edge of the volume the last one again.
+        upload(gpu, texture, layout.dims, |voxel| {
+            [0, uy, uz, uy + uz].map(|after| values[layout.index(voxel) + after])
+        });
+    } else {
+        upload(gpu, texture, layout.dims, |voxel| values[layout.index(voxel)]);
+    }
+}
+
+/// Writes the texels of all voxels to `texture`, some slices at a time.
+fn upload<T: Pod + Send>(
+    gpu: &Gpu,
+    texture: &wgpu::Texture,
+    [nx, ny, nz]: [usize; 3],
+    texel: impl Fn([usize; 3]) -> T + Sync,
+) {
     let slices = (SLAB / (nx * ny * size_of::<T>())).max(1);
     let mut slab = vec![T::zeroed(); nx * ny * slices.min(nz)];
     for first in (0..nz).step_by(slices) {
         let slab = &mut slab[..nx * ny * slices.min(nz - first)];
         slab.par_chunks_mut(nx).enumerate().for_each(|(row, texels)| {
-            for (x, texel) in texels.iter_mut().enumerate() {
-                *texel = values[layout.index([x, row % ny, first + row / ny])];
+            for (x, out) in texels.iter_mut().enumerate() {
+                *out = texel([x, row % ny, first + row / ny]);
             }
         });
         write_slices(gpu, texture, first, bytemuck::cast_slice(slab));

@@ -12,15 +12,12 @@ override FLOATS: bool = false;
 ///
 /// Beyond the last voxel loads give some other one, which interpolation multiplies by 0.
 fn column(cell: vec3i) -> vec4f {
-    if CORNERS {
-        return vec4f(textureLoad(volume, cell, 0));
+    var texels = textureLoad(volume, cell, 0);
+    if !CORNERS {
+        texels.y = textureLoad(volume, cell + vec3i(0, 1, 0), 0).x;
+        texels.z = textureLoad(volume, cell + vec3i(0, 0, 1), 0).x;
+        texels.w = textureLoad(volume, cell + vec3i(0, 1, 1), 0).x;
     }
-    let texels = vec4u(
-        textureLoad(volume, cell, 0).x,
-        textureLoad(volume, cell + vec3i(0, 1, 0), 0).x,
-        textureLoad(volume, cell + vec3i(0, 0, 1), 0).x,
-        textureLoad(volume, cell + vec3i(0, 1, 1), 0).x,
-    );
     if FLOATS {
         return bitcast<vec4f>(texels);
     }

@@ -42,8 +42,9 @@ fn segment_of(pixel: vec2u) -> Segment {
     let leaves = select(max(a, b), select(vec3f(NEVER), vec3f(-1.0), outside), parallel);
     let near = max(max(enters.x, enters.y), max(enters.z, 0.0));
     let far = min(leaves.x, min(leaves.y, leaves.z));
-    // Samples k with k + ½ < (far − near)/Δ.
-    let count = select(0.0, max(ceil((far - near) / scene.delta - 0.5), 0.0), near < far);
+    // Samples k with k + ½ < (far − near)/Δ; never more than on the diagonal, however far away the eye is.
+    let most = ceil(length((scene.last + 1.0) / scene.to_voxels) / scene.delta);
+    let count = select(0.0, clamp(ceil((far - near) / scene.delta - 0.5), 0.0, most), near < far);
     let distance = fma(0.5, scene.delta, near);
     return Segment(fma(direction, vec3f(distance), view.eye), direction * scene.delta, count, distance);
 }
