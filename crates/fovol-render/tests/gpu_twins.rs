@@ -83,7 +83,7 @@ fn noise(dims: [usize; 3], spacing: [f64; 3], [low, high]: [f64; 2], seed: u64) 
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(40))]
+    #![proptest_config(ProptestConfig { cases: 40, failure_persistence: None, ..Default::default() })]
     #[test]
     #[ignore = "needs an adapter"]
     fn any_scene_looks_as_the_specification_says(
@@ -264,7 +264,7 @@ static SAMPLED: LazyLock<Sampled> = LazyLock::new(|| Sampled {
 });
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(30))]
+    #![proptest_config(ProptestConfig { cases: 30, failure_persistence: None, ..Default::default() })]
     #[test]
     #[ignore = "needs an adapter"]
     fn masks_and_lists_are_those_of_the_cpu(

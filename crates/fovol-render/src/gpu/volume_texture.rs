@@ -44,7 +44,7 @@ impl VolumeTexture {
         })?;
         gpu.guarded("uploading the volume", || match bricks.data() {
             BrickData::Corners(words) => {
-                upload(gpu, &texture, layout.dims, |voxel| words[layout.index(voxel)])
+                upload(gpu, &texture, layout.dims, |voxel| words[layout.index(voxel)]);
             }
             BrickData::U8(values) => upload_voxels(gpu, &texture, layout, values, kind),
             BrickData::U16(values) => upload_voxels(gpu, &texture, layout, values, kind),
