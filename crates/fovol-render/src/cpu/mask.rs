@@ -1,6 +1,8 @@
 use crate::noise::{FrameNoise, Noise};
 use fovol_core::{Fovea, FrameSize, SampleMask};
 use rayon::prelude::*;
+#[cfg(feature = "gpu")]
+use std::ops::Range;
 
 /// Whether pixel (`x`, `y`) of frame `t` is sampled: N = (rank + ½)/levels < τ.
 ///
@@ -64,11 +66,10 @@ impl Thresholds {
         }
     }
 
-    /// The number of ranks that are sampled in column `x` of a row whose factor of the fovea is `falloff`.
+    /// For some columns of a row whose factor of the fovea is `falloff`, how many ranks are sampled there.
     #[cfg(feature = "gpu")]
-    pub(crate) fn limit(&self, x: u32, falloff: f64) -> u32 {
-        let x = x as usize;
-        limit(self.base + self.columns[x / WORD][x % WORD] * falloff)
+    pub(crate) fn limits(&self, columns: Range<usize>, falloff: f64) -> impl Iterator<Item = u32> {
+        self.columns.as_flattened()[columns].iter().map(move |column| limit(self.base + column * falloff))
     }
 }
 
@@ -95,8 +96,12 @@ fn mask_row(noise: &FrameNoise<'_>, y: u32, thresholds: &Thresholds, falloff: f6
 
 /// The number of ranks with rank + ½ < `threshold`.
 fn limit(threshold: f64) -> u32 {
-    // The difference is exact where it is positive; the cast saturates.
-    (threshold - 0.5).ceil() as u32
+    // The difference is exact where it is positive. Whoever adds 2⁵² rounds to a whole number, which the low bits then
+    // are; rounding up by a call would keep loops from becoming vectors.
+    const WHOLE: f64 = (1u64 << 52) as f64;
+    let least = (threshold - 0.5).max(0.0);
+    let rounded = least + WHOLE;
+    rounded.to_bits() as u32 + u32::from(rounded - WHOLE < least)
 }
 
 /// rank < `limit`.

@@ -1,6 +1,7 @@
 //! Whether Rust structs lie in memory as shaders read them.
 
 use super::shader::Shader;
+use wgpu::naga;
 
 /// Asserts that the members of a struct of a shader are the fields of a Rust struct, at the same offsets.
 macro_rules! assert_twins {

@@ -7,6 +7,7 @@ use crate::noise::{FrameNoise, Noise};
 use bytemuck::{Pod, Zeroable};
 use fovol_core::{Fovea, FrameSize};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// What decides the mask of one frame.
 #[derive(Debug, Clone, Copy)]
@@ -62,20 +63,25 @@ impl Limits {
     pub fn new(fovea: &Fovea, size: FrameSize, levels: u32) -> Self {
         let thresholds = Thresholds::new(fovea, size, levels);
         let rows: Vec<f64> = (0..size.height).map(|y| fovea.falloff_y(y, size)).collect();
-        let base = thresholds.limit(0, 0.0);
+        let base = thresholds.limits(0..1, 0.0).sum();
         // Limits rise with both factors: where the largest of one does not raise the other's, nothing does.
         let highest_row = rows.iter().copied().fold(0.0, f64::max);
-        let [left, right] = span(size.width, |x| thresholds.limit(x, highest_row) != base);
-        let raised = |y: u32| (left..right).any(|x| thresholds.limit(x, rows[y as usize]) != base);
-        let [top, bottom] = span(size.height, raised);
-        let width = (right - left) as usize;
-        let mut values = vec![0; width * (bottom - top) as usize];
-        values.par_chunks_mut(width.max(1)).zip(top..bottom).for_each(|(row, y)| {
-            for (limit, x) in row.iter_mut().zip(left..) {
-                *limit = thresholds.limit(x, rows[y as usize]);
-            }
+        let columns = span(thresholds.limits(0..size.width as usize, highest_row).map(|limit| limit != base));
+        let raised = |&falloff: &f64| thresholds.limits(columns.clone(), falloff).any(|limit| limit != base);
+        let rows_raised = span(rows.iter().map(raised));
+        let mut values = vec![0; columns.len() * rows_raised.len()];
+        let parts = values.par_chunks_mut(columns.len().max(1)).zip(&rows[rows_raised.clone()]);
+        parts.for_each(|(row, &falloff)| {
+            row.iter_mut()
+                .zip(thresholds.limits(columns.clone(), falloff))
+                .for_each(|(to, limit)| *to = limit);
         });
-        Self { base, from: [left, top], size: [right - left, bottom - top], values }
+        Self {
+            base,
+            from: [columns.start, rows_raised.start].map(|at| at as u32),
+            size: [columns.len(), rows_raised.len()].map(|length| length as u32),
+            values,
+        }
     }
 
     /// Those of the rectangle, row by row.
@@ -84,11 +90,13 @@ impl Limits {
     }
 }
 
-/// From the first of `count` positions for which `holds` to the one after the last.
-fn span(count: u32, holds: impl Fn(u32) -> bool) -> [u32; 2] {
-    let first = (0..count).find(|&i| holds(i));
-    let last = (0..count).rev().find(|&i| holds(i));
-    first.zip(last).map_or([0, 0], |(first, last)| [first, last + 1])
+/// The positions from the first that `holds` to the last.
+fn span(holds: impl Iterator<Item = bool>) -> Range<usize> {
+    let mut span = 0..0;
+    for (i, _) in holds.enumerate().filter(|&(_, holds)| holds) {
+        span = if span.is_empty() { i..i + 1 } else { span.start..i + 1 };
+    }
+    span
 }
 
 /// The pipeline that decides which pixels are sampled.

@@ -38,7 +38,8 @@ impl Shader {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use naga::valid::{Capabilities, ValidationFlags, Validator};
+    use wgpu::naga;
+    use wgpu::naga::valid::{Capabilities, ValidationFlags, Validator};
 
     #[test]
     fn every_shader_is_valid_without_any_optional_feature() {
