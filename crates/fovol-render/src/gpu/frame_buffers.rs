@@ -210,10 +210,11 @@ impl FrameBuffers {
         let room = ("pixels of the frame", self.size.pixels() as u64);
         GpuError::check_limit("a list of pixels", list.len() as u64, room, "draw fewer positions")?;
         let packed: Vec<u32> = list.pixels().iter().map(|p| u32::from(p.y) << 16 | u32::from(p.x)).collect();
-        self.gpu.queue().write_buffer(&self.buffers.list, 0, bytemuck::cast_slice(&packed));
         let length = ListLength::of(packed.len() as u32);
-        self.gpu.queue().write_buffer(&self.buffers.list_length, 0, bytemuck::bytes_of(&length));
-        Ok(())
+        self.gpu.guarded("uploading a list", || {
+            self.gpu.queue().write_buffer(&self.buffers.list, 0, bytemuck::cast_slice(&packed));
+            self.gpu.queue().write_buffer(&self.buffers.list_length, 0, bytemuck::bytes_of(&length));
+        })
     }
 
     /// Uploads a mask, in place of one that is decided on the device.

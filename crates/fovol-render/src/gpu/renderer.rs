@@ -2,7 +2,7 @@ use super::compact::CompactPass;
 use super::device::Gpu;
 use super::error::Result;
 use super::frame_buffers::{Buffers, FrameBuffers, Groups};
-use super::march::{March, MarchPass};
+use super::march::MarchPass;
 use super::mask::{MaskPass, MaskSource};
 use super::scatter::ScatterPass;
 use super::scene::DeviceScene;
@@ -135,12 +135,13 @@ impl Renderer {
     /// # Errors
     /// As [`Self::encode`].
     pub fn render(&self, buffers: &mut FrameBuffers, camera: &Camera, sampling: Sampling<'_>) -> Result<()> {
-        let descriptor = wgpu::CommandEncoderDescriptor { label: Some("frame") };
-        let mut encoder = self.gpu.device().create_command_encoder(&descriptor);
-        self.encode(&mut encoder, buffers, camera, sampling)?;
         self.gpu.guarded("rendering a frame", || {
+            let descriptor = wgpu::CommandEncoderDescriptor { label: Some("frame") };
+            let mut encoder = self.gpu.device().create_command_encoder(&descriptor);
+            self.encode(&mut encoder, buffers, camera, sampling)?;
             self.gpu.queue().submit([encoder.finish()]);
-        })
+            Ok(())
+        })?
     }
 
     /// Puts the commands of a frame into `encoder`, so that whatever uses it can follow in one submission: at most one
@@ -204,28 +205,21 @@ impl Renderer {
             clear(encoder, buffers);
         }
         let march = self.stages.march.frame(&self.gpu, &self.scene, buffers.size(), mask.is_some());
-        encode_march(encoder, buffers, &march, |groups| &groups.march_frame);
+        let mut pass = buffers.timing.pass(encoder, Stage::March);
+        march.dispatch(&mut pass, &buffers.groups.march_frame);
     }
 
     /// Marches the list, and scatters what comes back.
     fn encode_list(&self, encoder: &mut wgpu::CommandEncoder, buffers: &mut FrameBuffers) {
-        let length = buffers.buffers.list_length.clone();
-        let march = self.stages.march.list(&self.gpu, &self.scene, &length);
-        encode_march(encoder, buffers, &march, |groups| &groups.march_list);
+        let length = &buffers.buffers.list_length;
+        let march = self.stages.march.list(&self.gpu, &self.scene, length);
+        let mut pass = buffers.timing.pass(encoder, Stage::March);
+        march.dispatch(&mut pass, &buffers.groups.march_list);
+        drop(pass);
         clear(encoder, buffers);
         let mut pass = buffers.timing.pass(encoder, Stage::Scatter);
-        self.stages.scatter.dispatch(&mut pass, &buffers.groups.scatter, &length);
+        self.stages.scatter.dispatch(&mut pass, &buffers.groups.scatter, length);
     }
-}
-
-fn encode_march(
-    encoder: &mut wgpu::CommandEncoder,
-    buffers: &mut FrameBuffers,
-    march: &March<'_>,
-    group: impl Fn(&Groups) -> &wgpu::BindGroup,
-) {
-    let mut pass = buffers.timing.pass(encoder, Stage::March);
-    march.dispatch(&mut pass, group(&buffers.groups));
 }
 
 /// Clears the sparse frame.

@@ -151,7 +151,7 @@ impl Contents {
         cells.classify(&scene.transfer_function);
         Ok(Self {
             gpu: gpu.clone(),
-            layout: scene_layout(gpu),
+            layout: gpu.guarded("uploading the scene", || scene_layout(gpu))?,
             grid: *scene.volume.grid(),
             volume: VolumeTexture::new(gpu, &bricks)?,
             value_scale: bricks.scale(),
