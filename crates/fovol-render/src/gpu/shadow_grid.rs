@@ -16,7 +16,7 @@ const RAYS: usize = 1 << 22;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Slab {
-    dims: [u32; 3],
+    end: [u32; 3],
     first: u32,
 }
 
@@ -51,9 +51,10 @@ impl ShadowGridPass {
                 compute_pipeline(gpu, &SHADOW_GRID, "fill_shadow_grid", &layouts, &kind.constants());
             let grid = shadow_texture(gpu, dims);
             let [nx, ny, nz] = dims;
-            for first in (0..nz).step_by((RAYS / (nx * ny)).max(1)) {
-                let last = nz.min(first + (RAYS / (nx * ny)).max(1));
-                let slab = Slab { dims: [nx as u32, ny as u32, last as u32], first: first as u32 };
+            let slices = (RAYS / (nx * ny)).max(1);
+            for first in (0..nz).step_by(slices) {
+                let end = nz.min(first + slices);
+                let slab = Slab { end: [nx as u32, ny as u32, end as u32], first: first as u32 };
                 let group = self.bind(gpu, slab, &grid);
                 let mut encoder =
                     gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
@@ -61,7 +62,7 @@ impl ShadowGridPass {
                 pass.set_pipeline(&pipeline);
                 pass.set_bind_group(0, scene, &[]);
                 pass.set_bind_group(1, &group, &[]);
-                let threads = [slab.dims[0], slab.dims[1], slab.dims[2] - slab.first];
+                let threads = [slab.end[0], slab.end[1], slab.end[2] - slab.first];
                 let [x, y, z] = threads.map(|n| n.div_ceil(GROUP));
                 pass.dispatch_workgroups(x, y, z);
                 drop(pass);
@@ -100,6 +101,6 @@ mod tests {
 
     #[test]
     fn shaders_read_the_same_struct() {
-        assert_twins!(SHADOW_GRID, "Slab", Slab { dims, first });
+        assert_twins!(SHADOW_GRID, "Slab", Slab { end, first });
     }
 }

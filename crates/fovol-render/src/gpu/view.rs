@@ -1,7 +1,6 @@
+use crate::cpu::Segments;
 use bytemuck::{Pod, Zeroable};
 use fovol_core::RayBasis;
-
-use crate::cpu::Segments;
 
 /// The camera, as shaders read it. Twin of `View` in shaders/segment.wgsl.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]

@@ -53,7 +53,7 @@ fn facing(p: vec3f) -> f32 {
 
 /// Transmittance towards the light at `p`, read at half resolution: voxel i there covers voxels 2i and 2i + 1.
 ///
-/// A sampler's weights of 1/256 move a colour by 1/255 at the very most.
+/// A sampler's weights of 1/256 move a colour by 1.5/255 at the very most: three axes, half a weight each.
 fn cached_transmittance(p: vec3f) -> f32 {
     let at = ((p - 0.5) * 0.5 + 0.5) / vec3f(textureDimensions(shadow_grid));
     return textureSampleLevel(shadow_grid, linear, at, 0.0).x;

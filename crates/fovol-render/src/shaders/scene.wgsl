@@ -1,4 +1,4 @@
-// What rays meet. Twin of `Scene` in gpu/scene.rs, which fills it in.
+// What rays meet. Twin of `SceneNumbers` in gpu/scene.rs, which fills it in.
 //
 // Positions are voxel-centre coordinates (voxel i at i), distances along rays are world units.
 

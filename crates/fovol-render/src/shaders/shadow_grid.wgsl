@@ -2,8 +2,8 @@
 
 /// The slices of one dispatch. Twin of `Slab` in gpu/shadow_grid.rs.
 struct Slab {
-    /// Voxels along x, y, z.
-    dims: vec3u,
+    /// Voxels along x and y, and the slice after the last.
+    end: vec3u,
     /// The first slice.
     first: u32,
 }
@@ -16,7 +16,7 @@ struct Slab {
 @compute @workgroup_size(4, 4, 4)
 fn fill_shadow_grid(@builtin(global_invocation_id) thread: vec3u) {
     let voxel = thread + vec3u(0u, 0u, slab.first);
-    if any(voxel >= slab.dims) {
+    if any(voxel >= slab.end) {
         return;
     }
     let light = transmittance(2.0 * vec3f(voxel) + 0.5);
