@@ -92,6 +92,12 @@ impl RayBasis {
         along
     }
 
+    /// The vectors to the middle of the picture, from there to its right edge and to its upper edge: what directions are
+    /// sums of.
+    pub fn axes(&self) -> [DVec3; 3] {
+        [self.forward, self.right, self.up]
+    }
+
     /// Where all rays start.
     #[inline]
     pub fn origin(&self) -> DVec3 {

@@ -1,6 +1,8 @@
 use crate::noise::{FrameNoise, Noise};
 use fovol_core::{Fovea, FrameSize, SampleMask};
 use rayon::prelude::*;
+#[cfg(feature = "gpu")]
+use std::ops::Range;
 
 /// Whether pixel (`x`, `y`) of frame `t` is sampled: N = (rank + ½)/levels < τ.
 ///
@@ -34,7 +36,7 @@ const WORD: usize = u64::BITS as usize;
 ///
 /// levels is a power of two, so scaling by it rounds nothing: rank + ½ < τ·levels holds exactly where the
 /// specification's (rank + ½)/levels < τ does.
-struct Thresholds {
+pub(crate) struct Thresholds {
     /// P_b·levels.
     base: f64,
     /// (1 − P_b)·levels·(the fovea's factor of the column); 0 beyond the width.
@@ -46,7 +48,8 @@ struct Thresholds {
 }
 
 impl Thresholds {
-    fn new(fovea: &Fovea, size: FrameSize, levels: u32) -> Self {
+    /// The thresholds of `fovea` in frames of `size`, among `levels` ranks.
+    pub(crate) fn new(fovea: &Fovea, size: FrameSize, levels: u32) -> Self {
         let levels = f64::from(levels);
         let column = |x: u32| {
             if x < size.width { (1.0 - fovea.base) * fovea.falloff_x(x, size) * levels } else { 0.0 }
@@ -61,6 +64,12 @@ impl Thresholds {
             last_word: u64::MAX >> (columns.len() * WORD - size.width as usize),
             columns,
         }
+    }
+
+    /// For some columns of a row whose factor of the fovea is `falloff`, how many ranks are sampled there.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn limits(&self, columns: Range<usize>, falloff: f64) -> impl Iterator<Item = u32> {
+        self.columns.as_flattened()[columns].iter().map(move |column| limit(self.base + column * falloff))
     }
 }
 
@@ -87,8 +96,12 @@ fn mask_row(noise: &FrameNoise<'_>, y: u32, thresholds: &Thresholds, falloff: f6
 
 /// The number of ranks with rank + ½ < `threshold`.
 fn limit(threshold: f64) -> u32 {
-    // The difference is exact where it is positive; the cast saturates.
-    (threshold - 0.5).ceil() as u32
+    // The difference is exact where it is positive. Whoever adds 2⁵² rounds to a whole number, which the low bits then
+    // are; rounding up by a call would keep loops from becoming vectors.
+    const WHOLE: f64 = (1u64 << 52) as f64;
+    let least = (threshold - 0.5).max(0.0);
+    let rounded = least + WHOLE;
+    rounded.to_bits() as u32 + u32::from(rounded - WHOLE < least)
 }
 
 /// rank < `limit`.

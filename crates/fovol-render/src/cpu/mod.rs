@@ -25,12 +25,18 @@ mod simd;
 mod skip;
 mod transfer_table;
 
+#[cfg(feature = "gpu")]
+pub(crate) use bricks::half_resolution;
 pub use bricks::{BRICK, BrickData, BrickLayout, Bricks};
 pub use compact::compact;
 pub use direct::{DirectSamples, direct, mask_of};
 pub use macrocells::Macrocells;
+#[cfg(feature = "gpu")]
+pub(crate) use mask::Thresholds;
 pub use mask::{mask, sampled};
 pub use renderer::{RenderOptions, Renderer};
 pub use scatter::scatter;
 pub use segment::{LightPath, Segment, Segments};
 pub use simd::Simd;
+#[cfg(feature = "gpu")]
+pub(crate) use transfer_table::TransferTable;

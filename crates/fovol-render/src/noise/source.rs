@@ -95,6 +95,24 @@ impl FrameNoise<'_> {
         }
     }
 
+    /// The ranks of the tile that repeats, row by row; `None` where every pixel has its own.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn tile(&self) -> Option<&[u32]> {
+        match self.source {
+            Source::Tile(ranks) => Some(ranks),
+            Source::Hash(_) => None,
+        }
+    }
+
+    /// What the ranks of pixels are hashed from; `None` where they are those of a tile.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn seed(&self) -> Option<u64> {
+        match self.source {
+            Source::Tile(_) => None,
+            Source::Hash(seed) => Some(seed),
+        }
+    }
+
     /// The ranks of pixels 64·`word`…64·`word` + 63 of row `y`.
     pub fn word(&self, word: usize, y: u32) -> [u32; WORD] {
         match self.source {

@@ -1,0 +1,152 @@
+//! Which graphics processor is used.
+
+use super::device::Gpu;
+use super::error::{GpuError, Result};
+use std::str::FromStr;
+
+/// The environment variable that names an adapter where no flag does.
+pub const ADAPTER_VARIABLE: &str = "FOVOLNET_GPU";
+
+/// What a device is asked for, beyond what every one has, where its adapter offers it.
+const WELCOME: wgpu::Features =
+    wgpu::Features::TIMESTAMP_QUERY.union(wgpu::Features::SHADER_F16).union(wgpu::Features::SUBGROUP);
+
+/// Which adapter to open.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub enum AdapterRequest {
+    /// The fastest one, never a program on the CPU.
+    #[default]
+    Hardware,
+    /// The fastest one, a program on the CPU where there is nothing else; see [`Gpu::is_software`].
+    Any,
+    /// The first whose name contains this, whatever the case of letters; a program on the CPU too.
+    Named(String),
+}
+
+impl FromStr for AdapterRequest {
+    type Err = String;
+
+    /// Reads `auto`, `gpu` or `gpu:NAME`, the values of `--device` that may mean a GPU.
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        match text.split_once(':') {
+            None if text == "auto" => Ok(Self::Hardware),
+            None if text == "gpu" => Ok(Self::Any),
+            Some(("gpu", name)) if !name.trim().is_empty() => Ok(Self::Named(name.trim().into())),
+            _ => Err(format!("`{text}` is no GPU; use auto, gpu or gpu:NAME, as in gpu:nvidia")),
+        }
+    }
+}
+
+impl AdapterRequest {
+    /// This request, or the adapter that [`ADAPTER_VARIABLE`] names where this one leaves it open.
+    #[must_use]
+    pub fn or_environment(self) -> Self {
+        match std::env::var(ADAPTER_VARIABLE) {
+            Ok(name) if !matches!(self, Self::Named(_)) && !name.trim().is_empty() => {
+                Self::Named(name.trim().into())
+            }
+            _ => self,
+        }
+    }
+
+    /// How well an adapter of this name and kind suits; larger is better, `None` is not at all.
+    fn suits(&self, name: &str, kind: wgpu::DeviceType) -> Option<u8> {
+        let speed = match kind {
+            wgpu::DeviceType::DiscreteGpu => 4,
+            wgpu::DeviceType::IntegratedGpu => 3,
+            wgpu::DeviceType::VirtualGpu => 2,
+            wgpu::DeviceType::Other => 1,
+            wgpu::DeviceType::Cpu => 0,
+        };
+        match self {
+            Self::Hardware => (speed > 0).then_some(speed),
+            Self::Any => Some(speed),
+            Self::Named(part) => name.to_lowercase().contains(&part.to_lowercase()).then_some(speed),
+        }
+    }
+}
+
+/// What is known about every adapter of this machine.
+pub fn adapters() -> Vec<wgpu::AdapterInfo> {
+    found().iter().map(wgpu::Adapter::get_info).collect()
+}
+
+fn found() -> Vec<wgpu::Adapter> {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+    pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY))
+}
+
+impl Gpu {
+    /// Opens the adapter of `request` with all that it allows.
+    ///
+    /// # Errors
+    /// [`GpuError::NoAdapter`] where none suits, saying what there is; [`GpuError::Refused`] where its driver does not
+    /// open it.
+    pub fn open(request: &AdapterRequest) -> Result<Self> {
+        let all = found();
+        let suitable = |adapter: &wgpu::Adapter| {
+            let info = adapter.get_info();
+            request.suits(&info.name, info.device_type)
+        };
+        // The first of the best: `max_by_key` would take the last.
+        let best = all.iter().rev().filter(|adapter| suitable(adapter).is_some()).max_by_key(|a| suitable(a));
+        let adapter = best.ok_or_else(|| nothing_suits(&all))?;
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("fovolnet"),
+            required_features: adapter.features() & WELCOME,
+            required_limits: adapter.limits(),
+            ..Default::default()
+        };
+        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
+            .map_err(|e| GpuError::refused("opening a device", &e.to_string()))?;
+        Ok(Self::owned(device, queue))
+    }
+}
+
+fn nothing_suits(all: &[wgpu::Adapter]) -> GpuError {
+    let names: Vec<String> = all
+        .iter()
+        .map(wgpu::Adapter::get_info)
+        .map(|info| match info.device_type {
+            wgpu::DeviceType::Cpu => format!("{} (software)", info.name),
+            _ => info.name,
+        })
+        .collect();
+    let (found, mend) = match names.is_empty() {
+        true => ("no adapter was found".into(), "install a Vulkan driver, or use --device cpu"),
+        false => (format!("there is {}", names.join(", ")), "use --device gpu:NAME or --device cpu"),
+    };
+    GpuError::NoAdapter { found, mend }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use wgpu::DeviceType::{Cpu, DiscreteGpu, IntegratedGpu};
+
+    #[test]
+    fn requests_read_as_written() {
+        assert_eq!("auto".parse(), Ok(AdapterRequest::Hardware));
+        assert_eq!("gpu".parse(), Ok(AdapterRequest::Any));
+        assert_eq!("gpu: Radeon".parse(), Ok(AdapterRequest::Named("Radeon".into())));
+        for bad in ["cpu", "gpu:", "GPU", "", "nvidia"] {
+            assert!(bad.parse::<AdapterRequest>().is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn software_is_never_taken_silently() {
+        assert_eq!(AdapterRequest::Hardware.suits("llvmpipe", Cpu), None);
+        assert_eq!(AdapterRequest::Any.suits("llvmpipe", Cpu), Some(0));
+        assert_eq!(AdapterRequest::Named("LLVM".into()).suits("llvmpipe", Cpu), Some(0));
+        assert_eq!(AdapterRequest::Named("radeon".into()).suits("llvmpipe", Cpu), None);
+        let hardware = AdapterRequest::Hardware;
+        assert!(hardware.suits("a", DiscreteGpu) > hardware.suits("b", IntegratedGpu));
+    }
+
+    #[test]
+    fn an_adapter_that_is_not_there_is_an_error_that_says_what_is() {
+        let error = Gpu::open(&AdapterRequest::Named("no such adapter".into())).unwrap_err();
+        assert!(error.to_string().starts_with("no GPU to render with: "), "{error}");
+    }
+}

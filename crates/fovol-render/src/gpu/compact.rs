@@ -1,0 +1,102 @@
+use super::binding::{Slot, bind_group, bind_group_layout, compute_pipeline};
+use super::device::Gpu;
+use super::frame_buffers::Buffers;
+use super::shader::COMPACT;
+use fovol_core::FrameSize;
+
+/// Words of one block; as in shaders/compact.wgsl.
+const BLOCK: u32 = 256;
+
+/// How many blocks of words the mask of a frame of `size` has.
+pub fn blocks(size: FrameSize) -> u32 {
+    (size.width.div_ceil(64) * 2 * size.height).div_ceil(BLOCK)
+}
+
+/// The pipelines that pack the pixels of a mask.
+#[derive(Debug)]
+pub struct CompactPass {
+    layout: wgpu::BindGroupLayout,
+    count: wgpu::ComputePipeline,
+    scan: wgpu::ComputePipeline,
+    pack: wgpu::ComputePipeline,
+}
+
+impl CompactPass {
+    /// The pipelines on the device of `gpu`.
+    pub fn new(gpu: &Gpu) -> Self {
+        let slots = [Slot::Uniform, Slot::Read, Slot::Write, Slot::Write, Slot::Write];
+        let layout = bind_group_layout(gpu, "compact", &slots);
+        let pipeline = |entry_point| compute_pipeline(gpu, &COMPACT, entry_point, &[&layout], &[]);
+        Self { count: pipeline("count"), scan: pipeline("scan"), pack: pipeline("pack"), layout }
+    }
+
+    /// What they read and write.
+    pub fn bind(&self, gpu: &Gpu, buffers: &Buffers) -> wgpu::BindGroup {
+        let buffers = [&buffers.extent, &buffers.mask, &buffers.blocks, &buffers.list_length, &buffers.list];
+        bind_group(gpu, "compact", &self.layout, &buffers.map(wgpu::Buffer::as_entire_binding))
+    }
+
+    /// Packs the mask of a frame of `size`.
+    pub fn dispatch(&self, pass: &mut wgpu::ComputePass<'_>, group: &wgpu::BindGroup, size: FrameSize) {
+        pass.set_bind_group(0, group, &[]);
+        for (pipeline, groups) in [(&self.count, blocks(size)), (&self.scan, 1), (&self.pack, blocks(size))] {
+            pass.set_pipeline(pipeline);
+            pass.dispatch_workgroups(groups, 1, 1);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cpu;
+    use crate::gpu::frame_buffers::FrameBuffers;
+    use crate::gpu::renderer::Stages;
+    use crate::gpu::{AdapterRequest, Gpu};
+    use crate::noise::hash;
+    use fovol_core::SampleMask;
+    use proptest::prelude::*;
+    use std::sync::LazyLock;
+
+    static DEVICE: LazyLock<(Gpu, Stages)> = LazyLock::new(|| {
+        let gpu = Gpu::open(&AdapterRequest::Any.or_environment()).unwrap();
+        let stages = Stages::new(&gpu);
+        (gpu, stages)
+    });
+
+    fn compacted(mask: &SampleMask) -> fovol_core::SampleList {
+        let (gpu, stages) = &*DEVICE;
+        let buffers = FrameBuffers::new(gpu, stages, mask.size()).unwrap();
+        buffers.set_decided_mask(mask);
+        gpu.guarded("compaction", || {
+            let mut encoder = gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            stages.compact.dispatch(&mut pass, &buffers.groups.compact, mask.size());
+            drop(pass);
+            gpu.queue().submit([encoder.finish()]);
+        })
+        .unwrap();
+        buffers.read_list().unwrap()
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(40))]
+        #[test]
+        #[ignore = "needs an adapter: cargo test --features gpu -- --include-ignored"]
+        fn the_list_is_that_of_the_cpu(w in 1u32..700, h in 1u32..300, seed in 0u64..100, density in 0u64..=100) {
+            let size = FrameSize::new(w, h).unwrap();
+            let mask = SampleMask::from_fn(size, |x, y| hash(seed, u64::from(y * 1000 + x)) % 100 < density);
+            prop_assert_eq!(compacted(&mask), cpu::compact(&mask));
+        }
+    }
+
+    #[test]
+    #[ignore = "needs an adapter: cargo test --features gpu -- --include-ignored"]
+    fn more_blocks_than_one_workgroup_scans_at_once_are_packed_too() {
+        // 4096 pixels a row are 128 words: 600 rows are 300 blocks.
+        let size = FrameSize::new(4096, 600).unwrap();
+        let mask = SampleMask::from_fn(size, |x, y| (x * 7 + y * 13) % 5 < 2);
+        assert!(blocks(size) > BLOCK);
+        assert_eq!(compacted(&mask), cpu::compact(&mask));
+    }
+}

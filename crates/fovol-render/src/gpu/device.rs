@@ -1,0 +1,110 @@
+use super::error::{GpuError, Result};
+use std::fmt;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// A device and its queue, to be shared between renderer, network and viewer. Clones are the same device.
+#[derive(Clone)]
+pub struct Gpu {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    /// Why the device was lost, and what went wrong outside any [`Gpu::guarded`]; known for devices opened here.
+    fault: Arc<Mutex<Option<String>>>,
+}
+
+impl Gpu {
+    /// A device that someone else opened and lends. Its limits are those that it was opened with.
+    pub fn shared(device: wgpu::Device, queue: wgpu::Queue) -> Self {
+        Self { device, queue, fault: Arc::default() }
+    }
+
+    /// A device that is opened for this program: what goes wrong with it is kept, where wgpu would panic.
+    pub(super) fn owned(device: wgpu::Device, queue: wgpu::Queue) -> Self {
+        let gpu = Self::shared(device, queue);
+        let (lost, uncaptured) = (gpu.fault.clone(), gpu.fault.clone());
+        gpu.device.set_device_lost_callback(move |reason, message| {
+            keep(&lost, format!("{reason:?} {message}").trim().to_string());
+        });
+        gpu.device
+            .on_uncaptured_error(Arc::new(move |error: wgpu::Error| keep(&uncaptured, error.to_string())));
+        gpu
+    }
+
+    /// The device.
+    pub fn device(&self) -> &wgpu::Device {
+        &self.device
+    }
+
+    /// Its queue.
+    pub fn queue(&self) -> &wgpu::Queue {
+        &self.queue
+    }
+
+    /// The adapter's name, kind and driver.
+    pub fn info(&self) -> wgpu::AdapterInfo {
+        self.device.adapter_info()
+    }
+
+    /// Whether the adapter is a program on the CPU: faces warn about it.
+    pub fn is_software(&self) -> bool {
+        self.info().device_type == wgpu::DeviceType::Cpu
+    }
+
+    /// Does `work` on the device; errors of the device become the result.
+    ///
+    /// # Errors
+    /// [`GpuError::OutOfMemory`] or [`GpuError::Refused`], saying that it happened while `doing`.
+    pub(super) fn guarded<T>(&self, doing: &'static str, work: impl FnOnce() -> T) -> Result<T> {
+        let filters =
+            [wgpu::ErrorFilter::OutOfMemory, wgpu::ErrorFilter::Validation, wgpu::ErrorFilter::Internal];
+        let scopes = filters.map(|filter| self.device.push_error_scope(filter));
+        let done = work();
+        // The innermost scope is popped first.
+        let mut found = Ok(done);
+        for scope in scopes.into_iter().rev() {
+            found = match pollster::block_on(scope.pop()) {
+                None => found,
+                Some(wgpu::Error::OutOfMemory { .. }) => Err(GpuError::OutOfMemory { doing }),
+                Some(error) => Err(GpuError::refused(doing, &error.to_string())),
+            };
+        }
+        found
+    }
+
+    /// That the device is gone while `doing`.
+    pub(super) fn lost(&self, doing: &'static str) -> GpuError {
+        let fault = self.fault.lock().unwrap_or_else(PoisonError::into_inner);
+        let message = fault.clone().unwrap_or_else(|| "it answers no more".into());
+        GpuError::Lost { doing, message }
+    }
+
+    /// Waits until the queue is empty.
+    ///
+    /// # Errors
+    /// [`GpuError::Lost`] where the device is gone.
+    pub fn wait(&self) -> Result<()> {
+        const DOING: &str = "waiting for it";
+        // wgpu 30 panics in `poll` when the driver reports a loss; here that is an error like any other.
+        let polled = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
+            self.device.poll(wgpu::PollType::wait_indefinitely())
+        }));
+        match polled {
+            Ok(Ok(_)) => Ok(()),
+            Ok(Err(_)) | Err(_) => Err(self.lost(DOING)),
+        }
+    }
+}
+
+/// Keeps the first fault: those after it follow from it.
+fn keep(fault: &Mutex<Option<String>>, message: String) {
+    fault.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(message);
+}
+
+impl fmt::Debug for Gpu {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let info = self.info();
+        f.debug_struct("Gpu")
+            .field("name", &info.name)
+            .field("backend", &info.backend)
+            .finish_non_exhaustive()
+    }
+}

@@ -1,0 +1,336 @@
+use super::compact::blocks;
+use super::device::Gpu;
+use super::error::{GpuError, Result};
+use super::mask::{Limits, MaskPass, MaskSettings, MaskSource};
+use super::readback::read;
+use super::renderer::Stages;
+use super::timing::{StageTime, Timing};
+use super::view::View;
+use crate::cpu::march::Marched;
+use crate::noise::NoiseSize;
+use bytemuck::{Pod, Zeroable};
+use fovol_core::{Fovea, Frame, FrameSize, Pixel, SampleList, SampleMask};
+use std::fmt;
+use wgpu::BufferUsages;
+
+/// Width and height, as shaders read them. Twin of `Extent` in shaders/frame.wgsl.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Extent {
+    width: u32,
+    height: u32,
+}
+
+/// The length of a list, and the workgroups of a dispatch over it. Twin of `ListLength` in shaders/frame.wgsl.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub struct ListLength {
+    pixels: u32,
+    groups_x: u32,
+    groups_y: u32,
+    groups_z: u32,
+}
+
+/// Where the workgroups stand in a [`ListLength`], bytes.
+pub const GROUPS_OFFSET: u64 = 4;
+/// Threads of a workgroup over a list; as in shaders/frame.wgsl.
+const LIST_GROUP: u32 = 64;
+/// Workgroups over a list along x; as in shaders/frame.wgsl.
+const GROUPS_X: u32 = 1024;
+
+impl ListLength {
+    /// The length of a list of `pixels`.
+    fn of(pixels: u32) -> Self {
+        let groups = pixels.div_ceil(LIST_GROUP);
+        Self { pixels, groups_x: groups.min(GROUPS_X), groups_y: groups.div_ceil(GROUPS_X), groups_z: 1 }
+    }
+}
+
+/// Colours and depths of pixels or of samples, 16 and 4 bytes each.
+#[derive(Debug)]
+pub struct Shaded {
+    pub colours: wgpu::Buffer,
+    pub inverse_depths: wgpu::Buffer,
+}
+
+/// The memory of one frame.
+#[derive(Debug)]
+pub struct Buffers {
+    pub extent: wgpu::Buffer,
+    pub view: wgpu::Buffer,
+    pub mask_settings: wgpu::Buffer,
+    /// The noise of the frame, where it is a tile.
+    pub tile: wgpu::Buffer,
+    /// See [`Limits`]; grows with the fovea.
+    pub limits: wgpu::Buffer,
+    pub mask: wgpu::Buffer,
+    pub blocks: wgpu::Buffer,
+    pub list_length: wgpu::Buffer,
+    pub list: wgpu::Buffer,
+    /// In the order of the list.
+    pub samples: Shaded,
+    /// Row by row.
+    pub frame: Shaded,
+}
+
+impl Buffers {
+    fn new(gpu: &Gpu, size: FrameSize) -> Self {
+        let storage = BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
+        let uniform = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
+        let pixels = size.pixels() as u64;
+        let shaded = |what: [&str; 2]| Shaded {
+            colours: buffer(gpu, what[0], 16 * pixels, storage),
+            inverse_depths: buffer(gpu, what[1], 4 * pixels, storage),
+        };
+        let words = u64::from(size.width.div_ceil(64) * 2) * u64::from(size.height);
+        Self {
+            extent: buffer(gpu, "extent", size_of::<Extent>() as u64, uniform),
+            view: buffer(gpu, "view", size_of::<View>() as u64, uniform),
+            mask_settings: buffer(gpu, "mask settings", size_of::<MaskSettings>() as u64, uniform),
+            tile: buffer(gpu, "noise", 4 * NoiseSize::STBN.frame_len() as u64, storage),
+            limits: buffer(gpu, "limits", 4, storage),
+            mask: buffer(gpu, "mask", 4 * words, storage),
+            blocks: buffer(gpu, "blocks", 4 * u64::from(blocks(size)), storage),
+            list_length: buffer(
+                gpu,
+                "list length",
+                size_of::<ListLength>() as u64,
+                storage | BufferUsages::INDIRECT,
+            ),
+            list: buffer(gpu, "list", 4 * pixels, storage),
+            samples: shaded(["sample colours", "sample depths"]),
+            frame: shaded(["frame", "frame depths"]),
+        }
+    }
+}
+
+fn buffer(gpu: &Gpu, label: &str, size: u64, usage: BufferUsages) -> wgpu::Buffer {
+    gpu.device().create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        size,
+        usage,
+        mapped_at_creation: false,
+    })
+}
+
+/// What each step binds of them.
+#[derive(Debug)]
+pub struct Groups {
+    pub mask: wgpu::BindGroup,
+    pub compact: wgpu::BindGroup,
+    /// To march a list.
+    pub march_list: wgpu::BindGroup,
+    /// To march a frame.
+    pub march_frame: wgpu::BindGroup,
+    pub scatter: wgpu::BindGroup,
+}
+
+/// What frames of one size leave on the device: mask, list, samples and the sparse frame.
+///
+/// Made by [`super::Renderer::frame_buffers`]; one for each frame that is under way or in use at the same time.
+pub struct FrameBuffers {
+    gpu: Gpu,
+    size: FrameSize,
+    pub(super) buffers: Buffers,
+    pub(super) groups: Groups,
+    pub(super) timing: Timing,
+    /// What the limits on the device were made of.
+    limits_of: Option<(Fovea, u32, Limits)>,
+}
+
+impl fmt::Debug for FrameBuffers {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("FrameBuffers").field("size", &self.size).finish_non_exhaustive()
+    }
+}
+
+impl FrameBuffers {
+    pub(super) fn new(gpu: &Gpu, stages: &Stages, size: FrameSize) -> Result<Self> {
+        check_size(gpu, size)?;
+        gpu.guarded("making room for a frame", || {
+            let buffers = Buffers::new(gpu, size);
+            let extent = Extent { width: size.width, height: size.height };
+            gpu.queue().write_buffer(&buffers.extent, 0, bytemuck::bytes_of(&extent));
+            let groups = stages.bind(gpu, &buffers);
+            Self { gpu: gpu.clone(), size, buffers, groups, timing: Timing::new(gpu), limits_of: None }
+        })
+    }
+
+    /// Width and height of the frames.
+    pub fn size(&self) -> FrameSize {
+        self.size
+    }
+
+    /// The sparse frame: width × height × RGBA as f32, row 0 on top; alpha is 1 where a pixel was sampled, and what was
+    /// not is 0.
+    pub fn frame(&self) -> &wgpu::Buffer {
+        &self.buffers.frame.colours
+    }
+
+    /// For every pixel of the sparse frame one over its depth in world units (see [`Marched::depth`]), f32; 0 where
+    /// nothing shows and where it was not sampled.
+    pub fn inverse_depths(&self) -> &wgpu::Buffer {
+        &self.buffers.frame.inverse_depths
+    }
+
+    /// Uploads what decides a mask: the noise of a frame, and, where they changed, the limits around the fovea.
+    pub(super) fn set_mask(&mut self, source: &MaskSource<'_>, pass: &MaskPass) {
+        let noise = source.noise.frame(source.frame);
+        if let Some(tile) = noise.tile() {
+            self.gpu.queue().write_buffer(&self.buffers.tile, 0, bytemuck::cast_slice(tile));
+        }
+        let limits = match self.limits_of.take() {
+            Some((fovea, levels, limits)) if fovea == *source.fovea && levels == noise.levels() => limits,
+            _ => self.renew_limits(Limits::new(source.fovea, self.size, noise.levels()), pass),
+        };
+        let settings = MaskSettings::new(&noise, &limits);
+        self.gpu.queue().write_buffer(&self.buffers.mask_settings, 0, bytemuck::bytes_of(&settings));
+        self.limits_of = Some((*source.fovea, noise.levels(), limits));
+    }
+
+    fn renew_limits(&mut self, limits: Limits, pass: &MaskPass) -> Limits {
+        let bytes: &[u8] = bytemuck::cast_slice(limits.values());
+        if bytes.len() as u64 > self.buffers.limits.size() {
+            let usage = self.buffers.limits.usage();
+            self.buffers.limits = buffer(&self.gpu, "limits", bytes.len() as u64, usage);
+            self.groups.mask = pass.bind(&self.gpu, &self.buffers);
+        }
+        self.gpu.queue().write_buffer(&self.buffers.limits, 0, bytes);
+        limits
+    }
+
+    /// Uploads a list of pixels.
+    ///
+    /// # Errors
+    /// A list for another size, or with more pixels than a frame has.
+    pub(super) fn set_list(&self, list: &SampleList) -> Result<()> {
+        if list.size() != self.size {
+            return Err(GpuError::Size { list: list.size(), frame: self.size });
+        }
+        let room = ("pixels of the frame", self.size.pixels() as u64);
+        GpuError::check_limit("a list of pixels", list.len() as u64, room, "draw fewer positions")?;
+        let packed: Vec<u32> = list.pixels().iter().map(|p| u32::from(p.y) << 16 | u32::from(p.x)).collect();
+        let length = ListLength::of(packed.len() as u32);
+        self.gpu.guarded("uploading a list", || {
+            self.gpu.queue().write_buffer(&self.buffers.list, 0, bytemuck::cast_slice(&packed));
+            self.gpu.queue().write_buffer(&self.buffers.list_length, 0, bytemuck::bytes_of(&length));
+        })
+    }
+
+    /// Uploads a mask, in place of one that is decided on the device.
+    #[cfg(test)]
+    pub(super) fn set_decided_mask(&self, mask: &SampleMask) {
+        self.gpu.queue().write_buffer(&self.buffers.mask, 0, bytemuck::cast_slice(mask.words()));
+    }
+
+    /// The sparse frame, on the host.
+    ///
+    /// # Errors
+    /// A device that is lost or has no memory left.
+    pub fn read_frame(&self) -> Result<Frame> {
+        let pixels = read(&self.gpu, &self.buffers.frame.colours, self.size.pixels())?;
+        Ok(Frame::from_pixels(self.size, pixels)?)
+    }
+
+    /// What [`Self::inverse_depths`] holds, on the host.
+    ///
+    /// # Errors
+    /// As [`Self::read_frame`].
+    pub fn read_inverse_depths(&self) -> Result<Vec<f32>> {
+        read(&self.gpu, &self.buffers.frame.inverse_depths, self.size.pixels())
+    }
+
+    /// The mask of the last frame that had one, on the host.
+    ///
+    /// # Errors
+    /// As [`Self::read_frame`].
+    pub fn read_mask(&self) -> Result<SampleMask> {
+        let mut mask = SampleMask::none(self.size);
+        let words: Vec<[u32; 2]> = read(&self.gpu, &self.buffers.mask, mask.words().len())?;
+        for (word, [low, high]) in mask.words_mut().iter_mut().zip(words) {
+            *word = u64::from(high) << 32 | u64::from(low);
+        }
+        Ok(mask)
+    }
+
+    /// The list of the last frame that had one, on the host.
+    ///
+    /// # Errors
+    /// As [`Self::read_frame`].
+    pub fn read_list(&self) -> Result<SampleList> {
+        let packed: Vec<u32> = read(&self.gpu, &self.buffers.list, self.read_list_length()?)?;
+        let pixel = |bits: &u32| Pixel { x: *bits as u16, y: (bits >> 16) as u16 };
+        Ok(SampleList::new(self.size, packed.iter().map(pixel).collect()))
+    }
+
+    /// What the rays of the last list brought back, in its order, on the host.
+    ///
+    /// # Errors
+    /// As [`Self::read_frame`].
+    pub fn read_samples(&self) -> Result<Vec<Marched>> {
+        let count = self.read_list_length()?;
+        let colours: Vec<[f32; 4]> = read(&self.gpu, &self.buffers.samples.colours, count)?;
+        let inverse_depths: Vec<f32> = read(&self.gpu, &self.buffers.samples.inverse_depths, count)?;
+        let marched = |([r, g, b, opacity], inverse): ([f32; 4], f32)| Marched {
+            colour: [r, g, b],
+            opacity,
+            depth: if inverse > 0.0 { 1.0 / inverse } else { f32::INFINITY },
+        };
+        Ok(colours.into_iter().zip(inverse_depths).map(marched).collect())
+    }
+
+    /// How many pixels the last list has, on the host.
+    ///
+    /// # Errors
+    /// As [`Self::read_frame`].
+    pub fn read_list_length(&self) -> Result<usize> {
+        let length: Vec<ListLength> = read(&self.gpu, &self.buffers.list_length, 1)?;
+        Ok(length.first().map_or(0, |length| length.pixels as usize).min(self.size.pixels()))
+    }
+
+    /// How long each step of the last frame took on the device; `None` where it has no timestamps.
+    ///
+    /// # Errors
+    /// As [`Self::read_frame`].
+    pub fn read_times(&self) -> Result<Option<Vec<StageTime>>> {
+        self.timing.read(&self.gpu)
+    }
+}
+
+/// That buffers of `size` fit the device.
+fn check_size(gpu: &Gpu, size: FrameSize) -> Result<()> {
+    const MEND: &str = "give a smaller --size, or --device cpu";
+    let limits = gpu.device().limits();
+    let what = || format!("a frame of {size}");
+    let bytes = 16 * size.pixels() as u64;
+    let binding = ("maxStorageBufferBindingSize", limits.max_storage_buffer_binding_size);
+    GpuError::check_limit(what(), bytes, binding, MEND)?;
+    GpuError::check_limit(what(), bytes, ("maxBufferSize", limits.max_buffer_size), MEND)?;
+    let groups = ("maxComputeWorkgroupsPerDimension", limits.max_compute_workgroups_per_dimension.into());
+    GpuError::check_limit(what(), blocks(size).into(), groups, MEND)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::layout::assert_twins;
+    use crate::gpu::shader::{COMPACT, MARCH, MASK, SCATTER};
+
+    #[test]
+    fn shaders_read_the_same_structs() {
+        for shader in [MASK, COMPACT, MARCH, SCATTER] {
+            assert_twins!(shader, "Extent", Extent { width, height });
+            assert_twins!(shader, "ListLength", ListLength { pixels, groups_x, groups_y, groups_z });
+        }
+    }
+
+    #[test]
+    fn dispatches_have_a_thread_for_each_pixel_of_the_list() {
+        for pixels in [0, 1, 64, 65, 65_536, 65_537, 10_000_000] {
+            let length = ListLength::of(pixels);
+            let groups = length.groups_x * length.groups_y;
+            assert!(groups * LIST_GROUP >= pixels && length.groups_x <= GROUPS_X, "{length:?}");
+            assert!(pixels > 0 || groups == 0);
+        }
+    }
+}

@@ -1,0 +1,135 @@
+use super::binding::{Slot, bind_group, bind_group_layout, compute_pipeline};
+use super::device::Gpu;
+use super::frame_buffers::{Buffers, GROUPS_OFFSET, Shaded};
+use super::scene::{DeviceScene, SceneKind, scene_layout};
+use super::shader::MARCH;
+use fovol_core::{FrameSize, ShadowMode, SurfaceShading};
+use std::collections::HashMap;
+use std::sync::{Mutex, PoisonError};
+
+/// Edge of the workgroups that march a frame, in pixels; as in shaders/march.wgsl.
+const TILE: u32 = 8;
+
+/// Which pixels a dispatch marches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+enum Pixels {
+    List,
+    All,
+    Masked,
+}
+
+/// What is compiled into a pipeline.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+struct Variant {
+    pixels: Pixels,
+    scene: SceneKind,
+    shadows: ShadowMode,
+    surface: SurfaceShading,
+}
+
+/// The pipelines that march rays, compiled when they are first needed.
+#[derive(Debug)]
+pub struct MarchPass {
+    scene_layout: wgpu::BindGroupLayout,
+    layout: wgpu::BindGroupLayout,
+    pipelines: Mutex<HashMap<Variant, wgpu::ComputePipeline>>,
+}
+
+impl MarchPass {
+    /// The pass on the device of `gpu`.
+    pub fn new(gpu: &Gpu) -> Self {
+        use Slot::{Read, Uniform, Write};
+        let slots = [Uniform, Uniform, Read, Read, Read, Write, Write];
+        Self {
+            scene_layout: scene_layout(gpu),
+            layout: bind_group_layout(gpu, "march", &slots),
+            pipelines: Mutex::default(),
+        }
+    }
+
+    /// What it reads, and where it writes to.
+    pub fn bind(&self, gpu: &Gpu, buffers: &Buffers, to: &Shaded) -> wgpu::BindGroup {
+        let buffers = [
+            &buffers.extent,
+            &buffers.view,
+            &buffers.list,
+            &buffers.list_length,
+            &buffers.mask,
+            &to.colours,
+            &to.inverse_depths,
+        ];
+        bind_group(gpu, "march", &self.layout, &buffers.map(wgpu::Buffer::as_entire_binding))
+    }
+
+    /// Prepares to march the list of which `length` is the length.
+    pub fn list<'a>(&self, gpu: &Gpu, scene: &'a DeviceScene, length: &'a wgpu::Buffer) -> March<'a> {
+        March {
+            pipeline: self.pipeline(gpu, scene, Pixels::List),
+            scene: scene.group(),
+            threads: Threads::Listed(length),
+        }
+    }
+
+    /// Prepares to march a frame of `size`: all pixels, or those of the mask.
+    pub fn frame<'a>(&self, gpu: &Gpu, scene: &'a DeviceScene, size: FrameSize, masked: bool) -> March<'a> {
+        let pixels = if masked { Pixels::Masked } else { Pixels::All };
+        March {
+            pipeline: self.pipeline(gpu, scene, pixels),
+            scene: scene.group(),
+            threads: Threads::Pixels(size),
+        }
+    }
+
+    fn pipeline(&self, gpu: &Gpu, scene: &DeviceScene, pixels: Pixels) -> wgpu::ComputePipeline {
+        let shading = scene.shading();
+        let variant =
+            Variant { pixels, scene: scene.kind(), shadows: shading.shadows, surface: shading.surface };
+        let mut pipelines = self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
+        pipelines.entry(variant).or_insert_with(|| self.compiled(gpu, variant)).clone()
+    }
+
+    fn compiled(&self, gpu: &Gpu, variant: Variant) -> wgpu::ComputePipeline {
+        let shadows = match variant.shadows {
+            ShadowMode::Off => 0.0,
+            ShadowMode::On => 1.0,
+            ShadowMode::Cached => 2.0,
+        };
+        let number = |b: bool| f64::from(u8::from(b));
+        let mut constants = variant.scene.constants().to_vec();
+        constants.push(("SHADOWS", shadows));
+        constants.push(("GRADIENT", number(variant.surface == SurfaceShading::Gradient)));
+        constants.push(("REJECT", number(variant.pixels == Pixels::Masked)));
+        let entry_point = if variant.pixels == Pixels::List { "march_list" } else { "march_frame" };
+        compute_pipeline(gpu, &MARCH, entry_point, &[&self.scene_layout, &self.layout], &constants)
+    }
+}
+
+/// A dispatch that is ready to go.
+pub struct March<'a> {
+    pipeline: wgpu::ComputePipeline,
+    scene: &'a wgpu::BindGroup,
+    threads: Threads<'a>,
+}
+
+/// For what there are threads.
+enum Threads<'a> {
+    /// For each pixel of a list of this length.
+    Listed(&'a wgpu::Buffer),
+    /// For each pixel of a frame.
+    Pixels(FrameSize),
+}
+
+impl March<'_> {
+    /// Marches into what `group` binds.
+    pub fn dispatch(&self, pass: &mut wgpu::ComputePass<'_>, group: &wgpu::BindGroup) {
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, self.scene, &[]);
+        pass.set_bind_group(1, group, &[]);
+        match self.threads {
+            Threads::Listed(length) => pass.dispatch_workgroups_indirect(length, GROUPS_OFFSET),
+            Threads::Pixels(size) => {
+                pass.dispatch_workgroups(size.width.div_ceil(TILE), size.height.div_ceil(TILE), 1);
+            }
+        }
+    }
+}

@@ -1,0 +1,183 @@
+use super::binding::{Slot, bind_group, bind_group_layout, compute_pipeline};
+use super::device::Gpu;
+use super::frame_buffers::Buffers;
+use super::shader::MASK;
+use crate::cpu::Thresholds;
+use crate::noise::{FrameNoise, Noise};
+use bytemuck::{Pod, Zeroable};
+use fovol_core::{Fovea, FrameSize};
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// What decides the mask of one frame.
+#[derive(Debug, Clone, Copy)]
+pub struct MaskSource<'a> {
+    /// How densely pixels are sampled, and around which point.
+    pub fovea: &'a Fovea,
+    /// What densities are compared with.
+    pub noise: &'a Noise,
+    /// The number of the frame.
+    pub frame: u32,
+}
+
+/// One frame's mask, as its shader reads it. Twin of `MaskSettings` in shaders/mask.wgsl.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub struct MaskSettings {
+    base_limit: u32,
+    hashed: u32,
+    fovea_from: [u32; 2],
+    fovea_size: [u32; 2],
+    seed: [u32; 2],
+}
+
+impl MaskSettings {
+    /// The settings of a frame with this noise and these limits.
+    pub fn new(noise: &FrameNoise<'_>, limits: &Limits) -> Self {
+        let seed = noise.seed();
+        let word = |shift: u32| seed.map_or(0, |seed| (seed >> shift) as u32);
+        Self {
+            base_limit: limits.base,
+            hashed: u32::from(seed.is_some()),
+            fovea_from: limits.from,
+            fovea_size: limits.size,
+            seed: [word(0), word(32)],
+        }
+    }
+}
+
+/// The number of ranks below the density of every pixel: one number outside a rectangle around the fovea, and one for
+/// each pixel inside.
+///
+/// Densities are f64; comparing whole numbers instead makes the GPU's mask that of the CPU, bit for bit.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Limits {
+    base: u32,
+    from: [u32; 2],
+    size: [u32; 2],
+    values: Vec<u32>,
+}
+
+impl Limits {
+    /// The limits of `fovea` among `levels` ranks.
+    pub fn new(fovea: &Fovea, size: FrameSize, levels: u32) -> Self {
+        let thresholds = Thresholds::new(fovea, size, levels);
+        let rows: Vec<f64> = (0..size.height).map(|y| fovea.falloff_y(y, size)).collect();
+        let base = thresholds.limits(0..1, 0.0).sum();
+        // Limits rise with both factors: where the largest of one does not raise the other's, nothing does.
+        let highest_row = rows.iter().copied().fold(0.0, f64::max);
+        let columns = span(thresholds.limits(0..size.width as usize, highest_row).map(|limit| limit != base));
+        let raised = |&falloff: &f64| thresholds.limits(columns.clone(), falloff).any(|limit| limit != base);
+        let rows_raised = span(rows.iter().map(raised));
+        let mut values = vec![0; columns.len() * rows_raised.len()];
+        let parts = values.par_chunks_mut(columns.len().max(1)).zip(&rows[rows_raised.clone()]);
+        parts.for_each(|(row, &falloff)| {
+            row.iter_mut()
+                .zip(thresholds.limits(columns.clone(), falloff))
+                .for_each(|(to, limit)| *to = limit);
+        });
+        Self {
+            base,
+            from: [columns.start, rows_raised.start].map(|at| at as u32),
+            size: [columns.len(), rows_raised.len()].map(|length| length as u32),
+            values,
+        }
+    }
+
+    /// Those of the rectangle, row by row.
+    pub fn values(&self) -> &[u32] {
+        &self.values
+    }
+}
+
+/// The positions from the first that `holds` to the last.
+fn span(holds: impl Iterator<Item = bool>) -> Range<usize> {
+    let mut span = 0..0;
+    for (i, _) in holds.enumerate().filter(|&(_, holds)| holds) {
+        span = if span.is_empty() { i..i + 1 } else { span.start..i + 1 };
+    }
+    span
+}
+
+/// The pipeline that decides which pixels are sampled.
+#[derive(Debug)]
+pub struct MaskPass {
+    layout: wgpu::BindGroupLayout,
+    pipeline: wgpu::ComputePipeline,
+}
+
+impl MaskPass {
+    /// The pipeline on the device of `gpu`.
+    pub fn new(gpu: &Gpu) -> Self {
+        let slots = [Slot::Uniform, Slot::Uniform, Slot::Read, Slot::Read, Slot::Write];
+        let layout = bind_group_layout(gpu, "mask", &slots);
+        let pipeline = compute_pipeline(gpu, &MASK, "decide", &[&layout], &[]);
+        Self { layout, pipeline }
+    }
+
+    /// What it reads and writes.
+    pub fn bind(&self, gpu: &Gpu, buffers: &Buffers) -> wgpu::BindGroup {
+        let buffers =
+            [&buffers.extent, &buffers.mask_settings, &buffers.tile, &buffers.limits, &buffers.mask];
+        bind_group(gpu, "mask", &self.layout, &buffers.map(wgpu::Buffer::as_entire_binding))
+    }
+
+    /// Decides the pixels of a frame of `size`.
+    pub fn dispatch(&self, pass: &mut wgpu::ComputePass<'_>, group: &wgpu::BindGroup, size: FrameSize) {
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, group, &[]);
+        // Words beyond the right edge are written too: masks are padded to 64 bits.
+        pass.dispatch_workgroups(size.width.div_ceil(64) * 2, size.height.div_ceil(8), 1);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cpu::sampled;
+    use crate::gpu::layout::assert_twins;
+    use crate::noise::NoiseKind;
+    use proptest::prelude::*;
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(40))]
+        #[test]
+        fn limits_decide_as_the_specification(
+            w in 1u32..200, h in 1u32..60, base in 0.0f64..1.0, sigma in 0.0f64..0.3,
+            gx in -0.2f64..1.2, gy in -0.2f64..1.2, t in 0u32..200, kind in 0usize..3,
+        ) {
+            let size = FrameSize::new(w, h).unwrap();
+            let fovea = Fovea { base, sigma, gaze: [gx, gy] };
+            let noise = Noise::new(NoiseKind::ALL[kind], 3);
+            let frame = noise.frame(t);
+            let limits = Limits::new(&fovea, size, frame.levels());
+            for y in 0..h {
+                for x in 0..w {
+                    let at = [x.wrapping_sub(limits.from[0]), y.wrapping_sub(limits.from[1])];
+                    let inside = at[0] < limits.size[0] && at[1] < limits.size[1];
+                    let limit = if inside { limits.values[(at[1] * limits.size[0] + at[0]) as usize] } else { limits.base };
+                    prop_assert_eq!(frame.rank(x, y) < limit, sampled(&fovea, size, &noise, t, [x, y]));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn shaders_read_the_same_struct() {
+        assert_twins!(
+            MASK,
+            "MaskSettings",
+            MaskSettings { base_limit, hashed, fovea_from, fovea_size, seed }
+        );
+    }
+
+    #[test]
+    fn a_frame_without_fovea_has_one_limit() {
+        let fovea = Fovea { sigma: 0.0, ..Fovea::default() };
+        let limits = Limits::new(&fovea, FrameSize::default(), 1 << 20);
+        assert_eq!((limits.size, limits.values.len()), ([0, 0], 0));
+        // The rectangle of a small fovea is a small part of the frame.
+        let limits = Limits::new(&Fovea::default(), FrameSize::default(), 1 << 20);
+        assert!(limits.values.len() * 10 < FrameSize::default().pixels());
+    }
+}

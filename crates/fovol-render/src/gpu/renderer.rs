@@ -1,0 +1,229 @@
+use super::compact::CompactPass;
+use super::device::Gpu;
+use super::error::Result;
+use super::frame_buffers::{Buffers, FrameBuffers, Groups};
+use super::march::MarchPass;
+use super::mask::{MaskPass, MaskSource};
+use super::scatter::ScatterPass;
+use super::scene::DeviceScene;
+use super::shadow_grid::ShadowGridPass;
+use super::timing::Stage;
+use super::view::View;
+use fovol_core::{Camera, FrameSize, SampleList, Scene, Shading, TransferFunction};
+
+/// Which pixels of a frame are marched, and how they are found.
+#[derive(Debug, Clone, Copy)]
+pub enum Sampling<'a> {
+    /// All.
+    Full,
+    /// Those of a mask; every pixel has a thread, and those of the others end at once.
+    Reject(MaskSource<'a>),
+    /// Those of a mask, packed before they are marched.
+    Compact(MaskSource<'a>),
+    /// Those of a list that the host made, as [`crate::cpu::direct`] draws it.
+    List(&'a SampleList),
+}
+
+/// The pipelines of all steps.
+#[derive(Debug)]
+pub struct Stages {
+    mask: MaskPass,
+    pub(super) compact: CompactPass,
+    march: MarchPass,
+    scatter: ScatterPass,
+    shadow_grid: ShadowGridPass,
+}
+
+impl Stages {
+    pub(super) fn new(gpu: &Gpu) -> Self {
+        Self {
+            mask: MaskPass::new(gpu),
+            compact: CompactPass::new(gpu),
+            march: MarchPass::new(gpu),
+            scatter: ScatterPass::new(gpu),
+            shadow_grid: ShadowGridPass::new(gpu),
+        }
+    }
+
+    /// What each step binds of `buffers`.
+    pub fn bind(&self, gpu: &Gpu, buffers: &Buffers) -> Groups {
+        Groups {
+            mask: self.mask.bind(gpu, buffers),
+            compact: self.compact.bind(gpu, buffers),
+            march_list: self.march.bind(gpu, buffers, &buffers.samples),
+            march_frame: self.march.bind(gpu, buffers, &buffers.frame),
+            scatter: self.scatter.bind(gpu, buffers),
+        }
+    }
+}
+
+/// A scene prepared for marching on a GPU.
+///
+/// ```no_run
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// use fovol_core::{CameraPath, Fovea, FrameSize, Grid, Scene, TransferFunction, Volume};
+/// use fovol_render::gpu::{AdapterRequest, Gpu, MaskSource, Renderer, Sampling};
+/// use fovol_render::noise::{Noise, NoiseKind};
+///
+/// let volume = Volume::from_values(Grid::new([2, 2, 2], [1.0; 3])?, vec![0u8, 50, 90, 20, 70, 255, 30, 10])?;
+/// let scene = Scene::new(volume.into(), TransferFunction::grey_ramp(0.5));
+/// let gpu = Gpu::open(&AdapterRequest::Hardware)?;
+/// let renderer = Renderer::new(&gpu, &scene)?;
+/// let mut buffers = renderer.frame_buffers(FrameSize::default())?;
+/// let noise = Noise::new(NoiseKind::Stbn, 0);
+/// let source = MaskSource { fovea: &Fovea::default(), noise: &noise, frame: 0 };
+/// renderer.render(&mut buffers, &CameraPath::Orbit.camera(0), Sampling::Compact(source))?;
+/// let sparse = buffers.read_frame()?;
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug)]
+pub struct Renderer {
+    gpu: Gpu,
+    stages: Stages,
+    scene: DeviceScene,
+}
+
+impl Renderer {
+    /// Uploads `scene` to the device of `gpu`.
+    ///
+    /// # Errors
+    /// Numbers of the scene that cannot be rendered with (see [`Scene::check`]), a volume that exceeds the device's
+    /// limits, a device that is lost or has no memory left.
+    pub fn new(gpu: &Gpu, scene: &Scene) -> Result<Self> {
+        let stages = gpu.guarded("compiling the shaders", || Stages::new(gpu))?;
+        let scene = DeviceScene::new(gpu, scene, &stages.shadow_grid)?;
+        Ok(Self { gpu: gpu.clone(), stages, scene })
+    }
+
+    /// The device.
+    pub fn gpu(&self) -> &Gpu {
+        &self.gpu
+    }
+
+    /// Takes another transfer function.
+    ///
+    /// # Errors
+    /// A device that is lost or has no memory left.
+    pub fn set_transfer_function(&mut self, transfer: &TransferFunction) -> Result<()> {
+        self.scene.set_transfer_function(transfer, &self.stages.shadow_grid)
+    }
+
+    /// Takes another light or other shading.
+    ///
+    /// # Errors
+    /// As [`Self::set_transfer_function`].
+    pub fn set_shading(&mut self, shading: Shading) -> Result<()> {
+        self.scene.set_shading(shading, &self.stages.shadow_grid)
+    }
+
+    /// Whether rays leave empty space at once (they do unless told otherwise); pictures do not depend on it.
+    pub fn set_skip_empty(&mut self, skip_empty: bool) {
+        self.scene.set_skip_empty(skip_empty);
+    }
+
+    /// Room on the device for frames of `size`.
+    ///
+    /// # Errors
+    /// A size that exceeds the device's limits or memory.
+    pub fn frame_buffers(&self, size: FrameSize) -> Result<FrameBuffers> {
+        FrameBuffers::new(&self.gpu, &self.stages, size)
+    }
+
+    /// Renders a frame into `buffers`. Returns when the device has been told, not when it is done.
+    ///
+    /// # Errors
+    /// As [`Self::encode`].
+    pub fn render(&self, buffers: &mut FrameBuffers, camera: &Camera, sampling: Sampling<'_>) -> Result<()> {
+        self.gpu.guarded("rendering a frame", || {
+            let descriptor = wgpu::CommandEncoderDescriptor { label: Some("frame") };
+            let mut encoder = self.gpu.device().create_command_encoder(&descriptor);
+            self.encode(&mut encoder, buffers, camera, sampling)?;
+            self.gpu.queue().submit([encoder.finish()]);
+            Ok(())
+        })?
+    }
+
+    /// Puts the commands of a frame into `encoder`, so that whatever uses it can follow in one submission: at most one
+    /// frame of the same `buffers` in each.
+    ///
+    /// # Errors
+    /// A list for another size; a device that is lost or has no memory left.
+    pub fn encode(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        buffers: &mut FrameBuffers,
+        camera: &Camera,
+        sampling: Sampling<'_>,
+    ) -> Result<()> {
+        if let Sampling::List(list) = sampling {
+            buffers.set_list(list)?;
+        }
+        self.gpu.guarded("encoding a frame", || {
+            let view = View::new(&camera.rays(buffers.size()), &self.scene.segments());
+            self.gpu.queue().write_buffer(&buffers.buffers.view, 0, bytemuck::bytes_of(&view));
+            buffers.timing.begin();
+            match sampling {
+                Sampling::Full => self.encode_frame(encoder, buffers, None),
+                Sampling::Reject(source) => self.encode_frame(encoder, buffers, Some(&source)),
+                Sampling::Compact(source) => {
+                    self.encode_mask(encoder, buffers, &source);
+                    self.encode_compaction(encoder, buffers);
+                    self.encode_list(encoder, buffers);
+                }
+                Sampling::List(_) => self.encode_list(encoder, buffers),
+            }
+            buffers.timing.end(encoder);
+        })
+    }
+
+    fn encode_mask(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        buffers: &mut FrameBuffers,
+        source: &MaskSource<'_>,
+    ) {
+        buffers.set_mask(source, &self.stages.mask);
+        let mut pass = buffers.timing.pass(encoder, Stage::Mask);
+        self.stages.mask.dispatch(&mut pass, &buffers.groups.mask, buffers.size());
+    }
+
+    fn encode_compaction(&self, encoder: &mut wgpu::CommandEncoder, buffers: &mut FrameBuffers) {
+        let mut pass = buffers.timing.pass(encoder, Stage::Compact);
+        self.stages.compact.dispatch(&mut pass, &buffers.groups.compact, buffers.size());
+    }
+
+    /// Marches straight into the frame.
+    fn encode_frame(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        buffers: &mut FrameBuffers,
+        mask: Option<&MaskSource<'_>>,
+    ) {
+        if let Some(source) = mask {
+            self.encode_mask(encoder, buffers, source);
+            clear(encoder, buffers);
+        }
+        let march = self.stages.march.frame(&self.gpu, &self.scene, buffers.size(), mask.is_some());
+        let mut pass = buffers.timing.pass(encoder, Stage::March);
+        march.dispatch(&mut pass, &buffers.groups.march_frame);
+    }
+
+    /// Marches the list, and scatters what comes back.
+    fn encode_list(&self, encoder: &mut wgpu::CommandEncoder, buffers: &mut FrameBuffers) {
+        let length = &buffers.buffers.list_length;
+        let march = self.stages.march.list(&self.gpu, &self.scene, length);
+        let mut pass = buffers.timing.pass(encoder, Stage::March);
+        march.dispatch(&mut pass, &buffers.groups.march_list);
+        drop(pass);
+        clear(encoder, buffers);
+        let mut pass = buffers.timing.pass(encoder, Stage::Scatter);
+        self.stages.scatter.dispatch(&mut pass, &buffers.groups.scatter, length);
+    }
+}
+
+/// Clears the sparse frame.
+fn clear(encoder: &mut wgpu::CommandEncoder, buffers: &FrameBuffers) {
+    encoder.clear_buffer(buffers.frame(), 0, None);
+    encoder.clear_buffer(buffers.inverse_depths(), 0, None);
+}

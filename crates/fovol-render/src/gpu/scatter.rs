@@ -1,0 +1,42 @@
+use super::binding::{Slot, bind_group, bind_group_layout, compute_pipeline};
+use super::device::Gpu;
+use super::frame_buffers::{Buffers, GROUPS_OFFSET};
+use super::shader::SCATTER;
+
+/// The pipeline that makes a sparse frame of packed samples.
+#[derive(Debug)]
+pub struct ScatterPass {
+    layout: wgpu::BindGroupLayout,
+    pipeline: wgpu::ComputePipeline,
+}
+
+impl ScatterPass {
+    /// The pipeline on the device of `gpu`.
+    pub fn new(gpu: &Gpu) -> Self {
+        let slots = [Slot::Uniform, Slot::Read, Slot::Read, Slot::Read, Slot::Read, Slot::Write, Slot::Write];
+        let layout = bind_group_layout(gpu, "scatter", &slots);
+        let pipeline = compute_pipeline(gpu, &SCATTER, "scatter", &[&layout], &[]);
+        Self { layout, pipeline }
+    }
+
+    /// What it reads and writes.
+    pub fn bind(&self, gpu: &Gpu, buffers: &Buffers) -> wgpu::BindGroup {
+        let buffers = [
+            &buffers.extent,
+            &buffers.list,
+            &buffers.list_length,
+            &buffers.samples.colours,
+            &buffers.samples.inverse_depths,
+            &buffers.frame.colours,
+            &buffers.frame.inverse_depths,
+        ];
+        bind_group(gpu, "scatter", &self.layout, &buffers.map(wgpu::Buffer::as_entire_binding))
+    }
+
+    /// Writes the samples of the list into the cleared frame.
+    pub fn dispatch(&self, pass: &mut wgpu::ComputePass<'_>, group: &wgpu::BindGroup, length: &wgpu::Buffer) {
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, group, &[]);
+        pass.dispatch_workgroups_indirect(length, GROUPS_OFFSET);
+    }
+}

@@ -1,0 +1,304 @@
+use super::binding::{Slot, bind_group, bind_group_layout};
+use super::device::Gpu;
+use super::error::Result;
+use super::shadow_grid::{ShadowGridPass, shadow_texture};
+use super::texture::{texture, write_slices};
+use super::volume_texture::{TexelKind, VolumeTexture};
+use crate::cpu::{Bricks, LightPath, Macrocells, Segments, TransferTable, half_resolution};
+use bytemuck::{Pod, Zeroable};
+use fovol_core::{Grid, Scene, Shading, ShadowMode, TransferFunction};
+use wgpu::{BufferUsages, TextureFormat, TextureUsages};
+
+/// What rays meet, as shaders read it. Twin of `Scene` in shaders/scene.wgsl.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct SceneNumbers {
+    last: [f32; 3],
+    delta: f32,
+    to_voxels: [f32; 3],
+    scale: f32,
+    background: [f32; 3],
+    ambient: f32,
+    light_delta: [f32; 3],
+    cell_shift: u32,
+    light_exit: [f32; 3],
+    after_light_exit: f32,
+    light_inverse: [f32; 3],
+    after_light_inverse: f32,
+    light_direction: [f32; 3],
+    after_light_direction: f32,
+}
+
+/// What of a scene is compiled into shaders.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct SceneKind {
+    /// What the texels of the volume are.
+    pub texels: TexelKind,
+    /// Whether rays leave empty space at once.
+    pub skip: bool,
+}
+
+impl SceneKind {
+    /// Values for the `override` constants that all shaders with a scene have.
+    pub fn constants(self) -> [(&'static str, f64); 3] {
+        let number = |b: bool| f64::from(u8::from(b));
+        [
+            ("CORNERS", number(self.texels.corners)),
+            ("FLOATS", number(self.texels.floats)),
+            ("SKIP", number(self.skip)),
+        ]
+    }
+}
+
+/// The layout of the bind group of a scene.
+pub fn scene_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
+    use Slot::{Filtered, Read, Sampler, Uniform, Whole};
+    bind_group_layout(gpu, "scene", &[Uniform, Whole, Whole, Read, Read, Filtered, Sampler])
+}
+
+/// A scene on the device.
+#[derive(Debug)]
+pub struct DeviceScene {
+    contents: Contents,
+    group: wgpu::BindGroup,
+}
+
+impl DeviceScene {
+    /// Uploads `scene`; `shadows` fills the grid where shadows are cached.
+    ///
+    /// # Errors
+    /// Numbers of the scene that cannot be rendered with, a volume that exceeds the device's limits or memory.
+    pub fn new(gpu: &Gpu, scene: &Scene, shadows: &ShadowGridPass) -> Result<Self> {
+        scene.check()?;
+        let contents = Contents::new(gpu, scene)?;
+        let group = contents.bind(shadows)?;
+        Ok(Self { contents, group })
+    }
+
+    /// Takes another transfer function.
+    ///
+    /// # Errors
+    /// A device that is lost or has no memory left.
+    pub fn set_transfer_function(
+        &mut self,
+        transfer: &TransferFunction,
+        shadows: &ShadowGridPass,
+    ) -> Result<()> {
+        self.contents.transfer = transfer.clone();
+        self.contents.cells.classify(transfer);
+        self.group = self.contents.bind(shadows)?;
+        Ok(())
+    }
+
+    /// Takes another light or other shading.
+    ///
+    /// # Errors
+    /// As [`Self::set_transfer_function`].
+    pub fn set_shading(&mut self, shading: Shading, shadows: &ShadowGridPass) -> Result<()> {
+        self.contents.shading = shading;
+        self.group = self.contents.bind(shadows)?;
+        Ok(())
+    }
+
+    /// Whether rays may leave empty space at once.
+    pub fn set_skip_empty(&mut self, skip_empty: bool) {
+        self.contents.skip_empty = skip_empty;
+    }
+
+    /// What shaders bind of it.
+    pub fn group(&self) -> &wgpu::BindGroup {
+        &self.group
+    }
+
+    /// What is compiled into shaders.
+    pub fn kind(&self) -> SceneKind {
+        self.contents.kind()
+    }
+
+    /// How samples are lit.
+    pub fn shading(&self) -> &Shading {
+        &self.contents.shading
+    }
+
+    /// Where rays take their samples.
+    pub fn segments(&self) -> Segments {
+        Segments::new(&self.contents.grid, self.contents.step)
+    }
+}
+
+/// What a scene consists of, apart from what follows from it.
+#[derive(Debug)]
+struct Contents {
+    gpu: Gpu,
+    layout: wgpu::BindGroupLayout,
+    grid: Grid,
+    volume: VolumeTexture,
+    /// From stored to display values.
+    value_scale: f32,
+    cells: Macrocells,
+    skip_empty: bool,
+    transfer: TransferFunction,
+    shading: Shading,
+    background: [f64; 3],
+    step: f64,
+}
+
+impl Contents {
+    fn new(gpu: &Gpu, scene: &Scene) -> Result<Self> {
+        // Of the bricks only what the device needs stays.
+        let bricks = Bricks::of_volume(&scene.volume);
+        let mut cells = Macrocells::new(&bricks);
+        cells.classify(&scene.transfer_function);
+        Ok(Self {
+            gpu: gpu.clone(),
+            layout: gpu.guarded("uploading the scene", || scene_layout(gpu))?,
+            grid: *scene.volume.grid(),
+            volume: VolumeTexture::new(gpu, &bricks)?,
+            value_scale: bricks.scale(),
+            cells,
+            skip_empty: true,
+            transfer: scene.transfer_function.clone(),
+            shading: scene.shading,
+            background: scene.background,
+            step: scene.step,
+        })
+    }
+
+    fn kind(&self) -> SceneKind {
+        SceneKind { texels: self.volume.kind(), skip: self.skip_empty && !self.cells.is_dense() }
+    }
+
+    /// Uploads what changes with the transfer function and the light, and finds the shadows where they are cached.
+    fn bind(&self, shadows: &ShadowGridPass) -> Result<wgpu::BindGroup> {
+        const DOING: &str = "uploading the scene";
+        let (resources, unlit) = self.gpu.guarded(DOING, || {
+            let resources = Resources::new(self);
+            let unlit = self.bound(&resources, &shadow_texture(&self.gpu, [1; 3]));
+            (resources, unlit)
+        })?;
+        if self.shading.shadows != ShadowMode::Cached {
+            return Ok(unlit);
+        }
+        let lit = shadows.fill(&self.gpu, self.kind(), &unlit, half_resolution(&self.grid))?;
+        self.gpu.guarded(DOING, || self.bound(&resources, &lit))
+    }
+
+    fn bound(&self, resources: &Resources, shadow_grid: &wgpu::Texture) -> wgpu::BindGroup {
+        let view = |texture: &wgpu::Texture| texture.create_view(&wgpu::TextureViewDescriptor::default());
+        let textures = [self.volume.texture(), &resources.distances, shadow_grid].map(view);
+        let [volume, distances, shadow_grid] = textures.each_ref().map(wgpu::BindingResource::TextureView);
+        let bindings = [
+            resources.numbers.as_entire_binding(),
+            volume,
+            distances,
+            resources.appearance.as_entire_binding(),
+            resources.shadow_alpha.as_entire_binding(),
+            shadow_grid,
+            wgpu::BindingResource::Sampler(&resources.linear),
+        ];
+        bind_group(&self.gpu, "scene", &self.layout, &bindings)
+    }
+
+    fn numbers(&self, table: &TransferTable) -> SceneNumbers {
+        let light = LightPath::new(&self.shading.light, &self.grid, self.step);
+        let delta = self.step * self.grid.smallest_voxel();
+        SceneNumbers {
+            last: self.grid.dims().map(|d| (d - 1) as f32),
+            delta: delta as f32,
+            to_voxels: self.grid.voxel_size().recip().as_vec3().to_array(),
+            scale: self.value_scale * table.scale(),
+            background: self.background.map(|c| c as f32),
+            ambient: self.shading.ambient as f32,
+            light_delta: light.delta,
+            cell_shift: self.cells.shift(),
+            light_exit: light.exit,
+            // Shaders need not know infinity.
+            light_inverse: light.inverse.map(|i| if i.is_finite() { i } else { 0.0 }),
+            light_direction: self.shading.light.direction().as_vec3().to_array(),
+            ..SceneNumbers::zeroed()
+        }
+    }
+}
+
+/// What changes with the transfer function and the light.
+struct Resources {
+    numbers: wgpu::Buffer,
+    distances: wgpu::Texture,
+    appearance: wgpu::Buffer,
+    shadow_alpha: wgpu::Buffer,
+    linear: wgpu::Sampler,
+}
+
+impl Resources {
+    fn new(contents: &Contents) -> Self {
+        let gpu = &contents.gpu;
+        let table = TransferTable::new(&contents.transfer, contents.step);
+        let cells = &contents.cells;
+        let distances =
+            texture(gpu, "distances", cells.cells(), TextureFormat::R8Uint, TextureUsages::COPY_DST);
+        let count = cells.cells().iter().product();
+        write_slices(gpu, &distances, 0, &cells.distances()[..count]);
+        let numbers = contents.numbers(&table);
+        Self {
+            numbers: filled_buffer(gpu, "scene", BufferUsages::UNIFORM, bytemuck::bytes_of(&numbers)),
+            distances,
+            appearance: filled_buffer(
+                gpu,
+                "appearance",
+                BufferUsages::STORAGE,
+                bytemuck::cast_slice(&table.appearance),
+            ),
+            shadow_alpha: filled_buffer(
+                gpu,
+                "shadow opacities",
+                BufferUsages::STORAGE,
+                bytemuck::cast_slice(&table.shadow_alpha),
+            ),
+            linear: gpu.device().create_sampler(&wgpu::SamplerDescriptor {
+                label: Some("linear"),
+                mag_filter: wgpu::FilterMode::Linear,
+                min_filter: wgpu::FilterMode::Linear,
+                ..Default::default()
+            }),
+        }
+    }
+}
+
+fn filled_buffer(gpu: &Gpu, label: &str, usage: BufferUsages, bytes: &[u8]) -> wgpu::Buffer {
+    let buffer = gpu.device().create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        size: bytes.len() as u64,
+        usage: usage | BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    });
+    gpu.queue().write_buffer(&buffer, 0, bytes);
+    buffer
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::layout::assert_twins;
+    use crate::gpu::shader::MARCH;
+
+    #[test]
+    fn shaders_read_the_same_struct() {
+        assert_twins!(
+            MARCH,
+            "Scene",
+            SceneNumbers {
+                last,
+                delta,
+                to_voxels,
+                scale,
+                background,
+                ambient,
+                light_delta,
+                cell_shift,
+                light_exit,
+                light_inverse,
+                light_direction
+            }
+        );
+    }
+}

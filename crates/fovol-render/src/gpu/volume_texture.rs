@@ -1,0 +1,128 @@
+use super::device::Gpu;
+use super::error::Result;
+use super::texture::{check_dims, texture, write_slices};
+use crate::cpu::{BrickData, BrickLayout, Bricks};
+use bytemuck::Pod;
+use rayon::prelude::*;
+use wgpu::{TextureFormat, TextureUsages};
+
+/// Bytes that are staged at a time: the host never holds a second copy of a large volume.
+const SLAB: usize = 32 << 20;
+/// Up to this many bytes texels hold their neighbours too, which takes four times the memory.
+const CORNERS: usize = 256 << 20;
+
+/// How the texels of a volume become values; see shaders/field.wgsl.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct TexelKind {
+    /// Whether a texel holds its neighbours along y and z too.
+    pub corners: bool,
+    /// Whether texels are the bits of an f32.
+    pub floats: bool,
+}
+
+/// The voxels of a volume in a 3-D texture, at the type that [`Bricks`] found narrowest.
+///
+/// In small volumes each texel has its neighbours along y and z too, like [`BrickData::Corners`]: two loads a sample
+/// instead of eight.
+#[derive(Debug)]
+pub struct VolumeTexture {
+    texture: wgpu::Texture,
+    kind: TexelKind,
+}
+
+impl VolumeTexture {
+    /// The texture of `bricks`.
+    ///
+    /// # Errors
+    /// A volume with more voxels along an axis than the device's textures have texels; a device out of memory.
+    pub fn new(gpu: &Gpu, bricks: &Bricks) -> Result<Self> {
+        let layout = bricks.layout();
+        check_dims(gpu, layout.dims)?;
+        let kind = kind_of(bricks);
+        let texture = gpu.guarded("making room for the volume", || {
+            texture(gpu, "volume", layout.dims, format(bricks.data(), kind), TextureUsages::COPY_DST)
+        })?;
+        gpu.guarded("uploading the volume", || match bricks.data() {
+            BrickData::Corners(words) => {
+                upload(gpu, &texture, layout.dims, |voxel| words[layout.index(voxel)]);
+            }
+            BrickData::U8(values) => upload_voxels(gpu, &texture, layout, values, kind),
+            BrickData::U16(values) => upload_voxels(gpu, &texture, layout, values, kind),
+            BrickData::F32(values) => upload_voxels(gpu, &texture, layout, values, kind),
+        })?;
+        Ok(Self { texture, kind })
+    }
+
+    /// What its texels are.
+    pub fn kind(&self) -> TexelKind {
+        self.kind
+    }
+
+    /// The texture.
+    pub fn texture(&self) -> &wgpu::Texture {
+        &self.texture
+    }
+}
+
+fn kind_of(bricks: &Bricks) -> TexelKind {
+    let voxels: usize = bricks.layout().dims.iter().product();
+    let (corners, floats) = match bricks.data() {
+        BrickData::Corners(_) => (true, false),
+        BrickData::U8(_) => (4 * voxels <= CORNERS, false),
+        BrickData::U16(_) => (8 * voxels <= CORNERS, false),
+        BrickData::F32(_) => (16 * voxels <= CORNERS, true),
+    };
+    TexelKind { corners, floats }
+}
+
+fn format(data: &BrickData, kind: TexelKind) -> TextureFormat {
+    match (data, kind.corners) {
+        (BrickData::Corners(_), _) | (BrickData::U8(_), true) => TextureFormat::Rgba8Uint,
+        (BrickData::U16(_), true) => TextureFormat::Rgba16Uint,
+        (BrickData::F32(_), true) => TextureFormat::Rgba32Uint,
+        (BrickData::U8(_), false) => TextureFormat::R8Uint,
+        (BrickData::U16(_), false) => TextureFormat::R16Uint,
+        (BrickData::F32(_), false) => TextureFormat::R32Uint,
+    }
+}
+
+/// Writes the voxels in `values`, alone or with their neighbours.
+fn upload_voxels<T: Pod + Send + Sync>(
+    gpu: &Gpu,
+    texture: &wgpu::Texture,
+    layout: &BrickLayout,
+    values: &[T],
+    kind: TexelKind,
+) {
+    let [_, uy, uz] = layout.unit;
+    if kind.corners {
+        // Bricks store the neighbours of all their voxels, at the edge of the volume the last one again.
+        upload(gpu, texture, layout.dims, |voxel| {
+            [0, uy, uz, uy + uz].map(|after| values[layout.index(voxel) + after])
+        });
+    } else {
+        upload(gpu, texture, layout.dims, |voxel| values[layout.index(voxel)]);
+    }
+}
+
+/// Writes the texels of all voxels to `texture`, some slices at a time.
+fn upload<T: Pod + Send>(
+    gpu: &Gpu,
+    texture: &wgpu::Texture,
+    [nx, ny, nz]: [usize; 3],
+    texel: impl Fn([usize; 3]) -> T + Sync,
+) {
+    let slices = (SLAB / (nx * ny * size_of::<T>())).max(1);
+    let mut slab = vec![T::zeroed(); nx * ny * slices.min(nz)];
+    for first in (0..nz).step_by(slices) {
+        let slab = &mut slab[..nx * ny * slices.min(nz - first)];
+        slab.par_chunks_mut(nx).enumerate().for_each(|(row, texels)| {
+            for (x, out) in texels.iter_mut().enumerate() {
+                *out = texel([x, row % ny, first + row / ny]);
+            }
+        });
+        write_slices(gpu, texture, first, bytemuck::cast_slice(slab));
+        // What is staged is freed as soon as a submission has used it.
+        gpu.queue().submit([]);
+    }
+}

@@ -1,0 +1,89 @@
+// Stream compaction: the sampled pixels of a mask in raster order. Twin of cpu/compact.rs.
+//
+// Three passes without atomics: `count` the pixels of each block of words, `scan` the counts into places,
+// and `pack` the pixels of each block from its place on (Blelloch 1990; Billeter, Olsson and Assarsson 2009).
+
+/// Threads of a workgroup, and words of a block.
+const BLOCK: u32 = 256;
+
+@group(0) @binding(0) var<uniform> extent: Extent;
+@group(0) @binding(1) var<storage, read> mask: array<u32>;
+/// Pixels of each block; after `scan` the place of its first one in the list.
+@group(0) @binding(2) var<storage, read_write> blocks: array<u32>;
+@group(0) @binding(3) var<storage, read_write> list_length: ListLength;
+/// Pixels, packed.
+@group(0) @binding(4) var<storage, read_write> list: array<u32>;
+
+var<workgroup> sums: array<u32, BLOCK>;
+
+/// The sum of the values of threads 0 to `thread`. To be called by all threads of a workgroup.
+fn inclusive_sum(thread: u32, value: u32) -> u32 {
+    sums[thread] = value;
+    workgroupBarrier();
+    for (var reach = 1u; reach < BLOCK; reach *= 2u) {
+        var before = 0u;
+        if thread >= reach {
+            before = sums[thread - reach];
+        }
+        workgroupBarrier();
+        sums[thread] += before;
+        workgroupBarrier();
+    }
+    return sums[thread];
+}
+
+/// Word `i` of the mask, 0 beyond its end.
+fn word(i: u32) -> u32 {
+    if i < words_per_row(extent) * extent.height {
+        return mask[i];
+    }
+    return 0u;
+}
+
+/// Counts the pixels of each block.
+@compute @workgroup_size(BLOCK)
+fn count(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {
+    let sum = inclusive_sum(thread, countOneBits(word(group.x * BLOCK + thread)));
+    if thread == BLOCK - 1u {
+        blocks[group.x] = sum;
+    }
+}
+
+/// Turns the counts into places, by one workgroup.
+@compute @workgroup_size(BLOCK)
+fn scan(@builtin(local_invocation_index) thread: u32) {
+    let block_count = (words_per_row(extent) * extent.height + BLOCK - 1u) / BLOCK;
+    var before = 0u;
+    for (var first = 0u; first < block_count; first += BLOCK) {
+        let block = first + thread;
+        var pixels = 0u;
+        if block < block_count {
+            pixels = blocks[block];
+        }
+        let sum = inclusive_sum(thread, pixels);
+        if block < block_count {
+            blocks[block] = before + sum - pixels;
+        }
+        before += sums[BLOCK - 1u];
+        workgroupBarrier();
+    }
+    if thread == 0u {
+        list_length = list_length_of(before);
+    }
+}
+
+/// Writes the pixels of each block.
+@compute @workgroup_size(BLOCK)
+fn pack(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {
+    let i = group.x * BLOCK + thread;
+    var bits = word(i);
+    let pixels = countOneBits(bits);
+    var place = blocks[group.x] + inclusive_sum(thread, pixels) - pixels;
+    let row = i / words_per_row(extent);
+    let left = i % words_per_row(extent) * 32u;
+    while bits != 0u {
+        list[place] = packed(vec2u(left + firstTrailingBit(bits), row));
+        place += 1u;
+        bits &= bits - 1u;
+    }
+}

@@ -1,0 +1,42 @@
+// The trilinear field. Twin of cpu/field.rs.
+//
+// Voxels are loaded and interpolated here rather than by a sampler: samplers weigh in steps of 1/256, which steep
+// transfer functions show.
+
+/// Whether a texel holds its neighbours along y and z too, so that two texels are the eight corners of a cell.
+override CORNERS: bool = false;
+/// Whether texels are the bits of an f32.
+override FLOATS: bool = false;
+
+/// The stored values at (y, z), (y + 1, z), (y, z + 1) and (y + 1, z + 1) of the column at `cell`.
+///
+/// Beyond the last voxel loads give some other one, which interpolation multiplies by 0.
+fn column(cell: vec3i) -> vec4f {
+    var texels = textureLoad(volume, cell, 0);
+    if !CORNERS {
+        texels.y = textureLoad(volume, cell + vec3i(0, 1, 0), 0).x;
+        texels.z = textureLoad(volume, cell + vec3i(0, 0, 1), 0).x;
+        texels.w = textureLoad(volume, cell + vec3i(0, 1, 1), 0).x;
+    }
+    if FLOATS {
+        return bitcast<vec4f>(texels);
+    }
+    return vec4f(texels);
+}
+
+/// The trilinear value at `p`, clamped to the edge, as an entry of the transfer table that need not be whole.
+fn field(p: vec3f) -> f32 {
+    let clamped = clamp(p, vec3f(0.0), scene.last);
+    let cell = vec3i(clamped);
+    let f = clamped - vec3f(cell);
+    let low = column(cell);
+    let high = column(cell + vec3i(1, 0, 0));
+    let along_x = fma(vec4f(f.x), high - low, low);
+    let along_y = fma(vec2f(f.y), along_x.yw - along_x.xz, along_x.xz);
+    return fma(f.z, along_y.y - along_y.x, along_y.x) * scene.scale;
+}
+
+/// The entry of the transfer table nearest to `value`.
+fn entry(value: f32) -> u32 {
+    return u32(value + 0.5);
+}

@@ -1,0 +1,47 @@
+// What the shaders of one frame share: its size, and how masks and lists lie in memory.
+
+/// Width and height in pixels. Twin of `Extent` in gpu/frame_buffers.rs.
+struct Extent {
+    width: u32,
+    height: u32,
+}
+
+/// The length of a list of pixels, and the workgroups of a dispatch over it. Twin of `ListLength` in
+/// gpu/frame_buffers.rs.
+struct ListLength {
+    pixels: u32,
+    groups_x: u32,
+    groups_y: u32,
+    groups_z: u32,
+}
+
+/// Threads of a workgroup over a list.
+const LIST_GROUP: u32 = 64;
+/// Workgroups of a dispatch over a list along x; what is more goes along y.
+const GROUPS_X: u32 = 1024;
+
+/// The length of a list of `pixels`.
+fn list_length_of(pixels: u32) -> ListLength {
+    let groups = (pixels + LIST_GROUP - 1u) / LIST_GROUP;
+    return ListLength(pixels, min(groups, GROUPS_X), (groups + GROUPS_X - 1u) / GROUPS_X, 1u);
+}
+
+/// The position in its list of a thread of a dispatch over it.
+fn list_position(group: vec3u, thread: u32) -> u32 {
+    return (group.y * GROUPS_X + group.x) * LIST_GROUP + thread;
+}
+
+/// 32-bit words of one row of a mask: a bit for each pixel, lowest first, padded with zeros to 64 bits.
+fn words_per_row(extent: Extent) -> u32 {
+    return (extent.width + 63u) / 64u * 2u;
+}
+
+/// Pixels of a list have x in the low and y in the high half.
+fn packed(pixel: vec2u) -> u32 {
+    return pixel.y << 16u | pixel.x;
+}
+
+/// The pixel that is packed in `bits`.
+fn unpacked(bits: u32) -> vec2u {
+    return vec2u(bits & 0xFFFFu, bits >> 16u);
+}

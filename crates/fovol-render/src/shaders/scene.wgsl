@@ -1,0 +1,45 @@
+// What rays meet. Twin of `SceneNumbers` in gpu/scene.rs, which fills it in.
+//
+// Positions are voxel-centre coordinates (voxel i at i), distances along rays are world units.
+
+struct Scene {
+    /// The last voxel along each axis.
+    last: vec3f,
+    /// The sampling distance in world units.
+    delta: f32,
+    /// From world units to voxels.
+    to_voxels: vec3f,
+    /// From stored values to entries of the transfer table.
+    scale: f32,
+    /// What shows through.
+    background: vec3f,
+    /// The share of light that reaches every sample.
+    ambient: f32,
+    /// One primary step towards the light, in voxels.
+    light_delta: vec3f,
+    /// log2 of the edge of a macrocell in voxels.
+    cell_shift: u32,
+    /// The faces of the box that the light comes through.
+    light_exit: vec3f,
+    /// 1/light_delta; 0 where the light is parallel to a face.
+    light_inverse: vec3f,
+    /// The unit vector towards the light in world space.
+    light_direction: vec3f,
+}
+
+/// Whether rays leave empty space at once.
+override SKIP: bool = false;
+
+/// Stands for "never leaves" along an axis that a ray does not move on.
+const NEVER: f32 = 1e30;
+
+@group(0) @binding(0) var<uniform> scene: Scene;
+/// Voxels at the type they are stored in; see field.wgsl.
+@group(0) @binding(1) var volume: texture_3d<u32>;
+/// How far each macrocell is from anything visible; see skip.wgsl.
+@group(0) @binding(2) var distances: texture_3d<u32>;
+/// For every entry of the transfer table the bits of opacity for one step, and the colour: red 11 bits,
+/// green 11 bits, blue 10 bits, red lowest.
+@group(0) @binding(3) var<storage, read> appearance: array<vec2u>;
+/// For every entry of the transfer table the opacity for one shadow step.
+@group(0) @binding(4) var<storage, read> shadow_alpha: array<f32>;

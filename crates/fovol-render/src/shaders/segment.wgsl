@@ -1,0 +1,56 @@
+// From pixels to the samples of their rays. Twin of cpu/segment.rs.
+
+/// The camera, as `RayBasis` has it. Twin of `View` in gpu/view.rs.
+struct View {
+    /// The eye in voxels.
+    eye: vec3f,
+    /// The directions in world space that sum up to the one of a pixel.
+    forward: vec3f,
+    /// To the right edge.
+    right: vec3f,
+    /// To the upper edge.
+    up: vec3f,
+}
+
+@group(1) @binding(0) var<uniform> extent: Extent;
+@group(1) @binding(1) var<uniform> view: View;
+
+/// The samples of one ray: sample k lies at `start + k·delta`.
+struct Segment {
+    start: vec3f,
+    delta: vec3f,
+    /// How many there are.
+    count: f32,
+    /// The distance of the first sample from the eye in world units.
+    distance: f32,
+}
+
+/// Below this many voxels a world unit a ray counts as parallel to a face: along the whole box it stays in place.
+const PARALLEL: f32 = 1e-12;
+
+/// The samples of the ray through the centre of `pixel`.
+fn segment_of(pixel: vec2u) -> Segment {
+    let at = (vec2f(pixel) + 0.5) / vec2f(f32(extent.width), f32(extent.height)) * 2.0 - 1.0;
+    let direction = normalize(view.forward + view.right * at.x - view.up * at.y) * scene.to_voxels;
+    let parallel = abs(direction) < vec3f(PARALLEL);
+    let inverse = 1.0 / select(direction, vec3f(1.0), parallel);
+    // Distances to the faces of the box, half a voxel beyond the outermost centres.
+    let a = (-0.5 - view.eye) * inverse;
+    let b = (scene.last + 0.5 - view.eye) * inverse;
+    let outside = (view.eye < vec3f(-0.5)) | (view.eye > scene.last + 0.5);
+    let enters = select(min(a, b), vec3f(0.0), parallel);
+    let leaves = select(max(a, b), select(vec3f(NEVER), vec3f(-1.0), outside), parallel);
+    let near = max(max(enters.x, enters.y), max(enters.z, 0.0));
+    let far = min(leaves.x, min(leaves.y, leaves.z));
+    // Samples k with k + ½ < (far − near)/Δ; never more than on the diagonal, however far away the eye is.
+    let most = ceil(length((scene.last + 1.0) / scene.to_voxels) / scene.delta);
+    let count = select(0.0, clamp(ceil((far - near) / scene.delta - 0.5), 0.0, most), near < far);
+    let distance = fma(0.5, scene.delta, near);
+    return Segment(fma(direction, vec3f(distance), view.eye), direction * scene.delta, count, distance);
+}
+
+/// 1/`delta`, 0 where a ray does not move.
+fn inverse_of(delta: vec3f) -> vec3f {
+    let still = abs(delta) < vec3f(PARALLEL);
+    return select(1.0 / select(delta, vec3f(1.0), still), vec3f(0.0), still);
+}
