@@ -4,8 +4,11 @@ use super::device::Gpu;
 use super::error::{GpuError, Result};
 use bytemuck::Pod;
 use std::sync::mpsc;
+use std::time::Duration;
 
 const DOING: &str = "reading results back";
+/// How long a call that is due may take to come.
+const PATIENCE: Duration = Duration::from_secs(10);
 
 /// The first `count` elements of `buffer`, once everything submitted so far is done.
 ///
@@ -25,7 +28,8 @@ pub fn read<T: Pod>(gpu: &Gpu, buffer: &wgpu::Buffer, count: usize) -> Result<Ve
         });
     })?;
     gpu.wait()?;
-    match receiver.try_recv() {
+    // Where others wait for the same device too, it may be one of them who is about to call.
+    match receiver.recv_timeout(PATIENCE) {
         Ok(Ok(())) => {}
         Ok(Err(_)) | Err(_) => return Err(gpu.lost(DOING)),
     }
