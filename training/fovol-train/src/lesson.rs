@@ -272,6 +272,7 @@ impl Variation {
         let gaze: [f64; 2] =
             std::array::from_fn(|a| self.gaze[0][a] + (self.gaze[1][a] - self.gaze[0][a]) * along);
         let [left, top, slice] = self.offset;
+        let noise = noise.frame(slice + t as u32);
         let falloff = |at: u32, gaze: f64| {
             if self.sigma > 0.0 {
                 (-0.5 * ((f64::from(at) + 0.5 - gaze) / self.sigma).powi(2)).exp()
@@ -285,7 +286,7 @@ impl Variation {
             let row = falloff(y, gaze[1]);
             sampled.extend((0..width).map(|x| {
                 let density = self.base + (1.0 - self.base) * row * columns[x as usize];
-                noise.threshold(x + left, y + top, slice + t as u32) < density
+                noise.threshold(x + left, y + top) < density
             }));
         }
         sampled

@@ -1,7 +1,7 @@
 //! The noise that masks are drawn with.
 
 use crate::{Error, Result};
-use fovolnet::render::noise::{Noise, NoiseKind, NoiseSize, STBN_SEED, ranks};
+use fovolnet::render::noise::{FrameNoise, Noise, NoiseKind, NoiseSize, STBN_SEED, ranks};
 use serde::{Deserialize, Serialize};
 
 /// Frames after which noise repeats.
@@ -53,16 +53,31 @@ impl MaskNoise {
         Ok(Self::Made { size, ranks: ranks(size, STBN_SEED) })
     }
 
-    /// (rank + ½) / levels of pixel (`x`, `y`) of frame `t`: sampled where that is below the density.
-    pub fn threshold(&self, x: u32, y: u32, t: u32) -> f64 {
-        let (rank, levels) = match self {
-            Self::Carried(noise) => {
-                let frame = noise.frame(t);
-                (frame.rank(x, y), frame.levels() as usize)
-            }
+    /// The noise of frame `t`.
+    pub fn frame(&self, t: u32) -> MaskNoiseFrame<'_> {
+        match self {
+            Self::Carried(noise) => MaskNoiseFrame::Carried(noise.frame(t)),
             Self::Made { size, ranks } => {
-                let [x, y, t] = [x as usize % size.width, y as usize % size.height, t as usize % size.frames];
-                (ranks[(t * size.height + y) * size.width + x], size.len())
+                let slice = t as usize % size.frames * size.frame_len();
+                MaskNoiseFrame::Made { size: *size, ranks: &ranks[slice..][..size.frame_len()] }
+            }
+        }
+    }
+}
+
+/// Ranks of the pixels of one frame.
+pub(crate) enum MaskNoiseFrame<'a> {
+    Carried(FrameNoise<'a>),
+    Made { size: NoiseSize, ranks: &'a [u32] },
+}
+
+impl MaskNoiseFrame<'_> {
+    /// (rank + ½) / levels of pixel (`x`, `y`): sampled where that is below the density.
+    pub fn threshold(&self, x: u32, y: u32) -> f64 {
+        let (rank, levels) = match self {
+            Self::Carried(noise) => (noise.rank(x, y), noise.levels() as usize),
+            Self::Made { size, ranks } => {
+                (ranks[y as usize % size.height * size.width + x as usize % size.width], size.len())
             }
         };
         (f64::from(rank) + 0.5) / levels as f64
@@ -77,12 +92,12 @@ mod tests {
     fn thresholds_are_even_whatever_the_tile() {
         for (kind, tile) in [(NoiseKind::Stbn, 128), (NoiseKind::Stbn, 16), (NoiseKind::Uniform, 128)] {
             let noise = MaskNoise::new(&NoiseConfig { kind, tile }).unwrap();
-            let places = (0..64 * 64u32).map(|i| noise.threshold(i % 64, i / 64, 3));
+            let places = (0..64 * 64u32).map(|i| noise.frame(3).threshold(i % 64, i / 64));
             let below = places.filter(|&threshold| threshold < 0.25).count() as f64 / 4096.0;
             assert!((below - 0.25).abs() < 0.03, "{kind} {tile}: {below}");
         }
         let small = MaskNoise::new(&NoiseConfig { kind: NoiseKind::Stbn, tile: 16 }).unwrap();
-        assert_eq!(small.threshold(3, 5, 1), small.threshold(19, 37, 65));
+        assert_eq!(small.frame(1).threshold(3, 5), small.frame(65).threshold(19, 37));
     }
 
     #[test]

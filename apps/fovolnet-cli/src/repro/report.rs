@@ -93,22 +93,22 @@ fn rows(table: &Table) -> Markup {
 }
 
 /// Films larger than this stay beside the report, bytes.
-const LARGEST_FILM: usize = 32 << 20;
+const LARGEST_FILM: u64 = 32 << 20;
 
 fn embedded(folder: &Path, section: &Section, figure: &Figure) -> Result<Markup> {
     let path = folder.join(&section.name).join(&figure.file);
-    let bytes = std::fs::read(&path).with_context(|| {
-        format!("{} is missing; make it again with `fovolnet repro {}`", path.display(), section.name)
-    })?;
-    let extension = path.extension().unwrap_or_default().to_string_lossy();
-    let data = |kind: &str| format!("data:{kind};base64,{}", STANDARD.encode(&bytes));
-    let shown = match &*extension {
-        "svg" => html! { img src=(data("image/svg+xml")) alt=(figure.caption); },
-        "png" => html! { img src=(data("image/png")) alt=(figure.caption); },
-        "mp4" if bytes.len() <= LARGEST_FILM => {
-            html! { video src=(data("video/mp4")) controls loop muted {} }
-        }
-        // Browsers do not play other films.
+    let missing =
+        || format!("{} is missing; make it again with `fovolnet repro {}`", path.display(), section.name);
+    let data = |kind: &str| -> Result<String> {
+        let bytes = std::fs::read(&path).with_context(missing)?;
+        Ok(format!("data:{kind};base64,{}", STANDARD.encode(bytes)))
+    };
+    let length = path.metadata().with_context(missing)?.len();
+    let shown = match &*path.extension().unwrap_or_default().to_string_lossy() {
+        "svg" => html! { img src=(data("image/svg+xml")?) alt=(figure.caption); },
+        "png" => html! { img src=(data("image/png")?) alt=(figure.caption); },
+        "mp4" if length <= LARGEST_FILM => html! { video src=(data("video/mp4")?) controls loop muted {} },
+        // Browsers do not play other films, which may be gigabytes.
         _ => html! { a href={ (section.name) "/" (figure.file) } { (figure.file) } },
     };
     Ok(html! { figure { (shown) figcaption { (figure.caption) } } })
