@@ -10,8 +10,9 @@ use fovol_core::{
     Camera, CameraPath, Fovea, Frame, FrameSize, Grid, Light, Pixel, SampleList, Scene, ShadowMode,
     SurfaceShading, TransferFunction, Volume,
 };
+use fovol_gpu::{AdapterRequest, Gpu, GpuError};
 use fovol_render::cpu::{self, RenderOptions, Simd};
-use fovol_render::gpu::{AdapterRequest, FrameBuffers, Gpu, GpuError, MaskSource, Renderer, Sampling, Stage};
+use fovol_render::gpu::{Error, FrameBuffers, MaskSource, Renderer, Sampling, Stage};
 use fovol_render::noise::{Noise, NoiseKind};
 use proptest::prelude::*;
 use scenes::{cameras, differences, transfer, volumes};
@@ -187,7 +188,7 @@ fn too_much_for_the_device_is_refused_with_the_limit() {
     let volume = Volume::from_values(long, vec![9u8; 3000]).unwrap();
     let scene = Scene::new(Arc::new(volume), transfer());
     let error = Renderer::new(&gpu, &scene).unwrap_err();
-    assert!(matches!(error, GpuError::Limit { needed: 3000, allowed: 2048, .. }), "{error}");
+    assert!(matches!(error, Error::Gpu(GpuError::Limit { needed: 3000, allowed: 2048, .. })), "{error}");
     let renderer = Renderer::new(&gpu, &small_scene()).unwrap();
     let error = renderer.frame_buffers(FrameSize::new(8192, 4320).unwrap()).unwrap_err();
     assert!(error.to_string().contains("maxStorageBufferBindingSize"), "{error}");
@@ -367,10 +368,13 @@ fn lists_that_do_not_fit_are_refused() {
     let mut buffers = renderer.frame_buffers(small).unwrap();
     let other = SampleList::new(large, vec![Pixel { x: 4, y: 3 }]);
     let refused = renderer.render(&mut buffers, &cameras()[0], Sampling::List(&other));
-    assert_eq!(refused, Err(GpuError::Size { list: large, frame: small }));
+    assert_eq!(refused, Err(Error::Size { list: large, frame: small }));
     let long = SampleList::new(small, vec![Pixel { x: 0, y: 0 }; 17]);
     let refused = renderer.render(&mut buffers, &cameras()[0], Sampling::List(&long));
-    assert!(matches!(refused, Err(GpuError::Limit { needed: 17, allowed: 16, .. })), "{refused:?}");
+    assert!(
+        matches!(refused, Err(Error::Gpu(GpuError::Limit { needed: 17, allowed: 16, .. }))),
+        "{refused:?}"
+    );
     let empty = SampleList::new(small, Vec::new());
     renderer.render(&mut buffers, &cameras()[0], Sampling::List(&empty)).unwrap();
     assert_eq!(buffers.read_frame().unwrap(), Frame::new(small));

@@ -1,11 +1,11 @@
-//! The crates depend on each other in one direction: words, organs, body, faces.
+//! The crates depend on each other in one direction: words and device, organs, body, faces.
 
 use cargo_metadata::MetadataCommand;
 
 /// The layer of a crate: it may depend on lower layers only.
 fn layer(name: &str) -> u32 {
     match name {
-        "fovol-core" => 0,
+        "fovol-core" | "fovol-gpu" => 0,
         "fovol-io" | "fovol-metrics" | "fovol-render" | "fovol-net" => 1,
         "fovolnet" => 2,
         "fovolnet-cli" => 3,

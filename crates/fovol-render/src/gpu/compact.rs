@@ -1,8 +1,8 @@
-use super::binding::{Slot, bind_group, bind_group_layout, compute_pipeline};
-use super::device::Gpu;
 use super::frame_buffers::Buffers;
 use super::shader::COMPACT;
 use fovol_core::FrameSize;
+use fovol_gpu::Gpu;
+use fovol_gpu::binding::{Slot, bind_group, bind_group_layout, compute_pipeline};
 
 /// Words of one block; as in shaders/compact.wgsl.
 const BLOCK: u32 = 256;
@@ -52,9 +52,9 @@ mod tests {
     use crate::cpu;
     use crate::gpu::frame_buffers::FrameBuffers;
     use crate::gpu::renderer::Stages;
-    use crate::gpu::{AdapterRequest, Gpu};
     use crate::noise::hash;
     use fovol_core::SampleMask;
+    use fovol_gpu::AdapterRequest;
     use proptest::prelude::*;
     use std::sync::LazyLock;
 

@@ -1,15 +1,17 @@
 use super::compact::blocks;
-use super::device::Gpu;
-use super::error::{GpuError, Result};
+use super::error::{Error, Result};
 use super::mask::{Limits, MaskPass, MaskSettings, MaskSource};
-use super::readback::read;
 use super::renderer::Stages;
-use super::timing::{StageTime, Timing};
+use super::stage::Stage;
 use super::view::View;
 use crate::cpu::march::Marched;
 use crate::noise::NoiseSize;
 use bytemuck::{Pod, Zeroable};
 use fovol_core::{Fovea, Frame, FrameSize, Pixel, SampleList, SampleMask};
+use fovol_gpu::Gpu;
+use fovol_gpu::GpuError;
+use fovol_gpu::read;
+use fovol_gpu::{PassTime, Timing};
 use std::fmt;
 use wgpu::BufferUsages;
 
@@ -79,38 +81,28 @@ impl Buffers {
         let uniform = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
         let pixels = size.pixels() as u64;
         let shaded = |what: [&str; 2]| Shaded {
-            colours: buffer(gpu, what[0], 16 * pixels, storage),
-            inverse_depths: buffer(gpu, what[1], 4 * pixels, storage),
+            colours: gpu.buffer(what[0], 16 * pixels, storage),
+            inverse_depths: gpu.buffer(what[1], 4 * pixels, storage),
         };
         let words = u64::from(size.width.div_ceil(64) * 2) * u64::from(size.height);
         Self {
-            extent: buffer(gpu, "extent", size_of::<Extent>() as u64, uniform),
-            view: buffer(gpu, "view", size_of::<View>() as u64, uniform),
-            mask_settings: buffer(gpu, "mask settings", size_of::<MaskSettings>() as u64, uniform),
-            tile: buffer(gpu, "noise", 4 * NoiseSize::STBN.frame_len() as u64, storage),
-            limits: buffer(gpu, "limits", 4, storage),
-            mask: buffer(gpu, "mask", 4 * words, storage),
-            blocks: buffer(gpu, "blocks", 4 * u64::from(blocks(size)), storage),
-            list_length: buffer(
-                gpu,
+            extent: gpu.buffer("extent", size_of::<Extent>() as u64, uniform),
+            view: gpu.buffer("view", size_of::<View>() as u64, uniform),
+            mask_settings: gpu.buffer("mask settings", size_of::<MaskSettings>() as u64, uniform),
+            tile: gpu.buffer("noise", 4 * NoiseSize::STBN.frame_len() as u64, storage),
+            limits: gpu.buffer("limits", 4, storage),
+            mask: gpu.buffer("mask", 4 * words, storage),
+            blocks: gpu.buffer("blocks", 4 * u64::from(blocks(size)), storage),
+            list_length: gpu.buffer(
                 "list length",
                 size_of::<ListLength>() as u64,
                 storage | BufferUsages::INDIRECT,
             ),
-            list: buffer(gpu, "list", 4 * pixels, storage),
+            list: gpu.buffer("list", 4 * pixels, storage),
             samples: shaded(["sample colours", "sample depths"]),
             frame: shaded(["frame", "frame depths"]),
         }
     }
-}
-
-fn buffer(gpu: &Gpu, label: &str, size: u64, usage: BufferUsages) -> wgpu::Buffer {
-    gpu.device().create_buffer(&wgpu::BufferDescriptor {
-        label: Some(label),
-        size,
-        usage,
-        mapped_at_creation: false,
-    })
 }
 
 /// What each step binds of them.
@@ -133,7 +125,7 @@ pub struct FrameBuffers {
     size: FrameSize,
     pub(super) buffers: Buffers,
     pub(super) groups: Groups,
-    pub(super) timing: Timing,
+    pub(super) timing: Timing<Stage>,
     /// What the limits on the device were made of.
     limits_of: Option<(Fovea, u32, Limits)>,
 }
@@ -147,13 +139,21 @@ impl fmt::Debug for FrameBuffers {
 impl FrameBuffers {
     pub(super) fn new(gpu: &Gpu, stages: &Stages, size: FrameSize) -> Result<Self> {
         check_size(gpu, size)?;
-        gpu.guarded("making room for a frame", || {
+        let made = gpu.guarded("making room for a frame", || {
             let buffers = Buffers::new(gpu, size);
             let extent = Extent { width: size.width, height: size.height };
             gpu.queue().write_buffer(&buffers.extent, 0, bytemuck::bytes_of(&extent));
             let groups = stages.bind(gpu, &buffers);
-            Self { gpu: gpu.clone(), size, buffers, groups, timing: Timing::new(gpu), limits_of: None }
-        })
+            Self {
+                gpu: gpu.clone(),
+                size,
+                buffers,
+                groups,
+                timing: Timing::new(gpu, Stage::COUNT),
+                limits_of: None,
+            }
+        })?;
+        Ok(made)
     }
 
     /// Width and height of the frames.
@@ -192,7 +192,7 @@ impl FrameBuffers {
         let bytes: &[u8] = bytemuck::cast_slice(limits.values());
         if bytes.len() as u64 > self.buffers.limits.size() {
             let usage = self.buffers.limits.usage();
-            self.buffers.limits = buffer(&self.gpu, "limits", bytes.len() as u64, usage);
+            self.buffers.limits = self.gpu.buffer("limits", bytes.len() as u64, usage);
             self.groups.mask = pass.bind(&self.gpu, &self.buffers);
         }
         self.gpu.queue().write_buffer(&self.buffers.limits, 0, bytes);
@@ -205,16 +205,16 @@ impl FrameBuffers {
     /// A list for another size, or with more pixels than a frame has.
     pub(super) fn set_list(&self, list: &SampleList) -> Result<()> {
         if list.size() != self.size {
-            return Err(GpuError::Size { list: list.size(), frame: self.size });
+            return Err(Error::Size { list: list.size(), frame: self.size });
         }
         let room = ("pixels of the frame", self.size.pixels() as u64);
         GpuError::check_limit("a list of pixels", list.len() as u64, room, "draw fewer positions")?;
         let packed: Vec<u32> = list.pixels().iter().map(|p| u32::from(p.y) << 16 | u32::from(p.x)).collect();
         let length = ListLength::of(packed.len() as u32);
-        self.gpu.guarded("uploading a list", || {
+        Ok(self.gpu.guarded("uploading a list", || {
             self.gpu.queue().write_buffer(&self.buffers.list, 0, bytemuck::cast_slice(&packed));
             self.gpu.queue().write_buffer(&self.buffers.list_length, 0, bytemuck::bytes_of(&length));
-        })
+        })?)
     }
 
     /// Uploads a mask, in place of one that is decided on the device.
@@ -237,7 +237,7 @@ impl FrameBuffers {
     /// # Errors
     /// As [`Self::read_frame`].
     pub fn read_inverse_depths(&self) -> Result<Vec<f32>> {
-        read(&self.gpu, &self.buffers.frame.inverse_depths, self.size.pixels())
+        Ok(read(&self.gpu, &self.buffers.frame.inverse_depths, self.size.pixels())?)
     }
 
     /// The mask of the last frame that had one, on the host.
@@ -292,13 +292,13 @@ impl FrameBuffers {
     ///
     /// # Errors
     /// As [`Self::read_frame`].
-    pub fn read_times(&self) -> Result<Option<Vec<StageTime>>> {
-        self.timing.read(&self.gpu)
+    pub fn read_times(&self) -> Result<Option<Vec<PassTime<Stage>>>> {
+        Ok(self.timing.read(&self.gpu)?)
     }
 }
 
 /// That buffers of `size` fit the device.
-fn check_size(gpu: &Gpu, size: FrameSize) -> Result<()> {
+fn check_size(gpu: &Gpu, size: FrameSize) -> fovol_gpu::Result<()> {
     const MEND: &str = "give a smaller --size, or --device cpu";
     let limits = gpu.device().limits();
     let what = || format!("a frame of {size}");
@@ -313,8 +313,8 @@ fn check_size(gpu: &Gpu, size: FrameSize) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gpu::layout::assert_twins;
     use crate::gpu::shader::{COMPACT, MARCH, MASK, SCATTER};
+    use fovol_gpu::assert_twins;
 
     #[test]
     fn shaders_read_the_same_structs() {

@@ -1,9 +1,9 @@
-use super::binding::{Slot, bind_group, bind_group_layout, compute_pipeline};
-use super::device::Gpu;
 use super::frame_buffers::{Buffers, GROUPS_OFFSET, Shaded};
 use super::scene::{DeviceScene, SceneKind, scene_layout};
 use super::shader::MARCH;
 use fovol_core::{FrameSize, ShadowMode, SurfaceShading};
+use fovol_gpu::Gpu;
+use fovol_gpu::binding::{Slot, bind_group, bind_group_layout, compute_pipeline};
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 

@@ -1,11 +1,11 @@
-use super::binding::{Slot, bind_group, bind_group_layout, compute_pipeline};
-use super::device::Gpu;
 use super::frame_buffers::Buffers;
 use super::shader::MASK;
 use crate::cpu::Thresholds;
 use crate::noise::{FrameNoise, Noise};
 use bytemuck::{Pod, Zeroable};
 use fovol_core::{Fovea, FrameSize};
+use fovol_gpu::Gpu;
+use fovol_gpu::binding::{Slot, bind_group, bind_group_layout, compute_pipeline};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -135,8 +135,8 @@ impl MaskPass {
 mod tests {
     use super::*;
     use crate::cpu::sampled;
-    use crate::gpu::layout::assert_twins;
     use crate::noise::NoiseKind;
+    use fovol_gpu::assert_twins;
     use proptest::prelude::*;
 
     proptest! {

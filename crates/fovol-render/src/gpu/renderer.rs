@@ -1,5 +1,4 @@
 use super::compact::CompactPass;
-use super::device::Gpu;
 use super::error::Result;
 use super::frame_buffers::{Buffers, FrameBuffers, Groups};
 use super::march::MarchPass;
@@ -7,9 +6,10 @@ use super::mask::{MaskPass, MaskSource};
 use super::scatter::ScatterPass;
 use super::scene::DeviceScene;
 use super::shadow_grid::ShadowGridPass;
-use super::timing::Stage;
+use super::stage::Stage;
 use super::view::View;
 use fovol_core::{Camera, FrameSize, SampleList, Scene, Shading, TransferFunction};
+use fovol_gpu::Gpu;
 
 /// Which pixels of a frame are marched, and how they are found.
 #[derive(Debug, Clone, Copy)]
@@ -62,7 +62,8 @@ impl Stages {
 /// ```no_run
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// use fovol_core::{CameraPath, Fovea, FrameSize, Grid, Scene, TransferFunction, Volume};
-/// use fovol_render::gpu::{AdapterRequest, Gpu, MaskSource, Renderer, Sampling};
+/// use fovol_gpu::{AdapterRequest, Gpu};
+/// use fovol_render::gpu::{MaskSource, Renderer, Sampling};
 /// use fovol_render::noise::{Noise, NoiseKind};
 ///
 /// let volume = Volume::from_values(Grid::new([2, 2, 2], [1.0; 3])?, vec![0u8, 50, 90, 20, 70, 255, 30, 10])?;
@@ -174,7 +175,8 @@ impl Renderer {
                 Sampling::List(_) => self.encode_list(encoder, buffers),
             }
             buffers.timing.end(encoder);
-        })
+        })?;
+        Ok(())
     }
 
     fn encode_mask(

@@ -1,7 +1,7 @@
-use super::binding::{Slot, bind_group, bind_group_layout, compute_pipeline};
-use super::device::Gpu;
 use super::frame_buffers::{Buffers, GROUPS_OFFSET};
 use super::shader::SCATTER;
+use fovol_gpu::Gpu;
+use fovol_gpu::binding::{Slot, bind_group, bind_group_layout, compute_pipeline};
 
 /// The pipeline that makes a sparse frame of packed samples.
 #[derive(Debug)]

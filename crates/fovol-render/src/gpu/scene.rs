@@ -1,5 +1,3 @@
-use super::binding::{Slot, bind_group, bind_group_layout};
-use super::device::Gpu;
 use super::error::Result;
 use super::shadow_grid::{ShadowGridPass, shadow_texture};
 use super::texture::{texture, write_slices};
@@ -7,6 +5,8 @@ use super::volume_texture::{TexelKind, VolumeTexture};
 use crate::cpu::{Bricks, LightPath, Macrocells, Segments, TransferTable, half_resolution};
 use bytemuck::{Pod, Zeroable};
 use fovol_core::{Grid, Scene, Shading, ShadowMode, TransferFunction};
+use fovol_gpu::Gpu;
+use fovol_gpu::binding::{Slot, bind_group, bind_group_layout};
 use wgpu::{BufferUsages, TextureFormat, TextureUsages};
 
 /// What rays meet, as shaders read it. Twin of `Scene` in shaders/scene.wgsl.
@@ -180,7 +180,7 @@ impl Contents {
             return Ok(unlit);
         }
         let lit = shadows.fill(&self.gpu, self.kind(), &unlit, half_resolution(&self.grid))?;
-        self.gpu.guarded(DOING, || self.bound(&resources, &lit))
+        Ok(self.gpu.guarded(DOING, || self.bound(&resources, &lit))?)
     }
 
     fn bound(&self, resources: &Resources, shadow_grid: &wgpu::Texture) -> wgpu::BindGroup {
@@ -278,8 +278,8 @@ fn filled_buffer(gpu: &Gpu, label: &str, usage: BufferUsages, bytes: &[u8]) -> w
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gpu::layout::assert_twins;
     use crate::gpu::shader::MARCH;
+    use fovol_gpu::assert_twins;
 
     #[test]
     fn shaders_read_the_same_struct() {

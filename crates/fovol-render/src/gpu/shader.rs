@@ -1,56 +1,28 @@
-/// A compute shader: files of `src/shaders`, joined in this order, of which the last one has the entry points.
-#[derive(Debug, Clone, Copy)]
-pub struct Shader {
-    name: &'static str,
-    parts: &'static [&'static str],
-}
+//! The shaders: files of `src/shaders`.
 
-/// The shader whose parts are the files of these names.
-macro_rules! shader {
-    ($name:literal: $($part:literal)*) => {
-        Shader { name: $name, parts: &[$(include_str!(concat!("../shaders/", $part, ".wgsl")),)* include_str!(concat!("../shaders/", $name, ".wgsl"))] }
-    };
-}
+use fovol_gpu::{Shader, shader};
 
 /// Which pixels are sampled.
-pub const MASK: Shader = shader!("mask": "frame" "random");
+pub const MASK: Shader = shader!("../shaders/", "mask": "frame" "random");
 /// The sampled pixels as a list.
-pub const COMPACT: Shader = shader!("compact": "frame");
+pub const COMPACT: Shader = shader!("../shaders/", "compact": "frame");
 /// Image formation.
-pub const MARCH: Shader = shader!("march": "frame" "scene" "field" "skip" "segment" "shadow_rays");
+pub const MARCH: Shader =
+    shader!("../shaders/", "march": "frame" "scene" "field" "skip" "segment" "shadow_rays");
 /// From packed samples to a sparse frame.
-pub const SCATTER: Shader = shader!("scatter": "frame");
+pub const SCATTER: Shader = shader!("../shaders/", "scatter": "frame");
 /// Transmittance towards the light at half resolution.
-pub const SHADOW_GRID: Shader = shader!("shadow_grid": "scene" "field" "skip" "shadow_rays");
-
-impl Shader {
-    /// The name of its last file, without the ending.
-    pub fn name(&self) -> &'static str {
-        self.name
-    }
-
-    /// Its WGSL.
-    pub fn source(&self) -> String {
-        self.parts.concat()
-    }
-}
+pub const SHADOW_GRID: Shader = shader!("../shaders/", "shadow_grid": "scene" "field" "skip" "shadow_rays");
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use wgpu::naga;
-    use wgpu::naga::valid::{Capabilities, ValidationFlags, Validator};
+    use wgpu::naga::valid::Capabilities;
 
     #[test]
     fn every_shader_is_valid_without_any_optional_feature() {
         for shader in [MASK, COMPACT, MARCH, SCATTER, SHADOW_GRID] {
-            let (name, source) = (shader.name(), shader.source());
-            let module = naga::front::wgsl::parse_str(&source)
-                .unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(&source)));
-            Validator::new(ValidationFlags::all(), Capabilities::empty())
-                .validate(&module)
-                .unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(&source)));
-            assert!(!module.entry_points.is_empty(), "{name} has no entry point");
+            shader.check(Capabilities::empty()).unwrap_or_else(|problem| panic!("{problem}"));
         }
     }
 

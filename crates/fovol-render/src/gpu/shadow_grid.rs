@@ -1,10 +1,9 @@
-use super::binding::{Slot, bind_group, bind_group_layout, compute_pipeline};
-use super::device::Gpu;
-use super::error::Result;
 use super::scene::{SceneKind, scene_layout};
 use super::shader::SHADOW_GRID;
 use super::texture::texture;
 use bytemuck::{Pod, Zeroable};
+use fovol_gpu::binding::{Slot, bind_group, bind_group_layout, compute_pipeline};
+use fovol_gpu::{Gpu, Result};
 use wgpu::{BufferUsages, TextureFormat, TextureUsages};
 
 /// Threads of a workgroup along each axis; as in shaders/shadow_grid.wgsl.
@@ -97,7 +96,7 @@ pub fn shadow_texture(gpu: &Gpu, dims: [usize; 3]) -> wgpu::Texture {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gpu::layout::assert_twins;
+    use fovol_gpu::assert_twins;
 
     #[test]
     fn shaders_read_the_same_struct() {

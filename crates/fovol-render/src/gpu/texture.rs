@@ -1,5 +1,4 @@
-use super::device::Gpu;
-use super::error::{GpuError, Result};
+use fovol_gpu::{Gpu, GpuError, Result};
 use wgpu::{TextureFormat, TextureUsages};
 
 /// A 3-D texture to read in shaders; `usage` is added to that.

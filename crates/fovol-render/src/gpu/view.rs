@@ -24,8 +24,8 @@ impl View {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gpu::layout::assert_twins;
     use crate::gpu::shader::MARCH;
+    use fovol_gpu::assert_twins;
 
     #[test]
     fn shaders_read_the_same_struct() {

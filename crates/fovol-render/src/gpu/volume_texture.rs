@@ -1,8 +1,8 @@
-use super::device::Gpu;
 use super::error::Result;
 use super::texture::{check_dims, texture, write_slices};
 use crate::cpu::{BrickData, BrickLayout, Bricks};
 use bytemuck::Pod;
+use fovol_gpu::Gpu;
 use rayon::prelude::*;
 use wgpu::{TextureFormat, TextureUsages};
 

@@ -1,7 +1,6 @@
 //! From the device to the host: for tests, files and figures, never for a frame that stays on the device.
 
-use super::device::Gpu;
-use super::error::{GpuError, Result};
+use crate::{Gpu, GpuError, Result};
 use bytemuck::Pod;
 use std::sync::mpsc;
 use std::time::Duration;
@@ -10,7 +9,8 @@ const DOING: &str = "reading results back";
 /// How long a call that is due may take to come.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// The first `count` elements of `buffer`, once everything submitted so far is done.
+/// The first `count` elements of `buffer`, which must be one that can be copied from, once everything submitted so far is
+/// done.
 ///
 /// # Errors
 /// [`GpuError::Lost`], [`GpuError::OutOfMemory`] or [`GpuError::Refused`].
@@ -39,12 +39,8 @@ pub fn read<T: Pod>(gpu: &Gpu, buffer: &wgpu::Buffer, count: usize) -> Result<Ve
 
 /// A buffer that the host can read, with the first `bytes` of `buffer`.
 fn copied(gpu: &Gpu, buffer: &wgpu::Buffer, bytes: u64) -> wgpu::Buffer {
-    let staging = gpu.device().create_buffer(&wgpu::BufferDescriptor {
-        label: Some("readback"),
-        size: bytes,
-        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-        mapped_at_creation: false,
-    });
+    let usage = wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ;
+    let staging = gpu.buffer("readback", bytes, usage);
     let mut encoder = gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, Some(bytes));
     gpu.queue().submit([encoder.finish()]);

@@ -1,35 +1,21 @@
-use super::device::Gpu;
-use super::error::Result;
-use super::readback::read;
+use crate::{Gpu, Result, read};
+use std::fmt::Display;
 
-/// A step of a frame.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Stage {
-    /// Which pixels are sampled.
-    Mask,
-    /// Their list.
-    Compact,
-    /// Their colours.
-    March,
-    /// The sparse frame.
-    Scatter,
-}
-
-/// How long a step took on the device.
+/// How long a pass took on the device.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StageTime {
-    /// The step.
-    pub stage: Stage,
+pub struct PassTime<S> {
+    /// What it did.
+    pub stage: S,
     /// Milliseconds.
     pub ms: f64,
 }
 
-/// Timestamps around each compute pass, where the device has them.
+/// Timestamps around compute passes, where the device has them; `S` says what a pass does.
 #[derive(Debug)]
-pub struct Timing {
+pub struct Timing<S> {
     queries: Option<Queries>,
-    /// The passes of the last frame, in their order.
-    stages: Vec<Stage>,
+    /// The passes since [`Timing::begin`], in their order.
+    stages: Vec<S>,
 }
 
 #[derive(Debug)]
@@ -38,19 +24,16 @@ struct Queries {
     resolved: wgpu::Buffer,
 }
 
-/// Steps that a frame has at most.
-const MOST_STAGES: u32 = 4;
-
-impl Timing {
-    /// Timing on the device of `gpu`.
-    pub fn new(gpu: &Gpu) -> Self {
+impl<S: Copy + Display> Timing<S> {
+    /// Timing of at most `passes` passes on the device of `gpu`.
+    pub fn new(gpu: &Gpu, passes: u32) -> Self {
         let queries = gpu.device().features().contains(wgpu::Features::TIMESTAMP_QUERY).then(|| {
-            let count = 2 * MOST_STAGES;
+            let count = 2 * passes;
             let descriptor =
-                wgpu::QuerySetDescriptor { label: Some("stages"), ty: wgpu::QueryType::Timestamp, count };
+                wgpu::QuerySetDescriptor { label: Some("passes"), ty: wgpu::QueryType::Timestamp, count };
             let set = gpu.device().create_query_set(&descriptor);
             let resolved = gpu.device().create_buffer(&wgpu::BufferDescriptor {
-                label: Some("stage times"),
+                label: Some("pass times"),
                 size: u64::from(count) * 8,
                 usage: wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
                 mapped_at_creation: false,
@@ -60,13 +43,13 @@ impl Timing {
         Self { queries, stages: Vec::new() }
     }
 
-    /// Forgets the last frame.
+    /// Forgets the passes so far.
     pub fn begin(&mut self) {
         self.stages.clear();
     }
 
     /// The compute pass of `stage`, with timestamps at both ends.
-    pub fn pass<'a>(&mut self, encoder: &'a mut wgpu::CommandEncoder, stage: Stage) -> wgpu::ComputePass<'a> {
+    pub fn pass<'a>(&mut self, encoder: &'a mut wgpu::CommandEncoder, stage: S) -> wgpu::ComputePass<'a> {
         let first = 2 * self.stages.len() as u32;
         self.stages.push(stage);
         let timestamp_writes = self.queries.as_ref().map(|queries| wgpu::ComputePassTimestampWrites {
@@ -75,12 +58,7 @@ impl Timing {
             end_of_pass_write_index: Some(first + 1),
         });
         encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: Some(match stage {
-                Stage::Mask => "mask",
-                Stage::Compact => "compact",
-                Stage::March => "march",
-                Stage::Scatter => "scatter",
-            }),
+            label: Some(&stage.to_string()),
             timestamp_writes,
         })
     }
@@ -92,15 +70,18 @@ impl Timing {
         }
     }
 
-    /// How long each step of the last frame took; `None` where the device has no timestamps.
-    pub fn read(&self, gpu: &Gpu) -> Result<Option<Vec<StageTime>>> {
+    /// How long each pass took; `None` where the device has no timestamps.
+    ///
+    /// # Errors
+    /// As [`read`].
+    pub fn read(&self, gpu: &Gpu) -> Result<Option<Vec<PassTime<S>>>> {
         let Some(queries) = &self.queries else { return Ok(None) };
         let ticks: Vec<u64> = read(gpu, &queries.resolved, 2 * self.stages.len())?;
         let ms_per_tick = f64::from(gpu.queue().get_timestamp_period()) * 1e-6;
         let (pairs, _) = ticks.as_chunks::<2>();
         let times = self.stages.iter().zip(pairs);
         // Counters may start anew between two passes.
-        let time = |(&stage, [from, to]): (&Stage, &[u64; 2])| StageTime {
+        let time = |(&stage, [from, to]): (&S, &[u64; 2])| PassTime {
             stage,
             ms: to.saturating_sub(*from) as f64 * ms_per_tick,
         };

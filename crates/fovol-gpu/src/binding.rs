@@ -1,7 +1,6 @@
 //! What shaders bind, in few words.
 
-use super::device::Gpu;
-use super::shader::Shader;
+use crate::{Gpu, Shader};
 use wgpu::{BufferBindingType, TextureSampleType, TextureViewDimension};
 
 /// One thing that a shader binds.

@@ -1,7 +1,6 @@
 //! Which graphics processor is used.
 
-use super::device::Gpu;
-use super::error::{GpuError, Result};
+use crate::{Gpu, GpuError, Result};
 use std::str::FromStr;
 
 /// The environment variable that names an adapter where no flag does.
@@ -147,6 +146,6 @@ mod tests {
     #[test]
     fn an_adapter_that_is_not_there_is_an_error_that_says_what_is() {
         let error = Gpu::open(&AdapterRequest::Named("no such adapter".into())).unwrap_err();
-        assert!(error.to_string().starts_with("no GPU to render with: "), "{error}");
+        assert!(error.to_string().starts_with("no GPU can be used: "), "{error}");
     }
 }

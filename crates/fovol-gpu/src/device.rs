@@ -1,4 +1,4 @@
-use super::error::{GpuError, Result};
+use crate::{GpuError, Result};
 use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -18,7 +18,7 @@ impl Gpu {
     }
 
     /// A device that is opened for this program: what goes wrong with it is kept, where wgpu would panic.
-    pub(super) fn owned(device: wgpu::Device, queue: wgpu::Queue) -> Self {
+    pub(crate) fn owned(device: wgpu::Device, queue: wgpu::Queue) -> Self {
         let gpu = Self::shared(device, queue);
         let (lost, uncaptured) = (gpu.fault.clone(), gpu.fault.clone());
         gpu.device.set_device_lost_callback(move |reason, message| {
@@ -53,7 +53,7 @@ impl Gpu {
     ///
     /// # Errors
     /// [`GpuError::OutOfMemory`] or [`GpuError::Refused`], saying that it happened while `doing`.
-    pub(super) fn guarded<T>(&self, doing: &'static str, work: impl FnOnce() -> T) -> Result<T> {
+    pub fn guarded<T>(&self, doing: &'static str, work: impl FnOnce() -> T) -> Result<T> {
         let filters =
             [wgpu::ErrorFilter::OutOfMemory, wgpu::ErrorFilter::Validation, wgpu::ErrorFilter::Internal];
         let scopes = filters.map(|filter| self.device.push_error_scope(filter));
@@ -71,10 +71,20 @@ impl Gpu {
     }
 
     /// That the device is gone while `doing`.
-    pub(super) fn lost(&self, doing: &'static str) -> GpuError {
+    pub fn lost(&self, doing: &'static str) -> GpuError {
         let fault = self.fault.lock().unwrap_or_else(PoisonError::into_inner);
         let message = fault.clone().unwrap_or_else(|| "it answers no more".into());
         GpuError::Lost { doing, message }
+    }
+
+    /// A buffer of `size` bytes for `usage`, called `label` in tools; to be made within [`Self::guarded`].
+    pub fn buffer(&self, label: &str, size: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
+        self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(label),
+            size,
+            usage,
+            mapped_at_creation: false,
+        })
     }
 
     /// Waits until the queue is empty.

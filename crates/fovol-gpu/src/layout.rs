@@ -1,12 +1,13 @@
-//! Whether Rust structs lie in memory as shaders read them.
+//! Whether Rust structs lie in memory as shaders read them: for tests, which need no device.
 
-use super::shader::Shader;
+use crate::Shader;
 use wgpu::naga;
 
 /// Asserts that the members of a struct of a shader are the fields of a Rust struct, at the same offsets.
+#[macro_export]
 macro_rules! assert_twins {
     ($shader:expr, $name:literal, $twin:ty { $($field:ident),* $(,)? }) => {
-        $crate::gpu::layout::assert_members(
+        $crate::layout::assert_members(
             &$shader,
             $name,
             &[$((stringify!($field), std::mem::offset_of!($twin, $field))),*],
@@ -14,9 +15,10 @@ macro_rules! assert_twins {
         )
     };
 }
-pub(crate) use assert_twins;
-
 /// Asserts that struct `name` of `shader` has members of these names at these offsets and takes `size` bytes.
+///
+/// # Panics
+/// Where they do not.
 pub fn assert_members(shader: &Shader, name: &str, fields: &[(&str, usize)], size: usize) {
     let module = naga::front::wgsl::parse_str(&shader.source()).expect("shaders are valid: see their test");
     let found = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some(name));

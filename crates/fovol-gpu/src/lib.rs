@@ -1,0 +1,29 @@
+//! A graphics processor: one [`Gpu`] that renderer, networks and viewer share.
+//!
+//! It is opened by name ([`AdapterRequest`]) or lent by whoever has a device; what goes wrong with it is a [`GpuError`],
+//! never a panic. The rest are the few things that every user of it needs: shaders and what they bind ([`binding`],
+//! [`shader!`]), reading back ([`read`]), times of what ran ([`Timing`]).
+//!
+//! ```no_run
+//! use fovol_gpu::{AdapterRequest, Gpu};
+//!
+//! let gpu = Gpu::open(&"gpu:nvidia".parse::<AdapterRequest>()?.or_environment())?;
+//! println!("{} by {}", gpu.info().name, gpu.info().backend);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod adapter;
+pub mod binding;
+mod device;
+mod error;
+pub mod layout;
+mod readback;
+mod shader;
+mod timing;
+
+pub use adapter::{ADAPTER_VARIABLE, AdapterRequest, adapters};
+pub use device::Gpu;
+pub use error::{GpuError, Result};
+pub use readback::read;
+pub use shader::Shader;
+pub use timing::{PassTime, Timing};
