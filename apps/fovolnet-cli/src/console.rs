@@ -1,6 +1,7 @@
 //! What is said, and where.
 
 use anyhow::{Context, Result};
+use fovolnet::Pipeline;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use std::io::{self, IsTerminal, Write};
@@ -38,6 +39,13 @@ impl JsonOutput {
             writeln!(io::stdout(), "{}", line.as_ref())?;
         }
         Ok(())
+    }
+}
+
+/// Prints what whoever asked for `pipeline` should know about it.
+pub fn warn(pipeline: &Pipeline) {
+    for note in pipeline.notes() {
+        eprintln!("note: {note}");
     }
 }
 

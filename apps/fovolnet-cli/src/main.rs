@@ -49,7 +49,16 @@ enum Command {
     Repro(repro::Repro),
 }
 
+/// Keeps Mesa's layer that asks the desktop which GPU it prefers from complaining where there is no desktop.
+fn quieten_drivers() {
+    if cfg!(target_os = "linux") && std::env::var_os("XDG_RUNTIME_DIR").is_none() {
+        // SAFETY: this is the first thing that the program does: there is no other thread that could read the environment.
+        unsafe { std::env::set_var("NODEVICE_SELECT", "1") };
+    }
+}
+
 fn main() -> ExitCode {
+    quieten_drivers();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => return usage(&error),

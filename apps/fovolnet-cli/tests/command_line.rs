@@ -313,3 +313,23 @@ fn training_is_started_or_its_building_explained() {
     let said = String::from_utf8_lossy(&help.stdout).into_owned() + &String::from_utf8_lossy(&help.stderr);
     assert!(said.contains("CONFIG.toml") || said.contains("cargo build --release --manifest-path"), "{said}");
 }
+
+#[test]
+fn devices_are_listed_and_chosen() {
+    let devices = json(&succeeds(&["info", "--devices", "--json", "-"]));
+    for gpu in devices["gpus"].as_array().unwrap() {
+        assert!(gpu["name"].is_string() && gpu["automatic"].is_boolean(), "{gpu}");
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let on = |device: &'static str| {
+        let arguments =
+            ["render", "marschner-lobb", "-o", folder.path().to_str().unwrap(), "--device", device];
+        [&arguments[..], &SMALL].concat()
+    };
+    succeeds(&on("cpu"));
+    let silent = fovolnet(&on("auto"));
+    assert!(silent.status.success() && !String::from_utf8_lossy(&silent.stderr).contains("error"));
+    assert!(fails(&on("cuda"), 2).contains("use auto, cpu, gpu, or gpu:NAME"));
+    let missing = fails(&on("gpu:no such device"), 1);
+    assert!(missing.contains("--device cpu"), "{missing}");
+}

@@ -58,6 +58,13 @@ impl Reprojection {
         self
     }
 
+    /// The numbers that [`Self::motion`] is made of, for shaders: M·d for pixel (0, 0) and what a pixel to the right and a
+    /// pixel down add, d alike, and m.
+    pub fn coefficients(&self) -> [Vec3; 7] {
+        let ([a, b, c], [d, e, f]) = (self.base, self.direction);
+        [a, b, c, d, e, f, self.parallax]
+    }
+
     /// The way in pixels, x right and y down, from pixel (`x`, `y`) to where the same point is seen in the other
     /// frame; `inverse_distance` is one over its distance from the eye in world units. Far outside for points behind
     /// the other camera.

@@ -48,6 +48,13 @@ impl AdapterRequest {
         }
     }
 
+    /// Which of `adapters` this asks for: the first of the best.
+    pub fn best(&self, adapters: &[wgpu::AdapterInfo]) -> Option<usize> {
+        let suits = |i: &usize| self.suits(&adapters[*i].name, adapters[*i].device_type);
+        // `max_by_key` takes the last of the best.
+        (0..adapters.len()).rev().filter(|i| suits(i).is_some()).max_by_key(suits)
+    }
+
     /// How well an adapter of this name and kind suits; larger is better, `None` is not at all.
     fn suits(&self, name: &str, kind: wgpu::DeviceType) -> Option<u8> {
         let speed = match kind {
@@ -83,13 +90,8 @@ impl Gpu {
     /// open it.
     pub fn open(request: &AdapterRequest) -> Result<Self> {
         let all = found();
-        let suitable = |adapter: &wgpu::Adapter| {
-            let info = adapter.get_info();
-            request.suits(&info.name, info.device_type)
-        };
-        // The first of the best: `max_by_key` would take the last.
-        let best = all.iter().rev().filter(|adapter| suitable(adapter).is_some()).max_by_key(|a| suitable(a));
-        let adapter = best.ok_or_else(|| nothing_suits(&all))?;
+        let infos: Vec<wgpu::AdapterInfo> = all.iter().map(wgpu::Adapter::get_info).collect();
+        let adapter = &all[request.best(&infos).ok_or_else(|| nothing_suits(&infos))?];
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("fovolnet"),
             required_features: adapter.features() & WELCOME,
@@ -102,13 +104,12 @@ impl Gpu {
     }
 }
 
-fn nothing_suits(all: &[wgpu::Adapter]) -> GpuError {
+fn nothing_suits(all: &[wgpu::AdapterInfo]) -> GpuError {
     let names: Vec<String> = all
         .iter()
-        .map(wgpu::Adapter::get_info)
         .map(|info| match info.device_type {
             wgpu::DeviceType::Cpu => format!("{} (software)", info.name),
-            _ => info.name,
+            _ => info.name.clone(),
         })
         .collect();
     let (found, mend) = match names.is_empty() {

@@ -27,3 +27,5 @@ pub use error::{GpuError, Result};
 pub use readback::read;
 pub use shader::Shader;
 pub use timing::{PassTime, Timing};
+/// What kind of device an adapter is, see [`adapters`].
+pub use wgpu::DeviceType;

@@ -18,6 +18,10 @@ pub enum Error {
     /// A network or its weights.
     #[error(transparent)]
     Network(#[from] fovol_net::Error),
+    /// A graphics processor.
+    #[cfg(feature = "gpu")]
+    #[error(transparent)]
+    Gpu(#[from] fovol_gpu::GpuError),
     /// A setting that makes no sense, with the reason and the remedy.
     #[error("{0}")]
     Setting(String),
@@ -25,3 +29,15 @@ pub enum Error {
 
 /// The result of the operations of this crate.
 pub type Result<T> = std::result::Result<T, Error>;
+
+#[cfg(feature = "gpu")]
+impl From<fovol_render::gpu::Error> for Error {
+    fn from(error: fovol_render::gpu::Error) -> Self {
+        use fovol_render::gpu::Error::{Gpu, Scene};
+        match error {
+            Scene(error) => error.into(),
+            Gpu(error) => error.into(),
+            other => Self::Setting(other.to_string()),
+        }
+    }
+}

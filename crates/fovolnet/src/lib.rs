@@ -15,6 +15,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod device;
 mod error;
 mod machine;
 mod motion;
@@ -24,12 +25,16 @@ mod pipeline;
 pub mod presets;
 mod reconstructor;
 mod report;
+mod scene;
 mod session;
 mod settings;
 mod toml_file;
 
+pub use device::Device;
 pub use error::{Error, Result};
 pub use fovol_core as core;
+#[cfg(feature = "gpu")]
+pub use fovol_gpu as gpu;
 pub use fovol_io as io;
 pub use fovol_metrics as metrics;
 pub use fovol_net as net;
@@ -37,8 +42,9 @@ pub use fovol_render as render;
 pub use machine::Machine;
 pub use motion::{motion, motion_of_depths};
 pub use open::{OpenVolume, open_volume};
-pub use pipeline::{Pipeline, RenderedFrame, Timings};
+pub use pipeline::{Pipeline, RenderedFrame, Timings, camera_path};
 pub use reconstructor::Reconstructor;
 pub use report::{FrameReport, MeanReport, RenderReport};
+pub use scene::scene;
 pub use session::Session;
 pub use settings::{RandomWeights, Reconstruction, RenderSettings, Sampling, SpeedSettings, VolumeSettings};

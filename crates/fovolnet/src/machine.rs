@@ -6,6 +6,9 @@ use serde::Serialize;
 pub struct Machine {
     /// The name of the processor.
     pub cpu: String,
+    /// The name of the graphics processor that rays are marched on, where one is used.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gpu: Option<String>,
     /// Threads in use.
     pub threads: usize,
     /// The instruction set of the marcher.
@@ -21,6 +24,7 @@ impl Machine {
     pub fn this(threads: usize, simd: Simd) -> Self {
         Self {
             cpu: cpu_name().unwrap_or_else(|| "unknown".into()),
+            gpu: None,
             threads,
             simd: simd.to_string(),
             system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),

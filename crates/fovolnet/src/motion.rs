@@ -2,26 +2,28 @@
 
 use fovol_core::{Camera, Frame, Reprojection, SampleList};
 use fovol_net::Fill;
-use fovol_render::cpu::march::Marched;
 use rayon::prelude::*;
 
 /// For each pixel of the frame of `list` the way in pixels (x right, y down) to where it was in the frame of
-/// `previous`: the samples' depths, with those between filled by pull-push, seen by both cameras.
+/// `previous`: the `depths` of its pixels (see [`Marched::depth`]), with those between filled by pull-push, seen by both
+/// cameras.
 ///
 /// Nothing moves where no ray met anything, or where both cameras are the same.
 ///
 /// # Panics
-/// When there are not as many samples as pixels in the list.
-pub fn motion(list: &SampleList, marched: &[Marched], camera: &Camera, previous: &Camera) -> Vec<[f32; 2]> {
-    assert_eq!(list.len(), marched.len(), "one sample for every listed pixel");
+/// When there are not as many depths as pixels in the list.
+///
+/// [`Marched::depth`]: fovol_render::cpu::march::Marched
+pub fn motion(list: &SampleList, depths: &[f32], camera: &Camera, previous: &Camera) -> Vec<[f32; 2]> {
+    assert_eq!(list.len(), depths.len(), "one depth for every listed pixel");
     let size = list.size();
     if camera == previous {
         return vec![[0.0; 2]; size.pixels()];
     }
     let mut known = Frame::new(size);
-    for (pixel, sample) in list.pixels().iter().zip(marched) {
-        if sample.depth.is_finite() {
-            known.pixels_mut()[pixel.index(size.width)] = [1.0 / sample.depth, 0.0, 0.0, 1.0];
+    for (pixel, depth) in list.pixels().iter().zip(depths) {
+        if depth.is_finite() {
+            known.pixels_mut()[pixel.index(size.width)] = [1.0 / depth, 0.0, 0.0, 1.0];
         }
     }
     motion_of_depths(&known, &Reprojection::new(camera, previous, size))
@@ -79,7 +81,8 @@ mod tests {
         let every: Vec<Pixel> = (0..120).flat_map(|y| (0..160).map(move |x| Pixel { x, y })).collect();
         let list = SampleList::new(size, every);
         let (marched, _) = renderer.march_list(&camera, &list);
-        let moves = motion(&list, &marched, &camera, &last);
+        let depths: Vec<f32> = marched.iter().map(|sample| sample.depth).collect();
+        let moves = motion(&list, &depths, &camera, &last);
         let before = renderer.march_full(&last, size).0;
         let (mut still, mut moved, mut pixels) = (0.0, 0.0, 0);
         for (i, sample) in marched.iter().enumerate().filter(|(_, sample)| sample.opacity > 0.3) {
@@ -101,10 +104,9 @@ mod tests {
     fn a_still_camera_moves_nothing() {
         let size = FrameSize::new(8, 8).unwrap();
         let list = SampleList::new(size, vec![Pixel { x: 3, y: 3 }]);
-        let sample = Marched { colour: [1.0; 3], opacity: 1.0, depth: 1.0 };
         let camera = CameraPath::Orbit.camera(0);
-        assert!(motion(&list, &[sample], &camera, &camera).iter().all(|m| *m == [0.0; 2]));
-        let moved = motion(&list, &[sample], &camera, &CameraPath::Orbit.camera(9));
+        assert!(motion(&list, &[1.0], &camera, &camera).iter().all(|m| *m == [0.0; 2]));
+        let moved = motion(&list, &[1.0], &camera, &CameraPath::Orbit.camera(9));
         assert!(moved.iter().all(|m| m[0].abs() > 0.01));
     }
 }

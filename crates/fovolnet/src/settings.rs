@@ -1,8 +1,9 @@
-use crate::{Result, parse, toml_file};
+use crate::{Device, Machine, Result, parse, toml_file};
 use fovol_core::{Fovea, FrameSize, GazePath, ShadowMode, SurfaceShading};
 use fovol_net::Fill;
 use fovol_net::cpu::Precision;
 use fovol_net::plan::Named;
+use fovol_render::cpu::Simd;
 use fovol_render::noise::NoiseKind;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -361,12 +362,27 @@ pub struct SpeedSettings {
     /// Number of threads [default: all cores]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
     pub threads: Option<usize>,
+    /// What computes the frames: auto, cpu, gpu, or gpu:NAME [default: auto]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "DEVICE"))]
+    pub device: Option<Device>,
     /// Instruction set of the marcher: auto, scalar, portable, avx2 or avx512 [default: auto]
     #[cfg_attr(feature = "clap", arg(long, value_name = "SET"))]
-    pub simd: Option<fovol_render::cpu::Simd>,
+    pub simd: Option<Simd>,
     /// March through empty space instead of leaving it at once
     #[cfg_attr(feature = "clap", arg(long))]
     pub no_skip: bool,
+}
+
+impl SpeedSettings {
+    /// This machine as it is used with these settings.
+    ///
+    /// # Errors
+    /// A graphics processor that was asked for and cannot be used.
+    pub fn machine(&self) -> Result<Machine> {
+        let threads = self.threads.unwrap_or_else(rayon::current_num_threads);
+        let machine = Machine::this(threads, self.simd.unwrap_or_else(Simd::best));
+        Ok(Machine { gpu: self.device.clone().unwrap_or_default().name()?, ..machine })
+    }
 }
 
 #[cfg(feature = "clap")]

@@ -1,12 +1,13 @@
-use super::march::rayon_pool;
+use super::marching::{Marching, Sampled, marching};
 use super::repeat::alternating;
 use crate::console::JsonOutput;
 use anyhow::{Result, anyhow};
-use fovolnet::core::{Fovea, FrameSize};
+use fovolnet::core::{Camera, Fovea, FrameSize};
 use fovolnet::io::atomic;
-use fovolnet::render::cpu::{compact, direct, mask, scatter};
 use fovolnet::render::noise::Noise;
-use fovolnet::{Machine, Pipeline, RenderSettings, SpeedSettings, VolumeSettings, open_volume};
+use fovolnet::{
+    Machine, OpenVolume, RenderSettings, SpeedSettings, VolumeSettings, camera_path, open_volume, scene,
+};
 use plotters::prelude::*;
 use serde::Serialize;
 use std::io::Write;
@@ -66,10 +67,8 @@ const DENSITIES: [f64; 11] = [0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.2, 0.3, 0.5, 
 impl CompactBench {
     pub fn run(self) -> Result<()> {
         let opened = open_volume(&self.volume, &self.read)?;
-        let pipeline = Pipeline::new(&opened, &self.settings, &self.speed)?;
-        let machine = pipeline.machine();
-        let rows = measured(&pipeline, &self.settings, self.repeats)?;
-        let report = Report { volume: self.volume.clone(), size: pipeline.size(), rows, machine };
+        let (rows, machine) = measured(&opened, &self.settings, &self.speed, self.repeats)?;
+        let report = Report { volume: self.volume.clone(), size: self.settings.frame_size(), rows, machine };
         self.describe(&report)?;
         if let Some(folder) = &self.output {
             atomic::make_folder(folder)?;
@@ -83,7 +82,11 @@ impl CompactBench {
         let m = &report.machine;
         self.json.say(format!(
             "{} at {}, {} ({} threads, {})",
-            report.volume, report.size, m.cpu, m.threads, m.simd
+            report.volume,
+            report.size,
+            m.gpu.as_ref().unwrap_or(&m.cpu),
+            m.threads,
+            m.simd
         ))?;
         self.json
             .say("density  compression: ideal effective | overhead: compact reject direct | direct loses")?;
@@ -103,32 +106,36 @@ impl CompactBench {
     }
 }
 
-/// The times of every density, medians of `repeats` measurements.
-pub fn measured(pipeline: &Pipeline, settings: &RenderSettings, repeats: usize) -> Result<Vec<Row>> {
-    let pool = rayon_pool(pipeline.machine().threads)?;
-    pool.install(|| DENSITIES.iter().map(|&density| row(pipeline, settings, repeats, density)).collect())
+/// The times of every density, medians of `repeats` measurements, and what they were taken on.
+pub fn measured(
+    opened: &OpenVolume,
+    settings: &RenderSettings,
+    speed: &SpeedSettings,
+    repeats: usize,
+) -> Result<(Vec<Row>, Machine)> {
+    let mut marching = marching(&scene(opened, settings)?, speed, settings.frame_size())?;
+    let noise = Noise::new(settings.noise.unwrap_or_default(), 0);
+    let frame = settings.frame_numbers().start;
+    let camera = camera_path(settings)?.camera(frame);
+    let mut rows = Vec::new();
+    for density in DENSITIES {
+        let fovea = Fovea { base: density, sigma: 0.0, ..Fovea::default() };
+        let sampled = Sampled { fovea: &fovea, noise: &noise, frame };
+        rows.push(row(&mut *marching, &camera, &sampled, repeats)?);
+    }
+    Ok((rows, marching.machine()))
 }
 
-fn row(pipeline: &Pipeline, settings: &RenderSettings, repeats: usize, density: f64) -> Result<Row> {
-    let (renderer, size) = (pipeline.renderer(), pipeline.size());
-    let frame = settings.frame_numbers().start;
-    let camera = pipeline.camera(frame);
-    let fovea = Fovea { base: density, sigma: 0.0, ..Fovea::default() };
-    let noise = Noise::new(settings.noise.unwrap_or_default(), 0);
+fn row(marching: &mut dyn Marching, camera: &Camera, sampled: &Sampled<'_>, repeats: usize) -> Result<Row> {
+    let density = sampled.fovea.base;
     let mut direct_lost = 0.0;
     let times = alternating(repeats, 4, |task| match task {
-        0 => drop(renderer.march_full(&camera, size)),
-        1 => {
-            let list = compact(&mask(&fovea, size, &noise, frame));
-            let (colours, _) = renderer.march_list(&camera, &list);
-            drop(scatter(&list, &colours));
-        }
-        2 => drop(renderer.march_rejecting(&camera, &mask(&fovea, size, &noise, frame))),
+        0 => marching.full(camera).map(drop),
+        1 => marching.compact(camera, sampled),
+        2 => marching.reject(camera, sampled),
         _ => {
-            let samples = direct(&fovea, size, 0, frame);
-            let (colours, _) = renderer.march_list(&camera, &samples.list);
-            direct_lost = samples.lost as f64 / samples.list.len().max(1) as f64;
-            drop(scatter(&samples.list, &colours));
+            direct_lost = marching.direct(camera, sampled)?;
+            Ok(())
         }
     })?;
     let [full_ms, compact_ms, reject_ms, direct_ms] = [0, 1, 2, 3].map(|i: usize| times[i].median_ms);

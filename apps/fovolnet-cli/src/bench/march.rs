@@ -1,11 +1,11 @@
+use super::marching::marching;
 use super::repeat::{Times, alternating};
 use crate::console::JsonOutput;
 use anyhow::Result;
 use fovolnet::core::FrameSize;
 use fovolnet::io::image::{self, Alpha};
 use fovolnet::render::cpu::march::SampleCount;
-use fovolnet::render::cpu::{RenderOptions, Renderer, Simd};
-use fovolnet::{Machine, Pipeline, RenderSettings, SpeedSettings, VolumeSettings, open_volume};
+use fovolnet::{Machine, RenderSettings, SpeedSettings, VolumeSettings, camera_path, open_volume, scene};
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -33,95 +33,90 @@ pub struct MarchBench {
 
 #[derive(Serialize)]
 struct Row {
+    /// The instruction set, or `gpu`.
     simd: String,
     skip_empty: bool,
     #[serde(flatten)]
     times: Times,
-    primary_samples: u64,
-    shadow_samples: u64,
-    million_samples_per_s: f64,
+    /// Samples along rays and towards the light, where they are counted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    primary_samples: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    shadow_samples: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    million_samples_per_s: Option<f64>,
+}
+
+impl Row {
+    fn new((simd, skip_empty): (&str, bool), times: Times, count: Option<SampleCount>) -> Self {
+        let per_s = |c: SampleCount| (c.primary + c.shadow) as f64 / times.median_ms / 1e3;
+        Self {
+            simd: simd.into(),
+            skip_empty,
+            times,
+            primary_samples: count.map(|c| c.primary),
+            shadow_samples: count.map(|c| c.shadow),
+            million_samples_per_s: count.map(per_s),
+        }
+    }
 }
 
 #[derive(Serialize)]
 struct Report {
     volume: String,
     size: FrameSize,
-    occupied_cells: f64,
     rows: Vec<Row>,
     machine: Machine,
 }
 
 impl MarchBench {
     pub fn run(self) -> Result<()> {
-        let opened = open_volume(&self.volume, &self.read)?;
-        let mut pipeline = Pipeline::new(&opened, &self.settings, &self.speed)?;
-        let machine = pipeline.machine();
-        let chosen = pipeline.renderer().options().simd;
-        let simds = if self.speed.simd.is_some() { vec![chosen] } else { fast_ones() };
-        let camera = pipeline.camera(self.settings.frame_numbers().start);
-        let size = pipeline.size();
-        let pool = rayon_pool(machine.threads)?;
+        let scene = scene(&open_volume(&self.volume, &self.read)?, &self.settings)?;
+        let camera = camera_path(&self.settings)?.camera(self.settings.frame_numbers().start);
+        let size = self.settings.frame_size();
+        let mut marching = marching(&scene, &self.speed, size)?;
         if let Some(path) = &self.picture {
-            let (frame, _) = pool.install(|| pipeline.renderer().march_full(&camera, size));
-            image::write_png(path, &frame, Alpha::Drop)?;
+            image::write_png(path, &marching.picture(&camera)?, Alpha::Drop)?;
         }
         let mut rows = Vec::new();
-        for simd in simds {
-            let both = [false, true].map(|skip_empty| RenderOptions { simd, skip_empty });
-            let renderer: &mut Renderer = pipeline.renderer_mut();
-            let mut counts = [SampleCount::default(); 2];
-            let times = alternating(self.repeats, both.len(), |task| {
-                renderer.set_options(both[task]);
-                counts[task] = pool.install(|| renderer.march_full(&camera, size).1);
+        for (way, name) in marching.ways().iter().enumerate() {
+            let skips = [false, true];
+            let mut counts = [None; 2];
+            let times = alternating(self.repeats, skips.len(), |task| {
+                marching.choose(way, skips[task]);
+                counts[task] = marching.full(&camera)?;
+                Ok(())
             })?;
-            for ((options, times), count) in both.into_iter().zip(times).zip(counts) {
-                rows.push(Row {
-                    simd: simd.to_string(),
-                    skip_empty: options.skip_empty,
-                    times,
-                    primary_samples: count.primary,
-                    shadow_samples: count.shadow,
-                    million_samples_per_s: (count.primary + count.shadow) as f64 / times.median_ms / 1e3,
-                });
-            }
+            let measured = skips.into_iter().zip(times).zip(counts);
+            rows.extend(measured.map(|((skip, times), count)| Row::new((name, skip), times, count)));
         }
-        let occupied_cells = pipeline.renderer().macrocells().occupied();
-        self.report(&Report { volume: self.volume.clone(), size, occupied_cells, rows, machine })
+        let machine = marching.machine();
+        self.report(&Report { volume: self.volume.clone(), size, rows, machine })
     }
 
     fn report(&self, report: &Report) -> Result<()> {
         let m = &report.machine;
         self.json.say(format!(
-            "{} at {}, {} ({} threads), {:.1} % of cells occupied",
+            "{} at {}, {} ({} threads)",
             report.volume,
             report.size,
-            m.cpu,
+            m.gpu.as_ref().unwrap_or(&m.cpu),
             m.threads,
-            100.0 * report.occupied_cells
         ))?;
         self.json.say("simd      skip   median ms      min ms     primary      shadow  Msamples/s")?;
+        let count = |samples: Option<u64>| samples.map_or("-".into(), |n| n.to_string());
         for r in &report.rows {
             self.json.say(format!(
-                "{:<9} {:<5} {:>10.2} {:>11.2} {:>11} {:>11} {:>11.0}",
+                "{:<9} {:<5} {:>10.2} {:>11.2} {:>11} {:>11} {:>11}",
                 r.simd,
                 if r.skip_empty { "on" } else { "off" },
                 r.times.median_ms,
                 r.times.min_ms,
-                r.primary_samples,
-                r.shadow_samples,
-                r.million_samples_per_s
+                count(r.primary_samples),
+                count(r.shadow_samples),
+                r.million_samples_per_s.map_or("-".into(), |m| format!("{m:.0}"))
             ))?;
         }
         self.json.write(report)
     }
-}
-
-/// Every instruction set but plain code, which takes minutes.
-fn fast_ones() -> Vec<Simd> {
-    Simd::available().into_iter().filter(|&s| s != Simd::Scalar).collect()
-}
-
-/// Threads of our own, so that `--threads` holds for the bare renderer too.
-pub fn rayon_pool(threads: usize) -> Result<rayon::ThreadPool> {
-    Ok(rayon::ThreadPoolBuilder::new().num_threads(threads).build()?)
 }

@@ -2,11 +2,10 @@
 
 pub mod compact;
 mod march;
+mod marching;
 mod net;
 mod pipeline;
 mod repeat;
-
-pub use march::rayon_pool;
 
 use anyhow::Result;
 use clap::Subcommand;
@@ -39,4 +38,9 @@ impl Bench {
             BenchCommand::Pipeline(bench) => bench.run(),
         }
     }
+}
+
+/// Threads of our own, so that `--threads` holds for bare steps too; as many as there are cores for 0.
+pub fn rayon_pool(threads: usize) -> Result<rayon::ThreadPool> {
+    Ok(rayon::ThreadPoolBuilder::new().num_threads(threads).build()?)
 }

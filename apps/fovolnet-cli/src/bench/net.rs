@@ -1,4 +1,4 @@
-use super::march::rayon_pool;
+use super::rayon_pool;
 use crate::console::JsonOutput;
 use crate::interrupt;
 use anyhow::{Result, anyhow};

@@ -1,4 +1,4 @@
-use crate::console::JsonOutput;
+use crate::console::{self, JsonOutput};
 use crate::interrupt;
 use anyhow::Result;
 use fovolnet::core::FrameSize;
@@ -38,6 +38,7 @@ impl PipelineBench {
         self.settings.frames.get_or_insert(FRAMES);
         let opened = open_volume(&self.volume, &self.read)?;
         let mut pipeline = Pipeline::new(&opened, &self.settings, &self.speed)?;
+        console::warn(&pipeline);
         let numbers = self.settings.frame_numbers();
         pipeline.render(numbers.start)?;
         let mut all: Vec<Timings> = Vec::new();

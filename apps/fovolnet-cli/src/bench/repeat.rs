@@ -13,13 +13,17 @@ pub struct Times {
 
 /// Does things 0…`tasks` by `run` once to warm up and then `repeats` times, one after the other in turn,
 /// so that a slow moment of the machine meets all of them.
-pub fn alternating(repeats: usize, tasks: usize, mut run: impl FnMut(usize)) -> Result<Vec<Times>> {
+pub fn alternating(
+    repeats: usize,
+    tasks: usize,
+    mut run: impl FnMut(usize) -> Result<()>,
+) -> Result<Vec<Times>> {
     let mut times = vec![Vec::with_capacity(repeats); tasks];
     for round in 0..=repeats.max(1) {
         for (task, times) in times.iter_mut().enumerate() {
             interrupt::check("nothing was written")?;
             let started = Instant::now();
-            run(task);
+            run(task)?;
             if round > 0 {
                 times.push(started.elapsed().as_secs_f64() * 1e3);
             }

@@ -1,4 +1,4 @@
-use crate::console::{JsonOutput, Progress};
+use crate::console::{self, JsonOutput, Progress};
 use crate::{interrupt, picture};
 use anyhow::Result;
 use fovolnet::core::{Frame, FrameSize};
@@ -57,6 +57,7 @@ impl Demo {
         let read = VolumeSettings { dims: Some(self.dims), ..VolumeSettings::default() };
         let opened = open_volume(self.volume.name(), &read)?;
         let mut pipeline = Pipeline::new(&opened, &self.settings(), &self.speed)?;
+        console::warn(&pipeline);
         atomic::make_folder(&self.output)?;
         let (w, h) = (self.size.width, self.size.height);
         let wide = FrameSize::new(4 * w + 3 * GAP, h)?;
@@ -68,7 +69,7 @@ impl Demo {
             interrupt::check(&format!("{} complete frames are in {}", frames.len(), self.output.display()))?;
             let rendered = pipeline.render(i * STRIDE)?;
             let before = Instant::now();
-            let reference = pipeline.reference(i * STRIDE);
+            let reference = pipeline.reference(i * STRIDE)?;
             reference_ms += before.elapsed().as_secs_f64() * 1e3 / f64::from(self.frames);
             let measured = quality.push(&reference, &rendered.frame)?;
             let filled = Fill::PullPush.reconstruct(&rendered.sparse);

@@ -1,5 +1,7 @@
 use crate::console::JsonOutput;
 use anyhow::{Result, bail};
+#[cfg(feature = "gpu")]
+use fovolnet::gpu::DeviceType;
 use fovolnet::render::cpu::Simd;
 use fovolnet::{Machine, VolumeSettings, open_volume};
 use serde::Serialize;
@@ -39,9 +41,62 @@ struct Report {
 struct Devices {
     machine: Machine,
     simd: Vec<String>,
+    gpus: Vec<GpuReport>,
+}
+
+/// A graphics processor.
+#[derive(Serialize)]
+struct GpuReport {
+    name: String,
+    /// Whether it is a card of its own, a part of the processor, or a program.
+    kind: String,
+    /// How it is spoken to.
+    interface: String,
+    driver: String,
+    /// What `--device auto` takes.
+    automatic: bool,
+}
+
+impl GpuReport {
+    /// Those of this machine.
+    #[cfg(feature = "gpu")]
+    fn all() -> Vec<Self> {
+        use fovolnet::gpu::{AdapterRequest, adapters};
+        let infos = adapters();
+        let chosen = AdapterRequest::Hardware.or_environment().best(&infos);
+        (0..)
+            .zip(infos)
+            .map(|(i, info)| Self {
+                name: info.name,
+                kind: match info.device_type {
+                    DeviceType::DiscreteGpu => "a card",
+                    DeviceType::IntegratedGpu => "a part of the processor",
+                    DeviceType::VirtualGpu => "virtual",
+                    DeviceType::Cpu => "a program on the processor, for tests",
+                    DeviceType::Other => "unknown",
+                }
+                .into(),
+                interface: info.backend.to_string(),
+                driver: [info.driver, info.driver_info].join(" ").trim().into(),
+                automatic: chosen == Some(i),
+            })
+            .collect()
+    }
+
+    #[cfg(not(feature = "gpu"))]
+    fn all() -> Vec<Self> {
+        Vec::new()
+    }
 }
 
 const BINS: usize = 64;
+
+/// What is said where there is no graphics processor.
+const NO_GPU: &str = if cfg!(feature = "gpu") {
+    "gpu    none found; where there is one, install its Vulkan driver"
+} else {
+    "gpu    not known: this program was built without the feature `gpu`"
+};
 
 impl Info {
     pub fn run(self) -> Result<()> {
@@ -99,12 +154,23 @@ impl Info {
         let devices = Devices {
             machine: Machine::this(threads, Simd::best()),
             simd: available.iter().map(ToString::to_string).collect(),
+            gpus: GpuReport::all(),
         };
         self.json.say(format!(
             "cpu    {} ({threads} threads), instruction sets: {}",
             devices.machine.cpu,
             devices.simd.join(" ")
         ))?;
+        for gpu in &devices.gpus {
+            let automatic = if gpu.automatic { "; --device auto takes it" } else { "" };
+            self.json.say(format!(
+                "gpu    {} ({}, {}, {}){automatic}",
+                gpu.name, gpu.kind, gpu.interface, gpu.driver
+            ))?;
+        }
+        if devices.gpus.is_empty() {
+            self.json.say(NO_GPU)?;
+        }
         self.json.write(&devices)
     }
 }

@@ -1,5 +1,5 @@
 use super::mask;
-use crate::console::{JsonOutput, Progress};
+use crate::console::{self, JsonOutput, Progress};
 use crate::interrupt;
 use anyhow::{Context, Result, bail};
 use fovolnet::core::Frame;
@@ -72,6 +72,7 @@ impl Render {
             );
         }
         let mut pipeline = Pipeline::new(&opened, &session.render, &self.speed)?;
+        console::warn(&pipeline);
         if self.keep.contains(&Keep::Motion) {
             pipeline.find_motion();
         }
@@ -90,7 +91,8 @@ impl Render {
                 break;
             }
             let rendered = pipeline.render(i)?;
-            let reference = self.keep.contains(&Keep::Reference).then(|| pipeline.reference(i));
+            let reference =
+                self.keep.contains(&Keep::Reference).then(|| pipeline.reference(i)).transpose()?;
             let measured = reference.as_ref().map(|r| quality.push(r, &rendered.frame)).transpose()?;
             self.write(&rendered, reference.as_ref())?;
             if let Some(video) = &mut video {

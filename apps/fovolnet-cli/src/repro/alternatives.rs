@@ -53,11 +53,11 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
     );
     let data = evaluation.shown("head");
     let opened = data.open()?;
-    let base = Pipeline::new(&opened, &evaluation.settings(data, SPARSE), &evaluation.speed)?;
+    let mut base = Pipeline::new(&opened, &evaluation.settings(data, SPARSE), &evaluation.speed)?;
     let mut references = Vec::new();
     for frame in 0..CLIP {
         interrupt::check("this figure is not complete")?;
-        references.push(base.reference(frame));
+        references.push(base.reference(frame)?);
     }
     let ways = ways(evaluation, data)?;
     let mut found = Vec::new();

@@ -4,7 +4,6 @@ use super::section::Section;
 use super::{Evaluation, SPARSE};
 use crate::bench::compact;
 use anyhow::Result;
-use fovolnet::Pipeline;
 
 /// Repetitions of every measurement.
 const REPEATS: usize = 5;
@@ -20,8 +19,7 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
     );
     let data = evaluation.shown("head");
     let settings = evaluation.settings(data, SPARSE);
-    let pipeline = Pipeline::new(&data.open()?, &settings, &evaluation.speed)?;
-    let rows = compact::measured(&pipeline, &settings, REPEATS)?;
+    let (rows, _) = compact::measured(&data.open()?, &settings, &evaluation.speed, REPEATS)?;
     section.drawing("compression", &data.name, compact::plotted(&rows)?);
     let columns = ["τ", "ideal", "compact", "reject", "direct", "direct loses, %"];
     let cells = rows.iter().map(|row| {

@@ -87,7 +87,7 @@ fn flight(evaluation: &Evaluation, data: &super::DataSet) -> Result<(Vec<Times>,
         interrupt::check("this figure is not complete")?;
         let parts = pipeline.render(frame)?.timings;
         let started = Instant::now();
-        let reference = pipeline.reference(frame);
+        let reference = pipeline.reference(frame)?;
         times.push(Times { frame, full: started.elapsed().as_secs_f64() * 1e3, parts });
         if number % every == 0 {
             pictures.push(smaller(&reference, 6));

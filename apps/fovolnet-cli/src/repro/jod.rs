@@ -51,11 +51,11 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
 /// For each density of the paper the JOD of each method.
 fn clips(evaluation: &Evaluation, data: &DataSet) -> Result<[[f64; 3]; 4]> {
     let opened = data.open()?;
-    let full = Pipeline::new(&opened, &evaluation.settings(data, SPARSE), &evaluation.speed)?;
+    let mut full = Pipeline::new(&opened, &evaluation.settings(data, SPARSE), &evaluation.speed)?;
     let mut references = Vec::new();
     for number in 0..CLIP.min(evaluation.frames) {
         interrupt::check(INCOMPLETE)?;
-        references.push(full.reference(number));
+        references.push(full.reference(number)?);
     }
     let mut found = [[0.0; 3]; 4];
     for (found, [density, ..]) in found.iter_mut().zip(PAPER) {

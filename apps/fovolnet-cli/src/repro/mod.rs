@@ -27,7 +27,6 @@ use clap::ValueEnum;
 use data_sets::DataSet;
 use fovolnet::core::FrameSize;
 use fovolnet::io::atomic;
-use fovolnet::render::cpu::Simd;
 use fovolnet::{Machine, RenderSettings, SpeedSettings};
 use section::Section;
 use std::path::PathBuf;
@@ -141,6 +140,7 @@ struct Evaluation {
     frames: u32,
     size: FrameSize,
     speed: SpeedSettings,
+    machine: Machine,
     /// Where sections have their folders.
     output: PathBuf,
     /// Times beside VTK's.
@@ -175,11 +175,6 @@ impl Evaluation {
         }
     }
 
-    fn machine(&self) -> Machine {
-        let threads = self.speed.threads.unwrap_or_else(rayon::current_num_threads);
-        Machine::this(threads, self.speed.simd.unwrap_or_else(Simd::best))
-    }
-
     /// The data set that the paper's figures show, if it is there: the one whose name begins so; else the first.
     fn shown(&self, name: &str) -> &DataSet {
         self.data_sets.iter().find(|data| data.name.starts_with(name)).unwrap_or(&self.data_sets[0])
@@ -199,7 +194,7 @@ impl Repro {
             let mut section = item.make(&evaluation)?;
             section.name = item.name();
             section.seconds = started.elapsed().as_secs_f64();
-            section.machine = serde_json::to_value(evaluation.machine())?;
+            section.machine = serde_json::to_value(&evaluation.machine)?;
             section.write(&self.output)?;
             report::write(&self.output, &names)?;
             for line in section.lines() {
@@ -227,6 +222,7 @@ impl Repro {
             data_sets,
             frames: self.frames.unwrap_or(frames),
             size: self.size.map_or_else(|| FrameSize::new(width, height), Ok)?,
+            machine: self.speed.machine()?,
             speed: self.speed.clone(),
             output: self.output.clone(),
             vtk: self.vtk.clone(),

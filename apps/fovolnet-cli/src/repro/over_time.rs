@@ -33,7 +33,7 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
     for number in journey(length) {
         interrupt::check("this figure is not complete")?;
         let rendered = pipeline.render(number)?;
-        let reference = pipeline.reference(number);
+        let reference = pipeline.reference(number)?;
         let made = methods::frames(rendered);
         for ((course, quality), frame) in courses.iter_mut().zip(&mut qualities).zip(&made) {
             course.push(quality.push(&reference, frame)?);

@@ -66,7 +66,7 @@ fn run(evaluation: &Evaluation, data: &DataSet, opened: &OpenVolume, precision: 
     for frame in 0..FRAMES {
         interrupt::check("this figure is not complete")?;
         let rendered = pipeline.render(frame)?;
-        quality.push(&pipeline.reference(frame), &rendered.frame)?;
+        quality.push(&pipeline.reference(frame)?, &rendered.frame)?;
         ms = ms.min(rendered.timings.reconstruct);
         last = rendered.frame;
     }

@@ -81,7 +81,7 @@ impl Frames {
         }
         let rendered = pipeline.render(FRAME)?;
         let (sparse, gaze) = (rendered.sparse.clone(), pipeline.fovea(FRAME).gaze);
-        Ok(Self { full: pipeline.reference(FRAME), sparse, made: methods::frames(rendered), gaze })
+        Ok(Self { full: pipeline.reference(FRAME)?, sparse, made: methods::frames(rendered), gaze })
     }
 
     /// Rows and columns of a part.

@@ -73,7 +73,7 @@ fn cost(evaluation: &Evaluation, (data, opened): (&DataSet, &OpenVolume), size: 
         let frame = number * FLY_THROUGH / FRAMES;
         let parts = pipeline.render(frame)?.timings;
         let started = Instant::now();
-        drop(pipeline.reference(frame));
+        drop(pipeline.reference(frame)?);
         let full = started.elapsed().as_secs_f64() * 1e3;
         times.iter_mut().zip([full, parts.total, parts.reconstruct]).for_each(|(all, ms)| all.push(ms));
     }

@@ -97,7 +97,7 @@ fn speedups(all: &[Average]) -> Vec<Vec<Cell>> {
 
 fn average(evaluation: &Evaluation, data: &DataSet) -> Result<Average> {
     let opened = data.open()?;
-    let full = Pipeline::new(&opened, &evaluation.settings(data, SPARSE), &evaluation.speed)?;
+    let mut full = Pipeline::new(&opened, &evaluation.settings(data, SPARSE), &evaluation.speed)?;
     let mut sparse = Vec::new();
     for (network, setting) in columns() {
         sparse.push((settings(evaluation, data, network, setting)?, [0.0; 2]));
@@ -111,7 +111,7 @@ fn average(evaluation: &Evaluation, data: &DataSet) -> Result<Average> {
     for frame in evaluation.flight() {
         interrupt::check("this figure is not complete")?;
         let started = Instant::now();
-        drop(full.reference(frame));
+        drop(full.reference(frame)?);
         full_ms += started.elapsed().as_secs_f64() * 1e3 * share;
         for (pipeline, (_, sums)) in pipelines.iter_mut().zip(&mut sparse) {
             let times = pipeline.render(frame)?.timings;

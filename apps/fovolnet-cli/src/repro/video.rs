@@ -61,7 +61,7 @@ fn film(evaluation: &Evaluation, data: &DataSet, folder: &Path) -> Result<(Strin
 /// Every pixel and the samples above; linear interpolation and the network below.
 fn sheet(pipeline: &mut Pipeline, number: u32) -> Result<Frame> {
     let rendered = pipeline.render(number)?;
-    let [reference, samples] = [pipeline.reference(number), rendered.sparse.clone()];
+    let [reference, samples] = [pipeline.reference(number)?, rendered.sparse.clone()];
     let [_, linear, network] = methods::frames(rendered);
     let rows = [[&reference, &samples], [&linear, &network]];
     Ok(stacked(&rows.map(|row| side_by_side(&row, GAP)), GAP))

@@ -1,0 +1,189 @@
+//! Marching alone, to be timed: nothing is read back, and there is no pipeline around it.
+
+use super::rayon_pool;
+use anyhow::Result;
+use fovolnet::core::{Camera, Fovea, Frame, FrameSize, Scene};
+use fovolnet::render::cpu::march::SampleCount;
+use fovolnet::render::cpu::{RenderOptions, Renderer, Simd, compact, direct, mask, scatter};
+use fovolnet::render::noise::Noise;
+use fovolnet::{Machine, SpeedSettings};
+
+/// What decides which pixels are sampled.
+pub struct Sampled<'a> {
+    pub fovea: &'a Fovea,
+    pub noise: &'a Noise,
+    /// The number of the frame.
+    pub frame: u32,
+}
+
+/// Whatever marches. Every call returns when its frame is done.
+pub trait Marching {
+    /// The machine as it is used.
+    fn machine(&self) -> Machine;
+    /// The ways of marching that are compared: instruction sets, or the device alone.
+    fn ways(&self) -> Vec<String>;
+    /// Marches by way number `way` from now on, and leaves empty space at once or not.
+    fn choose(&mut self, way: usize, skip_empty: bool);
+    /// Every pixel, as a picture.
+    fn picture(&mut self, camera: &Camera) -> Result<Frame>;
+    /// Every pixel; how many samples that took, where that is known.
+    fn full(&mut self, camera: &Camera) -> Result<Option<SampleCount>>;
+    /// Mask, compaction, march and scatter.
+    fn compact(&mut self, camera: &Camera, sampled: &Sampled<'_>) -> Result<()>;
+    /// Mask and march where it lies.
+    fn reject(&mut self, camera: &Camera, sampled: &Sampled<'_>) -> Result<()>;
+    /// Positions drawn from the density; the share of those that repeat others.
+    fn direct(&mut self, camera: &Camera, sampled: &Sampled<'_>) -> Result<f64>;
+}
+
+/// `scene` prepared on the device that `speed` asks for.
+pub fn marching(scene: &Scene, speed: &SpeedSettings, size: FrameSize) -> Result<Box<dyn Marching>> {
+    #[cfg(feature = "gpu")]
+    if let Some(gpu) = speed.device.clone().unwrap_or_default().open()? {
+        return Ok(Box::new(on_gpu::GpuMarching::new(&gpu, scene, size)?));
+    }
+    #[cfg(not(feature = "gpu"))]
+    speed.device.clone().unwrap_or_default().name()?;
+    Ok(Box::new(CpuMarching::new(scene, speed, size)?))
+}
+
+struct CpuMarching {
+    renderer: Renderer,
+    size: FrameSize,
+    simds: Vec<Simd>,
+    pool: rayon::ThreadPool,
+}
+
+impl CpuMarching {
+    fn new(scene: &Scene, speed: &SpeedSettings, size: FrameSize) -> Result<Self> {
+        let pool = rayon_pool(speed.threads.unwrap_or(0))?;
+        let simds = speed.simd.map_or_else(fast_ones, |simd| vec![simd]);
+        let options = RenderOptions { simd: speed.simd.unwrap_or_else(Simd::best), skip_empty: true };
+        Ok(Self { renderer: pool.install(|| Renderer::new(scene, options))?, size, simds, pool })
+    }
+}
+
+/// Every instruction set but plain code, which takes minutes.
+fn fast_ones() -> Vec<Simd> {
+    Simd::available().into_iter().filter(|&simd| simd != Simd::Scalar).collect()
+}
+
+impl Marching for CpuMarching {
+    fn machine(&self) -> Machine {
+        Machine::this(self.pool.current_num_threads(), self.renderer.options().simd)
+    }
+
+    fn ways(&self) -> Vec<String> {
+        self.simds.iter().map(ToString::to_string).collect()
+    }
+
+    fn choose(&mut self, way: usize, skip_empty: bool) {
+        self.renderer.set_options(RenderOptions { simd: self.simds[way], skip_empty });
+    }
+
+    fn picture(&mut self, camera: &Camera) -> Result<Frame> {
+        Ok(self.pool.install(|| self.renderer.march_full(camera, self.size)).0)
+    }
+
+    fn full(&mut self, camera: &Camera) -> Result<Option<SampleCount>> {
+        let (_, count) = self.pool.install(|| self.renderer.march_full(camera, self.size));
+        Ok(Some(count))
+    }
+
+    fn compact(&mut self, camera: &Camera, sampled: &Sampled<'_>) -> Result<()> {
+        self.pool.install(|| {
+            let list = compact(&mask(sampled.fovea, self.size, sampled.noise, sampled.frame));
+            let (marched, _) = self.renderer.march_list(camera, &list);
+            drop(scatter(&list, &marched));
+        });
+        Ok(())
+    }
+
+    fn reject(&mut self, camera: &Camera, sampled: &Sampled<'_>) -> Result<()> {
+        self.pool.install(|| {
+            let mask = mask(sampled.fovea, self.size, sampled.noise, sampled.frame);
+            drop(self.renderer.march_rejecting(camera, &mask));
+        });
+        Ok(())
+    }
+
+    fn direct(&mut self, camera: &Camera, sampled: &Sampled<'_>) -> Result<f64> {
+        Ok(self.pool.install(|| {
+            let drawn = direct(sampled.fovea, self.size, 0, sampled.frame);
+            let (marched, _) = self.renderer.march_list(camera, &drawn.list);
+            drop(scatter(&drawn.list, &marched));
+            drawn.lost as f64 / drawn.list.len().max(1) as f64
+        }))
+    }
+}
+
+#[cfg(feature = "gpu")]
+mod on_gpu {
+    use super::*;
+    use fovolnet::gpu::Gpu;
+    use fovolnet::render::gpu::{FrameBuffers, MaskSource, Renderer, Sampling};
+
+    pub struct GpuMarching {
+        gpu: Gpu,
+        renderer: Renderer,
+        buffers: FrameBuffers,
+    }
+
+    impl GpuMarching {
+        pub fn new(gpu: &Gpu, scene: &Scene, size: FrameSize) -> Result<Self> {
+            let renderer = Renderer::new(gpu, scene)?;
+            let buffers = renderer.frame_buffers(size)?;
+            Ok(Self { gpu: gpu.clone(), renderer, buffers })
+        }
+
+        fn render(&mut self, camera: &Camera, sampling: Sampling<'_>) -> Result<()> {
+            self.renderer.render(&mut self.buffers, camera, sampling)?;
+            Ok(self.gpu.wait()?)
+        }
+    }
+
+    impl<'a> From<&Sampled<'a>> for MaskSource<'a> {
+        fn from(sampled: &Sampled<'a>) -> Self {
+            Self { fovea: sampled.fovea, noise: sampled.noise, frame: sampled.frame }
+        }
+    }
+
+    impl Marching for GpuMarching {
+        fn machine(&self) -> Machine {
+            let machine = Machine::this(rayon::current_num_threads(), Simd::best());
+            Machine { gpu: Some(self.gpu.info().name), ..machine }
+        }
+
+        fn ways(&self) -> Vec<String> {
+            vec!["gpu".into()]
+        }
+
+        fn choose(&mut self, _: usize, skip_empty: bool) {
+            self.renderer.set_skip_empty(skip_empty);
+        }
+
+        fn picture(&mut self, camera: &Camera) -> Result<Frame> {
+            self.render(camera, Sampling::Full)?;
+            Ok(self.buffers.read_frame()?)
+        }
+
+        fn full(&mut self, camera: &Camera) -> Result<Option<SampleCount>> {
+            self.render(camera, Sampling::Full)?;
+            Ok(None)
+        }
+
+        fn compact(&mut self, camera: &Camera, sampled: &Sampled<'_>) -> Result<()> {
+            self.render(camera, Sampling::Compact(sampled.into()))
+        }
+
+        fn reject(&mut self, camera: &Camera, sampled: &Sampled<'_>) -> Result<()> {
+            self.render(camera, Sampling::Reject(sampled.into()))
+        }
+
+        fn direct(&mut self, camera: &Camera, sampled: &Sampled<'_>) -> Result<f64> {
+            let drawn = direct(sampled.fovea, self.buffers.size(), 0, sampled.frame);
+            self.render(camera, Sampling::List(&drawn.list))?;
+            Ok(drawn.lost as f64 / drawn.list.len().max(1) as f64)
+        }
+    }
+}

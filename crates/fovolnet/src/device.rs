@@ -1,0 +1,107 @@
+//! What frames are computed on.
+
+use crate::Result;
+#[cfg(feature = "gpu")]
+use fovol_gpu::{AdapterRequest, Gpu};
+use std::fmt;
+use std::str::FromStr;
+
+/// What frames are computed on.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Hash)]
+pub enum Device {
+    /// A graphics processor where there is one, never a program that plays one; else the processor.
+    #[default]
+    Auto,
+    /// The processor.
+    Cpu,
+    /// A graphics processor: the first whose name contains this, or the fastest; a program that plays one where it is
+    /// named, or where there is nothing else.
+    Gpu(Option<String>),
+}
+
+impl Device {
+    /// The name of the graphics processor that this asks for; `None` where the processor is meant, or nothing better is
+    /// there.
+    ///
+    /// # Errors
+    /// A graphics processor that was asked for and is not there, or does not open.
+    #[cfg(feature = "gpu")]
+    pub fn name(&self) -> Result<Option<String>> {
+        Ok(self.open()?.map(|gpu| gpu.info().name))
+    }
+
+    /// `None`: this program was built without graphics processors.
+    ///
+    /// # Errors
+    /// A graphics processor that was asked for.
+    #[cfg(not(feature = "gpu"))]
+    pub fn name(&self) -> Result<Option<String>> {
+        match self {
+            Self::Auto | Self::Cpu => Ok(None),
+            Self::Gpu(_) => Err(crate::Error::Setting(
+                "this program was built without graphics processors; build it with the feature `gpu`, or use \
+                 --device cpu"
+                    .into(),
+            )),
+        }
+    }
+
+    /// Opens the graphics processor that this asks for; `None` where the processor is meant, or nothing better is there.
+    ///
+    /// # Errors
+    /// A graphics processor that was asked for and is not there, or does not open.
+    #[cfg(feature = "gpu")]
+    pub fn open(&self) -> Result<Option<Gpu>> {
+        let request = match self {
+            Self::Cpu => return Ok(None),
+            Self::Auto => AdapterRequest::Hardware.or_environment(),
+            Self::Gpu(None) => AdapterRequest::Any.or_environment(),
+            Self::Gpu(Some(name)) => AdapterRequest::Named(name.clone()),
+        };
+        match (Gpu::open(&request), self) {
+            (Ok(gpu), _) => Ok(Some(gpu)),
+            (Err(_), Self::Auto) if request == AdapterRequest::Hardware => Ok(None),
+            (Err(error), _) => Err(error.into()),
+        }
+    }
+}
+
+impl FromStr for Device {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        match (text, text.strip_prefix("gpu:").map(str::trim)) {
+            ("auto", _) => Ok(Self::Auto),
+            ("cpu", _) => Ok(Self::Cpu),
+            ("gpu", _) => Ok(Self::Gpu(None)),
+            (_, Some(name)) if !name.is_empty() => Ok(Self::Gpu(Some(name.into()))),
+            _ => Err(format!("`{text}` is no device; use auto, cpu, gpu, or gpu:NAME as in gpu:nvidia")),
+        }
+    }
+}
+
+impl fmt::Display for Device {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Auto => f.write_str("auto"),
+            Self::Cpu => f.write_str("cpu"),
+            Self::Gpu(None) => f.write_str("gpu"),
+            Self::Gpu(Some(name)) => write!(f, "gpu:{name}"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn devices_read_as_they_print() {
+        for text in ["auto", "cpu", "gpu", "gpu:nvidia", "gpu:Radeon RX"] {
+            assert_eq!(text.parse::<Device>().unwrap().to_string(), text);
+        }
+        for bad in ["", "gpu:", "gpu: ", "cuda", "CPU", "nvidia"] {
+            assert!(bad.parse::<Device>().unwrap_err().contains("use auto, cpu"), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,69 @@
+use super::Timer;
+use super::sampled::{Listed, Sampled, Sampler};
+use super::view::View;
+use crate::Sampling;
+use fovol_core::{Camera, Frame, FrameSize, SampleList, SampleMask, Scene};
+use fovol_render::cpu::{self, RenderOptions, Renderer, compact, direct, mask_of, scatter};
+
+/// Rays on the processor.
+#[derive(Debug)]
+pub struct CpuMarcher {
+    renderer: Renderer,
+    sampler: Sampler,
+}
+
+impl CpuMarcher {
+    pub fn new(scene: &Scene, options: RenderOptions, sampler: Sampler) -> crate::Result<Self> {
+        Ok(Self { renderer: Renderer::new(scene, options)?, sampler })
+    }
+
+    /// The frame with every pixel marched.
+    pub fn march_full(&self, camera: &Camera, size: FrameSize) -> Frame {
+        self.renderer.march_full(camera, size).0
+    }
+
+    pub fn sample(&self, view: &View) -> Sampled {
+        let size = self.sampler.size;
+        match self.sampler.sampling {
+            Sampling::Full => {
+                let timer = Timer::start();
+                Sampled::full(self.march_full(&view.camera, size), timer.ms())
+            }
+            Sampling::Reject => {
+                let timer = Timer::start();
+                let mask = self.mask(view);
+                let mask_ms = timer.ms();
+                let timer = Timer::start();
+                let (list, marched, _) = self.renderer.march_rejecting(&view.camera, &mask);
+                let sparse = scatter(&list, &marched);
+                let listed = Some(Listed::new(list, &marched));
+                Sampled { sparse, mask, listed, lost: None, mask_ms, march_ms: timer.ms() }
+            }
+            Sampling::Direct => {
+                let timer = Timer::start();
+                let drawn = direct(&view.fovea, size, self.sampler.seed, view.index);
+                self.listed(view, drawn.list, None, timer.ms()).losing(drawn.lost)
+            }
+            Sampling::Compact => {
+                let timer = Timer::start();
+                let mask = self.mask(view);
+                let list = compact(&mask);
+                self.listed(view, list, Some(mask), timer.ms())
+            }
+        }
+    }
+
+    fn mask(&self, view: &View) -> SampleMask {
+        cpu::mask(&view.fovea, self.sampler.size, &self.sampler.noise, view.index)
+    }
+
+    /// Marches `list`, which was made in `mask_ms`.
+    fn listed(&self, view: &View, list: SampleList, mask: Option<SampleMask>, mask_ms: f64) -> Sampled {
+        let timer = Timer::start();
+        let (marched, _) = self.renderer.march_list(&view.camera, &list);
+        let sparse = scatter(&list, &marched);
+        let march_ms = timer.ms();
+        let mask = mask.unwrap_or_else(|| mask_of(&list));
+        Sampled { sparse, mask, listed: Some(Listed::new(list, &marched)), lost: None, mask_ms, march_ms }
+    }
+}

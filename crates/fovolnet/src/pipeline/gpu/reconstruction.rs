@@ -1,0 +1,88 @@
+use super::motion::MotionPass;
+use crate::pipeline::view::View;
+use crate::reconstructor::weights;
+use crate::{Error, Reconstruction, RenderSettings, Result};
+use fovol_core::{Frame, FrameSize};
+use fovol_gpu::{Gpu, read};
+use fovol_net::Fill;
+use fovol_net::cpu;
+use fovol_net::gpu::{DeviceInput, Network, Precision, PullPush, State};
+use fovol_render::gpu::FrameBuffers;
+
+/// What makes frames of samples where they lie.
+#[derive(Debug)]
+pub enum DeviceReconstruction {
+    PullPush(PullPush),
+    Network { network: Network, state: Box<State>, motion: Option<MotionPass> },
+}
+
+impl DeviceReconstruction {
+    /// What `settings` say, for frames that `buffers` hold; `None` where that runs on the processor only.
+    pub fn new(gpu: &Gpu, settings: &RenderSettings, buffers: &FrameBuffers) -> Result<Option<Self>> {
+        let how = settings.reconstruction();
+        let size = buffers.size();
+        match how {
+            Reconstruction::None | Reconstruction::Fill(Fill::Linear) => Ok(None),
+            Reconstruction::Fill(Fill::PullPush) => Ok(Some(Self::PullPush(PullPush::new(gpu, size)?))),
+            Reconstruction::WNet | Reconstruction::DeepFovea => {
+                let Some(precision) = precision(settings) else { return Ok(None) };
+                let weights = weights(settings, how)?;
+                let plan = weights.config.plan().map_err(Error::Setting)?;
+                let network = Network::new(gpu, plan, &weights, precision)?;
+                let state = Box::new(network.state(size)?);
+                let moves = network.plan().inputs().motion.is_some();
+                let motion = moves.then(|| MotionPass::new(gpu, size, buffers.inverse_depths())).transpose()?;
+                Ok(Some(Self::Network { network, state, motion }))
+            }
+        }
+    }
+
+    /// Forgets what was seen.
+    pub fn reset(&mut self) {
+        if let Self::Network { state, .. } = self {
+            state.reset();
+        }
+    }
+
+    /// Puts the making of the frame of `buffers` into `encoder`.
+    pub fn encode(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        buffers: &FrameBuffers,
+        view: &View,
+    ) -> Result<()> {
+        match self {
+            Self::PullPush(fill) => fill.encode(encoder, buffers.frame())?,
+            Self::Network { network, state, motion } => {
+                // Without a last frame, or with the camera where it was, nothing moves.
+                let moved = motion.as_ref().zip(view.last_camera.filter(|last| *last != view.camera));
+                if let Some((motion, last)) = &moved {
+                    motion.encode(encoder, &view.camera, last)?;
+                }
+                let motion = moved.map(|(motion, _)| motion.buffer());
+                network.encode(encoder, DeviceInput { sparse: buffers.frame(), motion }, state)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The frame that was made last, on the host.
+    pub fn read_frame(&self, gpu: &Gpu, size: FrameSize) -> Result<Frame> {
+        match self {
+            Self::PullPush(fill) => {
+                Ok(Frame::from_pixels(size, read(gpu, fill.frame_buffer(), size.pixels())?)?)
+            }
+            Self::Network { state, .. } => Ok(state.read_frame()?),
+        }
+    }
+}
+
+/// The precision of networks on devices that `settings` ask for; `None` for those of processors.
+fn precision(settings: &RenderSettings) -> Option<Precision> {
+    match settings.precision.unwrap_or_default() {
+        cpu::Precision::Auto => Some(Precision::Auto),
+        cpu::Precision::F32 => Some(Precision::F32),
+        cpu::Precision::F16 => Some(Precision::F16),
+        cpu::Precision::Bf16 | cpu::Precision::Int8 | cpu::Precision::Mixed => None,
+    }
+}

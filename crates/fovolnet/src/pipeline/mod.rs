@@ -1,0 +1,257 @@
+//! Mask, march and reconstruction of frame after frame.
+
+mod cpu;
+#[cfg(feature = "gpu")]
+mod gpu;
+mod sampled;
+mod view;
+
+use crate::{Device, Error, Machine, OpenVolume, RenderSettings, Result, SpeedSettings, scene};
+use cpu::CpuMarcher;
+use fovol_core::{Camera, Fovea, Frame, FrameSize, SampleMask, Scene};
+use fovol_render::cpu::{RenderOptions, Simd};
+use sampled::{HostReconstruction, Sampled, Sampler};
+use serde::Serialize;
+use std::time::Instant;
+pub use view::camera_path;
+use view::{Paths, View};
+
+/// Milliseconds that the parts of a frame took; 0 for what did not run.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct Timings {
+    /// Mask and compaction, or drawing positions.
+    pub mask: f64,
+    /// Marching and scatter.
+    pub march: f64,
+    /// Filling.
+    pub reconstruct: f64,
+    /// All of it.
+    pub total: f64,
+}
+
+/// One frame, and what led to it.
+#[derive(Debug, Clone)]
+pub struct RenderedFrame {
+    /// Its number.
+    pub index: u32,
+    /// What was sampled: alpha 1 there, transparent black elsewhere.
+    pub sparse: Frame,
+    /// Which pixels were sampled.
+    pub mask: SampleMask,
+    /// The full frame; the sparse one where reconstruction is off.
+    pub frame: Frame,
+    /// For each pixel the way to where it was in the last frame, see [`motion()`]; found where a network uses it or
+    /// [`Pipeline::find_motion`] asked for it, from the second frame on.
+    pub motion: Option<Vec<[f32; 2]>>,
+    /// How many pixels were marched, repeated ones included.
+    pub samples: usize,
+    /// How many of them repeated others, where positions were drawn.
+    pub lost: Option<usize>,
+    /// How long it took.
+    pub timings: Timings,
+}
+
+/// Mask, march and reconstruction of frame after frame.
+#[derive(Debug)]
+pub struct Pipeline {
+    marcher: Marcher,
+    reconstruction: HostReconstruction,
+    paths: Paths,
+    size: FrameSize,
+    /// Where the last frame was seen from.
+    last_camera: Option<Camera>,
+    machine: Machine,
+    notes: Vec<String>,
+    threads: rayon::ThreadPool,
+}
+
+/// Where rays are marched.
+#[derive(Debug)]
+enum Marcher {
+    Cpu(Box<CpuMarcher>),
+    #[cfg(feature = "gpu")]
+    Gpu(Box<gpu::GpuMarcher>),
+}
+
+impl Pipeline {
+    /// Prepares `volume` for rendering as `settings` say.
+    ///
+    /// # Errors
+    /// Settings that cannot be rendered with, files that they name and that cannot be read, a device that was asked for
+    /// and cannot be used.
+    pub fn new(volume: &OpenVolume, settings: &RenderSettings, speed: &SpeedSettings) -> Result<Self> {
+        let threads =
+            rayon::ThreadPoolBuilder::new().num_threads(speed.threads.unwrap_or(0)).build().map_err(|e| {
+                Error::Setting(format!("cannot start the threads ({e}); give a smaller --threads"))
+            })?;
+        let scene = scene(volume, settings)?;
+        let mut notes = Vec::new();
+        let marcher = threads.install(|| Marcher::new(&scene, settings, speed, &mut notes))?;
+        let simd = speed.simd.unwrap_or_else(Simd::best);
+        let machine =
+            Machine { gpu: marcher.gpu_name(), ..Machine::this(threads.current_num_threads(), simd) };
+        Ok(Self {
+            marcher,
+            reconstruction: HostReconstruction::new(settings)?,
+            paths: Paths::new(settings)?,
+            size: settings.frame_size(),
+            last_camera: None,
+            machine,
+            notes,
+            threads,
+        })
+    }
+
+    /// The size of the frames.
+    pub fn size(&self) -> FrameSize {
+        self.size
+    }
+
+    /// This machine as it is used here.
+    pub fn machine(&self) -> Machine {
+        self.machine.clone()
+    }
+
+    /// What whoever asked for this should know: that something else is used than was asked for, or something slow.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// The camera of frame `i`.
+    pub fn camera(&self, i: u32) -> Camera {
+        self.paths.camera(i)
+    }
+
+    /// The fovea of frame `i`.
+    pub fn fovea(&self, i: u32) -> Fovea {
+        self.paths.fovea(i)
+    }
+
+    /// Frame `i` with every pixel marched.
+    ///
+    /// # Errors
+    /// A device that is lost.
+    pub fn reference(&mut self, i: u32) -> Result<Frame> {
+        let (camera, size, marcher) = (self.camera(i), self.size, &mut self.marcher);
+        self.threads.install(|| marcher.march_full(&camera, size))
+    }
+
+    /// Frame `i`. Networks take it for the one after the last that was rendered; see [`Self::reset`].
+    ///
+    /// # Errors
+    /// A network that cannot go on, a device that is lost.
+    pub fn render(&mut self, i: u32) -> Result<RenderedFrame> {
+        let started = Timer::start();
+        let camera = self.camera(i);
+        let last_camera = self.last_camera.replace(camera);
+        let view = View { index: i, size: self.size, camera, last_camera, fovea: self.fovea(i) };
+        let (marcher, reconstruction) = (&mut self.marcher, &mut self.reconstruction);
+        self.threads.install(|| {
+            let sampled = marcher.sample(&view)?;
+            reconstruction.finish(&view, sampled, &started)
+        })
+    }
+
+    /// From now on finds motion also where no network uses it; not where every pixel is marched.
+    pub fn find_motion(&mut self) {
+        self.reconstruction.finds_motion = true;
+    }
+
+    /// Forgets the frames so far, as after a cut.
+    pub fn reset(&mut self) {
+        self.reconstruction.reset();
+        self.last_camera = None;
+    }
+}
+
+impl Marcher {
+    /// Where `speed` asks for; what differs from that goes into `notes`.
+    fn new(
+        scene: &Scene,
+        settings: &RenderSettings,
+        speed: &SpeedSettings,
+        notes: &mut Vec<String>,
+    ) -> Result<Self> {
+        let device = speed.device.clone().unwrap_or_default();
+        if let Some(marcher) = Self::on_gpu(scene, settings, speed, &device, notes)? {
+            return Ok(marcher);
+        }
+        let options =
+            RenderOptions { simd: speed.simd.unwrap_or_else(Simd::best), skip_empty: !speed.no_skip };
+        Ok(Self::Cpu(Box::new(CpuMarcher::new(scene, options, Sampler::new(settings))?)))
+    }
+
+    #[cfg(feature = "gpu")]
+    fn on_gpu(
+        scene: &Scene,
+        settings: &RenderSettings,
+        speed: &SpeedSettings,
+        device: &Device,
+        notes: &mut Vec<String>,
+    ) -> Result<Option<Self>> {
+        let Some(gpu) = device.open()? else { return Ok(None) };
+        let name = gpu.info().name;
+        if gpu.is_software() {
+            notes.push(format!(
+                "{name} is a program on the processor, slower than --device cpu; it is good for tests only"
+            ));
+        }
+        match gpu::GpuMarcher::new(&gpu, scene, !speed.no_skip, Sampler::new(settings)) {
+            Ok(marcher) => Ok(Some(Self::Gpu(Box::new(marcher)))),
+            Err(error @ Error::Gpu(_)) if *device == Device::Auto => {
+                notes.push(format!("rendering on the processor: {error}"));
+                Ok(None)
+            }
+            Err(error) => Err(error),
+        }
+    }
+
+    #[cfg(not(feature = "gpu"))]
+    fn on_gpu(
+        _: &Scene,
+        _: &RenderSettings,
+        _: &SpeedSettings,
+        device: &Device,
+        _: &mut Vec<String>,
+    ) -> Result<Option<Self>> {
+        device.name().map(|_| None)
+    }
+
+    fn gpu_name(&self) -> Option<String> {
+        match self {
+            Self::Cpu(_) => None,
+            #[cfg(feature = "gpu")]
+            Self::Gpu(marcher) => Some(marcher.gpu().info().name),
+        }
+    }
+
+    fn march_full(&mut self, camera: &Camera, size: FrameSize) -> Result<Frame> {
+        match self {
+            Self::Cpu(marcher) => Ok(marcher.march_full(camera, size)),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(marcher) => marcher.march_full(camera),
+        }
+    }
+
+    fn sample(&mut self, view: &View) -> Result<Sampled> {
+        match self {
+            Self::Cpu(marcher) => Ok(marcher.sample(view)),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(marcher) => marcher.sample(view),
+        }
+    }
+}
+
+/// How long something takes.
+struct Timer(Instant);
+
+impl Timer {
+    fn start() -> Self {
+        Self(Instant::now())
+    }
+
+    /// Milliseconds so far.
+    fn ms(&self) -> f64 {
+        self.0.elapsed().as_secs_f64() * 1e3
+    }
+}

@@ -1,0 +1,118 @@
+use super::view::View;
+use super::{RenderedFrame, Timer, Timings};
+use crate::motion::motion;
+use crate::{Reconstructor, RenderSettings, Result, Sampling};
+use fovol_core::{Frame, FrameSize, SampleList, SampleMask};
+use fovol_render::cpu::march::Marched;
+use fovol_render::noise::Noise;
+
+/// Which pixels of the frames of one size are marched.
+#[derive(Debug)]
+pub struct Sampler {
+    pub size: FrameSize,
+    pub sampling: Sampling,
+    pub noise: Noise,
+    pub seed: u64,
+}
+
+impl Sampler {
+    pub fn new(settings: &RenderSettings) -> Self {
+        let seed = settings.seed.unwrap_or(0);
+        Self {
+            size: settings.frame_size(),
+            sampling: settings.sampling(),
+            noise: Noise::new(settings.noise.unwrap_or_default(), seed),
+            seed,
+        }
+    }
+}
+
+/// Pixels that were marched.
+pub struct Listed {
+    pub list: SampleList,
+    /// How far away what their rays met is, see [`Marched`].
+    pub depths: Vec<f32>,
+}
+
+impl Listed {
+    /// Those of `list` with what their rays brought back.
+    pub fn new(list: SampleList, marched: &[Marched]) -> Self {
+        Self { list, depths: marched.iter().map(|sample| sample.depth).collect() }
+    }
+}
+
+/// What was marched of a frame.
+pub struct Sampled {
+    pub sparse: Frame,
+    pub mask: SampleMask,
+    /// The pixels that were marched; `None` where all were marched.
+    pub listed: Option<Listed>,
+    /// How many positions repeat others, where they were drawn.
+    pub lost: Option<usize>,
+    pub mask_ms: f64,
+    pub march_ms: f64,
+}
+
+impl Sampled {
+    /// A whole frame.
+    pub fn full(frame: Frame, march_ms: f64) -> Self {
+        let mask = SampleMask::full(frame.size());
+        Self { sparse: frame, mask, listed: None, lost: None, mask_ms: 0.0, march_ms }
+    }
+
+    /// The same of positions of which `lost` repeat others.
+    pub fn losing(self, lost: usize) -> Self {
+        Self { lost: Some(lost), ..self }
+    }
+}
+
+/// What makes frames of samples on the processor.
+#[derive(Debug)]
+pub struct HostReconstruction {
+    reconstructor: Reconstructor,
+    /// Whether motion is found where nothing uses it.
+    pub finds_motion: bool,
+}
+
+impl HostReconstruction {
+    pub fn new(settings: &RenderSettings) -> Result<Self> {
+        let reconstructor = Reconstructor::new(settings, settings.frame_size())?;
+        Ok(Self { reconstructor, finds_motion: false })
+    }
+
+    pub fn reset(&mut self) {
+        self.reconstructor.reset();
+    }
+
+    /// The frame of `sampled`, whose making began with `started`.
+    pub fn finish(&mut self, view: &View, sampled: Sampled, started: &Timer) -> Result<RenderedFrame> {
+        let timer = Timer::start();
+        // Every pixel is there already where all were marched.
+        let reconstructs = sampled.listed.is_some() && self.reconstructor.is_active();
+        let moves = self.finds_motion || (reconstructs && self.reconstructor.uses_motion());
+        let listed = sampled.listed.as_ref().filter(|_| moves);
+        let motion = listed
+            .zip(view.last_camera)
+            .map(|(listed, last)| motion(&listed.list, &listed.depths, &view.camera, &last));
+        let frame = match reconstructs {
+            true => self.reconstructor.reconstruct(&sampled.sparse, motion.as_deref())?,
+            false => sampled.sparse.clone(),
+        };
+        let timings = Timings {
+            mask: sampled.mask_ms,
+            march: sampled.march_ms,
+            reconstruct: if reconstructs { timer.ms() } else { 0.0 },
+            total: started.ms(),
+        };
+        Ok(RenderedFrame {
+            index: view.index,
+            sparse: sampled.sparse,
+            samples: sampled.listed.map_or(view.size.pixels(), |listed| listed.list.len()),
+            mask: sampled.mask,
+            frame,
+            motion,
+            lost: sampled.lost,
+            timings,
+        })
+    }
+}
