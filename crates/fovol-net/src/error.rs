@@ -35,6 +35,10 @@ pub enum Error {
     /// A frame that cannot be.
     #[error(transparent)]
     Frame(#[from] fovol_core::Error),
+    /// A device that does not do it.
+    #[cfg(feature = "gpu")]
+    #[error(transparent)]
+    Gpu(#[from] fovol_gpu::GpuError),
 }
 
 /// What can fail here.

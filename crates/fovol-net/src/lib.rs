@@ -24,6 +24,8 @@
 pub mod cpu;
 mod error;
 mod fill;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 pub mod onnx;
 pub mod plan;
 pub mod weights;

@@ -24,7 +24,7 @@ mod pyramid;
 #[cfg(test)]
 mod reference_layers;
 mod reshape;
-mod schedule;
+pub(crate) mod schedule;
 mod simd;
 mod spread;
 mod state;

@@ -1,0 +1,113 @@
+//! From the layers of a plan to what a device does for them.
+
+use super::kernel::{Kernel, Operand};
+use super::tensor::Place;
+use super::{accumulate, conv, filter, norm, pointwise, pyramid, reshape, spread, warp};
+use crate::cpu::schedule::{Schedule, is_input};
+use crate::plan::{Layer, Plan, TensorId};
+use crate::weights::Weights;
+use crate::{Error, Result};
+use fovol_gpu::Gpu;
+use wgpu::BufferUsages;
+
+/// What kernels are made from.
+pub struct Making<'a> {
+    pub gpu: &'a Gpu,
+    pub plan: &'a Plan,
+    pub weights: &'a Weights,
+    /// For each tensor whether its numbers are halves.
+    pub halved: &'a [bool],
+    pub schedule: &'a Schedule,
+}
+
+impl Making<'_> {
+    /// Where the numbers of a tensor are found. Colours have the mask as a fourth channel: they are the known pixels.
+    pub fn place(&self, id: TensorId) -> Place {
+        let is_known = Some(id) == self.schedule.known;
+        Place::Tensor(if is_known { self.plan.inputs().colour } else { id })
+    }
+
+    /// That tensor, to read.
+    pub fn read(&self, id: TensorId) -> Operand {
+        Operand::Read(self.place(id))
+    }
+
+    /// If a tensor is another one with its pixels in other places, and so never written, that other.
+    pub fn moved(&self, id: TensorId) -> Option<TensorId> {
+        self.schedule.moved[id.index()]
+    }
+
+    /// Whether these are the colours and the mask of the input.
+    pub fn is_known(&self, colour: TensorId, mask: TensorId) -> bool {
+        is_input(self.plan, colour, mask)
+    }
+
+    pub fn is_halved(&self, id: TensorId) -> bool {
+        self.halved[id.index()]
+    }
+
+    pub fn channels(&self, id: TensorId) -> usize {
+        self.plan.tensor(id).channels
+    }
+
+    /// Weights and biases of the layer `name`.
+    pub fn parameters(&self, name: &str) -> Result<(&[f32], &[f32])> {
+        let values = |part: &str| self.weights.values(&format!("{name}.{part}"));
+        Ok((values("weight")?, values("bias")?))
+    }
+
+    /// `bytes` as a buffer that shaders read.
+    pub fn buffer(&self, label: &str, bytes: &[u8], usage: BufferUsages) -> wgpu::Buffer {
+        let buffer = self.gpu.buffer(label, bytes.len() as u64, usage | BufferUsages::COPY_DST);
+        self.gpu.queue().write_buffer(&buffer, 0, bytes);
+        buffer
+    }
+
+    /// Learned numbers on the device.
+    pub fn learned(&self, label: &str, values: &[f32]) -> Operand {
+        Operand::Learned(self.buffer(label, bytemuck::cast_slice(values), BufferUsages::STORAGE))
+    }
+
+    /// The kernels of `layer`, in their order; none for one whose output is never written.
+    ///
+    /// # Errors
+    /// Weights that are missing; layers that read more tensors than shaders can bind.
+    pub fn kernels(&self, layer: &Layer) -> Result<Vec<Kernel>> {
+        let output = layer.output();
+        if self.moved(output).is_some() || Some(output) == self.schedule.known {
+            return Ok(Vec::new());
+        }
+        Ok(match layer {
+            Layer::Conv(layer) => vec![conv::kernel(self, layer)?],
+            Layer::Filter(layer) => vec![filter::kernel(self, layer)?],
+            Layer::Norm(layer) => norm::kernels(self, layer)?,
+            Layer::Pool { .. }
+            | Layer::SpaceToDepth { .. }
+            | Layer::DepthToSpace { .. }
+            | Layer::Join { .. }
+            | Layer::Part { .. } => reshape::kernel(self, layer).into_iter().collect(),
+            Layer::Scale { .. } | Layer::Clamp { .. } | Layer::Add { .. } | Layer::Bypass { .. } => {
+                pointwise::kernel(self, layer).into_iter().collect()
+            }
+            Layer::Spread { known, base, levels, .. } => {
+                pyramid::spread(self, *known, *base, *levels, output)
+            }
+            Layer::Doubt { known, prior, fresh, levels, .. } => {
+                pyramid::doubt(self, *known, [*prior, *fresh], *levels, output)
+            }
+            Layer::Smooth { input, .. } => vec![spread::smooth(self, *input, output)],
+            Layer::Blend { known, base, .. } => vec![spread::blend(self, *known, *base, output)],
+            Layer::Accumulate { known, before, share, fade, .. } => {
+                vec![accumulate::kernel(self, *known, (*before, *share), *fade, output)]
+            }
+            Layer::Warp { input, motion, .. } => vec![warp::kernel(self, *input, *motion, output)],
+        })
+    }
+}
+
+/// That a layer reads more than a shader can bind.
+pub fn too_many(name: &str, count: usize, most: usize) -> Error {
+    Error::Config(format!(
+        "`{name}` reads {count} tensors at once, and on a GPU {most} are the most; use --device cpu"
+    ))
+}

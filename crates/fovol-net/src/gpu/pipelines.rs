@@ -1,0 +1,38 @@
+//! Pipelines, each made once.
+
+use super::kernel::Kernel;
+use fovol_gpu::Gpu;
+use fovol_gpu::binding::{Slot, bind_group_layout, compute_pipeline};
+use std::collections::HashMap;
+
+/// An entry point with values for its constants, ready to run.
+#[derive(Debug, Clone)]
+pub struct Pipeline {
+    pub layout: wgpu::BindGroupLayout,
+    pub pipeline: wgpu::ComputePipeline,
+}
+
+/// A shader, an entry point and the bits of its constants.
+type Key = (&'static str, &'static str, Vec<u64>);
+
+/// Pipelines that were made so far.
+#[derive(Debug, Default)]
+pub struct Pipelines {
+    made: HashMap<Key, Pipeline>,
+}
+
+impl Pipelines {
+    /// The pipeline of `kernel`.
+    pub fn of(&mut self, gpu: &Gpu, kernel: &Kernel) -> Pipeline {
+        let constants = kernel.constants.iter().map(|(_, value)| value.to_bits()).collect();
+        let key = (kernel.shader.name(), kernel.entry_point, constants);
+        self.made.entry(key).or_insert_with(|| made(gpu, kernel)).clone()
+    }
+}
+
+fn made(gpu: &Gpu, kernel: &Kernel) -> Pipeline {
+    let slots: Vec<Slot> = kernel.operands.iter().map(|operand| operand.slot()).collect();
+    let layout = bind_group_layout(gpu, kernel.entry_point, &slots);
+    let pipeline = compute_pipeline(gpu, &kernel.shader, kernel.entry_point, &[&layout], &kernel.constants);
+    Pipeline { layout, pipeline }
+}

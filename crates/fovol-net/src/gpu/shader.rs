@@ -1,0 +1,57 @@
+//! The shaders: files of `src/shaders`.
+
+use fovol_gpu::{Shader, shader};
+
+/// Inputs and outputs.
+pub const FRAME: Shader = shader!("../shaders/", "frame": "tensor");
+/// What goes from frame to frame.
+pub const KEEP: Shader = shader!("../shaders/", "keep": "tensor");
+/// Convolutions.
+pub const CONV: Shader = shader!("../shaders/", "conv": "tensor");
+/// Predicted kernels.
+pub const FILTER: Shader = shader!("../shaders/", "filter": "tensor");
+/// Normalisation over the frame.
+pub const NORM: Shader = shader!("../shaders/", "norm": "tensor");
+/// Means of 2×2 pixels.
+pub const POOL: Shader = shader!("../shaders/", "pool": "tensor");
+/// Layers that move numbers.
+pub const RESHAPE: Shader = shader!("../shaders/", "reshape": "tensor");
+/// Layers that change numbers one by one.
+pub const POINTWISE: Shader = shader!("../shaders/", "pointwise": "tensor");
+/// Known pixels averaged over larger squares.
+pub const PYRAMID: Shader = shader!("../shaders/", "pyramid": "tensor" "doubled");
+/// What is done with pictures that were spread.
+pub const SPREAD: Shader = shader!("../shaders/", "spread": "tensor" "doubled");
+/// What is left of earlier samples.
+pub const ACCUMULATE: Shader = shader!("../shaders/", "accumulate": "tensor");
+/// Where pixels were.
+pub const WARP: Shader = shader!("../shaders/", "warp": "tensor");
+/// Filling without a network.
+pub const PULL_PUSH: Shader = shader!("../shaders/", "pull_push":);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use wgpu::naga::valid::Capabilities;
+
+    const ALL: [Shader; 13] = [
+        FRAME, KEEP, CONV, FILTER, NORM, POOL, RESHAPE, POINTWISE, PYRAMID, SPREAD, ACCUMULATE, WARP, PULL_PUSH,
+    ];
+
+    #[test]
+    fn every_shader_is_valid_without_any_optional_feature() {
+        for shader in ALL {
+            shader.check(Capabilities::empty()).unwrap_or_else(|problem| panic!("{problem}"));
+        }
+    }
+
+    #[test]
+    fn no_shader_is_left_out() {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/src/shaders");
+        let all: String = ALL.map(|shader| shader.source()).concat();
+        for file in std::fs::read_dir(folder).unwrap() {
+            let path = file.unwrap().path();
+            assert!(all.contains(&std::fs::read_to_string(&path).unwrap()), "{} is not used", path.display());
+        }
+    }
+}

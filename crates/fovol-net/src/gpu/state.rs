@@ -1,0 +1,260 @@
+use super::buffers::Buffers;
+use super::frame::DeviceInput;
+use super::network::{Made, Step};
+use super::tensor::{Place, Sizes};
+use super::timing::{LayerTime, Stage};
+use crate::cpu::FrameInput;
+use crate::{Error, Result};
+use fovol_core::{Frame, FrameSize};
+use fovol_gpu::{Timing, read};
+use std::fmt;
+use std::sync::Arc;
+use wgpu::BufferUsages;
+
+/// What one clip carries from frame to frame on a device, and the memory that its frames are made in.
+///
+/// A state belongs to one clip of one network and size; any number of them can use the same [`super::Network`].
+pub struct State {
+    network: Arc<Made>,
+    size: FrameSize,
+    buffers: Buffers,
+    /// For each step what it binds, in even and in odd frames; none for steps that read what is given.
+    groups: Vec<Option<[wgpu::BindGroup; 2]>>,
+    /// Whether the next frame is an odd one.
+    is_odd: bool,
+    /// Whether the past is to be forgotten before the next frame.
+    is_reset: bool,
+    timing: Option<Timing<Stage>>,
+    /// Where sparse frames and motion of the host go first.
+    uploads: Option<[wgpu::Buffer; 2]>,
+}
+
+impl fmt::Debug for State {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("State")
+            .field("size", &self.size)
+            .field("bytes", &self.bytes())
+            .finish_non_exhaustive()
+    }
+}
+
+impl State {
+    pub(super) fn new(network: &Arc<Made>, size: FrameSize) -> Result<Self> {
+        let gpu = &network.gpu;
+        let sizes = Sizes::new(&network.plan, &network.halved, size);
+        Buffers::check(network, &sizes)?;
+        let (buffers, groups) = gpu.guarded("making room for the frames of a network", || {
+            let buffers = Buffers::new(network, &sizes);
+            let bind = |step: &Step| [false, true].map(|is_odd| buffers.bind(gpu, step, None, is_odd));
+            let groups = network.steps.iter().map(|step| given(step).is_none().then(|| bind(step)));
+            let groups = groups.collect();
+            (buffers, groups)
+        })?;
+        Ok(Self {
+            network: Arc::clone(network),
+            size,
+            buffers,
+            groups,
+            is_odd: false,
+            is_reset: false,
+            timing: None,
+            uploads: None,
+        })
+    }
+
+    pub(super) fn is_of(&self, network: &Arc<Made>) -> bool {
+        Arc::ptr_eq(&self.network, network)
+    }
+
+    /// The size of the clip's frames.
+    pub fn size(&self) -> FrameSize {
+        self.size
+    }
+
+    /// The memory that it has on the device, in bytes.
+    pub fn bytes(&self) -> u64 {
+        self.buffers.bytes()
+    }
+
+    /// The full frame that the last encoded frame leaves: width × height × RGBA as f32 in 0…1, row 0 on top, alpha 1
+    /// everywhere. The same buffer for all frames.
+    pub fn frame_buffer(&self) -> &wgpu::Buffer {
+        self.buffers.frame()
+    }
+
+    /// What [`Self::frame_buffer`] holds, on the host.
+    ///
+    /// # Errors
+    /// A device that is lost or has no memory left.
+    pub fn read_frame(&self) -> Result<Frame> {
+        let pixels = read(&self.network.gpu, self.buffers.frame(), self.size.pixels())?;
+        Ok(Frame::from_pixels(self.size, pixels)?)
+    }
+
+    /// Forgets the past: the next frame is treated as the first of a clip, as after a cut.
+    pub fn reset(&mut self) {
+        self.is_reset = true;
+    }
+
+    /// Whether the layers of the frames from now on are timed (at first they are not). Each is then a pass of its own, which
+    /// takes time too.
+    pub fn set_timed(&mut self, is_timed: bool) {
+        let passes = self.network.steps.chunk_by(|a, b| a.stage == b.stage).count();
+        self.timing = is_timed.then(|| Timing::new(&self.network.gpu, passes as u32));
+    }
+
+    /// How long each layer of the last frame took on the device, in their order; `None` where it was not timed, or the
+    /// device has no timestamps.
+    ///
+    /// # Errors
+    /// As [`Self::read_frame`].
+    pub fn read_times(&self) -> Result<Option<Vec<LayerTime>>> {
+        let Some(timing) = &self.timing else { return Ok(None) };
+        let name = |stage: Stage| match stage {
+            Stage::Layer(number) => self.network.plan.layers()[number].name().to_owned(),
+            other => other.to_string(),
+        };
+        let times = timing.read(&self.network.gpu)?;
+        let time = |time: fovol_gpu::PassTime<Stage>| LayerTime { name: name(time.stage), ms: time.ms };
+        Ok(times.map(|times| times.into_iter().map(time).collect()))
+    }
+
+    /// Puts the commands of a frame into `encoder`.
+    pub(super) fn encode(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        input: DeviceInput<'_>,
+    ) -> Result<()> {
+        self.check(input)?;
+        let network = Arc::clone(&self.network);
+        network.gpu.guarded("encoding a frame", || {
+            self.prepare(encoder, input);
+            let groups: Vec<_> = network.steps.iter().map(|step| self.bind_given(step, input)).collect();
+            let sizes = Sizes::new(&network.plan, &network.halved, self.size);
+            let mut timing = self.timing.take();
+            match &mut timing {
+                None => {
+                    let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+                    self.dispatch(&mut pass, 0..network.steps.len(), &groups, &sizes);
+                }
+                Some(timing) => {
+                    timing.begin();
+                    let mut first = 0;
+                    for steps in network.steps.chunk_by(|a, b| a.stage == b.stage) {
+                        let mut pass = timing.pass(encoder, steps[0].stage);
+                        self.dispatch(&mut pass, first..first + steps.len(), &groups, &sizes);
+                        first += steps.len();
+                    }
+                    timing.end(encoder);
+                }
+            }
+            self.timing = timing;
+            self.buffers.carry(encoder, self.is_odd);
+            self.is_odd = !self.is_odd;
+        })?;
+        Ok(())
+    }
+
+    /// Zeros where nothing is given, and where the past is forgotten.
+    fn prepare(&mut self, encoder: &mut wgpu::CommandEncoder, input: DeviceInput<'_>) {
+        if std::mem::take(&mut self.is_reset) {
+            self.buffers.past(self.is_odd).for_each(|past| encoder.clear_buffer(past, 0, None));
+        }
+        let has_motion = self.network.steps.iter().any(|step| given(step) == Some(Place::Motion));
+        if let (true, None, Some(motion)) = (has_motion, input.motion, self.network.plan.inputs().motion) {
+            encoder.clear_buffer(self.buffers.tensor(motion, self.is_odd), 0, None);
+        }
+    }
+
+    /// What `step` binds, if it reads what is given and that is there.
+    fn bind_given(&self, step: &Step, input: DeviceInput<'_>) -> Option<wgpu::BindGroup> {
+        let is_there = match given(step)? {
+            Place::Motion => input.motion.is_some(),
+            _ => true,
+        };
+        is_there.then(|| self.buffers.bind(&self.network.gpu, step, Some(input), self.is_odd))
+    }
+
+    /// Runs some of the steps; `given` has what those that read what is given bind.
+    fn dispatch(
+        &self,
+        pass: &mut wgpu::ComputePass<'_>,
+        steps: std::ops::Range<usize>,
+        given: &[Option<wgpu::BindGroup>],
+        sizes: &Sizes<'_>,
+    ) {
+        for number in steps {
+            let made = self.groups[number].as_ref().map(|groups| &groups[usize::from(self.is_odd)]);
+            let Some(group) = made.or(given[number].as_ref()) else { continue };
+            let step = &self.network.steps[number];
+            let [x, y, z] = step.kernel.groups.count(sizes);
+            pass.set_pipeline(&step.pipeline.pipeline);
+            pass.set_bind_group(0, group, &[]);
+            pass.dispatch_workgroups(x, y, z);
+        }
+    }
+
+    /// That the buffers of `input` are those of frames of this size.
+    fn check(&self, input: DeviceInput<'_>) -> Result<()> {
+        let pixels = self.size.pixels() as u64;
+        let given = [("sparse frame", Some(input.sparse), 16), ("motion", input.motion, 8)];
+        for (what, buffer, bytes) in given {
+            let Some(buffer) = buffer.filter(|buffer| buffer.size() < bytes * pixels) else { continue };
+            return Err(Error::State(format!(
+                "it is for frames of {}, and the {what} has {} bytes, not {}; start another for its size",
+                self.size,
+                buffer.size(),
+                bytes * pixels
+            )));
+        }
+        Ok(())
+    }
+
+    /// The full frame of `input`.
+    pub(super) fn reconstruct(&mut self, input: &FrameInput<'_>) -> Result<Frame> {
+        let size = input.sparse.size();
+        if self.size != size {
+            let problem =
+                format!("it is for frames of {}, not {size}; start another for this size", self.size);
+            return Err(Error::State(problem));
+        }
+        if input.motion.is_some_and(|motion| motion.len() != size.pixels()) {
+            return Err(Error::State(format!("the motion is not that of {size} pixels")));
+        }
+        let network = Arc::clone(&self.network);
+        let [sparse, motion] = self.uploads()?;
+        network.gpu.guarded("reconstructing a frame", || {
+            network.gpu.queue().write_buffer(&sparse, 0, bytemuck::cast_slice(input.sparse.pixels()));
+            if let Some(values) = input.motion {
+                network.gpu.queue().write_buffer(&motion, 0, bytemuck::cast_slice(values));
+            }
+            let descriptor = wgpu::CommandEncoderDescriptor { label: Some("reconstruction") };
+            let mut encoder = network.gpu.device().create_command_encoder(&descriptor);
+            let input = DeviceInput { sparse: &sparse, motion: input.motion.map(|_| &motion) };
+            self.encode(&mut encoder, input)?;
+            network.gpu.queue().submit([encoder.finish()]);
+            Ok::<_, Error>(())
+        })??;
+        self.read_frame()
+    }
+
+    /// The buffers that frames of the host are uploaded to, made when they are needed first.
+    fn uploads(&mut self) -> fovol_gpu::Result<[wgpu::Buffer; 2]> {
+        if let Some(uploads) = &self.uploads {
+            return Ok(uploads.clone());
+        }
+        let gpu = &self.network.gpu;
+        let pixels = self.size.pixels() as u64;
+        let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
+        let made = gpu.guarded("making room for frames of the host", || {
+            [("sparse frame", 16), ("motion", 8)].map(|(label, bytes)| gpu.buffer(label, bytes * pixels, usage))
+        })?;
+        Ok(self.uploads.insert(made).clone())
+    }
+}
+
+/// What `step` reads of what is given, if it does.
+fn given(step: &Step) -> Option<Place> {
+    let places = step.kernel.operands.iter().filter_map(|operand| operand.place());
+    places.into_iter().find(|place| matches!(place, Place::Sparse | Place::Motion))
+}

@@ -1,0 +1,119 @@
+//! How tensors lie in the memory of a device: see shaders/tensor.wgsl.
+
+use crate::plan::{Plan, TensorId};
+use bytemuck::{Pod, Zeroable};
+use fovol_core::FrameSize;
+
+/// Channels that lie together.
+pub const BLOCK: usize = 4;
+
+/// Width, height and channels of a tensor, as shaders read them. Twin of `Shape` in shaders/tensor.wgsl.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Pod, Zeroable)]
+#[repr(C)]
+pub struct Shape {
+    pub width: u32,
+    pub height: u32,
+    pub blocks: u32,
+    pub channels: u32,
+}
+
+impl Shape {
+    /// Numbers, those that fill the last block included.
+    pub fn numbers(&self) -> u64 {
+        u64::from(self.width) * u64::from(self.height) * u64::from(self.blocks) * BLOCK as u64
+    }
+}
+
+/// Something that a layer reads or writes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Place {
+    /// A tensor of the plan.
+    Tensor(TensorId),
+    /// What is known of the frame at 2^this times lower resolution, while pixels are spread.
+    Level(u32),
+    /// Mean and squares of a tensor, while it is normalised.
+    Moments,
+    /// The sparse frame that is given: RGBA row by row, not padded.
+    Sparse,
+    /// The motion that is given: two numbers for each of its pixels.
+    Motion,
+    /// The full frame: RGBA row by row, not padded.
+    Frame,
+}
+
+/// How large everything is for frames of one size.
+#[derive(Debug, Clone, Copy)]
+pub struct Sizes<'a> {
+    plan: &'a Plan,
+    halved: &'a [bool],
+    size: FrameSize,
+}
+
+impl<'a> Sizes<'a> {
+    /// Those of the tensors of `plan`, of which `halved` says whether they are stored as halves, for frames of `size`.
+    pub fn new(plan: &'a Plan, halved: &'a [bool], size: FrameSize) -> Self {
+        Self { plan, halved, size }
+    }
+
+    /// The shape of what lies at `place`.
+    pub fn shape(&self, place: Place) -> Shape {
+        let multiple = self.plan.multiple() as u32;
+        let at = |level: u32, channels: usize| Shape {
+            width: self.size.width.next_multiple_of(multiple) >> level,
+            height: self.size.height.next_multiple_of(multiple) >> level,
+            blocks: channels.div_ceil(BLOCK) as u32,
+            channels: channels as u32,
+        };
+        match place {
+            Place::Tensor(id) => at(self.plan.tensor(id).level, self.plan.tensor(id).channels),
+            Place::Level(level) => at(level, BLOCK),
+            Place::Moments => Shape { width: super::norm::GROUPS, height: 1, blocks: 1, channels: 4 },
+            Place::Sparse | Place::Motion | Place::Frame => {
+                Shape { width: self.size.width, height: self.size.height, blocks: 1, channels: 4 }
+            }
+        }
+    }
+
+    /// What it is called in messages.
+    pub fn name(&self, place: Place) -> String {
+        match place {
+            Place::Tensor(id) => format!("tensor {} of frames of {}", self.plan.tensor(id).name, self.size),
+            _ => format!("a frame of {}", self.size),
+        }
+    }
+
+    /// The bytes that it takes.
+    pub fn bytes(&self, place: Place) -> u64 {
+        match place {
+            Place::Tensor(id) if self.halved[id.index()] => 2 * self.shape(place).numbers(),
+            Place::Motion => 2 * self.shape(place).numbers(),
+            _ => 4 * self.shape(place).numbers(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::shader;
+    use crate::plan::Named;
+    use fovol_gpu::assert_twins;
+
+    #[test]
+    fn shaders_read_the_same_struct() {
+        for shader in [shader::FRAME, shader::CONV, shader::FILTER, shader::NORM, shader::PYRAMID] {
+            assert_twins!(shader, "Shape", Shape { width, height, blocks, channels });
+        }
+    }
+
+    #[test]
+    fn frames_are_padded_and_channels_lie_in_fours() {
+        let plan = Named::WNetFast.config().plan().unwrap();
+        let halved = vec![false; plan.tensors().len()];
+        let sizes = Sizes::new(&plan, &halved, FrameSize::new(37, 16).unwrap());
+        let shape = sizes.shape(Place::Tensor(plan.output()));
+        assert_eq!(shape, Shape { width: 48, height: 16, blocks: 1, channels: 3 });
+        assert_eq!(sizes.bytes(Place::Tensor(plan.output())), 48 * 16 * 16);
+        assert_eq!(sizes.shape(Place::Level(2)), Shape { width: 12, height: 4, blocks: 1, channels: 4 });
+    }
+}

@@ -1,0 +1,40 @@
+// What is left of the samples of earlier frames. Twin of cpu/accumulate.rs.
+
+/// What earlier samples are multiplied by.
+override FADE: f32;
+/// Whether how far they are believed is given.
+override IS_SHARED: bool;
+/// How often its resolution is halved.
+override SHARE_LEVEL: u32;
+
+@group(0) @binding(0) var<uniform> shape: Shape;
+@group(0) @binding(1) var<storage, read> known: array<vec4f>;
+@group(0) @binding(2) var<storage, read> before: array<vec4f>;
+@group(0) @binding(3) var<storage, read> share: array<vec4f>;
+@group(0) @binding(4) var<storage, read_write> accumulated: array<vec4f>;
+
+/// How far earlier samples are believed at pixel `at`: bilinear between the centres of squares, replicated at the border.
+fn believed(at: vec2u) -> f32 {
+    let size = vec2u(shape.width, shape.height) >> vec2u(SHARE_LEVEL);
+    let scale = f32(1u << SHARE_LEVEL);
+    let wanted = clamp((vec2f(at) + 0.5) / scale - 0.5, vec2f(0.0), vec2f(size - 1u));
+    let first = vec2u(wanted);
+    let second = min(first + 1u, size - 1u);
+    let t = wanted - vec2f(first);
+    let above = mix(share[first.y * size.x + first.x].r, share[first.y * size.x + second.x].r, t.x);
+    let below = mix(share[second.y * size.x + first.x].r, share[second.y * size.x + second.x].r, t.x);
+    return mix(above, below, t.y);
+}
+
+@compute @workgroup_size(8, 8)
+fn accumulate(@builtin(global_invocation_id) at: vec3u) {
+    if !is_inside(shape, at) {
+        return;
+    }
+    let i = place(shape, at.x, at.y, 0u);
+    var factor = (1.0 - known[i].a) * FADE;
+    if IS_SHARED {
+        factor *= believed(at.xy);
+    }
+    accumulated[i] = known[i] + factor * before[i];
+}

@@ -1,0 +1,206 @@
+// Predicted kernels: the 1×1 convolution, the normalisation and the weighted sum in one, so that the kernels of a frame never
+// exist. Twin of cpu/filter.rs.
+//
+// A thread takes one feature: one pixel, or the four that it serves. Its kernels lie in workgroup memory, some taps at a
+// time.
+
+/// The edge of the square of pixels that a feature serves: 1 or 2.
+override EXPAND: u32;
+/// Weights of a kernel.
+override TAPS: u32;
+/// Whether weights are eʷ / Σeʷ; else (w² + ε) / (Σw² + nε).
+override SOFTMAX: bool;
+/// Whether features are halves.
+override HALVED: bool;
+/// For each image the tap after its last one.
+override END_0: u32;
+override END_1: u32;
+override END_2: u32;
+/// Which images are weighed by 3×3, a bit each.
+override AROUND: u32;
+/// How images are read, two bits each: as they are, bilinearly at twice the resolution, or the nearest there.
+override READS: u32;
+
+const BILINEAR = 1u;
+const NEAREST = 2u;
+
+/// SQUARED_EPSILON of plan/layer.rs.
+const EPSILON = 1e-6;
+/// Less than any weight.
+const LEAST = -1e30;
+const THREADS = 64u;
+/// Blocks of four weights that a thread holds.
+const HELD = 12u;
+/// Blocks of four weights of a feature.
+override BLOCKS: u32 = (EXPAND * EXPAND * TAPS + 3u) / 4u;
+
+@group(0) @binding(0) var<uniform> shape: Shape;
+@group(0) @binding(1) var<uniform> served: Shape;
+@group(0) @binding(2) var<storage, read> features: array<vec2u>;
+/// \[block of weights\]\[channel of the features\], four weights each.
+@group(0) @binding(3) var<storage, read> weights: array<vec4f>;
+@group(0) @binding(4) var<storage, read> biases: array<vec4f>;
+@group(0) @binding(5) var<storage, read> image_0: array<vec4f>;
+@group(0) @binding(6) var<storage, read> image_1: array<vec4f>;
+@group(0) @binding(7) var<storage, read> image_2: array<vec4f>;
+@group(0) @binding(8) var<storage, read> image_3: array<vec4f>;
+@group(0) @binding(9) var<storage, read_write> result: array<vec4f>;
+
+/// \[block\]\[thread\]; what a thread writes is read by no other.
+var<workgroup> kernels: array<vec4f, HELD * THREADS>;
+
+fn feature(at: vec2u, z: u32) -> vec4f {
+    let i = place(served, at.x, at.y, z);
+    if HALVED {
+        return from_halves(features[i]);
+    }
+    return bitcast<vec4f>(vec4u(features[2u * i], features[2u * i + 1u]));
+}
+
+fn multiplied(i: u32, value: vec4f) -> vec4f {
+    return mat4x4f(weights[i], weights[i + 1u], weights[i + 2u], weights[i + 3u]) * value;
+}
+
+/// Predicts the blocks of weights from `first` on of the feature at `at`, as many as a thread holds.
+fn predict(first: u32, at: vec2u, thread: u32) {
+    let row = 4u * served.blocks;
+    for (var block = first; block < min(first + HELD, BLOCKS); block += 4u) {
+        let last = BLOCKS - 1u;
+        let blocks = min(vec4u(block, block + 1u, block + 2u, block + 3u), vec4u(last));
+        var a = biases[blocks.x];
+        var b = biases[blocks.y];
+        var c = biases[blocks.z];
+        var d = biases[blocks.w];
+        for (var z = 0u; z < served.blocks; z += 1u) {
+            let value = feature(at, z);
+            a += multiplied(blocks.x * row + 4u * z, value);
+            b += multiplied(blocks.y * row + 4u * z, value);
+            c += multiplied(blocks.z * row + 4u * z, value);
+            d += multiplied(blocks.w * row + 4u * z, value);
+        }
+        let held = (block - first) * THREADS + thread;
+        kernels[held] = a;
+        kernels[held + THREADS] = b;
+        kernels[held + 2u * THREADS] = c;
+        kernels[held + 3u * THREADS] = d;
+    }
+}
+
+fn stored(image: u32, i: u32) -> vec4f {
+    switch image {
+        case 0u: { return image_0[i]; }
+        case 1u: { return image_1[i]; }
+        case 2u: { return image_2[i]; }
+        default: { return image_3[i]; }
+    }
+}
+
+/// Block `z` of an image at half the resolution, bilinear at `at`.
+fn bilinear(image: u32, at: vec2u, z: u32) -> vec4f {
+    let size = vec2u(shape.width, shape.height) / 2u;
+    let near = at / 2u;
+    let far = select(max(near, vec2u(1u)) - 1u, min(near + 1u, size - 1u), at % 2u == vec2u(1u));
+    let first = z * size.y;
+    let a = 0.75 * stored(image, (first + near.y) * size.x + near.x)
+        + 0.25 * stored(image, (first + near.y) * size.x + far.x);
+    let b = 0.75 * stored(image, (first + far.y) * size.x + near.x)
+        + 0.25 * stored(image, (first + far.y) * size.x + far.x);
+    return 0.75 * a + 0.25 * b;
+}
+
+/// Block `z` of what tap `tap` of pixel `at` weighs; zero beyond the border.
+fn weighed(tap: u32, at: vec2u, z: u32) -> vec4f {
+    let ends = vec3u(END_0, END_1, END_2);
+    let passed = vec3u(vec3u(tap) >= ends);
+    let image = passed.x + passed.y + passed.z;
+    var step = vec2i(0);
+    if extractBits(AROUND, image, 1u) == 1u {
+        var tap_of_image = tap;
+        if image > 0u {
+            tap_of_image -= ends[image - 1u];
+        }
+        step = vec2i(vec2u(tap_of_image % 3u, tap_of_image / 3u)) - 1;
+    }
+    let wanted = vec2i(at) + step;
+    if any(wanted < vec2i(0)) || any(wanted >= vec2i(vec2u(shape.width, shape.height))) {
+        return vec4f(0.0);
+    }
+    let from = vec2u(wanted);
+    switch extractBits(READS, 2u * image, 2u) {
+        case BILINEAR: { return bilinear(image, from, z); }
+        case NEAREST: {
+            return stored(image, (z * (shape.height / 2u) + from.y / 2u) * (shape.width / 2u) + from.x / 2u);
+        }
+        default: { return stored(image, place(shape, from.x, from.y, z)); }
+    }
+}
+
+/// The weighted sums of the pixels that a feature serves, a column each.
+struct Sums {
+    sums: mat4x4f,
+    totals: vec4f,
+    /// The largest weights so far.
+    largest: vec4f,
+}
+
+/// What weights become before they are divided by their sum; with `EXPAND` 1 all but the first are of no pixel.
+fn shaped(found: ptr<function, Sums>, weights: vec4f) -> vec4f {
+    if !SOFTMAX {
+        return weights * weights + EPSILON;
+    }
+    // Sums so far are of weights that were divided by the largest of them.
+    let largest = max((*found).largest, weights);
+    let shrink = exp((*found).largest - largest);
+    (*found).largest = largest;
+    (*found).totals *= shrink;
+    (*found).sums[0] *= shrink.x;
+    (*found).sums[1] *= shrink.y;
+    (*found).sums[2] *= shrink.z;
+    (*found).sums[3] *= shrink.w;
+    return exp(weights - largest);
+}
+
+/// Adds what tap `tap` weighs for the pixels from `first` on.
+fn add(found: ptr<function, Sums>, tap: u32, weights: vec4f, first: vec2u, z: u32) {
+    let w = shaped(found, weights);
+    (*found).totals += w;
+    (*found).sums[0] += w.x * weighed(tap, first, z);
+    if EXPAND == 2u {
+        (*found).sums[1] += w.y * weighed(tap, first + vec2u(1u, 0u), z);
+        (*found).sums[2] += w.z * weighed(tap, first + vec2u(0u, 1u), z);
+        (*found).sums[3] += w.w * weighed(tap, first + vec2u(1u, 1u), z);
+    }
+}
+
+/// Adds what the taps of block `block` weigh.
+fn add_block(found: ptr<function, Sums>, block: u32, held: vec4f, first: vec2u, z: u32) {
+    if EXPAND == 2u {
+        add(found, block, held, first, z);
+        return;
+    }
+    for (var i = 0u; i < min(4u, TAPS - 4u * block); i += 1u) {
+        add(found, 4u * block + i, vec4f(held[i]), first, z);
+    }
+}
+
+@compute @workgroup_size(8, 8)
+fn weigh(@builtin(global_invocation_id) at: vec3u, @builtin(local_invocation_index) thread: u32) {
+    if at.x >= served.width || at.y >= served.height {
+        return;
+    }
+    let first = EXPAND * at.xy;
+    var found = Sums();
+    found.largest = vec4f(LEAST);
+    for (var from = 0u; from < BLOCKS; from += HELD) {
+        predict(from, at.xy, thread);
+        for (var block = from; block < min(from + HELD, BLOCKS); block += 1u) {
+            add_block(&found, block, kernels[(block - from) * THREADS + thread], first, at.z);
+        }
+    }
+    result[place(shape, first.x, first.y, at.z)] = found.sums[0] / found.totals.x;
+    if EXPAND == 2u {
+        result[place(shape, first.x + 1u, first.y, at.z)] = found.sums[1] / found.totals.y;
+        result[place(shape, first.x, first.y + 1u, at.z)] = found.sums[2] / found.totals.z;
+        result[place(shape, first.x + 1u, first.y + 1u, at.z)] = found.sums[3] / found.totals.w;
+    }
+}

@@ -1,0 +1,59 @@
+// From a sparse frame to the inputs of a network, and from its output to a frame. Twin of the ends of cpu/network.rs.
+
+/// Of the frame.
+@group(0) @binding(0) var<uniform> frame: Shape;
+/// Of what is written, or of the network's output: padded at the right and at the bottom.
+@group(0) @binding(1) var<uniform> padded: Shape;
+/// Row by row; alpha is 1 where a pixel was sampled.
+@group(0) @binding(2) var<storage, read> sparse: array<vec4f>;
+/// For each pixel the way to where it was in the last frame.
+@group(0) @binding(2) var<storage, read> motion: array<vec2f>;
+@group(0) @binding(2) var<storage, read> picture: array<vec4f>;
+@group(0) @binding(3) var<storage, read_write> tensor: array<vec4f>;
+
+/// The pixel of the frame for pixel `at` of the padded one: the nearest.
+fn nearest(at: vec3u) -> u32 {
+    return min(at.y, frame.height - 1u) * frame.width + min(at.x, frame.width - 1u);
+}
+
+/// A colour in 0…1 and 1, or zeros where nothing was sampled: known pixels.
+fn known(at: vec3u) -> vec4f {
+    let pixel = sparse[nearest(at)];
+    let finite = is_finite(pixel.r) && is_finite(pixel.g) && is_finite(pixel.b) && is_finite(pixel.a);
+    if finite && pixel.a > 0.5 {
+        return vec4f(clamp(pixel.rgb, vec3f(0.0), vec3f(1.0)), 1.0);
+    }
+    return vec4f(0.0);
+}
+
+/// Colours, and as a fourth channel which of them are known.
+@compute @workgroup_size(8, 8)
+fn load_colour(@builtin(global_invocation_id) at: vec3u) {
+    if is_inside(padded, at) {
+        tensor[place(padded, at.x, at.y, 0u)] = known(at);
+    }
+}
+
+/// 1 where a pixel was sampled.
+@compute @workgroup_size(8, 8)
+fn load_mask(@builtin(global_invocation_id) at: vec3u) {
+    if is_inside(padded, at) {
+        tensor[place(padded, at.x, at.y, 0u)] = vec4f(known(at).a, 0.0, 0.0, 0.0);
+    }
+}
+
+@compute @workgroup_size(8, 8)
+fn load_motion(@builtin(global_invocation_id) at: vec3u) {
+    if is_inside(padded, at) {
+        tensor[place(padded, at.x, at.y, 0u)] = vec4f(motion[nearest(at)], 0.0, 0.0);
+    }
+}
+
+/// The picture in the top left, in 0…1 and opaque, row by row.
+@compute @workgroup_size(8, 8)
+fn show(@builtin(global_invocation_id) at: vec3u) {
+    if at.x < frame.width && at.y < frame.height {
+        let pixel = picture[place(padded, at.x, at.y, 0u)];
+        tensor[at.y * frame.width + at.x] = vec4f(clamp(pixel.rgb, vec3f(0.0), vec3f(1.0)), 1.0);
+    }
+}

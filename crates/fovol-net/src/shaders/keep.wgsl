@@ -1,0 +1,36 @@
+// What goes from frame to frame: numbers that are not finite would stay forever. Twin of `carry` in cpu/network.rs.
+
+/// Whether numbers are halves.
+override HALVED: bool;
+
+@group(0) @binding(0) var<uniform> shape: Shape;
+@group(0) @binding(1) var<storage, read_write> words: array<vec2u>;
+
+/// The words with zeros in place of numbers whose `exponent` bits are all set.
+fn kept(found: vec2u, number: u32, exponent: u32) -> vec2u {
+    let lost = (found & vec2u(exponent)) == vec2u(exponent);
+    return select(found, found & ~vec2u(number), lost);
+}
+
+@compute @workgroup_size(8, 8)
+fn keep(@builtin(global_invocation_id) at: vec3u) {
+    if !is_inside(shape, at) {
+        return;
+    }
+    let i = place(shape, at.x, at.y, at.z);
+    if HALVED {
+        let found = words[i];
+        let finite = kept(kept(found, 0xffffu, 0x7c00u), 0xffff0000u, 0x7c000000u);
+        if any(finite != found) {
+            words[i] = finite;
+        }
+        return;
+    }
+    for (var j = 2u * i; j < 2u * i + 2u; j += 1u) {
+        let found = words[j];
+        let finite = kept(found, 0xffffffffu, 0x7f800000u);
+        if any(finite != found) {
+            words[j] = finite;
+        }
+    }
+}

@@ -1,0 +1,157 @@
+// Known pixels averaged over ever larger squares, and back. Twin of cpu/pyramid.rs, and of what cpu/spread.rs and
+// cpu/accumulate.rs do before and after.
+
+/// What is pulled: known pixels, what they differ by from a picture of half their resolution, or the mean squares by which
+/// they differ from two.
+override PULLED: u32;
+/// What is made of the pixels in the end: the picture, the picture added to another one, or how far what was known before
+/// is believed.
+override MADE: u32;
+/// Whether there is a coarser level to push from.
+override IS_PUSHED: bool;
+/// Those of plan/layer.rs.
+override DOUBT_EPSILON: f32;
+override DOUBT_ALLOWED: f32;
+override DOUBT_SHARE: f32;
+
+const DIFFERENCES = 1u;
+const SQUARES = 2u;
+const CORRECTED = 1u;
+const BELIEVED = 2u;
+
+/// Divisors are at least this.
+const SMALLEST = 1e-8;
+/// A mean weight of one part in this many is enough to know a pixel of half the resolution.
+const GAIN = 8.0;
+/// The weights of four neighbours.
+const BINOMIAL = vec4f(0.125, 0.375, 0.375, 0.125);
+
+/// Pixels of a workgroup along each axis.
+const TILE = 8u;
+/// Pixels that they are made of.
+const PATCH = 2u * TILE + 2u;
+
+/// Of what is written.
+@group(0) @binding(0) var<uniform> shape: Shape;
+@group(0) @binding(1) var<storage, read> finer: array<vec4f>;
+@group(0) @binding(2) var<storage, read> prior: array<vec4f>;
+@group(0) @binding(3) var<storage, read> fresh: array<vec4f>;
+@group(0) @binding(4) var<storage, read_write> pulled: array<vec4f>;
+
+@group(0) @binding(1) var<storage, read> coarser: array<vec4f>;
+@group(0) @binding(2) var<storage, read_write> pushed: array<vec4f>;
+
+@group(0) @binding(2) var<storage, read> level: array<vec4f>;
+@group(0) @binding(3) var<storage, read> base: array<vec4f>;
+@group(0) @binding(4) var<storage, read_write> made: array<vec4f>;
+
+var<workgroup> patch: array<vec4f, PATCH * PATCH>;
+
+/// The picture that known pixels are compared with first, at twice its resolution.
+fn doubled_prior(at: vec2u) -> vec3f {
+    let size = vec2u(shape.width, shape.height);
+    let to = halves(at, size);
+    let a = 0.75 * prior[to.near.y * size.x + to.near.x] + 0.25 * prior[to.far.y * size.x + to.near.x];
+    let b = 0.75 * prior[to.near.y * size.x + to.far.x] + 0.25 * prior[to.far.y * size.x + to.far.x];
+    return (0.75 * a + 0.25 * b).rgb;
+}
+
+/// And the second one.
+fn doubled_fresh(at: vec2u) -> vec3f {
+    let size = vec2u(shape.width, shape.height);
+    let to = halves(at, size);
+    let a = 0.75 * fresh[to.near.y * size.x + to.near.x] + 0.25 * fresh[to.far.y * size.x + to.near.x];
+    let b = 0.75 * fresh[to.near.y * size.x + to.far.x] + 0.25 * fresh[to.far.y * size.x + to.far.x];
+    return (0.75 * a + 0.25 * b).rgb;
+}
+
+fn mean_square(known: vec4f, expected: vec3f) -> f32 {
+    let apart = known.rgb - known.a * expected;
+    return dot(apart, apart) / 3.0;
+}
+
+/// What is known of pixel `at` of twice the resolution.
+fn known(at: vec2u) -> vec4f {
+    let found = finer[at.y * 2u * shape.width + at.x];
+    // What nothing is known of differs from nothing.
+    if PULLED == 0u || all(found == vec4f(0.0)) {
+        return found;
+    }
+    if PULLED == DIFFERENCES {
+        return vec4f(found.rgb - found.a * doubled_prior(at), found.a);
+    }
+    return vec4f(mean_square(found, doubled_prior(at)), mean_square(found, doubled_fresh(at)), 0.0, found.a);
+}
+
+/// Means of four pixels along one axis.
+fn blended(i: u32, step: u32) -> vec4f {
+    return (BINOMIAL[0] * patch[i] + BINOMIAL[1] * patch[i + step])
+        + (BINOMIAL[2] * patch[i + 2u * step] + BINOMIAL[3] * patch[i + 3u * step]);
+}
+
+/// Half the resolution: means over 4×4 pixels, replicated at the border.
+@compute @workgroup_size(TILE, TILE)
+fn pull(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(global_invocation_id) at: vec3u,
+    @builtin(local_invocation_id) local: vec3u,
+    @builtin(local_invocation_index) thread: u32,
+) {
+    let last = 2 * vec2i(vec2u(shape.width, shape.height)) - 1;
+    let corner = 2 * vec2i(TILE * group.xy) - 1;
+    for (var i = thread; i < PATCH * PATCH; i += TILE * TILE) {
+        patch[i] = known(vec2u(clamp(corner + vec2i(vec2u(i % PATCH, i / PATCH)), vec2i(0), last)));
+    }
+    workgroupBarrier();
+    if !is_inside(shape, at) {
+        return;
+    }
+    let first = 2u * local.y * PATCH + 2u * local.x;
+    let mean = (BINOMIAL[0] * blended(first, PATCH) + BINOMIAL[1] * blended(first + 1u, PATCH))
+        + (BINOMIAL[2] * blended(first + 2u, PATCH) + BINOMIAL[3] * blended(first + 3u, PATCH));
+    let weight = min(GAIN * mean.a, 1.0);
+    pulled[at.y * shape.width + at.x] = vec4f(mean.rgb * (weight / max(mean.a, SMALLEST)), weight);
+}
+
+/// The coarser level at pixel `at`.
+fn doubled_coarser(at: vec2u) -> vec4f {
+    let size = vec2u(shape.width, shape.height) / 2u;
+    let to = halves(at, size);
+    let a = 0.75 * coarser[to.near.y * size.x + to.near.x] + 0.25 * coarser[to.far.y * size.x + to.near.x];
+    let b = 0.75 * coarser[to.near.y * size.x + to.far.x] + 0.25 * coarser[to.far.y * size.x + to.far.x];
+    return 0.75 * a + 0.25 * b;
+}
+
+/// Adds what is missing from the coarser level.
+@compute @workgroup_size(8, 8)
+fn push(@builtin(global_invocation_id) at: vec3u) {
+    if is_inside(shape, at) {
+        let i = at.y * shape.width + at.x;
+        pushed[i] += (1.0 - pushed[i].a) * doubled_coarser(at.xy);
+    }
+}
+
+/// How far what was known before is believed, by the mean squares by which samples differ from both pictures.
+fn believed(squares: vec3f) -> f32 {
+    let v = squares.g + DOUBT_EPSILON;
+    return v / (v + DOUBT_SHARE * max(squares.r - DOUBT_ALLOWED * v, 0.0));
+}
+
+/// What the last level gives, with what is missing from the coarser one.
+@compute @workgroup_size(8, 8)
+fn make(@builtin(global_invocation_id) at: vec3u) {
+    if !is_inside(shape, at) {
+        return;
+    }
+    let i = at.y * shape.width + at.x;
+    var found = level[i];
+    if IS_PUSHED {
+        found += (1.0 - found.a) * doubled_coarser(at.xy);
+    }
+    let numbers = found.rgb / max(found.a, SMALLEST);
+    switch MADE {
+        case CORRECTED: { made[i] = vec4f(numbers + base[i].rgb, 0.0); }
+        case BELIEVED: { made[i] = vec4f(believed(numbers), 0.0, 0.0, 0.0); }
+        default: { made[i] = vec4f(numbers, 0.0); }
+    }
+}

@@ -1,0 +1,42 @@
+// What is done with pictures that were spread. Twin of cpu/spread.rs.
+
+@group(0) @binding(0) var<uniform> shape: Shape;
+@group(0) @binding(1) var<storage, read> known: array<vec4f>;
+@group(0) @binding(2) var<storage, read> base: array<vec4f>;
+@group(0) @binding(3) var<storage, read_write> blended: array<vec4f>;
+
+@group(0) @binding(1) var<storage, read> input: array<vec4f>;
+@group(0) @binding(2) var<storage, read_write> smoothed: array<vec4f>;
+
+/// Known pixels, and as far as they are not known the picture of half the resolution.
+@compute @workgroup_size(8, 8)
+fn blend(@builtin(global_invocation_id) at: vec3u) {
+    if !is_inside(shape, at) {
+        return;
+    }
+    let size = vec2u(shape.width, shape.height) / 2u;
+    let to = halves(at.xy, size);
+    let a = 0.75 * base[to.near.y * size.x + to.near.x] + 0.25 * base[to.far.y * size.x + to.near.x];
+    let b = 0.75 * base[to.near.y * size.x + to.far.x] + 0.25 * base[to.far.y * size.x + to.far.x];
+    let i = place(shape, at.x, at.y, 0u);
+    let pixel = known[i];
+    blended[i] = vec4f(pixel.rgb + (1.0 - pixel.a) * (0.75 * a + 0.25 * b).rgb, 0.0);
+}
+
+/// Row `y` of block `z` by (1, 2, 1)/4 around `x`.
+fn smoothed_row(x: u32, y: u32, z: u32) -> vec4f {
+    let left = input[place(shape, max(x, 1u) - 1u, y, z)];
+    let right = input[place(shape, min(x + 1u, shape.width - 1u), y, z)];
+    return 0.25 * (left + right) + 0.5 * input[place(shape, x, y, z)];
+}
+
+/// Means of 3×3 pixels, replicated at the border.
+@compute @workgroup_size(8, 8)
+fn smooth_input(@builtin(global_invocation_id) at: vec3u) {
+    if !is_inside(shape, at) {
+        return;
+    }
+    let above = smoothed_row(at.x, max(at.y, 1u) - 1u, at.z);
+    let below = smoothed_row(at.x, min(at.y + 1u, shape.height - 1u), at.z);
+    smoothed[place(shape, at.x, at.y, at.z)] = 0.25 * (above + below) + 0.5 * smoothed_row(at.x, at.y, at.z);
+}
