@@ -168,7 +168,7 @@ def main():
             ratio = medians[f"fovolnet {precision}"] / medians[f"OpenVINO {precision}"]
             ratios[f"{precision} of OpenVINO {precision}"] = ratio
     print(ratios)
-    machine = {"processor": reports["f32"].get("simd"), "peak_tflops": reports["f32"]["peak_tflops"]}
+    machine = {"processor": reports["f32"].get("on"), "peak_tflops": reports["f32"]["peak_tflops"]}
     out = {"network": options.network, "threads": options.threads, "size": SIZE, "date": time.strftime("%Y-%m-%d")}
     out |= {"machine": machine, "median_ms": medians, "all_ms": times, "ratios": ratios}
     options.output.parent.mkdir(parents=True, exist_ok=True)

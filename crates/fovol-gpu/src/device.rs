@@ -70,6 +70,37 @@ impl Gpu {
         found
     }
 
+    /// Has the device do what `encode` puts into a command encoder. Returns when it has been told, not when it is done.
+    ///
+    /// # Errors
+    /// Those of `encode`; [`GpuError::OutOfMemory`] or [`GpuError::Refused`], saying that it happened while `doing`.
+    pub fn submit<T, E: From<GpuError>>(
+        &self,
+        doing: &'static str,
+        encode: impl FnOnce(&mut wgpu::CommandEncoder) -> std::result::Result<T, E>,
+    ) -> std::result::Result<T, E> {
+        self.guarded(doing, || {
+            let descriptor = wgpu::CommandEncoderDescriptor { label: Some(doing) };
+            let mut encoder = self.device.create_command_encoder(&descriptor);
+            let done = encode(&mut encoder)?;
+            self.queue.submit([encoder.finish()]);
+            Ok(done)
+        })?
+    }
+
+    /// A buffer with `bytes`, to be bound as storage and read.
+    ///
+    /// # Errors
+    /// [`GpuError::OutOfMemory`] or [`GpuError::Refused`].
+    pub fn upload(&self, label: &str, bytes: &[u8]) -> Result<wgpu::Buffer> {
+        self.guarded("uploading", || {
+            let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
+            let buffer = self.buffer(label, bytes.len() as u64, usage);
+            self.queue.write_buffer(&buffer, 0, bytes);
+            buffer
+        })
+    }
+
     /// That the device is gone while `doing`.
     pub fn lost(&self, doing: &'static str) -> GpuError {
         let fault = self.fault.lock().unwrap_or_else(PoisonError::into_inner);

@@ -19,25 +19,45 @@ pub enum Device {
     Gpu(Option<String>),
 }
 
+/// A device that is open.
+#[derive(Debug, Clone, Default)]
+pub enum OpenDevice {
+    /// The processor.
+    #[default]
+    Cpu,
+    /// A graphics processor.
+    #[cfg(feature = "gpu")]
+    Gpu(Gpu),
+}
+
 impl Device {
-    /// The name of the graphics processor that this asks for; `None` where the processor is meant, or nothing better is
-    /// there.
+    /// Opens what this asks for: a graphics processor, or the processor where that is meant or nothing better is there.
     ///
     /// # Errors
     /// A graphics processor that was asked for and is not there, or does not open.
     #[cfg(feature = "gpu")]
-    pub fn name(&self) -> Result<Option<String>> {
-        Ok(self.open()?.map(|gpu| gpu.info().name))
+    pub fn open(&self) -> Result<OpenDevice> {
+        let request = match self {
+            Self::Cpu => return Ok(OpenDevice::Cpu),
+            Self::Auto => AdapterRequest::Hardware.or_environment(),
+            Self::Gpu(None) => AdapterRequest::Any.or_environment(),
+            Self::Gpu(Some(name)) => AdapterRequest::Named(name.clone()),
+        };
+        match Gpu::open(&request) {
+            Ok(gpu) => Ok(OpenDevice::Gpu(gpu)),
+            Err(_) if *self == Self::Auto && request == AdapterRequest::Hardware => Ok(OpenDevice::Cpu),
+            Err(error) => Err(error.into()),
+        }
     }
 
-    /// `None`: this program was built without graphics processors.
+    /// The processor: this program was built without graphics processors.
     ///
     /// # Errors
     /// A graphics processor that was asked for.
     #[cfg(not(feature = "gpu"))]
-    pub fn name(&self) -> Result<Option<String>> {
+    pub fn open(&self) -> Result<OpenDevice> {
         match self {
-            Self::Auto | Self::Cpu => Ok(None),
+            Self::Auto | Self::Cpu => Ok(OpenDevice::Cpu),
             Self::Gpu(_) => Err(crate::Error::Setting(
                 "this program was built without graphics processors; build it with the feature `gpu`, or use \
                  --device cpu"
@@ -45,23 +65,15 @@ impl Device {
             )),
         }
     }
+}
 
-    /// Opens the graphics processor that this asks for; `None` where the processor is meant, or nothing better is there.
-    ///
-    /// # Errors
-    /// A graphics processor that was asked for and is not there, or does not open.
-    #[cfg(feature = "gpu")]
-    pub fn open(&self) -> Result<Option<Gpu>> {
-        let request = match self {
-            Self::Cpu => return Ok(None),
-            Self::Auto => AdapterRequest::Hardware.or_environment(),
-            Self::Gpu(None) => AdapterRequest::Any.or_environment(),
-            Self::Gpu(Some(name)) => AdapterRequest::Named(name.clone()),
-        };
-        match (Gpu::open(&request), self) {
-            (Ok(gpu), _) => Ok(Some(gpu)),
-            (Err(_), Self::Auto) if request == AdapterRequest::Hardware => Ok(None),
-            (Err(error), _) => Err(error.into()),
+impl OpenDevice {
+    /// The name of the graphics processor, if it is one.
+    pub fn gpu_name(&self) -> Option<String> {
+        match self {
+            Self::Cpu => None,
+            #[cfg(feature = "gpu")]
+            Self::Gpu(gpu) => Some(gpu.info().name),
         }
     }
 }

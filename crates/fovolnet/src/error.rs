@@ -30,6 +30,17 @@ pub enum Error {
 /// The result of the operations of this crate.
 pub type Result<T> = std::result::Result<T, Error>;
 
+impl Error {
+    /// Whether a graphics processor is what failed: the processor may do.
+    pub fn is_of_gpu(&self) -> bool {
+        match self {
+            #[cfg(feature = "gpu")]
+            Self::Gpu(_) | Self::Network(fovol_net::Error::Gpu(_)) => true,
+            _ => false,
+        }
+    }
+}
+
 #[cfg(feature = "gpu")]
 impl From<fovol_render::gpu::Error> for Error {
     fn from(error: fovol_render::gpu::Error) -> Self {

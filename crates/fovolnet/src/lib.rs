@@ -23,6 +23,7 @@ mod open;
 pub mod parse;
 mod pipeline;
 pub mod presets;
+mod rays;
 mod reconstructor;
 mod report;
 mod scene;
@@ -30,7 +31,7 @@ mod session;
 mod settings;
 mod toml_file;
 
-pub use device::Device;
+pub use device::{Device, OpenDevice};
 pub use error::{Error, Result};
 pub use fovol_core as core;
 #[cfg(feature = "gpu")]
@@ -43,6 +44,7 @@ pub use machine::Machine;
 pub use motion::{motion, motion_of_depths};
 pub use open::{OpenVolume, open_volume};
 pub use pipeline::{Pipeline, RenderedFrame, Timings, camera_path};
+pub use rays::Rays;
 pub use reconstructor::Reconstructor;
 pub use report::{FrameReport, MeanReport, RenderReport};
 pub use scene::scene;

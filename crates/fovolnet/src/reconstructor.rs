@@ -40,6 +40,12 @@ impl Reconstructor {
         }))
     }
 
+    /// What leaves sparse frames as they are.
+    #[must_use]
+    pub fn nothing() -> Self {
+        Self(Method::Nothing)
+    }
+
     /// The full frame of `sparse`, the next of the clip; `sparse` itself where nothing is to be reconstructed.
     ///
     /// `motion` is for each pixel the way to where it was in the last frame, see [`crate::motion`]; without it
@@ -98,7 +104,7 @@ impl Reconstructor {
 }
 
 /// The weights that `settings` name, if they are of the kind that `how` asks for.
-fn weights(settings: &RenderSettings, how: Reconstruction) -> Result<Weights> {
+pub(crate) fn weights(settings: &RenderSettings, how: Reconstruction) -> Result<Weights> {
     let weights = match (&settings.weights, settings.random_weights) {
         (Some(_), Some(_)) => {
             return Err(Error::Setting("--weights and --random-weights exclude each other; give one".into()));

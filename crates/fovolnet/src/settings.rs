@@ -381,7 +381,7 @@ impl SpeedSettings {
     pub fn machine(&self) -> Result<Machine> {
         let threads = self.threads.unwrap_or_else(rayon::current_num_threads);
         let machine = Machine::this(threads, self.simd.unwrap_or_else(Simd::best));
-        Ok(Machine { gpu: self.device.clone().unwrap_or_default().name()?, ..machine })
+        Ok(Machine { gpu: self.device.clone().unwrap_or_default().open()?.gpu_name(), ..machine })
     }
 }
 

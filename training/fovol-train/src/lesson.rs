@@ -316,6 +316,7 @@ impl Variation {
 
 #[cfg(test)]
 mod tests {
+    use fovolnet::OpenDevice;
     use super::*;
     use crate::clips::{Recipe, VolumeSource, record};
     use crate::loss::flow::warp;
@@ -324,7 +325,7 @@ mod tests {
 
     fn clip() -> Clip {
         let recipe = Recipe::draw(11, &VolumeSource::parse("marschner-lobb:24:0").unwrap()).with_part(64, 4);
-        record(&recipe, &recipe.source.open().unwrap()).unwrap()
+        record(&recipe, &recipe.source.open().unwrap(), &OpenDevice::Cpu).unwrap()
     }
 
     fn plain() -> LessonConfig {
@@ -393,7 +394,7 @@ mod tests {
         let (mut still, mut moved) = (0.0, 0.0);
         for seed in 10..22 {
             let recipe = Recipe::draw(seed, &VolumeSource::parse("head:48:0").unwrap()).with_part(64, 4);
-            let clip = record(&recipe, &recipe.source.open().unwrap()).unwrap();
+            let clip = record(&recipe, &recipe.source.open().unwrap(), &OpenDevice::Cpu).unwrap();
             let frames = lesson(&clip, &plain(), &mut ChaCha8Rng::seed_from_u64(1));
             let (before, now) = (&frames[2].target, &frames[3]);
             // Where this frame was in the picture before.

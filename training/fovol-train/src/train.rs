@@ -4,6 +4,7 @@ use clap::{Args, ValueEnum};
 use fovol_net::plan::Named;
 use fovol_train::clips::ClipSet;
 use fovol_train::trainer::{Ended, TrainConfig, Trainer};
+use fovolnet::OpenDevice;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -40,6 +41,9 @@ pub struct Train {
     /// Train on the clips that are there, without making those that are missing
     #[arg(long, conflicts_with = "clips_only")]
     clips_as_they_are: bool,
+    /// Where clips are rendered: auto, cpu, gpu, or gpu:NAME
+    #[arg(long, value_name = "DEVICE", default_value = "auto")]
+    clips_on: fovolnet::Device,
     /// Only make the clips
     #[arg(long)]
     clips_only: bool,
@@ -82,9 +86,10 @@ impl Train {
         let is_name = |path: &Path| path.to_str().is_some_and(|name| name.parse::<Named>().is_ok());
         config.from = config.from.map(|path| if is_name(&path) { path } else { base.join(path) });
         let sets = config.clips.sets(base)?;
+        let device = self.clips_on.open()?;
         let missing = sets.iter().zip(["to learn from", "to judge by"]).rev();
         for (set, what) in missing.filter(|_| !self.clips_as_they_are) {
-            make(set, what, None)?;
+            make((set, &device), what, None)?;
         }
         if self.clips_only || STOP.load(Ordering::Relaxed) {
             return Ok(());
@@ -101,8 +106,9 @@ impl Train {
         let time = Duration::from_secs_f64(3600.0 * self.hours.unwrap_or(1.0));
         let FineTuning { config, learned, judged } =
             FineTuning::new(volumes, &self.from, &self.output.join("clips"))?;
-        make(&judged, "to judge by", None)?;
-        make(&learned, "to learn from", Some(started + time.mul_f64(CLIPS_SHARE)))?;
+        let device = self.clips_on.open()?;
+        make((&judged, &device), "to judge by", None)?;
+        make((&learned, &device), "to learn from", Some(started + time.mul_f64(CLIPS_SHARE)))?;
         if STOP.load(Ordering::Relaxed) {
             return Ok(());
         }
@@ -152,10 +158,10 @@ impl Train {
 }
 
 /// Makes the clips of `set`, until `end` if there are some by then.
-fn make(set: &ClipSet, what: &str, end: Option<Instant>) -> Result<()> {
+fn make((set, device): (&ClipSet, &OpenDevice), what: &str, end: Option<Instant>) -> Result<()> {
     let count = set.len();
     let mut said = Instant::now();
-    let left_out = set.make(|made| {
+    let left_out = set.make(device, |made| {
         if said.elapsed().as_secs() > 20 {
             println!("clip {made} of {count} {what}");
             said = Instant::now();

@@ -6,7 +6,7 @@ use fovolnet::core::{Camera, Fovea, Frame, FrameSize, Scene};
 use fovolnet::render::cpu::march::SampleCount;
 use fovolnet::render::cpu::{RenderOptions, Renderer, Simd, compact, direct, mask, scatter};
 use fovolnet::render::noise::Noise;
-use fovolnet::{Machine, SpeedSettings};
+use fovolnet::{Machine, OpenDevice, SpeedSettings};
 
 /// What decides which pixels are sampled.
 pub struct Sampled<'a> {
@@ -38,13 +38,11 @@ pub trait Marching {
 
 /// `scene` prepared on the device that `speed` asks for.
 pub fn marching(scene: &Scene, speed: &SpeedSettings, size: FrameSize) -> Result<Box<dyn Marching>> {
-    #[cfg(feature = "gpu")]
-    if let Some(gpu) = speed.device.clone().unwrap_or_default().open()? {
-        return Ok(Box::new(on_gpu::GpuMarching::new(&gpu, scene, size)?));
+    match speed.device.clone().unwrap_or_default().open()? {
+        OpenDevice::Cpu => Ok(Box::new(CpuMarching::new(scene, speed, size)?)),
+        #[cfg(feature = "gpu")]
+        OpenDevice::Gpu(gpu) => Ok(Box::new(on_gpu::GpuMarching::new(&gpu, scene, size)?)),
     }
-    #[cfg(not(feature = "gpu"))]
-    speed.device.clone().unwrap_or_default().name()?;
-    Ok(Box::new(CpuMarching::new(scene, speed, size)?))
 }
 
 struct CpuMarching {

@@ -2,13 +2,17 @@ use super::rayon_pool;
 use crate::console::JsonOutput;
 use crate::interrupt;
 use anyhow::{Result, anyhow};
-use fovolnet::RandomWeights;
+#[cfg(feature = "gpu")]
+use fovolnet::OpenDevice;
 use fovolnet::core::{Fovea, Frame, FrameSize};
 use fovolnet::net::Weights;
 use fovolnet::net::cpu::{FrameInput, Network, Precision, Simd, calibrate, peak_flops};
-use fovolnet::net::plan::Layer;
+#[cfg(feature = "gpu")]
+use fovolnet::net::gpu::{self, DeviceInput, State};
+use fovolnet::net::plan::{Layer, Plan};
 use fovolnet::render::cpu::mask;
 use fovolnet::render::noise::{Noise, NoiseKind};
+use fovolnet::{Device, RandomWeights};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -33,9 +37,12 @@ pub struct NetBench {
     /// Instruction set: portable, avx2, avx512 or amx [default: the best one]
     #[arg(long, value_name = "SET")]
     simd: Option<Simd>,
-    /// Precision: auto, f32, bf16, int8 or mixed
+    /// Precision: auto, f32, bf16, f16, int8 or mixed; auto, f32 or f16 on a GPU
     #[arg(long, value_name = "P", default_value = "auto")]
     precision: Precision,
+    /// What computes the frames: auto, cpu, gpu, or gpu:NAME
+    #[arg(long, value_name = "DEVICE", default_value = "cpu")]
+    device: Device,
     /// Frames that are measured
     #[arg(long, value_name = "N", default_value_t = 5)]
     repeats: usize,
@@ -48,13 +55,17 @@ struct Report {
     network: String,
     size: FrameSize,
     precision: &'static str,
-    simd: &'static str,
+    /// The instruction set, or the graphics processor.
+    on: String,
     threads: usize,
     median_ms: f64,
     min_ms: f64,
     tflops: f64,
-    peak_tflops: f64,
-    peak_share: f64,
+    /// What this machine can do at best in this precision, where that is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    peak_tflops: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    peak_share: Option<f64>,
     peak_memory_mb: Option<f64>,
     layers: Vec<LayerReport>,
 }
@@ -64,7 +75,21 @@ struct LayerReport {
     name: String,
     median_ms: f64,
     gmacs: f64,
-    peak_share: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    peak_share: Option<f64>,
+}
+
+/// Times of frames, and of the layers within them, which are ranges of places in the plan.
+#[derive(Default)]
+struct Measured {
+    frames_ms: Vec<f64>,
+    layers_ms: BTreeMap<usize, (Range<usize>, Vec<f64>)>,
+}
+
+impl Measured {
+    fn add_layers(&mut self, layers: Range<usize>, ms: f64) {
+        self.layers_ms.entry(layers.start).or_insert((layers, Vec::new())).1.push(ms);
+    }
 }
 
 impl NetBench {
@@ -72,37 +97,62 @@ impl NetBench {
         let pool = rayon_pool(self.threads.unwrap_or(0))?;
         let report = pool.install(|| self.measure())?;
         self.json.say(format!(
-            "{} at {}, {} on {}, {} threads: median {:.1} ms, {:.3} TFLOP/s, {:.0} % of this machine's {:.3}{}",
+            "{} at {}, {} on {}: median {:.1} ms, {:.3} TFLOP/s{}{}",
             report.network,
             report.size,
             report.precision,
-            report.simd,
-            report.threads,
+            report.on,
             report.median_ms,
             report.tflops,
-            100.0 * report.peak_share,
-            report.peak_tflops,
+            report.peak_share.zip(report.peak_tflops).map_or(String::new(), |(share, peak)| {
+                format!(", {:.0} % of this machine's {peak:.3}", 100.0 * share)
+            }),
             report.peak_memory_mb.map_or(String::new(), |mb| format!(", {mb:.0} MB at most"))
         ))?;
         self.json.say("layer                                     median ms    GMAC  % of peak")?;
         for layer in &report.layers {
             self.json.say(format!(
-                "{:<40} {:>10.2} {:>7.2} {:>9.0}",
+                "{:<40} {:>10.2} {:>7.2} {:>9}",
                 layer.name,
                 layer.median_ms,
                 layer.gmacs,
-                100.0 * layer.peak_share
+                layer.peak_share.map_or("-".into(), |share| format!("{:.0}", 100.0 * share))
             ))?;
         }
         self.json.write(&report)
     }
 
     fn measure(&self) -> Result<Report> {
-        let mut weights = match &self.weights {
+        let weights = match &self.weights {
             Some(name) => Weights::named_or_read(name)?,
             None => Weights::random(&self.random_weights.network.config(), self.random_weights.seed)?,
         };
         let plan = weights.config.plan().map_err(|problem| anyhow!(problem))?;
+        #[cfg(feature = "gpu")]
+        if let OpenDevice::Gpu(device) = self.device.open()? {
+            let precision = match self.precision {
+                Precision::Auto => gpu::Precision::Auto,
+                Precision::F32 => gpu::Precision::F32,
+                Precision::F16 => gpu::Precision::F16,
+                other => {
+                    anyhow::bail!("graphics processors know no {other}; use --precision auto, f32 or f16")
+                }
+            };
+            let network = gpu::Network::new(&device, plan, &weights, precision)?;
+            let measured = self.on_gpu(&network)?;
+            return Ok(self.report(
+                network.plan(),
+                measured,
+                (network.precision().name(), device.info().name),
+                None,
+            ));
+        }
+        #[cfg(not(feature = "gpu"))]
+        self.device.open()?;
+        self.on_cpu(plan, weights)
+    }
+
+    fn on_cpu(&self, plan: Plan, mut weights: Weights) -> Result<Report> {
         if weights.ranges.is_empty() && matches!(self.precision, Precision::Int8 | Precision::Mixed) {
             let sparse = sparse_frame(FrameSize::new(256, 144)?, 0);
             calibrate(&mut weights, &[vec![FrameInput { sparse: &sparse, motion: None }]])?;
@@ -110,8 +160,7 @@ impl NetBench {
         let network = Network::new(plan, &weights, self.simd.unwrap_or_else(Simd::best), self.precision)?;
         let mut state = network.state(self.size);
         let peak = peak_flops(network.simd(), network.precision());
-        let mut times = Vec::new();
-        let mut layers: BTreeMap<usize, (Range<usize>, Vec<f64>)> = BTreeMap::new();
+        let mut measured = Measured::default();
         for round in 0..self.repeats.max(1) + WARM_UP {
             interrupt::check("nothing was written")?;
             let sparse = sparse_frame(self.size, round as u32);
@@ -122,17 +171,58 @@ impl NetBench {
                 part.push((layers, took.as_secs_f64() * 1e3));
             })?;
             if round >= WARM_UP {
-                times.push(started.elapsed().as_secs_f64() * 1e3);
-                for (places, ms) in part {
-                    layers.entry(places.start).or_insert((places, Vec::new())).1.push(ms);
+                measured.frames_ms.push(started.elapsed().as_secs_f64() * 1e3);
+                part.into_iter().for_each(|(layers, ms)| measured.add_layers(layers, ms));
+            }
+        }
+        let on = format!("{}, {} threads", network.simd(), rayon::current_num_threads());
+        Ok(self.report(network.plan(), measured, (network.precision().name(), on), Some(peak)))
+    }
+
+    /// Frames that are on the device and stay there; their layers in further frames, as passes of their own take time.
+    #[cfg(feature = "gpu")]
+    fn on_gpu(&self, network: &gpu::Network) -> Result<Measured> {
+        let mut state = network.state(self.size)?;
+        let sparse = sparse_frame(self.size, 0);
+        let sparse = network.gpu().upload("sparse frame", bytemuck::cast_slice(sparse.pixels()))?;
+        let input = DeviceInput { sparse: &sparse, motion: None };
+        let run = |state: &mut State| -> Result<()> {
+            network.gpu().submit("reconstructing", |encoder| network.encode(encoder, input, state))?;
+            Ok(network.gpu().wait()?)
+        };
+        let mut measured = Measured::default();
+        for round in 0..self.repeats.max(1) + WARM_UP {
+            interrupt::check("nothing was written")?;
+            let started = Instant::now();
+            run(&mut state)?;
+            if round >= WARM_UP {
+                measured.frames_ms.push(started.elapsed().as_secs_f64() * 1e3);
+            }
+        }
+        state.set_timed(true);
+        for _ in 0..self.repeats.max(1) {
+            run(&mut state)?;
+            for time in state.read_times()?.into_iter().flatten() {
+                if let Some(layer) = time.layer {
+                    measured.add_layers(layer..layer + 1, time.ms);
                 }
             }
         }
+        Ok(measured)
+    }
+
+    fn report(
+        &self,
+        plan: &Plan,
+        mut measured: Measured,
+        (precision, on): (&'static str, String),
+        peak: Option<f64>,
+    ) -> Report {
         let pixels = self.size.pixels() as f64;
-        let plan = network.plan();
         let flops = |macs: f64, ms: f64| 2.0 * macs * pixels / (ms / 1e3);
-        let median_ms = median(&mut times);
-        let layers = layers.into_values().map(|(places, mut ms)| {
+        let share = |macs: f64, ms: f64| peak.map(|peak| flops(macs, ms) / peak);
+        let median_ms = median(&mut measured.frames_ms);
+        let layers = measured.layers_ms.into_values().map(|(places, mut ms)| {
             let together = &plan.layers()[places];
             let macs = together.iter().map(|layer| layer.macs_per_pixel(plan.tensors())).sum();
             let ms = median(&mut ms);
@@ -141,23 +231,23 @@ impl NetBench {
                 name: names.join(" "),
                 median_ms: ms,
                 gmacs: macs * pixels / 1e9,
-                peak_share: flops(macs, ms) / peak,
+                peak_share: share(macs, ms),
             }
         });
-        Ok(Report {
+        Report {
             network: self.weights.clone().unwrap_or_else(|| self.random_weights.to_string()),
             size: self.size,
-            precision: network.precision().name(),
-            simd: network.simd().name(),
+            precision,
+            on,
             threads: rayon::current_num_threads(),
             layers: layers.collect(),
-            min_ms: times[0],
+            min_ms: measured.frames_ms[0],
             tflops: flops(plan.macs_per_pixel(), median_ms) / 1e12,
-            peak_tflops: peak / 1e12,
-            peak_share: flops(plan.macs_per_pixel(), median_ms) / peak,
+            peak_tflops: peak.map(|peak| peak / 1e12),
+            peak_share: share(plan.macs_per_pixel(), median_ms),
             median_ms,
             peak_memory_mb: peak_memory_mb(),
-        })
+        }
     }
 }
 

@@ -77,8 +77,7 @@ mod tests {
     fn weights_lie_in_the_order_of_their_use() {
         // Two outputs of three inputs.
         let packed = packed(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0], 2);
-        let expected =
-            [[1.0, 4.0, 0.0, 0.0], [2.0, 5.0, 0.0, 0.0], [3.0, 6.0, 0.0, 0.0], [0.0; 4]].concat();
+        let expected = [[1.0, 4.0, 0.0, 0.0], [2.0, 5.0, 0.0, 0.0], [3.0, 6.0, 0.0, 0.0], [0.0; 4]].concat();
         assert_eq!(packed, expected);
     }
 

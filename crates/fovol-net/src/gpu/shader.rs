@@ -35,7 +35,8 @@ mod tests {
     use wgpu::naga::valid::Capabilities;
 
     const ALL: [Shader; 13] = [
-        FRAME, KEEP, CONV, FILTER, NORM, POOL, RESHAPE, POINTWISE, PYRAMID, SPREAD, ACCUMULATE, WARP, PULL_PUSH,
+        FRAME, KEEP, CONV, FILTER, NORM, POOL, RESHAPE, POINTWISE, PYRAMID, SPREAD, ACCUMULATE, WARP,
+        PULL_PUSH,
     ];
 
     #[test]

@@ -115,7 +115,15 @@ impl State {
             other => other.to_string(),
         };
         let times = timing.read(&self.network.gpu)?;
-        let time = |time: fovol_gpu::PassTime<Stage>| LayerTime { name: name(time.stage), ms: time.ms };
+        let layer = |stage: Stage| match stage {
+            Stage::Layer(number) => Some(number),
+            Stage::Input | Stage::Output => None,
+        };
+        let time = |time: fovol_gpu::PassTime<Stage>| LayerTime {
+            layer: layer(time.stage),
+            name: name(time.stage),
+            ms: time.ms,
+        };
         Ok(times.map(|times| times.into_iter().map(time).collect()))
     }
 
@@ -247,7 +255,8 @@ impl State {
         let pixels = self.size.pixels() as u64;
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
         let made = gpu.guarded("making room for frames of the host", || {
-            [("sparse frame", 16), ("motion", 8)].map(|(label, bytes)| gpu.buffer(label, bytes * pixels, usage))
+            [("sparse frame", 16), ("motion", 8)]
+                .map(|(label, bytes)| gpu.buffer(label, bytes * pixels, usage))
         })?;
         Ok(self.uploads.insert(made).clone())
     }

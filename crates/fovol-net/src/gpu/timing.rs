@@ -3,6 +3,8 @@ use std::fmt;
 /// How long a layer took on the device.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LayerTime {
+    /// Its place in [`Plan::layers`](crate::plan::Plan::layers); none for what comes before and after all layers.
+    pub layer: Option<usize>,
     /// The layer's name, or its kind where it has none; `input` and `output` for what comes before and after all layers.
     pub name: String,
     /// Milliseconds.

@@ -136,13 +136,7 @@ impl Renderer {
     /// # Errors
     /// As [`Self::encode`].
     pub fn render(&self, buffers: &mut FrameBuffers, camera: &Camera, sampling: Sampling<'_>) -> Result<()> {
-        self.gpu.guarded("rendering a frame", || {
-            let descriptor = wgpu::CommandEncoderDescriptor { label: Some("frame") };
-            let mut encoder = self.gpu.device().create_command_encoder(&descriptor);
-            self.encode(&mut encoder, buffers, camera, sampling)?;
-            self.gpu.queue().submit([encoder.finish()]);
-            Ok(())
-        })?
+        self.gpu.submit("rendering a frame", |encoder| self.encode(encoder, buffers, camera, sampling))
     }
 
     /// Puts the commands of a frame into `encoder`, so that whatever uses it can follow in one submission: at most one

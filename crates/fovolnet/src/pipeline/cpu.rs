@@ -27,7 +27,8 @@ impl CpuMarcher {
         match self.sampler.sampling {
             Sampling::Full => {
                 let timer = Timer::start();
-                Sampled::full(self.march_full(&view.camera, size), timer.ms())
+                let frame = self.march_full(&view.camera, size);
+                Sampled { march_ms: timer.ms(), ..Sampled::full(frame) }
             }
             Sampling::Reject => {
                 let timer = Timer::start();
@@ -37,12 +38,13 @@ impl CpuMarcher {
                 let (list, marched, _) = self.renderer.march_rejecting(&view.camera, &mask);
                 let sparse = scatter(&list, &marched);
                 let listed = Some(Listed::new(list, &marched));
-                Sampled { sparse, mask, listed, lost: None, mask_ms, march_ms: timer.ms() }
+                Sampled { listed, mask_ms, march_ms: timer.ms(), ..Sampled::new(sparse, mask) }
             }
             Sampling::Direct => {
                 let timer = Timer::start();
                 let drawn = direct(&view.fovea, size, self.sampler.seed, view.index);
-                self.listed(view, drawn.list, None, timer.ms()).losing(drawn.lost)
+                let sampled = self.listed(view, drawn.list, None, timer.ms());
+                Sampled { lost: Some(drawn.lost), ..sampled }
             }
             Sampling::Compact => {
                 let timer = Timer::start();
@@ -64,6 +66,7 @@ impl CpuMarcher {
         let sparse = scatter(&list, &marched);
         let march_ms = timer.ms();
         let mask = mask.unwrap_or_else(|| mask_of(&list));
-        Sampled { sparse, mask, listed: Some(Listed::new(list, &marched)), lost: None, mask_ms, march_ms }
+        let listed = Some(Listed::new(list, &marched));
+        Sampled { listed, mask_ms, march_ms, ..Sampled::new(sparse, mask) }
     }
 }

@@ -6,7 +6,9 @@ mod gpu;
 mod sampled;
 mod view;
 
-use crate::{Device, Error, Machine, OpenVolume, RenderSettings, Result, SpeedSettings, scene};
+#[cfg(feature = "gpu")]
+use crate::Device;
+use crate::{Error, Machine, OpenDevice, OpenVolume, RenderSettings, Result, SpeedSettings, scene};
 use cpu::CpuMarcher;
 use fovol_core::{Camera, Fovea, Frame, FrameSize, SampleMask, Scene};
 use fovol_render::cpu::{RenderOptions, Simd};
@@ -85,14 +87,17 @@ impl Pipeline {
                 Error::Setting(format!("cannot start the threads ({e}); give a smaller --threads"))
             })?;
         let scene = scene(volume, settings)?;
-        let mut notes = Vec::new();
-        let marcher = threads.install(|| Marcher::new(&scene, settings, speed, &mut notes))?;
+        let (marcher, notes) = threads.install(|| Marcher::new(&scene, settings, speed))?;
+        let reconstruction = match marcher.reconstructs() {
+            true => HostReconstruction::nothing(),
+            false => HostReconstruction::new(settings)?,
+        };
         let simd = speed.simd.unwrap_or_else(Simd::best);
         let machine =
             Machine { gpu: marcher.gpu_name(), ..Machine::this(threads.current_num_threads(), simd) };
         Ok(Self {
             marcher,
-            reconstruction: HostReconstruction::new(settings)?,
+            reconstruction,
             paths: Paths::new(settings)?,
             size: settings.frame_size(),
             last_camera: None,
@@ -159,62 +164,52 @@ impl Pipeline {
 
     /// Forgets the frames so far, as after a cut.
     pub fn reset(&mut self) {
+        self.marcher.reset();
         self.reconstruction.reset();
         self.last_camera = None;
     }
 }
 
 impl Marcher {
-    /// Where `speed` asks for; what differs from that goes into `notes`.
-    fn new(
-        scene: &Scene,
-        settings: &RenderSettings,
-        speed: &SpeedSettings,
-        notes: &mut Vec<String>,
-    ) -> Result<Self> {
-        let device = speed.device.clone().unwrap_or_default();
-        if let Some(marcher) = Self::on_gpu(scene, settings, speed, &device, notes)? {
-            return Ok(marcher);
+    /// Where `speed` asks for, and what should be known about it.
+    fn new(scene: &Scene, settings: &RenderSettings, speed: &SpeedSettings) -> Result<(Self, Vec<String>)> {
+        match speed.device.clone().unwrap_or_default().open()? {
+            OpenDevice::Cpu => Ok((Self::on_cpu(scene, settings, speed)?, Vec::new())),
+            #[cfg(feature = "gpu")]
+            OpenDevice::Gpu(gpu) => Self::on_gpu(&gpu, scene, settings, speed),
         }
-        let options =
-            RenderOptions { simd: speed.simd.unwrap_or_else(Simd::best), skip_empty: !speed.no_skip };
-        Ok(Self::Cpu(Box::new(CpuMarcher::new(scene, options, Sampler::new(settings))?)))
     }
 
     #[cfg(feature = "gpu")]
     fn on_gpu(
+        gpu: &fovol_gpu::Gpu,
         scene: &Scene,
         settings: &RenderSettings,
         speed: &SpeedSettings,
-        device: &Device,
-        notes: &mut Vec<String>,
-    ) -> Result<Option<Self>> {
-        let Some(gpu) = device.open()? else { return Ok(None) };
-        let name = gpu.info().name;
-        if gpu.is_software() {
-            notes.push(format!(
+    ) -> Result<(Self, Vec<String>)> {
+        let is_required = matches!(speed.device, Some(Device::Gpu(_)));
+        let slow = || {
+            let name = gpu.info().name;
+            format!(
                 "{name} is a program on the processor, slower than --device cpu; it is good for tests only"
-            ));
-        }
-        match gpu::GpuMarcher::new(&gpu, scene, !speed.no_skip, Sampler::new(settings)) {
-            Ok(marcher) => Ok(Some(Self::Gpu(Box::new(marcher)))),
-            Err(error @ Error::Gpu(_)) if *device == Device::Auto => {
-                notes.push(format!("rendering on the processor: {error}"));
-                Ok(None)
+            )
+        };
+        match gpu::GpuMarcher::new(gpu, scene, !speed.no_skip, settings) {
+            Err(error) if !is_required && error.is_of_gpu() => {
+                let note = format!("rendering on the processor: {error}");
+                Ok((Self::on_cpu(scene, settings, speed)?, vec![note]))
             }
-            Err(error) => Err(error),
+            marcher => {
+                let notes = gpu.is_software().then(slow).into_iter().collect();
+                Ok((Self::Gpu(Box::new(marcher?)), notes))
+            }
         }
     }
 
-    #[cfg(not(feature = "gpu"))]
-    fn on_gpu(
-        _: &Scene,
-        _: &RenderSettings,
-        _: &SpeedSettings,
-        device: &Device,
-        _: &mut Vec<String>,
-    ) -> Result<Option<Self>> {
-        device.name().map(|_| None)
+    fn on_cpu(scene: &Scene, settings: &RenderSettings, speed: &SpeedSettings) -> Result<Self> {
+        let options =
+            RenderOptions { simd: speed.simd.unwrap_or_else(Simd::best), skip_empty: !speed.no_skip };
+        Ok(Self::Cpu(Box::new(CpuMarcher::new(scene, options, Sampler::new(settings))?)))
     }
 
     fn gpu_name(&self) -> Option<String> {
@@ -222,6 +217,23 @@ impl Marcher {
             Self::Cpu(_) => None,
             #[cfg(feature = "gpu")]
             Self::Gpu(marcher) => Some(marcher.gpu().info().name),
+        }
+    }
+
+    /// Whether it makes full frames too.
+    fn reconstructs(&self) -> bool {
+        match self {
+            Self::Cpu(_) => false,
+            #[cfg(feature = "gpu")]
+            Self::Gpu(marcher) => marcher.reconstructs(),
+        }
+    }
+
+    fn reset(&mut self) {
+        match self {
+            Self::Cpu(_) => {}
+            #[cfg(feature = "gpu")]
+            Self::Gpu(marcher) => marcher.reset(),
         }
     }
 

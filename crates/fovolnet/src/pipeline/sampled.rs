@@ -49,20 +49,28 @@ pub struct Sampled {
     pub listed: Option<Listed>,
     /// How many positions repeat others, where they were drawn.
     pub lost: Option<usize>,
+    /// What was made of it already.
+    pub made: Option<Made>,
     pub mask_ms: f64,
     pub march_ms: f64,
 }
 
+/// A full frame, and the milliseconds that it took.
+pub struct Made {
+    pub frame: Frame,
+    pub ms: f64,
+}
+
 impl Sampled {
-    /// A whole frame.
-    pub fn full(frame: Frame, march_ms: f64) -> Self {
-        let mask = SampleMask::full(frame.size());
-        Self { sparse: frame, mask, listed: None, lost: None, mask_ms: 0.0, march_ms }
+    /// A sparse frame, and where it was sampled.
+    pub fn new(sparse: Frame, mask: SampleMask) -> Self {
+        Self { sparse, mask, listed: None, lost: None, made: None, mask_ms: 0.0, march_ms: 0.0 }
     }
 
-    /// The same of positions of which `lost` repeat others.
-    pub fn losing(self, lost: usize) -> Self {
-        Self { lost: Some(lost), ..self }
+    /// A whole frame.
+    pub fn full(frame: Frame) -> Self {
+        let mask = SampleMask::full(frame.size());
+        Self::new(frame, mask)
     }
 }
 
@@ -75,9 +83,15 @@ pub struct HostReconstruction {
 }
 
 impl HostReconstruction {
+    /// What `settings` say.
     pub fn new(settings: &RenderSettings) -> Result<Self> {
         let reconstructor = Reconstructor::new(settings, settings.frame_size())?;
         Ok(Self { reconstructor, finds_motion: false })
+    }
+
+    /// What leaves frames as they are.
+    pub fn nothing() -> Self {
+        Self { reconstructor: Reconstructor::nothing(), finds_motion: false }
     }
 
     pub fn reset(&mut self) {
@@ -94,14 +108,18 @@ impl HostReconstruction {
         let motion = listed
             .zip(view.last_camera)
             .map(|(listed, last)| motion(&listed.list, &listed.depths, &view.camera, &last));
-        let frame = match reconstructs {
-            true => self.reconstructor.reconstruct(&sampled.sparse, motion.as_deref())?,
-            false => sampled.sparse.clone(),
+        let made = match sampled.made {
+            Some(made) => made,
+            None if reconstructs => {
+                let frame = self.reconstructor.reconstruct(&sampled.sparse, motion.as_deref())?;
+                Made { frame, ms: timer.ms() }
+            }
+            None => Made { frame: sampled.sparse.clone(), ms: 0.0 },
         };
         let timings = Timings {
             mask: sampled.mask_ms,
             march: sampled.march_ms,
-            reconstruct: if reconstructs { timer.ms() } else { 0.0 },
+            reconstruct: made.ms,
             total: started.ms(),
         };
         Ok(RenderedFrame {
@@ -109,7 +127,7 @@ impl HostReconstruction {
             sparse: sampled.sparse,
             samples: sampled.listed.map_or(view.size.pixels(), |listed| listed.list.len()),
             mask: sampled.mask,
-            frame,
+            frame: made.frame,
             motion,
             lost: sampled.lost,
             timings,

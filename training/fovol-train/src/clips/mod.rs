@@ -54,6 +54,9 @@ pub struct Scenery {
     pub corner: [u32; 2],
     /// Width and height of the part.
     pub part: FrameSize,
+    /// The graphics processor that rendered it, if one did: its pixels differ from the processor's by rounding.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gpu: Option<String>,
     /// What each frame is seen from.
     pub cameras: Vec<Camera>,
 }
@@ -149,11 +152,12 @@ const SCENERY: &str = "fovolnet.scenery";
 
 #[cfg(test)]
 mod tests {
+    use fovolnet::OpenDevice;
     use super::*;
 
     pub(super) fn small_clip() -> Clip {
         let recipe = Recipe::draw(5, &VolumeSource::parse("marschner-lobb:24:0").unwrap()).with_part(24, 3);
-        record(&recipe, &recipe.source.open().unwrap()).unwrap()
+        record(&recipe, &recipe.source.open().unwrap(), &OpenDevice::Cpu).unwrap()
     }
 
     #[test]

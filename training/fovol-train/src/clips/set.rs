@@ -1,7 +1,7 @@
 use super::recipe::{Recipe, VolumeSource};
 use super::{Clip, record};
 use crate::{Error, Result};
-use fovolnet::OpenVolume;
+use fovolnet::{OpenDevice, OpenVolume};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -89,12 +89,16 @@ impl ClipSet {
         Clip::read(&self.path(&self.recipes[i]))
     }
 
-    /// Makes the clips that are not there yet, and calls `progress` with how many are; it answers whether to go on.
+    /// Makes the clips that are not there yet on `device`, and calls `progress` with how many are; it answers whether to go on.
     /// Volumes of which nothing can be seen are left out and named in the answer.
     ///
     /// # Errors
-    /// Volumes that cannot be read, files that cannot be written.
-    pub fn make(&self, mut progress: impl FnMut(usize) -> bool) -> Result<Vec<String>> {
+    /// Volumes that cannot be read or rendered, files that cannot be written.
+    pub fn make(
+        &self,
+        device: &OpenDevice,
+        mut progress: impl FnMut(usize) -> bool,
+    ) -> Result<Vec<String>> {
         fs::create_dir_all(&self.folder).map_err(|e| Error::file("make", &self.folder, &e))?;
         let list = serde_json::to_string(&List { recipes: self.recipes.clone() });
         let path = self.folder.join(LIST);
@@ -114,9 +118,10 @@ impl ClipSet {
                 Entry::Occupied(open) => open.into_mut(),
                 Entry::Vacant(closed) => closed.insert(recipe.source.open()?),
             };
-            match record(recipe, volume) {
+            match recorded(recipe, volume, device) {
                 Ok(clip) => clip.write(&path)?,
-                Err(_) => left_out.push(recipe.source.to_string()),
+                Err(Error::Clip(_)) => left_out.push(recipe.source.to_string()),
+                Err(error) => return Err(error),
             }
         }
         Ok(left_out)
@@ -124,6 +129,14 @@ impl ClipSet {
 
     fn path(&self, recipe: &Recipe) -> PathBuf {
         self.folder.join(format!("clip_{:06}.zst", recipe.seed))
+    }
+}
+
+/// Renders a clip on `device`, or on the processor where that does not take it.
+fn recorded(recipe: &Recipe, volume: &OpenVolume, device: &OpenDevice) -> Result<Clip> {
+    match record(recipe, volume, device) {
+        Err(Error::Render(error)) if error.is_of_gpu() => record(recipe, volume, &OpenDevice::Cpu),
+        made => made,
     }
 }
 
@@ -138,7 +151,7 @@ mod tests {
         let sources = ["marschner-lobb:16:0", "marschner-lobb:20:1"].map(|s| VolumeSource::parse(s).unwrap());
         let mut set = ClipSet::fly_throughs(folder.path(), &sources, 4, 0);
         set.recipes.iter_mut().for_each(|recipe| *recipe = recipe.clone().with_part(32, 3));
-        assert!(set.make(|_| true).unwrap().is_empty());
+        assert!(set.make(&OpenDevice::Cpu, |_| true).unwrap().is_empty());
         let open = ClipSet::open(folder.path()).unwrap();
         let cameras: Vec<_> = [0, 2].iter().flat_map(|&i| open.clip(i).unwrap().scenery.cameras).collect();
         assert_eq!(cameras, (0..6).map(|i| CameraPath::Flythrough.camera(i)).collect::<Vec<_>>());
@@ -151,10 +164,10 @@ mod tests {
         let sources = ["marschner-lobb:16:0", "marschner-lobb:20:1"].map(|s| VolumeSource::parse(s).unwrap());
         let mut set = ClipSet::plan(folder.path(), &sources, 4, 100);
         set.recipes.iter_mut().for_each(|recipe| *recipe = recipe.clone().with_part(16, 2));
-        set.make(|made| made < 2).unwrap();
+        set.make(&OpenDevice::Cpu, |made| made < 2).unwrap();
         assert_eq!(ClipSet::open(folder.path()).unwrap().len(), 2);
         let first = fs::read(set.path(&set.recipes[0])).unwrap();
-        set.make(|_| true).unwrap();
+        set.make(&OpenDevice::Cpu, |_| true).unwrap();
         let open = ClipSet::open(folder.path()).unwrap();
         assert_eq!(open.len(), 4);
         assert_eq!([2, 3].map(|i| open.recipe(i).source.clone()), sources);

@@ -1,31 +1,55 @@
 use super::Timer;
-use super::sampled::{Listed, Sampled, Sampler};
+use super::sampled::{Listed, Made, Sampled, Sampler};
 use super::view::View;
-use crate::{Result, Sampling};
+use crate::{RenderSettings, Result, Sampling};
 use fovol_core::{Camera, Frame, Pixel, SampleList, Scene};
 use fovol_gpu::Gpu;
-use fovol_render::cpu::{compact, direct, mask_of, scatter};
+use fovol_render::cpu::{DirectSamples, compact, direct, mask_of, scatter};
 use fovol_render::gpu::{self, FrameBuffers, MaskSource, Renderer, Stage};
+use reconstruction::DeviceReconstruction;
 
-/// Rays on a graphics processor.
+mod motion;
+mod reconstruction;
+
+/// Frames on a graphics processor: rays, and what makes full frames of them where that runs there too. Nothing goes through
+/// the host on the way.
 #[derive(Debug)]
 pub struct GpuMarcher {
     renderer: Renderer,
     buffers: FrameBuffers,
     sampler: Sampler,
+    reconstruction: Option<DeviceReconstruction>,
 }
 
 impl GpuMarcher {
-    pub fn new(gpu: &Gpu, scene: &Scene, skip_empty: bool, sampler: Sampler) -> Result<Self> {
+    pub fn new(gpu: &Gpu, scene: &Scene, skip_empty: bool, settings: &RenderSettings) -> Result<Self> {
+        let sampler = Sampler::new(settings);
         let mut renderer = Renderer::new(gpu, scene)?;
         renderer.set_skip_empty(skip_empty);
         let buffers = renderer.frame_buffers(sampler.size)?;
-        Ok(Self { renderer, buffers, sampler })
+        let reconstruction = match sampler.sampling {
+            // Every pixel is there already.
+            Sampling::Full => None,
+            _ => DeviceReconstruction::new(gpu, settings, &buffers)?,
+        };
+        Ok(Self { renderer, buffers, sampler, reconstruction })
     }
 
     /// What it runs on.
     pub fn gpu(&self) -> &Gpu {
         self.renderer.gpu()
+    }
+
+    /// Whether it makes full frames too.
+    pub fn reconstructs(&self) -> bool {
+        self.reconstruction.is_some()
+    }
+
+    /// Forgets the frames so far.
+    pub fn reset(&mut self) {
+        if let Some(reconstruction) = &mut self.reconstruction {
+            reconstruction.reset();
+        }
     }
 
     /// The frame with every pixel marched.
@@ -34,57 +58,69 @@ impl GpuMarcher {
         Ok(self.buffers.read_frame()?)
     }
 
-    /// Only what was sampled comes back from the device, but where it was not packed there.
+    /// A frame; only what was sampled and what was made of it come back from the device.
     pub fn sample(&mut self, view: &View) -> Result<Sampled> {
         let timer = Timer::start();
-        let Sampler { size, sampling, noise, seed } = &self.sampler;
-        let source = MaskSource { fovea: &view.fovea, noise, frame: view.index };
-        match sampling {
-            Sampling::Full => {
-                let frame = self.march_full(&view.camera)?;
-                let (_, march_ms) = self.times(&timer)?;
-                Ok(Sampled::full(frame, march_ms))
-            }
-            Sampling::Reject => {
-                self.renderer.render(&mut self.buffers, &view.camera, gpu::Sampling::Reject(source))?;
-                self.rejected(&timer)
-            }
-            Sampling::Compact => {
-                self.renderer.render(&mut self.buffers, &view.camera, gpu::Sampling::Compact(source))?;
-                self.listed(self.buffers.read_list()?, &timer)
-            }
-            Sampling::Direct => {
-                let drawn = direct(&view.fovea, *size, *seed, view.index);
-                self.renderer.render(&mut self.buffers, &view.camera, gpu::Sampling::List(&drawn.list))?;
-                Ok(self.listed(drawn.list, &timer)?.losing(drawn.lost))
-            }
-        }
+        let drawn = self.render(view)?;
+        self.gpu().wait()?;
+        let done_ms = timer.ms();
+        let (mask_ms, march_ms) = self.times(done_ms)?;
+        let size = self.sampler.size;
+        let made = self.reconstruction.as_ref().map(|reconstruction| {
+            let frame = reconstruction.read_frame(self.gpu(), size)?;
+            Ok::<_, crate::Error>(Made { frame, ms: (done_ms - mask_ms - march_ms).max(0.0) })
+        });
+        let sampled = match self.sampler.sampling {
+            Sampling::Full => Sampled::full(self.buffers.read_frame()?),
+            Sampling::Reject => self.rejected()?,
+            Sampling::Direct | Sampling::Compact => self.listed(drawn)?,
+        };
+        Ok(Sampled { made: made.transpose()?, mask_ms, march_ms, ..sampled })
     }
 
-    /// The samples of `list`, the last that was marched.
-    fn listed(&self, list: SampleList, timer: &Timer) -> Result<Sampled> {
+    /// Tells the device to make a frame, all at once. The positions that were drawn, where they were.
+    fn render(&mut self, view: &View) -> Result<Option<DirectSamples>> {
+        let Sampler { size, sampling, noise, seed } = &self.sampler;
+        let source = MaskSource { fovea: &view.fovea, noise, frame: view.index };
+        let drawn = (*sampling == Sampling::Direct).then(|| direct(&view.fovea, *size, *seed, view.index));
+        let sampling = match (sampling, &drawn) {
+            (_, Some(drawn)) => gpu::Sampling::List(&drawn.list),
+            (Sampling::Full, _) => gpu::Sampling::Full,
+            (Sampling::Reject, _) => gpu::Sampling::Reject(source),
+            _ => gpu::Sampling::Compact(source),
+        };
+        self.renderer.gpu().submit("rendering a frame", |encoder| {
+            self.renderer.encode(encoder, &mut self.buffers, &view.camera, sampling)?;
+            if let Some(reconstruction) = &mut self.reconstruction {
+                reconstruction.encode(encoder, &self.buffers, view)?;
+            }
+            Ok::<_, crate::Error>(())
+        })?;
+        Ok(drawn)
+    }
+
+    /// The samples of the last list: of `drawn`, or that the device made of its mask.
+    fn listed(&self, drawn: Option<DirectSamples>) -> Result<Sampled> {
+        let lost = drawn.as_ref().map(|drawn| drawn.lost);
+        let list = drawn.map_or_else(|| self.buffers.read_list(), |drawn| Ok(drawn.list))?;
         let marched = self.buffers.read_samples()?;
-        let (mask_ms, march_ms) = self.times(timer)?;
         let (sparse, mask) = (scatter(&list, &marched), mask_of(&list));
-        let listed = Some(Listed::new(list, &marched));
-        Ok(Sampled { sparse, mask, listed, lost: None, mask_ms, march_ms })
+        Ok(Sampled { listed: Some(Listed::new(list, &marched)), lost, ..Sampled::new(sparse, mask) })
     }
 
     /// The samples of the last mask, which were marched where they lie.
-    fn rejected(&self, timer: &Timer) -> Result<Sampled> {
+    fn rejected(&self) -> Result<Sampled> {
         let (sparse, mask) = (self.buffers.read_frame()?, self.buffers.read_mask()?);
         let inverse = self.buffers.read_inverse_depths()?;
-        let (mask_ms, march_ms) = self.times(timer)?;
-        let list = compact(&mask);
+        let list: SampleList = compact(&mask);
         let depth = |pixel: &Pixel| 1.0 / inverse[pixel.index(mask.size().width)];
         let depths = list.pixels().iter().map(depth).collect();
-        let listed = Some(Listed { list, depths });
-        Ok(Sampled { sparse, mask, listed, lost: None, mask_ms, march_ms })
+        Ok(Sampled { listed: Some(Listed { list, depths }), ..Sampled::new(sparse, mask) })
     }
 
-    /// Milliseconds of mask and march: on the device where it tells, else all that passed since `timer` started as march.
-    fn times(&self, timer: &Timer) -> Result<(f64, f64)> {
-        let Some(times) = self.buffers.read_times()? else { return Ok((0.0, timer.ms())) };
+    /// Milliseconds of mask and march on the device; where it does not tell, all of `done_ms` as march.
+    fn times(&self, done_ms: f64) -> Result<(f64, f64)> {
+        let Some(times) = self.buffers.read_times()? else { return Ok((0.0, done_ms)) };
         let of = |wanted: [Stage; 2]| {
             times.iter().filter(|time| wanted.contains(&time.stage)).map(|time| time.ms).sum::<f64>()
         };

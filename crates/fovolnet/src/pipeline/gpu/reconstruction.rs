@@ -31,7 +31,8 @@ impl DeviceReconstruction {
                 let network = Network::new(gpu, plan, &weights, precision)?;
                 let state = Box::new(network.state(size)?);
                 let moves = network.plan().inputs().motion.is_some();
-                let motion = moves.then(|| MotionPass::new(gpu, size, buffers.inverse_depths())).transpose()?;
+                let motion =
+                    moves.then(|| MotionPass::new(gpu, size, buffers.inverse_depths())).transpose()?;
                 Ok(Some(Self::Network { network, state, motion }))
             }
         }
