@@ -53,7 +53,7 @@ struct Sources {
 @group(0) @binding(8) var<storage, read_write> result: array<vec2u>;
 
 /// Four channels of what the pixels read.
-var<workgroup> patch: array<vec4f, PATCH>;
+var<workgroup> tile: array<vec4f, PATCH>;
 /// Their weights.
 var<workgroup> kernels: array<vec4f, WEIGHTS>;
 
@@ -99,7 +99,7 @@ fn folded(source: u32, z: u32, at: vec2u, size: vec2u) -> vec4f {
 }
 
 /// Block `block` of all sources together at pixel `at` of `size`.
-fn read(block: u32, at: vec2u, size: vec2u) -> vec4f {
+fn read_block(block: u32, at: vec2u, size: vec2u) -> vec4f {
     let passed = vec4u(vec4u(block) >= sources.ends);
     let source = passed.x + passed.y + passed.z;
     var z = block;
@@ -123,9 +123,9 @@ fn fill_patch(block: u32, first: vec2u, thread: u32) {
         let at = vec2u(clamp(wanted, vec2i(0), vec2i(size) - 1));
         var value = vec4f(0.0);
         if REPLICATE || all(vec2i(at) == wanted) {
-            value = read(block, at, size);
+            value = read_block(block, at, size);
         }
-        patch[i] = value;
+        tile[i] = value;
     }
 }
 
@@ -167,23 +167,23 @@ fn add(sums: ptr<function, Sums>, at: u32, p0: vec4f, p1: vec4f, p2: vec4f, p3: 
     (*sums).b3 += b * p3;
 }
 
-/// Adds tap (`column`, `row`) of the window for the four pixels whose patch begins at `corner`.
+/// Adds tap (`column`, `row`) of the window for the four pixels whose part of the patch begins at `corner`.
 fn add_tap(sums: ptr<function, Sums>, group: u32, corner: u32, column: u32, row: u32) {
     let at = corner + row * PATCH_WIDTH + column;
     let step = STRIDE * PATCH_WIDTH;
     let first = ((row * SIZE + column) * GROUPS + group) * 8u;
-    add(sums, first, patch[at], patch[at + step], patch[at + 2u * step], patch[at + 3u * step]);
+    add(sums, first, tile[at], tile[at + step], tile[at + 2u * step], tile[at + 3u * step]);
 }
 
 /// Adds a column of the window of 3×3: the pixels share what they read.
 fn add_column(sums: ptr<function, Sums>, group: u32, corner: u32, column: u32) {
     let at = corner + column;
-    let p0 = patch[at];
-    let p1 = patch[at + PATCH_WIDTH];
-    let p2 = patch[at + 2u * PATCH_WIDTH];
-    let p3 = patch[at + 3u * PATCH_WIDTH];
-    let p4 = patch[at + 4u * PATCH_WIDTH];
-    let p5 = patch[at + 5u * PATCH_WIDTH];
+    let p0 = tile[at];
+    let p1 = tile[at + PATCH_WIDTH];
+    let p2 = tile[at + 2u * PATCH_WIDTH];
+    let p3 = tile[at + 3u * PATCH_WIDTH];
+    let p4 = tile[at + 4u * PATCH_WIDTH];
+    let p5 = tile[at + 5u * PATCH_WIDTH];
     add(sums, (column * GROUPS + group) * 8u, p0, p1, p2, p3);
     add(sums, ((3u + column) * GROUPS + group) * 8u, p1, p2, p3, p4);
     add(sums, ((6u + column) * GROUPS + group) * 8u, p2, p3, p4, p5);

@@ -125,13 +125,13 @@ fn weighed(tap: u32, at: vec2u, z: u32) -> vec4f {
     if any(wanted < vec2i(0)) || any(wanted >= vec2i(vec2u(shape.width, shape.height))) {
         return vec4f(0.0);
     }
-    let from = vec2u(wanted);
+    let found = vec2u(wanted);
     switch extractBits(READS, 2u * image, 2u) {
-        case BILINEAR: { return bilinear(image, from, z); }
+        case BILINEAR: { return bilinear(image, found, z); }
         case NEAREST: {
-            return stored(image, (z * (shape.height / 2u) + from.y / 2u) * (shape.width / 2u) + from.x / 2u);
+            return stored(image, (z * (shape.height / 2u) + found.y / 2u) * (shape.width / 2u) + found.x / 2u);
         }
-        default: { return stored(image, place(shape, from.x, from.y, z)); }
+        default: { return stored(image, place(shape, found.x, found.y, z)); }
     }
 }
 
@@ -191,10 +191,10 @@ fn weigh(@builtin(global_invocation_id) at: vec3u, @builtin(local_invocation_ind
     let first = EXPAND * at.xy;
     var found = Sums();
     found.largest = vec4f(LEAST);
-    for (var from = 0u; from < BLOCKS; from += HELD) {
-        predict(from, at.xy, thread);
-        for (var block = from; block < min(from + HELD, BLOCKS); block += 1u) {
-            add_block(&found, block, kernels[(block - from) * THREADS + thread], first, at.z);
+    for (var start = 0u; start < BLOCKS; start += HELD) {
+        predict(start, at.xy, thread);
+        for (var block = start; block < min(start + HELD, BLOCKS); block += 1u) {
+            add_block(&found, block, kernels[(block - start) * THREADS + thread], first, at.z);
         }
     }
     result[place(shape, first.x, first.y, at.z)] = found.sums[0] / found.totals.x;

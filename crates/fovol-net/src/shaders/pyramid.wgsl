@@ -45,7 +45,7 @@ const PATCH = 2u * TILE + 2u;
 @group(0) @binding(3) var<storage, read> base: array<vec4f>;
 @group(0) @binding(4) var<storage, read_write> made: array<vec4f>;
 
-var<workgroup> patch: array<vec4f, PATCH * PATCH>;
+var<workgroup> tile: array<vec4f, PATCH * PATCH>;
 
 /// The picture that known pixels are compared with first, at twice its resolution.
 fn doubled_prior(at: vec2u) -> vec3f {
@@ -85,8 +85,8 @@ fn known(at: vec2u) -> vec4f {
 
 /// Means of four pixels along one axis.
 fn blended(i: u32, step: u32) -> vec4f {
-    return (BINOMIAL[0] * patch[i] + BINOMIAL[1] * patch[i + step])
-        + (BINOMIAL[2] * patch[i + 2u * step] + BINOMIAL[3] * patch[i + 3u * step]);
+    return (BINOMIAL[0] * tile[i] + BINOMIAL[1] * tile[i + step])
+        + (BINOMIAL[2] * tile[i + 2u * step] + BINOMIAL[3] * tile[i + 3u * step]);
 }
 
 /// Half the resolution: means over 4×4 pixels, replicated at the border.
@@ -100,7 +100,7 @@ fn pull(
     let last = 2 * vec2i(vec2u(shape.width, shape.height)) - 1;
     let corner = 2 * vec2i(TILE * group.xy) - 1;
     for (var i = thread; i < PATCH * PATCH; i += TILE * TILE) {
-        patch[i] = known(vec2u(clamp(corner + vec2i(vec2u(i % PATCH, i / PATCH)), vec2i(0), last)));
+        tile[i] = known(vec2u(clamp(corner + vec2i(vec2u(i % PATCH, i / PATCH)), vec2i(0), last)));
     }
     workgroupBarrier();
     if !is_inside(shape, at) {
