@@ -100,7 +100,8 @@ mod tests {
     #[test]
     fn tensors_that_are_not_needed_at_once_share_memory() {
         // 0 is a state; 1 is read until 3 is made; 4 takes its place, and grows it; 2 is kept.
-        let kernels = [kernel(&[0], 1), kernel(&[1], 2), kernel(&[1, 2], 3), kernel(&[3], 4), kernel(&[4], 5)];
+        let kernels =
+            [kernel(&[0], 1), kernel(&[1], 2), kernel(&[1, 2], 3), kernel(&[3], 4), kernel(&[4], 5)];
         let bytes = |id: TensorId| [0, 10, 20, 30, 15, 5][id.index()];
         let [apart, kept] = [0, 2].map(|i| HashSet::from([TensorId(i)]));
         let memory = Memory::new(&kernels.iter().collect::<Vec<_>>(), bytes, &apart, &kept);

@@ -145,9 +145,7 @@ impl Network {
     fn check(&self, state: &State) -> Result<()> {
         match state.is_of(&self.made) {
             true => Ok(()),
-            false => {
-                Err(Error::State("it belongs to another network; start one with this network".into()))
-            }
+            false => Err(Error::State("it belongs to another network; start one with this network".into())),
         }
     }
 }

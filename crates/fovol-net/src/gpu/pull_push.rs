@@ -232,15 +232,7 @@ mod tests {
         assert_twins!(
             PULL_PUSH,
             "Levels",
-            Levels {
-                fine_width,
-                fine_height,
-                coarse_width,
-                coarse_height,
-                fine_first,
-                coarse_first,
-                unused,
-            }
+            Levels { fine_width, fine_height, coarse_width, coarse_height, fine_first, coarse_first, unused }
         );
     }
 

@@ -247,7 +247,8 @@ impl State {
         let pixels = self.size.pixels() as u64;
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
         let made = gpu.guarded("making room for frames of the host", || {
-            [("sparse frame", 16), ("motion", 8)].map(|(label, bytes)| gpu.buffer(label, bytes * pixels, usage))
+            [("sparse frame", 16), ("motion", 8)]
+                .map(|(label, bytes)| gpu.buffer(label, bytes * pixels, usage))
         })?;
         Ok(self.uploads.insert(made).clone())
     }

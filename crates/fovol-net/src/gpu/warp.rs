@@ -12,12 +12,7 @@ pub fn kernel(making: &Making<'_>, input: TensorId, motion: TensorId, output: Te
         shader: WARP,
         entry_point: "warp",
         constants: vec![("HALVED", flag(making.is_halved(output))), ("LEVEL", f64::from(level))],
-        operands: vec![
-            Operand::Shape(place),
-            making.read(input),
-            making.read(motion),
-            Operand::Write(place),
-        ],
+        operands: vec![Operand::Shape(place), making.read(input), making.read(motion), Operand::Write(place)],
         groups: Groups::of(place),
     }
 }

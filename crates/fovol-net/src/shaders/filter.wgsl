@@ -29,8 +29,9 @@ const EPSILON = 1e-6;
 /// Less than any weight.
 const LEAST = -1e30;
 const THREADS = 64u;
-/// Blocks of four weights that a thread holds.
-const HELD = 12u;
+/// Blocks of four weights that a thread holds, a multiple of four.
+override HELD: u32;
+override HELD_BY_ALL: u32 = HELD * THREADS;
 /// Blocks of four weights of a feature.
 override BLOCKS: u32 = (EXPAND * EXPAND * TAPS + 3u) / 4u;
 
@@ -47,7 +48,7 @@ override BLOCKS: u32 = (EXPAND * EXPAND * TAPS + 3u) / 4u;
 @group(0) @binding(9) var<storage, read_write> result: array<vec4f>;
 
 /// \[block\]\[thread\]; what a thread writes is read by no other.
-var<workgroup> kernels: array<vec4f, HELD * THREADS>;
+var<workgroup> kernels: array<vec4f, HELD_BY_ALL>;
 
 fn feature(at: vec2u, z: u32) -> vec4f {
     let i = place(served, at.x, at.y, z);
@@ -95,17 +96,11 @@ fn stored(image: u32, i: u32) -> vec4f {
     }
 }
 
-/// Block `z` of an image at half the resolution, bilinear at `at`.
-fn bilinear(image: u32, at: vec2u, z: u32) -> vec4f {
+/// Block `z` of an image of half the resolution at pixel `at`.
+fn doubled(image: u32, at: vec2u, z: u32) -> vec4f {
     let size = vec2u(shape.width, shape.height) / 2u;
-    let near = at / 2u;
-    let far = select(max(near, vec2u(1u)) - 1u, min(near + 1u, size - 1u), at % 2u == vec2u(1u));
-    let first = z * size.y;
-    let a = 0.75 * stored(image, (first + near.y) * size.x + near.x)
-        + 0.25 * stored(image, (first + near.y) * size.x + far.x);
-    let b = 0.75 * stored(image, (first + far.y) * size.x + near.x)
-        + 0.25 * stored(image, (first + far.y) * size.x + far.x);
-    return 0.75 * a + 0.25 * b;
+    let i = z * size.x * size.y + pixels_around(at, size);
+    return between(stored(image, i.x), stored(image, i.y), stored(image, i.z), stored(image, i.w));
 }
 
 /// Block `z` of what tap `tap` of pixel `at` weighs; zero beyond the border.
@@ -127,7 +122,7 @@ fn weighed(tap: u32, at: vec2u, z: u32) -> vec4f {
     }
     let found = vec2u(wanted);
     switch extractBits(READS, 2u * image, 2u) {
-        case BILINEAR: { return bilinear(image, found, z); }
+        case BILINEAR: { return doubled(image, found, z); }
         case NEAREST: {
             return stored(image, (z * (shape.height / 2u) + found.y / 2u) * (shape.width / 2u) + found.x / 2u);
         }
