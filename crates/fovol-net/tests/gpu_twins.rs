@@ -211,3 +211,235 @@ fn unusual_layers_are_those_of_the_cpu() {
         }
     }
 }
+
+#[test]
+#[ignore = "needs an adapter: cargo test --features gpu -- --include-ignored"]
+fn frames_are_normalised_as_a_whole() {
+    // More numbers than all threads read at once, and a block that is not full.
+    let mut b = PlanBuilder::new();
+    let wide = b.conv("wide", &[Read::same(b.colour())], 21, 1, Activation::Elu);
+    let normal = b.norm("norm", wide, Activation::None);
+    let picture = b.conv("picture", &[Read::same(normal)], 3, 1, Activation::Relu);
+    let plan = b.finish(picture);
+    let worst = worst(&GPU, &plan, &random_weights(&plan), size(210, 130), 1);
+    assert!(worst <= TOLERANCE, "{worst}");
+}
+
+#[test]
+#[ignore = "needs an adapter: cargo test --features gpu -- --include-ignored"]
+fn infinity_does_not_stay() {
+    // 1, then −1e38, then what is too large for f32 and starts anew.
+    let mut b = PlanBuilder::new();
+    let before = b.state("before", 3, 0);
+    let next = b.scale(before, -1e38, 1.0);
+    b.keep(before, next);
+    let plan = b.finish(next);
+    assert_eq!(worst(&GPU, &plan, &random_weights(&plan), size(9, 5), 6), 0.0);
+}
+
+/// How close two clips are, in dB.
+fn psnr(a: &[Frame], b: &[Frame]) -> f64 {
+    let pairs = a.iter().zip(b).flat_map(|(a, b)| a.pixels().iter().zip(b.pixels()));
+    let squares: Vec<f64> = pairs.flat_map(|(a, b)| (0..3).map(|c| f64::from(a[c] - b[c]).powi(2))).collect();
+    -10.0 * (squares.iter().sum::<f64>() / squares.len() as f64 + 1e-12).log10()
+}
+
+#[test]
+#[ignore = "needs an adapter: cargo test --features gpu -- --include-ignored"]
+fn halves_stay_close() {
+    for named in Named::ALL {
+        // Wide networks take long in software.
+        let (weights, size, frames) = match Weights::SHIPPED.contains(&named) {
+            true => (Weights::shipped(named), size(75, 50), 16),
+            false => (Weights::random(&named.config(), 3), size(37, 25), 4),
+        };
+        let (weights, plan) = (weights.unwrap(), named.config().plan().unwrap());
+        let (specification, _) = both(&GPU, &plan, &weights);
+        let network = Network::new(&GPU, plan, &weights, Precision::F16).unwrap();
+        assert_eq!(network.precision(), Precision::F16);
+        let (mut expected_state, mut state) = (specification.state(size), network.state(size).unwrap());
+        let mut clips = [Vec::new(), Vec::new()];
+        for (sparse, motion) in &clip(size, frames) {
+            let input = FrameInput { sparse, motion: motion.as_deref() };
+            clips[0].push(specification.reconstruct(&input, &mut expected_state).unwrap());
+            clips[1].push(network.reconstruct(&input, &mut state).unwrap());
+        }
+        let close = psnr(&clips[0], &clips[1]);
+        let exact = clips[0] == clips[1];
+        println!("{named} f16 over {frames} frames: {close:.1} dB");
+        assert!(close >= 45.0 && !exact, "{named}: {close} dB");
+    }
+}
+
+/// A small network, and one of its states.
+fn fast(precision: Precision) -> (Network, impl Fn(FrameSize) -> State) {
+    let weights = Weights::random(&Named::WNetFast.config(), 1).unwrap();
+    let network = Network::new(&GPU, weights.config.plan().unwrap(), &weights, precision).unwrap();
+    let clone = network.clone();
+    (network, move |size| clone.state(size).unwrap())
+}
+
+#[test]
+#[ignore = "needs an adapter: cargo test --features gpu -- --include-ignored"]
+fn states_are_independent_and_start_anew() {
+    let size = size(21, 34);
+    let (network, state) = fast(Precision::F16);
+    let clip = clip(size, 3);
+    let run = |state: &mut State, t: usize| {
+        let (sparse, motion) = &clip[t];
+        network.reconstruct(&FrameInput { sparse, motion: motion.as_deref() }, state).unwrap()
+    };
+    let mut alone = state(size);
+    let expected: Vec<Frame> = (0..3).map(|t| run(&mut alone, t)).collect();
+    let (mut left, mut right) = (state(size), state(size));
+    let mut found = vec![run(&mut left, 0)];
+    run(&mut right, 2);
+    found.push(run(&mut left, 1));
+    run(&mut right, 1);
+    found.push(run(&mut left, 2));
+    assert_eq!(found, expected);
+    assert_ne!(run(&mut left, 0), expected[0], "without memory this proves nothing");
+    // After an odd and after an even number of frames.
+    for _ in 0..2 {
+        left.reset();
+        assert_eq!(run(&mut left, 0), expected[0]);
+        run(&mut left, 1);
+    }
+}
+
+/// `values` in a buffer that shaders read.
+fn uploaded<T: bytemuck::Pod>(values: &[T]) -> wgpu::Buffer {
+    let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
+    let buffer = GPU.buffer("input", size_of_val(values) as u64, usage);
+    GPU.queue().write_buffer(&buffer, 0, bytemuck::cast_slice(values));
+    buffer
+}
+
+#[test]
+#[ignore = "needs an adapter: cargo test --features gpu -- --include-ignored"]
+fn frames_of_the_device_need_no_host() {
+    let size = size(30, 19);
+    let (network, state) = fast(Precision::F32);
+    let clip = clip(size, 4);
+    let (mut expected_state, mut state) = (state(size), state(size));
+    state.set_timed(true);
+    let mut encoder = GPU.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    let mut expected = Frame::new(size);
+    for (sparse, motion) in &clip {
+        let input = FrameInput { sparse, motion: motion.as_deref() };
+        expected = network.reconstruct(&input, &mut expected_state).unwrap();
+        let (sparse, motion) = (uploaded(sparse.pixels()), motion.as_deref().map(uploaded));
+        let input = DeviceInput { sparse: &sparse, motion: motion.as_ref() };
+        network.encode(&mut encoder, input, &mut state).unwrap();
+    }
+    GPU.queue().submit([encoder.finish()]);
+    assert_eq!(state.read_frame().unwrap(), expected);
+    let pixels: Vec<[f32; 4]> = read(&GPU, state.frame_buffer(), size.pixels()).unwrap();
+    assert_eq!(pixels, expected.pixels());
+    if let Some(times) = state.read_times().unwrap() {
+        let names: Vec<&str> = times.iter().map(|time| time.name.as_str()).collect();
+        assert_eq!((names[0], names[names.len() - 1]), ("input", "output"));
+        assert!(names.contains(&"encoder.0.conv1") && names.contains(&"spread"), "{names:?}");
+        assert!(times.iter().all(|time| time.ms >= 0.0));
+    }
+    assert!(expected_state.read_times().unwrap().is_none());
+}
+
+#[test]
+#[ignore = "needs an adapter: cargo test --features gpu -- --include-ignored"]
+fn what_does_not_fit_is_an_error() {
+    let (ours, state) = fast(Precision::F32);
+    let (_, other_state) = fast(Precision::F32);
+    let (small, large) = (size(20, 10), size(21, 10));
+    let frame = Frame::new(small);
+    let input = FrameInput { sparse: &frame, motion: None };
+    let error = ours.reconstruct(&input, &mut other_state(small)).unwrap_err().to_string();
+    assert!(error.contains("another network"), "{error}");
+    let error = ours.reconstruct(&input, &mut state(large)).unwrap_err().to_string();
+    assert!(error.contains("21x10, not 20x10"), "{error}");
+    let short = FrameInput { sparse: &frame, motion: Some(&[[0.0; 2]; 3]) };
+    assert!(ours.reconstruct(&short, &mut state(small)).is_err());
+
+    let mut encoder = GPU.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    let sparse = uploaded(frame.pixels());
+    let input = DeviceInput { sparse: &sparse, motion: None };
+    let error = ours.encode(&mut encoder, input, &mut state(large)).unwrap_err().to_string();
+    assert!(error.contains("3200 bytes, not 3360"), "{error}");
+
+    // Five inputs are more than a shader binds.
+    let mut b = PlanBuilder::new();
+    let five = [Read::same(b.colour()); 5];
+    let out = b.conv("five", &five, 3, 1, Activation::None);
+    let plan = b.finish(out);
+    let error = Network::new(&GPU, plan.clone(), &random_weights(&plan), Precision::F32).unwrap_err();
+    assert!(error.to_string().contains("`five` reads 5 tensors"), "{error}");
+    let wrong = Weights::random(&Named::WNetPaper.config(), 1).unwrap();
+    assert!(Network::new(&GPU, plan, &wrong, Precision::F32).is_err());
+}
+
+/// A device with nothing but what every WebGPU has.
+fn least_device() -> Gpu {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+    let options = wgpu::RequestAdapterOptions::default();
+    let adapter = pollster::block_on(instance.request_adapter(&options)).unwrap();
+    let descriptor =
+        wgpu::DeviceDescriptor { required_limits: wgpu::Limits::default(), ..Default::default() };
+    let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).unwrap();
+    Gpu::shared(device, queue)
+}
+
+#[test]
+#[ignore = "needs an adapter: cargo test --features gpu -- --include-ignored"]
+fn any_webgpu_is_enough_and_too_large_frames_are_refused() {
+    let gpu = least_device();
+    for named in [Named::WNetFast, Named::DeepFoveaOrig] {
+        let config = named.config();
+        let weights = Weights::random(&config, 9).unwrap();
+        let plan = config.plan().unwrap();
+        let worst = worst(&gpu, &plan, &weights, size(19, 18), 2);
+        assert!(worst <= TOLERANCE, "{named}: {worst}");
+        for precision in [Precision::F16, Precision::Auto] {
+            let network = Network::new(&gpu, plan.clone(), &weights, precision).unwrap();
+            assert_ne!(network.precision(), Precision::Auto);
+            let frame = sparse(size(19, 18), 0);
+            let input = FrameInput { sparse: &frame, motion: None };
+            network.reconstruct(&input, &mut network.state(frame.size()).unwrap()).unwrap();
+        }
+        let network = Network::new(&gpu, plan, &weights, Precision::F32).unwrap();
+        let Err(Error::Gpu(GpuError::Limit { what, limit, .. })) = network.state(size(9000, 9000)) else {
+            panic!("{named}")
+        };
+        assert!(what.contains("frame") && limit == "maxStorageBufferBindingSize", "{what} {limit}");
+    }
+}
+
+#[test]
+#[ignore = "needs an adapter: cargo test --features gpu -- --include-ignored"]
+fn memory_is_shared_by_tensors_that_are_not_needed_at_once() {
+    let (network, state) = fast(Precision::F32);
+    let size = size(64, 64);
+    let tensors = network.plan().tensors().iter();
+    let apart = tensors.map(|t| 16 * (size.pixels() as u64 >> (2 * t.level)) * t.channels.div_ceil(4) as u64);
+    let shared = state(size).bytes();
+    assert!(3 * shared < 2 * apart.sum::<u64>(), "{shared}");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..Default::default() })]
+    #[test]
+    #[ignore = "needs an adapter: cargo test --features gpu -- --include-ignored"]
+    fn filled_frames_are_those_of_the_cpu(w in 1u32..70, h in 1u32..50, seed in 0u64..1000, density in 0u32..60) {
+        let size = size(w, h);
+        let mut frame = Frame::new(size);
+        for (i, pixel) in frame.pixels_mut().iter_mut().enumerate() {
+            let number = |k: u64| random((seed << 32) + 5 * i as u64 + k);
+            let is_sampled = number(0) * 100.0 < density as f32;
+            *pixel = if is_sampled { [number(1), number(2), 30.0 * number(3), 1.0] } else { [0.0; 4] };
+        }
+        let expected = Fill::PullPush.reconstruct(&frame);
+        let found = PullPush::new(&GPU, size).unwrap().reconstruct(&frame).unwrap();
+        for (found, expected) in values(&found).iter().zip(values(&expected)) {
+            prop_assert!((found - expected).abs() <= 1e-5 * expected.abs().max(1.0), "{found} {expected}");
+        }
+    }
+}

@@ -9,6 +9,9 @@ use crate::plan::{Filter, Normalisation, Taps};
 /// The most images that a kernel weighs.
 const IMAGES: usize = 4;
 
+/// The most blocks of four weights that a thread holds: as many as a workgroup of them has memory for.
+const MOST_HELD: usize = 12;
+
 /// The kernel of a predicted kernel.
 ///
 /// # Errors
@@ -42,6 +45,7 @@ pub fn kernel(making: &Making<'_>, filter: &Filter) -> Result<Kernel> {
             ("TAPS", filter.taps() as f64),
             ("SOFTMAX", flag(filter.normalisation == Normalisation::Softmax)),
             ("HALVED", flag(making.is_halved(filter.features))),
+            ("HELD", bias.len().div_ceil(BLOCK).next_multiple_of(4).min(MOST_HELD) as f64),
             ("END_0", end(0) as f64),
             ("END_1", end(1) as f64),
             ("END_2", end(2) as f64),

@@ -53,7 +53,7 @@ struct Sources {
 @group(0) @binding(8) var<storage, read_write> result: array<vec2u>;
 
 /// Four channels of what the pixels read.
-var<workgroup> patch: array<vec4f, PATCH>;
+var<workgroup> patch_pixels: array<vec4f, PATCH>;
 /// Their weights.
 var<workgroup> kernels: array<vec4f, WEIGHTS>;
 
@@ -74,16 +74,10 @@ fn stored(source: u32, i: u32) -> vec4f {
     return bitcast<vec4f>(vec4u(word(source, 2u * i), word(source, 2u * i + 1u)));
 }
 
-/// Block `z` of a source that is read as they are, at `at` of `size` pixels.
-fn bilinear(source: u32, z: u32, at: vec2u, size: vec2u) -> vec4f {
-    let near = at / 2u;
-    let far = select(max(near, vec2u(1u)) - 1u, min(near + 1u, size - 1u), at % 2u == vec2u(1u));
-    let first = z * size.y;
-    let a = 0.75 * stored(source, (first + near.y) * size.x + near.x)
-        + 0.25 * stored(source, (first + near.y) * size.x + far.x);
-    let b = 0.75 * stored(source, (first + far.y) * size.x + near.x)
-        + 0.25 * stored(source, (first + far.y) * size.x + far.x);
-    return 0.75 * a + 0.25 * b;
+/// Block `z` of a source of `size` pixels at twice its resolution.
+fn doubled(source: u32, z: u32, at: vec2u, size: vec2u) -> vec4f {
+    let i = z * size.x * size.y + pixels_around(at, size);
+    return between(stored(source, i.x), stored(source, i.y), stored(source, i.z), stored(source, i.w));
 }
 
 /// 2×2 pixels of channel `z` as four channels.
@@ -99,7 +93,7 @@ fn folded(source: u32, z: u32, at: vec2u, size: vec2u) -> vec4f {
 }
 
 /// Block `block` of all sources together at pixel `at` of `size`.
-fn read(block: u32, at: vec2u, size: vec2u) -> vec4f {
+fn read_block(block: u32, at: vec2u, size: vec2u) -> vec4f {
     let passed = vec4u(vec4u(block) >= sources.ends);
     let source = passed.x + passed.y + passed.z;
     var z = block;
@@ -107,7 +101,7 @@ fn read(block: u32, at: vec2u, size: vec2u) -> vec4f {
         z -= sources.ends[source - 1u];
     }
     switch extractBits(READS, 2u * source, 2u) {
-        case BILINEAR: { return bilinear(source, z, at, size / 2u); }
+        case BILINEAR: { return doubled(source, z, at, size / 2u); }
         case NEAREST: { return stored(source, (z * (size.y / 2u) + at.y / 2u) * (size.x / 2u) + at.x / 2u); }
         case FOLDED: { return folded(source, z, at, size); }
         default: { return stored(source, (z * size.y + at.y) * size.x + at.x); }
@@ -123,9 +117,9 @@ fn fill_patch(block: u32, first: vec2u, thread: u32) {
         let at = vec2u(clamp(wanted, vec2i(0), vec2i(size) - 1));
         var value = vec4f(0.0);
         if REPLICATE || all(vec2i(at) == wanted) {
-            value = read(block, at, size);
+            value = read_block(block, at, size);
         }
-        patch[i] = value;
+        patch_pixels[i] = value;
     }
 }
 
@@ -167,23 +161,23 @@ fn add(sums: ptr<function, Sums>, at: u32, p0: vec4f, p1: vec4f, p2: vec4f, p3: 
     (*sums).b3 += b * p3;
 }
 
-/// Adds tap (`column`, `row`) of the window for the four pixels whose patch begins at `corner`.
+/// Adds tap (`column`, `row`) of the window for the four pixels whose part of the patch begins at `corner`.
 fn add_tap(sums: ptr<function, Sums>, group: u32, corner: u32, column: u32, row: u32) {
     let at = corner + row * PATCH_WIDTH + column;
     let step = STRIDE * PATCH_WIDTH;
     let first = ((row * SIZE + column) * GROUPS + group) * 8u;
-    add(sums, first, patch[at], patch[at + step], patch[at + 2u * step], patch[at + 3u * step]);
+    add(sums, first, patch_pixels[at], patch_pixels[at + step], patch_pixels[at + 2u * step], patch_pixels[at + 3u * step]);
 }
 
 /// Adds a column of the window of 3×3: the pixels share what they read.
 fn add_column(sums: ptr<function, Sums>, group: u32, corner: u32, column: u32) {
     let at = corner + column;
-    let p0 = patch[at];
-    let p1 = patch[at + PATCH_WIDTH];
-    let p2 = patch[at + 2u * PATCH_WIDTH];
-    let p3 = patch[at + 3u * PATCH_WIDTH];
-    let p4 = patch[at + 4u * PATCH_WIDTH];
-    let p5 = patch[at + 5u * PATCH_WIDTH];
+    let p0 = patch_pixels[at];
+    let p1 = patch_pixels[at + PATCH_WIDTH];
+    let p2 = patch_pixels[at + 2u * PATCH_WIDTH];
+    let p3 = patch_pixels[at + 3u * PATCH_WIDTH];
+    let p4 = patch_pixels[at + 4u * PATCH_WIDTH];
+    let p5 = patch_pixels[at + 5u * PATCH_WIDTH];
     add(sums, (column * GROUPS + group) * 8u, p0, p1, p2, p3);
     add(sums, ((3u + column) * GROUPS + group) * 8u, p1, p2, p3, p4);
     add(sums, ((6u + column) * GROUPS + group) * 8u, p2, p3, p4, p5);

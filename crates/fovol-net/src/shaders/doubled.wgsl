@@ -1,13 +1,19 @@
-// Pictures at twice their resolution. Twin of cpu/doubled.rs.
+// Pictures at twice their resolution, bilinear. Twin of cpu/doubled.rs.
 
-/// Two neighbours of a pixel in a picture of half the resolution, of which the first is weighed by ¾.
-struct Halves {
-    near: vec2u,
-    far: vec2u,
+/// The four pixels of a picture of half the resolution that pixel `at` lies between, replicated at the border, the nearest
+/// first; `size` is that of the picture.
+fn pixels_around(at: vec2u, size: vec2u) -> vec4u {
+    let near = at / 2u;
+    let far = select(max(near, vec2u(1u)) - 1u, min(near + 1u, size - 1u), at % 2u == vec2u(1u));
+    return vec4u(
+        near.y * size.x + near.x,
+        near.y * size.x + far.x,
+        far.y * size.x + near.x,
+        far.y * size.x + far.x,
+    );
 }
 
-/// Those of pixel `at` in `size` pixels, replicated at the border.
-fn halves(at: vec2u, size: vec2u) -> Halves {
-    let near = at / 2u;
-    return Halves(near, select(max(near, vec2u(1u)) - 1u, min(near + 1u, size - 1u), at % 2u == vec2u(1u)));
+/// What lies between the numbers of these four.
+fn between(a: vec4f, b: vec4f, c: vec4f, d: vec4f) -> vec4f {
+    return 0.75 * (0.75 * a + 0.25 * b) + 0.25 * (0.75 * c + 0.25 * d);
 }

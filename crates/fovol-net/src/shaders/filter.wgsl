@@ -29,8 +29,9 @@ const EPSILON = 1e-6;
 /// Less than any weight.
 const LEAST = -1e30;
 const THREADS = 64u;
-/// Blocks of four weights that a thread holds.
-const HELD = 12u;
+/// Blocks of four weights that a thread holds, a multiple of four.
+override HELD: u32;
+override HELD_BY_ALL: u32 = HELD * THREADS;
 /// Blocks of four weights of a feature.
 override BLOCKS: u32 = (EXPAND * EXPAND * TAPS + 3u) / 4u;
 
@@ -47,7 +48,7 @@ override BLOCKS: u32 = (EXPAND * EXPAND * TAPS + 3u) / 4u;
 @group(0) @binding(9) var<storage, read_write> result: array<vec4f>;
 
 /// \[block\]\[thread\]; what a thread writes is read by no other.
-var<workgroup> kernels: array<vec4f, HELD * THREADS>;
+var<workgroup> kernels: array<vec4f, HELD_BY_ALL>;
 
 fn feature(at: vec2u, z: u32) -> vec4f {
     let i = place(served, at.x, at.y, z);
@@ -95,17 +96,11 @@ fn stored(image: u32, i: u32) -> vec4f {
     }
 }
 
-/// Block `z` of an image at half the resolution, bilinear at `at`.
-fn bilinear(image: u32, at: vec2u, z: u32) -> vec4f {
+/// Block `z` of an image of half the resolution at pixel `at`.
+fn doubled(image: u32, at: vec2u, z: u32) -> vec4f {
     let size = vec2u(shape.width, shape.height) / 2u;
-    let near = at / 2u;
-    let far = select(max(near, vec2u(1u)) - 1u, min(near + 1u, size - 1u), at % 2u == vec2u(1u));
-    let first = z * size.y;
-    let a = 0.75 * stored(image, (first + near.y) * size.x + near.x)
-        + 0.25 * stored(image, (first + near.y) * size.x + far.x);
-    let b = 0.75 * stored(image, (first + far.y) * size.x + near.x)
-        + 0.25 * stored(image, (first + far.y) * size.x + far.x);
-    return 0.75 * a + 0.25 * b;
+    let i = z * size.x * size.y + pixels_around(at, size);
+    return between(stored(image, i.x), stored(image, i.y), stored(image, i.z), stored(image, i.w));
 }
 
 /// Block `z` of what tap `tap` of pixel `at` weighs; zero beyond the border.
@@ -125,13 +120,13 @@ fn weighed(tap: u32, at: vec2u, z: u32) -> vec4f {
     if any(wanted < vec2i(0)) || any(wanted >= vec2i(vec2u(shape.width, shape.height))) {
         return vec4f(0.0);
     }
-    let from = vec2u(wanted);
+    let found = vec2u(wanted);
     switch extractBits(READS, 2u * image, 2u) {
-        case BILINEAR: { return bilinear(image, from, z); }
+        case BILINEAR: { return doubled(image, found, z); }
         case NEAREST: {
-            return stored(image, (z * (shape.height / 2u) + from.y / 2u) * (shape.width / 2u) + from.x / 2u);
+            return stored(image, (z * (shape.height / 2u) + found.y / 2u) * (shape.width / 2u) + found.x / 2u);
         }
-        default: { return stored(image, place(shape, from.x, from.y, z)); }
+        default: { return stored(image, place(shape, found.x, found.y, z)); }
     }
 }
 
@@ -191,10 +186,10 @@ fn weigh(@builtin(global_invocation_id) at: vec3u, @builtin(local_invocation_ind
     let first = EXPAND * at.xy;
     var found = Sums();
     found.largest = vec4f(LEAST);
-    for (var from = 0u; from < BLOCKS; from += HELD) {
-        predict(from, at.xy, thread);
-        for (var block = from; block < min(from + HELD, BLOCKS); block += 1u) {
-            add_block(&found, block, kernels[(block - from) * THREADS + thread], first, at.z);
+    for (var start = 0u; start < BLOCKS; start += HELD) {
+        predict(start, at.xy, thread);
+        for (var block = start; block < min(start + HELD, BLOCKS); block += 1u) {
+            add_block(&found, block, kernels[(block - start) * THREADS + thread], first, at.z);
         }
     }
     result[place(shape, first.x, first.y, at.z)] = found.sums[0] / found.totals.x;

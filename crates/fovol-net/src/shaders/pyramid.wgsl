@@ -45,24 +45,18 @@ const PATCH = 2u * TILE + 2u;
 @group(0) @binding(3) var<storage, read> base: array<vec4f>;
 @group(0) @binding(4) var<storage, read_write> made: array<vec4f>;
 
-var<workgroup> patch: array<vec4f, PATCH * PATCH>;
+var<workgroup> patch_pixels: array<vec4f, PATCH * PATCH>;
 
 /// The picture that known pixels are compared with first, at twice its resolution.
 fn doubled_prior(at: vec2u) -> vec3f {
-    let size = vec2u(shape.width, shape.height);
-    let to = halves(at, size);
-    let a = 0.75 * prior[to.near.y * size.x + to.near.x] + 0.25 * prior[to.far.y * size.x + to.near.x];
-    let b = 0.75 * prior[to.near.y * size.x + to.far.x] + 0.25 * prior[to.far.y * size.x + to.far.x];
-    return (0.75 * a + 0.25 * b).rgb;
+    let i = pixels_around(at, vec2u(shape.width, shape.height));
+    return between(prior[i.x], prior[i.y], prior[i.z], prior[i.w]).rgb;
 }
 
 /// And the second one.
 fn doubled_fresh(at: vec2u) -> vec3f {
-    let size = vec2u(shape.width, shape.height);
-    let to = halves(at, size);
-    let a = 0.75 * fresh[to.near.y * size.x + to.near.x] + 0.25 * fresh[to.far.y * size.x + to.near.x];
-    let b = 0.75 * fresh[to.near.y * size.x + to.far.x] + 0.25 * fresh[to.far.y * size.x + to.far.x];
-    return (0.75 * a + 0.25 * b).rgb;
+    let i = pixels_around(at, vec2u(shape.width, shape.height));
+    return between(fresh[i.x], fresh[i.y], fresh[i.z], fresh[i.w]).rgb;
 }
 
 fn mean_square(known: vec4f, expected: vec3f) -> f32 {
@@ -85,8 +79,8 @@ fn known(at: vec2u) -> vec4f {
 
 /// Means of four pixels along one axis.
 fn blended(i: u32, step: u32) -> vec4f {
-    return (BINOMIAL[0] * patch[i] + BINOMIAL[1] * patch[i + step])
-        + (BINOMIAL[2] * patch[i + 2u * step] + BINOMIAL[3] * patch[i + 3u * step]);
+    return (BINOMIAL[0] * patch_pixels[i] + BINOMIAL[1] * patch_pixels[i + step])
+        + (BINOMIAL[2] * patch_pixels[i + 2u * step] + BINOMIAL[3] * patch_pixels[i + 3u * step]);
 }
 
 /// Half the resolution: means over 4×4 pixels, replicated at the border.
@@ -100,7 +94,7 @@ fn pull(
     let last = 2 * vec2i(vec2u(shape.width, shape.height)) - 1;
     let corner = 2 * vec2i(TILE * group.xy) - 1;
     for (var i = thread; i < PATCH * PATCH; i += TILE * TILE) {
-        patch[i] = known(vec2u(clamp(corner + vec2i(vec2u(i % PATCH, i / PATCH)), vec2i(0), last)));
+        patch_pixels[i] = known(vec2u(clamp(corner + vec2i(vec2u(i % PATCH, i / PATCH)), vec2i(0), last)));
     }
     workgroupBarrier();
     if !is_inside(shape, at) {
@@ -115,11 +109,8 @@ fn pull(
 
 /// The coarser level at pixel `at`.
 fn doubled_coarser(at: vec2u) -> vec4f {
-    let size = vec2u(shape.width, shape.height) / 2u;
-    let to = halves(at, size);
-    let a = 0.75 * coarser[to.near.y * size.x + to.near.x] + 0.25 * coarser[to.far.y * size.x + to.near.x];
-    let b = 0.75 * coarser[to.near.y * size.x + to.far.x] + 0.25 * coarser[to.far.y * size.x + to.far.x];
-    return 0.75 * a + 0.25 * b;
+    let i = pixels_around(at, vec2u(shape.width, shape.height) / 2u);
+    return between(coarser[i.x], coarser[i.y], coarser[i.z], coarser[i.w]);
 }
 
 /// Adds what is missing from the coarser level.

@@ -14,13 +14,11 @@ fn blend(@builtin(global_invocation_id) at: vec3u) {
     if !is_inside(shape, at) {
         return;
     }
-    let size = vec2u(shape.width, shape.height) / 2u;
-    let to = halves(at.xy, size);
-    let a = 0.75 * base[to.near.y * size.x + to.near.x] + 0.25 * base[to.far.y * size.x + to.near.x];
-    let b = 0.75 * base[to.near.y * size.x + to.far.x] + 0.25 * base[to.far.y * size.x + to.far.x];
+    let around = pixels_around(at.xy, vec2u(shape.width, shape.height) / 2u);
+    let filling = between(base[around.x], base[around.y], base[around.z], base[around.w]);
     let i = place(shape, at.x, at.y, 0u);
     let pixel = known[i];
-    blended[i] = vec4f(pixel.rgb + (1.0 - pixel.a) * (0.75 * a + 0.25 * b).rgb, 0.0);
+    blended[i] = vec4f(pixel.rgb + (1.0 - pixel.a) * filling.rgb, 0.0);
 }
 
 /// Row `y` of block `z` by (1, 2, 1)/4 around `x`.

@@ -55,9 +55,9 @@ fn warp(@builtin(global_invocation_id) at: vec3u) {
     if !is_inside(shape, at) {
         return;
     }
-    let from = vec2f(at.xy) + mean_motion(at.xy);
-    let x = along(from.x, shape.width);
-    let y = along(from.y, shape.height);
+    let wanted = vec2f(at.xy) + mean_motion(at.xy);
+    let x = along(wanted.x, shape.width);
+    let y = along(wanted.y, shape.height);
     let above = y.weights[0] * x.weights[0] * number(x.pixels[0], y.pixels[0], at.z)
         + y.weights[0] * x.weights[1] * number(x.pixels[1], y.pixels[0], at.z);
     let below = y.weights[1] * x.weights[0] * number(x.pixels[0], y.pixels[1], at.z)
