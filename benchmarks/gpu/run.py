@@ -72,7 +72,7 @@ class Run:
                     )  # fmt: skip
                 gpu = Path(folder) / self.given.device.partition(":")[0]
                 compared = self.fovolnet("metrics", Path(folder) / "cpu", gpu)
-            psnr = compared and compared["mean"]["psnr"]
+            psnr = compared and compared["psnr"]
             right &= psnr is None or psnr == "inf" or float(psnr) >= least
             right &= compared is not None
             self.keep("same_frames", {"reconstruct": how, "psnr": psnr, "least": least})
