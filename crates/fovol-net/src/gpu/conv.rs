@@ -5,15 +5,12 @@ use super::tensor::{BLOCK, Place};
 use crate::Result;
 use crate::plan::{Activation, Conv, Padding, Read, Resize};
 use bytemuck::{Pod, Zeroable};
-use half::f16;
 use wgpu::BufferUsages;
 
 /// The most tensors that a convolution reads.
 const SOURCES: usize = 4;
 /// Columns of pixels of a workgroup; as in shaders/conv.wgsl.
 const COLUMNS: u32 = 16;
-/// Channels that a thread makes.
-const EIGHT: usize = 2 * BLOCK;
 
 /// Where the sources of a convolution end, in blocks of all together. Twin of `Sources` in shaders/conv.wgsl.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
@@ -54,18 +51,16 @@ pub fn kernel(making: &Making<'_>, conv: &Conv) -> Result<Kernel> {
     let (weights, bias) = making.parameters(&conv.name)?;
     let channels: Vec<usize> = conv.inputs.iter().map(|read| making.channels(read.tensor)).collect();
     let packing = Packing::new(conv.size, &channels, bias.len());
-    // Layers that make pictures keep exact weights.
-    let is_halved = making.is_halved(conv.output);
     let output = Place::Tensor(conv.output);
     let rows = if conv.stride == 1 { 4 } else { 2 };
     let read = |read: &Read| making.moved(read.tensor).unwrap_or(read.tensor);
     let source = |i: usize| conv.inputs.get(i).unwrap_or(&conv.inputs[0]);
     let mut halves: Vec<bool> = (0..SOURCES).map(|i| making.is_halved(read(source(i)))).collect();
-    halves.extend([is_halved, is_halved]);
+    halves.push(making.is_halved(conv.output));
     let mut operands = vec![Operand::Shape(output), packing.sources(making, &channels)];
     operands.extend((0..SOURCES).map(|i| making.read(read(source(i)))));
     operands.extend([
-        packing.learned(making, &conv.name, weights, is_halved),
+        making.learned(&conv.name, &packing.packed(weights)),
         making.learned(&conv.name, &padded(bias)),
         Operand::Write(output),
     ]);
@@ -81,13 +76,13 @@ pub fn kernel(making: &Making<'_>, conv: &Conv) -> Result<Kernel> {
             ("STRIDE", conv.stride as f64),
             ("REPLICATE", flag(conv.padding == Padding::Replicate)),
             ("ACTIVATION", activation_number(conv.activation)),
-            ("GROUPS", packing.groups as f64),
+            ("BLOCKS", packing.blocks as f64),
             ("ROWS", f64::from(rows)),
             ("HALVES", bits(&halves)),
             ("READS", f64::from(reads)),
         ],
         operands,
-        groups: Groups::Over(output, [COLUMNS, 4 * rows, 2 * packing.groups as u32]),
+        groups: Groups::Over(output, [COLUMNS, 4 * rows, packing.blocks as u32]),
     })
 }
 
@@ -104,8 +99,8 @@ struct Packing {
     /// For each lane of each block that is read the channel of the inputs, if it is one.
     inputs: Vec<Option<usize>>,
     outputs: usize,
-    /// Eights of channels that a workgroup makes.
-    groups: usize,
+    /// Blocks of outputs that a workgroup makes.
+    blocks: usize,
 }
 
 impl Packing {
@@ -118,7 +113,7 @@ impl Packing {
             inputs.extend(lanes.map(|lane| (lane < count).then_some(first + lane)));
             first += count;
         }
-        Self { size, inputs, outputs, groups: groups(outputs.div_ceil(EIGHT)) }
+        Self { size, inputs, outputs, blocks: blocks(outputs.div_ceil(BLOCK)) }
     }
 
     /// Where each input ends.
@@ -133,34 +128,23 @@ impl Packing {
         Operand::Uniform(making.buffer("sources", &bytes, BufferUsages::UNIFORM))
     }
 
-    /// `weights`, \[output\]\[input\]\[row\]\[column\], in the order of their use on the device.
-    fn learned(&self, making: &Making<'_>, name: &str, weights: &[f32], is_halved: bool) -> Operand {
-        let packed = self.packed(weights);
-        if !is_halved {
-            return making.learned(name, &packed);
-        }
-        let halves: Vec<f16> = packed.into_iter().map(f16::from_f32).collect();
-        Operand::Learned(making.buffer(name, bytemuck::cast_slice(&halves), BufferUsages::STORAGE))
-    }
-
-    /// \[workgroup\]\[block\]\[tap\]\[eight outputs\]\[half of them\]\[input\]\[output\], zeros where there is none.
+    /// `weights`, \[output\]\[input\]\[row\]\[column\], as \[workgroup\]\[block of inputs\]\[tap\]\[block of
+    /// outputs\]\[input\]\[output\], zeros where there is none.
     fn packed(&self, weights: &[f32]) -> Vec<f32> {
         let taps = self.size * self.size;
         let count = self.inputs.iter().flatten().count();
         let mut packed = Vec::new();
-        for workgroup in 0..self.outputs.div_ceil(EIGHT * self.groups) {
+        for workgroup in 0..self.outputs.div_ceil(BLOCK * self.blocks) {
             for block in self.inputs.chunks(BLOCK) {
-                for (tap, half) in (0..taps).flat_map(|tap| (0..2 * self.groups).map(move |half| (tap, half)))
-                {
-                    let first = (workgroup * 2 * self.groups + half) * BLOCK;
-                    for input in block {
-                        packed.extend((first..first + BLOCK).map(|output| match input {
-                            Some(input) if output < self.outputs => {
-                                weights[(output * count + input) * taps + tap]
-                            }
-                            _ => 0.0,
-                        }));
-                    }
+                let matrices = (0..taps).flat_map(|tap| (0..self.blocks).map(move |of| (tap, of)));
+                for ((tap, of), input) in matrices.flat_map(|at| block.iter().map(move |input| (at, input))) {
+                    let first = (workgroup * self.blocks + of) * BLOCK;
+                    packed.extend((first..first + BLOCK).map(|output| match input {
+                        Some(input) if output < self.outputs => {
+                            weights[(output * count + input) * taps + tap]
+                        }
+                        _ => 0.0,
+                    }));
                 }
             }
         }
@@ -168,10 +152,10 @@ impl Packing {
     }
 }
 
-/// How many of `eights` of channels a workgroup makes: as many as share what is read, and as few as leave none of them
+/// How many of `all` blocks of channels a workgroup makes: as many as share what is read, and as few as leave none of them
 /// without work.
-fn groups(eights: usize) -> usize {
-    let cost = |groups: &usize| eights.div_ceil(*groups) * (2 * groups + 1);
+fn blocks(all: usize) -> usize {
+    let cost = |blocks: &usize| all.div_ceil(*blocks) * (2 * blocks + 1);
     (1..=4).rev().min_by_key(cost).unwrap_or(1)
 }
 
@@ -187,8 +171,7 @@ mod tests {
 
     #[test]
     fn workgroups_share_work_without_waste() {
-        let found: Vec<usize> = [1, 2, 4, 6, 8, 10, 12, 16].map(groups).to_vec();
-        assert_eq!(found, [1, 2, 4, 3, 4, 2, 4, 4]);
+        assert_eq!([1, 2, 3, 4, 6, 8, 12, 20, 32].map(blocks), [1, 2, 3, 4, 3, 4, 4, 4, 4]);
     }
 
     #[test]
@@ -197,8 +180,8 @@ mod tests {
         let packing = Packing::new(1, &[3, 1], 9);
         let weights: Vec<f32> = (0..9 * 4).map(|i| i as f32 + 1.0).collect();
         let packed = packing.packed(&weights);
-        let workgroups = 9usize.div_ceil(EIGHT * packing.groups);
-        assert_eq!(packed.len(), workgroups * 2 * packing.groups * EIGHT * BLOCK);
+        // Three blocks of outputs by two of inputs.
+        assert_eq!((packing.blocks, packed.len()), (3, 6 * BLOCK * BLOCK));
         // Output 1, input 2: the second lane of the third row of the first block.
         assert_eq!(packed[2 * BLOCK + 1], weights[4 + 2]);
         // The fourth row has no input.

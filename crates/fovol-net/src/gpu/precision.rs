@@ -11,7 +11,7 @@ pub enum Precision {
     Auto,
     /// f32 throughout.
     F32,
-    /// Wide tensors and the weights of convolutions are stored as f16, on any device: half the memory and traffic.
+    /// Wide tensors are stored as f16, on any device: half the memory and traffic.
     F16,
 }
 

@@ -1,8 +1,8 @@
 // Convolutions of concatenated tensors. Twin of cpu/conv.
 //
-// A workgroup makes some rows of 16 pixels of up to 32 channels. For four channels of the inputs at a time it brings what
-// its pixels read (resized, joined, padded) and the weights into workgroup memory; each thread adds up four pixels, one
-// below the other, of eight channels in registers.
+// A workgroup makes some rows of 16 pixels of up to 16 channels. For four channels of the inputs at a time it brings what
+// its pixels read (resized, joined, padded) into workgroup memory; each thread adds up four pixels, one below the other, in
+// registers. Weights are the same for all threads of a workgroup.
 
 /// The edge of the window: 1 or 3.
 override SIZE: u32;
@@ -12,18 +12,17 @@ override STRIDE: u32;
 override REPLICATE: bool;
 /// See `activated`.
 override ACTIVATION: u32;
-/// Eights of channels that a workgroup makes.
-override GROUPS: u32;
+/// Blocks of four channels that a workgroup makes, up to four.
+override BLOCKS: u32;
 /// Fours of rows that a workgroup makes.
 override ROWS: u32;
-/// Which sources are of halves, a bit each; then the output, then the weights.
+/// Which sources are of halves, a bit each; then the output.
 override HALVES: u32;
 /// How sources are read, two bits each: as they are, bilinearly at twice the resolution, the nearest there, or with 2×2
 /// pixels as four channels.
 override READS: u32;
 
 const OUTPUT_HALVED = 4u;
-const WEIGHTS_HALVED = 5u;
 const BILINEAR = 1u;
 const NEAREST = 2u;
 const FOLDED = 3u;
@@ -32,8 +31,7 @@ const COLUMNS = 16u;
 override PATCH_WIDTH: u32 = (COLUMNS - 1u) * STRIDE + SIZE;
 override PATCH_HEIGHT: u32 = (4u * ROWS - 1u) * STRIDE + SIZE;
 override PATCH: u32 = PATCH_WIDTH * PATCH_HEIGHT;
-override WEIGHTS: u32 = SIZE * SIZE * GROUPS * 8u;
-override THREADS: u32 = COLUMNS * ROWS * GROUPS;
+override THREADS: u32 = COLUMNS * ROWS;
 
 /// Twin of `Sources` in gpu/conv.rs.
 struct Sources {
@@ -47,15 +45,13 @@ struct Sources {
 @group(0) @binding(3) var<storage, read> source_1: array<vec2u>;
 @group(0) @binding(4) var<storage, read> source_2: array<vec2u>;
 @group(0) @binding(5) var<storage, read> source_3: array<vec2u>;
-/// In the order of their use: \[workgroup\]\[block\]\[tap\]\[eight channels\]\[half of them\]\[input\], four channels each.
-@group(0) @binding(6) var<storage, read> weights: array<vec2u>;
+/// In the order of their use, \[workgroup\]\[block of inputs\]\[tap\]\[block of outputs\]; a column for each input.
+@group(0) @binding(6) var<storage, read> weights: array<mat4x4f>;
 @group(0) @binding(7) var<storage, read> biases: array<vec4f>;
 @group(0) @binding(8) var<storage, read_write> result: array<vec2u>;
 
 /// Four channels of what the pixels read.
 var<workgroup> patch_pixels: array<vec4f, PATCH>;
-/// Their weights.
-var<workgroup> kernels: array<vec4f, WEIGHTS>;
 
 fn word(source: u32, i: u32) -> vec2u {
     switch source {
@@ -80,15 +76,21 @@ fn doubled(source: u32, z: u32, at: vec2u, size: vec2u) -> vec4f {
     return between(stored(source, i.x), stored(source, i.y), stored(source, i.z), stored(source, i.w));
 }
 
-/// 2×2 pixels of channel `z` as four channels.
+/// Channel `c` of pixel `i` of a source of f32.
+fn one_number(source: u32, i: u32, c: u32) -> f32 {
+    return bitcast<f32>(word(source, 2u * i + c / 2u)[c % 2u]);
+}
+
+/// 2×2 pixels of channel `z` of a source of f32 as four channels.
 fn folded(source: u32, z: u32, at: vec2u, size: vec2u) -> vec4f {
-    let first = ((z / 4u) * 2u * size.y + 2u * at.y) * 2u * size.x + 2u * at.x;
-    let below = first + 2u * size.x;
+    let above = ((z / 4u) * 2u * size.y + 2u * at.y) * 2u * size.x + 2u * at.x;
+    let below = above + 2u * size.x;
+    let c = z % 4u;
     return vec4f(
-        stored(source, first)[z % 4u],
-        stored(source, first + 1u)[z % 4u],
-        stored(source, below)[z % 4u],
-        stored(source, below + 1u)[z % 4u],
+        one_number(source, above, c),
+        one_number(source, above + 1u, c),
+        one_number(source, below, c),
+        one_number(source, below + 1u, c),
     );
 }
 
@@ -123,54 +125,68 @@ fn fill_patch(block: u32, first: vec2u, thread: u32) {
     }
 }
 
-/// Brings the weights of block `block` for the channels of workgroup `group` into workgroup memory.
-fn fill_kernels(block: u32, group: u32, thread: u32) {
-    let first = (group * sources.ends.w + block) * WEIGHTS;
-    for (var i = thread; i < WEIGHTS; i += THREADS) {
-        if extractBits(HALVES, WEIGHTS_HALVED, 1u) == 1u {
-            kernels[i] = from_halves(weights[first + i]);
-        } else {
-            kernels[i] = bitcast<vec4f>(vec4u(weights[2u * (first + i)], weights[2u * (first + i) + 1u]));
-        }
-    }
+/// Four pixels, one below the other, of four channels.
+struct Pixels {
+    p0: vec4f,
+    p1: vec4f,
+    p2: vec4f,
+    p3: vec4f,
 }
 
-/// Four pixels of eight channels.
+/// Up to four blocks of them.
 struct Sums {
-    a0: vec4f,
-    a1: vec4f,
-    a2: vec4f,
-    a3: vec4f,
-    b0: vec4f,
-    b1: vec4f,
-    b2: vec4f,
-    b3: vec4f,
+    a: Pixels,
+    b: Pixels,
+    c: Pixels,
+    d: Pixels,
 }
 
-/// Adds what four pixels weigh with the eight columns of weights from `at` on.
-fn add(sums: ptr<function, Sums>, at: u32, p0: vec4f, p1: vec4f, p2: vec4f, p3: vec4f) {
-    let a = mat4x4f(kernels[at], kernels[at + 1u], kernels[at + 2u], kernels[at + 3u]);
-    let b = mat4x4f(kernels[at + 4u], kernels[at + 5u], kernels[at + 6u], kernels[at + 7u]);
-    (*sums).a0 += a * p0;
-    (*sums).a1 += a * p1;
-    (*sums).a2 += a * p2;
-    (*sums).a3 += a * p3;
-    (*sums).b0 += b * p0;
-    (*sums).b1 += b * p1;
-    (*sums).b2 += b * p2;
-    (*sums).b3 += b * p3;
+/// One product after the other is added, so that each is one instruction.
+fn plus_product(sum: vec4f, w: mat4x4f, p: vec4f) -> vec4f {
+    return sum + w[0] * p.x + w[1] * p.y + w[2] * p.z + w[3] * p.w;
 }
 
-/// Adds tap (`column`, `row`) of the window for the four pixels whose part of the patch begins at `corner`.
-fn add_tap(sums: ptr<function, Sums>, group: u32, corner: u32, column: u32, row: u32) {
+fn plus_products(sums: Pixels, w: mat4x4f, p: Pixels) -> Pixels {
+    return Pixels(
+        plus_product(sums.p0, w, p.p0),
+        plus_product(sums.p1, w, p.p1),
+        plus_product(sums.p2, w, p.p2),
+        plus_product(sums.p3, w, p.p3),
+    );
+}
+
+/// The sums with what the pixels weigh at tap `tap`; `first` is the place of the first weights of the window.
+fn plus_tap(sums: Sums, first: u32, tap: u32, p: Pixels) -> Sums {
+    let i = first + tap * BLOCKS;
+    var found = sums;
+    found.a = plus_products(sums.a, weights[i], p);
+    if BLOCKS > 1u {
+        found.b = plus_products(sums.b, weights[i + 1u], p);
+    }
+    if BLOCKS > 2u {
+        found.c = plus_products(sums.c, weights[i + 2u], p);
+    }
+    if BLOCKS > 3u {
+        found.d = plus_products(sums.d, weights[i + 3u], p);
+    }
+    return found;
+}
+
+/// With tap (`column`, `row`) of the window of the pixels whose part of the patch begins at `corner`.
+fn plus_one(sums: Sums, first: u32, corner: u32, column: u32, row: u32) -> Sums {
     let at = corner + row * PATCH_WIDTH + column;
     let step = STRIDE * PATCH_WIDTH;
-    let first = ((row * SIZE + column) * GROUPS + group) * 8u;
-    add(sums, first, patch_pixels[at], patch_pixels[at + step], patch_pixels[at + 2u * step], patch_pixels[at + 3u * step]);
+    let p = Pixels(
+        patch_pixels[at],
+        patch_pixels[at + step],
+        patch_pixels[at + 2u * step],
+        patch_pixels[at + 3u * step],
+    );
+    return plus_tap(sums, first, row * SIZE + column, p);
 }
 
-/// Adds a column of the window of 3×3: the pixels share what they read.
-fn add_column(sums: ptr<function, Sums>, group: u32, corner: u32, column: u32) {
+/// With a column of the window of 3×3: the pixels share what they read.
+fn plus_column(sums: Sums, first: u32, corner: u32, column: u32) -> Sums {
     let at = corner + column;
     let p0 = patch_pixels[at];
     let p1 = patch_pixels[at + PATCH_WIDTH];
@@ -178,25 +194,26 @@ fn add_column(sums: ptr<function, Sums>, group: u32, corner: u32, column: u32) {
     let p3 = patch_pixels[at + 3u * PATCH_WIDTH];
     let p4 = patch_pixels[at + 4u * PATCH_WIDTH];
     let p5 = patch_pixels[at + 5u * PATCH_WIDTH];
-    add(sums, (column * GROUPS + group) * 8u, p0, p1, p2, p3);
-    add(sums, ((3u + column) * GROUPS + group) * 8u, p1, p2, p3, p4);
-    add(sums, ((6u + column) * GROUPS + group) * 8u, p2, p3, p4, p5);
+    let top = plus_tap(sums, first, column, Pixels(p0, p1, p2, p3));
+    let middle = plus_tap(top, first, 3u + column, Pixels(p1, p2, p3, p4));
+    return plus_tap(middle, first, 6u + column, Pixels(p2, p3, p4, p5));
 }
 
-fn add_window(sums: ptr<function, Sums>, group: u32, corner: u32) {
+fn plus_window(sums: Sums, first: u32, corner: u32) -> Sums {
     if SIZE == 1u {
-        add_tap(sums, group, corner, 0u, 0u);
-    } else if STRIDE == 1u {
-        add_column(sums, group, corner, 0u);
-        add_column(sums, group, corner, 1u);
-        add_column(sums, group, corner, 2u);
-    } else {
-        for (var row = 0u; row < 3u; row += 1u) {
-            add_tap(sums, group, corner, 0u, row);
-            add_tap(sums, group, corner, 1u, row);
-            add_tap(sums, group, corner, 2u, row);
-        }
+        return plus_one(sums, first, corner, 0u, 0u);
     }
+    if STRIDE == 1u {
+        let left = plus_column(sums, first, corner, 0u);
+        return plus_column(plus_column(left, first, corner, 1u), first, corner, 2u);
+    }
+    var found = sums;
+    for (var row = 0u; row < 3u; row += 1u) {
+        found = plus_one(found, first, corner, 0u, row);
+        found = plus_one(found, first, corner, 1u, row);
+        found = plus_one(found, first, corner, 2u, row);
+    }
+    return found;
 }
 
 /// Writes a sum to block `z` of pixel (`x`, `y`) if there is one.
@@ -215,7 +232,15 @@ fn finish(sum: vec4f, x: u32, y: u32, z: u32) {
     }
 }
 
-@compute @workgroup_size(COLUMNS, ROWS, GROUPS)
+/// Writes sums to block `z` of the pixels from (`x`, `y`) down.
+fn finish_block(sums: Pixels, x: u32, y: u32, z: u32) {
+    finish(sums.p0, x, y, z);
+    finish(sums.p1, x, y + 1u, z);
+    finish(sums.p2, x, y + 2u, z);
+    finish(sums.p3, x, y + 3u, z);
+}
+
+@compute @workgroup_size(COLUMNS, ROWS)
 fn convolve(
     @builtin(workgroup_id) workgroup: vec3u,
     @builtin(local_invocation_id) local: vec3u,
@@ -227,19 +252,21 @@ fn convolve(
     for (var block = 0u; block < sources.ends.w; block += 1u) {
         workgroupBarrier();
         fill_patch(block, first, thread);
-        fill_kernels(block, workgroup.z, thread);
         workgroupBarrier();
-        add_window(&sums, local.z, corner);
+        let window = (workgroup.z * sources.ends.w + block) * SIZE * SIZE * BLOCKS;
+        sums = plus_window(sums, window, corner);
     }
     let x = first.x + local.x;
     let y = first.y + 4u * local.y;
-    let z = 2u * (workgroup.z * GROUPS + local.z);
-    finish(sums.a0, x, y, z);
-    finish(sums.a1, x, y + 1u, z);
-    finish(sums.a2, x, y + 2u, z);
-    finish(sums.a3, x, y + 3u, z);
-    finish(sums.b0, x, y, z + 1u);
-    finish(sums.b1, x, y + 1u, z + 1u);
-    finish(sums.b2, x, y + 2u, z + 1u);
-    finish(sums.b3, x, y + 3u, z + 1u);
+    let z = workgroup.z * BLOCKS;
+    finish_block(sums.a, x, y, z);
+    if BLOCKS > 1u {
+        finish_block(sums.b, x, y, z + 1u);
+    }
+    if BLOCKS > 2u {
+        finish_block(sums.c, x, y, z + 2u);
+    }
+    if BLOCKS > 3u {
+        finish_block(sums.d, x, y, z + 3u);
+    }
 }

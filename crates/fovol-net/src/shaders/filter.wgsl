@@ -58,8 +58,8 @@ fn feature(at: vec2u, z: u32) -> vec4f {
     return bitcast<vec4f>(vec4u(features[2u * i], features[2u * i + 1u]));
 }
 
-fn multiplied(i: u32, value: vec4f) -> vec4f {
-    return mat4x4f(weights[i], weights[i + 1u], weights[i + 2u], weights[i + 3u]) * value;
+fn plus_product(sum: vec4f, i: u32, p: vec4f) -> vec4f {
+    return sum + weights[i] * p.x + weights[i + 1u] * p.y + weights[i + 2u] * p.z + weights[i + 3u] * p.w;
 }
 
 /// Predicts the blocks of weights from `first` on of the feature at `at`, as many as a thread holds.
@@ -74,10 +74,10 @@ fn predict(first: u32, at: vec2u, thread: u32) {
         var d = biases[blocks.w];
         for (var z = 0u; z < served.blocks; z += 1u) {
             let value = feature(at, z);
-            a += multiplied(blocks.x * row + 4u * z, value);
-            b += multiplied(blocks.y * row + 4u * z, value);
-            c += multiplied(blocks.z * row + 4u * z, value);
-            d += multiplied(blocks.w * row + 4u * z, value);
+            a = plus_product(a, blocks.x * row + 4u * z, value);
+            b = plus_product(b, blocks.y * row + 4u * z, value);
+            c = plus_product(c, blocks.z * row + 4u * z, value);
+            d = plus_product(d, blocks.w * row + 4u * z, value);
         }
         let held = (block - first) * THREADS + thread;
         kernels[held] = a;
