@@ -1,6 +1,6 @@
 //! The GPU against the specification.
 //!
-//! These tests need an adapter, a software one included: `cargo test --features gpu -- --include-ignored`. On Debian
+//! These tests need an adapter, a software one included: `cargo test --workspace -- --ignored`. On Debian
 //! `apt-get install mesa-vulkan-drivers libvulkan1` is one.
 #![cfg(feature = "gpu")]
 

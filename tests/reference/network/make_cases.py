@@ -49,7 +49,7 @@ VARIANTS = {
     "variant-filled": networks.wnet([6, 8, 10], [5, 7], history="around", filled="centre", **networks.ALL_ON),
     "variant-flat": networks.wnet([6, 8], [5], flat="around", mask=True, normalisation="softmax"),
     "variant-accumulating": networks.wnet([6, 8], [5], mask=True, prefill=True, accumulate=0.6, corrections=1),
-    "variant-indirect": networks.wnet([6, 8], [5], **networks.OURS | {"residual": False, "direct": False}),
+    "variant-direct": networks.wnet([6, 8], [5], **networks.OURS | {"residual": True, "direct": True}),
     "variant-samples": networks.wnet([6, 8, 10], [5, 7], feedback="none", direct=False),
     "variant-fovea": {"kind": "deepfovea", "encoder": [5, 7], "bottleneck": 6},
 }

@@ -54,7 +54,7 @@ def wnet(encoder, decoder, **changes):
 ALL_ON = {name: True for name in ["fold", "mask", "prefill", "bypass", "reproject"]}
 OURS = ALL_ON | {"feedback": "output", "history": "centre", "filled": "around", "flat": "centre"}
 OURS |= {"accumulate": 0.98, "fresh": "centre", "doubt": True, "corrections": 2}
-OURS |= {"residual": True, "addition": True, "recurrent": False}
+OURS |= {"addition": True, "recurrent": False, "direct": False}
 CONFIGS = {
     "wnet-paper": wnet([64, 64, 80, 96], [64, 64, 80]),
     "wnet-narrow": wnet([64, 64, 80, 96], [32, 64, 80]),

@@ -316,10 +316,10 @@ impl Variation {
 
 #[cfg(test)]
 mod tests {
-    use fovolnet::OpenDevice;
     use super::*;
     use crate::clips::{Recipe, VolumeSource, record};
     use crate::loss::flow::warp;
+    use fovolnet::OpenDevice;
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
 

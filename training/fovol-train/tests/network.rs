@@ -200,7 +200,13 @@ fn energy(network: &Network) -> Tensor {
 
 #[test]
 fn gradients_of_clips_agree_with_differences() {
-    let all_on = WNetConfig { encoder: vec![4, 5, 6], decoder: vec![3, 4], ..WNetConfig::fast() };
+    let all_on = WNetConfig {
+        encoder: vec![4, 5, 6],
+        decoder: vec![3, 4],
+        direct: true,
+        residual: true,
+        ..WNetConfig::fast()
+    };
     let softmax = WNetConfig {
         normalisation: Normalisation::Softmax,
         feedback: Feedback::Direct,

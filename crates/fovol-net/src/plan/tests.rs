@@ -76,9 +76,9 @@ fn configurations_are_checked_and_survive_json() {
         WNetConfig { accumulate: 0.0, ..WNetConfig::fast() },
         WNetConfig { residual: true, ..WNetConfig::paper() },
         WNetConfig { addition: true, ..WNetConfig::deepfovea() },
-        WNetConfig { direct: false, ..WNetConfig::fast() },
+        WNetConfig { residual: true, ..WNetConfig::fast() },
         WNetConfig { direct: false, ..WNetConfig::paper() },
-        WNetConfig { direct: false, residual: false, kernels: false, ..WNetConfig::fast() },
+        WNetConfig { kernels: false, ..WNetConfig::fast() },
         WNetConfig {
             direct: false,
             feedback: Feedback::None,

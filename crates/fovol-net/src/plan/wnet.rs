@@ -139,10 +139,10 @@ impl WNetConfig {
             fresh: Some(Taps::Centre),
             doubt: true,
             corrections: 2,
-            residual: true,
+            residual: false,
             addition: true,
             recurrent: false,
-            direct: true,
+            direct: false,
         }
     }
 

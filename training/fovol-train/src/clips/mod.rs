@@ -152,8 +152,8 @@ const SCENERY: &str = "fovolnet.scenery";
 
 #[cfg(test)]
 mod tests {
-    use fovolnet::OpenDevice;
     use super::*;
+    use fovolnet::OpenDevice;
 
     pub(super) fn small_clip() -> Clip {
         let recipe = Recipe::draw(5, &VolumeSource::parse("marschner-lobb:24:0").unwrap()).with_part(24, 3);

@@ -36,7 +36,8 @@ fn film(recipe: &Recipe, volume: &OpenVolume, attempt: Attempt, rays: &mut Rays)
     let (mut frames, mut inverse_distances) = (Vec::new(), Vec::new());
     for camera in &attempt.cameras {
         let marched = rays.march(camera, &pixels)?;
-        let colours = marched.iter().flat_map(|ray| ray.colour.map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8));
+        let colours =
+            marched.iter().flat_map(|ray| ray.colour.map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8));
         frames.push(colours.collect());
         inverse_distances.push(marched.iter().map(|ray| f16::from_f32(1.0 / ray.depth)).collect());
     }

@@ -94,11 +94,7 @@ impl ClipSet {
     ///
     /// # Errors
     /// Volumes that cannot be read or rendered, files that cannot be written.
-    pub fn make(
-        &self,
-        device: &OpenDevice,
-        mut progress: impl FnMut(usize) -> bool,
-    ) -> Result<Vec<String>> {
+    pub fn make(&self, device: &OpenDevice, mut progress: impl FnMut(usize) -> bool) -> Result<Vec<String>> {
         fs::create_dir_all(&self.folder).map_err(|e| Error::file("make", &self.folder, &e))?;
         let list = serde_json::to_string(&List { recipes: self.recipes.clone() });
         let path = self.folder.join(LIST);
