@@ -3,6 +3,7 @@
 use fovol_net::Weights;
 use fovol_train::clips::ClipSet;
 use fovol_train::trainer::{Ended, TrainConfig, Trainer};
+use fovolnet::OpenDevice;
 use std::cell::Cell;
 use std::path::Path;
 use tch::Device;
@@ -72,7 +73,7 @@ fn config(folder: &Path) -> TrainConfig {
 
 fn clips(folder: &Path, config: &TrainConfig) -> [ClipSet; 2] {
     for set in config.clips.sets(folder).unwrap() {
-        assert!(set.make(|_| true).unwrap().is_empty());
+        assert!(set.make(&OpenDevice::Cpu, |_| true).unwrap().is_empty());
     }
     config.clips.open(folder).unwrap()
 }
