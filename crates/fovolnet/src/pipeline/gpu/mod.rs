@@ -122,7 +122,8 @@ impl GpuMarcher {
     fn times(&self, done_ms: f64) -> Result<(f64, f64)> {
         let Some(times) = self.buffers.read_times()? else { return Ok((0.0, done_ms)) };
         let of = |wanted: [Stage; 2]| {
-            times.iter().filter(|time| wanted.contains(&time.stage)).map(|time| time.ms).sum::<f64>()
+            // Not `sum`: that of nothing is minus zero.
+            times.iter().filter(|time| wanted.contains(&time.stage)).fold(0.0, |sum, time| sum + time.ms)
         };
         Ok((of([Stage::Mask, Stage::Compact]), of([Stage::March, Stage::Scatter])))
     }
