@@ -42,7 +42,7 @@ pub struct RenderedFrame {
     pub mask: SampleMask,
     /// The full frame; the sparse one where reconstruction is off.
     pub frame: Frame,
-    /// For each pixel the way to where it was in the last frame, see [`motion()`]; found where a network uses it or
+    /// For each pixel the way to where it was in the last frame, see [`crate::motion()`]; found where a network uses it or
     /// [`Pipeline::find_motion`] asked for it, from the second frame on.
     pub motion: Option<Vec<[f32; 2]>>,
     /// How many pixels were marched, repeated ones included.
