@@ -39,6 +39,13 @@ pub struct Shading {
     pub surface: SurfaceShading,
 }
 
+impl Shading {
+    /// Whether samples lie in the same shadows with `other`.
+    pub fn casts_as(&self, other: &Self) -> bool {
+        self.light == other.light && self.shadows == other.shadows
+    }
+}
+
 impl Default for Shading {
     fn default() -> Self {
         Self {

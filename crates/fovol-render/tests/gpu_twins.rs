@@ -45,8 +45,8 @@ fn agrees_with_the_specification(gpu: &Gpu, name: &str, mut scene: Scene) {
         for surface in [SurfaceShading::Flat, SurfaceShading::Gradient] {
             scene.shading.shadows = shadows;
             scene.shading.surface = surface;
-            cpu_renderer.set_shading(scene.shading);
-            gpu_renderer.set_shading(scene.shading).unwrap();
+            cpu_renderer.set_scene(&scene).unwrap();
+            gpu_renderer.set_scene(&scene).unwrap();
             for camera in cameras() {
                 let (expected, _) = cpu_renderer.march_full(&camera, size);
                 for skip_empty in [false, true] {
@@ -206,7 +206,7 @@ fn a_lost_device_is_an_error() {
     assert!(rendered.is_err() || read.is_err(), "a picture of a device that is gone");
     assert!(read.is_err());
     // None of these may panic, whatever they return.
-    let _ = renderer.set_transfer_function(&TransferFunction::grey_ramp(0.3));
+    let _ = renderer.set_scene(&Scene { step: 0.7, ..small_scene() });
     let _ = renderer.frame_buffers(FrameSize::new(20, 10).unwrap());
     let _ = Renderer::new(&gpu, &small_scene());
     let _ = gpu.wait();
@@ -383,15 +383,16 @@ fn lists_that_do_not_fit_are_refused() {
 
 #[test]
 #[ignore = "needs an adapter: cargo test --workspace -- --ignored"]
-fn a_changed_transfer_function_or_light_shows_at_once() {
+fn a_changed_scene_shows_at_once() {
     let mut scene = small_scene();
     scene.shading.shadows = ShadowMode::Cached;
     let size = FrameSize::new(64, 64).unwrap();
     let mut changed = Renderer::new(&GPU, &scene).unwrap();
     scene.transfer_function = TransferFunction::grey_ramp(0.3);
     scene.shading.light = Light::towards([-1.0, 0.2, 0.0].into()).unwrap();
-    changed.set_transfer_function(&scene.transfer_function).unwrap();
-    changed.set_shading(scene.shading).unwrap();
+    scene.background = [0.2, 0.3, 0.4];
+    scene.step = 0.8;
+    changed.set_scene(&scene).unwrap();
     let fresh = Renderer::new(&GPU, &scene).unwrap();
     let mut buffers = fresh.frame_buffers(size).unwrap();
     let expected = full_frame(&fresh, &mut buffers, &cameras()[0]);

@@ -91,19 +91,34 @@ fn one_thread_and_many_give_the_same_bytes() {
 }
 
 #[test]
-fn a_changed_transfer_function_or_light_shows_at_once() {
+fn a_changed_scene_shows_at_once() {
     let (_, volume) = volumes().remove(0);
     let mut scene = Scene::new(Arc::new(volume), transfer());
     scene.shading.shadows = ShadowMode::Cached;
     let size = FrameSize::new(64, 64).unwrap();
     let camera = CameraPath::Orbit.camera(0);
     let mut changed = Renderer::new(&scene, RenderOptions::default()).unwrap();
-    scene.transfer_function = TransferFunction::grey_ramp(0.3);
-    scene.shading.light = Light::towards([-1.0, 0.2, 0.0].into()).unwrap();
-    changed.set_transfer_function(&scene.transfer_function);
-    changed.set_shading(scene.shading);
-    let fresh = Renderer::new(&scene, RenderOptions::default()).unwrap();
-    assert_eq!(changed.march_full(&camera, size).0, fresh.march_full(&camera, size).0);
+    let changes: [fn(&mut Scene); 6] = [
+        |scene| scene.transfer_function = TransferFunction::grey_ramp(0.3),
+        |scene| scene.shading.light = Light::towards([-1.0, 0.2, 0.0].into()).unwrap(),
+        |scene| scene.shading.ambient = 0.5,
+        |scene| scene.background = [0.2, 0.3, 0.4],
+        |scene| scene.step = 0.8,
+        |scene| scene.shading.shadows = ShadowMode::On,
+    ];
+    let mut last = changed.march_full(&camera, size).0;
+    for change in changes {
+        change(&mut scene);
+        changed.set_scene(&scene).unwrap();
+        let fresh = Renderer::new(&scene, RenderOptions::default()).unwrap();
+        let shown = changed.march_full(&camera, size).0;
+        assert_eq!(shown, fresh.march_full(&camera, size).0);
+        assert_ne!(shown, last);
+        last = shown;
+    }
+    scene.step = 0.0;
+    assert!(changed.set_scene(&scene).is_err());
+    assert_eq!(changed.march_full(&camera, size).0, last);
 }
 
 #[test]

@@ -15,6 +15,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod camera_path;
 mod device;
 mod error;
 mod machine;
@@ -29,8 +30,9 @@ mod report;
 mod scene;
 mod session;
 mod settings;
-mod toml_file;
+mod toml_text;
 
+pub use camera_path::{camera_path, path_text};
 pub use device::{Device, OpenDevice};
 pub use error::{Error, Result};
 pub use fovol_core as core;
@@ -43,7 +45,7 @@ pub use fovol_render as render;
 pub use machine::Machine;
 pub use motion::{motion, motion_of_depths};
 pub use open::{OpenVolume, open_volume};
-pub use pipeline::{Pipeline, RenderedFrame, Timings, camera_path};
+pub use pipeline::{Pipeline, RenderedFrame, Timings, Viewpoint};
 pub use rays::Rays;
 pub use reconstructor::Reconstructor;
 pub use report::{FrameReport, MeanReport, RenderReport};

@@ -67,10 +67,9 @@ mod tests {
         }
         let point = |v, a| ControlPoint::new(v, [1.0; 3], a);
         let transfer = TransferFunction::new(vec![point(0.0, 0.0), point(0.2, 0.0), point(1.0, 0.8)]);
-        let scene = Scene::new(Arc::new(Volume::from_values(grid, values).unwrap()), transfer.unwrap());
-        let mut renderer = Renderer::new(&scene, RenderOptions::default()).unwrap();
-        renderer.set_shading(fovol_core::Shading { shadows: fovol_core::ShadowMode::Off, ..scene.shading });
-        renderer
+        let mut scene = Scene::new(Arc::new(Volume::from_values(grid, values).unwrap()), transfer.unwrap());
+        scene.shading.shadows = fovol_core::ShadowMode::Off;
+        Renderer::new(&scene, RenderOptions::default()).unwrap()
     }
 
     #[test]

@@ -32,6 +32,14 @@ const COLOUR_MAPS: &[(&str, colorous::Gradient)] = &[
 /// The opacity that a colour map ends at, per voxel.
 const MAP_OPACITY: f64 = 0.3;
 
+/// `transfer` as [`find`] takes it in place of a name.
+///
+/// # Panics
+/// Never: numbers can be written as JSON.
+pub fn text(transfer: &TransferFunction) -> String {
+    serde_json::to_string(transfer).expect("numbers can be written as JSON")
+}
+
 /// All names that [`find`] knows.
 pub fn names() -> Vec<&'static str> {
     let presets = PRESETS.iter().map(|(name, _)| *name);
@@ -40,7 +48,7 @@ pub fn names() -> Vec<&'static str> {
 }
 
 /// The transfer function that `what` names for `volume`: `auto` (its own preset where it is a procedural
-/// volume, else one made from its histogram), a preset, a colour map, or a file.
+/// volume, else one made from its histogram), a preset, a colour map, a file, or our JSON itself.
 ///
 /// # Errors
 /// A name that is none of these; what is wrong with a file.
@@ -51,6 +59,11 @@ pub fn find(what: &str, volume: &OpenVolume) -> Result<TransferFunction> {
             .and_then(|kind| preset(kind.name()))
             .unwrap_or_else(|| automatic(&volume.volume))),
         "grey" => Ok(TransferFunction::grey_ramp(MAP_OPACITY)),
+        json if json.trim_start().starts_with('{') => serde_json::from_str(json).map_err(|e| {
+            Error::Setting(format!(
+                "the transfer function (--tf) cannot be read: {e}; expected {{\"points\":[[value,red,green,blue,opacity],…]}}"
+            ))
+        }),
         _ => {
             if let Some(found) = preset(what).or_else(|| colour_map(what)) {
                 return Ok(found);
@@ -181,6 +194,17 @@ mod tests {
         }
         let error = find("no-such-thing", &volume).unwrap_err().to_string();
         assert!(error.contains("no-such-thing") && error.contains("viridis"));
+    }
+
+    #[test]
+    fn functions_stand_in_settings_as_json() {
+        let volume = opened(vec![0, 50, 200]);
+        let magma = find("magma", &volume).unwrap();
+        assert_eq!(find(&text(&magma), &volume).unwrap(), magma);
+        for bad in ["{", r#"{"points":[]}"#, r#"{"points":[[0,0,0,0,2]]}"#, r#"{"colours":1}"#] {
+            let error = find(bad, &volume).unwrap_err().to_string();
+            assert!(error.contains("--tf") && error.contains("points"), "{error}");
+        }
     }
 
     #[test]

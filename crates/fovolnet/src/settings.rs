@@ -1,4 +1,4 @@
-use crate::{Device, Machine, Result, parse, toml_file};
+use crate::{Device, Machine, Result, parse, toml_text};
 use fovol_core::{Fovea, FrameSize, GazePath, ShadowMode, SurfaceShading};
 use fovol_net::Fill;
 use fovol_net::cpu::Precision;
@@ -91,9 +91,13 @@ pub struct RenderSettings {
 impl RenderSettings {
     /// These settings, with those that `over` says taking precedence.
     #[must_use]
-    pub fn overridden_by(self, over: Self) -> Self {
+    pub fn overridden_by(mut self, over: Self) -> Self {
         macro_rules! merged {
             ($($field:ident),*) => { Self { $($field: over.$field.or(self.$field)),* } };
+        }
+        // A path takes the place of a still camera, and the other way round.
+        if over.path.is_some() || over.camera.is_some() {
+            (self.path, self.camera) = (None, None);
         }
         merged!(
             size,
@@ -119,6 +123,21 @@ impl RenderSettings {
             random_weights,
             precision
         )
+    }
+
+    /// Whether the same full frames are made of the same samples with `other`.
+    pub(crate) fn reconstructs_as(&self, other: &Self) -> bool {
+        let of = |settings: &Self| {
+            (
+                settings.frame_size(),
+                settings.sampling() == Sampling::Full,
+                settings.reconstruction(),
+                settings.weights.clone(),
+                settings.random_weights,
+                settings.precision.unwrap_or_default(),
+            )
+        };
+        of(self) == of(other)
     }
 
     /// The frame size.
@@ -166,7 +185,7 @@ impl RenderSettings {
             stops: Vec<[f64; 3]>,
         }
         let expected = "X,Y, wander, or a TOML file with stops = [[frame, x, y], …]";
-        let read: Stops = toml_file::read(text, "--gaze", expected)?;
+        let read: Stops = toml_text::read(text, "--gaze", expected)?;
         Ok(GazePath::scripted(read.stops)?)
     }
 

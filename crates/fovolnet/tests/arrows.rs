@@ -8,7 +8,7 @@ fn layer(name: &str) -> u32 {
         "fovol-core" | "fovol-gpu" => 0,
         "fovol-io" | "fovol-metrics" | "fovol-render" | "fovol-net" => 1,
         "fovolnet" => 2,
-        "fovolnet-cli" => 3,
+        "fovolnet-cli" | "fovolnet-viewer" => 3,
         other => panic!("{other} has no layer yet: give it one here and in ARCHITECTURE.md"),
     }
 }

@@ -89,18 +89,29 @@ impl Renderer {
         renderer
     }
 
-    /// Takes another transfer function.
-    pub fn set_transfer_function(&mut self, transfer: &TransferFunction) {
-        self.transfer = transfer.clone();
-        self.table = TransferTable::new(transfer, self.step);
-        self.cells.classify(transfer);
-        self.renew_shadows();
-    }
-
-    /// Takes another light or other shading.
-    pub fn set_shading(&mut self, shading: Shading) {
-        self.shading = shading;
-        self.renew_shadows();
+    /// Takes `scene`, which shows the same volume, instead of the scene so far; what they share costs nothing.
+    ///
+    /// # Errors
+    /// Numbers of the scene that cannot be rendered with; the scene so far stays then.
+    pub fn set_scene(&mut self, scene: &Scene) -> fovol_core::Result<()> {
+        scene.check()?;
+        let recoloured = self.transfer != scene.transfer_function;
+        let stepped = self.step != scene.step;
+        let shaded = !self.shading.casts_as(&scene.shading);
+        self.step = scene.step;
+        self.shading = scene.shading;
+        self.background = scene.background;
+        if recoloured {
+            self.transfer = scene.transfer_function.clone();
+            self.cells.classify(&self.transfer);
+        }
+        if recoloured || stepped {
+            self.table = TransferTable::new(&self.transfer, self.step);
+        }
+        if recoloured || stepped || shaded {
+            self.renew_shadows();
+        }
+        Ok(())
     }
 
     /// Takes other speed choices.

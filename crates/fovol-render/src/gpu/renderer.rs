@@ -8,7 +8,7 @@ use super::scene::DeviceScene;
 use super::shadow_grid::ShadowGridPass;
 use super::stage::Stage;
 use super::view::View;
-use fovol_core::{Camera, FrameSize, SampleList, Scene, Shading, TransferFunction};
+use fovol_core::{Camera, FrameSize, SampleList, Scene};
 use fovol_gpu::Gpu;
 
 /// Which pixels of a frame are marched, and how they are found.
@@ -102,20 +102,12 @@ impl Renderer {
         &self.gpu
     }
 
-    /// Takes another transfer function.
+    /// Takes `scene`, which shows the same volume, instead of the scene so far; what they share costs nothing.
     ///
     /// # Errors
-    /// A device that is lost or has no memory left.
-    pub fn set_transfer_function(&mut self, transfer: &TransferFunction) -> Result<()> {
-        self.scene.set_transfer_function(transfer, &self.stages.shadow_grid)
-    }
-
-    /// Takes another light or other shading.
-    ///
-    /// # Errors
-    /// As [`Self::set_transfer_function`].
-    pub fn set_shading(&mut self, shading: Shading) -> Result<()> {
-        self.scene.set_shading(shading, &self.stages.shadow_grid)
+    /// Numbers of the scene that cannot be rendered with, a device that is lost or has no memory left.
+    pub fn set_scene(&mut self, scene: &Scene) -> Result<()> {
+        self.scene.set(scene, &self.stages.shadow_grid)
     }
 
     /// Whether rays leave empty space at once (they do unless told otherwise); pictures do not depend on it.

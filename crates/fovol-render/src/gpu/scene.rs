@@ -75,28 +75,15 @@ impl DeviceScene {
         Ok(Self { contents, group })
     }
 
-    /// Takes another transfer function.
+    /// Takes another scene around the same volume.
     ///
     /// # Errors
-    /// A device that is lost or has no memory left.
-    pub fn set_transfer_function(
-        &mut self,
-        transfer: &TransferFunction,
-        shadows: &ShadowGridPass,
-    ) -> Result<()> {
-        self.contents.transfer = transfer.clone();
-        self.contents.cells.classify(transfer);
-        self.group = self.contents.bind(shadows)?;
-        Ok(())
-    }
-
-    /// Takes another light or other shading.
-    ///
-    /// # Errors
-    /// As [`Self::set_transfer_function`].
-    pub fn set_shading(&mut self, shading: Shading, shadows: &ShadowGridPass) -> Result<()> {
-        self.contents.shading = shading;
-        self.group = self.contents.bind(shadows)?;
+    /// Numbers of the scene that cannot be rendered with, a device that is lost or has no memory left.
+    pub fn set(&mut self, scene: &Scene, shadows: &ShadowGridPass) -> Result<()> {
+        scene.check()?;
+        if self.contents.change(scene) {
+            self.group = self.contents.bind(shadows)?;
+        }
         Ok(())
     }
 
@@ -162,6 +149,18 @@ impl Contents {
             background: scene.background,
             step: scene.step,
         })
+    }
+
+    /// Takes over what `scene` says besides its volume; whether anything of it is new.
+    fn change(&mut self, scene: &Scene) -> bool {
+        let recoloured = self.transfer != scene.transfer_function;
+        if recoloured {
+            self.transfer = scene.transfer_function.clone();
+            self.cells.classify(&self.transfer);
+        }
+        let before = (self.shading, self.background, self.step);
+        (self.shading, self.background, self.step) = (scene.shading, scene.background, scene.step);
+        recoloured || before != (self.shading, self.background, self.step)
     }
 
     fn kind(&self) -> SceneKind {

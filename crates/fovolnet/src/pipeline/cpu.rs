@@ -1,8 +1,9 @@
 use super::Timer;
 use super::sampled::{Listed, Sampled, Sampler};
 use super::view::View;
-use crate::Sampling;
+use crate::{RenderSettings, Sampling};
 use fovol_core::{Camera, Frame, FrameSize, SampleList, SampleMask, Scene};
+use fovol_render::cpu::march::Marched;
 use fovol_render::cpu::{self, RenderOptions, Renderer, compact, direct, mask_of, scatter};
 
 /// Rays on the processor.
@@ -15,6 +16,18 @@ pub struct CpuMarcher {
 impl CpuMarcher {
     pub fn new(scene: &Scene, options: RenderOptions, sampler: Sampler) -> crate::Result<Self> {
         Ok(Self { renderer: Renderer::new(scene, options)?, sampler })
+    }
+
+    /// Goes on with another scene around the same volume, and other settings.
+    pub fn change(&mut self, scene: &Scene, settings: &RenderSettings) -> crate::Result<()> {
+        self.renderer.set_scene(scene)?;
+        self.sampler = Sampler::new(settings);
+        Ok(())
+    }
+
+    /// What the rays of the pixels of `list` bring back.
+    pub fn march_list(&self, camera: &Camera, list: &SampleList) -> Vec<Marched> {
+        self.renderer.march_list(camera, list).0
     }
 
     /// The frame with every pixel marched.

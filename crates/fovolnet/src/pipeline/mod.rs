@@ -10,12 +10,13 @@ mod view;
 use crate::Device;
 use crate::{Error, Machine, OpenDevice, OpenVolume, RenderSettings, Result, SpeedSettings, scene};
 use cpu::CpuMarcher;
-use fovol_core::{Camera, Fovea, Frame, FrameSize, SampleMask, Scene};
+use fovol_core::{Camera, Fovea, Frame, FrameSize, SampleList, SampleMask, Scene};
+use fovol_render::cpu::march::Marched;
 use fovol_render::cpu::{RenderOptions, Simd};
 use sampled::{HostReconstruction, Sampled, Sampler};
 use serde::Serialize;
 use std::time::Instant;
-pub use view::camera_path;
+pub use view::Viewpoint;
 use view::{Paths, View};
 
 /// Milliseconds that the parts of a frame took; 0 for what did not run.
@@ -56,10 +57,11 @@ pub struct RenderedFrame {
 /// Mask, march and reconstruction of frame after frame.
 #[derive(Debug)]
 pub struct Pipeline {
+    volume: OpenVolume,
+    settings: RenderSettings,
     marcher: Marcher,
     reconstruction: HostReconstruction,
     paths: Paths,
-    size: FrameSize,
     /// Where the last frame was seen from.
     last_camera: Option<Camera>,
     machine: Machine,
@@ -88,18 +90,16 @@ impl Pipeline {
             })?;
         let scene = scene(volume, settings)?;
         let (marcher, notes) = threads.install(|| Marcher::new(&scene, settings, speed))?;
-        let reconstruction = match marcher.reconstructs() {
-            true => HostReconstruction::nothing(),
-            false => HostReconstruction::new(settings)?,
-        };
+        let reconstruction = marcher.host_reconstruction(settings)?;
         let simd = speed.simd.unwrap_or_else(Simd::best);
         let machine =
             Machine { gpu: marcher.gpu_name(), ..Machine::this(threads.current_num_threads(), simd) };
         Ok(Self {
+            volume: volume.clone(),
+            settings: settings.clone(),
             marcher,
             reconstruction,
             paths: Paths::new(settings)?,
-            size: settings.frame_size(),
             last_camera: None,
             machine,
             notes,
@@ -107,9 +107,39 @@ impl Pipeline {
         })
     }
 
+    /// Goes on as `settings` say. What they share with the settings so far is kept, the memory of a network too: another
+    /// camera, gaze or density costs nothing, another transfer function or light a small part of beginning anew.
+    ///
+    /// # Errors
+    /// As [`Self::new`]; everything stays as it was then, unless the device is lost.
+    pub fn change(&mut self, settings: &RenderSettings) -> Result<()> {
+        let scene = scene(&self.volume, settings)?;
+        let paths = Paths::new(settings)?;
+        let reconstructs_alike = self.settings.reconstructs_as(settings);
+        let Self { threads, marcher, reconstruction, .. } = self;
+        threads.install(|| {
+            let anew = (!reconstructs_alike).then(|| marcher.host_reconstruction(settings)).transpose()?;
+            marcher.change(&scene, settings, reconstructs_alike)?;
+            if let Some(anew) = anew {
+                let finds_motion = reconstruction.finds_motion;
+                *reconstruction = anew;
+                reconstruction.finds_motion = finds_motion;
+            }
+            Ok::<_, Error>(())
+        })?;
+        self.paths = paths;
+        self.settings = settings.clone();
+        Ok(())
+    }
+
+    /// The volume.
+    pub fn volume(&self) -> &OpenVolume {
+        &self.volume
+    }
+
     /// The size of the frames.
     pub fn size(&self) -> FrameSize {
-        self.size
+        self.settings.frame_size()
     }
 
     /// This machine as it is used here.
@@ -132,12 +162,21 @@ impl Pipeline {
         self.paths.fovea(i)
     }
 
+    /// What the rays of the pixels of `list` bring back, in its order, seen from `camera`.
+    ///
+    /// # Errors
+    /// A list for frames of another size, a device that is lost.
+    pub fn march(&mut self, camera: &Camera, list: &SampleList) -> Result<Vec<Marched>> {
+        let marcher = &mut self.marcher;
+        self.threads.install(|| marcher.march_list(camera, list))
+    }
+
     /// Frame `i` with every pixel marched.
     ///
     /// # Errors
     /// A device that is lost.
     pub fn reference(&mut self, i: u32) -> Result<Frame> {
-        let (camera, size, marcher) = (self.camera(i), self.size, &mut self.marcher);
+        let (camera, size, marcher) = (self.camera(i), self.size(), &mut self.marcher);
         self.threads.install(|| marcher.march_full(&camera, size))
     }
 
@@ -146,10 +185,18 @@ impl Pipeline {
     /// # Errors
     /// A network that cannot go on, a device that is lost.
     pub fn render(&mut self, i: u32) -> Result<RenderedFrame> {
+        self.render_from(i, &Viewpoint { camera: self.camera(i), fovea: self.fovea(i) })
+    }
+
+    /// Frame `i` seen from where somebody stands, wherever the settings' paths lead.
+    ///
+    /// # Errors
+    /// As [`Self::render`].
+    pub fn render_from(&mut self, i: u32, viewpoint: &Viewpoint) -> Result<RenderedFrame> {
         let started = Timer::start();
-        let camera = self.camera(i);
+        let Viewpoint { camera, fovea } = *viewpoint;
         let last_camera = self.last_camera.replace(camera);
-        let view = View { index: i, size: self.size, camera, last_camera, fovea: self.fovea(i) };
+        let view = View { index: i, size: self.size(), camera, last_camera, fovea };
         let (marcher, reconstruction) = (&mut self.marcher, &mut self.reconstruction);
         self.threads.install(|| {
             let sampled = marcher.sample(&view)?;
@@ -220,12 +267,33 @@ impl Marcher {
         }
     }
 
-    /// Whether it makes full frames too.
-    fn reconstructs(&self) -> bool {
+    /// What makes full frames of its samples as `settings` say, where it does not do so itself.
+    fn host_reconstruction(&self, settings: &RenderSettings) -> Result<HostReconstruction> {
         match self {
-            Self::Cpu(_) => false,
+            Self::Cpu(_) => HostReconstruction::new(settings),
             #[cfg(feature = "gpu")]
-            Self::Gpu(marcher) => marcher.reconstructs(),
+            Self::Gpu(_) if gpu::reconstructs(settings) => Ok(HostReconstruction::nothing()),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(_) => HostReconstruction::new(settings),
+        }
+    }
+
+    /// Goes on with another scene around the same volume, and other settings.
+    fn change(&mut self, scene: &Scene, settings: &RenderSettings, reconstructs_alike: bool) -> Result<()> {
+        #[cfg(not(feature = "gpu"))]
+        let _ = reconstructs_alike;
+        match self {
+            Self::Cpu(marcher) => marcher.change(scene, settings),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(marcher) => marcher.change(scene, settings, reconstructs_alike),
+        }
+    }
+
+    fn march_list(&mut self, camera: &Camera, list: &SampleList) -> Result<Vec<Marched>> {
+        match self {
+            Self::Cpu(marcher) => Ok(marcher.march_list(camera, list)),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(marcher) => marcher.march_list(camera, list),
         }
     }
 

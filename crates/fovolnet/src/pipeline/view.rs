@@ -1,7 +1,14 @@
-use crate::{RenderSettings, Result, toml_file};
-use fovol_core::{Camera, CameraPath, Fovea, FrameSize, GazePath, Keyframe};
-use glam::DVec3;
-use serde::Deserialize;
+use crate::{RenderSettings, Result, camera_path};
+use fovol_core::{Camera, CameraPath, Fovea, FrameSize, GazePath};
+
+/// From where a frame is seen, and where in it the eye looks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Viewpoint {
+    /// From where the volume is seen.
+    pub camera: Camera,
+    /// Where the eye looks, and what is sampled away from there.
+    pub fovea: Fovea,
+}
 
 /// What is seen in one frame, and where the eye looks.
 #[derive(Debug, Clone, Copy)]
@@ -38,32 +45,5 @@ impl Paths {
 
     pub fn fovea(&self, i: u32) -> Fovea {
         Fovea { gaze: self.gaze.gaze(i), ..self.fovea }
-    }
-}
-
-/// Where frames are seen from, as `settings` say.
-///
-/// # Errors
-/// A camera that sees nothing, a file that cannot be read.
-pub fn camera_path(settings: &RenderSettings) -> Result<CameraPath> {
-    if let Some([ex, ey, ez, tx, ty, tz, fovy]) = settings.camera {
-        let camera = Camera::new(DVec3::new(ex, ey, ez), DVec3::new(tx, ty, tz), fovy)?;
-        return Ok(CameraPath::Still(camera));
-    }
-    match settings.path.as_deref().unwrap_or("orbit") {
-        "orbit" => Ok(CameraPath::Orbit),
-        "flythrough" => Ok(CameraPath::Flythrough),
-        file => {
-            #[derive(Deserialize)]
-            struct Keyframes {
-                keyframe: Vec<Keyframe>,
-            }
-            let read: Keyframes = toml_file::read(
-                file,
-                "--path",
-                "orbit, flythrough, or a TOML file of [[keyframe]] tables with frame, eye, target and fovy",
-            )?;
-            Ok(CameraPath::through(read.keyframe)?)
-        }
     }
 }

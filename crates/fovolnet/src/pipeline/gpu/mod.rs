@@ -4,9 +4,11 @@ use super::view::View;
 use crate::{RenderSettings, Result, Sampling};
 use fovol_core::{Camera, Frame, Pixel, SampleList, Scene};
 use fovol_gpu::Gpu;
+use fovol_render::cpu::march::Marched;
 use fovol_render::cpu::{DirectSamples, compact, direct, mask_of, scatter};
 use fovol_render::gpu::{self, FrameBuffers, MaskSource, Renderer, Stage};
 use reconstruction::DeviceReconstruction;
+pub use reconstruction::reconstructs;
 
 mod motion;
 mod reconstruction;
@@ -27,12 +29,33 @@ impl GpuMarcher {
         let mut renderer = Renderer::new(gpu, scene)?;
         renderer.set_skip_empty(skip_empty);
         let buffers = renderer.frame_buffers(sampler.size)?;
-        let reconstruction = match sampler.sampling {
-            // Every pixel is there already.
-            Sampling::Full => None,
-            _ => DeviceReconstruction::new(gpu, settings, &buffers)?,
-        };
+        let reconstruction = DeviceReconstruction::new(gpu, settings, &buffers)?;
         Ok(Self { renderer, buffers, sampler, reconstruction })
+    }
+
+    /// Goes on with another scene around the same volume, and other settings.
+    pub fn change(
+        &mut self,
+        scene: &Scene,
+        settings: &RenderSettings,
+        reconstructs_alike: bool,
+    ) -> Result<()> {
+        let sampler = Sampler::new(settings);
+        let resized = sampler.size != self.sampler.size;
+        let buffers = resized.then(|| self.renderer.frame_buffers(sampler.size)).transpose()?;
+        let buffers_then = buffers.as_ref().unwrap_or(&self.buffers);
+        let gpu = self.renderer.gpu();
+        let anew = (!reconstructs_alike).then(|| DeviceReconstruction::new(gpu, settings, buffers_then));
+        let anew = anew.transpose()?;
+        self.renderer.set_scene(scene)?;
+        self.sampler = sampler;
+        if let Some(buffers) = buffers {
+            self.buffers = buffers;
+        }
+        if let Some(anew) = anew {
+            self.reconstruction = anew;
+        }
+        Ok(())
     }
 
     /// What it runs on.
@@ -40,16 +63,17 @@ impl GpuMarcher {
         self.renderer.gpu()
     }
 
-    /// Whether it makes full frames too.
-    pub fn reconstructs(&self) -> bool {
-        self.reconstruction.is_some()
-    }
-
     /// Forgets the frames so far.
     pub fn reset(&mut self) {
         if let Some(reconstruction) = &mut self.reconstruction {
             reconstruction.reset();
         }
+    }
+
+    /// What the rays of the pixels of `list` bring back.
+    pub fn march_list(&mut self, camera: &Camera, list: &SampleList) -> Result<Vec<Marched>> {
+        self.renderer.render(&mut self.buffers, camera, gpu::Sampling::List(list))?;
+        Ok(self.buffers.read_samples()?)
     }
 
     /// The frame with every pixel marched.

@@ -1,7 +1,7 @@
 use super::motion::MotionPass;
 use crate::pipeline::view::View;
 use crate::reconstructor::weights;
-use crate::{Error, Reconstruction, RenderSettings, Result};
+use crate::{Error, Reconstruction, RenderSettings, Result, Sampling};
 use fovol_core::{Frame, FrameSize};
 use fovol_gpu::{Gpu, read};
 use fovol_net::Fill;
@@ -19,6 +19,9 @@ pub enum DeviceReconstruction {
 impl DeviceReconstruction {
     /// What `settings` say, for frames that `buffers` hold; `None` where that runs on the processor only.
     pub fn new(gpu: &Gpu, settings: &RenderSettings, buffers: &FrameBuffers) -> Result<Option<Self>> {
+        if !reconstructs(settings) {
+            return Ok(None);
+        }
         let how = settings.reconstruction();
         let size = buffers.size();
         match how {
@@ -76,6 +79,17 @@ impl DeviceReconstruction {
             Self::Network { state, .. } => Ok(state.read_frame()?),
         }
     }
+}
+
+/// Whether what `settings` ask for is made on the device; on the processor otherwise, or not at all.
+pub fn reconstructs(settings: &RenderSettings) -> bool {
+    // Every pixel is there already where all are marched.
+    settings.sampling() != Sampling::Full
+        && match settings.reconstruction() {
+            Reconstruction::None | Reconstruction::Fill(Fill::Linear) => false,
+            Reconstruction::Fill(Fill::PullPush) => true,
+            Reconstruction::WNet | Reconstruction::DeepFovea => precision(settings).is_some(),
+        }
 }
 
 /// The precision of networks on devices that `settings` ask for; `None` for those of processors.

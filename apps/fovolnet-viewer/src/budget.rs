@@ -1,0 +1,206 @@
+//! How much of a frame there is time for.
+//!
+//! While somebody moves, frames come at the rate that was asked for: out of a ladder of ways to make them, each cheaper and
+//! worse than the one before, the best one is taken whose predicted time fits. Predictions come from what the last frames
+//! took: so many milliseconds a sample, and so many a pixel for filling.
+
+use fovolnet::core::{Fovea, FrameSize};
+use fovolnet::net::Fill;
+use fovolnet::{Reconstruction, RenderSettings, Sampling, Timings};
+
+/// One way to make frames, as compared with what the session says.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rung {
+    /// Pixels along each side.
+    pub scale: f64,
+    /// Whether the session's reconstruction is used; the cheapest that fills otherwise.
+    pub as_asked: bool,
+    /// The share of pixels sampled away from the gaze, and the size of the fovea.
+    pub density: f64,
+    /// The distance between samples on a ray.
+    pub step: f64,
+}
+
+/// From what the session says down to what an old laptop manages.
+const LADDER: [Rung; 12] = {
+    const fn rung(scale: f64, as_asked: bool, density: f64, step: f64) -> Rung {
+        Rung { scale, as_asked, density, step }
+    }
+    [
+        rung(1.0, true, 1.0, 1.0),
+        rung(1.0, true, 0.75, 1.0),
+        rung(0.75, true, 1.0, 1.0),
+        rung(0.75, true, 1.0, 1.5),
+        rung(0.6, true, 1.0, 1.5),
+        rung(0.5, true, 1.0, 1.5),
+        rung(0.75, false, 1.0, 1.5),
+        rung(0.6, false, 0.75, 1.5),
+        rung(0.5, false, 0.75, 2.0),
+        rung(0.4, false, 0.75, 2.0),
+        rung(0.3, false, 0.75, 2.5),
+        rung(0.25, false, 0.5, 3.0),
+    ]
+};
+
+/// A rung above is taken when its predicted time is below this share of what there is, so that frames do not go up and down.
+const CLIMB: f64 = 0.8;
+/// How much the last frame counts.
+const NEW: f64 = 0.35;
+/// Milliseconds a pixel that filling is taken to cost before it was measured, with a network and without.
+const UNMEASURED: [f64; 2] = [1.5e-4, 1e-5];
+
+/// Chooses how frames are made.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Budget {
+    rung: usize,
+    /// Milliseconds a sample at the session's step.
+    sample_ms: Option<f64>,
+    /// Milliseconds a pixel of filling, with the session's reconstruction and with the cheapest.
+    pixel_ms: [Option<f64>; 2],
+}
+
+impl Default for Budget {
+    fn default() -> Self {
+        Self { rung: 2, sample_ms: None, pixel_ms: [None; 2] }
+    }
+}
+
+impl Budget {
+    /// Forgets what was measured: another volume costs something else.
+    pub fn reset(&mut self) {
+        *self = Self::default();
+    }
+
+    /// How frames are made now.
+    pub fn rung(&self) -> &'static Rung {
+        &LADDER[self.rung]
+    }
+
+    /// Learns from a frame that was made as [`Self::settings`] of `asked` said.
+    pub fn learn(&mut self, asked: &RenderSettings, samples: usize, timings: &Timings) {
+        let rung = *self.rung();
+        let learn = |known: Option<f64>, new: f64| Some(known.map_or(new, |old| old + NEW * (new - old)));
+        if samples > 0 {
+            let ms = (timings.mask + timings.march) * rung.step / samples as f64;
+            self.sample_ms = learn(self.sample_ms, ms);
+        }
+        let pixels = scaled(asked.frame_size(), rung.scale).pixels() as f64;
+        let kind = usize::from(!rung.as_asked);
+        // What is neither mask nor march: filling, and the motion that it needs.
+        let filling = (timings.total - timings.mask - timings.march).max(0.0);
+        self.pixel_ms[kind] = learn(self.pixel_ms[kind], filling / pixels);
+    }
+
+    /// Takes the best rung for frames of `ms` milliseconds.
+    pub fn choose(&mut self, asked: &RenderSettings, ms: f64) {
+        let fits = |rung: usize, share: f64| self.predicted(asked, &LADDER[rung]) <= ms * share;
+        if fits(self.rung, 1.0) {
+            if let Some(better) = (0..self.rung).find(|&rung| fits(rung, CLIMB)) {
+                self.rung = better;
+            }
+        } else {
+            self.rung = (self.rung..LADDER.len()).find(|&rung| fits(rung, 1.0)).unwrap_or(LADDER.len() - 1);
+        }
+    }
+
+    /// The settings of a frame now, of what was `asked` for at full quality.
+    pub fn settings(&self, asked: &RenderSettings) -> RenderSettings {
+        applied(asked, self.rung())
+    }
+
+    /// Milliseconds that a frame is thought to take on `rung`.
+    fn predicted(&self, asked: &RenderSettings, rung: &Rung) -> f64 {
+        let settings = applied(asked, rung);
+        let size = settings.frame_size();
+        let fovea = settings.fovea(0).ok().filter(|_| settings.sampling() != Sampling::Full);
+        let density = fovea.map_or(1.0, |fovea| fovea.expected_density(size));
+        let samples = density * size.pixels() as f64;
+        let kind = usize::from(!rung.as_asked);
+        let pixel_ms = self.pixel_ms[kind].unwrap_or(UNMEASURED[kind]);
+        self.sample_ms.unwrap_or(0.0) * samples / rung.step + pixel_ms * size.pixels() as f64
+    }
+}
+
+/// `asked` as `rung` has it.
+fn applied(asked: &RenderSettings, rung: &Rung) -> RenderSettings {
+    let mut settings = asked.clone();
+    settings.size = Some(scaled(asked.frame_size(), rung.scale));
+    settings.pb = Some(asked.pb.unwrap_or(Fovea::default().base) * rung.density);
+    settings.sigma = Some(asked.sigma.unwrap_or(Fovea::default().sigma) * rung.density.sqrt());
+    settings.step = Some((asked.step.unwrap_or(0.5) * rung.step).min(100.0));
+    if !rung.as_asked {
+        settings.reconstruct = Some(Reconstruction::Fill(Fill::PullPush));
+        settings.weights = None;
+        settings.random_weights = None;
+    }
+    settings
+}
+
+/// `size` with sides `scale` times as long, at least a pixel.
+pub fn scaled(size: FrameSize, scale: f64) -> FrameSize {
+    let side = |side: u32| ((f64::from(side) * scale).round() as u32).max(1);
+    FrameSize { width: side(size.width), height: side(size.height) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn asked() -> RenderSettings {
+        RenderSettings { reconstruct: Some(Reconstruction::WNet), ..RenderSettings::default() }
+    }
+
+    /// What a machine takes that needs `sample` milliseconds a thousand samples, and `net` or `fill` a million pixels.
+    fn frame(settings: &RenderSettings, [sample, net, fill]: [f64; 3]) -> (usize, Timings) {
+        let size = settings.frame_size();
+        let samples = settings.fovea(0).unwrap().expected_density(size) * size.pixels() as f64;
+        let march = samples * sample * 1e-3 / (settings.step.unwrap() / 0.5);
+        let per_pixel = if settings.reconstruction() == Reconstruction::WNet { net } else { fill };
+        let reconstruct = per_pixel * size.pixels() as f64 * 1e-6;
+        (samples as usize, Timings { mask: 0.0, march, reconstruct, total: march + reconstruct })
+    }
+
+    /// The last of many frames for a budget of `ms`, and how often the rung changed in the second half.
+    fn settled(machine: [f64; 3], ms: f64) -> (f64, usize, Rung) {
+        let (mut budget, mut changes, mut total) = (Budget::default(), 0, 0.0);
+        for i in 0..60 {
+            let before = budget.rung;
+            budget.choose(&asked(), ms);
+            changes += usize::from(i >= 30 && before != budget.rung);
+            let (samples, timings) = frame(&budget.settings(&asked()), machine);
+            budget.learn(&asked(), samples, &timings);
+            total = timings.total;
+        }
+        (total, changes, *budget.rung())
+    }
+
+    #[test]
+    fn fast_machines_do_what_was_asked() {
+        let (ms, _, rung) = settled([1e-4, 2.0, 1.0], 100.0);
+        assert_eq!(rung, LADDER[0]);
+        assert!(ms < 10.0);
+    }
+
+    #[test]
+    fn slower_machines_keep_the_time_and_stay_where_they_are() {
+        for machine in [[1.0, 200.0, 10.0], [3.0, 200.0, 10.0], [6.0, 900.0, 20.0]] {
+            for ms in [125.0, 66.0] {
+                let (took, changes, rung) = settled(machine, ms);
+                assert!(took <= ms * 1.05, "{machine:?}: {took} of {ms} on {rung:?}");
+                assert_eq!(changes, 0, "{machine:?} {ms}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_nothing_helps_gets_the_cheapest() {
+        assert_eq!(settled([5000.0, 1e6, 1e6], 10.0).2, LADDER[LADDER.len() - 1]);
+    }
+
+    #[test]
+    fn every_rung_is_cheaper_than_the_first() {
+        let machine = [1.0, 200.0, 10.0];
+        let cost = |rung| frame(&applied(&asked(), rung), machine).1.total;
+        assert!(LADDER[1..].iter().all(|rung| cost(rung) < cost(&LADDER[0])));
+    }
+}

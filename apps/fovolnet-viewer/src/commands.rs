@@ -1,0 +1,154 @@
+//! Everything that menus and keys do.
+
+use crate::look::Look;
+use eframe::egui::{Context, Key, KeyboardShortcut, Modifiers};
+
+/// Something to do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Command {
+    /// Open a file.
+    Open,
+    /// Close the session.
+    Close,
+    /// Save the session where it lies.
+    Save,
+    /// Save the session elsewhere.
+    SaveAs,
+    /// Write a picture.
+    ExportPicture,
+    /// Write a clip of the path.
+    ExportVideo,
+    /// End the viewer.
+    Quit,
+    /// Take the last change back.
+    Undo,
+    /// Do again what was taken back.
+    Redo,
+    /// Look from where the path begins.
+    ResetView,
+    /// Look from this direction.
+    LookFrom([i8; 3]),
+    /// Show this of the frame.
+    Show(Look),
+    /// Play the path, or stop.
+    PlayOrPause,
+    /// Make the view a keyframe.
+    AddKeyframe,
+    /// Draw box, axes and scales, or do not.
+    ToggleMarks,
+    /// Make the window light, or dark.
+    ToggleTheme,
+    /// Show keys and mouse.
+    Help,
+}
+
+/// Something to do, what it is called and what key does it.
+#[derive(Debug, Clone, Copy)]
+pub struct Entry {
+    /// What is done.
+    pub command: Command,
+    /// What it is called.
+    pub name: &'static str,
+    /// The key that does it.
+    pub shortcut: Option<KeyboardShortcut>,
+}
+
+const fn entry(command: Command, name: &'static str, modifiers: Modifiers, key: Key) -> Entry {
+    Entry { command, name, shortcut: Some(KeyboardShortcut::new(modifiers, key)) }
+}
+
+const NONE: Modifiers = Modifiers::NONE;
+const CTRL: Modifiers = Modifiers::COMMAND;
+const CTRL_SHIFT: Modifiers = Modifiers { shift: true, ..Modifiers::COMMAND };
+
+/// The menu *File*.
+pub const FILE: &[Entry] = &[
+    entry(Command::Open, "Open…", CTRL, Key::O),
+    entry(Command::Save, "Save session", CTRL, Key::S),
+    entry(Command::SaveAs, "Save session as…", CTRL_SHIFT, Key::S),
+    entry(Command::ExportPicture, "Export picture…", CTRL, Key::E),
+    entry(Command::ExportVideo, "Export video…", CTRL_SHIFT, Key::E),
+    entry(Command::Close, "Close", CTRL, Key::W),
+    entry(Command::Quit, "Quit", CTRL, Key::Q),
+];
+
+/// The menu *Edit*. Of two keys that match, the one with more modifiers has to come first.
+pub const EDIT: &[Entry] = &[
+    entry(Command::Redo, "Redo", CTRL_SHIFT, Key::Z),
+    entry(Command::Undo, "Undo", CTRL, Key::Z),
+    entry(Command::AddKeyframe, "Add keyframe", NONE, Key::K),
+    entry(Command::PlayOrPause, "Play or pause", NONE, Key::Space),
+];
+
+/// The menu *View*.
+pub const VIEW: &[Entry] = &[
+    entry(Command::ResetView, "Reset view", NONE, Key::Home),
+    entry(Command::LookFrom([0, 0, 1]), "From the front (+z)", NONE, Key::Num1),
+    entry(Command::LookFrom([1, 0, 0]), "From the right (+x)", NONE, Key::Num3),
+    entry(Command::LookFrom([0, 1, 0]), "From above (+y)", NONE, Key::Num7),
+    entry(Command::LookFrom([0, 0, -1]), "From the back (−z)", CTRL, Key::Num1),
+    entry(Command::LookFrom([-1, 0, 0]), "From the left (−x)", CTRL, Key::Num3),
+    entry(Command::LookFrom([0, -1, 0]), "From below (−y)", CTRL, Key::Num7),
+    entry(Command::Show(Look::Picture), "Show the picture", NONE, Key::F5),
+    entry(Command::Show(Look::Samples), "Show the samples", NONE, Key::F6),
+    entry(Command::Show(Look::Measured), "Show what is measured", NONE, Key::F7),
+    entry(Command::Show(Look::Density), "Show the density", NONE, Key::F8),
+    entry(Command::Show(Look::Difference), "Show the difference", NONE, Key::F9),
+    entry(Command::ToggleMarks, "Box, axes and scales", NONE, Key::B),
+    entry(Command::ToggleTheme, "Light or dark", NONE, Key::F10),
+];
+
+/// The menu *Help*.
+pub const HELP: &[Entry] = &[entry(Command::Help, "Keys and mouse", NONE, Key::F1)];
+
+/// All of them.
+pub fn all() -> impl Iterator<Item = &'static Entry> {
+    [FILE, EDIT, VIEW, HELP].into_iter().flatten()
+}
+
+/// What hands do besides keys of commands.
+pub const GESTURES: &[(&str, &str)] = &[
+    ("Drag", "Turn the view"),
+    ("Shift + drag, or middle button", "Move the view"),
+    ("Wheel or pinch", "Nearer and farther"),
+    ("W A S D, Q E", "Fly forward, left, back, right, down, up; faster with Shift"),
+    ("L + drag", "Turn the light"),
+    ("Double click", "Reset the view"),
+    ("Drop a file", "Open it"),
+    ("Pointer", "Where you look: sampled most densely"),
+];
+
+/// What the keys that were pressed ask for.
+pub fn pressed(context: &Context) -> Vec<Command> {
+    if context.text_edit_focused() {
+        return Vec::new();
+    }
+    let mut commands: Vec<&Entry> = all().collect();
+    // Ctrl + Shift + S is no Ctrl + S.
+    commands.sort_by_key(|entry| !entry.shortcut.is_some_and(|keys| keys.modifiers.shift));
+    context.input_mut(|input| {
+        let asked = commands.iter().filter(|entry| {
+            entry.shortcut.is_some_and(|keys| {
+                // The plain keys are not those with a modifier.
+                (keys.modifiers != NONE || !input.modifiers.any()) && input.consume_shortcut(&keys)
+            })
+        });
+        asked.map(|entry| entry.command).collect()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_two_commands_share_a_key() {
+        let entries: Vec<&Entry> = all().collect();
+        for (i, a) in entries.iter().enumerate() {
+            for b in &entries[i + 1..] {
+                assert_ne!(a.shortcut, b.shortcut, "{} and {}", a.name, b.name);
+                assert_ne!(a.command, b.command, "{} and {}", a.name, b.name);
+            }
+        }
+    }
+}

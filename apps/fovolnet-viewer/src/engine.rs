@@ -1,0 +1,197 @@
+//! The thread that makes pictures, so that the window never waits.
+
+use crate::studio::{Shown, Studio, Wanted};
+use fovolnet::SpeedSettings;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+
+/// Makes pictures of what is wanted last.
+#[derive(Debug)]
+pub struct Engine {
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+}
+
+/// What the threads tell each other.
+#[derive(Debug, Default)]
+struct Shared {
+    desk: Mutex<Desk>,
+    changed: Condvar,
+}
+
+#[derive(Debug, Default)]
+struct Desk {
+    wanted: Option<Wanted>,
+    /// Whether `wanted` is as it was when a step came to its end with nothing more to do.
+    is_done: bool,
+    stops: bool,
+    shown: Option<Shown>,
+    said: Vec<Said>,
+}
+
+/// Something to tell the person at the window.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Said {
+    /// Something to know.
+    Note(String),
+    /// Something that keeps pictures from being made.
+    Error(String),
+}
+
+impl Engine {
+    /// Starts the thread; `wake` is called whenever there is something to take.
+    ///
+    /// # Errors
+    /// A system that has no thread left.
+    pub fn start(speed: SpeedSettings, wake: impl Fn() + Send + 'static) -> std::io::Result<Self> {
+        let shared = Arc::<Shared>::default();
+        let theirs = Arc::clone(&shared);
+        let run = move || theirs.run(&speed, &wake);
+        let thread = std::thread::Builder::new().name("pictures".into()).spawn(run)?;
+        Ok(Self { shared, thread: Some(thread) })
+    }
+
+    /// Makes pictures of `wanted` from now on.
+    pub fn want(&self, wanted: Wanted) {
+        let mut desk = self.shared.desk();
+        if desk.wanted.as_ref() != Some(&wanted) {
+            desk.wanted = Some(wanted);
+            desk.is_done = false;
+            self.shared.changed.notify_all();
+        }
+    }
+
+    /// The last picture, once.
+    pub fn take_shown(&self) -> Option<Shown> {
+        self.shared.desk().shown.take()
+    }
+
+    /// What was said since the last call.
+    pub fn take_said(&self) -> Vec<Said> {
+        std::mem::take(&mut self.shared.desk().said)
+    }
+
+    /// Whether nothing more will come of what is wanted.
+    pub fn is_done(&self) -> bool {
+        let desk = self.shared.desk();
+        desk.wanted.is_none() || (desk.is_done && desk.shown.is_none())
+    }
+}
+
+impl Drop for Engine {
+    fn drop(&mut self) {
+        self.shared.desk().stops = true;
+        self.shared.changed.notify_all();
+        if let Some(thread) = self.thread.take() {
+            // It catches its own panics.
+            let _ = thread.join();
+        }
+    }
+}
+
+impl Shared {
+    fn desk(&self) -> MutexGuard<'_, Desk> {
+        self.desk.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn run(&self, speed: &SpeedSettings, wake: &dyn Fn()) {
+        let mut studio = Studio::new(speed.clone());
+        while let Some(wanted) = self.next() {
+            let step = catch_unwind(AssertUnwindSafe(|| studio.step(&wanted)));
+            let mut said: Vec<Said> = studio.take_notes().into_iter().map(Said::Note).collect();
+            let shown = match step {
+                Ok(Ok(shown)) => shown,
+                Ok(Err(error)) => {
+                    said.push(Said::Error(format!("{error:#}")));
+                    None
+                }
+                Err(_) => {
+                    studio = Studio::new(speed.clone());
+                    said.push(Said::Error(
+                        "the renderer failed and begins anew; change the view to try again".into(),
+                    ));
+                    None
+                }
+            };
+            self.tell(&wanted, shown, said);
+            wake();
+        }
+    }
+
+    /// What is wanted, as soon as there is something to do; none when the thread is to end.
+    fn next(&self) -> Option<Wanted> {
+        let idle = |desk: &mut Desk| !desk.stops && (desk.is_done || desk.wanted.is_none());
+        let desk = self.changed.wait_while(self.desk(), idle).unwrap_or_else(PoisonError::into_inner);
+        desk.wanted.clone().filter(|_| !desk.stops)
+    }
+
+    fn tell(&self, wanted: &Wanted, shown: Option<Shown>, said: Vec<Said>) {
+        let mut desk = self.desk();
+        desk.is_done = shown.is_none() && desk.wanted.as_ref() == Some(wanted);
+        desk.said.extend(said);
+        if shown.is_some() {
+            desk.shown = shown;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::look::Look;
+    use crate::studio::Progress;
+    use fovolnet::core::CameraPath;
+    use fovolnet::{RenderSettings, VolumeSettings, open_volume};
+    use std::time::{Duration, Instant};
+
+    fn wanted() -> Wanted {
+        let read = VolumeSettings { dims: Some([24; 3]), ..VolumeSettings::default() };
+        Wanted {
+            volume: open_volume("head", &read).unwrap(),
+            settings: RenderSettings { size: Some("48x32".parse().unwrap()), ..RenderSettings::default() },
+            camera: CameraPath::Orbit.camera(0),
+            gaze: [0.5; 2],
+            rate: None,
+            converges: true,
+            look: Look::Picture,
+        }
+    }
+
+    fn wait(engine: &Engine) {
+        let started = Instant::now();
+        let mut shown = None;
+        while !engine.is_done() || shown.is_none() {
+            shown = engine.take_shown().or(shown);
+            if !engine.shared.desk().said.is_empty() {
+                return;
+            }
+            assert!(started.elapsed() < Duration::from_secs(60), "nothing comes");
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        assert_eq!(shown.unwrap().progress, Progress::Complete);
+    }
+
+    #[test]
+    fn pictures_come_until_they_are_complete_and_after_changes_again() {
+        let engine = Engine::start(SpeedSettings::default(), || ()).unwrap();
+        assert!(engine.is_done());
+        engine.want(wanted());
+        wait(&engine);
+        engine.want(Wanted { camera: CameraPath::Orbit.camera(9), ..wanted() });
+        wait(&engine);
+    }
+
+    #[test]
+    fn errors_are_said_once_and_do_not_end_it() {
+        let engine = Engine::start(SpeedSettings::default(), || ()).unwrap();
+        let mut bad = wanted();
+        bad.settings.step = Some(-1.0);
+        engine.want(bad);
+        wait(&engine);
+        let said = engine.take_said();
+        assert!(matches!(&said[..], [Said::Error(text)] if text.contains("step")), "{said:?}");
+        engine.want(wanted());
+        wait(&engine);
+    }
+}

@@ -1,0 +1,31 @@
+//! The interactive viewer: a volume in a window, sampled where somebody looks.
+//!
+//! [`Viewer`] is the window, [`engine`] the thread that makes its pictures, [`studio`] what that thread does: frames that
+//! keep their time while something moves ([`budget`]), and full frames where nothing does ([`still`]). Everything that a
+//! picture depends on lies in the [`document`], which is a session of the command line.
+
+pub mod budget;
+pub mod commands;
+pub mod dialogue;
+pub mod document;
+pub mod engine;
+pub mod export;
+pub mod files;
+pub mod gaze;
+pub mod job;
+pub mod look;
+mod marks;
+pub mod messages;
+pub mod navigation;
+pub mod opened;
+mod panels;
+mod picture_view;
+pub mod places;
+mod start_page;
+pub mod still;
+pub mod studio;
+pub mod timeline;
+mod transfer_editor;
+mod viewer;
+
+pub use viewer::{Start, Viewer};

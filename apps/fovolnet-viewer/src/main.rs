@@ -1,0 +1,156 @@
+//! The `fovolnet-viewer` command.
+
+use anyhow::{Context as _, Result, bail};
+use clap::Parser;
+use eframe::egui::{ColorImage, ScreenshotCallback, Ui, ViewportBuilder, ViewportCommand};
+use fovolnet::core::{Frame, FrameSize};
+use fovolnet::io::image::{self, Alpha};
+use fovolnet::{RenderSettings, SpeedSettings, VolumeSettings};
+use fovolnet_viewer::places::Places;
+use fovolnet_viewer::{Start, Viewer};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::{Arc, Mutex};
+
+/// Look at a volume.
+#[derive(Parser)]
+#[command(name = "fovolnet-viewer", version, max_term_width = 100)]
+struct Arguments {
+    /// Volume file, folder of slices, procedural volume, or session (.toml)
+    volume: Option<String>,
+    #[command(flatten)]
+    read: VolumeSettings,
+    #[command(flatten)]
+    render: RenderSettings,
+    #[command(flatten)]
+    speed: SpeedSettings,
+    /// Write a picture of the window as soon as the view is complete, and end
+    #[arg(long, value_name = "FILE.png")]
+    screenshot: Option<PathBuf>,
+    /// Size of the window in points
+    #[arg(long, value_name = "WxH", default_value = "1280x800")]
+    window: FrameSize,
+    /// Pixels of a point: 2 makes everything twice as large
+    #[arg(long, value_name = "F", value_parser = clap::value_parser!(f32))]
+    scale: Option<f32>,
+    /// Light or dark
+    #[arg(long, value_name = "THEME")]
+    theme: Option<Theme>,
+}
+
+#[derive(clap::ValueEnum, Clone, Copy, PartialEq, Eq)]
+enum Theme {
+    Dark,
+    Light,
+}
+
+/// The window, and the picture that is to be taken of it.
+struct Window {
+    viewer: Viewer,
+    screenshot: Option<Screenshot>,
+}
+
+/// A picture of the window.
+struct Screenshot {
+    path: PathBuf,
+    /// Frames that were shown since nothing changes any more.
+    settled: u32,
+    outcome: Arc<Mutex<Option<Result<()>>>>,
+}
+
+/// Frames until everything that opens slowly is open.
+const SETTLED: u32 = 20;
+
+impl eframe::App for Window {
+    fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
+        self.viewer.show(ui);
+        let Some(screenshot) = &mut self.screenshot else { return };
+        let context = ui.ctx().clone();
+        screenshot.settled = if self.viewer.is_settled() { screenshot.settled + 1 } else { 0 };
+        if screenshot.settled == SETTLED {
+            let (path, outcome, wake) =
+                (screenshot.path.clone(), Arc::clone(&screenshot.outcome), context.clone());
+            let callback = ScreenshotCallback::new(move |picture| {
+                *outcome.lock().expect("nobody panics with it") = Some(write(&path, &picture));
+                wake.send_viewport_cmd(ViewportCommand::Close);
+            });
+            context.send_viewport_cmd(ViewportCommand::Screenshot(callback));
+        }
+        context.request_repaint();
+    }
+}
+
+fn write(path: &Path, picture: &ColorImage) -> Result<()> {
+    let [width, height] = picture.size.map(|side| u32::try_from(side).unwrap_or(u32::MAX));
+    let colour = |pixel: &eframe::egui::Color32| pixel.to_array().map(|c| f32::from(c) / 255.0);
+    let pixels = picture.pixels.iter().map(colour).collect();
+    let frame = Frame::from_pixels(FrameSize::new(width, height)?, pixels)?;
+    Ok(image::write_png(path, &frame, Alpha::Drop)?)
+}
+
+fn run(arguments: Arguments) -> Result<()> {
+    let [width, height] = <[u32; 2]>::from(arguments.window).map(|side| side as f32);
+    let options = eframe::NativeOptions {
+        viewport: ViewportBuilder::default()
+            .with_title("FoVolNet")
+            .with_app_id("fovolnet")
+            .with_inner_size([width, height])
+            .with_min_inner_size([480.0, 320.0])
+            .with_drag_and_drop(true),
+        ..Default::default()
+    };
+    let start = Start {
+        source: arguments.volume,
+        read: arguments.read,
+        render: arguments.render,
+        speed: arguments.speed,
+    };
+    let outcome = Arc::new(Mutex::new(None));
+    let taken = Arc::clone(&outcome);
+    let wants_screenshot = arguments.screenshot.is_some();
+    // What scripts look at does not depend on what somebody did before.
+    let places = if wants_screenshot { Places::in_folder(None) } else { Places::of_user() };
+    let window = move |creation: &eframe::CreationContext<'_>| {
+        if let Some(scale) = arguments.scale {
+            creation.egui_ctx.set_pixels_per_point(scale);
+        }
+        let mut viewer = Viewer::new(&creation.egui_ctx, start, places)?;
+        if let Some(theme) = arguments.theme {
+            viewer.set_dark(theme == Theme::Dark);
+        }
+        let screenshot = arguments.screenshot.map(|path| Screenshot { path, settled: 0, outcome: taken });
+        Ok(Box::new(Window { viewer, screenshot }) as Box<dyn eframe::App>)
+    };
+    eframe::run_native("fovolnet", options, Box::new(window))
+        .map_err(|error| anyhow::anyhow!("{error}"))
+        .context("no window can be opened; a display and a Vulkan, Metal or DirectX 12 driver are needed \
+                  (on Debian: apt install mesa-vulkan-drivers libxkbcommon-x11-0), `fovolnet render` needs neither")?;
+    if wants_screenshot {
+        match outcome.lock().expect("nobody panics with it").take() {
+            Some(written) => written?,
+            None => bail!("the window was closed before the view was complete; no picture was taken"),
+        }
+    }
+    Ok(())
+}
+
+fn main() -> ExitCode {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) if !error.use_stderr() => {
+            print!("{error}");
+            return ExitCode::SUCCESS;
+        }
+        Err(error) => {
+            eprint!("{error}");
+            return ExitCode::from(2);
+        }
+    };
+    match run(arguments) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {}", format!("{error:#}").replace('\n', " "));
+            ExitCode::from(1)
+        }
+    }
+}

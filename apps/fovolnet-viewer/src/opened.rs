@@ -1,0 +1,250 @@
+//! A volume that is open, with what follows from the session and is not found anew for every picture.
+
+use crate::document::Document;
+use crate::transfer_editor::{Histogram, TransferEditor};
+use anyhow::Result;
+use fovolnet::core::{Camera, CameraPath, FrameSize, Keyframe, TransferFunction};
+use fovolnet::{
+    OpenVolume, Reconstruction, RenderSettings, VolumeSettings, camera_path, open_volume, path_text, presets,
+};
+use std::path::Path;
+
+/// A volume that is open, and how it is looked at.
+#[derive(Debug)]
+pub struct Opened {
+    /// The session.
+    pub document: Document,
+    /// The volume.
+    pub volume: OpenVolume,
+    /// How its values are distributed.
+    pub histogram: Histogram,
+    /// What is selected of the transfer function.
+    pub editor: TransferEditor,
+    transfer: (Option<String>, TransferFunction),
+    path: (Option<String>, CameraPath),
+}
+
+impl Opened {
+    /// Opens `source`: a volume, or a session (`.toml`), with `read` and `render` on top.
+    ///
+    /// # Errors
+    /// What is wrong with a file.
+    pub fn open(source: &str, read: VolumeSettings, render: RenderSettings) -> Result<(Self, Vec<String>)> {
+        let path = Path::new(source);
+        let document = if path.extension().is_some_and(|extension| extension == "toml") {
+            Document::open(path, read, render)?
+        } else {
+            let reconstruct = render.reconstruct.or(Some(Reconstruction::WNet));
+            Document::new(source, read, RenderSettings { reconstruct, ..render })?
+        };
+        Self::of_document(document)
+    }
+
+    /// Opens the volume of `document`; also what there is to know about it.
+    ///
+    /// # Errors
+    /// What is wrong with a file.
+    pub fn of_document(document: Document) -> Result<(Self, Vec<String>)> {
+        let session = document.session();
+        let volume = open_volume(&session.volume, &session.read)?;
+        let mut notes = Vec::new();
+        if !session.volume_is_unchanged()? {
+            notes.push(format!(
+                "{} has changed since the session was saved: pictures may not be the same",
+                session.volume
+            ));
+        }
+        let non_finite = volume.volume.statistics().non_finite;
+        if non_finite > 0 {
+            notes.push(format!("{non_finite} values are not finite and shown as the lowest"));
+        }
+        let histogram = Histogram::new(&volume);
+        let transfer = match document.transfer_function(&volume) {
+            Ok(transfer) => transfer,
+            Err(error) => {
+                notes.push(format!("{error}; the automatic transfer function is shown instead"));
+                presets::find("auto", &volume)?
+            }
+        };
+        let transfer = (document.settings().tf.clone(), transfer);
+        let mut opened = Self {
+            document,
+            volume,
+            histogram,
+            editor: TransferEditor::default(),
+            transfer,
+            path: (None, CameraPath::Orbit),
+        };
+        if let Err(error) = opened.refresh() {
+            notes.push(format!("{error}; the usual orbit is shown instead"));
+        }
+        Ok((opened, notes))
+    }
+
+    /// Looks at what the session says now.
+    ///
+    /// # Errors
+    /// A transfer function or a path that cannot be read; those so far stay.
+    pub fn refresh(&mut self) -> Result<()> {
+        let settings = self.document.settings();
+        if settings.tf != self.transfer.0 {
+            let text = settings.tf.clone();
+            let found = self.document.transfer_function(&self.volume);
+            // What cannot be read is not read again until it changes.
+            self.transfer.0 = text;
+            self.transfer.1 = found?;
+        }
+        let settings = self.document.settings();
+        if settings.path != self.path.0 {
+            self.path.0 = settings.path.clone();
+            self.path.1 = camera_path(&RenderSettings { camera: None, ..settings.clone() })?;
+        }
+        Ok(())
+    }
+
+    /// The transfer function in force.
+    pub fn transfer(&self) -> &TransferFunction {
+        &self.transfer.1
+    }
+
+    /// Takes another transfer function.
+    pub fn set_transfer(&mut self, transfer: TransferFunction) {
+        self.document.set_transfer_function(&transfer);
+        self.transfer = (self.document.settings().tf.clone(), transfer);
+    }
+
+    /// The path of the session, wherever somebody stands.
+    pub fn path(&self) -> &CameraPath {
+        &self.path.1
+    }
+
+    /// The frame of the path that is shown, or would be.
+    pub fn frame(&self) -> u32 {
+        self.document.settings().first_frame.unwrap_or(0)
+    }
+
+    /// Shows frame `frame` of the path.
+    pub fn go_to(&mut self, frame: u32) {
+        let settings = self.document.settings_mut();
+        settings.camera = None;
+        settings.first_frame = (frame > 0).then_some(frame);
+    }
+
+    /// How many frames the path has.
+    pub fn path_length(&self) -> u32 {
+        match self.path() {
+            CameraPath::Keyframes(keys) => keys.last().map_or(1, |key| key.frame.ceil() as u32 + 1),
+            _ => 500,
+        }
+    }
+
+    /// From where the volume is seen now.
+    pub fn camera(&self) -> Camera {
+        let free = self.document.settings().camera;
+        let free = free.and_then(|numbers| {
+            let settings = RenderSettings { camera: Some(numbers), ..RenderSettings::default() };
+            camera_path(&settings).ok().map(|path| path.camera(0))
+        });
+        free.unwrap_or_else(|| self.path().camera(self.frame()))
+    }
+
+    /// Stands where `camera` is.
+    pub fn stand_at(&mut self, camera: &Camera) {
+        self.document.settings_mut().camera = Some(crate::navigation::numbers(camera));
+    }
+
+    /// The keyframes of the path, if it has such.
+    pub fn keyframes(&self) -> &[Keyframe] {
+        match self.path() {
+            CameraPath::Keyframes(keys) => keys,
+            _ => &[],
+        }
+    }
+
+    /// Makes a path of `keyframes`, in any order; the usual orbit of none.
+    pub fn set_keyframes(&mut self, mut keyframes: Vec<Keyframe>) {
+        keyframes.sort_by(|a, b| a.frame.total_cmp(&b.frame));
+        keyframes.dedup_by(|later, earlier| later.frame == earlier.frame);
+        self.document.settings_mut().path = (!keyframes.is_empty()).then(|| path_text(&keyframes));
+        // They were read from a path, or are cameras that something was seen from.
+        let _ = self.refresh();
+    }
+
+    /// Makes the view a keyframe at `frame`, in place of one that is there.
+    pub fn add_keyframe(&mut self, frame: u32) {
+        let (frame, camera) = (f64::from(frame), self.camera());
+        let others = self.keyframes().iter().copied().filter(|key| key.frame != frame);
+        let keys = others.chain([Keyframe { frame, camera }]).collect();
+        self.set_keyframes(keys);
+        self.go_to(frame as u32);
+    }
+
+    /// What the renderer is asked for, at `size` on the screen.
+    pub fn screen_settings(&self, size: FrameSize) -> RenderSettings {
+        RenderSettings {
+            size: Some(size),
+            tf: Some(presets::text(self.transfer())),
+            frames: None,
+            first_frame: None,
+            path: None,
+            camera: None,
+            gaze: None,
+            ..self.document.settings().clone()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn opened() -> Opened {
+        let read = VolumeSettings { dims: Some([16; 3]), ..VolumeSettings::default() };
+        Opened::open("head", read, RenderSettings::default()).unwrap().0
+    }
+
+    #[test]
+    fn keyframes_make_a_path_through_the_views() {
+        let mut opened = opened();
+        let first = opened.camera();
+        opened.add_keyframe(0);
+        let second = Camera::on_sphere(90.0, 0.0, 2.0, 35.0);
+        opened.stand_at(&second);
+        assert_eq!(opened.camera(), second);
+        opened.add_keyframe(40);
+        assert_eq!(opened.path_length(), 41);
+        assert_eq!((opened.frame(), opened.camera()), (40, second));
+        opened.go_to(0);
+        assert_eq!(opened.camera(), first);
+        opened.go_to(20);
+        assert_ne!(opened.camera(), first);
+        opened.set_keyframes(Vec::new());
+        assert_eq!(opened.path(), &CameraPath::Orbit);
+    }
+
+    #[test]
+    fn transfer_functions_that_cannot_be_read_leave_the_last() {
+        let mut opened = opened();
+        let before = opened.transfer().clone();
+        opened.document.settings_mut().tf = Some("no-such".into());
+        assert!(opened.refresh().is_err());
+        assert!(opened.refresh().is_ok(), "it is said once");
+        assert_eq!(opened.transfer(), &before);
+        opened.document.settings_mut().tf = Some("magma".into());
+        opened.refresh().unwrap();
+        assert_ne!(opened.transfer(), &before);
+    }
+
+    #[test]
+    fn sessions_open_with_what_is_wrong_said() {
+        let folder = tempfile::tempdir().unwrap();
+        let session = folder.path().join("s.toml");
+        let text = "volume = \"head\"\n[read]\ndims = [16, 16, 16]\n[render]\ntf = \"nothing\"\npath = \"gone.toml\"\n";
+        std::fs::write(&session, text).unwrap();
+        let source = session.to_str().unwrap();
+        let (opened, notes) =
+            Opened::open(source, VolumeSettings::default(), RenderSettings::default()).unwrap();
+        assert_eq!(notes.len(), 2, "{notes:?}");
+        assert_eq!(opened.path(), &CameraPath::Orbit);
+    }
+}

@@ -1,0 +1,281 @@
+//! What can be set, and what is known about the picture.
+
+use crate::gaze::GazeKind;
+use crate::look::Look;
+use crate::marks::short;
+use crate::places::Preferences;
+use crate::studio::{Progress, Shown};
+use eframe::egui::{
+    Color32, ComboBox, DragValue, Grid, Rect, RichText, Sense, Slider, Stroke, Ui, pos2, vec2,
+};
+use fovolnet::core::{Fovea, Light, ShadowMode, SurfaceShading};
+use fovolnet::{Reconstruction, RenderSettings, Sampling, Timings};
+use glam::{DVec3, Vec3};
+use std::collections::VecDeque;
+
+/// Light, shadows, background.
+pub fn scene(ui: &mut Ui, settings: &mut RenderSettings) {
+    ui.horizontal(|ui| {
+        light_ball(ui, settings);
+        ui.vertical(|ui| {
+            let mut shadows = settings.shadows.unwrap_or_default();
+            ui.horizontal(|ui| {
+                ui.label("Shadows");
+                for (mode, name) in
+                    [(ShadowMode::On, "on"), (ShadowMode::Cached, "cached"), (ShadowMode::Off, "off")]
+                {
+                    ui.selectable_value(&mut shadows, mode, name);
+                }
+            });
+            set(&mut settings.shadows, shadows, ShadowMode::default());
+            let mut surface = settings.shading.unwrap_or_default();
+            ui.horizontal(|ui| {
+                ui.label("Shading");
+                ui.selectable_value(&mut surface, SurfaceShading::Flat, "flat");
+                ui.selectable_value(&mut surface, SurfaceShading::Gradient, "gradient");
+            });
+            set(&mut settings.shading, surface, SurfaceShading::default());
+        });
+    });
+    number(ui, "Ambient", &mut settings.ambient, 0.3, 0.0..=1.0, false);
+    number(ui, "Step (voxels)", &mut settings.step, 0.5, 0.1..=4.0, true);
+    ui.horizontal(|ui| {
+        ui.label("Background");
+        let mut rgb = settings.background.unwrap_or_default().map(|c| c as f32);
+        if ui.color_edit_button_rgb(&mut rgb).changed() {
+            settings.background = Some(rgb.map(f64::from));
+        }
+    });
+}
+
+/// A ball, lit as the volume is; dragging turns the light.
+fn light_ball(ui: &mut Ui, settings: &mut RenderSettings) {
+    let (rect, response) = ui.allocate_exact_size(vec2(64.0, 64.0), Sense::click_and_drag());
+    let response = response.on_hover_text("Drag to turn the light; over the picture with L held down");
+    let light = settings.light.unwrap_or_else(|| Light::default().into());
+    let mut direction = DVec3::from_array(light).normalize_or(DVec3::Y);
+    if response.dragged()
+        && let Some(at) = response.interact_pointer_pos()
+    {
+        let part = (at - rect.center()) / (0.5 * rect.width());
+        let [x, y] = [f64::from(part.x), -f64::from(part.y)];
+        let across = x.hypot(y);
+        // Dragged over the edge, the light goes behind.
+        let z = if across <= 1.0 { (1.0 - across * across).sqrt() } else { (1.0 - across).max(-1.0) };
+        direction = DVec3::new(x, y, z).normalize_or(direction);
+        settings.light = Some(direction.to_array());
+    }
+    let painter = ui.painter();
+    let (lit, radius) = (direction.as_vec3(), 0.5 * rect.width());
+    let cells = 24;
+    for row in 0..cells {
+        for column in 0..cells {
+            let [x, y] = [column, row].map(|i| (i as f32 + 0.5) / cells as f32 * 2.0 - 1.0);
+            let inside = 1.0 - x * x - y * y;
+            if inside < 0.0 {
+                continue;
+            }
+            let normal = Vec3::new(x, -y, inside.sqrt());
+            let shade = 0.15 + 0.85 * normal.dot(lit).max(0.0);
+            let cell = Rect::from_center_size(
+                rect.center() + vec2(x, y) * radius,
+                vec2(1.0, 1.0) * (2.0 * radius / cells as f32 + 0.3),
+            );
+            painter.rect_filled(cell, 0.0, Color32::from_gray((shade * 255.0) as u8));
+        }
+    }
+    painter.circle_stroke(rect.center(), radius, Stroke::new(1.0, ui.visuals().weak_text_color()));
+}
+
+/// Where rays are sent, and what is made of them.
+pub fn sampling(ui: &mut Ui, settings: &mut RenderSettings, gaze: &mut GazeKind) {
+    let defaults = Fovea::default();
+    number(ui, "Density P_b", &mut settings.pb, defaults.base, 0.005..=1.0, true);
+    number(ui, "Fovea σ", &mut settings.sigma, defaults.sigma, 0.0..=0.5, false);
+    ui.horizontal(|ui| {
+        ui.label("Gaze");
+        ui.selectable_value(gaze, GazeKind::Pointer, "pointer");
+        ui.selectable_value(gaze, GazeKind::Session, "session");
+        if *gaze == GazeKind::Session {
+            let mut text = settings.gaze.clone().unwrap_or_else(|| "0.5,0.5".into());
+            let hint = "X,Y as fractions from the top left, wander, or a TOML file of stops";
+            let edit = eframe::egui::TextEdit::singleline(&mut text).desired_width(90.0);
+            if ui.add(edit).on_hover_text(hint).changed() {
+                settings.gaze = Some(text);
+            }
+        }
+    });
+    let mut how = settings.sampling();
+    choice(ui, "Sampling", &mut how, &Sampling::ALL, Sampling::name);
+    set(&mut settings.sampling, how, Sampling::default());
+    let mut reconstruct = settings.reconstruction();
+    let ways: Vec<Reconstruction> = ["none", "pull-push", "linear", "wnet", "deepfovea"]
+        .iter()
+        .filter_map(|name| name.parse().ok())
+        .collect();
+    choice(ui, "Reconstruction", &mut reconstruct, &ways, |way| way.to_string());
+    settings.reconstruct = Some(reconstruct);
+    if matches!(reconstruct, Reconstruction::WNet | Reconstruction::DeepFovea) {
+        ui.horizontal(|ui| {
+            ui.label("Weights");
+            let mut text = settings.weights.clone().unwrap_or_default();
+            let hint = "wnet-fast, or a file of weights (.safetensors, .pt)";
+            let edit =
+                eframe::egui::TextEdit::singleline(&mut text).hint_text("wnet-fast").desired_width(150.0);
+            if ui.add(edit).on_hover_text(hint).lost_focus()
+                || ui.input(|i| i.key_pressed(eframe::egui::Key::Enter))
+            {
+                settings.weights = (!text.is_empty()).then_some(text);
+            }
+        });
+    }
+}
+
+/// How fast pictures come while something moves.
+pub fn budget(ui: &mut Ui, preferences: &mut Preferences, shown: Option<&Shown>) {
+    ui.horizontal(|ui| {
+        let mut keeps = preferences.rate > 0.0;
+        if ui.checkbox(&mut keeps, "Keep").changed() {
+            preferences.rate = if keeps { Preferences::default().rate } else { 0.0 };
+        }
+        ui.add_enabled_ui(keeps, |ui| {
+            ui.add(DragValue::new(&mut preferences.rate).range(1.0..=240.0).speed(0.2).max_decimals(0));
+            ui.label("frames a second in motion");
+        });
+    });
+    ui.checkbox(&mut preferences.converges, "Still views become the full frame");
+    let Some(shown) = shown else { return };
+    if let Some(rung) = shown.rung.filter(|_| shown.progress == Progress::Moving) {
+        let settings = &shown.settings;
+        ui.weak(format!(
+            "Now {} ({:.0} %), P_b {:.3}, σ {:.3}, step {:.2}, {}",
+            shown.size,
+            rung.scale * 100.0,
+            settings.pb.unwrap_or_default(),
+            settings.sigma.unwrap_or_default(),
+            settings.step.unwrap_or_default(),
+            settings.reconstruction(),
+        ));
+    }
+}
+
+/// What is shown of the frame.
+pub fn looks(ui: &mut Ui, look: &mut Look) {
+    ui.horizontal_wrapped(|ui| {
+        for each in Look::ALL {
+            ui.selectable_value(look, each, each.name()).on_hover_text(each.explanation());
+        }
+    });
+}
+
+/// How many frames are in the plot of times.
+pub const HISTORY: usize = 120;
+
+/// What is known about the picture.
+pub fn statistics(ui: &mut Ui, shown: &Shown, rate: f64, history: &VecDeque<Timings>) {
+    Grid::new("statistics").num_columns(2).spacing([12.0, 2.0]).show(ui, |ui| {
+        let mut row = |name: &str, value: String| {
+            ui.weak(name);
+            ui.label(value);
+            ui.end_row();
+        };
+        let state = match shown.progress {
+            Progress::Moving => "in motion".into(),
+            Progress::Converging(share) => format!("{:.0} % measured", share * 100.0),
+            Progress::Complete => "complete".into(),
+        };
+        row("Picture", format!("{}, {state}", shown.size));
+        row("Density", format!("{:.1} % of the pixels", shown.density * 100.0));
+        row("Pictures", format!("{rate:.1} a second"));
+        let Timings { mask, march, reconstruct, total } = shown.timings;
+        row("Frame", format!("{total:.1} ms: mask {mask:.1}, march {march:.1}, fill {reconstruct:.1}"));
+        if let Some(quality) = shown.quality {
+            let jod = quality.jod.map_or_else(|| "too small for JOD".into(), |jod| format!("{jod:.2} JOD"));
+            row("Against it", format!("{:.1} dB, {jod}", quality.psnr));
+        }
+        let machine = &shown.machine;
+        row("Made by", machine.gpu.clone().unwrap_or_else(|| machine.cpu.clone()));
+    });
+    plot(ui, history);
+}
+
+/// The times of the last frames, stage over stage.
+fn plot(ui: &mut Ui, history: &VecDeque<Timings>) {
+    let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), 54.0), Sense::hover());
+    let painter = ui.painter_at(rect);
+    painter.rect_filled(rect, 3.0, ui.visuals().extreme_bg_color);
+    let most = history.iter().map(|t| t.total).fold(1.0, f64::max);
+    let width = rect.width() / HISTORY as f32;
+    for (i, times) in history.iter().enumerate() {
+        let left = rect.right() - (history.len() - i) as f32 * width;
+        let mut bottom = rect.bottom();
+        for (ms, colour) in [times.mask, times.march, times.reconstruct].into_iter().zip(STAGES) {
+            let height = (ms / most) as f32 * (rect.height() - 12.0);
+            let bar = Rect::from_min_max(pos2(left, bottom - height), pos2(left + width, bottom));
+            painter.rect_filled(bar, 0.0, colour);
+            bottom -= height;
+        }
+    }
+    let text = RichText::new(format!("{} ms", short(most))).small();
+    painter.text(
+        rect.left_top() + vec2(3.0, 1.0),
+        eframe::egui::Align2::LEFT_TOP,
+        text.text(),
+        eframe::egui::FontId::proportional(10.0),
+        ui.visuals().weak_text_color(),
+    );
+    response.on_hover_ui(|ui| {
+        for (name, colour) in ["mask", "march", "fill"].into_iter().zip(STAGES) {
+            ui.colored_label(colour, name);
+        }
+    });
+}
+
+/// The colours of mask, march and filling.
+const STAGES: [Color32; 3] =
+    [Color32::from_rgb(120, 120, 200), Color32::from_rgb(230, 150, 60), Color32::from_rgb(80, 170, 140)];
+
+/// A slider for a number that may not have been said.
+fn number(
+    ui: &mut Ui,
+    name: &str,
+    value: &mut Option<f64>,
+    default: f64,
+    range: std::ops::RangeInclusive<f64>,
+    logarithmic: bool,
+) {
+    let mut now = value.unwrap_or(default);
+    let slider = Slider::new(&mut now, range).logarithmic(logarithmic).max_decimals(3).text(name);
+    let response = ui.add(slider).on_hover_text("Double click: as usual");
+    if response.changed() {
+        *value = Some(now);
+    }
+    if response.double_clicked() {
+        *value = None;
+    }
+}
+
+/// A list to choose from.
+fn choice<T: Copy + PartialEq, N: Into<String>>(
+    ui: &mut Ui,
+    name: &str,
+    value: &mut T,
+    all: &[T],
+    name_of: impl Fn(T) -> N,
+) {
+    ui.horizontal(|ui| {
+        ui.label(name);
+        ComboBox::from_id_salt(name).selected_text(name_of(*value).into()).show_ui(ui, |ui| {
+            for &each in all {
+                ui.selectable_value(value, each, name_of(each).into());
+            }
+        });
+    });
+}
+
+/// Says `value` in a session only where it is not the usual anyway.
+fn set<T: PartialEq>(said: &mut Option<T>, value: T, usual: T) {
+    if said.is_some() || value != usual {
+        *said = Some(value);
+    }
+}

@@ -1,0 +1,126 @@
+//! The picture, and what hands do to it.
+
+use crate::marks::{self, Projection};
+use crate::navigation;
+use crate::opened::Opened;
+use eframe::egui::{
+    Color32, Key, PointerButton, Pos2, Rect, Response, Sense, TextureId, Ui, Vec2, pos2, vec2,
+};
+use fovolnet::core::{Camera, Light};
+use glam::DVec3;
+
+/// Degrees that a drag of a point turns.
+const TURN: f64 = 0.35;
+/// World units a second of a flight, for the distance of the target.
+const FLIGHT: f64 = 0.6;
+
+/// What became of a picture that somebody had in hand.
+#[derive(Debug)]
+pub struct Handled {
+    /// Where the picture is.
+    pub rect: Rect,
+    /// Where the pointer is over it, as fractions from its top left.
+    pub pointer: Option<[f64; 2]>,
+    /// Whether the view was asked back to where it began.
+    pub resets: bool,
+}
+
+/// Fills what is left of `ui` with the picture, and turns the view as hands say.
+pub fn show(ui: &mut Ui, opened: &mut Opened, texture: Option<TextureId>) -> Handled {
+    let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
+    ui.painter().rect_filled(rect, 0.0, Color32::BLACK);
+    if let Some(texture) = texture {
+        let uv = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
+        ui.painter().image(texture, rect, uv, Color32::WHITE);
+    }
+    turn(ui, &response, opened, rect);
+    fly(ui, opened);
+    let pointer = response.hover_pos().map(|at| {
+        let part = (at - rect.min) / rect.size();
+        [f64::from(part.x), f64::from(part.y)]
+    });
+    Handled { rect, pointer, resets: response.double_clicked() }
+}
+
+/// Turns, moves and zooms.
+fn turn(ui: &Ui, response: &Response, opened: &mut Opened, rect: Rect) {
+    let camera = opened.camera();
+    let (shift, turns_light) = ui.input(|input| (input.modifiers.shift, input.key_down(Key::L)));
+    let delta = response.drag_delta();
+    if delta != Vec2::ZERO {
+        let moves = shift
+            || response.dragged_by(PointerButton::Middle)
+            || response.dragged_by(PointerButton::Secondary);
+        if turns_light {
+            turn_light(opened, &camera, delta);
+        } else if moves {
+            let part = delta / rect.height();
+            opened.stand_at(&navigation::pan(&camera, part.x.into(), part.y.into()));
+        } else {
+            let [right, up] = [-f64::from(delta.x) * TURN, f64::from(delta.y) * TURN];
+            opened.stand_at(&navigation::orbit(&camera, right, up));
+        }
+    }
+    if response.hovered() {
+        let (scroll, pinch) = ui.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));
+        let factor = (-f64::from(scroll) * 0.003).exp() / f64::from(pinch);
+        if (factor - 1.0).abs() > 1e-6 {
+            opened.stand_at(&navigation::zoom(&opened.camera(), factor));
+        }
+    }
+}
+
+/// Turns the light of the session with the hand.
+fn turn_light(opened: &mut Opened, camera: &Camera, delta: Vec2) {
+    let light = opened.document.settings().light.unwrap_or_else(|| Light::default().into());
+    let turned = marks::turned_light(DVec3::from_array(light), camera, delta);
+    opened.document.settings_mut().light = Some(turned.to_array());
+}
+
+/// Flies while keys are down.
+fn fly(ui: &Ui, opened: &mut Opened) {
+    if ui.ctx().egui_wants_keyboard_input() {
+        return;
+    }
+    let (way, seconds) = ui.input(|input| {
+        if input.modifiers.command || input.modifiers.alt {
+            return (DVec3::ZERO, 0.0);
+        }
+        let along = |forth: Key, back: Key| {
+            f64::from(u8::from(input.key_down(forth))) - f64::from(u8::from(input.key_down(back)))
+        };
+        let way = DVec3::new(along(Key::D, Key::A), along(Key::E, Key::Q), along(Key::W, Key::S));
+        let faster = if input.modifiers.shift { 3.0 } else { 1.0 };
+        (way * faster, f64::from(input.stable_dt.min(0.1)))
+    });
+    if way != DVec3::ZERO {
+        let camera = opened.camera();
+        let speed = FLIGHT * (camera.eye - camera.target).length().clamp(0.2, 3.0);
+        opened.stand_at(&navigation::fly(&camera, way * speed * seconds));
+        ui.ctx().request_repaint();
+    }
+}
+
+/// Draws box, axes, scales and gaze over the picture of `camera` in `rect`; a click on an axis turns the view.
+pub fn marks(ui: &mut Ui, opened: &mut Opened, camera: &Camera, gaze: Option<[f64; 2]>, rect: Rect) {
+    let painter = ui.painter_at(rect);
+    let grid = *opened.volume.volume.grid();
+    marks::bounding_box(&painter, &Projection::new(*camera, rect), &grid);
+    marks::scale_bar(&painter, camera, &grid, rect);
+    marks::colour_bar(&painter, opened.transfer(), opened.histogram.range(), rect);
+    if let Some(gaze) = gaze {
+        let sigma = opened.document.settings().sigma.unwrap_or(0.02);
+        marks::gaze(&painter, gaze, sigma, rect);
+    }
+    let corner = rect.right_top() + vec2(-marks::AXES - 12.0, 12.0);
+    let axes = Rect::from_min_size(corner, Vec2::splat(marks::AXES));
+    for (end, _, direction) in marks::axes(&painter, camera, axes) {
+        let id = ui.unique_id().with(("axis", direction));
+        let response = ui.interact(Rect::from_center_size(end, Vec2::splat(14.0)), id, Sense::click());
+        if response.clicked() {
+            let towards = DVec3::from_array(direction.map(f64::from));
+            let camera = opened.camera();
+            opened.stand_at(&navigation::look_from(&camera, towards));
+        }
+    }
+}

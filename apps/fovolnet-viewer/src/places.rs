@@ -1,0 +1,174 @@
+//! What the viewer remembers between runs: the files opened last, tastes, and the session that was being worked on.
+
+use fovolnet::io::atomic;
+use fovolnet::{Error, Result, Session};
+use serde::{Deserialize, Serialize};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// The most files that are remembered.
+const RECENT: usize = 10;
+
+/// A folder for what is remembered.
+#[derive(Debug, Clone)]
+pub struct Places {
+    folder: Option<PathBuf>,
+}
+
+/// What somebody likes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, rename_all = "kebab-case")]
+pub struct Preferences {
+    /// Volumes and sessions, the last first.
+    pub recent: Vec<String>,
+    /// Frames a second to keep in motion; 0 for frames as the session says.
+    pub rate: f64,
+    /// Whether still views become full frames.
+    pub converges: bool,
+    /// Whether box, axes and scales are drawn.
+    pub marks: bool,
+    /// Whether the window is dark.
+    pub dark: bool,
+}
+
+impl Default for Preferences {
+    fn default() -> Self {
+        Self { recent: Vec::new(), rate: 12.0, converges: true, marks: true, dark: true }
+    }
+}
+
+impl Preferences {
+    /// Puts `source` before all others.
+    pub fn remember(&mut self, source: &str) {
+        self.recent.retain(|known| known != source);
+        self.recent.insert(0, source.to_owned());
+        self.recent.truncate(RECENT);
+    }
+}
+
+impl Places {
+    /// The folder of this user: `FOVOLNET_STATE`, or what the system has for such.
+    pub fn of_user() -> Self {
+        let home = || std::env::var_os("HOME").map(PathBuf::from);
+        let folder = match std::env::var_os("FOVOLNET_STATE") {
+            Some(folder) => Some(folder.into()),
+            None if cfg!(target_os = "windows") => {
+                std::env::var_os("LOCALAPPDATA").map(|folder| Path::new(&folder).join("fovolnet"))
+            }
+            None if cfg!(target_os = "macos") => {
+                home().map(|home| home.join("Library/Application Support/fovolnet"))
+            }
+            None => std::env::var_os("XDG_STATE_HOME")
+                .map(PathBuf::from)
+                .or_else(|| home().map(|home| home.join(".local/state")))
+                .map(|folder| folder.join("fovolnet")),
+        };
+        Self { folder }
+    }
+
+    /// What is remembered lies in `folder`; nothing is remembered without.
+    pub fn in_folder(folder: Option<PathBuf>) -> Self {
+        Self { folder }
+    }
+
+    /// What somebody likes; the usual where nothing is known, or what is known cannot be read.
+    pub fn preferences(&self) -> Preferences {
+        self.file("viewer.toml")
+            .and_then(|file| std::fs::read_to_string(file).ok())
+            .and_then(|text| toml::from_str(&text).ok())
+            .unwrap_or_default()
+    }
+
+    /// Remembers `preferences`.
+    ///
+    /// # Errors
+    /// What the system said.
+    pub fn set_preferences(&self, preferences: &Preferences) -> Result<()> {
+        let text = toml::to_string(preferences)
+            .map_err(|e| Error::Setting(format!("the preferences cannot be written: {e}")))?;
+        self.write("viewer.toml", &text)
+    }
+
+    /// The session that was being worked on when the program ended without being told to.
+    pub fn unsaved(&self) -> Option<Session> {
+        let file = self.file("unsaved.toml").filter(|file| file.is_file())?;
+        Session::read(&file).ok()
+    }
+
+    /// Keeps `session` in case the program ends without being told to.
+    ///
+    /// # Errors
+    /// What the system said.
+    pub fn keep(&self, session: &Session) -> Result<()> {
+        if let Some(file) = self.file("unsaved.toml") {
+            self.make()?;
+            session.write(&file)?;
+        }
+        Ok(())
+    }
+
+    /// Forgets what was kept: it is saved, or nobody wants it.
+    pub fn forget(&self) {
+        if let Some(file) = self.file("unsaved.toml") {
+            // It may never have been there.
+            let _ = std::fs::remove_file(file);
+        }
+    }
+
+    fn file(&self, name: &str) -> Option<PathBuf> {
+        self.folder.as_ref().map(|folder| folder.join(name))
+    }
+
+    fn make(&self) -> Result<()> {
+        if let Some(folder) = &self.folder {
+            atomic::make_folder(folder)?;
+        }
+        Ok(())
+    }
+
+    fn write(&self, name: &str, text: &str) -> Result<()> {
+        let Some(file) = self.file(name) else { return Ok(()) };
+        self.make()?;
+        atomic::write(&file, |out| out.write_all(text.as_bytes()))?;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fovolnet::{RenderSettings, VolumeSettings};
+
+    #[test]
+    fn tastes_and_files_are_remembered() {
+        let folder = tempfile::tempdir().unwrap();
+        let places = Places::in_folder(Some(folder.path().join("new")));
+        let mut preferences = places.preferences();
+        assert_eq!(preferences, Preferences::default());
+        for source in ["a", "b", "a"] {
+            preferences.remember(source);
+        }
+        preferences.rate = 30.0;
+        places.set_preferences(&preferences).unwrap();
+        assert_eq!(places.preferences(), preferences);
+        assert_eq!(preferences.recent, ["a", "b"]);
+        for i in 0..30 {
+            preferences.remember(&i.to_string());
+        }
+        assert_eq!(preferences.recent.len(), RECENT);
+        std::fs::write(folder.path().join("new/viewer.toml"), "rate = \"often\"").unwrap();
+        assert_eq!(places.preferences(), Preferences::default());
+    }
+
+    #[test]
+    fn unsaved_work_is_kept_until_it_is_forgotten() {
+        let folder = tempfile::tempdir().unwrap();
+        let places = Places::in_folder(Some(folder.path().to_owned()));
+        assert!(places.unsaved().is_none());
+        let session = Session::new("head", VolumeSettings::default(), RenderSettings::default()).unwrap();
+        places.keep(&session).unwrap();
+        assert_eq!(places.unsaved(), Some(session));
+        places.forget();
+        assert!(places.unsaved().is_none());
+    }
+}

@@ -1,0 +1,80 @@
+//! What is there before anything is open.
+
+use eframe::egui::{Align, Layout, RichText, ScrollArea, Ui};
+use fovolnet::io::procedural::Procedural;
+
+/// What was chosen.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Choice {
+    /// Ask for a file.
+    Browse,
+    /// Open this.
+    Open(String),
+}
+
+/// Shows the built-in volumes and the files opened last.
+pub fn show(ui: &mut Ui, recent: &[String]) -> Option<Choice> {
+    let mut choice = None;
+    ScrollArea::vertical().show(ui, |ui| {
+        ui.with_layout(Layout::top_down(Align::Center), |ui| {
+            ui.add_space(0.08 * ui.available_height().min(800.0) + 12.0);
+            ui.label(RichText::new("FoVolNet").size(34.0).strong());
+            ui.label("Drop a volume or a session here, or");
+            ui.add_space(6.0);
+            if ui.button(RichText::new("Open a file…").size(18.0)).clicked() {
+                choice = Some(Choice::Browse);
+            }
+            ui.weak("raw, NRRD, NIfTI, MetaImage, VTK, TIFF stacks");
+            ui.add_space(24.0);
+            ui.strong("Volumes that come with the program");
+            ui.add_space(4.0);
+            for row in Procedural::ALL.chunks(4) {
+                ui.horizontal(|ui| {
+                    let width = 118.0 * row.len() as f32;
+                    ui.add_space((0.5 * (ui.available_width() - width)).max(0.0));
+                    for kind in row {
+                        let button = eframe::egui::Button::new(kind.name()).min_size([110.0, 30.0].into());
+                        if ui.add(button).clicked() {
+                            choice = Some(Choice::Open(kind.name().into()));
+                        }
+                    }
+                });
+            }
+            if !recent.is_empty() {
+                ui.add_space(24.0);
+                ui.strong("Opened last");
+                for source in recent {
+                    let link = eframe::egui::Button::new(middle_cut(source, 70)).frame(false);
+                    if ui.add(link).on_hover_text(source).clicked() {
+                        choice = Some(Choice::Open(source.clone()));
+                    }
+                }
+            }
+        });
+    });
+    choice
+}
+
+/// `text` in at most `most` characters, its middle left out where it is longer.
+pub fn middle_cut(text: &str, most: usize) -> String {
+    let characters: Vec<char> = text.chars().collect();
+    if characters.len() <= most {
+        return text.to_owned();
+    }
+    let head = most / 3;
+    let tail = characters.len() - (most - head - 1);
+    characters[..head].iter().chain(['…'].iter()).chain(&characters[tail..]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_names_keep_their_ends() {
+        assert_eq!(middle_cut("short", 9), "short");
+        let cut = middle_cut("/a/very/long/path/to/some/volume.nrrd", 20);
+        assert_eq!(cut.chars().count(), 20);
+        assert!(cut.starts_with("/a/ver") && cut.ends_with("/volume.nrrd"));
+    }
+}

@@ -1,0 +1,339 @@
+//! What makes the pictures on the screen, one step after the other.
+
+use crate::budget::{Budget, Rung};
+use crate::look::{Look, Parts, rgba};
+use crate::still::{Quality, Still};
+use anyhow::Result;
+use fovolnet::core::{Camera, Fovea, FrameSize};
+use fovolnet::{
+    Machine, OpenVolume, Pipeline, RenderSettings, RenderedFrame, SpeedSettings, Timings, Viewpoint,
+};
+use std::sync::Arc;
+
+/// What somebody wants to see now.
+#[derive(Debug, Clone)]
+pub struct Wanted {
+    /// The volume.
+    pub volume: OpenVolume,
+    /// How it is shown; the size is that of the picture on the screen, and of its paths nothing counts.
+    pub settings: RenderSettings,
+    /// From where.
+    pub camera: Camera,
+    /// Where the eye looks, as fractions of the picture from its top left.
+    pub gaze: [f64; 2],
+    /// Frames a second to keep while something moves; as the settings say without.
+    pub rate: Option<f64>,
+    /// Whether a still view becomes the full frame.
+    pub converges: bool,
+    /// What is shown of it.
+    pub look: Look,
+}
+
+impl Wanted {
+    /// Whether both ask for the same full frame.
+    fn shows_as(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.volume.volume, &other.volume.volume)
+            && self.settings == other.settings
+            && self.camera == other.camera
+    }
+}
+
+impl PartialEq for Wanted {
+    fn eq(&self, other: &Self) -> bool {
+        self.shows_as(other)
+            && (self.gaze, self.rate, self.converges, self.look)
+                == (other.gaze, other.rate, other.converges, other.look)
+    }
+}
+
+/// How far a picture is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Progress {
+    /// It moves.
+    Moving,
+    /// This share of it is measured.
+    Converging(f64),
+    /// All of it is measured.
+    Complete,
+}
+
+/// A picture for the screen.
+#[derive(Debug, Clone)]
+pub struct Shown {
+    /// Its size.
+    pub size: FrameSize,
+    /// Its pixels, opaque 8-bit RGBA.
+    pub rgba: Vec<u8>,
+    /// From where it is seen.
+    pub camera: Camera,
+    /// How far it is.
+    pub progress: Progress,
+    /// How it was made.
+    pub settings: RenderSettings,
+    /// The share of its pixels that were sampled for it.
+    pub density: f64,
+    /// How long that took.
+    pub timings: Timings,
+    /// How good the reconstruction was, once that is known.
+    pub quality: Option<Quality>,
+    /// The step of the ladder that the frame budget stands on, where there is one.
+    pub rung: Option<Rung>,
+    /// What made it.
+    pub machine: Machine,
+}
+
+/// What makes the pictures.
+#[derive(Debug, Default)]
+pub struct Studio {
+    speed: SpeedSettings,
+    pipeline: Option<Pipeline>,
+    last: Option<Last>,
+    budget: Budget,
+    next_frame: u32,
+    notes: Vec<String>,
+}
+
+/// What was made last.
+#[derive(Debug)]
+struct Last {
+    wanted: Wanted,
+    settings: RenderSettings,
+    density: f64,
+    timings: Timings,
+    machine: Machine,
+    view: View,
+}
+
+#[derive(Debug)]
+enum View {
+    Moving(Box<RenderedFrame>, Fovea),
+    Still(Box<Still>, Option<Quality>),
+}
+
+impl Studio {
+    /// A studio that works as `speed` says.
+    pub fn new(speed: SpeedSettings) -> Self {
+        Self { speed, ..Self::default() }
+    }
+
+    /// What is to be known since the last call.
+    pub fn take_notes(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.notes)
+    }
+
+    /// The next picture of what is wanted; none where the last one is all there is to be seen.
+    ///
+    /// # Errors
+    /// Settings that nothing can be rendered with, a device that is lost.
+    pub fn step(&mut self, wanted: &Wanted) -> Result<Option<Shown>> {
+        let (last, is_new) = match self.last.take() {
+            Some(last) if last.wanted.shows_as(wanted) => self.go_on(last, wanted)?,
+            _ => (self.move_to(wanted)?, true),
+        };
+        let shown = is_new.then(|| self.shown(&last));
+        self.last = Some(last);
+        Ok(shown)
+    }
+
+    /// What follows on `last` where nothing moves, and whether it is anything new.
+    fn go_on(&mut self, last: Last, wanted: &Wanted) -> Result<(Last, bool)> {
+        let looks_other = last.wanted.look != wanted.look;
+        let (view, is_new) = match last.view {
+            View::Moving(..) if wanted.converges => return Ok((self.stand_at(wanted)?, true)),
+            View::Moving(..) if last.wanted.gaze != wanted.gaze => return Ok((self.move_to(wanted)?, true)),
+            View::Still(mut still, _) if !still.is_complete() && wanted.converges => {
+                still.advance(self.open(wanted)?)?;
+                let quality = still.quality();
+                (View::Still(still, quality), true)
+            }
+            view => (view, looks_other),
+        };
+        Ok((Last { view, wanted: wanted.clone(), ..last }, is_new))
+    }
+
+    /// A frame in motion, as good as there is time for.
+    fn move_to(&mut self, wanted: &Wanted) -> Result<Last> {
+        let asked = &wanted.settings;
+        let Some(rate) = wanted.rate else { return self.render(wanted, asked.clone()) };
+        self.budget.choose(asked, 1e3 / rate);
+        let last = self.render(wanted, self.budget.settings(asked))?;
+        if let View::Moving(frame, _) = &last.view {
+            self.budget.learn(asked, frame.samples, &frame.timings);
+        }
+        Ok(last)
+    }
+
+    /// The first picture of a view that stands still.
+    fn stand_at(&mut self, wanted: &Wanted) -> Result<Last> {
+        let last = self.render(wanted, wanted.settings.clone())?;
+        let view = match last.view {
+            View::Moving(frame, fovea) => {
+                View::Still(Box::new(Still::new(&last.settings, wanted.camera, fovea, *frame)), None)
+            }
+            still @ View::Still(..) => still,
+        };
+        Ok(Last { view, ..last })
+    }
+
+    /// The next frame, made as `settings` say.
+    fn render(&mut self, wanted: &Wanted, settings: RenderSettings) -> Result<Last> {
+        let index = self.next_frame;
+        let fovea = Fovea { gaze: wanted.gaze, ..settings.fovea(index)? };
+        let viewpoint = Viewpoint { camera: wanted.camera, fovea };
+        let pipeline = self.open(wanted)?;
+        pipeline.change(&settings)?;
+        let frame = pipeline.render_from(index, &viewpoint)?;
+        let machine = pipeline.machine();
+        self.next_frame = index.wrapping_add(1);
+        Ok(Last {
+            wanted: wanted.clone(),
+            settings,
+            density: frame.mask.density(),
+            timings: frame.timings,
+            machine,
+            view: View::Moving(Box::new(frame), fovea),
+        })
+    }
+
+    /// The pipeline of the wanted volume.
+    fn open(&mut self, wanted: &Wanted) -> Result<&mut Pipeline> {
+        let is_open = |pipeline: &Pipeline| Arc::ptr_eq(&pipeline.volume().volume, &wanted.volume.volume);
+        let pipeline = match self.pipeline.take().filter(is_open) {
+            Some(open) => open,
+            None => {
+                self.budget.reset();
+                let pipeline = Pipeline::new(&wanted.volume, &wanted.settings, &self.speed)?;
+                self.notes.extend(pipeline.notes().iter().cloned());
+                pipeline
+            }
+        };
+        Ok(self.pipeline.insert(pipeline))
+    }
+
+    fn shown(&self, last: &Last) -> Shown {
+        let look = last.wanted.look;
+        let (parts, progress, quality) = match &last.view {
+            View::Moving(frame, fovea) => {
+                let (picture, measured) = (&frame.frame, &frame.mask);
+                (Parts { picture, measured, reconstructed: picture, fovea }, Progress::Moving, None)
+            }
+            View::Still(still, quality) => {
+                let parts = Parts {
+                    picture: still.picture(),
+                    measured: still.measured(),
+                    reconstructed: still.reconstructed(),
+                    fovea: still.fovea(),
+                };
+                let progress = match still.is_complete() {
+                    true => Progress::Complete,
+                    false => Progress::Converging(still.share()),
+                };
+                (parts, progress, *quality)
+            }
+        };
+        Shown {
+            size: parts.picture.size(),
+            rgba: rgba(look, &parts),
+            camera: last.wanted.camera,
+            progress,
+            settings: last.settings.clone(),
+            density: last.density,
+            timings: last.timings,
+            quality,
+            rung: last.wanted.rate.map(|_| *self.budget.rung()),
+            machine: last.machine.clone(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fovolnet::core::CameraPath;
+    use fovolnet::{Device, Reconstruction, VolumeSettings, open_volume};
+
+    fn studio() -> Studio {
+        Studio::new(SpeedSettings { device: Some(Device::Cpu), ..SpeedSettings::default() })
+    }
+
+    fn wanted() -> Wanted {
+        let read = VolumeSettings { dims: Some([32; 3]), ..VolumeSettings::default() };
+        let settings = RenderSettings {
+            size: Some("64x48".parse().unwrap()),
+            reconstruct: Some(Reconstruction::WNet),
+            ..RenderSettings::default()
+        };
+        Wanted {
+            volume: open_volume("head", &read).unwrap(),
+            settings,
+            camera: CameraPath::Orbit.camera(0),
+            gaze: [0.5; 2],
+            rate: None,
+            converges: true,
+            look: Look::Picture,
+        }
+    }
+
+    /// All that is shown until nothing new comes.
+    fn all(studio: &mut Studio, wanted: &Wanted) -> Vec<Shown> {
+        std::iter::from_fn(|| studio.step(wanted).unwrap()).take(10_000).collect()
+    }
+
+    #[test]
+    fn a_still_view_becomes_the_full_frame() {
+        let wanted = wanted();
+        let shown = all(&mut studio(), &wanted);
+        assert_eq!(shown[0].progress, Progress::Moving);
+        let last = shown.last().unwrap();
+        assert_eq!(last.progress, Progress::Complete);
+        assert!(last.quality.unwrap().psnr > 15.0);
+        let mut pipeline =
+            Pipeline::new(&wanted.volume, &wanted.settings, &SpeedSettings::default()).unwrap();
+        let full = pipeline.reference(0).unwrap();
+        assert_eq!(last.rgba, full.to_rgba8());
+        assert_ne!(shown[0].rgba, last.rgba);
+    }
+
+    #[test]
+    fn a_move_begins_anew_and_a_look_does_not() {
+        let mut studio = studio();
+        let first = wanted();
+        let complete = all(&mut studio, &first).pop().unwrap();
+        let looked = Wanted { look: Look::Samples, ..first.clone() };
+        let shown = all(&mut studio, &looked);
+        assert_eq!(shown.len(), 1);
+        assert_eq!(shown[0].rgba, complete.rgba, "all of it is measured");
+        let gazed = Wanted { gaze: [0.1, 0.2], look: Look::Samples, ..first.clone() };
+        assert!(all(&mut studio, &gazed).is_empty());
+        let moved = Wanted { camera: CameraPath::Orbit.camera(20), ..first };
+        let shown = studio.step(&moved).unwrap().unwrap();
+        assert_eq!(shown.progress, Progress::Moving);
+        assert_ne!(shown.rgba, complete.rgba);
+    }
+
+    #[test]
+    fn a_budget_makes_smaller_frames_and_still_views_whole_ones() {
+        let mut studio = studio();
+        let mut wanted = Wanted { rate: Some(1e5), ..wanted() };
+        for i in 0..5 {
+            wanted.camera = CameraPath::Orbit.camera(i);
+            studio.step(&wanted).unwrap();
+        }
+        wanted.camera = CameraPath::Orbit.camera(9);
+        let moving = studio.step(&wanted).unwrap().unwrap();
+        assert_eq!(moving.size.to_string(), "16x12");
+        assert!(moving.rung.unwrap().scale < 0.3);
+        let last = all(&mut studio, &wanted).pop().unwrap();
+        assert_eq!((last.size.to_string().as_str(), last.progress), ("64x48", Progress::Complete));
+    }
+
+    #[test]
+    fn what_cannot_be_rendered_is_said_and_forgotten() {
+        let mut studio = studio();
+        let good = wanted();
+        let mut bad = good.clone();
+        bad.settings.ambient = Some(7.0);
+        assert!(studio.step(&bad).unwrap_err().to_string().contains("ambient"));
+        assert!(studio.step(&good).unwrap().is_some());
+    }
+}

@@ -1,0 +1,325 @@
+//! Control points over a histogram.
+
+use eframe::egui::{
+    Color32, ComboBox, DragValue, Key, Mesh, Painter, Pos2, Rect, Response, Sense, Shape, Stroke, Ui, pos2,
+    vec2,
+};
+use fovolnet::core::{ControlPoint, TransferFunction};
+use fovolnet::{OpenVolume, presets};
+
+/// How values are distributed, and what they are.
+#[derive(Debug, Clone)]
+pub struct Histogram {
+    /// The logarithm of how often values come, 0 to 1.
+    heights: Vec<f32>,
+    /// Values shown as 0 and 1.
+    range: [f64; 2],
+}
+
+/// Bars of a histogram.
+const BINS: usize = 256;
+
+impl Histogram {
+    /// Of the values of `volume`.
+    pub fn new(volume: &OpenVolume) -> Self {
+        let range = volume.volume.range();
+        let counts = volume.volume.histogram(BINS, range);
+        let most = counts.iter().copied().max().unwrap_or(0).max(1) as f32;
+        let heights = counts.iter().map(|&count| (1.0 + count as f32).ln() / (1.0 + most).ln()).collect();
+        Self { heights, range }
+    }
+
+    /// Values shown as 0 and 1.
+    pub fn range(&self) -> [f64; 2] {
+        self.range
+    }
+}
+
+/// What is selected.
+#[derive(Debug, Clone, Default)]
+pub struct TransferEditor {
+    selected: Option<usize>,
+}
+
+/// How near the pointer has to be to a point.
+const NEAR: f32 = 10.0;
+const HEIGHT: f32 = 150.0;
+/// Opacities are shown by their root: most of what is looked at is nearly transparent.
+const ROOT: f64 = 0.5;
+
+impl TransferEditor {
+    /// Shows `transfer`; what it was changed to, if it was.
+    pub fn ui(
+        &mut self,
+        ui: &mut Ui,
+        transfer: &TransferFunction,
+        histogram: &Histogram,
+    ) -> Option<TransferFunction> {
+        let mut points = transfer.points().to_vec();
+        self.selected = self.selected.filter(|&i| i < points.len());
+        let (rect, response) =
+            ui.allocate_exact_size(vec2(ui.available_width(), HEIGHT), Sense::click_and_drag());
+        let response = response
+            .on_hover_text("Drag points. Double click adds one, the right button or Delete takes it away.");
+        let plot = rect.shrink2(vec2(6.0, 6.0));
+        self.paint(ui, rect, plot, transfer, histogram);
+        let mut is_changed = self.drag(ui, &response, plot, &mut points);
+        is_changed |= self.selected_ui(ui, &mut points, histogram);
+        is_changed |= window_level(ui, &mut points);
+        let changed = is_changed.then(|| TransferFunction::new(points).ok()).flatten();
+        changed.filter(|changed| changed != transfer)
+    }
+
+    fn paint(&self, ui: &Ui, rect: Rect, plot: Rect, transfer: &TransferFunction, histogram: &Histogram) {
+        let painter = ui.painter_at(rect);
+        painter.rect_filled(rect, 3.0, ui.visuals().extreme_bg_color);
+        bars(&painter, plot, histogram, ui.visuals().weak_text_color().gamma_multiply(0.5));
+        filled(&painter, plot, transfer);
+        let line: Vec<Pos2> = curve(plot, transfer);
+        painter.line(line, Stroke::new(1.5, ui.visuals().strong_text_color()));
+        for (i, point) in transfer.points().iter().enumerate() {
+            let at = position(plot, point);
+            let is_selected = self.selected == Some(i);
+            painter.circle_filled(at, if is_selected { 6.5 } else { 5.0 }, colour(point.colour));
+            let edge = if is_selected { ui.visuals().selection.bg_fill } else { ui.visuals().text_color() };
+            painter.circle_stroke(at, if is_selected { 6.5 } else { 5.0 }, Stroke::new(1.5, edge));
+        }
+    }
+
+    /// What the pointer and the keyboard do; whether they changed anything.
+    fn drag(&mut self, ui: &Ui, response: &Response, plot: Rect, points: &mut Vec<ControlPoint>) -> bool {
+        let mut is_changed = false;
+        let near = |points: &[ControlPoint], at: Pos2| {
+            let distance = |point: &ControlPoint| position(plot, point).distance(at);
+            let nearest =
+                (0..points.len()).min_by(|&a, &b| distance(&points[a]).total_cmp(&distance(&points[b])));
+            nearest.filter(|&i| distance(&points[i]) < NEAR)
+        };
+        let pressed = response.drag_started() || response.clicked() || response.secondary_clicked();
+        if let Some(at) = ui.input(|input| input.pointer.press_origin()).or(response.interact_pointer_pos())
+            && pressed
+        {
+            self.selected = near(points, at);
+        }
+        if let Some(at) = response.interact_pointer_pos() {
+            if response.double_clicked() && near(points, at).is_none() {
+                self.selected = Some(add(points, plot, at));
+                is_changed = true;
+            } else if let Some(i) = self.selected
+                && response.dragged()
+            {
+                is_changed |= place(points, i, value_at(plot, at));
+            }
+        }
+        let deletes = response.secondary_clicked()
+            || (response.hovered() && ui.input(|input| input.key_pressed(Key::Delete)));
+        if let Some(i) = self.selected
+            && deletes
+            && points.len() > 1
+        {
+            points.remove(i);
+            self.selected = None;
+            is_changed = true;
+        }
+        is_changed
+    }
+
+    /// The numbers of the selected point.
+    fn selected_ui(&mut self, ui: &mut Ui, points: &mut [ControlPoint], histogram: &Histogram) -> bool {
+        let Some(i) = self.selected.filter(|&i| i < points.len()) else {
+            ui.weak("Select a point to see its numbers.");
+            return false;
+        };
+        let [lo, hi] = histogram.range;
+        let span = if hi > lo { hi - lo } else { 1.0 };
+        let mut point = points[i];
+        let mut value = lo + point.value * span;
+        let mut rgb = point.colour.map(|c| c as f32);
+        let mut is_changed = false;
+        ui.horizontal(|ui| {
+            ui.label("Value");
+            if ui.add(DragValue::new(&mut value).speed(span / 300.0).range(lo..=hi)).changed() {
+                point.value = ((value - lo) / span).clamp(0.0, 1.0);
+                is_changed = true;
+            }
+            ui.label("Opacity");
+            let opacity = DragValue::new(&mut point.opacity).speed(0.002).range(0.0..=1.0).max_decimals(4);
+            is_changed |= ui.add(opacity).changed();
+            if ui.color_edit_button_rgb(&mut rgb).changed() {
+                point.colour = rgb.map(f64::from);
+                is_changed = true;
+            }
+        });
+        if is_changed {
+            points[i] = ControlPoint { colour: point.colour, ..points[i] };
+            place(points, i, [point.value, point.opacity]);
+        }
+        is_changed
+    }
+}
+
+/// Moves and widens all points: the window of values that matter, and its level.
+fn window_level(ui: &mut Ui, points: &mut [ControlPoint]) -> bool {
+    let (first, last) = (points[0].value, points[points.len() - 1].value);
+    let (mut window, mut level) = (last - first, 0.5 * (first + last));
+    let mut is_changed = false;
+    ui.horizontal(|ui| {
+        ui.label("Window");
+        is_changed |=
+            ui.add(DragValue::new(&mut window).speed(0.002).range(0.001..=1.0).max_decimals(3)).changed();
+        ui.label("Level");
+        is_changed |=
+            ui.add(DragValue::new(&mut level).speed(0.002).range(0.0..=1.0).max_decimals(3)).changed();
+    });
+    if is_changed {
+        let old = (last - first).max(1e-9);
+        for point in points.iter_mut() {
+            let part = if last > first { (point.value - first) / old } else { 0.5 };
+            point.value = (level + (part - 0.5) * window).clamp(0.0, 1.0);
+        }
+    }
+    is_changed
+}
+
+/// Puts point `i` at (value, opacity), between its neighbours; whether it moved.
+fn place(points: &mut [ControlPoint], i: usize, [value, opacity]: [f64; 2]) -> bool {
+    let lo = if i > 0 { points[i - 1].value } else { 0.0 };
+    let hi = points.get(i + 1).map_or(1.0, |next| next.value);
+    let moved = ControlPoint { value: value.clamp(lo, hi), opacity: opacity.clamp(0.0, 1.0), ..points[i] };
+    std::mem::replace(&mut points[i], moved) != moved
+}
+
+/// Adds a point of the colour that is there; its number.
+fn add(points: &mut Vec<ControlPoint>, plot: Rect, at: Pos2) -> usize {
+    let [value, opacity] = value_at(plot, at);
+    let colour = TransferFunction::new(points.clone()).map_or([1.0; 3], |transfer| {
+        let [r, g, b, _] = transfer.evaluate(value);
+        [r, g, b]
+    });
+    let i = points.partition_point(|point| point.value <= value);
+    points.insert(i, ControlPoint::new(value, colour, opacity));
+    i
+}
+
+fn position(plot: Rect, point: &ControlPoint) -> Pos2 {
+    let height = point.opacity.powf(ROOT) as f32;
+    pos2(plot.left() + point.value as f32 * plot.width(), plot.bottom() - height * plot.height())
+}
+
+/// Value and opacity of a place in the plot.
+fn value_at(plot: Rect, at: Pos2) -> [f64; 2] {
+    let value = f64::from((at.x - plot.left()) / plot.width()).clamp(0.0, 1.0);
+    let height = f64::from((plot.bottom() - at.y) / plot.height()).clamp(0.0, 1.0);
+    [value, height.powf(1.0 / ROOT)]
+}
+
+fn colour([r, g, b]: [f64; 3]) -> Color32 {
+    let byte = |c: f64| (c.clamp(0.0, 1.0) * 255.0).round() as u8;
+    Color32::from_rgb(byte(r), byte(g), byte(b))
+}
+
+fn bars(painter: &Painter, plot: Rect, histogram: &Histogram, fill: Color32) {
+    let width = plot.width() / histogram.heights.len() as f32;
+    let mut mesh = Mesh::default();
+    for (i, &height) in histogram.heights.iter().enumerate() {
+        let left = plot.left() + i as f32 * width;
+        let top = plot.bottom() - height * plot.height();
+        mesh.add_colored_rect(Rect::from_min_max(pos2(left, top), pos2(left + width, plot.bottom())), fill);
+    }
+    painter.add(Shape::mesh(mesh));
+}
+
+/// The curve at as many places as are seen.
+fn curve(plot: Rect, transfer: &TransferFunction) -> Vec<Pos2> {
+    let steps = plot.width().max(1.0) as usize;
+    let at = |i: usize| {
+        let value = i as f64 / steps as f64;
+        let [.., opacity] = transfer.evaluate(value);
+        position(plot, &ControlPoint::new(value, [0.0; 3], opacity))
+    };
+    (0..=steps).map(at).collect()
+}
+
+/// The colours under the curve.
+fn filled(painter: &Painter, plot: Rect, transfer: &TransferFunction) {
+    let mut mesh = Mesh::default();
+    for pair in curve(plot, transfer).windows(2) {
+        let value = f64::from((pair[0].x - plot.left()) / plot.width());
+        let [r, g, b, _] = transfer.evaluate(value);
+        let fill = colour([r, g, b]).gamma_multiply(0.75);
+        let top = 0.5 * (pair[0].y + pair[1].y);
+        mesh.add_colored_rect(Rect::from_min_max(pos2(pair[0].x, top), pos2(pair[1].x, plot.bottom())), fill);
+    }
+    painter.add(Shape::mesh(mesh));
+}
+
+/// A list of all presets and colour maps, with their colours; the name of the one that was chosen.
+pub fn presets_ui(ui: &mut Ui, current: &str, volume: &OpenVolume) -> Option<String> {
+    let mut chosen = None;
+    let shown = if current.starts_with('{') { "edited" } else { current };
+    ComboBox::from_id_salt("presets").selected_text(shown).width(150.0).show_ui(ui, |ui| {
+        for name in presets::names() {
+            ui.horizontal(|ui| {
+                if let Ok(transfer) = presets::find(name, volume) {
+                    let (rect, _) = ui.allocate_exact_size(vec2(60.0, 12.0), Sense::hover());
+                    strip(ui.painter(), rect, &transfer);
+                }
+                if ui.selectable_label(name == current, name).clicked() {
+                    chosen = Some(name.to_owned());
+                }
+            });
+        }
+    });
+    chosen
+}
+
+/// The colours of `transfer` side by side.
+fn strip(painter: &Painter, rect: Rect, transfer: &TransferFunction) {
+    let steps = 30;
+    let mut mesh = Mesh::default();
+    for i in 0..steps {
+        let [left, right] = [i, i + 1].map(|i| rect.left() + i as f32 / steps as f32 * rect.width());
+        let [r, g, b, _] = transfer.evaluate((f64::from(i) + 0.5) / f64::from(steps));
+        let piece = Rect::from_min_max(pos2(left, rect.top()), pos2(right, rect.bottom()));
+        mesh.add_colored_rect(piece, colour([r, g, b]));
+    }
+    painter.add(Shape::mesh(mesh));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn points() -> Vec<ControlPoint> {
+        [0.0, 0.4, 1.0].map(|value| ControlPoint::new(value, [1.0, 0.5, 0.0], value * 0.5)).to_vec()
+    }
+
+    #[test]
+    fn places_read_as_they_are_drawn() {
+        let plot = Rect::from_min_size(pos2(10.0, 20.0), vec2(200.0, 100.0));
+        for point in points() {
+            let [value, opacity] = value_at(plot, position(plot, &point));
+            assert!((value - point.value).abs() < 1e-6 && (opacity - point.opacity).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn points_stay_between_their_neighbours() {
+        let mut points = points();
+        assert!(place(&mut points, 1, [2.0, 3.0]));
+        assert_eq!((points[1].value, points[1].opacity), (1.0, 1.0));
+        assert!(!place(&mut points, 1, [1.5, 1.0]));
+        assert!(place(&mut points, 0, [0.2, 0.0]));
+        TransferFunction::new(points).unwrap();
+    }
+
+    #[test]
+    fn added_points_have_the_colour_that_is_there() {
+        let plot = Rect::from_min_size(Pos2::ZERO, vec2(100.0, 100.0));
+        let mut points = points();
+        let i = add(&mut points, plot, pos2(70.0, 50.0));
+        assert_eq!(i, 2);
+        assert_eq!(points[2].colour, [1.0, 0.5, 0.0]);
+        assert!((points[2].opacity - 0.25).abs() < 1e-6);
+    }
+}

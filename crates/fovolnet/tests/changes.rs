@@ -1,0 +1,115 @@
+//! A pipeline that is told to go on otherwise makes what one that was begun so makes.
+
+use fovolnet::core::{CameraPath, ShadowMode, SurfaceShading};
+use fovolnet::{
+    Device, OpenVolume, Pipeline, Reconstruction, RenderSettings, Sampling, SpeedSettings, Viewpoint,
+    VolumeSettings, open_volume,
+};
+
+fn head() -> OpenVolume {
+    open_volume("head", &VolumeSettings { dims: Some([32; 3]), ..Default::default() }).unwrap()
+}
+
+fn pipeline(settings: &RenderSettings, device: &Device) -> Pipeline {
+    let speed = SpeedSettings { device: Some(device.clone()), ..Default::default() };
+    Pipeline::new(&head(), settings, &speed).unwrap()
+}
+
+fn begin() -> RenderSettings {
+    RenderSettings { size: Some("61x43".parse().unwrap()), pb: Some(0.1), ..Default::default() }
+}
+
+/// Each changes one thing more.
+fn changes() -> Vec<fn(&mut RenderSettings)> {
+    vec![
+        |settings| settings.reconstruct = Some(Reconstruction::WNet),
+        |settings| settings.tf = Some("viridis".into()),
+        |settings| settings.light = Some([-1.0, 0.2, 0.1]),
+        |settings| settings.shadows = Some(ShadowMode::Cached),
+        |settings| settings.shading = Some(SurfaceShading::Gradient),
+        |settings| settings.ambient = Some(0.6),
+        |settings| settings.background = Some([0.1, 0.2, 0.3]),
+        |settings| settings.step = Some(0.8),
+        |settings| settings.pb = Some(0.2),
+        |settings| settings.sigma = Some(0.1),
+        |settings| settings.gaze = Some("0.2,0.3".into()),
+        |settings| settings.noise = Some("blue".parse().unwrap()),
+        |settings| settings.sampling = Some(Sampling::Direct),
+        |settings| settings.seed = Some(3),
+        |settings| settings.path = Some("flythrough".into()),
+        |settings| settings.camera = Some([0.0, 1.0, 2.0, 0.0, 0.0, 0.0, 30.0]),
+        |settings| settings.size = Some("40x50".parse().unwrap()),
+        |settings| settings.precision = Some("f32".parse().unwrap()),
+        |settings| settings.sampling = Some(Sampling::Full),
+        |settings| settings.sampling = Some(Sampling::Reject),
+        |settings| settings.reconstruct = Some(Reconstruction::None),
+    ]
+}
+
+fn check(device: &Device) {
+    let mut settings = begin();
+    let mut changed = pipeline(&settings, device);
+    for (i, change) in changes().into_iter().enumerate() {
+        change(&mut settings);
+        changed.change(&settings).unwrap();
+        changed.reset();
+        let mut fresh = pipeline(&settings, device);
+        assert_eq!(changed.size(), fresh.size());
+        for frame in [3, 4] {
+            let (changed, fresh) = (changed.render(frame).unwrap(), fresh.render(frame).unwrap());
+            assert_eq!(changed.mask, fresh.mask, "change {i}, frame {frame}");
+            assert!(changed.frame == fresh.frame, "change {i}, frame {frame}");
+        }
+        assert!(changed.reference(5).unwrap() == fresh.reference(5).unwrap(), "change {i}");
+    }
+}
+
+#[test]
+fn every_change_shows_as_if_begun_so() {
+    check(&Device::Cpu);
+}
+
+#[test]
+#[ignore = "needs an adapter: cargo test --workspace -- --ignored"]
+fn every_change_shows_on_a_gpu() {
+    check(&Device::Gpu(None));
+}
+
+#[test]
+fn a_change_that_cannot_be_made_changes_nothing() {
+    let mut pipeline = pipeline(&begin(), &Device::Cpu);
+    let before = pipeline.reference(0).unwrap();
+    let wrong: [fn(&mut RenderSettings); 4] = [
+        |settings| settings.tf = Some("no-such".into()),
+        |settings| settings.step = Some(-1.0),
+        |settings| settings.path = Some("no-such.toml".into()),
+        |settings| {
+            settings.reconstruct = Some(Reconstruction::WNet);
+            settings.weights = Some("no-such".into());
+            settings.background = Some([1.0; 3]);
+        },
+    ];
+    for change in wrong {
+        let mut settings = begin();
+        change(&mut settings);
+        pipeline.change(&settings).unwrap_err();
+        assert!(pipeline.reference(0).unwrap() == before);
+    }
+}
+
+#[test]
+fn somebody_may_stand_anywhere() {
+    let settings = RenderSettings { reconstruct: Some(Reconstruction::WNet), ..begin() };
+    let [mut here, mut there] = [(); 2].map(|()| pipeline(&settings, &Device::Cpu));
+    for i in 0..3 {
+        let viewpoint = Viewpoint { camera: CameraPath::Orbit.camera(i), fovea: settings.fovea(i).unwrap() };
+        assert!(here.render(i).unwrap().frame == there.render_from(i, &viewpoint).unwrap().frame);
+    }
+    let list = here.render(3).unwrap().mask;
+    let list = fovolnet::render::cpu::compact(&list);
+    let marched = here.march(&CameraPath::Orbit.camera(3), &list).unwrap();
+    let full = here.reference(3).unwrap();
+    for (pixel, marched) in list.pixels().iter().zip(marched) {
+        assert_eq!(full.pixel(pixel.x.into(), pixel.y.into())[..3], marched.colour);
+    }
+}
