@@ -47,6 +47,8 @@ enum Command {
     Bench(bench::Bench),
     /// Make the tables and figures of the paper's evaluation
     Repro(repro::Repro),
+    /// Look at a volume in a window
+    View(commands::view::View),
 }
 
 /// Keeps Mesa's layer that asks the desktop which GPU it prefers from complaining where there is no desktop.
@@ -78,6 +80,7 @@ fn main() -> ExitCode {
         Command::Metrics(args) => args.run(),
         Command::Bench(args) => args.run(),
         Command::Repro(args) => args.run(),
+        Command::View(args) => args.run(),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -77,12 +77,14 @@ impl Dialogue {
 pub struct FileField {
     purpose: Purpose,
     text: String,
+    /// Whether it was shown before.
+    is_known: bool,
     browsing: Option<Receiver<PathBuf>>,
 }
 
 impl FileField {
     fn new(purpose: Purpose, suggested: &Path) -> Self {
-        Self { purpose, text: suggested.display().to_string(), browsing: None }
+        Self { purpose, text: suggested.display().to_string(), is_known: false, browsing: None }
     }
 
     fn path(&self) -> PathBuf {
@@ -97,6 +99,9 @@ impl FileField {
         let entered = ui.horizontal(|ui| {
             let edit = ui
                 .add(TextEdit::singleline(&mut self.text).desired_width(330.0).hint_text("path of the file"));
+            if !std::mem::replace(&mut self.is_known, true) {
+                edit.request_focus();
+            }
             let entered = edit.lost_focus() && ui.input(|input| input.key_pressed(eframe::egui::Key::Enter));
             if ui.button("Browse…").clicked() {
                 let context = ui.ctx().clone();

@@ -62,7 +62,7 @@ impl Messages {
             for (i, text) in self.errors.iter().enumerate().rev().take(MOST) {
                 Frame::popup(ui.style()).show(ui, |ui| {
                     ui.horizontal_top(|ui| {
-                        if ui.small_button("✖").clicked() {
+                        if ui.small_button("×").clicked() {
                             taken = Some(i);
                         }
                         ui.add(

@@ -27,14 +27,14 @@ pub fn scene(ui: &mut Ui, settings: &mut RenderSettings) {
                     ui.selectable_value(&mut shadows, mode, name);
                 }
             });
-            set(&mut settings.shadows, shadows, ShadowMode::default());
+            set(&mut settings.shadows, shadows);
             let mut surface = settings.shading.unwrap_or_default();
             ui.horizontal(|ui| {
                 ui.label("Shading");
                 ui.selectable_value(&mut surface, SurfaceShading::Flat, "flat");
                 ui.selectable_value(&mut surface, SurfaceShading::Gradient, "gradient");
             });
-            set(&mut settings.shading, surface, SurfaceShading::default());
+            set(&mut settings.shading, surface);
         });
     });
     number(ui, "Ambient", &mut settings.ambient, 0.3, 0.0..=1.0, false);
@@ -67,7 +67,7 @@ fn light_ball(ui: &mut Ui, settings: &mut RenderSettings) {
     }
     let painter = ui.painter();
     let (lit, radius) = (direction.as_vec3(), 0.5 * rect.width());
-    let cells = 24;
+    let cells = 40;
     for row in 0..cells {
         for column in 0..cells {
             let [x, y] = [column, row].map(|i| (i as f32 + 0.5) / cells as f32 * 2.0 - 1.0);
@@ -107,7 +107,7 @@ pub fn sampling(ui: &mut Ui, settings: &mut RenderSettings, gaze: &mut GazeKind)
     });
     let mut how = settings.sampling();
     choice(ui, "Sampling", &mut how, &Sampling::ALL, Sampling::name);
-    set(&mut settings.sampling, how, Sampling::default());
+    set(&mut settings.sampling, how);
     let mut reconstruct = settings.reconstruction();
     let ways: Vec<Reconstruction> = ["none", "pull-push", "linear", "wnet", "deepfovea"]
         .iter()
@@ -274,8 +274,8 @@ fn choice<T: Copy + PartialEq, N: Into<String>>(
 }
 
 /// Says `value` in a session only where it is not the usual anyway.
-fn set<T: PartialEq>(said: &mut Option<T>, value: T, usual: T) {
-    if said.is_some() || value != usual {
+fn set<T: PartialEq + Default>(said: &mut Option<T>, value: T) {
+    if said.is_some() || value != T::default() {
         *said = Some(value);
     }
 }

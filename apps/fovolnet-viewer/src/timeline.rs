@@ -44,7 +44,7 @@ impl Timeline {
     pub fn ui(&mut self, ui: &mut Ui, opened: &mut Opened) {
         let time = ui.input(|input| input.time);
         ui.horizontal(|ui| {
-            let name = if self.is_playing() { "⏸" } else { "▶" };
+            let name = if self.is_playing() { "Pause" } else { "Play" };
             if ui.button(name).on_hover_text("Play or pause (Space)").clicked() {
                 self.play_or_pause(time, opened.frame());
             }

@@ -315,7 +315,7 @@ impl Viewer {
         }
         match command {
             Command::Open => {
-                self.dialogue = Some(Dialogue::File(FilePrompt::new(Purpose::Open, &self.folder())))
+                self.dialogue = Some(Dialogue::File(FilePrompt::new(Purpose::Open, &self.folder())));
             }
             Command::Close => self.after_saving(context, Next::Close),
             Command::Quit => self.after_saving(context, Next::Quit),
@@ -460,7 +460,7 @@ impl Viewer {
         let time = context.input(|input| input.time);
         match answer {
             Answer::Cancel => {}
-            Answer::File(purpose, path) => self.take_file(context, purpose, path, time),
+            Answer::File(purpose, path) => self.take_file(context, purpose, &path, time),
             Answer::Export(export) => self.export(context, *export),
             Answer::Save(next) => match self.opened.as_ref().and_then(|opened| opened.document.file()) {
                 Some(path) => {
@@ -478,18 +478,18 @@ impl Viewer {
         }
     }
 
-    fn take_file(&mut self, context: &Context, purpose: Purpose, path: PathBuf, time: f64) {
+    fn take_file(&mut self, context: &Context, purpose: Purpose, path: &Path, time: f64) {
         match purpose {
             Purpose::Open => self.after_saving(context, Next::Open(path.display().to_string())),
-            Purpose::SaveSession => self.save(&path, time),
-            Purpose::ReadTransfer => match (transfer_function::read(&path), &mut self.opened) {
+            Purpose::SaveSession => self.save(path, time),
+            Purpose::ReadTransfer => match (transfer_function::read(path), &mut self.opened) {
                 (Ok(transfer), Some(opened)) => opened.set_transfer(transfer),
                 (Err(error), _) => self.messages.error(error.to_string()),
                 (Ok(_), None) => {}
             },
             Purpose::SaveTransfer => {
                 let Some(opened) = &self.opened else { return };
-                match transfer_function::write(&path, opened.transfer()) {
+                match transfer_function::write(path, opened.transfer()) {
                     Ok(()) => self.messages.note(format!("{} is saved", path.display()), time),
                     Err(error) => self.messages.error(error.to_string()),
                 }

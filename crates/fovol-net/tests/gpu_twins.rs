@@ -94,7 +94,7 @@ fn worst(gpu: &Gpu, plan: &Plan, weights: &Weights, size: FrameSize, frames: u32
 }
 
 #[test]
-#[ignore = "needs an adapter: cargo test --workspace -- --ignored"]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn networks_are_those_of_the_cpu() {
     for named in Named::ALL {
         let config = named.config();
@@ -108,7 +108,7 @@ fn networks_are_those_of_the_cpu() {
 }
 
 #[test]
-#[ignore = "needs an adapter: cargo test --workspace -- --ignored"]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn networks_agree_with_pytorch() {
     for path in cases() {
         let name = path.file_stem().unwrap().to_string_lossy().into_owned();
@@ -204,7 +204,7 @@ fn kernel(
 }
 
 #[test]
-#[ignore = "needs an adapter: cargo test --workspace -- --ignored"]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn unusual_layers_are_those_of_the_cpu() {
     for normalisation in [Normalisation::Squared, Normalisation::Softmax] {
         let plan = unusual_plan(normalisation);
@@ -218,7 +218,7 @@ fn unusual_layers_are_those_of_the_cpu() {
 }
 
 #[test]
-#[ignore = "needs an adapter: cargo test --workspace -- --ignored"]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn frames_are_normalised_as_a_whole() {
     // More numbers than all threads read at once, and a block that is not full.
     let mut b = PlanBuilder::new();
@@ -231,7 +231,7 @@ fn frames_are_normalised_as_a_whole() {
 }
 
 #[test]
-#[ignore = "needs an adapter: cargo test --workspace -- --ignored"]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn infinity_does_not_stay() {
     // 1, then −1e38, then what is too large for f32 and starts anew.
     let mut b = PlanBuilder::new();
@@ -250,7 +250,7 @@ fn psnr(a: &[Frame], b: &[Frame]) -> f64 {
 }
 
 #[test]
-#[ignore = "needs an adapter: cargo test --workspace -- --ignored"]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn halves_stay_close() {
     for named in Named::ALL {
         // Wide networks take long in software.
@@ -285,7 +285,7 @@ fn fast(precision: Precision) -> (Network, impl Fn(FrameSize) -> State) {
 }
 
 #[test]
-#[ignore = "needs an adapter: cargo test --workspace -- --ignored"]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn states_are_independent_and_start_anew() {
     let size = size(21, 34);
     let (network, state) = fast(Precision::F16);
@@ -321,7 +321,7 @@ fn uploaded<T: bytemuck::Pod>(values: &[T]) -> wgpu::Buffer {
 }
 
 #[test]
-#[ignore = "needs an adapter: cargo test --workspace -- --ignored"]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn frames_of_the_device_need_no_host() {
     let size = size(30, 19);
     let (network, state) = fast(Precision::F32);
@@ -351,7 +351,7 @@ fn frames_of_the_device_need_no_host() {
 }
 
 #[test]
-#[ignore = "needs an adapter: cargo test --workspace -- --ignored"]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn what_does_not_fit_is_an_error() {
     let (ours, state) = fast(Precision::F32);
     let (_, other_state) = fast(Precision::F32);
@@ -394,7 +394,7 @@ fn least_device() -> Gpu {
 }
 
 #[test]
-#[ignore = "needs an adapter: cargo test --workspace -- --ignored"]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn any_webgpu_is_enough_and_too_large_frames_are_refused() {
     let gpu = least_device();
     for named in [Named::WNetFast, Named::DeepFoveaOrig] {
@@ -419,7 +419,7 @@ fn any_webgpu_is_enough_and_too_large_frames_are_refused() {
 }
 
 #[test]
-#[ignore = "needs an adapter: cargo test --workspace -- --ignored"]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn memory_is_shared_by_tensors_that_are_not_needed_at_once() {
     let (network, state) = fast(Precision::F32);
     let size = size(64, 64);
@@ -432,7 +432,7 @@ fn memory_is_shared_by_tensors_that_are_not_needed_at_once() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..Default::default() })]
     #[test]
-    #[ignore = "needs an adapter: cargo test --workspace -- --ignored"]
+    #[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
     fn filled_frames_are_those_of_the_cpu(w in 1u32..70, h in 1u32..50, seed in 0u64..1000, density in 0u32..60) {
         let size = size(w, h);
         let mut frame = Frame::new(size);

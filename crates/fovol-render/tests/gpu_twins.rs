@@ -64,7 +64,7 @@ fn agrees_with_the_specification(gpu: &Gpu, name: &str, mut scene: Scene) {
 }
 
 #[test]
-#[ignore = "needs an adapter: cargo test --workspace -- --ignored"]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn pictures_are_those_of_the_specification() {
     for (name, volume) in volumes() {
         let mut scene = Scene::new(Arc::new(volume), transfer());
@@ -85,7 +85,7 @@ fn noise(dims: [usize; 3], spacing: [f64; 3], [low, high]: [f64; 2], seed: u64) 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 40, failure_persistence: None, ..Default::default() })]
     #[test]
-    #[ignore = "needs an adapter: cargo test --workspace -- --ignored"]
+    #[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
     fn any_scene_looks_as_the_specification_says(
         dims in prop::array::uniform3(1usize..24), spacing in prop::array::uniform3(0.5f64..2.0), seed in 0u64..1000,
         eye in prop::array::uniform3(-1.5f64..1.5), target in prop::array::uniform3(-0.2f64..0.2),
@@ -118,7 +118,7 @@ proptest! {
 }
 
 #[test]
-#[ignore = "needs an adapter: cargo test --workspace -- --ignored"]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn large_volumes_are_stored_another_way_and_look_the_same() {
     let dims = [[2048, 2048, 17], [2048, 1024, 17], [1024, 1024, 17]];
     let value = |i: usize| (i * 7 % 251 + i / 2048 * 3 % 97) % 256;
@@ -146,7 +146,7 @@ fn large_volumes_are_stored_another_way_and_look_the_same() {
 }
 
 #[test]
-#[ignore = "needs an adapter: cargo test --workspace -- --ignored"]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn eyes_far_beyond_everything_see_something_or_nothing_but_do_not_hang() {
     let renderer = &SAMPLED.renderer;
     let mut buffers = renderer.frame_buffers(FrameSize::new(16, 9).unwrap()).unwrap();
@@ -170,7 +170,7 @@ fn baseline_gpu() -> Gpu {
 }
 
 #[test]
-#[ignore = "needs an adapter: cargo test --workspace -- --ignored"]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn what_every_webgpu_has_is_enough() {
     let gpu = baseline_gpu();
     agrees_with_the_specification(&gpu, "baseline", small_scene());
@@ -181,7 +181,7 @@ fn what_every_webgpu_has_is_enough() {
 }
 
 #[test]
-#[ignore = "needs an adapter: cargo test --workspace -- --ignored"]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn too_much_for_the_device_is_refused_with_the_limit() {
     let gpu = baseline_gpu();
     let long = Grid::new([3000, 1, 1], [1.0; 3]).unwrap();
@@ -195,7 +195,7 @@ fn too_much_for_the_device_is_refused_with_the_limit() {
 }
 
 #[test]
-#[ignore = "needs an adapter: cargo test --workspace -- --ignored"]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn a_lost_device_is_an_error() {
     let gpu = Gpu::open(&AdapterRequest::Any.or_environment()).unwrap();
     let mut renderer = Renderer::new(&gpu, &small_scene()).unwrap();
@@ -213,7 +213,7 @@ fn a_lost_device_is_an_error() {
 }
 
 #[test]
-#[ignore = "needs an adapter: cargo test --workspace -- --ignored"]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn samples_of_a_list_are_those_of_the_specification() {
     let size = FrameSize::new(93, 61).unwrap();
     let pixels: Vec<Pixel> = (0..61).flat_map(|y| (0..93).map(move |x| Pixel { x, y })).collect();
@@ -264,7 +264,7 @@ static SAMPLED: LazyLock<Sampled> = LazyLock::new(|| Sampled {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 30, failure_persistence: None, ..Default::default() })]
     #[test]
-    #[ignore = "needs an adapter: cargo test --workspace -- --ignored"]
+    #[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
     fn masks_and_lists_are_those_of_the_cpu(
         w in 1u32..300, h in 1u32..150, base in 0.0f64..1.0, sigma in 0.0f64..0.3,
         gx in -0.2f64..1.2, gy in -0.2f64..1.2, t in 0u32..200, kind in 0usize..3,
@@ -283,7 +283,7 @@ proptest! {
 }
 
 #[test]
-#[ignore = "needs an adapter: cargo test --workspace -- --ignored"]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn the_papers_masks_are_those_of_the_cpu_in_every_frame() {
     let size = FrameSize::new(640, 360).unwrap();
     let grid = Grid::new([1, 1, 1], [1.0; 3]).unwrap();
@@ -305,7 +305,7 @@ fn the_papers_masks_are_those_of_the_cpu_in_every_frame() {
 }
 
 #[test]
-#[ignore = "needs an adapter: cargo test --workspace -- --ignored"]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn every_way_to_sample_gives_the_pixels_of_the_full_frame() {
     let size = FrameSize::new(150, 84).unwrap();
     let fovea = Fovea { base: 0.1, sigma: 0.1, gaze: [0.4, 0.6] };
@@ -344,7 +344,7 @@ fn every_way_to_sample_gives_the_pixels_of_the_full_frame() {
 }
 
 #[test]
-#[ignore = "needs an adapter: cargo test --workspace -- --ignored"]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn whatever_uses_a_frame_can_follow_in_the_same_submission() {
     let size = FrameSize::new(40, 30).unwrap();
     let (renderer, camera) = (&SAMPLED.renderer, cameras()[0]);
@@ -361,7 +361,7 @@ fn whatever_uses_a_frame_can_follow_in_the_same_submission() {
 }
 
 #[test]
-#[ignore = "needs an adapter: cargo test --workspace -- --ignored"]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn lists_that_do_not_fit_are_refused() {
     let renderer = &SAMPLED.renderer;
     let [small, large] = [[4, 4], [5, 4]].map(|[w, h]| FrameSize::new(w, h).unwrap());
@@ -382,7 +382,7 @@ fn lists_that_do_not_fit_are_refused() {
 }
 
 #[test]
-#[ignore = "needs an adapter: cargo test --workspace -- --ignored"]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn a_changed_scene_shows_at_once() {
     let mut scene = small_scene();
     scene.shading.shadows = ShadowMode::Cached;
@@ -400,7 +400,7 @@ fn a_changed_scene_shows_at_once() {
 }
 
 #[test]
-#[ignore = "needs an adapter: cargo test --workspace -- --ignored"]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn one_voxel_and_thin_volumes_render() {
     for dims in [[1, 1, 1], [1, 30, 2], [17, 1, 1], [2, 2, 2]] {
         let grid = Grid::new(dims, [1.0; 3]).unwrap();
@@ -418,7 +418,7 @@ fn one_voxel_and_thin_volumes_render() {
 }
 
 #[test]
-#[ignore = "needs an adapter: cargo test --workspace -- --ignored"]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn steps_are_timed_where_the_device_can() {
     let noise = Noise::new(NoiseKind::Stbn, 0);
     let source = MaskSource { fovea: &Fovea::default(), noise: &noise, frame: 0 };

@@ -36,7 +36,7 @@ fn settings(sampling: Sampling, reconstruct: Reconstruction) -> RenderSettings {
 }
 
 #[test]
-#[ignore = "needs an adapter: cargo test --workspace -- --ignored"]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn frames_are_those_of_the_processor() {
     for sampling in Sampling::ALL {
         for reconstruct in [
@@ -68,7 +68,7 @@ fn frames_are_those_of_the_processor() {
 }
 
 #[test]
-#[ignore = "needs an adapter: cargo test --workspace -- --ignored"]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn software_is_announced() {
     let settings = settings(Sampling::Compact, Reconstruction::None);
     let made = pipeline(&settings, Device::Gpu(None));

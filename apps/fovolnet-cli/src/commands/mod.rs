@@ -9,3 +9,4 @@ pub mod noise;
 pub mod reconstruct;
 pub mod render;
 pub mod train;
+pub mod view;

@@ -82,7 +82,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(40))]
         #[test]
-        #[ignore = "needs an adapter: cargo test --workspace -- --ignored"]
+        #[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
         fn the_list_is_that_of_the_cpu(w in 1u32..700, h in 1u32..300, seed in 0u64..100, density in 0u64..=100) {
             let size = FrameSize::new(w, h).unwrap();
             let mask = SampleMask::from_fn(size, |x, y| hash(seed, u64::from(y * 1000 + x)) % 100 < density);
@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    #[ignore = "needs an adapter: cargo test --workspace -- --ignored"]
+    #[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
     fn more_blocks_than_one_workgroup_scans_at_once_are_packed_too() {
         // 4096 pixels a row are 128 words: 600 rows are 300 blocks.
         let size = FrameSize::new(4096, 600).unwrap();

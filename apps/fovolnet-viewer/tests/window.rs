@@ -1,0 +1,291 @@
+//! The window as somebody uses it: clicks, drags and keys, without a display.
+
+use eframe::egui::{Event, Key, Modifiers, PointerButton, Pos2, pos2};
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+use fovolnet::{Device, RenderSettings, Session, SpeedSettings, VolumeSettings};
+use fovolnet_viewer::dialogue::Dialogue;
+use fovolnet_viewer::opened::Opened;
+use fovolnet_viewer::places::Places;
+use fovolnet_viewer::studio::Progress;
+use fovolnet_viewer::{Start, Viewer};
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// A window that was opened with the first frame.
+type Window = Harness<'static, Option<Viewer>>;
+
+/// A window of the volume or session `source`, which keeps things in `folder`.
+fn window(source: Option<&str>, folder: &Path) -> Window {
+    let start = Start {
+        source: source.map(str::to_owned),
+        read: VolumeSettings { dims: source.map(|_| [24; 3]), ..VolumeSettings::default() },
+        render: RenderSettings::default(),
+        speed: SpeedSettings { device: Some(Device::Cpu), ..SpeedSettings::default() },
+    };
+    let places = Places::in_folder(Some(folder.join("state")));
+    let show = move |ui: &mut eframe::egui::Ui, viewer: &mut Option<Viewer>| {
+        let make = || Viewer::new(ui.ctx(), start.clone(), places.clone()).unwrap();
+        viewer.get_or_insert_with(make).show(ui);
+    };
+    let builder = Harness::builder().with_size([900.0, 640.0]).with_step_dt(0.1);
+    let mut window = builder.build_ui_state(show, None);
+    settle(&mut window);
+    window
+}
+
+fn viewer(window: &Window) -> &Viewer {
+    window.state().as_ref().expect("it was shown")
+}
+
+fn opened(window: &Window) -> &Opened {
+    viewer(window).opened().expect("something is open")
+}
+
+/// Lets time pass until `wanted`.
+fn until(window: &mut Window, what: &str, wanted: impl Fn(&Viewer) -> bool) {
+    let started = Instant::now();
+    while !wanted(viewer(window)) {
+        window.step();
+        std::thread::sleep(Duration::from_millis(2));
+        assert!(
+            started.elapsed() < Duration::from_secs(120),
+            "{what} never came: {:?}",
+            viewer(window).messages()
+        );
+    }
+}
+
+/// Lets time pass until nothing is under way.
+fn settle(window: &mut Window) {
+    for _ in 0..3 {
+        window.step();
+    }
+    until(window, "the end of all work", Viewer::is_settled);
+    for _ in 0..16 {
+        window.step();
+    }
+    until(window, "the end of all work", Viewer::is_settled);
+}
+
+fn click(window: &mut Window, label: &str) {
+    window.get_by_label(label).click();
+    for _ in 0..3 {
+        window.step();
+    }
+}
+
+fn keys(window: &mut Window, modifiers: Modifiers, key: Key) {
+    window.key_press_modifiers(modifiers, key);
+    for _ in 0..3 {
+        window.step();
+    }
+}
+
+fn drag(window: &mut Window, from: Pos2, to: Pos2) {
+    window.hover_at(from);
+    window.step();
+    window.drag_at(from);
+    window.step();
+    for i in 1..=4 {
+        window.hover_at(from.lerp(to, i as f32 / 4.0));
+        window.step();
+    }
+    window.drop_at(to);
+    settle(window);
+}
+
+/// Types `text` in place of the path that a question suggests.
+fn type_path(window: &mut Window, text: &str) {
+    window.get_by_role(eframe::egui::accesskit::Role::TextInput).click();
+    window.step();
+    keys(window, Modifiers::COMMAND, Key::A);
+    window.event(Event::Text(text.to_owned()));
+    window.step();
+    window.step();
+}
+
+#[test]
+fn a_volume_of_the_start_page_opens_and_becomes_a_full_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = window(None, folder.path());
+    assert!(viewer(&window).opened().is_none());
+    click(&mut window, "marschner-lobb");
+    settle(&mut window);
+    assert_eq!(viewer(&window).shown().unwrap().progress, Progress::Complete);
+    assert_eq!(opened(&window).document.name(), "marschner-lobb");
+    keys(&mut window, Modifiers::COMMAND, Key::W);
+    settle(&mut window);
+    assert!(viewer(&window).opened().is_none());
+}
+
+#[test]
+fn hands_turn_move_and_zoom_and_undo_takes_it_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = window(Some("head"), folder.path());
+    let first = opened(&window).camera();
+    drag(&mut window, pos2(200.0, 200.0), pos2(300.0, 220.0));
+    let turned = opened(&window).camera();
+    assert!((turned.eye.length() - first.eye.length()).abs() < 1e-9 && turned.eye.distance(first.eye) > 0.3);
+    assert!(opened(&window).document.is_changed());
+    keys(&mut window, Modifiers::COMMAND, Key::Z);
+    assert_eq!(opened(&window).camera(), first);
+    keys(&mut window, Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
+    assert_eq!(opened(&window).camera(), turned);
+    window.hover_at(pos2(250.0, 200.0));
+    window.event(Event::MouseWheel {
+        unit: eframe::egui::MouseWheelUnit::Line,
+        delta: [0.0, 3.0].into(),
+        phase: eframe::egui::TouchPhase::Move,
+        source: eframe::egui::MouseWheelSource::Wheel,
+        modifiers: Modifiers::NONE,
+    });
+    settle(&mut window);
+    assert!(opened(&window).camera().eye.length() < turned.eye.length());
+    keys(&mut window, Modifiers::NONE, Key::Num3);
+    assert!(opened(&window).camera().eye.normalize().x > 0.999);
+    keys(&mut window, Modifiers::NONE, Key::Home);
+    assert_eq!(opened(&window).camera(), first);
+}
+
+#[test]
+fn the_interface_answers_while_pictures_are_made() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = window(Some("head"), folder.path());
+    let mut slowest = Duration::ZERO;
+    window.hover_at(pos2(200.0, 200.0));
+    window.drag_at(pos2(200.0, 200.0));
+    for i in 0..40 {
+        window.hover_at(pos2(200.0 + i as f32 * 5.0, 200.0));
+        let started = Instant::now();
+        window.step();
+        slowest = slowest.max(started.elapsed());
+    }
+    window.drop_at(pos2(400.0, 200.0));
+    // Nothing of a step waits for the renderer; a machine that is busy otherwise may take its time.
+    assert!(slowest < Duration::from_secs(2), "{slowest:?}");
+    settle(&mut window);
+}
+
+#[test]
+fn views_become_keyframes_and_play() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = window(Some("head"), folder.path());
+    keys(&mut window, Modifiers::NONE, Key::K);
+    drag(&mut window, pos2(200.0, 200.0), pos2(320.0, 240.0));
+    click(&mut window, "Add keyframe");
+    settle(&mut window);
+    assert_eq!(opened(&window).keyframes().len(), 2);
+    opened(&window).document.settings().path.as_ref().expect("the path is of the session");
+    keys(&mut window, Modifiers::NONE, Key::Space);
+    let before = opened(&window).frame();
+    for _ in 0..2 {
+        window.step();
+    }
+    assert_ne!(opened(&window).frame(), before);
+    keys(&mut window, Modifiers::NONE, Key::Space);
+    settle(&mut window);
+}
+
+#[test]
+fn transfer_functions_are_chosen_and_edited() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = window(Some("head"), folder.path());
+    let first = opened(&window).transfer().clone();
+    window.get_by_value("auto").click();
+    settle(&mut window);
+    window.get_by_label("magma").scroll_to_me();
+    settle(&mut window);
+    click(&mut window, "magma");
+    settle(&mut window);
+    assert_eq!(opened(&window).document.settings().tf.as_deref(), Some("magma"));
+    assert_ne!(opened(&window).transfer(), &first);
+    let points = opened(&window).transfer().points().len();
+    let at = pos2(780.0, 100.0);
+    window.hover_at(at);
+    for _ in 0..2 {
+        for pressed in [true, false] {
+            let (button, modifiers) = (PointerButton::Primary, Modifiers::NONE);
+            window.event(Event::PointerButton { pos: at, button, pressed, modifiers });
+        }
+        window.step();
+    }
+    settle(&mut window);
+    assert_eq!(opened(&window).transfer().points().len(), points + 1);
+    assert!(opened(&window).document.settings().tf.as_deref().unwrap().starts_with('{'));
+}
+
+#[test]
+fn pictures_are_exported_and_sessions_saved_and_opened_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = window(Some("head"), folder.path());
+    drag(&mut window, pos2(200.0, 200.0), pos2(260.0, 230.0));
+    let picture = folder.path().join("out.png");
+    keys(&mut window, Modifiers::COMMAND, Key::E);
+    type_path(&mut window, picture.to_str().unwrap());
+    click(&mut window, "Export");
+    settle(&mut window);
+    assert!(picture.is_file() && picture.with_extension("toml").is_file());
+    let session = folder.path().join("mine.toml");
+    keys(&mut window, Modifiers::COMMAND, Key::S);
+    type_path(&mut window, session.to_str().unwrap());
+    click(&mut window, "Save");
+    settle(&mut window);
+    assert!(!opened(&window).document.is_changed());
+    let saved = Session::read(&session).unwrap();
+    assert_eq!(&saved, opened(&window).document.session());
+    let camera = opened(&window).camera();
+    drop(window);
+    let again = self::window(Some(session.to_str().unwrap()), folder.path());
+    assert_eq!(opened(&again).camera(), camera);
+    assert_eq!(opened(&again).document.name(), "mine.toml");
+}
+
+#[test]
+fn what_is_wrong_is_said_and_the_rest_goes_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let session = folder.path().join("bad.toml");
+    std::fs::write(&session, "volume = \"head\"\n[render]\nsgima = 3\n").unwrap();
+    let mut window = window(Some(session.to_str().unwrap()), folder.path());
+    assert!(viewer(&window).opened().is_none());
+    assert!(viewer(&window).messages().errors()[0].contains("sgima"));
+    std::fs::write(&session, "volume = \"/no/such/volume.nrrd\"\n").unwrap();
+    keys(&mut window, Modifiers::COMMAND, Key::O);
+    type_path(&mut window, session.to_str().unwrap());
+    click(&mut window, "Open");
+    settle(&mut window);
+    let errors = viewer(&window).messages().errors();
+    assert!(errors.iter().any(|error| error.contains("/no/such/volume.nrrd")), "{errors:?}");
+    click(&mut window, "head");
+    settle(&mut window);
+    assert!(viewer(&window).shown().is_some());
+    assert!(viewer(&window).messages().errors().is_empty());
+}
+
+#[test]
+fn unsaved_work_is_asked_about_and_comes_back_after_a_crash() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = window(Some("head"), folder.path());
+    drag(&mut window, pos2(200.0, 200.0), pos2(260.0, 230.0));
+    let camera = opened(&window).camera();
+    keys(&mut window, Modifiers::COMMAND, Key::W);
+    assert!(matches!(viewer(&window).dialogue(), Some(Dialogue::Unsaved(_))));
+    click(&mut window, "Cancel");
+    assert_eq!(opened(&window).camera(), camera);
+    for _ in 0..50 {
+        window.step();
+    }
+    // As if the program had been killed: nothing is said to it.
+    drop(window);
+    let mut again = self::window(None, folder.path());
+    assert!(matches!(viewer(&again).dialogue(), Some(Dialogue::Restore(_))));
+    click(&mut again, "Go on with it");
+    settle(&mut again);
+    assert_eq!(opened(&again).camera(), camera);
+    assert!(opened(&again).document.is_changed());
+    keys(&mut again, Modifiers::COMMAND, Key::W);
+    click(&mut again, "Do not save");
+    settle(&mut again);
+    drop(again);
+    assert!(viewer(&self::window(None, folder.path())).dialogue().is_none());
+}
