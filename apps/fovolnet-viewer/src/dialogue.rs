@@ -3,9 +3,10 @@
 use crate::commands::{GESTURES, all};
 use crate::export::{Export, Kind};
 use crate::files::{self, Purpose};
+use crate::layout_form::LayoutForm;
 use eframe::egui::{Button, Context, DragValue, Grid, Id, Modal, RichText, ScrollArea, TextEdit, Ui};
-use fovolnet::Session;
 use fovolnet::core::{FrameSize, MAX_FRAME_SIDE};
+use fovolnet::{Session, VolumeSettings};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::Receiver;
 
@@ -20,6 +21,8 @@ pub enum Dialogue {
     Unsaved(Next),
     /// Go on with what was not saved when the viewer ended last?
     Restore(Box<Session>),
+    /// How do the voxels of a file lie?
+    Layout(LayoutForm),
     /// Which keys are there?
     Help,
 }
@@ -48,6 +51,8 @@ pub enum Answer {
     Save(Next),
     /// Without saving.
     Discard(Next),
+    /// Open this file so.
+    Layout(String, VolumeSettings),
     /// Go on with it.
     Restore(Box<Session>),
 }
@@ -62,6 +67,7 @@ impl Dialogue {
                 Self::Export(form) => form.ui(ui),
                 Self::Unsaved(next) => unsaved(ui, next),
                 Self::Restore(session) => restore(ui, session),
+                Self::Layout(form) => layout(ui, form),
                 Self::Help => help(ui),
             }
         });
@@ -294,6 +300,14 @@ fn restore(ui: &mut Ui, session: &Session) -> Option<Answer> {
         ui.button("Forget it").clicked().then_some(Answer::Discard(Next::Close))
     })
     .inner
+}
+
+fn layout(ui: &mut Ui, form: &mut LayoutForm) -> Option<Answer> {
+    let problem = form.ui(ui);
+    match buttons(ui, "Open", problem)? {
+        true => Some(Answer::Layout(form.source().to_owned(), form.settings())),
+        false => Some(Answer::Cancel),
+    }
 }
 
 fn help(ui: &mut Ui) -> Option<Answer> {

@@ -80,6 +80,7 @@ impl Document {
     /// # Errors
     /// What the system said.
     pub fn save(&mut self, path: &Path) -> Result<()> {
+        self.session = self.session.clone().sealed();
         self.session.write(path)?;
         self.file = Some(path.to_owned());
         self.saved = Some(self.session.clone());

@@ -47,12 +47,18 @@ fn label(painter: &Painter, at: Pos2, anchor: Align2, text: &str) {
     painter.text(at, anchor, text, font, Color32::WHITE);
 }
 
-/// The edges of the volume's box.
-pub fn bounding_box(painter: &Painter, projection: &Projection, grid: &Grid) {
-    let half = grid.world_extent() * 0.5;
+/// The edges of the part of the volume's box within `sides`, as fractions of it.
+pub fn bounding_box(
+    painter: &Painter,
+    projection: &Projection,
+    grid: &Grid,
+    sides: [f64; 6],
+    colour: Color32,
+) {
+    let extent = grid.world_extent();
     let corner = |i: usize| {
-        let side = |bit: usize| if i >> bit & 1 == 1 { 1.0 } else { -1.0 };
-        DVec3::new(side(0) * half.x, side(1) * half.y, side(2) * half.z)
+        let side = |axis: usize| sides[2 * axis + (i >> axis & 1)] - 0.5;
+        extent * DVec3::new(side(0), side(1), side(2))
     };
     for i in 0..8usize {
         for bit in 0..3 {
@@ -61,7 +67,7 @@ pub fn bounding_box(painter: &Painter, projection: &Projection, grid: &Grid) {
             }
             let ends = [corner(i), corner(i | 1 << bit)].map(|end| projection.project(end));
             if let [Some(from), Some(to)] = ends {
-                painter.line_segment([from, to], Stroke::new(1.0, Color32::from_white_alpha(70)));
+                painter.line_segment([from, to], Stroke::new(1.0, colour));
             }
         }
     }

@@ -4,14 +4,16 @@ use crate::gaze::GazeKind;
 use crate::look::Look;
 use crate::marks::short;
 use crate::places::Preferences;
+use crate::range_slider::range_slider;
 use crate::studio::{Progress, Shown};
 use eframe::egui::{
-    Color32, ComboBox, DragValue, Grid, Rect, RichText, Sense, Slider, Stroke, Ui, pos2, vec2,
+    Color32, ComboBox, DragValue, Grid, Mesh, Rect, RichText, Sense, Shape, Slider, Stroke, Ui, pos2, vec2,
 };
 use fovolnet::core::{Fovea, Light, ShadowMode, SurfaceShading};
 use fovolnet::{Reconstruction, RenderSettings, Sampling, Timings};
 use glam::{DVec3, Vec3};
 use std::collections::VecDeque;
+use std::f32::consts::{FRAC_PI_2, TAU};
 
 /// Light, shadows, background.
 pub fn scene(ui: &mut Ui, settings: &mut RenderSettings) {
@@ -48,6 +50,46 @@ pub fn scene(ui: &mut Ui, settings: &mut RenderSettings) {
     });
 }
 
+/// The part that is shown, in voxels of a volume of `dims`.
+pub fn clipping(ui: &mut Ui, settings: &mut RenderSettings, dims: [usize; 3]) {
+    let sides = settings.clip.unwrap_or(WHOLE);
+    let mut now = sides;
+    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+        let voxels = dims[axis] as f64;
+        let mut range = [now[2 * axis], now[2 * axis + 1]];
+        ui.horizontal(|ui| {
+            ui.label(name);
+            let [from, to] = range.map(|side| (side * voxels).round());
+            let numbers = format!("{from}–{to}");
+            let width = ui.available_width() - 70.0;
+            ui.allocate_ui(vec2(width, 18.0), |ui| range_slider(ui, &mut range, 1.0 / voxels));
+            ui.weak(numbers);
+        });
+        // Whole voxels are shown: a session has to say which.
+        [now[2 * axis], now[2 * axis + 1]] = range;
+    }
+    ui.horizontal(|ui| {
+        ui.label("Slice");
+        for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+            let hint = "A slab of two voxels in the middle; drag it through the volume with its slider";
+            if ui.button(name).on_hover_text(hint).clicked() {
+                let half = 1.0 / dims[axis] as f64;
+                now = WHOLE;
+                [now[2 * axis], now[2 * axis + 1]] = [(0.5 - half).max(0.0), (0.5 + half).min(1.0)];
+            }
+        }
+        if ui.button("Whole").clicked() {
+            now = WHOLE;
+        }
+    });
+    if now != sides {
+        settings.clip = (now != WHOLE).then_some(now);
+    }
+}
+
+/// Nothing is cut away.
+const WHOLE: [f64; 6] = [0.0, 1.0, 0.0, 1.0, 0.0, 1.0];
+
 /// A ball, lit as the volume is; dragging turns the light.
 fn light_ball(ui: &mut Ui, settings: &mut RenderSettings) {
     let (rect, response) = ui.allocate_exact_size(vec2(64.0, 64.0), Sense::click_and_drag());
@@ -65,26 +107,35 @@ fn light_ball(ui: &mut Ui, settings: &mut RenderSettings) {
         direction = DVec3::new(x, y, z).normalize_or(direction);
         settings.light = Some(direction.to_array());
     }
-    let painter = ui.painter();
-    let (lit, radius) = (direction.as_vec3(), 0.5 * rect.width());
-    let cells = 40;
-    for row in 0..cells {
-        for column in 0..cells {
-            let [x, y] = [column, row].map(|i| (i as f32 + 0.5) / cells as f32 * 2.0 - 1.0);
-            let inside = 1.0 - x * x - y * y;
-            if inside < 0.0 {
-                continue;
-            }
-            let normal = Vec3::new(x, -y, inside.sqrt());
-            let shade = 0.15 + 0.85 * normal.dot(lit).max(0.0);
-            let cell = Rect::from_center_size(
-                rect.center() + vec2(x, y) * radius,
-                vec2(1.0, 1.0) * (2.0 * radius / cells as f32 + 0.3),
-            );
-            painter.rect_filled(cell, 0.0, Color32::from_gray((shade * 255.0) as u8));
+    ui.painter().add(Shape::mesh(ball(rect, direction.as_vec3())));
+    let edge = Stroke::new(1.0, ui.visuals().weak_text_color());
+    ui.painter().circle_stroke(rect.center(), 0.5 * rect.width(), edge);
+}
+
+/// A ball that fills `rect`, lit from the direction `light` of the viewer's space.
+fn ball(rect: Rect, light: Vec3) -> Mesh {
+    const RINGS: u32 = 14;
+    const SECTORS: u32 = 40;
+    let mut mesh = Mesh::default();
+    for ring in 0..=RINGS {
+        for sector in 0..SECTORS {
+            let across = (ring as f32 / RINGS as f32 * FRAC_PI_2).sin();
+            let (sin, cos) = (sector as f32 / SECTORS as f32 * TAU).sin_cos();
+            let normal = Vec3::new(across * cos, across * sin, (1.0 - across * across).max(0.0).sqrt());
+            let shade = 0.15 + 0.85 * normal.dot(light).max(0.0);
+            let at = rect.center() + vec2(normal.x, -normal.y) * (0.5 * rect.width());
+            mesh.colored_vertex(at, Color32::from_gray((shade * 255.0) as u8));
         }
     }
-    painter.circle_stroke(rect.center(), radius, Stroke::new(1.0, ui.visuals().weak_text_color()));
+    for ring in 0..RINGS {
+        for sector in 0..SECTORS {
+            let next = (sector + 1) % SECTORS;
+            let [a, b] = [sector, next].map(|sector| ring * SECTORS + sector);
+            mesh.add_triangle(a, b, a + SECTORS);
+            mesh.add_triangle(b, b + SECTORS, a + SECTORS);
+        }
+    }
+    mesh
 }
 
 /// Where rays are sent, and what is made of them.

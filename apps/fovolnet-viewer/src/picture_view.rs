@@ -105,7 +105,12 @@ fn fly(ui: &Ui, opened: &mut Opened) {
 pub fn marks(ui: &mut Ui, opened: &mut Opened, camera: &Camera, gaze: Option<[f64; 2]>, rect: Rect) {
     let painter = ui.painter_at(rect);
     let grid = *opened.volume.volume.grid();
-    marks::bounding_box(&painter, &Projection::new(*camera, rect), &grid);
+    let projection = Projection::new(*camera, rect);
+    let faint = Color32::from_white_alpha(70);
+    marks::bounding_box(&painter, &projection, &grid, [0.0, 1.0, 0.0, 1.0, 0.0, 1.0], faint);
+    if let Some(sides) = opened.document.settings().clip {
+        marks::bounding_box(&painter, &projection, &grid, sides, Color32::from_rgb(255, 190, 90));
+    }
     marks::scale_bar(&painter, camera, &grid, rect);
     marks::colour_bar(&painter, opened.transfer(), opened.histogram.range(), rect);
     if let Some(gaze) = gaze {

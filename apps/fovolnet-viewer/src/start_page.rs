@@ -1,6 +1,10 @@
 //! What is there before anything is open.
 
-use eframe::egui::{Align, Layout, RichText, ScrollArea, Ui};
+use crate::thumbnails::Thumbnails;
+use eframe::egui::{
+    Align, Align2, Color32, FontId, Layout, Rect, RichText, Role, ScrollArea, Sense, Ui, Vec2, WidgetInfo,
+    pos2, vec2,
+};
 use fovolnet::io::procedural::Procedural;
 
 /// What was chosen.
@@ -13,7 +17,7 @@ pub enum Choice {
 }
 
 /// Shows the built-in volumes and the files opened last.
-pub fn show(ui: &mut Ui, recent: &[String]) -> Option<Choice> {
+pub fn show(ui: &mut Ui, recent: &[String], thumbnails: &Thumbnails) -> Option<Choice> {
     let mut choice = None;
     ScrollArea::vertical().show(ui, |ui| {
         ui.with_layout(Layout::top_down(Align::Center), |ui| {
@@ -30,11 +34,10 @@ pub fn show(ui: &mut Ui, recent: &[String]) -> Option<Choice> {
             ui.add_space(4.0);
             for row in Procedural::ALL.chunks(4) {
                 ui.horizontal(|ui| {
-                    let width = 118.0 * row.len() as f32;
+                    let width = (CARD.x + ui.spacing().item_spacing.x) * row.len() as f32;
                     ui.add_space((0.5 * (ui.available_width() - width)).max(0.0));
-                    for kind in row {
-                        let button = eframe::egui::Button::new(kind.name()).min_size([110.0, 30.0].into());
-                        if ui.add(button).clicked() {
+                    for &kind in row {
+                        if card(ui, kind, thumbnails) {
                             choice = Some(Choice::Open(kind.name().into()));
                         }
                     }
@@ -53,6 +56,28 @@ pub fn show(ui: &mut Ui, recent: &[String]) -> Option<Choice> {
         });
     });
     choice
+}
+
+/// How large the pictures are drawn, in points, with room for a name.
+const CARD: Vec2 = vec2(150.0, 128.0);
+
+/// A volume to click on.
+fn card(ui: &mut Ui, kind: Procedural, thumbnails: &Thumbnails) -> bool {
+    let (rect, response) = ui.allocate_exact_size(CARD, Sense::click());
+    let name = kind.name();
+    response.widget_info(|| WidgetInfo::labeled(Role::Button, true, name));
+    let style = ui.style().interact(&response);
+    let painter = ui.painter();
+    painter.rect_filled(rect, 4.0, style.weak_bg_fill);
+    let picture = Rect::from_min_max(rect.min, rect.max - vec2(0.0, 22.0)).shrink(2.0);
+    painter.rect_filled(picture, 2.0, Color32::BLACK);
+    if let Some(texture) = thumbnails.of(kind) {
+        let uv = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
+        painter.image(texture.id(), picture, uv, Color32::WHITE);
+    }
+    let below = pos2(rect.center().x, rect.bottom() - 11.0);
+    painter.text(below, Align2::CENTER_CENTER, name, FontId::proportional(13.0), style.text_color());
+    response.clicked()
 }
 
 /// `text` in at most `most` characters, its middle left out where it is longer.

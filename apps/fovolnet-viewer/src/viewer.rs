@@ -8,11 +8,13 @@ use crate::export::Export;
 use crate::files::Purpose;
 use crate::gaze::{GazeKind, GazeSource, PointerGaze};
 use crate::job::Job;
+use crate::layout_form::LayoutForm;
 use crate::look::Look;
 use crate::messages::Messages;
 use crate::opened::Opened;
 use crate::places::{Places, Preferences};
 use crate::studio::{Progress, Shown, Wanted};
+use crate::thumbnails::Thumbnails;
 use crate::timeline::{Timeline, add_keyframe};
 use crate::{navigation, panels, picture_view, start_page};
 use anyhow::Result;
@@ -48,10 +50,13 @@ pub struct Viewer {
     saved_preferences: Preferences,
     engine: Engine,
     opened: Option<Opened>,
+    /// What was said of the file that is opened last.
+    read: VolumeSettings,
     opening: Option<Job<(Opened, Vec<String>)>>,
     exporting: Option<Job<String>>,
     dialogue: Option<Dialogue>,
     messages: Messages,
+    thumbnails: Thumbnails,
     picture: Option<(TextureHandle, Shown)>,
     rect: Rect,
     look: Look,
@@ -84,11 +89,13 @@ impl Viewer {
             preferences,
             engine,
             opened: None,
+            read: VolumeSettings::default(),
             opening: None,
             exporting: None,
             dialogue: places.unsaved().map(|session| Dialogue::Restore(Box::new(session))),
             places,
             messages: Messages::default(),
+            thumbnails: Thumbnails::default(),
             picture: None,
             rect: Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(64.0, 64.0)),
             look: Look::default(),
@@ -132,7 +139,10 @@ impl Viewer {
             && self.exporting.is_none()
             && !self.timeline.is_playing()
             && self.engine.is_done()
-            && (self.opened.is_none() || self.picture.is_some())
+            && match self.opened {
+                Some(_) => self.picture.is_some(),
+                None => self.thumbnails.are_made(),
+            }
     }
 
     /// What was said to the person at the window.
@@ -185,7 +195,7 @@ impl Viewer {
             self.opening = None;
             match result {
                 Ok((opened, notes)) => self.take_opened(opened, notes, time),
-                Err(error) => self.messages.error(format!("{error:#}")),
+                Err(error) => self.not_opened(&error),
             }
         }
         if let Some(job) = &self.exporting
@@ -211,6 +221,18 @@ impl Viewer {
             context.input(|input| input.raw.dropped_files.first().map(|file| file.path().to_owned()));
         if let Some(path) = dropped {
             self.after_saving(context, Next::Open(path.display().to_string()));
+        }
+    }
+
+    /// Asks for what is missing to open a file, or says what is wrong with it.
+    fn not_opened(&mut self, error: &anyhow::Error) {
+        use fovolnet::Error::Io;
+        use fovolnet::io::Error::UnknownLayout;
+        if let Some(Io(UnknownLayout { path, .. })) = error.downcast_ref::<fovolnet::Error>() {
+            let form = LayoutForm::new(&path.display().to_string(), &self.read);
+            self.dialogue = Some(Dialogue::Layout(form));
+        } else {
+            self.messages.error(format!("{error:#}"));
         }
     }
 
@@ -406,6 +428,8 @@ impl Viewer {
     }
 
     fn open(&mut self, context: &Context, source: &str, read: VolumeSettings, render: RenderSettings) {
+        self.thumbnails.stop();
+        self.read = read;
         let source = source.to_owned();
         let name = format!("opening {}", start_page::middle_cut(&source, 50));
         self.start_opening(context, name, move || Opened::open(&source, read, render));
@@ -471,6 +495,7 @@ impl Viewer {
                 None => self.run_on_document(Command::SaveAs, context),
             },
             Answer::Discard(next) => self.go_on(context, next),
+            Answer::Layout(source, read) => self.open(context, &source, read, RenderSettings::default()),
             Answer::Restore(session) => {
                 let open = move || Opened::of_document(Document::restored(*session));
                 self.start_opening(context, "opening what was not saved".into(), open);
@@ -525,6 +550,9 @@ impl Viewer {
             }
         });
         section("Light").show(ui, |ui| panels::scene(ui, opened.document.settings_mut()));
+        CollapsingHeader::new("Clipping").show(ui, |ui| {
+            panels::clipping(ui, opened.document.settings_mut(), opened.volume.volume.grid().dims());
+        });
         let shown = self.picture.as_ref().map(|(_, shown)| shown);
         section("Frames").show(ui, |ui| {
             panels::budget(ui, &mut self.preferences, shown);
@@ -586,7 +614,10 @@ impl Viewer {
 
     fn start_page(&mut self, ui: &mut Ui) {
         let context = ui.ctx().clone();
-        match start_page::show(ui, &self.preferences.recent) {
+        if self.opening.is_none() {
+            self.thumbnails.update(&context);
+        }
+        match start_page::show(ui, &self.preferences.recent, &self.thumbnails) {
             Some(start_page::Choice::Browse) => self.run(Command::Open, &context),
             Some(start_page::Choice::Open(source)) => self.after_saving(&context, Next::Open(source)),
             None => {}

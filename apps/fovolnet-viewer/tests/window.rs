@@ -263,6 +263,26 @@ fn what_is_wrong_is_said_and_the_rest_goes_on() {
 }
 
 #[test]
+fn bare_voxels_are_asked_about() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("unknown.raw");
+    std::fs::write(&path, (0..8000u32).map(|i| (i / 31) as u8).collect::<Vec<u8>>()).unwrap();
+    let mut window = window(None, folder.path());
+    keys(&mut window, Modifiers::COMMAND, Key::O);
+    type_path(&mut window, path.to_str().unwrap());
+    click(&mut window, "Open");
+    settle(&mut window);
+    assert!(
+        matches!(viewer(&window).dialogue(), Some(Dialogue::Layout(_))),
+        "{:?}",
+        viewer(&window).messages()
+    );
+    click(&mut window, "Open");
+    settle(&mut window);
+    assert_eq!(opened(&window).volume.volume.grid().dims(), [20; 3]);
+}
+
+#[test]
 fn unsaved_work_is_asked_about_and_comes_back_after_a_crash() {
     let folder = tempfile::tempdir().unwrap();
     let mut window = window(Some("head"), folder.path());

@@ -1,6 +1,6 @@
 use crate::{Dtype, Endian, Error, Grid, Result, Statistics, Voxel, with_voxel_type};
 use std::fmt;
-use std::ops::RangeInclusive;
+use std::ops::{Range, RangeInclusive};
 use std::sync::{Arc, OnceLock};
 
 /// The bytes behind a volume: a heap buffer or a memory map, shared, never copied.
@@ -145,6 +145,44 @@ impl Volume {
     pub fn with_orientation(mut self, orientation: impl Into<String>) -> Self {
         self.orientation = Some(orientation.into());
         self
+    }
+
+    /// The voxels of `part` along x, y and z alone, shown over the same range of values.
+    ///
+    /// # Errors
+    /// A part that is empty or reaches beyond the volume.
+    pub fn part(&self, part: &[Range<usize>; 3]) -> Result<Self> {
+        let dims = self.grid.dims();
+        for (axis, (range, dim)) in part.iter().zip(dims).enumerate() {
+            if range.is_empty() || range.end > dim {
+                return Err(Error::Extent {
+                    what: format!("part along {}", ["x", "y", "z"][axis]),
+                    found: format!("{}..{}", range.start, range.end),
+                    expected: format!("at least one voxel of 0..{dim}"),
+                });
+            }
+        }
+        let [along_x, along_y, along_z] = part.clone();
+        let voxel = self.components * self.dtype.size();
+        let mut bytes = Vec::with_capacity(along_x.len() * along_y.len() * along_z.len() * voxel);
+        for z in along_z {
+            for y in along_y.clone() {
+                let row = (z * dims[1] + y) * dims[0];
+                bytes.extend_from_slice(
+                    &self.data()[(row + along_x.start) * voxel..(row + along_x.end) * voxel],
+                );
+            }
+        }
+        let is_usual = self.dtype == Dtype::U8 && self.rescale == Rescale::IDENTITY;
+        Ok(Self {
+            grid: Grid::new(part.each_ref().map(Range::len), self.grid.spacing())?,
+            bytes: Arc::new(bytes),
+            offset: 0,
+            // Colours stay, whatever values are in the part.
+            range: self.range.or((!is_usual).then(|| self.range())),
+            statistics: Arc::default(),
+            ..self.clone()
+        })
     }
 
     /// Size and spacing.

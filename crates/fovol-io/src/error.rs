@@ -32,6 +32,17 @@ pub enum Error {
         /// What is not supported and what to do instead.
         problem: String,
     },
+    /// A file of bare voxels, of which nothing says how they lie.
+    #[error(
+        "{}: its {what} is not known; give --dims X,Y,Z and --dtype, or name it like name_256x256x256_uint8.raw",
+        plain(path.display())
+    )]
+    UnknownLayout {
+        /// The file.
+        path: PathBuf,
+        /// What is not known.
+        what: &'static str,
+    },
 }
 
 /// The result of the operations of this crate.

@@ -16,6 +16,7 @@
 //! ```
 
 mod camera_path;
+mod clip;
 mod device;
 mod error;
 mod machine;
@@ -33,6 +34,7 @@ mod settings;
 mod toml_text;
 
 pub use camera_path::{camera_path, path_text};
+pub use clip::Clip;
 pub use device::{Device, OpenDevice};
 pub use error::{Error, Result};
 pub use fovol_core as core;

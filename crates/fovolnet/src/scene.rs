@@ -2,7 +2,7 @@ use crate::{OpenVolume, RenderSettings, Result, presets};
 use fovol_core::{Light, Scene, Shading, ShadowMode};
 use glam::DVec3;
 
-/// The scene that `settings` describe around `volume`.
+/// The scene that `settings` describe around `volume`, whole: see [`crate::Clip`] for parts.
 ///
 /// # Errors
 /// Settings that cannot be rendered with, a transfer function that cannot be read.

@@ -1,4 +1,6 @@
-use crate::{Error, RenderSettings, Result, VolumeSettings};
+use crate::{Error, Reconstruction, RenderSettings, Result, VolumeSettings};
+use fovol_net::Weights;
+use fovol_net::plan::Named;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::io::{Read, Write};
@@ -13,6 +15,9 @@ pub struct Session {
     /// SHA-256 of the volume's file, where it is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub volume_sha256: Option<String>,
+    /// SHA-256 of the weights, where a network with known ones reconstructs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub weights_sha256: Option<String>,
     /// What the volume's file does not say.
     #[serde(default, skip_serializing_if = "is_default")]
     pub read: VolumeSettings,
@@ -34,7 +39,7 @@ impl Session {
         let path = Path::new(source);
         let volume_sha256 = if path.is_file() { Some(sha256(path)?) } else { None };
         let volume = if path.exists() { absolute(path) } else { source.to_owned() };
-        Ok(Self { volume, volume_sha256, read, render })
+        Ok(Self { volume, volume_sha256, weights_sha256: None, read, render })
     }
 
     /// Reads a session file; a relative volume path is taken from its folder.
@@ -59,12 +64,12 @@ impl Session {
         Ok(session)
     }
 
-    /// Writes the session to `path`.
+    /// Writes the session to `path`, with the hash that its weights have now.
     ///
     /// # Errors
     /// What the system said.
     pub fn write(&self, path: &Path) -> Result<()> {
-        let text = toml::to_string(self)
+        let text = toml::to_string(&self.clone().sealed())
             .map_err(|e| Error::Setting(format!("the session cannot be written: {e}")))?;
         fovol_io::atomic::write(path, |out| out.write_all(text.as_bytes()))?;
         Ok(())
@@ -81,6 +86,40 @@ impl Session {
             Some(expected) if path.is_file() => Ok(sha256(path)? == *expected),
             _ => Ok(true),
         }
+    }
+
+    /// The session with the hash that its weights have now.
+    #[must_use]
+    pub fn sealed(self) -> Self {
+        // Weights that are gone are no reason not to save everything else.
+        let weights_sha256 = self.hash_of_weights().ok().flatten();
+        Self { weights_sha256, ..self }
+    }
+
+    /// Whether the weights are still those that the session was saved with; true where that is not known.
+    ///
+    /// # Errors
+    /// What the system said when the file was read.
+    pub fn weights_are_unchanged(&self) -> Result<bool> {
+        match &self.weights_sha256 {
+            Some(expected) => Ok(self.hash_of_weights()?.is_none_or(|hash| hash == *expected)),
+            None => Ok(true),
+        }
+    }
+
+    /// The hash of the weights of a network that reconstructs.
+    fn hash_of_weights(&self) -> Result<Option<String>> {
+        let render = &self.render;
+        let of_network = matches!(render.reconstruction(), Reconstruction::WNet | Reconstruction::DeepFovea);
+        if !of_network || render.random_weights.is_some() {
+            return Ok(None);
+        }
+        let name = render.weights.as_deref().unwrap_or(Named::WNetFast.name());
+        if Path::new(name).exists() {
+            return Ok(Some(sha256(Path::new(name))?));
+        }
+        let shipped = name.parse().ok().and_then(Weights::shipped_file);
+        Ok(shipped.map(|file| hex(&Sha256::digest(file))))
     }
 }
 
@@ -100,7 +139,11 @@ fn sha256(path: &Path) -> Result<String> {
         }
         hasher.update(&piece[..read]);
     }
-    Ok(hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
+    Ok(hex(&hasher.finalize()))
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 #[cfg(test)]
@@ -126,6 +169,28 @@ mod tests {
         assert!(session.volume_is_unchanged().unwrap());
         std::fs::write(&volume, [2u8; 8]).unwrap();
         assert!(!session.volume_is_unchanged().unwrap());
+    }
+
+    #[test]
+    fn other_weights_are_noticed() {
+        let folder = tempfile::tempdir().unwrap();
+        let weights = folder.path().join("w.safetensors");
+        std::fs::write(&weights, "of one kind").unwrap();
+        let mut render = RenderSettings { reconstruct: Some(Reconstruction::WNet), ..Default::default() };
+        let path = folder.path().join("session.toml");
+        let saved = |render: &RenderSettings| {
+            Session::new("head", VolumeSettings::default(), render.clone()).unwrap().write(&path).unwrap();
+            Session::read(&path).unwrap()
+        };
+        let shipped = saved(&render);
+        assert!(shipped.weights_sha256.is_some() && shipped.weights_are_unchanged().unwrap());
+        render.weights = Some(weights.display().to_string());
+        let own = saved(&render);
+        assert_ne!(own.weights_sha256, shipped.weights_sha256);
+        std::fs::write(&weights, "of another").unwrap();
+        assert!(!own.weights_are_unchanged().unwrap());
+        render.reconstruct = None;
+        assert_eq!(saved(&render).weights_sha256, None);
     }
 
     #[test]

@@ -34,6 +34,9 @@ pub struct RenderSettings {
     /// Transfer function: auto, a preset, a colour map, or a file (our JSON, ParaView JSON, Inviwo itf) [default: auto]
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME|FILE"))]
     pub tf: Option<String>,
+    /// The part that is shown, as fractions of the volume's sides; the rest is cut away [default: 0,1,0,1,0,1]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "X0,X1,Y0,Y1,Z0,Z1", value_parser = parse::numbers::<6>, allow_hyphen_values = true))]
+    pub clip: Option<[f64; 6]>,
     /// Direction from the scene towards the light [default: 0.5,1,0.3]
     #[cfg_attr(feature = "clap", arg(long, value_name = "X,Y,Z", value_parser = parse::numbers::<3>, allow_hyphen_values = true))]
     pub light: Option<[f64; 3]>,
@@ -106,6 +109,7 @@ impl RenderSettings {
             path,
             camera,
             tf,
+            clip,
             light,
             shadows,
             shading,

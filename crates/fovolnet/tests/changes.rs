@@ -41,6 +41,8 @@ fn changes() -> Vec<fn(&mut RenderSettings)> {
         |settings| settings.seed = Some(3),
         |settings| settings.path = Some("flythrough".into()),
         |settings| settings.camera = Some([0.0, 1.0, 2.0, 0.0, 0.0, 0.0, 30.0]),
+        |settings| settings.clip = Some([0.0, 0.6, 0.1, 1.0, 0.0, 1.0]),
+        |settings| settings.clip = Some([0.0, 0.6, 0.1, 1.0, 0.2, 0.9]),
         |settings| settings.size = Some("40x50".parse().unwrap()),
         |settings| settings.sampling = Some(Sampling::Full),
         |settings| settings.sampling = Some(Sampling::Reject),
@@ -87,7 +89,8 @@ fn every_change_shows_on_a_gpu() {
 fn a_change_that_cannot_be_made_changes_nothing() {
     let mut pipeline = pipeline(&begin(), &Device::Cpu);
     let before = pipeline.reference(0).unwrap();
-    let wrong: [fn(&mut RenderSettings); 4] = [
+    let wrong: [fn(&mut RenderSettings); 5] = [
+        |settings| settings.clip = Some([0.5, 0.4, 0.0, 1.0, 0.0, 1.0]),
         |settings| settings.tf = Some("no-such".into()),
         |settings| settings.step = Some(-1.0),
         |settings| settings.path = Some("no-such.toml".into()),
@@ -103,6 +106,35 @@ fn a_change_that_cannot_be_made_changes_nothing() {
         pipeline.change(&settings).unwrap_err();
         assert!(pipeline.reference(0).unwrap() == before);
     }
+}
+
+#[test]
+fn a_part_looks_as_it_looks_in_the_whole() {
+    use fovolnet::core::{Grid, Volume};
+    use std::sync::Arc;
+    // Only the part that is not cut away has anything in it.
+    let grid = Grid::new([20, 30, 24], [1.0, 0.8, 1.2]).unwrap();
+    let value = |i: usize| {
+        let [x, y, z] = [i % 20, i / 20 % 30, i / 600];
+        if (5..10).contains(&x) && (8..20).contains(&y) && (6..20).contains(&z) {
+            (100 + i % 97) as u8
+        } else {
+            0
+        }
+    };
+    let volume = Volume::from_values(grid, (0..grid.voxels()).map(value).collect()).unwrap();
+    let volume = OpenVolume { volume: Arc::new(volume), source: "part".into(), procedural: None };
+    let whole = RenderSettings { tf: Some("grey".into()), sampling: Some(Sampling::Full), ..begin() };
+    let part = RenderSettings { clip: Some([0.2, 0.55, 0.2, 0.7, 0.2, 0.9]), ..whole.clone() };
+    let [whole, part] = [whole, part].map(|settings| {
+        Pipeline::new(&volume, &settings, &SpeedSettings::default()).unwrap().render(4).unwrap().frame
+    });
+    let far = whole.pixels().iter().zip(part.pixels()).filter(|(a, b)| {
+        // Steps begin where rays enter the box: surfaces are met a little earlier or later.
+        (0..3).any(|c| (a[c] - b[c]).abs() > 0.1)
+    });
+    let (far, seen) = (far.count(), whole.pixels().iter().filter(|p| p[0] > 0.1).count());
+    assert!(seen > 100 && far * 20 < seen, "{far} of {seen} differ");
 }
 
 #[test]

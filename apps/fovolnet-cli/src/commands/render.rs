@@ -154,6 +154,12 @@ impl Render {
                     self.volume
                 );
             }
+            if !session.weights_are_unchanged()? {
+                eprintln!(
+                    "warning: the weights are not those that {} was saved with; pictures will not be the same",
+                    self.volume
+                );
+            }
             session.render = session.render.overridden_by(flags);
             session.read = session.read.overridden_by(read);
             return Ok(session);

@@ -16,13 +16,18 @@ impl Weights {
     /// # Errors
     /// A network that none are shipped of.
     pub fn shipped(network: Named) -> Result<Self> {
-        match network {
-            Named::WNetFast => Self::parse(WNET_FAST).map_err(Error::Weights),
-            other => Err(Error::Weights(format!(
-                "none come with this program for {other}; give a file, or one of {}",
+        let file = Self::shipped_file(network).ok_or_else(|| {
+            Error::Weights(format!(
+                "none come with this program for {network}; give a file, or one of {}",
                 Self::SHIPPED.map(Named::name).join(", ")
-            ))),
-        }
+            ))
+        })?;
+        Self::parse(file).map_err(Error::Weights)
+    }
+
+    /// The file that [`Self::shipped`] reads, for whoever wants to know whether it is still the same.
+    pub fn shipped_file(network: Named) -> Option<&'static [u8]> {
+        (network == Named::WNetFast).then_some(WNET_FAST)
     }
 
     /// The weights that come with the program under `name`, or else those in the file of that name.

@@ -8,13 +8,14 @@ mod view;
 
 #[cfg(feature = "gpu")]
 use crate::Device;
-use crate::{Error, Machine, OpenDevice, OpenVolume, RenderSettings, Result, SpeedSettings, scene};
+use crate::{Clip, Error, Machine, OpenDevice, OpenVolume, RenderSettings, Result, SpeedSettings, scene};
 use cpu::CpuMarcher;
 use fovol_core::{Camera, Fovea, Frame, FrameSize, SampleList, SampleMask, Scene};
 use fovol_render::cpu::march::Marched;
 use fovol_render::cpu::{RenderOptions, Simd};
 use sampled::{HostReconstruction, Sampled, Sampler};
 use serde::Serialize;
+use std::sync::Arc;
 use std::time::Instant;
 pub use view::Viewpoint;
 use view::{Paths, View};
@@ -58,7 +59,9 @@ pub struct RenderedFrame {
 #[derive(Debug)]
 pub struct Pipeline {
     volume: OpenVolume,
+    clip: Clip,
     settings: RenderSettings,
+    speed: SpeedSettings,
     marcher: Marcher,
     reconstruction: HostReconstruction,
     paths: Paths,
@@ -88,7 +91,8 @@ impl Pipeline {
             rayon::ThreadPoolBuilder::new().num_threads(speed.threads.unwrap_or(0)).build().map_err(|e| {
                 Error::Setting(format!("cannot start the threads ({e}); give a smaller --threads"))
             })?;
-        let scene = scene(volume, settings)?;
+        let clip = Clip::new(&volume.volume, settings.clip)?;
+        let scene = Scene { volume: Arc::clone(clip.volume()), ..scene(volume, settings)? };
         let (marcher, notes) = threads.install(|| Marcher::new(&scene, settings, speed))?;
         let reconstruction = marcher.host_reconstruction(settings)?;
         let simd = speed.simd.unwrap_or_else(Simd::best);
@@ -96,7 +100,9 @@ impl Pipeline {
             Machine { gpu: marcher.gpu_name(), ..Machine::this(threads.current_num_threads(), simd) };
         Ok(Self {
             volume: volume.clone(),
+            clip,
             settings: settings.clone(),
+            speed: speed.clone(),
             marcher,
             reconstruction,
             paths: Paths::new(settings)?,
@@ -113,8 +119,12 @@ impl Pipeline {
     /// # Errors
     /// As [`Self::new`]; everything stays as it was then, unless the device is lost.
     pub fn change(&mut self, settings: &RenderSettings) -> Result<()> {
-        let scene = scene(&self.volume, settings)?;
+        let mut scene = scene(&self.volume, settings)?;
         let paths = Paths::new(settings)?;
+        if self.settings.clip != settings.clip {
+            return self.begin_anew(settings);
+        }
+        scene.volume = Arc::clone(self.clip.volume());
         let reconstructs_alike = self.settings.reconstructs_as(settings);
         let Self { threads, marcher, reconstruction, .. } = self;
         threads.install(|| {
@@ -129,6 +139,14 @@ impl Pipeline {
         })?;
         self.paths = paths;
         self.settings = settings.clone();
+        Ok(())
+    }
+
+    /// Goes on with another part of the volume, which shares nothing with the one so far.
+    fn begin_anew(&mut self, settings: &RenderSettings) -> Result<()> {
+        let finds_motion = self.reconstruction.finds_motion;
+        *self = Self::new(&self.volume, settings, &self.speed)?;
+        self.reconstruction.finds_motion = finds_motion;
         Ok(())
     }
 
@@ -167,8 +185,12 @@ impl Pipeline {
     /// # Errors
     /// A list for frames of another size, a device that is lost.
     pub fn march(&mut self, camera: &Camera, list: &SampleList) -> Result<Vec<Marched>> {
-        let marcher = &mut self.marcher;
-        self.threads.install(|| marcher.march_list(camera, list))
+        let (marcher, camera) = (&mut self.marcher, self.clip.camera(camera));
+        let mut marched = self.threads.install(|| marcher.march_list(&camera, list))?;
+        for pixel in &mut marched {
+            pixel.depth = self.clip.distance(pixel.depth);
+        }
+        Ok(marched)
     }
 
     /// Frame `i` with every pixel marched.
@@ -176,7 +198,7 @@ impl Pipeline {
     /// # Errors
     /// A device that is lost.
     pub fn reference(&mut self, i: u32) -> Result<Frame> {
-        let (camera, size, marcher) = (self.camera(i), self.size(), &mut self.marcher);
+        let (camera, size, marcher) = (self.clip.camera(&self.camera(i)), self.size(), &mut self.marcher);
         self.threads.install(|| marcher.march_full(&camera, size))
     }
 
@@ -194,7 +216,7 @@ impl Pipeline {
     /// As [`Self::render`].
     pub fn render_from(&mut self, i: u32, viewpoint: &Viewpoint) -> Result<RenderedFrame> {
         let started = Timer::start();
-        let Viewpoint { camera, fovea } = *viewpoint;
+        let (camera, fovea) = (self.clip.camera(&viewpoint.camera), viewpoint.fovea);
         let last_camera = self.last_camera.replace(camera);
         let view = View { index: i, size: self.size(), camera, last_camera, fovea };
         let (marcher, reconstruction) = (&mut self.marcher, &mut self.reconstruction);

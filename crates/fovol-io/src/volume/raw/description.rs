@@ -1,10 +1,10 @@
 //! What names, sidecars and users say about bare voxels.
 
-use crate::Result;
 use crate::volume::decompress::Compression;
 use crate::volume::layout::Layout;
 use crate::volume::payload::{Encoding, Files, Payload, Skip};
 use crate::volume::{Overrides, Source};
+use crate::{Error, Result};
 use fovol_core::{Dtype, Endian, Volume};
 use std::path::Path;
 
@@ -68,11 +68,7 @@ impl Description {
     /// # Errors
     /// Size or type unknown, or fewer bytes than they need.
     pub fn volume(&self, source: &Source) -> Result<Volume> {
-        let unknown = |what| {
-            source.malformed(format!(
-                "its {what} is not known; give --dims X,Y,Z and --dtype, or name it like name_256x256x256_uint8.raw"
-            ))
-        };
+        let unknown = |what| Error::UnknownLayout { path: source.path().to_owned(), what };
         let dims = self.dims.ok_or_else(|| unknown("size"))?;
         let dtype = self.dtype.ok_or_else(|| unknown("voxel type"))?;
         let layout = Layout {
