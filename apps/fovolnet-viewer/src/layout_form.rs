@@ -57,12 +57,14 @@ impl LayoutForm {
                 }
             });
             ui.end_row();
-            ui.label("Type");
-            ComboBox::from_id_salt("dtype").selected_text(self.dtype.to_string()).show_ui(ui, |ui| {
-                for dtype in Dtype::ALL {
-                    ui.selectable_value(&mut self.dtype, dtype, dtype.to_string());
-                }
-            });
+            let label = ui.label("Type").id;
+            let list =
+                ComboBox::from_id_salt("dtype").selected_text(self.dtype.to_string()).show_ui(ui, |ui| {
+                    for dtype in Dtype::ALL {
+                        ui.selectable_value(&mut self.dtype, dtype, dtype.to_string());
+                    }
+                });
+            list.response.labelled_by(label);
             ui.end_row();
             ui.label("Bytes");
             ui.horizontal(|ui| {

@@ -190,8 +190,10 @@ pub fn budget(ui: &mut Ui, preferences: &mut Preferences, shown: Option<&Shown>)
             preferences.rate = if keeps { Preferences::default().rate } else { 0.0 };
         }
         ui.add_enabled_ui(keeps, |ui| {
-            ui.add(DragValue::new(&mut preferences.rate).range(1.0..=240.0).speed(0.2).max_decimals(0));
-            ui.label("frames a second in motion");
+            let rate = DragValue::new(&mut preferences.rate).range(1.0..=240.0).speed(0.2).max_decimals(0);
+            let rate = ui.add(rate);
+            let label = ui.label("frames a second in motion").id;
+            rate.labelled_by(label);
         });
     });
     ui.checkbox(&mut preferences.converges, "Still views become the full frame");
@@ -315,12 +317,13 @@ fn choice<T: Copy + PartialEq, N: Into<String>>(
     name_of: impl Fn(T) -> N,
 ) {
     ui.horizontal(|ui| {
-        ui.label(name);
-        ComboBox::from_id_salt(name).selected_text(name_of(*value).into()).show_ui(ui, |ui| {
+        let label = ui.label(name).id;
+        let list = ComboBox::from_id_salt(name).selected_text(name_of(*value).into()).show_ui(ui, |ui| {
             for &each in all {
                 ui.selectable_value(value, each, name_of(each).into());
             }
         });
+        list.response.labelled_by(label);
     });
 }
 

@@ -6,7 +6,8 @@ use crate::still::{Quality, Still};
 use anyhow::Result;
 use fovolnet::core::{Camera, Fovea, FrameSize};
 use fovolnet::{
-    Machine, OpenVolume, Pipeline, RenderSettings, RenderedFrame, SpeedSettings, Timings, Viewpoint,
+    Machine, OpenDevice, OpenVolume, Pipeline, RenderSettings, RenderedFrame, SpeedSettings, Timings,
+    Viewpoint,
 };
 use std::sync::Arc;
 
@@ -86,6 +87,7 @@ pub struct Shown {
 #[derive(Debug, Default)]
 pub struct Studio {
     speed: SpeedSettings,
+    device: Option<OpenDevice>,
     pipeline: Option<Pipeline>,
     last: Option<Last>,
     budget: Budget,
@@ -126,6 +128,17 @@ impl Studio {
     /// # Errors
     /// Settings that nothing can be rendered with, a device that is lost.
     pub fn step(&mut self, wanted: &Wanted) -> Result<Option<Shown>> {
+        let shown = self.next(wanted);
+        if let Err(error) = &shown
+            && error.downcast_ref::<fovolnet::Error>().is_some_and(fovolnet::Error::is_of_gpu)
+        {
+            // A device that is lost stays lost: another may do.
+            (self.device, self.pipeline) = (None, None);
+        }
+        shown
+    }
+
+    fn next(&mut self, wanted: &Wanted) -> Result<Option<Shown>> {
         let (last, is_new) = match self.last.take() {
             Some(last) if last.wanted.shows_as(wanted) => self.go_on(last, wanted)?,
             _ => (self.move_to(wanted)?, true),
@@ -202,7 +215,12 @@ impl Studio {
             Some(open) => open,
             None => {
                 self.budget.reset();
-                let pipeline = Pipeline::new(&wanted.volume, &wanted.settings, &self.speed)?;
+                let device = match self.device.take() {
+                    Some(open) => open,
+                    None => self.speed.device.clone().unwrap_or_default().open()?,
+                };
+                let device = self.device.insert(device).clone();
+                let pipeline = Pipeline::on(device, &wanted.volume, &wanted.settings, &self.speed)?;
                 self.notes.extend(pipeline.notes().iter().cloned());
                 pipeline
             }

@@ -1,88 +1,57 @@
 //! Small pictures of the volumes that come with the program.
 
-use crate::job::Job;
-use anyhow::Result;
 use eframe::egui::{ColorImage, Context, TextureHandle, TextureOptions};
-use fovolnet::core::Frame;
+use fovolnet::io::image;
 use fovolnet::io::procedural::Procedural;
-use fovolnet::{Device, Pipeline, RenderSettings, Sampling, SpeedSettings, VolumeSettings, open_volume};
-use std::sync::mpsc::{Receiver, channel};
+use std::io::Cursor;
+use std::path::Path;
 
-/// Width and height of a small picture, in pixels.
-pub const SIZE: [u32; 2] = [160, 112];
-/// Voxels along each side: enough for a small picture.
-const SIDE: usize = 64;
+macro_rules! pictures {
+    ($($name:literal),* $(,)?) => {
+        /// As `fovolnet render` makes them; REPRODUCE.md has the command.
+        const PICTURES: &[(&str, &[u8])] =
+            &[$(($name, include_bytes!(concat!("../../../assets/pictures/", $name, ".png")))),*];
+    };
+}
 
-/// Small pictures, one after the other as they are made.
+pictures!("vortices", "supernova", "head", "engine", "angiogram", "reptile", "plume", "marschner-lobb");
+
+/// Small pictures, ready to be drawn.
 #[derive(Default)]
-pub struct Thumbnails {
-    textures: Vec<(Procedural, TextureHandle)>,
-    making: Option<Making>,
-}
-
-/// Pictures that are under way.
-struct Making {
-    job: Job<()>,
-    made: Receiver<(Procedural, Frame)>,
-}
+pub struct Thumbnails(Vec<(&'static str, TextureHandle)>);
 
 impl Thumbnails {
-    /// Takes what has been made; begins with it at the first call.
-    pub fn update(&mut self, context: &Context) {
-        if self.making.is_none() {
-            let (send, receive) = channel();
-            let (each, end) = (context.clone(), context.clone());
-            let work = Job::start(
-                "small pictures",
-                move || end.request_repaint(),
-                move |handle| {
-                    for (i, kind) in Procedural::ALL.into_iter().enumerate() {
-                        handle.progress(i as f64 / Procedural::ALL.len() as f64)?;
-                        send.send((kind, picture(kind)?))?;
-                        each.request_repaint();
-                    }
-                    Ok(())
-                },
-            );
-            self.making = work.ok().map(|job| Making { job, made: receive });
-        }
-        let Some(making) = &self.making else { return };
-        for (kind, frame) in making.made.try_iter() {
-            let image = ColorImage::from_rgb(SIZE.map(|side| side as usize), &frame.to_rgb8());
-            let texture = context.load_texture(kind.name(), image, TextureOptions::LINEAR);
-            self.textures.push((kind, texture));
+    /// Makes them ready, once.
+    pub fn prepare(&mut self, context: &Context) {
+        if self.0.is_empty() {
+            self.0 = PICTURES.iter().map(|&(name, bytes)| (name, texture(context, name, bytes))).collect();
         }
     }
 
-    /// The picture of `kind`, if it is made.
+    /// The picture of `kind`, if they are ready.
     pub fn of(&self, kind: Procedural) -> Option<&TextureHandle> {
-        self.textures.iter().find(|(known, _)| *known == kind).map(|(_, texture)| texture)
-    }
-
-    /// Whether all are made, or nobody wants the rest.
-    pub fn are_made(&self) -> bool {
-        let cancelled = self.making.as_ref().is_some_and(|making| making.job.is_cancelled());
-        cancelled || self.textures.len() == Procedural::ALL.len()
-    }
-
-    /// Ends what is under way: something else is looked at.
-    pub fn stop(&mut self) {
-        if let Some(making) = &self.making {
-            making.job.cancel();
-        }
+        self.0.iter().find(|(name, _)| *name == kind.name()).map(|(_, texture)| texture)
     }
 }
 
-fn picture(kind: Procedural) -> Result<Frame> {
-    let read = VolumeSettings { dims: Some([SIDE; 3]), ..VolumeSettings::default() };
-    let settings = RenderSettings {
-        size: Some(SIZE.try_into()?),
-        sampling: Some(Sampling::Full),
-        camera: Some([0.9, 0.7, 1.7, 0.0, 0.0, 0.0, 30.0]),
-        ..RenderSettings::default()
-    };
-    // One thread, so that the window and whatever is opened meanwhile do not wait.
-    let speed = SpeedSettings { threads: Some(1), device: Some(Device::Cpu), ..SpeedSettings::default() };
-    let mut pipeline = Pipeline::new(&open_volume(kind.name(), &read)?, &settings, &speed)?;
-    Ok(pipeline.render(0)?.frame)
+fn texture(context: &Context, name: &str, bytes: &[u8]) -> TextureHandle {
+    let frame = image::decode(Path::new(name), Cursor::new(bytes)).expect("a test reads them all");
+    let size = [frame.size().width as usize, frame.size().height as usize];
+    let image = ColorImage::from_rgb(size, &frame.to_rgb8());
+    context.load_texture(name, image, TextureOptions::LINEAR)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_volume_has_a_picture() {
+        let mut thumbnails = Thumbnails::default();
+        thumbnails.prepare(&Context::default());
+        for kind in Procedural::ALL {
+            let texture = thumbnails.of(kind).expect(kind.name());
+            assert_eq!(texture.size(), [160, 112]);
+        }
+    }
 }

@@ -155,7 +155,8 @@ fn path_choice(ui: &mut Ui, opened: &mut Opened) {
         CameraPath::Still(_) => "still",
         CameraPath::Keyframes(_) => "keyframes",
     };
-    ComboBox::from_id_salt("path").selected_text(name).width(90.0).show_ui(ui, |ui| {
+    let label = ui.label("Path").id;
+    let list = ComboBox::from_id_salt("path").selected_text(name).width(90.0).show_ui(ui, |ui| {
         for ready in ["orbit", "flythrough"] {
             if ui.selectable_label(name == ready, ready).clicked() {
                 opened.document.settings_mut().path = Some(ready.into());
@@ -163,6 +164,7 @@ fn path_choice(ui: &mut Ui, opened: &mut Opened) {
             }
         }
     });
+    list.response.labelled_by(label);
 }
 
 #[cfg(test)]

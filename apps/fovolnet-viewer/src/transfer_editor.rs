@@ -137,14 +137,15 @@ impl TransferEditor {
         let mut rgb = point.colour.map(|c| c as f32);
         let mut is_changed = false;
         ui.horizontal(|ui| {
-            ui.label("Value");
-            if ui.add(DragValue::new(&mut value).speed(span / 300.0).range(lo..=hi)).changed() {
+            let label = ui.label("Value").id;
+            let number = DragValue::new(&mut value).speed(span / 300.0).range(lo..=hi);
+            if ui.add(number).labelled_by(label).changed() {
                 point.value = ((value - lo) / span).clamp(0.0, 1.0);
                 is_changed = true;
             }
-            ui.label("Opacity");
+            let label = ui.label("Opacity").id;
             let opacity = DragValue::new(&mut point.opacity).speed(0.002).range(0.0..=1.0).max_decimals(4);
-            is_changed |= ui.add(opacity).changed();
+            is_changed |= ui.add(opacity).labelled_by(label).changed();
             if ui.color_edit_button_rgb(&mut rgb).changed() {
                 point.colour = rgb.map(f64::from);
                 is_changed = true;
@@ -164,12 +165,13 @@ fn window_level(ui: &mut Ui, points: &mut [ControlPoint]) -> bool {
     let (mut window, mut level) = (last - first, 0.5 * (first + last));
     let mut is_changed = false;
     ui.horizontal(|ui| {
-        ui.label("Window");
-        is_changed |=
-            ui.add(DragValue::new(&mut window).speed(0.002).range(0.001..=1.0).max_decimals(3)).changed();
-        ui.label("Level");
-        is_changed |=
-            ui.add(DragValue::new(&mut level).speed(0.002).range(0.0..=1.0).max_decimals(3)).changed();
+        let mut number = |name: &str, value: &mut f64, least: f64| {
+            let label = ui.label(name).id;
+            let number = DragValue::new(value).speed(0.002).range(least..=1.0).max_decimals(3);
+            is_changed |= ui.add(number).labelled_by(label).changed();
+        };
+        number("Window", &mut window, 0.001);
+        number("Level", &mut level, 0.0);
     });
     if is_changed {
         let old = (last - first).max(1e-9);
@@ -257,7 +259,8 @@ fn filled(painter: &Painter, plot: Rect, transfer: &TransferFunction) {
 pub fn presets_ui(ui: &mut Ui, current: &str, volume: &OpenVolume) -> Option<String> {
     let mut chosen = None;
     let shown = if current.starts_with('{') { "edited" } else { current };
-    ComboBox::from_id_salt("presets").selected_text(shown).width(150.0).show_ui(ui, |ui| {
+    let label = ui.label("Preset").id;
+    let list = ComboBox::from_id_salt("presets").selected_text(shown).width(130.0).show_ui(ui, |ui| {
         for name in presets::names() {
             ui.horizontal(|ui| {
                 if let Ok(transfer) = presets::find(name, volume) {
@@ -270,6 +273,7 @@ pub fn presets_ui(ui: &mut Ui, current: &str, volume: &OpenVolume) -> Option<Str
             });
         }
     });
+    list.response.labelled_by(label);
     chosen
 }
 

@@ -55,6 +55,8 @@ pub struct Viewer {
     opening: Option<Job<(Opened, Vec<String>)>>,
     exporting: Option<Job<String>>,
     dialogue: Option<Dialogue>,
+    /// What is to be done when the session is saved.
+    after_save: Option<Next>,
     messages: Messages,
     thumbnails: Thumbnails,
     picture: Option<(TextureHandle, Shown)>,
@@ -94,6 +96,7 @@ impl Viewer {
             exporting: None,
             dialogue: places.unsaved().map(|session| Dialogue::Restore(Box::new(session))),
             places,
+            after_save: None,
             messages: Messages::default(),
             thumbnails: Thumbnails::default(),
             picture: None,
@@ -139,10 +142,7 @@ impl Viewer {
             && self.exporting.is_none()
             && !self.timeline.is_playing()
             && self.engine.is_done()
-            && match self.opened {
-                Some(_) => self.picture.is_some(),
-                None => self.thumbnails.are_made(),
-            }
+            && (self.opened.is_none() || self.picture.is_some())
     }
 
     /// What was said to the person at the window.
@@ -211,7 +211,7 @@ impl Viewer {
         for said in self.engine.take_said() {
             match said {
                 Said::Note(text) => self.messages.note(text, time),
-                Said::Error(text) => self.messages.error(text),
+                Said::Error(text) => self.messages.set_picture_error(Some(text)),
             }
         }
         if let Some(shown) = self.engine.take_shown() {
@@ -264,8 +264,7 @@ impl Viewer {
             }
             self.arrivals.push_back(time);
         }
-        // Whoever sees a complete picture has no error any more.
-        self.messages.clear_errors();
+        self.messages.set_picture_error(None);
         match &mut self.picture {
             Some((texture, old)) => {
                 texture.set(image, TextureOptions::LINEAR);
@@ -357,7 +356,7 @@ impl Viewer {
         let named = |extension: &str| folder.join(stem.with_extension(extension));
         match command {
             Command::Save => match opened.document.file().map(Path::to_owned) {
-                Some(path) => self.save(&path, time),
+                Some(path) => self.save(context, &path),
                 None => self.run_on_document(Command::SaveAs, context),
             },
             Command::SaveAs => {
@@ -428,7 +427,6 @@ impl Viewer {
     }
 
     fn open(&mut self, context: &Context, source: &str, read: VolumeSettings, render: RenderSettings) {
-        self.thumbnails.stop();
         self.read = read;
         let source = source.to_owned();
         let name = format!("opening {}", start_page::middle_cut(&source, 50));
@@ -448,15 +446,22 @@ impl Viewer {
         }
     }
 
-    fn save(&mut self, path: &Path, time: f64) {
+    fn save(&mut self, context: &Context, path: &Path) {
+        let time = context.input(|input| input.time);
         let Some(opened) = &mut self.opened else { return };
         match opened.document.save(path) {
             Ok(()) => {
                 self.places.forget();
                 self.preferences.remember(&path.display().to_string());
                 self.messages.note(format!("{} is saved", path.display()), time);
+                if let Some(next) = self.after_save.take() {
+                    self.after_saving(context, next);
+                }
             }
-            Err(error) => self.messages.error(error.to_string()),
+            Err(error) => {
+                self.after_save = None;
+                self.messages.error(error.to_string());
+            }
         }
     }
 
@@ -483,17 +488,13 @@ impl Viewer {
         self.dialogue = None;
         let time = context.input(|input| input.time);
         match answer {
-            Answer::Cancel => {}
+            Answer::Cancel => self.after_save = None,
             Answer::File(purpose, path) => self.take_file(context, purpose, &path, time),
             Answer::Export(export) => self.export(context, *export),
-            Answer::Save(next) => match self.opened.as_ref().and_then(|opened| opened.document.file()) {
-                Some(path) => {
-                    let path = path.to_owned();
-                    self.save(&path, time);
-                    self.after_saving(context, next);
-                }
-                None => self.run_on_document(Command::SaveAs, context),
-            },
+            Answer::Save(next) => {
+                self.after_save = Some(next);
+                self.run_on_document(Command::Save, context);
+            }
             Answer::Discard(next) => self.go_on(context, next),
             Answer::Layout(source, read) => self.open(context, &source, read, RenderSettings::default()),
             Answer::Restore(session) => {
@@ -506,7 +507,7 @@ impl Viewer {
     fn take_file(&mut self, context: &Context, purpose: Purpose, path: &Path, time: f64) {
         match purpose {
             Purpose::Open => self.after_saving(context, Next::Open(path.display().to_string())),
-            Purpose::SaveSession => self.save(path, time),
+            Purpose::SaveSession => self.save(context, path),
             Purpose::ReadTransfer => match (transfer_function::read(path), &mut self.opened) {
                 (Ok(transfer), Some(opened)) => opened.set_transfer(transfer),
                 (Err(error), _) => self.messages.error(error.to_string()),
@@ -614,9 +615,7 @@ impl Viewer {
 
     fn start_page(&mut self, ui: &mut Ui) {
         let context = ui.ctx().clone();
-        if self.opening.is_none() {
-            self.thumbnails.update(&context);
-        }
+        self.thumbnails.prepare(&context);
         match start_page::show(ui, &self.preferences.recent, &self.thumbnails) {
             Some(start_page::Choice::Browse) => self.run(Command::Open, &context),
             Some(start_page::Choice::Open(source)) => self.after_saving(&context, Next::Open(source)),

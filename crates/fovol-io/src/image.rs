@@ -5,7 +5,7 @@ use exr::prelude::{WritableImage, read_first_rgba_layer_from_file};
 use fovol_core::{Frame, FrameSize};
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageBuffer, ImageEncoder, ImageReader, Rgba, imageops};
-use std::io::{Cursor, Write};
+use std::io::{BufRead, Cursor, Seek, Write};
 use std::path::Path;
 
 /// Whether a PNG keeps alpha.
@@ -85,8 +85,16 @@ pub fn read(path: &Path) -> Result<Frame> {
 }
 
 fn read_eight_bit(path: &Path) -> Result<Frame> {
-    let reader = ImageReader::open(path).map_err(|e| Error::io("read", path, e))?;
-    let reader = reader.with_guessed_format().map_err(|e| Error::io("read", path, e))?;
+    let file = std::fs::File::open(path).map_err(|e| Error::io("read", path, e))?;
+    decode(path, std::io::BufReader::new(file))
+}
+
+/// The PNG, JPEG or BMP picture in `bytes`, which `path` names in errors.
+///
+/// # Errors
+/// As [`read`].
+pub fn decode(path: &Path, bytes: impl BufRead + Seek) -> Result<Frame> {
+    let reader = ImageReader::new(bytes).with_guessed_format().map_err(|e| Error::io("read", path, e))?;
     let picture = reader
         .decode()
         .map_err(|e| {

@@ -1,4 +1,4 @@
-use crate::{Error, Reconstruction, RenderSettings, Result, VolumeSettings};
+use crate::{Error, Reconstruction, RenderSettings, Result, VolumeSettings, presets};
 use fovol_net::Weights;
 use fovol_net::plan::Named;
 use serde::{Deserialize, Serialize};
@@ -61,6 +61,13 @@ impl Session {
         if !Path::new(&session.volume).is_absolute() && beside.exists() {
             session.volume = beside.display().to_string();
         }
+        let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+        for file in files(&mut session.render) {
+            let beside = folder.join(&*file);
+            if without_part(&beside).exists() {
+                *file = beside.display().to_string();
+            }
+        }
         Ok(session)
     }
 
@@ -88,12 +95,18 @@ impl Session {
         }
     }
 
-    /// The session with the hash that its weights have now.
+    /// The session with the hash that its weights have now, and files named as they are found from anywhere.
     #[must_use]
     pub fn sealed(self) -> Self {
         // Weights that are gone are no reason not to save everything else.
         let weights_sha256 = self.hash_of_weights().ok().flatten();
-        Self { weights_sha256, ..self }
+        let mut sealed = Self { weights_sha256, ..self };
+        for file in files(&mut sealed.render) {
+            if without_part(Path::new(file)).exists() {
+                *file = absolute(Path::new(file));
+            }
+        }
+        sealed
     }
 
     /// Whether the weights are still those that the session was saved with; true where that is not known.
@@ -121,6 +134,22 @@ impl Session {
         let shipped = name.parse().ok().and_then(Weights::shipped_file);
         Ok(shipped.map(|file| hex(&Sha256::digest(file))))
     }
+}
+
+/// The settings that may name a file, where they are not one of the names that are known.
+fn files(render: &mut RenderSettings) -> impl Iterator<Item = &mut String> {
+    let known = |name: &str| {
+        let names = ["orbit", "flythrough", "wander", Named::WNetFast.name()];
+        names.contains(&name) || presets::names().contains(&name)
+    };
+    let settings = [&mut render.tf, &mut render.path, &mut render.gaze, &mut render.weights];
+    settings.into_iter().flatten().filter(move |name| !known(name))
+}
+
+/// The file of `FILE#PART`.
+fn without_part(path: &Path) -> PathBuf {
+    let text = path.display().to_string();
+    PathBuf::from(text.rsplit_once('#').map_or(text.as_str(), |(file, _)| file))
 }
 
 fn absolute(path: &Path) -> String {
@@ -191,6 +220,24 @@ mod tests {
         assert!(!own.weights_are_unchanged().unwrap());
         render.reconstruct = None;
         assert_eq!(saved(&render).weights_sha256, None);
+    }
+
+    #[test]
+    fn files_are_found_from_anywhere() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("mine.json"), r#"{"points":[[0,0,0,0,0],[1,1,1,1,1]]}"#).unwrap();
+        let path = folder.path().join("session.toml");
+        std::fs::write(&path, "volume = \"head\"\n[render]\ntf = \"mine.json\"\npath = \"orbit\"\n").unwrap();
+        let read = Session::read(&path).unwrap();
+        let expected = folder.path().join("mine.json").display().to_string();
+        assert_eq!(read.render.tf, Some(expected));
+        assert_eq!(read.render.path.as_deref(), Some("orbit"));
+        let sealed = Session {
+            render: RenderSettings { tf: Some("Cargo.toml#part".into()), ..read.render.clone() },
+            ..read
+        };
+        let tf = sealed.sealed().render.tf.unwrap();
+        assert!(Path::new(&tf).is_absolute() && tf.ends_with("Cargo.toml#part"), "{tf}");
     }
 
     #[test]

@@ -62,6 +62,7 @@ pub struct Pipeline {
     clip: Clip,
     settings: RenderSettings,
     speed: SpeedSettings,
+    device: OpenDevice,
     marcher: Marcher,
     reconstruction: HostReconstruction,
     paths: Paths,
@@ -87,13 +88,27 @@ impl Pipeline {
     /// Settings that cannot be rendered with, files that they name and that cannot be read, a device that was asked for
     /// and cannot be used.
     pub fn new(volume: &OpenVolume, settings: &RenderSettings, speed: &SpeedSettings) -> Result<Self> {
+        Self::on(speed.device.clone().unwrap_or_default().open()?, volume, settings, speed)
+    }
+
+    /// Prepares `volume` for rendering as `settings` say on a device that is open, which several may share; of the device
+    /// in `speed` counts only whether the processor may take its place.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn on(
+        device: OpenDevice,
+        volume: &OpenVolume,
+        settings: &RenderSettings,
+        speed: &SpeedSettings,
+    ) -> Result<Self> {
         let threads =
             rayon::ThreadPoolBuilder::new().num_threads(speed.threads.unwrap_or(0)).build().map_err(|e| {
                 Error::Setting(format!("cannot start the threads ({e}); give a smaller --threads"))
             })?;
         let clip = Clip::new(&volume.volume, settings.clip)?;
         let scene = Scene { volume: Arc::clone(clip.volume()), ..scene(volume, settings)? };
-        let (marcher, notes) = threads.install(|| Marcher::new(&scene, settings, speed))?;
+        let (marcher, notes) = threads.install(|| Marcher::new(&device, &scene, settings, speed))?;
         let reconstruction = marcher.host_reconstruction(settings)?;
         let simd = speed.simd.unwrap_or_else(Simd::best);
         let machine =
@@ -103,6 +118,7 @@ impl Pipeline {
             clip,
             settings: settings.clone(),
             speed: speed.clone(),
+            device,
             marcher,
             reconstruction,
             paths: Paths::new(settings)?,
@@ -145,7 +161,7 @@ impl Pipeline {
     /// Goes on with another part of the volume, which shares nothing with the one so far.
     fn begin_anew(&mut self, settings: &RenderSettings) -> Result<()> {
         let finds_motion = self.reconstruction.finds_motion;
-        *self = Self::new(&self.volume, settings, &self.speed)?;
+        *self = Self::on(self.device.clone(), &self.volume, settings, &self.speed)?;
         self.reconstruction.finds_motion = finds_motion;
         Ok(())
     }
@@ -240,12 +256,17 @@ impl Pipeline {
 }
 
 impl Marcher {
-    /// Where `speed` asks for, and what should be known about it.
-    fn new(scene: &Scene, settings: &RenderSettings, speed: &SpeedSettings) -> Result<(Self, Vec<String>)> {
-        match speed.device.clone().unwrap_or_default().open()? {
+    /// On `device`, and what should be known about it.
+    fn new(
+        device: &OpenDevice,
+        scene: &Scene,
+        settings: &RenderSettings,
+        speed: &SpeedSettings,
+    ) -> Result<(Self, Vec<String>)> {
+        match device {
             OpenDevice::Cpu => Ok((Self::on_cpu(scene, settings, speed)?, Vec::new())),
             #[cfg(feature = "gpu")]
-            OpenDevice::Gpu(gpu) => Self::on_gpu(&gpu, scene, settings, speed),
+            OpenDevice::Gpu(gpu) => Self::on_gpu(gpu, scene, settings, speed),
         }
     }
 
