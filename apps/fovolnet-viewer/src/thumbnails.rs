@@ -50,7 +50,7 @@ mod tests {
         let mut thumbnails = Thumbnails::default();
         thumbnails.prepare(&Context::default());
         for kind in Procedural::ALL {
-            let texture = thumbnails.of(kind).expect(kind.name());
+            let texture = thumbnails.of(kind).expect("a picture of it");
             assert_eq!(texture.size(), [160, 112]);
         }
     }
