@@ -53,6 +53,8 @@ pub enum Answer {
     Discard(Next),
     /// Open this file so.
     Layout(String, VolumeSettings),
+    /// Nobody wants what was not saved.
+    Forget,
     /// Go on with it.
     Restore(Box<Session>),
 }
@@ -297,7 +299,7 @@ fn restore(ui: &mut Ui, session: &Session) -> Option<Answer> {
         if ui.button("Go on with it").clicked() {
             return Some(Answer::Restore(Box::new(session.clone())));
         }
-        ui.button("Forget it").clicked().then_some(Answer::Discard(Next::Close))
+        ui.button("Forget it").clicked().then_some(Answer::Forget)
     })
     .inner
 }

@@ -198,10 +198,11 @@ impl Opened {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
-    fn opened() -> Opened {
+    /// A small volume that is open.
+    pub(crate) fn opened() -> Opened {
         let read = VolumeSettings { dims: Some([16; 3]), ..VolumeSettings::default() };
         Opened::open("head", read, RenderSettings::default()).unwrap().0
     }

@@ -170,13 +170,8 @@ fn path_choice(ui: &mut Ui, opened: &mut Opened) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::opened::tests::opened;
     use fovolnet::core::Camera;
-    use fovolnet::{RenderSettings, VolumeSettings};
-
-    fn opened() -> Opened {
-        let read = VolumeSettings { dims: Some([16; 3]), ..VolumeSettings::default() };
-        Opened::open("head", read, RenderSettings::default()).unwrap().0
-    }
 
     #[test]
     fn playback_shows_the_frame_of_the_time_and_begins_anew() {

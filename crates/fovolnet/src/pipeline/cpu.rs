@@ -21,7 +21,7 @@ impl CpuMarcher {
     /// Goes on with another scene around the same volume, and other settings.
     pub fn change(&mut self, scene: &Scene, settings: &RenderSettings) -> crate::Result<()> {
         self.renderer.set_scene(scene)?;
-        self.sampler = Sampler::new(settings);
+        self.sampler.change(settings);
         Ok(())
     }
 

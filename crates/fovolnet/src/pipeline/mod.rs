@@ -135,6 +135,9 @@ impl Pipeline {
     /// # Errors
     /// As [`Self::new`]; everything stays as it was then, unless the device is lost.
     pub fn change(&mut self, settings: &RenderSettings) -> Result<()> {
+        if self.settings == *settings {
+            return Ok(());
+        }
         let mut scene = scene(&self.volume, settings)?;
         let paths = Paths::new(settings)?;
         if self.settings.clip != settings.clip {

@@ -25,6 +25,14 @@ impl Sampler {
             seed,
         }
     }
+
+    /// Goes on as `settings` say; noise that takes time to make stays where it is the same.
+    pub fn change(&mut self, settings: &RenderSettings) {
+        let anew = Self::new(settings);
+        let is_same = (anew.noise.kind(), anew.seed) == (self.noise.kind(), self.seed);
+        let noise = if is_same { self.noise.clone() } else { anew.noise };
+        *self = Self { noise, ..anew };
+    }
 }
 
 /// Pixels that were marched.

@@ -40,15 +40,15 @@ impl GpuMarcher {
         settings: &RenderSettings,
         reconstructs_alike: bool,
     ) -> Result<()> {
-        let sampler = Sampler::new(settings);
-        let resized = sampler.size != self.sampler.size;
-        let buffers = resized.then(|| self.renderer.frame_buffers(sampler.size)).transpose()?;
+        let size = settings.frame_size();
+        let resized = size != self.sampler.size;
+        let buffers = resized.then(|| self.renderer.frame_buffers(size)).transpose()?;
         let buffers_then = buffers.as_ref().unwrap_or(&self.buffers);
         let gpu = self.renderer.gpu();
         let anew = (!reconstructs_alike).then(|| DeviceReconstruction::new(gpu, settings, buffers_then));
         let anew = anew.transpose()?;
         self.renderer.set_scene(scene)?;
-        self.sampler = sampler;
+        self.sampler.change(settings);
         if let Some(buffers) = buffers {
             self.buffers = buffers;
         }

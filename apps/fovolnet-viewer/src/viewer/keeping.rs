@@ -1,0 +1,59 @@
+//! What is kept of unsaved work and tastes.
+
+use super::Viewer;
+use crate::dialogue::{Dialogue, Next};
+use eframe::egui::{Context, ViewportCommand};
+
+/// Seconds between two looks at whether there is unsaved work to keep.
+const KEEP_EVERY: f64 = 3.0;
+
+impl Viewer {
+    /// Keeps what is not saved, and tastes, where a crash does not take them.
+    pub(super) fn keep(&mut self, context: &Context) {
+        let time = context.input(|input| input.time);
+        if time < self.kept_at + KEEP_EVERY {
+            return;
+        }
+        self.kept_at = time;
+        context.request_repaint_after_secs(KEEP_EVERY as f32 + 0.1);
+        let changed = self.opened.as_ref().filter(|opened| opened.document.is_changed());
+        let session = changed.map(|opened| opened.document.session());
+        if let Some(session) = session.filter(|&session| self.kept.as_ref() != Some(session)) {
+            match self.places.keep(session) {
+                Ok(()) => self.kept = Some(session.clone()),
+                Err(error) => self.messages.error(format!("unsaved work cannot be kept: {error}")),
+            }
+        }
+        self.save_preferences();
+    }
+
+    /// Nothing is to come back after a crash any more.
+    pub(super) fn forget(&mut self) {
+        self.kept = None;
+        self.places.forget();
+    }
+
+    pub(super) fn save_preferences(&mut self) {
+        if self.preferences != self.saved_preferences {
+            self.saved_preferences = self.preferences.clone();
+            if let Err(error) = self.places.set_preferences(&self.preferences) {
+                self.messages.error(format!("preferences cannot be kept: {error}"));
+            }
+        }
+    }
+
+    /// Does not let the window close over unsaved changes.
+    pub(super) fn guard_close(&mut self, context: &Context) {
+        if !context.input(|input| input.viewport().close_requested()) {
+            return;
+        }
+        let is_changed = self.opened.as_ref().is_some_and(|opened| opened.document.is_changed());
+        if is_changed && !self.may_quit {
+            context.send_viewport_cmd(ViewportCommand::CancelClose);
+            self.dialogue = Some(Dialogue::Unsaved(Next::Quit));
+        } else {
+            self.forget();
+            self.save_preferences();
+        }
+    }
+}

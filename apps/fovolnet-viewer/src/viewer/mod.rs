@@ -1,0 +1,265 @@
+//! The window.
+
+mod actions;
+mod keeping;
+mod panes;
+
+use crate::commands;
+use crate::dialogue::{Dialogue, Next};
+use crate::engine::{Engine, Said};
+use crate::gaze::{GazeKind, PointerGaze};
+use crate::job::Job;
+use crate::layout_form::LayoutForm;
+use crate::look::Look;
+use crate::messages::Messages;
+use crate::opened::Opened;
+use crate::panels;
+use crate::places::{Places, Preferences};
+use crate::studio::{Progress, Shown};
+use crate::thumbnails::Thumbnails;
+use crate::timeline::Timeline;
+use anyhow::Result;
+use eframe::egui::{
+    self, CentralPanel, ColorImage, Context, Panel, ScrollArea, TextureHandle, TextureOptions, Theme, Ui,
+};
+use fovolnet::{RenderSettings, Session, SpeedSettings, Timings, VolumeSettings};
+use std::collections::VecDeque;
+
+/// What the viewer is started with.
+#[derive(Debug, Clone, Default)]
+pub struct Start {
+    /// A volume or a session.
+    pub source: Option<String>,
+    /// What its file does not say.
+    pub read: VolumeSettings,
+    /// How it is shown.
+    pub render: RenderSettings,
+    /// What computes it.
+    pub speed: SpeedSettings,
+}
+
+/// The window.
+pub struct Viewer {
+    speed: SpeedSettings,
+    places: Places,
+    preferences: Preferences,
+    saved_preferences: Preferences,
+    engine: Engine,
+    opened: Option<Opened>,
+    /// What was said of the file that is opened last, and how it is to be shown.
+    said: (VolumeSettings, RenderSettings),
+    opening: Option<Job<(Opened, Vec<String>)>>,
+    exporting: Option<Job<String>>,
+    dialogue: Option<Dialogue>,
+    /// What is to be done when the session is saved.
+    after_save: Option<Next>,
+    messages: Messages,
+    thumbnails: Thumbnails,
+    picture: Option<(TextureHandle, Shown)>,
+    look: Look,
+    gaze_kind: GazeKind,
+    pointer_gaze: PointerGaze,
+    timeline: Timeline,
+    history: VecDeque<Timings>,
+    arrivals: VecDeque<f64>,
+    kept_at: f64,
+    kept: Option<Session>,
+    may_quit: bool,
+}
+
+impl Viewer {
+    /// A window that remembers things at `places`.
+    ///
+    /// # Errors
+    /// A system that has no thread left.
+    pub fn new(context: &Context, start: Start, places: Places) -> Result<Self> {
+        let preferences = places.preferences();
+        let wake = context.clone();
+        let engine = Engine::start(start.speed.clone(), move || wake.request_repaint())?;
+        let mut viewer = Self {
+            speed: start.speed,
+            saved_preferences: preferences.clone(),
+            preferences,
+            engine,
+            opened: None,
+            said: Default::default(),
+            opening: None,
+            exporting: None,
+            dialogue: places.unsaved().map(|session| Dialogue::Restore(Box::new(session))),
+            places,
+            after_save: None,
+            messages: Messages::default(),
+            thumbnails: Thumbnails::default(),
+            picture: None,
+            look: Look::default(),
+            gaze_kind: if start.render.gaze.is_some() { GazeKind::Session } else { GazeKind::default() },
+            pointer_gaze: PointerGaze::default(),
+            timeline: Timeline::default(),
+            history: VecDeque::new(),
+            arrivals: VecDeque::new(),
+            kept_at: 0.0,
+            kept: None,
+            may_quit: false,
+        };
+        if let Some(source) = start.source {
+            viewer.open(context, &source, start.read, start.render);
+        }
+        Ok(viewer)
+    }
+
+    /// Makes the window dark, or light.
+    pub fn set_dark(&mut self, is_dark: bool) {
+        self.preferences.dark = is_dark;
+    }
+
+    /// What is open.
+    pub fn opened(&self) -> Option<&Opened> {
+        self.opened.as_ref()
+    }
+
+    /// The picture that is shown, without its pixels.
+    pub fn shown(&self) -> Option<&Shown> {
+        self.picture.as_ref().map(|(_, shown)| shown)
+    }
+
+    /// Whether nothing is under way, and the picture is all that it will be.
+    pub fn is_settled(&self) -> bool {
+        self.opening.is_none()
+            && self.exporting.is_none()
+            && !self.timeline.is_playing()
+            && self.engine.is_done()
+            && (self.opened.is_none() || self.picture.is_some())
+    }
+
+    /// What was said to the person at the window.
+    pub fn messages(&self) -> &Messages {
+        &self.messages
+    }
+
+    /// The question that is asked now.
+    pub fn dialogue(&self) -> Option<&Dialogue> {
+        self.dialogue.as_ref()
+    }
+
+    /// Shows everything.
+    pub fn show(&mut self, ui: &mut Ui) {
+        let context = ui.ctx().clone();
+        context.set_theme(if self.preferences.dark { Theme::Dark } else { Theme::Light });
+        self.receive(&context);
+        if self.dialogue.is_none() {
+            for command in commands::pressed(&context) {
+                self.run(command, &context);
+            }
+        }
+        Panel::top("menu").show(ui, |ui| self.menu(ui));
+        Panel::bottom("status").show(ui, |ui| self.status(ui));
+        if self.opened.is_some() {
+            Panel::bottom("timeline").show(ui, |ui| {
+                if let Some(opened) = &mut self.opened {
+                    ui.add_space(3.0);
+                    self.timeline.ui(ui, opened);
+                    ui.add_space(3.0);
+                }
+            });
+            Panel::right("settings").default_size(330.0).size_range(260.0..=560.0).show(ui, |ui| {
+                ScrollArea::vertical().auto_shrink(false).show(ui, |ui| self.settings(ui));
+            });
+            CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| self.picture(ui));
+        } else {
+            CentralPanel::default().show(ui, |ui| self.start_page(ui));
+        }
+        self.ask(&context);
+        self.messages.show(&context);
+        self.keep(&context);
+        self.guard_close(&context);
+    }
+
+    /// Takes what threads have made.
+    fn receive(&mut self, context: &Context) {
+        let time = context.input(|input| input.time);
+        if let Some(result) = self.opening.as_ref().and_then(Job::take) {
+            self.opening = None;
+            match result {
+                Ok((opened, notes)) => self.take_opened(opened, notes, time),
+                Err(error) => self.not_opened(&error),
+            }
+        }
+        if let Some(job) = &self.exporting
+            && let Some(result) = job.take()
+        {
+            match result {
+                Ok(done) => self.messages.note(done, time),
+                Err(_) if job.is_cancelled() => self.messages.note("the export was cancelled".into(), time),
+                Err(error) => self.messages.error(format!("{error:#}")),
+            }
+            self.exporting = None;
+        }
+        for said in self.engine.take_said() {
+            match said {
+                Said::Note(text) => self.messages.note(text, time),
+                Said::Error(text) => self.messages.set_picture_error(Some(text)),
+            }
+        }
+        if let Some(shown) = self.engine.take_shown() {
+            self.take_shown(context, shown, time);
+        }
+        let dropped =
+            context.input(|input| input.raw.dropped_files.first().map(|file| file.path().to_owned()));
+        if let Some(path) = dropped {
+            self.after_saving(context, Next::Open(path.display().to_string()));
+        }
+    }
+
+    /// Asks for what is missing to open a file, or says what is wrong with it.
+    fn not_opened(&mut self, error: &anyhow::Error) {
+        use fovolnet::Error::Io;
+        use fovolnet::io::Error::UnknownLayout;
+        if let Some(Io(UnknownLayout { path, .. })) = error.downcast_ref::<fovolnet::Error>() {
+            let form = LayoutForm::new(&path.display().to_string(), &self.said.0);
+            self.dialogue = Some(Dialogue::Layout(form));
+        } else {
+            self.messages.error(format!("{error:#}"));
+        }
+    }
+
+    fn take_opened(&mut self, opened: Opened, notes: Vec<String>, time: f64) {
+        let source = match opened.document.file() {
+            Some(file) => file.display().to_string(),
+            None => opened.document.session().volume.clone(),
+        };
+        self.preferences.remember(&source);
+        self.messages.clear_errors();
+        for note in notes {
+            self.messages.note(note, time);
+        }
+        if opened.document.settings().gaze.is_some() {
+            self.gaze_kind = GazeKind::Session;
+        }
+        self.timeline = Timeline::default();
+        self.picture = None;
+        self.opened = Some(opened);
+    }
+
+    fn take_shown(&mut self, context: &Context, mut shown: Shown, time: f64) {
+        let size = [shown.size.width as usize, shown.size.height as usize];
+        let image = ColorImage::from_rgba_premultiplied(size, &std::mem::take(&mut shown.rgba));
+        if shown.progress == Progress::Moving {
+            self.history.push_back(shown.timings);
+            if self.history.len() > panels::HISTORY {
+                self.history.pop_front();
+            }
+            self.arrivals.push_back(time);
+        }
+        self.messages.set_picture_error(None);
+        match &mut self.picture {
+            Some((texture, old)) => {
+                texture.set(image, TextureOptions::LINEAR);
+                *old = shown;
+            }
+            None => {
+                let texture = context.load_texture("picture", image, TextureOptions::LINEAR);
+                self.picture = Some((texture, shown));
+            }
+        }
+    }
+}

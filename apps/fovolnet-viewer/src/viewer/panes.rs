@@ -1,0 +1,202 @@
+//! The parts of the window.
+
+use super::Viewer;
+use crate::commands::{self, Command, Entry};
+use crate::dialogue::{Dialogue, FilePrompt, Next};
+use crate::files::Purpose;
+use crate::gaze::{GazeKind, GazeSource};
+use crate::look::Look;
+use crate::studio::{Progress, Wanted};
+use crate::transfer_editor::presets_ui;
+use crate::{panels, picture_view, start_page};
+use eframe::egui::{self, Align, CollapsingHeader, Layout, Rect, Ui};
+use fovolnet::core::FrameSize;
+
+/// The largest picture on the screen, in pixels along each side.
+const LARGEST: f32 = 8192.0;
+
+impl Viewer {
+    /// Pictures a second, lately.
+    pub(super) fn rate(&mut self, time: f64) -> f64 {
+        while self.arrivals.front().is_some_and(|&arrival| arrival < time - 1.0) {
+            self.arrivals.pop_front();
+        }
+        self.arrivals.len() as f64
+    }
+
+    pub(super) fn menu(&mut self, ui: &mut Ui) {
+        let context = ui.ctx().clone();
+        egui::MenuBar::new().ui(ui, |ui| {
+            let menus: [(&str, &[Entry]); 4] = [
+                ("File", commands::FILE),
+                ("Edit", commands::EDIT),
+                ("View", commands::VIEW),
+                ("Help", commands::HELP),
+            ];
+            for (name, entries) in menus {
+                ui.menu_button(name, |ui| {
+                    for entry in entries {
+                        let mut button = egui::Button::new(entry.name);
+                        if let Some(keys) = entry.shortcut {
+                            button = button.shortcut_text(context.format_shortcut(&keys));
+                        }
+                        if ui.add_enabled(self.can(entry.command), button).clicked() {
+                            self.run(entry.command, &context);
+                        }
+                    }
+                });
+            }
+            if let Some(opened) = &self.opened {
+                let star = if opened.document.is_changed() { " •" } else { "" };
+                let name = start_page::middle_cut(&opened.document.name(), 60);
+                ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                    ui.weak(format!("{name}{star}")).on_hover_text(&opened.document.session().volume);
+                });
+            }
+        });
+    }
+
+    pub(super) fn settings(&mut self, ui: &mut Ui) {
+        let time = ui.input(|input| input.time);
+        let rate = self.rate(time);
+        let folder = self.folder();
+        let Some(opened) = &mut self.opened else { return };
+        let section = |name: &str| CollapsingHeader::new(name).default_open(true);
+        section("Transfer function").show(ui, |ui| {
+            ui.horizontal(|ui| {
+                let current = opened.document.settings().tf.clone().unwrap_or_else(|| "auto".into());
+                if let Some(name) = presets_ui(ui, &current, &opened.volume) {
+                    opened.document.settings_mut().tf = Some(name);
+                }
+                for (name, purpose) in [("Read…", Purpose::ReadTransfer), ("Save…", Purpose::SaveTransfer)]
+                {
+                    if ui.button(name).clicked() {
+                        let suggested = folder.join("transfer.json");
+                        self.dialogue = Some(Dialogue::File(FilePrompt::new(purpose, &suggested)));
+                    }
+                }
+            });
+            let transfer = opened.transfer().clone();
+            if let Some(changed) = opened.editor.ui(ui, &transfer, &opened.histogram) {
+                opened.set_transfer(changed);
+            }
+        });
+        section("Light").show(ui, |ui| panels::scene(ui, opened.document.settings_mut()));
+        CollapsingHeader::new("Clipping").show(ui, |ui| {
+            panels::clipping(ui, opened.document.settings_mut(), opened.volume.volume.grid().dims());
+        });
+        let shown = self.picture.as_ref().map(|(_, shown)| shown);
+        section("Frames").show(ui, |ui| {
+            panels::budget(ui, &mut self.preferences, shown);
+            panels::looks(ui, &mut self.look);
+        });
+        CollapsingHeader::new("Sampling").show(ui, |ui| {
+            panels::sampling(ui, opened.document.settings_mut(), &mut self.gaze_kind);
+        });
+        if let Some(shown) = shown {
+            section("Statistics").show(ui, |ui| panels::statistics(ui, shown, rate, &self.history));
+        }
+        if let Err(error) = opened.refresh() {
+            self.messages.error(error.to_string());
+        }
+    }
+
+    pub(super) fn picture(&mut self, ui: &mut Ui) {
+        let time = ui.input(|input| input.time);
+        let Some(opened) = &mut self.opened else { return };
+        if self.timeline.is_playing() {
+            self.timeline.advance(time, opened);
+            ui.ctx().request_repaint();
+        }
+        let texture = self.picture.as_ref().map(|(texture, _)| texture.id());
+        let before = opened.camera();
+        let handled = picture_view::show(ui, opened, texture);
+        if handled.resets {
+            opened.go_to(0);
+        }
+        if opened.camera() != before && opened.document.settings().camera.is_some() {
+            self.timeline.pause();
+        }
+        let frame = opened.frame();
+        let gaze = match self.gaze_kind {
+            GazeKind::Pointer => self.pointer_gaze.gaze(frame, handled.pointer),
+            GazeKind::Session => opened.document.settings().fovea(frame).map_or([0.5; 2], |fovea| fovea.gaze),
+        };
+        if self.preferences.marks
+            && let Some((_, shown)) = &self.picture
+        {
+            let gaze = (shown.progress == Progress::Moving).then_some(gaze);
+            let camera = shown.camera;
+            picture_view::marks(ui, opened, &camera, gaze, handled.rect);
+        }
+        self.engine.want(Wanted {
+            volume: opened.volume.clone(),
+            settings: opened.screen_settings(pixels(handled.rect, ui.ctx().pixels_per_point())),
+            camera: opened.camera(),
+            gaze,
+            rate: (self.preferences.rate > 0.0).then_some(self.preferences.rate),
+            converges: self.preferences.converges && !self.timeline.is_playing(),
+            look: self.look,
+        });
+        if !self.timeline.is_playing() {
+            opened.document.remember(time);
+        }
+    }
+
+    pub(super) fn start_page(&mut self, ui: &mut Ui) {
+        let context = ui.ctx().clone();
+        self.thumbnails.prepare(&context);
+        match start_page::show(ui, &self.preferences.recent, &self.thumbnails) {
+            Some(start_page::Choice::Browse) => self.run(Command::Open, &context),
+            Some(start_page::Choice::Open(source)) => self.after_saving(&context, Next::Open(source)),
+            None => {}
+        }
+    }
+
+    /// What is under way, in the last line of the window.
+    pub(super) fn status(&mut self, ui: &mut Ui) {
+        ui.horizontal(|ui| {
+            if let Some(job) = &self.opening {
+                ui.spinner();
+                ui.label(job.name());
+            }
+            if let Some(job) = &self.exporting {
+                ui.add(egui::ProgressBar::new(job.done()).desired_width(120.0).show_percentage());
+                ui.label(job.name());
+                if ui.button("Cancel").clicked() {
+                    job.cancel();
+                }
+                ui.ctx().request_repaint_after_secs(0.1);
+            }
+            match (&self.opened, &self.picture) {
+                (Some(opened), Some((_, shown))) => {
+                    let grid = opened.volume.volume.grid();
+                    let [x, y, z] = grid.dims();
+                    ui.weak(format!("{x}×{y}×{z} {}", opened.volume.volume.dtype()));
+                    if let Progress::Converging(share) = shown.progress {
+                        ui.weak(format!("measured {:.0} %", share * 100.0));
+                    }
+                    ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                        let explanation = self.look.explanation();
+                        if self.look != Look::Picture {
+                            ui.weak(explanation);
+                        }
+                    });
+                }
+                (Some(_), None) => {
+                    ui.weak("rendering…");
+                }
+                _ if self.opening.is_none() => {
+                    ui.weak("F1 shows keys and mouse");
+                }
+                _ => {}
+            }
+        });
+    }
+}
+
+/// The size of `rect` in pixels.
+fn pixels(rect: Rect, pixels_per_point: f32) -> FrameSize {
+    let side = |points: f32| (points * pixels_per_point).round().clamp(1.0, LARGEST) as u32;
+    FrameSize { width: side(rect.width()), height: side(rect.height()) }
+}
