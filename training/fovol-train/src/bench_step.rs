@@ -3,7 +3,7 @@
 use anyhow::Result;
 use clap::Args;
 use fovol_net::plan::Named;
-use fovol_train::network::{Inputs, Network, Options, initial_weights};
+use fovol_train::network::{Inputs, Network, Options, Spread, initial_weights};
 use fovol_train::optimise::{Ranger, RangerConfig};
 use std::time::Instant;
 use tch::{Device, Kind, Tensor};
@@ -55,7 +55,7 @@ impl BenchStep {
         tch::manual_seed(1);
         let device = Device::cuda_if_available();
         let options = Options { bf16: self.bf16, channels_last: self.channels_last, ..Options::default() };
-        let network = Network::new(&initial_weights(&self.network.config(), 1)?, options, device)?;
+        let network = Network::new(&initial_weights(&self.network.config(), Spread::Pytorch, 1)?, options, device)?;
         let mut ranger = Ranger::new(&network.parameters(), RangerConfig::default());
         let clip: Vec<Sample> = (0..self.clip).map(|_| self.sample(device)).collect();
         self.step(&network, &mut ranger, &clip)?;

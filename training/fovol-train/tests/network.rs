@@ -5,7 +5,7 @@ use fovol_net::Weights;
 use fovol_net::cpu::{self, FrameInput, Precision, Simd};
 use fovol_net::plan::{DeepFoveaConfig, Feedback, Named, NetworkConfig, Normalisation, WNetConfig};
 use fovol_net::weights::Storage;
-use fovol_train::network::{Inputs, Network, Options, initial_weights};
+use fovol_train::network::{Inputs, Network, Options, Spread, initial_weights};
 use safetensors::SafeTensors;
 use std::collections::HashMap;
 use std::path::PathBuf;
@@ -268,7 +268,7 @@ fn clips_of_a_batch_do_not_mix() {
 
 #[test]
 fn weights_go_out_and_come_back() {
-    let first = initial_weights(&Named::WNetFast.config(), 1).unwrap();
+    let first = initial_weights(&Named::WNetFast.config(), Spread::Pytorch, 1).unwrap();
     let mut network = Network::new(&first, Options::default(), Device::Cpu).unwrap();
     assert_eq!(network.weights(), first);
     let names: Vec<String> = network.plan().parameters().into_iter().map(|p| p.name).collect();
@@ -276,18 +276,18 @@ fn weights_go_out_and_come_back() {
     assert!(handles.iter().map(|(name, _)| name).eq(&names));
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("w.safetensors");
-    let second = initial_weights(&Named::WNetFast.config(), 2).unwrap();
+    let second = initial_weights(&Named::WNetFast.config(), Spread::Pytorch, 2).unwrap();
     second.write(&path, Storage::F32).unwrap();
     network.load(&Weights::read(&path).unwrap()).unwrap();
     assert_eq!(network.weights(), second);
     assert_eq!(numbers(&handles[0].1), second.values(&names[0]).unwrap());
     assert!(handles.iter().all(|(_, tensor)| tensor.requires_grad() && tensor.is_leaf()));
-    assert!(network.load(&initial_weights(&Named::WNetNarrow.config(), 1).unwrap()).is_err());
+    assert!(network.load(&initial_weights(&Named::WNetNarrow.config(), Spread::Pytorch, 1).unwrap()).is_err());
 }
 
 #[test]
 fn what_does_not_fit_is_said_in_a_line() {
-    let weights = initial_weights(&Named::WNetFast.config(), 1).unwrap();
+    let weights = initial_weights(&Named::WNetFast.config(), Spread::Pytorch, 1).unwrap();
     let network = Network::new(&weights, Options::default(), Device::Cpu).unwrap();
     let given = Given::new(1, 20, 10, 0);
     let state = || network.initial_state([1, 10, 20]);

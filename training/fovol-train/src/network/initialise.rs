@@ -1,26 +1,40 @@
 //! The weights that training starts from.
 
 use crate::Result;
-use fovol_net::plan::{Layer, NetworkConfig, Parameter, Plan, Read};
+use fovol_net::plan::{Activation, Layer, NetworkConfig, Parameter, Plan, Read};
 use fovol_net::weights::Array;
 use fovol_net::{Error, Weights};
-use std::collections::BTreeMap;
+use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
+
+/// How far from zero the weights of convolutions that a rectifier follows may be at first.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Spread {
+    /// As PyTorch has it, Kaiming-uniform with a = √5, ±1/√fan-in: the paper's. Every layer makes signals smaller, to
+    /// about 0.4 of what it reads, so that deep levels learn late or never.
+    #[default]
+    Pytorch,
+    /// As He et al. (2015) have it, ±√(6/fan-in): signals keep their size through rectifiers.
+    He,
+}
 
 /// Seeded random weights to train from: the same seed and configuration, the same weights on any machine.
 ///
-/// Convolutions have what PyTorch gives them, Kaiming-uniform with a = √5, which is ±1/√fan-in; the last one, which
-/// makes the picture, is Xavier-uniform, ±√(6 / (fan-in + fan-out)); biases are zero (ALGORITHMS §1.2). Normalisations
+/// Convolutions have what PyTorch gives them, ±1/√fan-in, or those that a rectifier follows what `spread` says; the last
+/// one, which makes the picture, is Xavier-uniform, ±√(6 / (fan-in + fan-out)); biases are zero (ALGORITHMS §1.2). Normalisations
 /// begin as identities. Kernels that weigh a filled picture begin with most of their weight on it, and direct
 /// predictions that read it begin as it, and what is added to what kernels make as nothing, so that such a network begins
 /// as the filling that it is to improve.
 ///
 /// # Errors
 /// A configuration that makes no network.
-pub fn initial_weights(config: &NetworkConfig, seed: u64) -> Result<Weights> {
+pub fn initial_weights(config: &NetworkConfig, spread: Spread, seed: u64) -> Result<Weights> {
     let plan = config.plan().map_err(Error::Config)?;
+    let wide = if spread == Spread::He { rectified(&plan) } else { BTreeSet::new() };
     let arrays = plan.parameters().into_iter().map(|parameter| {
-        let values = values(&parameter, seed);
+        let values = values(&parameter, wide.contains(parameter.name.as_str()), seed);
         (parameter.name, Array { shape: parameter.shape, values })
     });
     let mut arrays: BTreeMap<String, Array> = arrays.collect();
@@ -40,6 +54,15 @@ pub fn initial_weights(config: &NetworkConfig, seed: u64) -> Result<Weights> {
 /// would be learned of a weight of 0, where the square's slope is 0. Small ones are soon overcome.
 const FILLING_TAP: f32 = 0.5;
 const OTHER_TAPS: f32 = 0.05;
+
+/// The weights of convolutions that a rectifier follows.
+fn rectified(plan: &Plan) -> BTreeSet<String> {
+    let name = |layer: &Layer| match layer {
+        Layer::Conv(conv) if conv.activation != Activation::None => Some(format!("{}.weight", conv.name)),
+        _ => None,
+    };
+    plan.layers().iter().filter_map(name).collect()
+}
 
 /// The biases of kernels that weigh filled pictures, and their channels for the pixels of these themselves.
 fn taps_of_fillings(plan: &Plan) -> Vec<(String, Vec<Range<usize>>)> {
@@ -88,7 +111,7 @@ fn begin_as_filling(weight: &mut Array, filled: Range<usize>) {
     }
 }
 
-fn values(parameter: &Parameter, seed: u64) -> Vec<f32> {
+fn values(parameter: &Parameter, wide: bool, seed: u64) -> Vec<f32> {
     let is_weight = parameter.name.ends_with(".weight");
     if parameter.shape.len() == 1 {
         return vec![if is_weight { 1.0 } else { 0.0 }; parameter.len()];
@@ -100,6 +123,7 @@ fn values(parameter: &Parameter, seed: u64) -> Vec<f32> {
     }
     let reach = match parameter.name.as_str() {
         "output.weight" => (6.0 / (inputs + outputs) as f64).sqrt(),
+        _ if wide => (6.0 / inputs as f64).sqrt(),
         _ => 1.0 / (inputs as f64).sqrt(),
     };
     let mut random = SplitMix64::new(&parameter.name, seed);
@@ -143,7 +167,7 @@ mod tests {
     fn networks_that_weigh_a_filling_begin_as_it() {
         use crate::network::{Inputs, Network, Options};
         use tch::{Device, Kind, Tensor};
-        let weights = initial_weights(&Named::WNetFast.config(), 1).unwrap();
+        let weights = initial_weights(&Named::WNetFast.config(), Spread::Pytorch, 1).unwrap();
         let network = Network::new(&weights, Options::default(), Device::Cpu).unwrap();
         // Every second pixel of a smooth picture.
         let picture = Tensor::linspace(0.2, 0.8, 32, (Kind::Float, Device::Cpu))
@@ -159,7 +183,7 @@ mod tests {
     #[test]
     fn weights_fill_their_range_and_follow_name_and_seed() {
         let config = Named::WNetPaper.config();
-        let weights = initial_weights(&config, 3).unwrap();
+        let weights = initial_weights(&config, Spread::Pytorch, 3).unwrap();
         weights.check(&config.plan().unwrap()).unwrap();
         let of = |weights: &Weights, name: &str| weights.values(name).unwrap().to_vec();
         let first = of(&weights, "encoder.1.conv1.weight");
@@ -173,9 +197,24 @@ mod tests {
         let last = of(&weights, "output.weight").iter().fold(0.0f32, |most, w| most.max(w.abs()));
         assert!(last <= (6.0f32 / 67.0).sqrt() && last > 0.9 * (6.0f32 / 67.0).sqrt());
         assert_ne!(first, of(&weights, "encoder.1.conv2.weight"));
-        assert_ne!(first, of(&initial_weights(&config, 4).unwrap(), "encoder.1.conv1.weight"));
-        assert_eq!(weights, initial_weights(&config, 3).unwrap());
-        let norms = initial_weights(&Named::DeepFoveaOrig.config(), 3).unwrap();
+        assert_ne!(first, of(&initial_weights(&config, Spread::Pytorch, 4).unwrap(), "encoder.1.conv1.weight"));
+        assert_eq!(weights, initial_weights(&config, Spread::Pytorch, 3).unwrap());
+        let norms = initial_weights(&Named::DeepFoveaOrig.config(), Spread::Pytorch, 3).unwrap();
         assert!(of(&norms, "decoder.0.norm.weight").iter().all(|&w| w == 1.0));
+    }
+
+    #[test]
+    fn he_widens_what_a_rectifier_follows_and_nothing_else() {
+        let config = Named::WNetPaper.config();
+        let narrow = initial_weights(&config, Spread::Pytorch, 3).unwrap();
+        let wide = initial_weights(&config, Spread::He, 3).unwrap();
+        // The same draws, √6 times as far.
+        let of = |weights: &Weights, name: &str| weights.values(name).unwrap().to_vec();
+        for (n, w) in of(&narrow, "encoder.1.conv1.weight").iter().zip(of(&wide, "encoder.1.conv1.weight")) {
+            assert!((n * 6.0f32.sqrt() - w).abs() < 1e-6);
+        }
+        for name in ["output.weight", "encoder.1.conv1.bias"] {
+            assert_eq!(of(&narrow, name), of(&wide, name));
+        }
     }
 }

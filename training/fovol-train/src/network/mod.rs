@@ -4,10 +4,10 @@
 //!
 //! ```
 //! use fovol_net::plan::Named;
-//! use fovol_train::network::{Inputs, Network, Options, initial_weights};
+//! use fovol_train::network::{Inputs, Network, Options, Spread, initial_weights};
 //! use tch::{Device, Kind, Tensor};
 //!
-//! let weights = initial_weights(&Named::DeepFoveaFvn.config(), 1)?;
+//! let weights = initial_weights(&Named::DeepFoveaFvn.config(), Spread::Pytorch, 1)?;
 //! let network = Network::new(&weights, Options::default(), Device::Cpu)?;
 //! let sparse = Tensor::rand([1, 3, 20, 30], (Kind::Float, Device::Cpu));
 //! let inputs = Inputs { colour: &sparse, mask: None, motion: None };
@@ -23,7 +23,7 @@ mod initialise;
 pub(crate) mod layers;
 mod quantise;
 
-pub use initialise::initial_weights;
+pub use initialise::{Spread, initial_weights};
 
 use crate::{Error, Result};
 use fovol_net::Weights;

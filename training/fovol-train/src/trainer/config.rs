@@ -1,6 +1,7 @@
 use crate::clips::{ClipSet, VolumeSource};
 use crate::lesson::LessonConfig;
 use crate::loss::LossConfig;
+use crate::network::Spread;
 use crate::optimise::RangerConfig;
 use crate::{Error, Result};
 use fovol_net::plan::{Named, NetworkConfig};
@@ -104,6 +105,9 @@ pub struct TrainConfig {
     /// Weights to begin with; random ones if none are given.
     #[serde(default)]
     pub from: Option<PathBuf>,
+    /// How far random weights may be from zero.
+    #[serde(default)]
+    pub spread: Spread,
     /// What everything random is drawn from.
     #[serde(default)]
     pub seed: u64,

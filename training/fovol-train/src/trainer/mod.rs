@@ -67,7 +67,7 @@ impl Trainer {
         config.check()?;
         let weights = match &config.from {
             Some(path) => Weights::named_or_read(&path.to_string_lossy())?,
-            None => initial_weights(&config.network.config(), config.seed)?,
+            None => initial_weights(&config.network.config(), config.spread, config.seed)?,
         };
         let options = Options {
             bf16: config.bf16,
