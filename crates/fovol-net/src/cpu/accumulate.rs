@@ -2,7 +2,7 @@
 
 use super::doubled::DoubledRow;
 use super::map::Map;
-use super::pyramid::{Known, KnownRows, divided, pulled_of};
+use super::pyramid::{Known, KnownRows, Pyramid, divided};
 use super::simd::{Simd, Work};
 use crate::plan::{DOUBT_ALLOWED, DOUBT_EPSILON, DOUBT_SHARE};
 use rayon::prelude::*;
@@ -18,8 +18,15 @@ pub struct Expected<'a> {
 
 /// Writes to `out`, at 2^`lowest` times lower resolution than `known`, how far `prior` is believed, 0…1 (see
 /// [`Layer::Doubt`](crate::plan::Layer::Doubt)): e and v are the mean squares by which samples differ from it and from `fresh`.
-pub fn doubt(known: &Map, expected: &Expected<'_>, [levels, lowest]: [u32; 2], out: &mut Map) {
-    let level = pulled_of(&Squares { known, expected }).completed(levels, lowest);
+pub fn doubt(
+    known: &Map,
+    expected: &Expected<'_>,
+    [levels, lowest]: [u32; 2],
+    pyramid: &mut Pyramid,
+    out: &mut Map,
+) {
+    pyramid.pull_of(&Squares { known, expected });
+    let level = pyramid.complete(levels, lowest);
     let width = known.width >> lowest;
     out.resize([known.height >> lowest, width, 1]);
     out.data.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
@@ -65,7 +72,7 @@ impl Work for SquareRow<'_> {
         let Self { known, expected, y, memory: [prior, fresh], to } = self;
         prior.make(expected.prior, y);
         fresh.make(expected.fresh, y);
-        let expected = prior.row.as_chunks().0.iter().zip(fresh.row.as_chunks().0);
+        let expected = prior.row.iter().zip(&fresh.row);
         for ((to, known), (prior, fresh)) in to.iter_mut().zip(known).zip(expected) {
             *to = [mean_square(known, prior), mean_square(known, fresh), 0.0, known[3]];
         }
@@ -73,7 +80,7 @@ impl Work for SquareRow<'_> {
 }
 
 #[inline(always)]
-fn mean_square([r, g, b, w]: &Known, expected: &[f32; 3]) -> f32 {
+fn mean_square([r, g, b, w]: &Known, expected: &[f32; 4]) -> f32 {
     let d = [r - w * expected[0], g - w * expected[1], b - w * expected[2]];
     (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) * (1.0 / 3.0)
 }
@@ -162,7 +169,8 @@ mod tests {
         let share = |prior: f32| {
             let (prior, fresh) = (picture(prior), picture(0.3));
             let mut out = Map::default();
-            doubt(&samples(), &Expected { prior: &prior, fresh: &fresh }, [4, 3], &mut out);
+            let expected = Expected { prior: &prior, fresh: &fresh };
+            doubt(&samples(), &expected, [4, 3], &mut Pyramid::default(), &mut out);
             assert_eq!([out.height, out.width], [4, 4]);
             assert!(out.data.iter().all(|v| (v - out.data[0]).abs() < 0.06), "{:?}", out.data);
             out.data[0]

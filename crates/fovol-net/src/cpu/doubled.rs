@@ -2,14 +2,15 @@
 
 use super::map::Map;
 use super::patch::halves;
+use glam::Vec4;
 
-/// What making such rows needs.
+/// What making such rows needs. Pixels have a fourth number, 0, so that each is a vector.
 #[derive(Debug, Default)]
 pub struct DoubledRow {
     /// A row between two, with one pixel more on both sides.
-    between: Vec<f32>,
+    between: Vec<[f32; 4]>,
     /// The row.
-    pub row: Vec<f32>,
+    pub row: Vec<[f32; 4]>,
 }
 
 impl DoubledRow {
@@ -19,22 +20,18 @@ impl DoubledRow {
     pub fn make(&mut self, picture: &Map, y: usize) {
         let Self { between, row } = self;
         let [(a, wa), (b, wb)] = halves(y, picture.height);
-        let length = 3 * picture.width;
-        between.resize(length + 6, 0.0);
-        row.resize(2 * length, 0.0);
-        let inside = between[3..length + 3].iter_mut();
-        for (to, (a, b)) in inside.zip(picture.row(a).iter().zip(picture.row(b))) {
-            *to = wa * a + wb * b;
+        let width = picture.width;
+        between.resize(width + 2, [0.0; 4]);
+        row.resize(2 * width, [0.0; 4]);
+        let rows = picture.row(a).as_chunks::<3>().0.iter().zip(picture.row(b).as_chunks::<3>().0);
+        for (to, (a, b)) in between[1..=width].iter_mut().zip(rows) {
+            *to = [wa * a[0] + wb * b[0], wa * a[1] + wb * b[1], wa * a[2] + wb * b[2], 0.0];
         }
-        between.copy_within(3..6, 0);
-        between.copy_within(length..length + 3, length + 3);
-        for (x, to) in row.as_chunks_mut::<6>().0.iter_mut().enumerate() {
-            let Some(around) = between[3 * x..].first_chunk::<9>() else { return };
-            for c in 0..3 {
-                let near = 0.75 * around[3 + c];
-                to[c] = near + 0.25 * around[c];
-                to[3 + c] = near + 0.25 * around[6 + c];
-            }
+        (between[0], between[width + 1]) = (between[1], between[width]);
+        for (to, around) in row.as_chunks_mut::<2>().0.iter_mut().zip(between.array_windows::<3>()) {
+            let [left, near, right] = around.map(Vec4::from_array);
+            let near = 0.75 * near;
+            *to = [(near + 0.25 * left).to_array(), (near + 0.25 * right).to_array()];
         }
     }
 }

@@ -1,14 +1,15 @@
-//! Predicted kernels: the 1×1 convolution, the normalisation and the weighted sum for a few rows and columns at a time,
-//! so that the kernels of a whole frame never exist.
+//! Predicted kernels: the 1×1 convolution, the normalisation and the weighted sum for a few rows at a time, so that the
+//! kernels of a whole frame never exist.
 //!
-//! Everything is computed with columns side by side in vectors. Where a feature serves several columns, the columns
-//! that features serve first come first, then those that they serve second: the phases of a row.
+//! A pixel is read and written as a vector of four numbers, the last of which is the next pixel's first: so numbers need
+//! not change places for vectors.
 
 use super::conv::{self, Arithmetic, ConvShape, PreparedConv};
 use super::map::{Map, Stored};
 use super::patch::{Access, Memory, Source, Window, assemble};
 use super::simd::{Simd, Work};
 use crate::plan::{Activation, Filter, Normalisation, Padding, SQUARED_EPSILON, Taps};
+use glam::Vec4;
 use rayon::prelude::*;
 
 /// A predicted kernel with its weights.
@@ -23,11 +24,8 @@ pub struct PreparedFilter {
 
 /// Rows of the output that are made at once; even, for features that serve two rows.
 const ROWS: usize = 8;
-/// Features whose kernels are made at once: as many as fit into the nearest cache with all their numbers.
-const COLUMNS: usize = 64;
-
-/// A number of each feature.
-type Lanes = [f32; COLUMNS];
+/// Numbers of a pixel: kernels filter pictures.
+const CHANNELS: usize = 3;
 
 impl PreparedFilter {
     /// The layer `filter` with its parameters, which multiplies features as `arithmetic` says.
@@ -54,209 +52,177 @@ impl PreparedFilter {
         }
     }
 
-    /// Writes the filtered `images` to `out`, whose buffer is used again.
+    /// Writes the filtered `images`, of three channels, to `out`, whose buffer is used again.
     pub fn run(&self, features: &Stored, images: &[Source<'_>], out: &mut Map) {
         let [height, width] = images[0].size();
-        let channels = images[0].map.channels();
-        out.resize([height, width, channels]);
-        let bands = out.data.par_chunks_mut(ROWS * width * channels).enumerate();
+        out.resize([height, width, CHANNELS]);
+        let bands = out.data.par_chunks_mut(ROWS * width * CHANNELS).enumerate();
         bands.for_each_init(Scratch::default, |scratch, (band, out)| {
-            let size = [band * ROWS, out.len() / (width * channels), width, channels];
-            self.simd.vectorised(Band { filter: self, features, images, size, scratch, out });
+            self.band(features, images, band * ROWS, width, scratch, out);
         });
     }
 
-    /// Filters `rows` rows from `y` on.
-    #[inline(always)]
-    fn band<const EXPAND: usize>(
+    /// Filters the rows `out`, `width` pixels wide, from `y` on.
+    fn band(
         &self,
         features: &Stored,
         images: &[Source<'_>],
-        [y, rows, width, channels]: [usize; 4],
+        y: usize,
+        width: usize,
         scratch: &mut Scratch,
         out: &mut [f32],
     ) {
-        let columns = width / EXPAND;
-        scratch.planes.resize_with(images.len(), Planes::default);
-        for (image, planes) in images.iter().zip(&mut scratch.planes) {
+        let length = width * CHANNELS;
+        let rows = out.len() / length;
+        scratch.patches.resize_with(images.len(), Vec::new);
+        for (image, patch) in images.iter().zip(&mut scratch.patches) {
             let window = Window { y: y as isize - 1, x: -1, rows: rows + 2, columns: width + 2 };
             let memory = (self.simd, &mut scratch.memory);
-            assemble(std::slice::from_ref(image), Padding::Zero, window, &mut scratch.patch, memory);
-            planes.fill::<EXPAND>(&scratch.patch, channels, width + 2);
+            assemble(std::slice::from_ref(image), Padding::Zero, window, patch, memory);
+            // What is read beyond the last pixel.
+            patch.push(0.0);
         }
         let outputs = self.predict.outputs();
-        scratch.predicted.resize(columns * outputs, 0.0);
-        scratch.kernels.resize(outputs, [0.0; COLUMNS]);
-        for row in 0..rows.div_ceil(EXPAND) {
+        let stride = length + 2 * CHANNELS;
+        scratch.kernels.resize(width / self.expand * outputs, 0.0);
+        for row in (0..rows).step_by(self.expand) {
             let features = [Source { map: features, access: Access::SAME }];
-            self.predict.rows(&features, y / EXPAND + row, &mut scratch.conv, &mut scratch.predicted);
-            for first in (0..columns).step_by(COLUMNS) {
-                let count = COLUMNS.min(columns - first);
-                transpose(&scratch.predicted[first * outputs..][..count * outputs], &mut scratch.kernels);
-                for part in 0..EXPAND * EXPAND {
-                    let share = self.shape::<EXPAND>(part, &mut scratch.kernels);
-                    let (line, phase) = (row * EXPAND + part / EXPAND, part % EXPAND);
-                    let to = &mut out[line * width * channels..][..width * channels];
-                    for c in 0..channels {
-                        let place = Place { row: line, channel: c, phase, first };
-                        let sums = self.weighed::<EXPAND>(part, place, &scratch.planes, &scratch.kernels);
-                        let to = to[(first * EXPAND + phase) * channels + c..].iter_mut();
-                        let to = to.step_by(EXPAND * channels).take(count);
-                        for (to, (sum, share)) in to.zip(sums.iter().zip(&share)) {
-                            *to = sum * share;
-                        }
-                    }
-                }
+            self.predict.rows(&features, (y + row) / self.expand, &mut scratch.conv, &mut scratch.kernels);
+            let kernels = &mut scratch.kernels[..];
+            self.simd.vectorised(Shaping { filter: self, kernels: &mut *kernels });
+            for (line, out) in out[row * length..].chunks_mut(length).take(self.expand).enumerate() {
+                let of_image = |patch| Rows { patch, first: (row + line) * stride, stride };
+                let images: Vec<Rows<'_>> = scratch.patches.iter().map(|patch| of_image(patch)).collect();
+                self.simd.vectorised(Weighing { filter: self, line, kernels, images: &images, out });
             }
         }
     }
 
-    /// Turns the predictions for pixel `part` of those that a feature serves to weights; what these are to be multiplied
-    /// by for a sum of 1.
+    /// The weights of the pixels that feature `x` serves in line `line`, from the first one on.
     #[inline(always)]
-    fn shape<const EXPAND: usize>(&self, part: usize, kernels: &mut [Lanes]) -> Lanes {
-        let pixels = EXPAND * EXPAND;
-        let mut total = [0.0f32; COLUMNS];
-        if self.normalisation == Normalisation::Softmax {
-            let mut most = [f32::NEG_INFINITY; COLUMNS];
-            for kernel in kernels[part..].iter().step_by(pixels) {
-                for i in 0..COLUMNS {
-                    most[i] = most[i].max(kernel[i]);
-                }
-            }
-            for kernel in kernels[part..].iter_mut().step_by(pixels) {
-                for i in 0..COLUMNS {
-                    kernel[i] = (kernel[i] - most[i]).exp();
-                    total[i] += kernel[i];
-                }
-            }
-        } else {
-            for kernel in kernels[part..].iter_mut().step_by(pixels) {
-                for i in 0..COLUMNS {
-                    kernel[i] = kernel[i] * kernel[i] + SQUARED_EPSILON;
-                    total[i] += kernel[i];
-                }
-            }
-        }
-        for total in &mut total {
-            *total = 1.0 / *total;
-        }
-        total
-    }
-
-    /// The sums of all images at `place`, weighed by the kernels of `part`.
-    #[inline(always)]
-    fn weighed<const EXPAND: usize>(
-        &self,
-        part: usize,
-        place: Place,
-        planes: &[Planes],
-        kernels: &[Lanes],
-    ) -> Lanes {
-        let mut sums = [0.0f32; COLUMNS];
-        let mut kernels = kernels[part..].iter().step_by(EXPAND * EXPAND);
-        for (planes, &taps) in planes.iter().zip(&self.taps) {
-            let window = if taps == Taps::Around { [0, 1, 2].as_slice() } else { [1].as_slice() };
-            for &dy in window {
-                for &dx in window {
-                    let from = planes.lanes::<EXPAND>(place, [dy, dx]);
-                    let Some(weights) = kernels.next() else { return sums };
-                    for i in 0..COLUMNS {
-                        sums[i] += weights[i] * from[i];
-                    }
-                }
-            }
-        }
-        sums
+    fn weights<'a>(&self, kernels: &'a [f32], x: usize, line: usize) -> &'a [f32] {
+        let outputs = self.predict.outputs();
+        &kernels[x * outputs..(x + 1) * outputs][line * self.expand..]
     }
 }
 
-/// Which pixels of a band are summed.
-#[derive(Debug, Clone, Copy)]
-struct Place {
-    row: usize,
-    channel: usize,
-    /// Which of the columns that each feature serves.
-    phase: usize,
-    /// The first of [`COLUMNS`] features.
-    first: usize,
-}
-
-/// A part of an image with a border of one, \[row\]\[channel\]\[phase\]\[column\].
-#[derive(Debug, Default)]
-struct Planes {
-    data: Vec<f32>,
-    channels: usize,
-    /// Numbers of a phase, with room for lanes beyond the last column.
-    length: usize,
-}
-
-impl Planes {
-    /// Takes over `image`, \[row\]\[column\]\[channel\].
-    #[inline(always)]
-    fn fill<const PHASES: usize>(&mut self, image: &[f32], channels: usize, width: usize) {
-        let rows = image.len() / (width * channels);
-        self.channels = channels;
-        self.length = width.div_ceil(PHASES).next_multiple_of(COLUMNS) + COLUMNS;
-        self.data.resize(rows * channels * PHASES * self.length, 0.0);
-        let lines = self.data.chunks_exact_mut(channels * PHASES * self.length);
-        for (from, to) in image.chunks_exact(width * channels).zip(lines) {
-            for (plane, to) in to.chunks_exact_mut(self.length).enumerate() {
-                let first = plane % PHASES * channels + plane / PHASES;
-                pick(from, first, PHASES * channels, to);
-            }
-        }
-    }
-
-    /// What the pixels at `place` find at row `dy` and column `dx` of the 3×3 around them.
-    #[inline(always)]
-    fn lanes<const PHASES: usize>(&self, place: Place, [dy, dx]: [usize; 2]) -> &Lanes {
-        let at = place.phase + dx;
-        let plane = ((place.row + dy) * self.channels + place.channel) * PHASES + at % PHASES;
-        let start = plane * self.length + place.first + at / PHASES;
-        self.data[start..].first_chunk().expect("planes have room for lanes beyond the last column")
-    }
-}
-
-/// Turns `from`, \[column\]\[output\], to \[output\]\[column\].
-#[inline(always)]
-fn transpose(from: &[f32], to: &mut [Lanes]) {
-    let outputs = to.len();
-    for (output, to) in to.iter_mut().enumerate() {
-        for (to, pixel) in to.iter_mut().zip(from.chunks_exact(outputs)) {
-            *to = pixel[output];
-        }
-    }
-}
-
-/// Every `stride`-th number of `from` from `first` on.
-#[inline(always)]
-fn pick(from: &[f32], first: usize, stride: usize, to: &mut [f32]) {
-    let count = from.len().saturating_sub(first).div_ceil(stride);
-    for (i, to) in to[..count].iter_mut().enumerate() {
-        *to = from[first + i * stride];
-    }
-}
-
-/// The filtering of some rows.
-struct Band<'a> {
+/// The turning of predictions to weights.
+struct Shaping<'a> {
     filter: &'a PreparedFilter,
-    features: &'a Stored,
-    images: &'a [Source<'a>],
-    /// The first row, rows, columns, channels.
-    size: [usize; 4],
-    scratch: &'a mut Scratch,
+    /// \[feature\]\[tap\]\[pixel of those that the feature serves\].
+    kernels: &'a mut [f32],
+}
+
+impl Work for Shaping<'_> {
+    #[inline(always)]
+    fn run(self) {
+        if self.filter.normalisation == Normalisation::Squared {
+            self.kernels.iter_mut().for_each(|w| *w = *w * *w + SQUARED_EPSILON);
+            return;
+        }
+        let pixels = self.filter.expand * self.filter.expand;
+        for kernels in self.kernels.chunks_exact_mut(self.filter.predict.outputs()) {
+            for pixel in 0..pixels {
+                let most = kernels[pixel..].iter().step_by(pixels).fold(f32::NEG_INFINITY, |a, &b| a.max(b));
+                kernels[pixel..].iter_mut().step_by(pixels).for_each(|w| *w = (*w - most).exp());
+            }
+        }
+    }
+}
+
+/// Three rows of an image with a border of one, the second of which is the row that is filtered.
+#[derive(Debug, Clone, Copy)]
+struct Rows<'a> {
+    patch: &'a [f32],
+    /// Where the first one begins.
+    first: usize,
+    /// From one to the next.
+    stride: usize,
+}
+
+impl Rows<'_> {
+    /// The three pixels of row `dy` around pixel `x`.
+    #[inline(always)]
+    fn three(&self, dy: usize, x: usize) -> [Vec4; 3] {
+        let start = self.first + dy * self.stride + x * CHANNELS;
+        let numbers = &self.patch[start..start + 3 * CHANNELS + 1];
+        [0, CHANNELS, 2 * CHANNELS].map(|at| Vec4::from_slice(&numbers[at..]))
+    }
+}
+
+/// The filtering of one row with weights.
+struct Weighing<'a> {
+    filter: &'a PreparedFilter,
+    /// Which of the rows that features serve.
+    line: usize,
+    kernels: &'a [f32],
+    images: &'a [Rows<'a>],
     out: &'a mut [f32],
 }
 
-impl Work for Band<'_> {
+impl Work for Weighing<'_> {
     #[inline(always)]
     fn run(self) {
-        let Self { filter, features, images, size, scratch, out } = self;
-        match filter.expand {
-            1 => filter.band::<1>(features, images, size, scratch, out),
-            _ => filter.band::<2>(features, images, size, scratch, out),
+        match self.filter.expand {
+            1 => self.row::<1>(),
+            _ => self.row::<2>(),
         }
+    }
+}
+
+impl Weighing<'_> {
+    #[inline(always)]
+    fn row<const EXPAND: usize>(self) {
+        let Self { filter, line, kernels, images, out } = self;
+        for x in 0..out.len() / CHANNELS / EXPAND {
+            let weights = filter.weights(kernels, x, line);
+            for phase in 0..EXPAND {
+                let at = x * EXPAND + phase;
+                let mut sum = Sum::default();
+                let mut tap = phase;
+                for (rows, &taps) in images.iter().zip(&filter.taps) {
+                    if taps == Taps::Centre {
+                        sum.add(weights[tap], rows.three(1, at)[1]);
+                        tap += EXPAND * EXPAND;
+                        continue;
+                    }
+                    let weights = &weights[tap..tap + 8 * EXPAND * EXPAND + 1];
+                    for dy in 0..3 {
+                        let pixels = rows.three(dy, at);
+                        for dx in 0..3 {
+                            sum.add(weights[(3 * dy + dx) * EXPAND * EXPAND], pixels[dx]);
+                        }
+                    }
+                    tap += 9 * EXPAND * EXPAND;
+                }
+                match out[at * CHANNELS..].first_chunk_mut::<4>() {
+                    Some(wide) => *wide = sum.mean().to_array(),
+                    None => out[at * CHANNELS..].copy_from_slice(&sum.mean().to_array()[..CHANNELS]),
+                }
+            }
+        }
+    }
+}
+
+/// A weighed sum of pixels.
+#[derive(Default)]
+struct Sum {
+    pixels: Vec4,
+    /// That of the weights, in every number.
+    weights: Vec4,
+}
+
+impl Sum {
+    #[inline(always)]
+    fn add(&mut self, weight: f32, pixel: Vec4) {
+        let weight = Vec4::splat(weight);
+        self.pixels += weight * pixel;
+        self.weights += weight;
+    }
+
+    #[inline(always)]
+    fn mean(self) -> Vec4 {
+        self.pixels / self.weights
     }
 }
 
@@ -264,14 +230,11 @@ impl Work for Band<'_> {
 #[derive(Default)]
 struct Scratch {
     conv: conv::Scratch,
-    /// A row of features' kernels, \[column\]\[output\].
-    predicted: Vec<f32>,
-    /// Some of them, by output.
-    kernels: Vec<Lanes>,
-    patch: Vec<f32>,
+    /// Those of a row of features, \[feature\]\[output\].
+    kernels: Vec<f32>,
     memory: Memory,
-    /// Of each image.
-    planes: Vec<Planes>,
+    /// Of each image the rows with a border of one, and a number more.
+    patches: Vec<Vec<f32>>,
 }
 
 #[cfg(test)]

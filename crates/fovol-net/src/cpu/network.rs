@@ -8,6 +8,7 @@ use super::pair::{Pair, Pool};
 use super::patch::{Access, Source};
 use super::pointwise::{Change, change};
 use super::precision::{Choice, Precision};
+use super::pyramid::Pyramid;
 use super::reshape;
 use super::schedule::{Pairing, Schedule, is_input};
 use super::simd::Simd;
@@ -193,7 +194,9 @@ impl Network {
                 let sources = self.sources(&conv.inputs, tensors);
                 with_map!(&mut out, out => prepared.run(&sources, out));
             }
-            (layer, step) => run(layer, step, tensors, self.plan.tensor(layer.output()), &mut out),
+            (layer, step) => {
+                run(layer, step, (tensors, self.plan.tensor(layer.output())), &mut state.pyramid, &mut out);
+            }
         }
         tensors[place] = out;
     }
@@ -352,7 +355,13 @@ fn step(plan: &Plan, layer: &Layer, weights: &Weights, simd: Simd, choice: &Choi
 }
 
 /// Runs `layer`, which writes `to`, to `out`.
-fn run(layer: &Layer, step: &Step, tensors: &[Stored], to: &Tensor, out: &mut Stored) {
+fn run(
+    layer: &Layer,
+    step: &Step,
+    (tensors, to): (&[Stored], &Tensor),
+    pyramid: &mut Pyramid,
+    out: &mut Stored,
+) {
     match (layer, step, out) {
         (Layer::Filter(filter), Step::Filter(prepared), Stored::F32(out)) => {
             prepared.run(&tensors[filter.features.index()], &images(filter, tensors), out);
@@ -365,11 +374,11 @@ fn run(layer: &Layer, step: &Step, tensors: &[Stored], to: &Tensor, out: &mut St
                 out.data.iter_mut().zip(&map.data).for_each(|(to, &v)| *to = Element::from_f32(v));
             });
         }
-        (layer, _, out) => run_plain(layer, tensors, to, out),
+        (layer, _, out) => run_plain(layer, (tensors, to), pyramid, out),
     }
 }
 
-fn run_plain(layer: &Layer, tensors: &[Stored], to: &Tensor, out: &mut Stored) {
+fn run_plain(layer: &Layer, (tensors, to): (&[Stored], &Tensor), pyramid: &mut Pyramid, out: &mut Stored) {
     let Tensor { channels, level, .. } = *to;
     let map = |id: &TensorId| &tensors[id.index()];
     let picture = |id: &TensorId| map(id).picture();
@@ -393,13 +402,13 @@ fn run_plain(layer: &Layer, tensors: &[Stored], to: &Tensor, out: &mut Stored) {
             reshape::part(picture(input), *first, channels, out);
         }
         (Layer::Spread { known, base, levels, .. }, Stored::F32(out)) => {
-            spread(picture(known), base.as_ref().map(picture), *levels, out);
+            spread(picture(known), base.as_ref().map(picture), *levels, pyramid, out);
         }
         (Layer::Smooth { input, .. }, Stored::F32(out)) => smooth(picture(input), out),
         (Layer::Blend { known, base, .. }, Stored::F32(out)) => blend(picture(known), picture(base), out),
         (Layer::Doubt { known, prior, fresh, levels, .. }, Stored::F32(out)) => {
             let expected = Expected { prior: picture(prior), fresh: picture(fresh) };
-            doubt(picture(known), &expected, [*levels, level], out);
+            doubt(picture(known), &expected, [*levels, level], pyramid, out);
         }
         (Layer::Accumulate { known, before, share, fade, .. }, Stored::F32(out)) => {
             accumulate(picture(known), picture(before), share.as_ref().map(picture), *fade, out);

@@ -2,6 +2,7 @@
 
 use super::patch::halves;
 use super::simd::{Simd, Work};
+use glam::Vec4;
 use rayon::prelude::*;
 
 /// Divisors are at least this.
@@ -29,7 +30,7 @@ pub trait KnownRows: Sync {
 }
 
 /// An image of known pixels.
-#[derive(Debug)]
+#[derive(Debug, Clone, Default)]
 pub struct Level {
     pixels: Vec<Known>,
     width: usize,
@@ -45,25 +46,62 @@ impl Level {
         self.pixels.len() / self.width
     }
 
-    /// What is known at 2^`lowest` times lower resolution than that of `frame` where this is half of it, everywhere: with
-    /// what is missing taken from up to 2^`levels` times lower ones.
+    /// Takes another size and keeps the memory; what it holds is not said.
+    fn resize(&mut self, [height, width]: [usize; 2]) {
+        self.pixels.resize(height * width, [0.0; 4]);
+        self.width = width;
+    }
+}
+
+/// Images of known pixels, each of half the resolution of the one before, the first of half that of a frame. Its memory is
+/// used again for every frame.
+#[derive(Debug, Clone, Default)]
+pub struct Pyramid {
+    levels: Vec<Level>,
+}
+
+impl Pyramid {
+    /// Makes the first level half the resolution of `known`, which is `width` pixels wide.
+    pub fn pull_from(&mut self, known: &[Known], width: usize) {
+        pull(known, width, self.first());
+    }
+
+    /// The same where what is known is nowhere as a whole.
+    pub fn pull_of<K: KnownRows>(&mut self, known: &K) {
+        pull_of(known, self.first());
+    }
+
+    /// What the first level knows at 2^`lowest` times lower resolution than the frame's, everywhere: with what is missing
+    /// taken from up to 2^`levels` times lower ones.
     ///
     /// Pulling halves the resolution: premultiplied numbers c and weights w are averaged over 4×4 pixels by (1, 3, 3, 1)/8
     /// along both axes, replicated at the border, then w' = min(8w, 1) and c' = c·w'/max(w, 1e-8). Pushing goes back: each
     /// finer level gets c' + (1 − w')·(c of the coarser, bilinear), and its weight likewise.
-    pub fn completed(self, levels: u32, lowest: u32) -> Self {
-        let mut finest = self;
-        for _ in 1..lowest {
-            finest = pulled(&finest);
+    pub fn complete(&mut self, levels: u32, lowest: u32) -> &Level {
+        let (lowest, levels) = (lowest as usize, levels.max(lowest) as usize);
+        self.levels.resize_with(self.levels.len().max(levels), Level::default);
+        for level in 1..levels {
+            let [finer, coarser] = self.two(level);
+            pull(&finer.pixels, finer.width, coarser);
         }
-        let mut above: Vec<Self> = Vec::new();
-        for _ in lowest..levels {
-            above.push(pulled(above.last().unwrap_or(&finest)));
+        for level in (lowest..levels).rev() {
+            let [finer, coarser] = self.two(level);
+            push(finer, coarser);
         }
-        while let Some(coarser) = above.pop() {
-            push(above.last_mut().unwrap_or(&mut finest), &coarser);
+        &self.levels[lowest - 1]
+    }
+
+    fn first(&mut self) -> &mut Level {
+        if self.levels.is_empty() {
+            self.levels.push(Level::default());
         }
-        finest
+        &mut self.levels[0]
+    }
+
+    /// The level before `level`, and it.
+    fn two(&mut self, level: usize) -> [&mut Level; 2] {
+        let (before, from) = self.levels.split_at_mut(level);
+        [&mut before[level - 1], &mut from[0]]
     }
 }
 
@@ -74,28 +112,23 @@ pub fn divided([a, b, c, weight]: Known) -> [f32; 3] {
     [a * factor, b * factor, c * factor]
 }
 
-/// Half the resolution of `known`, which is `width` pixels wide.
-pub fn pulled_from(known: &[Known], width: usize) -> Level {
+/// Makes `to` half the resolution of `known`, which is `width` pixels wide.
+fn pull(known: &[Known], width: usize, to: &mut Level) {
     let height = known.len() / width;
     let row = |y: usize| &known[y * width..(y + 1) * width];
-    let mut pixels = vec![[0.0; 4]; width / 2 * (height / 2)];
-    pixels.par_chunks_exact_mut(width / 2).enumerate().for_each_init(Vec::new, |blended, (y, to)| {
+    to.resize([height / 2, width / 2]);
+    to.pixels.par_chunks_exact_mut(width / 2).enumerate().for_each_init(Vec::new, |blended, (y, to)| {
         let rows = around(y, height).map(row);
         Simd::best().vectorised(PullRow { rows, blended, to });
     });
-    Level { pixels, width: width / 2 }
 }
 
-fn pulled(finer: &Level) -> Level {
-    pulled_from(&finer.pixels, finer.width)
-}
-
-/// Half the resolution of `known`, which is nowhere as a whole.
-pub fn pulled_of<K: KnownRows>(known: &K) -> Level {
+/// The same where `known` is nowhere as a whole.
+fn pull_of<K: KnownRows>(known: &K, to: &mut Level) {
     let [height, width] = known.size();
     let width = width / 2;
-    let mut pixels = vec![[0.0; 4]; width * (height / 2)];
-    let bands = pixels.par_chunks_mut(BAND * width).enumerate();
+    to.resize([height / 2, width]);
+    let bands = to.pixels.par_chunks_mut(BAND * width).enumerate();
     bands.for_each_init(Ring::<K>::default, |ring, (band, rows)| {
         ring.held = [None; 4];
         for (row, to) in rows.chunks_exact_mut(width).enumerate() {
@@ -106,7 +139,6 @@ pub fn pulled_of<K: KnownRows>(known: &K) -> Level {
             Simd::best().vectorised(PullRow { rows, blended, to });
         }
     });
-    Level { pixels, width }
 }
 
 /// The last four rows: every one is wanted twice.
@@ -148,30 +180,23 @@ struct PullRow<'a> {
 impl Work for PullRow<'_> {
     #[inline(always)]
     fn run(self) {
-        let Self { rows: [a, b, c, d], blended, to } = self;
-        let width = a.len();
+        let Self { rows, blended, to } = self;
+        let width = rows[0].len();
         // One more on both sides.
         blended.resize(width + 2, [0.0; 4]);
-        for (x, blended) in blended[1..=width].iter_mut().enumerate() {
-            for k in 0..4 {
-                blended[k] = (BINOMIAL[0] * a[x][k] + BINOMIAL[1] * b[x][k])
-                    + (BINOMIAL[2] * c[x][k] + BINOMIAL[3] * d[x][k]);
-            }
+        // Numbers without pixels, and all of one length: whole vectors of them.
+        let [a, b, c, d] = rows.map(|row| row[..width].as_flattened());
+        let numbers = blended[1..=width].as_flattened_mut().iter_mut();
+        for (to, ((a, b), (c, d))) in numbers.zip(a.iter().zip(b).zip(c.iter().zip(d))) {
+            *to = (BINOMIAL[0] * a + BINOMIAL[1] * b) + (BINOMIAL[2] * c + BINOMIAL[3] * d);
         }
         (blended[0], blended[width + 1]) = (blended[1], blended[width]);
         for (x, to) in to.iter_mut().enumerate() {
-            let Some([a, b, c, d]) = blended[2 * x..].first_chunk() else { return };
-            let mut mean = [0.0f32; 4];
-            for k in 0..4 {
-                mean[k] =
-                    (BINOMIAL[0] * a[k] + BINOMIAL[1] * b[k]) + (BINOMIAL[2] * c[k] + BINOMIAL[3] * d[k]);
-            }
-            let weight = (GAIN * mean[3]).min(1.0);
-            let factor = weight / mean[3].max(SMALLEST);
-            for k in 0..4 {
-                to[k] = mean[k] * factor;
-            }
-            to[3] = weight;
+            let Some(four) = blended[2 * x..].first_chunk::<4>() else { return };
+            let [a, b, c, d] = four.map(Vec4::from_array);
+            let mean = (a * BINOMIAL[0] + b * BINOMIAL[1]) + (c * BINOMIAL[2] + d * BINOMIAL[3]);
+            let weight = (GAIN * mean.w).min(1.0);
+            *to = (mean * (weight / mean.w.max(SMALLEST))).with_w(weight).to_array();
         }
     }
 }
@@ -209,12 +234,12 @@ impl Work for PushRow<'_> {
             }
         }
         (blended[0], blended[width + 1]) = (blended[1], blended[width]);
-        for (to, around) in row.as_chunks_mut::<2>().0.iter_mut().zip(blended.windows(3)) {
-            let open = [1.0 - to[0][3], 1.0 - to[1][3]];
-            for c in 0..4 {
-                let near = 0.75 * around[1][c];
-                to[0][c] += open[0] * (near + 0.25 * around[0][c]);
-                to[1][c] += open[1] * (near + 0.25 * around[2][c]);
+        for (to, around) in row.as_chunks_mut::<2>().0.iter_mut().zip(blended.array_windows::<3>()) {
+            let [left, near, right] = around.map(Vec4::from_array);
+            let near = 0.75 * near;
+            for (to, beside) in to.iter_mut().zip([left, right]) {
+                let known = Vec4::from_array(*to);
+                *to = (known + (1.0 - known.w) * (near + 0.25 * beside)).to_array();
             }
         }
     }

@@ -7,6 +7,7 @@ use super::map::{Map, Stored};
 use super::norm::normalise;
 use super::patch::Source;
 use super::pointwise::{Change, change};
+use super::pyramid::Pyramid;
 use super::reshape;
 use super::simd::Simd;
 use super::spread::{blend, smooth, spread};
@@ -87,13 +88,19 @@ impl Case<'_> {
                 change(&[Change::Bypass { colour: &inputs[0], mask: &inputs[1] }], &mut out);
             }
             "warp" => warp(&inputs[0], &inputs[1], &mut out),
-            "spread" => spread(&inputs[0], inputs.get(1), self.number("levels") as u32, &mut out),
+            "spread" => spread(
+                &inputs[0],
+                inputs.get(1),
+                self.number("levels") as u32,
+                &mut Pyramid::default(),
+                &mut out,
+            ),
             "smooth" => smooth(&inputs[0], &mut out),
             "blend" => blend(&inputs[0], &inputs[1], &mut out),
             "doubt" => {
                 let levels = self.number("levels") as u32;
                 let expected = Expected { prior: &inputs[1], fresh: &inputs[2] };
-                doubt(&inputs[0], &expected, [levels, levels.min(3)], &mut out);
+                doubt(&inputs[0], &expected, [levels, levels.min(3)], &mut Pyramid::default(), &mut out);
             }
             "accumulate" => {
                 let fade = self.facts["fade"].as_f64().unwrap() as f32;

@@ -2,26 +2,40 @@
 
 use super::doubled::DoubledRow;
 use super::map::Map;
-use super::pyramid::{Known, KnownRows, divided, pulled_from, pulled_of};
+use super::pyramid::{Known, KnownRows, Pyramid, divided};
 use super::simd::{Simd, Work};
+use glam::Vec4;
 use rayon::prelude::*;
 
 /// Writes to `out` the picture that `known` gives at half the resolution, from means over squares of up to 2^`levels`
 /// pixels; with `base` that picture plus what `known` differs from it, spread alike.
-pub fn spread(known: &Map, base: Option<&Map>, levels: u32, out: &mut Map) {
-    let pulled = match base {
-        None => pulled_from(known.data.as_chunks().0, known.width),
-        Some(base) => pulled_of(&Differences { known, base }),
-    };
-    let level = pulled.completed(levels, 1);
+pub fn spread(known: &Map, base: Option<&Map>, levels: u32, pyramid: &mut Pyramid, out: &mut Map) {
+    match base {
+        None => pyramid.pull_from(known.data.as_chunks().0, known.width),
+        Some(base) => pyramid.pull_of(&Differences { known, base }),
+    }
+    let level = pyramid.complete(levels, 1);
     out.resize([known.height / 2, known.width / 2, 3]);
     out.data.par_chunks_mut(known.width / 2 * 3).enumerate().for_each(|(y, row)| {
-        let pixels = row.as_chunks_mut::<3>().0.iter_mut();
-        pixels.zip(level.row(y)).for_each(|(to, &known)| *to = divided(known));
-        if let Some(base) = base {
-            row.iter_mut().zip(base.row(y)).for_each(|(to, base)| *to += base);
-        }
+        Simd::best().vectorised(SpreadRow { known: level.row(y), base: base.map(|base| base.row(y)), row });
     });
+}
+
+struct SpreadRow<'a> {
+    known: &'a [Known],
+    base: Option<&'a [f32]>,
+    row: &'a mut [f32],
+}
+
+impl Work for SpreadRow<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let pixels = self.row.as_chunks_mut::<3>().0.iter_mut();
+        pixels.zip(self.known).for_each(|(to, &known)| *to = divided(known));
+        if let Some(base) = self.base {
+            self.row.iter_mut().zip(base).for_each(|(to, base)| *to += base);
+        }
+    }
 }
 
 /// What known pixels differ by from a picture of half their resolution.
@@ -57,9 +71,10 @@ impl Work for DifferenceRow<'_> {
     fn run(self) {
         let Self { known, base, y, memory, to } = self;
         memory.make(base, y);
-        let pixels = to.iter_mut().zip(known).zip(memory.row.as_chunks::<3>().0);
-        for ((to, [r, g, b, w]), [dr, dg, db]) in pixels {
-            *to = [r - w * dr, g - w * dg, b - w * db, *w];
+        for ((to, known), base) in to.iter_mut().zip(known).zip(&memory.row) {
+            // The base has 0 as its fourth number: the weight stays.
+            let known = Vec4::from_array(*known);
+            *to = (known - known.w * Vec4::from_array(*base)).to_array();
         }
     }
 }
@@ -87,10 +102,10 @@ impl Work for BlendRow<'_> {
     fn run(self) {
         let Self { known, base, y, memory, to } = self;
         memory.make(base, y);
-        let pixels = to.iter_mut().zip(known).zip(memory.row.as_chunks::<3>().0);
-        for ((to, [r, g, b, w]), [dr, dg, db]) in pixels {
-            let open = 1.0 - w;
-            *to = [r + open * dr, g + open * dg, b + open * db];
+        for ((to, known), base) in to.iter_mut().zip(known).zip(&memory.row) {
+            let known = Vec4::from_array(*known);
+            let sum = known + (1.0 - known.w) * Vec4::from_array(*base);
+            to.copy_from_slice(&sum.to_array()[..3]);
         }
     }
 }
@@ -135,6 +150,10 @@ impl Work for SmoothRow<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn spread(known: &Map, base: Option<&Map>, levels: u32, out: &mut Map) {
+        super::spread(known, base, levels, &mut Pyramid::default(), out);
+    }
 
     #[test]
     fn samples_stay_and_one_fills_all() {

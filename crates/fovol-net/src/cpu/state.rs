@@ -1,6 +1,7 @@
 use super::element::{Bf16, Element};
 use super::map::{Map, Stored, with_map};
 use super::numbers::{Numbers, Words};
+use super::pyramid::Pyramid;
 use crate::plan::Plan;
 use fovol_core::FrameSize;
 
@@ -13,6 +14,7 @@ pub struct State {
     /// States in the order of the plan, at the padded size.
     pub(super) carried: Vec<Stored>,
     pub(super) spare: Spare,
+    pub(super) pyramid: Pyramid,
     /// Which network it belongs to.
     pub(super) network: u64,
 }
@@ -29,7 +31,13 @@ impl State {
                 false => Stored::F32(Map::zeros(height, width, tensor.channels)),
             }
         });
-        Self { size, carried: carried.collect(), spare: Spare::default(), network }
+        Self {
+            size,
+            carried: carried.collect(),
+            spare: Spare::default(),
+            pyramid: Pyramid::default(),
+            network,
+        }
     }
 
     /// The size of the clip's frames.

@@ -1,6 +1,7 @@
 use super::element::Element;
 use super::map::Map;
 use super::simd::{Simd, Work};
+use glam::Vec4;
 use rayon::prelude::*;
 
 /// Moves `input` along `motion` (pixels of level 0 to the previous position, averaged and scaled to the resolution
@@ -9,21 +10,13 @@ pub fn warp<T: Element>(input: &Map<T>, motion: &Map, out: &mut Map<T>) {
     let factor = motion.height / input.height;
     let c = input.channels;
     out.resize([input.height, input.width, c]);
-    let rows = out.data.par_chunks_mut(input.width * c).enumerate();
-    rows.for_each_init(Places::default, |places, (y, row)| {
-        Simd::best().vectorised(Row { input, motion, factor, y, places, row });
+    out.data.par_chunks_mut(input.width * c).enumerate().for_each(|(y, row)| {
+        Simd::best().vectorised(Row { input, motion, factor, y, row });
     });
 }
 
-/// For each pixel of a row the four pixels that it lies between: one array for each of these, so that loops over pixels
-/// become vectors.
-#[derive(Debug, Default)]
-struct Places {
-    /// Their numbers in the image.
-    pixels: [Vec<u32>; 4],
-    /// Their weights, 0 outside.
-    weights: [Vec<f32>; 4],
-}
+/// Pixels whose places are found at once: a vector's numbers.
+const LANES: usize = 16;
 
 /// The warping of one row.
 struct Row<'a, T: Element> {
@@ -32,81 +25,126 @@ struct Row<'a, T: Element> {
     /// Pixels of the motion to one of the input, along each axis.
     factor: usize,
     y: usize,
-    places: &'a mut Places,
     row: &'a mut [T],
 }
 
 impl<T: Element> Work for Row<'_, T> {
     #[inline(always)]
     fn run(self) {
-        let Self { input, motion, factor, y, places, row } = self;
-        places.find(motion, factor, y, [input.height, input.width]);
-        // Pixels of known length are moved in vectors.
-        match input.channels {
-            3 => places.blend::<3, T>(input, row),
-            4 => places.blend::<4, T>(input, row),
-            c => {
-                for (x, to) in row.chunks_exact_mut(c).enumerate() {
-                    let place = places.at(x);
-                    let pixels = place.map(|(at, _)| &input.data[at as usize * c..][..c]);
-                    for (k, to) in to.iter_mut().enumerate() {
-                        let upper = place[0].1 * pixels[0][k].to_f32() + place[1].1 * pixels[1][k].to_f32();
-                        let lower = place[2].1 * pixels[2][k].to_f32() + place[3].1 * pixels[3][k].to_f32();
-                        *to = T::from_f32(upper + lower);
-                    }
-                }
+        let Self { input, motion, factor, y, row } = self;
+        let size = [input.height, input.width];
+        for first in (0..input.width).step_by(LANES) {
+            let moved = match factor {
+                1 => of_pixels(motion, y, first),
+                _ => std::array::from_fn(|i| mean_motion(motion, [y, first + i], factor)),
+            };
+            let places = Places::new(&moved, [y, first], size);
+            let to = &mut row[first * input.channels..];
+            // Pixels of known length are moved in vectors.
+            match input.channels {
+                3 => places.blend_three(&input.data, to),
+                4 => places.blend_four(&input.data, to),
+                c => places.blend(&input.data, c, to),
             }
         }
     }
 }
 
+/// For each of some pixels of a row the four pixels that it lies between.
+struct Places {
+    /// Their numbers in the image.
+    pixels: [[u32; LANES]; 4],
+    /// Their weights, 0 outside.
+    weights: [[f32; LANES]; 4],
+}
+
 impl Places {
-    /// Finds where the pixels of row `y` were in an image of `height` and `width`.
+    /// Where the pixels from (`y`, `x`) on, `moved` so far, were in an image of `height` and `width`.
     #[inline(always)]
-    fn find(&mut self, motion: &Map, factor: usize, y: usize, [height, width]: [usize; 2]) {
-        self.pixels.iter_mut().for_each(|pixels| pixels.resize(width, 0));
-        self.weights.iter_mut().for_each(|weights| weights.resize(width, 0.0));
-        let [a, b, c, d] = &mut self.pixels;
-        let [wa, wb, wc, wd] = &mut self.weights;
-        let (a, b, c, d) = (&mut a[..width], &mut b[..width], &mut c[..width], &mut d[..width]);
-        let (wa, wb, wc, wd) = (&mut wa[..width], &mut wb[..width], &mut wc[..width], &mut wd[..width]);
-        for x in 0..width {
-            let [dx, dy] = mean_motion(motion, [y * factor, x * factor], factor);
-            let (rows, down) = along(y as f32 + dy, height);
-            let (columns, across) = along(x as f32 + dx, width);
-            a[x] = rows[0] * width as u32 + columns[0];
-            b[x] = rows[0] * width as u32 + columns[1];
-            c[x] = rows[1] * width as u32 + columns[0];
-            d[x] = rows[1] * width as u32 + columns[1];
-            wa[x] = down[0] * across[0];
-            wb[x] = down[0] * across[1];
-            wc[x] = down[1] * across[0];
-            wd[x] = down[1] * across[1];
+    fn new(moved: &[[f32; 2]; LANES], [y, x]: [usize; 2], [height, width]: [usize; 2]) -> Self {
+        let (mut pixels, mut weights) = ([[0; LANES]; 4], [[0.0; LANES]; 4]);
+        for i in 0..LANES {
+            let (rows, down) = along(y as f32 + moved[i][1], height);
+            let (columns, across) = along((x + i) as f32 + moved[i][0], width);
+            for corner in 0..4 {
+                pixels[corner][i] = rows[corner / 2] * width as u32 + columns[corner % 2];
+                weights[corner][i] = down[corner / 2] * across[corner % 2];
+            }
+        }
+        Self { pixels, weights }
+    }
+
+    /// The four pixels that pixel `i` lies between, and their weights.
+    #[inline(always)]
+    fn of(&self, i: usize) -> ([usize; 4], [f32; 4]) {
+        let Self { pixels: [a, b, c, d], weights: [wa, wb, wc, wd] } = self;
+        ([a[i] as usize, b[i] as usize, c[i] as usize, d[i] as usize], [wa[i], wb[i], wc[i], wd[i]])
+    }
+
+    /// Writes what an image of four channels has there to `row`, as far as that goes.
+    #[inline(always)]
+    fn blend_four<T: Element>(&self, image: &[T], row: &mut [T]) {
+        let image = image.as_chunks::<4>().0;
+        for (i, to) in row.as_chunks_mut::<4>().0.iter_mut().take(LANES).enumerate() {
+            let (pixels, weights) = self.of(i);
+            let pixels = pixels.map(|at| Vec4::from_array(image[at].map(T::to_f32)));
+            *to = mean(pixels, weights).to_array().map(T::from_f32);
         }
     }
 
-    /// The four pixels that pixel `x` lies between, with their weights.
+    /// The same of three channels. They are read and written with one number of the next pixel, as vectors are, but for
+    /// the last ones.
     #[inline(always)]
-    fn at(&self, x: usize) -> [(u32, f32); 4] {
-        let [a, b, c, d] = &self.pixels;
-        let [wa, wb, wc, wd] = &self.weights;
-        [(a[x], wa[x]), (b[x], wb[x]), (c[x], wc[x]), (d[x], wd[x])]
-    }
-
-    /// Writes what `input`, of `C` channels, has there to `row`.
-    #[inline(always)]
-    fn blend<const C: usize, T: Element>(&self, input: &Map<T>, row: &mut [T]) {
-        let pixels = input.data.as_chunks::<C>().0;
-        for (x, to) in row.as_chunks_mut::<C>().0.iter_mut().enumerate() {
-            let [(a, wa), (b, wb), (c, wc), (d, wd)] = self.at(x);
-            let (a, b) = (&pixels[a as usize], &pixels[b as usize]);
-            let (c, d) = (&pixels[c as usize], &pixels[d as usize]);
-            for k in 0..C {
-                let upper = wa * a[k].to_f32() + wb * b[k].to_f32();
-                to[k] = T::from_f32(upper + (wc * c[k].to_f32() + wd * d[k].to_f32()));
+    fn blend_three<T: Element>(&self, image: &[T], row: &mut [T]) {
+        let (count, last) = ((row.len() / 3).min(LANES), image.len() / 3 - 1);
+        for i in 0..count {
+            let (pixels, weights) = self.of(i);
+            let mean = if pixels[3] < last {
+                mean(pixels.map(|at| four(image, 3 * at)), weights)
+            } else {
+                mean(pixels.map(|at| three(image, 3 * at)), weights)
+            };
+            let mean = mean.to_array().map(T::from_f32);
+            if i + 1 < count {
+                row[3 * i..][..4].copy_from_slice(&mean);
+            } else {
+                row[3 * i..][..3].copy_from_slice(&mean[..3]);
             }
         }
     }
+
+    /// The same of `channels` channels.
+    #[inline(always)]
+    fn blend<T: Element>(&self, image: &[T], channels: usize, row: &mut [T]) {
+        for (i, to) in row.chunks_exact_mut(channels).take(LANES).enumerate() {
+            let (pixels, w) = self.of(i);
+            let [a, b, c, d] = pixels.map(|at| &image[at * channels..][..channels]);
+            for (k, to) in to.iter_mut().enumerate() {
+                let upper = w[0] * a[k].to_f32() + w[1] * b[k].to_f32();
+                *to = T::from_f32(upper + (w[2] * c[k].to_f32() + w[3] * d[k].to_f32()));
+            }
+        }
+    }
+}
+
+/// Four numbers from `at` on.
+#[inline(always)]
+fn four<T: Element>(image: &[T], at: usize) -> Vec4 {
+    let numbers = &image[at..at + 4];
+    Vec4::new(numbers[0].to_f32(), numbers[1].to_f32(), numbers[2].to_f32(), numbers[3].to_f32())
+}
+
+/// Three, and a zero.
+#[inline(always)]
+fn three<T: Element>(image: &[T], at: usize) -> Vec4 {
+    let numbers = &image[at..at + 3];
+    Vec4::new(numbers[0].to_f32(), numbers[1].to_f32(), numbers[2].to_f32(), 0.0)
+}
+
+/// The sum of four pixels by their weights.
+#[inline(always)]
+fn mean([a, b, c, d]: [Vec4; 4], [wa, wb, wc, wd]: [f32; 4]) -> Vec4 {
+    (a * wa + b * wb) + (c * wc + d * wd)
 }
 
 /// The two of `count` pixels in a line that `at` lies between, and their weights. Beyond the ends, and where `at` is no
@@ -119,19 +157,33 @@ fn along(at: f32, count: usize) -> ([u32; 2], [f32; 2]) {
     let part = at - first;
     let near = if first >= 0.0 && first <= last { 1.0 - part } else { 0.0 };
     let far = if second >= 0.0 && second <= last { part } else { 0.0 };
-    ([first.max(0.0).min(last) as u32, second.max(0.0).min(last) as u32], [near, far])
+    ([first, second].map(|at| whole(at.max(0.0).min(last))), [near, far])
 }
 
-/// The mean motion of `factor`² pixels from (`y`, `x`) on, in pixels `factor` times as large.
+/// A whole number of 0 to 2²³ − 1, from the fraction of the sum that it makes with 2²³: conversions that check for more
+/// do not become vectors.
+#[inline(always)]
+fn whole(number: f32) -> u32 {
+    (number + 8_388_608.0).to_bits() & 0x007F_FFFF
+}
+
+/// The motion of the pixels of row `y` from column `x` on; of the last one again beyond it.
+#[inline(always)]
+fn of_pixels(motion: &Map, y: usize, x: usize) -> [[f32; 2]; LANES] {
+    let row = &motion.row(y).as_chunks::<2>().0[x..];
+    match row.first_chunk() {
+        Some(lanes) => *lanes,
+        None => std::array::from_fn(|i| row[i.min(row.len() - 1)]),
+    }
+}
+
+/// The mean motion of the `factor`² pixels that are pixel (`y`, `x`) of `factor` times lower resolution, in pixels of that.
 #[inline(always)]
 fn mean_motion(motion: &Map, [y, x]: [usize; 2], factor: usize) -> [f32; 2] {
-    if factor == 1 {
-        let from = motion.pixel(y, x);
-        return [from[0], from[1]];
-    }
     let mut sum = [0.0f32; 2];
-    for row in y..y + factor {
-        for column in x..x + factor {
+    let first = (x * factor).min(motion.width - factor);
+    for row in y * factor..(y + 1) * factor {
+        for column in first..first + factor {
             let from = motion.pixel(row, column);
             sum = [sum[0] + from[0], sum[1] + from[1]];
         }
