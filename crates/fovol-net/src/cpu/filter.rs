@@ -58,20 +58,20 @@ impl PreparedFilter {
         out.resize([height, width, CHANNELS]);
         let bands = out.data.par_chunks_mut(ROWS * width * CHANNELS).enumerate();
         bands.for_each_init(Scratch::default, |scratch, (band, out)| {
-            self.band(features, images, band * ROWS, width, scratch, out);
+            self.band(features, images, band * ROWS, scratch, out);
         });
     }
 
-    /// Filters the rows `out`, `width` pixels wide, from `y` on.
+    /// Filters the rows `out` from `y` on.
     fn band(
         &self,
         features: &Stored,
         images: &[Source<'_>],
         y: usize,
-        width: usize,
         scratch: &mut Scratch,
         out: &mut [f32],
     ) {
+        let width = images[0].size()[1];
         let length = width * CHANNELS;
         let rows = out.len() / length;
         scratch.patches.resize_with(images.len(), Vec::new);
