@@ -1,10 +1,12 @@
 //! What is left of the samples of earlier frames.
 
-use super::doubled::DoubledRow;
+use super::doubled::{DoubledRow, doubled};
 use super::map::Map;
 use super::pyramid::{Known, KnownRows, Pyramid, divided};
+use super::samples::KnownPixels;
 use super::simd::{Simd, Work};
 use crate::plan::{DOUBT_ALLOWED, DOUBT_EPSILON, DOUBT_SHARE};
+use glam::Vec4;
 use rayon::prelude::*;
 
 /// Two pictures of half the resolution that samples are compared with.
@@ -19,16 +21,23 @@ pub struct Expected<'a> {
 /// Writes to `out`, at 2^`lowest` times lower resolution than `known`, how far `prior` is believed, 0…1 (see
 /// [`Layer::Doubt`](crate::plan::Layer::Doubt)): e and v are the mean squares by which samples differ from it and from `fresh`.
 pub fn doubt(
-    known: &Map,
+    known: KnownPixels<'_>,
     expected: &Expected<'_>,
     [levels, lowest]: [u32; 2],
     pyramid: &mut Pyramid,
     out: &mut Map,
 ) {
-    pyramid.pull_of(&Squares { known, expected });
+    match known {
+        KnownPixels::All(known) => pyramid.pull_of(&Squares { known, expected }),
+        KnownPixels::Samples(samples) => pyramid.pull_samples(samples, |y, sample| {
+            let found = sample.known().to_array();
+            let square = |picture| mean_square(&found, &doubled(picture, [y, sample.x as usize]).to_array());
+            Vec4::new(square(expected.prior), square(expected.fresh), 0.0, 1.0)
+        }),
+    }
     let level = pyramid.complete(levels, lowest);
-    let width = known.width >> lowest;
-    out.resize([known.height >> lowest, width, 1]);
+    let [height, width] = known.size().map(|side| side >> lowest);
+    out.resize([height, width, 1]);
     out.data.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
         for (to, &squares) in row.iter_mut().zip(level.row(y)) {
             let [e, v, _] = divided(squares);
@@ -87,18 +96,44 @@ fn mean_square([r, g, b, w]: &Known, expected: &[f32; 4]) -> f32 {
 
 /// Writes `known` to `out`, and as far as it is not known what was known `before`, times `fade` and times `share`, which
 /// is of some lower resolution and interpolated.
-pub fn accumulate(known: &Map, before: &Map, share: Option<&Map>, fade: f32, out: &mut Map) {
-    let width = known.width;
-    out.resize([known.height, width, 4]);
+pub fn accumulate(known: KnownPixels<'_>, before: &Map, share: Option<&Map>, fade: f32, out: &mut Map) {
+    let [height, width] = known.size();
+    out.resize([height, width, 4]);
     out.data.par_chunks_mut(4 * width).enumerate().for_each_init(Vec::new, |shares, (y, to)| {
         shares.resize(width, 0.0);
         match share {
             None => shares.fill(1.0),
-            Some(share) => scaled_row(share, known.height / share.height, y, shares),
+            Some(share) => scaled_row(share, height / share.height, y, shares),
         }
-        let [known, before] = [known, before].map(|map| map.row(y).as_chunks().0);
-        Simd::best().vectorised(AccumulateRow { known, before, shares, fade, to: to.as_chunks_mut().0 });
+        let (before, to) = (before.row(y).as_chunks().0, to.as_chunks_mut().0);
+        match known {
+            KnownPixels::All(known) => {
+                let known = known.row(y).as_chunks().0;
+                Simd::best().vectorised(AccumulateRow { known, before, shares, fade, to });
+            }
+            KnownPixels::Samples(samples) => {
+                Simd::best().vectorised(FadeRow { before, shares, fade, to: &mut *to });
+                samples.row(y).iter().for_each(|sample| to[sample.x as usize] = sample.known().to_array());
+            }
+        }
     });
+}
+
+/// A row of which nothing new is known.
+struct FadeRow<'a> {
+    before: &'a [Known],
+    shares: &'a [f32],
+    fade: f32,
+    to: &'a mut [Known],
+}
+
+impl Work for FadeRow<'_> {
+    #[inline(always)]
+    fn run(self) {
+        for (to, (before, share)) in self.to.iter_mut().zip(self.before.iter().zip(self.shares)) {
+            *to = (Vec4::from_array(*before) * (self.fade * share)).to_array();
+        }
+    }
 }
 
 /// Makes `to` row `y` of `map` (one channel) at `scale` times its resolution, a power of two: bilinear between the centres
@@ -170,7 +205,7 @@ mod tests {
             let (prior, fresh) = (picture(prior), picture(0.3));
             let mut out = Map::default();
             let expected = Expected { prior: &prior, fresh: &fresh };
-            doubt(&samples(), &expected, [4, 3], &mut Pyramid::default(), &mut out);
+            doubt(KnownPixels::All(&samples()), &expected, [4, 3], &mut Pyramid::default(), &mut out);
             assert_eq!([out.height, out.width], [4, 4]);
             assert!(out.data.iter().all(|v| (v - out.data[0]).abs() < 0.06), "{:?}", out.data);
             out.data[0]
@@ -189,10 +224,10 @@ mod tests {
         before.data.fill(1.0);
         let share = Map { data: vec![0.5; 16].into(), height: 4, width: 4, channels: 1, top: 0 };
         let mut out = Map::default();
-        accumulate(&samples(), &before, Some(&share), 0.8, &mut out);
+        accumulate(KnownPixels::All(&samples()), &before, Some(&share), 0.8, &mut out);
         assert_eq!(out.pixel(0, 0), samples().pixel(0, 0));
         assert_eq!(out.pixel(0, 1), [0.4; 4]);
-        accumulate(&samples(), &before, None, 0.8, &mut out);
+        accumulate(KnownPixels::All(&samples()), &before, None, 0.8, &mut out);
         assert_eq!(out.pixel(0, 1), [0.8; 4]);
     }
 }

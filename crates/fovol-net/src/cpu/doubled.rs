@@ -4,6 +4,19 @@ use super::map::Map;
 use super::patch::halves;
 use glam::Vec4;
 
+/// What `picture` (three channels) has at pixel (`y`, `x`) at twice its resolution, as [`DoubledRow::make`] has it, and 0.
+#[inline(always)]
+pub fn doubled(picture: &Map, [y, x]: [usize; 2]) -> Vec4 {
+    let [(a, wa), (b, wb)] = halves(y, picture.height);
+    let [(near, wn), (far, wf)] = halves(x, picture.width);
+    let (a, b) = (picture.row(a).as_chunks::<3>().0, picture.row(b).as_chunks::<3>().0);
+    let between = |x: usize| {
+        let (a, b) = (&a[x], &b[x]);
+        Vec4::new(wa * a[0] + wb * b[0], wa * a[1] + wb * b[1], wa * a[2] + wb * b[2], 0.0)
+    };
+    wn * between(near) + wf * between(far)
+}
+
 /// What making such rows needs. Pixels have a fourth number, 0, so that each is a vector.
 #[derive(Debug, Default)]
 pub struct DoubledRow {

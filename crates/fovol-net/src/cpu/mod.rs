@@ -24,6 +24,7 @@ mod pyramid;
 #[cfg(test)]
 mod reference_layers;
 mod reshape;
+mod samples;
 pub(crate) mod schedule;
 mod simd;
 mod spread;

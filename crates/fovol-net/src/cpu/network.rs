@@ -10,6 +10,7 @@ use super::pointwise::{Change, change};
 use super::precision::{Choice, Precision};
 use super::pyramid::Pyramid;
 use super::reshape;
+use super::samples::{KnownPixels, Samples, colour, is_sampled};
 use super::schedule::{Pairing, Schedule, is_input};
 use super::simd::Simd;
 use super::spread::{blend, smooth, spread};
@@ -153,7 +154,7 @@ impl Network {
         while number < self.steps.len() {
             let started = Instant::now();
             let first = self.plan.layers()[number].output().index();
-            if self.schedule.moved[first].is_some() {
+            if self.schedule.moved[first].is_some() || self.samples_stand_for(first) {
                 number += 1;
                 continue;
             }
@@ -195,10 +196,22 @@ impl Network {
                 with_map!(&mut out, out => prepared.run(&sources, out));
             }
             (layer, step) => {
-                run(layer, step, (tensors, self.plan.tensor(layer.output())), &mut state.pyramid, &mut out);
+                let given = self.given(tensors, &state.samples);
+                run(layer, step, given, (self.plan.tensor(layer.output()), &mut state.pyramid), &mut out);
             }
         }
         tensors[place] = out;
+    }
+
+    /// Whether tensor `place` is never written, because the samples will do.
+    fn samples_stand_for(&self, place: usize) -> bool {
+        self.schedule.takes_samples && self.schedule.known.is_some_and(|known| known.index() == place)
+    }
+
+    /// What layers read.
+    fn given<'a>(&self, tensors: &'a [Stored], samples: &'a Samples) -> Given<'a> {
+        let known = self.schedule.known.filter(|_| self.schedule.takes_samples);
+        Given { tensors, samples: known.map(|known| (known, samples)) }
     }
 
     /// Runs layers `number` and the next one together.
@@ -233,23 +246,25 @@ impl Network {
             false => state.spare.copy(&tensors[changed.index()]),
         };
         let layers = &self.plan.layers()[layers];
-        let changes: Vec<Change<'_>> = layers.iter().map(|layer| self.change(layer, tensors)).collect();
+        let given = self.given(tensors, &state.samples);
+        let changes: Vec<Change<'_>> = layers.iter().map(|layer| self.change(layer, given)).collect();
         change(&changes, picture.picture_mut());
         tensors[layers[layers.len() - 1].output().index()] = picture;
     }
 
     /// What `layer` changes in a picture.
-    fn change<'a>(&self, layer: &Layer, tensors: &'a [Stored]) -> Change<'a> {
-        let picture = |id: TensorId| tensors[id.index()].picture();
+    fn change<'a>(&self, layer: &Layer, given: Given<'a>) -> Change<'a> {
+        let picture = |id: TensorId| given.picture(id);
         match *layer {
             Layer::Add { more, .. } => match self.schedule.moved[more.index()] {
                 Some(folded) => Change::AddUnfolded(picture(folded)),
                 None => Change::Add(picture(more)),
             },
             Layer::Bypass { colour, mask, .. } => {
-                match self.schedule.known.filter(|_| is_input(&self.plan, colour, mask)) {
-                    Some(known) => Change::Keep(picture(known)),
-                    None => Change::Bypass { colour: picture(colour), mask: picture(mask) },
+                match (self.schedule.known.filter(|_| is_input(&self.plan, colour, mask)), given.samples) {
+                    (Some(_), Some((_, samples))) => Change::Sampled(samples),
+                    (Some(known), None) => Change::Keep(picture(known)),
+                    (None, _) => Change::Bypass { colour: picture(colour), mask: picture(mask) },
                 }
             }
             Layer::Scale { factor, offset, .. } => Change::Scale { factor, offset },
@@ -278,20 +293,12 @@ impl Network {
     fn load(&self, input: &FrameInput<'_>, state: &mut State, tensors: &mut [Stored]) {
         let [height, width] = padded(&self.plan, state.size);
         let inputs = self.plan.inputs();
-        let pixels = input.sparse.pixels();
-        let is_sampled = |pixel: &[f32; 4]| pixel[3] > 0.5 && pixel.iter().all(|v| v.is_finite());
-        let memory = &mut state.spare;
-        tensors[inputs.colour.index()] = padded_map(memory, state.size, [height, width, 3], |at, to| {
-            let pixel = &pixels[at];
-            for c in 0..3 {
-                to[c] = if is_sampled(pixel) { pixel[c].clamp(0.0, 1.0) } else { 0.0 };
-            }
-        });
-        if let Some(mask) = inputs.mask {
-            tensors[mask.index()] = padded_map(memory, state.size, [height, width, 1], |at, to| {
-                to[0] = f32::from(u8::from(is_sampled(&pixels[at])));
-            });
+        if self.schedule.takes_samples {
+            state.samples.gather(input.sparse, [height, width]);
+        } else {
+            self.load_pictures(input.sparse, state, tensors);
         }
+        let memory = &mut state.spare;
         if let Some(motion) = inputs.motion {
             let still = [0.0; 2];
             tensors[motion.index()] = padded_map(memory, state.size, [height, width, 2], |at, to| {
@@ -300,6 +307,22 @@ impl Network {
         }
         for (state, map) in self.plan.states().iter().zip(&mut state.carried) {
             tensors[state.previous.index()] = std::mem::take(map);
+        }
+    }
+
+    /// Puts the colours and the mask of `sparse` into `tensors`.
+    fn load_pictures(&self, sparse: &Frame, state: &mut State, tensors: &mut [Stored]) {
+        let [height, width] = padded(&self.plan, state.size);
+        let (inputs, pixels) = (self.plan.inputs(), sparse.pixels());
+        let memory = &mut state.spare;
+        tensors[inputs.colour.index()] = padded_map(memory, state.size, [height, width, 3], |at, to| {
+            let pixel = &pixels[at];
+            to.copy_from_slice(&if is_sampled(pixel) { colour(pixel) } else { [0.0; 3] });
+        });
+        if let Some(mask) = inputs.mask {
+            tensors[mask.index()] = padded_map(memory, state.size, [height, width, 1], |at, to| {
+                to[0] = f32::from(u8::from(is_sampled(&pixels[at])));
+            });
         }
     }
 
@@ -354,34 +377,63 @@ fn step(plan: &Plan, layer: &Layer, weights: &Weights, simd: Simd, choice: &Choi
     })
 }
 
+/// What layers read.
+#[derive(Clone, Copy)]
+struct Given<'a> {
+    tensors: &'a [Stored],
+    /// The samples of the frame, if they stand for a tensor, and for which.
+    samples: Option<(TensorId, &'a Samples)>,
+}
+
+impl<'a> Given<'a> {
+    fn map(&self, id: TensorId) -> &'a Stored {
+        &self.tensors[id.index()]
+    }
+
+    fn picture(&self, id: TensorId) -> &'a Map {
+        self.map(id).picture()
+    }
+
+    fn known(&self, id: TensorId) -> KnownPixels<'a> {
+        match self.samples {
+            Some((known, samples)) if known == id => KnownPixels::Samples(samples),
+            _ => KnownPixels::All(self.picture(id)),
+        }
+    }
+}
+
 /// Runs `layer`, which writes `to`, to `out`.
 fn run(
     layer: &Layer,
     step: &Step,
-    (tensors, to): (&[Stored], &Tensor),
-    pyramid: &mut Pyramid,
+    given: Given<'_>,
+    (to, pyramid): (&Tensor, &mut Pyramid),
     out: &mut Stored,
 ) {
     match (layer, step, out) {
         (Layer::Filter(filter), Step::Filter(prepared), Stored::F32(out)) => {
-            prepared.run(&tensors[filter.features.index()], &images(filter, tensors), out);
+            prepared.run(given.map(filter.features), &images(filter, given.tensors), out);
         }
         (Layer::Norm(norm), Step::Norm { weight, bias, activation }, out) => {
-            let mut map = tensors[norm.input.index()].to_f32();
+            let mut map = given.map(norm.input).to_f32();
             normalise(&mut map, weight, bias, *activation);
             with_map!(out, out => {
                 out.resize([map.height, map.width, map.channels]);
                 out.data.iter_mut().zip(&map.data).for_each(|(to, &v)| *to = Element::from_f32(v));
             });
         }
-        (layer, _, out) => run_plain(layer, (tensors, to), pyramid, out),
+        (layer, _, out) => run_plain(layer, given, (to, pyramid), out),
     }
 }
 
-fn run_plain(layer: &Layer, (tensors, to): (&[Stored], &Tensor), pyramid: &mut Pyramid, out: &mut Stored) {
-    let Tensor { channels, level, .. } = *to;
-    let map = |id: &TensorId| &tensors[id.index()];
-    let picture = |id: &TensorId| map(id).picture();
+fn run_plain(
+    layer: &Layer,
+    given: Given<'_>,
+    (&Tensor { channels, level, .. }, pyramid): (&Tensor, &mut Pyramid),
+    out: &mut Stored,
+) {
+    let map = |id: &TensorId| given.map(*id);
+    let picture = |id: &TensorId| given.picture(*id);
     match (layer, out) {
         (Layer::Pool { input, .. }, out) => match (map(input), out) {
             (Stored::F32(input), Stored::F32(out)) => reshape::pool(input, out),
@@ -402,16 +454,18 @@ fn run_plain(layer: &Layer, (tensors, to): (&[Stored], &Tensor), pyramid: &mut P
             reshape::part(picture(input), *first, channels, out);
         }
         (Layer::Spread { known, base, levels, .. }, Stored::F32(out)) => {
-            spread(picture(known), base.as_ref().map(picture), *levels, pyramid, out);
+            spread(given.known(*known), base.as_ref().map(picture), *levels, pyramid, out);
         }
         (Layer::Smooth { input, .. }, Stored::F32(out)) => smooth(picture(input), out),
-        (Layer::Blend { known, base, .. }, Stored::F32(out)) => blend(picture(known), picture(base), out),
+        (Layer::Blend { known, base, .. }, Stored::F32(out)) => {
+            blend(given.known(*known), picture(base), out)
+        }
         (Layer::Doubt { known, prior, fresh, levels, .. }, Stored::F32(out)) => {
             let expected = Expected { prior: picture(prior), fresh: picture(fresh) };
-            doubt(picture(known), &expected, [*levels, level], pyramid, out);
+            doubt(given.known(*known), &expected, [*levels, level], pyramid, out);
         }
         (Layer::Accumulate { known, before, share, fade, .. }, Stored::F32(out)) => {
-            accumulate(picture(known), picture(before), share.as_ref().map(picture), *fade, out);
+            accumulate(given.known(*known), picture(before), share.as_ref().map(picture), *fade, out);
         }
         _ => unreachable!("pictures are stored as f32, and layers with weights are prepared"),
     }

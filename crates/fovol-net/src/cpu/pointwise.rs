@@ -2,6 +2,7 @@
 //! hand.
 
 use super::map::Map;
+use super::samples::Samples;
 use super::simd::{Simd, Work};
 use rayon::prelude::*;
 
@@ -16,6 +17,8 @@ pub enum Change<'a> {
     Bypass { colour: &'a Map, mask: &'a Map },
     /// The same with both in one map, the mask last.
     Keep(&'a Map),
+    /// These where they are.
+    Sampled(&'a Samples),
     /// factor · x + offset.
     Scale { factor: f32, offset: f32 },
     /// The nearest number in 0…1.
@@ -57,6 +60,10 @@ impl Work for RowChange<'_> {
                 for (to, &[r, g, b, m]) in pixels {
                     *to = [m * r + (1.0 - m) * to[0], m * g + (1.0 - m) * to[1], m * b + (1.0 - m) * to[2]];
                 }
+            }
+            Change::Sampled(samples) => {
+                let pixels = row.as_chunks_mut::<3>().0;
+                samples.row(y).iter().for_each(|sample| pixels[sample.x as usize] = sample.colour);
             }
             Change::Scale { factor, offset } => row.iter_mut().for_each(|to| *to = *to * factor + offset),
             Change::Clamp => row.iter_mut().for_each(|to| *to = to.clamp(0.0, 1.0)),

@@ -1,6 +1,7 @@
 //! Known pixels averaged over ever larger squares, and back: what fills frames.
 
 use super::patch::halves;
+use super::samples::{Sample, Samples};
 use super::simd::{Simd, Work};
 use glam::Vec4;
 use rayon::prelude::*;
@@ -69,6 +70,11 @@ impl Pyramid {
     /// The same where what is known is nowhere as a whole.
     pub fn pull_of<K: KnownRows>(&mut self, known: &K) {
         pull_of(known, self.first());
+    }
+
+    /// The same where nothing is known but `value` of each of `samples`, given its row.
+    pub fn pull_samples(&mut self, samples: &Samples, value: impl Fn(usize, &Sample) -> Vec4 + Sync) {
+        pull_samples(samples, value, self.first());
     }
 
     /// What the first level knows at 2^`lowest` times lower resolution than the frame's, everywhere: with what is missing
@@ -141,6 +147,52 @@ fn pull_of<K: KnownRows>(known: &K, to: &mut Level) {
     });
 }
 
+/// The same where nothing is known but `value` of each of `samples`.
+fn pull_samples(samples: &Samples, value: impl Fn(usize, &Sample) -> Vec4 + Sync, to: &mut Level) {
+    let [height, width] = samples.size();
+    let last = width / 2 - 1;
+    to.resize([height / 2, width / 2]);
+    to.pixels.par_chunks_exact_mut(width / 2).enumerate().for_each(|(y, to)| {
+        to.fill([0.0; 4]);
+        for (row, share) in around(y, height).into_iter().zip(BINOMIAL) {
+            for sample in samples.row(row) {
+                let value = share * value(row, sample);
+                // The pixel is the second or the third of four for the one that it lies in, the first or last for another.
+                let [(near, wn), (far, wf)] = parts(sample.x as usize, last);
+                to[near] = (Vec4::from_array(to[near]) + wn * value).to_array();
+                to[far] = (Vec4::from_array(to[far]) + wf * value).to_array();
+            }
+        }
+        Simd::best().vectorised(NormaliseRow { to });
+    });
+}
+
+/// The two pixels up to column `last` of half the resolution that pixel `x` is a part of, and how large a part.
+fn parts(x: usize, last: usize) -> [(usize, f32); 2] {
+    let near = x / 2;
+    let far = if x.is_multiple_of(2) { near.saturating_sub(1) } else { (near + 1).min(last) };
+    [(near.min(last), BINOMIAL[1]), (far.min(last), BINOMIAL[0])]
+}
+
+/// The pulling of means.
+struct NormaliseRow<'a> {
+    to: &'a mut [Known],
+}
+
+impl Work for NormaliseRow<'_> {
+    #[inline(always)]
+    fn run(self) {
+        self.to.iter_mut().for_each(|to| *to = normalised(Vec4::from_array(*to)));
+    }
+}
+
+/// Numbers and weight of a pixel of half the resolution, given their means over its four by four.
+#[inline(always)]
+fn normalised(mean: Vec4) -> Known {
+    let weight = (GAIN * mean.w).min(1.0);
+    (mean * (weight / mean.w.max(SMALLEST))).with_w(weight).to_array()
+}
+
 /// The last four rows: every one is wanted twice.
 struct Ring<K: KnownRows> {
     /// Row y has place y mod 4.
@@ -195,8 +247,7 @@ impl Work for PullRow<'_> {
             let Some(four) = blended[2 * x..].first_chunk::<4>() else { return };
             let [a, b, c, d] = four.map(Vec4::from_array);
             let mean = (a * BINOMIAL[0] + b * BINOMIAL[1]) + (c * BINOMIAL[2] + d * BINOMIAL[3]);
-            let weight = (GAIN * mean.w).min(1.0);
-            *to = (mean * (weight / mean.w.max(SMALLEST))).with_w(weight).to_array();
+            *to = normalised(mean);
         }
     }
 }

@@ -9,6 +9,7 @@ use super::patch::Source;
 use super::pointwise::{Change, change};
 use super::pyramid::Pyramid;
 use super::reshape;
+use super::samples::KnownPixels;
 use super::simd::Simd;
 use super::spread::{blend, smooth, spread};
 use super::warp::warp;
@@ -89,22 +90,28 @@ impl Case<'_> {
             }
             "warp" => warp(&inputs[0], &inputs[1], &mut out),
             "spread" => spread(
-                &inputs[0],
+                KnownPixels::All(&inputs[0]),
                 inputs.get(1),
                 self.number("levels") as u32,
                 &mut Pyramid::default(),
                 &mut out,
             ),
             "smooth" => smooth(&inputs[0], &mut out),
-            "blend" => blend(&inputs[0], &inputs[1], &mut out),
+            "blend" => blend(KnownPixels::All(&inputs[0]), &inputs[1], &mut out),
             "doubt" => {
                 let levels = self.number("levels") as u32;
                 let expected = Expected { prior: &inputs[1], fresh: &inputs[2] };
-                doubt(&inputs[0], &expected, [levels, levels.min(3)], &mut Pyramid::default(), &mut out);
+                doubt(
+                    KnownPixels::All(&inputs[0]),
+                    &expected,
+                    [levels, levels.min(3)],
+                    &mut Pyramid::default(),
+                    &mut out,
+                );
             }
             "accumulate" => {
                 let fade = self.facts["fade"].as_f64().unwrap() as f32;
-                accumulate(&inputs[0], &inputs[1], inputs.get(2), fade, &mut out);
+                accumulate(KnownPixels::All(&inputs[0]), &inputs[1], inputs.get(2), fade, &mut out);
             }
             other => panic!("{other}"),
         }

@@ -15,6 +15,8 @@ pub struct Schedule {
     pub moved: Vec<Option<TensorId>>,
     /// What holds both colours and mask of the input, once they are joined.
     pub known: Option<TensorId>,
+    /// Whether samples will do wherever that, or what is joined to it, is read: then neither is ever written.
+    pub takes_samples: bool,
 }
 
 /// Two convolutions, the second of which alone reads what the first writes.
@@ -40,6 +42,7 @@ impl Schedule {
             finished,
             moved,
             known,
+            takes_samples: known.is_some_and(|known| takes_samples(plan, known)),
         }
     }
 
@@ -48,7 +51,7 @@ impl Schedule {
         let moved = vec![None; plan.tensors().len()];
         let changes = plan.layers().iter().map(|layer| usize::from(layer.changed().is_some())).collect();
         let (finished, pairs) = (finished(plan, &moved, None), vec![None; plan.layers().len()]);
-        Self { finished, pairs, changes, moved, known: None }
+        Self { finished, pairs, changes, moved, known: None, takes_samples: false }
     }
 }
 
@@ -90,6 +93,26 @@ fn known(plan: &Plan) -> Option<TensorId> {
         }
         _ => None,
     })
+}
+
+/// Whether samples will do wherever `known`, or what is joined to it, is read.
+fn takes_samples(plan: &Plan, known: TensorId) -> bool {
+    let is_sampled =
+        |id: TensorId| id == known || id == plan.inputs().colour || Some(id) == plan.inputs().mask;
+    plan.layers().iter().all(|layer| match layer {
+        Layer::Join { colour, weight, .. } if is_input(plan, *colour, *weight) => true,
+        Layer::Bypass { colour, mask, input, .. } if is_input(plan, *colour, *mask) => !is_sampled(*input),
+        Layer::Spread { known: id, .. }
+        | Layer::Blend { known: id, .. }
+        | Layer::Doubt { known: id, .. }
+        | Layer::Accumulate { known: id, .. }
+            if *id == known =>
+        {
+            layer.inputs().into_iter().filter(|id| is_sampled(*id)).count() == 1
+        }
+        _ => !layer.inputs().into_iter().any(is_sampled),
+    }) && !plan.states().iter().any(|state| is_sampled(state.next))
+        && !is_sampled(plan.output())
 }
 
 /// What `layer` reads where `known` is read instead of what is joined there.

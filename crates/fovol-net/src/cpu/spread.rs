@@ -1,22 +1,28 @@
 //! The filling of frames from the pixels that are known.
 
-use super::doubled::DoubledRow;
+use super::doubled::{DoubledRow, doubled};
 use super::map::Map;
 use super::pyramid::{Known, KnownRows, Pyramid, divided};
+use super::samples::{self, KnownPixels};
 use super::simd::{Simd, Work};
 use glam::Vec4;
 use rayon::prelude::*;
 
 /// Writes to `out` the picture that `known` gives at half the resolution, from means over squares of up to 2^`levels`
 /// pixels; with `base` that picture plus what `known` differs from it, spread alike.
-pub fn spread(known: &Map, base: Option<&Map>, levels: u32, pyramid: &mut Pyramid, out: &mut Map) {
-    match base {
-        None => pyramid.pull_from(known.data.as_chunks().0, known.width),
-        Some(base) => pyramid.pull_of(&Differences { known, base }),
+pub fn spread(known: KnownPixels<'_>, base: Option<&Map>, levels: u32, pyramid: &mut Pyramid, out: &mut Map) {
+    match (known, base) {
+        (KnownPixels::All(known), None) => pyramid.pull_from(samples::pixels(known), known.width),
+        (KnownPixels::All(known), Some(base)) => pyramid.pull_of(&Differences { known, base }),
+        (KnownPixels::Samples(samples), None) => pyramid.pull_samples(samples, |_, sample| sample.known()),
+        (KnownPixels::Samples(samples), Some(base)) => {
+            pyramid.pull_samples(samples, |y, sample| sample.known() - doubled(base, [y, sample.x as usize]));
+        }
     }
     let level = pyramid.complete(levels, 1);
-    out.resize([known.height / 2, known.width / 2, 3]);
-    out.data.par_chunks_mut(known.width / 2 * 3).enumerate().for_each(|(y, row)| {
+    let [height, width] = known.size().map(|side| side / 2);
+    out.resize([height, width, 3]);
+    out.data.par_chunks_mut(width * 3).enumerate().for_each(|(y, row)| {
         Simd::best().vectorised(SpreadRow { known: level.row(y), base: base.map(|base| base.row(y)), row });
     });
 }
@@ -80,13 +86,39 @@ impl Work for DifferenceRow<'_> {
 }
 
 /// Writes `known` to `out`, and as far as it is not known `base`, a picture of half the resolution, bilinear.
-pub fn blend(known: &Map, base: &Map, out: &mut Map) {
-    out.resize([known.height, known.width, 3]);
-    let rows = out.data.par_chunks_mut(known.width * 3).enumerate();
+pub fn blend(known: KnownPixels<'_>, base: &Map, out: &mut Map) {
+    let [height, width] = known.size();
+    out.resize([height, width, 3]);
+    let rows = out.data.par_chunks_mut(width * 3).enumerate();
     rows.for_each_init(DoubledRow::default, |memory, (y, to)| {
-        let known = known.row(y).as_chunks().0;
-        Simd::best().vectorised(BlendRow { known, base, y, memory, to: to.as_chunks_mut().0 });
+        let to = to.as_chunks_mut().0;
+        match known {
+            KnownPixels::All(known) => {
+                let known = known.row(y).as_chunks().0;
+                Simd::best().vectorised(BlendRow { known, base, y, memory, to });
+            }
+            KnownPixels::Samples(samples) => {
+                Simd::best().vectorised(BaseRow { base, y, memory, to: &mut *to });
+                samples.row(y).iter().for_each(|sample| to[sample.x as usize] = sample.colour);
+            }
+        }
     });
+}
+
+/// A row of which nothing is known.
+struct BaseRow<'a> {
+    base: &'a Map,
+    y: usize,
+    memory: &'a mut DoubledRow,
+    to: &'a mut [[f32; 3]],
+}
+
+impl Work for BaseRow<'_> {
+    #[inline(always)]
+    fn run(self) {
+        self.memory.make(self.base, self.y);
+        self.to.iter_mut().zip(&self.memory.row).for_each(|(to, base)| to.copy_from_slice(&base[..3]));
+    }
 }
 
 struct BlendRow<'a> {
@@ -150,9 +182,16 @@ impl Work for SmoothRow<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cpu::samples::Samples;
+    use fovol_core::{Frame, FrameSize};
+    use proptest::prelude::*;
 
     fn spread(known: &Map, base: Option<&Map>, levels: u32, out: &mut Map) {
-        super::spread(known, base, levels, &mut Pyramid::default(), out);
+        super::spread(KnownPixels::All(known), base, levels, &mut Pyramid::default(), out);
+    }
+
+    fn blend(known: &Map, base: &Map, out: &mut Map) {
+        super::blend(KnownPixels::All(known), base, out);
     }
 
     #[test]
@@ -188,5 +227,36 @@ mod tests {
             spread(&known, Some(&smoothed), 4, &mut half);
         }
         assert!(errors[1] < 0.7 * errors[0] && errors[2] < errors[1], "{errors:?}");
+    }
+
+    proptest! {
+        #[test]
+        fn samples_alone_give_what_a_frame_of_them_gives(
+            [height, width] in prop::array::uniform2(1usize..4),
+            picks in prop::collection::vec((any::<prop::sample::Index>(), prop::array::uniform3(0f32..1.0)), 0..40),
+        ) {
+            let size = FrameSize { width: 16 * width as u32, height: 16 * height as u32 };
+            let mut frame = Frame::new(size);
+            for (at, [r, g, b]) in picks {
+                let at = at.index(size.pixels());
+                frame.pixels_mut()[at] = [r, g, b, 1.0];
+            }
+            let (mut map, mut samples) = (Map::zeros(16 * height, 16 * width, 4), Samples::default());
+            map.data.copy_from_slice(frame.pixels().as_flattened());
+            samples.gather(&frame, [16 * height, 16 * width]);
+            let mut made = Vec::new();
+            for known in [KnownPixels::All(&map), KnownPixels::Samples(&samples)] {
+                let [mut half, mut smoothed, mut corrected, mut out] = [(); 4].map(|()| Map::default());
+                let mut pyramid = Pyramid::default();
+                super::spread(known, None, 4, &mut pyramid, &mut half);
+                smooth(&half, &mut smoothed);
+                super::spread(known, Some(&smoothed), 4, &mut pyramid, &mut corrected);
+                super::blend(known, &corrected, &mut out);
+                made.push(out);
+            }
+            for (a, b) in made[0].data.iter().zip(&made[1].data) {
+                prop_assert!((a - b).abs() < 1e-5, "{a} and {b}");
+            }
+        }
     }
 }

@@ -2,6 +2,7 @@ use super::element::{Bf16, Element};
 use super::map::{Map, Stored, with_map};
 use super::numbers::{Numbers, Words};
 use super::pyramid::Pyramid;
+use super::samples::Samples;
 use crate::plan::Plan;
 use fovol_core::FrameSize;
 
@@ -15,6 +16,8 @@ pub struct State {
     pub(super) carried: Vec<Stored>,
     pub(super) spare: Spare,
     pub(super) pyramid: Pyramid,
+    /// Those of the frame that is made, where they are not wanted as pictures.
+    pub(super) samples: Samples,
     /// Which network it belongs to.
     pub(super) network: u64,
 }
@@ -36,6 +39,7 @@ impl State {
             carried: carried.collect(),
             spare: Spare::default(),
             pyramid: Pyramid::default(),
+            samples: Samples::default(),
             network,
         }
     }

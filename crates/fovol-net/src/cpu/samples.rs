@@ -1,0 +1,119 @@
+//! The samples of a frame without the pixels between them.
+
+use super::map::Map;
+use super::pyramid::Known;
+use fovol_core::{Frame, FrameSize};
+use glam::Vec4;
+use rayon::prelude::*;
+
+/// A sampled pixel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    /// Its column.
+    pub x: u32,
+    /// What was found there, 0…1.
+    pub colour: [f32; 3],
+}
+
+impl Sample {
+    /// What is known of its pixel: all.
+    #[inline(always)]
+    pub fn known(&self) -> Vec4 {
+        let [r, g, b] = self.colour;
+        Vec4::new(r, g, b, 1.0)
+    }
+}
+
+/// The samples of a frame, row by row from left to right.
+#[derive(Debug, Clone, Default)]
+pub struct Samples {
+    rows: Vec<Vec<Sample>>,
+    width: usize,
+}
+
+impl Samples {
+    /// Takes those of `sparse`; replicated at the right and bottom where `height` and `width` are more than its own.
+    pub fn gather(&mut self, sparse: &Frame, [height, width]: [usize; 2]) {
+        self.width = width;
+        self.rows.resize_with(height, Vec::new);
+        let FrameSize { width: columns, height: lines } = sparse.size();
+        let (columns, lines) = (columns as usize, lines as usize);
+        self.rows.par_iter_mut().enumerate().for_each(|(y, samples)| {
+            let from = y.min(lines - 1) * columns;
+            let row = &sparse.pixels()[from..from + columns];
+            let found = row.iter().enumerate().filter(|(_, pixel)| is_sampled(pixel));
+            let sample = |(x, pixel): (usize, &[f32; 4])| Sample { x: x as u32, colour: colour(pixel) };
+            samples.clear();
+            samples.extend(found.map(sample));
+            if let Some(&last) = samples.last().filter(|last| last.x as usize == columns - 1) {
+                samples.extend((columns..width).map(|x| Sample { x: x as u32, ..last }));
+            }
+        });
+    }
+
+    /// Rows and columns.
+    pub fn size(&self) -> [usize; 2] {
+        [self.rows.len(), self.width]
+    }
+
+    /// Those of row `y`.
+    pub fn row(&self, y: usize) -> &[Sample] {
+        &self.rows[y]
+    }
+}
+
+/// Whether `pixel` of a sparse frame was sampled: alpha says so, and all are finite numbers.
+#[inline]
+pub fn is_sampled(pixel: &[f32; 4]) -> bool {
+    pixel[3] > 0.5 && pixel.iter().all(|v| v.is_finite())
+}
+
+/// What was found at a sampled `pixel`.
+#[inline]
+pub fn colour([r, g, b, _]: &[f32; 4]) -> [f32; 3] {
+    [r.clamp(0.0, 1.0), g.clamp(0.0, 1.0), b.clamp(0.0, 1.0)]
+}
+
+/// What is known of a frame.
+#[derive(Debug, Clone, Copy)]
+pub enum KnownPixels<'a> {
+    /// Something of any pixel: colours times weights, and these.
+    All(&'a Map),
+    /// Some pixels wholly and the others not at all.
+    Samples(&'a Samples),
+}
+
+impl KnownPixels<'_> {
+    /// Rows and columns.
+    pub fn size(&self) -> [usize; 2] {
+        match self {
+            Self::All(map) => [map.height, map.width],
+            Self::Samples(samples) => samples.size(),
+        }
+    }
+}
+
+/// What is known of the pixels of `map`.
+pub fn pixels(map: &Map) -> &[Known] {
+    map.data.as_chunks().0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_are_pixels_of_alpha_one_and_the_last_ones_again_beyond_the_border() {
+        let mut frame = Frame::new(FrameSize { width: 3, height: 2 });
+        frame.pixels_mut()[1] = [0.5, 2.0, -1.0, 1.0];
+        frame.pixels_mut()[2] = [f32::NAN, 0.0, 0.0, 1.0];
+        frame.pixels_mut()[5] = [0.25, 0.5, 0.75, 1.0];
+        let mut samples = Samples::default();
+        samples.gather(&frame, [4, 4]);
+        assert_eq!(samples.size(), [4, 4]);
+        assert_eq!(samples.row(0), [Sample { x: 1, colour: [0.5, 1.0, 0.0] }]);
+        for y in 1..4 {
+            assert_eq!(samples.row(y), [2, 3].map(|x| Sample { x, colour: [0.25, 0.5, 0.75] }));
+        }
+    }
+}
