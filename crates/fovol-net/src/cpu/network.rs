@@ -458,7 +458,7 @@ fn run_plain(
         }
         (Layer::Smooth { input, .. }, Stored::F32(out)) => smooth(picture(input), out),
         (Layer::Blend { known, base, .. }, Stored::F32(out)) => {
-            blend(given.known(*known), picture(base), out)
+            blend(given.known(*known), picture(base), out);
         }
         (Layer::Doubt { known, prior, fresh, levels, .. }, Stored::F32(out)) => {
             let expected = Expected { prior: picture(prior), fresh: picture(fresh) };
