@@ -32,7 +32,7 @@ def rendered(options, arguments, folder):
     folders = {method: folder / method for method in METHODS}
     common = [options.program, "render", *arguments, "--size", options.size, "--frames", options.frames]
     common += ["--path", "flythrough", "--pb", "0.03", "--sigma", "0.02"]
-    network = ["--reconstruct", "wnet", "--weights", options.weights, "--precision", options.precision]
+    network = ["--reconstruct", options.reconstruct, "--weights", options.weights, "--precision", options.precision]
     run(*common, *network, "--keep", "frame,sparse,reference", "-o", folders["network"])
     for method in METHODS[1:]:
         run(*common, "--reconstruct", method, "-o", folders[method])
@@ -97,7 +97,7 @@ def comparison(folders, name, number, references, frames, path):
 
 
 def main():
-    options = flythroughs.options(__doc__, 16, precision="f32")
+    options = flythroughs.options(__doc__, 16, precision="f32", reconstruct="wnet")
     rows = []
     for given in options.volumes:
         title, transfer, arguments = volume(given)

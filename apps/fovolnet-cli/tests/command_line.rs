@@ -161,6 +161,10 @@ fn networks_reconstruct_clips_and_are_exported() {
     succeeds(&[&render[..], &["-o", &named, "--reconstruct", "wnet", "--weights", "wnet-fast"]].concat());
     let report = json(&succeeds(&["metrics", &shipped, &named, "--json", "-"]));
     assert!(report["psnr"].is_null() || report["psnr"].as_f64().unwrap() > 90.0, "{report}");
+    succeeds(&[&render[..], &["-o", &out, "--reconstruct", "wnet", "--weights", "wnet-paper"]].concat());
+    let narrow = ["-o", &out, "--reconstruct", "wnet", "--weights", "wnet-narrow"];
+    let error = fails(&[&render[..], &narrow].concat(), 1);
+    assert!(error.contains("wnet-fast, wnet-paper"), "{error}");
     let other = ["-o", &out, "--reconstruct", "deepfovea", "--random-weights", "wnet-fast"];
     assert!(fails(&[&render[..], &other].concat(), 1).contains("--reconstruct wnet"));
     std::fs::write(at("bad.safetensors"), b"nothing").unwrap();

@@ -89,14 +89,13 @@ impl Timeline {
         let frame_at =
             |x: f32| (f64::from((x - track.left()) / track.width()).clamp(0.0, 1.0) * last).round();
         let font = FontId::proportional(9.0);
-        for i in 0..=10 {
-            let frame = (last * f64::from(i) / 10.0).round();
+        for frame in ticks(last) {
             let stroke = Stroke::new(1.0, ui.visuals().weak_text_color().gamma_multiply(0.5));
             painter
                 .line_segment([pos2(x(frame), rect.bottom() - 4.0), pos2(x(frame), rect.bottom())], stroke);
             let at = pos2(x(frame), rect.top());
             let anchor = [Align2::LEFT_TOP, Align2::CENTER_TOP, Align2::RIGHT_TOP]
-                [(i > 0) as usize + (i == 10) as usize];
+                [usize::from(frame > 0.0) + usize::from(frame == last)];
             painter.text(at, anchor, format!("{frame:.0}"), font.clone(), ui.visuals().weak_text_color());
         }
         let keys = opened.keyframes().to_vec();
@@ -167,11 +166,35 @@ fn path_choice(ui: &mut Ui, opened: &mut Opened) {
     list.response.labelled_by(label);
 }
 
+/// The frames that have a mark where `last` is the last one: about ten, at whole multiples of 1, 2 or 5 times a power of
+/// ten, and the last one.
+fn ticks(last: f64) -> Vec<f64> {
+    let least = (last / 10.0).max(1.0);
+    let power = 10f64.powf(least.log10().floor());
+    let step =
+        [1.0, 2.0, 5.0, 10.0].map(|n| n * power).into_iter().find(|step| *step >= least).unwrap_or(least);
+    // None so near to the last one that their numbers would meet.
+    let before = (0..).map(|i| f64::from(i) * step).take_while(|frame| *frame < last - 0.5 * step);
+    before.chain([last]).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::opened::tests::opened;
     use fovolnet::core::Camera;
+
+    #[test]
+    fn marks_are_round_and_the_last_frame_has_one() {
+        assert_eq!(ticks(499.0), [0.0, 50.0, 100.0, 150.0, 200.0, 250.0, 300.0, 350.0, 400.0, 450.0, 499.0]);
+        assert_eq!(ticks(3.0), [0.0, 1.0, 2.0, 3.0]);
+        assert_eq!(ticks(1.0), [0.0, 1.0]);
+        for last in 1..2000 {
+            let marks = ticks(f64::from(last));
+            assert!(marks.len() <= 12 && marks[marks.len() - 1] == f64::from(last), "{last}: {marks:?}");
+            assert!(marks.windows(2).all(|pair| pair[0] < pair[1]), "{marks:?}");
+        }
+    }
 
     #[test]
     fn playback_shows_the_frame_of_the_time_and_begins_anew() {

@@ -139,8 +139,9 @@ impl Session {
 /// The settings that may name a file, where they are not one of the names that are known.
 fn files(render: &mut RenderSettings) -> impl Iterator<Item = &mut String> {
     let known = |name: &str| {
-        let names = ["orbit", "flythrough", "wander", Named::WNetFast.name()];
-        names.contains(&name) || presets::names().contains(&name)
+        let names = ["orbit", "flythrough", "wander"];
+        let weights = Weights::SHIPPED.map(Named::name);
+        names.contains(&name) || weights.contains(&name) || presets::names().contains(&name)
     };
     let settings = [&mut render.tf, &mut render.path, &mut render.gaze, &mut render.weights];
     settings.into_iter().flatten().filter(move |name| !known(name))

@@ -55,7 +55,8 @@ impl BenchStep {
         tch::manual_seed(1);
         let device = Device::cuda_if_available();
         let options = Options { bf16: self.bf16, channels_last: self.channels_last, ..Options::default() };
-        let network = Network::new(&initial_weights(&self.network.config(), Spread::Pytorch, 1)?, options, device)?;
+        let network =
+            Network::new(&initial_weights(&self.network.config(), Spread::Pytorch, 1)?, options, device)?;
         let mut ranger = Ranger::new(&network.parameters(), RangerConfig::default());
         let clip: Vec<Sample> = (0..self.clip).map(|_| self.sample(device)).collect();
         self.step(&network, &mut ranger, &clip)?;

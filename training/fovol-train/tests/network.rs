@@ -282,7 +282,9 @@ fn weights_go_out_and_come_back() {
     assert_eq!(network.weights(), second);
     assert_eq!(numbers(&handles[0].1), second.values(&names[0]).unwrap());
     assert!(handles.iter().all(|(_, tensor)| tensor.requires_grad() && tensor.is_leaf()));
-    assert!(network.load(&initial_weights(&Named::WNetNarrow.config(), Spread::Pytorch, 1).unwrap()).is_err());
+    assert!(
+        network.load(&initial_weights(&Named::WNetNarrow.config(), Spread::Pytorch, 1).unwrap()).is_err()
+    );
 }
 
 #[test]

@@ -9,8 +9,7 @@ use anyhow::Result;
 use fovolnet::core::{Frame, FrameSize, ShadowMode};
 use fovolnet::io::image;
 use fovolnet::metrics::{ClipQuality, Display, FovVideoVdp};
-use fovolnet::net::Fill;
-use fovolnet::{OpenVolume, Pipeline, Reconstruction, RenderSettings, Sampling};
+use fovolnet::{OpenVolume, Pipeline, RenderSettings, Sampling};
 
 /// Frames of the clip, which follow one another; the first ones are not judged: networks know nothing before them.
 const CLIP: u32 = 16;
@@ -105,13 +104,11 @@ fn lines(ways: &[Way], found: &[Found], of: fn(&Found) -> f64) -> Vec<Line> {
 
 fn ways(evaluation: &Evaluation, data: &DataSet) -> Result<Vec<Way>> {
     let mut ways = Vec::new();
-    let how =
-        [Reconstruction::Fill(Fill::PullPush), Reconstruction::Fill(Fill::Linear), Reconstruction::WNet];
-    for (family, how) in METHODS.into_iter().zip(how) {
+    for method in METHODS {
         for sampling in SAMPLINGS {
-            let settings = RenderSettings { reconstruct: Some(how), ..evaluation.settings(data, sampling) };
+            let settings = method.settings(evaluation.settings(data, sampling));
             let name = format!("({}, {})", sampling[0], sampling[1]);
-            ways.push(Way { family, name, settings, is_enlarged: false });
+            ways.push(Way { family: method.name, name, settings, is_enlarged: false });
         }
     }
     let full = RenderSettings { sampling: Some(Sampling::Full), ..evaluation.settings(data, SPARSE) };

@@ -1,6 +1,6 @@
 //! Table: just-objectionable differences.
 
-use super::methods::{self, METHODS, with_network};
+use super::methods::{self, COUNT, Comparison};
 use super::section::{Cell, Section};
 use super::{DataSet, Evaluation, SPARSE};
 use crate::interrupt;
@@ -32,24 +32,25 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
     let count = evaluation.data_sets.len() as f64;
     let mut rows = Vec::new();
     for (number, [density, fovolnet, deepfovea]) in PAPER.into_iter().enumerate() {
-        let row = |name: &str, values: [f64; 3], paper: [Cell; 2]| {
+        let row = |name: &str, values: [f64; COUNT], paper: [Cell; 2]| {
             let named = [density.to_string().into(), name.into()];
             named.into_iter().chain(values.map(Cell::from)).chain(paper).collect::<Vec<_>>()
         };
-        let mut means = [0.0; 3];
+        let mut means = [0.0; COUNT];
         for (data, found) in evaluation.data_sets.iter().zip(&found) {
             rows.push(row(&data.name, found[number], [(); 2].map(|()| "".into())));
-            (0..3).for_each(|method| means[method] += found[number][method] / count);
+            (0..COUNT).for_each(|method| means[method] += found[number][method] / count);
         }
         rows.push(row("mean", means, [fovolnet, deepfovea].map(Cell::from)));
     }
-    let columns = [&["τ", "data set"], &METHODS[..], &["paper: FoVolNet", "paper: DeepFovea"]].concat();
+    let columns =
+        [&["τ", "data set"], &methods::names()[..], &["paper: FoVolNet", "paper: DeepFovea"]].concat();
     section.table("jod", &columns, rows);
     Ok(section)
 }
 
 /// For each density of the paper the JOD of each method.
-fn clips(evaluation: &Evaluation, data: &DataSet) -> Result<[[f64; 3]; 4]> {
+fn clips(evaluation: &Evaluation, data: &DataSet) -> Result<[[f64; COUNT]; 4]> {
     let opened = data.open()?;
     let mut full = Pipeline::new(&opened, &evaluation.settings(data, SPARSE), &evaluation.speed)?;
     let mut references = Vec::new();
@@ -57,25 +58,25 @@ fn clips(evaluation: &Evaluation, data: &DataSet) -> Result<[[f64; 3]; 4]> {
         interrupt::check(INCOMPLETE)?;
         references.push(full.reference(number)?);
     }
-    let mut found = [[0.0; 3]; 4];
+    let mut found = [[0.0; COUNT]; 4];
     for (found, [density, ..]) in found.iter_mut().zip(PAPER) {
-        let settings = with_network(evaluation, data, [density, 0.0]);
-        *found = clip(Pipeline::new(&opened, &settings, &evaluation.speed)?, &references)?;
+        let settings = evaluation.settings(data, [density, 0.0]);
+        *found = clip(Comparison::new(&opened, &settings, &evaluation.speed)?, &references)?;
     }
     Ok(found)
 }
 
 /// The JOD of each method for a clip with `references`.
-fn clip(mut pipeline: Pipeline, references: &[Frame]) -> Result<[f64; 3]> {
+fn clip(mut comparison: Comparison, references: &[Frame]) -> Result<[f64; COUNT]> {
     let display = Display::named("standard_4k")?;
     let mut seen: Vec<FovVideoVdp> =
-        METHODS.iter().map(|_| FovVideoVdp::video(&display, FPS)).collect::<Result<_, _>>()?;
+        (0..COUNT).map(|_| FovVideoVdp::video(&display, FPS)).collect::<Result<_, _>>()?;
     for (number, reference) in (0..).zip(references) {
         interrupt::check(INCOMPLETE)?;
-        let made = methods::frames(pipeline.render(number)?);
+        let made = comparison.render(number)?.frames;
         for (metric, frame) in seen.iter_mut().zip(&made) {
             metric.push(reference, frame, None)?;
         }
     }
-    Ok([0, 1, 2].map(|method: usize| seen[method].jod().unwrap_or(f64::NAN)))
+    Ok(std::array::from_fn(|method| seen[method].jod().unwrap_or(f64::NAN)))
 }

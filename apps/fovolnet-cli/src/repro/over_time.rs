@@ -1,12 +1,11 @@
 //! Figures: PSNR, SSIM and tPSNR over time.
 
-use super::methods::{self, METHODS, with_network};
+use super::methods::{self, COUNT, Comparison};
 use super::plot::{self, Axes, Line};
 use super::section::{Cell, Section};
 use super::{Evaluation, SPARSE};
 use crate::interrupt;
 use anyhow::Result;
-use fovolnet::Pipeline;
 use fovolnet::metrics::{ClipQuality, FrameQuality};
 
 /// Frames of each of the two clips.
@@ -25,16 +24,15 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
         ],
     );
     let data = evaluation.shown("head");
-    let settings = with_network(evaluation, data, SPARSE);
-    let mut pipeline = Pipeline::new(&data.open()?, &settings, &evaluation.speed)?;
-    let mut courses: [Vec<FrameQuality>; 3] = Default::default();
-    let mut qualities = METHODS.map(|_| ClipQuality::new().without_ms_ssim());
+    let settings = evaluation.settings(data, SPARSE);
+    let mut comparison = Comparison::new(&data.open()?, &settings, &evaluation.speed)?;
+    let mut courses: [Vec<FrameQuality>; COUNT] = Default::default();
+    let mut qualities = [(); COUNT].map(|()| ClipQuality::new().without_ms_ssim());
     let length = CLIP.min(evaluation.frames.max(8));
     for number in journey(length) {
         interrupt::check("this figure is not complete")?;
-        let rendered = pipeline.render(number)?;
-        let reference = pipeline.reference(number)?;
-        let made = methods::frames(rendered);
+        let reference = comparison.reference(number)?;
+        let made = comparison.render(number)?.frames;
         for ((course, quality), frame) in courses.iter_mut().zip(&mut qualities).zip(&made) {
             course.push(quality.push(&reference, frame)?);
         }
@@ -51,24 +49,21 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
             let values = courses[number].iter().enumerate();
             values.filter_map(|(frame, quality)| Some([frame as f64, of(quality)?])).collect()
         };
-        let lines: Vec<Line> = METHODS
-            .iter()
-            .enumerate()
-            .map(|(i, name)| Line { name: (*name).into(), points: course(i) })
-            .collect();
+        let names = methods::names().into_iter().enumerate();
+        let lines: Vec<Line> = names.map(|(i, name)| Line { name: name.into(), points: course(i) }).collect();
         let caption = format!("{}: {unit}", data.name);
         section.drawing(name, &caption, plot::lines(Axes { x: "frame", y: unit }, &lines, false, &cut)?);
     }
     section.data("over_time", &["frame", "method", "psnr", "ssim", "tpsnr"], rows(&courses));
-    let summary = METHODS.iter().zip(&qualities).filter_map(|(name, quality)| {
+    let summary = methods::names().into_iter().zip(&qualities).filter_map(|(name, quality)| {
         let summary = quality.summary()?;
-        Some(vec![(*name).into(), summary.psnr.into(), summary.ssim.into(), summary.tpsnr.into()])
+        Some(vec![name.into(), summary.psnr.into(), summary.ssim.into(), summary.tpsnr.into()])
     });
     section.table("means", &["method", "PSNR", "SSIM", "tPSNR"], summary.collect());
     Ok(section)
 }
 
-fn rows(courses: &[Vec<FrameQuality>; 3]) -> Vec<Vec<Cell>> {
+fn rows(courses: &[Vec<FrameQuality>; COUNT]) -> Vec<Vec<Cell>> {
     let row = |name: &str, frame: usize, quality: &FrameQuality| {
         vec![
             (frame as f64).into(),
@@ -78,7 +73,7 @@ fn rows(courses: &[Vec<FrameQuality>; 3]) -> Vec<Vec<Cell>> {
             quality.tpsnr.into(),
         ]
     };
-    let each = METHODS.iter().zip(courses);
+    let each = methods::names().into_iter().zip(courses);
     each.flat_map(|(name, course)| {
         course.iter().enumerate().map(move |(frame, quality)| row(name, frame, quality))
     })

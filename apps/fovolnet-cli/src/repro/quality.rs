@@ -1,12 +1,11 @@
 //! Figure: pictures of every method beside the full one, where the eye looks and where it does not.
 
-use super::methods::{self, METHODS, with_network};
+use super::methods::{self, COUNT, Compared, Comparison};
 use super::section::{Cell, Section};
 use super::{DataSet, Evaluation, SPARSE};
 use crate::interrupt;
 use crate::picture::{larger, side_by_side, smaller, stacked};
 use anyhow::Result;
-use fovolnet::Pipeline;
 use fovolnet::core::{Frame, FrameSize};
 use fovolnet::metrics::{SsimSettings, psnr, ssim};
 
@@ -20,8 +19,8 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
     let mut section = Section::new(
         "Quality matrix",
         &[
-            "One frame of every data set, the sixteenth of a fly-through, at (P_b, σ) = (0.03, 0.02): full, sparse, pull-push, \
-           linear, wnet-fast. Above the frame, then the part where the eye looks, then the most detailed part elsewhere; the \
+            "One frame of every data set, the sixteenth of a fly-through, at (P_b, σ) = (0.03, 0.02): full, sparse, and every \
+           method. Above the frame, then the part where the eye looks, then the most detailed part elsewhere; the \
            parts with every pixel enlarged. The tables give PSNR in dB and SSIM of the frame and of both parts.",
         ],
     );
@@ -29,10 +28,10 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
     for data in &evaluation.data_sets {
         let frames = Frames::of(evaluation, data)?;
         let parts = [frames.eye(), frames.elsewhere()];
-        let caption = format!("{}: full, sparse, pull-push, linear, wnet-fast", data.name);
+        let caption = format!("{}: full, sparse, {}", data.name, methods::names().join(", "));
         section.picture(&data.name, &caption, frames.sheet(parts));
-        for (method, frame) in METHODS.iter().zip(&frames.made) {
-            let mut row: Vec<Cell> = vec![data.name.as_str().into(), (*method).into()];
+        for (method, frame) in methods::names().into_iter().zip(&frames.made) {
+            let mut row: Vec<Cell> = vec![data.name.as_str().into(), method.into()];
             row.extend(likeness(&frames.full, frame)?);
             for corner in parts {
                 row.extend(likeness(&frames.part(&frames.full, corner), &frames.part(frame, corner))?);
@@ -66,22 +65,21 @@ fn likeness(reference: &Frame, frame: &Frame) -> Result<[Cell; 2]> {
 struct Frames {
     full: Frame,
     sparse: Frame,
-    /// In the order of [`METHODS`].
-    made: [Frame; 3],
+    /// In the order of [`methods::METHODS`].
+    made: [Frame; COUNT],
     gaze: [f64; 2],
 }
 
 impl Frames {
     fn of(evaluation: &Evaluation, data: &DataSet) -> Result<Self> {
-        let settings = with_network(evaluation, data, SPARSE);
-        let mut pipeline = Pipeline::new(&data.open()?, &settings, &evaluation.speed)?;
+        let settings = evaluation.settings(data, SPARSE);
+        let mut comparison = Comparison::new(&data.open()?, &settings, &evaluation.speed)?;
         for frame in 0..FRAME {
             interrupt::check("this figure is not complete")?;
-            pipeline.render(frame)?;
+            comparison.render(frame)?;
         }
-        let rendered = pipeline.render(FRAME)?;
-        let (sparse, gaze) = (rendered.sparse.clone(), pipeline.fovea(FRAME).gaze);
-        Ok(Self { full: pipeline.reference(FRAME)?, sparse, made: methods::frames(rendered), gaze })
+        let Compared { sparse, frames: made } = comparison.render(FRAME)?;
+        Ok(Self { full: comparison.reference(FRAME)?, sparse, made, gaze: comparison.gaze(FRAME) })
     }
 
     /// Rows and columns of a part.
@@ -125,13 +123,12 @@ impl Frames {
     }
 
     fn sheet(&self, parts: [[u32; 2]; 2]) -> Frame {
-        let [pull_push, linear, network] = &self.made;
-        let all = [&self.full, &self.sparse, pull_push, linear, network];
+        let all: Vec<&Frame> = [&self.full, &self.sparse].into_iter().chain(&self.made).collect();
         let row = |frames: Vec<Frame>| side_by_side(&frames.iter().collect::<Vec<_>>(), GAP);
         let small = |frame: &Frame| smaller(frame, PART / 2);
-        let mut rows = vec![row(all.map(small).to_vec())];
+        let mut rows = vec![row(all.iter().map(|frame| small(frame)).collect())];
         for corner in parts {
-            rows.push(row(all.map(|frame| larger(&self.part(frame, corner), 2)).to_vec()));
+            rows.push(row(all.iter().map(|frame| larger(&self.part(frame, corner), 2)).collect()));
         }
         stacked(&rows, GAP)
     }

@@ -1,12 +1,11 @@
 //! The supplemental video: fly-throughs in every way at once.
 
-use super::methods::{self, with_network};
+use super::methods::{Compared, Comparison};
 use super::section::Section;
 use super::{DataSet, Evaluation, Item, SPARSE};
 use crate::interrupt;
 use crate::picture::{side_by_side, stacked};
 use anyhow::Result;
-use fovolnet::Pipeline;
 use fovolnet::core::{Frame, FrameSize};
 use fovolnet::io::atomic;
 use fovolnet::io::video::VideoWriter;
@@ -22,7 +21,7 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
         "Fly-throughs side by side",
         &[
             "The supplemental video: every frame of the fly-through of each data set at (P_b, σ) = (0.03, 0.02). Above: every \
-           pixel marched, and the samples. Below: linear interpolation of the samples, and wnet-fast.",
+           pixel marched, the samples, and linear interpolation of them. Below: pull-push, wnet-paper, and wnet-fast.",
             "The paper's shows DeepFovea beside FoVolNet; this one shows what comes with the program.",
         ],
     );
@@ -38,16 +37,16 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
 
 /// Writes the fly-through of `data` to `folder`: the name of its file, and its middle frame.
 fn film(evaluation: &Evaluation, data: &DataSet, folder: &Path) -> Result<(String, Frame)> {
-    let settings = with_network(evaluation, data, SPARSE);
-    let mut pipeline = Pipeline::new(&data.open()?, &settings, &evaluation.speed)?;
+    let settings = evaluation.settings(data, SPARSE);
+    let mut comparison = Comparison::new(&data.open()?, &settings, &evaluation.speed)?;
     let FrameSize { width, height } = evaluation.size;
-    let whole = FrameSize::new(2 * width + GAP, 2 * height + GAP)?;
+    let whole = FrameSize::new(3 * width + 2 * GAP, 2 * height + GAP)?;
     let mut film = VideoWriter::create(&folder.join(format!("{}.mp4", data.name)), whole, RATE)?;
     let mut middle = None;
     // One after the other: frames that are left out would be motion that nobody sees.
     for number in 0..evaluation.frames {
         interrupt::check("this film is not complete")?;
-        let shown = sheet(&mut pipeline, number)?;
+        let shown = sheet(&mut comparison, number)?;
         film.push(&shown)?;
         if number == evaluation.frames / 2 {
             middle = Some(shown);
@@ -58,11 +57,10 @@ fn film(evaluation: &Evaluation, data: &DataSet, folder: &Path) -> Result<(Strin
     Ok((name, middle.expect("fly-throughs have two frames or more")))
 }
 
-/// Every pixel and the samples above; linear interpolation and the network below.
-fn sheet(pipeline: &mut Pipeline, number: u32) -> Result<Frame> {
-    let rendered = pipeline.render(number)?;
-    let [reference, samples] = [pipeline.reference(number)?, rendered.sparse.clone()];
-    let [_, linear, network] = methods::frames(rendered);
-    let rows = [[&reference, &samples], [&linear, &network]];
+/// Every pixel, the samples and linear interpolation above; pull-push and networks below, our own last.
+fn sheet(comparison: &mut Comparison, number: u32) -> Result<Frame> {
+    let reference = comparison.reference(number)?;
+    let Compared { sparse, frames: [pull_push, linear, own, paper] } = comparison.render(number)?;
+    let rows = [[&reference, &sparse, &linear], [&pull_push, &paper, &own]];
     Ok(stacked(&rows.map(|row| side_by_side(&row, GAP)), GAP))
 }

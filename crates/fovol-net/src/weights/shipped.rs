@@ -6,10 +6,11 @@ use crate::{Error, Result};
 use std::path::Path;
 
 static WNET_FAST: &[u8] = include_bytes!("../../../../assets/weights/wnet-fast.safetensors");
+static WNET_PAPER: &[u8] = include_bytes!("../../../../assets/weights/wnet-paper.safetensors");
 
 impl Weights {
     /// The networks that [`Self::shipped`] has weights of.
-    pub const SHIPPED: [Named; 1] = [Named::WNetFast];
+    pub const SHIPPED: [Named; 2] = [Named::WNetFast, Named::WNetPaper];
 
     /// The weights of `network` that the program comes with.
     ///
@@ -27,7 +28,11 @@ impl Weights {
 
     /// The file that [`Self::shipped`] reads, for whoever wants to know whether it is still the same.
     pub fn shipped_file(network: Named) -> Option<&'static [u8]> {
-        (network == Named::WNetFast).then_some(WNET_FAST)
+        match network {
+            Named::WNetFast => Some(WNET_FAST),
+            Named::WNetPaper => Some(WNET_PAPER),
+            _ => None,
+        }
     }
 
     /// The weights that come with the program under `name`, or else those in the file of that name.
@@ -54,7 +59,7 @@ mod tests {
             assert_eq!(weights.config, network.config());
             assert!(weights.facts.contains_key("steps"), "{:?}", weights.facts);
         }
-        assert!(Weights::shipped(Named::WNetPaper).unwrap_err().to_string().contains("wnet-fast"));
+        assert!(Weights::shipped(Named::WNetNarrow).unwrap_err().to_string().contains("wnet-fast"));
         assert!(Weights::named_or_read("nothing.safetensors").is_err());
     }
 }

@@ -18,6 +18,10 @@ pub enum Spread {
     Pytorch,
     /// As He et al. (2015) have it, ±√(6/fan-in): signals keep their size through rectifiers.
     He,
+    /// The same with the channels of every layer belonging to red, green and blue in turn, and little between channels of
+    /// different colours: deep networks that predict pictures directly otherwise learn grey ones first, and stay there for
+    /// thousands of steps.
+    HeByColour,
 }
 
 /// Seeded random weights to train from: the same seed and configuration, the same weights on any machine.
@@ -32,12 +36,15 @@ pub enum Spread {
 /// A configuration that makes no network.
 pub fn initial_weights(config: &NetworkConfig, spread: Spread, seed: u64) -> Result<Weights> {
     let plan = config.plan().map_err(Error::Config)?;
-    let wide = if spread == Spread::He { rectified(&plan) } else { BTreeSet::new() };
+    let wide = if spread == Spread::Pytorch { BTreeSet::new() } else { rectified(&plan) };
     let arrays = plan.parameters().into_iter().map(|parameter| {
         let values = values(&parameter, wide.contains(parameter.name.as_str()), seed);
         (parameter.name, Array { shape: parameter.shape, values })
     });
     let mut arrays: BTreeMap<String, Array> = arrays.collect();
+    if spread == Spread::HeByColour {
+        keep_colours_apart(&plan, &mut arrays);
+    }
     for (name, taps) in taps_of_fillings(&plan) {
         if let Some(bias) = arrays.get_mut(&name) {
             bias.values.fill(OTHER_TAPS);
@@ -54,6 +61,35 @@ pub fn initial_weights(config: &NetworkConfig, spread: Spread, seed: u64) -> Res
 /// would be learned of a weight of 0, where the square's slope is 0. Small ones are soon overcome.
 const FILLING_TAP: f32 = 0.5;
 const OTHER_TAPS: f32 = 0.05;
+
+/// What weights between channels of one colour are multiplied by, and what those of different colours: the sum of squares
+/// stays about the same.
+const OF_ONE_COLOUR: f32 = 1.7;
+const OF_OTHERS: f32 = 0.25;
+
+/// Makes weights between channels of different colours small; those of the picture itself are positive for its own.
+fn keep_colours_apart(plan: &Plan, arrays: &mut BTreeMap<String, Array>) {
+    for layer in plan.layers() {
+        let Layer::Conv(conv) = layer else { continue };
+        let Some(weight) = arrays.get_mut(&format!("{}.weight", conv.name)) else { continue };
+        let channels = conv.inputs.iter().map(|read| plan.tensor(read.tensor).channels);
+        let colours: Vec<usize> = channels.flat_map(|count| (0..count).map(|c| c % 3)).collect();
+        let of_picture = conv.name == "output";
+        let window = conv.size * conv.size;
+        for (output, weights) in weight.values.chunks_exact_mut(colours.len() * window).enumerate() {
+            for (weights, colour) in weights.chunks_exact_mut(window).zip(&colours) {
+                let is_own = *colour == output % 3;
+                for w in weights {
+                    *w = match (of_picture, is_own) {
+                        (false, own) => *w * if own { OF_ONE_COLOUR } else { OF_OTHERS },
+                        (true, true) => 0.6 * w.abs(),
+                        (true, false) => 0.05 * *w,
+                    };
+                }
+            }
+        }
+    }
+}
 
 /// The weights of convolutions that a rectifier follows.
 fn rectified(plan: &Plan) -> BTreeSet<String> {
@@ -197,7 +233,10 @@ mod tests {
         let last = of(&weights, "output.weight").iter().fold(0.0f32, |most, w| most.max(w.abs()));
         assert!(last <= (6.0f32 / 67.0).sqrt() && last > 0.9 * (6.0f32 / 67.0).sqrt());
         assert_ne!(first, of(&weights, "encoder.1.conv2.weight"));
-        assert_ne!(first, of(&initial_weights(&config, Spread::Pytorch, 4).unwrap(), "encoder.1.conv1.weight"));
+        assert_ne!(
+            first,
+            of(&initial_weights(&config, Spread::Pytorch, 4).unwrap(), "encoder.1.conv1.weight")
+        );
         assert_eq!(weights, initial_weights(&config, Spread::Pytorch, 3).unwrap());
         let norms = initial_weights(&Named::DeepFoveaOrig.config(), Spread::Pytorch, 3).unwrap();
         assert!(of(&norms, "decoder.0.norm.weight").iter().all(|&w| w == 1.0));
@@ -216,5 +255,24 @@ mod tests {
         for name in ["output.weight", "encoder.1.conv1.bias"] {
             assert_eq!(of(&narrow, name), of(&wide, name));
         }
+    }
+
+    #[test]
+    fn colours_go_their_own_ways() {
+        let config = Named::DeepFoveaFvn.config();
+        let he = initial_weights(&config, Spread::He, 3).unwrap();
+        let apart = initial_weights(&config, Spread::HeByColour, 3).unwrap();
+        let of = |weights: &Weights, name: &str| weights.values(name).unwrap().to_vec();
+        let (before, after) = (of(&he, "encoder.1.conv1.weight"), of(&apart, "encoder.1.conv1.weight"));
+        // Output 4 is green, and so are inputs 1, 4 and on.
+        for input in 0..32 {
+            let at = (4 * 32 + input) * 9;
+            let factor = if input % 3 == 1 { OF_ONE_COLOUR } else { OF_OTHERS };
+            assert!((after[at] - factor * before[at]).abs() < 1e-6);
+        }
+        let squares = |values: &[f32]| values.iter().map(|v| v * v).sum::<f32>();
+        assert!((squares(&after) / squares(&before) - 1.0).abs() < 0.05);
+        let picture = of(&apart, "output.weight");
+        assert!((0..3).all(|c| (c..32).step_by(3).all(|input| picture[32 * c + input] >= 0.0)));
     }
 }
