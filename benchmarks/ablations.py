@@ -91,8 +91,9 @@ def train(program, config, folder, options):
     # Paths of a configuration are relative to it.
     file = folder.parent / f"{folder.name}.toml"
     file.write_text("".join(f"{name} = {toml(value)}\n" for name, value in config.items()))
-    resume = ["--resume"] if (folder / "checkpoint.safetensors").exists() else []
-    command = [program, "train", file, "-o", folder, "--threads", options.threads, "--device", options.device, *resume]
+    command = [program, "train", file, "-o", folder, "--threads", options.threads, "--device", options.device]
+    command += ["--resume"] if (folder / "checkpoint.safetensors").exists() else []
+    command += ["--clips-as-they-are"] if options.clips_as_they_are else []
     if subprocess.run([str(part) for part in command], check=False).returncode != 0:
         sys.exit(f"{folder.name}: training failed; see above")
 
@@ -104,6 +105,7 @@ def main():
     parser.add_argument("--only", nargs="+", choices=ABLATIONS, default=list(ABLATIONS), metavar="NAME", help=", ".join(ABLATIONS))
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--device", default="auto")
+    parser.add_argument("--clips-as-they-are", action="store_true", help="learn from the clips that are there; make none")
     parser.add_argument("--program", type=Path, default=ROOT / "training/target/release/fovolnet-train")
     parser.add_argument("-o", "--output", type=Path, required=True)
     options = parser.parse_args()

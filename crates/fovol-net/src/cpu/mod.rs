@@ -3,6 +3,7 @@
 //! [`plain`] is the specification of every layer in a few lines each; the rest is fast and compared with it.
 
 mod accumulate;
+mod buffers;
 mod calibrate;
 mod conv;
 mod doubled;

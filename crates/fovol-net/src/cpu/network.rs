@@ -1,9 +1,11 @@
 use super::accumulate::{Expected, accumulate, doubt};
+use super::buffers::{Lifetimes, Spare};
 use super::conv::{ConvShape, PreparedConv};
-use super::element::Element;
+use super::element::{Bf16, Element};
 use super::filter::PreparedFilter;
 use super::map::{Map, Stored, with_map};
 use super::norm::normalise;
+use super::numbers::Numbers;
 use super::pair::{Pair, Pool};
 use super::patch::{Access, Source};
 use super::pointwise::{Change, change};
@@ -14,7 +16,7 @@ use super::samples::{KnownPixels, Samples, colour, is_sampled};
 use super::schedule::{Pairing, Schedule, is_input};
 use super::simd::Simd;
 use super::spread::{blend, smooth, spread};
-use super::state::{Spare, State, padded};
+use super::state::{State, padded};
 use super::warp::warp;
 use crate::plan::{Activation, Filter, Layer, Plan, Read, Tensor, TensorId};
 use crate::weights::Weights;
@@ -61,6 +63,27 @@ enum Step {
     },
     /// Layers without weights.
     Plain,
+}
+
+/// Layers that are made at once.
+#[derive(Debug, Clone)]
+enum Unit {
+    One(usize),
+    /// This one and the next.
+    Pair(usize, Pairing),
+    /// Those that change one picture.
+    Changes(Range<usize>),
+}
+
+impl Unit {
+    /// Their places in the plan.
+    fn layers(&self) -> Range<usize> {
+        match *self {
+            Self::One(number) => number..number + 1,
+            Self::Pair(number, _) => number..number + 2,
+            Self::Changes(ref layers) => layers.clone(),
+        }
+    }
 }
 
 /// What is between two convolutions stays in the processor's caches anyway if it is no more numbers than this.
@@ -112,7 +135,7 @@ impl Network {
 
     /// The state that starts a clip of frames of `size`.
     pub fn state(&self, size: FrameSize) -> State {
-        State::new(&self.plan, size, &self.halved, self.id)
+        State::new(&self.plan, size, &self.halved, Spare::new(&self.lifetimes(size)), self.id)
     }
 
     /// The full frame of `input`, alpha 1 everywhere; `state` goes on to the next frame.
@@ -150,32 +173,15 @@ impl Network {
         }
         let mut tensors: Vec<Stored> = vec![Stored::default(); self.plan.tensors().len()];
         self.load(input, state, &mut tensors);
-        let mut number = 0;
-        while number < self.steps.len() {
+        for unit in self.units(state.size) {
             let started = Instant::now();
-            let first = self.plan.layers()[number].output().index();
-            if self.schedule.moved[first].is_some() || self.samples_stand_for(first) {
-                number += 1;
-                continue;
+            let layers = unit.layers();
+            match unit {
+                Unit::One(number) => self.run_one(number, &mut tensors, state),
+                Unit::Pair(number, pairing) => self.run_pair(number, pairing, &mut tensors, state),
+                Unit::Changes(layers) => self.run_changes(layers, &mut tensors, state),
             }
-            let pairing = self.schedule.pairs[number].filter(|_| self.numbers(first, state.size) > SMALL);
-            let layers = match (pairing, self.schedule.changes[number]) {
-                (Some(pairing), _) => {
-                    self.run_pair(number, pairing, &mut tensors, state);
-                    number..number + 2
-                }
-                (None, 0) => {
-                    self.run_one(number, &mut tensors, state);
-                    number..number + 1
-                }
-                (None, count) => {
-                    self.run_changes(number..number + count, &mut tensors, state);
-                    number..number + count
-                }
-            };
-            number = layers.end;
-            let out = &tensors[self.plan.layers()[number - 1].output().index()];
-            observe(layers.clone(), out, started.elapsed());
+            observe(layers.clone(), &tensors[self.written(&layers)], started.elapsed());
             for id in self.schedule.finished[layers].iter().flatten() {
                 state.spare.put(std::mem::take(&mut tensors[id.index()]));
             }
@@ -185,11 +191,87 @@ impl Network {
         Ok(frame)
     }
 
+    /// What is run one after the other for frames of `size`.
+    fn units(&self, size: FrameSize) -> Vec<Unit> {
+        let mut units = Vec::new();
+        let mut number = 0;
+        while number < self.steps.len() {
+            let first = self.plan.layers()[number].output().index();
+            if self.schedule.moved[first].is_some() || self.samples_stand_for(first) {
+                number += 1;
+                continue;
+            }
+            let pairing = self.schedule.pairs[number].filter(|_| self.numbers(first, size) > SMALL);
+            let unit = match (pairing, self.schedule.changes[number]) {
+                (Some(pairing), _) => Unit::Pair(number, pairing),
+                (None, 0) => Unit::One(number),
+                (None, count) => Unit::Changes(number..number + count),
+            };
+            number = unit.layers().end;
+            units.push(unit);
+        }
+        units
+    }
+
+    /// The tensor that the last of `layers` writes.
+    fn written(&self, layers: &Range<usize>) -> usize {
+        self.plan.layers()[layers.end - 1].output().index()
+    }
+
+    /// How long tensors are there in the making of a frame of `size`.
+    fn lifetimes(&self, size: FrameSize) -> Lifetimes {
+        let words = |place: usize| {
+            let numbers = self.numbers(place, size);
+            if self.halved[place] { Numbers::<Bf16>::words(numbers) } else { numbers }
+        };
+        let mut lifetimes = Lifetimes::new(self.plan.tensors().len());
+        let inputs = self.plan.inputs();
+        let pictures = [Some(inputs.colour), inputs.mask].into_iter().flatten();
+        let loaded = pictures.filter(|_| !self.schedule.takes_samples).chain(inputs.motion);
+        let previous = self.plan.states().iter().map(|state| state.previous);
+        for id in loaded.chain(previous) {
+            lifetimes.begin(id.index(), words(id.index()));
+        }
+        for unit in self.units(size) {
+            lifetimes.go_on();
+            let layers = unit.layers();
+            let place = self.written(&layers);
+            match self.written_over(&unit) {
+                Some(other) => lifetimes.take_over(place, other),
+                None => lifetimes.begin(place, words(place)),
+            }
+            self.schedule.finished[layers].iter().flatten().for_each(|id| lifetimes.end(id.index()));
+        }
+        for (number, state) in self.plan.states().iter().enumerate() {
+            match self.is_needed_again(number) {
+                true => lifetimes.keep(state.previous.index()),
+                false => lifetimes.take_turns(state.previous.index(), state.next.index()),
+            }
+        }
+        lifetimes
+    }
+
+    /// The tensor in whose place `unit` writes another one.
+    fn written_over(&self, unit: &Unit) -> Option<usize> {
+        match unit {
+            Unit::One(_) => None,
+            Unit::Pair(number, pairing) => match &self.plan.layers()[*number] {
+                Layer::Conv(conv) => pairing.replaced.map(|input| conv.inputs[input].tensor.index()),
+                _ => None,
+            },
+            Unit::Changes(layers) => {
+                let first = &self.plan.layers()[layers.start];
+                let changed = first.changed()?;
+                self.schedule.is_free(layers.start, first, changed).then(|| changed.index())
+            }
+        }
+    }
+
     /// Runs layer `number`.
     fn run_one(&self, number: usize, tensors: &mut [Stored], state: &mut State) {
         let layer = &self.plan.layers()[number];
         let place = layer.output().index();
-        let mut out = state.spare.take(self.halved[place], self.numbers(place, state.size));
+        let mut out = state.spare.take(self.halved[place], place);
         match (layer, &self.steps[number]) {
             (Layer::Conv(conv), Step::Conv(prepared)) => {
                 let sources = self.sources(&conv.inputs, tensors);
@@ -227,7 +309,7 @@ impl Network {
         let pair = Pair { first, second, is_halved, pool: &self.pool };
         let mut out = match pairing.replaced {
             Some(replaced) => std::mem::take(&mut tensors[reading.inputs[replaced].tensor.index()]),
-            None => state.spare.take(self.halved[place], self.numbers(place, state.size)),
+            None => state.spare.take(self.halved[place], place),
         };
         let sources = self.sources(&reading.inputs, tensors);
         with_map!(&mut out, out => match pairing.replaced {
@@ -239,17 +321,17 @@ impl Network {
 
     /// Runs `layers`, all of which change one picture.
     fn run_changes(&self, layers: Range<usize>, tensors: &mut [Stored], state: &mut State) {
-        let first = &self.plan.layers()[layers.start];
-        let changed = first.changed().expect("the first layer changes a picture");
-        let mut picture = match self.schedule.is_free(layers.start, first, changed) {
-            true => std::mem::take(&mut tensors[changed.index()]),
-            false => state.spare.copy(&tensors[changed.index()]),
+        let place = self.written(&layers);
+        let changed = self.plan.layers()[layers.start].changed().expect("the first layer changes a picture");
+        let mut picture = match self.written_over(&Unit::Changes(layers.clone())) {
+            Some(other) => std::mem::take(&mut tensors[other]),
+            None => state.spare.copy(&tensors[changed.index()], place),
         };
         let layers = &self.plan.layers()[layers];
         let given = self.given(tensors, &state.samples);
         let changes: Vec<Change<'_>> = layers.iter().map(|layer| self.change(layer, given)).collect();
         change(&changes, picture.picture_mut());
-        tensors[layers[layers.len() - 1].output().index()] = picture;
+        tensors[place] = picture;
     }
 
     /// What `layer` changes in a picture.
@@ -301,9 +383,10 @@ impl Network {
         let memory = &mut state.spare;
         if let Some(motion) = inputs.motion {
             let still = [0.0; 2];
-            tensors[motion.index()] = padded_map(memory, state.size, [height, width, 2], |at, to| {
-                to.copy_from_slice(input.motion.map_or(&still, |motion| &motion[at]));
-            });
+            tensors[motion.index()] =
+                padded_map(memory.map(motion.index()), state.size, [height, width, 2], |at, to| {
+                    to.copy_from_slice(input.motion.map_or(&still, |motion| &motion[at]));
+                });
         }
         for (state, map) in self.plan.states().iter().zip(&mut state.carried) {
             tensors[state.previous.index()] = std::mem::take(map);
@@ -315,12 +398,14 @@ impl Network {
         let [height, width] = padded(&self.plan, state.size);
         let (inputs, pixels) = (self.plan.inputs(), sparse.pixels());
         let memory = &mut state.spare;
-        tensors[inputs.colour.index()] = padded_map(memory, state.size, [height, width, 3], |at, to| {
+        let colours = memory.map(inputs.colour.index());
+        tensors[inputs.colour.index()] = padded_map(colours, state.size, [height, width, 3], |at, to| {
             let pixel = &pixels[at];
             to.copy_from_slice(&if is_sampled(pixel) { colour(pixel) } else { [0.0; 3] });
         });
         if let Some(mask) = inputs.mask {
-            tensors[mask.index()] = padded_map(memory, state.size, [height, width, 1], |at, to| {
+            let weights = memory.map(mask.index());
+            tensors[mask.index()] = padded_map(weights, state.size, [height, width, 1], |at, to| {
                 to[0] = f32::from(u8::from(is_sampled(&pixels[at])));
             });
         }
@@ -334,8 +419,10 @@ impl Network {
             with_map!(map, map => {
                 map.data.par_iter_mut().filter(|v| !v.to_f32().is_finite()).for_each(|v| *v = Element::from_f32(0.0));
             });
-            state.carried[place] =
-                if self.is_needed_again(place) { map.clone() } else { std::mem::take(map) };
+            state.carried[place] = match self.is_needed_again(place) {
+                true => state.spare.copy(map, kept.previous.index()),
+                false => std::mem::take(map),
+            };
         }
         tensors.iter_mut().for_each(|map| state.spare.put(std::mem::take(map)));
     }
@@ -481,12 +568,11 @@ fn images<'a>(filter: &Filter, tensors: &'a [Stored]) -> Vec<Source<'a>> {
 
 /// An image whose pixels `fill` writes, given their place in a frame of `size`; replicated at the right and bottom.
 fn padded_map(
-    memory: &mut Spare,
+    mut map: Map,
     size: FrameSize,
     [height, width, channels]: [usize; 3],
     fill: impl Fn(usize, &mut [f32]) + Sync,
 ) -> Stored {
-    let mut map = memory.take_picture(height * width * channels);
     map.resize([height, width, channels]);
     map.data.par_chunks_exact_mut(width * channels).enumerate().for_each(|(y, row)| {
         let y = y.min(size.height as usize - 1);

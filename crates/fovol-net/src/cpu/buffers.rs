@@ -1,0 +1,246 @@
+//! The memory of tensors: those that are never there at the same time can have the same buffer.
+//!
+//! How large the buffers are is found once for frames of a size, from how long each tensor is there. Which of the buffers
+//! of one size a tensor gets is nothing but chance.
+
+use super::element::Element;
+use super::map::{Map, Stored, with_map};
+use super::numbers::{Numbers, Words};
+
+/// How long tensors are there, and what they take, found by going through the making of one frame.
+#[derive(Debug)]
+pub struct Lifetimes {
+    /// For each tensor that has memory of its own.
+    spans: Vec<Option<Span>>,
+    /// For each tensor the one whose buffer it has.
+    owners: Vec<usize>,
+    /// For each tensor the last one that has its buffer.
+    holders: Vec<usize>,
+    /// Pairs of tensors that take turns in their buffers.
+    alike: Vec<[usize; 2]>,
+    now: usize,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Span {
+    words: usize,
+    first: usize,
+    last: usize,
+}
+
+impl Span {
+    fn meets(self, other: Self) -> bool {
+        self.first <= other.last && other.first <= self.last
+    }
+}
+
+impl Lifetimes {
+    /// For `count` tensors, none of which is there.
+    pub fn new(count: usize) -> Self {
+        let each = || (0..count).collect();
+        Self { spans: vec![None; count], owners: each(), holders: each(), alike: Vec::new(), now: 0 }
+    }
+
+    /// What follows comes after what was before.
+    pub fn go_on(&mut self) {
+        self.now += 1;
+    }
+
+    /// Tensor `place` of so many words is there from now to the end, if nothing else is said.
+    pub fn begin(&mut self, place: usize, words: usize) {
+        self.spans[place] = Some(Span { words, first: self.now, last: usize::MAX });
+    }
+
+    /// Tensor `place` takes over the buffer of tensor `other`, which is not there any more.
+    pub fn take_over(&mut self, place: usize, other: usize) {
+        let owner = self.owners[other];
+        (self.owners[place], self.holders[owner]) = (owner, place);
+    }
+
+    /// Tensor `place` is not there after now.
+    pub fn end(&mut self, place: usize) {
+        let owner = self.owners[place];
+        if self.holders[owner] == place {
+            self.spans[owner].iter_mut().for_each(|span| span.last = self.now);
+        }
+    }
+
+    /// The buffer of tensor `place` is never given to others.
+    pub fn keep(&mut self, place: usize) {
+        self.spans[place].iter_mut().for_each(|span| (span.first, span.last) = (0, usize::MAX));
+    }
+
+    /// In the next frame tensor `previous` will have the buffer that tensor `next` has in this one.
+    pub fn take_turns(&mut self, previous: usize, next: usize) {
+        self.alike.push([previous, next].map(|place| self.owners[place]));
+    }
+
+    /// For each tensor the words of its buffer. The largest tensors choose first; each takes the smallest buffer that is free
+    /// as long as it is there, or a new one.
+    fn capacities(&self) -> Vec<usize> {
+        let mut owners: Vec<(usize, Span)> =
+            self.spans.iter().enumerate().filter_map(|(place, span)| Some((place, (*span)?))).collect();
+        owners.sort_by_key(|&(place, span)| (std::cmp::Reverse(span.words), place));
+        let mut buffers: Vec<(usize, Vec<Span>)> = Vec::new();
+        let mut chosen = vec![None; self.spans.len()];
+        for (place, span) in owners {
+            let free = buffers.iter().rposition(|(_, spans)| !spans.iter().any(|other| other.meets(span)));
+            let buffer = free.unwrap_or_else(|| {
+                buffers.push((span.words, Vec::new()));
+                buffers.len() - 1
+            });
+            buffers[buffer].1.push(span);
+            chosen[place] = Some(buffer);
+        }
+        // Those that take turns have buffers of one size.
+        let mut has_changed = true;
+        while std::mem::take(&mut has_changed) {
+            for [a, b] in self.alike.iter().filter_map(|pair| Some([chosen[pair[0]]?, chosen[pair[1]]?])) {
+                let most = buffers[a].0.max(buffers[b].0);
+                has_changed |= buffers[a].0 != buffers[b].0;
+                (buffers[a].0, buffers[b].0) = (most, most);
+            }
+        }
+        self.owners.iter().map(|&owner| chosen[owner].map_or(0, |buffer| buffers[buffer].0)).collect()
+    }
+}
+
+/// Buffers that are used again.
+#[derive(Debug, Clone)]
+pub struct Spare {
+    /// For each tensor the words of its buffer.
+    capacities: Vec<usize>,
+    free: Vec<Words>,
+}
+
+impl Spare {
+    /// Buffers for tensors that are there as `lifetimes` says.
+    pub fn new(lifetimes: &Lifetimes) -> Self {
+        Self { capacities: lifetimes.capacities(), free: Vec::new() }
+    }
+
+    /// Memory for tensor `place`, whose shape and numbers say nothing yet.
+    pub fn take(&mut self, is_halved: bool, place: usize) -> Stored {
+        match is_halved {
+            true => Stored::Bf16(self.map(place)),
+            false => Stored::F32(self.map(place)),
+        }
+    }
+
+    /// A copy of `stored` as tensor `place`.
+    pub fn copy(&mut self, stored: &Stored, place: usize) -> Stored {
+        fn copied<T: Element>(from: &Map<T>, mut copy: Map<T>) -> Stored {
+            copy.resize([from.height, from.width, from.channels]);
+            copy.data.copy_from_slice(&from.data);
+            T::stored(copy)
+        }
+        with_map!(stored, map => copied(map, self.map(place)))
+    }
+
+    /// Memory for tensor `place` as a map.
+    pub fn map<T: Element>(&mut self, place: usize) -> Map<T> {
+        let capacity = self.capacities[place];
+        let free = self.free.iter().position(|words| words.capacity() == capacity);
+        let words = free.map_or_else(|| Words::with_capacity(capacity), |at| self.free.swap_remove(at));
+        Map { data: Numbers::within(words), ..Map::default() }
+    }
+
+    /// Takes the memory of a tensor that is not needed any more.
+    pub fn put(&mut self, stored: Stored) {
+        let words = with_map!(stored, map => map.data.into_words());
+        // What was made elsewhere, as clones of states are, fits nothing.
+        if self.capacities.contains(&words.capacity()) && words.capacity() > 0 {
+            self.free.push(words);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// A chain of layers, each of which reads the one before and some older one.
+    fn chain(layers: &[(usize, usize)]) -> Lifetimes {
+        let mut lifetimes = Lifetimes::new(layers.len());
+        let last_read = |place: usize| {
+            let reads = |(now, &(_, back)): (usize, &(usize, usize))| {
+                now > place && (now == place + 1 || now - place == back)
+            };
+            (0..layers.len()).zip(layers).filter(|at| reads(*at)).map(|(now, _)| now).max()
+        };
+        for (now, &(words, _)) in layers.iter().enumerate() {
+            lifetimes.begin(now, words);
+            (0..now).filter(|&place| last_read(place) == Some(now)).for_each(|place| lifetimes.end(place));
+            lifetimes.go_on();
+        }
+        lifetimes
+    }
+
+    proptest! {
+        #[test]
+        fn who_is_there_has_room_and_buffers_are_never_more_than_planned(
+            layers in prop::collection::vec((1usize..100, 1usize..8), 1..30),
+        ) {
+            let lifetimes = chain(&layers);
+            let mut spare = Spare::new(&lifetimes);
+            let mut made = 0;
+            let mut first = 0;
+            for frame in 0..3 {
+                let mut there: Vec<Option<Stored>> = layers.iter().map(|_| None).collect();
+                for (now, &(words, _)) in layers.iter().enumerate() {
+                    made += usize::from(!spare.free.iter().any(|f| f.capacity() == spare.capacities[now]));
+                    let mut map = spare.map::<f32>(now);
+                    prop_assert!(spare.capacities[now] >= words);
+                    map.resize([1, 1, words]);
+                    there[now] = Some(Stored::F32(map));
+                    for place in 0..=now {
+                        if lifetimes.spans[place].is_some_and(|span| span.last == now) {
+                            spare.put(there[place].take().unwrap());
+                        }
+                    }
+                }
+                there.into_iter().flatten().for_each(|stored| spare.put(stored));
+                if frame == 0 {
+                    first = made;
+                }
+            }
+            prop_assert_eq!(made, first, "later frames need no new memory");
+            let total: usize = spare.free.iter().map(Words::capacity).sum();
+            prop_assert!(total <= layers.iter().map(|layer| layer.0).sum());
+        }
+    }
+
+    #[test]
+    fn what_is_written_over_is_there_as_long_as_what_takes_its_place() {
+        let mut lifetimes = Lifetimes::new(4);
+        lifetimes.begin(0, 10);
+        lifetimes.go_on();
+        lifetimes.take_over(1, 0);
+        lifetimes.end(0);
+        lifetimes.go_on();
+        lifetimes.begin(2, 10);
+        lifetimes.end(1);
+        lifetimes.go_on();
+        lifetimes.begin(3, 4);
+        let meet = |a: usize, b: usize| lifetimes.spans[a].unwrap().meets(lifetimes.spans[b].unwrap());
+        assert!(meet(0, 2) && !meet(0, 3));
+        assert_eq!(lifetimes.capacities(), [10, 10, 10, 10], "the small one has the buffer of the first");
+    }
+
+    #[test]
+    fn tensors_that_take_turns_have_buffers_of_one_size() {
+        let mut lifetimes = Lifetimes::new(4);
+        lifetimes.begin(0, 5);
+        lifetimes.end(0);
+        lifetimes.go_on();
+        lifetimes.begin(1, 8);
+        lifetimes.end(1);
+        lifetimes.go_on();
+        lifetimes.begin(2, 5);
+        lifetimes.begin(3, 6);
+        assert_eq!(lifetimes.capacities(), [8, 8, 5, 8]);
+        lifetimes.take_turns(0, 2);
+        assert_eq!(lifetimes.capacities(), [8, 8, 8, 8]);
+    }
+}
