@@ -158,6 +158,8 @@ impl NetBench {
             calibrate(&mut weights, &[vec![FrameInput { sparse: &sparse, motion: None }]])?;
         }
         let network = Network::new(plan, &weights, self.simd.unwrap_or_else(Simd::best), self.precision)?;
+        // What networks are made from is not needed to run them.
+        drop(weights);
         let mut state = network.state(self.size);
         let peak = peak_flops(network.simd(), network.precision());
         let mut measured = Measured::default();
@@ -275,10 +277,10 @@ fn median(values: &mut [f64]) -> f64 {
     values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// What this process has used at most, where the system says it.
+/// Millions of bytes that this process has used at most, where the system says it.
 fn peak_memory_mb() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
-    let kilobytes: f64 = line.split_whitespace().nth(1)?.parse().ok()?;
-    Some(kilobytes / 1e3)
+    let kibibytes: f64 = line.split_whitespace().nth(1)?.parse().ok()?;
+    Some(kibibytes * 1024.0 / 1e6)
 }

@@ -78,30 +78,68 @@ impl Lifetimes {
     /// For each tensor the words of its buffer. The largest tensors choose first; each takes the smallest buffer that is free
     /// as long as it is there, or a new one.
     fn capacities(&self) -> Vec<usize> {
-        let mut owners: Vec<(usize, Span)> =
-            self.spans.iter().enumerate().filter_map(|(place, span)| Some((place, (*span)?))).collect();
-        owners.sort_by_key(|&(place, span)| (std::cmp::Reverse(span.words), place));
-        let mut buffers: Vec<(usize, Vec<Span>)> = Vec::new();
-        let mut chosen = vec![None; self.spans.len()];
-        for (place, span) in owners {
-            let free = buffers.iter().rposition(|(_, spans)| !spans.iter().any(|other| other.meets(span)));
-            let buffer = free.unwrap_or_else(|| {
-                buffers.push((span.words, Vec::new()));
-                buffers.len() - 1
+        let mut owners: Vec<usize> =
+            (0..self.spans.len()).filter(|&place| self.spans[place].is_some()).collect();
+        owners.sort_by_key(|&place| std::cmp::Reverse(self.spans[place].map(|span| span.words)));
+        let mut buffers = Buffers { all: Vec::new(), chosen: vec![None; self.spans.len()] };
+        for place in owners {
+            let other = self.alike.iter().find_map(|&[a, b]| match place {
+                _ if a == place => Some(b),
+                _ if b == place => Some(a),
+                _ => None,
             });
-            buffers[buffer].1.push(span);
-            chosen[place] = Some(buffer);
+            let together = [Some(place), other.filter(|&other| other != place)];
+            let spans = together.into_iter().flatten().filter_map(|place| Some((place, self.spans[place]?)));
+            let spans: Vec<(usize, Span)> =
+                spans.filter(|&(place, _)| buffers.chosen[place].is_none()).collect();
+            buffers.choose(&spans);
         }
-        // Those that take turns have buffers of one size.
-        let mut has_changed = true;
-        while std::mem::take(&mut has_changed) {
-            for [a, b] in self.alike.iter().filter_map(|pair| Some([chosen[pair[0]]?, chosen[pair[1]]?])) {
-                let most = buffers[a].0.max(buffers[b].0);
-                has_changed |= buffers[a].0 != buffers[b].0;
-                (buffers[a].0, buffers[b].0) = (most, most);
+        self.owners
+            .iter()
+            .map(|&owner| buffers.chosen[owner].map_or(0, |buffer| buffers.all[buffer].0))
+            .collect()
+    }
+}
+
+/// Buffers as they are chosen.
+struct Buffers {
+    /// Words, and when each of them is taken; the largest first.
+    all: Vec<(usize, Vec<Span>)>,
+    /// For each tensor its buffer.
+    chosen: Vec<Option<usize>>,
+}
+
+impl Buffers {
+    /// Gives tensors, all of them as large, buffers of one size: those that are there at different times may have the same.
+    fn choose(&mut self, tensors: &[(usize, Span)]) {
+        let mut sizes: Vec<usize> = self.all.iter().map(|buffer| buffer.0).collect();
+        sizes.dedup();
+        if sizes.into_iter().rev().any(|words| self.has_chosen(tensors, words)) {
+            return;
+        }
+        for &(_, span) in tensors {
+            let words = span.words;
+            self.all.push((words, Vec::new()));
+            if self.has_chosen(tensors, words) {
+                return;
             }
         }
-        self.owners.iter().map(|&owner| chosen[owner].map_or(0, |buffer| buffers[buffer].0)).collect()
+    }
+
+    /// Gives them buffers of `words` that are free as long as they are there, if there are such for all of them.
+    fn has_chosen(&mut self, tensors: &[(usize, Span)], words: usize) -> bool {
+        let Some((&(place, span), rest)) = tensors.split_first() else { return true };
+        let is_free = |(size, spans): &(usize, Vec<Span>)| {
+            *size == words && !spans.iter().any(|other| other.meets(span))
+        };
+        let Some(buffer) = self.all.iter().rposition(is_free) else { return false };
+        self.all[buffer].1.push(span);
+        let has_chosen = self.has_chosen(rest, words);
+        match has_chosen {
+            true => self.chosen[place] = Some(buffer),
+            false => drop(self.all[buffer].1.pop()),
+        }
+        has_chosen
     }
 }
 
@@ -241,6 +279,6 @@ mod tests {
         lifetimes.begin(3, 6);
         assert_eq!(lifetimes.capacities(), [8, 8, 5, 8]);
         lifetimes.take_turns(0, 2);
-        assert_eq!(lifetimes.capacities(), [8, 8, 8, 8]);
+        assert_eq!(lifetimes.capacities(), [5, 8, 5, 8]);
     }
 }

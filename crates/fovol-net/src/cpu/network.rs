@@ -13,7 +13,7 @@ use super::precision::{Choice, Precision};
 use super::pyramid::Pyramid;
 use super::reshape;
 use super::samples::{KnownPixels, Samples, colour, is_sampled};
-use super::schedule::{Pairing, Schedule, is_input};
+use super::schedule::{Derived, Pairing, Schedule, is_input};
 use super::simd::Simd;
 use super::spread::{blend, smooth, spread};
 use super::state::{State, padded};
@@ -105,7 +105,7 @@ impl Network {
         let layers = plan.layers().iter();
         let steps = layers.map(|layer| step(&plan, layer, weights, simd, &choice)).collect::<Result<_>>()?;
         let halved: Vec<bool> = (0..plan.tensors().len()).map(|at| choice.is_halved(TensorId(at))).collect();
-        let schedule = Schedule::new(&plan, &halved);
+        let schedule = Schedule::new(&plan, &halved, &[Derived::Folded, Derived::Unfolded, Derived::Pooled]);
         let id = NEXT.fetch_add(1, Ordering::Relaxed);
         let pool = Pool::default();
         Ok(Self { plan, steps, schedule, halved, simd, precision, pool, id })
@@ -197,7 +197,7 @@ impl Network {
         let mut number = 0;
         while number < self.steps.len() {
             let first = self.plan.layers()[number].output().index();
-            if self.schedule.moved[first].is_some() || self.samples_stand_for(first) {
+            if self.schedule.derived[first].is_some() || self.samples_stand_for(first) {
                 number += 1;
                 continue;
             }
@@ -338,8 +338,8 @@ impl Network {
     fn change<'a>(&self, layer: &Layer, given: Given<'a>) -> Change<'a> {
         let picture = |id: TensorId| given.picture(id);
         match *layer {
-            Layer::Add { more, .. } => match self.schedule.moved[more.index()] {
-                Some(folded) => Change::AddUnfolded(picture(folded)),
+            Layer::Add { more, .. } => match self.schedule.derived[more.index()] {
+                Some((folded, _)) => Change::AddUnfolded(picture(folded)),
                 None => Change::Add(picture(more)),
             },
             Layer::Bypass { colour, mask, .. } => {
@@ -357,8 +357,11 @@ impl Network {
 
     /// What a convolution reads.
     fn sources<'a>(&self, reads: &[Read], tensors: &'a [Stored]) -> Vec<Source<'a>> {
-        let source = |read: &Read| match self.schedule.moved[read.tensor.index()] {
-            Some(unfolded) => Source { map: &tensors[unfolded.index()], access: Access::Folded },
+        let source = |read: &Read| match self.schedule.derived[read.tensor.index()] {
+            Some((from, how)) => {
+                let access = if how == Derived::Pooled { Access::Pooled } else { Access::Folded };
+                Source { map: &tensors[from.index()], access }
+            }
             None => Source::new(&tensors[read.tensor.index()], read.resize),
         };
         reads.iter().map(source).collect()

@@ -25,6 +25,8 @@ pub enum Access {
     Resized(Resize),
     /// 2×2 pixels as one with four times the channels: as `reshape::space_to_depth` writes them.
     Folded,
+    /// 2×2 pixels as their mean: as `reshape::pool` writes them.
+    Pooled,
 }
 
 impl Access {
@@ -44,7 +46,7 @@ impl<'a> Source<'a> {
         match self.access {
             Access::Resized(Resize::Same) => [height, width],
             Access::Resized(Resize::Bilinear | Resize::Nearest) => [2 * height, 2 * width],
-            Access::Folded => [height / 2, width / 2],
+            Access::Folded | Access::Pooled => [height / 2, width / 2],
         }
     }
 
@@ -59,6 +61,7 @@ impl<'a> Source<'a> {
         let c = self.map.channels();
         match self.access {
             Access::Folded => self.copy_folded([y, x0], count, out, memory),
+            Access::Pooled => self.copy_pooled([y, x0], count, out, memory),
             Access::Resized(Resize::Bilinear) => self.copy_bilinear([y, x0], count, out, memory),
             Access::Resized(Resize::Same) => with_map!(self.map, map => {
                 out.write((0, 1), &map.row(y)[x0 * c..(x0 + count) * c], &mut memory.packed);
@@ -94,6 +97,32 @@ impl<'a> Source<'a> {
             _ => fold_any(c, above, below, folded),
         }
         out.write((0, 1), &folded[..], packed);
+    }
+
+    /// [`Self::copy`], the mean of 2×2 pixels as one.
+    #[inline(always)]
+    fn copy_pooled<P: Pack>(
+        &self,
+        [y, x0]: [usize; 2],
+        count: usize,
+        mut out: Pixels<'_, P>,
+        Memory { near, packed, .. }: &mut Memory,
+    ) {
+        let c = self.map.channels();
+        near.resize(count * c, 0.0);
+        with_map!(self.map, map => {
+            let columns = 2 * x0 * c..2 * (x0 + count) * c;
+            let (above, below) = (&map.row(2 * y)[columns.clone()], &map.row(2 * y + 1)[columns]);
+            let pairs = above.chunks_exact(2 * c).zip(below.chunks_exact(2 * c));
+            for (to, (above, below)) in near.chunks_exact_mut(c).zip(pairs) {
+                let ((a, b), (d, e)) = (above.split_at(c), below.split_at(c));
+                for k in 0..c {
+                    let sums = (a[k].to_f32() + b[k].to_f32()) + (d[k].to_f32() + e[k].to_f32());
+                    to[k] = 0.25 * sums;
+                }
+            }
+        });
+        out.write((0, 1), &near[..], packed);
     }
 
     /// [`Self::copy`] at twice the resolution: down first, whole rows at once, then along them, first the even and then

@@ -11,8 +11,9 @@ pub struct Schedule {
     pub pairs: Vec<Option<Pairing>>,
     /// For each layer how many from it on do no more than change the numbers of one picture.
     pub changes: Vec<usize>,
-    /// For each tensor, if it is nothing but another one with its pixels in other places, that other: it is never written.
-    pub moved: Vec<Option<TensorId>>,
+    /// For each tensor, if each of its numbers follows at once from few of another one's, that other, and how: it is never
+    /// written.
+    pub derived: Vec<Option<(TensorId, Derived)>>,
     /// What holds both colours and mask of the input, once they are joined.
     pub known: Option<TensorId>,
     /// Whether samples will do wherever that, or what is joined to it, is read: then neither is ever written.
@@ -26,21 +27,45 @@ pub struct Pairing {
     pub replaced: Option<usize>,
 }
 
+/// How a tensor follows from another one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Derived {
+    /// 2×2 pixels are one with four times the channels.
+    Folded,
+    /// The other way round.
+    Unfolded,
+    /// 2×2 pixels are their mean.
+    Pooled,
+}
+
+impl Derived {
+    /// How the output of `layer` follows from which tensor.
+    fn of(layer: &Layer) -> Option<(TensorId, Self)> {
+        match layer {
+            Layer::SpaceToDepth { input, .. } => Some((*input, Self::Folded)),
+            Layer::DepthToSpace { input, .. } => Some((*input, Self::Unfolded)),
+            Layer::Pool { input, .. } => Some((*input, Self::Pooled)),
+            _ => None,
+        }
+    }
+}
+
 impl Schedule {
     /// Whether layer `number`, which is `layer`, may write over the tensor `id` that it reads.
     pub fn is_free(&self, number: usize, layer: &Layer, id: TensorId) -> bool {
         self.finished[number].contains(&id) && reads_once(layer, id)
     }
 
-    /// That of `plan` if `halved` says of each tensor whether its numbers take two bytes.
-    pub fn new(plan: &Plan, halved: &[bool]) -> Self {
-        let (moved, known) = (moved(plan), known(plan));
-        let finished = finished(plan, &moved, known);
+    /// That of `plan` if `halved` says of each tensor whether its numbers take two bytes, and tensors may follow from others
+    /// in these `ways`.
+    pub fn new(plan: &Plan, halved: &[bool], ways: &[Derived]) -> Self {
+        let (derived, known) = (derived(plan, ways), known(plan));
+        let finished = finished(plan, &derived, known);
         Self {
             pairs: pairs(plan, &finished, halved),
             changes: changes(plan, &finished),
             finished,
-            moved,
+            derived,
             known,
             takes_samples: known.is_some_and(|known| takes_samples(plan, known)),
         }
@@ -48,38 +73,37 @@ impl Schedule {
 
     /// That of `plan` with every tensor written on its own.
     pub fn layer_by_layer(plan: &Plan) -> Self {
-        let moved = vec![None; plan.tensors().len()];
+        let derived = vec![None; plan.tensors().len()];
         let changes = plan.layers().iter().map(|layer| usize::from(layer.changed().is_some())).collect();
-        let (finished, pairs) = (finished(plan, &moved, None), vec![None; plan.layers().len()]);
-        Self { finished, pairs, changes, moved, known: None, takes_samples: false }
+        let (finished, pairs) = (finished(plan, &derived, None), vec![None; plan.layers().len()]);
+        Self { finished, pairs, changes, derived, known: None, takes_samples: false }
     }
 }
 
-/// For each tensor of `plan` that is another one with 2×2 pixels as one and that only convolutions read, and for each that is
-/// another one the other way round and is only added to something, that other.
-fn moved(plan: &Plan) -> Vec<Option<TensorId>> {
-    let mut moved = vec![None; plan.tensors().len()];
-    let mut is_unfolded = vec![false; plan.tensors().len()];
+/// For each tensor of `plan` that only convolutions read, as it is, or that is unfolded and only added to something: from
+/// which one it follows in one of these `ways`, if it does from one that is written.
+fn derived(plan: &Plan, ways: &[Derived]) -> Vec<Option<(TensorId, Derived)>> {
+    let mut derived: Vec<Option<(TensorId, Derived)>> = vec![None; plan.tensors().len()];
     for layer in plan.layers() {
-        if let Layer::SpaceToDepth { input, output } | Layer::DepthToSpace { input, output } = layer {
-            moved[output.index()] = Some(*input);
-            is_unfolded[output.index()] = matches!(layer, Layer::DepthToSpace { .. });
-        }
-        let is_read_in_place = |id: TensorId| match layer {
-            Layer::Conv(conv) => {
-                let is_same = |read: &Read| read.tensor != id || *read == Read::same(id);
-                !is_unfolded[id.index()] && conv.inputs.iter().all(is_same)
+        let follows = Derived::of(layer).filter(|(_, how)| ways.contains(how));
+        derived[layer.output().index()] = follows.filter(|(from, _)| derived[from.index()].is_none());
+        for id in layer.inputs() {
+            let is_read_in_place = match (layer, derived[id.index()]) {
+                (Layer::Conv(conv), Some((_, Derived::Folded | Derived::Pooled))) => {
+                    conv.inputs.iter().all(|read| read.tensor != id || *read == Read::same(id))
+                }
+                (Layer::Add { input, more, .. }, Some((_, Derived::Unfolded))) => id == *more && id != *input,
+                _ => false,
+            };
+            if !is_read_in_place {
+                derived[id.index()] = None;
             }
-            Layer::Add { input, more, .. } => is_unfolded[id.index()] && id == *more && id != *input,
-            _ => false,
-        };
-        let others = layer.inputs().into_iter().filter(|id| !is_read_in_place(*id));
-        others.for_each(|id| moved[id.index()] = None);
+        }
     }
     for id in plan.states().iter().map(|state| state.next).chain([plan.output()]) {
-        moved[id.index()] = None;
+        derived[id.index()] = None;
     }
-    moved
+    derived
 }
 
 /// What the colours and the mask of the input of `plan` are joined to, if they are.
@@ -130,12 +154,17 @@ pub fn is_input(plan: &Plan, colour: TensorId, mask: TensorId) -> bool {
     (colour, Some(mask)) == (plan.inputs().colour, plan.inputs().mask)
 }
 
-/// For each layer of `plan` the tensors that are read there for the last time, if those that are `moved` are not there.
-fn finished(plan: &Plan, moved: &[Option<TensorId>], known: Option<TensorId>) -> Vec<Vec<TensorId>> {
+/// For each layer of `plan` the tensors that are read there for the last time, if those that are `derived` are not there.
+fn finished(
+    plan: &Plan,
+    derived: &[Option<(TensorId, Derived)>],
+    known: Option<TensorId>,
+) -> Vec<Vec<TensorId>> {
     let mut last = vec![None; plan.tensors().len()];
     for (number, layer) in plan.layers().iter().enumerate() {
-        if moved[layer.output().index()].is_none() {
-            let read = reads(plan, layer, known).into_iter().map(|id| moved[id.index()].unwrap_or(id));
+        if derived[layer.output().index()].is_none() {
+            let read = reads(plan, layer, known);
+            let read = read.into_iter().map(|id| derived[id.index()].map_or(id, |(from, _)| from));
             read.for_each(|id| last[id.index()] = Some(number));
         }
     }

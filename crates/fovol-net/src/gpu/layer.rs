@@ -34,7 +34,7 @@ impl Making<'_> {
 
     /// If a tensor is another one with its pixels in other places, and so never written, that other.
     pub fn moved(&self, id: TensorId) -> Option<TensorId> {
-        self.schedule.moved[id.index()]
+        self.schedule.derived[id.index()].map(|(from, _)| from)
     }
 
     /// Whether these are the colours and the mask of the input.

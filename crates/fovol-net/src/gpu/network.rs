@@ -8,7 +8,7 @@ use super::state::State;
 use super::tensor::Place;
 use super::timing::Stage;
 use crate::cpu::FrameInput;
-use crate::cpu::schedule::Schedule;
+use crate::cpu::schedule::{Derived, Schedule};
 use crate::plan::{Layer, Plan, TensorId};
 use crate::weights::Weights;
 use crate::{Error, Result};
@@ -77,7 +77,7 @@ impl Network {
         weights.check(&plan)?;
         let precision = precision.on(gpu);
         let halved = halved(&plan, precision);
-        let schedule = Schedule::new(&plan, &halved);
+        let schedule = Schedule::new(&plan, &halved, &[Derived::Folded, Derived::Unfolded]);
         let making = Making { gpu, plan: &plan, weights, halved: &halved, schedule: &schedule };
         let steps = gpu.guarded("compiling the shaders", || {
             let kernels = kernels(&making)?;
