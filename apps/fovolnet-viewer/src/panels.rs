@@ -166,13 +166,13 @@ pub fn sampling(ui: &mut Ui, settings: &mut RenderSettings, gaze: &mut GazeKind)
         .collect();
     choice(ui, "Reconstruction", &mut reconstruct, &ways, |way| way.to_string());
     settings.reconstruct = Some(reconstruct);
-    if matches!(reconstruct, Reconstruction::WNet | Reconstruction::DeepFovea) {
+    if let Some(network) = reconstruct.default_network() {
         ui.horizontal(|ui| {
             ui.label("Weights");
             let mut text = settings.weights.clone().unwrap_or_default();
-            let hint = "wnet-fast, or a file of weights (.safetensors, .pt)";
-            let edit =
-                eframe::egui::TextEdit::singleline(&mut text).hint_text("wnet-fast").desired_width(150.0);
+            let hint = "wnet-fast, wnet-paper, deepfovea-fvn, or a file of weights (.safetensors, .pt)";
+            let edit = eframe::egui::TextEdit::singleline(&mut text);
+            let edit = edit.hint_text(network.name()).desired_width(150.0);
             if ui.add(edit).on_hover_text(hint).lost_focus()
                 || ui.input(|i| i.key_pressed(eframe::egui::Key::Enter))
             {

@@ -1,7 +1,7 @@
 use crate::{Error, RandomWeights, Reconstruction, RenderSettings, Result};
 use fovol_core::{Frame, FrameSize};
 use fovol_net::cpu::{FrameInput, Network, Precision, Simd, State};
-use fovol_net::plan::{Named, NetworkConfig};
+use fovol_net::plan::NetworkConfig;
 use fovol_net::{Fill, Weights};
 use std::sync::Arc;
 
@@ -111,12 +111,10 @@ pub(crate) fn weights(settings: &RenderSettings, how: Reconstruction) -> Result<
         }
         (Some(name), None) => Weights::named_or_read(name)?,
         (None, Some(RandomWeights { network, seed })) => Weights::random(&network.config(), seed)?,
-        (None, None) if how == Reconstruction::WNet => Weights::shipped(Named::WNetFast)?,
         (None, None) => {
-            return Err(Error::Setting(format!(
-                "no trained weights of {how} come with this version; give --weights FILE, or --random-weights NAME to \
-                 measure speed"
-            )));
+            let network = how.default_network();
+            let network = network.ok_or_else(|| Error::Setting(format!("{how} needs no network")))?;
+            Weights::shipped(network)?
         }
     };
     let has_kernels = matches!(&weights.config, NetworkConfig::WNet(config) if config.kernels);

@@ -1,4 +1,4 @@
-use crate::{Error, Reconstruction, RenderSettings, Result, VolumeSettings, presets};
+use crate::{Error, RenderSettings, Result, VolumeSettings, presets};
 use fovol_net::Weights;
 use fovol_net::plan::Named;
 use serde::{Deserialize, Serialize};
@@ -123,11 +123,12 @@ impl Session {
     /// The hash of the weights of a network that reconstructs.
     fn hash_of_weights(&self) -> Result<Option<String>> {
         let render = &self.render;
-        let of_network = matches!(render.reconstruction(), Reconstruction::WNet | Reconstruction::DeepFovea);
-        if !of_network || render.random_weights.is_some() {
+        let Some(network) =
+            render.reconstruction().default_network().filter(|_| render.random_weights.is_none())
+        else {
             return Ok(None);
-        }
-        let name = render.weights.as_deref().unwrap_or(Named::WNetFast.name());
+        };
+        let name = render.weights.as_deref().unwrap_or(network.name());
         if Path::new(name).exists() {
             return Ok(Some(sha256(Path::new(name))?));
         }
@@ -179,6 +180,7 @@ fn hex(bytes: &[u8]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Reconstruction;
 
     #[test]
     fn sessions_read_back_and_notice_a_changed_volume() {

@@ -259,6 +259,17 @@ pub enum Reconstruction {
     DeepFovea,
 }
 
+impl Reconstruction {
+    /// The network whose weights are taken if none are named.
+    pub fn default_network(self) -> Option<Named> {
+        match self {
+            Self::None | Self::Fill(_) => None,
+            Self::WNet => Some(Named::WNetFast),
+            Self::DeepFovea => Some(Named::DeepFoveaFvn),
+        }
+    }
+}
+
 impl Default for Reconstruction {
     fn default() -> Self {
         Self::Fill(Fill::PullPush)

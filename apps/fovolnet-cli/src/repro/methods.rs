@@ -15,11 +15,12 @@ pub struct Method {
 }
 
 /// All of them, networks last.
-pub const METHODS: [Method; 4] = [
+pub const METHODS: [Method; 5] = [
     Method { name: "pull-push", how: Reconstruction::Fill(Fill::PullPush) },
     Method { name: "linear", how: Reconstruction::Fill(Fill::Linear) },
     Method { name: "wnet-fast", how: Reconstruction::WNet },
     Method { name: "wnet-paper", how: Reconstruction::WNet },
+    Method { name: "deepfovea-fvn", how: Reconstruction::DeepFovea },
 ];
 /// How many there are.
 pub const COUNT: usize = METHODS.len();

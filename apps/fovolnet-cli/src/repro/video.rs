@@ -21,8 +21,7 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
         "Fly-throughs side by side",
         &[
             "The supplemental video: every frame of the fly-through of each data set at (P_b, σ) = (0.03, 0.02). Above: every \
-           pixel marched, the samples, and linear interpolation of them. Below: pull-push, wnet-paper, and wnet-fast.",
-            "The paper's shows DeepFovea beside FoVolNet; this one shows what comes with the program.",
+           pixel marched, the samples, and linear interpolation of them. Below: deepfovea-fvn, wnet-paper, and wnet-fast.",
         ],
     );
     let folder = evaluation.output.join(Item::Video.name());
@@ -57,10 +56,10 @@ fn film(evaluation: &Evaluation, data: &DataSet, folder: &Path) -> Result<(Strin
     Ok((name, middle.expect("fly-throughs have two frames or more")))
 }
 
-/// Every pixel, the samples and linear interpolation above; pull-push and networks below, our own last.
+/// Every pixel, the samples and linear interpolation above; networks below, our own last.
 fn sheet(comparison: &mut Comparison, number: u32) -> Result<Frame> {
     let reference = comparison.reference(number)?;
-    let Compared { sparse, frames: [pull_push, linear, own, paper] } = comparison.render(number)?;
-    let rows = [[&reference, &sparse, &linear], [&pull_push, &paper, &own]];
+    let Compared { sparse, frames: [_, linear, own, paper, deepfovea] } = comparison.render(number)?;
+    let rows = [[&reference, &sparse, &linear], [&deepfovea, &paper, &own]];
     Ok(stacked(&rows.map(|row| side_by_side(&row, GAP)), GAP))
 }

@@ -6,11 +6,12 @@ use crate::{Error, Result};
 use std::path::Path;
 
 static WNET_FAST: &[u8] = include_bytes!("../../../../assets/weights/wnet-fast.safetensors");
+static DEEPFOVEA: &[u8] = include_bytes!("../../../../assets/weights/deepfovea-fvn.safetensors");
 static WNET_PAPER: &[u8] = include_bytes!("../../../../assets/weights/wnet-paper.safetensors");
 
 impl Weights {
     /// The networks that [`Self::shipped`] has weights of.
-    pub const SHIPPED: [Named; 2] = [Named::WNetFast, Named::WNetPaper];
+    pub const SHIPPED: [Named; 3] = [Named::WNetFast, Named::WNetPaper, Named::DeepFoveaFvn];
 
     /// The weights of `network` that the program comes with.
     ///
@@ -31,6 +32,7 @@ impl Weights {
         match network {
             Named::WNetFast => Some(WNET_FAST),
             Named::WNetPaper => Some(WNET_PAPER),
+            Named::DeepFoveaFvn => Some(DEEPFOVEA),
             _ => None,
         }
     }
