@@ -35,11 +35,17 @@ impl JsonOutput {
 
     /// Prints `line` for people, unless standard output belongs to the JSON.
     pub fn say(&self, line: impl AsRef<str>) -> Result<()> {
-        if !self.on_stdout() {
-            writeln!(io::stdout(), "{}", line.as_ref())?;
-        }
-        Ok(())
+        if self.on_stdout() { Ok(()) } else { say(line) }
     }
+}
+
+/// Prints `line` for people.
+///
+/// # Errors
+/// Standard output that cannot be written to; see [`is_broken_pipe`].
+pub fn say(line: impl AsRef<str>) -> Result<()> {
+    writeln!(io::stdout(), "{}", line.as_ref())?;
+    Ok(())
 }
 
 /// Prints what whoever asked for `pipeline` should know about it.

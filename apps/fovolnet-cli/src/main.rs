@@ -1,5 +1,8 @@
 //! The `fovolnet` command.
 
+// It would panic where whoever reads our output has enough of it; see `console::say`.
+#![deny(clippy::print_stdout)]
+
 mod bench;
 mod commands;
 mod companion;
@@ -9,6 +12,7 @@ mod picture;
 mod repro;
 
 use clap::{Parser, Subcommand};
+use std::io::{self, Write};
 use std::process::ExitCode;
 
 /// Foveated sparse volume rendering with reconstruction.
@@ -99,7 +103,8 @@ fn main() -> ExitCode {
 /// Help and version go to standard output as they are; wrong usage is one line.
 fn usage(error: &clap::Error) -> ExitCode {
     if !error.use_stderr() {
-        print!("{error}");
+        // Whoever reads it may have enough of it.
+        let _ = write!(io::stdout(), "{error}");
         return ExitCode::SUCCESS;
     }
     let text = error.to_string();

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 fn fovolnet(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_fovolnet")).args(arguments).output().unwrap()
@@ -36,6 +36,32 @@ fn names(folder: &Path) -> Vec<String> {
         std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
     names.sort();
     names
+}
+
+#[test]
+fn a_reader_that_has_enough_is_no_failure() {
+    for arguments in [&["--help"][..], &["info", "head", "--dims", "8,8,8"], &["convert", "--help"]] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_fovolnet"));
+        let mut child =
+            command.args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        drop(child.stdout.take());
+        let output = child.wait_with_output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success() && said.is_empty(), "{arguments:?}: {said}");
+    }
+}
+
+#[test]
+fn volumes_are_seen_more_coarsely() {
+    let folder = tempfile::tempdir().unwrap();
+    let small = folder.path().join("small.nrrd");
+    let small = small.to_str().unwrap();
+    succeeds(&["convert", "engine", small, "--dims", "9,8,6", "--downsample", "2"]);
+    let info = json(&succeeds(&["info", small, "--json", "-"]));
+    assert_eq!(info["dims"], serde_json::json!([5, 4, 3]));
+    let same = ["info", "engine", "--dims", "9,8,6", "--downsample", "2", "--json", "-"];
+    assert_eq!(json(&succeeds(&same))["min"], info["min"]);
+    assert!(fails(&["info", "engine", "--downsample", "0"], 1).contains("expected 1 or more"));
 }
 
 const SMALL: [&str; 4] = ["--size", "96x64", "--dims", "32,32,32"];

@@ -42,6 +42,7 @@ impl LayoutForm {
             endian: Some(self.endian),
             spacing: (self.spacing != [1.0; 3]).then_some(self.spacing),
             range: None,
+            downsample: None,
         }
     }
 

@@ -11,6 +11,7 @@
 
 mod camera;
 mod camera_path;
+mod downsample;
 mod fovea;
 mod frame;
 mod gaze;

@@ -15,6 +15,8 @@ pub struct Reprojection {
     direction: [Vec3; 3],
     /// m.
     parallax: Vec3,
+    /// How wide and how high the other camera sees at distance 1, halved.
+    half: [f32; 2],
     size: [f32; 2],
     /// The pixel that is counted as (0, 0).
     corner: [f32; 2],
@@ -34,6 +36,7 @@ impl Reprojection {
         let down = -up * (2.0 / h);
         let first = forward - right + up + (across + down) * 0.5;
         let (forward, right, up) = axes(other);
+        let half = [right, up].map(|side| side.length() as f32);
         // Rows that give distance along the view, and the place from −1 to 1 times that distance.
         let rows = [forward, right / right.length_squared(), up / up.length_squared()];
         let project = DMat3::from_cols(rows[0], rows[1], rows[2]).transpose();
@@ -42,6 +45,7 @@ impl Reprojection {
             base: directions.map(|d| (project * d).as_vec3()),
             direction: directions.map(DVec3::as_vec3),
             parallax: (project * (camera.eye - other.eye)).as_vec3(),
+            half,
             size: [w as f32, h as f32],
             corner: [0.0; 2],
         }
@@ -65,16 +69,46 @@ impl Reprojection {
         [a, b, c, d, e, f, self.parallax]
     }
 
+    /// How wide and how high the other camera sees at distance 1, halved: what [`Self::point`] needs besides.
+    pub fn half_extent(&self) -> [f32; 2] {
+        self.half
+    }
+
     /// The way in pixels, x right and y down, from pixel (`x`, `y`) to where the same point is seen in the other
     /// frame; `inverse_distance` is one over its distance from the eye in world units. Far outside for points behind
     /// the other camera.
     #[inline(always)]
     pub fn motion(&self, x: f32, y: f32, inverse_distance: f32) -> [f32; 2] {
+        let (seen, _) = self.seen(x, y, inverse_distance);
+        let [to_x, to_y] = self.place(seen, if seen.x > 1e-6 { seen.x } else { 1e-6 });
+        [to_x - x, to_y - y]
+    }
+
+    /// The pixel of the other frame at which the point is seen that pixel (`x`, `y`) shows at one over `inverse_distance`, as
+    /// fractions of pixels, and one over its distance from the other eye; `None` behind that.
+    #[inline(always)]
+    pub fn point(&self, x: f32, y: f32, inverse_distance: f32) -> Option<([f32; 2], f32)> {
+        let (seen, scale) = self.seen(x, y, inverse_distance);
+        if seen.x <= 1e-6 {
+            return None;
+        }
+        let away = Vec3::new(seen.x, seen.y * self.half[0], seen.z * self.half[1]).length();
+        Some((self.place(seen, seen.x), scale / away))
+    }
+
+    /// M·d + w·|d|·m: where the point is in the axes of the other camera, times w·|d|; and w·|d|.
+    #[inline(always)]
+    fn seen(&self, x: f32, y: f32, inverse_distance: f32) -> (Vec3, f32) {
         let at = |v: &[Vec3; 3]| v[0] + v[1] * x + v[2] * y;
-        let seen = at(&self.base) + self.parallax * (inverse_distance * at(&self.direction).length());
-        let ahead = if seen.x > 1e-6 { seen.x } else { 1e-6 };
+        let scale = inverse_distance * at(&self.direction).length();
+        (at(&self.base) + self.parallax * scale, scale)
+    }
+
+    /// The pixel at which `seen` is, `ahead` in front.
+    #[inline(always)]
+    fn place(&self, seen: Vec3, ahead: f32) -> [f32; 2] {
         let ([w, h], [left, top]) = (self.size, self.corner);
-        [(seen.y / ahead + 1.0) * 0.5 * w - 0.5 - left - x, (1.0 - seen.z / ahead) * 0.5 * h - 0.5 - top - y]
+        [(seen.y / ahead + 1.0) * 0.5 * w - 0.5 - left, (1.0 - seen.z / ahead) * 0.5 * h - 0.5 - top]
     }
 }
 
@@ -111,6 +145,10 @@ mod tests {
             let scale = expected[0].abs().max(expected[1].abs()).max(200.0);
             prop_assert!((found[0] - expected[0]).abs() < 1e-4 * scale, "{found:?} {expected:?}");
             prop_assert!((found[1] - expected[1]).abs() < 1e-4 * scale, "{found:?} {expected:?}");
+            let seen = Reprojection::new(&a, &b, size).point(x as f32, y as f32, (1.0 / t) as f32);
+            let ([to_x, to_y], near) = seen.unwrap();
+            prop_assert!((to_x - x as f32 - dx).abs() < 1e-3 && (to_y - y as f32 - dy).abs() < 1e-3);
+            prop_assert!((f64::from(near) * way.length() - 1.0).abs() < 1e-4, "{near} {}", way.length());
         }
     }
 

@@ -173,16 +173,32 @@ impl Volume {
                 );
             }
         }
-        let is_usual = self.dtype == Dtype::U8 && self.rescale == Rescale::IDENTITY;
         Ok(Self {
             grid: Grid::new(part.each_ref().map(Range::len), self.grid.spacing())?,
             bytes: Arc::new(bytes),
             offset: 0,
-            // Colours stay, whatever values are in the part.
-            range: self.range.or((!is_usual).then(|| self.range())),
+            range: self.lasting_range(),
             statistics: Arc::default(),
             ..self.clone()
         })
+    }
+
+    /// `other`, which is made of the same voxels, with what else this volume says of them.
+    pub(crate) fn dressed(&self, other: Self) -> Self {
+        Self {
+            rescale: self.rescale,
+            range: self.lasting_range(),
+            format: self.format.clone(),
+            orientation: self.orientation.clone(),
+            statistics: Arc::default(),
+            ..other
+        }
+    }
+
+    /// The range of a volume that is made of this one: colours stay, whatever values are in it.
+    fn lasting_range(&self) -> Option<[f64; 2]> {
+        let is_usual = self.dtype == Dtype::U8 && self.rescale == Rescale::IDENTITY;
+        self.range.or((!is_usual).then(|| self.range()))
     }
 
     /// Size and spacing.
@@ -298,7 +314,7 @@ impl fmt::Debug for Volume {
 }
 
 /// Owned typed values seen as bytes.
-mod bytes {
+pub(crate) mod bytes {
     use half::f16;
 
     /// Types without padding, every bit pattern of which is a value.

@@ -145,10 +145,13 @@ pub trait Voxel: Copy + Send + Sync + 'static {
 
     /// The value as f64; 64-bit integers are rounded to nearest.
     fn to_f64(self) -> f64;
+
+    /// The nearest value to `value`; the least or the greatest beyond them.
+    fn from_f64(value: f64) -> Self;
 }
 
 macro_rules! voxel {
-    ($($rust:ty, $dtype:ident, |$v:ident| $to:expr;)*) => {$(
+    ($($rust:ty, $dtype:ident, |$v:ident| $to:expr, |$f:ident| $from:expr;)*) => {$(
         impl Voxel for $rust {
             const DTYPE: Dtype = Dtype::$dtype;
 
@@ -166,22 +169,27 @@ macro_rules! voxel {
                 let $v = self;
                 $to
             }
+
+            #[inline(always)]
+            fn from_f64($f: f64) -> Self {
+                $from
+            }
         }
     )*};
 }
 
 voxel! {
-    u8, U8, |v| f64::from(v);
-    i8, I8, |v| f64::from(v);
-    u16, U16, |v| f64::from(v);
-    i16, I16, |v| f64::from(v);
-    u32, U32, |v| f64::from(v);
-    i32, I32, |v| f64::from(v);
-    u64, U64, |v| v as f64;
-    i64, I64, |v| v as f64;
-    f16, F16, |v| v.to_f64();
-    f32, F32, |v| f64::from(v);
-    f64, F64, |v| v;
+    u8, U8, |v| f64::from(v), |f| f.round() as u8;
+    i8, I8, |v| f64::from(v), |f| f.round() as i8;
+    u16, U16, |v| f64::from(v), |f| f.round() as u16;
+    i16, I16, |v| f64::from(v), |f| f.round() as i16;
+    u32, U32, |v| f64::from(v), |f| f.round() as u32;
+    i32, I32, |v| f64::from(v), |f| f.round() as i32;
+    u64, U64, |v| v as f64, |f| f.round() as u64;
+    i64, I64, |v| v as f64, |f| f.round() as i64;
+    f16, F16, |v| v.to_f64(), |f| f16::from_f64(f);
+    f32, F32, |v| f64::from(v), |f| f as f32;
+    f64, F64, |v| v, |f| f;
 }
 
 /// Runs `$body` with `$T` bound to the Rust type of a [`Dtype`].

@@ -31,7 +31,7 @@ pub enum GpuError {
     },
     /// The device has no memory left.
     #[error(
-        "the GPU has no memory left while {doing}; close other programs, take a smaller volume or frame, or --device cpu"
+        "the GPU has no memory left while {doing}; close other programs, take a smaller --size, average voxels with --downsample 2, or use --device cpu"
     )]
     OutOfMemory {
         /// What was being done.

@@ -45,7 +45,7 @@ pub use fovol_metrics as metrics;
 pub use fovol_net as net;
 pub use fovol_render as render;
 pub use machine::Machine;
-pub use motion::{motion, motion_of_depths};
+pub use motion::{Depths, Filled, MotionFinder, REMEMBERED, Sparse, motion, motion_of_depths};
 pub use open::{OpenVolume, open_volume};
 pub use pipeline::{Pipeline, RenderedFrame, Timings, Viewpoint};
 pub use rays::Rays;

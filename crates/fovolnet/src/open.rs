@@ -26,18 +26,26 @@ const PROCEDURAL_SIDE: usize = 128;
 /// What is wrong with the file, or that there is none.
 pub fn open_volume(source: &str, settings: &VolumeSettings) -> Result<OpenVolume> {
     let path = Path::new(source);
-    if !path.exists()
-        && let Ok(kind) = source.parse::<Procedural>()
-    {
-        let mut volume = procedural::make(kind, settings.dims.unwrap_or([PROCEDURAL_SIDE; 3]), 0)?;
-        if let Some(range) = settings.range {
-            volume = volume.with_range(range)?;
-        }
-        if let Some(spacing) = settings.spacing {
-            volume = volume.with_spacing(spacing)?;
-        }
-        return Ok(OpenVolume { volume: Arc::new(volume), source: source.into(), procedural: Some(kind) });
+    let procedural = if path.exists() { None } else { source.parse::<Procedural>().ok() };
+    let volume = match procedural {
+        Some(kind) => made(kind, settings)?,
+        None => volume::read(path, &settings.overrides())?,
+    };
+    let volume = match settings.downsample {
+        Some(factor) => volume.downsampled(factor)?,
+        None => volume,
+    };
+    Ok(OpenVolume { volume: Arc::new(volume), source: source.into(), procedural })
+}
+
+/// The procedural volume `kind` as `settings` say.
+fn made(kind: Procedural, settings: &VolumeSettings) -> Result<Volume> {
+    let mut volume = procedural::make(kind, settings.dims.unwrap_or([PROCEDURAL_SIDE; 3]), 0)?;
+    if let Some(range) = settings.range {
+        volume = volume.with_range(range)?;
     }
-    let volume = volume::read(path, &settings.overrides())?;
-    Ok(OpenVolume { volume: Arc::new(volume), source: source.into(), procedural: None })
+    if let Some(spacing) = settings.spacing {
+        volume = volume.with_spacing(spacing)?;
+    }
+    Ok(volume)
 }

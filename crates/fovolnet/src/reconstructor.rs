@@ -48,7 +48,7 @@ impl Reconstructor {
 
     /// The full frame of `sparse`, the next of the clip; `sparse` itself where nothing is to be reconstructed.
     ///
-    /// `motion` is for each pixel the way to where it was in the last frame, see [`crate::motion`]; without it
+    /// `motion` is for each pixel the way to where it was in the last frame, see [`crate::MotionFinder`]; without it
     /// networks that use it take the scene for still.
     ///
     /// # Errors

@@ -362,6 +362,9 @@ pub struct VolumeSettings {
     /// Values shown as 0 and 1
     #[cfg_attr(feature = "clap", arg(long, value_name = "LO,HI", value_parser = parse::numbers::<2>, allow_hyphen_values = true))]
     pub range: Option<[f64; 2]>,
+    /// Average N×N×N voxels to one: a volume that is too large for a device, seen more coarsely [default: 1]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
+    pub downsample: Option<usize>,
 }
 
 impl VolumeSettings {
@@ -374,6 +377,7 @@ impl VolumeSettings {
             endian: over.endian.or(self.endian),
             spacing: over.spacing.or(self.spacing),
             range: over.range.or(self.range),
+            downsample: over.downsample.or(self.downsample),
         }
     }
 

@@ -7,10 +7,11 @@
 use crate::Result;
 use crate::clips::Clip;
 use crate::mask_noise::{MaskNoise, NoiseConfig};
-use fovol_core::Frame;
-use fovolnet::motion_of_depths;
+use fovol_core::{Frame, FrameSize, Pixel};
+use fovolnet::{Depths, Sparse, motion, motion_of_depths};
 use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
 use tch::{Device, Kind, Tensor};
 
 /// How clips are varied and sampled.
@@ -132,7 +133,8 @@ impl Lesson {
     pub fn of(&self, clips: &[Clip], length: usize, random: &mut impl Rng) -> Vec<LessonFrame> {
         let each = clips.iter().map(|clip| {
             let variation = Variation::draw(clip, length, &self.config, random);
-            (0..length.min(clip.len())).map(|t| variation.frame(clip, t, &self.noise)).collect()
+            let mut past = Past::default();
+            (0..length.min(clip.len())).map(|t| variation.frame(clip, t, &self.noise, &mut past)).collect()
         });
         batch(&each.collect::<Vec<_>>())
     }
@@ -153,6 +155,41 @@ fn batch(single: &[Vec<LessonFrame>]) -> Vec<LessonFrame> {
             target: beside(|f| &f.target, t),
         })
         .collect()
+}
+
+/// What the frames of a clip so far leave to those after them.
+#[derive(Default)]
+struct Past {
+    /// The number of each of the last frames, and what its samples told.
+    depths: VecDeque<(usize, Depths)>,
+    /// The last one. A network has what it made of it, which is not there yet when lessons are made.
+    last: Option<Frame>,
+}
+
+impl Past {
+    fn add(&mut self, shown: usize, depths: Depths, full: Frame) {
+        if self.depths.len() == fovolnet::REMEMBERED {
+            self.depths.pop_front();
+        }
+        self.depths.push_back((shown, depths));
+        self.last = Some(full);
+    }
+}
+
+/// The colours of `frame`: \[1, 3, rows, columns\].
+fn colours(frame: &Frame) -> Tensor {
+    let planes: Vec<f32> = (0..3).flat_map(|c| frame.pixels().iter().map(move |pixel| pixel[c])).collect();
+    image(&planes, 3, frame.size())
+}
+
+/// The motion of frames of `size`: \[1, 2, rows, columns\].
+fn planes(motion: &[[f32; 2]], size: FrameSize) -> Tensor {
+    let planes: Vec<f32> = (0..2).flat_map(|c| motion.iter().map(move |way| way[c])).collect();
+    image(&planes, 2, size)
+}
+
+fn image(planes: &[f32], channels: i64, size: FrameSize) -> Tensor {
+    Tensor::from_slice(planes).view([1, channels, i64::from(size.height), i64::from(size.width)])
 }
 
 /// What is drawn for a clip.
@@ -217,53 +254,52 @@ impl Variation {
         Self { channels, is_grey, flips: flips.collect(), stop, border, base, sigma, gaze, offset, length }
     }
 
-    fn frame(&self, clip: &Clip, t: usize, noise: &MaskNoise) -> LessonFrame {
+    /// Frame `t`, which follows what is `past`.
+    fn frame(&self, clip: &Clip, t: usize, noise: &MaskNoise, past: &mut Past) -> LessonFrame {
         let shown = t.min(self.stop);
         let before = if t == 0 { 0 } else { (t - 1).min(self.stop) };
         let size = clip.scenery.part;
         let (width, height) = (size.width as usize, size.height as usize);
-        let pixels = size.pixels();
-        let mut target = vec![0.0f32; 3 * pixels];
-        let mut mask = vec![0.0f32; pixels];
-        let (mut sparse, mut full) = (Frame::new(size), Frame::new(size));
         let sampled = self.sampled(size.width, size.height, t, noise);
-        for at in 0..pixels {
-            if self.is_blank(at % width, at / width, width, height) {
-                mask[at] = f32::from(u8::from(sampled[at]));
-                continue;
+        let (mut sparse, mut full) = (Frame::new(size), Frame::new(size));
+        let (mut known, mut all) = (Vec::new(), Vec::new());
+        for at in 0..size.pixels() {
+            let (x, y) = (at % width, at / width);
+            let mut colour = [0.0, 0.0, 0.0, 1.0];
+            if !self.is_blank(x, y, width, height) {
+                let [r, g, b] = self.recoloured(std::array::from_fn(|c| clip.frames[shown][3 * at + c]));
+                colour = [r, g, b, 1.0];
+                let inverse = clip.inverse_distances[shown][at].to_f32();
+                if inverse > 0.0 {
+                    let here = (Pixel { x: x as u16, y: y as u16 }, inverse);
+                    all.push(here);
+                    known.extend(sampled[at].then_some(here));
+                }
             }
-            let colour: [u8; 3] = std::array::from_fn(|c| clip.frames[shown][3 * at + c]);
-            let colour = self.recoloured(colour);
-            (0..3).for_each(|c| target[c * pixels + at] = colour[c]);
-            let distance = clip.inverse_distances[shown][at].to_f32();
-            if distance > 0.0 {
-                full.pixels_mut()[at] = [distance, 0.0, 0.0, 1.0];
-            }
+            full.pixels_mut()[at] = colour;
             if sampled[at] {
-                mask[at] = 1.0;
-                sparse.pixels_mut()[at] = full.pixels()[at];
+                sparse.pixels_mut()[at] = colour;
             }
         }
-        let moves = |known: &Frame| -> Tensor {
-            let still = || vec![[0.0; 2]; pixels];
-            let motion = match shown == before {
-                true => still(),
-                false => motion_of_depths(known, &clip.reprojection(shown, before)),
-            };
-            let planes: Vec<f32> = (0..2).flat_map(|c| motion.iter().map(move |m| m[c])).collect();
-            self.flipped_motion(&Tensor::from_slice(&planes).view([1, 2, height as i64, width as i64]))
+        let [known, all] = [known, all].map(|depths| Depths::of_inverse(size, depths));
+        let still = || vec![[0.0; 2]; size.pixels()];
+        let [moves, truly] = match past.last.as_ref().filter(|_| shown != before) {
+            None => [still(), still()],
+            Some(last) => {
+                let to_last = clip.reprojection(shown, before);
+                let earlier =
+                    past.depths.iter().map(|(then, depths)| (clip.reprojection(*then, shown), depths));
+                let now = Sparse { frame: &sparse, depths: &known };
+                let moves = motion(now, &earlier.collect::<Vec<_>>(), &to_last, last);
+                [moves, motion_of_depths(&all.filled(), &to_last)]
+            }
         };
-        let image = |data: &[f32], channels: i64| {
-            self.flipped(&Tensor::from_slice(data).view([1, channels, height as i64, width as i64]))
-        };
-        let (target, mask) = (image(&target, 3), image(&mask, 1));
-        LessonFrame {
-            colour: &target * &mask,
-            motion: moves(&sparse),
-            true_motion: moves(&full),
-            mask,
-            target,
-        }
+        let [motion, true_motion] = [moves, truly].map(|motion| self.flipped_motion(&planes(&motion, size)));
+        let target = self.flipped(&colours(&full));
+        let mask: Vec<f32> = sampled.iter().map(|sampled| f32::from(u8::from(*sampled))).collect();
+        let mask = self.flipped(&image(&mask, 1, size));
+        past.add(shown, known, full);
+        LessonFrame { colour: &target * &mask, motion, true_motion, mask, target }
     }
 
     /// Which pixels of frame `t` are sampled.

@@ -1,3 +1,4 @@
+use crate::console;
 use anyhow::Result;
 use fovolnet::{VolumeSettings, io::volume, open_volume};
 use std::path::PathBuf;
@@ -17,7 +18,6 @@ impl Convert {
     pub fn run(self) -> Result<()> {
         let opened = open_volume(&self.input, &self.read)?;
         volume::write(&opened.volume, &self.output)?;
-        println!("wrote {}", self.output.display());
-        Ok(())
+        console::say(format!("wrote {}", self.output.display()))
     }
 }

@@ -1,4 +1,4 @@
-use crate::console::{JsonOutput, Progress};
+use crate::console::{self, JsonOutput, Progress};
 use crate::interrupt;
 use anyhow::Result;
 use clap::Subcommand;
@@ -116,8 +116,7 @@ fn list(json: &JsonOutput) -> Result<()> {
 fn make(kind: Procedural, output: &Path, dims: [usize; 3], seed: u64) -> Result<()> {
     let made = procedural::make(kind, dims, seed)?;
     volume::write(&made, output)?;
-    println!("wrote {}", output.display());
-    Ok(())
+    console::say(format!("wrote {}", output.display()))
 }
 
 fn get(name: &str, folder: &Path) -> Result<()> {
@@ -134,6 +133,5 @@ fn get(name: &str, folder: &Path) -> Result<()> {
     let outcome = dataset::get(entry, folder, &mut listener, interrupt::flag())?;
     drop(verify);
     drop(download);
-    println!("{outcome}");
-    Ok(())
+    console::say(outcome.to_string())
 }

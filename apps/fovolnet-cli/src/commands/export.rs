@@ -1,3 +1,4 @@
+use crate::console;
 use anyhow::{Result, anyhow};
 use fovolnet::RandomWeights;
 use fovolnet::io::atomic;
@@ -30,13 +31,12 @@ impl Export {
             weights.facts.iter().map(|(key, value)| (key.as_str(), value.clone())).collect();
         let bytes = onnx::export(&plan, &weights, &facts)?;
         atomic::write_bytes(&self.onnx, &bytes)?;
-        println!(
+        console::say(format!(
             "{}: {} layers, {:.1} MB; height and width are multiples of {}",
             self.onnx.display(),
             plan.layers().len(),
             bytes.len() as f64 / 1e6,
             plan.multiple()
-        );
-        Ok(())
+        ))
     }
 }

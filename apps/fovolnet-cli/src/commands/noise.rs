@@ -1,4 +1,4 @@
-use crate::console::JsonOutput;
+use crate::console::{self, JsonOutput};
 use anyhow::{Context, Result, bail};
 use clap::Subcommand;
 use fovolnet::io::{Error, atomic};
@@ -72,8 +72,7 @@ fn make(output: &Path, side: usize, frames: usize, seed: u64) -> Result<()> {
         }
         _ => bail!("{}: noise is written as .npy or .ranks; choose one of these names", output.display()),
     }
-    println!("wrote {}x{side}x{side} ranks to {}", frames, output.display());
-    Ok(())
+    console::say(format!("wrote {frames}x{side}x{side} ranks to {}", output.display()))
 }
 
 fn check(input: &Path, json: &JsonOutput) -> Result<()> {

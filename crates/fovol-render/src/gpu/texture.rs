@@ -48,7 +48,7 @@ pub fn check_dims(gpu: &Gpu, dims: [usize; 3]) -> Result<()> {
         format!("a volume of {}x{}x{}", dims[0], dims[1], dims[2]),
         longest,
         ("maxTextureDimension3D", gpu.device().limits().max_texture_dimension_3d.into()),
-        "make it smaller with `fovolnet convert`, or use --device cpu",
+        "average its voxels with --downsample 2 (or more), or use --device cpu",
     )
 }
 

@@ -44,7 +44,7 @@ pub struct RenderedFrame {
     pub mask: SampleMask,
     /// The full frame; the sparse one where reconstruction is off.
     pub frame: Frame,
-    /// For each pixel the way to where it was in the last frame, see [`crate::motion()`]; found where a network uses it or
+    /// For each pixel the way to where it was in the last frame, see [`crate::MotionFinder`]; found where a network uses it or
     /// [`Pipeline::find_motion`] asked for it, from the second frame on.
     pub motion: Option<Vec<[f32; 2]>>,
     /// How many pixels were marched, repeated ones included.
@@ -66,8 +66,6 @@ pub struct Pipeline {
     marcher: Marcher,
     reconstruction: HostReconstruction,
     paths: Paths,
-    /// Where the last frame was seen from.
-    last_camera: Option<Camera>,
     machine: Machine,
     notes: Vec<String>,
     threads: rayon::ThreadPool,
@@ -122,7 +120,6 @@ impl Pipeline {
             marcher,
             reconstruction,
             paths: Paths::new(settings)?,
-            last_camera: None,
             machine,
             notes,
             threads,
@@ -236,8 +233,7 @@ impl Pipeline {
     pub fn render_from(&mut self, i: u32, viewpoint: &Viewpoint) -> Result<RenderedFrame> {
         let started = Timer::start();
         let (camera, fovea) = (self.clip.camera(&viewpoint.camera), viewpoint.fovea);
-        let last_camera = self.last_camera.replace(camera);
-        let view = View { index: i, size: self.size(), camera, last_camera, fovea };
+        let view = View { index: i, size: self.size(), camera, fovea };
         let (marcher, reconstruction) = (&mut self.marcher, &mut self.reconstruction);
         self.threads.install(|| {
             let sampled = marcher.sample(&view)?;
@@ -254,7 +250,6 @@ impl Pipeline {
     pub fn reset(&mut self) {
         self.marcher.reset();
         self.reconstruction.reset();
-        self.last_camera = None;
     }
 }
 

@@ -1,6 +1,6 @@
 use super::view::View;
 use super::{RenderedFrame, Timer, Timings};
-use crate::motion::motion;
+use crate::motion::{Depths, MotionFinder, Sparse};
 use crate::{Reconstructor, RenderSettings, Result, Sampling};
 use fovol_core::{Frame, FrameSize, SampleList, SampleMask};
 use fovol_render::cpu::march::Marched;
@@ -88,22 +88,31 @@ pub struct HostReconstruction {
     reconstructor: Reconstructor,
     /// Whether motion is found where nothing uses it.
     pub finds_motion: bool,
+    motion: MotionFinder,
+    /// The last full frame, where motion is found.
+    last: Option<Frame>,
 }
 
 impl HostReconstruction {
     /// What `settings` say.
     pub fn new(settings: &RenderSettings) -> Result<Self> {
         let reconstructor = Reconstructor::new(settings, settings.frame_size())?;
-        Ok(Self { reconstructor, finds_motion: false })
+        Ok(Self::with(reconstructor))
     }
 
     /// What leaves frames as they are.
     pub fn nothing() -> Self {
-        Self { reconstructor: Reconstructor::nothing(), finds_motion: false }
+        Self::with(Reconstructor::nothing())
+    }
+
+    fn with(reconstructor: Reconstructor) -> Self {
+        Self { reconstructor, finds_motion: false, motion: MotionFinder::default(), last: None }
     }
 
     pub fn reset(&mut self) {
         self.reconstructor.reset();
+        self.motion.reset();
+        self.last = None;
     }
 
     /// The frame of `sampled`, whose making began with `started`.
@@ -112,10 +121,8 @@ impl HostReconstruction {
         // Every pixel is there already where all were marched.
         let reconstructs = sampled.listed.is_some() && self.reconstructor.is_active();
         let moves = self.finds_motion || (reconstructs && self.reconstructor.uses_motion());
-        let listed = sampled.listed.as_ref().filter(|_| moves);
-        let motion = listed
-            .zip(view.last_camera)
-            .map(|(listed, last)| motion(&listed.list, &listed.depths, &view.camera, &last));
+        let motion = if moves { self.motion(view, &sampled) } else { None };
+        let made_on_device = sampled.made.is_some();
         let made = match sampled.made {
             Some(made) => made,
             None if reconstructs => {
@@ -124,6 +131,8 @@ impl HostReconstruction {
             }
             None => Made { frame: sampled.sparse.clone(), ms: 0.0 },
         };
+        let is_full = reconstructs || made_on_device;
+        self.last = (moves && is_full).then(|| made.frame.clone());
         let timings = Timings {
             mask: sampled.mask_ms,
             march: sampled.march_ms,
@@ -140,5 +149,15 @@ impl HostReconstruction {
             lost: sampled.lost,
             timings,
         })
+    }
+
+    /// Where every pixel of what was `sampled` was in the last frame.
+    fn motion(&mut self, view: &View, sampled: &Sampled) -> Option<Vec<[f32; 2]>> {
+        let listed = sampled.listed.as_ref()?;
+        let depths = Depths::new(&listed.list, &listed.depths);
+        let now = Sparse { frame: &sampled.sparse, depths: &depths };
+        let motion = self.motion.find(now, &view.camera, self.last.as_ref());
+        self.motion.remember(&view.camera, depths);
+        motion
     }
 }

@@ -17,8 +17,6 @@ pub struct View {
     pub index: u32,
     pub size: FrameSize,
     pub camera: Camera,
-    /// Where the frame before was seen from.
-    pub last_camera: Option<Camera>,
     pub fovea: Fovea,
 }
 

@@ -1,18 +1,26 @@
 use crate::Result;
+use crate::motion::REMEMBERED;
 use bytemuck::{Pod, Zeroable};
 use fovol_core::{Camera, FrameSize, Reprojection};
 use fovol_gpu::binding::{Slot, bind_group, bind_group_layout, compute_pipeline};
 use fovol_gpu::{Gpu, Shader, shader};
 use fovol_net::gpu::PullPush;
+use std::collections::VecDeque;
 use wgpu::BufferUsages;
 
-/// Where every pixel was in the last frame.
-const MOTION: Shader = shader!("../../shaders/", "motion":);
+/// How far away is what pixels show.
+const DEPTHS: Shader = shader!("../../shaders/", "depths": "reprojection");
 
-/// Edge of the workgroups; as in shaders/motion.wgsl.
+/// Where every pixel was in the last frame.
+const MOTION: Shader = shader!("../../shaders/", "motion": "reprojection");
+
+/// Edge of the workgroups; as in the shaders.
 const GROUP: u32 = 8;
 
-/// What moves how. Twin of `Reprojection` in shaders/motion.wgsl.
+/// Edge of the tiles that a guess of distances is chosen for; as in shaders/motion.wgsl.
+const TILE: u32 = crate::motion::TILE as u32;
+
+/// What moves how. Twin of `Reprojection` in shaders/reprojection.wgsl.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 struct Uniforms {
@@ -21,83 +29,231 @@ struct Uniforms {
     parallax: [f32; 4],
     width: u32,
     height: u32,
-    unused_0: u32,
-    unused_1: u32,
+    half_width: f32,
+    half_height: f32,
 }
 
 impl Uniforms {
-    fn new(camera: &Camera, last: &Camera, size: FrameSize) -> Self {
-        let coefficients = Reprojection::new(camera, last, size).coefficients();
-        let [a, b, c, d, e, f, parallax] = coefficients.map(|v| [v.x, v.y, v.z, 0.0]);
+    fn new(from: &Camera, to: &Camera, size: FrameSize) -> Self {
+        let reprojection = Reprojection::new(from, to, size);
+        let [a, b, c, d, e, f, parallax] = reprojection.coefficients().map(|v| [v.x, v.y, v.z, 0.0]);
+        let [half_width, half_height] = reprojection.half_extent();
         Self {
             base: [a, b, c],
             direction: [d, e, f],
             parallax,
             width: size.width,
             height: size.height,
-            unused_0: 0,
-            unused_1: 0,
+            half_width,
+            half_height,
         }
+    }
+
+    fn buffer(gpu: &Gpu) -> wgpu::Buffer {
+        gpu.buffer("reprojection", size_of::<Self>() as u64, BufferUsages::UNIFORM | BufferUsages::COPY_DST)
     }
 }
 
-/// [`crate::motion()`] on a device, for frames of one size.
+/// What a frame's samples look like on the device.
+#[derive(Debug, Clone, Copy)]
+pub struct DeviceFrames<'a> {
+    /// Of sampled pixels one over their distance, 0 elsewhere.
+    pub inverse_depths: &'a wgpu::Buffer,
+    /// Sampled colours.
+    pub sparse: &'a wgpu::Buffer,
+    /// The last frame, full, until the next one is made.
+    pub last: &'a wgpu::Buffer,
+}
+
+/// The depths of one of the frames before.
+#[derive(Debug)]
+struct Remembered {
+    inverse_depths: wgpu::Buffer,
+    /// From there to the frame that is made.
+    uniforms: wgpu::Buffer,
+    group: wgpu::BindGroup,
+}
+
+/// What makes depths of samples.
+#[derive(Debug)]
+struct DepthPasses {
+    know: wgpu::ComputePipeline,
+    splat: wgpu::ComputePipeline,
+    know_all: wgpu::ComputePipeline,
+    keep: wgpu::ComputePipeline,
+    /// Of this frame's samples, and of those of earlier frames too.
+    groups: [wgpu::BindGroup; 2],
+    nearest: wgpu::Buffer,
+    known: wgpu::Buffer,
+    fill: PullPush,
+}
+
+/// What makes motion of depths.
+#[derive(Debug)]
+struct ChoicePasses {
+    judge: wgpu::ComputePipeline,
+    choose: wgpu::ComputePipeline,
+    shift: wgpu::ComputePipeline,
+    group: wgpu::BindGroup,
+}
+
+/// [`crate::MotionFinder`] on a device, for frames of one size.
 #[derive(Debug)]
 pub struct MotionPass {
     gpu: Gpu,
     size: FrameSize,
-    know: wgpu::ComputePipeline,
-    shift: wgpu::ComputePipeline,
-    groups: wgpu::BindGroup,
-    uniforms: wgpu::Buffer,
-    known: wgpu::Buffer,
-    fill: PullPush,
+    depths: DepthPasses,
+    choice: ChoicePasses,
+    to_last: wgpu::Buffer,
     motion: wgpu::Buffer,
+    remembered: Vec<Remembered>,
+    /// Where the last frames were seen from, and which of the `remembered` has their depths; the last one at the back.
+    seen: VecDeque<(Camera, usize)>,
 }
 
 impl MotionPass {
-    /// For frames of `size` whose samples have these inverse depths.
-    pub fn new(gpu: &Gpu, size: FrameSize, inverse_depths: &wgpu::Buffer) -> Result<Self> {
+    /// For frames of `size` that lie in `frames`.
+    pub fn new(gpu: &Gpu, size: FrameSize, frames: DeviceFrames<'_>) -> Result<Self> {
         let fill = PullPush::new(gpu, size)?;
         let made = gpu.guarded("making room for motion", || {
-            let storage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
+            let storage = BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
             let pixels = size.pixels() as u64;
-            let uniform = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
-            let uniforms = gpu.buffer("reprojection", size_of::<Uniforms>() as u64, uniform);
-            let known = gpu.buffer("known depths", 16 * pixels, storage);
-            let motion = gpu.buffer("motion", 8 * pixels, storage);
-            let slots = [Slot::Uniform, Slot::Read, Slot::Write, Slot::Read, Slot::Write];
-            let layout = bind_group_layout(gpu, "motion", &slots);
-            let buffers = [&uniforms, inverse_depths, &known, fill.frame_buffer(), &motion];
-            let bindings = buffers.map(wgpu::Buffer::as_entire_binding);
-            let groups = bind_group(gpu, "motion", &layout, &bindings);
-            let pipeline = |entry_point| compute_pipeline(gpu, &MOTION, entry_point, &[&layout], &[]);
-            let [know, shift] = ["know", "shift"].map(pipeline);
-            Self { gpu: gpu.clone(), size, know, shift, groups, uniforms, known, fill, motion }
+            let buffer = |label, bytes: u64| gpu.buffer(label, bytes, storage);
+            let to_last = Uniforms::buffer(gpu);
+            let [near, seen] = ["near depths", "seen depths"].map(|label| buffer(label, 4 * pixels));
+            let (nearest, known) =
+                (buffer("nearest depths", 4 * pixels), buffer("known depths", 16 * pixels));
+            let motion = buffer("motion", 8 * pixels);
+
+            let slots =
+                [Slot::Uniform, Slot::Read, Slot::Write, Slot::Read, Slot::Write, Slot::Read, Slot::Write];
+            let layout = bind_group_layout(gpu, "depths", &slots);
+            let bind = |uniforms: &wgpu::Buffer, inverse: &wgpu::Buffer, to: &wgpu::Buffer| {
+                let buffers = [uniforms, inverse, &nearest, frames.sparse, &known, fill.frame_buffer(), to];
+                bind_group(gpu, "depths", &layout, &buffers.map(wgpu::Buffer::as_entire_binding))
+            };
+            let groups = [&near, &seen].map(|to| bind(&to_last, frames.inverse_depths, to));
+            let remembered = (0..REMEMBERED).map(|_| {
+                let (uniforms, inverse_depths) =
+                    (Uniforms::buffer(gpu), buffer("earlier depths", 4 * pixels));
+                Remembered { group: bind(&uniforms, &inverse_depths, &seen), uniforms, inverse_depths }
+            });
+            let remembered = remembered.collect();
+            let pipeline = |entry_point| compute_pipeline(gpu, &DEPTHS, entry_point, &[&layout], &[]);
+            let [know, splat, know_all, keep] = ["know", "splat", "know_all", "keep"].map(pipeline);
+            let depths = DepthPasses { know, splat, know_all, keep, groups, nearest, known, fill };
+
+            let choice =
+                ChoicePasses::new(gpu, size, [&to_last, &near, &seen, frames.sparse, frames.last], &motion);
+            let seen = VecDeque::new();
+            Self { gpu: gpu.clone(), size, depths, choice, to_last, motion, remembered, seen }
         })?;
         Ok(made)
     }
 
-    /// For each pixel the way, x right and y down, as two f32.
-    pub fn buffer(&self) -> &wgpu::Buffer {
-        &self.motion
+    /// Puts the motion from the last frame to that of `frames`, seen by `camera`, into `encoder`, and remembers its depths.
+    /// For each pixel the way, x right and y down, as two f32; `None` for the first frame, and where nothing moves.
+    /// One frame of it in each submission.
+    pub fn encode(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        camera: &Camera,
+        frames: DeviceFrames<'_>,
+    ) -> Result<Option<&wgpu::Buffer>> {
+        let moves = match self.seen.back().map(|(last, _)| *last).filter(|last| last != camera) {
+            Some(last) => {
+                self.encode_motion(encoder, camera, &last)?;
+                true
+            }
+            None => false,
+        };
+        self.remember(encoder, camera, frames.inverse_depths);
+        Ok(moves.then_some(&self.motion))
     }
 
-    /// Puts the motion from `last` to `camera` into `encoder`. One frame of it in each submission.
-    pub fn encode(&self, encoder: &mut wgpu::CommandEncoder, camera: &Camera, last: &Camera) -> Result<()> {
-        let uniforms = Uniforms::new(camera, last, self.size);
-        self.gpu.queue().write_buffer(&self.uniforms, 0, bytemuck::bytes_of(&uniforms));
-        self.dispatch(encoder, &self.know);
-        self.fill.encode(encoder, &self.known)?;
-        self.dispatch(encoder, &self.shift);
+    /// Forgets what was seen.
+    pub fn reset(&mut self) {
+        self.seen.clear();
+    }
+
+    fn encode_motion(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        camera: &Camera,
+        last: &Camera,
+    ) -> Result<()> {
+        let Self { depths, choice, .. } = self;
+        self.write(&self.to_last, &Uniforms::new(camera, last, self.size));
+        let [near, seen] = &depths.groups;
+        self.dispatch(encoder, &depths.know, near, GROUP);
+        depths.fill.encode(encoder, &depths.known)?;
+        self.dispatch(encoder, &depths.keep, near, GROUP);
+
+        encoder.clear_buffer(&depths.nearest, 0, None);
+        for (there, number) in &self.seen {
+            let Remembered { uniforms, group, .. } = &self.remembered[*number];
+            self.write(uniforms, &Uniforms::new(there, camera, self.size));
+            self.dispatch(encoder, &depths.splat, group, GROUP);
+        }
+        self.dispatch(encoder, &depths.know_all, seen, GROUP);
+        depths.fill.encode(encoder, &depths.known)?;
+        self.dispatch(encoder, &depths.keep, seen, GROUP);
+
+        self.dispatch(encoder, &choice.judge, &choice.group, TILE);
+        self.dispatch(encoder, &choice.choose, &choice.group, TILE * GROUP);
+        self.dispatch(encoder, &choice.shift, &choice.group, GROUP);
         Ok(())
     }
 
-    fn dispatch(&self, encoder: &mut wgpu::CommandEncoder, pipeline: &wgpu::ComputePipeline) {
+    fn remember(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        camera: &Camera,
+        inverse_depths: &wgpu::Buffer,
+    ) {
+        let number = match self.seen.len() {
+            REMEMBERED => self.seen.pop_front().map_or(0, |(_, number)| number),
+            free => free,
+        };
+        let bytes = 4 * self.size.pixels() as u64;
+        encoder.copy_buffer_to_buffer(inverse_depths, 0, &self.remembered[number].inverse_depths, 0, bytes);
+        self.seen.push_back((*camera, number));
+    }
+
+    fn write(&self, buffer: &wgpu::Buffer, uniforms: &Uniforms) {
+        self.gpu.queue().write_buffer(buffer, 0, bytemuck::bytes_of(uniforms));
+    }
+
+    /// One workgroup for every `edge` × `edge` pixels.
+    fn dispatch(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        pipeline: &wgpu::ComputePipeline,
+        group: &wgpu::BindGroup,
+        edge: u32,
+    ) {
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         pass.set_pipeline(pipeline);
-        pass.set_bind_group(0, &self.groups, &[]);
-        pass.dispatch_workgroups(self.size.width.div_ceil(GROUP), self.size.height.div_ceil(GROUP), 1);
+        pass.set_bind_group(0, group, &[]);
+        pass.dispatch_workgroups(self.size.width.div_ceil(edge), self.size.height.div_ceil(edge), 1);
+    }
+}
+
+impl ChoicePasses {
+    /// That read `from` and write `motion`.
+    fn new(gpu: &Gpu, size: FrameSize, from: [&wgpu::Buffer; 5], motion: &wgpu::Buffer) -> Self {
+        let tiles = u64::from(size.width.div_ceil(TILE)) * u64::from(size.height.div_ceil(TILE));
+        let bytes_of_errors = 4 * crate::motion::GUESSES as u64;
+        let errors = gpu.buffer("errors of guesses", bytes_of_errors * tiles, BufferUsages::STORAGE);
+        let chosen = gpu.buffer("chosen guesses", 4 * tiles, BufferUsages::STORAGE);
+        let (read, write) = ([Slot::Read; 4], [Slot::Write; 3]);
+        let layout = bind_group_layout(gpu, "motion", &[&[Slot::Uniform], &read[..], &write[..]].concat());
+        let buffers = [&from[..], &[&errors, &chosen, motion]].concat();
+        let bindings: Vec<_> = buffers.into_iter().map(wgpu::Buffer::as_entire_binding).collect();
+        let group = bind_group(gpu, "motion", &layout, &bindings);
+        let pipeline = |entry_point| compute_pipeline(gpu, &MOTION, entry_point, &[&layout], &[]);
+        let [judge, choose, shift] = ["judge", "choose", "shift"].map(pipeline);
+        Self { judge, choose, shift, group }
     }
 }
 
@@ -105,14 +261,17 @@ impl MotionPass {
 mod tests {
     use super::*;
     use fovol_gpu::assert_twins;
+    use wgpu::naga::valid::Capabilities;
 
     #[test]
-    fn the_shader_is_valid_and_reads_the_same_struct() {
-        MOTION.check(wgpu::naga::valid::Capabilities::empty()).unwrap_or_else(|problem| panic!("{problem}"));
-        assert_twins!(
-            MOTION,
-            "Reprojection",
-            Uniforms { base, direction, parallax, width, height, unused_0, unused_1 }
-        );
+    fn the_shaders_are_valid_and_read_the_same_struct() {
+        for shader in [DEPTHS, MOTION] {
+            shader.check(Capabilities::empty()).unwrap_or_else(|problem| panic!("{problem}"));
+            assert_twins!(
+                shader,
+                "Reprojection",
+                Uniforms { base, direction, parallax, width, height, half_width, half_height }
+            );
+        }
     }
 }

@@ -1,4 +1,4 @@
-use super::motion::MotionPass;
+use super::motion::{DeviceFrames, MotionPass};
 use crate::pipeline::view::View;
 use crate::reconstructor::weights;
 use crate::{Error, Reconstruction, RenderSettings, Result, Sampling};
@@ -13,7 +13,7 @@ use fovol_render::gpu::FrameBuffers;
 #[derive(Debug)]
 pub enum DeviceReconstruction {
     PullPush(PullPush),
-    Network { network: Network, state: Box<State>, motion: Option<MotionPass> },
+    Network { network: Network, state: Box<State>, motion: Option<Box<MotionPass>> },
 }
 
 impl DeviceReconstruction {
@@ -34,8 +34,8 @@ impl DeviceReconstruction {
                 let network = Network::new(gpu, plan, &weights, precision)?;
                 let state = Box::new(network.state(size)?);
                 let moves = network.plan().inputs().motion.is_some();
-                let motion =
-                    moves.then(|| MotionPass::new(gpu, size, buffers.inverse_depths())).transpose()?;
+                let frames = device_frames(buffers, &state);
+                let motion = moves.then(|| MotionPass::new(gpu, size, frames).map(Box::new)).transpose()?;
                 Ok(Some(Self::Network { network, state, motion }))
             }
         }
@@ -43,8 +43,11 @@ impl DeviceReconstruction {
 
     /// Forgets what was seen.
     pub fn reset(&mut self) {
-        if let Self::Network { state, .. } = self {
+        if let Self::Network { state, motion, .. } = self {
             state.reset();
+            if let Some(motion) = motion {
+                motion.reset();
+            }
         }
     }
 
@@ -58,12 +61,11 @@ impl DeviceReconstruction {
         match self {
             Self::PullPush(fill) => fill.encode(encoder, buffers.frame())?,
             Self::Network { network, state, motion } => {
-                // Without a last frame, or with the camera where it was, nothing moves.
-                let moved = motion.as_ref().zip(view.last_camera.filter(|last| *last != view.camera));
-                if let Some((motion, last)) = &moved {
-                    motion.encode(encoder, &view.camera, last)?;
-                }
-                let motion = moved.map(|(motion, _)| motion.buffer());
+                let frames = device_frames(buffers, state);
+                let motion = match motion {
+                    Some(motion) => motion.encode(encoder, &view.camera, frames)?,
+                    None => None,
+                };
                 network.encode(encoder, DeviceInput { sparse: buffers.frame(), motion }, state)?;
             }
         }
@@ -78,6 +80,15 @@ impl DeviceReconstruction {
             }
             Self::Network { state, .. } => Ok(state.read_frame()?),
         }
+    }
+}
+
+/// What motion is found from: the samples in `buffers`, and the last frame, which `state` keeps until the next.
+fn device_frames<'a>(buffers: &'a FrameBuffers, state: &'a State) -> DeviceFrames<'a> {
+    DeviceFrames {
+        inverse_depths: buffers.inverse_depths(),
+        sparse: buffers.frame(),
+        last: state.frame_buffer(),
     }
 }
 

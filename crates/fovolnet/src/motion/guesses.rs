@@ -1,0 +1,106 @@
+use super::choice::{Chosen, TILE};
+use super::{Depths, Filled, Sparse};
+use fovol_core::{FrameSize, Reprojection};
+use rayon::prelude::*;
+
+/// How far away everything could be, one guess after the other. Distances are in world units: the volume's longest side is 1.
+#[derive(Debug)]
+pub struct Guesses {
+    /// Between the samples of this frame.
+    near: Filled,
+    /// Between these and those of earlier frames.
+    seen: Filled,
+}
+
+/// What is added to the distances between this frame's samples, guess by guess; the guess after these is of earlier frames too.
+pub const OFFSETS: [f32; 5] = [0.0, -0.1, 0.1, -0.2, 0.2];
+
+/// How many guesses there are.
+pub const COUNT: usize = OFFSETS.len() + 1;
+
+/// No distance is below this.
+pub const NEAREST: f32 = 0.05;
+
+impl Guesses {
+    pub fn new(now: Sparse<'_>, earlier: &[(Reprojection, &Depths)]) -> Self {
+        let [near, seen] = now.depths.filled_with(earlier, now.frame);
+        Self { near, seen }
+    }
+
+    pub fn size(&self) -> FrameSize {
+        self.near.size()
+    }
+
+    /// One over the distance of pixel number `i`, as guess number `guess` has it; 0 where nothing is known.
+    #[inline(always)]
+    pub fn inverse(&self, guess: usize, i: usize) -> f32 {
+        match OFFSETS.get(guess) {
+            None => self.seen.inverse()[i],
+            Some(offset) => moved_by(self.near.inverse()[i], *offset),
+        }
+    }
+
+    /// The motion along the guess that `chosen` says of each part of the frame.
+    pub fn motion(&self, chosen: &Chosen, to_last: &Reprojection) -> Vec<[f32; 2]> {
+        let width = self.size().width as usize;
+        let mut motion = vec![[0.0; 2]; self.size().pixels()];
+        motion.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
+            for (column, part) in row.chunks_mut(TILE).enumerate() {
+                let x = column * TILE;
+                let i = y * width + x;
+                match chosen.guess(x, y) {
+                    guess if guess < OFFSETS.len() => {
+                        let offset = OFFSETS[guess];
+                        put_motion(part, [x, y], to_last, |at| moved_by(self.near.inverse()[i + at], offset));
+                    }
+                    _ => put_motion(part, [x, y], to_last, |at| self.seen.inverse()[i + at]),
+                }
+            }
+        });
+        motion
+    }
+}
+
+/// `inverse`, one over a distance, with `offset` added to that.
+#[inline(always)]
+fn moved_by(inverse: f32, offset: f32) -> f32 {
+    if inverse > 0.0 && offset != 0.0 { 1.0 / (1.0 / inverse + offset).max(NEAREST) } else { inverse }
+}
+
+/// The motion of the pixels of a frame of `size` that are one over `inverse` away.
+pub fn motion_of(size: FrameSize, reprojection: &Reprojection, inverse: &[f32]) -> Vec<[f32; 2]> {
+    let width = size.width as usize;
+    let mut motion = vec![[0.0; 2]; size.pixels()];
+    motion.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
+        put_motion(row, [0, y], reprojection, |x| inverse[y * width + x]);
+    });
+    motion
+}
+
+/// The motion of pixels of a row from `first` on, each one over `inverse` away; none where that is 0.
+#[inline(always)]
+fn put_motion(
+    row: &mut [[f32; 2]],
+    first: [usize; 2],
+    reprojection: &Reprojection,
+    inverse: impl Fn(usize) -> f32,
+) {
+    let [x, y] = first.map(|c| c as f32);
+    for (at, to) in row.iter_mut().enumerate() {
+        let inverse = inverse(at);
+        let moved = reprojection.motion(x + at as f32, y, inverse);
+        *to = if inverse > 0.0 { moved } else { [0.0; 2] };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_known_stays_unknown_and_nothing_comes_behind_the_eye() {
+        assert!(moved_by(0.0, 0.1) == 0.0);
+        assert!((moved_by(0.5, 0.1) - 1.0 / 2.1).abs() < 1e-6);
+        assert!((moved_by(10.0, -0.2) - 1.0 / NEAREST).abs() < 1e-6);
+    }
+}

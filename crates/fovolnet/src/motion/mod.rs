@@ -1,0 +1,229 @@
+//! Where every pixel was in the last frame, as far as sparse samples tell.
+//!
+//! Samples know how far away is what they show; between them distances are guessed, and where layers lie behind one another a
+//! single distance is no more than a guess even at a sample. So there are several guesses ([`Guesses`]): what lies between the
+//! samples of this frame, the same nearer and farther, and what lies between the samples of this frame and of some frames before,
+//! seen from here ([`Depths`]). In every part of the frame that one is believed along which the last frame resembles this frame's
+//! samples most ([`choice`]): the step from plane sweeping in stereo to few pixels with known colours.
+
+mod choice;
+mod depths;
+mod guesses;
+
+#[cfg(feature = "gpu")]
+pub(crate) use choice::TILE;
+pub use depths::{Depths, Filled};
+use fovol_core::{Camera, Frame, Reprojection};
+#[cfg(feature = "gpu")]
+pub(crate) use guesses::COUNT as GUESSES;
+use guesses::Guesses;
+use std::collections::VecDeque;
+
+/// Frames before the last whose samples are still seen: surfaces turn away and layers shift in more.
+pub const REMEMBERED: usize = 6;
+
+/// What is known of a frame before anything is reconstructed.
+#[derive(Debug, Clone, Copy)]
+pub struct Sparse<'a> {
+    /// Sampled colours; alpha 1 where sampled.
+    pub frame: &'a Frame,
+    /// How far away they are.
+    pub depths: &'a Depths,
+}
+
+/// For each pixel of the frame of `now` the way in pixels (x right, y down) to where it was in the `last` frame, which
+/// `to_last` leads to; `earlier` are the depths of frames before, each with what leads from there to this one.
+///
+/// Nothing moves where no ray met anything.
+///
+/// # Panics
+/// When frames are of different sizes.
+pub fn motion(
+    now: Sparse<'_>,
+    earlier: &[(Reprojection, &Depths)],
+    to_last: &Reprojection,
+    last: &Frame,
+) -> Vec<[f32; 2]> {
+    assert_eq!(now.frame.size(), last.size(), "frames of one clip");
+    let guesses = Guesses::new(now, earlier);
+    let chosen = choice::choose(&guesses, now.frame, to_last, last);
+    guesses.motion(&chosen, to_last)
+}
+
+/// The motion that `reprojection` gives the distances of `filled`. Nothing moves where there are none.
+pub fn motion_of_depths(filled: &Filled, reprojection: &Reprojection) -> Vec<[f32; 2]> {
+    guesses::motion_of(filled.size(), reprojection, filled.inverse())
+}
+
+/// Finds the motion of frame after frame of one clip.
+#[derive(Debug, Clone, Default)]
+pub struct MotionFinder {
+    /// The last frames, the last one at the back.
+    seen: VecDeque<(Camera, Depths)>,
+}
+
+impl MotionFinder {
+    /// The motion of the frame of `now`, seen by `camera`, the next of the clip: see [`motion()`]; without a full `last` frame
+    /// only what this frame's samples tell. `None` for the first frame.
+    pub fn find(&mut self, now: Sparse<'_>, camera: &Camera, last: Option<&Frame>) -> Option<Vec<[f32; 2]>> {
+        let size = now.frame.size();
+        let (last_camera, _) = self.seen.back()?;
+        if last_camera == camera {
+            return Some(vec![[0.0; 2]; size.pixels()]);
+        }
+        let to_last = Reprojection::new(camera, last_camera, size);
+        Some(match last {
+            Some(last) => {
+                let here = |(there, depths)| (Reprojection::new(there, camera, size), depths);
+                let earlier: Vec<_> =
+                    self.seen.iter().map(|(camera, depths)| here((camera, depths))).collect();
+                motion(now, &earlier, &to_last, last)
+            }
+            None => motion_of_depths(&now.depths.filled(), &to_last),
+        })
+    }
+
+    /// Remembers a frame that `camera` saw.
+    pub fn remember(&mut self, camera: &Camera, depths: Depths) {
+        if self.seen.len() == REMEMBERED {
+            self.seen.pop_front();
+        }
+        self.seen.push_back((*camera, depths));
+    }
+
+    /// Forgets what was seen, as after a cut.
+    pub fn reset(&mut self) {
+        self.seen.clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fovol_core::{
+        CameraPath, ControlPoint, FrameSize, Grid, Pixel, SampleList, Scene, TransferFunction, Volume,
+    };
+    use fovol_render::cpu::{RenderOptions, Renderer};
+    use std::sync::Arc;
+
+    /// Small balls at many depths.
+    fn renderer() -> Renderer {
+        let grid = Grid::new([48; 3], [1.0; 3]).unwrap();
+        let centres: Vec<[f32; 3]> =
+            (0..20u32).map(|i| [i * 7 % 20, i * 11 % 20, i].map(|c| 5.0 + 2.0 * c as f32)).collect();
+        let mut values = Vec::new();
+        for i in 0..grid.voxels() {
+            let p = [i % 48, i / 48 % 48, i / 2304].map(|c| c as f32);
+            let squared = |c: &[f32; 3]| (0..3).map(|a| (p[a] - c[a]).powi(2)).sum::<f32>();
+            let nearest = centres.iter().map(squared).fold(f32::INFINITY, f32::min);
+            values.push((255.0 * (-nearest / 6.0).exp()) as u8);
+        }
+        let point = |v, a| ControlPoint::new(v, [1.0; 3], a);
+        let transfer = TransferFunction::new(vec![point(0.0, 0.0), point(0.2, 0.0), point(1.0, 0.8)]);
+        let mut scene = Scene::new(Arc::new(Volume::from_values(grid, values).unwrap()), transfer.unwrap());
+        scene.shading.shadows = fovol_core::ShadowMode::Off;
+        Renderer::new(&scene, RenderOptions::default()).unwrap()
+    }
+
+    #[test]
+    fn the_last_frame_moved_along_the_motion_is_this_frame() {
+        let size = FrameSize::new(160, 120).unwrap();
+        let renderer = renderer();
+        let [last, camera] = [10, 18].map(|i| CameraPath::Orbit.camera(i));
+        let every: Vec<Pixel> = (0..120).flat_map(|y| (0..160).map(move |x| Pixel { x, y })).collect();
+        let list = SampleList::new(size, every);
+        let (marched, _) = renderer.march_list(&camera, &list);
+        let depths: Vec<f32> = marched.iter().map(|sample| sample.depth).collect();
+        let before = renderer.march_full(&last, size).0;
+        let moves =
+            motion_of_depths(&Depths::new(&list, &depths).filled(), &Reprojection::new(&camera, &last, size));
+        let (mut still, mut moved, mut pixels) = (0.0, 0.0, 0);
+        for (i, sample) in marched.iter().enumerate().filter(|(_, sample)| sample.opacity > 0.3) {
+            let (x, y) = (i % 160, i / 160);
+            let [dx, dy] = moves[i];
+            let (px, py) = ((x as f32 + dx).round(), (y as f32 + dy).round());
+            if px < 0.0 || py < 0.0 || px > 159.0 || py > 119.0 {
+                continue;
+            }
+            still += (before.pixels()[i][0] - sample.colour[0]).abs();
+            moved += (before.pixel(px as u32, py as u32)[0] - sample.colour[0]).abs();
+            pixels += 1;
+        }
+        assert!(pixels > 500, "{pixels}");
+        assert!(moved * 2.5 < still, "{moved} {still}");
+    }
+
+    /// How far `motion` leads from where the last frame shows what `full` does: the mean squared error where that shows anything.
+    fn error(full: &Frame, last: &Frame, motion: &[[f32; 2]]) -> f32 {
+        let width = full.size().width as usize;
+        let [mut sum, mut shown] = [0.0, 0.0];
+        for (i, (pixel, [dx, dy])) in full.pixels().iter().zip(motion).enumerate() {
+            if pixel[0] < 0.05 {
+                continue;
+            }
+            let (x, y) = ((i % width) as f32 + dx, (i / width) as f32 + dy);
+            let seen = if x < 0.0
+                || y < 0.0
+                || x.round() as usize >= width
+                || y.round() >= full.size().height as f32
+            {
+                1.0
+            } else {
+                last.pixel(x.round() as u32, y.round() as u32)[0]
+            };
+            sum += (pixel[0] - seen).powi(2);
+            shown += 1.0;
+        }
+        sum / shown
+    }
+
+    #[test]
+    fn earlier_samples_and_the_last_frame_make_motion_better() {
+        let size = FrameSize::new(320, 240).unwrap();
+        let renderer = renderer();
+        let mut finder = MotionFinder::default();
+        let mut last: Option<Frame> = None;
+        let mut errors = [0.0; 2];
+        for t in 0..8 {
+            let camera = CameraPath::Orbit.camera(2 * t);
+            let full = renderer.march_full(&camera, size).0;
+            // A twentieth of the pixels, others in each frame.
+            let sampled = (0..240u32).flat_map(|y| (0..320u32).map(move |x| (x, y)));
+            let sampled =
+                sampled.filter(|(x, y)| (x * 7 + y * 13 + t * 5).wrapping_mul(2_654_435_761) >> 16 & 31 == 0);
+            let list =
+                SampleList::new(size, sampled.map(|(x, y)| Pixel { x: x as u16, y: y as u16 }).collect());
+            let (marched, _) = renderer.march_list(&camera, &list);
+            let sparse = fovol_render::cpu::scatter(&list, &marched);
+            let depths = Depths::new(&list, &marched.iter().map(|sample| sample.depth).collect::<Vec<_>>());
+            let now = Sparse { frame: &sparse, depths: &depths };
+            let found = finder.find(now, &camera, last.as_ref());
+            assert_eq!(found.is_some(), t > 0);
+            if let (Some(found), Some(last)) = (found, &last) {
+                let alone = finder.find(now, &camera, None).unwrap();
+                let [found, alone] = [found, alone].map(|motion| error(&full, last, &motion));
+                errors.iter_mut().zip([found, alone]).for_each(|(sum, error)| *sum += error);
+            }
+            finder.remember(&camera, depths);
+            last = Some(full);
+        }
+        assert!(errors[0] < 0.97 * errors[1], "{errors:?}");
+    }
+
+    #[test]
+    fn a_still_camera_moves_nothing() {
+        let size = FrameSize::new(8, 8).unwrap();
+        let depths = Depths::of_inverse(size, vec![(Pixel { x: 3, y: 3 }, 1.0)]);
+        let frame = Frame::new(size);
+        let now = Sparse { frame: &frame, depths: &depths };
+        let camera = CameraPath::Orbit.camera(0);
+        let mut finder = MotionFinder::default();
+        assert_eq!(finder.find(now, &camera, Some(&frame)), None);
+        finder.remember(&camera, depths.clone());
+        assert!(finder.find(now, &camera, Some(&frame)).unwrap().iter().all(|m| *m == [0.0; 2]));
+        let moved = finder.find(now, &CameraPath::Orbit.camera(9), None).unwrap();
+        assert!(moved.iter().all(|m| m[0].abs() > 0.01));
+        finder.reset();
+        assert_eq!(finder.find(now, &camera, None), None);
+    }
+}
