@@ -65,6 +65,7 @@ fn quieten_drivers() {
 
 fn main() -> ExitCode {
     quieten_drivers();
+    fovolnet::keep_freed_memory();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => return usage(&error),

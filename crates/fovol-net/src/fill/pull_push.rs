@@ -23,47 +23,40 @@ trait Weighted: Copy + Send + Sync {
     fn towards(self, other: Self, part: f32) -> Self;
 }
 
-/// Red, green, blue, and their weight.
-#[derive(Debug, Clone, Copy)]
-struct Colour([f32; 4]);
-
 /// Two numbers, each followed by its weight.
 #[derive(Debug, Clone, Copy)]
 struct Pair([f32; 4]);
 
-fn towards(a: [f32; 4], b: [f32; 4], part: f32) -> [f32; 4] {
-    std::array::from_fn(|c| a[c] + part * (b[c] - a[c]))
-}
-
-impl Weighted for Colour {
-    const NOTHING: Self = Self([0.0; 4]);
+/// Red, green, blue, and their weight.
+impl Weighted for [f32; 4] {
+    const NOTHING: Self = [0.0; 4];
 
     fn plus(self, other: Self) -> Self {
-        Self(std::array::from_fn(|c| self.0[c] + other.0[c]))
+        std::array::from_fn(|c| self[c] + other[c])
     }
 
     fn cut(self) -> Self {
-        let scale = if self.0[3] > 1.0 { 1.0 / self.0[3] } else { 1.0 };
-        Self(self.0.map(|c| c * scale))
+        let scale = if self[3] > 1.0 { 1.0 / self[3] } else { 1.0 };
+        self.map(|c| c * scale)
     }
 
     fn divided(self) -> Self {
-        let [r, g, b, weight] = self.0;
-        Self(if weight > 0.0 { [r / weight, g / weight, b / weight, 1.0] } else { [0.0, 0.0, 0.0, 1.0] })
+        let [r, g, b, weight] = self;
+        if weight > 0.0 { [r / weight, g / weight, b / weight, 1.0] } else { [0.0, 0.0, 0.0, 1.0] }
     }
 
     fn is_whole(self) -> bool {
-        self.0[3] >= 1.0
+        self[3] >= 1.0
     }
 
     fn blended(self, coarse: Self) -> Self {
-        let open = 1.0 - self.0[3];
-        let [r, g, b] = std::array::from_fn(|c| self.0[c] + open * coarse.0[c]);
-        Self([r, g, b, 1.0])
+        let open = 1.0 - self[3];
+        let [r, g, b] = std::array::from_fn(|c| self[c] + open * coarse[c]);
+        [r, g, b, 1.0]
     }
 
     fn towards(self, other: Self, part: f32) -> Self {
-        Self(towards(self.0, other.0, part))
+        std::array::from_fn(|c| self[c] + part * (other[c] - self[c]))
     }
 }
 
@@ -71,7 +64,7 @@ impl Weighted for Pair {
     const NOTHING: Self = Self([0.0; 4]);
 
     fn plus(self, other: Self) -> Self {
-        Self(std::array::from_fn(|c| self.0[c] + other.0[c]))
+        Self(self.0.plus(other.0))
     }
 
     fn cut(self) -> Self {
@@ -96,7 +89,7 @@ impl Weighted for Pair {
     }
 
     fn towards(self, other: Self, part: f32) -> Self {
-        Self(towards(self.0, other.0, part))
+        Self(self.0.towards(other.0, part))
     }
 }
 
@@ -112,13 +105,9 @@ const ROWS: usize = 32;
 
 /// The full frame of `sparse`; samples exactly as they were.
 pub fn pull_push(sparse: &Frame) -> Frame {
-    let known = |p: &[f32; 4]| Colour(if p[3] > 0.5 { [p[0], p[1], p[2], 1.0] } else { [0.0; 4] });
+    let known = |p: &[f32; 4]| if p[3] > 0.5 { [p[0], p[1], p[2], 1.0] } else { [0.0; 4] };
     let filled = filled(sparse.size(), sparse.pixels().par_iter().map(known).collect());
-    let pixels = filled
-        .into_par_iter()
-        .zip(sparse.pixels())
-        .map(|(Colour([r, g, b, _]), sample)| if sample[3] > 0.5 { *sample } else { [r, g, b, 1.0] });
-    Frame::from_pixels(sparse.size(), pixels.collect()).expect("the finest level has the size of the frame")
+    Frame::from_pixels(sparse.size(), filled).expect("the finest level has the size of the frame")
 }
 
 /// Two pictures of numbers of a frame of `size`, row by row, filled by pull-push between those that are known: above 0. All are 0

@@ -132,7 +132,7 @@ impl HostReconstruction {
             None => Made { frame: sampled.sparse.clone(), ms: 0.0 },
         };
         let is_full = reconstructs || made_on_device;
-        self.last = (moves && is_full).then(|| made.frame.clone());
+        self.remember(&made.frame, moves && is_full);
         let timings = Timings {
             mask: sampled.mask_ms,
             march: sampled.march_ms,
@@ -149,6 +149,16 @@ impl HostReconstruction {
             lost: sampled.lost,
             timings,
         })
+    }
+
+    /// Keeps a copy of `frame` if it is `needed`, in the memory of the one before: new memory takes longer than copying.
+    fn remember(&mut self, frame: &Frame, needed: bool) {
+        match &mut self.last {
+            Some(last) if needed && last.size() == frame.size() => {
+                last.pixels_mut().copy_from_slice(frame.pixels());
+            }
+            last => *last = needed.then(|| frame.clone()),
+        }
     }
 
     /// Where every pixel of what was `sampled` was in the last frame.
