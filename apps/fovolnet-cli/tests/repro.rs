@@ -71,3 +71,32 @@ fn wrong_words_are_one_line() {
     }
     assert!(!folder.path().join("never").exists());
 }
+
+/// The name of the first adapter.
+fn adapter() -> String {
+    let devices = ["info", "--devices", "--json", "-"];
+    let done = Command::new(env!("CARGO_BIN_EXE_fovolnet")).args(devices).output().unwrap();
+    let facts: serde_json::Value = serde_json::from_slice(&done.stdout).unwrap();
+    facts["gpus"][0]["name"].as_str().expect("an adapter").to_owned()
+}
+
+#[test]
+#[ignore = "needs a graphics processor, or Mesa's software one"]
+fn times_are_those_of_every_device() {
+    let folder = tempfile::tempdir().unwrap();
+    let adapter = adapter();
+    let done = Command::new(env!("CARGO_BIN_EXE_fovolnet"))
+        .env("FOVOLNET_GPU", &adapter)
+        .args(["repro", "speedups", "frame-times", "--volume", "head:16", "--size", "48x32", "--frames", "2"])
+        .arg("-o")
+        .arg(folder.path())
+        .output()
+        .unwrap();
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    for file in
+        ["speedups/speedups", "speedups/speedups_cpu", "frame-times/summary", "frame-times/summary_cpu"]
+    {
+        assert!(text(&folder.path().join(file).with_extension("csv")).lines().count() >= 3, "{file}");
+    }
+    assert!(text(&folder.path().join("report.html")).contains(&format!("ms a frame on {adapter}")));
+}

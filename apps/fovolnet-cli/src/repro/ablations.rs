@@ -33,8 +33,11 @@ fn rows(file: &Path) -> Result<Vec<Vec<Cell>>> {
         || format!("{} holds no ablations; make it with `python benchmarks/ablations.py`", file.display());
     let mut reader = csv::Reader::from_path(file).with_context(mend)?;
     ensure!(reader.headers().with_context(mend)? == COLUMNS[..], mend());
-    let cell = |text: &str| text.parse().map_or_else(|_| Cell::from(text), |number: f64| Cell::from(number));
-    reader.records().map(|row| Ok(row.with_context(mend)?.iter().map(cell).collect())).collect()
+    let cell = |(column, text): (usize, &str)| match text.parse::<f64>() {
+        Ok(number) if column >= COLUMNS.len() - 3 => Cell::from(number),
+        _ => Cell::from(text),
+    };
+    reader.records().map(|row| Ok(row.with_context(mend)?.iter().enumerate().map(cell).collect())).collect()
 }
 
 #[cfg(test)]

@@ -30,11 +30,19 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
            marching takes depends on how much of the screen the volume covers; the network takes the same time always.",
         ],
     );
+    for (suffix, evaluation) in evaluation.on_each_device() {
+        add_device(&mut section, &evaluation, suffix)?;
+    }
+    Ok(section)
+}
+
+/// What one device takes; the names of files end with `suffix`.
+fn add_device(section: &mut Section, evaluation: &Evaluation, suffix: &str) -> Result<()> {
     let data = evaluation.shown("vortices");
     let (times, pictures) = flight(evaluation, data)?;
     let shown: Vec<&Frame> = pictures.iter().collect();
     section.picture(
-        "thumbnails",
+        &format!("thumbnails{suffix}"),
         &format!("{}, from the first frame to the last", data.name),
         side_by_side(&shown, GAP),
     );
@@ -51,12 +59,16 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
     ];
     let axes = Axes { x: "frame", y: "ms" };
     section.drawing(
-        "frame_times",
-        &format!("{}, ms a frame", data.name),
+        &format!("frame_times{suffix}"),
+        &format!("{}, ms a frame on {}", data.name, evaluation.device()),
         plot::lines(axes, &lines, true, &[])?,
     );
     let rows = times.iter().map(row).collect();
-    section.data("frame_times", &["frame", "full", "total", "network", "march", "mask"], rows);
+    section.data(
+        &format!("frame_times{suffix}"),
+        &["frame", "full", "total", "network", "march", "mask"],
+        rows,
+    );
     let spread = |of: fn(&Times) -> f64| {
         let (low, high) =
             times.iter().map(of).fold((f64::INFINITY, 0.0f64), |(a, b), v| (a.min(v), b.max(v)));
@@ -67,8 +79,9 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
         vec![name.into(), low.into(), mean.into(), high.into(), (high / low).into()]
     };
     let rows = vec![summary("every pixel", full), summary("sparse and network", total)];
-    section.table("summary", &["frames", "least ms", "mean ms", "most ms", "most / least"], rows);
-    Ok(section)
+    let columns = ["frames", "least ms", "mean ms", "most ms", "most / least"];
+    section.table(&format!("summary{suffix}"), &columns, rows);
+    Ok(())
 }
 
 fn row(times: &Times) -> Vec<Cell> {

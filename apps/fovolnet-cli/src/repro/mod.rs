@@ -27,7 +27,7 @@ use clap::ValueEnum;
 use data_sets::DataSet;
 use fovolnet::core::FrameSize;
 use fovolnet::io::atomic;
-use fovolnet::{Machine, RenderSettings, SpeedSettings};
+use fovolnet::{Device, Machine, RenderSettings, SpeedSettings};
 use section::Section;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -135,6 +135,7 @@ impl Item {
 }
 
 /// What is evaluated, and how large.
+#[derive(Clone)]
 struct Evaluation {
     data_sets: Vec<DataSet>,
     frames: u32,
@@ -173,6 +174,24 @@ impl Evaluation {
             sigma: Some(sigma),
             ..RenderSettings::default()
         }
+    }
+
+    /// This on every device: on the one that was asked for, or where none was, on the best one and then on the processor. Each
+    /// with what its files' names end with.
+    fn on_each_device(&self) -> Vec<(&'static str, Self)> {
+        let mut each = vec![("", self.clone())];
+        let any = matches!(self.speed.device, None | Some(Device::Auto));
+        if any && self.machine.gpu.is_some() {
+            let speed = SpeedSettings { device: Some(Device::Cpu), ..self.speed.clone() };
+            let machine = Machine { gpu: None, ..self.machine.clone() };
+            each.push(("_cpu", Self { speed, machine, ..self.clone() }));
+        }
+        each
+    }
+
+    /// What frames are made on.
+    fn device(&self) -> &str {
+        self.machine.gpu.as_deref().unwrap_or(&self.machine.cpu)
     }
 
     /// The data set that the paper's figures show, if it is there: the one whose name begins so; else the first.

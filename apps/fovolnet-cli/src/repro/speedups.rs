@@ -41,20 +41,9 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
            renderer and volumes: the ratios can be compared, not the times.",
         ],
     );
-    let all =
-        evaluation.data_sets.iter().map(|data| average(evaluation, data)).collect::<Result<Vec<_>>>()?;
-    let names: Vec<String> = all.iter().map(|average| average.name.clone()).collect();
-    let mut series =
-        vec![Bars { name: "every pixel".into(), heights: all.iter().map(|a| [a.full; 2]).collect() }];
-    let titles: Vec<String> =
-        columns().map(|(network, [pb, sigma])| format!("{network} ({pb}, {sigma})")).collect();
-    series.extend(titles.iter().enumerate().map(|(number, title)| Bars {
-        name: title.clone(),
-        heights: all.iter().map(|average| average.sparse[number]).collect(),
-    }));
-    section.drawing("frame_times", "ms a frame", plot::bars("ms a frame", &names, &series)?);
-    let titles: Vec<&str> = titles.iter().map(String::as_str).collect();
-    section.table("speedups", &[&["data set", "full ms"], &titles[..]].concat(), speedups(&all));
+    for (suffix, evaluation) in evaluation.on_each_device() {
+        add_device(&mut section, &evaluation, suffix)?;
+    }
     let row = |&(name, speedups): &(&str, [f64; 4])| {
         std::iter::once(name.into()).chain(speedups.map(Cell::from)).collect()
     };
@@ -70,6 +59,28 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
         vtk::add(&mut section, file)?;
     }
     Ok(section)
+}
+
+/// What one device takes; the names of files end with `suffix`.
+fn add_device(section: &mut Section, evaluation: &Evaluation, suffix: &str) -> Result<()> {
+    let all =
+        evaluation.data_sets.iter().map(|data| average(evaluation, data)).collect::<Result<Vec<_>>>()?;
+    let names: Vec<String> = all.iter().map(|average| average.name.clone()).collect();
+    let mut series =
+        vec![Bars { name: "every pixel".into(), heights: all.iter().map(|a| [a.full; 2]).collect() }];
+    let titles: Vec<String> =
+        columns().map(|(network, [pb, sigma])| format!("{network} ({pb}, {sigma})")).collect();
+    series.extend(titles.iter().enumerate().map(|(number, title)| Bars {
+        name: title.clone(),
+        heights: all.iter().map(|average| average.sparse[number]).collect(),
+    }));
+    let caption = format!("ms a frame on {}", evaluation.device());
+    let bars = plot::bars("ms a frame", &names, &series)?;
+    section.drawing(&format!("frame_times{suffix}"), &caption, bars);
+    let titles: Vec<&str> = titles.iter().map(String::as_str).collect();
+    let columns = [&["data set", "full ms"], &titles[..]].concat();
+    section.table(&format!("speedups{suffix}"), &columns, speedups(&all));
+    Ok(())
 }
 
 /// Every network at every setting.
