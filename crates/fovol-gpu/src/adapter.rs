@@ -7,8 +7,10 @@ use std::str::FromStr;
 pub const ADAPTER_VARIABLE: &str = "FOVOLNET_GPU";
 
 /// What a device is asked for, beyond what every one has, where its adapter offers it.
-const WELCOME: wgpu::Features =
-    wgpu::Features::TIMESTAMP_QUERY.union(wgpu::Features::SHADER_F16).union(wgpu::Features::SUBGROUP);
+const WELCOME: wgpu::Features = wgpu::Features::TIMESTAMP_QUERY
+    .union(wgpu::Features::SHADER_F16)
+    .union(wgpu::Features::SUBGROUP)
+    .union(wgpu::Features::PIPELINE_CACHE);
 
 /// Which adapter to open.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

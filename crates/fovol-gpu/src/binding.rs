@@ -103,6 +103,6 @@ pub fn compute_pipeline(
         module: &module,
         entry_point: Some(entry_point),
         compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
-        cache: None,
+        cache: gpu.compiled(),
     })
 }

@@ -1,3 +1,4 @@
+use crate::pipeline_cache::PipelineCache;
 use crate::{GpuError, Result};
 use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -9,12 +10,15 @@ pub struct Gpu {
     queue: wgpu::Queue,
     /// Why the device was lost, and what went wrong outside any [`Gpu::guarded`]; known for devices opened here.
     fault: Arc<Mutex<Option<String>>>,
+    /// What has been compiled, in this run or an earlier one.
+    compiled: Option<Arc<PipelineCache>>,
 }
 
 impl Gpu {
     /// A device that someone else opened and lends. Its limits are those that it was opened with.
     pub fn shared(device: wgpu::Device, queue: wgpu::Queue) -> Self {
-        Self { device, queue, fault: Arc::default() }
+        let compiled = PipelineCache::of_user(&device).map(Arc::new);
+        Self { device, queue, fault: Arc::default(), compiled }
     }
 
     /// A device that is opened for this program: what goes wrong with it is kept, where wgpu would panic.
@@ -37,6 +41,11 @@ impl Gpu {
     /// Its queue.
     pub fn queue(&self) -> &wgpu::Queue {
         &self.queue
+    }
+
+    /// What pipelines are to be looked for in when they are made, where there is such a thing.
+    pub(crate) fn compiled(&self) -> Option<&wgpu::PipelineCache> {
+        self.compiled.as_deref().map(PipelineCache::get)
     }
 
     /// The adapter's name, kind and driver.
