@@ -33,6 +33,7 @@ mod scene;
 mod session;
 mod settings;
 mod toml_text;
+mod window;
 
 pub use camera_path::{camera_path, path_text};
 pub use clip::Clip;
@@ -56,3 +57,4 @@ pub use report::{FrameReport, MeanReport, RenderReport};
 pub use scene::scene;
 pub use session::Session;
 pub use settings::{RandomWeights, Reconstruction, RenderSettings, Sampling, SpeedSettings, VolumeSettings};
+pub use window::Seen;

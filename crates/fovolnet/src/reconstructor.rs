@@ -1,6 +1,7 @@
+use crate::window::{Seen, Windowed};
 use crate::{Error, RandomWeights, Reconstruction, RenderSettings, Result};
 use fovol_core::{Frame, FrameSize};
-use fovol_net::cpu::{FrameInput, Network, Precision, Simd, State};
+use fovol_net::cpu::{FrameInput, Network, Precision, Simd};
 use fovol_net::plan::NetworkConfig;
 use fovol_net::{Fill, Weights};
 use std::sync::Arc;
@@ -16,7 +17,7 @@ pub struct Reconstructor(Method);
 enum Method {
     Nothing,
     Fill(Fill),
-    Network(Arc<Network>, Box<State>),
+    Network(Arc<Network>, Box<Windowed>),
 }
 
 impl Reconstructor {
@@ -34,8 +35,8 @@ impl Reconstructor {
                 let plan = weights.config.plan().map_err(Error::Setting)?;
                 let precision = settings.precision.unwrap_or_default();
                 let network = Network::new(plan, &weights, Simd::best(), precision)?;
-                let state = network.state(size);
-                Method::Network(Arc::new(network), Box::new(state))
+                let clip = Windowed::new(size);
+                Method::Network(Arc::new(network), Box::new(clip))
             }
         }))
     }
@@ -54,17 +55,33 @@ impl Reconstructor {
     /// # Errors
     /// A frame of another size than the clip's, motion of another size.
     pub fn reconstruct(&mut self, sparse: &Frame, motion: Option<&[[f32; 2]]>) -> Result<Frame> {
+        self.reconstruct_seen(sparse, motion, &Seen::everything(sparse.size()))
+    }
+
+    /// The same where it is known what can be `seen`: networks then work on that part of the frame alone, and what is around it
+    /// is background.
+    ///
+    /// # Errors
+    /// As [`Self::reconstruct`].
+    pub fn reconstruct_seen(
+        &mut self,
+        sparse: &Frame,
+        motion: Option<&[[f32; 2]]>,
+        seen: &Seen,
+    ) -> Result<Frame> {
         Ok(match &mut self.0 {
             Method::Nothing => sparse.clone(),
             Method::Fill(fill) => fill.reconstruct(sparse),
-            Method::Network(network, state) => network.reconstruct(&FrameInput { sparse, motion }, state)?,
+            Method::Network(network, clip) => {
+                clip.reconstruct(network, &FrameInput { sparse, motion }, seen)?
+            }
         })
     }
 
     /// Forgets what was seen, as after a cut.
     pub fn reset(&mut self) {
-        if let Method::Network(_, state) = &mut self.0 {
-            state.reset();
+        if let Method::Network(_, clip) = &mut self.0 {
+            clip.reset();
         }
     }
 
@@ -73,7 +90,7 @@ impl Reconstructor {
     pub fn another(&self, size: FrameSize) -> Self {
         Self(match &self.0 {
             Method::Network(network, _) => {
-                Method::Network(Arc::clone(network), Box::new(network.state(size)))
+                Method::Network(Arc::clone(network), Box::new(Windowed::new(size)))
             }
             other => other.clone(),
         })

@@ -50,6 +50,7 @@ VARIANTS = {
     "variant-flat": networks.wnet([6, 8], [5], flat="around", mask=True, normalisation="softmax"),
     "variant-accumulating": networks.wnet([6, 8], [5], mask=True, prefill=True, accumulate=0.6, corrections=1),
     "variant-direct": networks.wnet([6, 8], [5], **networks.OURS | {"residual": True, "direct": True}),
+    "variant-interpolated": networks.wnet([6, 8], [5], **networks.OURS | {"points": False}),
     "variant-samples": networks.wnet([6, 8, 10], [5, 7], feedback="none", direct=False),
     "variant-fovea": {"kind": "deepfovea", "encoder": [5, 7], "bottleneck": 6},
 }
@@ -225,6 +226,32 @@ def add_warp(layers, name, level, shape):
     layers.add(name, networks.warp(state, layers.double(f"{name}.in1")), kind="warp", level=level)
 
 
+def points_case(layers, name, shape):
+    """Random points as `in0`."""
+    random = np.random.default_rng(networks.fnv1a(name))
+    weights = random.uniform(0.1, 1, (1, *shape)) * (random.random((1, *shape)) < 0.5)
+    points = np.concatenate([random.random((3, *shape)) * weights, weights, random.uniform(-0.5, 0.5, (2, *shape))])
+    layers.arrays[f"{name}.in0"] = (points * (weights > 0)).astype(np.float32)
+    return layers.double(f"{name}.in0")
+
+
+def add_points(layers):
+    """What is done with points."""
+    (_, _, motion), = frames(13, 9, 1)
+    points = points_case(layers, "reproject", (9, 13))
+    layers.arrays["reproject.in1"] = motion
+    moved = networks.reproject(points, layers.double("reproject.in1"))
+    layers.add("reproject", moved, kind="reproject")
+    layers.add("splat", networks.splat(points_case(layers, "splat", (7, 11))), kind="splat")
+    layers.add("spread_points", networks.spread(points_case(layers, "spread_points", (16, 16)), None, 3), kind="spread", levels=3)
+    before = points_case(layers, "accumulate_points", (4, 6))
+    known = known_case(layers, "accumulate_points_known", (4, 6), 0.3, 1.0)
+    layers.arrays["accumulate_points.in0"] = layers.arrays.pop("accumulate_points_known.in0")
+    layers.arrays["accumulate_points.in1"] = numpy32(before[0])
+    accumulated = networks.accumulated(known, before, None, 0.75)
+    layers.add("accumulate_points", accumulated, kind="accumulate", fade=0.75)
+
+
 def known_case(layers, name, shape, density, least):
     """Random samples of weights from `least` to 1 as `in0`; the left half has none where `density` is below 0.01."""
     random = np.random.default_rng(networks.fnv1a(name))
@@ -326,6 +353,7 @@ def layer_cases(folder):
     add_warp(layers, "warp_level0", 0, (9, 11))
     add_warp(layers, "warp_level2", 2, (5, 6))
     add_fills(layers)
+    add_points(layers)
     save(layers.arrays, folder / "layers.safetensors", **layers.facts)
 
 

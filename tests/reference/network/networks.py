@@ -40,6 +40,7 @@ def wnet(encoder, decoder, **changes):
         "filled": None,
         "flat": None,
         "accumulate": 0.0,
+        "points": False,
         "fresh": None,
         "doubt": False,
         "corrections": 0,
@@ -53,7 +54,7 @@ def wnet(encoder, decoder, **changes):
 
 ALL_ON = {name: True for name in ["fold", "mask", "prefill", "bypass", "reproject"]}
 OURS = ALL_ON | {"feedback": "output", "history": "centre", "filled": "around", "flat": "centre"}
-OURS |= {"accumulate": 0.98, "fresh": "centre", "doubt": True, "corrections": 2}
+OURS |= {"accumulate": 0.98, "points": True, "fresh": "centre", "doubt": True, "corrections": 2}
 OURS |= {"addition": True, "recurrent": False, "direct": False}
 CONFIGS = {
     "wnet-paper": wnet([64, 64, 80, 96], [64, 64, 80]),
@@ -93,6 +94,52 @@ def warp(state, motion):
     # grid_sample counts from -1 at the left edge of the first pixel to 1 at the right edge of the last.
     grid = torch.stack([(2 * x + 1) / width - 1, (2 * y + 1) / height - 1], dim=-1)
     return F.grid_sample(state, grid, mode="bilinear", padding_mode="zeros", align_corners=False)
+
+
+def reproject(points, motion):
+    """Points [batch, 6, rows, columns] where they are now: of each pixel what is known (three numbers times the weight,
+    and the weight), and how far right of and below its centre that lies, -0.5 to below 0.5.
+
+    A pixel p takes the points that were in the square of a pixel's size around p + motion(p): the mean of what they say
+    and of where they are, both by weight, with the largest of their weights.
+    """
+    height, width = points.shape[-2:]
+    weight = points[:, 3]
+    # Where each point is in the frame.
+    x = torch.arange(width, dtype=points.dtype) + points[:, 4]
+    y = torch.arange(height, dtype=points.dtype)[:, None] + points[:, 5]
+    moved = torch.zeros_like(points)
+    for row in range(height):
+        for column in range(width):
+            dx = x - (column + motion[:, :1, row : row + 1, column : column + 1][:, 0])
+            dy = y - (row + motion[:, 1:, row : row + 1, column : column + 1][:, 0])
+            met = (dx >= -0.5) & (dx < 0.5) & (dy >= -0.5) & (dy < 0.5) & (weight > 0)
+            for i in torch.nonzero(met.any(dim=(1, 2))).flatten():
+                weights = weight[i][met[i]]
+                colours = points[i, :3][:, met[i]].sum(dim=1) / weights.sum()
+                places = [(weights * d[i][met[i]]).sum() / weights.sum() for d in [dx, dy]]
+                largest = weights.max()
+                moved[i, :, row, column] = torch.stack([*(colours * largest), largest, *places])
+    return moved
+
+
+def splat(points):
+    """What points tell of the centres of pixels [batch, 4, rows, columns].
+
+    Each counts for the four centres around it by bilinear shares; divided by the sum of these where that is more than one.
+    """
+    batch, _, height, width = points.shape
+    known = torch.zeros(batch, 4, height, width, dtype=points.dtype)
+    shares = torch.zeros(batch, 1, height, width, dtype=points.dtype)
+    for i, row, column in torch.nonzero(points[:, 3] > 0).tolist():
+        point = points[i, :, row, column]
+        for y in range(max(row - 1, 0), min(row + 2, height)):
+            for x in range(max(column - 1, 0), min(column + 2, width)):
+                near = [1 - abs(column + point[4] - x), 1 - abs(row + point[5] - y)]
+                share = max(near[0], 0) * max(near[1], 0)
+                known[i, :, y, x] += share * point[:4]
+                shares[i, :, y, x] += share
+    return known / shares.clamp(min=1)
 
 
 def normalised(weights, normalisation):
@@ -179,7 +226,9 @@ def beside(known, base):
 
 
 def spread(known, base, levels):
-    """The picture at half the resolution that `known` gives; with `base`, that one corrected by it."""
+    """The picture at half the resolution that `known` gives; with `base`, that one corrected by it. Of points their
+    places do not count."""
+    known = known[:, :4]
     if base is None:
         return pull_push(known, levels, 1)
     return base + pull_push(joined(beside(known, base), known[:, 3:]), levels, 1)
@@ -211,14 +260,15 @@ def doubt(known, prior, fresh, levels):
 
 
 def accumulated(known, before, share, fade):
-    """`known`, and as far as it is not, `before`, faded and as far as it is believed."""
+    """`known`, and as far as it is not, `before`, faded and as far as it is believed; of points their places as they are."""
     factor = fade
     if share is not None:
         scale = known.shape[-1] // share.shape[-1]
         if scale > 1:
             share = F.interpolate(share, scale_factor=scale, mode="bilinear", align_corners=False)
         factor = fade * share
-    return known + (1 - known[:, 3:]) * factor * before
+    open = 1 - known[:, 3:]
+    return torch.cat([known + open * factor * before[:, :4], open * before[:, 4:]], dim=1)
 
 
 def bypass(colour, mask, picture):
@@ -332,7 +382,7 @@ class WNet(nn.Module):
             edge = 2 ** (depth + self.config["fold"])
             states[f"decoder.{depth}"] = torch.zeros(1, channels, height // edge, width // edge, dtype=dtype)
         if self.config["accumulate"] > 0:
-            states["samples"] = torch.zeros(1, 4, height, width, dtype=dtype)
+            states["samples"] = torch.zeros(1, 6 if self.config["points"] else 4, height, width, dtype=dtype)
         if self.has_feedback or self.config["history"]:
             states["output"] = torch.zeros(1, 3, height, width, dtype=dtype)
         return states
@@ -340,7 +390,8 @@ class WNet(nn.Module):
     def forward(self, colour, mask, motion, states):
         config, following = self.config, {}
         if config["reproject"]:
-            states = {name: warp(state, motion) for name, state in states.items()}
+            whole = {"samples"} if config["points"] else set()
+            states = {name: (reproject if name in whole else warp)(state, motion) for name, state in states.items()}
 
         filled, weights, fresh, levels = colour, mask, None, self.pull_levels
         if config["prefill"]:
@@ -355,6 +406,7 @@ class WNet(nn.Module):
                     share = doubt(known, prior, smooth, levels)
                 known = accumulated(known, states["samples"], share, config["accumulate"])
                 following["samples"] = known
+                known = splat(known) if config["points"] else known
                 weights = known[:, 3:]
             filled = blend(known, corrected(known, corrections, levels)[0])
         inputs = [filled]

@@ -5,7 +5,7 @@ use super::map::Map;
 use super::pyramid::{Known, KnownRows, Pyramid, divided};
 use super::samples::KnownPixels;
 use super::simd::{Simd, Work};
-use crate::plan::{DOUBT_ALLOWED, DOUBT_EPSILON, DOUBT_SHARE};
+use crate::plan::{DOUBT_ALLOWED, DOUBT_EPSILON, DOUBT_SHARE, POINT};
 use glam::Vec4;
 use rayon::prelude::*;
 
@@ -95,17 +95,31 @@ fn mean_square([r, g, b, w]: &Known, expected: &[f32; 4]) -> f32 {
 }
 
 /// Writes `known` to `out`, and as far as it is not known what was known `before`, times `fade` and times `share`, which
-/// is of some lower resolution and interpolated.
+/// is of some lower resolution and interpolated. Where these were points, new ones lie at the centres of their pixels.
 pub fn accumulate(known: KnownPixels<'_>, before: &Map, share: Option<&Map>, fade: f32, out: &mut Map) {
+    match before.channels {
+        POINT => accumulate_as::<POINT>(known, before, share, fade, out),
+        _ => accumulate_as::<4>(known, before, share, fade, out),
+    }
+}
+
+/// The same of `N` numbers a pixel, the first four of which are what is known.
+fn accumulate_as<const N: usize>(
+    known: KnownPixels<'_>,
+    before: &Map,
+    share: Option<&Map>,
+    fade: f32,
+    out: &mut Map,
+) {
     let [height, width] = known.size();
-    out.resize([height, width, 4]);
-    out.data.par_chunks_mut(4 * width).enumerate().for_each_init(Vec::new, |shares, (y, to)| {
+    out.resize([height, width, N]);
+    out.data.par_chunks_mut(N * width).enumerate().for_each_init(Vec::new, |shares, (y, to)| {
         shares.resize(width, 0.0);
         match share {
             None => shares.fill(1.0),
             Some(share) => scaled_row(share, height / share.height, y, shares),
         }
-        let (before, to) = (before.row(y).as_chunks().0, to.as_chunks_mut().0);
+        let (before, to) = (before.row(y).as_chunks::<N>().0, to.as_chunks_mut::<N>().0);
         match known {
             KnownPixels::All(known) => {
                 let known = known.row(y).as_chunks().0;
@@ -113,25 +127,31 @@ pub fn accumulate(known: KnownPixels<'_>, before: &Map, share: Option<&Map>, fad
             }
             KnownPixels::Samples(samples) => {
                 Simd::best().vectorised(FadeRow { before, shares, fade, to: &mut *to });
-                samples.row(y).iter().for_each(|sample| to[sample.x as usize] = sample.known().to_array());
+                for sample in samples.row(y) {
+                    let to = &mut to[sample.x as usize];
+                    *to = [0.0; N];
+                    to[..4].copy_from_slice(&sample.known().to_array());
+                }
             }
         }
     });
 }
 
 /// A row of which nothing new is known.
-struct FadeRow<'a> {
-    before: &'a [Known],
+struct FadeRow<'a, const N: usize> {
+    before: &'a [[f32; N]],
     shares: &'a [f32],
     fade: f32,
-    to: &'a mut [Known],
+    to: &'a mut [[f32; N]],
 }
 
-impl Work for FadeRow<'_> {
+impl<const N: usize> Work for FadeRow<'_, N> {
     #[inline(always)]
     fn run(self) {
         for (to, (before, share)) in self.to.iter_mut().zip(self.before.iter().zip(self.shares)) {
-            *to = (Vec4::from_array(*before) * (self.fade * share)).to_array();
+            *to = *before;
+            let faded = Vec4::from_slice(before) * (self.fade * share);
+            to[..4].copy_from_slice(&faded.to_array());
         }
     }
 }
@@ -157,22 +177,26 @@ fn scaled_row(map: &Map, scale: usize, y: usize, to: &mut [f32]) {
     }
 }
 
-struct AccumulateRow<'a> {
+struct AccumulateRow<'a, const N: usize> {
     known: &'a [Known],
-    before: &'a [Known],
+    before: &'a [[f32; N]],
     shares: &'a [f32],
     fade: f32,
-    to: &'a mut [Known],
+    to: &'a mut [[f32; N]],
 }
 
-impl Work for AccumulateRow<'_> {
+impl<const N: usize> Work for AccumulateRow<'_, N> {
     #[inline(always)]
     fn run(self) {
         let pixels = self.to.iter_mut().zip(self.known).zip(self.before.iter().zip(self.shares));
         for ((to, known), (before, share)) in pixels {
-            let factor = (1.0 - known[3]) * (self.fade * share);
+            let open = 1.0 - known[3];
+            let factor = open * (self.fade * share);
             for c in 0..4 {
                 to[c] = known[c] + factor * before[c];
+            }
+            for c in 4..N {
+                to[c] = open * before[c];
             }
         }
     }

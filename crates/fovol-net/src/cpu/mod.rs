@@ -19,6 +19,7 @@ mod pair;
 mod patch;
 mod peak;
 pub mod plain;
+mod points;
 mod pointwise;
 mod precision;
 mod pyramid;

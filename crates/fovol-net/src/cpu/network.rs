@@ -8,6 +8,7 @@ use super::norm::normalise;
 use super::numbers::Numbers;
 use super::pair::{Pair, Pool};
 use super::patch::{Access, Source};
+use super::points;
 use super::pointwise::{Change, change};
 use super::precision::{Choice, Precision};
 use super::pyramid::Pyramid;
@@ -136,6 +137,33 @@ impl Network {
     /// The state that starts a clip of frames of `size`.
     pub fn state(&self, size: FrameSize) -> State {
         State::new(&self.plan, size, &self.halved, Spare::new(&self.lifetimes(size)), self.id)
+    }
+
+    /// The `state` of a clip as that of the same clip in frames of `size`, of which pixel (x, y) is pixel (x, y) + `by` of its
+    /// frames so far; what lay outside these is as the nearest that they had.
+    ///
+    /// # Errors
+    /// A state of another network, a way that is no multiple of [`Plan::multiple`].
+    pub fn moved(&self, state: &State, size: FrameSize, by: [i64; 2]) -> Result<State> {
+        let multiple = self.plan.multiple() as i64;
+        if state.network != self.id {
+            return Err(Error::State("it belongs to another network; start one with this network".into()));
+        }
+        if by.iter().any(|way| way % multiple != 0) {
+            let problem = format!("it cannot move by {}x{}; give multiples of {multiple}", by[0], by[1]);
+            return Err(Error::State(problem));
+        }
+        let mut moved = self.state(size);
+        let tensors = self.plan.states().iter().map(|state| self.plan.tensor(state.previous));
+        for ((tensor, from), to) in tensors.zip(&state.carried).zip(&mut moved.carried) {
+            let by = by.map(|way| way >> tensor.level);
+            match (from, to) {
+                (Stored::F32(from), Stored::F32(to)) => reshape::shift(from, by, to),
+                (Stored::Bf16(from), Stored::Bf16(to)) => reshape::shift(from, by, to),
+                _ => unreachable!("{SAME}"),
+            }
+        }
+        Ok(moved)
     }
 
     /// The full frame of `input`, alpha 1 everywhere; `state` goes on to the next frame.
@@ -557,6 +585,10 @@ fn run_plain(
         (Layer::Accumulate { known, before, share, fade, .. }, Stored::F32(out)) => {
             accumulate(given.known(*known), picture(before), share.as_ref().map(picture), *fade, out);
         }
+        (Layer::Reproject { input, motion, .. }, Stored::F32(out)) => {
+            points::reproject(picture(input), picture(motion), out);
+        }
+        (Layer::Splat { input, .. }, Stored::F32(out)) => points::splat(picture(input), out),
         _ => unreachable!("pictures are stored as f32, and layers with weights are prepared"),
     }
 }

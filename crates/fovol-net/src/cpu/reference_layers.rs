@@ -6,6 +6,7 @@ use super::filter::PreparedFilter;
 use super::map::{Map, Stored};
 use super::norm::normalise;
 use super::patch::Source;
+use super::points;
 use super::pointwise::{Change, change};
 use super::pyramid::Pyramid;
 use super::reshape;
@@ -89,6 +90,8 @@ impl Case<'_> {
                 change(&[Change::Bypass { colour: &inputs[0], mask: &inputs[1] }], &mut out);
             }
             "warp" => warp(&inputs[0], &inputs[1], &mut out),
+            "reproject" => points::reproject(&inputs[0], &inputs[1], &mut out),
+            "splat" => points::splat(&inputs[0], &mut out),
             "spread" => spread(
                 KnownPixels::All(&inputs[0]),
                 inputs.get(1),

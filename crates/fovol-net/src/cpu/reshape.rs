@@ -68,6 +68,19 @@ pub fn part(input: &Map, first: usize, channels: usize, out: &mut Map) {
     });
 }
 
+/// Makes pixel (x, y) of `to`, which keeps its size, pixel (x, y) + `by` of `from`, or the nearest to it.
+pub fn shift<T: Element>(from: &Map<T>, by: [i64; 2], to: &mut Map<T>) {
+    let channels = from.channels;
+    let nearest = |at: usize, way: i64, count: usize| (at as i64 + way).clamp(0, count as i64 - 1) as usize;
+    to.data.par_chunks_mut(to.width * channels).enumerate().for_each(|(y, row)| {
+        let from_row = from.row(nearest(y, by[1], from.height));
+        for (x, pixel) in row.chunks_exact_mut(channels).enumerate() {
+            let at = nearest(x, by[0], from.width) * channels;
+            pixel.copy_from_slice(&from_row[at..at + channels]);
+        }
+    });
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

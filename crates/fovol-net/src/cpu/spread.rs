@@ -2,16 +2,19 @@
 
 use super::doubled::{DoubledRow, doubled};
 use super::map::Map;
+use super::points::WithoutPlaces;
 use super::pyramid::{Known, KnownRows, Pyramid, divided};
 use super::samples::{self, KnownPixels};
 use super::simd::{Simd, Work};
+use crate::plan::POINT;
 use glam::Vec4;
 use rayon::prelude::*;
 
 /// Writes to `out` the picture that `known` gives at half the resolution, from means over squares of up to 2^`levels`
-/// pixels; with `base` that picture plus what `known` differs from it, spread alike.
+/// pixels; with `base` that picture plus what `known` differs from it, spread alike. Of points their places do not count.
 pub fn spread(known: KnownPixels<'_>, base: Option<&Map>, levels: u32, pyramid: &mut Pyramid, out: &mut Map) {
     match (known, base) {
+        (KnownPixels::All(known), None) if known.channels == POINT => pyramid.pull_of(&WithoutPlaces(known)),
         (KnownPixels::All(known), None) => pyramid.pull_from(samples::pixels(known), known.width),
         (KnownPixels::All(known), Some(base)) => pyramid.pull_of(&Differences { known, base }),
         (KnownPixels::Samples(samples), None) => pyramid.pull_samples(samples, |_, sample| sample.known()),
@@ -58,14 +61,18 @@ impl KnownRows for Differences<'_> {
     }
 
     fn make(&self, y: usize, memory: &mut DoubledRow, to: &mut Vec<Known>) {
-        to.resize(self.known.width, [0.0; 4]);
-        let known = self.known.row(y).as_chunks().0;
-        Simd::best().vectorised(DifferenceRow { known, base: self.base, y, memory, to });
+        if self.known.channels == POINT {
+            WithoutPlaces(self.known).make(y, &mut (), to);
+        } else {
+            to.clear();
+            to.extend_from_slice(self.known.row(y).as_chunks().0);
+        }
+        Simd::best().vectorised(DifferenceRow { base: self.base, y, memory, to });
     }
 }
 
+/// What takes `base` from known pixels.
 struct DifferenceRow<'a> {
-    known: &'a [Known],
     base: &'a Map,
     y: usize,
     memory: &'a mut DoubledRow,
@@ -75,11 +82,11 @@ struct DifferenceRow<'a> {
 impl Work for DifferenceRow<'_> {
     #[inline(always)]
     fn run(self) {
-        let Self { known, base, y, memory, to } = self;
+        let Self { base, y, memory, to } = self;
         memory.make(base, y);
-        for ((to, known), base) in to.iter_mut().zip(known).zip(&memory.row) {
+        for (to, base) in to.iter_mut().zip(&memory.row) {
             // The base has 0 as its fourth number: the weight stays.
-            let known = Vec4::from_array(*known);
+            let known = Vec4::from_array(*to);
             *to = (known - known.w * Vec4::from_array(*base)).to_array();
         }
     }

@@ -2,7 +2,7 @@
 
 use super::kernel::{Kernel, Operand};
 use super::tensor::Place;
-use super::{accumulate, conv, filter, norm, pointwise, pyramid, reshape, spread, warp};
+use super::{accumulate, conv, filter, norm, points, pointwise, pyramid, reshape, spread, warp};
 use crate::cpu::schedule::{Schedule, is_input};
 use crate::plan::{Layer, Plan, TensorId};
 use crate::weights::Weights;
@@ -100,6 +100,8 @@ impl Making<'_> {
             Layer::Accumulate { known, before, share, fade, .. } => {
                 vec![accumulate::kernel(self, *known, (*before, *share), *fade, output)]
             }
+            Layer::Reproject { input, motion, .. } => vec![points::reproject(self, *input, *motion, output)],
+            Layer::Splat { input, .. } => vec![points::splat(self, *input, output)],
             Layer::Warp { input, motion, .. } => vec![warp::kernel(self, *input, *motion, output)],
         })
     }

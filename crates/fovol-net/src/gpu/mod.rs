@@ -35,6 +35,7 @@ mod memory;
 mod network;
 mod norm;
 mod pipelines;
+mod points;
 mod pointwise;
 mod precision;
 mod pull_push;

@@ -26,6 +26,8 @@ pub const SPREAD: Shader = shader!("../shaders/", "spread": "tensor" "doubled");
 pub const ACCUMULATE: Shader = shader!("../shaders/", "accumulate": "tensor");
 /// Where pixels were.
 pub const WARP: Shader = shader!("../shaders/", "warp": "tensor");
+/// Samples of earlier frames as points.
+pub const POINTS: Shader = shader!("../shaders/", "points": "tensor");
 /// Filling without a network.
 pub const PULL_PUSH: Shader = shader!("../shaders/", "pull_push":);
 
@@ -34,8 +36,8 @@ mod tests {
     use super::*;
     use wgpu::naga::valid::Capabilities;
 
-    const ALL: [Shader; 13] = [
-        FRAME, KEEP, CONV, FILTER, NORM, POOL, RESHAPE, POINTWISE, PYRAMID, SPREAD, ACCUMULATE, WARP,
+    const ALL: [Shader; 14] = [
+        FRAME, KEEP, CONV, FILTER, NORM, POOL, RESHAPE, POINTWISE, PYRAMID, SPREAD, ACCUMULATE, POINTS, WARP,
         PULL_PUSH,
     ];
 

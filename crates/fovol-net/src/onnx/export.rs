@@ -199,6 +199,8 @@ impl<'a> Exporter<'a> {
             Layer::Bypass { colour, mask, input, output } => {
                 self.bypass(self.name(*output), [*colour, *mask, *input])
             }
+            Layer::Reproject { input, motion, output } => self.reproject(*input, *motion, *output),
+            Layer::Splat { input, output } => self.splat(*input, *output),
             Layer::Warp { input, motion, output } => self.warp(*input, *motion, *output),
         })
     }

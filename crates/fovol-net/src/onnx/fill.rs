@@ -3,7 +3,7 @@
 use super::export::Exporter;
 use super::graph::{integer, integers};
 use super::model::TensorData;
-use crate::plan::{DOUBT_ALLOWED, DOUBT_EPSILON, DOUBT_SHARE, TensorId};
+use crate::plan::{DOUBT_ALLOWED, DOUBT_EPSILON, DOUBT_SHARE, POINT, TensorId};
 
 /// Divisors are at least this.
 const SMALLEST: f32 = 1e-8;
@@ -31,7 +31,7 @@ impl Exporter<'_> {
     ) -> String {
         let name = self.name(output);
         let Some(base) = base else {
-            let known = self.value(known);
+            let known = self.known_pixels(name, known);
             return self.pull_push(name, &known, levels, 1);
         };
         let (known, base) = (self.known(name, known), self.value(base));
@@ -108,7 +108,13 @@ impl Exporter<'_> {
     ) -> String {
         let name = self.name(output);
         let Known { both, weight } = self.known(name, known);
-        let mut before = self.value(before);
+        let open = self.graph.complement(&format!("{name}.open"), &weight);
+        let places = (self.plan.tensor(before).channels == POINT).then(|| {
+            let before = self.value(before);
+            let places = self.channels(&format!("{name}.places"), &before, &[4, 5]);
+            self.graph.plain("Mul", &format!("{name}.places"), &[&places, &open])
+        });
+        let mut before = self.known_pixels(name, before);
         if let Some(share) = share {
             let factor = 1 << self.plan.tensor(share).level;
             let share = self.value(share);
@@ -117,19 +123,31 @@ impl Exporter<'_> {
         }
         let fade = self.graph.scalar(fade);
         let faded = self.graph.plain("Mul", &format!("{name}.faded"), &[&before, &fade]);
-        let open = self.graph.complement(&format!("{name}.open"), &weight);
         let rest = self.graph.plain("Mul", &format!("{name}.rest"), &[&faded, &open]);
-        self.graph.plain("Add", name, &[&both, &rest])
+        let Some(places) = places else {
+            return self.graph.plain("Add", name, &[&both, &rest]);
+        };
+        let sum = self.graph.plain("Add", &format!("{name}.known"), &[&both, &rest]);
+        self.graph.concatenated(name, &[sum, places])
     }
 
     /// Channels of `value`.
-    fn channels(&mut self, name: &str, value: &str, wanted: &[i64]) -> String {
+    pub fn channels(&mut self, name: &str, value: &str, wanted: &[i64]) -> String {
         let wanted = self.graph.indices(wanted);
         self.graph.node("Gather", name, &[value, &wanted], vec![integer("axis", 1)])
     }
 
+    /// A tensor of known pixels; of points what they know.
+    fn known_pixels(&mut self, name: &str, known: TensorId) -> String {
+        let value = self.value(known);
+        match self.plan.tensor(known).channels {
+            POINT => self.channels(&format!("{name}.points"), &value, &[0, 1, 2, 3]),
+            _ => value,
+        }
+    }
+
     fn known(&mut self, name: &str, known: TensorId) -> Known {
-        let both = self.value(known);
+        let both = self.known_pixels(name, known);
         let weight = self.channels(&format!("{name}.known"), &both, &[3]);
         Known { both, weight }
     }

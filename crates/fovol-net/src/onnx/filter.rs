@@ -64,7 +64,7 @@ impl Exporter<'_> {
     }
 
     /// `image` moved so that each pixel has the value that each of the `taps` weighs there.
-    fn shifted(&mut self, name: &str, image: &str, taps: Taps) -> Vec<String> {
+    pub fn shifted(&mut self, name: &str, image: &str, taps: Taps) -> Vec<String> {
         if taps == Taps::Centre {
             return vec![image.to_owned()];
         }

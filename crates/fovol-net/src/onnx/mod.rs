@@ -20,6 +20,7 @@ mod fill;
 mod filter;
 mod graph;
 mod model;
+mod points;
 mod protobuf;
 #[cfg(test)]
 mod tests;

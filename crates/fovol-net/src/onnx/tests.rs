@@ -84,7 +84,7 @@ fn metadata_says_what_a_caller_needs() {
     let value = |key: &str| model.metadata.iter().find(|entry| entry.key == key).unwrap().value.as_str();
     assert_eq!(value("fovolnet.multiple"), "16");
     assert_eq!(value("training"), "none");
-    let first = r#"[{"name":"samples","channels":4,"scale":1},"#;
+    let first = r#"[{"name":"samples","channels":6,"scale":1},"#;
     assert!(value("fovolnet.states").starts_with(first), "{}", value("fovolnet.states"));
 }
 

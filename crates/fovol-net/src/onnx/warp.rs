@@ -6,8 +6,8 @@ use super::model::DataType;
 use crate::plan::TensorId;
 
 /// Axes of an image.
-const ROWS: i64 = 2;
-const COLUMNS: i64 = 3;
+pub const ROWS: i64 = 2;
+pub const COLUMNS: i64 = 3;
 
 impl Exporter<'_> {
     /// The value of `input` where each pixel was in the last frame, bilinear, zero outside.
@@ -50,7 +50,7 @@ impl Exporter<'_> {
     }
 
     /// (pixel centre + `motion`) · 2 / length − 1 along `axis`.
-    fn positions(&mut self, name: &str, motion: &str, axis: i64) -> String {
+    pub fn positions(&mut self, name: &str, motion: &str, axis: i64) -> String {
         let graph = &mut self.graph;
         let [zero, one, at] = [0, 1, axis].map(|value| graph.index(value));
         let [half, unit, two] = [0.5, 1.0, 2.0].map(|value| graph.scalar(value));

@@ -1,4 +1,4 @@
-use super::layer::{Activation, Conv, Filter, Layer, Norm, Padding, Read, Resize};
+use super::layer::{Activation, Conv, Filter, Layer, Norm, POINT, Padding, Read, Resize};
 use super::{Inputs, Plan, StateTensor, Tensor, TensorId};
 
 /// What spreads pixels halves the resolution no more often.
@@ -252,7 +252,7 @@ impl PlanBuilder {
         fade: f32,
     ) -> TensorId {
         let name = format!("{}.accumulated", self.plan.tensors[known.0].name);
-        let output = self.tensor(&name, self.channels(known), 0);
+        let output = self.tensor(&name, self.channels(before), 0);
         self.push(Layer::Accumulate { known, before, share, fade, output })
     }
 
@@ -279,6 +279,23 @@ impl PlanBuilder {
         let name = format!("{}.bypassed", self.plan.tensors[input.0].name);
         let output = self.tensor(&name, self.channels(input), self.level(input));
         self.push(Layer::Bypass { colour, mask, input, output })
+    }
+
+    /// The points of `input` where the motion takes them.
+    pub fn reproject(&mut self, input: TensorId) -> TensorId {
+        assert_eq!((self.channels(input), self.level(input)), (POINT, 0), "points are of the frame's pixels");
+        let motion = self.motion();
+        let name = format!("{}.reprojected", self.plan.tensors[input.0].name);
+        let output = self.tensor(&name, POINT, 0);
+        self.push(Layer::Reproject { input, motion, output })
+    }
+
+    /// What the points of `input` tell of the centres of pixels.
+    pub fn splat(&mut self, input: TensorId) -> TensorId {
+        assert_eq!((self.channels(input), self.level(input)), (POINT, 0), "points are of the frame's pixels");
+        let name = format!("{}.splatted", self.plan.tensors[input.0].name);
+        let output = self.tensor(&name, 4, 0);
+        self.push(Layer::Splat { input, output })
     }
 
     /// `input` moved along the motion.

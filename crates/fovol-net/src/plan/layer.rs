@@ -136,6 +136,10 @@ pub const DOUBT_ALLOWED: f32 = 0.25;
 /// what they are filled with in the end.
 pub const DOUBT_SHARE: f32 = 0.5;
 
+/// Numbers of a point: the four of a [known](Layer::Join) pixel, and how far it lies right of and below the centre of its
+/// pixel, −0.5 to below 0.5 pixels each.
+pub const POINT: usize = 6;
+
 /// A kernel for each pixel, predicted by a 1×1 convolution of `features`, normalised, and applied to images:
 /// the same kernel for all channels.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -222,7 +226,7 @@ pub enum Layer {
     /// Known pixels spread over the frame at half the resolution: means of ever larger squares where there are few. With a
     /// `base`, what they differ from that is spread, and added to it.
     Spread {
-        /// [Known](Self::Join) pixels.
+        /// [Known](Self::Join) pixels, or [points](POINT), of which their places do not count.
         known: TensorId,
         /// The picture at half the resolution that is to be corrected.
         base: Option<TensorId>,
@@ -264,10 +268,11 @@ pub enum Layer {
         output: TensorId,
     },
     /// Known pixels of this frame, and as far as these are not known, those of earlier ones: k + (1 − w)·fade·share·before.
+    /// Where those are [points](POINT) these become some too, at the centres of their pixels.
     Accumulate {
         /// [Known](Self::Join) pixels of this frame.
         known: TensorId,
-        /// Those of earlier ones.
+        /// Those of earlier ones, or points.
         before: TensorId,
         /// How far these are believed, at some lower resolution; bilinear. Without it they are.
         share: Option<TensorId>,
@@ -305,6 +310,24 @@ pub enum Layer {
         /// What it writes.
         output: TensorId,
     },
+    /// [Points](POINT) where they are now. A pixel takes those that were in the square of its size around where its centre
+    /// was in the last frame: several become their mean, with the largest of their weights.
+    Reproject {
+        /// Points of the last frame.
+        input: TensorId,
+        /// Pixels to the previous position.
+        motion: TensorId,
+        /// What it writes.
+        output: TensorId,
+    },
+    /// What [points](POINT) tell of the centres of pixels: each is known to the four around it as far as it is near, bilinear.
+    /// Divided by the sum of these shares where that is more than one.
+    Splat {
+        /// Points.
+        input: TensorId,
+        /// [Known](Self::Join) pixels.
+        output: TensorId,
+    },
     /// The value where each pixel was in the last frame, bilinear, zero outside. Motion is averaged and scaled
     /// to the resolution of `input`.
     Warp {
@@ -338,6 +361,8 @@ impl Layer {
             | Self::Part { output, .. }
             | Self::Add { output, .. }
             | Self::Bypass { output, .. }
+            | Self::Reproject { output, .. }
+            | Self::Splat { output, .. }
             | Self::Warp { output, .. } => *output,
         }
     }
@@ -368,7 +393,8 @@ impl Layer {
             | Self::Scale { input, .. }
             | Self::Clamp { input, .. }
             | Self::Smooth { input, .. }
-            | Self::Part { input, .. } => vec![*input],
+            | Self::Part { input, .. }
+            | Self::Splat { input, .. } => vec![*input],
             Self::Join { colour, weight, .. } => vec![*colour, *weight],
             Self::Spread { known, base, .. } => [Some(*known), *base].into_iter().flatten().collect(),
             Self::Blend { known, base, .. } => vec![*known, *base],
@@ -378,7 +404,7 @@ impl Layer {
             }
             Self::Add { input, more, .. } => vec![*input, *more],
             Self::Bypass { colour, mask, input, .. } => vec![*colour, *mask, *input],
-            Self::Warp { input, motion, .. } => vec![*input, *motion],
+            Self::Reproject { input, motion, .. } | Self::Warp { input, motion, .. } => vec![*input, *motion],
         }
     }
 
@@ -402,6 +428,8 @@ impl Layer {
             Self::Part { .. } => "part",
             Self::Add { .. } => "add",
             Self::Bypass { .. } => "bypass",
+            Self::Reproject { .. } => "reproject",
+            Self::Splat { .. } => "splat",
             Self::Warp { .. } => "warp",
         }
     }

@@ -8,8 +8,8 @@ mod wnet;
 pub use build::PlanBuilder;
 pub use deepfovea::DeepFoveaConfig;
 pub use layer::{
-    Activation, Conv, DOUBT_ALLOWED, DOUBT_EPSILON, DOUBT_SHARE, Filter, Layer, Norm, Normalisation, Padding,
-    Read, Resize, SQUARED_EPSILON, Taps,
+    Activation, Conv, DOUBT_ALLOWED, DOUBT_EPSILON, DOUBT_SHARE, Filter, Layer, Norm, Normalisation, POINT,
+    Padding, Read, Resize, SQUARED_EPSILON, Taps,
 };
 pub use wnet::{Feedback, WNetConfig};
 

@@ -1,4 +1,4 @@
-use super::layer::{Activation, Filter, Normalisation, Read, Taps};
+use super::layer::{Activation, Filter, Normalisation, POINT, Read, Taps};
 use super::{Plan, PlanBuilder, TensorId};
 use serde::{Deserialize, Serialize};
 
@@ -56,6 +56,10 @@ pub struct WNetConfig {
     /// samples of its frame alone. The U-Net is then told these weights for the mask.
     #[serde(default)]
     pub accumulate: f32,
+    /// Whether accumulated samples are points, moved whole and each with its place in its pixel, so that no picture of them
+    /// is interpolated again and again; needs `reproject`.
+    #[serde(default)]
+    pub points: bool,
     /// What K's last kernel weighs of a second picture, filled from the samples of its frame alone, which the U-Net is
     /// shown too: what was accumulated is wrong where the motion is.
     #[serde(default)]
@@ -104,6 +108,7 @@ impl WNetConfig {
             filled: None,
             flat: None,
             accumulate: 0.0,
+            points: false,
             fresh: None,
             doubt: false,
             corrections: 0,
@@ -136,6 +141,7 @@ impl WNetConfig {
             filled: Some(Taps::Around),
             flat: Some(Taps::Centre),
             accumulate: 0.98,
+            points: true,
             fresh: Some(Taps::Centre),
             doubt: true,
             corrections: 2,
@@ -193,6 +199,13 @@ impl WNetConfig {
         if self.accumulate > 0.0 && !self.prefill {
             return Err(
                 "samples are accumulated to be filled; set `prefill`, or leave out `accumulate`".into()
+            );
+        }
+        if self.points && (self.accumulate == 0.0 || !self.reproject) {
+            return Err(
+                "`points` are samples that are accumulated and moved; set `accumulate` and `reproject`, or leave out \
+                        `points`"
+                    .into(),
             );
         }
         if self.doubt && self.fresh.is_none() {
@@ -337,8 +350,12 @@ impl Walk<'_> {
 
     /// `known` with what is left of earlier frames, which `fresh`, spread from it alone, may contradict.
     fn accumulated(&mut self, known: TensorId, fresh: Option<Spread>) -> TensorId {
-        let samples = self.builder.state_like("samples", known);
-        let before = self.reprojected(samples);
+        let points = self.config.points;
+        let samples = match points {
+            true => self.builder.state("samples", POINT, 0),
+            false => self.builder.state_like("samples", known),
+        };
+        let before = if points { self.builder.reproject(samples) } else { self.reprojected(samples) };
         let share = fresh.map(|fresh| {
             let prior = self.spread(before, self.config.corrections.min(1)).picture;
             let smooth = fresh.smooth.unwrap_or_else(|| self.builder.smooth(fresh.picture));
@@ -346,7 +363,7 @@ impl Walk<'_> {
         });
         let accumulated = self.builder.accumulate(known, before, share, self.config.accumulate);
         self.carried.push((samples, accumulated));
-        accumulated
+        if points { self.builder.splat(accumulated) } else { accumulated }
     }
 
     /// `known` over the whole frame.

@@ -32,7 +32,14 @@ fn accumulate(@builtin(global_invocation_id) at: vec3u) {
         return;
     }
     let i = place(shape, at.x, at.y, 0u);
-    var factor = (1.0 - known[i].a) * FADE;
+    let open = 1.0 - known[i].a;
+    // The places of points.
+    if at.z > 0u {
+        let j = place(shape, at.x, at.y, at.z);
+        accumulated[j] = open * before[j];
+        return;
+    }
+    var factor = open * FADE;
     if IS_SHARED {
         factor *= believed(at.xy);
     }

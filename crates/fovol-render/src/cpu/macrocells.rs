@@ -1,5 +1,6 @@
 use super::bricks::{BRICK, Bricks};
 use fovol_core::TransferFunction;
+use glam::DVec3;
 use rayon::prelude::*;
 
 /// The edge of macrocells is 2 voxels up to the first number of voxels, 4 up to the second, and else a whole brick, to
@@ -24,6 +25,8 @@ pub struct Macrocells {
     ranges: Vec<[u16; 2]>,
     distances: Vec<u8>,
     occupied: f64,
+    /// The first and the last cells along each axis that show anything.
+    visible: Option<[[usize; 3]; 2]>,
 }
 
 impl Macrocells {
@@ -46,7 +49,8 @@ impl Macrocells {
             .collect();
         // Four spare bytes: lanes read distances as 32-bit words.
         let distances = vec![0; ranges.len() + 4];
-        Self { cells, shift, ranges, distances, occupied: 1.0 }
+        let visible = Some([[0; 3], cells.map(|count| count - 1)]);
+        Self { cells, shift, ranges, distances, occupied: 1.0, visible }
     }
 
     /// Finds what `transfer` shows; to be called whenever the transfer function changes.
@@ -59,6 +63,7 @@ impl Macrocells {
         let occupied = self.distances[..self.ranges.len()].par_iter().filter(|&&d| d == 0).count();
         self.occupied = occupied as f64 / self.ranges.len() as f64;
         let count = self.ranges.len();
+        self.visible = visible(&self.distances[..count], self.cells);
         spread(&mut self.distances[..count], self.cells);
     }
 
@@ -77,6 +82,17 @@ impl Macrocells {
         &self.distances
     }
 
+    /// The part of the grid where anything is visible, in positions of [`Grid::world_to_grid`](fovol_core::Grid); somewhat more,
+    /// never less. `None` where nothing is.
+    pub fn visible(&self) -> Option<[DVec3; 2]> {
+        let [first, last] = self.visible?;
+        // Interpolation cell i lies between the centres of voxels i and i + 1; those at the border reach on to it.
+        let position = |cells: [usize; 3], more: f64| {
+            DVec3::from_array(cells.map(|cell| (cell << self.shift) as f64 + more))
+        };
+        Some([position(first, -0.5), position(last.map(|cell| cell + 1), 1.5)])
+    }
+
     /// The share of cells that show anything, 0…1.
     pub fn occupied(&self) -> f64 {
         self.occupied
@@ -86,6 +102,20 @@ impl Macrocells {
     pub fn is_dense(&self) -> bool {
         self.occupied > DENSE
     }
+}
+
+/// The first and the last of `cells` cells along each axis whose distance is 0.
+fn visible(distances: &[u8], cells: [usize; 3]) -> Option<[[usize; 3]; 2]> {
+    let row = |(number, row): (usize, &[u8])| {
+        let first = row.iter().position(|&d| d == 0)?;
+        let last = row.iter().rposition(|&d| d == 0)?;
+        let [y, z] = [number % cells[1], number / cells[1]];
+        Some([[first, y, z], [last, y, z]])
+    };
+    let both = |[a, b]: [[usize; 3]; 2], [c, d]: [[usize; 3]; 2]| {
+        [std::array::from_fn(|i| a[i].min(c[i])), std::array::from_fn(|i| b[i].max(d[i]))]
+    };
+    distances.par_chunks(cells[0]).enumerate().filter_map(row).reduce_with(both)
 }
 
 /// For each bucket the first one at or after it in which anything is visible; `BUCKETS` if none is.

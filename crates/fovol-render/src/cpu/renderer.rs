@@ -13,8 +13,8 @@ use super::simd::Simd;
 use super::skip::Skip;
 use super::transfer_table::TransferTable;
 use fovol_core::{
-    Camera, Frame, FrameSize, Grid, Pixel, RayBasis, SampleList, SampleMask, Scene, Shading, ShadowMode,
-    SurfaceShading, TransferFunction, Volume,
+    Camera, Frame, FrameSize, Grid, Pixel, RayBasis, Region, SampleList, SampleMask, Scene, Shading,
+    ShadowMode, SurfaceShading, TransferFunction, Volume,
 };
 use rayon::prelude::*;
 
@@ -128,6 +128,19 @@ impl Renderer {
     /// The macrocells, for figures about empty space.
     pub fn macrocells(&self) -> &Macrocells {
         &self.cells
+    }
+
+    /// The pixels of a frame of `size` seen by `camera` that can show anything but the background; somewhat more, never less.
+    /// `None` where there are none.
+    pub fn visible_region(&self, camera: &Camera, size: FrameSize) -> Option<Region> {
+        let half = self.grid.world_extent() * 0.5;
+        let bounds = self.cells.visible()?.map(|at| self.grid.grid_to_world(at).clamp(-half, half));
+        Region::of_box(&camera.rays(size), bounds, size)
+    }
+
+    /// The colour of what rays meet that meet nothing.
+    pub fn background(&self) -> [f32; 3] {
+        self.background.map(|v| v as f32)
     }
 
     fn renew_shadows(&mut self) {

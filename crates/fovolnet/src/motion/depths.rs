@@ -1,4 +1,4 @@
-use fovol_core::{Frame, FrameSize, Pixel, Reprojection, SampleList};
+use fovol_core::{Frame, FrameSize, Pixel, Region, Reprojection, SampleList};
 use fovol_net::fill_numbers;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -28,6 +28,17 @@ impl Depths {
     /// Of pixels of a frame of `size` with one over the distance of each.
     pub fn of_inverse(size: FrameSize, known: Vec<(Pixel, f32)>) -> Self {
         Self { size, known }
+    }
+
+    /// Those in `region`, their pixels counted from its first one.
+    #[must_use]
+    pub fn within(&self, region: Region) -> Self {
+        let moved = |(pixel, inverse): &(Pixel, f32)| {
+            let x = u32::from(pixel.x).checked_sub(region.x).filter(|x| *x < region.size.width)?;
+            let y = u32::from(pixel.y).checked_sub(region.y).filter(|y| *y < region.size.height)?;
+            Some((Pixel { x: x as u16, y: y as u16 }, *inverse))
+        };
+        Self { size: region.size, known: self.known.iter().filter_map(moved).collect() }
     }
 
     /// Between them, and where nothing is known nearby.

@@ -13,10 +13,11 @@ mod guesses;
 #[cfg(feature = "gpu")]
 pub(crate) use choice::TILE;
 pub use depths::{Depths, Filled};
-use fovol_core::{Camera, Frame, Reprojection};
+use fovol_core::{Camera, Frame, Region, Reprojection};
 #[cfg(feature = "gpu")]
 pub(crate) use guesses::COUNT as GUESSES;
 use guesses::Guesses;
+use std::borrow::Cow;
 use std::collections::VecDeque;
 
 /// Frames before the last whose samples are still seen: surfaces turn away and layers shift in more.
@@ -65,22 +66,42 @@ pub struct MotionFinder {
 impl MotionFinder {
     /// The motion of the frame of `now`, seen by `camera`, the next of the clip: see [`motion()`]; without a full `last` frame
     /// only what this frame's samples tell. `None` for the first frame.
-    pub fn find(&mut self, now: Sparse<'_>, camera: &Camera, last: Option<&Frame>) -> Option<Vec<[f32; 2]>> {
+    pub fn find(&self, now: Sparse<'_>, camera: &Camera, last: Option<&Frame>) -> Option<Vec<[f32; 2]>> {
+        self.find_in(Region::whole(now.frame.size()), now, camera, last)
+    }
+
+    /// The same where nothing moves but in `region`, in which all lies that can be seen.
+    pub fn find_in(
+        &self,
+        region: Region,
+        now: Sparse<'_>,
+        camera: &Camera,
+        last: Option<&Frame>,
+    ) -> Option<Vec<[f32; 2]>> {
         let size = now.frame.size();
         let (last_camera, _) = self.seen.back()?;
+        let mut everywhere = vec![[0.0; 2]; size.pixels()];
         if last_camera == camera {
-            return Some(vec![[0.0; 2]; size.pixels()]);
+            return Some(everywhere);
         }
-        let to_last = Reprojection::new(camera, last_camera, size);
-        Some(match last {
+        let between =
+            |from: &Camera, to: &Camera| Reprojection::new(from, to, size).of_part(region.x, region.y);
+        let to_last = between(camera, last_camera);
+        let (frame, depths) = (part(region, now.frame), now.depths.within(region));
+        let now = Sparse { frame: &frame, depths: &depths };
+        let found = match last {
             Some(last) => {
-                let here = |(there, depths)| (Reprojection::new(there, camera, size), depths);
-                let earlier: Vec<_> =
-                    self.seen.iter().map(|(camera, depths)| here((camera, depths))).collect();
-                motion(now, &earlier, &to_last, last)
+                let seen =
+                    self.seen.iter().map(|(there, depths)| (between(there, camera), depths.within(region)));
+                let seen: Vec<_> = seen.collect();
+                let earlier: Vec<_> = seen.iter().map(|(here, depths)| (*here, depths)).collect();
+                motion(now, &earlier, &to_last, &part(region, last))
             }
             None => motion_of_depths(&now.depths.filled(), &to_last),
-        })
+        };
+        let rows = found.chunks_exact(region.size.width as usize).zip(region.rows(size.width));
+        rows.for_each(|(from, row)| everywhere[row].copy_from_slice(from));
+        Some(everywhere)
     }
 
     /// Remembers a frame that `camera` saw.
@@ -94,6 +115,14 @@ impl MotionFinder {
     /// Forgets what was seen, as after a cut.
     pub fn reset(&mut self) {
         self.seen.clear();
+    }
+}
+
+/// The part of `frame` that `region` is.
+fn part(region: Region, frame: &Frame) -> Cow<'_, Frame> {
+    match region == Region::whole(frame.size()) {
+        true => Cow::Borrowed(frame),
+        false => Cow::Owned(region.of(frame)),
     }
 }
 
@@ -177,6 +206,36 @@ mod tests {
         sum / shown
     }
 
+    /// A twentieth of the pixels, others in each frame.
+    fn sampled(renderer: &Renderer, camera: &Camera, size: FrameSize, t: u32) -> (Frame, Depths) {
+        let pixels = (0..size.height).flat_map(|y| (0..size.width).map(move |x| (x, y)));
+        let chosen =
+            pixels.filter(|(x, y)| (x * 7 + y * 13 + t * 5).wrapping_mul(2_654_435_761) >> 16 & 31 == 0);
+        let list = SampleList::new(size, chosen.map(|(x, y)| Pixel { x: x as u16, y: y as u16 }).collect());
+        let (marched, _) = renderer.march_list(camera, &list);
+        let distances: Vec<f32> = marched.iter().map(|sample| sample.depth).collect();
+        (fovol_render::cpu::scatter(&list, &marched), Depths::new(&list, &distances))
+    }
+
+    #[test]
+    fn what_is_around_the_scene_changes_nothing() {
+        let size = FrameSize::new(320, 240).unwrap();
+        let renderer = renderer();
+        let mut finder = MotionFinder::default();
+        let [last, camera] = [0.0, 3.0].map(|turn| Camera::on_sphere(turn, 20.0, 4.5, 35.0));
+        finder.remember(&last, sampled(&renderer, &last, size, 0).1);
+        let (frame, depths) = sampled(&renderer, &camera, size, 1);
+        let now = Sparse { frame: &frame, depths: &depths };
+        let before = renderer.march_full(&last, size).0;
+        let region = renderer.visible_region(&camera, size).unwrap().grown(16, 16, size);
+        assert!(region.pixels() * 2 < size.pixels());
+        let [whole, part] = [Region::whole(size), region]
+            .map(|region| finder.find_in(region, now, &camera, Some(&before)).unwrap());
+        let full = renderer.march_full(&camera, size).0;
+        let [of_whole, of_part] = [&whole, &part].map(|motion| error(&full, &before, motion));
+        assert!((of_part - of_whole).abs() < 0.1 * of_whole, "{of_part} {of_whole}");
+    }
+
     #[test]
     fn earlier_samples_and_the_last_frame_make_motion_better() {
         let size = FrameSize::new(320, 240).unwrap();
@@ -187,15 +246,7 @@ mod tests {
         for t in 0..8 {
             let camera = CameraPath::Orbit.camera(2 * t);
             let full = renderer.march_full(&camera, size).0;
-            // A twentieth of the pixels, others in each frame.
-            let sampled = (0..240u32).flat_map(|y| (0..320u32).map(move |x| (x, y)));
-            let sampled =
-                sampled.filter(|(x, y)| (x * 7 + y * 13 + t * 5).wrapping_mul(2_654_435_761) >> 16 & 31 == 0);
-            let list =
-                SampleList::new(size, sampled.map(|(x, y)| Pixel { x: x as u16, y: y as u16 }).collect());
-            let (marched, _) = renderer.march_list(&camera, &list);
-            let sparse = fovol_render::cpu::scatter(&list, &marched);
-            let depths = Depths::new(&list, &marched.iter().map(|sample| sample.depth).collect::<Vec<_>>());
+            let (sparse, depths) = sampled(&renderer, &camera, size, t);
             let now = Sparse { frame: &sparse, depths: &depths };
             let found = finder.find(now, &camera, last.as_ref());
             assert_eq!(found.is_some(), t > 0);

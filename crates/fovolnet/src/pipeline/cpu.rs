@@ -1,6 +1,7 @@
 use super::Timer;
 use super::sampled::{Listed, Sampled, Sampler};
 use super::view::View;
+use crate::window::Seen;
 use crate::{RenderSettings, Sampling};
 use fovol_core::{Camera, Frame, FrameSize, SampleList, SampleMask, Scene};
 use fovol_render::cpu::march::Marched;
@@ -35,7 +36,14 @@ impl CpuMarcher {
         self.renderer.march_full(camera, size).0
     }
 
+    /// What was marched of the frame of `view`, and what can be seen in it.
     pub fn sample(&self, view: &View) -> Sampled {
+        let region = self.renderer.visible_region(&view.camera, view.size);
+        let seen = Seen { region, background: self.renderer.background() };
+        Sampled { seen, ..self.marched(view) }
+    }
+
+    fn marched(&self, view: &View) -> Sampled {
         let size = self.sampler.size;
         match self.sampler.sampling {
             Sampling::Full => {

@@ -1,6 +1,7 @@
 use super::view::View;
 use super::{RenderedFrame, Timer, Timings};
 use crate::motion::{Depths, MotionFinder, Sparse};
+use crate::window::Seen;
 use crate::{Reconstructor, RenderSettings, Result, Sampling};
 use fovol_core::{Frame, FrameSize, SampleList, SampleMask};
 use fovol_render::cpu::march::Marched;
@@ -57,6 +58,8 @@ pub struct Sampled {
     pub listed: Option<Listed>,
     /// How many positions repeat others, where they were drawn.
     pub lost: Option<usize>,
+    /// What can be seen of the scene.
+    pub seen: Seen,
     /// What was made of it already.
     pub made: Option<Made>,
     pub mask_ms: f64,
@@ -72,7 +75,8 @@ pub struct Made {
 impl Sampled {
     /// A sparse frame, and where it was sampled.
     pub fn new(sparse: Frame, mask: SampleMask) -> Self {
-        Self { sparse, mask, listed: None, lost: None, made: None, mask_ms: 0.0, march_ms: 0.0 }
+        let seen = Seen::everything(sparse.size());
+        Self { sparse, mask, seen, listed: None, lost: None, made: None, mask_ms: 0.0, march_ms: 0.0 }
     }
 
     /// A whole frame.
@@ -101,6 +105,7 @@ impl HostReconstruction {
     }
 
     /// What leaves frames as they are.
+    #[cfg(feature = "gpu")]
     pub fn nothing() -> Self {
         Self::with(Reconstructor::nothing())
     }
@@ -126,7 +131,8 @@ impl HostReconstruction {
         let made = match sampled.made {
             Some(made) => made,
             None if reconstructs => {
-                let frame = self.reconstructor.reconstruct(&sampled.sparse, motion.as_deref())?;
+                let frame =
+                    self.reconstructor.reconstruct_seen(&sampled.sparse, motion.as_deref(), &sampled.seen)?;
                 Made { frame, ms: timer.ms() }
             }
             None => Made { frame: sampled.sparse.clone(), ms: 0.0 },
@@ -166,7 +172,8 @@ impl HostReconstruction {
         let listed = sampled.listed.as_ref()?;
         let depths = Depths::new(&listed.list, &listed.depths);
         let now = Sparse { frame: &sampled.sparse, depths: &depths };
-        let motion = self.motion.find(now, &view.camera, self.last.as_ref());
+        let motion =
+            self.motion.find_in(sampled.seen.moving(view.size), now, &view.camera, self.last.as_ref());
         self.motion.remember(&view.camera, depths);
         motion
     }

@@ -1,6 +1,7 @@
 //! One frame on its way through a network.
 
 use super::layers;
+use super::layers::points;
 use super::{Inputs, Network, quantise};
 use fovol_net::plan::{Conv, Filter, Layer, Read, TensorId};
 use std::collections::HashMap;
@@ -122,6 +123,10 @@ impl<'a> Frame<'a> {
             Layer::Bypass { colour, mask, input, .. } => {
                 layers::bypass(&self.exact(*colour), &self.exact(*mask), &self.exact(*input))
             }
+            Layer::Reproject { input, motion, .. } => {
+                points::reproject(&self.exact(*input), &self.exact(*motion))
+            }
+            Layer::Splat { input, .. } => points::splat(&self.exact(*input)),
             Layer::Warp { input, motion, .. } => layers::warp(&self.exact(*input), &self.exact(*motion)),
         };
         self.values[layer.output().index()] = Some(written);

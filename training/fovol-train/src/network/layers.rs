@@ -161,6 +161,7 @@ fn difference(known: &Tensor, picture: &Tensor) -> Tensor {
 
 /// `known` spread at half the resolution; with `base` what it differs from that, added to it.
 pub(super) fn spread(known: &Tensor, base: Option<&Tensor>, levels: u32) -> Tensor {
+    let known = &known.narrow(1, 0, 4);
     match base {
         None => pull_push(known, levels, 1),
         Some(base) => {
@@ -188,18 +189,23 @@ pub(super) fn doubt(known: &Tensor, [prior, fresh]: [&Tensor; 2], [levels, lowes
     &own / (&own + more * f64::from(DOUBT_SHARE))
 }
 
-/// `known`, and as far as it is not, `before`, times `fade` and `share`.
+/// `known`, and as far as it is not, `before`, times `fade` and `share`: of points their places as they are.
 pub(super) fn accumulate(known: &Tensor, before: &Tensor, share: Option<&Tensor>, fade: f32) -> Tensor {
-    let open = (1.0 - known.narrow(1, 3, 1)) * f64::from(fade);
+    let open: Tensor = 1.0 - known.narrow(1, 3, 1);
     let [_, _, height, width] = shape(known);
-    let open = match share {
-        None => open,
+    let share = match share {
+        None => open.ones_like(),
         Some(share) => {
             let scale = (height / shape(share)[2]) as f64;
-            open * share.upsample_bilinear2d([height, width], false, scale, scale)
+            share.upsample_bilinear2d([height, width], false, scale, scale)
         }
     };
-    known + open * before
+    let accumulated = known + before.narrow(1, 0, 4) * (&open * share * f64::from(fade));
+    let rest = shape(before)[1] - 4;
+    if rest == 0 {
+        return accumulated;
+    }
+    Tensor::cat(&[accumulated, before.narrow(1, 4, rest) * open], 1)
 }
 
 /// What is known at 1/2^`lowest` of the resolution, with what is missing taken from up to 2^`levels` times lower ones.
@@ -245,5 +251,6 @@ pub(super) fn cast(tensor: &Tensor, kind: Kind) -> Tensor {
     if tensor.kind() == kind { tensor.shallow_clone() } else { tensor.to_kind(kind) }
 }
 
+pub(super) mod points;
 #[cfg(test)]
 mod tests;

@@ -90,6 +90,8 @@ impl Case<'_> {
             "add" => Box::new(|all| &all[0] + &all[1]),
             "bypass" => Box::new(|all| bypass(&all[0], &all[1], &all[2])),
             "warp" => Box::new(|all| warp(&all[0], &all[1])),
+            "reproject" => Box::new(|all| points::reproject(&all[0], &all[1])),
+            "splat" => Box::new(|all| points::splat(&all[0])),
             "spread" => Box::new(|all| spread(&all[0], all.get(1), self.number("levels") as u32)),
             "smooth" => Box::new(|all| smooth(&all[0])),
             "blend" => Box::new(|all| blend(&all[0], &all[1])),
@@ -161,7 +163,9 @@ fn gradients_agree_with_differences() {
             // Samples, masks and motion come from outside; nothing learns through them.
             let is_given = matches!(
                 (case.word("kind"), number),
-                ("bypass" | "warp", 1) | ("spread" | "blend" | "doubt" | "accumulate", 0)
+                ("bypass" | "warp", 1)
+                    | ("spread" | "blend" | "doubt" | "accumulate", 0)
+                    | ("reproject" | "splat", _)
             );
             if !is_given {
                 let worst = gradient_error(&case.layer(), &tensors, number, tensor);
@@ -205,6 +209,8 @@ fn motion_that_is_no_number_leads_outside() {
     for motion in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         let motion = Tensor::full([1, 2, 8, 12], motion, (Kind::Float, Device::Cpu));
         assert_eq!(warp(&image, &motion).abs().sum(Kind::Float).double_value(&[]), 0.0);
+        let points = Tensor::ones([1, 6, 8, 12], (Kind::Float, Device::Cpu));
+        assert_eq!(points::reproject(&points, &motion).abs().sum(Kind::Float).double_value(&[]), 0.0);
     }
 }
 
