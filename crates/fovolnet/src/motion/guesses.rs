@@ -1,4 +1,4 @@
-use super::choice::{Chosen, TILE};
+use super::belief::{Belief, Beliefs};
 use super::{Depths, Filled, Sparse};
 use fovol_core::{FrameSize, Reprojection};
 use rayon::prelude::*;
@@ -40,24 +40,25 @@ impl Guesses {
         }
     }
 
-    /// The motion along the guess that `chosen` says of each part of the frame.
-    pub fn motion(&self, chosen: &Chosen, to_last: &Reprojection) -> Vec<[f32; 2]> {
+    /// The motion along the guesses, each as far as `beliefs` believe it.
+    pub fn motion(&self, beliefs: &Beliefs, to_last: &Reprojection) -> Vec<[f32; 2]> {
         let width = self.size().width as usize;
         let mut motion = vec![[0.0; 2]; self.size().pixels()];
         motion.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
-            for (column, part) in row.chunks_mut(TILE).enumerate() {
-                let x = column * TILE;
-                let i = y * width + x;
-                match chosen.guess(x, y) {
-                    guess if guess < OFFSETS.len() => {
-                        let offset = OFFSETS[guess];
-                        put_motion(part, [x, y], to_last, |at| moved_by(self.near.inverse()[i + at], offset));
-                    }
-                    _ => put_motion(part, [x, y], to_last, |at| self.seen.inverse()[i + at]),
-                }
+            for segment in beliefs.row(y, width) {
+                let x = segment.pixels.start;
+                let part = &mut row[segment.pixels.clone()];
+                put_motion(part, [x, y], to_last, |at| self.believed(segment.belief(at), y * width + x + at));
             }
         });
         motion
+    }
+
+    /// One over the distance of pixel number `i`, all guesses taken together.
+    #[inline(always)]
+    fn believed(&self, belief: Belief, i: usize) -> f32 {
+        let (near, seen) = (moved_by(self.near.inverse()[i], belief.offset), self.seen.inverse()[i]);
+        if near > 0.0 { near + (seen - near) * belief.seen } else { seen }
     }
 }
 

@@ -3,15 +3,15 @@
 //! Samples know how far away is what they show; between them distances are guessed, and where layers lie behind one another a
 //! single distance is no more than a guess even at a sample. So there are several guesses ([`Guesses`]): what lies between the
 //! samples of this frame, the same nearer and farther, and what lies between the samples of this frame and of some frames before,
-//! seen from here ([`Depths`]). In every part of the frame that one is believed along which the last frame resembles this frame's
-//! samples most ([`choice`]): the step from plane sweeping in stereo to few pixels with known colours.
+//! seen from here ([`Depths`]). In every part of the frame those are believed most along which the last frame resembles this frame's
+//! samples most ([`belief`]): the step from plane sweeping in stereo to few pixels with known colours.
 
-mod choice;
+mod belief;
 mod depths;
 mod guesses;
 
 #[cfg(feature = "gpu")]
-pub(crate) use choice::TILE;
+pub(crate) use belief::TILE;
 pub use depths::{Depths, Filled};
 use fovol_core::{Camera, Frame, Region, Reprojection};
 #[cfg(feature = "gpu")]
@@ -47,8 +47,8 @@ pub fn motion(
 ) -> Vec<[f32; 2]> {
     assert_eq!(now.frame.size(), last.size(), "frames of one clip");
     let guesses = Guesses::new(now, earlier);
-    let chosen = choice::choose(&guesses, now.frame, to_last, last);
-    guesses.motion(&chosen, to_last)
+    let beliefs = belief::believe(&guesses, now.frame, to_last, last);
+    guesses.motion(&beliefs, to_last)
 }
 
 /// The motion that `reprojection` gives the distances of `filled`. Nothing moves where there are none.

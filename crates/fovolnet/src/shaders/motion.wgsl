@@ -1,17 +1,23 @@
-// Which guess of distances is believed where, and the motion that follows. Twin of src/motion/guesses.rs and choice.rs.
+// How far guesses of distances are believed where, and the motion that follows. Twin of src/motion/guesses.rs and belief.rs.
 
-/// Edge of the tiles that a guess is chosen for.
+/// Edge of the tiles that guesses are judged in.
 const TILE: u32 = 16u;
 const PIXELS: u32 = TILE * TILE;
-/// Tiles to each side whose samples count too.
+/// How much the samples of tiles to each side count, by their distance in rows and in columns.
+const NEARBY = array<f32, 3>(1.0, 0.6, 0.2);
 const AROUND: u32 = 2u;
 const GUESSES: u32 = 6u;
-const OFFSETS = array<f32, 5>(0.0, -0.1, 0.1, -0.2, 0.2);
+const NEAR_GUESSES: u32 = 5u;
+const OFFSETS = array<f32, NEAR_GUESSES>(0.0, -0.1, 0.1, -0.2, 0.2);
 const HANDICAP = array<f32, GUESSES>(1.0, 1.05, 1.05, 1.05, 1.05, 1.0);
+/// A guess with twice the errors of another is believed 2 to the power of minus this as much.
+const SHARPNESS: f32 = 5.0;
+/// Squared errors below this tell nothing.
+const NOISE: f32 = 1e-6;
 /// No distance is below this.
 const NEAREST: f32 = 0.05;
-/// The squared error of what lay outside the last frame.
-const OUTSIDE: f32 = 1.0;
+/// The squared error of what lay outside the last frame: a usual one, as it says little about any guess.
+const OUTSIDE: f32 = 0.01;
 
 // One over the distance of every pixel: between the samples of this frame, and between those of earlier ones too.
 @group(0) @binding(1) var<storage, read> near: array<f32>;
@@ -21,19 +27,23 @@ const OUTSIDE: f32 = 1.0;
 @group(0) @binding(4) var<storage, read> last: array<vec4f>;
 // Squared errors of each guess, of all samples of a tile.
 @group(0) @binding(5) var<storage, read_write> errors: array<array<f32, GUESSES>>;
-// The guess that is believed, tile by tile.
-@group(0) @binding(6) var<storage, read_write> chosen: array<u32>;
+// Tile by tile what is to be added to the distance between this frame's samples, and how far the guess from earlier frames is
+// believed.
+@group(0) @binding(6) var<storage, read_write> beliefs: array<vec2f>;
 // The way in pixels, x right, y down.
 @group(0) @binding(7) var<storage, read_write> motion: array<vec2f>;
 
 /// One over the distance of pixel number `i`; 0 where nothing is known.
 fn inverse_of(guess: u32, i: u32) -> f32 {
-    if guess + 1u == GUESSES {
+    if guess == NEAR_GUESSES {
         return seen[i];
     }
     var offsets = OFFSETS;
-    let inverse = near[i];
-    let offset = offsets[guess];
+    return moved_by(near[i], offsets[guess]);
+}
+
+/// `inverse`, one over a distance, with `offset` added to that.
+fn moved_by(inverse: f32, offset: f32) -> f32 {
     if inverse <= 0.0 || offset == 0.0 {
         return inverse;
     }
@@ -102,41 +112,70 @@ fn judge(
     }
 }
 
-/// The guess with the least errors in and around each tile.
+/// What comes of all guesses in each tile, by the errors in and around it.
 @compute @workgroup_size(8, 8)
-fn choose(@builtin(global_invocation_id) tile: vec3u) {
-    let tiles = (vec2u(reprojection.width, reprojection.height) + TILE - 1u) / TILE;
+fn believe(@builtin(global_invocation_id) tile: vec3u) {
+    let tiles = number_of_tiles();
     if any(tile.xy >= tiles) {
         return;
     }
     let first = max(tile.xy, vec2u(AROUND)) - AROUND;
     let end = min(tile.xy + AROUND + 1u, tiles);
+    var nearby = NEARBY;
     var sum = array<f32, GUESSES>();
     for (var y = first.y; y < end.y; y++) {
         for (var x = first.x; x < end.x; x++) {
+            let away = vec2u(abs(vec2i(vec2u(x, y)) - vec2i(tile.xy)));
+            let share = nearby[away.x] * nearby[away.y];
             for (var guess = 0u; guess < GUESSES; guess++) {
-                sum[guess] += errors[y * tiles.x + x][guess];
+                sum[guess] += share * errors[y * tiles.x + x][guess];
             }
         }
     }
     var handicap = HANDICAP;
-    var best = 0u;
-    for (var guess = 1u; guess < GUESSES; guess++) {
-        if sum[guess] * handicap[guess] < sum[best] * handicap[best] {
-            best = guess;
-        }
+    var least = 1e30;
+    for (var guess = 0u; guess < GUESSES; guess++) {
+        sum[guess] = (sum[guess] + NOISE) * handicap[guess];
+        least = min(least, sum[guess]);
     }
-    chosen[tile.y * tiles.x + tile.x] = best;
+    var offsets = OFFSETS;
+    var trust = 0.0;
+    var offset = 0.0;
+    for (var guess = 0u; guess < NEAR_GUESSES; guess++) {
+        let of_guess = pow(least / sum[guess], SHARPNESS);
+        trust += of_guess;
+        offset += of_guess * offsets[guess];
+    }
+    let of_seen = pow(least / sum[NEAR_GUESSES], SHARPNESS);
+    let mean = select(0.0, offset / trust, trust > 0.0);
+    beliefs[tile.y * tiles.x + tile.x] = vec2f(mean, of_seen / (trust + of_seen));
 }
 
-/// The motion along the guess of each pixel's tile.
+fn number_of_tiles() -> vec2u {
+    return (vec2u(reprojection.width, reprojection.height) + TILE - 1u) / TILE;
+}
+
+/// The belief at a pixel: between the middles of tiles, and beyond those at the edges.
+fn belief_at(at: vec2u) -> vec2f {
+    let tiles = number_of_tiles();
+    let place = clamp((vec2f(at) + 0.5) / f32(TILE) - 0.5, vec2f(0.0), vec2f(tiles - 1u));
+    let first = vec2u(place);
+    let second = min(first + 1u, tiles - 1u);
+    let part = place - vec2f(first);
+    let left = mix(beliefs[first.y * tiles.x + first.x], beliefs[second.y * tiles.x + first.x], part.y);
+    let right = mix(beliefs[first.y * tiles.x + second.x], beliefs[second.y * tiles.x + second.x], part.y);
+    return mix(left, right, part.x);
+}
+
+/// The motion along the guesses, each as far as it is believed.
 @compute @workgroup_size(8, 8)
 fn shift(@builtin(global_invocation_id) at: vec3u) {
     if !is_inside(at.xy) {
         return;
     }
-    let columns = (reprojection.width + TILE - 1u) / TILE;
-    let guess = chosen[at.y / TILE * columns + at.x / TILE];
+    let belief = belief_at(at.xy);
     let i = at.y * reprojection.width + at.x;
-    motion[i] = moved(at.xy, inverse_of(guess, i));
+    let nearer = moved_by(near[i], belief.x);
+    let inverse = select(seen[i], mix(nearer, seen[i], belief.y), nearer > 0.0);
+    motion[i] = moved(at.xy, inverse);
 }

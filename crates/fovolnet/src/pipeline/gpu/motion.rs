@@ -17,7 +17,7 @@ const MOTION: Shader = shader!("../../shaders/", "motion": "reprojection");
 /// Edge of the workgroups; as in the shaders.
 const GROUP: u32 = 8;
 
-/// Edge of the tiles that a guess of distances is chosen for; as in shaders/motion.wgsl.
+/// Edge of the tiles that guesses of distances are judged in; as in shaders/motion.wgsl.
 const TILE: u32 = crate::motion::TILE as u32;
 
 /// What moves how. Twin of `Reprojection` in shaders/reprojection.wgsl.
@@ -90,9 +90,9 @@ struct DepthPasses {
 
 /// What makes motion of depths.
 #[derive(Debug)]
-struct ChoicePasses {
+struct BeliefPasses {
     judge: wgpu::ComputePipeline,
-    choose: wgpu::ComputePipeline,
+    believe: wgpu::ComputePipeline,
     shift: wgpu::ComputePipeline,
     group: wgpu::BindGroup,
 }
@@ -103,7 +103,7 @@ pub struct MotionPass {
     gpu: Gpu,
     size: FrameSize,
     depths: DepthPasses,
-    choice: ChoicePasses,
+    belief: BeliefPasses,
     to_last: wgpu::Buffer,
     motion: wgpu::Buffer,
     remembered: Vec<Remembered>,
@@ -143,10 +143,10 @@ impl MotionPass {
             let [know, splat, know_all, keep] = ["know", "splat", "know_all", "keep"].map(pipeline);
             let depths = DepthPasses { know, splat, know_all, keep, groups, nearest, known, fill };
 
-            let choice =
-                ChoicePasses::new(gpu, size, [&to_last, &near, &seen, frames.sparse, frames.last], &motion);
+            let belief =
+                BeliefPasses::new(gpu, size, [&to_last, &near, &seen, frames.sparse, frames.last], &motion);
             let seen = VecDeque::new();
-            Self { gpu: gpu.clone(), size, depths, choice, to_last, motion, remembered, seen }
+            Self { gpu: gpu.clone(), size, depths, belief, to_last, motion, remembered, seen }
         })?;
         Ok(made)
     }
@@ -182,7 +182,7 @@ impl MotionPass {
         camera: &Camera,
         last: &Camera,
     ) -> Result<()> {
-        let Self { depths, choice, .. } = self;
+        let Self { depths, belief, .. } = self;
         self.write(&self.to_last, &Uniforms::new(camera, last, self.size));
         let [near, seen] = &depths.groups;
         self.dispatch(encoder, &depths.know, near, GROUP);
@@ -199,9 +199,9 @@ impl MotionPass {
         depths.fill.encode(encoder, &depths.known)?;
         self.dispatch(encoder, &depths.keep, seen, GROUP);
 
-        self.dispatch(encoder, &choice.judge, &choice.group, TILE);
-        self.dispatch(encoder, &choice.choose, &choice.group, TILE * GROUP);
-        self.dispatch(encoder, &choice.shift, &choice.group, GROUP);
+        self.dispatch(encoder, &belief.judge, &belief.group, TILE);
+        self.dispatch(encoder, &belief.believe, &belief.group, TILE * GROUP);
+        self.dispatch(encoder, &belief.shift, &belief.group, GROUP);
         Ok(())
     }
 
@@ -239,21 +239,21 @@ impl MotionPass {
     }
 }
 
-impl ChoicePasses {
+impl BeliefPasses {
     /// That read `from` and write `motion`.
     fn new(gpu: &Gpu, size: FrameSize, from: [&wgpu::Buffer; 5], motion: &wgpu::Buffer) -> Self {
         let tiles = u64::from(size.width.div_ceil(TILE)) * u64::from(size.height.div_ceil(TILE));
         let bytes_of_errors = 4 * crate::motion::GUESSES as u64;
         let errors = gpu.buffer("errors of guesses", bytes_of_errors * tiles, BufferUsages::STORAGE);
-        let chosen = gpu.buffer("chosen guesses", 4 * tiles, BufferUsages::STORAGE);
+        let beliefs = gpu.buffer("beliefs", 8 * tiles, BufferUsages::STORAGE);
         let (read, write) = ([Slot::Read; 4], [Slot::Write; 3]);
         let layout = bind_group_layout(gpu, "motion", &[&[Slot::Uniform], &read[..], &write[..]].concat());
-        let buffers = [&from[..], &[&errors, &chosen, motion]].concat();
+        let buffers = [&from[..], &[&errors, &beliefs, motion]].concat();
         let bindings: Vec<_> = buffers.into_iter().map(wgpu::Buffer::as_entire_binding).collect();
         let group = bind_group(gpu, "motion", &layout, &bindings);
         let pipeline = |entry_point| compute_pipeline(gpu, &MOTION, entry_point, &[&layout], &[]);
-        let [judge, choose, shift] = ["judge", "choose", "shift"].map(pipeline);
-        Self { judge, choose, shift, group }
+        let [judge, believe, shift] = ["judge", "believe", "shift"].map(pipeline);
+        Self { judge, believe, shift, group }
     }
 }
 
