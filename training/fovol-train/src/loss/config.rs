@@ -35,6 +35,8 @@ pub struct LossConfig {
     pub l1_weight: f64,
     /// Of the mean squared difference, of which the paper has none.
     pub squares_weight: f64,
+    /// Of the mean squared differences of means over 4×4, and over 16×16 pixels, each.
+    pub coarse_weight: f64,
     /// λ₃, of differences between frames.
     pub difference_weight: f64,
     /// λ₄, of optical flow.
@@ -66,6 +68,7 @@ impl Default for LossConfig {
             perceptual_weight: 0.9,
             l1_weight: 0.1,
             squares_weight: 0.0,
+            coarse_weight: 0.0,
             difference_weight: 1.0,
             flow_weight: 0.1,
             warm_up: WarmUp::Exponential(0.5),

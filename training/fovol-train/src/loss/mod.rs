@@ -5,7 +5,8 @@
 //! * L_s = 1/T · Σ_i (1 − e^(−0.5·i)) · (λ₁·perceptual + λ₂·L1) of each frame ([`spatial`], [`perceptual`]),
 //! * L_t = λ₃ · mean over pairs of |(y_i − y_j) − (r_i − r_j)| + λ₄ · Σ_i |y_i − warp(y_{i−1})| ([`temporal`], [`flow`]).
 //!
-//! With [`LossConfig::logarithmic`] logarithms of the terms are added instead, and squares may count too.
+//! With [`LossConfig::logarithmic`] logarithms of the terms are added instead, and squares may count too,
+//! of pixels and of means over some.
 //!
 //! Every |·| is the mean over pictures, channels and pixels. Pictures are \[N, 3, H, W\], sRGB in 0…1, as displayed.
 //! The perceptual measure of the paper needs weights that are not shipped; the default needs none.
@@ -77,6 +78,8 @@ pub struct Terms {
     pub l1: Tensor,
     /// 1/T · Σ_i w_i · the mean squared difference.
     pub squares: Tensor,
+    /// The same of means over 4×4 and over 16×16 pixels.
+    pub coarse: [Tensor; 2],
     /// The mean over pairs of frames of the mean absolute difference of their differences.
     pub temporal: Tensor,
     /// Σ_i of the mean absolute difference of frame i from frame i − 1 along the motion.
@@ -85,14 +88,16 @@ pub struct Terms {
 
 impl Terms {
     /// The parts by name. Waits for the device.
-    pub fn values(&self) -> [(&'static str, f64); 7] {
-        let Self { total, spatial, perceptual, l1, squares, temporal, flow } = self;
+    pub fn values(&self) -> [(&'static str, f64); 9] {
+        let Self { total, spatial, perceptual, l1, squares, coarse, temporal, flow } = self;
         [
             ("total", total),
             ("spatial", spatial),
             ("perceptual", perceptual),
             ("l1", l1),
             ("squares", squares),
+            ("coarse-4", &coarse[0]),
+            ("coarse-16", &coarse[1]),
             ("temporal", temporal),
             ("flow", flow),
         ]
@@ -157,17 +162,20 @@ impl Losses {
                     .into(),
             ));
         }
-        let [perceptual, l1, squares] = self.spatial(clip, frames.clone(), length)?;
+        let [perceptual, l1, squares, fine, coarse] = self.spatial(clip, frames.clone(), length)?;
         let temporal = self.differences(clip, frames.clone(), length);
         let flow = self.flow(clip, frames, length)?;
         let spatial = self.sum([
             (&perceptual, config.perceptual_weight),
             (&l1, config.l1_weight),
             (&squares, config.squares_weight),
+            (&fine, config.coarse_weight),
+            (&coarse, config.coarse_weight),
         ]);
         let between = self.sum([(&temporal, config.difference_weight), (&flow, config.flow_weight)]);
         let total = &spatial * config.spatial_weight + between * config.temporal_weight;
-        Ok(Terms { total, spatial, perceptual, l1, squares, temporal, flow })
+        let coarse = [fine, coarse];
+        Ok(Terms { total, spatial, perceptual, l1, squares, coarse, temporal, flow })
     }
 
     /// The sum of terms, or of their logarithms, with their weights.
@@ -179,22 +187,20 @@ impl Losses {
         weighed.into_iter().sum()
     }
 
-    /// The perceptual term, L1 and squares.
-    fn spatial(&self, clip: &Clip<'_>, frames: Range<usize>, length: usize) -> Result<[Tensor; 3]> {
+    /// The perceptual term, L1, squares, and squares of means.
+    fn spatial(&self, clip: &Clip<'_>, frames: Range<usize>, length: usize) -> Result<[Tensor; 5]> {
         let config = &self.config;
-        let wanted = [config.perceptual_weight, config.l1_weight, config.squares_weight];
-        let mut sums = [(); 3].map(|()| zero_like(&clip.outputs[0]));
+        let wanted =
+            [config.perceptual_weight, config.l1_weight, config.squares_weight, config.coarse_weight];
+        let mut sums = [(); 5].map(|()| zero_like(&clip.outputs[0]));
         for i in frames {
             let weight = self.config.warm_up.weight(i) / length as f64;
             if weight > 0.0 {
                 let (output, reference) = (&clip.outputs[i], &clip.references[i]);
                 let found = spatial::frame_difference(self.perceptual(), wanted, output, reference)?;
-                let [perceptual, l1, squares] = sums;
-                sums = [
-                    perceptual + found.perceptual * weight,
-                    l1 + found.l1 * weight,
-                    squares + found.squares * weight,
-                ];
+                let [fine, coarse] = found.coarse;
+                let found = [found.perceptual, found.l1, found.squares, fine, coarse];
+                sums.iter_mut().zip(found).for_each(|(sum, found)| *sum += found * weight);
             }
         }
         Ok(sums)
@@ -359,6 +365,7 @@ mod tests {
             l1_weight: 0.3,
             perceptual_weight: 0.0,
             squares_weight: 0.5,
+            coarse_weight: 0.25,
             flow_weight: 0.0,
             spatial_weight: 1.0,
             ..LossConfig::default()
@@ -370,7 +377,7 @@ mod tests {
             both.map(|(output, reference)| reference + (output - reference) * factor).collect()
         };
         // All terms but squares fall by a half.
-        let expected = (0.3 + 2.0 * 0.5 + 1.0) * 0.5f64.ln();
+        let expected = (0.3 + 2.0 * (0.5 + 2.0 * 0.25) + 1.0) * 0.5f64.ln();
         assert!((total(&with_errors(0.5)) - total(&made.outputs) - expected).abs() < 1e-2);
         let part = Clip { outputs: &made.outputs[..2], references: &made.references[..2], motion: None };
         let message = losses.frames(&part, 0..2, 4).unwrap_err().to_string();
@@ -389,7 +396,13 @@ mod tests {
                 pairs: Pairs::Adjacent,
                 ..LossConfig::default()
             },
-            LossConfig { logarithmic: true, squares_weight: 0.5, flow_weight: 0.0, ..LossConfig::default() },
+            LossConfig {
+                logarithmic: true,
+                squares_weight: 0.5,
+                coarse_weight: 0.3,
+                flow_weight: 0.0,
+                ..LossConfig::default()
+            },
         ] {
             let losses = losses(&config);
             let worst = worst_slope(&made.outputs, |outputs| losses.clip(&made.clip(outputs)).unwrap().total);

@@ -128,7 +128,7 @@ fn the_loss_is_that_of_the_paper_with_its_gradient() {
     let leaves: Vec<Tensor> = cases.outputs().iter().map(|y| y.copy().set_requires_grad(true)).collect();
     let terms = cases.terms(config, VggDistance::fovolnet(vgg19()), &leaves);
     terms.total.backward();
-    let Terms { total, spatial, perceptual, l1, temporal, flow, squares: _ } = &terms;
+    let Terms { total, spatial, perceptual, l1, temporal, flow, squares: _, coarse: _ } = &terms;
     let named = [
         ("total", total),
         ("spatial", spatial),

@@ -37,17 +37,22 @@ pub struct FrameDifference {
     pub l1: Tensor,
     /// Mean squared difference.
     pub squares: Tensor,
+    /// Of means over squares of pixels, for each of [`COARSE`]: see [`coarse_squares`].
+    pub coarse: [Tensor; 2],
 }
+
+/// Edges of the squares of pixels whose means are compared, in pixels. On a usual screen these are what eyes see best.
+pub const COARSE: [i64; 2] = [4, 16];
 
 /// How `output` \[N, 3, H, W\] differs from `reference`.
 ///
-/// Measures of little use to the caller can be left out, and are 0 then: `wanted` are the weights of all three.
+/// Measures of little use to the caller can be left out, and are 0 then: `wanted` are the weights of all four.
 ///
 /// # Errors
 /// Pictures that `measure` cannot compare.
 pub fn frame_difference(
     measure: &dyn Perceptual,
-    wanted: [f64; 3],
+    wanted: [f64; 4],
     output: &Tensor,
     reference: &Tensor,
 ) -> Result<FrameDifference> {
@@ -59,7 +64,20 @@ pub fn frame_difference(
     };
     let l1 = if wanted[1] == 0.0 { zero_like(output) } else { mean(&(output - reference).abs()) };
     let squares = if wanted[2] == 0.0 { zero_like(output) } else { mean(&(output - reference).square()) };
-    Ok(FrameDifference { perceptual, l1, squares })
+    let coarse = COARSE.map(|edge| match wanted[3] {
+        0.0 => zero_like(output),
+        _ => coarse_squares(&(output - reference), edge),
+    });
+    Ok(FrameDifference { perceptual, l1, squares, coarse })
+}
+
+/// The mean square of the means of `difference` \[N, 3, H, W\] over squares of `edge` by `edge` pixels, times the pixels of a
+/// square: what has no pattern counts as much as in the mean square of all pixels, what is smooth counts more.
+fn coarse_squares(difference: &Tensor, edge: i64) -> Tensor {
+    let (height, width) = (difference.size()[2], difference.size()[3]);
+    let edges = [edge.min(height), edge.min(width)];
+    let means = difference.avg_pool2d(edges, edges, [0, 0], false, true, None::<i64>);
+    mean(&means.square()) * (edges[0] * edges[1]) as f64
 }
 
 /// `distance` of `output`, differentiated at once.

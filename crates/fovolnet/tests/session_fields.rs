@@ -1,0 +1,203 @@
+//! Every field of a session: it is written, read back, and shows.
+
+use fovolnet::core::{Dtype, Endian, Frame, ShadowMode, SurfaceShading};
+use fovolnet::{
+    Device, Pipeline, Reconstruction, RenderSettings, Sampling, Session, SpeedSettings, VolumeSettings,
+    open_volume,
+};
+use std::collections::BTreeSet;
+use std::path::Path;
+
+/// Where a field shows.
+#[derive(Debug, PartialEq)]
+enum Shows {
+    InThePictures,
+    /// Something that was saved is not what it was any more.
+    AsAWarning,
+    /// In the file alone: what a processor computes with depends on the processor.
+    InTheFile,
+}
+
+/// What is done with a field: `from` this `to` that.
+struct Step {
+    field: &'static str,
+    shows: Shows,
+    from: fn(&mut Session),
+    to: fn(&mut Session),
+}
+
+/// A session in which every field is said, of bare voxels at `volume`. No `..`: who adds a field is sent here.
+fn everything(volume: &Path) -> Session {
+    let read = VolumeSettings {
+        dims: Some([16; 3]),
+        dtype: Some(Dtype::U16),
+        endian: Some(Endian::Little),
+        spacing: Some([1.0; 3]),
+        range: Some([0.0, 65535.0]),
+        downsample: Some(1),
+    };
+    let render = RenderSettings {
+        size: Some("48x36".parse().unwrap()),
+        frames: Some(2),
+        first_frame: Some(0),
+        path: Some("orbit".into()),
+        camera: None,
+        tf: Some("auto".into()),
+        clip: Some([0.0, 1.0, 0.0, 1.0, 0.0, 1.0]),
+        light: Some([0.5, 1.0, 0.3]),
+        shadows: Some(ShadowMode::On),
+        shading: Some(SurfaceShading::Flat),
+        ambient: Some(0.3),
+        background: Some([0.0; 3]),
+        step: Some(0.5),
+        sampling: Some(Sampling::Compact),
+        pb: Some(0.2),
+        sigma: Some(0.05),
+        gaze: Some("0.5,0.5".into()),
+        noise: Some("stbn".parse().unwrap()),
+        seed: Some(0),
+        reconstruct: Some(Reconstruction::WNet),
+        weights: Some("wnet-fast".into()),
+        random_weights: None,
+        precision: Some("f32".parse().unwrap()),
+    };
+    let session = Session::new(volume.to_str().unwrap(), read, render).unwrap();
+    let Session { volume: _, volume_sha256: _, weights_sha256: _, read: _, render: _ } = &session;
+    session
+}
+
+fn nothing(_: &mut Session) {}
+
+fn steps() -> Vec<Step> {
+    let step = |field, to| Step { field, shows: Shows::InThePictures, from: nothing, to };
+    vec![
+        step("volume", |s| (s.volume, s.volume_sha256) = ("head".into(), None)),
+        Step {
+            shows: Shows::AsAWarning,
+            ..step("volume-sha256", |s| s.volume_sha256 = Some("0".repeat(64)))
+        },
+        Step {
+            shows: Shows::AsAWarning,
+            ..step("weights-sha256", |s| s.weights_sha256 = Some("0".repeat(64)))
+        },
+        step("read.dims", |s| s.read.dims = Some([32, 16, 8])),
+        step("read.dtype", |s| s.read.dtype = Some(Dtype::I16)),
+        step("read.endian", |s| s.read.endian = Some(Endian::Big)),
+        step("read.spacing", |s| s.read.spacing = Some([1.0, 1.0, 2.0])),
+        step("read.range", |s| s.read.range = Some([0.0, 40000.0])),
+        step("read.downsample", |s| s.read.downsample = Some(2)),
+        step("render.size", |s| s.render.size = Some("40x50".parse().unwrap())),
+        step("render.frames", |s| s.render.frames = Some(3)),
+        step("render.first-frame", |s| s.render.first_frame = Some(7)),
+        step("render.path", |s| s.render.path = Some("flythrough".into())),
+        Step {
+            from: |s| s.render.path = None,
+            ..step("render.camera", |s| s.render.camera = Some([0.0, 1.0, 2.0, 0.0, 0.0, 0.0, 30.0]))
+        },
+        step("render.tf", |s| s.render.tf = Some("viridis".into())),
+        step("render.clip", |s| s.render.clip = Some([0.0, 0.6, 0.1, 1.0, 0.0, 1.0])),
+        step("render.light", |s| s.render.light = Some([-1.0, 0.2, 0.1])),
+        step("render.shadows", |s| s.render.shadows = Some(ShadowMode::Off)),
+        step("render.shading", |s| s.render.shading = Some(SurfaceShading::Gradient)),
+        step("render.ambient", |s| s.render.ambient = Some(0.6)),
+        step("render.background", |s| s.render.background = Some([0.1, 0.2, 0.3])),
+        step("render.step", |s| s.render.step = Some(0.8)),
+        step("render.sampling", |s| s.render.sampling = Some(Sampling::Full)),
+        step("render.pb", |s| s.render.pb = Some(0.4)),
+        step("render.sigma", |s| s.render.sigma = Some(0.2)),
+        step("render.gaze", |s| s.render.gaze = Some("0.3,0.4".into())),
+        step("render.noise", |s| s.render.noise = Some("uniform".parse().unwrap())),
+        // The noise that comes with the program is always the same.
+        Step {
+            from: |s| s.render.noise = Some("blue".parse().unwrap()),
+            ..step("render.seed", |s| s.render.seed = Some(3))
+        },
+        step("render.reconstruct", |s| {
+            (s.render.reconstruct, s.render.weights) = (Some("linear".parse().unwrap()), None);
+        }),
+        step("render.weights", |s| (s.render.weights, s.weights_sha256) = (Some("wnet-paper".into()), None)),
+        Step {
+            from: |s| s.render.weights = None,
+            ..step("render.random-weights", |s| {
+                s.render.random_weights = Some("wnet-fast:3".parse().unwrap())
+            })
+        },
+        Step {
+            shows: Shows::InTheFile,
+            ..step("render.precision", |s| s.render.precision = Some("int8".parse().unwrap()))
+        },
+    ]
+}
+
+/// The names of all fields that `session` says, tables before their fields.
+fn fields(session: &Session) -> BTreeSet<String> {
+    let table = toml::Table::try_from(session).unwrap();
+    let names = |(key, value): (&String, &toml::Value)| match value {
+        toml::Value::Table(inner) => inner.keys().map(|field| format!("{key}.{field}")).collect(),
+        _ => vec![key.clone()],
+    };
+    table.iter().flat_map(names).collect()
+}
+
+/// What is there when a session is opened again.
+#[derive(PartialEq)]
+struct Opened {
+    session: Session,
+    frames: Vec<Frame>,
+    unchanged: [bool; 2],
+}
+
+/// Writes `session` to `path` and opens it from there.
+fn opened(session: Session, path: &Path) -> Opened {
+    let text = toml::to_string(&session).unwrap();
+    std::fs::write(path, text).unwrap();
+    let session = Session::read(path).unwrap();
+    let volume = open_volume(&session.volume, &session.read).unwrap();
+    let speed = SpeedSettings { device: Some(Device::Cpu), ..Default::default() };
+    let mut pipeline = Pipeline::new(&volume, &session.render, &speed).unwrap();
+    let frames = session.render.frame_numbers().map(|t| pipeline.render(t).unwrap().frame).collect();
+    let unchanged = [session.volume_is_unchanged().unwrap(), session.weights_are_unchanged().unwrap()];
+    Opened { session, frames, unchanged }
+}
+
+/// A ball that is not quite one, as bare voxels.
+fn voxels() -> Vec<u8> {
+    let value = |i: usize| {
+        let p = [i % 16, i / 16 % 16, i / 256].map(|c| c as f32 - 7.5);
+        let away = (p[0] * p[0] + 1.5 * p[1] * p[1] + 0.7 * p[2] * p[2]).sqrt();
+        (65535.0 * (1.0 - away / 9.0).clamp(0.0, 1.0)) as u16
+    };
+    (0..4096).flat_map(|i| value(i).to_le_bytes()).collect()
+}
+
+#[test]
+fn every_field_of_a_session_is_kept_and_shows() {
+    let folder = tempfile::tempdir().unwrap();
+    let (volume, path) = (folder.path().join("ball.raw"), folder.path().join("session.toml"));
+    std::fs::write(&volume, voxels()).unwrap();
+    let whole = everything(&volume).sealed();
+    let mut known = fields(&whole);
+    let mut either = whole.clone();
+    either.render.camera = Some([0.0; 7]);
+    either.render.random_weights = Some("wnet-fast".parse().unwrap());
+    known.extend(fields(&either));
+    let steps = steps();
+    assert_eq!(steps.iter().map(|step| step.field.to_owned()).collect::<BTreeSet<_>>(), known);
+
+    for Step { field, shows, from, to } in steps {
+        let mut session = whole.clone();
+        from(&mut session);
+        let before = opened(session.clone(), &path);
+        assert!(before.session == session && before.unchanged == [true; 2], "{field}");
+        to(&mut session);
+        let after = opened(session.clone(), &path);
+        assert!(after.session == session && after.session != before.session, "{field} is not kept");
+        let found = match () {
+            () if after.unchanged != before.unchanged => Shows::AsAWarning,
+            () if after.frames != before.frames => Shows::InThePictures,
+            () => Shows::InTheFile,
+        };
+        let as_expected = found == shows || shows == Shows::InTheFile && found == Shows::InThePictures;
+        assert!(as_expected, "{field}: {found:?} instead of {shows:?}");
+    }
+}
