@@ -99,22 +99,6 @@ impl Drop for Progress {
     }
 }
 
-/// An error and its causes as one line.
-pub fn one_line(error: &anyhow::Error) -> String {
-    let mut line = String::new();
-    for cause in error.chain() {
-        let text = cause.to_string();
-        // Many errors repeat their cause already.
-        if !line.contains(&text) {
-            if !line.is_empty() {
-                line.push_str(": ");
-            }
-            line.push_str(&text);
-        }
-    }
-    line.split_whitespace().collect::<Vec<_>>().join(" ")
-}
-
 /// Whether `error` is that nobody reads our standard output any more.
 pub fn is_broken_pipe(error: &anyhow::Error) -> bool {
     error.downcast_ref::<io::Error>().is_some_and(|e| e.kind() == io::ErrorKind::BrokenPipe)

@@ -95,7 +95,7 @@ fn main() -> ExitCode {
             ExitCode::from(error.downcast_ref::<companion::Failed>().map_or(1, |failed| failed.0))
         }
         Err(error) => {
-            eprintln!("error: {}", console::one_line(&error));
+            eprintln!("error: {}", fovolnet::one_line(error.as_ref()));
             ExitCode::from(1)
         }
     }

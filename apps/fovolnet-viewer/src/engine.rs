@@ -103,7 +103,7 @@ impl Shared {
             let shown = match step {
                 Ok(Ok(shown)) => shown,
                 Ok(Err(error)) => {
-                    said.push(Said::Error(format!("{error:#}")));
+                    said.push(Said::Error(fovolnet::one_line(error.as_ref())));
                     None
                 }
                 Err(_) => {

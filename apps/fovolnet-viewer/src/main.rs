@@ -150,7 +150,7 @@ fn main() -> ExitCode {
     match run(arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {}", format!("{error:#}").replace('\n', " "));
+            eprintln!("error: {}", fovolnet::one_line(error.as_ref()));
             ExitCode::from(1)
         }
     }

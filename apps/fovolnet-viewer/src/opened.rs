@@ -57,10 +57,7 @@ impl Opened {
         if !session.weights_are_unchanged().unwrap_or(true) {
             notes.push("the weights are not those of the session: pictures will not be the same".into());
         }
-        let non_finite = volume.volume.statistics().non_finite;
-        if non_finite > 0 {
-            notes.push(format!("{non_finite} values are not finite and shown as the lowest"));
-        }
+        notes.extend(volume.remarks());
         let histogram = Histogram::new(&volume);
         let transfer = match document.transfer_function(&volume) {
             Ok(transfer) => transfer,

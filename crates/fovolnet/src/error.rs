@@ -52,3 +52,37 @@ impl From<fovol_render::gpu::Error> for Error {
         }
     }
 }
+
+/// `error` and its causes as one line, each said once: many errors repeat their cause already.
+pub fn one_line(error: &(dyn std::error::Error + 'static)) -> String {
+    let causes = std::iter::successors(Some(error), |error| error.source());
+    let mut line = String::new();
+    for text in causes.map(ToString::to_string) {
+        if !line.contains(&text) {
+            if !line.is_empty() {
+                line.push_str(": ");
+            }
+            line.push_str(&text);
+        }
+    }
+    line.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    #[derive(Debug, thiserror::Error)]
+    #[error("the picture is\nmissing")]
+    struct Missing(#[source] Error);
+
+    #[test]
+    fn causes_are_said_once() {
+        let refused = std::io::Error::other("no disk");
+        let error = Missing(fovol_io::Error::io("read", Path::new("a.raw"), refused).into());
+        let line = one_line(&error);
+        assert!(line.starts_with("the picture is missing: cannot read a.raw: no disk"), "{line}");
+        assert_eq!(line.matches("no disk").count(), 1, "{line}");
+    }
+}

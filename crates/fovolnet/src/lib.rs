@@ -38,7 +38,7 @@ mod window;
 pub use camera_path::{camera_path, path_text};
 pub use clip::Clip;
 pub use device::{Device, OpenDevice};
-pub use error::{Error, Result};
+pub use error::{Error, Result, one_line};
 pub use fovol_core as core;
 #[cfg(feature = "gpu")]
 pub use fovol_gpu as gpu;

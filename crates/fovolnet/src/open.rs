@@ -16,6 +16,27 @@ pub struct OpenVolume {
     pub procedural: Option<Procedural>,
 }
 
+impl OpenVolume {
+    /// What somebody should know who sees little of it: values that are not finite, or all the same.
+    pub fn remarks(&self) -> Vec<String> {
+        let fovol_core::Statistics { min, max, non_finite, .. } = *self.volume.statistics();
+        let mut remarks = Vec::new();
+        if non_finite > 0 {
+            remarks.push(format!(
+                "{non_finite} values of {} are not finite and shown as the lowest",
+                self.source
+            ));
+        }
+        if min == max {
+            remarks.push(format!(
+                "all values of {} are {min}: nothing can be told apart, and most transfer functions show nothing of it",
+                self.source
+            ));
+        }
+        remarks
+    }
+}
+
 /// Voxels along each side of a procedural volume, unless said otherwise.
 const PROCEDURAL_SIDE: usize = 128;
 
@@ -48,4 +69,25 @@ fn made(kind: Procedural, settings: &VolumeSettings) -> Result<Volume> {
         volume = volume.with_spacing(spacing)?;
     }
     Ok(volume)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn volumes_in_which_little_can_be_seen_are_remarked_on() {
+        let folder = tempfile::tempdir().unwrap();
+        let remarks = |name: &str, values: [f32; 8]| {
+            let path = folder.path().join(name);
+            std::fs::write(&path, values.map(f32::to_le_bytes).concat()).unwrap();
+            open_volume(path.to_str().unwrap(), &VolumeSettings::default()).unwrap().remarks()
+        };
+        let usual = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+        assert!(remarks("usual_2x2x2_float32.raw", usual).is_empty());
+        let empty = remarks("empty_2x2x2_float32.raw", [3.0; 8]);
+        assert!(empty.len() == 1 && empty[0].contains("are 3: nothing can be told apart"), "{empty:?}");
+        let broken = remarks("broken_2x2x2_float32.raw", [f32::NAN; 8]);
+        assert!(broken.len() == 2 && broken[0].starts_with("8 values of"), "{broken:?}");
+    }
 }

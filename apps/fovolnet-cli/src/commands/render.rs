@@ -64,13 +64,7 @@ impl Render {
     pub fn run(mut self) -> Result<()> {
         let session = self.session()?;
         let opened = open_volume(&session.volume, &session.read)?;
-        let statistics = opened.volume.statistics();
-        if statistics.non_finite > 0 {
-            eprintln!(
-                "warning: {} values of {} are not finite and shown as the lowest",
-                statistics.non_finite, session.volume
-            );
-        }
+        opened.remarks().iter().for_each(|remark| eprintln!("warning: {remark}"));
         let mut pipeline = Pipeline::new(&opened, &session.render, &self.speed)?;
         console::warn(&pipeline);
         if self.keep.contains(&Keep::Motion) {

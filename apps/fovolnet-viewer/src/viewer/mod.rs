@@ -190,7 +190,7 @@ impl Viewer {
             match result {
                 Ok(done) => self.messages.note(done, time),
                 Err(_) if job.is_cancelled() => self.messages.note("the export was cancelled".into(), time),
-                Err(error) => self.messages.error(format!("{error:#}")),
+                Err(error) => self.messages.error(fovolnet::one_line(error.as_ref())),
             }
             self.exporting = None;
         }
@@ -218,7 +218,7 @@ impl Viewer {
             let form = LayoutForm::new(&path.display().to_string(), &self.said.0);
             self.dialogue = Some(Dialogue::Layout(form));
         } else {
-            self.messages.error(format!("{error:#}"));
+            self.messages.error(fovolnet::one_line(error.as_ref()));
         }
     }
 
