@@ -60,7 +60,7 @@ fn main() {
     let run = arguments().unwrap_or_else(|error| panic!("{error}"));
     let asked = run.rate.map_or("as asked".to_owned(), |rate| format!("{rate} frames a second"));
     println!("{}³, {}, {:?} shadows, {asked}", run.side, run.size, run.shadows);
-    println!("volume           frames/s  median ms   95 % ms  within 20 %  last");
+    println!("volume           frames/s  median ms   95 % ms  within 20 %  by the network  last");
     for volume in &run.volumes {
         measure(volume, &run);
     }
@@ -78,7 +78,7 @@ fn measure(volume: &str, run: &Run) {
         ..RenderSettings::default()
     };
     let mut studio = Studio::new(SpeedSettings::default());
-    let mut times = Vec::new();
+    let (mut times, mut by_network) = (Vec::new(), 0.0);
     let mut last = None;
     // What the first frames take shows what the others may.
     let learning = 20;
@@ -96,6 +96,7 @@ fn measure(volume: &str, run: &Run) {
         let shown = studio.step(&wanted).expect("settings that can be rendered").expect("a view that moves");
         if i >= learning {
             times.push(started.elapsed().as_secs_f64() * 1e3);
+            by_network += f64::from(shown.settings.reconstruction() == Reconstruction::WNet);
         }
         last = Some(shown);
     }
@@ -106,12 +107,13 @@ fn measure(volume: &str, run: &Run) {
     times.sort_by(f64::total_cmp);
     let at = |share: f64| times[((times.len() - 1) as f64 * share) as usize];
     println!(
-        "{:<16} {:8.1}  {:9.1}  {:8.1}  {:10.0} %  {} {} step {:.2}",
+        "{:<16} {:8.1}  {:9.1}  {:8.1}  {:10.0} %  {:12.0} %  {} {} step {:.2}",
         volume.source,
         1e3 / mean,
         at(0.5),
         at(0.95),
         within * 100.0,
+        by_network / times.len() as f64 * 100.0,
         last.size,
         last.settings.reconstruction(),
         last.settings.step.unwrap_or_default(),

@@ -46,6 +46,8 @@ const LADDER: [Rung; 12] = {
 const CLIMB: f64 = 0.8;
 /// How much the last frame counts.
 const NEW: f64 = 0.35;
+/// What is left, after each frame, of what a way to fill that was not used is thought to cost.
+const FORGET: f64 = 0.997;
 /// Milliseconds a pixel that filling is taken to cost before it was measured, with a network and without.
 const UNMEASURED: [f64; 2] = [1.5e-4, 1e-5];
 
@@ -53,6 +55,8 @@ const UNMEASURED: [f64; 2] = [1.5e-4, 1e-5];
 #[derive(Debug, Clone, PartialEq)]
 pub struct Budget {
     rung: usize,
+    /// Whether a frame was made on this rung: the first one takes longer, as room is made for it.
+    is_warm: bool,
     /// Milliseconds a sample at the session's step.
     sample_ms: Option<f64>,
     /// Milliseconds a pixel of filling, with the session's reconstruction and with the cheapest.
@@ -61,7 +65,7 @@ pub struct Budget {
 
 impl Default for Budget {
     fn default() -> Self {
-        Self { rung: 2, sample_ms: None, pixel_ms: [None; 2] }
+        Self { rung: 2, is_warm: false, sample_ms: None, pixel_ms: [None; 2] }
     }
 }
 
@@ -84,8 +88,13 @@ impl Budget {
             let ms = (timings.mask + timings.march) * rung.step / samples as f64;
             self.sample_ms = learn(self.sample_ms, ms);
         }
-        let pixels = scaled(asked.frame_size(), rung.scale).pixels() as f64;
         let kind = usize::from(!rung.as_asked);
+        // What was dear once may not be any more, as where less of the volume is seen: it is tried again some time.
+        self.pixel_ms[1 - kind] = self.pixel_ms[1 - kind].map(|ms| ms * FORGET);
+        if !std::mem::replace(&mut self.is_warm, true) {
+            return;
+        }
+        let pixels = scaled(asked.frame_size(), rung.scale).pixels() as f64;
         // What is neither mask nor march: filling, and the motion that it needs.
         let filling = (timings.total - timings.mask - timings.march).max(0.0);
         self.pixel_ms[kind] = learn(self.pixel_ms[kind], filling / pixels);
@@ -93,6 +102,7 @@ impl Budget {
 
     /// Takes the best rung for frames of `ms` milliseconds.
     pub fn choose(&mut self, asked: &RenderSettings, ms: f64) {
+        let before = self.rung;
         let fits = |rung: usize, share: f64| self.predicted(asked, &LADDER[rung]) <= ms * share;
         if fits(self.rung, 1.0) {
             if let Some(better) = (0..self.rung).find(|&rung| fits(rung, CLIMB)) {
@@ -101,6 +111,7 @@ impl Budget {
         } else {
             self.rung = (self.rung..LADDER.len()).find(|&rung| fits(rung, 1.0)).unwrap_or(LADDER.len() - 1);
         }
+        self.is_warm &= self.rung == before;
     }
 
     /// The settings of a frame now, of what was `asked` for at full quality.
@@ -190,6 +201,38 @@ mod tests {
                 assert_eq!(changes, 0, "{machine:?} {ms}");
             }
         }
+    }
+
+    #[test]
+    fn what_making_room_takes_is_no_reason_to_give_up() {
+        let (mut budget, mut networks) = (Budget::default(), 0);
+        for _ in 0..60 {
+            let before = budget.rung;
+            budget.choose(&asked(), 100.0);
+            let (samples, mut timings) = frame(&budget.settings(&asked()), [0.5, 220.0, 10.0]);
+            if before != budget.rung || !budget.is_warm {
+                timings.reconstruct += 300.0;
+                timings.total += 300.0;
+            }
+            budget.learn(&asked(), samples, &timings);
+            networks += usize::from(budget.rung().as_asked);
+        }
+        assert!(networks == 60, "{networks} of 60 frames");
+    }
+
+    #[test]
+    fn what_was_dear_is_tried_again() {
+        let mut budget = Budget::default();
+        let mut go = |network: f64, frames: usize| {
+            for _ in 0..frames {
+                budget.choose(&asked(), 100.0);
+                let (samples, timings) = frame(&budget.settings(&asked()), [0.5, network, 10.0]);
+                budget.learn(&asked(), samples, &timings);
+            }
+            budget.rung().as_asked
+        };
+        assert!(!go(2000.0, 30));
+        assert!(go(100.0, 1500));
     }
 
     #[test]
