@@ -119,7 +119,7 @@ fn steps() -> Vec<Step> {
         Step {
             from: |s| s.render.weights = None,
             ..step("render.random-weights", |s| {
-                s.render.random_weights = Some("wnet-fast:3".parse().unwrap())
+                s.render.random_weights = Some("wnet-fast:3".parse().unwrap());
             })
         },
         Step {
@@ -148,8 +148,8 @@ struct Opened {
 }
 
 /// Writes `session` to `path` and opens it from there.
-fn opened(session: Session, path: &Path) -> Opened {
-    let text = toml::to_string(&session).unwrap();
+fn opened(session: &Session, path: &Path) -> Opened {
+    let text = toml::to_string(session).unwrap();
     std::fs::write(path, text).unwrap();
     let session = Session::read(path).unwrap();
     let volume = open_volume(&session.volume, &session.read).unwrap();
@@ -187,10 +187,10 @@ fn every_field_of_a_session_is_kept_and_shows() {
     for Step { field, shows, from, to } in steps {
         let mut session = whole.clone();
         from(&mut session);
-        let before = opened(session.clone(), &path);
+        let before = opened(&session, &path);
         assert!(before.session == session && before.unchanged == [true; 2], "{field}");
         to(&mut session);
-        let after = opened(session.clone(), &path);
+        let after = opened(&session, &path);
         assert!(after.session == session && after.session != before.session, "{field} is not kept");
         let found = match () {
             () if after.unchanged != before.unchanged => Shows::AsAWarning,
