@@ -11,6 +11,7 @@ what the device can do at best. `--quick` is small, for a software Vulkan. What 
 
 import argparse
 import json
+import os
 import platform
 import subprocess
 import sys
@@ -36,10 +37,11 @@ class Run:
         self.scale = QUICK if given.quick else FULL
         self.found = {"machine": platform.platform(), "failed": []}
 
-    def fovolnet(self, *arguments):
-        """The JSON of a command of the program."""
+    def fovolnet(self, *arguments, matrices=True):
+        """The JSON of a command of the program, which may use cooperative matrices or not."""
         command = [self.given.program, *map(str, arguments), "--json", "-"]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        environment = os.environ if matrices else {**os.environ, "FOVOLNET_GPU_MATRICES": "off"}
+        done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
         if done.returncode != 0:
             problem = f"{' '.join(map(str, arguments))}: {done.stderr.strip()}"
             print(problem, file=sys.stderr)
@@ -98,13 +100,14 @@ class Run:
 
     def networks(self):
         for name in NETWORKS:
-            for precision in ("f16", "f32"):
+            for precision, matrices in (("f16", True), ("f16", False), ("f32", False)):
                 for size in self.scale["sizes"]:
                     figures = self.fovolnet(
                         "bench", "net", "--random-weights", name, "--size", size, "--precision", precision,
-                        "--device", self.given.device, "--repeats", self.scale["repeats"],
+                        "--device", self.given.device, "--repeats", self.scale["repeats"], matrices=matrices,
                     )  # fmt: skip
-                    self.keep("networks", {"network": name, "precision": precision, "size": size, "found": figures})
+                    row = {"network": name, "precision": precision, "matrices": matrices, "size": size}
+                    self.keep("networks", {**row, "found": figures})
 
     def frames(self):
         for volume, side in self.volumes():

@@ -1,5 +1,6 @@
 //! Which graphics processor is used.
 
+use crate::matrices::Matrices;
 use crate::{Gpu, GpuError, Result};
 use std::str::FromStr;
 
@@ -74,9 +75,9 @@ impl AdapterRequest {
     }
 }
 
-/// What is known about every adapter of this machine.
-pub fn adapters() -> Vec<wgpu::AdapterInfo> {
-    found().iter().map(wgpu::Adapter::get_info).collect()
+/// What is known about every adapter of this machine, and the cooperative matrices that it offers.
+pub fn adapters() -> Vec<(wgpu::AdapterInfo, Option<Matrices>)> {
+    found().iter().map(|adapter| (adapter.get_info(), Matrices::of(adapter))).collect()
 }
 
 fn found() -> Vec<wgpu::Adapter> {
@@ -94,15 +95,17 @@ impl Gpu {
         let all = found();
         let infos: Vec<wgpu::AdapterInfo> = all.iter().map(wgpu::Adapter::get_info).collect();
         let adapter = &all[request.best(&infos).ok_or_else(|| nothing_suits(&infos))?];
+        let matrices = Matrices::wanted_of(adapter);
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("fovolnet"),
-            required_features: adapter.features() & WELCOME,
+            required_features: adapter.features() & WELCOME | Matrices::features(matrices),
             required_limits: adapter.limits(),
+            experimental_features: Matrices::experiments(matrices),
             ..Default::default()
         };
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
             .map_err(|e| GpuError::refused("opening a device", &e.to_string()))?;
-        Ok(Self::owned(device, queue))
+        Ok(Self::owned(device, queue).with_matrices(matrices))
     }
 }
 

@@ -1,3 +1,4 @@
+use crate::matrices::Matrices;
 use crate::pipeline_cache::PipelineCache;
 use crate::{GpuError, Result};
 use std::fmt;
@@ -12,13 +13,21 @@ pub struct Gpu {
     fault: Arc<Mutex<Option<String>>>,
     /// What has been compiled, in this run or an earlier one.
     compiled: Option<Arc<PipelineCache>>,
+    matrices: Option<Matrices>,
 }
 
 impl Gpu {
     /// A device that someone else opened and lends. Its limits are those that it was opened with.
     pub fn shared(device: wgpu::Device, queue: wgpu::Queue) -> Self {
         let compiled = PipelineCache::of_user(&device).map(Arc::new);
-        Self { device, queue, fault: Arc::default(), compiled }
+        Self { device, queue, fault: Arc::default(), compiled, matrices: None }
+    }
+
+    /// This device, for which shaders may use cooperative matrices of this kind; `None` for none. It has to have been opened
+    /// with [`Matrices::features`].
+    #[must_use]
+    pub fn with_matrices(self, matrices: Option<Matrices>) -> Self {
+        Self { matrices, ..self }
     }
 
     /// A device that is opened for this program: what goes wrong with it is kept, where wgpu would panic.
@@ -41,6 +50,11 @@ impl Gpu {
     /// Its queue.
     pub fn queue(&self) -> &wgpu::Queue {
         &self.queue
+    }
+
+    /// The cooperative matrices that shaders may use.
+    pub fn matrices(&self) -> Option<Matrices> {
+        self.matrices
     }
 
     /// What pipelines are to be looked for in when they are made, where there is such a thing.

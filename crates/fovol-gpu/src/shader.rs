@@ -4,7 +4,7 @@ use wgpu::naga::valid::{Capabilities, ValidationFlags, Validator};
 /// A compute shader: files of WGSL, joined in this order, of which the last one has the entry points. See [`shader!`].
 ///
 /// [`shader!`]: crate::shader!
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shader {
     name: &'static str,
     parts: &'static [&'static str],

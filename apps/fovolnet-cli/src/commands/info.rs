@@ -53,6 +53,9 @@ struct GpuReport {
     /// How it is spoken to.
     interface: String,
     driver: String,
+    /// The cooperative matrices that networks are multiplied by in f16, if any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    matrices: Option<String>,
     /// What `--device auto` takes.
     automatic: bool,
 }
@@ -62,11 +65,12 @@ impl GpuReport {
     #[cfg(feature = "gpu")]
     fn all() -> Vec<Self> {
         use fovolnet::gpu::{AdapterRequest, adapters};
-        let infos = adapters();
+        let (infos, matrices): (Vec<_>, Vec<_>) = adapters().into_iter().unzip();
         let chosen = AdapterRequest::Hardware.or_environment().best(&infos);
         (0..)
             .zip(infos)
-            .map(|(i, info)| Self {
+            .zip(matrices)
+            .map(|((i, info), matrices)| Self {
                 name: info.name,
                 kind: match info.device_type {
                     DeviceType::DiscreteGpu => "a card",
@@ -78,6 +82,7 @@ impl GpuReport {
                 .into(),
                 interface: info.backend.to_string(),
                 driver: [info.driver, info.driver_info].join(" ").trim().into(),
+                matrices: matrices.map(|matrices| matrices.to_string()),
                 automatic: chosen == Some(i),
             })
             .collect()
@@ -163,9 +168,14 @@ impl Info {
         ))?;
         for gpu in &devices.gpus {
             let automatic = if gpu.automatic { "; --device auto takes it" } else { "" };
+            let matrices = gpu.matrices.as_ref().map(|kind| format!(", matrices of {kind}"));
             self.json.say(format!(
-                "gpu    {} ({}, {}, {}){automatic}",
-                gpu.name, gpu.kind, gpu.interface, gpu.driver
+                "gpu    {} ({}, {}, {}{}){automatic}",
+                gpu.name,
+                gpu.kind,
+                gpu.interface,
+                gpu.driver,
+                matrices.unwrap_or_default()
             ))?;
         }
         if devices.gpus.is_empty() {

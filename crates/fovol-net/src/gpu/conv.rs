@@ -1,18 +1,25 @@
+//! Convolutions: by cooperative matrices where the device has them and they fit, else by the threads of any device.
+
+use super::conv_weights::Packing;
 use super::kernel::{Groups, Kernel, Operand, bits, flag};
 use super::layer::{Making, too_many};
-use super::shader::CONV;
+use super::shader::{CONV, CONV_MATRICES_8, CONV_MATRICES_16};
 use super::tensor::{BLOCK, Place};
 use crate::Result;
-use crate::plan::{Activation, Conv, Padding, Read, Resize};
+use crate::plan::{Activation, Conv, Padding, Resize, TensorId};
 use bytemuck::{Pod, Zeroable};
+use fovol_gpu::{Matrices, Shader};
+use half::f16;
 use wgpu::BufferUsages;
 
 /// The most tensors that a convolution reads.
 const SOURCES: usize = 4;
-/// Columns of pixels of a workgroup; as in shaders/conv.wgsl.
+/// Columns of pixels of a workgroup; as in shaders/convolution.wgsl.
 const COLUMNS: u32 = 16;
+/// What is left free after the channels of a pixel; as in shaders/conv_matrices.wgsl.
+const PADDING: u32 = 8;
 
-/// Where the sources of a convolution end, in blocks of all together. Twin of `Sources` in shaders/conv.wgsl.
+/// Where the sources of a convolution end, in blocks of all together. Twin of `Sources` in shaders/convolution.wgsl.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 struct Sources {
@@ -40,6 +47,63 @@ pub fn resize_number(resize: Resize) -> u32 {
 /// 2×2 pixels as four channels, as shaders know it.
 const FOLDED: u32 = 3;
 
+/// How a workgroup makes its part of a convolution.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Means {
+    shader: Shader,
+    /// Channels that are multiplied together: of a thread's block, or of a matrix.
+    edge: usize,
+    /// Rows of pixels of a workgroup.
+    rows: u32,
+    /// What else the shader is told.
+    constants: Vec<(&'static str, u32)>,
+}
+
+impl Means {
+    /// What any device can do.
+    fn threads(conv: &Conv) -> Self {
+        let fours = if conv.stride == 1 { 4 } else { 2 };
+        Self { shader: CONV, edge: BLOCK, rows: 4 * fours, constants: vec![("ROWS", fours)] }
+    }
+
+    /// By `matrices`, with as many rows as a device of these `limits` has threads and memory for.
+    fn matrices(matrices: Matrices, conv: &Conv, limits: &wgpu::Limits) -> Option<Self> {
+        let (edge, (least, most)) = (matrices.edge(), matrices.subgroup());
+        let shader = if edge == 8 { CONV_MATRICES_8 } else { CONV_MATRICES_16 };
+        let (size, stride) = (conv.size as u32, conv.stride as u32);
+        let with = |rows: u32| {
+            let threads = COLUMNS / edge * rows / 2 * most;
+            let subgroups = threads.div_ceil(least);
+            let patch = ((COLUMNS - 1) * stride + size) * ((rows - 1) * stride + size);
+            let bytes = 2 * patch * (edge + PADDING) + 4 * subgroups * edge * edge;
+            let fits = threads <= limits.max_compute_invocations_per_workgroup
+                && threads <= limits.max_compute_workgroup_size_x
+                && bytes <= limits.max_compute_workgroup_storage_size;
+            let constants = vec![("ROWS", rows), ("THREADS", threads), ("SUBGROUPS", subgroups)];
+            fits.then_some(Self { shader, edge: edge as usize, rows, constants })
+        };
+        [8, 4, 2].into_iter().find_map(with)
+    }
+}
+
+/// What a device multiplies by.
+#[derive(Debug, Clone)]
+struct Units {
+    matrices: Option<Matrices>,
+    limits: wgpu::Limits,
+}
+
+impl Units {
+    /// By what `conv` of `inputs` to `outputs` channels is made: by matrices unless most of them would be zeros.
+    fn means(&self, conv: &Conv, inputs: usize, outputs: usize) -> Means {
+        let padded = |edge: usize| inputs.next_multiple_of(edge) * outputs.next_multiple_of(edge);
+        let is_worth = |matrices: &Matrices| padded(matrices.edge() as usize) <= 2 * inputs * outputs;
+        let matrices = self.matrices.filter(is_worth);
+        let means = matrices.and_then(|matrices| Means::matrices(matrices, conv, &self.limits));
+        means.unwrap_or_else(|| Means::threads(conv))
+    }
+}
+
 /// The kernel of a convolution.
 ///
 /// # Errors
@@ -50,40 +114,66 @@ pub fn kernel(making: &Making<'_>, conv: &Conv) -> Result<Kernel> {
     }
     let (weights, bias) = making.parameters(&conv.name)?;
     let channels: Vec<usize> = conv.inputs.iter().map(|read| making.channels(read.tensor)).collect();
-    let packing = Packing::new(conv.size, &channels, bias.len());
+    let units = Units { matrices: making.matrices, limits: making.gpu.device().limits() };
+    let means = units.means(conv, channels.iter().sum(), bias.len());
+    let packing = Packing::new(means.edge, conv.size, &channels, bias.len());
+    let packed = packing.packed(weights);
+    let learned = match means.edge {
+        BLOCK => making.learned(&conv.name, &packed),
+        _ => making.learned(&conv.name, &packed.into_iter().map(f16::from_f32).collect::<Vec<_>>()),
+    };
     let output = Place::Tensor(conv.output);
-    let rows = if conv.stride == 1 { 4 } else { 2 };
-    let read = |read: &Read| making.moved(read.tensor).unwrap_or(read.tensor);
-    let source = |i: usize| conv.inputs.get(i).unwrap_or(&conv.inputs[0]);
-    let mut halves: Vec<bool> = (0..SOURCES).map(|i| making.is_halved(read(source(i)))).collect();
+    let mut operands = vec![Operand::Shape(output), sources(making, &channels)];
+    operands.extend((0..SOURCES).map(|i| making.read(stored(making, conv, i))));
+    operands.extend([learned, making.learned(&conv.name, &padded(bias)), Operand::Write(output)]);
+    let mut constants = common_constants(making, conv);
+    constants.push(("TILES", packing.tiles as f64));
+    constants.extend(means.constants.iter().map(|(name, value)| (*name, f64::from(*value))));
+    let blocks = (packing.tiles * means.edge / BLOCK) as u32;
+    Ok(Kernel {
+        shader: means.shader,
+        entry_point: "convolve",
+        constants,
+        operands,
+        groups: Groups::Over(output, [COLUMNS, means.rows, blocks]),
+    })
+}
+
+/// The tensor that source `i` of a convolution lies in; those that there are not are bound too.
+fn stored(making: &Making<'_>, conv: &Conv, i: usize) -> TensorId {
+    let read = conv.inputs.get(i).unwrap_or(&conv.inputs[0]);
+    making.moved(read.tensor).unwrap_or(read.tensor)
+}
+
+/// What shaders are told of `conv`, however they make it.
+fn common_constants(making: &Making<'_>, conv: &Conv) -> Vec<(&'static str, f64)> {
+    let mut halves: Vec<bool> = (0..SOURCES).map(|i| making.is_halved(stored(making, conv, i))).collect();
     halves.push(making.is_halved(conv.output));
-    let mut operands = vec![Operand::Shape(output), packing.sources(making, &channels)];
-    operands.extend((0..SOURCES).map(|i| making.read(read(source(i)))));
-    operands.extend([
-        making.learned(&conv.name, &packing.packed(weights)),
-        making.learned(&conv.name, &padded(bias)),
-        Operand::Write(output),
-    ]);
     let reads = conv.inputs.iter().rev().fold(0, |all, read| match making.moved(read.tensor) {
         Some(_) => 4 * all + FOLDED,
         None => 4 * all + resize_number(read.resize),
     });
-    Ok(Kernel {
-        shader: CONV,
-        entry_point: "convolve",
-        constants: vec![
-            ("SIZE", conv.size as f64),
-            ("STRIDE", conv.stride as f64),
-            ("REPLICATE", flag(conv.padding == Padding::Replicate)),
-            ("ACTIVATION", activation_number(conv.activation)),
-            ("BLOCKS", packing.blocks as f64),
-            ("ROWS", f64::from(rows)),
-            ("HALVES", bits(&halves)),
-            ("READS", f64::from(reads)),
-        ],
-        operands,
-        groups: Groups::Over(output, [COLUMNS, 4 * rows, packing.blocks as u32]),
-    })
+    vec![
+        ("SIZE", conv.size as f64),
+        ("STRIDE", conv.stride as f64),
+        ("REPLICATE", flag(conv.padding == Padding::Replicate)),
+        ("ACTIVATION", activation_number(conv.activation)),
+        ("HALVES", bits(&halves)),
+        ("READS", f64::from(reads)),
+    ]
+}
+
+/// Where inputs of so many `channels` end.
+fn sources(making: &Making<'_>, channels: &[usize]) -> Operand {
+    let all: usize = channels.iter().map(|count| count.div_ceil(BLOCK)).sum();
+    let mut ends = [all as u32; SOURCES];
+    let mut end = 0;
+    for (to, count) in ends.iter_mut().zip(channels) {
+        end += count.div_ceil(BLOCK) as u32;
+        *to = end;
+    }
+    let bytes = bytemuck::bytes_of(&Sources { ends }).to_vec();
+    Operand::Uniform(making.buffer("sources", &bytes, BufferUsages::UNIFORM))
 }
 
 /// `values` with zeros to the end of the last block.
@@ -93,100 +183,60 @@ pub fn padded(values: &[f32]) -> Vec<f32> {
     padded
 }
 
-/// In which order shaders read the weights of a convolution.
-struct Packing {
-    size: usize,
-    /// For each lane of each block that is read the channel of the inputs, if it is one.
-    inputs: Vec<Option<usize>>,
-    outputs: usize,
-    /// Blocks of outputs that a workgroup makes.
-    blocks: usize,
-}
-
-impl Packing {
-    /// That of a convolution of inputs of so many `channels` each.
-    fn new(size: usize, channels: &[usize], outputs: usize) -> Self {
-        let mut inputs = Vec::new();
-        let mut first = 0;
-        for &count in channels {
-            let lanes = 0..count.next_multiple_of(BLOCK);
-            inputs.extend(lanes.map(|lane| (lane < count).then_some(first + lane)));
-            first += count;
-        }
-        Self { size, inputs, outputs, blocks: blocks(outputs.div_ceil(BLOCK)) }
-    }
-
-    /// Where each input ends.
-    fn sources(&self, making: &Making<'_>, channels: &[usize]) -> Operand {
-        let mut ends = [(self.inputs.len() / BLOCK) as u32; SOURCES];
-        let mut end = 0;
-        for (to, count) in ends.iter_mut().zip(channels) {
-            end += count.div_ceil(BLOCK) as u32;
-            *to = end;
-        }
-        let bytes = bytemuck::bytes_of(&Sources { ends }).to_vec();
-        Operand::Uniform(making.buffer("sources", &bytes, BufferUsages::UNIFORM))
-    }
-
-    /// `weights`, \[output\]\[input\]\[row\]\[column\], as \[workgroup\]\[block of inputs\]\[tap\]\[block of
-    /// outputs\]\[input\]\[output\], zeros where there is none.
-    fn packed(&self, weights: &[f32]) -> Vec<f32> {
-        let taps = self.size * self.size;
-        let count = self.inputs.iter().flatten().count();
-        let mut packed = Vec::new();
-        for workgroup in 0..self.outputs.div_ceil(BLOCK * self.blocks) {
-            for block in self.inputs.chunks(BLOCK) {
-                let matrices = (0..taps).flat_map(|tap| (0..self.blocks).map(move |of| (tap, of)));
-                for ((tap, of), input) in matrices.flat_map(|at| block.iter().map(move |input| (at, input))) {
-                    let first = (workgroup * self.blocks + of) * BLOCK;
-                    packed.extend((first..first + BLOCK).map(|output| match input {
-                        Some(input) if output < self.outputs => {
-                            weights[(output * count + input) * taps + tap]
-                        }
-                        _ => 0.0,
-                    }));
-                }
-            }
-        }
-        packed
-    }
-}
-
-/// How many of `all` blocks of channels a workgroup makes: as many as share what is read, and as few as leave none of them
-/// without work.
-fn blocks(all: usize) -> usize {
-    let cost = |blocks: &usize| all.div_ceil(*blocks) * (2 * blocks + 1);
-    (1..=4).rev().min_by_key(cost).unwrap_or(1)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::plan::{Layer, Named};
     use fovol_gpu::assert_twins;
 
     #[test]
     fn shaders_read_the_same_struct() {
-        assert_twins!(CONV, "Sources", Sources { ends });
+        for shader in [CONV, CONV_MATRICES_8, CONV_MATRICES_16] {
+            assert_twins!(shader, "Sources", Sources { ends });
+        }
+    }
+
+    fn units(edge: u32, subgroup: (u32, u32)) -> Units {
+        Units { matrices: Some(Matrices::new(edge, subgroup)), limits: wgpu::Limits::default() }
+    }
+
+    /// The share of all products of a network that matrices make.
+    fn share(named: Named, units: &Units) -> f64 {
+        let plan = named.config().plan().unwrap();
+        let channels = |id: TensorId| plan.tensor(id).channels;
+        let mut made = [0.0; 2];
+        for layer in plan.layers() {
+            let Layer::Conv(conv) = layer else { continue };
+            let inputs = conv.inputs.iter().map(|read| channels(read.tensor)).sum();
+            let products = inputs * channels(conv.output) * conv.size * conv.size;
+            let at = plan.tensor(conv.output).level;
+            let by_threads = units.means(conv, inputs, channels(conv.output)).shader == CONV;
+            made[usize::from(by_threads)] += (products as f64) / f64::from(1 << (2 * at));
+        }
+        made[0] / (made[0] + made[1])
     }
 
     #[test]
-    fn workgroups_share_work_without_waste() {
-        assert_eq!([1, 2, 3, 4, 6, 8, 12, 20, 32].map(blocks), [1, 2, 3, 4, 3, 4, 4, 4, 4]);
+    fn most_products_of_every_network_are_made_by_matrices() {
+        for units in [units(8, (8, 8)), units(8, (32, 32)), units(16, (32, 32)), units(16, (32, 64))] {
+            for named in Named::ALL {
+                assert!(share(named, &units) >= 0.85, "{named} {units:?}: {}", share(named, &units));
+            }
+        }
+        let none = Units { matrices: None, limits: wgpu::Limits::default() };
+        assert_eq!(share(Named::WNetFast, &none), 0.0);
     }
 
     #[test]
-    fn weights_lie_in_the_order_of_their_use() {
-        // Three and one inputs, of which each begins a block; nine outputs.
-        let packing = Packing::new(1, &[3, 1], 9);
-        let weights: Vec<f32> = (0..9 * 4).map(|i| i as f32 + 1.0).collect();
-        let packed = packing.packed(&weights);
-        // Three blocks of outputs by two of inputs.
-        assert_eq!((packing.blocks, packed.len()), (3, 6 * BLOCK * BLOCK));
-        // Output 1, input 2: the second lane of the third row of the first block.
-        assert_eq!(packed[2 * BLOCK + 1], weights[4 + 2]);
-        // The fourth row has no input.
-        assert_eq!(packed[3 * BLOCK..4 * BLOCK], [0.0; 4]);
-        let sum: f32 = packed.iter().sum();
-        assert_eq!(sum, weights.iter().sum::<f32>());
+    fn workgroups_keep_within_what_a_device_has() {
+        let plan = Named::DeepFoveaOrig.config().plan().unwrap();
+        let conv = plan.layers().iter().find_map(|layer| match layer {
+            Layer::Conv(conv) if conv.stride == 2 => Some(conv),
+            _ => None,
+        });
+        let limits = wgpu::Limits::default();
+        let rows =
+            |subgroup| Means::matrices(Matrices::new(16, subgroup), conv.unwrap(), &limits).map(|m| m.rows);
+        assert_eq!([(32, 32), (8, 32), (64, 64), (8, 128)].map(rows), [Some(4), Some(2), Some(4), None]);
     }
 }

@@ -7,7 +7,8 @@ use crate::cpu::schedule::{Schedule, is_input};
 use crate::plan::{Layer, Plan, TensorId};
 use crate::weights::Weights;
 use crate::{Error, Result};
-use fovol_gpu::Gpu;
+use bytemuck::Pod;
+use fovol_gpu::{Gpu, Matrices};
 use wgpu::BufferUsages;
 
 /// What kernels are made from.
@@ -18,6 +19,8 @@ pub struct Making<'a> {
     /// For each tensor whether its numbers are halves.
     pub halved: &'a [bool],
     pub schedule: &'a Schedule,
+    /// What halves may be multiplied by.
+    pub matrices: Option<Matrices>,
 }
 
 impl Making<'_> {
@@ -64,7 +67,7 @@ impl Making<'_> {
     }
 
     /// Learned numbers on the device.
-    pub fn learned(&self, label: &str, values: &[f32]) -> Operand {
+    pub fn learned<T: Pod>(&self, label: &str, values: &[T]) -> Operand {
         Operand::Learned(self.buffer(label, bytemuck::cast_slice(values), BufferUsages::STORAGE))
     }
 

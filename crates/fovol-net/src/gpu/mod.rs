@@ -27,6 +27,7 @@
 mod accumulate;
 mod buffers;
 mod conv;
+mod conv_weights;
 mod filter;
 mod frame;
 mod kernel;

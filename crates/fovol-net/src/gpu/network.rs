@@ -78,7 +78,8 @@ impl Network {
         let precision = precision.on(gpu);
         let halved = halved(&plan, precision);
         let schedule = Schedule::new(&plan, &halved, &[Derived::Folded, Derived::Unfolded]);
-        let making = Making { gpu, plan: &plan, weights, halved: &halved, schedule: &schedule };
+        let matrices = gpu.matrices().filter(|_| precision == Precision::F16);
+        let making = Making { gpu, plan: &plan, weights, halved: &halved, schedule: &schedule, matrices };
         let steps = gpu.guarded("compiling the shaders", || {
             let kernels = kernels(&making)?;
             let mut pipelines = Pipelines::default();

@@ -11,7 +11,8 @@ pub enum Precision {
     Auto,
     /// f32 throughout.
     F32,
-    /// Wide tensors are stored as f16, on any device: half the memory and traffic.
+    /// Wide tensors are stored as f16, on any device: half the memory and traffic. Cooperative matrices multiply them, where
+    /// [`Gpu::matrices`] are known.
     F16,
 }
 

@@ -6,8 +6,14 @@ use fovol_gpu::{Shader, shader};
 pub const FRAME: Shader = shader!("../shaders/", "frame": "tensor");
 /// What goes from frame to frame.
 pub const KEEP: Shader = shader!("../shaders/", "keep": "tensor");
-/// Convolutions.
-pub const CONV: Shader = shader!("../shaders/", "conv": "tensor" "doubled");
+/// Convolutions on any device.
+pub const CONV: Shader = shader!("../shaders/", "conv": "tensor" "doubled" "convolution");
+/// Convolutions by cooperative matrices of 8 rows and columns.
+pub const CONV_MATRICES_8: Shader =
+    shader!("../shaders/", "conv_matrices": "matrices_8" "tensor" "doubled" "convolution");
+/// Convolutions by cooperative matrices of 16 rows and columns.
+pub const CONV_MATRICES_16: Shader =
+    shader!("../shaders/", "conv_matrices": "matrices_16" "tensor" "doubled" "convolution");
 /// Predicted kernels.
 pub const FILTER: Shader = shader!("../shaders/", "filter": "tensor" "doubled");
 /// Normalisation over the frame.
@@ -36,10 +42,12 @@ mod tests {
     use super::*;
     use wgpu::naga::valid::Capabilities;
 
+    /// Those that every device runs.
     const ALL: [Shader; 14] = [
         FRAME, KEEP, CONV, FILTER, NORM, POOL, RESHAPE, POINTWISE, PYRAMID, SPREAD, ACCUMULATE, POINTS, WARP,
         PULL_PUSH,
     ];
+    const MATRICES: [Shader; 2] = [CONV_MATRICES_8, CONV_MATRICES_16];
 
     #[test]
     fn every_shader_is_valid_without_any_optional_feature() {
@@ -52,9 +60,21 @@ mod tests {
     }
 
     #[test]
+    fn shaders_of_matrices_are_valid_where_there_are_matrices() {
+        let needed = Capabilities::SHADER_FLOAT16
+            | Capabilities::SHADER_FLOAT16_IN_FLOAT32
+            | Capabilities::SUBGROUP
+            | Capabilities::COOPERATIVE_MATRIX;
+        for shader in MATRICES {
+            shader.check(needed).unwrap_or_else(|problem| panic!("{problem}"));
+            assert!(shader.check(needed - Capabilities::COOPERATIVE_MATRIX).is_err());
+        }
+    }
+
+    #[test]
     fn no_shader_is_left_out() {
         let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/src/shaders");
-        let all: String = ALL.map(|shader| shader.source()).concat();
+        let all: String = ALL.iter().chain(&MATRICES).map(Shader::source).collect();
         for file in std::fs::read_dir(folder).unwrap() {
             let path = file.unwrap().path();
             assert!(all.contains(&std::fs::read_to_string(&path).unwrap()), "{} is not used", path.display());
