@@ -77,7 +77,7 @@ fn measure(volume: &str, run: &Run) {
         reconstruct: Some(Reconstruction::WNet),
         ..RenderSettings::default()
     };
-    let mut studio = Studio::new(SpeedSettings::default());
+    let mut studio = Studio::new(SpeedSettings::default(), None);
     let (mut times, mut by_network) = (Vec::new(), 0.0);
     let mut last = None;
     // What the first frames take shows what the others may.

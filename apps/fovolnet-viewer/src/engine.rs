@@ -2,6 +2,7 @@
 
 use crate::studio::{Shown, Studio, Wanted};
 use fovolnet::SpeedSettings;
+use fovolnet::gpu::Gpu;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
@@ -40,14 +41,19 @@ pub enum Said {
 }
 
 impl Engine {
-    /// Starts the thread; `wake` is called whenever there is something to take.
+    /// Starts the thread, on the device that draws the window where that is lent as its `screen`; `wake` is called whenever
+    /// there is something to take.
     ///
     /// # Errors
     /// A system that has no thread left.
-    pub fn start(speed: SpeedSettings, wake: impl Fn() + Send + 'static) -> std::io::Result<Self> {
+    pub fn start(
+        speed: SpeedSettings,
+        screen: Option<Gpu>,
+        wake: impl Fn() + Send + 'static,
+    ) -> std::io::Result<Self> {
         let shared = Arc::<Shared>::default();
         let theirs = Arc::clone(&shared);
-        let run = move || theirs.run(&speed, &wake);
+        let run = move || theirs.run(&|| Studio::new(speed.clone(), screen.clone()), &wake);
         let thread = std::thread::Builder::new().name("pictures".into()).spawn(run)?;
         Ok(Self { shared, thread: Some(thread) })
     }
@@ -95,8 +101,8 @@ impl Shared {
         self.desk.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn run(&self, speed: &SpeedSettings, wake: &dyn Fn()) {
-        let mut studio = Studio::new(speed.clone());
+    fn run(&self, new_studio: &dyn Fn() -> Studio, wake: &dyn Fn()) {
+        let mut studio = new_studio();
         while let Some(wanted) = self.next() {
             let step = catch_unwind(AssertUnwindSafe(|| studio.step(&wanted)));
             let mut said: Vec<Said> = studio.take_notes().into_iter().map(Said::Note).collect();
@@ -107,7 +113,7 @@ impl Shared {
                     None
                 }
                 Err(_) => {
-                    studio = Studio::new(speed.clone());
+                    studio = new_studio();
                     said.push(Said::Error(
                         "the renderer failed and begins anew; change the view to try again".into(),
                     ));
@@ -174,7 +180,7 @@ mod tests {
 
     #[test]
     fn pictures_come_until_they_are_complete_and_after_changes_again() {
-        let engine = Engine::start(SpeedSettings::default(), || ()).unwrap();
+        let engine = Engine::start(SpeedSettings::default(), None, || ()).unwrap();
         assert!(engine.is_done());
         engine.want(wanted());
         wait(&engine);
@@ -184,7 +190,7 @@ mod tests {
 
     #[test]
     fn errors_are_said_once_and_do_not_end_it() {
-        let engine = Engine::start(SpeedSettings::default(), || ()).unwrap();
+        let engine = Engine::start(SpeedSettings::default(), None, || ()).unwrap();
         let mut bad = wanted();
         bad.settings.step = Some(-1.0);
         engine.want(bad);

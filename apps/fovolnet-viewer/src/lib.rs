@@ -23,6 +23,7 @@ mod panels;
 mod picture_view;
 pub mod places;
 mod range_slider;
+pub mod screen;
 mod start_page;
 pub mod still;
 pub mod studio;

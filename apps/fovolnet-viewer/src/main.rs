@@ -7,6 +7,7 @@ use fovolnet::core::{Frame, FrameSize};
 use fovolnet::io::image::{self, Alpha};
 use fovolnet::{RenderSettings, SpeedSettings, VolumeSettings};
 use fovolnet_viewer::places::Places;
+use fovolnet_viewer::screen::Screen;
 use fovolnet_viewer::{Start, Viewer};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -90,7 +91,7 @@ fn write(path: &Path, picture: &ColorImage) -> Result<()> {
 
 fn run(arguments: Arguments) -> Result<()> {
     let [width, height] = <[u32; 2]>::from(arguments.window).map(|side| side as f32);
-    let options = eframe::NativeOptions {
+    let mut options = eframe::NativeOptions {
         viewport: ViewportBuilder::default()
             .with_title("FoVolNet")
             .with_app_id("fovolnet")
@@ -99,11 +100,14 @@ fn run(arguments: Arguments) -> Result<()> {
             .with_drag_and_drop(true),
         ..Default::default()
     };
-    let start = Start {
+    let device = arguments.speed.device.clone().unwrap_or_default();
+    options.wgpu_options = Screen::configure(&device, options.wgpu_options);
+    let mut start = Start {
         source: arguments.volume,
         read: arguments.read,
         render: arguments.render,
         speed: arguments.speed,
+        screen: None,
     };
     let outcome = Arc::new(Mutex::new(None));
     let taken = Arc::clone(&outcome);
@@ -114,6 +118,8 @@ fn run(arguments: Arguments) -> Result<()> {
         if let Some(scale) = arguments.scale {
             creation.egui_ctx.set_pixels_per_point(scale);
         }
+        let state = creation.wgpu_render_state.as_ref();
+        start.screen = state.and_then(|state| Screen::of_window(state, &device));
         let mut viewer = Viewer::new(&creation.egui_ctx, start, places)?;
         if let Some(theme) = arguments.theme {
             viewer.set_dark(theme == Theme::Dark);

@@ -4,12 +4,17 @@ use crate::budget::{Budget, Rung};
 use crate::look::{Look, Parts, rgba};
 use crate::still::{Quality, Still};
 use anyhow::Result;
+use eframe::wgpu;
 use fovolnet::core::{Camera, Fovea, FrameSize};
+use fovolnet::gpu::Gpu;
 use fovolnet::{
-    Machine, OpenDevice, OpenVolume, Pipeline, RenderSettings, RenderedFrame, SpeedSettings, Timings,
-    Viewpoint,
+    DoneFrame, Machine, OpenDevice, OpenVolume, Pipeline, RenderSettings, RenderedFrame, SpeedSettings,
+    Timings, Viewpoint,
 };
 use std::sync::Arc;
+
+/// Milliseconds that a frame may take where the window waits for the same device: it is to answer within 50.
+const WINDOW_MS: f64 = 40.0;
 
 /// What somebody wants to see now.
 #[derive(Debug, Clone)]
@@ -58,13 +63,22 @@ pub enum Progress {
     Complete,
 }
 
+/// The pixels of a picture.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Pixels {
+    /// Opaque 8-bit RGBA, row by row.
+    Host(Vec<u8>),
+    /// Likewise, on the device that draws the window.
+    Device(wgpu::Texture),
+}
+
 /// A picture for the screen.
 #[derive(Debug, Clone)]
 pub struct Shown {
     /// Its size.
     pub size: FrameSize,
-    /// Its pixels, opaque 8-bit RGBA.
-    pub rgba: Vec<u8>,
+    /// Its pixels.
+    pub pixels: Pixels,
     /// From where it is seen.
     pub camera: Camera,
     /// How far it is.
@@ -87,8 +101,12 @@ pub struct Shown {
 #[derive(Debug, Default)]
 pub struct Studio {
     speed: SpeedSettings,
+    /// The device that draws the window, until it is lost.
+    screen: Option<Gpu>,
     device: Option<OpenDevice>,
     pipeline: Option<Pipeline>,
+    /// How long the last frame took that stayed on the device.
+    displayed: Timings,
     last: Option<Last>,
     budget: Budget,
     next_frame: u32,
@@ -109,13 +127,15 @@ struct Last {
 #[derive(Debug)]
 enum View {
     Moving(Box<RenderedFrame>, Fovea),
+    /// Likewise, but on the device that draws the window; and what is known of the last frame that is done there.
+    Displayed(wgpu::Texture, Option<DoneFrame>),
     Still(Box<Still>, Option<Quality>),
 }
 
 impl Studio {
-    /// A studio that works as `speed` says.
-    pub fn new(speed: SpeedSettings) -> Self {
-        Self { speed, ..Self::default() }
+    /// A studio that works as `speed` says, on the device that draws the window where that is lent as its `screen`.
+    pub fn new(speed: SpeedSettings, screen: Option<Gpu>) -> Self {
+        Self { speed, screen, ..Self::default() }
     }
 
     /// What is to be known since the last call.
@@ -133,7 +153,7 @@ impl Studio {
             && error.downcast_ref::<fovolnet::Error>().is_some_and(fovolnet::Error::is_of_gpu)
         {
             // A device that is lost stays lost: another may do.
-            (self.device, self.pipeline) = (None, None);
+            (self.device, self.pipeline, self.screen) = (None, None, None);
         }
         shown
     }
@@ -152,8 +172,14 @@ impl Studio {
     fn go_on(&mut self, last: Last, wanted: &Wanted) -> Result<(Last, bool)> {
         let looks_other = last.wanted.look != wanted.look;
         let (view, is_new) = match last.view {
-            View::Moving(..) if wanted.converges => return Ok((self.stand_at(wanted)?, true)),
-            View::Moving(..) if last.wanted.gaze != wanted.gaze => return Ok((self.move_to(wanted)?, true)),
+            View::Moving(..) | View::Displayed(..) if wanted.converges => {
+                return Ok((self.stand_at(wanted)?, true));
+            }
+            View::Moving(..) | View::Displayed(..) if last.wanted.gaze != wanted.gaze => {
+                return Ok((self.move_to(wanted)?, true));
+            }
+            // Looks need what has stayed on the device.
+            View::Displayed(..) if looks_other => return Ok((self.move_to(wanted)?, true)),
             View::Still(mut still, _) if !still.is_complete() && wanted.converges => {
                 still.advance(self.open(wanted)?)?;
                 let quality = still.quality();
@@ -167,13 +193,24 @@ impl Studio {
     /// A frame in motion, as good as there is time for.
     fn move_to(&mut self, wanted: &Wanted) -> Result<Last> {
         let asked = &wanted.settings;
-        let Some(rate) = wanted.rate else { return self.render(wanted, asked.clone()) };
-        self.budget.choose(asked, 1e3 / rate);
-        let last = self.render(wanted, self.budget.settings(asked))?;
-        if let View::Moving(frame, _) = &last.view {
-            self.budget.learn(asked, frame.samples, &frame.timings);
+        let Some(rate) = wanted.rate else { return self.move_as(wanted, asked.clone()) };
+        let most = if self.screen.is_some() { WINDOW_MS } else { f64::INFINITY };
+        self.budget.choose(asked, (1e3 / rate).min(most));
+        let last = self.move_as(wanted, self.budget.settings(asked))?;
+        match &last.view {
+            View::Moving(frame, _) => self.budget.learn(asked, frame.samples, &frame.timings),
+            View::Displayed(_, Some(done)) => self.budget.learn(asked, done.samples, &done.timings),
+            _ => {}
         }
         Ok(last)
+    }
+
+    /// A frame in motion, made as `settings` say; it stays on the device where that draws the window.
+    fn move_as(&mut self, wanted: &Wanted, settings: RenderSettings) -> Result<Last> {
+        match self.display(wanted, &settings)? {
+            Some(last) => Ok(last),
+            None => self.render(wanted, settings),
+        }
     }
 
     /// The first picture of a view that stands still.
@@ -183,16 +220,14 @@ impl Studio {
             View::Moving(frame, fovea) => {
                 View::Still(Box::new(Still::new(&last.settings, wanted.camera, fovea, *frame)), None)
             }
-            still @ View::Still(..) => still,
+            other => other,
         };
         Ok(Last { view, ..last })
     }
 
     /// The next frame, made as `settings` say.
     fn render(&mut self, wanted: &Wanted, settings: RenderSettings) -> Result<Last> {
-        let index = self.next_frame;
-        let fovea = Fovea { gaze: wanted.gaze, ..settings.fovea(index)? };
-        let viewpoint = Viewpoint { camera: wanted.camera, fovea };
+        let (index, viewpoint) = self.next_viewpoint(wanted, &settings)?;
         let pipeline = self.open(wanted)?;
         pipeline.change(&settings)?;
         let frame = pipeline.render_from(index, &viewpoint)?;
@@ -204,8 +239,39 @@ impl Studio {
             density: frame.mask.density(),
             timings: frame.timings,
             machine,
-            view: View::Moving(Box::new(frame), fovea),
+            view: View::Moving(Box::new(frame), viewpoint.fovea),
         })
+    }
+
+    /// The next frame on the device that draws the window, where there is such a one and it can stay there.
+    fn display(&mut self, wanted: &Wanted, settings: &RenderSettings) -> Result<Option<Last>> {
+        if self.screen.is_none() || wanted.look != Look::Picture {
+            return Ok(None);
+        }
+        let (index, viewpoint) = self.next_viewpoint(wanted, settings)?;
+        let pipeline = self.open(wanted)?;
+        pipeline.change(settings)?;
+        let Some(frame) = pipeline.display_from(index, &viewpoint)? else { return Ok(None) };
+        let (machine, size) = (pipeline.machine(), pipeline.size());
+        self.next_frame = index.wrapping_add(1);
+        if let Some(done) = frame.done {
+            self.displayed = done.timings;
+        }
+        let share = |done: DoneFrame| done.samples as f64 / size.pixels() as f64;
+        Ok(Some(Last {
+            wanted: wanted.clone(),
+            settings: settings.clone(),
+            density: frame.done.map_or_else(|| viewpoint.fovea.expected_density(size), share),
+            timings: self.displayed,
+            machine,
+            view: View::Displayed(frame.picture, frame.done),
+        }))
+    }
+
+    /// The number of the next frame, and from where it is seen.
+    fn next_viewpoint(&self, wanted: &Wanted, settings: &RenderSettings) -> Result<(u32, Viewpoint)> {
+        let fovea = Fovea { gaze: wanted.gaze, ..settings.fovea(self.next_frame)? };
+        Ok((self.next_frame, Viewpoint { camera: wanted.camera, fovea }))
     }
 
     /// The pipeline of the wanted volume.
@@ -217,7 +283,10 @@ impl Studio {
                 self.budget.reset();
                 let device = match self.device.take() {
                     Some(open) => open,
-                    None => self.speed.device.clone().unwrap_or_default().open()?,
+                    None => match &self.screen {
+                        Some(gpu) => OpenDevice::Gpu(gpu.clone()),
+                        None => self.speed.device.clone().unwrap_or_default().open()?,
+                    },
                 };
                 let device = self.device.insert(device).clone();
                 let pipeline = Pipeline::on(device, &wanted.volume, &wanted.settings, &self.speed)?;
@@ -229,11 +298,16 @@ impl Studio {
     }
 
     fn shown(&self, last: &Last) -> Shown {
-        let look = last.wanted.look;
-        let (parts, progress, quality) = match &last.view {
+        let look = |parts: &Parts<'_>| Pixels::Host(rgba(last.wanted.look, parts));
+        let (size, pixels, progress, quality) = match &last.view {
+            View::Displayed(picture, _) => {
+                let size = FrameSize { width: picture.width(), height: picture.height() };
+                (size, Pixels::Device(picture.clone()), Progress::Moving, None)
+            }
             View::Moving(frame, fovea) => {
-                let (picture, measured) = (&frame.frame, &frame.mask);
-                (Parts { picture, measured, reconstructed: picture, fovea }, Progress::Moving, None)
+                let picture = &frame.frame;
+                let parts = Parts { picture, measured: &frame.mask, reconstructed: picture, fovea };
+                (picture.size(), look(&parts), Progress::Moving, None)
             }
             View::Still(still, quality) => {
                 let parts = Parts {
@@ -246,12 +320,12 @@ impl Studio {
                     true => Progress::Complete,
                     false => Progress::Converging(still.share()),
                 };
-                (parts, progress, *quality)
+                (parts.picture.size(), look(&parts), progress, *quality)
             }
         };
         Shown {
-            size: parts.picture.size(),
-            rgba: rgba(look, &parts),
+            size,
+            pixels,
             camera: last.wanted.camera,
             progress,
             settings: last.settings.clone(),
@@ -271,7 +345,7 @@ mod tests {
     use fovolnet::{Device, Reconstruction, VolumeSettings, open_volume};
 
     fn studio() -> Studio {
-        Studio::new(SpeedSettings { device: Some(Device::Cpu), ..SpeedSettings::default() })
+        Studio::new(SpeedSettings { device: Some(Device::Cpu), ..SpeedSettings::default() }, None)
     }
 
     fn wanted() -> Wanted {
@@ -308,8 +382,8 @@ mod tests {
         let mut pipeline =
             Pipeline::new(&wanted.volume, &wanted.settings, &SpeedSettings::default()).unwrap();
         let full = pipeline.reference(0).unwrap();
-        assert_eq!(last.rgba, full.to_rgba8());
-        assert_ne!(shown[0].rgba, last.rgba);
+        assert_eq!(last.pixels, Pixels::Host(full.to_rgba8()));
+        assert_ne!(shown[0].pixels, last.pixels);
     }
 
     #[test]
@@ -320,13 +394,13 @@ mod tests {
         let looked = Wanted { look: Look::Samples, ..first.clone() };
         let shown = all(&mut studio, &looked);
         assert_eq!(shown.len(), 1);
-        assert_eq!(shown[0].rgba, complete.rgba, "all of it is measured");
+        assert_eq!(shown[0].pixels, complete.pixels, "all of it is measured");
         let gazed = Wanted { gaze: [0.1, 0.2], look: Look::Samples, ..first.clone() };
         assert!(all(&mut studio, &gazed).is_empty());
         let moved = Wanted { camera: CameraPath::Orbit.camera(20), ..first };
         let shown = studio.step(&moved).unwrap().unwrap();
         assert_eq!(shown.progress, Progress::Moving);
-        assert_ne!(shown.rgba, complete.rgba);
+        assert_ne!(shown.pixels, complete.pixels);
     }
 
     #[test]
@@ -343,6 +417,39 @@ mod tests {
         assert!(moving.rung.unwrap().scale < 0.3);
         let last = all(&mut studio, &wanted).pop().unwrap();
         assert_eq!((last.size.to_string().as_str(), last.progress), ("64x48", Progress::Complete));
+    }
+
+    #[test]
+    #[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
+    fn frames_in_motion_stay_on_the_device_that_draws_the_window() {
+        let gpu = Gpu::open(&fovolnet::gpu::AdapterRequest::Any.or_environment()).unwrap();
+        let mut studio = Studio::new(SpeedSettings::default(), Some(gpu.clone()));
+        let still = Wanted { converges: false, ..wanted() };
+        let mut timings = Vec::new();
+        for i in 0..4 {
+            let moved = Wanted { camera: CameraPath::Orbit.camera(i), ..still.clone() };
+            let shown = studio.step(&moved).unwrap().unwrap();
+            let Pixels::Device(picture) = &shown.pixels else { panic!("frame {i} went through the host") };
+            let pixels = fovolnet::gpu::read_picture(&gpu, picture).unwrap();
+            assert_eq!((shown.size, shown.progress), (still.settings.frame_size(), Progress::Moving));
+            assert!(pixels.iter().any(|pixel| pixel[..3] != pixels[0][..3]), "frame {i} shows nothing");
+            timings.push(shown.timings.total);
+        }
+        assert!(timings[0] == 0.0 && timings[3] > 0.0, "{timings:?}");
+        let last = Wanted { camera: CameraPath::Orbit.camera(3), ..still.clone() };
+        assert!(studio.step(&last).unwrap().is_none(), "nothing changed");
+        // Looks and still views need what comes back to the host.
+        let samples = Wanted { look: Look::Samples, ..last.clone() };
+        assert!(matches!(studio.step(&samples).unwrap().unwrap().pixels, Pixels::Host(_)));
+        let complete = all(&mut studio, &Wanted { converges: true, ..last }).pop().unwrap();
+        assert_eq!(complete.progress, Progress::Complete);
+        let budget = Wanted { rate: Some(1e5), camera: CameraPath::Orbit.camera(9), ..still };
+        for i in 0..8 {
+            let moved = Wanted { camera: CameraPath::Orbit.camera(10 + i), ..budget.clone() };
+            let shown = studio.step(&moved).unwrap().unwrap();
+            assert!(matches!(shown.pixels, Pixels::Device(_)));
+            assert!(i < 7 || shown.rung.unwrap().scale < 0.5, "{:?}", shown.rung);
+        }
     }
 
     #[test]

@@ -22,6 +22,7 @@ fn window(source: Option<&str>, folder: &Path) -> Window {
         read: VolumeSettings { dims: source.map(|_| [24; 3]), ..VolumeSettings::default() },
         render: RenderSettings::default(),
         speed: SpeedSettings { device: Some(Device::Cpu), ..SpeedSettings::default() },
+        screen: None,
     };
     let places = Places::in_folder(Some(folder.join("state")));
     let show = move |ui: &mut eframe::egui::Ui, viewer: &mut Option<Viewer>| {

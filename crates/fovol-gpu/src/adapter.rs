@@ -58,6 +58,11 @@ impl AdapterRequest {
         (0..adapters.len()).rev().filter(|i| suits(i).is_some()).max_by_key(suits)
     }
 
+    /// Whether this may be the adapter of `info`.
+    pub fn takes(&self, info: &wgpu::AdapterInfo) -> bool {
+        self.suits(&info.name, info.device_type).is_some()
+    }
+
     /// How well an adapter of this name and kind suits; larger is better, `None` is not at all.
     fn suits(&self, name: &str, kind: wgpu::DeviceType) -> Option<u8> {
         let speed = match kind {
@@ -95,17 +100,26 @@ impl Gpu {
         let all = found();
         let infos: Vec<wgpu::AdapterInfo> = all.iter().map(wgpu::Adapter::get_info).collect();
         let adapter = &all[request.best(&infos).ok_or_else(|| nothing_suits(&infos))?];
+        let (device, queue) = pollster::block_on(adapter.request_device(&Self::descriptor(adapter)))
+            .map_err(|e| GpuError::refused("opening a device", &e.to_string()))?;
+        Ok(Self::owned(device, queue).with_matrices(Matrices::wanted_of(adapter)))
+    }
+
+    /// What a device of `adapter` is asked for: all that it allows. For those who open one to lend it, see [`Self::lent`].
+    pub fn descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
         let matrices = Matrices::wanted_of(adapter);
-        let descriptor = wgpu::DeviceDescriptor {
+        wgpu::DeviceDescriptor {
             label: Some("fovolnet"),
             required_features: adapter.features() & WELCOME | Matrices::features(matrices),
             required_limits: adapter.limits(),
             experimental_features: Matrices::experiments(matrices),
             ..Default::default()
-        };
-        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
-            .map_err(|e| GpuError::refused("opening a device", &e.to_string()))?;
-        Ok(Self::owned(device, queue).with_matrices(matrices))
+        }
+    }
+
+    /// A device of `adapter` that somebody else opened as [`Self::descriptor`] says, as a window does, and lends.
+    pub fn lent(adapter: &wgpu::Adapter, device: wgpu::Device, queue: wgpu::Queue) -> Self {
+        Self::shared(device, queue).with_matrices(Matrices::wanted_of(adapter))
     }
 }
 

@@ -20,6 +20,8 @@ pub enum Slot {
     Sampler,
     /// A 3-D texture of rgba8unorm to write.
     Stored,
+    /// A picture of rgba8unorm to write.
+    Picture,
 }
 
 impl Slot {
@@ -30,6 +32,11 @@ impl Slot {
             view_dimension: TextureViewDimension::D3,
             multisampled: false,
         };
+        let stored = |view_dimension| wgpu::BindingType::StorageTexture {
+            access: wgpu::StorageTextureAccess::WriteOnly,
+            format: wgpu::TextureFormat::Rgba8Unorm,
+            view_dimension,
+        };
         match self {
             Self::Uniform => buffer(BufferBindingType::Uniform),
             Self::Read => buffer(BufferBindingType::Storage { read_only: true }),
@@ -37,11 +44,8 @@ impl Slot {
             Self::Whole => texture(TextureSampleType::Uint),
             Self::Filtered => texture(TextureSampleType::Float { filterable: true }),
             Self::Sampler => wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
-            Self::Stored => wgpu::BindingType::StorageTexture {
-                access: wgpu::StorageTextureAccess::WriteOnly,
-                format: wgpu::TextureFormat::Rgba8Unorm,
-                view_dimension: TextureViewDimension::D3,
-            },
+            Self::Stored => stored(TextureViewDimension::D3),
+            Self::Picture => stored(TextureViewDimension::D2),
         }
     }
 }

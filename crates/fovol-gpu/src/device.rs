@@ -93,7 +93,8 @@ impl Gpu {
         found
     }
 
-    /// Has the device do what `encode` puts into a command encoder. Returns when it has been told, not when it is done.
+    /// Has the device do what `encode` puts into a command encoder. Returns when it has been told, not when it is done: that
+    /// can be waited for.
     ///
     /// # Errors
     /// Those of `encode`; [`GpuError::OutOfMemory`] or [`GpuError::Refused`], saying that it happened while `doing`.
@@ -101,13 +102,12 @@ impl Gpu {
         &self,
         doing: &'static str,
         encode: impl FnOnce(&mut wgpu::CommandEncoder) -> std::result::Result<T, E>,
-    ) -> std::result::Result<T, E> {
+    ) -> std::result::Result<(T, wgpu::SubmissionIndex), E> {
         self.guarded(doing, || {
             let descriptor = wgpu::CommandEncoderDescriptor { label: Some(doing) };
             let mut encoder = self.device.create_command_encoder(&descriptor);
             let done = encode(&mut encoder)?;
-            self.queue.submit([encoder.finish()]);
-            Ok(done)
+            Ok((done, self.queue.submit([encoder.finish()])))
         })?
     }
 
@@ -141,19 +141,34 @@ impl Gpu {
         })
     }
 
+    /// Milliseconds between two timestamps.
+    pub fn ms_between(&self, from: u64, to: u64) -> f64 {
+        // Counters may start anew between two passes.
+        to.saturating_sub(from) as f64 * f64::from(self.queue.get_timestamp_period()) * 1e-6
+    }
+
     /// Waits until the queue is empty.
     ///
     /// # Errors
     /// [`GpuError::Lost`] where the device is gone.
     pub fn wait(&self) -> Result<()> {
-        const DOING: &str = "waiting for it";
+        self.poll(wgpu::PollType::wait_indefinitely())
+    }
+
+    /// Waits until `submission` is done; what was submitted after it may go on.
+    ///
+    /// # Errors
+    /// [`GpuError::Lost`] where the device is gone.
+    pub fn wait_for(&self, submission: wgpu::SubmissionIndex) -> Result<()> {
+        self.poll(wgpu::PollType::Wait { submission_index: Some(submission), timeout: None })
+    }
+
+    fn poll(&self, how: wgpu::PollType) -> Result<()> {
         // wgpu 30 panics in `poll` when the driver reports a loss; here that is an error like any other.
-        let polled = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
-            self.device.poll(wgpu::PollType::wait_indefinitely())
-        }));
+        let polled = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| self.device.poll(how)));
         match polled {
             Ok(Ok(_)) => Ok(()),
-            Ok(Err(_)) | Err(_) => Err(self.lost(DOING)),
+            Ok(Err(_)) | Err(_) => Err(self.lost("waiting for it")),
         }
     }
 }

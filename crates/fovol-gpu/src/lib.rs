@@ -28,7 +28,7 @@ pub use device::Gpu;
 pub use error::{GpuError, Result};
 pub use matrices::{MATRICES_VARIABLE, Matrices};
 pub use pipeline_cache::CACHE_VARIABLE;
-pub use readback::read;
+pub use readback::{Arrival, Landing, read, read_picture};
 pub use shader::Shader;
 pub use timing::{PassTime, Timing};
 /// What kind of device an adapter is, see [`adapters`].

@@ -70,6 +70,15 @@ impl<S: Copy + Display> Timing<S> {
         }
     }
 
+    /// Copies the timestamps of all passes so far to `to`, from byte `offset` on, eight bytes each, two of each pass; what they
+    /// belong to. Nothing where the device has none.
+    pub fn copy(&self, encoder: &mut wgpu::CommandEncoder, to: &wgpu::Buffer, offset: u64) -> Vec<S> {
+        let Some(queries) = &self.queries else { return Vec::new() };
+        let bytes = 16 * self.stages.len() as u64;
+        encoder.copy_buffer_to_buffer(&queries.resolved, 0, to, offset, Some(bytes));
+        self.stages.clone()
+    }
+
     /// How long each pass took; `None` where the device has no timestamps.
     ///
     /// # Errors
@@ -77,14 +86,8 @@ impl<S: Copy + Display> Timing<S> {
     pub fn read(&self, gpu: &Gpu) -> Result<Option<Vec<PassTime<S>>>> {
         let Some(queries) = &self.queries else { return Ok(None) };
         let ticks: Vec<u64> = read(gpu, &queries.resolved, 2 * self.stages.len())?;
-        let ms_per_tick = f64::from(gpu.queue().get_timestamp_period()) * 1e-6;
         let (pairs, _) = ticks.as_chunks::<2>();
-        let times = self.stages.iter().zip(pairs);
-        // Counters may start anew between two passes.
-        let time = |(&stage, [from, to]): (&S, &[u64; 2])| PassTime {
-            stage,
-            ms: to.saturating_sub(*from) as f64 * ms_per_tick,
-        };
-        Ok(Some(times.map(time).collect()))
+        let time = |(&stage, [from, to]): (&S, &[u64; 2])| PassTime { stage, ms: gpu.ms_between(*from, *to) };
+        Ok(Some(self.stages.iter().zip(pairs).map(time).collect()))
     }
 }

@@ -37,16 +37,22 @@ impl Device {
     /// A graphics processor that was asked for and is not there, or does not open.
     #[cfg(feature = "gpu")]
     pub fn open(&self) -> Result<OpenDevice> {
-        let request = match self {
-            Self::Cpu => return Ok(OpenDevice::Cpu),
-            Self::Auto => AdapterRequest::Hardware.or_environment(),
-            Self::Gpu(None) => AdapterRequest::Any.or_environment(),
-            Self::Gpu(Some(name)) => AdapterRequest::Named(name.clone()),
-        };
+        let Some(request) = self.request() else { return Ok(OpenDevice::Cpu) };
         match Gpu::open(&request) {
             Ok(gpu) => Ok(OpenDevice::Gpu(gpu)),
             Err(_) if *self == Self::Auto && request == AdapterRequest::Hardware => Ok(OpenDevice::Cpu),
             Err(error) => Err(error.into()),
+        }
+    }
+
+    /// The adapter that this asks for; none where it is the processor.
+    #[cfg(feature = "gpu")]
+    pub fn request(&self) -> Option<AdapterRequest> {
+        match self {
+            Self::Cpu => None,
+            Self::Auto => Some(AdapterRequest::Hardware.or_environment()),
+            Self::Gpu(None) => Some(AdapterRequest::Any.or_environment()),
+            Self::Gpu(Some(name)) => Some(AdapterRequest::Named(name.clone())),
         }
     }
 

@@ -50,6 +50,8 @@ pub use machine::Machine;
 pub use memory::keep_freed_memory;
 pub use motion::{Depths, Filled, MotionFinder, REMEMBERED, Sparse, motion, motion_of_depths};
 pub use open::{OpenVolume, open_volume};
+#[cfg(feature = "gpu")]
+pub use pipeline::{DeviceFrame, DoneFrame};
 pub use pipeline::{Pipeline, RenderedFrame, Timings, Viewpoint};
 pub use rays::Rays;
 pub use reconstructor::Reconstructor;

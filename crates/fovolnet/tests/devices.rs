@@ -2,10 +2,11 @@
 #![cfg(feature = "gpu")]
 
 use fovolnet::core::{Frame, ShadowMode};
+use fovolnet::gpu::{Gpu, read_picture};
 use fovolnet::net::Fill;
 use fovolnet::{
-    Device, OpenVolume, Pipeline, Reconstruction, RenderSettings, Sampling, SpeedSettings, VolumeSettings,
-    open_volume,
+    Device, DoneFrame, OpenDevice, OpenVolume, Pipeline, Reconstruction, RenderSettings, Sampling,
+    SpeedSettings, Viewpoint, VolumeSettings, open_volume,
 };
 
 fn head() -> OpenVolume {
@@ -65,6 +66,75 @@ fn frames_are_those_of_the_processor() {
             assert!(difference(&cpu, &gpu) <= 2.0 / 255.0, "{sampling:?}");
         }
     }
+}
+
+/// What `pipeline` displays of frames 0 to 4 is what `expected` renders, and it says of each how it was made.
+fn assert_displayed(gpu: &Gpu, pipeline: &mut Pipeline, expected: &mut Pipeline) {
+    let (mut done, mut samples) = (Vec::new(), Vec::new());
+    for i in 0..5 {
+        let viewpoint = Viewpoint { camera: pipeline.camera(i), fovea: pipeline.fovea(i) };
+        let displayed = pipeline.display_from(i, &viewpoint).unwrap().unwrap();
+        let rendered = expected.render(i).unwrap();
+        assert_eq!(displayed.index, i);
+        let pixels = read_picture(gpu, &displayed.picture).unwrap();
+        let wanted = rendered.frame.to_rgba8();
+        let off = pixels.iter().zip(wanted.as_chunks::<4>().0).map(|(found, wanted)| {
+            assert_eq!(found[3], 255);
+            (0..3).map(|c| found[c].abs_diff(wanted[c])).max().unwrap_or(0)
+        });
+        assert_eq!(pixels.len(), rendered.frame.pixels().len());
+        assert!(off.max().unwrap() <= 1, "frame {i}");
+        samples.push((i, rendered.samples));
+        done.extend(displayed.done);
+        assert_eq!(done.len(), i.saturating_sub(1) as usize, "two frames are under way");
+    }
+    done.extend(pipeline.finish_display().unwrap());
+    assert_eq!(done.iter().map(|done| (done.index, done.samples)).collect::<Vec<_>>(), samples);
+    for DoneFrame { timings, .. } in &done {
+        assert!(timings.march > 0.0 && timings.total >= timings.march + timings.mask, "{timings:?}");
+    }
+    assert!(pipeline.finish_display().unwrap().is_empty());
+}
+
+#[test]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
+fn frames_that_stay_on_the_device_are_those_that_come_back() {
+    let device = Device::Gpu(None).open().unwrap();
+    let OpenDevice::Gpu(gpu) = &device else { panic!("no adapter") };
+    let pipeline = |settings: &RenderSettings| {
+        Pipeline::on(device.clone(), &head(), settings, &SpeedSettings::default()).unwrap()
+    };
+    for (sampling, reconstruct) in [
+        (Sampling::Full, Reconstruction::WNet),
+        (Sampling::Direct, Reconstruction::Fill(Fill::PullPush)),
+        (Sampling::Compact, Reconstruction::WNet),
+    ] {
+        let mut settings = settings(sampling, reconstruct);
+        let (mut displays, mut renders) = (pipeline(&settings), pipeline(&settings));
+        assert_displayed(gpu, &mut displays, &mut renders);
+        settings.size = Some("40x30".parse().unwrap());
+        for pipeline in [&mut displays, &mut renders] {
+            pipeline.change(&settings).unwrap();
+            pipeline.reset();
+        }
+        assert_displayed(gpu, &mut displays, &mut renders);
+    }
+}
+
+#[test]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
+fn frames_that_need_the_host_are_not_displayed() {
+    let displays = |settings: &RenderSettings, device: Device| {
+        let mut pipeline = pipeline(settings, device);
+        let viewpoint = Viewpoint { camera: pipeline.camera(0), fovea: pipeline.fovea(0) };
+        pipeline.display_from(0, &viewpoint).unwrap().is_some()
+    };
+    let compact = settings(Sampling::Compact, Reconstruction::None);
+    assert!(displays(&compact, Device::Gpu(None)));
+    assert!(!displays(&compact, Device::Cpu));
+    assert!(!displays(&settings(Sampling::Reject, Reconstruction::None), Device::Gpu(None)));
+    let linear = settings(Sampling::Compact, Reconstruction::Fill(Fill::Linear));
+    assert!(!displays(&linear, Device::Gpu(None)));
 }
 
 #[test]

@@ -1,11 +1,15 @@
 use crate::console::{self, JsonOutput};
 use crate::interrupt;
 use anyhow::Result;
+#[cfg(feature = "gpu")]
+use fovolnet::Viewpoint;
 use fovolnet::core::FrameSize;
 use fovolnet::{Machine, Pipeline, RenderSettings, SpeedSettings, Timings, VolumeSettings, open_volume};
 use serde::Serialize;
+use std::ops::Range;
+use std::time::Instant;
 
-/// Whole frames: mask, march, reconstruct
+/// Whole frames: mask, march, reconstruct; on a GPU as a viewer shows them, without a way through the host
 #[derive(clap::Args)]
 pub struct PipelineBench {
     /// Volume file, folder of slices, or procedural volume
@@ -26,6 +30,9 @@ struct Report {
     volume: String,
     size: FrameSize,
     frames: usize,
+    /// Whether frames stayed on the device, and two were under way at once.
+    stays_on_device: bool,
+    frames_per_second: f64,
     median_ms: Timings,
     machine: Machine,
 }
@@ -41,15 +48,17 @@ impl PipelineBench {
         console::warn(&pipeline);
         let numbers = self.settings.frame_numbers();
         pipeline.render(numbers.start)?;
-        let mut all: Vec<Timings> = Vec::new();
-        for i in numbers {
-            interrupt::check("nothing was written")?;
-            all.push(pipeline.render(i)?.timings);
-        }
+        let started = Instant::now();
+        let displayed = displayed(&mut pipeline, numbers.clone())?;
+        let stays_on_device = displayed.is_some();
+        let all = displayed.map_or_else(|| rendered(&mut pipeline, numbers), Ok)?;
+        let seconds = started.elapsed().as_secs_f64();
         let report = Report {
             volume: self.volume.clone(),
             size: pipeline.size(),
             frames: all.len(),
+            stays_on_device,
+            frames_per_second: all.len() as f64 / seconds,
             median_ms: Timings {
                 mask: median(&all, |t| t.mask),
                 march: median(&all, |t| t.march),
@@ -60,11 +69,48 @@ impl PipelineBench {
         };
         let t = report.median_ms;
         self.json.say(format!(
-            "{} at {}, median of {} frames: mask {:.2} ms, march {:.2} ms, reconstruct {:.2} ms, total {:.2} ms",
-            report.volume, report.size, report.frames, t.mask, t.march, t.reconstruct, t.total
+            "{} at {}, median of {} frames: mask {:.2} ms, march {:.2} ms, reconstruct {:.2} ms, total {:.2} ms; {:.1} \
+             frames a second{}",
+            report.volume,
+            report.size,
+            report.frames,
+            t.mask,
+            t.march,
+            t.reconstruct,
+            t.total,
+            report.frames_per_second,
+            if stays_on_device { " that stay on the device" } else { "" },
         ))?;
         self.json.write(&report)
     }
+}
+
+/// What rendering frames of these `numbers` took.
+fn rendered(pipeline: &mut Pipeline, numbers: Range<u32>) -> Result<Vec<Timings>> {
+    let timed = |i| {
+        interrupt::check("nothing was written")?;
+        Ok(pipeline.render(i)?.timings)
+    };
+    numbers.map(timed).collect()
+}
+
+/// What frames of these `numbers` took that stayed on the device; `None` where they do not.
+#[cfg(feature = "gpu")]
+fn displayed(pipeline: &mut Pipeline, numbers: Range<u32>) -> Result<Option<Vec<Timings>>> {
+    let mut all = Vec::new();
+    for i in numbers {
+        interrupt::check("nothing was written")?;
+        let viewpoint = Viewpoint { camera: pipeline.camera(i), fovea: pipeline.fovea(i) };
+        let Some(frame) = pipeline.display_from(i, &viewpoint)? else { return Ok(None) };
+        all.extend(frame.done);
+    }
+    all.extend(pipeline.finish_display()?);
+    Ok(Some(all.into_iter().map(|done| done.timings).collect()))
+}
+
+#[cfg(not(feature = "gpu"))]
+fn displayed(_: &mut Pipeline, _: Range<u32>) -> Result<Option<Vec<Timings>>> {
+    Ok(None)
 }
 
 fn median(all: &[Timings], of: impl Fn(&Timings) -> f64) -> f64 {

@@ -15,12 +15,14 @@ use crate::messages::Messages;
 use crate::opened::Opened;
 use crate::panels;
 use crate::places::{Places, Preferences};
-use crate::studio::{Progress, Shown};
+use crate::screen::{OnScreen, Screen};
+use crate::studio::{Pixels, Progress, Shown};
 use crate::thumbnails::Thumbnails;
 use crate::timeline::Timeline;
 use anyhow::Result;
 use eframe::egui::{
-    self, CentralPanel, ColorImage, Context, Panel, ScrollArea, TextureHandle, TextureOptions, Theme, Ui,
+    self, CentralPanel, ColorImage, Context, Panel, ScrollArea, TextureHandle, TextureId, TextureOptions,
+    Theme, Ui,
 };
 use fovolnet::{RenderSettings, Session, SpeedSettings, Timings, VolumeSettings};
 use std::collections::VecDeque;
@@ -36,6 +38,30 @@ pub struct Start {
     pub render: RenderSettings,
     /// What computes it.
     pub speed: SpeedSettings,
+    /// The device that draws the window, where it makes the pictures too.
+    pub screen: Option<Screen>,
+}
+
+/// The picture that is shown.
+struct Picture {
+    texture: Texture,
+    /// Without its pixels.
+    shown: Shown,
+}
+
+/// Where the pixels of a picture are.
+enum Texture {
+    Host(TextureHandle),
+    Device(OnScreen),
+}
+
+impl Texture {
+    fn id(&self) -> TextureId {
+        match self {
+            Self::Host(texture) => texture.id(),
+            Self::Device(picture) => picture.id(),
+        }
+    }
 }
 
 /// The window.
@@ -55,7 +81,8 @@ pub struct Viewer {
     after_save: Option<Next>,
     messages: Messages,
     thumbnails: Thumbnails,
-    picture: Option<(TextureHandle, Shown)>,
+    screen: Option<Screen>,
+    picture: Option<Picture>,
     look: Look,
     gaze_kind: GazeKind,
     pointer_gaze: PointerGaze,
@@ -75,7 +102,8 @@ impl Viewer {
     pub fn new(context: &Context, start: Start, places: Places) -> Result<Self> {
         let preferences = places.preferences();
         let wake = context.clone();
-        let engine = Engine::start(start.speed.clone(), move || wake.request_repaint())?;
+        let gpu = start.screen.as_ref().map(|screen| screen.gpu().clone());
+        let engine = Engine::start(start.speed.clone(), gpu, move || wake.request_repaint())?;
         let mut viewer = Self {
             speed: start.speed,
             saved_preferences: preferences.clone(),
@@ -90,6 +118,7 @@ impl Viewer {
             after_save: None,
             messages: Messages::default(),
             thumbnails: Thumbnails::default(),
+            screen: start.screen,
             picture: None,
             look: Look::default(),
             gaze_kind: if start.render.gaze.is_some() { GazeKind::Session } else { GazeKind::default() },
@@ -119,7 +148,7 @@ impl Viewer {
 
     /// The picture that is shown, without its pixels.
     pub fn shown(&self) -> Option<&Shown> {
-        self.picture.as_ref().map(|(_, shown)| shown)
+        self.picture.as_ref().map(|picture| &picture.shown)
     }
 
     /// Whether nothing is under way, and the picture is all that it will be.
@@ -241,8 +270,6 @@ impl Viewer {
     }
 
     fn take_shown(&mut self, context: &Context, mut shown: Shown, time: f64) {
-        let size = [shown.size.width as usize, shown.size.height as usize];
-        let image = ColorImage::from_rgba_premultiplied(size, &std::mem::take(&mut shown.rgba));
         if shown.progress == Progress::Moving {
             self.history.push_back(shown.timings);
             if self.history.len() > panels::HISTORY {
@@ -251,15 +278,30 @@ impl Viewer {
             self.arrivals.push_back(time);
         }
         self.messages.set_picture_error(None);
-        match &mut self.picture {
-            Some((texture, old)) => {
-                texture.set(image, TextureOptions::LINEAR);
-                *old = shown;
-            }
-            None => {
-                let texture = context.load_texture("picture", image, TextureOptions::LINEAR);
-                self.picture = Some((texture, shown));
-            }
+        let before = self.picture.take().map(|picture| picture.texture);
+        let texture = match std::mem::replace(&mut shown.pixels, Pixels::Host(Vec::new())) {
+            Pixels::Host(rgba) => Some(Texture::Host(uploaded(context, &rgba, &shown, before))),
+            Pixels::Device(picture) => self.screen.as_ref().map(|screen| {
+                let before = before.and_then(|texture| match texture {
+                    Texture::Device(shown) => Some(shown),
+                    Texture::Host(_) => None,
+                });
+                Texture::Device(screen.show(&picture, before))
+            }),
+        };
+        self.picture = texture.map(|texture| Picture { texture, shown });
+    }
+}
+
+/// A texture of the pixels `rgba` of `shown`: the one `before` where that can hold them.
+fn uploaded(context: &Context, rgba: &[u8], shown: &Shown, before: Option<Texture>) -> TextureHandle {
+    let size = [shown.size.width as usize, shown.size.height as usize];
+    let image = ColorImage::from_rgba_premultiplied(size, rgba);
+    match before {
+        Some(Texture::Host(mut texture)) => {
+            texture.set(image, TextureOptions::LINEAR);
+            texture
         }
+        _ => context.load_texture("picture", image, TextureOptions::LINEAR),
     }
 }

@@ -85,7 +85,7 @@ impl Viewer {
         CollapsingHeader::new("Clipping").show(ui, |ui| {
             panels::clipping(ui, opened.document.settings_mut(), opened.volume.volume.grid().dims());
         });
-        let shown = self.picture.as_ref().map(|(_, shown)| shown);
+        let shown = self.picture.as_ref().map(|picture| &picture.shown);
         section("Frames").show(ui, |ui| {
             panels::budget(ui, &mut self.preferences, shown);
             panels::looks(ui, &mut self.look);
@@ -108,7 +108,7 @@ impl Viewer {
             self.timeline.advance(time, opened);
             ui.ctx().request_repaint();
         }
-        let texture = self.picture.as_ref().map(|(texture, _)| texture.id());
+        let texture = self.picture.as_ref().map(|picture| picture.texture.id());
         let before = opened.camera();
         let handled = picture_view::show(ui, opened, texture);
         if handled.resets {
@@ -123,7 +123,7 @@ impl Viewer {
             GazeKind::Session => opened.document.settings().fovea(frame).map_or([0.5; 2], |fovea| fovea.gaze),
         };
         if self.preferences.marks
-            && let Some((_, shown)) = &self.picture
+            && let Some(super::Picture { shown, .. }) = &self.picture
         {
             let gaze = (shown.progress == Progress::Moving).then_some(gaze);
             let camera = shown.camera;
@@ -169,7 +169,7 @@ impl Viewer {
                 ui.ctx().request_repaint_after_secs(0.1);
             }
             match (&self.opened, &self.picture) {
-                (Some(opened), Some((_, shown))) => {
+                (Some(opened), Some(super::Picture { shown, .. })) => {
                     let grid = opened.volume.volume.grid();
                     let [x, y, z] = grid.dims();
                     ui.weak(format!("{x}×{y}×{z} {}", opened.volume.volume.dtype()));

@@ -173,6 +173,16 @@ impl FrameBuffers {
         &self.buffers.frame.inverse_depths
     }
 
+    /// How many pixels the last list has: a u32, the first of this buffer.
+    pub fn list_length(&self) -> &wgpu::Buffer {
+        &self.buffers.list_length
+    }
+
+    /// When the steps of the last frame began and ended.
+    pub fn timing(&self) -> &Timing<Stage> {
+        &self.timing
+    }
+
     /// Uploads what decides a mask: the noise of a frame, and, where they changed, the limits around the fovea.
     pub(super) fn set_mask(&mut self, source: &MaskSource<'_>, pass: &MaskPass) {
         let noise = source.noise.frame(source.frame);

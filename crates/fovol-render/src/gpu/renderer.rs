@@ -128,7 +128,8 @@ impl Renderer {
     /// # Errors
     /// As [`Self::encode`].
     pub fn render(&self, buffers: &mut FrameBuffers, camera: &Camera, sampling: Sampling<'_>) -> Result<()> {
-        self.gpu.submit("rendering a frame", |encoder| self.encode(encoder, buffers, camera, sampling))
+        self.gpu.submit("rendering a frame", |encoder| self.encode(encoder, buffers, camera, sampling))?;
+        Ok(())
     }
 
     /// Puts the commands of a frame into `encoder`, so that whatever uses it can follow in one submission: at most one

@@ -55,6 +55,31 @@ pub struct RenderedFrame {
     pub timings: Timings,
 }
 
+/// What is known of a frame that stays on the device once it is done.
+#[cfg(feature = "gpu")]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DoneFrame {
+    /// Its number.
+    pub index: u32,
+    /// How many pixels were marched, repeated ones included.
+    pub samples: usize,
+    /// How long the device took.
+    pub timings: Timings,
+}
+
+/// A frame that stays on the device, see [`Pipeline::display_from`].
+#[cfg(feature = "gpu")]
+#[derive(Debug, Clone)]
+pub struct DeviceFrame {
+    /// Its number.
+    pub index: u32,
+    /// The full frame: opaque colours of the display in rgba8unorm. Whatever is submitted to the queue later finds it made;
+    /// the third frame after it takes its place.
+    pub picture: wgpu::Texture,
+    /// What is known of the frame two before this one, which is done; none where the last two began anew.
+    pub done: Option<DoneFrame>,
+}
+
 /// Mask, march and reconstruction of frame after frame.
 #[derive(Debug)]
 pub struct Pipeline {
@@ -239,6 +264,37 @@ impl Pipeline {
             let sampled = marcher.sample(&view)?;
             reconstruction.finish(&view, sampled, &started)
         })
+    }
+
+    /// Frame `i` seen from where somebody stands, as a picture that stays on the device: nothing of it goes through the host.
+    /// Returns when the device has been told; while it makes this frame the next one may be asked for, and waits for the
+    /// one before. `None` where frames come by way of the host: on a processor, in precisions and fillings that run there,
+    /// where masks are not listed, and where motion is asked for.
+    ///
+    /// # Errors
+    /// As [`Self::render`].
+    #[cfg(feature = "gpu")]
+    pub fn display_from(&mut self, i: u32, viewpoint: &Viewpoint) -> Result<Option<DeviceFrame>> {
+        let (camera, fovea) = (self.clip.camera(&viewpoint.camera), viewpoint.fovea);
+        let view = View { index: i, size: self.size(), camera, fovea };
+        match &mut self.marcher {
+            Marcher::Gpu(marcher) if !self.reconstruction.is_needed(&self.settings) => {
+                self.threads.install(|| marcher.display(&view))
+            }
+            _ => Ok(None),
+        }
+    }
+
+    /// Waits for the frames that [`Self::display_from`] has under way; what is known of them, in their order.
+    ///
+    /// # Errors
+    /// A device that is lost.
+    #[cfg(feature = "gpu")]
+    pub fn finish_display(&mut self) -> Result<Vec<DoneFrame>> {
+        match &mut self.marcher {
+            Marcher::Cpu(_) => Ok(Vec::new()),
+            Marcher::Gpu(marcher) => marcher.finish_display(),
+        }
     }
 
     /// From now on finds motion also where no network uses it; not where every pixel is marched.

@@ -114,6 +114,12 @@ impl HostReconstruction {
         Self { reconstructor, finds_motion: false, motion: MotionFinder::default(), last: None }
     }
 
+    /// Whether frames made as `settings` say need it.
+    #[cfg(feature = "gpu")]
+    pub fn is_needed(&self, settings: &RenderSettings) -> bool {
+        self.finds_motion || (settings.sampling() != Sampling::Full && self.reconstructor.is_active())
+    }
+
     pub fn reset(&mut self) {
         self.reconstructor.reset();
         self.motion.reset();

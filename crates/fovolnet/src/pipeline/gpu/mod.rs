@@ -1,7 +1,8 @@
-use super::Timer;
 use super::sampled::{Listed, Made, Sampled, Sampler};
 use super::view::View;
+use super::{DeviceFrame, DoneFrame, Timer};
 use crate::{RenderSettings, Result, Sampling};
+use display::Display;
 use fovol_core::{Camera, Frame, Pixel, SampleList, Scene};
 use fovol_gpu::Gpu;
 use fovol_render::cpu::march::Marched;
@@ -10,6 +11,7 @@ use fovol_render::gpu::{self, FrameBuffers, MaskSource, Renderer, Stage};
 use reconstruction::DeviceReconstruction;
 pub use reconstruction::reconstructs;
 
+mod display;
 mod motion;
 mod reconstruction;
 
@@ -21,6 +23,8 @@ pub struct GpuMarcher {
     buffers: FrameBuffers,
     sampler: Sampler,
     reconstruction: Option<DeviceReconstruction>,
+    /// Where frames are shown, once one was.
+    display: Option<Display>,
 }
 
 impl GpuMarcher {
@@ -30,7 +34,7 @@ impl GpuMarcher {
         renderer.set_skip_empty(skip_empty);
         let buffers = renderer.frame_buffers(sampler.size)?;
         let reconstruction = DeviceReconstruction::new(gpu, settings, &buffers)?;
-        Ok(Self { renderer, buffers, sampler, reconstruction })
+        Ok(Self { renderer, buffers, sampler, reconstruction, display: None })
     }
 
     /// Goes on with another scene around the same volume, and other settings.
@@ -49,6 +53,8 @@ impl GpuMarcher {
         let anew = anew.transpose()?;
         self.renderer.set_scene(scene)?;
         self.sampler.change(settings);
+        // What is under way was made as the settings so far say.
+        self.display = None;
         if let Some(buffers) = buffers {
             self.buffers = buffers;
         }
@@ -85,7 +91,10 @@ impl GpuMarcher {
     /// A frame; only what was sampled and what was made of it come back from the device.
     pub fn sample(&mut self, view: &View) -> Result<Sampled> {
         let timer = Timer::start();
-        let drawn = self.render(view)?;
+        let drawn = self.drawn(view);
+        self.gpu()
+            .clone()
+            .submit("rendering a frame", |encoder| self.encode(encoder, view, drawn.as_ref()))?;
         self.gpu().wait()?;
         let done_ms = timer.ms();
         let (mask_ms, march_ms) = self.times(done_ms)?;
@@ -102,25 +111,69 @@ impl GpuMarcher {
         Ok(Sampled { made: made.transpose()?, mask_ms, march_ms, ..sampled })
     }
 
-    /// Tells the device to make a frame, all at once. The positions that were drawn, where they were.
-    fn render(&mut self, view: &View) -> Result<Option<DirectSamples>> {
-        let Sampler { size, sampling, noise, seed } = &self.sampler;
+    /// A frame that stays on the device, or `None` where it is not known there what there is of it. Returns when the device
+    /// has been told, once at most one other frame is under way.
+    pub fn display(&mut self, view: &View) -> Result<Option<DeviceFrame>> {
+        // How many pixels a mask has is known where they are listed.
+        if self.sampler.sampling == Sampling::Reject {
+            return Ok(None);
+        }
+        let gpu = self.gpu().clone();
+        let mut display = match self.display.take() {
+            Some(display) => display,
+            None => Display::new(&gpu, self.sampler.size)?,
+        };
+        let done = display.make_way()?;
+        let drawn = self.drawn(view);
+        let (encoded, submission) = gpu.submit("rendering a frame", |encoder| {
+            self.encode(encoder, view, drawn.as_ref())?;
+            let made = self.reconstruction.as_ref().map(DeviceReconstruction::frame_buffer);
+            display.encode(encoder, &self.buffers, made.unwrap_or(self.buffers.frame()))
+        })?;
+        let samples = match self.sampler.sampling {
+            Sampling::Full => Some(self.sampler.size.pixels()),
+            _ => drawn.map(|drawn| drawn.list.len()),
+        };
+        let picture = display.take_off(view.index, samples, encoded, submission)?;
+        self.display = Some(display);
+        Ok(Some(DeviceFrame { index: view.index, picture, done }))
+    }
+
+    /// Waits for the frames under way; the last ones of those shown, in their order.
+    pub fn finish_display(&mut self) -> Result<Vec<DoneFrame>> {
+        let mut all = Vec::new();
+        while let Some(done) = self.display.as_mut().map_or(Ok(None), Display::land)? {
+            all.push(done);
+        }
+        Ok(all)
+    }
+
+    /// The positions of the frame of `view`, where they are drawn.
+    fn drawn(&self, view: &View) -> Option<DirectSamples> {
+        let Sampler { size, sampling, seed, .. } = &self.sampler;
+        (*sampling == Sampling::Direct).then(|| direct(&view.fovea, *size, *seed, view.index))
+    }
+
+    /// Puts the making of a frame, of the positions that were `drawn` if they were, into `encoder`.
+    fn encode(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        view: &View,
+        drawn: Option<&DirectSamples>,
+    ) -> Result<()> {
+        let Sampler { sampling, noise, .. } = &self.sampler;
         let source = MaskSource { fovea: &view.fovea, noise, frame: view.index };
-        let drawn = (*sampling == Sampling::Direct).then(|| direct(&view.fovea, *size, *seed, view.index));
-        let sampling = match (sampling, &drawn) {
+        let sampling = match (sampling, drawn) {
             (_, Some(drawn)) => gpu::Sampling::List(&drawn.list),
             (Sampling::Full, _) => gpu::Sampling::Full,
             (Sampling::Reject, _) => gpu::Sampling::Reject(source),
             _ => gpu::Sampling::Compact(source),
         };
-        self.renderer.gpu().submit("rendering a frame", |encoder| {
-            self.renderer.encode(encoder, &mut self.buffers, &view.camera, sampling)?;
-            if let Some(reconstruction) = &mut self.reconstruction {
-                reconstruction.encode(encoder, &self.buffers, view)?;
-            }
-            Ok::<_, crate::Error>(())
-        })?;
-        Ok(drawn)
+        self.renderer.encode(encoder, &mut self.buffers, &view.camera, sampling)?;
+        if let Some(reconstruction) = &mut self.reconstruction {
+            reconstruction.encode(encoder, &self.buffers, view)?;
+        }
+        Ok(())
     }
 
     /// The samples of the last list: of `drawn`, or that the device made of its mask.

@@ -72,14 +72,17 @@ impl DeviceReconstruction {
         Ok(())
     }
 
+    /// The frame that was made last: RGBA as f32, row 0 on top.
+    pub fn frame_buffer(&self) -> &wgpu::Buffer {
+        match self {
+            Self::PullPush(fill) => fill.frame_buffer(),
+            Self::Network { state, .. } => state.frame_buffer(),
+        }
+    }
+
     /// The frame that was made last, on the host.
     pub fn read_frame(&self, gpu: &Gpu, size: FrameSize) -> Result<Frame> {
-        match self {
-            Self::PullPush(fill) => {
-                Ok(Frame::from_pixels(size, read(gpu, fill.frame_buffer(), size.pixels())?)?)
-            }
-            Self::Network { state, .. } => Ok(state.read_frame()?),
-        }
+        Ok(Frame::from_pixels(size, read(gpu, self.frame_buffer(), size.pixels())?)?)
     }
 }
 

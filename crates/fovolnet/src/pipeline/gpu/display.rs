@@ -1,0 +1,193 @@
+//! Frames that stay on the device, for a screen.
+
+use crate::Result;
+use crate::pipeline::{DoneFrame, Timings};
+use fovol_core::FrameSize;
+use fovol_gpu::binding::{Slot, bind_group, bind_group_layout, compute_pipeline};
+use fovol_gpu::{Arrival, Gpu, Landing, Shader, Timing, shader};
+use fovol_render::gpu::{FrameBuffers, Stage};
+use std::collections::VecDeque;
+use std::fmt;
+use std::time::Instant;
+
+/// What a device shows.
+const DISPLAY: Shader = shader!("../../shaders/", "display":);
+/// Edge of the workgroups; as in the shader.
+const GROUP: u32 = 8;
+/// Frames under way at once: while the device makes one, the host prepares the next.
+const FLIGHTS: usize = 2;
+/// Pictures: those of the frames under way, and the one that is on the screen meanwhile.
+const PICTURES: usize = FLIGHTS + 1;
+/// Most steps of a frame that are timed.
+const STEPS: usize = 4;
+/// What comes back of a frame, in eight bytes each: the length of its list, then two times of each step and two of the display.
+const FACTS: usize = 1 + 2 * (STEPS + 1);
+/// Where the times of the display are, bytes.
+const SHOWN: u64 = 8 * (1 + 2 * STEPS as u64);
+
+/// Turns frames into pictures for a screen, with up to two of them under way.
+#[derive(Debug)]
+pub struct Display {
+    gpu: Gpu,
+    size: FrameSize,
+    layout: wgpu::BindGroupLayout,
+    pipeline: wgpu::ComputePipeline,
+    pictures: Vec<wgpu::Texture>,
+    /// Which picture is made next.
+    next: usize,
+    timing: Timing<Showing>,
+    flights: VecDeque<Flight>,
+    /// Memory of frames that have arrived.
+    landings: Vec<Landing>,
+}
+
+/// The step that makes a picture of a frame.
+#[derive(Debug, Clone, Copy)]
+struct Showing;
+
+impl fmt::Display for Showing {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("display")
+    }
+}
+
+/// A frame whose making has been encoded.
+pub struct Encoded {
+    /// Its picture.
+    pub picture: wgpu::Texture,
+    landing: Landing,
+    steps: Vec<Stage>,
+}
+
+/// A frame under way.
+#[derive(Debug)]
+struct Flight {
+    index: u32,
+    /// How many pixels it samples, where the host knows.
+    samples: Option<usize>,
+    steps: Vec<Stage>,
+    submitted: Instant,
+    arrival: Arrival,
+}
+
+impl Display {
+    /// For frames of `size`.
+    pub fn new(gpu: &Gpu, size: FrameSize) -> Result<Self> {
+        let made = gpu.guarded("making room for pictures", || {
+            let layout = bind_group_layout(gpu, "display", &[Slot::Read, Slot::Picture]);
+            Self {
+                gpu: gpu.clone(),
+                size,
+                pipeline: compute_pipeline(gpu, &DISPLAY, "show", &[&layout], &[]),
+                layout,
+                pictures: (0..PICTURES).map(|_| picture(gpu, size)).collect(),
+                next: 0,
+                timing: Timing::new(gpu, 1),
+                flights: VecDeque::new(),
+                landings: Vec::new(),
+            }
+        })?;
+        Ok(made)
+    }
+
+    /// Waits until another frame may be under way; the frame that was waited for.
+    pub fn make_way(&mut self) -> Result<Option<DoneFrame>> {
+        if self.flights.len() < FLIGHTS { Ok(None) } else { self.land() }
+    }
+
+    /// Waits for the frame that has been under way for longest, if there is one.
+    pub fn land(&mut self) -> Result<Option<DoneFrame>> {
+        let Some(flight) = self.flights.pop_front() else { return Ok(None) };
+        let (facts, landing) = flight.arrival.take::<u64>()?;
+        self.landings.push(landing);
+        let steps = facts[1..].as_chunks::<2>().0;
+        let shown = steps[STEPS][1];
+        let mut timings = Timings::default();
+        for (stage, [from, to]) in flight.steps.iter().zip(steps) {
+            let ms = self.gpu.ms_between(*from, *to);
+            match stage {
+                Stage::Mask | Stage::Compact => timings.mask += ms,
+                Stage::March | Stage::Scatter => timings.march += ms,
+            }
+        }
+        timings.total = match flight.steps.is_empty() {
+            true => flight.submitted.elapsed().as_secs_f64() * 1e3,
+            false => self.gpu.ms_between(steps[0][0], shown),
+        };
+        timings.reconstruct = (timings.total - timings.mask - timings.march).max(0.0);
+        // The shader counts in 32 bits, of which the next ones are another number.
+        let samples = flight.samples.unwrap_or((facts[0] & u64::from(u32::MAX)) as usize);
+        Ok(Some(DoneFrame { index: flight.index, samples: samples.min(self.size.pixels()), timings }))
+    }
+
+    /// Puts the making of a picture of `frame`, the full one of what `buffers` hold, into `encoder`.
+    pub fn encode(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        buffers: &FrameBuffers,
+        frame: &wgpu::Buffer,
+    ) -> Result<Encoded> {
+        let landing = match self.landings.pop() {
+            Some(landing) => landing,
+            None => Landing::new(&self.gpu, 8 * FACTS as u64)?,
+        };
+        let picture = self.pictures[self.next].clone();
+        self.next = (self.next + 1) % PICTURES;
+        let steps = self.gpu.guarded("encoding a picture", || {
+            let view = picture.create_view(&wgpu::TextureViewDescriptor::default());
+            let resources = [frame.as_entire_binding(), wgpu::BindingResource::TextureView(&view)];
+            let group = bind_group(&self.gpu, "display", &self.layout, &resources);
+            self.timing.begin();
+            let mut pass = self.timing.pass(encoder, Showing);
+            pass.set_pipeline(&self.pipeline);
+            pass.set_bind_group(0, &group, &[]);
+            pass.dispatch_workgroups(self.size.width.div_ceil(GROUP), self.size.height.div_ceil(GROUP), 1);
+            drop(pass);
+            self.timing.end(encoder);
+            self.timing.copy(encoder, landing.buffer(), SHOWN);
+            encoder.copy_buffer_to_buffer(buffers.list_length(), 0, landing.buffer(), 0, Some(8));
+            buffers.timing().copy(encoder, landing.buffer(), 8)
+        })?;
+        Ok(Encoded { picture, landing, steps })
+    }
+
+    /// That frame `index` is under way: `encoded` has been submitted; of how many `samples`, where the host knows.
+    pub fn take_off(
+        &mut self,
+        index: u32,
+        samples: Option<usize>,
+        encoded: Encoded,
+        submission: wgpu::SubmissionIndex,
+    ) -> Result<wgpu::Texture> {
+        let Encoded { picture, landing, steps } = encoded;
+        let (submitted, arrival) = (Instant::now(), landing.fetch(submission)?);
+        self.flights.push_back(Flight { index, samples, steps, submitted, arrival });
+        Ok(picture)
+    }
+}
+
+/// A picture that a shader writes and a screen shows.
+fn picture(gpu: &Gpu, size: FrameSize) -> wgpu::Texture {
+    gpu.device().create_texture(&wgpu::TextureDescriptor {
+        label: Some("picture"),
+        size: wgpu::Extent3d { width: size.width, height: size.height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba8Unorm,
+        usage: wgpu::TextureUsages::STORAGE_BINDING
+            | wgpu::TextureUsages::TEXTURE_BINDING
+            | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_shader_is_valid() {
+        DISPLAY.check(wgpu::naga::valid::Capabilities::empty()).unwrap_or_else(|problem| panic!("{problem}"));
+    }
+}
