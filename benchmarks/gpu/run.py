@@ -5,8 +5,8 @@
     python3 benchmarks/gpu/run.py [--quick] [--device gpu:NAME] -o benchmarks/results/DATE-MACHINE/gpu.json
 
 First frames of the GPU are compared with those of the processor; if they differ, nothing is timed. Then march, compaction,
-networks and whole frames are timed; beside them PyTorch on the same networks, where it is installed and sees the GPU, with
-what the device can do at best. `--quick` is small, for a software Vulkan. What fails is written down and the rest goes on.
+networks and whole frames are timed; beside them PyTorch and ONNX Runtime (CUDA, TensorRT) on the same networks, where they are
+installed and see the GPU, with what the device can do at best. `--quick` is small, for a software Vulkan. What fails is written down and the rest goes on.
 """
 
 import argparse
@@ -18,6 +18,7 @@ import sys
 import tempfile
 from pathlib import Path
 
+import onnx_peer
 import torch_peer
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -123,13 +124,12 @@ class Run:
 
     def peers(self):
         torch = torch_peer.cuda()
-        if torch is None:
-            self.keep("peers", {"torch": "not installed, or without a GPU"})
-            return
-        self.keep("peers", torch_peer.ceilings(torch))
-        width, height = map(int, self.scale["sizes"][0].split("x"))
+        self.keep("peers", torch_peer.ceilings(torch) if torch else {"torch": "not installed, or without a GPU"})
+        size = tuple(map(int, self.scale["sizes"][0].split("x")))
         for name in NETWORKS:
-            self.keep("peers", {"network": name, "median_ms": torch_peer.network(torch, name, (width, height))})
+            by_torch = torch_peer.network(torch, name, size) if torch else {}
+            by_onnx = onnx_peer.network(self.given.program, name, size)
+            self.keep("peers", {"network": name, "median_ms": by_torch | by_onnx})
 
 
 def main():
