@@ -16,6 +16,7 @@ import platform
 import subprocess
 import sys
 import tempfile
+from itertools import product
 from pathlib import Path
 
 import onnx_peer
@@ -84,12 +85,14 @@ class Run:
     def march(self):
         for volume, side in self.volumes():
             for size in self.scale["sizes"]:
-                for shadows in ("on", "off", "cached"):
+                for shadows, filtering in product(("on", "off", "cached"), ("exact", "hardware")):
                     figures = self.fovolnet(
                         "bench", "march", volume, "--dims", f"{side},{side},{side}", "--size", size,
-                        "--shadows", shadows, "--device", self.given.device, "--repeats", self.scale["repeats"],
+                        "--shadows", shadows, "--filtering", filtering, "--device", self.given.device,
+                        "--repeats", self.scale["repeats"],
                     )  # fmt: skip
-                    self.keep("march", {"volume": f"{volume}:{side}", "size": size, "shadows": shadows, "found": figures})
+                    row = {"volume": f"{volume}:{side}", "size": size, "shadows": shadows, "filtering": filtering}
+                    self.keep("march", {**row, "found": figures})
 
     def compact(self):
         for volume, side in self.volumes():

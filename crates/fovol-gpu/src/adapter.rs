@@ -11,6 +11,8 @@ pub const ADAPTER_VARIABLE: &str = "FOVOLNET_GPU";
 const WELCOME: wgpu::Features = wgpu::Features::TIMESTAMP_QUERY
     .union(wgpu::Features::SHADER_F16)
     .union(wgpu::Features::SUBGROUP)
+    .union(wgpu::Features::TEXTURE_FORMAT_16BIT_NORM)
+    .union(wgpu::Features::FLOAT32_FILTERABLE)
     .union(wgpu::Features::PIPELINE_CACHE);
 
 /// Which adapter to open.

@@ -4,6 +4,9 @@
 //! processors.
 
 pub mod cpu;
+mod filtering;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod noise;
+
+pub use filtering::Filtering;

@@ -11,6 +11,7 @@ use fovol_core::{
     SurfaceShading, TransferFunction, Volume,
 };
 use fovol_gpu::{AdapterRequest, Gpu, GpuError};
+use fovol_render::Filtering;
 use fovol_render::cpu::{self, RenderOptions, Simd};
 use fovol_render::gpu::{Error, FrameBuffers, MaskSource, Renderer, Sampling, Stage};
 use fovol_render::noise::{Noise, NoiseKind};
@@ -143,6 +144,52 @@ fn large_volumes_are_stored_another_way_and_look_the_same() {
         assert!(most <= 2.0 / 255.0 && mean <= 2e-3, "{name}: {most} {mean}");
         assert!(expected.pixels().iter().any(|p| p[0] > 0.1), "{name}: nothing is seen");
     }
+}
+
+/// Whether volumes of bytes, of 16 bits and of floats are filtered by samplers of `gpu`; the pictures of these look as they are.
+fn filtered_by_samplers(gpu: &Gpu) -> [bool; 3] {
+    let dims = [40, 30, 20];
+    let grid = Grid::new(dims, [1.0; 3]).unwrap();
+    let wave = |i: usize| {
+        let at = [i % 40, i / 40 % 30, i / 1200].map(|n| n as f64 * 0.3);
+        0.5 + 0.5 * (at[0].sin() * at[1].cos() * (at[2] + 1.0).sin())
+    };
+    let values = |most: f64| (0..grid.voxels()).map(move |i| wave(i) * most);
+    let volumes = [
+        Volume::from_values(grid, values(255.0).map(|v| v as u8).collect()).unwrap(),
+        Volume::from_values(grid, values(60_000.0).map(|v| v as u16).collect()).unwrap(),
+        Volume::from_values(grid, values(7.0).map(|v| v as f32).collect()).unwrap(),
+    ];
+    volumes.map(|volume| {
+        let name = volume.dtype();
+        let mut scene = Scene::new(Arc::new(volume), transfer());
+        let filtered = Renderer::with_filtering(gpu, &scene, Filtering::Hardware).unwrap();
+        let is_filtered = filtered.filtering() == Filtering::Hardware;
+        let mut renderers = [Renderer::new(gpu, &scene).unwrap(), filtered];
+        let size = FrameSize::new(64, 48).unwrap();
+        for shadows in [ShadowMode::On, ShadowMode::Cached] {
+            scene.shading.shadows = shadows;
+            let frames = renderers.each_mut().map(|renderer| {
+                renderer.set_scene(&scene).unwrap();
+                let mut buffers = renderer.frame_buffers(size).unwrap();
+                full_frame(renderer, &mut buffers, &cameras()[0])
+            });
+            let (_, most, mean) = differences(&frames[0], &frames[1]);
+            println!("{name} {shadows:?}: at most {most:.1e}, {mean:.1e} in the mean");
+            assert!(most <= 8.0 / 255.0 && mean <= 2e-3, "{name} {shadows:?}: {most} {mean}");
+            assert!(is_filtered || most == 0.0, "{name}");
+        }
+        is_filtered
+    })
+}
+
+#[test]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
+fn samplers_filter_where_they_can() {
+    let has = |feature| GPU.device().features().contains(feature);
+    let can = [wgpu::Features::TEXTURE_FORMAT_16BIT_NORM, wgpu::Features::FLOAT32_FILTERABLE].map(has);
+    assert_eq!(filtered_by_samplers(&GPU), [true, can[0], can[1]]);
+    assert_eq!(filtered_by_samplers(&baseline_gpu()), [true, false, false]);
 }
 
 #[test]

@@ -3,6 +3,7 @@ use fovol_core::{Fovea, FrameSize, GazePath, ShadowMode, SurfaceShading};
 use fovol_net::Fill;
 use fovol_net::cpu::Precision;
 use fovol_net::plan::Named;
+use fovol_render::Filtering;
 use fovol_render::cpu::Simd;
 use fovol_render::noise::NoiseKind;
 use serde::{Deserialize, Serialize};
@@ -406,6 +407,10 @@ pub struct SpeedSettings {
     /// Instruction set of the marcher: auto, scalar, portable, avx2 or avx512 [default: auto]
     #[cfg_attr(feature = "clap", arg(long, value_name = "SET"))]
     pub simd: Option<Simd>,
+    /// How a GPU interpolates voxels: exact as a processor does, or hardware, by its samplers in steps of 1/256 [default:
+    /// exact]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "HOW"))]
+    pub filtering: Option<Filtering>,
     /// March through empty space instead of leaving it at once
     #[cfg_attr(feature = "clap", arg(long))]
     pub no_skip: bool,

@@ -41,7 +41,7 @@ pub fn marching(scene: &Scene, speed: &SpeedSettings, size: FrameSize) -> Result
     match speed.device.clone().unwrap_or_default().open()? {
         OpenDevice::Cpu => Ok(Box::new(CpuMarching::new(scene, speed, size)?)),
         #[cfg(feature = "gpu")]
-        OpenDevice::Gpu(gpu) => Ok(Box::new(on_gpu::GpuMarching::new(&gpu, scene, size)?)),
+        OpenDevice::Gpu(gpu) => Ok(Box::new(on_gpu::GpuMarching::new(&gpu, scene, speed, size)?)),
     }
 }
 
@@ -128,8 +128,9 @@ mod on_gpu {
     }
 
     impl GpuMarching {
-        pub fn new(gpu: &Gpu, scene: &Scene, size: FrameSize) -> Result<Self> {
-            let renderer = Renderer::new(gpu, scene)?;
+        pub fn new(gpu: &Gpu, scene: &Scene, speed: &SpeedSettings, size: FrameSize) -> Result<Self> {
+            let filtering = speed.filtering.unwrap_or_default();
+            let renderer = Renderer::with_filtering(gpu, scene, filtering)?;
             let buffers = renderer.frame_buffers(size)?;
             Ok(Self { gpu: gpu.clone(), renderer, buffers })
         }

@@ -52,6 +52,7 @@ mod tests {
     use crate::cpu;
     use crate::gpu::frame_buffers::FrameBuffers;
     use crate::gpu::renderer::Stages;
+    use crate::gpu::volume_texture::TexelKind;
     use crate::noise::hash;
     use fovol_core::SampleMask;
     use fovol_gpu::AdapterRequest;
@@ -60,7 +61,7 @@ mod tests {
 
     static DEVICE: LazyLock<(Gpu, Stages)> = LazyLock::new(|| {
         let gpu = Gpu::open(&AdapterRequest::Any.or_environment()).unwrap();
-        let stages = Stages::new(&gpu);
+        let stages = Stages::new(&gpu, TexelKind::Filtered);
         (gpu, stages)
     });
 

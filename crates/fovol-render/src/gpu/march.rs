@@ -1,6 +1,7 @@
 use super::frame_buffers::{Buffers, GROUPS_OFFSET, Shaded};
 use super::scene::{DeviceScene, SceneKind, scene_layout};
-use super::shader::MARCH;
+use super::shader::{MARCH, MARCH_FILTERED};
+use super::volume_texture::TexelKind;
 use fovol_core::{FrameSize, ShadowMode, SurfaceShading};
 use fovol_gpu::Gpu;
 use fovol_gpu::binding::{Slot, bind_group, bind_group_layout, compute_pipeline};
@@ -36,12 +37,12 @@ pub struct MarchPass {
 }
 
 impl MarchPass {
-    /// The pass on the device of `gpu`.
-    pub fn new(gpu: &Gpu) -> Self {
+    /// The pass on the device of `gpu`, for volumes of such texels.
+    pub fn new(gpu: &Gpu, texels: TexelKind) -> Self {
         use Slot::{Read, Uniform, Write};
         let slots = [Uniform, Uniform, Read, Read, Read, Write, Write];
         Self {
-            scene_layout: scene_layout(gpu),
+            scene_layout: scene_layout(gpu, texels),
             layout: bind_group_layout(gpu, "march", &slots),
             pipelines: Mutex::default(),
         }
@@ -95,12 +96,13 @@ impl MarchPass {
             ShadowMode::Cached => 2.0,
         };
         let number = |b: bool| f64::from(u8::from(b));
-        let mut constants = variant.scene.constants().to_vec();
+        let mut constants = variant.scene.constants();
         constants.push(("SHADOWS", shadows));
         constants.push(("GRADIENT", number(variant.surface == SurfaceShading::Gradient)));
         constants.push(("REJECT", number(variant.pixels == Pixels::Masked)));
         let entry_point = if variant.pixels == Pixels::List { "march_list" } else { "march_frame" };
-        compute_pipeline(gpu, &MARCH, entry_point, &[&self.scene_layout, &self.layout], &constants)
+        let shader = if variant.scene.texels == TexelKind::Filtered { MARCH_FILTERED } else { MARCH };
+        compute_pipeline(gpu, &shader, entry_point, &[&self.scene_layout, &self.layout], &constants)
     }
 }
 

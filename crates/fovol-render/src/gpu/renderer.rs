@@ -4,10 +4,12 @@ use super::frame_buffers::{Buffers, FrameBuffers, Groups};
 use super::march::MarchPass;
 use super::mask::{MaskPass, MaskSource};
 use super::scatter::ScatterPass;
-use super::scene::DeviceScene;
+use super::scene::{Contents, DeviceScene};
 use super::shadow_grid::ShadowGridPass;
 use super::stage::Stage;
 use super::view::View;
+use super::volume_texture::TexelKind;
+use crate::Filtering;
 use fovol_core::{Camera, FrameSize, SampleList, Scene};
 use fovol_gpu::Gpu;
 
@@ -35,13 +37,14 @@ pub struct Stages {
 }
 
 impl Stages {
-    pub(super) fn new(gpu: &Gpu) -> Self {
+    /// Those for volumes of such texels.
+    pub(super) fn new(gpu: &Gpu, texels: TexelKind) -> Self {
         Self {
             mask: MaskPass::new(gpu),
             compact: CompactPass::new(gpu),
-            march: MarchPass::new(gpu),
+            march: MarchPass::new(gpu, texels),
             scatter: ScatterPass::new(gpu),
-            shadow_grid: ShadowGridPass::new(gpu),
+            shadow_grid: ShadowGridPass::new(gpu, texels),
         }
     }
 
@@ -92,9 +95,26 @@ impl Renderer {
     /// Numbers of the scene that cannot be rendered with (see [`Scene::check`]), a volume that exceeds the device's
     /// limits, a device that is lost or has no memory left.
     pub fn new(gpu: &Gpu, scene: &Scene) -> Result<Self> {
-        let stages = gpu.guarded("compiling the shaders", || Stages::new(gpu))?;
-        let scene = DeviceScene::new(gpu, scene, &stages.shadow_grid)?;
+        Self::with_filtering(gpu, scene, Filtering::Exact)
+    }
+
+    /// Uploads `scene` to the device of `gpu`, whose voxels are interpolated as `filtering` says where the device can.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn with_filtering(gpu: &Gpu, scene: &Scene, filtering: Filtering) -> Result<Self> {
+        let contents = Contents::new(gpu, scene, filtering)?;
+        let stages = gpu.guarded("compiling the shaders", || Stages::new(gpu, contents.texels()))?;
+        let scene = DeviceScene::new(contents, &stages.shadow_grid)?;
         Ok(Self { gpu: gpu.clone(), stages, scene })
+    }
+
+    /// How voxels are interpolated.
+    pub fn filtering(&self) -> Filtering {
+        match self.scene.kind().texels {
+            TexelKind::Stored { .. } => Filtering::Exact,
+            TexelKind::Filtered => Filtering::Hardware,
+        }
     }
 
     /// The device.

@@ -2,6 +2,7 @@ use super::error::Result;
 use super::shadow_grid::{ShadowGridPass, shadow_texture};
 use super::texture::{texture, write_slices};
 use super::volume_texture::{TexelKind, VolumeTexture};
+use crate::Filtering;
 use crate::cpu::{Bricks, LightPath, Macrocells, Segments, TransferTable, half_resolution};
 use bytemuck::{Pod, Zeroable};
 use fovol_core::{Grid, Scene, Shading, ShadowMode, TransferFunction};
@@ -39,21 +40,22 @@ pub struct SceneKind {
 }
 
 impl SceneKind {
-    /// Values for the `override` constants that all shaders with a scene have.
-    pub fn constants(self) -> [(&'static str, f64); 3] {
+    /// Values for the `override` constants that the shaders with such a scene have.
+    pub fn constants(self) -> Vec<(&'static str, f64)> {
         let number = |b: bool| f64::from(u8::from(b));
-        [
-            ("CORNERS", number(self.texels.corners)),
-            ("FLOATS", number(self.texels.floats)),
-            ("SKIP", number(self.skip)),
-        ]
+        let mut constants = vec![("SKIP", number(self.skip))];
+        if let TexelKind::Stored { corners, floats } = self.texels {
+            constants.extend([("CORNERS", number(corners)), ("FLOATS", number(floats))]);
+        }
+        constants
     }
 }
 
-/// The layout of the bind group of a scene.
-pub fn scene_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
+/// The layout of the bind group of a scene with such texels.
+pub fn scene_layout(gpu: &Gpu, texels: TexelKind) -> wgpu::BindGroupLayout {
     use Slot::{Filtered, Read, Sampler, Uniform, Whole};
-    bind_group_layout(gpu, "scene", &[Uniform, Whole, Whole, Read, Read, Filtered, Sampler])
+    let volume = if texels == TexelKind::Filtered { Filtered } else { Whole };
+    bind_group_layout(gpu, "scene", &[Uniform, volume, Whole, Read, Read, Filtered, Sampler])
 }
 
 /// A scene on the device.
@@ -64,13 +66,11 @@ pub struct DeviceScene {
 }
 
 impl DeviceScene {
-    /// Uploads `scene`; `shadows` fills the grid where shadows are cached.
+    /// Binds `contents`; `shadows` fills the grid where shadows are cached.
     ///
     /// # Errors
-    /// Numbers of the scene that cannot be rendered with, a volume that exceeds the device's limits or memory.
-    pub fn new(gpu: &Gpu, scene: &Scene, shadows: &ShadowGridPass) -> Result<Self> {
-        scene.check()?;
-        let contents = Contents::new(gpu, scene)?;
+    /// A device that is lost or has no memory left.
+    pub fn new(contents: Contents, shadows: &ShadowGridPass) -> Result<Self> {
         let group = contents.bind(shadows)?;
         Ok(Self { contents, group })
     }
@@ -115,12 +115,12 @@ impl DeviceScene {
 
 /// What a scene consists of, apart from what follows from it.
 #[derive(Debug)]
-struct Contents {
+pub struct Contents {
     gpu: Gpu,
     layout: wgpu::BindGroupLayout,
     grid: Grid,
     volume: VolumeTexture,
-    /// From stored to display values.
+    /// From texels to display values.
     value_scale: f32,
     cells: Macrocells,
     skip_empty: bool,
@@ -131,17 +131,23 @@ struct Contents {
 }
 
 impl Contents {
-    fn new(gpu: &Gpu, scene: &Scene) -> Result<Self> {
+    /// Uploads the volume of `scene`.
+    ///
+    /// # Errors
+    /// Numbers of the scene that cannot be rendered with, a volume that exceeds the device's limits or memory.
+    pub fn new(gpu: &Gpu, scene: &Scene, filtering: Filtering) -> Result<Self> {
+        scene.check()?;
         // Of the bricks only what the device needs stays.
         let bricks = Bricks::of_volume(&scene.volume);
         let mut cells = Macrocells::new(&bricks);
         cells.classify(&scene.transfer_function);
+        let volume = VolumeTexture::new(gpu, &bricks, filtering)?;
         Ok(Self {
             gpu: gpu.clone(),
-            layout: gpu.guarded("uploading the scene", || scene_layout(gpu))?,
+            layout: gpu.guarded("uploading the scene", || scene_layout(gpu, volume.kind()))?,
             grid: *scene.volume.grid(),
-            volume: VolumeTexture::new(gpu, &bricks)?,
-            value_scale: bricks.scale(),
+            value_scale: bricks.scale() * volume.unit(),
+            volume,
             cells,
             skip_empty: true,
             transfer: scene.transfer_function.clone(),
@@ -163,8 +169,13 @@ impl Contents {
         recoloured || before != (self.shading, self.background, self.step)
     }
 
+    /// What its texels are.
+    pub fn texels(&self) -> TexelKind {
+        self.volume.kind()
+    }
+
     fn kind(&self) -> SceneKind {
-        SceneKind { texels: self.volume.kind(), skip: self.skip_empty && !self.cells.is_dense() }
+        SceneKind { texels: self.texels(), skip: self.skip_empty && !self.cells.is_dense() }
     }
 
     /// Uploads what changes with the transfer function and the light, and finds the shadows where they are cached.
@@ -277,27 +288,29 @@ fn filled_buffer(gpu: &Gpu, label: &str, usage: BufferUsages, bytes: &[u8]) -> w
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gpu::shader::MARCH;
+    use crate::gpu::shader::{MARCH, MARCH_FILTERED};
     use fovol_gpu::assert_twins;
 
     #[test]
     fn shaders_read_the_same_struct() {
-        assert_twins!(
-            MARCH,
-            "Scene",
-            SceneNumbers {
-                last,
-                delta,
-                to_voxels,
-                scale,
-                background,
-                ambient,
-                light_delta,
-                cell_shift,
-                light_exit,
-                light_inverse,
-                light_direction
-            }
-        );
+        for shader in [MARCH, MARCH_FILTERED] {
+            assert_twins!(
+                shader,
+                "Scene",
+                SceneNumbers {
+                    last,
+                    delta,
+                    to_voxels,
+                    scale,
+                    background,
+                    ambient,
+                    light_delta,
+                    cell_shift,
+                    light_exit,
+                    light_inverse,
+                    light_direction
+                }
+            );
+        }
     }
 }

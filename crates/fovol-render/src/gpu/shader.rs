@@ -9,19 +9,28 @@ pub const COMPACT: Shader = shader!("../shaders/", "compact": "frame");
 /// Image formation.
 pub const MARCH: Shader =
     shader!("../shaders/", "march": "frame" "scene" "field" "skip" "segment" "shadow_rays");
+/// Image formation of voxels that samplers filter.
+pub const MARCH_FILTERED: Shader =
+    shader!("../shaders/", "march": "frame" "scene" "field_filtered" "skip" "segment" "shadow_rays");
 /// From packed samples to a sparse frame.
 pub const SCATTER: Shader = shader!("../shaders/", "scatter": "frame");
 /// Transmittance towards the light at half resolution.
 pub const SHADOW_GRID: Shader = shader!("../shaders/", "shadow_grid": "scene" "field" "skip" "shadow_rays");
+/// The same for voxels that samplers filter.
+pub const SHADOW_GRID_FILTERED: Shader =
+    shader!("../shaders/", "shadow_grid": "scene" "field_filtered" "skip" "shadow_rays");
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use wgpu::naga::valid::Capabilities;
 
+    const ALL: [Shader; 7] =
+        [MASK, COMPACT, MARCH, MARCH_FILTERED, SCATTER, SHADOW_GRID, SHADOW_GRID_FILTERED];
+
     #[test]
     fn every_shader_is_valid_without_any_optional_feature() {
-        for shader in [MASK, COMPACT, MARCH, SCATTER, SHADOW_GRID] {
+        for shader in ALL {
             shader.check(Capabilities::empty()).unwrap_or_else(|problem| panic!("{problem}"));
         }
     }
@@ -29,7 +38,7 @@ mod tests {
     #[test]
     fn no_shader_is_left_out() {
         let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/src/shaders");
-        let all: String = [MASK, COMPACT, MARCH, SCATTER, SHADOW_GRID].map(|shader| shader.source()).concat();
+        let all: String = ALL.map(|shader| shader.source()).concat();
         for file in std::fs::read_dir(folder).unwrap() {
             let path = file.unwrap().path();
             assert!(all.contains(&std::fs::read_to_string(&path).unwrap()), "{} is not used", path.display());

@@ -1,6 +1,7 @@
 use super::scene::{SceneKind, scene_layout};
-use super::shader::SHADOW_GRID;
+use super::shader::{SHADOW_GRID, SHADOW_GRID_FILTERED};
 use super::texture::texture;
+use super::volume_texture::TexelKind;
 use bytemuck::{Pod, Zeroable};
 use fovol_gpu::binding::{Slot, bind_group, bind_group_layout, compute_pipeline};
 use fovol_gpu::{Gpu, Result};
@@ -27,10 +28,10 @@ pub struct ShadowGridPass {
 }
 
 impl ShadowGridPass {
-    /// The pass on the device of `gpu`.
-    pub fn new(gpu: &Gpu) -> Self {
+    /// The pass on the device of `gpu`, for volumes of such texels.
+    pub fn new(gpu: &Gpu, texels: TexelKind) -> Self {
         let layout = bind_group_layout(gpu, "shadow grid", &[Slot::Uniform, Slot::Stored]);
-        Self { layout, scene_layout: scene_layout(gpu) }
+        Self { layout, scene_layout: scene_layout(gpu, texels) }
     }
 
     /// The transmittance towards the light on a grid of `dims`, half those of the volume in `scene`.
@@ -46,8 +47,8 @@ impl ShadowGridPass {
     ) -> Result<wgpu::Texture> {
         gpu.guarded("filling the grid of shadows", || {
             let layouts = [&self.scene_layout, &self.layout];
-            let pipeline =
-                compute_pipeline(gpu, &SHADOW_GRID, "fill_shadow_grid", &layouts, &kind.constants());
+            let shader = if kind.texels == TexelKind::Filtered { SHADOW_GRID_FILTERED } else { SHADOW_GRID };
+            let pipeline = compute_pipeline(gpu, &shader, "fill_shadow_grid", &layouts, &kind.constants());
             let grid = shadow_texture(gpu, dims);
             let [nx, ny, nz] = dims;
             let slices = (RAYS / (nx * ny)).max(1);

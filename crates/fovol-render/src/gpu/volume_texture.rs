@@ -1,56 +1,81 @@
 use super::error::Result;
 use super::texture::{check_dims, texture, write_slices};
+use crate::Filtering;
 use crate::cpu::{BrickData, BrickLayout, Bricks};
 use bytemuck::Pod;
 use fovol_gpu::Gpu;
 use rayon::prelude::*;
-use wgpu::{TextureFormat, TextureUsages};
+use wgpu::{Features, TextureFormat, TextureUsages};
 
 /// Bytes that are staged at a time: the host never holds a second copy of a large volume.
 const SLAB: usize = 32 << 20;
 /// Up to this many bytes texels hold their neighbours too, which takes four times the memory.
 const CORNERS: usize = 256 << 20;
 
-/// How the texels of a volume become values; see shaders/field.wgsl.
+/// How the texels of a volume become values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct TexelKind {
-    /// Whether a texel holds its neighbours along y and z too.
-    pub corners: bool,
-    /// Whether texels are the bits of an f32.
-    pub floats: bool,
+pub enum TexelKind {
+    /// Shaders interpolate stored values; see shaders/field.wgsl.
+    Stored {
+        /// Whether a texel holds its neighbours along y and z too.
+        corners: bool,
+        /// Whether texels are the bits of an f32.
+        floats: bool,
+    },
+    /// Samplers do; see shaders/field_filtered.wgsl.
+    Filtered,
 }
 
 /// The voxels of a volume in a 3-D texture, at the type that [`Bricks`] found narrowest.
 ///
-/// In small volumes each texel has its neighbours along y and z too, like [`BrickData::Corners`]: two loads a sample
-/// instead of eight.
+/// In small volumes that shaders interpolate each texel has its neighbours along y and z too, like [`BrickData::Corners`]:
+/// two loads a sample instead of eight.
 #[derive(Debug)]
 pub struct VolumeTexture {
     texture: wgpu::Texture,
     kind: TexelKind,
+    /// The stored value that a texel of 1 stands for.
+    unit: f32,
 }
 
 impl VolumeTexture {
-    /// The texture of `bricks`.
+    /// The texture of `bricks`, for samplers to filter if that is `wanted` and the device can.
     ///
     /// # Errors
     /// A volume with more voxels along an axis than the device's textures have texels; a device out of memory.
-    pub fn new(gpu: &Gpu, bricks: &Bricks) -> Result<Self> {
+    pub fn new(gpu: &Gpu, bricks: &Bricks, wanted: Filtering) -> Result<Self> {
         let layout = bricks.layout();
         check_dims(gpu, layout.dims)?;
-        let kind = kind_of(bricks);
+        let filtered = (wanted == Filtering::Hardware).then(|| filtered(gpu, bricks.data())).flatten();
+        let (kind, format, unit) = match filtered {
+            Some((format, unit)) => (TexelKind::Filtered, format, unit),
+            None => {
+                let (corners, floats) = stored(bricks);
+                (TexelKind::Stored { corners, floats }, format(bricks.data(), corners), 1.0)
+            }
+        };
         let texture = gpu.guarded("making room for the volume", || {
-            texture(gpu, "volume", layout.dims, format(bricks.data(), kind), TextureUsages::COPY_DST)
+            texture(gpu, "volume", layout.dims, format, TextureUsages::COPY_DST)
         })?;
+        let corners = matches!(kind, TexelKind::Stored { corners: true, .. });
         gpu.guarded("uploading the volume", || match bricks.data() {
-            BrickData::Corners(words) => {
+            BrickData::Corners(words) if corners => {
                 upload(gpu, &texture, layout.dims, |voxel| words[layout.index(voxel)]);
             }
-            BrickData::U8(values) => upload_voxels(gpu, &texture, layout, values, kind),
-            BrickData::U16(values) => upload_voxels(gpu, &texture, layout, values, kind),
-            BrickData::F32(values) => upload_voxels(gpu, &texture, layout, values, kind),
+            // The voxel itself is the lowest byte.
+            BrickData::Corners(words) => {
+                upload(gpu, &texture, layout.dims, |voxel| words[layout.index(voxel)] as u8);
+            }
+            BrickData::U8(values) => upload_voxels(gpu, &texture, layout, values, corners),
+            BrickData::U16(values) => upload_voxels(gpu, &texture, layout, values, corners),
+            BrickData::F32(values) => upload_voxels(gpu, &texture, layout, values, corners),
         })?;
-        Ok(Self { texture, kind })
+        Ok(Self { texture, kind, unit })
+    }
+
+    /// The stored value that a texel of 1 stands for.
+    pub fn unit(&self) -> f32 {
+        self.unit
     }
 
     /// What its texels are.
@@ -64,19 +89,31 @@ impl VolumeTexture {
     }
 }
 
-fn kind_of(bricks: &Bricks) -> TexelKind {
+/// The format at which samplers of the device filter `data`, and the stored value that a texel of 1 stands for.
+fn filtered(gpu: &Gpu, data: &BrickData) -> Option<(TextureFormat, f32)> {
+    let has = |feature: Features| gpu.device().features().contains(feature);
+    match data {
+        BrickData::Corners(_) | BrickData::U8(_) => Some((TextureFormat::R8Unorm, 255.0)),
+        BrickData::U16(_) => {
+            has(Features::TEXTURE_FORMAT_16BIT_NORM).then_some((TextureFormat::R16Unorm, 65535.0))
+        }
+        BrickData::F32(_) => has(Features::FLOAT32_FILTERABLE).then_some((TextureFormat::R32Float, 1.0)),
+    }
+}
+
+/// Whether texels that shaders interpolate hold their neighbours, and whether they are floats.
+fn stored(bricks: &Bricks) -> (bool, bool) {
     let voxels: usize = bricks.layout().dims.iter().product();
-    let (corners, floats) = match bricks.data() {
+    match bricks.data() {
         BrickData::Corners(_) => (true, false),
         BrickData::U8(_) => (4 * voxels <= CORNERS, false),
         BrickData::U16(_) => (8 * voxels <= CORNERS, false),
         BrickData::F32(_) => (16 * voxels <= CORNERS, true),
-    };
-    TexelKind { corners, floats }
+    }
 }
 
-fn format(data: &BrickData, kind: TexelKind) -> TextureFormat {
-    match (data, kind.corners) {
+fn format(data: &BrickData, corners: bool) -> TextureFormat {
+    match (data, corners) {
         (BrickData::Corners(_), _) | (BrickData::U8(_), true) => TextureFormat::Rgba8Uint,
         (BrickData::U16(_), true) => TextureFormat::Rgba16Uint,
         (BrickData::F32(_), true) => TextureFormat::Rgba32Uint,
@@ -92,10 +129,10 @@ fn upload_voxels<T: Pod + Send + Sync>(
     texture: &wgpu::Texture,
     layout: &BrickLayout,
     values: &[T],
-    kind: TexelKind,
+    corners: bool,
 ) {
     let [_, uy, uz] = layout.unit;
-    if kind.corners {
+    if corners {
         // Bricks store the neighbours of all their voxels, at the edge of the volume the last one again.
         upload(gpu, texture, layout.dims, |voxel| {
             [0, uy, uz, uy + uz].map(|after| values[layout.index(voxel) + after])

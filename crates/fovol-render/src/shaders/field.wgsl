@@ -1,7 +1,10 @@
 // The trilinear field. Twin of cpu/field.rs.
 //
-// Voxels are loaded and interpolated here rather than by a sampler: samplers weigh in steps of 1/256, which steep
-// transfer functions show.
+// Voxels are loaded and interpolated here rather than by a sampler (that is field_filtered.wgsl): samplers weigh in steps of
+// 1/256, which steep transfer functions show.
+
+/// Voxels at the type they are stored in.
+@group(0) @binding(1) var volume: texture_3d<u32>;
 
 /// Whether a texel holds its neighbours along y and z too, so that two texels are the eight corners of a cell.
 override CORNERS: bool = false;
@@ -34,9 +37,4 @@ fn field(p: vec3f) -> f32 {
     let along_x = fma(vec4f(f.x), high - low, low);
     let along_y = fma(vec2f(f.y), along_x.yw - along_x.xz, along_x.xz);
     return fma(f.z, along_y.y - along_y.x, along_y.x) * scene.scale;
-}
-
-/// The entry of the transfer table nearest to `value`.
-fn entry(value: f32) -> u32 {
-    return u32(value + 0.5);
 }

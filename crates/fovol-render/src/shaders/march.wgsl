@@ -15,7 +15,6 @@ override REJECT: bool = false;
 
 /// Transmittance towards the light at half resolution.
 @group(0) @binding(5) var shadow_grid: texture_3d<f32>;
-@group(0) @binding(6) var linear: sampler;
 
 /// The pixels to march, packed.
 @group(1) @binding(2) var<storage, read> list: array<u32>;

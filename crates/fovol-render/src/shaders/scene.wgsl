@@ -34,8 +34,6 @@ override SKIP: bool = false;
 const NEVER: f32 = 1e30;
 
 @group(0) @binding(0) var<uniform> scene: Scene;
-/// Voxels at the type they are stored in; see field.wgsl.
-@group(0) @binding(1) var volume: texture_3d<u32>;
 /// How far each macrocell is from anything visible; see skip.wgsl.
 @group(0) @binding(2) var distances: texture_3d<u32>;
 /// For every entry of the transfer table the bits of opacity for one step, and the colour: red 11 bits,
@@ -43,3 +41,9 @@ const NEVER: f32 = 1e30;
 @group(0) @binding(3) var<storage, read> appearance: array<vec2u>;
 /// For every entry of the transfer table the opacity for one shadow step.
 @group(0) @binding(4) var<storage, read> shadow_alpha: array<f32>;
+@group(0) @binding(6) var linear: sampler;
+
+/// The entry of the transfer table nearest to `value`.
+fn entry(value: f32) -> u32 {
+    return u32(value + 0.5);
+}

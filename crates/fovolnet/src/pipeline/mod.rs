@@ -338,14 +338,21 @@ impl Marcher {
                 "{name} is a program on the processor, slower than --device cpu; it is good for tests only"
             )
         };
-        match gpu::GpuMarcher::new(gpu, scene, !speed.no_skip, settings) {
+        match gpu::GpuMarcher::new(gpu, scene, settings, speed) {
             Err(error) if !is_required && error.is_of_gpu() => {
                 let note = format!("rendering on the processor: {error}");
                 Ok((Self::on_cpu(scene, settings, speed)?, vec![note]))
             }
             marcher => {
-                let notes = gpu.is_software().then(slow).into_iter().collect();
-                Ok((Self::Gpu(Box::new(marcher?)), notes))
+                let marcher = marcher?;
+                let mut notes: Vec<String> = gpu.is_software().then(slow).into_iter().collect();
+                if speed.filtering.is_some_and(|wanted| wanted != marcher.filtering()) {
+                    notes.push(format!(
+                        "voxels are interpolated exactly: samplers of {} do not filter their type",
+                        gpu.info().name
+                    ));
+                }
+                Ok((Self::Gpu(Box::new(marcher)), notes))
             }
         }
     }

@@ -1,10 +1,11 @@
 use super::sampled::{Listed, Made, Sampled, Sampler};
 use super::view::View;
 use super::{DeviceFrame, DoneFrame, Timer};
-use crate::{RenderSettings, Result, Sampling};
+use crate::{RenderSettings, Result, Sampling, SpeedSettings};
 use display::Display;
 use fovol_core::{Camera, Frame, Pixel, SampleList, Scene};
 use fovol_gpu::Gpu;
+use fovol_render::Filtering;
 use fovol_render::cpu::march::Marched;
 use fovol_render::cpu::{DirectSamples, compact, direct, mask_of, scatter};
 use fovol_render::gpu::{self, FrameBuffers, MaskSource, Renderer, Stage};
@@ -28,10 +29,11 @@ pub struct GpuMarcher {
 }
 
 impl GpuMarcher {
-    pub fn new(gpu: &Gpu, scene: &Scene, skip_empty: bool, settings: &RenderSettings) -> Result<Self> {
+    pub fn new(gpu: &Gpu, scene: &Scene, settings: &RenderSettings, speed: &SpeedSettings) -> Result<Self> {
         let sampler = Sampler::new(settings);
-        let mut renderer = Renderer::new(gpu, scene)?;
-        renderer.set_skip_empty(skip_empty);
+        let filtering = speed.filtering.unwrap_or_default();
+        let mut renderer = Renderer::with_filtering(gpu, scene, filtering)?;
+        renderer.set_skip_empty(!speed.no_skip);
         let buffers = renderer.frame_buffers(sampler.size)?;
         let reconstruction = DeviceReconstruction::new(gpu, settings, &buffers)?;
         Ok(Self { renderer, buffers, sampler, reconstruction, display: None })
@@ -67,6 +69,11 @@ impl GpuMarcher {
     /// What it runs on.
     pub fn gpu(&self) -> &Gpu {
         self.renderer.gpu()
+    }
+
+    /// How voxels are interpolated.
+    pub fn filtering(&self) -> Filtering {
+        self.renderer.filtering()
     }
 
     /// Forgets the frames so far.
