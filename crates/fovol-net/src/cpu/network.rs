@@ -1,25 +1,18 @@
-use super::accumulate::{Expected, accumulate, doubt};
 use super::buffers::{Lifetimes, Spare};
-use super::conv::{ConvShape, PreparedConv};
 use super::element::{Bf16, Element};
-use super::filter::PreparedFilter;
+use super::layer::{Given, SAME, Step, run};
 use super::map::{Map, Stored, with_map};
-use super::norm::normalise;
 use super::numbers::Numbers;
 use super::pair::{Pair, Pool};
 use super::patch::{Access, Source};
-use super::points;
 use super::pointwise::{Change, change};
 use super::precision::{Choice, Precision};
-use super::pyramid::Pyramid;
 use super::reshape;
-use super::samples::{KnownPixels, Samples, colour, is_sampled};
+use super::samples::{Samples, colour, is_sampled};
 use super::schedule::{Derived, Pairing, Schedule, is_input};
 use super::simd::Simd;
-use super::spread::{blend, smooth, spread};
 use super::state::{State, padded};
-use super::warp::warp;
-use crate::plan::{Activation, Filter, Layer, Plan, Read, Tensor, TensorId};
+use crate::plan::{Layer, Plan, Read, TensorId};
 use crate::weights::Weights;
 use crate::{Error, Result};
 use fovol_core::{Frame, FrameSize};
@@ -50,20 +43,6 @@ pub struct Network {
     precision: Precision,
     pool: Pool,
     id: u64,
-}
-
-/// A layer with what it needs beyond the plan.
-#[derive(Debug)]
-enum Step {
-    Conv(Box<PreparedConv>),
-    Filter(Box<PreparedFilter>),
-    Norm {
-        weight: Vec<f32>,
-        bias: Vec<f32>,
-        activation: Activation,
-    },
-    /// Layers without weights.
-    Plain,
 }
 
 /// Layers that are made at once.
@@ -104,7 +83,8 @@ impl Network {
         let precision = precision.on(simd);
         let choice = Choice::new(&plan, weights, precision, simd)?;
         let layers = plan.layers().iter();
-        let steps = layers.map(|layer| step(&plan, layer, weights, simd, &choice)).collect::<Result<_>>()?;
+        let steps =
+            layers.map(|layer| Step::new(&plan, layer, weights, simd, &choice)).collect::<Result<_>>()?;
         let halved: Vec<bool> = (0..plan.tensors().len()).map(|at| choice.is_halved(TensorId(at))).collect();
         let schedule = Schedule::new(&plan, &halved, &[Derived::Folded, Derived::Unfolded, Derived::Pooled]);
         let id = NEXT.fetch_add(1, Ordering::Relaxed);
@@ -463,142 +443,6 @@ impl Network {
         let states = self.plan.states();
         states[place + 1..].iter().any(|other| other.next == states[place].next)
     }
-}
-
-fn step(plan: &Plan, layer: &Layer, weights: &Weights, simd: Simd, choice: &Choice<'_>) -> Result<Step> {
-    let pair = |name: &str| -> Result<(&[f32], &[f32])> {
-        Ok((weights.values(&format!("{name}.weight"))?, weights.values(&format!("{name}.bias"))?))
-    };
-    let channels = |id: TensorId| plan.tensor(id).channels;
-    Ok(match layer {
-        Layer::Conv(conv) => {
-            let (weight, bias) = pair(&conv.name)?;
-            let shape = ConvShape {
-                inputs: conv.inputs.iter().map(|read| channels(read.tensor)).sum(),
-                outputs: channels(conv.output),
-                size: conv.size,
-                stride: conv.stride,
-                padding: conv.padding,
-                activation: conv.activation,
-            };
-            Step::Conv(Box::new(PreparedConv::new(&shape, weight, bias, simd, choice.of(conv))))
-        }
-        Layer::Filter(filter) => {
-            let arithmetic = choice.exact(std::iter::once(filter.features));
-            Step::Filter(Box::new(PreparedFilter::new(filter, pair(&filter.name)?, simd, arithmetic)))
-        }
-        Layer::Norm(norm) => {
-            let (weight, bias) = pair(&norm.name)?;
-            Step::Norm { weight: weight.to_vec(), bias: bias.to_vec(), activation: norm.activation }
-        }
-        _ => Step::Plain,
-    })
-}
-
-/// What layers read.
-#[derive(Clone, Copy)]
-struct Given<'a> {
-    tensors: &'a [Stored],
-    /// The samples of the frame, if they stand for a tensor, and for which.
-    samples: Option<(TensorId, &'a Samples)>,
-}
-
-impl<'a> Given<'a> {
-    fn map(&self, id: TensorId) -> &'a Stored {
-        &self.tensors[id.index()]
-    }
-
-    fn picture(&self, id: TensorId) -> &'a Map {
-        self.map(id).picture()
-    }
-
-    fn known(&self, id: TensorId) -> KnownPixels<'a> {
-        match self.samples {
-            Some((known, samples)) if known == id => KnownPixels::Samples(samples),
-            _ => KnownPixels::All(self.picture(id)),
-        }
-    }
-}
-
-/// Runs `layer`, which writes `to`, to `out`.
-fn run(
-    layer: &Layer,
-    step: &Step,
-    given: Given<'_>,
-    (to, pyramid): (&Tensor, &mut Pyramid),
-    out: &mut Stored,
-) {
-    match (layer, step, out) {
-        (Layer::Filter(filter), Step::Filter(prepared), Stored::F32(out)) => {
-            prepared.run(given.map(filter.features), &images(filter, given.tensors), out);
-        }
-        (Layer::Norm(norm), Step::Norm { weight, bias, activation }, out) => {
-            let mut map = given.map(norm.input).to_f32();
-            normalise(&mut map, weight, bias, *activation);
-            with_map!(out, out => {
-                out.resize([map.height, map.width, map.channels]);
-                out.data.iter_mut().zip(&map.data).for_each(|(to, &v)| *to = Element::from_f32(v));
-            });
-        }
-        (layer, _, out) => run_plain(layer, given, (to, pyramid), out),
-    }
-}
-
-fn run_plain(
-    layer: &Layer,
-    given: Given<'_>,
-    (&Tensor { channels, level, .. }, pyramid): (&Tensor, &mut Pyramid),
-    out: &mut Stored,
-) {
-    let map = |id: &TensorId| given.map(*id);
-    let picture = |id: &TensorId| given.picture(*id);
-    match (layer, out) {
-        (Layer::Pool { input, .. }, out) => match (map(input), out) {
-            (Stored::F32(input), Stored::F32(out)) => reshape::pool(input, out),
-            (Stored::Bf16(input), Stored::Bf16(out)) => reshape::pool(input, out),
-            _ => unreachable!("{SAME}"),
-        },
-        (Layer::Warp { input, motion, .. }, out) => match (map(input), out) {
-            (Stored::F32(input), Stored::F32(out)) => warp(input, picture(motion), out),
-            (Stored::Bf16(input), Stored::Bf16(out)) => warp(input, picture(motion), out),
-            _ => unreachable!("{SAME}"),
-        },
-        (Layer::SpaceToDepth { input, .. }, Stored::F32(out)) => reshape::space_to_depth(picture(input), out),
-        (Layer::DepthToSpace { input, .. }, Stored::F32(out)) => reshape::depth_to_space(picture(input), out),
-        (Layer::Join { colour, weight, .. }, Stored::F32(out)) => {
-            reshape::join(picture(colour), picture(weight), out);
-        }
-        (Layer::Part { input, first, .. }, Stored::F32(out)) => {
-            reshape::part(picture(input), *first, channels, out);
-        }
-        (Layer::Spread { known, base, levels, .. }, Stored::F32(out)) => {
-            spread(given.known(*known), base.as_ref().map(picture), *levels, pyramid, out);
-        }
-        (Layer::Smooth { input, .. }, Stored::F32(out)) => smooth(picture(input), out),
-        (Layer::Blend { known, base, .. }, Stored::F32(out)) => {
-            blend(given.known(*known), picture(base), out);
-        }
-        (Layer::Doubt { known, prior, fresh, levels, .. }, Stored::F32(out)) => {
-            let expected = Expected { prior: picture(prior), fresh: picture(fresh) };
-            doubt(given.known(*known), &expected, [*levels, level], pyramid, out);
-        }
-        (Layer::Accumulate { known, before, share, fade, .. }, Stored::F32(out)) => {
-            accumulate(given.known(*known), picture(before), share.as_ref().map(picture), *fade, out);
-        }
-        (Layer::Reproject { input, motion, .. }, Stored::F32(out)) => {
-            points::reproject(picture(input), picture(motion), out);
-        }
-        (Layer::Splat { input, .. }, Stored::F32(out)) => points::splat(picture(input), out),
-        _ => unreachable!("pictures are stored as f32, and layers with weights are prepared"),
-    }
-}
-
-/// Why some pairs cannot be.
-const SAME: &str = "tensors of as many channels are stored alike";
-
-fn images<'a>(filter: &Filter, tensors: &'a [Stored]) -> Vec<Source<'a>> {
-    let source = |read: &Read| Source::new(&tensors[read.tensor.index()], read.resize);
-    filter.images.iter().map(|(read, _)| source(read)).collect()
 }
 
 /// An image whose pixels `fill` writes, given their place in a frame of `size`; replicated at the right and bottom.

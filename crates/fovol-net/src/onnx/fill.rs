@@ -3,6 +3,7 @@
 use super::export::Exporter;
 use super::graph::{integer, integers};
 use super::model::TensorData;
+use super::points::PLACES;
 use crate::plan::{DOUBT_ALLOWED, DOUBT_EPSILON, DOUBT_SHARE, POINT, TensorId};
 
 /// Divisors are at least this.
@@ -111,7 +112,7 @@ impl Exporter<'_> {
         let open = self.graph.complement(&format!("{name}.open"), &weight);
         let places = (self.plan.tensor(before).channels == POINT).then(|| {
             let before = self.value(before);
-            let places = self.channels(&format!("{name}.places"), &before, &[4, 5]);
+            let places = self.channels(&format!("{name}.places"), &before, &PLACES);
             self.graph.plain("Mul", &format!("{name}.places"), &[&places, &open])
         });
         let mut before = self.known_pixels(name, before);

@@ -9,7 +9,7 @@ use crate::plan::{Taps, TensorId};
 /// What is known of points, its last number, and their places.
 const KNOWN: [i64; 4] = [0, 1, 2, 3];
 const WEIGHT: [i64; 1] = [3];
-const PLACES: [i64; 2] = [4, 5];
+pub const PLACES: [i64; 2] = [4, 5];
 
 /// Those of four points that a pixel meets: what is known of them, their weights, and their places times these.
 #[derive(Default)]

@@ -1,0 +1,183 @@
+//! What the layers of a plan need, and how those are made that no convolution is.
+
+use super::accumulate::{Expected, accumulate, doubt};
+use super::conv::{ConvShape, PreparedConv};
+use super::element::Element;
+use super::filter::PreparedFilter;
+use super::map::{Map, Stored, with_map};
+use super::norm::normalise;
+use super::patch::Source;
+use super::points;
+use super::precision::Choice;
+use super::pyramid::Pyramid;
+use super::reshape;
+use super::samples::{KnownPixels, Samples};
+use super::simd::Simd;
+use super::spread::{blend, smooth, spread};
+use super::warp::warp;
+use crate::Result;
+use crate::plan::{Activation, Filter, Layer, Plan, Read, Tensor, TensorId};
+use crate::weights::Weights;
+
+/// A layer with what it needs beyond the plan.
+#[derive(Debug)]
+pub enum Step {
+    Conv(Box<PreparedConv>),
+    Filter(Box<PreparedFilter>),
+    Norm {
+        weight: Vec<f32>,
+        bias: Vec<f32>,
+        activation: Activation,
+    },
+    /// Layers without weights.
+    Plain,
+}
+
+impl Step {
+    /// What `layer` of `plan` needs, as exact as `choice` says.
+    ///
+    /// # Errors
+    /// Weights that are missing.
+    pub fn new(
+        plan: &Plan,
+        layer: &Layer,
+        weights: &Weights,
+        simd: Simd,
+        choice: &Choice<'_>,
+    ) -> Result<Self> {
+        let pair = |name: &str| -> Result<(&[f32], &[f32])> {
+            Ok((weights.values(&format!("{name}.weight"))?, weights.values(&format!("{name}.bias"))?))
+        };
+        let channels = |id: TensorId| plan.tensor(id).channels;
+        Ok(match layer {
+            Layer::Conv(conv) => {
+                let (weight, bias) = pair(&conv.name)?;
+                let shape = ConvShape {
+                    inputs: conv.inputs.iter().map(|read| channels(read.tensor)).sum(),
+                    outputs: channels(conv.output),
+                    size: conv.size,
+                    stride: conv.stride,
+                    padding: conv.padding,
+                    activation: conv.activation,
+                };
+                Self::Conv(Box::new(PreparedConv::new(&shape, weight, bias, simd, choice.of(conv))))
+            }
+            Layer::Filter(filter) => {
+                let arithmetic = choice.exact(std::iter::once(filter.features));
+                Self::Filter(Box::new(PreparedFilter::new(filter, pair(&filter.name)?, simd, arithmetic)))
+            }
+            Layer::Norm(norm) => {
+                let (weight, bias) = pair(&norm.name)?;
+                Self::Norm { weight: weight.to_vec(), bias: bias.to_vec(), activation: norm.activation }
+            }
+            _ => Self::Plain,
+        })
+    }
+}
+
+/// What layers read.
+#[derive(Clone, Copy)]
+pub struct Given<'a> {
+    pub tensors: &'a [Stored],
+    /// The samples of the frame, if they stand for a tensor, and for which.
+    pub samples: Option<(TensorId, &'a Samples)>,
+}
+
+impl<'a> Given<'a> {
+    fn map(&self, id: TensorId) -> &'a Stored {
+        &self.tensors[id.index()]
+    }
+
+    /// A tensor that is stored as f32.
+    pub fn picture(&self, id: TensorId) -> &'a Map {
+        self.map(id).picture()
+    }
+
+    fn known(&self, id: TensorId) -> KnownPixels<'a> {
+        match self.samples {
+            Some((known, samples)) if known == id => KnownPixels::Samples(samples),
+            _ => KnownPixels::All(self.picture(id)),
+        }
+    }
+}
+
+/// Runs `layer`, which writes `to`, to `out`.
+pub fn run(
+    layer: &Layer,
+    step: &Step,
+    given: Given<'_>,
+    (to, pyramid): (&Tensor, &mut Pyramid),
+    out: &mut Stored,
+) {
+    match (layer, step, out) {
+        (Layer::Filter(filter), Step::Filter(prepared), Stored::F32(out)) => {
+            prepared.run(given.map(filter.features), &images(filter, given.tensors), out);
+        }
+        (Layer::Norm(norm), Step::Norm { weight, bias, activation }, out) => {
+            let mut map = given.map(norm.input).to_f32();
+            normalise(&mut map, weight, bias, *activation);
+            with_map!(out, out => {
+                out.resize([map.height, map.width, map.channels]);
+                out.data.iter_mut().zip(&map.data).for_each(|(to, &v)| *to = Element::from_f32(v));
+            });
+        }
+        (layer, _, out) => run_plain(layer, given, (to, pyramid), out),
+    }
+}
+
+fn run_plain(
+    layer: &Layer,
+    given: Given<'_>,
+    (&Tensor { channels, level, .. }, pyramid): (&Tensor, &mut Pyramid),
+    out: &mut Stored,
+) {
+    let map = |id: &TensorId| given.map(*id);
+    let picture = |id: &TensorId| given.picture(*id);
+    match (layer, out) {
+        (Layer::Pool { input, .. }, out) => match (map(input), out) {
+            (Stored::F32(input), Stored::F32(out)) => reshape::pool(input, out),
+            (Stored::Bf16(input), Stored::Bf16(out)) => reshape::pool(input, out),
+            _ => unreachable!("{SAME}"),
+        },
+        (Layer::Warp { input, motion, .. }, out) => match (map(input), out) {
+            (Stored::F32(input), Stored::F32(out)) => warp(input, picture(motion), out),
+            (Stored::Bf16(input), Stored::Bf16(out)) => warp(input, picture(motion), out),
+            _ => unreachable!("{SAME}"),
+        },
+        (Layer::SpaceToDepth { input, .. }, Stored::F32(out)) => reshape::space_to_depth(picture(input), out),
+        (Layer::DepthToSpace { input, .. }, Stored::F32(out)) => reshape::depth_to_space(picture(input), out),
+        (Layer::Join { colour, weight, .. }, Stored::F32(out)) => {
+            reshape::join(picture(colour), picture(weight), out);
+        }
+        (Layer::Part { input, first, .. }, Stored::F32(out)) => {
+            reshape::part(picture(input), *first, channels, out);
+        }
+        (Layer::Spread { known, base, levels, .. }, Stored::F32(out)) => {
+            spread(given.known(*known), base.as_ref().map(picture), *levels, pyramid, out);
+        }
+        (Layer::Smooth { input, .. }, Stored::F32(out)) => smooth(picture(input), out),
+        (Layer::Blend { known, base, .. }, Stored::F32(out)) => {
+            blend(given.known(*known), picture(base), out);
+        }
+        (Layer::Doubt { known, prior, fresh, levels, .. }, Stored::F32(out)) => {
+            let expected = Expected { prior: picture(prior), fresh: picture(fresh) };
+            doubt(given.known(*known), &expected, [*levels, level], pyramid, out);
+        }
+        (Layer::Accumulate { known, before, share, fade, .. }, Stored::F32(out)) => {
+            accumulate(given.known(*known), picture(before), share.as_ref().map(picture), *fade, out);
+        }
+        (Layer::Reproject { input, motion, .. }, Stored::F32(out)) => {
+            points::reproject(picture(input), picture(motion), out);
+        }
+        (Layer::Splat { input, .. }, Stored::F32(out)) => points::splat(picture(input), out),
+        _ => unreachable!("pictures are stored as f32, and layers with weights are prepared"),
+    }
+}
+
+/// Why some pairs cannot be.
+pub const SAME: &str = "tensors of as many channels are stored alike";
+
+fn images<'a>(filter: &Filter, tensors: &'a [Stored]) -> Vec<Source<'a>> {
+    let source = |read: &Read| Source::new(&tensors[read.tensor.index()], read.resize);
+    filter.images.iter().map(|(read, _)| source(read)).collect()
+}
