@@ -27,6 +27,7 @@ pub mod screen;
 mod start_page;
 pub mod still;
 pub mod studio;
+pub mod surface;
 mod thumbnails;
 pub mod timeline;
 mod transfer_editor;

@@ -2,12 +2,13 @@
 
 use anyhow::{Context as _, Result, bail};
 use clap::Parser;
-use eframe::egui::{ColorImage, ScreenshotCallback, Ui, ViewportBuilder, ViewportCommand};
+use eframe::egui::{ColorImage, Context, ScreenshotCallback, Ui, ViewportBuilder, ViewportCommand};
 use fovolnet::core::{Frame, FrameSize};
 use fovolnet::io::image::{self, Alpha};
 use fovolnet::{RenderSettings, SpeedSettings, VolumeSettings};
 use fovolnet_viewer::places::Places;
 use fovolnet_viewer::screen::Screen;
+use fovolnet_viewer::surface::Surface;
 use fovolnet_viewer::{Start, Viewer};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -47,38 +48,63 @@ enum Theme {
 
 /// The window, and the picture that is to be taken of it.
 struct Window {
+    /// Dropped first: the viewer ends when its pictures are made.
+    surface: Option<Surface>,
     viewer: Viewer,
     screenshot: Option<Screenshot>,
+    outcome: Outcome,
 }
+
+/// What became of the picture of the window, or why there is no window any more.
+type Outcome = Arc<Mutex<Option<Result<()>>>>;
 
 /// A picture of the window.
 struct Screenshot {
     path: PathBuf,
     /// Frames that were shown since nothing changes any more.
     settled: u32,
-    outcome: Arc<Mutex<Option<Result<()>>>>,
 }
 
 /// Frames until everything that opens slowly is open.
 const SETTLED: u32 = 20;
 
 impl eframe::App for Window {
-    fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
+    fn logic(&mut self, _context: &Context, _frame: &mut eframe::Frame) {
+        if let Some(surface) = &mut self.surface {
+            surface.resume();
+        }
+    }
+
+    fn ui(&mut self, ui: &mut Ui, frame: &mut eframe::Frame) {
         self.viewer.show(ui);
+        self.take_screenshot(ui.ctx());
+        let mended = self.surface.as_mut().map(|surface| surface.mend(frame, ui.ctx()));
+        if let Some(Err(error)) = mended {
+            self.viewer.give_up();
+            end(&self.outcome, ui.ctx(), Err(error));
+        }
+    }
+}
+
+impl Window {
+    /// Has a picture taken when nothing changes any more, if one is wanted.
+    fn take_screenshot(&mut self, context: &Context) {
         let Some(screenshot) = &mut self.screenshot else { return };
-        let context = ui.ctx().clone();
         screenshot.settled = if self.viewer.is_settled() { screenshot.settled + 1 } else { 0 };
         if screenshot.settled == SETTLED {
-            let (path, outcome, wake) =
-                (screenshot.path.clone(), Arc::clone(&screenshot.outcome), context.clone());
-            let callback = ScreenshotCallback::new(move |picture| {
-                *outcome.lock().expect("nobody panics with it") = Some(write(&path, &picture));
-                wake.send_viewport_cmd(ViewportCommand::Close);
-            });
+            let (path, outcome, wake) = (screenshot.path.clone(), Arc::clone(&self.outcome), context.clone());
+            let callback =
+                ScreenshotCallback::new(move |picture| end(&outcome, &wake, write(&path, &picture)));
             context.send_viewport_cmd(ViewportCommand::Screenshot(callback));
         }
         context.request_repaint();
     }
+}
+
+/// Closes the window of `context`, and says why.
+fn end(outcome: &Outcome, context: &Context, why: Result<()>) {
+    *outcome.lock().expect("nobody panics with it") = Some(why);
+    context.send_viewport_cmd(ViewportCommand::Close);
 }
 
 fn write(path: &Path, picture: &ColorImage) -> Result<()> {
@@ -109,8 +135,8 @@ fn run(arguments: Arguments) -> Result<()> {
         speed: arguments.speed,
         screen: None,
     };
-    let outcome = Arc::new(Mutex::new(None));
-    let taken = Arc::clone(&outcome);
+    let outcome = Outcome::default();
+    let told = Arc::clone(&outcome);
     let wants_screenshot = arguments.screenshot.is_some();
     // What scripts look at does not depend on what somebody did before.
     let places = if wants_screenshot { Places::in_folder(None) } else { Places::of_user() };
@@ -120,24 +146,25 @@ fn run(arguments: Arguments) -> Result<()> {
         }
         let state = creation.wgpu_render_state.as_ref();
         start.screen = state.and_then(|state| Screen::of_window(state, &device));
+        let surface = start.screen.as_ref().map(|screen| Surface::of_window(screen, &creation.egui_ctx));
         let mut viewer = Viewer::new(&creation.egui_ctx, start, places)?;
         if let Some(theme) = arguments.theme {
             viewer.set_dark(theme == Theme::Dark);
         }
-        let screenshot = arguments.screenshot.map(|path| Screenshot { path, settled: 0, outcome: taken });
-        Ok(Box::new(Window { viewer, screenshot }) as Box<dyn eframe::App>)
+        let screenshot = arguments.screenshot.map(|path| Screenshot { path, settled: 0 });
+        Ok(Box::new(Window { surface, viewer, screenshot, outcome: told }) as Box<dyn eframe::App>)
     };
     eframe::run_native("fovolnet", options, Box::new(window))
         .map_err(|error| anyhow::anyhow!("{error}"))
         .context("no window can be opened; a display and a Vulkan, Metal or DirectX 12 driver are needed \
                   (on Debian: apt install mesa-vulkan-drivers libxkbcommon-x11-0), `fovolnet render` needs neither")?;
-    if wants_screenshot {
-        match outcome.lock().expect("nobody panics with it").take() {
-            Some(written) => written?,
-            None => bail!("the window was closed before the view was complete; no picture was taken"),
+    match outcome.lock().expect("nobody panics with it").take() {
+        Some(outcome) => outcome,
+        None if wants_screenshot => {
+            bail!("the window was closed before the view was complete; no picture was taken")
         }
+        None => Ok(()),
     }
-    Ok(())
 }
 
 fn main() -> ExitCode {

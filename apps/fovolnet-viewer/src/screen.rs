@@ -12,7 +12,8 @@ use std::sync::Arc;
 /// The environment variable by which a window shares its device with the pictures (`shared`), or not (`own`).
 pub const SCREEN_VARIABLE: &str = "FOVOLNET_SCREEN";
 
-/// The device that draws the window and makes the pictures: these never leave it.
+/// The device that draws the window and makes the pictures: these never leave it. The window needs a
+/// [`Surface`](crate::surface::Surface) then.
 ///
 /// Both wait for each other then. So only cards of their own are shared unless somebody says otherwise: they are done soon,
 /// and the way through the host, which other adapters have before them anyway, is long for them.

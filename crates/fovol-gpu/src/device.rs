@@ -1,3 +1,4 @@
+use crate::gate::{Gate, Pause};
 use crate::matrices::Matrices;
 use crate::pipeline_cache::PipelineCache;
 use crate::{GpuError, Result};
@@ -14,13 +15,14 @@ pub struct Gpu {
     /// What has been compiled, in this run or an earlier one.
     compiled: Option<Arc<PipelineCache>>,
     matrices: Option<Matrices>,
+    gate: Arc<Gate>,
 }
 
 impl Gpu {
     /// A device that someone else opened and lends. Its limits are those that it was opened with.
     pub fn shared(device: wgpu::Device, queue: wgpu::Queue) -> Self {
         let compiled = PipelineCache::of_user(&device).map(Arc::new);
-        Self { device, queue, fault: Arc::default(), compiled, matrices: None }
+        Self { device, queue, fault: Arc::default(), compiled, matrices: None, gate: Arc::default() }
     }
 
     /// This device, for which shaders may use cooperative matrices of this kind; `None` for none. It has to have been opened
@@ -47,7 +49,7 @@ impl Gpu {
         &self.device
     }
 
-    /// Its queue.
+    /// Its queue, to write with: what the device is to do goes through [`Self::submit`] and [`Self::enqueue`].
     pub fn queue(&self) -> &wgpu::Queue {
         &self.queue
     }
@@ -107,8 +109,21 @@ impl Gpu {
             let descriptor = wgpu::CommandEncoderDescriptor { label: Some(doing) };
             let mut encoder = self.device.create_command_encoder(&descriptor);
             let done = encode(&mut encoder)?;
-            Ok((done, self.queue.submit([encoder.finish()])))
+            Ok((done, self.enqueue([encoder.finish()])))
         })?
+    }
+
+    /// Has the device do `commands`, and what was written before. Waits while there is a [`Pause`].
+    pub fn enqueue(&self, commands: impl IntoIterator<Item = wgpu::CommandBuffer>) -> wgpu::SubmissionIndex {
+        self.gate.pass(|| self.queue.submit(commands))
+    }
+
+    /// Lets the device come to rest: from now on, until what this gives is dropped, it is given nothing to do by any clone of
+    /// this. What it has been given it still does.
+    ///
+    /// A window cannot be configured anew while somebody else submits to its device; this is how it gets its turn.
+    pub fn pause(&self) -> Pause {
+        Pause::of(&self.gate)
     }
 
     /// A buffer with `bytes`, to be bound as storage and read.

@@ -414,7 +414,7 @@ fn frames_of_the_device_need_no_host() {
         let input = DeviceInput { sparse: &sparse, motion: motion.as_ref() };
         network.encode(&mut encoder, input, &mut state).unwrap();
     }
-    GPU.queue().submit([encoder.finish()]);
+    GPU.enqueue([encoder.finish()]);
     assert_eq!(state.read_frame().unwrap(), expected);
     let pixels: Vec<[f32; 4]> = read(&GPU, state.frame_buffer(), size.pixels()).unwrap();
     assert_eq!(pixels, expected.pixels());

@@ -403,7 +403,7 @@ fn whatever_uses_a_frame_can_follow_in_the_same_submission() {
     let mut encoder = GPU.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     renderer.encode(&mut encoder, &mut buffers, &camera, Sampling::Full).unwrap();
     encoder.copy_buffer_to_buffer(buffers.frame(), 0, reader.frame(), 0, None);
-    GPU.queue().submit([encoder.finish()]);
+    GPU.enqueue([encoder.finish()]);
     assert_eq!(reader.read_frame().unwrap(), expected);
 }
 

@@ -42,9 +42,15 @@ impl Viewer {
         }
     }
 
+    /// The window can show nothing any more: it closes without a question. Unsaved work is offered at the next start.
+    pub fn give_up(&mut self) {
+        self.kept_at = f64::NEG_INFINITY;
+        self.is_lost = true;
+    }
+
     /// Does not let the window close over unsaved changes.
     pub(super) fn guard_close(&mut self, context: &Context) {
-        if !context.input(|input| input.viewport().close_requested()) {
+        if self.is_lost || !context.input(|input| input.viewport().close_requested()) {
             return;
         }
         let is_changed = self.opened.as_ref().is_some_and(|opened| opened.document.is_changed());

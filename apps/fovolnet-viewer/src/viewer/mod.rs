@@ -92,6 +92,7 @@ pub struct Viewer {
     kept_at: f64,
     kept: Option<Session>,
     may_quit: bool,
+    is_lost: bool,
 }
 
 impl Viewer {
@@ -129,6 +130,7 @@ impl Viewer {
             kept_at: 0.0,
             kept: None,
             may_quit: false,
+            is_lost: false,
         };
         if let Some(source) = start.source {
             viewer.open(context, &source, start.read, start.render);

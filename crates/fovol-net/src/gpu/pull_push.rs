@@ -140,7 +140,7 @@ impl PullPush {
             let descriptor = wgpu::CommandEncoderDescriptor { label: Some("filling") };
             let mut encoder = self.gpu.device().create_command_encoder(&descriptor);
             self.encode(&mut encoder, &upload)?;
-            self.gpu.queue().submit([encoder.finish()]);
+            self.gpu.enqueue([encoder.finish()]);
             Ok::<_, Error>(())
         })??;
         let pixels = read(&self.gpu, &self.filled, self.size.pixels())?;

@@ -240,7 +240,7 @@ impl State {
             let mut encoder = network.gpu.device().create_command_encoder(&descriptor);
             let input = DeviceInput { sparse: &sparse, motion: input.motion.map(|_| &motion) };
             self.encode(&mut encoder, input)?;
-            network.gpu.queue().submit([encoder.finish()]);
+            network.gpu.enqueue([encoder.finish()]);
             Ok::<_, Error>(())
         })??;
         self.read_frame()

@@ -74,7 +74,7 @@ mod tests {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             stages.compact.dispatch(&mut pass, &buffers.groups.compact, mask.size());
             drop(pass);
-            gpu.queue().submit([encoder.finish()]);
+            gpu.enqueue([encoder.finish()]);
         })
         .unwrap();
         buffers.read_list().unwrap()

@@ -66,7 +66,7 @@ impl ShadowGridPass {
                 let [x, y, z] = threads.map(|n| n.div_ceil(GROUP));
                 pass.dispatch_workgroups(x, y, z);
                 drop(pass);
-                gpu.queue().submit([encoder.finish()]);
+                gpu.enqueue([encoder.finish()]);
             }
             grid
         })

@@ -160,6 +160,6 @@ fn upload<T: Pod + Send>(
         });
         write_slices(gpu, texture, first, bytemuck::cast_slice(slab));
         // What is staged is freed as soon as a submission has used it.
-        gpu.queue().submit([]);
+        gpu.enqueue([]);
     }
 }
