@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use std::sync::{Mutex, PoisonError};
 
 /// Output rows that are made at once.
-const ROWS: usize = 8;
+const ROWS: usize = 4;
 /// Output rows that one task makes at least; the first convolution makes two more of them.
 const FEWEST: usize = 48;
 /// Rows between the convolutions that are made beyond those that are asked for: the second looks at one, and as they are

@@ -279,11 +279,12 @@ impl Walk<'_> {
     fn run(mut self) -> Plan {
         let config = self.config;
         let colour = self.builder.colour();
-        let Filled { picture: filled, weights: mask, fresh } =
-            if config.prefill { self.filled() } else { self.sparse() };
+        // First, so that the last picture's memory is free for what follows.
         let wants_last = config.history.is_some() || config.feedback != Feedback::None;
         let last = wants_last.then(|| self.builder.state("output", 3, 0));
         let history = last.map(|last| self.reprojected(last));
+        let Filled { picture: filled, weights: mask, fresh } =
+            if config.prefill { self.filled() } else { self.sparse() };
         let inputs = [Some(filled), mask, fresh, history.filter(|_| config.feedback != Feedback::None)];
         let direct = self.direct(&inputs.into_iter().flatten().collect::<Vec<_>>());
         let more = [(history, config.history), (Some(filled), config.filled), (fresh, config.fresh)];
