@@ -2,12 +2,14 @@
 
 use super::doubled::{DoubledRow, doubled};
 use super::map::Map;
+use super::points::{Row, RowMut};
 use super::pyramid::{Known, KnownRows, Pyramid, divided};
 use super::samples::KnownPixels;
 use super::simd::{Simd, Work};
 use crate::plan::{DOUBT_ALLOWED, DOUBT_EPSILON, DOUBT_SHARE, POINT};
 use glam::Vec4;
 use rayon::prelude::*;
+use std::array::from_fn;
 
 /// Two pictures of half the resolution that samples are compared with.
 #[derive(Debug, Clone, Copy)]
@@ -97,29 +99,35 @@ fn mean_square([r, g, b, w]: &Known, expected: &[f32; 4]) -> f32 {
 /// Writes `known` to `out`, and as far as it is not known what was known `before`, times `fade` and times `share`, which
 /// is of some lower resolution and interpolated. Where these were points, new ones lie at the centres of their pixels.
 pub fn accumulate(known: KnownPixels<'_>, before: &Map, share: Option<&Map>, fade: f32, out: &mut Map) {
-    match before.channels {
-        POINT => accumulate_as::<POINT>(known, before, share, fade, out),
-        _ => accumulate_as::<4>(known, before, share, fade, out),
-    }
-}
-
-/// The same of `N` numbers a pixel, the first four of which are what is known.
-fn accumulate_as<const N: usize>(
-    known: KnownPixels<'_>,
-    before: &Map,
-    share: Option<&Map>,
-    fade: f32,
-    out: &mut Map,
-) {
     let [height, width] = known.size();
-    out.resize([height, width, N]);
-    out.data.par_chunks_mut(N * width).enumerate().for_each_init(Vec::new, |shares, (y, to)| {
+    let channels = before.channels;
+    out.resize([height, width, channels]);
+    out.data.par_chunks_mut(channels * width).enumerate().for_each_init(Vec::new, |shares, (y, to)| {
         shares.resize(width, 0.0);
         match share {
             None => shares.fill(1.0),
             Some(share) => scaled_row(share, height / share.height, y, shares),
         }
-        let (before, to) = (before.row(y).as_chunks::<N>().0, to.as_chunks_mut::<N>().0);
+        let row = Fading { known, y, shares, fade };
+        match channels {
+            POINT => row.points(before, RowMut::of(to)),
+            _ => row.pixels(before, to.as_chunks_mut().0),
+        }
+    });
+}
+
+/// What becomes of a row.
+struct Fading<'a> {
+    known: KnownPixels<'a>,
+    y: usize,
+    shares: &'a [f32],
+    fade: f32,
+}
+
+impl Fading<'_> {
+    fn pixels(self, before: &Map, to: &mut [Known]) {
+        let Self { known, y, shares, fade } = self;
+        let before = before.row(y).as_chunks().0;
         match known {
             KnownPixels::All(known) => {
                 let known = known.row(y).as_chunks().0;
@@ -127,32 +135,65 @@ fn accumulate_as<const N: usize>(
             }
             KnownPixels::Samples(samples) => {
                 Simd::best().vectorised(FadeRow { before, shares, fade, to: &mut *to });
+                samples.row(y).iter().for_each(|sample| to[sample.x as usize] = sample.known().to_array());
+            }
+        }
+    }
+
+    fn points(self, before: &Map, mut to: RowMut<'_>) {
+        let Self { known, y, shares, fade } = self;
+        let before = Row::of(before, y);
+        match known {
+            KnownPixels::All(known) => {
+                let known = known.row(y).as_chunks().0;
+                Simd::best().vectorised(AccumulatePoints { known, before, shares, fade, to });
+            }
+            KnownPixels::Samples(samples) => {
+                Simd::best().vectorised(FadePoints { before, shares, fade, to: &mut to });
                 for sample in samples.row(y) {
-                    let to = &mut to[sample.x as usize];
-                    *to = [0.0; N];
-                    to[..4].copy_from_slice(&sample.known().to_array());
+                    let [r, g, b, w] = sample.known().to_array();
+                    to.set(sample.x as usize, [r, g, b, w, 0.0, 0.0]);
                 }
             }
         }
-    });
+    }
 }
 
 /// A row of which nothing new is known.
-struct FadeRow<'a, const N: usize> {
-    before: &'a [[f32; N]],
+struct FadeRow<'a> {
+    before: &'a [Known],
     shares: &'a [f32],
     fade: f32,
-    to: &'a mut [[f32; N]],
+    to: &'a mut [Known],
 }
 
-impl<const N: usize> Work for FadeRow<'_, N> {
+impl Work for FadeRow<'_> {
     #[inline(always)]
     fn run(self) {
         for (to, (before, share)) in self.to.iter_mut().zip(self.before.iter().zip(self.shares)) {
-            *to = *before;
-            let faded = Vec4::from_slice(before) * (self.fade * share);
-            to[..4].copy_from_slice(&faded.to_array());
+            *to = (Vec4::from_array(*before) * (self.fade * share)).to_array();
         }
+    }
+}
+
+/// The same of points.
+struct FadePoints<'a, 'b> {
+    before: Row<'a>,
+    shares: &'a [f32],
+    fade: f32,
+    to: &'a mut RowMut<'b>,
+}
+
+impl Work for FadePoints<'_, '_> {
+    #[inline(always)]
+    fn run(self) {
+        let Self { before, shares, fade, to } = self;
+        for n in 0..4 {
+            for ((to, before), share) in to.numbers(n).iter_mut().zip(before.numbers(n)).zip(shares) {
+                *to = before * (fade * share);
+            }
+        }
+        (4..POINT).for_each(|n| to.numbers(n).copy_from_slice(before.numbers(n)));
     }
 }
 
@@ -177,26 +218,43 @@ fn scaled_row(map: &Map, scale: usize, y: usize, to: &mut [f32]) {
     }
 }
 
-struct AccumulateRow<'a, const N: usize> {
+struct AccumulateRow<'a> {
     known: &'a [Known],
-    before: &'a [[f32; N]],
+    before: &'a [Known],
     shares: &'a [f32],
     fade: f32,
-    to: &'a mut [[f32; N]],
+    to: &'a mut [Known],
 }
 
-impl<const N: usize> Work for AccumulateRow<'_, N> {
+impl Work for AccumulateRow<'_> {
     #[inline(always)]
     fn run(self) {
         let pixels = self.to.iter_mut().zip(self.known).zip(self.before.iter().zip(self.shares));
         for ((to, known), (before, share)) in pixels {
-            let open = 1.0 - known[3];
-            let factor = open * (self.fade * share);
-            for c in 0..4 {
-                to[c] = known[c] + factor * before[c];
-            }
-            for c in 4..N {
-                to[c] = open * before[c];
+            let factor = (1.0 - known[3]) * (self.fade * share);
+            *to = from_fn(|c| known[c] + factor * before[c]);
+        }
+    }
+}
+
+/// The same of points.
+struct AccumulatePoints<'a> {
+    known: &'a [Known],
+    before: Row<'a>,
+    shares: &'a [f32],
+    fade: f32,
+    to: RowMut<'a>,
+}
+
+impl Work for AccumulatePoints<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let Self { known, before, shares, fade, mut to } = self;
+        for n in 0..POINT {
+            let numbers = to.numbers(n).iter_mut().zip(before.numbers(n));
+            for ((to, before), (known, share)) in numbers.zip(known.iter().zip(shares)) {
+                let open = 1.0 - known[3];
+                *to = if n < 4 { known[n] + open * (fade * share) * before } else { open * before };
             }
         }
     }

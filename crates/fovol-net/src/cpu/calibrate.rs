@@ -15,7 +15,7 @@ pub fn calibrate(weights: &mut Weights, clips: &[Vec<FrameInput<'_>>]) -> Result
         return Err(Error::Config("calibration needs at least one clip, and each a frame".into()));
     }
     let plan = weights.config.plan().map_err(Error::Config)?;
-    let network = Network::new(plan, weights, Simd::best(), Precision::F32)?.layer_by_layer();
+    let network = Network::layer_by_layer(plan, weights, Simd::best(), Precision::F32)?;
     let mut most = vec![0.0f32; network.plan().tensors().len()];
     let inputs = network.plan().inputs();
     for id in [Some(inputs.colour), inputs.mask].into_iter().flatten() {

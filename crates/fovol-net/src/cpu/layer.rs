@@ -6,17 +6,17 @@ use super::element::Element;
 use super::filter::PreparedFilter;
 use super::map::{Map, Stored, with_map};
 use super::norm::normalise;
-use super::patch::Source;
 use super::points;
 use super::precision::Choice;
 use super::pyramid::Pyramid;
 use super::reshape;
 use super::samples::{KnownPixels, Samples};
+use super::schedule::Schedule;
 use super::simd::Simd;
 use super::spread::{blend, smooth, spread};
 use super::warp::warp;
 use crate::Result;
-use crate::plan::{Activation, Filter, Layer, Plan, Read, Tensor, TensorId};
+use crate::plan::{Activation, Layer, Plan, Tensor, TensorId};
 use crate::weights::Weights;
 
 /// A layer with what it needs beyond the plan.
@@ -34,22 +34,21 @@ pub enum Step {
 }
 
 impl Step {
-    /// What `layer` of `plan` needs, as exact as `choice` says.
+    /// What layer `number` of `plan` needs, as exact as `choice` says and made as `schedule` says.
     ///
     /// # Errors
     /// Weights that are missing.
     pub fn new(
-        plan: &Plan,
-        layer: &Layer,
+        (plan, number): (&Plan, usize),
         weights: &Weights,
         simd: Simd,
-        choice: &Choice<'_>,
+        (choice, schedule): (&Choice<'_>, &Schedule),
     ) -> Result<Self> {
         let pair = |name: &str| -> Result<(&[f32], &[f32])> {
             Ok((weights.values(&format!("{name}.weight"))?, weights.values(&format!("{name}.bias"))?))
         };
         let channels = |id: TensorId| plan.tensor(id).channels;
-        Ok(match layer {
+        Ok(match &plan.layers()[number] {
             Layer::Conv(conv) => {
                 let (weight, bias) = pair(&conv.name)?;
                 let shape = ConvShape {
@@ -64,7 +63,11 @@ impl Step {
             }
             Layer::Filter(filter) => {
                 let arithmetic = choice.exact(std::iter::once(filter.features));
-                Self::Filter(Box::new(PreparedFilter::new(filter, pair(&filter.name)?, simd, arithmetic)))
+                let predicted = schedule.additions[number].map(|addition| &plan.layers()[addition.predicted]);
+                let addition = predicted.map(|layer| pair(layer.name())).transpose()?;
+                let parameters = pair(&filter.name)?;
+                let prepared = PreparedFilter::new(filter, parameters, addition, simd, arithmetic);
+                Self::Filter(Box::new(prepared))
             }
             Layer::Norm(norm) => {
                 let (weight, bias) = pair(&norm.name)?;
@@ -110,9 +113,6 @@ pub fn run(
     out: &mut Stored,
 ) {
     match (layer, step, out) {
-        (Layer::Filter(filter), Step::Filter(prepared), Stored::F32(out)) => {
-            prepared.run(given.map(filter.features), &images(filter, given.tensors), out);
-        }
         (Layer::Norm(norm), Step::Norm { weight, bias, activation }, out) => {
             let mut map = given.map(norm.input).to_f32();
             normalise(&mut map, weight, bias, *activation);
@@ -176,8 +176,3 @@ fn run_plain(
 
 /// Why some pairs cannot be.
 pub const SAME: &str = "tensors of as many channels are stored alike";
-
-fn images<'a>(filter: &Filter, tensors: &'a [Stored]) -> Vec<Source<'a>> {
-    let source = |read: &Read| Source::new(&tensors[read.tensor.index()], read.resize);
-    filter.images.iter().map(|(read, _)| source(read)).collect()
-}

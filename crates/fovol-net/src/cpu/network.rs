@@ -5,11 +5,12 @@ use super::map::{Map, Stored, with_map};
 use super::numbers::Numbers;
 use super::pair::{Pair, Pool};
 use super::patch::{Access, Source};
+use super::points;
 use super::pointwise::{Change, change};
 use super::precision::{Choice, Precision};
 use super::reshape;
 use super::samples::{Samples, colour, is_sampled};
-use super::schedule::{Derived, Pairing, Schedule, is_input};
+use super::schedule::{Addition, Derived, Pairing, Schedule, is_input};
 use super::simd::Simd;
 use super::state::{State, padded};
 use crate::plan::{Layer, Plan, Read, TensorId};
@@ -53,6 +54,11 @@ enum Unit {
     Pair(usize, Pairing),
     /// Those that change one picture.
     Changes(Range<usize>),
+    /// A predicted kernel and what changes its picture from layer `changes` on.
+    Filter {
+        layers: Range<usize>,
+        changes: usize,
+    },
 }
 
 impl Unit {
@@ -61,7 +67,7 @@ impl Unit {
         match *self {
             Self::One(number) => number..number + 1,
             Self::Pair(number, _) => number..number + 2,
-            Self::Changes(ref layers) => layers.clone(),
+            Self::Changes(ref layers) | Self::Filter { ref layers, .. } => layers.clone(),
         }
     }
 }
@@ -79,24 +85,35 @@ impl Network {
     /// # Errors
     /// Weights that do not fit the plan, or lack what the precision needs.
     pub fn new(plan: Plan, weights: &Weights, simd: Simd, precision: Precision) -> Result<Self> {
+        let ways = [Derived::Folded, Derived::Unfolded, Derived::Pooled];
+        let schedule = |plan: &Plan, halved: &[bool]| Schedule::new(plan, halved, &ways);
+        Self::scheduled(plan, weights, (simd, precision), schedule)
+    }
+
+    /// [`Self::new`] with every tensor of the plan written on its own, for those who want to see them.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn layer_by_layer(plan: Plan, weights: &Weights, simd: Simd, precision: Precision) -> Result<Self> {
+        Self::scheduled(plan, weights, (simd, precision), |plan, _| Schedule::layer_by_layer(plan))
+    }
+
+    fn scheduled(
+        plan: Plan,
+        weights: &Weights,
+        (simd, precision): (Simd, Precision),
+        schedule: impl FnOnce(&Plan, &[bool]) -> Schedule,
+    ) -> Result<Self> {
         weights.check(&plan)?;
         let precision = precision.on(simd);
         let choice = Choice::new(&plan, weights, precision, simd)?;
-        let layers = plan.layers().iter();
-        let steps =
-            layers.map(|layer| Step::new(&plan, layer, weights, simd, &choice)).collect::<Result<_>>()?;
         let halved: Vec<bool> = (0..plan.tensors().len()).map(|at| choice.is_halved(TensorId(at))).collect();
-        let schedule = Schedule::new(&plan, &halved, &[Derived::Folded, Derived::Unfolded, Derived::Pooled]);
+        let schedule = schedule(&plan, &halved);
+        let step = |number| Step::new((&plan, number), weights, simd, (&choice, &schedule));
+        let steps = (0..plan.layers().len()).map(step).collect::<Result<_>>()?;
         let id = NEXT.fetch_add(1, Ordering::Relaxed);
         let pool = Pool::default();
         Ok(Self { plan, steps, schedule, halved, simd, precision, pool, id })
-    }
-
-    /// The same with every tensor of the plan written on its own, for those who want to see them.
-    #[must_use]
-    pub fn layer_by_layer(mut self) -> Self {
-        self.schedule = Schedule::layer_by_layer(&self.plan);
-        self
     }
 
     /// The plan it was made from.
@@ -134,10 +151,13 @@ impl Network {
             return Err(Error::State(problem));
         }
         let mut moved = self.state(size);
-        let tensors = self.plan.states().iter().map(|state| self.plan.tensor(state.previous));
-        for ((tensor, from), to) in tensors.zip(&state.carried).zip(&mut moved.carried) {
-            let by = by.map(|way| way >> tensor.level);
+        let tensors = self.plan.states().iter().map(|state| state.previous);
+        for ((id, from), to) in tensors.zip(&state.carried).zip(&mut moved.carried) {
+            let by = by.map(|way| way >> self.plan.tensor(id).level);
             match (from, to) {
+                (Stored::F32(from), Stored::F32(to)) if self.schedule.points.contains(&id) => {
+                    points::shift(from, by, to);
+                }
                 (Stored::F32(from), Stored::F32(to)) => reshape::shift(from, by, to),
                 (Stored::Bf16(from), Stored::Bf16(to)) => reshape::shift(from, by, to),
                 _ => unreachable!("{SAME}"),
@@ -188,13 +208,16 @@ impl Network {
                 Unit::One(number) => self.run_one(number, &mut tensors, state),
                 Unit::Pair(number, pairing) => self.run_pair(number, pairing, &mut tensors, state),
                 Unit::Changes(layers) => self.run_changes(layers, &mut tensors, state),
+                Unit::Filter { layers, changes } => {
+                    self.run_filter(layers.start, changes..layers.end, &mut tensors, state);
+                }
             }
             observe(layers.clone(), &tensors[self.written(&layers)], started.elapsed());
             for id in self.schedule.finished[layers].iter().flatten() {
                 state.spare.put(std::mem::take(&mut tensors[id.index()]));
             }
         }
-        let frame = cropped(tensors[self.plan.output().index()].picture(), size);
+        let frame = cropped(tensors[self.schedule.shown.index()].picture(), size);
         self.carry(&mut tensors, state);
         Ok(frame)
     }
@@ -210,15 +233,31 @@ impl Network {
                 continue;
             }
             let pairing = self.schedule.pairs[number].filter(|_| self.numbers(first, size) > SMALL);
-            let unit = match (pairing, self.schedule.changes[number]) {
-                (Some(pairing), _) => Unit::Pair(number, pairing),
-                (None, 0) => Unit::One(number),
-                (None, count) => Unit::Changes(number..number + count),
+            let unit = match (&self.plan.layers()[number], pairing, self.schedule.changes[number]) {
+                (Layer::Filter(_), ..) => self.filter_unit(number),
+                (_, Some(pairing), _) => Unit::Pair(number, pairing),
+                (_, None, 0) => Unit::One(number),
+                (_, None, count) => Unit::Changes(number..number + count),
             };
             number = unit.layers().end;
             units.push(unit);
         }
         units
+    }
+
+    /// The predicted kernel in layer `number` with whatever only changes its picture.
+    fn filter_unit(&self, number: usize) -> Unit {
+        let Schedule { additions, changes, .. } = &self.schedule;
+        if let Some(Addition { added, .. }) = additions[number] {
+            return Unit::Filter { layers: number..added + changes[added], changes: added + 1 };
+        }
+        let out = self.plan.layers()[number].output();
+        let goes_on =
+            self.plan.layers().get(number + 1).is_some_and(|next| {
+                next.changed() == Some(out) && self.schedule.is_free(number + 1, next, out)
+            });
+        let count = if goes_on { changes[number + 1] } else { 0 };
+        Unit::Filter { layers: number..number + 1 + count, changes: number + 1 }
     }
 
     /// The tensor that the last of `layers` writes.
@@ -262,7 +301,7 @@ impl Network {
     /// The tensor in whose place `unit` writes another one.
     fn written_over(&self, unit: &Unit) -> Option<usize> {
         match unit {
-            Unit::One(_) => None,
+            Unit::One(_) | Unit::Filter { .. } => None,
             Unit::Pair(number, pairing) => match &self.plan.layers()[*number] {
                 Layer::Conv(conv) => pairing.replaced.map(|input| conv.inputs[input].tensor.index()),
                 _ => None,
@@ -291,6 +330,22 @@ impl Network {
             }
         }
         tensors[place] = out;
+    }
+
+    /// Runs the predicted kernel in layer `number`, and `changes` of its picture.
+    fn run_filter(&self, number: usize, changes: Range<usize>, tensors: &mut [Stored], state: &mut State) {
+        let layers = &self.plan.layers()[..changes.end];
+        let (Layer::Filter(filter), Step::Filter(prepared)) = (&layers[number], &self.steps[number]) else {
+            unreachable!("filters are prepared")
+        };
+        let place = layers.last().expect("there is the filter").output().index();
+        let mut out = state.spare.map(place);
+        let images: Vec<_> = filter.images.iter().map(|(read, _)| *read).collect();
+        let images = self.sources(&images, tensors);
+        let given = self.given(tensors, &state.samples);
+        let changes: Vec<_> = layers[changes].iter().map(|layer| self.change(layer, given)).collect();
+        prepared.run(&tensors[filter.features.index()], &images, &changes, &mut out);
+        tensors[place] = Stored::F32(out);
     }
 
     /// Whether tensor `place` is never written, because the samples will do.

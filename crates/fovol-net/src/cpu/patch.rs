@@ -4,7 +4,7 @@
 use super::element::Element;
 use super::lines::Lines;
 use super::map::{Stored, with_map};
-use super::pack::{Channels, Pack, Singles, To};
+use super::pack::{Channels, Pack, To};
 use super::simd::{Simd, Work};
 use crate::plan::{Padding, Resize};
 use bytemuck::cast_slice_mut;
@@ -331,25 +331,8 @@ impl Window {
     }
 }
 
-/// Writes the `window` of `sources`, concatenated along the channels, to `patch`.
-pub fn assemble(
-    sources: &[Source<'_>],
-    padding: Padding,
-    window: Window,
-    patch: &mut Vec<f32>,
-    (simd, memory): (Simd, &mut Memory),
-) {
-    let channels: usize = sources.iter().map(|source| source.channels()).sum();
-    patch.resize(window.rows * window.columns * channels, 0.0);
-    for (row, out) in patch.chunks_mut(window.columns * channels).enumerate() {
-        if !window.row(sources, padding, row, (Singles, &mut *out, channels), (simd, memory)) {
-            out.fill(0.0);
-        }
-    }
-}
-
-/// As [`assemble`], in 32-bit words of whatever kernels multiply; pixels begin at whole words, and some zeros follow that
-/// kernels may read.
+/// A window of concatenated sources in 32-bit words of whatever kernels multiply; pixels begin at whole words, and some zeros
+/// follow that kernels may read.
 #[derive(Debug, Default)]
 pub struct Patch {
     /// The words.

@@ -1,32 +1,111 @@
 //! Samples of earlier frames as points, each with its place in its pixel.
+//!
+//! In a row of points each of their numbers has its own stretch: the colours of all pixels, their weights, and where they
+//! lie. So neighbouring pixels are neighbouring numbers of vectors.
 
 use super::map::Map;
 use super::pyramid::{Known, KnownRows};
 use super::simd::{Simd, Work};
 use crate::plan::POINT;
-use glam::Vec4;
+use glam::{Mat4, Vec4};
 use rayon::prelude::*;
+use std::array::from_fn;
 
 /// What is known of a pixel of earlier frames, and how far right of and below its centre.
-pub type Point = [f32; POINT];
+type Point = [f32; POINT];
 
 /// Nothing.
 const NONE: Point = [0.0; POINT];
 
-#[inline(always)]
-fn known([r, g, b, w, ..]: &Point) -> Vec4 {
-    Vec4::new(*r, *g, *b, *w)
+/// Pixels that are done at once: the numbers of a vector.
+const LANES: usize = 4;
+
+/// The numbers of the points of a row.
+#[derive(Debug, Clone, Copy)]
+pub struct Row<'a>([&'a [f32]; POINT]);
+
+/// The same, to be written.
+#[derive(Debug)]
+pub struct RowMut<'a>([&'a mut [f32]; POINT]);
+
+impl<'a> Row<'a> {
+    /// Row `y` of `map`.
+    #[inline(always)]
+    pub fn of(map: &'a Map, y: usize) -> Self {
+        let (row, w) = (map.row(y), map.width);
+        Self([
+            &row[..w],
+            &row[w..2 * w],
+            &row[2 * w..3 * w],
+            &row[3 * w..4 * w],
+            &row[4 * w..5 * w],
+            &row[5 * w..6 * w],
+        ])
+    }
+
+    /// Number `n` of all points.
+    #[inline(always)]
+    pub fn numbers(&self, n: usize) -> &'a [f32] {
+        self.0[n]
+    }
+
+    /// The point of pixel `x`.
+    #[inline(always)]
+    fn point(&self, x: usize) -> Point {
+        self.0.map(|numbers| numbers[x])
+    }
+
+    /// The numbers of `N` points from pixel `x` on.
+    ///
+    /// Without closures, here and in what else is done for every pixel: they are functions of their own, compiled for every
+    /// processor, if the compiler happens not to put them where they are called.
+    #[inline(always)]
+    fn windows<const N: usize>(&self, x: usize) -> [&'a [f32; N]; POINT] {
+        let [r, g, b, w, right, down] = self.0;
+        [window(r, x), window(g, x), window(b, x), window(w, x), window(right, x), window(down, x)]
+    }
 }
 
+/// `N` of some numbers from `x` on.
 #[inline(always)]
-fn point(known: Vec4, [x, y]: [f32; 2]) -> Point {
-    let [r, g, b, w] = known.to_array();
-    [r, g, b, w, x, y]
+fn window<const N: usize>(numbers: &[f32], x: usize) -> &[f32; N] {
+    match numbers[x..].first_chunk() {
+        Some(window) => window,
+        None => panic!("fewer than {N} pixels lie right of column {x}"),
+    }
 }
 
-/// The points of row `y` of `map`.
-pub fn row(map: &Map, y: usize) -> &[Point] {
-    map.row(y).as_chunks().0
+/// Numbers of a window from `first` on.
+#[inline(always)]
+fn lanes(window: &[f32], first: usize) -> Vec4 {
+    Vec4::from_slice(&window[first..first + LANES])
+}
+
+impl<'a> RowMut<'a> {
+    /// Those of a `row` of a map.
+    #[inline(always)]
+    pub fn of(row: &'a mut [f32]) -> Self {
+        let mut stretches = row.chunks_exact_mut(row.len() / POINT);
+        Self(from_fn(|_| stretches.next().unwrap_or_default()))
+    }
+
+    /// Number `n` of all points.
+    #[inline(always)]
+    pub fn numbers(&mut self, n: usize) -> &mut [f32] {
+        self.0[n]
+    }
+
+    /// Makes `point` that of pixel `x`.
+    #[inline(always)]
+    pub fn set(&mut self, x: usize, point: Point) {
+        self.0.iter_mut().zip(point).for_each(|(numbers, number)| numbers[x] = number);
+    }
+
+    /// Makes `lanes` number `n` of the points from pixel `x` on.
+    #[inline(always)]
+    fn set_lanes(&mut self, n: usize, x: usize, lanes: Vec4) {
+        lanes.write_to_slice(&mut self.0[n][x..x + LANES]);
+    }
 }
 
 /// Writes to `out` the points of `input` where `motion`, in pixels to the previous position, takes them (see
@@ -35,8 +114,8 @@ pub fn reproject(input: &Map, motion: &Map, out: &mut Map) {
     let [height, width] = [input.height, input.width];
     out.resize([height, width, POINT]);
     out.data.par_chunks_mut(width * POINT).enumerate().for_each(|(y, to)| {
-        let (motion, to) = (motion.row(y).as_chunks().0, to.as_chunks_mut().0);
-        Simd::best().vectorised(ReprojectRow { input, motion, y, to });
+        let motion = motion.row(y).as_chunks().0;
+        Simd::best().vectorised(ReprojectRow { input, motion, y, to: RowMut::of(to) });
     });
 }
 
@@ -44,107 +123,218 @@ struct ReprojectRow<'a> {
     input: &'a Map,
     motion: &'a [[f32; 2]],
     y: usize,
-    to: &'a mut [Point],
+    to: RowMut<'a>,
 }
 
 impl Work for ReprojectRow<'_> {
     #[inline(always)]
-    fn run(self) {
-        let Self { input, motion, y, to } = self;
-        let points = input.data.as_chunks().0;
-        let limits = [input.width as f32, input.height as f32];
-        for (x, (to, motion)) in to.iter_mut().zip(motion).enumerate() {
-            let whole = motion.map(f32::floor);
-            let [left, above] = [x as f32 + whole[0], y as f32 + whole[1]];
-            // Also where the motion is no number.
-            if !(left >= -1.0 && left < limits[0] && above >= -1.0 && above < limits[1]) {
-                *to = NONE;
-                continue;
+    fn run(mut self) {
+        let (fours, rest) = self.motion.as_chunks();
+        for (number, motion) in fours.iter().enumerate() {
+            let first = number * LANES;
+            let motion = Moved::new(motion);
+            match motion.corner([self.y, first], [self.input.height, self.input.width]) {
+                Some(corner) => self.lanes(first, corner, motion.part),
+                None => (first..first + LANES).for_each(|x| self.pixel(x)),
             }
-            let part = [motion[0] - whole[0], motion[1] - whole[1]];
-            *to = met(points, [input.height, input.width], [above as isize, left as isize], part);
         }
+        let width = self.motion.len();
+        (width - rest.len()..width).for_each(|x| self.pixel(x));
     }
 }
 
-/// The mean of those of the four `points` from row and column `first` on that lie in the square of a pixel's size around
-/// `part` of the way from the first to the last, with the largest of their weights. Their places are counted from there.
+/// How far pixels side by side have moved, right and down.
+struct Moved {
+    /// Whole pixels.
+    whole: [Vec4; 2],
+    /// What is left.
+    part: [Vec4; 2],
+}
+
+impl Moved {
+    #[inline(always)]
+    fn new([a, b, c, d]: &[[f32; 2]; LANES]) -> Self {
+        let motion = [Vec4::new(a[0], b[0], c[0], d[0]), Vec4::new(a[1], b[1], c[1], d[1])];
+        let whole = [motion[0].floor(), motion[1].floor()];
+        Self { whole, part: [motion[0] - whole[0], motion[1] - whole[1]] }
+    }
+
+    /// The row and the column that pixels from row and column `first` on take points from, one after the other, if all of
+    /// them have moved as many whole pixels, and they and the pixels beside and below them are inside.
+    #[inline(always)]
+    fn corner(&self, [y, x]: [usize; 2], [height, width]: [usize; 2]) -> Option<[usize; 2]> {
+        let [right, down] = [self.whole[0].x, self.whole[1].x];
+        let is_alike = self.whole[0] == Vec4::splat(right) && self.whole[1] == Vec4::splat(down);
+        let [left, above] = [x as f32 + right, y as f32 + down];
+        let is_inside = left >= 0.0
+            && left + (LANES as f32) < width as f32
+            && above >= 0.0
+            && above + 1.0 < height as f32;
+        (is_alike && is_inside).then_some([above as usize, left as usize])
+    }
+}
+
+impl ReprojectRow<'_> {
+    /// Makes the pixels from `first` on of the points from `corner` on.
+    #[inline(always)]
+    fn lanes(&mut self, first: usize, [above, left]: [usize; 2], part: [Vec4; 2]) {
+        let (mut colours, mut places) = ([Vec4::ZERO; 4], [Vec4::ZERO; 2]);
+        let mut largest = Vec4::ZERO;
+        for down in 0..2 {
+            let points = Row::of(self.input, above + down).windows::<{ LANES + 1 }>(left);
+            for right in 0..2 {
+                let x = lanes(points[4], right) + (Vec4::splat(right as f32) - part[0]);
+                let y = lanes(points[5], right) + (Vec4::splat(down as f32) - part[1]);
+                let [low, high] = [Vec4::splat(-0.5), Vec4::splat(0.5)];
+                let is_met = x.cmpge(low) & x.cmplt(high) & y.cmpge(low) & y.cmplt(high);
+                let weight = Vec4::select(is_met, lanes(points[3], right), Vec4::ZERO);
+                for n in 0..3 {
+                    colours[n] += Vec4::select(is_met, lanes(points[n], right), Vec4::ZERO);
+                }
+                colours[3] += weight;
+                places[0] += weight * x;
+                places[1] += weight * y;
+                largest = largest.max(weight);
+            }
+        }
+        let factor = Vec4::ONE / colours[3].max(Vec4::splat(f32::MIN_POSITIVE));
+        let scale = largest * factor;
+        for n in 0..4 {
+            self.to.set_lanes(n, first, colours[n] * scale);
+        }
+        for n in 0..2 {
+            self.to.set_lanes(4 + n, first, places[n] * factor);
+        }
+    }
+
+    /// Makes pixel `x`.
+    fn pixel(&mut self, x: usize) {
+        let motion = self.motion[x];
+        let whole = motion.map(f32::floor);
+        let first = [self.y as f32 + whole[1], x as f32 + whole[0]];
+        let [height, width] = [self.input.height, self.input.width];
+        let is_near = |at: f32, count: usize| at >= -1.0 && at < count as f32;
+        // Also where the motion is no number.
+        if !(is_near(first[0], height) && is_near(first[1], width)) {
+            return self.to.set(x, NONE);
+        }
+        let (mut sums, mut largest) = (NONE, 0.0f32);
+        for corner in 0..4 {
+            let steps = [corner >> 1, corner & 1];
+            let [row, column] = [first[0] as isize + steps[0], first[1] as isize + steps[1]];
+            if !((0..height as isize).contains(&row) && (0..width as isize).contains(&column)) {
+                continue;
+            }
+            let point = Row::of(self.input, row as usize).point(column as usize);
+            let part = [motion[0] - whole[0], motion[1] - whole[1]];
+            let place = [point[4] + (steps[1] as f32 - part[0]), point[5] + (steps[0] as f32 - part[1])];
+            if is_met(place) {
+                (0..4).for_each(|n| sums[n] += point[n]);
+                (0..2).for_each(|axis| sums[4 + axis] += point[3] * place[axis]);
+                largest = largest.max(point[3]);
+            }
+        }
+        let factor = 1.0 / sums[3].max(f32::MIN_POSITIVE);
+        let scale = largest * factor;
+        self.to.set(x, from_fn(|n| sums[n] * if n < 4 { scale } else { factor }));
+    }
+}
+
+/// Whether a point so far right of and below the middle of a square of a pixel's size lies in it.
 #[inline(always)]
-fn met(
-    points: &[Point],
-    [height, width]: [usize; 2],
-    [above, left]: [isize; 2],
-    [right, down]: [f32; 2],
-) -> Point {
-    let (mut sum, mut places, mut largest) = (Vec4::ZERO, [0.0; 2], 0.0f32);
-    for corner in 0..4 {
-        let steps = [corner & 1, corner >> 1];
-        let (row, column) = (above + steps[1], left + steps[0]);
-        if row < 0 || row >= height as isize || column < 0 || column >= width as isize {
-            continue;
-        }
-        let from = &points[row as usize * width + column as usize];
-        let place = [from[4] + (steps[0] as f32 - right), from[5] + (steps[1] as f32 - down)];
-        let is_met = from[3] > 0.0 && place.iter().all(|at| (-0.5..0.5).contains(at));
-        if is_met {
-            sum += known(from);
-            places = [places[0] + from[3] * place[0], places[1] + from[3] * place[1]];
-            largest = largest.max(from[3]);
-        }
-    }
-    if largest == 0.0 {
-        return NONE;
-    }
-    let factor = 1.0 / sum.w;
-    point(sum * (largest * factor), places.map(|place| place * factor))
+fn is_met(place: [f32; 2]) -> bool {
+    (place[0] >= -0.5) & (place[0] < 0.5) & (place[1] >= -0.5) & (place[1] < 0.5)
 }
 
 /// Writes to `out` what the points of `input` tell of the centres of pixels (see [`Layer::Splat`](crate::plan::Layer::Splat)).
 pub fn splat(input: &Map, out: &mut Map) {
     let [height, width] = [input.height, input.width];
     out.resize([height, width, 4]);
-    out.data.par_chunks_mut(width * 4).enumerate().for_each_init(Vec::new, |shares, (y, to)| {
-        shares.resize(width, 0.0);
-        Simd::best().vectorised(SplatRow { input, y, shares, to: to.as_chunks_mut().0 });
+    out.data.par_chunks_mut(width * 4).enumerate().for_each(|(y, to)| {
+        let row = |y: usize| (y < height).then(|| Row::of(input, y));
+        let rows = [row(y.wrapping_sub(1)), row(y), row(y + 1)];
+        Simd::best().vectorised(SplatRow { rows, to: to.as_chunks_mut().0 });
     });
 }
 
 struct SplatRow<'a> {
-    input: &'a Map,
-    y: usize,
-    /// What divides each pixel.
-    shares: &'a mut [f32],
+    /// The row above, if there is one, this one and the one below.
+    rows: [Option<Row<'a>>; 3],
     to: &'a mut [Known],
 }
 
 impl Work for SplatRow<'_> {
     #[inline(always)]
     fn run(self) {
-        let Self { input, y, shares, to } = self;
-        to.fill([0.0; 4]);
-        shares.fill(0.0);
-        for from in y.saturating_sub(1)..(y + 2).min(input.height) {
-            let below = from as f32 - y as f32;
-            for (x, point) in row(input, from).iter().enumerate() {
-                let near = 1.0 - (point[5] + below).abs();
-                if point[3] <= 0.0 || near <= 0.0 {
-                    continue;
-                }
-                // The centre that is left of the point or above it, and how far on to the next one it lies.
-                let (left, part) =
-                    if point[4] < 0.0 { (x.wrapping_sub(1), point[4] + 1.0) } else { (x, point[4]) };
-                for (at, share) in [(left, near * (1.0 - part)), (left.wrapping_add(1), near * part)] {
-                    if at < to.len() {
-                        to[at] = (Vec4::from_array(to[at]) + share * known(point)).to_array();
-                        shares[at] += share;
+        let Self { rows, to } = self;
+        let width = to.len();
+        for (number, to) in to.chunks_mut(LANES).enumerate() {
+            let first = number * LANES;
+            match to.first_chunk_mut() {
+                Some(to) if first > 0 && first + LANES < width => splat_lanes(&rows, first, to),
+                _ => {
+                    for (i, to) in to.iter_mut().enumerate() {
+                        *to = splat_pixel(&rows, first + i, width);
                     }
                 }
             }
         }
-        for (to, share) in to.iter_mut().zip(shares) {
-            *to = (Vec4::from_array(*to) * (1.0 / share.max(1.0))).to_array();
+    }
+}
+
+/// How far a point tells what is so far left of it (right, if it is negative), in one direction.
+#[inline(always)]
+fn share(away: f32) -> f32 {
+    (1.0 - away.abs()).max(0.0)
+}
+
+/// The same of four.
+#[inline(always)]
+fn shares(away: Vec4) -> Vec4 {
+    (Vec4::ONE - away.abs()).max(Vec4::ZERO)
+}
+
+/// What the points of `rows` tell of the pixels from `first` on.
+#[inline(always)]
+fn splat_lanes(rows: &[Option<Row<'_>>; 3], first: usize, to: &mut [Known; LANES]) {
+    let (mut told, mut sum) = ([Vec4::ZERO; 4], Vec4::ZERO);
+    for (below, row) in rows.iter().enumerate() {
+        let Some(row) = row else { continue };
+        let points = row.windows::<{ LANES + 2 }>(first - 1);
+        for beside in 0..3 {
+            let [x, y] = [lanes(points[4], beside), lanes(points[5], beside)];
+            let near =
+                shares(x + Vec4::splat(beside as f32 - 1.0)) * shares(y + Vec4::splat(below as f32 - 1.0));
+            let weights = lanes(points[3], beside);
+            // Points that are none know nothing, but would have a share.
+            let near = Vec4::select(weights.cmpgt(Vec4::ZERO), near, Vec4::ZERO);
+            for n in 0..3 {
+                told[n] += near * lanes(points[n], beside);
+            }
+            told[3] += near * weights;
+            sum += near;
         }
     }
+    let factor = Vec4::ONE / sum.max(Vec4::ONE);
+    let [r, g, b, w] = told;
+    *to = Mat4::from_cols(r * factor, g * factor, b * factor, w * factor).transpose().to_cols_array_2d();
+}
+
+/// What they tell of pixel `x` of `width`.
+fn splat_pixel(rows: &[Option<Row<'_>>; 3], x: usize, width: usize) -> Known {
+    let (mut told, mut shares) = (Vec4::ZERO, 0.0f32);
+    for (below, row) in rows.iter().enumerate() {
+        let Some(row) = row else { continue };
+        for from in x.saturating_sub(1)..(x + 2).min(width) {
+            let point @ [.., right, down] = row.point(from);
+            let near = share(right + (from as f32 - x as f32)) * share(down + (below as f32 - 1.0));
+            if point[3] > 0.0 {
+                told += near * Vec4::from_slice(&point);
+                shares += near;
+            }
+        }
+    }
+    (told * (1.0 / shares.max(1.0))).to_array()
 }
 
 /// What points know, wherever they are in their pixels.
@@ -159,9 +349,50 @@ impl KnownRows for WithoutPlaces<'_> {
     }
 
     fn make(&self, y: usize, (): &mut (), to: &mut Vec<Known>) {
-        to.clear();
-        to.extend(row(self.0, y).iter().map(|point| known(point).to_array()));
+        to.resize(self.0.width, [0.0; 4]);
+        Simd::best().vectorised(KnownRow { row: Row::of(self.0, y), to });
     }
+}
+
+struct KnownRow<'a> {
+    row: Row<'a>,
+    to: &'a mut [Known],
+}
+
+impl Work for KnownRow<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let Self { row: Row([r, g, b, w, ..]), to } = self;
+        let numbers = r.iter().zip(g).zip(b.iter().zip(w));
+        to.iter_mut().zip(numbers).for_each(|(to, ((&r, &g), (&b, &w)))| *to = [r, g, b, w]);
+    }
+}
+
+/// Makes pixel (x, y) of `to`, which keeps its size, pixel (x, y) + `by` of `from`, or the nearest to it.
+pub fn shift(from: &Map, by: [i64; 2], to: &mut Map) {
+    let nearest = |at: usize, way: i64, count: usize| (at as i64 + way).clamp(0, count as i64 - 1) as usize;
+    to.data.par_chunks_mut(to.width * POINT).enumerate().for_each(|(y, row)| {
+        let from_row = Row::of(from, nearest(y, by[1], from.height));
+        let width = row.len() / POINT;
+        let mut row = RowMut::of(row);
+        (0..width).for_each(|x| row.set(x, from_row.point(nearest(x, by[0], from.width))));
+    });
+}
+
+/// A map of points pixel by pixel as such a map, and the other way round, for tests.
+#[cfg(test)]
+pub fn turned(map: &Map, to_rows: bool) -> Map {
+    let mut out = Map::zeros(map.height, map.width, POINT);
+    for y in 0..map.height {
+        for x in 0..map.width {
+            for n in 0..POINT {
+                let [pixel, row] = [x * POINT + n, n * map.width + x];
+                let [from, to] = if to_rows { [pixel, row] } else { [row, pixel] };
+                out.data[y * map.width * POINT + to] = map.row(y)[from];
+            }
+        }
+    }
+    out
 }
 
 #[cfg(test)]
@@ -169,6 +400,20 @@ mod tests {
     use super::*;
 
     const SIZE: [usize; 2] = [6, 8];
+
+    fn reproject(input: &Map, motion: &Map, out: &mut Map) {
+        let mut rows = Map::default();
+        super::reproject(&turned(input, true), motion, &mut rows);
+        *out = turned(&rows, false);
+    }
+
+    fn splat(input: &Map, out: &mut Map) {
+        super::splat(&turned(input, true), out);
+    }
+
+    fn row(map: &Map, y: usize) -> &[Point] {
+        map.row(y).as_chunks().0
+    }
 
     fn map(channels: usize, pixels: &[([usize; 2], &[f32])]) -> Map {
         let mut map = Map::zeros(SIZE[0], SIZE[1], channels);

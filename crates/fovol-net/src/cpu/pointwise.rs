@@ -28,11 +28,15 @@ pub enum Change<'a> {
 /// Makes `changes` to `picture`, one after the other.
 pub fn change(changes: &[Change<'_>], picture: &mut Map) {
     let (width, channels) = (picture.width, picture.channels);
-    picture.data.par_chunks_mut(width * channels).enumerate().for_each(|(y, row)| {
-        for change in changes {
-            Simd::best().vectorised(RowChange { change, y, channels, row });
-        }
-    });
+    let rows = picture.data.par_chunks_mut(width * channels).enumerate();
+    rows.for_each(|(y, row)| change_row(changes, y, channels, row));
+}
+
+/// The same of row `y` alone.
+pub fn change_row(changes: &[Change<'_>], y: usize, channels: usize, row: &mut [f32]) {
+    for change in changes {
+        Simd::best().vectorised(RowChange { change, y, channels, row: &mut *row });
+    }
 }
 
 struct RowChange<'a> {

@@ -14,6 +14,7 @@ use super::samples::KnownPixels;
 use super::simd::Simd;
 use super::spread::{blend, smooth, spread};
 use super::warp::warp;
+use crate::plan::POINT;
 use crate::plan::{Activation, Filter, Normalisation, Padding, Read, Resize, Taps, TensorId};
 use safetensors::SafeTensors;
 use serde_json::Value;
@@ -90,15 +91,17 @@ impl Case<'_> {
                 change(&[Change::Bypass { colour: &inputs[0], mask: &inputs[1] }], &mut out);
             }
             "warp" => warp(&inputs[0], &inputs[1], &mut out),
-            "reproject" => points::reproject(&inputs[0], &inputs[1], &mut out),
-            "splat" => points::splat(&inputs[0], &mut out),
-            "spread" => spread(
-                KnownPixels::All(&inputs[0]),
-                inputs.get(1),
-                self.number("levels") as u32,
-                &mut Pyramid::default(),
-                &mut out,
-            ),
+            "reproject" => {
+                points::reproject(&points::turned(&inputs[0], true), &inputs[1], &mut out);
+                out = points::turned(&out, false);
+            }
+            "splat" => points::splat(&points::turned(&inputs[0], true), &mut out),
+            "spread" => {
+                let are_points = inputs[0].channels == POINT;
+                let known = if are_points { points::turned(&inputs[0], true) } else { inputs[0].clone() };
+                let levels = self.number("levels") as u32;
+                spread(KnownPixels::All(&known), inputs.get(1), levels, &mut Pyramid::default(), &mut out);
+            }
             "smooth" => smooth(&inputs[0], &mut out),
             "blend" => blend(KnownPixels::All(&inputs[0]), &inputs[1], &mut out),
             "doubt" => {
@@ -114,7 +117,12 @@ impl Case<'_> {
             }
             "accumulate" => {
                 let fade = self.facts["fade"].as_f64().unwrap() as f32;
-                accumulate(KnownPixels::All(&inputs[0]), &inputs[1], inputs.get(2), fade, &mut out);
+                let are_points = inputs[1].channels == POINT;
+                let before = if are_points { points::turned(&inputs[1], true) } else { inputs[1].clone() };
+                accumulate(KnownPixels::All(&inputs[0]), &before, inputs.get(2), fade, &mut out);
+                if are_points {
+                    out = points::turned(&out, false);
+                }
             }
             other => panic!("{other}"),
         }
@@ -158,11 +166,11 @@ impl Case<'_> {
                 _ => Normalisation::Softmax,
             },
         };
-        let prepared = PreparedFilter::new(&layer, (&weights, &bias), simd, Arithmetic::F32);
+        let prepared = PreparedFilter::new(&layer, (&weights, &bias), None, simd, Arithmetic::F32);
         let stored: Vec<Stored> = inputs.into_iter().map(Stored::F32).collect();
         let sources = stored.iter().zip(&images).map(|(map, &(resize, _))| Source::new(map, resize));
         let mut out = Map::default();
-        prepared.run(&Stored::F32(features), &sources.collect::<Vec<_>>(), &mut out);
+        prepared.run(&Stored::F32(features), &sources.collect::<Vec<_>>(), &[], &mut out);
         out
     }
 }

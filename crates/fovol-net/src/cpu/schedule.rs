@@ -1,6 +1,6 @@
 //! In which order a network does with the layers of its plan what, and how long it keeps tensors.
 
-use crate::plan::{Layer, Plan, Read, TensorId};
+use crate::plan::{Activation, Layer, Plan, Read, TensorId};
 
 /// What follows from the plan alone, found once for all frames.
 #[derive(Debug)]
@@ -18,6 +18,22 @@ pub struct Schedule {
     pub known: Option<TensorId>,
     /// Whether samples will do wherever that, or what is joined to it, is read: then neither is ever written.
     pub takes_samples: bool,
+    /// For each layer, if it is a predicted kernel to the picture of which the same features add something, the convolution
+    /// that predicts that and the layer that adds it: all of them are made together.
+    pub additions: Vec<Option<Addition>>,
+    /// States that are points.
+    pub points: Vec<TensorId>,
+    /// What the frame is made of: the output, or what it is cut to, as frames are anyway.
+    pub shown: TensorId,
+}
+
+/// What is added to a filtered picture.
+#[derive(Debug, Clone, Copy)]
+pub struct Addition {
+    /// The layer that predicts it.
+    pub predicted: usize,
+    /// The layer that adds it.
+    pub added: usize,
 }
 
 /// Two convolutions, the second of which alone reads what the first writes.
@@ -59,15 +75,19 @@ impl Schedule {
     /// That of `plan` if `halved` says of each tensor whether its numbers take two bytes, and tensors may follow from others
     /// in these `ways`.
     pub fn new(plan: &Plan, halved: &[bool], ways: &[Derived]) -> Self {
-        let (derived, known) = (derived(plan, ways), known(plan));
-        let finished = finished(plan, &derived, known);
+        let (derived, known, shown) = (derived(plan, ways), known(plan), shown(plan));
+        let finished = finished(plan, &derived, known, shown);
+        let addition = |number: usize| addition(plan, &derived, &finished, number);
         Self {
             pairs: pairs(plan, &finished, halved),
             changes: changes(plan, &finished),
+            additions: (0..plan.layers().len()).map(addition).collect(),
             finished,
             derived,
             known,
             takes_samples: known.is_some_and(|known| takes_samples(plan, known)),
+            points: points(plan),
+            shown,
         }
     }
 
@@ -75,8 +95,20 @@ impl Schedule {
     pub fn layer_by_layer(plan: &Plan) -> Self {
         let derived = vec![None; plan.tensors().len()];
         let changes = plan.layers().iter().map(|layer| usize::from(layer.changed().is_some())).collect();
-        let (finished, pairs) = (finished(plan, &derived, None), vec![None; plan.layers().len()]);
-        Self { finished, pairs, changes, derived, known: None, takes_samples: false }
+        let shown = plan.output();
+        let finished = finished(plan, &derived, None, shown);
+        let (pairs, additions) = (vec![None; plan.layers().len()], vec![None; plan.layers().len()]);
+        Self {
+            finished,
+            pairs,
+            changes,
+            derived,
+            known: None,
+            takes_samples: false,
+            additions,
+            points: points(plan),
+            shown,
+        }
     }
 }
 
@@ -159,6 +191,7 @@ fn finished(
     plan: &Plan,
     derived: &[Option<(TensorId, Derived)>],
     known: Option<TensorId>,
+    shown: TensorId,
 ) -> Vec<Vec<TensorId>> {
     let mut last = vec![None; plan.tensors().len()];
     for (number, layer) in plan.layers().iter().enumerate() {
@@ -168,7 +201,7 @@ fn finished(
             read.for_each(|id| last[id.index()] = Some(number));
         }
     }
-    for id in plan.states().iter().map(|state| state.next).chain([plan.output()]) {
+    for id in plan.states().iter().map(|state| state.next).chain([shown]) {
         last[id.index()] = None;
     }
     let mut finished = vec![Vec::new(); plan.layers().len()];
@@ -178,6 +211,46 @@ fn finished(
         }
     }
     finished
+}
+
+/// States that are points: those that are moved as such.
+fn points(plan: &Plan) -> Vec<TensorId> {
+    let moved = plan.layers().iter().filter_map(|layer| match layer {
+        Layer::Reproject { input, .. } => Some(*input),
+        _ => None,
+    });
+    moved.collect()
+}
+
+/// What the frame is made of.
+fn shown(plan: &Plan) -> TensorId {
+    let cut = plan.layers().iter().find_map(|layer| match layer {
+        Layer::Clamp { input, output } if *input == plan.output() => Some(*output),
+        _ => None,
+    });
+    cut.filter(|cut| plan.states().iter().any(|state| state.next == *cut)).unwrap_or(plan.output())
+}
+
+/// What is added to the picture of layer `number`, if that is a predicted kernel and something of the same features is.
+fn addition(
+    plan: &Plan,
+    derived: &[Option<(TensorId, Derived)>],
+    finished: &[Vec<TensorId>],
+    number: usize,
+) -> Option<Addition> {
+    let layers = plan.layers();
+    let Layer::Filter(filter) = &layers[number] else { return None };
+    let predicted = number + 1;
+    let Layer::Conv(conv) = layers.get(predicted)? else { return None };
+    let is_alike = conv.inputs[..] == [Read::same(filter.features)]
+        && (conv.size, conv.stride, conv.activation) == (1, 1, Activation::None);
+    let unfolds = |id: TensorId| derived[id.index()] == Some((conv.output, Derived::Unfolded));
+    let is_there = |layer: &Layer| derived[layer.output().index()].is_none();
+    let added = (predicted + 1..layers.len()).find(|&at| is_there(&layers[at]))?;
+    let Layer::Add { input, more, .. } = layers[added] else { return None };
+    let is_of_pixels = if filter.expand == 1 { more == conv.output } else { unfolds(more) };
+    let is_all = finished[added].contains(&filter.output) && finished[added].contains(&conv.output);
+    (is_alike && is_of_pixels && input == filter.output && is_all).then_some(Addition { predicted, added })
 }
 
 /// Whether only one of the inputs of `layer` is `id`.

@@ -1,0 +1,185 @@
+//! Predicted kernels: the 1×1 convolution, the normalisation and the weighted sum for a row of features at a time, so that
+//! the kernels of a whole frame never exist.
+//!
+//! Pictures are taken apart to colours of pixels that features serve alike ([`planes`]), and kernels to taps ([`weigh`]): then
+//! neighbouring features are neighbouring numbers of vectors.
+
+mod planes;
+mod weigh;
+
+use super::conv::{self, Arithmetic, ConvShape, PreparedConv};
+use super::map::{Map, Stored};
+use super::patch::{Memory, Source};
+use super::pointwise::{Change, change_row};
+use super::simd::Simd;
+use crate::plan::{Activation, Filter, Normalisation, Padding, Taps};
+use planes::{CHANNELS, Ring};
+use rayon::prelude::*;
+use weigh::{LANES, Weighing};
+
+/// A predicted kernel with its weights.
+#[derive(Debug, Clone)]
+pub struct PreparedFilter {
+    /// Predicts the weights of kernels, and what is added.
+    predict: PreparedConv,
+    expand: usize,
+    taps: Vec<Taps>,
+    normalisation: Normalisation,
+    has_addition: bool,
+    simd: Simd,
+}
+
+/// The parameters of a 1×1 convolution: weights \[out, in\] and biases \[out\].
+pub type Parameters<'a> = (&'a [f32], &'a [f32]);
+
+/// Rows of the output that are made at once; even, for features that serve two rows.
+const ROWS: usize = 16;
+
+impl PreparedFilter {
+    /// The layer `filter` with its parameters, which multiplies features as `arithmetic` says. With those of an `addition`,
+    /// what that predicts of the same features for each of their pixels, three numbers each, is added to what is filtered.
+    pub fn new(
+        filter: &Filter,
+        (weights, bias): Parameters<'_>,
+        addition: Option<Parameters<'_>>,
+        simd: Simd,
+        arithmetic: Arithmetic,
+    ) -> Self {
+        let (more_weights, more_bias) = addition.unwrap_or_default();
+        let shape = ConvShape {
+            inputs: weights.len() / bias.len(),
+            outputs: bias.len() + more_bias.len(),
+            size: 1,
+            stride: 1,
+            padding: Padding::Zero,
+            activation: Activation::None,
+        };
+        let (weights, bias) = ([weights, more_weights].concat(), [bias, more_bias].concat());
+        Self {
+            predict: PreparedConv::new(&shape, &weights, &bias, simd, arithmetic),
+            expand: filter.expand,
+            taps: filter.images.iter().map(|&(_, taps)| taps).collect(),
+            normalisation: filter.normalisation,
+            has_addition: addition.is_some(),
+            simd,
+        }
+    }
+
+    /// Writes the filtered `images`, of three channels, after `changes` to `out`, whose buffer is used again.
+    pub fn run(&self, features: &Stored, images: &[Source<'_>], changes: &[Change<'_>], out: &mut Map) {
+        let [height, width] = images[0].size();
+        out.resize([height, width, CHANNELS]);
+        let length = width * CHANNELS;
+        let bands = out.data.par_chunks_mut(ROWS * length).enumerate();
+        bands.for_each_init(Scratch::default, |scratch, (band, out)| {
+            scratch.images.resize_with(images.len(), Ring::default);
+            scratch.images.iter_mut().for_each(Ring::forget);
+            for (cell, out) in out.chunks_mut(self.expand * length).enumerate() {
+                let y = band * ROWS + cell * self.expand;
+                self.cells(features, images, y, scratch, out);
+                for (line, row) in out.chunks_mut(length).enumerate() {
+                    change_row(changes, y + line, CHANNELS, row);
+                }
+            }
+        });
+    }
+
+    /// Filters the rows `out` from `y` on, which one row of features serves.
+    fn cells(
+        &self,
+        features: &Stored,
+        images: &[Source<'_>],
+        y: usize,
+        Scratch { conv, memory, kernels, images: rings, chunk }: &mut Scratch,
+        out: &mut [f32],
+    ) {
+        let width = images[0].size()[1];
+        let outputs = self.predict.outputs();
+        let length = width / self.expand * outputs;
+        // Vectors may begin with the last kernels and go on.
+        kernels.resize(length + LANES * outputs, 0.0);
+        let source = [Source::new(features, crate::plan::Resize::Same)];
+        self.predict.rows(&source, y / self.expand, conv, &mut kernels[..length]);
+        for ((image, ring), taps) in images.iter().zip(&mut *rings).zip(&self.taps) {
+            ring.hold(image, taps.rows(y, self.expand), self.expand, (self.simd, &mut *memory));
+        }
+        self.simd.vectorised(Weighing { filter: self, y, width, kernels, images: rings, chunk, out });
+    }
+}
+
+/// Memory of one thread.
+#[derive(Default)]
+struct Scratch {
+    conv: conv::Scratch,
+    memory: Memory,
+    /// Those of a row of features, \[feature\]\[output\].
+    kernels: Vec<f32>,
+    /// The rows of each image that are looked at.
+    images: Vec<Ring>,
+    chunk: weigh::Chunk,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cpu::plain;
+    use crate::plan::{Read, Resize, TensorId};
+    use proptest::prelude::*;
+
+    fn map(seed: u64, [height, width]: [usize; 2], channels: usize) -> Map {
+        let count = height * width * channels;
+        let parameter = crate::plan::Parameter { name: "m".into(), shape: vec![count, 5] };
+        let mut data = crate::weights::random::values(&parameter, seed);
+        data.truncate(count);
+        Map { data: data.into(), height, width, channels, top: 0 }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+        #[test]
+        fn fast_filters_are_as_plain_ones(
+            half in prop::array::uniform2(1usize..12),
+            expand in 1usize..3,
+            is_softmax in prop::bool::ANY,
+            kinds in prop::collection::vec((prop::bool::ANY, prop::bool::ANY), 1..4),
+            seed in any::<u64>(),
+        ) {
+            let size = half.map(|side| 2 * side);
+            let normalisation = if is_softmax { Normalisation::Softmax } else { Normalisation::Squared };
+            let images: Vec<(Map, Resize, Taps)> = kinds.iter().enumerate().map(|(i, &(is_small, is_around))| {
+                let resize = if is_small { Resize::Bilinear } else { Resize::Same };
+                let taps = if is_around { Taps::Around } else { Taps::Centre };
+                (map(seed ^ i as u64, if is_small { half } else { size }, 3), resize, taps)
+            }).collect();
+            let taps: usize = images.iter().map(|(_, _, taps)| taps.count()).sum();
+            let features = map(seed ^ 9, size.map(|side| side / expand), 7);
+            let outputs = taps * expand * expand;
+            let (weights, bias) = (map(seed ^ 10, [outputs, 7], 1).data, map(seed ^ 11, [outputs, 1], 1).data);
+            let layer = Filter {
+                name: "f".into(),
+                features: TensorId(0),
+                expand,
+                images: images.iter().map(|&(_, resize, taps)| (Read { tensor: TensorId(0), resize }, taps)).collect(),
+                output: TensorId(0),
+                normalisation,
+            };
+            let shape = ConvShape {
+                inputs: 7, outputs, size: 1, stride: 1, padding: Padding::Zero, activation: Activation::None,
+            };
+            let kernels = plain::conv(&shape, &weights, &bias, &features);
+            let resized: Vec<(Map, Taps)> =
+                images.iter().map(|(map, resize, taps)| (plain::resized(map, *resize), *taps)).collect();
+            let expected = plain::filter(&kernels, &resized, normalisation);
+            let stored: Vec<(Stored, Resize)> =
+                images.into_iter().map(|(map, resize, _)| (Stored::F32(map), resize)).collect();
+            let sources: Vec<Source<'_>> =
+                stored.iter().map(|(map, resize)| Source::new(map, *resize)).collect();
+            let mut out = Map::default();
+            PreparedFilter::new(&layer, (&weights, &bias), None, Simd::best(), Arithmetic::F32)
+                .run(&Stored::F32(features), &sources, &[], &mut out);
+            for (a, b) in out.data.iter().zip(&expected.data) {
+                prop_assert!((a - b).abs() <= 1e-4, "{a} and {b}");
+            }
+        }
+    }
+}

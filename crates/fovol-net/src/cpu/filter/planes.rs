@@ -1,0 +1,150 @@
+use super::super::map::Stored;
+use super::super::pack::Singles;
+use super::super::patch::{Access, Memory, Source, Window};
+use super::super::simd::{Simd, Work};
+use super::weigh::LANES;
+use crate::plan::{Padding, Taps};
+use glam::{Mat4, Vec4};
+use std::ops::Range;
+
+/// Numbers of a pixel: kernels filter pictures.
+pub const CHANNELS: usize = 3;
+
+impl Taps {
+    /// The rows that the kernels of the `count` rows from `y` on look at, from row −1 on; their numbers are one more.
+    pub(super) fn rows(self, y: usize, count: usize) -> Range<usize> {
+        match self {
+            Self::Around => y..y + count + 2,
+            Self::Centre => y + 1..y + 1 + count,
+        }
+    }
+}
+
+/// A row of a picture taken apart: pixel x = expand·i + phase is number i + 1 of the planes of that phase, one for each
+/// colour. Beyond both ends are zeros.
+#[derive(Debug, Default)]
+pub struct Planes {
+    numbers: Vec<f32>,
+    /// From one plane to the next.
+    stride: usize,
+}
+
+impl Planes {
+    /// The numbers of colour `c` of phase `phase`.
+    #[inline(always)]
+    pub fn of(&self, c: usize, phase: usize) -> &[f32] {
+        &self.numbers[(phase * CHANNELS + c) * self.stride..][..self.stride]
+    }
+
+    /// Makes them those of `row`, or of zeros.
+    fn take(&mut self, row: Option<&[f32]>, width: usize, expand: usize, simd: Simd) {
+        let cells = width / expand;
+        // The last vector may begin with the last pixel, and its neighbour one beyond.
+        self.stride = cells + 2 + LANES;
+        self.numbers.resize(expand * CHANNELS * self.stride, 0.0);
+        let Some(row) = row else { return self.numbers.fill(0.0) };
+        for plane in self.numbers.chunks_exact_mut(self.stride) {
+            plane[0] = 0.0;
+            plane[cells + 1..].fill(0.0);
+        }
+        simd.vectorised(TakingApart { row, planes: self, expand });
+    }
+}
+
+struct TakingApart<'a> {
+    row: &'a [f32],
+    planes: &'a mut Planes,
+    expand: usize,
+}
+
+impl Work for TakingApart<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let Self { row, planes: Planes { numbers, stride }, expand } = self;
+        match expand {
+            1 => take_apart::<{ CHANNELS }>(row, numbers, *stride),
+            _ => take_apart::<{ 2 * CHANNELS }>(row, numbers, *stride),
+        }
+    }
+}
+
+/// Number n of each `N` goes to plane n.
+#[inline(always)]
+fn take_apart<const N: usize>(row: &[f32], numbers: &mut [f32], stride: usize) {
+    let cells = row.as_chunks::<N>().0;
+    let fours = cells.len() / 4;
+    // Every fourth number of a cell begins a vector; the last vector ends where the cell does.
+    let firsts = (0..N).step_by(4).map(|n| n.min(N.saturating_sub(4)));
+    for i in 0..fours {
+        // One number of the next cell where a cell has but three.
+        let Some(four) = row[4 * i * N..].get(..(4 * N).max(3 * N + 4)) else { break };
+        for n in firsts.clone() {
+            let of = |i: usize| Vec4::from_slice(&four[i * N + n..]);
+            let planes = Mat4::from_cols(of(0), of(1), of(2), of(3)).transpose().to_cols_array_2d();
+            for (k, plane) in planes.iter().enumerate().take(N - n) {
+                numbers[(n + k) * stride + 1 + 4 * i..][..4].copy_from_slice(plane);
+            }
+        }
+    }
+    // What is left, and where cells have three numbers the last four of them again.
+    for (x, cell) in cells.iter().enumerate().skip((4 * fours).saturating_sub(4)) {
+        cell.iter().enumerate().for_each(|(n, &number)| numbers[n * stride + 1 + x] = number);
+    }
+}
+
+/// The rows of an image that kernels look at, taken apart.
+#[derive(Debug, Default)]
+pub struct Ring {
+    /// Row number n (see [`Taps::rows`]) has place n mod 4.
+    rows: [Planes; 4],
+    held: [Option<usize>; 4],
+    between: Vec<f32>,
+}
+
+impl Ring {
+    /// What it holds says nothing about the next image.
+    pub fn forget(&mut self) {
+        self.held = [None; 4];
+    }
+
+    /// Row number `n`.
+    #[inline(always)]
+    pub fn row(&self, n: usize) -> &Planes {
+        &self.rows[n % 4]
+    }
+
+    /// Holds the rows of these numbers of `image`.
+    pub fn hold(
+        &mut self,
+        image: &Source<'_>,
+        numbers: Range<usize>,
+        expand: usize,
+        (simd, memory): (Simd, &mut Memory),
+    ) {
+        let width = image.size()[1];
+        for number in numbers.filter(|n| self.held[n % 4] != Some(*n)).collect::<Vec<_>>() {
+            let row = row_of(image, number as isize - 1, &mut self.between, (simd, memory));
+            self.rows[number % 4].take(row, width, expand, simd);
+            self.held[number % 4] = Some(number);
+        }
+    }
+}
+
+/// Row `y` of `image`, made in `between` if it is not there as it is; none beyond the border.
+fn row_of<'a>(
+    image: &Source<'a>,
+    y: isize,
+    between: &'a mut Vec<f32>,
+    (simd, memory): (Simd, &mut Memory),
+) -> Option<&'a [f32]> {
+    let [height, width] = image.size();
+    match (image.map, image.access) {
+        (Stored::F32(map), Access::SAME) => (0..height as isize).contains(&y).then(|| map.row(y as usize)),
+        _ => {
+            between.resize(width * CHANNELS, 0.0);
+            let window = Window { y, x: 0, rows: 1, columns: width };
+            let to = (Singles, &mut between[..], CHANNELS);
+            window.row(&[*image], Padding::Zero, 0, to, (simd, memory)).then_some(&between[..])
+        }
+    }
+}
