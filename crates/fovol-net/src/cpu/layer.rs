@@ -1,22 +1,23 @@
 //! What the layers of a plan need, and how those are made that no convolution is.
 
 use super::accumulate::{Expected, accumulate, doubt};
-use super::conv::{ConvShape, PreparedConv};
+use super::conv::{Arithmetic, ConvShape, PreparedConv};
 use super::element::Element;
 use super::filter::PreparedFilter;
 use super::map::{Map, Stored, with_map};
 use super::norm::normalise;
+use super::patch::unfolded;
 use super::points;
 use super::precision::Choice;
 use super::pyramid::Pyramid;
 use super::reshape;
 use super::samples::{KnownPixels, Samples};
-use super::schedule::Schedule;
+use super::schedule::{Derived, Schedule};
 use super::simd::Simd;
 use super::spread::{blend, smooth, spread};
 use super::warp::warp;
 use crate::Result;
-use crate::plan::{Activation, Layer, Plan, Tensor, TensorId};
+use crate::plan::{Activation, Conv, Layer, Plan, Tensor, TensorId};
 use crate::weights::Weights;
 
 /// A layer with what it needs beyond the plan.
@@ -59,7 +60,15 @@ impl Step {
                     padding: conv.padding,
                     activation: conv.activation,
                 };
-                Self::Conv(Box::new(PreparedConv::new(&shape, weight, bias, simd, choice.of(conv))))
+                let inputs = inputs(plan, conv, schedule);
+                let arithmetic = match choice.of(conv) {
+                    Arithmetic::Int8 { steps } => {
+                        Arithmetic::Int8 { steps: inputs.iter().map(|&at| steps[at]).collect() }
+                    }
+                    other => other,
+                };
+                let weight = reordered(weight, &inputs, conv.size * conv.size);
+                Self::Conv(Box::new(PreparedConv::new(&shape, &weight, bias, simd, arithmetic)))
             }
             Layer::Filter(filter) => {
                 let arithmetic = choice.exact(std::iter::once(filter.features));
@@ -76,6 +85,28 @@ impl Step {
             _ => Self::Plain,
         })
     }
+}
+
+/// For each channel that `conv` reads, in the order in which it does, its number in the plan.
+fn inputs(plan: &Plan, conv: &Conv, schedule: &Schedule) -> Vec<usize> {
+    let mut order = Vec::new();
+    for read in &conv.inputs {
+        let first = order.len();
+        let channels = plan.tensor(read.tensor).channels;
+        match schedule.derived[read.tensor.index()] {
+            Some((_, Derived::Folded)) => order.extend(unfolded(channels / 4).map(|at| first + at)),
+            _ => order.extend(first..first + channels),
+        }
+    }
+    order
+}
+
+/// `weights` \[out, in, `taps`\] with inputs in another order.
+fn reordered(weights: &[f32], inputs: &[usize], taps: usize) -> Vec<f32> {
+    let of_output = |weights: &[f32]| {
+        inputs.iter().flat_map(|at| weights[at * taps..(at + 1) * taps].to_vec()).collect::<Vec<_>>()
+    };
+    weights.chunks_exact(inputs.len() * taps).flat_map(of_output).collect()
 }
 
 /// What layers read.

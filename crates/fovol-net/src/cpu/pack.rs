@@ -43,12 +43,31 @@ impl<N: Pod> To<'_, N> {
             self.numbers[..pixels.len()].copy_from_slice(pixels);
             return;
         }
+        // Few numbers take longer to count than to copy.
+        match count {
+            2 => return self.place_each::<2>(pixels),
+            4 => return self.place_each::<4>(pixels),
+            6 => return self.place_each::<6>(pixels),
+            16 => return self.place_each::<16>(pixels),
+            32 => return self.place_each::<32>(pixels),
+            _ => {}
+        }
         for (to, from) in self.numbers.chunks_mut(self.stride).zip(pixels.chunks_exact(count)) {
             let ((to, last), (from, from_last)) = (to[..count].as_chunks_mut(), from.as_chunks::<LANES>());
             for (to, from) in to.iter_mut().zip(from) {
                 *to = *from;
             }
             for (to, from) in last.iter_mut().zip(from_last) {
+                *to = *from;
+            }
+        }
+    }
+
+    /// The same for `COUNT` channels.
+    #[inline(always)]
+    fn place_each<const COUNT: usize>(self, pixels: &[N]) {
+        for (to, from) in self.numbers.chunks_mut(self.stride).zip(pixels.as_chunks::<COUNT>().0) {
+            if let Some(to) = to.first_chunk_mut() {
                 *to = *from;
             }
         }

@@ -23,7 +23,7 @@ pub struct Source<'a> {
 pub enum Access {
     /// At the same or at twice the resolution.
     Resized(Resize),
-    /// 2×2 pixels as one with four times the channels: as `reshape::space_to_depth` writes them.
+    /// 2×2 pixels as one with four times the channels, in the order of [`unfolded`].
     Folded,
     /// 2×2 pixels as their mean: as `reshape::pool` writes them.
     Pooled,
@@ -76,27 +76,24 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// [`Self::copy`], 2×2 pixels as one.
+    /// [`Self::copy`], 2×2 pixels as one, in the order of [`unfolded`].
     #[inline(always)]
     fn copy_folded<P: Pack>(
         &self,
         [y, x0]: [usize; 2],
         count: usize,
         mut out: Pixels<'_, P>,
-        Memory { near, far, folded, packed }: &mut Memory,
+        Memory { packed, .. }: &mut Memory,
     ) {
-        let c = self.map.channels();
-        let columns = 2 * x0 * c..2 * (x0 + count) * c;
-        let above = self.map.numbers(2 * y, columns.clone(), near);
-        let below = self.map.numbers(2 * y + 1, columns, far);
-        folded.resize(count * 4 * c, 0.0);
-        match c {
-            1 => fold::<1>(above, below, folded),
-            3 => fold::<3>(above, below, folded),
-            4 => fold::<4>(above, below, folded),
-            _ => fold_any(c, above, below, folded),
-        }
-        out.write((0, 1), &folded[..], packed);
+        let pair = 2 * self.map.channels();
+        let columns = x0 * pair..(x0 + count) * pair;
+        let first = out.channels.first;
+        with_map!(self.map, map => {
+            for below in 0..2 {
+                out.channels = Channels { first: first + below * pair, count: pair };
+                out.write((0, 1), &map.row(2 * y + below)[columns.clone()], packed);
+            }
+        });
     }
 
     /// [`Self::copy`], the mean of 2×2 pixels as one.
@@ -230,25 +227,11 @@ impl<P: Pack> Work for Copying<'_, P> {
     }
 }
 
-/// Writes pixels of C numbers of two rows, 2×2 of them as one, to `out`.
-#[inline(always)]
-fn fold<const C: usize>(above: &[f32], below: &[f32], out: &mut [f32]) {
-    let pairs = above.chunks_exact(2 * C).zip(below.chunks_exact(2 * C));
-    for (to, (a, b)) in out.chunks_exact_mut(4 * C).zip(pairs) {
-        for c in 0..C {
-            (to[4 * c], to[4 * c + 1], to[4 * c + 2], to[4 * c + 3]) = (a[c], a[C + c], b[c], b[C + c]);
-        }
-    }
-}
-
-/// The same for `c` numbers.
-fn fold_any(c: usize, above: &[f32], below: &[f32], out: &mut [f32]) {
-    let pairs = above.chunks_exact(2 * c).zip(below.chunks_exact(2 * c));
-    for (to, (a, b)) in out.chunks_exact_mut(4 * c).zip(pairs) {
-        for (k, to) in to.iter_mut().enumerate() {
-            *to = [a, b][k / 2 % 2][k % 2 * c + k / 4];
-        }
-    }
+/// For each channel of 2×2 pixels of `channels` as [`Access::Folded`] reads them, which one that is as
+/// [`space_to_depth`](super::reshape::space_to_depth) writes them: the two pixels above as they lie, then those below, so that
+/// nothing but copying is to be done.
+pub fn unfolded(channels: usize) -> impl Iterator<Item = usize> {
+    (0..4).flat_map(move |part| (0..channels).map(move |c| 4 * c + part))
 }
 
 /// Rows on their way.
@@ -256,7 +239,6 @@ fn fold_any(c: usize, above: &[f32], below: &[f32], out: &mut [f32]) {
 pub struct Memory {
     near: Vec<f32>,
     far: Vec<f32>,
-    folded: Vec<f32>,
     packed: Lines,
 }
 

@@ -88,9 +88,14 @@ proptest! {
             map
         });
         let folded = maps.each_ref().map(|map| {
-            let mut out = Map::default();
+            let (mut out, mut ordered) = (Map::default(), Map::default());
             crate::cpu::reshape::space_to_depth(map, &mut out);
-            Stored::F32(out)
+            ordered.resize([height, width, out.channels]);
+            let pixels = ordered.data.chunks_exact_mut(out.channels).zip(out.data.chunks_exact(out.channels));
+            for (to, from) in pixels {
+                to.iter_mut().zip(crate::cpu::patch::unfolded(map.channels)).for_each(|(to, at)| *to = from[at]);
+            }
+            Stored::F32(ordered)
         });
         let maps = maps.map(Stored::F32);
         let conv = |simd, arithmetic| {
