@@ -1,6 +1,7 @@
 //! What is left of the samples of earlier frames.
 
 use super::doubled::{DoubledRow, doubled};
+use super::floats::{Floats, VectorWork};
 use super::map::Map;
 use super::points::{Row, RowMut};
 use super::pyramid::{Known, KnownRows, Pyramid, divided};
@@ -65,7 +66,7 @@ impl KnownRows for Squares<'_> {
     fn make(&self, y: usize, memory: &mut [DoubledRow; 2], to: &mut Vec<Known>) {
         to.resize(self.known.width, [0.0; 4]);
         let known = self.known.row(y).as_chunks().0;
-        Simd::best().vectorised(SquareRow { known, expected: self.expected, y, memory, to });
+        Simd::best().in_vectors(SquareRow { known, expected: self.expected, y, memory, to });
     }
 }
 
@@ -77,12 +78,12 @@ struct SquareRow<'a> {
     to: &'a mut [Known],
 }
 
-impl Work for SquareRow<'_> {
+impl VectorWork for SquareRow<'_> {
     #[inline(always)]
-    fn run(self) {
+    fn run<V: Floats>(self, some: V) {
         let Self { known, expected, y, memory: [prior, fresh], to } = self;
-        prior.make(expected.prior, y);
-        fresh.make(expected.fresh, y);
+        prior.make(expected.prior, y, some);
+        fresh.make(expected.fresh, y, some);
         let expected = prior.row.iter().zip(&fresh.row);
         for ((to, known), (prior, fresh)) in to.iter_mut().zip(known).zip(expected) {
             *to = [mean_square(known, prior), mean_square(known, fresh), 0.0, known[3]];

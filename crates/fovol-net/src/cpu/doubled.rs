@@ -1,7 +1,9 @@
 //! Rows of pictures at twice their resolution.
 
+use super::floats::Floats;
 use super::map::Map;
 use super::patch::halves;
+use super::pyramid::twice;
 use glam::Vec4;
 
 /// What `picture` (three channels) has at pixel (`y`, `x`) at twice its resolution, as [`DoubledRow::make`] has it, and 0.
@@ -30,21 +32,37 @@ impl DoubledRow {
     /// Makes [`Self::row`] row `y` of `picture` (three channels) at twice its resolution: bilinear between the centres of
     /// pixels, replicated at the border.
     #[inline(always)]
-    pub fn make(&mut self, picture: &Map, y: usize) {
+    pub fn make<V: Floats>(&mut self, picture: &Map, y: usize, some: V) {
         let Self { between, row } = self;
         let [(a, wa), (b, wb)] = halves(y, picture.height);
         let width = picture.width;
         between.resize(width + 2, [0.0; 4]);
         row.resize(2 * width, [0.0; 4]);
-        let rows = picture.row(a).as_chunks::<3>().0.iter().zip(picture.row(b).as_chunks::<3>().0);
-        for (to, (a, b)) in between[1..=width].iter_mut().zip(rows) {
-            *to = [wa * a[0] + wb * b[0], wa * a[1] + wb * b[1], wa * a[2] + wb * b[2], 0.0];
+        let (a, b) = (picture.row(a), picture.row(b));
+        // With the first number of the next pixel, as vectors are; the last pixel has no next one.
+        let windows = a.windows(4).step_by(3).zip(b.windows(4).step_by(3));
+        for (to, (a, b)) in between[1..].iter_mut().zip(windows) {
+            *to = (wa * Vec4::from_slice(a) + wb * Vec4::from_slice(b)).with_w(0.0).to_array();
         }
+        let last = 3 * (width - 1);
+        let ends = a[last..].iter().zip(&b[last..]);
+        between[width][..3].iter_mut().zip(ends).for_each(|(to, (a, b))| *to = wa * a + wb * b);
+        between[width][3] = 0.0;
         (between[0], between[width + 1]) = (between[1], between[width]);
-        for (to, around) in row.as_chunks_mut::<2>().0.iter_mut().zip(between.array_windows::<3>()) {
-            let [left, near, right] = around.map(Vec4::from_array);
-            let near = 0.75 * near;
-            *to = [(near + 0.25 * left).to_array(), (near + 0.25 * right).to_array()];
+        let (from, to) = (between.as_flattened(), row.as_flattened_mut());
+        let whole = 4 * width / V::N;
+        for vector in 0..whole {
+            store(twice(&from[vector * V::N..], some), &mut to[2 * vector * V::N..]);
+        }
+        for pixel in whole * (V::N / 4)..width {
+            store(twice(&from[4 * pixel..], Vec4::ZERO), &mut to[8 * pixel..]);
         }
     }
+}
+
+#[inline(always)]
+fn store<V: Floats>([low, high]: [V; 2], to: &mut [f32]) {
+    let (first, second) = to[..2 * V::N].split_at_mut(V::N);
+    low.store(first);
+    high.store(second);
 }

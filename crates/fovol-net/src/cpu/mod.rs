@@ -9,6 +9,7 @@ mod conv;
 mod doubled;
 mod element;
 mod filter;
+mod floats;
 mod layer;
 mod lines;
 mod map;

@@ -3,6 +3,7 @@
 //! In a row of points each of their numbers has its own stretch: the colours of all pixels, their weights, and where they
 //! lie. So neighbouring pixels are neighbouring numbers of vectors.
 
+use super::floats::{Floats, VectorWork};
 use super::map::Map;
 use super::pyramid::{Known, KnownRows};
 use super::simd::{Simd, Work};
@@ -16,9 +17,6 @@ type Point = [f32; POINT];
 
 /// Nothing.
 const NONE: Point = [0.0; POINT];
-
-/// Pixels that are done at once: the numbers of a vector.
-const LANES: usize = 4;
 
 /// The numbers of the points of a row.
 #[derive(Debug, Clone, Copy)]
@@ -55,30 +53,22 @@ impl<'a> Row<'a> {
         self.0.map(|numbers| numbers[x])
     }
 
-    /// The numbers of `N` points from pixel `x` on.
+    /// The numbers of `count` points from pixel `x` on.
     ///
     /// Without closures, here and in what else is done for every pixel: they are functions of their own, compiled for every
     /// processor, if the compiler happens not to put them where they are called.
     #[inline(always)]
-    fn windows<const N: usize>(&self, x: usize) -> [&'a [f32; N]; POINT] {
+    fn window(&self, x: usize, count: usize) -> Self {
         let [r, g, b, w, right, down] = self.0;
-        [window(r, x), window(g, x), window(b, x), window(w, x), window(right, x), window(down, x)]
+        let end = x + count;
+        Self([&r[x..end], &g[x..end], &b[x..end], &w[x..end], &right[x..end], &down[x..end]])
     }
-}
 
-/// `N` of some numbers from `x` on.
-#[inline(always)]
-fn window<const N: usize>(numbers: &[f32], x: usize) -> &[f32; N] {
-    match numbers[x..].first_chunk() {
-        Some(window) => window,
-        None => panic!("fewer than {N} pixels lie right of column {x}"),
+    /// Number `n` from pixel `x` on, as vectors like `some`.
+    #[inline(always)]
+    fn load<V: Floats>(&self, some: V, n: usize, x: usize) -> V {
+        some.load(&self.0[n][x..])
     }
-}
-
-/// Numbers of a window from `first` on.
-#[inline(always)]
-fn lanes(window: &[f32], first: usize) -> Vec4 {
-    Vec4::from_slice(&window[first..first + LANES])
 }
 
 impl<'a> RowMut<'a> {
@@ -101,10 +91,10 @@ impl<'a> RowMut<'a> {
         self.0.iter_mut().zip(point).for_each(|(numbers, number)| numbers[x] = number);
     }
 
-    /// Makes `lanes` number `n` of the points from pixel `x` on.
+    /// Makes `vector` number `n` of the points from pixel `x` on.
     #[inline(always)]
-    fn set_lanes(&mut self, n: usize, x: usize, lanes: Vec4) {
-        lanes.write_to_slice(&mut self.0[n][x..x + LANES]);
+    fn store<V: Floats>(&mut self, n: usize, x: usize, vector: V) {
+        vector.store(&mut self.0[n][x..]);
     }
 }
 
@@ -115,7 +105,7 @@ pub fn reproject(input: &Map, motion: &Map, out: &mut Map) {
     out.resize([height, width, POINT]);
     out.data.par_chunks_mut(width * POINT).enumerate().for_each(|(y, to)| {
         let motion = motion.row(y).as_chunks().0;
-        Simd::best().vectorised(ReprojectRow { input, motion, y, to: RowMut::of(to) });
+        Simd::best().in_vectors(ReprojectRow { input, motion, y, to: RowMut::of(to) });
     });
 }
 
@@ -126,84 +116,83 @@ struct ReprojectRow<'a> {
     to: RowMut<'a>,
 }
 
-impl Work for ReprojectRow<'_> {
+impl VectorWork for ReprojectRow<'_> {
     #[inline(always)]
-    fn run(mut self) {
-        let (fours, rest) = self.motion.as_chunks();
-        for (number, motion) in fours.iter().enumerate() {
-            let first = number * LANES;
-            let motion = Moved::new(motion);
-            match motion.corner([self.y, first], [self.input.height, self.input.width]) {
-                Some(corner) => self.lanes(first, corner, motion.part),
-                None => (first..first + LANES).for_each(|x| self.pixel(x)),
-            }
-        }
+    fn run<V: Floats>(mut self, some: V) {
         let width = self.motion.len();
-        (width - rest.len()..width).for_each(|x| self.pixel(x));
-    }
-}
-
-/// How far pixels side by side have moved, right and down.
-struct Moved {
-    /// Whole pixels.
-    whole: [Vec4; 2],
-    /// What is left.
-    part: [Vec4; 2],
-}
-
-impl Moved {
-    #[inline(always)]
-    fn new([a, b, c, d]: &[[f32; 2]; LANES]) -> Self {
-        let motion = [Vec4::new(a[0], b[0], c[0], d[0]), Vec4::new(a[1], b[1], c[1], d[1])];
-        let whole = [motion[0].floor(), motion[1].floor()];
-        Self { whole, part: [motion[0] - whole[0], motion[1] - whole[1]] }
-    }
-
-    /// The row and the column that pixels from row and column `first` on take points from, one after the other, if all of
-    /// them have moved as many whole pixels, and they and the pixels beside and below them are inside.
-    #[inline(always)]
-    fn corner(&self, [y, x]: [usize; 2], [height, width]: [usize; 2]) -> Option<[usize; 2]> {
-        let [right, down] = [self.whole[0].x, self.whole[1].x];
-        let is_alike = self.whole[0] == Vec4::splat(right) && self.whole[1] == Vec4::splat(down);
-        let [left, above] = [x as f32 + right, y as f32 + down];
-        let is_inside = left >= 0.0
-            && left + (LANES as f32) < width as f32
-            && above >= 0.0
-            && above + 1.0 < height as f32;
-        (is_alike && is_inside).then_some([above as usize, left as usize])
+        let mut first = 0;
+        while first < width {
+            let end = (first + V::N).min(width);
+            match self.corner::<V>(first) {
+                Some(corner) => self.vector(first, corner, some),
+                None => {
+                    for x in first..end {
+                        self.pixel(x);
+                    }
+                }
+            }
+            first = end;
+        }
     }
 }
 
 impl ReprojectRow<'_> {
-    /// Makes the pixels from `first` on of the points from `corner` on.
+    /// The row and the column that the pixels of the vector from `first` on take points from, one after the other, if all of
+    /// them have moved as many whole pixels, and they and the pixels beside and below them are inside.
     #[inline(always)]
-    fn lanes(&mut self, first: usize, [above, left]: [usize; 2], part: [Vec4; 2]) {
-        let (mut colours, mut places) = ([Vec4::ZERO; 4], [Vec4::ZERO; 2]);
-        let mut largest = Vec4::ZERO;
+    fn corner<V: Floats>(&self, first: usize) -> Option<[usize; 2]> {
+        let motion = self.motion.get(first..first + V::N)?;
+        let [right, down] = [motion[0][0].floor(), motion[0][1].floor()];
+        let mut is_alike = true;
+        for moved in motion {
+            let [x, y] = [moved[0] - right, moved[1] - down];
+            is_alike &= (x >= 0.0) & (x < 1.0) & (y >= 0.0) & (y < 1.0);
+        }
+        let [left, above] = [first as f32 + right, self.y as f32 + down];
+        let is_inside = left >= 0.0
+            && left + (V::N as f32) < self.input.width as f32
+            && above >= 0.0
+            && above + 1.0 < self.input.height as f32;
+        (is_alike && is_inside).then_some([above as usize, left as usize])
+    }
+
+    /// Makes the pixels of the vector from `first` on of the points from `corner` on.
+    #[inline(always)]
+    fn vector<V: Floats>(&mut self, first: usize, [above, left]: [usize; 2], some: V) {
+        let [whole_right, whole_down] = [left as f32 - first as f32, above as f32 - self.y as f32];
+        // At most as many as the longest vectors have.
+        let mut parts = [[0.0; 16]; 2];
+        for (i, moved) in self.motion[first..first + V::N].iter().enumerate() {
+            parts[0][i] = moved[0] - whole_right;
+            parts[1][i] = moved[1] - whole_down;
+        }
+        let part = [some.load(&parts[0]), some.load(&parts[1])];
+        let [zero, low, high] = [some.splat(0.0), some.splat(-0.5), some.splat(0.5)];
+        let (mut colours, mut places, mut largest) = ([zero; 4], [zero; 2], zero);
         for down in 0..2 {
-            let points = Row::of(self.input, above + down).windows::<{ LANES + 1 }>(left);
+            let points = Row::of(self.input, above + down).window(left, V::N + 1);
             for right in 0..2 {
-                let x = lanes(points[4], right) + (Vec4::splat(right as f32) - part[0]);
-                let y = lanes(points[5], right) + (Vec4::splat(down as f32) - part[1]);
-                let [low, high] = [Vec4::splat(-0.5), Vec4::splat(0.5)];
-                let is_met = x.cmpge(low) & x.cmplt(high) & y.cmpge(low) & y.cmplt(high);
-                let weight = Vec4::select(is_met, lanes(points[3], right), Vec4::ZERO);
+                let x = points.load(some, 4, right) + (some.splat(right as f32) - part[0]);
+                let y = points.load(some, 5, right) + (some.splat(down as f32) - part[1]);
+                let across = some.both(x.is_at_least(low), x.is_below(high));
+                let along = some.both(y.is_at_least(low), y.is_below(high));
+                let is_met = some.both(across, along);
+                let weight = points.load(some, 3, right).keep(is_met);
                 for n in 0..3 {
-                    colours[n] += Vec4::select(is_met, lanes(points[n], right), Vec4::ZERO);
+                    colours[n] = colours[n] + points.load(some, n, right).keep(is_met);
                 }
-                colours[3] += weight;
-                places[0] += weight * x;
-                places[1] += weight * y;
+                colours[3] = colours[3] + weight;
+                places = [places[0] + weight * x, places[1] + weight * y];
                 largest = largest.max(weight);
             }
         }
-        let factor = Vec4::ONE / colours[3].max(Vec4::splat(f32::MIN_POSITIVE));
+        let factor = some.splat(1.0) / colours[3].max(some.splat(f32::MIN_POSITIVE));
         let scale = largest * factor;
         for n in 0..4 {
-            self.to.set_lanes(n, first, colours[n] * scale);
+            self.to.store(n, first, colours[n] * scale);
         }
         for n in 0..2 {
-            self.to.set_lanes(4 + n, first, places[n] * factor);
+            self.to.store(4 + n, first, places[n] * factor);
         }
     }
 
@@ -253,7 +242,7 @@ pub fn splat(input: &Map, out: &mut Map) {
     out.data.par_chunks_mut(width * 4).enumerate().for_each(|(y, to)| {
         let row = |y: usize| (y < height).then(|| Row::of(input, y));
         let rows = [row(y.wrapping_sub(1)), row(y), row(y + 1)];
-        Simd::best().vectorised(SplatRow { rows, to: to.as_chunks_mut().0 });
+        Simd::best().in_vectors(SplatRow { rows, to: to.as_chunks_mut().0 });
     });
 }
 
@@ -263,20 +252,19 @@ struct SplatRow<'a> {
     to: &'a mut [Known],
 }
 
-impl Work for SplatRow<'_> {
+impl VectorWork for SplatRow<'_> {
     #[inline(always)]
-    fn run(self) {
+    fn run<V: Floats>(self, some: V) {
         let Self { rows, to } = self;
         let width = to.len();
-        for (number, to) in to.chunks_mut(LANES).enumerate() {
-            let first = number * LANES;
-            match to.first_chunk_mut() {
-                Some(to) if first > 0 && first + LANES < width => splat_lanes(&rows, first, to),
-                _ => {
-                    for (i, to) in to.iter_mut().enumerate() {
-                        *to = splat_pixel(&rows, first + i, width);
-                    }
-                }
+        for (number, to) in to.chunks_mut(V::N).enumerate() {
+            let first = number * V::N;
+            if first > 0 && first + V::N < width {
+                splat_vector(&rows, first, to, some);
+                continue;
+            }
+            for (i, to) in to.iter_mut().enumerate() {
+                *to = splat_pixel(&rows, first + i, width);
             }
         }
     }
@@ -288,36 +276,37 @@ fn share(away: f32) -> f32 {
     (1.0 - away.abs()).max(0.0)
 }
 
-/// The same of four.
-#[inline(always)]
-fn shares(away: Vec4) -> Vec4 {
-    (Vec4::ONE - away.abs()).max(Vec4::ZERO)
-}
-
 /// What the points of `rows` tell of the pixels from `first` on.
 #[inline(always)]
-fn splat_lanes(rows: &[Option<Row<'_>>; 3], first: usize, to: &mut [Known; LANES]) {
-    let (mut told, mut sum) = ([Vec4::ZERO; 4], Vec4::ZERO);
+fn splat_vector<V: Floats>(rows: &[Option<Row<'_>>; 3], first: usize, to: &mut [Known], some: V) {
+    let [zero, one] = [some.splat(0.0), some.splat(1.0)];
+    let (mut told, mut sum) = ([zero; 4], zero);
     for (below, row) in rows.iter().enumerate() {
         let Some(row) = row else { continue };
-        let points = row.windows::<{ LANES + 2 }>(first - 1);
+        let points = row.window(first - 1, V::N + 2);
         for beside in 0..3 {
-            let [x, y] = [lanes(points[4], beside), lanes(points[5], beside)];
-            let near =
-                shares(x + Vec4::splat(beside as f32 - 1.0)) * shares(y + Vec4::splat(below as f32 - 1.0));
-            let weights = lanes(points[3], beside);
+            let x = points.load(some, 4, beside) + some.splat(beside as f32 - 1.0);
+            let y = points.load(some, 5, beside) + some.splat(below as f32 - 1.0);
+            let near = (one - x.abs()).max(zero) * (one - y.abs()).max(zero);
+            let weights = points.load(some, 3, beside);
             // Points that are none know nothing, but would have a share.
-            let near = Vec4::select(weights.cmpgt(Vec4::ZERO), near, Vec4::ZERO);
+            let near = near.keep(zero.is_below(weights));
             for n in 0..3 {
-                told[n] += near * lanes(points[n], beside);
+                told[n] = told[n] + near * points.load(some, n, beside);
             }
-            told[3] += near * weights;
-            sum += near;
+            told[3] = told[3] + near * weights;
+            sum = sum + near;
         }
     }
-    let factor = Vec4::ONE / sum.max(Vec4::ONE);
-    let [r, g, b, w] = told;
-    *to = Mat4::from_cols(r * factor, g * factor, b * factor, w * factor).transpose().to_cols_array_2d();
+    let factor = one / sum.max(one);
+    let mut numbers = [[0.0; 16]; 4];
+    for n in 0..4 {
+        (told[n] * factor).store(&mut numbers[n]);
+    }
+    for (four, to) in to.as_chunks_mut::<4>().0.iter_mut().enumerate() {
+        let [r, g, b, w] = [0, 1, 2, 3].map(|n: usize| Vec4::from_slice(&numbers[n][4 * four..]));
+        *to = Mat4::from_cols(r, g, b, w).transpose().to_cols_array_2d();
+    }
 }
 
 /// What they tell of pixel `x` of `width`.

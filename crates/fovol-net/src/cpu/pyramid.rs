@@ -1,8 +1,9 @@
 //! Known pixels averaged over ever larger squares, and back: what fills frames.
 
+use super::floats::{Floats, VectorWork};
 use super::patch::halves;
 use super::samples::{Sample, Samples};
-use super::simd::{Simd, Work};
+use super::simd::Simd;
 use glam::Vec4;
 use rayon::prelude::*;
 
@@ -125,7 +126,7 @@ fn pull(known: &[Known], width: usize, to: &mut Level) {
     to.resize([height / 2, width / 2]);
     to.pixels.par_chunks_exact_mut(width / 2).enumerate().for_each_init(Vec::new, |blended, (y, to)| {
         let rows = around(y, height).map(row);
-        Simd::best().vectorised(PullRow { rows, blended, to });
+        Simd::best().in_vectors(PullRow { rows, blended, to });
     });
 }
 
@@ -142,7 +143,7 @@ fn pull_of<K: KnownRows>(known: &K, to: &mut Level) {
             wanted.iter().for_each(|&y| ring.hold(known, y));
             let Ring { rows, blended, .. } = ring;
             let rows = wanted.map(|y| &rows[y % 4][..]);
-            Simd::best().vectorised(PullRow { rows, blended, to });
+            Simd::best().in_vectors(PullRow { rows, blended, to });
         }
     });
 }
@@ -163,7 +164,7 @@ fn pull_samples(samples: &Samples, value: impl Fn(usize, &Sample) -> Vec4 + Sync
                 to[far] = (Vec4::from_array(to[far]) + wf * value).to_array();
             }
         }
-        Simd::best().vectorised(NormaliseRow { to });
+        Simd::best().in_vectors(NormaliseRow { to });
     });
 }
 
@@ -179,18 +180,26 @@ struct NormaliseRow<'a> {
     to: &'a mut [Known],
 }
 
-impl Work for NormaliseRow<'_> {
+impl VectorWork for NormaliseRow<'_> {
     #[inline(always)]
-    fn run(self) {
-        self.to.iter_mut().for_each(|to| *to = normalised(Vec4::from_array(*to)));
+    fn run<V: Floats>(self, some: V) {
+        let whole = 4 * self.to.len() / V::N * V::N;
+        let (vectors, rest) = self.to.as_flattened_mut().split_at_mut(whole);
+        for to in vectors.chunks_exact_mut(V::N) {
+            normalised(some.load(to)).store(to);
+        }
+        for to in rest.chunks_exact_mut(4) {
+            normalised(Vec4::from_slice(to)).write_to_slice(to);
+        }
     }
 }
 
-/// Numbers and weight of a pixel of half the resolution, given their means over its four by four.
+/// Numbers and weights of pixels of half the resolution, given their means over their four by four.
 #[inline(always)]
-fn normalised(mean: Vec4) -> Known {
-    let weight = (GAIN * mean.w).min(1.0);
-    (mean * (weight / mean.w.max(SMALLEST))).with_w(weight).to_array()
+fn normalised<V: Floats>(mean: V) -> V {
+    let known = mean.fourths();
+    let weight = (mean.splat(GAIN) * known).min(mean.splat(1.0));
+    (mean * (weight / known.max(mean.splat(SMALLEST)))).with_fourths(weight)
 }
 
 /// The last four rows: every one is wanted twice.
@@ -229,9 +238,9 @@ struct PullRow<'a> {
     to: &'a mut [Known],
 }
 
-impl Work for PullRow<'_> {
+impl VectorWork for PullRow<'_> {
     #[inline(always)]
-    fn run(self) {
+    fn run<V: Floats>(self, some: V) {
         let Self { rows, blended, to } = self;
         let width = rows[0].len();
         // One more on both sides.
@@ -243,13 +252,26 @@ impl Work for PullRow<'_> {
             *to = (BINOMIAL[0] * a + BINOMIAL[1] * b) + (BINOMIAL[2] * c + BINOMIAL[3] * d);
         }
         (blended[0], blended[width + 1]) = (blended[1], blended[width]);
-        for (x, to) in to.iter_mut().enumerate() {
-            let Some(four) = blended[2 * x..].first_chunk::<4>() else { return };
-            let [a, b, c, d] = four.map(Vec4::from_array);
-            let mean = (a * BINOMIAL[0] + b * BINOMIAL[1]) + (c * BINOMIAL[2] + d * BINOMIAL[3]);
-            *to = normalised(mean);
+        let (from, to) = (blended.as_flattened(), to.as_flattened_mut());
+        let whole = to.len() / V::N;
+        for vector in 0..whole {
+            halved(&from[2 * vector * V::N..], some).store(&mut to[vector * V::N..]);
+        }
+        for pixel in whole * (V::N / 4)..to.len() / 4 {
+            halved(&from[8 * pixel..], Vec4::ZERO).store(&mut to[4 * pixel..]);
         }
     }
+}
+
+/// A vector of pixels of half the resolution, of the pixels `from` the one before them on.
+#[inline(always)]
+fn halved<V: Floats>(from: &[f32], some: V) -> V {
+    let from = &from[..2 * V::N + 8];
+    let (first, second) = (some.load(from), some.load(&from[V::N..]));
+    let (third, fourth) = (some.load(&from[8..]), some.load(&from[V::N + 8..]));
+    let outer = first.evens(second) * some.splat(BINOMIAL[0]) + first.odds(second) * some.splat(BINOMIAL[1]);
+    let inner = third.evens(fourth) * some.splat(BINOMIAL[2]) + third.odds(fourth) * some.splat(BINOMIAL[3]);
+    normalised(outer + inner)
 }
 
 /// Adds what is missing in `finer` from `coarser`.
@@ -258,7 +280,7 @@ fn push(finer: &mut Level, coarser: &Level) {
     let bands = finer.pixels.par_chunks_mut(BAND * width).enumerate();
     bands.for_each_init(Vec::new, |blended, (band, rows)| {
         for (y, row) in rows.chunks_exact_mut(width).enumerate() {
-            Simd::best().vectorised(PushRow { y: band * BAND + y, row, coarser, blended });
+            Simd::best().in_vectors(PushRow { y: band * BAND + y, row, coarser, blended });
         }
     });
 }
@@ -271,27 +293,46 @@ struct PushRow<'a> {
     blended: &'a mut Vec<Known>,
 }
 
-impl Work for PushRow<'_> {
+impl VectorWork for PushRow<'_> {
     #[inline(always)]
-    fn run(self) {
+    fn run<V: Floats>(self, some: V) {
         let Self { y, row, coarser, blended } = self;
         let [(a, wa), (b, wb)] = halves(y, coarser.height());
         let width = coarser.width;
         // One more on both sides, so that every pixel has two neighbours.
         blended.resize(width + 2, [0.0; 4]);
-        for (to, (a, b)) in blended[1..].iter_mut().zip(coarser.row(a).iter().zip(coarser.row(b))) {
-            for c in 0..4 {
-                to[c] = wa * a[c] + wb * b[c];
-            }
+        let rows = coarser.row(a).as_flattened().iter().zip(coarser.row(b).as_flattened());
+        for (to, (a, b)) in blended[1..].as_flattened_mut().iter_mut().zip(rows) {
+            *to = wa * a + wb * b;
         }
         (blended[0], blended[width + 1]) = (blended[1], blended[width]);
-        for (to, around) in row.as_chunks_mut::<2>().0.iter_mut().zip(blended.array_windows::<3>()) {
-            let [left, near, right] = around.map(Vec4::from_array);
-            let near = 0.75 * near;
-            for (to, beside) in to.iter_mut().zip([left, right]) {
-                let known = Vec4::from_array(*to);
-                *to = (known + (1.0 - known.w) * (near + 0.25 * beside)).to_array();
-            }
+        let (from, to) = (blended.as_flattened(), row.as_flattened_mut());
+        let whole = 4 * width / V::N;
+        for vector in 0..whole {
+            add(twice(&from[vector * V::N..], some), &mut to[2 * vector * V::N..]);
         }
+        for pixel in whole * (V::N / 4)..width {
+            add(twice(&from[4 * pixel..], Vec4::ZERO), &mut to[8 * pixel..]);
+        }
+    }
+}
+
+/// Two vectors of pixels at twice the resolution, of the pixels `from` the one before them on.
+#[inline(always)]
+pub fn twice<V: Floats>(from: &[f32], some: V) -> [V; 2] {
+    let from = &from[..V::N + 8];
+    let (left, near, right) = (some.load(from), some.load(&from[4..]), some.load(&from[8..]));
+    let near = near * some.splat(0.75);
+    let (left, right) = (left * some.splat(0.25), right * some.splat(0.25));
+    [near.zip_low(near) + left.zip_low(right), near.zip_high(near) + left.zip_high(right)]
+}
+
+/// Adds `more` to known pixels as far as these are not known.
+#[inline(always)]
+fn add<V: Floats>([low, high]: [V; 2], to: &mut [f32]) {
+    let (first, second) = to[..2 * V::N].split_at_mut(V::N);
+    for (more, to) in [(low, first), (high, second)] {
+        let known = more.load(to);
+        (known + (more.splat(1.0) - known.fourths()) * more).store(to);
     }
 }

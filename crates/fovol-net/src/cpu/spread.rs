@@ -1,6 +1,7 @@
 //! The filling of frames from the pixels that are known.
 
 use super::doubled::{DoubledRow, doubled};
+use super::floats::{Floats, VectorWork};
 use super::map::Map;
 use super::points::WithoutPlaces;
 use super::pyramid::{Known, KnownRows, Pyramid, divided};
@@ -67,7 +68,7 @@ impl KnownRows for Differences<'_> {
             to.clear();
             to.extend_from_slice(self.known.row(y).as_chunks().0);
         }
-        Simd::best().vectorised(DifferenceRow { base: self.base, y, memory, to });
+        Simd::best().in_vectors(DifferenceRow { base: self.base, y, memory, to });
     }
 }
 
@@ -79,17 +80,26 @@ struct DifferenceRow<'a> {
     to: &'a mut [Known],
 }
 
-impl Work for DifferenceRow<'_> {
+impl VectorWork for DifferenceRow<'_> {
     #[inline(always)]
-    fn run(self) {
+    fn run<V: Floats>(self, some: V) {
         let Self { base, y, memory, to } = self;
-        memory.make(base, y);
-        for (to, base) in to.iter_mut().zip(&memory.row) {
-            // The base has 0 as its fourth number: the weight stays.
-            let known = Vec4::from_array(*to);
-            *to = (known - known.w * Vec4::from_array(*base)).to_array();
+        memory.make(base, y, some);
+        let (from, to) = (memory.row.as_flattened(), to.as_flattened_mut());
+        let whole = to.len() / V::N * V::N;
+        for (to, base) in to.chunks_exact_mut(V::N).zip(from.chunks_exact(V::N)) {
+            difference(some.load(to), some.load(base)).store(to);
+        }
+        for (to, base) in to[whole..].chunks_exact_mut(4).zip(from[whole..].chunks_exact(4)) {
+            difference(Vec4::from_slice(to), Vec4::from_slice(base)).store(to);
         }
     }
+}
+
+/// Known pixels without what `base` is there. The base has 0 as its fourth number: the weight stays.
+#[inline(always)]
+fn difference<V: Floats>(known: V, base: V) -> V {
+    known - known.fourths() * base
 }
 
 /// Writes `known` to `out`, and as far as it is not known `base`, a picture of half the resolution, bilinear.
@@ -102,10 +112,10 @@ pub fn blend(known: KnownPixels<'_>, base: &Map, out: &mut Map) {
         match known {
             KnownPixels::All(known) => {
                 let known = known.row(y).as_chunks().0;
-                Simd::best().vectorised(BlendRow { known, base, y, memory, to });
+                Simd::best().in_vectors(BlendRow { known, base, y, memory, to });
             }
             KnownPixels::Samples(samples) => {
-                Simd::best().vectorised(BaseRow { base, y, memory, to: &mut *to });
+                Simd::best().in_vectors(BaseRow { base, y, memory, to: &mut *to });
                 samples.row(y).iter().for_each(|sample| to[sample.x as usize] = sample.colour);
             }
         }
@@ -120,10 +130,10 @@ struct BaseRow<'a> {
     to: &'a mut [[f32; 3]],
 }
 
-impl Work for BaseRow<'_> {
+impl VectorWork for BaseRow<'_> {
     #[inline(always)]
-    fn run(self) {
-        self.memory.make(self.base, self.y);
+    fn run<V: Floats>(self, some: V) {
+        self.memory.make(self.base, self.y, some);
         self.to.iter_mut().zip(&self.memory.row).for_each(|(to, base)| to.copy_from_slice(&base[..3]));
     }
 }
@@ -136,11 +146,11 @@ struct BlendRow<'a> {
     to: &'a mut [[f32; 3]],
 }
 
-impl Work for BlendRow<'_> {
+impl VectorWork for BlendRow<'_> {
     #[inline(always)]
-    fn run(self) {
+    fn run<V: Floats>(self, some: V) {
         let Self { known, base, y, memory, to } = self;
-        memory.make(base, y);
+        memory.make(base, y, some);
         for ((to, known), base) in to.iter_mut().zip(known).zip(&memory.row) {
             let known = Vec4::from_array(*known);
             let sum = known + (1.0 - known.w) * Vec4::from_array(*base);

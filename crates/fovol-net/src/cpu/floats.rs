@@ -1,0 +1,326 @@
+//! Vectors of f32, for what compilers do not make vectors of by themselves; written once for every instruction set.
+//!
+//! The first vector is made where the instructions are known to be there ([`Simd::in_vectors`]), and all others come from it: so
+//! none is ever used where they are not.
+
+use super::simd::Simd;
+use glam::{BVec4A, Vec4};
+use std::ops::{Add, Div, Mul, Sub};
+
+/// A vector of [`N`](Self::N) numbers, which may also be N / 4 pixels of four.
+pub trait Floats:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
+{
+    /// A truth value for each number.
+    type Mask: Copy;
+    /// How many numbers it has.
+    const N: usize;
+
+    /// The same number everywhere.
+    fn splat(self, number: f32) -> Self;
+    /// The first numbers of some.
+    ///
+    /// # Panics
+    /// Where there are fewer.
+    fn load(self, from: &[f32]) -> Self;
+    /// Writes them to the first of `to`.
+    ///
+    /// # Panics
+    /// Where there is less room.
+    fn store(self, to: &mut [f32]);
+    fn max(self, other: Self) -> Self;
+    fn min(self, other: Self) -> Self;
+    fn abs(self) -> Self;
+    fn is_at_least(self, other: Self) -> Self::Mask;
+    fn is_below(self, other: Self) -> Self::Mask;
+    fn both(self, one: Self::Mask, other: Self::Mask) -> Self::Mask;
+    /// The numbers where the mask is set, else 0.
+    fn keep(self, mask: Self::Mask) -> Self;
+
+    /// Every other pixel of these and others, from the first on.
+    fn evens(self, others: Self) -> Self;
+    /// The same from the second on.
+    fn odds(self, others: Self) -> Self;
+    /// The first pixels of these and others in turn.
+    fn zip_low(self, others: Self) -> Self;
+    /// The last ones.
+    fn zip_high(self, others: Self) -> Self;
+    /// The fourth number of each pixel, in all four places.
+    fn fourths(self) -> Self;
+    /// The pixels with the fourth numbers of others.
+    fn with_fourths(self, others: Self) -> Self;
+}
+
+/// Something to do with vectors. As with [`Work`](super::simd::Work), whatever matters must be `#[inline(always)]`.
+pub trait VectorWork {
+    /// Does it with vectors like `some`.
+    fn run<V: Floats>(self, some: V);
+}
+
+impl Simd {
+    /// Does `work` with the longest vectors of this set.
+    #[inline(always)]
+    pub fn in_vectors(self, work: impl VectorWork) {
+        #[cfg(target_arch = "x86_64")]
+        {
+            /// # Safety
+            /// The instructions must be available.
+            #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,fma")]
+            unsafe fn avx512(work: impl VectorWork) {
+                work.run(x86::Sixteen::zero());
+            }
+
+            /// # Safety
+            /// The instructions must be available.
+            #[target_feature(enable = "avx2,fma")]
+            unsafe fn avx2(work: impl VectorWork) {
+                work.run(x86::Eight::zero());
+            }
+
+            match self {
+                // SAFETY: instruction sets are only named where the processor has them.
+                Self::Avx512 | Self::Amx => return unsafe { avx512(work) },
+                // SAFETY: as above.
+                Self::Avx2 => return unsafe { avx2(work) },
+                Self::Portable => {}
+            }
+        }
+        work.run(Vec4::ZERO);
+    }
+}
+
+impl Floats for Vec4 {
+    type Mask = BVec4A;
+    const N: usize = 4;
+
+    #[inline(always)]
+    fn splat(self, number: f32) -> Self {
+        Self::splat(number)
+    }
+    #[inline(always)]
+    fn load(self, from: &[f32]) -> Self {
+        Self::from_slice(from)
+    }
+    #[inline(always)]
+    fn store(self, to: &mut [f32]) {
+        self.write_to_slice(to);
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        self.max(other)
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        self.min(other)
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        self.abs()
+    }
+    #[inline(always)]
+    fn is_at_least(self, other: Self) -> BVec4A {
+        self.cmpge(other)
+    }
+    #[inline(always)]
+    fn is_below(self, other: Self) -> BVec4A {
+        self.cmplt(other)
+    }
+    #[inline(always)]
+    fn both(self, one: BVec4A, other: BVec4A) -> BVec4A {
+        one & other
+    }
+    #[inline(always)]
+    fn keep(self, mask: BVec4A) -> Self {
+        Self::select(mask, self, Self::ZERO)
+    }
+    #[inline(always)]
+    fn evens(self, _: Self) -> Self {
+        self
+    }
+    #[inline(always)]
+    fn odds(self, others: Self) -> Self {
+        others
+    }
+    #[inline(always)]
+    fn zip_low(self, _: Self) -> Self {
+        self
+    }
+    #[inline(always)]
+    fn zip_high(self, others: Self) -> Self {
+        others
+    }
+    #[inline(always)]
+    fn fourths(self) -> Self {
+        Self::splat(self.w)
+    }
+    #[inline(always)]
+    fn with_fourths(self, others: Self) -> Self {
+        self.with_w(others.w)
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[allow(
+    clippy::undocumented_unsafe_blocks,
+    reason = "each is one instruction on vectors, which are only there where it is; loads and stores check their slices"
+)]
+mod x86 {
+    use super::Floats;
+    use std::arch::x86_64::*;
+    use std::ops::{Add, Div, Mul, Sub};
+
+    /// Sixteen numbers of AVX-512.
+    #[derive(Debug, Clone, Copy)]
+    pub struct Sixteen(__m512);
+
+    /// Eight numbers of AVX2.
+    #[derive(Debug, Clone, Copy)]
+    pub struct Eight(__m256);
+
+    impl Sixteen {
+        #[inline]
+        #[target_feature(enable = "avx512f")]
+        pub fn zero() -> Self {
+            Self(_mm512_setzero_ps())
+        }
+    }
+
+    impl Eight {
+        #[inline]
+        #[target_feature(enable = "avx2")]
+        pub fn zero() -> Self {
+            Self(_mm256_setzero_ps())
+        }
+    }
+
+    macro_rules! operators {
+        ($vector:ident: $($operator:ident::$method:ident = $instruction:ident),*) => {
+            $(impl $operator for $vector {
+                type Output = Self;
+                #[inline(always)]
+                fn $method(self, other: Self) -> Self {
+                    Self(unsafe { $instruction(self.0, other.0) })
+                }
+            })*
+        };
+    }
+    operators!(Sixteen: Add::add = _mm512_add_ps, Sub::sub = _mm512_sub_ps, Mul::mul = _mm512_mul_ps, Div::div = _mm512_div_ps);
+    operators!(Eight: Add::add = _mm256_add_ps, Sub::sub = _mm256_sub_ps, Mul::mul = _mm256_mul_ps, Div::div = _mm256_div_ps);
+
+    #[rustfmt::skip]
+    impl Floats for Sixteen {
+        type Mask = __mmask16;
+        const N: usize = 16;
+
+        #[inline(always)] fn splat(self, number: f32) -> Self { Self(unsafe { _mm512_set1_ps(number) }) }
+        #[inline(always)] fn load(self, from: &[f32]) -> Self {
+            let from = &from[..Self::N];
+            Self(unsafe { _mm512_loadu_ps(from.as_ptr()) })
+        }
+        #[inline(always)] fn store(self, to: &mut [f32]) {
+            let to = &mut to[..Self::N];
+            unsafe { _mm512_storeu_ps(to.as_mut_ptr(), self.0) }
+        }
+        #[inline(always)] fn max(self, other: Self) -> Self { Self(unsafe { _mm512_max_ps(self.0, other.0) }) }
+        #[inline(always)] fn min(self, other: Self) -> Self { Self(unsafe { _mm512_min_ps(self.0, other.0) }) }
+        #[inline(always)] fn abs(self) -> Self { Self(unsafe { _mm512_abs_ps(self.0) }) }
+        #[inline(always)] fn is_at_least(self, other: Self) -> __mmask16 { unsafe { _mm512_cmp_ps_mask::<_CMP_GE_OQ>(self.0, other.0) } }
+        #[inline(always)] fn is_below(self, other: Self) -> __mmask16 { unsafe { _mm512_cmp_ps_mask::<_CMP_LT_OQ>(self.0, other.0) } }
+        #[inline(always)] fn both(self, one: __mmask16, other: __mmask16) -> __mmask16 { one & other }
+        #[inline(always)] fn keep(self, mask: __mmask16) -> Self { Self(unsafe { _mm512_maskz_mov_ps(mask, self.0) }) }
+        #[inline(always)] fn evens(self, others: Self) -> Self { Self(unsafe { _mm512_shuffle_f32x4::<0b10_00_10_00>(self.0, others.0) }) }
+        #[inline(always)] fn odds(self, others: Self) -> Self { Self(unsafe { _mm512_shuffle_f32x4::<0b11_01_11_01>(self.0, others.0) }) }
+        #[inline(always)] fn zip_low(self, others: Self) -> Self {
+            let order = unsafe { _mm512_setr_epi32(0, 1, 2, 3, 16, 17, 18, 19, 4, 5, 6, 7, 20, 21, 22, 23) };
+            Self(unsafe { _mm512_permutex2var_ps(self.0, order, others.0) })
+        }
+        #[inline(always)] fn zip_high(self, others: Self) -> Self {
+            let order = unsafe { _mm512_setr_epi32(8, 9, 10, 11, 24, 25, 26, 27, 12, 13, 14, 15, 28, 29, 30, 31) };
+            Self(unsafe { _mm512_permutex2var_ps(self.0, order, others.0) })
+        }
+        #[inline(always)] fn fourths(self) -> Self { Self(unsafe { _mm512_permute_ps::<0xFF>(self.0) }) }
+        #[inline(always)] fn with_fourths(self, others: Self) -> Self { Self(unsafe { _mm512_mask_blend_ps(0x8888, self.0, others.0) }) }
+    }
+
+    #[rustfmt::skip]
+    impl Floats for Eight {
+        type Mask = __m256;
+        const N: usize = 8;
+
+        #[inline(always)] fn splat(self, number: f32) -> Self { Self(unsafe { _mm256_set1_ps(number) }) }
+        #[inline(always)] fn load(self, from: &[f32]) -> Self {
+            let from = &from[..Self::N];
+            Self(unsafe { _mm256_loadu_ps(from.as_ptr()) })
+        }
+        #[inline(always)] fn store(self, to: &mut [f32]) {
+            let to = &mut to[..Self::N];
+            unsafe { _mm256_storeu_ps(to.as_mut_ptr(), self.0) }
+        }
+        #[inline(always)] fn max(self, other: Self) -> Self { Self(unsafe { _mm256_max_ps(self.0, other.0) }) }
+        #[inline(always)] fn min(self, other: Self) -> Self { Self(unsafe { _mm256_min_ps(self.0, other.0) }) }
+        #[inline(always)] fn abs(self) -> Self { Self(unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0) }) }
+        #[inline(always)] fn is_at_least(self, other: Self) -> __m256 { unsafe { _mm256_cmp_ps::<_CMP_GE_OQ>(self.0, other.0) } }
+        #[inline(always)] fn is_below(self, other: Self) -> __m256 { unsafe { _mm256_cmp_ps::<_CMP_LT_OQ>(self.0, other.0) } }
+        #[inline(always)] fn both(self, one: __m256, other: __m256) -> __m256 { unsafe { _mm256_and_ps(one, other) } }
+        #[inline(always)] fn keep(self, mask: __m256) -> Self { Self(unsafe { _mm256_and_ps(mask, self.0) }) }
+        #[inline(always)] fn evens(self, others: Self) -> Self { Self(unsafe { _mm256_permute2f128_ps::<0x20>(self.0, others.0) }) }
+        #[inline(always)] fn odds(self, others: Self) -> Self { Self(unsafe { _mm256_permute2f128_ps::<0x31>(self.0, others.0) }) }
+        #[inline(always)] fn zip_low(self, others: Self) -> Self { self.evens(others) }
+        #[inline(always)] fn zip_high(self, others: Self) -> Self { self.odds(others) }
+        #[inline(always)] fn fourths(self) -> Self { Self(unsafe { _mm256_permute_ps::<0xFF>(self.0) }) }
+        #[inline(always)] fn with_fourths(self, others: Self) -> Self { Self(unsafe { _mm256_blend_ps::<0x88>(self.0, others.0) }) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Shuffles;
+
+    impl VectorWork for Shuffles {
+        fn run<V: Floats>(self, some: V) {
+            let numbers: Vec<f32> = (0..2 * V::N).map(|i| i as f32 - 3.5).collect();
+            let (a, b) = (some.load(&numbers), some.load(&numbers[V::N..]));
+            let read = |v: V| {
+                let mut out = vec![0.0; V::N];
+                v.store(&mut out);
+                out
+            };
+            let pixels: Vec<&[f32]> = numbers.chunks_exact(4).collect();
+            let count = V::N / 4;
+            let every_other =
+                |first: usize| pixels[first..].iter().step_by(2).copied().collect::<Vec<_>>().concat();
+            assert_eq!(read(a.evens(b)), every_other(0));
+            assert_eq!(read(a.odds(b)), every_other(1));
+            let zipped: Vec<f32> =
+                (0..count).flat_map(|i| [pixels[i], pixels[count + i]]).collect::<Vec<_>>().concat();
+            assert_eq!(read(a.zip_low(b)), zipped[..V::N]);
+            assert_eq!(read(a.zip_high(b)), zipped[V::N..]);
+            let expected = |f: &dyn Fn(usize) -> f32| (0..V::N).map(f).collect::<Vec<_>>();
+            assert_eq!(read(a.fourths()), expected(&|i| numbers[i / 4 * 4 + 3]));
+            let fourth = |i: usize| if i % 4 == 3 { numbers[V::N + i] } else { numbers[i] };
+            assert_eq!(read(a.with_fourths(b)), expected(&fourth));
+            assert_eq!(read(a.abs()), expected(&|i| numbers[i].abs()));
+            assert_eq!(
+                read(a.max(some.splat(0.25)).min(some.splat(1.0))),
+                expected(&|i| numbers[i].clamp(0.25, 1.0))
+            );
+            let is_between = some.both(a.is_at_least(some.splat(-1.5)), a.is_below(some.splat(0.5)));
+            let kept = |i: usize| if (-1.5..0.5).contains(&numbers[i]) { numbers[i] } else { 0.0 };
+            assert_eq!(read(a.keep(is_between)), expected(&kept));
+            assert_eq!(
+                read(a * b - a / b + a),
+                expected(&|i| {
+                    let (a, b) = (numbers[i], numbers[V::N + i]);
+                    a * b - a / b + a
+                })
+            );
+        }
+    }
+
+    #[test]
+    fn every_instruction_set_does_the_same() {
+        Simd::available().into_iter().for_each(|simd| simd.in_vectors(Shuffles));
+    }
+}
