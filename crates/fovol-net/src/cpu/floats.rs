@@ -7,6 +7,9 @@ use super::simd::Simd;
 use glam::{BVec4A, Vec4};
 use std::ops::{Add, Div, Mul, Sub};
 
+/// The numbers of the longest vectors.
+pub const MOST: usize = 16;
+
 /// A vector of [`N`](Self::N) numbers, which may also be N / 4 pixels of four.
 pub trait Floats:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
@@ -28,6 +31,8 @@ pub trait Floats:
     /// # Panics
     /// Where there is less room.
     fn store(self, to: &mut [f32]);
+    /// Times one, plus other numbers, rounded once where there is an instruction for it.
+    fn times_plus(self, factor: Self, more: Self) -> Self;
     fn max(self, other: Self) -> Self;
     fn min(self, other: Self) -> Self;
     fn abs(self) -> Self;
@@ -104,6 +109,10 @@ impl Floats for Vec4 {
     #[inline(always)]
     fn store(self, to: &mut [f32]) {
         self.write_to_slice(to);
+    }
+    #[inline(always)]
+    fn times_plus(self, factor: Self, more: Self) -> Self {
+        self * factor + more
     }
     #[inline(always)]
     fn max(self, other: Self) -> Self {
@@ -221,6 +230,7 @@ mod x86 {
             let to = &mut to[..Self::N];
             unsafe { _mm512_storeu_ps(to.as_mut_ptr(), self.0) }
         }
+        #[inline(always)] fn times_plus(self, factor: Self, more: Self) -> Self { Self(unsafe { _mm512_fmadd_ps(self.0, factor.0, more.0) }) }
         #[inline(always)] fn max(self, other: Self) -> Self { Self(unsafe { _mm512_max_ps(self.0, other.0) }) }
         #[inline(always)] fn min(self, other: Self) -> Self { Self(unsafe { _mm512_min_ps(self.0, other.0) }) }
         #[inline(always)] fn abs(self) -> Self { Self(unsafe { _mm512_abs_ps(self.0) }) }
@@ -256,6 +266,7 @@ mod x86 {
             let to = &mut to[..Self::N];
             unsafe { _mm256_storeu_ps(to.as_mut_ptr(), self.0) }
         }
+        #[inline(always)] fn times_plus(self, factor: Self, more: Self) -> Self { Self(unsafe { _mm256_fmadd_ps(self.0, factor.0, more.0) }) }
         #[inline(always)] fn max(self, other: Self) -> Self { Self(unsafe { _mm256_max_ps(self.0, other.0) }) }
         #[inline(always)] fn min(self, other: Self) -> Self { Self(unsafe { _mm256_min_ps(self.0, other.0) }) }
         #[inline(always)] fn abs(self) -> Self { Self(unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0) }) }

@@ -71,11 +71,10 @@ impl Step {
                 Self::Conv(Box::new(PreparedConv::new(&shape, &weight, bias, simd, arithmetic)))
             }
             Layer::Filter(filter) => {
-                let arithmetic = choice.exact(std::iter::once(filter.features));
                 let predicted = schedule.additions[number].map(|addition| &plan.layers()[addition.predicted]);
                 let addition = predicted.map(|layer| pair(layer.name())).transpose()?;
                 let parameters = pair(&filter.name)?;
-                let prepared = PreparedFilter::new(filter, parameters, addition, simd, arithmetic);
+                let prepared = PreparedFilter::new(filter, parameters, addition, simd);
                 Self::Filter(Box::new(prepared))
             }
             Layer::Norm(norm) => {

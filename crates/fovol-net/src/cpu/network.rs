@@ -482,9 +482,11 @@ impl Network {
         for (place, kept) in self.plan.states().iter().enumerate() {
             let map = &mut tensors[kept.next.index()];
             // Numbers that are not finite would stay forever.
-            with_map!(map, map => {
-                map.data.par_iter_mut().filter(|v| !v.to_f32().is_finite()).for_each(|v| *v = Element::from_f32(0.0));
-            });
+            if !self.schedule.stays_finite[place] {
+                with_map!(map, map => {
+                    map.data.par_iter_mut().filter(|v| !v.to_f32().is_finite()).for_each(|v| *v = Element::from_f32(0.0));
+                });
+            }
             state.carried[place] = match self.is_needed_again(place) {
                 true => state.spare.copy(map, kept.previous.index()),
                 false => std::mem::take(map),

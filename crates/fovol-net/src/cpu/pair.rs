@@ -8,8 +8,10 @@ use super::patch::{Access, Source};
 use rayon::prelude::*;
 use std::sync::{Mutex, PoisonError};
 
-/// Output rows that are made at once.
-const ROWS: usize = 4;
+/// Output rows that are made at once, as many as a multiple of two numbers in this range has of about so many numbers: each time
+/// two rows of the input more are looked at, but rows wait for each other in memory.
+const ROWS: [usize; 2] = [4, 12];
+const NUMBERS: usize = 1 << 17;
 /// Output rows that one task makes at least; the first convolution makes two more of them.
 const FEWEST: usize = 48;
 /// Rows between the convolutions that are made beyond those that are asked for: the second looks at one, and as they are
@@ -59,9 +61,9 @@ impl Pair<'_> {
         self.strips(out, |first, strip, memory| {
             let Memory { between, scratch, .. } = memory;
             self.begin(between, first, [height, width]);
-            let row = width * self.second.outputs();
-            for (step, part) in strip.chunks_mut(ROWS * row).enumerate() {
-                self.step(first + step * ROWS, sources, (between, scratch), part);
+            let (row, rows) = (width * self.second.outputs(), self.rows(width));
+            for (step, part) in strip.chunks_mut(rows * row).enumerate() {
+                self.step(first + step * rows, sources, (between, scratch), part);
             }
         });
     }
@@ -89,8 +91,9 @@ impl Pair<'_> {
             let mut kept = emptied::<T>(old, [height, width, channels], first - above.len() / row);
             kept.data.extend_from_slice(above);
             let end = first + strip.len() / row;
-            for y in (first..end).step_by(ROWS) {
-                let here = y..(y + ROWS).min(end);
+            let at_once = self.rows(width);
+            for y in (first..end).step_by(at_once) {
+                let here = y..(y + at_once).min(end);
                 // What is about to be written over, and a little more.
                 let known = kept.end();
                 let wanted = y.saturating_sub(AROUND)..(here.end + AROUND).min(height);
@@ -108,6 +111,12 @@ impl Pair<'_> {
             }
             *old = T::stored(kept);
         });
+    }
+
+    /// Output rows that are made at once.
+    fn rows(&self, width: usize) -> usize {
+        let row = width * self.first.outputs().max(self.second.outputs());
+        (NUMBERS / row).clamp(ROWS[0], ROWS[1]) & !1
     }
 
     /// Calls `make` with the number of its first row, the numbers and memory for each part of `out`.
@@ -146,7 +155,7 @@ impl Pair<'_> {
 
 /// Rows of one task: as many tasks as threads, as rows at their borders are made twice.
 fn strip_rows(height: usize) -> usize {
-    height.div_ceil(rayon::current_num_threads()).max(FEWEST).next_multiple_of(ROWS)
+    height.div_ceil(rayon::current_num_threads()).max(FEWEST).next_multiple_of(ROWS[1])
 }
 
 /// A map that has none of its rows yet, the first of which will be `top`, in the memory of `used`.

@@ -3,7 +3,7 @@
 //! In a row of points each of their numbers has its own stretch: the colours of all pixels, their weights, and where they
 //! lie. So neighbouring pixels are neighbouring numbers of vectors.
 
-use super::floats::{Floats, VectorWork};
+use super::floats::{Floats, MOST, VectorWork};
 use super::map::Map;
 use super::pyramid::{Known, KnownRows};
 use super::simd::{Simd, Work};
@@ -160,8 +160,7 @@ impl ReprojectRow<'_> {
     #[inline(always)]
     fn vector<V: Floats>(&mut self, first: usize, [above, left]: [usize; 2], some: V) {
         let [whole_right, whole_down] = [left as f32 - first as f32, above as f32 - self.y as f32];
-        // At most as many as the longest vectors have.
-        let mut parts = [[0.0; 16]; 2];
+        let mut parts = [[0.0; MOST]; 2];
         for (i, moved) in self.motion[first..first + V::N].iter().enumerate() {
             parts[0][i] = moved[0] - whole_right;
             parts[1][i] = moved[1] - whole_down;
@@ -299,7 +298,7 @@ fn splat_vector<V: Floats>(rows: &[Option<Row<'_>>; 3], first: usize, to: &mut [
         }
     }
     let factor = one / sum.max(one);
-    let mut numbers = [[0.0; 16]; 4];
+    let mut numbers = [[0.0; MOST]; 4];
     for n in 0..4 {
         (told[n] * factor).store(&mut numbers[n]);
     }

@@ -70,7 +70,8 @@ impl Work for RowChange<'_> {
                 samples.row(y).iter().for_each(|sample| pixels[sample.x as usize] = sample.colour);
             }
             Change::Scale { factor, offset } => row.iter_mut().for_each(|to| *to = *to * factor + offset),
-            Change::Clamp => row.iter_mut().for_each(|to| *to = to.clamp(0.0, 1.0)),
+            // What is no number becomes 0.
+            Change::Clamp => row.iter_mut().for_each(|to| *to = to.max(0.0).min(1.0)),
         }
     }
 }

@@ -166,7 +166,7 @@ impl Case<'_> {
                 _ => Normalisation::Softmax,
             },
         };
-        let prepared = PreparedFilter::new(&layer, (&weights, &bias), None, simd, Arithmetic::F32);
+        let prepared = PreparedFilter::new(&layer, (&weights, &bias), None, simd);
         let stored: Vec<Stored> = inputs.into_iter().map(Stored::F32).collect();
         let sources = stored.iter().zip(&images).map(|(map, &(resize, _))| Source::new(map, resize));
         let mut out = Map::default();

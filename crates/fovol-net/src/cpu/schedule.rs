@@ -23,6 +23,8 @@ pub struct Schedule {
     pub additions: Vec<Option<Addition>>,
     /// States that are points.
     pub points: Vec<TensorId>,
+    /// For each state whether what it becomes is finite whatever it was made of.
+    pub stays_finite: Vec<bool>,
     /// What the frame is made of: the output, or what it is cut to, as frames are anyway.
     pub shown: TensorId,
 }
@@ -87,6 +89,7 @@ impl Schedule {
             known,
             takes_samples: known.is_some_and(|known| takes_samples(plan, known)),
             points: points(plan),
+            stays_finite: stays_finite(plan),
             shown,
         }
     }
@@ -98,15 +101,18 @@ impl Schedule {
         let shown = plan.output();
         let finished = finished(plan, &derived, None, shown);
         let (pairs, additions) = (vec![None; plan.layers().len()], vec![None; plan.layers().len()]);
+        let (known, takes_samples) = (None, false);
+        let (points, stays_finite) = (points(plan), stays_finite(plan));
         Self {
             finished,
             pairs,
             changes,
             derived,
-            known: None,
-            takes_samples: false,
+            known,
+            takes_samples,
             additions,
-            points: points(plan),
+            points,
+            stays_finite,
             shown,
         }
     }
@@ -220,6 +226,14 @@ fn points(plan: &Plan) -> Vec<TensorId> {
         _ => None,
     });
     moved.collect()
+}
+
+/// For each state of `plan` whether what it becomes is finite whatever it was made of: pictures that are cut, and samples, which
+/// were.
+fn stays_finite(plan: &Plan) -> Vec<bool> {
+    let is_finite = |layer: &Layer| matches!(layer, Layer::Clamp { .. } | Layer::Accumulate { .. });
+    let made = |id: TensorId| plan.layers().iter().find(|layer| layer.output() == id);
+    plan.states().iter().map(|state| made(state.next).is_some_and(is_finite)).collect()
 }
 
 /// What the frame is made of.

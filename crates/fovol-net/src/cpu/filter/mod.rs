@@ -7,25 +7,27 @@
 mod planes;
 mod weigh;
 
-use super::conv::{self, Arithmetic, ConvShape, PreparedConv};
 use super::map::{Map, Stored};
 use super::patch::{Memory, Source};
 use super::pointwise::{Change, change_row};
 use super::simd::Simd;
-use crate::plan::{Activation, Filter, Normalisation, Padding, Taps};
+use crate::plan::{Filter, Normalisation, Taps};
 use planes::{CHANNELS, Ring};
 use rayon::prelude::*;
-use weigh::{LANES, Weighing};
+use weigh::{Prediction, Weighing};
 
-/// A predicted kernel with its weights.
+/// A predicted kernel with its weights. They are f32, and so are products and sums: kernels make pictures, for which the eight
+/// bits of bf16 are too few, and there are few of them.
 #[derive(Debug, Clone)]
 pub struct PreparedFilter {
     /// Predicts the weights of kernels, and what is added.
-    predict: PreparedConv,
+    prediction: Prediction,
+    /// How many outputs of it are weights of kernels.
+    weights: usize,
+    has_addition: bool,
     expand: usize,
     taps: Vec<Taps>,
     normalisation: Normalisation,
-    has_addition: bool,
     simd: Simd,
 }
 
@@ -36,31 +38,22 @@ pub type Parameters<'a> = (&'a [f32], &'a [f32]);
 const ROWS: usize = 16;
 
 impl PreparedFilter {
-    /// The layer `filter` with its parameters, which multiplies features as `arithmetic` says. With those of an `addition`,
-    /// what that predicts of the same features for each of their pixels, three numbers each, is added to what is filtered.
+    /// The layer `filter` with its parameters. With those of an `addition`, what that predicts of the same features for each of
+    /// their pixels, three numbers each, is added to what is filtered.
     pub fn new(
         filter: &Filter,
         (weights, bias): Parameters<'_>,
         addition: Option<Parameters<'_>>,
         simd: Simd,
-        arithmetic: Arithmetic,
     ) -> Self {
         let (more_weights, more_bias) = addition.unwrap_or_default();
-        let shape = ConvShape {
-            inputs: weights.len() / bias.len(),
-            outputs: bias.len() + more_bias.len(),
-            size: 1,
-            stride: 1,
-            padding: Padding::Zero,
-            activation: Activation::None,
-        };
-        let (weights, bias) = ([weights, more_weights].concat(), [bias, more_bias].concat());
         Self {
-            predict: PreparedConv::new(&shape, &weights, &bias, simd, arithmetic),
+            prediction: Prediction::new(&[weights, more_weights].concat(), &[bias, more_bias].concat()),
+            weights: bias.len(),
+            has_addition: addition.is_some(),
             expand: filter.expand,
             taps: filter.images.iter().map(|&(_, taps)| taps).collect(),
             normalisation: filter.normalisation,
-            has_addition: addition.is_some(),
             simd,
         }
     }
@@ -90,30 +83,21 @@ impl PreparedFilter {
         features: &Stored,
         images: &[Source<'_>],
         y: usize,
-        Scratch { conv, memory, kernels, images: rings, chunk }: &mut Scratch,
+        Scratch { memory, images: rings, chunk }: &mut Scratch,
         out: &mut [f32],
     ) {
-        let width = images[0].size()[1];
-        let outputs = self.predict.outputs();
-        let length = width / self.expand * outputs;
-        // Vectors may begin with the last kernels and go on.
-        kernels.resize(length + LANES * outputs, 0.0);
-        let source = [Source::new(features, crate::plan::Resize::Same)];
-        self.predict.rows(&source, y / self.expand, conv, &mut kernels[..length]);
         for ((image, ring), taps) in images.iter().zip(&mut *rings).zip(&self.taps) {
             ring.hold(image, taps.rows(y, self.expand), self.expand, (self.simd, &mut *memory));
         }
-        self.simd.vectorised(Weighing { filter: self, y, width, kernels, images: rings, chunk, out });
+        let width = images[0].size()[1];
+        self.simd.in_vectors(Weighing { filter: self, y, width, features, images: rings, chunk, out });
     }
 }
 
 /// Memory of one thread.
 #[derive(Default)]
 struct Scratch {
-    conv: conv::Scratch,
     memory: Memory,
-    /// Those of a row of features, \[feature\]\[output\].
-    kernels: Vec<f32>,
     /// The rows of each image that are looked at.
     images: Vec<Ring>,
     chunk: weigh::Chunk,
@@ -122,8 +106,9 @@ struct Scratch {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cpu::conv::ConvShape;
     use crate::cpu::plain;
-    use crate::plan::{Read, Resize, TensorId};
+    use crate::plan::{Activation, Padding, Read, Resize, TensorId};
     use proptest::prelude::*;
 
     fn map(seed: u64, [height, width]: [usize; 2], channels: usize) -> Map {
@@ -175,7 +160,7 @@ mod tests {
             let sources: Vec<Source<'_>> =
                 stored.iter().map(|(map, resize)| Source::new(map, *resize)).collect();
             let mut out = Map::default();
-            PreparedFilter::new(&layer, (&weights, &bias), None, Simd::best(), Arithmetic::F32)
+            PreparedFilter::new(&layer, (&weights, &bias), None, Simd::best())
                 .run(&Stored::F32(features), &sources, &[], &mut out);
             for (a, b) in out.data.iter().zip(&expected.data) {
                 prop_assert!((a - b).abs() <= 1e-4, "{a} and {b}");

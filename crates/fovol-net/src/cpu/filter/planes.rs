@@ -1,8 +1,8 @@
+use super::super::floats::MOST;
 use super::super::map::Stored;
 use super::super::pack::Singles;
 use super::super::patch::{Access, Memory, Source, Window};
 use super::super::simd::{Simd, Work};
-use super::weigh::LANES;
 use crate::plan::{Padding, Taps};
 use glam::{Mat4, Vec4};
 use std::ops::Range;
@@ -40,7 +40,7 @@ impl Planes {
     fn take(&mut self, row: Option<&[f32]>, width: usize, expand: usize, simd: Simd) {
         let cells = width / expand;
         // The last vector may begin with the last pixel, and its neighbour one beyond.
-        self.stride = cells + 2 + LANES;
+        self.stride = cells + 2 + MOST;
         self.numbers.resize(expand * CHANNELS * self.stride, 0.0);
         let Some(row) = row else { return self.numbers.fill(0.0) };
         for plane in self.numbers.chunks_exact_mut(self.stride) {
@@ -71,24 +71,35 @@ impl Work for TakingApart<'_> {
 /// Number n of each `N` goes to plane n.
 #[inline(always)]
 fn take_apart<const N: usize>(row: &[f32], numbers: &mut [f32], stride: usize) {
-    let cells = row.as_chunks::<N>().0;
-    let fours = cells.len() / 4;
-    // Every fourth number of a cell begins a vector; the last vector ends where the cell does.
-    let firsts = (0..N).step_by(4).map(|n| n.min(N.saturating_sub(4)));
-    for i in 0..fours {
-        // One number of the next cell where a cell has but three.
-        let Some(four) = row[4 * i * N..].get(..(4 * N).max(3 * N + 4)) else { break };
-        for n in firsts.clone() {
-            let of = |i: usize| Vec4::from_slice(&four[i * N + n..]);
-            let planes = Mat4::from_cols(of(0), of(1), of(2), of(3)).transpose().to_cols_array_2d();
-            for (k, plane) in planes.iter().enumerate().take(N - n) {
-                numbers[(n + k) * stride + 1 + 4 * i..][..4].copy_from_slice(plane);
+    let cells = row.len() / N;
+    let mut done = 0;
+    // Four cells at a time, as vectors of four numbers each; the last one ends where its cell does, or with the next one's first
+    // number where cells have but three.
+    while 4 * N + 4 <= row[done * N..].len() {
+        let four = &row[done * N..][..4 * N + 4];
+        let mut n = 0;
+        while n < N {
+            let first = if N > 4 { n.min(N - 4) } else { 0 };
+            let columns = [
+                Vec4::from_slice(&four[first..]),
+                Vec4::from_slice(&four[N + first..]),
+                Vec4::from_slice(&four[2 * N + first..]),
+                Vec4::from_slice(&four[3 * N + first..]),
+            ];
+            let planes = Mat4::from_cols(columns[0], columns[1], columns[2], columns[3]).transpose();
+            let planes = [planes.x_axis, planes.y_axis, planes.z_axis, planes.w_axis];
+            for k in n - first..(N - first).min(4) {
+                let at = (first + k) * stride + 1 + done;
+                planes[k].write_to_slice(&mut numbers[at..at + 4]);
             }
+            n += 4;
         }
+        done += 4;
     }
-    // What is left, and where cells have three numbers the last four of them again.
-    for (x, cell) in cells.iter().enumerate().skip((4 * fours).saturating_sub(4)) {
-        cell.iter().enumerate().for_each(|(n, &number)| numbers[n * stride + 1 + x] = number);
+    for x in done..cells {
+        for n in 0..N {
+            numbers[n * stride + 1 + x] = row[x * N + n];
+        }
     }
 }
 

@@ -1,20 +1,111 @@
-use super::super::simd::Work;
+use super::super::element::Element;
+use super::super::floats::{Floats, MOST, VectorWork};
+use super::super::map::{Stored, with_map};
 use super::PreparedFilter;
 use super::planes::{CHANNELS, Ring};
 use crate::plan::{Normalisation, SQUARED_EPSILON, Taps};
 use glam::{Mat4, Vec4};
 
-/// Features that are done at once: the numbers of the longest vectors.
-pub const LANES: usize = 16;
+/// A number of each of some features side by side; as many as vectors have count.
+type Lanes = [f32; MOST];
 
-/// A number of each of them.
-type Lanes = [f32; LANES];
-
-/// What is on its way for these features.
+/// What is on its way for the features of a vector.
 #[derive(Debug, Default)]
 pub struct Chunk {
-    /// \[output of the prediction\], the weights of kernels and what is added.
+    /// \[feature\]\[channel\], and some numbers more.
+    features: Vec<f32>,
+    /// \[channel\].
+    channels: Vec<Lanes>,
+    /// \[output of the prediction\]: the weights of kernels and what is added.
     predicted: Vec<Lanes>,
+}
+
+/// The weights of a prediction, for so many outputs at a time as sums have room in registers.
+#[derive(Debug, Clone)]
+pub struct Prediction {
+    /// \[block of outputs\]\[input\]\[output of the block\].
+    weights: Vec<[f32; BLOCK]>,
+    /// \[block of outputs\]\[output of the block\].
+    bias: Vec<[f32; BLOCK]>,
+    inputs: usize,
+}
+
+/// Outputs that are predicted at once.
+const BLOCK: usize = 8;
+
+impl Prediction {
+    /// That of `weights` \[out, in\] and `bias` \[out\].
+    pub fn new(weights: &[f32], bias: &[f32]) -> Self {
+        let inputs = weights.len() / bias.len();
+        let blocks = bias.len().div_ceil(BLOCK);
+        let of = |numbers: &[f32], at: usize| numbers.get(at).copied().unwrap_or(0.0);
+        let block = |first: usize, number: &dyn Fn(usize) -> f32| {
+            std::array::from_fn(|k| if first + k < bias.len() { number(first + k) } else { 0.0 })
+        };
+        Self {
+            weights: (0..blocks * inputs)
+                .map(|at| block(at / inputs * BLOCK, &|out| of(weights, out * inputs + at % inputs)))
+                .collect(),
+            bias: (0..blocks).map(|at| block(at * BLOCK, &|out| of(bias, out))).collect(),
+            inputs,
+        }
+    }
+
+    /// Makes `chunk` predict of the `count` features from number `first` on of row `y` of `map`.
+    #[inline(always)]
+    fn run<V: Floats>(&self, map: &Stored, [y, first, count]: [usize; 3], chunk: &mut Chunk, some: V) {
+        let Chunk { features, channels, predicted } = chunk;
+        let inputs = self.inputs;
+        features.resize(MOST * inputs + 4, 0.0);
+        with_map!(map, map => {
+            let from = &map.row(y)[first * inputs..(first + count) * inputs];
+            for (to, from) in features.iter_mut().zip(from) {
+                *to = from.to_f32();
+            }
+        });
+        channels.resize(inputs.next_multiple_of(4), [0.0; MOST]);
+        for feature in (0..V::N).step_by(4) {
+            transpose(&features[feature * inputs..], inputs, feature, channels);
+        }
+        predicted.resize(self.bias.len() * BLOCK, [0.0; MOST]);
+        let blocks = predicted.as_chunks_mut::<BLOCK>().0.iter_mut().zip(&self.bias);
+        for ((to, bias), weights) in blocks.zip(self.weights.chunks_exact(inputs)) {
+            let mut sums = [some; BLOCK];
+            for k in 0..BLOCK {
+                sums[k] = some.splat(bias[k]);
+            }
+            for (channel, weights) in channels.iter().zip(weights) {
+                let channel = some.load(channel);
+                for k in 0..BLOCK {
+                    sums[k] = channel.times_plus(some.splat(weights[k]), sums[k]);
+                }
+            }
+            for k in 0..BLOCK {
+                sums[k].store(&mut to[k]);
+            }
+        }
+    }
+}
+
+/// Makes numbers `feature` and the three after it of all `channels` those of four features of `from`, which go on for some
+/// numbers more.
+#[inline(always)]
+fn transpose(from: &[f32], inputs: usize, feature: usize, channels: &mut [Lanes]) {
+    for (four, to) in channels.as_chunks_mut::<4>().0.iter_mut().enumerate() {
+        let at = 4 * four;
+        let columns = Mat4::from_cols(
+            Vec4::from_slice(&from[at..]),
+            Vec4::from_slice(&from[inputs + at..]),
+            Vec4::from_slice(&from[2 * inputs + at..]),
+            Vec4::from_slice(&from[3 * inputs + at..]),
+        );
+        let columns = columns.transpose();
+        for (to, column) in
+            to.iter_mut().zip([columns.x_axis, columns.y_axis, columns.z_axis, columns.w_axis])
+        {
+            column.write_to_slice(&mut to[feature..]);
+        }
+    }
 }
 
 /// The filtering of the rows that one row of features serves.
@@ -24,19 +115,18 @@ pub struct Weighing<'a> {
     pub y: usize,
     /// Their pixels.
     pub width: usize,
-    /// \[feature\]\[output of the prediction\].
-    pub kernels: &'a [f32],
+    pub features: &'a Stored,
     pub images: &'a [Ring],
     pub chunk: &'a mut Chunk,
     pub out: &'a mut [f32],
 }
 
-impl Work for Weighing<'_> {
+impl VectorWork for Weighing<'_> {
     #[inline(always)]
-    fn run(self) {
+    fn run<V: Floats>(self, some: V) {
         match self.filter.expand {
-            1 => self.rows::<1, { CHANNELS }>(),
-            _ => self.rows::<2, { 2 * CHANNELS }>(),
+            1 => self.rows::<V, 1, { CHANNELS }>(some),
+            _ => self.rows::<V, 2, { 2 * CHANNELS }>(some),
         }
     }
 }
@@ -44,139 +134,122 @@ impl Work for Weighing<'_> {
 impl Weighing<'_> {
     /// `N`: numbers of the pixels of one row that a feature serves.
     #[inline(always)]
-    fn rows<const EXPAND: usize, const N: usize>(self) {
-        let Self { filter, y, width, kernels, images, chunk, out } = self;
-        let predicted = &mut chunk.predicted;
-        for first in (0..width / EXPAND).step_by(LANES) {
-            transpose(&kernels[first * filter.predict.outputs()..], filter.predict.outputs(), predicted);
-            let weights = filter.taps.iter().map(|taps| taps.count()).sum::<usize>() * EXPAND * EXPAND;
-            let (weights, addition) = predicted.split_at_mut(weights);
-            shape::<EXPAND>(filter.normalisation, weights);
+    fn rows<V: Floats, const EXPAND: usize, const N: usize>(self, some: V) {
+        let features = self.width / EXPAND;
+        let row = self.width * CHANNELS;
+        for first in (0..features).step_by(V::N) {
+            let place = [self.y / EXPAND, first, V::N.min(features - first)];
+            self.filter.prediction.run(self.features, place, self.chunk, some);
+            let weights = &mut self.chunk.predicted[..self.filter.weights];
+            shape::<V, EXPAND>(self.filter.normalisation, weights, some);
             for line in 0..EXPAND {
-                let mut pixels = [[0.0; LANES]; N];
-                for phase in 0..EXPAND {
-                    let mut sum = Sum::default();
-                    let mut weights = weights[line * EXPAND + phase..].iter().step_by(EXPAND * EXPAND);
-                    for (image, &taps) in images.iter().zip(&filter.taps) {
-                        for (row, columns) in places(taps) {
-                            let row = image.row(y + line + row);
-                            for column in columns {
-                                let at = phase + EXPAND + column - 1;
-                                let Some(weight) = weights.next() else { return };
-                                let from = first + at / EXPAND;
-                                let colours = std::array::from_fn(|c| lanes(row.of(c, at % EXPAND), from));
-                                sum.add(weight, colours);
-                            }
-                        }
-                    }
-                    for (c, mut mean) in sum.mean().into_iter().enumerate() {
-                        if filter.has_addition {
-                            let more = &addition[(c * EXPAND + line) * EXPAND + phase];
-                            (0..LANES).for_each(|i| mean[i] += more[i]);
-                        }
-                        pixels[phase * CHANNELS + c] = mean;
-                    }
-                }
-                let row = &mut out[line * width * CHANNELS..][..width * CHANNELS];
-                join(&pixels, &mut row[first * N..]);
+                let pixels = self.pixels::<V, EXPAND, N>(line, first, some);
+                join(&pixels, V::N, &mut self.out[line * row..][..row][first * N..]);
             }
         }
     }
-}
 
-/// Rows, and columns of them, that `taps` look at, in the order of their weights; 1 is where the pixel itself is.
-#[inline(always)]
-fn places(taps: Taps) -> impl Iterator<Item = (usize, std::ops::Range<usize>)> {
-    let around = match taps {
-        Taps::Around => 0..3,
-        Taps::Centre => 1..2,
-    };
-    around.clone().map(move |row| (row, around.clone()))
-}
-
-/// The numbers of a plane from `first` on.
-#[inline(always)]
-fn lanes(plane: &[f32], first: usize) -> &Lanes {
-    plane[first..].first_chunk().expect("planes go on beyond the last pixel")
-}
-
-/// Makes `to` the `outputs` of the first features of `kernels`, which has some numbers more than these.
-#[inline(always)]
-fn transpose(kernels: &[f32], outputs: usize, to: &mut Vec<Lanes>) {
-    to.resize(outputs.next_multiple_of(4), [0.0; LANES]);
-    for feature in (0..LANES).step_by(4) {
-        for (four, to) in to.as_chunks_mut::<4>().0.iter_mut().enumerate() {
-            let of = |i: usize| {
-                let from = (feature + i) * outputs + 4 * four;
-                kernels.get(from..from + 4).map_or(Vec4::ZERO, Vec4::from_slice)
-            };
-            let columns = Mat4::from_cols(of(0), of(1), of(2), of(3)).transpose().to_cols_array_2d();
-            for (to, column) in to.iter_mut().zip(columns) {
-                to[feature..feature + 4].copy_from_slice(&column);
+    /// The pixels in row `line` of those that the features from `first` on serve, number by number.
+    #[inline(always)]
+    fn pixels<V: Floats, const EXPAND: usize, const N: usize>(
+        &self,
+        line: usize,
+        first: usize,
+        some: V,
+    ) -> [Lanes; N] {
+        let Self { filter, y, images, chunk, .. } = self;
+        let predicted = &chunk.predicted[..];
+        let zero = some.splat(0.0);
+        let (mut colours, mut totals) = ([[zero; CHANNELS]; EXPAND], [zero; EXPAND]);
+        let mut tap = 0;
+        for (image, &taps) in images.iter().zip(&filter.taps) {
+            let side = if taps == Taps::Around { 3 } else { 1 };
+            for row in 0..side {
+                let planes = image.row(y + line + row + usize::from(side == 1));
+                // Columns from the one before the first pixel on, or from that.
+                for column in 0..side + EXPAND - 1 {
+                    let at = column + EXPAND - usize::from(side == 3);
+                    let (phase, from) = (at % EXPAND, first + at / EXPAND);
+                    let mut colour = [zero; CHANNELS];
+                    for c in 0..CHANNELS {
+                        colour[c] = some.load(&planes.of(c, phase)[from..]);
+                    }
+                    // For each pixel of a feature whose kernel looks there.
+                    for pixel in 0..EXPAND {
+                        if column < pixel || column - pixel >= side {
+                            continue;
+                        }
+                        let number = tap + row * side + column - pixel;
+                        let weight = some.load(&predicted[(number * EXPAND + line) * EXPAND + pixel]);
+                        totals[pixel] = totals[pixel] + weight;
+                        for c in 0..CHANNELS {
+                            colours[pixel][c] = weight.times_plus(colour[c], colours[pixel][c]);
+                        }
+                    }
+                }
+            }
+            tap += side * side;
+        }
+        let mut pixels = [[0.0; MOST]; N];
+        for pixel in 0..EXPAND {
+            for c in 0..CHANNELS {
+                let mut mean = colours[pixel][c] / totals[pixel];
+                if filter.has_addition {
+                    let number = filter.weights + (c * EXPAND + line) * EXPAND + pixel;
+                    mean = mean + some.load(&predicted[number]);
+                }
+                mean.store(&mut pixels[pixel * CHANNELS + c]);
             }
         }
+        pixels
     }
 }
 
 /// Turns predictions to weights, which are still to be divided by their sum.
 #[inline(always)]
-fn shape<const EXPAND: usize>(normalisation: Normalisation, predicted: &mut [Lanes]) {
+fn shape<V: Floats, const EXPAND: usize>(normalisation: Normalisation, predicted: &mut [Lanes], some: V) {
     if normalisation == Normalisation::Squared {
-        return predicted.as_flattened_mut().iter_mut().for_each(|w| *w = *w * *w + SQUARED_EPSILON);
+        for lanes in predicted {
+            let weights = some.load(lanes);
+            weights.times_plus(weights, some.splat(SQUARED_EPSILON)).store(lanes);
+        }
+        return;
     }
     let pixels = EXPAND * EXPAND;
     for pixel in 0..pixels {
-        let mut most = [f32::NEG_INFINITY; LANES];
+        let mut most = some.splat(f32::NEG_INFINITY);
         for lanes in predicted[pixel..].iter().step_by(pixels) {
-            (0..LANES).for_each(|i| most[i] = most[i].max(lanes[i]));
+            most = most.max(some.load(lanes));
         }
         for lanes in predicted[pixel..].iter_mut().step_by(pixels) {
-            (0..LANES).for_each(|i| lanes[i] = (lanes[i] - most[i]).exp());
+            (some.load(lanes) - most).store(lanes);
+            lanes.iter_mut().for_each(|weight| *weight = weight.exp());
         }
     }
 }
 
-/// Weighed sums of pixels.
-#[derive(Default)]
-struct Sum {
-    colours: [Lanes; CHANNELS],
-    weights: Lanes,
-}
-
-impl Sum {
-    #[inline(always)]
-    fn add(&mut self, weights: &Lanes, colours: [&Lanes; CHANNELS]) {
-        for (sum, colour) in self.colours.iter_mut().zip(colours) {
-            for i in 0..LANES {
-                sum[i] += weights[i] * colour[i];
-            }
-        }
-        (0..LANES).for_each(|i| self.weights[i] += weights[i]);
-    }
-
-    #[inline(always)]
-    fn mean(self) -> [Lanes; CHANNELS] {
-        let Self { mut colours, weights } = self;
-        for colour in &mut colours {
-            (0..LANES).for_each(|i| colour[i] /= weights[i]);
-        }
-        colours
-    }
-}
-
-/// Writes number i of each of `planes`, side by side, to `row`, as far as that goes.
+/// Writes number i of each of `planes`, side by side, to `row`, for the first `count` i or as far as that goes.
 #[inline(always)]
-fn join<const N: usize>(planes: &[Lanes; N], row: &mut [f32]) {
+fn join<const N: usize>(planes: &[Lanes; N], count: usize, row: &mut [f32]) {
     let cells = row.as_chunks_mut::<N>().0;
-    for (four, cells) in cells.chunks_mut(4).take(LANES / 4).enumerate() {
-        for n in (0..N).step_by(4) {
-            let of =
-                |i: usize| planes.get(n + i).map_or(Vec4::ZERO, |lanes| Vec4::from_slice(&lanes[4 * four..]));
-            let numbers = Mat4::from_cols(of(0), of(1), of(2), of(3)).transpose().to_cols_array_2d();
-            for (cell, numbers) in cells.iter_mut().zip(numbers) {
-                let count = (N - n).min(4);
-                cell[n..n + count].copy_from_slice(&numbers[..count]);
+    for (four, cells) in cells.chunks_mut(4).take(count / 4).enumerate() {
+        let at = 4 * four;
+        let mut first = 0;
+        while first < N {
+            let zero = [0.0; MOST];
+            let next = |k: usize| if first + k < N { &planes[first + k] } else { &zero };
+            let numbers = Mat4::from_cols(
+                Vec4::from_slice(&next(0)[at..]),
+                Vec4::from_slice(&next(1)[at..]),
+                Vec4::from_slice(&next(2)[at..]),
+                Vec4::from_slice(&next(3)[at..]),
+            );
+            let numbers = numbers.transpose().to_cols_array_2d();
+            let count = (N - first).min(4);
+            for (cell, numbers) in cells.iter_mut().zip(&numbers) {
+                cell[first..first + count].copy_from_slice(&numbers[..count]);
             }
+            first += 4;
         }
     }
 }
