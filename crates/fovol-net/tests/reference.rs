@@ -49,7 +49,7 @@ fn run(case: &Case, size: FrameSize, network: &Network) -> f32 {
         let planes: Vec<f32> = (0..3).flat_map(|c| out.pixels().iter().map(move |p| p[c])).collect();
         worst = worst.max(difference(&planes, &values("output").unwrap()));
     }
-    for (stored, kept) in state.carried().iter().zip(network.plan().states()) {
+    for (stored, kept) in network.carried(&state).iter().zip(network.plan().states()) {
         let map = stored.to_f32();
         let planes: Vec<f32> = (0..map.channels)
             .flat_map(|c| map.data.chunks_exact(map.channels).map(move |pixel| pixel[c]))

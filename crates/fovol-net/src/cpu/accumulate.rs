@@ -38,11 +38,10 @@ pub fn doubt(
             Vec4::new(square(expected.prior), square(expected.fresh), 0.0, 1.0)
         }),
     }
-    let level = pyramid.complete(levels, lowest);
     let [height, width] = known.size().map(|side| side >> lowest);
     out.resize([height, width, 1]);
-    out.data.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
-        for (to, &squares) in row.iter_mut().zip(level.row(y)) {
+    pyramid.complete([levels, lowest], &mut out.data, |_, squares, row| {
+        for (to, &squares) in row.iter_mut().zip(squares) {
             let [e, v, _] = divided(squares);
             let v = v + DOUBT_EPSILON;
             *to = v / (v + DOUBT_SHARE * (e - DOUBT_ALLOWED * v).max(0.0));

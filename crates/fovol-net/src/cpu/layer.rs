@@ -93,7 +93,9 @@ fn inputs(plan: &Plan, conv: &Conv, schedule: &Schedule) -> Vec<usize> {
         let first = order.len();
         let channels = plan.tensor(read.tensor).channels;
         match schedule.derived[read.tensor.index()] {
-            Some((_, Derived::Folded)) => order.extend(unfolded(channels / 4).map(|at| first + at)),
+            Some((_, Derived::Folded | Derived::FoldedChannel(_))) => {
+                order.extend(unfolded(channels / 4).map(|at| first + at))
+            }
             _ => order.extend(first..first + channels),
         }
     }

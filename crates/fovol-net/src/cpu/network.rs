@@ -85,7 +85,13 @@ impl Network {
     /// # Errors
     /// Weights that do not fit the plan, or lack what the precision needs.
     pub fn new(plan: Plan, weights: &Weights, simd: Simd, precision: Precision) -> Result<Self> {
-        let ways = [Derived::Folded, Derived::Unfolded, Derived::Pooled];
+        let ways = [
+            Derived::Folded,
+            Derived::Unfolded,
+            Derived::Pooled,
+            Derived::Channel(0),
+            Derived::FoldedChannel(0),
+        ];
         let schedule = |plan: &Plan, halved: &[bool]| Schedule::new(plan, halved, &ways);
         Self::scheduled(plan, weights, (simd, precision), schedule)
     }
@@ -134,6 +140,20 @@ impl Network {
     /// The state that starts a clip of frames of `size`.
     pub fn state(&self, size: FrameSize) -> State {
         State::new(&self.plan, size, &self.halved, Spare::new(&self.lifetimes(size)), self.id)
+    }
+
+    /// What `state` carries, in the order of [`Plan::states`], pixel by pixel at the padded size.
+    ///
+    /// # Panics
+    /// A state of another network.
+    pub fn carried(&self, state: &State) -> Vec<Stored> {
+        assert_eq!(state.network, self.id, "the state is of this network");
+        let ids = self.plan.states().iter().map(|state| state.previous);
+        let pixels = |(id, stored): (TensorId, &Stored)| match stored {
+            Stored::F32(map) if self.schedule.points.contains(&id) => Stored::F32(points::pixels(map)),
+            _ => stored.clone(),
+        };
+        ids.zip(&state.carried).map(pixels).collect()
     }
 
     /// The `state` of a clip as that of the same clip in frames of `size`, of which pixel (x, y) is pixel (x, y) + `by` of its
@@ -422,7 +442,11 @@ impl Network {
     fn sources<'a>(&self, reads: &[Read], tensors: &'a [Stored]) -> Vec<Source<'a>> {
         let source = |read: &Read| match self.schedule.derived[read.tensor.index()] {
             Some((from, how)) => {
-                let access = if how == Derived::Pooled { Access::Pooled } else { Access::Folded };
+                let access = match how {
+                    Derived::Pooled => Access::Pooled,
+                    Derived::FoldedChannel(number) => Access::FoldedChannel(number),
+                    _ => Access::Folded,
+                };
                 Source { map: &tensors[from.index()], access }
             }
             None => Source::new(&tensors[read.tensor.index()], read.resize),

@@ -25,6 +25,8 @@ pub enum Access {
     Resized(Resize),
     /// 2×2 pixels as one with four times the channels, in the order of [`unfolded`].
     Folded,
+    /// 2×2 pixels of the channel of this number as one with four channels.
+    FoldedChannel(usize),
     /// 2×2 pixels as their mean: as `reshape::pool` writes them.
     Pooled,
 }
@@ -46,13 +48,17 @@ impl<'a> Source<'a> {
         match self.access {
             Access::Resized(Resize::Same) => [height, width],
             Access::Resized(Resize::Bilinear | Resize::Nearest) => [2 * height, 2 * width],
-            Access::Folded | Access::Pooled => [height / 2, width / 2],
+            Access::Folded | Access::FoldedChannel(_) | Access::Pooled => [height / 2, width / 2],
         }
     }
 
     /// Numbers of a pixel as it is read.
     pub fn channels(&self) -> usize {
-        self.map.channels() * if self.access == Access::Folded { 4 } else { 1 }
+        match self.access {
+            Access::Folded => 4 * self.map.channels(),
+            Access::FoldedChannel(_) => 4,
+            Access::Resized(_) | Access::Pooled => self.map.channels(),
+        }
     }
 
     /// Writes the `count` pixels from column `x0` of row `y` on, which are all inside, to `out`.
@@ -61,6 +67,7 @@ impl<'a> Source<'a> {
         let c = self.map.channels();
         match self.access {
             Access::Folded => self.copy_folded([y, x0], count, out, memory),
+            Access::FoldedChannel(number) => self.copy_channel(number, [y, x0], count, out, memory),
             Access::Pooled => self.copy_pooled([y, x0], count, out, memory),
             Access::Resized(Resize::Bilinear) => self.copy_bilinear([y, x0], count, out, memory),
             Access::Resized(Resize::Same) => with_map!(self.map, map => {
@@ -92,6 +99,32 @@ impl<'a> Source<'a> {
             for below in 0..2 {
                 out.channels = Channels { first: first + below * pair, count: pair };
                 out.write((0, 1), &map.row(2 * y + below)[columns.clone()], packed);
+            }
+        });
+    }
+
+    /// [`Self::copy`], 2×2 pixels of channel `number` as one.
+    #[inline(always)]
+    fn copy_channel<P: Pack>(
+        &self,
+        number: usize,
+        [y, x0]: [usize; 2],
+        count: usize,
+        mut out: Pixels<'_, P>,
+        Memory { near, packed, .. }: &mut Memory,
+    ) {
+        let c = self.map.channels();
+        let columns = 2 * x0 * c..2 * (x0 + count) * c;
+        let first = out.channels.first;
+        near.resize(2 * count, 0.0);
+        with_map!(self.map, map => {
+            for below in 0..2 {
+                let pixels = map.row(2 * y + below)[columns.clone()].chunks_exact(c);
+                for (to, pixel) in near.iter_mut().zip(pixels) {
+                    *to = pixel[number].to_f32();
+                }
+                out.channels = Channels { first: first + 2 * below, count: 2 };
+                out.write((0, 1), &near[..], packed);
             }
         });
     }

@@ -50,7 +50,8 @@ impl<'a> Row<'a> {
     /// The point of pixel `x`.
     #[inline(always)]
     fn point(&self, x: usize) -> Point {
-        self.0.map(|numbers| numbers[x])
+        let [r, g, b, w, right, down] = self.0;
+        [r[x], g[x], b[x], w[x], right[x], down[x]]
     }
 
     /// The numbers of `count` points from pixel `x` on.
@@ -123,13 +124,9 @@ impl VectorWork for ReprojectRow<'_> {
         let mut first = 0;
         while first < width {
             let end = (first + V::N).min(width);
-            match self.corner::<V>(first) {
+            match self.corner(first, V::N) {
                 Some(corner) => self.vector(first, corner, some),
-                None => {
-                    for x in first..end {
-                        self.pixel(x);
-                    }
-                }
+                None => self.fours(first, end),
             }
             first = end;
         }
@@ -137,11 +134,21 @@ impl VectorWork for ReprojectRow<'_> {
 }
 
 impl ReprojectRow<'_> {
-    /// The row and the column that the pixels of the vector from `first` on take points from, one after the other, if all of
-    /// them have moved as many whole pixels, and they and the pixels beside and below them are inside.
+    /// Makes the pixels from `first` on up to `end`, as many at a time as go together.
+    fn fours(&mut self, first: usize, end: usize) {
+        for x in (first..end).step_by(Vec4::N) {
+            match self.corner(x, Vec4::N).filter(|_| x + Vec4::N <= end) {
+                Some(corner) => self.vector(x, corner, Vec4::ZERO),
+                None => (x..(x + Vec4::N).min(end)).for_each(|x| self.pixel(x)),
+            }
+        }
+    }
+
+    /// The row and the column that `count` pixels from `first` on take points from, one after the other, if all of them have
+    /// moved as many whole pixels, and they and the pixels beside and below them are inside.
     #[inline(always)]
-    fn corner<V: Floats>(&self, first: usize) -> Option<[usize; 2]> {
-        let motion = self.motion.get(first..first + V::N)?;
+    fn corner(&self, first: usize, count: usize) -> Option<[usize; 2]> {
+        let motion = self.motion.get(first..first + count)?;
         let [right, down] = [motion[0][0].floor(), motion[0][1].floor()];
         let mut is_alike = true;
         for moved in motion {
@@ -150,7 +157,7 @@ impl ReprojectRow<'_> {
         }
         let [left, above] = [first as f32 + right, self.y as f32 + down];
         let is_inside = left >= 0.0
-            && left + (V::N as f32) < self.input.width as f32
+            && left + (count as f32) < self.input.width as f32
             && above >= 0.0
             && above + 1.0 < self.input.height as f32;
         (is_alike && is_inside).then_some([above as usize, left as usize])
@@ -206,25 +213,35 @@ impl ReprojectRow<'_> {
         if !(is_near(first[0], height) && is_near(first[1], width)) {
             return self.to.set(x, NONE);
         }
+        let part = [motion[0] - whole[0], motion[1] - whole[1]];
         let (mut sums, mut largest) = (NONE, 0.0f32);
-        for corner in 0..4 {
-            let steps = [corner >> 1, corner & 1];
-            let [row, column] = [first[0] as isize + steps[0], first[1] as isize + steps[1]];
-            if !((0..height as isize).contains(&row) && (0..width as isize).contains(&column)) {
+        for down in 0..2 {
+            let row = first[0] as isize + down;
+            if !(0..height as isize).contains(&row) {
                 continue;
             }
-            let point = Row::of(self.input, row as usize).point(column as usize);
-            let part = [motion[0] - whole[0], motion[1] - whole[1]];
-            let place = [point[4] + (steps[1] as f32 - part[0]), point[5] + (steps[0] as f32 - part[1])];
-            if is_met(place) {
-                (0..4).for_each(|n| sums[n] += point[n]);
-                (0..2).for_each(|axis| sums[4 + axis] += point[3] * place[axis]);
-                largest = largest.max(point[3]);
+            let points = Row::of(self.input, row as usize);
+            for right in 0..2 {
+                let column = first[1] as isize + right;
+                if !(0..width as isize).contains(&column) {
+                    continue;
+                }
+                let point = points.point(column as usize);
+                let place = [point[4] + (right as f32 - part[0]), point[5] + (down as f32 - part[1])];
+                if is_met(place) {
+                    for n in 0..4 {
+                        sums[n] += point[n];
+                    }
+                    sums[4] += point[3] * place[0];
+                    sums[5] += point[3] * place[1];
+                    largest = largest.max(point[3]);
+                }
             }
         }
         let factor = 1.0 / sums[3].max(f32::MIN_POSITIVE);
         let scale = largest * factor;
-        self.to.set(x, from_fn(|n| sums[n] * if n < 4 { scale } else { factor }));
+        let [r, g, b, w, right, down] = sums;
+        self.to.set(x, [r * scale, g * scale, b * scale, w * scale, right * factor, down * factor]);
     }
 }
 
@@ -367,18 +384,23 @@ pub fn shift(from: &Map, by: [i64; 2], to: &mut Map) {
     });
 }
 
-/// A map of points pixel by pixel as such a map, and the other way round, for tests.
-#[cfg(test)]
-pub fn turned(map: &Map, to_rows: bool) -> Map {
+/// The points of `map` pixel by pixel.
+pub fn pixels(map: &Map) -> Map {
     let mut out = Map::zeros(map.height, map.width, POINT);
-    for y in 0..map.height {
-        for x in 0..map.width {
-            for n in 0..POINT {
-                let [pixel, row] = [x * POINT + n, n * map.width + x];
-                let [from, to] = if to_rows { [pixel, row] } else { [row, pixel] };
-                out.data[y * map.width * POINT + to] = map.row(y)[from];
-            }
-        }
+    for (y, row) in out.data.chunks_exact_mut(map.width * POINT).enumerate() {
+        let points = Row::of(map, y);
+        row.as_chunks_mut().0.iter_mut().enumerate().for_each(|(x, to)| *to = points.point(x));
+    }
+    out
+}
+
+/// The other way round, for tests.
+#[cfg(test)]
+pub fn of_pixels(map: &Map) -> Map {
+    let mut out = Map::zeros(map.height, map.width, POINT);
+    for (y, row) in out.data.chunks_exact_mut(map.width * POINT).enumerate() {
+        let mut to = RowMut::of(row);
+        map.row(y).as_chunks().0.iter().enumerate().for_each(|(x, point)| to.set(x, *point));
     }
     out
 }
@@ -391,12 +413,12 @@ mod tests {
 
     fn reproject(input: &Map, motion: &Map, out: &mut Map) {
         let mut rows = Map::default();
-        super::reproject(&turned(input, true), motion, &mut rows);
-        *out = turned(&rows, false);
+        super::reproject(&of_pixels(input), motion, &mut rows);
+        *out = pixels(&rows);
     }
 
     fn splat(input: &Map, out: &mut Map) {
-        super::splat(&turned(input, true), out);
+        super::splat(&of_pixels(input), out);
     }
 
     fn row(map: &Map, y: usize) -> &[Point] {

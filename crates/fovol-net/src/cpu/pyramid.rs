@@ -78,24 +78,47 @@ impl Pyramid {
         pull_samples(samples, value, self.first());
     }
 
-    /// What the first level knows at 2^`lowest` times lower resolution than the frame's, everywhere: with what is missing
-    /// taken from up to 2^`levels` times lower ones.
+    /// Calls `finish` for each row of what the first level knows at 2^`lowest` times lower resolution than the frame's,
+    /// everywhere: with what is missing taken from up to 2^`levels` times lower ones. It is given the number of the row, its pixels,
+    /// and a row of `out`, which has as many of them.
     ///
     /// Pulling halves the resolution: premultiplied numbers c and weights w are averaged over 4×4 pixels by (1, 3, 3, 1)/8
     /// along both axes, replicated at the border, then w' = min(8w, 1) and c' = c·w'/max(w, 1e-8). Pushing goes back: each
     /// finer level gets c' + (1 − w')·(c of the coarser, bilinear), and its weight likewise.
-    pub fn complete(&mut self, levels: u32, lowest: u32) -> &Level {
+    pub fn complete(
+        &mut self,
+        [levels, lowest]: [u32; 2],
+        out: &mut [f32],
+        finish: impl Fn(usize, &[Known], &mut [f32]) + Sync,
+    ) {
         let (lowest, levels) = (lowest as usize, levels.max(lowest) as usize);
         self.levels.resize_with(self.levels.len().max(levels), Level::default);
         for level in 1..levels {
             let [finer, coarser] = self.two(level);
             pull(&finer.pixels, finer.width, coarser);
         }
-        for level in (lowest..levels).rev() {
+        for level in (lowest + 1..levels).rev() {
             let [finer, coarser] = self.two(level);
             push(finer, coarser);
         }
-        &self.levels[lowest - 1]
+        let wanted = &self.levels[lowest - 1];
+        let coarser = (lowest < levels).then(|| &self.levels[lowest]);
+        let length = out.len() / wanted.height();
+        let bands = out.par_chunks_mut(BAND * length).enumerate();
+        bands.for_each_init(
+            Default::default,
+            |(row, blended): &mut (Vec<Known>, Vec<Known>), (band, out)| {
+                for (y, to) in (band * BAND..).zip(out.chunks_exact_mut(length)) {
+                    // What is pushed last is nowhere as a whole.
+                    row.clear();
+                    row.extend_from_slice(wanted.row(y));
+                    if let Some(coarser) = coarser {
+                        Simd::best().in_vectors(PushRow { y, row, coarser, blended });
+                    }
+                    finish(y, row, to);
+                }
+            },
+        );
     }
 
     fn first(&mut self) -> &mut Level {

@@ -92,13 +92,13 @@ impl Case<'_> {
             }
             "warp" => warp(&inputs[0], &inputs[1], &mut out),
             "reproject" => {
-                points::reproject(&points::turned(&inputs[0], true), &inputs[1], &mut out);
-                out = points::turned(&out, false);
+                points::reproject(&points::of_pixels(&inputs[0]), &inputs[1], &mut out);
+                out = points::pixels(&out);
             }
-            "splat" => points::splat(&points::turned(&inputs[0], true), &mut out),
+            "splat" => points::splat(&points::of_pixels(&inputs[0]), &mut out),
             "spread" => {
                 let are_points = inputs[0].channels == POINT;
-                let known = if are_points { points::turned(&inputs[0], true) } else { inputs[0].clone() };
+                let known = if are_points { points::of_pixels(&inputs[0]) } else { inputs[0].clone() };
                 let levels = self.number("levels") as u32;
                 spread(KnownPixels::All(&known), inputs.get(1), levels, &mut Pyramid::default(), &mut out);
             }
@@ -118,10 +118,10 @@ impl Case<'_> {
             "accumulate" => {
                 let fade = self.facts["fade"].as_f64().unwrap() as f32;
                 let are_points = inputs[1].channels == POINT;
-                let before = if are_points { points::turned(&inputs[1], true) } else { inputs[1].clone() };
+                let before = if are_points { points::of_pixels(&inputs[1]) } else { inputs[1].clone() };
                 accumulate(KnownPixels::All(&inputs[0]), &before, inputs.get(2), fade, &mut out);
                 if are_points {
-                    out = points::turned(&out, false);
+                    out = points::pixels(&out);
                 }
             }
             other => panic!("{other}"),

@@ -54,15 +54,33 @@ pub enum Derived {
     Unfolded,
     /// 2×2 pixels are their mean.
     Pooled,
+    /// It is a channel of this number.
+    Channel(usize),
+    /// 2×2 pixels of that channel are one with four channels.
+    FoldedChannel(usize),
 }
 
 impl Derived {
-    /// How the output of `layer` follows from which tensor.
-    fn of(layer: &Layer) -> Option<(TensorId, Self)> {
+    /// How the output of `layer` of `plan` follows from which tensor.
+    fn of(plan: &Plan, layer: &Layer) -> Option<(TensorId, Self)> {
         match layer {
             Layer::SpaceToDepth { input, .. } => Some((*input, Self::Folded)),
             Layer::DepthToSpace { input, .. } => Some((*input, Self::Unfolded)),
             Layer::Pool { input, .. } => Some((*input, Self::Pooled)),
+            Layer::Part { input, first, output } if plan.tensor(*output).channels == 1 => {
+                Some((*input, Self::Channel(*first)))
+            }
+            _ => None,
+        }
+    }
+
+    /// The same of what follows in this way from what follows from a tensor as `before` says; none where that has to be written.
+    fn after(self, before: Option<(TensorId, Self)>, from: TensorId) -> Option<(TensorId, Self)> {
+        match (self, before) {
+            (_, None) => Some((from, self)),
+            (Self::Folded, Some((whole, Self::Channel(number)))) => {
+                Some((whole, Self::FoldedChannel(number)))
+            }
             _ => None,
         }
     }
@@ -118,19 +136,26 @@ impl Schedule {
     }
 }
 
-/// For each tensor of `plan` that only convolutions read, as it is, or that is unfolded and only added to something: from
-/// which one it follows in one of these `ways`, if it does from one that is written.
+/// For each tensor of `plan` that only convolutions read, as it is, or that is unfolded and only added to something, or a channel
+/// and only folded: from which one it follows in one of these `ways`, if it does from one that is written.
 fn derived(plan: &Plan, ways: &[Derived]) -> Vec<Option<(TensorId, Derived)>> {
     let mut derived: Vec<Option<(TensorId, Derived)>> = vec![None; plan.tensors().len()];
+    let is_way =
+        |how: Derived| ways.iter().any(|way| std::mem::discriminant(way) == std::mem::discriminant(&how));
     for layer in plan.layers() {
-        let follows = Derived::of(layer).filter(|(_, how)| ways.contains(how));
-        derived[layer.output().index()] = follows.filter(|(from, _)| derived[from.index()].is_none());
+        let follows = Derived::of(plan, layer).filter(|(_, how)| is_way(*how));
+        derived[layer.output().index()] =
+            follows.and_then(|(from, how)| how.after(derived[from.index()], from));
         for id in layer.inputs() {
             let is_read_in_place = match (layer, derived[id.index()]) {
-                (Layer::Conv(conv), Some((_, Derived::Folded | Derived::Pooled))) => {
-                    conv.inputs.iter().all(|read| read.tensor != id || *read == Read::same(id))
+                (Layer::Conv(conv), Some((_, how))) => {
+                    !matches!(how, Derived::Unfolded | Derived::Channel(_))
+                        && conv.inputs.iter().all(|read| read.tensor != id || *read == Read::same(id))
                 }
                 (Layer::Add { input, more, .. }, Some((_, Derived::Unfolded))) => id == *more && id != *input,
+                (Layer::SpaceToDepth { output, .. }, Some((_, Derived::Channel(_)))) => {
+                    derived[output.index()].is_some()
+                }
                 _ => false,
             };
             if !is_read_in_place {
@@ -140,6 +165,17 @@ fn derived(plan: &Plan, ways: &[Derived]) -> Vec<Option<(TensorId, Derived)>> {
     }
     for id in plan.states().iter().map(|state| state.next).chain([plan.output()]) {
         derived[id.index()] = None;
+    }
+    // A channel that is folded after all has to be there, and what was folded of one that is there follows from it.
+    for layer in plan.layers() {
+        let Layer::SpaceToDepth { input, output } = layer else { continue };
+        match derived[output.index()] {
+            None => derived[input.index()] = None,
+            Some((_, Derived::FoldedChannel(_))) if derived[input.index()].is_none() => {
+                derived[output.index()] = Some((*input, Derived::Folded));
+            }
+            _ => {}
+        }
     }
     derived
 }

@@ -23,11 +23,10 @@ pub fn spread(known: KnownPixels<'_>, base: Option<&Map>, levels: u32, pyramid: 
             pyramid.pull_samples(samples, |y, sample| sample.known() - doubled(base, [y, sample.x as usize]));
         }
     }
-    let level = pyramid.complete(levels, 1);
     let [height, width] = known.size().map(|side| side / 2);
     out.resize([height, width, 3]);
-    out.data.par_chunks_mut(width * 3).enumerate().for_each(|(y, row)| {
-        Simd::best().vectorised(SpreadRow { known: level.row(y), base: base.map(|base| base.row(y)), row });
+    pyramid.complete([levels, 1], &mut out.data, |y, known, row| {
+        Simd::best().vectorised(SpreadRow { known, base: base.map(|base| base.row(y)), row });
     });
 }
 

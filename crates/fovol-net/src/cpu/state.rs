@@ -57,11 +57,6 @@ impl State {
             with_map!(stored, map => map.data.fill(Default::default()));
         }
     }
-
-    /// The carried tensors in the order of the plan's states, at the padded size.
-    pub fn carried(&self) -> &[Stored] {
-        &self.carried
-    }
 }
 
 /// Rows and columns of `size`, padded as `plan` wants them.

@@ -112,7 +112,8 @@ fn between(at: usize, count: usize) -> (usize, usize, f32) {
 type Errors = [f32; COUNT];
 
 /// Believes in each tile the guesses the more, the less `last` differs along them from the samples of `sparse`. At a sample itself
-/// the distance is known and guesses agree: each sample is looked for along the motion of the pixels right of it and below it.
+/// the distance is known: each sample is looked for along the motion of the pixels right of it and below it, if these were not
+/// sampled too.
 pub fn believe(guesses: &Guesses, sparse: &Frame, to_last: &Reprojection, last: &Frame) -> Beliefs {
     let size = sparse.size();
     let columns = (size.width as usize).div_ceil(TILE);
@@ -156,10 +157,11 @@ impl Evidence<'_> {
         let mut errors = [0.0; COUNT];
         for y in pixels(row, height) {
             for x in pixels(column, width) {
-                let colour = self.sparse.pixels()[y * width + x];
-                if colour[3] > 0.5 {
+                if self.is_sampled(y * width + x) {
+                    let colour = self.sparse.pixels()[y * width + x];
                     for (x1, y1) in [(x + 1, y), (x, y + 1)] {
-                        if x1 < width && y1 < height {
+                        let is_guessed = x1 < width && y1 < height && !self.is_sampled(y1 * width + x1);
+                        if is_guessed {
                             self.add([x, y], [x1, y1], colour, &mut errors);
                         }
                     }
@@ -167,6 +169,12 @@ impl Evidence<'_> {
             }
         }
         errors
+    }
+
+    /// Whether pixel number `i` was sampled.
+    #[inline(always)]
+    fn is_sampled(&self, i: usize) -> bool {
+        self.sparse.pixels()[i][3] > 0.5
     }
 
     /// The errors of looking for the `colour` of pixel `at` along the motion of pixel `beside`.

@@ -73,7 +73,7 @@ fn difference(place: vec2f, colour: vec3f) -> f32 {
 
 var<workgroup> sums: array<array<f32, GUESSES>, PIXELS>;
 
-/// Looks for the samples of a tile along the motion of the pixels right of them and below them.
+/// Looks for the samples of a tile along the motion of the pixels right of them and below them that are no samples.
 @compute @workgroup_size(TILE, TILE)
 fn judge(
     @builtin(workgroup_id) tile: vec3u,
@@ -92,6 +92,9 @@ fn judge(
                     continue;
                 }
                 let i = beside.y * reprojection.width + beside.x;
+                if sparse[i].a > 0.5 {
+                    continue;
+                }
                 for (var guess = 0u; guess < GUESSES; guess++) {
                     sum[guess] += difference(vec2f(at) + moved(beside, inverse_of(guess, i)), colour.rgb);
                 }
