@@ -545,12 +545,17 @@ fn padded_map(
 
 /// The picture in the top left of `map`, clamped to 0…1.
 fn cropped(map: &Map, size: FrameSize) -> Frame {
+    let shown = |p: &[f32; 3]| [p[0].clamp(0.0, 1.0), p[1].clamp(0.0, 1.0), p[2].clamp(0.0, 1.0), 1.0];
+    let width = size.width as usize;
+    if map.width == width {
+        // Written once, not filled before.
+        let pixels = &map.data.as_chunks::<3>().0[..size.pixels()];
+        let pixels = pixels.par_iter().with_min_len(width).map(shown).collect();
+        return Frame::from_pixels(size, pixels).expect("the frame has as many pixels");
+    }
     let mut frame = Frame::new(size);
-    let rows = frame.pixels_mut().par_chunks_exact_mut(size.width as usize);
-    rows.enumerate().for_each(|(y, row)| {
-        for (to, p) in row.iter_mut().zip(map.row(y).chunks_exact(3)) {
-            *to = [p[0].clamp(0.0, 1.0), p[1].clamp(0.0, 1.0), p[2].clamp(0.0, 1.0), 1.0];
-        }
+    frame.pixels_mut().par_chunks_exact_mut(width).enumerate().for_each(|(y, row)| {
+        row.iter_mut().zip(map.row(y).as_chunks::<3>().0).for_each(|(to, p)| *to = shown(p));
     });
     frame
 }

@@ -13,6 +13,8 @@ const SMALLEST: f32 = 1e-8;
 const GAIN: f32 = 8.0;
 /// Rows of a task.
 const BAND: usize = 8;
+/// Pixels of a task at least: to share fewer takes longer than to make them.
+const SHARED: usize = 1 << 14;
 /// The weights of four neighbours.
 const BINOMIAL: [f32; 4] = [0.125, 0.375, 0.375, 0.125];
 
@@ -147,7 +149,8 @@ fn pull(known: &[Known], width: usize, to: &mut Level) {
     let height = known.len() / width;
     let row = |y: usize| &known[y * width..(y + 1) * width];
     to.resize([height / 2, width / 2]);
-    to.pixels.par_chunks_exact_mut(width / 2).enumerate().for_each_init(Vec::new, |blended, (y, to)| {
+    let tasks = to.pixels.par_chunks_exact_mut(width / 2).with_min_len(SHARED / width).enumerate();
+    tasks.for_each_init(Vec::new, |blended, (y, to)| {
         let rows = around(y, height).map(row);
         Simd::best().in_vectors(PullRow { rows, blended, to });
     });
@@ -300,7 +303,7 @@ fn halved<V: Floats>(from: &[f32], some: V) -> V {
 /// Adds what is missing in `finer` from `coarser`.
 fn push(finer: &mut Level, coarser: &Level) {
     let width = finer.width;
-    let bands = finer.pixels.par_chunks_mut(BAND * width).enumerate();
+    let bands = finer.pixels.par_chunks_mut(BAND * width).with_min_len(SHARED / (BAND * width)).enumerate();
     bands.for_each_init(Vec::new, |blended, (band, rows)| {
         for (y, row) in rows.chunks_exact_mut(width).enumerate() {
             Simd::best().in_vectors(PushRow { y: band * BAND + y, row, coarser, blended });
