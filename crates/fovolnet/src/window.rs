@@ -106,7 +106,7 @@ impl Part {
     fn moved(self, network: &Network, window: Region) -> Result<Self> {
         let by = [(window.x, self.window.x), (window.y, self.window.y)];
         let by = by.map(|(to, from)| i64::from(to) - i64::from(from));
-        Ok(Self { window, state: network.moved(&self.state, window.size, by)? })
+        Ok(Self { window, state: network.moved(self.state, window.size, by)? })
     }
 
     fn reconstruct(&mut self, network: &Network, input: &FrameInput<'_>, seen: &Seen) -> Result<Frame> {

@@ -1,6 +1,6 @@
 //! Figure: times of the parts of each frame.
 
-use super::methods::{warmed, with_network};
+use super::methods::{in_flight, warmed, with_network};
 use super::plot::{self, Axes, Line};
 use super::section::{Cell, Section};
 use super::{Evaluation, SPARSE};
@@ -96,9 +96,11 @@ fn flight(evaluation: &Evaluation, data: &super::DataSet) -> Result<(Vec<Times>,
     let mut pipeline = warmed(&data.open()?, &with_network(evaluation, data, SPARSE), evaluation)?;
     let (mut times, mut pictures) = (Vec::new(), Vec::new());
     let every = (evaluation.frames as usize).div_ceil(THUMBNAILS);
+    let mut last = None;
     for (number, frame) in evaluation.flight().enumerate() {
         interrupt::check("this figure is not complete")?;
-        let parts = pipeline.render(frame)?.timings;
+        let parts = in_flight(&mut pipeline, frame, last)?.timings;
+        last = Some(frame);
         let started = Instant::now();
         let reference = pipeline.reference(frame)?;
         times.push(Times { frame, full: started.elapsed().as_secs_f64() * 1e3, parts });

@@ -4,7 +4,7 @@ use super::{DataSet, Evaluation};
 use anyhow::Result;
 use fovolnet::core::Frame;
 use fovolnet::net::Fill;
-use fovolnet::{OpenVolume, Pipeline, Reconstruction, RenderSettings, SpeedSettings};
+use fovolnet::{OpenVolume, Pipeline, Reconstruction, RenderSettings, RenderedFrame, SpeedSettings};
 
 /// A way to fill frames.
 #[derive(Clone, Copy)]
@@ -99,4 +99,13 @@ pub fn warmed(opened: &OpenVolume, settings: &RenderSettings, evaluation: &Evalu
     pipeline.render(0)?;
     pipeline.reset();
     Ok(pipeline)
+}
+
+/// Frame `number` of a fly-through, and what it takes there: after a cut from the `last` one, the frame before it is made first,
+/// for of what is seen from elsewhere nothing is there that it could go on from.
+pub fn in_flight(pipeline: &mut Pipeline, number: u32, last: Option<u32>) -> Result<RenderedFrame> {
+    if let Some(before) = number.checked_sub(1).filter(|before| last != Some(*before)) {
+        pipeline.render(before)?;
+    }
+    Ok(pipeline.render(number)?)
 }

@@ -1,6 +1,6 @@
 //! Figure: average frame times. Table: relative speed-ups.
 
-use super::methods::warmed;
+use super::methods::{in_flight, warmed};
 use super::plot::{self, Bars};
 use super::section::{Cell, Section};
 use super::{DENSE, DataSet, Evaluation, SPARSE, vtk};
@@ -119,16 +119,18 @@ fn average(evaluation: &Evaluation, data: &DataSet) -> Result<Average> {
         .collect::<Result<Vec<_>>>()?;
     let mut full_ms = 0.0;
     let share = 1.0 / f64::from(evaluation.frames);
+    let mut last = None;
     for frame in evaluation.flight() {
         interrupt::check("this figure is not complete")?;
         let started = Instant::now();
         drop(full.reference(frame)?);
         full_ms += started.elapsed().as_secs_f64() * 1e3 * share;
         for (pipeline, (_, sums)) in pipelines.iter_mut().zip(&mut sparse) {
-            let times = pipeline.render(frame)?.timings;
+            let times = in_flight(pipeline, frame, last)?.timings;
             sums[0] += times.total * share;
             sums[1] += times.reconstruct * share;
         }
+        last = Some(frame);
     }
     let sparse = sparse.into_iter().map(|(_, times)| times).collect();
     Ok(Average { name: data.name.clone(), full: full_ms, sparse })

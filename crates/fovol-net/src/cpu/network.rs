@@ -161,7 +161,7 @@ impl Network {
     ///
     /// # Errors
     /// A state of another network, a way that is no multiple of [`Plan::multiple`].
-    pub fn moved(&self, state: &State, size: FrameSize, by: [i64; 2]) -> Result<State> {
+    pub fn moved(&self, mut state: State, size: FrameSize, by: [i64; 2]) -> Result<State> {
         let multiple = self.plan.multiple() as i64;
         if state.network != self.id {
             return Err(Error::State("it belongs to another network; start one with this network".into()));
@@ -171,6 +171,10 @@ impl Network {
             return Err(Error::State(problem));
         }
         let mut moved = self.state(size);
+        if size == state.size {
+            // The memory is as large as is needed.
+            std::mem::swap(&mut moved.spare, &mut state.spare);
+        }
         let tensors = self.plan.states().iter().map(|state| state.previous);
         for ((id, from), to) in tensors.zip(&state.carried).zip(&mut moved.carried) {
             let by = by.map(|way| way >> self.plan.tensor(id).level);
@@ -183,6 +187,7 @@ impl Network {
                 _ => unreachable!("{SAME}"),
             }
         }
+        state.carried.into_iter().for_each(|map| moved.spare.put(map));
         Ok(moved)
     }
 
