@@ -1,5 +1,6 @@
 use crate::{Frame, FrameSize, RayBasis};
 use glam::DVec3;
+use rayon::prelude::*;
 
 /// A rectangle of pixels of a frame; never empty.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -86,20 +87,29 @@ impl Region {
         })
     }
 
+    /// The part of `pixels`, in rows of `width`, that it is.
+    pub fn part<T: Copy + Default + Send + Sync>(self, pixels: &[T], width: u32) -> Vec<T> {
+        let mut part = vec![T::default(); self.size.pixels()];
+        let rows = part.par_chunks_exact_mut(self.size.width as usize);
+        rows.zip(pixels.par_chunks_exact(width as usize).skip(self.y as usize)).for_each(|(to, row)| {
+            to.copy_from_slice(&row[self.x as usize..][..to.len()]);
+        });
+        part
+    }
+
     /// The part of `frame` that it is.
     pub fn of(self, frame: &Frame) -> Frame {
-        let mut part = Frame::new(self.size);
-        let rows = part.pixels_mut().chunks_exact_mut(self.size.width as usize);
-        rows.zip(self.rows(frame.size().width))
-            .for_each(|(to, row)| to.copy_from_slice(&frame.pixels()[row]));
-        part
+        let pixels = self.part(frame.pixels(), frame.size().width);
+        Frame::from_pixels(self.size, pixels).expect("the part has as many pixels")
     }
 
     /// Puts `part`, which has its size, where it is in `frame`.
     pub fn put(self, part: &Frame, frame: &mut Frame) {
-        let width = frame.size().width;
-        let rows = part.pixels().chunks_exact(self.size.width as usize);
-        rows.zip(self.rows(width)).for_each(|(from, row)| frame.pixels_mut()[row].copy_from_slice(from));
+        let width = frame.size().width as usize;
+        let rows = frame.pixels_mut().par_chunks_exact_mut(width).skip(self.y as usize);
+        rows.zip(part.pixels().par_chunks_exact(self.size.width as usize)).for_each(|(row, from)| {
+            row[self.x as usize..][..from.len()].copy_from_slice(from);
+        });
     }
 }
 

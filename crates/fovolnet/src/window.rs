@@ -115,9 +115,7 @@ impl Part {
             return Ok(network.reconstruct(input, &mut self.state)?);
         }
         let sparse = self.window.of(input.sparse);
-        let motion: Option<Vec<[f32; 2]>> = input
-            .motion
-            .map(|motion| self.window.rows(size.width).flat_map(|row| &motion[row]).copied().collect());
+        let motion = input.motion.map(|motion| self.window.part(motion, size.width));
         let input = FrameInput { sparse: &sparse, motion: motion.as_deref() };
         let mut frame = seen.nothing(size);
         self.window.put(&network.reconstruct(&input, &mut self.state)?, &mut frame);

@@ -2,6 +2,7 @@
 
 use super::guesses::{COUNT, Guesses, OFFSETS};
 use fovol_core::{Frame, FrameSize, Reprojection};
+use glam::Vec4;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -204,15 +205,10 @@ impl Evidence<'_> {
         let (x0, y0) = (x as usize, y as usize);
         let (x1, y1) = ((x0 + 1).min(width - 1), (y0 + 1).min(height - 1));
         let (right, down) = (x - x0 as f32, y - y0 as f32);
-        let [a, b, c, d] =
-            [(x0, y0), (x1, y0), (x0, y1), (x1, y1)].map(|(x, y)| self.last.pixels()[y * width + x]);
-        let mut sum = 0.0;
-        for i in 0..3 {
-            let above = a[i] + (b[i] - a[i]) * right;
-            let below = c[i] + (d[i] - c[i]) * right;
-            sum += (above + (below - above) * down - colour[i]).powi(2);
-        }
-        sum * (1.0 / 3.0)
+        let at = |x: usize, y: usize| Vec4::from_array(self.last.pixels()[y * width + x]);
+        let (above, below) = (at(x0, y0).lerp(at(x1, y0), right), at(x0, y1).lerp(at(x1, y1), right));
+        let way = above.lerp(below, down) - Vec4::from_array(colour);
+        way.truncate().length_squared() * (1.0 / 3.0)
     }
 }
 

@@ -59,7 +59,9 @@ impl Depths {
     /// What frames `earlier` knew, seen from here, where `sparse` has no samples.
     fn seen_before(&self, earlier: &[(Reprojection, &Self)], sparse: &Frame) -> Vec<f32> {
         // Of numbers above 0 the greater one also has the greater bits.
-        let nearest: Vec<AtomicU32> = (0..self.size.pixels()).map(|_| AtomicU32::new(0)).collect();
+        let width = self.size.width as usize;
+        let pixels = (0..self.size.pixels()).into_par_iter().with_min_len(width);
+        let nearest: Vec<AtomicU32> = pixels.map(|_| AtomicU32::new(0)).collect();
         earlier.par_iter().for_each(|(here, depths)| {
             for (pixel, inverse) in &depths.known {
                 if let Some((place, inverse)) = here.point(f32::from(pixel.x), f32::from(pixel.y), *inverse)
@@ -70,7 +72,7 @@ impl Depths {
             }
         });
         let sampled = |pixel: &[f32; 4]| pixel[3] > 0.5;
-        let known = nearest.into_iter().zip(sparse.pixels());
+        let known = nearest.into_par_iter().zip(sparse.pixels()).with_min_len(width);
         known
             .map(|(bits, pixel)| if sampled(pixel) { 0.0 } else { f32::from_bits(bits.into_inner()) })
             .collect()

@@ -17,6 +17,7 @@ use fovol_core::{Camera, Frame, Region, Reprojection};
 #[cfg(feature = "gpu")]
 pub(crate) use guesses::COUNT as GUESSES;
 use guesses::Guesses;
+use rayon::prelude::*;
 use std::borrow::Cow;
 use std::collections::VecDeque;
 
@@ -80,9 +81,8 @@ impl MotionFinder {
     ) -> Option<Vec<[f32; 2]>> {
         let size = now.frame.size();
         let (last_camera, _) = self.seen.back()?;
-        let mut everywhere = vec![[0.0; 2]; size.pixels()];
         if last_camera == camera {
-            return Some(everywhere);
+            return Some(vec![[0.0; 2]; size.pixels()]);
         }
         let between =
             |from: &Camera, to: &Camera| Reprojection::new(from, to, size).of_part(region.x, region.y);
@@ -91,16 +91,22 @@ impl MotionFinder {
         let now = Sparse { frame: &frame, depths: &depths };
         let found = match last {
             Some(last) => {
-                let seen =
-                    self.seen.iter().map(|(there, depths)| (between(there, camera), depths.within(region)));
+                let seen = self.seen.par_iter();
+                let seen = seen.map(|(there, depths)| (between(there, camera), depths.within(region)));
                 let seen: Vec<_> = seen.collect();
                 let earlier: Vec<_> = seen.iter().map(|(here, depths)| (*here, depths)).collect();
                 motion(now, &earlier, &to_last, &part(region, last))
             }
             None => motion_of_depths(&now.depths.filled(), &to_last),
         };
-        let rows = found.chunks_exact(region.size.width as usize).zip(region.rows(size.width));
-        rows.for_each(|(from, row)| everywhere[row].copy_from_slice(from));
+        if region == Region::whole(size) {
+            return Some(found);
+        }
+        let mut everywhere = vec![[0.0; 2]; size.pixels()];
+        let rows = everywhere.par_chunks_exact_mut(size.width as usize).skip(region.y as usize);
+        rows.zip(found.par_chunks_exact(region.size.width as usize)).for_each(|(to, from)| {
+            to[region.x as usize..][..from.len()].copy_from_slice(from);
+        });
         Some(everywhere)
     }
 
