@@ -94,7 +94,7 @@ fn inputs(plan: &Plan, conv: &Conv, schedule: &Schedule) -> Vec<usize> {
         let channels = plan.tensor(read.tensor).channels;
         match schedule.derived[read.tensor.index()] {
             Some((_, Derived::Folded | Derived::FoldedChannel(_))) => {
-                order.extend(unfolded(channels / 4).map(|at| first + at))
+                order.extend(unfolded(channels / 4).map(|at| first + at));
             }
             _ => order.extend(first..first + channels),
         }

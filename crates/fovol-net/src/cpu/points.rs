@@ -153,7 +153,7 @@ impl ReprojectRow<'_> {
         let mut is_alike = true;
         for moved in motion {
             let [x, y] = [moved[0] - right, moved[1] - down];
-            is_alike &= (x >= 0.0) & (x < 1.0) & (y >= 0.0) & (y < 1.0);
+            is_alike &= (0.0..1.0).contains(&x) & (0.0..1.0).contains(&y);
         }
         let [left, above] = [first as f32 + right, self.y as f32 + down];
         let is_inside = left >= 0.0
@@ -248,7 +248,7 @@ impl ReprojectRow<'_> {
 /// Whether a point so far right of and below the middle of a square of a pixel's size lies in it.
 #[inline(always)]
 fn is_met(place: [f32; 2]) -> bool {
-    (place[0] >= -0.5) & (place[0] < 0.5) & (place[1] >= -0.5) & (place[1] < 0.5)
+    place.iter().all(|at| (-0.5..0.5).contains(at))
 }
 
 /// Writes to `out` what the points of `input` tell of the centres of pixels (see [`Layer::Splat`](crate::plan::Layer::Splat)).

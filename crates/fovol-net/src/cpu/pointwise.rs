@@ -71,7 +71,7 @@ impl Work for RowChange<'_> {
             }
             Change::Scale { factor, offset } => row.iter_mut().for_each(|to| *to = *to * factor + offset),
             // What is no number becomes 0.
-            Change::Clamp => row.iter_mut().for_each(|to| *to = to.max(0.0).min(1.0)),
+            Change::Clamp => row.iter_mut().for_each(|to| *to = if *to > 0.0 { to.min(1.0) } else { 0.0 }),
         }
     }
 }
