@@ -39,6 +39,9 @@ fn spin(simd: Simd, precision: Precision) -> usize {
         (Simd::Avx512 | Simd::Amx, _) => unsafe { spin_avx512() },
         // SAFETY: as above.
         #[cfg(target_arch = "x86_64")]
+        (Simd::Avx2, Precision::Int8 | Precision::Mixed) => unsafe { spin_avx2_int8() },
+        // SAFETY: as above.
+        #[cfg(target_arch = "x86_64")]
         (Simd::Avx2, _) => unsafe { spin_avx2() },
         _ => spin_portable(),
     }
@@ -107,6 +110,21 @@ unsafe fn spin_avx2() -> usize {
     }
     std::hint::black_box(sums);
     ROUNDS * CHAINS * 8 * 2
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,avxvnni")]
+unsafe fn spin_avx2_int8() -> usize {
+    use std::arch::x86_64::*;
+    let mut sums = [_mm256_setzero_si256(); CHAINS];
+    let factor = std::hint::black_box(_mm256_set1_epi32(0x0101_0101));
+    for _ in 0..ROUNDS {
+        for sum in &mut sums {
+            *sum = _mm256_dpbusd_avx_epi32(*sum, factor, factor);
+        }
+    }
+    std::hint::black_box(sums);
+    ROUNDS * CHAINS * 32 * 2
 }
 
 fn spin_portable() -> usize {

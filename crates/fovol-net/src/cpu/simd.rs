@@ -143,7 +143,11 @@ impl Simd {
         }
         #[cfg(target_arch = "x86_64")]
         if self == Self::Avx2 {
-            return (16, conv::avx2::sixteen);
+            let kernel: Kernel = match arithmetic {
+                Arithmetic::Int8 { .. } => conv::avx2::int8,
+                _ => conv::avx2::f32,
+            };
+            return (16, kernel);
         }
         let kernel: Kernel = match arithmetic {
             Arithmetic::F32 => conv::portable::f32,
@@ -180,7 +184,8 @@ impl Simd {
         match self {
             Self::Amx => return true,
             Self::Avx512 => return is_x86_feature_detected!("avx512vnni"),
-            _ => {}
+            Self::Avx2 => return is_x86_feature_detected!("avxvnni"),
+            Self::Portable => {}
         }
         false
     }
