@@ -103,13 +103,18 @@ impl Region {
         Frame::from_pixels(self.size, pixels).expect("the part has as many pixels")
     }
 
-    /// Puts `part`, which has its size, where it is in `frame`.
-    pub fn put(self, part: &Frame, frame: &mut Frame) {
-        let width = frame.size().width as usize;
-        let rows = frame.pixels_mut().par_chunks_exact_mut(width).skip(self.y as usize);
-        rows.zip(part.pixels().par_chunks_exact(self.size.width as usize)).for_each(|(row, from)| {
+    /// Puts the pixels of `part`, which has its size, where they are among `pixels`, in rows of `width`.
+    pub fn put_part<T: Copy + Send + Sync>(self, part: &[T], pixels: &mut [T], width: u32) {
+        let rows = pixels.par_chunks_exact_mut(width as usize).skip(self.y as usize);
+        rows.zip(part.par_chunks_exact(self.size.width as usize)).for_each(|(row, from)| {
             row[self.x as usize..][..from.len()].copy_from_slice(from);
         });
+    }
+
+    /// Puts `part`, which has its size, where it is in `frame`.
+    pub fn put(self, part: &Frame, frame: &mut Frame) {
+        let width = frame.size().width;
+        self.put_part(part.pixels(), frame.pixels_mut(), width);
     }
 }
 

@@ -3,7 +3,7 @@
 use super::floats::Floats;
 use super::map::Map;
 use super::patch::halves;
-use super::pyramid::twice;
+use super::pyramid::{Put, double};
 use glam::Vec4;
 
 /// What `picture` (three channels) has at pixel (`y`, `x`) at twice its resolution, as [`DoubledRow::make`] has it, and 0.
@@ -48,21 +48,16 @@ impl DoubledRow {
         let ends = a[last..].iter().zip(&b[last..]);
         between[width][..3].iter_mut().zip(ends).for_each(|(to, (a, b))| *to = wa * a + wb * b);
         between[width][3] = 0.0;
-        (between[0], between[width + 1]) = (between[1], between[width]);
-        let (from, to) = (between.as_flattened(), row.as_flattened_mut());
-        let whole = 4 * width / V::N;
-        for vector in 0..whole {
-            store(twice(&from[vector * V::N..], some), &mut to[2 * vector * V::N..]);
-        }
-        for pixel in whole * (V::N / 4)..width {
-            store(twice(&from[4 * pixel..], Vec4::ZERO), &mut to[8 * pixel..]);
-        }
+        double(between, row, Storing, some);
     }
 }
 
-#[inline(always)]
-fn store<V: Floats>([low, high]: [V; 2], to: &mut [f32]) {
-    let (first, second) = to[..2 * V::N].split_at_mut(V::N);
-    low.store(first);
-    high.store(second);
+#[derive(Debug, Clone, Copy)]
+struct Storing;
+
+impl Put for Storing {
+    #[inline(always)]
+    fn put<V: Floats>(self, pixels: V, to: &mut [f32]) {
+        pixels.store(to);
+    }
 }

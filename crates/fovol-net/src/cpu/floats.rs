@@ -4,7 +4,7 @@
 //! none is ever used where they are not.
 
 use super::simd::Simd;
-use glam::{BVec4A, Vec4};
+use glam::{BVec4A, Mat4, Vec4};
 use std::ops::{Add, Div, Mul, Sub};
 
 /// The numbers of the longest vectors.
@@ -54,6 +54,19 @@ pub trait Floats:
     fn fourths(self) -> Self;
     /// The pixels with the fourth numbers of others.
     fn with_fourths(self, others: Self) -> Self;
+}
+
+/// Number i of each of four vectors as vector i.
+#[inline(always)]
+pub fn transposed([a, b, c, d]: [Vec4; 4]) -> [Vec4; 4] {
+    let columns = Mat4::from_cols(a, b, c, d).transpose();
+    [columns.x_axis, columns.y_axis, columns.z_axis, columns.w_axis]
+}
+
+/// Four numbers of some from `at` on.
+#[inline(always)]
+pub fn four(numbers: &[f32], at: usize) -> Vec4 {
+    Vec4::from_slice(&numbers[at..at + 4])
 }
 
 /// Something to do with vectors. As with [`Work`](super::simd::Work), whatever matters must be `#[inline(always)]`.

@@ -10,6 +10,7 @@ mod doubled;
 mod element;
 mod filter;
 mod floats;
+mod frames;
 mod layer;
 mod lines;
 mod map;
@@ -33,6 +34,7 @@ pub(crate) mod schedule;
 mod simd;
 mod spread;
 mod state;
+mod units;
 mod warp;
 
 pub use calibrate::calibrate;

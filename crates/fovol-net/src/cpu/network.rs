@@ -1,7 +1,8 @@
 use super::buffers::{Lifetimes, Spare};
 use super::element::{Bf16, Element};
+use super::frames::{cropped, padded_map};
 use super::layer::{Given, SAME, Step, run};
-use super::map::{Map, Stored, with_map};
+use super::map::{Stored, with_map};
 use super::numbers::Numbers;
 use super::pair::{Pair, Pool};
 use super::patch::{Access, Source};
@@ -10,9 +11,10 @@ use super::pointwise::{Change, change};
 use super::precision::{Choice, Precision};
 use super::reshape;
 use super::samples::{Samples, colour, is_sampled};
-use super::schedule::{Addition, Derived, Pairing, Schedule, is_input};
+use super::schedule::{Derived, Pairing, Schedule, is_input};
 use super::simd::Simd;
 use super::state::{State, padded};
+use super::units::Unit;
 use crate::plan::{Layer, Plan, Read, TensorId};
 use crate::weights::Weights;
 use crate::{Error, Result};
@@ -46,35 +48,6 @@ pub struct Network {
     id: u64,
 }
 
-/// Layers that are made at once.
-#[derive(Debug, Clone)]
-enum Unit {
-    One(usize),
-    /// This one and the next.
-    Pair(usize, Pairing),
-    /// Those that change one picture.
-    Changes(Range<usize>),
-    /// A predicted kernel and what changes its picture from layer `changes` on.
-    Filter {
-        layers: Range<usize>,
-        changes: usize,
-    },
-}
-
-impl Unit {
-    /// Their places in the plan.
-    fn layers(&self) -> Range<usize> {
-        match *self {
-            Self::One(number) => number..number + 1,
-            Self::Pair(number, _) => number..number + 2,
-            Self::Changes(ref layers) | Self::Filter { ref layers, .. } => layers.clone(),
-        }
-    }
-}
-
-/// What is between two convolutions stays in the processor's caches anyway if it is no more numbers than this.
-const SMALL: usize = 1 << 20;
-
 /// Numbers of networks, to tell their states apart.
 static NEXT: AtomicU64 = AtomicU64::new(0);
 
@@ -85,14 +58,7 @@ impl Network {
     /// # Errors
     /// Weights that do not fit the plan, or lack what the precision needs.
     pub fn new(plan: Plan, weights: &Weights, simd: Simd, precision: Precision) -> Result<Self> {
-        let ways = [
-            Derived::Folded,
-            Derived::Unfolded,
-            Derived::Pooled,
-            Derived::Channel(0),
-            Derived::FoldedChannel(0),
-        ];
-        let schedule = |plan: &Plan, halved: &[bool]| Schedule::new(plan, halved, &ways);
+        let schedule = |plan: &Plan, halved: &[bool]| Schedule::new(plan, halved, |_| true);
         Self::scheduled(plan, weights, (simd, precision), schedule)
     }
 
@@ -228,7 +194,7 @@ impl Network {
         self.load(input, state, &mut tensors);
         for unit in self.units(state.size) {
             let started = Instant::now();
-            let layers = unit.layers();
+            let (layers, written) = (unit.layers(), unit.written(&self.plan));
             match unit {
                 Unit::One(number) => self.run_one(number, &mut tensors, state),
                 Unit::Pair(number, pairing) => self.run_pair(number, pairing, &mut tensors, state),
@@ -237,7 +203,7 @@ impl Network {
                     self.run_filter(layers.start, changes..layers.end, &mut tensors, state);
                 }
             }
-            observe(layers.clone(), &tensors[self.written(&layers)], started.elapsed());
+            observe(layers.clone(), &tensors[written], started.elapsed());
             for id in self.schedule.finished[layers].iter().flatten() {
                 state.spare.put(std::mem::take(&mut tensors[id.index()]));
             }
@@ -249,45 +215,7 @@ impl Network {
 
     /// What is run one after the other for frames of `size`.
     fn units(&self, size: FrameSize) -> Vec<Unit> {
-        let mut units = Vec::new();
-        let mut number = 0;
-        while number < self.steps.len() {
-            let first = self.plan.layers()[number].output().index();
-            if self.schedule.derived[first].is_some() || self.samples_stand_for(first) {
-                number += 1;
-                continue;
-            }
-            let pairing = self.schedule.pairs[number].filter(|_| self.numbers(first, size) > SMALL);
-            let unit = match (&self.plan.layers()[number], pairing, self.schedule.changes[number]) {
-                (Layer::Filter(_), ..) => self.filter_unit(number),
-                (_, Some(pairing), _) => Unit::Pair(number, pairing),
-                (_, None, 0) => Unit::One(number),
-                (_, None, count) => Unit::Changes(number..number + count),
-            };
-            number = unit.layers().end;
-            units.push(unit);
-        }
-        units
-    }
-
-    /// The predicted kernel in layer `number` with whatever only changes its picture.
-    fn filter_unit(&self, number: usize) -> Unit {
-        let Schedule { additions, changes, .. } = &self.schedule;
-        if let Some(Addition { added, .. }) = additions[number] {
-            return Unit::Filter { layers: number..added + changes[added], changes: added + 1 };
-        }
-        let out = self.plan.layers()[number].output();
-        let goes_on =
-            self.plan.layers().get(number + 1).is_some_and(|next| {
-                next.changed() == Some(out) && self.schedule.is_free(number + 1, next, out)
-            });
-        let count = if goes_on { changes[number + 1] } else { 0 };
-        Unit::Filter { layers: number..number + 1 + count, changes: number + 1 }
-    }
-
-    /// The tensor that the last of `layers` writes.
-    fn written(&self, layers: &Range<usize>) -> usize {
-        self.plan.layers()[layers.end - 1].output().index()
+        self.schedule.units(&self.plan, |place| self.numbers(place, size))
     }
 
     /// How long tensors are there in the making of a frame of `size`.
@@ -306,9 +234,8 @@ impl Network {
         }
         for unit in self.units(size) {
             lifetimes.go_on();
-            let layers = unit.layers();
-            let place = self.written(&layers);
-            match self.written_over(&unit) {
+            let (layers, place) = (unit.layers(), unit.written(&self.plan));
+            match unit.written_over(&self.plan, &self.schedule) {
                 Some(other) => lifetimes.take_over(place, other),
                 None => lifetimes.begin(place, words(place)),
             }
@@ -321,22 +248,6 @@ impl Network {
             }
         }
         lifetimes
-    }
-
-    /// The tensor in whose place `unit` writes another one.
-    fn written_over(&self, unit: &Unit) -> Option<usize> {
-        match unit {
-            Unit::One(_) | Unit::Filter { .. } => None,
-            Unit::Pair(number, pairing) => match &self.plan.layers()[*number] {
-                Layer::Conv(conv) => pairing.replaced.map(|input| conv.inputs[input].tensor.index()),
-                _ => None,
-            },
-            Unit::Changes(layers) => {
-                let first = &self.plan.layers()[layers.start];
-                let changed = first.changed()?;
-                self.schedule.is_free(layers.start, first, changed).then(|| changed.index())
-            }
-        }
     }
 
     /// Runs layer `number`.
@@ -373,11 +284,6 @@ impl Network {
         tensors[place] = Stored::F32(out);
     }
 
-    /// Whether tensor `place` is never written, because the samples will do.
-    fn samples_stand_for(&self, place: usize) -> bool {
-        self.schedule.takes_samples && self.schedule.known.is_some_and(|known| known.index() == place)
-    }
-
     /// What layers read.
     fn given<'a>(&self, tensors: &'a [Stored], samples: &'a Samples) -> Given<'a> {
         let known = self.schedule.known.filter(|_| self.schedule.takes_samples);
@@ -409,9 +315,10 @@ impl Network {
 
     /// Runs `layers`, all of which change one picture.
     fn run_changes(&self, layers: Range<usize>, tensors: &mut [Stored], state: &mut State) {
-        let place = self.written(&layers);
+        let unit = Unit::Changes(layers.clone());
+        let place = unit.written(&self.plan);
         let changed = self.plan.layers()[layers.start].changed().expect("the first layer changes a picture");
-        let mut picture = match self.written_over(&Unit::Changes(layers.clone())) {
+        let mut picture = match unit.written_over(&self.plan, &self.schedule) {
             Some(other) => std::mem::take(&mut tensors[other]),
             None => state.spare.copy(&tensors[changed.index()], place),
         };
@@ -529,38 +436,4 @@ impl Network {
         let states = self.plan.states();
         states[place + 1..].iter().any(|other| other.next == states[place].next)
     }
-}
-
-/// An image whose pixels `fill` writes, given their place in a frame of `size`; replicated at the right and bottom.
-fn padded_map(
-    mut map: Map,
-    size: FrameSize,
-    [height, width, channels]: [usize; 3],
-    fill: impl Fn(usize, &mut [f32]) + Sync,
-) -> Stored {
-    map.resize([height, width, channels]);
-    map.data.par_chunks_exact_mut(width * channels).enumerate().for_each(|(y, row)| {
-        let y = y.min(size.height as usize - 1);
-        for (x, to) in row.chunks_exact_mut(channels).enumerate() {
-            fill(y * size.width as usize + x.min(size.width as usize - 1), to);
-        }
-    });
-    Stored::F32(map)
-}
-
-/// The picture in the top left of `map`, clamped to 0…1.
-fn cropped(map: &Map, size: FrameSize) -> Frame {
-    let shown = |p: &[f32; 3]| [p[0].clamp(0.0, 1.0), p[1].clamp(0.0, 1.0), p[2].clamp(0.0, 1.0), 1.0];
-    let width = size.width as usize;
-    if map.width == width {
-        // Written once, not filled before.
-        let pixels = &map.data.as_chunks::<3>().0[..size.pixels()];
-        let pixels = pixels.par_iter().with_min_len(width).map(shown).collect();
-        return Frame::from_pixels(size, pixels).expect("the frame has as many pixels");
-    }
-    let mut frame = Frame::new(size);
-    frame.pixels_mut().par_chunks_exact_mut(width).enumerate().for_each(|(y, row)| {
-        row.iter_mut().zip(map.row(y).as_chunks::<3>().0).for_each(|(to, p)| *to = shown(p));
-    });
-    frame
 }

@@ -8,9 +8,10 @@ use super::patch::{Access, Source};
 use rayon::prelude::*;
 use std::sync::{Mutex, PoisonError};
 
-/// Output rows that are made at once, as many as a multiple of two numbers in this range has of about so many numbers: each time
-/// two rows of the input more are looked at, but rows wait for each other in memory.
+/// Output rows that are made at once: as many as have [`NUMBERS`], but no fewer and no more than these. Each time two rows of the
+/// input are packed again, and the more rows there are between the convolutions the more memory they take.
 const ROWS: [usize; 2] = [4, 12];
+/// About as many numbers do rows between convolutions have.
 const NUMBERS: usize = 1 << 17;
 /// Output rows that one task makes at least; the first convolution makes two more of them.
 const FEWEST: usize = 48;

@@ -50,82 +50,57 @@ fn spin(simd: Simd, precision: Precision) -> usize {
 /// Chains of operations that do not wait for each other: more than a unit's latency times its width.
 const CHAINS: usize = 12;
 
+/// A function that works for a while with one instruction: the value that chains start from, the step, and the operations of one.
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f")]
-unsafe fn spin_avx512() -> usize {
-    use std::arch::x86_64::*;
-    let mut sums = [_mm512_set1_ps(1.0); CHAINS];
-    let factor = std::hint::black_box(_mm512_set1_ps(0.999));
-    for _ in 0..ROUNDS {
-        for sum in &mut sums {
-            *sum = _mm512_fmadd_ps(*sum, factor, factor);
+macro_rules! spin {
+    ($name:ident, $features:literal, $start:expr, $factor:expr, $step:expr, $operations:literal) => {
+        #[target_feature(enable = $features)]
+        unsafe fn $name() -> usize {
+            use std::arch::x86_64::*;
+            let mut sums = [$start; CHAINS];
+            let factor = std::hint::black_box($factor);
+            for _ in 0..ROUNDS {
+                for sum in &mut sums {
+                    *sum = $step(*sum, factor, factor);
+                }
+            }
+            std::hint::black_box(sums);
+            ROUNDS * CHAINS * $operations
         }
-    }
-    std::hint::black_box(sums);
-    ROUNDS * CHAINS * 16 * 2
+    };
 }
-
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512bf16")]
-unsafe fn spin_avx512_bf16() -> usize {
-    use std::arch::x86_64::*;
-    let mut sums = [_mm512_set1_ps(1.0); CHAINS];
-    let factor = std::hint::black_box(_mm512_set1_ps(0.5));
+spin!(spin_avx512, "avx512f", _mm512_set1_ps(1.0), _mm512_set1_ps(0.999), _mm512_fmadd_ps, 32);
+#[cfg(target_arch = "x86_64")]
+spin!(
+    spin_avx512_bf16,
+    "avx512f,avx512bf16",
+    _mm512_set1_ps(1.0),
     // SAFETY: both are 64 bytes of any content.
-    let factor = unsafe { std::mem::transmute::<__m512, __m512bh>(factor) };
-    for _ in 0..ROUNDS {
-        for sum in &mut sums {
-            *sum = _mm512_dpbf16_ps(*sum, factor, factor);
-        }
-    }
-    std::hint::black_box(sums);
-    ROUNDS * CHAINS * 32 * 2
-}
-
+    unsafe { std::mem::transmute::<__m512, __m512bh>(_mm512_set1_ps(0.5)) },
+    _mm512_dpbf16_ps,
+    64
+);
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512vnni")]
-unsafe fn spin_avx512_int8() -> usize {
-    use std::arch::x86_64::*;
-    let mut sums = [_mm512_setzero_si512(); CHAINS];
-    let factor = std::hint::black_box(_mm512_set1_epi32(0x0101_0101));
-    for _ in 0..ROUNDS {
-        for sum in &mut sums {
-            *sum = _mm512_dpbusd_epi32(*sum, factor, factor);
-        }
-    }
-    std::hint::black_box(sums);
-    ROUNDS * CHAINS * 64 * 2
-}
-
+spin!(
+    spin_avx512_int8,
+    "avx512f,avx512vnni",
+    _mm512_setzero_si512(),
+    _mm512_set1_epi32(0x0101_0101),
+    _mm512_dpbusd_epi32,
+    128
+);
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
-unsafe fn spin_avx2() -> usize {
-    use std::arch::x86_64::*;
-    let mut sums = [_mm256_set1_ps(1.0); CHAINS];
-    let factor = std::hint::black_box(_mm256_set1_ps(0.999));
-    for _ in 0..ROUNDS {
-        for sum in &mut sums {
-            *sum = _mm256_fmadd_ps(*sum, factor, factor);
-        }
-    }
-    std::hint::black_box(sums);
-    ROUNDS * CHAINS * 8 * 2
-}
-
+spin!(spin_avx2, "avx2,fma", _mm256_set1_ps(1.0), _mm256_set1_ps(0.999), _mm256_fmadd_ps, 16);
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,avxvnni")]
-unsafe fn spin_avx2_int8() -> usize {
-    use std::arch::x86_64::*;
-    let mut sums = [_mm256_setzero_si256(); CHAINS];
-    let factor = std::hint::black_box(_mm256_set1_epi32(0x0101_0101));
-    for _ in 0..ROUNDS {
-        for sum in &mut sums {
-            *sum = _mm256_dpbusd_avx_epi32(*sum, factor, factor);
-        }
-    }
-    std::hint::black_box(sums);
-    ROUNDS * CHAINS * 32 * 2
-}
+spin!(
+    spin_avx2_int8,
+    "avx2,avxvnni",
+    _mm256_setzero_si256(),
+    _mm256_set1_epi32(0x0101_0101),
+    _mm256_dpbusd_avx_epi32,
+    64
+);
 
 fn spin_portable() -> usize {
     let mut sums = [[1.0f32; 4]; CHAINS];

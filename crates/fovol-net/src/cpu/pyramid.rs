@@ -331,34 +331,52 @@ impl VectorWork for PushRow<'_> {
         for (to, (a, b)) in blended[1..].as_flattened_mut().iter_mut().zip(rows) {
             *to = wa * a + wb * b;
         }
-        (blended[0], blended[width + 1]) = (blended[1], blended[width]);
-        let (from, to) = (blended.as_flattened(), row.as_flattened_mut());
-        let whole = 4 * width / V::N;
-        for vector in 0..whole {
-            add(twice(&from[vector * V::N..], some), &mut to[2 * vector * V::N..]);
-        }
-        for pixel in whole * (V::N / 4)..width {
-            add(twice(&from[4 * pixel..], Vec4::ZERO), &mut to[8 * pixel..]);
-        }
+        double(blended, row, Adding, some);
     }
 }
 
-/// Two vectors of pixels at twice the resolution, of the pixels `from` the one before them on.
+/// What becomes of pixels at twice the resolution.
+pub trait Put: Copy {
+    /// Puts them to where they belong.
+    fn put<V: Floats>(self, pixels: V, to: &mut [f32]);
+}
+
+/// They are added to known pixels as far as these are not known.
+#[derive(Debug, Clone, Copy)]
+struct Adding;
+
+impl Put for Adding {
+    #[inline(always)]
+    fn put<V: Floats>(self, pixels: V, to: &mut [f32]) {
+        let known = pixels.load(to);
+        (known + (pixels.splat(1.0) - known.fourths()) * pixels).store(to);
+    }
+}
+
+/// Puts the pixels of `row`, which has one more on both sides that is made here, at twice their resolution to `to`: bilinear
+/// between the centres of pixels, replicated at the border.
 #[inline(always)]
-pub fn twice<V: Floats>(from: &[f32], some: V) -> [V; 2] {
+pub fn double<V: Floats>(row: &mut [Known], to: &mut [Known], put: impl Put, some: V) {
+    let width = row.len() - 2;
+    (row[0], row[width + 1]) = (row[1], row[width]);
+    let (from, to) = (row.as_flattened(), to.as_flattened_mut());
+    let whole = 4 * width / V::N;
+    for vector in 0..whole {
+        double_vector(&from[vector * V::N..], &mut to[2 * vector * V::N..], put, some);
+    }
+    for pixel in whole * (V::N / 4)..width {
+        double_vector(&from[4 * pixel..], &mut to[8 * pixel..], put, Vec4::ZERO);
+    }
+}
+
+/// The same of one vector of the pixels after the first one of `from`.
+#[inline(always)]
+fn double_vector<V: Floats>(from: &[f32], to: &mut [f32], put: impl Put, some: V) {
     let from = &from[..V::N + 8];
     let (left, near, right) = (some.load(from), some.load(&from[4..]), some.load(&from[8..]));
     let near = near * some.splat(0.75);
     let (left, right) = (left * some.splat(0.25), right * some.splat(0.25));
-    [near.zip_low(near) + left.zip_low(right), near.zip_high(near) + left.zip_high(right)]
-}
-
-/// Adds `more` to known pixels as far as these are not known.
-#[inline(always)]
-fn add<V: Floats>([low, high]: [V; 2], to: &mut [f32]) {
-    let (first, second) = to[..2 * V::N].split_at_mut(V::N);
-    for (more, to) in [(low, first), (high, second)] {
-        let known = more.load(to);
-        (known + (more.splat(1.0) - known.fourths()) * more).store(to);
-    }
+    let (low, high) = to[..2 * V::N].split_at_mut(V::N);
+    put.put(near.zip_low(near) + left.zip_low(right), low);
+    put.put(near.zip_high(near) + left.zip_high(right), high);
 }

@@ -92,10 +92,10 @@ impl Schedule {
         self.finished[number].contains(&id) && reads_once(layer, id)
     }
 
-    /// That of `plan` if `halved` says of each tensor whether its numbers take two bytes, and tensors may follow from others
-    /// in these `ways`.
-    pub fn new(plan: &Plan, halved: &[bool], ways: &[Derived]) -> Self {
-        let (derived, known, shown) = (derived(plan, ways), known(plan), shown(plan));
+    /// That of `plan` if `halved` says of each tensor whether its numbers take two bytes, and `is_way` whether tensors may follow
+    /// from others so.
+    pub fn new(plan: &Plan, halved: &[bool], is_way: impl Fn(Derived) -> bool) -> Self {
+        let (derived, known, shown) = (derived(plan, is_way), known(plan), shown(plan));
         let finished = finished(plan, &derived, known, shown);
         let addition = |number: usize| addition(plan, &derived, &finished, number);
         Self {
@@ -137,11 +137,9 @@ impl Schedule {
 }
 
 /// For each tensor of `plan` that only convolutions read, as it is, or that is unfolded and only added to something, or a channel
-/// and only folded: from which one it follows in one of these `ways`, if it does from one that is written.
-fn derived(plan: &Plan, ways: &[Derived]) -> Vec<Option<(TensorId, Derived)>> {
+/// and only folded: from which one it follows in which way, if it does from one that is written, and if that `is_way`.
+fn derived(plan: &Plan, is_way: impl Fn(Derived) -> bool) -> Vec<Option<(TensorId, Derived)>> {
     let mut derived: Vec<Option<(TensorId, Derived)>> = vec![None; plan.tensors().len()];
-    let is_way =
-        |how: Derived| ways.iter().any(|way| std::mem::discriminant(way) == std::mem::discriminant(&how));
     for layer in plan.layers() {
         let follows = Derived::of(plan, layer).filter(|(_, how)| is_way(*how));
         derived[layer.output().index()] =

@@ -77,7 +77,8 @@ impl Network {
         weights.check(&plan)?;
         let precision = precision.on(gpu);
         let halved = halved(&plan, precision);
-        let schedule = Schedule::new(&plan, &halved, &[Derived::Folded, Derived::Unfolded]);
+        let schedule =
+            Schedule::new(&plan, &halved, |how| matches!(how, Derived::Folded | Derived::Unfolded));
         let matrices = gpu.matrices().filter(|_| precision == Precision::F16);
         let making = Making { gpu, plan: &plan, weights, halved: &halved, schedule: &schedule, matrices };
         let steps = gpu.guarded("compiling the shaders", || {

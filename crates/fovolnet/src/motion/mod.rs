@@ -103,10 +103,7 @@ impl MotionFinder {
             return Some(found);
         }
         let mut everywhere = vec![[0.0; 2]; size.pixels()];
-        let rows = everywhere.par_chunks_exact_mut(size.width as usize).skip(region.y as usize);
-        rows.zip(found.par_chunks_exact(region.size.width as usize)).for_each(|(to, from)| {
-            to[region.x as usize..][..from.len()].copy_from_slice(from);
-        });
+        region.put_part(&found, &mut everywhere, size.width);
         Some(everywhere)
     }
 

@@ -12,7 +12,7 @@ use super::patch::{Memory, Source};
 use super::pointwise::{Change, change_row};
 use super::simd::Simd;
 use crate::plan::{Filter, Normalisation, Taps};
-use planes::{CHANNELS, Ring};
+use planes::{CHANNELS, Ring, rows_for};
 use rayon::prelude::*;
 use weigh::{Prediction, Weighing};
 
@@ -87,7 +87,7 @@ impl PreparedFilter {
         out: &mut [f32],
     ) {
         for ((image, ring), taps) in images.iter().zip(&mut *rings).zip(&self.taps) {
-            ring.hold(image, taps.rows(y, self.expand), self.expand, (self.simd, &mut *memory));
+            ring.hold(image, rows_for(*taps, y, self.expand), self.expand, (self.simd, &mut *memory));
         }
         let width = images[0].size()[1];
         self.simd.in_vectors(Weighing { filter: self, y, width, features, images: rings, chunk, out });

@@ -1,22 +1,19 @@
-use super::super::floats::MOST;
+use super::super::floats::{MOST, four, transposed};
 use super::super::map::Stored;
 use super::super::pack::Singles;
 use super::super::patch::{Access, Memory, Source, Window};
 use super::super::simd::{Simd, Work};
 use crate::plan::{Padding, Taps};
-use glam::{Mat4, Vec4};
 use std::ops::Range;
 
 /// Numbers of a pixel: kernels filter pictures.
 pub const CHANNELS: usize = 3;
 
-impl Taps {
-    /// The rows that the kernels of the `count` rows from `y` on look at, from row −1 on; their numbers are one more.
-    pub(super) fn rows(self, y: usize, count: usize) -> Range<usize> {
-        match self {
-            Self::Around => y..y + count + 2,
-            Self::Centre => y + 1..y + 1 + count,
-        }
+/// The numbers of the rows that kernels of these `taps` look at for the `count` rows from `y` on: row y has number y + 1.
+pub fn rows_for(taps: Taps, y: usize, count: usize) -> Range<usize> {
+    match taps {
+        Taps::Around => y..y + count + 2,
+        Taps::Centre => y + 1..y + 1 + count,
     }
 }
 
@@ -76,18 +73,16 @@ fn take_apart<const N: usize>(row: &[f32], numbers: &mut [f32], stride: usize) {
     // Four cells at a time, as vectors of four numbers each; the last one ends where its cell does, or with the next one's first
     // number where cells have but three.
     while 4 * N + 4 <= row[done * N..].len() {
-        let four = &row[done * N..][..4 * N + 4];
+        let cells = &row[done * N..][..4 * N + 4];
         let mut n = 0;
         while n < N {
             let first = if N > 4 { n.min(N - 4) } else { 0 };
-            let columns = [
-                Vec4::from_slice(&four[first..]),
-                Vec4::from_slice(&four[N + first..]),
-                Vec4::from_slice(&four[2 * N + first..]),
-                Vec4::from_slice(&four[3 * N + first..]),
-            ];
-            let planes = Mat4::from_cols(columns[0], columns[1], columns[2], columns[3]).transpose();
-            let planes = [planes.x_axis, planes.y_axis, planes.z_axis, planes.w_axis];
+            let planes = transposed([
+                four(cells, first),
+                four(cells, N + first),
+                four(cells, 2 * N + first),
+                four(cells, 3 * N + first),
+            ]);
             for k in n - first..(N - first).min(4) {
                 let at = (first + k) * stride + 1 + done;
                 planes[k].write_to_slice(&mut numbers[at..at + 4]);
@@ -106,7 +101,7 @@ fn take_apart<const N: usize>(row: &[f32], numbers: &mut [f32], stride: usize) {
 /// The rows of an image that kernels look at, taken apart.
 #[derive(Debug, Default)]
 pub struct Ring {
-    /// Row number n (see [`Taps::rows`]) has place n mod 4.
+    /// Row number n (see [`rows_for`]) has place n mod 4.
     rows: [Planes; 4],
     held: [Option<usize>; 4],
     between: Vec<f32>,
@@ -133,7 +128,10 @@ impl Ring {
         (simd, memory): (Simd, &mut Memory),
     ) {
         let width = image.size()[1];
-        for number in numbers.filter(|n| self.held[n % 4] != Some(*n)).collect::<Vec<_>>() {
+        for number in numbers {
+            if self.held[number % 4] == Some(number) {
+                continue;
+            }
             let row = row_of(image, number as isize - 1, &mut self.between, (simd, memory));
             self.rows[number % 4].take(row, width, expand, simd);
             self.held[number % 4] = Some(number);

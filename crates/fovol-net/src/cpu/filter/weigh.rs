@@ -1,10 +1,10 @@
 use super::super::element::Element;
-use super::super::floats::{Floats, MOST, VectorWork};
+use super::super::floats::{Floats, MOST, VectorWork, four, transposed};
 use super::super::map::{Stored, with_map};
 use super::PreparedFilter;
 use super::planes::{CHANNELS, Ring};
 use crate::plan::{Normalisation, SQUARED_EPSILON, Taps};
-use glam::{Mat4, Vec4};
+use std::array::from_fn;
 
 /// A number of each of some features side by side; as many as vectors have count.
 type Lanes = [f32; MOST];
@@ -37,16 +37,13 @@ impl Prediction {
     /// That of `weights` \[out, in\] and `bias` \[out\].
     pub fn new(weights: &[f32], bias: &[f32]) -> Self {
         let inputs = weights.len() / bias.len();
-        let blocks = bias.len().div_ceil(BLOCK);
+        let blocks = 0..bias.len().div_ceil(BLOCK);
+        // 0 for outputs that the last block has too many.
         let of = |numbers: &[f32], at: usize| numbers.get(at).copied().unwrap_or(0.0);
-        let block = |first: usize, number: &dyn Fn(usize) -> f32| {
-            std::array::from_fn(|k| if first + k < bias.len() { number(first + k) } else { 0.0 })
-        };
+        let row = |block: usize, input: usize| from_fn(|k| of(weights, (block * BLOCK + k) * inputs + input));
         Self {
-            weights: (0..blocks * inputs)
-                .map(|at| block(at / inputs * BLOCK, &|out| of(weights, out * inputs + at % inputs)))
-                .collect(),
-            bias: (0..blocks).map(|at| block(at * BLOCK, &|out| of(bias, out))).collect(),
+            weights: blocks.clone().flat_map(|block| (0..inputs).map(move |i| row(block, i))).collect(),
+            bias: blocks.map(|block| from_fn(|k| of(bias, block * BLOCK + k))).collect(),
             inputs,
         }
     }
@@ -91,18 +88,15 @@ impl Prediction {
 /// numbers more.
 #[inline(always)]
 fn transpose(from: &[f32], inputs: usize, feature: usize, channels: &mut [Lanes]) {
-    for (four, to) in channels.as_chunks_mut::<4>().0.iter_mut().enumerate() {
-        let at = 4 * four;
-        let columns = Mat4::from_cols(
-            Vec4::from_slice(&from[at..]),
-            Vec4::from_slice(&from[inputs + at..]),
-            Vec4::from_slice(&from[2 * inputs + at..]),
-            Vec4::from_slice(&from[3 * inputs + at..]),
-        );
-        let columns = columns.transpose();
-        for (to, column) in
-            to.iter_mut().zip([columns.x_axis, columns.y_axis, columns.z_axis, columns.w_axis])
-        {
+    for (number, to) in channels.as_chunks_mut::<4>().0.iter_mut().enumerate() {
+        let at = 4 * number;
+        let columns = transposed([
+            four(from, at),
+            four(from, inputs + at),
+            four(from, 2 * inputs + at),
+            four(from, 3 * inputs + at),
+        ]);
+        for (to, column) in to.iter_mut().zip(columns) {
             column.write_to_slice(&mut to[feature..]);
         }
     }
@@ -232,22 +226,17 @@ fn shape<V: Floats, const EXPAND: usize>(normalisation: Normalisation, predicted
 #[inline(always)]
 fn join<const N: usize>(planes: &[Lanes; N], count: usize, row: &mut [f32]) {
     let cells = row.as_chunks_mut::<N>().0;
-    for (four, cells) in cells.chunks_mut(4).take(count / 4).enumerate() {
-        let at = 4 * four;
+    for (number, cells) in cells.chunks_mut(4).take(count / 4).enumerate() {
+        let at = 4 * number;
         let mut first = 0;
         while first < N {
             let zero = [0.0; MOST];
             let next = |k: usize| if first + k < N { &planes[first + k] } else { &zero };
-            let numbers = Mat4::from_cols(
-                Vec4::from_slice(&next(0)[at..]),
-                Vec4::from_slice(&next(1)[at..]),
-                Vec4::from_slice(&next(2)[at..]),
-                Vec4::from_slice(&next(3)[at..]),
-            );
-            let numbers = numbers.transpose().to_cols_array_2d();
+            let numbers =
+                transposed([four(next(0), at), four(next(1), at), four(next(2), at), four(next(3), at)]);
             let count = (N - first).min(4);
             for (cell, numbers) in cells.iter_mut().zip(&numbers) {
-                cell[first..first + count].copy_from_slice(&numbers[..count]);
+                cell[first..first + count].copy_from_slice(&numbers.to_array()[..count]);
             }
             first += 4;
         }

@@ -1,0 +1,39 @@
+//! Frames as the maps that networks read and write.
+
+use super::map::{Map, Stored};
+use fovol_core::{Frame, FrameSize};
+use rayon::prelude::*;
+
+/// An image whose pixels `fill` writes, given their place in a frame of `size`; replicated at the right and bottom.
+pub fn padded_map(
+    mut map: Map,
+    size: FrameSize,
+    [height, width, channels]: [usize; 3],
+    fill: impl Fn(usize, &mut [f32]) + Sync,
+) -> Stored {
+    map.resize([height, width, channels]);
+    map.data.par_chunks_exact_mut(width * channels).enumerate().for_each(|(y, row)| {
+        let y = y.min(size.height as usize - 1);
+        for (x, to) in row.chunks_exact_mut(channels).enumerate() {
+            fill(y * size.width as usize + x.min(size.width as usize - 1), to);
+        }
+    });
+    Stored::F32(map)
+}
+
+/// The picture in the top left of `map`, clamped to 0…1.
+pub fn cropped(map: &Map, size: FrameSize) -> Frame {
+    let shown = |p: &[f32; 3]| [p[0].clamp(0.0, 1.0), p[1].clamp(0.0, 1.0), p[2].clamp(0.0, 1.0), 1.0];
+    let width = size.width as usize;
+    if map.width == width {
+        // Written once, not filled before.
+        let pixels = &map.data.as_chunks::<3>().0[..size.pixels()];
+        let pixels = pixels.par_iter().with_min_len(width).map(shown).collect();
+        return Frame::from_pixels(size, pixels).expect("the frame has as many pixels");
+    }
+    let mut frame = Frame::new(size);
+    frame.pixels_mut().par_chunks_exact_mut(width).enumerate().for_each(|(y, row)| {
+        row.iter_mut().zip(map.row(y).as_chunks::<3>().0).for_each(|(to, p)| *to = shown(p));
+    });
+    frame
+}

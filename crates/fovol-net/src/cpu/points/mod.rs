@@ -1,0 +1,265 @@
+//! Samples of earlier frames as points, each with its place in its pixel.
+//!
+//! In a row of points each of their numbers has its own stretch: the colours of all pixels, their weights, and where they
+//! lie. So neighbouring pixels are neighbouring numbers of vectors.
+
+mod reproject;
+mod splat;
+
+pub use reproject::reproject;
+pub use splat::splat;
+
+use super::floats::Floats;
+use super::map::Map;
+use super::pyramid::{Known, KnownRows};
+use super::simd::{Simd, Work};
+use crate::plan::POINT;
+use rayon::prelude::*;
+use std::array::from_fn;
+
+/// What is known of a pixel of earlier frames, and how far right of and below its centre.
+type Point = [f32; POINT];
+
+/// Nothing.
+const NONE: Point = [0.0; POINT];
+
+/// The numbers of the points of a row.
+#[derive(Debug, Clone, Copy)]
+pub struct Row<'a>([&'a [f32]; POINT]);
+
+/// The same, to be written.
+#[derive(Debug)]
+pub struct RowMut<'a>([&'a mut [f32]; POINT]);
+
+impl<'a> Row<'a> {
+    /// Row `y` of `map`.
+    #[inline(always)]
+    pub fn of(map: &'a Map, y: usize) -> Self {
+        let (row, w) = (map.row(y), map.width);
+        Self([
+            &row[..w],
+            &row[w..2 * w],
+            &row[2 * w..3 * w],
+            &row[3 * w..4 * w],
+            &row[4 * w..5 * w],
+            &row[5 * w..6 * w],
+        ])
+    }
+
+    /// Number `n` of all points.
+    #[inline(always)]
+    pub fn numbers(&self, n: usize) -> &'a [f32] {
+        self.0[n]
+    }
+
+    /// The point of pixel `x`.
+    #[inline(always)]
+    fn point(&self, x: usize) -> Point {
+        let [r, g, b, w, right, down] = self.0;
+        [r[x], g[x], b[x], w[x], right[x], down[x]]
+    }
+
+    /// The numbers of `count` points from pixel `x` on.
+    ///
+    /// Without closures, here and in what else is done for every pixel: they are functions of their own, compiled for every
+    /// processor, if the compiler happens not to put them where they are called.
+    #[inline(always)]
+    fn window(&self, x: usize, count: usize) -> Self {
+        let [r, g, b, w, right, down] = self.0;
+        let end = x + count;
+        Self([&r[x..end], &g[x..end], &b[x..end], &w[x..end], &right[x..end], &down[x..end]])
+    }
+
+    /// Number `n` from pixel `x` on, as vectors like `some`.
+    #[inline(always)]
+    fn load<V: Floats>(&self, some: V, n: usize, x: usize) -> V {
+        some.load(&self.0[n][x..])
+    }
+}
+
+impl<'a> RowMut<'a> {
+    /// Those of a `row` of a map.
+    #[inline(always)]
+    pub fn of(row: &'a mut [f32]) -> Self {
+        let mut stretches = row.chunks_exact_mut(row.len() / POINT);
+        Self(from_fn(|_| stretches.next().unwrap_or_default()))
+    }
+
+    /// Number `n` of all points.
+    #[inline(always)]
+    pub fn numbers(&mut self, n: usize) -> &mut [f32] {
+        self.0[n]
+    }
+
+    /// Makes `point` that of pixel `x`.
+    #[inline(always)]
+    pub fn set(&mut self, x: usize, point: Point) {
+        self.0.iter_mut().zip(point).for_each(|(numbers, number)| numbers[x] = number);
+    }
+
+    /// Makes `vector` number `n` of the points from pixel `x` on.
+    #[inline(always)]
+    fn store<V: Floats>(&mut self, n: usize, x: usize, vector: V) {
+        vector.store(&mut self.0[n][x..]);
+    }
+}
+
+/// What points know, wherever they are in their pixels.
+#[derive(Debug)]
+pub struct WithoutPlaces<'a>(pub &'a Map);
+
+impl KnownRows for WithoutPlaces<'_> {
+    type Memory = ();
+
+    fn size(&self) -> [usize; 2] {
+        [self.0.height, self.0.width]
+    }
+
+    fn make(&self, y: usize, (): &mut (), to: &mut Vec<Known>) {
+        to.resize(self.0.width, [0.0; 4]);
+        Simd::best().vectorised(KnownRow { row: Row::of(self.0, y), to });
+    }
+}
+
+struct KnownRow<'a> {
+    row: Row<'a>,
+    to: &'a mut [Known],
+}
+
+impl Work for KnownRow<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let Self { row: Row([r, g, b, w, ..]), to } = self;
+        let numbers = r.iter().zip(g).zip(b.iter().zip(w));
+        to.iter_mut().zip(numbers).for_each(|(to, ((&r, &g), (&b, &w)))| *to = [r, g, b, w]);
+    }
+}
+
+/// Makes pixel (x, y) of `to`, which keeps its size, pixel (x, y) + `by` of `from`, or the nearest to it.
+pub fn shift(from: &Map, by: [i64; 2], to: &mut Map) {
+    let nearest = |at: usize, way: i64, count: usize| (at as i64 + way).clamp(0, count as i64 - 1) as usize;
+    to.data.par_chunks_mut(to.width * POINT).enumerate().for_each(|(y, row)| {
+        let from_row = Row::of(from, nearest(y, by[1], from.height));
+        let width = row.len() / POINT;
+        let mut row = RowMut::of(row);
+        (0..width).for_each(|x| row.set(x, from_row.point(nearest(x, by[0], from.width))));
+    });
+}
+
+/// The points of `map` pixel by pixel.
+pub fn pixels(map: &Map) -> Map {
+    let mut out = Map::zeros(map.height, map.width, POINT);
+    for (y, row) in out.data.chunks_exact_mut(map.width * POINT).enumerate() {
+        let points = Row::of(map, y);
+        row.as_chunks_mut().0.iter_mut().enumerate().for_each(|(x, to)| *to = points.point(x));
+    }
+    out
+}
+
+/// The other way round, for tests.
+#[cfg(test)]
+pub fn of_pixels(map: &Map) -> Map {
+    let mut out = Map::zeros(map.height, map.width, POINT);
+    for (y, row) in out.data.chunks_exact_mut(map.width * POINT).enumerate() {
+        let mut to = RowMut::of(row);
+        map.row(y).as_chunks().0.iter().enumerate().for_each(|(x, point)| to.set(x, *point));
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIZE: [usize; 2] = [6, 8];
+
+    fn reproject(input: &Map, motion: &Map, out: &mut Map) {
+        let mut rows = Map::default();
+        super::reproject(&of_pixels(input), motion, &mut rows);
+        *out = pixels(&rows);
+    }
+
+    fn splat(input: &Map, out: &mut Map) {
+        super::splat(&of_pixels(input), out);
+    }
+
+    fn row(map: &Map, y: usize) -> &[Point] {
+        map.row(y).as_chunks().0
+    }
+
+    fn map(channels: usize, pixels: &[([usize; 2], &[f32])]) -> Map {
+        let mut map = Map::zeros(SIZE[0], SIZE[1], channels);
+        for ([y, x], numbers) in pixels {
+            map.data[(y * SIZE[1] + x) * channels..][..channels].copy_from_slice(numbers);
+        }
+        map
+    }
+
+    fn still(motion: [f32; 2]) -> Map {
+        let mut map = Map::zeros(SIZE[0], SIZE[1], 2);
+        map.data.chunks_exact_mut(2).for_each(|to| to.copy_from_slice(&motion));
+        map
+    }
+
+    fn moved(input: &Map, motion: [f32; 2]) -> Map {
+        let mut out = Map::default();
+        reproject(input, &still(motion), &mut out);
+        out
+    }
+
+    #[test]
+    fn points_move_whole_and_keep_their_place() {
+        let here = [0.1, 0.2, 0.3, 0.5, 0.25, -0.5];
+        let input = map(POINT, &[([2, 3], &here)]);
+        assert_eq!(moved(&input, [0.0; 2]).data[..], input.data[..]);
+        // Content goes 1.5 to the right and 0.25 up: to 4.75 and 1.25, which is pixel (1, 5).
+        let there = moved(&input, [-1.5, 0.25]);
+        assert_eq!(there.data[..], map(POINT, &[([1, 5], &[0.1, 0.2, 0.3, 0.5, -0.25, 0.25])]).data[..]);
+        // Many small steps lead to where one large one does.
+        let mut small = input.clone();
+        (0..16).for_each(|_| small = moved(&small, [-0.09375, 0.015625]));
+        assert_eq!(small.data[..], there.data[..]);
+    }
+
+    #[test]
+    fn points_that_meet_become_their_mean() {
+        let input = map(
+            POINT,
+            &[([2, 3], &[0.8, 0.0, 0.0, 0.8, 0.25, 0.0]), ([2, 4], &[0.0, 0.2, 0.0, 0.2, -0.25, 0.0])],
+        );
+        let met = moved(&input, [0.5, 0.0]);
+        let at = row(&met, 2)[3];
+        let wanted = [0.64, 0.16, 0.0, 0.8, -0.15, 0.0];
+        assert!(at.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-6), "{at:?}");
+        assert_eq!(met.data.iter().filter(|v| **v != 0.0).count(), 4);
+    }
+
+    #[test]
+    fn what_comes_from_outside_or_nowhere_is_nothing() {
+        let mut input = Map::zeros(SIZE[0], SIZE[1], POINT);
+        input.data.as_chunks_mut::<POINT>().0.fill([0.5, 0.5, 0.5, 1.0, 0.0, 0.0]);
+        let left = moved(&input, [-2.0, 0.0]);
+        assert!(row(&left, 0)[..2].iter().all(|p| *p == NONE) && row(&left, 0)[2] == row(&input, 0)[2]);
+        for motion in [[f32::NAN, 0.0], [f32::INFINITY, 0.0], [0.0, -1e30]] {
+            assert!(moved(&input, motion).data.iter().all(|v| *v == 0.0));
+        }
+    }
+
+    #[test]
+    fn points_count_for_the_centres_around_them() {
+        let mut out = Map::default();
+        splat(&map(POINT, &[([2, 0], &[0.4, 0.4, 0.4, 0.8, -0.25, 0.5])]), &mut out);
+        // A quarter of its share falls beyond the border.
+        for (at, share) in [([2, 0], 0.375), ([3, 0], 0.375), ([2, 1], 0.0), ([1, 0], 0.0)] {
+            assert!((out.pixel(at[0], at[1])[3] - 0.8 * share).abs() < 1e-6, "{at:?}");
+        }
+        // Where there are more than enough their mean counts.
+        let mut input = Map::zeros(SIZE[0], SIZE[1], POINT);
+        input.data.as_chunks_mut::<POINT>().0.fill([0.25, 0.5, 0.5, 0.5, 0.0, 0.0]);
+        input.data[(2 * SIZE[1] + 3) * POINT..][..POINT].copy_from_slice(&[1.0, 1.0, 1.0, 1.0, 0.25, 0.0]);
+        splat(&input, &mut out);
+        assert_eq!(out.pixel(0, 0), [0.25, 0.5, 0.5, 0.5]);
+        let wanted = (0.25 + 0.25) / 1.25;
+        assert!((out.pixel(2, 4)[0] - wanted).abs() < 1e-6, "{:?}", out.pixel(2, 4));
+    }
+}

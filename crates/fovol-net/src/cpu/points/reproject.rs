@@ -1,0 +1,161 @@
+//! Points of the last frame where they are now.
+
+use super::{NONE, Row, RowMut};
+use crate::cpu::floats::{Floats, MOST, VectorWork};
+use crate::cpu::map::Map;
+use crate::cpu::simd::Simd;
+use crate::plan::POINT;
+use glam::Vec4;
+use rayon::prelude::*;
+
+/// Writes to `out` the points of `input` where `motion`, in pixels to the previous position, takes them (see
+/// [`Layer::Reproject`](crate::plan::Layer::Reproject)).
+pub fn reproject(input: &Map, motion: &Map, out: &mut Map) {
+    let [height, width] = [input.height, input.width];
+    out.resize([height, width, POINT]);
+    out.data.par_chunks_mut(width * POINT).enumerate().for_each(|(y, to)| {
+        let motion = motion.row(y).as_chunks().0;
+        Simd::best().in_vectors(ReprojectRow { input, motion, y, to: RowMut::of(to) });
+    });
+}
+
+struct ReprojectRow<'a> {
+    input: &'a Map,
+    motion: &'a [[f32; 2]],
+    y: usize,
+    to: RowMut<'a>,
+}
+
+impl VectorWork for ReprojectRow<'_> {
+    #[inline(always)]
+    fn run<V: Floats>(mut self, some: V) {
+        let width = self.motion.len();
+        let mut first = 0;
+        while first < width {
+            let end = (first + V::N).min(width);
+            match self.corner(first, V::N) {
+                Some(corner) => self.vector(first, corner, some),
+                None => self.fours(first, end),
+            }
+            first = end;
+        }
+    }
+}
+
+impl ReprojectRow<'_> {
+    /// Makes the pixels from `first` on up to `end`, as many at a time as go together.
+    fn fours(&mut self, first: usize, end: usize) {
+        for x in (first..end).step_by(Vec4::N) {
+            match self.corner(x, Vec4::N).filter(|_| x + Vec4::N <= end) {
+                Some(corner) => self.vector(x, corner, Vec4::ZERO),
+                None => (x..(x + Vec4::N).min(end)).for_each(|x| self.pixel(x)),
+            }
+        }
+    }
+
+    /// The row and the column that `count` pixels from `first` on take points from, one after the other, if all of them have
+    /// moved as many whole pixels, and they and the pixels beside and below them are inside.
+    #[inline(always)]
+    fn corner(&self, first: usize, count: usize) -> Option<[usize; 2]> {
+        let motion = self.motion.get(first..first + count)?;
+        let [right, down] = [motion[0][0].floor(), motion[0][1].floor()];
+        let mut is_alike = true;
+        for moved in motion {
+            let [x, y] = [moved[0] - right, moved[1] - down];
+            is_alike &= (0.0..1.0).contains(&x) & (0.0..1.0).contains(&y);
+        }
+        let [left, above] = [first as f32 + right, self.y as f32 + down];
+        let is_inside = left >= 0.0
+            && left + (count as f32) < self.input.width as f32
+            && above >= 0.0
+            && above + 1.0 < self.input.height as f32;
+        (is_alike && is_inside).then_some([above as usize, left as usize])
+    }
+
+    /// Makes the pixels of the vector from `first` on of the points from `corner` on.
+    #[inline(always)]
+    fn vector<V: Floats>(&mut self, first: usize, [above, left]: [usize; 2], some: V) {
+        let [whole_right, whole_down] = [left as f32 - first as f32, above as f32 - self.y as f32];
+        let mut parts = [[0.0; MOST]; 2];
+        for (i, moved) in self.motion[first..first + V::N].iter().enumerate() {
+            parts[0][i] = moved[0] - whole_right;
+            parts[1][i] = moved[1] - whole_down;
+        }
+        let part = [some.load(&parts[0]), some.load(&parts[1])];
+        let [zero, low, high] = [some.splat(0.0), some.splat(-0.5), some.splat(0.5)];
+        let (mut colours, mut places, mut largest) = ([zero; 4], [zero; 2], zero);
+        for down in 0..2 {
+            let points = Row::of(self.input, above + down).window(left, V::N + 1);
+            for right in 0..2 {
+                let x = points.load(some, 4, right) + (some.splat(right as f32) - part[0]);
+                let y = points.load(some, 5, right) + (some.splat(down as f32) - part[1]);
+                let across = some.both(x.is_at_least(low), x.is_below(high));
+                let along = some.both(y.is_at_least(low), y.is_below(high));
+                let is_met = some.both(across, along);
+                let weight = points.load(some, 3, right).keep(is_met);
+                for n in 0..3 {
+                    colours[n] = colours[n] + points.load(some, n, right).keep(is_met);
+                }
+                colours[3] = colours[3] + weight;
+                places = [places[0] + weight * x, places[1] + weight * y];
+                largest = largest.max(weight);
+            }
+        }
+        let factor = some.splat(1.0) / colours[3].max(some.splat(f32::MIN_POSITIVE));
+        let scale = largest * factor;
+        for n in 0..4 {
+            self.to.store(n, first, colours[n] * scale);
+        }
+        for n in 0..2 {
+            self.to.store(4 + n, first, places[n] * factor);
+        }
+    }
+
+    /// Makes pixel `x`.
+    fn pixel(&mut self, x: usize) {
+        let motion = self.motion[x];
+        let whole = motion.map(f32::floor);
+        let first = [self.y as f32 + whole[1], x as f32 + whole[0]];
+        let [height, width] = [self.input.height, self.input.width];
+        let is_near = |at: f32, count: usize| at >= -1.0 && at < count as f32;
+        // Also where the motion is no number.
+        if !(is_near(first[0], height) && is_near(first[1], width)) {
+            return self.to.set(x, NONE);
+        }
+        let part = [motion[0] - whole[0], motion[1] - whole[1]];
+        let (mut sums, mut largest) = (NONE, 0.0f32);
+        for down in 0..2 {
+            let row = first[0] as isize + down;
+            if !(0..height as isize).contains(&row) {
+                continue;
+            }
+            let points = Row::of(self.input, row as usize);
+            for right in 0..2 {
+                let column = first[1] as isize + right;
+                if !(0..width as isize).contains(&column) {
+                    continue;
+                }
+                let point = points.point(column as usize);
+                let place = [point[4] + (right as f32 - part[0]), point[5] + (down as f32 - part[1])];
+                if is_met(place) {
+                    for n in 0..4 {
+                        sums[n] += point[n];
+                    }
+                    sums[4] += point[3] * place[0];
+                    sums[5] += point[3] * place[1];
+                    largest = largest.max(point[3]);
+                }
+            }
+        }
+        let factor = 1.0 / sums[3].max(f32::MIN_POSITIVE);
+        let scale = largest * factor;
+        let [r, g, b, w, right, down] = sums;
+        self.to.set(x, [r * scale, g * scale, b * scale, w * scale, right * factor, down * factor]);
+    }
+}
+
+/// Whether a point so far right of and below the middle of a square of a pixel's size lies in it.
+#[inline(always)]
+fn is_met(place: [f32; 2]) -> bool {
+    place.iter().all(|at| (-0.5..0.5).contains(at))
+}

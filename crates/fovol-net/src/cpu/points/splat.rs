@@ -1,0 +1,104 @@
+//! What points tell of the centres of the pixels around them.
+
+use super::Row;
+use crate::cpu::floats::{Floats, MOST, VectorWork, four, transposed};
+use crate::cpu::map::Map;
+use crate::cpu::pyramid::Known;
+use crate::cpu::simd::Simd;
+use glam::Vec4;
+use rayon::prelude::*;
+
+/// Writes to `out` what the points of `input` tell of the centres of pixels (see [`Layer::Splat`](crate::plan::Layer::Splat)).
+pub fn splat(input: &Map, out: &mut Map) {
+    let [height, width] = [input.height, input.width];
+    out.resize([height, width, 4]);
+    out.data.par_chunks_mut(width * 4).enumerate().for_each(|(y, to)| {
+        let row = |y: usize| (y < height).then(|| Row::of(input, y));
+        let rows = [row(y.wrapping_sub(1)), row(y), row(y + 1)];
+        Simd::best().in_vectors(SplatRow { rows, to: to.as_chunks_mut().0 });
+    });
+}
+
+struct SplatRow<'a> {
+    /// The row above, if there is one, this one and the one below.
+    rows: [Option<Row<'a>>; 3],
+    to: &'a mut [Known],
+}
+
+impl VectorWork for SplatRow<'_> {
+    #[inline(always)]
+    fn run<V: Floats>(self, some: V) {
+        let Self { rows, to } = self;
+        let width = to.len();
+        for (number, to) in to.chunks_mut(V::N).enumerate() {
+            let first = number * V::N;
+            if first > 0 && first + V::N < width {
+                splat_vector(&rows, first, to, some);
+                continue;
+            }
+            for (i, to) in to.iter_mut().enumerate() {
+                *to = splat_pixel(&rows, first + i, width);
+            }
+        }
+    }
+}
+
+/// How far a point tells what is so far left of it (right, if it is negative), in one direction.
+#[inline(always)]
+fn share(away: f32) -> f32 {
+    (1.0 - away.abs()).max(0.0)
+}
+
+/// What the points of `rows` tell of the pixels from `first` on.
+#[inline(always)]
+fn splat_vector<V: Floats>(rows: &[Option<Row<'_>>; 3], first: usize, to: &mut [Known], some: V) {
+    let [zero, one] = [some.splat(0.0), some.splat(1.0)];
+    let (mut told, mut sum) = ([zero; 4], zero);
+    for (below, row) in rows.iter().enumerate() {
+        let Some(row) = row else { continue };
+        let points = row.window(first - 1, V::N + 2);
+        for beside in 0..3 {
+            let x = points.load(some, 4, beside) + some.splat(beside as f32 - 1.0);
+            let y = points.load(some, 5, beside) + some.splat(below as f32 - 1.0);
+            let near = (one - x.abs()).max(zero) * (one - y.abs()).max(zero);
+            let weights = points.load(some, 3, beside);
+            // Points that are none know nothing, but would have a share.
+            let near = near.keep(zero.is_below(weights));
+            for n in 0..3 {
+                told[n] = told[n] + near * points.load(some, n, beside);
+            }
+            told[3] = told[3] + near * weights;
+            sum = sum + near;
+        }
+    }
+    let factor = one / sum.max(one);
+    let mut numbers = [[0.0; MOST]; 4];
+    for n in 0..4 {
+        (told[n] * factor).store(&mut numbers[n]);
+    }
+    for (number, to) in to.as_chunks_mut::<4>().0.iter_mut().enumerate() {
+        let [r, g, b, w] = &numbers;
+        let at = 4 * number;
+        let pixels = transposed([four(r, at), four(g, at), four(b, at), four(w, at)]);
+        for (to, pixel) in to.iter_mut().zip(pixels) {
+            *to = pixel.to_array();
+        }
+    }
+}
+
+/// What they tell of pixel `x` of `width`.
+fn splat_pixel(rows: &[Option<Row<'_>>; 3], x: usize, width: usize) -> Known {
+    let (mut told, mut shares) = (Vec4::ZERO, 0.0f32);
+    for (below, row) in rows.iter().enumerate() {
+        let Some(row) = row else { continue };
+        for from in x.saturating_sub(1)..(x + 2).min(width) {
+            let point @ [.., right, down] = row.point(from);
+            let near = share(right + (from as f32 - x as f32)) * share(down + (below as f32 - 1.0));
+            if point[3] > 0.0 {
+                told += near * Vec4::from_slice(&point);
+                shares += near;
+            }
+        }
+    }
+    (told * (1.0 / shares.max(1.0))).to_array()
+}

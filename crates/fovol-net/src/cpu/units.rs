@@ -1,0 +1,94 @@
+//! Which layers of a network are made at once.
+
+use super::schedule::{Addition, Pairing, Schedule};
+use crate::plan::{Layer, Plan};
+use std::ops::Range;
+
+/// Layers that are made at once.
+#[derive(Debug, Clone)]
+pub enum Unit {
+    One(usize),
+    /// This one and the next.
+    Pair(usize, Pairing),
+    /// Those that change one picture.
+    Changes(Range<usize>),
+    /// A predicted kernel and what changes its picture from layer `changes` on.
+    Filter {
+        layers: Range<usize>,
+        changes: usize,
+    },
+}
+
+impl Unit {
+    /// Their places in the plan.
+    pub fn layers(&self) -> Range<usize> {
+        match *self {
+            Self::One(number) => number..number + 1,
+            Self::Pair(number, _) => number..number + 2,
+            Self::Changes(ref layers) | Self::Filter { ref layers, .. } => layers.clone(),
+        }
+    }
+
+    /// The tensor that the last of them writes.
+    pub fn written(&self, plan: &Plan) -> usize {
+        plan.layers()[self.layers().end - 1].output().index()
+    }
+
+    /// The tensor in whose place it writes another one.
+    pub fn written_over(&self, plan: &Plan, schedule: &Schedule) -> Option<usize> {
+        match self {
+            Self::One(_) | Self::Filter { .. } => None,
+            Self::Pair(number, pairing) => match &plan.layers()[*number] {
+                Layer::Conv(conv) => pairing.replaced.map(|input| conv.inputs[input].tensor.index()),
+                _ => None,
+            },
+            Self::Changes(layers) => {
+                let first = &plan.layers()[layers.start];
+                let changed = first.changed()?;
+                schedule.is_free(layers.start, first, changed).then(|| changed.index())
+            }
+        }
+    }
+}
+
+/// What is between two convolutions stays in the processor's caches anyway if it is no more numbers than this.
+const SMALL: usize = 1 << 20;
+
+impl Schedule {
+    /// What of `plan` is run one after the other where tensors have as many `numbers`, by their places.
+    pub fn units(&self, plan: &Plan, numbers: impl Fn(usize) -> usize) -> Vec<Unit> {
+        let mut units = Vec::new();
+        let mut number = 0;
+        while number < plan.layers().len() {
+            let first = plan.layers()[number].output();
+            if self.derived[first.index()].is_some() || (self.takes_samples && self.known == Some(first)) {
+                number += 1;
+                continue;
+            }
+            let pairing = self.pairs[number].filter(|_| numbers(first.index()) > SMALL);
+            let unit = match (&plan.layers()[number], pairing, self.changes[number]) {
+                (Layer::Filter(_), ..) => self.filter_unit(plan, number),
+                (_, Some(pairing), _) => Unit::Pair(number, pairing),
+                (_, None, 0) => Unit::One(number),
+                (_, None, count) => Unit::Changes(number..number + count),
+            };
+            number = unit.layers().end;
+            units.push(unit);
+        }
+        units
+    }
+
+    /// The predicted kernel in layer `number` with whatever only changes its picture.
+    fn filter_unit(&self, plan: &Plan, number: usize) -> Unit {
+        if let Some(Addition { added, .. }) = self.additions[number] {
+            return Unit::Filter { layers: number..added + self.changes[added], changes: added + 1 };
+        }
+        let (out, next) = (plan.layers()[number].output(), number + 1);
+        let goes_on = plan
+            .layers()
+            .get(next)
+            .is_some_and(|layer| layer.changed() == Some(out) && self.is_free(next, layer, out));
+        let count = if goes_on { self.changes[next] } else { 0 };
+        Unit::Filter { layers: number..next + count, changes: next }
+    }
+}
