@@ -114,11 +114,11 @@ impl Part {
         if self.window == Region::whole(size) {
             return Ok(network.reconstruct(input, &mut self.state)?);
         }
-        let sparse = self.window.of(input.sparse);
+        let mut part = self.window.of(input.sparse);
         let motion = input.motion.map(|motion| self.window.part(motion, size.width));
-        let input = FrameInput { sparse: &sparse, motion: motion.as_deref() };
+        network.fill(&mut part, motion.as_deref(), &mut self.state)?;
         let mut frame = seen.nothing(size);
-        self.window.put(&network.reconstruct(&input, &mut self.state)?, &mut frame);
+        self.window.put(&part, &mut frame);
         Ok(frame)
     }
 }

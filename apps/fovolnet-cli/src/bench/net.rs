@@ -165,11 +165,10 @@ impl NetBench {
         let mut measured = Measured::default();
         for round in 0..self.repeats.max(1) + WARM_UP {
             interrupt::check("nothing was written")?;
-            let sparse = sparse_frame(self.size, round as u32);
+            let mut frame = sparse_frame(self.size, round as u32);
             let started = Instant::now();
-            let input = FrameInput { sparse: &sparse, motion: None };
             let mut part = Vec::new();
-            network.observed(&input, &mut state, |layers, _, took| {
+            network.observed(&mut frame, None, &mut state, |layers, _, took| {
                 part.push((layers, took.as_secs_f64() * 1e3));
             })?;
             if round >= WARM_UP {

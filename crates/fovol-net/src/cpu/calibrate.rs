@@ -24,7 +24,7 @@ pub fn calibrate(weights: &mut Weights, clips: &[Vec<FrameInput<'_>>]) -> Result
     for clip in clips {
         let mut state = network.state(clip[0].sparse.size());
         for frame in clip {
-            network.observed(frame, &mut state, |layers, out, _| {
+            network.observed(&mut frame.sparse.clone(), frame.motion, &mut state, |layers, out, _| {
                 let place = network.plan().layers()[layers.start].output().index();
                 most[place] = out.to_f32().data.iter().fold(most[place], |most, v| most.max(v.abs()));
             })?;

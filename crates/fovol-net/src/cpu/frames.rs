@@ -23,7 +23,6 @@ pub fn padded_map(
 
 /// The picture in the top left of `map`, clamped to 0…1.
 pub fn cropped(map: &Map, size: FrameSize) -> Frame {
-    let shown = |p: &[f32; 3]| [p[0].clamp(0.0, 1.0), p[1].clamp(0.0, 1.0), p[2].clamp(0.0, 1.0), 1.0];
     let width = size.width as usize;
     if map.width == width {
         // Written once, not filled before.
@@ -32,8 +31,18 @@ pub fn cropped(map: &Map, size: FrameSize) -> Frame {
         return Frame::from_pixels(size, pixels).expect("the frame has as many pixels");
     }
     let mut frame = Frame::new(size);
+    crop(map, &mut frame);
+    frame
+}
+
+/// The same in place of `frame`.
+pub fn crop(map: &Map, frame: &mut Frame) {
+    let width = frame.size().width as usize;
     frame.pixels_mut().par_chunks_exact_mut(width).enumerate().for_each(|(y, row)| {
         row.iter_mut().zip(map.row(y).as_chunks::<3>().0).for_each(|(to, p)| *to = shown(p));
     });
-    frame
+}
+
+fn shown(p: &[f32; 3]) -> [f32; 4] {
+    [p[0].clamp(0.0, 1.0), p[1].clamp(0.0, 1.0), p[2].clamp(0.0, 1.0), 1.0]
 }

@@ -1,6 +1,6 @@
 use super::buffers::{Lifetimes, Spare};
 use super::element::{Bf16, Element};
-use super::frames::{cropped, padded_map};
+use super::frames::{crop, cropped, padded_map};
 use super::layer::{Given, SAME, Step, run};
 use super::map::{Stored, with_map};
 use super::numbers::Numbers;
@@ -164,20 +164,45 @@ impl Network {
     /// # Errors
     /// A state of another network or size, motion for another size.
     pub fn reconstruct(&self, input: &FrameInput<'_>, state: &mut State) -> Result<Frame> {
-        self.observed(input, state, |_, _, _| {})
+        let mut tensors = self.run(input, state, |_, _, _| {})?;
+        let frame = cropped(tensors[self.schedule.shown.index()].picture(), state.size);
+        self.carry(&mut tensors, state);
+        Ok(frame)
     }
 
-    /// [`Self::reconstruct`], telling `observe` the places of layers in the plan, one or two that are made together, what
+    /// [`Self::reconstruct`] in the memory of the sparse frame.
+    ///
+    /// # Errors
+    /// As [`Self::reconstruct`]; `frame` is left as it was.
+    pub fn fill(&self, frame: &mut Frame, motion: Option<&[[f32; 2]]>, state: &mut State) -> Result<()> {
+        self.observed(frame, motion, state, |_, _, _| {})
+    }
+
+    /// [`Self::fill`], telling `observe` the places of layers in the plan, one or two that are made together, what
     /// the last of them wrote and how long they took.
     ///
     /// # Errors
-    /// As [`Self::reconstruct`].
+    /// As [`Self::fill`].
     pub fn observed(
+        &self,
+        frame: &mut Frame,
+        motion: Option<&[[f32; 2]]>,
+        state: &mut State,
+        observe: impl FnMut(Range<usize>, &Stored, Duration),
+    ) -> Result<()> {
+        let mut tensors = self.run(&FrameInput { sparse: frame, motion }, state, observe)?;
+        crop(tensors[self.schedule.shown.index()].picture(), frame);
+        self.carry(&mut tensors, state);
+        Ok(())
+    }
+
+    /// The tensors of the frame of `input` that are left once all layers are made.
+    fn run(
         &self,
         input: &FrameInput<'_>,
         state: &mut State,
         mut observe: impl FnMut(Range<usize>, &Stored, Duration),
-    ) -> Result<Frame> {
+    ) -> Result<Vec<Stored>> {
         let size = input.sparse.size();
         if state.network != self.id {
             return Err(Error::State("it belongs to another network; start one with this network".into()));
@@ -208,9 +233,7 @@ impl Network {
                 state.spare.put(std::mem::take(&mut tensors[id.index()]));
             }
         }
-        let frame = cropped(tensors[self.schedule.shown.index()].picture(), size);
-        self.carry(&mut tensors, state);
-        Ok(frame)
+        Ok(tensors)
     }
 
     /// What is run one after the other for frames of `size`.
