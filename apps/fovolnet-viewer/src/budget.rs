@@ -168,7 +168,7 @@ mod tests {
         let march = samples * sample * 1e-3 / (settings.step.unwrap() / 0.5);
         let per_pixel = if settings.reconstruction() == Reconstruction::WNet { net } else { fill };
         let reconstruct = per_pixel * size.pixels() as f64 * 1e-6;
-        (samples as usize, Timings { mask: 0.0, march, reconstruct, total: march + reconstruct })
+        (samples as usize, Timings { march, reconstruct, total: march + reconstruct, ..Timings::default() })
     }
 
     /// The last of many frames for a budget of `ms`, and how often the rung changed in the second half.

@@ -240,8 +240,11 @@ pub fn statistics(ui: &mut Ui, shown: &Shown, rate: f64, history: &VecDeque<Timi
         row("Picture", format!("{}, {state}", shown.size));
         row("Density", format!("{:.1} % of the pixels", shown.density * 100.0));
         row("Pictures", format!("{rate:.1} a second"));
-        let Timings { mask, march, reconstruct, total } = shown.timings;
-        row("Frame", format!("{total:.1} ms: mask {mask:.1}, march {march:.1}, fill {reconstruct:.1}"));
+        row("Frame", format!("{:.1} ms", shown.timings.total));
+        for pair in shown.timings.finer().chunks(2) {
+            let part = |(stage, ms): &(&str, f64)| format!("{stage} {ms:.1}");
+            row("", pair.iter().map(part).collect::<Vec<_>>().join(", "));
+        }
         if let Some(quality) = shown.quality {
             let jod = quality.jod.map_or_else(|| "too small for JOD".into(), |jod| format!("{jod:.2} JOD"));
             row("Against it", format!("{:.1} dB, {jod}", quality.psnr));

@@ -52,10 +52,44 @@ impl<S: Copy + Display> Timing<S> {
     pub fn pass<'a>(&mut self, encoder: &'a mut wgpu::CommandEncoder, stage: S) -> wgpu::ComputePass<'a> {
         let first = 2 * self.stages.len() as u32;
         self.stages.push(stage);
+        self.stamped(encoder, stage, [Some(first), Some(first + 1)])
+    }
+
+    /// What `encode` puts into `encoder`, any number of passes, as one that does `stage`.
+    ///
+    /// # Errors
+    /// That of `encode`.
+    pub fn span<T, E>(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        stage: S,
+        encode: impl FnOnce(&mut wgpu::CommandEncoder) -> std::result::Result<T, E>,
+    ) -> std::result::Result<T, E> {
+        let first = 2 * self.stages.len() as u32;
+        self.stages.push(stage);
+        // Passes that do nothing but tell the time: outside passes few devices can.
+        let is_timed = self.queries.is_some();
+        if is_timed {
+            drop(self.stamped(encoder, stage, [Some(first), None]));
+        }
+        let encoded = encode(encoder)?;
+        if is_timed {
+            drop(self.stamped(encoder, stage, [None, Some(first + 1)]));
+        }
+        Ok(encoded)
+    }
+
+    /// A pass that writes timestamps of these numbers when it begins and when it ends.
+    fn stamped<'a>(
+        &self,
+        encoder: &'a mut wgpu::CommandEncoder,
+        stage: S,
+        [begins, ends]: [Option<u32>; 2],
+    ) -> wgpu::ComputePass<'a> {
         let timestamp_writes = self.queries.as_ref().map(|queries| wgpu::ComputePassTimestampWrites {
             query_set: &queries.set,
-            beginning_of_pass_write_index: Some(first),
-            end_of_pass_write_index: Some(first + 1),
+            beginning_of_pass_write_index: begins,
+            end_of_pass_write_index: ends,
         });
         encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some(&stage.to_string()),
@@ -65,7 +99,7 @@ impl<S: Copy + Display> Timing<S> {
 
     /// Makes the timestamps of all passes so far readable.
     pub fn end(&self, encoder: &mut wgpu::CommandEncoder) {
-        if let Some(queries) = &self.queries {
+        if let Some(queries) = self.queries.as_ref().filter(|_| !self.stages.is_empty()) {
             encoder.resolve_query_set(&queries.set, 0..2 * self.stages.len() as u32, &queries.resolved, 0);
         }
     }
@@ -73,7 +107,9 @@ impl<S: Copy + Display> Timing<S> {
     /// Copies the timestamps of all passes so far to `to`, from byte `offset` on, eight bytes each, two of each pass; what they
     /// belong to. Nothing where the device has none.
     pub fn copy(&self, encoder: &mut wgpu::CommandEncoder, to: &wgpu::Buffer, offset: u64) -> Vec<S> {
-        let Some(queries) = &self.queries else { return Vec::new() };
+        let Some(queries) = self.queries.as_ref().filter(|_| !self.stages.is_empty()) else {
+            return Vec::new();
+        };
         let bytes = 16 * self.stages.len() as u64;
         encoder.copy_buffer_to_buffer(&queries.resolved, 0, to, offset, Some(bytes));
         self.stages.clone()
@@ -85,6 +121,9 @@ impl<S: Copy + Display> Timing<S> {
     /// As [`read`].
     pub fn read(&self, gpu: &Gpu) -> Result<Option<Vec<PassTime<S>>>> {
         let Some(queries) = &self.queries else { return Ok(None) };
+        if self.stages.is_empty() {
+            return Ok(Some(Vec::new()));
+        }
         let ticks: Vec<u64> = read(gpu, &queries.resolved, 2 * self.stages.len())?;
         let (pairs, _) = ticks.as_chunks::<2>();
         let time = |(&stage, [from, to]): (&S, &[u64; 2])| PassTime { stage, ms: gpu.ms_between(*from, *to) };

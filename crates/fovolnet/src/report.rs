@@ -67,16 +67,12 @@ impl MeanReport {
     /// The means of `frames`, without quality.
     pub fn of(frames: &[FrameReport]) -> Self {
         let n = frames.len().max(1) as f64;
+        let parts: Vec<Timings> = frames.iter().map(|f| f.ms).collect();
         let mean = |of: &dyn Fn(&FrameReport) -> f64| frames.iter().map(of).sum::<f64>() / n;
         Self {
             samples: mean(&|f| f.samples as f64),
             density: mean(&|f| f.density),
-            ms: Timings {
-                mask: mean(&|f| f.ms.mask),
-                march: mean(&|f| f.ms.march),
-                reconstruct: mean(&|f| f.ms.reconstruct),
-                total: mean(&|f| f.ms.total),
-            },
+            ms: Timings::reduced(&parts, |ms| ms.iter().sum::<f64>() / n),
             ..Self::default()
         }
     }

@@ -3,7 +3,9 @@
 
 use fovolnet::core::{Frame, ShadowMode};
 use fovolnet::gpu::{Gpu, read_picture};
+use fovolnet::io::procedural;
 use fovolnet::net::Fill;
+use fovolnet::render::cpu::Simd;
 use fovolnet::{
     Device, DoneFrame, OpenDevice, OpenVolume, Pipeline, Reconstruction, RenderSettings, Sampling,
     SpeedSettings, Viewpoint, VolumeSettings, open_volume,
@@ -91,7 +93,10 @@ fn assert_displayed(gpu: &Gpu, pipeline: &mut Pipeline, expected: &mut Pipeline)
     done.extend(pipeline.finish_display().unwrap());
     assert_eq!(done.iter().map(|done| (done.index, done.samples)).collect::<Vec<_>>(), samples);
     for DoneFrame { timings, .. } in &done {
-        assert!(timings.march > 0.0 && timings.total >= timings.march + timings.mask, "{timings:?}");
+        let parts = timings.march + timings.mask + timings.reconstruct;
+        assert!(timings.march > 0.0 && timings.total >= 0.999 * parts, "{timings:?}");
+        assert!(timings.compact <= timings.mask && timings.scatter <= timings.march, "{timings:?}");
+        assert!(timings.motion <= timings.reconstruct, "{timings:?}");
     }
     assert!(pipeline.finish_display().unwrap().is_empty());
 }
@@ -135,6 +140,106 @@ fn frames_that_need_the_host_are_not_displayed() {
     assert!(!displays(&settings(Sampling::Reject, Reconstruction::None), Device::Gpu(None)));
     let linear = settings(Sampling::Compact, Reconstruction::Fill(Fill::Linear));
     assert!(!displays(&linear, Device::Gpu(None)));
+}
+
+/// The mean difference of all channels.
+fn mean_difference(a: &Frame, b: &Frame) -> f64 {
+    let pairs = a.pixels().iter().flatten().zip(b.pixels().iter().flatten());
+    pairs.map(|(a, b)| f64::from((a - b).abs())).sum::<f64>() / (4 * a.pixels().len()) as f64
+}
+
+#[test]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
+fn procedural_volumes_look_as_on_the_processor() {
+    let device = Device::Gpu(None).open().unwrap();
+    for name in procedural::names() {
+        let volume = VolumeSettings { dims: Some([32; 3]), ..Default::default() };
+        let volume = open_volume(name, &volume).unwrap();
+        for (tf, shadows) in
+            [("auto", ShadowMode::On), ("head", ShadowMode::Off), ("grey", ShadowMode::Cached)]
+        {
+            let settings = RenderSettings {
+                tf: Some(tf.into()),
+                shadows: Some(shadows),
+                ..settings(Sampling::Full, Reconstruction::None)
+            };
+            let speed = SpeedSettings { simd: Some(Simd::Scalar), no_skip: true, ..Default::default() };
+            let mut specification = Pipeline::on(OpenDevice::Cpu, &volume, &settings, &speed).unwrap();
+            let mut twin =
+                Pipeline::on(device.clone(), &volume, &settings, &SpeedSettings::default()).unwrap();
+            for i in [0, 130] {
+                let [expected, found] = [&mut specification, &mut twin].map(|p| p.reference(i).unwrap());
+                let (most, mean) = (difference(&expected, &found), mean_difference(&expected, &found));
+                assert!(most <= 2.0 / 255.0 && mean <= 2e-3, "{name} {tf} {i}: {most} {mean}");
+            }
+        }
+    }
+}
+
+#[test]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
+fn a_device_that_is_lost_is_an_error_of_every_call() {
+    let device = Device::Gpu(None).open().unwrap();
+    let OpenDevice::Gpu(gpu) = &device else { panic!("no adapter") };
+    let settings = settings(Sampling::Compact, Reconstruction::WNet);
+    let mut pipeline = Pipeline::on(device.clone(), &head(), &settings, &SpeedSettings::default()).unwrap();
+    let viewpoint = Viewpoint { camera: pipeline.camera(1), fovea: pipeline.fovea(1) };
+    pipeline.render(0).unwrap();
+    assert!(pipeline.display_from(1, &viewpoint).unwrap().is_some());
+    gpu.device().destroy();
+    let error = pipeline.render(2).unwrap_err();
+    assert!(error.is_of_gpu(), "{error}");
+    assert!(pipeline.reference(2).is_err());
+    let displayed = pipeline.display_from(3, &viewpoint);
+    assert!(displayed.is_err() || pipeline.finish_display().is_err());
+    let brighter = RenderSettings { ambient: Some(0.9), ..settings.clone() };
+    // Whatever is told to a device that is gone, nothing panics.
+    let _ = pipeline.change(&brighter);
+    let asked = SpeedSettings { device: Some(Device::Gpu(None)), ..Default::default() };
+    assert!(Pipeline::on(device.clone(), &head(), &settings, &asked).is_err());
+    // Who only wants something fast goes on without it.
+    let mut instead = Pipeline::on(device, &head(), &settings, &SpeedSettings::default()).unwrap();
+    assert!(instead.notes()[0].starts_with("rendering on the processor: "), "{:?}", instead.notes());
+    instead.render(0).unwrap();
+}
+
+/// Bytes of this process in memory, where the system says it.
+fn resident() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|line| line.starts_with("VmRSS:"))?;
+    Some(line.split_whitespace().nth(1)?.parse::<u64>().ok()? * 1024)
+}
+
+#[test]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
+fn ten_thousand_frames_leave_memory_as_it_was() {
+    // Networks take longer: fewer frames of them show the same.
+    for (reconstruct, size, frames) in
+        [(Reconstruction::Fill(Fill::PullPush), "48x32", 10_000), (Reconstruction::WNet, "16x16", 1_000)]
+    {
+        let settings =
+            RenderSettings { size: Some(size.parse().unwrap()), ..settings(Sampling::Compact, reconstruct) };
+        let mut pipeline = pipeline(&settings, Device::Gpu(None));
+        let mut at = Vec::new();
+        for i in 0..frames {
+            let viewpoint = Viewpoint { camera: pipeline.camera(i), fovea: pipeline.fovea(i) };
+            // Both ways that frames go: by way of the host, and to a screen.
+            if i % 50 == 0 {
+                pipeline.render(i).unwrap();
+            } else {
+                pipeline.display_from(i, &viewpoint).unwrap().unwrap();
+            }
+            if (i + 1) % (frames / 10) == 0 {
+                at.extend(resident());
+            }
+        }
+        pipeline.finish_display().unwrap();
+        println!("{reconstruct:?}, {frames} frames, bytes in memory after each tenth of them: {at:?}");
+        // What is compiled, and what allocators keep, is there after the first tenth.
+        if let (Some(first), Some(last)) = (at.first(), at.last()) {
+            assert!(last.saturating_sub(*first) < 2 << 20, "{reconstruct:?}: {at:?}");
+        }
+    }
 }
 
 #[test]

@@ -2,7 +2,7 @@ use crate::fine_tune::FineTuning;
 use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
 use fovol_net::plan::Named;
-use fovol_train::clips::ClipSet;
+use fovol_train::clips::{ClipSet, Exceptions};
 use fovol_train::trainer::{Ended, TrainConfig, Trainer};
 use fovolnet::OpenDevice;
 use std::path::{Path, PathBuf};
@@ -161,7 +161,7 @@ impl Train {
 fn make((set, device): (&ClipSet, &OpenDevice), what: &str, end: Option<Instant>) -> Result<()> {
     let count = set.len();
     let mut said = Instant::now();
-    let left_out = set.make(device, |made| {
+    let Exceptions { left_out, on_processor } = set.make(device, |made| {
         if said.elapsed().as_secs() > 20 {
             println!("clip {made} of {count} {what}");
             said = Instant::now();
@@ -171,6 +171,9 @@ fn make((set, device): (&ClipSet, &OpenDevice), what: &str, end: Option<Instant>
     })?;
     for volume in left_out {
         eprintln!("warning: nothing can be seen of {volume}; its clips are left out");
+    }
+    if let Some(why) = on_processor {
+        eprintln!("note: some clips were rendered on the processor: {why}");
     }
     Ok(())
 }

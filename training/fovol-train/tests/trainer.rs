@@ -73,7 +73,7 @@ fn config(folder: &Path) -> TrainConfig {
 
 fn clips(folder: &Path, config: &TrainConfig) -> [ClipSet; 2] {
     for set in config.clips.sets(folder).unwrap() {
-        assert!(set.make(&OpenDevice::Cpu, |_| true).unwrap().is_empty());
+        assert!(set.make(&OpenDevice::Cpu, |_| true).unwrap().left_out.is_empty());
     }
     config.clips.open(folder).unwrap()
 }

@@ -51,6 +51,8 @@ pub struct Row {
     effective_compression: f64,
     /// Share of drawn positions that repeat others.
     pub direct_lost: f64,
+    /// Whose clock the times are of: the device's, without what asking and waiting take, or the host's.
+    clock: &'static str,
 }
 
 #[derive(Serialize)]
@@ -130,15 +132,16 @@ fn row(marching: &mut dyn Marching, camera: &Camera, sampled: &Sampled<'_>, repe
     let density = sampled.fovea.base;
     let mut direct_lost = 0.0;
     let times = alternating(repeats, 4, |task| match task {
-        0 => marching.full(camera).map(drop),
+        0 => Ok(marching.full(camera)?.0),
         1 => marching.compact(camera, sampled),
         2 => marching.reject(camera, sampled),
         _ => {
-            direct_lost = marching.direct(camera, sampled)?;
-            Ok(())
+            let (lap, lost) = marching.direct(camera, sampled)?;
+            direct_lost = lost;
+            Ok(lap)
         }
     })?;
-    let [full_ms, compact_ms, reject_ms, direct_ms] = [0, 1, 2, 3].map(|i: usize| times[i].median_ms);
+    let [full_ms, compact_ms, reject_ms, direct_ms] = [0, 1, 2, 3].map(|i: usize| times[i].net_ms());
     let ideal = density * full_ms;
     Ok(Row {
         density,
@@ -151,6 +154,7 @@ fn row(marching: &mut dyn Marching, camera: &Camera, sampled: &Sampled<'_>, repe
         direct_overhead: direct_ms / ideal,
         effective_compression: full_ms / compact_ms,
         direct_lost,
+        clock: if times.iter().all(|times| times.device_median_ms.is_some()) { "device" } else { "host" },
     })
 }
 

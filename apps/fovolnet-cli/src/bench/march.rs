@@ -84,8 +84,9 @@ impl MarchBench {
             let mut counts = [None; 2];
             let times = alternating(self.repeats, skips.len(), |task| {
                 marching.choose(way, skips[task]);
-                counts[task] = marching.full(&camera)?;
-                Ok(())
+                let (lap, count) = marching.full(&camera)?;
+                counts[task] = count;
+                Ok(lap)
             })?;
             let measured = skips.into_iter().zip(times).zip(counts);
             rows.extend(measured.map(|((skip, times), count)| Row::new((name, skip), times, count)));

@@ -1,12 +1,14 @@
 //! Marching alone, to be timed: nothing is read back, and there is no pipeline around it.
 
 use super::rayon_pool;
+use super::repeat::Lap;
 use anyhow::Result;
 use fovolnet::core::{Camera, Fovea, Frame, FrameSize, Scene};
 use fovolnet::render::cpu::march::SampleCount;
 use fovolnet::render::cpu::{RenderOptions, Renderer, Simd, compact, direct, mask, scatter};
 use fovolnet::render::noise::Noise;
 use fovolnet::{Machine, OpenDevice, SpeedSettings};
+use std::time::Instant;
 
 /// What decides which pixels are sampled.
 pub struct Sampled<'a> {
@@ -16,7 +18,7 @@ pub struct Sampled<'a> {
     pub frame: u32,
 }
 
-/// Whatever marches. Every call returns when its frame is done.
+/// Whatever marches. Every call returns when its frame is done, and says how long it took.
 pub trait Marching {
     /// The machine as it is used.
     fn machine(&self) -> Machine;
@@ -27,13 +29,13 @@ pub trait Marching {
     /// Every pixel, as a picture.
     fn picture(&mut self, camera: &Camera) -> Result<Frame>;
     /// Every pixel; how many samples that took, where that is known.
-    fn full(&mut self, camera: &Camera) -> Result<Option<SampleCount>>;
+    fn full(&mut self, camera: &Camera) -> Result<(Lap, Option<SampleCount>)>;
     /// Mask, compaction, march and scatter.
-    fn compact(&mut self, camera: &Camera, sampled: &Sampled<'_>) -> Result<()>;
+    fn compact(&mut self, camera: &Camera, sampled: &Sampled<'_>) -> Result<Lap>;
     /// Mask and march where it lies.
-    fn reject(&mut self, camera: &Camera, sampled: &Sampled<'_>) -> Result<()>;
+    fn reject(&mut self, camera: &Camera, sampled: &Sampled<'_>) -> Result<Lap>;
     /// Positions drawn from the density; the share of those that repeat others.
-    fn direct(&mut self, camera: &Camera, sampled: &Sampled<'_>) -> Result<f64>;
+    fn direct(&mut self, camera: &Camera, sampled: &Sampled<'_>) -> Result<(Lap, f64)>;
 }
 
 /// `scene` prepared on the device that `speed` asks for.
@@ -83,35 +85,40 @@ impl Marching for CpuMarching {
         Ok(self.pool.install(|| self.renderer.march_full(camera, self.size)).0)
     }
 
-    fn full(&mut self, camera: &Camera) -> Result<Option<SampleCount>> {
+    fn full(&mut self, camera: &Camera) -> Result<(Lap, Option<SampleCount>)> {
+        let started = Instant::now();
         let (_, count) = self.pool.install(|| self.renderer.march_full(camera, self.size));
-        Ok(Some(count))
+        Ok((Lap::since(started), Some(count)))
     }
 
-    fn compact(&mut self, camera: &Camera, sampled: &Sampled<'_>) -> Result<()> {
+    fn compact(&mut self, camera: &Camera, sampled: &Sampled<'_>) -> Result<Lap> {
+        let started = Instant::now();
         self.pool.install(|| {
             let list = compact(&mask(sampled.fovea, self.size, sampled.noise, sampled.frame));
             let (marched, _) = self.renderer.march_list(camera, &list);
             drop(scatter(&list, &marched));
         });
-        Ok(())
+        Ok(Lap::since(started))
     }
 
-    fn reject(&mut self, camera: &Camera, sampled: &Sampled<'_>) -> Result<()> {
+    fn reject(&mut self, camera: &Camera, sampled: &Sampled<'_>) -> Result<Lap> {
+        let started = Instant::now();
         self.pool.install(|| {
             let mask = mask(sampled.fovea, self.size, sampled.noise, sampled.frame);
             drop(self.renderer.march_rejecting(camera, &mask));
         });
-        Ok(())
+        Ok(Lap::since(started))
     }
 
-    fn direct(&mut self, camera: &Camera, sampled: &Sampled<'_>) -> Result<f64> {
-        Ok(self.pool.install(|| {
+    fn direct(&mut self, camera: &Camera, sampled: &Sampled<'_>) -> Result<(Lap, f64)> {
+        let started = Instant::now();
+        let lost = self.pool.install(|| {
             let drawn = direct(sampled.fovea, self.size, 0, sampled.frame);
             let (marched, _) = self.renderer.march_list(camera, &drawn.list);
             drop(scatter(&drawn.list, &marched));
             drawn.lost as f64 / drawn.list.len().max(1) as f64
-        }))
+        });
+        Ok((Lap::since(started), lost))
     }
 }
 
@@ -135,9 +142,13 @@ mod on_gpu {
             Ok(Self { gpu: gpu.clone(), renderer, buffers })
         }
 
-        fn render(&mut self, camera: &Camera, sampling: Sampling<'_>) -> Result<()> {
+        fn render(&mut self, camera: &Camera, sampling: Sampling<'_>) -> Result<Lap> {
+            let started = Instant::now();
             self.renderer.render(&mut self.buffers, camera, sampling)?;
-            Ok(self.gpu.wait()?)
+            self.gpu.wait()?;
+            let lap = Lap::since(started);
+            let times = self.buffers.read_times()?;
+            Ok(Lap { device_ms: times.map(|times| times.iter().map(|time| time.ms).sum()), ..lap })
         }
     }
 
@@ -166,23 +177,22 @@ mod on_gpu {
             Ok(self.buffers.read_frame()?)
         }
 
-        fn full(&mut self, camera: &Camera) -> Result<Option<SampleCount>> {
-            self.render(camera, Sampling::Full)?;
-            Ok(None)
+        fn full(&mut self, camera: &Camera) -> Result<(Lap, Option<SampleCount>)> {
+            Ok((self.render(camera, Sampling::Full)?, None))
         }
 
-        fn compact(&mut self, camera: &Camera, sampled: &Sampled<'_>) -> Result<()> {
+        fn compact(&mut self, camera: &Camera, sampled: &Sampled<'_>) -> Result<Lap> {
             self.render(camera, Sampling::Compact(sampled.into()))
         }
 
-        fn reject(&mut self, camera: &Camera, sampled: &Sampled<'_>) -> Result<()> {
+        fn reject(&mut self, camera: &Camera, sampled: &Sampled<'_>) -> Result<Lap> {
             self.render(camera, Sampling::Reject(sampled.into()))
         }
 
-        fn direct(&mut self, camera: &Camera, sampled: &Sampled<'_>) -> Result<f64> {
+        fn direct(&mut self, camera: &Camera, sampled: &Sampled<'_>) -> Result<(Lap, f64)> {
             let drawn = direct(sampled.fovea, self.buffers.size(), 0, sampled.frame);
-            self.render(camera, Sampling::List(&drawn.list))?;
-            Ok(drawn.lost as f64 / drawn.list.len().max(1) as f64)
+            let lap = self.render(camera, Sampling::List(&drawn.list))?;
+            Ok((lap, drawn.lost as f64 / drawn.list.len().max(1) as f64))
         }
     }
 }

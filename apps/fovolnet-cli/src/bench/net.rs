@@ -5,6 +5,8 @@ use anyhow::{Result, anyhow};
 #[cfg(feature = "gpu")]
 use fovolnet::OpenDevice;
 use fovolnet::core::{Fovea, Frame, FrameSize};
+#[cfg(feature = "gpu")]
+use fovolnet::gpu::Timing;
 use fovolnet::net::Weights;
 use fovolnet::net::cpu::{FrameInput, Network, Precision, Simd, calibrate, peak_flops};
 #[cfg(feature = "gpu")]
@@ -60,6 +62,9 @@ struct Report {
     threads: usize,
     median_ms: f64,
     min_ms: f64,
+    /// The median by the clock of the device, if it has one: without what asking and waiting take.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    device_median_ms: Option<f64>,
     tflops: f64,
     /// What this machine can do at best in this precision, where that is known.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -83,6 +88,7 @@ struct LayerReport {
 #[derive(Default)]
 struct Measured {
     frames_ms: Vec<f64>,
+    device_ms: Vec<f64>,
     layers_ms: BTreeMap<usize, (Range<usize>, Vec<f64>)>,
 }
 
@@ -187,17 +193,26 @@ impl NetBench {
         let sparse = sparse_frame(self.size, 0);
         let sparse = network.gpu().upload("sparse frame", bytemuck::cast_slice(sparse.pixels()))?;
         let input = DeviceInput { sparse: &sparse, motion: None };
-        let run = |state: &mut State| -> Result<()> {
-            network.gpu().submit("reconstructing", |encoder| network.encode(encoder, input, state))?;
-            Ok(network.gpu().wait()?)
+        let gpu = network.gpu();
+        let mut timing = Timing::new(gpu, 1);
+        let mut run = |state: &mut State| -> Result<Option<f64>> {
+            gpu.submit("reconstructing", |encoder| {
+                timing.begin();
+                timing.span(encoder, "network", |encoder| network.encode(encoder, input, state))?;
+                timing.end(encoder);
+                Ok::<_, fovolnet::net::Error>(())
+            })?;
+            gpu.wait()?;
+            Ok(timing.read(gpu)?.and_then(|times| Some(times.first()?.ms)))
         };
         let mut measured = Measured::default();
         for round in 0..self.repeats.max(1) + WARM_UP {
             interrupt::check("nothing was written")?;
             let started = Instant::now();
-            run(&mut state)?;
+            let device_ms = run(&mut state)?;
             if round >= WARM_UP {
                 measured.frames_ms.push(started.elapsed().as_secs_f64() * 1e3);
+                measured.device_ms.extend(device_ms);
             }
         }
         state.set_timed(true);
@@ -247,6 +262,7 @@ impl NetBench {
             peak_tflops: peak.map(|peak| peak / 1e12),
             peak_share: share(plan.macs_per_pixel(), median_ms),
             median_ms,
+            device_median_ms: Some(median(&mut measured.device_ms)).filter(|ms| *ms > 0.0),
             peak_memory_mb: peak_memory_mb(),
         }
     }

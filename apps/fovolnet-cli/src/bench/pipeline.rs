@@ -6,6 +6,7 @@ use fovolnet::Viewpoint;
 use fovolnet::core::FrameSize;
 use fovolnet::{Machine, Pipeline, RenderSettings, SpeedSettings, Timings, VolumeSettings, open_volume};
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::time::Instant;
 
@@ -34,6 +35,8 @@ struct Report {
     stays_on_device: bool,
     frames_per_second: f64,
     median_ms: Timings,
+    /// What these consist of.
+    stages_median_ms: BTreeMap<&'static str, f64>,
     machine: Machine,
 }
 
@@ -53,30 +56,23 @@ impl PipelineBench {
         let stays_on_device = displayed.is_some();
         let all = displayed.map_or_else(|| rendered(&mut pipeline, numbers), Ok)?;
         let seconds = started.elapsed().as_secs_f64();
+        let t = Timings::reduced(&all, median);
         let report = Report {
             volume: self.volume.clone(),
             size: pipeline.size(),
             frames: all.len(),
             stays_on_device,
             frames_per_second: all.len() as f64 / seconds,
-            median_ms: Timings {
-                mask: median(&all, |t| t.mask),
-                march: median(&all, |t| t.march),
-                reconstruct: median(&all, |t| t.reconstruct),
-                total: median(&all, |t| t.total),
-            },
+            median_ms: t,
+            stages_median_ms: t.finer().into(),
             machine: pipeline.machine(),
         };
-        let t = report.median_ms;
         self.json.say(format!(
-            "{} at {}, median of {} frames: mask {:.2} ms, march {:.2} ms, reconstruct {:.2} ms, total {:.2} ms; {:.1} \
-             frames a second{}",
+            "{} at {}, median of {} frames: {}, total {:.2} ms; {:.1} frames a second{}",
             report.volume,
             report.size,
             report.frames,
-            t.mask,
-            t.march,
-            t.reconstruct,
+            t.finer().map(|(stage, ms)| format!("{stage} {ms:.2} ms")).join(", "),
             t.total,
             report.frames_per_second,
             if stays_on_device { " that stay on the device" } else { "" },
@@ -113,8 +109,7 @@ fn displayed(_: &mut Pipeline, _: Range<u32>) -> Result<Option<Vec<Timings>>> {
     Ok(None)
 }
 
-fn median(all: &[Timings], of: impl Fn(&Timings) -> f64) -> f64 {
-    let mut values: Vec<f64> = all.iter().map(of).collect();
+fn median(values: &mut [f64]) -> f64 {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(0.0)
 }

@@ -1,6 +1,6 @@
-use super::Timer;
 use super::sampled::{Listed, Sampled, Sampler};
 use super::view::View;
+use super::{Timer, Timings};
 use crate::window::Seen;
 use crate::{RenderSettings, Sampling};
 use fovol_core::{Camera, Frame, FrameSize, SampleList, SampleMask, Scene};
@@ -49,29 +49,32 @@ impl CpuMarcher {
             Sampling::Full => {
                 let timer = Timer::start();
                 let frame = self.march_full(&view.camera, size);
-                Sampled { march_ms: timer.ms(), ..Sampled::full(frame) }
+                let timings = Timings { march: timer.ms(), ..Timings::default() };
+                Sampled { timings, ..Sampled::full(frame) }
             }
             Sampling::Reject => {
                 let timer = Timer::start();
                 let mask = self.mask(view);
-                let mask_ms = timer.ms();
+                let timings = Timings { mask: timer.ms(), ..Timings::default() };
                 let timer = Timer::start();
                 let (list, marched, _) = self.renderer.march_rejecting(&view.camera, &mask);
-                let sparse = scatter(&list, &marched);
-                let listed = Some(Listed::new(list, &marched));
-                Sampled { listed, mask_ms, march_ms: timer.ms(), ..Sampled::new(sparse, mask) }
+                scattered(list, &marched, Some(mask), (timer, timings))
             }
             Sampling::Direct => {
                 let timer = Timer::start();
                 let drawn = direct(&view.fovea, size, self.sampler.seed, view.index);
-                let sampled = self.listed(view, drawn.list, None, timer.ms());
+                let timings = Timings { mask: timer.ms(), ..Timings::default() };
+                let sampled = self.listed(view, drawn.list, None, timings);
                 Sampled { lost: Some(drawn.lost), ..sampled }
             }
             Sampling::Compact => {
                 let timer = Timer::start();
                 let mask = self.mask(view);
+                let mask_ms = timer.ms();
                 let list = compact(&mask);
-                self.listed(view, list, Some(mask), timer.ms())
+                let both_ms = timer.ms();
+                let timings = Timings { mask: both_ms, compact: both_ms - mask_ms, ..Timings::default() };
+                self.listed(view, list, Some(mask), timings)
             }
         }
     }
@@ -80,14 +83,26 @@ impl CpuMarcher {
         cpu::mask(&view.fovea, self.sampler.size, &self.sampler.noise, view.index)
     }
 
-    /// Marches `list`, which was made in `mask_ms`.
-    fn listed(&self, view: &View, list: SampleList, mask: Option<SampleMask>, mask_ms: f64) -> Sampled {
+    /// Marches `list`, which was made in what `timings` say.
+    fn listed(&self, view: &View, list: SampleList, mask: Option<SampleMask>, timings: Timings) -> Sampled {
         let timer = Timer::start();
         let (marched, _) = self.renderer.march_list(&view.camera, &list);
-        let sparse = scatter(&list, &marched);
-        let march_ms = timer.ms();
-        let mask = mask.unwrap_or_else(|| mask_of(&list));
-        let listed = Some(Listed::new(list, &marched));
-        Sampled { listed, mask_ms, march_ms, ..Sampled::new(sparse, mask) }
+        scattered(list, &marched, mask, (timer, timings))
     }
+}
+
+/// The frame of `list`, which has been `marched` since the timer was started.
+fn scattered(
+    list: SampleList,
+    marched: &[Marched],
+    mask: Option<SampleMask>,
+    (timer, timings): (Timer, Timings),
+) -> Sampled {
+    let march_ms = timer.ms();
+    let sparse = scatter(&list, marched);
+    let both_ms = timer.ms();
+    let timings = Timings { march: both_ms, scatter: both_ms - march_ms, ..timings };
+    let mask = mask.unwrap_or_else(|| mask_of(&list));
+    let listed = Some(Listed::new(list, marched));
+    Sampled { listed, timings, ..Sampled::new(sparse, mask) }
 }

@@ -20,17 +20,55 @@ use std::time::Instant;
 pub use view::Viewpoint;
 use view::{Paths, View};
 
-/// Milliseconds that the parts of a frame took; 0 for what did not run.
+/// Milliseconds that the parts of a frame took; 0 for what did not run, or is not known apart. Reports have the four parts that
+/// make up a frame; [`Timings::finer`] has what these consist of.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Timings {
     /// Mask and compaction, or drawing positions.
     pub mask: f64,
+    /// What of that made the list of pixels.
+    #[serde(skip)]
+    pub compact: f64,
     /// Marching and scatter.
     pub march: f64,
-    /// Filling.
+    /// What of that made the sparse frame.
+    #[serde(skip)]
+    pub scatter: f64,
+    /// Motion and filling.
     pub reconstruct: f64,
+    /// What of that found motion.
+    #[serde(skip)]
+    pub motion: f64,
     /// All of it.
     pub total: f64,
+}
+
+impl Timings {
+    /// What `reduce` makes of each part of `all`: a mean or a median.
+    pub fn reduced(all: &[Self], reduce: impl Fn(&mut [f64]) -> f64) -> Self {
+        let part = |of: fn(&Self) -> f64| reduce(&mut all.iter().map(of).collect::<Vec<_>>());
+        Self {
+            mask: part(|t| t.mask),
+            compact: part(|t| t.compact),
+            march: part(|t| t.march),
+            scatter: part(|t| t.scatter),
+            reconstruct: part(|t| t.reconstruct),
+            motion: part(|t| t.motion),
+            total: part(|t| t.total),
+        }
+    }
+
+    /// Every stage with its milliseconds; together they are the frame but for what lies between them.
+    pub fn finer(&self) -> [(&'static str, f64); 6] {
+        [
+            ("mask", self.mask - self.compact),
+            ("compact", self.compact),
+            ("march", self.march - self.scatter),
+            ("scatter", self.scatter),
+            ("motion", self.motion),
+            ("fill", self.reconstruct - self.motion),
+        ]
+    }
 }
 
 /// One frame, and what led to it.

@@ -61,22 +61,17 @@ pub struct Sampled {
     /// What can be seen of the scene.
     pub seen: Seen,
     /// What was made of it already.
-    pub made: Option<Made>,
-    pub mask_ms: f64,
-    pub march_ms: f64,
-}
-
-/// A full frame, and the milliseconds that it took.
-pub struct Made {
-    pub frame: Frame,
-    pub ms: f64,
+    pub made: Option<Frame>,
+    /// What all that took; the total is not known yet.
+    pub timings: Timings,
 }
 
 impl Sampled {
     /// A sparse frame, and where it was sampled.
     pub fn new(sparse: Frame, mask: SampleMask) -> Self {
         let seen = Seen::everything(sparse.size());
-        Self { sparse, mask, seen, listed: None, lost: None, made: None, mask_ms: 0.0, march_ms: 0.0 }
+        let timings = Timings::default();
+        Self { sparse, mask, seen, listed: None, lost: None, made: None, timings }
     }
 
     /// A whole frame.
@@ -129,34 +124,31 @@ impl HostReconstruction {
     /// The frame of `sampled`, whose making began with `started`.
     pub fn finish(&mut self, view: &View, sampled: Sampled, started: &Timer) -> Result<RenderedFrame> {
         let timer = Timer::start();
+        let mut timings = sampled.timings;
         // Every pixel is there already where all were marched.
         let reconstructs = sampled.listed.is_some() && self.reconstructor.is_active();
         let moves = self.finds_motion || (reconstructs && self.reconstructor.uses_motion());
         let motion = if moves { self.motion(view, &sampled) } else { None };
-        let made_on_device = sampled.made.is_some();
-        let made = match sampled.made {
-            Some(made) => made,
+        let motion_ms = if moves { timer.ms() } else { 0.0 };
+        let is_full = reconstructs || sampled.made.is_some();
+        let frame = match sampled.made {
+            Some(frame) => frame,
             None if reconstructs => {
                 let frame =
                     self.reconstructor.reconstruct_seen(&sampled.sparse, motion.as_deref(), &sampled.seen)?;
-                Made { frame, ms: timer.ms() }
+                (timings.motion, timings.reconstruct) = (motion_ms, timer.ms());
+                frame
             }
-            None => Made { frame: sampled.sparse.clone(), ms: 0.0 },
+            None => sampled.sparse.clone(),
         };
-        let is_full = reconstructs || made_on_device;
-        self.remember(&made.frame, moves && is_full);
-        let timings = Timings {
-            mask: sampled.mask_ms,
-            march: sampled.march_ms,
-            reconstruct: made.ms,
-            total: started.ms(),
-        };
+        self.remember(&frame, moves && is_full);
+        timings.total = started.ms();
         Ok(RenderedFrame {
             index: view.index,
             sparse: sampled.sparse,
             samples: sampled.listed.map_or(view.size.pixels(), |listed| listed.list.len()),
             mask: sampled.mask,
-            frame: made.frame,
+            frame,
             motion,
             lost: sampled.lost,
             timings,

@@ -14,7 +14,7 @@ mod transfer;
 pub use journey::Journey;
 pub use recipe::{Recipe, VolumeSource};
 pub use record::record;
-pub use set::ClipSet;
+pub use set::{ClipSet, Exceptions};
 
 use crate::{Error, Result};
 use fovol_core::{Camera, FrameSize, Reprojection, f16};

@@ -90,18 +90,19 @@ impl ClipSet {
     }
 
     /// Makes the clips that are not there yet on `device`, and calls `progress` with how many are; it answers whether to go on.
-    /// Volumes of which nothing can be seen are left out and named in the answer.
+    /// The answer tells what went otherwise than it was meant to: volumes of which nothing can be seen and that are left out,
+    /// and why clips were rendered on the processor instead of a GPU.
     ///
     /// # Errors
     /// Volumes that cannot be read or rendered, files that cannot be written.
-    pub fn make(&self, device: &OpenDevice, mut progress: impl FnMut(usize) -> bool) -> Result<Vec<String>> {
+    pub fn make(&self, device: &OpenDevice, mut progress: impl FnMut(usize) -> bool) -> Result<Exceptions> {
         fs::create_dir_all(&self.folder).map_err(|e| Error::file("make", &self.folder, &e))?;
         let list = serde_json::to_string(&List { recipes: self.recipes.clone() });
         let path = self.folder.join(LIST);
         fs::write(&path, list.map_err(|e| Error::Clip(e.to_string()))?)
             .map_err(|e| Error::file("write", &path, &e))?;
         let mut open: HashMap<VolumeSource, OpenVolume> = HashMap::new();
-        let mut left_out: Vec<String> = Vec::new();
+        let Exceptions { mut left_out, mut on_processor } = Exceptions::default();
         for (i, recipe) in self.recipes.iter().enumerate() {
             if !progress(i) {
                 break;
@@ -114,13 +115,13 @@ impl ClipSet {
                 Entry::Occupied(open) => open.into_mut(),
                 Entry::Vacant(closed) => closed.insert(recipe.source.open()?),
             };
-            match recorded(recipe, volume, device) {
+            match recorded(recipe, volume, device, &mut on_processor) {
                 Ok(clip) => clip.write(&path)?,
                 Err(Error::Clip(_)) => left_out.push(recipe.source.to_string()),
                 Err(error) => return Err(error),
             }
         }
-        Ok(left_out)
+        Ok(Exceptions { left_out, on_processor })
     }
 
     fn path(&self, recipe: &Recipe) -> PathBuf {
@@ -128,10 +129,27 @@ impl ClipSet {
     }
 }
 
-/// Renders a clip on `device`, or on the processor where that does not take it.
-fn recorded(recipe: &Recipe, volume: &OpenVolume, device: &OpenDevice) -> Result<Clip> {
+/// What went otherwise than it was meant to while clips were made.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Exceptions {
+    /// Volumes of which nothing can be seen.
+    pub left_out: Vec<String>,
+    /// Why the first of the clips that a GPU did not take was rendered on the processor.
+    pub on_processor: Option<String>,
+}
+
+/// Renders a clip on `device`, or on the processor where that does not take it, and says why.
+fn recorded(
+    recipe: &Recipe,
+    volume: &OpenVolume,
+    device: &OpenDevice,
+    on_processor: &mut Option<String>,
+) -> Result<Clip> {
     match record(recipe, volume, device) {
-        Err(Error::Render(error)) if error.is_of_gpu() => record(recipe, volume, &OpenDevice::Cpu),
+        Err(Error::Render(error)) if error.is_of_gpu() => {
+            on_processor.get_or_insert_with(|| format!("{}: {error}", recipe.source));
+            record(recipe, volume, &OpenDevice::Cpu)
+        }
         made => made,
     }
 }
@@ -147,7 +165,7 @@ mod tests {
         let sources = ["marschner-lobb:16:0", "marschner-lobb:20:1"].map(|s| VolumeSource::parse(s).unwrap());
         let mut set = ClipSet::fly_throughs(folder.path(), &sources, 4, 0);
         set.recipes.iter_mut().for_each(|recipe| *recipe = recipe.clone().with_part(32, 3));
-        assert!(set.make(&OpenDevice::Cpu, |_| true).unwrap().is_empty());
+        assert_eq!(set.make(&OpenDevice::Cpu, |_| true).unwrap(), Exceptions::default());
         let open = ClipSet::open(folder.path()).unwrap();
         let cameras: Vec<_> = [0, 2].iter().flat_map(|&i| open.clip(i).unwrap().scenery.cameras).collect();
         assert_eq!(cameras, (0..6).map(|i| CameraPath::Flythrough.camera(i)).collect::<Vec<_>>());

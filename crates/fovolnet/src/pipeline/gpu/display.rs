@@ -1,5 +1,7 @@
 //! Frames that stay on the device, for a screen.
 
+use super::add_stage;
+use super::part::Part;
 use crate::Result;
 use crate::pipeline::{DoneFrame, Timings};
 use fovol_core::FrameSize;
@@ -18,12 +20,19 @@ const GROUP: u32 = 8;
 const FLIGHTS: usize = 2;
 /// Pictures: those of the frames under way, and the one that is on the screen meanwhile.
 const PICTURES: usize = FLIGHTS + 1;
-/// Most steps of a frame that are timed.
-const STEPS: usize = 4;
-/// What comes back of a frame, in eight bytes each: the length of its list, then two times of each step and two of the display.
-const FACTS: usize = 1 + 2 * (STEPS + 1);
-/// Where the times of the display are, bytes.
-const SHOWN: u64 = 8 * (1 + 2 * STEPS as u64);
+/// Most stages of a sparse frame that are timed.
+const STAGES: usize = 4;
+/// Most parts of reconstruction that are timed.
+const PARTS: usize = Part::COUNT as usize;
+/// What comes back of a frame, in eight bytes each: the length of its list, then two times of each stage, of each part and of the
+/// display.
+const FACTS: usize = 1 + 2 * (STAGES + PARTS + 1);
+/// Where times are, bytes.
+const TIMES: u64 = 8;
+/// Bytes of the times of so many.
+const fn of(steps: usize) -> u64 {
+    16 * steps as u64
+}
 
 /// Turns frames into pictures for a screen, with up to two of them under way.
 #[derive(Debug)]
@@ -56,7 +65,14 @@ pub struct Encoded {
     /// Its picture.
     pub picture: wgpu::Texture,
     landing: Landing,
-    steps: Vec<Stage>,
+    timed: Timed,
+}
+
+/// What times come back of.
+#[derive(Debug)]
+struct Timed {
+    stages: Vec<Stage>,
+    parts: Vec<Part>,
 }
 
 /// A frame under way.
@@ -65,7 +81,7 @@ struct Flight {
     index: u32,
     /// How many pixels it samples, where the host knows.
     samples: Option<usize>,
-    steps: Vec<Stage>,
+    timed: Timed,
     submitted: Instant,
     arrival: Arrival,
 }
@@ -100,32 +116,27 @@ impl Display {
         let Some(flight) = self.flights.pop_front() else { return Ok(None) };
         let (facts, landing) = flight.arrival.take::<u64>()?;
         self.landings.push(landing);
-        let steps = facts[1..].as_chunks::<2>().0;
-        let shown = steps[STEPS][1];
+        let times = facts[1..].as_chunks::<2>().0;
+        let ms = |[from, to]: [u64; 2]| self.gpu.ms_between(from, to);
+        let Timed { stages, parts } = &flight.timed;
         let mut timings = Timings::default();
-        for (stage, [from, to]) in flight.steps.iter().zip(steps) {
-            let ms = self.gpu.ms_between(*from, *to);
-            match stage {
-                Stage::Mask | Stage::Compact => timings.mask += ms,
-                Stage::March | Stage::Scatter => timings.march += ms,
-            }
-        }
-        timings.total = match flight.steps.is_empty() {
+        stages.iter().zip(times).for_each(|(stage, time)| add_stage(&mut timings, *stage, ms(*time)));
+        parts.iter().zip(&times[STAGES..]).for_each(|(part, time)| part.add(&mut timings, ms(*time)));
+        timings.total = match stages.is_empty() {
             true => flight.submitted.elapsed().as_secs_f64() * 1e3,
-            false => self.gpu.ms_between(steps[0][0], shown),
+            false => ms([times[0][0], times[STAGES + PARTS][1]]),
         };
-        timings.reconstruct = (timings.total - timings.mask - timings.march).max(0.0);
         // The shader counts in 32 bits, of which the next ones are another number.
         let samples = flight.samples.unwrap_or((facts[0] & u64::from(u32::MAX)) as usize);
         Ok(Some(DoneFrame { index: flight.index, samples: samples.min(self.size.pixels()), timings }))
     }
 
-    /// Puts the making of a picture of `frame`, the full one of what `buffers` hold, into `encoder`.
+    /// Puts the making of a picture of `frame`, the full one of what `buffers` hold, which had these `parts`, into `encoder`.
     pub fn encode(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
-        buffers: &FrameBuffers,
         frame: &wgpu::Buffer,
+        (buffers, parts): (&FrameBuffers, &Timing<Part>),
     ) -> Result<Encoded> {
         let landing = match self.landings.pop() {
             Some(landing) => landing,
@@ -133,7 +144,7 @@ impl Display {
         };
         let picture = self.pictures[self.next].clone();
         self.next = (self.next + 1) % PICTURES;
-        let steps = self.gpu.guarded("encoding a picture", || {
+        let timed = self.gpu.guarded("encoding a picture", || {
             let view = picture.create_view(&wgpu::TextureViewDescriptor::default());
             let resources = [frame.as_entire_binding(), wgpu::BindingResource::TextureView(&view)];
             let group = bind_group(&self.gpu, "display", &self.layout, &resources);
@@ -144,11 +155,15 @@ impl Display {
             pass.dispatch_workgroups(self.size.width.div_ceil(GROUP), self.size.height.div_ceil(GROUP), 1);
             drop(pass);
             self.timing.end(encoder);
-            self.timing.copy(encoder, landing.buffer(), SHOWN);
-            encoder.copy_buffer_to_buffer(buffers.list_length(), 0, landing.buffer(), 0, Some(8));
-            buffers.timing().copy(encoder, landing.buffer(), 8)
+            let facts = landing.buffer();
+            encoder.copy_buffer_to_buffer(buffers.list_length(), 0, facts, 0, Some(8));
+            self.timing.copy(encoder, facts, TIMES + of(STAGES + PARTS));
+            Timed {
+                stages: buffers.timing().copy(encoder, facts, TIMES),
+                parts: parts.copy(encoder, facts, TIMES + of(STAGES)),
+            }
         })?;
-        Ok(Encoded { picture, landing, steps })
+        Ok(Encoded { picture, landing, timed })
     }
 
     /// That frame `index` is under way: `encoded` has been submitted; of how many `samples`, where the host knows.
@@ -159,9 +174,9 @@ impl Display {
         encoded: Encoded,
         submission: wgpu::SubmissionIndex,
     ) -> Result<wgpu::Texture> {
-        let Encoded { picture, landing, steps } = encoded;
+        let Encoded { picture, landing, timed } = encoded;
         let (submitted, arrival) = (Instant::now(), landing.fetch(submission)?);
-        self.flights.push_back(Flight { index, samples, steps, submitted, arrival });
+        self.flights.push_back(Flight { index, samples, timed, submitted, arrival });
         Ok(picture)
     }
 }

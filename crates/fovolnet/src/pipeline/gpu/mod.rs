@@ -1,19 +1,21 @@
-use super::sampled::{Listed, Made, Sampled, Sampler};
+use super::sampled::{Listed, Sampled, Sampler};
 use super::view::View;
-use super::{DeviceFrame, DoneFrame, Timer};
+use super::{DeviceFrame, DoneFrame, Timer, Timings};
 use crate::{RenderSettings, Result, Sampling, SpeedSettings};
 use display::Display;
 use fovol_core::{Camera, Frame, Pixel, SampleList, Scene};
-use fovol_gpu::Gpu;
+use fovol_gpu::{Gpu, Timing};
 use fovol_render::Filtering;
 use fovol_render::cpu::march::Marched;
 use fovol_render::cpu::{DirectSamples, compact, direct, mask_of, scatter};
 use fovol_render::gpu::{self, FrameBuffers, MaskSource, Renderer, Stage};
+use part::Part;
 use reconstruction::DeviceReconstruction;
 pub use reconstruction::reconstructs;
 
 mod display;
 mod motion;
+mod part;
 mod reconstruction;
 
 /// Frames on a graphics processor: rays, and what makes full frames of them where that runs there too. Nothing goes through
@@ -24,6 +26,8 @@ pub struct GpuMarcher {
     buffers: FrameBuffers,
     sampler: Sampler,
     reconstruction: Option<DeviceReconstruction>,
+    /// How long the parts of reconstruction take.
+    parts: Timing<Part>,
     /// Where frames are shown, once one was.
     display: Option<Display>,
 }
@@ -36,7 +40,8 @@ impl GpuMarcher {
         renderer.set_skip_empty(!speed.no_skip);
         let buffers = renderer.frame_buffers(sampler.size)?;
         let reconstruction = DeviceReconstruction::new(gpu, settings, &buffers)?;
-        Ok(Self { renderer, buffers, sampler, reconstruction, display: None })
+        let parts = Timing::new(gpu, Part::COUNT);
+        Ok(Self { renderer, buffers, sampler, reconstruction, parts, display: None })
     }
 
     /// Goes on with another scene around the same volume, and other settings.
@@ -103,19 +108,15 @@ impl GpuMarcher {
             .clone()
             .submit("rendering a frame", |encoder| self.encode(encoder, view, drawn.as_ref()))?;
         self.gpu().wait()?;
-        let done_ms = timer.ms();
-        let (mask_ms, march_ms) = self.times(done_ms)?;
+        let timings = self.timings(timer.ms())?;
         let size = self.sampler.size;
-        let made = self.reconstruction.as_ref().map(|reconstruction| {
-            let frame = reconstruction.read_frame(self.gpu(), size)?;
-            Ok::<_, crate::Error>(Made { frame, ms: (done_ms - mask_ms - march_ms).max(0.0) })
-        });
+        let made = self.reconstruction.as_ref().map(|made| made.read_frame(self.gpu(), size));
         let sampled = match self.sampler.sampling {
             Sampling::Full => Sampled::full(self.buffers.read_frame()?),
             Sampling::Reject => self.rejected()?,
             Sampling::Direct | Sampling::Compact => self.listed(drawn)?,
         };
-        Ok(Sampled { made: made.transpose()?, mask_ms, march_ms, ..sampled })
+        Ok(Sampled { made: made.transpose()?, timings, ..sampled })
     }
 
     /// A frame that stays on the device, or `None` where it is not known there what there is of it. Returns when the device
@@ -135,7 +136,8 @@ impl GpuMarcher {
         let (encoded, submission) = gpu.submit("rendering a frame", |encoder| {
             self.encode(encoder, view, drawn.as_ref())?;
             let made = self.reconstruction.as_ref().map(DeviceReconstruction::frame_buffer);
-            display.encode(encoder, &self.buffers, made.unwrap_or(self.buffers.frame()))
+            let frame = made.unwrap_or(self.buffers.frame());
+            display.encode(encoder, frame, (&self.buffers, &self.parts))
         })?;
         let samples = match self.sampler.sampling {
             Sampling::Full => Some(self.sampler.size.pixels()),
@@ -177,9 +179,11 @@ impl GpuMarcher {
             _ => gpu::Sampling::Compact(source),
         };
         self.renderer.encode(encoder, &mut self.buffers, &view.camera, sampling)?;
+        self.parts.begin();
         if let Some(reconstruction) = &mut self.reconstruction {
-            reconstruction.encode(encoder, &self.buffers, view)?;
+            reconstruction.encode(encoder, &self.buffers, view, &mut self.parts)?;
         }
+        self.parts.end(encoder);
         Ok(())
     }
 
@@ -202,13 +206,30 @@ impl GpuMarcher {
         Ok(Sampled { listed: Some(Listed { list, depths }), ..Sampled::new(sparse, mask) })
     }
 
-    /// Milliseconds of mask and march on the device; where it does not tell, all of `done_ms` as march.
-    fn times(&self, done_ms: f64) -> Result<(f64, f64)> {
-        let Some(times) = self.buffers.read_times()? else { return Ok((0.0, done_ms)) };
-        let of = |wanted: [Stage; 2]| {
-            // Not `sum`: that of nothing is minus zero.
-            times.iter().filter(|time| wanted.contains(&time.stage)).fold(0.0, |sum, time| sum + time.ms)
+    /// What the parts of the last frame took on the device; where it does not tell, all of `done_ms` as march.
+    fn timings(&self, done_ms: f64) -> Result<Timings> {
+        let (Some(stages), Some(parts)) = (self.buffers.read_times()?, self.parts.read(self.gpu())?) else {
+            return Ok(Timings { march: done_ms, ..Timings::default() });
         };
-        Ok((of([Stage::Mask, Stage::Compact]), of([Stage::March, Stage::Scatter])))
+        let mut timings = Timings::default();
+        stages.iter().for_each(|time| add_stage(&mut timings, time.stage, time.ms));
+        parts.iter().for_each(|time| time.stage.add(&mut timings, time.ms));
+        Ok(timings)
+    }
+}
+
+/// Adds what `stage` took to what is known of the frame.
+fn add_stage(timings: &mut Timings, stage: Stage, ms: f64) {
+    match stage {
+        Stage::Mask => timings.mask += ms,
+        Stage::Compact => {
+            timings.mask += ms;
+            timings.compact += ms;
+        }
+        Stage::March => timings.march += ms,
+        Stage::Scatter => {
+            timings.march += ms;
+            timings.scatter += ms;
+        }
     }
 }

@@ -1,9 +1,10 @@
 use super::motion::{DeviceFrames, MotionPass};
+use super::part::Part;
 use crate::pipeline::view::View;
 use crate::reconstructor::weights;
 use crate::{Error, Reconstruction, RenderSettings, Result, Sampling};
 use fovol_core::{Frame, FrameSize};
-use fovol_gpu::{Gpu, read};
+use fovol_gpu::{Gpu, Timing, read};
 use fovol_net::Fill;
 use fovol_net::cpu;
 use fovol_net::gpu::{DeviceInput, Network, Precision, PullPush, State};
@@ -51,22 +52,29 @@ impl DeviceReconstruction {
         }
     }
 
-    /// Puts the making of the frame of `buffers` into `encoder`.
+    /// Puts the making of the frame of `buffers` into `encoder`, with `timing` of its parts.
     pub fn encode(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
         buffers: &FrameBuffers,
         view: &View,
+        timing: &mut Timing<Part>,
     ) -> Result<()> {
+        let sparse = buffers.frame();
         match self {
-            Self::PullPush(fill) => fill.encode(encoder, buffers.frame())?,
+            Self::PullPush(fill) => {
+                timing.span(encoder, Part::Filling, |encoder| fill.encode(encoder, sparse))?;
+            }
             Self::Network { network, state, motion } => {
                 let frames = device_frames(buffers, state);
                 let motion = match motion {
-                    Some(motion) => motion.encode(encoder, &view.camera, frames)?,
+                    Some(motion) => timing.span(encoder, Part::Motion, |encoder| {
+                        motion.encode(encoder, &view.camera, frames)
+                    })?,
                     None => None,
                 };
-                network.encode(encoder, DeviceInput { sparse: buffers.frame(), motion }, state)?;
+                let input = DeviceInput { sparse, motion };
+                timing.span(encoder, Part::Filling, |encoder| network.encode(encoder, input, state))?;
             }
         }
         Ok(())
