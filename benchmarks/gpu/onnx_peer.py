@@ -1,31 +1,53 @@
-"""ONNX Runtime on the same GPU, by CUDA and by TensorRT: the exported networks, states and frames staying on the device."""
+#!/usr/bin/env python3
+"""ONNX Runtime on the same GPU, by CUDA and by TensorRT: an exported network, frame and states staying on the device.
 
+    python3 onnx_peer.py NETWORK.onnx --size 1280x720 [--device cuda] [--seconds 0.5]
+
+Prints a line of JSON for each way. Graphs are turned into f16 where a converter is installed (`onnxconverter_common`,
+or the one that comes with ONNX Runtime); those in f32 CUDA multiplies in TF32, and TensorRT in halves where it likes.
+"""
+
+import argparse
+import functools
 import json
 import statistics
-import subprocess
-import tempfile
+import sys
 import time
 from pathlib import Path
 
-# What each is told; TensorRT multiplies halves.
+from torch_peer import LEAST_REPEATS, guarded, say
+
+# What each is told.
 PROVIDERS = {
-    "cuda": ("CUDAExecutionProvider", {"use_tf32": 1}),
-    "tensorrt": ("TensorrtExecutionProvider", {"trt_fp16_enable": True}),
+    "cuda": {
+        "CUDA": ("CUDAExecutionProvider", {"use_tf32": 1}),
+        "TensorRT": ("TensorrtExecutionProvider", {"trt_fp16_enable": True}),
+    },
+    "cpu": {"CPU": ("CPUExecutionProvider", {})},
 }
+ELEMENTS = {"tensor(float)": "float32", "tensor(float16)": "float16"}
 
 
-def installed():
-    """ONNX Runtime and those of PROVIDERS that it has, if it is installed and has any."""
+def converter():
+    """What turns graphs into f16."""
     try:
-        import onnxruntime
+        from onnxconverter_common.float16 import convert_float_to_float16
     except ImportError:
-        return None, {}
-    available = onnxruntime.get_available_providers()
-    return onnxruntime, {way: given for way, given in PROVIDERS.items() if given[0] in available}
+        from onnxruntime.transformers.float16 import convert_float_to_float16
+    return convert_float_to_float16
+
+
+def in_halves(path):
+    """The graph of `path` in f16, beside it."""
+    import onnx
+
+    halves = path.with_suffix(".f16.onnx")
+    onnx.save(converter()(onnx.load(path), keep_io_types=False), halves)
+    return halves
 
 
 def bound(onnxruntime, session, size, device):
-    """A binding of random samples and of states that are kept, all on `device`."""
+    """A binding of random samples and states, and of outputs, all on `device`."""
     import numpy as np
 
     random = np.random.default_rng(1)
@@ -36,44 +58,67 @@ def bound(onnxruntime, session, size, device):
     binding = session.io_binding()
     for given in session.get_inputs():
         scale = scales.get(given.name, 1)
-        values = np.zeros((1, given.shape[1], height // scale, width // scale), np.float32)
+        values = random.random((1, given.shape[1], height // scale, width // scale))
         if given.name == "input":
-            sampled = random.random((1, 1, height, width)) < 0.03
-            values = (random.random(values.shape) * sampled).astype(np.float32)
+            values *= random.random((1, 1, height, width)) < 0.03
+        elif given.name == "motion":
+            values *= 0
+        values = np.ascontiguousarray(values, ELEMENTS[given.type])
         binding.bind_ortvalue_input(given.name, onnxruntime.OrtValue.ortvalue_from_numpy(values, device, 0))
     for made in session.get_outputs():
         binding.bind_output(made.name, device)
     return binding
 
 
-def median_ms(onnxruntime, path, provider, size, device="cuda", repeats=30, warm_up=10):
-    """The median time of a frame of the network in `path`."""
-    session = onnxruntime.InferenceSession(str(path), providers=[provider])
+def median_ms(onnxruntime, path, provider, given):
+    """The median time of a frame of the network in `path`, by the clock of the host."""
+    options = onnxruntime.SessionOptions()
+    options.log_severity_level = 3
+    session = onnxruntime.InferenceSession(str(path), options, providers=[provider])
     if session.get_providers()[0] != provider[0]:
         raise RuntimeError(f"{provider[0]} could not be started")
-    binding = bound(onnxruntime, session, size, device)
+    binding = bound(onnxruntime, session, tuple(map(int, given.size.split("x"))), given.device)
     times = []
-    for number in range(warm_up + repeats):
+    while sum(times) < given.seconds or len(times) < 2 * LEAST_REPEATS:
         begin = time.perf_counter()
         session.run_with_iobinding(binding)
         binding.synchronize_outputs()
-        if number >= warm_up:
-            times.append(1e3 * (time.perf_counter() - begin))
-    return statistics.median(times)
+        times.append(time.perf_counter() - begin)
+    # The first half was to warm up.
+    times = times[len(times) // 2 :]
+    return {"median_ms": 1e3 * statistics.median(times), "repeats": len(times)}
 
 
-def network(program, name, size):
-    """Median times of a frame of network `name`, by the way that it runs; nothing where nothing is installed."""
-    onnxruntime, ways = installed()
-    found = {}
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "network.onnx"
-        if ways:
-            subprocess.run([program, "export", "--random-weights", name, "--onnx", path], check=True, capture_output=True)
-        for way, provider in ways.items():
-            try:
-                found[way] = median_ms(onnxruntime, path, provider, size)
-            except Exception as error:  # What a provider cannot do is a result too.
-                found[way] = None
-                found[f"{way}_error"] = str(error).splitlines()[0][:200]
-    return found
+def measure(onnxruntime, ways, given):
+    """Says what each way takes, in f16 and in f32."""
+    graphs = {"f32, TF32 where it can": given.path}
+    try:
+        graphs = {"f16": in_halves(given.path)} | graphs
+    except Exception as error:
+        say(way="f16", error=f"the graph was not turned into f16: {type(error).__name__}: {error}"[:400])
+    for way, provider in ways.items():
+        for graph, path in graphs.items():
+            frame = functools.partial(median_ms, onnxruntime, path, provider, given)
+            guarded(f"{way}, {graph}", frame)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("path", type=Path)
+    parser.add_argument("--size", default="1280x720")
+    parser.add_argument("--device", choices=list(PROVIDERS), default="cuda")
+    parser.add_argument("--seconds", type=float, default=0.5, help="of each measurement")
+    given = parser.parse_args()
+    try:
+        import onnxruntime
+    except ImportError:
+        return say(missing="no ONNX Runtime")
+    available = onnxruntime.get_available_providers()
+    ways = {way: provider for way, provider in PROVIDERS[given.device].items() if provider[0] in available}
+    if not ways:
+        return say(missing=f"ONNX Runtime without a GPU: it has {', '.join(available)}")
+    measure(onnxruntime, ways, given)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

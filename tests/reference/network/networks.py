@@ -4,7 +4,7 @@ Tensors are [batch, channels, rows, columns]. A network is called with a padded 
 one, and gives the picture (neither clamped nor cropped) and the next states; `run` does whole clips. Parameters
 have the names of the weights files, so that `state_dict()` is such a file's content.
 
-Works in float32 and, after `.double()`, in float64.
+Works in float32 and, after `.double()`, in float64; to measure speed also in float16, and on any device.
 """
 
 import numpy as np
@@ -20,6 +20,8 @@ DOUBT_EPSILON = 1e-6
 DOUBT_ALLOWED = 0.25
 DOUBT_SHARE = 0.5
 DOUBT_LEVEL = 3
+# A pixel and those around it, rows down and columns right of it.
+SQUARE = [(down, right) for down in (-1, 0, 1) for right in (-1, 0, 1)]
 
 
 def wnet(encoder, decoder, **changes):
@@ -80,6 +82,13 @@ def nearest_up(image):
     return F.interpolate(image, scale_factor=2, mode="nearest")
 
 
+def pixels(image):
+    """The columns and rows of its pixels, in no less than float32: halves count to 2048 only."""
+    height, width = image.shape[-2:]
+    kind = {"dtype": torch.promote_types(image.dtype, torch.float32), "device": image.device}
+    return torch.arange(width, **kind), torch.arange(height, **kind)[:, None]
+
+
 def warp(state, motion):
     """The value that was at p + motion(p), bilinear, zero outside.
 
@@ -89,11 +98,11 @@ def warp(state, motion):
     height, width = state.shape[-2:]
     factor = motion.shape[-1] // width
     motion = F.avg_pool2d(motion, factor) / factor
-    x = torch.arange(width, dtype=state.dtype) + motion[:, 0]
-    y = torch.arange(height, dtype=state.dtype)[:, None] + motion[:, 1]
+    columns, rows = pixels(state)
+    x, y = columns + motion[:, 0], rows + motion[:, 1]
     # grid_sample counts from -1 at the left edge of the first pixel to 1 at the right edge of the last.
     grid = torch.stack([(2 * x + 1) / width - 1, (2 * y + 1) / height - 1], dim=-1)
-    return F.grid_sample(state, grid, mode="bilinear", padding_mode="zeros", align_corners=False)
+    return F.grid_sample(state, grid.to(state.dtype), mode="bilinear", padding_mode="zeros", align_corners=False)
 
 
 def reproject(points, motion):
@@ -103,24 +112,32 @@ def reproject(points, motion):
     A pixel p takes the points that were in the square of a pixel's size around p + motion(p): the mean of what they say
     and of where they are, both by weight, with the largest of their weights.
     """
+    columns, rows = pixels(points)
+    from_x, from_y = columns + motion[:, :1], rows + motion[:, 1:]
+    near_x, near_y = from_x.round(), from_y.round()
+    total, largest, colours, places = 0, torch.zeros_like(points[:, 3:4]), 0, 0
+    # Those in the square belong to the nearest pixel or one beside it: none lies outside its own pixel.
+    for down, right in SQUARE:
+        x, y = near_x + right, near_y + down
+        point = points_at(points, x, y)
+        moved = torch.cat([x + point[:, 4:5] - from_x, y + point[:, 5:] - from_y], dim=1)
+        met = ((moved >= -0.5) & (moved < 0.5)).all(dim=1, keepdim=True)
+        weight = point[:, 3:4] * met
+        total = total + weight
+        largest = torch.maximum(largest, weight)
+        colours = colours + point[:, :3] * met
+        places = places + weight * moved
+    total = total.masked_fill(largest <= 0, 1)
+    return torch.cat([colours / total * largest, largest, (places / total).to(points.dtype)], dim=1)
+
+
+def points_at(points, x, y):
+    """The points of the pixels in columns `x` and rows `y` [batch, 1, rows, columns], zeros outside the frame."""
     height, width = points.shape[-2:]
-    weight = points[:, 3]
-    # Where each point is in the frame.
-    x = torch.arange(width, dtype=points.dtype) + points[:, 4]
-    y = torch.arange(height, dtype=points.dtype)[:, None] + points[:, 5]
-    moved = torch.zeros_like(points)
-    for row in range(height):
-        for column in range(width):
-            dx = x - (column + motion[:, :1, row : row + 1, column : column + 1][:, 0])
-            dy = y - (row + motion[:, 1:, row : row + 1, column : column + 1][:, 0])
-            met = (dx >= -0.5) & (dx < 0.5) & (dy >= -0.5) & (dy < 0.5) & (weight > 0)
-            for i in torch.nonzero(met.any(dim=(1, 2))).flatten():
-                weights = weight[i][met[i]]
-                colours = points[i, :3][:, met[i]].sum(dim=1) / weights.sum()
-                places = [(weights * d[i][met[i]]).sum() / weights.sum() for d in [dx, dy]]
-                largest = weights.max()
-                moved[i, :, row, column] = torch.stack([*(colours * largest), largest, *places])
-    return moved
+    inside = (x >= 0) & (x < width) & (y >= 0) & (y < height)
+    index = y.clamp(0, height - 1).long() * width + x.clamp(0, width - 1).long()
+    index = index.flatten(2).expand(-1, points.shape[1], -1)
+    return points.flatten(2).gather(2, index).reshape(points.shape) * inside
 
 
 def splat(points):
@@ -128,17 +145,15 @@ def splat(points):
 
     Each counts for the four centres around it by bilinear shares; divided by the sum of these where that is more than one.
     """
-    batch, _, height, width = points.shape
-    known = torch.zeros(batch, 4, height, width, dtype=points.dtype)
-    shares = torch.zeros(batch, 1, height, width, dtype=points.dtype)
-    for i, row, column in torch.nonzero(points[:, 3] > 0).tolist():
-        point = points[i, :, row, column]
-        for y in range(max(row - 1, 0), min(row + 2, height)):
-            for x in range(max(column - 1, 0), min(column + 2, width)):
-                near = [1 - abs(column + point[4] - x), 1 - abs(row + point[5] - y)]
-                share = max(near[0], 0) * max(near[1], 0)
-                known[i, :, y, x] += share * point[:4]
-                shares[i, :, y, x] += share
+    height, width = points.shape[-2:]
+    known, shares = 0, 0
+    points = F.pad(points, (1, 1, 1, 1))
+    for down, right in SQUARE:
+        point = points[:, :, 1 + down :, 1 + right :][:, :, :height, :width]
+        near = (1 - (right + point[:, 4:5]).abs()).clamp(min=0) * (1 - (down + point[:, 5:]).abs()).clamp(min=0)
+        share = near * (point[:, 3:4] > 0)
+        known = known + share * point[:, :4]
+        shares = shares + share
     return known / shares.clamp(min=1)
 
 
@@ -177,18 +192,29 @@ def apply_kernels(kernels, taps):
     return (kernels[:, :, None] * torch.cat(taps, dim=1)).sum(dim=1)
 
 
+def averaged(image, size, stride):
+    """Means of size x size pixels, weights falling from the middle along both axes, replicated at the border."""
+    # Made on the device: nothing is copied to it while a CUDA graph is recorded.
+    places = torch.arange(size, dtype=image.dtype, device=image.device) - (size - 1) / 2
+    weights = (2 - places.abs()) / 4
+    kernel = (weights[:, None] * weights).expand(image.shape[1], 1, size, size)
+    padded = F.pad(image, (1, 1, 1, 1), mode="replicate")
+    return F.conv2d(padded, kernel, stride=stride, groups=image.shape[1])
+
+
 def halved(image):
     """Means of 4x4 pixels by (1, 3, 3, 1)/8 along both axes, replicated at the border, at half the resolution."""
-    weights = torch.tensor([1, 3, 3, 1], dtype=image.dtype) / 8
-    kernel = (weights[:, None] * weights).expand(image.shape[1], 1, 4, 4)
-    return F.conv2d(F.pad(image, (1, 1, 1, 1), mode="replicate"), kernel, stride=2, groups=image.shape[1])
+    return averaged(image, 4, 2)
 
 
 def smoothed(image):
     """Means of 3x3 pixels by (1, 2, 1)/4 along both axes, replicated at the border."""
-    weights = torch.tensor([1, 2, 1], dtype=image.dtype) / 4
-    kernel = (weights[:, None] * weights).expand(image.shape[1], 1, 3, 3)
-    return F.conv2d(F.pad(image, (1, 1, 1, 1), mode="replicate"), kernel, groups=image.shape[1])
+    return averaged(image, 3, 1)
+
+
+def above_zero(weight):
+    """A weight by which can be divided, in halves too."""
+    return weight.clamp(min=max(SMALLEST_WEIGHT, torch.finfo(weight.dtype).tiny))
 
 
 def joined(colour, weight):
@@ -213,11 +239,11 @@ def pull_push(known, levels, lowest):
     for _ in range(levels):
         mean = halved(pyramid[-1])
         weight = (8 * mean[:, 3:]).clamp(max=1)
-        pyramid.append(joined(mean[:, :3] * weight / mean[:, 3:].clamp(min=SMALLEST_WEIGHT), weight))
+        pyramid.append(joined(mean[:, :3] * weight / above_zero(mean[:, 3:]), weight))
     filled = pyramid.pop()
     for finer in reversed(pyramid[lowest:]):
         filled = finer + (1 - finer[:, 3:]) * bilinear_up(filled)
-    return filled[:, :3] / filled[:, 3:].clamp(min=SMALLEST_WEIGHT)
+    return filled[:, :3] / above_zero(filled[:, 3:])
 
 
 def beside(known, base):
@@ -375,16 +401,19 @@ class WNet(nn.Module):
             finest = decoder[:1] if config["fold"] else []
             self.kernel = KernelNetwork(finest + decoder + encoder[-1:], config)
 
-    def initial_states(self, height, width, dtype):
+    def initial_states(self, height, width, dtype, device="cpu"):
         """Zeros for a padded frame."""
         states = {}
+
+        def add(name, channels, edge=1):
+            states[name] = torch.zeros(1, channels, height // edge, width // edge, dtype=dtype, device=device)
+
         for depth, channels in enumerate(self.config["decoder"] if self.config["recurrent"] else []):
-            edge = 2 ** (depth + self.config["fold"])
-            states[f"decoder.{depth}"] = torch.zeros(1, channels, height // edge, width // edge, dtype=dtype)
+            add(f"decoder.{depth}", channels, 2 ** (depth + self.config["fold"]))
         if self.config["accumulate"] > 0:
-            states["samples"] = torch.zeros(1, 6 if self.config["points"] else 4, height, width, dtype=dtype)
+            add("samples", 6 if self.config["points"] else 4)
         if self.has_feedback or self.config["history"]:
-            states["output"] = torch.zeros(1, 3, height, width, dtype=dtype)
+            add("output", 3)
         return states
 
     def forward(self, colour, mask, motion, states):
@@ -511,10 +540,12 @@ class DeepFovea(nn.Module):
         self.decoder = nn.ModuleList(map(FoveaDecoder, widths[1:] + [bottleneck], widths, widths))
         self.output = nn.Conv2d(widths[0], 3, 1)
 
-    def initial_states(self, height, width, dtype):
+    def initial_states(self, height, width, dtype, device="cpu"):
         """Zeros for a padded frame."""
         return {
-            f"decoder.{depth}": torch.zeros(1, channels, height >> depth, width >> depth, dtype=dtype)
+            f"decoder.{depth}": torch.zeros(
+                1, channels, height >> depth, width >> depth, dtype=dtype, device=device
+            )
             for depth, channels in enumerate(self.widths)
         }
 
