@@ -18,6 +18,8 @@
 mod camera_path;
 mod clip;
 mod device;
+#[cfg(feature = "gpu")]
+mod device_reconstructor;
 mod error;
 mod machine;
 mod memory;
@@ -38,6 +40,8 @@ mod window;
 pub use camera_path::{camera_path, path_text};
 pub use clip::Clip;
 pub use device::{Device, OpenDevice};
+#[cfg(feature = "gpu")]
+pub use device_reconstructor::DeviceReconstructor;
 pub use error::{Error, Result, one_line};
 pub use fovol_core as core;
 #[cfg(feature = "gpu")]

@@ -183,13 +183,10 @@ impl Evidence<'_> {
     fn add(&self, at: [usize; 2], beside: [usize; 2], colour: [f32; 4], errors: &mut Errors) {
         let i = beside[1] * self.size.width as usize + beside[0];
         let [x, y] = at.map(|c| c as f32);
+        let inverses = self.guesses.inverses(i);
+        let [right, down] = self.to_last.motions(beside[0] as f32, beside[1] as f32, inverses);
         for (guess, error) in errors.iter_mut().enumerate() {
-            let inverse = self.guesses.inverse(guess, i);
-            let moved = if inverse > 0.0 {
-                self.to_last.motion(beside[0] as f32, beside[1] as f32, inverse)
-            } else {
-                [0.0; 2]
-            };
+            let moved = if inverses[guess] > 0.0 { [right[guess], down[guess]] } else { [0.0; 2] };
             *error += self.difference([x + moved[0], y + moved[1]], colour);
         }
     }

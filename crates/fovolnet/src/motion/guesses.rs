@@ -31,13 +31,15 @@ impl Guesses {
         self.near.size()
     }
 
-    /// One over the distance of pixel number `i`, as guess number `guess` has it; 0 where nothing is known.
+    /// One over the distance of pixel number `i`, as each guess has it; 0 where nothing is known.
     #[inline(always)]
-    pub fn inverse(&self, guess: usize, i: usize) -> f32 {
-        match OFFSETS.get(guess) {
-            None => self.seen.inverse()[i],
-            Some(offset) => moved_by(self.near.inverse()[i], *offset),
+    pub fn inverses(&self, i: usize) -> [f32; COUNT] {
+        let near = self.near.inverse()[i];
+        let mut inverses = [self.seen.inverse()[i]; COUNT];
+        for (inverse, offset) in inverses.iter_mut().zip(OFFSETS) {
+            *inverse = moved_by(near, offset);
         }
+        inverses
     }
 
     /// The motion along the guesses, each as far as `beliefs` believe it.

@@ -10,6 +10,8 @@ mod view;
 use crate::Device;
 use crate::{Clip, Error, Machine, OpenDevice, OpenVolume, RenderSettings, Result, SpeedSettings, scene};
 use cpu::CpuMarcher;
+#[cfg(feature = "gpu")]
+pub(crate) use gpu::{device_precision, reconstructs};
 use fovol_core::{Camera, Fovea, Frame, FrameSize, SampleList, SampleMask, Scene};
 use fovol_render::cpu::march::Marched;
 use fovol_render::cpu::{RenderOptions, Simd};
@@ -414,7 +416,7 @@ impl Marcher {
         match self {
             Self::Cpu(_) => HostReconstruction::new(settings),
             #[cfg(feature = "gpu")]
-            Self::Gpu(_) if gpu::reconstructs(settings) => Ok(HostReconstruction::nothing()),
+            Self::Gpu(_) if reconstructs(settings) => Ok(HostReconstruction::nothing()),
             #[cfg(feature = "gpu")]
             Self::Gpu(_) => HostReconstruction::new(settings),
         }

@@ -35,12 +35,16 @@ impl VectorWork for ReprojectRow<'_> {
             let end = (first + V::N).min(width);
             match self.corner(first, V::N) {
                 Some(corner) => self.vector(first, corner, some),
+                None if first + V::N <= width => self.apart(first, some),
                 None => self.fours(first, end),
             }
             first = end;
         }
     }
 }
+
+/// Most corners that the pixels of one vector take points from, before what is left is made pixel by pixel.
+const CORNERS: usize = 4;
 
 impl ReprojectRow<'_> {
     /// Makes the pixels from `first` on up to `end`, as many at a time as go together.
@@ -64,17 +68,81 @@ impl ReprojectRow<'_> {
             let [x, y] = [moved[0] - right, moved[1] - down];
             is_alike &= (0.0..1.0).contains(&x) & (0.0..1.0).contains(&y);
         }
+        self.inside([right, down], first, count).filter(|_| is_alike)
+    }
+
+    /// Makes the pixels of the vector from `first` on where they have not all moved as many whole pixels: those together that have.
+    #[inline(always)]
+    fn apart<V: Floats>(&mut self, first: usize, some: V) {
+        let mut whole = [[0.0; MOST]; 2];
+        for (i, moved) in self.motion[first..first + V::N].iter().enumerate() {
+            whole[0][i] = moved[0].floor();
+            whole[1][i] = moved[1].floor();
+        }
+        // A bit for each pixel that is still to be made, and for each that no vector can make.
+        let (mut open, mut alone) = ((1u32 << V::N) - 1, 0);
+        let mut made = [some.splat(0.0); POINT];
+        for _ in 0..CORNERS {
+            let number = open.trailing_zeros() as usize;
+            if number >= V::N {
+                break;
+            }
+            let [right, down] = [whole[0][number], whole[1][number]];
+            let mut alike = 0;
+            for i in 0..V::N {
+                alike |= u32::from(whole[0][i] == right && whole[1][i] == down) << i;
+            }
+            // What is no number is like nothing, not even itself.
+            alike |= 1 << number;
+            open &= !alike;
+            let Some(corner) = self.inside([right, down], first, V::N) else {
+                alone |= alike;
+                continue;
+            };
+            let values = self.moved(first, corner, some);
+            let [x, y] = [some.load(&whole[0]), some.load(&whole[1])];
+            let [x_end, y_end] = [some.splat(right + 1.0), some.splat(down + 1.0)];
+            let across = some.both(x.is_at_least(some.splat(right)), x.is_below(x_end));
+            let along = some.both(y.is_at_least(some.splat(down)), y.is_below(y_end));
+            let is_alike = some.both(across, along);
+            for n in 0..POINT {
+                made[n] = made[n] + values[n].keep(is_alike);
+            }
+        }
+        for n in 0..POINT {
+            self.to.store(n, first, made[n]);
+        }
+        for i in 0..V::N {
+            if (open | alone) >> i & 1 == 1 {
+                self.pixel(first + i);
+            }
+        }
+    }
+
+    /// The row and the column that `count` pixels from `first` on take points from if they have moved by these whole pixels, and they
+    /// and the pixels beside and below them are inside.
+    #[inline(always)]
+    fn inside(&self, [right, down]: [f32; 2], first: usize, count: usize) -> Option<[usize; 2]> {
         let [left, above] = [first as f32 + right, self.y as f32 + down];
         let is_inside = left >= 0.0
             && left + (count as f32) < self.input.width as f32
             && above >= 0.0
             && above + 1.0 < self.input.height as f32;
-        (is_alike && is_inside).then_some([above as usize, left as usize])
+        is_inside.then_some([above as usize, left as usize])
     }
 
     /// Makes the pixels of the vector from `first` on of the points from `corner` on.
     #[inline(always)]
-    fn vector<V: Floats>(&mut self, first: usize, [above, left]: [usize; 2], some: V) {
+    fn vector<V: Floats>(&mut self, first: usize, corner: [usize; 2], some: V) {
+        let values = self.moved(first, corner, some);
+        for n in 0..POINT {
+            self.to.store(n, first, values[n]);
+        }
+    }
+
+    /// The points of the pixels of the vector from `first` on, of those from the corner at `above` and `left` on.
+    #[inline(always)]
+    fn moved<V: Floats>(&self, first: usize, [above, left]: [usize; 2], some: V) -> [V; POINT] {
         let [whole_right, whole_down] = [left as f32 - first as f32, above as f32 - self.y as f32];
         let mut parts = [[0.0; MOST]; 2];
         for (i, moved) in self.motion[first..first + V::N].iter().enumerate() {
@@ -103,12 +171,8 @@ impl ReprojectRow<'_> {
         }
         let factor = some.splat(1.0) / colours[3].max(some.splat(f32::MIN_POSITIVE));
         let scale = largest * factor;
-        for n in 0..4 {
-            self.to.store(n, first, colours[n] * scale);
-        }
-        for n in 0..2 {
-            self.to.store(4 + n, first, places[n] * factor);
-        }
+        let [r, g, b, weight] = colours;
+        [r * scale, g * scale, b * scale, weight * scale, places[0] * factor, places[1] * factor]
     }
 
     /// Makes pixel `x`.

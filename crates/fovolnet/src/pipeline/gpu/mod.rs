@@ -11,7 +11,7 @@ use fovol_render::cpu::{DirectSamples, compact, direct, mask_of, scatter};
 use fovol_render::gpu::{self, FrameBuffers, MaskSource, Renderer, Stage};
 use part::Part;
 use reconstruction::DeviceReconstruction;
-pub use reconstruction::reconstructs;
+pub use reconstruction::{device_precision, reconstructs};
 
 mod display;
 mod motion;

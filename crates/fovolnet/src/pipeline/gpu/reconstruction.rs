@@ -29,7 +29,7 @@ impl DeviceReconstruction {
             Reconstruction::None | Reconstruction::Fill(Fill::Linear) => Ok(None),
             Reconstruction::Fill(Fill::PullPush) => Ok(Some(Self::PullPush(PullPush::new(gpu, size)?))),
             Reconstruction::WNet | Reconstruction::DeepFovea => {
-                let Some(precision) = precision(settings) else { return Ok(None) };
+                let Some(precision) = device_precision(settings) else { return Ok(None) };
                 let weights = weights(settings, how)?;
                 let plan = weights.config.plan().map_err(Error::Setting)?;
                 let network = Network::new(gpu, plan, &weights, precision)?;
@@ -110,12 +110,12 @@ pub fn reconstructs(settings: &RenderSettings) -> bool {
         && match settings.reconstruction() {
             Reconstruction::None | Reconstruction::Fill(Fill::Linear) => false,
             Reconstruction::Fill(Fill::PullPush) => true,
-            Reconstruction::WNet | Reconstruction::DeepFovea => precision(settings).is_some(),
+            Reconstruction::WNet | Reconstruction::DeepFovea => device_precision(settings).is_some(),
         }
 }
 
 /// The precision of networks on devices that `settings` ask for; `None` for those of processors.
-fn precision(settings: &RenderSettings) -> Option<Precision> {
+pub fn device_precision(settings: &RenderSettings) -> Option<Precision> {
     match settings.precision.unwrap_or_default() {
         cpu::Precision::Auto => Some(Precision::Auto),
         cpu::Precision::F32 => Some(Precision::F32),
