@@ -5,11 +5,15 @@
 //! picture depends on lies in the [`document`], which is a session of the command line.
 
 pub mod budget;
+mod colour_button;
 pub mod commands;
+pub mod course;
 pub mod dialogue;
 pub mod document;
 pub mod engine;
 pub mod export;
+pub mod export_form;
+mod file_field;
 pub mod files;
 pub mod gaze;
 pub mod job;
@@ -18,6 +22,7 @@ pub mod look;
 mod marks;
 pub mod messages;
 pub mod navigation;
+pub mod no_window;
 pub mod opened;
 mod panels;
 mod picture_view;

@@ -189,6 +189,7 @@ impl Opened {
             path: None,
             camera: None,
             gaze: None,
+            transparent: None,
             ..self.document.settings().clone()
         }
     }
