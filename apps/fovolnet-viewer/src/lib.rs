@@ -4,6 +4,8 @@
 //! keep their time while something moves ([`budget`]), and full frames where nothing does ([`still`]). Everything that a
 //! picture depends on lies in the [`document`], which is a session of the command line.
 
+mod backdrop;
+mod boundaries;
 pub mod budget;
 mod colour_button;
 pub mod commands;
@@ -16,6 +18,7 @@ pub mod export_form;
 mod file_field;
 pub mod files;
 pub mod gaze;
+mod histogram;
 pub mod job;
 mod layout_form;
 pub mod look;

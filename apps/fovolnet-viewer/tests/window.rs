@@ -1,6 +1,6 @@
 //! The window as somebody uses it: clicks, drags and keys, without a display.
 
-use eframe::egui::{Color32, Event, Key, Modifiers, PointerButton, Pos2, Shape, pos2};
+use eframe::egui::{Color32, Event, Key, Modifiers, PointerButton, Pos2, Shape, TextureId, pos2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use fovolnet::{Device, RenderSettings, Session, SpeedSettings, VolumeSettings};
@@ -380,6 +380,29 @@ fn a_clip_of_a_free_view_moves_or_says_that_it_does_not() {
     assert!(window.query_by_label_contains("all 500 frames are the same picture").is_some());
     keys(&mut window, Modifiers::NONE, Key::Escape);
     assert!(viewer(&window).dialogue().is_none());
+}
+
+#[test]
+fn boundaries_are_shown_behind_the_points() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = window(Some("head"), folder.path());
+    let pictures = |window: &Window| window.output().shapes.iter().filter(|s| is_picture(&s.shape)).count();
+    let before = pictures(&window);
+    click(&mut window, "boundaries");
+    settle(&mut window);
+    assert_eq!(pictures(&window), before + 1);
+    click(&mut window, "values");
+    assert_eq!(pictures(&window), before);
+}
+
+/// Whether `shape` is painted with a texture of its own.
+fn is_picture(shape: &Shape) -> bool {
+    let texture = match shape {
+        Shape::Rect(rect) => rect.brush.as_ref().map(|brush| brush.fill_texture_id),
+        Shape::Mesh(mesh) => Some(mesh.texture_id),
+        _ => None,
+    };
+    texture.is_some_and(|texture| texture != TextureId::default())
 }
 
 #[test]

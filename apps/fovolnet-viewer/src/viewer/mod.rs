@@ -162,6 +162,7 @@ impl Viewer {
             && self.exporting.is_none()
             && !self.timeline.is_playing()
             && self.engine.is_done()
+            && self.opened.as_ref().is_none_or(|opened| !opened.backdrop.is_counting())
             && (self.opened.is_none() || self.picture.is_some() || self.messages.picture_error().is_some())
     }
 
