@@ -6,7 +6,7 @@ use crate::export_form::ExportForm;
 use crate::file_field::{FileField, will_be_replaced};
 use crate::files::Purpose;
 use crate::layout_form::LayoutForm;
-use eframe::egui::{Button, Context, Grid, Id, Modal, RichText, ScrollArea, Ui};
+use eframe::egui::{Button, Context, Grid, Id, Modal, RichText, ScrollArea, Ui, style::ScrollStyle};
 use fovolnet::{Session, VolumeSettings};
 use std::path::{Path, PathBuf};
 
@@ -162,7 +162,9 @@ fn layout(ui: &mut Ui, form: &mut LayoutForm) -> Option<Answer> {
 
 fn help(ui: &mut Ui) -> Option<Answer> {
     ui.heading("Keys and mouse");
-    ScrollArea::vertical().max_height(ui.ctx().content_rect().height() - 160.0).show(ui, |ui| {
+    ui.spacing_mut().scroll = ScrollStyle::solid();
+    let height = ui.ctx().content_rect().height() - 160.0;
+    ScrollArea::vertical().max_height(height).min_scrolled_height(height).show(ui, |ui| {
         Grid::new("help").num_columns(2).spacing([24.0, 3.0]).show(ui, |ui| {
             for (gesture, what) in GESTURES {
                 ui.strong(*gesture);

@@ -251,7 +251,7 @@ pub fn statistics(ui: &mut Ui, shown: &Shown, rate: f64, history: &VecDeque<Timi
         }
         if let Some(quality) = shown.quality {
             let jod = quality.jod.map_or_else(|| "too small for JOD".into(), |jod| format!("{jod:.2} JOD"));
-            row("Against it", format!("{:.1} dB, {jod}", quality.psnr));
+            row("Quality", format!("{:.1} dB, {jod}", quality.psnr));
         }
         let machine = &shown.machine;
         row("Made by", machine.gpu.clone().unwrap_or_else(|| machine.cpu.clone()));
