@@ -148,6 +148,35 @@ fn a_session_replays_to_the_same_pixels() {
 }
 
 #[test]
+fn transparent_pictures_have_alpha_and_replay() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (a, b, exr, session) = (path("a"), path("b"), path("exr"), path("session.toml"));
+    let full = ["--sampling", "full", "--transparent"];
+    let whole = [&["render", "head", "-o", &a, "--save-session", &session], &full[..], &SMALL].concat();
+    succeeds(&whole);
+    succeeds(&["render", &session, "-o", &b]);
+    let bytes = |folder: &str| std::fs::read(Path::new(folder).join("frame_0000.png")).unwrap();
+    assert_eq!(bytes(&a), bytes(&b));
+    // The colour type of PNG's header: red, green, blue and alpha.
+    assert_eq!(bytes(&a)[25], 6);
+    succeeds(&["render", &session, "-o", &exr, "--format", "exr"]);
+    let read = |file: &str| fovolnet::io::image::read(&folder.path().join(file)).unwrap();
+    let (straight, premultiplied) = (read("a/frame_0000.png"), read("exr/frame_0000.exr"));
+    assert_eq!(straight.pixel(0, 0), [0.0; 4]);
+    assert!(straight.pixels().iter().any(|p| p[3] > 0.9));
+    for (s, p) in straight.premultiplied().pixels().iter().zip(premultiplied.pixels()) {
+        assert!((0..4).all(|c| (s[c] - p[c]).abs() < 1.5 / 255.0), "{s:?} {p:?}");
+    }
+    succeeds(&["render", &session, "-o", &b, "--transparent=false"]);
+    assert_eq!(bytes(&b)[25], 2);
+    let clip = path("clip.y4m");
+    assert!(fails(&["render", &session, "-o", &b, "--video", &clip], 1).contains("--video"));
+    let sparse = [&["render", "head", "-o", &b, "--transparent"], &SMALL[..]].concat();
+    assert!(fails(&sparse, 1).contains("--sampling full"));
+}
+
+#[test]
 fn sparse_frames_are_reconstructed_as_render_does() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();

@@ -69,6 +69,16 @@ impl Document {
         self.saved.as_ref() != Some(&self.session)
     }
 
+    /// Whether there is something that no file has and somebody would miss: from where the volume is looked at now, and which
+    /// frame of its path is shown, is found again with a move of the hand.
+    pub fn has_unsaved_work(&self) -> bool {
+        let apart = |session: &Session| {
+            let render = RenderSettings { camera: None, first_frame: None, ..session.render.clone() };
+            Session { render, ..session.clone() }
+        };
+        self.saved.as_ref().is_none_or(|saved| apart(saved) != apart(&self.session))
+    }
+
     /// A name for the title of a window.
     pub fn name(&self) -> String {
         let path = self.file.clone().unwrap_or_else(|| PathBuf::from(&self.session.volume));
@@ -170,13 +180,16 @@ mod tests {
         let path = folder.path().join("a session.toml");
         let mut document = document();
         assert!(!document.is_changed());
+        document.settings_mut().camera = Some([1.0, 0.5, 1.5, 0.0, 0.0, 0.0, 35.0]);
+        assert!(document.is_changed() && !document.has_unsaved_work(), "a look is no work");
         document.settings_mut().step = Some(0.7);
-        assert!(document.is_changed());
+        assert!(document.is_changed() && document.has_unsaved_work());
         document.save(&path).unwrap();
         assert!(!document.is_changed());
         assert_eq!(document.name(), "a session.toml");
         let opened = Document::open(&path, VolumeSettings::default(), RenderSettings::default()).unwrap();
         assert_eq!(opened.session(), document.session());
-        assert!(Document::restored(opened.session().clone()).is_changed());
+        let restored = Document::restored(opened.session().clone());
+        assert!(restored.is_changed() && restored.has_unsaved_work());
     }
 }

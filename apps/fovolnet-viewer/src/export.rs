@@ -1,5 +1,6 @@
 //! Pictures and videos for others, made as the command line makes them of the same session.
 
+use crate::course::Course;
 use crate::job::Handle;
 use anyhow::{Context, Result};
 use fovolnet::core::{Frame, FrameSize};
@@ -24,15 +25,17 @@ pub struct Export {
 }
 
 /// A picture, or a video.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Kind {
     /// A PNG picture.
     Picture {
-        /// Whether the background is left out.
+        /// Whether the background is left out; every pixel is measured then.
         is_transparent: bool,
     },
-    /// A clip of the session's path, from its first frame on.
+    /// A clip, from the first frame of its course on.
     Video {
+        /// Where the camera goes.
+        course: Course,
         /// How many frames.
         frames: u32,
         /// Frames a second.
@@ -49,18 +52,26 @@ impl Export {
         if self.is_full {
             render.sampling = Some(Sampling::Full);
         }
-        match self.kind {
-            Kind::Picture { .. } => render.frames = None,
-            Kind::Video { frames, .. } => {
-                render.frames = Some(frames);
-                render.first_frame = None;
-                if render.path.is_some() {
-                    // The path is what the clip shows, not where somebody stands.
-                    render.camera = None;
+        render.transparent = None;
+        match &self.kind {
+            Kind::Picture { is_transparent } => {
+                render.frames = None;
+                if *is_transparent {
+                    (render.transparent, render.sampling) = (Some(true), Some(Sampling::Full));
                 }
+            }
+            Kind::Video { course, frames, .. } => {
+                (render.frames, render.first_frame) = (Some(*frames), None);
+                course.apply(render);
             }
         }
         session
+    }
+
+    /// The files that it writes.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let beside = self.with_session.then(|| session_beside(&self.path));
+        [self.path.clone()].into_iter().chain(beside).collect()
     }
 
     /// Makes it; the message says where it is.
@@ -75,21 +86,18 @@ impl Export {
         handle: &Handle,
     ) -> Result<String> {
         let session = self.session(session);
-        let written = match self.kind {
+        let written = match &self.kind {
             Kind::Picture { is_transparent } => {
-                let frame = match is_transparent {
-                    true => transparent(volume, &session.render, speed, handle)?,
-                    false => picture(volume, &session.render, speed)?,
-                };
+                let frame = picture(volume, &session.render, speed)?;
                 handle.progress(0.9)?;
-                let alpha = if is_transparent { Alpha::Keep } else { Alpha::Drop };
+                let alpha = if *is_transparent { Alpha::Keep } else { Alpha::Drop };
                 image::write_png(&self.path, &frame, alpha)?;
                 self.path.clone()
             }
-            Kind::Video { fps, .. } => video(&self.path, volume, &session.render, speed, fps, handle)?,
+            Kind::Video { fps, .. } => video(&self.path, volume, &session.render, speed, *fps, handle)?,
         };
         if self.with_session {
-            session.write(&self.path.with_extension("toml"))?;
+            session.write(&session_beside(&written))?;
         }
         let place = written.display();
         Ok(if written == self.path {
@@ -100,36 +108,27 @@ impl Export {
     }
 }
 
+/// The session beside the picture or clip `written`: named after all of its name, so that it is no session that somebody saved.
+pub fn session_beside(written: &Path) -> PathBuf {
+    let mut name = written.as_os_str().to_owned();
+    name.push(".toml");
+    name.into()
+}
+
+/// The file that a clip asked for as `path` becomes: y4m without ffmpeg, whatever was asked for.
+pub fn clip_file(path: PathBuf, has_ffmpeg: bool) -> PathBuf {
+    if has_ffmpeg { path } else { path.with_extension("y4m") }
+}
+
+/// The bytes of `frames` frames of `size` as y4m, without its header of a line: three bytes a pixel, and a word a frame.
+pub fn y4m_bytes(size: FrameSize, frames: u32) -> u64 {
+    u64::from(frames) * (3 * size.pixels() as u64 + 6)
+}
+
 /// The first frame of a session.
 fn picture(volume: &OpenVolume, settings: &RenderSettings, speed: &SpeedSettings) -> Result<Frame> {
     let mut pipeline = Pipeline::new(volume, settings, speed)?;
     Ok(pipeline.render(settings.first_frame.unwrap_or(0))?.frame)
-}
-
-/// The same without its background: what is seen before black and before white tells how much of it shows through, as
-/// compositing adds it in proportion.
-fn transparent(
-    volume: &OpenVolume,
-    settings: &RenderSettings,
-    speed: &SpeedSettings,
-    handle: &Handle,
-) -> Result<Frame> {
-    let before = |background: f64| {
-        let settings = RenderSettings { background: Some([background; 3]), ..settings.clone() };
-        picture(volume, &settings, speed)
-    };
-    let black = before(0.0)?;
-    handle.progress(0.45)?;
-    let white = before(1.0)?;
-    let mut frame = Frame::new(black.size());
-    let pairs = black.pixels().iter().zip(white.pixels());
-    for (out, (black, white)) in frame.pixels_mut().iter_mut().zip(pairs) {
-        let shows_through = (0..3).map(|c| white[c] - black[c]).sum::<f32>() / 3.0;
-        let alpha = (1.0 - shows_through).clamp(0.0, 1.0);
-        let [r, g, b] = std::array::from_fn(|c| if alpha > 0.0 { black[c] / alpha } else { 0.0 });
-        *out = [r, g, b, alpha];
-    }
-    Ok(frame)
 }
 
 /// Writes the frames of `settings`; where they lie, which is another file where the format is not at hand.
@@ -188,59 +187,66 @@ mod tests {
     #[test]
     fn pictures_are_those_of_the_session_beside_them() {
         let folder = tempfile::tempdir().unwrap();
-        for (is_full, name) in [(true, "full.png"), (false, "sparse.png")] {
-            let path = folder.path().join(name);
+        for (is_full, is_transparent) in [(true, false), (false, false), (true, true), (false, true)] {
+            let path = folder.path().join(format!("{is_full}-{is_transparent}.png"));
             let size = "70x50".parse().unwrap();
-            let kind = Kind::Picture { is_transparent: false };
+            let kind = Kind::Picture { is_transparent };
             let export = Export { path: path.clone(), size, is_full, with_session: true, kind };
-            run(export, session()).unwrap();
-            let beside = Session::read(&path.with_extension("toml")).unwrap();
+            run(export.clone(), session()).unwrap();
+            assert!(export.files().iter().all(|file| file.is_file()) && export.files().len() == 2);
+            let beside = Session::read(&session_beside(&path)).unwrap();
+            assert_eq!(beside.render.is_transparent(), is_transparent);
             let volume = open_volume(&beside.volume, &beside.read).unwrap();
             let mut pipeline = Pipeline::new(&volume, &beside.render, &SpeedSettings::default()).unwrap();
             let replayed = folder.path().join("replayed.png");
-            image::write_png(&replayed, &pipeline.render(0).unwrap().frame, Alpha::Drop).unwrap();
+            let alpha = if is_transparent { Alpha::Keep } else { Alpha::Drop };
+            image::write_png(&replayed, &pipeline.render(0).unwrap().frame, alpha).unwrap();
             assert_eq!(std::fs::read(&path).unwrap(), std::fs::read(&replayed).unwrap());
         }
     }
 
     #[test]
-    fn transparent_pictures_before_a_background_are_the_opaque_ones() {
-        let folder = tempfile::tempdir().unwrap();
-        let export = |name: &str, is_transparent| Export {
-            path: folder.path().join(name),
-            size: "60x40".parse().unwrap(),
-            is_full: true,
-            with_session: false,
-            kind: Kind::Picture { is_transparent },
-        };
+    fn an_opaque_export_of_a_transparent_session_is_opaque() {
         let mut session = session();
-        session.render.background = Some([0.2, 0.4, 0.8]);
-        run(export("opaque.png", false), session.clone()).unwrap();
-        run(export("transparent.png", true), session).unwrap();
-        let read = |name: &str| image::read(&folder.path().join(name)).unwrap();
-        let (opaque, transparent) = (read("opaque.png"), read("transparent.png"));
-        assert_eq!(transparent.pixel(0, 0)[3], 0.0);
-        assert!(transparent.pixels().iter().any(|p| p[3] > 0.9));
-        for (o, t) in opaque.pixels().iter().zip(transparent.pixels()) {
-            for c in 0..3 {
-                let over = t[c] * t[3] + [0.2, 0.4, 0.8][c] * (1.0 - t[3]);
-                assert!((over - o[c]).abs() < 2.5 / 255.0, "{o:?} {t:?}");
-            }
-        }
+        session.render.transparent = Some(true);
+        let kind = Kind::Picture { is_transparent: false };
+        let size = "8x8".parse().unwrap();
+        let export = Export { path: "a.png".into(), size, is_full: false, with_session: true, kind };
+        assert_eq!(export.session(&session).render.transparent, None);
     }
 
     #[test]
-    fn videos_follow_the_path_and_say_what_is_wrong() {
+    fn a_session_that_was_saved_is_not_the_one_beside_an_export() {
+        assert_eq!(session_beside(Path::new("a/head.png")), Path::new("a/head.png.toml"));
+        assert_eq!(clip_file("a/head.mp4".into(), false), Path::new("a/head.y4m"));
+        assert_eq!(clip_file("a/head.mp4".into(), true), Path::new("a/head.mp4"));
+    }
+
+    #[test]
+    fn videos_follow_their_course_and_say_what_is_wrong() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("clip.y4m");
-        let kind = Kind::Video { frames: 3, fps: 25 };
         let size = "32x24".parse().unwrap();
-        let export = Export { path: path.clone(), size, is_full: false, with_session: true, kind };
-        run(export.clone(), session()).unwrap();
+        let clip = |course| Export {
+            path: path.clone(),
+            size,
+            is_full: false,
+            with_session: true,
+            kind: Kind::Video { course, frames: 3, fps: 25 },
+        };
+        let along = clip(Course::Path("flythrough".into()));
+        run(along.clone(), session()).unwrap();
         let frames = fovolnet::io::video::read(&path).unwrap();
         assert_eq!(frames.len(), 3);
         assert_ne!(frames[0], frames[2]);
-        let nowhere = Export { path: folder.path().join("no/such/clip.y4m"), ..export };
+        let length = std::fs::metadata(&path).unwrap().len();
+        assert!(length - y4m_bytes(size, 3) < 100, "{length}");
+        assert!(session_beside(&path).is_file());
+        run(Export { is_full: true, ..clip(Course::Still([0.3, 0.5, 1.7, 0.0, 0.0, 0.0, 35.0])) }, session())
+            .unwrap();
+        let frames = fovolnet::io::video::read(&path).unwrap();
+        assert_eq!(frames[0], frames[2]);
+        let nowhere = Export { path: folder.path().join("no/such/clip.y4m"), ..along };
         assert!(run(nowhere, session()).is_err());
     }
 }

@@ -4,20 +4,28 @@
 //! keep their time while something moves ([`budget`]), and full frames where nothing does ([`still`]). Everything that a
 //! picture depends on lies in the [`document`], which is a session of the command line.
 
+mod backdrop;
+mod boundaries;
 pub mod budget;
+mod colour_button;
 pub mod commands;
+pub mod course;
 pub mod dialogue;
 pub mod document;
 pub mod engine;
 pub mod export;
+pub mod export_form;
+mod file_field;
 pub mod files;
 pub mod gaze;
+mod histogram;
 pub mod job;
 mod layout_form;
 pub mod look;
 mod marks;
 pub mod messages;
 pub mod navigation;
+pub mod no_window;
 pub mod opened;
 mod panels;
 mod picture_view;

@@ -1,11 +1,12 @@
 //! The `fovolnet-viewer` command.
 
-use anyhow::{Context as _, Result, bail};
+use anyhow::{Result, anyhow, bail};
 use clap::Parser;
 use eframe::egui::{ColorImage, Context, ScreenshotCallback, Ui, ViewportBuilder, ViewportCommand};
 use fovolnet::core::{Frame, FrameSize};
 use fovolnet::io::image::{self, Alpha};
 use fovolnet::{RenderSettings, SpeedSettings, VolumeSettings};
+use fovolnet_viewer::no_window;
 use fovolnet_viewer::places::Places;
 use fovolnet_viewer::screen::Screen;
 use fovolnet_viewer::surface::Surface;
@@ -90,6 +91,9 @@ impl Window {
     /// Has a picture taken when nothing changes any more, if one is wanted.
     fn take_screenshot(&mut self, context: &Context) {
         let Some(screenshot) = &mut self.screenshot else { return };
+        if let Some(failure) = self.viewer.failure() {
+            return end(&self.outcome, context, Err(anyhow!("{failure}; no picture was taken")));
+        }
         screenshot.settled = if self.viewer.is_settled() { screenshot.settled + 1 } else { 0 };
         if screenshot.settled == SETTLED {
             let (path, outcome, wake) = (screenshot.path.clone(), Arc::clone(&self.outcome), context.clone());
@@ -155,9 +159,7 @@ fn run(arguments: Arguments) -> Result<()> {
         Ok(Box::new(Window { surface, viewer, screenshot, outcome: told }) as Box<dyn eframe::App>)
     };
     eframe::run_native("fovolnet", options, Box::new(window))
-        .map_err(|error| anyhow::anyhow!("{error}"))
-        .context("no window can be opened; a display and a Vulkan, Metal or DirectX 12 driver are needed \
-                  (on Debian: apt install mesa-vulkan-drivers libxkbcommon-x11-0), `fovolnet render` needs neither")?;
+        .map_err(|error| anyhow!(no_window::explained(&error)))?;
     match outcome.lock().expect("nobody panics with it").take() {
         Some(outcome) => outcome,
         None if wants_screenshot => {

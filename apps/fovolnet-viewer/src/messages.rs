@@ -37,6 +37,11 @@ impl Messages {
         self.picture = text;
     }
 
+    /// What keeps pictures from being made.
+    pub fn picture_error(&self) -> Option<&str> {
+        self.picture.as_deref()
+    }
+
     /// What was wrong was with something that is no longer there.
     pub fn clear_errors(&mut self) {
         self.errors.clear();

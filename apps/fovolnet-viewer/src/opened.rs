@@ -1,7 +1,8 @@
 //! A volume that is open, with what follows from the session and is not found anew for every picture.
 
+use crate::backdrop::Backdrop;
 use crate::document::Document;
-use crate::transfer_editor::{Histogram, TransferEditor};
+use crate::transfer_editor::TransferEditor;
 use anyhow::Result;
 use fovolnet::core::{Camera, CameraPath, FrameSize, Keyframe, TransferFunction};
 use fovolnet::{
@@ -16,8 +17,8 @@ pub struct Opened {
     pub document: Document,
     /// The volume.
     pub volume: OpenVolume,
-    /// How its values are distributed.
-    pub histogram: Histogram,
+    /// How its values are distributed, and where its materials meet.
+    pub backdrop: Backdrop,
     /// What is selected of the transfer function.
     pub editor: TransferEditor,
     transfer: (Option<String>, TransferFunction),
@@ -58,7 +59,7 @@ impl Opened {
             notes.push("the weights are not those of the session: pictures will not be the same".into());
         }
         notes.extend(volume.remarks());
-        let histogram = Histogram::new(&volume);
+        let backdrop = Backdrop::new(&volume);
         let transfer = match document.transfer_function(&volume) {
             Ok(transfer) => transfer,
             Err(error) => {
@@ -70,7 +71,7 @@ impl Opened {
         let mut opened = Self {
             document,
             volume,
-            histogram,
+            backdrop,
             editor: TransferEditor::default(),
             transfer,
             path: (None, CameraPath::Orbit),
@@ -189,6 +190,7 @@ impl Opened {
             path: None,
             camera: None,
             gaze: None,
+            transparent: None,
             ..self.document.settings().clone()
         }
     }

@@ -1,5 +1,6 @@
 //! What can be set, and what is known about the picture.
 
+use crate::colour_button::colour_button;
 use crate::gaze::GazeKind;
 use crate::look::Look;
 use crate::marks::short;
@@ -43,9 +44,9 @@ pub fn scene(ui: &mut Ui, settings: &mut RenderSettings) {
     number(ui, "Step (voxels)", &mut settings.step, 0.5, 0.1..=4.0, true);
     ui.horizontal(|ui| {
         ui.label("Background");
-        let mut rgb = settings.background.unwrap_or_default().map(|c| c as f32);
-        if ui.color_edit_button_rgb(&mut rgb).changed() {
-            settings.background = Some(rgb.map(f64::from));
+        let mut colour = settings.background.unwrap_or_default();
+        if colour_button(ui, &mut colour) {
+            settings.background = Some(colour);
         }
     });
 }
@@ -235,11 +236,14 @@ pub fn statistics(ui: &mut Ui, shown: &Shown, rate: f64, history: &VecDeque<Timi
         let state = match shown.progress {
             Progress::Moving => "in motion".into(),
             Progress::Converging(share) => format!("{:.0} % measured", share * 100.0),
-            Progress::Complete => "complete".into(),
+            Progress::Complete => "all of it measured".into(),
         };
         row("Picture", format!("{}, {state}", shown.size));
-        row("Density", format!("{:.1} % of the pixels", shown.density * 100.0));
-        row("Pictures", format!("{rate:.1} a second"));
+        // Of what stands still more and more is measured; what was sampled in motion is what it began with.
+        let density = if shown.progress == Progress::Moving { "Density" } else { "In motion" };
+        row(density, format!("{:.1} % of the pixels", shown.density * 100.0));
+        let is_complete = shown.progress == Progress::Complete;
+        row("Pictures", if is_complete { "at rest".into() } else { format!("{rate:.1} a second") });
         row("Frame", format!("{:.1} ms", shown.timings.total));
         for pair in shown.timings.finer().chunks(2) {
             let part = |(stage, ms): &(&str, f64)| format!("{stage} {ms:.1}");
@@ -247,7 +251,7 @@ pub fn statistics(ui: &mut Ui, shown: &Shown, rate: f64, history: &VecDeque<Timi
         }
         if let Some(quality) = shown.quality {
             let jod = quality.jod.map_or_else(|| "too small for JOD".into(), |jod| format!("{jod:.2} JOD"));
-            row("Against it", format!("{:.1} dB, {jod}", quality.psnr));
+            row("Quality", format!("{:.1} dB, {jod}", quality.psnr));
         }
         let machine = &shown.machine;
         row("Made by", machine.gpu.clone().unwrap_or_else(|| machine.cpu.clone()));

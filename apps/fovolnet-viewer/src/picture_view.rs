@@ -79,7 +79,8 @@ fn turn_light(opened: &mut Opened, camera: &Camera, delta: Vec2) {
 
 /// Flies while keys are down.
 fn fly(ui: &Ui, opened: &mut Opened) {
-    if ui.ctx().egui_wants_keyboard_input() {
+    let is_asked = ui.ctx().memory(|memory| memory.top_modal_layer().is_some());
+    if is_asked || ui.ctx().egui_wants_keyboard_input() {
         return;
     }
     let (way, seconds) = ui.input(|input| {
@@ -112,7 +113,7 @@ pub fn marks(ui: &mut Ui, opened: &mut Opened, camera: &Camera, gaze: Option<[f6
         marks::bounding_box(&painter, &projection, &grid, sides, Color32::from_rgb(255, 190, 90));
     }
     marks::scale_bar(&painter, camera, &grid, rect);
-    marks::colour_bar(&painter, opened.transfer(), opened.histogram.range(), rect);
+    marks::colour_bar(&painter, opened.transfer(), opened.backdrop.histogram().range(), rect);
     if let Some(gaze) = gaze {
         let sigma = opened.document.settings().sigma.unwrap_or(0.02);
         marks::gaze(&painter, gaze, sigma, rect);

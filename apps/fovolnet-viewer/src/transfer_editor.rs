@@ -1,39 +1,13 @@
-//! Control points over a histogram.
+//! Control points over a backdrop of what the volume holds.
 
+use crate::backdrop::Backdrop;
+use crate::colour_button::colour_button;
 use eframe::egui::{
     Color32, ComboBox, DragValue, Key, Mesh, Painter, Pos2, Rect, Response, Sense, Shape, Stroke, Ui, pos2,
     vec2,
 };
 use fovolnet::core::{ControlPoint, TransferFunction};
 use fovolnet::{OpenVolume, presets};
-
-/// How values are distributed, and what they are.
-#[derive(Debug, Clone)]
-pub struct Histogram {
-    /// The logarithm of how often values come, 0 to 1.
-    heights: Vec<f32>,
-    /// Values shown as 0 and 1.
-    range: [f64; 2],
-}
-
-/// Bars of a histogram.
-const BINS: usize = 256;
-
-impl Histogram {
-    /// Of the values of `volume`.
-    pub fn new(volume: &OpenVolume) -> Self {
-        let range = volume.volume.range();
-        let counts = volume.volume.histogram(BINS, range);
-        let most = counts.iter().copied().max().unwrap_or(0).max(1) as f32;
-        let heights = counts.iter().map(|&count| (1.0 + count as f32).ln() / (1.0 + most).ln()).collect();
-        Self { heights, range }
-    }
-
-    /// Values shown as 0 and 1.
-    pub fn range(&self) -> [f64; 2] {
-        self.range
-    }
-}
 
 /// What is selected.
 #[derive(Debug, Clone, Default)]
@@ -53,7 +27,7 @@ impl TransferEditor {
         &mut self,
         ui: &mut Ui,
         transfer: &TransferFunction,
-        histogram: &Histogram,
+        backdrop: &Backdrop,
     ) -> Option<TransferFunction> {
         let mut points = transfer.points().to_vec();
         self.selected = self.selected.filter(|&i| i < points.len());
@@ -61,20 +35,20 @@ impl TransferEditor {
             ui.allocate_exact_size(vec2(ui.available_width(), HEIGHT), Sense::click_and_drag());
         let response = response
             .on_hover_text("Drag points. Double click adds one, the right button or Delete takes it away.");
-        let plot = rect.shrink2(vec2(6.0, 6.0));
-        self.paint(ui, rect, plot, transfer, histogram);
+        let plot = plot_of(rect);
+        self.paint(ui, rect, transfer, backdrop);
         let mut is_changed = self.drag(ui, &response, plot, &mut points);
-        is_changed |= self.selected_ui(ui, &mut points, histogram);
+        is_changed |= self.selected_ui(ui, &mut points, backdrop.histogram().range());
         is_changed |= window_level(ui, &mut points);
         let changed = is_changed.then(|| TransferFunction::new(points).ok()).flatten();
         changed.filter(|changed| changed != transfer)
     }
 
-    fn paint(&self, ui: &Ui, rect: Rect, plot: Rect, transfer: &TransferFunction, histogram: &Histogram) {
-        let painter = ui.painter_at(rect);
+    fn paint(&self, ui: &Ui, rect: Rect, transfer: &TransferFunction, backdrop: &Backdrop) {
+        let (painter, plot) = (ui.painter_at(rect), plot_of(rect));
         painter.rect_filled(rect, 3.0, ui.visuals().extreme_bg_color);
-        bars(&painter, plot, histogram, ui.visuals().weak_text_color().gamma_multiply(0.5));
-        filled(&painter, plot, transfer);
+        backdrop.paint(&painter, plot, ui.visuals());
+        filled(&painter, plot, transfer, backdrop.cover());
         let line: Vec<Pos2> = curve(plot, transfer);
         painter.line(line, Stroke::new(1.5, ui.visuals().strong_text_color()));
         for (i, point) in transfer.points().iter().enumerate() {
@@ -124,17 +98,15 @@ impl TransferEditor {
         is_changed
     }
 
-    /// The numbers of the selected point.
-    fn selected_ui(&mut self, ui: &mut Ui, points: &mut [ControlPoint], histogram: &Histogram) -> bool {
+    /// The numbers of the selected point, where values from `lo` to `hi` are shown.
+    fn selected_ui(&mut self, ui: &mut Ui, points: &mut [ControlPoint], [lo, hi]: [f64; 2]) -> bool {
         let Some(i) = self.selected.filter(|&i| i < points.len()) else {
             ui.weak("Select a point to see its numbers.");
             return false;
         };
-        let [lo, hi] = histogram.range;
         let span = if hi > lo { hi - lo } else { 1.0 };
         let mut point = points[i];
         let mut value = lo + point.value * span;
-        let mut rgb = point.colour.map(|c| c as f32);
         let mut is_changed = false;
         ui.horizontal(|ui| {
             let label = ui.label("Value").id;
@@ -146,10 +118,7 @@ impl TransferEditor {
             let label = ui.label("Opacity").id;
             let opacity = DragValue::new(&mut point.opacity).speed(0.002).range(0.0..=1.0).max_decimals(4);
             is_changed |= ui.add(opacity).labelled_by(label).changed();
-            if ui.color_edit_button_rgb(&mut rgb).changed() {
-                point.colour = rgb.map(f64::from);
-                is_changed = true;
-            }
+            is_changed |= colour_button(ui, &mut point.colour);
         });
         if is_changed {
             points[i] = ControlPoint { colour: point.colour, ..points[i] };
@@ -203,6 +172,11 @@ fn add(points: &mut Vec<ControlPoint>, plot: Rect, at: Pos2) -> usize {
     i
 }
 
+/// The plot in `rect`, with room for the points at its edges.
+fn plot_of(rect: Rect) -> Rect {
+    rect.shrink(6.0)
+}
+
 fn position(plot: Rect, point: &ControlPoint) -> Pos2 {
     let height = point.opacity.powf(ROOT) as f32;
     pos2(plot.left() + point.value as f32 * plot.width(), plot.bottom() - height * plot.height())
@@ -220,17 +194,6 @@ fn colour([r, g, b]: [f64; 3]) -> Color32 {
     Color32::from_rgb(byte(r), byte(g), byte(b))
 }
 
-fn bars(painter: &Painter, plot: Rect, histogram: &Histogram, fill: Color32) {
-    let width = plot.width() / histogram.heights.len() as f32;
-    let mut mesh = Mesh::default();
-    for (i, &height) in histogram.heights.iter().enumerate() {
-        let left = plot.left() + i as f32 * width;
-        let top = plot.bottom() - height * plot.height();
-        mesh.add_colored_rect(Rect::from_min_max(pos2(left, top), pos2(left + width, plot.bottom())), fill);
-    }
-    painter.add(Shape::mesh(mesh));
-}
-
 /// The curve at as many places as are seen.
 fn curve(plot: Rect, transfer: &TransferFunction) -> Vec<Pos2> {
     let steps = plot.width().max(1.0) as usize;
@@ -242,13 +205,13 @@ fn curve(plot: Rect, transfer: &TransferFunction) -> Vec<Pos2> {
     (0..=steps).map(at).collect()
 }
 
-/// The colours under the curve.
-fn filled(painter: &Painter, plot: Rect, transfer: &TransferFunction) {
+/// The colours under the curve, which cover what lies behind them by the share `cover`.
+fn filled(painter: &Painter, plot: Rect, transfer: &TransferFunction, cover: f32) {
     let mut mesh = Mesh::default();
     for pair in curve(plot, transfer).windows(2) {
         let value = f64::from((pair[0].x - plot.left()) / plot.width());
         let [r, g, b, _] = transfer.evaluate(value);
-        let fill = colour([r, g, b]).gamma_multiply(0.75);
+        let fill = colour([r, g, b]).gamma_multiply(cover);
         let top = 0.5 * (pair[0].y + pair[1].y);
         mesh.add_colored_rect(Rect::from_min_max(pos2(pair[0].x, top), pos2(pair[1].x, plot.bottom())), fill);
     }

@@ -1,6 +1,6 @@
 //! The window as somebody uses it: clicks, drags and keys, without a display.
 
-use eframe::egui::{Event, Key, Modifiers, PointerButton, Pos2, pos2};
+use eframe::egui::{Color32, Event, Key, Modifiers, PointerButton, Pos2, Shape, TextureId, pos2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use fovolnet::{Device, RenderSettings, Session, SpeedSettings, VolumeSettings};
@@ -226,7 +226,7 @@ fn pictures_are_exported_and_sessions_saved_and_opened_again() {
     type_path(&mut window, picture.to_str().unwrap());
     click(&mut window, "Export");
     settle(&mut window);
-    assert!(picture.is_file() && picture.with_extension("toml").is_file());
+    assert!(picture.is_file() && folder.path().join("out.png.toml").is_file());
     let session = folder.path().join("mine.toml");
     keys(&mut window, Modifiers::COMMAND, Key::S);
     type_path(&mut window, session.to_str().unwrap());
@@ -288,6 +288,8 @@ fn unsaved_work_is_asked_about_and_comes_back_after_a_crash() {
     let folder = tempfile::tempdir().unwrap();
     let mut window = window(Some("head"), folder.path());
     drag(&mut window, pos2(200.0, 200.0), pos2(260.0, 230.0));
+    click(&mut window, "cached");
+    settle(&mut window);
     let camera = opened(&window).camera();
     keys(&mut window, Modifiers::COMMAND, Key::W);
     assert!(matches!(viewer(&window).dialogue(), Some(Dialogue::Unsaved(_))));
@@ -320,4 +322,143 @@ fn unsaved_work_is_asked_about_and_comes_back_after_a_crash() {
     settle(&mut again);
     drop(again);
     assert!(viewer(&self::window(None, folder.path())).dialogue().is_none());
+}
+
+#[test]
+fn a_move_of_the_hand_is_no_work_to_be_asked_about() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = window(Some("head"), folder.path());
+    drag(&mut window, pos2(200.0, 200.0), pos2(260.0, 230.0));
+    assert!(opened(&window).document.is_changed(), "it comes back after a crash");
+    keys(&mut window, Modifiers::COMMAND, Key::W);
+    settle(&mut window);
+    assert!(viewer(&window).dialogue().is_none() && viewer(&window).opened().is_none());
+}
+
+#[test]
+fn exports_leave_the_session_that_was_saved_and_say_what_they_replace() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = window(Some("head"), folder.path());
+    let [session, picture, beside] =
+        ["work.toml", "work.png", "work.png.toml"].map(|name| folder.path().join(name));
+    keys(&mut window, Modifiers::COMMAND, Key::S);
+    type_path(&mut window, session.to_str().unwrap());
+    click(&mut window, "Save");
+    settle(&mut window);
+    let saved = std::fs::read(&session).unwrap();
+    for is_first in [true, false] {
+        keys(&mut window, Modifiers::COMMAND, Key::E);
+        // The name without its ending: what is said is of the file that is written.
+        type_path(&mut window, folder.path().join("work").to_str().unwrap());
+        for name in ["work.png", "work.png.toml"] {
+            let said = format!("{name} is there already and will be replaced.");
+            assert_eq!(window.query_by_label(&said).is_none(), is_first, "{said}");
+        }
+        click(&mut window, "Transparent background");
+        click(&mut window, "Export");
+        settle(&mut window);
+    }
+    assert_eq!(std::fs::read(&session).unwrap(), saved);
+    assert!(picture.is_file() && Session::read(&beside).unwrap().render.is_transparent());
+}
+
+#[test]
+fn a_clip_of_a_free_view_moves_or_says_that_it_does_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = window(Some("head"), folder.path());
+    drag(&mut window, pos2(200.0, 200.0), pos2(260.0, 230.0));
+    keys(&mut window, Modifiers::COMMAND | Modifiers::SHIFT, Key::E);
+    assert!(window.query_by_label_contains("stands still").is_none());
+    assert!(window.query_by_label_contains("500 frames of 1280x720, 16.7 s").is_some());
+    type_path(&mut window, folder.path().join("clip.y4m").to_str().unwrap());
+    assert!(window.query_by_label_contains("1.4 GB").is_some());
+    assert!(window.query_by_label_contains("This is a large file.").is_some());
+    window.get_by_value("orbit from here").click();
+    window.step();
+    window.step();
+    click(&mut window, "stands still");
+    assert!(window.query_by_label_contains("all 500 frames are the same picture").is_some());
+    keys(&mut window, Modifiers::NONE, Key::Escape);
+    assert!(viewer(&window).dialogue().is_none());
+}
+
+#[test]
+fn boundaries_are_shown_behind_the_points() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = window(Some("head"), folder.path());
+    let pictures = |window: &Window| window.output().shapes.iter().filter(|s| is_picture(&s.shape)).count();
+    let before = pictures(&window);
+    click(&mut window, "boundaries");
+    settle(&mut window);
+    assert_eq!(pictures(&window), before + 1);
+    click(&mut window, "values");
+    assert_eq!(pictures(&window), before);
+}
+
+/// Whether `shape` is painted with a texture of its own.
+fn is_picture(shape: &Shape) -> bool {
+    let texture = match shape {
+        Shape::Rect(rect) => rect.brush.as_ref().map(|brush| brush.fill_texture_id),
+        Shape::Mesh(mesh) => Some(mesh.texture_id),
+        _ => None,
+    };
+    texture.is_some_and(|texture| texture != TextureId::default())
+}
+
+#[test]
+fn the_help_sheet_goes_as_it_came() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = window(None, folder.path());
+    for closes in [Key::F1, Key::Escape] {
+        keys(&mut window, Modifiers::NONE, Key::F1);
+        assert!(matches!(viewer(&window).dialogue(), Some(Dialogue::Help)));
+        keys(&mut window, Modifiers::NONE, closes);
+        assert!(viewer(&window).dialogue().is_none(), "{closes:?}");
+    }
+}
+
+#[test]
+fn colours_of_buttons_are_those_of_the_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let session = folder.path().join("blue.toml");
+    let text = "volume = \"head\"\n[render]\nbackground = [0.05, 0.07, 0.12]\n";
+    std::fs::write(&session, text).unwrap();
+    let window = window(Some(session.to_str().unwrap()), folder.path());
+    let expected = Color32::from_rgb(13, 18, 31);
+    let shapes = &window.output().shapes;
+    let fills = shapes.iter().filter_map(|shape| match &shape.shape {
+        Shape::Rect(rect) => Some(rect.fill),
+        _ => None,
+    });
+    assert!(fills.into_iter().any(|fill| fill == expected));
+}
+
+#[test]
+fn what_stands_still_has_statistics_that_agree_and_can_be_reached() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = window(Some("head"), folder.path());
+    assert!(window.query_by_label_contains("all of it measured").is_some());
+    assert!(window.query_by_label("at rest").is_some() && window.query_by_label("Density").is_some());
+    window.get_by_label("Made by").scroll_to_me();
+    settle(&mut window);
+    let place = window.get_by_label("Made by").rect();
+    assert!(place.bottom() < 560.0 && place.right() < 900.0, "{place:?}");
+}
+
+#[test]
+fn a_volume_that_cannot_be_shown_is_a_failure() {
+    let folder = tempfile::tempdir().unwrap();
+    let failure = |source: Option<&str>| {
+        let window = window(source, folder.path());
+        viewer(&window).failure().map(str::to_owned)
+    };
+    assert_eq!(failure(Some("head")), None);
+    assert_eq!(failure(None), None);
+    assert!(failure(Some("/no/such/volume.raw")).unwrap().contains("/no/such/volume.raw"));
+    let unknown = folder.path().join("unknown.raw");
+    std::fs::write(&unknown, [7u8; 12]).unwrap();
+    assert!(failure(Some(unknown.to_str().unwrap())).is_some());
+    let session = folder.path().join("dark.toml");
+    std::fs::write(&session, "volume = \"head\"\n[render]\nambient = 7.0\n").unwrap();
+    assert!(failure(Some(session.to_str().unwrap())).unwrap().contains("ambient"));
 }

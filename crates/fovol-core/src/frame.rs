@@ -135,6 +135,16 @@ impl Frame {
         self.pixels.fill(value);
     }
 
+    /// The same with colours multiplied by alpha, as formats have them that keep light rather than paint.
+    #[must_use]
+    pub fn premultiplied(mut self) -> Self {
+        for pixel in &mut self.pixels {
+            let [r, g, b, a] = *pixel;
+            *pixel = [r * a, g * a, b * a, a];
+        }
+        self
+    }
+
     /// 8-bit opaque RGB: round(255 · clamp(c, 0, 1)) per channel.
     pub fn to_rgb8(&self) -> Vec<u8> {
         self.pixels.iter().flat_map(|p| [quantise(p[0]), quantise(p[1]), quantise(p[2])]).collect()

@@ -53,6 +53,9 @@ pub struct RenderSettings {
     /// Background colour, 0 to 1 each [default: 0,0,0]
     #[cfg_attr(feature = "clap", arg(long, value_name = "R,G,B", value_parser = parse::numbers::<3>, allow_hyphen_values = true))]
     pub background: Option<[f64; 3]>,
+    /// Leave the background out: pictures with alpha, for which every pixel is marched (--sampling full)
+    #[cfg_attr(feature = "clap", arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true"))]
+    pub transparent: Option<bool>,
     /// Sampling distance along rays in voxels [default: 0.5]
     #[cfg_attr(feature = "clap", arg(long, value_name = "S", value_parser = parse::number, allow_hyphen_values = true))]
     pub step: Option<f64>,
@@ -116,6 +119,7 @@ impl RenderSettings {
             shading,
             ambient,
             background,
+            transparent,
             step,
             sampling,
             pb,
@@ -197,6 +201,11 @@ impl RenderSettings {
     /// How pixels are chosen.
     pub fn sampling(&self) -> Sampling {
         self.sampling.unwrap_or_default()
+    }
+
+    /// Whether the background is left out.
+    pub fn is_transparent(&self) -> bool {
+        self.transparent.unwrap_or(false)
     }
 
     /// How sparse frames are filled.

@@ -45,6 +45,8 @@ fn changes() -> Vec<fn(&mut RenderSettings)> {
         |settings| settings.clip = Some([0.0, 0.6, 0.1, 1.0, 0.2, 0.9]),
         |settings| settings.size = Some("40x50".parse().unwrap()),
         |settings| settings.sampling = Some(Sampling::Full),
+        |settings| settings.transparent = Some(true),
+        |settings| settings.transparent = None,
         |settings| settings.sampling = Some(Sampling::Reject),
         |settings| settings.reconstruct = Some(Reconstruction::None),
     ]

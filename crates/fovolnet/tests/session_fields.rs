@@ -49,6 +49,7 @@ fn everything(volume: &Path) -> Session {
         shading: Some(SurfaceShading::Flat),
         ambient: Some(0.3),
         background: Some([0.0; 3]),
+        transparent: Some(false),
         step: Some(0.5),
         sampling: Some(Sampling::Compact),
         pb: Some(0.2),
@@ -101,6 +102,10 @@ fn steps() -> Vec<Step> {
         step("render.shading", |s| s.render.shading = Some(SurfaceShading::Gradient)),
         step("render.ambient", |s| s.render.ambient = Some(0.6)),
         step("render.background", |s| s.render.background = Some([0.1, 0.2, 0.3])),
+        Step {
+            from: |s| s.render.sampling = Some(Sampling::Full),
+            ..step("render.transparent", |s| s.render.transparent = Some(true))
+        },
         step("render.step", |s| s.render.step = Some(0.8)),
         step("render.sampling", |s| s.render.sampling = Some(Sampling::Full)),
         step("render.pb", |s| s.render.pb = Some(0.4)),

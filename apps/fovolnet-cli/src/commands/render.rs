@@ -63,6 +63,11 @@ enum Format {
 impl Render {
     pub fn run(mut self) -> Result<()> {
         let session = self.session()?;
+        if self.video.is_some() && session.render.is_transparent() {
+            bail!(
+                "a clip has no alpha, so --video cannot be transparent; leave out --video and take the frames, or --transparent"
+            );
+        }
         let opened = open_volume(&session.volume, &session.read)?;
         opened.remarks().iter().for_each(|remark| eprintln!("warning: {remark}"));
         let mut pipeline = Pipeline::new(&opened, &session.render, &self.speed)?;
@@ -88,7 +93,7 @@ impl Render {
             let reference =
                 self.keep.contains(&Keep::Reference).then(|| pipeline.reference(i)).transpose()?;
             let measured = reference.as_ref().map(|r| quality.push(r, &rendered.frame)).transpose()?;
-            self.write(&rendered, reference.as_ref())?;
+            self.write(&rendered, reference.as_ref(), session.render.is_transparent())?;
             if let Some(video) = &mut video {
                 video.push(&rendered.frame)?;
             }
@@ -161,23 +166,28 @@ impl Render {
         Ok(Session::new(&self.volume, read, flags)?)
     }
 
-    fn write(&self, rendered: &RenderedFrame, reference: Option<&Frame>) -> Result<()> {
+    fn write(&self, rendered: &RenderedFrame, reference: Option<&Frame>, is_transparent: bool) -> Result<()> {
         let i = rendered.index;
+        let alpha = if is_transparent { Alpha::Keep } else { Alpha::Drop };
         let frame = |name: &str, frame: &Frame, alpha: Alpha| -> Result<()> {
             let path = |extension: &str| self.output.join(format!("{name}_{i:04}.{extension}"));
             match self.format {
                 Format::Png => image::write_png(&path("png"), frame, alpha)?,
+                // Straight colours are PNG's convention, premultiplied ones OpenEXR's; of opaque frames both are the same.
+                Format::Exr if is_transparent => {
+                    image::write_exr(&path("exr"), &frame.clone().premultiplied())?;
+                }
                 Format::Exr => image::write_exr(&path("exr"), frame)?,
             }
             Ok(())
         };
         for keep in &self.keep {
             match keep {
-                Keep::Frame => frame("frame", &rendered.frame, Alpha::Drop)?,
+                Keep::Frame => frame("frame", &rendered.frame, alpha)?,
                 Keep::Sparse => frame("sparse", &rendered.sparse, Alpha::Keep)?,
                 Keep::Mask => mask::write(&self.output.join(format!("mask_{i:04}.png")), &rendered.mask)?,
                 Keep::Reference => {
-                    frame("reference", reference.context("the reference was not rendered")?, Alpha::Drop)?;
+                    frame("reference", reference.context("the reference was not rendered")?, alpha)?;
                 }
                 Keep::Motion => {
                     let path = self.output.join(format!("motion_{i:04}.exr"));

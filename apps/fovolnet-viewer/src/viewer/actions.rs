@@ -2,9 +2,10 @@
 
 use super::Viewer;
 use crate::commands::Command;
-use crate::dialogue::{Answer, Dialogue, ExportForm, FilePrompt, Next};
+use crate::dialogue::{Answer, Dialogue, FilePrompt, Next};
 use crate::document::Document;
 use crate::export::Export;
+use crate::export_form::ExportForm;
 use crate::files::Purpose;
 use crate::job::Job;
 use crate::opened::Opened;
@@ -64,13 +65,13 @@ impl Viewer {
                 self.dialogue = Some(Dialogue::File(FilePrompt::new(Purpose::SaveSession, &named("toml"))));
             }
             Command::ExportPicture => {
-                let size = opened.document.settings().frame_size();
-                self.dialogue = Some(Dialogue::Export(ExportForm::picture(size, &named("png"))));
+                let form = ExportForm::picture(opened.document.settings(), &named("png"));
+                self.dialogue = Some(Dialogue::Export(form));
             }
             Command::ExportVideo => {
-                let (size, length) = (opened.document.settings().frame_size(), opened.path_length());
-                let extension = if fovolnet::io::video::ffmpeg_installed() { "mp4" } else { "y4m" };
-                self.dialogue = Some(Dialogue::Export(ExportForm::video(size, length, &named(extension))));
+                let (camera, length) = (opened.camera(), opened.path_length());
+                let form = ExportForm::video(opened.document.settings(), camera, length, &named("mp4"));
+                self.dialogue = Some(Dialogue::Export(form));
             }
             Command::Undo => opened.document.undo(),
             Command::Redo => opened.document.redo(),
@@ -102,7 +103,7 @@ impl Viewer {
 
     /// Does `next` when nothing is lost by it.
     pub(super) fn after_saving(&mut self, context: &Context, next: Next) {
-        if self.opened.as_ref().is_some_and(|opened| opened.document.is_changed()) {
+        if self.opened.as_ref().is_some_and(|opened| opened.document.has_unsaved_work()) {
             self.dialogue = Some(Dialogue::Unsaved(next));
         } else {
             self.go_on(context, next);

@@ -48,13 +48,13 @@ impl Viewer {
         self.is_lost = true;
     }
 
-    /// Does not let the window close over unsaved changes.
+    /// Does not let the window close over unsaved work.
     pub(super) fn guard_close(&mut self, context: &Context) {
         if self.is_lost || !context.input(|input| input.viewport().close_requested()) {
             return;
         }
-        let is_changed = self.opened.as_ref().is_some_and(|opened| opened.document.is_changed());
-        if is_changed && !self.may_quit {
+        let has_work = self.opened.as_ref().is_some_and(|opened| opened.document.has_unsaved_work());
+        if has_work && !self.may_quit {
             context.send_viewport_cmd(ViewportCommand::CancelClose);
             self.dialogue = Some(Dialogue::Unsaved(Next::Quit));
         } else {

@@ -22,7 +22,7 @@ use crate::timeline::Timeline;
 use anyhow::Result;
 use eframe::egui::{
     self, CentralPanel, ColorImage, Context, Panel, ScrollArea, TextureHandle, TextureId, TextureOptions,
-    Theme, Ui,
+    Theme, Ui, style::ScrollStyle,
 };
 use fovolnet::{RenderSettings, Session, SpeedSettings, Timings, VolumeSettings};
 use std::collections::VecDeque;
@@ -75,6 +75,8 @@ pub struct Viewer {
     /// What was said of the file that is opened last, and how it is to be shown.
     said: (VolumeSettings, RenderSettings),
     opening: Option<Job<(Opened, Vec<String>)>>,
+    /// Why the file that was asked for last is not open.
+    unopened: Option<String>,
     exporting: Option<Job<String>>,
     dialogue: Option<Dialogue>,
     /// What is to be done when the session is saved.
@@ -113,6 +115,7 @@ impl Viewer {
             opened: None,
             said: Default::default(),
             opening: None,
+            unopened: None,
             exporting: None,
             dialogue: places.unsaved().map(|session| Dialogue::Restore(Box::new(session))),
             places,
@@ -159,7 +162,19 @@ impl Viewer {
             && self.exporting.is_none()
             && !self.timeline.is_playing()
             && self.engine.is_done()
-            && (self.opened.is_none() || self.picture.is_some())
+            && self.opened.as_ref().is_none_or(|opened| !opened.backdrop.is_counting())
+            && (self.opened.is_none() || self.picture.is_some() || self.messages.picture_error().is_some())
+    }
+
+    /// What keeps the volume that was asked for from being shown, when nothing is under way any more that could.
+    pub fn failure(&self) -> Option<&str> {
+        if self.opening.is_some() || self.picture.is_some() || !self.engine.is_done() {
+            return None;
+        }
+        match self.opened {
+            Some(_) => self.messages.picture_error(),
+            None => self.unopened.as_deref(),
+        }
     }
 
     /// What was said to the person at the window.
@@ -193,6 +208,8 @@ impl Viewer {
                 }
             });
             Panel::right("settings").default_size(330.0).size_range(260.0..=560.0).show(ui, |ui| {
+                // A bar that is always there shows that there is more.
+                ui.spacing_mut().scroll = ScrollStyle::solid();
                 ScrollArea::vertical().auto_shrink(false).show(ui, |ui| self.settings(ui));
             });
             CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| self.picture(ui));
@@ -251,6 +268,7 @@ impl Viewer {
         } else {
             self.messages.error(fovolnet::one_line(error.as_ref()));
         }
+        self.unopened = Some(fovolnet::one_line(error.as_ref()));
     }
 
     fn take_opened(&mut self, opened: Opened, notes: Vec<String>, time: f64) {
@@ -260,6 +278,7 @@ impl Viewer {
         };
         self.preferences.remember(&source);
         self.messages.clear_errors();
+        self.unopened = None;
         for note in notes {
             self.messages.note(note, time);
         }

@@ -77,9 +77,10 @@ impl Viewer {
                 }
             });
             let transfer = opened.transfer().clone();
-            if let Some(changed) = opened.editor.ui(ui, &transfer, &opened.histogram) {
+            if let Some(changed) = opened.editor.ui(ui, &transfer, &opened.backdrop) {
                 opened.set_transfer(changed);
             }
+            opened.backdrop.ui(ui, &opened.volume);
         });
         section("Light").show(ui, |ui| panels::scene(ui, opened.document.settings_mut()));
         CollapsingHeader::new("Clipping").show(ui, |ui| {

@@ -4,6 +4,7 @@ mod cpu;
 #[cfg(feature = "gpu")]
 mod gpu;
 mod sampled;
+mod transparent;
 mod view;
 
 #[cfg(feature = "gpu")]
@@ -165,6 +166,7 @@ impl Pipeline {
         settings: &RenderSettings,
         speed: &SpeedSettings,
     ) -> Result<Self> {
+        transparent::check(settings)?;
         let threads =
             rayon::ThreadPoolBuilder::new().num_threads(speed.threads.unwrap_or(0)).build().map_err(|e| {
                 Error::Setting(format!("cannot start the threads ({e}); give a smaller --threads"))
@@ -200,6 +202,7 @@ impl Pipeline {
         if self.settings == *settings {
             return Ok(());
         }
+        transparent::check(settings)?;
         let mut scene = scene(&self.volume, settings)?;
         let paths = Paths::new(settings)?;
         if self.settings.clip != settings.clip {
@@ -274,11 +277,14 @@ impl Pipeline {
         Ok(marched)
     }
 
-    /// Frame `i` with every pixel marched.
+    /// Frame `i` with every pixel marched; without its background where the settings leave that out.
     ///
     /// # Errors
     /// A device that is lost.
     pub fn reference(&mut self, i: u32) -> Result<Frame> {
+        if self.settings.is_transparent() {
+            return Ok(self.render(i)?.frame);
+        }
         let (camera, size, marcher) = (self.clip.camera(&self.camera(i)), self.size(), &mut self.marcher);
         self.threads.install(|| marcher.march_full(&camera, size))
     }
@@ -296,6 +302,9 @@ impl Pipeline {
     /// # Errors
     /// As [`Self::render`].
     pub fn render_from(&mut self, i: u32, viewpoint: &Viewpoint) -> Result<RenderedFrame> {
+        if self.settings.is_transparent() {
+            return self.render_without_background(i, viewpoint);
+        }
         let started = Timer::start();
         let (camera, fovea) = (self.clip.camera(&viewpoint.camera), viewpoint.fovea);
         let view = View { index: i, size: self.size(), camera, fovea };

@@ -1,0 +1,164 @@
+//! Where the camera goes in a clip.
+
+use crate::navigation;
+use eframe::egui::{ComboBox, Ui};
+use fovolnet::core::{Camera, Keyframe};
+use fovolnet::{RenderSettings, path_text};
+
+/// Where the camera goes in a clip.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Course {
+    /// Along this path, as sessions name or hold it.
+    Path(String),
+    /// Nowhere: this is where it stands.
+    Still([f64; 7]),
+}
+
+impl Course {
+    /// Has `render` show it.
+    pub fn apply(&self, render: &mut RenderSettings) {
+        (render.path, render.camera) = match self {
+            Self::Path(path) => (Some(path.clone()), None),
+            Self::Still(camera) => (None, Some(*camera)),
+        };
+    }
+}
+
+/// What a clip may show.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Way {
+    /// The path that the session holds.
+    Keyframes,
+    /// The usual orbit.
+    Orbit,
+    /// The usual fly-through.
+    Flythrough,
+    /// Once around what is looked at, from where somebody stands.
+    OrbitFromHere,
+    /// What is seen now.
+    Still,
+}
+
+impl Way {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Keyframes => "along the keyframes",
+            Self::Orbit => "orbit",
+            Self::Flythrough => "fly-through",
+            Self::OrbitFromHere => "orbit from here",
+            Self::Still => "stands still",
+        }
+    }
+}
+
+/// Asks where the camera goes in a clip.
+#[derive(Debug)]
+pub(crate) struct CourseChoice {
+    way: Way,
+    camera: Camera,
+    /// The path of the session, if it has one of its own.
+    path: Option<String>,
+}
+
+impl CourseChoice {
+    /// For a session that says `render`, which is looked at from `camera`. It begins with the session's path; where it has none
+    /// and somebody has left the usual orbit, with an orbit from there: the view itself would be the same picture again and
+    /// again.
+    pub fn new(render: &RenderSettings, camera: Camera) -> Self {
+        let way = match render.path.as_deref() {
+            Some("orbit") => Way::Orbit,
+            Some("flythrough") => Way::Flythrough,
+            Some(_) => Way::Keyframes,
+            None if render.camera.is_some() => Way::OrbitFromHere,
+            None => Way::Orbit,
+        };
+        Self { way, camera, path: render.path.clone().filter(|_| way == Way::Keyframes) }
+    }
+
+    /// Where the camera goes in a clip of `frames` frames.
+    pub fn course(&self, frames: u32) -> Course {
+        match self.way {
+            Way::Keyframes => Course::Path(self.path.clone().unwrap_or_else(|| "orbit".into())),
+            Way::Orbit => Course::Path("orbit".into()),
+            Way::Flythrough => Course::Path("flythrough".into()),
+            Way::OrbitFromHere => Course::Path(orbit_from(&self.camera, frames)),
+            Way::Still => Course::Still(navigation::numbers(&self.camera)),
+        }
+    }
+
+    /// Whether every frame would be the same picture.
+    pub fn stands_still(&self) -> bool {
+        self.way == Way::Still
+    }
+
+    /// A list to choose from.
+    pub fn ui(&mut self, ui: &mut Ui) {
+        let keyframes = self.path.is_some().then_some(Way::Keyframes);
+        let others = [Way::Orbit, Way::Flythrough, Way::OrbitFromHere, Way::Still];
+        let label = ui.label("Camera").id;
+        let list = ComboBox::from_id_salt("course").selected_text(self.way.name()).show_ui(ui, |ui| {
+            for way in keyframes.into_iter().chain(others) {
+                ui.selectable_value(&mut self.way, way, way.name());
+            }
+        });
+        list.response.labelled_by(label);
+    }
+}
+
+/// Keyframes of a whole turn: so near to each other that the spline between them is a circle to a few hundred-thousandths.
+const TURN: i32 = 36;
+
+/// A path once around what `camera` looks at, which begins there and has one turn in `frames` frames: played again and again
+/// it goes on evenly.
+fn orbit_from(camera: &Camera, frames: u32) -> String {
+    let key = |i: i32| {
+        let part = f64::from(i) / f64::from(TURN);
+        Keyframe {
+            frame: part * f64::from(frames.max(1)),
+            camera: navigation::orbit(camera, 360.0 * part, 0.0),
+        }
+    };
+    // One before and one after: a spline begins and ends slowly.
+    let keys: Vec<Keyframe> = (-1..=TURN + 1).map(key).collect();
+    path_text(&keys)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fovolnet::camera_path;
+    use glam::DVec3;
+
+    fn camera() -> Camera {
+        Camera::new(DVec3::new(0.9, 0.7, 1.1), DVec3::new(0.1, 0.0, -0.1), 30.0).unwrap()
+    }
+
+    #[test]
+    fn an_orbit_from_here_begins_here_and_goes_round_evenly() {
+        let settings = RenderSettings { path: Some(orbit_from(&camera(), 100)), ..RenderSettings::default() };
+        let path = camera_path(&settings).unwrap();
+        assert!((path.camera(0).eye - camera().eye).length() < 1e-9);
+        assert!((path.camera(100).eye - camera().eye).length() < 1e-9);
+        let arm = |i| path.camera(i).eye - camera().target;
+        for i in 0..100 {
+            assert!((arm(i).length() - arm(0).length()).abs() < 1e-4, "{i}");
+            let step = (arm(i + 1) - arm(i)).length() / (arm(1) - arm(0)).length();
+            assert!((step - 1.0).abs() < 0.02, "{i}: {step}");
+            assert!((path.camera(i).target - camera().target).length() < 1e-9 && path.camera(i).fovy == 30.0);
+        }
+    }
+
+    #[test]
+    fn what_a_clip_begins_with_moves() {
+        let way = |path: Option<&str>, camera: Option<[f64; 7]>| {
+            let path = path.map(str::to_owned);
+            let render = RenderSettings { path, camera, ..RenderSettings::default() };
+            CourseChoice::new(&render, self::camera()).way
+        };
+        let free = Some(navigation::numbers(&camera()));
+        assert_eq!(way(None, None), Way::Orbit);
+        assert_eq!(way(None, free), Way::OrbitFromHere);
+        assert_eq!(way(Some("flythrough"), free), Way::Flythrough);
+        assert_eq!(way(Some("[[keyframe]]"), free), Way::Keyframes);
+    }
+}
