@@ -121,6 +121,12 @@ fn motion_beside(sparse: &Path) -> Result<Option<Vec<[f32; 2]>>> {
     Ok(Some(motion.pixels().iter().map(|&[right, down, ..]| [right, down]).collect()))
 }
 
+/// Whether the name `path` is that of a picture which can be read.
+pub fn is_picture(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
+    [".png", ".exr", ".jpg", ".jpeg", ".bmp"].iter().any(|ending| name.ends_with(ending))
+}
+
 /// The pictures in `folder` whose names begin with `prefix`, sorted by name.
 pub fn frames_named(folder: &Path, prefix: &str) -> Result<Vec<PathBuf>> {
     let entries = std::fs::read_dir(folder).map_err(|e| Error::io("read", folder, e))?;
@@ -128,9 +134,7 @@ pub fn frames_named(folder: &Path, prefix: &str) -> Result<Vec<PathBuf>> {
     for entry in entries {
         let path = entry.map_err(|e| Error::io("read", folder, e))?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let is_picture =
-            [".png", ".exr", ".jpg", ".jpeg", ".bmp"].iter().any(|e| name.to_lowercase().ends_with(e));
-        if name.starts_with(prefix) && is_picture {
+        if name.starts_with(prefix) && is_picture(&path) {
             files.push(path);
         }
     }
