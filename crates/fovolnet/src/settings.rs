@@ -32,7 +32,8 @@ pub struct RenderSettings {
     /// A still camera: eye, target, vertical field of view in degrees
     #[cfg_attr(feature = "clap", arg(long, value_name = "EX,EY,EZ,TX,TY,TZ,FOVY", value_parser = parse::numbers::<7>, allow_hyphen_values = true))]
     pub camera: Option<[f64; 7]>,
-    /// Transfer function: auto, a preset, a colour map, or a file (our JSON, ParaView JSON, Inviwo itf) [default: auto]
+    /// Transfer function: auto, a preset or a colour map (`fovolnet info --transfer-functions` lists them), or a file (our JSON,
+    /// ParaView JSON, Inviwo itf) [default: auto]
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME|FILE"))]
     pub tf: Option<String>,
     /// The part that is shown, as fractions of the volume's sides; the rest is cut away [default: 0,1,0,1,0,1]

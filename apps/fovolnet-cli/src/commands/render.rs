@@ -176,8 +176,9 @@ impl Render {
     fn summarise(&self, report: &RenderReport) -> Result<()> {
         let mean = &report.mean;
         let mut line = format!(
-            "{} frames of {} in {}: density {:.4}, {:.1} ms a frame (mask {:.2}, march {:.1}, reconstruct {:.1})",
+            "{} frame{} of {} in {}: density {:.4}, {:.1} ms a frame (mask {:.2}, march {:.1}, reconstruct {:.1})",
             report.frames.len(),
+            if report.frames.len() == 1 { "" } else { "s" },
             report.size,
             self.output.display(),
             mean.density,
