@@ -220,19 +220,25 @@ mod tests {
     fn volumes_that_moved_with_their_session_are_found() {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
-        std::fs::create_dir_all(at("old/data")).unwrap();
-        std::fs::write(at("old/data/v_2x2x2_uint8.raw"), [1u8; 8]).unwrap();
-        let volume = at("old/data/v_2x2x2_uint8.raw").display().to_string();
-        let session = Session::new(&volume, VolumeSettings::default(), RenderSettings::default()).unwrap();
+        let name = "v_2x2x2_uint8.raw";
+        for part in ["old/data", "new/data"] {
+            std::fs::create_dir_all(at(part)).unwrap();
+        }
+        let volume = at("old/data").join(name);
+        std::fs::write(&volume, [1u8; 8]).unwrap();
+        let source = volume.display().to_string();
+        let session = Session::new(&source, VolumeSettings::default(), RenderSettings::default()).unwrap();
         session.write(&at("old/session.toml")).unwrap();
-        assert_eq!(Session::read(&at("old/session.toml")).unwrap().volume, volume);
-        std::fs::rename(at("old"), at("new")).unwrap();
+        assert_eq!(Session::read(&at("old/session.toml")).unwrap().volume, source);
+        std::fs::copy(&volume, at("new/data").join(name)).unwrap();
+        std::fs::copy(at("old/session.toml"), at("new/session.toml")).unwrap();
+        std::fs::remove_dir_all(at("old")).unwrap();
         let moved = Session::read(&at("new/session.toml")).unwrap();
-        assert_eq!(moved.volume, at("new/data/v_2x2x2_uint8.raw").display().to_string());
+        assert_eq!(moved.volume, at("new/data").join(name).display().to_string());
         assert!(moved.volume_is_unchanged().unwrap());
-        std::fs::rename(at("new/data/v_2x2x2_uint8.raw"), at("new/v_2x2x2_uint8.raw")).unwrap();
+        std::fs::copy(at("new/data").join(name), at("new").join(name)).unwrap();
         let beside = Session::read(&at("new/session.toml")).unwrap();
-        assert_eq!(beside.volume, at("new/v_2x2x2_uint8.raw").display().to_string());
+        assert_eq!(beside.volume, at("new").join(name).display().to_string());
         std::fs::write(at("new/v_2x2x2_uint8.raw"), [2u8; 8]).unwrap();
         assert!(!beside.volume_is_unchanged().unwrap());
     }
