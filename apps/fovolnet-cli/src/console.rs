@@ -1,7 +1,7 @@
 //! What is said, and where.
 
 use anyhow::{Context, Result};
-use fovolnet::Pipeline;
+use fovolnet::{OpenVolume, Pipeline};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use std::io::{self, IsTerminal, Write};
@@ -46,6 +46,16 @@ impl JsonOutput {
 pub fn say(line: impl AsRef<str>) -> Result<()> {
     writeln!(io::stdout(), "{}", line.as_ref())?;
     Ok(())
+}
+
+/// Prints what whoever asked for `volume` should know about it.
+pub fn remark(volume: &OpenVolume) {
+    for remark in volume.remarks() {
+        eprintln!("warning: {remark}");
+    }
+    for note in volume.notes() {
+        eprintln!("note: {note}");
+    }
 }
 
 /// Prints what whoever asked for `pipeline` should know about it.

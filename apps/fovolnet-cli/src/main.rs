@@ -7,10 +7,12 @@ mod bench;
 mod commands;
 mod companion;
 mod console;
+mod frame_files;
 mod interrupt;
 mod picture;
 mod repro;
 
+use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -45,7 +47,7 @@ enum Command {
     Train(commands::train::Train),
     /// Write a network for other programs
     Export(commands::export::Export),
-    /// Compare two folders of frames, or two clips
+    /// Compare two folders of frames, two clips, or two pictures
     Metrics(commands::metrics::Metrics),
     /// Measure this machine
     Bench(bench::Bench),
@@ -101,7 +103,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Help and version go to standard output as they are; wrong usage is one line.
+/// Help and version go to standard output as they are; wrong usage is one line, and the help where nothing was said at all.
 fn usage(error: &clap::Error) -> ExitCode {
     if !error.use_stderr() {
         // Whoever reads it may have enough of it.
@@ -109,6 +111,10 @@ fn usage(error: &clap::Error) -> ExitCode {
         return ExitCode::SUCCESS;
     }
     let text = error.to_string();
+    if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+        eprint!("{text}");
+        return ExitCode::from(2);
+    }
     let what: Vec<&str> =
         text.lines().take_while(|line| !line.starts_with("Usage:")).map(str::trim).collect();
     let what = what.join(" ");

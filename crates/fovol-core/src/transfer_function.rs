@@ -73,9 +73,15 @@ impl TransferFunction {
             ));
         }
         for (i, p) in points.iter().enumerate() {
+            if !(0.0..=1.0).contains(&p.value) {
+                return Err(Error::TransferFunction(format!(
+                    "point {i} has v = {}, but v runs from 0 to 1 over the shown range (--range LO,HI): write (value - LO)/(HI - LO)",
+                    p.value
+                )));
+            }
             if <[f64; 5]>::from(*p).iter().any(|x| !(0.0..=1.0).contains(x)) {
                 return Err(Error::TransferFunction(format!(
-                    "point {i} has a number outside [0, 1]; v, r, g, b and a all lie between 0 and 1"
+                    "point {i} has a colour or opacity outside [0, 1]; r, g, b and a all lie between 0 and 1"
                 )));
             }
             if i > 0 && p.value < points[i - 1].value {
@@ -170,6 +176,8 @@ mod tests {
         assert!(TransferFunction::new(vec![p(0.5, 0.0), p(0.2, 0.0)]).is_err());
         assert!(TransferFunction::new(vec![p(0.5, 1.5)]).is_err());
         assert!(TransferFunction::new(vec![p(f64::NAN, 0.5)]).is_err());
+        let real = TransferFunction::new(vec![p(-1000.0, 0.0)]).unwrap_err().to_string();
+        assert!(real.contains("v = -1000") && real.contains("the shown range"), "{real}");
     }
 
     #[test]

@@ -40,6 +40,8 @@ pub struct Volume {
     range: Option<[f64; 2]>,
     format: String,
     orientation: Option<String>,
+    time_points: usize,
+    notes: Vec<String>,
     statistics: Arc<OnceLock<Statistics>>,
 }
 
@@ -89,6 +91,8 @@ impl Volume {
             range: None,
             format: "memory".into(),
             orientation: None,
+            time_points: 1,
+            notes: Vec::new(),
             statistics: Arc::default(),
         })
     }
@@ -147,6 +151,28 @@ impl Volume {
         self
     }
 
+    /// The same volume as the first of `time_points` that its file holds.
+    #[must_use]
+    pub fn with_time_points(mut self, time_points: usize) -> Self {
+        self.time_points = time_points.max(1);
+        self
+    }
+
+    /// The same volume with one more thing that was doubtful when it was read.
+    #[must_use]
+    pub fn with_note(mut self, note: impl Into<String>) -> Self {
+        self.notes.push(note.into());
+        self
+    }
+
+    /// This volume, made of the bytes of `other`, with what the reading of `other` had to say.
+    #[must_use]
+    pub fn with_notes_of(mut self, other: &Self) -> Self {
+        self.time_points = other.time_points;
+        self.notes.clone_from(&other.notes);
+        self
+    }
+
     /// The voxels of `part` along x, y and z alone, shown over the same range of values.
     ///
     /// # Errors
@@ -191,7 +217,7 @@ impl Volume {
             format: self.format.clone(),
             orientation: self.orientation.clone(),
             statistics: Arc::default(),
-            ..other
+            ..other.with_notes_of(self)
         }
     }
 
@@ -234,6 +260,16 @@ impl Volume {
     /// Orientation metadata of the file (NIfTI sform/qform, NRRD space directions), for `info`.
     pub fn orientation(&self) -> Option<&str> {
         self.orientation.as_deref()
+    }
+
+    /// How many volumes its file holds one after the other; this is the first.
+    pub fn time_points(&self) -> usize {
+        self.time_points
+    }
+
+    /// What was doubtful when it was read, one line each: bytes that were left over, sizes that contradict each other.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     /// All voxels as bytes: dims × components × dtype, in [`Self::endian`] order.

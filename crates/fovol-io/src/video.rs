@@ -10,6 +10,32 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, Stdio};
 use tempfile::{NamedTempFile, TempPath};
 
+/// What the names of clips may end in, `.y4m` first; all others need ffmpeg.
+pub const EXTENSIONS: [&str; 13] =
+    ["y4m", "mp4", "m4v", "mov", "mkv", "webm", "avi", "ogv", "mpg", "wmv", "gif", "webp", "apng"];
+
+/// Refuses a name that says no kind of clip.
+///
+/// # Errors
+/// Such a name, with what it may end in.
+pub fn check_name(path: &Path) -> Result<()> {
+    let found = path.extension().unwrap_or_default();
+    if EXTENSIONS.iter().any(|known| found.eq_ignore_ascii_case(known)) {
+        return Ok(());
+    }
+    let known = EXTENSIONS.join(", .");
+    let problem = match found.is_empty() {
+        true => format!("its name does not say what kind of clip it is to be; let it end in one of .{known}"),
+        false => format!(".{} is no kind of clip that is written; use one of .{known}", found.display()),
+    };
+    Err(Error::unsupported(path, problem))
+}
+
+/// What a clip is best written as on this machine: `mp4`, or `y4m` without ffmpeg.
+pub fn best_extension() -> &'static str {
+    if ffmpeg_installed() { "mp4" } else { "y4m" }
+}
+
 /// Whether an `ffmpeg` can be started.
 pub fn ffmpeg_installed() -> bool {
     let probe =
@@ -33,15 +59,17 @@ enum Encoder {
 impl VideoWriter {
     /// Begins the clip `path` of frames of `size` at `fps` frames a second.
     ///
-    /// Names that end in `.y4m` need nothing else. For all other names `ffmpeg` is used where it is
-    /// installed; where it is not, the clip becomes a `.y4m` beside the wanted name ([`Self::path`] says so).
+    /// Names that end in `.y4m` need nothing else. For all others of [`EXTENSIONS`] `ffmpeg` is used where it is
+    /// installed; where it is not, `clip.mp4` becomes `clip.mp4.y4m` ([`Self::path`] says so), which takes the place of no clip
+    /// of another kind.
     ///
     /// # Errors
-    /// What the system said.
+    /// A name that ends otherwise, see [`check_name`]; what the system said.
     pub fn create(path: &Path, size: FrameSize, fps: u32) -> Result<Self> {
+        check_name(path)?;
         let is_y4m = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("y4m"));
         let through_ffmpeg = !is_y4m && ffmpeg_installed();
-        let path = if through_ffmpeg { path.to_owned() } else { path.with_extension("y4m") };
+        let path = if is_y4m || through_ffmpeg { path.to_owned() } else { without_ffmpeg(path) };
         let failed = |e| Error::io("write", &path, e);
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let extension = path.extension().map(|e| format!(".{}", e.display())).unwrap_or_default();
@@ -112,6 +140,13 @@ impl VideoWriter {
         atomic::persist(temporary, &path)?;
         Ok(path)
     }
+}
+
+/// The name of a clip that was to be `path`, without ffmpeg.
+fn without_ffmpeg(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".y4m");
+    name.into()
 }
 
 fn ffmpeg_encoder(to: &Path, size: FrameSize, fps: u32) -> io::Result<Encoder> {
@@ -238,6 +273,18 @@ mod tests {
                 assert!((0..3).all(|c| (a[c] - b[c]).abs() < 0.012), "{a:?} {b:?}");
             }
         }
+    }
+
+    #[test]
+    fn kinds_of_clips_are_known_by_their_names() {
+        for name in ["a.y4m", "a.MP4", "a.b.gif"] {
+            check_name(Path::new(name)).unwrap();
+        }
+        for name in ["clip", "clip.mp5", "clip.y4m.txt", ".mp4"] {
+            let error = check_name(Path::new(name)).unwrap_err().to_string();
+            assert!(error.starts_with(name) && error.contains(".y4m, .mp4, "), "{error}");
+        }
+        assert_eq!(without_ffmpeg(Path::new("a/clip.mp4")), Path::new("a/clip.mp4.y4m"));
     }
 
     #[test]

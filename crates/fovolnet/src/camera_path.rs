@@ -7,7 +7,30 @@ use serde::{Deserialize, Serialize};
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Keyframes {
-    keyframe: Vec<Keyframe>,
+    keyframe: Vec<Stop>,
+}
+
+/// A keyframe as it is written. A [`Keyframe`] itself passes over words that it does not know.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Stop {
+    frame: f64,
+    eye: DVec3,
+    target: DVec3,
+    fovy: f64,
+}
+
+impl From<Stop> for Keyframe {
+    fn from(Stop { frame, eye, target, fovy }: Stop) -> Self {
+        Self { frame, camera: Camera { eye, target, fovy } }
+    }
+}
+
+impl From<&Keyframe> for Stop {
+    fn from(key: &Keyframe) -> Self {
+        let Camera { eye, target, fovy } = key.camera;
+        Self { frame: key.frame, eye, target, fovy }
+    }
 }
 
 /// Where frames are seen from, as `settings` say.
@@ -28,7 +51,7 @@ pub fn camera_path(settings: &RenderSettings) -> Result<CameraPath> {
                 "--path",
                 "orbit, flythrough, or a TOML file of [[keyframe]] tables with frame, eye, target and fovy",
             )?;
-            Ok(CameraPath::through(read.keyframe)?)
+            Ok(CameraPath::through(read.keyframe.into_iter().map(Keyframe::from).collect())?)
         }
     }
 }
@@ -38,7 +61,8 @@ pub fn camera_path(settings: &RenderSettings) -> Result<CameraPath> {
 /// # Panics
 /// Never: numbers can be written as TOML.
 pub fn path_text(keyframes: &[Keyframe]) -> String {
-    toml::to_string(&Keyframes { keyframe: keyframes.to_vec() }).expect("numbers can be written as TOML")
+    toml::to_string(&Keyframes { keyframe: keyframes.iter().map(Stop::from).collect() })
+        .expect("numbers can be written as TOML")
 }
 
 #[cfg(test)]
@@ -70,6 +94,17 @@ mod tests {
         for bad in ["nowhere.toml", "frame = 3", "[[keyframe]]\nframe = 1\n", ""] {
             let error = camera_path(&settings(bad.into())).unwrap_err().to_string();
             assert!(error.contains("--path takes orbit") && !error.contains('\n'), "{error}");
+        }
+    }
+
+    #[test]
+    fn unknown_words_are_named() {
+        let key = "[[keyframe]]\nframe = 0\neye = [0, 0, 2]\ntarget = [0, 0, 0]\nfovy = 35\n";
+        camera_path(&settings(key.into())).unwrap();
+        for (text, word) in [(format!("{key}up = [0, 1, 0]\n"), "up"), (format!("bogus = 1\n{key}"), "bogus")]
+        {
+            let error = camera_path(&settings(text)).unwrap_err().to_string();
+            assert!(error.contains(&format!("unknown field `{word}`")) && error.contains("line "), "{error}");
         }
     }
 }

@@ -33,8 +33,10 @@ mod reconstructor;
 mod report;
 mod scene;
 mod session;
+mod session_files;
 mod settings;
 mod toml_text;
+mod visibility;
 mod window;
 
 pub use camera_path::{camera_path, path_text};
@@ -63,4 +65,5 @@ pub use report::{FrameReport, MeanReport, RenderReport};
 pub use scene::scene;
 pub use session::Session;
 pub use settings::{RandomWeights, Reconstruction, RenderSettings, Sampling, SpeedSettings, VolumeSettings};
+pub use visibility::Visibility;
 pub use window::Seen;

@@ -1,7 +1,7 @@
-use crate::{Result, VolumeSettings};
-use fovol_core::Volume;
+use crate::{Error, Result, VolumeSettings};
+use fovol_core::{Dtype, Rescale, Volume, did_you_mean};
 use fovol_io::procedural::{self, Procedural};
-use fovol_io::volume;
+use fovol_io::{dataset, volume};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -35,6 +35,44 @@ impl OpenVolume {
         }
         remarks
     }
+
+    /// What was doubtful when it was read, and that it uses little of the range that it is shown over; one line each.
+    pub fn doubts(&self) -> Vec<String> {
+        let narrow =
+            self.narrow_range().map(|range| format!("{}: {}", self.source, shown_range(&self.volume, range)));
+        self.volume.notes().iter().cloned().chain(narrow).collect()
+    }
+
+    /// What somebody should know about how it was read, one line each: [`Self::doubts`], and what its file holds besides.
+    pub fn notes(&self) -> Vec<String> {
+        let (volume, source) = (&self.volume, &self.source);
+        let mut notes = self.doubts();
+        for (count, what) in [(volume.time_points(), "time points"), (volume.components(), "components")] {
+            if count > 1 {
+                notes.push(format!("{source} has {count} {what}, the first is shown"));
+            }
+        }
+        notes
+    }
+
+    /// The smallest and the largest value where they are close together in the range that bytes are shown over.
+    pub(crate) fn narrow_range(&self) -> Option<[f64; 2]> {
+        let volume = &self.volume;
+        let has_usual_range =
+            volume.dtype() == Dtype::U8 && volume.rescale() == Rescale::IDENTITY && !volume.range_is_chosen();
+        let fovol_core::Statistics { min, max, .. } = *volume.statistics();
+        let is_narrow = min < max && max - min < NARROW * 255.0;
+        (has_usual_range && is_narrow && self.procedural.is_none()).then_some([min, max])
+    }
+}
+
+/// The share of the range that values should use.
+const NARROW: f64 = 0.25;
+
+/// How the values from `lo` to `hi` of `volume` are shown, and what shows more of them.
+pub(crate) fn shown_range(volume: &Volume, [lo, hi]: [f64; 2]) -> String {
+    let [from, to] = [lo, hi].map(|value| (1000.0 * volume.normalised(value)).round() / 1000.0);
+    format!("values {lo} to {hi} are shown as {from} to {to} of the range; try --range {lo},{hi}")
 }
 
 /// Voxels along each side of a procedural volume, unless said otherwise.
@@ -50,6 +88,7 @@ pub fn open_volume(source: &str, settings: &VolumeSettings) -> Result<OpenVolume
     let procedural = if path.exists() { None } else { source.parse::<Procedural>().ok() };
     let volume = match procedural {
         Some(kind) => made(kind, settings)?,
+        None if !path.exists() && !source.contains(['.', '/', '\\']) => return Err(unknown(source)),
         None => volume::read(path, &settings.overrides())?,
     };
     let volume = match settings.downsample {
@@ -57,6 +96,22 @@ pub fn open_volume(source: &str, settings: &VolumeSettings) -> Result<OpenVolume
         None => volume,
     };
     Ok(OpenVolume { volume: Arc::new(volume), source: source.into(), procedural })
+}
+
+/// What is said of the word `source`, which is no file and no procedural volume.
+fn unknown(source: &str) -> Error {
+    if let Ok(entry) = dataset::find(source) {
+        let (name, file) = (&entry.name, entry.file_name());
+        return Error::Setting(format!(
+            "`{source}` is no file here, but a published volume; `fovolnet data get {name}` downloads {file}"
+        ));
+    }
+    let names = procedural::names();
+    Error::Setting(format!(
+        "`{source}` is no file and no procedural volume; check the path, or use one of {}{}",
+        names.join(", "),
+        did_you_mean(source, &names)
+    ))
 }
 
 /// The procedural volume `kind` as `settings` say.
@@ -89,5 +144,36 @@ mod tests {
         assert!(empty.len() == 1 && empty[0].contains("are 3: nothing can be told apart"), "{empty:?}");
         let broken = remarks("broken_2x2x2_float32.raw", [f32::NAN; 8]);
         assert!(broken.len() == 2 && broken[0].starts_with("8 values of"), "{broken:?}");
+    }
+
+    #[test]
+    fn what_is_not_shown_is_noted() {
+        let folder = tempfile::tempdir().unwrap();
+        let notes = |name: &str, bytes: &[u8]| {
+            let path = folder.path().join(name);
+            std::fs::write(&path, bytes).unwrap();
+            open_volume(path.to_str().unwrap(), &VolumeSettings::default()).unwrap().notes()
+        };
+        let labels = notes("labels_2x2x2_uint8.raw", &[0, 0, 0, 0, 1, 1, 2, 2]);
+        assert!(labels.len() == 1, "{labels:?}");
+        assert!(
+            labels[0].ends_with(": values 0 to 2 are shown as 0 to 0.008 of the range; try --range 0,2"),
+            "{labels:?}"
+        );
+        assert!(notes("scan_2x2x2_uint8.raw", &[0, 0, 0, 0, 1, 1, 2, 200]).is_empty());
+        let header = b"NRRD0004\ntype: uint8\ndimension: 4\nsizes: 2 1 1 3\nencoding: raw\n\n";
+        let moving = notes("moving.nrrd", &[&header[..], &[0, 255, 0, 255, 0, 255]].concat());
+        assert!(
+            moving.len() == 1 && moving[0].ends_with("has 3 time points, the first is shown"),
+            "{moving:?}"
+        );
+    }
+
+    #[test]
+    fn mistyped_names_are_recognised() {
+        let said = |name: &str| open_volume(name, &VolumeSettings::default()).unwrap_err().to_string();
+        assert!(said("haed").ends_with("did you mean head?"), "{}", said("haed"));
+        assert!(said("bonsai").contains("fovolnet data get bonsai"), "{}", said("bonsai"));
+        assert!(said("no/such.raw").contains("cannot read no/such.raw"), "{}", said("no/such.raw"));
     }
 }

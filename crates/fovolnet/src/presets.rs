@@ -1,7 +1,7 @@
 //! Transfer functions by name, and automatic ones.
 
 use crate::{Error, OpenVolume, Result};
-use fovol_core::{ControlPoint, TransferFunction, Volume};
+use fovol_core::{ControlPoint, TransferFunction, Volume, did_you_mean};
 use fovol_io::transfer_function;
 use std::path::Path;
 
@@ -16,7 +16,7 @@ macro_rules! presets {
 
 presets!("vortices", "supernova", "head", "engine", "angiogram", "reptile", "plume", "marschner-lobb");
 
-/// Colour maps by name; opacity rises with the value.
+/// Colour maps by name.
 const COLOUR_MAPS: &[(&str, colorous::Gradient)] = &[
     ("viridis", colorous::VIRIDIS),
     ("magma", colorous::MAGMA),
@@ -29,8 +29,8 @@ const COLOUR_MAPS: &[(&str, colorous::Gradient)] = &[
     ("spectral", colorous::SPECTRAL),
 ];
 
-/// The opacity that a colour map ends at, per voxel.
-const MAP_OPACITY: f64 = 0.3;
+/// The opacity that the grey ramp ends at, per voxel.
+const GREY_OPACITY: f64 = 0.3;
 
 /// `transfer` as [`find`] takes it in place of a name.
 ///
@@ -42,42 +42,88 @@ pub fn text(transfer: &TransferFunction) -> String {
 
 /// All names that [`find`] knows.
 pub fn names() -> Vec<&'static str> {
-    let presets = PRESETS.iter().map(|(name, _)| *name);
-    let maps = COLOUR_MAPS.iter().map(|(name, _)| *name);
-    ["auto", "grey"].into_iter().chain(presets).chain(maps).collect()
+    kinds().into_iter().flat_map(|kind| kind.names).collect()
+}
+
+/// Transfer functions that are made in the same way.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Kind {
+    /// How they are made, in a few words.
+    pub description: &'static str,
+    /// Their names.
+    pub names: Vec<&'static str>,
+}
+
+/// All kinds of transfer functions that [`find`] knows by name.
+pub fn kinds() -> [Kind; 4] {
+    let kind = |description, names| Kind { description, names };
+    [
+        kind("from the histogram, or the preset of a procedural volume", vec!["auto"]),
+        kind("black to white, opacity rising with the value", vec!["grey"]),
+        kind("presets of the procedural volumes", PRESETS.iter().map(|(name, _)| *name).collect()),
+        kind("colour maps, with the opacity of auto", COLOUR_MAPS.iter().map(|(name, _)| *name).collect()),
+    ]
 }
 
 /// The transfer function that `what` names for `volume`: `auto` (its own preset where it is a procedural
-/// volume, else one made from its histogram), a preset, a colour map, a file, or our JSON itself.
+/// volume, else one made from its histogram), a preset, a colour map (with the opacity of `auto`), a file, or our JSON itself.
+/// Names may be in upper case too.
 ///
 /// # Errors
 /// A name that is none of these; what is wrong with a file.
 pub fn find(what: &str, volume: &OpenVolume) -> Result<TransferFunction> {
     match what {
-        "auto" => Ok(volume
-            .procedural
-            .and_then(|kind| preset(kind.name()))
-            .unwrap_or_else(|| automatic(&volume.volume))),
-        "grey" => Ok(TransferFunction::grey_ramp(MAP_OPACITY)),
         json if json.trim_start().starts_with('{') => serde_json::from_str(json).map_err(|e| {
             Error::Setting(format!(
                 "the transfer function (--tf) cannot be read: {e}; expected {{\"points\":[[value,red,green,blue,opacity],…]}}"
             ))
         }),
         _ => {
-            if let Some(found) = preset(what).or_else(|| colour_map(what)) {
+            if let Some(found) = named(what, volume) {
                 return Ok(found);
             }
-            let file = what.rsplit_once('#').map_or(what, |(file, _)| file);
-            if Path::new(what).exists() || Path::new(file).exists() {
+            if is_file(what) {
                 return Ok(transfer_function::read(Path::new(what))?);
             }
-            Err(Error::Setting(format!(
-                "`{what}` is no transfer function (--tf): there is no such file, and the names are {}",
-                names().join(" ")
-            )))
+            named(&what.to_ascii_lowercase(), volume).ok_or_else(|| unknown(what))
         }
     }
+}
+
+/// The transfer function that is called `name`.
+fn named(name: &str, volume: &OpenVolume) -> Option<TransferFunction> {
+    match name {
+        "auto" => Some(automatic_for(volume)),
+        "grey" => Some(TransferFunction::grey_ramp(GREY_OPACITY)),
+        _ => preset(name).or_else(|| Some(coloured(&automatic_for(volume), colour_map(name)?))),
+    }
+}
+
+fn unknown(what: &str) -> Error {
+    let names = names();
+    Error::Setting(format!(
+        "`{what}` is no transfer function (--tf): there is no such file, and the names are {}{}",
+        names.join(" "),
+        did_you_mean(what, &names)
+    ))
+}
+
+/// Whether `what` names a file, or a part `FILE#PART` of one.
+fn is_file(what: &str) -> bool {
+    let file = what.rsplit_once('#').map_or(what, |(file, _)| file);
+    Path::new(what).is_file() || Path::new(file).is_file()
+}
+
+/// What the transfer function in the file `what` is as [`text`]; none where [`find`] takes `what` for something else.
+pub(crate) fn text_of_file(what: &str) -> Option<String> {
+    let is_one = is_file(what) && !names().contains(&what);
+    is_one.then(|| transfer_function::read(Path::new(what)).ok()).flatten().map(|transfer| text(&transfer))
+}
+
+/// What `auto` is for `volume`.
+fn automatic_for(volume: &OpenVolume) -> TransferFunction {
+    let own = volume.procedural.and_then(|kind| preset(kind.name()));
+    own.unwrap_or_else(|| automatic(&volume.volume))
 }
 
 fn preset(name: &str) -> Option<TransferFunction> {
@@ -85,13 +131,24 @@ fn preset(name: &str) -> Option<TransferFunction> {
     Some(serde_json::from_str(text).expect("presets are checked by a test"))
 }
 
-fn colour_map(name: &str) -> Option<TransferFunction> {
-    let (_, gradient) = COLOUR_MAPS.iter().find(|(known, _)| *known == name)?;
-    let points = (0..=32).map(|i| {
-        let v = f64::from(i) / 32.0;
-        ControlPoint::new(v, colour(gradient, v), MAP_OPACITY * v)
-    });
-    Some(TransferFunction::new(points.collect()).expect("values rise"))
+fn colour_map(name: &str) -> Option<&'static colorous::Gradient> {
+    COLOUR_MAPS.iter().find(|(known, _)| *known == name).map(|(_, gradient)| gradient)
+}
+
+/// Parts in which colours of a map are taken for straight.
+const MAP_PARTS: u32 = 32;
+
+/// The colours of `gradient` with the opacity of `transfer`.
+fn coloured(transfer: &TransferFunction, gradient: &colorous::Gradient) -> TransferFunction {
+    let at = |value, opacity| ControlPoint::new(value, colour(gradient, value), opacity);
+    let corners = transfer.points();
+    let mut points: Vec<_> = corners.iter().map(|corner| at(corner.value, corner.opacity)).collect();
+    let between = (0..=MAP_PARTS).map(|i| f64::from(i) / f64::from(MAP_PARTS));
+    // Where there is a corner already, it may be one side of a step.
+    let between = between.filter(|&value| corners.iter().all(|corner| corner.value != value));
+    points.extend(between.map(|value| at(value, transfer.evaluate(value)[3])));
+    points.sort_by(|a, b| a.value.total_cmp(&b.value));
+    TransferFunction::new(points).expect("values rise")
 }
 
 fn colour(gradient: &colorous::Gradient, v: f64) -> [f64; 3] {
@@ -194,6 +251,9 @@ mod tests {
         }
         let error = find("no-such-thing", &volume).unwrap_err().to_string();
         assert!(error.contains("no-such-thing") && error.contains("viridis"));
+        assert_eq!(find("Viridis", &volume).unwrap(), find("viridis", &volume).unwrap());
+        let error = find("virdis", &volume).unwrap_err().to_string();
+        assert!(error.ends_with("did you mean viridis?"), "{error}");
     }
 
     #[test]
@@ -214,6 +274,24 @@ mod tests {
         let tf = automatic(&opened(values).volume);
         assert_eq!(tf.evaluate(10.0 / 255.0)[3], 0.0);
         assert!(tf.evaluate(180.0 / 255.0)[3] > 0.1);
+    }
+
+    #[test]
+    fn colour_maps_show_what_the_automatic_one_shows() {
+        let mut values = vec![10u8; 900];
+        values.extend(vec![180u8; 100]);
+        let scan = opened(values);
+        let head = OpenVolume { procedural: Some(Procedural::Head), ..opened(vec![0, 50, 200]) };
+        for volume in [&scan, &head] {
+            let (auto, magma) = (find("auto", volume).unwrap(), find("magma", volume).unwrap());
+            for i in 0..=1000 {
+                let v = f64::from(i) / 1000.0;
+                let ([.., expected], [r, .., found]) = (auto.evaluate(v), magma.evaluate(v));
+                assert!((found - expected).abs() < 1e-12, "{v}: {found} instead of {expected}");
+                assert!((r - colour(&colorous::MAGMA, v)[0]).abs() < 0.02, "{v}");
+            }
+        }
+        assert_eq!(find("magma", &scan).unwrap().evaluate(10.0 / 255.0)[3], 0.0);
     }
 
     #[test]

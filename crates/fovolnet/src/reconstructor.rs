@@ -2,7 +2,6 @@ use crate::window::{Seen, Windowed};
 use crate::{Error, RandomWeights, Reconstruction, RenderSettings, Result};
 use fovol_core::{Frame, FrameSize};
 use fovol_net::cpu::{FrameInput, Network, Precision, Simd};
-use fovol_net::plan::NetworkConfig;
 use fovol_net::{Fill, Weights};
 use std::sync::Arc;
 
@@ -134,10 +133,9 @@ pub(crate) fn weights(settings: &RenderSettings, how: Reconstruction) -> Result<
             Weights::shipped(network)?
         }
     };
-    let has_kernels = matches!(&weights.config, NetworkConfig::WNet(config) if config.kernels);
-    if has_kernels == (how == Reconstruction::WNet) {
+    let other = Reconstruction::by(&weights.config);
+    if other == how {
         return Ok(weights);
     }
-    let other = if has_kernels { Reconstruction::WNet } else { Reconstruction::DeepFovea };
     Err(Error::Setting(format!("these weights are of another network; use --reconstruct {other}")))
 }

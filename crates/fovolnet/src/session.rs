@@ -1,16 +1,16 @@
-use crate::{Error, RenderSettings, Result, VolumeSettings, presets};
+use crate::{Error, RenderSettings, Result, VolumeSettings, session_files, toml_text};
 use fovol_net::Weights;
-use fovol_net::plan::Named;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::io::{Read, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Everything that a picture depends on, as one TOML file: replayed, it gives the same pixels.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct Session {
-    /// The volume: a path (relative to the session file) or a procedural name.
+    /// The volume: a path (relative to the session file), or a procedural name. A file that is not where it was is looked for
+    /// beside the session file.
     pub volume: String,
     /// SHA-256 of the volume's file, where it is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -38,36 +38,29 @@ impl Session {
     pub fn new(source: &str, read: VolumeSettings, render: RenderSettings) -> Result<Self> {
         let path = Path::new(source);
         let volume_sha256 = if path.is_file() { Some(sha256(path)?) } else { None };
-        let volume = if path.exists() { absolute(path) } else { source.to_owned() };
+        let volume = if path.exists() { session_files::absolute(path) } else { source.to_owned() };
         Ok(Self { volume, volume_sha256, weights_sha256: None, read, render })
     }
 
-    /// Reads a session file; a relative volume path is taken from its folder.
+    /// Reads a session file; relative paths are taken from its folder, and so are absolute ones where nothing lies any more.
     ///
     /// # Errors
     /// A file that is missing or says something unknown.
     pub fn read(path: &Path) -> Result<Self> {
         let text = std::fs::read_to_string(path).map_err(|e| fovol_io::Error::io("read", path, e))?;
         let mut session: Self = toml::from_str(&text).map_err(|e| {
-            let line =
-                e.span().map_or(1, |span| text[..span.start.min(text.len())].matches('\n').count() + 1);
-            let reason = e.message().lines().next().unwrap_or_default().to_owned();
             Error::Setting(format!(
-                "{}, line {line}: {reason}; see the README for the words of a session",
-                path.display()
+                "{}, {}{}",
+                path.display(),
+                toml_text::problem(&text, &e),
+                advice(e.message())
             ))
         })?;
-        let beside = path.parent().unwrap_or(Path::new("")).join(&session.volume);
-        if !Path::new(&session.volume).is_absolute() && beside.exists() {
-            session.volume = beside.display().to_string();
+        let folder = path.parent().unwrap_or(Path::new(""));
+        if let Some(found) = session_files::found(folder, &session.volume) {
+            session.volume = found;
         }
-        let folder = path.parent().unwrap_or(Path::new("")).to_owned();
-        for file in files(&mut session.render) {
-            let beside = folder.join(&*file);
-            if without_part(&beside).exists() {
-                *file = beside.display().to_string();
-            }
-        }
+        session_files::find(folder, &mut session.render);
         Ok(session)
     }
 
@@ -95,17 +88,14 @@ impl Session {
         }
     }
 
-    /// The session with the hash that its weights have now, and files named as they are found from anywhere.
+    /// The session with the hash that its weights have now and, where it named files, with what these hold; the volume and the
+    /// weights, which are large, named as they are found from anywhere.
     #[must_use]
     pub fn sealed(self) -> Self {
         // Weights that are gone are no reason not to save everything else.
         let weights_sha256 = self.hash_of_weights().ok().flatten();
         let mut sealed = Self { weights_sha256, ..self };
-        for file in files(&mut sealed.render) {
-            if without_part(Path::new(file)).exists() {
-                *file = absolute(Path::new(file));
-            }
-        }
+        session_files::take_in(&mut sealed.render);
         sealed
     }
 
@@ -137,25 +127,14 @@ impl Session {
     }
 }
 
-/// The settings that may name a file, where they are not one of the names that are known.
-fn files(render: &mut RenderSettings) -> impl Iterator<Item = &mut String> {
-    let known = |name: &str| {
-        let names = ["orbit", "flythrough", "wander"];
-        let weights = Weights::SHIPPED.map(Named::name);
-        names.contains(&name) || weights.contains(&name) || presets::names().contains(&name)
-    };
-    let settings = [&mut render.tf, &mut render.path, &mut render.gaze, &mut render.weights];
-    settings.into_iter().flatten().filter(move |name| !known(name))
-}
-
-/// The file of `FILE#PART`.
-fn without_part(path: &Path) -> PathBuf {
-    let text = path.display().to_string();
-    PathBuf::from(text.rsplit_once('#').map_or(text.as_str(), |(file, _)| file))
-}
-
-fn absolute(path: &Path) -> String {
-    std::path::absolute(path).unwrap_or_else(|_| PathBuf::from(path)).display().to_string()
+/// What helps against `problem`, where that does not say itself which words there are.
+fn advice(problem: &str) -> &'static str {
+    match problem.contains("expected") {
+        true => "",
+        false => {
+            "; the words are volume, volume-sha256, weights-sha256, and tables [read] and [render] of flags without --"
+        }
+    }
 }
 
 fn sha256(path: &Path) -> Result<String> {
@@ -235,12 +214,33 @@ mod tests {
         let expected = folder.path().join("mine.json").display().to_string();
         assert_eq!(read.render.tf, Some(expected));
         assert_eq!(read.render.path.as_deref(), Some("orbit"));
-        let sealed = Session {
-            render: RenderSettings { tf: Some("Cargo.toml#part".into()), ..read.render.clone() },
-            ..read
-        };
-        let tf = sealed.sealed().render.tf.unwrap();
-        assert!(Path::new(&tf).is_absolute() && tf.ends_with("Cargo.toml#part"), "{tf}");
+    }
+
+    #[test]
+    fn volumes_that_moved_with_their_session_are_found() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        let name = "v_2x2x2_uint8.raw";
+        for part in ["old/data", "new/data"] {
+            std::fs::create_dir_all(at(part)).unwrap();
+        }
+        let volume = at("old/data").join(name);
+        std::fs::write(&volume, [1u8; 8]).unwrap();
+        let source = volume.display().to_string();
+        let session = Session::new(&source, VolumeSettings::default(), RenderSettings::default()).unwrap();
+        session.write(&at("old/session.toml")).unwrap();
+        assert_eq!(Session::read(&at("old/session.toml")).unwrap().volume, source);
+        std::fs::copy(&volume, at("new/data").join(name)).unwrap();
+        std::fs::copy(at("old/session.toml"), at("new/session.toml")).unwrap();
+        std::fs::remove_dir_all(at("old")).unwrap();
+        let moved = Session::read(&at("new/session.toml")).unwrap();
+        assert_eq!(moved.volume, at("new/data").join(name).display().to_string());
+        assert!(moved.volume_is_unchanged().unwrap());
+        std::fs::copy(at("new/data").join(name), at("new").join(name)).unwrap();
+        let beside = Session::read(&at("new/session.toml")).unwrap();
+        assert_eq!(beside.volume, at("new").join(name).display().to_string());
+        std::fs::write(at("new/v_2x2x2_uint8.raw"), [2u8; 8]).unwrap();
+        assert!(!beside.volume_is_unchanged().unwrap());
     }
 
     #[test]
@@ -250,5 +250,9 @@ mod tests {
         std::fs::write(&path, "volume = \"head\"\n\n[render]\npb = 0.1\nsgima = 3\n").unwrap();
         let error = Session::read(&path).unwrap_err().to_string();
         assert!(error.contains("line 5") && error.contains("sgima"), "{error}");
+        assert!(error.contains("`sigma`") && !error.contains("README"), "{error}");
+        std::fs::write(&path, "[render]\npb = 0.1\n").unwrap();
+        let error = Session::read(&path).unwrap_err().to_string();
+        assert!(error.contains("missing field `volume`") && error.contains("weights-sha256"), "{error}");
     }
 }

@@ -1,8 +1,8 @@
 use crate::{Device, Machine, Result, parse, toml_text};
-use fovol_core::{Fovea, FrameSize, GazePath, ShadowMode, SurfaceShading};
+use fovol_core::{Fovea, FrameSize, GazePath, ShadowMode, SurfaceShading, did_you_mean};
 use fovol_net::Fill;
 use fovol_net::cpu::Precision;
-use fovol_net::plan::Named;
+use fovol_net::plan::{Named, NetworkConfig};
 use fovol_render::Filtering;
 use fovol_render::cpu::Simd;
 use fovol_render::noise::NoiseKind;
@@ -21,7 +21,7 @@ pub struct RenderSettings {
     #[cfg_attr(feature = "clap", arg(long, value_name = "WxH"))]
     pub size: Option<FrameSize>,
     /// Number of frames [default: 1]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..)))]
     pub frames: Option<u32>,
     /// Number of the first frame; cameras and noise follow it [default: 0]
     #[cfg_attr(feature = "clap", arg(long, value_name = "T"))]
@@ -32,7 +32,8 @@ pub struct RenderSettings {
     /// A still camera: eye, target, vertical field of view in degrees
     #[cfg_attr(feature = "clap", arg(long, value_name = "EX,EY,EZ,TX,TY,TZ,FOVY", value_parser = parse::numbers::<7>, allow_hyphen_values = true))]
     pub camera: Option<[f64; 7]>,
-    /// Transfer function: auto, a preset, a colour map, or a file (our JSON, ParaView JSON, Inviwo itf) [default: auto]
+    /// Transfer function: auto, a preset or a colour map (`fovolnet info --transfer-functions` lists them), or a file (our JSON,
+    /// ParaView JSON, Inviwo itf) [default: auto]
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME|FILE"))]
     pub tf: Option<String>,
     /// The part that is shown, as fractions of the volume's sides; the rest is cut away [default: 0,1,0,1,0,1]
@@ -190,6 +191,7 @@ impl RenderSettings {
             return Ok(GazePath::Fixed(fixed));
         }
         #[derive(Deserialize)]
+        #[serde(deny_unknown_fields)]
         struct Stops {
             stops: Vec<[f64; 3]>,
         }
@@ -248,10 +250,10 @@ impl FromStr for Sampling {
     type Err = String;
 
     fn from_str(text: &str) -> std::result::Result<Self, String> {
-        Self::ALL
-            .into_iter()
-            .find(|s| s.name() == text)
-            .ok_or_else(|| format!("`{text}` is no way of sampling; use full, reject, direct or compact"))
+        Self::ALL.into_iter().find(|s| s.name().eq_ignore_ascii_case(text)).ok_or_else(|| {
+            let meant = did_you_mean(text, &Self::ALL.map(Self::name));
+            format!("`{text}` is no way of sampling; use full, reject, direct or compact{meant}")
+        })
     }
 }
 
@@ -278,6 +280,12 @@ impl Reconstruction {
             Self::DeepFovea => Some(Named::DeepFoveaFvn),
         }
     }
+
+    /// What a network of `config` reconstructs as.
+    pub(crate) fn by(config: &NetworkConfig) -> Self {
+        let has_kernels = matches!(config, NetworkConfig::WNet(config) if config.kernels);
+        if has_kernels { Self::WNet } else { Self::DeepFovea }
+    }
 }
 
 impl Default for Reconstruction {
@@ -301,15 +309,23 @@ impl FromStr for Reconstruction {
     type Err = String;
 
     fn from_str(text: &str) -> std::result::Result<Self, String> {
-        match text {
+        match text.to_ascii_lowercase().as_str() {
             "none" => Ok(Self::None),
             "wnet" => Ok(Self::WNet),
             "deepfovea" => Ok(Self::DeepFovea),
-            other => other.parse().map(Self::Fill).map_err(|_| {
-                format!("`{other}` is no reconstruction; use none, pull-push, linear, wnet or deepfovea")
-            }),
+            other => other.parse().map(Self::Fill).map_err(|_| no_reconstruction(text)),
         }
     }
+}
+
+/// What is said of a `text` that names no reconstruction.
+fn no_reconstruction(text: &str) -> String {
+    if let Ok(network) = text.parse::<Named>() {
+        let how = Reconstruction::by(&network.config());
+        return format!("`{text}` is a network; write --reconstruct {how} --weights {network}");
+    }
+    let meant = did_you_mean(text, &["none", "pull-push", "linear", "wnet", "deepfovea"]);
+    format!("`{text}` is no reconstruction; use none, pull-push, linear, wnet or deepfovea{meant}")
 }
 
 /// Weights that follow from the name of a network and a seed.
@@ -474,5 +490,33 @@ mod as_text {
     ) -> Result<Option<T>, D::Error> {
         let text = Option::<String>::deserialize(from)?;
         text.map(|t| t.parse().map_err(D::Error::custom)).transpose()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_networks_and_slips_are_explained() {
+        let said = |text: &str| text.parse::<Reconstruction>().unwrap_err();
+        assert!(
+            said("wnet-fast").ends_with("write --reconstruct wnet --weights wnet-fast"),
+            "{}",
+            said("wnet-fast")
+        );
+        assert!(said("deepfovea-fvn").contains("--reconstruct deepfovea --weights deepfovea-fvn"));
+        assert!(said("pullpush").ends_with("did you mean pull-push?"), "{}", said("pullpush"));
+        assert_eq!("WNet".parse(), Ok(Reconstruction::WNet));
+        assert_eq!("Full".parse(), Ok(Sampling::Full));
+        assert!("fulll".parse::<Sampling>().unwrap_err().ends_with("did you mean full?"));
+    }
+
+    #[test]
+    fn unknown_words_of_a_gaze_are_named() {
+        let gaze = |text: &str| RenderSettings { gaze: Some(text.into()), ..Default::default() }.gaze_path();
+        gaze("stops = [[0, 0.5, 0.5]]").unwrap();
+        let error = gaze("stops = [[0, 0.5, 0.5]]\nspeed = 3").unwrap_err().to_string();
+        assert!(error.contains("speed") && error.contains("line 2") && !error.contains('\n'), "{error}");
     }
 }

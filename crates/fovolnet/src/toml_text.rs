@@ -13,8 +13,22 @@ pub fn read<T: for<'de> Deserialize<'de>>(text: &str, flag: &str, expected: &str
     } else {
         return Err(Error::Setting(format!("`{text}` is no file; {flag} takes {expected}")));
     };
-    toml::from_str(&text).map_err(|e| {
-        let reason = e.message().lines().next().unwrap_or_default();
-        Error::Setting(format!("{what}: {reason}; {flag} takes {expected}"))
-    })
+    toml::from_str(&text)
+        .map_err(|e| Error::Setting(format!("{what}, {}; {flag} takes {expected}", problem(&text, &e))))
+}
+
+/// What is wrong with `text`, and in which line.
+pub fn problem(text: &str, error: &toml::de::Error) -> String {
+    let end = error.span().map_or(0, |span| span.start.min(text.len()));
+    let line = 1 + text.as_bytes()[..end].iter().filter(|&&byte| byte == b'\n').count();
+    format!("line {line}: {}", error.message().lines().next().unwrap_or_default())
+}
+
+/// What the file `name` holds, if it is one that [`read`] may read.
+pub fn of_file(name: &str) -> Option<String> {
+    let path = Path::new(name);
+    if !path.is_file() {
+        return None;
+    }
+    std::fs::read_to_string(path).ok().filter(|text| text.contains('='))
 }

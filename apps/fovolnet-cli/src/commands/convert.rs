@@ -17,6 +17,7 @@ pub struct Convert {
 impl Convert {
     pub fn run(self) -> Result<()> {
         let opened = open_volume(&self.input, &self.read)?;
+        console::remark(&opened);
         volume::write(&opened.volume, &self.output)?;
         console::say(format!("wrote {}", self.output.display()))
     }

@@ -2,9 +2,10 @@ use crate::console::{self, JsonOutput, Progress};
 use crate::{interrupt, picture};
 use anyhow::Result;
 use fovolnet::core::{Frame, FrameSize};
+use fovolnet::io::atomic;
 use fovolnet::io::image::{self, Alpha};
 use fovolnet::io::procedural::Procedural;
-use fovolnet::io::{atomic, video::VideoWriter};
+use fovolnet::io::video::{self, VideoWriter};
 use fovolnet::metrics::ClipQuality;
 use fovolnet::net::Fill;
 use fovolnet::{
@@ -61,7 +62,8 @@ impl Demo {
         atomic::make_folder(&self.output)?;
         let (w, h) = (self.size.width, self.size.height);
         let wide = FrameSize::new(4 * w + 3 * GAP, h)?;
-        let mut video = VideoWriter::create(&self.output.join("demo.mp4"), wide, 24)?;
+        let mut video =
+            VideoWriter::create(&self.output.join(format!("demo.{}", video::best_extension())), wide, 24)?;
         let mut progress = Progress::new("demo frames", u64::from(self.frames));
         let [mut quality, mut filled_quality] = [(); 2].map(|()| ClipQuality::new().without_ms_ssim());
         let (mut frames, mut rows, mut reference_ms) = (Vec::new(), Vec::new(), 0.0);

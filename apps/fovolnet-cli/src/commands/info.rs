@@ -3,7 +3,7 @@ use anyhow::{Result, bail};
 #[cfg(feature = "gpu")]
 use fovolnet::gpu::DeviceType;
 use fovolnet::render::cpu::Simd;
-use fovolnet::{Machine, VolumeSettings, open_volume};
+use fovolnet::{Machine, OpenVolume, VolumeSettings, open_volume, presets};
 use serde::Serialize;
 
 /// Say what a volume file holds
@@ -14,6 +14,9 @@ pub struct Info {
     /// Say what this machine can render with
     #[arg(long, conflicts_with = "volume")]
     devices: bool,
+    /// List the transfer functions that have names
+    #[arg(long, conflicts_with_all = ["volume", "devices"])]
+    transfer_functions: bool,
     #[command(flatten)]
     read: VolumeSettings,
     #[command(flatten)]
@@ -108,8 +111,15 @@ impl Info {
         if self.devices {
             return self.devices();
         }
-        let Some(name) = &self.volume else { bail!("no volume is named; give a file, or --devices") };
-        let volume = open_volume(name, &self.read)?.volume;
+        if self.transfer_functions {
+            return self.transfer_functions();
+        }
+        let Some(name) = &self.volume else {
+            bail!("no volume is named; give a file, --devices, or --transfer-functions")
+        };
+        let opened = open_volume(name, &self.read)?;
+        opened.doubts().iter().for_each(|doubt| eprintln!("note: {doubt}"));
+        let volume = &opened.volume;
         let statistics = volume.statistics();
         let report = Report {
             format: volume.format().to_owned(),
@@ -125,22 +135,25 @@ impl Info {
             histogram: volume.histogram(BINS, volume.range()),
             orientation: volume.orientation().map(str::to_owned),
         };
-        self.describe(name, &report)?;
+        self.describe(&opened, &report)?;
         self.json.write(&report)
     }
 
-    fn describe(&self, name: &str, r: &Report) -> Result<()> {
+    fn describe(&self, opened: &OpenVolume, r: &Report) -> Result<()> {
         let say = |line: String| self.json.say(line);
         let [x, y, z] = r.dims;
-        say(name.to_owned())?;
+        say(opened.source.clone())?;
         say(format!("  format      {}", r.format))?;
-        say(format!("  dims        {x} x {y} x {z}"))?;
-        say(format!(
-            "  type        {}, {} component{}",
-            r.dtype,
-            r.components,
-            if r.components == 1 { "" } else { "s" }
-        ))?;
+        let points = match opened.volume.time_points() {
+            1 => String::new(),
+            count => format!(", {count} time points, the first is shown"),
+        };
+        say(format!("  dims        {x} x {y} x {z}{points}"))?;
+        let components = match r.components {
+            1 => "1 component".to_owned(),
+            count => format!("{count} components, the first is shown"),
+        };
+        say(format!("  type        {}, {components}", r.dtype))?;
         say(format!("  spacing     {} x {} x {}", r.spacing[0], r.spacing[1], r.spacing[2]))?;
         say(format!("  values      {} to {}, mean {:.6}", r.min, r.max, r.mean))?;
         say(format!("  shown as    {} (0) to {} (1)", r.range[0], r.range[1]))?;
@@ -151,6 +164,14 @@ impl Info {
             say(format!("  orientation {orientation}"))?;
         }
         say(format!("  histogram   {}", sparkline(&r.histogram)))
+    }
+
+    fn transfer_functions(&self) -> Result<()> {
+        for kind in presets::kinds() {
+            self.json.say(format!("{}:", kind.description))?;
+            self.json.say(format!("  {}", kind.names.join(" ")))?;
+        }
+        self.json.write(&presets::names())
     }
 
     fn devices(&self) -> Result<()> {

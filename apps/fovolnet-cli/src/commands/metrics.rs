@@ -1,4 +1,4 @@
-use super::reconstruct::frames_named;
+use super::reconstruct::{frames_named, is_picture};
 use crate::console::{JsonOutput, Progress};
 use crate::interrupt;
 use anyhow::{Context, Result, bail};
@@ -9,12 +9,12 @@ use fovolnet::parse;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// Compare two folders of frames, or two clips
+/// Compare two folders of frames, two clips, or two pictures
 #[derive(clap::Args)]
 pub struct Metrics {
-    /// Folder of reference frames (reference_*, else frame_*, else all pictures), or a clip
+    /// Folder of reference frames (reference_*, else frame_*, else all pictures), a clip, or a picture
     reference: PathBuf,
-    /// Folder of frames to judge (frame_*, else all pictures), or a clip
+    /// Folder of frames to judge (frame_*, else all pictures), a clip, or a picture
     test: PathBuf,
     #[command(flatten)]
     viewing: Viewing,
@@ -125,6 +125,9 @@ enum Clip {
 impl Clip {
     /// The clip at `path`; in a folder, the pictures of the first prefix that there are any of.
     fn open(path: &Path, prefixes: &[&str]) -> Result<Self> {
+        if is_picture(path) && path.is_file() {
+            return Ok(Self::Files(vec![path.to_owned()]));
+        }
         if !path.is_dir() {
             return Ok(Self::Video(video::read(path)?));
         }

@@ -2,11 +2,13 @@ use crate::bench::rayon_pool;
 use crate::console::{JsonOutput, Progress};
 use crate::interrupt;
 use anyhow::{Context as _, Result, bail};
-use fovolnet::core::{Frame, SampleMask};
+#[cfg(feature = "gpu")]
+use fovolnet::DeviceReconstructor;
+use fovolnet::core::{Frame, FrameSize, SampleMask};
 use fovolnet::io::image::{self, Alpha};
 use fovolnet::io::{Error, atomic};
 use fovolnet::net::cpu::Precision;
-use fovolnet::{RandomWeights, Reconstruction, Reconstructor, RenderSettings};
+use fovolnet::{Device, OpenDevice, RandomWeights, Reconstruction, Reconstructor, RenderSettings};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -31,11 +33,39 @@ pub struct Reconstruct {
     /// Precision of the network: auto, f32, bf16, int8 or mixed
     #[arg(long, value_name = "P", default_value = "auto")]
     precision: Precision,
+    /// Where it is done: auto, cpu, gpu or gpu:NAME
+    #[arg(long, value_name = "DEVICE", default_value = "auto")]
+    device: Device,
     /// Number of threads [default: all cores]
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
     #[command(flatten)]
     json: JsonOutput,
+}
+
+/// What fills frames, on either device.
+enum Filler {
+    Cpu(Reconstructor),
+    #[cfg(feature = "gpu")]
+    Gpu(DeviceReconstructor),
+}
+
+impl Filler {
+    fn uses_motion(&self) -> bool {
+        match self {
+            Self::Cpu(made) => made.uses_motion(),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(made) => made.uses_motion(),
+        }
+    }
+
+    fn reconstruct(&mut self, sparse: &Frame, motion: Option<&[[f32; 2]]>) -> fovolnet::Result<Frame> {
+        match self {
+            Self::Cpu(made) => made.reconstruct(sparse, motion),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(made) => made.reconstruct(sparse, motion),
+        }
+    }
 }
 
 #[derive(Serialize)]
@@ -65,7 +95,8 @@ impl Reconstruct {
             ..RenderSettings::default()
         };
         let threads = rayon_pool(self.threads.unwrap_or(0))?;
-        let mut reconstructor: Option<Reconstructor> = None;
+        let device = self.device.open()?;
+        let mut filler: Option<Filler> = None;
         let files = frames_named(&self.sparse, "sparse_")?;
         atomic::make_folder(&self.output)?;
         let mut progress = Progress::new("reconstructing", files.len() as u64);
@@ -74,14 +105,14 @@ impl Reconstruct {
             interrupt::check(&format!("{} complete frames are in {}", frames.len(), self.output.display()))?;
             let sparse = image::read(path)?;
             let mask = SampleMask::of_sparse_frame(&sparse);
-            let reconstructor = match &mut reconstructor {
+            let filler = match &mut filler {
                 Some(started) => started,
-                none => none.insert(Reconstructor::new(&settings, sparse.size())?),
+                none => none.insert(self.filler(&device, &settings, sparse.size())?),
             };
-            let motion = if reconstructor.uses_motion() { motion_beside(path)? } else { None };
+            let motion = if filler.uses_motion() { motion_beside(path)? } else { None };
             let started = Instant::now();
             let full = threads
-                .install(|| reconstructor.reconstruct(&sparse, motion.as_deref()))
+                .install(|| filler.reconstruct(&sparse, motion.as_deref()))
                 .with_context(|| format!("{} cannot follow the frames before it", path.display()))?;
             let ms = started.elapsed().as_secs_f64() * 1e3;
             frames.push(FrameFigures {
@@ -95,6 +126,24 @@ impl Reconstruct {
         drop(progress);
         self.json.say(format!("{} frames in {}", frames.len(), self.output.display()))?;
         self.json.write(&Report { reconstruct: self.reconstruct.to_string(), frames })
+    }
+
+    /// What fills frames of `size`; on the processor where the device does not do it.
+    fn filler(&self, device: &OpenDevice, settings: &RenderSettings, size: FrameSize) -> Result<Filler> {
+        #[cfg(feature = "gpu")]
+        if let OpenDevice::Gpu(gpu) = device {
+            match DeviceReconstructor::new(gpu, settings, size) {
+                Ok(Some(made)) => return Ok(Filler::Gpu(made)),
+                Ok(None) => eprintln!("note: {} is filled on the processor", self.reconstruct),
+                Err(error) if self.device == Device::Auto && error.is_of_gpu() => {
+                    eprintln!("note: filling on the processor: {error}");
+                }
+                Err(error) => return Err(error.into()),
+            }
+        }
+        #[cfg(not(feature = "gpu"))]
+        let _ = device;
+        Ok(Filler::Cpu(Reconstructor::new(settings, size)?))
     }
 
     fn write(&self, sparse: &Path, full: &Frame) -> Result<String> {
@@ -121,6 +170,12 @@ fn motion_beside(sparse: &Path) -> Result<Option<Vec<[f32; 2]>>> {
     Ok(Some(motion.pixels().iter().map(|&[right, down, ..]| [right, down]).collect()))
 }
 
+/// Whether the name `path` is that of a picture which can be read.
+pub fn is_picture(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
+    [".png", ".exr", ".jpg", ".jpeg", ".bmp"].iter().any(|ending| name.ends_with(ending))
+}
+
 /// The pictures in `folder` whose names begin with `prefix`, sorted by name.
 pub fn frames_named(folder: &Path, prefix: &str) -> Result<Vec<PathBuf>> {
     let entries = std::fs::read_dir(folder).map_err(|e| Error::io("read", folder, e))?;
@@ -128,9 +183,7 @@ pub fn frames_named(folder: &Path, prefix: &str) -> Result<Vec<PathBuf>> {
     for entry in entries {
         let path = entry.map_err(|e| Error::io("read", folder, e))?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let is_picture =
-            [".png", ".exr", ".jpg", ".jpeg", ".bmp"].iter().any(|e| name.to_lowercase().ends_with(e));
-        if name.starts_with(prefix) && is_picture {
+        if name.starts_with(prefix) && is_picture(&path) {
             files.push(path);
         }
     }

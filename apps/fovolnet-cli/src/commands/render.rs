@@ -1,14 +1,12 @@
-use super::mask;
 use crate::console::{self, JsonOutput, Progress};
+use crate::frame_files::{Format, FrameFiles, Keep};
 use crate::interrupt;
-use anyhow::{Context, Result, bail};
-use fovolnet::core::Frame;
-use fovolnet::io::image::{self, Alpha};
-use fovolnet::io::{atomic, video::VideoWriter};
+use anyhow::{Result, bail, ensure};
+use fovolnet::io::video::{self, VideoWriter};
 use fovolnet::metrics::ClipQuality;
 use fovolnet::{
-    FrameReport, MeanReport, Pipeline, RenderReport, RenderSettings, RenderedFrame, Session, SpeedSettings,
-    VolumeSettings, open_volume,
+    FrameReport, MeanReport, Pipeline, RenderReport, RenderSettings, Sampling, Session, SpeedSettings,
+    Visibility, VolumeSettings, open_volume,
 };
 use std::path::{Path, PathBuf};
 
@@ -17,8 +15,8 @@ use std::path::{Path, PathBuf};
 pub struct Render {
     /// Volume file, folder of slices, procedural volume, or session (.toml)
     volume: String,
-    /// Folder for the frames
-    #[arg(short, long, value_name = "DIR")]
+    /// Folder for the frames; or for one frame, a picture (.png, .exr)
+    #[arg(short, long, value_name = "DIR|PICTURE")]
     output: PathBuf,
     #[command(flatten)]
     read: VolumeSettings,
@@ -29,10 +27,10 @@ pub struct Render {
     /// What to write: frame, sparse, mask, reference, motion
     #[arg(long, value_name = "WHAT,…", value_delimiter = ',', default_value = "frame")]
     keep: Vec<Keep>,
-    /// Format of the frames
-    #[arg(long, value_name = "FORMAT", default_value = "png")]
-    format: Format,
-    /// Also write the frames as a clip (.y4m; other formats where ffmpeg is installed)
+    /// Format of the frames [default: png]
+    #[arg(long, value_name = "FORMAT")]
+    format: Option<Format>,
+    /// Also write the frames as a clip (.y4m; .mp4, .gif and others where ffmpeg is installed)
     #[arg(long, value_name = "FILE")]
     video: Option<PathBuf>,
     /// Frames a second of the clip
@@ -45,20 +43,8 @@ pub struct Render {
     json: JsonOutput,
 }
 
-#[derive(clap::ValueEnum, Clone, Copy, PartialEq, Eq)]
-enum Keep {
-    Frame,
-    Sparse,
-    Mask,
-    Reference,
-    Motion,
-}
-
-#[derive(clap::ValueEnum, Clone, Copy, PartialEq, Eq)]
-enum Format {
-    Png,
-    Exr,
-}
+/// The density from which on nothing is gained by better filling.
+const ALMOST_ALL: f64 = 0.999;
 
 impl Render {
     pub fn run(mut self) -> Result<()> {
@@ -68,32 +54,38 @@ impl Render {
                 "a clip has no alpha, so --video cannot be transparent; leave out --video and take the frames, or --transparent"
             );
         }
+        let numbers = session.render.frame_numbers();
+        ensure!(!numbers.is_empty(), "there are no frames to render; give --frames 1 or more");
+        let files = FrameFiles::new(&self.output, &self.keep, self.format, numbers.len())?
+            .with_alpha(session.render.is_transparent());
+        self.video.iter().try_for_each(|path| video::check_name(path))?;
         let opened = open_volume(&session.volume, &session.read)?;
-        opened.remarks().iter().for_each(|remark| eprintln!("warning: {remark}"));
+        console::remark(&opened);
         let mut pipeline = Pipeline::new(&opened, &session.render, &self.speed)?;
         console::warn(&pipeline);
-        if self.keep.contains(&Keep::Motion) {
+        if files.has(Keep::Motion) {
             pipeline.find_motion();
         }
-        atomic::make_folder(&self.output)?;
+        files.make_folder()?;
         if let Some(path) = &self.save_session {
             session.write(path)?;
         }
-        let numbers = session.render.frame_numbers();
-        let mut progress = Progress::new("rendering", u64::from(numbers.end - numbers.start));
+        let older = files.older(&numbers);
+        let mut progress = Progress::new("rendering", numbers.len() as u64);
         let mut video =
             self.video.as_ref().map(|p| VideoWriter::create(p, pipeline.size(), self.fps)).transpose()?;
         let mut quality = ClipQuality::new().without_ms_ssim();
+        let mut visibility = Visibility::new(&session.render);
         let mut frames = Vec::new();
         for i in numbers {
             if interrupt::asked() {
                 break;
             }
             let rendered = pipeline.render(i)?;
-            let reference =
-                self.keep.contains(&Keep::Reference).then(|| pipeline.reference(i)).transpose()?;
+            let reference = files.has(Keep::Reference).then(|| pipeline.reference(i)).transpose()?;
             let measured = reference.as_ref().map(|r| quality.push(r, &rendered.frame)).transpose()?;
-            self.write(&rendered, reference.as_ref(), session.render.is_transparent())?;
+            files.write(&rendered, reference.as_ref())?;
+            visibility.look(&rendered.sparse, &pipeline.camera(i), &opened.volume);
             if let Some(video) = &mut video {
                 video.push(&rendered.frame)?;
             }
@@ -128,15 +120,36 @@ impl Render {
         };
         self.summarise(&report)?;
         self.json.write(&report)?;
+        note_older(&older, &self.output);
         interrupt::check(&format!("{complete} complete frames are in {}", self.output.display()))?;
+        match visibility.problem(&opened, &session.render) {
+            Some(problem) => eprintln!("note: {problem}"),
+            None => self.hint(&session.render, &report),
+        }
         if let Some(video) = video {
-            let wanted = video.path().to_owned();
             let path = video.finish()?;
-            if self.video.as_ref() != Some(&wanted) {
-                eprintln!("note: ffmpeg is not installed, so the clip is {}", path.display());
+            if let Some(wanted) = self.video.as_ref().filter(|&wanted| *wanted != path) {
+                let (path, wanted) = (path.display(), wanted.display());
+                eprintln!(
+                    "note: ffmpeg is not installed, so the clip is {path}; where it is, `ffmpeg -i {path} {wanted}` converts it"
+                );
             }
         }
         Ok(())
+    }
+
+    /// Says what else could be done for the picture, where nothing was said about it.
+    fn hint(&self, settings: &RenderSettings, report: &RenderReport) {
+        let is_shown = self.keep.contains(&Keep::Frame) || self.video.is_some();
+        let density = report.mean.density;
+        let is_sparse = settings.sampling() != Sampling::Full && density < ALMOST_ALL;
+        if settings.reconstruct.is_none() && is_sparse && is_shown {
+            eprintln!(
+                "note: {:.1} % of the pixels were marched and filled by pull-push; --reconstruct wnet rebuilds them better, \
+                 --sampling full marches all",
+                100.0 * density
+            );
+        }
     }
 
     /// The session that the arguments describe: the file's, if a file is named, with the flags on top.
@@ -166,43 +179,12 @@ impl Render {
         Ok(Session::new(&self.volume, read, flags)?)
     }
 
-    fn write(&self, rendered: &RenderedFrame, reference: Option<&Frame>, is_transparent: bool) -> Result<()> {
-        let i = rendered.index;
-        let alpha = if is_transparent { Alpha::Keep } else { Alpha::Drop };
-        let frame = |name: &str, frame: &Frame, alpha: Alpha| -> Result<()> {
-            let path = |extension: &str| self.output.join(format!("{name}_{i:04}.{extension}"));
-            match self.format {
-                Format::Png => image::write_png(&path("png"), frame, alpha)?,
-                // Straight colours are PNG's convention, premultiplied ones OpenEXR's; of opaque frames both are the same.
-                Format::Exr if is_transparent => {
-                    image::write_exr(&path("exr"), &frame.clone().premultiplied())?;
-                }
-                Format::Exr => image::write_exr(&path("exr"), frame)?,
-            }
-            Ok(())
-        };
-        for keep in &self.keep {
-            match keep {
-                Keep::Frame => frame("frame", &rendered.frame, alpha)?,
-                Keep::Sparse => frame("sparse", &rendered.sparse, Alpha::Keep)?,
-                Keep::Mask => mask::write(&self.output.join(format!("mask_{i:04}.png")), &rendered.mask)?,
-                Keep::Reference => {
-                    frame("reference", reference.context("the reference was not rendered")?, alpha)?;
-                }
-                Keep::Motion => {
-                    let path = self.output.join(format!("motion_{i:04}.exr"));
-                    image::write_exr(&path, &motion_picture(rendered))?;
-                }
-            }
-        }
-        Ok(())
-    }
-
     fn summarise(&self, report: &RenderReport) -> Result<()> {
         let mean = &report.mean;
         let mut line = format!(
-            "{} frames of {} in {}: density {:.4}, {:.1} ms a frame (mask {:.2}, march {:.1}, reconstruct {:.1})",
+            "{} frame{} of {} in {}: density {:.4}, {:.1} ms a frame (mask {:.2}, march {:.1}, reconstruct {:.1})",
             report.frames.len(),
+            if report.frames.len() == 1 { "" } else { "s" },
             report.size,
             self.output.display(),
             mean.density,
@@ -218,12 +200,14 @@ impl Render {
     }
 }
 
-/// The motion of a frame as a picture: red is the way right, green the way down, in pixels; still where none is known.
-fn motion_picture(rendered: &RenderedFrame) -> Frame {
-    let mut picture = Frame::new(rendered.frame.size());
-    for (i, pixel) in picture.pixels_mut().iter_mut().enumerate() {
-        let [right, down] = rendered.motion.as_ref().map_or([0.0; 2], |motion| motion[i]);
-        *pixel = [right, down, 0.0, 1.0];
+/// Says that the frames `older` of a run before are still in the folder `output`.
+fn note_older(older: &[String], output: &Path) {
+    let (Some(first), Some(last)) = (older.first(), older.last()) else { return };
+    let output = output.display();
+    match older.len() {
+        1 => eprintln!("note: {output} also holds an older frame, {first}, which was left in place"),
+        count => eprintln!(
+            "note: {output} also holds {count} older frames, {first} to {last}, which were left in place"
+        ),
     }
-    picture
 }

@@ -3,7 +3,8 @@
 use super::Evaluation;
 use super::section::{Cell, Section};
 use anyhow::{Result, bail};
-use fovolnet::io::procedural::Procedural;
+use fovolnet::core::did_you_mean;
+use fovolnet::io::procedural::{self, Procedural};
 use fovolnet::{OpenVolume, VolumeSettings, open_volume};
 use std::path::Path;
 
@@ -38,7 +39,8 @@ impl DataSet {
         match (name.parse::<Procedural>(), side) {
             (Ok(kind), Ok(side)) => Ok(Self { transfer, ..Self::made(kind, side) }),
             _ => bail!(
-                "`{text}` is neither a file nor a procedural volume; give a file, or NAME or NAME:SIDE of `fovolnet data list`"
+                "`{text}` is neither a file nor a procedural volume; give a file, or NAME or NAME:SIDE of `fovolnet data list`{}",
+                did_you_mean(name, &procedural::names())
             ),
         }
     }
@@ -110,8 +112,8 @@ mod tests {
 
     #[test]
     fn volumes_are_named_with_side_and_transfer_function() {
-        let head = DataSet::parse("head:64@bone").unwrap();
-        assert_eq!((head.name.as_str(), head.transfer.as_deref()), ("head", Some("bone")));
+        let head = DataSet::parse("head:64@viridis").unwrap();
+        assert_eq!((head.name.as_str(), head.transfer.as_deref()), ("head", Some("viridis")));
         assert_eq!(head.open().unwrap().volume.grid().dims(), [64; 3]);
         for wrong in ["nothing-like-this", "head:many", ""] {
             assert!(DataSet::parse(wrong).unwrap_err().to_string().contains("data list"), "{wrong}");

@@ -8,7 +8,7 @@ use crate::picture::{side_by_side, stacked};
 use anyhow::Result;
 use fovolnet::core::{Frame, FrameSize};
 use fovolnet::io::atomic;
-use fovolnet::io::video::VideoWriter;
+use fovolnet::io::video::{self, VideoWriter};
 use std::path::Path;
 
 /// Frames a second.
@@ -40,7 +40,8 @@ fn film(evaluation: &Evaluation, data: &DataSet, folder: &Path) -> Result<(Strin
     let mut comparison = Comparison::new(&data.open()?, &settings, &evaluation.speed)?;
     let FrameSize { width, height } = evaluation.size;
     let whole = FrameSize::new(3 * width + 2 * GAP, 2 * height + GAP)?;
-    let mut film = VideoWriter::create(&folder.join(format!("{}.mp4", data.name)), whole, RATE)?;
+    let file = folder.join(format!("{}.{}", data.name, video::best_extension()));
+    let mut film = VideoWriter::create(&file, whole, RATE)?;
     let mut middle = None;
     // One after the other: frames that are left out would be motion that nobody sees.
     for number in 0..evaluation.frames {

@@ -35,7 +35,7 @@ mod vessels;
 mod vortices;
 
 use domain::Domain;
-use fovol_core::Volume;
+use fovol_core::{Volume, did_you_mean};
 use std::fmt;
 use std::str::FromStr;
 
@@ -50,7 +50,7 @@ pub const MAX_VOXELS: usize = 1 << 32;
 #[non_exhaustive]
 pub enum Error {
     /// A name that no procedural volume has.
-    #[error("`{name}` is no procedural volume; use one of {}", names().join(", "))]
+    #[error("`{name}` is no procedural volume; use one of {}{}", names().join(", "), did_you_mean(name, &names()))]
     UnknownName {
         /// The name asked for.
         name: String,

@@ -47,7 +47,7 @@ pub fn read_exactly(source: &Source, reader: &mut dyn Read, needed: usize) -> Re
         out.resize(before + more, 0);
         reader.read_exact(&mut out[before..]).map_err(|e| {
             source.malformed(format!(
-                "its compressed data is damaged or ends before the {needed} bytes that its header promises ({e}); copy or download the file again"
+                "its compressed data is damaged or ends before the {needed} bytes that its voxels need ({e}); copy or download the file again"
             ))
         })?;
     }

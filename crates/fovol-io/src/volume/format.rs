@@ -3,6 +3,8 @@
 use super::{Source, legacy_vtk, metaimage, nifti, nrrd, tiff_stack, vti};
 use crate::{Error, Result};
 use fovol_core::Volume;
+use std::io::Read;
+use std::ops::Range;
 use std::path::Path;
 
 /// Reads one kind of volume file.
@@ -36,7 +38,38 @@ pub fn read_folder(path: &Path) -> Result<Volume> {
     if let Some(volume) = tiff_stack::parse_folder(path)? {
         return Ok(volume);
     }
+    if holds_dicom(path) {
+        return Err(Error::unsupported(path, DICOM));
+    }
     Err(Error::unsupported(path, "it is a folder without slices; name a volume file"))
+}
+
+/// What to do with DICOM files, one or a folder of them.
+const DICOM: &str = "DICOM is not read yet; convert the series to NIfTI, with dcm2niix for one";
+
+/// Files of a folder that are looked into: series lie in folders of their own.
+const FILES_LOOKED_AT: usize = 16;
+
+/// Whether files in the folder `path` are of DICOM.
+fn holds_dicom(path: &Path) -> bool {
+    let entries = std::fs::read_dir(path).into_iter().flatten().flatten();
+    let mut files = entries.map(|entry| entry.path()).filter(|path| path.is_file()).take(FILES_LOOKED_AT);
+    files.any(|file| {
+        let mut start = Vec::new();
+        let opened = std::fs::File::open(&file);
+        let is_read =
+            opened.is_ok_and(|file| file.take(DICOM_MARK.end as u64).read_to_end(&mut start).is_ok());
+        is_read && is_dicom(&start, &name(&file))
+    })
+}
+
+/// Where DICOM files say what they are.
+const DICOM_MARK: Range<usize> = 128..132;
+
+/// `name` is in lower case.
+fn is_dicom(bytes: &[u8], name: &str) -> bool {
+    let ends = [".dcm", ".dicom"].iter().any(|ending| name.ends_with(ending));
+    bytes.get(DICOM_MARK) == Some(b"DICM") || ends || name == "dicomdir"
 }
 
 fn by_content(bytes: &[u8]) -> Option<Parser> {
@@ -68,9 +101,7 @@ fn by_name(name: &str) -> Option<Parser> {
 fn foreign(bytes: &[u8], name: &str) -> Option<&'static str> {
     let ends = |endings: &[&str]| endings.iter().any(|ending| name.ends_with(ending));
     Some(match bytes {
-        _ if bytes.get(128..132) == Some(b"DICM") || ends(&[".dcm", ".dicom"]) => {
-            "DICOM is not read yet; convert the series to NIfTI, with dcm2niix for one"
-        }
+        _ if is_dicom(bytes, name) => DICOM,
         [0x89, b'H', b'D', b'F', ..] | [b'C', b'D', b'F', 1 | 2 | 5, ..] => {
             "HDF5 and NetCDF are not read yet; convert one variable to NRRD or raw, with h5py or xarray for one"
         }
@@ -114,6 +145,17 @@ mod tests {
             let error = parser_of(&Source::from_bytes(Path::new(name), bytes)).unwrap_err().to_string();
             assert!(error.starts_with(name) && error.contains("; ") && !error.contains('\n'), "{error}");
         }
+    }
+
+    #[test]
+    fn folders_of_dicom_are_told_what_to_do() {
+        let folder = tempfile::tempdir().unwrap();
+        let said = || read_folder(folder.path()).unwrap_err().to_string();
+        std::fs::write(folder.path().join("notes.txt"), "of the scan").unwrap();
+        assert!(said().contains("without slices"), "{}", said());
+        let slice = [&[0; 128][..], b"DICM", &[0; 9]].concat();
+        std::fs::write(folder.path().join("IM0001"), slice).unwrap();
+        assert!(said().contains("dcm2niix"), "{}", said());
     }
 
     #[test]

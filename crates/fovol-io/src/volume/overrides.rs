@@ -47,8 +47,9 @@ impl Overrides {
         let grid = Grid::new(dims, volume.grid().spacing())?;
         let (components, rescale) = (volume.components(), volume.rescale());
         let (format, orientation) = (volume.format().to_owned(), volume.orientation().map(str::to_owned));
-        let cast = Volume::with_layout(grid, dtype, endian, components, Arc::new(Bytes(volume)), 0)?;
-        let cast = cast.with_rescale(rescale)?.with_format(format);
+        let bytes = Arc::new(Bytes(volume.clone()));
+        let cast = Volume::with_layout(grid, dtype, endian, components, bytes, 0)?;
+        let cast = cast.with_rescale(rescale)?.with_format(format).with_notes_of(&volume);
         Ok(match orientation {
             Some(text) => cast.with_orientation(text),
             None => cast,

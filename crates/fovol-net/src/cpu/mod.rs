@@ -43,5 +43,5 @@ pub use map::{Map, Stored};
 pub use network::{FrameInput, Network};
 pub use peak::peak_flops;
 pub use precision::{Arithmetic, Precision};
-pub use simd::Simd;
+pub use simd::{Simd, Work};
 pub use state::State;

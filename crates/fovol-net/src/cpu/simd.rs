@@ -18,7 +18,7 @@ pub enum Simd {
 
 /// Something to do with whatever instructions there are. Its method must be `#[inline(always)]`, and whatever
 /// matters in it too: a function of its own is compiled for every processor.
-pub(super) trait Work {
+pub trait Work {
     /// Does it.
     fn run(self);
 }
@@ -67,7 +67,7 @@ impl Simd {
 
     /// Does `work` where the compiler may use this set's instructions for it.
     #[inline(always)]
-    pub(super) fn vectorised(self, work: impl Work) {
+    pub fn vectorised(self, work: impl Work) {
         #[cfg(target_arch = "x86_64")]
         {
             /// # Safety

@@ -41,10 +41,10 @@ impl FromStr for Fill {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        match text {
+        match text.to_ascii_lowercase().as_str() {
             "pull-push" => Ok(Self::PullPush),
             "linear" => Ok(Self::Linear),
-            other => Err(format!("`{other}` is no reconstruction; use pull-push or linear")),
+            _ => Err(format!("`{text}` is no reconstruction; use pull-push or linear")),
         }
     }
 }

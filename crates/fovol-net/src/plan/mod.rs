@@ -217,8 +217,10 @@ impl FromStr for Named {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        Self::ALL.into_iter().find(|named| named.name() == text).ok_or_else(|| {
-            format!("`{text}` is no network; use one of {}", Self::ALL.map(Self::name).join(", "))
+        let names = Self::ALL.map(Self::name);
+        Self::ALL.into_iter().find(|named| named.name().eq_ignore_ascii_case(text)).ok_or_else(|| {
+            let meant = fovol_core::did_you_mean(text, &names);
+            format!("`{text}` is no network; use one of {}{meant}", names.join(", "))
         })
     }
 }

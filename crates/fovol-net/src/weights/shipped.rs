@@ -42,9 +42,15 @@ impl Weights {
     /// # Errors
     /// As [`Self::shipped`] and [`Self::read`].
     pub fn named_or_read(name: &str) -> Result<Self> {
-        match name.parse() {
-            Ok(network) if !Path::new(name).exists() => Self::shipped(network),
-            _ => Self::read(Path::new(name)),
+        if Path::new(name).exists() {
+            return Self::read(Path::new(name));
+        }
+        match name.parse::<Named>() {
+            Ok(network) => Self::shipped(network),
+            Err(problem) if !name.contains(['.', '/', '\\']) => {
+                Err(Error::Config(format!("{problem} (nor is there such a file)")))
+            }
+            Err(_) => Self::read(Path::new(name)),
         }
     }
 }
@@ -62,6 +68,12 @@ mod tests {
             assert!(weights.facts.contains_key("steps"), "{:?}", weights.facts);
         }
         assert!(Weights::shipped(Named::WNetNarrow).unwrap_err().to_string().contains("wnet-fast"));
-        assert!(Weights::named_or_read("nothing.safetensors").is_err());
+        assert!(
+            Weights::named_or_read("nothing.safetensors").unwrap_err().to_string().contains("cannot read")
+        );
+        assert!(
+            Weights::named_or_read("wnet-fst").unwrap_err().to_string().contains("did you mean wnet-fast?")
+        );
+        assert_eq!(Weights::named_or_read("WNet-Fast").unwrap().config, Named::WNetFast.config());
     }
 }

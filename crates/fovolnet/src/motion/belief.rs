@@ -2,6 +2,7 @@
 
 use super::guesses::{COUNT, Guesses, OFFSETS};
 use fovol_core::{Frame, FrameSize, Reprojection};
+use fovol_net::cpu::{Simd, Work};
 use glam::Vec4;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -142,6 +143,20 @@ fn around(errors: &[Errors], columns: usize, tile: usize) -> Errors {
     sum
 }
 
+/// The finding of the errors of a tile.
+struct TileErrors<'a> {
+    evidence: &'a Evidence<'a>,
+    tile: [usize; 2],
+    errors: &'a mut Errors,
+}
+
+impl Work for TileErrors<'_> {
+    #[inline(always)]
+    fn run(self) {
+        self.evidence.add_tile(self.tile, self.errors);
+    }
+}
+
 /// What guesses are judged by.
 struct Evidence<'a> {
     guesses: &'a Guesses,
@@ -153,9 +168,15 @@ struct Evidence<'a> {
 
 impl Evidence<'_> {
     fn of_tile(&self, column: usize, row: usize) -> Errors {
+        let mut errors = [0.0; COUNT];
+        Simd::best().vectorised(TileErrors { evidence: self, tile: [column, row], errors: &mut errors });
+        errors
+    }
+
+    #[inline(always)]
+    fn add_tile(&self, [column, row]: [usize; 2], errors: &mut Errors) {
         let (width, height) = (self.size.width as usize, self.size.height as usize);
         let pixels = |at: usize, end: usize| at * TILE..((at + 1) * TILE).min(end);
-        let mut errors = [0.0; COUNT];
         for y in pixels(row, height) {
             for x in pixels(column, width) {
                 if self.is_sampled(y * width + x) {
@@ -163,13 +184,12 @@ impl Evidence<'_> {
                     for (x1, y1) in [(x + 1, y), (x, y + 1)] {
                         let is_guessed = x1 < width && y1 < height && !self.is_sampled(y1 * width + x1);
                         if is_guessed {
-                            self.add([x, y], [x1, y1], colour, &mut errors);
+                            self.add([x, y], [x1, y1], colour, errors);
                         }
                     }
                 }
             }
         }
-        errors
     }
 
     /// Whether pixel number `i` was sampled.

@@ -1,6 +1,7 @@
-use super::belief::{Belief, Beliefs};
+use super::belief::{Belief, Beliefs, Segment};
 use super::{Depths, Filled, Sparse};
 use fovol_core::{FrameSize, Reprojection};
+use fovol_net::cpu::{Simd, Work};
 use rayon::prelude::*;
 
 /// How far away everything could be, one guess after the other. Distances are in world units: the volume's longest side is 1.
@@ -49,8 +50,14 @@ impl Guesses {
         motion.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
             for segment in beliefs.row(y, width) {
                 let x = segment.pixels.start;
-                let part = &mut row[segment.pixels.clone()];
-                put_motion(part, [x, y], to_last, |at| self.believed(segment.belief(at), y * width + x + at));
+                let row = &mut row[segment.pixels.clone()];
+                Simd::best().vectorised(BelievedMotion {
+                    guesses: self,
+                    segment,
+                    to_last,
+                    first: [x, y],
+                    row,
+                });
             }
         });
         motion
@@ -61,6 +68,24 @@ impl Guesses {
     fn believed(&self, belief: Belief, i: usize) -> f32 {
         let (near, seen) = (moved_by(self.near.inverse()[i], belief.offset), self.seen.inverse()[i]);
         if near > 0.0 { near + (seen - near) * belief.seen } else { seen }
+    }
+}
+
+/// The motion of the pixels of a segment.
+struct BelievedMotion<'a> {
+    guesses: &'a Guesses,
+    segment: Segment,
+    to_last: &'a Reprojection,
+    first: [usize; 2],
+    row: &'a mut [[f32; 2]],
+}
+
+impl Work for BelievedMotion<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let Self { guesses, segment, to_last, first, row } = self;
+        let from = first[1] * guesses.size().width as usize + first[0];
+        put_motion(row, first, to_last, |at| guesses.believed(segment.belief(at), from + at));
     }
 }
 

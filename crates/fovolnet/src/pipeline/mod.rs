@@ -11,11 +11,11 @@ mod view;
 use crate::Device;
 use crate::{Clip, Error, Machine, OpenDevice, OpenVolume, RenderSettings, Result, SpeedSettings, scene};
 use cpu::CpuMarcher;
-#[cfg(feature = "gpu")]
-pub(crate) use gpu::{device_precision, reconstructs};
 use fovol_core::{Camera, Fovea, Frame, FrameSize, SampleList, SampleMask, Scene};
 use fovol_render::cpu::march::Marched;
 use fovol_render::cpu::{RenderOptions, Simd};
+#[cfg(feature = "gpu")]
+pub(crate) use gpu::{device_precision, reconstructs};
 use sampled::{HostReconstruction, Sampled, Sampler};
 use serde::Serialize;
 use std::sync::Arc;

@@ -34,7 +34,7 @@ pub fn parse(source: &Source) -> Result<Volume> {
         line_skip: 0,
         byte_skip: header.skip(source)?,
     };
-    let volume = payload.volume(source, layout, volumes)?.with_format("MetaImage");
+    let volume = payload.volume(source, layout, volumes)?.with_format("MetaImage").with_time_points(volumes);
     let rescale = Rescale {
         slope: header.number(source, &["ElementToIntensityFunctionSlope"])?.unwrap_or(1.0),
         intercept: header.number(source, &["ElementToIntensityFunctionOffset"])?.unwrap_or(0.0),

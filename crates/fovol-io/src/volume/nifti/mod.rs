@@ -70,7 +70,10 @@ fn parse_header(source: &Source, image: Option<&Source>) -> Result<Volume> {
         (false, Some(image)) => voxels(image, end)?,
         (false, None) => voxels(&image_beside(source)?, end)?,
     };
-    let mut volume = layout.volume(source, bytes, header.offset)?.with_format(header.kind.name());
+    let mut volume = layout
+        .volume(source, bytes, header.offset)?
+        .with_format(header.kind.name())
+        .with_time_points(volumes.unwrap_or(usize::MAX));
     if header.rescale != Rescale::IDENTITY {
         volume = volume.with_rescale(header.rescale).map_err(|e| source.malformed(e.to_string()))?;
     }

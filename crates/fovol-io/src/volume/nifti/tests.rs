@@ -105,6 +105,7 @@ fn scaling_spacing_and_orientation() {
 fn the_first_of_several_volumes() {
     let volume = parse(&single(header(Endian::Little, &[1, 1, 2, 3], 2), &[7, 8, 0, 0, 0, 0])).unwrap();
     assert_eq!((volume.grid().dims(), volume.data()), ([1, 1, 2], &[7, 8][..]));
+    assert_eq!(volume.time_points(), 3);
 }
 
 #[test]

@@ -36,7 +36,7 @@ pub fn parse(source: &Source) -> Result<Volume> {
         line_skip: line_skip(source, &header)?,
         byte_skip: byte_skip(source, &header)?,
     };
-    let volume = payload.volume(source, layout, volumes)?.with_format("NRRD");
+    let volume = payload.volume(source, layout, volumes)?.with_format("NRRD").with_time_points(volumes);
     Ok(match orientation(&header) {
         Some(text) => volume.with_orientation(text),
         None => volume,

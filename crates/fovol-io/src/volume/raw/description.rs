@@ -1,6 +1,7 @@
 //! What names, sidecars and users say about bare voxels.
 
-use crate::volume::decompress::Compression;
+use super::gzip;
+use crate::volume::decompress::{Compression, decompress_all};
 use crate::volume::layout::Layout;
 use crate::volume::payload::{Encoding, Files, Payload, Skip};
 use crate::volume::{Overrides, Source};
@@ -25,6 +26,8 @@ pub struct Description {
     pub spacing: Option<[f64; 3]>,
     /// Bytes before the first voxel.
     pub offset: Option<usize>,
+    /// Whether it is the user who says the dims.
+    pub dims_are_chosen: bool,
 }
 
 impl Description {
@@ -46,7 +49,7 @@ impl Description {
     /// What the user says.
     pub fn of_user(overrides: &Overrides) -> Self {
         let Overrides { dims, dtype, endian, spacing, .. } = *overrides;
-        Self { dims, dtype, endian, spacing, ..Self::default() }
+        Self { dims, dtype, endian, spacing, dims_are_chosen: dims.is_some(), ..Self::default() }
     }
 
     /// This, and what `other` says beyond it.
@@ -60,6 +63,7 @@ impl Description {
             components: self.components.or(other.components),
             spacing: self.spacing.or(other.spacing),
             offset: self.offset.or(other.offset),
+            dims_are_chosen: if self.dims.is_some() { self.dims_are_chosen } else { other.dims_are_chosen },
         }
     }
 
@@ -83,12 +87,48 @@ impl Description {
         let payload =
             Payload { files: Files::Attached(0), encoding, line_skip: 0, byte_skip: Skip::Bytes(offset) };
         let needed = layout.length(source)?.saturating_add(offset);
-        if !is_packed && source.bytes().len() > needed {
-            let found = source.bytes().len();
-            tracing::warn!(file = %source.path().display(), found, needed, "longer than its size and type say");
-        }
-        Ok(payload.volume(source, layout, 1)?.with_format("raw"))
+        let found = if is_packed { gzip::length(source.bytes()) } else { source.bytes().len() };
+        let doubt = found.checked_sub(needed).filter(|&excess| excess > 0);
+        let doubt = doubt.map(|excess| too_long(source, &layout, excess));
+        doubt.iter().for_each(|doubt| tracing::warn!("{doubt}"));
+        let volume = payload.volume(source, layout, 1).map_err(|error| {
+            match found_bytes(source, is_packed, needed) {
+                Some(found) if self.dims_are_chosen => too_short(source, dims, [needed, found]),
+                _ => error,
+            }
+        })?;
+        let volume = volume.with_format("raw");
+        Ok(match doubt {
+            Some(doubt) => volume.with_note(doubt),
+            None => volume,
+        })
     }
+}
+
+/// What is said where `excess` bytes are left over.
+fn too_long(source: &Source, layout: &Layout, excess: usize) -> String {
+    let Layout { dims: [x, y, z], dtype, components, .. } = layout;
+    let of = if *components == 1 { String::new() } else { format!("{components} x ") };
+    format!(
+        "{} has {excess} bytes more than {x}x{y}x{z} {of}{dtype} needs; are the dims right?",
+        source.path().display()
+    )
+}
+
+/// What is said where the user gave `dims` for which bytes are missing.
+fn too_short(source: &Source, [x, y, z]: [usize; 3], [needed, found]: [usize; 2]) -> Error {
+    source.malformed(format!(
+        "--dims {x},{y},{z} needs {needed} bytes, the file has {found}; check --dims and --dtype"
+    ))
+}
+
+/// How many bytes there are if they are fewer than `needed`; none where that is not what is wrong.
+fn found_bytes(source: &Source, is_packed: bool, needed: usize) -> Option<usize> {
+    let found = match is_packed {
+        true => decompress_all(source, source.bytes(), Compression::Gzip, needed).ok()?.len(),
+        false => source.bytes().len(),
+    };
+    (found < needed).then_some(found)
 }
 
 /// Voxels may begin like a gzip file by chance, so the name decides too.

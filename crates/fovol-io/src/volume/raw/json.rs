@@ -50,6 +50,7 @@ pub fn parse(source: &Source) -> Result<Description> {
         components: said.components,
         spacing: said.spacing,
         offset: said.offset,
+        dims_are_chosen: false,
     })
 }
 

@@ -2,6 +2,7 @@
 
 mod dat;
 mod description;
+mod gzip;
 mod json;
 mod sidecar;
 mod write;
@@ -19,6 +20,19 @@ pub use write::write;
 /// # Errors
 /// Size or type unknown, or fewer bytes than they need.
 pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
+    let volume = read(source, overrides)?;
+    Ok(match (overrides.dims, Description::of_name(source.path()).dims) {
+        (Some(said), Some(named)) if said != named => volume.with_note(contradiction(said, named)),
+        _ => volume,
+    })
+}
+
+/// What is said where the user gives other dims than the name of the file.
+fn contradiction([x, y, z]: [usize; 3], [nx, ny, nz]: [usize; 3]) -> String {
+    format!("--dims {x},{y},{z} contradicts the file's name, {nx}x{ny}x{nz}")
+}
+
+fn read(source: &Source, overrides: &Overrides) -> Result<Volume> {
     let user = Description::of_user(overrides);
     if let Some(reader) = sidecar::reader_of(source) {
         let said = user.or(reader(source)?);
@@ -142,15 +156,53 @@ mod tests {
 
     #[test]
     fn packed_voxels_are_unpacked_and_counted() {
-        use std::io::Write;
-        let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
-        packed.write_all(&[1, 2, 3, 4]).unwrap();
-        let packed = packed.finish().unwrap();
+        let packed = packed(&[1, 2, 3, 4]);
         let (_kept, at) = folder(&[("a_4x1x1_uint8.raw.gz", &packed), ("b_5x1x1_uint8.raw.gz", &packed)]);
         assert_eq!(read(&at("a_4x1x1_uint8.raw.gz")).unwrap().data(), [1, 2, 3, 4]);
         assert!(
             read(&at("b_5x1x1_uint8.raw.gz")).unwrap_err().to_string().contains("ends before the 5 bytes")
         );
+    }
+
+    /// The notes of, or the error from, the file at `path` read with `dims`.
+    fn noted(path: &Path, dims: [usize; 3]) -> std::result::Result<String, String> {
+        let overrides = Overrides { dims: Some(dims), dtype: Some(Dtype::U8), ..Overrides::default() };
+        let volume = crate::volume::read(path, &overrides).map_err(|e| e.to_string())?;
+        Ok(volume.notes().join("|"))
+    }
+
+    fn packed(bytes: &[u8]) -> Vec<u8> {
+        use std::io::Write;
+        let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+        packed.write_all(bytes).unwrap();
+        packed.finish().unwrap()
+    }
+
+    #[test]
+    fn dims_that_may_be_wrong_are_noted() {
+        let (_kept, at) =
+            folder(&[("v_3x2x1_u8.raw", &[7; 6]), ("w.raw", &[7; 6]), ("w.raw.gz", &packed(&[7; 6]))]);
+        assert_eq!(noted(&at("v_3x2x1_u8.raw"), [3, 2, 1]).unwrap(), "");
+        assert_eq!(
+            noted(&at("v_3x2x1_u8.raw"), [2, 3, 1]).unwrap(),
+            "--dims 2,3,1 contradicts the file's name, 3x2x1"
+        );
+        for name in ["w.raw", "w.raw.gz"] {
+            let note = noted(&at(name), [2, 1, 2]).unwrap();
+            assert!(note.ends_with("has 2 bytes more than 2x1x2 u8 needs; are the dims right?"), "{note}");
+        }
+    }
+
+    #[test]
+    fn too_large_dims_are_told_what_there_is() {
+        let (_kept, at) = folder(&[("w.raw", &[7; 6]), ("w.raw.gz", &packed(&[7; 6]))]);
+        for name in ["w.raw", "w.raw.gz"] {
+            let error = noted(&at(name), [4, 4, 4]).unwrap_err();
+            assert!(
+                error.contains("--dims 4,4,4 needs 64 bytes, the file has 6; check --dims and --dtype"),
+                "{error}"
+            );
+        }
     }
 
     #[test]

@@ -138,6 +138,9 @@ impl<'a> Pages<'a> {
 }
 
 fn broken(source: &Source, page: usize, error: &tiff::TiffError) -> Error {
+    if matches!(error, tiff::TiffError::IoError(e) if e.kind() == std::io::ErrorKind::UnexpectedEof) {
+        return source.malformed(format!("it is cut off within page {page}; copy or download it again"));
+    }
     let problem: String =
         error.to_string().chars().map(|c| if c.is_control() { ' ' } else { c }).take(200).collect();
     source.malformed(format!("page {page} cannot be read as TIFF: {problem}"))

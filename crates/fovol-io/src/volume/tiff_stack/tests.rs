@@ -125,6 +125,7 @@ fn hostile_pages_are_one_line_errors() {
     ] {
         let error = parse(&source).err().unwrap_or_else(|| panic!("{what} was read")).to_string();
         assert!(error.starts_with("x.tif: ") && !error.contains('\n'), "{what}: {error}");
+        assert!(what != "cut" || error.contains("cut off"), "{error}");
     }
 }
 

@@ -1,0 +1,272 @@
+//! Where rendered frames go: into a folder, or one of them into a picture of its own.
+
+use crate::commands::mask;
+use anyhow::{Context, Result, bail, ensure};
+use fovolnet::RenderedFrame;
+use fovolnet::core::Frame;
+use fovolnet::io::atomic;
+use fovolnet::io::image::{self, Alpha};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+/// What of a frame is written.
+#[derive(clap::ValueEnum, Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Keep {
+    Frame,
+    Sparse,
+    Mask,
+    Reference,
+    Motion,
+}
+
+impl Keep {
+    /// What the names of such files begin with.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Frame => "frame",
+            Self::Sparse => "sparse",
+            Self::Mask => "mask",
+            Self::Reference => "reference",
+            Self::Motion => "motion",
+        }
+    }
+
+    /// The format that it has in a folder of pictures in `format`.
+    fn format(self, format: Format) -> Format {
+        match self {
+            Self::Mask => Format::Png,
+            Self::Motion => Format::Exr,
+            _ => format,
+        }
+    }
+}
+
+/// How pictures are written.
+#[derive(clap::ValueEnum, Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    Png,
+    Exr,
+}
+
+impl Format {
+    const ALL: [Self; 2] = [Self::Png, Self::Exr];
+
+    fn extension(self) -> &'static str {
+        match self {
+            Self::Png => "png",
+            Self::Exr => "exr",
+        }
+    }
+
+    /// What the name `path` ends in.
+    fn of(path: &Path) -> Option<Self> {
+        let extension = path.extension()?;
+        Self::ALL.into_iter().find(|format| extension.eq_ignore_ascii_case(format.extension()))
+    }
+}
+
+/// Pictures that are not written, and that nobody means a folder by.
+const OTHER_PICTURES: [&str; 6] = ["jpg", "jpeg", "bmp", "tif", "tiff", "webp"];
+
+/// What is kept of frames, and where.
+#[derive(Debug, PartialEq)]
+pub struct FrameFiles {
+    output: PathBuf,
+    is_picture: bool,
+    keep: Vec<Keep>,
+    format: Format,
+    has_alpha: bool,
+}
+
+impl FrameFiles {
+    /// `keep` of `frames` frames in `output`: a folder, or where that is a name like `picture.png` of no folder, that picture.
+    pub fn new(output: &Path, keep: &[Keep], format: Option<Format>, frames: usize) -> Result<Self> {
+        let named = if output.is_dir() { None } else { Format::of(output) };
+        let shown = output.display();
+        let Some(named) = named else {
+            let extension = output.extension().unwrap_or_default();
+            let is_other = OTHER_PICTURES.iter().any(|other| extension.eq_ignore_ascii_case(other));
+            ensure!(
+                !is_other || output.is_dir(),
+                "{shown} is no picture that is written; use .png, .exr, or a folder"
+            );
+            let format = format.unwrap_or(Format::Png);
+            return Ok(Self {
+                output: output.to_owned(),
+                is_picture: false,
+                keep: keep.to_vec(),
+                format,
+                has_alpha: false,
+            });
+        };
+        ensure!(
+            frames == 1,
+            "{shown} is one picture and cannot hold {frames} frames; give a folder (-o DIR), or --frames 1"
+        );
+        let [kept] = *keep else {
+            bail!(
+                "{shown} is one picture and cannot hold all of --keep; give a folder (-o DIR), or keep one of them"
+            );
+        };
+        let written = kept.format(format.unwrap_or(named));
+        ensure!(
+            written == named,
+            "{shown} is to be a picture of another format; let its name end in .{}",
+            written.extension()
+        );
+        Ok(Self {
+            output: output.to_owned(),
+            is_picture: true,
+            keep: vec![kept],
+            format: named,
+            has_alpha: false,
+        })
+    }
+
+    /// The same, with or without the alpha of frames.
+    pub fn with_alpha(self, has_alpha: bool) -> Self {
+        Self { has_alpha, ..self }
+    }
+
+    /// Makes the folder that the files lie in.
+    pub fn make_folder(&self) -> Result<()> {
+        let folder = if self.is_picture { self.output.parent() } else { Some(&*self.output) };
+        match folder.filter(|folder| !folder.as_os_str().is_empty()) {
+            Some(folder) => Ok(atomic::make_folder(folder)?),
+            None => Ok(()),
+        }
+    }
+
+    /// Whether `keep` is kept.
+    pub fn has(&self, keep: Keep) -> bool {
+        self.keep.contains(&keep)
+    }
+
+    /// Writes what is kept of a frame.
+    pub fn write(&self, rendered: &RenderedFrame, reference: Option<&Frame>) -> Result<()> {
+        let alpha = if self.has_alpha { Alpha::Keep } else { Alpha::Drop };
+        for &keep in &self.keep {
+            let path = self.path(keep, rendered.index);
+            match keep {
+                Keep::Frame => self.picture(&path, &rendered.frame, alpha)?,
+                Keep::Sparse => self.picture(&path, &rendered.sparse, Alpha::Keep)?,
+                Keep::Mask => mask::write(&path, &rendered.mask)?,
+                Keep::Reference => {
+                    let reference = reference.context("the reference was not rendered")?;
+                    self.picture(&path, reference, alpha)?;
+                }
+                Keep::Motion => image::write_exr(&path, &motion_picture(rendered))?,
+            }
+        }
+        Ok(())
+    }
+
+    /// The names of frames that lie in the folder and are not among `numbers`: those of a longer run before.
+    pub fn older(&self, numbers: &Range<u32>) -> Vec<String> {
+        if self.is_picture {
+            return Vec::new();
+        }
+        let entries = std::fs::read_dir(&self.output).into_iter().flatten().flatten();
+        let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
+        let mut older: Vec<String> = names.filter(|name| self.is_older(name, numbers)).collect();
+        older.sort();
+        older
+    }
+
+    fn is_older(&self, name: &str, numbers: &Range<u32>) -> bool {
+        self.keep.iter().any(|keep| {
+            let rest = name.strip_prefix(keep.name()).and_then(|rest| rest.strip_prefix('_'));
+            let parts = rest.and_then(|rest| rest.split_once('.'));
+            let Some((number, extension)) = parts else { return false };
+            let is_picture = Format::ALL.iter().any(|format| format.extension() == extension);
+            let is_made = extension == keep.format(self.format).extension();
+            let number = if is_picture { number.parse().ok() } else { None };
+            number.is_some_and(|number: u32| !(is_made && numbers.contains(&number)))
+        })
+    }
+
+    fn path(&self, keep: Keep, number: u32) -> PathBuf {
+        if self.is_picture {
+            return self.output.clone();
+        }
+        let extension = keep.format(self.format).extension();
+        self.output.join(format!("{}_{number:04}.{extension}", keep.name()))
+    }
+
+    fn picture(&self, path: &Path, frame: &Frame, alpha: Alpha) -> Result<()> {
+        match self.format {
+            Format::Png => image::write_png(path, frame, alpha)?,
+            // Straight colours are PNG's convention, premultiplied ones OpenEXR's; of opaque frames both are the same.
+            Format::Exr if self.has_alpha && alpha == Alpha::Keep => {
+                image::write_exr(path, &frame.clone().premultiplied())?;
+            }
+            Format::Exr => image::write_exr(path, frame)?,
+        }
+        Ok(())
+    }
+}
+
+/// The motion of a frame as a picture: red is the way right, green the way down, in pixels; still where none is known.
+fn motion_picture(rendered: &RenderedFrame) -> Frame {
+    let mut picture = Frame::new(rendered.frame.size());
+    for (i, pixel) in picture.pixels_mut().iter_mut().enumerate() {
+        let [right, down] = rendered.motion.as_ref().map_or([0.0; 2], |motion| motion[i]);
+        *pixel = [right, down, 0.0, 1.0];
+    }
+    picture
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn files(output: &str, keep: &[Keep], format: Option<Format>, frames: usize) -> Result<FrameFiles> {
+        FrameFiles::new(Path::new(output), keep, format, frames)
+    }
+
+    #[test]
+    fn names_of_pictures_are_pictures() {
+        let frame = [Keep::Frame];
+        assert!(files("a/b.PNG", &frame, None, 1).unwrap().is_picture);
+        assert_eq!(files("b.exr", &frame, None, 1).unwrap().format, Format::Exr);
+        assert!(files("m.exr", &[Keep::Motion], None, 1).unwrap().is_picture);
+        assert!(!files("a/b", &frame, None, 9).unwrap().is_picture);
+        assert!(!files("version.2", &frame, None, 9).unwrap().is_picture);
+        for wrong in [
+            files("b.png", &frame, None, 2),
+            files("b.png", &[Keep::Frame, Keep::Mask], None, 1),
+            files("b.png", &frame, Some(Format::Exr), 1),
+            files("b.exr", &[Keep::Mask], None, 1),
+            files("b.jpg", &frame, None, 1),
+        ] {
+            let error = wrong.unwrap_err().to_string();
+            assert!(error.starts_with("b.") && error.contains("; "), "{error}");
+        }
+    }
+
+    #[test]
+    fn folders_may_have_such_names() {
+        let folder = tempfile::tempdir().unwrap();
+        let inside = folder.path().join("frames.png");
+        std::fs::create_dir(&inside).unwrap();
+        let files = FrameFiles::new(&inside, &[Keep::Frame], None, 3).unwrap();
+        assert_eq!(files.path(Keep::Frame, 7), inside.join("frame_0007.png"));
+    }
+
+    #[test]
+    fn frames_of_longer_runs_are_found() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in [
+            "frame_0000.png",
+            "frame_0001.exr",
+            "frame_0009.png",
+            "mask_0009.png",
+            "frame_x.png",
+            "frame_0003.txt",
+        ] {
+            std::fs::write(folder.path().join(name), "").unwrap();
+        }
+        let files = FrameFiles::new(folder.path(), &[Keep::Frame], None, 2).unwrap();
+        assert_eq!(files.older(&(0..2)), ["frame_0001.exr", "frame_0009.png"]);
+    }
+}

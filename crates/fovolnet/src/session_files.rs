@@ -1,0 +1,127 @@
+//! The files that the settings of a session name: found when it is read, taken into it when it is written.
+
+use crate::{RenderSettings, presets, toml_text};
+use fovol_net::Weights;
+use fovol_net::plan::Named;
+use std::path::{Path, PathBuf};
+
+/// Names files of `render` as they are found for a session in `folder`.
+pub fn find(folder: &Path, render: &mut RenderSettings) {
+    let settings = [&mut render.path, &mut render.gaze, &mut render.weights];
+    for file in settings.into_iter().flatten().filter(|name| !is_known(name)) {
+        if let Some(found) = found(folder, file) {
+            *file = found;
+        }
+    }
+    if let Some(tf) = render.tf.as_mut().filter(|tf| !is_known(tf) && !tf.trim_start().starts_with('{')) {
+        let (file, part) = tf.rsplit_once('#').map_or((&**tf, ""), |(file, _)| (file, &tf[file.len()..]));
+        let whole = found(folder, tf);
+        if let Some(found) = whole.or_else(|| Some(found(folder, file)? + part)) {
+            *tf = found;
+        }
+    }
+}
+
+/// Puts what files hold into `render` in place of their names, so that they may change. Weights stay where they are, and so does
+/// what cannot be read.
+pub fn take_in(render: &mut RenderSettings) {
+    let RenderSettings { tf, path, gaze, weights, .. } = render;
+    if let Some(text) = tf.as_deref().and_then(presets::text_of_file) {
+        *tf = Some(text);
+    }
+    for setting in [path, gaze].into_iter().flatten().filter(|name| !is_known(name)) {
+        if let Some(text) = toml_text::of_file(setting) {
+            *setting = text;
+        }
+    }
+    if let Some(file) = weights.as_mut().filter(|file| !is_known(file) && Path::new(file).is_file()) {
+        *file = absolute(Path::new(file));
+    }
+}
+
+/// Where the file or folder `name` is for somebody in `folder`: at that path; or where nothing lies at an absolute path any more,
+/// below `folder` at as short an end of it as leads somewhere.
+pub fn found(folder: &Path, name: &str) -> Option<String> {
+    let path = Path::new(name);
+    let ends: Vec<&Path> = match path.is_absolute() {
+        false => vec![path],
+        true if path.exists() => return None,
+        true => path.ancestors().filter_map(|above| path.strip_prefix(above).ok()).collect(),
+    };
+    let places = ends.into_iter().filter(|end| !end.as_os_str().is_empty()).map(|end| folder.join(end));
+    places.into_iter().find(|place| place.exists()).map(|place| place.display().to_string())
+}
+
+/// `path` as it is found from anywhere.
+pub fn absolute(path: &Path) -> String {
+    std::path::absolute(path).unwrap_or_else(|_| PathBuf::from(path)).display().to_string()
+}
+
+/// Whether `name` is one of those that need no file.
+fn is_known(name: &str) -> bool {
+    let names = ["orbit", "flythrough", "wander"];
+    let weights = Weights::SHIPPED.map(Named::name);
+    names.contains(&name) || weights.contains(&name) || presets::names().contains(&name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera_path;
+
+    const PATH: &str =
+        "# mine\n[[keyframe]] # the only one\nframe = 0\neye = [0, 0, 2]\ntarget = [0, 0, 0]\nfovy = 35\n";
+
+    fn saying(tf: String, path: String, gaze: String) -> RenderSettings {
+        RenderSettings { tf: Some(tf), path: Some(path), gaze: Some(gaze), ..RenderSettings::default() }
+    }
+
+    #[test]
+    fn files_are_taken_in() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = |name: &str, text: &str| {
+            std::fs::write(folder.path().join(name), text).unwrap();
+            folder.path().join(name).display().to_string()
+        };
+        let mut render = saying(
+            file("tf.json", r#"{"points":[[0,0,0,0,0],[1,1,1,1,0.1]]}"#),
+            file("path.toml", PATH),
+            file("gaze.toml", "stops = [[0, 0.1, 0.2]]\n"),
+        );
+        let [path, gaze] = [camera_path(&render).unwrap().camera(0), camera_path(&render).unwrap().camera(9)];
+        take_in(&mut render);
+        std::fs::remove_dir_all(folder.path()).unwrap();
+        assert!(render.tf.as_ref().unwrap().starts_with("{\"points\":"), "{render:?}");
+        let read = camera_path(&render).unwrap();
+        assert_eq!([read.camera(0), read.camera(9)], [path, gaze]);
+        assert_eq!(render.fovea(0).unwrap().gaze, [0.1, 0.2]);
+        // What is text already is nothing to look for.
+        let taken = render.clone();
+        find(Path::new("/"), &mut render);
+        take_in(&mut render);
+        assert_eq!(render, taken);
+    }
+
+    #[test]
+    fn names_and_what_cannot_be_read_stay() {
+        let mut render = saying("viridis".into(), "orbit".into(), "0.3,0.4".into());
+        let named = render.clone();
+        take_in(&mut render);
+        find(Path::new("/"), &mut render);
+        assert_eq!(render, named);
+        let mut render = saying("gone.json#part".into(), "gone.toml".into(), "wander".into());
+        let named = render.clone();
+        take_in(&mut render);
+        assert_eq!(render, named);
+    }
+
+    #[test]
+    fn parts_of_files_beside_a_session_are_found() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("maps.json"), "[]").unwrap();
+        let mut render = RenderSettings { tf: Some("maps.json#Cool".into()), ..RenderSettings::default() };
+        find(folder.path(), &mut render);
+        let expected = format!("{}#Cool", folder.path().join("maps.json").display());
+        assert_eq!(render.tf, Some(expected));
+    }
+}
