@@ -59,6 +59,7 @@ impl Opened {
             notes.push("the weights are not those of the session: pictures will not be the same".into());
         }
         notes.extend(volume.remarks());
+        notes.extend(volume.notes());
         let backdrop = Backdrop::new(&volume);
         let transfer = match document.transfer_function(&volume) {
             Ok(transfer) => transfer,

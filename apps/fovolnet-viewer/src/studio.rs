@@ -453,6 +453,31 @@ mod tests {
     }
 
     #[test]
+    #[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
+    fn another_volume_and_size_take_over_while_frames_are_under_way() {
+        let gpu = Gpu::open(&fovolnet::gpu::AdapterRequest::Any.or_environment()).unwrap();
+        let mut studio = Studio::new(SpeedSettings::default(), Some(gpu.clone()));
+        let read = VolumeSettings { dims: Some([24; 3]), ..VolumeSettings::default() };
+        let volumes = ["head", "vortices"].map(|name| open_volume(name, &read).unwrap());
+        let mut first: [Option<Vec<[u8; 4]>>; 4] = Default::default();
+        for i in 0..24u32 {
+            // Each for three frames, two of which are under way when the next comes.
+            let kind = (i / 3 % 4) as usize;
+            let mut wanted = Wanted { converges: false, volume: volumes[kind % 2].clone(), ..wanted() };
+            wanted.settings.size = Some(["64x48", "40x56"][kind / 2].parse().unwrap());
+            wanted.camera = CameraPath::Orbit.camera(i % 3);
+            let shown = studio.step(&wanted).unwrap().unwrap();
+            assert_eq!(shown.size, wanted.settings.frame_size());
+            let Pixels::Device(picture) = &shown.pixels else { panic!("frame {i} went through the host") };
+            if i % 3 == 0 {
+                let pixels = fovolnet::gpu::read_picture(&gpu, picture).unwrap();
+                let before = first[kind].get_or_insert_with(|| pixels.clone());
+                assert_eq!(*before, pixels, "frame {i} remembers what was shown before it");
+            }
+        }
+    }
+
+    #[test]
     fn what_cannot_be_rendered_is_said_and_forgotten() {
         let mut studio = studio();
         let good = wanted();
