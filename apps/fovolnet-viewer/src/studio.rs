@@ -465,6 +465,7 @@ mod tests {
             let kind = (i / 3 % 4) as usize;
             let mut wanted = Wanted { converges: false, volume: volumes[kind % 2].clone(), ..wanted() };
             wanted.settings.size = Some(["64x48", "40x56"][kind / 2].parse().unwrap());
+            wanted.settings.pb = Some(0.8);
             wanted.camera = CameraPath::Orbit.camera(i % 3);
             let shown = studio.step(&wanted).unwrap().unwrap();
             assert_eq!(shown.size, wanted.settings.frame_size());
@@ -472,7 +473,11 @@ mod tests {
             if i % 3 == 0 {
                 let pixels = fovolnet::gpu::read_picture(&gpu, picture).unwrap();
                 let before = first[kind].get_or_insert_with(|| pixels.clone());
-                assert_eq!(*before, pixels, "frame {i} remembers what was shown before it");
+                let pairs = before.iter().flatten().zip(pixels.iter().flatten());
+                let differences: u32 = pairs.map(|(a, b)| u32::from(a.abs_diff(*b))).sum();
+                // Other samples, of the same volume.
+                let mean = differences as f32 / pixels.len() as f32;
+                assert!(mean < 20.0, "frame {i} remembers what was shown before it: {mean}");
             }
         }
     }
