@@ -79,3 +79,25 @@ fn is_something(marched: &[Marched]) -> bool {
     let variance = marched.iter().map(|ray| (f64::from(ray.colour[1]) - mean).powi(2)).sum::<f64>() / count;
     shown > SHOWN && variance.sqrt() > VARIED
 }
+
+#[cfg(all(test, feature = "gpu"))]
+mod tests {
+    use super::*;
+    use crate::clips::VolumeSource;
+    use fovolnet::Device;
+
+    #[test]
+    #[ignore = "needs an adapter: cargo test --release -- --ignored"]
+    fn clips_of_a_gpu_are_those_of_the_processor() {
+        let source = VolumeSource::parse("marschner-lobb:20:1").unwrap();
+        let volume = source.open().unwrap();
+        let recipe = Recipe::draw(5, &source).with_part(32, 3);
+        let [cpu, gpu] = [Device::Cpu, Device::Gpu(None)]
+            .map(|device| record(&recipe, &volume, &device.open().unwrap()).unwrap());
+        assert!(cpu.scenery.gpu.is_none() && gpu.scenery.gpu.is_some());
+        assert_eq!(cpu.scenery.cameras, gpu.scenery.cameras);
+        for (cpu, gpu) in cpu.frames.iter().flatten().zip(gpu.frames.iter().flatten()) {
+            assert!(cpu.abs_diff(*gpu) <= 2, "{cpu} and {gpu}");
+        }
+    }
+}
