@@ -391,3 +391,38 @@ fn devices_are_listed_and_chosen() {
     let missing = fails(&on("gpu:no such device"), 1);
     assert!(missing.contains("--device cpu"), "{missing}");
 }
+
+#[cfg(feature = "gpu")]
+#[test]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
+fn frames_of_others_are_filled_alike_on_either_device() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let sparse = path("sparse");
+    let moving = ["--path", "flythrough", "--pb", "0.1", "--keep", "sparse,motion", "--frames", "3"];
+    succeeds(
+        &[&["render", "head", "-o", &sparse, "--dims", "32,32,32", "--size", "48x32"], &moving[..]].concat(),
+    );
+    for how in ["pull-push", "wnet"] {
+        let filled = ["cpu", "gpu"].map(|device| {
+            let out = path(&format!("{how}-{device}"));
+            succeeds(&["reconstruct", &sparse, "-o", &out, "--reconstruct", how, "--device", device]);
+            out
+        });
+        let report = json(&succeeds(&["metrics", &filled[0], &filled[1], "--json", "-"]));
+        assert!(report["psnr"].as_f64().unwrap() > 50.0, "{how}: {report}");
+    }
+    // What no GPU does is done by the processor, and said.
+    let linear = fovolnet(&[
+        "reconstruct",
+        &sparse,
+        "-o",
+        &path("linear"),
+        "--reconstruct",
+        "linear",
+        "--device",
+        "gpu",
+    ]);
+    let said = String::from_utf8(linear.stderr).unwrap();
+    assert!(linear.status.success() && said.contains("linear is filled on the processor"), "{said}");
+}
