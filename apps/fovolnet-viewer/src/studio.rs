@@ -413,8 +413,9 @@ mod tests {
         }
         wanted.camera = CameraPath::Orbit.camera(9);
         let moving = studio.step(&wanted).unwrap().unwrap();
-        assert_eq!(moving.size.to_string(), "16x12");
-        assert!(moving.rung.unwrap().scale < 0.3);
+        // Which of the smallest depends on what frames took.
+        assert!(moving.size.width < 32 && moving.size.height < 24, "{}", moving.size);
+        assert!(moving.rung.unwrap().scale < 0.5);
         let last = all(&mut studio, &wanted).pop().unwrap();
         assert_eq!((last.size.to_string().as_str(), last.progress), ("64x48", Progress::Complete));
     }
