@@ -79,9 +79,7 @@ impl Reprojection {
     /// the other camera.
     #[inline(always)]
     pub fn motion(&self, x: f32, y: f32, inverse_distance: f32) -> [f32; 2] {
-        let (seen, _) = self.seen(x, y, inverse_distance);
-        let [to_x, to_y] = self.place(seen, if seen.x > 1e-6 { seen.x } else { 1e-6 });
-        [to_x - x, to_y - y]
+        self.motions(x, y, [inverse_distance]).map(|[way]| way)
     }
 
     /// [`Self::motion`] of the same pixel for several distances.

@@ -97,9 +97,14 @@ impl<S: Copy + Display> Timing<S> {
         })
     }
 
+    /// The queries, where the device has them and there was a pass: nothing cannot be read.
+    fn recorded(&self) -> Option<&Queries> {
+        self.queries.as_ref().filter(|_| !self.stages.is_empty())
+    }
+
     /// Makes the timestamps of all passes so far readable.
     pub fn end(&self, encoder: &mut wgpu::CommandEncoder) {
-        if let Some(queries) = self.queries.as_ref().filter(|_| !self.stages.is_empty()) {
+        if let Some(queries) = self.recorded() {
             encoder.resolve_query_set(&queries.set, 0..2 * self.stages.len() as u32, &queries.resolved, 0);
         }
     }
@@ -107,9 +112,7 @@ impl<S: Copy + Display> Timing<S> {
     /// Copies the timestamps of all passes so far to `to`, from byte `offset` on, eight bytes each, two of each pass; what they
     /// belong to. Nothing where the device has none.
     pub fn copy(&self, encoder: &mut wgpu::CommandEncoder, to: &wgpu::Buffer, offset: u64) -> Vec<S> {
-        let Some(queries) = self.queries.as_ref().filter(|_| !self.stages.is_empty()) else {
-            return Vec::new();
-        };
+        let Some(queries) = self.recorded() else { return Vec::new() };
         let bytes = 16 * self.stages.len() as u64;
         encoder.copy_buffer_to_buffer(&queries.resolved, 0, to, offset, Some(bytes));
         self.stages.clone()
@@ -120,10 +123,7 @@ impl<S: Copy + Display> Timing<S> {
     /// # Errors
     /// As [`read`].
     pub fn read(&self, gpu: &Gpu) -> Result<Option<Vec<PassTime<S>>>> {
-        let Some(queries) = &self.queries else { return Ok(None) };
-        if self.stages.is_empty() {
-            return Ok(Some(Vec::new()));
-        }
+        let Some(queries) = self.recorded() else { return Ok(self.queries.as_ref().map(|_| Vec::new())) };
         let ticks: Vec<u64> = read(gpu, &queries.resolved, 2 * self.stages.len())?;
         let (pairs, _) = ticks.as_chunks::<2>();
         let time = |(&stage, [from, to]): (&S, &[u64; 2])| PassTime { stage, ms: gpu.ms_between(*from, *to) };

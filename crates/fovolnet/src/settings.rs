@@ -1,8 +1,7 @@
-use crate::{Device, Machine, Result, parse, toml_text};
-use fovol_core::{Fovea, FrameSize, GazePath, ShadowMode, SurfaceShading, did_you_mean};
-use fovol_net::Fill;
+use crate::{Device, Machine, Reconstruction, Result, Sampling, parse, toml_text};
+use fovol_core::{Fovea, FrameSize, GazePath, ShadowMode, SurfaceShading};
 use fovol_net::cpu::Precision;
-use fovol_net::plan::{Named, NetworkConfig};
+use fovol_net::plan::Named;
 use fovol_render::Filtering;
 use fovol_render::cpu::Simd;
 use fovol_render::noise::NoiseKind;
@@ -90,7 +89,7 @@ pub struct RenderSettings {
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME[:SEED]"))]
     #[serde(with = "as_text")]
     pub random_weights: Option<RandomWeights>,
-    /// Precision of the network: auto, f32, bf16, int8 or mixed [default: auto]
+    /// Precision of the network: auto, f32, bf16, f16 (on GPUs), int8 or mixed [default: auto]
     #[cfg_attr(feature = "clap", arg(long, value_name = "P"))]
     #[serde(with = "as_text")]
     pub precision: Option<Precision>,
@@ -216,118 +215,6 @@ impl RenderSettings {
     }
 }
 
-/// Which pixels are marched, and how they are found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Sampling {
-    /// Every pixel.
-    Full,
-    /// The full grid, unsampled pixels ending at once.
-    Reject,
-    /// Positions drawn from the density; some are drawn twice.
-    Direct,
-    /// A mask, packed by stream compaction.
-    #[default]
-    Compact,
-}
-
-impl Sampling {
-    /// All four.
-    pub const ALL: [Self; 4] = [Self::Full, Self::Reject, Self::Direct, Self::Compact];
-
-    /// The name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Full => "full",
-            Self::Reject => "reject",
-            Self::Direct => "direct",
-            Self::Compact => "compact",
-        }
-    }
-}
-
-impl FromStr for Sampling {
-    type Err = String;
-
-    fn from_str(text: &str) -> std::result::Result<Self, String> {
-        Self::ALL.into_iter().find(|s| s.name().eq_ignore_ascii_case(text)).ok_or_else(|| {
-            let meant = did_you_mean(text, &Self::ALL.map(Self::name));
-            format!("`{text}` is no way of sampling; use full, reject, direct or compact{meant}")
-        })
-    }
-}
-
-/// How sparse frames become full ones.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
-pub enum Reconstruction {
-    /// Not at all.
-    None,
-    /// By a classical fill.
-    Fill(Fill),
-    /// By a network that predicts kernels.
-    WNet,
-    /// By the network that FoVolNet is compared with.
-    DeepFovea,
-}
-
-impl Reconstruction {
-    /// The network whose weights are taken if none are named.
-    pub fn default_network(self) -> Option<Named> {
-        match self {
-            Self::None | Self::Fill(_) => None,
-            Self::WNet => Some(Named::WNetFast),
-            Self::DeepFovea => Some(Named::DeepFoveaFvn),
-        }
-    }
-
-    /// What a network of `config` reconstructs as.
-    pub(crate) fn by(config: &NetworkConfig) -> Self {
-        let has_kernels = matches!(config, NetworkConfig::WNet(config) if config.kernels);
-        if has_kernels { Self::WNet } else { Self::DeepFovea }
-    }
-}
-
-impl Default for Reconstruction {
-    fn default() -> Self {
-        Self::Fill(Fill::PullPush)
-    }
-}
-
-impl fmt::Display for Reconstruction {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::None => f.write_str("none"),
-            Self::Fill(fill) => fill.fmt(f),
-            Self::WNet => f.write_str("wnet"),
-            Self::DeepFovea => f.write_str("deepfovea"),
-        }
-    }
-}
-
-impl FromStr for Reconstruction {
-    type Err = String;
-
-    fn from_str(text: &str) -> std::result::Result<Self, String> {
-        match text.to_ascii_lowercase().as_str() {
-            "none" => Ok(Self::None),
-            "wnet" => Ok(Self::WNet),
-            "deepfovea" => Ok(Self::DeepFovea),
-            other => other.parse().map(Self::Fill).map_err(|_| no_reconstruction(text)),
-        }
-    }
-}
-
-/// What is said of a `text` that names no reconstruction.
-fn no_reconstruction(text: &str) -> String {
-    if let Ok(network) = text.parse::<Named>() {
-        let how = Reconstruction::by(&network.config());
-        return format!("`{text}` is a network; write --reconstruct {how} --weights {network}");
-    }
-    let meant = did_you_mean(text, &["none", "pull-push", "linear", "wnet", "deepfovea"]);
-    format!("`{text}` is no reconstruction; use none, pull-push, linear, wnet or deepfovea{meant}")
-}
-
 /// Weights that follow from the name of a network and a seed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct RandomWeights {
@@ -351,20 +238,6 @@ impl FromStr for RandomWeights {
         let (name, seed) = text.split_once(':').unwrap_or((text, "0"));
         let seed = seed.parse().map_err(|_| format!("`{seed}` is no seed; write NAME or NAME:NUMBER"))?;
         Ok(Self { network: name.parse()?, seed })
-    }
-}
-
-impl TryFrom<String> for Reconstruction {
-    type Error = String;
-
-    fn try_from(text: String) -> std::result::Result<Self, String> {
-        text.parse()
-    }
-}
-
-impl From<Reconstruction> for String {
-    fn from(r: Reconstruction) -> Self {
-        r.to_string()
     }
 }
 
@@ -496,21 +369,6 @@ mod as_text {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn names_of_networks_and_slips_are_explained() {
-        let said = |text: &str| text.parse::<Reconstruction>().unwrap_err();
-        assert!(
-            said("wnet-fast").ends_with("write --reconstruct wnet --weights wnet-fast"),
-            "{}",
-            said("wnet-fast")
-        );
-        assert!(said("deepfovea-fvn").contains("--reconstruct deepfovea --weights deepfovea-fvn"));
-        assert!(said("pullpush").ends_with("did you mean pull-push?"), "{}", said("pullpush"));
-        assert_eq!("WNet".parse(), Ok(Reconstruction::WNet));
-        assert_eq!("Full".parse(), Ok(Sampling::Full));
-        assert!("fulll".parse::<Sampling>().unwrap_err().ends_with("did you mean full?"));
-    }
 
     #[test]
     fn unknown_words_of_a_gaze_are_named() {

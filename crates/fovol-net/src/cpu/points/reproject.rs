@@ -5,7 +5,6 @@ use crate::cpu::floats::{Floats, MOST, VectorWork};
 use crate::cpu::map::Map;
 use crate::cpu::simd::Simd;
 use crate::plan::POINT;
-use glam::Vec4;
 use rayon::prelude::*;
 
 /// Writes to `out` the points of `input` where `motion`, in pixels to the previous position, takes them (see
@@ -36,7 +35,7 @@ impl VectorWork for ReprojectRow<'_> {
             match self.corner(first, V::N) {
                 Some(corner) => self.vector(first, corner, some),
                 None if first + V::N <= width => self.apart(first, some),
-                None => self.fours(first, end),
+                None => (first..end).for_each(|x| self.pixel(x)),
             }
             first = end;
         }
@@ -47,16 +46,6 @@ impl VectorWork for ReprojectRow<'_> {
 const CORNERS: usize = 4;
 
 impl ReprojectRow<'_> {
-    /// Makes the pixels from `first` on up to `end`, as many at a time as go together.
-    fn fours(&mut self, first: usize, end: usize) {
-        for x in (first..end).step_by(Vec4::N) {
-            match self.corner(x, Vec4::N).filter(|_| x + Vec4::N <= end) {
-                Some(corner) => self.vector(x, corner, Vec4::ZERO),
-                None => (x..(x + Vec4::N).min(end)).for_each(|x| self.pixel(x)),
-            }
-        }
-    }
-
     /// The row and the column that `count` pixels from `first` on take points from, one after the other, if all of them have
     /// moved as many whole pixels, and they and the pixels beside and below them are inside.
     #[inline(always)]
