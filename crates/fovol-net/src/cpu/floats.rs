@@ -10,6 +10,11 @@ use std::ops::{Add, Div, Mul, Sub};
 /// The numbers of the longest vectors.
 pub const MOST: usize = 16;
 
+/// The upper half of a word.
+const UPPER: u32 = 0xFFFF_0000;
+/// Half of the last place of a bf16.
+const HALF: u32 = 0x8000;
+
 /// A vector of [`N`](Self::N) numbers, which may also be N / 4 pixels of four.
 pub trait Floats:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
@@ -41,6 +46,34 @@ pub trait Floats:
     fn both(self, one: Self::Mask, other: Self::Mask) -> Self::Mask;
     /// The numbers where the mask is set, else 0.
     fn keep(self, mask: Self::Mask) -> Self;
+
+    /// The bf16 in the lower and in the upper halves of words.
+    ///
+    /// # Panics
+    /// Where there are fewer words than numbers.
+    #[inline(always)]
+    fn load_halves(self, words: &[u32]) -> [Self; 2] {
+        let mut halves = [[0.0; MOST]; 2];
+        for i in 0..Self::N {
+            halves[0][i] = f32::from_bits(words[i] << 16);
+            halves[1][i] = f32::from_bits(words[i] & UPPER);
+        }
+        halves.map(|half| self.load(&half))
+    }
+    /// Writes these and others, rounded, to the lower and the upper halves of words.
+    ///
+    /// # Panics
+    /// Where there are fewer words than numbers.
+    #[inline(always)]
+    fn store_halves(self, upper: Self, words: &mut [u32]) {
+        let mut halves = [[0.0; MOST]; 2];
+        self.store(&mut halves[0]);
+        upper.store(&mut halves[1]);
+        for i in 0..Self::N {
+            let [lower, upper] = [halves[0][i], halves[1][i]].map(|half| half.to_bits().wrapping_add(HALF));
+            words[i] = lower >> 16 | upper & UPPER;
+        }
+    }
 
     /// Every other pixel of these and others, from the first on.
     fn evens(self, others: Self) -> Self;
@@ -187,7 +220,7 @@ impl Floats for Vec4 {
     reason = "each is one instruction on vectors, which are only there where it is; loads and stores check their slices"
 )]
 mod x86 {
-    use super::Floats;
+    use super::{Floats, HALF, UPPER};
     use std::arch::x86_64::*;
     use std::ops::{Add, Div, Mul, Sub};
 
@@ -251,6 +284,25 @@ mod x86 {
         #[inline(always)] fn is_below(self, other: Self) -> __mmask16 { unsafe { _mm512_cmp_ps_mask::<_CMP_LT_OQ>(self.0, other.0) } }
         #[inline(always)] fn both(self, one: __mmask16, other: __mmask16) -> __mmask16 { one & other }
         #[inline(always)] fn keep(self, mask: __mmask16) -> Self { Self(unsafe { _mm512_maskz_mov_ps(mask, self.0) }) }
+        #[inline(always)] fn load_halves(self, words: &[u32]) -> [Self; 2] {
+            let words = &words[..Self::N];
+            unsafe {
+                let words = _mm512_loadu_si512(words.as_ptr().cast());
+                let upper = _mm512_and_si512(words, _mm512_set1_epi32(UPPER as i32));
+                [_mm512_slli_epi32::<16>(words), upper].map(|half| Self(_mm512_castsi512_ps(half)))
+            }
+        }
+        #[inline(always)] fn store_halves(self, upper: Self, words: &mut [u32]) {
+            let words = &mut words[..Self::N];
+            unsafe {
+                let half = _mm512_set1_epi32(HALF as i32);
+                let lower = _mm512_srli_epi32::<16>(_mm512_add_epi32(_mm512_castps_si512(self.0), half));
+                let upper = _mm512_add_epi32(_mm512_castps_si512(upper.0), half);
+                // Where the mask is set the second, else the first.
+                let both = _mm512_ternarylogic_epi32::<0xD8>(lower, upper, _mm512_set1_epi32(UPPER as i32));
+                _mm512_storeu_si512(words.as_mut_ptr().cast(), both);
+            }
+        }
         #[inline(always)] fn evens(self, others: Self) -> Self { Self(unsafe { _mm512_shuffle_f32x4::<0b10_00_10_00>(self.0, others.0) }) }
         #[inline(always)] fn odds(self, others: Self) -> Self { Self(unsafe { _mm512_shuffle_f32x4::<0b11_01_11_01>(self.0, others.0) }) }
         #[inline(always)] fn zip_low(self, others: Self) -> Self {
@@ -330,6 +382,19 @@ mod tests {
                 read(a.max(some.splat(0.25)).min(some.splat(1.0))),
                 expected(&|i| numbers[i].clamp(0.25, 1.0))
             );
+            let words: Vec<u32> = (0..V::N as u32).map(|i| 0x3F81_BE02 + 0x0001_0003 * i).collect();
+            let [lower, upper] = some.load_halves(&words);
+            assert_eq!(read(lower), expected(&|i| f32::from_bits(words[i] << 16)));
+            assert_eq!(read(upper), expected(&|i| f32::from_bits(words[i] & UPPER)));
+            let mut stored = vec![0; V::N];
+            // Less than half of a last place is nothing, more is one.
+            let (more, less) = (some.splat(1.0 + 0.7 / 256.0), some.splat(1.0 + 0.3 / 256.0));
+            (lower * more).store_halves(upper * less, &mut stored);
+            let rounded = |value: f32| value.to_bits() + HALF >> 16;
+            for i in 0..V::N {
+                let [lower, upper] = [read(lower * more)[i], read(upper * less)[i]].map(rounded);
+                assert_eq!(stored[i], lower | upper << 16);
+            }
             let is_between = some.both(a.is_at_least(some.splat(-1.5)), a.is_below(some.splat(0.5)));
             let kept = |i: usize| if (-1.5..0.5).contains(&numbers[i]) { numbers[i] } else { 0.0 };
             assert_eq!(read(a.keep(is_between)), expected(&kept));

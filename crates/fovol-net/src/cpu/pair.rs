@@ -16,8 +16,8 @@ const NUMBERS: usize = 1 << 17;
 /// Output rows that one task makes at least; the first convolution makes two more of them.
 const FEWEST: usize = 48;
 /// Rows between the convolutions that are made beyond those that are asked for: the second looks at one, and as they are
-/// made in twos from row 0 on, numbers do not depend on how many tasks there are.
-const BEYOND: usize = 2;
+/// made in fours from row 0 on, numbers do not depend on how many tasks there are.
+const BEYOND: usize = 4;
 /// Rows of the input that those look beyond.
 const AROUND: usize = BEYOND + 1;
 
@@ -117,7 +117,7 @@ impl Pair<'_> {
     /// Output rows that are made at once.
     fn rows(&self, width: usize) -> usize {
         let row = width * self.first.outputs().max(self.second.outputs());
-        (NUMBERS / row).clamp(ROWS[0], ROWS[1]) & !1
+        (NUMBERS / row).clamp(ROWS[0], ROWS[1]) & !3
     }
 
     /// Calls `make` with the number of its first row, the numbers and memory for each part of `out`.

@@ -329,9 +329,10 @@ impl Window {
             simd.vectorised(Copying { source, place: [y, first], count: inside, out, memory });
             filled += of_source.count;
         }
-        if filled < channels {
+        let whole = filled.next_multiple_of(size_of::<u32>() / size_of::<P::Number>());
+        if filled < whole {
             for pixel in pixels.chunks_exact_mut(channels) {
-                pixel[filled..].fill(P::Number::default());
+                pixel[filled..whole].fill(P::Number::default());
             }
         }
         let pixel = |x: usize| x * channels..(x + 1) * channels;
@@ -365,11 +366,9 @@ impl Patch {
         sources: &[Source<'_>],
         padding: Padding,
         window: Window,
-        (pack, simd): (P, Simd),
+        (pack, words, simd): (P, usize, Simd),
     ) {
-        let inputs: usize = sources.iter().map(|source| source.channels()).sum();
         let per_word = size_of::<u32>() / size_of::<P::Number>();
-        let words = inputs.div_ceil(per_word);
         let length = window.rows * window.columns * words;
         self.words.resize(length + BEYOND);
         self.words[length..].fill(0);

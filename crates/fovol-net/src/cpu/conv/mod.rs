@@ -40,8 +40,8 @@ pub enum PreparedConv {
 impl PreparedConv {
     /// A convolution of `shape` with `weights` \[out, in, size, size\] and `bias` \[out\].
     pub fn new(shape: &ConvShape, weights: &[f32], bias: &[f32], simd: Simd, arithmetic: Arithmetic) -> Self {
-        if arithmetic == Arithmetic::F32 && Winograd::suits(shape) {
-            Self::Winograd(Winograd::new(shape, weights, bias, simd))
+        if Winograd::suits(shape, simd, &arithmetic) {
+            Self::Winograd(Winograd::new(shape, weights, bias, simd, &arithmetic))
         } else if arithmetic == Arithmetic::SplitBf16 {
             let twice = ConvShape { inputs: 2 * shape.inputs, ..*shape };
             Self::Split(Direct::new(&twice, &split(shape, weights), bias, simd, Arithmetic::Bf16))
@@ -265,13 +265,16 @@ impl Direct {
             rows: (tile.rows - 1) * stride + size,
             columns: (groups * self.group - 1) * stride + size,
         };
-        let (patch, padding, simd) = (&mut scratch.patch, self.shape.padding, self.simd);
+        let (patch, padding) = (&mut scratch.patch, self.shape.padding);
+        let (words, simd) = (self.words(), self.simd);
         match &self.arithmetic {
-            Arithmetic::F32 => patch.assemble(sources, padding, window, (Singles, simd)),
+            Arithmetic::F32 => patch.assemble(sources, padding, window, (Singles, words, simd)),
             Arithmetic::Bf16 | Arithmetic::SplitBf16 => {
-                patch.assemble(sources, padding, window, (Halves, simd));
+                patch.assemble(sources, padding, window, (Halves, words, simd));
             }
-            Arithmetic::Int8 { steps } => patch.assemble(sources, padding, window, (Bytes(steps), simd)),
+            Arithmetic::Int8 { steps } => {
+                patch.assemble(sources, padding, window, (Bytes(steps), words, simd))
+            }
         }
         scratch.block.resize(packed::LARGEST_BLOCK);
         let row = window.columns * self.words();
