@@ -153,12 +153,13 @@ impl<T: Texel> Kernel<'_, T> {
         }
         let mut count = 0;
         loop {
-            if let Some(skip) = &self.skip {
-                // SAFETY: the caller's.
-                unsafe { skip.advance::<L>(packet) };
-            }
             // SAFETY: the caller's.
-            let mut going = unsafe { packet.going::<L>() };
+            let mut going = unsafe {
+                match &self.skip {
+                    Some(skip) => skip.advance::<L>(packet),
+                    None => packet.going::<L>(),
+                }
+            };
             if going == 0 {
                 return count;
             }

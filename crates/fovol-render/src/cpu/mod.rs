@@ -13,6 +13,7 @@ mod lanes;
 mod light_columns;
 mod macrocells;
 pub mod march;
+mod march_order;
 mod mask;
 mod packet;
 mod renderer;

@@ -7,6 +7,7 @@ use super::lanes::{avx2, avx512};
 use super::light_columns::LightColumns;
 use super::macrocells::Macrocells;
 use super::march::{March, Marched, SampleCount};
+use super::march_order::MarchOrder;
 use super::segment::{LightPath, Segments};
 use super::shadow_grid::shadow_grid;
 use super::simd::Simd;
@@ -55,7 +56,7 @@ pub struct Renderer {
 /// Edge of the tiles that full frames are marched in, in pixels.
 const TILE: u32 = 32;
 /// Pixels of a list that are marched by one task.
-const CHUNK: usize = 64;
+const CHUNK: usize = 256;
 
 impl Renderer {
     /// Prepares `scene`.
@@ -172,18 +173,15 @@ impl Renderer {
     /// Marches the pixels of `list`: what each ray brings back, in list order.
     pub fn march_list(&self, camera: &Camera, list: &SampleList) -> (Vec<Marched>, SampleCount) {
         let rays = camera.rays(list.size());
-        let parts: Vec<(Vec<Marched>, SampleCount)> = list
+        let order = MarchOrder::new(list);
+        let parts: Vec<(Vec<Marched>, SampleCount)> = order
             .pixels()
             .par_chunks(CHUNK)
             .map_init(Scratch::default, |scratch, chunk| self.march_pixels(&rays, chunk, scratch))
             .collect();
-        let mut colours = Vec::with_capacity(list.len());
         let mut count = SampleCount::default();
-        for (part, samples) in parts {
-            colours.extend_from_slice(&part);
-            count += samples;
-        }
-        (colours, count)
+        parts.iter().for_each(|(_, samples)| count += *samples);
+        (order.in_list_order(parts.iter().flat_map(|(part, _)| part)), count)
     }
 
     /// Marches every pixel: a frame with alpha 1.

@@ -28,12 +28,13 @@ impl<'a> Skip<'a> {
         }
     }
 
-    /// Moves every ray of `packet` on to the next sample that may show anything, or past its last.
+    /// Moves the rays of `packet` on to the next sample that may show anything, or past its last, and says which of them have
+    /// such a sample; a few may still be on their way, for which the others do not wait.
     ///
     /// # Safety
     /// The instruction set of `L` must be available.
     #[inline(always)]
-    pub unsafe fn advance<L: Lanes>(&self, packet: &mut Packet) {
+    pub unsafe fn advance<L: Lanes>(&self, packet: &mut Packet) -> u32 {
         // SAFETY: the arrays of a packet hold at least N elements.
         unsafe {
             let zero = L::splat(0.0);
@@ -59,12 +60,17 @@ impl<'a> Skip<'a> {
                 ];
                 let ahead = L::max(L::ceil(self.ahead::<L>(p, &course)), zero);
                 let jumping = L::and_m(L::and_m(L::gt(ahead, zero), L::lt(next, samples)), passing);
-                if L::bits(jumping) == 0 {
-                    break;
-                }
+                let bits = L::bits(jumping);
                 next = L::select(jumping, L::add(next, ahead), next);
+                if 4 * bits.count_ones() <= L::N as u32 {
+                    let going = L::bits(L::and_m(L::lt(next, samples), passing));
+                    let arrived = going & !bits;
+                    if bits == 0 || arrived != 0 {
+                        L::store(next, packet.next.0.as_mut_ptr());
+                        return arrived;
+                    }
+                }
             }
-            L::store(next, packet.next.0.as_mut_ptr());
         }
     }
 

@@ -1,0 +1,71 @@
+//! In which order the pixels of a list are marched.
+
+use super::march::Marched;
+use fovol_core::{Pixel, SampleList};
+
+/// Edge of the tiles that a list is marched in, in pixels.
+const TILE: u16 = 32;
+
+/// The pixels of a list tile by tile: rays that are marched one after the other go much the same way.
+pub struct MarchOrder {
+    pixels: Vec<Pixel>,
+    /// For each of these pixels its place in the list.
+    places: Vec<u32>,
+}
+
+impl MarchOrder {
+    /// That of the pixels of `list`.
+    pub fn new(list: &SampleList) -> Self {
+        let columns = list.size().width.div_ceil(TILE.into()) as usize;
+        let rows = list.size().height.div_ceil(TILE.into()) as usize;
+        let tile = |pixel: &Pixel| (pixel.y / TILE) as usize * columns + (pixel.x / TILE) as usize;
+        // A counting sort: where each tile begins, then where its next pixel goes.
+        let mut next = vec![0u32; columns * rows + 1];
+        list.pixels().iter().for_each(|pixel| next[tile(pixel) + 1] += 1);
+        (1..next.len()).for_each(|at| next[at] += next[at - 1]);
+        let mut pixels = vec![Pixel { x: 0, y: 0 }; list.len()];
+        let mut places = vec![0; list.len()];
+        for (place, pixel) in list.pixels().iter().enumerate() {
+            let to = &mut next[tile(pixel)];
+            (pixels[*to as usize], places[*to as usize]) = (*pixel, place as u32);
+            *to += 1;
+        }
+        Self { pixels, places }
+    }
+
+    /// The pixels as they are marched.
+    pub fn pixels(&self) -> &[Pixel] {
+        &self.pixels
+    }
+
+    /// What the rays of these pixels brought back, `marched`, in the order of the list.
+    pub fn in_list_order<'a>(&self, marched: impl Iterator<Item = &'a Marched>) -> Vec<Marched> {
+        let mut listed = vec![Marched::nothing([0.0; 3]); self.places.len()];
+        self.places.iter().zip(marched).for_each(|(&place, marched)| listed[place as usize] = *marched);
+        listed
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fovol_core::FrameSize;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn tile_by_tile_and_back(w in 1u32..200, h in 1u32..100, at in prop::collection::vec(any::<[u16; 2]>(), 0..300)) {
+            let place = |at: u16, side: u32| (u32::from(at) % side) as u16;
+            let pixels = at.iter().map(|at| Pixel { x: place(at[0], w), y: place(at[1], h) }).collect();
+            let list = SampleList::new(FrameSize::new(w, h).unwrap(), pixels);
+            let order = MarchOrder::new(&list);
+            let tiles: Vec<_> = order.pixels().iter().map(|pixel| (pixel.y / TILE, pixel.x / TILE)).collect();
+            prop_assert!(tiles.is_sorted());
+            let marched: Vec<Marched> =
+                order.pixels().iter().map(|pixel| Marched::nothing([pixel.x.into(), pixel.y.into(), 0.0])).collect();
+            for (pixel, marched) in list.pixels().iter().zip(order.in_list_order(marched.iter())) {
+                prop_assert_eq!(marched.colour, [pixel.x.into(), pixel.y.into(), 0.0]);
+            }
+        }
+    }
+}
