@@ -79,22 +79,9 @@ impl Reprojection {
     /// the other camera.
     #[inline(always)]
     pub fn motion(&self, x: f32, y: f32, inverse_distance: f32) -> [f32; 2] {
-        self.motions(x, y, [inverse_distance]).map(|[way]| way)
-    }
-
-    /// [`Self::motion`] of the same pixel for several distances.
-    #[inline(always)]
-    pub fn motions<const N: usize>(&self, x: f32, y: f32, inverse_distances: [f32; N]) -> [[f32; N]; 2] {
-        let at = |v: &[Vec3; 3]| v[0] + v[1] * x + v[2] * y;
-        let (base, length) = (at(&self.base), at(&self.direction).length());
-        let mut moved = [[0.0; N]; 2];
-        for n in 0..N {
-            let seen = base + self.parallax * (inverse_distances[n] * length);
-            let [to_x, to_y] = self.place(seen, if seen.x > 1e-6 { seen.x } else { 1e-6 });
-            moved[0][n] = to_x - x;
-            moved[1][n] = to_y - y;
-        }
-        moved
+        let (seen, _) = self.seen(x, y, inverse_distance);
+        let [to_x, to_y] = self.place(seen, if seen.x > 1e-6 { seen.x } else { 1e-6 });
+        [to_x - x, to_y - y]
     }
 
     /// The pixel of the other frame at which the point is seen that pixel (`x`, `y`) shows at one over `inverse_distance`, as

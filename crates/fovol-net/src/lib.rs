@@ -31,5 +31,5 @@ pub mod plan;
 pub mod weights;
 
 pub use error::{Error, Result};
-pub use fill::{Fill, fill_numbers};
+pub use fill::{Fill, FilledNumbers};
 pub use weights::Weights;

@@ -1,8 +1,9 @@
 mod linear;
+mod numbers;
 mod pull_push;
 
 use fovol_core::Frame;
-pub use pull_push::fill_numbers;
+pub use numbers::FilledNumbers;
 use std::fmt;
 use std::str::FromStr;
 
@@ -114,23 +115,6 @@ mod tests {
             let full = Fill::Linear.reconstruct(&sparse(size, &mask, |_, y| [y as f32 / 20.0; 3]));
             assert!(full.pixels().iter().all(|p| p[3] == 1.0 && (0.0..=1.0).contains(&p[0])));
         }
-    }
-
-    #[test]
-    fn numbers_are_filled_as_colours_are() {
-        let size = size(23, 17);
-        let (mut sparse, mut a, mut b) = (Frame::new(size), vec![0.0; 23 * 17], vec![0.0; 23 * 17]);
-        for i in (0..23 * 17).step_by(13) {
-            a[i] = 0.5 + (i as f32).sin() / 4.0;
-            sparse.pixels_mut()[i] = [a[i], 0.0, 0.0, 1.0];
-        }
-        b[40] = 0.25;
-        let [filled, constant] = fill_numbers(size, [&a, &b]);
-        let colours = Fill::PullPush.reconstruct(&sparse);
-        assert!(filled.iter().zip(colours.pixels()).all(|(number, colour)| *number == colour[0]));
-        assert!(constant.iter().all(|number| *number == 0.25));
-        let [nothing, _] = fill_numbers(size, [&vec![0.0; 23 * 17], &b]);
-        assert!(nothing.iter().all(|number| *number == 0.0));
     }
 
     proptest! {

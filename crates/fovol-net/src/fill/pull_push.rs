@@ -1,8 +1,8 @@
-use fovol_core::{Frame, FrameSize};
+use fovol_core::Frame;
 use rayon::prelude::*;
 
 /// What a pixel of a level is: numbers premultiplied by how much is known of them, and that weight.
-trait Weighted: Copy + Send + Sync {
+pub trait Weighted: Copy + Send + Sync {
     const NOTHING: Self;
 
     fn plus(self, other: Self) -> Self;
@@ -25,7 +25,22 @@ trait Weighted: Copy + Send + Sync {
 
 /// Two numbers, each followed by its weight.
 #[derive(Debug, Clone, Copy)]
-struct Pair([f32; 4]);
+pub struct Pair([f32; 4]);
+
+impl Pair {
+    /// These numbers, those above 0 with weight 1.
+    #[inline(always)]
+    fn known(numbers: [f32; 2]) -> Self {
+        let [a, b] = numbers.map(|number| if number > 0.0 { [number, 1.0] } else { [0.0; 2] });
+        Self([a[0], a[1], b[0], b[1]])
+    }
+
+    /// The numbers.
+    #[inline(always)]
+    pub fn numbers(self) -> [f32; 2] {
+        [self.0[0], self.0[2]]
+    }
+}
 
 /// Red, green, blue, and their weight.
 impl Weighted for [f32; 4] {
@@ -94,7 +109,8 @@ impl Weighted for Pair {
 }
 
 /// One level of the pyramid.
-struct Level<P> {
+#[derive(Debug, Clone)]
+pub struct Level<P> {
     width: usize,
     height: usize,
     pixels: Vec<P>,
@@ -103,33 +119,47 @@ struct Level<P> {
 /// Rows of a level that one task works on.
 const ROWS: usize = 32;
 
+impl<P: Weighted> Level<P> {
+    /// Columns.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// What lies here at pixel (x, y) of the next finer level, between four pixels.
+    #[inline(always)]
+    pub fn between(&self, [x, y]: [usize; 2]) -> P {
+        let ((x0, x1, fx), (y0, y1, fy)) = (neighbours(x, self.width), neighbours(y, self.height));
+        let at = |x: usize, y: usize| self.pixels[y * self.width + x];
+        at(x0, y0).towards(at(x1, y0), fx).towards(at(x0, y1).towards(at(x1, y1), fx), fy)
+    }
+}
+
+impl Level<Pair> {
+    /// Writes what lies here at row `y` of the next finer level, between two rows, of number `picture` of pixels to `line`.
+    #[inline(always)]
+    pub fn line(&self, y: usize, picture: usize, line: &mut [f32]) {
+        let (above, below, part) = neighbours(y, self.height);
+        let row = |y: usize| &self.pixels[y * self.width..][..self.width];
+        for (to, (above, below)) in line.iter_mut().zip(row(above).iter().zip(row(below))) {
+            let (above, below) = (above.0[2 * picture], below.0[2 * picture]);
+            *to = above + part * (below - above);
+        }
+    }
+}
+
 /// The full frame of `sparse`; samples exactly as they were.
 pub fn pull_push(sparse: &Frame) -> Frame {
     let known = |p: &[f32; 4]| if p[3] > 0.5 { [p[0], p[1], p[2], 1.0] } else { [0.0; 4] };
-    let filled = filled(sparse.size(), sparse.pixels().par_iter().map(known).collect());
-    Frame::from_pixels(sparse.size(), filled).expect("the finest level has the size of the frame")
-}
-
-/// Two pictures of numbers of a frame of `size`, row by row, filled by pull-push between those that are known: above 0. All are 0
-/// where none is known.
-///
-/// # Panics
-/// When there is not a number for every pixel.
-pub fn fill_numbers(size: FrameSize, known: [&[f32]; 2]) -> [Vec<f32>; 2] {
-    assert!(known.iter().all(|numbers| numbers.len() == size.pixels()), "a number for every pixel");
-    let weighted = |number: f32| if number > 0.0 { [number, 1.0] } else { [0.0; 2] };
-    let pair = |(a, b): (&f32, &f32)| {
-        let ([a, a_weight], [b, b_weight]) = (weighted(*a), weighted(*b));
-        Pair([a, a_weight, b, b_weight])
-    };
-    let filled = filled(size, known[0].par_iter().zip(known[1]).map(pair).collect());
-    [0, 2].map(|c| filled.par_iter().map(|pair| pair.0[c]).collect())
+    let [width, height] = [sparse.size().width, sparse.size().height].map(|side| side as usize);
+    let finest = Level { width, height, pixels: sparse.pixels().par_iter().map(known).collect() };
+    Frame::from_pixels(sparse.size(), filled(finest).pixels)
+        .expect("the finest level has the size of the frame")
 }
 
 /// Pull: halve the picture, averaging what is known, until one pixel is left. Push: on the way back,
 /// blend what is unknown with the coarser level (Gortler et al. 1996, weights saturating at 1).
-fn filled<P: Weighted>(size: FrameSize, pixels: Vec<P>) -> Vec<P> {
-    let mut levels = vec![Level { width: size.width as usize, height: size.height as usize, pixels }];
+pub fn filled<P: Weighted>(finest: Level<P>) -> Level<P> {
+    let mut levels = vec![finest];
     while levels[levels.len() - 1].pixels.len() > 1 {
         let coarser = pull(&levels[levels.len() - 1]);
         levels.push(coarser);
@@ -142,24 +172,42 @@ fn filled<P: Weighted>(size: FrameSize, pixels: Vec<P>) -> Vec<P> {
         push(&coarse, &mut fine);
         coarse = fine;
     }
-    coarse.pixels
+    coarse
+}
+
+/// Two pictures of numbers, of which those above 0 are `known`, pulled to half their size.
+pub fn halved([width, height]: [usize; 2], known: [&[f32]; 2]) -> Level<Pair> {
+    let coarse = [width, height].map(|side| side.div_ceil(2));
+    let row = |y: usize| known.map(|numbers| if y < height { &numbers[y * width..][..width] } else { &[] });
+    halves(coarse, |y, out| {
+        let ([a_top, b_top], [a_below, b_below]) = (row(2 * y), row(2 * y + 1));
+        for (x, p) in out.iter_mut().enumerate() {
+            let of = |a: &[f32], b: &[f32], x: usize| Some(Pair::known([*a.get(x)?, *b.get(x)?]));
+            let others =
+                [of(a_top, b_top, 2 * x + 1), of(a_below, b_below, 2 * x), of(a_below, b_below, 2 * x + 1)];
+            let first = Pair::known([a_top[2 * x], b_top[2 * x]]);
+            *p = others.into_iter().flatten().fold(first, Pair::plus).cut();
+        }
+    })
 }
 
 /// Half the size, rounded up: sums of 2×2 pixels, with the total weight cut to 1.
 fn pull<P: Weighted>(fine: &Level<P>) -> Level<P> {
-    let (width, height) = (fine.width.div_ceil(2), fine.height.div_ceil(2));
+    let row = |y: usize| if y < fine.height { &fine.pixels[y * fine.width..][..fine.width] } else { &[] };
+    halves([fine.width, fine.height].map(|side| side.div_ceil(2)), |y, out| {
+        let (top, below) = (row(2 * y), row(2 * y + 1));
+        for (x, p) in out.iter_mut().enumerate() {
+            let others = [top.get(2 * x + 1), below.get(2 * x), below.get(2 * x + 1)];
+            *p = others.into_iter().flatten().fold(top[2 * x], |sum, other| sum.plus(*other)).cut();
+        }
+    })
+}
+
+/// A level of which `row` makes the rows.
+fn halves<P: Weighted>([width, height]: [usize; 2], row: impl Fn(usize, &mut [P]) + Sync) -> Level<P> {
     let mut pixels = vec![P::NOTHING; width * height];
     pixels.par_chunks_mut(width * ROWS).enumerate().for_each(|(chunk, rows)| {
-        for (row, out) in rows.chunks_mut(width).enumerate() {
-            let y = 2 * (chunk * ROWS + row);
-            let top = &fine.pixels[y * fine.width..][..fine.width];
-            let below =
-                if y + 1 < fine.height { &fine.pixels[(y + 1) * fine.width..][..fine.width] } else { &[] };
-            for (x, p) in out.iter_mut().enumerate() {
-                let others = [top.get(2 * x + 1), below.get(2 * x), below.get(2 * x + 1)];
-                *p = others.into_iter().flatten().fold(top[2 * x], |sum, other| sum.plus(*other)).cut();
-            }
-        }
+        rows.chunks_mut(width).enumerate().for_each(|(number, out)| row(chunk * ROWS + number, out));
     });
     Level { width, height, pixels }
 }

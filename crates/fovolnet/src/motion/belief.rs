@@ -1,6 +1,6 @@
 //! How far guesses of distances are believed where.
 
-use super::guesses::{COUNT, Guesses, OFFSETS};
+use super::guesses::{COUNT, Guesses, OFFSETS, guessed};
 use fovol_core::{Frame, FrameSize, Reprojection};
 use fovol_net::cpu::{Simd, Work};
 use glam::Vec4;
@@ -175,58 +175,133 @@ impl Evidence<'_> {
 
     #[inline(always)]
     fn add_tile(&self, [column, row]: [usize; 2], errors: &mut Errors) {
-        let (width, height) = (self.size.width as usize, self.size.height as usize);
-        let pixels = |at: usize, end: usize| at * TILE..((at + 1) * TILE).min(end);
-        for y in pixels(row, height) {
-            for x in pixels(column, width) {
-                if self.is_sampled(y * width + x) {
-                    let colour = self.sparse.pixels()[y * width + x];
-                    for (x1, y1) in [(x + 1, y), (x, y + 1)] {
-                        let is_guessed = x1 < width && y1 < height && !self.is_sampled(y1 * width + x1);
-                        if is_guessed {
-                            self.add([x, y], [x1, y1], colour, errors);
+        let [left, top] = [column * TILE, row * TILE];
+        let rows = TILE.min(self.size.height as usize - top);
+        let mut batch = Batch::default();
+        let mut here = self.sampled(left, top);
+        for y in top..top + rows {
+            let below = self.sampled(left, y + 1);
+            // Pixels that are sampled, and those right of and below which none is.
+            let sampled = here.are & TILE_BITS;
+            let (alone_right, alone_below) = (here.not >> 1, below.not);
+            let mut found = sampled & (alone_right | alone_below);
+            while found != 0 {
+                let at = found.trailing_zeros();
+                found &= found - 1;
+                let x = left + at as usize;
+                for (is_alone, beside) in [(alone_right, [x + 1, y]), (alone_below, [x, y + 1])] {
+                    if is_alone >> at & 1 == 1 {
+                        self.put([x, y], beside, &mut batch);
+                        if batch.count == LANES {
+                            self.judge(&mut batch, errors);
                         }
                     }
                 }
             }
+            here = below;
         }
+        self.judge(&mut batch, errors);
     }
 
-    /// Whether pixel number `i` was sampled.
+    /// Which pixels of a row are sampled, from column `left` on, those of a tile and one more.
     #[inline(always)]
-    fn is_sampled(&self, i: usize) -> bool {
-        self.sparse.pixels()[i][3] > 0.5
+    fn sampled(&self, left: usize, y: usize) -> Sampled {
+        let (width, height) = (self.size.width as usize, self.size.height as usize);
+        let mut found = Sampled { are: 0, not: 0 };
+        if y < height {
+            let end = (left + TILE + 1).min(width);
+            for (at, pixel) in self.sparse.pixels()[y * width..][left..end].iter().enumerate() {
+                found.are |= u32::from(pixel[3] > 0.5) << at;
+            }
+            found.not = !found.are & (u32::MAX >> (32 - (end - left)));
+        }
+        found
     }
 
-    /// The errors of looking for the `colour` of pixel `at` along the motion of pixel `beside`.
+    /// Adds the looking for the colour of pixel `at` along the motion of pixel `beside` to `batch`.
     #[inline(always)]
-    fn add(&self, at: [usize; 2], beside: [usize; 2], colour: [f32; 4], errors: &mut Errors) {
-        let i = beside[1] * self.size.width as usize + beside[0];
-        let [x, y] = at.map(|c| c as f32);
-        let inverses = self.guesses.inverses(i);
-        let [right, down] = self.to_last.motions(beside[0] as f32, beside[1] as f32, inverses);
+    fn put(&self, at: [usize; 2], beside: [usize; 2], batch: &mut Batch) {
+        let lane = batch.count;
+        for axis in 0..2 {
+            batch.at[axis][lane] = at[axis] as f32;
+            batch.beside[axis][lane] = beside[axis] as f32;
+        }
+        [batch.near[lane], batch.seen[lane]] = self.guesses.inverses(beside);
+        batch.colours[lane] = self.sparse.pixels()[at[1] * self.size.width as usize + at[0]];
+        batch.count += 1;
+    }
+
+    /// Adds the errors of `batch`, which is empty then.
+    #[inline(always)]
+    fn judge(&self, batch: &mut Batch, errors: &mut Errors) {
         for (guess, error) in errors.iter_mut().enumerate() {
-            let moved = if inverses[guess] > 0.0 { [right[guess], down[guess]] } else { [0.0; 2] };
-            *error += self.difference([x + moved[0], y + moved[1]], colour);
+            let mut places = [[0.0f32; LANES]; 2];
+            for lane in 0..LANES {
+                let inverse = guessed(guess, batch.near[lane], batch.seen[lane]);
+                let moved = self.to_last.motion(batch.beside[0][lane], batch.beside[1][lane], inverse);
+                for axis in 0..2 {
+                    let moved = if inverse > 0.0 { moved[axis] } else { 0.0 };
+                    places[axis][lane] = batch.at[axis][lane] + moved;
+                }
+            }
+            let (mut sum, mut outside) = (Vec4::ZERO, 0.0);
+            for lane in 0..batch.count {
+                match self.difference([places[0][lane], places[1][lane]], batch.colours[lane]) {
+                    Some(way) => sum += way * way,
+                    None => outside += OUTSIDE,
+                }
+            }
+            *error += sum.element_sum() * (1.0 / 3.0) + outside;
         }
+        batch.count = 0;
     }
 
-    /// The squared difference of `colour` and the last frame at `place`.
+    /// The difference of `colour` and the last frame at `place`, both of alpha 1; none outside it.
     #[inline(always)]
-    fn difference(&self, place: [f32; 2], colour: [f32; 4]) -> f32 {
+    fn difference(&self, place: [f32; 2], colour: [f32; 4]) -> Option<Vec4> {
         let (width, height) = (self.size.width as usize, self.size.height as usize);
         let [x, y] = place;
         if !(x >= 0.0 && y >= 0.0 && x <= (width - 1) as f32 && y <= (height - 1) as f32) {
-            return OUTSIDE;
+            return None;
         }
-        let (x0, y0) = (x as usize, y as usize);
-        let (x1, y1) = ((x0 + 1).min(width - 1), (y0 + 1).min(height - 1));
+        // 32 bits are enough, and take one instruction.
+        let (x0, y0) = (x as i32, y as i32);
         let (right, down) = (x - x0 as f32, y - y0 as f32);
+        let (x0, y0) = (x0 as usize, y0 as usize);
+        let (x1, y1) = ((x0 + 1).min(width - 1), (y0 + 1).min(height - 1));
         let at = |x: usize, y: usize| Vec4::from_array(self.last.pixels()[y * width + x]);
-        let (above, below) = (at(x0, y0).lerp(at(x1, y0), right), at(x0, y1).lerp(at(x1, y1), right));
-        let way = above.lerp(below, down) - Vec4::from_array(colour);
-        way.truncate().length_squared() * (1.0 / 3.0)
+        let between = |from: Vec4, to: Vec4, part: f32| from + (to - from) * part;
+        let above = between(at(x0, y0), at(x1, y0), right);
+        let below = between(at(x0, y1), at(x1, y1), right);
+        Some(between(above, below, down) - Vec4::from_array(colour))
     }
+}
+
+/// Pixels of a row, a bit each.
+#[derive(Clone, Copy)]
+struct Sampled {
+    are: u32,
+    /// Those that are in the frame and not sampled.
+    not: u32,
+}
+
+/// The bits of a tile's pixels.
+const TILE_BITS: u32 = (1 << TILE) - 1;
+
+/// Pairs of pixels that are judged at once.
+const LANES: usize = 16;
+
+/// Sampled pixels and those beside them.
+#[derive(Default)]
+struct Batch {
+    count: usize,
+    at: [[f32; LANES]; 2],
+    beside: [[f32; LANES]; 2],
+    /// One over the distances of those beside them: see [`Guesses::inverses`].
+    near: [f32; LANES],
+    seen: [f32; LANES],
+    /// Of the sampled ones.
+    colours: [[f32; 4]; LANES],
 }
 
 #[cfg(test)]

@@ -1,7 +1,6 @@
 use fovol_core::{Frame, FrameSize, Pixel, Region, Reprojection, SampleList};
-use fovol_net::fill_numbers;
+use fovol_net::FilledNumbers;
 use rayon::prelude::*;
-use std::sync::atomic::{AtomicU32, Ordering};
 
 /// How far away is what some pixels of a frame show.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,39 +42,37 @@ impl Depths {
 
     /// Between them, and where nothing is known nearby.
     pub fn filled(&self) -> Filled {
-        let known = self.put(vec![0.0; self.size.pixels()]);
-        let [inverse, _] = fill_numbers(self.size, [&known, &known]);
+        let [known, nothing] = [self.put(vec![0.0; self.size.pixels()]), vec![0.0; self.size.pixels()]];
+        let [inverse, _] = FilledNumbers::new(self.size, [known, nothing]).pictures();
         Filled { size: self.size, inverse }
     }
 
-    /// The same, and with what frames `earlier` knew, seen from here: the nearest where several fall on a pixel. What `sparse`
-    /// sampled in this frame is known better.
-    pub fn filled_with(&self, earlier: &[(Reprojection, &Self)], sparse: &Frame) -> [Filled; 2] {
-        let near = self.put(vec![0.0; self.size.pixels()]);
-        let seen = self.put(self.seen_before(earlier, sparse));
-        fill_numbers(self.size, [&near, &seen]).map(|inverse| Filled { size: self.size, inverse })
+    /// One over the distances between these, and between them and what frames `earlier` knew, seen from here: the nearest where
+    /// several fall on a pixel. What `sparse` sampled in this frame is known better.
+    pub fn filled_with(&self, earlier: &[(Reprojection, &Self)], sparse: &Frame) -> FilledNumbers {
+        let nothing = || vec![0.0; self.size.pixels()];
+        let (near, seen) = rayon::join(
+            || self.put(nothing()),
+            || {
+                let mut seen = nothing();
+                let here = earlier.par_iter().map(|(here, depths)| self.seen_before(here, depths, sparse));
+                for (i, inverse) in here.collect::<Vec<_>>().into_iter().flatten() {
+                    seen[i] = inverse.max(seen[i]);
+                }
+                self.put(seen)
+            },
+        );
+        FilledNumbers::new(self.size, [near, seen])
     }
 
-    /// What frames `earlier` knew, seen from here, where `sparse` has no samples.
-    fn seen_before(&self, earlier: &[(Reprojection, &Self)], sparse: &Frame) -> Vec<f32> {
-        // Of numbers above 0 the greater one also has the greater bits.
-        let width = self.size.width as usize;
-        let pixels = (0..self.size.pixels()).into_par_iter().with_min_len(width);
-        let nearest: Vec<AtomicU32> = pixels.map(|_| AtomicU32::new(0)).collect();
-        earlier.par_iter().for_each(|(here, depths)| {
-            for (pixel, inverse) in &depths.known {
-                if let Some((place, inverse)) = here.point(f32::from(pixel.x), f32::from(pixel.y), *inverse)
-                    && let Some(i) = self.nearest_pixel(place)
-                {
-                    nearest[i].fetch_max(inverse.to_bits(), Ordering::Relaxed);
-                }
-            }
-        });
-        let sampled = |pixel: &[f32; 4]| pixel[3] > 0.5;
-        let known = nearest.into_par_iter().zip(sparse.pixels()).with_min_len(width);
-        known
-            .map(|(bits, pixel)| if sampled(pixel) { 0.0 } else { f32::from_bits(bits.into_inner()) })
-            .collect()
+    /// The pixels, by their numbers, in which what an earlier frame knew is seen from `here`, where `sparse` has no samples.
+    fn seen_before(&self, here: &Reprojection, earlier: &Self, sparse: &Frame) -> Vec<(usize, f32)> {
+        let seen = |(pixel, inverse): &(Pixel, f32)| {
+            let (place, inverse) = here.point(f32::from(pixel.x), f32::from(pixel.y), *inverse)?;
+            let i = self.nearest_pixel(place)?;
+            (sparse.pixels()[i][3] <= 0.5).then_some((i, inverse))
+        };
+        earlier.known.iter().filter_map(seen).collect()
     }
 
     /// `inverse` with what is known here.
@@ -132,14 +129,14 @@ mod tests {
         let now = Depths::of_inverse(size, vec![(Pixel { x: 0, y: 0 }, 0.4)]);
         let mut sparse = Frame::new(size);
         sparse.pixels_mut()[0] = [0.0, 0.0, 0.0, 1.0];
-        let [near, filled] = now.filled_with(&[(reprojection, &before), (same, &behind)], &sparse);
-        assert_eq!(near, now.filled());
-        assert!((filled.inverse()[(y * 32 + x) as usize] - inverse).abs() < 1e-6);
-        assert!((filled.inverse()[0] - 0.4).abs() < 1e-6);
+        let [near, filled] = now.filled_with(&[(reprojection, &before), (same, &behind)], &sparse).pictures();
+        assert_eq!(near, now.filled().inverse());
+        assert!((filled[(y * 32 + x) as usize] - inverse).abs() < 1e-6);
+        assert!((filled[0] - 0.4).abs() < 1e-6);
         // This frame saw nothing there.
         sparse.pixels_mut()[(y * 32 + x) as usize][3] = 1.0;
-        let [_, filled] = now.filled_with(&[(reprojection, &before)], &sparse);
-        assert!((filled.inverse()[(y * 32 + x) as usize] - 0.4).abs() < 1e-6);
+        let [_, filled] = now.filled_with(&[(reprojection, &before)], &sparse).pictures();
+        assert!((filled[(y * 32 + x) as usize] - 0.4).abs() < 1e-6);
     }
 
     #[test]

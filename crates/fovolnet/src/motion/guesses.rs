@@ -1,16 +1,15 @@
-use super::belief::{Belief, Beliefs, Segment};
-use super::{Depths, Filled, Sparse};
+use super::belief::{Belief, Beliefs};
+use super::{Depths, Sparse};
 use fovol_core::{FrameSize, Reprojection};
+use fovol_net::FilledNumbers;
 use fovol_net::cpu::{Simd, Work};
 use rayon::prelude::*;
 
 /// How far away everything could be, one guess after the other. Distances are in world units: the volume's longest side is 1.
 #[derive(Debug)]
 pub struct Guesses {
-    /// Between the samples of this frame.
-    near: Filled,
-    /// Between these and those of earlier frames.
-    seen: Filled,
+    /// One over the distances between the samples of this frame, and between these and those of earlier frames.
+    filled: FilledNumbers,
 }
 
 /// What is added to the distances between this frame's samples, guess by guess; the guess after these is of earlier frames too.
@@ -24,69 +23,80 @@ pub const NEAREST: f32 = 0.05;
 
 impl Guesses {
     pub fn new(now: Sparse<'_>, earlier: &[(Reprojection, &Depths)]) -> Self {
-        let [near, seen] = now.depths.filled_with(earlier, now.frame);
-        Self { near, seen }
+        Self { filled: now.depths.filled_with(earlier, now.frame) }
     }
 
     pub fn size(&self) -> FrameSize {
-        self.near.size()
+        self.filled.size()
     }
 
-    /// One over the distance of pixel number `i`, as each guess has it; 0 where nothing is known.
+    /// One over the distance of a pixel between the samples of this frame, and between these and those of earlier frames; 0 where
+    /// nothing is known.
     #[inline(always)]
-    pub fn inverses(&self, i: usize) -> [f32; COUNT] {
-        let near = self.near.inverse()[i];
-        let mut inverses = [self.seen.inverse()[i]; COUNT];
-        for (inverse, offset) in inverses.iter_mut().zip(OFFSETS) {
-            *inverse = moved_by(near, offset);
-        }
-        inverses
+    pub fn inverses(&self, pixel: [usize; 2]) -> [f32; 2] {
+        self.filled.at(pixel)
     }
 
     /// The motion along the guesses, each as far as `beliefs` believe it.
     pub fn motion(&self, beliefs: &Beliefs, to_last: &Reprojection) -> Vec<[f32; 2]> {
         let width = self.size().width as usize;
         let mut motion = vec![[0.0; 2]; self.size().pixels()];
-        motion.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
-            for segment in beliefs.row(y, width) {
-                let x = segment.pixels.start;
-                let row = &mut row[segment.pixels.clone()];
-                Simd::best().vectorised(BelievedMotion {
-                    guesses: self,
-                    segment,
-                    to_last,
-                    first: [x, y],
-                    row,
-                });
-            }
+        let rows = motion.par_chunks_mut(width).enumerate();
+        rows.for_each_init(Memory::default, |memory, (y, row)| {
+            let motion = MotionOfRow { guesses: self, beliefs, to_last, y, memory, row };
+            Simd::best().vectorised(motion);
         });
         motion
     }
-
-    /// One over the distance of pixel number `i`, all guesses taken together.
-    #[inline(always)]
-    fn believed(&self, belief: Belief, i: usize) -> f32 {
-        let (near, seen) = (moved_by(self.near.inverse()[i], belief.offset), self.seen.inverse()[i]);
-        if near > 0.0 { near + (seen - near) * belief.seen } else { seen }
-    }
 }
 
-/// The motion of the pixels of a segment.
-struct BelievedMotion<'a> {
+/// The numbers of a row.
+#[derive(Default)]
+struct Memory {
+    near: Vec<f32>,
+    seen: Vec<f32>,
+    line: Vec<f32>,
+}
+
+/// The motion of the pixels of a row.
+struct MotionOfRow<'a> {
     guesses: &'a Guesses,
-    segment: Segment,
+    beliefs: &'a Beliefs,
     to_last: &'a Reprojection,
-    first: [usize; 2],
+    y: usize,
+    memory: &'a mut Memory,
     row: &'a mut [[f32; 2]],
 }
 
-impl Work for BelievedMotion<'_> {
+impl Work for MotionOfRow<'_> {
     #[inline(always)]
     fn run(self) {
-        let Self { guesses, segment, to_last, first, row } = self;
-        let from = first[1] * guesses.size().width as usize + first[0];
-        put_motion(row, first, to_last, |at| guesses.believed(segment.belief(at), from + at));
+        let Self { guesses, beliefs, to_last, y, memory, row } = self;
+        let Memory { near, seen, line } = memory;
+        near.resize(row.len(), 0.0);
+        seen.resize(row.len(), 0.0);
+        guesses.filled.row(y, [near, seen], line);
+        for segment in beliefs.row(y, row.len()) {
+            let (near, seen) = (&mut near[segment.pixels.clone()], &seen[segment.pixels.clone()]);
+            for (at, (near, seen)) in near.iter_mut().zip(seen).enumerate() {
+                *near = believed(segment.belief(at), *near, *seen);
+            }
+        }
+        put_motion(row, y, to_last, near);
     }
+}
+
+/// One over the distance that is believed where `near` and `seen` are guesses of it.
+#[inline(always)]
+fn believed(belief: Belief, near: f32, seen: f32) -> f32 {
+    let near = moved_by(near, belief.offset);
+    if near > 0.0 { near + (seen - near) * belief.seen } else { seen }
+}
+
+/// One over the distance of a pixel as guess number `guess` has it, where it is `near` and `seen`: see [`Guesses::inverses`].
+#[inline(always)]
+pub fn guessed(guess: usize, near: f32, seen: f32) -> f32 {
+    OFFSETS.get(guess).map_or(seen, |offset| moved_by(near, *offset))
 }
 
 /// `inverse`, one over a distance, with `offset` added to that.
@@ -99,25 +109,20 @@ fn moved_by(inverse: f32, offset: f32) -> f32 {
 pub fn motion_of(size: FrameSize, reprojection: &Reprojection, inverse: &[f32]) -> Vec<[f32; 2]> {
     let width = size.width as usize;
     let mut motion = vec![[0.0; 2]; size.pixels()];
-    motion.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
-        put_motion(row, [0, y], reprojection, |x| inverse[y * width + x]);
-    });
+    motion.par_chunks_mut(width).zip(inverse.par_chunks(width)).enumerate().for_each(
+        |(y, (row, inverse))| {
+            put_motion(row, y, reprojection, inverse);
+        },
+    );
     motion
 }
 
-/// The motion of pixels of a row from `first` on, each one over `inverse` away; none where that is 0.
+/// The motion of the pixels of row `y`, each one over `inverse` away; none where that is 0.
 #[inline(always)]
-fn put_motion(
-    row: &mut [[f32; 2]],
-    first: [usize; 2],
-    reprojection: &Reprojection,
-    inverse: impl Fn(usize) -> f32,
-) {
-    let [x, y] = first.map(|c| c as f32);
-    for (at, to) in row.iter_mut().enumerate() {
-        let inverse = inverse(at);
-        let moved = reprojection.motion(x + at as f32, y, inverse);
-        *to = if inverse > 0.0 { moved } else { [0.0; 2] };
+fn put_motion(row: &mut [[f32; 2]], y: usize, reprojection: &Reprojection, inverse: &[f32]) {
+    for (x, (to, inverse)) in row.iter_mut().zip(inverse).enumerate() {
+        let moved = reprojection.motion(x as f32, y as f32, *inverse);
+        *to = if *inverse > 0.0 { moved } else { [0.0; 2] };
     }
 }
 
