@@ -22,14 +22,16 @@ pub struct Rung {
 }
 
 /// From what the session says down to what an old laptop manages.
-const LADDER: [Rung; 12] = {
+const LADDER: [Rung; 14] = {
     const fn rung(scale: f64, as_asked: bool, density: f64, step: f64) -> Rung {
         Rung { scale, as_asked, density, step }
     }
     [
         rung(1.0, true, 1.0, 1.0),
         rung(1.0, true, 0.75, 1.0),
+        rung(1.0, true, 0.75, 1.5),
         rung(0.75, true, 1.0, 1.0),
+        rung(1.0, true, 0.6, 2.0),
         rung(0.75, true, 1.0, 1.5),
         rung(0.6, true, 1.0, 1.5),
         rung(0.5, true, 1.0, 1.5),
@@ -41,6 +43,9 @@ const LADDER: [Rung; 12] = {
         rung(0.25, false, 0.5, 3.0),
     ]
 };
+
+/// The rung of the first frame of all, of which nothing is known.
+const START: usize = 3;
 
 /// A rung above is taken when its predicted time is below this share of what there is, so that frames do not go up and down.
 const CLIMB: f64 = 0.8;
@@ -65,7 +70,7 @@ pub struct Budget {
 
 impl Default for Budget {
     fn default() -> Self {
-        Self { rung: 2, is_warm: false, sample_ms: None, pixel_ms: [None; 2] }
+        Self { rung: START, is_warm: false, sample_ms: None, pixel_ms: [None; 2] }
     }
 }
 

@@ -53,7 +53,11 @@ impl Engine {
     ) -> std::io::Result<Self> {
         let shared = Arc::<Shared>::default();
         let theirs = Arc::clone(&shared);
-        let run = move || theirs.run(&|| Studio::new(speed.clone(), screen.clone()), &wake);
+        let run = move || {
+            // The window is drawn meanwhile, by a processor too where there is no graphics card.
+            fovolnet::give_way();
+            theirs.run(&|| Studio::new(speed.clone(), screen.clone()), &wake);
+        };
         let thread = std::thread::Builder::new().name("pictures".into()).spawn(run)?;
         Ok(Self { shared, thread: Some(thread) })
     }

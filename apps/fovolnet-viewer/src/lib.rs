@@ -30,6 +30,7 @@ pub mod opened;
 mod panels;
 mod picture_view;
 pub mod places;
+pub mod quad;
 mod range_slider;
 pub mod screen;
 mod start_page;

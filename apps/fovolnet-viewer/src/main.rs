@@ -2,12 +2,16 @@
 
 use anyhow::{Result, anyhow, bail};
 use clap::Parser;
-use eframe::egui::{ColorImage, Context, ScreenshotCallback, Ui, ViewportBuilder, ViewportCommand};
+use eframe::egui::{
+    Color32, ColorImage, Context, ScreenshotCallback, Ui, ViewportBuilder, ViewportCommand, Visuals,
+};
+use eframe::egui_wgpu::SurfaceConfig;
 use fovolnet::core::{Frame, FrameSize};
 use fovolnet::io::image::{self, Alpha};
 use fovolnet::{RenderSettings, SpeedSettings, VolumeSettings};
 use fovolnet_viewer::no_window;
 use fovolnet_viewer::places::Places;
+use fovolnet_viewer::quad::Painter;
 use fovolnet_viewer::screen::Screen;
 use fovolnet_viewer::surface::Surface;
 use fovolnet_viewer::{Start, Viewer};
@@ -70,6 +74,10 @@ struct Screenshot {
 const SETTLED: u32 = 20;
 
 impl eframe::App for Window {
+    fn clear_color(&self, visuals: &Visuals) -> [f32; 4] {
+        background(visuals.dark_mode).to_normalized_gamma_f32()
+    }
+
     fn logic(&mut self, _context: &Context, _frame: &mut eframe::Frame) {
         if let Some(surface) = &mut self.surface {
             surface.resume();
@@ -85,6 +93,17 @@ impl eframe::App for Window {
             end(&self.outcome, ui.ctx(), Err(error));
         }
     }
+}
+
+/// The colour of panels.
+fn background(is_dark: bool) -> Color32 {
+    let visuals = if is_dark { Visuals::dark() } else { Visuals::light() };
+    visuals.panel_fill
+}
+
+/// Leaves the painting of panels to the clearing of the window, which takes no time where a processor draws it.
+fn leave_panels_clear(context: &Context) {
+    context.all_styles_mut(|style| style.visuals.panel_fill = Color32::TRANSPARENT);
 }
 
 impl Window {
@@ -113,7 +132,7 @@ fn end(outcome: &Outcome, context: &Context, why: Result<()>) {
 
 fn write(path: &Path, picture: &ColorImage) -> Result<()> {
     let [width, height] = picture.size.map(|side| u32::try_from(side).unwrap_or(u32::MAX));
-    let colour = |pixel: &eframe::egui::Color32| pixel.to_array().map(|c| f32::from(c) / 255.0);
+    let colour = |pixel: &Color32| pixel.to_array().map(|c| f32::from(c) / 255.0);
     let pixels = picture.pixels.iter().map(colour).collect();
     let frame = Frame::from_pixels(FrameSize::new(width, height)?, pixels)?;
     Ok(image::write_png(path, &frame, Alpha::Drop)?)
@@ -130,6 +149,8 @@ fn run(arguments: Arguments) -> Result<()> {
             .with_drag_and_drop(true),
         ..Default::default()
     };
+    // Frames that wait to be shown are answers that come late.
+    options.wgpu_options.surface = SurfaceConfig::LOW_LATENCY;
     let device = arguments.speed.device.clone().unwrap_or_default();
     options.wgpu_options = Screen::configure(&device, options.wgpu_options);
     let mut start = Start {
@@ -138,6 +159,7 @@ fn run(arguments: Arguments) -> Result<()> {
         render: arguments.render,
         speed: arguments.speed,
         screen: None,
+        painter: None,
     };
     let outcome = Outcome::default();
     let told = Arc::clone(&outcome);
@@ -148,7 +170,9 @@ fn run(arguments: Arguments) -> Result<()> {
         if let Some(scale) = arguments.scale {
             creation.egui_ctx.set_pixels_per_point(scale);
         }
+        leave_panels_clear(&creation.egui_ctx);
         let state = creation.wgpu_render_state.as_ref();
+        start.painter = state.map(Painter::of_window);
         start.screen = state.and_then(|state| Screen::of_window(state, &device));
         let surface = start.screen.as_ref().map(|screen| Surface::of_window(screen, &creation.egui_ctx));
         let mut viewer = Viewer::new(&creation.egui_ctx, start, places)?;

@@ -3,9 +3,7 @@
 use crate::marks::{self, Projection};
 use crate::navigation;
 use crate::opened::Opened;
-use eframe::egui::{
-    Color32, Key, PointerButton, Pos2, Rect, Response, Sense, TextureId, Ui, Vec2, pos2, vec2,
-};
+use eframe::egui::{Color32, Key, PointerButton, Rect, Response, Sense, Shape, Ui, Vec2, vec2};
 use fovolnet::core::{Camera, Light};
 use glam::DVec3;
 
@@ -25,14 +23,10 @@ pub struct Handled {
     pub resets: bool,
 }
 
-/// Fills what is left of `ui` with the picture, and turns the view as hands say.
-pub fn show(ui: &mut Ui, opened: &mut Opened, texture: Option<TextureId>) -> Handled {
+/// Fills what is left of `ui` with the `picture` in it, if there is one, and turns the view as hands say.
+pub fn show(ui: &mut Ui, opened: &mut Opened, picture: impl FnOnce(Rect) -> Option<Shape>) -> Handled {
     let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
-    ui.painter().rect_filled(rect, 0.0, Color32::BLACK);
-    if let Some(texture) = texture {
-        let uv = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
-        ui.painter().image(texture, rect, uv, Color32::WHITE);
-    }
+    ui.painter().add(picture(rect).unwrap_or_else(|| Shape::rect_filled(rect, 0.0, Color32::BLACK)));
     turn(ui, &response, opened, rect);
     fly(ui, opened);
     let pointer = response.hover_pos().map(|at| {

@@ -28,6 +28,7 @@ mod open;
 pub mod parse;
 mod pipeline;
 pub mod presets;
+mod priority;
 mod rays;
 mod reconstruction;
 mod reconstructor;
@@ -61,6 +62,7 @@ pub use open::{OpenVolume, open_volume};
 #[cfg(feature = "gpu")]
 pub use pipeline::{DeviceFrame, DoneFrame};
 pub use pipeline::{Pipeline, RenderedFrame, Timings, Viewpoint};
+pub use priority::give_way;
 pub use rays::Rays;
 pub use reconstruction::Reconstruction;
 pub use reconstructor::Reconstructor;

@@ -15,14 +15,15 @@ use crate::messages::Messages;
 use crate::opened::Opened;
 use crate::panels;
 use crate::places::{Places, Preferences};
+use crate::quad::{OnWindow, Painter};
 use crate::screen::{OnScreen, Screen};
 use crate::studio::{Pixels, Progress, Shown};
 use crate::thumbnails::Thumbnails;
 use crate::timeline::Timeline;
 use anyhow::Result;
 use eframe::egui::{
-    self, CentralPanel, ColorImage, Context, Panel, ScrollArea, TextureHandle, TextureId, TextureOptions,
-    Theme, Ui, style::ScrollStyle,
+    self, CentralPanel, Color32, ColorImage, Context, Panel, Pos2, Rect, ScrollArea, Shape, TextureHandle,
+    TextureId, TextureOptions, Theme, Ui, pos2, style::ScrollStyle,
 };
 use fovolnet::{RenderSettings, Session, SpeedSettings, Timings, VolumeSettings};
 use std::collections::VecDeque;
@@ -40,6 +41,8 @@ pub struct Start {
     pub speed: SpeedSettings,
     /// The device that draws the window, where it makes the pictures too.
     pub screen: Option<Screen>,
+    /// What draws pictures that were made elsewhere; the window as everything else of it where there is none.
+    pub painter: Option<Painter>,
 }
 
 /// The picture that is shown.
@@ -52,14 +55,21 @@ struct Picture {
 /// Where the pixels of a picture are.
 enum Texture {
     Host(TextureHandle),
+    Window(OnWindow),
     Device(OnScreen),
 }
 
 impl Texture {
-    fn id(&self) -> TextureId {
+    /// The picture in `rect`.
+    fn shape(&self, rect: Rect) -> Shape {
+        let of = |id: TextureId| {
+            let whole = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
+            Shape::image(id, rect, whole, Color32::WHITE)
+        };
         match self {
-            Self::Host(texture) => texture.id(),
-            Self::Device(picture) => picture.id(),
+            Self::Host(texture) => of(texture.id()),
+            Self::Window(picture) => picture.shape(rect),
+            Self::Device(picture) => of(picture.id()),
         }
     }
 }
@@ -84,6 +94,7 @@ pub struct Viewer {
     messages: Messages,
     thumbnails: Thumbnails,
     screen: Option<Screen>,
+    painter: Option<Painter>,
     picture: Option<Picture>,
     look: Look,
     gaze_kind: GazeKind,
@@ -123,6 +134,7 @@ impl Viewer {
             messages: Messages::default(),
             thumbnails: Thumbnails::default(),
             screen: start.screen,
+            painter: start.painter,
             picture: None,
             look: Look::default(),
             gaze_kind: if start.render.gaze.is_some() { GazeKind::Session } else { GazeKind::default() },
@@ -301,11 +313,20 @@ impl Viewer {
         self.messages.set_picture_error(None);
         let before = self.picture.take().map(|picture| picture.texture);
         let texture = match std::mem::replace(&mut shown.pixels, Pixels::Host(Vec::new())) {
-            Pixels::Host(rgba) => Some(Texture::Host(uploaded(context, &rgba, &shown, before))),
+            Pixels::Host(rgba) => Some(match &self.painter {
+                Some(painter) => {
+                    let before = before.and_then(|texture| match texture {
+                        Texture::Window(shown) => Some(shown),
+                        Texture::Host(_) | Texture::Device(_) => None,
+                    });
+                    Texture::Window(painter.show(shown.size.into(), &rgba, before))
+                }
+                None => Texture::Host(uploaded(context, &rgba, &shown, before)),
+            }),
             Pixels::Device(picture) => self.screen.as_ref().map(|screen| {
                 let before = before.and_then(|texture| match texture {
                     Texture::Device(shown) => Some(shown),
-                    Texture::Host(_) => None,
+                    Texture::Host(_) | Texture::Window(_) => None,
                 });
                 Texture::Device(screen.show(&picture, before))
             }),

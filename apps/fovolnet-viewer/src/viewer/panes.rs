@@ -107,11 +107,13 @@ impl Viewer {
         let Some(opened) = &mut self.opened else { return };
         if self.timeline.is_playing() {
             self.timeline.advance(time, opened);
-            ui.ctx().request_repaint();
+            // Oftener than pictures come; drawing a window takes time where a processor does it.
+            ui.ctx().request_repaint_after_secs(0.05);
         }
-        let texture = self.picture.as_ref().map(|picture| picture.texture.id());
         let before = opened.camera();
-        let handled = picture_view::show(ui, opened, texture);
+        let picture = self.picture.as_ref();
+        let shape = |rect: Rect| picture.map(|picture| picture.texture.shape(rect));
+        let handled = picture_view::show(ui, opened, shape);
         if handled.resets {
             opened.go_to(0);
         }
