@@ -4,7 +4,7 @@
 //! worse than the one before, the best one is taken whose predicted time fits. Predictions come from what the last frames
 //! took: so many milliseconds a sample, and so many a pixel for filling.
 
-use fovolnet::core::{Fovea, FrameSize};
+use fovolnet::core::{Fovea, FrameSize, ShadowMode};
 use fovolnet::net::Fill;
 use fovolnet::{Reconstruction, RenderSettings, Sampling, Timings};
 
@@ -90,7 +90,7 @@ impl Budget {
         let rung = *self.rung();
         let learn = |known: Option<f64>, new: f64| Some(known.map_or(new, |old| old + NEW * (new - old)));
         if samples > 0 {
-            let ms = (timings.mask + timings.march) * rung.step / samples as f64;
+            let ms = (timings.mask + timings.march) * step(asked, &rung) / samples as f64;
             self.sample_ms = learn(self.sample_ms, ms);
         }
         let kind = usize::from(!rung.as_asked);
@@ -133,8 +133,13 @@ impl Budget {
         let samples = density * size.pixels() as f64;
         let kind = usize::from(!rung.as_asked);
         let pixel_ms = self.pixel_ms[kind].unwrap_or(UNMEASURED[kind]);
-        self.sample_ms.unwrap_or(0.0) * samples / rung.step + pixel_ms * size.pixels() as f64
+        self.sample_ms.unwrap_or(0.0) * samples / step(asked, rung) + pixel_ms * size.pixels() as f64
     }
+}
+
+/// How many times as long steps are on `rung`. Cached shadows are made for one step, which takes as long as many frames.
+fn step(asked: &RenderSettings, rung: &Rung) -> f64 {
+    if asked.shadows == Some(ShadowMode::Cached) { 1.0 } else { rung.step }
 }
 
 /// `asked` as `rung` has it.
@@ -143,7 +148,7 @@ fn applied(asked: &RenderSettings, rung: &Rung) -> RenderSettings {
     settings.size = Some(scaled(asked.frame_size(), rung.scale));
     settings.pb = Some(asked.pb.unwrap_or(Fovea::default().base) * rung.density);
     settings.sigma = Some(asked.sigma.unwrap_or(Fovea::default().sigma) * rung.density.sqrt());
-    settings.step = Some((asked.step.unwrap_or(0.5) * rung.step).min(100.0));
+    settings.step = Some((asked.step.unwrap_or(0.5) * step(asked, rung)).min(100.0));
     if !rung.as_asked {
         settings.reconstruct = Some(Reconstruction::Fill(Fill::PullPush));
         settings.weights = None;
@@ -243,6 +248,12 @@ mod tests {
     #[test]
     fn what_nothing_helps_gets_the_cheapest() {
         assert_eq!(settled([5000.0, 1e6, 1e6], 10.0).2, LADDER[LADDER.len() - 1]);
+    }
+
+    #[test]
+    fn cached_shadows_stay_as_they_are() {
+        let asked = RenderSettings { shadows: Some(ShadowMode::Cached), ..asked() };
+        assert!(LADDER.iter().all(|rung| applied(&asked, rung).step == Some(0.5)));
     }
 
     #[test]
