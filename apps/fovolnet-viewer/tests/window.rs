@@ -23,6 +23,7 @@ fn window(source: Option<&str>, folder: &Path) -> Window {
         render: RenderSettings::default(),
         speed: SpeedSettings { device: Some(Device::Cpu), ..SpeedSettings::default() },
         screen: None,
+        painter: None,
     };
     let places = Places::in_folder(Some(folder.join("state")));
     let show = move |ui: &mut eframe::egui::Ui, viewer: &mut Option<Viewer>| {

@@ -107,8 +107,8 @@ impl Viewer {
         let Some(opened) = &mut self.opened else { return };
         if self.timeline.is_playing() {
             self.timeline.advance(time, opened);
-            // Oftener than pictures come; drawing a window takes time where a processor does it.
-            ui.ctx().request_repaint_after_secs(0.05);
+            // Every picture that comes is a time to go on too; drawing the window takes time where a processor does it.
+            ui.ctx().request_repaint_after_secs(0.1);
         }
         let before = opened.camera();
         let picture = self.picture.as_ref();
