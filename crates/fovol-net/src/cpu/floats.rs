@@ -390,7 +390,7 @@ mod tests {
             // Less than half of a last place is nothing, more is one.
             let (more, less) = (some.splat(1.0 + 0.7 / 256.0), some.splat(1.0 + 0.3 / 256.0));
             (lower * more).store_halves(upper * less, &mut stored);
-            let rounded = |value: f32| value.to_bits() + HALF >> 16;
+            let rounded = |value: f32| (value.to_bits() + HALF) >> 16;
             for i in 0..V::N {
                 let [lower, upper] = [read(lower * more)[i], read(upper * less)[i]].map(rounded);
                 assert_eq!(stored[i], lower | upper << 16);

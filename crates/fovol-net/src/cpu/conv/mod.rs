@@ -273,7 +273,7 @@ impl Direct {
                 patch.assemble(sources, padding, window, (Halves, words, simd));
             }
             Arithmetic::Int8 { steps } => {
-                patch.assemble(sources, padding, window, (Bytes(steps), words, simd))
+                patch.assemble(sources, padding, window, (Bytes(steps), words, simd));
             }
         }
         scratch.block.resize(packed::LARGEST_BLOCK);
