@@ -38,12 +38,9 @@ pub fn cropped(map: &Map, size: FrameSize) -> Frame {
 /// The same in place of `frame`.
 pub fn crop(map: &Map, frame: &mut Frame) {
     let width = frame.size().width as usize;
-    frame.pixels_mut().par_chunks_exact_mut(width).enumerate().for_each(|(y, row)| show_row(map.row(y), row));
-}
-
-/// The first colours of a `row` of a picture as pixels, as many as there is room for.
-pub fn show_row(row: &[f32], pixels: &mut [[f32; 4]]) {
-    pixels.iter_mut().zip(row.as_chunks::<3>().0).for_each(|(to, p)| *to = shown(p));
+    frame.pixels_mut().par_chunks_exact_mut(width).enumerate().for_each(|(y, row)| {
+        row.iter_mut().zip(map.row(y).as_chunks::<3>().0).for_each(|(to, p)| *to = shown(p));
+    });
 }
 
 fn shown(p: &[f32; 3]) -> [f32; 4] {

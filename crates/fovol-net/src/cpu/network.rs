@@ -1,6 +1,5 @@
 use super::buffers::{Lifetimes, Spare};
 use super::element::{Bf16, Element};
-use super::filter::PreparedFilter;
 use super::frames::{crop, cropped, padded_map};
 use super::layer::{Given, SAME, Step, run};
 use super::map::{Stored, with_map};
@@ -47,12 +46,6 @@ pub struct Network {
     precision: Precision,
     pool: Pool,
     id: u64,
-}
-
-/// What a predicted kernel reads.
-struct Filtered<'a> {
-    features: &'a Stored,
-    sources: Vec<Source<'a>>,
 }
 
 /// Numbers of networks, to tell their states apart.
@@ -171,15 +164,8 @@ impl Network {
     /// # Errors
     /// A state of another network or size, motion for another size.
     pub fn reconstruct(&self, input: &FrameInput<'_>, state: &mut State) -> Result<Frame> {
-        let (mut tensors, last) = self.run(input, state, &mut |_, _, _| {})?;
-        let frame = match last {
-            Some(last) => {
-                let mut frame = Frame::new(state.size);
-                self.run_last(last, &tensors, state, &mut frame);
-                frame
-            }
-            None => cropped(tensors[self.schedule.shown.index()].picture(), state.size),
-        };
+        let mut tensors = self.run(input, state, |_, _, _| {})?;
+        let frame = cropped(tensors[self.schedule.shown.index()].picture(), state.size);
         self.carry(&mut tensors, state);
         Ok(frame)
     }
@@ -193,7 +179,7 @@ impl Network {
     }
 
     /// [`Self::fill`], telling `observe` the places of layers in the plan, one or two that are made together, what
-    /// the last of them wrote, if that is anything but the frame, and how long they took.
+    /// the last of them wrote and how long they took.
     ///
     /// # Errors
     /// As [`Self::fill`].
@@ -202,29 +188,21 @@ impl Network {
         frame: &mut Frame,
         motion: Option<&[[f32; 2]]>,
         state: &mut State,
-        mut observe: impl FnMut(Range<usize>, &Stored, Duration),
+        observe: impl FnMut(Range<usize>, &Stored, Duration),
     ) -> Result<()> {
-        let (mut tensors, last) = self.run(&FrameInput { sparse: frame, motion }, state, &mut observe)?;
-        match last {
-            Some(last) => {
-                let (started, layers) = (Instant::now(), last.layers());
-                self.run_last(last, &tensors, state, frame);
-                observe(layers, &Stored::default(), started.elapsed());
-            }
-            None => crop(tensors[self.schedule.shown.index()].picture(), frame),
-        }
+        let mut tensors = self.run(&FrameInput { sparse: frame, motion }, state, observe)?;
+        crop(tensors[self.schedule.shown.index()].picture(), frame);
         self.carry(&mut tensors, state);
         Ok(())
     }
 
-    /// The tensors of the frame of `input` that are left once all layers are made but those that make the frame itself, if
-    /// any do.
+    /// The tensors of the frame of `input` that are left once all layers are made.
     fn run(
         &self,
         input: &FrameInput<'_>,
         state: &mut State,
-        observe: &mut impl FnMut(Range<usize>, &Stored, Duration),
-    ) -> Result<(Vec<Stored>, Option<Unit>)> {
+        mut observe: impl FnMut(Range<usize>, &Stored, Duration),
+    ) -> Result<Vec<Stored>> {
         let size = input.sparse.size();
         if state.network != self.id {
             return Err(Error::State("it belongs to another network; start one with this network".into()));
@@ -239,8 +217,7 @@ impl Network {
         }
         let mut tensors: Vec<Stored> = vec![Stored::default(); self.plan.tensors().len()];
         self.load(input, state, &mut tensors);
-        let (units, last) = self.units(state.size);
-        for unit in units {
+        for unit in self.units(state.size) {
             let started = Instant::now();
             let (layers, written) = (unit.layers(), unit.written(&self.plan));
             match unit {
@@ -256,20 +233,12 @@ impl Network {
                 state.spare.put(std::mem::take(&mut tensors[id.index()]));
             }
         }
-        Ok((tensors, last))
+        Ok(tensors)
     }
 
-    /// What is run one after the other for frames of `size`; apart from these the last of it if that makes the frame itself.
-    fn units(&self, size: FrameSize) -> (Vec<Unit>, Option<Unit>) {
-        let mut units = self.schedule.units(&self.plan, |place| self.numbers(place, size));
-        let shown = self.schedule.shown.index();
-        let makes_frame = |unit: &mut Unit| {
-            matches!(unit, Unit::Filter { .. })
-                && self.schedule.is_only_shown
-                && unit.written(&self.plan) == shown
-        };
-        let last = units.pop_if(makes_frame);
-        (units, last)
+    /// What is run one after the other for frames of `size`.
+    fn units(&self, size: FrameSize) -> Vec<Unit> {
+        self.schedule.units(&self.plan, |place| self.numbers(place, size))
     }
 
     /// How long tensors are there in the making of a frame of `size`.
@@ -286,8 +255,7 @@ impl Network {
         for id in loaded.chain(previous) {
             lifetimes.begin(id.index(), words(id.index()));
         }
-        let (units, last) = self.units(size);
-        for unit in units {
+        for unit in self.units(size) {
             lifetimes.go_on();
             let (layers, place) = (unit.layers(), unit.written(&self.plan));
             match unit.written_over(&self.plan, &self.schedule) {
@@ -295,9 +263,6 @@ impl Network {
                 None => lifetimes.begin(place, words(place)),
             }
             self.schedule.finished[layers].iter().flatten().for_each(|id| lifetimes.end(id.index()));
-        }
-        if last.is_some() {
-            lifetimes.go_on();
         }
         for (number, state) in self.plan.states().iter().enumerate() {
             match self.is_needed_again(number) {
@@ -328,38 +293,18 @@ impl Network {
 
     /// Runs the predicted kernel in layer `number`, and `changes` of its picture.
     fn run_filter(&self, number: usize, changes: Range<usize>, tensors: &mut [Stored], state: &mut State) {
-        let place = self.plan.layers()[changes.end - 1].output().index();
-        let mut out = state.spare.map(place);
-        let (filter, images, changes) = self.filtering(number, changes, tensors, &state.samples);
-        filter.run(images.features, &images.sources, &changes, &mut out);
-        tensors[place] = Stored::F32(out);
-    }
-
-    /// Runs `unit`, a predicted kernel and what changes its picture, which is `frame`.
-    fn run_last(&self, unit: Unit, tensors: &[Stored], state: &State, frame: &mut Frame) {
-        let Unit::Filter { layers, changes } = unit else { unreachable!("only filters make frames") };
-        let changes = changes..layers.end;
-        let (filter, images, changes) = self.filtering(layers.start, changes, tensors, &state.samples);
-        filter.run_into(images.features, &images.sources, &changes, frame);
-    }
-
-    /// The predicted kernel in layer `number`, what it reads, and `changes` of its picture.
-    fn filtering<'a>(
-        &'a self,
-        number: usize,
-        changes: Range<usize>,
-        tensors: &'a [Stored],
-        samples: &'a Samples,
-    ) -> (&'a PreparedFilter, Filtered<'a>, Vec<Change<'a>>) {
-        let layers = self.plan.layers();
+        let layers = &self.plan.layers()[..changes.end];
         let (Layer::Filter(filter), Step::Filter(prepared)) = (&layers[number], &self.steps[number]) else {
             unreachable!("filters are prepared")
         };
+        let place = layers.last().expect("there is the filter").output().index();
+        let mut out = state.spare.map(place);
         let images: Vec<_> = filter.images.iter().map(|(read, _)| *read).collect();
-        let given = self.given(tensors, samples);
-        let changes = layers[changes].iter().map(|layer| self.change(layer, given)).collect();
-        let sources = self.sources(&images, tensors);
-        (prepared, Filtered { features: &tensors[filter.features.index()], sources }, changes)
+        let images = self.sources(&images, tensors);
+        let given = self.given(tensors, &state.samples);
+        let changes: Vec<_> = layers[changes].iter().map(|layer| self.change(layer, given)).collect();
+        prepared.run(&tensors[filter.features.index()], &images, &changes, &mut out);
+        tensors[place] = Stored::F32(out);
     }
 
     /// What layers read.

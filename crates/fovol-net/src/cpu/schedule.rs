@@ -27,8 +27,6 @@ pub struct Schedule {
     pub stays_finite: Vec<bool>,
     /// What the frame is made of: the output, or what it is cut to, as frames are anyway.
     pub shown: TensorId,
-    /// Whether nothing but the frame is made of that: then it need not be there beside it.
-    pub is_only_shown: bool,
 }
 
 /// What is added to a filtered picture.
@@ -111,7 +109,6 @@ impl Schedule {
             points: points(plan),
             stays_finite: stays_finite(plan),
             shown,
-            is_only_shown: !plan.states().iter().any(|state| state.next == shown),
         }
     }
 
@@ -135,7 +132,6 @@ impl Schedule {
             points,
             stays_finite,
             shown,
-            is_only_shown: false,
         }
     }
 }

@@ -55,7 +55,12 @@ proptest! {
         for simd in Simd::available() {
             for arithmetic in [Arithmetic::F32, Arithmetic::Bf16] {
                 // bf16 has 8 bits: each factor of a product is off by 2^-8 of itself at most.
-                let tolerance = if arithmetic == Arithmetic::F32 { 2e-6 } else { 1.0 / 40.0 };
+                let tolerance = match arithmetic {
+                    Arithmetic::F32 => 2e-6,
+                    // Rounding of transformed numbers is multiplied on the way back.
+                    _ if Winograd::suits(&shape, simd, &arithmetic) => 1.0 / 40.0,
+                    _ => 1.0 / 126.0,
+                };
                 let mut out = Map::<f32>::default();
                 PreparedConv::new(&shape, &weights, &bias, simd, arithmetic.clone()).run(&sources, &mut out);
                 prop_assert_eq!((out.height, out.width, out.channels), (expected.height, expected.width, expected.channels));

@@ -7,13 +7,11 @@
 mod planes;
 mod weigh;
 
-use super::frames::show_row;
 use super::map::{Map, Stored};
 use super::patch::{Memory, Source};
 use super::pointwise::{Change, change_row};
 use super::simd::Simd;
 use crate::plan::{Filter, Normalisation, Taps};
-use fovol_core::Frame;
 use planes::{CHANNELS, Ring, rows_for};
 use rayon::prelude::*;
 use weigh::{Prediction, Weighing};
@@ -74,33 +72,6 @@ impl PreparedFilter {
                 self.cells(features, images, y, scratch, out);
                 for (line, row) in out.chunks_mut(length).enumerate() {
                     change_row(changes, y + line, CHANNELS, row);
-                }
-            }
-        });
-    }
-
-    /// The same as the pixels of `frame`, which may be somewhat smaller: the picture is never there.
-    pub fn run_into(
-        &self,
-        features: &Stored,
-        images: &[Source<'_>],
-        changes: &[Change<'_>],
-        frame: &mut Frame,
-    ) {
-        let length = images[0].size()[1] * CHANNELS;
-        let width = frame.size().width as usize;
-        let bands = frame.pixels_mut().par_chunks_mut(ROWS * width).enumerate();
-        let memory = || (Scratch::default(), vec![0.0; self.expand * length]);
-        bands.for_each_init(memory, |(scratch, rows), (band, pixels)| {
-            scratch.images.resize_with(images.len(), Ring::default);
-            scratch.images.iter_mut().for_each(Ring::forget);
-            for (cell, pixels) in pixels.chunks_mut(self.expand * width).enumerate() {
-                let y = band * ROWS + cell * self.expand;
-                self.cells(features, images, y, scratch, rows);
-                let rows = rows.chunks_mut(length).zip(pixels.chunks_mut(width));
-                for (line, (row, pixels)) in rows.enumerate() {
-                    change_row(changes, y + line, CHANNELS, row);
-                    show_row(row, pixels);
                 }
             }
         });
