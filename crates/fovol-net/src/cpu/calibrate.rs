@@ -1,6 +1,10 @@
+use super::conv::{furthest_transformed, reach};
+use super::map::Stored;
 use super::network::{FrameInput, Network};
-use super::precision::Precision;
+use super::patch::Source;
+use super::precision::{Precision, channel_ranges, transformed};
 use super::simd::Simd;
+use crate::plan::{Layer, Plan};
 use crate::weights::Weights;
 use crate::{Error, Result};
 use std::collections::BTreeMap;
@@ -16,25 +20,92 @@ pub fn calibrate(weights: &mut Weights, clips: &[Vec<FrameInput<'_>>]) -> Result
     }
     let plan = weights.config.plan().map_err(Error::Config)?;
     let network = Network::layer_by_layer(plan, weights, Simd::best(), Precision::F32)?;
-    let mut most = vec![0.0f32; network.plan().tensors().len()];
-    let inputs = network.plan().inputs();
-    for id in [Some(inputs.colour), inputs.mask].into_iter().flatten() {
-        most[id.index()] = 1.0;
-    }
+    let mut seen = Seen::new(&network);
     for clip in clips {
         let mut state = network.state(clip[0].sparse.size());
         for frame in clip {
+            seen.begin(network.carried(&state));
             network.observed(&mut frame.sparse.clone(), frame.motion, &mut state, |layers, out, _| {
-                let place = network.plan().layers()[layers.start].output().index();
-                most[place] = out.to_f32().data.iter().fold(most[place], |most, v| most.max(v.abs()));
+                seen.note(layers.start, out);
             })?;
         }
     }
-    let plan = network.plan();
-    for state in plan.states() {
-        most[state.previous.index()] = most[state.next.index()];
-    }
-    let named = plan.tensors().iter().zip(most).map(|(tensor, most)| (tensor.name.clone(), most));
-    weights.ranges = named.collect::<BTreeMap<_, _>>();
+    weights.ranges = seen.ranges();
     Ok(())
+}
+
+/// What was seen of a network at work.
+struct Seen<'a> {
+    plan: &'a Plan,
+    /// The tensors of this frame that are there so far.
+    now: Vec<Option<Stored>>,
+    /// For each tensor what each of its channels reaches.
+    tensors: Vec<Vec<f32>>,
+    /// For each layer that is a convolution of 3×3 what its transformed inputs reach: \[place\]\[channel\].
+    transformed: Vec<Vec<f32>>,
+}
+
+impl<'a> Seen<'a> {
+    fn new(network: &'a Network) -> Self {
+        let plan = network.plan();
+        let mut tensors: Vec<Vec<f32>> =
+            plan.tensors().iter().map(|tensor| vec![0.0; tensor.channels]).collect();
+        let inputs = plan.inputs();
+        for id in [Some(inputs.colour), inputs.mask].into_iter().flatten() {
+            tensors[id.index()].fill(1.0);
+        }
+        Self { plan, now: Vec::new(), tensors, transformed: vec![Vec::new(); plan.layers().len()] }
+    }
+
+    /// A frame begins with these states.
+    fn begin(&mut self, carried: Vec<Stored>) {
+        self.now = vec![None; self.tensors.len()];
+        for (state, map) in self.plan.states().iter().zip(carried) {
+            self.now[state.previous.index()] = Some(map);
+        }
+    }
+
+    /// Layer `number` wrote `out`.
+    fn note(&mut self, number: usize, out: &Stored) {
+        let layer = &self.plan.layers()[number];
+        let (place, out) = (layer.output().index(), out.to_f32());
+        for pixel in out.data.chunks_exact(out.channels) {
+            self.tensors[place].iter_mut().zip(pixel).for_each(|(most, v)| *most = most.max(v.abs()));
+        }
+        if let Layer::Conv(conv) = layer
+            && conv.size == 3
+            && conv.stride == 1
+        {
+            let stored = conv.inputs.iter().map(|read| self.now[read.tensor.index()].as_ref());
+            let sources =
+                conv.inputs.iter().zip(stored).map(|(read, map)| Some(Source::new(map?, read.resize)));
+            if let Some(sources) = sources.collect::<Option<Vec<_>>>() {
+                furthest_transformed(&sources, conv.padding, &mut self.transformed[number]);
+            }
+        }
+        self.now[place] = Some(Stored::F32(out));
+    }
+
+    /// Under the names of tensors what their channels reach, and under those of convolutions what their transformed inputs do.
+    fn ranges(mut self) -> BTreeMap<String, Vec<f32>> {
+        for state in self.plan.states() {
+            self.tensors[state.previous.index()] = self.tensors[state.next.index()].clone();
+        }
+        let mut ranges: BTreeMap<String, Vec<f32>> = BTreeMap::new();
+        for (tensor, most) in self.plan.tensors().iter().zip(&self.tensors) {
+            ranges.insert(tensor.name.clone(), most.clone());
+        }
+        for (layer, most) in self.plan.layers().iter().zip(&self.transformed) {
+            let Layer::Conv(conv) = layer else { continue };
+            let inputs: Vec<f32> = conv
+                .inputs
+                .iter()
+                .flat_map(|read| channel_ranges(&self.tensors[read.tensor.index()]))
+                .collect();
+            if !most.is_empty() {
+                ranges.insert(transformed(&conv.name), reach(most, &inputs));
+            }
+        }
+        ranges
+    }
 }

@@ -75,6 +75,35 @@ pub trait Floats:
         }
     }
 
+    /// The numbers that words are with signs.
+    ///
+    /// # Panics
+    /// Where there are fewer.
+    #[inline(always)]
+    fn load_integers(self, words: &[u32]) -> Self {
+        let mut numbers = [0.0; MOST];
+        for i in 0..Self::N {
+            numbers[i] = words[i] as i32 as f32;
+        }
+        self.load(&numbers)
+    }
+    /// Writes some numbers and others in turn, rounded, as bytes of which 128 stands for 0; what is beyond -128…127 is
+    /// cut off there, and what is beyond ±32767 may become anything.
+    ///
+    /// # Panics
+    /// Where there are fewer than two bytes for a number.
+    #[inline(always)]
+    fn store_bytes(numbers: [Self; 2], bytes: &mut [u8]) {
+        let mut both = [[0.0; MOST]; 2];
+        numbers[0].store(&mut both[0]);
+        numbers[1].store(&mut both[1]);
+        for i in 0..Self::N {
+            for (part, numbers) in both.iter().enumerate() {
+                bytes[2 * i + part] = (numbers[i].round_ties_even().clamp(-128.0, 127.0) + 128.0) as u8;
+            }
+        }
+    }
+
     /// Every other pixel of these and others, from the first on.
     fn evens(self, others: Self) -> Self;
     /// The same from the second on.
@@ -303,6 +332,21 @@ mod x86 {
                 _mm512_storeu_si512(words.as_mut_ptr().cast(), both);
             }
         }
+        #[inline(always)] fn load_integers(self, words: &[u32]) -> Self {
+            let words = &words[..Self::N];
+            Self(unsafe { _mm512_cvtepi32_ps(_mm512_loadu_si512(words.as_ptr().cast())) })
+        }
+        #[inline(always)] fn store_bytes(numbers: [Self; 2], bytes: &mut [u8]) {
+            let bytes = &mut bytes[..2 * Self::N];
+            unsafe {
+                // An f32 of this size has no fraction, and its lower 16 bits are the whole number with its sign.
+                let whole = _mm512_set1_ps(12_582_912.0);
+                let [lower, upper] = numbers.map(|v| _mm512_castps_si512(_mm512_add_ps(v.0, whole)));
+                let both = _mm512_mask_blend_epi16(0xAAAA_AAAA, lower, _mm512_slli_epi32::<16>(upper));
+                let signed = _mm512_cvtsepi16_epi8(both);
+                _mm256_storeu_si256(bytes.as_mut_ptr().cast(), _mm256_xor_si256(signed, _mm256_set1_epi8(-128)));
+            }
+        }
         #[inline(always)] fn evens(self, others: Self) -> Self { Self(unsafe { _mm512_shuffle_f32x4::<0b10_00_10_00>(self.0, others.0) }) }
         #[inline(always)] fn odds(self, others: Self) -> Self { Self(unsafe { _mm512_shuffle_f32x4::<0b11_01_11_01>(self.0, others.0) }) }
         #[inline(always)] fn zip_low(self, others: Self) -> Self {
@@ -395,6 +439,15 @@ mod tests {
                 let [lower, upper] = [read(lower * more)[i], read(upper * less)[i]].map(rounded);
                 assert_eq!(stored[i], lower | upper << 16);
             }
+            let mut bytes = vec![0; 2 * V::N];
+            let numbers: Vec<f32> = (0..2 * V::N).map(|i| (i as f32 - 11.25) * 21.5).collect();
+            V::store_bytes([some.load(&numbers), some.load(&numbers[V::N..])], &mut bytes);
+            for (i, byte) in bytes.into_iter().enumerate() {
+                let number = numbers[i / 2 + i % 2 * V::N];
+                assert_eq!(byte, (number.round_ties_even() as i8 as u8) ^ 0x80, "{number}");
+            }
+            let words: Vec<u32> = (0..V::N as u32).map(|i| (3 * i).wrapping_sub(7)).collect();
+            assert_eq!(read(some.load_integers(&words)), expected(&|i| 3.0 * i as f32 - 7.0));
             let is_between = some.both(a.is_at_least(some.splat(-1.5)), a.is_below(some.splat(0.5)));
             let kept = |i: usize| if (-1.5..0.5).contains(&numbers[i]) { numbers[i] } else { 0.0 };
             assert_eq!(read(a.keep(is_between)), expected(&kept));

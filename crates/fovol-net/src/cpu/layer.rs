@@ -62,8 +62,8 @@ impl Step {
                 };
                 let inputs = inputs(plan, conv, schedule);
                 let arithmetic = match choice.of(conv) {
-                    Arithmetic::Int8 { steps } => {
-                        Arithmetic::Int8 { steps: inputs.iter().map(|&at| steps[at]).collect() }
+                    Arithmetic::Int8 { steps, reach } => {
+                        Arithmetic::Int8 { steps: inputs.iter().map(|&at| steps[at]).collect(), reach }
                     }
                     other => other,
                 };

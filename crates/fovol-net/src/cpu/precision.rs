@@ -2,6 +2,7 @@
 
 pub use super::conv::Arithmetic;
 
+use super::conv::Reach;
 use super::simd::Simd;
 use crate::plan::{Activation, Conv, Layer, Plan, TensorId};
 use crate::weights::Weights;
@@ -130,7 +131,11 @@ impl<'a> Choice<'a> {
         }
         let is_positive = conv.inputs.iter().all(|read| self.positive[read.tensor.index()]);
         match self.steps(conv) {
-            Some(steps) if is_positive && self.wants_bytes(conv) => Arithmetic::Int8 { steps },
+            Some(steps) if is_positive && self.wants_bytes(conv) => {
+                let reach = self.weights.ranges.get(&transformed(&conv.name));
+                let reach = reach.and_then(|reach| Reach::try_from(&reach[..]).ok());
+                Arithmetic::Int8 { steps, reach }
+            }
             _ => self.narrow(),
         }
     }
@@ -151,11 +156,27 @@ impl<'a> Choice<'a> {
         let mut steps = Vec::new();
         for read in &conv.inputs {
             let tensor = self.plan.tensor(read.tensor);
-            let range = *self.weights.ranges.get(&tensor.name)?;
-            steps.extend(std::iter::repeat_n(range.max(1e-6) / 255.0, tensor.channels));
+            let mut ranges = channel_ranges(self.weights.ranges.get(&tensor.name)?);
+            if ranges.len() != tensor.channels {
+                let most = ranges.iter().fold(1e-6f32, |most, range| most.max(*range));
+                ranges = vec![most; tensor.channels];
+            }
+            steps.extend(ranges.iter().map(|range| range / 255.0));
         }
         Some(steps)
     }
+}
+
+/// What channels reach for which `most` was seen: those that reached next to nothing may still do at other times.
+pub fn channel_ranges(most: &[f32]) -> Vec<f32> {
+    let least = most.iter().fold(1e-6f32, |all, most| all.max(*most)) / 16.0;
+    most.iter().map(|most| most.max(least)).collect()
+}
+
+/// The name under which weights say how far from 0 the inputs of the convolution `name` are once they are transformed
+/// ([`Arithmetic::Int8`]).
+pub fn transformed(name: &str) -> String {
+    format!("{name}.transformed")
 }
 
 /// The fact that names the layers of [`Precision::Mixed`] that multiply bytes: prefixes, separated by commas.

@@ -4,6 +4,7 @@ use super::{Array, StateDict, Weights, one_line, shown};
 use crate::{Error, Result};
 use half::{bf16, f16};
 use safetensors::tensor::{Dtype, SafeTensors, TensorView, serialize};
+use serde::Deserialize;
 use std::collections::{BTreeMap, HashMap};
 use std::io::Write;
 use std::path::Path;
@@ -20,6 +21,23 @@ pub enum Storage {
     F32,
     /// Two.
     F16,
+}
+
+/// What a tensor reaches, as files say it.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Range {
+    One(f32),
+    Each(Vec<f32>),
+}
+
+impl Range {
+    fn numbers(self) -> Vec<f32> {
+        match self {
+            Self::One(most) => vec![most],
+            Self::Each(most) => most,
+        }
+    }
 }
 
 impl Weights {
@@ -70,9 +88,10 @@ impl Weights {
             let problem = |e| {
                 format!("its `{RANGES}` cannot be understood ({}); calibrate the weights again", one_line(&e))
             };
-            serde_json::from_str(&ranges).map_err(problem)
+            serde_json::from_str::<BTreeMap<String, Range>>(&ranges).map_err(problem)
         });
         let ranges = ranges.transpose()?.unwrap_or_default();
+        let ranges = ranges.into_iter().map(|(name, range)| (name, range.numbers())).collect();
         let mut arrays = BTreeMap::new();
         for (name, view) in file.tensors() {
             let values = numbers(&view).ok_or_else(|| {

@@ -30,8 +30,9 @@ pub struct Weights {
     pub config: NetworkConfig,
     /// Other facts: how they were trained, where they come from.
     pub facts: BTreeMap<String, String>,
-    /// The largest value that each tensor of the network reaches, where that is known: for bytes.
-    pub ranges: BTreeMap<String, f32>,
+    /// The largest value that tensors of the network reach, where that is known: one for all channels, or one for each. And
+    /// what inputs of convolutions do once they are transformed. For bytes; see [`calibrate`](crate::cpu::calibrate).
+    pub ranges: BTreeMap<String, Vec<f32>>,
 }
 
 impl Weights {

@@ -25,6 +25,7 @@ pub use finish::elu;
 use packed::Packed;
 use rayon::prelude::*;
 use winograd::Winograd;
+pub use winograd::{Reach, furthest_transformed, reach};
 
 /// A convolution with its weights, prepared for one instruction set.
 #[derive(Debug, Clone)]
@@ -130,6 +131,9 @@ pub enum Arithmetic {
     Int8 {
         /// Values are byte · step.
         steps: Vec<f32>,
+        /// How far from 0 they are once 6×6 of them are transformed for [`Winograd`], as a part of how far they could be
+        /// from 0; none where that is not known.
+        reach: Option<Reach>,
     },
 }
 
@@ -205,9 +209,9 @@ impl Direct {
             simd,
             arithmetic: match arithmetic {
                 // Patches are multiplied by what they are divided by.
-                Arithmetic::Int8 { mut steps } => {
+                Arithmetic::Int8 { mut steps, reach } => {
                     steps.iter_mut().for_each(|step| *step = 1.0 / *step);
-                    Arithmetic::Int8 { steps }
+                    Arithmetic::Int8 { steps, reach }
                 }
                 other => other,
             },
@@ -272,7 +276,7 @@ impl Direct {
             Arithmetic::Bf16 | Arithmetic::SplitBf16 => {
                 patch.assemble(sources, padding, window, (Halves, words, simd));
             }
-            Arithmetic::Int8 { steps } => {
+            Arithmetic::Int8 { steps, .. } => {
                 patch.assemble(sources, padding, window, (Bytes(steps), words, simd));
             }
         }

@@ -49,7 +49,7 @@ impl Packed {
                 (first..first + width).map(|c| bias.get(c).copied().unwrap_or(0.0)).collect();
             let order = Order { shape, width, count: arithmetic.count(), run: simd.run(arithmetic) };
             let (weights, worth) = match arithmetic {
-                Arithmetic::Int8 { steps } => {
+                Arithmetic::Int8 { steps, .. } => {
                     let (bytes, mut factors) = quantised(shape, weights, channels, steps);
                     factors.resize(width, 0.0);
                     let word =

@@ -169,8 +169,8 @@ proptest! {
         let mut all = Vec::new();
         for simd in Simd::available() {
             let mut out = Map::<f32>::default();
-            let steps = vec![1.0 / 255.0; shape.inputs];
-            PreparedConv::new(&shape, &weights, &bias, simd, Arithmetic::Int8 { steps }).run(&sources, &mut out);
+            let arithmetic = Arithmetic::Int8 { steps: vec![1.0 / 255.0; shape.inputs], reach: None };
+            PreparedConv::new(&shape, &weights, &bias, simd, arithmetic).run(&sources, &mut out);
             // Half a step of each input and of each weight; values and weights are 1 at most.
             let terms = (shape.inputs * shape.size * shape.size) as f32;
             let tolerance = terms * (0.5 / 255.0 + 0.5 / 127.0) + 1e-3;

@@ -3,8 +3,9 @@
 //!
 //! Every 6×6 of inputs is transformed to BᵀdB, multiplied with the transformed weights GgGᵀ and summed over the input
 //! channels, which is a matrix product for each of the 36 places, and transformed back to 4×4 outputs by AᵀmA. All of it
-//! is f32, but that transformed inputs and weights may be rounded to bf16.
+//! is f32, but that transformed inputs and weights may be rounded to bf16 or to bytes.
 
+mod bytes;
 mod tile;
 
 use super::finish::finish;
@@ -15,7 +16,9 @@ use crate::cpu::lines::Lines;
 use crate::cpu::pack::{Halves, Singles};
 use crate::cpu::patch::{Patch, Source, Window};
 use crate::cpu::simd::Simd;
+use crate::plan::{Activation, Padding};
 use bytemuck::{cast_slice, cast_slice_mut};
+use bytes::Bytes;
 use tile::{PLACES, REACH, SIDE};
 
 /// Channels are padded to as many words: the longest vectors.
@@ -34,35 +37,37 @@ const FEWEST_PRODUCTS: usize = 512;
 pub struct Winograd {
     blocks: Vec<Block>,
     shape: ConvShape,
-    /// Words of a pixel that there is something in.
-    words: usize,
     factors: Factors,
     simd: Simd,
 }
 
 /// What is multiplied.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone)]
 enum Factors {
     Singles,
     /// Pairs of bf16.
     Halves,
+    /// Fours of bytes, of inputs that are pairs of bf16.
+    Bytes(Bytes),
 }
 
 impl Factors {
-    fn arithmetic(self) -> Arithmetic {
+    fn arithmetic(&self) -> Arithmetic {
         match self {
             Self::Singles => Arithmetic::F32,
             Self::Halves => Arithmetic::Bf16,
+            Self::Bytes(_) => Arithmetic::Int8 { steps: Vec::new(), reach: None },
         }
     }
 
-    /// `values`, as many as are in a word, as that.
-    fn word(self, values: &[f32]) -> u32 {
-        let half = |at: usize| u32::from(Bf16::from_f32(values.get(at).copied().unwrap_or(0.0)).0);
-        match self {
-            Self::Singles => values[0].to_bits(),
-            Self::Halves => half(0) | half(1) << 16,
-        }
+    /// Transformed numbers in a word.
+    fn count(&self) -> usize {
+        self.arithmetic().count()
+    }
+
+    /// Inputs in a word of a patch.
+    fn loaded(&self) -> usize {
+        self.count().min(2)
     }
 }
 
@@ -73,6 +78,9 @@ struct Block {
     width: usize,
     /// \[place\]\[word of a pixel\]\[channel of the block\].
     weights: Lines,
+    /// What sums of bytes are worth: \[place\]\[channel of the block\].
+    worth: Option<Vec<f32>>,
+    /// \[pixel of a tile\]\[channel of the block\].
     bias: Vec<f32>,
     kernel: Kernel,
 }
@@ -106,7 +114,8 @@ impl Winograd {
             Arithmetic::F32 => true,
             // Tiles multiply so fast that the transformations would take longer.
             Arithmetic::Bf16 => !simd.multiplies_tiles(arithmetic),
-            Arithmetic::SplitBf16 | Arithmetic::Int8 { .. } => false,
+            Arithmetic::Int8 { reach, .. } => reach.is_some() && !simd.multiplies_tiles(arithmetic),
+            Arithmetic::SplitBf16 => false,
         };
         let pays = shape.inputs * shape.outputs * 2 >= FEWEST_PRODUCTS * arithmetic.count();
         is_known && shape.size == 3 && shape.stride == 1 && pays
@@ -120,32 +129,53 @@ impl Winograd {
         simd: Simd,
         arithmetic: &Arithmetic,
     ) -> Self {
-        let (factors, simd) = match arithmetic {
-            Arithmetic::F32 => (Factors::Singles, simd),
-            _ if simd.has_bf16() => (Factors::Halves, simd),
-            _ => (Factors::Halves, Simd::Portable),
+        let factors = match arithmetic {
+            Arithmetic::F32 => Factors::Singles,
+            Arithmetic::Int8 { steps, reach } => {
+                Factors::Bytes(Bytes::new(steps, reach.as_ref().unwrap_or(&[1.0; PLACES])))
+            }
+            _ => Factors::Halves,
         };
+        let has_kernels = match factors {
+            Factors::Singles => true,
+            Factors::Halves => simd.has_bf16(),
+            Factors::Bytes(_) => simd.has_int8(),
+        };
+        let simd = if has_kernels { simd } else { Simd::Portable };
         let transformed: Vec<_> = weights.chunks_exact(9).map(tile::weights).collect();
-        let words = shape.inputs.div_ceil(arithmetic.count());
         let mut blocks = Vec::new();
         let mut first = 0;
         while first < shape.outputs {
             let (width, kernel) = simd.block(shape.outputs - first, arithmetic);
-            let mut packed = vec![0u32; PLACES * words * width];
-            for output in first..(first + width).min(shape.outputs) {
-                let inputs = &transformed[output * shape.inputs..][..shape.inputs];
-                for (word, inputs) in inputs.chunks(arithmetic.count()).enumerate() {
-                    for place in 0..PLACES {
-                        let values: Vec<f32> = inputs.iter().map(|kernel| kernel[place]).collect();
-                        packed[(place * words + word) * width + output - first] = factors.word(&values);
-                    }
+            let channels = first..(first + width).min(shape.outputs);
+            let kernels = &transformed[channels.start * shape.inputs..channels.end * shape.inputs];
+            let bias: Vec<f32> =
+                (first..first + width).map(|c| bias.get(c).copied().unwrap_or(0.0)).collect();
+            let (weights, worth, bias) = match &factors {
+                Factors::Singles => (
+                    packed(kernels, shape.inputs, width, |one: [f32; 1]| one[0].to_bits()),
+                    None,
+                    bias.repeat(SIDE * SIDE),
+                ),
+                Factors::Halves => {
+                    let pair = |pair: [f32; 2]| {
+                        let [low, high] = pair.map(|v| u32::from(Bf16::from_f32(v).0));
+                        low | high << 16
+                    };
+                    (packed(kernels, shape.inputs, width, pair), None, bias.repeat(SIDE * SIDE))
                 }
-            }
-            let bias = (first..first + width).map(|c| bias.get(c).copied().unwrap_or(0.0)).collect();
-            blocks.push(Block { first, width, weights: packed.into(), bias, kernel });
+                Factors::Bytes(bytes) => {
+                    let quantised = bytes.quantised(kernels, width);
+                    let four = |four: [f32; 4]| u32::from_le_bytes(four.map(|v| v as i8 as u8));
+                    let weights = packed(&quantised.kernels, shape.inputs, width, four);
+                    let bias = quantised.bias(&bias);
+                    (weights, Some(quantised.worth), bias)
+                }
+            };
+            blocks.push(Block { first, width, weights: weights.into(), worth, bias, kernel });
             first += width;
         }
-        Self { blocks, shape: *shape, words, factors, simd }
+        Self { blocks, shape: *shape, factors, simd }
     }
 
     /// Its shape.
@@ -181,9 +211,19 @@ impl Winograd {
         }
     }
 
-    /// Words of a pixel with those that there is nothing in.
+    /// Words of a transformed pixel that there is something in.
+    fn words(&self) -> usize {
+        self.shape.inputs.div_ceil(self.factors.count())
+    }
+
+    /// Words of a pixel of the patch with those that there is nothing in.
+    fn loaded_pixel(&self) -> usize {
+        self.shape.inputs.div_ceil(self.factors.loaded()).next_multiple_of(WORDS)
+    }
+
+    /// The same of a transformed pixel.
     fn pixel(&self) -> usize {
-        self.words.next_multiple_of(WORDS)
+        self.loaded_pixel() * self.factors.loaded() / self.factors.count()
     }
 
     /// Pixels that a kernel computes at once.
@@ -194,7 +234,7 @@ impl Winograd {
     /// Tiles side by side in `rows` rows of outputs: whole groups, as many as there is room for.
     fn strip_tiles(&self, rows: usize, width: usize) -> usize {
         let group = self.group();
-        let words = (PLACES + (rows + 2) * SIDE) * self.pixel();
+        let words = PLACES * self.pixel() + (rows + 2) * SIDE * self.loaded_pixel();
         let most = (BYTES / (words * size_of::<u32>() * group)).max(1);
         let groups = width.div_ceil(SIDE).div_ceil(group);
         groups.div_ceil(groups.div_ceil(most)) * group
@@ -202,28 +242,30 @@ impl Winograd {
 
     /// What tiles look at.
     fn load(&self, sources: &[Source<'_>], window: Window, scratch: &mut Scratch) {
-        let (patch, padding, pixel) = (&mut scratch.patch, self.shape.padding, self.pixel());
+        let (patch, padding, pixel) = (&mut scratch.patch, self.shape.padding, self.loaded_pixel());
         match self.factors {
             Factors::Singles => patch.assemble(sources, padding, window, (Singles, pixel, self.simd)),
-            Factors::Halves => patch.assemble(sources, padding, window, (Halves, pixel, self.simd)),
+            Factors::Halves | Factors::Bytes(_) => {
+                patch.assemble(sources, padding, window, (Halves, pixel, self.simd))
+            }
         }
     }
 
     /// Sums the products over the input channels: a matrix product for each place.
     fn multiply(&self, block: &Block, strip: Strip, scratch: &mut Scratch) {
         const NO_BIAS: [f32; 32] = [0.0; 32];
-        let (group, pixel) = (self.group(), self.pixel());
+        let (group, pixel, words) = (self.group(), self.pixel(), self.words());
         let Scratch { transformed, products, .. } = scratch;
         let products: &mut [f32] = products.numbers(PLACES * strip.tiles * block.width);
         for place in 0..PLACES {
-            let weights = block.weights[place * self.words * block.width..].as_ptr();
+            let weights = block.weights[place * words * block.width..].as_ptr();
             for tile in (place * strip.tiles..(place + 1) * strip.tiles).step_by(group) {
                 let call = Call {
                     patch: transformed[tile * pixel..].as_ptr(),
                     row: 0,
                     pixel,
                     rows: 1,
-                    run: self.words,
+                    run: words,
                     weights,
                     bias: NO_BIAS.as_ptr(),
                 };
@@ -232,6 +274,68 @@ impl Winograd {
             }
         }
     }
+}
+
+/// How far transformed numbers are from 0 in each place, as a part of how far they could be.
+pub type Reach = [f32; PLACES];
+
+/// Makes each number of `most` \[place\]\[channel\], which may be empty yet, what transformed numbers of the concatenated `sources`
+/// reach there, if that is more.
+pub fn furthest_transformed(sources: &[Source<'_>], padding: Padding, most: &mut Vec<f32>) {
+    let inputs = sources.iter().map(Source::channels).sum();
+    let shape = ConvShape { inputs, outputs: 1, size: 3, stride: 1, padding, activation: Activation::None };
+    let conv = Winograd::new(&shape, &vec![0.0; 9 * inputs], &[0.0], Simd::Portable, &Arithmetic::F32);
+    most.resize(PLACES * inputs, 0.0);
+    let [height, width] = sources[0].size();
+    let (tiles, pixel) = (conv.strip_tiles(SIDE, width), conv.pixel());
+    let mut scratch = Scratch::default();
+    for (y, x) in
+        (0..height).step_by(SIDE).flat_map(|y| (0..width).step_by(SIDE * tiles).map(move |x| (y, x)))
+    {
+        let strip = Strip { row: 0, x, tiles };
+        conv.load(
+            sources,
+            Window { y: y as isize - 1, x: x as isize - 1, rows: REACH, columns: SIDE * tiles + 2 },
+            &mut scratch,
+        );
+        conv.simd.in_vectors(Transform { conv: &conv, strip, scratch: &mut scratch });
+        let transformed: &[f32] = cast_slice(&scratch.transformed);
+        for (most, tiles) in most.chunks_exact_mut(inputs).zip(transformed.chunks_exact(tiles * pixel)) {
+            for tile in tiles.chunks_exact(pixel) {
+                most.iter_mut().zip(tile).for_each(|(most, v)| *most = most.max(v.abs()));
+            }
+        }
+    }
+}
+
+/// How far `most` \[place\]\[channel\], where inputs are never further from 0 than `ranges`.
+pub fn reach(most: &[f32], ranges: &[f32]) -> Vec<f32> {
+    let of_place = |(place, most): (usize, &[f32])| {
+        let parts = most.iter().zip(ranges).map(|(most, range)| most / (range * tile::furthest(place)));
+        parts.fold(1e-3, f32::max)
+    };
+    most.chunks_exact(ranges.len()).enumerate().map(of_place).collect()
+}
+
+/// The `kernels` \[channel of the block, in\], transformed, in the order of a block of `width` channels: as many inputs as are
+/// in a word make one.
+fn packed<const COUNT: usize>(
+    kernels: &[[f32; PLACES]],
+    inputs: usize,
+    width: usize,
+    word: impl Fn([f32; COUNT]) -> u32,
+) -> Vec<u32> {
+    let words = inputs.div_ceil(COUNT);
+    let mut packed = vec![0u32; PLACES * words * width];
+    for (channel, kernels) in kernels.chunks_exact(inputs).enumerate() {
+        for (number, kernels) in kernels.chunks(COUNT).enumerate() {
+            for place in 0..PLACES {
+                let values = std::array::from_fn(|at| kernels.get(at).map_or(0.0, |kernel| kernel[place]));
+                packed[(place * words + number) * width + channel] = word(values);
+            }
+        }
+    }
+    packed
 }
 
 /// The making of BᵀdB of every tile and input channel.
@@ -247,18 +351,32 @@ impl VectorWork for Transform<'_> {
         let Self { conv, strip, scratch } = self;
         scratch.transformed.resize(PLACES * strip.tiles * conv.pixel());
         let (patch, out) = (&scratch.patch.words[..], &mut scratch.transformed[..]);
-        for word in (0..conv.words).step_by(V::N) {
-            let part = Part { strip, pixel: conv.pixel(), word };
-            match conv.factors {
+        let pixel = conv.loaded_pixel();
+        for word in (0..conv.shape.inputs.div_ceil(conv.factors.loaded())).step_by(V::N) {
+            let part = Part { strip, pixel, word };
+            match &conv.factors {
                 Factors::Singles => {
                     let load = |at: usize| [some.load(cast_slice(&patch[at..at + V::N]))];
-                    let mut store = |at: usize, [v]: [V; 1]| v.store(cast_slice_mut(&mut out[at..at + V::N]));
+                    let mut store =
+                        |_, at: usize, [v]: [V; 1]| v.store(cast_slice_mut(&mut out[at..at + V::N]));
                     transform(part, load, &mut store, some);
                 }
                 Factors::Halves => {
                     let load = |at: usize| some.load_halves(&patch[at..at + V::N]);
                     let mut store =
-                        |at: usize, [low, high]: [V; 2]| low.store_halves(high, &mut out[at..at + V::N]);
+                        |_, at: usize, [low, high]: [V; 2]| low.store_halves(high, &mut out[at..at + V::N]);
+                    transform(part, load, &mut store, some);
+                }
+                Factors::Bytes(bytes) => {
+                    let load = |at: usize| some.load_halves(&patch[at..at + V::N]);
+                    let out: &mut [u8] = cast_slice_mut(out);
+                    let mut store = |place: usize, at: usize, values: [V; 2]| {
+                        let factors = bytes.factors(place, word, V::N).map(|factors| some.load(factors));
+                        V::store_bytes(
+                            [values[0] * factors[0], values[1] * factors[1]],
+                            &mut out[2 * at..2 * (at + V::N)],
+                        );
+                    };
                     transform(part, load, &mut store, some);
                 }
             }
@@ -277,12 +395,12 @@ struct Part {
 }
 
 /// BᵀdB of some channels of every tile, as many as are in vectors of words, of which one `load`s and `store`s as many vectors
-/// of numbers as are in them. What lies beyond the last channel may be anything.
+/// of numbers as are in them, the latter for a place. What lies beyond the last channel may be anything.
 #[inline(always)]
 fn transform<V: Floats, const PARTS: usize>(
     Part { strip: Strip { row: top, tiles, .. }, pixel, word }: Part,
     load: impl Fn(usize) -> [V; PARTS],
-    store: &mut impl FnMut(usize, [V; PARTS]),
+    store: &mut impl FnMut(usize, usize, [V; PARTS]),
     some: V,
 ) {
     let row = (SIDE * tiles + 2) * pixel;
@@ -318,7 +436,8 @@ fn transform<V: Floats, const PARTS: usize>(
                 for part in 0..PARTS {
                     parts[part] = rows[part][x];
                 }
-                store(((y * REACH + x) * tiles + tile) * pixel + word, parts);
+                let place = y * REACH + x;
+                store(place, (place * tiles + tile) * pixel + word, parts);
             }
         }
         for part in 0..PARTS {
@@ -345,17 +464,23 @@ impl<T: Element> VectorWork for TransformBack<'_, T> {
         let channels = block.width.min(outputs - block.first);
         let rows = out.len() / (width * outputs);
         let plane = strip.tiles * block.width;
-        let products: &[f32] = &cast_slice(&scratch.products)[..PLACES * plane];
+        let products = &scratch.products[..PLACES * plane];
         let mut pixels = [[0.0; MOST_CHANNELS]; SIDE * SIDE];
         for tile in 0..strip.tiles.min((width - strip.x).div_ceil(SIDE)) {
             for first in (0..block.width).step_by(V::N) {
                 let of_tile = &products[tile * block.width + first..];
-                let bias = some.load(&block.bias[first..]);
                 let mut columns = [[some; SIDE]; REACH];
                 for x in 0..REACH {
                     let mut m = [some; REACH];
                     for y in 0..REACH {
-                        m[y] = some.load(&of_tile[(y * REACH + x) * plane..]);
+                        let place = y * REACH + x;
+                        let sums = &of_tile[place * plane..][..V::N];
+                        m[y] = match &block.worth {
+                            Some(worth) => {
+                                some.load_integers(sums) * some.load(&worth[place * block.width + first..])
+                            }
+                            None => some.load(cast_slice(sums)),
+                        };
                     }
                     columns[x] = tile::outputs(m);
                 }
@@ -366,7 +491,9 @@ impl<T: Element> VectorWork for TransformBack<'_, T> {
                     }
                     let made = tile::outputs(m);
                     for x in 0..SIDE {
-                        (made[x] + bias).store(&mut pixels[y * SIDE + x][first..]);
+                        let pixel = y * SIDE + x;
+                        let bias = some.load(&block.bias[pixel * block.width + first..]);
+                        (made[x] + bias).store(&mut pixels[pixel][first..]);
                     }
                 }
             }
