@@ -276,13 +276,8 @@ mod tests {
 
     #[test]
     fn what_samples_contradict_is_not_believed() {
-        let picture = |value: f32| Map {
-            data: vec![value; 16 * 16 * 3].into(),
-            height: 16,
-            width: 16,
-            channels: 3,
-            top: 0,
-        };
+        let picture =
+            |value: f32| Map { data: vec![value; 16 * 16 * 3].into(), height: 16, width: 16, channels: 3 };
         let share = |prior: f32| {
             let (prior, fresh) = (picture(prior), picture(0.3));
             let mut out = Map::default();
@@ -304,7 +299,7 @@ mod tests {
     fn earlier_samples_fade_where_there_are_no_new_ones() {
         let mut before = Map::zeros(32, 32, 4);
         before.data.fill(1.0);
-        let share = Map { data: vec![0.5; 16].into(), height: 4, width: 4, channels: 1, top: 0 };
+        let share = Map { data: vec![0.5; 16].into(), height: 4, width: 4, channels: 1 };
         let mut out = Map::default();
         accumulate(KnownPixels::All(&samples()), &before, Some(&share), 0.8, &mut out);
         assert_eq!(out.pixel(0, 0), samples().pixel(0, 0));

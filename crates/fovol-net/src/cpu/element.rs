@@ -1,6 +1,7 @@
 //! How numbers of tensors are stored.
 
 use super::map::{Map, Stored};
+use super::rows::{Rows, View};
 use bytemuck::{Pod, Zeroable};
 
 /// A stored number.
@@ -23,6 +24,8 @@ pub trait Element: Pod + Default + Send + Sync {
     fn loaded(stored: Stored) -> Map<Self>;
     /// The map in `stored` if its numbers are of this kind.
     fn of(stored: &Stored) -> Option<&Map<Self>>;
+    /// `rows` as they are read.
+    fn view(rows: Rows<'_, Self>) -> View<'_>;
 }
 
 impl Element for f32 {
@@ -51,6 +54,10 @@ impl Element for f32 {
 
     fn of(stored: &Stored) -> Option<&Map> {
         if let Stored::F32(map) = stored { Some(map) } else { None }
+    }
+
+    fn view(rows: Rows<'_, Self>) -> View<'_> {
+        View::F32(rows)
     }
 }
 
@@ -87,6 +94,10 @@ impl Element for Bf16 {
 
     fn of(stored: &Stored) -> Option<&Map<Self>> {
         if let Stored::Bf16(map) = stored { Some(map) } else { None }
+    }
+
+    fn view(rows: Rows<'_, Self>) -> View<'_> {
+        View::Bf16(rows)
     }
 }
 

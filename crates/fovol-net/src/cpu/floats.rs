@@ -440,10 +440,10 @@ mod tests {
                 assert_eq!(stored[i], lower | upper << 16);
             }
             let mut bytes = vec![0; 2 * V::N];
-            let numbers: Vec<f32> = (0..2 * V::N).map(|i| (i as f32 - 11.25) * 21.5).collect();
-            V::store_bytes([some.load(&numbers), some.load(&numbers[V::N..])], &mut bytes);
+            let wide: Vec<f32> = (0..2 * V::N).map(|i| (i as f32 - 11.25) * 21.5).collect();
+            V::store_bytes([some.load(&wide), some.load(&wide[V::N..])], &mut bytes);
             for (i, byte) in bytes.into_iter().enumerate() {
-                let number = numbers[i / 2 + i % 2 * V::N];
+                let number = wide[i / 2 + i % 2 * V::N];
                 assert_eq!(byte, (number.round_ties_even() as i8 as u8) ^ 0x80, "{number}");
             }
             let words: Vec<u32> = (0..V::N as u32).map(|i| (3 * i).wrapping_sub(7)).collect();

@@ -14,8 +14,6 @@ pub struct Map<T: Pod = f32> {
     pub width: usize,
     /// Numbers per pixel.
     pub channels: usize,
-    /// The first row that is there: 0, but for maps that only ever have some of their rows.
-    pub top: usize,
 }
 
 impl<T: Element> Map<T> {
@@ -27,34 +25,17 @@ impl<T: Element> Map<T> {
         map
     }
 
-    /// The row after the last one that is there.
-    pub fn end(&self) -> usize {
-        self.top + self.data.len() / (self.width * self.channels)
-    }
-
-    /// Has the rows `rows` from now on, which begin with those that it has of them already; the numbers of the others,
-    /// which do not say anything yet.
-    pub fn move_to(&mut self, rows: Range<usize>) -> &mut [T] {
-        let row = self.width * self.channels;
-        let kept = self.end().saturating_sub(rows.start) * row;
-        let from = self.data.len() - kept;
-        self.data.copy_within(from.., 0);
-        self.data.resize(rows.len() * row);
-        self.top = rows.start;
-        &mut self.data[kept..]
-    }
-
     /// Takes another size and keeps the memory; what it holds is not said.
     pub fn resize(&mut self, [height, width, channels]: [usize; 3]) {
         self.data.resize(height * width * channels);
-        (self.height, self.width, self.channels, self.top) = (height, width, channels, 0);
+        (self.height, self.width, self.channels) = (height, width, channels);
     }
 
     /// The numbers of row `y`.
     #[inline]
     pub fn row(&self, y: usize) -> &[T] {
         let length = self.width * self.channels;
-        &self.data[(y - self.top) * length..(y + 1 - self.top) * length]
+        &self.data[y * length..(y + 1) * length]
     }
 
     /// The numbers of a pixel.
@@ -114,8 +95,8 @@ impl Stored {
     /// The same numbers as f32.
     pub fn to_f32(&self) -> Map {
         with_map!(self, map => {
-            let Map { height, width, channels, top, .. } = *map;
-            let mut out = Map { data: Numbers::default(), height, width, channels, top };
+            let Map { height, width, channels, .. } = *map;
+            let mut out = Map { data: Numbers::default(), height, width, channels };
             out.data.resize(map.data.len());
             out.data.iter_mut().zip(&map.data).for_each(|(to, v)| *to = v.to_f32());
             out

@@ -29,6 +29,7 @@ mod pyramid;
 #[cfg(test)]
 mod reference_layers;
 mod reshape;
+mod rows;
 mod samples;
 pub(crate) mod schedule;
 mod simd;

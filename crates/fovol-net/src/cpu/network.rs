@@ -382,7 +382,7 @@ impl Network {
                     Derived::FoldedChannel(number) => Access::FoldedChannel(number),
                     _ => Access::Folded,
                 };
-                Source { map: &tensors[from.index()], access }
+                Source::read(&tensors[from.index()], access)
             }
             None => Source::new(&tensors[read.tensor.index()], read.resize),
         };

@@ -2,9 +2,11 @@
 //! is never there for a whole frame, and what comes out can take the place of what goes in.
 
 use super::conv::{PreparedConv, Scratch};
-use super::element::Element;
-use super::map::{Map, Stored, with_map};
+use super::element::{Bf16, Element};
+use super::map::Map;
+use super::numbers::{Numbers, Words};
 use super::patch::{Access, Source};
+use super::rows::{Ring, Rows};
 use rayon::prelude::*;
 use std::sync::{Mutex, PoisonError};
 
@@ -39,9 +41,7 @@ pub struct Pool(Mutex<Vec<Memory>>);
 #[derive(Debug, Default)]
 struct Memory {
     /// Rows between the convolutions.
-    between: Stored,
-    /// Rows that are written over before they are read.
-    old: Stored,
+    between: Words,
     scratch: Scratch,
 }
 
@@ -59,17 +59,13 @@ impl Pair<'_> {
     pub fn run<T: Element>(&self, sources: &[Source<'_>], out: &mut Map<T>) {
         let [height, width] = sources[0].size();
         out.resize([height, width, self.second.outputs()]);
-        self.strips(out, |first, strip, memory| {
-            let Memory { between, scratch, .. } = memory;
-            self.begin(between, first, [height, width]);
-            let (row, rows) = (width * self.second.outputs(), self.rows(width));
-            for (step, part) in strip.chunks_mut(rows * row).enumerate() {
-                self.step(first + step * rows, sources, (between, scratch), part);
-            }
-        });
+        self.strips(out, |_, _, make| make(sources));
     }
 
     /// The same where `out` holds the source in place `replaced` of `sources`, whose map there is not looked at.
+    ///
+    /// A row is written over once all rows between the convolutions are made that look at it: those are further by
+    /// [`BEYOND`] rows.
     pub fn run_in_place<T: Element>(&self, sources: &[Source<'_>], replaced: usize, out: &mut Map<T>) {
         let Map { height, width, channels, .. } = *out;
         assert_eq!(channels, self.second.outputs(), "what replaces a map has its shape");
@@ -85,32 +81,13 @@ impl Pair<'_> {
                 [above, below].map(|rows| out.data[rows.start * row..rows.end * row].to_vec())
             })
             .collect();
-        self.strips(out, |first, strip, memory| {
-            let Memory { between, old, scratch } = memory;
-            self.begin(between, first, [height, width]);
+        self.strips(out, |first, strip, make| {
             let [above, below] = &around[first / rows];
-            let mut kept = emptied::<T>(old, [height, width, channels], first - above.len() / row);
-            kept.data.extend_from_slice(above);
-            let end = first + strip.len() / row;
-            let at_once = self.rows(width);
-            for y in (first..end).step_by(at_once) {
-                let here = y..(y + at_once).min(end);
-                // What is about to be written over, and a little more.
-                let known = kept.end();
-                let wanted = y.saturating_sub(AROUND)..(here.end + AROUND).min(height);
-                let inside = known.clamp(first, end)..wanted.end.min(end);
-                let (into, beyond) = kept.move_to(wanted.clone()).split_at_mut(inside.len() * row);
-                into.copy_from_slice(&strip[(inside.start - first) * row..(inside.end - first) * row]);
-                let passed = known.max(end).min(wanted.end) - end.min(wanted.end);
-                beyond.copy_from_slice(&below[passed * row..][..beyond.len()]);
-                *old = T::stored(kept);
-                let mut sources = sources.to_vec();
-                sources[replaced] = Source { map: old, access: Access::SAME };
-                let part = &mut strip[(here.start - first) * row..(here.end - first) * row];
-                self.step(y, &sources, (between, scratch), part);
-                kept = T::loaded(std::mem::take(old));
-            }
-            *old = T::stored(kept);
+            let pieces = [&above[..], strip, below];
+            let rows = Rows::new(pieces, first - above.len() / row, [height, width, channels]);
+            let mut sources = sources.to_vec();
+            sources[replaced] = Source { rows: T::view(rows), access: Access::SAME };
+            make(&sources);
         });
     }
 
@@ -120,37 +97,51 @@ impl Pair<'_> {
         (NUMBERS / row).clamp(ROWS[0], ROWS[1]) & !3
     }
 
-    /// Calls `make` with the number of its first row, the numbers and memory for each part of `out`.
-    fn strips<T: Element>(&self, out: &mut Map<T>, make: impl Fn(usize, &mut [T], &mut Memory) + Sync) {
+    /// Makes `out` in parts; what the first convolution reads is said by `with`, for a part whose first row and numbers, old and new,
+    /// it is given, by a call.
+    fn strips<T: Element>(
+        &self,
+        out: &mut Map<T>,
+        with: impl Fn(usize, &[T], &mut dyn FnMut(&[Source<'_>])) + Sync,
+    ) {
+        let size = [out.height, out.width, self.first.outputs()];
         let rows = strip_rows(out.height);
         let strips = out.data.par_chunks_mut(rows * out.width * out.channels).enumerate();
-        strips.for_each(|(number, strip)| self.pool.lend(|memory| make(number * rows, strip, memory)));
-    }
-
-    /// Makes `between` ready for what is made from row `y` on.
-    fn begin(&self, between: &mut Stored, y: usize, [height, width]: [usize; 2]) {
-        let (shape, top) = ([height, width, self.first.outputs()], y.saturating_sub(BEYOND));
-        *between = match self.is_halved {
-            true => Stored::Bf16(emptied(between, shape, top)),
-            false => Stored::F32(emptied(between, shape, top)),
-        };
-    }
-
-    /// Makes `out`, the rows from `y` on.
-    fn step<T: Element>(
-        &self,
-        y: usize,
-        sources: &[Source<'_>],
-        (between, scratch): (&mut Stored, &mut Scratch),
-        out: &mut [T],
-    ) {
-        with_map!(&mut *between, between => {
-            let rows = out.len() / (between.width * self.second.outputs());
-            let rows = y.saturating_sub(BEYOND)..(y + rows + BEYOND).min(between.height);
-            let known = between.end();
-            self.first.rows(sources, known, scratch, between.move_to(rows));
+        strips.for_each(|(number, strip)| {
+            self.pool.lend(|memory| match self.is_halved {
+                true => self.strip::<Bf16, T>(number * rows, strip, (size, memory), &with),
+                false => self.strip::<f32, T>(number * rows, strip, (size, memory), &with),
+            });
         });
-        self.second.rows(&[Source { map: between, access: Access::SAME }], y, scratch, out);
+    }
+
+    /// Makes the part `strip` from row `first` on, with numbers between the convolutions as `B`.
+    fn strip<B: Element, T: Element>(
+        &self,
+        first: usize,
+        strip: &mut [T],
+        (size, Memory { between, scratch }): ([usize; 3], &mut Memory),
+        with: &impl Fn(usize, &[T], &mut dyn FnMut(&[Source<'_>])),
+    ) {
+        let [height, width, channels] = size;
+        let row = width * self.second.outputs();
+        let (at_once, end) = (self.rows(width), first + strip.len() / row);
+        let mut numbers = Numbers::<B>::within(std::mem::take(between));
+        let room = (at_once + 2 * BEYOND).next_multiple_of(at_once);
+        numbers.resize(room * width * channels);
+        let mut ring = Ring::new(&mut numbers, [first.saturating_sub(BEYOND), first + BEYOND], size);
+        for y in (first..end).step_by(at_once) {
+            let here = y..(y + at_once).min(end);
+            with(first, strip, &mut |sources| {
+                ring.make((here.end + BEYOND).min(height), |y, out| {
+                    self.first.rows(sources, y, scratch, out)
+                });
+            });
+            let made = Source { rows: B::view(ring.rows()), access: Access::SAME };
+            let out = &mut strip[(here.start - first) * row..(here.end - first) * row];
+            self.second.rows(&[made], y, scratch, out);
+        }
+        *between = numbers.into_words();
     }
 }
 
@@ -159,18 +150,11 @@ fn strip_rows(height: usize) -> usize {
     height.div_ceil(rayon::current_num_threads()).max(FEWEST).next_multiple_of(ROWS[1])
 }
 
-/// A map that has none of its rows yet, the first of which will be `top`, in the memory of `used`.
-fn emptied<T: Element>(used: &mut Stored, [height, width, channels]: [usize; 3], top: usize) -> Map<T> {
-    let Map { mut data, .. } = T::loaded(std::mem::take(used));
-    data.clear();
-    Map { data, height, width, channels, top }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::cpu::conv::{Arithmetic, ConvShape};
-    use crate::cpu::element::Bf16;
+    use crate::cpu::map::Stored;
     use crate::cpu::simd::Simd;
     use crate::plan::{Activation, Padding, Resize};
     use proptest::prelude::*;
@@ -196,7 +180,7 @@ mod tests {
         pair.first.run(sources, &mut between);
         let between = T::stored(between);
         let mut out = Map::default();
-        pair.second.run(&[Source { map: &between, access: Access::SAME }], &mut out);
+        pair.second.run(&[Source::read(&between, Access::SAME)], &mut out);
         out
     }
 
@@ -213,16 +197,13 @@ mod tests {
         let coarse = T::stored(random::<T>(seed + 2, [height / 2, width / 2, coarse]));
         let old = random::<T>(seed + 3, [height, width, same]);
         let kept = T::stored(old.clone());
-        let sources = [
-            Source { map: &coarse, access: Access::Resized(Resize::Bilinear) },
-            Source { map: &kept, access: Access::SAME },
-        ];
+        let sources = [Source::new(&coarse, Resize::Bilinear), Source::read(&kept, Access::SAME)];
         let expected: Map<T> = apart(&pair, &sources);
         let mut out = Map::default();
         pair.run(&sources, &mut out);
         assert!(out == expected);
         let nothing = Stored::default();
-        let sources = [sources[0], Source { map: &nothing, access: Access::SAME }];
+        let sources = [sources[0], Source::read(&nothing, Access::SAME)];
         let mut out = old;
         pair.run_in_place(&sources, 1, &mut out);
         assert!(out == expected);

@@ -3,8 +3,9 @@
 
 use super::element::Element;
 use super::lines::Lines;
-use super::map::{Stored, with_map};
+use super::map::Stored;
 use super::pack::{Channels, Pack, To};
+use super::rows::{View, with_rows};
 use super::simd::{Simd, Work};
 use crate::plan::{Padding, Resize};
 use bytemuck::cast_slice_mut;
@@ -13,7 +14,7 @@ use bytemuck::cast_slice_mut;
 #[derive(Debug, Clone, Copy)]
 pub struct Source<'a> {
     /// The tensor.
-    pub map: &'a Stored,
+    pub rows: View<'a>,
     /// How it is read.
     pub access: Access,
 }
@@ -39,12 +40,17 @@ impl Access {
 impl<'a> Source<'a> {
     /// `map` as `resize` says.
     pub fn new(map: &'a Stored, resize: Resize) -> Self {
-        Self { map, access: Access::Resized(resize) }
+        Self::read(map, Access::Resized(resize))
+    }
+
+    /// `map`, read in this way.
+    pub fn read(map: &'a Stored, access: Access) -> Self {
+        Self { rows: map.into(), access }
     }
 
     /// Rows and columns as they are read.
     pub fn size(&self) -> [usize; 2] {
-        let [height, width, _] = self.map.size();
+        let [height, width, _] = self.rows.size();
         match self.access {
             Access::Resized(Resize::Same) => [height, width],
             Access::Resized(Resize::Bilinear | Resize::Nearest) => [2 * height, 2 * width],
@@ -55,28 +61,28 @@ impl<'a> Source<'a> {
     /// Numbers of a pixel as it is read.
     pub fn channels(&self) -> usize {
         match self.access {
-            Access::Folded => 4 * self.map.channels(),
+            Access::Folded => 4 * self.rows.size()[2],
             Access::FoldedChannel(_) => 4,
-            Access::Resized(_) | Access::Pooled => self.map.channels(),
+            Access::Resized(_) | Access::Pooled => self.rows.size()[2],
         }
     }
 
     /// Writes the `count` pixels from column `x0` of row `y` on, which are all inside, to `out`.
     #[inline(always)]
     fn copy<P: Pack>(&self, [y, x0]: [usize; 2], count: usize, mut out: Pixels<'_, P>, memory: &mut Memory) {
-        let c = self.map.channels();
+        let c = self.rows.size()[2];
         match self.access {
             Access::Folded => self.copy_folded([y, x0], count, out, memory),
             Access::FoldedChannel(number) => self.copy_channel(number, [y, x0], count, out, memory),
             Access::Pooled => self.copy_pooled([y, x0], count, out, memory),
             Access::Resized(Resize::Bilinear) => self.copy_bilinear([y, x0], count, out, memory),
-            Access::Resized(Resize::Same) => with_map!(self.map, map => {
-                out.write((0, 1), &map.row(y)[x0 * c..(x0 + count) * c], &mut memory.packed);
+            Access::Resized(Resize::Same) => with_rows!(self.rows, rows => {
+                out.write((0, 1), &rows.row(y)[x0 * c..(x0 + count) * c], &mut memory.packed);
             }),
-            Access::Resized(Resize::Nearest) => with_map!(self.map, map => {
+            Access::Resized(Resize::Nearest) => with_rows!(self.rows, rows => {
                 for phase in 0..2 {
                     let columns = Columns::of_phase(phase, x0, count);
-                    let pixels = &map.row(y / 2)[columns.from * c..columns.to * c];
+                    let pixels = &rows.row(y / 2)[columns.from * c..columns.to * c];
                     out.write((columns.first, 2), pixels, &mut memory.packed);
                 }
             }),
@@ -92,13 +98,13 @@ impl<'a> Source<'a> {
         mut out: Pixels<'_, P>,
         Memory { packed, .. }: &mut Memory,
     ) {
-        let pair = 2 * self.map.channels();
+        let pair = 2 * self.rows.size()[2];
         let columns = x0 * pair..(x0 + count) * pair;
         let first = out.channels.first;
-        with_map!(self.map, map => {
+        with_rows!(self.rows, rows => {
             for below in 0..2 {
                 out.channels = Channels { first: first + below * pair, count: pair };
-                out.write((0, 1), &map.row(2 * y + below)[columns.clone()], packed);
+                out.write((0, 1), &rows.row(2 * y + below)[columns.clone()], packed);
             }
         });
     }
@@ -113,13 +119,13 @@ impl<'a> Source<'a> {
         mut out: Pixels<'_, P>,
         Memory { near, packed, .. }: &mut Memory,
     ) {
-        let c = self.map.channels();
+        let c = self.rows.size()[2];
         let columns = 2 * x0 * c..2 * (x0 + count) * c;
         let first = out.channels.first;
         near.resize(2 * count, 0.0);
-        with_map!(self.map, map => {
+        with_rows!(self.rows, rows => {
             for below in 0..2 {
-                let pixels = map.row(2 * y + below)[columns.clone()].chunks_exact(c);
+                let pixels = rows.row(2 * y + below)[columns.clone()].chunks_exact(c);
                 for (to, pixel) in near.iter_mut().zip(pixels) {
                     *to = pixel[number].to_f32();
                 }
@@ -138,11 +144,11 @@ impl<'a> Source<'a> {
         mut out: Pixels<'_, P>,
         Memory { near, packed, .. }: &mut Memory,
     ) {
-        let c = self.map.channels();
+        let c = self.rows.size()[2];
         near.resize(count * c, 0.0);
-        with_map!(self.map, map => {
+        with_rows!(self.rows, rows => {
             let columns = 2 * x0 * c..2 * (x0 + count) * c;
-            let (above, below) = (&map.row(2 * y)[columns.clone()], &map.row(2 * y + 1)[columns]);
+            let (above, below) = (&rows.row(2 * y)[columns.clone()], &rows.row(2 * y + 1)[columns]);
             let pairs = above.chunks_exact(2 * c).zip(below.chunks_exact(2 * c));
             for (to, (above, below)) in near.chunks_exact_mut(c).zip(pairs) {
                 let ((a, b), (d, e)) = (above.split_at(c), below.split_at(c));
@@ -165,17 +171,17 @@ impl<'a> Source<'a> {
         mut out: Pixels<'_, P>,
         Memory { near, far, packed, .. }: &mut Memory,
     ) {
-        let [height, width, c] = self.map.size();
+        let [height, width, c] = self.rows.size();
         let [(a, wa), (b, wb)] = halves(y, height);
         // One column more on both sides, where there is none the last one again.
         let (first, end) = (x0 / 2, (x0 + count).div_ceil(2));
         let inside = first.saturating_sub(1)..(end + 1).min(width);
         let before = usize::from(first == 0) * c;
         far.resize((end - first + 2) * c, 0.0);
-        with_map!(self.map, map => {
+        with_rows!(self.rows, rows => {
             let columns = inside.start * c..inside.end * c;
-            let rows = map.row(a)[columns.clone()].iter().zip(&map.row(b)[columns]);
-            for (to, (a, b)) in far[before..].iter_mut().zip(rows) {
+            let both = rows.row(a)[columns.clone()].iter().zip(&rows.row(b)[columns]);
+            for (to, (a, b)) in far[before..].iter_mut().zip(both) {
                 *to = wa * a.to_f32() + wb * b.to_f32();
             }
         });

@@ -37,8 +37,7 @@ fn bilinear(map: &Map, y: f32, x: f32, c: usize) -> f32 {
 /// The channels of all `maps`, one after the other.
 pub fn concatenated(maps: &[Map]) -> Map {
     let channels = maps.iter().map(|map| map.channels).sum();
-    let mut out =
-        Map { data: Numbers::default(), height: maps[0].height, width: maps[0].width, channels, top: 0 };
+    let mut out = Map { data: Numbers::default(), height: maps[0].height, width: maps[0].width, channels };
     for y in 0..out.height {
         for x in 0..out.width {
             maps.iter().for_each(|map| out.data.extend_from_slice(map.pixel(y, x)));

@@ -197,8 +197,7 @@ mod tests {
 
     #[test]
     fn whole_steps_move_and_the_outside_is_zero() {
-        let input =
-            Map { data: (1..=12).map(|i| i as f32).collect(), height: 3, width: 4, channels: 1, top: 0 };
+        let input = Map { data: (1..=12).map(|i| i as f32).collect(), height: 3, width: 4, channels: 1 };
         let mut motion = Map::zeros(6, 8, 2);
         motion.data.chunks_exact_mut(2).for_each(|m| m.copy_from_slice(&[2.0, -4.0]));
         let mut out = Map::<f32>::default();

@@ -111,7 +111,7 @@ proptest! {
                 let conv = conv(simd, arithmetic);
                 let [mut expected, mut out] = [Map::<f32>::default(), Map::default()];
                 conv.run(&folded.each_ref().map(|map| Source::new(map, Resize::Same)), &mut expected);
-                conv.run(&maps.each_ref().map(|map| Source { map, access: Access::Folded }), &mut out);
+                conv.run(&maps.each_ref().map(|map| Source::read(map, Access::Folded)), &mut out);
                 prop_assert!(out == expected);
             }
         }
@@ -140,7 +140,7 @@ proptest! {
         for simd in Simd::available() {
             let mut out = Map::<f32>::default();
             let conv = PreparedConv::new(&shape, &weights, &bias, simd, Arithmetic::SplitBf16);
-            conv.run(&[Source { map: &map, access: Access::SAME }], &mut out);
+            conv.run(&[Source::read(&map, Access::SAME)], &mut out);
             for (a, b) in out.data.iter().zip(&expected.data) {
                 // Weights have 16 bits; values and weights are 1 at most.
                 prop_assert!((a - b).abs() <= (inputs * size * size) as f32 / 65536.0, "{simd}: {a} and {b}");

@@ -116,7 +116,7 @@ mod tests {
         let parameter = crate::plan::Parameter { name: "m".into(), shape: vec![count, 5] };
         let mut data = crate::weights::random::values(&parameter, seed);
         data.truncate(count);
-        Map { data: data.into(), height, width, channels, top: 0 }
+        Map { data: data.into(), height, width, channels }
     }
 
     proptest! {

@@ -1,8 +1,8 @@
 use super::super::floats::{MOST, four, transposed};
-use super::super::map::Stored;
 use super::super::pack::Singles;
 use super::super::patch::{Access, Memory, Source, Window};
 use super::super::simd::{Simd, Work};
+use crate::cpu::rows::View;
 use crate::plan::{Padding, Taps};
 use std::ops::Range;
 
@@ -147,8 +147,8 @@ fn row_of<'a>(
     (simd, memory): (Simd, &mut Memory),
 ) -> Option<&'a [f32]> {
     let [height, width] = image.size();
-    match (image.map, image.access) {
-        (Stored::F32(map), Access::SAME) => (0..height as isize).contains(&y).then(|| map.row(y as usize)),
+    match (&image.rows, image.access) {
+        (View::F32(rows), Access::SAME) => (0..height as isize).contains(&y).then(|| rows.row(y as usize)),
         _ => {
             between.resize(width * CHANNELS, 0.0);
             let window = Window { y, x: 0, rows: 1, columns: width };

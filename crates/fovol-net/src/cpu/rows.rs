@@ -1,0 +1,155 @@
+//! Rows of images where they lie, for whoever only reads them.
+
+use super::element::{Bf16, Element};
+use super::map::{Map, Stored};
+
+/// Rows of an image, of which some may lie elsewhere than others, and some nowhere.
+#[derive(Debug, Clone, Copy)]
+pub struct Rows<'a, T> {
+    /// From the first row that is there on.
+    pieces: [&'a [T]; 3],
+    /// That row.
+    first: usize,
+    /// Rows, columns and channels of the whole image.
+    size: [usize; 3],
+}
+
+impl<'a, T> Rows<'a, T> {
+    /// Those that lie in `pieces`, whole rows in each, of an image of rows, columns and channels as in `size`, from row `first` on.
+    pub fn new(pieces: [&'a [T]; 3], first: usize, size: [usize; 3]) -> Self {
+        Self { pieces, first, size }
+    }
+
+    /// Rows, columns and channels of the whole image.
+    #[inline(always)]
+    pub fn size(&self) -> [usize; 3] {
+        self.size
+    }
+
+    /// The numbers of row `y`.
+    ///
+    /// # Panics
+    /// Where that row is not there.
+    #[inline(always)]
+    pub fn row(&self, y: usize) -> &'a [T] {
+        let length = self.size[1] * self.size[2];
+        let mut at = (y - self.first) * length;
+        let mut piece = self.pieces[0];
+        for next in [self.pieces[1], self.pieces[2]] {
+            if at >= piece.len() {
+                (at, piece) = (at - piece.len(), next);
+            } else {
+                break;
+            }
+        }
+        &piece[at..at + length]
+    }
+}
+
+/// Rows of an image as they are stored.
+#[derive(Debug, Clone, Copy)]
+pub enum View<'a> {
+    F32(Rows<'a, f32>),
+    Bf16(Rows<'a, Bf16>),
+}
+
+/// Calls `$body` with `$rows` bound to the rows in `$view`, whatever their numbers are.
+macro_rules! with_rows {
+    ($view:expr, $rows:ident => $body:expr) => {
+        match $view {
+            $crate::cpu::rows::View::F32($rows) => $body,
+            $crate::cpu::rows::View::Bf16($rows) => $body,
+        }
+    };
+}
+pub(crate) use with_rows;
+
+impl View<'_> {
+    /// Rows, columns and channels of the whole image.
+    #[inline(always)]
+    pub fn size(&self) -> [usize; 3] {
+        with_rows!(self, rows => rows.size())
+    }
+}
+
+impl<'a> From<&'a Stored> for View<'a> {
+    fn from(stored: &'a Stored) -> Self {
+        fn all<T: Element>(map: &Map<T>) -> Rows<'_, T> {
+            Rows::new([&map.data, &[], &[]], 0, [map.height, map.width, map.channels])
+        }
+        match stored {
+            Stored::F32(map) => Self::F32(all(map)),
+            Stored::Bf16(map) => Self::Bf16(all(map)),
+        }
+    }
+}
+
+/// The last rows of an image that is made from some row on downwards, in memory for no more than those.
+pub struct Ring<'a, T: Element> {
+    numbers: &'a mut [T],
+    /// Rows that there is room for.
+    room: usize,
+    /// What is added to the number of a row before it is divided by the room, to find its place.
+    shift: usize,
+    /// The first row that was made and the one after the last.
+    made: [usize; 2],
+    size: [usize; 3],
+}
+
+impl<'a, T: Element> Ring<'a, T> {
+    /// In `numbers`, whole rows, none of which is made yet; of an image of `size` that is made from row `first` on. The rows from
+    /// `aligned` on lie one after the other as far as there is room.
+    pub fn new(numbers: &'a mut [T], [first, aligned]: [usize; 2], size: [usize; 3]) -> Self {
+        let room = numbers.len() / (size[1] * size[2]);
+        Self { numbers, room, shift: room - aligned % room, made: [first; 2], size }
+    }
+
+    /// Has `make` make the rows up to `end`, those that lie together at once: it is given the first of them and where they lie.
+    pub fn make(&mut self, end: usize, mut make: impl FnMut(usize, &mut [T])) {
+        let row = self.size[1] * self.size[2];
+        while self.made[1] < end {
+            let place = (self.made[1] + self.shift) % self.room;
+            let count = (end - self.made[1]).min(self.room - place);
+            make(self.made[1], &mut self.numbers[place * row..(place + count) * row]);
+            self.made[1] += count;
+        }
+    }
+
+    /// Those that are still there.
+    pub fn rows(&self) -> Rows<'_, T> {
+        let row = self.size[1] * self.size[2];
+        let first = self.made[1].saturating_sub(self.room).max(self.made[0]);
+        let (place, count) = ((first + self.shift) % self.room, self.made[1] - first);
+        let before = count.min(self.room - place);
+        let pieces = [
+            &self.numbers[place * row..(place + before) * row],
+            &self.numbers[..(count - before) * row],
+            &[],
+        ];
+        Rows::new(pieces, first, self.size)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rings_have_the_last_rows_and_pieces_are_read_in_turn() {
+        let size = [20, 3, 2];
+        let mut numbers = vec![0.0f32; 8 * 6];
+        let mut ring = Ring::new(&mut numbers, [2, 6], size);
+        for (end, first) in [(10, 2), (14, 6), (18, 10), (20, 12)] {
+            let mut begun = Vec::new();
+            ring.make(end, |y, out| {
+                begun.push((y, out.len() / 6));
+                out.chunks_exact_mut(6).enumerate().for_each(|(i, row)| row.fill((y + i) as f32));
+            });
+            assert!(begun.len() <= 2, "{begun:?}");
+            let rows = ring.rows();
+            for y in first..end {
+                assert_eq!(rows.row(y), [y as f32; 6], "{y} of {first}..{end}");
+            }
+        }
+    }
+}
