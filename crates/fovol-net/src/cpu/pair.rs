@@ -72,13 +72,14 @@ impl Pair<'_> {
         let row = width * channels;
         let rows = strip_rows(height);
         // Rows of the neighbours, which these may have written over by the time they are read.
-        let around: Vec<[Vec<T>; 2]> = (0..height)
+        let around: Vec<[Numbers<T>; 2]> = (0..height)
             .step_by(rows)
             .map(|first| {
                 let end = (first + rows).min(height);
                 let above = first.saturating_sub(AROUND)..first;
                 let below = end..(end + AROUND).min(height);
-                [above, below].map(|rows| out.data[rows.start * row..rows.end * row].to_vec())
+                [above, below]
+                    .map(|rows| out.data[rows.start * row..rows.end * row].iter().copied().collect())
             })
             .collect();
         self.strips(out, |first, strip, make| {

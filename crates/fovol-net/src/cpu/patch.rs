@@ -30,6 +30,8 @@ pub enum Access {
     FoldedChannel(usize),
     /// 2×2 pixels as their mean: as `reshape::pool` writes them.
     Pooled,
+    /// As it is, where it is: whoever assembles a patch leaves its channels as they are.
+    InPlace,
 }
 
 impl Access {
@@ -52,7 +54,7 @@ impl<'a> Source<'a> {
     pub fn size(&self) -> [usize; 2] {
         let [height, width, _] = self.rows.size();
         match self.access {
-            Access::Resized(Resize::Same) => [height, width],
+            Access::Resized(Resize::Same) | Access::InPlace => [height, width],
             Access::Resized(Resize::Bilinear | Resize::Nearest) => [2 * height, 2 * width],
             Access::Folded | Access::FoldedChannel(_) | Access::Pooled => [height / 2, width / 2],
         }
@@ -63,7 +65,7 @@ impl<'a> Source<'a> {
         match self.access {
             Access::Folded => 4 * self.rows.size()[2],
             Access::FoldedChannel(_) => 4,
-            Access::Resized(_) | Access::Pooled => self.rows.size()[2],
+            Access::Resized(_) | Access::Pooled | Access::InPlace => self.rows.size()[2],
         }
     }
 
@@ -72,6 +74,7 @@ impl<'a> Source<'a> {
     fn copy<P: Pack>(&self, [y, x0]: [usize; 2], count: usize, mut out: Pixels<'_, P>, memory: &mut Memory) {
         let c = self.rows.size()[2];
         match self.access {
+            Access::InPlace => {}
             Access::Folded => self.copy_folded([y, x0], count, out, memory),
             Access::FoldedChannel(number) => self.copy_channel(number, [y, x0], count, out, memory),
             Access::Pooled => self.copy_pooled([y, x0], count, out, memory),

@@ -2,6 +2,7 @@
 
 use super::element::{Bf16, Element};
 use super::map::{Map, Stored};
+use bytemuck::cast_slice;
 
 /// Rows of an image, of which some may lie elsewhere than others, and some nowhere.
 #[derive(Debug, Clone, Copy)]
@@ -64,7 +65,16 @@ macro_rules! with_rows {
 }
 pub(crate) use with_rows;
 
-impl View<'_> {
+impl<'a> View<'a> {
+    /// The words of row `y`.
+    ///
+    /// # Panics
+    /// Where that row is not there, or does not begin and end with a word.
+    #[inline(always)]
+    pub fn words(&self, y: usize) -> &'a [u32] {
+        with_rows!(self, rows => cast_slice(rows.row(y)))
+    }
+
     /// Rows, columns and channels of the whole image.
     #[inline(always)]
     pub fn size(&self) -> [usize; 3] {

@@ -5,21 +5,24 @@
 //! channels, which is a matrix product for each of the 36 places, and transformed back to 4×4 outputs by AᵀmA. All of it
 //! is f32, but that transformed inputs and weights may be rounded to bf16 or to bytes.
 
+mod back;
 mod bytes;
+mod forward;
+mod reach;
 mod tile;
 
-use super::finish::finish;
 use super::{Arithmetic, Call, ConvShape, Kernel, check};
 use crate::cpu::element::{Bf16, Element};
-use crate::cpu::floats::{Floats, VectorWork};
 use crate::cpu::lines::Lines;
 use crate::cpu::pack::{Halves, Singles};
-use crate::cpu::patch::{Patch, Source, Window};
+use crate::cpu::patch::{Access, Patch, Source, Window};
+use crate::cpu::rows::View;
 use crate::cpu::simd::Simd;
-use crate::plan::{Activation, Padding};
-use bytemuck::{cast_slice, cast_slice_mut};
+use back::TransformBack;
 use bytes::Bytes;
-use tile::{PLACES, REACH, SIDE};
+use forward::Transform;
+pub use reach::{Reach, furthest_transformed, reach};
+use tile::{PLACES, SIDE};
 
 /// Channels are padded to as many words: the longest vectors.
 const WORDS: usize = 16;
@@ -99,10 +102,10 @@ pub struct Scratch {
 /// A part of the output.
 #[derive(Clone, Copy)]
 struct Strip {
+    /// Its first row and column.
+    place: [usize; 2],
     /// Which row of the patch it begins with.
     row: usize,
-    /// Its first column.
-    x: usize,
     /// Tiles side by side, whole groups of them.
     tiles: usize,
 }
@@ -186,6 +189,7 @@ impl Winograd {
     /// Writes the rows from `y` on to `out`.
     pub fn rows<T: Element>(&self, sources: &[Source<'_>], y: usize, scratch: &mut Scratch, out: &mut [T]) {
         check(&self.shape, sources);
+        let sources = &self.in_place(sources)[..];
         let width = sources[0].size()[1];
         let row = width * self.shape.outputs;
         for (band, out) in out.chunks_mut(ROWS * row).enumerate() {
@@ -200,8 +204,9 @@ impl Winograd {
                 };
                 self.load(sources, window, scratch);
                 for (number, out) in out.chunks_mut(SIDE * row).enumerate() {
-                    let strip = Strip { row: SIDE * number, x, tiles };
-                    self.simd.in_vectors(Transform { conv: self, strip, scratch });
+                    let row = SIDE * number;
+                    let strip = Strip { place: [y + band * ROWS + row, x], row, tiles };
+                    self.simd.in_vectors(Transform { conv: self, sources, strip, scratch });
                     for block in &self.blocks {
                         self.multiply(block, strip, scratch);
                         self.simd.in_vectors(TransformBack { conv: self, block, strip, scratch, out, width });
@@ -240,8 +245,35 @@ impl Winograd {
         groups.div_ceil(groups.div_ceil(most)) * group
     }
 
-    /// What tiles look at.
+    /// The `sources`, of which those are not to be copied that lie there as vectors are loaded.
+    fn in_place<'a>(&self, sources: &[Source<'a>]) -> Vec<Source<'a>> {
+        let whole = WORDS * self.factors.loaded();
+        let mut first = 0;
+        let access = |source: &Source<'a>| {
+            let is_alike = matches!(
+                (&source.rows, &self.factors),
+                (View::F32(_), Factors::Singles) | (View::Bf16(_), Factors::Halves | Factors::Bytes(_))
+            );
+            let is_aligned = first % whole == 0 && source.channels() % whole == 0;
+            first += source.channels();
+            if is_alike && is_aligned && source.access == Access::SAME {
+                Access::InPlace
+            } else {
+                source.access
+            }
+        };
+        sources
+            .iter()
+            .zip(sources.iter().map(access))
+            .map(|(source, access)| Source { access, ..*source })
+            .collect()
+    }
+
+    /// What tiles look at and what is not read in place.
     fn load(&self, sources: &[Source<'_>], window: Window, scratch: &mut Scratch) {
+        if sources.iter().all(|source| source.access == Access::InPlace) {
+            return;
+        }
         let (patch, padding, pixel) = (&mut scratch.patch, self.shape.padding, self.loaded_pixel());
         match self.factors {
             Factors::Singles => patch.assemble(sources, padding, window, (Singles, pixel, self.simd)),
@@ -276,47 +308,6 @@ impl Winograd {
     }
 }
 
-/// How far transformed numbers are from 0 in each place, as a part of how far they could be.
-pub type Reach = [f32; PLACES];
-
-/// Makes each number of `most` \[place\]\[channel\], which may be empty yet, what transformed numbers of the concatenated `sources`
-/// reach there, if that is more.
-pub fn furthest_transformed(sources: &[Source<'_>], padding: Padding, most: &mut Vec<f32>) {
-    let inputs = sources.iter().map(Source::channels).sum();
-    let shape = ConvShape { inputs, outputs: 1, size: 3, stride: 1, padding, activation: Activation::None };
-    let conv = Winograd::new(&shape, &vec![0.0; 9 * inputs], &[0.0], Simd::Portable, &Arithmetic::F32);
-    most.resize(PLACES * inputs, 0.0);
-    let [height, width] = sources[0].size();
-    let (tiles, pixel) = (conv.strip_tiles(SIDE, width), conv.pixel());
-    let mut scratch = Scratch::default();
-    for (y, x) in
-        (0..height).step_by(SIDE).flat_map(|y| (0..width).step_by(SIDE * tiles).map(move |x| (y, x)))
-    {
-        let strip = Strip { row: 0, x, tiles };
-        conv.load(
-            sources,
-            Window { y: y as isize - 1, x: x as isize - 1, rows: REACH, columns: SIDE * tiles + 2 },
-            &mut scratch,
-        );
-        conv.simd.in_vectors(Transform { conv: &conv, strip, scratch: &mut scratch });
-        let transformed: &[f32] = cast_slice(&scratch.transformed);
-        for (most, tiles) in most.chunks_exact_mut(inputs).zip(transformed.chunks_exact(tiles * pixel)) {
-            for tile in tiles.chunks_exact(pixel) {
-                most.iter_mut().zip(tile).for_each(|(most, v)| *most = most.max(v.abs()));
-            }
-        }
-    }
-}
-
-/// How far `most` \[place\]\[channel\], where inputs are never further from 0 than `ranges`.
-pub fn reach(most: &[f32], ranges: &[f32]) -> Vec<f32> {
-    let of_place = |(place, most): (usize, &[f32])| {
-        let parts = most.iter().zip(ranges).map(|(most, range)| most / (range * tile::furthest(place)));
-        parts.fold(1e-3, f32::max)
-    };
-    most.chunks_exact(ranges.len()).enumerate().map(of_place).collect()
-}
-
 /// The `kernels` \[channel of the block, in\], transformed, in the order of a block of `width` channels: as many inputs as are
 /// in a word make one.
 fn packed<const COUNT: usize>(
@@ -337,177 +328,3 @@ fn packed<const COUNT: usize>(
     }
     packed
 }
-
-/// The making of BᵀdB of every tile and input channel.
-struct Transform<'a> {
-    conv: &'a Winograd,
-    strip: Strip,
-    scratch: &'a mut Scratch,
-}
-
-impl VectorWork for Transform<'_> {
-    #[inline(always)]
-    fn run<V: Floats>(self, some: V) {
-        let Self { conv, strip, scratch } = self;
-        scratch.transformed.resize(PLACES * strip.tiles * conv.pixel());
-        let (patch, out) = (&scratch.patch.words[..], &mut scratch.transformed[..]);
-        let pixel = conv.loaded_pixel();
-        for word in (0..conv.shape.inputs.div_ceil(conv.factors.loaded())).step_by(V::N) {
-            let part = Part { strip, pixel, word };
-            match &conv.factors {
-                Factors::Singles => {
-                    let load = |at: usize| [some.load(cast_slice(&patch[at..at + V::N]))];
-                    let mut store =
-                        |_, at: usize, [v]: [V; 1]| v.store(cast_slice_mut(&mut out[at..at + V::N]));
-                    transform(part, load, &mut store, some);
-                }
-                Factors::Halves => {
-                    let load = |at: usize| some.load_halves(&patch[at..at + V::N]);
-                    let mut store =
-                        |_, at: usize, [low, high]: [V; 2]| low.store_halves(high, &mut out[at..at + V::N]);
-                    transform(part, load, &mut store, some);
-                }
-                Factors::Bytes(bytes) => {
-                    let load = |at: usize| some.load_halves(&patch[at..at + V::N]);
-                    let out: &mut [u8] = cast_slice_mut(out);
-                    let mut store = |place: usize, at: usize, values: [V; 2]| {
-                        let factors = bytes.factors(place, word, V::N).map(|factors| some.load(factors));
-                        V::store_bytes(
-                            [values[0] * factors[0], values[1] * factors[1]],
-                            &mut out[2 * at..2 * (at + V::N)],
-                        );
-                    };
-                    transform(part, load, &mut store, some);
-                }
-            }
-        }
-    }
-}
-
-/// Some channels of the tiles of a strip.
-#[derive(Clone, Copy)]
-struct Part {
-    strip: Strip,
-    /// Words of a pixel.
-    pixel: usize,
-    /// Which word of each pixel they begin with.
-    word: usize,
-}
-
-/// BᵀdB of some channels of every tile, as many as are in vectors of words, of which one `load`s and `store`s as many vectors
-/// of numbers as are in them, the latter for a place. What lies beyond the last channel may be anything.
-#[inline(always)]
-fn transform<V: Floats, const PARTS: usize>(
-    Part { strip: Strip { row: top, tiles, .. }, pixel, word }: Part,
-    load: impl Fn(usize) -> [V; PARTS],
-    store: &mut impl FnMut(usize, usize, [V; PARTS]),
-    some: V,
-) {
-    let row = (SIDE * tiles + 2) * pixel;
-    let mut columns = [[[some; REACH]; REACH]; PARTS];
-    let mut first = 0;
-    for tile in 0..tiles {
-        // Two columns are those of the tile before.
-        for column in first..REACH {
-            let at = (SIDE * tile + column) * pixel + word;
-            let mut d = [[some; REACH]; PARTS];
-            for y in 0..REACH {
-                let parts = load((top + y) * row + at);
-                for part in 0..PARTS {
-                    d[part][y] = parts[part];
-                }
-            }
-            for part in 0..PARTS {
-                columns[part][column] = tile::inputs(d[part]);
-            }
-        }
-        first = REACH - SIDE;
-        for y in 0..REACH {
-            let mut rows = [[some; REACH]; PARTS];
-            for part in 0..PARTS {
-                let mut d = [some; REACH];
-                for x in 0..REACH {
-                    d[x] = columns[part][x][y];
-                }
-                rows[part] = tile::inputs(d);
-            }
-            for x in 0..REACH {
-                let mut parts = [some; PARTS];
-                for part in 0..PARTS {
-                    parts[part] = rows[part][x];
-                }
-                let place = y * REACH + x;
-                store(place, (place * tiles + tile) * pixel + word, parts);
-            }
-        }
-        for part in 0..PARTS {
-            columns[part].copy_within(SIDE.., 0);
-        }
-    }
-}
-
-/// The making of AᵀmA of every tile and channel of a block, with bias and activation, in the rows of `out`.
-struct TransformBack<'a, T> {
-    conv: &'a Winograd,
-    block: &'a Block,
-    strip: Strip,
-    scratch: &'a mut Scratch,
-    out: &'a mut [T],
-    width: usize,
-}
-
-impl<T: Element> VectorWork for TransformBack<'_, T> {
-    #[inline(always)]
-    fn run<V: Floats>(self, some: V) {
-        let Self { conv, block, strip, scratch, out, width } = self;
-        let outputs = conv.shape.outputs;
-        let channels = block.width.min(outputs - block.first);
-        let rows = out.len() / (width * outputs);
-        let plane = strip.tiles * block.width;
-        let products = &scratch.products[..PLACES * plane];
-        let mut pixels = [[0.0; MOST_CHANNELS]; SIDE * SIDE];
-        for tile in 0..strip.tiles.min((width - strip.x).div_ceil(SIDE)) {
-            for first in (0..block.width).step_by(V::N) {
-                let of_tile = &products[tile * block.width + first..];
-                let mut columns = [[some; SIDE]; REACH];
-                for x in 0..REACH {
-                    let mut m = [some; REACH];
-                    for y in 0..REACH {
-                        let place = y * REACH + x;
-                        let sums = &of_tile[place * plane..][..V::N];
-                        m[y] = match &block.worth {
-                            Some(worth) => {
-                                some.load_integers(sums) * some.load(&worth[place * block.width + first..])
-                            }
-                            None => some.load(cast_slice(sums)),
-                        };
-                    }
-                    columns[x] = tile::outputs(m);
-                }
-                for y in 0..SIDE {
-                    let mut m = [some; REACH];
-                    for x in 0..REACH {
-                        m[x] = columns[x][y];
-                    }
-                    let made = tile::outputs(m);
-                    for x in 0..SIDE {
-                        let pixel = y * SIDE + x;
-                        let bias = some.load(&block.bias[pixel * block.width + first..]);
-                        (made[x] + bias).store(&mut pixels[pixel][first..]);
-                    }
-                }
-            }
-            let x = strip.x + SIDE * tile;
-            let columns = SIDE.min(width - x);
-            for (y, pixels) in pixels.chunks_exact(SIDE).take(rows).enumerate() {
-                let to = &mut out[(y * width + x) * outputs + block.first..];
-                for (from, to) in pixels[..columns].iter().zip(to.chunks_mut(outputs)) {
-                    finish(&from[..channels], None, conv.shape.activation, &mut to[..channels]);
-                }
-            }
-        }
-    }
-}
-
-/// Channels of the widest blocks.
-const MOST_CHANNELS: usize = 32;
