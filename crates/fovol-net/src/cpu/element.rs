@@ -1,5 +1,6 @@
 //! How numbers of tensors are stored.
 
+use super::floats::Floats;
 use super::map::{Map, Stored};
 use super::rows::{Rows, View};
 use bytemuck::{Pod, Zeroable};
@@ -18,6 +19,11 @@ pub trait Element: Pod + Default + Send + Sync {
     fn halves(_: &[Self]) -> Option<&[Bf16]> {
         None
     }
+    /// Writes a vector to the first of `to`.
+    ///
+    /// # Panics
+    /// Where there is less room.
+    fn store<V: Floats>(vector: V, to: &mut [Self]);
     /// `map` as tensors are stored.
     fn stored(map: Map<Self>) -> Stored;
     /// What [`Self::stored`] stored; nothing of another kind.
@@ -42,6 +48,11 @@ impl Element for f32 {
     #[inline(always)]
     fn singles(numbers: &[f32]) -> Option<&[f32]> {
         Some(numbers)
+    }
+
+    #[inline(always)]
+    fn store<V: Floats>(vector: V, to: &mut [f32]) {
+        vector.store(to);
     }
 
     fn stored(map: Map) -> Stored {
@@ -82,6 +93,11 @@ impl Element for Bf16 {
     #[inline(always)]
     fn halves(numbers: &[Self]) -> Option<&[Self]> {
         Some(numbers)
+    }
+
+    #[inline(always)]
+    fn store<V: Floats>(vector: V, to: &mut [Self]) {
+        vector.store_bf16(to);
     }
 
     fn stored(map: Map<Self>) -> Stored {

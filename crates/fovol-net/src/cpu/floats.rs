@@ -3,6 +3,7 @@
 //! The first vector is made where the instructions are known to be there ([`Simd::in_vectors`]), and all others come from it: so
 //! none is ever used where they are not.
 
+use super::element::{Bf16, Element};
 use super::simd::Simd;
 use glam::{BVec4A, Mat4, Vec4};
 use std::ops::{Add, Div, Mul, Sub};
@@ -75,6 +76,18 @@ pub trait Floats:
         }
     }
 
+    /// Writes them as the nearest bf16, ties to even.
+    ///
+    /// # Panics
+    /// Where there is less room.
+    #[inline(always)]
+    fn store_bf16(self, to: &mut [Bf16]) {
+        let mut numbers = [0.0; MOST];
+        self.store(&mut numbers);
+        for i in 0..Self::N {
+            to[i] = Bf16::from_f32(numbers[i]);
+        }
+    }
     /// The numbers that words are with signs.
     ///
     /// # Panics
@@ -249,7 +262,7 @@ impl Floats for Vec4 {
     reason = "each is one instruction on vectors, which are only there where it is; loads and stores check their slices"
 )]
 mod x86 {
-    use super::{Floats, HALF, UPPER};
+    use super::{Bf16, Floats, HALF, UPPER};
     use std::arch::x86_64::*;
     use std::ops::{Add, Div, Mul, Sub};
 
@@ -330,6 +343,16 @@ mod x86 {
                 // Where the mask is set the second, else the first.
                 let both = _mm512_ternarylogic_epi32::<0xD8>(lower, upper, _mm512_set1_epi32(UPPER as i32));
                 _mm512_storeu_si512(words.as_mut_ptr().cast(), both);
+            }
+        }
+        #[inline(always)] fn store_bf16(self, to: &mut [Bf16]) {
+            let to = &mut to[..Self::N];
+            unsafe {
+                let bits = _mm512_castps_si512(self.0);
+                let odd = _mm512_and_si512(_mm512_srli_epi32::<16>(bits), _mm512_set1_epi32(1));
+                let rounded = _mm512_add_epi32(_mm512_add_epi32(bits, _mm512_set1_epi32(0x7FFF)), odd);
+                let halves = _mm512_cvtepi32_epi16(_mm512_srli_epi32::<16>(rounded));
+                _mm256_storeu_si256(to.as_mut_ptr().cast(), halves);
             }
         }
         #[inline(always)] fn load_integers(self, words: &[u32]) -> Self {
@@ -439,6 +462,12 @@ mod tests {
                 let [lower, upper] = [read(lower * more)[i], read(upper * less)[i]].map(rounded);
                 assert_eq!(stored[i], lower | upper << 16);
             }
+            let mut halves = vec![Bf16::default(); V::N];
+            // Some are half way between two bf16.
+            let between: Vec<f32> =
+                (0..V::N as u32).map(|i| f32::from_bits(0x3F80_8000 + 0x5000 * i)).collect();
+            some.load(&between).store_bf16(&mut halves);
+            assert!(halves.iter().zip(&between).all(|(half, &v)| *half == Bf16::from_f32(v)));
             let mut bytes = vec![0; 2 * V::N];
             let wide: Vec<f32> = (0..2 * V::N).map(|i| (i as f32 - 11.25) * 21.5).collect();
             V::store_bytes([some.load(&wide), some.load(&wide[V::N..])], &mut bytes);

@@ -262,10 +262,14 @@ fn points(plan: &Plan) -> Vec<TensorId> {
     moved.collect()
 }
 
-/// For each state of `plan` whether what it becomes is finite whatever it was made of: pictures that are cut, and samples, which
-/// were.
+/// For each state of `plan` whether what it becomes is finite whatever it was made of: pictures that are cut, samples, which
+/// were, and what convolutions make that leave nothing negative, as they do not leave what is not finite either.
 fn stays_finite(plan: &Plan) -> Vec<bool> {
-    let is_finite = |layer: &Layer| matches!(layer, Layer::Clamp { .. } | Layer::Accumulate { .. });
+    let is_finite = |layer: &Layer| match layer {
+        Layer::Clamp { .. } | Layer::Accumulate { .. } => true,
+        Layer::Conv(conv) => conv.activation == Activation::Relu,
+        _ => false,
+    };
     let made = |id: TensorId| plan.layers().iter().find(|layer| layer.output() == id);
     plan.states().iter().map(|state| made(state.next).is_some_and(is_finite)).collect()
 }

@@ -7,6 +7,9 @@ use crate::plan::Activation;
 /// Sums that are finished at once: loops over as many become vectors.
 const LANES: usize = 16;
 
+/// What is no smaller, or no number, becomes 0 where nothing is negative: in recurrent networks it would stay.
+pub const LARGEST: f32 = 3.38e38;
+
 /// What sums of bytes are worth; for each channel.
 #[derive(Debug, Clone)]
 pub struct Worth {
@@ -50,10 +53,10 @@ impl<T: Element> Work for Finish<'_, T> {
 pub fn finish<T: Element>(sums: &[f32], worth: Option<&Worth>, activation: Activation, out: &mut [T]) {
     match (worth, activation) {
         (None, Activation::None) => each(sums, None, out, |v| v),
-        (None, Activation::Relu) => each(sums, None, out, |v| v.max(0.0)),
+        (None, Activation::Relu) => each(sums, None, out, relu),
         (None, Activation::Elu) => each(sums, None, out, elu),
         (worth, Activation::None) => each(sums, worth, out, |v| v),
-        (worth, Activation::Relu) => each(sums, worth, out, |v| v.max(0.0)),
+        (worth, Activation::Relu) => each(sums, worth, out, relu),
         (worth, Activation::Elu) => each(sums, worth, out, elu),
     }
 }
@@ -89,6 +92,12 @@ fn each<T: Element>(sums: &[f32], worth: Option<&Worth>, out: &mut [T], activati
 #[inline(always)]
 fn value(sum: f32, factor: f32, bias: f32) -> f32 {
     (sum.to_bits() as i32) as f32 * factor + bias
+}
+
+/// x for 0 < x < [`LARGEST`], else 0.
+#[inline(always)]
+fn relu(x: f32) -> f32 {
+    if x > 0.0 && x < LARGEST { x } else { 0.0 }
 }
 
 /// x for x > 0, else eˣ − 1.

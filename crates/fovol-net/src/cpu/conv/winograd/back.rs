@@ -1,10 +1,11 @@
 //! Products on their way to outputs: AᵀmA.
 
-use super::super::finish::finish;
+use super::super::finish::{LARGEST, elu};
 use super::tile::{self, PLACES, REACH, SIDE};
 use super::{Block, Scratch, Strip, Winograd};
 use crate::cpu::element::Element;
-use crate::cpu::floats::{Floats, VectorWork};
+use crate::cpu::floats::{Floats, MOST, VectorWork};
+use crate::plan::Activation;
 use bytemuck::cast_slice;
 
 /// The making of AᵀmA of every tile and channel of a block, with bias and activation, in the rows of `out`.
@@ -26,9 +27,12 @@ impl<T: Element> VectorWork for TransformBack<'_, T> {
         let rows = out.len() / (width * outputs);
         let plane = strip.tiles * block.width;
         let products = &scratch.products[..PLACES * plane];
-        let mut pixels = [[0.0; MOST_CHANNELS]; SIDE * SIDE];
+        let mut last = [T::default(); MOST];
         for tile in 0..strip.tiles.min((width - strip.place[1]).div_ceil(SIDE)) {
-            for first in (0..block.width).step_by(V::N) {
+            let x0 = strip.place[1] + SIDE * tile;
+            let inside = SIDE.min(width - x0);
+            for first in (0..channels).step_by(V::N) {
+                let count = V::N.min(channels - first);
                 let of_tile = &products[tile * block.width + first..];
                 let mut columns = [[some; SIDE]; REACH];
                 for x in 0..REACH {
@@ -45,30 +49,43 @@ impl<T: Element> VectorWork for TransformBack<'_, T> {
                     }
                     columns[x] = tile::outputs(m);
                 }
-                for y in 0..SIDE {
+                for y in 0..rows {
                     let mut m = [some; REACH];
                     for x in 0..REACH {
                         m[x] = columns[x][y];
                     }
                     let made = tile::outputs(m);
-                    for x in 0..SIDE {
-                        let pixel = y * SIDE + x;
-                        let bias = some.load(&block.bias[pixel * block.width + first..]);
-                        (made[x] + bias).store(&mut pixels[pixel][first..]);
+                    for x in 0..inside {
+                        let bias = some.load(&block.bias[(y * SIDE + x) * block.width + first..]);
+                        let value = active(made[x] + bias, conv.shape.activation);
+                        let to = &mut out[(y * width + x0 + x) * outputs + block.first + first..][..count];
+                        if count == V::N {
+                            T::store(value, to);
+                        } else {
+                            T::store(value, &mut last);
+                            to.copy_from_slice(&last[..count]);
+                        }
                     }
-                }
-            }
-            let x = strip.place[1] + SIDE * tile;
-            let columns = SIDE.min(width - x);
-            for (y, pixels) in pixels.chunks_exact(SIDE).take(rows).enumerate() {
-                let to = &mut out[(y * width + x) * outputs + block.first..];
-                for (from, to) in pixels[..columns].iter().zip(to.chunks_mut(outputs)) {
-                    finish(&from[..channels], None, conv.shape.activation, &mut to[..channels]);
                 }
             }
         }
     }
 }
 
-/// Channels of the widest blocks.
-const MOST_CHANNELS: usize = 32;
+/// `values` after `activation`.
+#[inline(always)]
+fn active<V: Floats>(values: V, activation: Activation) -> V {
+    match activation {
+        Activation::None => values,
+        Activation::Relu => {
+            let positive = values.max(values.splat(0.0));
+            positive.keep(positive.is_below(values.splat(LARGEST)))
+        }
+        Activation::Elu => {
+            let mut each = [0.0; MOST];
+            values.store(&mut each);
+            each.iter_mut().take(V::N).for_each(|v| *v = elu(*v));
+            values.load(&each)
+        }
+    }
+}
