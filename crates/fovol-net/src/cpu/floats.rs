@@ -100,22 +100,27 @@ pub trait Floats:
         }
         self.load(&numbers)
     }
-    /// Writes some numbers and others in turn, rounded, as bytes of which 128 stands for 0; what is beyond -128…127 is
+    /// Writes some numbers and others in turn, times factors, rounded, as bytes of which 128 stands for 0; what is beyond -128…127 is
     /// cut off there, and what is beyond ±32767 may become anything.
     ///
     /// # Panics
     /// Where there are fewer than two bytes for a number.
     #[inline(always)]
-    fn store_bytes(numbers: [Self; 2], bytes: &mut [u8]) {
+    fn store_bytes(numbers: [Self; 2], factors: [Self; 2], bytes: &mut [u8]) {
         let mut both = [[0.0; MOST]; 2];
-        numbers[0].store(&mut both[0]);
-        numbers[1].store(&mut both[1]);
+        (numbers[0] * factors[0]).store(&mut both[0]);
+        (numbers[1] * factors[1]).store(&mut both[1]);
         for i in 0..Self::N {
             for (part, numbers) in both.iter().enumerate() {
                 bytes[2 * i + part] = (numbers[i].round_ties_even().clamp(-128.0, 127.0) + 128.0) as u8;
             }
         }
     }
+
+    /// The bf16 that each number is two of, as words: the lower and the upper ones.
+    fn halves(self) -> [Self; 2];
+    /// Number i of pixel p of each of four vectors as pixel p of vector i.
+    fn pixels_transposed(vectors: [Self; 4]) -> [Self; 4];
 
     /// Every other pixel of these and others, from the first on.
     fn evens(self, others: Self) -> Self;
@@ -231,6 +236,16 @@ impl Floats for Vec4 {
         Self::select(mask, self, Self::ZERO)
     }
     #[inline(always)]
+    fn halves(self) -> [Self; 2] {
+        let words = self.to_array().map(f32::to_bits);
+        [words.map(|word| word << 16), words.map(|word| word & UPPER)]
+            .map(|half| Self::from_array(half.map(f32::from_bits)))
+    }
+    #[inline(always)]
+    fn pixels_transposed(vectors: [Self; 4]) -> [Self; 4] {
+        transposed(vectors)
+    }
+    #[inline(always)]
     fn evens(self, _: Self) -> Self {
         self
     }
@@ -263,6 +278,7 @@ impl Floats for Vec4 {
 )]
 mod x86 {
     use super::{Bf16, Floats, HALF, UPPER};
+    use bytemuck::cast_slice;
     use std::arch::x86_64::*;
     use std::ops::{Add, Div, Mul, Sub};
 
@@ -359,15 +375,32 @@ mod x86 {
             let words = &words[..Self::N];
             Self(unsafe { _mm512_cvtepi32_ps(_mm512_loadu_si512(words.as_ptr().cast())) })
         }
-        #[inline(always)] fn store_bytes(numbers: [Self; 2], bytes: &mut [u8]) {
+        #[inline(always)] fn store_bytes(numbers: [Self; 2], factors: [Self; 2], bytes: &mut [u8]) {
             let bytes = &mut bytes[..2 * Self::N];
             unsafe {
                 // An f32 of this size has no fraction, and its lower 16 bits are the whole number with its sign.
                 let whole = _mm512_set1_ps(12_582_912.0);
-                let [lower, upper] = numbers.map(|v| _mm512_castps_si512(_mm512_add_ps(v.0, whole)));
+                let sum = |at: usize| _mm512_castps_si512(_mm512_fmadd_ps(numbers[at].0, factors[at].0, whole));
+                let [lower, upper] = [sum(0), sum(1)];
                 let both = _mm512_mask_blend_epi16(0xAAAA_AAAA, lower, _mm512_slli_epi32::<16>(upper));
                 let signed = _mm512_cvtsepi16_epi8(both);
                 _mm256_storeu_si256(bytes.as_mut_ptr().cast(), _mm256_xor_si256(signed, _mm256_set1_epi8(-128)));
+            }
+        }
+        #[inline(always)] fn halves(self) -> [Self; 2] {
+            unsafe {
+                let words = _mm512_castps_si512(self.0);
+                let upper = _mm512_and_si512(words, _mm512_set1_epi32(UPPER as i32));
+                [_mm512_slli_epi32::<16>(words), upper].map(|half| Self(_mm512_castsi512_ps(half)))
+            }
+        }
+        #[inline(always)] fn pixels_transposed([a, b, c, d]: [Self; 4]) -> [Self; 4] {
+            unsafe {
+                let pairs = |a: Self, b: Self| [_mm512_unpacklo_ps(a.0, b.0), _mm512_unpackhi_ps(a.0, b.0)].map(|v| _mm512_castps_pd(v));
+                let ([ab, ab_high], [cd, cd_high]) = (pairs(a, b), pairs(c, d));
+                let [first, second] = [_mm512_unpacklo_pd(ab, cd), _mm512_unpackhi_pd(ab, cd)];
+                let [third, fourth] = [_mm512_unpacklo_pd(ab_high, cd_high), _mm512_unpackhi_pd(ab_high, cd_high)];
+                [first, second, third, fourth].map(|v| Self(_mm512_castpd_ps(v)))
             }
         }
         #[inline(always)] fn evens(self, others: Self) -> Self { Self(unsafe { _mm512_shuffle_f32x4::<0b10_00_10_00>(self.0, others.0) }) }
@@ -406,6 +439,23 @@ mod x86 {
         #[inline(always)] fn is_below(self, other: Self) -> __m256 { unsafe { _mm256_cmp_ps::<_CMP_LT_OQ>(self.0, other.0) } }
         #[inline(always)] fn both(self, one: __m256, other: __m256) -> __m256 { unsafe { _mm256_and_ps(one, other) } }
         #[inline(always)] fn keep(self, mask: __m256) -> Self { Self(unsafe { _mm256_and_ps(mask, self.0) }) }
+        #[inline(always)] fn halves(self) -> [Self; 2] {
+            unsafe {
+                let words = _mm256_castps_si256(self.0);
+                let upper = _mm256_and_si256(words, _mm256_set1_epi32(UPPER as i32));
+                [_mm256_slli_epi32::<16>(words), upper].map(|half| Self(_mm256_castsi256_ps(half)))
+            }
+        }
+        #[inline(always)] fn load_halves(self, words: &[u32]) -> [Self; 2] { self.load(cast_slice(&words[..Self::N])).halves() }
+        #[inline(always)] fn pixels_transposed([a, b, c, d]: [Self; 4]) -> [Self; 4] {
+            unsafe {
+                let pairs = |a: Self, b: Self| [_mm256_unpacklo_ps(a.0, b.0), _mm256_unpackhi_ps(a.0, b.0)].map(|v| _mm256_castps_pd(v));
+                let ([ab, ab_high], [cd, cd_high]) = (pairs(a, b), pairs(c, d));
+                let [first, second] = [_mm256_unpacklo_pd(ab, cd), _mm256_unpackhi_pd(ab, cd)];
+                let [third, fourth] = [_mm256_unpacklo_pd(ab_high, cd_high), _mm256_unpackhi_pd(ab_high, cd_high)];
+                [first, second, third, fourth].map(|v| Self(_mm256_castpd_ps(v)))
+            }
+        }
         #[inline(always)] fn evens(self, others: Self) -> Self { Self(unsafe { _mm256_permute2f128_ps::<0x20>(self.0, others.0) }) }
         #[inline(always)] fn odds(self, others: Self) -> Self { Self(unsafe { _mm256_permute2f128_ps::<0x31>(self.0, others.0) }) }
         #[inline(always)] fn zip_low(self, others: Self) -> Self { self.evens(others) }
@@ -462,6 +512,12 @@ mod tests {
                 let [lower, upper] = [read(lower * more)[i], read(upper * less)[i]].map(rounded);
                 assert_eq!(stored[i], lower | upper << 16);
             }
+            let four = std::array::from_fn(|v| {
+                some.load(&(0..V::N).map(|i| (100 * v + i) as f32).collect::<Vec<_>>())
+            });
+            for (i, vector) in V::pixels_transposed(four).into_iter().enumerate() {
+                assert_eq!(read(vector), expected(&|at| (100 * (at % 4) + at / 4 * 4 + i) as f32));
+            }
             let mut halves = vec![Bf16::default(); V::N];
             // Some are half way between two bf16.
             let between: Vec<f32> =
@@ -470,9 +526,9 @@ mod tests {
             assert!(halves.iter().zip(&between).all(|(half, &v)| *half == Bf16::from_f32(v)));
             let mut bytes = vec![0; 2 * V::N];
             let wide: Vec<f32> = (0..2 * V::N).map(|i| (i as f32 - 11.25) * 21.5).collect();
-            V::store_bytes([some.load(&wide), some.load(&wide[V::N..])], &mut bytes);
+            V::store_bytes([some.load(&wide), some.load(&wide[V::N..])], [some.splat(0.5); 2], &mut bytes);
             for (i, byte) in bytes.into_iter().enumerate() {
-                let number = wide[i / 2 + i % 2 * V::N];
+                let number = 0.5 * wide[i / 2 + i % 2 * V::N];
                 assert_eq!(byte, (number.round_ties_even() as i8 as u8) ^ 0x80, "{number}");
             }
             let words: Vec<u32> = (0..V::N as u32).map(|i| (3 * i).wrapping_sub(7)).collect();

@@ -5,11 +5,24 @@ use bytemuck::{Pod, Zeroable, cast_slice, cast_slice_mut};
 use std::ops::{Deref, DerefMut};
 
 /// Words of a line.
-const PER_LINE: usize = 16;
+pub const WORDS_OF_LINE: usize = 16;
+
+/// Has the processor load the line of word `at`, which may lie beyond the end of `words`, while it does something else.
+#[inline(always)]
+pub fn prefetch(words: &[u32], at: usize) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        // SAFETY: this instruction changes nothing that a program sees, and no address is wrong for it.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(words.as_ptr().wrapping_add(at).cast()) };
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = (words, at);
+}
 
 #[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
 #[repr(C, align(64))]
-struct Line([u32; PER_LINE]);
+struct Line([u32; WORDS_OF_LINE]);
 
 /// As a `Vec<u32>`, at a line's beginning.
 #[derive(Debug, Clone, Default)]
@@ -21,7 +34,7 @@ pub struct Lines {
 impl Lines {
     /// Has `length` words from now on; those that are new are zeros or anything that was there before.
     pub fn resize(&mut self, length: usize) {
-        let lines = length.div_ceil(PER_LINE);
+        let lines = length.div_ceil(WORDS_OF_LINE);
         if self.lines.len() < lines {
             self.lines.resize(lines, Line::default());
         }

@@ -1,9 +1,11 @@
 use super::super::element::Element;
 use super::super::floats::{Floats, MOST, VectorWork, four, transposed};
-use super::super::map::{Stored, with_map};
+use super::super::lines::{WORDS_OF_LINE, prefetch};
+use super::super::map::{Map, Stored};
 use super::PreparedFilter;
 use super::planes::{CHANNELS, Ring};
 use crate::plan::{Normalisation, SQUARED_EPSILON, Taps};
+use bytemuck::{cast_slice, cast_slice_mut};
 use std::array::from_fn;
 
 /// A number of each of some features side by side; as many as vectors have count.
@@ -12,8 +14,8 @@ type Lanes = [f32; MOST];
 /// What is on its way for the features of a vector.
 #[derive(Debug, Default)]
 pub struct Chunk {
-    /// \[feature\]\[channel\], and some numbers more.
-    features: Vec<f32>,
+    /// \[feature\]\[word of it\].
+    features: Vec<u32>,
     /// \[channel\].
     channels: Vec<Lanes>,
     /// \[output of the prediction\]: the weights of kernels and what is added.
@@ -24,49 +26,71 @@ pub struct Chunk {
 #[derive(Debug, Clone)]
 pub struct Prediction {
     /// \[block of outputs\]\[input\]\[output of the block\].
-    weights: Vec<[f32; BLOCK]>,
+    weights: Vec<f32>,
     /// \[block of outputs\]\[output of the block\].
-    bias: Vec<[f32; BLOCK]>,
+    bias: Vec<f32>,
     inputs: usize,
+    /// Outputs that are predicted at once: one of [`BLOCKS`].
+    block: usize,
 }
 
-/// Outputs that are predicted at once.
-const BLOCK: usize = 8;
+/// Outputs that may be predicted at once.
+const BLOCKS: [usize; 3] = [8, 10, 13];
 
 impl Prediction {
     /// That of `weights` \[out, in\] and `bias` \[out\].
     pub fn new(weights: &[f32], bias: &[f32]) -> Self {
-        let inputs = weights.len() / bias.len();
-        let blocks = 0..bias.len().div_ceil(BLOCK);
+        let (outputs, inputs) = (bias.len(), weights.len() / bias.len());
+        let wasted = |block: &usize| outputs.next_multiple_of(*block);
+        let block = BLOCKS.into_iter().min_by_key(wasted).unwrap_or(BLOCKS[0]);
         // 0 for outputs that the last block has too many.
         let of = |numbers: &[f32], at: usize| numbers.get(at).copied().unwrap_or(0.0);
-        let row = |block: usize, input: usize| from_fn(|k| of(weights, (block * BLOCK + k) * inputs + input));
+        let whole = outputs.next_multiple_of(block);
+        let order = (0..whole).step_by(block).flat_map(|first| {
+            (0..inputs)
+                .flat_map(move |input| (first..first + block).map(move |output| output * inputs + input))
+        });
         Self {
-            weights: blocks.clone().flat_map(|block| (0..inputs).map(move |i| row(block, i))).collect(),
-            bias: blocks.map(|block| from_fn(|k| of(bias, block * BLOCK + k))).collect(),
+            weights: order.map(|at| of(weights, at)).collect(),
+            bias: (0..whole).map(|at| of(bias, at)).collect(),
             inputs,
+            block,
         }
     }
 
     /// Makes `chunk` predict of the `count` features from number `first` on of row `y` of `map`.
     #[inline(always)]
-    fn run<V: Floats>(&self, map: &Stored, [y, first, count]: [usize; 3], chunk: &mut Chunk, some: V) {
+    fn run<V: Floats>(&self, map: &Stored, place: [usize; 3], chunk: &mut Chunk, some: V) {
         let Chunk { features, channels, predicted } = chunk;
-        let inputs = self.inputs;
-        features.resize(MOST * inputs + 4, 0.0);
-        with_map!(map, map => {
-            let from = &map.row(y)[first * inputs..(first + count) * inputs];
-            for (to, from) in features.iter_mut().zip(from) {
-                *to = from.to_f32();
+        match map {
+            Stored::F32(map) => {
+                let words = cast_slice(features_of(map, self.inputs, place));
+                spread(words, self.inputs, features, channels, some, |words| [words]);
             }
-        });
-        channels.resize(inputs.next_multiple_of(4), [0.0; MOST]);
-        for feature in (0..V::N).step_by(4) {
-            transpose(&features[feature * inputs..], inputs, feature, channels);
+            Stored::Bf16(map) if self.inputs.is_multiple_of(2) => {
+                let words = cast_slice(features_of(map, self.inputs, place));
+                spread(words, self.inputs / 2, features, channels, some, V::halves);
+            }
+            Stored::Bf16(map) => {
+                let numbers: Vec<f32> =
+                    features_of(map, self.inputs, place).iter().map(|v| v.to_f32()).collect();
+                spread(cast_slice(&numbers), self.inputs, features, channels, some, |words| [words]);
+            }
         }
-        predicted.resize(self.bias.len() * BLOCK, [0.0; MOST]);
-        let blocks = predicted.as_chunks_mut::<BLOCK>().0.iter_mut().zip(&self.bias);
-        for ((to, bias), weights) in blocks.zip(self.weights.chunks_exact(inputs)) {
+        predicted.resize(self.bias.len(), [0.0; MOST]);
+        match self.block {
+            8 => self.sum::<V, 8>(channels, predicted, some),
+            10 => self.sum::<V, 10>(channels, predicted, some),
+            _ => self.sum::<V, 13>(channels, predicted, some),
+        }
+    }
+
+    /// Makes `predicted` the sums over `channels`, `BLOCK` at a time.
+    #[inline(always)]
+    fn sum<V: Floats, const BLOCK: usize>(&self, channels: &[Lanes], predicted: &mut [Lanes], some: V) {
+        let (weights, bias) = (self.weights.as_chunks::<BLOCK>().0, self.bias.as_chunks::<BLOCK>().0);
+        let blocks = predicted.as_chunks_mut::<BLOCK>().0.iter_mut().zip(bias);
+        for ((to, bias), weights) in blocks.zip(weights.chunks_exact(self.inputs)) {
             let mut sums = [some; BLOCK];
             for k in 0..BLOCK {
                 sums[k] = some.splat(bias[k]);
@@ -84,20 +108,78 @@ impl Prediction {
     }
 }
 
-/// Makes numbers `feature` and the three after it of all `channels` those of four features of `from`, which go on for some
-/// numbers more.
+/// The numbers of the `count` features from number `first` on of row `y` of `map`.
+fn features_of<T: Element>(map: &Map<T>, inputs: usize, [y, first, count]: [usize; 3]) -> &[T] {
+    &map.row(y)[first * inputs..(first + count) * inputs]
+}
+
+/// Makes `channels` of features whose `words` lie side by side, each of `pixel` words: in each word are as many
+/// channels as `take` takes out of it.
 #[inline(always)]
-fn transpose(from: &[f32], inputs: usize, feature: usize, channels: &mut [Lanes]) {
-    for (number, to) in channels.as_chunks_mut::<4>().0.iter_mut().enumerate() {
-        let at = 4 * number;
-        let columns = transposed([
-            four(from, at),
-            four(from, inputs + at),
-            four(from, 2 * inputs + at),
-            four(from, 3 * inputs + at),
-        ]);
-        for (to, column) in to.iter_mut().zip(columns) {
-            column.write_to_slice(&mut to[feature..]);
+fn spread<V: Floats, const PARTS: usize>(
+    words: &[u32],
+    pixel: usize,
+    memory: &mut Vec<u32>,
+    channels: &mut Vec<Lanes>,
+    some: V,
+    take: impl Fn(V) -> [V; PARTS],
+) {
+    let whole = pixel.next_multiple_of(V::N);
+    channels.resize(whole * PARTS, [0.0; MOST]);
+    // In the order in which they lie, so that the processor knows what comes next.
+    memory.resize(V::N * whole, 0);
+    if pixel == whole {
+        for (to, from) in memory.chunks_exact_mut(V::N).zip(words.chunks_exact(V::N)) {
+            some.load(cast_slice(from)).store(cast_slice_mut(to));
+        }
+    } else {
+        for (to, from) in memory.chunks_exact_mut(whole).zip(words.chunks_exact(pixel)) {
+            to[..pixel].copy_from_slice(from);
+        }
+    }
+    // The next ones, meanwhile.
+    for line in (0..words.len()).step_by(WORDS_OF_LINE) {
+        prefetch(words, words.len() + line);
+    }
+    for first in (0..whole).step_by(V::N) {
+        let load = |feature: usize| some.load(cast_slice(&memory[feature * whole + first..][..V::N]));
+        let mut vectors = [some; MOST];
+        for feature in 0..V::N {
+            vectors[feature] = load(feature);
+        }
+        transpose(&mut vectors);
+        for number in 0..V::N {
+            for (part, taken) in take(vectors[number]).into_iter().enumerate() {
+                taken.store(&mut channels[(first + number) * PARTS + part]);
+            }
+        }
+    }
+}
+
+/// Number i of each of the first vectors, as many as they have numbers, as vector i.
+#[inline(always)]
+fn transpose<V: Floats>(vectors: &mut [V; MOST]) {
+    let mut pixels = *vectors;
+    for first in (0..V::N).step_by(4) {
+        let four = V::pixels_transposed(from_fn(|k| vectors[first + k]));
+        pixels[first..first + 4].copy_from_slice(&four);
+    }
+    // Pixel p of vector i of group g is pixel g of vector i of group p now.
+    for i in 0..4 {
+        match V::N {
+            16 => {
+                let [a, b, c, d] = [pixels[i], pixels[4 + i], pixels[8 + i], pixels[12 + i]];
+                let (even, odd) = ([a.evens(b), c.evens(d)], [a.odds(b), c.odds(d)]);
+                vectors[i] = even[0].evens(even[1]);
+                vectors[4 + i] = odd[0].evens(odd[1]);
+                vectors[8 + i] = even[0].odds(even[1]);
+                vectors[12 + i] = odd[0].odds(odd[1]);
+            }
+            8 => {
+                let [a, b] = [pixels[i], pixels[4 + i]];
+                (vectors[i], vectors[4 + i]) = (a.evens(b), a.odds(b));
+            }
+            _ => vectors[i] = pixels[i],
         }
     }
 }

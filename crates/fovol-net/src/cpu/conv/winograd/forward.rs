@@ -46,7 +46,7 @@ impl VectorWork for Transform<'_> {
                     let out: &mut [u8] = cast_slice_mut(out);
                     let mut store = |place: usize, at: usize, [low, high]: [V; 2]| {
                         let [even, odd] = bytes.factors(place, word, V::N).map(|factors| some.load(factors));
-                        V::store_bytes([low * even, high * odd], &mut out[2 * at..2 * (at + V::N)]);
+                        V::store_bytes([low, high], [even, odd], &mut out[2 * at..2 * (at + V::N)]);
                     };
                     transform((&inputs, part), load, &mut store, some);
                 }

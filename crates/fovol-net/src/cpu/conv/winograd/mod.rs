@@ -29,8 +29,9 @@ const WORDS: usize = 16;
 
 /// Output rows that are made of one patch: of each other patch two rows are the same again.
 const ROWS: usize = 12;
-/// About as many bytes may a patch and its transformed inputs have: what stays in a second-level cache beside weights.
-const BYTES: usize = 640 << 10;
+/// About as many bytes may a patch, its transformed inputs and their products have: what stays in a second-level cache beside
+/// weights.
+const BYTES: usize = 320 << 10;
 
 /// Fewer products a pixel and place than this do not pay for the transformations; half as many f32 do.
 const FEWEST_PRODUCTS: usize = 512;
@@ -239,7 +240,7 @@ impl Winograd {
     /// Tiles side by side in `rows` rows of outputs: whole groups, as many as there is room for.
     fn strip_tiles(&self, rows: usize, width: usize) -> usize {
         let group = self.group();
-        let words = PLACES * self.pixel() + (rows + 2) * SIDE * self.loaded_pixel();
+        let words = PLACES * (self.pixel() + self.blocks[0].width) + (rows + 2) * SIDE * self.loaded_pixel();
         let most = (BYTES / (words * size_of::<u32>() * group)).max(1);
         let groups = width.div_ceil(SIDE).div_ceil(group);
         groups.div_ceil(groups.div_ceil(most)) * group
