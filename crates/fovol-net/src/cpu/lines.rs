@@ -7,17 +7,17 @@ use std::ops::{Deref, DerefMut};
 /// Words of a line.
 pub const WORDS_OF_LINE: usize = 16;
 
-/// Has the processor load the line of word `at`, which may lie beyond the end of `words`, while it does something else.
+/// Has the processor load the line of number `at`, which may lie beyond the end of `numbers`, while it does something else.
 #[inline(always)]
-pub fn prefetch(words: &[u32], at: usize) {
+pub fn prefetch<N>(numbers: &[N], at: usize) {
     #[cfg(target_arch = "x86_64")]
     {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
         // SAFETY: this instruction changes nothing that a program sees, and no address is wrong for it.
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(words.as_ptr().wrapping_add(at).cast()) };
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(numbers.as_ptr().wrapping_add(at).cast()) };
     }
     #[cfg(not(target_arch = "x86_64"))]
-    let _ = (words, at);
+    let _ = (numbers, at);
 }
 
 #[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]

@@ -80,6 +80,7 @@ impl<'a> Source<'a> {
             Access::Pooled => self.copy_pooled([y, x0], count, out, memory),
             Access::Resized(Resize::Bilinear) => self.copy_bilinear([y, x0], count, out, memory),
             Access::Resized(Resize::Same) => with_rows!(self.rows, rows => {
+                rows.prefetch_after(y, x0 * c..(x0 + count) * c);
                 out.write((0, 1), &rows.row(y)[x0 * c..(x0 + count) * c], &mut memory.packed);
             }),
             Access::Resized(Resize::Nearest) => with_rows!(self.rows, rows => {
@@ -102,9 +103,13 @@ impl<'a> Source<'a> {
         Memory { packed, .. }: &mut Memory,
     ) {
         let pair = 2 * self.rows.size()[2];
+        let row = self.rows.size()[1] * self.rows.size()[2];
         let columns = x0 * pair..(x0 + count) * pair;
         let first = out.channels.first;
         with_rows!(self.rows, rows => {
+            // The two below are next.
+            rows.prefetch_after(2 * y, columns.start + row..columns.end + row);
+            rows.prefetch_after(2 * y + 1, columns.start + row..columns.end + row);
             for below in 0..2 {
                 out.channels = Channels { first: first + below * pair, count: pair };
                 out.write((0, 1), &rows.row(2 * y + below)[columns.clone()], packed);

@@ -1,8 +1,10 @@
 //! Rows of images where they lie, for whoever only reads them.
 
 use super::element::{Bf16, Element};
+use super::lines::{WORDS_OF_LINE, prefetch};
 use super::map::{Map, Stored};
 use bytemuck::cast_slice;
+use std::ops::Range;
 
 /// Rows of an image, of which some may lie elsewhere than others, and some nowhere.
 #[derive(Debug, Clone, Copy)]
@@ -44,6 +46,16 @@ impl<'a, T> Rows<'a, T> {
             }
         }
         &piece[at..at + length]
+    }
+
+    /// Has the processor load the numbers `columns` of the row after row `y`, where it lies behind that, meanwhile; further columns are those of the rows after it.
+    #[inline(always)]
+    pub fn prefetch_after(&self, y: usize, columns: Range<usize>) {
+        let row = self.row(y);
+        let line = size_of::<u32>() * WORDS_OF_LINE / size_of::<T>();
+        for at in columns.step_by(line) {
+            prefetch(row, row.len() + at);
+        }
     }
 }
 
