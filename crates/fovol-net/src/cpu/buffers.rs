@@ -5,7 +5,8 @@
 
 use super::element::Element;
 use super::map::{Map, Stored, with_map};
-use super::numbers::{Numbers, Words};
+use super::numbers::Numbers;
+use super::words::Words;
 
 /// How long tensors are there, and what they take, found by going through the making of one frame.
 #[derive(Debug)]
@@ -144,11 +145,18 @@ impl Buffers {
 }
 
 /// Buffers that are used again.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Spare {
     /// For each tensor the words of its buffer.
     capacities: Vec<usize>,
     free: Vec<Words>,
+}
+
+impl Clone for Spare {
+    /// The plan; the buffers are made when they are asked for.
+    fn clone(&self) -> Self {
+        Self { capacities: self.capacities.clone(), free: Vec::new() }
+    }
 }
 
 impl Spare {
@@ -178,8 +186,8 @@ impl Spare {
     /// Memory for tensor `place` as a map.
     pub fn map<T: Element>(&mut self, place: usize) -> Map<T> {
         let capacity = self.capacities[place];
-        let free = self.free.iter().position(|words| words.capacity() == capacity);
-        let words = free.map_or_else(|| Words::with_capacity(capacity), |at| self.free.swap_remove(at));
+        let free = self.free.iter().position(|words| words.len() == capacity);
+        let words = free.map_or_else(|| Words::zeros(capacity), |at| self.free.swap_remove(at));
         Map { data: Numbers::within(words), ..Map::default() }
     }
 
@@ -187,7 +195,7 @@ impl Spare {
     pub fn put(&mut self, stored: Stored) {
         let words = with_map!(stored, map => map.data.into_words());
         // What was made elsewhere, as clones of states are, fits nothing.
-        if self.capacities.contains(&words.capacity()) && words.capacity() > 0 {
+        if self.capacities.contains(&words.len()) && !words.is_empty() {
             self.free.push(words);
         }
     }
@@ -227,7 +235,7 @@ mod tests {
             for frame in 0..3 {
                 let mut there: Vec<Option<Stored>> = layers.iter().map(|_| None).collect();
                 for (now, &(words, _)) in layers.iter().enumerate() {
-                    made += usize::from(!spare.free.iter().any(|f| f.capacity() == spare.capacities[now]));
+                    made += usize::from(!spare.free.iter().any(|f| f.len() == spare.capacities[now]));
                     let mut map = spare.map::<f32>(now);
                     prop_assert!(spare.capacities[now] >= words);
                     map.resize([1, 1, words]);
@@ -244,7 +252,7 @@ mod tests {
                 }
             }
             prop_assert_eq!(made, first, "later frames need no new memory");
-            let total: usize = spare.free.iter().map(Words::capacity).sum();
+            let total: usize = spare.free.iter().map(|words| words.len()).sum();
             prop_assert!(total <= layers.iter().map(|layer| layer.0).sum());
         }
     }

@@ -37,6 +37,7 @@ mod spread;
 mod state;
 mod units;
 mod warp;
+mod words;
 
 pub use calibrate::calibrate;
 pub use element::{Bf16, Element};

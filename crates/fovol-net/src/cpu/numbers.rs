@@ -1,18 +1,16 @@
 //! Memory for numbers of any kind: what one tensor leaves behind another one can use.
 
+use super::words::Words;
 use bytemuck::{Pod, cast_slice, cast_slice_mut};
 use std::marker::PhantomData;
 use std::ops::{Deref, DerefMut};
 
 /// As a `Vec<T>`, in memory that belongs to no type.
 pub struct Numbers<T> {
-    words: Vec<u32>,
+    words: Words,
     length: usize,
     kind: PhantomData<T>,
 }
-
-/// Words that numbers of up to four bytes are stored in.
-pub type Words = Vec<u32>;
 
 impl<T: Pod> Numbers<T> {
     const PER_WORD: usize = size_of::<u32>() / size_of::<T>();
@@ -36,7 +34,10 @@ impl<T: Pod> Numbers<T> {
     pub fn resize(&mut self, length: usize) {
         // Longer memory is kept as it is: to write zeros that nobody reads takes time.
         if self.words.len() < Self::words(length) {
-            self.words.resize(Self::words(length), 0);
+            let mut more = Words::zeros(Self::words(length));
+            let known = Self::words(self.length);
+            more[..known].copy_from_slice(&self.words[..known]);
+            self.words = more;
         }
         self.length = length;
     }
@@ -72,7 +73,7 @@ impl<T: Pod> DerefMut for Numbers<T> {
 
 impl<T> Default for Numbers<T> {
     fn default() -> Self {
-        Self { words: Vec::new(), length: 0, kind: PhantomData }
+        Self { words: Words::default(), length: 0, kind: PhantomData }
     }
 }
 
@@ -93,7 +94,9 @@ impl<T: Pod> From<Vec<T>> for Numbers<T> {
 impl<T: Pod> Clone for Numbers<T> {
     /// The numbers, not what their memory has beyond them.
     fn clone(&self) -> Self {
-        Self { words: self.words[..Self::words(self.length)].to_vec(), ..*self }
+        let mut clone = Self::default();
+        clone.extend_from_slice(self);
+        clone
     }
 }
 

@@ -4,9 +4,10 @@
 use super::conv::{PreparedConv, Scratch};
 use super::element::{Bf16, Element};
 use super::map::Map;
-use super::numbers::{Numbers, Words};
+use super::numbers::Numbers;
 use super::patch::{Access, Source};
 use super::rows::{Ring, Rows};
+use super::words::Words;
 use rayon::prelude::*;
 use std::sync::{Mutex, PoisonError};
 

@@ -1,0 +1,81 @@
+//! Memory in words of 32 bits. Large pieces are pages of their own, on Linux huge ones where there are such: what networks go
+//! through in each frame would otherwise need more addresses looked up than processors remember.
+
+use bytemuck::{cast_slice, cast_slice_mut};
+use memmap2::MmapMut;
+use std::ops::{Deref, DerefMut};
+
+/// So many words are pages of their own.
+const LARGE: usize = 1 << 20;
+
+/// Some words, zeros at first.
+#[derive(Debug)]
+pub struct Words(Place);
+
+#[derive(Debug)]
+enum Place {
+    Heap(Vec<u32>),
+    Pages(MmapMut),
+}
+
+impl Words {
+    /// So many.
+    pub fn zeros(count: usize) -> Self {
+        let pages = (count >= LARGE).then(|| MmapMut::map_anon(count * size_of::<u32>()).ok()).flatten();
+        match pages {
+            Some(pages) => {
+                // Where that is not to be had, other pages do.
+                #[cfg(target_os = "linux")]
+                let _ = pages.advise(memmap2::Advice::HugePage);
+                Self(Place::Pages(pages))
+            }
+            None => Self(Place::Heap(vec![0; count])),
+        }
+    }
+}
+
+impl Default for Words {
+    fn default() -> Self {
+        Self(Place::Heap(Vec::new()))
+    }
+}
+
+impl Deref for Words {
+    type Target = [u32];
+
+    #[inline(always)]
+    fn deref(&self) -> &[u32] {
+        match &self.0 {
+            Place::Heap(words) => words,
+            Place::Pages(pages) => cast_slice(pages),
+        }
+    }
+}
+
+impl DerefMut for Words {
+    #[inline(always)]
+    fn deref_mut(&mut self) -> &mut [u32] {
+        match &mut self.0 {
+            Place::Heap(words) => words,
+            Place::Pages(pages) => cast_slice_mut(pages),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn few_and_many_words_are_zeros_that_can_be_written() {
+        for count in [0, 3, LARGE + 5] {
+            let mut words = Words::zeros(count);
+            assert_eq!(words.len(), count);
+            assert!(words.iter().all(|&word| word == 0));
+            if let Some(last) = words.last_mut() {
+                *last = 7;
+                assert_eq!(words[count - 1], 7);
+            }
+        }
+    }
+}
