@@ -25,6 +25,7 @@ pub mod plain;
 mod points;
 mod pointwise;
 mod precision;
+mod prediction;
 mod pyramid;
 #[cfg(test)]
 mod reference_layers;

@@ -8,6 +8,7 @@ pub(super) mod avx2;
 #[cfg(target_arch = "x86_64")]
 pub(super) mod avx512;
 mod finish;
+mod narrow;
 mod packed;
 pub(super) mod portable;
 mod winograd;
@@ -17,11 +18,13 @@ use super::lines::Lines;
 use super::map::Map;
 use super::pack::{Bytes, Halves, Singles};
 use super::patch::{Patch, Source, Window};
+use super::prediction::Chunk;
 use super::simd::Simd;
 use crate::plan::{Activation, Padding};
 use bytemuck::cast_slice;
 use finish::Finish;
 pub use finish::elu;
+use narrow::Narrow;
 use packed::Packed;
 use rayon::prelude::*;
 use winograd::Winograd;
@@ -34,6 +37,8 @@ pub enum PreparedConv {
     Direct(Direct),
     /// With fewer products.
     Winograd(Winograd),
+    /// With few outputs.
+    Narrow(Narrow),
     /// As it is defined, of inputs that are there twice: once for the upper and once for the lower half of weights.
     Split(Direct),
 }
@@ -47,7 +52,12 @@ impl PreparedConv {
             let twice = ConvShape { inputs: 2 * shape.inputs, ..*shape };
             Self::Split(Direct::new(&twice, &split(shape, weights), bias, simd, Arithmetic::Bf16))
         } else {
-            Self::Direct(Direct::new(shape, weights, bias, simd, arithmetic))
+            let is_narrow = arithmetic == Arithmetic::F32 && Narrow::suits(shape);
+            let direct = Direct::new(shape, weights, bias, simd, arithmetic);
+            match is_narrow {
+                true => Self::Narrow(Narrow::new(direct, weights, bias, simd)),
+                false => Self::Direct(direct),
+            }
         }
     }
 
@@ -55,6 +65,7 @@ impl PreparedConv {
         match self {
             Self::Direct(conv) | Self::Split(conv) => &conv.shape,
             Self::Winograd(conv) => conv.shape(),
+            Self::Narrow(conv) => &conv.direct.shape,
         }
     }
 
@@ -85,6 +96,11 @@ impl PreparedConv {
         match self {
             Self::Direct(conv) => conv.rows(sources, y, &mut scratch.direct, out),
             Self::Winograd(conv) => conv.rows(sources, y, &mut scratch.winograd, out),
+            Self::Narrow(conv) => {
+                if !conv.rows(sources, y, &mut scratch.chunk, out) {
+                    conv.direct.rows(sources, y, &mut scratch.direct, out);
+                }
+            }
             Self::Split(conv) => conv.rows(&[sources, sources].concat(), y, &mut scratch.direct, out),
         }
     }
@@ -106,6 +122,7 @@ fn split(shape: &ConvShape, weights: &[f32]) -> Vec<f32> {
 pub struct Scratch {
     direct: DirectScratch,
     winograd: winograd::Scratch,
+    chunk: Chunk,
 }
 
 /// A convolution as it is defined: patches, and a block of pixels × channels at a time in registers.

@@ -10,11 +10,12 @@ mod weigh;
 use super::map::{Map, Stored};
 use super::patch::{Memory, Source};
 use super::pointwise::{Change, change_row};
+use super::prediction::{Chunk, Prediction};
 use super::simd::Simd;
 use crate::plan::{Filter, Normalisation, Taps};
 use planes::{CHANNELS, Ring, rows_for};
 use rayon::prelude::*;
-use weigh::{Prediction, Weighing};
+use weigh::Weighing;
 
 /// A predicted kernel with its weights. They are f32, and so are products and sums: kernels make pictures, for which the eight
 /// bits of bf16 are too few, and there are few of them.
@@ -100,7 +101,7 @@ struct Scratch {
     memory: Memory,
     /// The rows of each image that are looked at.
     images: Vec<Ring>,
-    chunk: weigh::Chunk,
+    chunk: Chunk,
 }
 
 #[cfg(test)]

@@ -1,0 +1,80 @@
+//! 1×1 convolutions that make pictures: too few outputs for kernels of whole blocks.
+
+use super::finish::elu;
+use super::{ConvShape, Direct};
+use crate::cpu::element::Element;
+use crate::cpu::floats::{Floats, VectorWork};
+use crate::cpu::patch::{Access, Source};
+use crate::cpu::prediction::{Chunk, Prediction};
+use crate::cpu::simd::Simd;
+use crate::plan::Activation;
+
+/// As many outputs are few.
+const FEW: usize = 4;
+
+/// A prepared convolution.
+#[derive(Debug, Clone)]
+pub struct Narrow {
+    prediction: Prediction,
+    /// For inputs that do not lie there as they are read.
+    pub direct: Direct,
+    simd: Simd,
+}
+
+impl Narrow {
+    /// Whether `shape` is one that this is for.
+    pub fn suits(shape: &ConvShape) -> bool {
+        (shape.size, shape.stride) == (1, 1) && shape.outputs <= FEW
+    }
+
+    /// What `direct` is, with the same `weights` \[out, in\] and `bias` \[out\].
+    pub fn new(direct: Direct, weights: &[f32], bias: &[f32], simd: Simd) -> Self {
+        Self { prediction: Prediction::new(weights, bias), direct, simd }
+    }
+
+    /// Writes the rows from `y` on to `out`, where `sources` are such that it can.
+    pub fn rows<T: Element>(
+        &self,
+        sources: &[Source<'_>],
+        y: usize,
+        chunk: &mut Chunk,
+        out: &mut [T],
+    ) -> bool {
+        let [source @ Source { access: Access::SAME, .. }] = *sources else { return false };
+        let width = source.size()[1];
+        for (row, out) in out.chunks_mut(width * self.direct.shape.outputs).enumerate() {
+            self.simd.in_vectors(Row { conv: self, source, y: y + row, chunk, out });
+        }
+        true
+    }
+}
+
+/// The making of a row.
+struct Row<'a, T> {
+    conv: &'a Narrow,
+    source: Source<'a>,
+    y: usize,
+    chunk: &'a mut Chunk,
+    out: &'a mut [T],
+}
+
+impl<T: Element> VectorWork for Row<'_, T> {
+    #[inline(always)]
+    fn run<V: Floats>(self, some: V) {
+        let Self { conv, source, y, chunk, out } = self;
+        let ConvShape { outputs, activation, .. } = conv.direct.shape;
+        for (number, out) in out.chunks_mut(V::N * outputs).enumerate() {
+            let count = out.len() / outputs;
+            conv.prediction.run(source.rows, [y, number * V::N, count], chunk, some);
+            for (i, pixel) in out.chunks_exact_mut(outputs).enumerate() {
+                for (to, lanes) in pixel.iter_mut().zip(&chunk.predicted) {
+                    *to = T::from_f32(match activation {
+                        Activation::None => lanes[i],
+                        Activation::Relu => lanes[i].max(0.0),
+                        Activation::Elu => elu(lanes[i]),
+                    });
+                }
+            }
+        }
+    }
+}
