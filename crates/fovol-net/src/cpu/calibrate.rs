@@ -1,8 +1,8 @@
-use super::conv::{furthest_transformed, reach};
+use super::conv::{Distances, note_transformed};
 use super::map::Stored;
 use super::network::{FrameInput, Network};
 use super::patch::Source;
-use super::precision::{Precision, channel_ranges, transformed};
+use super::precision::{Precision, transformed};
 use super::simd::Simd;
 use crate::plan::{Layer, Plan};
 use crate::weights::Weights;
@@ -41,8 +41,8 @@ struct Seen<'a> {
     now: Vec<Option<Stored>>,
     /// For each tensor what each of its channels reaches.
     tensors: Vec<Vec<f32>>,
-    /// For each layer that is a convolution of 3×3 what its transformed inputs reach: \[place\]\[channel\].
-    transformed: Vec<Vec<f32>>,
+    /// For each layer that is a convolution of 3×3 how far its transformed inputs are from 0.
+    transformed: Vec<Distances>,
 }
 
 impl<'a> Seen<'a> {
@@ -54,7 +54,7 @@ impl<'a> Seen<'a> {
         for id in [Some(inputs.colour), inputs.mask].into_iter().flatten() {
             tensors[id.index()].fill(1.0);
         }
-        Self { plan, now: Vec::new(), tensors, transformed: vec![Vec::new(); plan.layers().len()] }
+        Self { plan, now: Vec::new(), tensors, transformed: vec![Distances::default(); plan.layers().len()] }
     }
 
     /// A frame begins with these states.
@@ -80,13 +80,14 @@ impl<'a> Seen<'a> {
             let sources =
                 conv.inputs.iter().zip(stored).map(|(read, map)| Some(Source::new(map?, read.resize)));
             if let Some(sources) = sources.collect::<Option<Vec<_>>>() {
-                furthest_transformed(&sources, conv.padding, &mut self.transformed[number]);
+                note_transformed(&sources, conv.padding, &mut self.transformed[number]);
             }
         }
         self.now[place] = Some(Stored::F32(out));
     }
 
-    /// Under the names of tensors what their channels reach, and under those of convolutions what their transformed inputs do.
+    /// Under the names of tensors what their channels reach, and under those of convolutions what bytes of their transformed
+    /// inputs do.
     fn ranges(mut self) -> BTreeMap<String, Vec<f32>> {
         for state in self.plan.states() {
             self.tensors[state.previous.index()] = self.tensors[state.next.index()].clone();
@@ -95,15 +96,11 @@ impl<'a> Seen<'a> {
         for (tensor, most) in self.plan.tensors().iter().zip(&self.tensors) {
             ranges.insert(tensor.name.clone(), most.clone());
         }
-        for (layer, most) in self.plan.layers().iter().zip(&self.transformed) {
+        for (layer, distances) in self.plan.layers().iter().zip(&self.transformed) {
             let Layer::Conv(conv) = layer else { continue };
-            let inputs: Vec<f32> = conv
-                .inputs
-                .iter()
-                .flat_map(|read| channel_ranges(&self.tensors[read.tensor.index()]))
-                .collect();
-            if !most.is_empty() {
-                ranges.insert(transformed(&conv.name), reach(most, &inputs));
+            let inputs = conv.inputs.iter().map(|read| self.tensors[read.tensor.index()].len()).sum();
+            if !distances.is_empty() {
+                ranges.insert(transformed(&conv.name), distances.reach(inputs));
             }
         }
         ranges

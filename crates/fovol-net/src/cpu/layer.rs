@@ -63,7 +63,12 @@ impl Step {
                 let inputs = inputs(plan, conv, schedule);
                 let arithmetic = match choice.of(conv) {
                     Arithmetic::Int8 { steps, reach } => {
-                        Arithmetic::Int8 { steps: inputs.iter().map(|&at| steps[at]).collect(), reach }
+                        let count = inputs.len();
+                        let ordered = |of: &[f32]| inputs.iter().map(|&at| of[at]).collect::<Vec<f32>>();
+                        let is_known = |reach: &Vec<f32>| reach.len().is_multiple_of(count);
+                        let reach = reach.filter(is_known);
+                        let reach = reach.map(|reach| reach.chunks_exact(count).flat_map(ordered).collect());
+                        Arithmetic::Int8 { steps: ordered(&steps), reach }
                     }
                     other => other,
                 };

@@ -2,7 +2,6 @@
 
 pub use super::conv::Arithmetic;
 
-use super::conv::Reach;
 use super::simd::Simd;
 use crate::plan::{Activation, Conv, Layer, Plan, TensorId};
 use crate::weights::Weights;
@@ -22,8 +21,8 @@ pub enum Precision {
     Bf16,
     /// Products of f16, for devices that have them; on processors this becomes f32.
     F16,
-    /// The 3×3 convolutions of non-negative inputs with bytes, everything else as [`Self::Bf16`]. Needs the ranges
-    /// of activations; see [`super::calibrate`].
+    /// The 3×3 convolutions of non-negative inputs with bytes, but for one that makes a state of whole resolution; that and
+    /// everything else as [`Self::Bf16`]. Needs the ranges of activations; see [`super::calibrate`].
     Int8,
     /// Bytes in the layers that the weights name, or in all but the finest level; else as [`Self::Bf16`].
     Mixed,
@@ -132,8 +131,7 @@ impl<'a> Choice<'a> {
         let is_positive = conv.inputs.iter().all(|read| self.positive[read.tensor.index()]);
         match self.steps(conv) {
             Some(steps) if is_positive && self.wants_bytes(conv) => {
-                let reach = self.weights.ranges.get(&transformed(&conv.name));
-                let reach = reach.and_then(|reach| Reach::try_from(&reach[..]).ok());
+                let reach = self.weights.ranges.get(&transformed(&conv.name)).cloned();
                 Arithmetic::Int8 { steps, reach }
             }
             _ => self.narrow(),
@@ -142,13 +140,19 @@ impl<'a> Choice<'a> {
 
     fn wants_bytes(&self, conv: &Conv) -> bool {
         match self.precision {
-            Precision::Int8 => true,
+            Precision::Int8 => !self.makes_finest_state(conv),
             Precision::Mixed => match self.weights.facts.get(BYTES) {
                 Some(prefixes) => prefixes.split(',').any(|prefix| conv.name.starts_with(prefix.trim())),
                 None => !["encoder.0.", "decoder.0."].iter().any(|finest| conv.name.starts_with(finest)),
             },
             _ => false,
         }
+    }
+
+    /// Whether what `conv` writes is seen at once and in all frames to come.
+    fn makes_finest_state(&self, conv: &Conv) -> bool {
+        let is_state = self.plan.states().iter().any(|state| state.next == conv.output);
+        is_state && self.plan.tensor(conv.output).level == 0
     }
 
     /// For each input channel of `conv` what a step of its byte is worth; none where a range is not known.

@@ -28,7 +28,7 @@ use narrow::Narrow;
 use packed::Packed;
 use rayon::prelude::*;
 use winograd::Winograd;
-pub use winograd::{Reach, furthest_transformed, reach};
+pub use winograd::{Distances, note_transformed};
 
 /// A convolution with its weights, prepared for one instruction set.
 #[derive(Debug, Clone)]
@@ -148,9 +148,9 @@ pub enum Arithmetic {
     Int8 {
         /// Values are byte · step.
         steps: Vec<f32>,
-        /// How far from 0 they are once 6×6 of them are transformed for [`Winograd`], as a part of how far they could be
-        /// from 0; none where that is not known.
-        reach: Option<Reach>,
+        /// How far from 0 bytes reach once 6×6 of the inputs are transformed for [`Winograd`], \[place\]\[channel\]; none where
+        /// that is not known.
+        reach: Option<Vec<f32>>,
     },
 }
 

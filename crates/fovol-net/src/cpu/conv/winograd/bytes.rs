@@ -1,8 +1,7 @@
-//! Transformed numbers as bytes: each place of a tile has steps of its own, as numbers reach much further in some than in
-//! others (Andri et al., "Going Further With Winograd Convolutions: Tap-Wise Quantization for Efficient Inference on 4x4
+//! Transformed numbers as bytes: each place of a tile and channel has steps of its own, as numbers reach much further in some than
+//! in others (after Andri et al., "Going Further With Winograd Convolutions: Tap-Wise Quantization for Efficient Inference on 4x4
 //! Tiles", 2022).
 
-use super::Reach;
 use super::tile::{self, PLACES, REACH, SIDE};
 use glam::Vec4;
 
@@ -10,10 +9,6 @@ use glam::Vec4;
 const ZERO: f32 = 128.0;
 /// The largest of numbers with signs.
 const MOST: f32 = 127.0;
-
-/// As much of what inputs reach do bytes: most numbers are far smaller, and gain more by finer steps than the few largest lose
-/// (by 1 to 3 dB with the trained network).
-const SHARE: f32 = 0.7;
 
 /// What transformed inputs are multiplied by before they are rounded.
 #[derive(Debug, Clone)]
@@ -35,19 +30,16 @@ pub struct Quantised {
 }
 
 impl Bytes {
-    /// For inputs that are never further from 0 than 255 of their `steps` and, once transformed, `reach` of how far they
-    /// could be; what is further is
-    /// cut off.
-    pub fn new(steps: &[f32], reach: &Reach) -> Self {
-        let pairs = pairs(steps.len());
+    /// For `inputs` that reach as far as `reach` \[place\]\[channel\] once they are transformed; what is further is cut off.
+    pub fn new(inputs: usize, reach: &[f32]) -> Self {
+        let pairs = pairs(inputs);
         let mut factors = vec![1.0; PLACES * 2 * pairs];
-        for place in 0..PLACES {
-            let furthest = 255.0 * SHARE * reach[place] * tile::furthest(place);
-            for (channel, step) in steps.iter().enumerate() {
-                factors[(2 * place + channel % 2) * pairs + channel / 2] = MOST / (furthest * step);
+        for (place, reach) in reach.chunks_exact(inputs).enumerate() {
+            for (channel, reach) in reach.iter().enumerate() {
+                factors[(2 * place + channel % 2) * pairs + channel / 2] = MOST / reach;
             }
         }
-        Self { inputs: steps.len(), factors }
+        Self { inputs, factors }
     }
 
     /// The factors of a `place` for the `count` pairs of channels from `first` on: of those that are even and odd.

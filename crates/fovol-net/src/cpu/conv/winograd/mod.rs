@@ -21,7 +21,7 @@ use crate::cpu::simd::Simd;
 use back::TransformBack;
 use bytes::Bytes;
 use forward::Transform;
-pub use reach::{Reach, furthest_transformed, reach};
+pub use reach::{Distances, note_transformed};
 use tile::{PLACES, SIDE};
 
 /// Channels are padded to as many words: the longest vectors.
@@ -118,7 +118,10 @@ impl Winograd {
             Arithmetic::F32 => true,
             // Tiles multiply so fast that the transformations would take longer.
             Arithmetic::Bf16 => !simd.multiplies_tiles(arithmetic),
-            Arithmetic::Int8 { reach, .. } => reach.is_some() && !simd.multiplies_tiles(arithmetic),
+            Arithmetic::Int8 { reach, .. } => {
+                let is_known = reach.as_ref().is_some_and(|reach| reach.len() == PLACES * shape.inputs);
+                is_known && !simd.multiplies_tiles(arithmetic)
+            }
             Arithmetic::SplitBf16 => false,
         };
         let pays = shape.inputs * shape.outputs * 2 >= FEWEST_PRODUCTS * arithmetic.count();
@@ -135,9 +138,7 @@ impl Winograd {
     ) -> Self {
         let factors = match arithmetic {
             Arithmetic::F32 => Factors::Singles,
-            Arithmetic::Int8 { steps, reach } => {
-                Factors::Bytes(Bytes::new(steps, reach.as_ref().unwrap_or(&[1.0; PLACES])))
-            }
+            Arithmetic::Int8 { reach: Some(reach), .. } => Factors::Bytes(Bytes::new(shape.inputs, reach)),
             _ => Factors::Halves,
         };
         let has_kernels = match factors {

@@ -1,7 +1,7 @@
 //! How far transformed inputs reach, for bytes.
 
 use super::forward::Transform;
-use super::tile::{self, PLACES, REACH, SIDE};
+use super::tile::{PLACES, REACH, SIDE};
 use super::{Scratch, Strip, Winograd};
 use crate::cpu::conv::{Arithmetic, ConvShape};
 use crate::cpu::patch::{Source, Window};
@@ -9,16 +9,72 @@ use crate::cpu::simd::Simd;
 use crate::plan::{Activation, Padding};
 use bytemuck::cast_slice;
 
-/// How far transformed numbers are from 0 in each place, as a part of how far they could be.
-pub type Reach = [f32; PLACES];
+/// How often transformed numbers were how far from 0.
+#[derive(Debug, Clone, Default)]
+pub struct Distances {
+    /// \[place\]\[channel\]\[eighth of an octave\].
+    counts: Vec<u32>,
+}
 
-/// Makes each number of `most` \[place\]\[channel\], which may be empty yet, what transformed numbers of the concatenated `sources`
-/// reach there, if that is more.
-pub fn furthest_transformed(sources: &[Source<'_>], padding: Padding, most: &mut Vec<f32>) {
+/// Eighths of octaves that are told apart, from 2⁻²⁰ on.
+const EIGHTHS: usize = 8 * 26;
+/// Bits of an f32 below those that say which eighth of an octave it is in.
+const BITS: u32 = 20;
+/// The number of the first eighth.
+const FIRST: u32 = (127 - 20) << 3;
+/// Reaches that are tried: eighths of octaves below the furthest that was seen.
+const TRIED: i32 = 32;
+/// As much of the furthest of all channels do bytes reach at least: what was never seen may still come.
+const LEAST: f32 = 1.0 / 128.0;
+
+impl Distances {
+    /// Nothing was seen yet.
+    pub fn is_empty(&self) -> bool {
+        self.counts.is_empty()
+    }
+
+    /// How far bytes are to reach in each place of each of so many channels for the least errors: \[place\]\[channel\].
+    pub fn reach(&self, channels: usize) -> Vec<f32> {
+        let of_place = |counts: &[u32]| {
+            let reach: Vec<f32> = counts.chunks_exact(EIGHTHS).map(least_wrong).collect();
+            let least = reach.iter().fold(1e-6, |most: f32, reach| most.max(*reach)) * LEAST;
+            reach.into_iter().map(move |reach| rounded(reach.max(least)))
+        };
+        self.counts.chunks_exact(EIGHTHS * channels).flat_map(of_place).collect()
+    }
+}
+
+/// The reach for which the sum of all squared errors is least.
+fn least_wrong(counts: &[u32]) -> f32 {
+    let there = counts.iter().enumerate().filter(|(_, count)| **count > 0);
+    let middle = |eighth: usize| f32::from_bits((eighth as u32 + FIRST) << BITS | 1 << (BITS - 1));
+    let seen: Vec<(f32, f32)> = there.map(|(eighth, &count)| (middle(eighth), count as f32)).collect();
+    let most = seen.last().map_or(0.0, |(furthest, _)| *furthest);
+    let error = |reach: f32| -> f64 {
+        let step = reach / 127.0;
+        let squared = |distance: f32| match distance {
+            // What rounding makes nothing of is lost.
+            distance if distance < 0.5 * step => distance * distance,
+            distance if distance > reach => (distance - reach).powi(2),
+            _ => step * step / 12.0,
+        };
+        seen.iter().map(|(distance, count)| f64::from(count * squared(*distance))).sum()
+    };
+    let tried = (0..TRIED).map(|eighths| most * (-0.125 * eighths as f32).exp2());
+    tried.min_by(|a, b| error(*a).total_cmp(&error(*b))).unwrap_or(most)
+}
+
+/// With the digits that matter, as files say it.
+fn rounded(number: f32) -> f32 {
+    format!("{number:.2e}").parse().unwrap_or(number)
+}
+
+/// Adds to `distances` those of what the concatenated `sources` are once they are transformed.
+pub fn note_transformed(sources: &[Source<'_>], padding: Padding, distances: &mut Distances) {
     let inputs = sources.iter().map(Source::channels).sum();
     let shape = ConvShape { inputs, outputs: 1, size: 3, stride: 1, padding, activation: Activation::None };
     let conv = Winograd::new(&shape, &vec![0.0; 9 * inputs], &[0.0], Simd::Portable, &Arithmetic::F32);
-    most.resize(PLACES * inputs, 0.0);
+    distances.counts.resize(PLACES * inputs * EIGHTHS, 0);
     let [height, width] = sources[0].size();
     let (tiles, pixel) = (conv.strip_tiles(SIDE, width), conv.pixel());
     let mut scratch = Scratch::default();
@@ -33,19 +89,32 @@ pub fn furthest_transformed(sources: &[Source<'_>], padding: Padding, most: &mut
         );
         conv.simd.in_vectors(Transform { conv: &conv, sources, strip, scratch: &mut scratch });
         let transformed: &[f32] = cast_slice(&scratch.transformed);
-        for (most, tiles) in most.chunks_exact_mut(inputs).zip(transformed.chunks_exact(tiles * pixel)) {
+        let places = distances.counts.chunks_exact_mut(inputs * EIGHTHS);
+        for (counts, tiles) in places.zip(transformed.chunks_exact(tiles * pixel)) {
             for tile in tiles.chunks_exact(pixel) {
-                most.iter_mut().zip(tile).for_each(|(most, v)| *most = most.max(v.abs()));
+                for (counts, v) in counts.chunks_exact_mut(EIGHTHS).zip(tile) {
+                    let eighth = (v.abs().to_bits() >> BITS).saturating_sub(FIRST) as usize;
+                    counts[eighth.min(EIGHTHS - 1)] += 1;
+                }
             }
         }
     }
 }
 
-/// How far `most` \[place\]\[channel\], where inputs are never further from 0 than `ranges`.
-pub fn reach(most: &[f32], ranges: &[f32]) -> Vec<f32> {
-    let of_place = |(place, most): (usize, &[f32])| {
-        let parts = most.iter().zip(ranges).map(|(most, range)| most / (range * tile::furthest(place)));
-        parts.fold(1e-3, f32::max)
-    };
-    most.chunks_exact(ranges.len()).enumerate().map(of_place).collect()
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn few_large_numbers_are_cut_and_many_are_not() {
+        let reach = |large: u32| {
+            let mut counts = vec![0; EIGHTHS];
+            // Many small numbers near 2⁻⁷ and some near 1.
+            counts[8 * 13] = 1_000_000;
+            counts[8 * 20] = large;
+            least_wrong(&counts)
+        };
+        assert!(reach(100_000) > 0.9, "{}", reach(100_000));
+        assert!(reach(1) < 0.9, "{}", reach(1));
+    }
 }

@@ -5,7 +5,6 @@
 //! matter least: by 3.5 dB less on layers of the trained networks, which leaves 3 to 4 dB more of it than with tiles of 2×2.
 
 use crate::cpu::floats::Floats;
-use glam::Vec4;
 
 /// Outputs of a tile along an axis.
 pub const SIDE: usize = 4;
@@ -37,18 +36,6 @@ pub fn inputs<V: Floats>(d: [V; REACH]) -> [V; REACH] {
         odd_b.times_plus(minus_b, even_b),
         d[1].times_plus(product, d[3].times_plus(sum, d[5])),
     ]
-}
-
-/// How far from 0 the number in a `place` of BᵀdB is at most if no number of d is below 0 or above 1.
-pub fn furthest(place: usize) -> f32 {
-    let weights: [[f32; REACH]; REACH] = std::array::from_fn(|at| {
-        let mut one = [Vec4::ZERO; REACH];
-        one[at] = Vec4::ONE;
-        inputs(one).map(|v| v.x)
-    });
-    let part = |place: usize, sign: f32| weights.iter().map(|of| (sign * of[place]).max(0.0)).sum::<f32>();
-    let [down, along] = [place / REACH, place % REACH].map(|place| [part(place, 1.0), part(place, -1.0)]);
-    f32::max(down[0] * along[0] + down[1] * along[1], down[0] * along[1] + down[1] * along[0])
 }
 
 /// Aᵀm.
@@ -93,6 +80,7 @@ pub fn weights(kernel: &[f32]) -> [f32; PLACES] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::Vec4;
 
     #[test]
     fn three_weights_slide_over_six_numbers() {
