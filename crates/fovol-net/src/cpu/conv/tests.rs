@@ -150,6 +150,43 @@ proptest! {
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig::with_cases(12))]
+    #[test]
+    fn bytes_of_transformed_inputs_are_close(
+        (inputs, outputs) in (20usize..70, 52usize..70),
+        [height, width] in prop::array::uniform2(8usize..40),
+        is_zero in prop::bool::ANY,
+        seed in 0u64..1000,
+    ) {
+        let padding = if is_zero { Padding::Zero } else { Padding::Replicate };
+        let shape = ConvShape { inputs, outputs, size: 3, stride: 1, padding, activation: Activation::None };
+        let mut map = Map::<Bf16>::zeros(height, width, inputs);
+        let values = random(seed, map.data.len());
+        map.data.iter_mut().zip(values).for_each(|(to, v)| *to = Bf16::from_f32(v.abs()));
+        let map = Stored::Bf16(map);
+        let sources = [Source::read(&map, Access::SAME)];
+        let weights = random(seed ^ 77, outputs * inputs * 9);
+        let bias = random(seed ^ 78, outputs);
+        let expected = plain::conv(&shape, &weights, &bias, &map.to_f32());
+        let mut distances = Distances::default();
+        note_transformed(&sources, padding, &mut distances);
+        let arithmetic =
+            Arithmetic::Int8 { steps: vec![1.0 / 255.0; inputs], reach: Some(distances.reach(inputs)) };
+        let squares = |values: &mut dyn Iterator<Item = f32>| values.map(|v| f64::from(v).powi(2)).sum::<f64>();
+        for simd in Simd::available() {
+            if !Winograd::suits(&shape, simd, &arithmetic) {
+                continue;
+            }
+            let mut out = Map::<f32>::default();
+            PreparedConv::new(&shape, &weights, &bias, simd, arithmetic.clone()).run(&sources, &mut out);
+            let wrong = squares(&mut out.data.iter().zip(&expected.data).map(|(a, b)| a - b));
+            let all = squares(&mut expected.data.iter().copied());
+            prop_assert!(wrong < 0.03f64.powi(2) * all, "{simd}: {}", (wrong / all).sqrt());
+        }
+    }
+}
+
+proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
     #[test]
     fn bytes_are_within_their_steps_and_alike_everywhere((shape, sources, [height, width], seed) in shapes()) {
