@@ -136,7 +136,7 @@ impl Pair<'_> {
             let here = y..(y + at_once).min(end);
             with(first, strip, &mut |sources| {
                 ring.make((here.end + BEYOND).min(height), |y, out| {
-                    self.first.rows(sources, y, scratch, out)
+                    self.first.rows(sources, y, scratch, out);
                 });
             });
             let made = Source { rows: B::view(ring.rows()), access: Access::SAME };

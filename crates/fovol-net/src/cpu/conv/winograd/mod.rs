@@ -250,13 +250,13 @@ impl Winograd {
     /// The `sources`, of which those are not to be copied that lie there as vectors are loaded.
     fn in_place<'a>(&self, sources: &[Source<'a>]) -> Vec<Source<'a>> {
         let whole = WORDS * self.factors.loaded();
-        let mut first = 0;
+        let mut first = 0usize;
         let access = |source: &Source<'a>| {
             let is_alike = matches!(
                 (&source.rows, &self.factors),
                 (View::F32(_), Factors::Singles) | (View::Bf16(_), Factors::Halves | Factors::Bytes(_))
             );
-            let is_aligned = first % whole == 0 && source.channels() % whole == 0;
+            let is_aligned = first.is_multiple_of(whole) && source.channels().is_multiple_of(whole);
             first += source.channels();
             if is_alike && is_aligned && source.access == Access::SAME {
                 Access::InPlace
@@ -280,7 +280,7 @@ impl Winograd {
         match self.factors {
             Factors::Singles => patch.assemble(sources, padding, window, (Singles, pixel, self.simd)),
             Factors::Halves | Factors::Bytes(_) => {
-                patch.assemble(sources, padding, window, (Halves, pixel, self.simd))
+                patch.assemble(sources, padding, window, (Halves, pixel, self.simd));
             }
         }
     }
