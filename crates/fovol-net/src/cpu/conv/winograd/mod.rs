@@ -120,7 +120,8 @@ impl Winograd {
             Arithmetic::Bf16 => !simd.multiplies_tiles(arithmetic),
             Arithmetic::Int8 { reach, .. } => {
                 let is_known = reach.as_ref().is_some_and(|reach| reach.len() == PLACES * shape.inputs);
-                is_known && !simd.multiplies_tiles(arithmetic)
+                // Vectors of AVX2 have no instructions of their own for bytes yet, and plain code is slower than what it saves.
+                is_known && matches!(simd, Simd::Avx512 | Simd::Portable)
             }
             Arithmetic::SplitBf16 => false,
         };
