@@ -148,7 +148,7 @@ pub enum Arithmetic {
     Int8 {
         /// Values are byte · step.
         steps: Vec<f32>,
-        /// How far from 0 bytes reach once 6×6 of the inputs are transformed for [`Winograd`], \[place\]\[channel\]; none where
+        /// How far from 0 bytes reach once 6×6 of the inputs are transformed for Winograd's tiles, \[place\]\[channel\]; none where
         /// that is not known.
         reach: Option<Vec<f32>>,
     },
