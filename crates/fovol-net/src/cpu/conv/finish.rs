@@ -96,7 +96,7 @@ fn value(sum: f32, factor: f32, bias: f32) -> f32 {
 
 /// x for 0 < x < [`LARGEST`], else 0.
 #[inline(always)]
-fn relu(x: f32) -> f32 {
+pub fn relu(x: f32) -> f32 {
     if x > 0.0 && x < LARGEST { x } else { 0.0 }
 }
 

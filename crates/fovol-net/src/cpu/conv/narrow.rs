@@ -1,6 +1,6 @@
 //! 1×1 convolutions that make pictures: too few outputs for kernels of whole blocks.
 
-use super::finish::elu;
+use super::finish::{elu, relu};
 use super::{ConvShape, Direct};
 use crate::cpu::element::Element;
 use crate::cpu::floats::{Floats, VectorWork};
@@ -70,7 +70,7 @@ impl<T: Element> VectorWork for Row<'_, T> {
                 for (to, lanes) in pixel.iter_mut().zip(&chunk.predicted) {
                     *to = T::from_f32(match activation {
                         Activation::None => lanes[i],
-                        Activation::Relu => lanes[i].max(0.0),
+                        Activation::Relu => relu(lanes[i]),
                         Activation::Elu => elu(lanes[i]),
                     });
                 }
