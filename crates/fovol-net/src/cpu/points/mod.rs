@@ -10,6 +10,7 @@ pub use reproject::reproject;
 pub use splat::splat;
 
 use super::floats::Floats;
+use super::lines::prefetch;
 use super::map::Map;
 use super::pyramid::{Known, KnownRows};
 use super::simd::{Simd, Work};
@@ -68,6 +69,12 @@ impl<'a> Row<'a> {
         let [r, g, b, w, right, down] = self.0;
         let end = x + count;
         Self([&r[x..end], &g[x..end], &b[x..end], &w[x..end], &right[x..end], &down[x..end]])
+    }
+
+    /// Has the processor load the points below the first one, meanwhile, with those after it that come along.
+    #[inline(always)]
+    fn prefetch_below(&self, width: usize) {
+        self.0.iter().for_each(|numbers| prefetch(numbers, POINT * width));
     }
 
     /// Number `n` from pixel `x` on, as vectors like `some`.

@@ -143,6 +143,9 @@ impl ReprojectRow<'_> {
         let (mut colours, mut places, mut largest) = ([zero; 4], [zero; 2], zero);
         for down in 0..2 {
             let points = Row::of(self.input, above + down).window(left, V::N + 1);
+            if down == 1 {
+                points.prefetch_below(self.input.width);
+            }
             for right in 0..2 {
                 let x = points.load(some, 4, right) + (some.splat(right as f32) - part[0]);
                 let y = points.load(some, 5, right) + (some.splat(down as f32) - part[1]);

@@ -33,7 +33,7 @@ impl VectorWork for SplatRow<'_> {
         for (number, to) in to.chunks_mut(V::N).enumerate() {
             let first = number * V::N;
             if first > 0 && first + V::N < width {
-                splat_vector(&rows, first, to, some);
+                splat_vector(&rows, first, width, to, some);
                 continue;
             }
             for (i, to) in to.iter_mut().enumerate() {
@@ -51,12 +51,15 @@ fn share(away: f32) -> f32 {
 
 /// What the points of `rows` tell of the pixels from `first` on.
 #[inline(always)]
-fn splat_vector<V: Floats>(rows: &[Option<Row<'_>>; 3], first: usize, to: &mut [Known], some: V) {
+fn splat_vector<V: Floats>(rows: &[Option<Row<'_>>; 3], first: usize, width: usize, to: &mut [Known], some: V) {
     let [zero, one] = [some.splat(0.0), some.splat(1.0)];
     let (mut told, mut sum) = ([zero; 4], zero);
     for (below, row) in rows.iter().enumerate() {
         let Some(row) = row else { continue };
         let points = row.window(first - 1, V::N + 2);
+        if below == 2 {
+            points.prefetch_below(width);
+        }
         for beside in 0..3 {
             let x = points.load(some, 4, beside) + some.splat(beside as f32 - 1.0);
             let y = points.load(some, 5, beside) + some.splat(below as f32 - 1.0);
