@@ -9,6 +9,7 @@
 //! The box of a volume has the extent dims × spacing, is centred on the origin and scaled so that
 //! its longest side is 1. `+y` is up.
 
+mod awake;
 mod camera;
 mod camera_path;
 mod downsample;
@@ -28,6 +29,7 @@ mod transfer_function;
 mod volume;
 mod voxel;
 
+pub use awake::awake;
 pub use camera::{Camera, Ray, RayBasis};
 pub use camera_path::{CameraPath, Keyframe};
 pub use fovea::Fovea;

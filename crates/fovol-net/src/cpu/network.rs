@@ -18,7 +18,7 @@ use super::units::Unit;
 use crate::plan::{Layer, Plan, Read, TensorId};
 use crate::weights::Weights;
 use crate::{Error, Result};
-use fovol_core::{Frame, FrameSize};
+use fovol_core::{Frame, FrameSize, awake};
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -164,7 +164,7 @@ impl Network {
     /// # Errors
     /// A state of another network or size, motion for another size.
     pub fn reconstruct(&self, input: &FrameInput<'_>, state: &mut State) -> Result<Frame> {
-        let mut tensors = self.run(input, state, |_, _, _| {})?;
+        let mut tensors = awake(|| self.run(input, state, |_, _, _| {}))?;
         let frame = cropped(tensors[self.schedule.shown.index()].picture(), state.size);
         self.carry(&mut tensors, state);
         Ok(frame)
@@ -190,7 +190,7 @@ impl Network {
         state: &mut State,
         observe: impl FnMut(Range<usize>, &Stored, Duration),
     ) -> Result<()> {
-        let mut tensors = self.run(&FrameInput { sparse: frame, motion }, state, observe)?;
+        let mut tensors = awake(|| self.run(&FrameInput { sparse: frame, motion }, state, observe))?;
         crop(tensors[self.schedule.shown.index()].picture(), frame);
         self.carry(&mut tensors, state);
         Ok(())

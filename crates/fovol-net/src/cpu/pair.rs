@@ -149,7 +149,7 @@ impl Pair<'_> {
 
 /// Rows of one task: as many tasks as threads, as rows at their borders are made twice.
 fn strip_rows(height: usize) -> usize {
-    height.div_ceil(rayon::current_num_threads()).max(FEWEST).next_multiple_of(ROWS[1])
+    height.div_ceil(rayon::current_num_threads()).max(FEWEST).next_multiple_of(BEYOND)
 }
 
 #[cfg(test)]

@@ -103,13 +103,10 @@ impl<'a> Source<'a> {
         Memory { packed, .. }: &mut Memory,
     ) {
         let pair = 2 * self.rows.size()[2];
-        let row = self.rows.size()[1] * self.rows.size()[2];
         let columns = x0 * pair..(x0 + count) * pair;
         let first = out.channels.first;
         with_rows!(self.rows, rows => {
-            // The two below are next.
-            rows.prefetch_after(2 * y, columns.start + row..columns.end + row);
-            rows.prefetch_after(2 * y + 1, columns.start + row..columns.end + row);
+            rows.prefetch_after_pair(2 * y, columns.clone());
             for below in 0..2 {
                 out.channels = Channels { first: first + below * pair, count: pair };
                 out.write((0, 1), &rows.row(2 * y + below)[columns.clone()], packed);
@@ -132,6 +129,7 @@ impl<'a> Source<'a> {
         let first = out.channels.first;
         near.resize(2 * count, 0.0);
         with_rows!(self.rows, rows => {
+            rows.prefetch_after_pair(2 * y, columns.clone());
             for below in 0..2 {
                 let pixels = rows.row(2 * y + below)[columns.clone()].chunks_exact(c);
                 for (to, pixel) in near.iter_mut().zip(pixels) {
@@ -156,6 +154,7 @@ impl<'a> Source<'a> {
         near.resize(count * c, 0.0);
         with_rows!(self.rows, rows => {
             let columns = 2 * x0 * c..2 * (x0 + count) * c;
+            rows.prefetch_after_pair(2 * y, columns.clone());
             let (above, below) = (&rows.row(2 * y)[columns.clone()], &rows.row(2 * y + 1)[columns]);
             let pairs = above.chunks_exact(2 * c).zip(below.chunks_exact(2 * c));
             for (to, (above, below)) in near.chunks_exact_mut(c).zip(pairs) {
@@ -188,6 +187,7 @@ impl<'a> Source<'a> {
         far.resize((end - first + 2) * c, 0.0);
         with_rows!(self.rows, rows => {
             let columns = inside.start * c..inside.end * c;
+            rows.prefetch_after(a.max(b), columns.clone());
             let both = rows.row(a)[columns.clone()].iter().zip(&rows.row(b)[columns]);
             for (to, (a, b)) in far[before..].iter_mut().zip(both) {
                 *to = wa * a.to_f32() + wb * b.to_f32();

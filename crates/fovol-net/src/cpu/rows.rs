@@ -48,15 +48,28 @@ impl<'a, T> Rows<'a, T> {
         &piece[at..at + length]
     }
 
-    /// Has the processor load the numbers `columns` of the row after row `y`, where it lies behind that, meanwhile; further columns are those of the rows after it.
+    /// Has the processor load the numbers `columns` of the row after row `y` meanwhile, if it lies behind that.
     #[inline(always)]
     pub fn prefetch_after(&self, y: usize, columns: Range<usize>) {
-        let row = self.row(y);
-        let line = size_of::<u32>() * WORDS_OF_LINE / size_of::<T>();
-        for at in columns.step_by(line) {
-            prefetch(row, row.len() + at);
+        let length = self.size[1] * self.size[2];
+        prefetch_all(self.row(y), columns.start + length..columns.end + length);
+    }
+
+    /// The same of the two rows after rows `y` and `y` + 1.
+    #[inline(always)]
+    pub fn prefetch_after_pair(&self, y: usize, columns: Range<usize>) {
+        let length = self.size[1] * self.size[2];
+        for below in [0, 1] {
+            prefetch_all(self.row(y + below), columns.start + 2 * length..columns.end + 2 * length);
         }
     }
+}
+
+/// Has the processor load the numbers of `row` and behind it in `range`.
+#[inline(always)]
+fn prefetch_all<T>(row: &[T], range: Range<usize>) {
+    let line = size_of::<u32>() * WORDS_OF_LINE / size_of::<T>();
+    range.step_by(line).for_each(|at| prefetch(row, at));
 }
 
 /// Rows of an image as they are stored.
