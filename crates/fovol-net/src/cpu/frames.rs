@@ -21,6 +21,25 @@ pub fn padded_map(
     Stored::F32(map)
 }
 
+/// `pixels` of a frame of `size`, two numbers each, as an image; replicated at the right and bottom. Zeros if there are none.
+pub fn padded_pairs(
+    pixels: Option<&[[f32; 2]]>,
+    mut map: Map,
+    size: FrameSize,
+    [height, width]: [usize; 2],
+) -> Stored {
+    map.resize([height, width, 2]);
+    let [lines, columns] = [size.height as usize, size.width as usize];
+    map.data.par_chunks_exact_mut(2 * width).enumerate().for_each(|(y, row)| {
+        let Some(pixels) = pixels else { return row.fill(0.0) };
+        let from = &pixels[y.min(lines - 1) * columns..][..columns];
+        let (inside, beyond) = row.as_chunks_mut().0.split_at_mut(columns);
+        inside.copy_from_slice(from);
+        beyond.fill(from[columns - 1]);
+    });
+    Stored::F32(map)
+}
+
 /// The picture in the top left of `map`, clamped to 0…1.
 pub fn cropped(map: &Map, size: FrameSize) -> Frame {
     let width = size.width as usize;

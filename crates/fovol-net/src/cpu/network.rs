@@ -1,6 +1,6 @@
 use super::buffers::{Lifetimes, Spare};
 use super::element::{Bf16, Element};
-use super::frames::{crop, cropped, padded_map};
+use super::frames::{crop, cropped, padded_map, padded_pairs};
 use super::layer::{Given, SAME, Step, run};
 use super::map::{Stored, with_map};
 use super::numbers::Numbers;
@@ -407,11 +407,8 @@ impl Network {
         }
         let memory = &mut state.spare;
         if let Some(motion) = inputs.motion {
-            let still = [0.0; 2];
-            tensors[motion.index()] =
-                padded_map(memory.map(motion.index()), state.size, [height, width, 2], |at, to| {
-                    to.copy_from_slice(input.motion.map_or(&still, |motion| &motion[at]));
-                });
+            let map = memory.map(motion.index());
+            tensors[motion.index()] = padded_pairs(input.motion, map, state.size, [height, width]);
         }
         for (state, map) in self.plan.states().iter().zip(&mut state.carried) {
             tensors[state.previous.index()] = std::mem::take(map);
