@@ -122,6 +122,11 @@ pub trait Floats:
     /// Number i of pixel p of each of four vectors as pixel p of vector i.
     fn pixels_transposed(vectors: [Self; 4]) -> [Self; 4];
 
+    /// Number 3·i + n of those of three vectors as number i of vector n.
+    fn thirds(vectors: [Self; 3]) -> [Self; 3];
+    /// Every other number of these and others, from the first and from the second on.
+    fn alternates(self, others: Self) -> [Self; 2];
+
     /// Every other pixel of these and others, from the first on.
     fn evens(self, others: Self) -> Self;
     /// The same from the second on.
@@ -246,6 +251,14 @@ impl Floats for Vec4 {
         transposed(vectors)
     }
     #[inline(always)]
+    fn thirds([a, b, c]: [Self; 3]) -> [Self; 3] {
+        [Self::new(a.x, a.w, b.z, c.y), Self::new(a.y, b.x, b.w, c.z), Self::new(a.z, b.y, c.x, c.w)]
+    }
+    #[inline(always)]
+    fn alternates(self, others: Self) -> [Self; 2] {
+        [Self::new(self.x, self.z, others.x, others.z), Self::new(self.y, self.w, others.y, others.w)]
+    }
+    #[inline(always)]
     fn evens(self, _: Self) -> Self {
         self
     }
@@ -330,6 +343,14 @@ mod tests {
             });
             for (i, vector) in V::pixels_transposed(four).into_iter().enumerate() {
                 assert_eq!(read(vector), expected(&|at| (100 * (at % 4) + at / 4 * 4 + i) as f32));
+            }
+            let many: Vec<f32> = (0..3 * V::N).map(|i| i as f32).collect();
+            let three = std::array::from_fn(|v| some.load(&many[v * V::N..]));
+            for (n, vector) in V::thirds(three).into_iter().enumerate() {
+                assert_eq!(read(vector), expected(&|i| many[3 * i + n]));
+            }
+            for (n, vector) in a.alternates(b).into_iter().enumerate() {
+                assert_eq!(read(vector), expected(&|i| numbers[2 * i + n]));
             }
             let mut halves = vec![Bf16::default(); V::N];
             // Some are half way between two bf16.

@@ -1,7 +1,7 @@
-use super::super::floats::{MOST, four, transposed};
+use super::super::floats::{Floats, MOST, VectorWork};
 use super::super::pack::Singles;
 use super::super::patch::{Access, Memory, Source, Window};
-use super::super::simd::{Simd, Work};
+use super::super::simd::Simd;
 use crate::cpu::rows::View;
 use crate::plan::{Padding, Taps};
 use std::ops::Range;
@@ -44,7 +44,7 @@ impl Planes {
             plane[0] = 0.0;
             plane[cells + 1..].fill(0.0);
         }
-        simd.vectorised(TakingApart { row, planes: self, expand });
+        simd.in_vectors(TakingApart { row, planes: self, expand });
     }
 }
 
@@ -54,46 +54,48 @@ struct TakingApart<'a> {
     expand: usize,
 }
 
-impl Work for TakingApart<'_> {
+impl VectorWork for TakingApart<'_> {
     #[inline(always)]
-    fn run(self) {
+    fn run<V: Floats>(self, some: V) {
         let Self { row, planes: Planes { numbers, stride }, expand } = self;
         match expand {
-            1 => take_apart::<{ CHANNELS }>(row, numbers, *stride),
-            _ => take_apart::<{ 2 * CHANNELS }>(row, numbers, *stride),
+            1 => take_apart::<V, 1, { CHANNELS }>(row, numbers, *stride, some),
+            _ => take_apart::<V, 2, { 2 * CHANNELS }>(row, numbers, *stride, some),
         }
     }
 }
 
-/// Number n of each `N` goes to plane n.
+/// Number n of each `N` goes to plane n: three numbers for each of `PIXELS`.
 #[inline(always)]
-fn take_apart<const N: usize>(row: &[f32], numbers: &mut [f32], stride: usize) {
+fn take_apart<V: Floats, const PIXELS: usize, const N: usize>(
+    row: &[f32],
+    numbers: &mut [f32],
+    stride: usize,
+    some: V,
+) {
     let cells = row.len() / N;
-    let mut done = 0;
-    // Four cells at a time, as vectors of four numbers each; the last one ends where its cell does, or with the next one's first
-    // number where cells have but three.
-    while 4 * N + 4 <= row[done * N..].len() {
-        let cells = &row[done * N..][..4 * N + 4];
-        let mut n = 0;
-        while n < N {
-            let first = if N > 4 { n.min(N - 4) } else { 0 };
-            let planes = transposed([
-                four(cells, first),
-                four(cells, N + first),
-                four(cells, 2 * N + first),
-                four(cells, 3 * N + first),
-            ]);
-            for k in n - first..(N - first).min(4) {
-                let at = (first + k) * stride + 1 + done;
-                planes[k].write_to_slice(&mut numbers[at..at + 4]);
-            }
-            n += 4;
+    let whole = cells / V::N * V::N;
+    for first in (0..whole).step_by(V::N) {
+        let from = &row[first * N..][..V::N * N];
+        // The colours of as many pixels as a vector has numbers, one after the other.
+        let mut colours = [[some; CHANNELS]; PIXELS];
+        for (number, colours) in colours.iter_mut().enumerate() {
+            let from = &from[number * CHANNELS * V::N..];
+            *colours = V::thirds([some.load(from), some.load(&from[V::N..]), some.load(&from[2 * V::N..])]);
         }
-        done += 4;
+        for c in 0..CHANNELS {
+            let mut phases = [colours[0][c]; PIXELS];
+            if PIXELS == 2 {
+                phases.copy_from_slice(&colours[0][c].alternates(colours[1][c]));
+            }
+            for (phase, numbers_of_phase) in phases.into_iter().enumerate() {
+                numbers_of_phase.store(&mut numbers[(phase * CHANNELS + c) * stride + 1 + first..]);
+            }
+        }
     }
-    for x in done..cells {
+    for cell in whole..cells {
         for n in 0..N {
-            numbers[n * stride + 1 + x] = row[x * N + n];
+            numbers[n * stride + 1 + cell] = row[cell * N + n];
         }
     }
 }
@@ -148,7 +150,10 @@ fn row_of<'a>(
 ) -> Option<&'a [f32]> {
     let [height, width] = image.size();
     match (&image.rows, image.access) {
-        (View::F32(rows), Access::SAME) => (0..height as isize).contains(&y).then(|| rows.row(y as usize)),
+        (View::F32(rows), Access::SAME) => (0..height as isize).contains(&y).then(|| {
+            rows.prefetch_after(y as usize, 0..width * CHANNELS);
+            rows.row(y as usize)
+        }),
         _ => {
             between.resize(width * CHANNELS, 0.0);
             let window = Window { y, x: 0, rows: 1, columns: width };

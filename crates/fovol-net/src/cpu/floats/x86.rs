@@ -126,6 +126,30 @@ impl Floats for Sixteen {
             [first, second, third, fourth].map(|v| Self(_mm512_castpd_ps(v)))
         }
     }
+    // Every third number has another place in its vector: what belongs together is first gathered where it lies, then ordered.
+    #[inline(always)] fn thirds([a, b, c]: [Self; 3]) -> [Self; 3] {
+        const EVERY_THIRD: [u16; 3] = [0b1001_0010_0100_1001, 0b0010_0100_1001_0010, 0b0100_1001_0010_0100];
+        unsafe {
+            let first = _mm512_setr_epi32(0, 3, 6, 9, 12, 15, 2, 5, 8, 11, 14, 1, 4, 7, 10, 13);
+            let gathered = |n: usize| {
+                // Number i of the second vector is number 16 + i, and 16 = 3·5 + 1.
+                let both = _mm512_mask_blend_ps(EVERY_THIRD[(n + 2) % 3], a.0, b.0);
+                _mm512_mask_blend_ps(EVERY_THIRD[(n + 1) % 3], both, c.0)
+            };
+            let one = |n: usize| {
+                let order = _mm512_add_epi32(first, _mm512_set1_epi32(n as i32));
+                Self(_mm512_permutexvar_ps(order, gathered(n)))
+            };
+            [one(0), one(1), one(2)]
+        }
+    }
+    #[inline(always)] fn alternates(self, others: Self) -> [Self; 2] {
+        unsafe {
+            let evens = _mm512_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
+            let odds = _mm512_add_epi32(evens, _mm512_set1_epi32(1));
+            [evens, odds].map(|order| Self(_mm512_permutex2var_ps(self.0, order, others.0)))
+        }
+    }
     #[inline(always)] fn evens(self, others: Self) -> Self { Self(unsafe { _mm512_shuffle_f32x4::<0b10_00_10_00>(self.0, others.0) }) }
     #[inline(always)] fn odds(self, others: Self) -> Self { Self(unsafe { _mm512_shuffle_f32x4::<0b11_01_11_01>(self.0, others.0) }) }
     #[inline(always)] fn zip_low(self, others: Self) -> Self {
@@ -177,6 +201,24 @@ impl Floats for Eight {
             let [first, second] = [_mm256_unpacklo_pd(ab, cd), _mm256_unpackhi_pd(ab, cd)];
             let [third, fourth] = [_mm256_unpacklo_pd(ab_high, cd_high), _mm256_unpackhi_pd(ab_high, cd_high)];
             [first, second, third, fourth].map(|v| Self(_mm256_castpd_ps(v)))
+        }
+    }
+    #[inline(always)] fn thirds([a, b, c]: [Self; 3]) -> [Self; 3] {
+        unsafe {
+            let first = _mm256_setr_epi32(0, 3, 6, 1, 4, 7, 2, 5);
+            let one = |n: i32, gathered: __m256| {
+                let order = _mm256_add_epi32(first, _mm256_set1_epi32(n));
+                Self(_mm256_permutevar8x32_ps(gathered, order))
+            };
+            // Numbers 0, 3 and 6 of one vector, 1, 4 and 7 of one, 2 and 5 of one.
+            let of = |zero: Self, one: Self, two: Self| _mm256_blend_ps::<0b0010_0100>(_mm256_blend_ps::<0b1001_0010>(zero.0, one.0), two.0);
+            [one(0, of(a, b, c)), one(1, of(c, a, b)), one(2, of(b, c, a))]
+        }
+    }
+    #[inline(always)] fn alternates(self, others: Self) -> [Self; 2] {
+        unsafe {
+            let pairs = [_mm256_shuffle_ps::<0b10_00_10_00>(self.0, others.0), _mm256_shuffle_ps::<0b11_01_11_01>(self.0, others.0)];
+            pairs.map(|pair| Self(_mm256_castpd_ps(_mm256_permute4x64_pd::<0b11_01_10_00>(_mm256_castps_pd(pair)))))
         }
     }
     #[inline(always)] fn evens(self, others: Self) -> Self { Self(unsafe { _mm256_permute2f128_ps::<0x20>(self.0, others.0) }) }
