@@ -250,7 +250,7 @@ impl Network {
         let mut lifetimes = Lifetimes::new(self.plan.tensors().len());
         let inputs = self.plan.inputs();
         let pictures = [Some(inputs.colour), inputs.mask].into_iter().flatten();
-        let loaded = pictures.filter(|_| !self.schedule.takes_samples).chain(inputs.motion);
+        let loaded = pictures.filter(|_| self.schedule.sampled.is_none()).chain(inputs.motion);
         let previous = self.plan.states().iter().map(|state| state.previous);
         for id in loaded.chain(previous) {
             lifetimes.begin(id.index(), words(id.index()));
@@ -280,7 +280,7 @@ impl Network {
         let mut out = state.spare.take(self.halved[place], place);
         match (layer, &self.steps[number]) {
             (Layer::Conv(conv), Step::Conv(prepared)) => {
-                let sources = self.sources(&conv.inputs, tensors);
+                let sources = self.sources(&conv.inputs, self.given(tensors, &state.samples));
                 with_map!(&mut out, out => prepared.run(&sources, out));
             }
             (layer, step) => {
@@ -300,8 +300,8 @@ impl Network {
         let place = layers.last().expect("there is the filter").output().index();
         let mut out = state.spare.map(place);
         let images: Vec<_> = filter.images.iter().map(|(read, _)| *read).collect();
-        let images = self.sources(&images, tensors);
         let given = self.given(tensors, &state.samples);
+        let images = self.sources(&images, given);
         let changes: Vec<_> = layers[changes].iter().map(|layer| self.change(layer, given)).collect();
         prepared.run(&tensors[filter.features.index()], &images, &changes, &mut out);
         tensors[place] = Stored::F32(out);
@@ -309,8 +309,7 @@ impl Network {
 
     /// What layers read.
     fn given<'a>(&self, tensors: &'a [Stored], samples: &'a Samples) -> Given<'a> {
-        let known = self.schedule.known.filter(|_| self.schedule.takes_samples);
-        Given { tensors, samples: known.map(|known| (known, samples)) }
+        Given { tensors, samples: self.schedule.sampled.map(|sampled| (sampled, samples)) }
     }
 
     /// Runs layers `number` and the next one together.
@@ -328,7 +327,7 @@ impl Network {
             Some(replaced) => std::mem::take(&mut tensors[reading.inputs[replaced].tensor.index()]),
             None => state.spare.take(self.halved[place], place),
         };
-        let sources = self.sources(&reading.inputs, tensors);
+        let sources = self.sources(&reading.inputs, self.given(tensors, &state.samples));
         with_map!(&mut out, out => match pairing.replaced {
             Some(replaced) => pair.run_in_place(&sources, replaced, out),
             None => pair.run(&sources, out),
@@ -374,9 +373,11 @@ impl Network {
     }
 
     /// What a convolution reads.
-    fn sources<'a>(&self, reads: &[Read], tensors: &'a [Stored]) -> Vec<Source<'a>> {
-        let source = |read: &Read| match self.schedule.derived[read.tensor.index()] {
-            Some((from, how)) => {
+    fn sources<'a>(&self, reads: &[Read], Given { tensors, samples }: Given<'a>) -> Vec<Source<'a>> {
+        let sampled = |id: TensorId| samples.filter(|(sampled, _)| *sampled == id);
+        let source = |read: &Read| match (sampled(read.tensor), self.schedule.derived[read.tensor.index()]) {
+            (Some((_, samples)), _) => Source::samples(samples),
+            (None, Some((from, how))) => {
                 let access = match how {
                     Derived::Pooled => Access::Pooled,
                     Derived::FoldedChannel(number) => Access::FoldedChannel(number),
@@ -384,7 +385,7 @@ impl Network {
                 };
                 Source::read(&tensors[from.index()], access)
             }
-            None => Source::new(&tensors[read.tensor.index()], read.resize),
+            (None, None) => Source::new(&tensors[read.tensor.index()], read.resize),
         };
         reads.iter().map(source).collect()
     }
@@ -400,7 +401,7 @@ impl Network {
     fn load(&self, input: &FrameInput<'_>, state: &mut State, tensors: &mut [Stored]) {
         let [height, width] = padded(&self.plan, state.size);
         let inputs = self.plan.inputs();
-        if self.schedule.takes_samples {
+        if self.schedule.sampled.is_some() {
             state.samples.gather(input.sparse, [height, width]);
         } else {
             self.load_pictures(input.sparse, state, tensors);

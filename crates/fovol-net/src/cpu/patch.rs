@@ -5,7 +5,8 @@ use super::element::Element;
 use super::lines::Lines;
 use super::map::Stored;
 use super::pack::{Channels, Pack, To};
-use super::rows::{View, with_rows};
+use super::rows::{Rows, View, with_rows};
+use super::samples::{Sample, Samples};
 use super::simd::{Simd, Work};
 use crate::plan::{Padding, Resize};
 use bytemuck::cast_slice_mut;
@@ -16,12 +17,12 @@ pub struct Source<'a> {
     /// The tensor.
     pub rows: View<'a>,
     /// How it is read.
-    pub access: Access,
+    pub access: Access<'a>,
 }
 
 /// How a tensor is read.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Access {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Access<'a> {
     /// At the same or at twice the resolution.
     Resized(Resize),
     /// 2×2 pixels as one with four times the channels, in the order of [`unfolded`].
@@ -32,9 +33,11 @@ pub enum Access {
     Pooled,
     /// As it is, where it is: whoever assembles a patch leaves its channels as they are.
     InPlace,
+    /// It is nowhere: three channels, zeros but for these samples.
+    Samples(&'a Samples),
 }
 
-impl Access {
+impl Access<'_> {
     /// As it is.
     pub const SAME: Self = Self::Resized(Resize::Same);
 }
@@ -46,15 +49,22 @@ impl<'a> Source<'a> {
     }
 
     /// `map`, read in this way.
-    pub fn read(map: &'a Stored, access: Access) -> Self {
+    pub fn read(map: &'a Stored, access: Access<'a>) -> Self {
         Self { rows: map.into(), access }
+    }
+
+    /// The colours of `samples` where they are, and zeros.
+    pub fn samples(samples: &'a Samples) -> Self {
+        let [height, width] = samples.size();
+        let rows = Rows::new([&[]; 3], 0, [height, width, 3]);
+        Self { rows: View::F32(rows), access: Access::Samples(samples) }
     }
 
     /// Rows and columns as they are read.
     pub fn size(&self) -> [usize; 2] {
         let [height, width, _] = self.rows.size();
         match self.access {
-            Access::Resized(Resize::Same) | Access::InPlace => [height, width],
+            Access::Resized(Resize::Same) | Access::InPlace | Access::Samples(_) => [height, width],
             Access::Resized(Resize::Bilinear | Resize::Nearest) => [2 * height, 2 * width],
             Access::Folded | Access::FoldedChannel(_) | Access::Pooled => [height / 2, width / 2],
         }
@@ -65,7 +75,7 @@ impl<'a> Source<'a> {
         match self.access {
             Access::Folded => 4 * self.rows.size()[2],
             Access::FoldedChannel(_) => 4,
-            Access::Resized(_) | Access::Pooled | Access::InPlace => self.rows.size()[2],
+            Access::Resized(_) | Access::Pooled | Access::InPlace | Access::Samples(_) => self.rows.size()[2],
         }
     }
 
@@ -75,6 +85,7 @@ impl<'a> Source<'a> {
         let c = self.rows.size()[2];
         match self.access {
             Access::InPlace => {}
+            Access::Samples(samples) => copy_samples(samples.row(y), x0, count, out, memory),
             Access::Folded => self.copy_folded([y, x0], count, out, memory),
             Access::FoldedChannel(number) => self.copy_channel(number, [y, x0], count, out, memory),
             Access::Pooled => self.copy_pooled([y, x0], count, out, memory),
@@ -213,6 +224,25 @@ impl<'a> Source<'a> {
             out.write((columns.first, 2), &near[..], packed);
         }
     }
+}
+
+/// Writes the colours of those of `samples`, all of one row, that lie in the `count` columns from `x0` on, and zeros between them.
+#[inline(always)]
+fn copy_samples<P: Pack>(
+    samples: &[Sample],
+    x0: usize,
+    count: usize,
+    mut out: Pixels<'_, P>,
+    Memory { near, packed, .. }: &mut Memory,
+) {
+    near.clear();
+    near.resize(3 * count, 0.0);
+    let pixels = near.as_chunks_mut().0;
+    let first = samples.partition_point(|sample| (sample.x as usize) < x0);
+    for sample in samples[first..].iter().take_while(|sample| (sample.x as usize) < x0 + count) {
+        pixels[sample.x as usize - x0] = sample.colour;
+    }
+    out.write((0, 1), &near[..], packed);
 }
 
 /// The columns of a map that those of one parity at twice the resolution lie in.

@@ -25,7 +25,7 @@ impl Sample {
 }
 
 /// The samples of a frame, row by row from left to right.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Samples {
     rows: Vec<Vec<Sample>>,
     width: usize,

@@ -16,8 +16,9 @@ pub struct Schedule {
     pub derived: Vec<Option<(TensorId, Derived)>>,
     /// What holds both colours and mask of the input, once they are joined.
     pub known: Option<TensorId>,
-    /// Whether samples will do wherever that, or what is joined to it, is read: then neither is ever written.
-    pub takes_samples: bool,
+    /// What samples stand for wherever it is read, if they do: that, or the colours of the input alone. Neither it nor what
+    /// is joined to it is ever written.
+    pub sampled: Option<TensorId>,
     /// For each layer, if it is a predicted kernel to the picture of which the same features add something, the convolution
     /// that predicts that and the layer that adds it: all of them are made together.
     pub additions: Vec<Option<Addition>>,
@@ -105,7 +106,7 @@ impl Schedule {
             finished,
             derived,
             known,
-            takes_samples: known.is_some_and(|known| takes_samples(plan, known)),
+            sampled: sampled(plan, known),
             points: points(plan),
             stays_finite: stays_finite(plan),
             shown,
@@ -119,7 +120,7 @@ impl Schedule {
         let shown = plan.output();
         let finished = finished(plan, &derived, None, shown);
         let (pairs, additions) = (vec![None; plan.layers().len()], vec![None; plan.layers().len()]);
-        let (known, takes_samples) = (None, false);
+        let (known, sampled) = (None, None);
         let (points, stays_finite) = (points(plan), stays_finite(plan));
         Self {
             finished,
@@ -127,7 +128,7 @@ impl Schedule {
             changes,
             derived,
             known,
-            takes_samples,
+            sampled,
             additions,
             points,
             stays_finite,
@@ -189,6 +190,26 @@ fn known(plan: &Plan) -> Option<TensorId> {
         }
         _ => None,
     })
+}
+
+/// What samples stand for in `plan`, if they do, given what the input's colours and mask are joined to.
+fn sampled(plan: &Plan, known: Option<TensorId>) -> Option<TensorId> {
+    let inputs = plan.inputs();
+    match (known, inputs.mask) {
+        (Some(known), _) => takes_samples(plan, known).then_some(known),
+        (None, None) => is_read_by_convolutions(plan, inputs.colour).then_some(inputs.colour),
+        (None, Some(_)) => None,
+    }
+}
+
+/// Whether convolutions alone read `id`, as it is.
+fn is_read_by_convolutions(plan: &Plan, id: TensorId) -> bool {
+    let is_read_alike = |layer: &Layer| match layer {
+        Layer::Conv(conv) => conv.inputs.iter().all(|read| read.tensor != id || *read == Read::same(id)),
+        _ => !layer.inputs().contains(&id),
+    };
+    let is_kept = plan.output() == id || plan.states().iter().any(|state| state.next == id);
+    plan.layers().iter().all(is_read_alike) && !is_kept
 }
 
 /// Whether samples will do wherever `known`, or what is joined to it, is read.

@@ -61,7 +61,7 @@ impl Schedule {
         let mut number = 0;
         while number < plan.layers().len() {
             let first = plan.layers()[number].output();
-            if self.derived[first.index()].is_some() || (self.takes_samples && self.known == Some(first)) {
+            if self.derived[first.index()].is_some() || self.sampled == Some(first) {
                 number += 1;
                 continue;
             }
