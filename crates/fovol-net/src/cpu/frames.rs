@@ -40,28 +40,15 @@ pub fn padded_pairs(
     Stored::F32(map)
 }
 
-/// The picture in the top left of `map`, clamped to 0…1.
-pub fn cropped(map: &Map, size: FrameSize) -> Frame {
-    let width = size.width as usize;
-    if map.width == width {
-        // Written once, not filled before.
-        let pixels = &map.data.as_chunks::<3>().0[..size.pixels()];
-        let pixels = pixels.par_iter().with_min_len(width).map(shown).collect();
-        return Frame::from_pixels(size, pixels).expect("the frame has as many pixels");
-    }
-    let mut frame = Frame::new(size);
-    crop(map, &mut frame);
-    frame
-}
-
-/// The same in place of `frame`.
+/// Makes `frame` the picture in the top left of `map`, clamped to 0…1.
 pub fn crop(map: &Map, frame: &mut Frame) {
     let width = frame.size().width as usize;
-    frame.pixels_mut().par_chunks_exact_mut(width).enumerate().for_each(|(y, row)| {
-        row.iter_mut().zip(map.row(y).as_chunks::<3>().0).for_each(|(to, p)| *to = shown(p));
-    });
+    frame.pixels_mut().par_chunks_exact_mut(width).enumerate().for_each(|(y, row)| show(map.row(y), row));
 }
 
-fn shown(p: &[f32; 3]) -> [f32; 4] {
-    [p[0].clamp(0.0, 1.0), p[1].clamp(0.0, 1.0), p[2].clamp(0.0, 1.0), 1.0]
+/// Makes `to` the first pixels of a `row` of a picture, clamped to 0…1.
+pub fn show(row: &[f32], to: &mut [[f32; 4]]) {
+    for (to, &[r, g, b]) in to.iter_mut().zip(row.as_chunks().0) {
+        *to = [r.clamp(0.0, 1.0), g.clamp(0.0, 1.0), b.clamp(0.0, 1.0), 1.0];
+    }
 }

@@ -1,6 +1,7 @@
 use super::buffers::{Lifetimes, Spare};
 use super::element::{Bf16, Element};
-use super::frames::{crop, cropped, padded_map, padded_pairs};
+use super::filter::Out;
+use super::frames::{crop, padded_map, padded_pairs};
 use super::layer::{Given, SAME, Step, run};
 use super::map::{Stored, with_map};
 use super::numbers::Numbers;
@@ -164,9 +165,12 @@ impl Network {
     /// # Errors
     /// A state of another network or size, motion for another size.
     pub fn reconstruct(&self, input: &FrameInput<'_>, state: &mut State) -> Result<Frame> {
-        let mut tensors = awake(|| self.run(input, state, |_, _, _| {}))?;
-        let frame = cropped(tensors[self.schedule.shown.index()].picture(), state.size);
-        self.carry(&mut tensors, state);
+        self.check(input, state)?;
+        let mut frame = Frame::new(state.size);
+        awake(|| {
+            let tensors = self.load(input, state);
+            self.run(tensors, state, &mut frame, |_, _, _| {});
+        });
         Ok(frame)
     }
 
@@ -178,8 +182,8 @@ impl Network {
         self.observed(frame, motion, state, |_, _, _| {})
     }
 
-    /// [`Self::fill`], telling `observe` the places of layers in the plan, one or two that are made together, what
-    /// the last of them wrote and how long they took.
+    /// [`Self::fill`], telling `observe` the places of layers in the plan, all that are made together, what the last of them
+    /// wrote, which is empty where that is in the frame alone, and how long they took.
     ///
     /// # Errors
     /// As [`Self::fill`].
@@ -190,19 +194,18 @@ impl Network {
         state: &mut State,
         observe: impl FnMut(Range<usize>, &Stored, Duration),
     ) -> Result<()> {
-        let mut tensors = awake(|| self.run(&FrameInput { sparse: frame, motion }, state, observe))?;
-        crop(tensors[self.schedule.shown.index()].picture(), frame);
-        self.carry(&mut tensors, state);
-        Ok(())
+        awake(|| {
+            let input = FrameInput { sparse: frame, motion };
+            self.check(&input, state)?;
+            let tensors = self.load(&input, state);
+            self.run(tensors, state, frame, observe);
+            Ok(())
+        })
     }
 
-    /// The tensors of the frame of `input` that are left once all layers are made.
-    fn run(
-        &self,
-        input: &FrameInput<'_>,
-        state: &mut State,
-        mut observe: impl FnMut(Range<usize>, &Stored, Duration),
-    ) -> Result<Vec<Stored>> {
+    /// # Errors
+    /// A state of another network or of frames of another size than those of `input`, motion for another size.
+    fn check(&self, input: &FrameInput<'_>, state: &State) -> Result<()> {
         let size = input.sparse.size();
         if state.network != self.id {
             return Err(Error::State("it belongs to another network; start one with this network".into()));
@@ -215,8 +218,18 @@ impl Network {
         if input.motion.is_some_and(|motion| motion.len() != size.pixels()) {
             return Err(Error::State(format!("the motion is not that of {size} pixels")));
         }
-        let mut tensors: Vec<Stored> = vec![Stored::default(); self.plan.tensors().len()];
-        self.load(input, state, &mut tensors);
+        Ok(())
+    }
+
+    /// Makes `frame` of `tensors` that are loaded, and `state` what the next frame needs.
+    fn run(
+        &self,
+        mut tensors: Vec<Stored>,
+        state: &mut State,
+        frame: &mut Frame,
+        mut observe: impl FnMut(Range<usize>, &Stored, Duration),
+    ) {
+        let mut is_shown = false;
         for unit in self.units(state.size) {
             let started = Instant::now();
             let (layers, written) = (unit.layers(), unit.written(&self.plan));
@@ -225,7 +238,9 @@ impl Network {
                 Unit::Pair(number, pairing) => self.run_pair(number, pairing, &mut tensors, state),
                 Unit::Changes(layers) => self.run_changes(layers, &mut tensors, state),
                 Unit::Filter { layers, changes } => {
-                    self.run_filter(layers.start, changes..layers.end, &mut tensors, state);
+                    is_shown = written == self.schedule.shown.index();
+                    let frame = is_shown.then_some(&mut *frame);
+                    self.run_filter(layers.start, changes..layers.end, frame, (&mut tensors, state));
                 }
             }
             observe(layers.clone(), &tensors[written], started.elapsed());
@@ -233,7 +248,10 @@ impl Network {
                 state.spare.put(std::mem::take(&mut tensors[id.index()]));
             }
         }
-        Ok(tensors)
+        if !is_shown {
+            crop(tensors[self.schedule.shown.index()].picture(), frame);
+        }
+        self.carry(&mut tensors, state);
     }
 
     /// What is run one after the other for frames of `size`.
@@ -258,8 +276,12 @@ impl Network {
         for unit in self.units(size) {
             lifetimes.go_on();
             let (layers, place) = (unit.layers(), unit.written(&self.plan));
+            let is_shown_alone = matches!(unit, Unit::Filter { .. })
+                && place == self.schedule.shown.index()
+                && !self.schedule.keeps_shown;
             match unit.written_over(&self.plan, &self.schedule) {
                 Some(other) => lifetimes.take_over(place, other),
+                None if is_shown_alone => {}
                 None => lifetimes.begin(place, words(place)),
             }
             self.schedule.finished[layers].iter().flatten().for_each(|id| lifetimes.end(id.index()));
@@ -291,20 +313,28 @@ impl Network {
         tensors[place] = out;
     }
 
-    /// Runs the predicted kernel in layer `number`, and `changes` of its picture.
-    fn run_filter(&self, number: usize, changes: Range<usize>, tensors: &mut [Stored], state: &mut State) {
+    /// Runs the predicted kernel in layer `number`, and `changes` of its picture, which becomes `frame` if there is one.
+    fn run_filter(
+        &self,
+        number: usize,
+        changes: Range<usize>,
+        frame: Option<&mut Frame>,
+        (tensors, state): (&mut [Stored], &mut State),
+    ) {
         let layers = &self.plan.layers()[..changes.end];
         let (Layer::Filter(filter), Step::Filter(prepared)) = (&layers[number], &self.steps[number]) else {
             unreachable!("filters are prepared")
         };
         let place = layers.last().expect("there is the filter").output().index();
-        let mut out = state.spare.map(place);
+        let is_kept = frame.is_none() || self.schedule.keeps_shown;
+        let mut picture = is_kept.then(|| state.spare.map(place));
         let images: Vec<_> = filter.images.iter().map(|(read, _)| *read).collect();
         let given = self.given(tensors, &state.samples);
         let images = self.sources(&images, given);
         let changes: Vec<_> = layers[changes].iter().map(|layer| self.change(layer, given)).collect();
-        prepared.run(&tensors[filter.features.index()], &images, &changes, &mut out);
-        tensors[place] = Stored::F32(out);
+        let out = Out { picture: picture.as_mut(), frame };
+        prepared.run(&tensors[filter.features.index()], &images, &changes, out);
+        tensors[place] = picture.map(Stored::F32).unwrap_or_default();
     }
 
     /// What layers read.
@@ -397,14 +427,15 @@ impl Network {
         (height >> tensor.level) * (width >> tensor.level) * tensor.channels
     }
 
-    /// Puts the inputs of a frame and the states of the last one into `tensors`.
-    fn load(&self, input: &FrameInput<'_>, state: &mut State, tensors: &mut [Stored]) {
+    /// Tensors, of which those are there that are the inputs of a frame and the states of the last one.
+    fn load(&self, input: &FrameInput<'_>, state: &mut State) -> Vec<Stored> {
+        let mut tensors = vec![Stored::default(); self.plan.tensors().len()];
         let [height, width] = padded(&self.plan, state.size);
         let inputs = self.plan.inputs();
         if self.schedule.sampled.is_some() {
             state.samples.gather(input.sparse, [height, width]);
         } else {
-            self.load_pictures(input.sparse, state, tensors);
+            self.load_pictures(input.sparse, state, &mut tensors);
         }
         let memory = &mut state.spare;
         if let Some(motion) = inputs.motion {
@@ -414,6 +445,7 @@ impl Network {
         for (state, map) in self.plan.states().iter().zip(&mut state.carried) {
             tensors[state.previous.index()] = std::mem::take(map);
         }
+        tensors
     }
 
     /// Puts the colours and the mask of `sparse` into `tensors`.

@@ -44,6 +44,8 @@ impl Samples {
             let found = row.iter().enumerate().filter(|(_, pixel)| is_sampled(pixel));
             let sample = |(x, pixel): (usize, &[f32; 4])| Sample { x: x as u32, colour: colour(pixel) };
             samples.clear();
+            // Counted first: growing vectors would take up to twice as much memory.
+            samples.reserve_exact(row.iter().filter(|pixel| pixel[3] > 0.5).count());
             samples.extend(found.map(sample));
             if let Some(&last) = samples.last().filter(|last| last.x as usize == columns - 1) {
                 samples.extend((columns..width).map(|x| Sample { x: x as u32, ..last }));

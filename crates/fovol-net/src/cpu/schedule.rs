@@ -28,6 +28,8 @@ pub struct Schedule {
     pub stays_finite: Vec<bool>,
     /// What the frame is made of: the output, or what it is cut to, as frames are anyway.
     pub shown: TensorId,
+    /// Whether that is needed as a tensor too.
+    pub keeps_shown: bool,
 }
 
 /// What is added to a filtered picture.
@@ -110,6 +112,7 @@ impl Schedule {
             points: points(plan),
             stays_finite: stays_finite(plan),
             shown,
+            keeps_shown: plan.states().iter().any(|state| state.next == shown),
         }
     }
 
@@ -133,12 +136,13 @@ impl Schedule {
             points,
             stays_finite,
             shown,
+            keeps_shown: true,
         }
     }
 }
 
-/// For each tensor of `plan` that only convolutions read, as it is, or that is unfolded and only added to something, or a channel
-/// and only folded: from which one it follows in which way, if it does from one that is written, and if that `is_way`.
+/// For each tensor of `plan` that only convolutions read, as it is, or predicted kernels too where it is pooled, or that is unfolded
+/// and only added to something, or a channel and only folded: from which one it follows in which way, if it does from one that is written, and if that `is_way`.
 fn derived(plan: &Plan, is_way: impl Fn(Derived) -> bool) -> Vec<Option<(TensorId, Derived)>> {
     let mut derived: Vec<Option<(TensorId, Derived)>> = vec![None; plan.tensors().len()];
     for layer in plan.layers() {
@@ -150,6 +154,10 @@ fn derived(plan: &Plan, is_way: impl Fn(Derived) -> bool) -> Vec<Option<(TensorI
                 (Layer::Conv(conv), Some((_, how))) => {
                     !matches!(how, Derived::Unfolded | Derived::Channel(_))
                         && conv.inputs.iter().all(|read| read.tensor != id || *read == Read::same(id))
+                }
+                (Layer::Filter(filter), Some((_, Derived::Pooled))) => {
+                    id != filter.features
+                        && filter.images.iter().all(|(read, _)| read.tensor != id || *read == Read::same(id))
                 }
                 (Layer::Add { input, more, .. }, Some((_, Derived::Unfolded))) => id == *more && id != *input,
                 (Layer::SpaceToDepth { output, .. }, Some((_, Derived::Channel(_)))) => {

@@ -7,12 +7,14 @@
 mod planes;
 mod weigh;
 
+use super::frames::show;
 use super::map::{Map, Stored};
 use super::patch::{Memory, Source};
 use super::pointwise::{Change, change_row};
 use super::prediction::{Chunk, Prediction};
 use super::simd::Simd;
 use crate::plan::{Filter, Normalisation, Taps};
+use fovol_core::Frame;
 use planes::{CHANNELS, Ring, rows_for};
 use rayon::prelude::*;
 use weigh::Weighing;
@@ -59,23 +61,32 @@ impl PreparedFilter {
         }
     }
 
-    /// Writes the filtered `images`, of three channels, after `changes` to `out`, whose buffer is used again.
-    pub fn run(&self, features: &Stored, images: &[Source<'_>], changes: &[Change<'_>], out: &mut Map) {
+    /// Writes the filtered `images`, of three channels, after `changes` to `out`.
+    pub fn run(&self, features: &Stored, images: &[Source<'_>], changes: &[Change<'_>], out: Out<'_>) {
         let [height, width] = images[0].size();
-        out.resize([height, width, CHANNELS]);
         let length = width * CHANNELS;
-        let bands = out.data.par_chunks_mut(ROWS * length).enumerate();
-        bands.for_each_init(Scratch::default, |scratch, (band, out)| {
-            scratch.images.resize_with(images.len(), Ring::default);
-            scratch.images.iter_mut().for_each(Ring::forget);
-            for (cell, out) in out.chunks_mut(self.expand * length).enumerate() {
-                let y = band * ROWS + cell * self.expand;
-                self.cells(features, images, y, scratch, out);
-                for (line, row) in out.chunks_mut(length).enumerate() {
-                    change_row(changes, y + line, CHANNELS, row);
+        out.bands([height, length]).into_par_iter().enumerate().for_each_init(
+            Scratch::default,
+            |scratch, (number, band)| {
+                scratch.images.resize_with(images.len(), Ring::default);
+                scratch.images.iter_mut().for_each(Ring::forget);
+                let mut rows = std::mem::take(&mut scratch.rows);
+                let first = number * ROWS;
+                let count = ROWS.min(height - first);
+                rows.resize(if band.picture.is_none() { count * length } else { 0 }, 0.0);
+                let out = band.picture.unwrap_or(&mut rows);
+                for (cell, out) in out.chunks_mut(self.expand * length).enumerate() {
+                    let y = first + cell * self.expand;
+                    self.cells(features, images, y, scratch, out);
+                    for (line, row) in out.chunks_mut(length).enumerate() {
+                        change_row(changes, y + line, CHANNELS, row);
+                    }
                 }
-            }
-        });
+                let shown = band.frame.into_iter().flat_map(|(pixels, width)| pixels.chunks_mut(width));
+                out.chunks(length).zip(shown).for_each(|(row, to)| show(row, to));
+                scratch.rows = rows;
+            },
+        );
     }
 
     /// Filters the rows `out` from `y` on, which one row of features serves.
@@ -84,7 +95,7 @@ impl PreparedFilter {
         features: &Stored,
         images: &[Source<'_>],
         y: usize,
-        Scratch { memory, images: rings, chunk }: &mut Scratch,
+        Scratch { memory, images: rings, chunk, .. }: &mut Scratch,
         out: &mut [f32],
     ) {
         for ((image, ring), taps) in images.iter().zip(&mut *rings).zip(&self.taps) {
@@ -95,9 +106,47 @@ impl PreparedFilter {
     }
 }
 
+/// Where what is filtered goes: to a picture, whose buffer is used again, to the pixels of a frame, of which it may have
+/// more at the right and bottom, or to both.
+#[derive(Debug, Default)]
+pub struct Out<'a> {
+    /// The picture.
+    pub picture: Option<&'a mut Map>,
+    /// The frame.
+    pub frame: Option<&'a mut Frame>,
+}
+
+/// [`ROWS`] of them.
+struct Band<'a> {
+    picture: Option<&'a mut [f32]>,
+    /// With the pixels of a row.
+    frame: Option<(&'a mut [[f32; 4]], usize)>,
+}
+
+impl<'a> Out<'a> {
+    /// All of them, for a picture of `height` rows of `length` numbers.
+    fn bands(self, [height, length]: [usize; 2]) -> Vec<Band<'a>> {
+        let mut picture = self.picture.map(|picture| {
+            picture.resize([height, length / CHANNELS, CHANNELS]);
+            picture.data.chunks_mut(ROWS * length)
+        });
+        let mut frame = self.frame.map(|frame| {
+            let width = frame.size().width as usize;
+            (frame.pixels_mut().chunks_mut(ROWS * width), width)
+        });
+        let band = |_| Band {
+            picture: picture.as_mut().and_then(Iterator::next),
+            frame: frame.as_mut().and_then(|(rows, width)| Some((rows.next()?, *width))),
+        };
+        (0..height.div_ceil(ROWS)).map(band).collect()
+    }
+}
+
 /// Memory of one thread.
 #[derive(Default)]
 struct Scratch {
+    /// Rows that are no part of a picture.
+    rows: Vec<f32>,
     memory: Memory,
     /// The rows of each image that are looked at.
     images: Vec<Ring>,
@@ -110,6 +159,7 @@ mod tests {
     use crate::cpu::conv::ConvShape;
     use crate::cpu::plain;
     use crate::plan::{Activation, Padding, Read, Resize, TensorId};
+    use fovol_core::FrameSize;
     use proptest::prelude::*;
 
     fn map(seed: u64, [height, width]: [usize; 2], channels: usize) -> Map {
@@ -161,8 +211,19 @@ mod tests {
             let sources: Vec<Source<'_>> =
                 stored.iter().map(|(map, resize)| Source::new(map, *resize)).collect();
             let mut out = Map::default();
-            PreparedFilter::new(&layer, (&weights, &bias), None, Simd::best())
-                .run(&Stored::F32(features), &sources, &[], &mut out);
+            // The frame lacks the last row and the last column.
+            let frame_size = FrameSize { width: size[1] as u32 - 1, height: size[0] as u32 - 1 };
+            let [mut frame, mut alone] = [(); 2].map(|()| Frame::new(frame_size));
+            let filter = PreparedFilter::new(&layer, (&weights, &bias), None, Simd::best());
+            let features = Stored::F32(features);
+            filter.run(&features, &sources, &[], Out { picture: Some(&mut out), frame: Some(&mut frame) });
+            filter.run(&features, &sources, &[], Out { picture: None, frame: Some(&mut alone) });
+            prop_assert_eq!(&frame, &alone);
+            for (at, &[r, g, b, a]) in frame.pixels().iter().enumerate() {
+                let [y, x] = [at / frame_size.width as usize, at % frame_size.width as usize];
+                let expected: Vec<f32> = out.pixel(y, x).iter().map(|v| v.clamp(0.0, 1.0)).collect();
+                prop_assert_eq!((&[r, g, b][..], a), (&expected[..], 1.0));
+            }
             for (a, b) in out.data.iter().zip(&expected.data) {
                 prop_assert!((a - b).abs() <= 1e-4, "{a} and {b}");
             }

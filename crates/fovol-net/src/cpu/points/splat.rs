@@ -51,7 +51,13 @@ fn share(away: f32) -> f32 {
 
 /// What the points of `rows` tell of the pixels from `first` on.
 #[inline(always)]
-fn splat_vector<V: Floats>(rows: &[Option<Row<'_>>; 3], first: usize, width: usize, to: &mut [Known], some: V) {
+fn splat_vector<V: Floats>(
+    rows: &[Option<Row<'_>>; 3],
+    first: usize,
+    width: usize,
+    to: &mut [Known],
+    some: V,
+) {
     let [zero, one] = [some.splat(0.0), some.splat(1.0)];
     let (mut told, mut sum) = ([zero; 4], zero);
     for (below, row) in rows.iter().enumerate() {
