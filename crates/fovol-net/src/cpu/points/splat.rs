@@ -30,15 +30,15 @@ impl VectorWork for SplatRow<'_> {
     fn run<V: Floats>(self, some: V) {
         let Self { rows, to } = self;
         let width = to.len();
-        for (number, to) in to.chunks_mut(V::N).enumerate() {
-            let first = number * V::N;
-            if first > 0 && first + V::N < width {
-                splat_vector(&rows, first, width, to, some);
-                continue;
-            }
-            for (i, to) in to.iter_mut().enumerate() {
-                *to = splat_pixel(&rows, first + i, width);
-            }
+        // Vectors need pixels on both sides. The last one makes some again that the one before made.
+        let last = (width.saturating_sub(1)).checked_sub(V::N).filter(|last| *last > 0);
+        let firsts = last.into_iter().flat_map(|last| (1..last).step_by(V::N).chain([last]));
+        for first in firsts {
+            splat_vector(&rows, first, width, &mut to[first..first + V::N], some);
+        }
+        let alone = if last.is_some() { [0..1, width - 1..width] } else { [0..width, 0..0] };
+        for x in alone.into_iter().flatten() {
+            to[x] = splat_pixel(&rows, x, width);
         }
     }
 }
