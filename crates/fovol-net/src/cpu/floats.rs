@@ -39,6 +39,11 @@ pub trait Floats:
     fn store(self, to: &mut [f32]);
     /// Times one, plus other numbers, rounded once where there is an instruction for it.
     fn times_plus(self, factor: Self, more: Self) -> Self;
+    /// One over each number, wrong by no more than two in the last place; of numbers that are infinite or next to nothing anything.
+    #[inline(always)]
+    fn inverse(self) -> Self {
+        self.splat(1.0) / self
+    }
     fn max(self, other: Self) -> Self;
     fn min(self, other: Self) -> Self;
     fn abs(self) -> Self;
@@ -124,6 +129,8 @@ pub trait Floats:
 
     /// Number 3·i + n of those of three vectors as number i of vector n.
     fn thirds(vectors: [Self; 3]) -> [Self; 3];
+    /// Each number three times, in three vectors.
+    fn thrice(self) -> [Self; 3];
     /// Every other number of these and others, from the first and from the second on.
     fn alternates(self, others: Self) -> [Self; 2];
 
@@ -255,6 +262,11 @@ impl Floats for Vec4 {
         [Self::new(a.x, a.w, b.z, c.y), Self::new(a.y, b.x, b.w, c.z), Self::new(a.z, b.y, c.x, c.w)]
     }
     #[inline(always)]
+    fn thrice(self) -> [Self; 3] {
+        let [x, y, z, w] = self.to_array();
+        [Self::new(x, x, x, y), Self::new(y, y, z, z), Self::new(z, w, w, w)]
+    }
+    #[inline(always)]
     fn alternates(self, others: Self) -> [Self; 2] {
         [Self::new(self.x, self.z, others.x, others.z), Self::new(self.y, self.w, others.y, others.w)]
     }
@@ -348,6 +360,12 @@ mod tests {
             let three = std::array::from_fn(|v| some.load(&many[v * V::N..]));
             for (n, vector) in V::thirds(three).into_iter().enumerate() {
                 assert_eq!(read(vector), expected(&|i| many[3 * i + n]));
+            }
+            for (n, vector) in a.thrice().into_iter().enumerate() {
+                assert_eq!(read(vector), expected(&|i| numbers[(n * V::N + i) / 3]));
+            }
+            for (number, inverse) in read(a).into_iter().zip(read(a.inverse())) {
+                assert!((number * inverse - 1.0).abs() <= 3.0 * f32::EPSILON, "{number} and {inverse}");
             }
             for (n, vector) in a.alternates(b).into_iter().enumerate() {
                 assert_eq!(read(vector), expected(&|i| numbers[2 * i + n]));

@@ -225,7 +225,7 @@ impl VectorWork for NormaliseRow<'_> {
 fn normalised<V: Floats>(mean: V) -> V {
     let known = mean.fourths();
     let weight = (mean.splat(GAIN) * known).min(mean.splat(1.0));
-    (mean * (weight / known.max(mean.splat(SMALLEST)))).with_fourths(weight)
+    (mean * (weight * known.max(mean.splat(SMALLEST)).inverse())).with_fourths(weight)
 }
 
 /// The last four rows: every one is wanted twice.

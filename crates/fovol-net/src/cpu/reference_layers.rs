@@ -2,7 +2,7 @@
 
 use super::accumulate::{Expected, accumulate, doubt};
 use super::conv::{Arithmetic, ConvShape, PreparedConv};
-use super::filter::PreparedFilter;
+use super::filter::{Out, PreparedFilter};
 use super::map::{Map, Stored};
 use super::norm::normalise;
 use super::patch::Source;
@@ -170,7 +170,7 @@ impl Case<'_> {
         let stored: Vec<Stored> = inputs.into_iter().map(Stored::F32).collect();
         let sources = stored.iter().zip(&images).map(|(map, &(resize, _))| Source::new(map, resize));
         let mut out = Map::default();
-        prepared.run(&Stored::F32(features), &sources.collect::<Vec<_>>(), &[], &mut out);
+        prepared.run(&Stored::F32(features), &sources.collect::<Vec<_>>(), &[], Out { picture: Some(&mut out), frame: None });
         out
     }
 }

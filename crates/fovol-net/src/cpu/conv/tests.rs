@@ -181,7 +181,7 @@ proptest! {
             PreparedConv::new(&shape, &weights, &bias, simd, arithmetic.clone()).run(&sources, &mut out);
             let wrong = squares(&mut out.data.iter().zip(&expected.data).map(|(a, b)| a - b));
             let all = squares(&mut expected.data.iter().copied());
-            prop_assert!(wrong < 0.03f64.powi(2) * all, "{simd}: {}", (wrong / all).sqrt());
+            prop_assert!(wrong < 0.04f64.powi(2) * all, "{simd}: {}", (wrong / all).sqrt());
         }
     }
 }

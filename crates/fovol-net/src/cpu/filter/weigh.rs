@@ -89,8 +89,9 @@ impl Weighing<'_> {
         }
         let mut pixels = [[0.0; MOST]; N];
         for pixel in 0..EXPAND {
+            let share = totals[pixel].inverse();
             for c in 0..CHANNELS {
-                let mut mean = colours[pixel][c] / totals[pixel];
+                let mut mean = colours[pixel][c] * share;
                 if filter.has_addition {
                     let number = filter.weights + (c * EXPAND + line) * EXPAND + pixel;
                     mean = mean + some.load(&predicted[number]);

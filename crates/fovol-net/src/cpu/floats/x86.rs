@@ -58,6 +58,14 @@ impl Floats for Sixteen {
         unsafe { _mm512_storeu_ps(to.as_mut_ptr(), self.0) }
     }
     #[inline(always)] fn times_plus(self, factor: Self, more: Self) -> Self { Self(unsafe { _mm512_fmadd_ps(self.0, factor.0, more.0) }) }
+    // Division takes as long as ten of these.
+    #[inline(always)] fn inverse(self) -> Self {
+        unsafe {
+            let near = _mm512_rcp14_ps(self.0);
+            let missing = _mm512_fnmadd_ps(self.0, near, _mm512_set1_ps(1.0));
+            Self(_mm512_fmadd_ps(near, missing, near))
+        }
+    }
     #[inline(always)] fn max(self, other: Self) -> Self { Self(unsafe { _mm512_max_ps(self.0, other.0) }) }
     #[inline(always)] fn min(self, other: Self) -> Self { Self(unsafe { _mm512_min_ps(self.0, other.0) }) }
     #[inline(always)] fn abs(self) -> Self { Self(unsafe { _mm512_abs_ps(self.0) }) }
@@ -143,6 +151,16 @@ impl Floats for Sixteen {
             [one(0), one(1), one(2)]
         }
     }
+    #[inline(always)] fn thrice(self) -> [Self; 3] {
+        unsafe {
+            let orders = [
+                _mm512_setr_epi32(0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 3, 3, 4, 4, 4, 5),
+                _mm512_setr_epi32(5, 5, 6, 6, 6, 7, 7, 7, 8, 8, 8, 9, 9, 9, 10, 10),
+                _mm512_setr_epi32(10, 11, 11, 11, 12, 12, 12, 13, 13, 13, 14, 14, 14, 15, 15, 15),
+            ];
+            orders.map(|order| Self(_mm512_permutexvar_ps(order, self.0)))
+        }
+    }
     #[inline(always)] fn alternates(self, others: Self) -> [Self; 2] {
         unsafe {
             let evens = _mm512_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
@@ -213,6 +231,16 @@ impl Floats for Eight {
             // Numbers 0, 3 and 6 of one vector, 1, 4 and 7 of one, 2 and 5 of one.
             let of = |zero: Self, one: Self, two: Self| _mm256_blend_ps::<0b0010_0100>(_mm256_blend_ps::<0b1001_0010>(zero.0, one.0), two.0);
             [one(0, of(a, b, c)), one(1, of(c, a, b)), one(2, of(b, c, a))]
+        }
+    }
+    #[inline(always)] fn thrice(self) -> [Self; 3] {
+        unsafe {
+            let orders = [
+                _mm256_setr_epi32(0, 0, 0, 1, 1, 1, 2, 2),
+                _mm256_setr_epi32(2, 3, 3, 3, 4, 4, 4, 5),
+                _mm256_setr_epi32(5, 5, 6, 6, 6, 7, 7, 7),
+            ];
+            orders.map(|order| Self(_mm256_permutevar8x32_ps(self.0, order)))
         }
     }
     #[inline(always)] fn alternates(self, others: Self) -> [Self; 2] {

@@ -161,7 +161,7 @@ impl ReprojectRow<'_> {
                 largest = largest.max(weight);
             }
         }
-        let factor = some.splat(1.0) / colours[3].max(some.splat(f32::MIN_POSITIVE));
+        let factor = colours[3].max(some.splat(f32::MIN_POSITIVE)).inverse();
         let scale = largest * factor;
         let [r, g, b, weight] = colours;
         [r * scale, g * scale, b * scale, weight * scale, places[0] * factor, places[1] * factor]

@@ -80,7 +80,7 @@ fn splat_vector<V: Floats>(
             sum = sum + near;
         }
     }
-    let factor = one / sum.max(one);
+    let factor = sum.max(one).inverse();
     let mut numbers = [[0.0; MOST]; 4];
     for n in 0..4 {
         (told[n] * factor).store(&mut numbers[n]);
