@@ -42,7 +42,7 @@ pub fn doubt(
     out.resize([height, width, 1]);
     pyramid.complete([levels, lowest], &mut out.data, |_, squares, row| {
         for (to, &squares) in row.iter_mut().zip(squares) {
-            let [e, v, _] = divided(squares);
+            let [e, v, ..] = divided(Vec4::from_array(squares)).to_array();
             let v = v + DOUBT_EPSILON;
             *to = v / (v + DOUBT_SHARE * (e - DOUBT_ALLOWED * v).max(0.0));
         }

@@ -39,15 +39,18 @@ impl DoubledRow {
         between.resize(width + 2, [0.0; 4]);
         row.resize(2 * width, [0.0; 4]);
         let (a, b) = (picture.row(a), picture.row(b));
-        // With the first number of the next pixel, as vectors are; the last pixel has no next one.
-        let windows = a.windows(4).step_by(3).zip(b.windows(4).step_by(3));
-        for (to, (a, b)) in between[1..].iter_mut().zip(windows) {
-            *to = (wa * Vec4::from_slice(a) + wb * Vec4::from_slice(b)).with_w(0.0).to_array();
+        // Whole vectors, with numbers of the next pixels, as long as there are such.
+        let (pixels, numbers) = (V::N / 4, between[1..].as_flattened_mut());
+        let whole = if a.len() < V::N { 0 } else { (a.len() - V::N) / (3 * pixels) + 1 };
+        for vector in 0..whole {
+            let at = vector * 3 * pixels;
+            let mean = some.load(&a[at..]) * some.splat(wa) + some.load(&b[at..]) * some.splat(wb);
+            mean.with_zeros().store(&mut numbers[vector * V::N..]);
         }
-        let last = 3 * (width - 1);
-        let ends = a[last..].iter().zip(&b[last..]);
-        between[width][..3].iter_mut().zip(ends).for_each(|(to, (a, b))| *to = wa * a + wb * b);
-        between[width][3] = 0.0;
+        let rest = a.as_chunks::<3>().0.iter().zip(b.as_chunks::<3>().0).skip(whole * pixels);
+        for (to, (a, b)) in between[1..].iter_mut().skip(whole * pixels).zip(rest) {
+            *to = [wa * a[0] + wb * b[0], wa * a[1] + wb * b[1], wa * a[2] + wb * b[2], 0.0];
+        }
         double(between, row, Storing, some);
     }
 }

@@ -142,6 +142,10 @@ pub trait Floats:
     fn zip_low(self, others: Self) -> Self;
     /// The last ones.
     fn zip_high(self, others: Self) -> Self;
+    /// The first three quarters of the numbers as pixels of three, each with a 0 as its fourth.
+    fn with_zeros(self) -> Self;
+    /// The first three numbers of each pixel side by side, and after them anything.
+    fn without_fourths(self) -> Self;
     /// The fourth number of each pixel, in all four places.
     fn fourths(self) -> Self;
     /// The pixels with the fourth numbers of others.
@@ -287,6 +291,14 @@ impl Floats for Vec4 {
         others
     }
     #[inline(always)]
+    fn with_zeros(self) -> Self {
+        self.with_w(0.0)
+    }
+    #[inline(always)]
+    fn without_fourths(self) -> Self {
+        self
+    }
+    #[inline(always)]
     fn fourths(self) -> Self {
         Self::splat(self.w)
     }
@@ -329,6 +341,11 @@ mod tests {
             assert_eq!(read(a.zip_low(b)), zipped[..V::N]);
             assert_eq!(read(a.zip_high(b)), zipped[V::N..]);
             let expected = |f: &dyn Fn(usize) -> f32| (0..V::N).map(f).collect::<Vec<_>>();
+            let spaced = |i: usize| if i % 4 == 3 { 0.0 } else { numbers[i / 4 * 3 + i % 4] };
+            assert_eq!(read(a.with_zeros()), expected(&spaced));
+            let close = |i: usize| numbers[i / 3 * 4 + i % 3];
+            let three_quarters = V::N / 4 * 3;
+            assert_eq!(read(a.without_fourths())[..three_quarters], expected(&close)[..three_quarters]);
             assert_eq!(read(a.fourths()), expected(&|i| numbers[i / 4 * 4 + 3]));
             let fourth = |i: usize| if i % 4 == 3 { numbers[V::N + i] } else { numbers[i] };
             assert_eq!(read(a.with_fourths(b)), expected(&fourth));

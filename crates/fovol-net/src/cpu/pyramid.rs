@@ -137,11 +137,10 @@ impl Pyramid {
     }
 }
 
-/// The numbers themselves.
+/// The numbers themselves, of pixels one after the other.
 #[inline(always)]
-pub fn divided([a, b, c, weight]: Known) -> [f32; 3] {
-    let factor = 1.0 / weight.max(SMALLEST);
-    [a * factor, b * factor, c * factor]
+pub fn divided<V: Floats>(known: V) -> V {
+    known * known.fourths().max(known.splat(SMALLEST)).inverse()
 }
 
 /// Makes `to` half the resolution of `known`, which is `width` pixels wide.

@@ -26,7 +26,7 @@ pub fn spread(known: KnownPixels<'_>, base: Option<&Map>, levels: u32, pyramid: 
     let [height, width] = known.size().map(|side| side / 2);
     out.resize([height, width, 3]);
     pyramid.complete([levels, 1], &mut out.data, |y, known, row| {
-        Simd::best().vectorised(SpreadRow { known, base: base.map(|base| base.row(y)), row });
+        Simd::best().in_vectors(SpreadRow { known, base: base.map(|base| base.row(y)), row });
     });
 }
 
@@ -36,13 +36,22 @@ struct SpreadRow<'a> {
     row: &'a mut [f32],
 }
 
-impl Work for SpreadRow<'_> {
+impl VectorWork for SpreadRow<'_> {
     #[inline(always)]
-    fn run(self) {
-        let pixels = self.row.as_chunks_mut::<3>().0.iter_mut();
-        pixels.zip(self.known).for_each(|(to, &known)| *to = divided(known));
-        if let Some(base) = self.base {
-            self.row.iter_mut().zip(base).for_each(|(to, base)| *to += base);
+    fn run<V: Floats>(self, some: V) {
+        let Self { known, base, row } = self;
+        let whole = whole_vectors::<V>(row.len() / 3);
+        for vector in 0..whole {
+            let (from, to) = (vector * V::N, vector * V::N / 4 * 3);
+            let known = some.load(&known.as_flattened()[from..]);
+            let pixels = divided(known).without_fourths();
+            let pixels = if let Some(base) = base { pixels + some.load(&base[to..]) } else { pixels };
+            pixels.store(&mut row[to..]);
+        }
+        for (x, &known) in known.iter().enumerate().skip(whole * V::N / 4) {
+            for (c, number) in divided(Vec4::from_array(known)).to_array().into_iter().take(3).enumerate() {
+                row[3 * x + c] = base.map_or(0.0, |base| base[3 * x + c]) + number;
+            }
         }
     }
 }
@@ -133,13 +142,15 @@ impl VectorWork for BaseRow<'_> {
     #[inline(always)]
     fn run<V: Floats>(self, some: V) {
         self.memory.make(self.base, self.y, some);
-        // With the fourth number, which the next pixel writes over: whole vectors are written faster.
-        let count = self.to.len();
-        let to = self.to.as_flattened_mut();
-        for (x, base) in self.memory.row[..count - 1].iter().enumerate() {
-            to[3 * x..3 * x + 4].copy_from_slice(base);
+        let (from, whole) = (&self.memory.row[..], whole_vectors::<V>(self.to.len()));
+        for vector in 0..whole {
+            let at = vector * V::N / 4;
+            let pixels = some.load(&from.as_flattened()[4 * at..]);
+            pixels.without_fourths().store(&mut self.to.as_flattened_mut()[3 * at..]);
         }
-        to[3 * (count - 1)..].copy_from_slice(&self.memory.row[count - 1][..3]);
+        for (to, &[r, g, b, _]) in self.to.iter_mut().zip(from).skip(whole * V::N / 4) {
+            *to = [r, g, b];
+        }
     }
 }
 
@@ -156,18 +167,26 @@ impl VectorWork for BlendRow<'_> {
     fn run<V: Floats>(self, some: V) {
         let Self { known, base, y, memory, to } = self;
         memory.make(base, y, some);
-        let blended = |x: usize| {
-            let known = Vec4::from_array(known[x]);
-            (known + (1.0 - known.w) * Vec4::from_array(memory.row[x])).to_array()
-        };
-        // As above.
-        let last = to.len() - 1;
-        let to = to.as_flattened_mut();
-        for x in 0..last {
-            to[3 * x..3 * x + 4].copy_from_slice(&blended(x));
+        let (from, whole) = (&memory.row[..], whole_vectors::<V>(to.len()));
+        for vector in 0..whole {
+            let at = vector * V::N / 4;
+            let known = some.load(&known.as_flattened()[4 * at..]);
+            let base = some.load(&from.as_flattened()[4 * at..]);
+            let pixels = known + (some.splat(1.0) - known.fourths()) * base;
+            pixels.without_fourths().store(&mut to.as_flattened_mut()[3 * at..]);
         }
-        to[3 * last..].copy_from_slice(&blended(last)[..3]);
+        for (x, to) in to.iter_mut().enumerate().skip(whole * V::N / 4) {
+            let ([known @ .., weight], base) = (&known[x], &from[x]);
+            *to = [0, 1, 2].map(|c| known[c] + (1.0 - weight) * base[c]);
+        }
     }
+}
+
+/// How many vectors of pixels can be written one after the other to `pixels` of three numbers, each with numbers beyond its own,
+/// which are written later.
+#[inline(always)]
+fn whole_vectors<V: Floats>(pixels: usize) -> usize {
+    (3 * pixels).checked_sub(V::N).map_or(0, |room| room / (V::N / 4 * 3) + 1)
 }
 
 /// Writes the means of 3×3 pixels by (1, 2, 1)/4 along both axes to `out`, replicated at the border.

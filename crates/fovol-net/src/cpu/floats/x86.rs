@@ -178,6 +178,14 @@ impl Floats for Sixteen {
         let order = unsafe { _mm512_setr_epi32(8, 9, 10, 11, 24, 25, 26, 27, 12, 13, 14, 15, 28, 29, 30, 31) };
         Self(unsafe { _mm512_permutex2var_ps(self.0, order, others.0) })
     }
+    #[inline(always)] fn with_zeros(self) -> Self {
+        let order = unsafe { _mm512_setr_epi32(0, 1, 2, 0, 3, 4, 5, 0, 6, 7, 8, 0, 9, 10, 11, 0) };
+        Self(unsafe { _mm512_maskz_permutexvar_ps(0x7777, order, self.0) })
+    }
+    #[inline(always)] fn without_fourths(self) -> Self {
+        let order = unsafe { _mm512_setr_epi32(0, 1, 2, 4, 5, 6, 8, 9, 10, 12, 13, 14, 0, 0, 0, 0) };
+        Self(unsafe { _mm512_permutexvar_ps(order, self.0) })
+    }
     #[inline(always)] fn fourths(self) -> Self { Self(unsafe { _mm512_permute_ps::<0xFF>(self.0) }) }
     #[inline(always)] fn with_fourths(self, others: Self) -> Self { Self(unsafe { _mm512_mask_blend_ps(0x8888, self.0, others.0) }) }
 }
@@ -253,6 +261,14 @@ impl Floats for Eight {
     #[inline(always)] fn odds(self, others: Self) -> Self { Self(unsafe { _mm256_permute2f128_ps::<0x31>(self.0, others.0) }) }
     #[inline(always)] fn zip_low(self, others: Self) -> Self { self.evens(others) }
     #[inline(always)] fn zip_high(self, others: Self) -> Self { self.odds(others) }
+    #[inline(always)] fn with_zeros(self) -> Self {
+        let order = unsafe { _mm256_setr_epi32(0, 1, 2, 0, 3, 4, 5, 0) };
+        Self(unsafe { _mm256_blend_ps::<0x88>(_mm256_permutevar8x32_ps(self.0, order), _mm256_setzero_ps()) })
+    }
+    #[inline(always)] fn without_fourths(self) -> Self {
+        let order = unsafe { _mm256_setr_epi32(0, 1, 2, 4, 5, 6, 0, 0) };
+        Self(unsafe { _mm256_permutevar8x32_ps(self.0, order) })
+    }
     #[inline(always)] fn fourths(self) -> Self { Self(unsafe { _mm256_permute_ps::<0xFF>(self.0) }) }
     #[inline(always)] fn with_fourths(self, others: Self) -> Self { Self(unsafe { _mm256_blend_ps::<0x88>(self.0, others.0) }) }
 }
