@@ -1,6 +1,7 @@
 use super::element::Element;
+use super::floats::{Floats, VectorWork};
 use super::map::Map;
-use super::simd::{Simd, Work};
+use super::simd::Simd;
 use glam::Vec4;
 use rayon::prelude::*;
 
@@ -11,7 +12,7 @@ pub fn warp<T: Element>(input: &Map<T>, motion: &Map, out: &mut Map<T>) {
     let c = input.channels;
     out.resize([input.height, input.width, c]);
     out.data.par_chunks_mut(input.width * c).enumerate().for_each(|(y, row)| {
-        Simd::best().vectorised(Row { input, motion, factor, y, row });
+        Simd::best().in_vectors(Row { input, motion, factor, y, row });
     });
 }
 
@@ -28,18 +29,23 @@ struct Row<'a, T: Element> {
     row: &'a mut [T],
 }
 
-impl<T: Element> Work for Row<'_, T> {
+impl<T: Element> VectorWork for Row<'_, T> {
     #[inline(always)]
-    fn run(self) {
+    fn run<V: Floats>(self, some: V) {
         let Self { input, motion, factor, y, row } = self;
         let size = [input.height, input.width];
+        let colours = T::singles(&input.data).filter(|_| input.channels == 3);
         for first in (0..input.width).step_by(LANES) {
             let moved = match factor {
                 1 => of_pixels(motion, y, first),
                 _ => std::array::from_fn(|i| mean_motion(motion, [y, first + i], factor)),
             };
-            let places = Places::new(&moved, [y, first], size);
             let to = &mut row[first * input.channels..];
+            if let (Some(colours), Some(block)) = (colours, Block::new(&moved, [y, first], size)) {
+                block.blend(colours, input.width, to, some);
+                continue;
+            }
+            let places = Places::new(&moved, [y, first], size);
             // Pixels of known length are moved in vectors.
             match input.channels {
                 3 => places.blend_three(&input.data, to),
@@ -48,6 +54,73 @@ impl<T: Element> Work for Row<'_, T> {
             }
         }
     }
+}
+
+/// Pixels of a row that have all moved by as many whole pixels, so that those that they lie between are side by side too.
+struct Block {
+    /// The row and the column of the upper left one of the four pixels that the first of them lies between.
+    corner: [usize; 2],
+    /// How far each lies right of and below its own.
+    parts: [[f32; LANES]; 2],
+}
+
+impl Block {
+    /// Of the pixels from (`y`, `x`) on, `moved` so far, in an image of `height` and `width`, if they are one and lie inside.
+    #[inline(always)]
+    fn new(moved: &[[f32; 2]; LANES], [y, x]: [usize; 2], [height, width]: [usize; 2]) -> Option<Self> {
+        let (whole, is_all) = whole_motion(moved);
+        let [left, above] = [x as f32 + whole[0], y as f32 + whole[1]];
+        let is_inside = left >= 0.0
+            && left + (LANES as f32) < width as f32
+            && above >= 0.0
+            && above + 1.0 < height as f32;
+        if !is_all || !is_inside || x + LANES > width {
+            return None;
+        }
+        let mut parts = [[0.0; LANES]; 2];
+        for (i, moved) in moved.iter().enumerate() {
+            parts[0][i] = moved[0] - whole[0];
+            parts[1][i] = moved[1] - whole[1];
+        }
+        Some(Self { corner: [above as usize, left as usize], parts })
+    }
+
+    /// Writes what an image of three channels, `width` pixels wide, has there to `to`.
+    #[inline(always)]
+    fn blend<T: Element, V: Floats>(&self, image: &[f32], width: usize, to: &mut [T], some: V) {
+        let [above, left] = self.corner;
+        let numbers = 3 * (LANES + 1);
+        let upper = &image[3 * (above * width + left)..][..numbers];
+        let lower = &image[3 * ((above + 1) * width + left)..][..numbers];
+        for first in (0..LANES).step_by(V::N) {
+            let across = some.load(&self.parts[0][first..]).thrice();
+            let down = some.load(&self.parts[1][first..]).thrice();
+            for third in 0..3 {
+                let at = 3 * first + third * V::N;
+                let upper = between(some.load(&upper[at..]), some.load(&upper[at + 3..]), across[third]);
+                let lower = between(some.load(&lower[at..]), some.load(&lower[at + 3..]), across[third]);
+                T::store(between(upper, lower, down[third]), &mut to[at..]);
+            }
+        }
+    }
+}
+
+/// What lies `part` of the way from one to another.
+#[inline(always)]
+fn between<V: Floats>(one: V, other: V, part: V) -> V {
+    (other - one).times_plus(part, one)
+}
+
+/// The whole pixels that the first of some pixels that have `moved` so far has moved by, and whether all of them have.
+#[inline(always)]
+pub fn whole_motion(moved: &[[f32; 2]]) -> ([f32; 2], bool) {
+    let whole = [moved[0][0].floor(), moved[0][1].floor()];
+    let mut is_alike = true;
+    for moved in moved {
+        let [x, y] = [moved[0] - whole[0], moved[1] - whole[1]];
+        is_alike &= (0.0..1.0).contains(&x) & (0.0..1.0).contains(&y);
+    }
+    (whole, is_alike)
 }
 
 /// For each of some pixels of a row the four pixels that it lies between.
@@ -208,5 +281,35 @@ mod tests {
         motion.data.fill(f32::NAN);
         warp(&input, &motion, &mut out);
         assert!(out.data.iter().all(|&v| v == 0.0));
+    }
+
+    #[test]
+    fn pixels_that_move_alike_are_moved_as_others_are() {
+        let random = |numbers: usize, seed: u64| {
+            let shape = vec![numbers, 5];
+            crate::weights::random::values(&crate::plan::Parameter { name: "x".into(), shape }, seed)
+        };
+        let (height, width) = (9, 70);
+        let input = Map { data: random(height * width * 3, 1).into(), height, width, channels: 3 };
+        let mut motion = Map::zeros(height, width, 2);
+        for (i, (moved, part)) in motion.data.iter_mut().zip(random(height * width * 2, 2)).enumerate() {
+            *moved = [1.0, -2.0][i % 2] + part.abs().min(0.99);
+        }
+        let mut out = Map::default();
+        warp(&input, &motion, &mut out);
+        for y in 0..height {
+            for x in 0..width {
+                let moved = motion.pixel(y, x);
+                let (rows, down) = along(y as f32 + moved[1], height);
+                let (columns, across) = along(x as f32 + moved[0], width);
+                for c in 0..3 {
+                    let one = |i: usize, j: usize| {
+                        down[i] * across[j] * input.pixel(rows[i] as usize, columns[j] as usize)[c]
+                    };
+                    let expected = one(0, 0) + one(0, 1) + one(1, 0) + one(1, 1);
+                    assert!((out.pixel(y, x)[c] - expected).abs() < 1e-5, "{y} {x} {c}");
+                }
+            }
+        }
     }
 }

@@ -4,6 +4,7 @@ use super::{NONE, Row, RowMut};
 use crate::cpu::floats::{Floats, MOST, VectorWork};
 use crate::cpu::map::Map;
 use crate::cpu::simd::Simd;
+use crate::cpu::warp::whole_motion;
 use crate::plan::POINT;
 use rayon::prelude::*;
 
@@ -50,14 +51,8 @@ impl ReprojectRow<'_> {
     /// moved as many whole pixels, and they and the pixels beside and below them are inside.
     #[inline(always)]
     fn corner(&self, first: usize, count: usize) -> Option<[usize; 2]> {
-        let motion = self.motion.get(first..first + count)?;
-        let [right, down] = [motion[0][0].floor(), motion[0][1].floor()];
-        let mut is_alike = true;
-        for moved in motion {
-            let [x, y] = [moved[0] - right, moved[1] - down];
-            is_alike &= (0.0..1.0).contains(&x) & (0.0..1.0).contains(&y);
-        }
-        self.inside([right, down], first, count).filter(|_| is_alike)
+        let (whole, is_all) = whole_motion(self.motion.get(first..first + count)?);
+        self.inside(whole, first, count).filter(|_| is_all)
     }
 
     /// Makes the pixels of the vector from `first` on where they have not all moved as many whole pixels: those together that have.
