@@ -170,7 +170,12 @@ impl Case<'_> {
         let stored: Vec<Stored> = inputs.into_iter().map(Stored::F32).collect();
         let sources = stored.iter().zip(&images).map(|(map, &(resize, _))| Source::new(map, resize));
         let mut out = Map::default();
-        prepared.run(&Stored::F32(features), &sources.collect::<Vec<_>>(), &[], Out { picture: Some(&mut out), frame: None });
+        prepared.run(
+            &Stored::F32(features),
+            &sources.collect::<Vec<_>>(),
+            &[],
+            Out { picture: Some(&mut out), frame: None },
+        );
         out
     }
 }

@@ -11,7 +11,7 @@ mod view;
 use crate::Device;
 use crate::{Clip, Error, Machine, OpenDevice, OpenVolume, RenderSettings, Result, SpeedSettings, scene};
 use cpu::CpuMarcher;
-use fovol_core::{Camera, Fovea, Frame, FrameSize, SampleList, SampleMask, Scene};
+use fovol_core::{Camera, Fovea, Frame, FrameSize, SampleList, SampleMask, Scene, awake};
 use fovol_render::cpu::march::Marched;
 use fovol_render::cpu::{RenderOptions, Simd};
 #[cfg(feature = "gpu")]
@@ -310,8 +310,10 @@ impl Pipeline {
         let view = View { index: i, size: self.size(), camera, fovea };
         let (marcher, reconstruction) = (&mut self.marcher, &mut self.reconstruction);
         self.threads.install(|| {
-            let sampled = marcher.sample(&view)?;
-            reconstruction.finish(&view, sampled, &started)
+            awake(|| {
+                let sampled = marcher.sample(&view)?;
+                reconstruction.finish(&view, sampled, &started)
+            })
         })
     }
 
