@@ -124,8 +124,9 @@ impl Shared {
                     None
                 }
             };
-            self.tell(&wanted, shown, said);
-            wake();
+            if self.tell(&wanted, shown, said) {
+                wake();
+            }
         }
     }
 
@@ -136,13 +137,16 @@ impl Shared {
         desk.wanted.clone().filter(|_| !desk.stops)
     }
 
-    fn tell(&self, wanted: &Wanted, shown: Option<Shown>, said: Vec<Said>) {
+    /// Puts there what there is to take; whether there is anything, or nothing more to come, which shows too.
+    fn tell(&self, wanted: &Wanted, shown: Option<Shown>, said: Vec<Said>) -> bool {
         let mut desk = self.desk();
         desk.is_done = shown.is_none() && desk.wanted.as_ref() == Some(wanted);
+        let is_news = desk.is_done || shown.is_some() || !said.is_empty();
         desk.said.extend(said);
         if shown.is_some() {
             desk.shown = shown;
         }
+        is_news
     }
 }
 
