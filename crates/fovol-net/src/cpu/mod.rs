@@ -14,6 +14,7 @@ mod frames;
 mod layer;
 mod lines;
 mod map;
+mod motion;
 mod network;
 mod norm;
 mod numbers;

@@ -232,14 +232,14 @@ impl Network {
         let mut is_shown = false;
         for unit in self.units(state.size) {
             let started = Instant::now();
-            let (layers, written) = (unit.layers(), unit.written(&self.plan));
+            let (layers, written, shows) = (unit.layers(), unit.written(&self.plan), self.shows(&unit));
+            is_shown |= shows;
             match unit {
                 Unit::One(number) => self.run_one(number, &mut tensors, state),
                 Unit::Pair(number, pairing) => self.run_pair(number, pairing, &mut tensors, state),
                 Unit::Changes(layers) => self.run_changes(layers, &mut tensors, state),
                 Unit::Filter { layers, changes } => {
-                    is_shown = written == self.schedule.shown.index();
-                    let frame = is_shown.then_some(&mut *frame);
+                    let frame = shows.then_some(&mut *frame);
                     self.run_filter(layers.start, changes..layers.end, frame, (&mut tensors, state));
                 }
             }
@@ -259,6 +259,11 @@ impl Network {
         self.schedule.units(&self.plan, |place| self.numbers(place, size))
     }
 
+    /// Whether `unit` writes the frame itself: kernels do that with what is shown.
+    fn shows(&self, unit: &Unit) -> bool {
+        matches!(unit, Unit::Filter { .. }) && unit.written(&self.plan) == self.schedule.shown.index()
+    }
+
     /// How long tensors are there in the making of a frame of `size`.
     fn lifetimes(&self, size: FrameSize) -> Lifetimes {
         let words = |place: usize| {
@@ -276,9 +281,7 @@ impl Network {
         for unit in self.units(size) {
             lifetimes.go_on();
             let (layers, place) = (unit.layers(), unit.written(&self.plan));
-            let is_shown_alone = matches!(unit, Unit::Filter { .. })
-                && place == self.schedule.shown.index()
-                && !self.schedule.keeps_shown;
+            let is_shown_alone = self.shows(&unit) && !self.schedule.keeps_shown;
             match unit.written_over(&self.plan, &self.schedule) {
                 Some(other) => lifetimes.take_over(place, other),
                 None if is_shown_alone => {}

@@ -142,7 +142,8 @@ impl Schedule {
 }
 
 /// For each tensor of `plan` that only convolutions read, as it is, or predicted kernels too where it is pooled, or that is unfolded
-/// and only added to something, or a channel and only folded: from which one it follows in which way, if it does from one that is written, and if that `is_way`.
+/// and only added to something, or a channel and only folded: from which one it follows in which way, if it does from one that
+/// is written, and if that `is_way`.
 fn derived(plan: &Plan, is_way: impl Fn(Derived) -> bool) -> Vec<Option<(TensorId, Derived)>> {
     let mut derived: Vec<Option<(TensorId, Derived)>> = vec![None; plan.tensors().len()];
     for layer in plan.layers() {

@@ -1,6 +1,7 @@
 use super::element::Element;
 use super::floats::{Floats, VectorWork};
 use super::map::Map;
+use super::motion::{corner_of, whole_motion};
 use super::simd::Simd;
 use glam::Vec4;
 use rayon::prelude::*;
@@ -65,24 +66,17 @@ struct Block {
 }
 
 impl Block {
-    /// Of the pixels from (`y`, `x`) on, `moved` so far, in an image of `height` and `width`, if they are one and lie inside.
+    /// Of the pixels from (`y`, `x`) on, `moved` so far, in an image of this `size`, if they are one and lie inside.
     #[inline(always)]
-    fn new(moved: &[[f32; 2]; LANES], [y, x]: [usize; 2], [height, width]: [usize; 2]) -> Option<Self> {
+    fn new(moved: &[[f32; 2]; LANES], [y, x]: [usize; 2], size: [usize; 2]) -> Option<Self> {
         let (whole, is_all) = whole_motion(moved);
-        let [left, above] = [x as f32 + whole[0], y as f32 + whole[1]];
-        let is_inside = left >= 0.0
-            && left + (LANES as f32) < width as f32
-            && above >= 0.0
-            && above + 1.0 < height as f32;
-        if !is_all || !is_inside || x + LANES > width {
-            return None;
-        }
+        let corner = corner_of(LANES, [y, x], whole, size).filter(|_| is_all && x + LANES <= size[1])?;
         let mut parts = [[0.0; LANES]; 2];
         for (i, moved) in moved.iter().enumerate() {
             parts[0][i] = moved[0] - whole[0];
             parts[1][i] = moved[1] - whole[1];
         }
-        Some(Self { corner: [above as usize, left as usize], parts })
+        Some(Self { corner, parts })
     }
 
     /// Writes what an image of three channels, `width` pixels wide, has there to `to`.
@@ -109,18 +103,6 @@ impl Block {
 #[inline(always)]
 fn between<V: Floats>(one: V, other: V, part: V) -> V {
     (other - one).times_plus(part, one)
-}
-
-/// The whole pixels that the first of some pixels that have `moved` so far has moved by, and whether all of them have.
-#[inline(always)]
-pub fn whole_motion(moved: &[[f32; 2]]) -> ([f32; 2], bool) {
-    let whole = [moved[0][0].floor(), moved[0][1].floor()];
-    let mut is_alike = true;
-    for moved in moved {
-        let [x, y] = [moved[0] - whole[0], moved[1] - whole[1]];
-        is_alike &= (0.0..1.0).contains(&x) & (0.0..1.0).contains(&y);
-    }
-    (whole, is_alike)
 }
 
 /// For each of some pixels of a row the four pixels that it lies between.

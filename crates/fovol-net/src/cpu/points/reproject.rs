@@ -3,8 +3,8 @@
 use super::{NONE, Row, RowMut};
 use crate::cpu::floats::{Floats, MOST, VectorWork};
 use crate::cpu::map::Map;
+use crate::cpu::motion::{corner_of, whole_motion};
 use crate::cpu::simd::Simd;
-use crate::cpu::warp::whole_motion;
 use crate::plan::POINT;
 use rayon::prelude::*;
 
@@ -106,13 +106,8 @@ impl ReprojectRow<'_> {
     /// The row and the column that `count` pixels from `first` on take points from if they have moved by these whole pixels, and they
     /// and the pixels beside and below them are inside.
     #[inline(always)]
-    fn inside(&self, [right, down]: [f32; 2], first: usize, count: usize) -> Option<[usize; 2]> {
-        let [left, above] = [first as f32 + right, self.y as f32 + down];
-        let is_inside = left >= 0.0
-            && left + (count as f32) < self.input.width as f32
-            && above >= 0.0
-            && above + 1.0 < self.input.height as f32;
-        is_inside.then_some([above as usize, left as usize])
+    fn inside(&self, whole: [f32; 2], first: usize, count: usize) -> Option<[usize; 2]> {
+        corner_of(count, [self.y, first], whole, [self.input.height, self.input.width])
     }
 
     /// Makes the pixels of the vector from `first` on of the points from `corner` on.
