@@ -3,7 +3,7 @@
 use super::doubled::{DoubledRow, doubled};
 use super::floats::{Floats, VectorWork};
 use super::map::Map;
-use super::points::{Row, RowMut};
+use super::points::RowMut;
 use super::pyramid::{Known, KnownRows, Pyramid, divided};
 use super::samples::KnownPixels;
 use super::simd::{Simd, Work};
@@ -96,22 +96,20 @@ fn mean_square([r, g, b, w]: &Known, expected: &[f32; 4]) -> f32 {
     (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) * (1.0 / 3.0)
 }
 
-/// Writes `known` to `out`, and as far as it is not known what was known `before`, times `fade` and times `share`, which
-/// is of some lower resolution and interpolated. Where these were points, new ones lie at the centres of their pixels.
-pub fn accumulate(known: KnownPixels<'_>, before: &Map, share: Option<&Map>, fade: f32, out: &mut Map) {
-    let [height, width] = known.size();
-    let channels = before.channels;
-    out.resize([height, width, channels]);
-    out.data.par_chunks_mut(channels * width).enumerate().for_each_init(Vec::new, |shares, (y, to)| {
+/// Makes `map`, of what was known before, that times `fade` and times `share`, which is of some lower resolution and
+/// interpolated, as far as it is not `known` now. Where these were points, new ones lie at the centres of their pixels.
+pub fn accumulate(known: KnownPixels<'_>, share: Option<&Map>, fade: f32, map: &mut Map) {
+    let Map { height, width, channels, .. } = *map;
+    map.data.par_chunks_mut(channels * width).enumerate().for_each_init(Vec::new, |shares, (y, row)| {
         shares.resize(width, 0.0);
         match share {
             None => shares.fill(1.0),
             Some(share) => scaled_row(share, height / share.height, y, shares),
         }
-        let row = Fading { known, y, shares, fade };
+        let fading = Fading { known, y, shares, fade };
         match channels {
-            POINT => row.points(before, RowMut::of(to)),
-            _ => row.pixels(before, to.as_chunks_mut().0),
+            POINT => fading.points(RowMut::of(row)),
+            _ => fading.pixels(row.as_chunks_mut().0),
         }
     });
 }
@@ -125,34 +123,32 @@ struct Fading<'a> {
 }
 
 impl Fading<'_> {
-    fn pixels(self, before: &Map, to: &mut [Known]) {
+    fn pixels(self, row: &mut [Known]) {
         let Self { known, y, shares, fade } = self;
-        let before = before.row(y).as_chunks().0;
         match known {
             KnownPixels::All(known) => {
                 let known = known.row(y).as_chunks().0;
-                Simd::best().vectorised(AccumulateRow { known, before, shares, fade, to });
+                Simd::best().vectorised(AccumulateRow { known, shares, fade, row });
             }
             KnownPixels::Samples(samples) => {
-                Simd::best().vectorised(FadeRow { before, shares, fade, to: &mut *to });
-                samples.row(y).iter().for_each(|sample| to[sample.x as usize] = sample.known().to_array());
+                Simd::best().vectorised(FadeRow { shares, fade, row: &mut *row });
+                samples.row(y).iter().for_each(|sample| row[sample.x as usize] = sample.known().to_array());
             }
         }
     }
 
-    fn points(self, before: &Map, mut to: RowMut<'_>) {
+    fn points(self, mut row: RowMut<'_>) {
         let Self { known, y, shares, fade } = self;
-        let before = Row::of(before, y);
         match known {
             KnownPixels::All(known) => {
                 let known = known.row(y).as_chunks().0;
-                Simd::best().vectorised(AccumulatePoints { known, before, shares, fade, to });
+                Simd::best().vectorised(AccumulatePoints { known, shares, fade, row });
             }
             KnownPixels::Samples(samples) => {
-                Simd::best().vectorised(FadePoints { before, shares, fade, to: &mut to });
+                Simd::best().vectorised(FadePoints { shares, fade, row: &mut row });
                 for sample in samples.row(y) {
                     let [r, g, b, w] = sample.known().to_array();
-                    to.set(sample.x as usize, [r, g, b, w, 0.0, 0.0]);
+                    row.set(sample.x as usize, [r, g, b, w, 0.0, 0.0]);
                 }
             }
         }
@@ -161,39 +157,36 @@ impl Fading<'_> {
 
 /// A row of which nothing new is known.
 struct FadeRow<'a> {
-    before: &'a [Known],
     shares: &'a [f32],
     fade: f32,
-    to: &'a mut [Known],
+    row: &'a mut [Known],
 }
 
 impl Work for FadeRow<'_> {
     #[inline(always)]
     fn run(self) {
-        for (to, (before, share)) in self.to.iter_mut().zip(self.before.iter().zip(self.shares)) {
-            *to = (Vec4::from_array(*before) * (self.fade * share)).to_array();
+        for (known, share) in self.row.iter_mut().zip(self.shares) {
+            *known = (Vec4::from_array(*known) * (self.fade * share)).to_array();
         }
     }
 }
 
-/// The same of points.
+/// The same of points, which stay where they are.
 struct FadePoints<'a, 'b> {
-    before: Row<'a>,
     shares: &'a [f32],
     fade: f32,
-    to: &'a mut RowMut<'b>,
+    row: &'a mut RowMut<'b>,
 }
 
 impl Work for FadePoints<'_, '_> {
     #[inline(always)]
     fn run(self) {
-        let Self { before, shares, fade, to } = self;
+        let Self { shares, fade, row } = self;
         for n in 0..4 {
-            for ((to, before), share) in to.numbers(n).iter_mut().zip(before.numbers(n)).zip(shares) {
-                *to = before * (fade * share);
+            for (number, share) in row.numbers(n).iter_mut().zip(shares) {
+                *number *= fade * share;
             }
         }
-        (4..POINT).for_each(|n| to.numbers(n).copy_from_slice(before.numbers(n)));
     }
 }
 
@@ -220,18 +213,17 @@ fn scaled_row(map: &Map, scale: usize, y: usize, to: &mut [f32]) {
 
 struct AccumulateRow<'a> {
     known: &'a [Known],
-    before: &'a [Known],
     shares: &'a [f32],
     fade: f32,
-    to: &'a mut [Known],
+    row: &'a mut [Known],
 }
 
 impl Work for AccumulateRow<'_> {
     #[inline(always)]
     fn run(self) {
-        let pixels = self.to.iter_mut().zip(self.known).zip(self.before.iter().zip(self.shares));
-        for ((to, known), (before, share)) in pixels {
+        for (to, (known, share)) in self.row.iter_mut().zip(self.known.iter().zip(self.shares)) {
             let factor = (1.0 - known[3]) * (self.fade * share);
+            let before = *to;
             *to = from_fn(|c| known[c] + factor * before[c]);
         }
     }
@@ -240,21 +232,19 @@ impl Work for AccumulateRow<'_> {
 /// The same of points.
 struct AccumulatePoints<'a> {
     known: &'a [Known],
-    before: Row<'a>,
     shares: &'a [f32],
     fade: f32,
-    to: RowMut<'a>,
+    row: RowMut<'a>,
 }
 
 impl Work for AccumulatePoints<'_> {
     #[inline(always)]
     fn run(self) {
-        let Self { known, before, shares, fade, mut to } = self;
+        let Self { known, shares, fade, mut row } = self;
         for n in 0..POINT {
-            let numbers = to.numbers(n).iter_mut().zip(before.numbers(n));
-            for ((to, before), (known, share)) in numbers.zip(known.iter().zip(shares)) {
+            for (to, (known, share)) in row.numbers(n).iter_mut().zip(known.iter().zip(shares)) {
                 let open = 1.0 - known[3];
-                *to = if n < 4 { known[n] + open * (fade * share) * before } else { open * before };
+                *to = if n < 4 { known[n] + open * (fade * share) * *to } else { open * *to };
             }
         }
     }
@@ -297,14 +287,14 @@ mod tests {
 
     #[test]
     fn earlier_samples_fade_where_there_are_no_new_ones() {
-        let mut before = Map::zeros(32, 32, 4);
-        before.data.fill(1.0);
+        let ones = || Map { data: vec![1.0; 32 * 32 * 4].into(), height: 32, width: 32, channels: 4 };
         let share = Map { data: vec![0.5; 16].into(), height: 4, width: 4, channels: 1 };
-        let mut out = Map::default();
-        accumulate(KnownPixels::All(&samples()), &before, Some(&share), 0.8, &mut out);
+        let mut out = ones();
+        accumulate(KnownPixels::All(&samples()), Some(&share), 0.8, &mut out);
         assert_eq!(out.pixel(0, 0), samples().pixel(0, 0));
         assert_eq!(out.pixel(0, 1), [0.4; 4]);
-        accumulate(KnownPixels::All(&samples()), &before, None, 0.8, &mut out);
+        let mut out = ones();
+        accumulate(KnownPixels::All(&samples()), None, 0.8, &mut out);
         assert_eq!(out.pixel(0, 1), [0.8; 4]);
     }
 }

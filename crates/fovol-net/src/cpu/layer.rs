@@ -200,8 +200,9 @@ fn run_plain(
             let expected = Expected { prior: picture(prior), fresh: picture(fresh) };
             doubt(given.known(*known), &expected, [*levels, level], pyramid, out);
         }
-        (Layer::Accumulate { known, before, share, fade, .. }, Stored::F32(out)) => {
-            accumulate(given.known(*known), picture(before), share.as_ref().map(picture), *fade, out);
+        // What was known before is there already.
+        (Layer::Accumulate { known, share, fade, .. }, Stored::F32(out)) => {
+            accumulate(given.known(*known), share.as_ref().map(picture), *fade, out);
         }
         (Layer::Reproject { input, motion, .. }, Stored::F32(out)) => {
             points::reproject(picture(input), picture(motion), out);

@@ -302,7 +302,13 @@ impl Network {
     fn run_one(&self, number: usize, tensors: &mut [Stored], state: &mut State) {
         let layer = &self.plan.layers()[number];
         let place = layer.output().index();
-        let mut out = state.spare.take(self.halved[place], place);
+        let mut out = match Unit::One(number).written_over(&self.plan, &self.schedule) {
+            Some(other) => std::mem::take(&mut tensors[other]),
+            None => match layer.begins_as() {
+                Some(begun) => state.spare.copy(&tensors[begun.index()], place),
+                None => state.spare.take(self.halved[place], place),
+            },
+        };
         match (layer, &self.steps[number]) {
             (Layer::Conv(conv), Step::Conv(prepared)) => {
                 let sources = self.sources(&conv.inputs, self.given(tensors, &state.samples));

@@ -46,6 +46,7 @@ impl<N: Pod> To<'_, N> {
         // Few numbers take longer to count than to copy.
         match count {
             2 => return self.place_each::<2>(pixels),
+            3 => return self.place_each::<3>(pixels),
             4 => return self.place_each::<4>(pixels),
             6 => return self.place_each::<6>(pixels),
             16 => return self.place_each::<16>(pixels),

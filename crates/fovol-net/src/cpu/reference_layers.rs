@@ -118,8 +118,8 @@ impl Case<'_> {
             "accumulate" => {
                 let fade = self.facts["fade"].as_f64().unwrap() as f32;
                 let are_points = inputs[1].channels == POINT;
-                let before = if are_points { points::of_pixels(&inputs[1]) } else { inputs[1].clone() };
-                accumulate(KnownPixels::All(&inputs[0]), &before, inputs.get(2), fade, &mut out);
+                out = if are_points { points::of_pixels(&inputs[1]) } else { inputs[1].clone() };
+                accumulate(KnownPixels::All(&inputs[0]), inputs.get(2), fade, &mut out);
                 if are_points {
                     out = points::pixels(&out);
                 }

@@ -63,25 +63,28 @@ struct Differences<'a> {
 }
 
 impl KnownRows for Differences<'_> {
-    type Memory = DoubledRow;
+    /// A row of the base, and of what is known where that does not lie there as it is.
+    type Memory = (DoubledRow, Vec<Known>);
 
     fn size(&self) -> [usize; 2] {
         [self.known.height, self.known.width]
     }
 
-    fn make(&self, y: usize, memory: &mut DoubledRow, to: &mut Vec<Known>) {
-        if self.known.channels == POINT {
-            WithoutPlaces(self.known).make(y, &mut (), to);
+    fn make(&self, y: usize, (base, row): &mut Self::Memory, to: &mut Vec<Known>) {
+        to.resize(self.known.width, [0.0; 4]);
+        let known = if self.known.channels == POINT {
+            WithoutPlaces(self.known).make(y, &mut (), row);
+            row.as_flattened()
         } else {
-            to.clear();
-            to.extend_from_slice(self.known.row(y).as_chunks().0);
-        }
-        Simd::best().in_vectors(DifferenceRow { base: self.base, y, memory, to });
+            self.known.row(y)
+        };
+        Simd::best().in_vectors(DifferenceRow { known, base: self.base, y, memory: base, to });
     }
 }
 
-/// What takes `base` from known pixels.
+/// What known pixels are without `base`.
 struct DifferenceRow<'a> {
+    known: &'a [f32],
     base: &'a Map,
     y: usize,
     memory: &'a mut DoubledRow,
@@ -91,15 +94,17 @@ struct DifferenceRow<'a> {
 impl VectorWork for DifferenceRow<'_> {
     #[inline(always)]
     fn run<V: Floats>(self, some: V) {
-        let Self { base, y, memory, to } = self;
+        let Self { known, base, y, memory, to } = self;
         memory.make(base, y, some);
-        let (from, to) = (memory.row.as_flattened(), to.as_flattened_mut());
+        let (base, to) = (memory.row.as_flattened(), to.as_flattened_mut());
         let whole = to.len() / V::N * V::N;
-        for (to, base) in to.chunks_exact_mut(V::N).zip(from.chunks_exact(V::N)) {
-            difference(some.load(to), some.load(base)).store(to);
+        let vectors = known.chunks_exact(V::N).zip(base.chunks_exact(V::N));
+        for (to, (known, base)) in to.chunks_exact_mut(V::N).zip(vectors) {
+            difference(some.load(known), some.load(base)).store(to);
         }
-        for (to, base) in to[whole..].chunks_exact_mut(4).zip(from[whole..].chunks_exact(4)) {
-            difference(Vec4::from_slice(to), Vec4::from_slice(base)).store(to);
+        let rest = known[whole..].chunks_exact(4).zip(base[whole..].chunks_exact(4));
+        for (to, (known, base)) in to[whole..].chunks_exact_mut(4).zip(rest) {
+            difference(Vec4::from_slice(known), Vec4::from_slice(base)).write_to_slice(to);
         }
     }
 }

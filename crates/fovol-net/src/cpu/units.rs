@@ -1,7 +1,7 @@
 //! Which layers of a network are made at once.
 
 use super::schedule::{Addition, Pairing, Schedule};
-use crate::plan::{Layer, Plan};
+use crate::plan::{Layer, Plan, TensorId};
 use std::ops::Range;
 
 /// Layers that are made at once.
@@ -37,7 +37,11 @@ impl Unit {
     /// The tensor in whose place it writes another one.
     pub fn written_over(&self, plan: &Plan, schedule: &Schedule) -> Option<usize> {
         match self {
-            Self::One(_) | Self::Filter { .. } => None,
+            Self::One(number) => {
+                let layer = &plan.layers()[*number];
+                layer.begins_as().filter(|id| schedule.is_free(*number, layer, *id)).map(TensorId::index)
+            }
+            Self::Filter { .. } => None,
             Self::Pair(number, pairing) => match &plan.layers()[*number] {
                 Layer::Conv(conv) => pairing.replaced.map(|input| conv.inputs[input].tensor.index()),
                 _ => None,

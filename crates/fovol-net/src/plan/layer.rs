@@ -378,6 +378,14 @@ impl Layer {
         }
     }
 
+    /// What its output begins as, if it only writes over some numbers of that.
+    pub fn begins_as(&self) -> Option<TensorId> {
+        match self {
+            Self::Accumulate { before, .. } => Some(*before),
+            _ => None,
+        }
+    }
+
     /// What it reads.
     pub fn inputs(&self) -> Vec<TensorId> {
         match self {

@@ -64,6 +64,11 @@ pub struct WNetConfig {
     /// shown too: what was accumulated is wrong where the motion is.
     #[serde(default)]
     pub fresh: Option<Taps>,
+    /// Whether that second picture is corrected at most once, and read at half the resolution, at which it is spread, so that it
+    /// is never written at the full one: by the U-Net as it is, by K bilinear, to which it is the same where nothing was
+    /// sampled; needs `fold` and `bypass`.
+    #[serde(default)]
+    pub coarse: bool,
     /// Whether accumulated samples lose weight where those of the frame contradict them, as they do where the motion is
     /// wrong or something comes to light; needs `fresh`.
     #[serde(default)]
@@ -110,6 +115,7 @@ impl WNetConfig {
             accumulate: 0.0,
             points: false,
             fresh: None,
+            coarse: false,
             doubt: false,
             corrections: 0,
             residual: false,
@@ -143,6 +149,7 @@ impl WNetConfig {
             accumulate: 0.98,
             points: true,
             fresh: Some(Taps::Centre),
+            coarse: true,
             doubt: true,
             corrections: 2,
             residual: false,
@@ -213,6 +220,12 @@ impl WNetConfig {
                 "a fresh picture is needed to doubt the others; set `fresh`, or leave out `doubt`".into()
             );
         }
+        if self.coarse && (self.fresh.is_none() || !self.fold || !self.bypass) {
+            return Err(
+                "`coarse` needs a `fresh` picture, `fold` and `bypass`; set these, or leave out `coarse`"
+                    .into(),
+            );
+        }
         if self.corrections > MOST_CORRECTIONS {
             return Err(format!("`corrections` is {}; give 0 to {MOST_CORRECTIONS}", self.corrections));
         }
@@ -256,7 +269,26 @@ struct Filled {
     /// How far each pixel of it is known.
     weights: Option<TensorId>,
     /// The same from the samples of the frame alone.
-    fresh: Option<TensorId>,
+    fresh: Option<Fresh>,
+}
+
+/// A picture of the samples of the frame alone.
+#[derive(Clone, Copy)]
+enum Fresh {
+    /// At the full resolution.
+    Whole(TensorId),
+    /// At half of it.
+    Coarse(TensorId),
+}
+
+impl Fresh {
+    /// As K reads it.
+    fn read(self) -> Read {
+        match self {
+            Self::Whole(picture) => Read::same(picture),
+            Self::Coarse(picture) => Read::bilinear(picture),
+        }
+    }
 }
 
 /// Samples spread over the frame, at half the resolution.
@@ -283,20 +315,23 @@ impl Walk<'_> {
         let wants_last = config.history.is_some() || config.feedback != Feedback::None;
         let last = wants_last.then(|| self.builder.state("output", 3, 0));
         let history = last.map(|last| self.reprojected(last));
-        let Filled { picture: filled, weights: mask, fresh } =
-            if config.prefill { self.filled() } else { self.sparse() };
-        let inputs = [Some(filled), mask, fresh, history.filter(|_| config.feedback != Feedback::None)];
-        let direct = self.direct(&inputs.into_iter().flatten().collect::<Vec<_>>());
-        let more = [(history, config.history), (Some(filled), config.filled), (fresh, config.fresh)];
-        let weighed = |(picture, taps): (Option<TensorId>, Option<Taps>)| picture.map(Read::same).zip(taps);
-        let more = more.into_iter().filter_map(weighed).collect();
+        let filled = if config.prefill { self.filled() } else { self.sparse() };
+        let inputs = self.inputs(&filled, history);
+        let direct = self.direct(&inputs);
+        let [history, prefilled] = [history, Some(filled.picture)].map(|picture| picture.map(Read::same));
+        let more = [
+            (history, config.history),
+            (prefilled, config.filled),
+            (filled.fresh.map(Fresh::read), config.fresh),
+        ];
+        let more = more.into_iter().filter_map(|(picture, taps)| picture.zip(taps)).collect();
         let mut picture = match (direct.picture, config.flat) {
             (Some(picture), _) if !config.kernels => picture,
             (picture, Some(taps)) => {
                 self.kernel(&direct.features, picture.map(|id| (Read::same(id), taps)), more)
             }
             // Without a direct prediction it is what was sampled that they filter.
-            (picture, None) => self.kernels(picture.unwrap_or(filled), &direct.features, &more),
+            (picture, None) => self.kernels(picture.unwrap_or(filled.picture), &direct.features, &more),
         };
         if config.addition {
             let more = self.predicted("addition", &[Read::same(direct.features[0])], Activation::None);
@@ -319,6 +354,23 @@ impl Walk<'_> {
         self.builder.finish(picture)
     }
 
+    /// What the U-Net reads: of pictures of the frame's resolution pixels that are folded, then those that are coarse, so
+    /// that all but these begin at an even channel.
+    fn inputs(&mut self, filled: &Filled, history: Option<TensorId>) -> Vec<TensorId> {
+        let history = history.filter(|_| self.config.feedback != Feedback::None);
+        let (whole, coarse) = match filled.fresh {
+            Some(Fresh::Whole(picture)) => (Some(picture), None),
+            Some(Fresh::Coarse(picture)) => (None, Some(picture)),
+            None => (None, None),
+        };
+        let pictures = [Some(filled.picture), filled.weights, whole, history];
+        pictures.into_iter().flatten().map(|picture| self.folded(picture)).chain(coarse).collect()
+    }
+
+    fn folded(&mut self, picture: TensorId) -> TensorId {
+        if self.config.fold { self.builder.space_to_depth(picture) } else { picture }
+    }
+
     fn reprojected(&mut self, state: TensorId) -> TensorId {
         if self.config.reproject { self.builder.warp(state) } else { state }
     }
@@ -334,7 +386,8 @@ impl Walk<'_> {
         let config = self.config;
         let [colour, mask] = [self.builder.colour(), self.builder.mask()];
         let known = self.builder.join(colour, mask);
-        let fresh = config.fresh.map(|_| self.spread(known, config.corrections));
+        let corrections = if config.coarse { config.corrections.min(1) } else { config.corrections };
+        let fresh = config.fresh.map(|_| self.spread(known, corrections));
         let mut samples = known;
         let mut weights = config.mask.then_some(mask);
         if config.accumulate > 0.0 {
@@ -345,7 +398,10 @@ impl Walk<'_> {
         Filled {
             picture: self.builder.blend(samples, spread.picture),
             weights,
-            fresh: fresh.map(|fresh| self.builder.blend(known, fresh.picture)),
+            fresh: fresh.map(|fresh| match config.coarse {
+                false => Fresh::Whole(self.builder.blend(known, fresh.picture)),
+                true => Fresh::Coarse(fresh.picture),
+            }),
         }
     }
 
@@ -379,11 +435,10 @@ impl Walk<'_> {
         Spread { picture, smooth: first }
     }
 
-    /// D: the U-Net and the picture it predicts.
+    /// D: the U-Net of `inputs`, the filled picture first, and the picture it predicts.
     fn direct(&mut self, inputs: &[TensorId]) -> Direct {
         let config = self.config;
-        let fold = |&tensor| if config.fold { self.builder.space_to_depth(tensor) } else { tensor };
-        let mut inputs: Vec<Read> = inputs.iter().map(fold).map(Read::same).collect();
+        let mut inputs: Vec<Read> = inputs.iter().copied().map(Read::same).collect();
         let filled = inputs[0];
         let mut skips = Vec::new();
         for (depth, &width) in config.encoder.iter().enumerate() {

@@ -47,12 +47,6 @@ impl<'a> Row<'a> {
         ])
     }
 
-    /// Number `n` of all points.
-    #[inline(always)]
-    pub fn numbers(&self, n: usize) -> &'a [f32] {
-        self.0[n]
-    }
-
     /// The point of pixel `x`.
     #[inline(always)]
     fn point(&self, x: usize) -> Point {

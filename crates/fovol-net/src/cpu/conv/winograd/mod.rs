@@ -34,7 +34,7 @@ const ROWS: usize = 12;
 const BYTES: usize = 320 << 10;
 
 /// Fewer products a pixel and place than this do not pay for the transformations; half as many f32 do.
-const FEWEST_PRODUCTS: usize = 512;
+const FEWEST_PRODUCTS: usize = 448;
 
 /// A prepared convolution.
 #[derive(Debug, Clone)]
