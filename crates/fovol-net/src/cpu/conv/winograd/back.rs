@@ -33,22 +33,16 @@ impl<T: Element> VectorWork for TransformBack<'_, T> {
             let inside = SIDE.min(width - x0);
             for first in (0..channels).step_by(V::N) {
                 let count = V::N.min(channels - first);
-                let of_tile = &products[tile * block.width + first..];
-                let mut columns = [[some; SIDE]; REACH];
-                for x in 0..REACH {
-                    let mut m = [some; REACH];
-                    for y in 0..REACH {
-                        let place = y * REACH + x;
-                        let sums = &of_tile[place * plane..][..V::N];
-                        m[y] = match &block.worth {
-                            Some(worth) => {
-                                some.load_integers(sums) * some.load(&worth[place * block.width + first..])
-                            }
-                            None => some.load(cast_slice(sums)),
-                        };
-                    }
-                    columns[x] = tile::outputs(m);
-                }
+                let sums = Sums { products, plane, block, tile, first };
+                // One after the other: filled with zeros before, they would take as long again.
+                let columns = [
+                    sums.column(0, some),
+                    sums.column(1, some),
+                    sums.column(2, some),
+                    sums.column(3, some),
+                    sums.column(4, some),
+                    sums.column(5, some),
+                ];
                 for y in 0..rows {
                     let mut m = [some; REACH];
                     for x in 0..REACH {
@@ -69,6 +63,36 @@ impl<T: Element> VectorWork for TransformBack<'_, T> {
                 }
             }
         }
+    }
+}
+
+/// The products of a tile for some channels of a block.
+struct Sums<'a> {
+    products: &'a [u32],
+    /// From one place to the next.
+    plane: usize,
+    block: &'a Block,
+    tile: usize,
+    /// The first channel.
+    first: usize,
+}
+
+impl Sums<'_> {
+    /// Column `x` of Aᵀm.
+    #[inline(always)]
+    fn column<V: Floats>(&self, x: usize, some: V) -> [V; SIDE] {
+        let Self { products, plane, block, tile, first } = self;
+        let of_tile = &products[tile * block.width + first..];
+        let mut m = [some; REACH];
+        for y in 0..REACH {
+            let place = y * REACH + x;
+            let sums = &of_tile[place * plane..][..V::N];
+            m[y] = match &block.worth {
+                Some(worth) => some.load_integers(sums) * some.load(&worth[place * block.width + first..]),
+                None => some.load(cast_slice(sums)),
+            };
+        }
+        tile::outputs(m)
     }
 }
 
