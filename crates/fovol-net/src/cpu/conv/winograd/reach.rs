@@ -89,9 +89,11 @@ pub fn note_transformed(sources: &[Source<'_>], padding: Padding, distances: &mu
         );
         conv.simd.in_vectors(Transform { conv: &conv, sources, strip, scratch: &mut scratch });
         let transformed: &[f32] = cast_slice(&scratch.transformed);
+        // Those beyond the border are there for whole groups only.
+        let inside = (width - x).div_ceil(SIDE);
         let places = distances.counts.chunks_exact_mut(inputs * EIGHTHS);
         for (counts, tiles) in places.zip(transformed.chunks_exact(tiles * pixel)) {
-            for tile in tiles.chunks_exact(pixel) {
+            for tile in tiles.chunks_exact(pixel).take(inside) {
                 for (counts, v) in counts.chunks_exact_mut(EIGHTHS).zip(tile) {
                     let eighth = (v.abs().to_bits() >> BITS).saturating_sub(FIRST) as usize;
                     counts[eighth.min(EIGHTHS - 1)] += 1;
