@@ -211,6 +211,7 @@ fn gradients_of_clips_agree_with_differences() {
         normalisation: Normalisation::Softmax,
         feedback: Feedback::Direct,
         fold: false,
+        coarse: false,
         flat: None,
         ..all_on.clone()
     };

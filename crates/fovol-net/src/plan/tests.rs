@@ -87,6 +87,9 @@ fn configurations_are_checked_and_survive_json() {
         },
         WNetConfig { accumulate: f32::NAN, ..WNetConfig::fast() },
         WNetConfig { prefill: false, accumulate: 0.0, ..WNetConfig::fast() },
+        WNetConfig { coarse: true, ..WNetConfig::paper() },
+        WNetConfig { bypass: false, ..WNetConfig::fast() },
+        WNetConfig { fold: false, ..WNetConfig::fast() },
     ] {
         assert!(bad.plan().is_err_and(|message| !message.contains('\n')));
     }
@@ -95,4 +98,17 @@ fn configurations_are_checked_and_survive_json() {
         assert_eq!(serde_json::from_str::<NetworkConfig>(&json).unwrap(), named.config());
         assert_eq!(named.name().parse(), Ok(named));
     }
+}
+
+#[test]
+fn a_coarse_picture_is_read_as_it_is_spread() {
+    let first = |coarse: bool| {
+        let plan = WNetConfig { coarse, ..WNetConfig::fast() }.plan().unwrap();
+        let of_first = |parameter: &&Parameter| parameter.name == "encoder.0.conv1.weight";
+        let inputs = plan.parameters().iter().find(of_first).unwrap().shape[1];
+        let blended = plan.layers().iter().filter(|layer| matches!(layer, Layer::Blend { .. })).count();
+        (inputs, blended)
+    };
+    // Four pixels of the filled picture, of its weights, of the last output, and of this picture or one of half the resolution.
+    assert_eq!((first(false), first(true)), ((4 * (3 + 1 + 3 + 3), 2), (4 * (3 + 1 + 3) + 3, 1)));
 }
