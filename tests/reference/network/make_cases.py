@@ -50,6 +50,7 @@ VARIANTS = {
     "variant-flat": networks.wnet([6, 8], [5], flat="around", mask=True, normalisation="softmax"),
     "variant-accumulating": networks.wnet([6, 8], [5], mask=True, prefill=True, accumulate=0.6, corrections=1),
     "variant-direct": networks.wnet([6, 8], [5], **networks.OURS | {"residual": True, "direct": True}),
+    "variant-fresh": networks.wnet([6, 8], [5], **networks.OURS | {"coarse": False}),
     "variant-interpolated": networks.wnet([6, 8], [5], **networks.OURS | {"points": False}),
     "variant-samples": networks.wnet([6, 8, 10], [5, 7], feedback="none", direct=False),
     "variant-fovea": {"kind": "deepfovea", "encoder": [5, 7], "bottleneck": 6},

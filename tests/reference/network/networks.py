@@ -44,6 +44,7 @@ def wnet(encoder, decoder, **changes):
         "accumulate": 0.0,
         "points": False,
         "fresh": None,
+        "coarse": False,
         "doubt": False,
         "corrections": 0,
         "residual": False,
@@ -57,7 +58,7 @@ def wnet(encoder, decoder, **changes):
 ALL_ON = {name: True for name in ["fold", "mask", "prefill", "bypass", "reproject"]}
 OURS = ALL_ON | {"feedback": "output", "history": "centre", "filled": "around", "flat": "centre"}
 OURS |= {"accumulate": 0.98, "points": True, "fresh": "centre", "doubt": True, "corrections": 2}
-OURS |= {"addition": True, "recurrent": False, "direct": False}
+OURS |= {"coarse": True, "addition": True, "recurrent": False, "direct": False}
 CONFIGS = {
     "wnet-paper": wnet([64, 64, 80, 96], [64, 64, 80]),
     "wnet-narrow": wnet([64, 64, 80, 96], [32, 64, 80]),
@@ -387,7 +388,8 @@ class WNet(nn.Module):
         self.pull_levels = min(len(decoder) + config["fold"], PULL_LEVELS)
         self.has_feedback = config["feedback"] != "none"
         pixels = 4 if config["fold"] else 1
-        inputs = pixels * (3 + config["mask"] + 3 * bool(config["fresh"]) + 3 * self.has_feedback)
+        whole = 3 * (bool(config["fresh"]) and not config["coarse"])
+        inputs = pixels * (3 + config["mask"] + whole + 3 * self.has_feedback) + 3 * config["coarse"]
         self.encoder = nn.ModuleList(map(Block, [inputs] + encoder[:-1], encoder))
         below = decoder[1:] + encoder[-1:]
         read = [e + b + d * config["recurrent"] for e, b, d in zip(encoder, below, decoder)]
@@ -426,8 +428,8 @@ class WNet(nn.Module):
         if config["prefill"]:
             known, corrections = joined(colour, mask), config["corrections"]
             if config["fresh"]:
-                base, smooth = corrected(known, corrections, levels)
-                fresh = blend(known, base)
+                coarse, smooth = corrected(known, min(corrections, 1) if config["coarse"] else corrections, levels)
+                fresh = bilinear_up(coarse) if config["coarse"] else blend(known, coarse)
             if config["accumulate"] > 0:
                 share = None
                 if config["doubt"]:
@@ -441,12 +443,14 @@ class WNet(nn.Module):
         inputs = [filled]
         if config["mask"]:
             inputs.append(weights)
-        if config["fresh"]:
+        if config["fresh"] and not config["coarse"]:
             inputs.append(fresh)
         if self.has_feedback:
             inputs.append(states["output"])
         if config["fold"]:
             inputs = [F.pixel_unshuffle(image, 2) for image in inputs]
+        if config["coarse"]:
+            inputs.append(coarse)
 
         skips = [self.encoder[0](*inputs)]
         for block in self.encoder[1:]:
