@@ -298,16 +298,21 @@ impl Network {
         lifetimes
     }
 
+    /// What `unit` changes, as it is before: the tensor `from`, or a copy where that is read again.
+    fn begun(&self, unit: &Unit, from: TensorId, tensors: &mut [Stored], state: &mut State) -> Stored {
+        match unit.written_over(&self.plan, &self.schedule) {
+            Some(other) => std::mem::take(&mut tensors[other]),
+            None => state.spare.copy(&tensors[from.index()], unit.written(&self.plan)),
+        }
+    }
+
     /// Runs layer `number`.
     fn run_one(&self, number: usize, tensors: &mut [Stored], state: &mut State) {
         let layer = &self.plan.layers()[number];
         let place = layer.output().index();
-        let mut out = match Unit::One(number).written_over(&self.plan, &self.schedule) {
-            Some(other) => std::mem::take(&mut tensors[other]),
-            None => match layer.begins_as() {
-                Some(begun) => state.spare.copy(&tensors[begun.index()], place),
-                None => state.spare.take(self.halved[place], place),
-            },
+        let mut out = match layer.begins_as() {
+            Some(from) => self.begun(&Unit::One(number), from, tensors, state),
+            None => state.spare.take(self.halved[place], place),
         };
         match (layer, &self.steps[number]) {
             (Layer::Conv(conv), Step::Conv(prepared)) => {
@@ -377,17 +382,13 @@ impl Network {
     /// Runs `layers`, all of which change one picture.
     fn run_changes(&self, layers: Range<usize>, tensors: &mut [Stored], state: &mut State) {
         let unit = Unit::Changes(layers.clone());
-        let place = unit.written(&self.plan);
         let changed = self.plan.layers()[layers.start].changed().expect("the first layer changes a picture");
-        let mut picture = match unit.written_over(&self.plan, &self.schedule) {
-            Some(other) => std::mem::take(&mut tensors[other]),
-            None => state.spare.copy(&tensors[changed.index()], place),
-        };
+        let mut picture = self.begun(&unit, changed, tensors, state);
         let layers = &self.plan.layers()[layers];
         let given = self.given(tensors, &state.samples);
         let changes: Vec<Change<'_>> = layers.iter().map(|layer| self.change(layer, given)).collect();
         change(&changes, picture.picture_mut());
-        tensors[place] = picture;
+        tensors[unit.written(&self.plan)] = picture;
     }
 
     /// What `layer` changes in a picture.

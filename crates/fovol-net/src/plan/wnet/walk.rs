@@ -1,0 +1,271 @@
+//! The layers of W-shaped networks, in the order in which they run.
+
+use super::super::layer::{Activation, Filter, POINT, Read, Taps};
+use super::super::{Plan, PlanBuilder, TensorId};
+use super::{Feedback, WNetConfig};
+
+/// The making of one plan.
+pub(super) struct Walk<'a> {
+    config: &'a WNetConfig,
+    builder: PlanBuilder,
+    /// States, and what they become.
+    carried: Vec<(TensorId, TensorId)>,
+}
+
+/// What the U-Net is given of the samples.
+struct Filled {
+    picture: TensorId,
+    /// How far each pixel of it is known.
+    weights: Option<TensorId>,
+    /// The same from the samples of the frame alone; at half the resolution if that is `coarse`.
+    fresh: Option<TensorId>,
+}
+
+/// Samples spread over the frame, at half the resolution.
+#[derive(Clone, Copy)]
+struct Spread {
+    picture: TensorId,
+    /// What the first correction began from.
+    smooth: Option<TensorId>,
+}
+
+/// What D leaves to K.
+struct Direct {
+    /// What it predicts, if it does.
+    picture: Option<TensorId>,
+    /// Decoder outputs, finest first, then the bottleneck's.
+    features: Vec<TensorId>,
+}
+
+impl<'a> Walk<'a> {
+    /// That of the plan of `config`, which has been checked.
+    pub(super) fn new(config: &'a WNetConfig) -> Self {
+        Self { config, builder: PlanBuilder::new(), carried: Vec::new() }
+    }
+
+    /// The plan.
+    pub(super) fn run(mut self) -> Plan {
+        let config = self.config;
+        let colour = self.builder.colour();
+        // First, so that the last picture's memory is free for what follows.
+        let wants_last = config.history.is_some() || config.feedback != Feedback::None;
+        let last = wants_last.then(|| self.builder.state("output", 3, 0));
+        let history = last.map(|last| self.reprojected(last));
+        let filled = if config.prefill { self.filled() } else { self.sparse() };
+        let inputs = self.inputs(&filled, history);
+        let direct = self.direct(&inputs);
+        let read = if config.coarse { Read::bilinear } else { Read::same };
+        let more = [
+            (history.map(Read::same), config.history),
+            (Some(Read::same(filled.picture)), config.filled),
+            (filled.fresh.map(read), config.fresh),
+        ];
+        let more = more.into_iter().filter_map(|(picture, taps)| picture.zip(taps)).collect();
+        let mut picture = match (direct.picture, config.flat) {
+            (Some(picture), _) if !config.kernels => picture,
+            (picture, Some(taps)) => {
+                self.kernel(&direct.features, picture.map(|id| (Read::same(id), taps)), more)
+            }
+            // Without a direct prediction it is what was sampled that they filter.
+            (picture, None) => self.kernels(picture.unwrap_or(filled.picture), &direct.features, &more),
+        };
+        if config.addition {
+            let more = self.predicted("addition", &[Read::same(direct.features[0])], Activation::None);
+            picture = self.builder.add(picture, more);
+        }
+        if config.bypass {
+            picture = self.builder.bypass(colour, picture);
+        }
+        if let Some(last) = last {
+            let next = match config.feedback {
+                Feedback::Direct => direct.picture.expect("only a direct prediction can be fed back as one"),
+                Feedback::Output => self.builder.clamp(picture),
+                Feedback::None => picture,
+            };
+            self.carried.push((last, next));
+        }
+        for (previous, next) in self.carried {
+            self.builder.keep(previous, next);
+        }
+        self.builder.finish(picture)
+    }
+
+    /// What the U-Net reads: of pictures of the frame's resolution pixels that are folded, then those that are coarse, so
+    /// that all but these begin at an even channel.
+    fn inputs(&mut self, filled: &Filled, history: Option<TensorId>) -> Vec<TensorId> {
+        let history = history.filter(|_| self.config.feedback != Feedback::None);
+        let (whole, coarse) = if self.config.coarse { (None, filled.fresh) } else { (filled.fresh, None) };
+        let pictures = [Some(filled.picture), filled.weights, whole, history];
+        pictures.into_iter().flatten().map(|picture| self.folded(picture)).chain(coarse).collect()
+    }
+
+    fn folded(&mut self, picture: TensorId) -> TensorId {
+        if self.config.fold { self.builder.space_to_depth(picture) } else { picture }
+    }
+
+    fn reprojected(&mut self, state: TensorId) -> TensorId {
+        if self.config.reproject { self.builder.warp(state) } else { state }
+    }
+
+    /// What was sampled as it is.
+    fn sparse(&mut self) -> Filled {
+        let weights = self.config.mask.then(|| self.builder.mask());
+        Filled { picture: self.builder.colour(), weights, fresh: None }
+    }
+
+    /// What was sampled, filled.
+    fn filled(&mut self) -> Filled {
+        let config = self.config;
+        let [colour, mask] = [self.builder.colour(), self.builder.mask()];
+        let known = self.builder.join(colour, mask);
+        let corrections = if config.coarse { config.corrections.min(1) } else { config.corrections };
+        let fresh = config.fresh.map(|_| self.spread(known, corrections));
+        let mut samples = known;
+        let mut weights = config.mask.then_some(mask);
+        if config.accumulate > 0.0 {
+            samples = self.accumulated(known, fresh.filter(|_| config.doubt));
+            weights = weights.map(|_| self.builder.part(samples, 3, 1));
+        }
+        let spread = self.spread(samples, config.corrections);
+        Filled {
+            picture: self.builder.blend(samples, spread.picture),
+            weights,
+            fresh: fresh.map(|fresh| match config.coarse {
+                false => self.builder.blend(known, fresh.picture),
+                true => fresh.picture,
+            }),
+        }
+    }
+
+    /// `known` with what is left of earlier frames, which `fresh`, spread from it alone, may contradict.
+    fn accumulated(&mut self, known: TensorId, fresh: Option<Spread>) -> TensorId {
+        let points = self.config.points;
+        let samples = match points {
+            true => self.builder.state("samples", POINT, 0),
+            false => self.builder.state_like("samples", known),
+        };
+        let before = if points { self.builder.reproject(samples) } else { self.reprojected(samples) };
+        let share = fresh.map(|fresh| {
+            let prior = self.spread(before, self.config.corrections.min(1)).picture;
+            let smooth = fresh.smooth.unwrap_or_else(|| self.builder.smooth(fresh.picture));
+            self.builder.doubt(known, prior, smooth)
+        });
+        let accumulated = self.builder.accumulate(known, before, share, self.config.accumulate);
+        self.carried.push((samples, accumulated));
+        if points { self.builder.splat(accumulated) } else { accumulated }
+    }
+
+    /// `known` over the whole frame.
+    fn spread(&mut self, known: TensorId, corrections: u32) -> Spread {
+        let mut picture = self.builder.spread(known, None);
+        let mut first = None;
+        for _ in 0..corrections {
+            let smooth = self.builder.smooth(picture);
+            first = first.or(Some(smooth));
+            picture = self.builder.spread(known, Some(smooth));
+        }
+        Spread { picture, smooth: first }
+    }
+
+    /// D: the U-Net of `inputs`, the filled picture first, and the picture it predicts.
+    fn direct(&mut self, inputs: &[TensorId]) -> Direct {
+        let config = self.config;
+        let mut inputs: Vec<Read> = inputs.iter().copied().map(Read::same).collect();
+        let filled = inputs[0];
+        let mut skips = Vec::new();
+        for (depth, &width) in config.encoder.iter().enumerate() {
+            let name = format!("encoder.{depth}");
+            let output = self.block(&name, &inputs, width);
+            skips.push(output);
+            if depth + 1 < config.encoder.len() {
+                inputs = vec![Read::same(self.builder.pool(output))];
+            }
+        }
+        let mut features = vec![skips[skips.len() - 1]];
+        for depth in (0..config.decoder.len()).rev() {
+            let name = format!("decoder.{depth}");
+            let width = config.decoder[depth];
+            let level = depth as u32 + u32::from(config.fold);
+            let mut read = vec![Read::same(skips[depth]), Read::bilinear(features[0])];
+            let state = config.recurrent.then(|| self.builder.state(&name, width, level));
+            if let Some(state) = state {
+                read.push(Read::same(self.reprojected(state)));
+            }
+            let output = self.block(&name, &read, width);
+            self.carried.extend(state.map(|state| (state, output)));
+            features.insert(0, output);
+        }
+        let mut read = vec![Read::same(features[0])];
+        read.extend(config.residual.then_some(filled));
+        let picture = config.direct.then(|| self.predicted("output", &read, Activation::Relu));
+        Direct { picture, features }
+    }
+
+    /// The picture that a 1×1 convolution of `inputs` makes.
+    fn predicted(&mut self, name: &str, inputs: &[Read], activation: Activation) -> TensorId {
+        let channels = if self.config.fold { 12 } else { 3 };
+        let picture = self.builder.conv(name, inputs, channels, 1, activation);
+        if self.config.fold { self.builder.depth_to_space(picture) } else { picture }
+    }
+
+    /// Two 3×3 convolutions, each with ReLU.
+    fn block(&mut self, name: &str, inputs: &[Read], width: usize) -> TensorId {
+        let first = self.builder.conv(&format!("{name}.conv1"), inputs, width, 3, Activation::Relu);
+        self.builder.conv(&format!("{name}.conv2"), &[Read::same(first)], width, 3, Activation::Relu)
+    }
+
+    /// K as one filter at the finest resolution: of the `direct` prediction, if there is one, and of the pictures `more`.
+    fn kernel(
+        &mut self,
+        features: &[TensorId],
+        direct: Option<(Read, Taps)>,
+        more: Vec<(Read, Taps)>,
+    ) -> TensorId {
+        self.filter("kernel.only", features[0], 0, direct.into_iter().chain(more).collect())
+    }
+
+    /// K: QW-Net's filters of the direct prediction, down and up again (ALGORITHMS §1.1, §1.2). The last kernel also
+    /// weighs the pictures `more`.
+    fn kernels(&mut self, direct: TensorId, features: &[TensorId], more: &[(Read, Taps)]) -> TensorId {
+        // The level of the picture has no features of its own where D works on folded pixels.
+        let mut features = features.to_vec();
+        if self.config.fold {
+            features.insert(0, features[0]);
+        }
+        let deepest = features.len() - 1;
+        let mut image = direct;
+        let mut skips = Vec::new();
+        for (depth, &feature) in features.iter().enumerate() {
+            let name = if depth == deepest { "kernel.bottom".into() } else { format!("kernel.down.{depth}") };
+            let filtered = self.filter(&name, feature, depth, vec![(Read::same(image), Taps::Around)]);
+            skips.push(filtered);
+            image = if depth < deepest { self.builder.pool(filtered) } else { filtered };
+        }
+        for depth in (0..deepest).rev() {
+            let mut images =
+                vec![(Read::bilinear(image), Taps::Around), (Read::same(skips[depth]), Taps::Centre)];
+            if depth == 0 {
+                images.extend(more);
+            }
+            image = self.filter(&format!("kernel.up.{depth}"), features[depth], depth, images);
+        }
+        image
+    }
+
+    fn filter(
+        &mut self,
+        name: &str,
+        features: TensorId,
+        depth: usize,
+        images: Vec<(Read, Taps)>,
+    ) -> TensorId {
+        self.builder.filter(Filter {
+            name: name.to_owned(),
+            features,
+            expand: if self.config.fold && depth == 0 { 2 } else { 1 },
+            images,
+            output: features,
+            normalisation: self.config.normalisation,
+        })
+    }
+}
