@@ -1,6 +1,7 @@
 use super::conv::{Distances, note_transformed};
+use super::frames::FrameInput;
 use super::map::Stored;
-use super::network::{FrameInput, Network};
+use super::network::Network;
 use super::patch::Source;
 use super::precision::{Precision, transformed};
 use super::simd::Simd;

@@ -4,6 +4,16 @@ use super::map::{Map, Stored};
 use fovol_core::{Frame, FrameSize};
 use rayon::prelude::*;
 
+/// What a network is given for one frame.
+#[derive(Debug, Clone, Copy)]
+pub struct FrameInput<'a> {
+    /// The sparse frame: alpha 1 where sampled.
+    pub sparse: &'a Frame,
+    /// For each pixel the way (x right, y down, in pixels) to where it was in the last frame; networks that do
+    /// not use motion ignore it, for others none means stillness.
+    pub motion: Option<&'a [[f32; 2]]>,
+}
+
 /// An image whose pixels `fill` writes, given their place in a frame of `size`; replicated at the right and bottom.
 pub fn padded_map(
     mut map: Map,

@@ -43,8 +43,9 @@ mod words;
 
 pub use calibrate::calibrate;
 pub use element::{Bf16, Element};
+pub use frames::FrameInput;
 pub use map::{Map, Stored};
-pub use network::{FrameInput, Network};
+pub use network::Network;
 pub use peak::peak_flops;
 pub use precision::{Arithmetic, Precision};
 pub use simd::{Simd, Work};

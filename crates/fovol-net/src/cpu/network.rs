@@ -1,7 +1,7 @@
 use super::buffers::{Lifetimes, Spare};
 use super::element::{Bf16, Element};
 use super::filter::Out;
-use super::frames::{crop, padded_map, padded_pairs};
+use super::frames::{FrameInput, crop, padded_map, padded_pairs};
 use super::layer::{Given, SAME, Step, run};
 use super::map::{Stored, with_map};
 use super::numbers::Numbers;
@@ -24,16 +24,6 @@ use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
-
-/// What a network is given for one frame.
-#[derive(Debug, Clone, Copy)]
-pub struct FrameInput<'a> {
-    /// The sparse frame: alpha 1 where sampled.
-    pub sparse: &'a Frame,
-    /// For each pixel the way (x right, y down, in pixels) to where it was in the last frame; networks that do
-    /// not use motion ignore it, for others none means stillness.
-    pub motion: Option<&'a [[f32; 2]]>,
-}
 
 /// A network with its weights, ready to run; shared by any number of clips.
 #[derive(Debug)]
