@@ -8,7 +8,7 @@ use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, Stdio};
-use tempfile::{NamedTempFile, TempPath};
+use tempfile::TempPath;
 
 /// What the names of clips may end in, `.y4m` first; all others need ffmpeg.
 pub const EXTENSIONS: [&str; 13] =
@@ -71,14 +71,7 @@ impl VideoWriter {
         let through_ffmpeg = !is_y4m && ffmpeg_installed();
         let path = if is_y4m || through_ffmpeg { path.to_owned() } else { without_ffmpeg(path) };
         let failed = |e| Error::io("write", &path, e);
-        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let extension = path.extension().map(|e| format!(".{}", e.display())).unwrap_or_default();
-        let (file, temporary) = tempfile::Builder::new()
-            .prefix(".fovolnet-")
-            .suffix(&extension)
-            .tempfile_in(folder)
-            .map(NamedTempFile::into_parts)
-            .map_err(failed)?;
+        let (file, temporary) = atomic::temporary(&path)?.into_parts();
         let encoder = if through_ffmpeg {
             ffmpeg_encoder(&temporary, size, fps).map_err(failed)?
         } else {

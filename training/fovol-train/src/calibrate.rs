@@ -3,6 +3,7 @@ use clap::Args;
 use fovol_net::Weights;
 use fovol_net::weights::Storage;
 use fovol_train::trainer::{TrainConfig, note_ranges};
+use fovolnet::io::atomic;
 use std::path::{Path, PathBuf};
 
 /// Notes what values a network reaches on clips of a configuration.
@@ -28,7 +29,8 @@ impl Calibrate {
         let [learned, _] = config.clips.open(base)?;
         let mut weights = Weights::read(&self.weights)?;
         note_ranges(&mut weights, &learned, &config)?;
-        weights.write(&self.output, if self.half { Storage::F16 } else { Storage::F32 })?;
+        let bytes = weights.to_bytes(if self.half { Storage::F16 } else { Storage::F32 })?;
+        atomic::write_bytes(&self.output, &bytes)?;
         println!("{} ranges in {}", weights.ranges.len(), self.output.display());
         Ok(())
     }

@@ -46,5 +46,11 @@ impl Error {
     }
 }
 
+impl From<fovolnet::io::Error> for Error {
+    fn from(error: fovolnet::io::Error) -> Self {
+        Self::Render(error.into())
+    }
+}
+
 /// What can fail here.
 pub type Result<T> = std::result::Result<T, Error>;

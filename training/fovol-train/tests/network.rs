@@ -278,7 +278,7 @@ fn weights_go_out_and_come_back() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("w.safetensors");
     let second = initial_weights(&Named::WNetFast.config(), Spread::Pytorch, 2).unwrap();
-    second.write(&path, Storage::F32).unwrap();
+    std::fs::write(&path, second.to_bytes(Storage::F32).unwrap()).unwrap();
     network.load(&Weights::read(&path).unwrap()).unwrap();
     assert_eq!(network.weights(), second);
     assert_eq!(numbers(&handles[0].1), second.values(&names[0]).unwrap());

@@ -6,7 +6,6 @@ use half::{bf16, f16};
 use safetensors::tensor::{Dtype, SafeTensors, TensorView, serialize};
 use serde::Deserialize;
 use std::collections::{BTreeMap, HashMap};
-use std::io::Write;
 use std::path::Path;
 
 /// The key of the configuration in the header.
@@ -133,24 +132,6 @@ impl Weights {
         let views = views.map_err(|e| failed(e.to_string()))?;
         serialize(views, Some(header)).map_err(|e| failed(e.to_string()))
     }
-
-    /// Writes a `.safetensors` file; under its name it is there completely or not at all.
-    ///
-    /// # Errors
-    /// What the system said.
-    pub fn write(&self, path: &Path, storage: Storage) -> Result<()> {
-        let bytes = self.to_bytes(storage)?;
-        let failed = |source| Error::Io { verb: "write", path: path.into(), source };
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let mut builder = tempfile::Builder::new();
-        // Temporary files are private; weights are as other new files.
-        #[cfg(unix)]
-        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o644));
-        let mut file = builder.tempfile_in(folder).map_err(failed)?;
-        file.write_all(&bytes).map_err(failed)?;
-        file.persist(path).map_err(|e| failed(e.error))?;
-        Ok(())
-    }
 }
 
 /// The numbers of `view` as f32; none for types that weights do not have.
@@ -186,7 +167,7 @@ mod tests {
         assert!(a.values.iter().zip(&b.values).all(|(a, b)| (a - b).abs() <= a.abs() * 1e-3));
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("w.safetensors");
-        weights.write(&path, Storage::F32).unwrap();
+        std::fs::write(&path, weights.to_bytes(Storage::F32).unwrap()).unwrap();
         assert_eq!(Weights::read(&path).unwrap(), weights);
         assert!(Weights::read(&folder.path().join("none")).unwrap_err().to_string().contains("cannot read"));
     }

@@ -143,7 +143,7 @@ impl Clip {
         let bytes =
             safetensors::serialize(tensors, Some(metadata)).map_err(|e| Error::Clip(e.to_string()))?;
         let packed = zstd::encode_all(bytes.as_slice(), 3).map_err(|e| Error::file("write", path, &e))?;
-        Ok(atomic::write_bytes(path, &packed).map_err(fovolnet::Error::from)?)
+        Ok(atomic::write_bytes(path, &packed)?)
     }
 }
 

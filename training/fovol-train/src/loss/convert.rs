@@ -3,10 +3,10 @@
 use super::legacy::{self, Array};
 use super::vgg::Depth;
 use crate::{Error, Result};
+use fovolnet::io::atomic;
 use safetensors::tensor::{Dtype, TensorView, serialize};
 use sha2::{Digest, Sha256};
 use std::collections::{BTreeMap, HashMap};
-use std::io::Write;
 use std::path::Path;
 
 /// What [`convert_vgg`] found.
@@ -95,7 +95,6 @@ fn read(path: &Path, prefix: &str) -> Result<(BTreeMap<String, Array>, String)> 
 
 /// Writes `arrays` in f32; under its name the file is there completely or not at all.
 fn write(path: &Path, arrays: &BTreeMap<String, Array>, header: HashMap<String, String>) -> Result<()> {
-    let failed = |e: &dyn std::fmt::Display| problem(path, &format!("it cannot be written: {e}"));
     let data: Vec<(&String, &Array, Vec<u8>)> = arrays
         .iter()
         .map(|(name, array)| (name, array, array.values.iter().flat_map(|v| v.to_le_bytes()).collect()))
@@ -104,13 +103,10 @@ fn write(path: &Path, arrays: &BTreeMap<String, Array>, header: HashMap<String, 
         Ok((name.as_str(), TensorView::new(Dtype::F32, array.shape.clone(), bytes)?))
     });
     let views: std::result::Result<Vec<_>, safetensors::SafeTensorError> = views.collect();
-    let bytes = views.and_then(|views| serialize(views, Some(header))).map_err(|e| failed(&e))?;
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(|e| failed(&e))?;
-    file.write_all(&bytes).map_err(|e| failed(&e))?;
-    file.as_file().sync_all().map_err(|e| failed(&e))?;
-    file.persist(path).map_err(|e| failed(&e.error))?;
-    Ok(())
+    let bytes = views
+        .and_then(|views| serialize(views, Some(header)))
+        .map_err(|e| problem(path, &format!("it cannot be written: {e}")))?;
+    Ok(atomic::write_bytes(path, &bytes)?)
 }
 
 fn problem(path: &Path, what: &str) -> Error {

@@ -45,7 +45,7 @@ impl Checkpoint {
         let facts = [("step", self.step.to_string()), ("hours", self.hours.to_string())];
         let facts: HashMap<String, String> = facts.map(|(name, value)| (name.into(), value)).into();
         let bytes = safetensors::serialize(views, Some(facts)).map_err(|e| Error::Saved(e.to_string()))?;
-        Ok(atomic::write_bytes(&path, &bytes).map_err(fovolnet::Error::from)?)
+        Ok(atomic::write_bytes(&path, &bytes)?)
     }
 
     /// Reads that of the run in `folder`.

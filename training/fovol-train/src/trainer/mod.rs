@@ -24,6 +24,7 @@ use crate::{Error, Result};
 use backward::Backward;
 use checkpoint::Checkpoint;
 use fovol_net::Weights;
+use fovolnet::io::atomic;
 use lessons::Lessons;
 use progress::Progress;
 use std::path::{Path, PathBuf};
@@ -226,8 +227,8 @@ impl Trainer {
         if let Some(clips) = clips {
             note_ranges(&mut weights, clips, &self.config)?;
         }
-        weights.write(&self.folder.join("weights.safetensors"), fovol_net::weights::Storage::F32)?;
-        Ok(())
+        let bytes = weights.to_bytes(fovol_net::weights::Storage::F32)?;
+        Ok(atomic::write_bytes(&self.folder.join("weights.safetensors"), &bytes)?)
     }
 
     fn restore(&mut self, checkpoint: &Checkpoint) -> Result<()> {
