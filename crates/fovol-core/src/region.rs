@@ -19,30 +19,28 @@ impl Region {
         Self { x: 0, y: 0, size }
     }
 
-    /// The smallest region of a frame of `size` that has every pixel whose ray of `rays` meets the box from `low` to `high`;
-    /// `None` if none does. All of the frame where the box reaches behind the eye.
-    pub fn of_box(rays: &RayBasis, [low, high]: [DVec3; 2], size: FrameSize) -> Option<Self> {
-        let [forward, right, up] = rays.axes();
+    /// The smallest region of a frame of `size` that has every pixel whose ray of `rays` meets one of `boxes`, each from its lowest
+    /// to its highest corner; `None` if none does. All of the frame where a box reaches from in front of the eye to behind it.
+    pub fn of_boxes(
+        rays: &RayBasis,
+        boxes: impl IntoIterator<Item = [DVec3; 2]>,
+        size: FrameSize,
+    ) -> Option<Self> {
         let mut ends = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
-        for corner in 0..8 {
-            let chosen = |axis: usize| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] };
-            let to = DVec3::new(chosen(0), chosen(1), chosen(2)) - rays.origin();
-            let ahead = to.dot(forward) / forward.length_squared();
-            if ahead < 1e-6 {
-                return Some(Self::whole(size));
-            }
-            let across = to.dot(right) / (right.length_squared() * ahead);
-            let above = to.dot(up) / (up.length_squared() * ahead);
-            let place = [
-                (1.0 + across) * 0.5 * f64::from(size.width) - 0.5,
-                (1.0 - above) * 0.5 * f64::from(size.height) - 0.5,
-            ];
-            for (ends, at) in ends.iter_mut().zip(place) {
-                *ends = [ends[0].min(at), ends[1].max(at)];
+        for bounds in boxes {
+            match Shadow::of_box(rays, bounds) {
+                Shadow::None => {}
+                Shadow::Everywhere => return Some(Self::whole(size)),
+                Shadow::Between(shadow) => {
+                    for (ends, more) in ends.iter_mut().zip(shadow) {
+                        *ends = [ends[0].min(more[0]), ends[1].max(more[1])];
+                    }
+                }
             }
         }
         // Rounded outwards: rays through corners are as good as inside.
-        let along = |[first, last]: [f64; 2], count: u32| {
+        let along = |ends: [f64; 2], count: u32| {
+            let [first, last] = ends.map(|at| (1.0 + at) * 0.5 * f64::from(count) - 0.5);
             let [first, end] =
                 [first.floor(), last.ceil() + 1.0].map(|at| at.clamp(0.0, f64::from(count)) as u32);
             (first < end).then_some([first, end - first])
@@ -111,10 +109,57 @@ impl Region {
         });
     }
 
-    /// Puts `part`, which has its size, where it is in `frame`.
-    pub fn put(self, part: &Frame, frame: &mut Frame) {
-        let width = frame.size().width;
-        self.put_part(part.pixels(), frame.pixels_mut(), width);
+    /// A frame of `size` that is `part` here, whose size this region has, and of one colour all `around`.
+    pub fn framed(self, part: &Frame, around: [f32; 4], size: FrameSize) -> Frame {
+        let mut pixels = vec![[0.0; 4]; size.pixels()];
+        let columns = self.x as usize..(self.x + self.size.width) as usize;
+        let rows = pixels.par_chunks_exact_mut(size.width as usize).enumerate();
+        rows.for_each(|(y, row)| match y.checked_sub(self.y as usize) {
+            Some(y) if y < self.size.height as usize => {
+                row[..columns.start].fill(around);
+                row[columns.clone()].copy_from_slice(&part.pixels()[y * columns.len()..][..columns.len()]);
+                row[columns.end..].fill(around);
+            }
+            _ => row.fill(around),
+        });
+        Frame::from_pixels(size, pixels).expect("there are as many pixels")
+    }
+}
+
+/// Where a box is seen.
+enum Shadow {
+    /// Nowhere: all of it is behind the eye.
+    None,
+    /// The first and the last place along each axis, x right and y down, from −1 to 1 in the frame.
+    Between([[f64; 2]; 2]),
+    /// Nobody knows: it reaches from in front of the eye to behind it.
+    Everywhere,
+}
+
+impl Shadow {
+    fn of_box(rays: &RayBasis, [low, high]: [DVec3; 2]) -> Self {
+        let axes = rays.axes().map(|axis| axis / axis.length_squared());
+        // Linear in the corner: that of the lowest one, and what each edge adds.
+        let [lowest, x, y, z] = [low - rays.origin(), DVec3::X, DVec3::Y, DVec3::Z]
+            .map(|to| DVec3::from_array(axes.map(|axis| to.dot(axis))));
+        let edge = high - low;
+        let (mut behind, mut ends) = (0, [[f64::INFINITY, f64::NEG_INFINITY]; 2]);
+        for corner in 0..8 {
+            let part = |bit: usize| f64::from(u8::from(corner >> bit & 1 == 1));
+            let at = lowest + x * (part(0) * edge.x) + y * (part(1) * edge.y) + z * (part(2) * edge.z);
+            if at.x < 1e-6 {
+                behind += 1;
+                continue;
+            }
+            for (ends, at) in ends.iter_mut().zip([at.y / at.x, -at.z / at.x]) {
+                *ends = [ends[0].min(at), ends[1].max(at)];
+            }
+        }
+        match behind {
+            0 => Self::Between(ends),
+            8 => Self::None,
+            _ => Self::Everywhere,
+        }
     }
 }
 
@@ -135,7 +180,7 @@ mod tests {
             let (low, extent) = (DVec3::from_array(low), DVec3::from_array(extent));
             let camera = Camera { target: DVec3::splat(0.1), ..Camera::on_sphere(azimuth, elevation, distance, fovy) };
             let rays = camera.rays(SIZE);
-            let region = Region::of_box(&rays, [low, low + extent], SIZE);
+            let region = Region::of_boxes(&rays, [[low, low + extent]], SIZE);
             let centre = low + extent * 0.5;
             for (x, y) in (0..23).flat_map(|y| (0..37).map(move |x| (x, y))) {
                 let mut ray = rays.ray(x, y);
@@ -149,13 +194,21 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_seen_has_no_region_and_what_is_behind_the_whole_frame() {
+    fn what_is_not_seen_has_no_region_and_what_is_around_the_eye_the_whole_frame() {
         let rays = Camera::on_sphere(0.0, 0.0, 2.0, 30.0).rays(SIZE);
         let near = |centre: DVec3| [centre - 0.1, centre + 0.1];
-        assert_eq!(Region::of_box(&rays, near(DVec3::new(3.0, 0.0, 0.0)), SIZE), None);
-        assert_eq!(Region::of_box(&rays, near(DVec3::Z * 2.0), SIZE), Some(Region::whole(SIZE)));
-        let middle = Region::of_box(&rays, near(DVec3::ZERO), SIZE).unwrap();
+        let seen =
+            |centres: &[DVec3]| Region::of_boxes(&rays, centres.iter().map(|&centre| near(centre)), SIZE);
+        assert_eq!(seen(&[]), None);
+        let aside = DVec3::new(3.0, 0.0, 0.0);
+        assert_eq!(seen(&[aside]), None);
+        assert_eq!(seen(&[DVec3::Z * 3.0]), None);
+        assert_eq!(seen(&[DVec3::Z * 2.0]), Some(Region::whole(SIZE)));
+        let middle = seen(&[DVec3::ZERO]).unwrap();
         assert!(middle.pixels() < 60 && middle.x > 10 && middle.y > 6, "{middle:?}");
+        let [left, right] = [-0.3, 0.3].map(|x| seen(&[DVec3::X * x]).unwrap());
+        let both = seen(&[DVec3::X * 0.3, DVec3::X * -0.3]).unwrap();
+        assert!(both.contains(&left) && both.contains(&right) && both.size.height == middle.size.height);
     }
 
     #[test]
@@ -174,9 +227,10 @@ mod tests {
         let part = region.of(&frame);
         assert_eq!(part.pixel(0, 0), frame.pixel(3, 2));
         assert_eq!(part.pixel(3, 4), frame.pixel(6, 6));
-        let mut other = Frame::new(SIZE);
-        region.put(&part, &mut other);
+        let other = region.framed(&part, [0.5; 4], SIZE);
         assert_eq!(other.pixel(6, 6), frame.pixel(6, 6));
-        assert_eq!(other.pixel(7, 6), [0.0; 4]);
+        for (x, y) in [(2, 6), (7, 6), (6, 1), (6, 7)] {
+            assert_eq!(other.pixel(x, y), [0.5; 4]);
+        }
     }
 }

@@ -42,10 +42,7 @@ impl Visibility {
 /// Whether the box of `volume` lies in a frame of `size`.
 fn sees(camera: &Camera, volume: &Volume, size: FrameSize) -> bool {
     let half = volume.grid().world_extent() * 0.5;
-    let (forward, ..) = camera.axes();
-    // The corner that lies farthest along the view; regions of boxes behind the eye are whole frames.
-    let is_ahead = half.dot(forward.abs()) > camera.eye.dot(forward);
-    is_ahead && Region::of_box(&camera.rays(size), [-half, half], size).is_some()
+    Region::of_boxes(&camera.rays(size), [[-half, half]], size).is_some()
 }
 
 /// Why nothing shows of a `volume` that is in sight.

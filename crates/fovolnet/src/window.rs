@@ -33,12 +33,10 @@ impl Seen {
         self.region.map_or_else(|| Region::whole(size), |region| region.grown(MARGIN, GRID, size))
     }
 
-    /// A frame of `size` in which nothing is seen.
-    fn nothing(&self, size: FrameSize) -> Frame {
-        let mut frame = Frame::new(size);
+    /// A pixel in which nothing is seen.
+    fn nothing(&self) -> [f32; 4] {
         let [r, g, b] = self.background;
-        frame.fill([r, g, b, 1.0]);
-        frame
+        [r, g, b, 1.0]
     }
 }
 
@@ -79,7 +77,7 @@ impl Windowed {
         }
         let Some(region) = seen.region else {
             self.part = None;
-            return Ok(seen.nothing(self.size));
+            return Ok(Frame::from_pixels(self.size, vec![seen.nothing(); pixels])?);
         };
         let mut part = self.follow(network, region)?;
         let frame = part.reconstruct(network, input, seen);
@@ -117,9 +115,7 @@ impl Part {
         let mut part = self.window.of(input.sparse);
         let motion = input.motion.map(|motion| self.window.part(motion, size.width));
         network.fill(&mut part, motion.as_deref(), &mut self.state)?;
-        let mut frame = seen.nothing(size);
-        self.window.put(&part, &mut frame);
-        Ok(frame)
+        Ok(self.window.framed(&part, seen.nothing(), size))
     }
 }
 
@@ -146,7 +142,8 @@ mod tests {
 
     /// Every fifth pixel; background but in the region.
     fn sparse(seen: &Seen, t: usize) -> Frame {
-        let mut frame = seen.nothing(SIZE);
+        let mut frame = Frame::new(SIZE);
+        frame.fill(seen.nothing());
         if let Some(region) = seen.region {
             for (i, pixel) in region.rows(SIZE.width).flatten().map(|at| (at, at % 7)) {
                 frame.pixels_mut()[i] = [0.1 * pixel as f32, 0.5, 0.3, 1.0];

@@ -290,7 +290,8 @@ def add_fills(layers):
     for levels in [2, 4]:
         name = f"doubt_{levels}_levels"
         known = known_case(layers, name, (16, 48), 0.1, 0.3)
-        prior, fresh = (layers.array(f"{name}.in{i}", (3, 8, 24), 0.0, 1.0) for i in [1, 2])
+        prior = layers.array(f"{name}.in1", (3, 16, 48), 0.0, 1.0)
+        fresh = layers.array(f"{name}.in2", (3, 8, 24), 0.0, 1.0)
         layers.add(name, networks.doubt(known, prior, fresh, levels), kind="doubt", levels=levels)
     known = known_case(layers, "accumulate", (16, 24), 0.3, 1.0)
     before = layers.array("accumulate.in1", (4, 16, 24), 0.0, 1.0)

@@ -62,7 +62,7 @@ OURS |= {"coarse": True, "addition": True, "recurrent": False, "direct": False}
 CONFIGS = {
     "wnet-paper": wnet([64, 64, 80, 96], [64, 64, 80]),
     "wnet-narrow": wnet([64, 64, 80, 96], [32, 64, 80]),
-    "wnet-fast": wnet([16, 32, 48, 64], [16, 32, 48], **OURS),
+    "wnet-fast": wnet([16, 16, 32, 48], [16, 16, 32], **OURS),
     "deepfovea-fvn": wnet(
         [32, 64, 128, 128, 128], [32, 64, 128, 128], feedback="none", kernels=False
     ),
@@ -247,9 +247,9 @@ def pull_push(known, levels, lowest):
     return filled[:, :3] / above_zero(filled[:, 3:])
 
 
-def beside(known, base):
-    """What samples differ by from the picture `base` of half the resolution, times their weights."""
-    return known[:, :3] - known[:, 3:] * bilinear_up(base)
+def beside(known, picture):
+    """What samples differ by from `picture`, times their weights."""
+    return known[:, :3] - known[:, 3:] * picture
 
 
 def spread(known, base, levels):
@@ -258,7 +258,7 @@ def spread(known, base, levels):
     known = known[:, :4]
     if base is None:
         return pull_push(known, levels, 1)
-    return base + pull_push(joined(beside(known, base), known[:, 3:]), levels, 1)
+    return base + pull_push(joined(beside(known, bilinear_up(base)), known[:, 3:]), levels, 1)
 
 
 def corrected(known, corrections, levels):
@@ -279,7 +279,8 @@ def blend(known, base):
 def doubt(known, prior, fresh, levels):
     """How far what was known before is believed, at an eighth of the resolution if that is among the levels."""
     mask = known[:, 3:]
-    error, own = [(beside(known, base) ** 2).mean(dim=1, keepdim=True) for base in [prior, fresh]]
+    pictures = [prior, bilinear_up(fresh)]
+    error, own = [(beside(known, picture) ** 2).mean(dim=1, keepdim=True) for picture in pictures]
     squares = joined(torch.cat([error, own, torch.zeros_like(mask)], dim=1), mask)
     squares = pull_push(squares, levels, min(levels, DOUBT_LEVEL))
     error, own = squares[:, :1], squares[:, 1:2] + DOUBT_EPSILON
@@ -433,8 +434,7 @@ class WNet(nn.Module):
             if config["accumulate"] > 0:
                 share = None
                 if config["doubt"]:
-                    prior, _ = corrected(states["samples"], min(corrections, 1), levels)
-                    share = doubt(known, prior, smooth, levels)
+                    share = doubt(known, states["output"], smooth, levels)
                 known = accumulated(known, states["samples"], share, config["accumulate"])
                 following["samples"] = known
                 known = splat(known) if config["points"] else known

@@ -265,17 +265,14 @@ impl Variation {
         let (mut known, mut all) = (Vec::new(), Vec::new());
         for at in 0..size.pixels() {
             let (x, y) = (at % width, at / width);
-            let mut colour = [0.0, 0.0, 0.0, 1.0];
+            let (mut colour, mut inverse) = ([0.0, 0.0, 0.0, 1.0], 0.0);
             if !self.is_blank(x, y, width, height) {
                 let [r, g, b] = self.recoloured(std::array::from_fn(|c| clip.frames[shown][3 * at + c]));
-                colour = [r, g, b, 1.0];
-                let inverse = clip.inverse_distances[shown][at].to_f32();
-                if inverse > 0.0 {
-                    let here = (Pixel { x: x as u16, y: y as u16 }, inverse);
-                    all.push(here);
-                    known.extend(sampled[at].then_some(here));
-                }
+                (colour, inverse) = ([r, g, b, 1.0], clip.inverse_distances[shown][at].to_f32());
             }
+            let here = (Pixel { x: x as u16, y: y as u16 }, inverse);
+            all.push(here);
+            known.extend(sampled[at].then_some(here));
             full.pixels_mut()[at] = colour;
             if sampled[at] {
                 sparse.pixels_mut()[at] = colour;

@@ -12,12 +12,12 @@ use glam::Vec4;
 use rayon::prelude::*;
 use std::array::from_fn;
 
-/// Two pictures of half the resolution that samples are compared with.
+/// Two pictures that samples are compared with.
 #[derive(Debug, Clone, Copy)]
 pub struct Expected<'a> {
-    /// What the samples of earlier frames give.
+    /// The last one, where it is now.
     pub prior: &'a Map,
-    /// What those of this frame give.
+    /// What the samples of this frame give, at half the resolution.
     pub fresh: &'a Map,
 }
 
@@ -33,9 +33,10 @@ pub fn doubt(
     match known {
         KnownPixels::All(known) => pyramid.pull_of(&Squares { known, expected }),
         KnownPixels::Samples(samples) => pyramid.pull_samples(samples, |y, sample| {
-            let found = sample.known().to_array();
-            let square = |picture| mean_square(&found, &doubled(picture, [y, sample.x as usize]).to_array());
-            Vec4::new(square(expected.prior), square(expected.fresh), 0.0, 1.0)
+            let (found, x) = (sample.known().to_array(), sample.x as usize);
+            let [r, g, b, _] = doubled(expected.fresh, [y, x]).to_array();
+            let prior = expected.prior.row(y).as_chunks().0[x];
+            Vec4::new(mean_square(&found, &prior), mean_square(&found, &[r, g, b]), 0.0, 1.0)
         }),
     }
     let [height, width] = known.size().map(|side| side >> lowest);
@@ -56,13 +57,13 @@ struct Squares<'a> {
 }
 
 impl KnownRows for Squares<'_> {
-    type Memory = [DoubledRow; 2];
+    type Memory = DoubledRow;
 
     fn size(&self) -> [usize; 2] {
         [self.known.height, self.known.width]
     }
 
-    fn make(&self, y: usize, memory: &mut [DoubledRow; 2], to: &mut Vec<Known>) {
+    fn make(&self, y: usize, memory: &mut DoubledRow, to: &mut Vec<Known>) {
         to.resize(self.known.width, [0.0; 4]);
         let known = self.known.row(y).as_chunks().0;
         Simd::best().in_vectors(SquareRow { known, expected: self.expected, y, memory, to });
@@ -73,25 +74,24 @@ struct SquareRow<'a> {
     known: &'a [Known],
     expected: &'a Expected<'a>,
     y: usize,
-    memory: &'a mut [DoubledRow; 2],
+    memory: &'a mut DoubledRow,
     to: &'a mut [Known],
 }
 
 impl VectorWork for SquareRow<'_> {
     #[inline(always)]
     fn run<V: Floats>(self, some: V) {
-        let Self { known, expected, y, memory: [prior, fresh], to } = self;
-        prior.make(expected.prior, y, some);
-        fresh.make(expected.fresh, y, some);
-        let expected = prior.row.iter().zip(&fresh.row);
-        for ((to, known), (prior, fresh)) in to.iter_mut().zip(known).zip(expected) {
-            *to = [mean_square(known, prior), mean_square(known, fresh), 0.0, known[3]];
+        let Self { known, expected, y, memory, to } = self;
+        memory.make(expected.fresh, y, some);
+        let expected = expected.prior.row(y).as_chunks().0.iter().zip(&memory.row);
+        for ((to, known), (prior, &[r, g, b, _])) in to.iter_mut().zip(known).zip(expected) {
+            *to = [mean_square(known, prior), mean_square(known, &[r, g, b]), 0.0, known[3]];
         }
     }
 }
 
 #[inline(always)]
-fn mean_square([r, g, b, w]: &Known, expected: &[f32; 4]) -> f32 {
+fn mean_square([r, g, b, w]: &Known, expected: &[f32; 3]) -> f32 {
     let d = [r - w * expected[0], g - w * expected[1], b - w * expected[2]];
     (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) * (1.0 / 3.0)
 }
@@ -266,10 +266,12 @@ mod tests {
 
     #[test]
     fn what_samples_contradict_is_not_believed() {
-        let picture =
-            |value: f32| Map { data: vec![value; 16 * 16 * 3].into(), height: 16, width: 16, channels: 3 };
+        let picture = |side: usize, value: f32| {
+            let data = vec![value; side * side * 3].into();
+            Map { data, height: side, width: side, channels: 3 }
+        };
         let share = |prior: f32| {
-            let (prior, fresh) = (picture(prior), picture(0.3));
+            let (prior, fresh) = (picture(32, prior), picture(16, 0.3));
             let mut out = Map::default();
             let expected = Expected { prior: &prior, fresh: &fresh };
             doubt(KnownPixels::All(&samples()), &expected, [4, 3], &mut Pyramid::default(), &mut out);

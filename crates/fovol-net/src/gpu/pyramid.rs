@@ -11,7 +11,7 @@ enum Pulled {
     Known,
     /// What they differ by from a picture of half their resolution.
     Differences(TensorId),
-    /// The mean squares by which they differ from two.
+    /// The mean squares by which they differ from a picture and from one of half its resolution.
     Squares([TensorId; 2]),
 }
 

@@ -36,7 +36,8 @@ impl Exporter<'_> {
             return self.pull_push(name, &known, levels, 1);
         };
         let (known, base) = (self.known(name, known), self.value(base));
-        let difference = self.difference(name, &known, &base);
+        let doubled = self.graph.bilinear(&format!("{name}.up"), &base);
+        let difference = self.difference(name, &known, &doubled);
         let both = self.graph.concatenated(&format!("{name}.beside"), &[difference, known.weight]);
         let correction = self.pull_push(name, &both, levels, 1);
         self.graph.plain("Add", name, &[&base, &correction])
@@ -72,8 +73,10 @@ impl Exporter<'_> {
     ) -> String {
         let name = self.name(output);
         let known = self.known(name, known);
+        let prior = self.value(prior);
+        let fresh = self.value(fresh);
+        let fresh = self.graph.bilinear(&format!("{name}.up"), &fresh);
         let [error, own] = [prior, fresh].map(|expected| {
-            let expected = self.value(expected);
             let difference = self.difference(name, &known, &expected);
             let graph = &mut self.graph;
             let square = graph.plain("Mul", &format!("{name}.square"), &[&difference, &difference]);
@@ -157,8 +160,7 @@ impl Exporter<'_> {
     fn difference(&mut self, name: &str, known: &Known, picture: &str) -> String {
         let colour = self.channels(&format!("{name}.colour"), &known.both, &[0, 1, 2]);
         let graph = &mut self.graph;
-        let expected = graph.bilinear(&format!("{name}.up"), picture);
-        let expected = graph.plain("Mul", &format!("{name}.expected"), &[&expected, &known.weight]);
+        let expected = graph.plain("Mul", &format!("{name}.expected"), &[picture, &known.weight]);
         graph.plain("Sub", &format!("{name}.difference"), &[&colour, &expected])
     }
 

@@ -258,9 +258,9 @@ pub enum Layer {
     Doubt {
         /// [Known](Self::Join) pixels of this frame.
         known: TensorId,
-        /// What those of earlier frames give, at half the resolution.
+        /// The last picture, where it is now.
         prior: TensorId,
-        /// What those of this frame give, at half the resolution and so smooth that each says little about itself.
+        /// What the samples of this frame give, at half the resolution and so smooth that each says little about itself.
         fresh: TensorId,
         /// How often the resolution is halved.
         levels: u32,

@@ -2,7 +2,7 @@
 // cpu/accumulate.rs do before and after.
 
 /// What is pulled: known pixels, what they differ by from a picture of half their resolution, or the mean squares by which
-/// they differ from two.
+/// they differ from one of their own and from that.
 override PULLED: u32;
 /// What is made of the pixels in the end: the picture, the picture added to another one, or how far what was known before
 /// is believed.
@@ -47,13 +47,7 @@ const PATCH = 2u * TILE + 2u;
 
 var<workgroup> patch_pixels: array<vec4f, PATCH * PATCH>;
 
-/// The picture that known pixels are compared with first, at twice its resolution.
-fn doubled_prior(at: vec2u) -> vec3f {
-    let i = pixels_around(at, vec2u(shape.width, shape.height));
-    return between(prior[i.x], prior[i.y], prior[i.z], prior[i.w]).rgb;
-}
-
-/// And the second one.
+/// The picture of half the resolution that known pixels are compared with, at twice its resolution.
 fn doubled_fresh(at: vec2u) -> vec3f {
     let i = pixels_around(at, vec2u(shape.width, shape.height));
     return between(fresh[i.x], fresh[i.y], fresh[i.z], fresh[i.w]).rgb;
@@ -66,15 +60,16 @@ fn mean_square(known: vec4f, expected: vec3f) -> f32 {
 
 /// What is known of pixel `at` of twice the resolution.
 fn known(at: vec2u) -> vec4f {
-    let found = finer[at.y * 2u * shape.width + at.x];
+    let i = at.y * 2u * shape.width + at.x;
+    let found = finer[i];
     // What nothing is known of differs from nothing.
     if PULLED == 0u || all(found == vec4f(0.0)) {
         return found;
     }
     if PULLED == DIFFERENCES {
-        return vec4f(found.rgb - found.a * doubled_prior(at), found.a);
+        return vec4f(found.rgb - found.a * doubled_fresh(at), found.a);
     }
-    return vec4f(mean_square(found, doubled_prior(at)), mean_square(found, doubled_fresh(at)), 0.0, found.a);
+    return vec4f(mean_square(found, prior[i].rgb), mean_square(found, doubled_fresh(at)), 0.0, found.a);
 }
 
 /// Means of four pixels along one axis.

@@ -10,6 +10,8 @@ const SMALL_AND_LARGE: [usize; 2] = [1 << 25, 1 << 27];
 const BUCKETS: usize = 4096;
 /// Distances are counted up to here.
 const FAR: u8 = 63;
+/// Into how many parts along each axis the volume is cut at most, to know where it shows anything.
+const BLOCKS: usize = 24;
 /// Above this share of occupied cells looking for empty ones costs more than it saves.
 const DENSE: f64 = 0.9;
 
@@ -25,8 +27,8 @@ pub struct Macrocells {
     ranges: Vec<[u16; 2]>,
     distances: Vec<u8>,
     occupied: f64,
-    /// The first and the last cells along each axis that show anything.
-    visible: Option<[[usize; 3]; 2]>,
+    /// Of each of up to [`BLOCKS`]³ parts of the volume that show anything the first and the last cells along each axis that do.
+    visible: Vec<[[usize; 3]; 2]>,
 }
 
 impl Macrocells {
@@ -49,7 +51,7 @@ impl Macrocells {
             .collect();
         // Four spare bytes: lanes read distances as 32-bit words.
         let distances = vec![0; ranges.len() + 4];
-        let visible = Some([[0; 3], cells.map(|count| count - 1)]);
+        let visible = vec![[[0; 3], cells.map(|count| count - 1)]];
         Self { cells, shift, ranges, distances, occupied: 1.0, visible }
     }
 
@@ -82,15 +84,16 @@ impl Macrocells {
         &self.distances
     }
 
-    /// The part of the grid where anything is visible, in positions of [`Grid::world_to_grid`](fovol_core::Grid); somewhat more,
-    /// never less. `None` where nothing is.
-    pub fn visible(&self) -> Option<[DVec3; 2]> {
-        let [first, last] = self.visible?;
+    /// Boxes of the grid in which all lies that is visible, in positions of [`Grid::world_to_grid`](fovol_core::Grid); somewhat
+    /// more, never less.
+    pub fn visible(&self) -> impl Iterator<Item = [DVec3; 2]> {
         // Interpolation cell i lies between the centres of voxels i and i + 1; those at the border reach on to it.
         let position = |cells: [usize; 3], more: f64| {
             DVec3::from_array(cells.map(|cell| (cell << self.shift) as f64 + more))
         };
-        Some([position(first, -0.5), position(last.map(|cell| cell + 1), 1.5)])
+        self.visible
+            .iter()
+            .map(move |&[first, last]| [position(first, -0.5), position(last.map(|cell| cell + 1), 1.5)])
     }
 
     /// The share of cells that show anything, 0…1.
@@ -104,18 +107,29 @@ impl Macrocells {
     }
 }
 
-/// The first and the last of `cells` cells along each axis whose distance is 0.
-fn visible(distances: &[u8], cells: [usize; 3]) -> Option<[[usize; 3]; 2]> {
-    let row = |(number, row): (usize, &[u8])| {
-        let first = row.iter().position(|&d| d == 0)?;
-        let last = row.iter().rposition(|&d| d == 0)?;
-        let [y, z] = [number % cells[1], number / cells[1]];
-        Some([[first, y, z], [last, y, z]])
-    };
+/// Of each of up to [`BLOCKS`]³ parts of `cells` cells the first and the last along each axis whose distance is 0, if there are any.
+fn visible(distances: &[u8], cells: [usize; 3]) -> Vec<[[usize; 3]; 2]> {
+    let edge = cells.map(|count| count.div_ceil(BLOCKS));
+    let [columns, rows, _] = [0, 1, 2].map(|axis| cells[axis].div_ceil(edge[axis]));
     let both = |[a, b]: [[usize; 3]; 2], [c, d]: [[usize; 3]; 2]| {
         [std::array::from_fn(|i| a[i].min(c[i])), std::array::from_fn(|i| b[i].max(d[i]))]
     };
-    distances.par_chunks(cells[0]).enumerate().filter_map(row).reduce_with(both)
+    let slabs = distances.par_chunks(cells[0] * cells[1] * edge[2]).enumerate();
+    let found = slabs.flat_map_iter(|(slab, distances)| {
+        let mut found: Vec<Option<[[usize; 3]; 2]>> = vec![None; columns * rows];
+        for (number, row) in distances.chunks(cells[0]).enumerate() {
+            let [y, z] = [number % cells[1], slab * edge[2] + number / cells[1]];
+            for (column, part) in row.chunks(edge[0]).enumerate() {
+                let Some(first) = part.iter().position(|&d| d == 0) else { continue };
+                let last = part.iter().rposition(|&d| d == 0).unwrap_or(first);
+                let more = [first, last].map(|x| [column * edge[0] + x, y, z]);
+                let block = &mut found[y / edge[1] * columns + column];
+                *block = Some(block.map_or(more, |block| both(block, more)));
+            }
+        }
+        found.into_iter().flatten()
+    });
+    found.collect()
 }
 
 /// For each bucket the first one at or after it in which anything is visible; `BUCKETS` if none is.
@@ -236,6 +250,24 @@ mod tests {
         distances[0] = 0;
         spread(&mut distances, [1, 1, 200]);
         assert_eq!((distances[62], distances[63], distances[199]), (62, FAR, FAR));
+    }
+
+    #[test]
+    fn everything_visible_lies_in_one_of_few_boxes() {
+        let cells = [40, 7, 25];
+        let bright = |i: usize| i.wrapping_mul(2_654_435_761) >> 7 & 31 == 0 || i < 3;
+        let distances: Vec<u8> = (0..40 * 7 * 25).map(|i| if bright(i) { 0 } else { FAR }).collect();
+        let boxes = visible(&distances, cells);
+        assert!(boxes.len() > 100 && boxes.len() <= 10 * 7 * 9, "{}", boxes.len());
+        let is_in = |at: [usize; 3], [first, last]: &[[usize; 3]; 2]| {
+            (0..3).all(|axis| (first[axis]..=last[axis]).contains(&at[axis]))
+        };
+        for (i, &distance) in distances.iter().enumerate() {
+            let at = [i % 40, i / 40 % 7, i / 280];
+            let count = boxes.iter().filter(|bounds| is_in(at, bounds)).count();
+            assert!(count <= 1 && (distance > 0 || count == 1), "{at:?} {count}");
+        }
+        assert!(visible(&[FAR; 8], [2; 3]).is_empty());
     }
 
     #[test]

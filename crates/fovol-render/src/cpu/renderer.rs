@@ -135,8 +135,9 @@ impl Renderer {
     /// `None` where there are none.
     pub fn visible_region(&self, camera: &Camera, size: FrameSize) -> Option<Region> {
         let half = self.grid.world_extent() * 0.5;
-        let bounds = self.cells.visible()?.map(|at| self.grid.grid_to_world(at).clamp(-half, half));
-        Region::of_box(&camera.rays(size), bounds, size)
+        let boxes = self.cells.visible();
+        let boxes = boxes.map(|bounds| bounds.map(|at| self.grid.grid_to_world(at).clamp(-half, half)));
+        Region::of_boxes(&camera.rays(size), boxes, size)
     }
 
     /// The colour of what rays meet that meet nothing.

@@ -114,8 +114,8 @@ fn between(at: usize, count: usize) -> (usize, usize, f32) {
 type Errors = [f32; COUNT];
 
 /// Believes in each tile the guesses the more, the less `last` differs along them from the samples of `sparse`. At a sample itself
-/// the distance is known: each sample is looked for along the motion of the pixels right of it and below it, if these were not
-/// sampled too.
+/// the distance is known: each sample is looked for along the motion of a pixel beside it that was not sampled too, every other
+/// one along that of the pixel right of it if it can be, the rest along that of the pixel below. Both would tell nearly the same.
 pub fn believe(guesses: &Guesses, sparse: &Frame, to_last: &Reprojection, last: &Frame) -> Beliefs {
     let size = sparse.size();
     let columns = (size.width as usize).div_ceil(TILE);
@@ -184,18 +184,17 @@ impl Evidence<'_> {
             // Pixels that are sampled, and those right of and below which none is.
             let sampled = here.are & TILE_BITS;
             let (alone_right, alone_below) = (here.not >> 1, below.not);
+            let first_right = EVERY_OTHER << (y % 2);
+            let right = alone_right & (first_right | !alone_below);
             let mut found = sampled & (alone_right | alone_below);
             while found != 0 {
                 let at = found.trailing_zeros();
                 found &= found - 1;
                 let x = left + at as usize;
-                for (is_alone, beside) in [(alone_right, [x + 1, y]), (alone_below, [x, y + 1])] {
-                    if is_alone >> at & 1 == 1 {
-                        self.put([x, y], beside, &mut batch);
-                        if batch.count == LANES {
-                            self.judge(&mut batch, errors);
-                        }
-                    }
+                let beside = if right >> at & 1 == 1 { [x + 1, y] } else { [x, y + 1] };
+                self.put([x, y], beside, &mut batch);
+                if batch.count == LANES {
+                    self.judge(&mut batch, errors);
                 }
             }
             here = below;
@@ -287,6 +286,9 @@ struct Sampled {
 
 /// The bits of a tile's pixels.
 const TILE_BITS: u32 = (1 << TILE) - 1;
+
+/// The bits of every other pixel, from the first of an even row on.
+const EVERY_OTHER: u32 = 0x5555_5555;
 
 /// Pairs of pixels that are judged at once.
 const LANES: usize = 16;

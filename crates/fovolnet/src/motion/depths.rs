@@ -1,12 +1,14 @@
-use fovol_core::{Frame, FrameSize, Pixel, Region, Reprojection, SampleList};
+use fovol_core::{FrameSize, Pixel, Region, Reprojection, SampleList};
 use fovol_net::FilledNumbers;
+use fovol_net::cpu::{Simd, Work};
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// How far away is what some pixels of a frame show.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Depths {
     size: FrameSize,
-    /// Those that show anything, with one over its distance from the eye.
+    /// With one over the distance of each from the eye, 0 where nothing was met.
     known: Vec<(Pixel, f32)>,
 }
 
@@ -20,11 +22,11 @@ impl Depths {
     /// [`Marched::depth`]: fovol_render::cpu::march::Marched
     pub fn new(list: &SampleList, distances: &[f32]) -> Self {
         assert_eq!(list.len(), distances.len(), "one distance for every listed pixel");
-        let near = list.pixels().iter().zip(distances).filter(|(_, distance)| distance.is_finite());
-        Self { size: list.size(), known: near.map(|(pixel, distance)| (*pixel, 1.0 / distance)).collect() }
+        let inverse = distances.iter().map(|distance| 1.0 / distance);
+        Self { size: list.size(), known: list.pixels().iter().copied().zip(inverse).collect() }
     }
 
-    /// Of pixels of a frame of `size` with one over the distance of each.
+    /// Of pixels of a frame of `size` with one over the distance of each, 0 where nothing was met.
     pub fn of_inverse(size: FrameSize, known: Vec<(Pixel, f32)>) -> Self {
         Self { size, known }
     }
@@ -48,31 +50,21 @@ impl Depths {
     }
 
     /// One over the distances between these, and between them and what frames `earlier` knew, seen from here: the nearest where
-    /// several fall on a pixel. What `sparse` sampled in this frame is known better.
-    pub fn filled_with(&self, earlier: &[(Reprojection, &Self)], sparse: &Frame) -> FilledNumbers {
-        let nothing = || vec![0.0; self.size.pixels()];
-        let (near, seen) = rayon::join(
-            || self.put(nothing()),
-            || {
-                let mut seen = nothing();
-                let here = earlier.par_iter().map(|(here, depths)| self.seen_before(here, depths, sparse));
-                for (i, inverse) in here.collect::<Vec<_>>().into_iter().flatten() {
-                    seen[i] = inverse.max(seen[i]);
-                }
-                self.put(seen)
-            },
-        );
-        FilledNumbers::new(self.size, [near, seen])
+    /// several fall on a pixel. What is known of this frame is known better.
+    pub fn filled_with(&self, earlier: &[(Reprojection, &Self)]) -> FilledNumbers {
+        let near = self.put(vec![0.0; self.size.pixels()]);
+        let seen: Vec<_> = (0..self.size.pixels()).map(|_| AtomicU32::new(0)).collect();
+        earlier.par_iter().for_each(|(here, depths)| depths.see(here, &seen));
+        let seen = seen.into_iter().map(|inverse| f32::from_bits(inverse.into_inner())).collect();
+        FilledNumbers::new(self.size, [near, self.put(seen)])
     }
 
-    /// The pixels, by their numbers, in which what an earlier frame knew is seen from `here`, where `sparse` has no samples.
-    fn seen_before(&self, here: &Reprojection, earlier: &Self, sparse: &Frame) -> Vec<(usize, f32)> {
-        let seen = |(pixel, inverse): &(Pixel, f32)| {
-            let (place, inverse) = here.point(f32::from(pixel.x), f32::from(pixel.y), *inverse)?;
-            let i = self.nearest_pixel(place)?;
-            (sparse.pixels()[i][3] <= 0.5).then_some((i, inverse))
-        };
-        earlier.known.iter().filter_map(seen).collect()
+    /// Makes `seen` the nearest of what it is, and what this knew, seen from `here`: the bits of one over distances, which are in
+    /// the order of these numbers as none is negative.
+    fn see(&self, here: &Reprojection, seen: &[AtomicU32]) {
+        self.known.par_chunks(KNOWN_OF_TASK).for_each(|known| {
+            Simd::best().vectorised(Seeing { known, here, size: self.size, seen });
+        });
     }
 
     /// `inverse` with what is known here.
@@ -82,13 +74,78 @@ impl Depths {
         }
         inverse
     }
+}
 
-    /// The number of the pixel that `place` lies in.
-    fn nearest_pixel(&self, place: [f32; 2]) -> Option<usize> {
-        let [x, y] = place.map(|c| c + 0.5);
-        let (width, height) = (self.size.width as usize, self.size.height as usize);
-        let is_inside = x >= 0.0 && y >= 0.0 && x < width as f32 && y < height as f32;
-        is_inside.then(|| y as usize * width + x as usize)
+/// How many pixels a task moves.
+const KNOWN_OF_TASK: usize = 4096;
+
+/// Pixels that are moved at once.
+const LANES: usize = 16;
+
+/// The seeing of what some pixels of another frame showed.
+struct Seeing<'a> {
+    known: &'a [(Pixel, f32)],
+    here: &'a Reprojection,
+    size: FrameSize,
+    seen: &'a [AtomicU32],
+}
+
+impl Work for Seeing<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let mut moved = Moved::default();
+        for known in self.known.chunks(LANES) {
+            for (lane, (pixel, inverse)) in known.iter().enumerate() {
+                [moved.x[lane], moved.y[lane]] = [pixel.x, pixel.y].map(f32::from);
+                moved.inverse[lane] = *inverse;
+            }
+            moved.make(self.here);
+            for lane in 0..known.len() {
+                self.put(moved.x[lane], moved.y[lane], moved.inverse[lane]);
+            }
+        }
+    }
+}
+
+impl Seeing<'_> {
+    /// Puts what is one over `inverse` away to the pixel that (`x`, `y`) lies in, if there is one.
+    #[inline(always)]
+    fn put(&self, x: f32, y: f32, inverse: f32) {
+        let (width, height) = (self.size.width as f32, self.size.height as f32);
+        let (x, y) = (x + 0.5, y + 0.5);
+        if inverse > 0.0 && x >= 0.0 && y >= 0.0 && x < width && y < height {
+            // 32 bits are enough, and take one instruction.
+            let i = y as i32 as usize * self.size.width as usize + x as i32 as usize;
+            raise(&self.seen[i], inverse.to_bits());
+        }
+    }
+}
+
+/// Places of points and one over their distances.
+#[derive(Default)]
+struct Moved {
+    x: [f32; LANES],
+    y: [f32; LANES],
+    inverse: [f32; LANES],
+}
+
+impl Moved {
+    /// Moves them to where they are seen from `here`; what is not in front, or was nowhere, is 0 away then.
+    #[inline(always)]
+    fn make(&mut self, here: &Reprojection) {
+        for lane in 0..LANES {
+            let ([x, y], inverse) =
+                here.point(self.x[lane], self.y[lane], self.inverse[lane]).unwrap_or(([0.0; 2], 0.0));
+            (self.x[lane], self.y[lane], self.inverse[lane]) = (x, y, inverse);
+        }
+    }
+}
+
+/// Makes `number` at least `to`. Most are that already or were 0: reading first saves what changing costs.
+#[inline(always)]
+fn raise(number: &AtomicU32, to: u32) {
+    if number.load(Ordering::Relaxed) < to {
+        number.fetch_max(to, Ordering::Relaxed);
     }
 }
 
@@ -127,15 +184,14 @@ mod tests {
         let behind = Depths::of_inverse(size, vec![(Pixel { x: x as u16, y: y as u16 }, 0.3)]);
         let same = Reprojection::new(&here, &here, size);
         let now = Depths::of_inverse(size, vec![(Pixel { x: 0, y: 0 }, 0.4)]);
-        let mut sparse = Frame::new(size);
-        sparse.pixels_mut()[0] = [0.0, 0.0, 0.0, 1.0];
-        let [near, filled] = now.filled_with(&[(reprojection, &before), (same, &behind)], &sparse).pictures();
+        let [near, filled] = now.filled_with(&[(reprojection, &before), (same, &behind)]).pictures();
         assert_eq!(near, now.filled().inverse());
         assert!((filled[(y * 32 + x) as usize] - inverse).abs() < 1e-6);
         assert!((filled[0] - 0.4).abs() < 1e-6);
         // This frame saw nothing there.
-        sparse.pixels_mut()[(y * 32 + x) as usize][3] = 1.0;
-        let [_, filled] = now.filled_with(&[(reprojection, &before)], &sparse).pictures();
+        let nothing = (Pixel { x: x as u16, y: y as u16 }, 0.0);
+        let now = Depths::of_inverse(size, vec![(Pixel { x: 0, y: 0 }, 0.4), nothing]);
+        let [_, filled] = now.filled_with(&[(reprojection, &before)]).pictures();
         assert!((filled[(y * 32 + x) as usize] - 0.4).abs() < 1e-6);
     }
 
@@ -144,7 +200,6 @@ mod tests {
         let size = FrameSize::new(4, 4).unwrap();
         let list = SampleList::new(size, vec![Pixel { x: 1, y: 2 }, Pixel { x: 3, y: 3 }]);
         let depths = Depths::new(&list, &[f32::INFINITY, 2.0]);
-        assert_eq!(depths, Depths::of_inverse(size, vec![(Pixel { x: 3, y: 3 }, 0.5)]));
         assert!(depths.filled().inverse().iter().all(|inverse| (inverse - 0.5).abs() < 1e-6));
         let nothing = Depths::new(&list, &[f32::INFINITY; 2]);
         assert!(nothing.filled().inverse().iter().all(|inverse| *inverse == 0.0));

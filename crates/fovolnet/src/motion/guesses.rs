@@ -23,7 +23,7 @@ pub const NEAREST: f32 = 0.05;
 
 impl Guesses {
     pub fn new(now: Sparse<'_>, earlier: &[(Reprojection, &Depths)]) -> Self {
-        Self { filled: now.depths.filled_with(earlier, now.frame) }
+        Self { filled: now.depths.filled_with(earlier) }
     }
 
     pub fn size(&self) -> FrameSize {

@@ -73,7 +73,12 @@ fn difference(place: vec2f, colour: vec3f) -> f32 {
 
 var<workgroup> sums: array<array<f32, GUESSES>, PIXELS>;
 
-/// Looks for the samples of a tile along the motion of the pixels right of them and below them that are no samples.
+fn is_unsampled(at: vec2u) -> bool {
+    return is_inside(at) && sparse[at.y * reprojection.width + at.x].a <= 0.5;
+}
+
+/// Looks for the samples of a tile along the motion of the pixels beside them that are no samples: every other one along that
+/// of the pixel right of it if it can be, the rest along that of the pixel below.
 @compute @workgroup_size(TILE, TILE)
 fn judge(
     @builtin(workgroup_id) tile: vec3u,
@@ -86,15 +91,13 @@ fn judge(
     if is_inside(at) {
         let colour = sparse[at.y * reprojection.width + at.x];
         if colour.a > 0.5 {
-            for (var side = 0u; side < 2u; side++) {
-                let beside = at + vec2u(1u - side, side);
-                if !is_inside(beside) {
-                    continue;
-                }
+            let first = (at.x + at.y) % 2u;
+            var beside = at + vec2u(1u - first, first);
+            if !is_unsampled(beside) {
+                beside = at + vec2u(first, 1u - first);
+            }
+            if is_unsampled(beside) {
                 let i = beside.y * reprojection.width + beside.x;
-                if sparse[i].a > 0.5 {
-                    continue;
-                }
                 for (var guess = 0u; guess < GUESSES; guess++) {
                     sum[guess] += difference(vec2f(at) + moved(beside, inverse_of(guess, i)), colour.rgb);
                 }

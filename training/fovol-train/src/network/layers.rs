@@ -153,10 +153,10 @@ fn parts(known: &Tensor) -> [Tensor; 2] {
     [known.narrow(1, 0, 3), known.narrow(1, 3, 1)]
 }
 
-/// What `known` differs by from `picture`, of half the resolution, times its weights.
+/// What `known` differs by from `picture` times its weights.
 fn difference(known: &Tensor, picture: &Tensor) -> Tensor {
     let [colour, weight] = parts(known);
-    colour - weight * resized(picture, Resize::Bilinear)
+    colour - weight * picture
 }
 
 /// `known` spread at half the resolution; with `base` what it differs from that, added to it.
@@ -165,7 +165,8 @@ pub(super) fn spread(known: &Tensor, base: Option<&Tensor>, levels: u32) -> Tens
     match base {
         None => pull_push(known, levels, 1),
         Some(base) => {
-            let beside = Tensor::cat(&[difference(known, base), known.narrow(1, 3, 1)], 1);
+            let beside =
+                Tensor::cat(&[difference(known, &resized(base, Resize::Bilinear)), known.narrow(1, 3, 1)], 1);
             base + pull_push(&beside, levels, 1)
         }
     }
@@ -177,10 +178,11 @@ pub(super) fn blend(known: &Tensor, base: &Tensor) -> Tensor {
     colour + (1.0 - weight) * resized(base, Resize::Bilinear)
 }
 
-/// v / (v + share · max(e − allowed · v, 0)), with e and v (ε more) the mean squares by which samples differ from `prior` and `fresh`.
+/// v / (v + share · max(e − allowed · v, 0)), with e and v (ε more) the mean squares by which samples differ from `prior`
+/// and `fresh`, doubled.
 pub(super) fn doubt(known: &Tensor, [prior, fresh]: [&Tensor; 2], [levels, lowest]: [u32; 2]) -> Tensor {
     let mask = known.narrow(1, 3, 1);
-    let [error, own] = [prior, fresh]
+    let [error, own] = [prior, &resized(fresh, Resize::Bilinear)]
         .map(|expected| difference(known, expected).square().mean_dim([1i64].as_slice(), true, None::<Kind>));
     let squares = Tensor::cat(&[error, own, mask.zeros_like(), mask], 1);
     let squares = pull_push(&squares, levels, lowest);

@@ -72,8 +72,8 @@ pub struct WNetConfig {
     /// sampled; needs `fold` and `bypass`.
     #[serde(default)]
     pub coarse: bool,
-    /// Whether accumulated samples lose weight where those of the frame contradict them, as they do where the motion is
-    /// wrong or something comes to light; needs `fresh`.
+    /// Whether accumulated samples lose weight where those of the frame contradict the last picture, as they do where the
+    /// motion is wrong or something comes to light; needs `fresh`, and `history` or `feedback`.
     #[serde(default)]
     pub doubt: bool,
     /// How often what is filled is smoothed and then corrected by what the samples differ from it.
@@ -136,8 +136,8 @@ impl WNetConfig {
     /// Ours.
     pub fn fast() -> Self {
         Self {
-            encoder: vec![16, 32, 48, 64],
-            decoder: vec![16, 32, 48],
+            encoder: vec![16, 16, 32, 48],
+            decoder: vec![16, 16, 32],
             feedback: Feedback::Output,
             kernels: true,
             normalisation: Normalisation::Squared,
@@ -221,6 +221,12 @@ impl WNetConfig {
         if self.doubt && self.fresh.is_none() {
             return Err(
                 "a fresh picture is needed to doubt the others; set `fresh`, or leave out `doubt`".into()
+            );
+        }
+        if self.doubt && self.history.is_none() && self.feedback == Feedback::None {
+            return Err(
+                "the last picture is needed to doubt what it was made of; set `history` or `feedback`, or leave out `doubt`"
+                    .into(),
             );
         }
         if self.coarse && (self.fresh.is_none() || !self.fold || !self.bypass) {

@@ -51,7 +51,7 @@ impl<'a> Walk<'a> {
         let wants_last = config.history.is_some() || config.feedback != Feedback::None;
         let last = wants_last.then(|| self.builder.state("output", 3, 0));
         let history = last.map(|last| self.reprojected(last));
-        let filled = if config.prefill { self.filled() } else { self.sparse() };
+        let filled = if config.prefill { self.filled(history) } else { self.sparse() };
         let inputs = self.inputs(&filled, history);
         let direct = self.direct(&inputs);
         let read = if config.coarse { Read::bilinear } else { Read::same };
@@ -113,8 +113,8 @@ impl<'a> Walk<'a> {
         Filled { picture: self.builder.colour(), weights, fresh: None }
     }
 
-    /// What was sampled, filled.
-    fn filled(&mut self) -> Filled {
+    /// What was sampled, filled; `history` is the last picture where it is now.
+    fn filled(&mut self, history: Option<TensorId>) -> Filled {
         let config = self.config;
         let [colour, mask] = [self.builder.colour(), self.builder.mask()];
         let known = self.builder.join(colour, mask);
@@ -123,7 +123,8 @@ impl<'a> Walk<'a> {
         let mut samples = known;
         let mut weights = config.mask.then_some(mask);
         if config.accumulate > 0.0 {
-            samples = self.accumulated(known, fresh.filter(|_| config.doubt));
+            let doubted = fresh.zip(history).filter(|_| config.doubt);
+            samples = self.accumulated(known, doubted);
             weights = weights.map(|_| self.builder.part(samples, 3, 1));
         }
         let spread = self.spread(samples, config.corrections);
@@ -137,16 +138,16 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// `known` with what is left of earlier frames, which `fresh`, spread from it alone, may contradict.
-    fn accumulated(&mut self, known: TensorId, fresh: Option<Spread>) -> TensorId {
+    /// `known` with what is left of earlier frames, which are doubted where `known` differs from what they showed by more
+    /// than from what is spread of it alone.
+    fn accumulated(&mut self, known: TensorId, doubted: Option<(Spread, TensorId)>) -> TensorId {
         let points = self.config.points;
         let samples = match points {
             true => self.builder.state("samples", POINT, 0),
             false => self.builder.state_like("samples", known),
         };
         let before = if points { self.builder.reproject(samples) } else { self.reprojected(samples) };
-        let share = fresh.map(|fresh| {
-            let prior = self.spread(before, self.config.corrections.min(1)).picture;
+        let share = doubted.map(|(fresh, prior)| {
             let smooth = fresh.smooth.unwrap_or_else(|| self.builder.smooth(fresh.picture));
             self.builder.doubt(known, prior, smooth)
         });
