@@ -26,13 +26,18 @@ impl Region {
         boxes: impl IntoIterator<Item = [DVec3; 2]>,
         size: FrameSize,
     ) -> Option<Self> {
+        let axes = rays.axes().map(|axis| axis / axis.length_squared());
+        let seen = |way: DVec3| DVec3::from_array(axes.map(|axis| way.dot(axis)));
+        let units = [DVec3::X, DVec3::Y, DVec3::Z].map(seen);
         let mut ends = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
-        for bounds in boxes {
-            match Shadow::of_box(rays, bounds) {
-                Shadow::None => {}
-                Shadow::Everywhere => return Some(Self::whole(size)),
-                Shadow::Between(shadow) => {
-                    for (ends, more) in ends.iter_mut().zip(shadow) {
+        for [low, high] in boxes {
+            let extent = (high - low).to_array();
+            let edges = std::array::from_fn(|axis| units[axis] * extent[axis]);
+            match Outline::of_box(seen(low - rays.origin()), edges) {
+                Outline::None => {}
+                Outline::Everywhere => return Some(Self::whole(size)),
+                Outline::Between(outline) => {
+                    for (ends, more) in ends.iter_mut().zip(outline) {
                         *ends = [ends[0].min(more[0]), ends[1].max(more[1])];
                     }
                 }
@@ -127,7 +132,7 @@ impl Region {
 }
 
 /// Where a box is seen.
-enum Shadow {
+enum Outline {
     /// Nowhere: all of it is behind the eye.
     None,
     /// The first and the last place along each axis, x right and y down, from −1 to 1 in the frame.
@@ -136,17 +141,14 @@ enum Shadow {
     Everywhere,
 }
 
-impl Shadow {
-    fn of_box(rays: &RayBasis, [low, high]: [DVec3; 2]) -> Self {
-        let axes = rays.axes().map(|axis| axis / axis.length_squared());
-        // Linear in the corner: that of the lowest one, and what each edge adds.
-        let [lowest, x, y, z] = [low - rays.origin(), DVec3::X, DVec3::Y, DVec3::Z]
-            .map(|to| DVec3::from_array(axes.map(|axis| to.dot(axis))));
-        let edge = high - low;
+impl Outline {
+    /// Of the box with one corner at `corner`, from which `edges` lead to the next ones: how far ahead, and how far right and up of
+    /// the middle of the frame, whose edges are at 1 times that.
+    fn of_box(corner: DVec3, edges: [DVec3; 3]) -> Self {
         let (mut behind, mut ends) = (0, [[f64::INFINITY, f64::NEG_INFINITY]; 2]);
-        for corner in 0..8 {
-            let part = |bit: usize| f64::from(u8::from(corner >> bit & 1 == 1));
-            let at = lowest + x * (part(0) * edge.x) + y * (part(1) * edge.y) + z * (part(2) * edge.z);
+        for number in 0..8 {
+            let ways = edges.iter().enumerate().filter(|(bit, _)| number >> bit & 1 == 1);
+            let at = ways.fold(corner, |at, (_, edge)| at + edge);
             if at.x < 1e-6 {
                 behind += 1;
                 continue;

@@ -205,6 +205,8 @@ fn gradients_of_clips_agree_with_differences() {
         decoder: vec![3, 4],
         direct: true,
         residual: true,
+        // No gradients go through it.
+        doubt: false,
         ..WNetConfig::fast()
     };
     let softmax = WNetConfig {

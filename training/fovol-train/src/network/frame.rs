@@ -108,7 +108,7 @@ impl<'a> Frame<'a> {
             Layer::Blend { known, base, .. } => layers::blend(&self.exact(*known), &self.exact(*base)),
             Layer::Doubt { known, prior, fresh, levels, output } => {
                 let [known, prior, fresh] = [known, prior, fresh].map(|id| self.exact(*id));
-                // Pictures are to be right, not to be believed.
+                // As with points, through which no gradients go: pictures are to be right, not to be believed.
                 let prior = prior.detach();
                 let lowest = self.network.plan.tensor(*output).level;
                 layers::doubt(&known, [&prior, &fresh], [*levels, lowest])
