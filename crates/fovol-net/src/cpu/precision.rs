@@ -21,8 +21,8 @@ pub enum Precision {
     Bf16,
     /// Products of f16, for devices that have them; on processors this becomes f32.
     F16,
-    /// The 3×3 convolutions of non-negative inputs with bytes, but for one that makes a state of whole resolution; that and
-    /// everything else as [`Self::Bf16`]. Needs the ranges of activations; see [`super::calibrate`].
+    /// The 3×3 convolutions of non-negative inputs with bytes, but for one that makes a state of whole resolution, and, where bf16 is
+    /// fast too, one that reads folded pictures; these and everything else as [`Self::Bf16`]. Needs the ranges of activations; see [`super::calibrate`].
     Int8,
     /// Bytes in the layers that the weights name, or in all but the finest level; else as [`Self::Bf16`].
     Mixed,
@@ -140,7 +140,9 @@ impl<'a> Choice<'a> {
 
     fn wants_bytes(&self, conv: &Conv) -> bool {
         match self.precision {
-            Precision::Int8 => !self.makes_finest_state(conv),
+            Precision::Int8 => {
+                !self.makes_finest_state(conv) && !(self.simd.gains_from_bf16() && self.reads_folded(conv))
+            }
             Precision::Mixed => match self.weights.facts.get(BYTES) {
                 Some(prefixes) => prefixes.split(',').any(|prefix| conv.name.starts_with(prefix.trim())),
                 None => !["encoder.0.", "decoder.0."].iter().any(|finest| conv.name.starts_with(finest)),
@@ -153,6 +155,16 @@ impl<'a> Choice<'a> {
     fn makes_finest_state(&self, conv: &Conv) -> bool {
         let is_state = self.plan.states().iter().any(|state| state.next == conv.output);
         is_state && self.plan.tensor(conv.output).level == 0
+    }
+
+    /// Whether `conv` reads pictures that are folded: to make bytes of their few channels takes longer than multiplying these saves, and
+    /// loses most.
+    fn reads_folded(&self, conv: &Conv) -> bool {
+        let folds = |layer: &Layer| match layer {
+            Layer::SpaceToDepth { output, .. } => conv.inputs.iter().any(|read| read.tensor == *output),
+            _ => false,
+        };
+        self.plan.layers().iter().any(folds)
     }
 
     /// For each input channel of `conv` what a step of its byte is worth; none where a range is not known.

@@ -146,11 +146,12 @@ impl<'a> Walk<'a> {
             true => self.builder.state("samples", POINT, 0),
             false => self.builder.state_like("samples", known),
         };
-        let before = if points { self.builder.reproject(samples) } else { self.reprojected(samples) };
         let share = doubted.map(|(fresh, prior)| {
             let smooth = fresh.smooth.unwrap_or_else(|| self.builder.smooth(fresh.picture));
             self.builder.doubt(known, prior, smooth)
         });
+        // Only now: what was looked at for the share lay near.
+        let before = if points { self.builder.reproject(samples) } else { self.reprojected(samples) };
         let accumulated = self.builder.accumulate(known, before, share, self.config.accumulate);
         self.carried.push((samples, accumulated));
         if points { self.builder.splat(accumulated) } else { accumulated }
