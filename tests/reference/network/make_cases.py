@@ -244,7 +244,6 @@ def add_points(layers):
     moved = networks.reproject(points, layers.double("reproject.in1"))
     layers.add("reproject", moved, kind="reproject")
     layers.add("splat", networks.splat(points_case(layers, "splat", (7, 11))), kind="splat")
-    layers.add("spread_points", networks.spread(points_case(layers, "spread_points", (16, 16)), None, 3), kind="spread", levels=3)
     before = points_case(layers, "accumulate_points", (4, 6))
     known = known_case(layers, "accumulate_points_known", (4, 6), 0.3, 1.0)
     layers.arrays["accumulate_points.in0"] = layers.arrays.pop("accumulate_points_known.in0")

@@ -253,9 +253,7 @@ def beside(known, picture):
 
 
 def spread(known, base, levels):
-    """The picture at half the resolution that `known` gives; with `base`, that one corrected by it. Of points their
-    places do not count."""
-    known = known[:, :4]
+    """The picture at half the resolution that `known` gives; with `base`, that one corrected by it."""
     if base is None:
         return pull_push(known, levels, 1)
     return base + pull_push(joined(beside(known, bilinear_up(base)), known[:, 3:]), levels, 1)

@@ -97,10 +97,14 @@ impl Case<'_> {
             }
             "splat" => points::splat(&points::of_pixels(&inputs[0]), &mut out),
             "spread" => {
-                let are_points = inputs[0].channels == POINT;
-                let known = if are_points { points::of_pixels(&inputs[0]) } else { inputs[0].clone() };
                 let levels = self.number("levels") as u32;
-                spread(KnownPixels::All(&known), inputs.get(1), levels, &mut Pyramid::default(), &mut out);
+                spread(
+                    KnownPixels::All(&inputs[0]),
+                    inputs.get(1),
+                    levels,
+                    &mut Pyramid::default(),
+                    &mut out,
+                );
             }
             "smooth" => smooth(&inputs[0], &mut out),
             "blend" => blend(KnownPixels::All(&inputs[0]), &inputs[1], &mut out),

@@ -3,19 +3,16 @@
 use super::doubled::{DoubledRow, doubled};
 use super::floats::{Floats, VectorWork};
 use super::map::Map;
-use super::points::WithoutPlaces;
 use super::pyramid::{Known, KnownRows, Pyramid, divided};
 use super::samples::{self, KnownPixels};
 use super::simd::{Simd, Work};
-use crate::plan::POINT;
 use glam::Vec4;
 use rayon::prelude::*;
 
 /// Writes to `out` the picture that `known` gives at half the resolution, from means over squares of up to 2^`levels`
-/// pixels; with `base` that picture plus what `known` differs from it, spread alike. Of points their places do not count.
+/// pixels; with `base` that picture plus what `known` differs from it, spread alike.
 pub fn spread(known: KnownPixels<'_>, base: Option<&Map>, levels: u32, pyramid: &mut Pyramid, out: &mut Map) {
     match (known, base) {
-        (KnownPixels::All(known), None) if known.channels == POINT => pyramid.pull_of(&WithoutPlaces(known)),
         (KnownPixels::All(known), None) => pyramid.pull_from(samples::pixels(known), known.width),
         (KnownPixels::All(known), Some(base)) => pyramid.pull_of(&Differences { known, base }),
         (KnownPixels::Samples(samples), None) => pyramid.pull_samples(samples, |_, sample| sample.known()),
@@ -63,22 +60,15 @@ struct Differences<'a> {
 }
 
 impl KnownRows for Differences<'_> {
-    /// A row of the base, and of what is known where that does not lie there as it is.
-    type Memory = (DoubledRow, Vec<Known>);
+    type Memory = DoubledRow;
 
     fn size(&self) -> [usize; 2] {
         [self.known.height, self.known.width]
     }
 
-    fn make(&self, y: usize, (base, row): &mut Self::Memory, to: &mut Vec<Known>) {
+    fn make(&self, y: usize, memory: &mut DoubledRow, to: &mut Vec<Known>) {
         to.resize(self.known.width, [0.0; 4]);
-        let known = if self.known.channels == POINT {
-            WithoutPlaces(self.known).make(y, &mut (), row);
-            row.as_flattened()
-        } else {
-            self.known.row(y)
-        };
-        Simd::best().in_vectors(DifferenceRow { known, base: self.base, y, memory: base, to });
+        Simd::best().in_vectors(DifferenceRow { known: self.known.row(y), base: self.base, y, memory, to });
     }
 }
 

@@ -226,7 +226,7 @@ pub enum Layer {
     /// Known pixels spread over the frame at half the resolution: means of ever larger squares where there are few. With a
     /// `base`, what they differ from that is spread, and added to it.
     Spread {
-        /// [Known](Self::Join) pixels, or [points](POINT), of which their places do not count.
+        /// [Known](Self::Join) pixels.
         known: TensorId,
         /// The picture at half the resolution that is to be corrected.
         base: Option<TensorId>,

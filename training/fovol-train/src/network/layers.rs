@@ -161,7 +161,6 @@ fn difference(known: &Tensor, picture: &Tensor) -> Tensor {
 
 /// `known` spread at half the resolution; with `base` what it differs from that, added to it.
 pub(super) fn spread(known: &Tensor, base: Option<&Tensor>, levels: u32) -> Tensor {
-    let known = &known.narrow(1, 0, 4);
     match base {
         None => pull_push(known, levels, 1),
         Some(base) => {

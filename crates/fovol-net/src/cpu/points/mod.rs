@@ -12,8 +12,6 @@ pub use splat::splat;
 use super::floats::Floats;
 use super::lines::prefetch;
 use super::map::Map;
-use super::pyramid::{Known, KnownRows};
-use super::simd::{Simd, Work};
 use crate::plan::POINT;
 use rayon::prelude::*;
 use std::array::from_fn;
@@ -102,37 +100,6 @@ impl<'a> RowMut<'a> {
     #[inline(always)]
     fn store<V: Floats>(&mut self, n: usize, x: usize, vector: V) {
         vector.store(&mut self.0[n][x..]);
-    }
-}
-
-/// What points know, wherever they are in their pixels.
-#[derive(Debug)]
-pub struct WithoutPlaces<'a>(pub &'a Map);
-
-impl KnownRows for WithoutPlaces<'_> {
-    type Memory = ();
-
-    fn size(&self) -> [usize; 2] {
-        [self.0.height, self.0.width]
-    }
-
-    fn make(&self, y: usize, (): &mut (), to: &mut Vec<Known>) {
-        to.resize(self.0.width, [0.0; 4]);
-        Simd::best().vectorised(KnownRow { row: Row::of(self.0, y), to });
-    }
-}
-
-struct KnownRow<'a> {
-    row: Row<'a>,
-    to: &'a mut [Known],
-}
-
-impl Work for KnownRow<'_> {
-    #[inline(always)]
-    fn run(self) {
-        let Self { row: Row([r, g, b, w, ..]), to } = self;
-        let numbers = r.iter().zip(g).zip(b.iter().zip(w));
-        to.iter_mut().zip(numbers).for_each(|(to, ((&r, &g), (&b, &w)))| *to = [r, g, b, w]);
     }
 }
 
