@@ -121,7 +121,7 @@ impl Seeing<'_> {
     }
 }
 
-/// Places of points and one over their distances.
+/// Places of points, and one over the distance of each, 0 where there is none.
 #[derive(Default)]
 struct Moved {
     x: [f32; LANES],
@@ -130,7 +130,7 @@ struct Moved {
 }
 
 impl Moved {
-    /// Moves them to where they are seen from `here`; what is not in front, or was nowhere, is 0 away then.
+    /// Moves them to where they are seen from `here`; what is not in front becomes one of those.
     #[inline(always)]
     fn make(&mut self, here: &Reprojection) {
         for lane in 0..LANES {
