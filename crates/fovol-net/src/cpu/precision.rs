@@ -141,7 +141,8 @@ impl<'a> Choice<'a> {
     fn wants_bytes(&self, conv: &Conv) -> bool {
         match self.precision {
             Precision::Int8 => {
-                !self.makes_finest_state(conv) && !(self.simd.gains_from_bf16() && self.reads_folded(conv))
+                let stays_bf16 = self.simd.gains_from_bf16() && self.reads_folded(conv);
+                !stays_bf16 && !self.makes_finest_state(conv)
             }
             Precision::Mixed => match self.weights.facts.get(BYTES) {
                 Some(prefixes) => prefixes.split(',').any(|prefix| conv.name.starts_with(prefix.trim())),
