@@ -10,8 +10,8 @@ const SMALL_AND_LARGE: [usize; 2] = [1 << 25, 1 << 27];
 const BUCKETS: usize = 4096;
 /// Distances are counted up to here.
 const FAR: u8 = 63;
-/// Into how many parts along each axis the volume is cut at most, to know where it shows anything.
-const BLOCKS: usize = 24;
+/// Into how many parts along y and z the volume is cut at most, to know where it shows anything: every frame asks of each.
+const BEAMS: usize = 32;
 /// Above this share of occupied cells looking for empty ones costs more than it saves.
 const DENSE: f64 = 0.9;
 
@@ -27,7 +27,7 @@ pub struct Macrocells {
     ranges: Vec<[u16; 2]>,
     distances: Vec<u8>,
     occupied: f64,
-    /// Of each of up to [`BLOCKS`]³ parts of the volume that show anything the first and the last cells along each axis that do.
+    /// Of each of up to [`BEAMS`]² beams along x that show anything the first and the last cells along each axis that do.
     visible: Vec<[[usize; 3]; 2]>,
 }
 
@@ -107,27 +107,24 @@ impl Macrocells {
     }
 }
 
-/// Of each of up to [`BLOCKS`]³ parts of `cells` cells the first and the last along each axis whose distance is 0, if there are any.
+/// Of each of up to [`BEAMS`]² beams of `cells` cells the first and the last along each axis whose distance is 0, if there are any.
 fn visible(distances: &[u8], cells: [usize; 3]) -> Vec<[[usize; 3]; 2]> {
-    let edge = cells.map(|count| count.div_ceil(BLOCKS));
-    let [columns, rows, _] = [0, 1, 2].map(|axis| cells[axis].div_ceil(edge[axis]));
+    let [high, deep] = [cells[1], cells[2]].map(|count| count.div_ceil(BEAMS));
     let both = |[a, b]: [[usize; 3]; 2], [c, d]: [[usize; 3]; 2]| {
         [std::array::from_fn(|i| a[i].min(c[i])), std::array::from_fn(|i| b[i].max(d[i]))]
     };
-    let slabs = distances.par_chunks(cells[0] * cells[1] * edge[2]).enumerate();
+    let slabs = distances.par_chunks(cells[0] * cells[1] * deep).enumerate();
     let found = slabs.flat_map_iter(|(slab, distances)| {
-        let mut found: Vec<Option<[[usize; 3]; 2]>> = vec![None; columns * rows];
+        let mut beams: Vec<Option<[[usize; 3]; 2]>> = vec![None; cells[1].div_ceil(high)];
         for (number, row) in distances.chunks(cells[0]).enumerate() {
-            let [y, z] = [number % cells[1], slab * edge[2] + number / cells[1]];
-            for (column, part) in row.chunks(edge[0]).enumerate() {
-                let Some(first) = part.iter().position(|&d| d == 0) else { continue };
-                let last = part.iter().rposition(|&d| d == 0).unwrap_or(first);
-                let more = [first, last].map(|x| [column * edge[0] + x, y, z]);
-                let block = &mut found[y / edge[1] * columns + column];
-                *block = Some(block.map_or(more, |block| both(block, more)));
-            }
+            let Some(first) = row.iter().position(|&d| d == 0) else { continue };
+            let last = row.iter().rposition(|&d| d == 0).unwrap_or(first);
+            let [y, z] = [number % cells[1], slab * deep + number / cells[1]];
+            let more = [first, last].map(|x| [x, y, z]);
+            let beam = &mut beams[y / high];
+            *beam = Some(beam.map_or(more, |beam| both(beam, more)));
         }
-        found.into_iter().flatten()
+        beams.into_iter().flatten()
     });
     found.collect()
 }
@@ -254,11 +251,11 @@ mod tests {
 
     #[test]
     fn everything_visible_lies_in_one_of_few_boxes() {
-        let cells = [40, 7, 25];
+        let cells = [40, 7, 70];
         let bright = |i: usize| i.wrapping_mul(2_654_435_761) >> 7 & 31 == 0 || i < 3;
-        let distances: Vec<u8> = (0..40 * 7 * 25).map(|i| if bright(i) { 0 } else { FAR }).collect();
+        let distances: Vec<u8> = (0..40 * 7 * 70).map(|i| if bright(i) { 0 } else { FAR }).collect();
         let boxes = visible(&distances, cells);
-        assert!(boxes.len() > 100 && boxes.len() <= 10 * 7 * 9, "{}", boxes.len());
+        assert!(boxes.len() > 100 && boxes.len() <= 7 * 24, "{}", boxes.len());
         let is_in = |at: [usize; 3], [first, last]: &[[usize; 3]; 2]| {
             (0..3).all(|axis| (first[axis]..=last[axis]).contains(&at[axis]))
         };

@@ -52,11 +52,15 @@ impl Depths {
     /// One over the distances between these, and between them and what frames `earlier` knew, seen from here: the nearest where
     /// several fall on a pixel. What is known of this frame is known better.
     pub fn filled_with(&self, earlier: &[(Reprojection, &Self)]) -> FilledNumbers {
-        let near = self.put(vec![0.0; self.size.pixels()]);
-        let seen: Vec<_> = (0..self.size.pixels()).map(|_| AtomicU32::new(0)).collect();
-        earlier.par_iter().for_each(|(here, depths)| depths.see(here, &seen));
-        let seen = seen.into_iter().map(|inverse| f32::from_bits(inverse.into_inner())).collect();
-        FilledNumbers::new(self.size, [near, self.put(seen)])
+        let (near, seen) = rayon::join(
+            || self.put(vec![0.0; self.size.pixels()]),
+            || {
+                let seen: Vec<_> = (0..self.size.pixels()).map(|_| AtomicU32::new(0)).collect();
+                earlier.par_iter().for_each(|(here, depths)| depths.see(here, &seen));
+                self.put(seen.into_iter().map(|inverse| f32::from_bits(inverse.into_inner())).collect())
+            },
+        );
+        FilledNumbers::new(self.size, [near, seen])
     }
 
     /// Makes `seen` the nearest of what it is, and what this knew, seen from `here`: the bits of one over distances, which are in
