@@ -96,36 +96,33 @@ fn mean_square([r, g, b, w]: &Known, expected: &[f32; 3]) -> f32 {
     (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) * (1.0 / 3.0)
 }
 
-/// Makes `map`, of what was known before, that times `fade` and times `share`, which is of some lower resolution and
-/// interpolated, as far as it is not `known` now. Where these were points, new ones lie at the centres of their pixels.
-pub fn accumulate(known: KnownPixels<'_>, share: Option<&Map>, fade: f32, map: &mut Map) {
-    let Map { height, width, channels, .. } = *map;
-    map.data.par_chunks_mut(channels * width).enumerate().for_each_init(Vec::new, |shares, (y, row)| {
-        shares.resize(width, 0.0);
-        match share {
-            None => shares.fill(1.0),
-            Some(share) => scaled_row(share, height / share.height, y, shares),
-        }
-        let fading = Fading { known, y, shares, fade };
-        match channels {
-            POINT => fading.points(RowMut::of(row)),
-            _ => fading.pixels(row.as_chunks_mut().0),
-        }
-    });
-}
-
-/// What becomes of a row.
-struct Fading<'a> {
-    known: KnownPixels<'a>,
-    y: usize,
-    shares: &'a [f32],
-    fade: f32,
+/// What is left of what was known before: that times `fade` and times `share`, which is of some lower resolution and interpolated,
+/// as far as it is not `known` now. Where it was points, new ones lie at the centres of their pixels.
+#[derive(Debug, Clone, Copy)]
+pub struct Fading<'a> {
+    pub known: KnownPixels<'a>,
+    pub share: Option<&'a Map>,
+    pub fade: f32,
 }
 
 impl Fading<'_> {
-    fn pixels(self, row: &mut [Known]) {
-        let Self { known, y, shares, fade } = self;
-        match known {
+    /// Makes what was known of row `y`, `numbers` of `channels` for each pixel, what is left of it; `shares` is memory.
+    #[inline(always)]
+    pub fn row(&self, y: usize, channels: usize, numbers: &mut [f32], shares: &mut Vec<f32>) {
+        shares.resize(numbers.len() / channels, 0.0);
+        match self.share {
+            None => shares.fill(1.0),
+            Some(share) => scaled_row(share, self.known.size()[0] / share.height, y, shares),
+        }
+        match channels {
+            POINT => self.points(y, shares, RowMut::of(numbers)),
+            _ => self.pixels(y, shares, numbers.as_chunks_mut().0),
+        }
+    }
+
+    fn pixels(&self, y: usize, shares: &[f32], row: &mut [Known]) {
+        let fade = self.fade;
+        match self.known {
             KnownPixels::All(known) => {
                 let known = known.row(y).as_chunks().0;
                 Simd::best().vectorised(AccumulateRow { known, shares, fade, row });
@@ -137,9 +134,9 @@ impl Fading<'_> {
         }
     }
 
-    fn points(self, mut row: RowMut<'_>) {
-        let Self { known, y, shares, fade } = self;
-        match known {
+    fn points(&self, y: usize, shares: &[f32], mut row: RowMut<'_>) {
+        let fade = self.fade;
+        match self.known {
             KnownPixels::All(known) => {
                 let known = known.row(y).as_chunks().0;
                 Simd::best().vectorised(AccumulatePoints { known, shares, fade, row });
@@ -153,6 +150,13 @@ impl Fading<'_> {
             }
         }
     }
+}
+
+/// Makes `map`, of what was known before, what is left of it.
+pub fn accumulate(fading: Fading<'_>, map: &mut Map) {
+    let Map { width, channels, .. } = *map;
+    let rows = map.data.par_chunks_mut(channels * width).enumerate();
+    rows.for_each_init(Vec::new, |shares, (y, row)| fading.row(y, channels, row, shares));
 }
 
 /// A row of which nothing new is known.
@@ -190,24 +194,50 @@ impl Work for FadePoints<'_, '_> {
     }
 }
 
-/// Makes `to` row `y` of `map` (one channel) at `scale` times its resolution, a power of two: bilinear between the centres
-/// of pixels, replicated at the border.
+/// Makes `to` row `y` of `map` (one channel) at `scale` times its resolution: bilinear between the centres of pixels, replicated
+/// at the border.
 fn scaled_row(map: &Map, scale: usize, y: usize, to: &mut [f32]) {
-    let place = |at: usize| (at as f32 + 0.5) / scale as f32 - 0.5;
-    let down = place(y).max(0.0);
-    let above = down as usize;
-    let (a, b) = (map.row(above), map.row((above + 1).min(map.height - 1)));
-    let t = down - above as f32;
-    let between = |x: usize| a[x] + t * (b[x] - a[x]);
-    let last = map.width - 1;
-    let mut three = [between(0), between(0), between(1.min(last))];
-    for (x, cell) in to.chunks_exact_mut(scale).enumerate() {
-        let [left, here, right] = three;
-        for (i, to) in cell.iter_mut().enumerate() {
-            let t = place(i);
-            *to = if t < 0.0 { here + t * (here - left) } else { here + t * (right - here) };
+    let simd = Simd::best();
+    match scale {
+        1 => simd.vectorised(ScaledRow::<1> { map, y, to }),
+        2 => simd.vectorised(ScaledRow::<2> { map, y, to }),
+        4 => simd.vectorised(ScaledRow::<4> { map, y, to }),
+        8 => simd.vectorised(ScaledRow::<8> { map, y, to }),
+        _ => unreachable!("doubt has at most 8 times lower resolution"),
+    }
+}
+
+/// The making of such a row.
+struct ScaledRow<'a, const SCALE: usize> {
+    map: &'a Map,
+    y: usize,
+    to: &'a mut [f32],
+}
+
+impl<const SCALE: usize> Work for ScaledRow<'_, SCALE> {
+    #[inline(always)]
+    fn run(self) {
+        let Self { map, y, to } = self;
+        let scale = SCALE as f32;
+        let places: [f32; SCALE] = from_fn(|i| (i as f32 + 0.5) / scale - 0.5);
+        let down = ((y as f32 + 0.5) / scale - 0.5).max(0.0);
+        let above = down as usize;
+        let (a, b) = (map.row(above), map.row((above + 1).min(map.height - 1)));
+        let t = down - above as f32;
+        let last = map.width - 1;
+        let [mut here, mut right] = [0, 1.min(last)].map(|x| a[x] + t * (b[x] - a[x]));
+        let mut left = here;
+        for (x, cell) in to.as_chunks_mut::<SCALE>().0.iter_mut().enumerate() {
+            let (before, after) = cell.split_at_mut(SCALE / 2);
+            for (to, place) in before.iter_mut().zip(&places) {
+                *to = here + place * (here - left);
+            }
+            for (to, place) in after.iter_mut().zip(&places[SCALE / 2..]) {
+                *to = here + place * (right - here);
+            }
+            let next = (x + 2).min(last);
+            (left, here, right) = (here, right, a[next] + t * (b[next] - a[next]));
         }
-        three = [here, right, between((x + 2).min(last))];
     }
 }
 
@@ -289,14 +319,16 @@ mod tests {
 
     #[test]
     fn earlier_samples_fade_where_there_are_no_new_ones() {
+        let samples = samples();
         let ones = || Map { data: vec![1.0; 32 * 32 * 4].into(), height: 32, width: 32, channels: 4 };
         let share = Map { data: vec![0.5; 16].into(), height: 4, width: 4, channels: 1 };
         let mut out = ones();
-        accumulate(KnownPixels::All(&samples()), Some(&share), 0.8, &mut out);
-        assert_eq!(out.pixel(0, 0), samples().pixel(0, 0));
+        let known = KnownPixels::All(&samples);
+        accumulate(Fading { known, share: Some(&share), fade: 0.8 }, &mut out);
+        assert_eq!(out.pixel(0, 0), samples.pixel(0, 0));
         assert_eq!(out.pixel(0, 1), [0.4; 4]);
         let mut out = ones();
-        accumulate(KnownPixels::All(&samples()), None, 0.8, &mut out);
+        accumulate(Fading { known, share: None, fade: 0.8 }, &mut out);
         assert_eq!(out.pixel(0, 1), [0.8; 4]);
     }
 }

@@ -1,6 +1,6 @@
 //! What the layers of a plan need, and how those are made that no convolution is.
 
-use super::accumulate::{Expected, accumulate, doubt};
+use super::accumulate::{Expected, Fading, accumulate, doubt};
 use super::conv::{Arithmetic, ConvShape, PreparedConv};
 use super::element::Element;
 use super::filter::PreparedFilter;
@@ -133,12 +133,27 @@ impl<'a> Given<'a> {
         self.map(id).picture()
     }
 
+    fn fading(&self, known: TensorId, share: Option<TensorId>, fade: f32) -> Fading<'a> {
+        Fading { known: self.known(known), share: share.map(|id| self.picture(id)), fade }
+    }
+
     fn known(&self, id: TensorId) -> KnownPixels<'a> {
         match self.samples {
             Some((known, samples)) if known == id => KnownPixels::Samples(samples),
             _ => KnownPixels::All(self.picture(id)),
         }
     }
+}
+
+/// Runs the layers `moving` and `fading`, which moves points and leaves something of them there, to `out`.
+pub fn run_points(moving: &Layer, fading: &Layer, given: Given<'_>, out: &mut Stored) {
+    let (Layer::Reproject { input, motion, .. }, &Layer::Accumulate { known, share, fade, .. }) =
+        (moving, fading)
+    else {
+        unreachable!("points are moved, then fade")
+    };
+    let fading = given.fading(known, share, fade);
+    points::reproject(given.picture(*input), given.picture(*motion), Some(fading), out.picture_mut());
 }
 
 /// Runs `layer`, which writes `to`, to `out`.
@@ -202,10 +217,10 @@ fn run_plain(
         }
         // What was known before is there already.
         (Layer::Accumulate { known, share, fade, .. }, Stored::F32(out)) => {
-            accumulate(given.known(*known), share.as_ref().map(picture), *fade, out);
+            accumulate(given.fading(*known, *share, *fade), out);
         }
         (Layer::Reproject { input, motion, .. }, Stored::F32(out)) => {
-            points::reproject(picture(input), picture(motion), out);
+            points::reproject(picture(input), picture(motion), None, out);
         }
         (Layer::Splat { input, .. }, Stored::F32(out)) => points::splat(picture(input), out),
         _ => unreachable!("pictures are stored as f32, and layers with weights are prepared"),

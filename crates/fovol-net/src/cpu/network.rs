@@ -2,7 +2,7 @@ use super::buffers::{Lifetimes, Spare};
 use super::element::{Bf16, Element};
 use super::filter::Out;
 use super::frames::{FrameInput, crop, padded_map, padded_pairs};
-use super::layer::{Given, SAME, Step, run};
+use super::layer::{Given, SAME, Step, run, run_points};
 use super::map::{Stored, with_map};
 use super::numbers::Numbers;
 use super::pair::{Pair, Pool};
@@ -227,6 +227,7 @@ impl Network {
             match unit {
                 Unit::One(number) => self.run_one(number, &mut tensors, state),
                 Unit::Pair(number, pairing) => self.run_pair(number, pairing, &mut tensors, state),
+                Unit::Points(number) => self.run_points(number, &mut tensors, state),
                 Unit::Changes(layers) => self.run_changes(layers, &mut tensors, state),
                 Unit::Filter { layers, changes } => {
                     let frame = shows.then_some(&mut *frame);
@@ -366,6 +367,15 @@ impl Network {
             Some(replaced) => pair.run_in_place(&sources, replaced, out),
             None => pair.run(&sources, out),
         });
+        tensors[place] = out;
+    }
+
+    /// Runs layer `number`, which moves points, and the next one, which leaves something of them.
+    fn run_points(&self, number: usize, tensors: &mut [Stored], state: &mut State) {
+        let [moving, fading] = [0, 1].map(|next| &self.plan.layers()[number + next]);
+        let place = fading.output().index();
+        let mut out = state.spare.take(self.halved[place], place);
+        run_points(moving, fading, self.given(tensors, &state.samples), &mut out);
         tensors[place] = out;
     }
 

@@ -16,6 +16,35 @@ pub trait Pack: Copy {
 
     /// Makes numbers of `from`, pixels side by side with `channels`, and writes them to `to`; `row` is memory.
     fn pack<T: Element>(self, channels: Channels, from: &[T], row: &mut Lines, to: To<'_, Self::Number>);
+
+    /// The same of squares of pixels, of which `rows` has pixels above and below: their `channels` are those of the two above and then
+    /// those of the two below.
+    #[inline(always)]
+    fn pack_squares<T: Element>(
+        self,
+        channels: Channels,
+        rows: [&[T]; 2],
+        row: &mut Lines,
+        to: To<'_, Self::Number>,
+    ) {
+        pack_rows(self, channels, rows, row, to);
+    }
+}
+
+/// [`Pack::pack_squares`], one row after the other.
+#[inline(always)]
+fn pack_rows<P: Pack, T: Element>(
+    pack: P,
+    Channels { first, count }: Channels,
+    rows: [&[T]; 2],
+    row: &mut Lines,
+    To { numbers, stride }: To<'_, P::Number>,
+) {
+    let count = count / 2;
+    for (below, from) in rows.into_iter().enumerate() {
+        let channels = Channels { first: first + below * count, count };
+        pack.pack(channels, from, row, To { numbers: &mut numbers[below * count..], stride });
+    }
 }
 
 /// Channels of a source.
@@ -113,6 +142,54 @@ impl Pack for Halves {
         }
         to.place(row, channels.count);
     }
+
+    #[inline(always)]
+    fn pack_squares<T: Element>(
+        self,
+        channels: Channels,
+        rows: [&[T]; 2],
+        row: &mut Lines,
+        to: To<'_, Bf16>,
+    ) {
+        match rows.map(T::singles) {
+            [Some(above), Some(below)] if channels.count == 2 * SIX => {
+                pack_coloured_squares(channels.first, [above, below], to);
+            }
+            _ => pack_rows(self, channels, rows, row, to),
+        }
+    }
+}
+
+/// Numbers of two pixels of three channels.
+const SIX: usize = 6;
+
+/// Squares of pixels of three channels, the first of which are to be channel `first`.
+#[inline(always)]
+fn pack_coloured_squares(first: usize, [above, below]: [&[f32]; 2], to: To<'_, Bf16>) {
+    let room = to.stride - first;
+    let squares = above.len() / SIX;
+    // Vectors of 8 numbers are read of each row, and one of 16 is written: what is too much is written over later.
+    let whole = if room < LANES { 0 } else { squares.saturating_sub(1) };
+    let mut places = to.numbers.chunks_mut(to.stride);
+    for (x, place) in places.by_ref().take(whole).enumerate() {
+        let rows = [above, below].map(|row| row[SIX * x..].first_chunk::<8>());
+        if let ([Some(above), Some(below)], Some(place)) = (rows, place.first_chunk_mut::<LANES>()) {
+            let mut square = [0.0f32; LANES];
+            square[..8].copy_from_slice(above);
+            square[SIX..SIX + 8].copy_from_slice(below);
+            let mut halves = [Bf16::default(); LANES];
+            for i in 0..LANES {
+                halves[i] = Bf16::from_f32(square[i]);
+            }
+            *place = halves;
+        }
+    }
+    for (x, place) in (whole..squares).zip(places) {
+        for (to, from) in place.iter_mut().zip(above[SIX * x..][..SIX].iter().chain(&below[SIX * x..][..SIX]))
+        {
+            *to = Bf16::from_f32(*from);
+        }
+    }
 }
 
 /// Bytes: value · factor of its channel, rounded, 0…255.
@@ -126,10 +203,36 @@ impl Pack for Bytes<'_> {
     fn pack<T: Element>(self, channels: Channels, from: &[T], _: &mut Lines, to: To<'_, u8>) {
         let Channels { first, count } = channels;
         let factors = &self.0[first..first + count];
+        // Few numbers take longer to count than to round.
+        match count {
+            16 => return round_each::<16, T>(factors, from, to),
+            32 => return round_each::<32, T>(factors, from, to),
+            48 => return round_each::<48, T>(factors, from, to),
+            _ => {}
+        }
         for (to, from) in to.numbers.chunks_mut(to.stride).zip(from.chunks_exact(count)) {
             for ((to, from), factor) in to[..count].iter_mut().zip(from).zip(factors) {
                 *to = rounded(from.to_f32() * factor);
             }
+        }
+    }
+}
+
+/// Makes bytes of the pixels `from` of `COUNT` channels.
+#[inline(always)]
+fn round_each<const COUNT: usize, T: Element>(factors: &[f32], from: &[T], to: To<'_, u8>) {
+    let Some(factors) = factors.first_chunk::<COUNT>() else { return };
+    for (to, from) in to.numbers.chunks_mut(to.stride).zip(from.as_chunks::<COUNT>().0) {
+        if let Some(to) = to.first_chunk_mut::<COUNT>() {
+            let mut values = [0.0f32; COUNT];
+            for c in 0..COUNT {
+                values[c] = (from[c].to_f32() * factors[c]).clamp(0.0, 255.0) + 8_388_608.0;
+            }
+            let mut bytes = [0u8; COUNT];
+            for c in 0..COUNT {
+                bytes[c] = values[c].to_bits() as u8;
+            }
+            *to = bytes;
         }
     }
 }

@@ -110,18 +110,16 @@ impl<'a> Source<'a> {
         &self,
         [y, x0]: [usize; 2],
         count: usize,
-        mut out: Pixels<'_, P>,
+        out: Pixels<'_, P>,
         Memory { packed, .. }: &mut Memory,
     ) {
         let pair = 2 * self.rows.size()[2];
         let columns = x0 * pair..(x0 + count) * pair;
-        let first = out.channels.first;
         with_rows!(self.rows, rows => {
             rows.prefetch_after_pair(2 * y, columns.clone());
-            for below in 0..2 {
-                out.channels = Channels { first: first + below * pair, count: pair };
-                out.write((0, 1), &rows.row(2 * y + below)[columns.clone()], packed);
-            }
+            let pixels = [2 * y, 2 * y + 1].map(|y| &rows.row(y)[columns.clone()]);
+            let to = To { numbers: &mut out.numbers[out.channels.first..], stride: out.stride };
+            out.pack.pack_squares(out.channels, pixels, packed, to);
         });
     }
 
@@ -137,19 +135,15 @@ impl<'a> Source<'a> {
     ) {
         let c = self.rows.size()[2];
         let columns = 2 * x0 * c..2 * (x0 + count) * c;
-        let first = out.channels.first;
-        near.resize(2 * count, 0.0);
+        near.resize(4 * count, 0.0);
         with_rows!(self.rows, rows => {
             rows.prefetch_after_pair(2 * y, columns.clone());
-            for below in 0..2 {
-                let pixels = rows.row(2 * y + below)[columns.clone()].chunks_exact(c);
-                for (to, pixel) in near.iter_mut().zip(pixels) {
-                    *to = pixel[number].to_f32();
-                }
-                out.channels = Channels { first: first + 2 * below, count: 2 };
-                out.write((0, 1), &near[..], packed);
+            let [above, below] = [2 * y, 2 * y + 1].map(|y| rows.row(y)[columns.clone()].chunks_exact(2 * c));
+            for (to, (above, below)) in near.as_chunks_mut().0.iter_mut().zip(above.zip(below)) {
+                *to = [above[number], above[c + number], below[number], below[c + number]].map(Element::to_f32);
             }
         });
+        out.write((0, 1), &near[..], packed);
     }
 
     /// [`Self::copy`], the mean of 2×2 pixels as one.

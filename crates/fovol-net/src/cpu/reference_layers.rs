@@ -1,6 +1,6 @@
 //! Every kind of layer against PyTorch in double precision: `tests/reference/network/make_cases.py` made the cases.
 
-use super::accumulate::{Expected, accumulate, doubt};
+use super::accumulate::{Expected, Fading, accumulate, doubt};
 use super::conv::{Arithmetic, ConvShape, PreparedConv};
 use super::filter::{Out, PreparedFilter};
 use super::map::{Map, Stored};
@@ -92,7 +92,7 @@ impl Case<'_> {
             }
             "warp" => warp(&inputs[0], &inputs[1], &mut out),
             "reproject" => {
-                points::reproject(&points::of_pixels(&inputs[0]), &inputs[1], &mut out);
+                points::reproject(&points::of_pixels(&inputs[0]), &inputs[1], None, &mut out);
                 out = points::pixels(&out);
             }
             "splat" => points::splat(&points::of_pixels(&inputs[0]), &mut out),
@@ -123,7 +123,8 @@ impl Case<'_> {
                 let fade = self.facts["fade"].as_f64().unwrap() as f32;
                 let are_points = inputs[1].channels == POINT;
                 out = if are_points { points::of_pixels(&inputs[1]) } else { inputs[1].clone() };
-                accumulate(KnownPixels::All(&inputs[0]), inputs.get(2), fade, &mut out);
+                let (known, share) = (KnownPixels::All(&inputs[0]), inputs.get(2));
+                accumulate(Fading { known, share, fade }, &mut out);
                 if are_points {
                     out = points::pixels(&out);
                 }

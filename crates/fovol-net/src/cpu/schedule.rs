@@ -22,6 +22,8 @@ pub struct Schedule {
     /// For each layer, if it is a predicted kernel to the picture of which the same features add something, the convolution
     /// that predicts that and the layer that adds it: all of them are made together.
     pub additions: Vec<Option<Addition>>,
+    /// For each layer whether it moves points of which the next one leaves something at once.
+    pub fades: Vec<bool>,
     /// States that are points.
     pub points: Vec<TensorId>,
     /// For each state whether what it becomes is finite whatever it was made of.
@@ -103,6 +105,7 @@ impl Schedule {
         let addition = |number: usize| addition(plan, &derived, &finished, number);
         Self {
             pairs: pairs(plan, &finished, halved),
+            fades: fades(plan, &finished),
             changes: changes(plan, &finished),
             additions: (0..plan.layers().len()).map(addition).collect(),
             finished,
@@ -122,7 +125,8 @@ impl Schedule {
         let changes = plan.layers().iter().map(|layer| usize::from(layer.changed().is_some())).collect();
         let shown = plan.output();
         let finished = finished(plan, &derived, None, shown);
-        let (pairs, additions) = (vec![None; plan.layers().len()], vec![None; plan.layers().len()]);
+        let layers = plan.layers().len();
+        let (pairs, additions, fades) = (vec![None; layers], vec![None; layers], vec![false; layers]);
         let (known, sampled) = (None, None);
         let (points, stays_finite) = (points(plan), stays_finite(plan));
         Self {
@@ -133,6 +137,7 @@ impl Schedule {
             known,
             sampled,
             additions,
+            fades,
             points,
             stays_finite,
             shown,
@@ -354,6 +359,18 @@ fn changes(plan: &Plan, finished: &[Vec<TensorId>]) -> Vec<usize> {
         }
     }
     changes
+}
+
+/// For each layer of `plan` whether it moves points that the next one alone reads, to leave something of them.
+fn fades(plan: &Plan, finished: &[Vec<TensorId>]) -> Vec<bool> {
+    let layers = plan.layers();
+    let fades = |number: usize| match (&layers[number], layers.get(number + 1)) {
+        (Layer::Reproject { output, .. }, Some(next @ Layer::Accumulate { .. })) => {
+            next.begins_as() == Some(*output) && finished[number + 1].contains(output)
+        }
+        _ => false,
+    };
+    (0..layers.len()).map(fades).collect()
 }
 
 /// For each layer of `plan` whether it and the next one can be made together.

@@ -10,6 +10,8 @@ pub enum Unit {
     One(usize),
     /// This one and the next.
     Pair(usize, Pairing),
+    /// This one, which moves points, and the next, which leaves something of them.
+    Points(usize),
     /// Those that change one picture.
     Changes(Range<usize>),
     /// A predicted kernel and what changes its picture from layer `changes` on.
@@ -24,7 +26,7 @@ impl Unit {
     pub fn layers(&self) -> Range<usize> {
         match *self {
             Self::One(number) => number..number + 1,
-            Self::Pair(number, _) => number..number + 2,
+            Self::Pair(number, _) | Self::Points(number) => number..number + 2,
             Self::Changes(ref layers) | Self::Filter { ref layers, .. } => layers.clone(),
         }
     }
@@ -41,7 +43,7 @@ impl Unit {
                 let layer = &plan.layers()[*number];
                 layer.begins_as().filter(|id| schedule.is_free(*number, layer, *id)).map(TensorId::index)
             }
-            Self::Filter { .. } => None,
+            Self::Filter { .. } | Self::Points(_) => None,
             Self::Pair(number, pairing) => match &plan.layers()[*number] {
                 Layer::Conv(conv) => pairing.replaced.map(|input| conv.inputs[input].tensor.index()),
                 _ => None,
@@ -73,6 +75,7 @@ impl Schedule {
             let unit = match (&plan.layers()[number], pairing, self.changes[number]) {
                 (Layer::Filter(_), ..) => self.filter_unit(plan, number),
                 (_, Some(pairing), _) => Unit::Pair(number, pairing),
+                (Layer::Reproject { .. }, ..) if self.fades[number] => Unit::Points(number),
                 (_, None, 0) => Unit::One(number),
                 (_, None, count) => Unit::Changes(number..number + count),
             };

@@ -143,7 +143,7 @@ mod tests {
 
     fn reproject(input: &Map, motion: &Map, out: &mut Map) {
         let mut rows = Map::default();
-        super::reproject(&of_pixels(input), motion, &mut rows);
+        super::reproject(&of_pixels(input), motion, None, &mut rows);
         *out = pixels(&rows);
     }
 
