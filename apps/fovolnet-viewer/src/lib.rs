@@ -27,6 +27,7 @@ pub mod messages;
 pub mod navigation;
 pub mod no_window;
 pub mod opened;
+mod outline;
 mod panels;
 mod picture_view;
 pub mod places;

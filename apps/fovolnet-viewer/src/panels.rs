@@ -4,11 +4,13 @@ use crate::colour_button::colour_button;
 use crate::gaze::GazeKind;
 use crate::look::Look;
 use crate::marks::short;
+use crate::outline::outline;
 use crate::places::Preferences;
 use crate::range_slider::range_slider;
 use crate::studio::{Progress, Shown};
 use eframe::egui::{
-    Color32, ComboBox, DragValue, Grid, Mesh, Rect, RichText, Sense, Shape, Slider, Stroke, Ui, pos2, vec2,
+    Align, Color32, ComboBox, DragValue, Label, Layout, Mesh, Rect, RichText, Sense, Shape, Slider, Stroke,
+    Ui, pos2, vec2,
 };
 use fovolnet::core::{Fovea, Light, ShadowMode, SurfaceShading};
 use fovolnet::{Reconstruction, RenderSettings, Sampling, Timings};
@@ -225,14 +227,27 @@ pub fn looks(ui: &mut Ui, look: &mut Look) {
 /// How many frames are in the plot of times.
 pub const HISTORY: usize = 120;
 
+/// How wide the names of facts are.
+const NAMES: f32 = 64.0;
+
+/// A fact and its name. Both have their place whatever they are: a grid, whose columns are as wide as what is in them, would draw the
+/// window again whenever a number gets wider.
+fn fact(ui: &mut Ui, name: &str, value: String) {
+    ui.horizontal(|ui| {
+        let size = vec2(NAMES, ui.spacing().interact_size.y);
+        ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
+            ui.set_min_width(NAMES);
+            ui.weak(name);
+        });
+        ui.add(Label::new(value).truncate());
+    });
+}
+
 /// What is known about the picture.
 pub fn statistics(ui: &mut Ui, shown: &Shown, rate: f64, history: &VecDeque<Timings>) {
-    Grid::new("statistics").num_columns(2).spacing([12.0, 2.0]).show(ui, |ui| {
-        let mut row = |name: &str, value: String| {
-            ui.weak(name);
-            ui.label(value);
-            ui.end_row();
-        };
+    ui.scope(|ui| {
+        ui.spacing_mut().item_spacing.y = 2.0;
+        let mut row = |name: &str, value: String| fact(ui, name, value);
         let state = match shown.progress {
             Progress::Moving => "in motion".into(),
             Progress::Converging(share) => format!("{:.0} % measured", share * 100.0),
@@ -263,7 +278,7 @@ pub fn statistics(ui: &mut Ui, shown: &Shown, rate: f64, history: &VecDeque<Timi
 fn plot(ui: &mut Ui, history: &VecDeque<Timings>) {
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), 54.0), Sense::hover());
     let painter = ui.painter_at(rect);
-    painter.rect_filled(rect, 3.0, ui.visuals().extreme_bg_color);
+    outline(&painter, rect, ui.visuals());
     let most = history.iter().map(|t| t.total).fold(1.0, f64::max);
     let width = rect.width() / HISTORY as f32;
     for (i, times) in history.iter().enumerate() {

@@ -1,6 +1,7 @@
 //! The path of the camera along frames.
 
 use crate::opened::Opened;
+use crate::outline::outline;
 use eframe::egui::{Align2, ComboBox, DragValue, FontId, Rect, Sense, Stroke, Ui, pos2, vec2};
 use fovolnet::core::CameraPath;
 
@@ -82,7 +83,7 @@ impl Timeline {
         let (rect, response) =
             ui.allocate_exact_size(vec2(ui.available_width(), 26.0), Sense::click_and_drag());
         let painter = ui.painter_at(rect);
-        painter.rect_filled(rect, 3.0, ui.visuals().extreme_bg_color);
+        outline(&painter, rect, ui.visuals());
         let last = f64::from(opened.path_length().saturating_sub(1).max(1));
         let track = rect.shrink2(vec2(8.0, 0.0));
         let x = |frame: f64| track.left() + (frame / last) as f32 * track.width();

@@ -2,6 +2,7 @@
 
 use crate::backdrop::Backdrop;
 use crate::colour_button::colour_button;
+use crate::outline::outline;
 use eframe::egui::{
     Color32, ComboBox, DragValue, Key, Mesh, Painter, Pos2, Rect, Response, Sense, Shape, Stroke, Ui, pos2,
     vec2,
@@ -46,7 +47,7 @@ impl TransferEditor {
 
     fn paint(&self, ui: &Ui, rect: Rect, transfer: &TransferFunction, backdrop: &Backdrop) {
         let (painter, plot) = (ui.painter_at(rect), plot_of(rect));
-        painter.rect_filled(rect, 3.0, ui.visuals().extreme_bg_color);
+        outline(&painter, rect, ui.visuals());
         backdrop.paint(&painter, plot, ui.visuals());
         filled(&painter, plot, transfer, backdrop.cover());
         let line: Vec<Pos2> = curve(plot, transfer);

@@ -27,6 +27,7 @@ use eframe::egui::{
 };
 use fovolnet::{RenderSettings, Session, SpeedSettings, Timings, VolumeSettings};
 use std::collections::VecDeque;
+use std::time::Duration;
 
 /// What the viewer is started with.
 #[derive(Debug, Clone, Default)]
@@ -108,6 +109,9 @@ pub struct Viewer {
     is_lost: bool,
 }
 
+/// When the window is drawn for a new picture.
+const SOON: Duration = Duration::from_micros(1);
+
 impl Viewer {
     /// A window that remembers things at `places`.
     ///
@@ -115,9 +119,11 @@ impl Viewer {
     /// A system that has no thread left.
     pub fn new(context: &Context, start: Start, places: Places) -> Result<Self> {
         let preferences = places.preferences();
-        let wake = context.clone();
         let gpu = start.screen.as_ref().map(|screen| screen.gpu().clone());
-        let engine = Engine::start(start.speed.clone(), gpu, move || wake.request_repaint())?;
+        // Of what is asked for at once the window would be drawn twice, which takes time where a processor does it.
+        let window = context.clone();
+        let wake = move || window.request_repaint_after(SOON);
+        let engine = Engine::start(start.speed.clone(), gpu, wake)?;
         let mut viewer = Self {
             speed: start.speed,
             saved_preferences: preferences.clone(),
