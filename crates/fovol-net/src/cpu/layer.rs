@@ -5,7 +5,6 @@ use super::conv::{Arithmetic, ConvShape, PreparedConv};
 use super::element::Element;
 use super::filter::PreparedFilter;
 use super::map::{Map, Stored, with_map};
-use super::motion::Motion;
 use super::norm::normalise;
 use super::patch::unfolded;
 use super::points;
@@ -122,8 +121,6 @@ pub struct Given<'a> {
     pub tensors: &'a [Stored],
     /// The samples of the frame, if they stand for a tensor, and for which.
     pub samples: Option<(TensorId, &'a Samples)>,
-    /// The motion of the frame if it is read where it lies.
-    pub motion: Option<Motion<'a>>,
 }
 
 impl<'a> Given<'a> {
@@ -134,10 +131,6 @@ impl<'a> Given<'a> {
     /// A tensor that is stored as f32.
     pub fn picture(&self, id: TensorId) -> &'a Map {
         self.map(id).picture()
-    }
-
-    fn motion(&self, id: TensorId) -> Motion<'a> {
-        self.motion.unwrap_or_else(|| Motion::of(self.picture(id)))
     }
 
     fn fading(&self, known: TensorId, share: Option<TensorId>, fade: f32) -> Fading<'a> {
@@ -160,7 +153,7 @@ pub fn run_points(moving: &Layer, fading: &Layer, given: Given<'_>, out: &mut St
         unreachable!("points are moved, then fade")
     };
     let fading = given.fading(known, share, fade);
-    points::reproject(given.picture(*input), given.motion(*motion), Some(fading), out.picture_mut());
+    points::reproject(given.picture(*input), given.picture(*motion), Some(fading), out.picture_mut());
 }
 
 /// Runs `layer`, which writes `to`, to `out`.
@@ -199,8 +192,8 @@ fn run_plain(
             _ => unreachable!("{SAME}"),
         },
         (Layer::Warp { input, motion, .. }, out) => match (map(input), out) {
-            (Stored::F32(input), Stored::F32(out)) => warp(input, given.motion(*motion), out),
-            (Stored::Bf16(input), Stored::Bf16(out)) => warp(input, given.motion(*motion), out),
+            (Stored::F32(input), Stored::F32(out)) => warp(input, picture(motion), out),
+            (Stored::Bf16(input), Stored::Bf16(out)) => warp(input, picture(motion), out),
             _ => unreachable!("{SAME}"),
         },
         (Layer::SpaceToDepth { input, .. }, Stored::F32(out)) => reshape::space_to_depth(picture(input), out),
@@ -227,7 +220,7 @@ fn run_plain(
             accumulate(given.fading(*known, *share, *fade), out);
         }
         (Layer::Reproject { input, motion, .. }, Stored::F32(out)) => {
-            points::reproject(picture(input), given.motion(*motion), None, out);
+            points::reproject(picture(input), picture(motion), None, out);
         }
         (Layer::Splat { input, .. }, Stored::F32(out)) => points::splat(picture(input), out),
         _ => unreachable!("pictures are stored as f32, and layers with weights are prepared"),

@@ -1,39 +1,6 @@
 //! What the motion of pixels side by side has in common: those that have moved by the same whole pixels lie between others that
 //! are side by side too, and can be moved together.
 
-use super::map::Map;
-
-/// For each pixel of an image the way to where it was, in pixels (x right, y down).
-#[derive(Debug, Clone, Copy)]
-pub struct Motion<'a> {
-    moved: &'a [[f32; 2]],
-    width: usize,
-}
-
-impl<'a> Motion<'a> {
-    /// That of pixels that have `moved` so, row by row, each of `width` pixels.
-    pub fn new(moved: &'a [[f32; 2]], width: usize) -> Self {
-        Self { moved, width }
-    }
-
-    /// The two numbers of every pixel of `map`.
-    pub fn of(map: &'a Map) -> Self {
-        Self::new(map.data.as_chunks().0, map.width)
-    }
-
-    /// Rows and columns.
-    #[inline(always)]
-    pub fn size(&self) -> [usize; 2] {
-        [self.moved.len() / self.width, self.width]
-    }
-
-    /// Row `y`.
-    #[inline(always)]
-    pub fn row(&self, y: usize) -> &'a [[f32; 2]] {
-        &self.moved[y * self.width..][..self.width]
-    }
-}
-
 /// The whole pixels that the first of some pixels that have `moved` so far has moved by, and whether all of them have.
 #[inline(always)]
 pub fn whole_motion(moved: &[[f32; 2]]) -> ([f32; 2], bool) {

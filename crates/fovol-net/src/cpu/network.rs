@@ -4,7 +4,6 @@ use super::filter::Out;
 use super::frames::{FrameInput, crop, padded_map, padded_pairs};
 use super::layer::{Given, SAME, Step, run, run_points};
 use super::map::{Stored, with_map};
-use super::motion::Motion;
 use super::numbers::Numbers;
 use super::pair::{Pair, Pool};
 use super::patch::{Access, Source};
@@ -160,7 +159,7 @@ impl Network {
         let mut frame = Frame::new(state.size);
         awake(|| {
             let tensors = self.load(input, state);
-            self.run(tensors, input.motion, (state, &mut frame), |_, _, _| {});
+            self.run(tensors, state, &mut frame, |_, _, _| {});
         });
         Ok(frame)
     }
@@ -189,7 +188,7 @@ impl Network {
             let input = FrameInput { sparse: frame, motion };
             self.check(&input, state)?;
             let tensors = self.load(&input, state);
-            self.run(tensors, motion, (state, frame), observe);
+            self.run(tensors, state, frame, observe);
             Ok(())
         })
     }
@@ -216,20 +215,19 @@ impl Network {
     fn run(
         &self,
         mut tensors: Vec<Stored>,
-        motion: Option<&[[f32; 2]]>,
-        (state, frame): (&mut State, &mut Frame),
+        state: &mut State,
+        frame: &mut Frame,
         mut observe: impl FnMut(Range<usize>, &Stored, Duration),
     ) {
         let mut is_shown = false;
-        let motion = self.lent_motion(motion, state.size);
         for unit in self.units(state.size) {
             let started = Instant::now();
             let (layers, written, shows) = (unit.layers(), unit.written(&self.plan), self.shows(&unit));
             is_shown |= shows;
             match unit {
-                Unit::One(number) => self.run_one(number, motion, &mut tensors, state),
+                Unit::One(number) => self.run_one(number, &mut tensors, state),
                 Unit::Pair(number, pairing) => self.run_pair(number, pairing, &mut tensors, state),
-                Unit::Points(number) => self.run_points(number, motion, &mut tensors, state),
+                Unit::Points(number) => self.run_points(number, &mut tensors, state),
                 Unit::Changes(layers) => self.run_changes(layers, &mut tensors, state),
                 Unit::Filter { layers, changes } => {
                     let frame = shows.then_some(&mut *frame);
@@ -300,7 +298,7 @@ impl Network {
     }
 
     /// Runs layer `number`.
-    fn run_one(&self, number: usize, motion: Option<Motion<'_>>, tensors: &mut [Stored], state: &mut State) {
+    fn run_one(&self, number: usize, tensors: &mut [Stored], state: &mut State) {
         let layer = &self.plan.layers()[number];
         let place = layer.output().index();
         let mut out = match layer.begins_as() {
@@ -313,7 +311,7 @@ impl Network {
                 with_map!(&mut out, out => prepared.run(&sources, out));
             }
             (layer, step) => {
-                let given = Given { motion, ..self.given(tensors, &state.samples) };
+                let given = self.given(tensors, &state.samples);
                 run(layer, step, given, (self.plan.tensor(layer.output()), &mut state.pyramid), &mut out);
             }
         }
@@ -346,7 +344,7 @@ impl Network {
 
     /// What layers read.
     fn given<'a>(&self, tensors: &'a [Stored], samples: &'a Samples) -> Given<'a> {
-        Given { tensors, samples: self.schedule.sampled.map(|sampled| (sampled, samples)), motion: None }
+        Given { tensors, samples: self.schedule.sampled.map(|sampled| (sampled, samples)) }
     }
 
     /// Runs layers `number` and the next one together.
@@ -373,18 +371,11 @@ impl Network {
     }
 
     /// Runs layer `number`, which moves points, and the next one, which leaves something of them.
-    fn run_points(
-        &self,
-        number: usize,
-        motion: Option<Motion<'_>>,
-        tensors: &mut [Stored],
-        state: &mut State,
-    ) {
+    fn run_points(&self, number: usize, tensors: &mut [Stored], state: &mut State) {
         let [moving, fading] = [0, 1].map(|next| &self.plan.layers()[number + next]);
         let place = fading.output().index();
         let mut out = state.spare.take(self.halved[place], place);
-        let given = Given { motion, ..self.given(tensors, &state.samples) };
-        run_points(moving, fading, given, &mut out);
+        run_points(moving, fading, self.given(tensors, &state.samples), &mut out);
         tensors[place] = out;
     }
 
@@ -422,7 +413,7 @@ impl Network {
     }
 
     /// What a convolution reads.
-    fn sources<'a>(&self, reads: &[Read], Given { tensors, samples, .. }: Given<'a>) -> Vec<Source<'a>> {
+    fn sources<'a>(&self, reads: &[Read], Given { tensors, samples }: Given<'a>) -> Vec<Source<'a>> {
         let sampled = |id: TensorId| samples.filter(|(sampled, _)| *sampled == id);
         let source = |read: &Read| match (sampled(read.tensor), self.schedule.derived[read.tensor.index()]) {
             (Some((_, samples)), _) => Source::samples(samples),
@@ -457,9 +448,7 @@ impl Network {
             self.load_pictures(input.sparse, state, &mut tensors);
         }
         let memory = &mut state.spare;
-        if let Some(motion) = inputs.motion
-            && self.lent_motion(input.motion, state.size).is_none()
-        {
+        if let Some(motion) = inputs.motion {
             let map = memory.map(motion.index());
             tensors[motion.index()] = padded_pairs(input.motion, map, state.size, [height, width]);
         }
@@ -467,12 +456,6 @@ impl Network {
             tensors[state.previous.index()] = std::mem::take(map);
         }
         tensors
-    }
-
-    /// The `motion` of a frame of `size`, where it can be read as it is: there is one, and nothing beyond the frame.
-    fn lent_motion<'a>(&self, motion: Option<&'a [[f32; 2]]>, size: FrameSize) -> Option<Motion<'a>> {
-        let [height, width] = padded(&self.plan, size);
-        motion.filter(|motion| motion.len() == height * width).map(|motion| Motion::new(motion, width))
     }
 
     /// Puts the colours and the mask of `sparse` into `tensors`.

@@ -4,7 +4,6 @@ use super::accumulate::{Expected, Fading, accumulate, doubt};
 use super::conv::{Arithmetic, ConvShape, PreparedConv};
 use super::filter::{Out, PreparedFilter};
 use super::map::{Map, Stored};
-use super::motion::Motion;
 use super::norm::normalise;
 use super::patch::Source;
 use super::points;
@@ -93,7 +92,7 @@ impl Case<'_> {
             }
             "warp" => warp(&inputs[0], &inputs[1], &mut out),
             "reproject" => {
-                points::reproject(&points::of_pixels(&inputs[0]), Motion::of(&inputs[1]), None, &mut out);
+                points::reproject(&points::of_pixels(&inputs[0]), &inputs[1], None, &mut out);
                 out = points::pixels(&out);
             }
             "splat" => points::splat(&points::of_pixels(&inputs[0]), &mut out),

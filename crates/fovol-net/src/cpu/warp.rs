@@ -1,15 +1,15 @@
 use super::element::Element;
 use super::floats::{Floats, VectorWork};
 use super::map::Map;
-use super::motion::{Motion, corner_of, whole_motion};
+use super::motion::{corner_of, whole_motion};
 use super::simd::Simd;
 use glam::Vec4;
 use rayon::prelude::*;
 
 /// Moves `input` along `motion` (pixels of level 0 to the previous position, averaged and scaled to the resolution
 /// of `input`): bilinear, zero outside.
-pub fn warp<T: Element>(input: &Map<T>, motion: Motion<'_>, out: &mut Map<T>) {
-    let factor = motion.size()[0] / input.height;
+pub fn warp<T: Element>(input: &Map<T>, motion: &Map, out: &mut Map<T>) {
+    let factor = motion.height / input.height;
     let c = input.channels;
     out.resize([input.height, input.width, c]);
     out.data.par_chunks_mut(input.width * c).enumerate().for_each(|(y, row)| {
@@ -23,7 +23,7 @@ const LANES: usize = 16;
 /// The warping of one row.
 struct Row<'a, T: Element> {
     input: &'a Map<T>,
-    motion: Motion<'a>,
+    motion: &'a Map,
     /// Pixels of the motion to one of the input, along each axis.
     factor: usize,
     y: usize,
@@ -224,8 +224,8 @@ fn whole(number: f32) -> u32 {
 
 /// The motion of the pixels of row `y` from column `x` on; of the last one again beyond it.
 #[inline(always)]
-fn of_pixels(motion: Motion<'_>, y: usize, x: usize) -> [[f32; 2]; LANES] {
-    let row = &motion.row(y)[x..];
+fn of_pixels(motion: &Map, y: usize, x: usize) -> [[f32; 2]; LANES] {
+    let row = &motion.row(y).as_chunks::<2>().0[x..];
     match row.first_chunk() {
         Some(lanes) => *lanes,
         None => std::array::from_fn(|i| row[i.min(row.len() - 1)]),
@@ -234,12 +234,12 @@ fn of_pixels(motion: Motion<'_>, y: usize, x: usize) -> [[f32; 2]; LANES] {
 
 /// The mean motion of the `factor`² pixels that are pixel (`y`, `x`) of `factor` times lower resolution, in pixels of that.
 #[inline(always)]
-fn mean_motion(motion: Motion<'_>, [y, x]: [usize; 2], factor: usize) -> [f32; 2] {
+fn mean_motion(motion: &Map, [y, x]: [usize; 2], factor: usize) -> [f32; 2] {
     let mut sum = [0.0f32; 2];
-    let first = (x * factor).min(motion.size()[1] - factor);
+    let first = (x * factor).min(motion.width - factor);
     for row in y * factor..(y + 1) * factor {
         for column in first..first + factor {
-            let from = motion.row(row)[column];
+            let from = motion.pixel(row, column);
             sum = [sum[0] + from[0], sum[1] + from[1]];
         }
     }
@@ -257,11 +257,11 @@ mod tests {
         motion.data.chunks_exact_mut(2).for_each(|m| m.copy_from_slice(&[2.0, -4.0]));
         let mut out = Map::<f32>::default();
         // At half the resolution: one to the right, two up.
-        warp(&input, Motion::of(&motion), &mut out);
+        warp(&input, &motion, &mut out);
         assert_eq!(out.row(2), [2.0, 3.0, 4.0, 0.0]);
         assert_eq!(out.row(1), [0.0; 4]);
         motion.data.fill(f32::NAN);
-        warp(&input, Motion::of(&motion), &mut out);
+        warp(&input, &motion, &mut out);
         assert!(out.data.iter().all(|&v| v == 0.0));
     }
 
@@ -278,7 +278,7 @@ mod tests {
             *moved = [1.0, -2.0][i % 2] + part.abs().min(0.99);
         }
         let mut out = Map::default();
-        warp(&input, Motion::of(&motion), &mut out);
+        warp(&input, &motion, &mut out);
         for y in 0..height {
             for x in 0..width {
                 let moved = motion.pixel(y, x);

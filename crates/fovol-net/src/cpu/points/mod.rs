@@ -138,13 +138,12 @@ pub fn of_pixels(map: &Map) -> Map {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cpu::motion::Motion;
 
     const SIZE: [usize; 2] = [6, 8];
 
     fn reproject(input: &Map, motion: &Map, out: &mut Map) {
         let mut rows = Map::default();
-        super::reproject(&of_pixels(input), Motion::of(motion), None, &mut rows);
+        super::reproject(&of_pixels(input), motion, None, &mut rows);
         *out = pixels(&rows);
     }
 

@@ -4,18 +4,18 @@ use super::{NONE, Row, RowMut};
 use crate::cpu::accumulate::Fading;
 use crate::cpu::floats::{Floats, MOST, VectorWork};
 use crate::cpu::map::Map;
-use crate::cpu::motion::{Motion, corner_of, whole_motion};
+use crate::cpu::motion::{corner_of, whole_motion};
 use crate::cpu::simd::Simd;
 use crate::plan::POINT;
 use rayon::prelude::*;
 
 /// Writes to `out` the points of `input` where `motion`, in pixels to the previous position, takes them (see
 /// [`Layer::Reproject`](crate::plan::Layer::Reproject)), or what `fading` leaves of them there.
-pub fn reproject(input: &Map, motion: Motion<'_>, fading: Option<Fading<'_>>, out: &mut Map) {
+pub fn reproject(input: &Map, motion: &Map, fading: Option<Fading<'_>>, out: &mut Map) {
     let [height, width] = [input.height, input.width];
     out.resize([height, width, POINT]);
     out.data.par_chunks_mut(width * POINT).enumerate().for_each_init(Vec::new, |shares, (y, to)| {
-        let motion = motion.row(y);
+        let motion = motion.row(y).as_chunks().0;
         Simd::best().in_vectors(ReprojectRow { input, motion, y, to: RowMut::of(to) });
         // At once: the row still lies near.
         if let Some(fading) = fading {
