@@ -243,3 +243,34 @@ fn round_each<const COUNT: usize, T: Element>(factors: &[f32], from: &[T], to: T
 fn rounded(value: f32) -> u8 {
     (value.clamp(0.0, 255.0) + 8_388_608.0).to_bits() as u8
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn squares_are_packed_at_once_as_row_by_row(
+            squares in 0usize..20,
+            first in 0usize..20,
+            more in 0usize..20,
+            seed in prop::collection::vec(-1f32..1.0, 240),
+        ) {
+            let (channels, stride) = (Channels { first, count: 2 * SIX }, first + 2 * SIX + more);
+            let rows = [&seed[..SIX * squares], &seed[120..][..SIX * squares]];
+            let mut packed = [(); 2].map(|()| vec![Bf16::default(); squares * stride + first]);
+            let [at_once, by_row] = &mut packed;
+            let row = &mut Lines::default();
+            Halves.pack_squares(channels, rows, row, To { numbers: &mut at_once[first..], stride });
+            pack_rows(Halves, channels, rows, row, To { numbers: &mut by_row[first..], stride });
+            for square in 0..squares {
+                let at = square * stride + first;
+                prop_assert_eq!(&at_once[at..at + 2 * SIX], &by_row[at..at + 2 * SIX]);
+                // What comes before in the next square was there before.
+                let next = &at_once[(square + 1) * stride..][..first];
+                prop_assert!(next.iter().all(|v| *v == Bf16::default()));
+            }
+        }
+    }
+}
