@@ -165,12 +165,12 @@ const SIX: usize = 6;
 
 /// Squares of pixels of three channels, the first of which are to be channel `first`.
 #[inline(always)]
-fn pack_coloured_squares(first: usize, [above, below]: [&[f32]; 2], to: To<'_, Bf16>) {
-    let room = to.stride - first;
+fn pack_coloured_squares(first: usize, [above, below]: [&[f32]; 2], To { numbers, stride }: To<'_, Bf16>) {
+    let room = stride - first;
     let squares = above.len() / SIX;
     // Vectors of 8 numbers are read of each row, and one of 16 is written: what is too much is written over later.
     let whole = if room < LANES { 0 } else { squares.saturating_sub(1) };
-    let mut places = to.numbers.chunks_mut(to.stride);
+    let mut places = numbers.chunks_mut(stride);
     for (x, place) in places.by_ref().take(whole).enumerate() {
         let rows = [above, below].map(|row| row[SIX * x..].first_chunk::<8>());
         if let ([Some(above), Some(below)], Some(place)) = (rows, place.first_chunk_mut::<LANES>()) {
@@ -203,36 +203,10 @@ impl Pack for Bytes<'_> {
     fn pack<T: Element>(self, channels: Channels, from: &[T], _: &mut Lines, to: To<'_, u8>) {
         let Channels { first, count } = channels;
         let factors = &self.0[first..first + count];
-        // Few numbers take longer to count than to round.
-        match count {
-            16 => return round_each::<16, T>(factors, from, to),
-            32 => return round_each::<32, T>(factors, from, to),
-            48 => return round_each::<48, T>(factors, from, to),
-            _ => {}
-        }
         for (to, from) in to.numbers.chunks_mut(to.stride).zip(from.chunks_exact(count)) {
             for ((to, from), factor) in to[..count].iter_mut().zip(from).zip(factors) {
                 *to = rounded(from.to_f32() * factor);
             }
-        }
-    }
-}
-
-/// Makes bytes of the pixels `from` of `COUNT` channels.
-#[inline(always)]
-fn round_each<const COUNT: usize, T: Element>(factors: &[f32], from: &[T], to: To<'_, u8>) {
-    let Some(factors) = factors.first_chunk::<COUNT>() else { return };
-    for (to, from) in to.numbers.chunks_mut(to.stride).zip(from.as_chunks::<COUNT>().0) {
-        if let Some(to) = to.first_chunk_mut::<COUNT>() {
-            let mut values = [0.0f32; COUNT];
-            for c in 0..COUNT {
-                values[c] = (from[c].to_f32() * factors[c]).clamp(0.0, 255.0) + 8_388_608.0;
-            }
-            let mut bytes = [0u8; COUNT];
-            for c in 0..COUNT {
-                bytes[c] = values[c].to_bits() as u8;
-            }
-            *to = bytes;
         }
     }
 }

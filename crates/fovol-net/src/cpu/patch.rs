@@ -110,7 +110,7 @@ impl<'a> Source<'a> {
         &self,
         [y, x0]: [usize; 2],
         count: usize,
-        out: Pixels<'_, P>,
+        Pixels { pack, numbers, stride, channels }: Pixels<'_, P>,
         Memory { packed, .. }: &mut Memory,
     ) {
         let pair = 2 * self.rows.size()[2];
@@ -118,8 +118,8 @@ impl<'a> Source<'a> {
         with_rows!(self.rows, rows => {
             rows.prefetch_after_pair(2 * y, columns.clone());
             let pixels = [2 * y, 2 * y + 1].map(|y| &rows.row(y)[columns.clone()]);
-            let to = To { numbers: &mut out.numbers[out.channels.first..], stride: out.stride };
-            out.pack.pack_squares(out.channels, pixels, packed, to);
+            let to = To { numbers: &mut numbers[channels.first..], stride };
+            pack.pack_squares(channels, pixels, packed, to);
         });
     }
 

@@ -40,15 +40,6 @@ pub struct Finish<'a, T> {
 impl<T: Element> Work for Finish<'_, T> {
     #[inline(always)]
     fn run(self) {
-        let is_whole = self.width == LANES && self.channels == LANES && self.stride == LANES;
-        if is_whole {
-            // What is no more than one vector is not counted.
-            let sums = self.sums.as_chunks::<LANES>().0.iter().take(self.pixels);
-            for (sums, out) in sums.zip(self.out.as_chunks_mut::<LANES>().0) {
-                finish(sums, self.worth, self.activation, out);
-            }
-            return;
-        }
         let sums = self.sums.chunks_exact(self.width).take(self.pixels);
         for (sums, out) in sums.zip(self.out.chunks_mut(self.stride)) {
             finish(&sums[..self.channels], self.worth, self.activation, &mut out[..self.channels]);
