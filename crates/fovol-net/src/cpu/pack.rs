@@ -226,7 +226,7 @@ mod tests {
     proptest! {
         #[test]
         fn squares_are_packed_at_once_as_row_by_row(
-            squares in 0usize..20,
+            squares in 1usize..20,
             first in 0usize..20,
             more in 0usize..20,
             seed in prop::collection::vec(-1f32..1.0, 240),
