@@ -1,22 +1,21 @@
+mod running;
+
 use super::buffers::{Lifetimes, Spare};
 use super::element::{Bf16, Element};
-use super::filter::Out;
 use super::frames::{FrameInput, crop, padded_map, padded_pairs};
-use super::layer::{Given, SAME, Step, run, run_points};
+use super::layer::{SAME, Step};
 use super::map::{Stored, with_map};
 use super::numbers::Numbers;
-use super::pair::{Pair, Pool};
-use super::patch::{Access, Source};
+use super::pair::Pool;
 use super::points;
-use super::pointwise::{Change, change};
 use super::precision::{Choice, Precision};
 use super::reshape;
-use super::samples::{Samples, colour, is_sampled};
-use super::schedule::{Derived, Pairing, Schedule, is_input};
+use super::samples::{colour, is_sampled};
+use super::schedule::Schedule;
 use super::simd::Simd;
 use super::state::{State, padded};
 use super::units::Unit;
-use crate::plan::{Layer, Plan, Read, TensorId};
+use crate::plan::{Plan, TensorId};
 use crate::weights::Weights;
 use crate::{Error, Result};
 use fovol_core::{Frame, FrameSize, awake};
@@ -287,147 +286,6 @@ impl Network {
             }
         }
         lifetimes
-    }
-
-    /// What `unit` changes, as it is before: the tensor `from`, or a copy where that is read again.
-    fn begun(&self, unit: &Unit, from: TensorId, tensors: &mut [Stored], state: &mut State) -> Stored {
-        match unit.written_over(&self.plan, &self.schedule) {
-            Some(other) => std::mem::take(&mut tensors[other]),
-            None => state.spare.copy(&tensors[from.index()], unit.written(&self.plan)),
-        }
-    }
-
-    /// Runs layer `number`.
-    fn run_one(&self, number: usize, tensors: &mut [Stored], state: &mut State) {
-        let layer = &self.plan.layers()[number];
-        let place = layer.output().index();
-        let mut out = match layer.begins_as() {
-            Some(from) => self.begun(&Unit::One(number), from, tensors, state),
-            None => state.spare.take(self.halved[place], place),
-        };
-        match (layer, &self.steps[number]) {
-            (Layer::Conv(conv), Step::Conv(prepared)) => {
-                let sources = self.sources(&conv.inputs, self.given(tensors, &state.samples));
-                with_map!(&mut out, out => prepared.run(&sources, out));
-            }
-            (layer, step) => {
-                let given = self.given(tensors, &state.samples);
-                run(layer, step, given, (self.plan.tensor(layer.output()), &mut state.pyramid), &mut out);
-            }
-        }
-        tensors[place] = out;
-    }
-
-    /// Runs the predicted kernel in layer `number`, and `changes` of its picture, which becomes `frame` if there is one.
-    fn run_filter(
-        &self,
-        number: usize,
-        changes: Range<usize>,
-        frame: Option<&mut Frame>,
-        (tensors, state): (&mut [Stored], &mut State),
-    ) {
-        let layers = &self.plan.layers()[..changes.end];
-        let (Layer::Filter(filter), Step::Filter(prepared)) = (&layers[number], &self.steps[number]) else {
-            unreachable!("filters are prepared")
-        };
-        let place = layers.last().expect("there is the filter").output().index();
-        let is_kept = frame.is_none() || self.schedule.keeps_shown;
-        let mut picture = is_kept.then(|| state.spare.map(place));
-        let images: Vec<_> = filter.images.iter().map(|(read, _)| *read).collect();
-        let given = self.given(tensors, &state.samples);
-        let images = self.sources(&images, given);
-        let changes: Vec<_> = layers[changes].iter().map(|layer| self.change(layer, given)).collect();
-        let out = Out { picture: picture.as_mut(), frame };
-        prepared.run(&tensors[filter.features.index()], &images, &changes, out);
-        tensors[place] = picture.map(Stored::F32).unwrap_or_default();
-    }
-
-    /// What layers read.
-    fn given<'a>(&self, tensors: &'a [Stored], samples: &'a Samples) -> Given<'a> {
-        Given { tensors, samples: self.schedule.sampled.map(|sampled| (sampled, samples)) }
-    }
-
-    /// Runs layers `number` and the next one together.
-    fn run_pair(&self, number: usize, pairing: Pairing, tensors: &mut [Stored], state: &mut State) {
-        let layers = &self.plan.layers()[number..number + 2];
-        let [(Layer::Conv(reading), Step::Conv(first)), (Layer::Conv(writing), Step::Conv(second))] =
-            [(&layers[0], &self.steps[number]), (&layers[1], &self.steps[number + 1])]
-        else {
-            unreachable!("pairs are convolutions")
-        };
-        let place = writing.output.index();
-        let is_halved = self.halved[reading.output.index()];
-        let pair = Pair { first, second, is_halved, pool: &self.pool };
-        let mut out = match pairing.replaced {
-            Some(replaced) => std::mem::take(&mut tensors[reading.inputs[replaced].tensor.index()]),
-            None => state.spare.take(self.halved[place], place),
-        };
-        let sources = self.sources(&reading.inputs, self.given(tensors, &state.samples));
-        with_map!(&mut out, out => match pairing.replaced {
-            Some(replaced) => pair.run_in_place(&sources, replaced, out),
-            None => pair.run(&sources, out),
-        });
-        tensors[place] = out;
-    }
-
-    /// Runs layer `number`, which moves points, and the next one, which leaves something of them.
-    fn run_points(&self, number: usize, tensors: &mut [Stored], state: &mut State) {
-        let [moving, fading] = [0, 1].map(|next| &self.plan.layers()[number + next]);
-        let place = fading.output().index();
-        let mut out = state.spare.take(self.halved[place], place);
-        run_points(moving, fading, self.given(tensors, &state.samples), &mut out);
-        tensors[place] = out;
-    }
-
-    /// Runs `layers`, all of which change one picture.
-    fn run_changes(&self, layers: Range<usize>, tensors: &mut [Stored], state: &mut State) {
-        let unit = Unit::Changes(layers.clone());
-        let changed = self.plan.layers()[layers.start].changed().expect("the first layer changes a picture");
-        let mut picture = self.begun(&unit, changed, tensors, state);
-        let layers = &self.plan.layers()[layers];
-        let given = self.given(tensors, &state.samples);
-        let changes: Vec<Change<'_>> = layers.iter().map(|layer| self.change(layer, given)).collect();
-        change(&changes, picture.picture_mut());
-        tensors[unit.written(&self.plan)] = picture;
-    }
-
-    /// What `layer` changes in a picture.
-    fn change<'a>(&self, layer: &Layer, given: Given<'a>) -> Change<'a> {
-        let picture = |id: TensorId| given.picture(id);
-        match *layer {
-            Layer::Add { more, .. } => match self.schedule.derived[more.index()] {
-                Some((folded, _)) => Change::AddUnfolded(picture(folded)),
-                None => Change::Add(picture(more)),
-            },
-            Layer::Bypass { colour, mask, .. } => {
-                match (self.schedule.known.filter(|_| is_input(&self.plan, colour, mask)), given.samples) {
-                    (Some(_), Some((_, samples))) => Change::Sampled(samples),
-                    (Some(known), None) => Change::Keep(picture(known)),
-                    (None, _) => Change::Bypass { colour: picture(colour), mask: picture(mask) },
-                }
-            }
-            Layer::Scale { factor, offset, .. } => Change::Scale { factor, offset },
-            Layer::Clamp { .. } => Change::Clamp,
-            _ => unreachable!("other layers do more than change single numbers"),
-        }
-    }
-
-    /// What a convolution reads.
-    fn sources<'a>(&self, reads: &[Read], Given { tensors, samples }: Given<'a>) -> Vec<Source<'a>> {
-        let sampled = |id: TensorId| samples.filter(|(sampled, _)| *sampled == id);
-        let source = |read: &Read| match (sampled(read.tensor), self.schedule.derived[read.tensor.index()]) {
-            (Some((_, samples)), _) => Source::samples(samples),
-            (None, Some((from, how))) => {
-                let access = match how {
-                    Derived::Pooled => Access::Pooled,
-                    Derived::FoldedChannel(number) => Access::FoldedChannel(number),
-                    _ => Access::Folded,
-                };
-                Source::read(&tensors[from.index()], access)
-            }
-            (None, None) => Source::new(&tensors[read.tensor.index()], read.resize),
-        };
-        reads.iter().map(source).collect()
     }
 
     /// The numbers of tensor `place` for frames of `size`.

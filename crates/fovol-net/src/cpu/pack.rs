@@ -162,21 +162,23 @@ impl Pack for Halves {
 
 /// Numbers of two pixels of three channels.
 const SIX: usize = 6;
+/// Numbers of a row that are read at once for them.
+const EIGHT: usize = 8;
 
 /// Squares of pixels of three channels, the first of which are to be channel `first`.
 #[inline(always)]
 fn pack_coloured_squares(first: usize, [above, below]: [&[f32]; 2], To { numbers, stride }: To<'_, Bf16>) {
     let room = stride - first;
     let squares = above.len() / SIX;
-    // Vectors of 8 numbers are read of each row, and one of 16 is written: what is too much is written over later.
+    // More is read and written than there is of a square: what is too much belongs to other sources, which come later.
     let whole = if room < LANES { 0 } else { squares.saturating_sub(1) };
     let mut places = numbers.chunks_mut(stride);
     for (x, place) in places.by_ref().take(whole).enumerate() {
-        let rows = [above, below].map(|row| row[SIX * x..].first_chunk::<8>());
+        let rows = [above, below].map(|row| row[SIX * x..].first_chunk::<EIGHT>());
         if let ([Some(above), Some(below)], Some(place)) = (rows, place.first_chunk_mut::<LANES>()) {
             let mut square = [0.0f32; LANES];
-            square[..8].copy_from_slice(above);
-            square[SIX..SIX + 8].copy_from_slice(below);
+            square[..EIGHT].copy_from_slice(above);
+            square[SIX..SIX + EIGHT].copy_from_slice(below);
             let mut halves = [Bf16::default(); LANES];
             for i in 0..LANES {
                 halves[i] = Bf16::from_f32(square[i]);
