@@ -10,11 +10,15 @@ A display of its own (Xvfb), the viewer drawn by whatever Vulkan there is (Mesa'
 on the processor). First, with the view at rest, places are looked for that light up under the pointer. Then answers are timed
 from place to place: at rest, while the path is played, and while a turned view is held (a button pressed and moved), of which the
 change of the picture is timed too.
+
+A virtual machine stands still now and then, all its processors at once, for longer than an answer takes. A process that comes
+before all others on every processor notes when it could not run either; answers are counted without that time, too.
 """
 
 import argparse
 import ctypes
 import json
+import multiprocessing
 import os
 import random
 import statistics
@@ -30,6 +34,55 @@ WINDOW = (1280, 720)
 # What is compared around the pointer.
 AROUND = (36, 10)
 SPACE = 0x20
+
+
+# Seconds for which a process that only sleeps has to be late for the machine to have stood still.
+LATE = 0.005
+
+
+class Standstills:
+    """Notes from when to when none of the processors ran what comes before everything else."""
+
+    def __init__(self):
+        self.ends = multiprocessing.Event()
+        self.noted, self.watchers = [], []
+        for processor in sorted(os.sched_getaffinity(0)):
+            theirs, ours = multiprocessing.Pipe()
+            watcher = multiprocessing.Process(target=self.watch, args=(processor, theirs), daemon=True)
+            watcher.start()
+            self.watchers.append((watcher, ours))
+
+    def watch(self, processor, told):
+        os.sched_setaffinity(0, {processor})
+        try:
+            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(50))
+        except PermissionError:
+            print("no right to come before everything else: what stands still may only be busy", file=sys.stderr)
+        gaps, last = [], time.perf_counter()
+        while not self.ends.is_set():
+            time.sleep(0.001)
+            now = time.perf_counter()
+            if now - last > LATE:
+                gaps.append((last, now))
+            last = now
+        told.send(gaps)
+
+    def end(self):
+        """Those of all processors at once."""
+        self.ends.set()
+        everywhere = None
+        for watcher, ours in self.watchers:
+            gaps = ours.recv()
+            watcher.join()
+            everywhere = gaps if everywhere is None else common(everywhere, gaps)
+        self.noted = [(a, b) for a, b in everywhere if b - a > LATE]
+        return self.noted
+
+
+def common(some, others):
+    """What lies in intervals of both lists."""
+    both = [(max(a, c), min(b, d)) for a, b in some for c, d in others]
+    return [(a, b) for a, b in both if a < b]
 
 
 class Image(ctypes.Structure):
@@ -96,17 +149,17 @@ class Display:
         return self.pixels(x - AROUND[0] // 2, y - AROUND[1] // 2, *AROUND)
 
 
-def answer(display, do, look, limit=3.0):
-    """Milliseconds from `do` to another look."""
+def answer(do, look, limit=3.0):
+    """When `do` was begun, and the first other look after it, in seconds."""
     before = look()
     started = time.perf_counter()
     do()
     while time.perf_counter() - started < limit:
         if look() != before:
-            return 1e3 * (time.perf_counter() - started)
+            return started, time.perf_counter()
         # Looking all the time would take a processor away.
         time.sleep(0.001)
-    return None
+    return started, None
 
 
 def places(display, wanted):
@@ -129,14 +182,14 @@ def places(display, wanted):
 
 
 def answers(display, points, count):
-    """Answers from place to place, in milliseconds."""
+    """Answers from place to place."""
     times = []
     for number in range(count):
         x, y = points[number % len(points)]
         display.move(WINDOW[0] // 2, WINDOW[1] // 2)
         # Anywhere in the time that a picture takes.
         time.sleep(0.15 + 0.25 * random.random())
-        times.append(answer(display, lambda: display.move(x, y), lambda: display.around(x, y)))
+        times.append(answer(lambda: display.move(x, y), lambda: display.around(x, y)))
     return times
 
 
@@ -155,13 +208,17 @@ def turns(display, count):
     for number in range(count):
         time.sleep(0.4 + 0.2 * random.random())
         x = middle[0] + (40 if number % 2 else -40)
-        times.append(answer(display, lambda: display.move(x, middle[1]), lambda: picture(display)))
+        times.append(answer(lambda: display.move(x, middle[1]), lambda: picture(display)))
     display.button(False)
     return times
 
 
-def summary(times):
-    known = sorted(t for t in times if t is not None)
+def summary(times, standstills):
+    """Figures of answers, with the time in which the machine stood still and without it."""
+    answered = [(a, b) for a, b in times if b is not None]
+    known = sorted(1e3 * (b - a) for a, b in answered)
+    stood_still = [1e3 * sum(d - c for c, d in common([time], standstills)) for time in answered]
+    running = [1e3 * (b - a) - still for (a, b), still in zip(answered, stood_still)]
     at = lambda share: known[min(len(known) - 1, int(share * len(known)))] if known else None
     return {
         "answers": len(known),
@@ -170,6 +227,9 @@ def summary(times):
         "p95_ms": at(0.95),
         "max_ms": known[-1] if known else None,
         "within_50_ms": sum(t <= 50 for t in known) / max(1, len(times)),
+        "answers in which the machine stood still": sum(still > 0 for still in stood_still),
+        "without_standstills_max_ms": max(running, default=None),
+        "without_standstills_within_50_ms": sum(t <= 50 for t in running) / max(1, len(times)),
     }
 
 
@@ -206,8 +266,9 @@ def main():
             sys.exit("nothing lights up under the pointer; is the window there?")
         print("places:", points)
         report = {"volume": f"{arguments.volume} {arguments.side}^3", "window": WINDOW, "places": points}
-        report["at rest"] = summary(answers(display, points, arguments.answers))
-        report["turned view, to the picture"] = summary(turns(display, arguments.answers))
+        began, standstills = time.perf_counter(), Standstills()
+        times = {"at rest": answers(display, points, arguments.answers)}
+        times["turned view, to the picture"] = turns(display, arguments.answers)
         display.move(WINDOW[0] // 2, WINDOW[1] // 2)
         display.focus()
         display.key(SPACE)
@@ -216,7 +277,14 @@ def main():
         if len(pictures) < 5:
             sys.exit("the path does not play")
         report["pictures in 2 s"] = len(pictures)
-        report["path played"] = summary(answers(display, points, arguments.answers))
+        times["path played"] = answers(display, points, arguments.answers)
+        noted = standstills.end()
+        report |= {name: summary(part, noted) for name, part in times.items()}
+        report["standstills of the machine"] = {
+            "number": len(noted),
+            "longest_ms": max((1e3 * (b - a) for a, b in noted), default=None),
+            "in_s": time.perf_counter() - began,
+        }
         print(json.dumps(report, indent=1))
         if arguments.output:
             arguments.output.write_text(json.dumps(report, indent=1) + "\n")

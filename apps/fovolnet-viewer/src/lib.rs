@@ -12,6 +12,7 @@ pub mod commands;
 pub mod course;
 pub mod dialogue;
 pub mod document;
+pub mod drawing_threads;
 pub mod engine;
 pub mod export;
 pub mod export_form;

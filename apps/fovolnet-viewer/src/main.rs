@@ -9,6 +9,7 @@ use eframe::egui_wgpu::SurfaceConfig;
 use fovolnet::core::{Frame, FrameSize};
 use fovolnet::io::image::{self, Alpha};
 use fovolnet::{RenderSettings, SpeedSettings, VolumeSettings};
+use fovolnet_viewer::drawing_threads;
 use fovolnet_viewer::no_window;
 use fovolnet_viewer::places::Places;
 use fovolnet_viewer::quad::Painter;
@@ -171,6 +172,7 @@ fn run(arguments: Arguments) -> Result<()> {
             creation.egui_ctx.set_pixels_per_point(scale);
         }
         leave_panels_clear(&creation.egui_ctx);
+        drawing_threads::spread();
         let state = creation.wgpu_render_state.as_ref();
         start.painter = state.map(Painter::of_window);
         start.screen = state.and_then(|state| Screen::of_window(state, &device));

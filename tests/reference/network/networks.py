@@ -57,7 +57,7 @@ def wnet(encoder, decoder, **changes):
 
 ALL_ON = {name: True for name in ["fold", "mask", "prefill", "bypass", "reproject"]}
 OURS = ALL_ON | {"feedback": "output", "history": "centre", "filled": "around", "flat": "centre"}
-OURS |= {"accumulate": 0.98, "points": True, "fresh": "centre", "doubt": True, "corrections": 2}
+OURS |= {"accumulate": 0.98, "points": True, "fresh": "centre", "doubt": True, "corrections": 1}
 OURS |= {"coarse": True, "addition": True, "recurrent": False, "direct": False}
 CONFIGS = {
     "wnet-paper": wnet([64, 64, 80, 96], [64, 64, 80]),

@@ -154,7 +154,7 @@ impl WNetConfig {
             fresh: Some(Taps::Centre),
             coarse: true,
             doubt: true,
-            corrections: 2,
+            corrections: 1,
             residual: false,
             addition: true,
             recurrent: false,
