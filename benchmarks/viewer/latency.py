@@ -34,8 +34,6 @@ WINDOW = (1280, 720)
 # What is compared around the pointer.
 AROUND = (36, 10)
 SPACE = 0x20
-
-
 # Seconds for which a process that only sleeps has to be late for the machine to have stood still.
 LATE = 0.005
 
@@ -45,7 +43,7 @@ class Standstills:
 
     def __init__(self):
         self.ends = multiprocessing.Event()
-        self.noted, self.watchers = [], []
+        self.watchers = []
         for processor in sorted(os.sched_getaffinity(0)):
             theirs, ours = multiprocessing.Pipe()
             watcher = multiprocessing.Process(target=self.watch, args=(processor, theirs), daemon=True)
@@ -75,8 +73,7 @@ class Standstills:
             gaps = ours.recv()
             watcher.join()
             everywhere = gaps if everywhere is None else common(everywhere, gaps)
-        self.noted = [(a, b) for a, b in everywhere if b - a > LATE]
-        return self.noted
+        return [(a, b) for a, b in everywhere if b - a > LATE]
 
 
 def common(some, others):
@@ -182,7 +179,7 @@ def places(display, wanted):
 
 
 def answers(display, points, count):
-    """Answers from place to place."""
+    """Answers from place to place, as `answer` has them."""
     times = []
     for number in range(count):
         x, y = points[number % len(points)]
