@@ -35,7 +35,7 @@ pub struct Train {
     /// Where to compute
     #[arg(long, value_enum, default_value_t = Where::Auto)]
     device: Where,
-    /// Number of threads
+    /// Number of threads [default: as many as make steps quickest; resumed, as before]
     #[arg(long, value_name = "N")]
     threads: Option<u16>,
     /// Train on the clips that are there, without making those that are missing
@@ -130,6 +130,11 @@ impl Train {
             judged.len(),
             trainer.steps_done()
         );
+        if self.threads.is_none()
+            && let Some(number) = trainer.choose_threads(learned)?
+        {
+            println!("threads: {number}");
+        }
         match trainer.run(learned, judged, limit, &|| STOP.load(Ordering::Relaxed))? {
             Ended::Complete => {
                 println!("complete; the weights are {}", self.output.join("weights.safetensors").display());

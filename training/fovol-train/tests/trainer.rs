@@ -93,7 +93,9 @@ fn the_loss_falls_and_an_interrupted_run_is_the_same_run() {
     let [learned, judged] = clips(folder.path(), &config);
     let (whole, parts) = (folder.path().join("whole"), folder.path().join("parts"));
 
+    // Steps that only try how many threads are quickest teach nothing.
     let mut trainer = Trainer::new(config.clone(), &whole, Device::Cpu, false).unwrap();
+    assert_eq!(trainer.choose_threads(&learned).unwrap(), Some(1));
     assert_eq!(trainer.run(&learned, &judged, None, &|| false).unwrap(), Ended::Complete);
 
     // Stopped after 15 steps, and gone on with by another trainer.
@@ -106,6 +108,8 @@ fn the_loss_falls_and_an_interrupted_run_is_the_same_run() {
     assert_eq!(trainer.run(&learned, &judged, None, &stop).unwrap(), Ended::Stopped);
     let mut trainer = Trainer::new(config, &parts, Device::Cpu, true).unwrap();
     assert_eq!(trainer.steps_done(), 15);
+    tch::set_num_threads(2);
+    assert_eq!(trainer.choose_threads(&learned).unwrap(), Some(1), "as before");
     trainer.run(&learned, &judged, None, &|| false).unwrap();
 
     let [one, two] = [&whole, &parts].map(|run| losses(run));

@@ -13,6 +13,8 @@ pub(super) struct Checkpoint {
     pub step: u64,
     /// Hours that took.
     pub hours: f64,
+    /// Threads that computed last; runs of before do not say it.
+    pub threads: Option<i32>,
     /// Weights, and the states of the optimiser and the average; f32 or i64.
     pub tensors: Vec<(String, Tensor)>,
 }
@@ -43,7 +45,9 @@ impl Checkpoint {
             .collect::<std::result::Result<_, safetensors::SafeTensorError>>()
             .map_err(|e| Error::Saved(e.to_string()))?;
         let facts = [("step", self.step.to_string()), ("hours", self.hours.to_string())];
-        let facts: HashMap<String, String> = facts.map(|(name, value)| (name.into(), value)).into();
+        let threads = self.threads.map(|threads| ("threads", threads.to_string()));
+        let facts = facts.into_iter().chain(threads);
+        let facts: HashMap<String, String> = facts.map(|(name, value)| (name.into(), value)).collect();
         let bytes = safetensors::serialize(views, Some(facts)).map_err(|e| Error::Saved(e.to_string()))?;
         Ok(atomic::write_bytes(&path, &bytes)?)
     }
@@ -55,15 +59,17 @@ impl Checkpoint {
         let broken =
             |why: String| Error::Saved(format!("{}: {why}; begin again without --resume", path.display()));
         let (_, metadata) = SafeTensors::read_metadata(&bytes).map_err(|e| broken(e.to_string()))?;
+        let told = |name: &str| metadata.metadata().as_ref().and_then(|facts| facts.get(name)).cloned();
         let fact = |name: &str| -> Result<String> {
-            let found = metadata.metadata().as_ref().and_then(|facts| facts.get(name)).cloned();
-            found.ok_or_else(|| broken(format!("it does not say its {name}")))
+            told(name).ok_or_else(|| broken(format!("it does not say its {name}")))
         };
         let step = fact("step")?.parse().map_err(|_| broken("its step is no number".into()))?;
         let hours = fact("hours")?.parse().map_err(|_| broken("its hours are no number".into()))?;
+        let threads = told("threads").map(|number| number.parse());
+        let threads = threads.transpose().map_err(|_| broken("its threads are no number".into()))?;
         let tensors = SafeTensors::deserialize(&bytes).map_err(|e| broken(e.to_string()))?;
         let tensors = tensors.tensors().into_iter().map(|(name, view)| (name, tensor_of(&view))).collect();
-        Ok(Self { step, hours, tensors })
+        Ok(Self { step, hours, threads, tensors })
     }
 }
 

@@ -9,6 +9,7 @@ mod config;
 mod lessons;
 mod progress;
 mod ranges;
+mod threads;
 mod validation;
 
 pub use config::{ClipsConfig, NetworkChoice, TrainConfig};
@@ -21,7 +22,7 @@ use crate::loss::Losses;
 use crate::network::{Network, Options, initial_weights};
 use crate::optimise::{Average, Cosine, Ranger, clip_gradients};
 use crate::{Error, Result};
-use backward::Backward;
+use backward::{Backward, TermValues};
 use checkpoint::Checkpoint;
 use fovol_net::Weights;
 use fovolnet::io::atomic;
@@ -56,6 +57,8 @@ pub struct Trainer {
     hours_before: f64,
     /// When it began and how long it may take, if the learning rate follows the clock.
     pace: Option<(Instant, Duration)>,
+    /// With how many threads the steps before were taken, if it is known.
+    threads_before: Option<i32>,
     device: Device,
 }
 
@@ -86,6 +89,7 @@ impl Trainer {
             step: 0,
             hours_before: 0.0,
             pace: None,
+            threads_before: None,
             config,
             network,
             device,
@@ -101,6 +105,26 @@ impl Trainer {
     /// nobody knows how many steps there is time for. What such a run finds is not to be repeated exactly.
     pub fn pace(&mut self, time: Duration) {
         self.pace = Some((Instant::now(), time));
+    }
+
+    /// Gives torch as many threads as make the steps on `clips` quickest, found by taking some that teach nothing; as
+    /// many as before, if the run was resumed on a machine that has them, so that it goes on with the same numbers. Their
+    /// number; nothing where no processor computes or nothing is there to learn from.
+    ///
+    /// # Errors
+    /// Clips that cannot be read.
+    pub fn choose_threads(&mut self, clips: &ClipSet) -> Result<Option<i32>> {
+        if self.device != Device::Cpu || clips.is_empty() {
+            return Ok(None);
+        }
+        if let Some(before) = self.threads_before.filter(|&before| before <= tch::get_num_threads()) {
+            tch::set_num_threads(before);
+            return Ok(Some(before));
+        }
+        // Lessons are prepared beside the steps, as they will be.
+        let mut lessons = Lessons::start(clips.clone(), &self.config, self.step)?;
+        let number = threads::choose(|| self.gradients(&lessons.next()?).map(|_| ()))?;
+        Ok(Some(number))
     }
 
     /// Steps done so far.
@@ -185,9 +209,7 @@ impl Trainer {
 
     /// One step; nothing where the gradients are no numbers, and the weights stay as they are.
     fn learn(&mut self, lesson: &[LessonFrame], rate: f64) -> Result<Option<Taken>> {
-        self.ranger.zero_gradients();
-        let Self { network, losses, config, device, .. } = &*self;
-        let terms = Backward { network, losses, config, device: *device }.run(lesson)?;
+        let terms = self.gradients(lesson)?;
         let norm = clip_gradients(&self.network.parameters(), self.config.clip_gradients);
         if !norm.is_finite() || !terms[0].1.is_finite() {
             return Ok(None);
@@ -195,6 +217,13 @@ impl Trainer {
         self.ranger.step(rate);
         self.average.update();
         Ok(Some(Taken { terms, norm }))
+    }
+
+    /// Gives the parameters the gradients of `lesson`; the terms of its loss.
+    fn gradients(&mut self, lesson: &[LessonFrame]) -> Result<TermValues> {
+        self.ranger.zero_gradients();
+        let Self { network, losses, config, device, .. } = &*self;
+        Backward { network, losses, config, device: *device }.run(lesson)
     }
 
     /// Judges the averaged weights by clips that are never learned from.
@@ -217,7 +246,8 @@ impl Trainer {
         for (part, named) in parts {
             tensors.extend(named.into_iter().map(|(name, tensor)| (format!("{part}/{name}"), tensor)));
         }
-        Checkpoint { step: self.step, hours, tensors }.write(&self.folder)?;
+        let threads = Some(tch::get_num_threads());
+        Checkpoint { step: self.step, hours, threads, tensors }.write(&self.folder)?;
         self.average.swap();
         let mut weights = self.network.weights();
         self.average.swap();
@@ -254,6 +284,7 @@ impl Trainer {
         self.ranger.restore(&there(of("ranger/")))?;
         self.average.restore(&there(of("average/")))?;
         (self.step, self.hours_before) = (checkpoint.step, checkpoint.hours);
+        self.threads_before = checkpoint.threads;
         Ok(())
     }
 
