@@ -3,8 +3,9 @@ use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
 use fovol_net::plan::Named;
 use fovol_train::clips::{ClipSet, Exceptions};
-use fovol_train::trainer::{Ended, TrainConfig, Trainer};
+use fovol_train::trainer::{Arrangement, Ended, TrainConfig, Trainer};
 use fovolnet::OpenDevice;
+use std::num::NonZero;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -35,9 +36,9 @@ pub struct Train {
     /// Where to compute
     #[arg(long, value_enum, default_value_t = Where::Auto)]
     device: Where,
-    /// Number of threads [default: as many as make steps quickest; resumed, as before]
+    /// Processors that compute, at most; how they share a step is tried at the beginning, and resumed [default: all]
     #[arg(long, value_name = "N")]
-    threads: Option<u16>,
+    threads: Option<NonZero<usize>>,
     /// Train on the clips that are there, without making those that are missing
     #[arg(long, conflicts_with = "clips_only")]
     clips_as_they_are: bool,
@@ -60,15 +61,14 @@ enum Where {
 const CLIPS_SHARE: f64 = 0.3;
 /// of which there have to be so many.
 const FEWEST: usize = 8;
+/// A step on them learns from as many clips as there are processors, up to so many.
+const MOST_CLIPS: usize = 8;
 
 /// Set by Ctrl-C.
 static STOP: AtomicBool = AtomicBool::new(false);
 
 impl Train {
     pub fn run(&self) -> Result<()> {
-        if let Some(threads) = self.threads {
-            tch::set_num_threads(threads.into());
-        }
         ctrlc::set_handler(|| STOP.store(true, Ordering::Relaxed)).context("cannot listen to Ctrl-C")?;
         match (&self.config, &self.volumes) {
             (_, Some(volumes)) => self.fine_tune(volumes),
@@ -104,8 +104,10 @@ impl Train {
     fn fine_tune(&self, volumes: &Path) -> Result<()> {
         let started = Instant::now();
         let time = Duration::from_secs_f64(3600.0 * self.hours.unwrap_or(1.0));
-        let FineTuning { config, learned, judged } =
+        let FineTuning { mut config, learned, judged } =
             FineTuning::new(volumes, &self.from, &self.output.join("clips"))?;
+        // A clip for each: they are computed side by side, and more of them are a steadier step in the same time.
+        config.batch = self.processors().min(MOST_CLIPS);
         let device = self.clips_on.open()?;
         make((&judged, &device), "to judge by", None)?;
         make((&learned, &device), "to learn from", Some(started + time.mul_f64(CLIPS_SHARE)))?;
@@ -130,10 +132,11 @@ impl Train {
             judged.len(),
             trainer.steps_done()
         );
-        if self.threads.is_none()
-            && let Some(number) = trainer.choose_threads(learned)?
-        {
-            println!("threads: {number}");
+        if let Some(Arrangement { side_by_side, threads }) = trainer.arrange(learned, self.processors())? {
+            println!(
+                "{} processors: parts of a step side by side {side_by_side}, threads of each {threads}",
+                self.processors()
+            );
         }
         match trainer.run(learned, judged, limit, &|| STOP.load(Ordering::Relaxed))? {
             Ended::Complete => {
@@ -148,6 +151,12 @@ impl Train {
             Ended::Stopped => println!("stopped at step {}; go on with --resume", trainer.steps_done()),
         }
         Ok(())
+    }
+
+    /// Processors that may compute.
+    fn processors(&self) -> usize {
+        let all = || std::thread::available_parallelism().map_or(1, NonZero::get);
+        self.threads.map_or_else(all, NonZero::get)
     }
 
     fn device(&self) -> Result<Device> {

@@ -2,7 +2,7 @@
 
 use fovol_net::Weights;
 use fovol_train::clips::ClipSet;
-use fovol_train::trainer::{Ended, TrainConfig, Trainer};
+use fovol_train::trainer::{Arrangement, Ended, TrainConfig, Trainer};
 use fovolnet::OpenDevice;
 use std::cell::Cell;
 use std::path::Path;
@@ -95,7 +95,8 @@ fn the_loss_falls_and_an_interrupted_run_is_the_same_run() {
 
     // Steps that only try how many threads are quickest teach nothing.
     let mut trainer = Trainer::new(config.clone(), &whole, Device::Cpu, false).unwrap();
-    assert_eq!(trainer.choose_threads(&learned).unwrap(), Some(1));
+    let alone = Arrangement { side_by_side: 1, threads: 1 };
+    assert_eq!(trainer.arrange(&learned, 1).unwrap(), Some(alone));
     assert_eq!(trainer.run(&learned, &judged, None, &|| false).unwrap(), Ended::Complete);
 
     // Stopped after 15 steps, and gone on with by another trainer.
@@ -108,8 +109,7 @@ fn the_loss_falls_and_an_interrupted_run_is_the_same_run() {
     assert_eq!(trainer.run(&learned, &judged, None, &stop).unwrap(), Ended::Stopped);
     let mut trainer = Trainer::new(config, &parts, Device::Cpu, true).unwrap();
     assert_eq!(trainer.steps_done(), 15);
-    tch::set_num_threads(2);
-    assert_eq!(trainer.choose_threads(&learned).unwrap(), Some(1), "as before");
+    assert_eq!(trainer.arrange(&learned, 2).unwrap(), Some(alone), "as before");
     trainer.run(&learned, &judged, None, &|| false).unwrap();
 
     let [one, two] = [&whole, &parts].map(|run| losses(run));
@@ -127,24 +127,34 @@ fn the_loss_falls_and_an_interrupted_run_is_the_same_run() {
 }
 
 #[test]
-fn memory_can_be_saved_without_another_result() {
+fn memory_and_time_can_be_saved_without_another_result() {
     tch::set_num_threads(1);
     let folder = tempfile::tempdir().unwrap();
     let mut config = config(folder.path());
     (config.steps, config.batch, config.truncate) = (6, 3, 3);
     let [learned, judged] = clips(folder.path(), &config);
-    let trained = |name: &str, config: TrainConfig| {
+    let trained = |name: &str, config: TrainConfig, side_by_side: usize| {
         let run = folder.path().join(name);
         let mut trainer = Trainer::new(config, &run, Device::Cpu, false).unwrap();
+        trainer.take(Arrangement { side_by_side, threads: 1 }).unwrap();
         trainer.run(&learned, &judged, None, &|| false).unwrap();
         (losses(&run), Weights::read(&run.join("weights.safetensors")).unwrap())
     };
-    let (whole, weights) = trained("whole", config.clone());
+    let (whole, weights) = trained("whole", config.clone(), 1);
     let parts = TrainConfig { at_once: Some(2), ..config.clone() };
     let again = TrainConfig { recompute: true, ..config.clone() };
-    let both = TrainConfig { at_once: Some(1), recompute: true, ..config };
-    for (name, config) in [("parts", parts), ("again", again), ("both", both)] {
-        let (losses, other) = trained(name, config);
+    let both = TrainConfig { at_once: Some(1), recompute: true, ..config.clone() };
+    let ways = [
+        ("parts", parts.clone(), 1),
+        ("again", again, 1),
+        ("both", both, 1),
+        ("two side by side", config.clone(), 2),
+        ("three side by side", config.clone(), 3),
+        ("more than there are", config, 4),
+        ("two in parts", parts, 2),
+    ];
+    for (name, config, side_by_side) in ways {
+        let (losses, other) = trained(name, config, side_by_side);
         assert!(whole.iter().zip(&losses).all(|(a, b)| (a - b).abs() < 1e-5), "{name}: {whole:?} {losses:?}");
         for (array, one) in weights.arrays() {
             let pairs = one.values.iter().zip(&other.arrays()[array].values);

@@ -127,6 +127,28 @@ impl Network {
         self.plan.parameters().into_iter().map(|parameter| handle(parameter.name)).collect()
     }
 
+    /// The same network, the same numbers in the same memory, with gradients of its own: for another thread.
+    #[must_use]
+    pub fn replica(&self) -> Self {
+        let alike = self.parameters.iter().map(|(name, tensor)| {
+            let own = tensor.detach().set_requires_grad(true);
+            (name.clone(), own)
+        });
+        Self {
+            parameters: alike.collect(),
+            config: self.config.clone(),
+            facts: self.facts.clone(),
+            plan: self.plan.clone(),
+            options: self.options,
+            device: self.device,
+        }
+    }
+
+    /// Sets the gradients of all parameters to zero.
+    pub fn zero_gradients(&mut self) {
+        self.parameters.values_mut().for_each(Tensor::zero_grad);
+    }
+
     /// The weights as they are now, to be written to a file.
     pub fn weights(&self) -> Weights {
         let arrays = self.parameters.iter().map(|(name, tensor)| (name.clone(), array(tensor)));

@@ -17,6 +17,10 @@ pub(super) struct Backward<'a> {
     pub losses: &'a Losses,
     pub config: &'a TrainConfig,
     pub device: Device,
+    /// The part that the clips are of all that a step learns from.
+    pub share: f64,
+    /// Clips that are computed at once; all if not given.
+    pub at_once: Option<usize>,
 }
 
 /// The frames of some clips on their way through the network.
@@ -32,10 +36,10 @@ struct Passage {
 }
 
 impl Backward<'_> {
-    /// Adds the gradients of the mean loss of the clips of `lesson` to those of the network's parameters; the terms.
+    /// Adds the gradients of the mean loss of the clips of `lesson`, times their share, to those of the network's parameters; the terms.
     pub fn run(&self, lesson: &[LessonFrame]) -> Result<TermValues> {
         let batch = lesson[0].colour.size()[0];
-        let at_once = self.config.at_once.map_or(batch, |count| (count as i64).min(batch));
+        let at_once = self.at_once.map_or(batch, |count| (count as i64).min(batch));
         let mut sums = TermValues::new();
         for first in (0..batch).step_by(at_once as usize) {
             let count = at_once.min(batch - first);
@@ -62,7 +66,7 @@ impl Backward<'_> {
             motion: frames.iter().map(|frame| frame.true_motion.shallow_clone()).collect(),
             state: self.network.initial_state([size[0], size[2], size[3]]),
             outputs: Vec::new(),
-            share: count as f64 / batch as f64,
+            share: self.share * count as f64 / batch as f64,
             frames,
         }
     }
@@ -132,7 +136,8 @@ fn slope(tensor: &Tensor) -> Tensor {
     if gradient.defined() { gradient } else { tensor.zeros_like() }
 }
 
-fn add(sums: &mut TermValues, terms: TermValues, share: f64) {
+/// Adds `share` of `terms` to `sums`.
+pub(super) fn add(sums: &mut TermValues, terms: TermValues, share: f64) {
     for (i, (name, value)) in terms.into_iter().enumerate() {
         match sums.get_mut(i) {
             Some(sum) => sum.1 += value * share,

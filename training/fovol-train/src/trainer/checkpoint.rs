@@ -1,3 +1,4 @@
+use super::Arrangement;
 use crate::{Error, Result};
 use fovolnet::io::atomic;
 use safetensors::SafeTensors;
@@ -13,8 +14,8 @@ pub(super) struct Checkpoint {
     pub step: u64,
     /// Hours that took.
     pub hours: f64,
-    /// Threads that computed last; runs of before do not say it.
-    pub threads: Option<i32>,
+    /// How processors shared the steps; runs of before do not say it.
+    pub arrangement: Option<Arrangement>,
     /// Weights, and the states of the optimiser and the average; f32 or i64.
     pub tensors: Vec<(String, Tensor)>,
 }
@@ -45,8 +46,8 @@ impl Checkpoint {
             .collect::<std::result::Result<_, safetensors::SafeTensorError>>()
             .map_err(|e| Error::Saved(e.to_string()))?;
         let facts = [("step", self.step.to_string()), ("hours", self.hours.to_string())];
-        let threads = self.threads.map(|threads| ("threads", threads.to_string()));
-        let facts = facts.into_iter().chain(threads);
+        let arrangement = self.arrangement.map(|arrangement| ("arrangement", arrangement.to_string()));
+        let facts = facts.into_iter().chain(arrangement);
         let facts: HashMap<String, String> = facts.map(|(name, value)| (name.into(), value)).collect();
         let bytes = safetensors::serialize(views, Some(facts)).map_err(|e| Error::Saved(e.to_string()))?;
         Ok(atomic::write_bytes(&path, &bytes)?)
@@ -65,11 +66,11 @@ impl Checkpoint {
         };
         let step = fact("step")?.parse().map_err(|_| broken("its step is no number".into()))?;
         let hours = fact("hours")?.parse().map_err(|_| broken("its hours are no number".into()))?;
-        let threads = told("threads").map(|number| number.parse());
-        let threads = threads.transpose().map_err(|_| broken("its threads are no number".into()))?;
+        let arrangement = told("arrangement").map(|text| text.parse());
+        let arrangement = arrangement.transpose().map_err(broken)?;
         let tensors = SafeTensors::deserialize(&bytes).map_err(|e| broken(e.to_string()))?;
         let tensors = tensors.tensors().into_iter().map(|(name, view)| (name, tensor_of(&view))).collect();
-        Ok(Self { step, hours, threads, tensors })
+        Ok(Self { step, hours, arrangement, tensors })
     }
 }
 

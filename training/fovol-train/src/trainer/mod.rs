@@ -3,15 +3,17 @@
 //! Everything random of step s is drawn from the seed and s, so that a run that was interrupted goes on exactly as it
 //! would have gone.
 
+mod arrangement;
 mod backward;
 mod checkpoint;
 mod config;
 mod lessons;
 mod progress;
 mod ranges;
-mod threads;
+mod replicas;
 mod validation;
 
+pub use arrangement::Arrangement;
 pub use config::{ClipsConfig, NetworkChoice, TrainConfig};
 pub use ranges::note_ranges;
 pub use validation::{Fills, Scores};
@@ -22,12 +24,13 @@ use crate::loss::Losses;
 use crate::network::{Network, Options, initial_weights};
 use crate::optimise::{Average, Cosine, Ranger, clip_gradients};
 use crate::{Error, Result};
-use backward::{Backward, TermValues};
+use backward::TermValues;
 use checkpoint::Checkpoint;
 use fovol_net::Weights;
 use fovolnet::io::atomic;
 use lessons::Lessons;
 use progress::Progress;
+use replicas::Replicas;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use tch::{Device, Tensor};
@@ -47,6 +50,7 @@ pub struct Trainer {
     config: TrainConfig,
     folder: PathBuf,
     network: Network,
+    replicas: Replicas,
     ranger: Ranger,
     average: Average,
     losses: Losses,
@@ -57,8 +61,8 @@ pub struct Trainer {
     hours_before: f64,
     /// When it began and how long it may take, if the learning rate follows the clock.
     pace: Option<(Instant, Duration)>,
-    /// With how many threads the steps before were taken, if it is known.
-    threads_before: Option<i32>,
+    /// How processors shared the steps before, if it is known.
+    arranged_before: Option<Arrangement>,
     device: Device,
 }
 
@@ -80,6 +84,7 @@ impl Trainer {
         };
         let network = Network::new(&weights, options, device)?;
         let parameters = network.parameters();
+        let alone = Arrangement { side_by_side: 1, threads: tch::get_num_threads().max(1) as usize };
         let mut trainer = Self {
             ranger: Ranger::new(&parameters, config.optimiser),
             average: Average::new(&parameters, config.average),
@@ -89,9 +94,10 @@ impl Trainer {
             step: 0,
             hours_before: 0.0,
             pace: None,
-            threads_before: None,
-            config,
+            arranged_before: None,
+            replicas: Replicas::new(alone, &network, &config)?,
             network,
+            config,
             device,
         };
         std::fs::create_dir_all(folder).map_err(|e| Error::file("make", folder, &e))?;
@@ -107,24 +113,42 @@ impl Trainer {
         self.pace = Some((Instant::now(), time));
     }
 
-    /// Gives torch as many threads as make the steps on `clips` quickest, found by taking some that teach nothing; as
-    /// many as before, if the run was resumed on a machine that has them, so that it goes on with the same numbers. Their
-    /// number; nothing where no processor computes or nothing is there to learn from.
+    /// Shares the steps on `clips` out to at most so many processors in the way that is quickest, found by taking some
+    /// that teach nothing; in that of before, if the run was resumed on a machine that can do it, so that it goes on with
+    /// the same numbers. That way; nothing where no processor computes or nothing is there to learn from.
     ///
     /// # Errors
     /// Clips that cannot be read.
-    pub fn choose_threads(&mut self, clips: &ClipSet) -> Result<Option<i32>> {
+    pub fn arrange(&mut self, clips: &ClipSet, processors: usize) -> Result<Option<Arrangement>> {
         if self.device != Device::Cpu || clips.is_empty() {
             return Ok(None);
         }
-        if let Some(before) = self.threads_before.filter(|&before| before <= tch::get_num_threads()) {
-            tch::set_num_threads(before);
-            return Ok(Some(before));
-        }
+        let at_once = self.config.at_once.unwrap_or(self.config.batch);
+        let candidates = match self.arranged_before.filter(|before| before.fits(processors)) {
+            Some(before) => vec![before],
+            None => Arrangement::candidates(processors, at_once.min(self.config.batch)),
+        };
         // Lessons are prepared beside the steps, as they will be.
         let mut lessons = Lessons::start(clips.clone(), &self.config, self.step)?;
-        let number = threads::choose(|| self.gradients(&lessons.next()?).map(|_| ()))?;
-        Ok(Some(number))
+        let quickest = Arrangement::quickest(&candidates, |tried| {
+            self.take(tried)?;
+            self.gradients(&lessons.next()?).map(|_| ())
+        })?;
+        if let Some(quickest) = quickest {
+            self.take(quickest)?;
+        }
+        Ok(quickest)
+    }
+
+    /// Shares steps out in this way from now on.
+    ///
+    /// # Errors
+    /// Files of the loss that cannot be read.
+    pub fn take(&mut self, arrangement: Arrangement) -> Result<()> {
+        if self.replicas.arrangement() != arrangement {
+            self.replicas = Replicas::new(arrangement, &self.network, &self.config)?;
+        }
+        Ok(())
     }
 
     /// Steps done so far.
@@ -222,8 +246,7 @@ impl Trainer {
     /// Gives the parameters the gradients of `lesson`; the terms of its loss.
     fn gradients(&mut self, lesson: &[LessonFrame]) -> Result<TermValues> {
         self.ranger.zero_gradients();
-        let Self { network, losses, config, device, .. } = &*self;
-        Backward { network, losses, config, device: *device }.run(lesson)
+        self.replicas.gradients((&self.network, &self.losses), &self.config, lesson)
     }
 
     /// Judges the averaged weights by clips that are never learned from.
@@ -246,8 +269,8 @@ impl Trainer {
         for (part, named) in parts {
             tensors.extend(named.into_iter().map(|(name, tensor)| (format!("{part}/{name}"), tensor)));
         }
-        let threads = Some(tch::get_num_threads());
-        Checkpoint { step: self.step, hours, threads, tensors }.write(&self.folder)?;
+        let arrangement = Some(self.replicas.arrangement());
+        Checkpoint { step: self.step, hours, arrangement, tensors }.write(&self.folder)?;
         self.average.swap();
         let mut weights = self.network.weights();
         self.average.swap();
@@ -284,7 +307,7 @@ impl Trainer {
         self.ranger.restore(&there(of("ranger/")))?;
         self.average.restore(&there(of("average/")))?;
         (self.step, self.hours_before) = (checkpoint.step, checkpoint.hours);
-        self.threads_before = checkpoint.threads;
+        self.arranged_before = checkpoint.arrangement;
         Ok(())
     }
 

@@ -1,0 +1,136 @@
+//! How the processors share a step: clips of a batch side by side, or several threads on each, whichever is quicker.
+//! Steps of few pixels lose more by waking threads than these gain: one thread is twice as quick as two for a clip of 12
+//! frames of 128² on two processors.
+
+use crate::Result;
+use std::fmt;
+use std::str::FromStr;
+use std::time::{Duration, Instant};
+
+/// Steps that take longer are too long to try what else is.
+const LONG: Duration = Duration::from_secs(10);
+/// Steps with each arrangement; the first wakes what it needs.
+const TRIES: usize = 3;
+
+/// So many parts of a batch are computed at the same time, each by so many threads.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Arrangement {
+    /// Parts of a batch, at least 1.
+    pub side_by_side: usize,
+    /// Threads of each, at least 1.
+    pub threads: usize,
+}
+
+impl Arrangement {
+    /// Whether `processors` are enough for it.
+    pub(super) fn fits(self, processors: usize) -> bool {
+        self.side_by_side * self.threads <= processors
+    }
+
+    /// All that are worth trying with `processors` where `clips` may be computed at once, the widest first.
+    pub(super) fn candidates(processors: usize, clips: usize) -> Vec<Self> {
+        let widest = processors.min(clips).max(1);
+        let mut found = Vec::new();
+        for side_by_side in if widest > 1 { vec![widest, 1] } else { vec![1] } {
+            let most = (processors / side_by_side).max(1);
+            let halved = std::iter::successors(Some(most), |&n| (n > 1).then_some(n / 2));
+            found.extend(halved.map(|threads| Self { side_by_side, threads }));
+        }
+        found
+    }
+
+    /// That of `candidates` with which `step` is quickest. The first is taken where steps are long.
+    ///
+    /// # Errors
+    /// Those of `step`.
+    pub(super) fn quickest(
+        candidates: &[Self],
+        mut step: impl FnMut(Self) -> Result<()>,
+    ) -> Result<Option<Self>> {
+        let mut quickest: Option<(Self, Duration)> = None;
+        for &candidate in candidates.iter().filter(|_| candidates.len() > 1) {
+            let mut least = Duration::MAX;
+            for _ in 0..TRIES {
+                let began = Instant::now();
+                step(candidate)?;
+                least = least.min(began.elapsed());
+                if least > LONG {
+                    break;
+                }
+            }
+            if quickest.is_none_or(|(_, time)| least < time) {
+                quickest = Some((candidate, least));
+            }
+            if least > LONG {
+                break;
+            }
+        }
+        Ok(quickest.map(|(found, _)| found).or(candidates.first().copied()))
+    }
+}
+
+/// As in "2x1": parts, then threads of each.
+impl fmt::Display for Arrangement {
+    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(to, "{}x{}", self.side_by_side, self.threads)
+    }
+}
+
+impl FromStr for Arrangement {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        let numbers = text.split_once('x').and_then(|(parts, threads)| {
+            Some(Self { side_by_side: parts.parse().ok()?, threads: threads.parse().ok()? })
+        });
+        let sound = numbers.filter(|found| found.side_by_side > 0 && found.threads > 0);
+        sound.ok_or_else(|| format!("`{text}` is not like 2x1"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::thread::sleep;
+
+    fn texts(candidates: &[Arrangement]) -> Vec<String> {
+        candidates.iter().map(ToString::to_string).collect()
+    }
+
+    #[test]
+    fn candidates_use_the_processors_there_are() {
+        assert_eq!(texts(&Arrangement::candidates(1, 4)), ["1x1"]);
+        assert_eq!(texts(&Arrangement::candidates(2, 1)), ["1x2", "1x1"]);
+        assert_eq!(texts(&Arrangement::candidates(6, 2)), ["2x3", "2x1", "1x6", "1x3", "1x1"]);
+        for (processors, clips) in [(1, 1), (3, 2), (16, 5), (64, 64)] {
+            let found = Arrangement::candidates(processors, clips);
+            assert!(found.iter().all(|one| one.fits(processors) && one.side_by_side <= clips));
+        }
+    }
+
+    #[test]
+    fn the_quickest_is_taken() {
+        let candidates = Arrangement::candidates(4, 4);
+        for best in candidates.clone() {
+            let step = |tried| {
+                sleep(Duration::from_millis(if tried == best { 5 } else { 50 }));
+                Ok(())
+            };
+            assert_eq!(Arrangement::quickest(&candidates, step).unwrap(), Some(best));
+        }
+        // Where there is no choice nothing is tried.
+        let only = Arrangement::candidates(1, 1);
+        let step = |_| panic!("nothing to try");
+        assert_eq!(Arrangement::quickest(&only, step).unwrap(), Some(only[0]));
+    }
+
+    #[test]
+    fn it_is_written_and_read() {
+        for one in Arrangement::candidates(12, 3) {
+            assert_eq!(one.to_string().parse(), Ok(one));
+        }
+        for wrong in ["", "2", "x", "0x1", "2x0", "2x-1", "2x1x1"] {
+            assert!(wrong.parse::<Arrangement>().is_err(), "{wrong}");
+        }
+    }
+}
