@@ -10,7 +10,10 @@ Ranger 20.4.11 is put together from what PyTorch has: `torch.optim.RAdam` with d
 around it gradients are centralised before and Lookahead follows after. The formulas of ALGORITHMS.md section 7 are
 computed beside it, in NumPy; the script fails where the two differ by more than rounding.
 
-For the cases `with_gc` and `without_gc` the file has `CASE.NAME` [30, ...], float32, of parameters NAME after each of
+For the case `orthogonal` the steps of `wide.weight`, as a matrix of 3 rows, are those of `torch.optim.Muon` at twice the
+learning rate, which computes in float64 here instead of bfloat16.
+
+For the cases `with_gc`, `without_gc` and `orthogonal` the file has `CASE.NAME` [30, ...], float32, of parameters NAME after each of
 30 steps with weight decay 1e-2. Parameters begin as, and the gradient of step t = 1, 2 ... is
 
     p_0[i] = 0.5 sin(1.3 i + n),    g_t[i] = 0.4 p[i] + sin(0.7 i + 1.9 t + n) (1 + 0.5 cos(t)) + 0.2
@@ -34,6 +37,7 @@ SHAPES = {"wide.weight": (3, 2, 3, 3), "wide.bias": (3,), "point.weight": (5, 4,
 STEPS = 30
 BETAS, EPSILON, WEIGHT_DECAY = (0.95, 0.999), 1e-5, 1e-2
 SLOW_STEPS, SLOW_SHARE, THRESHOLD = 6, 0.5, 5
+ORTHOGONAL = 2.0
 HERE = Path(__file__).resolve().parent
 DEFAULT_FILE = HERE.parents[2] / "training/fovol-train/tests/reference/optimise.safetensors"
 
@@ -61,30 +65,58 @@ def centralised(gradient):
     return gradient - gradient.mean(axis=tuple(range(1, gradient.ndim)), keepdims=True) if gradient.ndim > 1 else gradient
 
 
-def from_pytorch(has_centralisation):
-    """The parameters after each step, by torch.optim.RAdam."""
-    parameters = [torch.nn.Parameter(torch.from_numpy(p)) for p in initial().values()]
-    slow = [p.detach().clone() for p in parameters]
-    radam = torch.optim.RAdam(
-        parameters, betas=BETAS, eps=EPSILON, weight_decay=WEIGHT_DECAY, decoupled_weight_decay=True, foreach=False
+def muon(parameter):
+    """Muon for `parameter`, a matrix."""
+    return torch.optim.Muon(
+        [parameter], lr=1.0, weight_decay=WEIGHT_DECAY / ORTHOGONAL, momentum=BETAS[0], adjust_lr_fn="match_rms_adamw"
     )
+
+
+def from_pytorch(has_centralisation, is_orthogonal):
+    """The parameters after each step, by torch.optim.RAdam, and by Muon for the first if `is_orthogonal`."""
+    start = list(initial().values())
+    if is_orthogonal:
+        start[0] = start[0].reshape(len(start[0]), -1)
+    parameters = [torch.nn.Parameter(torch.from_numpy(p)) for p in start]
+    slow = [p.detach().clone() for p in parameters]
+    first = 1 if is_orthogonal else 0
+    radam = torch.optim.RAdam(
+        parameters[first:],
+        betas=BETAS,
+        eps=EPSILON,
+        weight_decay=WEIGHT_DECAY,
+        decoupled_weight_decay=True,
+        foreach=False,
+    )
+    optimizers = {radam: 1.0} | ({muon(parameters[0]): ORTHOGONAL} if is_orthogonal else {})
     history = []
     for t in range(1, STEPS + 1):
         for n, parameter in enumerate(parameters):
             g = gradient(n, parameter.detach().numpy(), t)
             parameter.grad = torch.from_numpy(centralised(g) if has_centralisation else g)
-        radam.param_groups[0]["lr"] = rate(t)
-        radam.step()
+        for optimizer, factor in optimizers.items():
+            optimizer.param_groups[0]["lr"] = factor * rate(t)
+            optimizer.step()
         if t % SLOW_STEPS == 0:
             with torch.no_grad():
                 for parameter, s in zip(parameters, slow):
                     s += SLOW_SHARE * (parameter - s)
                     parameter.copy_(s)
         history.append([p.detach().numpy().copy() for p in parameters])
-    return [np.stack(steps) for steps in zip(*history)]
+    return [np.stack(steps).reshape(-1, *shape) for steps, shape in zip(zip(*history), SHAPES.values())]
 
 
-def from_formulas(has_centralisation):
+def orthogonal(direction):
+    """Newton and Schulz's iterations of the matrix of `direction`, with steps as large as Adam's."""
+    x = direction.reshape(len(direction), -1)
+    x = x / np.linalg.norm(x)
+    for _ in range(5):
+        square = x @ x.T
+        x = 3.4445 * x + (-4.7750 * square + 2.0315 * square @ square) @ x
+    return (0.2 * math.sqrt(max(x.shape)) * x).reshape(direction.shape)
+
+
+def from_formulas(has_centralisation, is_orthogonal):
     """The same by the formulas, a parameter after the other."""
     (beta1, beta2), limit = BETAS, 2 / (1 - BETAS[1]) - 1
     result = []
@@ -97,7 +129,9 @@ def from_formulas(has_centralisation):
             m = beta1 * m + (1 - beta1) * g
             rho = limit - 2 * t * beta2**t / (1 - beta2**t)
             p = p * (1 - WEIGHT_DECAY * rate(t))
-            if rho > THRESHOLD:
+            if is_orthogonal and p.shape[2:] == (3, 3):
+                p = p - ORTHOGONAL * rate(t) * orthogonal((1 - beta1) * g + beta1 * m)
+            elif rho > THRESHOLD:
                 rectified = (rho - 4) / (limit - 4) * (rho - 2) / rho * limit / (limit - 2)
                 s = math.sqrt((1 - beta2**t) * rectified) / (1 - beta1**t)
                 p = p - s * rate(t) * m / (np.sqrt(v) + EPSILON)
@@ -114,8 +148,9 @@ def from_formulas(has_centralisation):
 def ranger():
     """The cases of Ranger."""
     arrays = {}
-    for case, has_centralisation in {"with_gc": True, "without_gc": False}.items():
-        found, formulas = from_pytorch(has_centralisation), from_formulas(has_centralisation)
+    cases = {"with_gc": (True, False), "without_gc": (False, False), "orthogonal": (False, True)}
+    for case, ways in cases.items():
+        found, formulas = from_pytorch(*ways), from_formulas(*ways)
         worst = max(np.abs(a - b).max() for a, b in zip(found, formulas))
         print(f"{case}: PyTorch and the formulas differ by {worst:.1e}")
         assert worst < 1e-13
@@ -147,6 +182,8 @@ def clip():
 
 
 def main():
+    # Muon rounds to bfloat16, for speed; these are values to compare with.
+    torch.Tensor.bfloat16 = lambda tensor: tensor
     path = Path(sys.argv[1]) if len(sys.argv) > 1 else DEFAULT_FILE
     path.parent.mkdir(parents=True, exist_ok=True)
     save_file(ranger() | {"cosine": cosine()} | clip(), path)

@@ -56,11 +56,13 @@ fn difference(a: &Tensor, b: &Tensor) -> f64 {
 
 #[test]
 fn ranger_is_the_original_step_by_step() {
-    for (case, centralise) in [("with_gc", true), ("without_gc", false)] {
+    for (case, centralise, orthogonal) in
+        [("with_gc", true, 0.0), ("without_gc", false, 0.0), ("orthogonal", false, 2.0)]
+    {
         // The values are rounded to f32; in f32 every step is rounded.
         for (kind, tolerance) in [(Kind::Double, 6e-8), (Kind::Float, 2e-6)] {
             let parameters = initial(kind);
-            let config = RangerConfig { centralise, ..RangerConfig::default() };
+            let config = RangerConfig { centralise, orthogonal, ..RangerConfig::default() };
             let mut ranger = Ranger::new(&parameters, config);
             for t in 1..=30 {
                 set_gradients(&parameters, t);

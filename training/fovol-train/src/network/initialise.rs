@@ -28,7 +28,7 @@ pub enum Spread {
 ///
 /// Convolutions have what PyTorch gives them, ±1/√fan-in, or those that a rectifier follows what `spread` says; the last
 /// one, which makes the picture, is Xavier-uniform, ±√(6 / (fan-in + fan-out)); biases are zero (ALGORITHMS §1.2). Normalisations
-/// begin as identities. Kernels that weigh a filled picture begin with most of their weight on it, and direct
+/// begin as identities. Kernels that weigh a filled picture begin with most of their weight on it, whatever features say, and direct
 /// predictions that read it begin as it, and what is added to what kernels make as nothing, so that such a network begins
 /// as the filling that it is to improve.
 ///
@@ -46,9 +46,13 @@ pub fn initial_weights(config: &NetworkConfig, spread: Spread, seed: u64) -> Res
         keep_colours_apart(&plan, &mut arrays);
     }
     for (name, taps) in taps_of_fillings(&plan) {
-        if let Some(bias) = arrays.get_mut(&name) {
+        let [bias, weight] = ["bias", "weight"].map(|part| format!("{name}.{part}"));
+        if let Some(bias) = arrays.get_mut(&bias) {
             bias.values.fill(OTHER_TAPS);
             taps.into_iter().for_each(|channels| bias.values[channels].fill(FILLING_TAP));
+        }
+        if let Some(weight) = arrays.get_mut(&weight) {
+            weight.values.iter_mut().for_each(|w| *w *= FEATURES);
         }
     }
     if let (Some(weight), Some(reads)) = (arrays.get_mut("output.weight"), reads_filling(&plan)) {
@@ -100,7 +104,7 @@ fn rectified(plan: &Plan) -> BTreeSet<String> {
     plan.layers().iter().filter_map(name).collect()
 }
 
-/// The biases of kernels that weigh filled pictures, and their channels for the pixels of these themselves.
+/// The layers of kernels that weigh filled pictures, and their channels for the pixels of these themselves.
 fn taps_of_fillings(plan: &Plan) -> Vec<(String, Vec<Range<usize>>)> {
     let is_filling =
         |id| plan.layers().iter().any(|l| matches!(l, Layer::Blend { output, .. } if *output == id));
@@ -117,7 +121,7 @@ fn taps_of_fillings(plan: &Plan) -> Vec<(String, Vec<Range<usize>>)> {
             before += taps.count();
         }
         if !fillings.is_empty() {
-            found.push((format!("{}.bias", filter.name), fillings));
+            found.push((filter.name.clone(), fillings));
         }
     }
     found
@@ -134,7 +138,8 @@ fn reads_filling(plan: &Plan) -> Option<Range<usize>> {
     Some(channels(features)..channels(features) + channels(filled))
 }
 
-/// How much less the features add at first than they would without the filled picture.
+/// How much less the features count at first than they would without the filled picture: as long as nothing is learned they
+/// are noise, and rectifiers that only make noise are taught to be zero for ever.
 const FEATURES: f32 = 0.1;
 
 /// Makes the filled picture, which `weight` reads at `filled`, what it writes, but for a little of the features.

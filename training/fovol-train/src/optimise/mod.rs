@@ -24,6 +24,7 @@
 mod average;
 mod clip;
 mod cosine;
+mod orthogonal;
 mod ranger;
 mod saved;
 

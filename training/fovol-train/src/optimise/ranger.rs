@@ -1,3 +1,4 @@
+use super::orthogonal::orthogonal;
 use super::saved::Saved;
 use crate::Result;
 use serde::{Deserialize, Serialize};
@@ -23,6 +24,9 @@ pub struct RangerConfig {
     pub rectify_above: f64,
     /// Whether gradients of weights are centred: what each output channel has in the mean is taken off.
     pub centralise: bool,
+    /// How much longer than others the steps of convolutions of several pixels are, which are then equally long in all
+    /// directions of their weights instead of adaptive; 0 for steps like the others.
+    pub orthogonal: f64,
 }
 
 impl Default for RangerConfig {
@@ -37,12 +41,14 @@ impl Default for RangerConfig {
             slow_share: 0.5,
             rectify_above: 5.0,
             centralise: true,
+            orthogonal: 0.0,
         }
     }
 }
 
 /// Ranger 20.4.11 (L. Wright 2020): RAdam (Liu et al. 2020) with decoupled weight decay, Lookahead (Zhang et al. 2019)
-/// and gradient centralisation (Yong et al. 2020); ALGORITHMS §7.
+/// and gradient centralisation (Yong et al. 2020); ALGORITHMS §7. With `orthogonal`, Muon (Jordan et al. 2024) takes RAdam's
+/// place for convolutions of several pixels.
 #[derive(Debug)]
 pub struct Ranger {
     config: RangerConfig,
@@ -130,19 +136,28 @@ impl Follower {
         self.square *= config.beta2;
         self.square += &gradient * &gradient * (1.0 - config.beta2);
         self.mean *= config.beta1;
-        self.mean += gradient * (1.0 - config.beta1);
+        self.mean += &gradient * (1.0 - config.beta1);
         if config.weight_decay != 0.0 {
             self.parameter *= 1.0 - config.weight_decay * rate;
         }
-        let (length, is_adaptive) = step_length(self.steps, config);
-        let direction = match is_adaptive {
-            true => &self.mean / (self.square.sqrt() + config.epsilon),
-            false => self.mean.shallow_clone(),
-        };
-        self.parameter -= direction * (length * rate);
+        self.parameter -= self.direction(&gradient, config) * rate;
         if self.steps % i64::from(config.slow_steps.max(1)) == 0 {
             self.slow += (self.parameter.detach() - &self.slow) * config.slow_share;
             self.parameter.copy_(&self.slow);
+        }
+    }
+
+    /// The step at a learning rate of 1, against the gradients.
+    fn direction(&self, gradient: &Tensor, config: &RangerConfig) -> Tensor {
+        let is_of_several_pixels = self.parameter.size().get(2).is_some_and(|&rows| rows > 1);
+        if config.orthogonal > 0.0 && is_of_several_pixels {
+            // Nesterov's: where the mean will be.
+            let ahead = gradient * (1.0 - config.beta1) + &self.mean * config.beta1;
+            return orthogonal(&ahead) * config.orthogonal;
+        }
+        match step_length(self.steps, config) {
+            (length, true) => &self.mean / (self.square.sqrt() + config.epsilon) * length,
+            (length, false) => &self.mean * length,
         }
     }
 
