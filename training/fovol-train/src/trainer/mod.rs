@@ -128,16 +128,19 @@ impl Trainer {
             Some(before) => vec![before],
             None => Arrangement::candidates(processors, at_once.min(self.config.batch)),
         };
-        // Lessons are prepared beside the steps, as they will be.
-        let mut lessons = Lessons::start(clips.clone(), &self.config, self.step)?;
-        let quickest = Arrangement::quickest(&candidates, |tried| {
-            self.take(tried)?;
-            self.gradients(&lessons.next()?).map(|_| ())
-        })?;
-        if let Some(quickest) = quickest {
-            self.take(quickest)?;
-        }
-        Ok(quickest)
+        let arrangement = match candidates[..] {
+            [only] => only,
+            _ => {
+                // Lessons are prepared beside the steps, as they will be.
+                let mut lessons = Lessons::start(clips.clone(), &self.config, self.step)?;
+                Arrangement::quickest(&candidates, |tried| {
+                    self.take(tried)?;
+                    self.gradients(&lessons.next()?).map(|_| ())
+                })?
+            }
+        };
+        self.take(arrangement)?;
+        Ok(Some(arrangement))
     }
 
     /// Shares steps out in this way from now on.
