@@ -1,7 +1,9 @@
 //! A whole run of training, small: the loss falls, and an interrupted run is the same run.
 
 use fovol_net::Weights;
+use fovol_net::weights::Storage;
 use fovol_train::clips::ClipSet;
+use fovol_train::network::{Spread, initial_weights};
 use fovol_train::trainer::{Arrangement, Ended, TrainConfig, Trainer};
 use fovolnet::OpenDevice;
 use std::cell::Cell;
@@ -19,6 +21,7 @@ rate = 1e-2
 last-rate = 1e-5
 clip-gradients = 10.0
 average = 0.5
+revive-every = 20
 validate-every = 30
 
 # One that has everything to learn: a filled picture to begin with leaves little in so few steps.
@@ -126,6 +129,30 @@ fn the_loss_falls_and_an_interrupted_run_is_the_same_run() {
     for name in ["loss.svg", "preview.png"] {
         assert!(std::fs::metadata(whole.join(name)).unwrap().len() > 1000, "{name}");
     }
+}
+
+#[test]
+fn a_layer_that_died_learns_again() {
+    tch::set_num_threads(1);
+    let folder = tempfile::tempdir().unwrap();
+    let mut config = config(folder.path());
+    let [learned, judged] = clips(folder.path(), &config);
+    let weights = initial_weights(&config.network.config(), Spread::He, 1).unwrap();
+    let mut arrays = weights.arrays().clone();
+    let bias = "decoder.0.conv1.bias";
+    arrays.get_mut(bias).unwrap().values.fill(-100.0);
+    let dead = folder.path().join("dead.safetensors");
+    let bytes = Weights::new(weights.config, arrays).to_bytes(Storage::F32).unwrap();
+    std::fs::write(&dead, bytes).unwrap();
+    (config.from, config.steps, config.average) = (Some(dead), 4, 0.0);
+    let run = folder.path().join("run");
+    let mut trainer = Trainer::new(config, &run, Device::Cpu, false).unwrap();
+    trainer.run(&learned, &judged, None, &|| false).unwrap();
+    let log = std::fs::read_to_string(run.join("log.jsonl")).unwrap();
+    let first: serde_json::Value = serde_json::from_str(log.lines().next().unwrap()).unwrap();
+    assert!(first["revived"].as_u64().unwrap() >= 8, "{first}");
+    let after = Weights::read(&run.join("weights.safetensors")).unwrap();
+    assert!(after.ranges["decoder.0.conv1"].iter().any(|&reach| reach > 0.1));
 }
 
 #[test]

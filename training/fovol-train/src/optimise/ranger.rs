@@ -89,6 +89,13 @@ impl Ranger {
         &self.config
     }
 
+    /// Slow weights are what the parameters are now, which something else has changed.
+    pub fn set_out(&mut self) {
+        for follower in &mut self.followers {
+            follower.slow.copy_(&follower.parameter.detach());
+        }
+    }
+
     /// Forgets the gradients of the last step.
     pub fn zero_gradients(&mut self) {
         self.followers.iter_mut().for_each(|follower| follower.parameter.zero_grad());

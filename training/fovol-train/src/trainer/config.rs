@@ -161,6 +161,9 @@ pub struct TrainConfig {
     /// Whether the network is given the renderer's motion, if it uses any.
     #[serde(default = "yes")]
     pub use_motion: bool,
+    /// Steps after which channels that have died are drawn anew, in the first half of all steps; 0 for never.
+    #[serde(default)]
+    pub revive_every: u64,
     /// Steps between judgements.
     #[serde(default = "thousand")]
     pub validate_every: u64,

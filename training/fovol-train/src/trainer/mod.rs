@@ -11,6 +11,7 @@ mod lessons;
 mod progress;
 mod ranges;
 mod replicas;
+mod revival;
 mod validation;
 
 pub use arrangement::Arrangement;
@@ -31,6 +32,7 @@ use fovolnet::io::atomic;
 use lessons::Lessons;
 use progress::Progress;
 use replicas::Replicas;
+use revival::revived;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use tch::{Device, Tensor};
@@ -185,6 +187,10 @@ impl Trainer {
         let mut saved = Instant::now();
         let mut failures = 0;
         while self.step < self.config.steps && !self.is_out_of_time() {
+            if self.is_to_revive() {
+                let count = self.revive(clips)?;
+                progress.revived(self.step, count)?;
+            }
             let lesson = lessons.next()?;
             let rate = self.rate();
             match self.learn(&lesson, rate)? {
@@ -224,6 +230,23 @@ impl Trainer {
 
     fn is_out_of_time(&self) -> bool {
         self.pace.is_some_and(|(began, time)| began.elapsed() >= time)
+    }
+
+    /// Whether dead channels are to be looked for now. In the second half of all steps there is no time to learn from new ones.
+    fn is_to_revive(&self) -> bool {
+        let every = self.config.revive_every;
+        every > 0 && self.step.is_multiple_of(every) && 2 * self.step < self.config.steps
+    }
+
+    /// Draws channels anew that do nothing in lessons on `clips`; how many.
+    fn revive(&mut self, clips: &ClipSet) -> Result<usize> {
+        let mut weights = self.network.weights();
+        note_ranges(&mut weights, clips, &self.config)?;
+        let (weights, count) =
+            revived(&weights, self.config.spread, self.config.seed.wrapping_add(self.step))?;
+        self.network.load(&weights)?;
+        self.ranger.set_out();
+        Ok(count)
     }
 
     /// The learning rate of the next step.

@@ -59,6 +59,13 @@ impl Progress {
         self.write(&json!({ "step": step, "skipped": true }))
     }
 
+    /// So many channels that had died were drawn anew before step `step`.
+    pub fn revived(&mut self, step: u64, channels: usize) -> Result<()> {
+        self.write(&json!({ "step": step, "revived": channels }))?;
+        println!("step {step}: {channels} channels that had died begin anew");
+        Ok(())
+    }
+
     /// The network was judged before step `step`.
     pub fn judged(&mut self, step: u64, judgement: &Judgement) -> Result<()> {
         self.write(&json!({ "step": step - 1, "judged": judgement }))?;
