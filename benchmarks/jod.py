@@ -2,7 +2,8 @@
 """JOD of reconstructed fly-throughs at constant densities, by FovVideoVDP's own program.
 
     pip install numpy pillow pyfvvdp==1.2.2
-    python benchmarks/jod.py VOLUME[@TF] [VOLUME[@TF] ...] -o FOLDER [--frames 50] [--densities 0.1,0.07,0.03,0.01] [--methods network,linear]
+    python benchmarks/jod.py VOLUME[@TF] [VOLUME[@TF] ...] -o FOLDER [--frames 50] [--densities 0.1,0.07,0.03,0.01]
+        [--methods network,linear]
 
 Renders a fly-through of each volume at 1280x720 with shadows and without a fovea, sampled at each density, and compares
 what the network, pull-push and linear interpolation make of it with the full frames, as a video at 30 frames a second
@@ -46,7 +47,9 @@ def frames_of(options, arguments, name, *how):
 
 
 def main():
-    options = flythroughs.options(__doc__, 50, weights="wnet-fast", densities="0.1,0.07,0.03,0.01", methods=",".join(METHODS))
+    defaults = {"weights": "wnet-fast", "densities": "0.1,0.07,0.03,0.01", "methods": ",".join(METHODS)}
+    options = flythroughs.options(__doc__, 50, **defaults)
+    methods = options.methods.split(",")
     metric = pyfvvdp.fvvdp(display_name="standard_4k", foveated=False, device=torch.device("cpu"))
     rows = []
     for given in options.volumes:
@@ -54,7 +57,7 @@ def main():
         full = frames_of(options, arguments, "reference", "--pb", "1")
         for density in options.densities.split(","):
             row = {"volume": name, "tf": transfer, "density": density}
-            for method in options.methods.split(","):
+            for method in methods:
                 pictures = rendered(options, arguments, density, method)
                 jod, _ = metric.predict(pictures, full, dim_order="HWCF", frames_per_second=30)
                 row[method] = round(float(jod), 3)
@@ -63,7 +66,7 @@ def main():
             write_rows(options.output / "jod.csv", rows)
     for density in options.densities.split(","):
         of = [row for row in rows if row["density"] == density]
-        means = {method: float(np.mean([row[method] for row in of])) for method in options.methods.split(",")}
+        means = {method: float(np.mean([row[method] for row in of])) for method in methods}
         print(density, " ".join(f"{method} {jod:.3f}" for method, jod in means.items()))
 
 

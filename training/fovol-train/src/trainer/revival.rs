@@ -56,29 +56,30 @@ fn dead(plan: &Plan, conv: &Conv, weights: &Weights) -> Vec<usize> {
     reach.map(of).unwrap_or_default()
 }
 
-/// The layers with weights that read the channels of tensor `id`, themselves or halved, and where these begin in what they
-/// read.
+/// The layers with weights that read the channels of tensor `id`, themselves or halved, now or in the next frame, and where these
+/// begin in what they read.
 fn readers(plan: &Plan, id: TensorId) -> Vec<(String, usize)> {
-    let mut found = Vec::new();
-    for layer in plan.layers() {
-        match layer {
-            Layer::Conv(conv) => {
-                let mut first = 0;
-                for read in &conv.inputs {
-                    if read.tensor == id {
-                        found.push((conv.name.clone(), first));
-                    }
-                    first += plan.tensor(read.tensor).channels;
-                }
-            }
-            Layer::Filter(filter) if filter.features == id => found.push((filter.name.clone(), 0)),
-            Layer::Pool { input, output } if *input == id => found.extend(readers(plan, *output)),
-            _ => {}
-        }
-    }
     let kept = plan.states().iter().filter(|state| state.next == id);
-    found.extend(kept.flat_map(|state| readers(plan, state.previous)));
-    found
+    let later = kept.flat_map(|state| readers(plan, state.previous));
+    plan.layers().iter().flat_map(|layer| places(plan, layer, id)).chain(later).collect()
+}
+
+/// The same of one layer.
+fn places(plan: &Plan, layer: &Layer, id: TensorId) -> Vec<(String, usize)> {
+    match layer {
+        Layer::Conv(conv) => {
+            let begins = conv.inputs.iter().scan(0, |next, read| {
+                let first = *next;
+                *next += plan.tensor(read.tensor).channels;
+                Some((read.tensor, first))
+            });
+            begins.filter(|(tensor, _)| *tensor == id).map(|(_, first)| (conv.name.clone(), first)).collect()
+        }
+        Layer::Filter(filter) if filter.features == id => vec![(filter.name.clone(), 0)],
+        Layer::Pool { input, output } if *input == id => readers(plan, *output),
+        // Others weigh pictures; normalisations, which have weights, come before rectifiers and not after them.
+        _ => Vec::new(),
+    }
 }
 
 /// Zeros for inputs `first + channels` of `weight` \[out, in, rows, columns\].
