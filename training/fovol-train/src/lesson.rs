@@ -10,6 +10,7 @@ use crate::mask_noise::{MaskNoise, NoiseConfig};
 use fovol_core::{Frame, FrameSize, Pixel};
 use fovolnet::{Depths, Sparse, motion, motion_of_depths};
 use rand::{Rng, RngExt};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use tch::{Device, Kind, Tensor};
@@ -97,10 +98,16 @@ impl LessonFrame {
         self.each(|tensor| tensor.narrow(0, first, count))
     }
 
-    /// The same on `device`.
+    /// The same on `device`, once what has been asked of that before is done.
     #[must_use]
     pub fn to_device(&self, device: Device) -> Self {
-        self.each(|tensor| tensor.to_device(device))
+        self.each(|tensor| tensor.to_device_(device, tensor.kind(), true, false))
+    }
+
+    /// The same where `device` can fetch it from while it computes: pinned memory for GPUs.
+    #[must_use]
+    pub fn ready_for(&self, device: Device) -> Self {
+        self.each(|tensor| if device.is_cuda() { tensor.pin_memory(device) } else { tensor.shallow_clone() })
     }
 
     fn each(&self, change: impl Fn(&Tensor) -> Tensor) -> Self {
@@ -131,8 +138,9 @@ impl Lesson {
 
     /// `length` frames of each of `clips`, side by side as a batch; all clips are of one size.
     pub fn of(&self, clips: &[Clip], length: usize, random: &mut impl Rng) -> Vec<LessonFrame> {
-        let each = clips.iter().map(|clip| {
-            let variation = Variation::draw(clip, length, &self.config, random);
+        let draw = |clip| (clip, Variation::draw(clip, length, &self.config, random));
+        let drawn: Vec<(&Clip, Variation)> = clips.iter().map(draw).collect();
+        let each = drawn.par_iter().map(|(clip, variation)| {
             let mut past = Past::default();
             (0..length.min(clip.len())).map(|t| variation.frame(clip, t, &self.noise, &mut past)).collect()
         });

@@ -33,6 +33,9 @@ pub struct Train {
     /// Stop, ready to be resumed, after this many hours; on one's own volumes be done by then [default there: 1]
     #[arg(long, value_name = "H")]
     hours: Option<f64>,
+    /// Be done by then instead, however many steps that is: the learning rate falls with the clock
+    #[arg(long, requires = "hours", conflicts_with = "resume")]
+    by_the_clock: bool,
     /// Where to compute
     #[arg(long, value_enum, default_value_t = Where::Auto)]
     device: Where,
@@ -95,8 +98,18 @@ impl Train {
             return Ok(());
         }
         let [learned, judged] = config.clips.open(base)?;
-        let trainer = Trainer::new(config, &self.output, self.device()?, self.resume)?;
-        let limit = self.hours.map(|h| Duration::from_secs_f64(3600.0 * h).saturating_sub(started.elapsed()));
+        if self.by_the_clock {
+            config.steps = u64::MAX;
+        }
+        let mut trainer = Trainer::new(config, &self.output, self.device()?, self.resume)?;
+        let left = self.hours.map(|h| Duration::from_secs_f64(3600.0 * h).saturating_sub(started.elapsed()));
+        let limit = match left {
+            Some(left) if self.by_the_clock => {
+                trainer.pace(left);
+                None
+            }
+            limit => limit,
+        };
         self.train(trainer, [&learned, &judged], limit)
     }
 

@@ -4,6 +4,7 @@
 //! 0…1. Values are not clamped here: a network that leaves that range has to feel it.
 
 use super::{mean, picture_shape};
+use crate::network::layers::constant;
 use crate::{Error, Result};
 use tch::Tensor;
 
@@ -120,7 +121,7 @@ pub(super) fn gaussian(size: i64, sigma: f64, like: &Tensor) -> Tensor {
     let weight = |i: i64| (-(i as f64 - middle).powi(2) / (2.0 * sigma * sigma)).exp();
     let weights: Vec<f64> = (0..size).map(weight).collect();
     let sum: f64 = weights.iter().sum();
-    (Tensor::from_slice(&weights) / sum).to_kind(like.kind()).to_device(like.device())
+    constant(&weights.iter().map(|weight| weight / sum).collect::<Vec<_>>(), like)
 }
 
 /// Half the size by averages of 2×2 pixels, with a line of zeros before odd sides.

@@ -6,6 +6,7 @@ use fovol_net::plan::{
     Activation, Conv, DOUBT_ALLOWED, DOUBT_EPSILON, DOUBT_SHARE, Normalisation, Padding, Resize,
     SQUARED_EPSILON, Taps,
 };
+use tch::kind::Element;
 use tch::{Device, Kind, Tensor};
 
 /// Divisors of what is spread are at least this.
@@ -240,11 +241,16 @@ pub(super) fn smooth(input: &Tensor) -> Tensor {
 /// Means by `weights` along both axes at every `stride`-th pixel, with a border of one replicated pixel.
 fn means(input: &Tensor, weights: &[f32], stride: i64) -> Tensor {
     let count = weights.len() as i64;
-    let weights = Tensor::from_slice(weights).to_kind(input.kind()).to_device(input.device());
+    let weights = constant(weights, input);
     let plane = weights.view([1, 1, count, 1]) * weights.view([1, 1, 1, count]);
     let channels = shape(input)[1];
     let kernel = plane.expand([channels, 1, count, count], false).contiguous();
     input.replication_pad2d([1; 4]).conv2d(&kernel, None::<Tensor>, [stride; 2], [0; 2], [1; 2], channels)
+}
+
+/// A few `values`, of the kind and where `like` is. Nothing waits for what a GPU is still at, as it would for a plain copy.
+pub(crate) fn constant<T: Element>(values: &[T], like: &Tensor) -> Tensor {
+    Tensor::from_slice(values).to_kind(like.kind()).to_device_(like.device(), like.kind(), true, false)
 }
 
 /// `tensor` as `kind`; itself where it is of that kind.

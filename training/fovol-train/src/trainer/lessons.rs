@@ -4,10 +4,13 @@ use crate::lesson::{Lesson, LessonFrame};
 use crate::{Error, Result};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread;
+use tch::Device;
 
-/// Lessons one after the other, prepared ahead by a thread of their own.
+/// Lessons one after the other, prepared ahead by threads of their own.
 pub(super) struct Lessons {
     prepared: Receiver<Result<Vec<LessonFrame>>>,
 }
@@ -16,18 +19,23 @@ pub(super) struct Lessons {
 const AHEAD: usize = 2;
 
 impl Lessons {
-    /// The lessons of `config` on `clips` from step `step` on.
+    /// The lessons of `config` on `clips` from step `step` on, for a network on `device`.
     ///
     /// # Errors
     /// Lessons that cannot be made.
-    pub fn start(clips: ClipSet, config: &TrainConfig, step: u64) -> Result<Self> {
+    pub fn start(clips: ClipSet, config: &TrainConfig, step: u64, device: Device) -> Result<Self> {
         let lesson = Lesson::new(&config.lesson)?;
+        let threads = threads()?;
         let (sender, prepared) = sync_channel(AHEAD);
         let config = config.clone();
         thread::spawn(move || {
+            let lesson_of = |step| -> Result<Vec<LessonFrame>> {
+                let frames = threads.install(|| prepare(&clips, &config, &lesson, step))?;
+                Ok(frames.iter().map(|frame| frame.ready_for(device)).collect())
+            };
             // Ends when nobody listens any more.
             let mut step = step;
-            while sender.send(prepare(&clips, &config, &lesson, step)).is_ok() {
+            while sender.send(lesson_of(step)).is_ok() {
                 step += 1;
             }
         });
@@ -41,6 +49,12 @@ impl Lessons {
     }
 }
 
+/// A thread for every processor. Clips are what is shared out: torch is not to share out what it does to one besides.
+fn threads() -> Result<ThreadPool> {
+    let threads = ThreadPoolBuilder::new().start_handler(|_| tch::set_num_threads(1)).build();
+    threads.map_err(|e| Error::Clip(format!("no threads that prepare clips: {e}")))
+}
+
 /// The lesson of step `step`.
 pub(super) fn prepare(
     clips: &ClipSet,
@@ -50,13 +64,14 @@ pub(super) fn prepare(
 ) -> Result<Vec<LessonFrame>> {
     let mut random = ChaCha8Rng::seed_from_u64(config.seed);
     random.set_stream(step + 1);
-    let chosen = (0..config.batch).map(|i| {
-        let number = step * config.batch as u64 + i as u64;
-        let clip = clips.clip(shuffled(number, clips.len(), config.seed))?;
-        Ok(part(&clip, config.side, &mut random))
+    let first = step * config.batch as u64;
+    let read = (0..config.batch).into_par_iter().map(|i| {
+        let clip = shuffled(first + i as u64, clips.len(), config.seed);
+        clips.clip(clip)
     });
-    let chosen: Vec<Clip> = chosen.collect::<Result<_>>()?;
-    Ok(lesson.of(&chosen, config.frames, &mut random))
+    let whole: Vec<Clip> = read.collect::<Result<_>>()?;
+    let parts: Vec<Clip> = whole.into_iter().map(|clip| part(clip, config.side, &mut random)).collect();
+    Ok(lesson.of(&parts, config.frames, &mut random))
 }
 
 /// Which of `count` clips comes at place `number`: each once in every `count` places, in an order of its own.
@@ -73,25 +88,38 @@ fn shuffled(number: u64, count: usize, seed: u64) -> usize {
 }
 
 /// A random square of `side`² pixels of `clip`.
-fn part(clip: &Clip, side: usize, random: &mut ChaCha8Rng) -> Clip {
+fn part(clip: Clip, side: usize, random: &mut ChaCha8Rng) -> Clip {
     let [width, height] = [clip.scenery.part.width, clip.scenery.part.height].map(|s| s as usize);
     let side = [side.min(width), side.min(height)];
     let corner = [width - side[0], height - side[1]].map(|free| random.random_range(0..=free));
     if side == [width, height] {
-        return clip.clone();
+        return clip;
     }
-    let mut out = clip.clone();
-    out.scenery.corner = [0, 1].map(|a| clip.scenery.corner[a] + corner[a] as u32);
-    (out.scenery.part.width, out.scenery.part.height) = (side[0] as u32, side[1] as u32);
-    let rows = corner[1]..corner[1] + side[1];
-    for (to, from) in out.frames.iter_mut().zip(&clip.frames) {
-        *to =
-            rows.clone().flat_map(|y| from[3 * (y * width + corner[0])..][..3 * side[0]].to_vec()).collect();
+    let mut scenery = clip.scenery;
+    scenery.corner = [0, 1].map(|a| scenery.corner[a] + corner[a] as u32);
+    (scenery.part.width, scenery.part.height) = (side[0] as u32, side[1] as u32);
+    let square = Square { corner, side, width };
+    Clip {
+        frames: clip.frames.iter().map(|frame| square.of(frame, 3)).collect(),
+        inverse_distances: clip.inverse_distances.iter().map(|frame| square.of(frame, 1)).collect(),
+        scenery,
     }
-    for (to, from) in out.inverse_distances.iter_mut().zip(&clip.inverse_distances) {
-        *to = rows.clone().flat_map(|y| from[y * width + corner[0]..][..side[0]].to_vec()).collect();
+}
+
+/// A part of frames that are `width` pixels wide.
+struct Square {
+    corner: [usize; 2],
+    side: [usize; 2],
+    width: usize,
+}
+
+impl Square {
+    /// The part of `frame`, which has so many numbers a pixel.
+    fn of<T: Copy>(&self, frame: &[T], numbers: usize) -> Vec<T> {
+        let [left, top] = self.corner;
+        let row = |y: usize| &frame[numbers * (y * self.width + left)..][..numbers * self.side[0]];
+        (top..top + self.side[1]).flat_map(row).copied().collect()
     }
-    out
 }
 
 #[cfg(test)]

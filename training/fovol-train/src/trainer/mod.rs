@@ -134,7 +134,7 @@ impl Trainer {
             [only] => only,
             _ => {
                 // Lessons are prepared beside the steps, as they will be.
-                let mut lessons = Lessons::start(clips.clone(), &self.config, self.step)?;
+                let mut lessons = Lessons::start(clips.clone(), &self.config, self.step, self.device)?;
                 Arrangement::quickest(&candidates, |tried| {
                     self.take(tried)?;
                     self.gradients(&lessons.next()?).map(|_| ())
@@ -183,7 +183,7 @@ impl Trainer {
         let mut validation = Validation::new(held_out, &self.config.lesson.noise)?;
         let end = self.pace.map(|(began, time)| began + time);
         let mut progress = Progress::new(&self.folder, self.step, self.config.steps, end)?;
-        let mut lessons = Lessons::start(clips.clone(), &self.config, self.step)?;
+        let mut lessons = Lessons::start(clips.clone(), &self.config, self.step, self.device)?;
         let mut saved = Instant::now();
         let mut failures = 0;
         while self.step < self.config.steps && !self.is_out_of_time() {
@@ -232,10 +232,18 @@ impl Trainer {
         self.pace.is_some_and(|(began, time)| began.elapsed() >= time)
     }
 
-    /// Whether dead channels are to be looked for now. In the second half of all steps there is no time to learn from new ones.
+    /// Whether dead channels are to be looked for now. In the second half there is no time to learn from new ones.
     fn is_to_revive(&self) -> bool {
         let every = self.config.revive_every;
-        every > 0 && self.step.is_multiple_of(every) && 2 * self.step < self.config.steps
+        every > 0 && self.step.is_multiple_of(every) && self.share_done() < 0.5
+    }
+
+    /// How much of the run is done, 0…1.
+    fn share_done(&self) -> f64 {
+        match self.pace {
+            Some((began, time)) => began.elapsed().as_secs_f64() / time.as_secs_f64(),
+            None => self.step as f64 / self.config.steps as f64,
+        }
     }
 
     /// Draws channels anew that do nothing in lessons on `clips`; how many.
@@ -251,8 +259,8 @@ impl Trainer {
 
     /// The learning rate of the next step.
     fn rate(&self) -> f64 {
-        if let Some((began, time)) = self.pace {
-            return self.schedule.at(began.elapsed().as_secs_f64() / time.as_secs_f64());
+        if self.pace.is_some() {
+            return self.schedule.at(self.share_done());
         }
         self.schedule.rate((self.step / self.config.steps_per_epoch) as u32)
     }
