@@ -8,7 +8,8 @@
 //! With [`LossConfig::logarithmic`] logarithms of the terms are added instead, and squares may count too,
 //! of pixels and of means over some.
 //!
-//! Every |·| is the mean over pictures, channels and pixels. Pictures are \[N, 3, H, W\], sRGB in 0…1, as displayed.
+//! Every |·| is the mean over channels and pixels of a clip, and L the mean over the clips of a batch: how many are judged
+//! together makes no difference, also not to logarithms. Pictures are \[N, 3, H, W\], sRGB in 0…1, as displayed.
 //! The perceptual measure of the paper needs weights that are not shipped; the default needs none.
 //!
 //! ```
@@ -165,7 +166,7 @@ impl Losses {
         let [perceptual, l1, squares, fine, coarse] = self.spatial(clip, frames.clone(), length)?;
         let temporal = self.differences(clip, frames.clone(), length);
         let flow = self.flow(clip, frames, length)?;
-        let spatial = self.sum([
+        let of_clips = self.sum([
             (&perceptual, config.perceptual_weight),
             (&l1, config.l1_weight),
             (&squares, config.squares_weight),
@@ -173,9 +174,10 @@ impl Losses {
             (&coarse, config.coarse_weight),
         ]);
         let between = self.sum([(&temporal, config.difference_weight), (&flow, config.flow_weight)]);
-        let total = &spatial * config.spatial_weight + between * config.temporal_weight;
-        let coarse = [fine, coarse];
-        Ok(Terms { total, spatial, perceptual, l1, squares, coarse, temporal, flow })
+        let total = mean(&(&of_clips * config.spatial_weight + between * config.temporal_weight));
+        let [spatial, perceptual, l1, squares, fine, coarse, temporal, flow] =
+            [of_clips, perceptual, l1, squares, fine, coarse, temporal, flow].map(|term| mean(&term));
+        Ok(Terms { total, spatial, perceptual, l1, squares, coarse: [fine, coarse], temporal, flow })
     }
 
     /// The sum of terms, or of their logarithms, with their weights.
@@ -200,7 +202,7 @@ impl Losses {
                 let found = spatial::frame_difference(self.perceptual(), wanted, output, reference)?;
                 let [fine, coarse] = found.coarse;
                 let found = [found.perceptual, found.l1, found.squares, fine, coarse];
-                sums.iter_mut().zip(found).for_each(|(sum, found)| *sum += found * weight);
+                sums.iter_mut().zip(found).for_each(|(sum, found)| *sum = &*sum + found * weight);
             }
         }
         Ok(sums)
@@ -230,7 +232,7 @@ impl Losses {
             let most = self.config.flow_confidence;
             let confident = most.map(|most| temporal::confident_pixels(reference, before, &motion, most));
             let [output, previous] = [i, i - 1].map(|i| &clip.outputs[i]);
-            sum += temporal::flow_difference(output, previous, &motion, confident.as_ref());
+            sum = sum + temporal::flow_difference(output, previous, &motion, confident.as_ref());
         }
         let divisor = if self.config.average_flow { length.saturating_sub(1).max(1) } else { 1 };
         Ok(sum / divisor as f64)
@@ -298,6 +300,11 @@ fn mean(tensor: &Tensor) -> Tensor {
 }
 
 /// A scalar 0 like the numbers of `tensor`.
+/// The mean of each of the \[N, C, H, W\] or \[N, C\] of a batch: \[N\].
+fn means(tensor: &Tensor) -> Tensor {
+    tensor.flatten(1, -1).mean_dim([1i64].as_slice(), false, None)
+}
+
 fn zero_like(tensor: &Tensor) -> Tensor {
     Tensor::zeros([0i64; 0].as_slice(), (tensor.kind(), tensor.device()))
 }
@@ -382,6 +389,41 @@ mod tests {
         let part = Clip { outputs: &made.outputs[..2], references: &made.references[..2], motion: None };
         let message = losses.frames(&part, 0..2, 4).unwrap_err().to_string();
         assert!(message.contains("do not add up"), "{message}");
+    }
+
+    #[test]
+    fn clips_judged_together_are_judged_as_each_alone() {
+        let made = made(4);
+        let config = LossConfig {
+            logarithmic: true,
+            squares_weight: 0.5,
+            coarse_weight: 0.25,
+            flow: FlowSource::Exact,
+            ..LossConfig::default()
+        };
+        let losses = losses(&config);
+        let judged = |clips: [i64; 2]| {
+            let of = |frames: &[Tensor]| frames.iter().map(|t| t.narrow(0, clips[0], clips[1])).collect();
+            let [references, motion]: [Vec<Tensor>; 2] = [of(&made.references), of(&made.motion)];
+            let outputs: Vec<Tensor> = of(&made.outputs);
+            let outputs: Vec<Tensor> =
+                outputs.iter().map(|output| output.copy().set_requires_grad(true)).collect();
+            let clip = Clip { outputs: &outputs, references: &references, motion: Some(&motion) };
+            let terms = losses.clip(&clip).unwrap();
+            terms.total.backward();
+            (terms.values(), outputs.iter().map(Tensor::grad).collect::<Vec<_>>())
+        };
+        let (together, slopes) = judged([0, 2]);
+        let (alone, alone_slopes): (Vec<_>, Vec<_>) = [judged([0, 1]), judged([1, 1])].into_iter().unzip();
+        assert_ne!(alone[0][0].1, alone[1][0].1);
+        for (term, (name, value)) in together.into_iter().enumerate() {
+            let mean = 0.5 * (alone[0][term].1 + alone[1][term].1);
+            assert!((value - mean).abs() < 1e-12, "{name}: {value}, {mean}");
+        }
+        for (frame, slope) in slopes.iter().enumerate() {
+            let both = Tensor::cat(&[0, 1].map(|clip: usize| &alone_slopes[clip][frame] * 0.5), 0);
+            assert!(slope.allclose(&both, 1e-9, 1e-15, false));
+        }
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use super::ssim::{ms_ssim, ssim};
 use super::vgg::{Depth, STAGES, Tap, Vgg, read_tensors, wrong};
-use super::{mean, picture_shape};
+use super::{mean, means, picture_shape};
 use crate::Result;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -19,11 +19,19 @@ const CALIBRATION: [i64; 2] = [64, 64];
 
 /// A differentiable measure of how different two pictures look.
 pub trait Perceptual: std::fmt::Debug + Send {
-    /// The mean difference of pictures \[N, 3, H, W\] in 0…1 from their references, 0 for equal ones: a scalar.
+    /// The difference of each of the pictures \[N, 3, H, W\] in 0…1 from its reference, 0 for equal ones: \[N\].
     ///
     /// # Errors
     /// Pictures of different shapes, or too small for this measure.
-    fn distance(&self, output: &Tensor, reference: &Tensor) -> Result<Tensor>;
+    fn distances(&self, output: &Tensor, reference: &Tensor) -> Result<Tensor>;
+
+    /// The mean of these: a scalar.
+    ///
+    /// # Errors
+    /// As [`Self::distances`].
+    fn distance(&self, output: &Tensor, reference: &Tensor) -> Result<Tensor> {
+        Ok(mean(&self.distances(output, reference)?))
+    }
 
     /// What it is to be called in tables.
     fn name(&self) -> &'static str;
@@ -128,9 +136,9 @@ impl Default for L1MsSsim {
 }
 
 impl Perceptual for L1MsSsim {
-    fn distance(&self, output: &Tensor, reference: &Tensor) -> Result<Tensor> {
+    fn distances(&self, output: &Tensor, reference: &Tensor) -> Result<Tensor> {
         let structure = 1.0 - ms_ssim(output, reference)?;
-        let plain = mean(&(output - reference).abs());
+        let plain = means(&(output - reference).abs());
         let gradients = gradient_l1(output, reference)?;
         Ok(structure * self.structure + plain * (1.0 - self.structure) + gradients * self.gradient)
     }
@@ -145,7 +153,7 @@ impl Perceptual for L1MsSsim {
 pub struct PlainSsim;
 
 impl Perceptual for PlainSsim {
-    fn distance(&self, output: &Tensor, reference: &Tensor) -> Result<Tensor> {
+    fn distances(&self, output: &Tensor, reference: &Tensor) -> Result<Tensor> {
         Ok(1.0 - ssim(output, reference)?)
     }
 
@@ -154,7 +162,7 @@ impl Perceptual for PlainSsim {
     }
 }
 
-/// The mean absolute difference between the gradients of \[N, C, H, W\] and of \[N, C, H, W\]: a scalar.
+/// The mean absolute difference between the gradients of each of \[N, C, H, W\] and of \[N, C, H, W\]: \[N\].
 ///
 /// Gradients are forward differences along rows and columns, where both exist.
 ///
@@ -167,7 +175,7 @@ pub fn gradient_l1(output: &Tensor, reference: &Tensor) -> Result<Tensor> {
     let part = |top: i64, left: i64| error.narrow(2, top, height - 1).narrow(3, left, width - 1);
     let corner = part(0, 0);
     let (down, right) = (part(1, 0) - &corner, part(0, 1) - &corner);
-    Ok((mean(&down.abs()) + mean(&right.abs())) * 0.5)
+    Ok((means(&down.abs()) + means(&right.abs())) * 0.5)
 }
 
 /// Σ_s weight_s · mean |f_s(output) − f_s(reference)| over the stages s of a VGG network.
@@ -243,22 +251,22 @@ impl VggDistance {
             let plain = mean(&(output - reference).abs()).double_value(&[]);
             let each = self.stage_distances(output, reference)?;
             for (weight, distance) in self.weights.iter_mut().zip(each) {
-                *weight = plain / (STAGES as f64 * distance.double_value(&[])).max(f64::MIN_POSITIVE);
+                *weight = plain / (STAGES as f64 * mean(&distance).double_value(&[])).max(f64::MIN_POSITIVE);
             }
             Ok(())
         })
     }
 
-    /// The mean absolute difference of each stage's features.
+    /// The mean absolute difference of each stage's features, of each picture: \[N\].
     fn stage_distances(&self, output: &Tensor, reference: &Tensor) -> Result<Vec<Tensor>> {
         let [output, reference] = features(&self.vgg, self.tap, self.input, self.bf16, [output, reference])?;
         // Differences are taken and summed in the kind of the pictures, whatever that of features is.
-        Ok(output.iter().zip(&reference).map(|(a, b)| mean(&(a - b).abs())).collect())
+        Ok(output.iter().zip(&reference).map(|(a, b)| means(&(a - b).abs())).collect())
     }
 }
 
 impl Perceptual for VggDistance {
-    fn distance(&self, output: &Tensor, reference: &Tensor) -> Result<Tensor> {
+    fn distances(&self, output: &Tensor, reference: &Tensor) -> Result<Tensor> {
         let each = self.stage_distances(output, reference)?;
         let zero = super::zero_like(output);
         Ok(each.into_iter().zip(self.weights).fold(zero, |sum, (distance, weight)| sum + distance * weight))
@@ -310,13 +318,13 @@ impl Lpips {
 }
 
 impl Perceptual for Lpips {
-    fn distance(&self, output: &Tensor, reference: &Tensor) -> Result<Tensor> {
+    fn distances(&self, output: &Tensor, reference: &Tensor) -> Result<Tensor> {
         let pictures = [output, reference];
         let [output, reference] = features(&self.vgg, Tap::LastRelu, Input::Lpips, self.bf16, pictures)?;
         let mut sum = super::zero_like(pictures[0]);
         for ((a, b), head) in output.iter().zip(&reference).zip(&self.heads) {
             let difference = (normalised(a) - normalised(b)).square() * head.to_kind(a.kind());
-            sum += mean(&difference.sum_dim_intlist([1i64].as_slice(), true, None));
+            sum = sum + means(&difference.sum_dim_intlist([1i64].as_slice(), true, None));
         }
         Ok(sum)
     }

@@ -1,6 +1,6 @@
 //! L_s: how each frame differs from its reference.
 
-use super::{Perceptual, mean, picture_shape, zero_like};
+use super::{Perceptual, means, picture_shape, zero_like};
 use crate::Result;
 use serde::{Deserialize, Serialize};
 use tch::Tensor;
@@ -28,7 +28,7 @@ impl WarmUp {
     }
 }
 
-/// How one frame differs from its reference: means over its pixels, scalars.
+/// How one frame of each clip differs from its reference: means over its pixels, \[N\].
 #[derive(Debug)]
 pub struct FrameDifference {
     /// By the perceptual measure.
@@ -60,10 +60,10 @@ pub fn frame_difference(
     let perceptual = if wanted[0] == 0.0 {
         zero_like(output)
     } else {
-        early(output, |output| measure.distance(output, reference))?
+        early(output, |output| measure.distances(output, reference))?
     };
-    let l1 = if wanted[1] == 0.0 { zero_like(output) } else { mean(&(output - reference).abs()) };
-    let squares = if wanted[2] == 0.0 { zero_like(output) } else { mean(&(output - reference).square()) };
+    let l1 = if wanted[1] == 0.0 { zero_like(output) } else { means(&(output - reference).abs()) };
+    let squares = if wanted[2] == 0.0 { zero_like(output) } else { means(&(output - reference).square()) };
     let coarse = COARSE.map(|edge| match wanted[3] {
         0.0 => zero_like(output),
         _ => coarse_squares(&(output - reference), edge),
@@ -76,25 +76,25 @@ pub fn frame_difference(
 fn coarse_squares(difference: &Tensor, edge: i64) -> Tensor {
     let (height, width) = (difference.size()[2], difference.size()[3]);
     let edges = [edge.min(height), edge.min(width)];
-    let means = difference.avg_pool2d(edges, edges, [0, 0], false, true, None::<i64>);
-    mean(&means.square()) * (edges[0] * edges[1]) as f64
+    let averages = difference.avg_pool2d(edges, edges, [0, 0], false, true, None::<i64>);
+    means(&averages.square()) * (edges[0] * edges[1]) as f64
 }
 
-/// `distance` of `output`, differentiated at once.
+/// `distances` \[N\] of `output`, differentiated at once.
 ///
-/// What comes back has the value and the gradient of `distance(output)`, but holds on to nothing except the
+/// What comes back has the values and the gradients of `distances(output)`, each of its own picture alone, but holds on to nothing except the
 /// gradient: what a deep network computed of one frame is gone before the next frame's turn.
-fn early(output: &Tensor, distance: impl Fn(&Tensor) -> Result<Tensor>) -> Result<Tensor> {
+fn early(output: &Tensor, distances: impl Fn(&Tensor) -> Result<Tensor>) -> Result<Tensor> {
     if !output.requires_grad() {
-        return distance(output);
+        return distances(output);
     }
     let leaf = output.detach().set_requires_grad(true);
-    let value = distance(&leaf)?;
-    if !value.requires_grad() {
+    let values = distances(&leaf)?;
+    if !values.requires_grad() {
         // Inside `no_grad`.
-        return Ok(value);
+        return Ok(values);
     }
-    let gradients = Tensor::f_run_backward(&[&value], &[&leaf], false, false)?;
-    let linear = (output * &gradients[0]).sum(None);
-    Ok(&linear - linear.detach() + value.detach())
+    let gradients = Tensor::f_run_backward(&[&values.sum(None)], &[&leaf], false, false)?;
+    let linear = (output * &gradients[0]).sum_dim_intlist([1i64, 2, 3].as_slice(), false, None);
+    Ok(&linear - linear.detach() + values.detach())
 }

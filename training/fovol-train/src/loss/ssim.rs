@@ -3,7 +3,7 @@
 //! The same numbers as `fovol_metrics::ssim` with its Gaussian window and `fovol_metrics::ms_ssim`, for values in
 //! 0…1. Values are not clamped here: a network that leaves that range has to feel it.
 
-use super::{mean, picture_shape};
+use super::{means, picture_shape};
 use crate::network::layers::constant;
 use crate::{Error, Result};
 use tch::Tensor;
@@ -21,7 +21,8 @@ const WEIGHTS: [f64; 5] = [0.0448, 0.2856, 0.3001, 0.2363, 0.1333];
 /// Similarities of a scale are at least this. At 0 the powers of MS-SSIM have infinite slopes.
 const LEAST: f64 = 1e-4;
 
-/// The mean structural similarity of \[N, C, H, W\] and \[N, C, H, W\], −1…1; 1 for equal pictures. A scalar.
+/// The mean structural similarity of \[N, C, H, W\] and \[N, C, H, W\], −1…1, of each picture:
+/// \[N\]; 1 for equal ones.
 ///
 /// Wang et al., "Image quality assessment: from error visibility to structural similarity" (2004): a Gaussian of
 /// σ = 1.5 over 11×11 pixels where it fits, population covariance, each channel apart.
@@ -30,10 +31,11 @@ const LEAST: f64 = 1e-4;
 /// Pictures of different or other shapes, or with a side below 11 pixels.
 pub fn ssim(output: &Tensor, reference: &Tensor) -> Result<Tensor> {
     check("SSIM", output, reference)?;
-    Ok(mean(&similarity(output, reference).whole))
+    Ok(means(&similarity(output, reference).whole))
 }
 
-/// The multi-scale structural similarity of \[N, C, H, W\] and \[N, C, H, W\], 0…1; 1 for equal pictures. A scalar.
+/// The multi-scale structural similarity of \[N, C, H, W\] and \[N, C, H, W\], 0…1, of each picture:
+/// \[N\]; 1 for equal ones.
 ///
 /// Five scales by 2×2 averages; an odd side gets a line of zeros in front, as in pytorch-msssim. Where the window
 /// does not fit into five scales, as many as it fits into, with the first of the five weights made to sum to 1.
@@ -57,7 +59,7 @@ pub fn ms_ssim(output: &Tensor, reference: &Tensor) -> Result<Tensor> {
         product = Some(product.map_or_else(|| factor.shallow_clone(), |product| product * &factor));
     }
     // There is always one scale.
-    Ok(product.map_or_else(|| mean(&output), |product| mean(&product)))
+    Ok(product.map_or_else(|| means(&output), |product| means(&product)))
 }
 
 /// The weights of the scales that a window fits into, for a picture of which `side` is the smaller side.
@@ -213,7 +215,7 @@ mod tests {
         let reference = pictures([1, 96, 96], 0.1, (Kind::Float, Device::Cpu));
         let opposite: Tensor = 1.0 - &reference;
         let output = opposite.set_requires_grad(true);
-        ms_ssim(&output, &reference).unwrap().backward();
+        ms_ssim(&output, &reference).unwrap().mean(None).backward();
         assert!(bool::try_from(output.grad().isfinite().all()).unwrap());
     }
 }

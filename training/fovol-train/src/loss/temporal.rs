@@ -1,7 +1,7 @@
 //! L_t: how frames differ from each other.
 
 use super::flow::{confidence, warp};
-use super::{mean, zero_like};
+use super::{means, zero_like};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use tch::Tensor;
@@ -35,8 +35,8 @@ impl Pairs {
     }
 }
 
-/// Σ_i Σ_{j<i} mean |(y_i − y_j) − (r_i − r_j)| over the `pairs` with i in `frames`, not divided by their number: a
-/// scalar.
+/// Σ_i Σ_{j<i} mean |(y_i − y_j) − (r_i − r_j)| over the `pairs` with i in `frames`, not divided by their number, of
+/// each clip: \[N\].
 ///
 /// `errors` are y − r of frames 0, 1, … up to the last of `frames` at least, \[N, 3, H, W\]. Sums over parts of a
 /// clip add up to that of the whole. Gradients go to both frames of a pair; detach the errors of frames that are
@@ -48,7 +48,7 @@ pub fn difference_sum(errors: &[Tensor], frames: Range<usize>, pairs: Pairs) -> 
     // The slopes of Σ|e_i − e_j| are sums of signs, and the sum is what they make of the errors. So nothing has to
     // be kept of a pair, of which there are T·(T − 1)/2.
     let slopes = tch::no_grad(|| slopes(errors, frames, pairs));
-    let terms = errors.iter().zip(slopes).filter_map(|(error, slope)| Some(mean(&(error * slope?))));
+    let terms = errors.iter().zip(slopes).filter_map(|(error, slope)| Some(means(&(error * slope?))));
     terms.reduce(|sum, term| sum + term).unwrap_or_else(|| zero_like(&errors[0]))
 }
 
@@ -69,7 +69,8 @@ fn slopes(errors: &[Tensor], frames: Range<usize>, pairs: Pairs) -> Vec<Option<T
     slopes
 }
 
-/// Mean |y_i − warp(y_{i−1})| of frames \[N, 3, H, W\], where pixels that are not confident count as 0: a scalar.
+/// Mean |y_i − warp(y_{i−1})| of frames \[N, 3, H, W\], where pixels that are not confident count as 0, of each
+/// clip: \[N\].
 ///
 /// `motion` \[N, 2, H, W\] leads from frame i to frame i − 1 ([`warp`]), `confident` is \[N, 1, H, W\]. Gradients go to
 /// both frames.
@@ -80,7 +81,7 @@ pub fn flow_difference(
     confident: Option<&Tensor>,
 ) -> Tensor {
     let difference = (output - warp(previous, motion)).abs();
-    mean(&confident.map_or_else(|| difference.shallow_clone(), |confident| &difference * confident))
+    means(&confident.map_or_else(|| difference.shallow_clone(), |confident| &difference * confident))
 }
 
 /// As [`confidence`], of the kind that losses multiply with.
@@ -90,6 +91,7 @@ pub(super) fn confident_pixels(reference: &Tensor, previous: &Tensor, motion: &T
 
 #[cfg(test)]
 mod tests {
+    use super::super::mean;
     use super::super::testing::{EXACT, pair, pictures, value, worst_slope};
     use super::*;
 
@@ -124,7 +126,7 @@ mod tests {
             let found = difference_sum(&ours, 0..5, pairs);
             let expected = literally(&theirs, pairs);
             assert!((value(&found) - value(&expected)).abs() < 1e-12);
-            found.backward();
+            found.mean(None).backward();
             expected.backward();
             for (a, b) in ours.iter().zip(&theirs) {
                 assert!(a.grad().allclose(&b.grad(), 1e-12, 1e-12, false));

@@ -29,7 +29,7 @@ pub fn pair(size: [i64; 3], t: f64) -> (Tensor, Tensor) {
 pub fn worst_slope(inputs: &[Tensor], f: impl Fn(&[Tensor]) -> Tensor) -> f64 {
     let step = 1e-6;
     let leaves: Vec<Tensor> = inputs.iter().map(|input| input.detach().set_requires_grad(true)).collect();
-    f(&leaves).backward();
+    f(&leaves).mean(None).backward();
     let (mut worst, mut most) = (0.0f64, 0.0f64);
     for (which, leaf) in leaves.iter().enumerate() {
         let gradient = leaf.grad().view([-1]);
@@ -38,7 +38,7 @@ pub fn worst_slope(inputs: &[Tensor], f: impl Fn(&[Tensor]) -> Tensor) -> f64 {
             let moved = |by: f64| {
                 let shifted: Vec<Tensor> = inputs.iter().map(|input| input.detach().copy()).collect();
                 let _ = shifted[which].view([-1]).narrow(0, at as i64, 1).g_add_scalar_(by);
-                f(&shifted).double_value(&[])
+                value(&f(&shifted))
             };
             let difference = (moved(step) - moved(-step)) / (2.0 * step);
             let slope = gradient.double_value(&[at as i64]);
@@ -59,8 +59,8 @@ pub fn frame(pictures: &Tensor, n: i64) -> Frame {
     Frame::from_pixels(FrameSize::new(size[3] as u32, size[2] as u32).unwrap(), pixels).unwrap()
 }
 
-/// The number in a scalar.
-pub fn value(scalar: &Tensor) -> f64 {
-    assert_eq!(scalar.size(), [0i64; 0]);
-    scalar.double_value(&[])
+/// The number in a scalar, or the mean of those of clips.
+pub fn value(numbers: &Tensor) -> f64 {
+    assert!(numbers.dim() < 2);
+    numbers.mean(None).double_value(&[])
 }
