@@ -5,6 +5,7 @@ use clap::Args;
 use fovol_net::plan::Named;
 use fovol_train::network::{Inputs, Network, Options, Spread, initial_weights};
 use fovol_train::optimise::{Ranger, RangerConfig};
+use fovol_train::terminal::say;
 use std::time::Instant;
 use tch::{Device, Kind, Tensor};
 
@@ -67,7 +68,7 @@ impl BenchStep {
             seconds.push(started.elapsed().as_secs_f64());
         }
         let network = self.network.name();
-        println!("{}", serde_json::json!({ "network": network, "seconds": seconds }));
+        say(serde_json::json!({ "network": network, "seconds": seconds }));
         Ok(())
     }
 

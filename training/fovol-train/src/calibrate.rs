@@ -2,6 +2,7 @@ use anyhow::Result;
 use clap::Args;
 use fovol_net::Weights;
 use fovol_net::weights::Storage;
+use fovol_train::terminal::say;
 use fovol_train::trainer::{TrainConfig, note_ranges};
 use fovolnet::io::atomic;
 use std::path::{Path, PathBuf};
@@ -31,7 +32,7 @@ impl Calibrate {
         note_ranges(&mut weights, &learned, &config)?;
         let bytes = weights.to_bytes(if self.half { Storage::F16 } else { Storage::F32 })?;
         atomic::write_bytes(&self.output, &bytes)?;
-        println!("{} ranges in {}", weights.ranges.len(), self.output.display());
+        say(format_args!("{} ranges in {}", weights.ranges.len(), self.output.display()));
         Ok(())
     }
 }

@@ -107,7 +107,11 @@ impl LessonFrame {
     /// The same where `device` can fetch it from while it computes: pinned memory for GPUs.
     #[must_use]
     pub fn ready_for(&self, device: Device) -> Self {
-        self.each(|tensor| if device.is_cuda() { tensor.pin_memory(device) } else { tensor.shallow_clone() })
+        self.each(
+            |tensor| {
+                if device.is_cuda() { tensor.internal_pin_memory(device) } else { tensor.shallow_clone() }
+            },
+        )
     }
 
     fn each(&self, change: impl Fn(&Tensor) -> Tensor) -> Self {
@@ -144,25 +148,31 @@ impl Lesson {
             let mut past = Past::default();
             (0..length.min(clip.len())).map(|t| variation.frame(clip, t, &self.noise, &mut past)).collect()
         });
-        batch(&each.collect::<Vec<_>>())
+        batch(each.collect())
     }
 }
 
 /// The frames of `single` clips side by side.
-fn batch(single: &[Vec<LessonFrame>]) -> Vec<LessonFrame> {
-    let frames = single.iter().map(Vec::len).min().unwrap_or(0);
-    let beside = |part: fn(&LessonFrame) -> &Tensor, t: usize| {
-        Tensor::cat(&single.iter().map(|frames| part(&frames[t])).collect::<Vec<_>>(), 0)
-    };
-    (0..frames)
-        .map(|t| LessonFrame {
-            colour: beside(|f| &f.colour, t),
-            mask: beside(|f| &f.mask, t),
-            motion: beside(|f| &f.motion, t),
-            true_motion: beside(|f| &f.true_motion, t),
-            target: beside(|f| &f.target, t),
-        })
-        .collect()
+fn batch(single: Vec<Vec<LessonFrame>>) -> Vec<LessonFrame> {
+    let length = single.iter().map(Vec::len).min().unwrap_or(0);
+    let mut moments: Vec<Vec<LessonFrame>> = (0..length).map(|_| Vec::new()).collect();
+    for clip in single {
+        moments.iter_mut().zip(clip).for_each(|(moment, frame)| moment.push(frame));
+    }
+    moments.into_par_iter().map(|frames| beside(&frames)).collect()
+}
+
+/// Frames of the same moment as one of a batch.
+fn beside(frames: &[LessonFrame]) -> LessonFrame {
+    let all =
+        |part: fn(&LessonFrame) -> &Tensor| Tensor::cat(&frames.iter().map(part).collect::<Vec<_>>(), 0);
+    LessonFrame {
+        colour: all(|frame| &frame.colour),
+        mask: all(|frame| &frame.mask),
+        motion: all(|frame| &frame.motion),
+        true_motion: all(|frame| &frame.true_motion),
+        target: all(|frame| &frame.target),
+    }
 }
 
 /// What the frames of a clip so far leave to those after them.

@@ -10,6 +10,7 @@ pub mod loss;
 pub mod mask_noise;
 pub mod network;
 pub mod optimise;
+pub mod terminal;
 pub mod trainer;
 
 pub use error::{Error, Result};

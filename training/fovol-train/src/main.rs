@@ -9,6 +9,7 @@ use bench_step::BenchStep;
 use calibrate::Calibrate;
 use clap::{Parser, Subcommand};
 use fovol_train::loss;
+use fovol_train::terminal::say;
 use std::path::{Path, PathBuf};
 use train::Train;
 
@@ -59,20 +60,25 @@ fn check() {
         0 => "no device".to_owned(),
         count => format!("{count} device(s), cuDNN {}", tch::Cuda::cudnn_is_available()),
     };
-    println!("libtorch  {}", env!("FOVOLNET_LIBTORCH_VERSION"));
-    println!("CUDA      {cuda}");
-    println!("oneDNN    {}", tch::utils::has_mkldnn());
-    println!("threads   {}", tch::get_num_threads());
+    say(format_args!("libtorch  {}", env!("FOVOLNET_LIBTORCH_VERSION")));
+    say(format_args!("CUDA      {cuda}"));
+    say(format_args!("oneDNN    {}", tch::utils::has_mkldnn()));
+    say(format_args!("threads   {}", tch::get_num_threads()));
 }
 
 fn convert_vgg(weights: &Path, heads: Option<&Path>, output: &Path) -> anyhow::Result<()> {
     let found = loss::convert_vgg(weights, heads, output)?;
     let origin = if found.is_original { "torchvision's" } else { "not the file that torchvision has" };
-    println!("network   {}, {} tensors, {} numbers", found.depth.name(), found.tensors, found.numbers);
-    println!("SHA-256   {} ({origin})", found.sha256);
+    say(format_args!(
+        "network   {}, {} tensors, {} numbers",
+        found.depth.name(),
+        found.tensors,
+        found.numbers
+    ));
+    say(format_args!("SHA-256   {} ({origin})", found.sha256));
     if let Some(sha256) = found.heads_sha256 {
-        println!("heads     {sha256}");
+        say(format_args!("heads     {sha256}"));
     }
-    println!("written   {}", output.display());
+    say(format_args!("written   {}", output.display()));
     Ok(())
 }

@@ -3,6 +3,7 @@ use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
 use fovol_net::plan::Named;
 use fovol_train::clips::{ClipSet, Exceptions};
+use fovol_train::terminal::say;
 use fovol_train::trainer::{Arrangement, Ended, TrainConfig, Trainer};
 use fovolnet::OpenDevice;
 use std::num::NonZero;
@@ -139,29 +140,34 @@ impl Train {
         [learned, judged]: [&ClipSet; 2],
         limit: Option<Duration>,
     ) -> Result<()> {
-        println!(
+        say(format_args!(
             "{} clips to learn from, {} to judge by; step {}",
             learned.len(),
             judged.len(),
             trainer.steps_done()
-        );
+        ));
         if let Some(Arrangement { side_by_side, threads }) = trainer.arrange(learned, self.processors())? {
-            println!(
+            say(format_args!(
                 "{} processors: parts of a step side by side {side_by_side}, threads of each {threads}",
                 self.processors()
-            );
+            ));
         }
         match trainer.run(learned, judged, limit, &|| STOP.load(Ordering::Relaxed))? {
             Ended::Complete => {
-                println!("complete; the weights are {}", self.output.join("weights.safetensors").display());
+                say(format_args!(
+                    "complete; the weights are {}",
+                    self.output.join("weights.safetensors").display()
+                ));
             }
             Ended::Stopped if self.volumes.is_some() => {
-                println!(
+                say(format_args!(
                     "stopped; the weights so far are {}",
                     self.output.join("weights.safetensors").display()
-                );
+                ));
             }
-            Ended::Stopped => println!("stopped at step {}; go on with --resume", trainer.steps_done()),
+            Ended::Stopped => {
+                say(format_args!("stopped at step {}; go on with --resume", trainer.steps_done()))
+            }
         }
         Ok(())
     }
@@ -190,7 +196,7 @@ fn make((set, device): (&ClipSet, &OpenDevice), what: &str, end: Option<Instant>
     let mut said = Instant::now();
     let Exceptions { left_out, on_processor } = set.make(device, |made| {
         if said.elapsed().as_secs() > 20 {
-            println!("clip {made} of {count} {what}");
+            say(format_args!("clip {made} of {count} {what}"));
             said = Instant::now();
         }
         let is_late = made >= FEWEST && end.is_some_and(|end| Instant::now() >= end);

@@ -29,9 +29,11 @@ impl Lessons {
         let (sender, prepared) = sync_channel(AHEAD);
         let config = config.clone();
         thread::spawn(move || {
-            let lesson_of = |step| -> Result<Vec<LessonFrame>> {
-                let frames = threads.install(|| prepare(&clips, &config, &lesson, step))?;
-                Ok(frames.iter().map(|frame| frame.ready_for(device)).collect())
+            let lesson_of = |step| {
+                threads.install(|| {
+                    let frames = prepare(&clips, &config, &lesson, step)?;
+                    Ok(frames.into_par_iter().map(|frame| frame.ready_for(device)).collect())
+                })
             };
             // Ends when nobody listens any more.
             let mut step = step;

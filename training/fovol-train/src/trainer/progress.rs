@@ -1,5 +1,6 @@
 use super::Taken;
 use super::validation::Judgement;
+use crate::terminal::say;
 use crate::{Error, Result};
 use plotters::prelude::*;
 use serde_json::json;
@@ -62,14 +63,14 @@ impl Progress {
     /// So many channels that had died were drawn anew before step `step`.
     pub fn revived(&mut self, step: u64, channels: usize) -> Result<()> {
         self.write(&json!({ "step": step, "revived": channels }))?;
-        println!("step {step}: {channels} channels that had died begin anew");
+        say(format_args!("step {step}: {channels} channels that had died begin anew"));
         Ok(())
     }
 
     /// The network was judged before step `step`.
     pub fn judged(&mut self, step: u64, judgement: &Judgement) -> Result<()> {
         self.write(&json!({ "step": step - 1, "judged": judgement }))?;
-        println!("step {step}: {judgement}");
+        say(format_args!("step {step}: {judgement}"));
         self.draw()
     }
 
@@ -81,7 +82,7 @@ impl Progress {
             None => (format!(" of {}", self.steps), each * (self.steps - step) as f64),
         };
         let mean = self.mean.unwrap_or(f64::NAN);
-        println!("step {step}{of}: loss {mean:.5}, {each:.2} s a step, {:.0} min left", left / 60.0);
+        say(format_args!("step {step}{of}: loss {mean:.5}, {each:.2} s a step, {:.0} min left", left / 60.0));
     }
 
     fn write(&mut self, line: &serde_json::Value) -> Result<()> {
