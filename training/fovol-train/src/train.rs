@@ -166,7 +166,7 @@ impl Train {
                 ));
             }
             Ended::Stopped => {
-                say(format_args!("stopped at step {}; go on with --resume", trainer.steps_done()))
+                say(format_args!("stopped at step {}; go on with --resume", trainer.steps_done()));
             }
         }
         Ok(())

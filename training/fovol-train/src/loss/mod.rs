@@ -194,7 +194,7 @@ impl Losses {
         let config = &self.config;
         let wanted =
             [config.perceptual_weight, config.l1_weight, config.squares_weight, config.coarse_weight];
-        let mut sums = [(); 5].map(|()| zero_like(&clip.outputs[0]));
+        let mut sums = [(); 5].map(|()| zeros(&clip.outputs[0]));
         for i in frames {
             let weight = self.config.warm_up.weight(i) / length as f64;
             if weight > 0.0 {
@@ -202,7 +202,7 @@ impl Losses {
                 let found = spatial::frame_difference(self.perceptual(), wanted, output, reference)?;
                 let [fine, coarse] = found.coarse;
                 let found = [found.perceptual, found.l1, found.squares, fine, coarse];
-                sums.iter_mut().zip(found).for_each(|(sum, found)| *sum = &*sum + found * weight);
+                sums.iter_mut().zip(found).for_each(|(sum, found)| *sum += found * weight);
             }
         }
         Ok(sums)
@@ -212,7 +212,7 @@ impl Losses {
     fn differences(&self, clip: &Clip<'_>, frames: Range<usize>, length: usize) -> Tensor {
         let pairs = self.config.pairs;
         if self.config.difference_weight == 0.0 || pairs.count(length) == 0 {
-            return zero_like(&clip.outputs[0]);
+            return zeros(&clip.outputs[0]);
         }
         let both = clip.outputs.iter().zip(clip.references);
         let errors: Vec<Tensor> =
@@ -222,7 +222,7 @@ impl Losses {
 
     /// The term of optical flow.
     fn flow(&self, clip: &Clip<'_>, frames: Range<usize>, length: usize) -> Result<Tensor> {
-        let mut sum = zero_like(&clip.outputs[0]);
+        let mut sum = zeros(&clip.outputs[0]);
         if self.config.flow_weight == 0.0 {
             return Ok(sum);
         }
@@ -232,7 +232,7 @@ impl Losses {
             let most = self.config.flow_confidence;
             let confident = most.map(|most| temporal::confident_pixels(reference, before, &motion, most));
             let [output, previous] = [i, i - 1].map(|i| &clip.outputs[i]);
-            sum = sum + temporal::flow_difference(output, previous, &motion, confident.as_ref());
+            sum += temporal::flow_difference(output, previous, &motion, confident.as_ref());
         }
         let divisor = if self.config.average_flow { length.saturating_sub(1).max(1) } else { 1 };
         Ok(sum / divisor as f64)
@@ -299,14 +299,14 @@ fn mean(tensor: &Tensor) -> Tensor {
     tensor.mean(None)
 }
 
-/// A scalar 0 like the numbers of `tensor`.
 /// The mean of each of the \[N, C, H, W\] or \[N, C\] of a batch: \[N\].
 fn means(tensor: &Tensor) -> Tensor {
     tensor.flatten(1, -1).mean_dim([1i64].as_slice(), false, None)
 }
 
-fn zero_like(tensor: &Tensor) -> Tensor {
-    Tensor::zeros([0i64; 0].as_slice(), (tensor.kind(), tensor.device()))
+/// 0 for each of the \[N, C, H, W\] of a batch, like its numbers: \[N\].
+fn zeros(pictures: &Tensor) -> Tensor {
+    Tensor::zeros([pictures.size()[0]], (pictures.kind(), pictures.device()))
 }
 
 #[cfg(test)]

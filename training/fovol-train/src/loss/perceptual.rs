@@ -268,7 +268,7 @@ impl VggDistance {
 impl Perceptual for VggDistance {
     fn distances(&self, output: &Tensor, reference: &Tensor) -> Result<Tensor> {
         let each = self.stage_distances(output, reference)?;
-        let zero = super::zero_like(output);
+        let zero = super::zeros(output);
         Ok(each.into_iter().zip(self.weights).fold(zero, |sum, (distance, weight)| sum + distance * weight))
     }
 
@@ -321,10 +321,10 @@ impl Perceptual for Lpips {
     fn distances(&self, output: &Tensor, reference: &Tensor) -> Result<Tensor> {
         let pictures = [output, reference];
         let [output, reference] = features(&self.vgg, Tap::LastRelu, Input::Lpips, self.bf16, pictures)?;
-        let mut sum = super::zero_like(pictures[0]);
+        let mut sum = super::zeros(pictures[0]);
         for ((a, b), head) in output.iter().zip(&reference).zip(&self.heads) {
             let difference = (normalised(a) - normalised(b)).square() * head.to_kind(a.kind());
-            sum = sum + means(&difference.sum_dim_intlist([1i64].as_slice(), true, None));
+            sum += means(&difference.sum_dim_intlist([1i64].as_slice(), true, None));
         }
         Ok(sum)
     }

@@ -1,6 +1,6 @@
 //! L_s: how each frame differs from its reference.
 
-use super::{Perceptual, means, picture_shape, zero_like};
+use super::{Perceptual, means, picture_shape, zeros};
 use crate::Result;
 use serde::{Deserialize, Serialize};
 use tch::Tensor;
@@ -37,7 +37,7 @@ pub struct FrameDifference {
     pub l1: Tensor,
     /// Mean squared difference.
     pub squares: Tensor,
-    /// Of means over squares of pixels, for each of [`COARSE`]: see [`coarse_squares`].
+    /// Of means over squares of pixels, for each of [`COARSE`], times the pixels of a square.
     pub coarse: [Tensor; 2],
 }
 
@@ -58,14 +58,14 @@ pub fn frame_difference(
 ) -> Result<FrameDifference> {
     picture_shape(output, reference)?;
     let perceptual = if wanted[0] == 0.0 {
-        zero_like(output)
+        zeros(output)
     } else {
         early(output, |output| measure.distances(output, reference))?
     };
-    let l1 = if wanted[1] == 0.0 { zero_like(output) } else { means(&(output - reference).abs()) };
-    let squares = if wanted[2] == 0.0 { zero_like(output) } else { means(&(output - reference).square()) };
+    let l1 = if wanted[1] == 0.0 { zeros(output) } else { means(&(output - reference).abs()) };
+    let squares = if wanted[2] == 0.0 { zeros(output) } else { means(&(output - reference).square()) };
     let coarse = COARSE.map(|edge| match wanted[3] {
-        0.0 => zero_like(output),
+        0.0 => zeros(output),
         _ => coarse_squares(&(output - reference), edge),
     });
     Ok(FrameDifference { perceptual, l1, squares, coarse })

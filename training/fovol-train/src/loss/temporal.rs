@@ -1,7 +1,7 @@
 //! L_t: how frames differ from each other.
 
 use super::flow::{confidence, warp};
-use super::{means, zero_like};
+use super::{means, zeros};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use tch::Tensor;
@@ -49,7 +49,7 @@ pub fn difference_sum(errors: &[Tensor], frames: Range<usize>, pairs: Pairs) -> 
     // be kept of a pair, of which there are T·(T − 1)/2.
     let slopes = tch::no_grad(|| slopes(errors, frames, pairs));
     let terms = errors.iter().zip(slopes).filter_map(|(error, slope)| Some(means(&(error * slope?))));
-    terms.reduce(|sum, term| sum + term).unwrap_or_else(|| zero_like(&errors[0]))
+    terms.reduce(|sum, term| sum + term).unwrap_or_else(|| zeros(&errors[0]))
 }
 
 /// The slopes of Σ|e_i − e_j| along each of `errors`, where there are any.
@@ -91,7 +91,6 @@ pub(super) fn confident_pixels(reference: &Tensor, previous: &Tensor, motion: &T
 
 #[cfg(test)]
 mod tests {
-    use super::super::mean;
     use super::super::testing::{EXACT, pair, pictures, value, worst_slope};
     use super::*;
 
@@ -105,11 +104,11 @@ mod tests {
 
     /// As it is written in the paper.
     fn literally(errors: &[Tensor], pairs: Pairs) -> Tensor {
-        let mut sum = zero_like(&errors[0]);
+        let mut sum = zeros(&errors[0]);
         for i in 1..errors.len() {
             for j in 0..i {
                 if pairs == Pairs::All || j + 1 == i {
-                    sum += mean(&(&errors[i] - &errors[j]).abs());
+                    sum += means(&(&errors[i] - &errors[j]).abs());
                 }
             }
         }
@@ -127,7 +126,7 @@ mod tests {
             let expected = literally(&theirs, pairs);
             assert!((value(&found) - value(&expected)).abs() < 1e-12);
             found.mean(None).backward();
-            expected.backward();
+            expected.mean(None).backward();
             for (a, b) in ours.iter().zip(&theirs) {
                 assert!(a.grad().allclose(&b.grad(), 1e-12, 1e-12, false));
             }
