@@ -107,11 +107,11 @@ impl LessonFrame {
     /// The same where `device` can fetch it from while it computes: pinned memory for GPUs.
     #[must_use]
     pub fn ready_for(&self, device: Device) -> Self {
-        self.each(
-            |tensor| {
-                if device.is_cuda() { tensor.internal_pin_memory(device) } else { tensor.shallow_clone() }
-            },
-        )
+        // `pin_memory` does the same, with a warning for each tensor that its argument is deprecated.
+        self.each(|tensor| match device.is_cuda() {
+            true => tensor.internal_pin_memory(device),
+            false => tensor.shallow_clone(),
+        })
     }
 
     fn each(&self, change: impl Fn(&Tensor) -> Tensor) -> Self {

@@ -99,19 +99,15 @@ impl Train {
             return Ok(());
         }
         let [learned, judged] = config.clips.open(base)?;
-        if self.by_the_clock {
-            config.steps = u64::MAX;
-        }
         let mut trainer = Trainer::new(config, &self.output, self.device()?, self.resume)?;
         let left = self.hours.map(|h| Duration::from_secs_f64(3600.0 * h).saturating_sub(started.elapsed()));
-        let limit = match left {
+        match left {
             Some(left) if self.by_the_clock => {
                 trainer.pace(left);
-                None
+                self.train(trainer, [&learned, &judged], None)
             }
-            limit => limit,
-        };
-        self.train(trainer, [&learned, &judged], limit)
+            limit => self.train(trainer, [&learned, &judged], limit),
+        }
     }
 
     /// Goes on with trained weights for as long as there is time, a part of which goes to clips.

@@ -109,10 +109,11 @@ impl Trainer {
         Ok(trainer)
     }
 
-    /// From now on the learning rate falls with the clock, and all is done when `time` has passed: for runs of which
-    /// nobody knows how many steps there is time for. What such a run finds is not to be repeated exactly.
+    /// From now on the learning rate falls with the clock, and all is done when `time` has passed, however many steps that
+    /// is: for runs of which nobody knows how many there is time for. What such a run finds is not to be repeated exactly.
     pub fn pace(&mut self, time: Duration) {
         self.pace = Some((Instant::now(), time));
+        self.config.steps = u64::MAX;
     }
 
     /// Shares the steps on `clips` out to at most so many processors in the way that is quickest, found by taking some
