@@ -1,12 +1,11 @@
 //! TIFF: the pages of one file, or the files of a folder, as slices from z = 0 on.
 
 mod directories;
-mod natural_order;
 mod pages;
 
 use super::Source;
 use super::layout::Layout;
-use crate::{Error, Result};
+use crate::{Error, Result, natural_order};
 use fovol_core::{Endian, Volume};
 use pages::{Pages, Slice};
 use std::path::{Path, PathBuf};
