@@ -1,4 +1,5 @@
-use crate::{Dtype, Endian, Error, Grid, Result, Statistics, Voxel, with_voxel_type};
+use crate::{Dtype, Endian, Error, Grid, Placement, Result, Statistics, Voxel, with_voxel_type};
+use glam::DVec3;
 use std::fmt;
 use std::ops::{Range, RangeInclusive};
 use std::sync::{Arc, OnceLock};
@@ -39,7 +40,8 @@ pub struct Volume {
     rescale: Rescale,
     range: Option<[f64; 2]>,
     format: String,
-    orientation: Option<String>,
+    placement: Option<Placement>,
+    units: Option<String>,
     time_points: usize,
     notes: Vec<String>,
     statistics: Arc<OnceLock<Statistics>>,
@@ -90,7 +92,8 @@ impl Volume {
             rescale: Rescale::IDENTITY,
             range: None,
             format: "memory".into(),
-            orientation: None,
+            placement: None,
+            units: None,
             time_points: 1,
             notes: Vec::new(),
             statistics: Arc::default(),
@@ -144,10 +147,17 @@ impl Volume {
         self
     }
 
-    /// The same volume with the orientation text of its file.
+    /// The same volume where its file places it.
     #[must_use]
-    pub fn with_orientation(mut self, orientation: impl Into<String>) -> Self {
-        self.orientation = Some(orientation.into());
+    pub fn with_placement(mut self, placement: Placement) -> Self {
+        self.placement = Some(placement);
+        self
+    }
+
+    /// The same volume with the unit of its spacing, by its symbol: `mm`, `µm`, `m`.
+    #[must_use]
+    pub fn with_units(mut self, units: impl Into<String>) -> Self {
+        self.units = Some(units.into());
         self
     }
 
@@ -188,6 +198,8 @@ impl Volume {
                 });
             }
         }
+        let first = DVec3::from_array(part.each_ref().map(|range| range.start as f64));
+        let placement = self.placement.map(|placement| placement.moved_to(first, &self.grid));
         let [along_x, along_y, along_z] = part.clone();
         let voxel = self.components * self.dtype.size();
         let mut bytes = Vec::with_capacity(along_x.len() * along_y.len() * along_z.len() * voxel);
@@ -201,6 +213,7 @@ impl Volume {
         }
         Ok(Self {
             grid: Grid::new(part.each_ref().map(Range::len), self.grid.spacing())?,
+            placement,
             bytes: Arc::new(bytes),
             offset: 0,
             range: self.lasting_range(),
@@ -209,13 +222,16 @@ impl Volume {
         })
     }
 
-    /// `other`, which is made of the same voxels, with what else this volume says of them.
+    /// `other`, which averages voxels of this volume, with what else this volume says of them.
     pub(crate) fn dressed(&self, other: Self) -> Self {
+        let [coarse, fine] = [&other, self].map(|volume| DVec3::from_array(volume.grid.spacing()));
+        let first = (coarse / fine - 1.0) * 0.5;
         Self {
             rescale: self.rescale,
             range: self.lasting_range(),
             format: self.format.clone(),
-            orientation: self.orientation.clone(),
+            placement: self.placement.map(|placement| placement.moved_to(first, &self.grid)),
+            units: self.units.clone(),
             statistics: Arc::default(),
             ..other.with_notes_of(self)
         }
@@ -257,9 +273,14 @@ impl Volume {
         &self.format
     }
 
-    /// Orientation metadata of the file (NIfTI sform/qform, NRRD space directions), for `info`.
-    pub fn orientation(&self) -> Option<&str> {
-        self.orientation.as_deref()
+    /// Where its file places it, if the file says so.
+    pub fn placement(&self) -> Option<&Placement> {
+        self.placement.as_ref()
+    }
+
+    /// The unit of its spacing, by its symbol, if the file says so.
+    pub fn units(&self) -> Option<&str> {
+        self.units.as_deref()
     }
 
     /// How many volumes its file holds one after the other; this is the first.

@@ -1,5 +1,6 @@
 //! Volume files.
 
+mod affine;
 mod decompress;
 mod detached;
 mod format;

@@ -2,10 +2,11 @@
 
 mod axes;
 mod header;
+mod space;
 mod write;
 
 use super::decompress::Compression;
-use super::layout::{Layout, dims_of, spacing_of};
+use super::layout::{Layout, dims_of, placed, spacing_of};
 use super::payload::{Encoding, Files, Payload, Skip};
 use super::{Source, series};
 use crate::Result;
@@ -37,10 +38,9 @@ pub fn parse(source: &Source) -> Result<Volume> {
         byte_skip: byte_skip(source, &header)?,
     };
     let volume = payload.volume(source, layout, volumes)?.with_format("NRRD").with_time_points(volumes);
-    Ok(match orientation(&header) {
-        Some(text) => volume.with_orientation(text),
-        None => volume,
-    })
+    let volume = axes.notes.iter().fold(volume, Volume::with_note);
+    let placement = space::placement(source, &header, &axes)?;
+    Ok(placed(volume, placement, space::units(&header).as_deref()))
 }
 
 fn dtype(source: &Source, header: &Header) -> Result<Dtype> {
@@ -119,15 +119,6 @@ fn files(source: &Source, header: &Header) -> Result<Files> {
         return Err(source.malformed("its NRRD data file pattern wants three numbers: first, last, step"));
     }
     Ok(Files::Detached(vec![text.to_owned()]))
-}
-
-fn orientation(header: &Header) -> Option<String> {
-    let fields = [("space", "space"), ("spacedirections", "directions"), ("spaceorigin", "origin")];
-    let said: Vec<String> = fields
-        .iter()
-        .filter_map(|(field, shown)| header.get(field).map(|value| format!("{shown} {value}")))
-        .collect();
-    (!said.is_empty()).then(|| said.join(", "))
 }
 
 #[cfg(test)]

@@ -13,8 +13,10 @@ pub struct Document<'a> {
     pub extent: Option<[i64; 6]>,
     /// Distances between points, where the file says them.
     pub spacing: Vec<f64>,
-    /// Where the image lies, for people.
-    pub orientation: Vec<String>,
+    /// The place of point (0, 0, 0), where the file says it.
+    pub origin: Option<[f64; 3]>,
+    /// The rows of the matrix whose columns are the directions of the axes, where the file says it.
+    pub direction: Option<[f64; 9]>,
     /// The arrays of points.
     pub points: Attributes<'a>,
     /// The arrays of cells.
