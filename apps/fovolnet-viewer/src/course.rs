@@ -161,7 +161,8 @@ mod tests {
             CourseChoice::new(&render, self::camera()).way
         };
         let free = Some(navigation::numbers(&camera()));
-        assert_eq!(way(None, None), Way::Orbit);
+        assert_eq!(way(None, None), Way::Turntable);
+        assert_eq!(way(Some("orbit"), None), Way::Orbit);
         assert_eq!(way(None, free), Way::OrbitFromHere);
         assert_eq!(way(Some("flythrough"), free), Way::Flythrough);
         assert_eq!(way(Some("[[keyframe]]"), free), Way::Keyframes);
