@@ -7,20 +7,20 @@ mod write;
 mod xml;
 
 use super::layout::{Layout, spacing_of};
-use super::{Source, numbers};
+use super::{Overrides, Source, numbers};
 use crate::Result;
 use document::Data;
 use fovol_core::{Endian, Volume, VoxelBytes};
 use std::sync::Arc;
 pub use write::write;
 
-/// Reads a `.vti` file: the scalars of its points, else of its cells.
+/// Reads a `.vti` file: the chosen array, else the scalars of its points, else of its cells.
 ///
 /// # Errors
 /// Broken XML, damaged data, other data than images, types and compressions that are not read.
-pub fn parse(source: &Source) -> Result<Volume> {
+pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
     let document = xml::parse(source)?;
-    let (array, dims) = document.shown(source)?;
+    let (array, dims, contents) = document.shown(source, overrides)?;
     let mut layout = Layout {
         dims,
         spacing: spacing_of(&document.spacing),
@@ -43,7 +43,7 @@ pub fn parse(source: &Source) -> Result<Volume> {
             arrays::appended(source, document.coding, appended, offset, needed)?
         }
     };
-    let volume = layout.volume(source, bytes, offset)?.with_format("VTK XML image data");
+    let volume = layout.volume(source, bytes, offset)?.with_format("VTK XML image data").with_contents(contents);
     Ok(match document.orientation.is_empty() {
         true => volume,
         false => volume.with_orientation(document.orientation.join(", ")),
