@@ -7,7 +7,8 @@
 //!
 //! # World space
 //! The box of a volume has the extent dims × spacing, is centred on the origin and scaled so that
-//! its longest side is 1. `+y` is up.
+//! its longest side is 1. `+y` is up. Where a volume stands in patient space, its box is turned
+//! so that +x is the patient's left, +y superior and +z anterior; see [`Placement`].
 
 mod awake;
 mod camera;
@@ -21,6 +22,7 @@ mod grid;
 mod light;
 mod names;
 mod outliers;
+mod placement;
 mod region;
 mod reprojection;
 mod sample_list;
@@ -43,6 +45,7 @@ pub use half::f16;
 pub use light::Light;
 pub use names::did_you_mean;
 pub use outliers::Outlier;
+pub use placement::{Placement, Space};
 pub use region::Region;
 pub use reprojection::Reprojection;
 pub use sample_list::{Pixel, SampleList};

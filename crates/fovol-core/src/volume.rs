@@ -1,4 +1,5 @@
-use crate::{Contents, Dtype, Endian, Error, Grid, Result, Statistics, Voxel, with_voxel_type};
+use crate::{Contents, Dtype, Endian, Error, Grid, Placement, Result, Statistics, Voxel, with_voxel_type};
+use glam::DVec3;
 use std::fmt;
 use std::ops::{Range, RangeInclusive};
 use std::sync::{Arc, OnceLock};
@@ -39,7 +40,8 @@ pub struct Volume {
     rescale: Rescale,
     range: Option<[f64; 2]>,
     format: String,
-    orientation: Option<String>,
+    placement: Option<Placement>,
+    units: Option<String>,
     contents: Contents,
     no_data: Option<f64>,
     notes: Vec<String>,
@@ -91,7 +93,8 @@ impl Volume {
             rescale: Rescale::IDENTITY,
             range: None,
             format: "memory".into(),
-            orientation: None,
+            placement: None,
+            units: None,
             contents: Contents { components, ..Contents::default() },
             no_data: None,
             notes: Vec::new(),
@@ -146,10 +149,17 @@ impl Volume {
         self
     }
 
-    /// The same volume with the orientation text of its file.
+    /// The same volume where its file places it.
     #[must_use]
-    pub fn with_orientation(mut self, orientation: impl Into<String>) -> Self {
-        self.orientation = Some(orientation.into());
+    pub fn with_placement(mut self, placement: Placement) -> Self {
+        self.placement = Some(placement);
+        self
+    }
+
+    /// The same volume with the unit of its spacing, by its symbol: `mm`, `µm`, `m`.
+    #[must_use]
+    pub fn with_units(mut self, units: impl Into<String>) -> Self {
+        self.units = Some(units.into());
         self
     }
 
@@ -223,6 +233,8 @@ impl Volume {
                 });
             }
         }
+        let first = DVec3::from_array(part.each_ref().map(|range| range.start as f64));
+        let placement = self.placement.map(|placement| placement.moved_to(first, &self.grid));
         let [along_x, along_y, along_z] = part.clone();
         let voxel = self.components * self.dtype.size();
         let mut bytes = Vec::with_capacity(along_x.len() * along_y.len() * along_z.len() * voxel);
@@ -236,6 +248,7 @@ impl Volume {
         }
         Ok(Self {
             grid: Grid::new(part.each_ref().map(Range::len), self.grid.spacing())?,
+            placement,
             bytes: Arc::new(bytes),
             offset: 0,
             range: self.lasting_range(),
@@ -244,13 +257,16 @@ impl Volume {
         })
     }
 
-    /// `other`, which is made of the same voxels, with what else this volume says of them.
+    /// `other`, which averages voxels of this volume, with what else this volume says of them.
     pub(crate) fn dressed(&self, other: Self) -> Self {
+        let [coarse, fine] = [&other, self].map(|volume| DVec3::from_array(volume.grid.spacing()));
+        let first = (coarse / fine - 1.0) * 0.5;
         Self {
             rescale: self.rescale,
             range: self.lasting_range(),
             format: self.format.clone(),
-            orientation: self.orientation.clone(),
+            placement: self.placement.map(|placement| placement.moved_to(first, &self.grid)),
+            units: self.units.clone(),
             statistics: Arc::default(),
             ..other.with_notes_of(self)
         }
@@ -292,9 +308,14 @@ impl Volume {
         &self.format
     }
 
-    /// Orientation metadata of the file (NIfTI sform/qform, NRRD space directions), for `info`.
-    pub fn orientation(&self) -> Option<&str> {
-        self.orientation.as_deref()
+    /// Where its file places it, if the file says so.
+    pub fn placement(&self) -> Option<&Placement> {
+        self.placement.as_ref()
+    }
+
+    /// The unit of its spacing, by its symbol, if the file says so.
+    pub fn units(&self) -> Option<&str> {
+        self.units.as_deref()
     }
 
     /// What its file holds, and which part of it this is.

@@ -40,7 +40,8 @@ impl OpenVolume {
     pub fn doubts(&self) -> Vec<String> {
         let narrow =
             self.narrow_range().map(|range| format!("{}: {}", self.source, shown_range(&self.volume, range)));
-        self.volume.notes().iter().cloned().chain(narrow).collect()
+        let notes = self.volume.notes().iter().map(|note| format!("{}: {note}", self.source));
+        notes.chain(narrow).collect()
     }
 
     /// What somebody should know about how it was read, one line each: [`Self::doubts`], and what its file holds besides.

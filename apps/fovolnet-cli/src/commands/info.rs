@@ -1,9 +1,11 @@
 use crate::console::JsonOutput;
 use anyhow::{Result, bail};
+use fovolnet::core::{Placement, Space};
 #[cfg(feature = "gpu")]
 use fovolnet::gpu::DeviceType;
 use fovolnet::render::cpu::Simd;
 use fovolnet::{Machine, OpenVolume, VolumeSettings, open_volume, presets};
+use glam::DMat3;
 use serde::Serialize;
 
 /// Say what a volume file holds
@@ -36,8 +38,12 @@ struct Report {
     non_finite: u64,
     range: [f64; 2],
     histogram: Vec<u64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    orientation: Option<String>,
+    /// Rows of the matrix whose columns are the directions of the voxel axes in LPS.
+    orientation: Option<[[f64; 3]; 3]>,
+    /// The centre of the first voxel in LPS.
+    origin: Option<[f64; 3]>,
+    /// The unit of spacing and origin.
+    units: Option<String>,
 }
 
 #[derive(Serialize)]
@@ -133,7 +139,9 @@ impl Info {
             non_finite: statistics.non_finite,
             range: volume.range(),
             histogram: volume.histogram(BINS, volume.range()),
-            orientation: volume.orientation().map(str::to_owned),
+            orientation: volume.placement().map(|placement| rows(placement.directions())),
+            origin: volume.placement().map(|placement| placement.origin().to_array()),
+            units: volume.units().map(str::to_owned),
         };
         self.describe(&opened, &report)?;
         self.json.write(&report)
@@ -154,14 +162,17 @@ impl Info {
             count => format!("{count} components, the first is shown"),
         };
         say(format!("  type        {}, {components}", r.dtype))?;
-        say(format!("  spacing     {} x {} x {}", r.spacing[0], r.spacing[1], r.spacing[2]))?;
+        let units = r.units.as_deref().map(|units| format!(" {units}")).unwrap_or_default();
+        say(format!("  spacing     {} x {} x {}{units}", r.spacing[0], r.spacing[1], r.spacing[2]))?;
         say(format!("  values      {} to {}, mean {:.6}", r.min, r.max, r.mean))?;
         say(format!("  shown as    {} (0) to {} (1)", r.range[0], r.range[1]))?;
         if r.non_finite > 0 {
             say(format!("  not finite  {} values, shown as the lowest", r.non_finite))?;
         }
-        if let Some(orientation) = &r.orientation {
-            say(format!("  orientation {orientation}"))?;
+        if let Some(placement) = opened.volume.placement() {
+            say(format!("  orientation {}", axes_in_words(placement)))?;
+            let [x, y, z] = placement.origin().to_array();
+            say(format!("  origin      {x} {y} {z} (LPS)"))?;
         }
         say(format!("  histogram   {}", sparkline(&r.histogram)))
     }
@@ -204,6 +215,31 @@ impl Info {
         }
         self.json.write(&devices)
     }
+}
+
+/// The rows of `matrix`.
+fn rows(matrix: DMat3) -> [[f64; 3]; 3] {
+    matrix.transpose().to_cols_array_2d()
+}
+
+/// Where the voxel axes of a grid point, in words.
+fn axes_in_words(placement: &Placement) -> String {
+    let word = |letter| match letter {
+        'L' => "left",
+        'R' => "right",
+        'P' => "posterior",
+        'A' => "anterior",
+        'S' => "superior",
+        _ => "inferior",
+    };
+    let letters = placement.letters();
+    let ends: Vec<&str> = letters.chars().map(word).collect();
+    let space = if placement.space() == Space::Patient { "" } else { ", if its space is LPS" };
+    let shear = match placement.shear() {
+        0.0 => String::new(),
+        degrees => format!(", sheared by {degrees:.1} degrees"),
+    };
+    format!("{letters}: x to {}, y to {}, z to {}{space}{shear}", ends[0], ends[1], ends[2])
 }
 
 /// Counts as bars of eighths, on a logarithmic scale.

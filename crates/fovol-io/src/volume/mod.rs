@@ -1,5 +1,6 @@
 //! Volume files.
 
+mod affine;
 mod arrays;
 mod decompress;
 mod detached;

@@ -1,6 +1,7 @@
 //! What a user says about a volume over the head of its file.
 
 use super::Source;
+use super::layout::placed;
 use crate::Result;
 use fovol_core::{Dtype, Endian, Grid, Volume};
 use std::sync::Arc;
@@ -105,14 +106,11 @@ impl Overrides {
         }
         let grid = Grid::new(dims, volume.grid().spacing())?;
         let (components, rescale) = (volume.components(), volume.rescale());
-        let (format, orientation) = (volume.format().to_owned(), volume.orientation().map(str::to_owned));
+        let format = volume.format().to_owned();
         let bytes = Arc::new(Bytes(volume.clone()));
         let cast = Volume::with_layout(grid, dtype, endian, components, bytes, 0)?;
         let cast = cast.with_rescale(rescale)?.with_format(format).with_notes_of(&volume);
-        Ok(match orientation {
-            Some(text) => cast.with_orientation(text),
-            None => cast,
-        })
+        Ok(placed(cast, volume.placement().copied(), volume.units()))
     }
 }
 

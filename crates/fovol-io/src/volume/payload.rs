@@ -49,7 +49,6 @@ pub struct Blocks {
 
 impl Blocks {
     /// One volume alone.
-    #[cfg(test)]
     pub const ONE: Self = Self { count: 1, index: 0 };
 }
 

@@ -4,12 +4,14 @@
 mod cursor;
 mod header;
 
+use super::affine::Affine;
 use super::layout::{Layout, spacing_of};
 use super::arrays::{self, Candidate};
 use super::{Overrides, Source, numbers};
 use crate::Result;
 use cursor::Cursor;
-use fovol_core::{Dtype, Endian, Volume};
+use fovol_core::{Dtype, Endian, Space, Volume};
+use glam::DVec3;
 use header::{Header, dtype, number};
 use std::sync::Arc;
 
@@ -60,10 +62,12 @@ pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
         Some(damage) => volume.with_note(format!("{damage}; only the arrays before this place are read")),
         None => volume,
     };
-    Ok(match header.origin {
-        Some(origin) => volume.with_orientation(format!("origin {origin}")),
-        None => volume,
-    })
+    let Some(origin) = header.origin else { return Ok(volume) };
+    let affine = Affine { steps: [DVec3::X, DVec3::Y, DVec3::Z], origin: DVec3::from_array(origin) };
+    let zero = affine.placement(source, Space::Other)?;
+    let to_middle = if array.is_of_cells { DVec3::splat(0.5) } else { DVec3::ZERO };
+    let placement = zero.moved_to(to_middle, volume.grid());
+    Ok(volume.with_placement(placement))
 }
 
 /// Colours are bytes, which VTK writes as text in 0..=1.

@@ -32,7 +32,7 @@ fn check(source: &Source, dtype: Dtype, components: usize, values: [f64; 4]) -> 
 fn text() {
     let scalars = b"POINT_DATA 4\nSCALARS a short\nLOOKUP_TABLE default\n1 -2\n3 4\n";
     let volume = check(&file("ASCII", scalars), Dtype::I16, 1, [1.0, -2.0, 3.0, 4.0]);
-    assert_eq!(volume.orientation(), Some("origin 1 2 3"));
+    assert_eq!(volume.placement().unwrap().origin().to_array(), [1.0, 2.0, 3.0]);
     let vectors = b"POINT_DATA 4\nVECTORS a float\n1 0 0 2 0 0 3 0 0 4.5 0 0";
     check(&file("ascii", vectors), Dtype::F32, 3, [1.0, 2.0, 3.0, 4.5]);
     let colours = b"POINT_DATA 4\nCOLOR_SCALARS a 1\n0 0.5 1 1";

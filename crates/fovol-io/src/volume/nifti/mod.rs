@@ -1,15 +1,16 @@
 //! NIfTI-1 and NIfTI-2, in one file or two, gzipped or not: <https://nifti.nimh.nih.gov/>.
 
+mod forms;
 mod header;
 mod write;
 
 use super::{Overrides, Source};
 use super::decompress::{Compression, decompress};
-use super::layout::{Layout, dims_of, spacing_of};
+use super::layout::{Layout, dims_of, placed, spacing_of};
 use crate::Result;
-use fovol_core::{Contents, Rescale, Volume, VoxelBytes};
-use header::Header;
+use fovol_core::{Contents, Rescale, Space, Volume, VoxelBytes};
 pub use header::is_nifti;
+use header::{Header, Kind};
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -53,9 +54,10 @@ fn parse_header(source: &Source, image: Option<&Source>, overrides: &Overrides) 
     let header = Header::parse(source, &header_bytes(source)?)?;
     let (dims, _) = dims_of(&header.sizes);
     let (contents, block) = contents(source, &header, overrides)?;
+    let place = header.forms.placed(spacing_of(&header.spacings));
     let layout = Layout {
         dims,
-        spacing: spacing_of(&header.spacings),
+        spacing: place.spacing,
         dtype: header.dtype,
         endian: header.endian,
         components: header.components,
@@ -78,10 +80,15 @@ fn parse_header(source: &Source, image: Option<&Source>, overrides: &Overrides) 
     if header.rescale != Rescale::IDENTITY {
         volume = volume.with_rescale(header.rescale).map_err(|e| source.malformed(e.to_string()))?;
     }
-    Ok(match header.orientation {
-        Some(text) => volume.with_orientation(text),
-        None => volume,
-    })
+    for note in place.notes {
+        volume = volume.with_note(note);
+    }
+    if header.kind == Kind::Analyze {
+        volume =
+            volume.with_note("ANALYZE 7.5 does not say how the patient lies; left and right may be swapped");
+    }
+    let placement = place.affine.map(|affine| affine.placement(source, Space::Patient)).transpose()?;
+    Ok(placed(volume, placement, header.units))
 }
 
 /// What the file holds, and which of its blocks of x, y and z is read: time is axis 4, the values of vectors lie along axis 5 and

@@ -14,8 +14,10 @@ pub struct Document<'a> {
     pub extent: Option<[i64; 6]>,
     /// Distances between points, where the file says them.
     pub spacing: Vec<f64>,
-    /// Where the image lies, for people.
-    pub orientation: Vec<String>,
+    /// The place of point (0, 0, 0), where the file says it.
+    pub origin: Option<[f64; 3]>,
+    /// The rows of the matrix whose columns are the directions of the axes, where the file says it.
+    pub direction: Option<[f64; 9]>,
     /// The arrays of points.
     pub points: Attributes<'a>,
     /// The arrays of cells.
@@ -87,7 +89,7 @@ pub struct Appended {
 }
 
 impl Document<'_> {
-    /// The array to show, how many values it has along each axis (one per point, else one per cell), and what there is besides.
+    /// The array to show.
     ///
     /// # Errors
     /// No array, none of the chosen name, or no sound extent.
@@ -95,7 +97,7 @@ impl Document<'_> {
         &self,
         source: &Source,
         overrides: &Overrides,
-    ) -> Result<(&Array<'_>, [usize; 3], Contents)> {
+    ) -> Result<Shown<'_>> {
         let extent = self.extent.ok_or_else(|| source.malformed("its XML has no image with an Extent"))?;
         let points = points(extent).ok_or_else(|| {
             source.malformed(format!("its Extent {extent:?} is not first and last point along each axis"))
@@ -119,13 +121,26 @@ impl Document<'_> {
             })
             .collect();
         let (index, contents) = arrays::shown(source, &candidates, overrides)?;
-        let dims = match candidates[index].is_of_cells {
+        let is_of_cells = candidates[index].is_of_cells;
+        let dims = match is_of_cells {
             // An axis of one point has one layer of flat cells.
             true => points.map(|count| (count - 1).max(1)),
             false => points,
         };
-        Ok((arrays[index], dims, contents))
+        Ok(Shown { array: arrays[index], is_of_cells, dims, contents })
     }
+}
+
+/// The array to show.
+pub struct Shown<'a> {
+    /// The array.
+    pub array: &'a Array<'a>,
+    /// Whether it has a value for each cell rather than for each point.
+    pub is_of_cells: bool,
+    /// Its values along each axis.
+    pub dims: [usize; 3],
+    /// What there is besides.
+    pub contents: Contents,
 }
 
 /// The number of points along each axis.

@@ -6,11 +6,13 @@ mod document;
 mod write;
 mod xml;
 
-use super::layout::{Layout, spacing_of};
+use super::affine::Affine;
+use super::layout::{Layout, placed, spacing_of};
 use super::{Overrides, Source, numbers};
 use crate::Result;
-use document::Data;
-use fovol_core::{Endian, Volume, VoxelBytes};
+use document::{Data, Document};
+use fovol_core::{Endian, Grid, Placement, Space, Volume, VoxelBytes};
+use glam::DVec3;
 use std::sync::Arc;
 pub use write::write;
 
@@ -20,9 +22,10 @@ pub use write::write;
 /// Broken XML, damaged data, other data than images, types and compressions that are not read.
 pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
     let document = xml::parse(source)?;
-    let (array, dims, contents) = document.shown(source, overrides)?;
+    let shown = document.shown(source, overrides)?;
+    let array = shown.array;
     let mut layout = Layout {
-        dims,
+        dims: shown.dims,
         spacing: spacing_of(&document.spacing),
         dtype: array.dtype(source)?,
         endian: document.coding.endian,
@@ -43,11 +46,30 @@ pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
             arrays::appended(source, document.coding, appended, offset, needed)?
         }
     };
-    let volume = layout.volume(source, bytes, offset)?.with_format("VTK XML image data").with_contents(contents);
-    Ok(match document.orientation.is_empty() {
-        true => volume,
-        false => volume.with_orientation(document.orientation.join(", ")),
-    })
+    let volume =
+        layout.volume(source, bytes, offset)?.with_format("VTK XML image data").with_contents(shown.contents);
+    let placement = placement(source, &document, shown.is_of_cells, volume.grid())?;
+    Ok(placed(volume, placement, None))
+}
+
+/// Where the grid lies: the first voxel is the first point of the extent, or the middle of the first cell.
+fn placement(
+    source: &Source,
+    document: &Document<'_>,
+    is_of_cells: bool,
+    grid: &Grid,
+) -> Result<Option<Placement>> {
+    if document.origin.is_none() && document.direction.is_none() {
+        return Ok(None);
+    }
+    let rows = document.direction.unwrap_or([1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
+    let steps = [0, 1, 2].map(|axis| DVec3::new(rows[axis], rows[3 + axis], rows[6 + axis]));
+    let origin = DVec3::from_array(document.origin.unwrap_or_default());
+    let zero = Affine { steps, origin }.placement(source, Space::Other)?;
+    let [x, _, y, _, z, _] = document.extent.unwrap_or_default();
+    let to_middle = if is_of_cells { 0.5 } else { 0.0 };
+    let first = DVec3::new(x as f64, y as f64, z as f64) + to_middle;
+    Ok(Some(zero.moved_to(first, grid)))
 }
 
 #[cfg(test)]

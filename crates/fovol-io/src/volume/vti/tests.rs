@@ -60,7 +60,7 @@ fn check(source: &Source) -> Volume {
 #[test]
 fn text() {
     let volume = check(&file("", "format=\"ascii\">\n<InformationKey>9</InformationKey>\n1 2\n3 258 ", b""));
-    assert_eq!(volume.orientation(), Some("origin 0 0 0, direction 1 0 0 0 1 0 0 0 1"));
+    assert_eq!(volume.placement().unwrap().letters(), "LPS");
 }
 
 #[test]
