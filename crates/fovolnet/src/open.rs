@@ -41,7 +41,7 @@ impl OpenVolume {
         let narrow =
             self.narrow_range().map(|range| format!("{}: {}", self.source, shown_range(&self.volume, range)));
         let notes = self.volume.notes().iter().map(|note| format!("{}: {note}", self.source));
-        notes.chain(narrow).collect()
+        notes.chain(narrow).chain(self.outliers()).collect()
     }
 
     /// What somebody should know about how it was read, one line each: [`Self::doubts`], and what its file holds besides.
