@@ -2,8 +2,8 @@
 
 use fovolnet::core::{Dtype, Endian, Frame, ShadowMode, SurfaceShading};
 use fovolnet::{
-    Device, Pipeline, Reconstruction, RenderSettings, Sampling, Session, SpeedSettings, VolumeSettings,
-    open_volume,
+    Device, NamedView, Orientation, Pipeline, Reconstruction, RenderSettings, Sampling, Session,
+    SpeedSettings, VolumeSettings, open_volume,
 };
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -41,6 +41,9 @@ fn everything(volume: &Path) -> Session {
         frames: Some(2),
         first_frame: Some(0),
         path: Some("orbit".into()),
+        turn: Some(360.0),
+        view: Some(NamedView::Anterior),
+        orientation: Some(Orientation::Grid),
         camera: None,
         tf: Some("auto".into()),
         clip: Some([0.0, 1.0, 0.0, 1.0, 0.0, 1.0]),
@@ -51,7 +54,7 @@ fn everything(volume: &Path) -> Session {
         background: Some([0.0; 3]),
         transparent: Some(false),
         step: Some(0.5),
-        sampling: Some(Sampling::Compact),
+        sampling: Some(Sampling::Compact.into()),
         pb: Some(0.2),
         sigma: Some(0.05),
         gaze: Some("0.5,0.5".into()),
@@ -92,6 +95,18 @@ fn steps() -> Vec<Step> {
         step("render.first-frame", |s| s.render.first_frame = Some(7)),
         step("render.path", |s| s.render.path = Some("flythrough".into())),
         Step {
+            from: |s| s.render.path = Some("turntable".into()),
+            ..step("render.turn", |s| s.render.turn = Some(90.0))
+        },
+        Step {
+            from: |s| s.render.path = Some("turntable".into()),
+            ..step("render.view", |s| s.render.view = Some(NamedView::Left))
+        },
+        Step {
+            from: |s| (s.volume, s.volume_sha256) = (s.volume.replace("ball.raw", "turned.mha"), None),
+            ..step("render.orientation", |s| s.render.orientation = Some(Orientation::Patient))
+        },
+        Step {
             from: |s| s.render.path = None,
             ..step("render.camera", |s| s.render.camera = Some([0.0, 1.0, 2.0, 0.0, 0.0, 0.0, 30.0]))
         },
@@ -103,11 +118,11 @@ fn steps() -> Vec<Step> {
         step("render.ambient", |s| s.render.ambient = Some(0.6)),
         step("render.background", |s| s.render.background = Some([0.1, 0.2, 0.3])),
         Step {
-            from: |s| s.render.sampling = Some(Sampling::Full),
+            from: |s| s.render.sampling = Some(Sampling::Full.into()),
             ..step("render.transparent", |s| s.render.transparent = Some(true))
         },
         step("render.step", |s| s.render.step = Some(0.8)),
-        step("render.sampling", |s| s.render.sampling = Some(Sampling::Full)),
+        step("render.sampling", |s| s.render.sampling = Some(Sampling::Full.into())),
         step("render.pb", |s| s.render.pb = Some(0.4)),
         step("render.sigma", |s| s.render.sigma = Some(0.2)),
         step("render.gaze", |s| s.render.gaze = Some("0.3,0.4".into())),
@@ -180,6 +195,10 @@ fn every_field_of_a_session_is_kept_and_shows() {
     let folder = tempfile::tempdir().unwrap();
     let (volume, path) = (folder.path().join("ball.raw"), folder.path().join("session.toml"));
     std::fs::write(&volume, voxels()).unwrap();
+    let turned =
+        b"NDims = 3\nDimSize = 16 16 16\nElementType = MET_USHORT\nTransformMatrix = 0 1 0 0 0 1 1 0 0\n\
+        ElementDataFile = LOCAL\n";
+    std::fs::write(folder.path().join("turned.mha"), [&turned[..], &voxels()].concat()).unwrap();
     let whole = everything(&volume).sealed();
     let mut known = fields(&whole);
     let mut either = whole.clone();
