@@ -1,4 +1,4 @@
-use crate::{Dtype, Endian, Error, Grid, Placement, Result, Statistics, Voxel, with_voxel_type};
+use crate::{Contents, Dtype, Endian, Error, Grid, Placement, Result, Statistics, Voxel, with_voxel_type};
 use glam::DVec3;
 use std::fmt;
 use std::ops::{Range, RangeInclusive};
@@ -42,7 +42,8 @@ pub struct Volume {
     format: String,
     placement: Option<Placement>,
     units: Option<String>,
-    time_points: usize,
+    contents: Contents,
+    no_data: Option<f64>,
     notes: Vec<String>,
     statistics: Arc<OnceLock<Statistics>>,
 }
@@ -94,7 +95,8 @@ impl Volume {
             format: "memory".into(),
             placement: None,
             units: None,
-            time_points: 1,
+            contents: Contents { components, ..Contents::default() },
+            no_data: None,
             notes: Vec::new(),
             statistics: Arc::default(),
         })
@@ -161,11 +163,43 @@ impl Volume {
         self
     }
 
-    /// The same volume as the first of `time_points` that its file holds.
+    /// The same volume as a part of what its file holds.
     #[must_use]
-    pub fn with_time_points(mut self, time_points: usize) -> Self {
-        self.time_points = time_points.max(1);
+    pub fn with_contents(mut self, contents: Contents) -> Self {
+        self.contents = contents;
         self
+    }
+
+    /// The same volume, in which the scaled value `no_data` stands for voxels without one: the range leaves it out.
+    #[must_use]
+    pub fn with_no_data(mut self, no_data: f64) -> Self {
+        self.no_data = Some(no_data);
+        self.statistics = Arc::default();
+        self
+    }
+
+    /// Component `index` of each voxel alone; component 0 is shown where it lies, others are copied.
+    ///
+    /// # Errors
+    /// [`Error::Extent`] when there is no such component.
+    pub fn with_component(mut self, index: usize) -> Result<Self> {
+        if index >= self.components {
+            return Err(Error::Extent {
+                what: "component".into(),
+                found: index.to_string(),
+                expected: format!("0 to {}", self.components - 1),
+            });
+        }
+        if index > 0 {
+            let size = self.dtype.size();
+            let voxels = self.data().chunks_exact(self.components * size);
+            let bytes: Vec<u8> =
+                voxels.flat_map(|voxel| &voxel[index * size..(index + 1) * size]).copied().collect();
+            (self.bytes, self.offset, self.components) = (Arc::new(bytes), 0, 1);
+            self.contents.component = index;
+            self.statistics = Arc::default();
+        }
+        Ok(self)
     }
 
     /// The same volume with one more thing that was doubtful when it was read.
@@ -178,7 +212,8 @@ impl Volume {
     /// This volume, made of the bytes of `other`, with what the reading of `other` had to say.
     #[must_use]
     pub fn with_notes_of(mut self, other: &Self) -> Self {
-        self.time_points = other.time_points;
+        self.contents.clone_from(&other.contents);
+        self.no_data = other.no_data;
         self.notes.clone_from(&other.notes);
         self
     }
@@ -283,9 +318,14 @@ impl Volume {
         self.units.as_deref()
     }
 
-    /// How many volumes its file holds one after the other; this is the first.
-    pub fn time_points(&self) -> usize {
-        self.time_points
+    /// What its file holds, and which part of it this is.
+    pub fn contents(&self) -> &Contents {
+        &self.contents
+    }
+
+    /// The scaled value that stands for voxels without one, where the file declares it.
+    pub fn no_data(&self) -> Option<f64> {
+        self.no_data
     }
 
     /// What was doubtful when it was read, one line each: bytes that were left over, sizes that contradict each other.
@@ -300,7 +340,8 @@ impl Volume {
     }
 
     /// The interval that maps to v = 0…1, in scaled values: what was asked for, else 0…255 for
-    /// unscaled u8, else the finite minimum…maximum.
+    /// unscaled u8, else the finite minimum…maximum without values far outside all others
+    /// ([`Statistics::shown`]).
     pub fn range(&self) -> [f64; 2] {
         if let Some(range) = self.range {
             return range;
@@ -308,8 +349,7 @@ impl Volume {
         if self.dtype == Dtype::U8 && self.rescale == Rescale::IDENTITY {
             return [0.0, 255.0];
         }
-        let statistics = self.statistics();
-        [statistics.min, statistics.max]
+        self.statistics().shown
     }
 
     /// Whether [`Self::range`] was asked for rather than found.

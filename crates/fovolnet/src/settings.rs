@@ -340,7 +340,7 @@ impl FromStr for RandomWeights {
 }
 
 /// What a file does not say about its volume, or says wrongly.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 #[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
 pub struct VolumeSettings {
@@ -359,6 +359,18 @@ pub struct VolumeSettings {
     /// Values shown as 0 and 1
     #[cfg_attr(feature = "clap", arg(long, value_name = "LO,HI", value_parser = parse::numbers::<2>, allow_hyphen_values = true))]
     pub range: Option<[f64; 2]>,
+    /// Array of values to read, by its name, where a file has several
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME"))]
+    pub array: Option<String>,
+    /// Which value of each voxel is shown, where there are several, from 0 on [default: 0]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
+    pub component: Option<usize>,
+    /// Which channel is read, where there are several, from 0 on [default: 0]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "C"))]
+    pub channel: Option<usize>,
+    /// Which time point is read, where there are several, from 0 on [default: 0]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "T"))]
+    pub time: Option<usize>,
     /// Average N×N×N voxels to one: a volume that is too large for a device, seen more coarsely [default: 1]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
     pub downsample: Option<usize>,
@@ -374,6 +386,10 @@ impl VolumeSettings {
             endian: over.endian.or(self.endian),
             spacing: over.spacing.or(self.spacing),
             range: over.range.or(self.range),
+            array: over.array.or(self.array),
+            component: over.component.or(self.component),
+            channel: over.channel.or(self.channel),
+            time: over.time.or(self.time),
             downsample: over.downsample.or(self.downsample),
         }
     }
@@ -386,6 +402,10 @@ impl VolumeSettings {
             endian: self.endian,
             spacing: self.spacing,
             range: self.range,
+            array: self.array.clone(),
+            component: self.component,
+            channel: self.channel,
+            time: self.time,
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Which parser a file belongs to: by its first bytes where they tell, else by its name.
 
-use super::{Source, legacy_vtk, metaimage, nifti, nrrd, tiff_stack, vti};
+use super::{Overrides, Source, legacy_vtk, metaimage, nifti, nrrd, tiff_stack, vti};
 use crate::{Error, Result};
 use fovol_core::Volume;
 use std::io::Read;
@@ -8,7 +8,7 @@ use std::ops::Range;
 use std::path::Path;
 
 /// Reads one kind of volume file.
-pub type Parser = fn(&Source) -> Result<Volume>;
+pub type Parser = fn(&Source, &Overrides) -> Result<Volume>;
 
 /// The parser of `source`; none for bare voxels.
 ///
@@ -31,11 +31,11 @@ pub fn parser_of(source: &Source) -> Result<Option<Parser>> {
 ///
 /// # Errors
 /// A folder that holds no volume.
-pub fn read_folder(path: &Path) -> Result<Volume> {
+pub fn read_folder(path: &Path, overrides: &Overrides) -> Result<Volume> {
     if [".zattrs", ".zgroup", ".zarray", "zarr.json"].iter().any(|file| path.join(file).is_file()) {
         return Err(Error::unsupported(path, "Zarr is not read yet; convert one array to NRRD or NIfTI"));
     }
-    if let Some(volume) = tiff_stack::parse_folder(path)? {
+    if let Some(volume) = tiff_stack::parse_folder(path, overrides)? {
         return Ok(volume);
     }
     if holds_dicom(path) {
@@ -150,7 +150,7 @@ mod tests {
     #[test]
     fn folders_of_dicom_are_told_what_to_do() {
         let folder = tempfile::tempdir().unwrap();
-        let said = || read_folder(folder.path()).unwrap_err().to_string();
+        let said = || read_folder(folder.path(), &Overrides::default()).unwrap_err().to_string();
         std::fs::write(folder.path().join("notes.txt"), "of the scan").unwrap();
         assert!(said().contains("without slices"), "{}", said());
         let slice = [&[0; 128][..], b"DICM", &[0; 9]].concat();

@@ -1,6 +1,7 @@
 //! Volume files.
 
 mod affine;
+mod arrays;
 mod decompress;
 mod detached;
 mod format;
@@ -34,7 +35,7 @@ pub use write::write;
 /// A file that is missing, damaged or of no known kind; one line that says how to mend it.
 pub fn read(path: &Path, overrides: &Overrides) -> Result<Volume> {
     if path.is_dir() {
-        let volume = format::read_folder(path)?;
+        let volume = format::read_folder(path, overrides)?;
         return overrides.apply(&Source::from_bytes(path, Vec::new()), volume);
     }
     parse(&Source::open(path)?, overrides)
@@ -46,7 +47,7 @@ pub fn read(path: &Path, overrides: &Overrides) -> Result<Volume> {
 /// As [`read`].
 pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
     let volume = match format::parser_of(source)? {
-        Some(parser) => parser(source)?,
+        Some(parser) => parser(source, overrides)?,
         None => raw::parse(source, overrides)?,
     };
     overrides.apply(source, volume)

@@ -5,10 +5,10 @@ mod write;
 use super::affine::Affine;
 use super::decompress::Compression;
 use super::layout::{Layout, dims_of, placed, spacing_of};
-use super::payload::{Encoding, Files, Payload, Skip};
-use super::{Source, series};
+use super::payload::{Blocks, Encoding, Files, Payload, Skip};
+use super::{Overrides, Source, series};
 use crate::Result;
-use fovol_core::{Dtype, Endian, Placement, Rescale, Space, Volume};
+use fovol_core::{Contents, Dtype, Endian, Placement, Rescale, Space, Volume};
 use glam::DVec3;
 pub use write::write;
 
@@ -19,7 +19,7 @@ const LONGEST_HEADER: usize = 4 << 20;
 ///
 /// # Errors
 /// A damaged header, missing data files, too few bytes.
-pub fn parse(source: &Source) -> Result<Volume> {
+pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
     let header = Header::parse(source)?;
     let sizes = header.sizes(source)?;
     let (dims, volumes) = dims_of(&sizes);
@@ -37,7 +37,16 @@ pub fn parse(source: &Source) -> Result<Volume> {
         line_skip: 0,
         byte_skip: header.skip(source)?,
     };
-    let volume = payload.volume(source, layout, volumes)?.with_format("MetaImage").with_time_points(volumes);
+    let time = overrides.time_of(source, volumes)?;
+    let contents = Contents {
+        arrays: header.get(&["Name"]).map(str::to_owned).into_iter().collect(),
+        times: volumes,
+        time,
+        components: layout.components.max(1),
+        ..Contents::default()
+    };
+    let blocks = Blocks { count: volumes, index: time };
+    let volume = payload.volume(source, layout, blocks)?.with_format("MetaImage").with_contents(contents);
     let rescale = Rescale {
         slope: header.number(source, &["ElementToIntensityFunctionSlope"])?.unwrap_or(1.0),
         intercept: header.number(source, &["ElementToIntensityFunctionOffset"])?.unwrap_or(0.0),
@@ -251,6 +260,10 @@ mod tests {
     use super::*;
     use std::io::Write;
     use std::path::Path;
+
+    fn parse(source: &Source) -> Result<Volume> {
+        super::parse(source, &Overrides::default())
+    }
 
     fn read(text: &[u8]) -> Result<Volume> {
         parse(&Source::from_bytes(Path::new("x.mha"), text.to_vec()))

@@ -24,6 +24,10 @@ pub struct Header {
     pub dtype: Dtype,
     /// Interleaved values per voxel.
     pub components: usize,
+    /// Whether the values of each voxel are colours.
+    pub are_colours: bool,
+    /// Whether the values are labels.
+    pub are_labels: bool,
     /// The scaling of the voxels.
     pub rescale: Rescale,
     /// Where the voxels lie in space.
@@ -140,6 +144,8 @@ impl Fields<'_> {
             sizes,
             dtype,
             components,
+            are_colours: components > 1 || matches!(self.intent(), 2003 | 2004),
+            are_labels: self.intent() == 1002,
             rescale: self.rescale(components)?,
             forms: self.forms(),
             units: self.units(),
@@ -211,6 +217,15 @@ impl Fields<'_> {
             2304 => (Dtype::U8, 4),
             _ => return Err(self.source.unsupported(refusal(code))),
         })
+    }
+
+    /// The code of what the values mean.
+    fn intent(&self) -> i32 {
+        match self.kind {
+            Kind::Analyze => 0,
+            Kind::One => i32::from(self.at::<i16>(68)),
+            Kind::Two => self.at::<i32>(504),
+        }
     }
 
     fn offset(&self, is_single: bool) -> Result<usize> {

@@ -11,6 +11,10 @@ use glam::DVec3;
 pub struct Axes {
     /// Interleaved values per voxel: the size of a first axis that is not spatial.
     pub components: usize,
+    /// Values per voxel that lie one volume after the other: the size of a last axis that is not spatial.
+    pub planes: usize,
+    /// Whether the header says that the values of a voxel are colours.
+    pub are_colours: bool,
     /// The sizes of the other axes.
     pub sizes: Vec<usize>,
     /// Their spacings; not a number where the file does not say.
@@ -27,6 +31,8 @@ struct Axis {
     spacing: f64,
     direction: Option<DVec3>,
     is_spatial: bool,
+    /// Whether samples along it are the values of one voxel.
+    are_values: bool,
     /// Whether its spacing follows from where it begins and ends.
     is_between_ends: bool,
 }
@@ -42,6 +48,10 @@ impl Axes {
             Some(first) if !first.is_spatial && axes.len() > 1 => axes.remove(0).size,
             _ => 1,
         };
+        let planes = match axes.last() {
+            Some(last) if axes.len() > 3 && last.are_values => axes.pop().map_or(1, |last| last.size),
+            _ => 1,
+        };
         if axes.len() > 3 && axes[..3].iter().any(|axis| !axis.is_spatial && axis.size > 1) {
             return Err(source.unsupported(
                 "its list axis lies between the spatial ones; move it to the end, with `unu permute` for one",
@@ -55,8 +65,12 @@ impl Axes {
                     .into(),
             );
         }
+        let kinds = header.get("kinds").unwrap_or_default().to_ascii_lowercase();
+        let are_colours = kinds.split_whitespace().any(|kind| kind.ends_with("-color"));
         Ok(Self {
             components,
+            planes,
+            are_colours,
             directions: axes.iter().map(|axis| axis.direction).collect(),
             notes,
             sizes: axes.iter().map(|axis| axis.size).collect(),
@@ -112,6 +126,7 @@ fn axes(source: &Source, header: &Header) -> Result<Vec<Axis>> {
             spacing: stated.or(between).unwrap_or(f64::NAN),
             direction: texts.as_ref().and_then(|texts| vector(texts[i])),
             is_spatial: is_spatial && has_direction,
+            are_values: !is_spatial && kinds.as_ref().is_some_and(|kinds| !kinds[i].eq_ignore_ascii_case("list")),
             is_between_ends: stated.is_none() && between.is_some(),
         }
     };

@@ -3,7 +3,7 @@
 use super::gzip;
 use crate::volume::decompress::{Compression, decompress_all};
 use crate::volume::layout::Layout;
-use crate::volume::payload::{Encoding, Files, Payload, Skip};
+use crate::volume::payload::{Blocks, Encoding, Files, Payload, Skip};
 use crate::volume::{Overrides, Source};
 use crate::{Error, Result};
 use fovol_core::{Dtype, Endian, Volume};
@@ -91,7 +91,7 @@ impl Description {
         let doubt = found.checked_sub(needed).filter(|&excess| excess > 0);
         let doubt = doubt.map(|excess| too_long(source, &layout, excess));
         doubt.iter().for_each(|doubt| tracing::warn!("{doubt}"));
-        let volume = payload.volume(source, layout, 1).map_err(|error| {
+        let volume = payload.volume(source, layout, Blocks::ONE).map_err(|error| {
             match found_bytes(source, is_packed, needed) {
                 Some(found) if self.dims_are_chosen => too_short(source, dims, [needed, found]),
                 _ => error,

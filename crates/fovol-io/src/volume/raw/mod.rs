@@ -42,7 +42,7 @@ fn read(source: &Source, overrides: &Overrides) -> Result<Volume> {
     if user.dims.is_some() && user.dtype.is_some() {
         return user.or(named).volume(source);
     }
-    match sidecar::beside(source)? {
+    match sidecar::beside(source, overrides)? {
         Found::Volume(volume) => Ok(volume),
         Found::Description(said) => user.or(said).or(named).volume(source),
         Found::Nothing if overrides.dims.is_none() && named.dims.is_none() && !is_bare(source) => {

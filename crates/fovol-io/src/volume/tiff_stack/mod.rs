@@ -4,7 +4,7 @@ mod directories;
 mod natural_order;
 mod pages;
 
-use super::Source;
+use super::{Overrides, Source};
 use super::layout::Layout;
 use crate::{Error, Result};
 use fovol_core::{Endian, Volume};
@@ -21,7 +21,7 @@ pub fn is_tiff(bytes: &[u8]) -> bool {
 ///
 /// # Errors
 /// Damaged files, pages that differ in size or type, types that are not read.
-pub fn parse(source: &Source) -> Result<Volume> {
+pub fn parse(source: &Source, _overrides: &Overrides) -> Result<Volume> {
     let mut stack = Stack::default();
     let mut pages = Pages::open(source)?;
     while let Some(slice) = pages.begin()? {
@@ -34,11 +34,11 @@ pub fn parse(source: &Source) -> Result<Volume> {
 ///
 /// # Errors
 /// As [`parse`], and files of several pages beside others.
-pub fn parse_folder(path: &Path) -> Result<Option<Volume>> {
+pub fn parse_folder(path: &Path, overrides: &Overrides) -> Result<Option<Volume>> {
     let files = files(path)?;
     match files.as_slice() {
         [] => return Ok(None),
-        [file] => return parse(&Source::open(file)?).map(Some),
+        [file] => return parse(&Source::open(file)?, overrides).map(Some),
         _ => {}
     }
     let mut stack = Stack::default();

@@ -8,7 +8,7 @@ mod xml;
 
 use super::affine::Affine;
 use super::layout::{Layout, placed, spacing_of};
-use super::{Source, numbers};
+use super::{Overrides, Source, numbers};
 use crate::Result;
 use document::{Data, Document};
 use fovol_core::{Endian, Grid, Placement, Space, Volume, VoxelBytes};
@@ -16,15 +16,16 @@ use glam::DVec3;
 use std::sync::Arc;
 pub use write::write;
 
-/// Reads a `.vti` file: the scalars of its points, else of its cells.
+/// Reads a `.vti` file: the chosen array, else the scalars of its points, else of its cells.
 ///
 /// # Errors
 /// Broken XML, damaged data, other data than images, types and compressions that are not read.
-pub fn parse(source: &Source) -> Result<Volume> {
+pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
     let document = xml::parse(source)?;
-    let (array, dims) = document.shown(source)?;
+    let shown = document.shown(source, overrides)?;
+    let array = shown.array;
     let mut layout = Layout {
-        dims,
+        dims: shown.dims,
         spacing: spacing_of(&document.spacing),
         dtype: array.dtype(source)?,
         endian: document.coding.endian,
@@ -45,13 +46,19 @@ pub fn parse(source: &Source) -> Result<Volume> {
             arrays::appended(source, document.coding, appended, offset, needed)?
         }
     };
-    let volume = layout.volume(source, bytes, offset)?.with_format("VTK XML image data");
-    let placement = placement(source, &document, volume.grid())?;
+    let volume =
+        layout.volume(source, bytes, offset)?.with_format("VTK XML image data").with_contents(shown.contents);
+    let placement = placement(source, &document, shown.is_of_cells, volume.grid())?;
     Ok(placed(volume, placement, None))
 }
 
 /// Where the grid lies: the first voxel is the first point of the extent, or the middle of the first cell.
-fn placement(source: &Source, document: &Document<'_>, grid: &Grid) -> Result<Option<Placement>> {
+fn placement(
+    source: &Source,
+    document: &Document<'_>,
+    is_of_cells: bool,
+    grid: &Grid,
+) -> Result<Option<Placement>> {
     if document.origin.is_none() && document.direction.is_none() {
         return Ok(None);
     }
@@ -60,7 +67,7 @@ fn placement(source: &Source, document: &Document<'_>, grid: &Grid) -> Result<Op
     let origin = DVec3::from_array(document.origin.unwrap_or_default());
     let zero = Affine { steps, origin }.placement(source, Space::Other)?;
     let [x, _, y, _, z, _] = document.extent.unwrap_or_default();
-    let to_middle = if document.points.shown().is_some() { 0.0 } else { 0.5 };
+    let to_middle = if is_of_cells { 0.5 } else { 0.0 };
     let first = DVec3::new(x as f64, y as f64, z as f64) + to_middle;
     Ok(Some(zero.moved_to(first, grid)))
 }
