@@ -17,6 +17,7 @@ mod raw;
 mod series;
 mod source;
 mod tiff_stack;
+mod units;
 mod voxels;
 mod vti;
 mod write;

@@ -5,6 +5,7 @@ use super::header::Header;
 use crate::Result;
 use crate::volume::Source;
 use crate::volume::affine::Affine;
+use crate::volume::units::symbol;
 use fovol_core::{Placement, Space};
 use glam::DVec3;
 
@@ -25,12 +26,7 @@ pub fn units(header: &Header) -> Option<String> {
     let text = header.get("spaceunits").or_else(|| header.get("units"))?;
     let mut units = text.split('"').map(str::trim).filter(|word| !word.is_empty());
     let first = units.next()?;
-    let symbol = match first {
-        "millimeter" | "millimeters" => "mm",
-        "um" | "micron" | "microns" | "micrometer" => "µm",
-        other => other,
-    };
-    units.all(|unit| unit == first).then(|| symbol.to_owned())
+    units.all(|unit| unit == first).then(|| symbol(first).to_owned())
 }
 
 /// The ways to the next voxel along x, y and z; an axis that the array lacks has none.
