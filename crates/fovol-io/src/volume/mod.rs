@@ -15,9 +15,11 @@ mod overrides;
 mod payload;
 mod raw;
 mod series;
+mod slice_folder;
 mod source;
 mod tiff_stack;
 mod units;
+mod unpacked;
 mod voxels;
 mod vti;
 mod write;
@@ -47,6 +49,9 @@ pub fn read(path: &Path, overrides: &Overrides) -> Result<Volume> {
 /// # Errors
 /// As [`read`].
 pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
+    if let Some(unpacked) = unpacked::unpacked(source)? {
+        return parse(&unpacked, overrides);
+    }
     let volume = match format::parser_of(source)? {
         Some(parser) => parser(source, overrides)?,
         None => raw::parse(source, overrides)?,

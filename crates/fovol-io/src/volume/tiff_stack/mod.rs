@@ -3,7 +3,7 @@
 mod directories;
 mod hyperstack;
 mod imagej;
-mod natural_order;
+pub(super) mod natural_order;
 mod ome;
 mod one_page;
 mod pages;

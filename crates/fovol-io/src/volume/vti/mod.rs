@@ -16,6 +16,30 @@ use glam::DVec3;
 use std::sync::Arc;
 pub use write::write;
 
+/// How far into a file its first element is looked for: comments may come before.
+const LOOKED_AT: usize = 1 << 10;
+
+/// Whether `bytes` begin as VTK's XML files do.
+pub fn is_vtk_xml(bytes: &[u8]) -> bool {
+    first_element(bytes).is_some()
+}
+
+/// Whether `bytes` begin as VTK's XML files of image data do.
+pub fn is_vti(bytes: &[u8]) -> bool {
+    first_element(bytes)
+        .is_some_and(|element| element.contains("\"ImageData\"") || element.contains("'ImageData'"))
+}
+
+/// The text of the element `VTKFile` at the start of `bytes`.
+fn first_element(bytes: &[u8]) -> Option<String> {
+    let start = String::from_utf8_lossy(&bytes[..bytes.len().min(LOOKED_AT)]).into_owned();
+    if !start.trim_start_matches('\u{feff}').trim_start().starts_with('<') {
+        return None;
+    }
+    let element = &start[start.find("<VTKFile")?..];
+    Some(element[..element.find('>')?].to_owned())
+}
+
 /// Reads a `.vti` file: the chosen array, else the scalars of its points, else of its cells.
 ///
 /// # Errors
