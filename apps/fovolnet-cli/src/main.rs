@@ -98,7 +98,8 @@ fn main() -> ExitCode {
         }
         Err(error) => {
             eprintln!("error: {}", fovolnet::one_line(error.as_ref()));
-            ExitCode::from(1)
+            let is_usage = matches!(error.downcast_ref(), Some(fovolnet::Error::Contradiction(_)));
+            ExitCode::from(if is_usage { 2 } else { 1 })
         }
     }
 }

@@ -89,7 +89,7 @@ fn doubtful_dims_are_noted() {
     let named = folder.file("scan_8x8x8_uint8.raw", &scan[..512]);
     assert_eq!(notes(&["info", &named]), "");
     let said = notes(&["info", &named, "--dims", "8,16,4", "--dtype", "u8"]);
-    assert_eq!(said, "note: --dims 8,16,4 contradicts the file's name, 8x8x8\n");
+    assert_eq!(said, format!("note: {named}: --dims 8,16,4 contradicts the file's name, 8x8x8\n"));
     let longer = folder.file("scan.raw", &scan);
     let dims = ["--dims", "8,8,8", "--dtype", "u8"];
     let said = render(&longer, &out, &dims);
@@ -122,17 +122,64 @@ fn pictures_that_show_nothing_are_explained() {
     assert!(!render("head", &out, &SMALL_HEAD).contains("nothing shows"));
 }
 
+/// The report of rendering the small head with `more`.
+fn report(folder: &Folder, more: &[&str]) -> serde_json::Value {
+    let out = folder.at("out");
+    let begin = ["render", "head", "-o", &out, "--size", "48x32", "--json", "-"];
+    let done = run(&[&begin[..], more, &SMALL_HEAD].concat());
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    serde_json::from_slice(&done.stdout).unwrap()
+}
+
 #[test]
-fn better_fillings_are_hinted_at_where_none_was_chosen() {
+fn one_frame_is_marched_in_full_and_clips_are_reconstructed() {
     let folder = Folder::new();
-    let said = |more: &[&str]| render("head", &folder.at("out"), &[more, &SMALL_HEAD].concat());
-    let hint = said(&[]);
-    assert!(
-        hint.contains(" % of the pixels were marched and filled by pull-push; --reconstruct wnet"),
-        "{hint}"
-    );
-    for chosen in [["--sampling", "full"], ["--reconstruct", "pull-push"], ["--keep", "mask"]] {
-        assert!(!said(&chosen).contains("--reconstruct wnet"), "{chosen:?}");
+    for (words, sampling, reconstruct) in [
+        (&[][..], "full", "none"),
+        (&["--frames", "2"], "compact", "wnet"),
+        (&["--pb", "0.1"], "compact", "wnet"),
+        (&["--gaze", "0.3,0.3"], "compact", "wnet"),
+        (&["--reconstruct", "linear"], "compact", "linear"),
+        (&["--reconstruct", "none"], "full", "none"),
+        (&["--keep", "frame,mask"], "compact", "wnet"),
+        (&["--weights", "wnet-fast"], "compact", "wnet"),
+        (&["--random-weights", "deepfovea-fvn"], "compact", "deepfovea"),
+        (&["--sampling", "auto", "--frames", "2"], "compact", "wnet"),
+        (&["--sampling", "full", "--frames", "2"], "full", "none"),
+    ] {
+        let report = report(&folder, words);
+        assert_eq!(
+            (&report["sampling"], &report["reconstruct"]),
+            (&sampling.into(), &reconstruct.into()),
+            "{words:?}"
+        );
+    }
+}
+
+#[test]
+fn flags_that_exclude_each_other_are_refused() {
+    let folder = Folder::new();
+    let out = folder.at("out");
+    for words in [
+        &["--reconstruct", "pull-push", "--weights", "wnet-fast"][..],
+        &["--reconstruct", "deepfovea", "--weights", "wnet-fast"],
+        &["--reconstruct", "none", "--random-weights", "wnet-fast"],
+        &["--weights", "wnet-fast", "--random-weights", "wnet-fast"],
+        &["--sampling", "full", "--reconstruct", "wnet"],
+        &["--sampling", "full", "--weights", "wnet-fast"],
+        &["--path", "orbit", "--turn", "90"],
+        &["--path", "flythrough", "--view", "left"],
+        &["--path", "orbit", "--camera", "0,0,3,0,0,0,35"],
+    ] {
+        let done = run(&[&["render", "head", "-o", &out], words, &SMALL_HEAD].concat());
+        let said = String::from_utf8(done.stderr).unwrap();
+        assert_eq!(done.status.code(), Some(2), "{words:?}: {said}");
+        assert!(said.starts_with("error: ") && said.lines().count() == 1, "{words:?}: {said}");
+        assert!(!folder.path("out").exists());
+    }
+    for words in [&["--weights", "nothing.safetensors"][..], &["--weights", "wnet-fst", "--frames", "2"]] {
+        let done = run(&[&["render", "head", "-o", &out], words, &SMALL_HEAD].concat());
+        assert_eq!(done.status.code(), Some(1), "{words:?}");
     }
 }
 

@@ -29,6 +29,8 @@ impl Course {
 pub(crate) enum Way {
     /// The path that the session holds.
     Keyframes,
+    /// Once around the volume, all of it in the frame.
+    Turntable,
     /// The usual orbit.
     Orbit,
     /// The usual fly-through.
@@ -43,6 +45,7 @@ impl Way {
     fn name(self) -> &'static str {
         match self {
             Self::Keyframes => "along the keyframes",
+            Self::Turntable => "turntable",
             Self::Orbit => "orbit",
             Self::Flythrough => "fly-through",
             Self::OrbitFromHere => "orbit from here",
@@ -62,15 +65,16 @@ pub(crate) struct CourseChoice {
 
 impl CourseChoice {
     /// For a session that says `render`, which is looked at from `camera`. It begins with the session's path; where it has none
-    /// and somebody has left the usual orbit, with an orbit from there: the view itself would be the same picture again and
+    /// and somebody has left the turntable, with an orbit from there: the view itself would be the same picture again and
     /// again.
     pub fn new(render: &RenderSettings, camera: Camera) -> Self {
         let way = match render.path.as_deref() {
+            Some("turntable") => Way::Turntable,
             Some("orbit") => Way::Orbit,
             Some("flythrough") => Way::Flythrough,
             Some(_) => Way::Keyframes,
             None if render.camera.is_some() => Way::OrbitFromHere,
-            None => Way::Orbit,
+            None => Way::Turntable,
         };
         Self { way, camera, path: render.path.clone().filter(|_| way == Way::Keyframes) }
     }
@@ -78,7 +82,8 @@ impl CourseChoice {
     /// Where the camera goes in a clip of `frames` frames.
     pub fn course(&self, frames: u32) -> Course {
         match self.way {
-            Way::Keyframes => Course::Path(self.path.clone().unwrap_or_else(|| "orbit".into())),
+            Way::Keyframes => Course::Path(self.path.clone().unwrap_or_else(|| "turntable".into())),
+            Way::Turntable => Course::Path("turntable".into()),
             Way::Orbit => Course::Path("orbit".into()),
             Way::Flythrough => Course::Path("flythrough".into()),
             Way::OrbitFromHere => Course::Path(orbit_from(&self.camera, frames)),
@@ -94,7 +99,7 @@ impl CourseChoice {
     /// A list to choose from.
     pub fn ui(&mut self, ui: &mut Ui) {
         let keyframes = self.path.is_some().then_some(Way::Keyframes);
-        let others = [Way::Orbit, Way::Flythrough, Way::OrbitFromHere, Way::Still];
+        let others = [Way::Turntable, Way::Orbit, Way::Flythrough, Way::OrbitFromHere, Way::Still];
         let label = ui.label("Camera").id;
         let list = ComboBox::from_id_salt("course").selected_text(self.way.name()).show_ui(ui, |ui| {
             for way in keyframes.into_iter().chain(others) {
@@ -136,7 +141,7 @@ mod tests {
     #[test]
     fn an_orbit_from_here_begins_here_and_goes_round_evenly() {
         let settings = RenderSettings { path: Some(orbit_from(&camera(), 100)), ..RenderSettings::default() };
-        let path = camera_path(&settings).unwrap();
+        let path = camera_path(&settings, crate::opened::tests::opened().world()).unwrap();
         assert!((path.camera(0).eye - camera().eye).length() < 1e-9);
         assert!((path.camera(100).eye - camera().eye).length() < 1e-9);
         let arm = |i| path.camera(i).eye - camera().target;
@@ -156,7 +161,8 @@ mod tests {
             CourseChoice::new(&render, self::camera()).way
         };
         let free = Some(navigation::numbers(&camera()));
-        assert_eq!(way(None, None), Way::Orbit);
+        assert_eq!(way(None, None), Way::Turntable);
+        assert_eq!(way(Some("orbit"), None), Way::Orbit);
         assert_eq!(way(None, free), Way::OrbitFromHere);
         assert_eq!(way(Some("flythrough"), free), Way::Flythrough);
         assert_eq!(way(Some("[[keyframe]]"), free), Way::Keyframes);

@@ -50,14 +50,14 @@ impl Export {
         let render = &mut session.render;
         render.size = Some(self.size);
         if self.is_full {
-            render.sampling = Some(Sampling::Full);
+            render.sampling = Some(Sampling::Full.into());
         }
         render.transparent = None;
         match &self.kind {
             Kind::Picture { is_transparent } => {
                 render.frames = None;
                 if *is_transparent {
-                    (render.transparent, render.sampling) = (Some(true), Some(Sampling::Full));
+                    (render.transparent, render.sampling) = (Some(true), Some(Sampling::Full.into()));
                 }
             }
             Kind::Video { course, frames, .. } => {

@@ -41,8 +41,7 @@ impl LayoutForm {
             dtype: Some(self.dtype),
             endian: Some(self.endian),
             spacing: (self.spacing != [1.0; 3]).then_some(self.spacing),
-            range: None,
-            downsample: None,
+            ..VolumeSettings::default()
         }
     }
 

@@ -47,25 +47,14 @@ fn label(painter: &Painter, at: Pos2, anchor: Align2, text: &str) {
     painter.text(at, anchor, text, font, Color32::WHITE);
 }
 
-/// The edges of the part of the volume's box within `sides`, as fractions of it.
-pub fn bounding_box(
-    painter: &Painter,
-    projection: &Projection,
-    grid: &Grid,
-    sides: [f64; 6],
-    colour: Color32,
-) {
-    let extent = grid.world_extent();
-    let corner = |i: usize| {
-        let side = |axis: usize| sides[2 * axis + (i >> axis & 1)] - 0.5;
-        extent * DVec3::new(side(0), side(1), side(2))
-    };
+/// The edges of the box with these `corners` in the world; bit a of a corner's number is its end along axis a.
+pub fn bounding_box(painter: &Painter, projection: &Projection, corners: [DVec3; 8], colour: Color32) {
     for i in 0..8usize {
         for bit in 0..3 {
             if i >> bit & 1 == 1 {
                 continue;
             }
-            let ends = [corner(i), corner(i | 1 << bit)].map(|end| projection.project(end));
+            let ends = [corners[i], corners[i | 1 << bit]].map(|end| projection.project(end));
             if let [Some(from), Some(to)] = ends {
                 painter.line_segment([from, to], Stroke::new(1.0, colour));
             }
@@ -76,9 +65,20 @@ pub fn bounding_box(
 /// The size of [`axes`] on the screen.
 pub const AXES: f32 = 64.0;
 
-/// The axes of the volume as they lie, in the middle of `rect`; the ends that can be clicked, with the direction to look
+/// The names of the ends of [`axes`]: x, y, z and −x, −y, −z. Empty ends have no name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct AxisNames([&'static str; 6]);
+
+impl AxisNames {
+    /// The axes of a grid.
+    pub const GRID: Self = Self(["x", "y", "z", "", "", ""]);
+    /// The sides of a patient: left, superior, anterior, right, inferior, posterior.
+    pub const PATIENT: Self = Self(["L", "S", "A", "R", "I", "P"]);
+}
+
+/// The axes of the world as they lie, in the middle of `rect`; the ends that can be clicked, with the direction to look
 /// from.
-pub fn axes(painter: &Painter, camera: &Camera, rect: Rect) -> [(Pos2, DVec3, [i8; 3]); 6] {
+pub fn axes(painter: &Painter, camera: &Camera, rect: Rect, names: AxisNames) -> [(Pos2, DVec3, [i8; 3]); 6] {
     let (forward, right, up) = camera.axes();
     let directions =
         [[1, 0, 0], [0, 1, 0], [0, 0, 1], [-1, 0, 0], [0, -1, 0], [0, 0, -1]].map(|direction: [i8; 3]| {
@@ -96,14 +96,14 @@ pub fn axes(painter: &Painter, camera: &Camera, rect: Rect) -> [(Pos2, DVec3, [i
             Color32::from_rgb(110, 200, 90),
             Color32::from_rgb(90, 140, 245),
         ][along];
-        if direction.iter().sum::<i8>() > 0 {
+        let is_ahead = direction.iter().sum::<i8>() > 0;
+        let name = names.0[if is_ahead { along } else { along + 3 }];
+        let colour = if is_ahead { colour } else { colour.gamma_multiply(0.6) };
+        if is_ahead {
             line(painter, rect.center(), end, 2.0, colour);
-            painter.circle_filled(end, 7.0, colour);
-            let name = ["x", "y", "z"][along];
-            painter.text(end, Align2::CENTER_CENTER, name, FontId::proportional(11.0), Color32::BLACK);
-        } else {
-            painter.circle_filled(end, 3.5, colour.gamma_multiply(0.6));
         }
+        painter.circle_filled(end, if name.is_empty() { 3.5 } else { 7.0 }, colour);
+        painter.text(end, Align2::CENTER_CENTER, name, FontId::proportional(11.0), Color32::BLACK);
     }
     directions
 }
@@ -114,8 +114,8 @@ fn round_length(most: f64) -> f64 {
     [5.0, 2.0, 1.0].into_iter().map(|digit| digit * power).find(|&length| length <= most).unwrap_or(power)
 }
 
-/// A bar as long as something at the target of `camera`, in the units of the volume's spacing.
-pub fn scale_bar(painter: &Painter, camera: &Camera, grid: &Grid, rect: Rect) {
+/// A bar as long as something at the target of `camera`, in the `units` of the volume's spacing.
+pub fn scale_bar(painter: &Painter, camera: &Camera, grid: &Grid, units: Option<&str>, rect: Rect) {
     // World units are such that the longest side is 1: what of it is a unit of the file?
     let unit = grid.voxel_size().x / grid.spacing()[0];
     let points_a_unit = f64::from(rect.height()) / visible_height(camera) * unit;
@@ -130,7 +130,7 @@ pub fn scale_bar(painter: &Painter, camera: &Camera, grid: &Grid, rect: Rect) {
     for end in [from, to] {
         line(painter, end - vec2(0.0, 4.0), end + vec2(0.0, 4.0), 2.0, Color32::WHITE);
     }
-    let unit = if grid.spacing() == [1.0; 3] { "voxels" } else { "units" };
+    let unit = units.unwrap_or(if grid.spacing() == [1.0; 3] { "voxels" } else { "units" });
     label(
         painter,
         from.lerp(to, 0.5) - vec2(0.0, 5.0),

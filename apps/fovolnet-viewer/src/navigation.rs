@@ -57,7 +57,7 @@ pub fn visible_height(camera: &Camera) -> f64 {
 
 /// The numbers that settings take for `camera`.
 pub fn numbers(camera: &Camera) -> [f64; 7] {
-    let Camera { eye, target, fovy } = camera;
+    let Camera { eye, target, fovy, .. } = camera;
     [eye.x, eye.y, eye.z, target.x, target.y, target.z, *fovy]
 }
 

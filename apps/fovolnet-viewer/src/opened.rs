@@ -6,8 +6,10 @@ use crate::transfer_editor::TransferEditor;
 use anyhow::Result;
 use fovolnet::core::{Camera, CameraPath, FrameSize, Keyframe, TransferFunction};
 use fovolnet::{
-    OpenVolume, Reconstruction, RenderSettings, VolumeSettings, camera_path, open_volume, path_text, presets,
+    Choice, NamedView, OpenVolume, Orientation, RenderSettings, Sampling, VolumeSettings, WorldBox,
+    camera_path, open_volume, path_text, presets,
 };
+use glam::DVec3;
 use std::path::Path;
 
 /// A volume that is open, and how it is looked at.
@@ -22,8 +24,31 @@ pub struct Opened {
     /// What is selected of the transfer function.
     pub editor: TransferEditor,
     transfer: (Option<String>, TransferFunction),
-    path: (Option<String>, CameraPath),
+    path: CameraPath,
+    /// What the path was found from last.
+    path_words: Option<PathWords>,
+    world: WorldBox,
 }
+
+/// What the path of a session follows from, besides its volume.
+#[derive(Debug, Clone, PartialEq)]
+struct PathWords {
+    path: Option<String>,
+    turn: Option<f64>,
+    view: Option<NamedView>,
+    orientation: Option<Orientation>,
+    clip: Option<[f64; 6]>,
+}
+
+impl PathWords {
+    fn of(settings: &RenderSettings) -> Self {
+        let RenderSettings { path, turn, view, orientation, clip, .. } = settings.clone();
+        Self { path, turn, view, orientation, clip }
+    }
+}
+
+/// Frames of the paths that have no last one, and of one round of the turntable.
+const ROUND: u32 = 500;
 
 impl Opened {
     /// Opens `source`: a volume, or a session (`.toml`), with `read` and `render` on top.
@@ -35,7 +60,7 @@ impl Opened {
         let document = if path.extension().is_some_and(|extension| extension == "toml") {
             Document::open(path, read, render)?
         } else {
-            let reconstruct = render.reconstruct.or(Some(Reconstruction::WNet));
+            let reconstruct = Some(render.reconstruction());
             Document::new(source, read, RenderSettings { reconstruct, ..render })?
         };
         Self::of_document(document)
@@ -69,16 +94,20 @@ impl Opened {
             }
         };
         let transfer = (document.settings().tf.clone(), transfer);
+        let usual = RenderSettings { frames: Some(ROUND), ..RenderSettings::default() };
+        let world = WorldBox::new(&volume.volume, &usual)?;
         let mut opened = Self {
             document,
             volume,
             backdrop,
             editor: TransferEditor::default(),
             transfer,
-            path: (None, CameraPath::Orbit),
+            path: camera_path(&usual, &world)?,
+            path_words: None,
+            world,
         };
         if let Err(error) = opened.refresh() {
-            notes.push(format!("{error}; the usual orbit is shown instead"));
+            notes.push(format!("{error}; the usual turntable is shown instead"));
         }
         Ok((opened, notes))
     }
@@ -96,12 +125,20 @@ impl Opened {
             self.transfer.0 = text;
             self.transfer.1 = found?;
         }
-        let settings = self.document.settings();
-        if settings.path != self.path.0 {
-            self.path.0 = settings.path.clone();
-            self.path.1 = camera_path(&RenderSettings { camera: None, ..settings.clone() })?;
+        let words = PathWords::of(self.document.settings());
+        if self.path_words.as_ref() != Some(&words) {
+            self.path_words = Some(words);
+            let settings = self.document.settings().clone();
+            let settings = RenderSettings { camera: None, frames: Some(ROUND), ..settings };
+            let world = WorldBox::new(&self.volume.volume, &settings)?;
+            (self.path, self.world) = (camera_path(&settings, &world)?, world);
         }
         Ok(())
+    }
+
+    /// How the volume stands in the world.
+    pub fn world(&self) -> &WorldBox {
+        &self.world
     }
 
     /// The transfer function in force.
@@ -117,7 +154,7 @@ impl Opened {
 
     /// The path of the session, wherever somebody stands.
     pub fn path(&self) -> &CameraPath {
-        &self.path.1
+        &self.path
     }
 
     /// The frame of the path that is shown, or would be.
@@ -136,16 +173,15 @@ impl Opened {
     pub fn path_length(&self) -> u32 {
         match self.path() {
             CameraPath::Keyframes(keys) => keys.last().map_or(1, |key| key.frame.ceil() as u32 + 1),
-            _ => 500,
+            _ => ROUND,
         }
     }
 
     /// From where the volume is seen now.
     pub fn camera(&self) -> Camera {
         let free = self.document.settings().camera;
-        let free = free.and_then(|numbers| {
-            let settings = RenderSettings { camera: Some(numbers), ..RenderSettings::default() };
-            camera_path(&settings).ok().map(|path| path.camera(0))
+        let free = free.and_then(|[ex, ey, ez, tx, ty, tz, fovy]| {
+            Camera::new(DVec3::new(ex, ey, ez), DVec3::new(tx, ty, tz), fovy).ok()
         });
         free.unwrap_or_else(|| self.path().camera(self.frame()))
     }
@@ -163,7 +199,7 @@ impl Opened {
         }
     }
 
-    /// Makes a path of `keyframes`, in any order; the usual orbit of none.
+    /// Makes a path of `keyframes`, in any order; the usual turntable of none.
     pub fn set_keyframes(&mut self, mut keyframes: Vec<Keyframe>) {
         keyframes.sort_by(|a, b| a.frame.total_cmp(&b.frame));
         keyframes.dedup_by(|later, earlier| later.frame == earlier.frame);
@@ -183,16 +219,23 @@ impl Opened {
 
     /// What the renderer is asked for, at `size` on the screen.
     pub fn screen_settings(&self, size: FrameSize) -> RenderSettings {
+        let settings = self.document.settings();
         RenderSettings {
             size: Some(size),
             tf: Some(presets::text(self.transfer())),
+            // Pictures in motion are sparse unless a session says otherwise.
+            sampling: settings
+                .sampling
+                .and_then(Choice::fixed)
+                .or(Some(Sampling::Compact))
+                .map(Choice::Fixed),
             frames: None,
             first_frame: None,
             path: None,
             camera: None,
             gaze: None,
             transparent: None,
-            ..self.document.settings().clone()
+            ..settings.clone()
         }
     }
 }
@@ -223,7 +266,7 @@ pub(crate) mod tests {
         opened.go_to(20);
         assert_ne!(opened.camera(), first);
         opened.set_keyframes(Vec::new());
-        assert_eq!(opened.path(), &CameraPath::Orbit);
+        assert!(matches!(opened.path(), CameraPath::Turntable { .. }));
     }
 
     #[test]
@@ -249,6 +292,6 @@ pub(crate) mod tests {
         let (opened, notes) =
             Opened::open(source, VolumeSettings::default(), RenderSettings::default()).unwrap();
         assert_eq!(notes.len(), 2, "{notes:?}");
-        assert_eq!(opened.path(), &CameraPath::Orbit);
+        assert!(matches!(opened.path(), CameraPath::Turntable { .. }));
     }
 }

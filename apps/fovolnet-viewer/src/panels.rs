@@ -13,7 +13,7 @@ use eframe::egui::{
     Ui, pos2, vec2,
 };
 use fovolnet::core::{Fovea, Light, ShadowMode, SurfaceShading};
-use fovolnet::{Reconstruction, RenderSettings, Sampling, Timings};
+use fovolnet::{Choice, NamedView, Orientation, Reconstruction, RenderSettings, Sampling, Timings};
 use glam::{DVec3, Vec3};
 use std::collections::VecDeque;
 use std::f32::consts::{FRAC_PI_2, TAU};
@@ -49,6 +49,30 @@ pub fn scene(ui: &mut Ui, settings: &mut RenderSettings) {
         let mut colour = settings.background.unwrap_or_default();
         if colour_button(ui, &mut colour) {
             settings.background = Some(colour);
+        }
+    });
+}
+
+/// How the volume stands, where its file says how the patient lies, and the sides to look from.
+pub fn standing(ui: &mut Ui, settings: &mut RenderSettings, has_placement: bool) {
+    ui.horizontal(|ui| {
+        ui.label("Orientation");
+        ui.add_enabled_ui(has_placement, |ui| {
+            for (choice, name) in
+                [(None, "auto"), (Some(Orientation::Grid), "grid"), (Some(Orientation::Patient), "patient")]
+            {
+                ui.selectable_value(&mut settings.orientation, choice, name);
+            }
+        });
+    });
+    ui.horizontal_wrapped(|ui| {
+        ui.label("View");
+        for view in NamedView::ALL {
+            let is_shown = settings.view == Some(view) && settings.camera.is_none();
+            if ui.selectable_label(is_shown, view.name()).clicked() {
+                (settings.view, settings.camera, settings.path) = (Some(view), None, None);
+                settings.first_frame = None;
+            }
         }
     });
 }
@@ -159,9 +183,11 @@ pub fn sampling(ui: &mut Ui, settings: &mut RenderSettings, gaze: &mut GazeKind)
             }
         }
     });
-    let mut how = settings.sampling();
-    choice(ui, "Sampling", &mut how, &Sampling::ALL, Sampling::name);
-    set(&mut settings.sampling, how);
+    let mut how = settings.sampling.unwrap_or(Choice::Auto);
+    let ways: Vec<Choice<Sampling>> =
+        std::iter::once(Choice::Auto).chain(Sampling::ALL.map(Choice::Fixed)).collect();
+    choice(ui, "Sampling", &mut how, &ways, |way| way.to_string());
+    settings.sampling = (how != Choice::Auto).then_some(how);
     let mut reconstruct = settings.reconstruction();
     let ways: Vec<Reconstruction> = ["none", "pull-push", "linear", "wnet", "deepfovea"]
         .iter()

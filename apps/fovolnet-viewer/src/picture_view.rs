@@ -1,6 +1,6 @@
 //! The picture, and what hands do to it.
 
-use crate::marks::{self, Projection};
+use crate::marks::{self, AxisNames, Projection};
 use crate::navigation;
 use crate::opened::Opened;
 use eframe::egui::{Color32, Key, PointerButton, Rect, Response, Sense, Shape, Ui, Vec2, vec2};
@@ -99,14 +99,15 @@ fn fly(ui: &Ui, opened: &mut Opened) {
 /// Draws box, axes, scales and gaze over the picture of `camera` in `rect`; a click on an axis turns the view.
 pub fn marks(ui: &mut Ui, opened: &mut Opened, camera: &Camera, gaze: Option<[f64; 2]>, rect: Rect) {
     let painter = ui.painter_at(rect);
-    let grid = *opened.volume.volume.grid();
+    let volume = std::sync::Arc::clone(&opened.volume.volume);
+    let (grid, world) = (volume.grid(), *opened.world());
     let projection = Projection::new(*camera, rect);
     let faint = Color32::from_white_alpha(70);
-    marks::bounding_box(&painter, &projection, &grid, [0.0, 1.0, 0.0, 1.0, 0.0, 1.0], faint);
-    if let Some(sides) = opened.document.settings().clip {
-        marks::bounding_box(&painter, &projection, &grid, sides, Color32::from_rgb(255, 190, 90));
+    marks::bounding_box(&painter, &projection, world.whole_corners(), faint);
+    if opened.document.settings().clip.is_some() {
+        marks::bounding_box(&painter, &projection, world.shown_corners(), Color32::from_rgb(255, 190, 90));
     }
-    marks::scale_bar(&painter, camera, &grid, rect);
+    marks::scale_bar(&painter, camera, grid, volume.units(), rect);
     marks::colour_bar(&painter, opened.transfer(), opened.backdrop.histogram().range(), rect);
     if let Some(gaze) = gaze {
         let sigma = opened.document.settings().sigma.unwrap_or(0.02);
@@ -114,7 +115,8 @@ pub fn marks(ui: &mut Ui, opened: &mut Opened, camera: &Camera, gaze: Option<[f6
     }
     let corner = rect.right_top() + vec2(-marks::AXES - 12.0, 12.0);
     let axes = Rect::from_min_size(corner, Vec2::splat(marks::AXES));
-    for (end, _, direction) in marks::axes(&painter, camera, axes) {
+    let names = if world.is_patient() { AxisNames::PATIENT } else { AxisNames::GRID };
+    for (end, _, direction) in marks::axes(&painter, camera, axes, names) {
         let id = ui.unique_id().with(("axis", direction));
         let response = ui.interact(Rect::from_center_size(end, Vec2::splat(14.0)), id, Sense::click());
         if response.clicked() {

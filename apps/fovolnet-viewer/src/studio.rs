@@ -353,6 +353,7 @@ mod tests {
         let settings = RenderSettings {
             size: Some("64x48".parse().unwrap()),
             reconstruct: Some(Reconstruction::WNet),
+            path: Some("orbit".into()),
             ..RenderSettings::default()
         };
         Wanted {

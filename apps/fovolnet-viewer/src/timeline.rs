@@ -152,12 +152,13 @@ fn path_choice(ui: &mut Ui, opened: &mut Opened) {
     let name = match opened.path() {
         CameraPath::Orbit => "orbit",
         CameraPath::Flythrough => "flythrough",
+        CameraPath::Turntable { .. } => "turntable",
         CameraPath::Still(_) => "still",
         CameraPath::Keyframes(_) => "keyframes",
     };
     let label = ui.label("Path").id;
     let list = ComboBox::from_id_salt("path").selected_text(name).width(90.0).show_ui(ui, |ui| {
-        for ready in ["orbit", "flythrough"] {
+        for ready in ["turntable", "orbit", "flythrough"] {
             if ui.selectable_label(name == ready, ready).clicked() {
                 opened.document.settings_mut().path = Some(ready.into());
                 opened.go_to(0);

@@ -1,8 +1,8 @@
 use crate::{Error, FrameSize, Grid, Result};
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 
-/// A pinhole camera in world space; +y is up.
+/// A pinhole camera, in world space unless it was [turned](Self::turned); +y is up there.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Camera {
     /// Where the eye is.
@@ -11,6 +11,9 @@ pub struct Camera {
     pub target: DVec3,
     /// The vertical field of view in degrees, above 0 and below 180.
     pub fovy: f64,
+    /// The turn from the space of `eye` and `target` to world space, where +y is up: an orthogonal matrix.
+    #[serde(skip)]
+    pub upright: DMat3,
 }
 
 /// A ray clipped to the box of a volume; `direction` has length 1, distances are world units.
@@ -111,9 +114,26 @@ impl Camera {
     /// # Errors
     /// Numbers that are not finite, an eye on its target, a field of view outside (0, 180).
     pub fn new(eye: DVec3, target: DVec3, fovy: f64) -> Result<Self> {
-        let camera = Self { eye, target, fovy };
+        let camera = Self::at(eye, target, fovy);
         camera.check()?;
         Ok(camera)
+    }
+
+    /// A camera in world space whose numbers are known to be sound; [`Self::new`] checks them.
+    pub const fn at(eye: DVec3, target: DVec3, fovy: f64) -> Self {
+        Self { eye, target, fovy, upright: DMat3::IDENTITY }
+    }
+
+    /// The camera in another space, to which the orthogonal matrix `turn` leads: it sees there what this one sees
+    /// here. A mirroring `turn` makes a mirrored camera, so that pictures of a mirrored volume are not.
+    #[must_use]
+    pub fn turned(&self, turn: &DMat3) -> Self {
+        Self {
+            eye: *turn * self.eye,
+            target: *turn * self.target,
+            fovy: self.fovy,
+            upright: self.upright * turn.transpose(),
+        }
     }
 
     /// Whether the camera can be used; see [`Self::new`].
@@ -141,16 +161,17 @@ impl Camera {
     pub fn on_sphere(azimuth: f64, elevation: f64, distance: f64, fovy: f64) -> Self {
         let (a, e) = (azimuth.to_radians(), elevation.to_radians());
         let eye = DVec3::new(a.sin() * e.cos(), e.sin(), a.cos() * e.cos()) * distance;
-        Self { eye, target: DVec3::ZERO, fovy }
+        Self::at(eye, DVec3::ZERO, fovy)
     }
 
-    /// The unit vectors (forward, right, up); right = forward × +y. Looking straight up or down,
+    /// The unit vectors (forward, right, up); in world space right = forward × +y. Looking straight up or down,
     /// where that is undefined, right is +x.
     pub fn axes(&self) -> (DVec3, DVec3, DVec3) {
-        let forward = (self.target - self.eye).normalize();
+        let forward = (self.upright * (self.target - self.eye)).normalize();
         let right = forward.cross(DVec3::Y);
         let right = if right.length_squared() < 1e-18 { DVec3::X } else { right.normalize() };
-        (forward, right, right.cross(forward))
+        let back = self.upright.transpose();
+        (back * forward, back * right, back * right.cross(forward))
     }
 
     /// The camera prepared for frames of `size`.
@@ -174,6 +195,25 @@ mod tests {
         assert!((rays.ray(50, 25).direction - DVec3::NEG_Z).length() < 1e-12);
         assert!(rays.ray(100, 25).direction.x > 0.0);
         assert!(rays.ray(50, 0).direction.y > 0.0);
+    }
+
+    #[test]
+    fn turned_cameras_see_what_they_saw() {
+        let turns = [
+            DMat3::from_cols(DVec3::NEG_Z, DVec3::X, DVec3::NEG_Y),
+            DMat3::from_diagonal(DVec3::new(-1.0, 1.0, 1.0)),
+        ];
+        let size = FrameSize::new(40, 30).unwrap();
+        for camera in [Camera::on_sphere(30.0, 20.0, 2.0, 40.0), Camera::on_sphere(0.0, 90.0, 2.0, 40.0)] {
+            for turn in turns {
+                let turned = camera.turned(&turn);
+                let [here, there] = [camera, turned].map(|camera| camera.rays(size).ray(3, 7));
+                assert!((turn * here.direction - there.direction).length() < 1e-12);
+                assert!((turn * here.origin - there.origin).length() < 1e-12);
+                let back = turned.turned(&turn.transpose());
+                assert!((back.eye - camera.eye).length() < 1e-12);
+            }
+        }
     }
 
     #[test]

@@ -1,5 +1,5 @@
 use crate::{Camera, Error, Result};
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
@@ -25,6 +25,13 @@ pub enum CameraPath {
     Flythrough,
     /// One camera for every frame.
     Still(Camera),
+    /// Turns about the vertical axis through the target.
+    Turntable {
+        /// The camera of frame 0.
+        start: Camera,
+        /// The azimuth that a frame adds, in degrees; +z turns towards +x.
+        degrees: f64,
+    },
     /// Cameras at given frames, Catmull–Rom between them; still before the first and after the last.
     Keyframes(Vec<Keyframe>),
 }
@@ -65,6 +72,10 @@ impl CameraPath {
                 FOVY,
             ),
             Self::Still(camera) => *camera,
+            Self::Turntable { start, degrees } => {
+                let turn = DQuat::from_rotation_y((degrees * frame).to_radians());
+                Camera { eye: start.target + turn * (start.eye - start.target), ..*start }
+            }
             Self::Keyframes(keys) => between(keys, frame),
         }
     }
@@ -83,11 +94,11 @@ fn between(keys: &[Keyframe], frame: f64) -> Camera {
     let cameras = [at(left - 1), at(left), at(left + 1), at(left + 2)];
     let (a, b) = (keys[after - 1].frame, keys[after].frame);
     let f = (frame - a) / (b - a);
-    let camera = Camera {
-        eye: catmull_rom(cameras.map(|c| c.eye), f),
-        target: catmull_rom(cameras.map(|c| c.target), f),
-        fovy: cameras[1].fovy + f * (cameras[2].fovy - cameras[1].fovy),
-    };
+    let camera = Camera::at(
+        catmull_rom(cameras.map(|c| c.eye), f),
+        catmull_rom(cameras.map(|c| c.target), f),
+        cameras[1].fovy + f * (cameras[2].fovy - cameras[1].fovy),
+    );
     // A spline may swing the eye through its target; hold the last keyframe's camera rather than divide by zero.
     if camera.check().is_ok() { camera } else { *cameras[1] }
 }
@@ -111,6 +122,16 @@ mod tests {
         let fly = CameraPath::Flythrough.camera(0);
         assert!((fly.eye - DVec3::new(0.0, 0.0, 2.7)).length() < 1e-12);
         assert!(CameraPath::Orbit.camera(10).eye.x > 0.0);
+    }
+
+    #[test]
+    fn a_turntable_goes_round_its_target() {
+        let start = Camera::at(DVec3::new(0.5, 1.0, 3.0), DVec3::new(0.5, 0.0, 0.0), 35.0);
+        let path = CameraPath::Turntable { start, degrees: 90.0 };
+        assert!((path.camera(0).eye - start.eye).length() < 1e-12);
+        assert!((path.camera(1).eye - DVec3::new(3.5, 1.0, 0.0)).length() < 1e-12);
+        assert!((path.camera(4).eye - start.eye).length() < 1e-12);
+        assert_eq!(path.camera(3).target, start.target);
     }
 
     #[test]

@@ -7,11 +7,13 @@
 //!
 //! # World space
 //! The box of a volume has the extent dims × spacing, is centred on the origin and scaled so that
-//! its longest side is 1. `+y` is up.
+//! its longest side is 1. `+y` is up. Where a volume stands in patient space, its box is turned
+//! so that +x is the patient's left, +y superior and +z anterior; see [`Placement`].
 
 mod awake;
 mod camera;
 mod camera_path;
+mod contents;
 mod downsample;
 mod fovea;
 mod frame;
@@ -19,6 +21,8 @@ mod gaze;
 mod grid;
 mod light;
 mod names;
+mod outliers;
+mod placement;
 mod region;
 mod reprojection;
 mod sample_list;
@@ -32,6 +36,7 @@ mod voxel;
 pub use awake::awake;
 pub use camera::{Camera, Ray, RayBasis};
 pub use camera_path::{CameraPath, Keyframe};
+pub use contents::Contents;
 pub use fovea::Fovea;
 pub use frame::{Frame, FrameSize, MAX_FRAME_SIDE};
 pub use gaze::GazePath;
@@ -39,6 +44,8 @@ pub use grid::{Grid, MAX_DIM};
 pub use half::f16;
 pub use light::Light;
 pub use names::did_you_mean;
+pub use outliers::Outlier;
+pub use placement::{Placement, Space};
 pub use region::Region;
 pub use reprojection::Reprojection;
 pub use sample_list::{Pixel, SampleList};

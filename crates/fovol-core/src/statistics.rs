@@ -1,4 +1,5 @@
-use crate::{Endian, Rescale, Volume, Voxel, with_voxel_type};
+use crate::outliers::{self, Extremes};
+use crate::{Endian, Outlier, Rescale, Volume, Voxel, with_voxel_type};
 use rayon::prelude::*;
 
 /// What can be said about the finite values of a volume's first component, after scaling.
@@ -12,6 +13,10 @@ pub struct Statistics {
     pub mean: f64,
     /// How many values are NaN or infinite.
     pub non_finite: u64,
+    /// The smallest and the largest finite value that is no outlier.
+    pub shown: [f64; 2],
+    /// Values far outside all others, such as −9999 for voxels without a value; smallest first.
+    pub outliers: Vec<Outlier>,
 }
 
 /// Voxels per parallel piece. Fixed, so that sums do not depend on the number of threads.
@@ -19,32 +24,37 @@ const PIECE: usize = 1 << 20;
 
 #[derive(Clone, Copy)]
 struct Partial {
-    min: f64,
-    max: f64,
+    extremes: Extremes,
     sum: f64,
     finite: u64,
+}
+
+impl Partial {
+    const NONE: Self = Self { extremes: Extremes::NONE, sum: 0.0, finite: 0 };
 }
 
 impl Statistics {
     pub(crate) fn of(volume: &Volume) -> Self {
         let partials = with_voxel_type!(volume.dtype(), T => partials::<T>(volume));
         let voxels = volume.grid().voxels() as u64;
-        let mut all = Partial { min: f64::INFINITY, max: f64::NEG_INFINITY, sum: 0.0, finite: 0 };
+        let mut all = Partial::NONE;
         for p in partials {
-            all.min = all.min.min(p.min);
-            all.max = all.max.max(p.max);
+            all.extremes.merge(&p.extremes);
             all.sum += p.sum;
             all.finite += p.finite;
         }
-        if all.finite == 0 {
-            return Self { min: 0.0, max: 0.0, mean: 0.0, non_finite: voxels };
-        }
-        Self {
-            min: all.min,
-            max: all.max,
-            mean: all.sum / all.finite as f64,
-            non_finite: voxels - all.finite,
-        }
+        let Some([min, max]) = all.extremes.ends() else {
+            return Self {
+                min: 0.0,
+                max: 0.0,
+                mean: 0.0,
+                non_finite: voxels,
+                shown: [0.0; 2],
+                outliers: Vec::new(),
+            };
+        };
+        let (shown, outliers) = outliers::split(volume, &all.extremes);
+        Self { min, max, mean: all.sum / all.finite as f64, non_finite: voxels - all.finite, shown, outliers }
     }
 }
 
@@ -54,6 +64,31 @@ impl Volume {
     pub fn histogram(&self, bins: usize, range: [f64; 2]) -> Vec<u64> {
         with_voxel_type!(self.dtype(), T => histogram::<T>(self, bins, range))
     }
+
+    /// The different finite values (scaled), smallest first; none when they are more than `limit`.
+    pub fn distinct_values(&self, limit: usize) -> Option<Vec<f64>> {
+        with_voxel_type!(self.dtype(), T => distinct::<T>(self, limit))
+    }
+}
+
+fn distinct<T: Voxel>(volume: &Volume, limit: usize) -> Option<Vec<f64>> {
+    let stride = volume.components() * size_of::<T>();
+    let mut found: Vec<f64> = Vec::new();
+    let mut last = f64::NAN;
+    for voxel in volume.data().chunks_exact(stride) {
+        let value = volume.rescale().apply(T::decode(&voxel[..size_of::<T>()], volume.endian()).to_f64());
+        if value == last || !value.is_finite() {
+            continue;
+        }
+        last = value;
+        if let Err(at) = found.binary_search_by(|known| known.total_cmp(&value)) {
+            if found.len() == limit {
+                return None;
+            }
+            found.insert(at, value);
+        }
+    }
+    Some(found)
 }
 
 fn pieces(volume: &Volume) -> impl IndexedParallelIterator<Item = &[u8]> {
@@ -76,12 +111,11 @@ fn partials<T: Voxel>(volume: &Volume) -> Vec<Partial> {
 
 #[inline]
 fn partial<T: Voxel>(bytes: &[u8], stride: usize, endian: Endian, rescale: Rescale) -> Partial {
-    let mut p = Partial { min: f64::INFINITY, max: f64::NEG_INFINITY, sum: 0.0, finite: 0 };
+    let mut p = Partial::NONE;
     for voxel in bytes.chunks_exact(stride) {
         let value = rescale.apply(T::decode(&voxel[..size_of::<T>()], endian).to_f64());
         if value.is_finite() {
-            p.min = p.min.min(value);
-            p.max = p.max.max(value);
+            p.extremes.add(value);
             p.sum += value;
             p.finite += 1;
         }

@@ -1,4 +1,5 @@
-use crate::{Dtype, Endian, Error, Grid, Result, Statistics, Voxel, with_voxel_type};
+use crate::{Contents, Dtype, Endian, Error, Grid, Placement, Result, Statistics, Voxel, with_voxel_type};
+use glam::DVec3;
 use std::fmt;
 use std::ops::{Range, RangeInclusive};
 use std::sync::{Arc, OnceLock};
@@ -39,8 +40,10 @@ pub struct Volume {
     rescale: Rescale,
     range: Option<[f64; 2]>,
     format: String,
-    orientation: Option<String>,
-    time_points: usize,
+    placement: Option<Placement>,
+    units: Option<String>,
+    contents: Contents,
+    no_data: Option<f64>,
     notes: Vec<String>,
     statistics: Arc<OnceLock<Statistics>>,
 }
@@ -90,8 +93,10 @@ impl Volume {
             rescale: Rescale::IDENTITY,
             range: None,
             format: "memory".into(),
-            orientation: None,
-            time_points: 1,
+            placement: None,
+            units: None,
+            contents: Contents { components, ..Contents::default() },
+            no_data: None,
             notes: Vec::new(),
             statistics: Arc::default(),
         })
@@ -144,18 +149,57 @@ impl Volume {
         self
     }
 
-    /// The same volume with the orientation text of its file.
+    /// The same volume where its file places it.
     #[must_use]
-    pub fn with_orientation(mut self, orientation: impl Into<String>) -> Self {
-        self.orientation = Some(orientation.into());
+    pub fn with_placement(mut self, placement: Placement) -> Self {
+        self.placement = Some(placement);
         self
     }
 
-    /// The same volume as the first of `time_points` that its file holds.
+    /// The same volume with the unit of its spacing, by its symbol: `mm`, `µm`, `m`.
     #[must_use]
-    pub fn with_time_points(mut self, time_points: usize) -> Self {
-        self.time_points = time_points.max(1);
+    pub fn with_units(mut self, units: impl Into<String>) -> Self {
+        self.units = Some(units.into());
         self
+    }
+
+    /// The same volume as a part of what its file holds.
+    #[must_use]
+    pub fn with_contents(mut self, contents: Contents) -> Self {
+        self.contents = contents;
+        self
+    }
+
+    /// The same volume, in which the scaled value `no_data` stands for voxels without one: the range leaves it out.
+    #[must_use]
+    pub fn with_no_data(mut self, no_data: f64) -> Self {
+        self.no_data = Some(no_data);
+        self.statistics = Arc::default();
+        self
+    }
+
+    /// Component `index` of each voxel alone; component 0 is shown where it lies, others are copied.
+    ///
+    /// # Errors
+    /// [`Error::Extent`] when there is no such component.
+    pub fn with_component(mut self, index: usize) -> Result<Self> {
+        if index >= self.components {
+            return Err(Error::Extent {
+                what: "component".into(),
+                found: index.to_string(),
+                expected: format!("0 to {}", self.components - 1),
+            });
+        }
+        if index > 0 {
+            let size = self.dtype.size();
+            let voxels = self.data().chunks_exact(self.components * size);
+            let bytes: Vec<u8> =
+                voxels.flat_map(|voxel| &voxel[index * size..(index + 1) * size]).copied().collect();
+            (self.bytes, self.offset, self.components) = (Arc::new(bytes), 0, 1);
+            self.contents.component = index;
+            self.statistics = Arc::default();
+        }
+        Ok(self)
     }
 
     /// The same volume with one more thing that was doubtful when it was read.
@@ -168,7 +212,8 @@ impl Volume {
     /// This volume, made of the bytes of `other`, with what the reading of `other` had to say.
     #[must_use]
     pub fn with_notes_of(mut self, other: &Self) -> Self {
-        self.time_points = other.time_points;
+        self.contents.clone_from(&other.contents);
+        self.no_data = other.no_data;
         self.notes.clone_from(&other.notes);
         self
     }
@@ -188,6 +233,8 @@ impl Volume {
                 });
             }
         }
+        let first = DVec3::from_array(part.each_ref().map(|range| range.start as f64));
+        let placement = self.placement.map(|placement| placement.moved_to(first, &self.grid));
         let [along_x, along_y, along_z] = part.clone();
         let voxel = self.components * self.dtype.size();
         let mut bytes = Vec::with_capacity(along_x.len() * along_y.len() * along_z.len() * voxel);
@@ -201,6 +248,7 @@ impl Volume {
         }
         Ok(Self {
             grid: Grid::new(part.each_ref().map(Range::len), self.grid.spacing())?,
+            placement,
             bytes: Arc::new(bytes),
             offset: 0,
             range: self.lasting_range(),
@@ -209,13 +257,16 @@ impl Volume {
         })
     }
 
-    /// `other`, which is made of the same voxels, with what else this volume says of them.
+    /// `other`, which averages voxels of this volume, with what else this volume says of them.
     pub(crate) fn dressed(&self, other: Self) -> Self {
+        let [coarse, fine] = [&other, self].map(|volume| DVec3::from_array(volume.grid.spacing()));
+        let first = (coarse / fine - 1.0) * 0.5;
         Self {
             rescale: self.rescale,
             range: self.lasting_range(),
             format: self.format.clone(),
-            orientation: self.orientation.clone(),
+            placement: self.placement.map(|placement| placement.moved_to(first, &self.grid)),
+            units: self.units.clone(),
             statistics: Arc::default(),
             ..other.with_notes_of(self)
         }
@@ -257,14 +308,24 @@ impl Volume {
         &self.format
     }
 
-    /// Orientation metadata of the file (NIfTI sform/qform, NRRD space directions), for `info`.
-    pub fn orientation(&self) -> Option<&str> {
-        self.orientation.as_deref()
+    /// Where its file places it, if the file says so.
+    pub fn placement(&self) -> Option<&Placement> {
+        self.placement.as_ref()
     }
 
-    /// How many volumes its file holds one after the other; this is the first.
-    pub fn time_points(&self) -> usize {
-        self.time_points
+    /// The unit of its spacing, by its symbol, if the file says so.
+    pub fn units(&self) -> Option<&str> {
+        self.units.as_deref()
+    }
+
+    /// What its file holds, and which part of it this is.
+    pub fn contents(&self) -> &Contents {
+        &self.contents
+    }
+
+    /// The scaled value that stands for voxels without one, where the file declares it.
+    pub fn no_data(&self) -> Option<f64> {
+        self.no_data
     }
 
     /// What was doubtful when it was read, one line each: bytes that were left over, sizes that contradict each other.
@@ -279,7 +340,8 @@ impl Volume {
     }
 
     /// The interval that maps to v = 0…1, in scaled values: what was asked for, else 0…255 for
-    /// unscaled u8, else the finite minimum…maximum.
+    /// unscaled u8, else the finite minimum…maximum without values far outside all others
+    /// ([`Statistics::shown`]).
     pub fn range(&self) -> [f64; 2] {
         if let Some(range) = self.range {
             return range;
@@ -287,8 +349,7 @@ impl Volume {
         if self.dtype == Dtype::U8 && self.rescale == Rescale::IDENTITY {
             return [0.0, 255.0];
         }
-        let statistics = self.statistics();
-        [statistics.min, statistics.max]
+        self.statistics().shown
     }
 
     /// Whether [`Self::range`] was asked for rather than found.

@@ -108,7 +108,7 @@ mod tests {
         let whole = volume();
         let clip = Clip::new(&whole, Some([0.2, 0.5, 0.25, 0.75, 0.4, 0.8])).unwrap();
         let world = DVec3::new(0.1, -0.2, 0.3);
-        let seen = clip.camera(&Camera { eye: world, target: DVec3::ZERO, fovy: 30.0 }).eye;
+        let seen = clip.camera(&Camera::at(world, DVec3::ZERO, 30.0)).eye;
         let (whole_at, part_at) =
             (whole.grid().world_to_grid(world), clip.volume().grid().world_to_grid(seen));
         assert!((part_at + DVec3::new(2.0, 5.0, 2.0) - whole_at).length() < 1e-9);

@@ -25,6 +25,9 @@ pub enum Error {
     /// A setting that makes no sense, with the reason and the remedy.
     #[error("{0}")]
     Setting(String),
+    /// Settings that exclude each other.
+    #[error("{0}")]
+    Contradiction(String),
 }
 
 /// The result of the operations of this crate.

@@ -16,6 +16,7 @@
 //! ```
 
 mod camera_path;
+mod choice;
 mod clip;
 mod device;
 #[cfg(feature = "gpu")]
@@ -25,6 +26,7 @@ mod machine;
 mod memory;
 mod motion;
 mod open;
+mod orientation;
 pub mod parse;
 mod pipeline;
 pub mod presets;
@@ -41,8 +43,10 @@ mod settings;
 mod toml_text;
 mod visibility;
 mod window;
+mod world_box;
 
 pub use camera_path::{camera_path, path_text};
+pub use choice::Choice;
 pub use clip::Clip;
 pub use device::{Device, OpenDevice};
 #[cfg(feature = "gpu")]
@@ -59,6 +63,7 @@ pub use machine::Machine;
 pub use memory::keep_freed_memory;
 pub use motion::{Depths, Filled, MotionFinder, REMEMBERED, Sparse, motion, motion_of_depths};
 pub use open::{OpenVolume, open_volume};
+pub use orientation::{NamedView, Orientation};
 #[cfg(feature = "gpu")]
 pub use pipeline::{DeviceFrame, DoneFrame};
 pub use pipeline::{Pipeline, RenderedFrame, Timings, Viewpoint};
@@ -73,3 +78,4 @@ pub use session::Session;
 pub use settings::{RandomWeights, RenderSettings, SpeedSettings, VolumeSettings};
 pub use visibility::Visibility;
 pub use window::Seen;
+pub use world_box::WorldBox;

@@ -40,19 +40,35 @@ impl OpenVolume {
     pub fn doubts(&self) -> Vec<String> {
         let narrow =
             self.narrow_range().map(|range| format!("{}: {}", self.source, shown_range(&self.volume, range)));
-        self.volume.notes().iter().cloned().chain(narrow).collect()
+        let notes = self.volume.notes().iter().map(|note| format!("{}: {note}", self.source));
+        notes.chain(narrow).chain(self.outliers()).collect()
     }
 
     /// What somebody should know about how it was read, one line each: [`Self::doubts`], and what its file holds besides.
     pub fn notes(&self) -> Vec<String> {
-        let (volume, source) = (&self.volume, &self.source);
-        let mut notes = self.doubts();
-        for (count, what) in [(volume.time_points(), "time points"), (volume.components(), "components")] {
-            if count > 1 {
-                notes.push(format!("{source} has {count} {what}, the first is shown"));
-            }
+        let besides =
+            self.volume.contents().notes().into_iter().map(|note| format!("{} {note}", self.source));
+        self.doubts().into_iter().chain(besides).collect()
+    }
+
+    /// What is said of values far outside all others, where there are some.
+    fn outliers(&self) -> Option<String> {
+        let volume = &self.volume;
+        let outliers = &volume.statistics().outliers;
+        let has_usual_range = volume.dtype() == Dtype::U8 && volume.rescale() == Rescale::IDENTITY;
+        if outliers.is_empty() || volume.range_is_chosen() || has_usual_range {
+            return None;
         }
-        notes
+        let values: Vec<String> = outliers
+            .iter()
+            .map(|outlier| format!("{} (in {} voxels)", outlier.value, outlier.count))
+            .collect();
+        let [lo, hi] = volume.range();
+        Some(format!(
+            "{}: {} lies far outside all other values and is left out of the range, {lo} to {hi}; --range LO,HI chooses another",
+            self.source,
+            values.join(" and ")
+        ))
     }
 
     /// The smallest and the largest value where they are close together in the range that bytes are shown over.
@@ -164,9 +180,26 @@ mod tests {
         let header = b"NRRD0004\ntype: uint8\ndimension: 4\nsizes: 2 1 1 3\nencoding: raw\n\n";
         let moving = notes("moving.nrrd", &[&header[..], &[0, 255, 0, 255, 0, 255]].concat());
         assert!(
-            moving.len() == 1 && moving[0].ends_with("has 3 time points, the first is shown"),
+            moving.len() == 1
+                && moving[0].ends_with("has 3 time points, number 0 is shown; --time N chooses another"),
             "{moving:?}"
         );
+    }
+
+    #[test]
+    fn values_far_outside_all_others_are_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("terrain_2x2x2_float32.raw");
+        let values = [0.0f32, 1.0, 2.0, 3.0, 4.0, 5.0, -9999.0, -9999.0];
+        std::fs::write(&path, values.map(f32::to_le_bytes).concat()).unwrap();
+        let open = |range| {
+            open_volume(path.to_str().unwrap(), &VolumeSettings { range, ..Default::default() }).unwrap()
+        };
+        let opened = open(None);
+        assert_eq!((opened.volume.range(), opened.volume.statistics().min), ([0.0, 5.0], -9999.0));
+        let notes = opened.notes();
+        assert!(notes.len() == 1 && notes[0].contains("-9999 (in 2 voxels) lies far outside"), "{notes:?}");
+        assert!(open(Some([-9999.0, 5.0])).notes().is_empty());
     }
 
     #[test]

@@ -1,6 +1,6 @@
 use fovol_core::did_you_mean;
-use fovol_net::Fill;
 use fovol_net::plan::{Named, NetworkConfig};
+use fovol_net::{Fill, Weights};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
@@ -29,16 +29,16 @@ impl Reconstruction {
         }
     }
 
+    /// The kind of the network that `weights` are of, by name or in a file; our own where they cannot be read, which is
+    /// said when they are.
+    pub(crate) fn of_weights(weights: &str) -> Self {
+        Weights::named_or_read(weights).map_or(Self::WNet, |weights| Self::by(&weights.config))
+    }
+
     /// What a network of `config` reconstructs as.
     pub(crate) fn by(config: &NetworkConfig) -> Self {
         let has_kernels = matches!(config, NetworkConfig::WNet(config) if config.kernels);
         if has_kernels { Self::WNet } else { Self::DeepFovea }
-    }
-}
-
-impl Default for Reconstruction {
-    fn default() -> Self {
-        Self::Fill(Fill::PullPush)
     }
 }
 

@@ -1,9 +1,10 @@
 use fovol_core::did_you_mean;
 use serde::{Deserialize, Serialize};
+use std::fmt;
 use std::str::FromStr;
 
 /// Which pixels are marched, and how they are found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Sampling {
     /// Every pixel.
@@ -13,7 +14,6 @@ pub enum Sampling {
     /// Positions drawn from the density; some are drawn twice.
     Direct,
     /// A mask, packed by stream compaction.
-    #[default]
     Compact,
 }
 
@@ -32,13 +32,19 @@ impl Sampling {
     }
 }
 
+impl fmt::Display for Sampling {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
 impl FromStr for Sampling {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
         Self::ALL.into_iter().find(|s| s.name().eq_ignore_ascii_case(text)).ok_or_else(|| {
             let meant = did_you_mean(text, &Self::ALL.map(Self::name));
-            format!("`{text}` is no way of sampling; use full, reject, direct or compact{meant}")
+            format!("`{text}` is no way of sampling; use auto, full, reject, direct or compact{meant}")
         })
     }
 }

@@ -1,8 +1,9 @@
-use crate::{OpenVolume, RenderSettings, Result, presets};
+use crate::{OpenVolume, RenderSettings, Result, WorldBox, presets};
 use fovol_core::{Light, Scene, Shading, ShadowMode};
 use glam::DVec3;
 
-/// The scene that `settings` describe around `volume`, whole: see [`crate::Clip`] for parts.
+/// The scene that `settings` describe around `volume`, whole: see [`crate::Clip`] for parts. It is in the space of the
+/// volume's box: its light is turned there, and cameras must be, see [`WorldBox`].
 ///
 /// # Errors
 /// Settings that cannot be rendered with, a transfer function that cannot be read.
@@ -10,12 +11,11 @@ pub fn scene(volume: &OpenVolume, settings: &RenderSettings) -> Result<Scene> {
     let transfer = presets::find(settings.tf.as_deref().unwrap_or("auto"), volume)?;
     let mut scene = Scene::new(volume.volume.clone(), transfer);
     let defaults = Shading::default();
+    let light = settings.light.map(|l| Light::towards(DVec3::from_array(l))).transpose()?;
+    let light = light.unwrap_or(defaults.light).direction();
+    let world = WorldBox::new(&volume.volume, settings)?;
     scene.shading = Shading {
-        light: settings
-            .light
-            .map(|l| Light::towards(DVec3::from_array(l)))
-            .transpose()?
-            .unwrap_or(defaults.light),
+        light: Light::towards(world.direction(light))?,
         ambient: settings.ambient.unwrap_or(defaults.ambient),
         shadows: settings.shadows.unwrap_or(ShadowMode::On),
         surface: settings.shading.unwrap_or_default(),

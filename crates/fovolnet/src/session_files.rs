@@ -68,6 +68,7 @@ fn is_known(name: &str) -> bool {
 mod tests {
     use super::*;
     use crate::camera_path;
+    use crate::world_box::tests::cube;
 
     const PATH: &str =
         "# mine\n[[keyframe]] # the only one\nframe = 0\neye = [0, 0, 2]\ntarget = [0, 0, 0]\nfovy = 35\n";
@@ -88,11 +89,14 @@ mod tests {
             file("path.toml", PATH),
             file("gaze.toml", "stops = [[0, 0.1, 0.2]]\n"),
         );
-        let [path, gaze] = [camera_path(&render).unwrap().camera(0), camera_path(&render).unwrap().camera(9)];
+        let [path, gaze] = [
+            camera_path(&render, &cube()).unwrap().camera(0),
+            camera_path(&render, &cube()).unwrap().camera(9),
+        ];
         take_in(&mut render);
         std::fs::remove_dir_all(folder.path()).unwrap();
         assert!(render.tf.as_ref().unwrap().starts_with("{\"points\":"), "{render:?}");
-        let read = camera_path(&render).unwrap();
+        let read = camera_path(&render, &cube()).unwrap();
         assert_eq!([read.camera(0), read.camera(9)], [path, gaze]);
         assert_eq!(render.fovea(0).unwrap().gaze, [0.1, 0.2]);
         // What is text already is nothing to look for.

@@ -1,5 +1,9 @@
-use crate::{Device, Machine, Reconstruction, Result, Sampling, parse, toml_text};
+use crate::{
+    Choice, Device, Error, Machine, NamedView, Orientation, Reconstruction, Result, Sampling, parse,
+    toml_text,
+};
 use fovol_core::{Fovea, FrameSize, GazePath, ShadowMode, SurfaceShading};
+use fovol_net::Weights;
 use fovol_net::cpu::Precision;
 use fovol_net::plan::Named;
 use fovol_render::Filtering;
@@ -25,20 +29,34 @@ pub struct RenderSettings {
     /// Number of the first frame; cameras and noise follow it [default: 0]
     #[cfg_attr(feature = "clap", arg(long, value_name = "T"))]
     pub first_frame: Option<u32>,
-    /// Camera path: orbit, flythrough, or a TOML file of keyframes [default: orbit]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "PATH"))]
+    /// Camera path: turntable, orbit, flythrough, or a TOML file of keyframes [default: the default view for one frame,
+    /// turntable for more]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "PATH", conflicts_with = "camera"))]
     pub path: Option<String>,
-    /// A still camera: eye, target, vertical field of view in degrees
+    /// Degrees that the turntable turns over all frames [default: 360]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "DEGREES", value_parser = parse::number, allow_hyphen_values = true, conflicts_with = "camera"))]
+    pub turn: Option<f64>,
+    /// Side that the default view and the turntable look from: anterior, posterior, left, right, superior or inferior
+    /// [default: the front]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "SIDE", conflicts_with = "camera"))]
+    pub view: Option<NamedView>,
+    /// How the volume stands: grid, its axes along x, y, z, or patient, with +x to the patient's left, +y up (superior)
+    /// and +z to the front (anterior) [default: patient where the file says how the patient lies, else grid]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "HOW"))]
+    pub orientation: Option<Orientation>,
+    /// A still camera in the world of --orientation: eye, target, vertical field of view in degrees. The box of the
+    /// volume is centred at 0 and its longest side is 1
     #[cfg_attr(feature = "clap", arg(long, value_name = "EX,EY,EZ,TX,TY,TZ,FOVY", value_parser = parse::numbers::<7>, allow_hyphen_values = true))]
     pub camera: Option<[f64; 7]>,
     /// Transfer function: auto, a preset or a colour map (`fovolnet info --transfer-functions` lists them), or a file (our JSON,
     /// ParaView JSON, Inviwo itf) [default: auto]
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME|FILE"))]
     pub tf: Option<String>,
-    /// The part that is shown, as fractions of the volume's sides; the rest is cut away [default: 0,1,0,1,0,1]
+    /// The part that is shown, as fractions of the sides of the volume's own grid; the rest is cut away [default:
+    /// 0,1,0,1,0,1]
     #[cfg_attr(feature = "clap", arg(long, value_name = "X0,X1,Y0,Y1,Z0,Z1", value_parser = parse::numbers::<6>, allow_hyphen_values = true))]
     pub clip: Option<[f64; 6]>,
-    /// Direction from the scene towards the light [default: 0.5,1,0.3]
+    /// Direction from the scene towards the light, in the world of --orientation [default: 0.5,1,0.3]
     #[cfg_attr(feature = "clap", arg(long, value_name = "X,Y,Z", value_parser = parse::numbers::<3>, allow_hyphen_values = true))]
     pub light: Option<[f64; 3]>,
     /// Shadows: on, off or cached [default: on]
@@ -59,9 +77,11 @@ pub struct RenderSettings {
     /// Sampling distance along rays in voxels [default: 0.5]
     #[cfg_attr(feature = "clap", arg(long, value_name = "S", value_parser = parse::number, allow_hyphen_values = true))]
     pub step: Option<f64>,
-    /// Which pixels are marched and how: full, reject, direct or compact [default: compact]
+    /// Which pixels are marched and how: full, reject, direct, compact, or auto: compact for clips and wherever a flag
+    /// asks for sparse pixels or a reconstruction, else full [default: auto]
     #[cfg_attr(feature = "clap", arg(long, value_name = "HOW"))]
-    pub sampling: Option<Sampling>,
+    #[serde(with = "as_text")]
+    pub sampling: Option<Choice<Sampling>>,
     /// Share of pixels sampled away from the gaze, 0 to 1 [default: 0.03]
     #[cfg_attr(feature = "clap", arg(long, value_name = "P", value_parser = parse::number, allow_hyphen_values = true))]
     pub pb: Option<f64>,
@@ -78,7 +98,8 @@ pub struct RenderSettings {
     /// Seed of everything random [default: 0]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
     pub seed: Option<u64>,
-    /// How sparse frames are filled: none, pull-push, linear, wnet or deepfovea [default: pull-push]
+    /// How sparse frames are filled: none, pull-push, linear, wnet or deepfovea [default: the network of the weights
+    /// that are given, else wnet]
     #[cfg_attr(feature = "clap", arg(long, value_name = "HOW"))]
     pub reconstruct: Option<Reconstruction>,
     /// Weights of the network: wnet-fast, which the program has, a safetensors file, or a state dict of PyTorch (.pt) of
@@ -106,11 +127,28 @@ impl RenderSettings {
         if over.path.is_some() || over.camera.is_some() {
             (self.path, self.camera) = (None, None);
         }
+        // Weights take the place of a reconstruction, and the other way round; marching all pixels that of both.
+        if over.names_weights() {
+            (self.weights, self.random_weights, self.reconstruct) = (None, None, None);
+        }
+        if over.reconstruct.is_some_and(|how| how != self.reconstruction()) {
+            (self.weights, self.random_weights) = (None, None);
+        }
+        // So do views that a path or a camera would not show.
+        if over.view.is_some() || over.turn.is_some() {
+            self.camera = None;
+        }
+        if over.camera.is_some() {
+            (self.view, self.turn) = (None, None);
+        }
         merged!(
             size,
             frames,
             first_frame,
             path,
+            turn,
+            view,
+            orientation,
             camera,
             tf,
             clip,
@@ -201,7 +239,24 @@ impl RenderSettings {
 
     /// How pixels are chosen.
     pub fn sampling(&self) -> Sampling {
-        self.sampling.unwrap_or_default()
+        let chosen = self.sampling.and_then(Choice::fixed);
+        chosen.unwrap_or(if self.asks_for_sparse_pixels() { Sampling::Compact } else { Sampling::Full })
+    }
+
+    /// Whether anything but the sampling asks for sparse pixels: several frames, or a word that is of no use without.
+    fn asks_for_sparse_pixels(&self) -> bool {
+        self.frames.is_some_and(|frames| frames > 1)
+            || self.pb.is_some()
+            || self.sigma.is_some()
+            || self.gaze.is_some()
+            || self.noise.is_some()
+            || self.reconstruct.is_some_and(|how| how != Reconstruction::None)
+            || self.names_weights()
+    }
+
+    /// Whether weights are named, of a file or random ones.
+    fn names_weights(&self) -> bool {
+        self.weights.is_some() || self.random_weights.is_some()
     }
 
     /// Whether the background is left out.
@@ -209,10 +264,53 @@ impl RenderSettings {
         self.transparent.unwrap_or(false)
     }
 
-    /// How sparse frames are filled.
+    /// How sparse frames are filled: as was said, else by the network that weights are of, else by the program's own.
     pub fn reconstruction(&self) -> Reconstruction {
-        self.reconstruct.unwrap_or_default()
+        self.reconstruct.unwrap_or_else(|| match (self.random_weights, self.weights.as_deref()) {
+            (Some(random), _) => Reconstruction::by(&random.network.config()),
+            (None, Some(weights)) => Reconstruction::of_weights(weights),
+            (None, None) => Reconstruction::WNet,
+        })
     }
+
+    /// Whether the words of one command line go together; sessions may hold more than their pictures need.
+    ///
+    /// # Errors
+    /// [`Error::Contradiction`], and weights that are neither a known name nor a file.
+    pub fn check_flags(&self) -> Result<()> {
+        if self.weights.is_some() && self.random_weights.is_some() {
+            return Err(contradiction("--weights and --random-weights exclude each other; give one"));
+        }
+        if let Some(weights) = self.weights.as_deref() {
+            Weights::named_or_read(weights)?;
+        }
+        let network = Self { reconstruct: None, ..self.clone() }.reconstruction();
+        if let Some(how) = self.reconstruct.filter(|&how| self.names_weights() && how != network) {
+            return Err(contradiction(format!(
+                "the weights are of another reconstruction than --reconstruct {how}; leave it out, or write --reconstruct {network}"
+            )));
+        }
+        let is_full = self.sampling == Some(Sampling::Full.into());
+        let reconstructs = self.reconstruct.is_some_and(|how| how != Reconstruction::None);
+        if is_full && (reconstructs || self.names_weights()) {
+            return Err(contradiction(
+                "--sampling full marches every pixel and leaves nothing to reconstruct; leave out either it or --reconstruct and weights",
+            ));
+        }
+        if self.turn.is_some() && self.path.as_deref().is_some_and(|path| path != "turntable") {
+            return Err(contradiction("--turn is for --path turntable; leave out one of them"));
+        }
+        if self.view.is_some() && self.path.as_deref().is_some_and(|path| path != "turntable") {
+            return Err(contradiction(
+                "--view is for the default view and --path turntable; leave out one of them",
+            ));
+        }
+        Ok(())
+    }
+}
+
+fn contradiction(problem: impl Into<String>) -> Error {
+    Error::Contradiction(problem.into())
 }
 
 /// Weights that follow from the name of a network and a seed.
@@ -242,7 +340,7 @@ impl FromStr for RandomWeights {
 }
 
 /// What a file does not say about its volume, or says wrongly.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 #[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
 pub struct VolumeSettings {
@@ -261,6 +359,18 @@ pub struct VolumeSettings {
     /// Values shown as 0 and 1
     #[cfg_attr(feature = "clap", arg(long, value_name = "LO,HI", value_parser = parse::numbers::<2>, allow_hyphen_values = true))]
     pub range: Option<[f64; 2]>,
+    /// Array of values to read, by its name, where a file has several
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME"))]
+    pub array: Option<String>,
+    /// Which value of each voxel is shown, where there are several, from 0 on [default: 0]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
+    pub component: Option<usize>,
+    /// Which channel is read, where there are several, from 0 on [default: 0]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "C"))]
+    pub channel: Option<usize>,
+    /// Which time point is read, where there are several, from 0 on [default: 0]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "T"))]
+    pub time: Option<usize>,
     /// Average N×N×N voxels to one: a volume that is too large for a device, seen more coarsely [default: 1]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
     pub downsample: Option<usize>,
@@ -276,6 +386,10 @@ impl VolumeSettings {
             endian: over.endian.or(self.endian),
             spacing: over.spacing.or(self.spacing),
             range: over.range.or(self.range),
+            array: over.array.or(self.array),
+            component: over.component.or(self.component),
+            channel: over.channel.or(self.channel),
+            time: over.time.or(self.time),
             downsample: over.downsample.or(self.downsample),
         }
     }
@@ -288,6 +402,10 @@ impl VolumeSettings {
             endian: self.endian,
             spacing: self.spacing,
             range: self.range,
+            array: self.array.clone(),
+            component: self.component,
+            channel: self.channel,
+            time: self.time,
         }
     }
 }

@@ -21,7 +21,7 @@ impl Visibility {
         Self { background, shows: false, is_in_sight: false }
     }
 
-    /// Looks at the marched pixels of a frame, `sparse`, and whether `camera` saw the box of `volume`.
+    /// Looks at the marched pixels of a frame, `sparse`, and whether `camera`, in the space of the box of `volume`, saw it.
     pub fn look(&mut self, sparse: &Frame, camera: &Camera, volume: &Volume) {
         let differs = |p: &[f32; 4]| (0..3).any(|c| (p[c] - self.background[c]).abs() > SEEN);
         self.shows = self.shows || sparse.pixels().iter().any(|p| p[3] > 0.0 && differs(p));
@@ -86,7 +86,9 @@ mod tests {
         let speed = SpeedSettings { device: Some(Device::Cpu), ..Default::default() };
         let mut pipeline = Pipeline::new(&volume, &settings, &speed).unwrap();
         let mut visibility = Visibility::new(&settings);
-        visibility.look(&pipeline.render(0).unwrap().sparse, &pipeline.camera(0), &volume.volume);
+        let sparse = pipeline.render(0).unwrap().sparse;
+        let camera = pipeline.world().camera(&pipeline.camera(0));
+        visibility.look(&sparse, &camera, &volume.volume);
         visibility.problem(&volume, &settings)
     }
 

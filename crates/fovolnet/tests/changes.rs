@@ -16,7 +16,13 @@ fn pipeline(settings: &RenderSettings, device: &Device) -> Pipeline {
 }
 
 fn begin() -> RenderSettings {
-    RenderSettings { size: Some("61x43".parse().unwrap()), pb: Some(0.1), ..Default::default() }
+    RenderSettings {
+        size: Some("61x43".parse().unwrap()),
+        path: Some("orbit".into()),
+        pb: Some(0.1),
+        reconstruct: Some("pull-push".parse().unwrap()),
+        ..Default::default()
+    }
 }
 
 /// Each changes one thing more.
@@ -37,17 +43,17 @@ fn changes() -> Vec<fn(&mut RenderSettings)> {
         |settings| settings.sigma = Some(0.1),
         |settings| settings.gaze = Some("0.2,0.3".into()),
         |settings| settings.noise = Some("blue".parse().unwrap()),
-        |settings| settings.sampling = Some(Sampling::Direct),
+        |settings| settings.sampling = Some(Sampling::Direct.into()),
         |settings| settings.seed = Some(3),
         |settings| settings.path = Some("flythrough".into()),
         |settings| settings.camera = Some([0.0, 1.0, 2.0, 0.0, 0.0, 0.0, 30.0]),
         |settings| settings.clip = Some([0.0, 0.6, 0.1, 1.0, 0.0, 1.0]),
         |settings| settings.clip = Some([0.0, 0.6, 0.1, 1.0, 0.2, 0.9]),
         |settings| settings.size = Some("40x50".parse().unwrap()),
-        |settings| settings.sampling = Some(Sampling::Full),
+        |settings| settings.sampling = Some(Sampling::Full.into()),
         |settings| settings.transparent = Some(true),
         |settings| settings.transparent = None,
-        |settings| settings.sampling = Some(Sampling::Reject),
+        |settings| settings.sampling = Some(Sampling::Reject.into()),
         |settings| settings.reconstruct = Some(Reconstruction::None),
     ]
 }
@@ -126,7 +132,7 @@ fn a_part_looks_as_it_looks_in_the_whole() {
     };
     let volume = Volume::from_values(grid, (0..grid.voxels()).map(value).collect()).unwrap();
     let volume = OpenVolume { volume: Arc::new(volume), source: "part".into(), procedural: None };
-    let whole = RenderSettings { tf: Some("grey".into()), sampling: Some(Sampling::Full), ..begin() };
+    let whole = RenderSettings { tf: Some("grey".into()), sampling: Some(Sampling::Full.into()), ..begin() };
     let part = RenderSettings { clip: Some([0.2, 0.55, 0.2, 0.7, 0.2, 0.9]), ..whole.clone() };
     let [whole, part] = [whole, part].map(|settings| {
         Pipeline::new(&volume, &settings, &SpeedSettings::default()).unwrap().render(4).unwrap().frame

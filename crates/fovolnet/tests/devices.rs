@@ -29,7 +29,8 @@ fn difference(a: &Frame, b: &Frame) -> f32 {
 fn settings(sampling: Sampling, reconstruct: Reconstruction) -> RenderSettings {
     RenderSettings {
         size: Some("83x47".parse().unwrap()),
-        sampling: Some(sampling),
+        path: Some("orbit".into()),
+        sampling: Some(sampling.into()),
         reconstruct: Some(reconstruct),
         pb: Some(0.1),
         sigma: Some(0.1),

@@ -2,8 +2,8 @@
 
 use fovolnet::core::{Dtype, Endian, Frame, ShadowMode, SurfaceShading};
 use fovolnet::{
-    Device, Pipeline, Reconstruction, RenderSettings, Sampling, Session, SpeedSettings, VolumeSettings,
-    open_volume,
+    Device, NamedView, Orientation, Pipeline, Reconstruction, RenderSettings, Sampling, Session,
+    SpeedSettings, VolumeSettings, open_volume,
 };
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -34,6 +34,10 @@ fn everything(volume: &Path) -> Session {
         endian: Some(Endian::Little),
         spacing: Some([1.0; 3]),
         range: Some([0.0, 65535.0]),
+        array: None,
+        component: Some(0),
+        channel: Some(0),
+        time: Some(0),
         downsample: Some(1),
     };
     let render = RenderSettings {
@@ -41,6 +45,9 @@ fn everything(volume: &Path) -> Session {
         frames: Some(2),
         first_frame: Some(0),
         path: Some("orbit".into()),
+        turn: Some(360.0),
+        view: Some(NamedView::Anterior),
+        orientation: Some(Orientation::Grid),
         camera: None,
         tf: Some("auto".into()),
         clip: Some([0.0, 1.0, 0.0, 1.0, 0.0, 1.0]),
@@ -51,7 +58,7 @@ fn everything(volume: &Path) -> Session {
         background: Some([0.0; 3]),
         transparent: Some(false),
         step: Some(0.5),
-        sampling: Some(Sampling::Compact),
+        sampling: Some(Sampling::Compact.into()),
         pb: Some(0.2),
         sigma: Some(0.05),
         gaze: Some("0.5,0.5".into()),
@@ -68,6 +75,14 @@ fn everything(volume: &Path) -> Session {
 }
 
 fn nothing(_: &mut Session) {}
+
+/// Has `session` show the file `name` beside its volume, as that file says it is read.
+fn another_file(session: &mut Session, name: &str) {
+    session.volume = session.volume.replace("ball.raw", name);
+    session.volume_sha256 = None;
+    session.read = VolumeSettings { downsample: Some(1), ..VolumeSettings::default() };
+    session.render.clip = None;
+}
 
 fn steps() -> Vec<Step> {
     let step = |field, to| Step { field, shows: Shows::InThePictures, from: nothing, to };
@@ -86,11 +101,43 @@ fn steps() -> Vec<Step> {
         step("read.endian", |s| s.read.endian = Some(Endian::Big)),
         step("read.spacing", |s| s.read.spacing = Some([1.0, 1.0, 2.0])),
         step("read.range", |s| s.read.range = Some([0.0, 40000.0])),
+        Step {
+            from: |s| {
+                another_file(s, "arrays.vtk");
+                s.read.array = Some("a".into());
+            },
+            ..step("read.array", |s| s.read.array = Some("b".into()))
+        },
+        Step {
+            from: |s| another_file(s, "components.mha"),
+            ..step("read.component", |s| s.read.component = Some(1))
+        },
+        Step {
+            from: |s| another_file(s, "channels.tif"),
+            ..step("read.channel", |s| s.read.channel = Some(1))
+        },
+        Step { from: |s| another_file(s, "channels.tif"), ..step("read.time", |s| s.read.time = Some(1)) },
         step("read.downsample", |s| s.read.downsample = Some(2)),
         step("render.size", |s| s.render.size = Some("40x50".parse().unwrap())),
         step("render.frames", |s| s.render.frames = Some(3)),
         step("render.first-frame", |s| s.render.first_frame = Some(7)),
         step("render.path", |s| s.render.path = Some("flythrough".into())),
+        Step {
+            from: |s| s.render.path = Some("turntable".into()),
+            ..step("render.turn", |s| s.render.turn = Some(90.0))
+        },
+        Step {
+            from: |s| s.render.path = Some("turntable".into()),
+            ..step("render.view", |s| s.render.view = Some(NamedView::Left))
+        },
+        Step {
+            from: |s| {
+                let read = s.read.clone();
+                another_file(s, "turned.mha");
+                s.read = read;
+            },
+            ..step("render.orientation", |s| s.render.orientation = Some(Orientation::Patient))
+        },
         Step {
             from: |s| s.render.path = None,
             ..step("render.camera", |s| s.render.camera = Some([0.0, 1.0, 2.0, 0.0, 0.0, 0.0, 30.0]))
@@ -103,11 +150,11 @@ fn steps() -> Vec<Step> {
         step("render.ambient", |s| s.render.ambient = Some(0.6)),
         step("render.background", |s| s.render.background = Some([0.1, 0.2, 0.3])),
         Step {
-            from: |s| s.render.sampling = Some(Sampling::Full),
+            from: |s| s.render.sampling = Some(Sampling::Full.into()),
             ..step("render.transparent", |s| s.render.transparent = Some(true))
         },
         step("render.step", |s| s.render.step = Some(0.8)),
-        step("render.sampling", |s| s.render.sampling = Some(Sampling::Full)),
+        step("render.sampling", |s| s.render.sampling = Some(Sampling::Full.into())),
         step("render.pb", |s| s.render.pb = Some(0.4)),
         step("render.sigma", |s| s.render.sigma = Some(0.2)),
         step("render.gaze", |s| s.render.gaze = Some("0.3,0.4".into())),
@@ -175,14 +222,55 @@ fn voxels() -> Vec<u8> {
     (0..4096).flat_map(|i| value(i).to_le_bytes()).collect()
 }
 
+/// Writes files of several arrays, components, channels and time points to `folder`.
+fn write_parts(folder: &Path) {
+    let plane = |seed: usize| (0..64).map(move |i| ((i * (seed + 3)) % 251) as u8);
+    let bytes = |count: usize| (0..count).flat_map(plane).collect::<Vec<u8>>();
+    let mha = b"NDims = 3\nDimSize = 4 4 4\nElementType = MET_UCHAR\nElementNumberOfChannels = 2\nElementDataFile = LOCAL\n";
+    std::fs::write(folder.join("components.mha"), [&mha[..], &bytes(2)].concat()).unwrap();
+    let vtk = |name: &str, seed: usize| {
+        let values: Vec<String> = plane(seed).map(|value| value.to_string()).collect();
+        format!("SCALARS {name} unsigned_char 1\nLOOKUP_TABLE default\n{}\n", values.join(" "))
+    };
+    let head = "# vtk DataFile Version 3.0\nx\nASCII\nDATASET STRUCTURED_POINTS\nDIMENSIONS 4 4 4\nORIGIN 0 0 0\nSPACING 1 1 1\nPOINT_DATA 64\n";
+    std::fs::write(folder.join("arrays.vtk"), [head, &vtk("a", 1), &vtk("b", 2)].concat()).unwrap();
+    // Two slices, channels and time points of 8x8 pixels behind the one page of a stack of ImageJ.
+    let description = "ImageJ=1.53q\nimages=8\nchannels=2\nslices=2\nframes=2\nhyperstack=true\0";
+    let data = 8 + 2 + 8 * 12 + 4;
+    let text = data + 8 * 64;
+    let entry = |tag: u16, kind: u16, count: usize, value: usize| {
+        let count = u32::try_from(count).unwrap().to_le_bytes();
+        let value = u32::try_from(value).unwrap().to_le_bytes();
+        [&tag.to_le_bytes()[..], &kind.to_le_bytes(), &count, &value].concat()
+    };
+    let entries = [
+        entry(256, 4, 1, 8),
+        entry(257, 4, 1, 8),
+        entry(258, 3, 1, 8),
+        entry(262, 3, 1, 1),
+        entry(270, 2, description.len(), text),
+        entry(273, 4, 1, data),
+        entry(278, 4, 1, 8),
+        entry(279, 4, 1, 64),
+    ];
+    let tiff = [b"II*\0\x08\0\0\0\x08\0", &entries.concat()[..], &[0; 4], &bytes(8), description.as_bytes()];
+    std::fs::write(folder.join("channels.tif"), tiff.concat()).unwrap();
+}
+
 #[test]
 fn every_field_of_a_session_is_kept_and_shows() {
     let folder = tempfile::tempdir().unwrap();
     let (volume, path) = (folder.path().join("ball.raw"), folder.path().join("session.toml"));
     std::fs::write(&volume, voxels()).unwrap();
+    let turned =
+        b"NDims = 3\nDimSize = 16 16 16\nElementType = MET_USHORT\nTransformMatrix = 0 1 0 0 0 1 1 0 0\n\
+        ElementDataFile = LOCAL\n";
+    std::fs::write(folder.path().join("turned.mha"), [&turned[..], &voxels()].concat()).unwrap();
+    write_parts(folder.path());
     let whole = everything(&volume).sealed();
     let mut known = fields(&whole);
     let mut either = whole.clone();
+    either.read.array = Some("a".into());
     either.render.camera = Some([0.0; 7]);
     either.render.random_weights = Some("wnet-fast".parse().unwrap());
     known.extend(fields(&either));

@@ -1,4 +1,5 @@
 use super::marching::{Marching, Sampled, marching};
+use super::on_orbit;
 use super::repeat::alternating;
 use crate::console::JsonOutput;
 use anyhow::{Result, anyhow};
@@ -6,7 +7,8 @@ use fovolnet::core::{Camera, Fovea, FrameSize};
 use fovolnet::io::atomic;
 use fovolnet::render::noise::Noise;
 use fovolnet::{
-    Machine, OpenVolume, RenderSettings, SpeedSettings, VolumeSettings, camera_path, open_volume, scene,
+    Machine, OpenVolume, RenderSettings, SpeedSettings, VolumeSettings, WorldBox, camera_path, open_volume,
+    scene,
 };
 use plotters::prelude::*;
 use serde::Serialize;
@@ -115,10 +117,12 @@ pub fn measured(
     speed: &SpeedSettings,
     repeats: usize,
 ) -> Result<(Vec<Row>, Machine)> {
+    let settings = &on_orbit(settings.clone());
+    let world = WorldBox::new(&opened.volume, settings)?;
     let mut marching = marching(&scene(opened, settings)?, speed, settings.frame_size())?;
     let noise = Noise::new(settings.noise.unwrap_or_default(), 0);
     let frame = settings.frame_numbers().start;
-    let camera = camera_path(settings)?.camera(frame);
+    let camera = world.camera(&camera_path(settings, &world)?.camera(frame));
     let mut rows = Vec::new();
     for density in DENSITIES {
         let fovea = Fovea { base: density, sigma: 0.0, ..Fovea::default() };

@@ -1,11 +1,14 @@
 use super::marching::marching;
+use super::on_orbit;
 use super::repeat::{Times, alternating};
 use crate::console::JsonOutput;
 use anyhow::Result;
 use fovolnet::core::FrameSize;
 use fovolnet::io::image::{self, Alpha};
 use fovolnet::render::cpu::march::SampleCount;
-use fovolnet::{Machine, RenderSettings, SpeedSettings, VolumeSettings, camera_path, open_volume, scene};
+use fovolnet::{
+    Machine, RenderSettings, SpeedSettings, VolumeSettings, WorldBox, camera_path, open_volume, scene,
+};
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -71,9 +74,13 @@ struct Report {
 
 impl MarchBench {
     pub fn run(self) -> Result<()> {
-        let scene = scene(&open_volume(&self.volume, &self.read)?, &self.settings)?;
-        let camera = camera_path(&self.settings)?.camera(self.settings.frame_numbers().start);
-        let size = self.settings.frame_size();
+        let settings = on_orbit(self.settings.clone());
+        let opened = open_volume(&self.volume, &self.read)?;
+        let scene = scene(&opened, &settings)?;
+        let world = WorldBox::new(&opened.volume, &settings)?;
+        let camera = camera_path(&settings, &world)?.camera(settings.frame_numbers().start);
+        let camera = world.camera(&camera);
+        let size = settings.frame_size();
         let mut marching = marching(&scene, &self.speed, size)?;
         if let Some(path) = &self.picture {
             image::write_png(path, &marching.picture(&camera)?, Alpha::Drop)?;

@@ -9,6 +9,7 @@ mod repeat;
 
 use anyhow::Result;
 use clap::Subcommand;
+use fovolnet::RenderSettings;
 
 /// Measure this machine
 #[derive(clap::Args)]
@@ -38,6 +39,14 @@ impl Bench {
             BenchCommand::Pipeline(bench) => bench.run(),
         }
     }
+}
+
+/// `settings` with the path that measurements have always had, where none is named.
+fn on_orbit(mut settings: RenderSettings) -> RenderSettings {
+    if settings.camera.is_none() && settings.view.is_none() {
+        settings.path.get_or_insert_with(|| "orbit".into());
+    }
+    settings
 }
 
 /// Threads of our own, so that `--threads` holds for bare steps too; as many as there are cores for 0.

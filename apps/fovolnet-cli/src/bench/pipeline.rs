@@ -1,3 +1,4 @@
+use super::on_orbit;
 use crate::console::{self, JsonOutput};
 use crate::interrupt;
 use anyhow::Result;
@@ -46,6 +47,7 @@ const FRAMES: u32 = 20;
 impl PipelineBench {
     pub fn run(mut self) -> Result<()> {
         self.settings.frames.get_or_insert(FRAMES);
+        self.settings = on_orbit(self.settings);
         let opened = open_volume(&self.volume, &self.read)?;
         let mut pipeline = Pipeline::new(&opened, &self.settings, &self.speed)?;
         console::warn(&pipeline);

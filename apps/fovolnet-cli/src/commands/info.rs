@@ -1,9 +1,11 @@
 use crate::console::JsonOutput;
 use anyhow::{Result, bail};
+use fovolnet::core::{Placement, Space, Volume};
 #[cfg(feature = "gpu")]
 use fovolnet::gpu::DeviceType;
 use fovolnet::render::cpu::Simd;
 use fovolnet::{Machine, OpenVolume, VolumeSettings, open_volume, presets};
+use glam::DMat3;
 use serde::Serialize;
 
 /// Say what a volume file holds
@@ -36,8 +38,59 @@ struct Report {
     non_finite: u64,
     range: [f64; 2],
     histogram: Vec<u64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    orientation: Option<String>,
+    /// Rows of the matrix whose columns are the directions of the voxel axes in LPS.
+    orientation: Option<[[f64; 3]; 3]>,
+    /// The centre of the first voxel in LPS.
+    origin: Option<[f64; 3]>,
+    /// The unit of spacing and origin.
+    units: Option<String>,
+    /// The names of the arrays of values.
+    arrays: Vec<String>,
+    /// The names of the channels.
+    channels: Vec<String>,
+    /// The number of time points.
+    times: usize,
+    /// Whether the components are colours, by the word of the file.
+    colours: bool,
+    /// What is known of labels, where the values may be such.
+    labels: Option<Labels>,
+    /// Which part of the contents the statistics are of.
+    shown: Shown,
+    /// Values far outside all others, which the range leaves out.
+    outliers: Vec<f64>,
+    /// What was doubtful when it was read, a line each.
+    notes: Vec<String>,
+}
+
+/// Whole numbers, few of them different, or what a file says are labels.
+#[derive(Serialize)]
+struct Labels {
+    /// Whether the file says so.
+    declared: bool,
+    /// The number of different values; none where they are many.
+    count: Option<usize>,
+}
+
+impl Labels {
+    /// What is known of the labels of `volume`; none where it looks like no label map.
+    fn of(volume: &Volume) -> Option<Self> {
+        let declared = volume.contents().are_labels;
+        let may_be = declared || volume.dtype().is_integer();
+        let count = volume.distinct_values(MOST_LABELS).filter(|_| may_be).map(|values| values.len());
+        (declared || count.is_some_and(|count| count > 2)).then_some(Self { declared, count })
+    }
+}
+
+/// Volumes of more different values are no label maps unless they say so.
+const MOST_LABELS: usize = 32;
+
+/// Which part of a file is shown, from 0 on.
+#[derive(Serialize)]
+struct Shown {
+    array: Option<String>,
+    channel: usize,
+    time: usize,
+    component: usize,
 }
 
 #[derive(Serialize)]
@@ -118,14 +171,15 @@ impl Info {
             bail!("no volume is named; give a file, --devices, or --transfer-functions")
         };
         let opened = open_volume(name, &self.read)?;
-        opened.doubts().iter().for_each(|doubt| eprintln!("note: {doubt}"));
+        opened.notes().iter().for_each(|note| eprintln!("note: {note}"));
         let volume = &opened.volume;
         let statistics = volume.statistics();
+        let contents = volume.contents();
         let report = Report {
             format: volume.format().to_owned(),
             dims: volume.grid().dims(),
             dtype: volume.dtype().to_string(),
-            components: volume.components(),
+            components: contents.components,
             spacing: volume.grid().spacing(),
             min: statistics.min,
             max: statistics.max,
@@ -133,7 +187,22 @@ impl Info {
             non_finite: statistics.non_finite,
             range: volume.range(),
             histogram: volume.histogram(BINS, volume.range()),
-            orientation: volume.orientation().map(str::to_owned),
+            orientation: volume.placement().map(|placement| rows(placement.directions())),
+            origin: volume.placement().map(|placement| placement.origin().to_array()),
+            units: volume.units().map(str::to_owned),
+            arrays: contents.arrays.clone(),
+            channels: contents.channels.clone(),
+            times: contents.times,
+            colours: contents.are_colours,
+            labels: Labels::of(volume),
+            shown: Shown {
+                array: contents.array_name().map(str::to_owned),
+                channel: contents.channel,
+                time: contents.time,
+                component: contents.component,
+            },
+            outliers: statistics.outliers.iter().map(|outlier| outlier.value).collect(),
+            notes: opened.notes(),
         };
         self.describe(&opened, &report)?;
         self.json.write(&report)
@@ -144,24 +213,38 @@ impl Info {
         let [x, y, z] = r.dims;
         say(opened.source.clone())?;
         say(format!("  format      {}", r.format))?;
-        let points = match opened.volume.time_points() {
-            1 => String::new(),
-            count => format!(", {count} time points, the first is shown"),
-        };
-        say(format!("  dims        {x} x {y} x {z}{points}"))?;
-        let components = match r.components {
-            1 => "1 component".to_owned(),
-            count => format!("{count} components, the first is shown"),
-        };
-        say(format!("  type        {}, {components}", r.dtype))?;
-        say(format!("  spacing     {} x {} x {}", r.spacing[0], r.spacing[1], r.spacing[2]))?;
+        say(format!("  dims        {x} x {y} x {z}"))?;
+        say(format!("  type        {}", r.dtype))?;
+        if !r.arrays.is_empty() {
+            say(format!("  arrays      {}", r.arrays.join(", ")))?;
+        }
+        if !r.channels.is_empty() {
+            say(format!("  channels    {}", numbered(&r.channels)))?;
+        }
+        if r.times > 1 {
+            say(format!("  times       {}", r.times))?;
+        }
+        if r.components > 1 {
+            let colours = if r.colours { ", colours" } else { "" };
+            say(format!("  components  {}{colours}", r.components))?;
+        }
+        if let Some(Labels { declared, count }) = &r.labels {
+            let count = count.map_or(String::new(), |count| format!("{count} different values"));
+            let declared = if *declared { "the file says so" } else { "" };
+            let known: Vec<&str> = [declared, &count].into_iter().filter(|part| !part.is_empty()).collect();
+            say(format!("  labels      {}", known.join(", ")))?;
+        }
+        let units = r.units.as_deref().map(|units| format!(" {units}")).unwrap_or_default();
+        say(format!("  spacing     {} x {} x {}{units}", r.spacing[0], r.spacing[1], r.spacing[2]))?;
         say(format!("  values      {} to {}, mean {:.6}", r.min, r.max, r.mean))?;
         say(format!("  shown as    {} (0) to {} (1)", r.range[0], r.range[1]))?;
         if r.non_finite > 0 {
             say(format!("  not finite  {} values, shown as the lowest", r.non_finite))?;
         }
-        if let Some(orientation) = &r.orientation {
-            say(format!("  orientation {orientation}"))?;
+        if let Some(placement) = opened.volume.placement() {
+            say(format!("  orientation {}", axes_in_words(placement)))?;
+            let [x, y, z] = placement.origin().to_array();
+            say(format!("  origin      {x} {y} {z} (LPS)"))?;
         }
         say(format!("  histogram   {}", sparkline(&r.histogram)))
     }
@@ -204,6 +287,37 @@ impl Info {
         }
         self.json.write(&devices)
     }
+}
+
+/// Names with their numbers from 0 on.
+fn numbered(names: &[String]) -> String {
+    let shown = |(i, name): (usize, &String)| format!("{i} {name}").trim_end().to_owned();
+    names.iter().enumerate().map(shown).collect::<Vec<_>>().join(", ")
+}
+
+/// The rows of `matrix`.
+fn rows(matrix: DMat3) -> [[f64; 3]; 3] {
+    matrix.transpose().to_cols_array_2d()
+}
+
+/// Where the voxel axes of a grid point, in words.
+fn axes_in_words(placement: &Placement) -> String {
+    let word = |letter| match letter {
+        'L' => "left",
+        'R' => "right",
+        'P' => "posterior",
+        'A' => "anterior",
+        'S' => "superior",
+        _ => "inferior",
+    };
+    let letters = placement.letters();
+    let ends: Vec<&str> = letters.chars().map(word).collect();
+    let space = if placement.space() == Space::Patient { "" } else { ", if its space is LPS" };
+    let shear = match placement.shear() {
+        0.0 => String::new(),
+        degrees => format!(", sheared by {degrees:.1} degrees"),
+    };
+    format!("{letters}: x to {}, y to {}, z to {}{space}{shear}", ends[0], ends[1], ends[2])
 }
 
 /// Counts as bars of eighths, on a logarithmic scale.

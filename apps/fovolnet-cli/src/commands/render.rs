@@ -5,8 +5,8 @@ use anyhow::{Result, bail, ensure};
 use fovolnet::io::video::{self, VideoWriter};
 use fovolnet::metrics::ClipQuality;
 use fovolnet::{
-    FrameReport, MeanReport, Pipeline, RenderReport, RenderSettings, Sampling, Session, SpeedSettings,
-    Visibility, VolumeSettings, open_volume,
+    Choice, FrameReport, MeanReport, Pipeline, Reconstruction, RenderReport, RenderSettings, Sampling,
+    Session, SpeedSettings, Visibility, VolumeSettings, open_volume,
 };
 use std::path::{Path, PathBuf};
 
@@ -43,12 +43,13 @@ pub struct Render {
     json: JsonOutput,
 }
 
-/// The density from which on nothing is gained by better filling.
-const ALMOST_ALL: f64 = 0.999;
-
 impl Render {
     pub fn run(mut self) -> Result<()> {
-        let session = self.session()?;
+        let mut session = self.session()?;
+        let keeps_samples = self.keep.iter().any(|keep| matches!(keep, Keep::Sparse | Keep::Mask));
+        if keeps_samples && session.render.sampling.and_then(Choice::fixed).is_none() {
+            session.render.sampling = Some(Sampling::Compact.into());
+        }
         if self.video.is_some() && session.render.is_transparent() {
             bail!(
                 "a clip has no alpha, so --video cannot be transparent; leave out --video and take the frames, or --transparent"
@@ -85,7 +86,8 @@ impl Render {
             let reference = files.has(Keep::Reference).then(|| pipeline.reference(i)).transpose()?;
             let measured = reference.as_ref().map(|r| quality.push(r, &rendered.frame)).transpose()?;
             files.write(&rendered, reference.as_ref())?;
-            visibility.look(&rendered.sparse, &pipeline.camera(i), &opened.volume);
+            let camera = pipeline.world().camera(&pipeline.camera(i));
+            visibility.look(&rendered.sparse, &camera, &opened.volume);
             if let Some(video) = &mut video {
                 video.push(&rendered.frame)?;
             }
@@ -113,7 +115,7 @@ impl Render {
             volume: session.volume.clone(),
             size: pipeline.size(),
             sampling: session.render.sampling().name().into(),
-            reconstruct: session.render.reconstruction().to_string(),
+            reconstruct: reconstruction(&session.render).to_string(),
             frames,
             mean,
             machine: pipeline.machine(),
@@ -122,9 +124,8 @@ impl Render {
         self.json.write(&report)?;
         note_older(&older, &self.output);
         interrupt::check(&format!("{complete} complete frames are in {}", self.output.display()))?;
-        match visibility.problem(&opened, &session.render) {
-            Some(problem) => eprintln!("note: {problem}"),
-            None => self.hint(&session.render, &report),
+        if let Some(problem) = visibility.problem(&opened, &session.render) {
+            eprintln!("note: {problem}");
         }
         if let Some(video) = video {
             let path = video.finish()?;
@@ -138,23 +139,10 @@ impl Render {
         Ok(())
     }
 
-    /// Says what else could be done for the picture, where nothing was said about it.
-    fn hint(&self, settings: &RenderSettings, report: &RenderReport) {
-        let is_shown = self.keep.contains(&Keep::Frame) || self.video.is_some();
-        let density = report.mean.density;
-        let is_sparse = settings.sampling() != Sampling::Full && density < ALMOST_ALL;
-        if settings.reconstruct.is_none() && is_sparse && is_shown {
-            eprintln!(
-                "note: {:.1} % of the pixels were marched and filled by pull-push; --reconstruct wnet rebuilds them better, \
-                 --sampling full marches all",
-                100.0 * density
-            );
-        }
-    }
-
     /// The session that the arguments describe: the file's, if a file is named, with the flags on top.
     fn session(&mut self) -> Result<Session> {
         let flags = std::mem::take(&mut self.settings);
+        flags.check_flags()?;
         let read = std::mem::take(&mut self.read);
         let path = Path::new(&self.volume);
         if path.extension().is_some_and(|e| e == "toml") {
@@ -197,6 +185,14 @@ impl Render {
             line += &format!(", PSNR {psnr:.2} dB, SSIM {ssim:.4}");
         }
         self.json.say(line)
+    }
+}
+
+/// How the frames of `settings` are filled; not at all where every pixel is marched.
+fn reconstruction(settings: &RenderSettings) -> Reconstruction {
+    match settings.sampling() {
+        Sampling::Full => Reconstruction::None,
+        _ => settings.reconstruction(),
     }
 }
 

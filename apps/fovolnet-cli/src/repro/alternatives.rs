@@ -111,7 +111,7 @@ fn ways(evaluation: &Evaluation, data: &DataSet) -> Result<Vec<Way>> {
             ways.push(Way { family: method.name, name, settings, is_enlarged: false });
         }
     }
-    let full = RenderSettings { sampling: Some(Sampling::Full), ..evaluation.settings(data, SPARSE) };
+    let full = RenderSettings { sampling: Some(Sampling::Full.into()), ..evaluation.settings(data, SPARSE) };
     for factor in SMALLER {
         let FrameSize { width, height } = evaluation.size;
         let size = FrameSize::new((width / factor).max(1), (height / factor).max(1))?;

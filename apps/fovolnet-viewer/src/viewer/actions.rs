@@ -135,7 +135,7 @@ impl Viewer {
         read: VolumeSettings,
         render: RenderSettings,
     ) {
-        self.said = (read, render.clone());
+        self.said = (read.clone(), render.clone());
         let source = source.to_owned();
         let name = format!("opening {}", start_page::middle_cut(&source, 50));
         self.start_opening(context, name, move || Opened::open(&source, read, render));

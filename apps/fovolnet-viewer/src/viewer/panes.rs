@@ -82,6 +82,10 @@ impl Viewer {
             }
             opened.backdrop.ui(ui, &opened.volume);
         });
+        section("View").show(ui, |ui| {
+            let has_placement = opened.volume.volume.placement().is_some();
+            panels::standing(ui, opened.document.settings_mut(), has_placement);
+        });
         section("Light").show(ui, |ui| panels::scene(ui, opened.document.settings_mut()));
         CollapsingHeader::new("Clipping").show(ui, |ui| {
             panels::clipping(ui, opened.document.settings_mut(), opened.volume.volume.grid().dims());

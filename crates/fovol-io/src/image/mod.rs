@@ -8,7 +8,7 @@ use fovol_core::{Frame, FrameSize};
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageBuffer, ImageEncoder, ImageReader, Rgba, imageops};
 use std::fs::File;
-use std::io::{BufRead, BufReader, Read, Seek, Write};
+use std::io::{BufRead, BufReader, Read, Seek};
 use std::path::Path;
 
 /// The endings of pictures that are read.

@@ -26,11 +26,7 @@ const LARGEST_PIECE: usize = 16 << 20;
 /// # Errors
 /// A stream that is damaged or ends before `needed` bytes.
 pub fn decompress(source: &Source, bytes: &[u8], compression: Compression, needed: usize) -> Result<Vec<u8>> {
-    let mut reader: Box<dyn Read + '_> = match compression {
-        Compression::Gzip => Box::new(flate2::bufread::MultiGzDecoder::new(bytes)),
-        Compression::Zlib => Box::new(flate2::bufread::ZlibDecoder::new(bytes)),
-        Compression::Bzip2 => Box::new(bzip2::bufread::MultiBzDecoder::new(bytes)),
-    };
+    let mut reader = reader(bytes, compression);
     read_exactly(source, &mut reader, needed)
 }
 
@@ -54,6 +50,22 @@ pub fn read_exactly(source: &Source, reader: &mut dyn Read, needed: usize) -> Re
     Ok(out)
 }
 
+/// The first `length` bytes of what is packed in `bytes`; fewer where it ends or is damaged.
+pub fn beginning(bytes: &[u8], compression: Compression, length: usize) -> Vec<u8> {
+    let mut out = Vec::new();
+    // What came before the damage is still the beginning.
+    let _ = reader(bytes, compression).take(length as u64).read_to_end(&mut out);
+    out
+}
+
+fn reader(bytes: &[u8], compression: Compression) -> Box<dyn Read + '_> {
+    match compression {
+        Compression::Gzip => Box::new(flate2::bufread::MultiGzDecoder::new(bytes)),
+        Compression::Zlib => Box::new(flate2::bufread::ZlibDecoder::new(bytes)),
+        Compression::Bzip2 => Box::new(bzip2::bufread::MultiBzDecoder::new(bytes)),
+    }
+}
+
 /// Decompresses everything in `bytes`, up to `limit` bytes.
 ///
 /// # Errors
@@ -65,11 +77,7 @@ pub fn decompress_all(
     limit: usize,
 ) -> Result<Vec<u8>> {
     let mut out = Vec::new();
-    let mut reader: Box<dyn Read + '_> = match compression {
-        Compression::Gzip => Box::new(flate2::bufread::MultiGzDecoder::new(bytes)),
-        Compression::Zlib => Box::new(flate2::bufread::ZlibDecoder::new(bytes)),
-        Compression::Bzip2 => Box::new(bzip2::bufread::MultiBzDecoder::new(bytes)),
-    };
+    let mut reader = reader(bytes, compression);
     let read = reader.by_ref().take(limit as u64 + 1).read_to_end(&mut out);
     read.map_err(|e| {
         source.malformed(format!("its compressed data is damaged ({e}); copy or download the file again"))

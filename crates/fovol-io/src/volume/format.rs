@@ -1,6 +1,6 @@
 //! Which parser a file belongs to: by its first bytes where they tell, else by its name.
 
-use super::{Source, legacy_vtk, metaimage, nifti, nrrd, tiff_stack, vti};
+use super::{Overrides, Source, legacy_vtk, metaimage, nifti, nrrd, raw, slice_folder, tiff_stack, vti};
 use crate::{Error, Result};
 use fovol_core::Volume;
 use std::io::Read;
@@ -8,44 +8,65 @@ use std::ops::Range;
 use std::path::Path;
 
 /// Reads one kind of volume file.
-pub type Parser = fn(&Source) -> Result<Volume>;
+pub type Parser = fn(&Source, &Overrides) -> Result<Volume>;
 
 /// The parser of `source`; none for bare voxels.
 ///
 /// # Errors
 /// A file of a kind that is known but not read.
 pub fn parser_of(source: &Source) -> Result<Option<Parser>> {
+    let (bytes, name) = (source.bytes(), name(source.path()));
     if nifti::header_beside(source.path()).is_some() {
         return Ok(Some(nifti::parse));
     }
-    if let Some(parser) = by_content(source.bytes()).or_else(|| by_name(&name(source.path()))) {
+    if let Some(parser) = by_content(bytes) {
         return Ok(Some(parser));
     }
-    match foreign(source.bytes(), &name(source.path())) {
+    // Bare voxels may begin like anything, but hardly with a mark 128 bytes behind zeros.
+    let marked = foreign_content(bytes).filter(|_| is_dicom(bytes) || !raw::is_bare(source));
+    if let Some(problem) = marked {
+        return Err(source.unsupported(problem));
+    }
+    if let Some(parser) = by_name(&name) {
+        return Ok(Some(parser));
+    }
+    match foreign_name(&name) {
         Some(problem) => Err(source.unsupported(problem)),
         None => Ok(None),
     }
+}
+
+/// Whether a file that begins with `bytes`, unpacked from a compressed one called `path`, is of a known kind rather than bare
+/// voxels.
+pub fn is_known(bytes: &[u8], path: &Path) -> bool {
+    by_content(bytes).is_some() || foreign_content(bytes).is_some() || by_name(&name(path)).is_some()
 }
 
 /// Reads a folder as a volume.
 ///
 /// # Errors
 /// A folder that holds no volume.
-pub fn read_folder(path: &Path) -> Result<Volume> {
+pub fn read_folder(path: &Path, overrides: &Overrides) -> Result<Volume> {
     if [".zattrs", ".zgroup", ".zarray", "zarr.json"].iter().any(|file| path.join(file).is_file()) {
         return Err(Error::unsupported(path, "Zarr is not read yet; convert one array to NRRD or NIfTI"));
     }
-    if let Some(volume) = tiff_stack::parse_folder(path)? {
+    if let Some(volume) = tiff_stack::parse_folder(path, overrides)? {
+        return Ok(volume);
+    }
+    if let Some(volume) = slice_folder::parse(path, overrides)? {
         return Ok(volume);
     }
     if holds_dicom(path) {
         return Err(Error::unsupported(path, DICOM));
     }
-    Err(Error::unsupported(path, "it is a folder without slices; name a volume file"))
+    Err(Error::unsupported(
+        path,
+        "it is a folder without slices of TIFF, PNG, JPEG or BMP; name a volume file",
+    ))
 }
 
 /// What to do with DICOM files, one or a folder of them.
-const DICOM: &str = "DICOM is not read yet; convert the series to NIfTI, with dcm2niix for one";
+const DICOM: &str = "DICOM is not read yet; convert the series to NIfTI or NRRD";
 
 /// Files of a folder that are looked into: series lie in folders of their own.
 const FILES_LOOKED_AT: usize = 16;
@@ -59,17 +80,20 @@ fn holds_dicom(path: &Path) -> bool {
         let opened = std::fs::File::open(&file);
         let is_read =
             opened.is_ok_and(|file| file.take(DICOM_MARK.end as u64).read_to_end(&mut start).is_ok());
-        is_read && is_dicom(&start, &name(&file))
+        is_read && (is_dicom(&start) || is_dicom_name(&name(&file)))
     })
 }
 
 /// Where DICOM files say what they are.
 const DICOM_MARK: Range<usize> = 128..132;
 
+fn is_dicom(bytes: &[u8]) -> bool {
+    bytes.get(DICOM_MARK) == Some(b"DICM")
+}
+
 /// `name` is in lower case.
-fn is_dicom(bytes: &[u8], name: &str) -> bool {
-    let ends = [".dcm", ".dicom"].iter().any(|ending| name.ends_with(ending));
-    bytes.get(DICOM_MARK) == Some(b"DICM") || ends || name == "dicomdir"
+fn is_dicom_name(name: &str) -> bool {
+    [".dcm", ".dicom"].iter().any(|ending| name.ends_with(ending)) || name == "dicomdir"
 }
 
 fn by_content(bytes: &[u8]) -> Option<Parser> {
@@ -77,8 +101,11 @@ fn by_content(bytes: &[u8]) -> Option<Parser> {
         [b'N', b'R', b'R', b'D', b'0', b'0', b'0', _, ..] => Some(nrrd::parse),
         _ if bytes.starts_with(b"ObjectType") || bytes.starts_with(b"NDims") => Some(metaimage::parse),
         _ if nifti::is_nifti(bytes) => Some(nifti::parse),
+        // Preambles of DICOM files may look like TIFF.
+        _ if is_dicom(bytes) => None,
         _ if tiff_stack::is_tiff(bytes) => Some(tiff_stack::parse),
         _ if bytes.starts_with(legacy_vtk::MARK) => Some(legacy_vtk::parse),
+        _ if vti::is_vti(bytes) => Some(vti::parse),
         _ => None,
     }
 }
@@ -89,7 +116,7 @@ fn by_name(name: &str) -> Option<Parser> {
     match name {
         _ if ends(&[".mha", ".mhd"]) => Some(metaimage::parse),
         _ if ends(&[".nrrd", ".nhdr"]) => Some(nrrd::parse),
-        _ if ends(&[".nii", ".nii.gz", ".hdr", ".hdr.gz"]) => Some(nifti::parse),
+        _ if ends(&[".nii", ".hdr"]) => Some(nifti::parse),
         _ if ends(&[".tif", ".tiff"]) => Some(tiff_stack::parse),
         _ if ends(&[".vti"]) => Some(vti::parse),
         _ if ends(&[".vtk"]) => Some(legacy_vtk::parse),
@@ -97,38 +124,49 @@ fn by_name(name: &str) -> Option<Parser> {
     }
 }
 
-/// What is wrong with files of kinds that are known but not read.
-fn foreign(bytes: &[u8], name: &str) -> Option<&'static str> {
-    let ends = |endings: &[&str]| endings.iter().any(|ending| name.ends_with(ending));
+const HDF5: &str =
+    "HDF5 and NetCDF are not read yet; convert one variable to NRRD or raw, with h5py or xarray for one";
+
+const VTK_XML: &str = "only image data is read of VTK's XML files; resample it to .vti, in ParaView for one";
+
+/// What is wrong with files that begin with `bytes`, of kinds that are known but not read.
+fn foreign_content(bytes: &[u8]) -> Option<&'static str> {
     Some(match bytes {
-        _ if is_dicom(bytes, name) => DICOM,
-        [0x89, b'H', b'D', b'F', ..] | [b'C', b'D', b'F', 1 | 2 | 5, ..] => {
-            "HDF5 and NetCDF are not read yet; convert one variable to NRRD or raw, with h5py or xarray for one"
-        }
-        _ if ends(&[".h5", ".hdf5", ".nc"]) => {
-            "HDF5 and NetCDF are not read yet; convert one variable to NRRD or raw, with h5py or xarray for one"
-        }
+        _ if is_dicom(bytes) => DICOM,
+        [0x89, b'H', b'D', b'F', ..] | [b'C', b'D', b'F', 1 | 2 | 5, ..] => HDF5,
         [b'P', b'V', b'M', ..] | [b'D', b'D', b'S', b' ', b'v', ..] => {
             "PVM is not read; convert it to raw with pvm2raw of the V^3 package"
         }
         [0x89, b'P', b'N', b'G', ..] | [0xFF, 0xD8, 0xFF, ..] => {
-            "it is a picture; put its slices into a TIFF stack"
+            "it is one picture; name the folder that holds all slices"
         }
         [b'P', b'K', 3, 4, ..] | [b'7', b'z', 0xBC, 0xAF, ..] => {
             "it is an archive; unpack it and name a file in it"
         }
-        _ if ends(&[".vtu", ".vtp", ".vts", ".vtr", ".vtm", ".pvd", ".pvti"]) => {
-            "only image data is read of VTK's XML files; resample it to .vti, in ParaView for one"
-        }
-        _ if ends(&[".vdb", ".slc", ".mnc", ".mgz", ".mgh", ".czi", ".lif", ".am"]) => {
-            "this format is not read; convert it to NRRD, NIfTI or raw"
-        }
+        _ if vti::is_vtk_xml(bytes) => VTK_XML,
         _ => return None,
     })
 }
 
+/// What is wrong with files called `name`, in lower case, of kinds that are known but not read.
+fn foreign_name(name: &str) -> Option<&'static str> {
+    let ends = |endings: &[&str]| endings.iter().any(|ending| name.ends_with(ending));
+    Some(match () {
+        () if is_dicom_name(name) => DICOM,
+        () if ends(&[".h5", ".hdf5", ".nc"]) => HDF5,
+        () if ends(&[".vtu", ".vtp", ".vts", ".vtr", ".vtm", ".pvd", ".pvti"]) => VTK_XML,
+        () if ends(&[".vdb", ".slc", ".mnc", ".mgz", ".mgh", ".czi", ".lif", ".am"]) => {
+            "this format is not read; convert it to NRRD, NIfTI or raw"
+        }
+        () => return None,
+    })
+}
+
+/// The name of the file in lower case, without the ending of a compression.
 fn name(path: &Path) -> String {
-    path.file_name().unwrap_or_default().to_string_lossy().to_ascii_lowercase()
+    let name = path.file_name().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+    let bare = [".gz", ".bz2"].iter().find_map(|ending| name.strip_suffix(ending));
+    bare.map_or_else(|| name.clone(), str::to_owned)
 }
 
 #[cfg(test)]
@@ -150,12 +188,19 @@ mod tests {
     #[test]
     fn folders_of_dicom_are_told_what_to_do() {
         let folder = tempfile::tempdir().unwrap();
-        let said = || read_folder(folder.path()).unwrap_err().to_string();
+        let said = || read_folder(folder.path(), &Overrides::default()).unwrap_err().to_string();
         std::fs::write(folder.path().join("notes.txt"), "of the scan").unwrap();
         assert!(said().contains("without slices"), "{}", said());
         let slice = [&[0; 128][..], b"DICM", &[0; 9]].concat();
         std::fs::write(folder.path().join("IM0001"), slice).unwrap();
-        assert!(said().contains("dcm2niix"), "{}", said());
+        assert!(said().contains("DICOM is not read yet"), "{}", said());
+    }
+
+    #[test]
+    fn dicom_files_that_begin_like_tiff_are_dicom() {
+        let bytes = [b"II*\0", &[0; 124][..], b"DICM"].concat();
+        let error = parser_of(&Source::from_bytes(Path::new("x.tif"), bytes)).unwrap_err().to_string();
+        assert!(error.contains("DICOM"), "{error}");
     }
 
     #[test]

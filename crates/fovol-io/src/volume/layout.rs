@@ -2,7 +2,7 @@
 
 use super::Source;
 use crate::Result;
-use fovol_core::{Dtype, Endian, Grid, Volume, VoxelBytes};
+use fovol_core::{Dtype, Endian, Grid, Placement, Volume, VoxelBytes};
 
 /// What one needs to know to see voxels in bytes.
 #[derive(Debug, Clone, PartialEq)]
@@ -59,6 +59,18 @@ impl Layout {
 
     fn grid(&self, source: &Source) -> Result<Grid> {
         Grid::new(self.dims, self.spacing).map_err(|e| source.malformed(e.to_string()))
+    }
+}
+
+/// `volume` at `placement` with its spacing in `units`, where they are known.
+pub fn placed(volume: Volume, placement: Option<Placement>, units: Option<&str>) -> Volume {
+    let volume = match placement {
+        Some(placement) => volume.with_placement(placement),
+        None => volume,
+    };
+    match units {
+        Some(units) => volume.with_units(units),
+        None => volume,
     }
 }
 

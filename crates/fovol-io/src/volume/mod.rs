@@ -1,5 +1,7 @@
 //! Volume files.
 
+mod affine;
+mod arrays;
 mod decompress;
 mod detached;
 mod format;
@@ -13,8 +15,11 @@ mod overrides;
 mod payload;
 mod raw;
 mod series;
+mod slice_folder;
 mod source;
 mod tiff_stack;
+mod units;
+mod unpacked;
 mod voxels;
 mod vti;
 mod write;
@@ -33,7 +38,7 @@ pub use write::write;
 /// A file that is missing, damaged or of no known kind; one line that says how to mend it.
 pub fn read(path: &Path, overrides: &Overrides) -> Result<Volume> {
     if path.is_dir() {
-        let volume = format::read_folder(path)?;
+        let volume = format::read_folder(path, overrides)?;
         return overrides.apply(&Source::from_bytes(path, Vec::new()), volume);
     }
     parse(&Source::open(path)?, overrides)
@@ -44,8 +49,11 @@ pub fn read(path: &Path, overrides: &Overrides) -> Result<Volume> {
 /// # Errors
 /// As [`read`].
 pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
+    if let Some(unpacked) = unpacked::unpacked(source)? {
+        return parse(&unpacked, overrides);
+    }
     let volume = match format::parser_of(source)? {
-        Some(parser) => parser(source)?,
+        Some(parser) => parser(source, overrides)?,
         None => raw::parse(source, overrides)?,
     };
     overrides.apply(source, volume)

@@ -1,6 +1,7 @@
 //! What a user says about a volume over the head of its file.
 
 use super::Source;
+use super::layout::placed;
 use crate::Result;
 use fovol_core::{Dtype, Endian, Grid, Volume};
 use std::sync::Arc;
@@ -18,6 +19,14 @@ pub struct Overrides {
     pub spacing: Option<[f64; 3]>,
     /// The values shown as 0 and 1.
     pub range: Option<[f64; 2]>,
+    /// The name of the array of values to read.
+    pub array: Option<String>,
+    /// Which value of each voxel is shown, from 0 on.
+    pub component: Option<usize>,
+    /// Which channel is read, from 0 on.
+    pub channel: Option<usize>,
+    /// Which time point is read, from 0 on.
+    pub time: Option<usize>,
 }
 
 impl Overrides {
@@ -27,6 +36,7 @@ impl Overrides {
     /// # Errors
     /// More voxels than there are bytes; a spacing or range that no volume has.
     pub fn apply(&self, source: &Source, volume: Volume) -> Result<Volume> {
+        let volume = self.chosen(source, volume)?;
         let mut volume = self.recast(volume).map_err(|e| source.malformed(e.to_string()))?;
         if let Some(spacing) = self.spacing {
             volume = volume.with_spacing(spacing).map_err(|e| source.malformed(e.to_string()))?;
@@ -35,6 +45,56 @@ impl Overrides {
             volume = volume.with_range(range).map_err(|e| source.malformed(e.to_string()))?;
         }
         Ok(volume)
+    }
+
+    /// The time point to read of `count`.
+    ///
+    /// # Errors
+    /// A choice that is not there.
+    pub(super) fn time_of(&self, source: &Source, count: usize) -> Result<usize> {
+        part(source, ["--time", "time point"], self.time, count)
+    }
+
+    /// The channel to read of `count`.
+    ///
+    /// # Errors
+    /// A choice that is not there.
+    pub(super) fn channel_of(&self, source: &Source, count: usize) -> Result<usize> {
+        part(source, ["--channel", "channel"], self.channel, count)
+    }
+
+    /// The component to show of `count`.
+    ///
+    /// # Errors
+    /// A choice that is not there.
+    pub(super) fn component_of(&self, source: &Source, count: usize) -> Result<usize> {
+        part(source, ["--component", "component"], self.component, count)
+    }
+
+    /// The error for an array that is none of `names`.
+    pub(super) fn no_array(source: &Source, name: &str, names: &[String]) -> crate::Error {
+        let name = name.escape_debug();
+        source.malformed(match names {
+            [] => format!("--array {name}: arrays have no names in it; leave the flag out"),
+            names => format!("--array {name} is not there; it has {}", names.join(", ")),
+        })
+    }
+
+    /// `volume` with the chosen component, after a check that every choice was there.
+    fn chosen(&self, source: &Source, volume: Volume) -> Result<Volume> {
+        let contents = volume.contents();
+        if let Some(name) = &self.array
+            && !contents.arrays.contains(name)
+        {
+            return Err(Self::no_array(source, name, &contents.arrays));
+        }
+        self.time_of(source, contents.times)?;
+        self.channel_of(source, contents.channels.len().max(1))?;
+        let component = self.component_of(source, contents.components)?;
+        match volume.components() > 1 {
+            true => volume.with_component(component).map_err(|e| source.malformed(e.to_string())),
+            false => Ok(volume),
+        }
     }
 
     fn recast(&self, volume: Volume) -> fovol_core::Result<Volume> {
@@ -46,14 +106,22 @@ impl Overrides {
         }
         let grid = Grid::new(dims, volume.grid().spacing())?;
         let (components, rescale) = (volume.components(), volume.rescale());
-        let (format, orientation) = (volume.format().to_owned(), volume.orientation().map(str::to_owned));
+        let format = volume.format().to_owned();
         let bytes = Arc::new(Bytes(volume.clone()));
         let cast = Volume::with_layout(grid, dtype, endian, components, bytes, 0)?;
         let cast = cast.with_rescale(rescale)?.with_format(format).with_notes_of(&volume);
-        Ok(match orientation {
-            Some(text) => cast.with_orientation(text),
-            None => cast,
-        })
+        Ok(placed(cast, volume.placement().copied(), volume.units()))
+    }
+}
+
+/// The `chosen` part of `count`, which `flag` chooses; the first where nothing is said.
+fn part(source: &Source, [flag, what]: [&str; 2], chosen: Option<usize>, count: usize) -> Result<usize> {
+    match chosen {
+        Some(index) if index >= count => Err(source.malformed(match count {
+            0 | 1 => format!("{flag} {index} is not there; it has one {what}, number 0"),
+            _ => format!("{flag} {index} is not there; it has {count} {what}s, 0 to {}", count - 1),
+        })),
+        chosen => Ok(chosen.unwrap_or(0)),
     }
 }
 

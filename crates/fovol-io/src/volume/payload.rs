@@ -38,6 +38,37 @@ pub enum Skip {
     UpToTheLast,
 }
 
+/// Volumes of one layout that follow each other, one of which is read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Blocks {
+    /// How many there are.
+    pub count: usize,
+    /// Which is read.
+    pub index: usize,
+}
+
+impl Blocks {
+    /// One volume alone.
+    pub const ONE: Self = Self { count: 1, index: 0 };
+}
+
+/// Bytes that are read of a file, after those that are passed over.
+#[derive(Clone, Copy)]
+struct Wanted {
+    /// Bytes of voxels before the wanted ones.
+    from: usize,
+    /// The number of wanted bytes.
+    length: usize,
+    /// All bytes of voxels in the file.
+    all: usize,
+}
+
+impl Wanted {
+    fn end(self) -> usize {
+        self.from + self.length
+    }
+}
+
 /// Where voxels are and how they are written.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Payload {
@@ -55,37 +86,33 @@ pub struct Payload {
 const LONGEST_FOREIGN_HEADER: usize = 1 << 20;
 
 impl Payload {
-    /// The first of `volumes` volumes of `layout`. Bare voxels of one file are mapped, not copied.
+    /// One of the `blocks` of `layout`. Bare voxels of one file are mapped, not copied.
     ///
     /// # Errors
     /// Missing files, too few bytes, damaged data.
-    pub fn volume(&self, source: &Source, mut layout: Layout, volumes: usize) -> Result<Volume> {
+    pub fn volume(&self, source: &Source, mut layout: Layout, blocks: Blocks) -> Result<Volume> {
         let one = layout.length(source)?;
-        let all = one.checked_mul(volumes).filter(|&all| all > 0).ok_or_else(|| {
-            source.malformed(format!("it cannot hold {volumes} volumes; check the sizes in its header"))
+        let all = one.checked_mul(blocks.count).filter(|&all| all > 0).ok_or_else(|| {
+            source
+                .malformed(format!("it cannot hold {} volumes; check the sizes in its header", blocks.count))
         })?;
         if matches!(self.encoding, Encoding::Decimal) {
             layout.endian = Endian::Little;
         }
+        let wanted = Wanted { from: one * blocks.index, length: one, all };
         let (bytes, offset): (VoxelBytes, usize) = match &self.files {
-            Files::Attached(start) => self.part(source, *start, &layout, one, all)?,
+            Files::Attached(start) => self.part(source, *start, &layout, wanted)?,
             Files::Detached(names) if names.len() == 1 => {
-                self.part(&source.sibling(&names[0])?, 0, &layout, one, all)?
+                self.part(&source.sibling(&names[0])?, 0, &layout, wanted)?
             }
-            Files::Detached(names) => (Arc::new(self.joined(source, names, &layout, one, all)?), 0),
+            Files::Detached(names) => (Arc::new(self.joined(source, names, &layout, wanted)?), 0),
         };
         layout.volume(source, bytes, offset)
     }
 
-    /// The first `one` of `all` bytes, gathered from the files `names`.
-    fn joined(
-        &self,
-        source: &Source,
-        names: &[String],
-        layout: &Layout,
-        one: usize,
-        all: usize,
-    ) -> Result<Vec<u8>> {
+    /// The `wanted` bytes, gathered from the files `names`.
+    fn joined(&self, source: &Source, names: &[String], layout: &Layout, wanted: Wanted) -> Result<Vec<u8>> {
+        let all = wanted.all;
         let each = all.checked_div(names.len()).unwrap_or(0);
         if each == 0 || each * names.len() != all || !each.is_multiple_of(layout.dtype.size()) {
             return Err(source.malformed(format!(
@@ -94,64 +121,68 @@ impl Payload {
             )));
         }
         let mut out = Vec::new();
-        for name in names {
-            let wanted = each.min(one - out.len());
-            if wanted == 0 {
-                break;
+        for (name, start) in names.iter().zip((0..).step_by(each)) {
+            let from = wanted.from.max(start);
+            let end = wanted.end().min(start + each);
+            if from >= end {
+                continue;
             }
-            let (bytes, offset) = self.part(&source.sibling(name)?, 0, layout, wanted, each)?;
-            out.extend_from_slice(&(*bytes).as_ref()[offset..offset + wanted]);
+            let part = Wanted { from: from - start, length: end - from, all: each };
+            let (bytes, offset) = self.part(&source.sibling(name)?, 0, layout, part)?;
+            out.extend_from_slice(&(*bytes).as_ref()[offset..offset + part.length]);
         }
         Ok(out)
     }
 
-    /// Bytes that hold the first `wanted` of the `all` bytes of voxels in `file`, and where they begin.
+    /// Bytes that hold the `wanted` ones of `file`, and where these begin.
     fn part(
         &self,
         file: &Source,
         start: usize,
         layout: &Layout,
-        wanted: usize,
-        all: usize,
+        wanted: Wanted,
     ) -> Result<(VoxelBytes, usize)> {
         let start = start + skipped_lines(file, start, self.line_skip)?;
         let data = &file.bytes()[start..];
         match self.encoding {
             Encoding::Bare => {
-                let offset = start + self.byte_skip.offset(file, data.len(), wanted, all)?;
+                let offset = start + self.byte_skip.offset(file, data.len(), wanted)?;
                 Ok((file.shared(), offset))
             }
             Encoding::Compressed(compression) => {
                 let bytes = match self.byte_skip {
-                    Skip::Bytes(skip) => decompress(file, data, compression, skip.saturating_add(wanted))?,
+                    Skip::Bytes(skip) => {
+                        decompress(file, data, compression, skip.saturating_add(wanted.end()))?
+                    }
                     Skip::UpToTheLast => {
-                        decompress_all(file, data, compression, all.saturating_add(LONGEST_FOREIGN_HEADER))?
+                        let limit = wanted.all.saturating_add(LONGEST_FOREIGN_HEADER);
+                        decompress_all(file, data, compression, limit)?
                     }
                 };
-                let offset = self.byte_skip.offset(file, bytes.len(), wanted, all)?;
+                let offset = self.byte_skip.offset(file, bytes.len(), wanted)?;
                 Ok((Arc::new(bytes), offset))
             }
             Encoding::Decimal => {
                 let text = &data[self.byte_skip.within(data)..];
-                let count = wanted / layout.dtype.size();
-                Ok((Arc::new(numbers::decimal(file, text, layout.dtype, count)?), 0))
+                let count = wanted.end() / layout.dtype.size();
+                Ok((Arc::new(numbers::decimal(file, text, layout.dtype, count)?), wanted.from))
             }
             Encoding::Hexadecimal => {
                 let text = &data[self.byte_skip.within(data)..];
-                Ok((Arc::new(numbers::hexadecimal(file, text, wanted)?), 0))
+                Ok((Arc::new(numbers::hexadecimal(file, text, wanted.end())?), wanted.from))
             }
         }
     }
 }
 
 impl Skip {
-    /// Where the voxels begin among `length` bytes that must hold `wanted` from there on.
-    fn offset(self, file: &Source, length: usize, wanted: usize, all: usize) -> Result<usize> {
+    /// Where the wanted voxels begin among `length` bytes.
+    fn offset(self, file: &Source, length: usize, wanted: Wanted) -> Result<usize> {
         let (offset, needed) = match self {
-            Self::Bytes(skip) => (Some(skip), skip.saturating_add(wanted)),
-            Self::UpToTheLast => (length.checked_sub(all), all),
+            Self::Bytes(skip) => (Some(skip), skip.saturating_add(wanted.end())),
+            Self::UpToTheLast => (length.checked_sub(wanted.all), wanted.all),
         };
-        offset.filter(|_| needed <= length).ok_or_else(|| {
+        offset.filter(|_| needed <= length).map(|offset| offset + wanted.from).ok_or_else(|| {
             file.malformed(format!(
                 "it ends after {length} of {needed} bytes of voxels; copy or download it again"
             ))
@@ -188,9 +219,13 @@ mod tests {
         Payload { files: Files::Attached(0), encoding, line_skip, byte_skip }
     }
 
-    fn read(payload: &Payload, bytes: &[u8], volumes: usize) -> Result<Volume> {
+    fn read(payload: &Payload, bytes: &[u8], count: usize) -> Result<Volume> {
+        read_block(payload, bytes, Blocks { count, index: 0 })
+    }
+
+    fn read_block(payload: &Payload, bytes: &[u8], blocks: Blocks) -> Result<Volume> {
         let source = Source::from_bytes(Path::new("x"), bytes.to_vec());
-        payload.volume(&source, Layout::new([2, 1, 1], Dtype::U16), volumes)
+        payload.volume(&source, Layout::new([2, 1, 1], Dtype::U16), blocks)
     }
 
     #[test]
@@ -220,6 +255,27 @@ mod tests {
     }
 
     #[test]
+    fn later_blocks_are_found_in_every_encoding() {
+        let blocks = Blocks { count: 2, index: 1 };
+        let bare = b"\x01\0\x02\0\x03\0\x04\0";
+        let mut packed = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::fast());
+        std::io::Write::write_all(&mut packed, bare).unwrap();
+        let packed = packed.finish().unwrap();
+        for (encoding, bytes) in [
+            (Encoding::Bare, &bare[..]),
+            (Encoding::Compressed(Compression::Zlib), &packed),
+            (Encoding::Decimal, b"1 2 3 4"),
+            (Encoding::Hexadecimal, b"0100 0200 0300 0400"),
+        ] {
+            let volume = read_block(&attached(encoding, 0, Skip::Bytes(0)), bytes, blocks).unwrap();
+            assert_eq!([volume.value([0, 0, 0]), volume.value([1, 0, 0])], [3.0, 4.0], "{encoding:?}");
+        }
+        let volume = read_block(&attached(Encoding::Bare, 0, Skip::UpToTheLast), bare, blocks).unwrap();
+        assert_eq!(volume.value([0, 0, 0]), 3.0);
+        assert!(read_block(&attached(Encoding::Bare, 0, Skip::Bytes(0)), &bare[..7], blocks).is_err());
+    }
+
+    #[test]
     fn parts_of_many_files_are_joined() {
         let folder = tempfile::tempdir().unwrap();
         for (name, bytes) in [("a", b"\x01\0"), ("b", b"\x02\0")] {
@@ -229,7 +285,7 @@ mod tests {
         let with = |names: &[&str]| {
             let files = Files::Detached(names.iter().map(|name| (*name).to_owned()).collect());
             let payload = Payload { files, ..attached(Encoding::Bare, 0, Skip::Bytes(0)) };
-            payload.volume(&source, Layout::new([2, 1, 1], Dtype::U16), 1)
+            payload.volume(&source, Layout::new([2, 1, 1], Dtype::U16), Blocks::ONE)
         };
         assert_eq!(with(&["a", "b"]).unwrap().value([1, 0, 0]), 2.0);
         assert!(with(&["a", "missing"]).unwrap_err().to_string().contains("missing"));

@@ -9,7 +9,10 @@ mod view;
 
 #[cfg(feature = "gpu")]
 use crate::Device;
-use crate::{Clip, Error, Machine, OpenDevice, OpenVolume, RenderSettings, Result, SpeedSettings, scene};
+use crate::{
+    Clip, Error, Machine, OpenDevice, OpenVolume, RenderSettings, Result, SpeedSettings, WorldBox, scene,
+    world_box,
+};
 use cpu::CpuMarcher;
 use fovol_core::{Camera, Fovea, Frame, FrameSize, SampleList, SampleMask, Scene, awake};
 use fovol_render::cpu::march::Marched;
@@ -126,6 +129,7 @@ pub struct DeviceFrame {
 pub struct Pipeline {
     volume: OpenVolume,
     clip: Clip,
+    world: WorldBox,
     settings: RenderSettings,
     speed: SpeedSettings,
     device: OpenDevice,
@@ -172,8 +176,10 @@ impl Pipeline {
                 Error::Setting(format!("cannot start the threads ({e}); give a smaller --threads"))
             })?;
         let clip = Clip::new(&volume.volume, settings.clip)?;
+        let world = WorldBox::new(&volume.volume, settings)?;
         let scene = Scene { volume: Arc::clone(clip.volume()), ..scene(volume, settings)? };
-        let (marcher, notes) = threads.install(|| Marcher::new(&device, &scene, settings, speed))?;
+        let (marcher, mut notes) = threads.install(|| Marcher::new(&device, &scene, settings, speed))?;
+        notes.extend(world_box::notes(&volume.volume, settings)?);
         let reconstruction = marcher.host_reconstruction(settings)?;
         let simd = speed.simd.unwrap_or_else(Simd::best);
         let machine =
@@ -181,12 +187,13 @@ impl Pipeline {
         Ok(Self {
             volume: volume.clone(),
             clip,
+            world,
             settings: settings.clone(),
             speed: speed.clone(),
             device,
             marcher,
             reconstruction,
-            paths: Paths::new(settings)?,
+            paths: Paths::new(settings, &world)?,
             machine,
             notes,
             threads,
@@ -204,7 +211,8 @@ impl Pipeline {
         }
         transparent::check(settings)?;
         let mut scene = scene(&self.volume, settings)?;
-        let paths = Paths::new(settings)?;
+        let world = WorldBox::new(&self.volume.volume, settings)?;
+        let paths = Paths::new(settings, &world)?;
         if self.settings.clip != settings.clip {
             return self.begin_anew(settings);
         }
@@ -221,7 +229,7 @@ impl Pipeline {
             }
             Ok::<_, Error>(())
         })?;
-        self.paths = paths;
+        (self.paths, self.world) = (paths, world);
         self.settings = settings.clone();
         Ok(())
     }
@@ -259,6 +267,16 @@ impl Pipeline {
         self.paths.camera(i)
     }
 
+    /// How the volume stands in the world of [`Self::camera`].
+    pub fn world(&self) -> &WorldBox {
+        &self.world
+    }
+
+    /// The world's `camera` in the space of the marched box.
+    fn in_box(&self, camera: &Camera) -> Camera {
+        self.clip.camera(&self.world.camera(camera))
+    }
+
     /// The fovea of frame `i`.
     pub fn fovea(&self, i: u32) -> Fovea {
         self.paths.fovea(i)
@@ -269,7 +287,8 @@ impl Pipeline {
     /// # Errors
     /// A list for frames of another size, a device that is lost.
     pub fn march(&mut self, camera: &Camera, list: &SampleList) -> Result<Vec<Marched>> {
-        let (marcher, camera) = (&mut self.marcher, self.clip.camera(camera));
+        let camera = self.in_box(camera);
+        let marcher = &mut self.marcher;
         let mut marched = self.threads.install(|| marcher.march_list(&camera, list))?;
         for pixel in &mut marched {
             pixel.depth = self.clip.distance(pixel.depth);
@@ -285,7 +304,8 @@ impl Pipeline {
         if self.settings.is_transparent() {
             return Ok(self.render(i)?.frame);
         }
-        let (camera, size, marcher) = (self.clip.camera(&self.camera(i)), self.size(), &mut self.marcher);
+        let (camera, size) = (self.in_box(&self.camera(i)), self.size());
+        let marcher = &mut self.marcher;
         self.threads.install(|| marcher.march_full(&camera, size))
     }
 
@@ -306,7 +326,7 @@ impl Pipeline {
             return self.render_without_background(i, viewpoint);
         }
         let started = Timer::start();
-        let (camera, fovea) = (self.clip.camera(&viewpoint.camera), viewpoint.fovea);
+        let (camera, fovea) = (self.in_box(&viewpoint.camera), viewpoint.fovea);
         let view = View { index: i, size: self.size(), camera, fovea };
         let (marcher, reconstruction) = (&mut self.marcher, &mut self.reconstruction);
         self.threads.install(|| {
@@ -326,7 +346,7 @@ impl Pipeline {
     /// As [`Self::render`].
     #[cfg(feature = "gpu")]
     pub fn display_from(&mut self, i: u32, viewpoint: &Viewpoint) -> Result<Option<DeviceFrame>> {
-        let (camera, fovea) = (self.clip.camera(&viewpoint.camera), viewpoint.fovea);
+        let (camera, fovea) = (self.in_box(&viewpoint.camera), viewpoint.fovea);
         let view = View { index: i, size: self.size(), camera, fovea };
         match &mut self.marcher {
             Marcher::Gpu(marcher) if !self.reconstruction.is_needed(&self.settings) => {

@@ -67,7 +67,7 @@ mod tests {
     fn settings() -> RenderSettings {
         RenderSettings {
             size: Some("60x40".parse().unwrap()),
-            sampling: Some(Sampling::Full),
+            sampling: Some(Sampling::Full.into()),
             background: Some([0.2, 0.4, 0.8]),
             ..RenderSettings::default()
         }
@@ -92,7 +92,11 @@ mod tests {
 
     #[test]
     fn what_is_reconstructed_is_not_transparent_and_the_error_says_what_to_do() {
-        let sparse = RenderSettings { sampling: None, transparent: Some(true), ..settings() };
+        let sparse = RenderSettings {
+            sampling: Some(Sampling::Compact.into()),
+            transparent: Some(true),
+            ..settings()
+        };
         assert!(pipeline(&sparse).unwrap_err().to_string().contains("--sampling full"));
         let mut pipeline = pipeline(&settings()).unwrap();
         assert!(pipeline.change(&sparse).is_err());

@@ -1,4 +1,4 @@
-use crate::{RenderSettings, Result, camera_path};
+use crate::{RenderSettings, Result, WorldBox, camera_path};
 use fovol_core::{Camera, CameraPath, Fovea, FrameSize, GazePath};
 
 /// From where a frame is seen, and where in it the eye looks.
@@ -29,9 +29,9 @@ pub struct Paths {
 }
 
 impl Paths {
-    pub fn new(settings: &RenderSettings) -> Result<Self> {
+    pub fn new(settings: &RenderSettings, world: &WorldBox) -> Result<Self> {
         Ok(Self {
-            camera: camera_path(settings)?,
+            camera: camera_path(settings, world)?,
             gaze: settings.gaze_path()?,
             fovea: settings.base_fovea()?,
         })

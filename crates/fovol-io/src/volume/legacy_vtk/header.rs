@@ -16,8 +16,8 @@ pub struct Header {
     pub dims: [usize; 3],
     /// The distance between points along each axis; empty where the file does not say.
     pub spacing: Vec<f64>,
-    /// Where the image lies, for people.
-    pub origin: Option<String>,
+    /// The place of the first point, where the file says it.
+    pub origin: Option<[f64; 3]>,
 }
 
 impl Header {
@@ -65,7 +65,7 @@ impl Header {
                 "DIMENSIONS" => self.dims = three(source, &words)?,
                 "EXTENT" => self.dims = extent(source, &words)?,
                 "SPACING" | "ASPECT_RATIO" => self.spacing = spacing(source, &words)?,
-                "ORIGIN" => self.origin = Some(words[1..].join(" ")),
+                "ORIGIN" => self.origin = Some(three(source, &words)?),
                 _ => {
                     *cursor = before;
                     return Ok(());

@@ -4,27 +4,42 @@
 mod cursor;
 mod header;
 
+use super::affine::Affine;
+use super::arrays::{self, Candidate};
 use super::layout::{Layout, spacing_of};
-use super::{Source, numbers};
+use super::{Overrides, Source, numbers};
 use crate::Result;
 use cursor::Cursor;
-use fovol_core::{Dtype, Endian, Volume};
+use fovol_core::{Dtype, Endian, Space, Volume};
+use glam::DVec3;
 use header::{Header, dtype, number};
 use std::sync::Arc;
 
 /// The first words of every such file.
 pub const MARK: &[u8] = b"# vtk DataFile Version";
 
-/// Reads a `.vtk` file of structured points: the first array of its points, else of its cells.
+/// Reads a `.vtk` file of structured points: the chosen array, else the scalars of its points, else of its cells.
 ///
 /// # Errors
 /// A damaged file, other kinds of data, types that are not read.
-pub fn parse(source: &Source) -> Result<Volume> {
+pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
     let mut cursor = Cursor::new(source.bytes());
     let header = Header::parse(source, &mut cursor)?;
-    let array = Search { source, header: &header, cursor }.run()?;
+    let mut search = Search { source, header: &header, cursor, found: Vec::new() };
+    let damage = match search.run() {
+        // What was found before the damage can be shown.
+        Err(error) if !search.found.is_empty() => Some(error.to_string()),
+        searched => {
+            searched?;
+            None
+        }
+    };
+    let candidates: Vec<Candidate<'_>> = search.found.iter().map(Array::candidate).collect();
+    let (index, mut contents) = arrays::shown(source, &candidates, overrides)?;
+    let array = &search.found[index];
+    contents.are_colours = array.is_colours && array.components > 2;
     let layout = Layout {
-        dims: if array.is_cells { header.cells() } else { header.dims },
+        dims: if array.is_of_cells { header.cells() } else { header.dims },
         spacing: spacing_of(&header.spacing),
         dtype: array.dtype,
         endian: if header.is_binary { Endian::Big } else { Endian::Little },
@@ -42,11 +57,17 @@ pub fn parse(source: &Source) -> Result<Volume> {
             layout.volume(source, Arc::new(bytes), 0)?
         }
     };
-    let volume = volume.with_format("VTK structured points");
-    Ok(match header.origin {
-        Some(origin) => volume.with_orientation(format!("origin {origin}")),
+    let volume = volume.with_format("VTK structured points").with_contents(contents);
+    let volume = match damage {
+        Some(damage) => volume.with_note(format!("{damage}; only the arrays before this place are read")),
         None => volume,
-    })
+    };
+    let Some(origin) = header.origin else { return Ok(volume) };
+    let affine = Affine { steps: [DVec3::X, DVec3::Y, DVec3::Z], origin: DVec3::from_array(origin) };
+    let zero = affine.placement(source, Space::Other)?;
+    let to_middle = if array.is_of_cells { DVec3::splat(0.5) } else { DVec3::ZERO };
+    let placement = zero.moved_to(to_middle, volume.grid());
+    Ok(volume.with_placement(placement))
 }
 
 /// Colours are bytes, which VTK writes as text in 0..=1.
@@ -57,58 +78,66 @@ fn colour_bytes(text: &[u8]) -> Vec<u8> {
 
 /// An array of values, and where it begins.
 struct Array {
-    is_cells: bool,
+    name: String,
+    is_of_cells: bool,
+    is_active: bool,
     is_colours: bool,
     dtype: Dtype,
     components: usize,
     start: usize,
 }
 
-/// The search for the array to show.
+impl Array {
+    fn candidate(&self) -> Candidate<'_> {
+        Candidate {
+            name: &self.name,
+            components: self.components,
+            is_of_cells: self.is_of_cells,
+            is_active: self.is_active,
+            is_readable: true,
+        }
+    }
+}
+
+/// The search for arrays.
 struct Search<'a> {
     source: &'a Source,
     header: &'a Header,
     cursor: Cursor<'a>,
+    /// Those found so far.
+    found: Vec<Array>,
 }
 
 /// The arrays that follow: of points or of cells, and how many values.
 #[derive(Clone, Copy)]
 struct Section {
-    is_cells: bool,
+    is_of_cells: bool,
     count: usize,
 }
 
 impl Search<'_> {
-    /// The first array of points; where there is none, of cells, which come first in files that have both.
-    fn run(mut self) -> Result<Array> {
+    /// Finds all arrays up to the end of the file.
+    fn run(&mut self) -> Result<()> {
         let mut section = None;
-        let mut of_cells = None;
         while let Some(words) = self.cursor.words() {
             let keyword = words[0].to_ascii_uppercase();
-            match (keyword.as_str(), section) {
-                ("POINT_DATA", _) => section = Some(self.section(&words, false)?),
-                ("CELL_DATA", _) => section = Some(self.section(&words, true)?),
-                ("METADATA", _) => self.skip_metadata(),
-                (keyword, section) => {
-                    if let Some(array) = self.attribute(keyword, &words, section)? {
-                        if !array.is_cells {
-                            return Ok(array);
-                        }
-                        of_cells.get_or_insert(array);
-                    }
-                }
+            match keyword.as_str() {
+                "POINT_DATA" => section = Some(self.section(&words, false)?),
+                "CELL_DATA" => section = Some(self.section(&words, true)?),
+                "METADATA" => self.skip_metadata(),
+                "FIELD" => self.field(&words, section)?,
+                keyword => self.attribute(keyword, &words, section)?,
             }
         }
-        of_cells
-            .ok_or_else(|| self.source.malformed("it has no array of values in its POINT_DATA or CELL_DATA"))
+        Ok(())
     }
 
-    fn section(&self, words: &[String], is_cells: bool) -> Result<Section> {
+    fn section(&self, words: &[String], is_of_cells: bool) -> Result<Section> {
         let count = number(self.source, words, 1)?;
-        let dims = if is_cells { self.header.cells() } else { self.header.dims };
+        let dims = if is_of_cells { self.header.cells() } else { self.header.dims };
         let expected = dims.iter().try_fold(1usize, |product, &dim| product.checked_mul(dim));
         match expected == Some(count) {
-            true => Ok(Section { is_cells, count }),
+            true => Ok(Section { is_of_cells, count }),
             false => Err(self.source.malformed(format!(
                 "its {} says {count}, but its size asks for {}x{}x{} values",
                 words[0].escape_debug(),
@@ -119,64 +148,57 @@ impl Search<'_> {
         }
     }
 
-    /// The array that `keyword` begins, of which the cursor is past the data; none where it is not one of values.
-    fn attribute(
-        &mut self,
-        keyword: &str,
-        words: &[String],
-        section: Option<Section>,
-    ) -> Result<Option<Array>> {
-        if keyword == "FIELD" {
-            return self.field(words, section);
-        }
+    /// Takes the array that `keyword` begins; the cursor is past its data then.
+    fn attribute(&mut self, keyword: &str, words: &[String], section: Option<Section>) -> Result<()> {
         let Some(section) = section else { return Err(self.unknown(words)) };
         let (kind, components) = match keyword {
             "SCALARS" => (2, if words.len() > 3 { number(self.source, words, 3)? } else { 1 }),
-            "COLOR_SCALARS" => return self.colours(words, section).map(Some),
+            "COLOR_SCALARS" => (usize::MAX, number(self.source, words, 2)?),
             "VECTORS" | "NORMALS" => (2, 3),
             "TENSORS" => (2, 9),
             "TENSORS6" => (2, 6),
             "TEXTURE_COORDINATES" => (3, number(self.source, words, 2)?),
             "LOOKUP_TABLE" => {
                 let bytes = number::<usize>(self.source, words, 2)?.saturating_mul(4);
-                self.skip(if self.header.is_binary { Dtype::U8 } else { Dtype::F32 }, bytes)?;
-                return Ok(None);
+                return self.skip(if self.header.is_binary { Dtype::U8 } else { Dtype::F32 }, bytes);
             }
             _ => return Err(self.unknown(words)),
         };
-        let dtype = dtype(self.source, words.get(kind).map_or("", String::as_str))?;
+        let is_colours = keyword == "COLOR_SCALARS";
+        let dtype = match is_colours {
+            true => Dtype::U8,
+            false => dtype(self.source, words.get(kind).map_or("", String::as_str))?,
+        };
         if keyword == "SCALARS" {
             self.skip_table_name();
         }
-        self.array(section, dtype, components).map(Some)
+        let name = words.get(1).map_or("", String::as_str);
+        self.array(section, name, dtype, components)?;
+        let is_first =
+            !self.found.iter().any(|array| array.is_active && array.is_of_cells == section.is_of_cells);
+        if let Some(array) = self.found.last_mut() {
+            array.is_active = is_first && (keyword == "SCALARS" || is_colours);
+            array.is_colours = is_colours;
+        }
+        Ok(())
     }
 
-    fn colours(&mut self, words: &[String], section: Section) -> Result<Array> {
-        let array = self.array(section, Dtype::U8, number(self.source, words, 2)?)?;
-        Ok(Array { is_colours: true, ..array })
-    }
-
-    /// The first array of a field that has a value for each point or cell.
-    fn field(&mut self, words: &[String], section: Option<Section>) -> Result<Option<Array>> {
+    /// Takes the arrays of a field that have a value for each point or cell.
+    fn field(&mut self, words: &[String], section: Option<Section>) -> Result<()> {
         let count: usize = number(self.source, words, 2)?;
-        let mut found = None;
         for _ in 0..count {
             let words = self.field_words()?;
             let [components, tuples] =
                 [number::<usize>(self.source, &words, 1)?, number(self.source, &words, 2)?];
-            let kind = dtype(self.source, words.get(3).map_or("", String::as_str))?;
+            let kind = words.get(3).map_or("", String::as_str);
             match section {
-                Some(section) if found.is_none() && tuples == section.count => {
-                    let array = self.array(section, kind, components)?;
-                    if !array.is_cells {
-                        return Ok(Some(array));
-                    }
-                    found = Some(array);
+                Some(section) if tuples == section.count => {
+                    self.array(section, &words[0], dtype(self.source, kind)?, components)?;
                 }
-                _ => self.skip(kind, components.saturating_mul(tuples))?,
+                _ => self.skip(dtype(self.source, kind)?, components.saturating_mul(tuples))?,
             }
         }
-        Ok(found)
+        Ok(())
     }
 
     /// The line before the values of an array in a field.
@@ -190,11 +212,20 @@ impl Search<'_> {
         }
     }
 
-    /// The array of `section` that begins here.
-    fn array(&mut self, section: Section, dtype: Dtype, components: usize) -> Result<Array> {
+    /// Takes the array of `section` that begins here.
+    fn array(&mut self, section: Section, name: &str, dtype: Dtype, components: usize) -> Result<()> {
         let start = self.cursor.at();
         self.skip(dtype, section.count.saturating_mul(components))?;
-        Ok(Array { is_cells: section.is_cells, is_colours: false, dtype, components, start })
+        self.found.push(Array {
+            name: decoded(name),
+            is_of_cells: section.is_of_cells,
+            is_active: false,
+            is_colours: false,
+            dtype,
+            components,
+            start,
+        });
+        Ok(())
     }
 
     fn skip(&mut self, dtype: Dtype, values: usize) -> Result<()> {
@@ -229,6 +260,27 @@ impl Search<'_> {
         self.source
             .malformed(format!("the line before byte {at} is none of VTK's: `{}`", shown.escape_debug()))
     }
+}
+
+/// A name as VTK writes it: what is no plain letter stands as `%20`.
+fn decoded(name: &str) -> String {
+    let bytes = name.as_bytes();
+    let mut out = Vec::with_capacity(bytes.len());
+    let mut at = 0;
+    while at < bytes.len() {
+        let digits = bytes.get(at + 1..at + 3).and_then(|digits| std::str::from_utf8(digits).ok());
+        match digits.and_then(|digits| u8::from_str_radix(digits, 16).ok()) {
+            Some(byte) if bytes[at] == b'%' => {
+                out.push(byte);
+                at += 3;
+            }
+            _ => {
+                out.push(bytes[at]);
+                at += 1;
+            }
+        }
+    }
+    String::from_utf8_lossy(&out).into_owned()
 }
 
 #[cfg(test)]

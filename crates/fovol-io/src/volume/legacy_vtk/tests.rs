@@ -2,6 +2,11 @@ use super::*;
 use crate::volume::{Overrides, read};
 use std::path::Path;
 
+/// Reads `source` without choices.
+fn parse(source: &Source) -> Result<Volume> {
+    super::parse(source, &Overrides::default())
+}
+
 /// A file of 2x1x2 points and these lines.
 fn file(kind: &str, rest: &[u8]) -> Source {
     let mut bytes = format!(
@@ -27,7 +32,7 @@ fn check(source: &Source, dtype: Dtype, components: usize, values: [f64; 4]) -> 
 fn text() {
     let scalars = b"POINT_DATA 4\nSCALARS a short\nLOOKUP_TABLE default\n1 -2\n3 4\n";
     let volume = check(&file("ASCII", scalars), Dtype::I16, 1, [1.0, -2.0, 3.0, 4.0]);
-    assert_eq!(volume.orientation(), Some("origin 1 2 3"));
+    assert_eq!(volume.placement().unwrap().origin().to_array(), [1.0, 2.0, 3.0]);
     let vectors = b"POINT_DATA 4\nVECTORS a float\n1 0 0 2 0 0 3 0 0 4.5 0 0";
     check(&file("ascii", vectors), Dtype::F32, 3, [1.0, 2.0, 3.0, 4.5]);
     let colours = b"POINT_DATA 4\nCOLOR_SCALARS a 1\n0 0.5 1 1";
@@ -55,6 +60,29 @@ fn points_come_before_cells_and_fields_are_searched() {
         let rest = format!("{before}\nPOINT_DATA 4\nFIELD f 2\nb 1 1 int\n7\na 1 4 double\n1 2\n3 4\n");
         check(&file("ASCII", rest.as_bytes()), Dtype::F64, 1, [1.0, 2.0, 3.0, 4.0]);
     }
+}
+
+#[test]
+fn the_active_scalar_comes_before_all_others() {
+    let rest = b"POINT_DATA 4\nVECTORS v float\n1 0 0 2 0 0 3 0 0 4 0 0\nFIELD f 2\nvtkGhostType 1 4 unsigned_char\n0 0 0 0\n\
+        a%20b 1 4 double\n5 6 7 8\nSCALARS s short\nLOOKUP_TABLE default\n1 -2 3 4\n";
+    let source = file("ASCII", rest);
+    let volume = check(&source, Dtype::I16, 1, [1.0, -2.0, 3.0, 4.0]);
+    assert_eq!(volume.contents().arrays, ["v", "a b", "s"]);
+    let chosen = |name: &str| {
+        let overrides = Overrides { array: Some(name.into()), ..Overrides::default() };
+        super::parse(&source, &overrides)
+    };
+    assert_eq!(chosen("a b").unwrap().value([1, 0, 1]), 8.0);
+    assert_eq!(chosen("v").unwrap().contents().components, 3);
+    assert!(chosen("w").unwrap_err().to_string().ends_with("it has v, a b, s"));
+}
+
+#[test]
+fn damage_behind_an_array_is_noted() {
+    let scalars = b"POINT_DATA 4\nSCALARS a short\nLOOKUP_TABLE default\n1 -2\n3 4\nSCALARS b short\nLOOKUP_TABLE default\n1";
+    let volume = check(&file("ASCII", scalars), Dtype::I16, 1, [1.0, -2.0, 3.0, 4.0]);
+    assert!(volume.notes()[0].contains("it ends before the 4 values"), "{:?}", volume.notes());
 }
 
 #[test]

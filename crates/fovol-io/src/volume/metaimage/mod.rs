@@ -2,12 +2,14 @@
 
 mod write;
 
+use super::affine::Affine;
 use super::decompress::Compression;
-use super::layout::{Layout, dims_of, spacing_of};
-use super::payload::{Encoding, Files, Payload, Skip};
-use super::{Source, series};
+use super::layout::{Layout, dims_of, placed, spacing_of};
+use super::payload::{Blocks, Encoding, Files, Payload, Skip};
+use super::{Overrides, Source, series};
 use crate::Result;
-use fovol_core::{Dtype, Endian, Rescale, Volume};
+use fovol_core::{Contents, Dtype, Endian, Placement, Rescale, Space, Volume};
+use glam::DVec3;
 pub use write::write;
 
 /// A header is shorter than this, a list of many data files included.
@@ -17,9 +19,10 @@ const LONGEST_HEADER: usize = 4 << 20;
 ///
 /// # Errors
 /// A damaged header, missing data files, too few bytes.
-pub fn parse(source: &Source) -> Result<Volume> {
+pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
     let header = Header::parse(source)?;
-    let (dims, volumes) = dims_of(&header.sizes(source)?);
+    let sizes = header.sizes(source)?;
+    let (dims, volumes) = dims_of(&sizes);
     let volumes = volumes.ok_or_else(|| source.malformed("its DimSize is too large"))?;
     let layout = Layout {
         dims,
@@ -34,16 +37,23 @@ pub fn parse(source: &Source) -> Result<Volume> {
         line_skip: 0,
         byte_skip: header.skip(source)?,
     };
-    let volume = payload.volume(source, layout, volumes)?.with_format("MetaImage").with_time_points(volumes);
+    let time = overrides.time_of(source, volumes)?;
+    let contents = Contents {
+        arrays: header.get(&["Name"]).map(str::to_owned).into_iter().collect(),
+        times: volumes,
+        time,
+        components: layout.components.max(1),
+        ..Contents::default()
+    };
+    let blocks = Blocks { count: volumes, index: time };
+    let volume = payload.volume(source, layout, blocks)?.with_format("MetaImage").with_contents(contents);
     let rescale = Rescale {
         slope: header.number(source, &["ElementToIntensityFunctionSlope"])?.unwrap_or(1.0),
         intercept: header.number(source, &["ElementToIntensityFunctionOffset"])?.unwrap_or(0.0),
     };
     let volume = volume.with_rescale(rescale).map_err(|e| source.malformed(e.to_string()))?;
-    Ok(match header.orientation() {
-        Some(text) => volume.with_orientation(text),
-        None => volume,
-    })
+    let placement = header.placement(source, sizes.len())?;
+    Ok(placed(volume, placement, header.get(&["DistanceUnits"])))
 }
 
 /// The `Key = Value` lines of a MetaImage, which `ElementDataFile` ends.
@@ -207,17 +217,41 @@ impl Header {
         Ok(Files::Detached(vec![text.to_owned()]))
     }
 
-    fn orientation(&self) -> Option<String> {
-        let fields = [
-            ("matrix", &["TransformMatrix", "Rotation", "Orientation"][..]),
-            ("offset", &["Offset", "Position", "Origin"]),
-            ("axes", &["AnatomicalOrientation"]),
-        ];
-        let said: Vec<String> = fields
-            .iter()
-            .filter_map(|(shown, keys)| self.get(keys).map(|value| format!("{shown} {value}")))
-            .collect();
-        (!said.is_empty()).then(|| said.join(", "))
+    /// The numbers of the first of `keys` that is there.
+    fn numbers(&self, source: &Source, keys: &[&str]) -> Result<Option<Vec<f64>>> {
+        let Some(text) = self.get(keys) else { return Ok(None) };
+        let numbers: Option<Vec<f64>> = text.split_whitespace().map(|word| word.parse().ok()).collect();
+        let wrong = || source.malformed(format!("the {} of its header is no list of numbers", keys[0]));
+        numbers.map(Some).ok_or_else(wrong)
+    }
+
+    /// Where the grid lies: each row of the matrix is the direction of an axis. ITK writes no other space than the
+    /// patient's, LPS.
+    fn placement(&self, source: &Source, axes: usize) -> Result<Option<Placement>> {
+        let matrix = self.numbers(source, &["TransformMatrix", "Rotation", "Orientation"])?;
+        let offset = self.numbers(source, &["Offset", "Position", "Origin"])?;
+        if matrix.is_none() && offset.is_none() {
+            return Ok(None);
+        }
+        let offset = offset.unwrap_or_default();
+        let origin = DVec3::from_array(std::array::from_fn(|i| offset.get(i).copied().unwrap_or(0.0)));
+        let Some(matrix) = matrix else {
+            let steps = [DVec3::X, DVec3::Y, DVec3::Z];
+            return Affine { steps, origin }.placement(source, Space::Other).map(Some);
+        };
+        if matrix.len() != axes * axes {
+            return Err(source.malformed(format!(
+                "its TransformMatrix has {} numbers for {axes} axes; it needs {}",
+                matrix.len(),
+                axes * axes
+            )));
+        }
+        let entry = |axis: usize, i: usize| match axis < axes && i < axes {
+            true => matrix[axis * axes + i],
+            false => f64::from(u8::from(axis == i)),
+        };
+        let steps = [0, 1, 2].map(|axis| DVec3::new(entry(axis, 0), entry(axis, 1), entry(axis, 2)));
+        Affine { steps, origin }.placement(source, Space::Patient).map(Some)
     }
 }
 
@@ -226,6 +260,10 @@ mod tests {
     use super::*;
     use std::io::Write;
     use std::path::Path;
+
+    fn parse(source: &Source) -> Result<Volume> {
+        super::parse(source, &Overrides::default())
+    }
 
     fn read(text: &[u8]) -> Result<Volume> {
         parse(&Source::from_bytes(Path::new("x.mha"), text.to_vec()))
@@ -259,7 +297,26 @@ mod tests {
         )
         .unwrap();
         assert_eq!(volume.value([0, 0, 0]), 4.0);
-        assert_eq!(volume.orientation(), Some("offset 1 2 3"));
+        let placement = volume.placement().unwrap();
+        assert_eq!((placement.origin(), placement.space()), (DVec3::new(1.0, 2.0, 3.0), Space::Other));
+    }
+
+    #[test]
+    fn rows_of_the_matrix_are_directions_of_axes() {
+        let header = |lines: &str| {
+            read(
+                format!("DimSize = 2 1 1\nElementType = MET_UCHAR\n{lines}\nElementDataFile = LOCAL\n12")
+                    .as_bytes(),
+            )
+        };
+        let volume = header("NDims = 3\nTransformMatrix = 0 1 0 0 0 1 1 0 0\nOffset = 1 2 3").unwrap();
+        let placement = volume.placement().unwrap();
+        assert_eq!((placement.letters(), placement.space()), ("PSL".into(), Space::Patient));
+        assert_eq!(placement.directions().x_axis, DVec3::Y);
+        for wrong in ["TransformMatrix = 1 0 0", "TransformMatrix = 1 0 0 1 0 0 0 0 1", "Offset = a b c"] {
+            let error = header(wrong).unwrap_err().to_string();
+            assert!(error.starts_with("x.mha: ") && !error.contains('\n'), "{error}");
+        }
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! The binary headers of NIfTI-1 (348 bytes), NIfTI-2 (540 bytes) and ANALYZE 7.5, their ancestor.
 
+use super::forms::{Forms, Quaternion};
 use crate::Result;
 use crate::volume::Source;
 use fovol_core::{Dtype, Endian, Rescale, Voxel};
@@ -23,10 +24,16 @@ pub struct Header {
     pub dtype: Dtype,
     /// Interleaved values per voxel.
     pub components: usize,
+    /// Whether the values of each voxel are colours.
+    pub are_colours: bool,
+    /// Whether the values are labels.
+    pub are_labels: bool,
     /// The scaling of the voxels.
     pub rescale: Rescale,
-    /// How the voxels lie in the scanner, for people.
-    pub orientation: Option<String>,
+    /// Where the voxels lie in space.
+    pub forms: Forms,
+    /// The unit of the spacings, by its symbol.
+    pub units: Option<&'static str>,
 }
 
 /// The standards, oldest first.
@@ -137,8 +144,11 @@ impl Fields<'_> {
             sizes,
             dtype,
             components,
+            are_colours: components > 1 || matches!(self.intent(), 2003 | 2004),
+            are_labels: self.intent() == 1002,
             rescale: self.rescale(components)?,
-            orientation: self.orientation(),
+            forms: self.forms(),
+            units: self.units(),
         })
     }
 
@@ -209,6 +219,15 @@ impl Fields<'_> {
         })
     }
 
+    /// The code of what the values mean.
+    fn intent(&self) -> i32 {
+        match self.kind {
+            Kind::Analyze => 0,
+            Kind::One => i32::from(self.at::<i16>(68)),
+            Kind::Two => self.at::<i32>(504),
+        }
+    }
+
     fn offset(&self, is_single: bool) -> Result<usize> {
         let length = self.kind.length();
         let said = match self.kind {
@@ -241,41 +260,35 @@ impl Fields<'_> {
         }
     }
 
-    fn orientation(&self) -> Option<String> {
+    /// The codes and numbers that place voxels in space.
+    fn forms(&self) -> Forms {
         let (qform, sform) = match self.kind {
-            Kind::Analyze => return None,
+            Kind::Analyze => return Forms::default(),
             Kind::One => (i32::from(self.at::<i16>(252)), i32::from(self.at::<i16>(254))),
             Kind::Two => (self.at::<i32>(344), self.at::<i32>(348)),
         };
-        let shown = |value: f64| match self.kind {
-            Kind::Two => value.to_string(),
-            // A single 0.1 is shown as 0.1, not with the digits of a double.
-            _ => (value as f32).to_string(),
+        let row = |row: usize| std::array::from_fn(|i| self.float(280 + 16 * row, 400 + 32 * row, i));
+        let quaternion = || Quaternion {
+            imaginary: std::array::from_fn(|i| self.float(256, 352, i)),
+            offset: std::array::from_fn(|i| self.float(268, 376, i)),
+            is_flipped: self.float(76, 104, 0) < 0.0,
         };
-        let list = |one, two, count: usize| {
-            let numbers: Vec<String> = (0..count).map(|i| shown(self.float(one, two, i))).collect();
-            numbers.join(" ")
-        };
-        let rows = || [0, 1, 2].map(|row| format!("[{}]", list(280 + 16 * row, 400 + 32 * row, 4))).join(" ");
-        let quaternion = || format!("quaternion [{}] offset [{}]", list(256, 352, 3), list(268, 376, 3));
-        let forms = [
-            (sform > 0).then(|| format!("sform {}: {}", space(sform), rows())),
-            (qform > 0).then(|| format!("qform {}: {}", space(qform), quaternion())),
-        ];
-        let said: Vec<String> = forms.into_iter().flatten().collect();
-        (!said.is_empty()).then(|| said.join(", "))
+        Forms { sform: (sform > 0).then(|| [row(0), row(1), row(2)]), qform: (qform > 0).then(quaternion) }
     }
-}
 
-/// The name of the space that a form leads to.
-fn space(code: i32) -> &'static str {
-    match code {
-        1 => "scanner",
-        2 => "aligned",
-        3 => "Talairach",
-        4 => "MNI 152",
-        5 => "template",
-        _ => "unknown",
+    /// The unit of the spacing, by its symbol.
+    fn units(&self) -> Option<&'static str> {
+        let code = match self.kind {
+            Kind::Analyze => return None,
+            Kind::One => i32::from(self.at::<u8>(123)),
+            Kind::Two => self.at::<i32>(500),
+        };
+        match code & 7 {
+            1 => Some("m"),
+            2 => Some("mm"),
+            3 => Some("µm"),
+            _ => None,
+        }
     }
 }
 

@@ -1,28 +1,29 @@
 //! NIfTI-1 and NIfTI-2, in one file or two, gzipped or not: <https://nifti.nimh.nih.gov/>.
 
+mod forms;
 mod header;
 mod write;
 
-use super::Source;
 use super::decompress::{Compression, decompress};
-use super::layout::{Layout, dims_of, spacing_of};
+use super::layout::{Layout, dims_of, placed, spacing_of};
+use super::{Overrides, Source};
 use crate::Result;
-use fovol_core::{Rescale, Volume, VoxelBytes};
-use header::Header;
+use fovol_core::{Contents, Rescale, Space, Volume, VoxelBytes};
 pub use header::is_nifti;
+use header::{Header, Kind};
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 pub use write::write;
 
-/// Reads a NIfTI file: `.nii`, `.hdr` or `.img` of a pair, each with `.gz` too. Of several volumes the first.
+/// Reads a NIfTI file: `.nii`, `.hdr` or `.img` of a pair, each with `.gz` too.
 ///
 /// # Errors
 /// A damaged header, a missing half of a pair, too few bytes, types that are not read.
-pub fn parse(source: &Source) -> Result<Volume> {
+pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
     match header_beside(source.path()) {
-        Some(path) => parse_header(&Source::open(&path)?, Some(source)),
-        None => parse_header(source, None),
+        Some(path) => parse_header(&Source::open(&path)?, Some(source), overrides),
+        None => parse_header(source, None, overrides),
     }
 }
 
@@ -49,38 +50,75 @@ fn strip_ending<'a>(name: &'a str, ending: &str) -> Option<&'a str> {
 }
 
 /// The volume whose header is in `source` and whose voxels are in `image`, or where the header says.
-fn parse_header(source: &Source, image: Option<&Source>) -> Result<Volume> {
+fn parse_header(source: &Source, image: Option<&Source>, overrides: &Overrides) -> Result<Volume> {
     let header = Header::parse(source, &header_bytes(source)?)?;
-    let (dims, volumes) = dims_of(&header.sizes);
-    if volumes == Some(0) {
-        return Err(source.malformed("its header says that it holds no volume"));
-    }
+    let (dims, _) = dims_of(&header.sizes);
+    let (contents, block) = contents(source, &header, overrides)?;
+    let place = header.forms.placed(spacing_of(&header.spacings));
     let layout = Layout {
         dims,
-        spacing: spacing_of(&header.spacings),
+        spacing: place.spacing,
         dtype: header.dtype,
         endian: header.endian,
         components: header.components,
     };
     let length = layout.length(source)?;
-    let end = header.offset.checked_add(length);
-    let end = end.ok_or_else(|| source.malformed("its header says that voxels begin beyond any file"))?;
+    let offset = length.checked_mul(block).and_then(|before| before.checked_add(header.offset));
+    let end = offset.and_then(|offset| offset.checked_add(length));
+    let (Some(offset), Some(end)) = (offset, end) else {
+        return Err(source.malformed("its header says that voxels begin beyond any file"));
+    };
     let bytes = match (header.is_single, image) {
         (true, _) => voxels(source, end)?,
         (false, Some(image)) => voxels(image, end)?,
         (false, None) => voxels(&image_beside(source)?, end)?,
     };
-    let mut volume = layout
-        .volume(source, bytes, header.offset)?
-        .with_format(header.kind.name())
-        .with_time_points(volumes.unwrap_or(usize::MAX));
+    let mut volume =
+        layout.volume(source, bytes, offset)?.with_format(header.kind.name()).with_contents(contents);
     if header.rescale != Rescale::IDENTITY {
         volume = volume.with_rescale(header.rescale).map_err(|e| source.malformed(e.to_string()))?;
     }
-    Ok(match header.orientation {
-        Some(text) => volume.with_orientation(text),
-        None => volume,
-    })
+    for note in place.notes {
+        volume = volume.with_note(note);
+    }
+    if header.kind == Kind::Analyze {
+        volume =
+            volume.with_note("ANALYZE 7.5 does not say how the patient lies; left and right may be swapped");
+    }
+    let placement = place.affine.map(|affine| affine.placement(source, Space::Patient)).transpose()?;
+    Ok(placed(volume, placement, header.units))
+}
+
+/// What the file holds, and which of its blocks of x, y and z is read: time is axis 4, the values of vectors lie along axis 5 and
+/// those after it.
+fn contents(source: &Source, header: &Header, overrides: &Overrides) -> Result<(Contents, usize)> {
+    let product = |sizes: &[usize]| sizes.iter().try_fold(1usize, |product, &size| product.checked_mul(size));
+    let times = header.sizes.get(3).copied().unwrap_or(1);
+    let planes = product(header.sizes.get(4..).unwrap_or_default());
+    let planes = planes.filter(|&planes| planes.checked_mul(times).is_some());
+    let planes =
+        planes.ok_or_else(|| source.malformed("its header says more volumes than any file holds"))?;
+    if times == 0 || planes == 0 {
+        return Err(source.malformed("its header says that it holds no volume"));
+    }
+    let time = overrides.time_of(source, times)?;
+    let is_interleaved = header.components > 1;
+    if is_interleaved && planes > 1 {
+        return Err(
+            source.unsupported("it holds vectors of colours, which are not read; save one of them alone")
+        );
+    }
+    let component = if is_interleaved { 0 } else { overrides.component_of(source, planes)? };
+    let contents = Contents {
+        times,
+        time,
+        components: planes.max(header.components),
+        component,
+        are_colours: header.are_colours,
+        are_labels: header.are_labels,
+        ..Contents::default()
+    };
+    Ok((contents, component * times + time))
 }
 
 /// The header at the start of `source`, decompressed where need be.

@@ -3,6 +3,11 @@ use crate::volume::{Overrides, read};
 use fovol_core::{Dtype, Endian, Grid};
 use std::fs;
 
+/// Reads `source` without choices.
+fn parse(source: &Source) -> Result<Volume> {
+    super::parse(source, &Overrides::default())
+}
+
 /// A NIfTI-1 header of a pair with these fields; nothing else is set.
 fn header(endian: Endian, dims: &[i16], code: i16) -> Vec<u8> {
     let mut bytes = vec![0; 348];
@@ -90,7 +95,8 @@ fn scaling_spacing_and_orientation() {
     let volume = parse(&single(bytes.clone(), &[3, 0])).unwrap();
     assert_eq!(volume.grid().spacing(), [2.0, 1.0, 0.5]);
     assert_eq!(volume.value([0; 3]), 5.0);
-    assert_eq!(volume.orientation(), Some("sform scanner: [0.1 0 0 0] [0 0 0 0] [0 0 0 0]"));
+    assert_eq!(volume.placement(), None);
+    assert!(volume.notes()[0].contains("span no space"), "{:?}", volume.notes());
 
     for slope in [0.0, f32::NAN] {
         put_float(&mut bytes, 112, slope);
@@ -105,7 +111,33 @@ fn scaling_spacing_and_orientation() {
 fn the_first_of_several_volumes() {
     let volume = parse(&single(header(Endian::Little, &[1, 1, 2, 3], 2), &[7, 8, 0, 0, 0, 0])).unwrap();
     assert_eq!((volume.grid().dims(), volume.data()), ([1, 1, 2], &[7, 8][..]));
-    assert_eq!(volume.time_points(), 3);
+    assert_eq!(volume.contents().times, 3);
+}
+
+#[test]
+fn vectors_lie_along_axis_five() {
+    let mut bytes = header(Endian::Little, &[1, 1, 2, 2, 3], 2);
+    put(&mut bytes, Endian::Little, 68, 1007i16.to_le_bytes());
+    let source = single(bytes, &(0..12).collect::<Vec<u8>>());
+    let read = |time, component| {
+        crate::volume::parse(&source, &Overrides { time, component, ..Overrides::default() })
+    };
+    let volume = read(None, None).unwrap();
+    assert_eq!((volume.contents().times, volume.contents().components), (2, 3));
+    assert_eq!(volume.data(), [0, 1]);
+    assert_eq!(read(Some(1), None).unwrap().data(), [2, 3]);
+    assert_eq!(read(Some(1), Some(2)).unwrap().data(), [10, 11]);
+    assert!(read(Some(2), None).unwrap_err().to_string().ends_with("it has 2 time points, 0 to 1"));
+    assert!(read(None, Some(3)).unwrap_err().to_string().ends_with("it has 3 components, 0 to 2"));
+}
+
+#[test]
+fn colours_and_labels_are_known() {
+    let volume = parse(&single(header(Endian::Little, &[1, 1, 1], 128), &[1, 2, 3])).unwrap();
+    assert!(volume.contents().are_colours && !volume.contents().are_labels);
+    let mut bytes = header(Endian::Little, &[1, 1, 1], 2);
+    put(&mut bytes, Endian::Little, 68, 1002i16.to_le_bytes());
+    assert!(parse(&single(bytes, &[1])).unwrap().contents().are_labels);
 }
 
 #[test]

@@ -1,25 +1,40 @@
 //! What the axes of an NRRD array mean: components first, then x, y, z, then volumes.
 
 use super::header::Header;
+use super::space::vector;
 use crate::Result;
 use crate::volume::Source;
+use glam::DVec3;
 
 /// An array seen as a volume.
 #[derive(Debug, PartialEq)]
 pub struct Axes {
     /// Interleaved values per voxel: the size of a first axis that is not spatial.
     pub components: usize,
+    /// Values per voxel that lie one volume after the other: the size of a last axis that is not spatial.
+    pub planes: usize,
+    /// Whether the header says that the values of a voxel are colours.
+    pub are_colours: bool,
     /// The sizes of the other axes.
     pub sizes: Vec<usize>,
     /// Their spacings; not a number where the file does not say.
     pub spacings: Vec<f64>,
+    /// The way to the next sample along each, where the file says it in three dimensions.
+    pub directions: Vec<Option<DVec3>>,
+    /// Doubts about them, a line each.
+    pub notes: Vec<String>,
 }
 
 /// One axis as the header has it.
 struct Axis {
     size: usize,
     spacing: f64,
+    direction: Option<DVec3>,
     is_spatial: bool,
+    /// Whether samples along it are the values of one voxel.
+    are_values: bool,
+    /// Whether its spacing follows from where it begins and ends.
+    is_between_ends: bool,
 }
 
 impl Axes {
@@ -33,13 +48,31 @@ impl Axes {
             Some(first) if !first.is_spatial && axes.len() > 1 => axes.remove(0).size,
             _ => 1,
         };
+        let planes = match axes.last() {
+            Some(last) if axes.len() > 3 && last.are_values => axes.pop().map_or(1, |last| last.size),
+            _ => 1,
+        };
         if axes.len() > 3 && axes[..3].iter().any(|axis| !axis.is_spatial && axis.size > 1) {
             return Err(source.unsupported(
                 "its list axis lies between the spatial ones; move it to the end, with `unu permute` for one",
             ));
         }
+        let mut notes = Vec::new();
+        let says_centres = header.get("centers").or_else(|| header.get("centerings")).is_some();
+        if !says_centres && axes.iter().any(|axis| axis.is_between_ends) {
+            notes.push(
+                "its spacing follows from axis mins and axis maxs, taken for the outer faces of voxels; --spacing X,Y,Z overrides it"
+                    .into(),
+            );
+        }
+        let kinds = header.get("kinds").unwrap_or_default().to_ascii_lowercase();
+        let are_colours = kinds.split_whitespace().any(|kind| kind.ends_with("-color"));
         Ok(Self {
             components,
+            planes,
+            are_colours,
+            directions: axes.iter().map(|axis| axis.direction).collect(),
+            notes,
             sizes: axes.iter().map(|axis| axis.size).collect(),
             spacings: axes.iter().map(|axis| axis.spacing).collect(),
         })
@@ -63,21 +96,40 @@ fn axes(source: &Source, header: &Header) -> Result<Vec<Axis>> {
         }
         _ => Ok(()),
     };
-    let directions = header.get("spacedirections").map(directions);
+    let texts = header.get("spacedirections").map(split);
+    let directions: Option<Vec<Option<f64>>> =
+        texts.as_ref().map(|texts| texts.iter().map(|text| length(text)).collect());
     per_axis("space directions", directions.as_ref().map(Vec::len))?;
     let spacings: Option<Vec<f64>> = header
         .get("spacings")
         .map(|text| text.split_whitespace().map(|word| word.parse().unwrap_or(f64::NAN)).collect());
     per_axis("spacings", spacings.as_ref().map(Vec::len))?;
+    let ends = ends(header);
+    per_axis("axis mins and maxs", ends.as_ref().map(Vec::len))?;
+    let centres: Option<Vec<&str>> = header
+        .get("centers")
+        .or_else(|| header.get("centerings"))
+        .map(|text| text.split_whitespace().collect());
+    per_axis("centers", centres.as_ref().map(Vec::len))?;
     let kinds: Option<Vec<&str>> = header.get("kinds").map(|text| text.split_whitespace().collect());
     per_axis("kinds", kinds.as_ref().map(Vec::len))?;
 
     let axis = |i: usize| {
         let direction = directions.as_ref().map(|directions| directions[i]);
         let has_direction = direction.is_none_or(|direction| direction.is_some());
-        let spacing = direction.flatten().or_else(|| spacings.as_ref().map(|spacings| spacings[i]));
+        let stated = direction.flatten().or_else(|| spacings.as_ref().map(|spacings| spacings[i]));
+        let is_node = centres.as_ref().is_some_and(|centres| centres[i] == "node");
+        let between = ends.as_ref().and_then(|ends| between_ends(ends[i], sizes[i], is_node));
         let is_spatial = kinds.as_ref().is_none_or(|kinds| is_spatial(kinds[i]));
-        Axis { size: sizes[i], spacing: spacing.unwrap_or(f64::NAN), is_spatial: is_spatial && has_direction }
+        Axis {
+            size: sizes[i],
+            spacing: stated.or(between).unwrap_or(f64::NAN),
+            direction: texts.as_ref().and_then(|texts| vector(texts[i])),
+            is_spatial: is_spatial && has_direction,
+            are_values: !is_spatial
+                && kinds.as_ref().is_some_and(|kinds| !kinds[i].eq_ignore_ascii_case("list")),
+            is_between_ends: stated.is_none() && between.is_some(),
+        }
     };
     Ok((0..count).map(axis).collect())
 }
@@ -87,9 +139,26 @@ fn is_spatial(kind: &str) -> bool {
     matches!(kind.to_ascii_lowercase().as_str(), "domain" | "space" | "time" | "none" | "???")
 }
 
-/// The length of each space direction; none for `none`.
-fn directions(text: &str) -> Vec<Option<f64>> {
-    let mut lengths = Vec::new();
+/// Where each axis begins and ends; not a number where the file does not say.
+fn ends(header: &Header) -> Option<Vec<[f64; 2]>> {
+    let numbers = |field: &str| -> Option<Vec<f64>> {
+        let text = header.get(field)?;
+        Some(text.split_whitespace().map(|word| word.parse().unwrap_or(f64::NAN)).collect())
+    };
+    let (first, last) = (numbers("axismins")?, numbers("axismaxs")?);
+    (first.len() == last.len()).then(|| first.into_iter().zip(last).map(|(a, b)| [a, b]).collect())
+}
+
+/// The spacing of `size` samples between `ends`: nodes lie on the ends, cells between them, as Teem has it.
+fn between_ends([first, last]: [f64; 2], size: usize, is_node: bool) -> Option<f64> {
+    let gaps = if is_node { size.saturating_sub(1) } else { size };
+    let spacing = (last - first).abs() / gaps as f64;
+    (spacing.is_finite() && spacing > 0.0).then_some(spacing)
+}
+
+/// The words of the space directions: vectors and `none`.
+fn split(text: &str) -> Vec<&str> {
+    let mut words = Vec::new();
     let mut rest = text.trim();
     while !rest.is_empty() {
         let end = match rest.starts_with('(') {
@@ -97,10 +166,10 @@ fn directions(text: &str) -> Vec<Option<f64>> {
             false => rest.find(|c: char| c.is_whitespace() || c == '(').unwrap_or(rest.len()),
         };
         let (word, after) = rest.split_at(end);
-        lengths.push(length(word));
+        words.push(word);
         rest = after.trim_start();
     }
-    lengths
+    words
 }
 
 /// The length of a vector like `(1,0,0)`.
@@ -136,6 +205,17 @@ mod tests {
             let axes = of(&format!("sizes: 3 5 6 7\n{text}")).unwrap();
             assert_eq!((axes.components, axes.sizes), (3, vec![5, 6, 7]));
         }
+    }
+
+    #[test]
+    fn ends_give_spacings() {
+        let axes = of("sizes: 12 10\naxis mins: 0 0\naxis maxs: 11 18\ncenters: node node").unwrap();
+        assert_eq!((axes.spacings, axes.notes.len()), (vec![1.0, 2.0], 0));
+        let axes = of("sizes: 12 10\naxis mins: 0 NaN\naxis maxs: 24 NaN").unwrap();
+        assert!(axes.spacings[0] == 2.0 && axes.spacings[1].is_nan());
+        assert!(axes.notes[0].contains("--spacing"), "{:?}", axes.notes);
+        let axes = of("sizes: 12 10\nspacings: 3 4\naxis mins: 0 0\naxis maxs: 11 18").unwrap();
+        assert_eq!((axes.spacings, axes.notes.len()), (vec![3.0, 4.0], 0));
     }
 
     #[test]

@@ -2,15 +2,16 @@
 
 mod axes;
 mod header;
+mod space;
 mod write;
 
 use super::decompress::Compression;
-use super::layout::{Layout, dims_of, spacing_of};
-use super::payload::{Encoding, Files, Payload, Skip};
-use super::{Source, series};
+use super::layout::{Layout, dims_of, placed, spacing_of};
+use super::payload::{Blocks, Encoding, Files, Payload, Skip};
+use super::{Overrides, Source, series};
 use crate::Result;
 use axes::Axes;
-use fovol_core::{Dtype, Endian, Volume};
+use fovol_core::{Contents, Dtype, Endian, Volume};
 use header::Header;
 pub use write::write;
 
@@ -18,11 +19,11 @@ pub use write::write;
 ///
 /// # Errors
 /// A damaged header, missing data files, too few bytes.
-pub fn parse(source: &Source) -> Result<Volume> {
+pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
     let header = Header::parse(source)?;
     let axes = Axes::of(source, &header)?;
-    let (dims, volumes) = dims_of(&axes.sizes);
-    let volumes = volumes.ok_or_else(|| source.malformed("its NRRD sizes are too large"))?;
+    let (dims, _) = dims_of(&axes.sizes);
+    let (contents, blocks) = contents(source, &header, &axes, overrides)?;
     let layout = Layout {
         dims,
         spacing: spacing_of(&axes.spacings),
@@ -36,11 +37,41 @@ pub fn parse(source: &Source) -> Result<Volume> {
         line_skip: line_skip(source, &header)?,
         byte_skip: byte_skip(source, &header)?,
     };
-    let volume = payload.volume(source, layout, volumes)?.with_format("NRRD").with_time_points(volumes);
-    Ok(match orientation(&header) {
-        Some(text) => volume.with_orientation(text),
-        None => volume,
-    })
+    let volume = payload.volume(source, layout, blocks)?.with_format("NRRD").with_contents(contents);
+    let volume = axes.notes.iter().fold(volume, Volume::with_note);
+    let placement = space::placement(source, &header, &axes)?;
+    Ok(placed(volume, placement, space::units(&header).as_deref()))
+}
+
+/// What the file holds, and which of its blocks of x, y and z is read.
+fn contents(
+    source: &Source,
+    header: &Header,
+    axes: &Axes,
+    overrides: &Overrides,
+) -> Result<(Contents, Blocks)> {
+    let product = |sizes: &[usize]| sizes.iter().try_fold(1usize, |product, &size| product.checked_mul(size));
+    let count =
+        product(axes.sizes.get(3..).unwrap_or_default()).and_then(|count| count.checked_mul(axes.planes));
+    let count = count
+        .filter(|&count| count > 0)
+        .ok_or_else(|| source.malformed("its NRRD sizes are too large, or 0"))?;
+    let times = count / axes.planes;
+    let time = overrides.time_of(source, times)?;
+    let component = if axes.planes > 1 { overrides.component_of(source, axes.planes)? } else { 0 };
+    let name = source.path().file_name().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+    let contents = Contents {
+        arrays: header.get("content").map(str::to_owned).into_iter().collect(),
+        times,
+        time,
+        components: axes.components.max(axes.planes),
+        component,
+        are_colours: axes.are_colours,
+        // Slicer keeps the names of labels in fields of the header.
+        are_labels: name.ends_with(".seg.nrrd") || header.get("segment0_id").is_some(),
+        ..Contents::default()
+    };
+    Ok((contents, Blocks { count, index: component * times + time }))
 }
 
 fn dtype(source: &Source, header: &Header) -> Result<Dtype> {
@@ -121,19 +152,14 @@ fn files(source: &Source, header: &Header) -> Result<Files> {
     Ok(Files::Detached(vec![text.to_owned()]))
 }
 
-fn orientation(header: &Header) -> Option<String> {
-    let fields = [("space", "space"), ("spacedirections", "directions"), ("spaceorigin", "origin")];
-    let said: Vec<String> = fields
-        .iter()
-        .filter_map(|(field, shown)| header.get(field).map(|value| format!("{shown} {value}")))
-        .collect();
-    (!said.is_empty()).then(|| said.join(", "))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use std::path::Path;
+
+    fn parse(source: &Source) -> Result<Volume> {
+        super::parse(source, &Overrides::default())
+    }
 
     fn read(text: &[u8]) -> Result<Volume> {
         parse(&Source::from_bytes(Path::new("x.nrrd"), text.to_vec()))
@@ -198,6 +224,27 @@ mod tests {
                 parse(&Source::from_bytes(&folder.path().join("x.nhdr"), text.into_bytes())).unwrap();
             assert_eq!(volume.data(), [1, 2]);
         }
+    }
+
+    #[test]
+    fn times_and_components_are_chosen() {
+        let read = |kinds: &str, time, component| {
+            let text =
+                format!("NRRD0004\ntype: uchar\nsizes: 3 1 1 2\nkinds: {kinds}\nencoding: raw\n\n123456");
+            let source = Source::from_bytes(Path::new("x.nrrd"), text.into_bytes());
+            crate::volume::parse(&source, &Overrides { time, component, ..Overrides::default() })
+        };
+        let times = "domain domain domain time";
+        assert_eq!(read(times, Some(1), None).unwrap().data(), b"456");
+        assert!(
+            read(times, Some(2), None).unwrap_err().to_string().ends_with("it has 2 time points, 0 to 1")
+        );
+        let planes = "domain domain domain vector";
+        assert_eq!(read(planes, None, Some(1)).unwrap().data(), b"456");
+        assert_eq!(read(planes, None, None).unwrap().contents().components, 2);
+        let colours = read("RGB-color domain domain domain", None, Some(2)).unwrap();
+        assert_eq!(colours.data(), b"36");
+        assert!(colours.contents().are_colours && colours.contents().components == 3);
     }
 
     #[test]

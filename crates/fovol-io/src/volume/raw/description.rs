@@ -3,11 +3,10 @@
 use super::gzip;
 use crate::volume::decompress::{Compression, decompress_all};
 use crate::volume::layout::Layout;
-use crate::volume::payload::{Encoding, Files, Payload, Skip};
+use crate::volume::payload::{Blocks, Encoding, Files, Payload, Skip};
 use crate::volume::{Overrides, Source};
 use crate::{Error, Result};
 use fovol_core::{Dtype, Endian, Volume};
-use std::path::Path;
 
 /// Size, type and place of bare voxels, as far as they are known.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -31,21 +30,6 @@ pub struct Description {
 }
 
 impl Description {
-    /// What a name like `bonsai_256x256x256_uint8.raw` says.
-    pub fn of_name(path: &Path) -> Self {
-        let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
-        let mut said = Self::default();
-        for word in name.split(['_', '.', '-', ' ']) {
-            let dims: Option<Vec<usize>> = word.split('x').map(|size| size.parse().ok()).collect();
-            if let Some(Ok(dims)) = dims.map(<[usize; 3]>::try_from) {
-                said.dims = Some(dims);
-            } else if let Ok(dtype) = word.parse() {
-                said.dtype = Some(dtype);
-            }
-        }
-        said
-    }
-
     /// What the user says.
     pub fn of_user(overrides: &Overrides) -> Self {
         let Overrides { dims, dtype, endian, spacing, .. } = *overrides;
@@ -82,16 +66,16 @@ impl Description {
             ..Layout::new(dims, dtype)
         };
         let offset = self.offset.unwrap_or(0);
-        let is_packed = source.bytes().starts_with(&[0x1F, 0x8B]) && is_named_gzip(source.path());
+        let needed = layout.length(source)?.saturating_add(offset);
+        let is_packed = is_packed(source, needed);
         let encoding = if is_packed { Encoding::Compressed(Compression::Gzip) } else { Encoding::Bare };
         let payload =
             Payload { files: Files::Attached(0), encoding, line_skip: 0, byte_skip: Skip::Bytes(offset) };
-        let needed = layout.length(source)?.saturating_add(offset);
         let found = if is_packed { gzip::length(source.bytes()) } else { source.bytes().len() };
         let doubt = found.checked_sub(needed).filter(|&excess| excess > 0);
         let doubt = doubt.map(|excess| too_long(source, &layout, excess));
         doubt.iter().for_each(|doubt| tracing::warn!("{doubt}"));
-        let volume = payload.volume(source, layout, 1).map_err(|error| {
+        let volume = payload.volume(source, layout, Blocks::ONE).map_err(|error| {
             match found_bytes(source, is_packed, needed) {
                 Some(found) if self.dims_are_chosen => too_short(source, dims, [needed, found]),
                 _ => error,
@@ -131,21 +115,18 @@ fn found_bytes(source: &Source, is_packed: bool, needed: usize) -> Option<usize>
     (found < needed).then_some(found)
 }
 
-/// Voxels may begin like a gzip file by chance, so the name decides too.
-fn is_named_gzip(path: &Path) -> bool {
-    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gz"))
+/// Whether `source` is a gzip file of `needed` bytes. Voxels may begin like one by chance: without the name of one, it must be too
+/// short for bare voxels and of the right length unpacked.
+fn is_packed(source: &Source, needed: usize) -> bool {
+    let bytes = source.bytes();
+    let is_named = source.path().extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gz"));
+    bytes.starts_with(&[0x1F, 0x8B]) && (is_named || bytes.len() < needed && gzip::length(bytes) == needed)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn names_say_size_and_type() {
-        let said = Description::of_name(Path::new("/data/lung_ct_115x157x129_int16.raw.gz"));
-        assert_eq!((said.dims, said.dtype), (Some([115, 157, 129]), Some(Dtype::I16)));
-        assert_eq!(Description::of_name(Path::new("x.raw")), Description::default());
-    }
+    use std::path::Path;
 
     #[test]
     fn the_first_word_counts() {

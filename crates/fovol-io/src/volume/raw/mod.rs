@@ -2,6 +2,7 @@
 
 mod dat;
 mod description;
+mod file_name;
 mod gzip;
 mod json;
 mod sidecar;
@@ -11,6 +12,7 @@ mod xml;
 use super::{Overrides, Source};
 use crate::Result;
 use description::Description;
+use file_name::FileName;
 use fovol_core::Volume;
 use sidecar::Found;
 pub use write::write;
@@ -20,8 +22,14 @@ pub use write::write;
 /// # Errors
 /// Size or type unknown, or fewer bytes than they need.
 pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
-    let volume = read(source, overrides)?;
-    Ok(match (overrides.dims, Description::of_name(source.path()).dims) {
+    let name = FileName::of(source.path());
+    let volume = read(source, overrides, name.said.clone())?;
+    let volume = name.unclear.iter().fold(volume, |volume, word| {
+        volume.with_note(format!(
+            "`{word}` in the file's name is not understood; --dims, --dtype or --spacing say it"
+        ))
+    });
+    Ok(match (overrides.dims, name.said.dims) {
         (Some(said), Some(named)) if said != named => volume.with_note(contradiction(said, named)),
         _ => volume,
     })
@@ -32,17 +40,16 @@ fn contradiction([x, y, z]: [usize; 3], [nx, ny, nz]: [usize; 3]) -> String {
     format!("--dims {x},{y},{z} contradicts the file's name, {nx}x{ny}x{nz}")
 }
 
-fn read(source: &Source, overrides: &Overrides) -> Result<Volume> {
+fn read(source: &Source, overrides: &Overrides, named: Description) -> Result<Volume> {
     let user = Description::of_user(overrides);
     if let Some(reader) = sidecar::reader_of(source) {
         let said = user.or(reader(source)?);
         return said.volume(&voxels_of(source, &said)?);
     }
-    let named = Description::of_name(source.path());
     if user.dims.is_some() && user.dtype.is_some() {
         return user.or(named).volume(source);
     }
-    match sidecar::beside(source)? {
+    match sidecar::beside(source, overrides)? {
         Found::Volume(volume) => Ok(volume),
         Found::Description(said) => user.or(said).or(named).volume(source),
         Found::Nothing if overrides.dims.is_none() && named.dims.is_none() && !is_bare(source) => {
@@ -55,7 +62,7 @@ fn read(source: &Source, overrides: &Overrides) -> Result<Volume> {
 }
 
 /// Whether the name promises bare voxels.
-fn is_bare(source: &Source) -> bool {
+pub fn is_bare(source: &Source) -> bool {
     let name = source.path().file_name().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
     let name = name.strip_suffix(".gz").unwrap_or(&name);
     [".raw", ".bin", ".dat", ".zraw"].iter().any(|ending| name.ends_with(ending))

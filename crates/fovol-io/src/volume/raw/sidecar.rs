@@ -3,7 +3,7 @@
 use super::description::Description;
 use super::{dat, json, xml};
 use crate::Result;
-use crate::volume::{Source, metaimage, nrrd};
+use crate::volume::{Overrides, Source, metaimage, nrrd};
 use fovol_core::Volume;
 use std::path::{Path, PathBuf};
 
@@ -36,7 +36,7 @@ pub fn reader_of(source: &Source) -> Option<Reader> {
 ///
 /// # Errors
 /// A sidecar that is damaged.
-pub fn beside(raw: &Source) -> Result<Found> {
+pub fn beside(raw: &Source, overrides: &Overrides) -> Result<Found> {
     for stem in stems(raw.path()) {
         // What this program wrote last comes first: it rewrites its own `.json`, nothing else.
         for ending in [".json", ".dat", ".ivf", ".vvd"] {
@@ -55,7 +55,7 @@ pub fn beside(raw: &Source) -> Result<Found> {
             let Some(header) = open(&stem, ending)? else { continue };
             let parser = if ending.starts_with(".n") { nrrd::parse } else { metaimage::parse };
             if names(&header, raw.path()) {
-                return Ok(Found::Volume(parser(&header)?));
+                return Ok(Found::Volume(parser(&header, overrides)?));
             }
         }
     }

@@ -1,10 +1,10 @@
 //! Bare voxels out: the voxels alone, and a `.json` beside them where their name does not say it all.
 
-use super::description::Description;
+use super::file_name::FileName;
 use super::json;
 use crate::volume::voxels::Voxels;
 use crate::{Result, atomic};
-use fovol_core::Volume;
+use fovol_core::{Endian, Volume};
 use std::path::{Path, PathBuf};
 
 /// Writes `volume` as bare little-endian voxels: `.raw`, or `.raw.gz`.
@@ -21,10 +21,11 @@ pub fn write(volume: &Volume, path: &Path) -> Result<()> {
         }
         false => voxels.write_to(out),
     })?;
-    let said = Description::of_name(path);
+    let said = FileName::of(path).said;
     let says_all = said.dims == Some(volume.grid().dims())
         && said.dtype == Some(voxels.dtype())
-        && volume.grid().spacing() == [1.0; 3];
+        && said.endian != Some(Endian::Big)
+        && said.spacing.unwrap_or([1.0; 3]) == volume.grid().spacing();
     let sidecar = sidecar_of(path);
     // An old sidecar would speak against the new voxels.
     if !says_all || sidecar.exists() {

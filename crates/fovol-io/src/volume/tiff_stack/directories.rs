@@ -3,6 +3,7 @@
 
 use crate::Result;
 use crate::volume::Source;
+use fovol_core::Endian;
 
 /// Refuses a file with a tag that is longer than the file. What cannot be followed is left to the decoder.
 ///
@@ -29,15 +30,38 @@ pub fn check(source: &Source) -> Result<()> {
     Ok(())
 }
 
+/// The tag that says whether a page is a smaller version of another.
+const SUBFILE: usize = 254;
+
+/// The tag of the interpretation of grey values, and its numbers for dark and bright zeros.
+const INTERPRETATION: usize = 262;
+const WHITE_IS_ZERO: f64 = 0.0;
+const BLACK_IS_ZERO: u8 = 1;
+
+/// `source` with pages whose zeros are white marked as black, and whether there were any: scans are shown by their stored values,
+/// and decoders would invert those.
+pub fn as_stored(source: &Source) -> (Source, bool) {
+    let places = Reader::new(source.bytes()).map(|reader| reader.white_zeros()).unwrap_or_default();
+    if places.is_empty() {
+        return (source.clone(), false);
+    }
+    let mut bytes = source.bytes().to_vec();
+    for place in places {
+        bytes[place] = BLACK_IS_ZERO;
+    }
+    (Source::from_bytes(source.path(), bytes), true)
+}
+
 /// Numbers of a TIFF or BigTIFF file in its byte order.
-struct Reader<'a> {
+pub struct Reader<'a> {
     bytes: &'a [u8],
     is_little: bool,
     is_big_tiff: bool,
 }
 
 impl<'a> Reader<'a> {
-    fn new(bytes: &'a [u8]) -> Option<Self> {
+    /// Reads `bytes`; none where they are too short to say which kind of TIFF they are.
+    pub fn new(bytes: &'a [u8]) -> Option<Self> {
         let is_little = bytes.starts_with(b"II");
         let mut reader = Self { bytes, is_little, is_big_tiff: false };
         reader.is_big_tiff = reader.number(2, 2)? == 43;
@@ -89,6 +113,85 @@ impl<'a> Reader<'a> {
     fn next(&self, directory: usize, count: usize) -> Option<usize> {
         self.number(self.place(directory, count)?, self.word())
     }
+
+    /// Where the directories begin, one after another; no more than fit into the file.
+    fn directories(&self) -> Vec<usize> {
+        let mut found = Vec::new();
+        let mut next = self.first();
+        while let Some(at) = next.filter(|&at| at != 0 && found.len() < self.bytes.len() / 6) {
+            let Some(count) = self.entry_count(at) else { break };
+            found.push(at);
+            next = self.next(at, count);
+        }
+        found
+    }
+
+    /// Where the directories of pages that are no previews begin.
+    pub fn pages(&self) -> Vec<usize> {
+        let is_preview = |&at: &usize| self.value(at, SUBFILE).is_some_and(|kind| kind as u64 & 1 == 1);
+        self.directories().into_iter().filter(|at| !is_preview(at)).collect()
+    }
+
+    /// The low bytes of all interpretations whose zeros are white.
+    fn white_zeros(&self) -> Vec<usize> {
+        let low_byte = |at: usize| {
+            let values = self.values(at, INTERPRETATION)?;
+            let is_white = values.kind == 3 && self.value(at, INTERPRETATION) == Some(WHITE_IS_ZERO);
+            is_white.then_some(if self.is_little { values.at } else { values.at + 1 })
+        };
+        self.directories().into_iter().filter_map(low_byte).collect()
+    }
+
+    /// Where the values of `tag` begin, their type and their number; none where the directory lacks it or it lies outside.
+    pub fn values(&self, directory: usize, tag: usize) -> Option<Values> {
+        let count = self.entry_count(directory)?;
+        let number = (0..count.min(self.bytes.len() / 12))
+            .find(|&number| self.place(directory, number).and_then(|at| self.number(at, 2)) == Some(tag))?;
+        let at = self.place(directory, number)?;
+        let (kind, count) = (self.number(at + 2, 2)?, self.number(at + 4, self.word())?);
+        let inline = at + 4 + self.word();
+        let length = count.checked_mul(size_of_type(kind))?;
+        let at = if length <= self.word() { inline } else { self.number(inline, self.word())? };
+        (at.checked_add(length)? <= self.bytes.len()).then_some(Values { at, kind, count })
+    }
+
+    /// The first value of `tag` as a number: a whole number or a fraction.
+    pub fn value(&self, directory: usize, tag: usize) -> Option<f64> {
+        let Values { at, kind, count } = self.values(directory, tag)?;
+        match kind {
+            _ if count == 0 => None,
+            5 => {
+                let [above, below] = [self.number(at, 4)?, self.number(at + 4, 4)?];
+                (below != 0).then(|| above as f64 / below as f64)
+            }
+            1 | 3 | 4 | 13 | 16..=18 => self.number(at, size_of_type(kind)).map(|value| value as f64),
+            _ => None,
+        }
+    }
+
+    /// The text of `tag`, up to its first null byte.
+    pub fn text(&self, directory: usize, tag: usize) -> Option<String> {
+        let Values { at, count, .. } = self.values(directory, tag)?;
+        let bytes = self.bytes.get(at..at + count)?;
+        let end = bytes.iter().position(|&byte| byte == 0).unwrap_or(bytes.len());
+        Some(String::from_utf8_lossy(&bytes[..end]).into_owned())
+    }
+
+    /// The byte order of the file.
+    pub fn endian(&self) -> Endian {
+        if self.is_little { Endian::Little } else { Endian::Big }
+    }
+}
+
+/// The values of one tag.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Values {
+    /// The place of the first.
+    pub at: usize,
+    /// The TIFF type.
+    pub kind: usize,
+    /// Their number.
+    pub count: usize,
 }
 
 /// Bytes of a value of a TIFF type; unknown types count as bytes.

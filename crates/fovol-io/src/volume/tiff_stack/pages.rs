@@ -25,11 +25,15 @@ pub struct Slice {
     pub dtype: Dtype,
     /// Interleaved values per pixel.
     pub components: usize,
+    /// Whether the values of a pixel are its colour.
+    pub is_colour: bool,
+    /// How many planes of one component the page has; only the first is read of several.
+    pub planes: usize,
 }
 
 impl fmt::Display for Slice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { size: [x, y], dtype, components } = self;
+        let Self { size: [x, y], dtype, components, .. } = self;
         write!(f, "{x}x{y} pixels of {components} x {dtype}")
     }
 }
@@ -65,21 +69,21 @@ impl<'a> Pages<'a> {
         self.begun
     }
 
-    /// Begins the next page that is no preview; none at the end.
+    /// Begins the next page that is no preview; false at the end.
     ///
     /// # Errors
-    /// Damaged pages, types that are not read.
-    pub fn begin(&mut self) -> Result<Option<Slice>> {
+    /// Damaged pages.
+    pub fn begin(&mut self) -> Result<bool> {
         loop {
             if self.begun > 0 {
                 if !self.decoder.more_images() {
-                    return Ok(None);
+                    return Ok(false);
                 }
                 self.decoder.next_image().map_err(|e| broken(self.source, self.begun + 1, &e))?;
             }
             self.begun += 1;
             if !self.is_preview() {
-                return self.slice().map(Some);
+                return Ok(true);
             }
         }
     }
@@ -106,7 +110,10 @@ impl<'a> Pages<'a> {
     }
 
     /// The current page as a slice. Of separate planes the first is read.
-    fn slice(&mut self) -> Result<Slice> {
+    ///
+    /// # Errors
+    /// Damaged pages, types that are not read.
+    pub fn slice(&mut self) -> Result<Slice> {
         let page = self.begun;
         let (width, height) = self.decoder.dimensions().map_err(|e| broken(self.source, page, &e))?;
         let size = [width as usize, height as usize];
@@ -124,8 +131,9 @@ impl<'a> Pages<'a> {
         let expected = [width as usize, height as usize, components, dtype.size()]
             .into_iter()
             .try_fold(1usize, |product, factor| product.checked_mul(factor));
+        let is_colour = components > 2 && matches!(colour, ColorType::RGB(_) | ColorType::RGBA(_));
         match expected == Some(layout.len) && layout.len > 0 {
-            true => Ok(Slice { size, dtype, components }),
+            true => Ok(Slice { size, dtype, components, is_colour, planes: layout.planes }),
             false => Err(self
                 .source
                 .malformed(format!("page {page} says {width}x{height} pixels, which cannot be"))),

@@ -6,6 +6,11 @@ use std::io::Cursor;
 use tiff::encoder::colortype::{self, ColorType};
 use tiff::encoder::{Compression, TiffEncoder, TiffValue};
 
+/// Reads `source` without choices.
+fn parse(source: &Source) -> Result<Volume> {
+    super::parse(source, &Overrides::default())
+}
+
 /// A file with these pages of 2x1 pixels.
 fn file<C: ColorType>(compression: Compression, pages: &[&[C::Inner]]) -> Source
 where

@@ -1,8 +1,9 @@
 //! What the XML of an image says: extents, arrays, and where their data is.
 
 use crate::Result;
-use crate::volume::Source;
-use fovol_core::{Dtype, Endian};
+use crate::volume::arrays::{self, Candidate};
+use crate::volume::{Overrides, Source};
+use fovol_core::{Contents, Dtype, Endian};
 
 /// The XML, read.
 #[derive(Debug, Default)]
@@ -13,8 +14,10 @@ pub struct Document<'a> {
     pub extent: Option<[i64; 6]>,
     /// Distances between points, where the file says them.
     pub spacing: Vec<f64>,
-    /// Where the image lies, for people.
-    pub orientation: Vec<String>,
+    /// The place of point (0, 0, 0), where the file says it.
+    pub origin: Option<[f64; 3]>,
+    /// The rows of the matrix whose columns are the directions of the axes, where the file says it.
+    pub direction: Option<[f64; 9]>,
     /// The arrays of points.
     pub points: Attributes<'a>,
     /// The arrays of cells.
@@ -52,15 +55,6 @@ pub struct Attributes<'a> {
     pub arrays: Vec<Array<'a>>,
 }
 
-impl<'a> Attributes<'a> {
-    /// The array that the file calls its scalars, else the first one.
-    pub fn shown(&self) -> Option<&Array<'a>> {
-        let active = self.active.as_ref();
-        let named = self.arrays.iter().find(|array| active.is_some_and(|name| array.name == *name));
-        named.or(self.arrays.first())
-    }
-}
-
 /// One `DataArray`.
 #[derive(Debug)]
 pub struct Array<'a> {
@@ -95,26 +89,54 @@ pub struct Appended {
 }
 
 impl Document<'_> {
-    /// The array to show, and how many values it has along each axis: one per point, else one per cell.
+    /// The array to show.
     ///
     /// # Errors
-    /// No array, or no sound extent.
-    pub fn shown(&self, source: &Source) -> Result<(&Array<'_>, [usize; 3])> {
+    /// No array, none of the chosen name, or no sound extent.
+    pub fn shown(&self, source: &Source, overrides: &Overrides) -> Result<Shown<'_>> {
         let extent = self.extent.ok_or_else(|| source.malformed("its XML has no image with an Extent"))?;
         let points = points(extent).ok_or_else(|| {
             source.malformed(format!("its Extent {extent:?} is not first and last point along each axis"))
         })?;
-        if let Some(array) = self.points.shown() {
-            return Ok((array, points));
-        }
-        let array = self.cells.shown().ok_or_else(|| {
-            source.malformed(
-                "it has no data arrays in its PointData or CellData; write the image with its scalars",
-            )
-        })?;
-        // An axis of one point has one layer of flat cells.
-        Ok((array, points.map(|count| (count - 1).max(1))))
+        let of = |attributes: &'_ Attributes<'_>, is_of_cells: bool| {
+            let is_active = |array: &Array<'_>| attributes.active.as_deref() == Some(&*array.name);
+            let arrays = attributes.arrays.iter();
+            arrays.map(|array| (is_active(array), is_of_cells)).collect::<Vec<_>>()
+        };
+        let arrays: Vec<&Array<'_>> = self.points.arrays.iter().chain(&self.cells.arrays).collect();
+        let places = [of(&self.points, false), of(&self.cells, true)].concat();
+        let candidates: Vec<Candidate<'_>> = arrays
+            .iter()
+            .zip(places)
+            .map(|(array, (is_active, is_of_cells))| Candidate {
+                name: &array.name,
+                components: array.components,
+                is_of_cells,
+                is_active,
+                is_readable: array.dtype(source).is_ok(),
+            })
+            .collect();
+        let (index, contents) = arrays::shown(source, &candidates, overrides)?;
+        let is_of_cells = candidates[index].is_of_cells;
+        let dims = match is_of_cells {
+            // An axis of one point has one layer of flat cells.
+            true => points.map(|count| (count - 1).max(1)),
+            false => points,
+        };
+        Ok(Shown { array: arrays[index], is_of_cells, dims, contents })
     }
+}
+
+/// The array to show.
+pub struct Shown<'a> {
+    /// The array.
+    pub array: &'a Array<'a>,
+    /// Whether it has a value for each cell rather than for each point.
+    pub is_of_cells: bool,
+    /// Its values along each axis.
+    pub dims: [usize; 3],
+    /// What there is besides.
+    pub contents: Contents,
 }
 
 /// The number of points along each axis.

@@ -4,6 +4,11 @@ use fovol_core::Dtype;
 use std::io::Write;
 use std::path::Path;
 
+/// Reads `source` without choices.
+fn parse(source: &Source) -> Result<Volume> {
+    super::parse(source, &Overrides::default())
+}
+
 /// A file of 2×1×2 unsigned shorts 1, 2, 3, 258 with these attributes, array and tail.
 fn file(attributes: &str, array: &str, tail: &[u8]) -> Source {
     let mut bytes = format!(
@@ -55,7 +60,7 @@ fn check(source: &Source) -> Volume {
 #[test]
 fn text() {
     let volume = check(&file("", "format=\"ascii\">\n<InformationKey>9</InformationKey>\n1 2\n3 258 ", b""));
-    assert_eq!(volume.orientation(), Some("origin 0 0 0, direction 1 0 0 0 1 0 0 0 1"));
+    assert_eq!(volume.placement().unwrap().letters(), "LPS");
 }
 
 #[test]
@@ -109,6 +114,51 @@ fn cells_where_there_are_no_points() {
     let volume = parse(&Source::from_bytes(Path::new("x.vti"), text.into())).unwrap();
     assert_eq!((volume.grid().dims(), volume.components()), ([2, 1, 1], 2));
     assert_eq!(volume.value([1, 0, 0]), 2.0);
+}
+
+/// A file of 2x1x1 points and cells with these attributes and arrays.
+fn arrays(points: &str, cells: &str) -> Source {
+    let text = format!(
+        r#"<VTKFile type="ImageData"><ImageData WholeExtent="0 1 0 0 0 0"><Piece><PointData {points}</PointData>
+        <CellData {cells}</CellData></Piece></ImageData></VTKFile>"#
+    );
+    Source::from_bytes(Path::new("x.vti"), text.into_bytes())
+}
+
+fn array(name: &str, components: usize, values: &str) -> String {
+    format!(
+        r#"<DataArray type="Int8" Name="{name}" NumberOfComponents="{components}" format="ascii">{values}</DataArray>"#
+    )
+}
+
+#[test]
+fn ghosts_are_no_data_and_scalars_come_before_vectors() {
+    let ghost = array("vtkGhostType", 1, "0 0");
+    let (vector, scalar) = (array("v", 3, "1 2 3 4 5 6"), array("t", 1, "7 8"));
+    let shown = |points: String| {
+        let volume = parse(&arrays(&points, ">")).unwrap();
+        (volume.contents().array_name().map(str::to_owned), volume.value([1, 0, 0]))
+    };
+    assert_eq!(shown(format!(">{ghost}{vector}{scalar}")), (Some("t".into()), 8.0));
+    assert_eq!(shown(format!("Scalars=\"v\">{ghost}{scalar}{vector}")), (Some("v".into()), 4.0));
+    assert_eq!(shown(format!("Scalars=\"vtkGhostType\">{ghost}{vector}")), (Some("v".into()), 4.0));
+    let cells = arrays(&format!(">{ghost}"), &format!(">{}", array("c", 1, "9")));
+    assert_eq!(parse(&cells).unwrap().value([0; 3]), 9.0);
+}
+
+#[test]
+fn arrays_and_components_are_chosen() {
+    let source = arrays(&format!(">{}{}", array("v", 3, "1 2 3 4 5 6"), array("t", 1, "7 8")), ">");
+    let read = |array: &str, component: usize| {
+        let overrides =
+            Overrides { array: Some(array.into()), component: Some(component), ..Overrides::default() };
+        crate::volume::parse(&source, &overrides)
+    };
+    let volume = read("v", 2).unwrap();
+    assert_eq!([volume.value([0, 0, 0]), volume.value([1, 0, 0])], [3.0, 6.0]);
+    assert_eq!((volume.contents().components, volume.contents().component), (3, 2));
+    assert!(read("v", 3).unwrap_err().to_string().ends_with("it has 3 components, 0 to 2"));
+    assert!(read("x", 0).unwrap_err().to_string().ends_with("--array x is not there; it has v, t"));
 }
 
 #[test]

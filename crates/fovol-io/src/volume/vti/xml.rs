@@ -192,12 +192,8 @@ impl<'a> Walk<'a> {
             self.document.spacing =
                 spacing.into_iter().map(|step| if step == 0.0 { f64::NAN } else { step }).collect();
         }
-        for (attribute, shown) in [("Origin", "origin"), ("Direction", "direction")] {
-            if let Some(text) = self.get(element, attribute)? {
-                let words: Vec<&str> = text.split_whitespace().collect();
-                self.document.orientation.push(format!("{shown} {}", words.join(" ")));
-            }
-        }
+        self.document.origin = self.floats(element, "Origin")?;
+        self.document.direction = self.floats(element, "Direction")?;
         Ok(())
     }
 
@@ -231,6 +227,13 @@ impl<'a> Walk<'a> {
             components,
             data,
         })
+    }
+
+    fn floats<const N: usize>(&self, element: &BytesStart<'_>, name: &str) -> Result<Option<[f64; N]>> {
+        let Some(text) = self.get(element, name)? else { return Ok(None) };
+        let floats: Vec<f64> = self.numbers(&text, name)?;
+        let wrong = |_| self.source.malformed(format!("its {name} has not {N} numbers"));
+        floats.try_into().map(Some).map_err(wrong)
     }
 
     fn extent(&self, element: &BytesStart<'_>, name: &str) -> Result<Option<[i64; 6]>> {

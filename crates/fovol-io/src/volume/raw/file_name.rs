@@ -1,0 +1,157 @@
+//! What the name of a file says about bare voxels: `bonsai_256x256x256_uint8.raw`, `ct_12x10x8_1.5x1.5x3mm_int16_be.raw`.
+
+use super::description::Description;
+use fovol_core::{Dtype, Endian};
+use std::path::Path;
+
+/// What a name says, and the words in it that look as if they said more.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct FileName {
+    /// What it says.
+    pub said: Description,
+    /// Words like sizes or types that are not understood.
+    pub unclear: Vec<String>,
+}
+
+impl FileName {
+    /// Reads the name of `path`.
+    pub fn of(path: &Path) -> Self {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase().replace('×', "x");
+        let mut found = Self::default();
+        for word in words(&name) {
+            if !found.take(word) {
+                found.unclear.push(word.to_owned());
+            }
+        }
+        found
+    }
+
+    /// Takes what `word` says; false where it looks like a size or a type and is none.
+    fn take(&mut self, word: &str) -> bool {
+        if let Some((dtype, endian)) = voxel_type(word) {
+            self.said.dtype = Some(dtype);
+            self.said.endian = endian.or(self.said.endian);
+        } else if let Some(endian) = byte_order(word) {
+            self.said.endian = Some(endian);
+        } else if word.contains('x') && word.starts_with(|c: char| c.is_ascii_digit()) {
+            return self.take_sides(word);
+        } else if looks_like_type(word) {
+            return false;
+        }
+        true
+    }
+
+    /// Takes three numbers joined by `x`: the first whole ones are the size, others the spacing.
+    fn take_sides(&mut self, word: &str) -> bool {
+        let bare = ["mm", "um", "µm"].iter().find_map(|unit| word.strip_suffix(unit)).unwrap_or(word);
+        let parts: Vec<&str> = bare.split('x').collect();
+        let whole: Option<Vec<usize>> = parts.iter().map(|part| part.parse().ok()).collect();
+        if let (Some(Ok(dims)), None) = (whole.map(<[usize; 3]>::try_from), self.said.dims)
+            && bare == word
+        {
+            self.said.dims = Some(dims);
+            return true;
+        }
+        let sides: Option<Vec<f64>> =
+            parts.iter().map(|part| part.parse().ok().filter(|&s: &f64| s > 0.0)).collect();
+        match (sides.map(<[f64; 3]>::try_from), self.said.spacing) {
+            (Some(Ok(spacing)), None) => {
+                self.said.spacing = Some(spacing);
+                true
+            }
+            // Words like `2x` or `0x1f` are no sizes.
+            _ => parts.len() < 3 || parts.iter().any(|part| part.parse::<f64>().is_err()),
+        }
+    }
+}
+
+/// The words of `name`. A dot between two digits belongs to a number.
+fn words(name: &str) -> Vec<&str> {
+    let bytes = name.as_bytes();
+    let is_digit = |i: Option<usize>| i.and_then(|i| bytes.get(i)).is_some_and(u8::is_ascii_digit);
+    let is_decimal = |at: usize| is_digit(at.checked_sub(1)) && is_digit(Some(at + 1));
+    let mut words = Vec::new();
+    let mut from = 0;
+    for (at, c) in name.char_indices() {
+        if "_- ,;()[]+".contains(c) || c == '.' && !is_decimal(at) {
+            words.push(&name[from..at]);
+            from = at + 1;
+        }
+    }
+    words.push(&name[from..]);
+    words.retain(|word| !word.is_empty());
+    words
+}
+
+/// The voxel type that `word` names, with the byte order at its end.
+fn voxel_type(word: &str) -> Option<(Dtype, Option<Endian>)> {
+    if let Ok(dtype) = word.parse() {
+        return Some((dtype, None));
+    }
+    [("le", Endian::Little), ("be", Endian::Big)].into_iter().find_map(|(end, endian)| {
+        let bare = word.strip_suffix(end)?;
+        bare.parse().ok().map(|dtype| (dtype, Some(endian)))
+    })
+}
+
+fn byte_order(word: &str) -> Option<Endian> {
+    match word {
+        "le" | "little" | "littleendian" | "lsb" => Some(Endian::Little),
+        "be" | "big" | "bigendian" | "msb" => Some(Endian::Big),
+        _ => None,
+    }
+}
+
+/// Whether `word` is `int`, `uint` or `float` and a number, or a number and `bit`.
+fn looks_like_type(word: &str) -> bool {
+    let is_number = |rest: &str| !rest.is_empty() && rest.bytes().all(|byte| byte.is_ascii_digit());
+    ["uint", "int", "float"].iter().any(|kind| word.strip_prefix(kind).is_some_and(is_number))
+        || ["bits", "bit"].iter().any(|end| word.strip_suffix(end).is_some_and(is_number))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn of(name: &str) -> FileName {
+        FileName::of(Path::new(name))
+    }
+
+    #[test]
+    fn size_type_order_and_spacing() {
+        let said = of("/data/Lung_CT-115X157X129.INT16.raw.gz").said;
+        assert_eq!((said.dims, said.dtype, said.endian), (Some([115, 157, 129]), Some(Dtype::I16), None));
+        for name in ["v_12x10x8_int16_be.raw", "v 12x10x8 int16be.raw", "v(12x10x8)_big_i16.raw"] {
+            let said = of(name).said;
+            let expected = (Some([12, 10, 8]), Some(Dtype::I16), Some(Endian::Big));
+            assert_eq!((said.dims, said.dtype, said.endian), expected, "{name}");
+        }
+        assert_eq!(of("v_12x10x8_uint16le.raw").said.endian, Some(Endian::Little));
+        for name in ["ct_12x10x8_1.5x1.5x3_int16.raw", "ct_12x10x8_1.5x1.5x3mm_int16.raw"] {
+            let said = of(name).said;
+            assert_eq!((said.dims, said.spacing), (Some([12, 10, 8]), Some([1.5, 1.5, 3.0])), "{name}");
+        }
+        assert_eq!(of("ct_64x64x64_1x1x2_u8.raw").said.spacing, Some([1.0, 1.0, 2.0]));
+        assert_eq!(of("x.raw"), FileName::default());
+    }
+
+    #[test]
+    fn words_that_are_not_understood_are_named() {
+        assert_eq!(of("v_12x10x8x2_int12_8bit.raw").unclear, ["12x10x8x2", "int12", "8bit"]);
+        assert_eq!(of("scan_2x_0x1f_int_of_10.5.raw").unclear, Vec::<String>::new());
+    }
+
+    proptest! {
+        #[test]
+        fn any_name_is_read(name in "[0-9x._ébe-]{0,30}") {
+            of(&name);
+        }
+
+        #[test]
+        fn sizes_are_found(dims in prop::array::uniform3(1usize..5000), name in "[a-w]{1,8}") {
+            let [x, y, z] = dims;
+            prop_assert_eq!(of(&format!("{name}_{x}x{y}x{z}_f32be.raw")).said.dims, Some(dims));
+        }
+    }
+}

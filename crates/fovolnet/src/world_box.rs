@@ -1,0 +1,183 @@
+//! Where the box of a volume stands in the world.
+
+use crate::orientation::Orientation;
+use crate::{Error, RenderSettings, Result};
+use fovol_core::{Camera, Space, Volume};
+use glam::{DMat3, DVec3};
+
+/// The box of a volume, and how it stands in the world.
+///
+/// Renderers work in the space of the box: its centre is the origin, its sides lie along x, y and z, its longest side
+/// is 1. The world is that space, or for patient orientation that space turned, and mirrored where the grid is. Cameras
+/// and lights are given in the world; [`Self::camera`] and [`Self::direction`] bring them to the box.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WorldBox {
+    /// From the box to the world: orthogonal.
+    turn: DMat3,
+    /// Half the sides of the box.
+    half: DVec3,
+    /// Opposite corners of the shown part, in the space of the box.
+    shown: [DVec3; 2],
+    is_patient: bool,
+}
+
+impl WorldBox {
+    /// The box of `volume` as `settings` have it stand, and the part that they show.
+    ///
+    /// # Errors
+    /// A patient's orientation that the file does not have.
+    pub fn new(volume: &Volume, settings: &RenderSettings) -> Result<Self> {
+        let is_patient = orientation(volume, settings)? == Orientation::Patient;
+        let placement = volume.placement().filter(|_| is_patient);
+        let half = volume.grid().world_extent() * 0.5;
+        let [x0, x1, y0, y1, z0, z1] = settings.clip.unwrap_or([0.0, 1.0, 0.0, 1.0, 0.0, 1.0]);
+        let corner = |sides: DVec3| (sides * 2.0 - 1.0) * half;
+        Ok(Self {
+            half,
+            turn: placement.map_or(DMat3::IDENTITY, |placement| placement.world_from_box()),
+            shown: [corner(DVec3::new(x0, y0, z0)), corner(DVec3::new(x1, y1, z1))],
+            is_patient,
+        })
+    }
+
+    /// Whether the patient stands upright in the world.
+    pub fn is_patient(&self) -> bool {
+        self.is_patient
+    }
+
+    /// The world's `camera` in the space of the box.
+    pub fn camera(&self, camera: &Camera) -> Camera {
+        camera.turned(&self.turn.transpose())
+    }
+
+    /// A direction of the world in the space of the box.
+    pub fn direction(&self, world: DVec3) -> DVec3 {
+        self.turn.transpose() * world
+    }
+
+    /// A point or direction of the space of the box in the world.
+    pub fn to_world(&self, in_box: DVec3) -> DVec3 {
+        self.turn * in_box
+    }
+
+    /// The corners of the whole box in the world; bit a of a corner's number is its end along axis a of the grid.
+    pub fn whole_corners(&self) -> [DVec3; 8] {
+        self.corners([-self.half, self.half])
+    }
+
+    /// The corners of the shown part in the world, in the order of [`Self::whole_corners`].
+    pub fn shown_corners(&self) -> [DVec3; 8] {
+        self.corners(self.shown)
+    }
+
+    fn corners(&self, [low, high]: [DVec3; 2]) -> [DVec3; 8] {
+        std::array::from_fn(|corner| {
+            let end = |axis: usize| if corner >> axis & 1 == 1 { high[axis] } else { low[axis] };
+            self.to_world(DVec3::new(end(0), end(1), end(2)))
+        })
+    }
+
+    /// Centre and radius of the sphere around the shown part, in the world.
+    pub fn bounding_sphere(&self) -> (DVec3, f64) {
+        let [low, high] = self.shown;
+        (self.to_world((low + high) * 0.5), (high - low).length() * 0.5)
+    }
+}
+
+/// How `volume` stands as `settings` say; by itself a volume in a patient's space stands as the patient does.
+fn orientation(volume: &Volume, settings: &RenderSettings) -> Result<Orientation> {
+    let known = volume.placement().map(fovol_core::Placement::space);
+    match settings.orientation {
+        Some(Orientation::Patient) if known.is_none() => Err(Error::Setting(
+            "the volume's file says no orientation, so --orientation patient is not known; leave it out"
+                .into(),
+        )),
+        Some(chosen) => Ok(chosen),
+        None if known == Some(Space::Patient) => Ok(Orientation::Patient),
+        None => Ok(Orientation::Grid),
+    }
+}
+
+/// Notes on how `volume` stands as `settings` say: guesses, and what is not shown as it is; one line each.
+///
+/// # Errors
+/// As [`WorldBox::new`].
+pub(crate) fn notes(volume: &Volume, settings: &RenderSettings) -> Result<Vec<String>> {
+    let mut notes = Vec::new();
+    let Some(placement) = volume.placement() else { return Ok(notes) };
+    let is_patient = orientation(volume, settings)? == Orientation::Patient;
+    if is_patient && placement.space() == Space::Other {
+        notes.push("the file names no patient axes; they are read as left, posterior, superior (LPS)".into());
+    }
+    if !is_patient && placement.is_left_handed() {
+        notes
+            .push("the grid is mirrored against its space; --orientation patient shows it unmirrored".into());
+    }
+    if is_patient && placement.shear() > 0.0 {
+        notes.push(format!(
+            "the grid is sheared by {:.1} degrees (gantry tilt) and shown at right angles; resample it to see its true shape",
+            placement.shear()
+        ));
+    }
+    Ok(notes)
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use fovol_core::{Grid, Placement};
+
+    /// A cube of which nobody knows how it stands.
+    pub(crate) fn cube() -> WorldBox {
+        let volume = Volume::from_values(Grid::new([1; 3], [1.0; 3]).unwrap(), vec![0u8]).unwrap();
+        WorldBox::new(&volume, &RenderSettings::default()).unwrap()
+    }
+
+    fn volume(placement: Option<Placement>) -> Volume {
+        let grid = Grid::new([4, 2, 1], [1.0; 3]).unwrap();
+        let volume = Volume::from_values(grid, vec![0u8; 8]).unwrap();
+        placement.map_or(volume.clone(), |placement| volume.with_placement(placement))
+    }
+
+    fn ras(space: Space) -> Placement {
+        let axes = DMat3::from_cols(DVec3::NEG_X, DVec3::NEG_Y, DVec3::Z);
+        Placement::new(axes, DVec3::ZERO, space).unwrap()
+    }
+
+    #[test]
+    fn patients_stand_upright_by_themselves_and_others_when_asked() {
+        let settings = RenderSettings::default();
+        let stands = |volume: &Volume, settings: &RenderSettings| WorldBox::new(volume, settings).unwrap();
+        let patient = stands(&volume(Some(ras(Space::Patient))), &settings);
+        assert!(patient.is_patient());
+        // The x axis of the grid leads to the patient's right, its z axis up.
+        assert_eq!(patient.to_world(DVec3::X), DVec3::NEG_X);
+        assert_eq!(patient.to_world(DVec3::Z), DVec3::Y);
+        assert_eq!(patient.direction(DVec3::Y), DVec3::Z);
+        let other = volume(Some(ras(Space::Other)));
+        assert!(!stands(&other, &settings).is_patient());
+        let asked = RenderSettings { orientation: Some(Orientation::Patient), ..settings.clone() };
+        assert!(stands(&other, &asked).is_patient());
+        assert!(notes(&other, &asked).unwrap()[0].contains("LPS"));
+        let error = WorldBox::new(&volume(None), &asked).unwrap_err().to_string();
+        assert!(error.contains("--orientation") && !error.contains('\n'), "{error}");
+    }
+
+    #[test]
+    fn mirrored_and_sheared_grids_are_noted() {
+        let tilted = DMat3::from_cols(DVec3::X, DVec3::Y, DVec3::new(0.0, 0.2, 1.0));
+        let tilted = volume(Some(Placement::new(tilted, DVec3::ZERO, Space::Patient).unwrap()));
+        assert!(notes(&tilted, &RenderSettings::default()).unwrap()[0].contains("11.3 degrees"));
+        let mirrored = DMat3::from_diagonal(DVec3::new(-1.0, 1.0, 1.0));
+        let mirrored = volume(Some(Placement::new(mirrored, DVec3::ZERO, Space::Other).unwrap()));
+        assert!(notes(&mirrored, &RenderSettings::default()).unwrap()[0].contains("mirrored"));
+    }
+
+    #[test]
+    fn the_sphere_surrounds_what_is_shown() {
+        let settings = RenderSettings { clip: Some([0.5, 1.0, 0.0, 1.0, 0.0, 1.0]), ..Default::default() };
+        let (centre, radius) = WorldBox::new(&volume(None), &settings).unwrap().bounding_sphere();
+        assert_eq!(centre, DVec3::new(0.25, 0.0, 0.0));
+        assert!((radius - 0.5 * (0.25f64 + 0.25 + 0.0625).sqrt()).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,215 @@
+//! One scan with a letter on the patient's left, in every orientation that a file can have and in four formats: the
+//! picture is always the same, and never mirrored.
+
+use fovolnet::core::Frame;
+use fovolnet::{Device, Orientation, Pipeline, RenderSettings, SpeedSettings, VolumeSettings, open_volume};
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// Voxels towards left, posterior and superior.
+const SIZES: [usize; 3] = [16, 10, 14];
+/// The distances between them.
+const SPACING: [f64; 3] = [1.0, 1.5, 1.25];
+
+/// The scan at a place counted towards left, posterior and superior: an F on the front of the left half, which stands
+/// upright and reads correctly for somebody who faces the patient.
+fn scan([left, posterior, superior]: [usize; 3]) -> u8 {
+    const F: [&[u8; 5]; 7] = [b"#####", b"#....", b"#....", b"####.", b"#....", b"#....", b"#...."];
+    let (column, row) = (left.wrapping_sub(9), 10usize.wrapping_sub(superior));
+    let is_letter = row < 7 && column < 5 && F[row][column] == b'#' && posterior < 4;
+    if is_letter { 250 } else { 20 }
+}
+
+/// A grid of the scan: which patient axis each voxel axis follows, and whether backwards.
+#[derive(Debug, Clone, Copy)]
+struct Axes {
+    along: [usize; 3],
+    backwards: [bool; 3],
+}
+
+impl Axes {
+    /// All 48.
+    fn all() -> Vec<Self> {
+        let orders = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
+        let signs = (0..8).map(|bits| [0, 1, 2].map(|axis| bits >> axis & 1 == 1));
+        signs.flat_map(|backwards| orders.map(|along| Self { along, backwards })).collect()
+    }
+
+    fn sizes(self) -> [usize; 3] {
+        self.along.map(|axis| SIZES[axis])
+    }
+
+    fn spacing(self) -> [f64; 3] {
+        self.along.map(|axis| SPACING[axis])
+    }
+
+    /// The unit vector of voxel axis `axis` in LPS.
+    fn direction(self, axis: usize) -> [f64; 3] {
+        let mut direction = [0.0; 3];
+        direction[self.along[axis]] = if self.backwards[axis] { -1.0 } else { 1.0 };
+        direction
+    }
+
+    /// The centre of the first voxel in LPS, for a scan whose first place is the origin.
+    fn origin(self) -> [f64; 3] {
+        let mut origin = [0.0; 3];
+        for axis in (0..3).filter(|&axis| self.backwards[axis]) {
+            let patient = self.along[axis];
+            origin[patient] = (SIZES[patient] - 1) as f64 * SPACING[patient];
+        }
+        origin
+    }
+
+    /// The voxels, x fastest.
+    fn voxels(self) -> Vec<u8> {
+        let [nx, ny, nz] = self.sizes();
+        let value = |i: usize| {
+            let voxel = [i % nx, i / nx % ny, i / nx / ny];
+            let mut place = [0; 3];
+            for axis in 0..3 {
+                let last = self.sizes()[axis] - 1;
+                place[self.along[axis]] = if self.backwards[axis] { last - voxel[axis] } else { voxel[axis] };
+            }
+            scan(place)
+        };
+        (0..nx * ny * nz).map(value).collect()
+    }
+}
+
+fn text(numbers: impl IntoIterator<Item = f64>, separator: &str) -> String {
+    numbers.into_iter().map(|number| number.to_string()).collect::<Vec<_>>().join(separator)
+}
+
+fn nrrd(axes: Axes) -> Vec<u8> {
+    let step = |axis: usize| {
+        let step = axes.direction(axis).map(|c| c * axes.spacing()[axis]);
+        format!("({})", text(step, ","))
+    };
+    let [nx, ny, nz] = axes.sizes();
+    let header = format!(
+        "NRRD0004\ntype: uint8\ndimension: 3\nspace: left-posterior-superior\nsizes: {nx} {ny} {nz}\n\
+         space directions: {} {} {}\nspace origin: ({})\nencoding: raw\n\n",
+        step(0),
+        step(1),
+        step(2),
+        text(axes.origin(), ",")
+    );
+    [header.into_bytes(), axes.voxels()].concat()
+}
+
+fn metaimage(axes: Axes) -> Vec<u8> {
+    let [nx, ny, nz] = axes.sizes();
+    let matrix = (0..3).flat_map(|axis| axes.direction(axis));
+    let header = format!(
+        "ObjectType = Image\nNDims = 3\nBinaryData = True\nTransformMatrix = {}\nOffset = {}\n\
+         ElementSpacing = {}\nDimSize = {nx} {ny} {nz}\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n",
+        text(matrix, " "),
+        text(axes.origin(), " "),
+        text(axes.spacing(), " ")
+    );
+    [header.into_bytes(), axes.voxels()].concat()
+}
+
+fn vti(axes: Axes) -> Vec<u8> {
+    let extent = axes.sizes().map(|size| format!("0 {}", size - 1)).join(" ");
+    // The columns of the matrix are the directions.
+    let matrix = (0..9).map(|i| axes.direction(i % 3)[i / 3]);
+    let mut values = String::new();
+    for voxel in axes.voxels() {
+        write!(values, "{voxel} ").unwrap();
+    }
+    format!(
+        r#"<VTKFile type="ImageData" version="1.0"><ImageData WholeExtent="{extent}" Origin="{}" Spacing="{}"
+        Direction="{}"><Piece Extent="{extent}"><PointData Scalars="a"><DataArray type="UInt8" Name="a"
+        format="ascii">{values}</DataArray></PointData></Piece></ImageData></VTKFile>"#,
+        text(axes.origin(), " "),
+        text(axes.spacing(), " "),
+        text(matrix, " ")
+    )
+    .into_bytes()
+}
+
+/// NIfTI-1 with an sform; its coordinates are RAS.
+fn nifti(axes: Axes) -> Vec<u8> {
+    let mut bytes = vec![0u8; 352];
+    let mut put = |at: usize, field: &[u8]| bytes[at..at + field.len()].copy_from_slice(field);
+    put(0, &348i32.to_le_bytes());
+    for (i, size) in
+        [3, axes.sizes()[0], axes.sizes()[1], axes.sizes()[2], 1, 1, 1, 1].into_iter().enumerate()
+    {
+        put(40 + 2 * i, &(size as i16).to_le_bytes());
+    }
+    put(70, &2i16.to_le_bytes());
+    put(72, &8i16.to_le_bytes());
+    put(76, &1f32.to_le_bytes());
+    for (axis, spacing) in axes.spacing().into_iter().enumerate() {
+        put(80 + 4 * axis, &(spacing as f32).to_le_bytes());
+    }
+    put(108, &352f32.to_le_bytes());
+    put(254, &1i16.to_le_bytes());
+    for row in 0..3 {
+        let sign = if row < 2 { -1.0 } else { 1.0 };
+        for axis in 0..3 {
+            let entry = sign * axes.direction(axis)[row] * axes.spacing()[axis];
+            put(280 + 16 * row + 4 * axis, &(entry as f32).to_le_bytes());
+        }
+        put(292 + 16 * row, &((sign * axes.origin()[row]) as f32).to_le_bytes());
+    }
+    put(344, b"n+1\0");
+    [bytes, axes.voxels()].concat()
+}
+
+fn picture(path: &Path) -> Frame {
+    let volume = open_volume(path.to_str().unwrap(), &VolumeSettings::default()).unwrap();
+    let settings = RenderSettings {
+        size: Some("96x72".parse().unwrap()),
+        tf: Some(r#"{"points":[[0,1,1,1,0],[0.5,1,1,1,0],[0.9,1,1,1,1],[1,1,1,1,1]]}"#.into()),
+        orientation: Some(Orientation::Patient),
+        ..RenderSettings::default()
+    };
+    let speed = SpeedSettings { device: Some(Device::Cpu), ..SpeedSettings::default() };
+    Pipeline::new(&volume, &settings, &speed).unwrap().render(0).unwrap().frame
+}
+
+/// The largest difference of a channel.
+fn difference(a: &Frame, b: &Frame) -> f32 {
+    let pairs = a.pixels().iter().zip(b.pixels());
+    pairs.flat_map(|(a, b)| (0..3).map(|c| (a[c] - b[c]).abs())).fold(0.0, f32::max)
+}
+
+/// Brightness of the picture in the part of its columns and rows, each from and to, as fractions.
+fn light(frame: &Frame, columns: [f32; 2], rows: [f32; 2]) -> f32 {
+    let size = frame.size();
+    let span = |[from, to]: [f32; 2], count: u32| (from * count as f32) as u32..(to * count as f32) as u32;
+    let pixels = span(rows, size.height).flat_map(|y| span(columns, size.width).map(move |x| (x, y)));
+    pixels.map(|(x, y)| frame.pixel(x, y)[0]).sum()
+}
+
+#[test]
+fn a_letter_is_the_same_in_every_orientation_and_format() {
+    let folder = tempfile::tempdir().unwrap();
+    let formats: [(&str, fn(Axes) -> Vec<u8>); 4] =
+        [("nrrd", nrrd), ("mha", metaimage), ("vti", vti), ("nii", nifti)];
+    let mut first: Option<Frame> = None;
+    for axes in Axes::all() {
+        for (ending, bytes) in formats {
+            let path = folder.path().join(format!("scan.{ending}"));
+            std::fs::write(&path, bytes(axes)).unwrap();
+            let found = picture(&path);
+            let expected = first.get_or_insert_with(|| found.clone());
+            let apart = difference(expected, &found);
+            assert!(apart <= 2.0 / 255.0, "{axes:?} as {ending} differs by {apart}");
+        }
+    }
+    let picture = first.unwrap();
+    // The patient faces us: what is on the left of the patient is on the right of the picture.
+    assert!(
+        light(&picture, [0.5, 1.0], [0.0, 1.0]) > 100.0 * light(&picture, [0.0, 0.45], [0.0, 1.0]).max(0.01)
+    );
+    // The letter stands upright and is not mirrored: its stem is on its left, its bars are on top.
+    let (upper, lower) = (light(&picture, [0.0, 1.0], [0.0, 0.5]), light(&picture, [0.0, 1.0], [0.5, 1.0]));
+    assert!(upper > lower, "{upper} {lower}");
+    let stem = light(&picture, [0.5, 0.62], [0.55, 0.9]);
+    let void = light(&picture, [0.64, 0.9], [0.6, 0.9]);
+    assert!(stem > 4.0 * void, "{stem} {void}");
+}
