@@ -133,7 +133,10 @@ mod tests {
             ("MotionX MotionY", "MotionX MotionY"),
             ("mv_x mv_y depth", "mv_x mv_y"),
             ("red green blue", "red green"),
-            ("Combined.A Combined.B Combined.G Combined.R Vector.W Vector.X Vector.Y Vector.Z", "Vector.X Vector.Y"),
+            (
+                "Combined.A Combined.B Combined.G Combined.R Vector.W Vector.X Vector.Y Vector.Z",
+                "Vector.X Vector.Y",
+            ),
             ("A B G R velocity.x velocity.y", "velocity.x velocity.y"),
             ("N.x N.y N.z motion.r motion.g", "motion.r motion.g"),
         ] {
@@ -150,7 +153,9 @@ mod tests {
         let found = |text: &str| colours(&names(text));
         let all = found("A B G R").unwrap();
         assert_eq!((all.colours, all.alpha, all.others), ([3, 2, 1], Some(0), 0));
-        let layered = found("Diff.B Diff.G Diff.R View.Combined.A View.Combined.B View.Combined.G View.Combined.R").unwrap();
+        let layered =
+            found("Diff.B Diff.G Diff.R View.Combined.A View.Combined.B View.Combined.G View.Combined.R")
+                .unwrap();
         assert_eq!((layered.colours, layered.alpha, layered.others), ([6, 5, 4], Some(3), 1));
         assert_eq!(found("Y").unwrap().colours, [0; 3]);
         assert_eq!(found("X Y"), None);

@@ -36,7 +36,8 @@ pub(super) fn encode(frame: &Frame) -> exr::error::Result<Vec<u8>> {
         ..exr::image::Encoding::FAST_LOSSLESS
     };
     let channels = exr::image::SpecificChannels::rgba(pixels);
-    let layer = Layer::new((width, height), exr::meta::header::LayerAttributes::default(), encoding, channels);
+    let layer =
+        Layer::new((width, height), exr::meta::header::LayerAttributes::default(), encoding, channels);
     let mut bytes = Cursor::new(Vec::new());
     exr::image::Image::from_layer(layer).write().to_buffered(&mut bytes)?;
     Ok(bytes.into_inner())
@@ -59,11 +60,15 @@ impl<'a> Sound<'a> {
         let mut largest = 0u64;
         for header in &meta.headers {
             if header.deep {
-                return Err(Error::unsupported(path, "it holds deep pixels; flatten it to one sample a pixel"));
+                return Err(Error::unsupported(
+                    path,
+                    "it holds deep pixels; flatten it to one sample a pixel",
+                ));
             }
             let list = &header.channels.list;
             if list.iter().any(|channel| channel.sampling != Vec2(1, 1)) {
-                let problem = "it has channels of fewer pixels than the picture; write all channels at full size";
+                let problem =
+                    "it has channels of fewer pixels than the picture; write all channels at full size";
                 return Err(Error::unsupported(path, problem));
             }
             let Vec2(width, height) = header.layer_size;
@@ -73,7 +78,10 @@ impl<'a> Sound<'a> {
             largest = largest.max(pixels);
         }
         if bytes > length.saturating_mul(LARGEST_RATIO) + ALWAYS {
-            return Err(Error::malformed(path, "it is too short for the pixels that it says it has; it is damaged"));
+            return Err(Error::malformed(
+                path,
+                "it is too short for the pixels that it says it has; it is damaged",
+            ));
         }
         let display = meta.headers.first().map(|header| header.shared_attributes.display_window);
         let display = display.ok_or_else(|| Error::malformed(path, "it holds no picture"))?;

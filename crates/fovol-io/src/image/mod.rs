@@ -78,8 +78,7 @@ fn write_png_bytes(path: &Path, size: FrameSize, bytes: &[u8], colour: ExtendedC
 /// # Errors
 /// What the system said.
 pub fn write_exr(path: &Path, frame: &Frame) -> Result<()> {
-    let bytes =
-        exr_file::encode(frame).map_err(|e| Error::io("write", path, std::io::Error::other(e)))?;
+    let bytes = exr_file::encode(frame).map_err(|e| Error::io("write", path, std::io::Error::other(e)))?;
     atomic::write_bytes(path, &bytes)
 }
 
@@ -133,7 +132,10 @@ pub fn size(path: &Path) -> Result<FrameSize> {
 /// As [`read`], or a file without such channels.
 pub fn read_motion(path: &Path) -> Result<Motion> {
     if !is_exr(path)? {
-        return Err(Error::unsupported(path, "motion is read from EXR files, which this is not; write it as EXR"));
+        return Err(Error::unsupported(
+            path,
+            "motion is read from EXR files, which this is not; write it as EXR",
+        ));
     }
     exr_file::read_motion(path)
 }
