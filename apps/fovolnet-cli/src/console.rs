@@ -25,6 +25,7 @@ impl JsonOutput {
     pub fn write(&self, figures: &impl Serialize) -> Result<()> {
         let Some(path) = &self.json else { return Ok(()) };
         let text = serde_json::to_string_pretty(figures).context("the figures cannot be written as JSON")?;
+        let text = escaped(&text);
         if self.on_stdout() {
             writeln!(io::stdout(), "{text}")?;
         } else {
@@ -39,29 +40,51 @@ impl JsonOutput {
     }
 }
 
-/// Prints `line` for people.
+/// `json` with control characters in its texts as JSON escapes: DEL and C1 ones may stand there as they are otherwise.
+fn escaped(json: &str) -> String {
+    json.chars().fold(String::with_capacity(json.len()), |mut text, c| {
+        if c.is_control() && c != '\n' {
+            text.push_str(&format!("\\u{:04x}", u32::from(c)));
+        } else {
+            text.push(c);
+        }
+        text
+    })
+}
+
+/// Prints `line` for people, safely: see [`fovolnet::printable`].
 ///
 /// # Errors
 /// Standard output that cannot be written to; see [`is_broken_pipe`].
 pub fn say(line: impl AsRef<str>) -> Result<()> {
-    writeln!(io::stdout(), "{}", line.as_ref())?;
+    writeln!(io::stdout(), "{}", fovolnet::printable(line.as_ref()))?;
     Ok(())
+}
+
+/// Prints a note of one line: what was assumed, or is good to know.
+pub fn note(text: impl AsRef<str>) {
+    eprintln!("note: {}", fovolnet::printable_line(text.as_ref()));
+}
+
+/// Prints a warning of one line.
+pub fn warning(text: impl AsRef<str>) {
+    eprintln!("warning: {}", fovolnet::printable_line(text.as_ref()));
 }
 
 /// Prints what whoever asked for `volume` should know about it.
 pub fn remark(volume: &OpenVolume) {
     for remark in volume.remarks() {
-        eprintln!("warning: {remark}");
+        warning(remark);
     }
     for note in volume.notes() {
-        eprintln!("note: {note}");
+        self::note(note);
     }
 }
 
 /// Prints what whoever asked for `pipeline` should know about it.
 pub fn warn(pipeline: &Pipeline) {
     for note in pipeline.notes() {
-        eprintln!("note: {note}");
+        self::note(note);
     }
 }
 

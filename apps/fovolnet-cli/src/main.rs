@@ -8,9 +8,11 @@ mod commands;
 mod companion;
 mod console;
 mod frame_files;
+mod frame_sequence;
 mod interrupt;
 mod picture;
 mod repro;
+mod sparse_clip;
 
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
@@ -65,8 +67,19 @@ fn quieten_drivers() {
     }
 }
 
+/// Makes a file that grows past its limit (`ulimit -f`) an error of writing, instead of the end of the program that leaves
+/// half a file behind.
+fn outlive_file_limits() {
+    #[cfg(unix)]
+    // SAFETY: to ignore a signal needs no handler, and may be asked for at any time.
+    unsafe {
+        libc::signal(libc::SIGXFSZ, libc::SIG_IGN);
+    }
+}
+
 fn main() -> ExitCode {
     quieten_drivers();
+    outlive_file_limits();
     fovolnet::keep_freed_memory();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
@@ -121,6 +134,7 @@ fn usage(error: &clap::Error) -> ExitCode {
     let what = what.join(" ");
     let what =
         what.trim().trim_start_matches("error: ").split("For more information").next().unwrap_or_default();
-    eprintln!("error: {}; see `fovolnet --help` or `fovolnet COMMAND --help`", what.trim());
+    let what = fovolnet::printable_line(what);
+    eprintln!("error: {what}; see `fovolnet --help` or `fovolnet COMMAND --help`");
     ExitCode::from(2)
 }

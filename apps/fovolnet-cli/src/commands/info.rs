@@ -1,4 +1,4 @@
-use crate::console::JsonOutput;
+use crate::console::{self, JsonOutput};
 use anyhow::{Result, bail};
 use fovolnet::core::{Placement, Space, Volume};
 #[cfg(feature = "gpu")]
@@ -171,7 +171,7 @@ impl Info {
             bail!("no volume is named; give a file, --devices, or --transfer-functions")
         };
         let opened = open_volume(name, &self.read)?;
-        opened.notes().iter().for_each(|note| eprintln!("note: {note}"));
+        opened.notes().iter().for_each(|note| console::note(note));
         let volume = &opened.volume;
         let statistics = volume.statistics();
         let contents = volume.contents();

@@ -1,8 +1,9 @@
-use super::reconstruct::{frames_named, is_picture};
-use crate::console::{JsonOutput, Progress};
+use crate::console::{self, JsonOutput, Progress};
+use crate::frame_sequence::{self, is_picture};
 use crate::interrupt;
 use anyhow::{Context, Result, bail};
-use fovolnet::core::{Frame, FrameSize};
+use fovolnet::core::{Frame, FrameSize, Region};
+use fovolnet::io::video::FrameRate;
 use fovolnet::io::{image, video};
 use fovolnet::metrics::{ClipQuality, Display, Error, FovVideoVdp, FrameQuality};
 use fovolnet::parse;
@@ -25,8 +26,8 @@ pub struct Metrics {
 /// How FovVideoVDP's viewer sees the frames.
 #[derive(clap::Args)]
 struct Viewing {
-    /// Frames a second, for the JOD; above 0, up to 1000
-    #[arg(long, value_name = "F", default_value_t = 30.0, value_parser = parse::number)]
+    /// Frames a second, for the JOD: a number above 0 up to 1000, or a fraction, as 30000/1001
+    #[arg(long, value_name = "F|N/D", default_value = "30", value_parser = frame_rate)]
     fps: f64,
     /// The display, for the JOD: standard_4k, standard_fhd or standard_hmd
     #[arg(long, value_name = "NAME", default_value = "standard_4k", value_parser = Display::named)]
@@ -35,6 +36,15 @@ struct Viewing {
     /// to 1 (as in --gaze), else in pixels; without it the eye looks everywhere
     #[arg(long, value_name = "X,Y", value_parser = parse::numbers::<2>)]
     fixation: Option<[f64; 2]>,
+}
+
+/// Frames a second, of a number or a fraction.
+fn frame_rate(text: &str) -> Result<f64, String> {
+    if !text.contains('/') {
+        return parse::number(text);
+    }
+    let rate: FrameRate = text.parse()?;
+    Ok(f64::from(rate.numerator()) / f64::from(rate.denominator()))
 }
 
 impl Viewing {
@@ -80,10 +90,20 @@ impl Metrics {
         let mut progress = Progress::new("comparing", reference.len() as u64);
         let mut clip = ClipQuality::new();
         let mut seen = self.viewing.metric(reference.len())?;
+        let mut is_cropped = false;
         let mut frames = Vec::new();
         for i in 0..reference.len() {
             interrupt::check("nothing was written")?;
             let (a, b) = (reference.frame(i)?, test.frame(i)?);
+            let (a, b) = match [a.size(), b.size()].map(|size| (size, video::padded_to_even(size))) {
+                [(of_a, padded), (of_b, _)] if test.is_video() && of_a != of_b && padded == of_b => {
+                    (a, crop(b, of_a, &mut is_cropped))
+                }
+                [(of_a, _), (of_b, padded)] if reference.is_video() && of_a != of_b && padded == of_a => {
+                    (crop(a, of_b, &mut is_cropped), b)
+                }
+                _ => (a, b),
+            };
             frames.push(clip.push(&a, &b).with_context(|| format!("frame {i}"))?);
             match seen.push(&a, &b, self.viewing.gaze(a.size())) {
                 // The JOD then stays out, as SSIM does.
@@ -116,6 +136,17 @@ impl Metrics {
     }
 }
 
+/// `frame` without the row and column that clips of even sizes have besides; said once.
+fn crop(frame: Frame, size: FrameSize, is_cropped: &mut bool) -> Frame {
+    if !std::mem::replace(is_cropped, true) {
+        console::note(format!(
+            "frames of {} in the clip are compared without their padding, as {size}",
+            frame.size()
+        ));
+    }
+    Region { x: 0, y: 0, size }.of(&frame)
+}
+
 /// Frames in files or in memory.
 enum Clip {
     Files(Vec<PathBuf>),
@@ -131,10 +162,17 @@ impl Clip {
         if !path.is_dir() {
             return Ok(Self::Video(video::read(path)?));
         }
-        let found = prefixes.iter().find_map(|prefix| frames_named(path, prefix).ok());
-        found
-            .map(Self::Files)
-            .with_context(|| format!("{}: there are no pictures in it; check the folder", path.display()))
+        for prefix in prefixes {
+            let files = frame_sequence::pictures_if_any(path, prefix)?;
+            if !files.is_empty() {
+                return Ok(Self::Files(files));
+            }
+        }
+        bail!("{}: there are no pictures in it; check the folder", path.display())
+    }
+
+    fn is_video(&self) -> bool {
+        matches!(self, Self::Video(_))
     }
 
     fn len(&self) -> usize {

@@ -1,31 +1,44 @@
 use crate::bench::rayon_pool;
 use crate::console::{JsonOutput, Progress};
+use crate::frame_sequence::file_name;
 use crate::interrupt;
-use anyhow::{Context as _, Result, bail};
+use crate::sparse_clip::SparseClip;
+use anyhow::{Context as _, Result};
 #[cfg(feature = "gpu")]
 use fovolnet::DeviceReconstructor;
 use fovolnet::core::{Frame, FrameSize, SampleMask};
+use fovolnet::io::atomic;
 use fovolnet::io::image::{self, Alpha};
-use fovolnet::io::{Error, atomic};
 use fovolnet::net::cpu::Precision;
-use fovolnet::{Device, OpenDevice, RandomWeights, Reconstruction, Reconstructor, RenderSettings};
+use fovolnet::{Device, Error, OpenDevice, RandomWeights, Reconstruction, Reconstructor, RenderSettings};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+/// The contract with other renderers, for `--help`.
+const CONTRACT: &str = "\
+Frames are SPARSE/sparse_NUMBER.png or .exr, in the order of their numbers, all of one size, with alpha: 1 where the \
+pixel is sampled, 0 elsewhere. Colours are display values (sRGB), 0 to 1, not premultiplied, in EXR files too. Where \
+SPARSE/motion_NUMBER.exr is, its channels X and Y (or U and V, or R and G) lead from each pixel to where it was in the \
+frame before: previous position = current position + motion, in pixels, x to the right, y down. A light-ratio guide is \
+not read. Full frames are frame_NUMBER of the same format. docs/reconstruct.md says more.";
+
 /// Fill sparse frames of any renderer
 #[derive(clap::Args)]
+#[command(after_long_help = CONTRACT)]
 pub struct Reconstruct {
-    /// Folder of RGBA pictures sparse_0000.png, … (or .exr); alpha marks the sampled pixels
+    /// Folder of RGBA pictures sparse_0000.png, … (or .exr), alpha 1 at sampled pixels; and of motion_0000.exr, …
     sparse: PathBuf,
     /// Folder for the full frames
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// How frames are filled: pull-push, linear, wnet or deepfovea
-    #[arg(long, value_name = "HOW", default_value = "pull-push")]
-    reconstruct: Reconstruction,
-    /// Weights of the network: a safetensors file, or a state dict of PyTorch (.pt) of a network with a name
-    #[arg(long, value_name = "FILE")]
+    /// How frames are filled: pull-push, linear, wnet or deepfovea [default: the network of the weights that are given,
+    /// else wnet]
+    #[arg(long, value_name = "HOW")]
+    reconstruct: Option<Reconstruction>,
+    /// Weights of the network: a name, a safetensors file, or a state dict of PyTorch (.pt) of a network with a name
+    /// [default: wnet-fast for wnet]
+    #[arg(long, value_name = "NAME|FILE")]
     weights: Option<String>,
     /// Seeded random weights of a network, to measure its speed
     #[arg(long, value_name = "NAME[:SEED]")]
@@ -84,32 +97,24 @@ struct Report {
 
 impl Reconstruct {
     pub fn run(self) -> Result<()> {
-        if self.reconstruct == Reconstruction::None {
-            bail!("`none` reconstructs nothing; use --reconstruct pull-push, linear, wnet or deepfovea");
-        }
-        let settings = RenderSettings {
-            reconstruct: Some(self.reconstruct),
-            weights: self.weights.clone(),
-            random_weights: self.random_weights,
-            precision: Some(self.precision),
-            ..RenderSettings::default()
-        };
+        let settings = self.settings()?;
+        let how = settings.reconstruction();
+        let mut clip = SparseClip::open(&self.sparse)?;
         let threads = rayon_pool(self.threads.unwrap_or(0))?;
         let device = self.device.open()?;
-        let mut filler: Option<Filler> = None;
-        let files = frames_named(&self.sparse, "sparse_")?;
+        let mut filler = self.filler(&device, &settings, clip.size())?;
+        if !filler.uses_motion() {
+            clip.leave_motion_out(&settings.weights.clone().unwrap_or_else(|| how.to_string()));
+        }
         atomic::make_folder(&self.output)?;
-        let mut progress = Progress::new("reconstructing", files.len() as u64);
+        let mut progress = Progress::new("reconstructing", clip.len() as u64);
         let mut frames = Vec::new();
-        for path in &files {
+        for i in 0..clip.len() {
             interrupt::check(&format!("{} complete frames are in {}", frames.len(), self.output.display()))?;
-            let sparse = image::read(path)?;
+            let sparse = clip.frame(i)?;
             let mask = SampleMask::of_sparse_frame(&sparse);
-            let filler = match &mut filler {
-                Some(started) => started,
-                none => none.insert(self.filler(&device, &settings, sparse.size())?),
-            };
-            let motion = if filler.uses_motion() { motion_beside(path)? } else { None };
+            let motion = if filler.uses_motion() { clip.motion(i)? } else { None };
+            let path = clip.path(i);
             let started = Instant::now();
             let full = threads
                 .install(|| filler.reconstruct(&sparse, motion.as_deref()))
@@ -124,8 +129,27 @@ impl Reconstruct {
             progress.step();
         }
         drop(progress);
-        self.json.say(format!("{} frames in {}", frames.len(), self.output.display()))?;
-        self.json.write(&Report { reconstruct: self.reconstruct.to_string(), frames })
+        self.json.say(format!("{} frames by {how} in {}", frames.len(), self.output.display()))?;
+        self.json.write(&Report { reconstruct: how.to_string(), frames })
+    }
+
+    /// The words of the command line, checked: the reconstruction is named.
+    fn settings(&self) -> Result<RenderSettings> {
+        let said = RenderSettings {
+            reconstruct: self.reconstruct,
+            weights: self.weights.clone(),
+            random_weights: self.random_weights,
+            precision: Some(self.precision),
+            ..RenderSettings::default()
+        };
+        said.check_flags()?;
+        let how = said.reconstruction();
+        if how == Reconstruction::None {
+            let problem =
+                "`none` reconstructs nothing; use --reconstruct pull-push, linear, wnet or deepfovea";
+            return Err(Error::Contradiction(problem.into()).into());
+        }
+        Ok(RenderSettings { reconstruct: Some(how), ..said })
     }
 
     /// What fills frames of `size`; on the processor where the device does not do it.
@@ -134,9 +158,11 @@ impl Reconstruct {
         if let OpenDevice::Gpu(gpu) = device {
             match DeviceReconstructor::new(gpu, settings, size) {
                 Ok(Some(made)) => return Ok(Filler::Gpu(made)),
-                Ok(None) => eprintln!("note: {} is filled on the processor", self.reconstruct),
+                Ok(None) => {
+                    crate::console::note(format!("{} is filled on the processor", settings.reconstruction()));
+                }
                 Err(error) if self.device == Device::Auto && error.is_of_gpu() => {
-                    eprintln!("note: filling on the processor: {error}");
+                    crate::console::note(format!("filling on the processor: {error}"));
                 }
                 Err(error) => return Err(error.into()),
             }
@@ -147,49 +173,15 @@ impl Reconstruct {
     }
 
     fn write(&self, sparse: &Path, full: &Frame) -> Result<String> {
-        let name = sparse.file_name().unwrap_or_default().to_string_lossy().replacen("sparse_", "frame_", 1);
-        let path = self.output.join(&name);
-        if name.ends_with(".exr") {
+        let is_exr = sparse.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+        let name = file_name(sparse).replacen("sparse_", "frame_", 1);
+        let extension = if is_exr { "exr" } else { "png" };
+        let path = self.output.join(name).with_extension(extension);
+        if is_exr {
             image::write_exr(&path, full)?;
         } else {
             image::write_png(&path, full, Alpha::Drop)?;
         }
-        Ok(name)
+        Ok(file_name(&path))
     }
-}
-
-/// The motion in `motion_0000.exr` beside `sparse_0000.png`, if that file is there: red is the way right and green
-/// the way down, in pixels, to where each pixel was in the last frame.
-fn motion_beside(sparse: &Path) -> Result<Option<Vec<[f32; 2]>>> {
-    let name = sparse.file_name().unwrap_or_default().to_string_lossy().replacen("sparse_", "motion_", 1);
-    let path = sparse.with_file_name(name).with_extension("exr");
-    if !path.exists() {
-        return Ok(None);
-    }
-    let motion = image::read(&path)?;
-    Ok(Some(motion.pixels().iter().map(|&[right, down, ..]| [right, down]).collect()))
-}
-
-/// Whether the name `path` is that of a picture which can be read.
-pub fn is_picture(path: &Path) -> bool {
-    let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
-    [".png", ".exr", ".jpg", ".jpeg", ".bmp"].iter().any(|ending| name.ends_with(ending))
-}
-
-/// The pictures in `folder` whose names begin with `prefix`, sorted by name.
-pub fn frames_named(folder: &Path, prefix: &str) -> Result<Vec<PathBuf>> {
-    let entries = std::fs::read_dir(folder).map_err(|e| Error::io("read", folder, e))?;
-    let mut files = Vec::new();
-    for entry in entries {
-        let path = entry.map_err(|e| Error::io("read", folder, e))?.path();
-        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        if name.starts_with(prefix) && is_picture(&path) {
-            files.push(path);
-        }
-    }
-    if files.is_empty() {
-        bail!("{}: there are no pictures {prefix}0000.png, … in it; check the folder", folder.display());
-    }
-    files.sort();
-    Ok(files)
 }

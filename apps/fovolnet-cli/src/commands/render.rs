@@ -2,7 +2,7 @@ use crate::console::{self, JsonOutput, Progress};
 use crate::frame_files::{Format, FrameFiles, Keep};
 use crate::interrupt;
 use anyhow::{Result, bail, ensure};
-use fovolnet::io::video::{self, VideoWriter};
+use fovolnet::io::video::{self, FrameRate, VideoWriter};
 use fovolnet::metrics::ClipQuality;
 use fovolnet::{
     Choice, FrameReport, MeanReport, Pipeline, Reconstruction, RenderReport, RenderSettings, Sampling,
@@ -33,9 +33,9 @@ pub struct Render {
     /// Also write the frames as a clip (.y4m; .mp4, .gif and others where ffmpeg is installed)
     #[arg(long, value_name = "FILE")]
     video: Option<PathBuf>,
-    /// Frames a second of the clip
-    #[arg(long, value_name = "F", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..=1000))]
-    fps: u32,
+    /// Frames a second of the clip: a number or a fraction, as 30000/1001; 23.976 is 24000/1001
+    #[arg(long, value_name = "F|N/D", default_value = "30")]
+    fps: FrameRate,
     /// Also write a session file that replays this picture
     #[arg(long, value_name = "FILE.toml")]
     save_session: Option<PathBuf>,
@@ -125,15 +125,15 @@ impl Render {
         note_older(&older, &self.output);
         interrupt::check(&format!("{complete} complete frames are in {}", self.output.display()))?;
         if let Some(problem) = visibility.problem(&opened, &session.render) {
-            eprintln!("note: {problem}");
+            console::note(problem);
         }
         if let Some(video) = video {
             let path = video.finish()?;
             if let Some(wanted) = self.video.as_ref().filter(|&wanted| *wanted != path) {
                 let (path, wanted) = (path.display(), wanted.display());
-                eprintln!(
-                    "note: ffmpeg is not installed, so the clip is {path}; where it is, `ffmpeg -i {path} {wanted}` converts it"
-                );
+                console::note(format!(
+                    "ffmpeg is not installed, so the clip is {path}; where it is, `ffmpeg -i {path} {wanted}` converts it"
+                ));
             }
         }
         Ok(())
@@ -155,10 +155,10 @@ impl Render {
                 );
             }
             if !session.weights_are_unchanged()? {
-                eprintln!(
-                    "warning: the weights are not those that {} was saved with; pictures will not be the same",
+                console::warning(format!(
+                    "the weights are not those that {} was saved with; pictures will not be the same",
                     self.volume
-                );
+                ));
             }
             session.render = session.render.overridden_by(flags);
             session.read = session.read.overridden_by(read);
@@ -201,9 +201,9 @@ fn note_older(older: &[String], output: &Path) {
     let (Some(first), Some(last)) = (older.first(), older.last()) else { return };
     let output = output.display();
     match older.len() {
-        1 => eprintln!("note: {output} also holds an older frame, {first}, which was left in place"),
-        count => eprintln!(
-            "note: {output} also holds {count} older frames, {first} to {last}, which were left in place"
-        ),
+        1 => console::note(format!("{output} also holds an older frame, {first}, which was left in place")),
+        count => console::note(format!(
+            "{output} also holds {count} older frames, {first} to {last}, which were left in place"
+        )),
     }
 }
