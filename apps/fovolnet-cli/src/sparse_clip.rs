@@ -68,7 +68,7 @@ impl SparseClip {
     /// Says that motion lies beside the frames and is not used.
     pub fn leave_motion_out(&mut self, how: &str) {
         if let Some(path) = self.motion.values().next().cloned() {
-            self.note(&path, format!("motion is not used by {how}"));
+            self.note(&path, &format!("motion is not used by {how}"));
         }
     }
 
@@ -85,7 +85,7 @@ impl SparseClip {
                 path.display()
             );
         }
-        notes.into_iter().chain(sampled_alone(&mut frame)).for_each(|note| self.note(&path, note));
+        notes.into_iter().chain(sampled_alone(&mut frame)).for_each(|note| self.note(&path, &note));
         Ok(frame)
     }
 
@@ -98,7 +98,7 @@ impl SparseClip {
         let Some(file) = self.motion.get(&number(&path, "sparse_")).cloned() else {
             // Nothing lies before the first frame.
             if i > 0 && !self.motion.is_empty() {
-                self.note(&path, "no motion lies beside it, so the scene counts as still there".into());
+                self.note(&path, "no motion lies beside it, so the scene counts as still there");
             }
             return Ok(None);
         };
@@ -117,15 +117,15 @@ impl SparseClip {
                 (*way, is_finite) = ([0.0; 2], false);
             }
         }
-        motion.notes.into_iter().for_each(|note| self.note(&file, note));
+        motion.notes.into_iter().for_each(|note| self.note(&file, &note));
         if !is_finite {
-            self.note(&file, "motion that is no finite number counts as still".into());
+            self.note(&file, "motion that is no finite number counts as still");
         }
         Ok(Some(motion.ways))
     }
 
-    fn note(&mut self, path: &Path, note: String) {
-        if self.said.insert(note.clone()) {
+    fn note(&mut self, path: &Path, note: &str) {
+        if self.said.insert(note.to_owned()) {
             console::note(format!("{}: {note}", path.display()));
         }
     }

@@ -171,7 +171,7 @@ impl Info {
             bail!("no volume is named; give a file, --devices, or --transfer-functions")
         };
         let opened = open_volume(name, &self.read)?;
-        opened.notes().iter().for_each(|note| console::note(note));
+        opened.notes().iter().for_each(console::note);
         let volume = &opened.volume;
         let statistics = volume.statistics();
         let contents = volume.contents();

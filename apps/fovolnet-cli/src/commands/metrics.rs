@@ -97,10 +97,10 @@ impl Metrics {
             let (a, b) = (reference.frame(i)?, test.frame(i)?);
             let (a, b) = match [a.size(), b.size()].map(|size| (size, video::padded_to_even(size))) {
                 [(of_a, padded), (of_b, _)] if test.is_video() && of_a != of_b && padded == of_b => {
-                    (a, crop(b, of_a, &mut is_cropped))
+                    (a, crop(&b, of_a, &mut is_cropped))
                 }
                 [(of_a, _), (of_b, padded)] if reference.is_video() && of_a != of_b && padded == of_a => {
-                    (crop(a, of_b, &mut is_cropped), b)
+                    (crop(&a, of_b, &mut is_cropped), b)
                 }
                 _ => (a, b),
             };
@@ -137,14 +137,14 @@ impl Metrics {
 }
 
 /// `frame` without the row and column that clips of even sizes have besides; said once.
-fn crop(frame: Frame, size: FrameSize, is_cropped: &mut bool) -> Frame {
+fn crop(frame: &Frame, size: FrameSize, is_cropped: &mut bool) -> Frame {
     if !std::mem::replace(is_cropped, true) {
         console::note(format!(
             "frames of {} in the clip are compared without their padding, as {size}",
             frame.size()
         ));
     }
-    Region { x: 0, y: 0, size }.of(&frame)
+    Region { x: 0, y: 0, size }.of(frame)
 }
 
 /// Frames in files or in memory.
