@@ -58,6 +58,13 @@ pub fn remark(volume: &OpenVolume) {
     }
 }
 
+/// Prints what the file at `path` could not hold.
+pub fn note(path: &Path, notes: &[String]) {
+    for note in notes {
+        eprintln!("note: {}: {note}", path.display());
+    }
+}
+
 /// Prints what whoever asked for `pipeline` should know about it.
 pub fn warn(pipeline: &Pipeline) {
     for note in pipeline.notes() {

@@ -50,7 +50,7 @@ fn read(source: &Source, overrides: &Overrides, named: Description) -> Result<Vo
         return user.or(named).volume(source);
     }
     match sidecar::beside(source, overrides)? {
-        Found::Volume(volume) => Ok(volume),
+        Found::Volume(volume) => Ok(*volume),
         Found::Description(said) => user.or(said).or(named).volume(source),
         Found::Nothing if overrides.dims.is_none() && named.dims.is_none() && !is_bare(source) => {
             Err(source.unsupported(

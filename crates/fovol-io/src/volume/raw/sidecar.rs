@@ -19,7 +19,7 @@ pub enum Found {
     /// A description.
     Description(Description),
     /// A header that is a volume file by itself.
-    Volume(Volume),
+    Volume(Box<Volume>),
 }
 
 /// The reader of the sidecar `source`; none when it is none.
@@ -55,7 +55,7 @@ pub fn beside(raw: &Source, overrides: &Overrides) -> Result<Found> {
             let Some(header) = open(&stem, ending)? else { continue };
             let parser = if ending.starts_with(".n") { nrrd::parse } else { metaimage::parse };
             if names(&header, raw.path()) {
-                return Ok(Found::Volume(parser(&header, overrides)?));
+                return Ok(Found::Volume(Box::new(parser(&header, overrides)?)));
             }
         }
     }
