@@ -17,7 +17,7 @@ pub enum Found {
     /// Nothing that speaks of them.
     Nothing,
     /// A description.
-    Description(Description),
+    Description(Box<Description>),
     /// A header that is a volume file by itself.
     Volume(Box<Volume>),
 }
@@ -48,7 +48,7 @@ pub fn beside(raw: &Source, overrides: &Overrides) -> Result<Found> {
                 said => said?,
             };
             if speaks_of(&sidecar, &said, raw.path()) {
-                return Ok(Found::Description(said));
+                return Ok(Found::Description(Box::new(said)));
             }
         }
         for ending in [".nhdr", ".mhd", ".nrrd", ".mha"] {

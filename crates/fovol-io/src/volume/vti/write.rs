@@ -20,7 +20,7 @@ pub fn write(volume: &Volume, path: &Path) -> Result<()> {
     let extent = volume.grid().dims().map(|dim| format!("0 {}", dim - 1)).join(" ");
     let spacing = volume.grid().spacing().map(|spacing| spacing.to_string()).join(" ");
     let (origin, direction) = place(volume);
-    let name = escape(&one_line(volume.contents().array_name().unwrap_or("values"))).into_owned();
+    let name = escape(one_line(volume.contents().array_name().unwrap_or("values"))).into_owned();
     let length = (volume.grid().voxels() * voxels.dtype().size()) as u64;
     atomic::write(path, |out| {
         write!(
