@@ -4,6 +4,7 @@ pub mod atomic;
 pub mod dataset;
 mod error;
 pub mod image;
+pub mod natural_order;
 pub mod procedural;
 pub mod transfer_function;
 pub mod video;

@@ -56,7 +56,32 @@ impl From<fovol_render::gpu::Error> for Error {
     }
 }
 
+/// `text` as a terminal may safely show it: control characters other than line ends and tabs are escaped.
+///
+/// Names and contents of files may hold sequences that recolour or retitle a terminal, or turn the direction of text.
+pub fn printable(text: &str) -> String {
+    let is_harmful = |c: char| {
+        let turns_text = matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+        turns_text || (c.is_control() && c != '\n' && c != '\t')
+    };
+    text.chars().fold(String::with_capacity(text.len()), |mut shown, c| {
+        if is_harmful(c) {
+            shown.extend(c.escape_default())
+        } else {
+            shown.push(c)
+        }
+        shown
+    })
+}
+
+/// `text` as one line that a terminal may safely show, see [`printable`].
+pub fn printable_line(text: &str) -> String {
+    printable(&text.split_whitespace().collect::<Vec<_>>().join(" "))
+}
+
 /// `error` and its causes as one line, each said once: many errors repeat their cause already.
+///
+/// It is safe to show on a terminal, see [`printable`].
 pub fn one_line(error: &(dyn std::error::Error + 'static)) -> String {
     let causes = std::iter::successors(Some(error), |error| error.source());
     let mut line = String::new();
@@ -68,7 +93,7 @@ pub fn one_line(error: &(dyn std::error::Error + 'static)) -> String {
             line.push_str(&text);
         }
     }
-    line.split_whitespace().collect::<Vec<_>>().join(" ")
+    printable_line(&line)
 }
 
 #[cfg(test)]
@@ -79,6 +104,15 @@ mod tests {
     #[derive(Debug, thiserror::Error)]
     #[error("the picture is\nmissing")]
     struct Missing(#[source] Error);
+
+    #[test]
+    fn terminals_are_safe_from_text() {
+        assert_eq!(
+            printable("é\t1\n\x1b[31m\u{9b}2J\u{202e}\x7f"),
+            "é\t1\n\\u{1b}[31m\\u{9b}2J\\u{202e}\\u{7f}"
+        );
+        assert_eq!(printable_line("a\r\nb \x07 c"), "a b \\u{7} c");
+    }
 
     #[test]
     fn causes_are_said_once() {

@@ -51,7 +51,7 @@ pub use clip::Clip;
 pub use device::{Device, OpenDevice};
 #[cfg(feature = "gpu")]
 pub use device_reconstructor::DeviceReconstructor;
-pub use error::{Error, Result, one_line};
+pub use error::{Error, Result, one_line, printable, printable_line};
 pub use fovol_core as core;
 #[cfg(feature = "gpu")]
 pub use fovol_gpu as gpu;

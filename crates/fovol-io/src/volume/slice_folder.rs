@@ -1,9 +1,8 @@
 //! Folders of pictures as slices: PNG, JPEG and BMP, in the natural order of their names.
 
 use super::layout::Layout;
-use super::tiff_stack::natural_order;
 use super::{Overrides, Source};
-use crate::{Error, Result};
+use crate::{Error, Result, natural_order};
 use fovol_core::{Contents, Dtype, Endian, Volume};
 use image::DynamicImage;
 use std::fmt;

@@ -3,7 +3,6 @@
 mod directories;
 mod hyperstack;
 mod imagej;
-pub(super) mod natural_order;
 mod ome;
 mod one_page;
 mod pages;
@@ -11,7 +10,7 @@ mod shaped;
 
 use super::layout::{Layout, placed};
 use super::{Overrides, Source};
-use crate::{Error, Result};
+use crate::{Error, Result, natural_order};
 use fovol_core::{Contents, Endian, Volume};
 use hyperstack::Hyperstack;
 use pages::{Pages, Slice};

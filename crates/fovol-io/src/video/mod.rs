@@ -1,14 +1,18 @@
 //! Clips in and out: y4m by itself, everything else through an installed `ffmpeg`.
 
+mod ffmpeg;
+mod frame_rate;
+mod y4m_file;
+
 use crate::{Error, Result, atomic};
-use ffmpeg_sidecar::command::FfmpegCommand;
-use ffmpeg_sidecar::paths::ffmpeg_path;
 use fovol_core::{Frame, FrameSize};
 use std::fs::File;
-use std::io::{self, BufReader, BufWriter, Read, Write};
+use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdin, Command, Stdio};
 use tempfile::TempPath;
+
+pub use ffmpeg::ffmpeg_installed;
+pub use frame_rate::FrameRate;
 
 /// What the names of clips may end in, `.y4m` first; all others need ffmpeg.
 pub const EXTENSIONS: [&str; 13] =
@@ -36,13 +40,6 @@ pub fn best_extension() -> &'static str {
     if ffmpeg_installed() { "mp4" } else { "y4m" }
 }
 
-/// Whether an `ffmpeg` can be started.
-pub fn ffmpeg_installed() -> bool {
-    let probe =
-        Command::new(ffmpeg_path()).arg("-version").stdout(Stdio::null()).stderr(Stdio::null()).status();
-    probe.is_ok_and(|status| status.success())
-}
-
 /// Writes a clip frame by frame; it has its name only once it is finished.
 pub struct VideoWriter {
     path: PathBuf,
@@ -52,12 +49,15 @@ pub struct VideoWriter {
 }
 
 enum Encoder {
-    Y4m(Box<y4m::Encoder<BufWriter<File>>>),
-    Ffmpeg { child: Child, input: BufWriter<ChildStdin> },
+    Y4m(y4m_file::Writer),
+    Ffmpeg(ffmpeg::Writer),
 }
 
 impl VideoWriter {
-    /// Begins the clip `path` of frames of `size` at `fps` frames a second.
+    /// Begins the clip `path` of frames of `size` at `rate` frames a second.
+    ///
+    /// Colours are BT.709 of limited range, and tagged so. Chroma has half the resolution (4:2:0) in all kinds but y4m, GIF
+    /// and APNG; frames of an odd size then get one more row or column, which repeats their last ([`padded_to_even`]).
     ///
     /// Names that end in `.y4m` need nothing else. For all others of [`EXTENSIONS`] `ffmpeg` is used where it is
     /// installed; where it is not, `clip.mp4` becomes `clip.mp4.y4m` ([`Self::path`] says so), which takes the place of no clip
@@ -65,22 +65,18 @@ impl VideoWriter {
     ///
     /// # Errors
     /// A name that ends otherwise, see [`check_name`]; what the system said.
-    pub fn create(path: &Path, size: FrameSize, fps: u32) -> Result<Self> {
+    pub fn create(path: &Path, size: FrameSize, rate: impl Into<FrameRate>) -> Result<Self> {
+        let rate = rate.into();
         check_name(path)?;
         let is_y4m = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("y4m"));
         let through_ffmpeg = !is_y4m && ffmpeg_installed();
         let path = if is_y4m || through_ffmpeg { path.to_owned() } else { without_ffmpeg(path) };
-        let failed = |e| Error::io("write", &path, e);
         let (file, temporary) = atomic::temporary(&path)?.into_parts();
-        let encoder = if through_ffmpeg {
-            ffmpeg_encoder(&temporary, size, fps).map_err(failed)?
-        } else {
-            let rate = y4m::Ratio::new(fps as usize, 1);
-            let header = y4m::encode(size.width as usize, size.height as usize, rate)
-                .with_colorspace(y4m::Colorspace::C444)
-                .write_header(BufWriter::new(file));
-            Encoder::Y4m(Box::new(header.map_err(|e| failed(io::Error::other(e.to_string())))?))
+        let encoder = match through_ffmpeg {
+            true => ffmpeg::Writer::new(&temporary, size, rate).map(Encoder::Ffmpeg),
+            false => y4m_file::Writer::new(file, size, rate).map(Encoder::Y4m),
         };
+        let encoder = encoder.map_err(|e| Error::io("write", &path, e))?;
         Ok(Self { path, temporary, size, encoder })
     }
 
@@ -99,40 +95,31 @@ impl VideoWriter {
             return Err(Error::malformed(&self.path, problem));
         }
         let written = match &mut self.encoder {
-            Encoder::Y4m(encoder) => {
-                let [y, u, v] = planes(frame);
-                encoder
-                    .write_frame(&y4m::Frame::new([&y, &u, &v], None))
-                    .map_err(|e| io::Error::other(e.to_string()))
-            }
-            Encoder::Ffmpeg { input, .. } => input.write_all(&frame.to_rgb8()),
+            Encoder::Y4m(writer) => writer.push(frame),
+            Encoder::Ffmpeg(writer) => writer.push(frame),
         };
         written.map_err(|e| Error::io("write", &self.path, e))
     }
 
-    /// Completes the clip and gives it its name, which is returned.
+    /// Completes the clip and gives it its name, which is returned. Clips of `ffmpeg` are read back before.
     ///
     /// # Errors
-    /// What the system or `ffmpeg` said.
+    /// The words of the system or of `ffmpeg`; a clip that does not hold all frames, as on a full disk.
     pub fn finish(self) -> Result<PathBuf> {
         let Self { path, temporary, encoder, .. } = self;
-        let failed = |e| Error::io("write", &path, e);
         match encoder {
-            Encoder::Y4m(encoder) => drop(encoder),
-            Encoder::Ffmpeg { mut child, mut input } => {
-                input.flush().map_err(failed)?;
-                drop(input);
-                if !child.wait().map_err(failed)?.success() {
-                    return Err(Error::unsupported(
-                        &path,
-                        "ffmpeg could not encode it; try a name that ends in .mp4 or .y4m",
-                    ));
-                }
-            }
+            Encoder::Y4m(writer) => drop(writer),
+            Encoder::Ffmpeg(writer) => writer.finish().map_err(|e| Error::io("write", &path, e))?,
         }
         atomic::persist(temporary, &path)?;
         Ok(path)
     }
+}
+
+/// `size` with even sides, which clips with chroma at half resolution need: one more pixel along each odd side.
+pub fn padded_to_even(size: FrameSize) -> FrameSize {
+    // The largest side of a frame is even.
+    FrameSize { width: size.width.next_multiple_of(2), height: size.height.next_multiple_of(2) }
 }
 
 /// The name of a clip that was to be `path`, without ffmpeg.
@@ -140,24 +127,6 @@ fn without_ffmpeg(path: &Path) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(".y4m");
     name.into()
-}
-
-fn ffmpeg_encoder(to: &Path, size: FrameSize, fps: u32) -> io::Result<Encoder> {
-    let mut command = FfmpegCommand::new();
-    command
-        .overwrite()
-        .args(["-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24"])
-        .args(["-s", &size.to_string(), "-r", &fps.to_string(), "-i", "-"])
-        .args(["-pix_fmt", "yuv420p", "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-crf", "16"]);
-    let mut child = command
-        .as_inner_mut()
-        .arg(to)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()?;
-    let input = child.stdin.take().ok_or_else(|| io::Error::other("ffmpeg takes no input"))?;
-    Ok(Encoder::Ffmpeg { child, input: BufWriter::with_capacity(1 << 20, input) })
 }
 
 /// The frames of the clip at `path`.
@@ -169,7 +138,10 @@ pub fn read(path: &Path) -> Result<Vec<Frame>> {
     let mut magic = [0u8; 9];
     let is_y4m = file.read_exact(&mut magic).is_ok() && &magic == b"YUV4MPEG2";
     if is_y4m {
-        return read_y4m(path, BufReader::new(File::open(path).map_err(|e| Error::io("read", path, e))?));
+        return y4m_file::read(
+            path,
+            BufReader::new(File::open(path).map_err(|e| Error::io("read", path, e))?),
+        );
     }
     if !ffmpeg_installed() {
         return Err(Error::unsupported(
@@ -177,70 +149,7 @@ pub fn read(path: &Path) -> Result<Vec<Frame>> {
             "only .y4m clips are read without ffmpeg; install ffmpeg or convert the clip",
         ));
     }
-    let mut command = FfmpegCommand::new();
-    command.args(["-loglevel", "error", "-i"]);
-    command.as_inner_mut().arg(path).args(["-f", "yuv4mpegpipe", "-pix_fmt", "yuv444p", "-"]);
-    let output = command.as_inner_mut().stdin(Stdio::null()).stderr(Stdio::null()).output();
-    let output = output.map_err(|e| Error::io("read", path, e))?;
-    if !output.status.success() {
-        return Err(Error::malformed(path, "ffmpeg cannot read it as a clip"));
-    }
-    read_y4m(path, output.stdout.as_slice())
-}
-
-fn read_y4m(path: &Path, from: impl Read) -> Result<Vec<Frame>> {
-    let bad = |e: y4m::Error| Error::malformed(path, format!("it is damaged ({e})"));
-    // One frame of the largest size that is accepted.
-    let limits = y4m::Limits { bytes: 3 << 28 };
-    let mut decoder = y4m::Decoder::new_with_limits(from, limits).map_err(bad)?;
-    if !matches!(decoder.get_colorspace(), y4m::Colorspace::C444) {
-        return Err(Error::unsupported(
-            path,
-            "only 8-bit 4:4:4 y4m clips are read; convert it with ffmpeg -pix_fmt yuv444p",
-        ));
-    }
-    let side = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
-    let size = FrameSize::new(side(decoder.get_width()), side(decoder.get_height()))
-        .map_err(|e| Error::malformed(path, e.to_string()))?;
-    let mut frames = Vec::new();
-    loop {
-        match decoder.read_frame() {
-            Ok(frame) => {
-                frames.push(from_planes(size, frame.get_y_plane(), frame.get_u_plane(), frame.get_v_plane()));
-            }
-            Err(y4m::Error::EOF) => return Ok(frames),
-            Err(e) => return Err(bad(e)),
-        }
-    }
-}
-
-/// ITU-R BT.709 weights of red and blue in luma.
-const RED: f32 = 0.2126;
-const BLUE: f32 = 0.0722;
-
-/// Limited-range BT.709 luma and chroma.
-fn planes(frame: &Frame) -> [Vec<u8>; 3] {
-    let mut planes = [(); 3].map(|()| Vec::with_capacity(frame.size().pixels()));
-    for p in frame.pixels() {
-        let [r, g, b] = [p[0], p[1], p[2]].map(|c| c.clamp(0.0, 1.0));
-        let luma = RED * r + (1.0 - RED - BLUE) * g + BLUE * b;
-        let (u, v) = ((b - luma) / (2.0 - 2.0 * BLUE), (r - luma) / (2.0 - 2.0 * RED));
-        planes[0].push((16.0 + 219.0 * luma).round() as u8);
-        planes[1].push((128.0 + 224.0 * u).round() as u8);
-        planes[2].push((128.0 + 224.0 * v).round() as u8);
-    }
-    planes
-}
-
-fn from_planes(size: FrameSize, y: &[u8], u: &[u8], v: &[u8]) -> Frame {
-    let pixels = y.iter().zip(u).zip(v).map(|((&y, &u), &v)| {
-        let luma = (f32::from(y) - 16.0) / 219.0;
-        let (u, v) = ((f32::from(u) - 128.0) / 224.0, (f32::from(v) - 128.0) / 224.0);
-        let (r, b) = (luma + v * (2.0 - 2.0 * RED), luma + u * (2.0 - 2.0 * BLUE));
-        let g = (luma - RED * r - BLUE * b) / (1.0 - RED - BLUE);
-        [r.clamp(0.0, 1.0), g.clamp(0.0, 1.0), b.clamp(0.0, 1.0), 1.0]
-    });
-    Frame::from_pixels(size, pixels.collect()).expect("planes have the size of the frame")
+    ffmpeg::read(path)
 }
 
 #[cfg(test)]
@@ -278,6 +187,55 @@ mod tests {
             assert!(error.starts_with(name) && error.contains(".y4m, .mp4, "), "{error}");
         }
         assert_eq!(without_ffmpeg(Path::new("a/clip.mp4")), Path::new("a/clip.mp4.y4m"));
+    }
+
+    #[test]
+    fn a_full_disk_is_an_error() {
+        let full = Path::new("/dev/full");
+        if !full.exists() {
+            println!("skipped: no /dev/full");
+            return;
+        }
+        let file = File::options().write(true).open(full).unwrap();
+        let size = FrameSize::new(6, 4).unwrap();
+        let writer = y4m_file::Writer::new(file, size, 30.into());
+        let error = writer.map(drop).unwrap_err();
+        assert_eq!(error.kind(), std::io::ErrorKind::StorageFull);
+    }
+
+    #[test]
+    fn kinds_of_clips_keep_colours_sizes_and_frames() {
+        if !ffmpeg_installed() {
+            println!("skipped: no ffmpeg");
+            return;
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let size = FrameSize::new(33, 17).unwrap();
+        let colours =
+            [[1.0, 0.0, 0.0, 1.0], [0.1, 0.8, 0.2, 1.0], [0.0, 0.0, 1.0, 1.0], [0.5, 0.5, 0.5, 1.0]];
+        for (ending, even) in
+            [("mp4", true), ("m4v", true), ("mov", true), ("mkv", true), ("apng", false), ("gif", false)]
+        {
+            let path = folder.path().join(format!("clip.{ending}"));
+            let mut writer =
+                VideoWriter::create(&path, size, "30000/1001".parse::<FrameRate>().unwrap()).unwrap();
+            for colour in colours {
+                writer.push(&Frame::from_pixels(size, vec![colour; size.pixels()]).unwrap()).unwrap();
+            }
+            assert_eq!(writer.finish().unwrap(), path);
+            let frames = read(&path).unwrap();
+            assert_eq!(frames.len(), colours.len(), "{ending}");
+            for (frame, colour) in frames.iter().zip(colours) {
+                assert_eq!(frame.size(), if even { padded_to_even(size) } else { size }, "{ending}");
+                for (x, y) in [(0, 0), (16, 8), (frame.size().width - 1, frame.size().height - 1)] {
+                    let found = frame.pixel(x, y);
+                    assert!(
+                        (0..3).all(|c| (found[c] - colour[c]).abs() < 0.03),
+                        "{ending}: {found:?} {colour:?}"
+                    );
+                }
+            }
+        }
     }
 
     #[test]

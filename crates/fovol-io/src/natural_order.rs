@@ -1,4 +1,4 @@
-//! The order of numbered names that people expect: img2 before img10.
+//! The order of numbered names that people expect: `img2` before `img10`.
 
 use std::cmp::Ordering;
 

@@ -1,12 +1,40 @@
 //! Pictures in and out.
 
+mod channels;
+mod exr_file;
+
 use crate::{Error, Result, atomic};
-use exr::prelude::{WritableImage, read_first_rgba_layer_from_file};
 use fovol_core::{Frame, FrameSize};
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageBuffer, ImageEncoder, ImageReader, Rgba, imageops};
-use std::io::{BufRead, Cursor, Seek, Write};
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read, Seek};
 use std::path::Path;
+
+/// The endings of pictures that are read.
+pub const EXTENSIONS: [&str; 5] = ["png", "exr", "jpg", "jpeg", "bmp"];
+
+/// A picture as a file has it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Picture {
+    /// Its pixels; alpha is 1 where the file has none.
+    pub frame: Frame,
+    /// Whether the file has alpha.
+    pub has_alpha: bool,
+    /// What was assumed when it was read, one line each.
+    pub notes: Vec<String>,
+}
+
+/// The motion of a frame as a file has it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Motion {
+    /// The size of the frame.
+    pub size: FrameSize,
+    /// For each pixel, row by row, the way right and the way down in pixels to where it was in the frame before.
+    pub ways: Vec<[f32; 2]>,
+    /// What was assumed when it was read, one line each.
+    pub notes: Vec<String>,
+}
 
 /// Whether a PNG keeps alpha.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,20 +73,13 @@ fn write_png_bytes(path: &Path, size: FrameSize, bytes: &[u8], colour: ExtendedC
     })
 }
 
-/// Writes `frame` as EXR: RGBA of f32, the display values as they are.
+/// Writes `frame` as EXR: RGBA of f32, the display values as they are. Equal pixels give equal bytes.
 ///
 /// # Errors
 /// What the system said.
 pub fn write_exr(path: &Path, frame: &Frame) -> Result<()> {
-    let (width, height) = (frame.size().width as usize, frame.size().height as usize);
-    let pixels = |at: exr::math::Vec2<usize>| {
-        let [r, g, b, a] = frame.pixels()[at.y() * width + at.x()];
-        (r, g, b, a)
-    };
-    let image = exr::image::Image::from_channels((width, height), exr::image::SpecificChannels::rgba(pixels));
-    let mut bytes = Cursor::new(Vec::new());
-    image.write().to_buffered(&mut bytes).map_err(|e| Error::io("write", path, std::io::Error::other(e)))?;
-    atomic::write(path, |out| out.write_all(bytes.get_ref()))
+    let bytes = exr_file::encode(frame).map_err(|e| Error::io("write", path, std::io::Error::other(e)))?;
+    atomic::write_bytes(path, &bytes)
 }
 
 /// `frame` at another size: cubic (Catmull and Rom), cut to 0…1.
@@ -75,18 +96,64 @@ pub fn resized(frame: &Frame, size: FrameSize) -> Frame {
     Frame::from_pixels(size, pixels).expect("it has the size that was asked for")
 }
 
-/// Reads a PNG, JPEG, BMP or EXR picture as display values.
+/// Reads a PNG, JPEG, BMP or EXR picture as display values. An EXR picture has the size of its display window.
 ///
 /// # Errors
 /// A file that is missing, damaged, of another kind, or larger than a frame may be.
 pub fn read(path: &Path) -> Result<Frame> {
-    let is_exr = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
-    if is_exr { read_exr(path) } else { read_eight_bit(path) }
+    read_picture(path).map(|picture| picture.frame)
 }
 
-fn read_eight_bit(path: &Path) -> Result<Frame> {
-    let file = std::fs::File::open(path).map_err(|e| Error::io("read", path, e))?;
-    decode(path, std::io::BufReader::new(file))
+/// Reads a picture with what is known about it.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_picture(path: &Path) -> Result<Picture> {
+    if is_exr(path)? { exr_file::read(path) } else { picture(path, BufReader::new(open(path)?)) }
+}
+
+/// The size of the picture in the file at `path`, without its pixels.
+///
+/// # Errors
+/// As [`read`].
+pub fn size(path: &Path) -> Result<FrameSize> {
+    if is_exr(path)? {
+        return exr_file::size(path);
+    }
+    let reader = ImageReader::new(BufReader::new(open(path)?)).with_guessed_format();
+    let size = reader.map_err(|e| Error::io("read", path, e))?.into_dimensions();
+    let (width, height) = size.map_err(|e| no_picture(path, &e))?;
+    FrameSize::new(width, height).map_err(|e| Error::malformed(path, e.to_string()))
+}
+
+/// Reads the motion of a frame from an EXR file: two channels whose names differ by X and Y, by U and V, or by R and G.
+///
+/// # Errors
+/// As [`read`], or a file without such channels.
+pub fn read_motion(path: &Path) -> Result<Motion> {
+    if !is_exr(path)? {
+        return Err(Error::unsupported(
+            path,
+            "motion is read from EXR files, which this is not; write it as EXR",
+        ));
+    }
+    exr_file::read_motion(path)
+}
+
+fn open(path: &Path) -> Result<File> {
+    File::open(path).map_err(|e| Error::io("read", path, e))
+}
+
+/// Whether the file at `path` begins as EXR files do, or is called like one.
+fn is_exr(path: &Path) -> Result<bool> {
+    let mut magic = [0; 4];
+    let begins = open(path)?.read_exact(&mut magic).is_ok() && magic == exr_file::MAGIC;
+    let is_other = image::guess_format(&magic).is_ok();
+    Ok(begins || (!is_other && path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"))))
+}
+
+fn no_picture(path: &Path, error: &image::ImageError) -> Error {
+    Error::malformed(path, format!("it is no picture that can be read ({error}); use PNG, JPEG, BMP or EXR"))
 }
 
 /// The PNG, JPEG or BMP picture in `bytes`, which `path` names in errors.
@@ -94,42 +161,19 @@ fn read_eight_bit(path: &Path) -> Result<Frame> {
 /// # Errors
 /// As [`read`].
 pub fn decode(path: &Path, bytes: impl BufRead + Seek) -> Result<Frame> {
+    picture(path, bytes).map(|picture| picture.frame)
+}
+
+fn picture(path: &Path, bytes: impl BufRead + Seek) -> Result<Picture> {
     let reader = ImageReader::new(bytes).with_guessed_format().map_err(|e| Error::io("read", path, e))?;
-    let picture = reader
-        .decode()
-        .map_err(|e| {
-            Error::malformed(
-                path,
-                format!("it is no picture that can be read ({e}); use PNG, JPEG, BMP or EXR"),
-            )
-        })?
-        .into_rgba32f();
+    let picture = reader.decode().map_err(|e| no_picture(path, &e))?;
+    let has_alpha = picture.color().has_alpha();
+    let picture = picture.into_rgba32f();
     let size = FrameSize::new(picture.width(), picture.height())
         .map_err(|e| Error::malformed(path, e.to_string()))?;
     let pixels = picture.pixels().map(|p| p.0).collect();
-    Frame::from_pixels(size, pixels).map_err(|e| Error::malformed(path, e.to_string()))
-}
-
-fn read_exr(path: &Path) -> Result<Frame> {
-    // The reader asks for the storage by a function without context; a damaged size is refused below.
-    let result = read_first_rgba_layer_from_file(
-        path,
-        |size, _| (size, vec![[0.0f32; 4]; size.area()]),
-        |(size, pixels): &mut (exr::math::Vec2<usize>, Vec<[f32; 4]>),
-         at,
-         (r, g, b, a): (f32, f32, f32, f32)| {
-            pixels[at.y() * size.x() + at.x()] = [r, g, b, a];
-        },
-    );
-    let image = result.map_err(|e| match e {
-        exr::error::Error::Io(e) => Error::io("read", path, e),
-        e => Error::malformed(path, format!("it is no EXR picture with red, green and blue ({e})")),
-    })?;
-    let (size, pixels) = image.layer_data.channel_data.pixels;
-    let side = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
-    let size =
-        FrameSize::new(side(size.x()), side(size.y())).map_err(|e| Error::malformed(path, e.to_string()))?;
-    Frame::from_pixels(size, pixels).map_err(|e| Error::malformed(path, e.to_string()))
+    let frame = Frame::from_pixels(size, pixels).map_err(|e| Error::malformed(path, e.to_string()))?;
+    Ok(Picture { frame, has_alpha, notes: Vec::new() })
 }
 
 #[cfg(test)]

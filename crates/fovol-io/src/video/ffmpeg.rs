@@ -1,0 +1,281 @@
+//! Clips through an installed `ffmpeg`, which is trusted with nothing: what it wrote is read back.
+
+use super::{FrameRate, y4m_file};
+use crate::{Error, Result};
+use ffmpeg_sidecar::paths::ffmpeg_path;
+use fovol_core::{Frame, FrameSize};
+use std::fs::File;
+use std::io::{self, BufReader, BufWriter, Read, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStderr, ChildStdin, Command, Stdio};
+use std::thread::JoinHandle;
+
+/// Whether an `ffmpeg` can be started.
+pub fn ffmpeg_installed() -> bool {
+    let probe =
+        Command::new(ffmpeg_path()).arg("-version").stdout(Stdio::null()).stderr(Stdio::null()).status();
+    probe.is_ok_and(|status| status.success())
+}
+
+/// Kinds of clips that hold colours as they are, without luma and chroma at half resolution.
+const OF_COLOURS: [&str; 2] = ["gif", "apng"];
+/// Kinds of clips whose encoders know no constant quality (`-crf`), and take a quantiser.
+const OF_QUANTISERS: [&str; 4] = ["avi", "ogv", "mpg", "wmv"];
+
+fn ends_in(path: &Path, endings: &[&str]) -> bool {
+    let found = path.extension().unwrap_or_default();
+    endings.iter().any(|ending| found.eq_ignore_ascii_case(ending))
+}
+
+/// The size of a clip of frames of `size` in the file `path`: even where chroma has half the resolution.
+fn clip_size(path: &Path, size: FrameSize) -> FrameSize {
+    if ends_in(path, &OF_COLOURS) { size } else { super::padded_to_even(size) }
+}
+
+/// The arguments that say how a clip `path` is encoded.
+fn encoding(path: &Path) -> Vec<&'static str> {
+    if ends_in(path, &["apng"]) {
+        return vec!["-plays", "0"];
+    }
+    if ends_in(path, &["gif"]) {
+        return vec!["-vf", "split[a][b];[a]palettegen=stats_mode=single[p];[b][p]paletteuse=new=1"];
+    }
+    let mut arguments = vec![
+        "-vf",
+        "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int,format=yuv420p",
+        "-colorspace",
+        "bt709",
+        "-color_primaries",
+        "bt709",
+        "-color_trc",
+        "bt709",
+        "-color_range",
+        "tv",
+    ];
+    if ends_in(path, &OF_QUANTISERS) {
+        arguments.extend(["-q:v", "3"]);
+    } else if ends_in(path, &["webp"]) {
+        arguments.extend(["-quality", "90", "-loop", "0"]);
+    } else {
+        arguments.extend(["-crf", "16"]);
+    }
+    if ends_in(path, &["mp4", "m4v", "mov"]) {
+        arguments.extend(["-movflags", "+faststart"]);
+    }
+    // Without a word on it ffmpeg may take .m4v for a bare stream, which holds no times.
+    if ends_in(path, &["m4v"]) {
+        arguments.extend(["-f", "mp4"]);
+    }
+    arguments
+}
+
+/// An `ffmpeg` that encodes frames into a file.
+pub(super) struct Writer {
+    path: PathBuf,
+    size: FrameSize,
+    frames: usize,
+    running: Running,
+    input: Option<BufWriter<ChildStdin>>,
+}
+
+impl Writer {
+    /// Begins a clip of frames of `size` in the file `to`.
+    pub fn new(to: &Path, size: FrameSize, rate: FrameRate) -> io::Result<Self> {
+        let size = clip_size(to, size);
+        let mut command = Command::new(ffmpeg_path());
+        command
+            .args(["-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24"])
+            .args(["-s", &size.to_string(), "-r", &rate.to_string(), "-i", "-"])
+            .args(encoding(to))
+            .arg(to)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::null());
+        let mut running = Running::start(&mut command)?;
+        let input = running.child.stdin.take().ok_or_else(|| io::Error::other("ffmpeg takes no input"))?;
+        let input = Some(BufWriter::with_capacity(1 << 20, input));
+        Ok(Self { path: to.to_owned(), size, frames: 0, running, input })
+    }
+
+    /// Appends `frame`; the last row and column are repeated where the clip is larger.
+    pub fn push(&mut self, frame: &Frame) -> io::Result<()> {
+        let bytes = padded(&frame.to_rgb8(), frame.size(), self.size);
+        let Some(input) = &mut self.input else { return Err(io::ErrorKind::BrokenPipe.into()) };
+        if input.write_all(&bytes).is_err() {
+            return Err(self.failure());
+        }
+        self.frames += 1;
+        Ok(())
+    }
+
+    /// Completes the file and reads it back: every frame must be there, in its size.
+    pub fn finish(mut self) -> io::Result<()> {
+        let flushed = self.input.take().is_none_or(|mut input| input.flush().is_ok());
+        let status = self.running.child.wait()?;
+        if !flushed || !status.success() {
+            return Err(self.failure());
+        }
+        check(&self.path, self.frames, self.size)
+    }
+
+    /// What `ffmpeg` said of its failure.
+    fn failure(&mut self) -> io::Error {
+        drop(self.input.take());
+        io::Error::other(format!("ffmpeg could not encode it{}", self.running.last_words()))
+    }
+}
+
+/// `bytes` of RGB pixels of a frame of `from`, at the size `to`.
+fn padded(bytes: &[u8], from: FrameSize, to: FrameSize) -> Vec<u8> {
+    if from == to {
+        return bytes.to_vec();
+    }
+    let mut out = Vec::with_capacity(3 * to.pixels());
+    for y in 0..to.height.min(from.height + 1) {
+        let start = 3 * y.min(from.height - 1) as usize * from.width as usize;
+        let row = &bytes[start..start + 3 * from.width as usize];
+        out.extend_from_slice(row);
+        for _ in from.width..to.width {
+            out.extend_from_slice(&row[row.len() - 3..]);
+        }
+    }
+    out
+}
+
+/// Whether the clip at `path` holds `frames` frames of `size`.
+fn check(path: &Path, frames: usize, size: FrameSize) -> io::Result<()> {
+    let broken = |found: String| {
+        io::Error::other(format!("the clip that ffmpeg wrote is broken: {found}; is the disk full?"))
+    };
+    if ends_in(path, &["webp"]) {
+        // No ffmpeg reads animations of this kind.
+        return match animated_webp_frames(&mut BufReader::new(File::open(path)?))? {
+            // One frame is a picture without chunks of an animation.
+            found if found == frames || (found == 0 && frames == 1) => Ok(()),
+            found => Err(broken(format!("it holds {found} of {frames} frames"))),
+        };
+    }
+    let mut command = Command::new(ffmpeg_path());
+    command.args(["-loglevel", "error", "-i"]).arg(path);
+    command.args(["-map", "0:v:0", "-vsync", "passthrough", "-f", "framecrc", "-"]);
+    let output = command.stdin(Stdio::null()).output()?;
+    let listed = String::from_utf8_lossy(&output.stdout);
+    let found = listed.lines().filter(|line| !line.starts_with('#')).count();
+    let has_size = listed.lines().any(|line| line == format!("#dimensions 0: {size}"));
+    match () {
+        () if !output.status.success() || !output.stderr.is_empty() => {
+            Err(broken(format!("it cannot be read back{}", last_line(&output.stderr))))
+        }
+        () if found != frames => Err(broken(format!("it holds {found} of {frames} frames"))),
+        () if frames > 0 && !has_size => Err(broken(format!("its frames are not of {size}"))),
+        () => Ok(()),
+    }
+}
+
+/// How many frames the animation in a RIFF file of WebP holds; an error where a chunk is cut off.
+fn animated_webp_frames(from: &mut (impl Read + io::Seek)) -> io::Result<usize> {
+    let length = from.seek(io::SeekFrom::End(0))?;
+    let (mut at, mut frames) = (12, 0);
+    while at < length {
+        from.seek(io::SeekFrom::Start(at))?;
+        let mut head = [0; 8];
+        from.read_exact(&mut head)?;
+        let size = u64::from(u32::from_le_bytes([head[4], head[5], head[6], head[7]]));
+        frames += usize::from(&head[..4] == b"ANMF");
+        at += 8 + size + size % 2;
+    }
+    if at == length { Ok(frames) } else { Err(io::ErrorKind::UnexpectedEof.into()) }
+}
+
+/// Reads all frames of the clip at `path`, whatever its matrix, range and rate.
+pub(super) fn read(path: &Path) -> Result<Vec<Frame>> {
+    let failed = |e| Error::io("read", path, e);
+    let mut command = Command::new(ffmpeg_path());
+    command.args(["-loglevel", "error", "-i"]).arg(path).args(["-map", "0:v:0", "-vsync", "passthrough"]);
+    let matrix =
+        "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int+full_chroma_inp";
+    command.args(["-vf", &format!("{matrix},format=yuv444p"), "-f", "yuv4mpegpipe", "-"]);
+    let mut running = Running::start(command.stdin(Stdio::null()).stdout(Stdio::piped())).map_err(failed)?;
+    let output =
+        running.child.stdout.take().ok_or_else(|| failed(io::Error::other("ffmpeg says nothing")))?;
+    let frames = y4m_file::read(path, BufReader::with_capacity(1 << 20, output));
+    let status = running.child.wait().map_err(failed)?;
+    if !status.success() {
+        let words = running.last_words();
+        return Err(Error::malformed(
+            path,
+            format!("ffmpeg cannot read it as a clip{words}; check the file"),
+        ));
+    }
+    frames
+}
+
+/// A process whose errors are listened to, and which ends when nobody waits for it any more.
+struct Running {
+    child: Child,
+    errors: Option<JoinHandle<Vec<u8>>>,
+}
+
+impl Running {
+    fn start(command: &mut Command) -> io::Result<Self> {
+        let mut child = command.stderr(Stdio::piped()).spawn()?;
+        let errors = child.stderr.take().map(|errors| std::thread::spawn(|| end_of(errors)));
+        Ok(Self { child, errors })
+    }
+
+    /// The last line of its errors in brackets, once it has ended; nothing where it said nothing.
+    fn last_words(&mut self) -> String {
+        // It ends by itself: its input is closed.
+        let _ = self.child.wait();
+        let said = self.errors.take().and_then(|errors| errors.join().ok());
+        said.map_or_else(String::new, |said| last_line(&said))
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        // Where it has ended already there is nothing to stop.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// The last bytes that come `from` a process, all of which are read so that it never waits.
+fn end_of(mut from: ChildStderr) -> Vec<u8> {
+    const KEPT: usize = 4096;
+    let (mut end, mut chunk) = (Vec::new(), [0; KEPT]);
+    while let Ok(count @ 1..) = from.read(&mut chunk) {
+        end.extend_from_slice(&chunk[..count]);
+        end.drain(..end.len().saturating_sub(KEPT));
+    }
+    end
+}
+
+/// The last line of `said` in brackets.
+fn last_line(said: &[u8]) -> String {
+    let said = String::from_utf8_lossy(said);
+    let line = said.lines().rev().find(|line| !line.trim().is_empty());
+    line.map_or_else(String::new, |line| format!(" ({})", line.trim()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn padding_repeats_the_last_row_and_column() {
+        let size = |w, h| FrameSize::new(w, h).unwrap();
+        let bytes = [1, 1, 1, 2, 2, 2, 3, 3, 3];
+        let row = [1, 1, 1, 2, 2, 2, 3, 3, 3, 3, 3, 3];
+        assert_eq!(padded(&bytes, size(3, 1), size(4, 2)), [row, row].concat());
+        assert_eq!(padded(&bytes, size(3, 1), size(3, 1)), bytes);
+    }
+
+    #[test]
+    fn chunks_that_are_cut_off_are_seen() {
+        let mut file = b"RIFF\0\0\0\0WEBP".to_vec();
+        file.extend(b"ANMF\x03\0\0\0abc\0ANMF\x02\0\0\0ab");
+        assert_eq!(animated_webp_frames(&mut io::Cursor::new(&file)).unwrap(), 2);
+        file.pop();
+        assert!(animated_webp_frames(&mut io::Cursor::new(&file)).is_err());
+    }
+}
