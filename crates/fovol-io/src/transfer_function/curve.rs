@@ -38,12 +38,6 @@ impl<T: Copy> Curve<T> {
         self.nodes.len()
     }
 
-    /// The curve with its nodes at `place(x)`, where `place` rises.
-    pub fn moved(&self, place: impl Fn(f64) -> f64) -> Self {
-        let nodes = self.nodes.iter().map(|node| Node { x: place(node.x), ..*node }).collect();
-        Self { nodes, is_logarithmic: self.is_logarithmic }
-    }
-
     /// All x at which the curve may jump or bend sharply.
     pub fn breaks(&self) -> impl Iterator<Item = f64> + '_ {
         let bends = self.nodes.windows(2).filter_map(|pair| {
@@ -107,10 +101,5 @@ impl ColourCurve {
             segment.bends().into_iter().map(move |f| a + f * (b - a))
         });
         self.nodes.breaks().chain(inner)
-    }
-
-    /// The curve with its nodes at `place(x)`, where `place` rises.
-    pub fn moved(&self, place: impl Fn(f64) -> f64) -> Self {
-        Self { nodes: self.nodes.moved(place), segments: self.segments.clone() }
     }
 }
