@@ -81,6 +81,13 @@ pub fn remark(volume: &OpenVolume) {
     }
 }
 
+/// Prints what the file at `path` could not hold.
+pub fn notes_of(path: &Path, notes: &[String]) {
+    for text in notes {
+        note(format!("{}: {text}", path.display()));
+    }
+}
+
 /// Prints what whoever asked for `pipeline` should know about it.
 pub fn warn(pipeline: &Pipeline) {
     for note in pipeline.notes() {

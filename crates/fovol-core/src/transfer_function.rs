@@ -35,30 +35,64 @@ impl From<ControlPoint> for [f64; 5] {
 /// Piecewise-linear RGBA over the display value v in [0, 1].
 ///
 /// Constant before the first and after the last corner. Two corners at one value make a step;
-/// at the value itself the later one holds.
+/// at the value itself the later one holds. With a [range](Self::range), v runs over these data values
+/// instead of those that are shown; [`TransferFunction::over`] brings it to the shown ones.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Points", into = "Points")]
 pub struct TransferFunction {
     points: Vec<ControlPoint>,
+    range: Option<[f64; 2]>,
 }
 
 #[derive(Serialize, Deserialize)]
 struct Points {
     points: Vec<ControlPoint>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    range: Option<[f64; 2]>,
 }
 
 impl TryFrom<Points> for TransferFunction {
     type Error = Error;
 
     fn try_from(p: Points) -> Result<Self> {
-        Self::new(p.points)
+        match p.range {
+            Some(range) => in_range(p.points, range),
+            None => Self::new(p.points),
+        }
     }
 }
 
 impl From<TransferFunction> for Points {
     fn from(tf: TransferFunction) -> Self {
-        Self { points: tf.points }
+        Self { points: tf.points, range: tf.range }
     }
+}
+
+/// The function of `points` that belong to the data values `range`: fractions of it, or data values themselves
+/// where one lies outside [0, 1] or where the first and the last are the ends of the range.
+fn in_range(mut points: Vec<ControlPoint>, range: [f64; 2]) -> Result<TransferFunction> {
+    let [lo, hi] = checked_range(range)?;
+    let ends = [points.first(), points.last()].map(|p| p.map(|p| p.value));
+    let has_ends = ends == [Some(lo), Some(hi)];
+    if has_ends || points.iter().any(|p| !(0.0..=1.0).contains(&p.value)) {
+        if let Some((i, p)) = points.iter().enumerate().find(|(_, p)| !(lo..=hi).contains(&p.value)) {
+            return Err(Error::TransferFunction(format!(
+                "point {i} has the value {}, outside its range {lo} to {hi}; widen the range",
+                p.value
+            )));
+        }
+        points.iter_mut().for_each(|p| p.value = ((p.value - lo) / (hi - lo)).clamp(0.0, 1.0));
+    }
+    TransferFunction::new(points)?.with_range(Some(range))
+}
+
+fn checked_range([lo, hi]: [f64; 2]) -> Result<[f64; 2]> {
+    if lo < hi && (hi - lo).is_finite() {
+        return Ok([lo, hi]);
+    }
+    Err(Error::TransferFunction(format!(
+        "its range is {lo} to {hi}; give two finite data values, the lower one first"
+    )))
 }
 
 impl TransferFunction {
@@ -90,7 +124,121 @@ impl TransferFunction {
                 )));
             }
         }
-        Ok(Self { points })
+        Ok(Self { points, range: None })
+    }
+
+    /// The function whose v runs over the data values `range`, or over what is shown.
+    ///
+    /// # Errors
+    /// A range that is not finite and rising.
+    pub fn with_range(mut self, range: Option<[f64; 2]>) -> Result<Self> {
+        self.range = range.map(checked_range).transpose()?;
+        Ok(self)
+    }
+
+    /// The data values that v = 0 and v = 1 stand for; none where v runs over what is shown.
+    pub fn range(&self) -> Option<[f64; 2]> {
+        self.range
+    }
+
+    /// The function over the `shown` data values, in which every colour stays at its data value.
+    /// Without a [range](Self::range) it is unchanged.
+    pub fn over(&self, shown: [f64; 2]) -> Self {
+        let Some([lo, hi]) = self.range.filter(|range| *range != shown) else {
+            return Self { points: self.points.clone(), range: None };
+        };
+        let [from, to] = shown;
+        let own = |v: f64| (from + v * (to - from) - lo) / (hi - lo);
+        let at = |v: f64| {
+            let [r, g, b, a] = self.evaluate(own(v));
+            ControlPoint::new(v, [r, g, b], a)
+        };
+        if to <= from {
+            // All values are the same.
+            return Self { points: vec![at(0.0)], range: None };
+        }
+        let moved = self.points.iter().map(|p| {
+            let value = (lo + p.value * (hi - lo) - from) / (to - from);
+            // What falls on an end stays there, whatever is lost in rounding.
+            let end = value.round();
+            let value = if (value - end).abs() < SNAP && (end == 0.0 || end == 1.0) { end } else { value };
+            ControlPoint { value, ..*p }
+        });
+        let (mut before, mut after) = (false, false);
+        let mut points: Vec<ControlPoint> = moved
+            .inspect(|p| {
+                before |= p.value < 0.0;
+                after |= p.value > 1.0;
+            })
+            .filter(|p| (0.0..=1.0).contains(&p.value))
+            .collect();
+        if points.is_empty() || (before && points[0].value > 0.0) {
+            points.insert(0, at(0.0));
+        }
+        if after && points[points.len() - 1].value < 1.0 {
+            points.push(at(1.0));
+        }
+        Self { points, range: None }
+    }
+
+    /// The function for values that are `shown` linearly, where its v runs over their logarithms, from the `least`
+    /// positive value to the upper end. Values up to `least` look as v = 0. Its own range is left out.
+    ///
+    /// # Errors
+    /// [`Error::TransferFunction`] where no positive value is shown.
+    pub fn on_log_scale(&self, shown: [f64; 2], least: f64) -> Result<Self> {
+        let [from, to] = shown;
+        let is_positive = least > 0.0 && to > least && to.is_finite() && from < to;
+        if !is_positive {
+            return Err(Error::TransferFunction(format!(
+                "a logarithmic scale needs positive values, but {from} to {to} are shown; use a linear scale, or another range"
+            )));
+        }
+        let decades = (to / least).log10();
+        let linear = |v: f64| ((least * 10f64.powf(v * decades) - from) / (to - from)).clamp(0.0, 1.0);
+        let logarithm = |v: f64| {
+            let x = from + v * (to - from);
+            if x > least { ((x / least).log10() / decades).clamp(0.0, 1.0) } else { 0.0 }
+        };
+        let mut breaks = vec![0.0, 1.0];
+        breaks.extend(self.points.iter().map(|p| linear(p.value)));
+        Self::of_curve(&breaks, |v| self.evaluate(logarithm(v)))
+    }
+
+    /// A function that follows `curve` (v in [0, 1] to RGBA) to a fifth of an 8-bit step. The curve may jump or bend at
+    /// `breaks` alone, in any order; 0 and 1 are among them or nothing beyond the outermost one counts.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn of_curve(breaks: &[f64], curve: impl Fn(f64) -> [f64; 4]) -> Result<Self> {
+        let mut breaks: Vec<f64> = breaks.iter().copied().filter(|v| (0.0..=1.0).contains(v)).collect();
+        breaks.sort_by(f64::total_cmp);
+        breaks.dedup();
+        let mut points = Vec::new();
+        let mut push = |v: f64, [r, g, b, a]: [f64; 4]| {
+            let point = ControlPoint::new(v, [r, g, b].map(|c| c.clamp(0.0, 1.0)), a.clamp(0.0, 1.0));
+            if points.last() != Some(&point) {
+                points.push(point);
+            }
+        };
+        if let Some(&first) = breaks.first() {
+            push(first, curve(first));
+        }
+        for pair in breaks.windows(2) {
+            let (a, b) = (pair[0], pair[1]);
+            // Limits from inside: a jump may lie at the ends themselves.
+            let inset = (b - a) * INSET;
+            let (start, end) = (curve(a + inset), curve(b - inset));
+            // What holds at the break itself holds there; the other side of a jump begins right after it.
+            let jumps = distance(curve(a), start) > TOLERANCE;
+            push(if jumps { a.next_up() } else { a }, start);
+            refine(&curve, (a, start), (b, end), DEPTH, &mut push);
+            push(b, end);
+            if distance(curve(b), end) > TOLERANCE {
+                push(b, curve(b));
+            }
+        }
+        Self::new(points)
     }
 
     /// A grey ramp: black and transparent at 0, white and opacity `opacity` at 1.
@@ -100,6 +248,7 @@ impl TransferFunction {
                 ControlPoint::new(0.0, [0.0; 3], 0.0),
                 ControlPoint::new(1.0, [1.0; 3], opacity.clamp(0.0, 1.0)),
             ],
+            range: None,
         }
     }
 
@@ -141,6 +290,48 @@ impl TransferFunction {
             if rise == 0.0 { most } else { most.max(rise / (b[0] - a[0])) }
         })
     }
+}
+
+/// Display values closer to 0 or 1 than this are 0 or 1.
+const SNAP: f64 = 1e-12;
+
+/// How far pieces of a sampled curve may lie from it.
+const TOLERANCE: f64 = 0.2 / 255.0;
+
+/// The distance from a break, in parts of the way to the next, at which its limit is taken.
+const INSET: f64 = 1e-9;
+
+/// How often the part of a curve between two breaks is halved at most.
+const DEPTH: u32 = 13;
+
+/// Where a part of a curve is looked at to see whether it is straight.
+const LOOKS: [f64; 7] = [0.07, 0.21, 0.35, 0.5, 0.64, 0.79, 0.93];
+
+fn distance(a: [f64; 4], b: [f64; 4]) -> f64 {
+    (0..4).map(|c| (a[c] - b[c]).abs()).fold(0.0, f64::max)
+}
+
+/// Pushes the points that `curve` needs strictly between `left` and `right`.
+fn refine(
+    curve: &impl Fn(f64) -> [f64; 4],
+    left: (f64, [f64; 4]),
+    right: (f64, [f64; 4]),
+    depth: u32,
+    push: &mut impl FnMut(f64, [f64; 4]),
+) {
+    let between = |f: f64| left.0 + f * (right.0 - left.0);
+    let is_straight = LOOKS.into_iter().all(|f| {
+        let line = std::array::from_fn(|c| left.1[c] + f * (right.1[c] - left.1[c]));
+        distance(curve(between(f)), line) <= TOLERANCE
+    });
+    let v = between(0.5);
+    if is_straight || depth == 0 || v <= left.0 || v >= right.0 {
+        return;
+    }
+    let middle = (v, curve(v));
+    refine(curve, left, middle, depth - 1, push);
+    push(middle.0, middle.1);
+    refine(curve, middle, right, depth - 1, push);
 }
 
 #[cfg(test)]
@@ -188,6 +379,62 @@ mod tests {
             serde_json::to_string(&tf).unwrap(),
             r#"{"points":[[0.0,0.0,0.0,0.0,0.0],[1.0,1.0,1.0,1.0,0.5]]}"#
         );
+    }
+
+    #[test]
+    fn functions_of_data_values_stay_there() {
+        let text = r#"{"points":[[0,0,0,0,0],[0.5,1,0,0,0.2],[1,1,1,1,1]],"range":[-1000,1000]}"#;
+        let tf: TransferFunction = serde_json::from_str(text).unwrap();
+        let values = r#"{"points":[[-1000,0,0,0,0],[0,1,0,0,0.2],[1000,1,1,1,1]],"range":[-1000,1000]}"#;
+        assert_eq!(serde_json::from_str::<TransferFunction>(values).unwrap(), tf);
+        assert_eq!(
+            serde_json::from_str::<TransferFunction>(&serde_json::to_string(&tf).unwrap()).unwrap(),
+            tf
+        );
+        for shown in [[-1000.0, 1000.0], [-500.0, 250.0], [-3000.0, 5000.0], [200.0, 201.0]] {
+            let over = tf.over(shown);
+            assert_eq!(over.range(), None);
+            for i in 0..=100 {
+                let v = f64::from(i) / 100.0;
+                let x = shown[0] + v * (shown[1] - shown[0]);
+                let expected = tf.evaluate((x + 1000.0) / 2000.0);
+                assert!(distance(over.evaluate(v), expected) < 1e-9, "{shown:?} {v}");
+            }
+        }
+        // All values are the same: their colour is that of the value.
+        assert!((tf.over([500.0, 500.0]).evaluate(0.0)[3] - 0.6).abs() < 1e-12);
+        for bad in ["[1,0]", "[0,0]", "[0,1e999]", "[0]", "[-1e308,1e308]"] {
+            let text = format!(r#"{{"points":[[0,0,0,0,0]],"range":{bad}}}"#);
+            assert!(serde_json::from_str::<TransferFunction>(&text).is_err(), "{bad}");
+        }
+        let outside = r#"{"points":[[0,0,0,0,0],[2000,0,0,0,0]],"range":[-1000,1000]}"#;
+        let error = serde_json::from_str::<TransferFunction>(outside).unwrap_err().to_string();
+        assert!(error.contains("2000") && error.contains("-1000 to 1000"), "{error}");
+    }
+
+    #[test]
+    fn logarithms_of_values() {
+        let tf = TransferFunction::grey_ramp(1.0).on_log_scale([0.0, 1000.0], 1.0).unwrap();
+        for (x, opacity) in
+            [(0.5, 0.0), (1.0, 0.0), (10.0, 1.0 / 3.0), (100.0, 2.0 / 3.0), (300.0, 0.825_707), (1000.0, 1.0)]
+        {
+            assert!((tf.evaluate(x / 1000.0)[3] - opacity).abs() < TOLERANCE, "{x}");
+        }
+        assert!(TransferFunction::grey_ramp(1.0).on_log_scale([-2.0, -1.0], 0.0).is_err());
+    }
+
+    #[test]
+    fn curves_are_followed_and_jumps_kept() {
+        let jump = |v: f64| if v <= 0.25 { 0.0 } else { (9.0 * v).sin().abs() };
+        let turn = std::f64::consts::PI / 9.0;
+        let tf =
+            TransferFunction::of_curve(&[0.0, 1.0, 0.25, turn, 2.0 * turn], |v| [jump(v), v, 1.0, jump(v)])
+                .unwrap();
+        for i in 0..=1000 {
+            let v = f64::from(i) / 1000.0;
+            assert!((tf.evaluate(v)[3] - jump(v)).abs() < 1.0 / 255.0, "{v}");
+        }
+        assert!(tf.points().len() < 150, "{}", tf.points().len());
     }
 
     proptest! {

@@ -62,7 +62,7 @@ fn write_again(volume: &Volume, name: &str) {
         // Detached voxels of two headers must not share a name.
         let path = folder.join(format!("{name}~{}.{ending}", ending.replace('.', "_")));
         match write(volume, &path) {
-            Ok(()) | Err(fovol_io::Error::Unsupported { .. }) => {}
+            Ok(_) | Err(fovol_io::Error::Unsupported { .. }) => {}
             Err(error) => panic!("{error}"),
         }
     }

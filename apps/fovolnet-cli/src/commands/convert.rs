@@ -18,7 +18,8 @@ impl Convert {
     pub fn run(self) -> Result<()> {
         let opened = open_volume(&self.input, &self.read)?;
         console::remark(&opened);
-        volume::write(&opened.volume, &self.output)?;
+        let notes = volume::write(&opened.volume, &self.output)?;
+        console::notes_of(&self.output, &notes);
         console::say(format!("wrote {}", self.output.display()))
     }
 }

@@ -115,7 +115,7 @@ fn list(json: &JsonOutput) -> Result<()> {
 
 fn make(kind: Procedural, output: &Path, dims: [usize; 3], seed: u64) -> Result<()> {
     let made = procedural::make(kind, dims, seed)?;
-    volume::write(&made, output)?;
+    console::notes_of(output, &volume::write(&made, output)?);
     console::say(format!("wrote {}", output.display()))
 }
 

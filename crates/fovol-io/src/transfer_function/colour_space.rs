@@ -1,44 +1,96 @@
 //! The spaces that other programs interpolate colours in.
 
+use super::ciede2000;
+
 /// Where colours between two corners come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Interpolation {
     /// Display RGB.
     Rgb,
-    /// Hue, saturation, value; hue the shorter way round.
-    Hsv,
+    /// Hue, saturation, value.
+    Hsv {
+        /// Whether hue goes the shorter way round, through red where need be, or straight from one number to the other.
+        wraps: bool,
+    },
     /// CIE L*a*b*, white D65.
     Lab,
+    /// The way of the least CIEDE2000 distances through RGB.
+    Ciede2000,
     /// Polar L*a*b* through white (Moreland, "Diverging Color Maps for Scientific Visualization", 2009).
     Diverging,
+    /// The right corner's colour.
+    Step,
 }
 
-type Colour = [f64; 3];
+/// Display RGB, 0…1 each.
+pub type Colour = [f64; 3];
+
+/// Colours between two corners.
+#[derive(Debug, Clone)]
+pub struct Segment {
+    space: Interpolation,
+    ends: [Colour; 2],
+    /// Stops of the way with the share of it that lies before each, for [`Interpolation::Ciede2000`].
+    stops: Vec<(f64, Colour)>,
+}
+
+impl Segment {
+    /// The display colour at `f` of the segment, 0…1.
+    pub fn colour(&self, f: f64) -> Colour {
+        let [a, b] = self.ends;
+        if self.space != Interpolation::Ciede2000 {
+            return self.space.between(a, b, f);
+        }
+        let right = self.stops.partition_point(|stop| stop.0 < f).clamp(1, self.stops.len() - 1);
+        let ((from, a), (to, b)) = (self.stops[right - 1], self.stops[right]);
+        let f = if to > from { ((f - from) / (to - from)).clamp(0.0, 1.0) } else { 1.0 };
+        from_lab(mix(to_lab(a), to_lab(b), f))
+    }
+
+    /// Where in the segment colours turn sharply.
+    pub fn bends(&self) -> Vec<f64> {
+        match self.space {
+            Interpolation::Diverging => vec![0.5],
+            _ => self.stops.iter().map(|stop| stop.0).collect(),
+        }
+    }
+}
 
 impl Interpolation {
-    /// ParaView's name of a space; unknown ones are RGB.
-    pub fn named(name: &str) -> Self {
-        match name.to_ascii_lowercase().as_str() {
-            "hsv" => Self::Hsv,
+    /// ParaView's name of a space, hue wrapping round where `wraps`; none for names that are not known.
+    pub fn named(name: &str, wraps: bool) -> Option<Self> {
+        Some(match name.to_ascii_lowercase().as_str() {
+            "rgb" => Self::Rgb,
+            "hsv" => Self::Hsv { wraps },
+            "hsvwrap" | "hsv wrap" => Self::Hsv { wraps: true },
             "lab" | "cielab" => Self::Lab,
+            "lab/ciede2000" | "labciede2000" | "lab_ciede2000" | "ciede2000" => Self::Ciede2000,
             "diverging" => Self::Diverging,
-            _ => Self::Rgb,
-        }
+            "step" => Self::Step,
+            _ => return None,
+        })
+    }
+
+    /// The colours between `a` and `b`.
+    pub fn segment(self, a: Colour, b: Colour) -> Segment {
+        let stops = if self == Self::Ciede2000 { ciede2000::way(a, b) } else { Vec::new() };
+        Segment { space: self, ends: [a, b], stops }
     }
 
     /// The display colour at `f` between `a` and `b`.
-    pub fn between(self, a: Colour, b: Colour, f: f64) -> Colour {
+    fn between(self, a: Colour, b: Colour, f: f64) -> Colour {
         match self {
-            Self::Rgb => mix(a, b, f),
+            Self::Rgb | Self::Ciede2000 => mix(a, b, f),
             Self::Lab => from_lab(mix(to_lab(a), to_lab(b), f)),
-            Self::Hsv => {
+            Self::Hsv { wraps } => {
                 let (mut p, mut q) = (to_hsv(a), to_hsv(b));
-                if (p[0] - q[0]).abs() > 0.5 {
+                if wraps && (p[0] - q[0]).abs() > 0.5 {
                     if p[0] < q[0] { p[0] += 1.0 } else { q[0] += 1.0 }
                 }
                 from_hsv(mix(p, q, f))
             }
             Self::Diverging => diverging(a, b, f),
+            Self::Step => b,
         }
     }
 }
@@ -73,7 +125,7 @@ fn from_hsv([h, s, v]: Colour) -> Colour {
 /// White D65.
 const WHITE: Colour = [0.950_47, 1.0, 1.088_83];
 
-fn to_lab(rgb: Colour) -> Colour {
+pub(super) fn to_lab(rgb: Colour) -> Colour {
     let [r, g, b] = rgb.map(|c| if c > 0.040_45 { ((c + 0.055) / 1.055).powf(2.4) } else { c / 12.92 });
     let xyz = [
         0.412_4 * r + 0.357_6 * g + 0.180_5 * b,
@@ -155,8 +207,15 @@ mod tests {
     proptest! {
         #[test]
         fn ends_are_met_in_every_space(a in prop::array::uniform3(0.0f64..=1.0), b in prop::array::uniform3(0.0f64..=1.0)) {
-            for space in [Interpolation::Rgb, Interpolation::Hsv, Interpolation::Lab, Interpolation::Diverging] {
-                let (start, end) = (space.between(a, b, 0.0), space.between(a, b, 1.0));
+            for space in [
+                Interpolation::Rgb,
+                Interpolation::Hsv { wraps: true },
+                Interpolation::Hsv { wraps: false },
+                Interpolation::Lab,
+                Interpolation::Diverging,
+                Interpolation::Ciede2000,
+            ] {
+                let (start, end) = (space.segment(a, b).colour(0.0), space.segment(a, b).colour(1.0));
                 // Near white, Moreland's space turns the hue of an end towards the other one's: a move of at
                 // most 2 M sin 0.05 in L*a*b*.
                 let is_turned = |colour: Colour| space == Interpolation::Diverging && to_msh(colour)[1] < 0.05;

@@ -1,56 +1,114 @@
 //! Transfer functions of this and other programs.
 
+mod ciede2000;
 mod colour_space;
+mod curve;
+mod indexed;
 mod inviwo;
+mod joined;
+mod json;
 mod paraview;
+mod table;
+#[cfg(test)]
+mod tests;
+mod volume_property;
+mod warp;
+mod xml;
 
 use crate::{Error, Result, atomic};
-use fovol_core::{ControlPoint, TransferFunction};
+use fovol_core::{TransferFunction, did_you_mean};
 use std::io::Write;
 use std::path::Path;
 
 /// No transfer function needs more bytes than this; collections of colour maps included.
 const LARGEST: u64 = 64 << 20;
 
-/// Reads the transfer function at `path`: our JSON (`{"points":[[v,r,g,b,a],…]}`), ParaView JSON
-/// (a list of colour maps; the first is taken, or the one called `NAME` where `path` ends in `#NAME`),
-/// or Inviwo `.itf`.
+/// A transfer function as its file has it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Imported {
+    /// The function, with the data values that it was made for where the file gives them.
+    pub transfer: TransferFunction,
+    /// Whether it is meant to be stretched over what is shown, even where it has a range: colour maps from 0 to 1 or from −1 to 1.
+    pub is_stretched: bool,
+    /// Display colour and opacity of values that are not numbers, where the file gives it.
+    pub nan: Option<[f64; 4]>,
+    /// What was assumed, one line each.
+    pub notes: Vec<String>,
+}
+
+impl Imported {
+    /// `transfer`, which stays at the data values of its range where it has one.
+    fn of(transfer: TransferFunction) -> Self {
+        let is_stretched = transfer.range().is_none();
+        Self { transfer, is_stretched, nan: None, notes: Vec::new() }
+    }
+
+    /// `transfer` for whatever is shown.
+    fn stretched(transfer: TransferFunction) -> Self {
+        Self { is_stretched: true, ..Self::of(transfer) }
+    }
+
+    /// The function as the file means it: without its range where that is to be stretched.
+    pub fn as_meant(&self) -> TransferFunction {
+        let transfer = self.transfer.clone();
+        if self.is_stretched { transfer.with_range(None).expect("no range is sound") } else { transfer }
+    }
+}
+
+/// Reads the transfer function at `path`: our JSON (`{"points":[[v,r,g,b,a],…]}`, with `"range":[lo,hi]` in data values),
+/// colour maps of ParaView and vtk.js in JSON, volume properties of 3D Slicer and VTK (`presets.xml`, `.vp`) and vtk.js,
+/// Inviwo `.itf`, or a table of colours. Of a file with several, the first is taken, or the one called `NAME` where
+/// `path` ends in `#NAME`.
 ///
 /// # Errors
 /// A file that is missing, damaged, or none of these.
-pub fn read(path: &Path) -> Result<TransferFunction> {
+pub fn import(path: &Path) -> Result<Imported> {
     let (path, name) = with_name(path);
     let size = std::fs::metadata(&path).map_err(|e| Error::io("read", &path, e))?.len();
     if size > LARGEST {
         return Err(Error::malformed(
             &path,
-            "it is too large for a transfer function; give a JSON or .itf file",
+            "it is too large for a transfer function; give a JSON, XML, .vp or .itf file",
         ));
     }
-    let text = std::fs::read_to_string(&path).map_err(|e| Error::io("read", &path, e))?;
+    let bytes = std::fs::read(&path).map_err(|e| Error::io("read", &path, e))?;
+    let text = String::from_utf8(bytes).map_err(|_| Error::malformed(&path, UNKNOWN))?;
     parse(&path, &text, name.as_deref())
 }
 
-/// Reads `text`, which came from `path`.
+/// Reads the transfer function at `path` as its file means it, see [`import`].
 ///
 /// # Errors
-/// As [`read`].
-pub fn parse(path: &Path, text: &str, name: Option<&str>) -> Result<TransferFunction> {
+/// As [`import`].
+pub fn read(path: &Path) -> Result<TransferFunction> {
+    Ok(import(path)?.as_meant())
+}
+
+/// Said of files of no known kind.
+const UNKNOWN: &str = "it is no transfer function that is known here; give {\"points\":[[v,r,g,b,a],…]}, a colour map of \
+                       ParaView (.json), a preset of 3D Slicer (.xml, .vp) or vtk.js (.json), or an .itf file of Inviwo";
+
+/// Reads `text`, which came from `path`; the function called `name` where there are several.
+///
+/// # Errors
+/// As [`import`].
+pub fn parse(path: &Path, text: &str, name: Option<&str>) -> Result<Imported> {
+    let text = text.trim_start_matches('\u{feff}');
     if text.trim_start().starts_with('<') {
-        return inviwo::parse(path, text);
+        return xml::parse(path, text, name);
     }
-    let json: serde_json::Value = serde_json::from_str(text).map_err(|e| {
-        Error::malformed(
-            path,
-            format!(
-                "it is neither JSON nor XML ({e}); give a transfer function as {{\"points\":[[v,r,g,b,a],…]}}"
-            ),
-        )
-    })?;
-    if json.get("points").is_some() {
-        return serde_json::from_value(json).map_err(|e| Error::malformed(path, e.to_string()));
+    if text.trim_start().starts_with(['{', '[']) {
+        return json::parse(path, text, name);
     }
-    paraview::parse(path, &json, name)
+    if table::is_table(text) {
+        return table::parse(path, text);
+    }
+    if volume_property::is_vp(text)
+        && let Some(lists) = volume_property::Lists::of_lines(text)
+    {
+        return lists.read(path);
+    }
+    Err(Error::malformed(path, UNKNOWN))
 }
 
 /// Writes `transfer` as our JSON.
@@ -70,84 +128,32 @@ fn with_name(path: &Path) -> (std::path::PathBuf, Option<String>) {
     }
 }
 
-/// The transfer function of `points` in any order, numbers brought into [0, 1].
-fn sorted(path: &Path, mut points: Vec<ControlPoint>) -> Result<TransferFunction> {
-    for p in &mut points {
-        p.value = p.value.clamp(0.0, 1.0);
-        p.colour = p.colour.map(|c| c.clamp(0.0, 1.0));
-        p.opacity = p.opacity.clamp(0.0, 1.0);
-    }
-    points.sort_by(|a, b| a.value.total_cmp(&b.value));
-    TransferFunction::new(points).map_err(|e| Error::malformed(path, e.to_string()))
-}
+/// Names of a file that are listed at most.
+const LISTED: usize = 20;
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn parsed(text: &str, name: Option<&str>) -> Result<TransferFunction> {
-        parse(Path::new("tf"), text, name)
+/// Which of `names` the `wanted` one is, or the first; with a note that lists them where one of several was taken unasked.
+fn chosen(path: &Path, names: &[&str], wanted: Option<&str>) -> Result<(usize, Option<String>)> {
+    let mut listed: Vec<&str> = names.iter().take(LISTED).copied().collect();
+    if names.len() > LISTED {
+        listed.push("…");
     }
-
-    #[test]
-    fn our_own_files_read_back() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("tf.json");
-        let tf = TransferFunction::grey_ramp(0.25);
-        write(&path, &tf).unwrap();
-        assert_eq!(read(&path).unwrap(), tf);
-    }
-
-    #[test]
-    fn paraview_maps_are_scaled_to_their_range_and_found_by_name() {
-        let text = r#"[{"Name":"a","ColorSpace":"RGB","RGBPoints":[-1,0,0,0, 3,1,0.5,0]},
-                       {"Name":"b","RGBPoints":[0,0,0,1, 1,1,0,0],"Points":[0,0,0.5,0, 1,0.5,0.5,0]}]"#;
-        let a = parsed(text, None).unwrap();
-        assert_eq!(&a.evaluate(0.5)[..3], [0.5, 0.25, 0.0]);
-        let b = parsed(text, Some("b")).unwrap();
-        assert_eq!(b.evaluate(0.5)[3], 0.25);
-        assert!(parsed(text, Some("c")).unwrap_err().to_string().contains("a, b"));
-    }
-
-    #[test]
-    fn inviwo_points_are_read() {
-        let text = r#"<?xml version="1.0" ?><InviwoWorkspace version="2"><Points>
-            <Point><pos content="0.25" /><rgba x="0.1" y="0.2" z="0.3" w="0" /></Point>
-            <Point><pos content="0.75" /><rgba x="0.5" y="0.6" z="0.7" w="0.8" /></Point></Points></InviwoWorkspace>"#;
-        let tf = parsed(text, None).unwrap();
-        assert_eq!(tf.points().len(), 2);
-        assert!((tf.evaluate(0.5)[3] - 0.4).abs() < 1e-12);
-    }
-
-    #[test]
-    fn bad_files_are_errors() {
-        for text in [
-            "",
-            "{",
-            "[]",
-            "{}",
-            "[1,2]",
-            r#"{"points":[]}"#,
-            r#"{"points":[[0,0,0]]}"#,
-            "<a>",
-            "<InviwoWorkspace/>",
-            r#"[{"Name":"x","RGBPoints":[0,0,0]}]"#,
-            r#"[{"Name":"x","RGBPoints":["a",0,0,0]}]"#,
-        ] {
-            assert!(parsed(text, None).is_err(), "{text}");
-        }
-    }
-
-    #[test]
-    fn real_files_of_other_programs_are_read() {
-        let Some(data) = crate::test_data() else { return };
-        let maps = data.join("colormaps");
-        let viridis = read(&maps.join("inviwo/matplotlib/viridis.itf")).unwrap();
-        assert!((viridis.evaluate(1.0)[0] - 0.993).abs() < 0.01);
-        let cool = read(&maps.join("vtkjs_ColorMaps.json#Cool to Warm")).unwrap();
-        let middle = cool.evaluate(0.5);
-        assert!(middle[..3].iter().all(|c| (0.8..0.9).contains(c)), "{middle:?}");
-        // Cut off in the middle.
-        assert!(read(&maps.join("paraview_ColorMaps.json")).is_err());
-    }
+    let listed = listed.join(", ");
+    let Some(wanted) = wanted else {
+        let note = format!(
+            "it holds {} transfer functions, `{}` is taken; FILE#NAME chooses one: {listed}",
+            names.len(),
+            names[0]
+        );
+        return Ok((0, (names.len() > 1).then_some(note)));
+    };
+    let exact = names.iter().position(|name| *name == wanted);
+    let found = exact.or_else(|| names.iter().position(|name| name.eq_ignore_ascii_case(wanted)));
+    let index = found.ok_or_else(|| {
+        let meant = did_you_mean(wanted, names);
+        Error::malformed(
+            path,
+            format!("it has no transfer function `{wanted}`; those in it: {listed}{meant}"),
+        )
+    })?;
+    Ok((index, None))
 }

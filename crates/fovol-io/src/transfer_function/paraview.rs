@@ -1,82 +1,87 @@
-use super::colour_space::Interpolation;
-use super::sorted;
+use super::colour_space::{Colour, Interpolation};
+use super::curve::{ColourCurve, Curve, Node, OpacityCurve};
+use super::joined::joined;
+use super::warp::Warp;
+use super::{Imported, indexed};
 use crate::{Error, Result};
-use fovol_core::{ControlPoint, TransferFunction};
 use serde_json::Value;
 use std::path::Path;
 
-/// Pieces that a segment is cut into where colours are not interpolated in RGB.
-const PIECES: usize = 16;
+/// Ranges of maps that are made to be stretched over any data.
+const USUAL_RANGES: [[f64; 2]; 2] = [[0.0, 1.0], [-1.0, 1.0]];
 
-/// Reads ParaView (and vtk.js) colour maps: `RGBPoints` [v, r, g, b, …], and `Points`
-/// [v, a, midpoint, sharpness, …] for opacity where there are any, else opacity rises with the value.
-/// The value range is scaled to [0, 1].
-pub fn parse(path: &Path, json: &Value, name: Option<&str>) -> Result<TransferFunction> {
-    let single = std::slice::from_ref(json);
-    let maps = json.as_array().map_or(single, Vec::as_slice);
-    let with_colours: Vec<&Value> = maps.iter().filter(|m| m.get("RGBPoints").is_some()).collect();
-    let named = |m: &Value| m.get("Name").and_then(Value::as_str).unwrap_or("unnamed").to_owned();
-    let map = match name {
-        Some(name) => with_colours.iter().find(|m| named(m) == name),
-        None => with_colours.first(),
+/// The way of Lab/CIEDE2000 costs a search for every segment; no map has more.
+const MOST_SEARCHES: usize = 64;
+
+/// Whether `map` is one of ParaView's, which vtk.js has too.
+pub fn is_map(map: &Value) -> bool {
+    map.get("RGBPoints").is_some() || map.get("IndexedColors").is_some()
+}
+
+/// Reads one of ParaView's colour maps: `RGBPoints` [x, r, g, b, …], and `Points` [x, opacity, midpoint, sharpness, …]
+/// where there are any, in data values; or `IndexedColors`.
+pub fn parse(path: &Path, map: &Value) -> Result<Imported> {
+    let mut imported = match map.get("RGBPoints") {
+        Some(_) => continuous(path, map)?,
+        None => indexed::parse(path, map)?,
     };
-    let map = map.ok_or_else(|| {
-        let names: Vec<String> = with_colours.iter().take(20).map(|m| named(m)).collect();
-        let known = if names.is_empty() { "none".into() } else { names.join(", ") };
-        Error::malformed(path, format!("it has no such colour map with RGBPoints; maps in it: {known}"))
-    })?;
-    let colours = tuples(path, map, "RGBPoints")?;
-    let opacities = if map.get("Points").is_some() { tuples(path, map, "Points")? } else { Vec::new() };
-    let (low, high) = range(&colours);
-    let unit = |v: f64| if high > low { (v - low) / (high - low) } else { 0.0 };
-    let space = Interpolation::named(map.get("ColorSpace").and_then(Value::as_str).unwrap_or("RGB"));
-    let mut points = Vec::new();
-    for pair in colours.windows(2) {
-        let pieces = if space == Interpolation::Rgb { 1 } else { PIECES };
-        for piece in 0..pieces {
-            let f = piece as f64 / pieces as f64;
-            let value = unit(pair[0][0] + f * (pair[1][0] - pair[0][0]));
-            let rgb =
-                space.between([pair[0][1], pair[0][2], pair[0][3]], [pair[1][1], pair[1][2], pair[1][3]], f);
-            points.push(ControlPoint::new(value, rgb, opacity(&opacities, &unit, value)));
-        }
+    if map.get("NanColor").is_some() {
+        let [r, g, b] = groups::<3>(path, map, "NanColor")?[0].map(|c| c.clamp(0.0, 1.0));
+        let opacity = map.get("NanOpacity").and_then(Value::as_f64).unwrap_or(1.0);
+        imported.nan = Some([r, g, b, opacity.clamp(0.0, 1.0)]);
     }
-    let [v, r, g, b] = colours[colours.len() - 1];
-    points.push(ControlPoint::new(unit(v), [r, g, b], opacity(&opacities, &unit, unit(v))));
-    sorted(path, points)
+    Ok(imported)
 }
 
-fn range(colours: &[[f64; 4]]) -> (f64, f64) {
-    colours.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), c| (low.min(c[0]), high.max(c[0])))
-}
-
-/// The numbers of list `key` in fours.
-fn tuples(path: &Path, map: &Value, key: &str) -> Result<Vec<[f64; 4]>> {
-    let bad = || {
-        Error::malformed(
+fn continuous(path: &Path, map: &Value) -> Result<Imported> {
+    let is_set =
+        |key: &str| map.get(key).is_some_and(|v| v.as_bool() == Some(true) || v.as_f64() == Some(1.0));
+    let name = map.get("ColorSpace").and_then(Value::as_str).unwrap_or("RGB");
+    let space = Interpolation::named(name, is_set("HSVWrap"));
+    let colours = groups::<4>(path, map, "RGBPoints")?;
+    let node = |[x, r, g, b]: [f64; 4]| Node { x, y: [r, g, b], warp: Warp::LINEAR };
+    let nodes = Curve::new(colours.into_iter().map(node).collect(), is_set("UseLogScale"));
+    let nodes: Curve<Colour> = nodes.ok_or_else(|| not_groups(path, "RGBPoints", 4))?;
+    if space == Some(Interpolation::Ciede2000) && nodes.len() > MOST_SEARCHES {
+        let count = nodes.len();
+        return Err(Error::malformed(
             path,
-            format!("{key} is not a list of numbers in groups of four; save the colour map again"),
-        )
+            format!(
+                "it has {count} colours in Lab/CIEDE2000, {MOST_SEARCHES} at most are read; use Lab for so many"
+            ),
+        ));
+    }
+    let colours = ColourCurve::new(nodes, space.unwrap_or(Interpolation::Rgb));
+    let opacities = match map.get("Points") {
+        Some(_) => opacity_curve(groups::<4>(path, map, "Points")?, is_set("UseLogScaleOpacity")),
+        None => None,
     };
-    let numbers: Option<Vec<f64>> =
-        map.get(key).and_then(Value::as_array).ok_or_else(bad)?.iter().map(Value::as_f64).collect();
-    let numbers = numbers.ok_or_else(bad)?;
-    let fours: Vec<[f64; 4]> = numbers.chunks_exact(4).map(|c| [c[0], c[1], c[2], c[3]]).collect();
-    if fours.is_empty() || numbers.len() % 4 != 0 { Err(bad()) } else { Ok(fours) }
+    let mut imported = joined(path, &colours, opacities.as_ref())?;
+    imported.is_stretched = USUAL_RANGES.contains(&colours.nodes.range())
+        && opacities.is_none_or(|curve| USUAL_RANGES.contains(&curve.range()) || curve.len() == 1);
+    if space.is_none() {
+        imported.notes.push(format!("its colour space `{name}` is not known: colours are mixed in RGB"));
+    }
+    Ok(imported)
 }
 
-/// The opacity at `value`: piecewise linear through `points` (midpoint and sharpness are not kept);
-/// without points a ramp.
-fn opacity(points: &[[f64; 4]], unit: &impl Fn(f64) -> f64, value: f64) -> f64 {
-    let Some(first) = points.first() else { return value };
-    let mut before = first;
-    for p in points {
-        if unit(p[0]) >= value {
-            let (a, b) = (unit(before[0]), unit(p[0]));
-            let f = if b > a { (value - a) / (b - a) } else { 1.0 };
-            return before[1] + f * (p[1] - before[1]);
-        }
-        before = p;
-    }
-    before[1]
+/// The curve through nodes of x, opacity, midpoint and sharpness.
+pub fn opacity_curve(nodes: Vec<[f64; 4]>, is_logarithmic: bool) -> Option<OpacityCurve> {
+    let node = |[x, y, midpoint, sharpness]: [f64; 4]| Node { x, y, warp: Warp::new(midpoint, sharpness) };
+    Curve::new(nodes.into_iter().map(node).collect(), is_logarithmic)
+}
+
+/// The numbers of list `key` in groups of N, at least one.
+pub fn groups<const N: usize>(path: &Path, map: &Value, key: &str) -> Result<Vec<[f64; N]>> {
+    let numbers = map.get(key).and_then(Value::as_array);
+    let numbers: Option<Vec<f64>> = numbers.and_then(|list| list.iter().map(Value::as_f64).collect());
+    let (groups, rest) = numbers.as_deref().unwrap_or_default().as_chunks::<N>();
+    if groups.is_empty() || !rest.is_empty() { Err(not_groups(path, key, N)) } else { Ok(groups.to_vec()) }
+}
+
+fn not_groups(path: &Path, key: &str, size: usize) -> Error {
+    Error::malformed(
+        path,
+        format!("{key} is not a list of numbers in groups of {size}; save the colour map again"),
+    )
 }

@@ -36,7 +36,8 @@ pub fn parse(path: &Path, overrides: &Overrides) -> Result<Option<Volume>> {
             format!("it has {found}, but {} has {expected}; all slices must be alike", first.display()),
         ));
     }
-    let volume = slices[0].kind.volume(path, slices.iter().map(|slice| slice.bytes.as_slice()).collect())?;
+    let planes: Vec<&[u8]> = slices.iter().map(|slice| slice.bytes.as_slice()).collect();
+    let volume = slices[0].kind.volume(path, &planes)?;
     let volume = match overrides.spacing {
         Some(_) => volume,
         None => volume.with_note("pictures say no distances; 1,1,1 is taken; --spacing says others"),
@@ -99,7 +100,7 @@ impl fmt::Display for Kind {
 }
 
 impl Kind {
-    fn volume(&self, folder: &Path, slices: Vec<&[u8]>) -> Result<Volume> {
+    fn volume(&self, folder: &Path, slices: &[&[u8]]) -> Result<Volume> {
         let Self { size: [x, y], dtype, components } = *self;
         // Decoded pixels have the byte order of this machine.
         let endian = if cfg!(target_endian = "big") { Endian::Big } else { Endian::Little };

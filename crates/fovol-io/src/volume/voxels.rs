@@ -10,6 +10,7 @@ const CHUNK: usize = 1 << 16;
 pub struct Voxels<'a> {
     volume: &'a Volume,
     dtype: Dtype,
+    rescale: Rescale,
 }
 
 impl<'a> Voxels<'a> {
@@ -20,7 +21,17 @@ impl<'a> Voxels<'a> {
             false if fits_f32(volume) => Dtype::F32,
             false => Dtype::F64,
         };
-        Self { volume, dtype }
+        Self { volume, dtype, rescale: volume.rescale() }
+    }
+
+    /// The voxels of `volume` as they are stored, for formats that hold the scaling.
+    pub fn stored(volume: &'a Volume) -> Self {
+        Self { volume, dtype: volume.dtype(), rescale: Rescale::IDENTITY }
+    }
+
+    /// The scaling that turns what is written into values.
+    pub fn scaling(&self) -> Rescale {
+        if self.rescale == self.volume.rescale() { Rescale::IDENTITY } else { self.volume.rescale() }
     }
 
     /// The type that is written.
@@ -33,7 +44,7 @@ impl<'a> Voxels<'a> {
     /// # Errors
     /// What `out` says.
     pub fn write_to(&self, out: &mut dyn Write) -> io::Result<()> {
-        if self.volume.rescale() != Rescale::IDENTITY {
+        if self.rescale != Rescale::IDENTITY {
             return self.write_scaled(out);
         }
         let size = self.dtype.size();

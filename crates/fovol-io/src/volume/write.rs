@@ -2,7 +2,8 @@
 
 use super::{metaimage, nifti, nrrd, raw, vti};
 use crate::{Error, Result};
-use fovol_core::Volume;
+use fovol_core::{Rescale, Space, Volume};
+use glam::{DMat3, DVec3};
 use std::path::Path;
 
 type Writer = fn(&Volume, &Path) -> Result<()>;
@@ -20,12 +21,13 @@ const WRITERS: &[(&str, Writer)] = &[
     (".vti", vti::write),
 ];
 
-/// Writes `volume` to `path` in the format of its ending. Size, type, spacing and values are kept; of several
-/// components the first is written; scaled values are written as floats.
+/// Writes `volume` to `path` in the format of its ending. Size, type, spacing, values, orientation, origin and unit are kept; of
+/// several components the shown one is written. Scaled values are written as floats, but NIfTI keeps their scaling. Returns what
+/// the format cannot hold, a line each.
 ///
 /// # Errors
 /// An unknown ending, a type that the format does not have, and what the system says; one line.
-pub fn write(volume: &Volume, path: &Path) -> Result<()> {
+pub fn write(volume: &Volume, path: &Path) -> Result<Vec<String>> {
     let name = path.file_name().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
     let found = WRITERS.iter().find(|(ending, _)| name.ends_with(ending));
     let (_, writer) = found.ok_or_else(|| {
@@ -35,14 +37,70 @@ pub fn write(volume: &Volume, path: &Path) -> Result<()> {
             format!("no volume is written under this ending; use {}", endings.join(", ")),
         )
     })?;
-    writer(volume, path)
+    writer(volume, path)?;
+    Ok(lost(volume, &name))
+}
+
+/// What a file called `name` does not say of `volume`.
+fn lost(volume: &Volume, name: &str) -> Vec<String> {
+    let is = |endings: &[&str]| endings.iter().any(|ending| name.ends_with(ending));
+    let (is_nifti, is_meta, is_vti) = (is(&[".nii", ".nii.gz"]), is(&[".mha", ".mhd"]), is(&[".vti"]));
+    let mut notes = Vec::new();
+    if let Some(placement) = volume.placement() {
+        let is_patient = placement.space() == Space::Patient;
+        let is_turned = placement.directions() != DMat3::IDENTITY;
+        if is_nifti && !is_patient && (is_turned || placement.origin() != DVec3::ZERO) {
+            notes.push("NIfTI has coordinates of patients alone; orientation and origin are left out".into());
+        }
+        if is_meta && !is_patient && is_turned {
+            notes.push("MetaImage has orientations of patients alone; the orientation is left out".into());
+        }
+        if is_vti && is_patient {
+            notes.push(
+                "VTK images do not say that axes are a patient's; read it with --orientation patient".into(),
+            );
+        }
+    }
+    if let Some(units) = volume.units()
+        && (is_vti || is_nifti && nifti::units_code(units) == 0)
+    {
+        notes.push(format!("the format has no such unit; {} is left out", one_line(units)));
+    }
+    if volume.rescale() != Rescale::IDENTITY && !is_nifti {
+        let Rescale { slope, intercept } = volume.rescale();
+        notes.push(format!(
+            "the format has no scaling; values are written times {slope} plus {intercept}, as floats"
+        ));
+    }
+    let contents = volume.contents();
+    if let Some(array) = contents.array_name().filter(|_| !is_vti) {
+        notes.push(format!("the format has no names of arrays; `{}` is left out", one_line(array)));
+    }
+    let parts = [
+        (contents.arrays.len(), "arrays"),
+        (contents.channels.len(), "channels"),
+        (contents.times, "time points"),
+        (contents.components, "components"),
+    ];
+    notes.extend(
+        parts
+            .iter()
+            .filter(|(count, _)| *count > 1)
+            .map(|(count, what)| format!("one of {count} {what} is written")),
+    );
+    notes
+}
+
+/// `text` without characters that would end a line of a header.
+pub fn one_line(text: &str) -> String {
+    text.chars().filter(|c| !c.is_control()).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::volume::{Overrides, read};
-    use fovol_core::{Dtype, Endian, Grid, Rescale};
+    use fovol_core::{Contents, Dtype, Endian, Grid, Placement};
     use proptest::prelude::*;
     use std::sync::Arc;
 
@@ -83,7 +141,7 @@ mod tests {
         let back = read(&path, &Overrides::default()).unwrap();
         assert_eq!(back.grid(), volume.grid());
         assert_eq!(back.components(), 1);
-        if volume.rescale() == Rescale::IDENTITY {
+        if volume.rescale() == Rescale::IDENTITY || has_scaling(ending, volume) {
             assert_eq!(back.dtype(), volume.dtype());
         }
         let [nx, ny, nz] = volume.grid().dims();
@@ -91,6 +149,11 @@ mod tests {
             let (new, old) = (back.value(voxel), volume.value(voxel));
             assert!(new == old || (new.is_nan() && old.is_nan()), "{voxel:?}: {new} was {old}");
         }
+    }
+
+    /// Whether the format keeps integers and their scaling.
+    fn has_scaling(ending: &str, volume: &Volume) -> bool {
+        ending.starts_with(".nii") && volume.dtype() != Dtype::F16
     }
 
     /// `volume` with the spacing that NIfTI-1 can hold.
@@ -146,6 +209,77 @@ mod tests {
         fn vti_goes_round(volume in volumes()) {
             goes_round(&volume, ".vti", false);
         }
+    }
+
+    /// Directions of a turned, mirrored or slightly sheared grid, an origin and a space.
+    fn placements() -> impl Strategy<Value = Placement> {
+        let angles = prop::array::uniform3(-3.0f64..3.0);
+        let origin = prop::array::uniform3(-200.0f64..200.0);
+        (angles, origin, any::<bool>(), any::<bool>(), prop_oneof![Just(0.0), 0.0f64..0.3]).prop_map(
+            |([a, b, c], origin, is_mirrored, is_patient, shear)| {
+                let mut axes = DMat3::from_euler(glam::EulerRot::XYZ, a, b, c);
+                axes.z_axis = if is_mirrored { -axes.z_axis } else { axes.z_axis } + shear * axes.y_axis;
+                let space = if is_patient { Space::Patient } else { Space::Other };
+                Placement::new(axes, DVec3::from_array(origin), space).unwrap()
+            },
+        )
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(48))]
+
+        #[test]
+        fn places_go_round(placement in placements(), spacing in prop::array::uniform3(0.1f64..9.0)) {
+            let grid = Grid::new([2, 3, 4], spacing).unwrap();
+            let volume = Volume::from_values(grid, (0..24u8).collect::<Vec<_>>()).unwrap();
+            let volume = volume.with_placement(placement).with_units("mm");
+            let folder = tempfile::tempdir().unwrap();
+            let is_patient = placement.space() == Space::Patient;
+            for ending in ["nrrd", "nhdr", "mha", "mhd", "nii", "nii.gz", "vti", "raw"] {
+                let path = folder.path().join(format!("v_{}.{ending}", ending.replace('.', "")));
+                let notes = write(&volume, &path).unwrap().join("|");
+                let back = read(&path, &Overrides::default()).unwrap();
+                let is_lost = !is_patient && (ending.starts_with("nii") || ending.starts_with("mh"));
+                prop_assert_eq!(is_lost, notes.contains("alone"), "{}: {}", ending, notes);
+                prop_assert_eq!(back.units(), if ending == "vti" { None } else { Some("mm") }, "{}", ending);
+                if is_lost {
+                    prop_assert!(!back.placement().is_some_and(|p| p.space() == Space::Patient), "{}", ending);
+                    continue;
+                }
+                let found = back.placement().copied().unwrap();
+                let difference = (found.directions() - placement.directions()).to_cols_array();
+                prop_assert!(difference.iter().all(|d| d.abs() < 1e-5), "{}: {:?}", ending, found);
+                prop_assert!((found.origin() - placement.origin()).length() < 1e-3, "{}", ending);
+                if ending != "vti" {
+                    prop_assert_eq!(found.space(), placement.space(), "{}", ending);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_a_format_cannot_hold_is_said() {
+        let folder = tempfile::tempdir().unwrap();
+        let grid = Grid::new([2, 1, 1], [1.0; 3]).unwrap();
+        let contents = Contents { arrays: vec!["<t & \"p\">".into(), "v".into()], ..Contents::default() };
+        let volume = Volume::from_values(grid, vec![1i16, 2]).unwrap();
+        let volume = volume.with_rescale(Rescale { slope: 0.5, intercept: 1.0 }).unwrap();
+        let volume = volume.with_contents(contents).with_units("parsec");
+        let written = |name: &str| {
+            let path = folder.path().join(name);
+            let notes = write(&volume, &path).unwrap().join("|");
+            (notes, read(&path, &Overrides::default()).unwrap())
+        };
+        let (notes, back) = written("v.nii");
+        assert!(
+            notes.contains("`<t & \"p\">` is left out") && notes.contains("parsec is left out"),
+            "{notes}"
+        );
+        assert!(notes.contains("one of 2 arrays") && !notes.contains("scaling"), "{notes}");
+        assert_eq!((back.dtype(), back.value([1, 0, 0])), (Dtype::I16, 2.0));
+        let (notes, back) = written("v.vti");
+        assert!(notes.contains("times 0.5 plus 1") && !notes.contains("names of arrays"), "{notes}");
+        assert_eq!((back.contents().array_name(), back.value([1, 0, 0])), (Some("<t & \"p\">"), 2.0));
     }
 
     #[test]

@@ -53,7 +53,7 @@ fn written(ending: &str) -> Vec<Vec<u8>> {
     let values: Vec<f32> = (0..grid.voxels()).map(|i| i as f32 * 0.5 - 1.0).collect();
     let volume = Volume::from_values(grid, values).expect("the volume is sound");
     match write(&volume, &path) {
-        Ok(()) => vec![std::fs::read(path).expect("it was just written")],
+        Ok(_) => vec![std::fs::read(path).expect("it was just written")],
         Err(_) => vec![],
     }
 }

@@ -2,8 +2,10 @@
 
 use crate::volume::detached;
 use crate::volume::voxels::Voxels;
+use crate::volume::write::one_line;
 use crate::{Error, Result, atomic};
-use fovol_core::{Dtype, Volume};
+use fovol_core::{Dtype, Space, Volume};
+use glam::DVec3;
 use std::io::Write;
 use std::path::Path;
 
@@ -19,8 +21,9 @@ pub fn write(volume: &Volume, path: &Path) -> Result<()> {
     let [sx, sy, sz] = volume.grid().spacing();
     let header = format!(
         "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\n\
-         CompressedData = False\nElementSpacing = {sx} {sy} {sz}\nDimSize = {nx} {ny} {nz}\n\
-         ElementType = {name}\n"
+         CompressedData = False\n{place}ElementSpacing = {sx} {sy} {sz}\nDimSize = {nx} {ny} {nz}\n\
+         ElementType = {name}\n",
+        place = place(volume)
     );
     if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mhd")) {
         let file = detached::write(&voxels, path)?;
@@ -30,6 +33,24 @@ pub fn write(volume: &Volume, path: &Path) -> Result<()> {
         writeln!(out, "{header}ElementDataFile = LOCAL")?;
         voxels.write_to(out)
     })
+}
+
+/// The fields that place the grid. A matrix stands for the patient's space, so other spaces have none.
+fn place(volume: &Volume) -> String {
+    let numbers = |vector: DVec3| vector.to_array().map(|number| number.to_string()).join(" ");
+    let mut text = String::new();
+    if let Some(placement) = volume.placement() {
+        if placement.space() == Space::Patient {
+            let axes = placement.directions();
+            let rows = [axes.x_axis, axes.y_axis, axes.z_axis].map(numbers).join(" ");
+            text += &format!("TransformMatrix = {rows}\n");
+        }
+        text += &format!("Offset = {}\nCenterOfRotation = 0 0 0\n", numbers(placement.origin()));
+    }
+    if let Some(units) = volume.units() {
+        text += &format!("DistanceUnits = {}\n", one_line(units));
+    }
+    text
 }
 
 fn type_name(dtype: Dtype) -> Option<&'static str> {

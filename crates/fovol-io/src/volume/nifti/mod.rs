@@ -14,7 +14,7 @@ use header::{Header, Kind};
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-pub use write::write;
+pub use write::{units_code, write};
 
 /// Reads a NIfTI file: `.nii`, `.hdr` or `.img` of a pair, each with `.gz` too.
 ///

@@ -2,8 +2,10 @@
 
 use crate::volume::detached;
 use crate::volume::voxels::Voxels;
+use crate::volume::write::one_line;
 use crate::{Error, Result, atomic};
-use fovol_core::{Dtype, Volume};
+use fovol_core::{Dtype, Space, Volume};
+use glam::DVec3;
 use std::io::Write;
 use std::path::Path;
 
@@ -16,10 +18,10 @@ pub fn write(volume: &Volume, path: &Path) -> Result<()> {
     let name = type_name(voxels.dtype())
         .ok_or_else(|| Error::unsupported(path, "NRRD has no half precision; write .raw instead"))?;
     let [nx, ny, nz] = volume.grid().dims();
-    let [sx, sy, sz] = volume.grid().spacing();
     let header = format!(
-        "NRRD0004\ntype: {name}\ndimension: 3\nsizes: {nx} {ny} {nz}\nspacings: {sx} {sy} {sz}\n\
-         kinds: domain domain domain\nendian: little\nencoding: raw\n"
+        "NRRD0004\ntype: {name}\ndimension: 3\n{place}sizes: {nx} {ny} {nz}\n\
+         kinds: domain domain domain\nendian: little\nencoding: raw\n",
+        place = place(volume)
     );
     if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("nhdr")) {
         let file = detached::write(&voxels, path)?;
@@ -29,6 +31,35 @@ pub fn write(volume: &Volume, path: &Path) -> Result<()> {
         writeln!(out, "{header}")?;
         voxels.write_to(out)
     })
+}
+
+/// The fields that place the grid.
+fn place(volume: &Volume) -> String {
+    let spacing = volume.grid().spacing();
+    let vector =
+        |vector: DVec3| format!("({})", vector.to_array().map(|number| number.to_string()).join(","));
+    let units = volume.units().map(|units| one_line(units).replace(['"', '\\'], ""));
+    let units = |field: &str| {
+        units
+            .as_ref()
+            .map_or_else(String::new, |units| format!("{field}: \"{units}\" \"{units}\" \"{units}\"\n"))
+    };
+    let Some(placement) = volume.placement() else {
+        let [x, y, z] = spacing;
+        return format!("spacings: {x} {y} {z}\n{}", units("units"));
+    };
+    let space = match placement.space() {
+        Space::Patient => "space: left-posterior-superior",
+        Space::Other => "space dimension: 3",
+    };
+    let axes = placement.directions();
+    let steps = [axes.x_axis * spacing[0], axes.y_axis * spacing[1], axes.z_axis * spacing[2]];
+    format!(
+        "{space}\nspace directions: {}\nspace origin: {}\n{}",
+        steps.map(vector).join(" "),
+        vector(placement.origin()),
+        units("space units")
+    )
 }
 
 fn type_name(dtype: Dtype) -> Option<&'static str> {

@@ -2,11 +2,11 @@
 
 use super::gzip;
 use crate::volume::decompress::{Compression, decompress_all};
-use crate::volume::layout::Layout;
+use crate::volume::layout::{Layout, placed};
 use crate::volume::payload::{Blocks, Encoding, Files, Payload, Skip};
 use crate::volume::{Overrides, Source};
 use crate::{Error, Result};
-use fovol_core::{Dtype, Endian, Volume};
+use fovol_core::{Dtype, Endian, Placement, Volume};
 
 /// Size, type and place of bare voxels, as far as they are known.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -25,6 +25,10 @@ pub struct Description {
     pub spacing: Option<[f64; 3]>,
     /// Bytes before the first voxel.
     pub offset: Option<usize>,
+    /// Where the grid lies.
+    pub placement: Option<Placement>,
+    /// The symbol of the unit of the spacing.
+    pub units: Option<String>,
     /// Whether it is the user who says the dims.
     pub dims_are_chosen: bool,
 }
@@ -47,6 +51,8 @@ impl Description {
             components: self.components.or(other.components),
             spacing: self.spacing.or(other.spacing),
             offset: self.offset.or(other.offset),
+            placement: self.placement.or(other.placement),
+            units: self.units.or(other.units),
             dims_are_chosen: if self.dims.is_some() { self.dims_are_chosen } else { other.dims_are_chosen },
         }
     }
@@ -81,7 +87,7 @@ impl Description {
                 _ => error,
             }
         })?;
-        let volume = volume.with_format("raw");
+        let volume = placed(volume.with_format("raw"), self.placement, self.units.as_deref());
         Ok(match doubt {
             Some(doubt) => volume.with_note(doubt),
             None => volume,

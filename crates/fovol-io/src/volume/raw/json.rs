@@ -3,7 +3,8 @@
 use super::description::Description;
 use crate::Result;
 use crate::volume::Source;
-use fovol_core::{Dtype, Endian, Volume};
+use fovol_core::{Dtype, Endian, Placement, Space, Volume};
+use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 
 /// A sidecar has a few fields; nobody should wait for a gigabyte of JSON.
@@ -25,6 +26,28 @@ struct Sidecar {
     spacing: Option<[f64; 3]>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     offset: Option<usize>,
+    /// The rows of the matrix whose columns are the voxel axes, in LPS.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    orientation: Option<[[f64; 3]; 3]>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    origin: Option<[f64; 3]>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    space: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    units: Option<String>,
+}
+
+/// The name of the patient's space; axes of any other are not those of a patient.
+const PATIENT: &str = "patient";
+
+impl Sidecar {
+    fn placement(&self, source: &Source) -> Result<Option<Placement>> {
+        let Some(rows) = self.orientation else { return Ok(None) };
+        let space = if self.space.as_deref() == Some(PATIENT) { Space::Patient } else { Space::Other };
+        let axes = DMat3::from_cols_array_2d(&rows).transpose();
+        let origin = DVec3::from_array(self.origin.unwrap_or_default());
+        Placement::new(axes, origin, space).map(Some).map_err(|e| source.malformed(e.to_string()))
+    }
 }
 
 /// Reads the sidecar `source`.
@@ -42,7 +65,10 @@ pub fn parse(source: &Source) -> Result<Description> {
         ))
     })?;
     let dtype = said.dtype.parse::<Dtype>().map_err(|problem| source.malformed(problem))?;
+    let placement = said.placement(source)?;
     Ok(Description {
+        placement,
+        units: said.units,
         file: said.file,
         dims: Some(said.dims),
         dtype: Some(dtype),
@@ -56,7 +82,15 @@ pub fn parse(source: &Source) -> Result<Description> {
 
 /// The sidecar of `volume`, whose first component lies little-endian in `file` as `dtype`.
 pub fn text(volume: &Volume, dtype: Dtype, file: &str) -> String {
+    let placement = volume.placement();
     let sidecar = Sidecar {
+        orientation: placement.map(|placement| placement.directions().transpose().to_cols_array_2d()),
+        origin: placement.map(|placement| placement.origin().to_array()),
+        space: placement.map(|placement| match placement.space() {
+            Space::Patient => PATIENT.into(),
+            Space::Other => "other".into(),
+        }),
+        units: volume.units().map(str::to_owned),
         file: Some(file.to_owned()),
         dims: volume.grid().dims(),
         dtype: dtype.to_string(),

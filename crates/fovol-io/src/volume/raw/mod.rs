@@ -50,8 +50,8 @@ fn read(source: &Source, overrides: &Overrides, named: Description) -> Result<Vo
         return user.or(named).volume(source);
     }
     match sidecar::beside(source, overrides)? {
-        Found::Volume(volume) => Ok(volume),
-        Found::Description(said) => user.or(said).or(named).volume(source),
+        Found::Volume(volume) => Ok(*volume),
+        Found::Description(said) => user.or(*said).or(named).volume(source),
         Found::Nothing if overrides.dims.is_none() && named.dims.is_none() && !is_bare(source) => {
             Err(source.unsupported(
                 "it is of no known kind; convert it to NRRD, NIfTI, MetaImage, .vti or TIFF, or give --dims and --dtype of bare voxels",

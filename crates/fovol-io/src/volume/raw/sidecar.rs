@@ -17,9 +17,9 @@ pub enum Found {
     /// Nothing that speaks of them.
     Nothing,
     /// A description.
-    Description(Description),
+    Description(Box<Description>),
     /// A header that is a volume file by itself.
-    Volume(Volume),
+    Volume(Box<Volume>),
 }
 
 /// The reader of the sidecar `source`; none when it is none.
@@ -48,14 +48,14 @@ pub fn beside(raw: &Source, overrides: &Overrides) -> Result<Found> {
                 said => said?,
             };
             if speaks_of(&sidecar, &said, raw.path()) {
-                return Ok(Found::Description(said));
+                return Ok(Found::Description(Box::new(said)));
             }
         }
         for ending in [".nhdr", ".mhd", ".nrrd", ".mha"] {
             let Some(header) = open(&stem, ending)? else { continue };
             let parser = if ending.starts_with(".n") { nrrd::parse } else { metaimage::parse };
             if names(&header, raw.path()) {
-                return Ok(Found::Volume(parser(&header, overrides)?));
+                return Ok(Found::Volume(Box::new(parser(&header, overrides)?)));
             }
         }
     }

@@ -24,6 +24,8 @@ pub fn write(volume: &Volume, path: &Path) -> Result<()> {
     let said = FileName::of(path).said;
     let says_all = said.dims == Some(volume.grid().dims())
         && said.dtype == Some(voxels.dtype())
+        && volume.placement().is_none()
+        && volume.units().is_none()
         && said.endian != Some(Endian::Big)
         && said.spacing.unwrap_or([1.0; 3]) == volume.grid().spacing();
     let sidecar = sidecar_of(path);

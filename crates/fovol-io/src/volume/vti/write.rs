@@ -1,8 +1,11 @@
 //! VTK XML image data out: bare appended values.
 
 use crate::volume::voxels::Voxels;
+use crate::volume::write::one_line;
 use crate::{Error, Result, atomic};
 use fovol_core::{Dtype, Volume};
+use glam::DVec3;
+use quick_xml::escape::escape;
 use std::io::Write;
 use std::path::Path;
 
@@ -16,16 +19,18 @@ pub fn write(volume: &Volume, path: &Path) -> Result<()> {
         .ok_or_else(|| Error::unsupported(path, "VTK has no half precision; write .raw instead"))?;
     let extent = volume.grid().dims().map(|dim| format!("0 {}", dim - 1)).join(" ");
     let spacing = volume.grid().spacing().map(|spacing| spacing.to_string()).join(" ");
+    let (origin, direction) = place(volume);
+    let name = escape(one_line(volume.contents().array_name().unwrap_or("values"))).into_owned();
     let length = (volume.grid().voxels() * voxels.dtype().size()) as u64;
     atomic::write(path, |out| {
         write!(
             out,
             r#"<?xml version="1.0"?>
 <VTKFile type="ImageData" version="1.0" byte_order="LittleEndian" header_type="UInt64">
-  <ImageData WholeExtent="{extent}" Origin="0 0 0" Spacing="{spacing}">
+  <ImageData WholeExtent="{extent}" Origin="{origin}" Spacing="{spacing}"{direction}>
     <Piece Extent="{extent}">
-      <PointData Scalars="values">
-        <DataArray type="{kind}" Name="values" format="appended" offset="0"/>
+      <PointData Scalars="{name}">
+        <DataArray type="{kind}" Name="{name}" format="appended" offset="0"/>
       </PointData>
     </Piece>
   </ImageData>
@@ -36,6 +41,15 @@ pub fn write(volume: &Volume, path: &Path) -> Result<()> {
         voxels.write_to(out)?;
         write!(out, "\n  </AppendedData>\n</VTKFile>\n")
     })
+}
+
+/// The origin, and the attribute of the directions: the rows of the matrix whose columns are the voxel axes.
+fn place(volume: &Volume) -> (String, String) {
+    let Some(placement) = volume.placement() else { return ("0 0 0".into(), String::new()) };
+    let numbers = |vector: DVec3| vector.to_array().map(|number| number.to_string()).join(" ");
+    let rows = placement.directions().transpose();
+    let rows = [rows.x_axis, rows.y_axis, rows.z_axis].map(numbers).join(" ");
+    (numbers(placement.origin()), format!(" Direction=\"{rows}\""))
 }
 
 fn type_name(dtype: Dtype) -> Option<&'static str> {
