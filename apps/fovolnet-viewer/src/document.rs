@@ -131,12 +131,15 @@ impl Document {
     /// # Errors
     /// What is wrong with the name or the file that the session gives.
     pub fn transfer_function(&self, volume: &OpenVolume) -> Result<TransferFunction> {
-        presets::find(self.settings().tf.as_deref().unwrap_or("auto"), volume)
+        presets::chosen(self.settings(), volume)
     }
 
     /// Takes another transfer function.
     pub fn set_transfer_function(&mut self, transfer: &TransferFunction) {
-        self.session.render.tf = Some(presets::text(transfer));
+        let render = &mut self.session.render;
+        render.tf = Some(presets::text(transfer));
+        // It is over what is shown already.
+        (render.tf_range, render.scale) = (None, None);
     }
 }
 

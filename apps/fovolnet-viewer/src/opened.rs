@@ -148,6 +148,7 @@ impl Opened {
 
     /// Takes another transfer function.
     pub fn set_transfer(&mut self, transfer: TransferFunction) {
+        let transfer = transfer.over(self.volume.volume.range());
         self.document.set_transfer_function(&transfer);
         self.transfer = (self.document.settings().tf.clone(), transfer);
     }
@@ -223,6 +224,9 @@ impl Opened {
         RenderSettings {
             size: Some(size),
             tf: Some(presets::text(self.transfer())),
+            // It is over what is shown already.
+            tf_range: None,
+            scale: None,
             // Pictures in motion are sparse unless a session says otherwise.
             sampling: settings
                 .sampling

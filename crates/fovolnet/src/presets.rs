@@ -1,8 +1,8 @@
 //! Transfer functions by name, and automatic ones.
 
-use crate::{Error, OpenVolume, Result};
-use fovol_core::{ControlPoint, TransferFunction, Volume, did_you_mean};
-use fovol_io::transfer_function;
+use crate::{Error, OpenVolume, RenderSettings, Result, TransferRange, ValueScale};
+use fovol_core::{ControlPoint, TransferFunction, Volume, did_you_mean, with_voxel_type};
+use fovol_io::transfer_function::{self, Imported};
 use std::path::Path;
 
 macro_rules! presets {
@@ -67,27 +67,107 @@ pub fn kinds() -> [Kind; 4] {
 
 /// The transfer function that `what` names for `volume`: `auto` (its own preset where it is a procedural
 /// volume, else one made from its histogram), a preset, a colour map (with the opacity of `auto`), a file, or our JSON itself.
-/// Names may be in upper case too.
+/// Names may be in upper case too. It is over what is shown of the volume: data values of a file stay where they are.
 ///
 /// # Errors
 /// A name that is none of these; what is wrong with a file.
 pub fn find(what: &str, volume: &OpenVolume) -> Result<TransferFunction> {
-    match what {
-        json if json.trim_start().starts_with('{') => serde_json::from_str(json).map_err(|e| {
+    Ok(load(what, volume)?.as_meant().over(volume.volume.range()))
+}
+
+/// The transfer function that `settings` choose for `volume`, over what is shown: see [`find`].
+///
+/// # Errors
+/// As [`find`]; data values asked for where there are none, a logarithmic scale without positive values.
+pub fn chosen(settings: &RenderSettings, volume: &OpenVolume) -> Result<TransferFunction> {
+    let what = named_in(settings);
+    let transfer = placed(what, &load(what, volume)?, settings.tf_range)?;
+    let shown = volume.volume.range();
+    // Data values stay where they are, whatever the scale.
+    if settings.scale == Some(ValueScale::Log) && transfer.range().is_none() {
+        return Ok(transfer.on_log_scale(shown, least_positive(&volume.volume))?);
+    }
+    Ok(transfer.over(shown))
+}
+
+/// What was assumed about the transfer function of `settings`, one line each; nothing where it cannot be read.
+pub fn notes(settings: &RenderSettings, volume: &OpenVolume) -> Vec<String> {
+    let what = named_in(settings);
+    let Ok(imported) = load(what, volume) else { return Vec::new() };
+    let [from, to] = volume.volume.range();
+    let mut notes = imported.notes.clone();
+    if let Some([lo, hi]) = imported.transfer.range() {
+        let stays =
+            placed(what, &imported, settings.tf_range).is_ok_and(|transfer| transfer.range().is_some());
+        if !stays && settings.tf_range.is_none() && [lo, hi] != [from, to] {
+            notes.push(format!(
+                "its values {lo} to {hi} are stretched over those that are shown, {from} to {to}; --tf-range data keeps them"
+            ));
+        }
+        if stays && (hi < from || lo > to) {
+            notes.push(format!(
+                "its values {lo} to {hi} lie outside those that are shown, {from} to {to}; --range LO,HI shows others, --tf-range stretch moves it"
+            ));
+        }
+        if stays && settings.scale == Some(ValueScale::Log) {
+            notes.push("it is in data values and stays there: --scale log changes nothing".into());
+        }
+    }
+    notes.into_iter().map(|note| format!("{what}: {note}")).collect()
+}
+
+/// The name or text of the transfer function of `settings`.
+fn named_in(settings: &RenderSettings) -> &str {
+    settings.tf.as_deref().unwrap_or("auto")
+}
+
+/// The function of the name `what`, with its range where it is to stay at its data values.
+fn placed(what: &str, imported: &Imported, place: Option<TransferRange>) -> Result<TransferFunction> {
+    let transfer = imported.transfer.clone();
+    match place {
+        Some(TransferRange::Stretch) => Ok(transfer.with_range(None)?),
+        Some(TransferRange::Data) if transfer.range().is_none() => Err(Error::Setting(format!(
+            "`{what}` has no data values, but --tf-range data is given; leave that out, or give \"range\":[LO,HI] beside its points"
+        ))),
+        Some(TransferRange::Data) => Ok(transfer),
+        None => Ok(imported.as_meant()),
+    }
+}
+
+/// The least positive value that is shown of `volume`; 0 where there is none.
+fn least_positive(volume: &Volume) -> f64 {
+    let [from, to] = volume.range();
+    if from > 0.0 {
+        return from;
+    }
+    let rescale = volume.rescale();
+    let mut least = f64::INFINITY;
+    with_voxel_type!(volume.dtype(), T => volume.for_each_raw(0..=volume.grid().voxels() - 1, |raw: T| {
+        let value = rescale.apply(fovol_core::Voxel::to_f64(raw));
+        if value > 0.0 && value < least {
+            least = value;
+        }
+    }));
+    if least < to { least } else { 0.0 }
+}
+
+/// The transfer function that `what` names for `volume`, as it was made.
+fn load(what: &str, volume: &OpenVolume) -> Result<Imported> {
+    if what.trim_start().starts_with('{') {
+        let transfer: TransferFunction = serde_json::from_str(what).map_err(|e| {
             Error::Setting(format!(
                 "the transfer function (--tf) cannot be read: {e}; expected {{\"points\":[[value,red,green,blue,opacity],…]}}"
             ))
-        }),
-        _ => {
-            if let Some(found) = named(what, volume) {
-                return Ok(found);
-            }
-            if is_file(what) {
-                return Ok(transfer_function::read(Path::new(what))?);
-            }
-            named(&what.to_ascii_lowercase(), volume).ok_or_else(|| unknown(what))
-        }
+        })?;
+        return Ok(transfer.into());
     }
+    if let Some(found) = named(what, volume) {
+        return Ok(found.into());
+    }
+    if is_file(what) {
+        return Ok(transfer_function::import(Path::new(what))?);
+    }
+    named(&what.to_ascii_lowercase(), volume).map(Imported::from).ok_or_else(|| unknown(what))
 }
 
 /// The transfer function that is called `name`.
@@ -114,10 +194,14 @@ fn is_file(what: &str) -> bool {
     Path::new(what).is_file() || Path::new(file).is_file()
 }
 
-/// What the transfer function in the file `what` is as [`text`]; none where [`find`] takes `what` for something else.
-pub(crate) fn text_of_file(what: &str) -> Option<String> {
-    let is_one = is_file(what) && !names().contains(&what);
-    is_one.then(|| transfer_function::read(Path::new(what)).ok()).flatten().map(|transfer| text(&transfer))
+/// The transfer function in the file `what` as [`text`], for settings that place it at `place`; none where [`find`] takes
+/// `what` for something else.
+pub(crate) fn text_of_file(what: &str, place: Option<TransferRange>) -> Option<String> {
+    if !is_file(what) || names().contains(&what) {
+        return None;
+    }
+    let imported = transfer_function::import(Path::new(what)).ok()?;
+    placed(what, &imported, place).ok().map(|transfer| text(&transfer))
 }
 
 /// What `auto` is for `volume`.
@@ -265,6 +349,70 @@ mod tests {
             let error = find(bad, &volume).unwrap_err().to_string();
             assert!(error.contains("--tf") && error.contains("points"), "{error}");
         }
+    }
+
+    fn with_file(name: &str, content: &str, check: impl Fn(&str)) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(name);
+        std::fs::write(&path, content).unwrap();
+        check(path.to_str().unwrap());
+    }
+
+    fn settings(tf: &str) -> RenderSettings {
+        RenderSettings { tf: Some(tf.into()), ..RenderSettings::default() }
+    }
+
+    #[test]
+    fn data_values_stay_unless_told_otherwise() {
+        let hu = r#"[{"Name":"hu","RGBPoints":[100,0,0,0, 150,1,0,0],"Points":[100,0,0.5,0, 150,1,0.5,0]}]"#;
+        let volume = opened(vec![0, 50, 255]);
+        with_file("hu.json", hu, |path| {
+            let opacity =
+                |settings: &RenderSettings, x: f64| chosen(settings, &volume).unwrap().evaluate(x / 255.0)[3];
+            let usual = settings(path);
+            let stretched = RenderSettings { tf_range: Some(TransferRange::Stretch), ..settings(path) };
+            assert!((opacity(&usual, 125.0) - 0.5).abs() < 1e-9 && opacity(&usual, 90.0) == 0.0);
+            assert!((opacity(&stretched, 127.5) - 0.5).abs() < 1e-9);
+            assert!(notes(&usual, &volume).is_empty(), "{:?}", notes(&usual, &volume));
+            // A session takes the file in and shows it alike.
+            for before in [usual, stretched] {
+                let mut after = before.clone();
+                crate::session_files::take_in(&mut after);
+                assert!(after.tf.as_ref().unwrap().starts_with('{'));
+                assert_eq!(chosen(&after, &volume).unwrap(), chosen(&before, &volume).unwrap());
+            }
+        });
+    }
+
+    #[test]
+    fn usual_colour_maps_are_stretched_with_a_note() {
+        let map = r#"[{"Name":"a","RGBPoints":[-1,0,0,0, 1,1,1,1],"Points":[-1,0,0.5,0, 1,1,0.5,0]}]"#;
+        let volume = opened(vec![0, 50, 255]);
+        with_file("map.json", map, |path| {
+            assert!((chosen(&settings(path), &volume).unwrap().evaluate(0.5)[3] - 0.5).abs() < 1e-9);
+            let said = notes(&settings(path), &volume);
+            assert!(said.len() == 1 && said[0].ends_with("--tf-range data keeps them"), "{said:?}");
+            let kept = RenderSettings { tf_range: Some(TransferRange::Data), ..settings(path) };
+            assert_eq!(chosen(&kept, &volume).unwrap().evaluate(0.5)[3], 1.0);
+        });
+        let data = RenderSettings { tf_range: Some(TransferRange::Data), ..settings("grey") };
+        let error = chosen(&data, &volume).unwrap_err().to_string();
+        assert!(error.contains("--tf-range data") && error.contains("range"), "{error}");
+    }
+
+    #[test]
+    fn values_run_by_their_logarithm() {
+        let volume = opened(vec![0, 1, 255]);
+        let log = RenderSettings {
+            scale: Some(ValueScale::Log),
+            ..settings(r#"{"points":[[0,0,0,0,0],[1,1,1,1,1]]}"#)
+        };
+        let transfer = chosen(&log, &volume).unwrap();
+        for (x, expected) in [(0.0, 0.0), (1.0, 0.0), (16.0, 0.500_353), (255.0, 1.0)] {
+            let found = transfer.evaluate(x / 255.0)[3];
+            assert!((found - expected).abs() < 0.25 / 255.0, "{x}: {found}");
+        }
+        assert!(chosen(&log, &opened(vec![0, 0])).is_err());
     }
 
     #[test]

@@ -8,7 +8,7 @@ use glam::DVec3;
 /// # Errors
 /// Settings that cannot be rendered with, a transfer function that cannot be read.
 pub fn scene(volume: &OpenVolume, settings: &RenderSettings) -> Result<Scene> {
-    let transfer = presets::find(settings.tf.as_deref().unwrap_or("auto"), volume)?;
+    let transfer = presets::chosen(settings, volume)?;
     let mut scene = Scene::new(volume.volume.clone(), transfer);
     let defaults = Shading::default();
     let light = settings.light.map(|l| Light::towards(DVec3::from_array(l))).transpose()?;

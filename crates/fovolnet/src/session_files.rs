@@ -25,8 +25,8 @@ pub fn find(folder: &Path, render: &mut RenderSettings) {
 /// Puts what files hold into `render` in place of their names, so that they may change. Weights stay where they are, and so does
 /// what cannot be read.
 pub fn take_in(render: &mut RenderSettings) {
-    let RenderSettings { tf, path, gaze, weights, .. } = render;
-    if let Some(text) = tf.as_deref().and_then(presets::text_of_file) {
+    let RenderSettings { tf, tf_range, path, gaze, weights, .. } = render;
+    if let Some(text) = tf.as_deref().and_then(|tf| presets::text_of_file(tf, *tf_range)) {
         *tf = Some(text);
     }
     for setting in [path, gaze].into_iter().flatten().filter(|name| !is_known(name)) {

@@ -1,6 +1,6 @@
 use crate::{
-    Choice, Device, Error, Machine, NamedView, Orientation, Reconstruction, Result, Sampling, parse,
-    toml_text,
+    Choice, Device, Error, Machine, NamedView, Orientation, Reconstruction, Result, Sampling, TransferRange,
+    ValueScale, parse, toml_text,
 };
 use fovol_core::{Fovea, FrameSize, GazePath, ShadowMode, SurfaceShading};
 use fovol_net::Weights;
@@ -49,9 +49,16 @@ pub struct RenderSettings {
     #[cfg_attr(feature = "clap", arg(long, value_name = "EX,EY,EZ,TX,TY,TZ,FOVY", value_parser = parse::numbers::<7>, allow_hyphen_values = true))]
     pub camera: Option<[f64; 7]>,
     /// Transfer function: auto, a preset or a colour map (`fovolnet info --transfer-functions` lists them), or a file (our JSON,
-    /// ParaView JSON, Inviwo itf) [default: auto]
+    /// one of ParaView, 3D Slicer, VTK, vtk.js or Inviwo), with #NAME for one of several [default: auto]
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME|FILE"))]
     pub tf: Option<String>,
+    /// Where a transfer function in data values belongs: data, at these values, or stretch, over all that is shown
+    /// [default: as its file says]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "WHERE"))]
+    pub tf_range: Option<TransferRange>,
+    /// How values run along the transfer function: linear or log [default: linear]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "SCALE"))]
+    pub scale: Option<ValueScale>,
     /// The part that is shown, as fractions of the sides of the volume's own grid; the rest is cut away [default:
     /// 0,1,0,1,0,1]
     #[cfg_attr(feature = "clap", arg(long, value_name = "X0,X1,Y0,Y1,Z0,Z1", value_parser = parse::numbers::<6>, allow_hyphen_values = true))]
@@ -151,6 +158,8 @@ impl RenderSettings {
             orientation,
             camera,
             tf,
+            tf_range,
+            scale,
             clip,
             light,
             shadows,

@@ -52,7 +52,7 @@ fn cause(volume: &OpenVolume, settings: &RenderSettings) -> String {
     }
     let fovol_core::Statistics { min, max, .. } = *volume.volume.statistics();
     let [from, to] = [min, max].map(|value| volume.volume.normalised(value));
-    match presets::find(settings.tf.as_deref().unwrap_or("auto"), volume) {
+    match presets::chosen(settings, volume) {
         Ok(transfer) if transfer.max_opacity(0.0, 1.0) == 0.0 => {
             "the transfer function (--tf) has no opacity anywhere".into()
         }

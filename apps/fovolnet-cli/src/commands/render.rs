@@ -6,7 +6,7 @@ use fovolnet::io::video::{self, FrameRate, VideoWriter};
 use fovolnet::metrics::ClipQuality;
 use fovolnet::{
     Choice, FrameReport, MeanReport, Pipeline, Reconstruction, RenderReport, RenderSettings, Sampling,
-    Session, SpeedSettings, Visibility, VolumeSettings, open_volume,
+    Session, SpeedSettings, Visibility, VolumeSettings, open_volume, presets,
 };
 use std::path::{Path, PathBuf};
 
@@ -62,6 +62,9 @@ impl Render {
         self.video.iter().try_for_each(|path| video::check_name(path))?;
         let opened = open_volume(&session.volume, &session.read)?;
         console::remark(&opened);
+        for note in presets::notes(&session.render, &opened) {
+            eprintln!("note: {note}");
+        }
         let mut pipeline = Pipeline::new(&opened, &session.render, &self.speed)?;
         console::warn(&pipeline);
         if files.has(Keep::Motion) {

@@ -9,16 +9,14 @@ use std::f64::consts::{PI, TAU};
 const SIDE: usize = 17;
 
 /// The stops of the shortest way from `a` to `b` through an RGB grid of 17³ colours, with the share of the way that
-/// lies before each. The ends are exact.
+/// lies before each. The ends are those of the grid too, as in VTK.
 pub fn way(a: Colour, b: Colour) -> Vec<(f64, Colour)> {
-    let mut colours = grid_way(nearest(a), nearest(b));
+    let colours = grid_way(nearest(a), nearest(b));
     if colours.len() < 2 {
-        return vec![(0.0, a), (1.0, b)];
+        return vec![(0.0, colours[0]), (1.0, colours[0])];
     }
-    let last = colours.len() - 1;
-    (colours[0], colours[last]) = (a, b);
     let mut length = 0.0;
-    let mut stops = vec![(0.0, a)];
+    let mut stops = vec![(0.0, colours[0])];
     for pair in colours.windows(2) {
         length += difference(to_lab(pair[0]), to_lab(pair[1]));
         stops.push((length, pair[1]));
@@ -157,7 +155,7 @@ mod tests {
 
     #[test]
     fn ways_have_their_ends() {
-        let (a, b) = ([0.01, 0.2, 0.9], [0.99, 0.4, 0.0]);
+        let (a, b) = ([0.0, 0.25, 0.875], [1.0, 0.375, 0.0]);
         let way = way(a, b);
         assert!(way.len() > 5 && way[0] == (0.0, a) && way[way.len() - 1].1 == b);
         assert!(way.windows(2).all(|pair| pair[0].0 < pair[1].0));

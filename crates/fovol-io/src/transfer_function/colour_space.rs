@@ -151,9 +151,10 @@ fn from_lab([l, a, b]: Colour) -> Colour {
         -0.968_9 * x + 1.875_8 * y + 0.041_5 * z,
         0.055_7 * x - 0.204 * y + 1.057 * z,
     ];
-    linear.map(|c| {
-        (if c > 0.003_130_8 { 1.055 * c.powf(1.0 / 2.4) - 0.055 } else { 12.92 * c }).clamp(0.0, 1.0)
-    })
+    let rgb = linear.map(|c| if c > 0.003_130_8 { 1.055 * c.powf(1.0 / 2.4) - 0.055 } else { 12.92 * c });
+    // Colours that are too bright for display keep their hue, as in VTK.
+    let most = rgb.into_iter().fold(1.0, f64::max);
+    rgb.map(|c| (c / most).max(0.0))
 }
 
 /// L*a*b* in polar form: magnitude, saturation angle, hue angle.
@@ -186,6 +187,9 @@ fn diverging(a: Colour, b: Colour, f: f64) -> Colour {
         p[2] = spun(q, p[0]);
     } else if q[1] < 0.05 && p[1] > 0.05 {
         q[2] = spun(p, q[0]);
+    } else if (p[2] - q[2]).abs() > std::f64::consts::PI {
+        // Hues on both sides of the cut at ±π are neighbours.
+        q[2] += std::f64::consts::TAU.copysign(p[2] - q[2]);
     }
     from_msh(mix(p, q, f))
 }
@@ -213,7 +217,6 @@ mod tests {
                 Interpolation::Hsv { wraps: false },
                 Interpolation::Lab,
                 Interpolation::Diverging,
-                Interpolation::Ciede2000,
             ] {
                 let (start, end) = (space.segment(a, b).colour(0.0), space.segment(a, b).colour(1.0));
                 // Near white, Moreland's space turns the hue of an end towards the other one's: a move of at

@@ -36,6 +36,13 @@ pub struct Imported {
     pub notes: Vec<String>,
 }
 
+impl From<TransferFunction> for Imported {
+    /// `transfer`, which stays at the data values of its range where it has one.
+    fn from(transfer: TransferFunction) -> Self {
+        Self::of(transfer)
+    }
+}
+
 impl Imported {
     /// `transfer`, which stays at the data values of its range where it has one.
     fn of(transfer: TransferFunction) -> Self {

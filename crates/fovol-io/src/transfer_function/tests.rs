@@ -36,6 +36,71 @@ fn inviwo_points_are_read() {
 }
 
 #[test]
+fn functions_are_those_of_vtk() {
+    let cases: serde_json::Value = serde_json::from_str(include_str!("vtk_values.json")).unwrap();
+    let cases = cases.as_array().unwrap();
+    assert!(cases.len() >= 9);
+    for case in cases {
+        let imported = parse(Path::new("tf"), &case["map"].to_string(), None).unwrap();
+        let every = case["every"].as_u64().unwrap() as f64;
+        for (i, rgba) in case["rgba"].as_array().unwrap().iter().enumerate() {
+            let found = imported.transfer.evaluate(i as f64 * every / 1000.0);
+            for c in 0..4 {
+                let wanted = rgba[c].as_f64().unwrap();
+                // Without opacities there is a ramp, which VTK has none of; the script writes it.
+                assert!(
+                    (found[c] - wanted).abs() <= 1.0 / 255.0,
+                    "{} at {i}: {found:?}, VTK {rgba}",
+                    case["map"]
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn annotated_values_have_their_colours() {
+    let text = r#"[{"Name":"tissue","Annotations":["1","liver","3","bone"],"IndexedColors":[1,0,0,0,0,1],"IndexedOpacities":[0.8,0.8]}]"#;
+    let tf = parsed(text, None).unwrap().over([0.0, 4.0]);
+    assert_eq!(tf.evaluate(0.25), [1.0, 0.0, 0.0, 0.8]);
+    assert_eq!(tf.evaluate(0.75), [0.0, 0.0, 1.0, 0.8]);
+    assert!([0.0, 0.5, 1.0].into_iter().all(|v| tf.evaluate(v)[3] == 0.0));
+}
+
+#[test]
+fn volume_properties_are_read() {
+    let vp = "1\n10\n0.2\n0.1\n0.9\n1\n8 -1000 0 152.19 0 278.93 0.19 952 0.2\n4 0 1 255 1\n8 -1000 0.3 0.3 1 3000 1 1 1\n";
+    let xml = r#"<MRML><VolumeProperty name="a" scalarOpacity="4 0 0 9 1" colorTransfer="8 0 0 0 0 9 1 1 1"/>
+        <VolumeProperty name="b" gradientOpacity="4 0 0 255 1" scalarOpacity="4 0 0 5 1" colorTransfer="8 0 0 0 0 5 1 1 1"/></MRML>"#;
+    assert_eq!(parsed(vp, None).unwrap().range(), Some([-1000.0, 3000.0]));
+    assert!((parsed(vp, None).unwrap().evaluate(0.5)[3] - 0.2).abs() < 1e-9);
+    assert_eq!(parsed(xml, Some("b")).unwrap().range(), Some([0.0, 5.0]));
+    let first = parse(Path::new("tf"), xml, None).unwrap();
+    assert!(first.transfer.range() == Some([0.0, 9.0]) && first.notes[0].contains("a, b"));
+    let json = r#"{"name":"x","scalarOpacity":"4 0 0 9 1","colorTransfer":"8 0 0 0 0 9 1 1 1"}"#;
+    assert_eq!(parsed(json, None).unwrap().range(), Some([0.0, 9.0]));
+}
+
+#[test]
+fn absolute_points_and_masks_of_inviwo() {
+    let file = |kind: u8, least: f64| {
+        format!(
+            r#"<InviwoTransferFunction><maskMin content="{least}"/><maskMax content="1"/>
+        <type content="{kind}"/><Points><Point><pos content="-1000"/><rgba x="0" y="0" z="0" w="0.5"/></Point>
+        <Point><pos content="3000"/><rgba x="1" y="1" z="1" w="0.5"/></Point></Points></InviwoTransferFunction>"#
+        )
+    };
+    let absolute = parsed(&file(1, 0.0), None).unwrap();
+    assert_eq!(
+        (absolute.range(), absolute.evaluate(0.25)),
+        (Some([-1000.0, 3000.0]), [0.25, 0.25, 0.25, 0.5])
+    );
+    let masked = parsed(&file(1, 0.5), None).unwrap();
+    assert_eq!((masked.evaluate(0.49)[3], masked.evaluate(0.51)[3]), (0.0, 0.5));
+    assert!(parsed(&file(7, 0.0), None).is_err());
+}
+
+#[test]
 fn bad_files_are_errors() {
     for text in [
         "",
