@@ -127,7 +127,8 @@ impl Search<'_> {
     /// How many of the values `first` to `last` are outliers at the low and at the high end; none where there are none.
     fn next(&self, first: usize, last: usize) -> Option<[usize; 2]> {
         let counts = (0..=MOST).flat_map(|low| (0..=MOST).map(move |high| [low, high]));
-        let mut counts: Vec<_> = counts.filter(|[low, high]| (1..=last - first).contains(&(low + high))).collect();
+        let mut counts: Vec<_> =
+            counts.filter(|[low, high]| (1..=last - first).contains(&(low + high))).collect();
         counts.sort_by_key(|[low, high]| low + high);
         counts.into_iter().find(|&[low, high]| {
             let (inner, end) = (first + low, last - high);
@@ -197,7 +198,9 @@ impl Kind {
     fn least_rest(self, volume: &Volume, has_more: bool) -> usize {
         match self {
             Self::Declared | Self::Fill | Self::Huge => 2,
-            Self::Plain if volume.dtype().is_integer() && (volume.dtype().size() < 4 || !has_more) => usize::MAX,
+            Self::Plain if volume.dtype().is_integer() && (volume.dtype().size() < 4 || !has_more) => {
+                usize::MAX
+            }
             Self::Plain => 3,
         }
     }
@@ -295,7 +298,8 @@ mod tests {
         let decades: Vec<f32> = (0..30).map(|i| 10f32.powi(i - 10)).collect();
         let steep: Vec<f64> = (0..60).map(|i| 10f64.powi(4 * i - 100)).collect();
         let beads: Vec<u16> = (90..140).chain([60000, 65535, 65535]).collect();
-        let noise: Vec<f32> = (0..500).map(|i| (i * 7919 % 500) as f32 * 0.01).chain([500.0, 500.0]).collect();
+        let noise: Vec<f32> =
+            (0..500).map(|i| (i * 7919 % 500) as f32 * 0.01).chain([500.0, 500.0]).collect();
         let bright: Vec<u16> = std::iter::repeat_n(0, 1000).chain([1000, 1000]).collect();
         let labels: Vec<i16> = vec![0, 1, 2, 3, 17, 5000, 0, 1];
         let padded: Vec<i16> = (-1024..3072).chain([-2000; 50]).collect();

@@ -54,14 +54,7 @@ impl Statistics {
             };
         };
         let (shown, outliers) = outliers::split(volume, &all.extremes);
-        Self {
-            min,
-            max,
-            mean: all.sum / all.finite as f64,
-            non_finite: voxels - all.finite,
-            shown,
-            outliers,
-        }
+        Self { min, max, mean: all.sum / all.finite as f64, non_finite: voxels - all.finite, shown, outliers }
     }
 }
 

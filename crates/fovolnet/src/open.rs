@@ -46,7 +46,8 @@ impl OpenVolume {
 
     /// What somebody should know about how it was read, one line each: [`Self::doubts`], and what its file holds besides.
     pub fn notes(&self) -> Vec<String> {
-        let besides = self.volume.contents().notes().into_iter().map(|note| format!("{} {note}", self.source));
+        let besides =
+            self.volume.contents().notes().into_iter().map(|note| format!("{} {note}", self.source));
         self.doubts().into_iter().chain(besides).collect()
     }
 
@@ -179,7 +180,8 @@ mod tests {
         let header = b"NRRD0004\ntype: uint8\ndimension: 4\nsizes: 2 1 1 3\nencoding: raw\n\n";
         let moving = notes("moving.nrrd", &[&header[..], &[0, 255, 0, 255, 0, 255]].concat());
         assert!(
-            moving.len() == 1 && moving[0].ends_with("has 3 time points, number 0 is shown; --time N chooses another"),
+            moving.len() == 1
+                && moving[0].ends_with("has 3 time points, number 0 is shown; --time N chooses another"),
             "{moving:?}"
         );
     }

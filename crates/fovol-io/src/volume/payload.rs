@@ -93,7 +93,8 @@ impl Payload {
     pub fn volume(&self, source: &Source, mut layout: Layout, blocks: Blocks) -> Result<Volume> {
         let one = layout.length(source)?;
         let all = one.checked_mul(blocks.count).filter(|&all| all > 0).ok_or_else(|| {
-            source.malformed(format!("it cannot hold {} volumes; check the sizes in its header", blocks.count))
+            source
+                .malformed(format!("it cannot hold {} volumes; check the sizes in its header", blocks.count))
         })?;
         if matches!(self.encoding, Encoding::Decimal) {
             layout.endian = Endian::Little;
@@ -134,7 +135,13 @@ impl Payload {
     }
 
     /// Bytes that hold the `wanted` ones of `file`, and where these begin.
-    fn part(&self, file: &Source, start: usize, layout: &Layout, wanted: Wanted) -> Result<(VoxelBytes, usize)> {
+    fn part(
+        &self,
+        file: &Source,
+        start: usize,
+        layout: &Layout,
+        wanted: Wanted,
+    ) -> Result<(VoxelBytes, usize)> {
         let start = start + skipped_lines(file, start, self.line_skip)?;
         let data = &file.bytes()[start..];
         match self.encoding {

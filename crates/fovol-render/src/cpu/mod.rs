@@ -8,6 +8,7 @@ mod bricks;
 mod compact;
 mod direct;
 mod field;
+mod fine;
 mod kernel;
 mod lanes;
 mod light_columns;

@@ -1,5 +1,6 @@
 use super::bricks::{BrickData, Bricks};
 use super::field::{Field, Texel, addressable, with_field};
+use super::fine::ExtinctionTable;
 use super::kernel::{Kernel, Lighting, Scratch};
 use super::lanes::portable::Portable;
 #[cfg(target_arch = "x86_64")]
@@ -14,8 +15,8 @@ use super::simd::Simd;
 use super::skip::Skip;
 use super::transfer_table::TransferTable;
 use fovol_core::{
-    Camera, Frame, FrameSize, Grid, Pixel, RayBasis, Region, SampleList, SampleMask, Scene, Shading,
-    ShadowMode, SurfaceShading, TransferFunction, Volume,
+    Camera, Frame, FrameSize, Grid, Integration, Pixel, RayBasis, Region, SampleList, SampleMask, Scene,
+    Shading, ShadowMode, SurfaceShading, TransferFunction, Volume,
 };
 use rayon::prelude::*;
 
@@ -48,6 +49,8 @@ pub struct Renderer {
     shading: Shading,
     background: [f64; 3],
     step: f64,
+    /// What fine integration takes its values from; `None` where integration is plain.
+    extinction: Option<ExtinctionTable>,
     shadow_grid: Option<Bricks>,
     light_columns: Option<LightColumns>,
     options: RenderOptions,
@@ -73,19 +76,22 @@ impl Renderer {
         let mut cells = Macrocells::new(&bricks);
         cells.classify(&scene.transfer_function);
         let simd = if addressable(&bricks) { options.simd } else { Simd::Scalar };
+        let step = scene.marching_step();
         let mut renderer = Self {
             grid: *volume.grid(),
             bricks,
             cells,
-            table: TransferTable::new(&scene.transfer_function, scene.step),
+            table: TransferTable::new(&scene.transfer_function, step),
             transfer: scene.transfer_function.clone(),
             shading: scene.shading,
             background: scene.background,
-            step: scene.step,
+            step,
+            extinction: None,
             shadow_grid: None,
             light_columns: None,
             options: RenderOptions { simd, ..options },
         };
+        renderer.renew_extinction(scene.integration);
         renderer.renew_shadows();
         renderer
     }
@@ -97,9 +103,11 @@ impl Renderer {
     pub fn set_scene(&mut self, scene: &Scene) -> fovol_core::Result<()> {
         scene.check()?;
         let recoloured = self.transfer != scene.transfer_function;
-        let stepped = self.step != scene.step;
+        let step = scene.marching_step();
+        let stepped = self.step != step;
+        let refined = self.extinction.is_some() != (scene.integration == Integration::Fine);
         let shaded = !self.shading.casts_as(&scene.shading);
-        self.step = scene.step;
+        self.step = step;
         self.shading = scene.shading;
         self.background = scene.background;
         if recoloured {
@@ -108,6 +116,9 @@ impl Renderer {
         }
         if recoloured || stepped {
             self.table = TransferTable::new(&self.transfer, self.step);
+        }
+        if recoloured || stepped || refined {
+            self.renew_extinction(scene.integration);
         }
         if recoloured || stepped || shaded {
             self.renew_shadows();
@@ -143,6 +154,13 @@ impl Renderer {
     /// The colour of what rays meet that meet nothing.
     pub fn background(&self) -> [f32; 3] {
         self.background.map(|v| v as f32)
+    }
+
+    fn renew_extinction(&mut self, integration: Integration) {
+        self.extinction = match integration {
+            Integration::Plain => None,
+            Integration::Fine => Some(ExtinctionTable::new(&self.transfer, &self.table, self.step)),
+        };
     }
 
     fn renew_shadows(&mut self) {
@@ -251,10 +269,16 @@ impl Renderer {
         scratch: &mut Scratch,
     ) -> (Vec<Marched>, SampleCount) {
         let mut out = Vec::with_capacity(pixels.len());
-        if self.options.simd == Simd::Scalar {
+        if self.options.simd == Simd::Scalar || self.extinction.is_some() {
             let march = self.specification();
             let mut count = SampleCount::default();
-            out.extend(pixels.iter().map(|p| march.ray(&rays.ray(p.x.into(), p.y.into()), &mut count)));
+            out.extend(pixels.iter().map(|p| {
+                let ray = rays.ray(p.x.into(), p.y.into());
+                match &self.extinction {
+                    None => march.ray(&ray, &mut count),
+                    Some(table) => march.fine_ray(table, &ray, &mut count),
+                }
+            }));
             return (out, count);
         }
         let count = with_field!(&self.bricks, self.table.scale(), field => {

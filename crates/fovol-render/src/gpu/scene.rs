@@ -153,7 +153,7 @@ impl Contents {
             transfer: scene.transfer_function.clone(),
             shading: scene.shading,
             background: scene.background,
-            step: scene.step,
+            step: scene.marching_step(),
         })
     }
 
@@ -165,7 +165,7 @@ impl Contents {
             self.cells.classify(&self.transfer);
         }
         let before = (self.shading, self.background, self.step);
-        (self.shading, self.background, self.step) = (scene.shading, scene.background, scene.step);
+        (self.shading, self.background, self.step) = (scene.shading, scene.background, scene.marching_step());
         recoloured || before != (self.shading, self.background, self.step)
     }
 

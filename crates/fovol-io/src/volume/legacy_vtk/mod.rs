@@ -5,8 +5,8 @@ mod cursor;
 mod header;
 
 use super::affine::Affine;
-use super::layout::{Layout, spacing_of};
 use super::arrays::{self, Candidate};
+use super::layout::{Layout, spacing_of};
 use super::{Overrides, Source, numbers};
 use crate::Result;
 use cursor::Cursor;
@@ -174,7 +174,8 @@ impl Search<'_> {
         }
         let name = words.get(1).map_or("", String::as_str);
         self.array(section, name, dtype, components)?;
-        let is_first = !self.found.iter().any(|array| array.is_active && array.is_of_cells == section.is_of_cells);
+        let is_first =
+            !self.found.iter().any(|array| array.is_active && array.is_of_cells == section.is_of_cells);
         if let Some(array) = self.found.last_mut() {
             array.is_active = is_first && (keyword == "SCALARS" || is_colours);
             array.is_colours = is_colours;

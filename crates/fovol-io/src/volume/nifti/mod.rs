@@ -4,9 +4,9 @@ mod forms;
 mod header;
 mod write;
 
-use super::{Overrides, Source};
 use super::decompress::{Compression, decompress};
 use super::layout::{Layout, dims_of, placed, spacing_of};
+use super::{Overrides, Source};
 use crate::Result;
 use fovol_core::{Contents, Rescale, Space, Volume, VoxelBytes};
 pub use header::is_nifti;
@@ -73,10 +73,8 @@ fn parse_header(source: &Source, image: Option<&Source>, overrides: &Overrides) 
         (false, Some(image)) => voxels(image, end)?,
         (false, None) => voxels(&image_beside(source)?, end)?,
     };
-    let mut volume = layout
-        .volume(source, bytes, offset)?
-        .with_format(header.kind.name())
-        .with_contents(contents);
+    let mut volume =
+        layout.volume(source, bytes, offset)?.with_format(header.kind.name()).with_contents(contents);
     if header.rescale != Rescale::IDENTITY {
         volume = volume.with_rescale(header.rescale).map_err(|e| source.malformed(e.to_string()))?;
     }
@@ -98,14 +96,17 @@ fn contents(source: &Source, header: &Header, overrides: &Overrides) -> Result<(
     let times = header.sizes.get(3).copied().unwrap_or(1);
     let planes = product(header.sizes.get(4..).unwrap_or_default());
     let planes = planes.filter(|&planes| planes.checked_mul(times).is_some());
-    let planes = planes.ok_or_else(|| source.malformed("its header says more volumes than any file holds"))?;
+    let planes =
+        planes.ok_or_else(|| source.malformed("its header says more volumes than any file holds"))?;
     if times == 0 || planes == 0 {
         return Err(source.malformed("its header says that it holds no volume"));
     }
     let time = overrides.time_of(source, times)?;
     let is_interleaved = header.components > 1;
     if is_interleaved && planes > 1 {
-        return Err(source.unsupported("it holds vectors of colours, which are not read; save one of them alone"));
+        return Err(
+            source.unsupported("it holds vectors of colours, which are not read; save one of them alone")
+        );
     }
     let component = if is_interleaved { 0 } else { overrides.component_of(source, planes)? };
     let contents = Contents {

@@ -126,7 +126,8 @@ fn axes(source: &Source, header: &Header) -> Result<Vec<Axis>> {
             spacing: stated.or(between).unwrap_or(f64::NAN),
             direction: texts.as_ref().and_then(|texts| vector(texts[i])),
             is_spatial: is_spatial && has_direction,
-            are_values: !is_spatial && kinds.as_ref().is_some_and(|kinds| !kinds[i].eq_ignore_ascii_case("list")),
+            are_values: !is_spatial
+                && kinds.as_ref().is_some_and(|kinds| !kinds[i].eq_ignore_ascii_case("list")),
             is_between_ends: stated.is_none() && between.is_some(),
         }
     };

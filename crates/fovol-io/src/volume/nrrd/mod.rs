@@ -51,8 +51,11 @@ fn contents(
     overrides: &Overrides,
 ) -> Result<(Contents, Blocks)> {
     let product = |sizes: &[usize]| sizes.iter().try_fold(1usize, |product, &size| product.checked_mul(size));
-    let count = product(axes.sizes.get(3..).unwrap_or_default()).and_then(|count| count.checked_mul(axes.planes));
-    let count = count.filter(|&count| count > 0).ok_or_else(|| source.malformed("its NRRD sizes are too large, or 0"))?;
+    let count =
+        product(axes.sizes.get(3..).unwrap_or_default()).and_then(|count| count.checked_mul(axes.planes));
+    let count = count
+        .filter(|&count| count > 0)
+        .ok_or_else(|| source.malformed("its NRRD sizes are too large, or 0"))?;
     let times = count / axes.planes;
     let time = overrides.time_of(source, times)?;
     let component = if axes.planes > 1 { overrides.component_of(source, axes.planes)? } else { 0 };
@@ -226,13 +229,16 @@ mod tests {
     #[test]
     fn times_and_components_are_chosen() {
         let read = |kinds: &str, time, component| {
-            let text = format!("NRRD0004\ntype: uchar\nsizes: 3 1 1 2\nkinds: {kinds}\nencoding: raw\n\n123456");
+            let text =
+                format!("NRRD0004\ntype: uchar\nsizes: 3 1 1 2\nkinds: {kinds}\nencoding: raw\n\n123456");
             let source = Source::from_bytes(Path::new("x.nrrd"), text.into_bytes());
             crate::volume::parse(&source, &Overrides { time, component, ..Overrides::default() })
         };
         let times = "domain domain domain time";
         assert_eq!(read(times, Some(1), None).unwrap().data(), b"456");
-        assert!(read(times, Some(2), None).unwrap_err().to_string().ends_with("it has 2 time points, 0 to 1"));
+        assert!(
+            read(times, Some(2), None).unwrap_err().to_string().ends_with("it has 2 time points, 0 to 1")
+        );
         let planes = "domain domain domain vector";
         assert_eq!(read(planes, None, Some(1)).unwrap().data(), b"456");
         assert_eq!(read(planes, None, None).unwrap().contents().components, 2);

@@ -4,8 +4,8 @@ mod directories;
 mod natural_order;
 mod pages;
 
-use super::{Overrides, Source};
 use super::layout::Layout;
+use super::{Overrides, Source};
 use crate::{Error, Result};
 use fovol_core::{Endian, Volume};
 use pages::{Pages, Slice};

@@ -93,11 +93,7 @@ impl Document<'_> {
     ///
     /// # Errors
     /// No array, none of the chosen name, or no sound extent.
-    pub fn shown(
-        &self,
-        source: &Source,
-        overrides: &Overrides,
-    ) -> Result<Shown<'_>> {
+    pub fn shown(&self, source: &Source, overrides: &Overrides) -> Result<Shown<'_>> {
         let extent = self.extent.ok_or_else(|| source.malformed("its XML has no image with an Extent"))?;
         let points = points(extent).ok_or_else(|| {
             source.malformed(format!("its Extent {extent:?} is not first and last point along each axis"))
