@@ -1,7 +1,8 @@
 use super::bricks::{BrickData, Bricks};
 use super::field::{Field, Texel, addressable, with_field};
-use super::fine::ExtinctionTable;
+use super::fine::{ExtinctionTable, FineKernel, FineScratch};
 use super::kernel::{Kernel, Lighting, Scratch};
+use super::lanes::Lanes;
 use super::lanes::portable::Portable;
 #[cfg(target_arch = "x86_64")]
 use super::lanes::{avx2, avx512};
@@ -196,7 +197,7 @@ impl Renderer {
         let parts: Vec<(Vec<Marched>, SampleCount)> = order
             .pixels()
             .par_chunks(CHUNK)
-            .map_init(Scratch::default, |scratch, chunk| self.march_pixels(&rays, chunk, scratch))
+            .map_init(Memory::default, |scratch, chunk| self.march_pixels(&rays, chunk, scratch))
             .collect();
         let mut count = SampleCount::default();
         parts.iter().for_each(|(_, samples)| count += *samples);
@@ -248,7 +249,7 @@ impl Renderer {
         let (columns, rows) = (size.width.div_ceil(TILE), size.height.div_ceil(TILE));
         (0..columns * rows)
             .into_par_iter()
-            .map_init(Scratch::default, |scratch, tile| {
+            .map_init(Memory::default, |scratch, tile| {
                 let (x0, y0) = (tile % columns * TILE, tile / columns * TILE);
                 let mut pixels = Vec::with_capacity((TILE * TILE) as usize);
                 for (x, y) in TILE_ORDER.map(|[x, y]| (x0 + x, y0 + y)) {
@@ -266,10 +267,10 @@ impl Renderer {
         &self,
         rays: &RayBasis,
         pixels: &[Pixel],
-        scratch: &mut Scratch,
+        scratch: &mut Memory,
     ) -> (Vec<Marched>, SampleCount) {
         let mut out = Vec::with_capacity(pixels.len());
-        if self.options.simd == Simd::Scalar || self.extinction.is_some() {
+        if self.options.simd == Simd::Scalar {
             let march = self.specification();
             let mut count = SampleCount::default();
             out.extend(pixels.iter().map(|p| {
@@ -282,7 +283,14 @@ impl Renderer {
             return (out, count);
         }
         let count = with_field!(&self.bricks, self.table.scale(), field => {
-            march_in_lanes(self.options.simd, &self.kernel(field), rays, pixels, scratch, &mut out)
+            let kernel = self.kernel(field);
+            match &self.extinction {
+                None => march_in_lanes(self.options.simd, &kernel, rays, pixels, &mut scratch.plain, &mut out),
+                Some(extinction) => {
+                    let kernel = FineKernel { kernel, extinction };
+                    march_in_lanes(self.options.simd, &kernel, rays, pixels, &mut scratch.fine, &mut out)
+                }
+            }
         });
         (out, count)
     }
@@ -340,12 +348,60 @@ const TILE_ORDER: [[u32; 2]; (TILE * TILE) as usize] = {
     order
 };
 
-fn march_in_lanes<T: Texel>(
+/// Memory that marching uses again and again.
+#[derive(Default)]
+struct Memory {
+    plain: Scratch,
+    fine: FineScratch,
+}
+
+/// A way to march that is written once for all instruction sets.
+trait Lanewise {
+    /// Memory that it uses again and again.
+    type Scratch;
+
+    /// Marches `pixels` and appends what each ray brings back to `out`.
+    ///
+    /// # Safety
+    /// The instruction set of `L` must be available.
+    unsafe fn march<L: Lanes>(
+        &self,
+        rays: &RayBasis,
+        pixels: &[Pixel],
+        scratch: &mut Self::Scratch,
+        out: &mut Vec<Marched>,
+    ) -> SampleCount;
+}
+
+macro_rules! lanewise {
+    ($Kernel:ident, $Scratch:ident) => {
+        impl<T: Texel> Lanewise for $Kernel<'_, T> {
+            type Scratch = $Scratch;
+
+            #[inline(always)]
+            unsafe fn march<L: Lanes>(
+                &self,
+                rays: &RayBasis,
+                pixels: &[Pixel],
+                scratch: &mut $Scratch,
+                out: &mut Vec<Marched>,
+            ) -> SampleCount {
+                // SAFETY: the caller's.
+                unsafe { $Kernel::march::<L>(self, rays, pixels, scratch, out) }
+            }
+        }
+    };
+}
+
+lanewise!(Kernel, Scratch);
+lanewise!(FineKernel, FineScratch);
+
+fn march_in_lanes<K: Lanewise>(
     simd: Simd,
-    kernel: &Kernel<'_, T>,
+    kernel: &K,
     rays: &RayBasis,
     pixels: &[Pixel],
-    scratch: &mut Scratch,
+    scratch: &mut K::Scratch,
     out: &mut Vec<Marched>,
 ) -> SampleCount {
     match simd {
@@ -362,11 +418,11 @@ fn march_in_lanes<T: Texel>(
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi1,bmi2,popcnt,lzcnt")]
-unsafe fn march_avx512<T: Texel>(
-    kernel: &Kernel<'_, T>,
+unsafe fn march_avx512<K: Lanewise>(
+    kernel: &K,
     rays: &RayBasis,
     pixels: &[Pixel],
-    scratch: &mut Scratch,
+    scratch: &mut K::Scratch,
     out: &mut Vec<Marched>,
 ) -> SampleCount {
     // SAFETY: this function is only called where AVX-512 is available.
@@ -375,11 +431,11 @@ unsafe fn march_avx512<T: Texel>(
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt,lzcnt")]
-unsafe fn march_avx2<T: Texel>(
-    kernel: &Kernel<'_, T>,
+unsafe fn march_avx2<K: Lanewise>(
+    kernel: &K,
     rays: &RayBasis,
     pixels: &[Pixel],
-    scratch: &mut Scratch,
+    scratch: &mut K::Scratch,
     out: &mut Vec<Marched>,
 ) -> SampleCount {
     // SAFETY: this function is only called where AVX2 is available.

@@ -2,7 +2,7 @@
 
 use super::super::march::{March, Marched, OPAQUE, SampleCount, half_resolution_position};
 use super::super::segment::{LightPath, SHADOW_STEP, Segment, Segments};
-use super::ExtinctionTable;
+use super::extinction::ExtinctionTable;
 use fovol_core::{Ray, ShadowMode, SurfaceShading};
 
 /// The ends of the steps that a shadow ray begins with, as parts of all of them together.
