@@ -195,12 +195,19 @@ impl<T: Texel> FineKernel<'_, T> {
             let end = L::min(L::add(number, one), length);
             let behind = entry::<L>(self.kernel.field.sample::<L>(boundary::<L>(start, delta, end)));
             let front = after::<L>(front, behind);
+            let inside = L::lt(number, length);
+            let [least, most] = self.kernel.visible;
+            let (high, low) = (L::max(front, behind), L::min(front, behind));
+            let shown = L::and_m(inside, L::and_m(L::gt(high, L::splat(least)), L::lt(low, L::splat(most))));
+            let inside = u64::from(L::bits(inside).count_ones());
+            if L::bits(shown) == 0 {
+                return inside;
+            }
             let part = L::max(L::sub(end, number), zero);
             let unit = L::mul(part, L::splat(self.extinction.unit));
             let depth = L::mul(self.extinction.means::<L>(front, behind), unit);
-            let inside = L::bits(L::lt(number, length)).count_ones();
             if L::bits(L::gt(depth, zero)) == 0 {
-                return u64::from(inside);
+                return inside;
             }
             let through = passing::<L>(depth);
             let arriving = packet.transmittance.0[lane];
@@ -232,7 +239,7 @@ impl<T: Texel> FineKernel<'_, T> {
                 L::store(L::fma(known, rgb, L::load(sum.as_ptr())), sum.as_mut_ptr());
             }
             if is_full {
-                return u64::from(inside);
+                return inside;
             }
             // A pair of steps lies between two nodes.
             let shown = L::bits(going);
@@ -253,7 +260,7 @@ impl<T: Texel> FineKernel<'_, T> {
                 L::store(L::mul(direct, rgb), light.as_mut_ptr());
             }
             waiting.push(block);
-            u64::from(inside)
+            inside
         }
     }
 
