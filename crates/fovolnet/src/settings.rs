@@ -78,7 +78,7 @@ pub struct RenderSettings {
     #[cfg_attr(feature = "clap", arg(long, value_name = "S", value_parser = parse::number, allow_hyphen_values = true))]
     pub step: Option<f64>,
     /// How rays add up what they pass: fine, the integral of the transfer function between samples, without rings, or
-    /// plain, separate samples [default: plain]
+    /// plain, separate samples [default: fine]
     #[cfg_attr(feature = "clap", arg(long, value_name = "HOW"))]
     pub integration: Option<Integration>,
     /// Which pixels are marched and how: full, reject, direct, compact, or auto: compact for clips and wherever a flag
@@ -192,9 +192,9 @@ impl RenderSettings {
         of(self) == of(other)
     }
 
-    /// How rays add up what they pass.
+    /// How rays add up what they pass: finely, unless said otherwise.
     pub fn integration(&self) -> Integration {
-        self.integration.unwrap_or_default()
+        self.integration.unwrap_or(Integration::Fine)
     }
 
     /// The frame size.
