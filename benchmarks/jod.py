@@ -39,6 +39,7 @@ def frames_of(options, arguments, name, *how):
     folder = options.output / "frames"
     run(
         options.program, "render", *arguments, "--size", options.size, "--frames", options.frames, "--path", "flythrough",
+        "--integration", "plain",
         *how, "--keep", name, "-o", folder,
     )
     pictures = video(folder, name, options.frames)

@@ -31,7 +31,7 @@ def rendered(options, arguments, folder):
     """The folders of each method's frames; the first one has the full and the sparse frames too."""
     folders = {method: folder / method for method in METHODS}
     common = [options.program, "render", *arguments, "--size", options.size, "--frames", options.frames]
-    common += ["--path", "flythrough", "--pb", "0.03", "--sigma", "0.02"]
+    common += ["--path", "flythrough", "--integration", "plain", "--pb", "0.03", "--sigma", "0.02"]
     network = ["--reconstruct", options.reconstruct, "--weights", options.weights, "--precision", options.precision]
     run(*common, *network, "--keep", "frame,sparse,reference", "-o", folders["network"])
     for method in METHODS[1:]:

@@ -98,6 +98,6 @@ def rendered_twice(bench, folder, volume, size, *arguments, own=((), ())):
     for device, more in zip((bench.device, "cpu"), own):
         folders.append(Path(folder) / ("cpu" if device == "cpu" else "gpu"))
         given = bench.volumes.given(volume, bench.scale.sides[0])
-        said = ["render", *given, "--size", size, *arguments, *more, "--device", device, "-o", folders[-1]]
+        said = ["render", *given, "--size", size, "--integration", "plain", *arguments, *more, "--device", device, "-o", folders[-1]]
         reports.append(bench.program.json(*said))
     return *folders, reports

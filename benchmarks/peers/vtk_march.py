@@ -153,7 +153,7 @@ class Vtk:
 def ours(volume, tf, shadows, options, simd, picture):
     arguments = [
         "bench", "march", volume, "--size", f"{SIZE[0]}x{SIZE[1]}", "--camera", ",".join(map(str, CAMERA)), "--tf", tf,
-        "--step", STEP, "--light", ",".join(map(str, LIGHT)), "--ambient", AMBIENT, 
+        "--step", STEP, "--light", ",".join(map(str, LIGHT)), "--ambient", AMBIENT, "--integration", "plain",
         # VTK shades by the gradient wherever it casts shadows.
         *(["--shadows", "on", "--shading", "gradient"] if shadows else ["--shadows", "off"]),
         "--threads", options.threads, "--simd", simd, "--repeats", 3, "--picture", picture, "--json", "-",

@@ -1,7 +1,7 @@
 //! Frames a second of the viewer's pictures while the view moves along the fly-through, and how they keep their time:
 //! `cargo bench -p fovolnet-viewer -- [VOLUME …] [--rate F] [--size WxH] [--shadows on|cached] [--side N] [--frames N]`.
 
-use fovolnet::core::{CameraPath, FrameSize, ShadowMode};
+use fovolnet::core::{CameraPath, FrameSize, Integration, ShadowMode};
 use fovolnet::io::procedural::Procedural;
 use fovolnet::{Reconstruction, RenderSettings, SpeedSettings, VolumeSettings, open_volume, presets};
 use fovolnet_viewer::look::Look;
@@ -74,6 +74,7 @@ fn measure(volume: &str, run: &Run) {
         size: Some(run.size),
         tf: Some(presets::text(&transfer)),
         shadows: Some(run.shadows),
+        integration: Some(Integration::Plain),
         reconstruct: Some(Reconstruction::WNet),
         ..RenderSettings::default()
     };

@@ -12,7 +12,7 @@ use eframe::egui::{
     Align, Color32, ComboBox, DragValue, Label, Layout, Mesh, Rect, RichText, Sense, Shape, Slider, Stroke,
     Ui, pos2, vec2,
 };
-use fovolnet::core::{Fovea, Light, ShadowMode, SurfaceShading};
+use fovolnet::core::{Fovea, Integration, Light, ShadowMode, SurfaceShading};
 use fovolnet::{Choice, NamedView, Orientation, Reconstruction, RenderSettings, Sampling, Timings};
 use glam::{DVec3, Vec3};
 use std::collections::VecDeque;
@@ -42,6 +42,15 @@ pub fn scene(ui: &mut Ui, settings: &mut RenderSettings) {
             set(&mut settings.shading, surface);
         });
     });
+    let mut integration = settings.integration();
+    ui.horizontal(|ui| {
+        ui.label("Integration");
+        ui.selectable_value(&mut integration, Integration::Fine, "fine");
+        ui.selectable_value(&mut integration, Integration::Plain, "plain");
+    });
+    if integration != settings.integration() {
+        settings.integration = Some(integration);
+    }
     number(ui, "Ambient", &mut settings.ambient, 0.3, 0.0..=1.0, false);
     number(ui, "Step (voxels)", &mut settings.step, 0.5, 0.1..=4.0, true);
     ui.horizontal(|ui| {

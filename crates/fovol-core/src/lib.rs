@@ -50,7 +50,7 @@ pub use region::Region;
 pub use reprojection::Reprojection;
 pub use sample_list::{Pixel, SampleList};
 pub use sample_mask::SampleMask;
-pub use scene::{Scene, Shading, ShadowMode, SurfaceShading};
+pub use scene::{Integration, Scene, Shading, ShadowMode, SurfaceShading};
 pub use statistics::Statistics;
 pub use transfer_function::{ControlPoint, TransferFunction};
 pub use volume::{Rescale, Volume, VoxelBytes};

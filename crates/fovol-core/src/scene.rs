@@ -26,6 +26,38 @@ pub enum SurfaceShading {
     Gradient,
 }
 
+/// How a ray adds up what it passes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Integration {
+    /// Separate samples, each with the opacity of one step; the paper's marching.
+    #[default]
+    Plain,
+    /// The integral of the transfer function between neighbouring samples; no rings at sharp surfaces.
+    Fine,
+}
+
+impl std::fmt::Display for Integration {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Plain => "plain",
+            Self::Fine => "fine",
+        })
+    }
+}
+
+impl std::str::FromStr for Integration {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        match text {
+            "plain" => Ok(Self::Plain),
+            "fine" => Ok(Self::Fine),
+            other => Err(format!("`{other}` is no integration; use plain or fine")),
+        }
+    }
+}
+
 /// How samples are lit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shading {
@@ -70,12 +102,37 @@ pub struct Scene {
     pub background: [f64; 3],
     /// The sampling distance in voxels (of the smallest spacing).
     pub step: f64,
+    /// How rays add up what they pass.
+    pub integration: Integration,
 }
 
+/// A ray takes at most this many samples for each voxel along the three sides of the volume, at a step of one.
+const MOST_SAMPLES_A_VOXEL: f64 = 64.0;
+
 impl Scene {
-    /// `volume` through `transfer_function` with the default light, black background and half-voxel steps.
+    /// `volume` through `transfer_function` with the default light, black background, half-voxel steps and plain
+    /// integration.
     pub fn new(volume: Arc<Volume>, transfer_function: TransferFunction) -> Self {
-        Self { volume, transfer_function, shading: Shading::default(), background: [0.0; 3], step: 0.5 }
+        Self {
+            volume,
+            transfer_function,
+            shading: Shading::default(),
+            background: [0.0; 3],
+            step: 0.5,
+            integration: Integration::Plain,
+        }
+    }
+
+    /// The sampling distance that rays take, in voxels (of the smallest spacing).
+    ///
+    /// It is [`Self::step`] but in volumes of extreme aspect. There the smallest spacing would cut a ray along the long
+    /// sides into millions of samples of the same few voxels. So the diagonal has at most 64 samples, at a step of one,
+    /// for each voxel along the three sides.
+    pub fn marching_step(&self) -> f64 {
+        let grid = self.volume.grid();
+        let voxels: usize = grid.dims().iter().sum();
+        let diagonal = grid.world_extent().length() / grid.smallest_voxel();
+        self.step * (diagonal / (MOST_SAMPLES_A_VOXEL * voxels as f64)).max(1.0)
     }
 
     /// Whether the numbers can be rendered with.

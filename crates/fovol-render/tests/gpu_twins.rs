@@ -7,8 +7,8 @@
 mod scenes;
 
 use fovol_core::{
-    Camera, CameraPath, Fovea, Frame, FrameSize, Grid, Light, Pixel, SampleList, Scene, ShadowMode,
-    SurfaceShading, TransferFunction, Volume,
+    Camera, CameraPath, Fovea, Frame, FrameSize, Grid, Integration, Light, Pixel, SampleList, Scene,
+    ShadowMode, SurfaceShading, TransferFunction, Volume,
 };
 use fovol_gpu::{AdapterRequest, Gpu, GpuError};
 use fovol_render::Filtering;
@@ -68,9 +68,13 @@ fn agrees_with_the_specification(gpu: &Gpu, name: &str, mut scene: Scene) {
 #[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn pictures_are_those_of_the_specification() {
     for (name, volume) in volumes() {
-        let mut scene = Scene::new(Arc::new(volume), transfer());
-        scene.background = [0.1, 0.2, 0.3];
-        agrees_with_the_specification(&GPU, name, scene);
+        let volume = Arc::new(volume);
+        for integration in [Integration::Plain, Integration::Fine] {
+            let mut scene = Scene::new(Arc::clone(&volume), transfer());
+            scene.background = [0.1, 0.2, 0.3];
+            scene.integration = integration;
+            agrees_with_the_specification(&GPU, &format!("{name}, {integration}"), scene);
+        }
     }
 }
 
@@ -91,10 +95,11 @@ proptest! {
         dims in prop::array::uniform3(1usize..24), spacing in prop::array::uniform3(0.5f64..2.0), seed in 0u64..1000,
         eye in prop::array::uniform3(-1.5f64..1.5), target in prop::array::uniform3(-0.2f64..0.2),
         fovy in 20.0f64..100.0, light in prop::array::uniform3(-1i32..=1), step in 0.2f64..2.0,
-        opacity in 0.0f64..=1.0, shadows in 0usize..3, gradient in any::<bool>(), axis in 0usize..4,
+        opacity in 0.0f64..=1.0, shadows in 0usize..3, gradient in any::<bool>(), axis in 0usize..4, fine in any::<bool>(),
     ) {
         let mut scene = Scene::new(Arc::new(noise(dims, spacing, [0.0, 1.0], seed)), TransferFunction::grey_ramp(opacity));
         scene.step = step;
+        scene.integration = if fine { Integration::Fine } else { Integration::Plain };
         scene.background = [0.2, 0.0, 0.4];
         scene.shading.shadows = [ShadowMode::On, ShadowMode::Off, ShadowMode::Cached][shadows];
         scene.shading.surface = if gradient { SurfaceShading::Gradient } else { SurfaceShading::Flat };

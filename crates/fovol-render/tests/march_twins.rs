@@ -3,8 +3,8 @@
 mod scenes;
 
 use fovol_core::{
-    CameraPath, Frame, FrameSize, Grid, Light, Pixel, SampleList, Scene, ShadowMode, SurfaceShading,
-    TransferFunction, Volume,
+    CameraPath, Frame, FrameSize, Grid, Integration, Light, Pixel, SampleList, Scene, ShadowMode,
+    SurfaceShading, TransferFunction, Volume,
 };
 use fovol_render::cpu::{RenderOptions, Renderer, Simd};
 use scenes::{cameras, differences, transfer, volumes};
@@ -12,10 +12,21 @@ use std::sync::Arc;
 
 #[test]
 fn every_instruction_set_agrees_with_the_specification() {
-    let size = FrameSize::new(93, 61).unwrap();
     for (name, volume) in volumes() {
         let mut scene = Scene::new(Arc::new(volume), transfer());
         scene.background = [0.1, 0.2, 0.3];
+        for integration in [Integration::Plain, Integration::Fine] {
+            scene.integration = integration;
+            agrees_with_the_specification(name, scene.clone());
+        }
+    }
+}
+
+/// That pictures of `scene` in every shading and from every camera are those of the specification.
+fn agrees_with_the_specification(name: &str, mut scene: Scene) {
+    let size = FrameSize::new(93, 61).unwrap();
+    let integration = scene.integration;
+    {
         for shadows in [ShadowMode::On, ShadowMode::Off, ShadowMode::Cached] {
             for surface in [SurfaceShading::Flat, SurfaceShading::Gradient] {
                 scene.shading.shadows = shadows;
@@ -32,7 +43,7 @@ fn every_instruction_set_agrees_with_the_specification() {
                             let (p999, most, mean) = differences(&expected, &frame);
                             assert!(
                                 p999 <= 1.0 / 255.0 && most <= 8.0 / 255.0 && mean <= 1e-3,
-                                "{name} {shadows:?} {surface:?} {simd} skip {skip_empty}: {p999} {most} {mean}"
+                                "{name} {integration} {shadows:?} {surface:?} {simd} skip {skip_empty}: {p999} {most} {mean}"
                             );
                         }
                     }

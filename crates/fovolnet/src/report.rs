@@ -55,6 +55,8 @@ pub struct RenderReport {
     pub sampling: String,
     /// How frames were filled.
     pub reconstruct: String,
+    /// How rays added up what they passed: plain or fine.
+    pub integration: String,
     /// Every frame.
     pub frames: Vec<FrameReport>,
     /// Their means.

@@ -22,6 +22,7 @@ pub fn scene(volume: &OpenVolume, settings: &RenderSettings) -> Result<Scene> {
     };
     scene.background = settings.background.unwrap_or(scene.background);
     scene.step = settings.step.unwrap_or(scene.step);
+    scene.integration = settings.integration();
     scene.check()?;
     Ok(scene)
 }

@@ -2,7 +2,7 @@ use crate::{
     Choice, Device, Error, Machine, NamedView, Orientation, Reconstruction, Result, Sampling, TransferRange,
     ValueScale, parse, toml_text,
 };
-use fovol_core::{Fovea, FrameSize, GazePath, ShadowMode, SurfaceShading};
+use fovol_core::{Fovea, FrameSize, GazePath, Integration, ShadowMode, SurfaceShading};
 use fovol_net::Weights;
 use fovol_net::cpu::Precision;
 use fovol_net::plan::Named;
@@ -84,6 +84,10 @@ pub struct RenderSettings {
     /// Sampling distance along rays in voxels [default: 0.5]
     #[cfg_attr(feature = "clap", arg(long, value_name = "S", value_parser = parse::number, allow_hyphen_values = true))]
     pub step: Option<f64>,
+    /// How rays add up what they pass: fine, the integral of the transfer function between samples, without rings, or
+    /// plain, separate samples [default: fine]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "HOW"))]
+    pub integration: Option<Integration>,
     /// Which pixels are marched and how: full, reject, direct, compact, or auto: compact for clips and wherever a flag
     /// asks for sparse pixels or a reconstruction, else full [default: auto]
     #[cfg_attr(feature = "clap", arg(long, value_name = "HOW"))]
@@ -168,6 +172,7 @@ impl RenderSettings {
             background,
             transparent,
             step,
+            integration,
             sampling,
             pb,
             sigma,
@@ -194,6 +199,11 @@ impl RenderSettings {
             )
         };
         of(self) == of(other)
+    }
+
+    /// How rays add up what they pass: finely, unless said otherwise.
+    pub fn integration(&self) -> Integration {
+        self.integration.unwrap_or(Integration::Fine)
     }
 
     /// The frame size.

@@ -1,6 +1,6 @@
 //! A pipeline that is told to go on otherwise makes what one that was begun so makes.
 
-use fovolnet::core::{CameraPath, ShadowMode, SurfaceShading};
+use fovolnet::core::{CameraPath, Integration, ShadowMode, SurfaceShading};
 use fovolnet::{
     Device, OpenVolume, Pipeline, Reconstruction, RenderSettings, Sampling, SpeedSettings, Viewpoint,
     VolumeSettings, open_volume,
@@ -39,6 +39,7 @@ fn changes() -> Vec<fn(&mut RenderSettings)> {
         |settings| settings.ambient = Some(0.6),
         |settings| settings.background = Some([0.1, 0.2, 0.3]),
         |settings| settings.step = Some(0.8),
+        |settings| settings.integration = Some(Integration::Plain),
         |settings| settings.pb = Some(0.2),
         |settings| settings.sigma = Some(0.1),
         |settings| settings.gaze = Some("0.2,0.3".into()),

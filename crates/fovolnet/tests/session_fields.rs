@@ -1,6 +1,6 @@
 //! Every field of a session: it is written, read back, and shows.
 
-use fovolnet::core::{Dtype, Endian, Frame, ShadowMode, SurfaceShading};
+use fovolnet::core::{Dtype, Endian, Frame, Integration, ShadowMode, SurfaceShading};
 use fovolnet::{
     Device, NamedView, Orientation, Pipeline, Reconstruction, RenderSettings, Sampling, Session,
     SpeedSettings, VolumeSettings, open_volume,
@@ -154,6 +154,7 @@ fn steps() -> Vec<Step> {
             ..step("render.transparent", |s| s.render.transparent = Some(true))
         },
         step("render.step", |s| s.render.step = Some(0.8)),
+        step("render.integration", |s| s.render.integration = Some(Integration::Plain)),
         step("render.sampling", |s| s.render.sampling = Some(Sampling::Full.into())),
         step("render.pb", |s| s.render.pb = Some(0.4)),
         step("render.sigma", |s| s.render.sigma = Some(0.2)),

@@ -10,6 +10,7 @@ mod repeat;
 use anyhow::Result;
 use clap::Subcommand;
 use fovolnet::RenderSettings;
+use fovolnet::core::Integration;
 
 /// Measure this machine
 #[derive(clap::Args)]
@@ -41,11 +42,12 @@ impl Bench {
     }
 }
 
-/// `settings` with the path that measurements have always had, where none is named.
+/// `settings` with the path and the integration that measurements have always had, where none is named.
 fn on_orbit(mut settings: RenderSettings) -> RenderSettings {
     if settings.camera.is_none() && settings.view.is_none() {
         settings.path.get_or_insert_with(|| "orbit".into());
     }
+    settings.integration.get_or_insert(Integration::Plain);
     settings
 }
 

@@ -109,6 +109,7 @@ impl Demo {
             size: self.size,
             sampling: "compact".into(),
             reconstruct: "wnet".into(),
+            integration: self.settings().integration().to_string(),
             frames,
             mean,
             machine: pipeline.machine(),

@@ -2,6 +2,7 @@ use crate::console::{self, JsonOutput, Progress};
 use crate::frame_files::{Format, FrameFiles, Keep};
 use crate::interrupt;
 use anyhow::{Result, bail, ensure};
+use fovolnet::core::Integration;
 use fovolnet::io::video::{self, FrameRate, VideoWriter};
 use fovolnet::metrics::ClipQuality;
 use fovolnet::{
@@ -55,6 +56,7 @@ impl Render {
                 "a clip has no alpha, so --video cannot be transparent; leave out --video and take the frames, or --transparent"
             );
         }
+        session.render.integration.get_or_insert(Integration::Fine);
         let numbers = session.render.frame_numbers();
         ensure!(!numbers.is_empty(), "there are no frames to render; give --frames 1 or more");
         let files = FrameFiles::new(&self.output, &self.keep, self.format, numbers.len())?
@@ -119,6 +121,7 @@ impl Render {
             size: pipeline.size(),
             sampling: session.render.sampling().name().into(),
             reconstruct: reconstruction(&session.render).to_string(),
+            integration: session.render.integration().to_string(),
             frames,
             mean,
             machine: pipeline.machine(),

@@ -25,7 +25,7 @@ use crate::interrupt;
 use anyhow::{Result, ensure};
 use clap::ValueEnum;
 use data_sets::DataSet;
-use fovolnet::core::FrameSize;
+use fovolnet::core::{FrameSize, Integration};
 use fovolnet::io::atomic;
 use fovolnet::{Device, Machine, RenderSettings, SpeedSettings};
 use section::Section;
@@ -172,6 +172,8 @@ impl Evaluation {
             tf: data.transfer.clone(),
             pb: Some(pb),
             sigma: Some(sigma),
+            // The paper's marching.
+            integration: Some(Integration::Plain),
             ..RenderSettings::default()
         }
     }

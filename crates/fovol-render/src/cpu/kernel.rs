@@ -340,7 +340,7 @@ impl<T: Texel> Kernel<'_, T> {
 
     /// |n·l| at `p`; 1 where the gradient is zero.
     #[inline(always)]
-    unsafe fn facing<L: Lanes>(&self, p: [L::F; 3], light: [f32; 3]) -> L::F {
+    pub(super) unsafe fn facing<L: Lanes>(&self, p: [L::F; 3], light: [f32; 3]) -> L::F {
         // SAFETY: the caller's.
         unsafe {
             let one = L::splat(1.0);
@@ -364,7 +364,7 @@ impl<T: Texel> Kernel<'_, T> {
 
 /// Unpacks colours of a [`TransferTable`].
 #[inline(always)]
-unsafe fn colours<L: Lanes>(packed: L::I) -> [L::F; 3] {
+pub(super) unsafe fn colours<L: Lanes>(packed: L::I) -> [L::F; 3] {
     // SAFETY: the caller's.
     unsafe {
         let field = L::splat_i(MAX_RED_GREEN as i32);

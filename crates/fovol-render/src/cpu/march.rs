@@ -136,7 +136,7 @@ impl March<'_> {
     }
 
     /// |n·l| with n from central differences over ±1 voxel in world units; 1 where the gradient is zero.
-    fn facing(&self, p: [f32; 3]) -> f32 {
+    pub(super) fn facing(&self, p: [f32; 3]) -> f32 {
         let voxel = self.grid.voxel_size();
         let gradient: [f32; 3] = std::array::from_fn(|a| {
             let (mut before, mut after) = (p, p);

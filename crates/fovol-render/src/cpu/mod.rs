@@ -8,6 +8,7 @@ mod bricks;
 mod compact;
 mod direct;
 mod field;
+mod fine;
 mod kernel;
 mod lanes;
 mod light_columns;
@@ -31,6 +32,8 @@ pub(crate) use bricks::half_resolution;
 pub use bricks::{BRICK, BrickData, BrickLayout, Bricks};
 pub use compact::compact;
 pub use direct::{DirectSamples, direct, mask_of};
+#[cfg(feature = "gpu")]
+pub(crate) use fine::ExtinctionTable;
 pub use macrocells::Macrocells;
 #[cfg(feature = "gpu")]
 pub(crate) use mask::Thresholds;

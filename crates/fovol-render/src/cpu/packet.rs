@@ -31,6 +31,8 @@ pub struct Packet {
     pub inverse: [PerRay; 3],
     /// How many samples each ray has.
     pub samples: PerRay,
+    /// How many steps each ray has through the box.
+    pub length: PerRay,
     /// The number of each ray's next sample.
     pub next: PerRay,
     /// What passes from there to the eye, 0…1.
@@ -47,6 +49,7 @@ impl Packet {
             delta: [zero; 3],
             inverse: [zero; 3],
             samples: zero,
+            length: zero,
             next: zero,
             transmittance: zero,
         }
@@ -75,9 +78,11 @@ impl Packet {
                     self.inverse[a].0[i] = 1.0 / self.delta[a].0[i];
                 }
             }
-            self.samples.0[lanes].copy_from_slice(&segments.count);
+            self.samples.0[lanes.clone()].copy_from_slice(&segments.count);
+            self.length.0[lanes].copy_from_slice(&segments.length);
         }
         self.samples.0[pixels.len()..].fill(0.0);
+        self.length.0[pixels.len()..].fill(0.0);
     }
 
     /// Whether no ray has any sample.

@@ -1,6 +1,8 @@
 use super::bricks::{BrickData, Bricks};
 use super::field::{Field, Texel, addressable, with_field};
+use super::fine::{ExtinctionTable, FineKernel, FineScratch};
 use super::kernel::{Kernel, Lighting, Scratch};
+use super::lanes::Lanes;
 use super::lanes::portable::Portable;
 #[cfg(target_arch = "x86_64")]
 use super::lanes::{avx2, avx512};
@@ -14,8 +16,8 @@ use super::simd::Simd;
 use super::skip::Skip;
 use super::transfer_table::TransferTable;
 use fovol_core::{
-    Camera, Frame, FrameSize, Grid, Pixel, RayBasis, Region, SampleList, SampleMask, Scene, Shading,
-    ShadowMode, SurfaceShading, TransferFunction, Volume,
+    Camera, Frame, FrameSize, Grid, Integration, Pixel, RayBasis, Region, SampleList, SampleMask, Scene,
+    Shading, ShadowMode, SurfaceShading, TransferFunction, Volume,
 };
 use rayon::prelude::*;
 
@@ -48,6 +50,8 @@ pub struct Renderer {
     shading: Shading,
     background: [f64; 3],
     step: f64,
+    /// What fine integration takes its values from; `None` where integration is plain.
+    extinction: Option<ExtinctionTable>,
     shadow_grid: Option<Bricks>,
     light_columns: Option<LightColumns>,
     options: RenderOptions,
@@ -73,19 +77,22 @@ impl Renderer {
         let mut cells = Macrocells::new(&bricks);
         cells.classify(&scene.transfer_function);
         let simd = if addressable(&bricks) { options.simd } else { Simd::Scalar };
+        let step = scene.marching_step();
         let mut renderer = Self {
             grid: *volume.grid(),
             bricks,
             cells,
-            table: TransferTable::new(&scene.transfer_function, scene.step),
+            table: TransferTable::new(&scene.transfer_function, step),
             transfer: scene.transfer_function.clone(),
             shading: scene.shading,
             background: scene.background,
-            step: scene.step,
+            step,
+            extinction: None,
             shadow_grid: None,
             light_columns: None,
             options: RenderOptions { simd, ..options },
         };
+        renderer.renew_extinction(scene.integration);
         renderer.renew_shadows();
         renderer
     }
@@ -97,9 +104,11 @@ impl Renderer {
     pub fn set_scene(&mut self, scene: &Scene) -> fovol_core::Result<()> {
         scene.check()?;
         let recoloured = self.transfer != scene.transfer_function;
-        let stepped = self.step != scene.step;
+        let step = scene.marching_step();
+        let stepped = self.step != step;
+        let refined = self.extinction.is_some() != (scene.integration == Integration::Fine);
         let shaded = !self.shading.casts_as(&scene.shading);
-        self.step = scene.step;
+        self.step = step;
         self.shading = scene.shading;
         self.background = scene.background;
         if recoloured {
@@ -108,6 +117,9 @@ impl Renderer {
         }
         if recoloured || stepped {
             self.table = TransferTable::new(&self.transfer, self.step);
+        }
+        if recoloured || stepped || refined {
+            self.renew_extinction(scene.integration);
         }
         if recoloured || stepped || shaded {
             self.renew_shadows();
@@ -145,6 +157,13 @@ impl Renderer {
         self.background.map(|v| v as f32)
     }
 
+    fn renew_extinction(&mut self, integration: Integration) {
+        self.extinction = match integration {
+            Integration::Plain => None,
+            Integration::Fine => Some(ExtinctionTable::new(&self.transfer, &self.table, self.step)),
+        };
+    }
+
     fn renew_shadows(&mut self) {
         let wanted = self.shading.shadows == ShadowMode::Cached;
         self.shadow_grid = None;
@@ -178,7 +197,7 @@ impl Renderer {
         let parts: Vec<(Vec<Marched>, SampleCount)> = order
             .pixels()
             .par_chunks(CHUNK)
-            .map_init(Scratch::default, |scratch, chunk| self.march_pixels(&rays, chunk, scratch))
+            .map_init(Memory::default, |scratch, chunk| self.march_pixels(&rays, chunk, scratch))
             .collect();
         let mut count = SampleCount::default();
         parts.iter().for_each(|(_, samples)| count += *samples);
@@ -230,7 +249,7 @@ impl Renderer {
         let (columns, rows) = (size.width.div_ceil(TILE), size.height.div_ceil(TILE));
         (0..columns * rows)
             .into_par_iter()
-            .map_init(Scratch::default, |scratch, tile| {
+            .map_init(Memory::default, |scratch, tile| {
                 let (x0, y0) = (tile % columns * TILE, tile / columns * TILE);
                 let mut pixels = Vec::with_capacity((TILE * TILE) as usize);
                 for (x, y) in TILE_ORDER.map(|[x, y]| (x0 + x, y0 + y)) {
@@ -248,17 +267,30 @@ impl Renderer {
         &self,
         rays: &RayBasis,
         pixels: &[Pixel],
-        scratch: &mut Scratch,
+        scratch: &mut Memory,
     ) -> (Vec<Marched>, SampleCount) {
         let mut out = Vec::with_capacity(pixels.len());
         if self.options.simd == Simd::Scalar {
             let march = self.specification();
             let mut count = SampleCount::default();
-            out.extend(pixels.iter().map(|p| march.ray(&rays.ray(p.x.into(), p.y.into()), &mut count)));
+            out.extend(pixels.iter().map(|p| {
+                let ray = rays.ray(p.x.into(), p.y.into());
+                match &self.extinction {
+                    None => march.ray(&ray, &mut count),
+                    Some(table) => march.fine_ray(table, &ray, &mut count),
+                }
+            }));
             return (out, count);
         }
         let count = with_field!(&self.bricks, self.table.scale(), field => {
-            march_in_lanes(self.options.simd, &self.kernel(field), rays, pixels, scratch, &mut out)
+            let kernel = self.kernel(field);
+            match &self.extinction {
+                None => march_in_lanes(self.options.simd, &kernel, rays, pixels, &mut scratch.plain, &mut out),
+                Some(extinction) => {
+                    let kernel = FineKernel { kernel, extinction };
+                    march_in_lanes(self.options.simd, &kernel, rays, pixels, &mut scratch.fine, &mut out)
+                }
+            }
         });
         (out, count)
     }
@@ -316,12 +348,60 @@ const TILE_ORDER: [[u32; 2]; (TILE * TILE) as usize] = {
     order
 };
 
-fn march_in_lanes<T: Texel>(
+/// Memory that marching uses again and again.
+#[derive(Default)]
+struct Memory {
+    plain: Scratch,
+    fine: FineScratch,
+}
+
+/// A way to march that is written once for all instruction sets.
+trait Lanewise {
+    /// Memory that it uses again and again.
+    type Scratch;
+
+    /// Marches `pixels` and appends what each ray brings back to `out`.
+    ///
+    /// # Safety
+    /// The instruction set of `L` must be available.
+    unsafe fn march<L: Lanes>(
+        &self,
+        rays: &RayBasis,
+        pixels: &[Pixel],
+        scratch: &mut Self::Scratch,
+        out: &mut Vec<Marched>,
+    ) -> SampleCount;
+}
+
+macro_rules! lanewise {
+    ($Kernel:ident, $Scratch:ident) => {
+        impl<T: Texel> Lanewise for $Kernel<'_, T> {
+            type Scratch = $Scratch;
+
+            #[inline(always)]
+            unsafe fn march<L: Lanes>(
+                &self,
+                rays: &RayBasis,
+                pixels: &[Pixel],
+                scratch: &mut $Scratch,
+                out: &mut Vec<Marched>,
+            ) -> SampleCount {
+                // SAFETY: the caller's.
+                unsafe { $Kernel::march::<L>(self, rays, pixels, scratch, out) }
+            }
+        }
+    };
+}
+
+lanewise!(Kernel, Scratch);
+lanewise!(FineKernel, FineScratch);
+
+fn march_in_lanes<K: Lanewise>(
     simd: Simd,
-    kernel: &Kernel<'_, T>,
+    kernel: &K,
     rays: &RayBasis,
     pixels: &[Pixel],
-    scratch: &mut Scratch,
+    scratch: &mut K::Scratch,
     out: &mut Vec<Marched>,
 ) -> SampleCount {
     match simd {
@@ -338,11 +418,11 @@ fn march_in_lanes<T: Texel>(
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi1,bmi2,popcnt,lzcnt")]
-unsafe fn march_avx512<T: Texel>(
-    kernel: &Kernel<'_, T>,
+unsafe fn march_avx512<K: Lanewise>(
+    kernel: &K,
     rays: &RayBasis,
     pixels: &[Pixel],
-    scratch: &mut Scratch,
+    scratch: &mut K::Scratch,
     out: &mut Vec<Marched>,
 ) -> SampleCount {
     // SAFETY: this function is only called where AVX-512 is available.
@@ -351,11 +431,11 @@ unsafe fn march_avx512<T: Texel>(
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt,lzcnt")]
-unsafe fn march_avx2<T: Texel>(
-    kernel: &Kernel<'_, T>,
+unsafe fn march_avx2<K: Lanewise>(
+    kernel: &K,
     rays: &RayBasis,
     pixels: &[Pixel],
-    scratch: &mut Scratch,
+    scratch: &mut K::Scratch,
     out: &mut Vec<Marched>,
 ) -> SampleCount {
     // SAFETY: this function is only called where AVX2 is available.

@@ -34,7 +34,8 @@ impl Segments {
         let first = ray.origin + ray.direction * (near + 0.5 * self.delta);
         let start = (first + self.half) * self.to_voxels - DVec3::splat(0.5);
         let delta = ray.direction * self.delta * self.to_voxels;
-        Segment { start: start.as_vec3().to_array(), delta: delta.as_vec3().to_array(), count }
+        let length = ((far - near) / self.delta) as f32;
+        Segment { start: start.as_vec3().to_array(), delta: delta.as_vec3().to_array(), count, length }
     }
 
     /// `point` of the world in voxel-centre coordinates.
@@ -74,10 +75,13 @@ impl Segments {
                 far[i] = smaller(far[i], leaves);
             }
         }
-        let mut out = SegmentsBeside { start: [[0.0; N]; 3], delta: [[0.0; N]; 3], count: [0.0; N] };
+        let mut out =
+            SegmentsBeside { start: [[0.0; N]; 3], delta: [[0.0; N]; 3], count: [0.0; N], length: [0.0; N] };
         for i in 0..N {
-            let count = ((far[i] - near[i]) / self.delta - 0.5).ceil();
+            let length = (far[i] - near[i]) / self.delta;
+            let count = (length - 0.5).ceil();
             out.count[i] = if near[i] < far[i] { larger(count, 0.0) as f32 } else { 0.0 };
+            out.length[i] = if near[i] < far[i] { length as f32 } else { 0.0 };
         }
         for a in 0..3 {
             for i in 0..N {
@@ -111,6 +115,8 @@ pub struct SegmentsBeside<const N: usize> {
     pub delta: [[f32; N]; 3],
     /// How many samples there are.
     pub count: [f32; N],
+    /// How many steps it is through the box; not whole.
+    pub length: [f32; N],
 }
 
 /// The samples of one primary ray in voxel-centre coordinates (voxel *i* at *i*): sample *k* lies at
@@ -125,11 +131,20 @@ pub struct Segment {
     pub delta: [f32; 3],
     /// How many samples there are.
     pub count: u32,
+    /// How many steps it is through the box; not whole.
+    pub length: f32,
 }
 
 impl Segment {
     /// A ray that misses the box.
-    pub const EMPTY: Self = Self { start: [0.0; 3], delta: [0.0; 3], count: 0 };
+    pub const EMPTY: Self = Self { start: [0.0; 3], delta: [0.0; 3], count: 0, length: 0.0 };
+
+    /// Where the ray is `steps` steps after it entered the box, and never beyond the box.
+    #[inline(always)]
+    pub fn boundary(&self, steps: f32) -> [f32; 3] {
+        let from_first = steps.min(self.length) - 0.5;
+        std::array::from_fn(|a| from_first.mul_add(self.delta[a], self.start[a]))
+    }
 
     /// Where sample `k` lies.
     #[inline(always)]
@@ -168,17 +183,23 @@ impl LightPath {
         Self { delta, exit, inverse }
     }
 
-    /// How many shadow samples lie between `p` (voxel-centre coordinates) and the box.
+    /// How many steps it is from `p` (voxel-centre coordinates) out of the box.
     #[inline]
-    pub fn count(&self, p: [f32; 3]) -> u32 {
+    pub fn way_out(&self, p: [f32; 3]) -> f32 {
         let mut distance = f32::INFINITY;
         for a in 0..3 {
             if self.inverse[a].is_finite() {
                 distance = distance.min((self.exit[a] - p[a]) * self.inverse[a]);
             }
         }
+        distance
+    }
+
+    /// How many shadow samples lie between `p` (voxel-centre coordinates) and the box.
+    #[inline]
+    pub fn count(&self, p: [f32; 3]) -> u32 {
         // 2 + 4j < distance
-        ((distance - SHADOW_START) / SHADOW_STEP).ceil() as u32
+        ((self.way_out(p) - SHADOW_START) / SHADOW_STEP).ceil() as u32
     }
 
     /// [`Self::count`] for points in lanes, as whole numbers.
@@ -189,14 +210,26 @@ impl LightPath {
     pub(super) unsafe fn counts<L: Lanes>(&self, p: [L::F; 3]) -> L::I {
         // SAFETY: the caller's.
         unsafe {
+            let beyond = L::sub(self.ways_out::<L>(p), L::splat(SHADOW_START));
+            let count = L::ceil(L::mul(beyond, L::splat(1.0 / SHADOW_STEP)));
+            L::truncate(L::max(count, L::splat(0.0)))
+        }
+    }
+
+    /// [`Self::way_out`] for points in lanes.
+    ///
+    /// # Safety
+    /// The instruction set of `L` must be available.
+    #[inline(always)]
+    pub(super) unsafe fn ways_out<L: Lanes>(&self, p: [L::F; 3]) -> L::F {
+        // SAFETY: the caller's.
+        unsafe {
             let mut distance = L::splat(f32::INFINITY);
             for a in (0..3).filter(|&a| self.inverse[a].is_finite()) {
                 let way = L::mul(L::sub(L::splat(self.exit[a]), p[a]), L::splat(self.inverse[a]));
                 distance = L::min(distance, way);
             }
-            let beyond = L::sub(distance, L::splat(SHADOW_START));
-            let count = L::ceil(L::mul(beyond, L::splat(1.0 / SHADOW_STEP)));
-            L::truncate(L::max(count, L::splat(0.0)))
+            distance
         }
     }
 

@@ -11,6 +11,8 @@ pub struct ShadowPool {
 }
 
 const TRANSMITTANCE: usize = 6;
+/// Fine integration keeps the optical depth near a point in the place of red.
+const NEAR: usize = 3;
 
 impl ShadowPool {
     /// How many samples wait.
@@ -63,6 +65,36 @@ impl ShadowPool {
         let [x, y, z, ..] = &self.columns;
         // SAFETY: `reserve` left a vector's room after the last sample.
         unsafe { [L::load(x.as_ptr().add(at)), L::load(y.as_ptr().add(at)), L::load(z.as_ptr().add(at))] }
+    }
+
+    /// Moves the points from `at` on to `position`, and notes the optical depth on the way there.
+    ///
+    /// # Safety
+    /// The instruction set of `L` must be available, and `at` below the number of samples.
+    #[inline(always)]
+    pub unsafe fn set_near<L: Lanes>(&mut self, at: usize, position: [L::F; 3], near: L::F) {
+        debug_assert!(at < self.len);
+        for (column, v) in self.columns.iter_mut().zip(position.into_iter().chain([near])) {
+            // SAFETY: `reserve` left a vector's room after the last sample.
+            unsafe { L::store(v, column.as_mut_ptr().add(at)) };
+        }
+    }
+
+    /// Notes what arrives at the points from `at` on.
+    ///
+    /// # Safety
+    /// The instruction set of `L` must be available, and `at` below the number of samples.
+    #[inline(always)]
+    pub unsafe fn set_transmittance<L: Lanes>(&mut self, at: usize, transmittance: L::F) {
+        debug_assert!(at < self.len);
+        // SAFETY: `reserve` left a vector's room after the last sample.
+        unsafe { L::store(transmittance, self.columns[TRANSMITTANCE].as_mut_ptr().add(at)) };
+    }
+
+    /// The optical depth near point `at`, and the transmittance beyond.
+    #[inline(always)]
+    pub fn light(&self, at: usize) -> [f32; 2] {
+        [self.columns[NEAR][at], self.columns[TRANSMITTANCE][at]]
     }
 
     /// Where what arrives at each sample is to be written.

@@ -2,7 +2,7 @@ use super::frame_buffers::{Buffers, GROUPS_OFFSET, Shaded};
 use super::scene::{DeviceScene, SceneKind, scene_layout};
 use super::shader::{MARCH, MARCH_FILTERED};
 use super::volume_texture::TexelKind;
-use fovol_core::{FrameSize, ShadowMode, SurfaceShading};
+use fovol_core::{FrameSize, Integration, ShadowMode, SurfaceShading};
 use fovol_gpu::Gpu;
 use fovol_gpu::binding::{Slot, bind_group, bind_group_layout, compute_pipeline};
 use std::collections::HashMap;
@@ -98,6 +98,7 @@ impl MarchPass {
         let number = |b: bool| f64::from(u8::from(b));
         let mut constants = variant.scene.constants();
         constants.push(("SHADOWS", shadows));
+        constants.push(("FINE", number(variant.scene.integration == Integration::Fine)));
         constants.push(("GRADIENT", number(variant.surface == SurfaceShading::Gradient)));
         constants.push(("REJECT", number(variant.pixels == Pixels::Masked)));
         let entry_point = if variant.pixels == Pixels::List { "march_list" } else { "march_frame" };

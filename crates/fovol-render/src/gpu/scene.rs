@@ -3,9 +3,9 @@ use super::shadow_grid::{ShadowGridPass, shadow_texture};
 use super::texture::{texture, write_slices};
 use super::volume_texture::{TexelKind, VolumeTexture};
 use crate::Filtering;
-use crate::cpu::{Bricks, LightPath, Macrocells, Segments, TransferTable, half_resolution};
+use crate::cpu::{Bricks, ExtinctionTable, LightPath, Macrocells, Segments, TransferTable, half_resolution};
 use bytemuck::{Pod, Zeroable};
-use fovol_core::{Grid, Scene, Shading, ShadowMode, TransferFunction};
+use fovol_core::{Grid, Integration, Scene, Shading, ShadowMode, TransferFunction};
 use fovol_gpu::Gpu;
 use fovol_gpu::binding::{Slot, bind_group, bind_group_layout};
 use wgpu::{BufferUsages, TextureFormat, TextureUsages};
@@ -23,9 +23,9 @@ pub struct SceneNumbers {
     light_delta: [f32; 3],
     cell_shift: u32,
     light_exit: [f32; 3],
-    after_light_exit: f32,
+    extinction_unit: f32,
     light_inverse: [f32; 3],
-    after_light_inverse: f32,
+    last_entry: u32,
     light_direction: [f32; 3],
     after_light_direction: f32,
 }
@@ -37,6 +37,8 @@ pub struct SceneKind {
     pub texels: TexelKind,
     /// Whether rays leave empty space at once.
     pub skip: bool,
+    /// How rays add up what they pass.
+    pub integration: Integration,
 }
 
 impl SceneKind {
@@ -55,7 +57,7 @@ impl SceneKind {
 pub fn scene_layout(gpu: &Gpu, texels: TexelKind) -> wgpu::BindGroupLayout {
     use Slot::{Filtered, Read, Sampler, Uniform, Whole};
     let volume = if texels == TexelKind::Filtered { Filtered } else { Whole };
-    bind_group_layout(gpu, "scene", &[Uniform, volume, Whole, Read, Read, Filtered, Sampler])
+    bind_group_layout(gpu, "scene", &[Uniform, volume, Whole, Read, Read, Filtered, Sampler, Read])
 }
 
 /// A scene on the device.
@@ -128,6 +130,7 @@ pub struct Contents {
     shading: Shading,
     background: [f64; 3],
     step: f64,
+    integration: Integration,
 }
 
 impl Contents {
@@ -153,7 +156,8 @@ impl Contents {
             transfer: scene.transfer_function.clone(),
             shading: scene.shading,
             background: scene.background,
-            step: scene.step,
+            step: scene.marching_step(),
+            integration: scene.integration,
         })
     }
 
@@ -164,9 +168,10 @@ impl Contents {
             self.transfer = scene.transfer_function.clone();
             self.cells.classify(&self.transfer);
         }
-        let before = (self.shading, self.background, self.step);
-        (self.shading, self.background, self.step) = (scene.shading, scene.background, scene.step);
-        recoloured || before != (self.shading, self.background, self.step)
+        let before = (self.shading, self.background, self.step, self.integration);
+        let after = (scene.shading, scene.background, scene.marching_step(), scene.integration);
+        (self.shading, self.background, self.step, self.integration) = after;
+        recoloured || before != after
     }
 
     /// What its texels are.
@@ -175,7 +180,11 @@ impl Contents {
     }
 
     fn kind(&self) -> SceneKind {
-        SceneKind { texels: self.texels(), skip: self.skip_empty && !self.cells.is_dense() }
+        SceneKind {
+            texels: self.texels(),
+            skip: self.skip_empty && !self.cells.is_dense(),
+            integration: self.integration,
+        }
     }
 
     /// Uploads what changes with the transfer function and the light, and finds the shadows where they are cached.
@@ -205,11 +214,12 @@ impl Contents {
             resources.shadow_alpha.as_entire_binding(),
             shadow_grid,
             wgpu::BindingResource::Sampler(&resources.linear),
+            resources.extinction.as_entire_binding(),
         ];
         bind_group(&self.gpu, "scene", &self.layout, &bindings)
     }
 
-    fn numbers(&self, table: &TransferTable) -> SceneNumbers {
+    fn numbers(&self, table: &TransferTable, extinction_unit: f32) -> SceneNumbers {
         let light = LightPath::new(&self.shading.light, &self.grid, self.step);
         let delta = self.step * self.grid.smallest_voxel();
         SceneNumbers {
@@ -222,6 +232,8 @@ impl Contents {
             light_delta: light.delta,
             cell_shift: self.cells.shift(),
             light_exit: light.exit,
+            extinction_unit,
+            last_entry: (table.appearance.len() - 1) as u32,
             // Shaders need not know infinity.
             light_inverse: light.inverse.map(|i| if i.is_finite() { i } else { 0.0 }),
             light_direction: self.shading.light.direction().as_vec3().to_array(),
@@ -237,6 +249,7 @@ struct Resources {
     appearance: wgpu::Buffer,
     shadow_alpha: wgpu::Buffer,
     linear: wgpu::Sampler,
+    extinction: wgpu::Buffer,
 }
 
 impl Resources {
@@ -248,7 +261,16 @@ impl Resources {
             texture(gpu, "distances", cells.cells(), TextureFormat::R8Uint, TextureUsages::COPY_DST);
         let count = cells.cells().iter().product();
         write_slices(gpu, &distances, 0, &cells.distances()[..count]);
-        let numbers = contents.numbers(&table);
+        let (unit, extinction) = match contents.integration {
+            // A buffer that nobody reads.
+            Integration::Plain => (0.0, vec![0]),
+            Integration::Fine => {
+                let extinction = ExtinctionTable::new(&contents.transfer, &table, contents.step);
+                let sums = extinction.sums.iter().map(|&sum| sum.cast_unsigned());
+                (extinction.unit, sums.chain(extinction.colours.iter().copied()).collect::<Vec<u32>>())
+            }
+        };
+        let numbers = contents.numbers(&table, unit);
         Self {
             numbers: filled_buffer(gpu, "scene", BufferUsages::UNIFORM, bytemuck::bytes_of(&numbers)),
             distances,
@@ -263,6 +285,12 @@ impl Resources {
                 "shadow opacities",
                 BufferUsages::STORAGE,
                 bytemuck::cast_slice(&table.shadow_alpha),
+            ),
+            extinction: filled_buffer(
+                gpu,
+                "extinction",
+                BufferUsages::STORAGE,
+                bytemuck::cast_slice(&extinction),
             ),
             linear: gpu.device().create_sampler(&wgpu::SamplerDescriptor {
                 label: Some("linear"),
@@ -307,7 +335,9 @@ mod tests {
                     light_delta,
                     cell_shift,
                     light_exit,
+                    extinction_unit,
                     light_inverse,
+                    last_entry,
                     light_direction
                 }
             );

@@ -8,10 +8,10 @@ pub const MASK: Shader = shader!("../shaders/", "mask": "frame" "random");
 pub const COMPACT: Shader = shader!("../shaders/", "compact": "frame");
 /// Image formation.
 pub const MARCH: Shader =
-    shader!("../shaders/", "march": "frame" "scene" "field" "skip" "segment" "shadow_rays");
+    shader!("../shaders/", "march": "frame" "scene" "field" "skip" "segment" "shadow_rays" "fine");
 /// Image formation of voxels that samplers filter.
 pub const MARCH_FILTERED: Shader =
-    shader!("../shaders/", "march": "frame" "scene" "field_filtered" "skip" "segment" "shadow_rays");
+    shader!("../shaders/", "march": "frame" "scene" "field_filtered" "skip" "segment" "shadow_rays" "fine");
 /// From packed samples to a sparse frame.
 pub const SCATTER: Shader = shader!("../shaders/", "scatter": "frame");
 /// Transmittance towards the light at half resolution.

@@ -81,6 +81,9 @@ fn colour_of(bits: u32) -> vec3f {
 /// What the ray through the centre of `pixel` brings back.
 fn march(pixel: vec2u) -> Marched {
     let segment = segment_of(pixel);
+    if FINE {
+        return fine_march(segment);
+    }
     let inverse = inverse_of(segment.delta);
     var colour = vec3f(0.0);
     var opacity = 0.0;

@@ -21,8 +21,12 @@ struct Scene {
     cell_shift: u32,
     /// The faces of the box that the light comes through.
     light_exit: vec3f,
+    /// The extinction of one step that one in a sum of extinctions stands for.
+    extinction_unit: f32,
     /// 1/light_delta; 0 where the light is parallel to a face.
     light_inverse: vec3f,
+    /// The last entry of the transfer table.
+    last_entry: u32,
     /// The unit vector towards the light in world space.
     light_direction: vec3f,
 }

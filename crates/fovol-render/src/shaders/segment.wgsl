@@ -21,6 +21,8 @@ struct Segment {
     delta: vec3f,
     /// How many there are.
     count: f32,
+    /// How many steps it is through the box; not whole.
+    length: f32,
     /// The distance of the first sample from the eye in world units.
     distance: f32,
 }
@@ -44,9 +46,10 @@ fn segment_of(pixel: vec2u) -> Segment {
     let far = min(leaves.x, min(leaves.y, leaves.z));
     // Samples k with k + ½ < (far − near)/Δ; never more than on the diagonal, however far away the eye is.
     let most = ceil(length((scene.last + 1.0) / scene.to_voxels) / scene.delta);
+    let length = select(0.0, min((far - near) / scene.delta, most), near < far);
     let count = select(0.0, clamp(ceil((far - near) / scene.delta - 0.5), 0.0, most), near < far);
     let distance = fma(0.5, scene.delta, near);
-    return Segment(fma(direction, vec3f(distance), view.eye), direction * scene.delta, count, distance);
+    return Segment(fma(direction, vec3f(distance), view.eye), direction * scene.delta, count, length, distance);
 }
 
 /// 1/`delta`, 0 where a ray does not move.

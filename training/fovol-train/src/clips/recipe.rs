@@ -2,7 +2,7 @@ use super::journey::Journey;
 use super::transfer::random_transfer;
 use super::{LENGTH, SIDE};
 use crate::{Error, Result};
-use fovol_core::{CameraPath, FrameSize, Light, Scene, Shading, ShadowMode, SurfaceShading};
+use fovol_core::{CameraPath, FrameSize, Integration, Light, Scene, Shading, ShadowMode, SurfaceShading};
 use fovolnet::{OpenVolume, VolumeSettings, open_volume, presets};
 use glam::DVec3;
 use rand::{Rng, RngExt, SeedableRng};
@@ -136,6 +136,7 @@ impl Recipe {
         let mut scene = Scene::new(volume.volume.clone(), transfer);
         scene.step = [0.5, 0.5, 0.75, 1.0][random.random_range(0..4)];
         scene.shading = shading(random)?;
+        scene.integration = Integration::Plain;
         let height = HEIGHTS[random.random_range(0..HEIGHTS.len())].max(self.side);
         let whole = FrameSize::new(height * 16 / 9, height)?;
         let journey = Journey::draw(random, self.length);

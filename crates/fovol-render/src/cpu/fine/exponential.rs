@@ -1,0 +1,77 @@
+//! The exponential function in lanes.
+
+use super::super::lanes::Lanes;
+
+/// ln(2)^k / k! for k = 7 down to 0: the series of 2^f, to 2e-6 for |f| ≤ 1.
+const SERIES: [f32; 8] = [
+    1.525_273_4e-5,
+    1.540_353e-4,
+    1.333_355_8e-3,
+    9.618_129e-3,
+    5.550_411e-2,
+    0.240_226_5,
+    std::f32::consts::LN_2,
+    1.0,
+];
+/// Larger exponents of 2 are taken for this one: no optical depth comes near.
+const MOST: f32 = 120.0;
+
+/// e^(−x).
+///
+/// # Safety
+/// The instruction set of `L` must be available.
+#[inline(always)]
+pub unsafe fn passing<L: Lanes>(x: L::F) -> L::F {
+    // SAFETY: the caller's.
+    unsafe {
+        let power = L::mul(x, L::splat(-std::f32::consts::LOG2_E));
+        let power = L::max(L::min(power, L::splat(MOST)), L::splat(-MOST));
+        let whole = L::truncate(power);
+        let part = L::sub(power, L::to_f32(whole));
+        let mut value = L::splat(SERIES[0]);
+        let mut i = 1;
+        while i < SERIES.len() {
+            value = L::fma(value, part, L::splat(SERIES[i]));
+            i += 1;
+        }
+        let exponent = L::shift_left(L::add_i(whole, L::splat_i(127)), L::splat_i(23));
+        L::mul(value, L::from_bits(exponent))
+    }
+}
+
+/// The mean of e^(−x·s) over s from 0 to 1: (1 − e^(−x))/x.
+///
+/// # Safety
+/// The instruction set of `L` must be available.
+#[inline(always)]
+pub unsafe fn mean_passing<L: Lanes>(x: L::F) -> L::F {
+    // SAFETY: the caller's.
+    unsafe {
+        let one = L::splat(1.0);
+        let small = L::lt(L::abs(x), L::splat(0.05));
+        let series = L::fma(x, L::splat(-1.0 / 24.0), L::splat(1.0 / 6.0));
+        let series = L::sub(one, L::mul(x, L::sub(L::splat(0.5), L::mul(x, series))));
+        let divisor = L::select(small, one, x);
+        L::select(small, series, L::div(L::sub(one, passing::<L>(x)), divisor))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::lanes::portable::Portable;
+    use super::*;
+
+    #[test]
+    fn both_are_the_functions_to_f32() {
+        for i in -80..800 {
+            let x = i as f32 * 0.1 + 0.003;
+            // SAFETY: portable lanes need nothing.
+            let (one, mean) =
+                unsafe { (passing::<Portable>([x; 8])[0], mean_passing::<Portable>([x; 8])[0]) };
+            let exact = (-f64::from(x)).exp();
+            assert!((f64::from(one) / exact - 1.0).abs() < 2e-5, "{x}: {one}");
+            let exact = -(-f64::from(x)).exp_m1() / f64::from(x);
+            assert!((f64::from(mean) / exact - 1.0).abs() < 2e-5, "{x}: {mean}");
+        }
+    }
+}

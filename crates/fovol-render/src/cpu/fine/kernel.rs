@@ -1,0 +1,405 @@
+//! Fine integration in lanes: consecutive steps of one ray side by side.
+
+use super::super::field::Texel;
+use super::super::kernel::{Kernel, Lighting, colours};
+use super::super::lanes::{Lanes, MOST_LANES};
+use super::super::march::{Marched, OPAQUE, SampleCount};
+use super::super::packet::{Packet, PerRay};
+use super::super::shadow_pool::ShadowPool;
+use super::super::shadow_rays::Parts;
+use super::exponential::{mean_passing, passing};
+use super::extinction::{COLOURS, ExtinctionTable};
+use super::lit::{ToLight, entry};
+use super::march::DEEP;
+use fovol_core::{Pixel, RayBasis};
+
+/// What rays meet, prepared for lanes.
+pub struct FineKernel<'a, T> {
+    /// All that plain integration needs too.
+    pub kernel: Kernel<'a, T>,
+    /// What passes between two values.
+    pub extinction: &'a ExtinctionTable,
+}
+
+/// Lanes, in memory.
+type Stored = [f32; MOST_LANES];
+
+/// What a ray has gathered.
+#[derive(Clone, Copy)]
+#[repr(align(64))]
+struct Gathered {
+    /// One sum per lane: red, green, blue, opacity, and the opacity's share of the steps' numbers.
+    sums: [Stored; 5],
+    /// The number of the step that took opacity past one half; negative before.
+    half_at: f32,
+    /// The middle of the ray's first step, and one step.
+    start: [f32; 3],
+    delta: [f32; 3],
+}
+
+/// The steps of one block of a ray that wait for the light at their nodes.
+#[repr(align(64))]
+struct Waiting {
+    /// Optical depth of each step.
+    depth: Stored,
+    /// What full light would add.
+    light: [Stored; 3],
+    ray: usize,
+    /// The first of the block's nodes in the pool.
+    from: usize,
+    /// A bit for each node that is there; node n lies before step n.
+    nodes: u32,
+}
+
+/// Memory that marching uses again and again.
+pub struct FineScratch {
+    packet: Packet,
+    /// Of each ray of the packet the step after the last one that was taken.
+    covered: PerRay,
+    pool: ShadowPool,
+    parts: Parts,
+    gathered: Vec<Gathered>,
+    waiting: Vec<Waiting>,
+}
+
+impl Default for FineScratch {
+    fn default() -> Self {
+        Self {
+            packet: Packet::new(),
+            covered: PerRay::default(),
+            pool: ShadowPool::default(),
+            parts: Parts::default(),
+            gathered: Vec::new(),
+            waiting: Vec::new(),
+        }
+    }
+}
+
+/// The light is found once this many nodes wait.
+const ENOUGH: usize = 4096;
+/// Every second step begins at a node.
+const EVEN: u32 = 0x5555_5555;
+
+impl<T: Texel> FineKernel<'_, T> {
+    /// Marches `pixels` and appends their colours (over the background) and opacities to `out`.
+    ///
+    /// # Safety
+    /// The instruction set of `L` must be available.
+    #[inline(always)]
+    pub unsafe fn march<L: Lanes>(
+        &self,
+        rays: &RayBasis,
+        pixels: &[Pixel],
+        scratch: &mut FineScratch,
+        out: &mut Vec<Marched>,
+    ) -> SampleCount {
+        let eye = self.kernel.segments.in_voxels(rays.origin());
+        let mut count = SampleCount::default();
+        for pixels in pixels.chunks(L::N) {
+            let packet = &mut scratch.packet;
+            packet.fill(pixels, rays, &self.kernel.segments);
+            packet.samples.0 = packet.length.0.map(f32::ceil);
+            // SAFETY: the caller's.
+            unsafe {
+                count.primary += self.primary::<L>(scratch);
+                if scratch.pool.is_empty() || scratch.pool.len() >= ENOUGH {
+                    count.shadow += self.finish::<L>(eye, scratch, out);
+                }
+            }
+        }
+        // SAFETY: the caller's.
+        count.shadow += unsafe { self.finish::<L>(eye, scratch, out) };
+        count
+    }
+
+    /// Composites the rays of the packet, but for the light that nodes wait for; returns how many steps that took.
+    #[inline(always)]
+    unsafe fn primary<L: Lanes>(&self, scratch: &mut FineScratch) -> u64 {
+        let first = scratch.gathered.len();
+        let packet = &scratch.packet;
+        scratch.gathered.extend((0..packet.len).map(|lane| Gathered {
+            sums: [[0.0; MOST_LANES]; 5],
+            half_at: -1.0,
+            start: std::array::from_fn(|a| packet.start[a].0[lane]),
+            delta: std::array::from_fn(|a| packet.delta[a].0[lane]),
+        }));
+        scratch.covered = PerRay::default();
+        let mut count = 0;
+        loop {
+            // SAFETY: the caller's.
+            unsafe {
+                let mut going = self.going::<L>(&mut scratch.packet, &scratch.covered);
+                if going == 0 {
+                    return count;
+                }
+                let front = self.fronts::<L>(&scratch.packet);
+                scratch.pool.reserve((L::N + 1) * L::N);
+                while going != 0 {
+                    let lane = going.trailing_zeros() as usize;
+                    going &= going - 1;
+                    count += self.block::<L>(scratch, lane, first + lane, front[lane]);
+                }
+            }
+        }
+    }
+
+    /// Moves all rays on to their next step that may show anything; which of them have one, a bit each.
+    ///
+    /// Empty space is left from middle to middle of steps, so the step before may show something as well; and blocks
+    /// begin at a node.
+    #[inline(always)]
+    unsafe fn going<L: Lanes>(&self, packet: &mut Packet, covered: &PerRay) -> u32 {
+        // SAFETY: the caller's; the arrays of a packet hold at least N elements.
+        unsafe {
+            let Some(skip) = &self.kernel.skip else { return packet.going::<L>() };
+            let going = skip.advance::<L>(packet);
+            for lane in (0..L::N).filter(|lane| going >> lane & 1 == 1) {
+                let before = (packet.next.0[lane] - 1.0).max(covered.0[lane]);
+                packet.next.0[lane] = 2.0 * (0.5 * before).floor();
+            }
+            going
+        }
+    }
+
+    /// Of every ray the entry of the transfer table at its next node.
+    #[inline(always)]
+    unsafe fn fronts<L: Lanes>(&self, packet: &Packet) -> Stored {
+        // SAFETY: the arrays of a packet hold at least N elements.
+        unsafe {
+            let start = Packet::load::<L>(&packet.start);
+            let delta = Packet::load::<L>(&packet.delta);
+            let (next, length) = (L::load(packet.next.0.as_ptr()), L::load(packet.length.0.as_ptr()));
+            let mut front = [0.0; MOST_LANES];
+            let p = boundary::<L>(start, delta, L::min(next, length));
+            L::store(entry::<L>(self.kernel.field.sample::<L>(p)), front.as_mut_ptr());
+            front
+        }
+    }
+
+    /// Takes the next N steps of `ray`, which is in `lane` of the packet and begins at entry `front`; returns how many
+    /// of them counted.
+    #[inline(always)]
+    unsafe fn block<L: Lanes>(&self, scratch: &mut FineScratch, lane: usize, ray: usize, front: f32) -> u64 {
+        let FineScratch { packet, covered, pool, gathered, waiting, .. } = scratch;
+        // SAFETY: entries come from display values in 0…1 scaled to the table; arrays hold at least N elements, and the
+        // pool has room for all nodes.
+        unsafe {
+            let (zero, one) = (L::splat(0.0), L::splat(1.0));
+            let first = packet.next.0[lane];
+            let number = L::add(L::splat(first), L::iota());
+            packet.next.0[lane] += L::N as f32;
+            covered.0[lane] = packet.next.0[lane];
+            let start = [0, 1, 2].map(|a| L::splat(packet.start[a].0[lane]));
+            let delta = [0, 1, 2].map(|a| L::splat(packet.delta[a].0[lane]));
+            let length = L::splat(packet.length.0[lane]);
+            let end = L::min(L::add(number, one), length);
+            let behind = entry::<L>(self.kernel.field.sample::<L>(boundary::<L>(start, delta, end)));
+            let front = after::<L>(front, behind);
+            let inside = L::lt(number, length);
+            let [least, most] = self.kernel.visible;
+            let (high, low) = (L::max(front, behind), L::min(front, behind));
+            let shown = L::and_m(inside, L::and_m(L::gt(high, L::splat(least)), L::lt(low, L::splat(most))));
+            let inside = u64::from(L::bits(inside).count_ones());
+            if L::bits(shown) == 0 {
+                return inside;
+            }
+            let part = L::max(L::sub(end, number), zero);
+            let unit = L::mul(part, L::splat(self.extinction.unit));
+            let depth = L::mul(self.extinction.means::<L>(front, behind), unit);
+            if L::bits(L::gt(depth, zero)) == 0 {
+                return inside;
+            }
+            let through = passing::<L>(depth);
+            let arriving = packet.transmittance.0[lane];
+            let (before, all) = L::products_before(through);
+            let before = L::mul(before, L::splat(arriving));
+            packet.transmittance.0[lane] = arriving * all;
+            let gathered = &mut gathered[ray];
+            if arriving > 0.5 && arriving * all <= 0.5 {
+                let clear = L::gt(L::mul(before, through), L::splat(0.5));
+                gathered.half_at = first + L::bits(clear).trailing_ones() as f32;
+            }
+            let going = L::and_m(L::gt(depth, zero), L::gt(before, L::splat(1.0 - OPAQUE)));
+            let before = L::select(going, before, zero);
+            let weight = L::mul(before, L::sub(one, through));
+            let [r, g, b, opacity, numbers] = &mut gathered.sums;
+            L::store(L::add(L::load(opacity.as_ptr()), weight), opacity.as_mut_ptr());
+            L::store(L::fma(weight, number, L::load(numbers.as_ptr())), numbers.as_mut_ptr());
+            let rgb = self.colours_between::<L>(front, behind);
+            let kernel = &self.kernel;
+            let mut direct = L::splat(1.0 - kernel.ambient);
+            if let Some(light) = kernel.facing {
+                let middle = L::min(L::add(number, L::splat(0.5)), length);
+                direct = L::mul(direct, kernel.facing::<L>(boundary::<L>(start, delta, middle), light));
+            }
+            let is_full = matches!(kernel.lighting, Lighting::Full);
+            let known = L::add(L::splat(kernel.ambient), if is_full { direct } else { zero });
+            let known = L::mul(weight, known);
+            for (sum, rgb) in [r, g, b].into_iter().zip(rgb) {
+                L::store(L::fma(known, rgb, L::load(sum.as_ptr())), sum.as_mut_ptr());
+            }
+            if is_full {
+                return inside;
+            }
+            // A pair of steps lies between two nodes.
+            let shown = L::bits(going);
+            let pairs = (shown | shown >> 1) & EVEN;
+            let nodes = pairs | pairs << 2;
+            let from = pool.len();
+            let p = boundary::<L>(start, delta, L::min(number, length));
+            pool.push::<L>(L::mask(nodes & (u32::MAX >> (32 - L::N))), p, [zero; 3]);
+            if nodes >> L::N & 1 == 1 {
+                let last = L::min(L::splat(first + L::N as f32), length);
+                pool.push::<L>(L::mask(1), boundary::<L>(start, delta, last), [zero; 3]);
+            }
+            let mut block =
+                Waiting { depth: [0.0; MOST_LANES], light: [[0.0; MOST_LANES]; 3], ray, from, nodes };
+            L::store(depth, block.depth.as_mut_ptr());
+            let direct = L::mul(direct, before);
+            for (light, rgb) in block.light.iter_mut().zip(rgb) {
+                L::store(L::mul(direct, rgb), light.as_mut_ptr());
+            }
+            waiting.push(block);
+            inside
+        }
+    }
+
+    /// The colours between the entries `front` and `behind`; see [`ExtinctionTable::colour_at`].
+    #[inline(always)]
+    unsafe fn colours_between<L: Lanes>(&self, front: L::F, behind: L::F) -> [L::F; 3] {
+        // SAFETY: the places of two entries are below 256 each.
+        unsafe {
+            let scale = L::splat((COLOURS - 1) as f32 / (self.extinction.sums.len() - 2) as f32);
+            let (f, b) = (L::mul(front, scale), L::mul(behind, scale));
+            let low = L::to_f32(L::truncate(L::min(f, b)));
+            let high = L::ceil(L::max(f, b));
+            let rises = L::lt(f, b);
+            let at =
+                L::fma(L::select(rises, low, high), L::splat(COLOURS as f32), L::select(rises, high, low));
+            colours::<L>(L::to_bits(L::gather_f32(self.extinction.colours.as_ptr().cast(), L::truncate(at))))
+        }
+    }
+
+    /// Finds the light at the waiting nodes and appends the colours of all gathered rays to `out`.
+    #[inline(always)]
+    unsafe fn finish<L: Lanes>(
+        &self,
+        eye: [f32; 3],
+        scratch: &mut FineScratch,
+        out: &mut Vec<Marched>,
+    ) -> u64 {
+        let FineScratch { pool, parts, gathered, waiting, .. } = scratch;
+        let kernel = &self.kernel;
+        let to_light = ToLight {
+            field: &kernel.field,
+            extinction: self.extinction,
+            shadow_alpha: &kernel.table.shadow_alpha,
+            path: &kernel.light,
+            lighting: &kernel.lighting,
+        };
+        // SAFETY: the caller's; arrays hold at least N elements.
+        unsafe {
+            let samples = to_light.find::<L>(pool, parts);
+            for block in waiting.iter() {
+                arrive::<L>(block, pool, &mut gathered[block.ray].sums);
+            }
+            out.reserve(gathered.len());
+            for ray in gathered.iter() {
+                out.push(self.marched::<L>(eye, ray));
+            }
+            gathered.clear();
+            waiting.clear();
+            pool.clear();
+            samples
+        }
+    }
+
+    /// What `ray` brings back to `eye` (in voxels).
+    #[inline(always)]
+    unsafe fn marched<L: Lanes>(&self, eye: [f32; 3], ray: &Gathered) -> Marched {
+        let background = self.kernel.background;
+        // SAFETY: sums hold at least N elements.
+        unsafe {
+            let [r, g, b, opacity, numbers] = &ray.sums;
+            let whole = L::sum(L::load(opacity.as_ptr()));
+            if whole <= 0.0 {
+                return Marched::nothing(background);
+            }
+            let opacity = whole.min(1.0);
+            let mut colour =
+                [L::sum(L::load(r.as_ptr())), L::sum(L::load(g.as_ptr())), L::sum(L::load(b.as_ptr()))];
+            for (sum, background) in colour.iter_mut().zip(&background) {
+                *sum += (1.0 - opacity) * background;
+            }
+            let mean = L::sum(L::load(numbers.as_ptr())) / whole;
+            let number = if ray.half_at < 0.0 { mean } else { ray.half_at };
+            let depth = self.kernel.segments.distance(eye, ray.start, ray.delta, number);
+            Marched { colour, opacity, depth }
+        }
+    }
+}
+
+/// Adds the light that comes to the steps of `block` to `sums`.
+#[inline(always)]
+unsafe fn arrive<L: Lanes>(block: &Waiting, pool: &ShadowPool, sums: &mut [Stored; 5]) {
+    let (mut before, mut after, mut far) = ([0.0; MOST_LANES], [0.0; MOST_LANES], [0.0; MOST_LANES]);
+    let (mut nodes, mut place) = (block.nodes, block.from);
+    let mut last = (u32::MAX, [0.0; 2]);
+    while nodes != 0 {
+        let node = nodes.trailing_zeros();
+        nodes &= nodes - 1;
+        let [near, beyond] = pool.light(place);
+        place += 1;
+        if last.0 == node.wrapping_sub(2) {
+            let [near_before, beyond_before] = last.1;
+            let i = last.0 as usize;
+            let depth = block.depth[i] + block.depth[i + 1];
+            let part = if depth > 0.0 { block.depth[i] / depth } else { 0.0 };
+            let between = (near - near_before).mul_add(part, near_before);
+            (before[i], after[i]) = (near_before, between);
+            (before[i + 1], after[i + 1]) = (between, near);
+            let seen = match (near_before > DEEP, near > DEEP) {
+                (true, _) => beyond,
+                (false, true) => beyond_before,
+                (false, false) => 0.5 * (beyond_before + beyond),
+            };
+            (far[i], far[i + 1]) = (seen, seen);
+        }
+        last = (node, [near, beyond]);
+    }
+    // SAFETY: the caller's; arrays hold at least N elements.
+    unsafe {
+        let (before, depth) = (L::load(before.as_ptr()), L::load(block.depth.as_ptr()));
+        let changed = L::sub(L::load(after.as_ptr()), before);
+        let share = L::mul(depth, mean_passing::<L>(L::add(depth, changed)));
+        let arriving = L::mul(L::mul(share, passing::<L>(before)), L::load(far.as_ptr()));
+        for (sum, light) in sums.iter_mut().zip(&block.light) {
+            L::store(L::fma(arriving, L::load(light.as_ptr()), L::load(sum.as_ptr())), sum.as_mut_ptr());
+        }
+    }
+}
+
+/// Where a ray is `steps` steps after it entered the box; `start` is half a step in.
+#[inline(always)]
+unsafe fn boundary<L: Lanes>(start: [L::F; 3], delta: [L::F; 3], steps: L::F) -> [L::F; 3] {
+    // SAFETY: the caller's.
+    unsafe {
+        let from_first = L::sub(steps, L::splat(0.5));
+        [
+            L::fma(from_first, delta[0], start[0]),
+            L::fma(from_first, delta[1], start[1]),
+            L::fma(from_first, delta[2], start[2]),
+        ]
+    }
+}
+
+/// The lanes of `v` moved up by one; `first` takes the place of the lowest.
+#[inline(always)]
+unsafe fn after<L: Lanes>(first: f32, v: L::F) -> L::F {
+    let mut lanes = [first; MOST_LANES + 1];
+    // SAFETY: there is room for N lanes after the first.
+    unsafe {
+        L::store(v, lanes.as_mut_ptr().add(1));
+        L::load(lanes.as_ptr())
+    }
+}

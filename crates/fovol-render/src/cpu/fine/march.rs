@@ -1,0 +1,203 @@
+//! The specification of fine integration, as plain code. docs/integration.md has its equations.
+
+use super::super::march::{March, Marched, OPAQUE, SampleCount, half_resolution_position};
+use super::super::segment::{LightPath, SHADOW_STEP, Segment, Segments};
+use super::extinction::ExtinctionTable;
+use fovol_core::{Ray, ShadowMode, SurfaceShading};
+
+/// The ends of the steps that a shadow ray begins with, as parts of all of them together.
+pub const NEAR_STEPS: [f32; 4] = [0.125, 0.25, 0.5, 1.0];
+/// Beyond this optical depth it is dark: −ln of [`DARK`].
+pub const DEEP: f32 = 6.907_755;
+
+/// How much light comes to a point.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Light {
+    /// Optical depth of what is near the point.
+    pub near: f32,
+    /// Transmittance of what is farther away.
+    pub far: f32,
+}
+
+/// What lies on one step of a ray.
+struct Step {
+    /// Entries of the transfer table at both ends.
+    front: usize,
+    behind: usize,
+    /// Optical depth.
+    depth: f32,
+}
+
+/// What a ray has gathered.
+#[derive(Default)]
+struct Gathered {
+    colour: [f32; 3],
+    opacity: f32,
+    weighted_number: f32,
+    half_at: Option<f32>,
+}
+
+impl March<'_> {
+    /// What `ray` brings back by fine integration.
+    pub fn fine_ray(&self, table: &ExtinctionTable, ray: &Ray, count: &mut SampleCount) -> Marched {
+        let segments = Segments::new(self.grid, self.step);
+        let segment = segments.of(ray);
+        let path = LightPath::new(&self.shading.light, self.grid, self.step);
+        let mut gathered = Gathered::default();
+        let mut front = self.entry(table, segment.boundary(0.0));
+        let mut lit: Option<Light> = None;
+        let mut number = 0.0;
+        while number < segment.length && gathered.opacity < OPAQUE {
+            let first = self.step_between(table, &segment, number, front, count);
+            let second = self.step_between(table, &segment, number + 1.0, first.behind, count);
+            front = second.behind;
+            let depth = first.depth + second.depth;
+            if depth > 0.0 {
+                let mut light = |steps| self.light_at(table, segment.boundary(steps), &path, count);
+                let before = lit.unwrap_or_else(|| light(number));
+                let after = light(number + 2.0);
+                let part = first.depth / depth;
+                let between = (after.near - before.near).mul_add(part, before.near);
+                let far = far_between(before, after);
+                self.add(table, &segment, number, &first, [before.near, between], far, &mut gathered);
+                self.add(table, &segment, number + 1.0, &second, [between, after.near], far, &mut gathered);
+                lit = Some(after);
+            } else {
+                lit = None;
+            }
+            number += 2.0;
+        }
+        let Gathered { colour, opacity, weighted_number, half_at } = gathered;
+        let colour = std::array::from_fn(|c| colour[c] + (1.0 - opacity) * self.background[c] as f32);
+        if opacity == 0.0 {
+            return Marched::nothing(colour);
+        }
+        let number = half_at.unwrap_or(weighted_number / opacity);
+        let depth = segments.distance(segments.in_voxels(ray.origin), segment.start, segment.delta, number);
+        Marched { colour, opacity, depth }
+    }
+
+    /// The entry of the transfer table at `p`.
+    fn entry(&self, table: &ExtinctionTable, p: [f32; 3]) -> usize {
+        (self.bricks.sample(p) * (table.sums.len() - 2) as f32 + 0.5) as usize
+    }
+
+    /// Step `number` of `segment`, which begins at entry `front`.
+    fn step_between(
+        &self,
+        table: &ExtinctionTable,
+        segment: &Segment,
+        number: f32,
+        front: usize,
+        count: &mut SampleCount,
+    ) -> Step {
+        let length = (segment.length - number).clamp(0.0, 1.0);
+        if length == 0.0 {
+            return Step { front, behind: front, depth: 0.0 };
+        }
+        count.primary += 1;
+        let behind = self.entry(table, segment.boundary(number + 1.0));
+        Step { front, behind, depth: table.mean(front, behind) * length }
+    }
+
+    /// Adds what `step` sends to the eye, where the optical depth towards the light goes from one of `near` to the
+    /// other.
+    fn add(
+        &self,
+        table: &ExtinctionTable,
+        segment: &Segment,
+        number: f32,
+        step: &Step,
+        near: [f32; 2],
+        far: f32,
+        gathered: &mut Gathered,
+    ) {
+        if step.depth == 0.0 {
+            return;
+        }
+        let passing = 1.0 - gathered.opacity;
+        let alpha = 1.0 - (-step.depth).exp();
+        let facing = match self.shading.surface {
+            SurfaceShading::Flat => 1.0,
+            SurfaceShading::Gradient => self.facing(segment.boundary(number + 0.5)),
+        };
+        let ambient = self.shading.ambient as f32;
+        let direct = far * (-near[0]).exp() * step.depth * mean_passing(step.depth + near[1] - near[0]);
+        let weight = passing * (ambient * alpha + (1.0 - ambient) * facing * direct);
+        let packed = table.colours[table.colour_at(step.front, step.behind)];
+        let rgb = [packed & 0x7FF, packed >> 11 & 0x7FF, packed >> 22];
+        for (c, most) in [2047.0, 2047.0, 1023.0].into_iter().enumerate() {
+            gathered.colour[c] += weight * rgb[c] as f32 / most;
+        }
+        gathered.opacity += passing * alpha;
+        gathered.weighted_number += passing * alpha * number;
+        if gathered.opacity >= 0.5 && gathered.half_at.is_none() {
+            gathered.half_at = Some(number);
+        }
+    }
+
+    /// How much light comes to `p`.
+    fn light_at(
+        &self,
+        table: &ExtinctionTable,
+        p: [f32; 3],
+        path: &LightPath,
+        count: &mut SampleCount,
+    ) -> Light {
+        if self.shading.shadows == ShadowMode::Off {
+            return Light { near: 0.0, far: 1.0 };
+        }
+        let (near, q) = self.near_depth(table, p, path, count);
+        if near > DEEP || path.way_out(q) < 0.5 * SHADOW_STEP {
+            return Light { near, far: 1.0 };
+        }
+        let far = match self.shadow_grid {
+            Some(grid) => grid.sample(half_resolution_position(q)),
+            None => self.transmittance(q, path, count),
+        };
+        Light { near, far }
+    }
+
+    /// The optical depth of the first part of the way from `p` to the light, and where that part ends. What is left
+    /// from there is a whole number of shadow steps.
+    pub fn near_depth(
+        &self,
+        table: &ExtinctionTable,
+        p: [f32; 3],
+        path: &LightPath,
+        count: &mut SampleCount,
+    ) -> (f32, [f32; 3]) {
+        let way = path.way_out(p).max(0.0);
+        let length = near_length(way);
+        let mut front = self.entry(table, p);
+        let (mut near, mut begin) = (0.0, 0.0);
+        for end in NEAR_STEPS {
+            count.shadow += 1;
+            let at = std::array::from_fn(|a| (length * end).mul_add(path.delta[a], p[a]));
+            let behind = self.entry(table, at);
+            near = (table.mean(front, behind) * length).mul_add(end - begin, near);
+            (front, begin) = (behind, end);
+        }
+        (near, std::array::from_fn(|a| length.mul_add(path.delta[a], p[a])))
+    }
+}
+
+/// How many of the `way` steps out of the box are near: one to two shadow steps, so that a whole number of these is
+/// left.
+fn near_length(way: f32) -> f32 {
+    way - SHADOW_STEP * ((way - SHADOW_STEP) * (1.0 / SHADOW_STEP)).floor().max(0.0)
+}
+
+/// The far transmittance between two points. A point in the deep does not know its own.
+fn far_between(before: Light, after: Light) -> f32 {
+    match (before.near > DEEP, after.near > DEEP) {
+        (true, _) => after.far,
+        (false, true) => before.far,
+        (false, false) => 0.5 * (before.far + after.far),
+    }
+}
+
+/// The mean of e^(−x·s) over s from 0 to 1: (1 − e^(−x))/x.
+fn mean_passing(x: f32) -> f32 {
+    if x.abs() < 0.05 { 1.0 - x * (0.5 - x * (1.0 / 6.0 - x / 24.0)) } else { (1.0 - (-x).exp()) / x }
+}

@@ -1,0 +1,10 @@
+//! Fine integration: what lies between samples is integrated, not skipped. docs/integration.md has the equations.
+
+mod exponential;
+mod extinction;
+mod kernel;
+mod lit;
+mod march;
+
+pub use extinction::ExtinctionTable;
+pub use kernel::{FineKernel, FineScratch};
