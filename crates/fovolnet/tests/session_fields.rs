@@ -3,7 +3,7 @@
 use fovolnet::core::{Dtype, Endian, Frame, Integration, ShadowMode, SurfaceShading};
 use fovolnet::{
     Device, NamedView, Orientation, Pipeline, Reconstruction, RenderSettings, Sampling, Session,
-    SpeedSettings, VolumeSettings, open_volume,
+    SpeedSettings, TransferRange, ValueScale, VolumeSettings, open_volume,
 };
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -50,6 +50,8 @@ fn everything(volume: &Path) -> Session {
         orientation: Some(Orientation::Grid),
         camera: None,
         tf: Some("auto".into()),
+        tf_range: Some(TransferRange::Data),
+        scale: Some(ValueScale::Linear),
         clip: Some([0.0, 1.0, 0.0, 1.0, 0.0, 1.0]),
         light: Some([0.5, 1.0, 0.3]),
         shadows: Some(ShadowMode::On),
@@ -58,6 +60,7 @@ fn everything(volume: &Path) -> Session {
         background: Some([0.0; 3]),
         transparent: Some(false),
         step: Some(0.5),
+        integration: Some(Integration::Fine),
         sampling: Some(Sampling::Compact.into()),
         pb: Some(0.2),
         sigma: Some(0.05),
@@ -143,6 +146,14 @@ fn steps() -> Vec<Step> {
             ..step("render.camera", |s| s.render.camera = Some([0.0, 1.0, 2.0, 0.0, 0.0, 0.0, 30.0]))
         },
         step("render.tf", |s| s.render.tf = Some("viridis".into())),
+        Step {
+            from: |s| {
+                let text = r#"{"range":[20000,60000],"points":[[0,1,0,0,0],[1,0,1,0,0.5]]}"#;
+                s.render.tf = Some(text.into());
+            },
+            ..step("render.tf-range", |s| s.render.tf_range = Some(TransferRange::Stretch))
+        },
+        step("render.scale", |s| s.render.scale = Some(ValueScale::Log)),
         step("render.clip", |s| s.render.clip = Some([0.0, 0.6, 0.1, 1.0, 0.0, 1.0])),
         step("render.light", |s| s.render.light = Some([-1.0, 0.2, 0.1])),
         step("render.shadows", |s| s.render.shadows = Some(ShadowMode::Off)),
