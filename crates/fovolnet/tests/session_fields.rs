@@ -50,7 +50,7 @@ fn everything(volume: &Path) -> Session {
         orientation: Some(Orientation::Grid),
         camera: None,
         tf: Some("auto".into()),
-        tf_range: Some(TransferRange::Data),
+        tf_range: Some(TransferRange::Stretch),
         scale: Some(ValueScale::Linear),
         clip: Some([0.0, 1.0, 0.0, 1.0, 0.0, 1.0]),
         light: Some([0.5, 1.0, 0.3]),
@@ -151,7 +151,7 @@ fn steps() -> Vec<Step> {
                 let text = r#"{"range":[20000,60000],"points":[[0,1,0,0,0],[1,0,1,0,0.5]]}"#;
                 s.render.tf = Some(text.into());
             },
-            ..step("render.tf-range", |s| s.render.tf_range = Some(TransferRange::Stretch))
+            ..step("render.tf-range", |s| s.render.tf_range = Some(TransferRange::Data))
         },
         step("render.scale", |s| s.render.scale = Some(ValueScale::Log)),
         step("render.clip", |s| s.render.clip = Some([0.0, 0.6, 0.1, 1.0, 0.0, 1.0])),
