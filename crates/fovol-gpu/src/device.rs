@@ -64,6 +64,11 @@ impl Gpu {
         self.compiled.as_deref().map(PipelineCache::get)
     }
 
+    /// What is doubtful about this device: a damaged file of compiled pipelines.
+    pub fn note(&self) -> Option<&str> {
+        self.compiled.as_deref().and_then(PipelineCache::note)
+    }
+
     /// The adapter's name, kind and driver.
     pub fn info(&self) -> wgpu::AdapterInfo {
         self.device.adapter_info()

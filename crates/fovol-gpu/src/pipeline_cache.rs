@@ -1,8 +1,15 @@
 //! What drivers have compiled, kept for the next run of a program.
 
+use sha2::{Digest, Sha256};
 use std::fmt;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+
+/// The first bytes of a file of compiled pipelines. They are followed by the SHA-256 of the rest.
+const MARK: &[u8; 8] = b"FOVOLPC1";
+
+/// Bytes of a SHA-256.
+const DIGEST: usize = 32;
 
 /// The environment variable that names the folder for what drivers have compiled; empty for none.
 pub const CACHE_VARIABLE: &str = "FOVOLNET_CACHE";
@@ -12,8 +19,10 @@ pub const CACHE_VARIABLE: &str = "FOVOLNET_CACHE";
 pub(crate) struct PipelineCache {
     cache: wgpu::PipelineCache,
     file: PathBuf,
-    /// What the file held.
+    /// What the file held, where it was sound.
     found: Option<Vec<u8>>,
+    /// What is to be said of a file that was not.
+    note: Option<String>,
 }
 
 impl PipelineCache {
@@ -27,17 +36,26 @@ impl PipelineCache {
             return None;
         }
         let file = folder.join(wgpu::util::pipeline_cache_key(&device.adapter_info())?);
-        let found = std::fs::read(&file).ok();
+        let (found, note) = match std::fs::read(&file).map(|bytes| contents(&bytes)) {
+            Ok(Some(sound)) => (Some(sound), None),
+            Ok(None) => (None, Some(damaged(&file))),
+            Err(_) => (None, None),
+        };
         let descriptor =
             wgpu::PipelineCacheDescriptor { label: None, data: found.as_deref(), fallback: true };
-        // SAFETY: the file is this user's own, written by `save` alone and never in part, and says of which adapter and driver
-        // it is, which is compared before a driver sees the rest.
+        // SAFETY: the file is this user's own and its digest says that `save` wrote all of it. It says of which adapter and
+        // driver it is, which is compared before a driver sees the rest.
         let cache = unsafe { device.create_pipeline_cache(&descriptor) };
-        Some(Self { cache, file, found })
+        Some(Self { cache, file, found, note })
     }
 
     pub fn get(&self) -> &wgpu::PipelineCache {
         &self.cache
+    }
+
+    /// What is to be said of a file that was damaged.
+    pub fn note(&self) -> Option<&str> {
+        self.note.as_deref()
     }
 
     /// Writes what has been compiled, if that is more than what was found. All of it or nothing.
@@ -48,10 +66,26 @@ impl PipelineCache {
         let folder = self.file.parent().unwrap_or(Path::new("."));
         std::fs::create_dir_all(folder)?;
         let mut file = tempfile::NamedTempFile::new_in(folder)?;
+        file.write_all(MARK)?;
+        file.write_all(&Sha256::digest(&data))?;
         file.write_all(&data)?;
         file.persist(&self.file)?;
         Ok(())
     }
+}
+
+/// The pipelines in a file; none where any byte of it is not as it was written.
+fn contents(bytes: &[u8]) -> Option<Vec<u8>> {
+    let (digest, data) = bytes.strip_prefix(MARK)?.split_at_checked(DIGEST)?;
+    (Sha256::digest(data).as_slice() == digest).then(|| data.to_vec())
+}
+
+/// What is said of `file`.
+fn damaged(file: &Path) -> String {
+    format!(
+        "{}: the compiled pipelines in it are damaged or of an earlier version; they are made anew",
+        file.display()
+    )
 }
 
 impl Drop for PipelineCache {
@@ -87,6 +121,18 @@ mod tests {
     use crate::{AdapterRequest, Gpu};
 
     #[test]
+    fn every_damaged_byte_is_found() {
+        let whole = [&MARK[..], &Sha256::digest(b"pipelines"), b"pipelines"].concat();
+        assert_eq!(contents(&whole).as_deref(), Some(&b"pipelines"[..]));
+        for at in 0..whole.len() {
+            let mut damaged = whole.clone();
+            damaged[at] ^= 0x10;
+            assert_eq!(contents(&damaged), None, "{at}");
+            assert_eq!(contents(&whole[..at]), None, "{at}");
+        }
+    }
+
+    #[test]
     #[ignore = "needs a graphics processor, or Mesa's software one"]
     fn what_was_compiled_is_found_again_and_what_is_damaged_does_no_harm() {
         let gpu = Gpu::open(&AdapterRequest::Any.or_environment()).unwrap();
@@ -105,17 +151,22 @@ mod tests {
                 cache: Some(cache.get()),
             };
             gpu.guarded("compiling", || drop(gpu.device().create_compute_pipeline(&descriptor))).unwrap();
-            let (file, found) = (cache.file.clone(), cache.found.clone());
+            let (file, found, note) = (cache.file.clone(), cache.found.clone(), cache.note.clone());
             drop(cache);
-            Some((file, found))
+            Some((file, found, note))
         };
-        let Some((file, nothing)) = build() else { return };
+        let Some((file, nothing, _)) = build() else { return };
         assert_eq!(nothing, None);
         let written = std::fs::read(&file).expect("a file of what was compiled");
-        assert_eq!(build().unwrap().1.as_ref(), Some(&written));
-        for damaged in [&written[..written.len() / 2], b"", b"nothing of the kind"] {
+        let again = build().unwrap();
+        assert_eq!((again.1, again.2), (contents(&written), None));
+        let mut changed = written.clone();
+        changed[64..72].fill(0xFF);
+        for damaged in [&written[..written.len() / 2], b"", b"nothing of the kind", &changed] {
             std::fs::write(&file, damaged).unwrap();
-            assert_eq!(build().unwrap().1.as_deref(), Some(damaged));
+            let (_, found, note) = build().unwrap();
+            assert!(found.is_none() && note.unwrap().contains("made anew"));
+            assert_eq!(contents(&std::fs::read(&file).unwrap()), contents(&written), "the file is mended");
         }
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "nothing else is left there");
     }

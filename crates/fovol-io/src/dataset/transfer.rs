@@ -45,7 +45,7 @@ fn held_bytes(part: &Path, total: u64) -> Result<u64> {
 /// Asks for what follows the first `held` bytes; returns the position that the answer starts at: 0 when
 /// the server sends everything regardless.
 fn open(url: &str, held: u64) -> Result<(u64, Response<Body>)> {
-    let mut request = agent().get(url);
+    let mut request = agent(PATIENCE).get(url);
     if held > 0 {
         request = request.header("Range", format!("bytes={held}-"));
     }
@@ -60,14 +60,17 @@ fn open(url: &str, held: u64) -> Result<(u64, Response<Body>)> {
     }
 }
 
-fn agent() -> Agent {
+/// An agent that gives up after `patience`: without a connection, without the whole head of an answer, and without a byte of its
+/// body. A server that sends the head byte by byte would hold it for ever otherwise.
+fn agent(patience: Duration) -> Agent {
     Agent::config_builder()
         .http_status_as_error(false)
         .user_agent(concat!("fovolnet/", env!("CARGO_PKG_VERSION")))
         // Compressed on the way, positions in the file would mean nothing.
         .accept_encoding("identity")
-        .timeout_connect(Some(PATIENCE))
-        .timeout_per_read(Some(PATIENCE))
+        .timeout_connect(Some(patience))
+        .timeout_recv_response(Some(patience))
+        .timeout_per_read(Some(patience))
         .build()
         .into()
 }
@@ -113,4 +116,32 @@ fn copy(
     // The last report comes even when nothing is left to receive.
     let _ = watch.goes_on(Stage::Download, received, total);
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::net::TcpListener;
+    use std::time::Instant;
+
+    #[test]
+    fn a_head_that_drips_is_given_up() {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let url = format!("http://{}/x", listener.local_addr().unwrap());
+        std::thread::spawn(move || {
+            let (mut stream, _) = listener.accept().unwrap();
+            let _ = stream.write_all(b"HTTP/1.1 200 OK\r\nX: ");
+            // Ten seconds of a header that never ends.
+            for _ in 0..100 {
+                if stream.write_all(b"1").is_err() {
+                    return;
+                }
+                std::thread::sleep(Duration::from_millis(100));
+            }
+        });
+        let begun = Instant::now();
+        let error = agent(Duration::from_millis(500)).get(&url).call().unwrap_err();
+        assert!(begun.elapsed() < Duration::from_secs(8), "{:?}: {error}", begun.elapsed());
+        assert!(matches!(error, ureq::Error::Timeout(_)), "{error}");
+    }
 }

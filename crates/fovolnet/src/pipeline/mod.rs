@@ -417,6 +417,7 @@ impl Marcher {
             marcher => {
                 let marcher = marcher?;
                 let mut notes: Vec<String> = gpu.is_software().then(slow).into_iter().collect();
+                notes.extend(gpu.note().map(str::to_owned));
                 if speed.filtering.is_some_and(|wanted| wanted != marcher.filtering()) {
                     notes.push(format!(
                         "voxels are interpolated exactly: samplers of {} do not filter their type",
