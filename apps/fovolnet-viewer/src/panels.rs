@@ -42,15 +42,6 @@ pub fn scene(ui: &mut Ui, settings: &mut RenderSettings) {
             set(&mut settings.shading, surface);
         });
     });
-    let mut integration = settings.integration();
-    ui.horizontal(|ui| {
-        ui.label("Integration");
-        ui.selectable_value(&mut integration, Integration::Fine, "fine");
-        ui.selectable_value(&mut integration, Integration::Plain, "plain");
-    });
-    if integration != settings.integration() {
-        settings.integration = Some(integration);
-    }
     number(ui, "Ambient", &mut settings.ambient, 0.3, 0.0..=1.0, false);
     number(ui, "Step (voxels)", &mut settings.step, 0.5, 0.1..=4.0, true);
     ui.horizontal(|ui| {
@@ -60,6 +51,15 @@ pub fn scene(ui: &mut Ui, settings: &mut RenderSettings) {
             settings.background = Some(colour);
         }
     });
+    let mut integration = settings.integration();
+    ui.horizontal(|ui| {
+        ui.label("Integration");
+        ui.selectable_value(&mut integration, Integration::Fine, "fine");
+        ui.selectable_value(&mut integration, Integration::Plain, "plain");
+    });
+    if integration != settings.integration() {
+        settings.integration = Some(integration);
+    }
 }
 
 /// How the volume stands, where its file says how the patient lies, and the sides to look from.
