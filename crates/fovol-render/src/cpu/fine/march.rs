@@ -21,11 +21,21 @@ pub struct Light {
 
 /// What lies on one step of a ray.
 struct Step {
+    /// Its place along the ray: the first step has number 0.
+    number: f32,
     /// Entries of the transfer table at both ends.
     front: usize,
     behind: usize,
     /// Optical depth.
     depth: f32,
+}
+
+/// The light that comes to one step.
+struct Passing {
+    /// Optical depth towards the light, of the near part, at both ends of the step.
+    near: [f32; 2],
+    /// The share of light that passes the far part.
+    far: f32,
 }
 
 /// What a ray has gathered.
@@ -59,8 +69,20 @@ impl March<'_> {
                 let part = first.depth / depth;
                 let between = (after.near - before.near).mul_add(part, before.near);
                 let far = far_between(before, after);
-                self.add(table, &segment, number, &first, [before.near, between], far, &mut gathered);
-                self.add(table, &segment, number + 1.0, &second, [between, after.near], far, &mut gathered);
+                self.add(
+                    table,
+                    &segment,
+                    &first,
+                    &Passing { near: [before.near, between], far },
+                    &mut gathered,
+                );
+                self.add(
+                    table,
+                    &segment,
+                    &second,
+                    &Passing { near: [between, after.near], far },
+                    &mut gathered,
+                );
                 lit = Some(after);
             } else {
                 lit = None;
@@ -93,25 +115,23 @@ impl March<'_> {
     ) -> Step {
         let length = (segment.length - number).clamp(0.0, 1.0);
         if length == 0.0 {
-            return Step { front, behind: front, depth: 0.0 };
+            return Step { number, front, behind: front, depth: 0.0 };
         }
         count.primary += 1;
         let behind = self.entry(table, segment.boundary(number + 1.0));
-        Step { front, behind, depth: table.mean(front, behind) * length }
+        Step { number, front, behind, depth: table.mean(front, behind) * length }
     }
 
-    /// Adds what `step` sends to the eye, where the optical depth towards the light goes from one of `near` to the
-    /// other.
+    /// Adds what `step` sends to the eye, where `light` comes to it.
     fn add(
         &self,
         table: &ExtinctionTable,
         segment: &Segment,
-        number: f32,
         step: &Step,
-        near: [f32; 2],
-        far: f32,
+        light: &Passing,
         gathered: &mut Gathered,
     ) {
+        let (number, near, far) = (step.number, light.near, light.far);
         if step.depth == 0.0 {
             return;
         }
