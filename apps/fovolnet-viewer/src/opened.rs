@@ -147,7 +147,7 @@ impl Opened {
     }
 
     /// Takes another transfer function.
-    pub fn set_transfer(&mut self, transfer: TransferFunction) {
+    pub fn set_transfer(&mut self, transfer: &TransferFunction) {
         let transfer = transfer.over(self.volume.volume.range());
         self.document.set_transfer_function(&transfer);
         self.transfer = (self.document.settings().tf.clone(), transfer);

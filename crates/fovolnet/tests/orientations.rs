@@ -185,11 +185,13 @@ fn light(frame: &Frame, columns: [f32; 2], rows: [f32; 2]) -> f32 {
     pixels.map(|(x, y)| frame.pixel(x, y)[0]).sum()
 }
 
+/// The bytes of the scan in one format, with these axes.
+type Writer = fn(Axes) -> Vec<u8>;
+
 #[test]
 fn a_letter_is_the_same_in_every_orientation_and_format() {
     let folder = tempfile::tempdir().unwrap();
-    let formats: [(&str, fn(Axes) -> Vec<u8>); 4] =
-        [("nrrd", nrrd), ("mha", metaimage), ("vti", vti), ("nii", nifti)];
+    let formats: [(&str, Writer); 4] = [("nrrd", nrrd), ("mha", metaimage), ("vti", vti), ("nii", nifti)];
     let mut first: Option<Frame> = None;
     for axes in Axes::all() {
         for (ending, bytes) in formats {

@@ -218,7 +218,7 @@ impl Viewer {
             Purpose::Open => self.after_saving(context, Next::Open(path.display().to_string())),
             Purpose::SaveSession => self.save(context, path),
             Purpose::ReadTransfer => match (transfer_function::read(path), &mut self.opened) {
-                (Ok(transfer), Some(opened)) => opened.set_transfer(transfer),
+                (Ok(transfer), Some(opened)) => opened.set_transfer(&transfer),
                 (Err(error), _) => self.messages.error(error.to_string()),
                 (Ok(_), None) => {}
             },

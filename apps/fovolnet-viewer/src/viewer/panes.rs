@@ -78,7 +78,7 @@ impl Viewer {
             });
             let transfer = opened.transfer().clone();
             if let Some(changed) = opened.editor.ui(ui, &transfer, &opened.backdrop) {
-                opened.set_transfer(changed);
+                opened.set_transfer(&changed);
             }
             opened.backdrop.ui(ui, &opened.volume);
         });
