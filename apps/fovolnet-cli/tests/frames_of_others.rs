@@ -43,7 +43,7 @@ fn sparse(i: u32, size: FrameSize) -> Frame {
     for (k, pixel) in frame.pixels_mut().iter_mut().enumerate() {
         let (x, y) = ((k as u32 % size.width) as f32, (k as u32 / size.width) as f32);
         let is_inside = (x - 14.0 - 1.5 * i as f32).hypot(y - 16.0) < 9.0;
-        if (k + 3 * i as usize) % 7 == 0 {
+        if (k + 3 * i as usize).is_multiple_of(7) {
             *pixel = if is_inside { [0.9, 0.5, 0.1, 1.0] } else { [0.0, 0.0, 0.2, 1.0] };
         }
     }
@@ -63,8 +63,8 @@ fn padded(i: u32) -> String {
     format!("sparse_{i:04}.png")
 }
 
-fn bytes(path: PathBuf) -> Vec<u8> {
-    std::fs::read(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+fn bytes(path: impl AsRef<Path>) -> Vec<u8> {
+    std::fs::read(path.as_ref()).unwrap_or_else(|e| panic!("{}: {e}", path.as_ref().display()))
 }
 
 #[test]
