@@ -291,8 +291,10 @@ fn messages_say_what_helps() {
     assert!(said.contains("v runs from 0 to 1 over the shown range"), "{said}");
     let header = b"NRRD0004\ntype: uint8\ndimension: 4\nsizes: 2 2 1 3\nencoding: raw\n\n";
     let moving = folder.file("moving.nrrd", [&header[..], &[0, 255, 3, 4, 5, 6, 7, 8, 9, 1, 2, 3]].concat());
-    let told = String::from_utf8(run(&["info", &moving]).stdout).unwrap();
-    assert!(told.contains("3 time points, number 0 is shown; --time N chooses another"), "{told}");
+    let told = run(&["info", &moving]);
+    assert!(String::from_utf8_lossy(&told.stdout).contains("times       3"), "{told:?}");
+    let said = String::from_utf8_lossy(&told.stderr);
+    assert!(said.contains("3 time points, number 0 is shown; --time N chooses another"), "{told:?}");
     let said = render(&moving, &folder.at("out"), &[]);
     assert!(said.contains("moving.nrrd has 3 time points, number 0 is shown"), "{said}");
 }
