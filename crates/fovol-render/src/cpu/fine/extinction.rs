@@ -42,14 +42,9 @@ impl ExtinctionTable {
             sums.push((sum / unit) as i32);
         }
         let mut out = Self { sums, unit: unit as f32, colours: Vec::new() };
-        let rgb: Vec<[f64; 3]> = (0..=last)
-            .map(|i| {
-                let [r, g, b, _] = transfer.evaluate(i as f64 / last as f64);
-                [r, g, b]
-            })
-            .collect();
+        let emitted = Emitted::new(transfer, &each);
         let pairs = (0..COLOURS * COLOURS).into_par_iter();
-        out.colours = pairs.map(|i| out.colour_between(&rgb, i / COLOURS, i % COLOURS)).collect();
+        out.colours = pairs.map(|i| out.colour_between(&emitted, i / COLOURS, i % COLOURS)).collect();
         out
     }
 
@@ -69,21 +64,59 @@ impl ExtinctionTable {
     }
 
     /// The colour that a segment of one step sends to the eye, between the values `front` and `behind` of 0…255.
-    fn colour_between(&self, rgb: &[[f64; 3]], front: usize, behind: usize) -> u32 {
-        let fine = (rgb.len() - 1) as f64 / (COLOURS - 1) as f64;
-        let at = |part: f64| (front as f64 + (behind as f64 - front as f64) * part / PARTS as f64) * fine;
-        let (mut passing, mut colour, mut plain) = (1.0f64, [0.0f64; 3], [0.0f64; 3]);
+    fn colour_between(&self, emitted: &Emitted, front: usize, behind: usize) -> u32 {
+        let scale = (self.sums.len() - 2) as f64 / (COLOURS - 1) as f64;
+        let at = |part: usize| (front as f64 + (behind as f64 - front as f64) * part as f64 / PARTS as f64) * scale;
+        let (mut passing, mut colour) = (1.0f64, [0.0f64; 3]);
         for part in 0..PARTS {
-            let [from, middle, to] = [0.0, 0.5, 1.0].map(|more| at(part as f64 + more).round() as usize);
+            let [from, to] = [at(part), at(part + 1)].map(|entry| entry.round() as usize);
             let through = (-f64::from(self.mean(from, to)) / PARTS as f64).exp();
             let weight = passing * (1.0 - through);
             passing *= through;
+            let rgb = emitted.mean(from, to);
             for c in 0..3 {
-                colour[c] += weight * rgb[middle][c];
-                plain[c] += rgb[middle][c];
+                colour[c] += weight * rgb[c];
             }
         }
         let opacity = 1.0 - passing;
-        if opacity > 1e-9 { pack(colour.map(|c| c / opacity)) } else { pack(plain.map(|c| c / PARTS as f64)) }
+        let ends = [0, PARTS].map(|part| at(part).round() as usize);
+        if opacity > 1e-9 { pack(colour.map(|c| c / opacity)) } else { pack(emitted.mean(ends[0], ends[1])) }
+    }
+}
+
+/// Sums over the entries before each: of light of every colour, which is the colour times its extinction, and of
+/// extinction.
+///
+/// A colour that is seen between two values is the mean of all between them, each weighed by its extinction: where the
+/// transfer function jumps, a hidden colour on one side must not tint the other.
+struct Emitted {
+    sums: Vec<[f64; 4]>,
+}
+
+/// The part of the greatest extinction that every colour counts with besides its own, so that what is all hidden has a
+/// colour as well.
+const HIDDEN: f64 = 1e-9;
+
+impl Emitted {
+    /// The sums for the extinctions `tau` of all entries.
+    fn new(transfer: &TransferFunction, tau: &[f64]) -> Self {
+        let greatest = tau.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+        let mut sum = [0.0; 4];
+        let mut sums = vec![sum];
+        let last = (tau.len() - 1) as f64;
+        for (i, tau) in tau.iter().enumerate() {
+            let [r, g, b, _] = transfer.evaluate(i as f64 / last);
+            let weight = tau + HIDDEN * greatest;
+            sum = [sum[0] + weight * r, sum[1] + weight * g, sum[2] + weight * b, sum[3] + weight];
+            sums.push(sum);
+        }
+        Self { sums }
+    }
+
+    /// The mean colour between the entries `a` and `b`.
+    fn mean(&self, a: usize, b: usize) -> [f64; 3] {
+        let (before, through) = (self.sums[a.min(b)], self.sums[a.max(b) + 1]);
+        let weight = through[3] - before[3];
+        std::array::from_fn(|c| (through[c] - before[c]) / weight)
     }
 }
