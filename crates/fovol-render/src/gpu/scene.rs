@@ -5,7 +5,7 @@ use super::volume_texture::{TexelKind, VolumeTexture};
 use crate::Filtering;
 use crate::cpu::{Bricks, ExtinctionTable, LightPath, Macrocells, Segments, TransferTable, half_resolution};
 use bytemuck::{Pod, Zeroable};
-use fovol_core::{Grid, Integration, Scene, Shading, ShadowMode, TransferFunction};
+use fovol_core::{ClipBox, Grid, Integration, Scene, Shading, ShadowMode, TransferFunction};
 use fovol_gpu::Gpu;
 use fovol_gpu::binding::{Slot, bind_group, bind_group_layout};
 use wgpu::{BufferUsages, TextureFormat, TextureUsages};
@@ -28,6 +28,10 @@ pub struct SceneNumbers {
     last_entry: u32,
     light_direction: [f32; 3],
     after_light_direction: f32,
+    box_low: [f32; 3],
+    after_box_low: f32,
+    box_high: [f32; 3],
+    after_box_high: f32,
 }
 
 /// What of a scene is compiled into shaders.
@@ -111,7 +115,7 @@ impl DeviceScene {
 
     /// Where rays take their samples.
     pub fn segments(&self) -> Segments {
-        Segments::new(&self.contents.grid, self.contents.step)
+        Segments::new(&self.contents.grid, &self.contents.clip, self.contents.step)
     }
 }
 
@@ -121,6 +125,7 @@ pub struct Contents {
     gpu: Gpu,
     layout: wgpu::BindGroupLayout,
     grid: Grid,
+    clip: ClipBox,
     volume: VolumeTexture,
     /// From texels to display values.
     value_scale: f32,
@@ -149,6 +154,7 @@ impl Contents {
             gpu: gpu.clone(),
             layout: gpu.guarded("uploading the scene", || scene_layout(gpu, volume.kind()))?,
             grid: *scene.volume.grid(),
+            clip: scene.clip_box(),
             value_scale: bricks.scale() * volume.unit(),
             volume,
             cells,
@@ -168,9 +174,10 @@ impl Contents {
             self.transfer = scene.transfer_function.clone();
             self.cells.classify(&self.transfer);
         }
-        let before = (self.shading, self.background, self.step, self.integration);
-        let after = (scene.shading, scene.background, scene.marching_step(), scene.integration);
-        (self.shading, self.background, self.step, self.integration) = after;
+        let before = (self.shading, self.background, self.step, self.integration, self.clip);
+        let step = scene.marching_step();
+        let after = (scene.shading, scene.background, step, scene.integration, scene.clip_box());
+        (self.shading, self.background, self.step, self.integration, self.clip) = after;
         recoloured || before != after
     }
 
@@ -220,8 +227,9 @@ impl Contents {
     }
 
     fn numbers(&self, table: &TransferTable, extinction_unit: f32) -> SceneNumbers {
-        let light = LightPath::new(&self.shading.light, &self.grid, self.step);
+        let light = LightPath::new(&self.shading.light, &self.grid, &self.clip, self.step);
         let delta = self.step * self.grid.smallest_voxel();
+        let [box_low, box_high] = self.clip.in_voxels();
         SceneNumbers {
             last: self.grid.dims().map(|d| (d - 1) as f32),
             delta: delta as f32,
@@ -237,6 +245,8 @@ impl Contents {
             // Shaders need not know infinity.
             light_inverse: light.inverse.map(|i| if i.is_finite() { i } else { 0.0 }),
             light_direction: self.shading.light.direction().as_vec3().to_array(),
+            box_low,
+            box_high,
             ..SceneNumbers::zeroed()
         }
     }
@@ -338,7 +348,9 @@ mod tests {
                     extinction_unit,
                     light_inverse,
                     last_entry,
-                    light_direction
+                    light_direction,
+                    box_low,
+                    box_high
                 }
             );
         }

@@ -29,6 +29,10 @@ struct Scene {
     last_entry: u32,
     /// The unit vector towards the light in world space.
     light_direction: vec3f,
+    /// The lowest corner of the part that is there.
+    box_low: vec3f,
+    /// The highest.
+    box_high: vec3f,
 }
 
 /// Whether rays leave empty space at once.

@@ -1,7 +1,7 @@
 //! The specification of fine integration, as plain code. docs/integration.md has its equations.
 
 use super::super::march::{March, Marched, OPAQUE, SampleCount, half_resolution_position};
-use super::super::segment::{LightPath, SHADOW_STEP, Segment, Segments};
+use super::super::segment::{LightPath, SHADOW_STEP, Segment};
 use super::extinction::ExtinctionTable;
 use fovol_core::{Ray, ShadowMode, SurfaceShading};
 
@@ -50,9 +50,9 @@ struct Gathered {
 impl March<'_> {
     /// What `ray` brings back by fine integration.
     pub fn fine_ray(&self, table: &ExtinctionTable, ray: &Ray, count: &mut SampleCount) -> Marched {
-        let segments = Segments::new(self.grid, self.step);
+        let segments = self.segments();
         let segment = segments.of(ray);
-        let path = LightPath::new(&self.shading.light, self.grid, self.step);
+        let path = self.light_path();
         let mut gathered = Gathered::default();
         let mut front = self.entry(table, segment.boundary(0.0));
         let mut lit: Option<Light> = None;
