@@ -35,8 +35,8 @@ fn all_pixels() -> SampleList {
 
 /// Some pixels all over the frame.
 fn some_pixels() -> SampleList {
-    let pixels =
-        all_pixels().pixels().iter().copied().filter(|p| (u32::from(p.x) + u32::from(p.y) * 64) % 11 == 0);
+    let all = all_pixels();
+    let pixels = all.pixels().iter().copied().filter(|p| (p.x + 64 * p.y).is_multiple_of(11));
     SampleList::new(SIZE, pixels.collect())
 }
 

@@ -147,7 +147,8 @@ impl March<'_> {
         transmittance
     }
 
-    /// |n·l| with n from central differences over ±1 voxel in world units; 1 where the gradient is zero.
+    /// |n·l| with n from central differences over ±1 voxel in world units; 1 where the gradient is zero or
+    /// not known, beside NaN.
     pub(super) fn facing(&self, p: [f32; 3]) -> f32 {
         let voxel = self.grid.voxel_size();
         let gradient: [f32; 3] = std::array::from_fn(|a| {

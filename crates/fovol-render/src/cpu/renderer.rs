@@ -306,7 +306,7 @@ impl Renderer {
             (ShadowMode::Off, _) => Lighting::Full,
             (ShadowMode::Cached, Some(grid)) => match grid.data() {
                 BrickData::U8(values) => Lighting::Cached(Field::new(grid, values, 1.0)),
-                BrickData::Corners(_) | BrickData::U16(_) | BrickData::F32(_) => rays,
+                BrickData::Corners(_) | BrickData::U16(_) | BrickData::F32(_) | BrickData::Gaps(_) => rays,
             },
             (ShadowMode::On | ShadowMode::Cached, _) => rays,
         };

@@ -27,7 +27,7 @@ pub struct SceneNumbers {
     light_inverse: [f32; 3],
     last_entry: u32,
     light_direction: [f32; 3],
-    after_light_direction: f32,
+    nan_extinction: f32,
     box_low: [f32; 3],
     after_box_low: f32,
     box_high: [f32; 3],
@@ -39,6 +39,8 @@ pub struct SceneNumbers {
 pub struct SceneKind {
     /// What the texels of the volume are.
     pub texels: TexelKind,
+    /// Whether some voxels are NaN.
+    pub gaps: bool,
     /// Whether rays leave empty space at once.
     pub skip: bool,
     /// How rays add up what they pass.
@@ -49,7 +51,7 @@ impl SceneKind {
     /// Values for the `override` constants that the shaders with such a scene have.
     pub fn constants(self) -> Vec<(&'static str, f64)> {
         let number = |b: bool| f64::from(u8::from(b));
-        let mut constants = vec![("SKIP", number(self.skip))];
+        let mut constants = vec![("SKIP", number(self.skip)), ("GAPS", number(self.gaps))];
         if let TexelKind::Stored { corners, floats } = self.texels {
             constants.extend([("CORNERS", number(corners)), ("FLOATS", number(floats))]);
         }
@@ -129,6 +131,7 @@ pub struct Contents {
     volume: VolumeTexture,
     /// From texels to display values.
     value_scale: f32,
+    has_gaps: bool,
     cells: Macrocells,
     skip_empty: bool,
     transfer: TransferFunction,
@@ -156,6 +159,7 @@ impl Contents {
             grid: *scene.volume.grid(),
             clip: scene.clip_box(),
             value_scale: bricks.scale() * volume.unit(),
+            has_gaps: bricks.has_gaps(),
             volume,
             cells,
             skip_empty: true,
@@ -189,6 +193,7 @@ impl Contents {
     fn kind(&self) -> SceneKind {
         SceneKind {
             texels: self.texels(),
+            gaps: self.has_gaps,
             skip: self.skip_empty && !self.cells.is_dense(),
             integration: self.integration,
         }
@@ -226,7 +231,7 @@ impl Contents {
         bind_group(&self.gpu, "scene", &self.layout, &bindings)
     }
 
-    fn numbers(&self, table: &TransferTable, extinction_unit: f32) -> SceneNumbers {
+    fn numbers(&self, table: &TransferTable, [extinction_unit, nan_extinction]: [f32; 2]) -> SceneNumbers {
         let light = LightPath::new(&self.shading.light, &self.grid, &self.clip, self.step);
         let delta = self.step * self.grid.smallest_voxel();
         let [box_low, box_high] = self.clip.in_voxels();
@@ -241,7 +246,8 @@ impl Contents {
             cell_shift: self.cells.shift(),
             light_exit: light.exit,
             extinction_unit,
-            last_entry: (table.appearance.len() - 1) as u32,
+            nan_extinction,
+            last_entry: table.last() as u32,
             // Shaders need not know infinity.
             light_inverse: light.inverse.map(|i| if i.is_finite() { i } else { 0.0 }),
             light_direction: self.shading.light.direction().as_vec3().to_array(),
@@ -271,16 +277,19 @@ impl Resources {
             texture(gpu, "distances", cells.cells(), TextureFormat::R8Uint, TextureUsages::COPY_DST);
         let count = cells.cells().iter().product();
         write_slices(gpu, &distances, 0, &cells.distances()[..count]);
-        let (unit, extinction) = match contents.integration {
+        let (units, extinction) = match contents.integration {
             // A buffer that nobody reads.
-            Integration::Plain => (0.0, vec![0]),
+            Integration::Plain => ([0.0; 2], vec![0]),
             Integration::Fine => {
                 let extinction = ExtinctionTable::new(&contents.transfer, &table, contents.step);
                 let sums = extinction.sums.iter().map(|&sum| sum.cast_unsigned());
-                (extinction.unit, sums.chain(extinction.colours.iter().copied()).collect::<Vec<u32>>())
+                (
+                    [extinction.unit, extinction.nan],
+                    sums.chain(extinction.colours.iter().copied()).collect::<Vec<u32>>(),
+                )
             }
         };
-        let numbers = contents.numbers(&table, unit);
+        let numbers = contents.numbers(&table, units);
         Self {
             numbers: filled_buffer(gpu, "scene", BufferUsages::UNIFORM, bytemuck::bytes_of(&numbers)),
             distances,
@@ -349,6 +358,7 @@ mod tests {
                     light_inverse,
                     last_entry,
                     light_direction,
+                    nan_extinction,
                     box_low,
                     box_high
                 }

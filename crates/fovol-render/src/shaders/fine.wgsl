@@ -24,11 +24,17 @@ struct Light {
 fn mean_extinction(front: u32, behind: u32) -> f32 {
     let low = min(front, behind);
     let end = max(front, behind) + 1u;
+    if GAPS && end > scene.last_entry + 1u {
+        return scene.nan_extinction;
+    }
     return f32(i32(extinction[end]) - i32(extinction[low])) / f32(end - low) * scene.extinction_unit;
 }
 
 /// The colour between two entries of the transfer table.
 fn colour_between(front: u32, behind: u32) -> vec3f {
+    if GAPS && max(front, behind) > scene.last_entry {
+        return colour_of(extinction[scene.last_entry + 2u + COLOURS * COLOURS]);
+    }
     let scale = f32(COLOURS - 1u) / f32(scene.last_entry);
     let f = f32(front) * scale;
     let b = f32(behind) * scale;

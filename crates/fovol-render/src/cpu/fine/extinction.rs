@@ -24,13 +24,16 @@ pub struct ExtinctionTable {
     /// τ that one stands for.
     pub unit: f32,
     /// Packed colours between value f (0…255) in front and b behind, at f·256 + b; see [`pack`].
+    /// The colour of NaN is the last.
     pub colours: Vec<u32>,
+    /// τ of one step that begins or ends in NaN.
+    pub nan: f32,
 }
 
 impl ExtinctionTable {
     /// The tables of `transfer` for steps of `step` voxels, with the entries of `table`.
     pub fn new(transfer: &TransferFunction, table: &TransferTable, step: f64) -> Self {
-        let last = table.appearance.len() - 1;
+        let last = table.last();
         let extinction = |v: f64| -step * (-transfer.evaluate(v)[3].min(MOST_OPACITY)).ln_1p();
         let each: Vec<f64> = (0..=last).map(|i| extinction(i as f64 / last as f64)).collect();
         let total: f64 = each.iter().sum();
@@ -41,7 +44,8 @@ impl ExtinctionTable {
             sum += tau;
             sums.push((sum / unit) as i32);
         }
-        let mut out = Self { sums, unit: unit as f32, colours: Vec::new() };
+        let nan = extinction(f64::NAN) as f32;
+        let mut out = Self { sums, unit: unit as f32, colours: Vec::new(), nan };
         let rgb: Vec<[f64; 3]> = (0..=last)
             .map(|i| {
                 let [r, g, b, _] = transfer.evaluate(i as f64 / last as f64);
@@ -50,18 +54,31 @@ impl ExtinctionTable {
             .collect();
         let pairs = (0..COLOURS * COLOURS).into_par_iter();
         out.colours = pairs.map(|i| out.colour_between(&rgb, i / COLOURS, i % COLOURS)).collect();
+        let [r, g, b, _] = transfer.nan();
+        out.colours.push(pack([r, g, b]));
         out
+    }
+
+    /// The entry of NaN.
+    pub fn nan_entry(&self) -> usize {
+        self.sums.len() - 1
     }
 
     /// τ between the entries `front` and `behind`: the mean of all from one to the other.
     pub fn mean(&self, front: usize, behind: usize) -> f32 {
         let (low, end) = (front.min(behind), front.max(behind) + 1);
+        if end > self.nan_entry() {
+            return self.nan;
+        }
         (self.sums[end] - self.sums[low]) as f32 / (end - low) as f32 * self.unit
     }
 
     /// The place in [`Self::colours`] for a segment between the table's entries `front` and `behind`. Both are rounded
     /// away from each other, so that nothing that shows between them is left out.
     pub fn colour_at(&self, front: usize, behind: usize) -> usize {
+        if front.max(behind) >= self.nan_entry() {
+            return COLOURS * COLOURS;
+        }
         let scale = (COLOURS - 1) as f32 / (self.sums.len() - 2) as f32;
         let (f, b) = (front as f32 * scale, behind as f32 * scale);
         let (low, high) = (f.min(b) as usize, f.max(b).ceil() as usize);

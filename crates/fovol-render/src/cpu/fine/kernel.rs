@@ -205,7 +205,7 @@ impl<T: Texel> FineKernel<'_, T> {
             }
             let part = L::max(L::sub(end, number), zero);
             let unit = L::mul(part, L::splat(self.extinction.unit));
-            let depth = L::mul(self.extinction.means::<L>(front, behind), unit);
+            let depth = L::mul(self.extinction.means::<L, T>(front, behind), unit);
             if L::bits(L::gt(depth, zero)) == 0 {
                 return inside;
             }
@@ -276,6 +276,12 @@ impl<T: Texel> FineKernel<'_, T> {
             let rises = L::lt(f, b);
             let at =
                 L::fma(L::select(rises, low, high), L::splat(COLOURS as f32), L::select(rises, high, low));
+            let at = if T::GAPS {
+                let nan = L::gt(L::max(front, behind), L::splat((self.extinction.sums.len() - 2) as f32));
+                L::select(nan, L::splat((COLOURS * COLOURS) as f32), at)
+            } else {
+                at
+            };
             colours::<L>(L::to_bits(L::gather_f32(self.extinction.colours.as_ptr().cast(), L::truncate(at))))
         }
     }

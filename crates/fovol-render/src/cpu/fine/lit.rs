@@ -76,7 +76,7 @@ impl<T: Texel> ToLight<'_, T> {
             for end in NEAR_STEPS {
                 let behind =
                     entry::<L>(self.field.sample::<L>(self.towards::<L>(p, L::mul(length, L::splat(end)))));
-                let mean = self.extinction.means::<L>(front, behind);
+                let mean = self.extinction.means::<L, T>(front, behind);
                 near = L::fma(L::mul(mean, unit), L::splat(end - begin), near);
                 (front, begin) = (behind, end);
             }
@@ -129,14 +129,20 @@ pub unsafe fn entry<L: Lanes>(value: L::F) -> L::F {
 }
 
 impl ExtinctionTable {
-    /// [`Self::mean`] in lanes, as multiples of [`Self::unit`].
+    /// [`Self::mean`] in lanes, as multiples of [`Self::unit`], of values of a field of `T`.
     ///
     /// # Safety
     /// The instruction set of `L` must be available, and both must be entries of the table.
     #[inline(always)]
-    pub unsafe fn means<L: Lanes>(&self, front: L::F, behind: L::F) -> L::F {
-        // SAFETY: there is one sum more than there are entries.
+    pub unsafe fn means<L: Lanes, T: Texel>(&self, front: L::F, behind: L::F) -> L::F {
+        // SAFETY: there is one sum more than there are entries of values; that of NaN is not looked up.
         unsafe {
+            if T::GAPS {
+                let last = L::splat((self.nan_entry() - 1) as f32);
+                let known = self.means::<L, f32>(L::min(front, last), L::min(behind, last));
+                let is_nan = L::gt(L::max(front, behind), last);
+                return L::select(is_nan, L::splat(self.nan / self.unit), known);
+            }
             let sums = self.sums.as_ptr().cast();
             let (low, end) = (L::min(front, behind), L::add(L::max(front, behind), L::splat(1.0)));
             let before = L::to_bits(L::gather_f32(sums, L::truncate(low)));

@@ -101,7 +101,12 @@ impl March<'_> {
 
     /// The entry of the transfer table at `p`.
     fn entry(&self, table: &ExtinctionTable, p: [f32; 3]) -> usize {
-        (self.bricks.sample(p) * (table.sums.len() - 2) as f32 + 0.5) as usize
+        let value = self.bricks.sample(p);
+        if value.is_nan() {
+            table.nan_entry()
+        } else {
+            (value * (table.sums.len() - 2) as f32 + 0.5) as usize
+        }
     }
 
     /// Step `number` of `segment`, which begins at entry `front`.
