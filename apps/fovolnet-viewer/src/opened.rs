@@ -148,7 +148,10 @@ impl Opened {
 
     /// Takes another transfer function.
     pub fn set_transfer(&mut self, transfer: &TransferFunction) {
-        let transfer = transfer.over(self.volume.volume.range());
+        let mut transfer = transfer.over(self.volume.volume.range());
+        if let (None, Some(nan)) = (transfer.chosen_nan(), self.transfer().chosen_nan()) {
+            transfer = transfer.with_nan(nan).expect("it is one already");
+        }
         self.document.set_transfer_function(&transfer);
         self.transfer = (self.document.settings().tf.clone(), transfer);
     }

@@ -95,13 +95,12 @@ pub fn clipping(ui: &mut Ui, settings: &mut RenderSettings, dims: [usize; 3]) {
         let mut range = [now[2 * axis], now[2 * axis + 1]];
         ui.horizontal(|ui| {
             ui.label(name);
-            let [from, to] = range.map(|side| (side * voxels).round());
+            let [from, to] = range.map(|side| (side * voxels * 10.0).round() / 10.0);
             let numbers = format!("{from}–{to}");
             let width = ui.available_width() - 70.0;
             ui.allocate_ui(vec2(width, 18.0), |ui| range_slider(ui, &mut range, 1.0 / voxels));
             ui.weak(numbers);
         });
-        // Whole voxels are shown: a session has to say which.
         [now[2 * axis], now[2 * axis + 1]] = range;
     }
     ui.horizontal(|ui| {

@@ -36,13 +36,19 @@ impl Ray {
     /// As [`Self::clip`], in the centred box that reaches from −`half` to `half`.
     #[inline]
     pub fn clip_to(&self, half: DVec3) -> Option<(f64, f64)> {
+        self.clip_between([-half, half])
+    }
+
+    /// As [`Self::clip`], in the box from its lowest corner to its highest.
+    #[inline]
+    pub fn clip_between(&self, [low, high]: [DVec3; 2]) -> Option<(f64, f64)> {
         let inverse = self.direction.recip();
-        let (a, b) = ((-half - self.origin) * inverse, (half - self.origin) * inverse);
+        let (a, b) = ((low - self.origin) * inverse, (high - self.origin) * inverse);
         let (mut near, mut far) = (0.0f64, f64::INFINITY);
         for axis in 0..3 {
             if self.direction[axis] == 0.0 {
                 // Parallel to this slab: 0 · ∞ is undefined, so ask directly.
-                if self.origin[axis].abs() > half[axis] {
+                if self.origin[axis] < low[axis] || self.origin[axis] > high[axis] {
                     return None;
                 }
                 continue;

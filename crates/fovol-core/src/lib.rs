@@ -13,6 +13,7 @@
 mod awake;
 mod camera;
 mod camera_path;
+mod clip_box;
 mod contents;
 mod downsample;
 mod fovea;
@@ -36,6 +37,7 @@ mod voxel;
 pub use awake::awake;
 pub use camera::{Camera, Ray, RayBasis};
 pub use camera_path::{CameraPath, Keyframe};
+pub use clip_box::ClipBox;
 pub use contents::Contents;
 pub use fovea::Fovea;
 pub use frame::{Frame, FrameSize, MAX_FRAME_SIDE};

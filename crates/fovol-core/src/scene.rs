@@ -1,4 +1,4 @@
-use crate::{Light, Result, TransferFunction, Volume};
+use crate::{ClipBox, Light, Result, TransferFunction, Volume};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -94,6 +94,8 @@ impl Default for Shading {
 pub struct Scene {
     /// What is looked at.
     pub volume: Arc<Volume>,
+    /// The part of it that is there; `None` for all.
+    pub clip: Option<ClipBox>,
     /// How values become colour and opacity.
     pub transfer_function: TransferFunction,
     /// How samples are lit.
@@ -115,12 +117,18 @@ impl Scene {
     pub fn new(volume: Arc<Volume>, transfer_function: TransferFunction) -> Self {
         Self {
             volume,
+            clip: None,
             transfer_function,
             shading: Shading::default(),
             background: [0.0; 3],
             step: 0.5,
             integration: Integration::Plain,
         }
+    }
+
+    /// The part of the volume that rays pass.
+    pub fn clip_box(&self) -> ClipBox {
+        self.clip.unwrap_or_else(|| ClipBox::whole(self.volume.grid()))
     }
 
     /// The sampling distance that rays take, in voxels (of the smallest spacing).

@@ -13,6 +13,8 @@ pub struct Statistics {
     pub mean: f64,
     /// How many values are NaN or infinite.
     pub non_finite: u64,
+    /// How many of these are NaN.
+    pub nan: u64,
     /// The smallest and the largest finite value that is no outlier.
     pub shown: [f64; 2],
     /// Values far outside all others, such as −9999 for voxels without a value; smallest first.
@@ -27,10 +29,11 @@ struct Partial {
     extremes: Extremes,
     sum: f64,
     finite: u64,
+    nan: u64,
 }
 
 impl Partial {
-    const NONE: Self = Self { extremes: Extremes::NONE, sum: 0.0, finite: 0 };
+    const NONE: Self = Self { extremes: Extremes::NONE, sum: 0.0, finite: 0, nan: 0 };
 }
 
 impl Statistics {
@@ -42,6 +45,7 @@ impl Statistics {
             all.extremes.merge(&p.extremes);
             all.sum += p.sum;
             all.finite += p.finite;
+            all.nan += p.nan;
         }
         let Some([min, max]) = all.extremes.ends() else {
             return Self {
@@ -49,12 +53,14 @@ impl Statistics {
                 max: 0.0,
                 mean: 0.0,
                 non_finite: voxels,
+                nan: all.nan,
                 shown: [0.0; 2],
                 outliers: Vec::new(),
             };
         };
         let (shown, outliers) = outliers::split(volume, &all.extremes);
-        Self { min, max, mean: all.sum / all.finite as f64, non_finite: voxels - all.finite, shown, outliers }
+        let (mean, non_finite) = (all.sum / all.finite as f64, voxels - all.finite);
+        Self { min, max, mean, non_finite, nan: all.nan, shown, outliers }
     }
 }
 
@@ -118,6 +124,8 @@ fn partial<T: Voxel>(bytes: &[u8], stride: usize, endian: Endian, rescale: Resca
             p.extremes.add(value);
             p.sum += value;
             p.finite += 1;
+        } else if value.is_nan() {
+            p.nan += 1;
         }
     }
     p
@@ -156,14 +164,14 @@ mod tests {
         let grid = Grid::new([4, 1, 1], [1.0; 3]).unwrap();
         let values = vec![1.0f32, f32::NAN, f32::NEG_INFINITY, 4.0];
         let s = Volume::from_values(grid, values).unwrap().statistics().clone();
-        assert_eq!((s.min, s.max, s.mean, s.non_finite), (1.0, 4.0, 2.5, 2));
+        assert_eq!((s.min, s.max, s.mean, s.non_finite, s.nan), (1.0, 4.0, 2.5, 2, 1));
     }
 
     #[test]
     fn all_nan_is_zero_and_counted() {
         let grid = Grid::new([2, 1, 1], [1.0; 3]).unwrap();
         let s = Volume::from_values(grid, vec![f64::NAN; 2]).unwrap().statistics().clone();
-        assert_eq!((s.min, s.max, s.mean, s.non_finite), (0.0, 0.0, 0.0, 2));
+        assert_eq!((s.min, s.max, s.mean, s.non_finite, s.nan), (0.0, 0.0, 0.0, 2, 2));
     }
 
     #[test]

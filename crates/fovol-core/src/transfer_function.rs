@@ -36,12 +36,15 @@ impl From<ControlPoint> for [f64; 5] {
 ///
 /// Constant before the first and after the last corner. Two corners at one value make a step;
 /// at the value itself the later one holds. With a [range](Self::range), v runs over these data values
-/// instead of those that are shown; [`TransferFunction::over`] brings it to the shown ones.
+/// instead of those that are shown; [`TransferFunction::over`] brings it to the shown ones. NaN has a colour of its
+/// own, and is transparent without one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Points", into = "Points")]
 pub struct TransferFunction {
     points: Vec<ControlPoint>,
     range: Option<[f64; 2]>,
+    /// Colour and opacity of NaN.
+    nan: Option<[f64; 4]>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -49,22 +52,28 @@ struct Points {
     points: Vec<ControlPoint>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     range: Option<[f64; 2]>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    nan: Option<[f64; 4]>,
 }
 
 impl TryFrom<Points> for TransferFunction {
     type Error = Error;
 
     fn try_from(p: Points) -> Result<Self> {
-        match p.range {
+        let function = match p.range {
             Some(range) => in_range(p.points, range),
             None => Self::new(p.points),
+        };
+        match p.nan {
+            Some(nan) => function?.with_nan(nan),
+            None => function,
         }
     }
 }
 
 impl From<TransferFunction> for Points {
     fn from(tf: TransferFunction) -> Self {
-        Self { points: tf.points, range: tf.range }
+        Self { points: tf.points, range: tf.range, nan: tf.nan }
     }
 }
 
@@ -124,7 +133,7 @@ impl TransferFunction {
                 )));
             }
         }
-        Ok(Self { points, range: None })
+        Ok(Self { points, range: None, nan: None })
     }
 
     /// The function whose v runs over the data values `range`, or over what is shown.
@@ -136,6 +145,37 @@ impl TransferFunction {
         Ok(self)
     }
 
+    /// The function with colour and opacity `nan` (r, g, b, a) for values that are not numbers.
+    ///
+    /// # Errors
+    /// A number outside [0, 1].
+    pub fn with_nan(mut self, nan: [f64; 4]) -> Result<Self> {
+        if nan.iter().any(|x| !(0.0..=1.0).contains(x)) {
+            return Err(Error::TransferFunction(
+                "the colour of NaN has a number outside [0, 1]; give r, g, b and a between 0 and 1".into(),
+            ));
+        }
+        self.nan = Some(nan);
+        Ok(self)
+    }
+
+    /// The function without a colour for NaN, which is transparent then.
+    #[must_use]
+    pub fn without_nan(mut self) -> Self {
+        self.nan = None;
+        self
+    }
+
+    /// Colour and opacity of NaN, where it has them.
+    pub fn chosen_nan(&self) -> Option<[f64; 4]> {
+        self.nan
+    }
+
+    /// Colour and opacity `[r, g, b, a]` of NaN; transparent where it has none.
+    pub fn nan(&self) -> [f64; 4] {
+        self.nan.unwrap_or_default()
+    }
+
     /// The data values that v = 0 and v = 1 stand for; none where v runs over what is shown.
     pub fn range(&self) -> Option<[f64; 2]> {
         self.range
@@ -145,7 +185,7 @@ impl TransferFunction {
     /// Without a [range](Self::range) it is unchanged.
     pub fn over(&self, shown: [f64; 2]) -> Self {
         let Some([lo, hi]) = self.range.filter(|range| *range != shown) else {
-            return Self { points: self.points.clone(), range: None };
+            return Self { range: None, ..self.clone() };
         };
         let [from, to] = shown;
         let own = |v: f64| (from + v * (to - from) - lo) / (hi - lo);
@@ -155,7 +195,7 @@ impl TransferFunction {
         };
         if to <= from {
             // All values are the same.
-            return Self { points: vec![at(0.0)], range: None };
+            return Self { points: vec![at(0.0)], range: None, nan: self.nan };
         }
         let moved = self.points.iter().map(|p| {
             let value = (lo + p.value * (hi - lo) - from) / (to - from);
@@ -178,7 +218,7 @@ impl TransferFunction {
         if after && points[points.len() - 1].value < 1.0 {
             points.push(at(1.0));
         }
-        Self { points, range: None }
+        Self { points, range: None, nan: self.nan }
     }
 
     /// The function for values that are `shown` linearly, where its v runs over their logarithms, from the `least`
@@ -202,7 +242,8 @@ impl TransferFunction {
         };
         let mut breaks = vec![0.0, 1.0];
         breaks.extend(self.points.iter().map(|p| linear(p.value)));
-        Self::of_curve(&breaks, |v| self.evaluate(logarithm(v)))
+        let function = Self::of_curve(&breaks, |v| self.evaluate(logarithm(v)))?;
+        Ok(Self { nan: self.nan, ..function })
     }
 
     /// A function that follows `curve` (v in [0, 1] to RGBA) to a fifth of an 8-bit step. The curve may jump or bend at
@@ -249,6 +290,7 @@ impl TransferFunction {
                 ControlPoint::new(1.0, [1.0; 3], opacity.clamp(0.0, 1.0)),
             ],
             range: None,
+            nan: None,
         }
     }
 
@@ -257,9 +299,12 @@ impl TransferFunction {
         &self.points
     }
 
-    /// Colour and opacity `[r, g, b, a]` at display value `v` (clamped to [0, 1]; NaN reads as 0).
+    /// Colour and opacity `[r, g, b, a]` at display value `v` (clamped to [0, 1]), or of NaN.
     pub fn evaluate(&self, v: f64) -> [f64; 4] {
-        let v = if v.is_nan() { 0.0 } else { v.clamp(0.0, 1.0) };
+        if v.is_nan() {
+            return self.nan();
+        }
+        let v = v.clamp(0.0, 1.0);
         let after = self.points.partition_point(|p| p.value <= v);
         let rgba = |p: &ControlPoint| [p.colour[0], p.colour[1], p.colour[2], p.opacity];
         if after == 0 {
@@ -410,6 +455,24 @@ mod tests {
         let outside = r#"{"points":[[0,0,0,0,0],[2000,0,0,0,0]],"range":[-1000,1000]}"#;
         let error = serde_json::from_str::<TransferFunction>(outside).unwrap_err().to_string();
         assert!(error.contains("2000") && error.contains("-1000 to 1000"), "{error}");
+    }
+
+    #[test]
+    fn nan_keeps_its_colour() {
+        let red = [1.0, 0.2, 0.0, 0.5];
+        let tf = TransferFunction::grey_ramp(1.0).with_range(Some([0.0, 10.0])).unwrap();
+        assert_eq!(tf.evaluate(f64::NAN), [0.0; 4]);
+        let tf = tf.with_nan(red).unwrap();
+        let text = serde_json::to_string(&tf).unwrap();
+        assert!(text.contains("\"nan\":[1.0,0.2,0.0,0.5]"), "{text}");
+        let log = tf.on_log_scale([0.0, 1000.0], 1.0).unwrap();
+        for tf in [serde_json::from_str(&text).unwrap(), tf.over([2.0, 4.0]), tf.over([3.0, 3.0]), log] {
+            assert_eq!((tf.evaluate(f64::NAN), tf.chosen_nan()), (red, Some(red)));
+        }
+        assert_eq!(tf.clone().without_nan().nan(), [0.0; 4]);
+        for bad in [[0.0, 0.0, 0.0, 1.1], [-0.1, 0.0, 0.0, 1.0], [f64::NAN; 4]] {
+            assert!(tf.clone().with_nan(bad).unwrap_err().to_string().contains("between 0 and 1"));
+        }
     }
 
     #[test]

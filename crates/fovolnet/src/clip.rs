@@ -1,49 +1,62 @@
 use crate::{Error, Result};
-use fovol_core::{Camera, Volume};
+use fovol_core::{Camera, ClipBox, Scene, Volume};
 use glam::DVec3;
 use std::ops::Range;
 use std::sync::Arc;
 
 /// A part of a volume that is shown instead of the whole, as if the rest were empty.
 ///
-/// The part is a volume of its own, whose longest side is 1 like that of any other: cameras around the whole become cameras
-/// around the part that see the same.
+/// The voxels that the part needs are a volume of its own, whose longest side is 1 like that of any other: cameras around
+/// the whole become cameras around it that see the same. Rays pass only what lies within the part's exact sides.
 #[derive(Debug, Clone)]
 pub struct Clip {
     volume: Arc<Volume>,
-    /// The middle of the part in the world of the whole.
+    /// The exact part of `volume`; `None` for all.
+    part: Option<ClipBox>,
+    /// The middle of `volume` in the world of the whole.
     centre: DVec3,
-    /// How much larger things are in the world of the part.
+    /// How much larger things are in the world of `volume`.
     scale: f64,
 }
 
+/// Voxels that are kept beyond the sides of a part: its values are interpolated with the next one, and slopes at its
+/// faces need one more.
+const BEYOND: usize = 2;
+
 impl Clip {
-    /// The part of `volume` within `sides`: from and to along x, then y, then z, as fractions of its box, rounded to whole
-    /// voxels; the whole where there are none.
+    /// The part of `volume` within `sides`: from and to along x, then y, then z, as fractions of its box; the whole where
+    /// there are none.
     ///
     /// # Errors
     /// Sides that are not within 0 and 1, or do not rise.
     pub fn new(volume: &Arc<Volume>, sides: Option<[f64; 6]>) -> Result<Self> {
-        let whole = Self { volume: Arc::clone(volume), centre: DVec3::ZERO, scale: 1.0 };
+        let whole = Self { volume: Arc::clone(volume), part: None, centre: DVec3::ZERO, scale: 1.0 };
         let Some(sides) = sides else { return Ok(whole) };
-        let dims = volume.grid().dims();
-        let part = voxels(sides, dims)?;
-        if part.iter().zip(dims).all(|(range, dim)| range.len() == dim) {
-            return Ok(whole);
+        check(sides)?;
+        let dims = DVec3::from_array(volume.grid().dims().map(|dim| dim as f64));
+        let [low, high] = [0, 1].map(|end| DVec3::new(sides[end], sides[2 + end], sides[4 + end]) * dims);
+        let kept: [Range<usize>; 3] = std::array::from_fn(|a| {
+            let end = (high[a].ceil() as usize).saturating_add(BEYOND).min(volume.grid().dims()[a]);
+            (low[a] as usize).saturating_sub(BEYOND)..end
+        });
+        let [start, end] = [kept.each_ref().map(|range| range.start), kept.each_ref().map(|range| range.end)]
+            .map(|ends| DVec3::from_array(ends.map(|end| end as f64)));
+        if (end - start) == dims {
+            return Ok(Self { part: Some(ClipBox::new(low, high, volume.grid())?), ..whole });
         }
-        let cut = volume.part(&part)?;
-        let ends = part.map(|range| [range.start, range.end].map(|end| end as f64));
-        let middle = DVec3::from_array(ends.map(|[from, to]| 0.5 * (from + to)));
+        let cut = volume.part(&kept)?;
         Ok(Self {
-            centre: volume.grid().grid_to_world(middle),
+            part: Some(ClipBox::new(low - start, high - start, cut.grid())?),
+            centre: volume.grid().grid_to_world((start + end) * 0.5),
             scale: cut.grid().smallest_voxel() / volume.grid().smallest_voxel(),
             volume: Arc::new(cut),
         })
     }
 
-    /// The part, as a volume.
-    pub fn volume(&self) -> &Arc<Volume> {
-        &self.volume
+    /// `scene`, which shows the whole, with the part instead.
+    #[must_use]
+    pub fn of(&self, scene: Scene) -> Scene {
+        Scene { volume: Arc::clone(&self.volume), clip: self.part, ..scene }
     }
 
     /// The camera that sees the part as `camera` sees it in the whole.
@@ -58,22 +71,17 @@ impl Clip {
     }
 }
 
-/// The voxels within `sides`, at least one along each axis.
-fn voxels(sides: [f64; 6], dims: [usize; 3]) -> Result<[Range<usize>; 3]> {
-    let mut part = [const { 0..0 }; 3];
-    for axis in 0..3 {
+/// Whether `sides` are within 0 and 1, and rise.
+fn check(sides: [f64; 6]) -> Result<()> {
+    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
         let [from, to] = [sides[2 * axis], sides[2 * axis + 1]];
         if !(0.0 <= from && from < to && to <= 1.0) {
             return Err(Error::Setting(format!(
-                "{from},{to} is no part along {}; --clip takes X0,X1,Y0,Y1,Z0,Z1, each pair rising within 0 and 1",
-                ["x", "y", "z"][axis]
+                "{from},{to} is no part along {name}; --clip takes X0,X1,Y0,Y1,Z0,Z1, each pair rising within 0 and 1"
             )));
         }
-        let [start, end] = [from, to].map(|side| (side * dims[axis] as f64).round() as usize);
-        let start = start.min(dims[axis] - 1);
-        part[axis] = start..end.max(start + 1);
     }
-    Ok(part)
+    Ok(())
 }
 
 #[cfg(test)]
@@ -87,31 +95,32 @@ mod tests {
     }
 
     #[test]
-    fn parts_are_whole_voxels_and_keep_colours() {
+    fn parts_keep_the_voxels_that_they_need_and_their_colours() {
         let whole = volume();
-        let clip = Clip::new(&whole, Some([0.2, 0.5, 0.0, 1.0, 0.39, 0.81])).unwrap();
-        let part = clip.volume();
-        assert_eq!(part.grid().dims(), [3, 20, 2]);
-        assert_eq!(part.range(), whole.range());
-        assert_eq!(part.value([1, 7, 1]), whole.value([3, 7, 3]));
-        let thin = Clip::new(&whole, Some([0.5, 0.5001, 0.999, 1.0, 0.0, 0.0001])).unwrap();
-        assert_eq!(thin.volume().grid().dims(), [1, 1, 1]);
-        assert_eq!(thin.volume().value([0; 3]), whole.value([5, 19, 0]));
-        assert!(Arc::ptr_eq(
-            Clip::new(&whole, Some([0.0, 1.0, 0.0, 1.0, 0.0, 1.0])).unwrap().volume(),
-            &whole
-        ));
+        let clip = Clip::new(&whole, Some([0.51, 0.54, 0.0, 1.0, 0.9, 1.0])).unwrap();
+        // Voxel 5, and two on either side; along z voxel 4, and the two before.
+        assert_eq!(clip.volume.grid().dims(), [5, 20, 3]);
+        assert_eq!(clip.volume.range(), whole.range());
+        assert_eq!(clip.volume.value([2, 7, 1]), whole.value([5, 7, 3]));
+        let [low, high] = clip.part.unwrap().in_voxels();
+        for (found, right) in low.into_iter().chain(high).zip([1.6, -0.5, 2.0, 1.9, 19.5, 2.5]) {
+            assert!((found - right).abs() < 1e-6, "{found} for {right}");
+        }
+        let all = Clip::new(&whole, Some([0.0, 1.0, 0.0, 1.0, 0.0, 1.0])).unwrap();
+        assert!(Arc::ptr_eq(&all.volume, &whole) && all.part == Some(ClipBox::whole(whole.grid())));
     }
 
     #[test]
     fn cameras_see_the_same_places() {
         let whole = volume();
-        let clip = Clip::new(&whole, Some([0.2, 0.5, 0.25, 0.75, 0.4, 0.8])).unwrap();
+        let clip = Clip::new(&whole, Some([0.4, 0.5, 0.25, 0.75, 0.4, 0.8])).unwrap();
         let world = DVec3::new(0.1, -0.2, 0.3);
         let seen = clip.camera(&Camera::at(world, DVec3::ZERO, 30.0)).eye;
-        let (whole_at, part_at) =
-            (whole.grid().world_to_grid(world), clip.volume().grid().world_to_grid(seen));
-        assert!((part_at + DVec3::new(2.0, 5.0, 2.0) - whole_at).length() < 1e-9);
+        let (whole_at, part_at) = (whole.grid().world_to_grid(world), clip.volume.grid().world_to_grid(seen));
+        assert!((part_at + DVec3::new(2.0, 3.0, 0.0) - whole_at).length() < 1e-9);
+        let away = |camera: &Camera| camera.eye.distance(camera.target) as f32;
+        let camera = Camera::at(world, DVec3::ZERO, 30.0);
+        assert!((clip.distance(away(&clip.camera(&camera))) - away(&camera)).abs() < 1e-6);
     }
 
     #[test]

@@ -25,6 +25,7 @@ mod error;
 mod machine;
 mod memory;
 mod motion;
+mod nan_colour;
 mod open;
 mod orientation;
 pub mod parse;
@@ -63,6 +64,7 @@ pub use fovol_render as render;
 pub use machine::Machine;
 pub use memory::keep_freed_memory;
 pub use motion::{Depths, Filled, MotionFinder, REMEMBERED, Sparse, motion, motion_of_depths};
+pub use nan_colour::NanColour;
 pub use open::{OpenVolume, open_volume};
 pub use orientation::{NamedView, Orientation};
 #[cfg(feature = "gpu")]

@@ -19,13 +19,18 @@ pub struct OpenVolume {
 impl OpenVolume {
     /// What somebody should know who sees little of it: values that are not finite, or all the same.
     pub fn remarks(&self) -> Vec<String> {
-        let fovol_core::Statistics { min, max, non_finite, .. } = *self.volume.statistics();
+        let fovol_core::Statistics { min, max, non_finite, nan, .. } = *self.volume.statistics();
         let mut remarks = Vec::new();
-        if non_finite > 0 {
+        if nan > 0 {
             remarks.push(format!(
-                "{non_finite} values of {} are not finite and shown as the lowest",
+                "{nan} values of {} are NaN; what touches them is transparent, or has the colour of --nan R,G,B,A",
                 self.source
             ));
+        }
+        let infinite = non_finite - nan;
+        if infinite > 0 {
+            remarks
+                .push(format!("{infinite} values of {} are infinite and shown as the lowest", self.source));
         }
         if min == max {
             remarks.push(format!(
@@ -158,6 +163,10 @@ mod tests {
         assert!(remarks("usual_2x2x2_float32.raw", usual).is_empty());
         let empty = remarks("empty_2x2x2_float32.raw", [3.0; 8]);
         assert!(empty.len() == 1 && empty[0].contains("are 3: nothing can be told apart"), "{empty:?}");
+        let (nan, inf) = (f32::NAN, f32::INFINITY);
+        let some = remarks("some_2x2x2_float32.raw", [0.0, nan, 2.0, inf, -inf, -inf, nan, 7.0]);
+        assert!(some.len() == 2 && some[0].starts_with("2 values of"), "{some:?}");
+        assert!(some[1].starts_with("3 values of") && some[1].ends_with("shown as the lowest"), "{some:?}");
         let broken = remarks("broken_2x2x2_float32.raw", [f32::NAN; 8]);
         assert!(broken.len() == 2 && broken[0].starts_with("8 values of"), "{broken:?}");
     }

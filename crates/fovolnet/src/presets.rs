@@ -1,6 +1,6 @@
 //! Transfer functions by name, and automatic ones.
 
-use crate::{Error, OpenVolume, RenderSettings, Result, TransferRange, ValueScale};
+use crate::{Error, NanColour, OpenVolume, RenderSettings, Result, TransferRange, ValueScale};
 use fovol_core::{ControlPoint, TransferFunction, Volume, did_you_mean, with_voxel_type};
 use fovol_io::transfer_function::{self, Imported};
 use std::path::Path;
@@ -82,6 +82,7 @@ pub fn find(what: &str, volume: &OpenVolume) -> Result<TransferFunction> {
 pub fn chosen(settings: &RenderSettings, volume: &OpenVolume) -> Result<TransferFunction> {
     let what = named_in(settings);
     let transfer = placed(what, &load(what, volume)?, settings.tf_range)?;
+    let transfer = settings.nan.unwrap_or_default().of(transfer)?;
     let shown = volume.volume.range();
     // Data values stay where they are, whatever the scale.
     if settings.scale == Some(ValueScale::Log) && transfer.range().is_none() {
@@ -113,7 +114,27 @@ pub fn notes(settings: &RenderSettings, volume: &OpenVolume) -> Vec<String> {
             notes.push("it is in data values and stays there: --scale log changes nothing".into());
         }
     }
+    notes.extend(note_of_nan(settings, volume, &imported.transfer));
     notes.into_iter().map(|note| format!("{what}: {note}")).collect()
+}
+
+/// What is said of the colour that `transfer` has for NaN, where there is some in `volume`.
+fn note_of_nan(
+    settings: &RenderSettings,
+    volume: &OpenVolume,
+    transfer: &TransferFunction,
+) -> Option<String> {
+    let of_file = transfer.chosen_nan();
+    let note = match (settings.nan, of_file) {
+        (None, Some([r, g, b, a])) => {
+            format!("its colour for NaN ({r},{g},{b},{a}) is left out; --nan file uses it")
+        }
+        (Some(NanColour::File), None) => {
+            "it has no colour for NaN, which is transparent; --nan R,G,B,A gives one".into()
+        }
+        _ => return None,
+    };
+    (volume.volume.statistics().nan > 0).then_some(note)
 }
 
 /// The name or text of the transfer function of `settings`.

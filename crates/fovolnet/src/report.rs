@@ -57,6 +57,8 @@ pub struct RenderReport {
     pub reconstruct: String,
     /// How rays added up what they passed: plain or fine.
     pub integration: String,
+    /// How NaN looked: transparent, file, or red, green, blue and opacity.
+    pub nan: String,
     /// Every frame.
     pub frames: Vec<FrameReport>,
     /// Their means.

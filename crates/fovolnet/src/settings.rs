@@ -1,6 +1,6 @@
 use crate::{
-    Choice, Device, Error, Machine, NamedView, Orientation, Reconstruction, Result, Sampling, TransferRange,
-    ValueScale, parse, toml_text,
+    Choice, Device, Error, Machine, NamedView, NanColour, Orientation, Reconstruction, Result, Sampling,
+    TransferRange, ValueScale, parse, toml_text,
 };
 use fovol_core::{Fovea, FrameSize, GazePath, Integration, ShadowMode, SurfaceShading};
 use fovol_net::Weights;
@@ -59,6 +59,10 @@ pub struct RenderSettings {
     /// How values run along the transfer function: linear or log [default: linear]
     #[cfg_attr(feature = "clap", arg(long, value_name = "SCALE"))]
     pub scale: Option<ValueScale>,
+    /// How NaN looks: transparent, R,G,B,A (0 to 1 each; the opacity of a voxel), or file, as the file of the transfer
+    /// function says [default: transparent]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "R,G,B,A", allow_hyphen_values = true))]
+    pub nan: Option<NanColour>,
     /// The part that is shown, as fractions of the sides of the volume's own grid; the rest is cut away [default:
     /// 0,1,0,1,0,1]
     #[cfg_attr(feature = "clap", arg(long, value_name = "X0,X1,Y0,Y1,Z0,Z1", value_parser = parse::numbers::<6>, allow_hyphen_values = true))]
@@ -164,6 +168,7 @@ impl RenderSettings {
             tf,
             tf_range,
             scale,
+            nan,
             clip,
             light,
             shadows,

@@ -2,7 +2,7 @@
 
 use fovolnet::core::{Dtype, Endian, Frame, Integration, ShadowMode, SurfaceShading};
 use fovolnet::{
-    Device, NamedView, Orientation, Pipeline, Reconstruction, RenderSettings, Sampling, Session,
+    Device, NamedView, NanColour, Orientation, Pipeline, Reconstruction, RenderSettings, Sampling, Session,
     SpeedSettings, TransferRange, ValueScale, VolumeSettings, open_volume,
 };
 use std::collections::BTreeSet;
@@ -52,6 +52,7 @@ fn everything(volume: &Path) -> Session {
         tf: Some("auto".into()),
         tf_range: Some(TransferRange::Stretch),
         scale: Some(ValueScale::Linear),
+        nan: Some(NanColour::Transparent),
         clip: Some([0.0, 1.0, 0.0, 1.0, 0.0, 1.0]),
         light: Some([0.5, 1.0, 0.3]),
         shadows: Some(ShadowMode::On),
@@ -154,6 +155,10 @@ fn steps() -> Vec<Step> {
             ..step("render.tf-range", |s| s.render.tf_range = Some(TransferRange::Data))
         },
         step("render.scale", |s| s.render.scale = Some(ValueScale::Log)),
+        Step {
+            from: |s| another_file(s, "gaps.mha"),
+            ..step("render.nan", |s| s.render.nan = Some(NanColour::Colour([1.0, 0.0, 0.0, 0.5])))
+        },
         step("render.clip", |s| s.render.clip = Some([0.0, 0.6, 0.1, 1.0, 0.0, 1.0])),
         step("render.light", |s| s.render.light = Some([-1.0, 0.2, 0.1])),
         step("render.shadows", |s| s.render.shadows = Some(ShadowMode::Off)),
@@ -234,12 +239,16 @@ fn voxels() -> Vec<u8> {
     (0..4096).flat_map(|i| value(i).to_le_bytes()).collect()
 }
 
-/// Writes files of several arrays, components, channels and time points to `folder`.
+/// Writes files of several arrays, components, channels and time points, and one with NaN, to `folder`.
 fn write_parts(folder: &Path) {
     let plane = |seed: usize| (0..64).map(move |i| ((i * (seed + 3)) % 251) as u8);
     let bytes = |count: usize| (0..count).flat_map(plane).collect::<Vec<u8>>();
     let mha = b"NDims = 3\nDimSize = 4 4 4\nElementType = MET_UCHAR\nElementNumberOfChannels = 2\nElementDataFile = LOCAL\n";
     std::fs::write(folder.join("components.mha"), [&mha[..], &bytes(2)].concat()).unwrap();
+    let value = |i: usize| if i % 5 == 0 { f32::NAN } else { i as f32 };
+    let floats: Vec<u8> = (0..64).flat_map(|i| value(i).to_le_bytes()).collect();
+    let mha = b"NDims = 3\nDimSize = 4 4 4\nElementType = MET_FLOAT\nElementDataFile = LOCAL\n";
+    std::fs::write(folder.join("gaps.mha"), [&mha[..], &floats].concat()).unwrap();
     let vtk = |name: &str, seed: usize| {
         let values: Vec<String> = plane(seed).map(|value| value.to_string()).collect();
         format!("SCALARS {name} unsigned_char 1\nLOOKUP_TABLE default\n{}\n", values.join(" "))

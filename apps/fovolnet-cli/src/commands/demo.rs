@@ -9,8 +9,8 @@ use fovolnet::io::video::{self, VideoWriter};
 use fovolnet::metrics::ClipQuality;
 use fovolnet::net::Fill;
 use fovolnet::{
-    FrameReport, MeanReport, Pipeline, Reconstruction, RenderReport, RenderSettings, SpeedSettings,
-    VolumeSettings, open_volume, parse,
+    FrameReport, MeanReport, NanColour, Pipeline, Reconstruction, RenderReport, RenderSettings,
+    SpeedSettings, VolumeSettings, open_volume, parse,
 };
 use std::path::PathBuf;
 use std::time::Instant;
@@ -110,6 +110,7 @@ impl Demo {
             sampling: "compact".into(),
             reconstruct: "wnet".into(),
             integration: self.settings().integration().to_string(),
+            nan: NanColour::default().to_string(),
             frames,
             mean,
             machine: pipeline.machine(),

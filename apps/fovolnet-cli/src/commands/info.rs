@@ -239,7 +239,11 @@ impl Info {
         say(format!("  values      {} to {}, mean {:.6}", r.min, r.max, r.mean))?;
         say(format!("  shown as    {} (0) to {} (1)", r.range[0], r.range[1]))?;
         if r.non_finite > 0 {
-            say(format!("  not finite  {} values, shown as the lowest", r.non_finite))?;
+            let nan = opened.volume.statistics().nan;
+            let infinite = r.non_finite - nan;
+            say(format!(
+                "  not finite  {nan} NaN, transparent (--nan); {infinite} infinite, shown as the lowest"
+            ))?;
         }
         if let Some(placement) = opened.volume.placement() {
             say(format!("  orientation {}", axes_in_words(placement)))?;

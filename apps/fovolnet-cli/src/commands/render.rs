@@ -122,6 +122,7 @@ impl Render {
             sampling: session.render.sampling().name().into(),
             reconstruct: reconstruction(&session.render).to_string(),
             integration: session.render.integration().to_string(),
+            nan: session.render.nan.unwrap_or_default().to_string(),
             frames,
             mean,
             machine: pipeline.machine(),

@@ -30,8 +30,6 @@ pub struct Imported {
     pub transfer: TransferFunction,
     /// Whether it is meant to be stretched over what is shown, even where it has a range: colour maps from 0 to 1 or from −1 to 1.
     pub is_stretched: bool,
-    /// Display colour and opacity of values that are not numbers, where the file gives it.
-    pub nan: Option<[f64; 4]>,
     /// What was assumed, one line each.
     pub notes: Vec<String>,
 }
@@ -47,7 +45,7 @@ impl Imported {
     /// `transfer`, which stays at the data values of its range where it has one.
     fn of(transfer: TransferFunction) -> Self {
         let is_stretched = transfer.range().is_none();
-        Self { transfer, is_stretched, nan: None, notes: Vec::new() }
+        Self { transfer, is_stretched, notes: Vec::new() }
     }
 
     /// `transfer` for whatever is shown.

@@ -28,7 +28,9 @@ pub fn parse(path: &Path, map: &Value) -> Result<Imported> {
     if map.get("NanColor").is_some() {
         let [r, g, b] = groups::<3>(path, map, "NanColor")?[0].map(|c| c.clamp(0.0, 1.0));
         let opacity = map.get("NanOpacity").and_then(Value::as_f64).unwrap_or(1.0);
-        imported.nan = Some([r, g, b, opacity.clamp(0.0, 1.0)]);
+        let nan = [r, g, b, opacity.clamp(0.0, 1.0)];
+        imported.transfer =
+            imported.transfer.with_nan(nan).map_err(|e| Error::malformed(path, e.to_string()))?;
     }
     Ok(imported)
 }

@@ -1,5 +1,6 @@
 use fovol_core::{Dtype, Endian, Grid, Rescale, Volume, Voxel, with_voxel_type};
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Edge of a brick in interpolation cells. A brick stores one voxel more along each axis, so that the
 /// eight corners of any cell lie in one brick.
@@ -23,7 +24,14 @@ pub enum BrickData {
     U16(Vec<u16>),
     /// Everything else, as display values 0…1.
     F32(Vec<f32>),
+    /// As `F32`, where some are NaN.
+    Gaps(Vec<MaybeNan>),
 }
+
+/// A display value 0…1, or NaN.
+#[derive(Debug, Clone, Copy, Default, PartialEq, PartialOrd)]
+#[repr(transparent)]
+pub struct MaybeNan(pub f32);
 
 /// Where voxel (x, y, z) of a brick grid lies: a sum of one term per axis.
 ///
@@ -92,7 +100,7 @@ pub struct Bricks {
 }
 
 impl Bricks {
-    /// The bricks of `volume`, values clamped to its range, NaN and infinities at the low end.
+    /// The bricks of `volume`, values clamped to its range, infinities at the low end.
     pub fn of_volume(volume: &Volume) -> Self {
         let layout = BrickLayout::voxels(volume.grid().dims());
         let encoding = Encoding::of(volume);
@@ -109,8 +117,19 @@ impl Bricks {
             _ => {
                 let inverse =
                     if encoding.high > encoding.low { 1.0 / (encoding.high - encoding.low) } else { 0.0 };
-                let unit = move |v: f64| ((v - encoding.low) * inverse) as f32;
-                (BrickData::F32(encoded(volume, &layout, unit, encoding)), 1.0)
+                let has_gaps = AtomicBool::new(false);
+                let unit = |v: f64| {
+                    if v.is_nan() {
+                        has_gaps.store(true, Ordering::Relaxed);
+                    }
+                    ((v - encoding.low) * inverse) as f32
+                };
+                let values = encoded(volume, &layout, unit, encoding);
+                if has_gaps.into_inner() {
+                    (BrickData::Gaps(values.into_iter().map(MaybeNan).collect()), 1.0)
+                } else {
+                    (BrickData::F32(values), 1.0)
+                }
             }
         };
         let scale = if scale > 0.0 { (1.0 / scale) as f32 } else { 0.0 };
@@ -145,19 +164,24 @@ impl Bricks {
         &self.data
     }
 
+    /// Whether some voxels are NaN.
+    pub fn has_gaps(&self) -> bool {
+        matches!(self.data, BrickData::Gaps(_))
+    }
+
     /// The factor from a stored value to the display value 0…1.
     pub fn scale(&self) -> f32 {
         self.scale
     }
 
-    /// The display value of voxel (x, y, z).
+    /// The display value of voxel (x, y, z); it may be NaN.
     #[inline]
     pub fn voxel(&self, voxel: [usize; 3]) -> f32 {
         self.stored(self.layout.index(voxel), [0, 0]) * self.scale
     }
 
     /// The trilinear display value at `p`, continuous voxel-centre coordinates (voxel *i* at *i*),
-    /// clamped to the edge.
+    /// clamped to the edge. NaN where one of the eight voxels around it is, whatever its weight.
     #[inline]
     pub fn sample(&self, p: [f32; 3]) -> f32 {
         let clamped: [f32; 3] = std::array::from_fn(|a| p[a].clamp(0.0, (self.layout.dims[a] - 1) as f32));
@@ -171,7 +195,7 @@ impl Bricks {
     }
 
     /// The smallest and largest display value that interpolation can give in the cells
-    /// `from`…`from + edge` (exclusive), clipped to the grid.
+    /// `from`…`from + edge` (exclusive), clipped to the grid; NaN aside. Where there is nothing else they do not rise.
     pub fn value_range(&self, from: [usize; 3], edge: usize) -> [f32; 2] {
         match &self.data {
             BrickData::Corners(words) => {
@@ -184,7 +208,24 @@ impl Bricks {
                 self.extremes(v, from, edge, u16::MAX, u16::MIN).map(|v| f32::from(v) * self.scale)
             }
             BrickData::F32(v) => self.extremes(v, from, edge, f32::INFINITY, f32::NEG_INFINITY),
+            BrickData::Gaps(v) => {
+                let [top, bottom] = [f32::INFINITY, f32::NEG_INFINITY].map(MaybeNan);
+                self.extremes(v, from, edge, top, bottom).map(|v| v.0)
+            }
         }
+    }
+
+    /// Whether interpolation can give NaN in the cells `from`…`from + edge` (exclusive), clipped to the grid.
+    pub fn has_gaps_in(&self, from: [usize; 3], edge: usize) -> bool {
+        let BrickData::Gaps(values) = &self.data else { return false };
+        let start = self.layout.index(from);
+        let [_, uy, uz] = self.layout.unit;
+        (0..=edge).any(|z| {
+            (0..=edge).any(|y| {
+                let row = start + y * uy + z * uz;
+                values[row..=row + edge].iter().any(|v| v.0.is_nan())
+            })
+        })
     }
 
     fn extremes<T: Copy + PartialOrd>(
@@ -237,6 +278,7 @@ impl Bricks {
             BrickData::U8(v) => f32::from(v[after]),
             BrickData::U16(v) => f32::from(v[after]),
             BrickData::F32(v) => v[after],
+            BrickData::Gaps(v) => v[after].0,
         }
     }
 }
@@ -275,7 +317,7 @@ impl Encoding {
     #[inline]
     fn clamped(self, raw: f64) -> f64 {
         let value = self.rescale.apply(raw);
-        if value.is_finite() { value.clamp(self.low, self.high) } else { self.low }
+        if value.is_infinite() { self.low } else { value.clamp(self.low, self.high) }
     }
 }
 
@@ -430,7 +472,9 @@ mod tests {
         assert!(matches!(Bricks::of_volume(&wide).data(), BrickData::U16(_)));
         let odd_range = wide.with_range([0.5, 10.0]).unwrap();
         assert!(matches!(Bricks::of_volume(&odd_range).data(), BrickData::F32(_)));
-        let nan = Volume::from_values(grid, vec![f32::NAN, 2.0]).unwrap();
-        assert_eq!(Bricks::of_volume(&nan).voxel([0, 0, 0]), 0.0);
+        let infinite = Bricks::of_volume(&Volume::from_values(grid, vec![f32::INFINITY, 2.0]).unwrap());
+        assert!(matches!(infinite.data(), BrickData::F32(_)) && infinite.voxel([0, 0, 0]) == 0.0);
+        let nan = Bricks::of_volume(&Volume::from_values(grid, vec![f32::NAN, 2.0]).unwrap());
+        assert!(matches!(nan.data(), BrickData::Gaps(_)) && nan.voxel([0, 0, 0]).is_nan());
     }
 }

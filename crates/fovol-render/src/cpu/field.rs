@@ -1,6 +1,6 @@
 //! A brick grid as the lanes read it.
 
-use super::bricks::Bricks;
+use super::bricks::{Bricks, MaybeNan};
 use super::lanes::Lanes;
 use std::marker::PhantomData;
 
@@ -8,6 +8,8 @@ use std::marker::PhantomData;
 pub trait Texel: Copy + Sync + 'static {
     /// What interpolation multiplies stored values by.
     const GAIN: f32 = 1.0;
+    /// Whether values may be NaN.
+    const GAPS: bool = false;
 
     /// The trilinear value in the cells whose low corners are at `index`, `f` of the way along each axis,
     /// times [`Self::GAIN`]; `offset` leads to the neighbours along y and z.
@@ -92,6 +94,16 @@ impl PairTexel for f32 {
     }
 }
 
+impl Texel for MaybeNan {
+    const GAPS: bool = true;
+
+    #[inline(always)]
+    unsafe fn trilinear<L: Lanes>(base: *const Self, index: L::I, offset: [usize; 2], f: [L::F; 3]) -> L::F {
+        // SAFETY: the caller's; it is nothing but an f32.
+        unsafe { f32::trilinear::<L>(base.cast(), index, offset, f) }
+    }
+}
+
 /// Four bytes: the neighbours along y and z of one voxel. Interpolation along y is done on integers,
 /// with weights of 14 bits.
 impl Texel for u32 {
@@ -125,6 +137,8 @@ pub struct Field<'a, T> {
     jump: [i32; 3],
     /// From what interpolation gives to whatever the field is asked for.
     pub scale: f32,
+    /// What is read for NaN: one more than the largest value.
+    pub missing: f32,
     bricks: PhantomData<&'a Bricks>,
 }
 
@@ -152,11 +166,12 @@ impl<'a, T: Texel> Field<'a, T> {
             unit: layout.unit.map(|u| u as i32),
             jump: layout.jump.map(|j| j as i32),
             scale: bricks.scale() * unit / T::GAIN,
+            missing: unit + 1.0,
             bricks: PhantomData,
         }
     }
 
-    /// The trilinear value at `p` (voxel-centre coordinates, clamped to the edge), scaled.
+    /// The trilinear value at `p` (voxel-centre coordinates, clamped to the edge), scaled; [`Self::missing`] for NaN.
     ///
     /// # Safety
     /// The instruction set of `L` must be available.
@@ -178,7 +193,9 @@ impl<'a, T: Texel> Field<'a, T> {
                 index = L::add_i(index, L::add_i(inside, across));
             }
             let [_, uy, uz] = self.unit.map(|u| u as usize);
-            L::mul(T::trilinear::<L>(self.base, index, [uy, uz], f), L::splat(self.scale))
+            let value = L::mul(T::trilinear::<L>(self.base, index, [uy, uz], f), L::splat(self.scale));
+            // In this order it sends NaN to the second.
+            if T::GAPS { L::min(value, L::splat(self.missing)) } else { value }
         }
     }
 }
@@ -200,6 +217,10 @@ macro_rules! with_field {
                 $body
             }
             $crate::cpu::bricks::BrickData::F32(values) => {
+                let $field = Field::new($bricks, values, $unit);
+                $body
+            }
+            $crate::cpu::bricks::BrickData::Gaps(values) => {
                 let $field = Field::new($bricks, values, $unit);
                 $body
             }
@@ -231,6 +252,10 @@ mod tests {
                 }
             });
             for (p, v) in chunk.iter().zip(out) {
+                if bricks.sample(*p).is_nan() {
+                    assert_eq!(v, 2.0, "{p:?}");
+                    continue;
+                }
                 assert!((bricks.sample(*p) - v).abs() < TOLERANCE, "{p:?}: {} and {v}", bricks.sample(*p));
             }
         }
@@ -264,7 +289,9 @@ mod tests {
             let bytes = Volume::from_values(grid, (0..n).map(|i| random(i) as u8).collect()).unwrap();
             let shorts = Volume::from_values(grid, (0..n).map(|i| random(i) as i16).collect()).unwrap();
             let floats = Volume::from_values(grid, (0..n).map(|i| random(i) as i16 as f32 * 0.1).collect()).unwrap();
-            for volume in [bytes, shorts, floats] {
+            let value = |i: usize| if random(i) % 5 == 0 { f32::NAN } else { random(i) as i16 as f32 };
+            let gaps = Volume::from_values(grid, (0..n).map(value).collect()).unwrap();
+            for volume in [bytes, shorts, floats, gaps] {
                 agrees_everywhere(&Bricks::of_volume(&volume), &points);
             }
         }

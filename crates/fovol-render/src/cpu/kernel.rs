@@ -338,7 +338,7 @@ impl<T: Texel> Kernel<'_, T> {
         }
     }
 
-    /// |n·l| at `p`; 1 where the gradient is zero.
+    /// |n·l| at `p`; 1 where the gradient is zero or not known.
     #[inline(always)]
     pub(super) unsafe fn facing<L: Lanes>(&self, p: [L::F; 3], light: [f32; 3]) -> L::F {
         // SAFETY: the caller's.
@@ -346,18 +346,27 @@ impl<T: Texel> Kernel<'_, T> {
             let one = L::splat(1.0);
             let mut squared = L::splat(0.0);
             let mut along = L::splat(0.0);
+            let mut highest = L::splat(0.0);
             for a in 0..3 {
                 let (mut before, mut after) = (p, p);
                 before[a] = L::sub(p[a], one);
                 after[a] = L::add(p[a], one);
-                let difference = L::sub(self.field.sample::<L>(after), self.field.sample::<L>(before));
+                let (after, before) = (self.field.sample::<L>(after), self.field.sample::<L>(before));
+                if T::GAPS {
+                    highest = L::max(highest, L::max(after, before));
+                }
+                let difference = L::sub(after, before);
                 // Only the ratios of the components matter, so the field's own scale may stay.
                 let g = L::mul(difference, L::splat(1.0 / self.voxel_size[a]));
                 squared = L::fma(g, g, squared);
                 along = L::fma(g, L::splat(light[a]), along);
             }
             let facing = L::abs(L::div(along, L::sqrt(squared)));
-            L::select(L::gt(squared, L::splat(0.0)), facing, one)
+            let known = L::gt(squared, L::splat(0.0));
+            // Beside NaN there is no gradient.
+            let known =
+                if T::GAPS { L::and_m(known, L::lt(highest, L::splat(self.field.missing))) } else { known };
+            L::select(known, facing, one)
         }
     }
 }

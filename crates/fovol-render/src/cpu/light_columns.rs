@@ -177,7 +177,7 @@ mod tests {
     use super::super::bricks::Bricks;
     use super::super::lanes::portable::Portable;
     use super::*;
-    use fovol_core::{ControlPoint, Grid, Light, TransferFunction, Volume};
+    use fovol_core::{ClipBox, ControlPoint, Grid, Light, TransferFunction, Volume};
     use glam::DVec3;
     use proptest::prelude::*;
 
@@ -226,7 +226,7 @@ mod tests {
             (0..3).filter(|&a| parallel[a]).for_each(|a| direction[a] = 0.0);
             prop_assume!(direction.length() > 0.01);
             let (cells, grid) = scattered(dims, spacing, &bright);
-            let light = LightPath::new(&Light::towards(direction).unwrap(), &grid, step);
+            let light = LightPath::new(&Light::towards(direction).unwrap(), &grid, &ClipBox::whole(&grid), step);
             let columns = LightColumns::new(&cells, dims, &light);
             let p: [f32; 3] = std::array::from_fn(|a| at[a].mul_add(dims[a] as f32, -0.5));
             for j in 0..light.count(p) {
@@ -239,7 +239,8 @@ mod tests {
     #[test]
     fn most_of_empty_space_is_left_out() {
         let (cells, grid) = scattered([64; 3], [1.0; 3], &[(32 * 64 + 32) * 64 + 32]);
-        let light = LightPath::new(&Light::towards(DVec3::new(0.5, 1.0, 0.3)).unwrap(), &grid, 0.5);
+        let light = Light::towards(DVec3::new(0.5, 1.0, 0.3)).unwrap();
+        let light = LightPath::new(&light, &grid, &ClipBox::whole(&grid), 0.5);
         let columns = LightColumns::new(&cells, [64; 3], &light);
         let points = (0..4096u32).map(|i| [i % 16, i / 16 % 16, i / 256].map(|x| x as f32 * 4.0));
         let (mut all, mut taken) = (0, 0);
@@ -255,7 +256,8 @@ mod tests {
     #[test]
     fn fine_steps_widen_the_columns_rather_than_fill_memory() {
         let (cells, grid) = scattered([100, 90, 80], [1.0; 3], &[5]);
-        let light = LightPath::new(&Light::towards(DVec3::new(0.5, 1.0, 0.3)).unwrap(), &grid, 0.0005);
+        let light = Light::towards(DVec3::new(0.5, 1.0, 0.3)).unwrap();
+        let light = LightPath::new(&light, &grid, &ClipBox::whole(&grid), 0.0005);
         let columns = LightColumns::new(&cells, [100, 90, 80], &light);
         assert!(columns.words.len() <= MOST_WORDS && columns.axes.width > 2.0);
     }

@@ -25,6 +25,8 @@ pub struct Macrocells {
     cells: [usize; 3],
     shift: u32,
     ranges: Vec<[u16; 2]>,
+    /// Whether interpolation can give NaN in each or in one beside it; empty where it nowhere can.
+    gaps: Vec<bool>,
     distances: Vec<u8>,
     occupied: f64,
     /// Of each of up to [`BEAMS`]² beams along x that show anything the first and the last cells along each axis that do.
@@ -49,10 +51,11 @@ impl Macrocells {
                 [(low * 65535.0).floor() as u16, (high * 65535.0).ceil() as u16]
             })
             .collect();
+        let gaps = if bricks.has_gaps() { near_gaps(bricks, cells, shift) } else { Vec::new() };
         // Four spare bytes: lanes read distances as 32-bit words.
         let distances = vec![0; ranges.len() + 4];
         let visible = vec![[[0; 3], cells.map(|count| count - 1)]];
-        Self { cells, shift, ranges, distances, occupied: 1.0, visible }
+        Self { cells, shift, ranges, gaps, distances, occupied: 1.0, visible }
     }
 
     /// Finds what `transfer` shows; to be called whenever the transfer function changes.
@@ -62,6 +65,10 @@ impl Macrocells {
         self.distances[..self.ranges.len()].par_iter_mut().zip(&self.ranges).for_each(|(d, &[low, high])| {
             *d = if next[bucket(low)] as usize <= bucket(high) { 0 } else { FAR };
         });
+        if transfer.nan()[3] > 0.0 {
+            let cells = self.distances.iter_mut().zip(&self.gaps);
+            cells.filter(|(_, has_gaps)| **has_gaps).for_each(|(d, _)| *d = 0);
+        }
         let occupied = self.distances[..self.ranges.len()].par_iter().filter(|&&d| d == 0).count();
         self.occupied = occupied as f64 / self.ranges.len() as f64;
         let count = self.ranges.len();
@@ -105,6 +112,22 @@ impl Macrocells {
     pub fn is_dense(&self) -> bool {
         self.occupied > DENSE
     }
+}
+
+/// Whether interpolation can give NaN in each of `cells` of `bricks`, or in one beside it: the step of a ray that
+/// begins in NaN ends there.
+fn near_gaps(bricks: &Bricks, cells: [usize; 3], shift: u32) -> Vec<bool> {
+    let [nx, ny, nz] = cells;
+    let place = |i: usize| [i % nx, i / nx % ny, i / (nx * ny)];
+    let all = (0..nx * ny * nz).into_par_iter();
+    let gaps: Vec<bool> =
+        all.clone().map(|i| bricks.has_gaps_in(place(i).map(|c| c << shift), 1 << shift)).collect();
+    let beside = |c: usize, count: usize| c.saturating_sub(1)..(c + 2).min(count);
+    let near = all.map(|i| {
+        let [x, y, z] = place(i);
+        beside(z, nz).any(|z| beside(y, ny).any(|y| beside(x, nx).any(|x| gaps[(z * ny + y) * nx + x])))
+    });
+    near.collect()
 }
 
 /// Of each of up to [`BEAMS`]² beams of `cells` cells the first and the last along each axis whose distance is 0, if there are any.

@@ -5,7 +5,7 @@
 use super::bricks::Bricks;
 use super::segment::{LightPath, SHADOW_STEP, Segments};
 use super::transfer_table::corrected_opacity;
-use fovol_core::{Grid, Ray, Shading, ShadowMode, SurfaceShading, TransferFunction};
+use fovol_core::{ClipBox, Grid, Ray, Shading, ShadowMode, SurfaceShading, TransferFunction};
 
 /// A primary ray ends at this accumulated opacity.
 pub const OPAQUE: f32 = 0.999;
@@ -18,6 +18,8 @@ pub struct March<'a> {
     pub bricks: &'a Bricks,
     /// Its size in the world.
     pub grid: &'a Grid,
+    /// The part of it that is there.
+    pub clip: ClipBox,
     /// Display value to colour and opacity.
     pub transfer: &'a TransferFunction,
     /// How samples are lit.
@@ -66,11 +68,21 @@ impl std::ops::AddAssign for SampleCount {
 }
 
 impl March<'_> {
+    /// Where primary rays take their samples.
+    pub fn segments(&self) -> Segments {
+        Segments::new(self.grid, &self.clip, self.step)
+    }
+
+    /// The way to the light.
+    pub fn light_path(&self) -> LightPath {
+        LightPath::new(&self.shading.light, self.grid, &self.clip, self.step)
+    }
+
     /// What `ray` brings back.
     pub fn ray(&self, ray: &Ray, count: &mut SampleCount) -> Marched {
-        let segments = Segments::new(self.grid, self.step);
+        let segments = self.segments();
         let segment = segments.of(ray);
-        let light = LightPath::new(&self.shading.light, self.grid, self.step);
+        let light = self.light_path();
         let mut colour = [0.0f32; 3];
         let mut opacity = 0.0f32;
         let mut half_at = None;
@@ -135,7 +147,8 @@ impl March<'_> {
         transmittance
     }
 
-    /// |n·l| with n from central differences over ±1 voxel in world units; 1 where the gradient is zero.
+    /// |n·l| with n from central differences over ±1 voxel in world units; 1 where the gradient is zero or
+    /// not known, beside NaN.
     pub(super) fn facing(&self, p: [f32; 3]) -> f32 {
         let voxel = self.grid.voxel_size();
         let gradient: [f32; 3] = std::array::from_fn(|a| {

@@ -29,7 +29,7 @@ mod transfer_table;
 
 #[cfg(feature = "gpu")]
 pub(crate) use bricks::half_resolution;
-pub use bricks::{BRICK, BrickData, BrickLayout, Bricks};
+pub use bricks::{BRICK, BrickData, BrickLayout, Bricks, MaybeNan};
 pub use compact::compact;
 pub use direct::{DirectSamples, direct, mask_of};
 #[cfg(feature = "gpu")]

@@ -16,8 +16,8 @@ use super::simd::Simd;
 use super::skip::Skip;
 use super::transfer_table::TransferTable;
 use fovol_core::{
-    Camera, Frame, FrameSize, Grid, Integration, Pixel, RayBasis, Region, SampleList, SampleMask, Scene,
-    Shading, ShadowMode, SurfaceShading, TransferFunction, Volume,
+    Camera, ClipBox, Frame, FrameSize, Grid, Integration, Pixel, RayBasis, Region, SampleList, SampleMask,
+    Scene, Shading, ShadowMode, SurfaceShading, TransferFunction, Volume,
 };
 use rayon::prelude::*;
 
@@ -43,6 +43,7 @@ impl Default for RenderOptions {
 #[derive(Debug)]
 pub struct Renderer {
     grid: Grid,
+    clip: ClipBox,
     bricks: Bricks,
     cells: Macrocells,
     table: TransferTable,
@@ -80,6 +81,7 @@ impl Renderer {
         let step = scene.marching_step();
         let mut renderer = Self {
             grid: *volume.grid(),
+            clip: scene.clip_box(),
             bricks,
             cells,
             table: TransferTable::new(&scene.transfer_function, step),
@@ -107,8 +109,9 @@ impl Renderer {
         let step = scene.marching_step();
         let stepped = self.step != step;
         let refined = self.extinction.is_some() != (scene.integration == Integration::Fine);
-        let shaded = !self.shading.casts_as(&scene.shading);
-        self.step = step;
+        let clip = scene.clip_box();
+        let shaded = !self.shading.casts_as(&scene.shading) || self.clip != clip;
+        (self.step, self.clip) = (step, clip);
         self.shading = scene.shading;
         self.background = scene.background;
         if recoloured {
@@ -146,9 +149,9 @@ impl Renderer {
     /// The pixels of a frame of `size` seen by `camera` that can show anything but the background; somewhat more, never less.
     /// `None` where there are none.
     pub fn visible_region(&self, camera: &Camera, size: FrameSize) -> Option<Region> {
-        let half = self.grid.world_extent() * 0.5;
+        let [low, high] = self.clip.in_world(&self.grid);
         let boxes = self.cells.visible();
-        let boxes = boxes.map(|bounds| bounds.map(|at| self.grid.grid_to_world(at).clamp(-half, half)));
+        let boxes = boxes.map(|bounds| bounds.map(|at| self.grid.grid_to_world(at).clamp(low, high)));
         Region::of_boxes(&camera.rays(size), boxes, size)
     }
 
@@ -174,7 +177,7 @@ impl Renderer {
     }
 
     fn light_path(&self) -> LightPath {
-        LightPath::new(&self.shading.light, &self.grid, self.step)
+        LightPath::new(&self.shading.light, &self.grid, &self.clip, self.step)
     }
 
     /// The same scene for the plain code of [`super::march`].
@@ -182,6 +185,7 @@ impl Renderer {
         March {
             bricks: &self.bricks,
             grid: &self.grid,
+            clip: self.clip,
             transfer: &self.transfer,
             shading: &self.shading,
             shadow_grid: self.shadow_grid.as_ref(),
@@ -302,14 +306,14 @@ impl Renderer {
             (ShadowMode::Off, _) => Lighting::Full,
             (ShadowMode::Cached, Some(grid)) => match grid.data() {
                 BrickData::U8(values) => Lighting::Cached(Field::new(grid, values, 1.0)),
-                BrickData::Corners(_) | BrickData::U16(_) | BrickData::F32(_) => rays,
+                BrickData::Corners(_) | BrickData::U16(_) | BrickData::F32(_) | BrickData::Gaps(_) => rays,
             },
             (ShadowMode::On | ShadowMode::Cached, _) => rays,
         };
         let direction = self.shading.light.direction().as_vec3().to_array();
         Kernel {
             field,
-            segments: Segments::new(&self.grid, self.step),
+            segments: Segments::new(&self.grid, &self.clip, self.step),
             voxel_size: self.grid.voxel_size().as_vec3().to_array(),
             table: &self.table,
             visible: self.table.visible(),

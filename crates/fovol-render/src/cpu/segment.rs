@@ -1,11 +1,13 @@
 use super::lanes::Lanes;
-use fovol_core::{Grid, Light, Ray};
+use fovol_core::{ClipBox, Grid, Light, Ray};
 use glam::DVec3;
 
 /// A grid and a step, prepared to make [`Segment`]s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Segments {
-    /// Half the extent of the box, world units.
+    /// The lowest and the highest corner of the part that rays pass, world units.
+    ends: [DVec3; 2],
+    /// Half the extent of the grid, world units.
     half: DVec3,
     /// Δ in world units.
     delta: f64,
@@ -14,9 +16,10 @@ pub struct Segments {
 }
 
 impl Segments {
-    /// Segments of rays through `grid` at distances of `step` voxels (of the smallest spacing).
-    pub fn new(grid: &Grid, step: f64) -> Self {
+    /// Segments of rays through the part `clip` of `grid` at distances of `step` voxels (of the smallest spacing).
+    pub fn new(grid: &Grid, clip: &ClipBox, step: f64) -> Self {
         Self {
+            ends: clip.in_world(grid),
             half: grid.world_extent() * 0.5,
             delta: step * grid.smallest_voxel(),
             to_voxels: grid.voxel_size().recip(),
@@ -26,7 +29,7 @@ impl Segments {
     /// The samples of `ray`.
     #[inline(always)]
     pub fn of(&self, ray: &Ray) -> Segment {
-        let Some((near, far)) = ray.clip_to(self.half) else { return Segment::EMPTY };
+        let Some((near, far)) = ray.clip_between(self.ends) else { return Segment::EMPTY };
         // Samples k with k + ½ < (far − near)/Δ: ⌈x⌉ as ⌊x⌋ plus one where something is left over.
         let length = (far - near) / self.delta - 0.5;
         let whole = length.max(0.0) as u32;
@@ -61,9 +64,10 @@ impl Segments {
     pub fn of_many<const N: usize>(&self, origin: DVec3, direction: &[[f64; N]; 3]) -> SegmentsBeside<N> {
         let (mut near, mut far) = ([0.0f64; N], [f64::INFINITY; N]);
         for a in 0..3 {
-            let (low, high) = (-self.half[a] - origin[a], self.half[a] - origin[a]);
+            let [from, to] = self.ends.map(|end| end[a]);
+            let (low, high) = (from - origin[a], to - origin[a]);
             // Parallel to this slab a ray is inside it all the way or never.
-            let inside = origin[a].abs() <= self.half[a];
+            let inside = from <= origin[a] && origin[a] <= to;
             let (always, never) = if inside { (0.0, f64::INFINITY) } else { (f64::INFINITY, 0.0) };
             for i in 0..N {
                 let inverse = 1.0 / direction[a][i];
@@ -172,12 +176,12 @@ pub const SHADOW_STEP: f32 = 4.0;
 pub const SHADOW_START: f32 = 2.0;
 
 impl LightPath {
-    /// The way from any point of `grid` towards `light` at primary steps of `step` voxels.
-    pub fn new(light: &Light, grid: &Grid, step: f64) -> Self {
+    /// The way from any point of the part `clip` of `grid` towards `light` at primary steps of `step` voxels.
+    pub fn new(light: &Light, grid: &Grid, clip: &ClipBox, step: f64) -> Self {
         let delta =
             (light.direction() * (step * grid.smallest_voxel()) / grid.voxel_size()).as_vec3().to_array();
-        let dims = grid.dims();
-        let exit = std::array::from_fn(|a| if delta[a] > 0.0 { dims[a] as f32 - 0.5 } else { -0.5 });
+        let [low, high] = clip.in_voxels();
+        let exit = std::array::from_fn(|a| if delta[a] > 0.0 { high[a] } else { low[a] });
         // A vanishing component never leaves: a huge inverse of either sign would, so make it plainly infinite.
         let inverse = delta.map(|d| if d.abs() < 1e-20 { f32::INFINITY } else { 1.0 / d });
         Self { delta, exit, inverse }
@@ -250,7 +254,7 @@ mod tests {
     fn samples_are_half_a_step_in_and_stop_before_the_far_face() {
         let grid = Grid::new([10, 10, 10], [1.0; 3]).unwrap();
         let ray = Ray { origin: DVec3::new(-2.0, 0.0, 0.0), direction: DVec3::X };
-        let segment = Segments::new(&grid, 0.5).of(&ray);
+        let segment = Segments::new(&grid, &ClipBox::whole(&grid), 0.5).of(&ray);
         assert_eq!(segment.count, 20);
         assert!((segment.position(0)[0] - (0.25 - 0.5)).abs() < 1e-5);
         assert!((segment.position(19)[0] - (9.75 - 0.5)).abs() < 1e-5);
@@ -273,7 +277,9 @@ mod tests {
             let grid = Grid::new([70, 31, 44], [1.0, 2.0, 1.5]).unwrap();
             let camera = fovol_core::Camera::new(eye, target, 40.0).unwrap();
             let rays = camera.rays(fovol_core::FrameSize::new(1281, 1281).unwrap());
-            let segments = Segments::new(&grid, step);
+            let whole = ClipBox::whole(&grid);
+            let part = ClipBox::new(DVec3::new(3.3, 0.0, 21.9), DVec3::new(64.0, 17.2, 44.0), &grid).unwrap();
+            for segments in [whole, part].map(|clip| Segments::new(&grid, &clip, step)) {
             // A corner of the picture, and its very middle.
             for [x0, y0] in [corner, [636, 636]] {
                 let x = std::array::from_fn(|i| f64::from(x0 + i as u32));
@@ -288,6 +294,7 @@ mod tests {
                     }
                 }
             }
+            }
         }
     }
 
@@ -295,7 +302,7 @@ mod tests {
     fn shadow_samples_stop_before_the_box() {
         let grid = Grid::new([10, 10, 10], [1.0; 3]).unwrap();
         let light = Light::towards(DVec3::Y).unwrap();
-        let path = LightPath::new(&light, &grid, 0.5);
+        let path = LightPath::new(&light, &grid, &ClipBox::whole(&grid), 0.5);
         // From the centre (4.5) to the face (9.5): 5 voxels = 10 steps; samples at 2, 6 < 10 ≤ 10.
         assert_eq!(path.count([4.5, 4.5, 4.5]), 2);
         assert_eq!(path.position([4.5; 3], 1), [4.5, 7.5, 4.5]);

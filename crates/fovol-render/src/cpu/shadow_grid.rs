@@ -1,15 +1,16 @@
 use super::bricks::{Bricks, half_resolution};
 use super::march::{March, SampleCount};
-use super::segment::LightPath;
 
 /// The transmittance towards the light on a grid of half the volume's resolution, by the rule of shadow
-/// rays: voxel *i* stands at the common corner of the volume's voxels 2i and 2i + 1.
+/// rays: voxel *i* stands at the common corner of the volume's voxels 2i and 2i + 1. Voxels outside the part that is
+/// there have what arrives at the nearest point of its faces.
 ///
 /// Stored in 8 bits: this is the cheap alternative to shadow rays, never the reference.
 pub fn shadow_grid(march: &March<'_>) -> Bricks {
-    let light = LightPath::new(&march.shading.light, march.grid, march.step);
+    let light = march.light_path();
+    let [low, high] = march.clip.in_voxels();
     Bricks::of_unit_values(half_resolution(march.grid), |voxel| {
-        let p = voxel.map(|i| 2.0 * i as f32 + 0.5);
+        let p = std::array::from_fn(|a| (2.0 * voxel[a] as f32 + 0.5).clamp(low[a], high[a]));
         march.transmittance(p, &light, &mut SampleCount::default())
     })
 }

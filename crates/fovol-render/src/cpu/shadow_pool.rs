@@ -1,5 +1,6 @@
 //! Lit samples waiting for their shadow rays.
 
+use super::fine::Points;
 use super::lanes::Lanes;
 
 /// Samples of one or more rays: where they are, what light would add, and (once traced) how much arrives.
@@ -11,7 +12,8 @@ pub struct ShadowPool {
 }
 
 const TRANSMITTANCE: usize = 6;
-/// Fine integration keeps the optical depth near a point in the place of red.
+/// Fine integration keeps what it knows of a point in the place of its colour, and afterwards the optical depth near it in
+/// that of red.
 const NEAR: usize = 3;
 
 impl ShadowPool {
@@ -65,6 +67,21 @@ impl ShadowPool {
         let [x, y, z, ..] = &self.columns;
         // SAFETY: `reserve` left a vector's room after the last sample.
         unsafe { [L::load(x.as_ptr().add(at)), L::load(y.as_ptr().add(at)), L::load(z.as_ptr().add(at))] }
+    }
+
+    /// What was pushed for the points from `at` on in the place of colours.
+    ///
+    /// # Safety
+    /// The instruction set of `L` must be available, and `at` below the number of samples.
+    #[inline(always)]
+    pub unsafe fn points<L: Lanes>(&self, at: usize) -> Points<L> {
+        debug_assert!(at < self.len);
+        let [.., a, b, c, _] = &self.columns;
+        // SAFETY: `reserve` left a vector's room after the last sample.
+        unsafe {
+            let [entry, sum, extinction] = [a, b, c].map(|column| L::load(column.as_ptr().add(at)));
+            Points { entry, sum, extinction }
+        }
     }
 
     /// Moves the points from `at` on to `position`, and notes the optical depth on the way there.

@@ -3,7 +3,7 @@ use fovol_core::TransferFunction;
 
 /// A transfer function as tables over the display value, opacity already corrected for the step.
 ///
-/// Lengths are 255·m + 1, so that every 8-bit value falls exactly on an entry.
+/// There are 255·m + 1 entries, so that every 8-bit value falls exactly on one, and after them one for NaN.
 #[derive(Debug, Clone)]
 pub struct TransferTable {
     /// What a primary sample looks like: the bits of α for one step, 1 − (1 − a)^step, and the colour
@@ -30,7 +30,8 @@ impl TransferTable {
     pub fn new(transfer: &TransferFunction, step: f64) -> Self {
         let fine = if transfer.steepest_slope() > 8.0 { STEEP } else { GENTLE };
         let last = 255 * fine;
-        let rgba: Vec<[f64; 4]> = (0..=last).map(|i| transfer.evaluate(i as f64 / last as f64)).collect();
+        let values = (0..=last).map(|i| i as f64 / last as f64).chain([f64::NAN]);
+        let rgba: Vec<[f64; 4]> = values.map(|value| transfer.evaluate(value)).collect();
         let colour = |c: &[f64; 4]| pack([c[0], c[1], c[2]]);
         let shadow_step = step * f64::from(SHADOW_STEP);
         let first = rgba.iter().position(|c| c[3] > 0.0).unwrap_or(rgba.len());
@@ -48,9 +49,14 @@ impl TransferTable {
         [first.next_down(), end]
     }
 
-    /// The factor from a display value to an index: entries − 1.
+    /// The entry of the largest value; the one for NaN is the next.
+    pub fn last(&self) -> usize {
+        self.appearance.len() - 2
+    }
+
+    /// The factor from a display value to an index.
     pub fn scale(&self) -> f32 {
-        (self.appearance.len() - 1) as f32
+        self.last() as f32
     }
 }
 
@@ -82,8 +88,13 @@ mod tests {
     fn entries_are_the_function_at_their_values() {
         let tf = TransferFunction::grey_ramp(1.0);
         let table = TransferTable::new(&tf, 1.0);
-        let middle = table.appearance.len() / 2;
+        let middle = table.last() / 2;
         assert!((f32::from_bits(table.appearance[middle][0]) - 0.5).abs() < 1e-6);
-        assert_eq!(table.appearance[table.appearance.len() - 1], [1.0f32.to_bits(), u32::MAX]);
+        assert_eq!(table.appearance[table.last()], [1.0f32.to_bits(), u32::MAX]);
+        assert_eq!(table.appearance[table.last() + 1], [0; 2]);
+        let red = tf.with_nan([1.0, 0.0, 0.0, 0.25]).unwrap();
+        let table = TransferTable::new(&red, 2.0);
+        assert_eq!(table.appearance[table.last() + 1], [0.4375f32.to_bits(), 0x7FF]);
+        assert_eq!(table.visible()[1], table.scale() + 2.0);
     }
 }

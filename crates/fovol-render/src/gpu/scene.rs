@@ -5,7 +5,7 @@ use super::volume_texture::{TexelKind, VolumeTexture};
 use crate::Filtering;
 use crate::cpu::{Bricks, ExtinctionTable, LightPath, Macrocells, Segments, TransferTable, half_resolution};
 use bytemuck::{Pod, Zeroable};
-use fovol_core::{Grid, Integration, Scene, Shading, ShadowMode, TransferFunction};
+use fovol_core::{ClipBox, Grid, Integration, Scene, Shading, ShadowMode, TransferFunction};
 use fovol_gpu::Gpu;
 use fovol_gpu::binding::{Slot, bind_group, bind_group_layout};
 use wgpu::{BufferUsages, TextureFormat, TextureUsages};
@@ -27,7 +27,11 @@ pub struct SceneNumbers {
     light_inverse: [f32; 3],
     last_entry: u32,
     light_direction: [f32; 3],
-    after_light_direction: f32,
+    bin_bits: u32,
+    box_low: [f32; 3],
+    after_box_low: f32,
+    box_high: [f32; 3],
+    after_box_high: f32,
 }
 
 /// What of a scene is compiled into shaders.
@@ -35,6 +39,8 @@ pub struct SceneNumbers {
 pub struct SceneKind {
     /// What the texels of the volume are.
     pub texels: TexelKind,
+    /// Whether some voxels are NaN.
+    pub gaps: bool,
     /// Whether rays leave empty space at once.
     pub skip: bool,
     /// How rays add up what they pass.
@@ -45,7 +51,7 @@ impl SceneKind {
     /// Values for the `override` constants that the shaders with such a scene have.
     pub fn constants(self) -> Vec<(&'static str, f64)> {
         let number = |b: bool| f64::from(u8::from(b));
-        let mut constants = vec![("SKIP", number(self.skip))];
+        let mut constants = vec![("SKIP", number(self.skip)), ("GAPS", number(self.gaps))];
         if let TexelKind::Stored { corners, floats } = self.texels {
             constants.extend([("CORNERS", number(corners)), ("FLOATS", number(floats))]);
         }
@@ -111,7 +117,7 @@ impl DeviceScene {
 
     /// Where rays take their samples.
     pub fn segments(&self) -> Segments {
-        Segments::new(&self.contents.grid, self.contents.step)
+        Segments::new(&self.contents.grid, &self.contents.clip, self.contents.step)
     }
 }
 
@@ -121,9 +127,11 @@ pub struct Contents {
     gpu: Gpu,
     layout: wgpu::BindGroupLayout,
     grid: Grid,
+    clip: ClipBox,
     volume: VolumeTexture,
     /// From texels to display values.
     value_scale: f32,
+    has_gaps: bool,
     cells: Macrocells,
     skip_empty: bool,
     transfer: TransferFunction,
@@ -149,7 +157,9 @@ impl Contents {
             gpu: gpu.clone(),
             layout: gpu.guarded("uploading the scene", || scene_layout(gpu, volume.kind()))?,
             grid: *scene.volume.grid(),
+            clip: scene.clip_box(),
             value_scale: bricks.scale() * volume.unit(),
+            has_gaps: bricks.has_gaps(),
             volume,
             cells,
             skip_empty: true,
@@ -168,9 +178,10 @@ impl Contents {
             self.transfer = scene.transfer_function.clone();
             self.cells.classify(&self.transfer);
         }
-        let before = (self.shading, self.background, self.step, self.integration);
-        let after = (scene.shading, scene.background, scene.marching_step(), scene.integration);
-        (self.shading, self.background, self.step, self.integration) = after;
+        let before = (self.shading, self.background, self.step, self.integration, self.clip);
+        let step = scene.marching_step();
+        let after = (scene.shading, scene.background, step, scene.integration, scene.clip_box());
+        (self.shading, self.background, self.step, self.integration, self.clip) = after;
         recoloured || before != after
     }
 
@@ -182,6 +193,7 @@ impl Contents {
     fn kind(&self) -> SceneKind {
         SceneKind {
             texels: self.texels(),
+            gaps: self.has_gaps,
             skip: self.skip_empty && !self.cells.is_dense(),
             integration: self.integration,
         }
@@ -219,9 +231,10 @@ impl Contents {
         bind_group(&self.gpu, "scene", &self.layout, &bindings)
     }
 
-    fn numbers(&self, table: &TransferTable, extinction_unit: f32) -> SceneNumbers {
-        let light = LightPath::new(&self.shading.light, &self.grid, self.step);
+    fn numbers(&self, table: &TransferTable, (extinction_unit, bin_bits): (f32, u32)) -> SceneNumbers {
+        let light = LightPath::new(&self.shading.light, &self.grid, &self.clip, self.step);
         let delta = self.step * self.grid.smallest_voxel();
+        let [box_low, box_high] = self.clip.in_voxels();
         SceneNumbers {
             last: self.grid.dims().map(|d| (d - 1) as f32),
             delta: delta as f32,
@@ -233,10 +246,13 @@ impl Contents {
             cell_shift: self.cells.shift(),
             light_exit: light.exit,
             extinction_unit,
-            last_entry: (table.appearance.len() - 1) as u32,
+            bin_bits,
+            last_entry: table.last() as u32,
             // Shaders need not know infinity.
             light_inverse: light.inverse.map(|i| if i.is_finite() { i } else { 0.0 }),
             light_direction: self.shading.light.direction().as_vec3().to_array(),
+            box_low,
+            box_high,
             ..SceneNumbers::zeroed()
         }
     }
@@ -261,16 +277,19 @@ impl Resources {
             texture(gpu, "distances", cells.cells(), TextureFormat::R8Uint, TextureUsages::COPY_DST);
         let count = cells.cells().iter().product();
         write_slices(gpu, &distances, 0, &cells.distances()[..count]);
-        let (unit, extinction) = match contents.integration {
+        let (scales, extinction) = match contents.integration {
             // A buffer that nobody reads.
-            Integration::Plain => (0.0, vec![0]),
+            Integration::Plain => ((0.0, 0), vec![0]),
             Integration::Fine => {
                 let extinction = ExtinctionTable::new(&contents.transfer, &table, contents.step);
-                let sums = extinction.sums.iter().map(|&sum| sum.cast_unsigned());
-                (extinction.unit, sums.chain(extinction.colours.iter().copied()).collect::<Vec<u32>>())
+                let entries = extinction.entries.iter().flatten().map(|&number| number.cast_unsigned());
+                (
+                    (extinction.unit, extinction.bin_bits),
+                    entries.chain(extinction.colours.iter().copied()).collect::<Vec<u32>>(),
+                )
             }
         };
-        let numbers = contents.numbers(&table, unit);
+        let numbers = contents.numbers(&table, scales);
         Self {
             numbers: filled_buffer(gpu, "scene", BufferUsages::UNIFORM, bytemuck::bytes_of(&numbers)),
             distances,
@@ -338,7 +357,10 @@ mod tests {
                     extinction_unit,
                     light_inverse,
                     last_entry,
-                    light_direction
+                    light_direction,
+                    bin_bits,
+                    box_low,
+                    box_high
                 }
             );
         }

@@ -1,7 +1,7 @@
 use super::error::Result;
 use super::texture::{check_dims, texture, write_slices};
 use crate::Filtering;
-use crate::cpu::{BrickData, BrickLayout, Bricks};
+use crate::cpu::{BrickData, BrickLayout, Bricks, MaybeNan};
 use bytemuck::Pod;
 use fovol_gpu::Gpu;
 use rayon::prelude::*;
@@ -66,9 +66,10 @@ impl VolumeTexture {
             BrickData::Corners(words) => {
                 upload(gpu, &texture, layout.dims, |voxel| words[layout.index(voxel)] as u8);
             }
-            BrickData::U8(values) => upload_voxels(gpu, &texture, layout, values, corners),
-            BrickData::U16(values) => upload_voxels(gpu, &texture, layout, values, corners),
-            BrickData::F32(values) => upload_voxels(gpu, &texture, layout, values, corners),
+            BrickData::U8(values) => upload_voxels(gpu, &texture, layout, |at| values[at], corners),
+            BrickData::U16(values) => upload_voxels(gpu, &texture, layout, |at| values[at], corners),
+            BrickData::F32(values) => upload_voxels(gpu, &texture, layout, |at| values[at], corners),
+            BrickData::Gaps(values) => upload_voxels(gpu, &texture, layout, |at| finite(values[at]), corners),
         })?;
         Ok(Self { texture, kind, unit })
     }
@@ -97,7 +98,9 @@ fn filtered(gpu: &Gpu, data: &BrickData) -> Option<(TextureFormat, f32)> {
         BrickData::U16(_) => {
             has(Features::TEXTURE_FORMAT_16BIT_NORM).then_some((TextureFormat::R16Unorm, 65535.0))
         }
-        BrickData::F32(_) => has(Features::FLOAT32_FILTERABLE).then_some((TextureFormat::R32Float, 1.0)),
+        BrickData::F32(_) | BrickData::Gaps(_) => {
+            has(Features::FLOAT32_FILTERABLE).then_some((TextureFormat::R32Float, 1.0))
+        }
     }
 }
 
@@ -108,7 +111,7 @@ fn stored(bricks: &Bricks) -> (bool, bool) {
         BrickData::Corners(_) => (true, false),
         BrickData::U8(_) => (4 * voxels <= CORNERS, false),
         BrickData::U16(_) => (8 * voxels <= CORNERS, false),
-        BrickData::F32(_) => (16 * voxels <= CORNERS, true),
+        BrickData::F32(_) | BrickData::Gaps(_) => (16 * voxels <= CORNERS, true),
     }
 }
 
@@ -116,29 +119,36 @@ fn format(data: &BrickData, corners: bool) -> TextureFormat {
     match (data, corners) {
         (BrickData::Corners(_), _) | (BrickData::U8(_), true) => TextureFormat::Rgba8Uint,
         (BrickData::U16(_), true) => TextureFormat::Rgba16Uint,
-        (BrickData::F32(_), true) => TextureFormat::Rgba32Uint,
+        (BrickData::F32(_) | BrickData::Gaps(_), true) => TextureFormat::Rgba32Uint,
         (BrickData::U8(_), false) => TextureFormat::R8Uint,
         (BrickData::U16(_), false) => TextureFormat::R16Uint,
-        (BrickData::F32(_), false) => TextureFormat::R32Uint,
+        (BrickData::F32(_) | BrickData::Gaps(_), false) => TextureFormat::R32Uint,
     }
 }
 
-/// Writes the voxels in `values`, alone or with their neighbours.
+/// What stands for NaN, which devices need not know: whatever it is interpolated with stays negative.
+const NAN: f32 = -1e30;
+
+fn finite(MaybeNan(value): MaybeNan) -> f32 {
+    if value.is_nan() { NAN } else { value }
+}
+
+/// Writes the voxels whose stored `value` lies at each place of `layout`, alone or with their neighbours.
 fn upload_voxels<T: Pod + Send + Sync>(
     gpu: &Gpu,
     texture: &wgpu::Texture,
     layout: &BrickLayout,
-    values: &[T],
+    value: impl Fn(usize) -> T + Sync,
     corners: bool,
 ) {
     let [_, uy, uz] = layout.unit;
     if corners {
         // Bricks store the neighbours of all their voxels, at the edge of the volume the last one again.
         upload(gpu, texture, layout.dims, |voxel| {
-            [0, uy, uz, uy + uz].map(|after| values[layout.index(voxel) + after])
+            [0, uy, uz, uy + uz].map(|after| value(layout.index(voxel) + after))
         });
     } else {
-        upload(gpu, texture, layout.dims, |voxel| values[layout.index(voxel)]);
+        upload(gpu, texture, layout.dims, |voxel| value(layout.index(voxel)));
     }
 }
 

@@ -27,13 +27,17 @@ fn column(cell: vec3i) -> vec4f {
     return vec4f(texels);
 }
 
-/// The trilinear value at `p`, clamped to the edge, as an entry of the transfer table that need not be whole.
+/// The trilinear value at `p`, clamped to the edge, as an entry of the transfer table that need not be whole;
+/// that of NaN where one of the eight voxels around it is.
 fn field(p: vec3f) -> f32 {
     let clamped = clamp(p, vec3f(0.0), scene.last);
     let cell = vec3i(clamped);
     let f = clamped - vec3f(cell);
     let low = column(cell);
     let high = column(cell + vec3i(1, 0, 0));
+    if GAPS && (any(low < vec4f(0.0)) || any(high < vec4f(0.0))) {
+        return f32(scene.last_entry + 1u);
+    }
     let along_x = fma(vec4f(f.x), high - low, low);
     let along_y = fma(vec2f(f.y), along_x.yw - along_x.xz, along_x.xz);
     return fma(f.z, along_y.y - along_y.x, along_y.x) * scene.scale;

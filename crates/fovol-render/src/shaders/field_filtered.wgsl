@@ -7,5 +7,9 @@
 /// The trilinear value at `p`, clamped to the edge, as an entry of the transfer table that need not be whole.
 fn field(p: vec3f) -> f32 {
     let clamped = clamp(p, vec3f(0.0), scene.last);
-    return textureSampleLevel(volume, linear, (clamped + 0.5) / (scene.last + 1.0), 0.0).x * scene.scale;
+    let value = textureSampleLevel(volume, linear, (clamped + 0.5) / (scene.last + 1.0), 0.0).x;
+    if GAPS && value < 0.0 {
+        return f32(scene.last_entry + 1u);
+    }
+    return value * scene.scale;
 }

@@ -3,14 +3,16 @@
 /// Whether rays integrate between samples.
 override FINE: bool = false;
 
-/// The sums of extinction before each entry of the transfer table and after the last, in units of
-/// `scene.extinction_unit`; after these the packed colours between any two of 256 values.
+/// For every entry of the transfer table, NaN last, the integral of extinction up to it and extinction itself, in units of
+/// `scene.extinction_unit`; after these the packed colours between any two of 256 bins of values, and that of NaN.
 @group(0) @binding(7) var<storage, read> extinction: array<u32>;
 
-/// Values that colours are tabulated at.
+/// Bins that colours are tabulated for.
 const COLOURS: u32 = 256;
 /// Beyond this optical depth it is dark.
 const DEEP: f32 = 6.907755;
+/// Four steps of no more optical depth than this have nodes at their ends only.
+const THIN: f32 = 0.25;
 
 /// How much light comes to a point.
 struct Light {
@@ -20,22 +22,30 @@ struct Light {
     far: f32,
 }
 
-/// The extinction of one step between two entries: the mean of all from one to the other.
+/// The extinction of one step between two entries: the mean from one to the other.
 fn mean_extinction(front: u32, behind: u32) -> f32 {
-    let low = min(front, behind);
-    let end = max(front, behind) + 1u;
-    return f32(i32(extinction[end]) - i32(extinction[low])) / f32(end - low) * scene.extinction_unit;
+    if GAPS && max(front, behind) > scene.last_entry {
+        return f32(extinction[2u * scene.last_entry + 3u]) * scene.extinction_unit;
+    }
+    if front == behind {
+        return f32(extinction[2u * front + 1u]) * scene.extinction_unit;
+    }
+    let difference = i32(extinction[2u * behind]) - i32(extinction[2u * front]);
+    return f32(difference) / (f32(behind) - f32(front)) * scene.extinction_unit;
+}
+
+/// The bin of an entry of the transfer table.
+fn bin(entry: u32) -> u32 {
+    return (entry + (1u << scene.bin_bits) / 2u) >> scene.bin_bits;
 }
 
 /// The colour between two entries of the transfer table.
 fn colour_between(front: u32, behind: u32) -> vec3f {
-    let scale = f32(COLOURS - 1u) / f32(scene.last_entry);
-    let f = f32(front) * scale;
-    let b = f32(behind) * scale;
-    let low = u32(min(f, b));
-    let high = min(u32(ceil(max(f, b))), COLOURS - 1u);
-    let at = select(high * COLOURS + low, low * COLOURS + high, f < b);
-    return colour_of(extinction[scene.last_entry + 2u + at]);
+    var at = bin(front) * COLOURS + bin(behind);
+    if GAPS && max(front, behind) > scene.last_entry {
+        at = COLOURS * COLOURS;
+    }
+    return colour_of(extinction[2u * scene.last_entry + 4u + at]);
 }
 
 /// The mean of e^(−x·s) over s from 0 to 1.
@@ -97,25 +107,58 @@ fn boundary(segment: Segment, steps: f32) -> vec3f {
     return fma(vec3f(min(steps, segment.length) - 0.5), segment.delta, segment.start);
 }
 
+/// What a ray has gathered.
+struct Gathered {
+    colour: vec3f,
+    opacity: f32,
+    /// The number of the step that took opacity past one half; negative before.
+    half_at: f32,
+    weighted_number: f32,
+}
+
+/// One step of a ray.
+struct Step {
+    /// The first step has number 0.
+    number: f32,
+    front: u32,
+    behind: u32,
+    /// Optical depth.
+    depth: f32,
+}
+
+/// Adds what `step` sends to the eye; the optical depth towards the light, of the near part, goes from `near` to `next`.
+fn add_step(gathered: ptr<function, Gathered>, segment: Segment, step: Step, near: f32, next: f32, far: f32) {
+    let passing = 1.0 - (*gathered).opacity;
+    let alpha = 1.0 - exp(-step.depth);
+    var direct = far * exp(-near) * step.depth * mean_passing(step.depth + next - near);
+    if GRADIENT {
+        direct *= facing(boundary(segment, step.number + 0.5));
+    }
+    let weight = passing * (scene.ambient * alpha + (1.0 - scene.ambient) * direct);
+    (*gathered).colour += weight * colour_between(step.front, step.behind);
+    (*gathered).opacity += passing * alpha;
+    (*gathered).weighted_number = fma(passing * alpha, step.number, (*gathered).weighted_number);
+    if (*gathered).half_at < 0.0 && (*gathered).opacity >= 0.5 {
+        (*gathered).half_at = step.number;
+    }
+}
+
 /// What the ray of `segment` brings back.
 fn fine_march(segment: Segment) -> Marched {
     let inverse = inverse_of(segment.delta);
-    var colour = vec3f(0.0);
-    var opacity = 0.0;
-    var half_at = -1.0;
-    var weighted_number = 0.0;
+    var gathered = Gathered(vec3f(0.0), 0.0, -1.0, 0.0);
     var number = 0.0;
     // Up to this step something may show.
     var known = 0.0;
     var front = entry(field(boundary(segment, 0.0)));
     var lit = false;
     var before = Light(0.0, 1.0);
-    while number < segment.length && opacity < OPAQUE {
+    while number < segment.length && gathered.opacity < OPAQUE {
         if SKIP && number >= known {
             let ahead = look_ahead(boundary(segment, number), inverse);
             // The last of these steps may leave the empty box.
-            let jump = select(0.0, floor(0.5 * (ahead.steps - 1.0)) * 2.0, ahead.empty);
-            known = number + select(ahead.steps, 2.0, ahead.empty);
+            let jump = select(0.0, floor(0.25 * (ahead.steps - 1.0)) * 4.0, ahead.empty);
+            known = number + select(ahead.steps, 4.0, ahead.empty);
             if jump > 0.0 {
                 number += jump;
                 front = entry(field(boundary(segment, number)));
@@ -123,46 +166,53 @@ fn fine_march(segment: Segment) -> Marched {
                 continue;
             }
         }
-        let middle = entry(field(boundary(segment, number + 1.0)));
-        let behind = entry(field(boundary(segment, number + 2.0)));
-        let lengths = clamp(vec2f(segment.length - number, segment.length - number - 1.0), vec2f(0.0), vec2f(1.0));
-        let depths = vec2f(mean_extinction(front, middle), mean_extinction(middle, behind)) * lengths;
-        let depth = depths.x + depths.y;
-        if depth > 0.0 {
-            if !lit {
-                before = light_at(boundary(segment, number));
+        var entries = array<u32, 5>(front, 0u, 0u, 0u, 0u);
+        var depths = array<f32, 4>(0.0, 0.0, 0.0, 0.0);
+        var depth = 0.0;
+        for (var i = 0; i < 4; i += 1) {
+            let length = clamp(segment.length - number - f32(i), 0.0, 1.0);
+            entries[i + 1] = entries[i];
+            if length > 0.0 {
+                entries[i + 1] = entry(field(boundary(segment, number + f32(i + 1))));
+                depths[i] = mean_extinction(entries[i], entries[i + 1]) * length;
             }
-            let after = light_at(boundary(segment, number + 2.0));
-            let between = fma(after.near - before.near, depths.x / depth, before.near);
+            depth += depths[i];
+        }
+        let steps = select(2, 4, depth <= THIN);
+        for (var first = 0; first < 4; first += steps) {
+            var whole = 0.0;
+            for (var i = first; i < first + steps; i += 1) {
+                whole += depths[i];
+            }
+            if whole == 0.0 {
+                lit = false;
+                continue;
+            }
+            if !lit {
+                before = light_at(boundary(segment, number + f32(first)));
+            }
+            let after = light_at(boundary(segment, number + f32(first + steps)));
             let far = far_between(before, after);
+            let slope = (after.near - before.near) / whole;
             var near = before.near;
-            var entries = vec2u(front, middle);
-            for (var i = 0; i < 2; i += 1) {
-                let next = select(between, after.near, i == 1);
+            for (var i = first; i < first + steps; i += 1) {
+                let next = fma(slope, depths[i], near);
                 if depths[i] > 0.0 {
-                    let passing = 1.0 - opacity;
-                    let alpha = 1.0 - exp(-depths[i]);
-                    var direct = far * exp(-near) * depths[i] * mean_passing(depths[i] + next - near);
-                    if GRADIENT {
-                        direct *= facing(boundary(segment, number + f32(i) + 0.5));
-                    }
-                    let weight = passing * (scene.ambient * alpha + (1.0 - scene.ambient) * direct);
-                    colour += weight * colour_between(entries.x, entries.y);
-                    opacity += passing * alpha;
-                    weighted_number = fma(passing * alpha, number + f32(i), weighted_number);
-                    if half_at < 0.0 && opacity >= 0.5 {
-                        half_at = number + f32(i);
-                    }
+                    let step = Step(number + f32(i), entries[i], entries[i + 1], depths[i]);
+                    add_step(&gathered, segment, step, near, next, far);
                 }
                 near = next;
-                entries = vec2u(middle, behind);
             }
             before = after;
+            lit = true;
         }
-        lit = depth > 0.0;
-        front = behind;
-        number += 2.0;
+        front = entries[4];
+        number += 4.0;
     }
+    var colour = gathered.colour;
+    let opacity = gathered.opacity;
+    let half_at = gathered.half_at;
+    let weighted_number = gathered.weighted_number;
     colour += (1.0 - opacity) * scene.background;
     if opacity == 0.0 {
         return Marched(colour, 0.0, 0.0);

@@ -32,17 +32,18 @@ struct Marched {
     inverse_depth: f32,
 }
 
-/// |n·l| with n from central differences over ±1 voxel in world units; 1 where the gradient is zero.
+/// |n·l| with n from central differences over ±1 voxel in world units; 1 where the gradient is zero or not known,
+/// beside NaN.
 fn facing(p: vec3f) -> f32 {
     let x = vec3f(1.0, 0.0, 0.0);
     let y = vec3f(0.0, 1.0, 0.0);
     let z = vec3f(0.0, 0.0, 1.0);
-    let differences = vec3f(
-        field(p + x) - field(p - x),
-        field(p + y) - field(p - y),
-        field(p + z) - field(p - z),
-    );
-    let gradient = differences * scene.to_voxels;
+    let after = vec3f(field(p + x), field(p + y), field(p + z));
+    let before = vec3f(field(p - x), field(p - y), field(p - z));
+    if GAPS && any(max(after, before) > vec3f(f32(scene.last_entry) + 0.5)) {
+        return 1.0;
+    }
+    let gradient = (after - before) * scene.to_voxels;
     let steepness = length(gradient);
     if steepness > 0.0 {
         return abs(dot(gradient, scene.light_direction) / steepness);

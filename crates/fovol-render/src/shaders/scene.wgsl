@@ -25,14 +25,22 @@ struct Scene {
     extinction_unit: f32,
     /// 1/light_delta; 0 where the light is parallel to a face.
     light_inverse: vec3f,
-    /// The last entry of the transfer table.
+    /// The entry of the largest value in the transfer table; after it comes that of NaN.
     last_entry: u32,
     /// The unit vector towards the light in world space.
     light_direction: vec3f,
+    /// log2 of the transfer table's entries in a bin that colours are tabulated for.
+    bin_bits: u32,
+    /// The lowest corner of the part that is there.
+    box_low: vec3f,
+    /// The highest.
+    box_high: vec3f,
 }
 
 /// Whether rays leave empty space at once.
 override SKIP: bool = false;
+/// Whether some voxels are NaN: these are stored as a large negative number.
+override GAPS: bool = false;
 
 /// Stands for "never leaves" along an axis that a ray does not move on.
 const NEVER: f32 = 1e30;

@@ -36,16 +36,15 @@ fn segment_of(pixel: vec2u) -> Segment {
     let direction = normalize(view.forward + view.right * at.x - view.up * at.y) * scene.to_voxels;
     let parallel = abs(direction) < vec3f(PARALLEL);
     let inverse = 1.0 / select(direction, vec3f(1.0), parallel);
-    // Distances to the faces of the box, half a voxel beyond the outermost centres.
-    let a = (-0.5 - view.eye) * inverse;
-    let b = (scene.last + 0.5 - view.eye) * inverse;
-    let outside = (view.eye < vec3f(-0.5)) | (view.eye > scene.last + 0.5);
+    let a = (scene.box_low - view.eye) * inverse;
+    let b = (scene.box_high - view.eye) * inverse;
+    let outside = (view.eye < scene.box_low) | (view.eye > scene.box_high);
     let enters = select(min(a, b), vec3f(0.0), parallel);
     let leaves = select(max(a, b), select(vec3f(NEVER), vec3f(-1.0), outside), parallel);
     let near = max(max(enters.x, enters.y), max(enters.z, 0.0));
     let far = min(leaves.x, min(leaves.y, leaves.z));
     // Samples k with k + ½ < (far − near)/Δ; never more than on the diagonal, however far away the eye is.
-    let most = ceil(length((scene.last + 1.0) / scene.to_voxels) / scene.delta);
+    let most = ceil(length((scene.box_high - scene.box_low) / scene.to_voxels) / scene.delta);
     let length = select(0.0, min((far - near) / scene.delta, most), near < far);
     let count = select(0.0, clamp(ceil((far - near) / scene.delta - 0.5), 0.0, most), near < far);
     let distance = fma(0.5, scene.delta, near);

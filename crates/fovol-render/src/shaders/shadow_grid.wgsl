@@ -12,13 +12,14 @@ struct Slab {
 /// Of rgba8unorm, the narrowest format that can be written and filtered everywhere, red is used.
 @group(1) @binding(1) var shadow_grid: texture_storage_3d<rgba8unorm, write>;
 
-/// Finds the transmittance of a slab: voxel i stands at the common corner of the volume's voxels 2i and 2i + 1.
+/// Finds the transmittance of a slab: voxel i stands at the common corner of the volume's voxels 2i and 2i + 1, or at
+/// the nearest point of the part that is there.
 @compute @workgroup_size(4, 4, 4)
 fn fill_shadow_grid(@builtin(global_invocation_id) thread: vec3u) {
     let voxel = thread + vec3u(0u, 0u, slab.first);
     if any(voxel >= slab.end) {
         return;
     }
-    let light = transmittance(2.0 * vec3f(voxel) + 0.5);
+    let light = transmittance(clamp(2.0 * vec3f(voxel) + 0.5, scene.box_low, scene.box_high));
     textureStore(shadow_grid, voxel, vec4f(light, 0.0, 0.0, 1.0));
 }

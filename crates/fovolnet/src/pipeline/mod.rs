@@ -177,7 +177,7 @@ impl Pipeline {
             })?;
         let clip = Clip::new(&volume.volume, settings.clip)?;
         let world = WorldBox::new(&volume.volume, settings)?;
-        let scene = Scene { volume: Arc::clone(clip.volume()), ..scene(volume, settings)? };
+        let scene = clip.of(scene(volume, settings)?);
         let (marcher, mut notes) = threads.install(|| Marcher::new(&device, &scene, settings, speed))?;
         notes.extend(world_box::notes(&volume.volume, settings)?);
         let reconstruction = marcher.host_reconstruction(settings)?;
@@ -210,13 +210,13 @@ impl Pipeline {
             return Ok(());
         }
         transparent::check(settings)?;
-        let mut scene = scene(&self.volume, settings)?;
+        let scene = scene(&self.volume, settings)?;
         let world = WorldBox::new(&self.volume.volume, settings)?;
         let paths = Paths::new(settings, &world)?;
         if self.settings.clip != settings.clip {
             return self.begin_anew(settings);
         }
-        scene.volume = Arc::clone(self.clip.volume());
+        let scene = self.clip.of(scene);
         let reconstructs_alike = self.settings.reconstructs_as(settings);
         let Self { threads, marcher, reconstruction, .. } = self;
         threads.install(|| {

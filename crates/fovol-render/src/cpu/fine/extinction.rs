@@ -4,7 +4,7 @@ use super::super::transfer_table::{TransferTable, pack};
 use fovol_core::TransferFunction;
 use rayon::prelude::*;
 
-/// Values that colours are tabulated at: every 8-bit one.
+/// Bins of values that colours are tabulated for: one around every 8-bit value.
 pub const COLOURS: usize = 256;
 /// Above this opacity of a voxel extinction rises no more: 1 would be infinite.
 const MOST_OPACITY: f64 = 1.0 - 1e-6;
@@ -18,69 +18,101 @@ const PARTS: usize = 16;
 /// The extinction of a voxel with opacity a is −ln(1 − a), that of a step of Δ voxels Δ times as much.
 #[derive(Debug, Clone)]
 pub struct ExtinctionTable {
-    /// The sum of τ over all entries of the [`TransferTable`] before each, as multiples of [`Self::unit`]: whole
-    /// numbers, so that a difference is exact wherever it is taken.
-    pub sums: Vec<i32>,
+    /// For every entry of the [`TransferTable`] the integral of τ over the entries from the first to this one, and τ
+    /// itself, both as multiples of [`Self::unit`]: whole numbers, so that a difference is exact wherever it is taken.
+    /// Side by side, so that one read has both. NaN is the last entry.
+    pub entries: Vec<[i32; 2]>,
     /// τ that one stands for.
     pub unit: f32,
-    /// Packed colours between value f (0…255) in front and b behind, at f·256 + b; see [`pack`].
+    /// Packed colours between bin f (0…255) in front and b behind, at f·256 + b; see [`pack`].
+    /// The colour of NaN comes after them; one word more, so that two can be read anywhere.
     pub colours: Vec<u32>,
+    /// log2 of the entries in a bin; see [`Self::bin`].
+    pub bin_bits: u32,
 }
 
 impl ExtinctionTable {
     /// The tables of `transfer` for steps of `step` voxels, with the entries of `table`.
     pub fn new(transfer: &TransferFunction, table: &TransferTable, step: f64) -> Self {
-        let last = table.appearance.len() - 1;
+        let last = table.last();
         let extinction = |v: f64| -step * (-transfer.evaluate(v)[3].min(MOST_OPACITY)).ln_1p();
         let each: Vec<f64> = (0..=last).map(|i| extinction(i as f64 / last as f64)).collect();
         let total: f64 = each.iter().sum();
         let unit = if total > 0.0 { total / MOST_SUM } else { 1.0 };
+        let whole = |tau: f64| (tau / unit) as i32;
         let mut sum = 0.0;
-        let mut sums = vec![0];
-        for tau in &each {
-            sum += tau;
-            sums.push((sum / unit) as i32);
+        let mut before = each[0];
+        let mut entries = Vec::with_capacity(each.len() + 1);
+        for &tau in &each {
+            sum += if entries.is_empty() { 0.0 } else { 0.5 * (before + tau) };
+            before = tau;
+            entries.push([whole(sum), whole(tau)]);
         }
-        let mut out = Self { sums, unit: unit as f32, colours: Vec::new() };
+        entries.push([whole(sum), whole(extinction(f64::NAN))]);
+        let bin_bits = (last / (COLOURS - 1)).ilog2();
+        let mut out = Self { entries, unit: unit as f32, colours: Vec::new(), bin_bits };
         let emitted = Emitted::new(transfer, &each);
         let pairs = (0..COLOURS * COLOURS).into_par_iter();
         out.colours = pairs.map(|i| out.colour_between(&emitted, i / COLOURS, i % COLOURS)).collect();
+        let [r, g, b, _] = transfer.nan();
+        out.colours.extend([pack([r, g, b]); 2]);
         out
     }
 
-    /// τ between the entries `front` and `behind`: the mean of all from one to the other.
+    /// The entry of NaN.
+    pub fn nan_entry(&self) -> usize {
+        self.entries.len() - 1
+    }
+
+    /// τ between the entries `front` and `behind`: the mean from one to the other.
     pub fn mean(&self, front: usize, behind: usize) -> f32 {
-        let (low, end) = (front.min(behind), front.max(behind) + 1);
-        (self.sums[end] - self.sums[low]) as f32 / (end - low) as f32 * self.unit
+        let nan = self.nan_entry();
+        if front.max(behind) >= nan {
+            return self.entries[nan][1] as f32 * self.unit;
+        }
+        if front == behind {
+            return self.entries[front][1] as f32 * self.unit;
+        }
+        let difference = self.entries[behind][0] - self.entries[front][0];
+        difference as f32 / (behind as f32 - front as f32) * self.unit
     }
 
-    /// The place in [`Self::colours`] for a segment between the table's entries `front` and `behind`. Both are rounded
-    /// away from each other, so that nothing that shows between them is left out.
+    /// The bin of `entry`: that of the nearest 8-bit value.
+    pub fn bin(&self, entry: usize) -> usize {
+        (entry + (1 << self.bin_bits) / 2) >> self.bin_bits
+    }
+
+    /// The place in [`Self::colours`] for a segment between the table's entries `front` and `behind`.
     pub fn colour_at(&self, front: usize, behind: usize) -> usize {
-        let scale = (COLOURS - 1) as f32 / (self.sums.len() - 2) as f32;
-        let (f, b) = (front as f32 * scale, behind as f32 * scale);
-        let (low, high) = (f.min(b) as usize, f.max(b).ceil() as usize);
-        if f < b { low * COLOURS + high } else { high * COLOURS + low }
+        if front.max(behind) >= self.nan_entry() {
+            return COLOURS * COLOURS;
+        }
+        self.bin(front) * COLOURS + self.bin(behind)
     }
 
-    /// The colour that a segment of one step sends to the eye, between the values `front` and `behind` of 0…255.
+    /// The colour that a segment of one step sends to the eye, between the bins `front` and `behind`: from the far end
+    /// of the one to the far end of the other, so that nothing that shows between them is left out.
     fn colour_between(&self, emitted: &Emitted, front: usize, behind: usize) -> u32 {
-        let scale = (self.sums.len() - 2) as f64 / (COLOURS - 1) as f64;
-        let at = |part: usize| (front as f64 + (behind as f64 - front as f64) * part as f64 / PARTS as f64) * scale;
+        let most = (self.nan_entry() - 1) as f64;
+        let width = f64::from(1u32 << self.bin_bits);
+        let outwards = if front <= behind { 0.5 } else { -0.5 };
+        let ends = [front as f64 - outwards, behind as f64 + outwards];
+        let at = |part: usize| {
+            let value = ends[0] + (ends[1] - ends[0]) * part as f64 / PARTS as f64;
+            (value * width).clamp(0.0, most).round() as usize
+        };
         let (mut passing, mut colour) = (1.0f64, [0.0f64; 3]);
         for part in 0..PARTS {
-            let [from, to] = [at(part), at(part + 1)].map(|entry| entry.round() as usize);
-            let through = (-f64::from(self.mean(from, to)) / PARTS as f64).exp();
+            let through = (-f64::from(self.mean(at(part), at(part + 1))) / PARTS as f64).exp();
             let weight = passing * (1.0 - through);
             passing *= through;
-            let rgb = emitted.mean(from, to);
+            let rgb = emitted.mean(at(part), at(part + 1));
             for c in 0..3 {
                 colour[c] += weight * rgb[c];
             }
         }
         let opacity = 1.0 - passing;
-        let ends = [0, PARTS].map(|part| at(part).round() as usize);
-        if opacity > 1e-9 { pack(colour.map(|c| c / opacity)) } else { pack(emitted.mean(ends[0], ends[1])) }
+        if opacity > 1e-9 { pack(colour.map(|c| c / opacity)) } else { pack(emitted.mean(at(0), at(PARTS))) }
     }
 }
 
@@ -118,5 +150,51 @@ impl Emitted {
         let (before, through) = (self.sums[a.min(b)], self.sums[a.max(b) + 1]);
         let weight = through[3] - before[3];
         std::array::from_fn(|c| (through[c] - before[c]) / weight)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fovol_core::ControlPoint;
+
+    /// Hidden blue up to one half, from there opaque yellow.
+    fn step() -> ExtinctionTable {
+        let point = ControlPoint::new;
+        let (hidden, shown) = ([0.0, 0.0, 1.0], [1.0, 0.8, 0.0]);
+        let points = vec![
+            point(0.0, hidden, 0.0),
+            point(0.5, hidden, 0.0),
+            point(0.5, shown, 0.95),
+            point(1.0, shown, 0.95),
+        ];
+        let transfer = TransferFunction::new(points).unwrap();
+        ExtinctionTable::new(&transfer, &TransferTable::new(&transfer, 0.5), 0.5)
+    }
+
+    #[test]
+    fn means_are_the_shares_of_what_shows() {
+        let table = step();
+        let last = table.nan_entry() - 1;
+        let whole = -0.5 * 0.05f32.ln();
+        assert!((table.mean(last, last) - whole).abs() < 1e-5);
+        assert!((table.mean(0, last) - 0.5 * whole).abs() < 1e-3 * whole);
+        assert!((table.mean(last, last / 4) - 2.0 / 3.0 * whole).abs() < 1e-3 * whole);
+        assert_eq!(table.mean(3, 17), 0.0);
+        assert_eq!(table.mean(5, 5), 0.0);
+    }
+
+    #[test]
+    fn a_hidden_colour_tints_nothing() {
+        let table = step();
+        let last = table.nan_entry() - 1;
+        let shown = pack([1.0, 0.8, 0.0]);
+        for (front, behind) in
+            [(last, last), (0, last), (last, 0), (last / 2 - 9, last / 2 + 9), (last / 2 + 1, last / 2 + 1)]
+        {
+            assert_eq!(table.colours[table.colour_at(front, behind)], shown, "{front} {behind}");
+        }
+        // What shows nothing has a colour too, if nobody sees it.
+        assert_eq!(table.colours[table.colour_at(3, 17)], pack([0.0, 0.0, 1.0]));
     }
 }

@@ -8,9 +8,10 @@ use super::super::packet::{Packet, PerRay};
 use super::super::shadow_pool::ShadowPool;
 use super::super::shadow_rays::Parts;
 use super::exponential::{mean_passing, passing};
-use super::extinction::{COLOURS, ExtinctionTable};
-use super::lit::{ToLight, entry};
-use super::march::DEEP;
+use super::extinction::ExtinctionTable;
+use super::lit::ToLight;
+use super::lookup::entry;
+use super::march::{DEEP, THIN};
 use fovol_core::{Pixel, RayBasis};
 
 /// What rays meet, prepared for lanes.
@@ -51,6 +52,26 @@ struct Waiting {
     nodes: u32,
 }
 
+impl Waiting {
+    /// Places nodes around the steps that `show`: between four where little is passed, else between two.
+    #[inline(always)]
+    fn place_nodes(&mut self, show: u32) {
+        let mut fours = (show | show >> 1 | show >> 2 | show >> 3) & FOURTH;
+        let pairs = (show | show >> 1) & EVEN;
+        while fours != 0 {
+            let first = fours.trailing_zeros();
+            fours &= fours - 1;
+            let [a, b, c, d] = [0, 1, 2, 3].map(|i| self.depth[first as usize + i]);
+            self.nodes |= if a + b + (c + d) <= THIN {
+                1 << first | 1 << (first + 4)
+            } else {
+                let pairs = pairs & 0b101 << first;
+                pairs | pairs << 2
+            };
+        }
+    }
+}
+
 /// Memory that marching uses again and again.
 pub struct FineScratch {
     packet: Packet,
@@ -77,8 +98,11 @@ impl Default for FineScratch {
 
 /// The light is found once this many nodes wait.
 const ENOUGH: usize = 4096;
-/// Every second step begins at a node.
+/// A bit for every second step, and for every fourth.
 const EVEN: u32 = 0x5555_5555;
+const FOURTH: u32 = 0x1111_1111;
+/// Steps between two nodes, at most.
+const WIDEST: usize = 4;
 
 impl<T: Texel> FineKernel<'_, T> {
     /// Marches `pixels` and appends their colours (over the background) and opacities to `out`.
@@ -146,16 +170,17 @@ impl<T: Texel> FineKernel<'_, T> {
     /// Moves all rays on to their next step that may show anything; which of them have one, a bit each.
     ///
     /// Empty space is left from middle to middle of steps, so the step before may show something as well; and blocks
-    /// begin at a node.
+    /// begin at a node, if there are any.
     #[inline(always)]
     unsafe fn going<L: Lanes>(&self, packet: &mut Packet, covered: &PerRay) -> u32 {
         // SAFETY: the caller's; the arrays of a packet hold at least N elements.
         unsafe {
             let Some(skip) = &self.kernel.skip else { return packet.going::<L>() };
+            let aligned = !matches!(self.kernel.lighting, Lighting::Full);
             let going = skip.advance::<L>(packet);
             for lane in (0..L::N).filter(|lane| going >> lane & 1 == 1) {
                 let before = (packet.next.0[lane] - 1.0).max(covered.0[lane]);
-                packet.next.0[lane] = 2.0 * (0.5 * before).floor();
+                packet.next.0[lane] = if aligned { 4.0 * (0.25 * before).floor() } else { before };
             }
             going
         }
@@ -176,10 +201,16 @@ impl<T: Texel> FineKernel<'_, T> {
         }
     }
 
-    /// Takes the next N steps of `ray`, which is in `lane` of the packet and begins at entry `front`; returns how many
+    /// Takes the next N steps of `ray`, which is in `lane` of the packet and begins at `first_entry`; returns how many
     /// of them counted.
     #[inline(always)]
-    unsafe fn block<L: Lanes>(&self, scratch: &mut FineScratch, lane: usize, ray: usize, front: f32) -> u64 {
+    unsafe fn block<L: Lanes>(
+        &self,
+        scratch: &mut FineScratch,
+        lane: usize,
+        ray: usize,
+        first_entry: f32,
+    ) -> u64 {
         let FineScratch { packet, covered, pool, gathered, waiting, .. } = scratch;
         // SAFETY: entries come from display values in 0…1 scaled to the table; arrays hold at least N elements, and the
         // pool has room for all nodes.
@@ -193,8 +224,9 @@ impl<T: Texel> FineKernel<'_, T> {
             let delta = [0, 1, 2].map(|a| L::splat(packet.delta[a].0[lane]));
             let length = L::splat(packet.length.0[lane]);
             let end = L::min(L::add(number, one), length);
-            let behind = entry::<L>(self.kernel.field.sample::<L>(boundary::<L>(start, delta, end)));
-            let front = after::<L>(front, behind);
+            let at_end = boundary::<L>(start, delta, end);
+            let behind = entry::<L>(self.kernel.field.sample::<L>(at_end));
+            let front = L::moved_up(behind, first_entry);
             let inside = L::lt(number, length);
             let [least, most] = self.kernel.visible;
             let (high, low) = (L::max(front, behind), L::min(front, behind));
@@ -203,9 +235,12 @@ impl<T: Texel> FineKernel<'_, T> {
             if L::bits(shown) == 0 {
                 return inside;
             }
+            let table = self.extinction;
+            let behind = table.points::<L>(behind);
+            let front = behind.moved_up(table, first_entry);
             let part = L::max(L::sub(end, number), zero);
-            let unit = L::mul(part, L::splat(self.extinction.unit));
-            let depth = L::mul(self.extinction.means::<L>(front, behind), unit);
+            let unit = L::mul(part, L::splat(table.unit));
+            let depth = L::mul(table.means::<L, T>(&front, &behind), unit);
             if L::bits(L::gt(depth, zero)) == 0 {
                 return inside;
             }
@@ -225,7 +260,7 @@ impl<T: Texel> FineKernel<'_, T> {
             let [r, g, b, opacity, numbers] = &mut gathered.sums;
             L::store(L::add(L::load(opacity.as_ptr()), weight), opacity.as_mut_ptr());
             L::store(L::fma(weight, number, L::load(numbers.as_ptr())), numbers.as_mut_ptr());
-            let rgb = self.colours_between::<L>(front, behind);
+            let rgb = colours::<L>(table.colours_between::<L, T>(&front, &behind));
             let kernel = &self.kernel;
             let mut direct = L::splat(1.0 - kernel.ambient);
             if let Some(light) = kernel.facing {
@@ -241,42 +276,31 @@ impl<T: Texel> FineKernel<'_, T> {
             if is_full {
                 return inside;
             }
-            // A pair of steps lies between two nodes.
-            let shown = L::bits(going);
-            let pairs = (shown | shown >> 1) & EVEN;
-            let nodes = pairs | pairs << 2;
-            let from = pool.len();
-            let p = boundary::<L>(start, delta, L::min(number, length));
-            pool.push::<L>(L::mask(nodes & (u32::MAX >> (32 - L::N))), p, [zero; 3]);
-            if nodes >> L::N & 1 == 1 {
-                let last = L::min(L::splat(first + L::N as f32), length);
-                pool.push::<L>(L::mask(1), boundary::<L>(start, delta, last), [zero; 3]);
-            }
-            let mut block =
-                Waiting { depth: [0.0; MOST_LANES], light: [[0.0; MOST_LANES]; 3], ray, from, nodes };
+            let mut block = Waiting {
+                depth: [0.0; MOST_LANES],
+                light: [[0.0; MOST_LANES]; 3],
+                ray,
+                from: pool.len(),
+                nodes: 0,
+            };
             L::store(depth, block.depth.as_mut_ptr());
             let direct = L::mul(direct, before);
             for (light, rgb) in block.light.iter_mut().zip(rgb) {
                 L::store(L::mul(direct, rgb), light.as_mut_ptr());
             }
+            block.place_nodes(L::bits(going));
+            let p = boundary::<L>(start, delta, L::min(number, length));
+            let inner = L::mask(block.nodes & (u32::MAX >> (32 - L::N)));
+            pool.push::<L>(inner, p, [front.entry, front.sum, front.extinction]);
+            if block.nodes >> L::N & 1 == 1 {
+                pool.push::<L>(
+                    L::mask(1 << (L::N - 1)),
+                    at_end,
+                    [behind.entry, behind.sum, behind.extinction],
+                );
+            }
             waiting.push(block);
             inside
-        }
-    }
-
-    /// The colours between the entries `front` and `behind`; see [`ExtinctionTable::colour_at`].
-    #[inline(always)]
-    unsafe fn colours_between<L: Lanes>(&self, front: L::F, behind: L::F) -> [L::F; 3] {
-        // SAFETY: the places of two entries are below 256 each.
-        unsafe {
-            let scale = L::splat((COLOURS - 1) as f32 / (self.extinction.sums.len() - 2) as f32);
-            let (f, b) = (L::mul(front, scale), L::mul(behind, scale));
-            let low = L::to_f32(L::truncate(L::min(f, b)));
-            let high = L::ceil(L::max(f, b));
-            let rises = L::lt(f, b);
-            let at =
-                L::fma(L::select(rises, low, high), L::splat(COLOURS as f32), L::select(rises, high, low));
-            colours::<L>(L::to_bits(L::gather_f32(self.extinction.colours.as_ptr().cast(), L::truncate(at))))
         }
     }
 
@@ -344,28 +368,32 @@ impl<T: Texel> FineKernel<'_, T> {
 unsafe fn arrive<L: Lanes>(block: &Waiting, pool: &ShadowPool, sums: &mut [Stored; 5]) {
     let (mut before, mut after, mut far) = ([0.0; MOST_LANES], [0.0; MOST_LANES], [0.0; MOST_LANES]);
     let (mut nodes, mut place) = (block.nodes, block.from);
-    let mut last = (u32::MAX, [0.0; 2]);
+    let mut last: Option<(usize, [f32; 2])> = None;
     while nodes != 0 {
-        let node = nodes.trailing_zeros();
+        let node = nodes.trailing_zeros() as usize;
         nodes &= nodes - 1;
         let [near, beyond] = pool.light(place);
         place += 1;
-        if last.0 == node.wrapping_sub(2) {
-            let [near_before, beyond_before] = last.1;
-            let i = last.0 as usize;
-            let depth = block.depth[i] + block.depth[i + 1];
-            let part = if depth > 0.0 { block.depth[i] / depth } else { 0.0 };
-            let between = (near - near_before).mul_add(part, near_before);
-            (before[i], after[i]) = (near_before, between);
-            (before[i + 1], after[i + 1]) = (between, near);
+        let begin = last.filter(|(begin, _)| node - begin <= WIDEST);
+        if let Some((begin, [near_before, beyond_before])) = begin {
+            let inner = begin..node;
+            let depth = &block.depth[inner.clone()];
+            let whole: f32 = depth.iter().sum();
+            let slope = if whole > 0.0 { (near - near_before) / whole } else { 0.0 };
             let seen = match (near_before > DEEP, near > DEEP) {
                 (true, _) => beyond,
                 (false, true) => beyond_before,
                 (false, false) => 0.5 * (beyond_before + beyond),
             };
-            (far[i], far[i + 1]) = (seen, seen);
+            let mut at = near_before;
+            for i in inner {
+                before[i] = at;
+                at = slope.mul_add(block.depth[i], at);
+                after[i] = at;
+                far[i] = seen;
+            }
         }
-        last = (node, [near, beyond]);
+        last = Some((node, [near, beyond]));
     }
     // SAFETY: the caller's; arrays hold at least N elements.
     unsafe {
@@ -390,16 +418,5 @@ unsafe fn boundary<L: Lanes>(start: [L::F; 3], delta: [L::F; 3], steps: L::F) ->
             L::fma(from_first, delta[1], start[1]),
             L::fma(from_first, delta[2], start[2]),
         ]
-    }
-}
-
-/// The lanes of `v` moved up by one; `first` takes the place of the lowest.
-#[inline(always)]
-unsafe fn after<L: Lanes>(first: f32, v: L::F) -> L::F {
-    let mut lanes = [first; MOST_LANES + 1];
-    // SAFETY: there is room for N lanes after the first.
-    unsafe {
-        L::store(v, lanes.as_mut_ptr().add(1));
-        L::load(lanes.as_ptr())
     }
 }

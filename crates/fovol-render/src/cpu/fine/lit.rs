@@ -7,6 +7,7 @@ use super::super::segment::{LightPath, SHADOW_STEP};
 use super::super::shadow_pool::ShadowPool;
 use super::super::shadow_rays::{Parts, ShadowRays, trace};
 use super::extinction::ExtinctionTable;
+use super::lookup::{Points, entry};
 use super::march::{DEEP, NEAR_STEPS};
 
 /// The scene between nodes and the light.
@@ -35,7 +36,7 @@ impl<T: Texel> ToLight<'_, T> {
             let mut at = 0;
             while at < pool.len() {
                 let p = pool.positions::<L>(at);
-                let (near, q) = self.near::<L>(p);
+                let (near, q) = self.near::<L>(p, pool.points::<L>(at));
                 pool.set_near::<L>(at, q, near);
                 at += L::N;
             }
@@ -59,10 +60,10 @@ impl<T: Texel> ToLight<'_, T> {
         }
     }
 
-    /// The depth of the near part of the way from `p`, and where the far part begins: at the face of the box where
+    /// The depth of the near part of the way from `p`, where the values are `front`, and where the far part begins: at the face of the box where
     /// there is none, or where it would not be seen.
     #[inline(always)]
-    unsafe fn near<L: Lanes>(&self, p: [L::F; 3]) -> (L::F, [L::F; 3]) {
+    unsafe fn near<L: Lanes>(&self, p: [L::F; 3], mut front: Points<L>) -> (L::F, [L::F; 3]) {
         // SAFETY: entries come from display values in 0…1 scaled to the table.
         unsafe {
             let (zero, step) = (L::splat(0.0), L::splat(SHADOW_STEP));
@@ -71,12 +72,11 @@ impl<T: Texel> ToLight<'_, T> {
             let far = L::to_f32(L::truncate(far));
             let length = L::sub(way, L::mul(step, far));
             let unit = L::mul(length, L::splat(self.extinction.unit));
-            let mut front = entry::<L>(self.field.sample::<L>(p));
             let (mut near, mut begin) = (zero, 0.0);
             for end in NEAR_STEPS {
-                let behind =
-                    entry::<L>(self.field.sample::<L>(self.towards::<L>(p, L::mul(length, L::splat(end)))));
-                let mean = self.extinction.means::<L>(front, behind);
+                let at = self.towards::<L>(p, L::mul(length, L::splat(end)));
+                let behind = self.extinction.points::<L>(entry::<L>(self.field.sample::<L>(at)));
+                let mean = self.extinction.means::<L, T>(&front, &behind);
                 near = L::fma(L::mul(mean, unit), L::splat(end - begin), near);
                 (front, begin) = (behind, end);
             }
@@ -117,31 +117,6 @@ impl<T: Texel> ToLight<'_, T> {
                 pool.set_transmittance::<L>(at, far);
                 at += L::N;
             }
-        }
-    }
-}
-
-/// The table's entries nearest to `value`, as whole numbers.
-#[inline(always)]
-pub unsafe fn entry<L: Lanes>(value: L::F) -> L::F {
-    // SAFETY: the caller's.
-    unsafe { L::to_f32(L::truncate(L::add(value, L::splat(0.5)))) }
-}
-
-impl ExtinctionTable {
-    /// [`Self::mean`] in lanes, as multiples of [`Self::unit`].
-    ///
-    /// # Safety
-    /// The instruction set of `L` must be available, and both must be entries of the table.
-    #[inline(always)]
-    pub unsafe fn means<L: Lanes>(&self, front: L::F, behind: L::F) -> L::F {
-        // SAFETY: there is one sum more than there are entries.
-        unsafe {
-            let sums = self.sums.as_ptr().cast();
-            let (low, end) = (L::min(front, behind), L::add(L::max(front, behind), L::splat(1.0)));
-            let before = L::to_bits(L::gather_f32(sums, L::truncate(low)));
-            let after = L::to_bits(L::gather_f32(sums, L::truncate(end)));
-            L::div(L::to_f32(L::sub_i(after, before)), L::sub(end, low))
         }
     }
 }

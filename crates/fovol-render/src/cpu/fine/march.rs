@@ -1,7 +1,7 @@
 //! The specification of fine integration, as plain code. docs/integration.md has its equations.
 
 use super::super::march::{March, Marched, OPAQUE, SampleCount, half_resolution_position};
-use super::super::segment::{LightPath, SHADOW_STEP, Segment, Segments};
+use super::super::segment::{LightPath, SHADOW_STEP, Segment};
 use super::extinction::ExtinctionTable;
 use fovol_core::{Ray, ShadowMode, SurfaceShading};
 
@@ -9,6 +9,8 @@ use fovol_core::{Ray, ShadowMode, SurfaceShading};
 pub const NEAR_STEPS: [f32; 4] = [0.125, 0.25, 0.5, 1.0];
 /// Beyond this optical depth it is dark: −ln of [`DARK`].
 pub const DEEP: f32 = 6.907_755;
+/// Four steps of no more optical depth than this have nodes at their ends only.
+pub const THIN: f32 = 0.25;
 
 /// How much light comes to a point.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -50,44 +52,32 @@ struct Gathered {
 impl March<'_> {
     /// What `ray` brings back by fine integration.
     pub fn fine_ray(&self, table: &ExtinctionTable, ray: &Ray, count: &mut SampleCount) -> Marched {
-        let segments = Segments::new(self.grid, self.step);
+        let segments = self.segments();
         let segment = segments.of(ray);
-        let path = LightPath::new(&self.shading.light, self.grid, self.step);
+        let path = self.light_path();
         let mut gathered = Gathered::default();
         let mut front = self.entry(table, segment.boundary(0.0));
         let mut lit: Option<Light> = None;
         let mut number = 0.0;
         while number < segment.length && gathered.opacity < OPAQUE {
-            let first = self.step_between(table, &segment, number, front, count);
-            let second = self.step_between(table, &segment, number + 1.0, first.behind, count);
-            front = second.behind;
-            let depth = first.depth + second.depth;
-            if depth > 0.0 {
+            let steps: [Step; 4] = std::array::from_fn(|i| {
+                let step = self.step_between(table, &segment, number + i as f32, front, count);
+                front = step.behind;
+                step
+            });
+            let parts = if depth_of(&steps) <= THIN { 4 } else { 2 };
+            for part in steps.chunks(parts) {
+                if depth_of(part) == 0.0 {
+                    lit = None;
+                    continue;
+                }
                 let mut light = |steps| self.light_at(table, segment.boundary(steps), &path, count);
-                let before = lit.unwrap_or_else(|| light(number));
-                let after = light(number + 2.0);
-                let part = first.depth / depth;
-                let between = (after.near - before.near).mul_add(part, before.near);
-                let far = far_between(before, after);
-                self.add(
-                    table,
-                    &segment,
-                    &first,
-                    &Passing { near: [before.near, between], far },
-                    &mut gathered,
-                );
-                self.add(
-                    table,
-                    &segment,
-                    &second,
-                    &Passing { near: [between, after.near], far },
-                    &mut gathered,
-                );
+                let before = lit.unwrap_or_else(|| light(part[0].number));
+                let after = light(part[0].number + parts as f32);
+                self.add_part(table, &segment, part, [before, after], &mut gathered);
                 lit = Some(after);
-            } else {
-                lit = None;
             }
-            number += 2.0;
+            number += 4.0;
         }
         let Gathered { colour, opacity, weighted_number, half_at } = gathered;
         let colour = std::array::from_fn(|c| colour[c] + (1.0 - opacity) * self.background[c] as f32);
@@ -101,7 +91,12 @@ impl March<'_> {
 
     /// The entry of the transfer table at `p`.
     fn entry(&self, table: &ExtinctionTable, p: [f32; 3]) -> usize {
-        (self.bricks.sample(p) * (table.sums.len() - 2) as f32 + 0.5) as usize
+        let value = self.bricks.sample(p);
+        if value.is_nan() {
+            table.nan_entry()
+        } else {
+            (value * (table.nan_entry() - 1) as f32 + 0.5) as usize
+        }
     }
 
     /// Step `number` of `segment`, which begins at entry `front`.
@@ -120,6 +115,26 @@ impl March<'_> {
         count.primary += 1;
         let behind = self.entry(table, segment.boundary(number + 1.0));
         Step { number, front, behind, depth: table.mean(front, behind) * length }
+    }
+
+    /// Adds what the steps of `part` send to the eye, where `light` comes to its ends.
+    fn add_part(
+        &self,
+        table: &ExtinctionTable,
+        segment: &Segment,
+        part: &[Step],
+        light: [Light; 2],
+        gathered: &mut Gathered,
+    ) {
+        let [before, after] = light;
+        let slope = (after.near - before.near) / depth_of(part);
+        let far = far_between(before, after);
+        let mut near = before.near;
+        for step in part {
+            let next = slope.mul_add(step.depth, near);
+            self.add(table, segment, step, &Passing { near: [near, next], far }, gathered);
+            near = next;
+        }
     }
 
     /// Adds what `step` sends to the eye, where `light` comes to it.
@@ -200,6 +215,11 @@ impl March<'_> {
         }
         (near, std::array::from_fn(|a| length.mul_add(path.delta[a], p[a])))
     }
+}
+
+/// The optical depth of `steps` together.
+fn depth_of(steps: &[Step]) -> f32 {
+    steps.iter().map(|step| step.depth).sum()
 }
 
 /// How many of the `way` steps out of the box are near: one to two shadow steps, so that a whole number of these is

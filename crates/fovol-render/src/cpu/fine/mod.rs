@@ -4,7 +4,9 @@ mod exponential;
 mod extinction;
 mod kernel;
 mod lit;
+mod lookup;
 mod march;
 
 pub use extinction::ExtinctionTable;
 pub use kernel::{FineKernel, FineScratch};
+pub use lookup::Points;

@@ -10,13 +10,13 @@ use std::arch::x86_64::*;
 #[derive(Debug, Clone, Copy)]
 pub struct Avx2;
 
-/// Lane i takes lane i − 1; lane 0 takes 1.
+/// Lane i takes lane i − 1; lane 0 takes `first`.
 #[inline(always)]
-unsafe fn by1(v: __m256) -> __m256 {
+unsafe fn by1(v: __m256, first: f32) -> __m256 {
     // SAFETY: the caller runs where AVX2 is available.
     unsafe {
         let from = _mm256_setr_epi32(0, 0, 1, 2, 3, 4, 5, 6);
-        _mm256_blend_ps::<0b0000_0001>(_mm256_permutevar8x32_ps(v, from), _mm256_set1_ps(1.0))
+        _mm256_blend_ps::<0b0000_0001>(_mm256_permutevar8x32_ps(v, from), _mm256_set1_ps(first))
     }
 }
 
@@ -75,13 +75,14 @@ unsafe impl Lanes for Avx2 {
     #[inline(always)]
     unsafe fn products_before(a: __m256) -> (__m256, f32) {
         unsafe {
-            let p = _mm256_mul_ps(a, by1(a));
+            let p = _mm256_mul_ps(a, by1(a, 1.0));
             let p = _mm256_mul_ps(p, by2(p));
             let p = _mm256_mul_ps(p, by4(p));
             let last = _mm256_permutevar8x32_ps(p, _mm256_set1_epi32(7));
-            (by1(p), _mm256_cvtss_f32(last))
+            (by1(p, 1.0), _mm256_cvtss_f32(last))
         }
     }
+    #[inline(always)] unsafe fn moved_up(v: __m256, first: f32) -> __m256 { unsafe { by1(v, first) } }
     #[inline(always)]
     unsafe fn compress(v: __m256, m: __m256, to: *mut f32) {
         unsafe {

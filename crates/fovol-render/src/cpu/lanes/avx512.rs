@@ -89,6 +89,13 @@ unsafe impl Lanes for Avx512 {
         }
     }
     #[inline(always)]
+    unsafe fn moved_up(v: __m512, first: f32) -> __m512 {
+        unsafe {
+            let from = _mm512_setr_epi32(0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14);
+            _mm512_mask_permutexvar_ps(_mm512_set1_ps(first), 0xFFFE, from, v)
+        }
+    }
+    #[inline(always)]
     unsafe fn compress(v: __m512, m: __mmask16, to: *mut f32) {
         // In a register first: compressing stores are slow on some processors.
         unsafe { _mm512_storeu_ps(to, _mm512_maskz_compress_ps(m, v)) }

@@ -54,6 +54,8 @@ pub unsafe trait Lanes: Copy + 'static {
     unsafe fn sum(a: Self::F) -> f32;
     /// The product of all lanes before each lane (1 in lane 0), and the product of all.
     unsafe fn products_before(a: Self::F) -> (Self::F, f32);
+    /// Lane i takes lane i − 1 of `v`, lane 0 takes `first`.
+    unsafe fn moved_up(v: Self::F, first: f32) -> Self::F;
     /// Packs the lanes of `v` where `m` holds and writes N lanes (packed ones first) to `to`.
     unsafe fn compress(v: Self::F, m: Self::M, to: *mut f32);
 

@@ -45,6 +45,8 @@ unsafe impl Lanes for Portable {
         (before, product)
     }
     #[inline(always)]
+    unsafe fn moved_up(v: F, first: f32) -> F { from_fn(|i| if i == 0 { first } else { v[i - 1] }) }
+    #[inline(always)]
     unsafe fn compress(v: F, m: M, to: *mut f32) {
         let mut to = to;
         for i in 0..8 {
