@@ -282,7 +282,7 @@ impl Resources {
             Integration::Plain => ((0.0, 0), vec![0]),
             Integration::Fine => {
                 let extinction = ExtinctionTable::new(&contents.transfer, &table, contents.step);
-                let entries = extinction.entries.iter().flatten().map(|&number| number.cast_unsigned());
+                let entries = extinction.entries.iter().flatten().copied();
                 (
                     (extinction.unit, extinction.bin_bits),
                     entries.chain(extinction.colours.iter().copied()).collect::<Vec<u32>>(),

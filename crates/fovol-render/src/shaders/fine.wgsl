@@ -3,8 +3,8 @@
 /// Whether rays integrate between samples.
 override FINE: bool = false;
 
-/// For every entry of the transfer table, NaN last, the integral of extinction up to it and extinction itself, in units of
-/// `scene.extinction_unit`; after these the packed colours between any two of 256 bins of values, and that of NaN.
+/// For every entry of the transfer table, NaN last, the integral of extinction up to it and the bits of extinction itself, in
+/// units of `scene.extinction_unit`; after these the packed colours between any two of 256 bins of values, and that of NaN.
 @group(0) @binding(7) var<storage, read> extinction: array<u32>;
 
 /// Bins that colours are tabulated for.
@@ -22,13 +22,18 @@ struct Light {
     far: f32,
 }
 
+/// The extinction of one step that is all at one entry.
+fn entry_extinction(entry: u32) -> f32 {
+    return bitcast<f32>(extinction[2u * entry + 1u]) * scene.extinction_unit;
+}
+
 /// The extinction of one step between two entries: the mean from one to the other.
 fn mean_extinction(front: u32, behind: u32) -> f32 {
     if GAPS && max(front, behind) > scene.last_entry {
-        return f32(extinction[2u * scene.last_entry + 3u]) * scene.extinction_unit;
+        return entry_extinction(scene.last_entry + 1u);
     }
-    if front == behind {
-        return f32(extinction[2u * front + 1u]) * scene.extinction_unit;
+    if max(front, behind) - min(front, behind) <= 1u {
+        return 0.5 * (entry_extinction(front) + entry_extinction(behind));
     }
     let difference = i32(extinction[2u * behind]) - i32(extinction[2u * front]);
     return f32(difference) / (f32(behind) - f32(front)) * scene.extinction_unit;

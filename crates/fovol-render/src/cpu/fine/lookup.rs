@@ -21,7 +21,7 @@ pub struct Points<L: Lanes> {
     pub entry: L::F,
     /// The bits of the integral up to the entry.
     pub sum: L::F,
-    /// The bits of τ.
+    /// τ in units of the table.
     pub extinction: L::F,
 }
 
@@ -32,8 +32,7 @@ impl<L: Lanes> Points<L> {
     /// The instruction set of `L` must be available, and `first` must be an entry.
     #[inline(always)]
     pub unsafe fn moved_up(&self, table: &ExtinctionTable, first: f32) -> Self {
-        let [sum, extinction] =
-            table.entries[first as usize].map(|bits| f32::from_bits(bits.cast_unsigned()));
+        let [sum, extinction] = table.entries[first as usize].map(f32::from_bits);
         // SAFETY: the caller's.
         unsafe {
             Self {
@@ -68,16 +67,16 @@ impl ExtinctionTable {
     pub unsafe fn means<L: Lanes, T: Texel>(&self, front: &Points<L>, behind: &Points<L>) -> L::F {
         // SAFETY: the caller's.
         unsafe {
-            let one = L::splat(1.0);
             let steps = L::sub(behind.entry, front.entry);
-            let equal = L::lt(L::abs(steps), one);
+            let beside = L::lt(L::abs(steps), L::splat(1.5));
             let difference = L::to_f32(L::sub_i(L::to_bits(behind.sum), L::to_bits(front.sum)));
-            let mean = L::div(difference, L::select(equal, one, steps));
-            let mean = L::select(equal, L::to_f32(L::to_bits(front.extinction)), mean);
+            let mean = L::div(difference, L::select(beside, L::splat(1.0), steps));
+            let of_both = L::mul(L::splat(0.5), L::add(front.extinction, behind.extinction));
+            let mean = L::select(beside, of_both, mean);
             if !T::GAPS {
                 return mean;
             }
-            let nan = self.entries[self.nan_entry()][1] as f32;
+            let nan = f32::from_bits(self.entries[self.nan_entry()][1]);
             L::select(self.is_nan::<L>(front, behind), L::splat(nan), mean)
         }
     }
