@@ -64,6 +64,11 @@ impl Document {
         self.file.as_deref()
     }
 
+    /// Whether it is what was being worked on when a viewer crashed, and no file has it yet.
+    pub fn is_restored(&self) -> bool {
+        self.saved.is_none()
+    }
+
     /// Whether there is something that no file has.
     pub fn is_changed(&self) -> bool {
         self.saved.as_ref() != Some(&self.session)

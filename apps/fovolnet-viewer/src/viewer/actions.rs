@@ -193,10 +193,17 @@ impl Viewer {
     /// Shows the question that is asked, and does what was answered.
     pub(super) fn ask(&mut self, context: &Context) {
         let Some(answer) = self.dialogue.as_mut().and_then(|dialogue| dialogue.show(context)) else { return };
+        let is_offer = matches!(self.dialogue, Some(Dialogue::Restore(_)));
         self.dialogue = None;
         let time = context.input(|input| input.time);
         match answer {
-            Answer::Cancel => self.after_save = None,
+            Answer::Cancel => {
+                self.after_save = None;
+                // What is not gone on with now is offered again at the next start.
+                if is_offer {
+                    self.crashed = None;
+                }
+            }
             Answer::File(purpose, path) => self.take_file(context, purpose, &path, time),
             Answer::Export(export) => self.export(context, *export),
             Answer::Save(next) => {
@@ -205,7 +212,11 @@ impl Viewer {
             }
             Answer::Discard(next) => self.go_on(context, next),
             Answer::Layout(source, read) => self.open(context, &source, read, self.said.1.clone()),
-            Answer::Forget => self.forget(),
+            Answer::Forget => {
+                if let Some(crashed) = self.crashed.take() {
+                    crashed.forget();
+                }
+            }
             Answer::Restore(session) => {
                 let open = move || Opened::of_document(Document::restored(*session));
                 self.start_opening(context, "opening what was not saved".into(), open);

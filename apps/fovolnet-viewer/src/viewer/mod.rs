@@ -4,6 +4,7 @@ mod actions;
 mod keeping;
 mod panes;
 
+use crate::autosave::{Autosaves, Crashed};
 use crate::commands;
 use crate::dialogue::{Dialogue, Next};
 use crate::engine::{Engine, Said};
@@ -79,6 +80,9 @@ impl Texture {
 pub struct Viewer {
     speed: SpeedSettings,
     places: Places,
+    autosaves: Autosaves,
+    /// What a viewer left that crashed, until it is open or nobody wants it.
+    crashed: Option<Crashed>,
     preferences: Preferences,
     saved_preferences: Preferences,
     engine: Engine,
@@ -124,6 +128,9 @@ impl Viewer {
         let window = context.clone();
         let wake = move || window.request_repaint_after(SOON);
         let engine = Engine::start(start.speed.clone(), gpu, wake)?;
+        let autosaves = places.autosaves();
+        let found = autosaves.find();
+        let restored = found.crashed.as_ref().map(|crashed| Box::new(crashed.session().clone()));
         let mut viewer = Self {
             speed: start.speed,
             saved_preferences: preferences.clone(),
@@ -134,8 +141,10 @@ impl Viewer {
             opening: None,
             unopened: None,
             exporting: None,
-            dialogue: places.unsaved().map(|session| Dialogue::Restore(Box::new(session))),
+            dialogue: restored.map(Dialogue::Restore),
             places,
+            autosaves,
+            crashed: found.crashed,
             after_save: None,
             messages: Messages::default(),
             thumbnails: Thumbnails::default(),
@@ -153,6 +162,8 @@ impl Viewer {
             may_quit: false,
             is_lost: false,
         };
+        let time = context.input(|input| input.time);
+        found.notes.into_iter().for_each(|note| viewer.messages.note(note, time));
         if let Some(source) = start.source {
             viewer.open(context, &source, start.read, start.render);
         }
@@ -302,6 +313,11 @@ impl Viewer {
         }
         if opened.document.settings().gaze.is_some() {
             self.gaze_kind = GazeKind::Session;
+        }
+        if opened.document.is_restored()
+            && let Some(crashed) = self.crashed.take()
+        {
+            self.autosaves.adopt(crashed);
         }
         self.timeline = Timeline::default();
         self.picture = None;
