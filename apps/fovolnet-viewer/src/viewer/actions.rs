@@ -13,6 +13,7 @@ use crate::timeline::{Timeline, add_keyframe};
 use crate::{navigation, start_page};
 use anyhow::Result;
 use eframe::egui::{Context, ViewportCommand};
+use fovolnet::core::{path_of_text, text_of_path};
 use fovolnet::io::transfer_function;
 use fovolnet::{RenderSettings, VolumeSettings};
 use glam::DVec3;
@@ -94,7 +95,10 @@ impl Viewer {
     pub(super) fn folder(&self) -> PathBuf {
         let opened = self.opened.as_ref().map(|opened| &opened.document);
         let known = opened.and_then(|document| {
-            document.file().map(Path::to_owned).or_else(|| Some(PathBuf::from(&document.session().volume)))
+            document
+                .file()
+                .map(Path::to_owned)
+                .or_else(|| Some(path_of_text(&document.session().volume).into_owned()))
         });
         let folder =
             known.and_then(|path| path.parent().map(Path::to_owned)).filter(|folder| folder.is_absolute());
@@ -160,7 +164,7 @@ impl Viewer {
         match opened.document.save(path) {
             Ok(()) => {
                 self.forget();
-                self.preferences.remember(&path.display().to_string());
+                self.preferences.remember(&text_of_path(path));
                 self.messages.note(format!("{} is saved", path.display()), time);
                 if let Some(next) = self.after_save.take() {
                     self.after_saving(context, next);
@@ -226,7 +230,7 @@ impl Viewer {
 
     pub(super) fn take_file(&mut self, context: &Context, purpose: Purpose, path: &Path, time: f64) {
         match purpose {
-            Purpose::Open => self.after_saving(context, Next::Open(path.display().to_string())),
+            Purpose::Open => self.after_saving(context, Next::Open(text_of_path(path))),
             Purpose::SaveSession => self.save(context, path),
             Purpose::ReadTransfer => match (transfer_function::read(path), &mut self.opened) {
                 (Ok(transfer), Some(opened)) => opened.set_transfer(&transfer),

@@ -26,6 +26,7 @@ use eframe::egui::{
     self, CentralPanel, Color32, ColorImage, Context, Panel, Pos2, Rect, ScrollArea, Shape, TextureHandle,
     TextureId, TextureOptions, Theme, Ui, pos2, style::ScrollStyle,
 };
+use fovolnet::core::text_of_path;
 use fovolnet::{RenderSettings, Session, SpeedSettings, Timings, VolumeSettings};
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -283,7 +284,7 @@ impl Viewer {
         let dropped =
             context.input(|input| input.raw.dropped_files.first().map(|file| file.path().to_owned()));
         if let Some(path) = dropped {
-            self.after_saving(context, Next::Open(path.display().to_string()));
+            self.after_saving(context, Next::Open(text_of_path(&path)));
         }
     }
 
@@ -292,7 +293,7 @@ impl Viewer {
         use fovolnet::Error::Io;
         use fovolnet::io::Error::UnknownLayout;
         if let Some(Io(UnknownLayout { path, .. })) = error.downcast_ref::<fovolnet::Error>() {
-            let form = LayoutForm::new(&path.display().to_string(), &self.said.0);
+            let form = LayoutForm::new(&text_of_path(path), &self.said.0);
             self.dialogue = Some(Dialogue::Layout(form));
         } else {
             self.messages.error(fovolnet::one_line(error.as_ref()));
@@ -302,7 +303,7 @@ impl Viewer {
 
     fn take_opened(&mut self, opened: Opened, notes: Vec<String>, time: f64) {
         let source = match opened.document.file() {
-            Some(file) => file.display().to_string(),
+            Some(file) => text_of_path(file),
             None => opened.document.session().volume.clone(),
         };
         self.preferences.remember(&source);
