@@ -1,7 +1,7 @@
 //! A view that stands still becomes the full frame.
 
 use anyhow::Result;
-use fovolnet::core::{Camera, Fovea, Frame, Pixel, SampleList, SampleMask, ShadowMode};
+use fovolnet::core::{Camera, Fovea, Frame, FrameSize, Pixel, SampleList, SampleMask, ShadowMode};
 use fovolnet::metrics::{Display, FovVideoVdp, psnr};
 use fovolnet::render::cpu;
 use fovolnet::render::noise::Noise;
@@ -56,6 +56,8 @@ impl Still {
     pub fn new(settings: &RenderSettings, camera: Camera, fovea: Fovea, first: RenderedFrame) -> Self {
         let noise = Noise::new(settings.noise.unwrap_or_default(), settings.seed.unwrap_or(0));
         let pixel_ms = (first.timings.mask + first.timings.march) / first.samples.max(1) as f64;
+        let is_exact = settings.shadows != Some(ShadowMode::Cached);
+        let reference = (!is_exact).then(|| Reference::new(first.frame.size(), pixel_ms));
         Self {
             camera,
             fovea,
@@ -66,16 +68,8 @@ impl Still {
             measured: first.mask,
             pixel_ms,
             level: 0.0,
-            reference: None,
+            reference,
         }
-        .with_reference(settings)
-    }
-
-    fn with_reference(mut self, settings: &RenderSettings) -> Self {
-        let is_cached = settings.shadows == Some(ShadowMode::Cached);
-        let frame = Frame::new(self.picture.size());
-        self.reference = is_cached.then(|| Reference { frame, rows: 0, pixel_ms: self.pixel_ms });
-        self
     }
 
     /// Measures more pixels of the frame, or of the reference once the frame is complete.
@@ -169,6 +163,11 @@ impl Still {
 }
 
 impl Reference {
+    /// Nothing of it yet; a pixel is thought to take `pixel_ms` milliseconds.
+    fn new(size: FrameSize, pixel_ms: f64) -> Self {
+        Self { frame: Frame::new(size), rows: 0, pixel_ms }
+    }
+
     fn is_complete(&self) -> bool {
         self.rows >= self.frame.size().height
     }

@@ -21,20 +21,15 @@ mod linux {
     const TURN: u64 = 20_000_000;
 
     pub fn give_way() {
-        // SAFETY: it takes numbers alone. On Linux 0 is the calling thread.
-        let niceness = unsafe { libc::getpriority(libc::PRIO_PROCESS, 0) };
-        let niceness = (niceness + STEPS).min(LAST);
-        // SAFETY: as above; a thread may always become less important.
-        unsafe { libc::setpriority(libc::PRIO_PROCESS, 0, niceness) };
-        let wanted = SchedulingAttributes {
-            size: size_of::<SchedulingAttributes>() as u32,
-            policy: libc::SCHED_OTHER as u32,
-            niceness,
-            runtime: TURN,
-            ..SchedulingAttributes::default()
-        };
-        // SAFETY: the kernel reads as many bytes of `wanted` as its size says. Where it refuses, the thread goes on as above.
-        unsafe { libc::syscall(libc::SYS_sched_setattr, 0, &raw const wanted, 0) };
+        let own = SchedulingAttributes::own();
+        // Whoever started the program with another policy means it.
+        let usual = own.filter(|own| own.policy == libc::SCHED_OTHER as u32);
+        if !usual.is_some_and(SchedulingAttributes::give_way) {
+            // SAFETY: it takes numbers alone. On Linux 0 is the calling thread.
+            let niceness = unsafe { libc::getpriority(libc::PRIO_PROCESS, 0) };
+            // SAFETY: as above; a thread may always become less important.
+            unsafe { libc::setpriority(libc::PRIO_PROCESS, 0, (niceness + STEPS).min(LAST)) };
+        }
     }
 
     /// `struct sched_attr` of Linux in its first version.
@@ -50,6 +45,24 @@ mod linux {
         pub deadline: u64,
         pub period: u64,
     }
+
+    impl SchedulingAttributes {
+        /// Those of the calling thread; none where the kernel does not tell.
+        pub fn own() -> Option<Self> {
+            let (mut own, size) = (Self::default(), size_of::<Self>() as u32);
+            // SAFETY: the kernel writes at most `size` bytes.
+            let result = unsafe { libc::syscall(libc::SYS_sched_getattr, 0, &raw mut own, size, 0) };
+            (result == 0).then_some(own)
+        }
+
+        /// Gives the calling thread, whose these are, a higher niceness and longer turns; whether the kernel does so.
+        fn give_way(self) -> bool {
+            let niceness = (self.niceness + STEPS).min(LAST);
+            let wanted = Self { niceness, runtime: TURN, ..self };
+            // SAFETY: the kernel reads as many bytes of `wanted` as its size says.
+            unsafe { libc::syscall(libc::SYS_sched_setattr, 0, &raw const wanted, 0) == 0 }
+        }
+    }
 }
 
 #[cfg(all(test, target_os = "linux"))]
@@ -58,11 +71,7 @@ mod tests {
 
     /// Policy, niceness and turn of this thread.
     fn way() -> (u32, i32, u64) {
-        let mut found = SchedulingAttributes::default();
-        let size = size_of::<SchedulingAttributes>() as u32;
-        // SAFETY: the kernel writes at most `size` bytes.
-        let result = unsafe { libc::syscall(libc::SYS_sched_getattr, 0, &raw mut found, size, 0) };
-        assert_eq!(result, 0);
+        let found = SchedulingAttributes::own().unwrap();
         (found.policy, found.niceness, found.runtime)
     }
 
