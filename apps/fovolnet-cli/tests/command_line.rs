@@ -95,6 +95,34 @@ fn render_writes_what_is_kept_and_reports_it() {
 }
 
 #[test]
+fn references_have_exact_shadows() {
+    let folder = tempfile::tempdir().unwrap();
+    let render = |shadows: &str, keep: &str| {
+        let out = folder.path().join(shadows);
+        let mut arguments = vec!["render", "head", "-o", out.to_str().unwrap(), "--sampling", "compact"];
+        arguments.extend(["--format", "exr", "--shadows", shadows, "--keep", keep, "--json", "-"]);
+        arguments.extend(SMALL);
+        let report = json(&succeeds(&arguments));
+        let pictures =
+            ["frame", "reference"].map(|name| std::fs::read(out.join(format!("{name}_0000.exr"))).ok());
+        (report["mean"].clone(), pictures)
+    };
+    let (mean, [frame, reference]) = render("cached", "frame,reference");
+    let [off, on] = ["off", "on"].map(|shadows| render(shadows, "frame,reference").1);
+    assert!(reference.is_some() && reference == on[1] && reference != off[1]);
+    assert!(frame != on[0], "frames have the shadows that were asked for");
+    // Against a reference of cached shadows, as the full frame has them, it would look better.
+    let out = folder.path().join("full");
+    let full = ["render", "head", "-o", out.to_str().unwrap(), "--sampling", "full", "--format", "exr"];
+    succeeds(&[&full[..], &["--shadows", "cached"], &SMALL].concat());
+    let [full, sparse] = ["full", "cached"].map(|name| folder.path().join(name).join("frame_0000.exr"));
+    let against = ["metrics", full.to_str().unwrap(), sparse.to_str().unwrap(), "--json", "-"];
+    let cached = json(&succeeds(&against))["psnr"].as_f64().unwrap();
+    let exact = mean["psnr"].as_f64().unwrap();
+    assert!(exact < cached - 0.01, "{exact} {cached}");
+}
+
+#[test]
 fn the_same_command_gives_the_same_bytes_on_any_number_of_threads() {
     let folder = tempfile::tempdir().unwrap();
     let frames: Vec<Vec<u8>> = ["1", "2", "2"]

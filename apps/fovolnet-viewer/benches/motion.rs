@@ -1,5 +1,7 @@
 //! Frames a second of the viewer's pictures while the view moves along the fly-through, and how they keep their time:
 //! `cargo bench -p fovolnet-viewer -- [VOLUME …] [--rate F] [--size WxH] [--shadows on|cached] [--side N] [--frames N]`.
+//!
+//! They are made by a thread that gives way, as in the viewer.
 
 use fovolnet::core::{CameraPath, FrameSize, Integration, ShadowMode};
 use fovolnet::io::procedural::Procedural;
@@ -61,9 +63,11 @@ fn main() {
     let asked = run.rate.map_or("as asked".to_owned(), |rate| format!("{rate} frames a second"));
     println!("{}³, {}, {:?} shadows, {asked}", run.side, run.size, run.shadows);
     println!("volume           frames/s  median ms   95 % ms  within 20 %  by the network  last");
-    for volume in &run.volumes {
-        measure(volume, &run);
-    }
+    let measured = std::thread::spawn(move || {
+        fovolnet::give_way();
+        run.volumes.iter().for_each(|volume| measure(volume, &run));
+    });
+    measured.join().expect("what is measured can be rendered");
 }
 
 fn measure(volume: &str, run: &Run) {

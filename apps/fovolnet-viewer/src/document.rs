@@ -1,7 +1,7 @@
 //! What is looked at and how: what a session file holds, with what is needed to work on it.
 
 use eframe::egui::util::undoer::Undoer;
-use fovolnet::core::TransferFunction;
+use fovolnet::core::{TransferFunction, path_of_text};
 use fovolnet::{OpenVolume, RenderSettings, Result, Session, VolumeSettings, presets};
 use std::path::{Path, PathBuf};
 
@@ -64,6 +64,11 @@ impl Document {
         self.file.as_deref()
     }
 
+    /// Whether it is what was being worked on when a viewer crashed, and no file has it yet.
+    pub fn is_restored(&self) -> bool {
+        self.saved.is_none()
+    }
+
     /// Whether there is something that no file has.
     pub fn is_changed(&self) -> bool {
         self.saved.as_ref() != Some(&self.session)
@@ -81,7 +86,7 @@ impl Document {
 
     /// A name for the title of a window.
     pub fn name(&self) -> String {
-        let path = self.file.clone().unwrap_or_else(|| PathBuf::from(&self.session.volume));
+        let path = self.file.clone().unwrap_or_else(|| path_of_text(&self.session.volume).into_owned());
         path.file_name().map_or_else(|| self.session.volume.clone(), |name| name.display().to_string())
     }
 

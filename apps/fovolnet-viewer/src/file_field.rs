@@ -3,6 +3,7 @@
 use crate::files::{self, Purpose};
 use crate::start_page::middle_cut;
 use eframe::egui::{Label, RichText, TextEdit, Ui};
+use fovolnet::core::{path_of_text, text_of_path};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::Receiver;
 
@@ -19,7 +20,7 @@ pub(crate) struct FileField {
 impl FileField {
     /// For `purpose`, with `suggested` to begin with.
     pub fn new(purpose: Purpose, suggested: &Path) -> Self {
-        Self { purpose, text: suggested.display().to_string(), is_known: false, browsing: None }
+        Self { purpose, text: text_of_path(suggested), is_known: false, browsing: None }
     }
 
     /// What the file is wanted for.
@@ -28,7 +29,7 @@ impl FileField {
     }
 
     fn path(&self) -> PathBuf {
-        PathBuf::from(self.text.trim())
+        path_of_text(self.text.trim()).into_owned()
     }
 
     /// The file that is read or written: what was typed, with the usual ending where that has none.
@@ -39,7 +40,7 @@ impl FileField {
     /// Shows it; whether Enter was pressed in it.
     pub fn ui(&mut self, ui: &mut Ui) -> bool {
         if let Some(path) = self.browsing.as_ref().and_then(|browsing| browsing.try_recv().ok()) {
-            self.text = path.display().to_string();
+            self.text = text_of_path(&path);
         }
         let entered = ui.horizontal(|ui| {
             let edit = ui

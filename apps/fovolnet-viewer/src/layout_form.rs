@@ -2,7 +2,7 @@
 
 use eframe::egui::{ComboBox, DragValue, Grid, Ui};
 use fovolnet::VolumeSettings;
-use fovolnet::core::{Dtype, Endian, MAX_DIM};
+use fovolnet::core::{Dtype, Endian, MAX_DIM, path_of_text};
 
 /// Asks how the voxels of a file lie.
 #[derive(Debug)]
@@ -18,7 +18,7 @@ pub struct LayoutForm {
 impl LayoutForm {
     /// For the file `source`, of which `read` is known already.
     pub fn new(source: &str, read: &VolumeSettings) -> Self {
-        let bytes = std::fs::metadata(source).map_or(0, |file| file.len());
+        let bytes = std::fs::metadata(path_of_text(source)).map_or(0, |file| file.len());
         Self {
             source: source.to_owned(),
             bytes,

@@ -4,6 +4,7 @@
 //! keep their time while something moves ([`budget`]), and full frames where nothing does ([`still`]). Everything that a
 //! picture depends on lies in the [`document`], which is a session of the command line.
 
+pub mod autosave;
 mod backdrop;
 mod boundaries;
 pub mod budget;

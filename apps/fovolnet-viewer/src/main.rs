@@ -8,7 +8,7 @@ use eframe::egui::{
 use eframe::egui_wgpu::SurfaceConfig;
 use fovolnet::core::{Frame, FrameSize};
 use fovolnet::io::image::{self, Alpha};
-use fovolnet::{RenderSettings, SpeedSettings, VolumeSettings};
+use fovolnet::{RenderSettings, SpeedSettings, VolumeSettings, parse};
 use fovolnet_viewer::drawing_threads;
 use fovolnet_viewer::no_window;
 use fovolnet_viewer::places::Places;
@@ -25,6 +25,7 @@ use std::sync::{Arc, Mutex};
 #[command(name = "fovolnet-viewer", version, max_term_width = 100)]
 struct Arguments {
     /// Volume file, folder of slices, procedural volume, or session (.toml)
+    #[arg(value_parser = parse::file())]
     volume: Option<String>,
     #[command(flatten)]
     read: VolumeSettings,

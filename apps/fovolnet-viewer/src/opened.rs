@@ -4,7 +4,7 @@ use crate::backdrop::Backdrop;
 use crate::document::Document;
 use crate::transfer_editor::TransferEditor;
 use anyhow::Result;
-use fovolnet::core::{Camera, CameraPath, FrameSize, Keyframe, TransferFunction};
+use fovolnet::core::{Camera, CameraPath, FrameSize, Keyframe, TransferFunction, path_of_text};
 use fovolnet::{
     Choice, NamedView, OpenVolume, Orientation, RenderSettings, Sampling, VolumeSettings, WorldBox,
     camera_path, open_volume, path_text, presets,
@@ -56,7 +56,7 @@ impl Opened {
     /// # Errors
     /// What is wrong with a file.
     pub fn open(source: &str, read: VolumeSettings, render: RenderSettings) -> Result<(Self, Vec<String>)> {
-        let path = Path::new(source);
+        let path: &Path = &path_of_text(source);
         let document = if path.extension().is_some_and(|extension| extension == "toml") {
             Document::open(path, read, render)?
         } else {

@@ -1,7 +1,8 @@
-//! What the viewer remembers between runs: the files opened last, tastes, and the session that was being worked on.
+//! What the viewer remembers between runs: the files opened last, and tastes.
 
+use crate::autosave::Autosaves;
 use fovolnet::io::atomic;
-use fovolnet::{Error, Result, Session};
+use fovolnet::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -89,47 +90,19 @@ impl Places {
         self.write("viewer.toml", &text)
     }
 
-    /// The session that was being worked on when the program ended without being told to.
-    pub fn unsaved(&self) -> Option<Session> {
-        let file = self.file("unsaved.toml").filter(|file| file.is_file())?;
-        Session::read(&file).ok()
-    }
-
-    /// Keeps `session` in case the program ends without being told to.
-    ///
-    /// # Errors
-    /// What the system said.
-    pub fn keep(&self, session: &Session) -> Result<()> {
-        if let Some(file) = self.file("unsaved.toml") {
-            self.make()?;
-            session.write(&file)?;
-        }
-        Ok(())
-    }
-
-    /// Forgets what was kept: it is saved, or nobody wants it.
-    pub fn forget(&self) {
-        if let Some(file) = self.file("unsaved.toml") {
-            // It may never have been there.
-            let _ = std::fs::remove_file(file);
-        }
+    /// Unsaved sessions, which are remembered there too.
+    pub fn autosaves(&self) -> Autosaves {
+        Autosaves::in_folder(self.folder.clone())
     }
 
     fn file(&self, name: &str) -> Option<PathBuf> {
         self.folder.as_ref().map(|folder| folder.join(name))
     }
 
-    fn make(&self) -> Result<()> {
-        if let Some(folder) = &self.folder {
-            atomic::make_folder(folder)?;
-        }
-        Ok(())
-    }
-
     fn write(&self, name: &str, text: &str) -> Result<()> {
-        let Some(file) = self.file(name) else { return Ok(()) };
-        self.make()?;
-        atomic::write(&file, |out| out.write_all(text.as_bytes()))?;
+        let Some(folder) = &self.folder else { return Ok(()) };
+        atomic::make_folder(folder)?;
+        atomic::write(&folder.join(name), |out| out.write_all(text.as_bytes()))?;
         Ok(())
     }
 }
@@ -137,7 +110,6 @@ impl Places {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fovolnet::{RenderSettings, VolumeSettings};
 
     #[test]
     fn tastes_and_files_are_remembered() {
@@ -158,17 +130,5 @@ mod tests {
         assert_eq!(preferences.recent.len(), RECENT);
         std::fs::write(folder.path().join("new/viewer.toml"), "rate = \"often\"").unwrap();
         assert_eq!(places.preferences(), Preferences::default());
-    }
-
-    #[test]
-    fn unsaved_work_is_kept_until_it_is_forgotten() {
-        let folder = tempfile::tempdir().unwrap();
-        let places = Places::in_folder(Some(folder.path().to_owned()));
-        assert!(places.unsaved().is_none());
-        let session = Session::new("head", VolumeSettings::default(), RenderSettings::default()).unwrap();
-        places.keep(&session).unwrap();
-        assert_eq!(places.unsaved(), Some(session));
-        places.forget();
-        assert!(places.unsaved().is_none());
     }
 }

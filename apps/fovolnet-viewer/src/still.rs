@@ -1,7 +1,7 @@
 //! A view that stands still becomes the full frame.
 
 use anyhow::Result;
-use fovolnet::core::{Camera, Fovea, Frame, SampleMask};
+use fovolnet::core::{Camera, Fovea, Frame, FrameSize, Pixel, SampleList, SampleMask, ShadowMode};
 use fovolnet::metrics::{Display, FovVideoVdp, psnr};
 use fovolnet::render::cpu;
 use fovolnet::render::noise::Noise;
@@ -25,6 +25,18 @@ pub struct Still {
     pixel_ms: f64,
     /// The noise below which everything is measured.
     level: f64,
+    /// The exact frame, where the picture is not.
+    reference: Option<Reference>,
+}
+
+/// The frame with exact shadows that a picture with cached ones is compared with, measured row by row.
+#[derive(Debug)]
+struct Reference {
+    frame: Frame,
+    /// How many rows are measured.
+    rows: u32,
+    /// Milliseconds a pixel.
+    pixel_ms: f64,
 }
 
 /// How good the reconstruction was, as the full frame shows.
@@ -44,6 +56,8 @@ impl Still {
     pub fn new(settings: &RenderSettings, camera: Camera, fovea: Fovea, first: RenderedFrame) -> Self {
         let noise = Noise::new(settings.noise.unwrap_or_default(), settings.seed.unwrap_or(0));
         let pixel_ms = (first.timings.mask + first.timings.march) / first.samples.max(1) as f64;
+        let is_exact = settings.shadows != Some(ShadowMode::Cached);
+        let reference = (!is_exact).then(|| Reference::new(first.frame.size(), pixel_ms));
         Self {
             camera,
             fovea,
@@ -54,14 +68,21 @@ impl Still {
             measured: first.mask,
             pixel_ms,
             level: 0.0,
+            reference,
         }
     }
 
-    /// Measures more pixels of the frame.
+    /// Measures more pixels of the frame, or of the reference once the frame is complete.
     ///
     /// # Errors
     /// A device that is lost.
     pub fn advance(&mut self, pipeline: &mut Pipeline) -> Result<()> {
+        if self.is_complete() {
+            return match &mut self.reference {
+                Some(reference) => reference.advance(pipeline, &self.camera),
+                None => Ok(()),
+            };
+        }
         let pixels = self.picture.size().pixels() as f64;
         let share = PIECE_MS / self.pixel_ms.max(1e-9) / pixels;
         self.level = (self.level + share.max(1e-3)).min(1.0);
@@ -101,6 +122,11 @@ impl Still {
         self.level >= 1.0
     }
 
+    /// Whether nothing is left to measure: neither of the frame nor of what it is compared with.
+    pub fn is_done(&self) -> bool {
+        self.is_complete() && self.reference.as_ref().is_none_or(Reference::is_complete)
+    }
+
     /// The share of pixels that are measured.
     pub fn share(&self) -> f64 {
         self.measured.density()
@@ -126,12 +152,48 @@ impl Still {
         &self.measured
     }
 
-    /// How good the reconstruction was, where the frame is complete.
+    /// How good the reconstruction was, compared with the full frame with exact shadows, once that is measured.
     pub fn quality(&self) -> Option<Quality> {
-        self.is_complete().then(|| Quality {
-            psnr: psnr(&self.picture, &self.reconstructed).unwrap_or(0.0),
-            jod: jod(&self.picture, &self.reconstructed),
+        let exact = self.reference.as_ref().map_or(&self.picture, |reference| &reference.frame);
+        self.is_done().then(|| Quality {
+            psnr: psnr(exact, &self.reconstructed).unwrap_or(0.0),
+            jod: jod(exact, &self.reconstructed),
         })
+    }
+}
+
+impl Reference {
+    /// Nothing of it yet; a pixel is thought to take `pixel_ms` milliseconds.
+    fn new(size: FrameSize, pixel_ms: f64) -> Self {
+        Self { frame: Frame::new(size), rows: 0, pixel_ms }
+    }
+
+    fn is_complete(&self) -> bool {
+        self.rows >= self.frame.size().height
+    }
+
+    /// Measures more rows, seen from `camera`.
+    fn advance(&mut self, pipeline: &mut Pipeline, camera: &Camera) -> Result<()> {
+        let size = self.frame.size();
+        let row_ms = self.pixel_ms.max(1e-9) * f64::from(size.width);
+        let rows = self.rows..(self.rows + (PIECE_MS / row_ms).max(1.0) as u32).min(size.height);
+        let pixel = |x, y| Pixel { x: x as u16, y: y as u16 };
+        let pixels: Vec<Pixel> =
+            rows.clone().flat_map(|y| (0..size.width).map(move |x| pixel(x, y))).collect();
+        let list = SampleList::new(size, pixels);
+        if list.is_empty() {
+            return Ok(());
+        }
+        let started = Instant::now();
+        let marched = pipeline.march_reference(camera, &list)?;
+        let ms = started.elapsed().as_secs_f64() * 1e3 / list.len() as f64;
+        self.pixel_ms = 0.5 * (self.pixel_ms + ms);
+        for (pixel, marched) in list.pixels().iter().zip(marched) {
+            let [r, g, b] = marched.colour;
+            self.frame.pixels_mut()[pixel.index(size.width)] = [r, g, b, 1.0];
+        }
+        self.rows = rows.end;
+        Ok(())
     }
 }
 
@@ -141,4 +203,49 @@ fn jod(reference: &Frame, test: &Frame) -> Option<f64> {
     let mut measure = FovVideoVdp::image(&display).ok()?;
     measure.push(reference, test, None).ok()?;
     measure.jod()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fovolnet::{Device, OpenVolume, Sampling, SpeedSettings, Viewpoint, VolumeSettings, open_volume};
+
+    fn pipeline(volume: &OpenVolume, settings: &RenderSettings) -> Pipeline {
+        let speed = SpeedSettings { device: Some(Device::Cpu), ..SpeedSettings::default() };
+        Pipeline::new(volume, settings, &speed).unwrap()
+    }
+
+    #[test]
+    fn frames_with_cached_shadows_are_compared_with_exact_ones() {
+        let read = VolumeSettings { dims: Some([32; 3]), ..VolumeSettings::default() };
+        let volume = open_volume("head", &read).unwrap();
+        let cached = RenderSettings {
+            size: Some("64x48".parse().unwrap()),
+            sampling: Some(Sampling::Compact.into()),
+            shadows: Some(ShadowMode::Cached),
+            ..RenderSettings::default()
+        };
+        let full = |shadows| {
+            let settings = RenderSettings {
+                shadows: Some(shadows),
+                sampling: Some(Sampling::Full.into()),
+                ..cached.clone()
+            };
+            pipeline(&volume, &settings).render(0).unwrap().frame
+        };
+        let mut pipeline = pipeline(&volume, &cached);
+        let (camera, fovea) = (pipeline.camera(0), pipeline.fovea(0));
+        let first = pipeline.render_from(0, &Viewpoint { camera, fovea }).unwrap();
+        let mut still = Still::new(&cached, camera, fovea, first);
+        while !still.is_done() {
+            assert_eq!(still.quality(), None);
+            still.advance(&mut pipeline).unwrap();
+        }
+        assert!(*still.picture() == full(ShadowMode::Cached), "the picture is as the session says");
+        let exact = full(ShadowMode::On);
+        assert!(exact != *still.picture());
+        let found = still.quality().unwrap().psnr;
+        assert_eq!(found, psnr(&exact, still.reconstructed()).unwrap());
+        assert_ne!(found, psnr(still.picture(), still.reconstructed()).unwrap());
+    }
 }

@@ -180,7 +180,7 @@ impl Studio {
             }
             // Looks need what has stayed on the device.
             View::Displayed(..) if looks_other => return Ok((self.move_to(wanted)?, true)),
-            View::Still(mut still, _) if !still.is_complete() && wanted.converges => {
+            View::Still(mut still, _) if !still.is_done() && wanted.converges => {
                 still.advance(self.open(wanted)?)?;
                 let quality = still.quality();
                 (View::Still(still, quality), true)

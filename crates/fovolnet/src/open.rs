@@ -1,8 +1,7 @@
 use crate::{Error, Result, VolumeSettings};
-use fovol_core::{Dtype, Rescale, Volume, did_you_mean};
+use fovol_core::{Dtype, Rescale, Volume, did_you_mean, path_of_text};
 use fovol_io::procedural::{self, Procedural};
 use fovol_io::{dataset, volume};
-use std::path::Path;
 use std::sync::Arc;
 
 /// A volume, and what is known about where it came from.
@@ -100,17 +99,17 @@ pub(crate) fn shown_range(volume: &Volume, [lo, hi]: [f64; 2]) -> String {
 const PROCEDURAL_SIDE: usize = 128;
 
 /// Opens `source`: a file or folder, or (where there is none of that name) a procedural volume, of
-/// 128³ voxels unless the settings give dims.
+/// 128³ voxels unless the settings give dims. Paths that are no Unicode stand as [`fovol_core::text_of_path`] writes them.
 ///
 /// # Errors
 /// What is wrong with the file, or that there is none.
 pub fn open_volume(source: &str, settings: &VolumeSettings) -> Result<OpenVolume> {
-    let path = Path::new(source);
+    let path = path_of_text(source);
     let procedural = if path.exists() { None } else { source.parse::<Procedural>().ok() };
     let volume = match procedural {
         Some(kind) => made(kind, settings)?,
         None if !path.exists() && !source.contains(['.', '/', '\\']) => return Err(unknown(source)),
-        None => volume::read(path, &settings.overrides())?,
+        None => volume::read(&path, &settings.overrides())?,
     };
     let volume = match settings.downsample {
         Some(factor) => volume.downsampled(factor)?,

@@ -1,4 +1,4 @@
-//! Lists of numbers as they are written on a command line.
+//! Lists of numbers, and files, as they are written on a command line.
 
 /// Reads `N` finite numbers separated by commas, as in `0.5,1,0.3`.
 ///
@@ -34,6 +34,14 @@ pub fn whole_numbers<const N: usize>(text: &str) -> Result<[usize; N], String> {
 /// Anything else, `nan` and `inf` included.
 pub fn number(text: &str) -> Result<f64, String> {
     numbers::<1>(text).map(|[x]| x).map_err(|_| format!("`{text}` is no finite number"))
+}
+
+/// Takes the name of a file, or another word in its place; of whatever bytes a system allows, as the text that
+/// [`fovol_core::text_of_path`] makes of them.
+#[cfg(feature = "clap")]
+pub fn file() -> impl clap::builder::TypedValueParser<Value = String> {
+    use clap::builder::{OsStringValueParser, TypedValueParser};
+    OsStringValueParser::new().map(|name| fovol_core::text_of_path(name.as_ref()))
 }
 
 #[cfg(test)]

@@ -1,9 +1,8 @@
 //! Transfer functions by name, and automatic ones.
 
 use crate::{Error, NanColour, OpenVolume, RenderSettings, Result, TransferRange, ValueScale};
-use fovol_core::{ControlPoint, TransferFunction, Volume, did_you_mean, with_voxel_type};
+use fovol_core::{ControlPoint, TransferFunction, Volume, did_you_mean, path_of_text, with_voxel_type};
 use fovol_io::transfer_function::{self, Imported};
-use std::path::Path;
 
 macro_rules! presets {
     ($($name:literal),* $(,)?) => {
@@ -186,7 +185,7 @@ fn load(what: &str, volume: &OpenVolume) -> Result<Imported> {
         return Ok(found.into());
     }
     if is_file(what) {
-        return Ok(transfer_function::import(Path::new(what))?);
+        return Ok(transfer_function::import(&path_of_text(what))?);
     }
     named(&what.to_ascii_lowercase(), volume).map(Imported::from).ok_or_else(|| unknown(what))
 }
@@ -212,7 +211,7 @@ fn unknown(what: &str) -> Error {
 /// Whether `what` names a file, or a part `FILE#PART` of one.
 fn is_file(what: &str) -> bool {
     let file = what.rsplit_once('#').map_or(what, |(file, _)| file);
-    Path::new(what).is_file() || Path::new(file).is_file()
+    path_of_text(what).is_file() || path_of_text(file).is_file()
 }
 
 /// The transfer function in the file `what` as [`text`], for settings that place it at `place`; none where [`find`] takes
@@ -221,7 +220,7 @@ pub(crate) fn text_of_file(what: &str, place: Option<TransferRange>) -> Option<S
     if !is_file(what) || names().contains(&what) {
         return None;
     }
-    let imported = transfer_function::import(Path::new(what)).ok()?;
+    let imported = transfer_function::import(&path_of_text(what)).ok()?;
     placed(what, &imported, place).ok().map(|transfer| text(&transfer))
 }
 

@@ -1,4 +1,5 @@
 use crate::{Error, RenderSettings, Result, Sampling, VolumeSettings, session_files, toml_text};
+use fovol_core::path_of_text;
 use fovol_net::Weights;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -9,8 +10,8 @@ use std::path::Path;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct Session {
-    /// The volume: a path (relative to the session file), or a procedural name. A file that is not where it was is looked for
-    /// beside the session file.
+    /// The volume: a path (relative to the session file) as [`fovol_core::text_of_path`] writes it, or a procedural name. A file
+    /// that is not where it was is looked for beside the session file.
     pub volume: String,
     /// SHA-256 of the volume's file, where it is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -31,14 +32,14 @@ fn is_default(settings: &VolumeSettings) -> bool {
 }
 
 impl Session {
-    /// A session of the volume `source`, with the hash of its file where it is one.
+    /// A session of the volume `source`, see [`crate::open_volume`], with the hash of its file where it is one.
     ///
     /// # Errors
     /// What the system said when the file was read.
     pub fn new(source: &str, read: VolumeSettings, render: RenderSettings) -> Result<Self> {
-        let path = Path::new(source);
-        let volume_sha256 = if path.is_file() { Some(sha256(path)?) } else { None };
-        let volume = if path.exists() { session_files::absolute(path) } else { source.to_owned() };
+        let path = path_of_text(source);
+        let volume_sha256 = if path.is_file() { Some(sha256(&path)?) } else { None };
+        let volume = if path.exists() { session_files::absolute(&path) } else { source.to_owned() };
         Ok(Self { volume, volume_sha256, weights_sha256: None, read, render })
     }
 
@@ -81,9 +82,9 @@ impl Session {
     /// # Errors
     /// What the system said when the file was read.
     pub fn volume_is_unchanged(&self) -> Result<bool> {
-        let path = Path::new(&self.volume);
+        let path = path_of_text(&self.volume);
         match &self.volume_sha256 {
-            Some(expected) if path.is_file() => Ok(sha256(path)? == *expected),
+            Some(expected) if path.is_file() => Ok(sha256(&path)? == *expected),
             _ => Ok(true),
         }
     }
@@ -122,8 +123,9 @@ impl Session {
             return Ok(None);
         };
         let name = render.weights.as_deref().unwrap_or(network.name());
-        if Path::new(name).exists() {
-            return Ok(Some(sha256(Path::new(name))?));
+        let path = path_of_text(name);
+        if path.exists() {
+            return Ok(Some(sha256(&path)?));
         }
         let shipped = name.parse().ok().and_then(Weights::shipped_file);
         Ok(shipped.map(|file| hex(&Sha256::digest(file))))

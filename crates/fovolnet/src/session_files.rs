@@ -1,6 +1,7 @@
 //! The files that the settings of a session name: found when it is read, taken into it when it is written.
 
 use crate::{RenderSettings, presets, toml_text};
+use fovol_core::{path_of_text, text_of_path};
 use fovol_net::Weights;
 use fovol_net::plan::Named;
 use std::path::{Path, PathBuf};
@@ -34,27 +35,27 @@ pub fn take_in(render: &mut RenderSettings) {
             *setting = text;
         }
     }
-    if let Some(file) = weights.as_mut().filter(|file| !is_known(file) && Path::new(file).is_file()) {
-        *file = absolute(Path::new(file));
+    if let Some(file) = weights.as_mut().filter(|file| !is_known(file) && path_of_text(file).is_file()) {
+        *file = absolute(&path_of_text(file));
     }
 }
 
 /// Where the file or folder `name` is for somebody in `folder`: at that path; or where nothing lies at an absolute path any more,
 /// below `folder` at as short an end of it as leads somewhere.
 pub fn found(folder: &Path, name: &str) -> Option<String> {
-    let path = Path::new(name);
+    let path: &Path = &path_of_text(name);
     let ends: Vec<&Path> = match path.is_absolute() {
         false => vec![path],
         true if path.exists() => return None,
         true => path.ancestors().filter_map(|above| path.strip_prefix(above).ok()).collect(),
     };
     let places = ends.into_iter().filter(|end| !end.as_os_str().is_empty()).map(|end| folder.join(end));
-    places.into_iter().find(|place| place.exists()).map(|place| place.display().to_string())
+    places.into_iter().find(|place| place.exists()).map(|place| text_of_path(&place))
 }
 
 /// `path` as it is found from anywhere.
 pub fn absolute(path: &Path) -> String {
-    std::path::absolute(path).unwrap_or_else(|_| PathBuf::from(path)).display().to_string()
+    text_of_path(&std::path::absolute(path).unwrap_or_else(|_| PathBuf::from(path)))
 }
 
 /// Whether `name` is one of those that need no file.

@@ -31,7 +31,7 @@ pub struct RenderSettings {
     pub first_frame: Option<u32>,
     /// Camera path: turntable, orbit, flythrough, or a TOML file of keyframes [default: the default view for one frame,
     /// turntable for more]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "PATH", conflicts_with = "camera"))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "PATH", value_parser = parse::file(), conflicts_with = "camera"))]
     pub path: Option<String>,
     /// Degrees that the turntable turns over all frames [default: 360]
     #[cfg_attr(feature = "clap", arg(long, value_name = "DEGREES", value_parser = parse::number, allow_hyphen_values = true, conflicts_with = "camera"))]
@@ -50,7 +50,7 @@ pub struct RenderSettings {
     pub camera: Option<[f64; 7]>,
     /// Transfer function: auto, a preset or a colour map (`fovolnet info --transfer-functions` lists them), or a file (our JSON,
     /// one of ParaView, 3D Slicer, VTK, vtk.js or Inviwo), with #NAME for one of several [default: auto]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME|FILE"))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME|FILE", value_parser = parse::file()))]
     pub tf: Option<String>,
     /// Where a transfer function in data values belongs: data, at these values, or stretch, over all that is shown
     /// [default: as its file says]
@@ -104,7 +104,7 @@ pub struct RenderSettings {
     #[cfg_attr(feature = "clap", arg(long, value_name = "S", value_parser = parse::number, allow_hyphen_values = true))]
     pub sigma: Option<f64>,
     /// Gaze as fractions of the image from its top left, `wander`, or a TOML file of stops [default: 0.5,0.5]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "X,Y", allow_hyphen_values = true))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "X,Y", value_parser = parse::file(), allow_hyphen_values = true))]
     pub gaze: Option<String>,
     /// Noise that chooses the pixels: stbn, blue or uniform [default: stbn]
     #[cfg_attr(feature = "clap", arg(long, value_name = "KIND"))]
@@ -119,7 +119,7 @@ pub struct RenderSettings {
     pub reconstruct: Option<Reconstruction>,
     /// Weights of the network: wnet-fast, which the program has, a safetensors file, or a state dict of PyTorch (.pt) of
     /// a network with a name [default: wnet-fast for wnet]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME|FILE"))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME|FILE", value_parser = parse::file()))]
     pub weights: Option<String>,
     /// Seeded random weights of a network, to measure its speed
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME[:SEED]"))]

@@ -1,13 +1,13 @@
 use crate::{Error, Result};
+use fovol_core::path_of_text;
 use serde::Deserialize;
-use std::path::Path;
 
 /// Reads the TOML file that `text` names, or `text` itself where it is TOML: it stands for the flag `flag`, and `expected`
 /// says what that takes.
 pub fn read<T: for<'de> Deserialize<'de>>(text: &str, flag: &str, expected: &str) -> Result<T> {
-    let path = Path::new(text);
+    let path = path_of_text(text);
     let (what, text) = if path.exists() {
-        (text, std::fs::read_to_string(path).map_err(|e| fovol_io::Error::io("read", path, e))?)
+        (text, std::fs::read_to_string(&path).map_err(|e| fovol_io::Error::io("read", &path, e))?)
     } else if text.contains('=') {
         (flag, text.to_owned())
     } else {
@@ -26,7 +26,7 @@ pub fn problem(text: &str, error: &toml::de::Error) -> String {
 
 /// What the file `name` holds, if it is one that [`read`] may read.
 pub fn of_file(name: &str) -> Option<String> {
-    let path = Path::new(name);
+    let path = path_of_text(name);
     if !path.is_file() {
         return None;
     }

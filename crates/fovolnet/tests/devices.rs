@@ -71,6 +71,27 @@ fn frames_are_those_of_the_processor() {
     }
 }
 
+#[test]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
+fn references_have_exact_shadows() {
+    let gpu = Device::Gpu(None);
+    let with = |shadows, is_transparent: bool| RenderSettings {
+        shadows: Some(shadows),
+        transparent: is_transparent.then_some(true),
+        ..settings(Sampling::Full, Reconstruction::None)
+    };
+    for is_transparent in [false, true] {
+        let reference = |shadows| pipeline(&with(shadows, is_transparent), gpu.clone()).reference(3).unwrap();
+        let mut cached = pipeline(&with(ShadowMode::Cached, is_transparent), gpu.clone());
+        let before = cached.render(3).unwrap().frame;
+        let exact = reference(ShadowMode::On);
+        assert!(cached.reference(3).unwrap() == exact, "{is_transparent}");
+        assert!(before != exact);
+        assert!(cached.render(3).unwrap().frame == before, "frames keep their cached shadows");
+        assert!(reference(ShadowMode::Off) != exact);
+    }
+}
+
 /// What `pipeline` displays of frames 0 to 4 is what `expected` renders, and it says of each how it was made.
 fn assert_displayed(gpu: &Gpu, pipeline: &mut Pipeline, expected: &mut Pipeline) {
     let (mut done, mut samples) = (Vec::new(), Vec::new());
@@ -169,7 +190,7 @@ fn procedural_volumes_look_as_on_the_processor() {
             let mut twin =
                 Pipeline::on(device.clone(), &volume, &settings, &SpeedSettings::default()).unwrap();
             for i in [0, 130] {
-                let [expected, found] = [&mut specification, &mut twin].map(|p| p.reference(i).unwrap());
+                let [expected, found] = [&mut specification, &mut twin].map(|p| p.render(i).unwrap().frame);
                 let (most, mean) = (difference(&expected, &found), mean_difference(&expected, &found));
                 assert!(most <= 2.0 / 255.0 && mean <= 2e-3, "{name} {tf} {i}: {most} {mean}");
             }

@@ -3,12 +3,12 @@ use super::on_orbit;
 use super::repeat::alternating;
 use crate::console::JsonOutput;
 use anyhow::{Result, anyhow};
-use fovolnet::core::{Camera, Fovea, FrameSize};
+use fovolnet::core::{Camera, Fovea, FrameSize, shown_path};
 use fovolnet::io::atomic;
 use fovolnet::render::noise::Noise;
 use fovolnet::{
     Machine, OpenVolume, RenderSettings, SpeedSettings, VolumeSettings, WorldBox, camera_path, open_volume,
-    scene,
+    parse, scene,
 };
 use plotters::prelude::*;
 use serde::Serialize;
@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 #[derive(clap::Args)]
 pub struct CompactBench {
     /// Volume file, folder of slices, or procedural volume
-    #[arg(default_value = "head")]
+    #[arg(default_value = "head", value_parser = parse::file())]
     volume: String,
     #[command(flatten)]
     read: VolumeSettings,
@@ -72,7 +72,8 @@ impl CompactBench {
     pub fn run(self) -> Result<()> {
         let opened = open_volume(&self.volume, &self.read)?;
         let (rows, machine) = measured(&opened, &self.settings, &self.speed, self.repeats)?;
-        let report = Report { volume: self.volume.clone(), size: self.settings.frame_size(), rows, machine };
+        let report =
+            Report { volume: shown_path(&self.volume), size: self.settings.frame_size(), rows, machine };
         self.describe(&report)?;
         if let Some(folder) = &self.output {
             atomic::make_folder(folder)?;

@@ -3,11 +3,11 @@ use super::on_orbit;
 use super::repeat::{Times, alternating};
 use crate::console::JsonOutput;
 use anyhow::Result;
-use fovolnet::core::FrameSize;
+use fovolnet::core::{FrameSize, shown_path};
 use fovolnet::io::image::{self, Alpha};
 use fovolnet::render::cpu::march::SampleCount;
 use fovolnet::{
-    Machine, RenderSettings, SpeedSettings, VolumeSettings, WorldBox, camera_path, open_volume, scene,
+    Machine, RenderSettings, SpeedSettings, VolumeSettings, WorldBox, camera_path, open_volume, parse, scene,
 };
 use serde::Serialize;
 use std::path::PathBuf;
@@ -16,7 +16,7 @@ use std::path::PathBuf;
 #[derive(clap::Args)]
 pub struct MarchBench {
     /// Volume file, folder of slices, or procedural volume
-    #[arg(default_value = "head")]
+    #[arg(default_value = "head", value_parser = parse::file())]
     volume: String,
     #[command(flatten)]
     read: VolumeSettings,
@@ -99,7 +99,7 @@ impl MarchBench {
             rows.extend(measured.map(|((skip, times), count)| Row::new((name, skip), times, count)));
         }
         let machine = marching.machine();
-        self.report(&Report { volume: self.volume.clone(), size, rows, machine })
+        self.report(&Report { volume: shown_path(&self.volume), size, rows, machine })
     }
 
     fn report(&self, report: &Report) -> Result<()> {

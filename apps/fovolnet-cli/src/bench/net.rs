@@ -14,7 +14,7 @@ use fovolnet::net::gpu::{self, DeviceInput, State};
 use fovolnet::net::plan::{Layer, Plan};
 use fovolnet::render::cpu::mask;
 use fovolnet::render::noise::{Noise, NoiseKind};
-use fovolnet::{Device, RandomWeights};
+use fovolnet::{Device, RandomWeights, parse};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -28,7 +28,7 @@ pub struct NetBench {
     #[arg(long, value_name = "NAME[:SEED]", default_value = "wnet-paper", conflicts_with = "weights")]
     random_weights: RandomWeights,
     /// Weights: a safetensors file, or a state dict of PyTorch (.pt) of a network with a name
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = parse::file())]
     weights: Option<String>,
     /// Frame size in pixels
     #[arg(long, value_name = "WxH", default_value = "1280x720")]

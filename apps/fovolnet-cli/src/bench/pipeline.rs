@@ -4,8 +4,10 @@ use crate::interrupt;
 use anyhow::Result;
 #[cfg(feature = "gpu")]
 use fovolnet::Viewpoint;
-use fovolnet::core::FrameSize;
-use fovolnet::{Machine, Pipeline, RenderSettings, SpeedSettings, Timings, VolumeSettings, open_volume};
+use fovolnet::core::{FrameSize, shown_path};
+use fovolnet::{
+    Machine, Pipeline, RenderSettings, SpeedSettings, Timings, VolumeSettings, open_volume, parse,
+};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -15,7 +17,7 @@ use std::time::Instant;
 #[derive(clap::Args)]
 pub struct PipelineBench {
     /// Volume file, folder of slices, or procedural volume
-    #[arg(default_value = "head")]
+    #[arg(default_value = "head", value_parser = parse::file())]
     volume: String,
     #[command(flatten)]
     read: VolumeSettings,
@@ -60,7 +62,7 @@ impl PipelineBench {
         let seconds = started.elapsed().as_secs_f64();
         let t = Timings::reduced(&all, median);
         let report = Report {
-            volume: self.volume.clone(),
+            volume: shown_path(&self.volume),
             size: pipeline.size(),
             frames: all.len(),
             stays_on_device,

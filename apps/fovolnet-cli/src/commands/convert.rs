@@ -1,12 +1,13 @@
 use crate::console;
 use anyhow::Result;
-use fovolnet::{VolumeSettings, io::volume, open_volume};
+use fovolnet::{VolumeSettings, io::volume, open_volume, parse};
 use std::path::PathBuf;
 
 /// Convert between volume formats
 #[derive(clap::Args)]
 pub struct Convert {
     /// Volume file, folder of slices, or procedural volume
+    #[arg(value_parser = parse::file())]
     input: String,
     /// File to write: .raw .raw.gz .nrrd .nhdr .nii .nii.gz .mha .mhd .vti
     output: PathBuf,

@@ -1,8 +1,8 @@
 use crate::console;
 use anyhow::{Result, anyhow};
-use fovolnet::RandomWeights;
 use fovolnet::io::atomic;
 use fovolnet::net::{Weights, onnx};
+use fovolnet::{RandomWeights, parse};
 use std::path::PathBuf;
 
 /// Write a network for other programs
@@ -12,7 +12,7 @@ pub struct Export {
     #[arg(long, value_name = "OUT.onnx")]
     onnx: PathBuf,
     /// Weights of the network: wnet-fast, a safetensors file, or a state dict of PyTorch (.pt) of a network with a name
-    #[arg(long, value_name = "NAME|FILE", conflicts_with = "random_weights")]
+    #[arg(long, value_name = "NAME|FILE", value_parser = parse::file(), conflicts_with = "random_weights")]
     weights: Option<String>,
     /// Seeded random weights of a network
     #[arg(long, value_name = "NAME[:SEED]")]

@@ -4,7 +4,7 @@ use fovolnet::core::{Placement, Space, Volume};
 #[cfg(feature = "gpu")]
 use fovolnet::gpu::DeviceType;
 use fovolnet::render::cpu::Simd;
-use fovolnet::{Machine, OpenVolume, VolumeSettings, open_volume, presets};
+use fovolnet::{Machine, OpenVolume, VolumeSettings, open_volume, parse, presets};
 use glam::DMat3;
 use serde::Serialize;
 
@@ -12,6 +12,7 @@ use serde::Serialize;
 #[derive(clap::Args)]
 pub struct Info {
     /// Volume file, folder of slices, or procedural volume
+    #[arg(value_parser = parse::file())]
     volume: Option<String>,
     /// Say what this machine can render with
     #[arg(long, conflicts_with = "volume")]

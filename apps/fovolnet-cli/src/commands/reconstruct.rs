@@ -10,7 +10,9 @@ use fovolnet::core::{Frame, FrameSize, SampleMask};
 use fovolnet::io::atomic;
 use fovolnet::io::image::{self, Alpha};
 use fovolnet::net::cpu::Precision;
-use fovolnet::{Device, Error, OpenDevice, RandomWeights, Reconstruction, Reconstructor, RenderSettings};
+use fovolnet::{
+    Device, Error, OpenDevice, RandomWeights, Reconstruction, Reconstructor, RenderSettings, parse,
+};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -38,7 +40,7 @@ pub struct Reconstruct {
     reconstruct: Option<Reconstruction>,
     /// Weights of the network: a name, a safetensors file, or a state dict of PyTorch (.pt) of a network with a name
     /// [default: wnet-fast for wnet]
-    #[arg(long, value_name = "NAME|FILE")]
+    #[arg(long, value_name = "NAME|FILE", value_parser = parse::file())]
     weights: Option<String>,
     /// Seeded random weights of a network, to measure its speed
     #[arg(long, value_name = "NAME[:SEED]")]

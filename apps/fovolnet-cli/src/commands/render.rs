@@ -2,12 +2,12 @@ use crate::console::{self, JsonOutput, Progress};
 use crate::frame_files::{Format, FrameFiles, Keep};
 use crate::interrupt;
 use anyhow::{Result, bail, ensure};
-use fovolnet::core::Integration;
+use fovolnet::core::{Integration, path_of_text, shown_path};
 use fovolnet::io::video::{self, FrameRate, VideoWriter};
 use fovolnet::metrics::ClipQuality;
 use fovolnet::{
     Choice, FrameReport, MeanReport, Pipeline, Reconstruction, RenderReport, RenderSettings, Sampling,
-    Session, SpeedSettings, Visibility, VolumeSettings, open_volume, presets,
+    Session, SpeedSettings, Visibility, VolumeSettings, open_volume, parse, presets,
 };
 use std::path::{Path, PathBuf};
 
@@ -15,6 +15,7 @@ use std::path::{Path, PathBuf};
 #[derive(clap::Args)]
 pub struct Render {
     /// Volume file, folder of slices, procedural volume, or session (.toml)
+    #[arg(value_parser = parse::file())]
     volume: String,
     /// Folder for the frames; or for one frame, a picture (.png, .exr)
     #[arg(short, long, value_name = "DIR|PICTURE")]
@@ -117,7 +118,7 @@ impl Render {
             ..MeanReport::of(&frames)
         };
         let report = RenderReport {
-            volume: session.volume.clone(),
+            volume: shown_path(&session.volume),
             size: pipeline.size(),
             sampling: session.render.sampling().name().into(),
             reconstruct: reconstruction(&session.render).to_string(),
@@ -151,7 +152,7 @@ impl Render {
         let flags = std::mem::take(&mut self.settings);
         flags.check_flags()?;
         let read = std::mem::take(&mut self.read);
-        let path = Path::new(&self.volume);
+        let path: &Path = &path_of_text(&self.volume);
         if path.extension().is_some_and(|e| e == "toml") {
             let mut session = Session::read(path)?;
             if !session.volume_is_unchanged()? {

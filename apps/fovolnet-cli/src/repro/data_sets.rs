@@ -3,10 +3,9 @@
 use super::Evaluation;
 use super::section::{Cell, Section};
 use anyhow::{Result, bail};
-use fovolnet::core::did_you_mean;
+use fovolnet::core::{did_you_mean, path_of_text};
 use fovolnet::io::procedural::{self, Procedural};
 use fovolnet::{OpenVolume, VolumeSettings, open_volume};
-use std::path::Path;
 
 /// A volume and how it is looked at.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,11 +25,12 @@ impl DataSet {
     /// That of `VOLUME[@TF]`: a file or folder, or a procedural volume as NAME or NAME:SIDE.
     pub fn parse(text: &str) -> Result<Self> {
         let (source, transfer) = match text.rsplit_once('@') {
-            Some((source, transfer)) if !Path::new(text).exists() => (source, Some(transfer.to_owned())),
+            Some((source, transfer)) if !path_of_text(text).exists() => (source, Some(transfer.to_owned())),
             _ => (text, None),
         };
-        if Path::new(source).exists() {
-            let file = Path::new(source).file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let path = path_of_text(source);
+        if path.exists() {
+            let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let name = file.split(['.', '_']).next().unwrap_or(&file).to_owned();
             return Ok(Self { name, source: source.into(), read: VolumeSettings::default(), transfer });
         }

@@ -27,7 +27,7 @@ use clap::ValueEnum;
 use data_sets::DataSet;
 use fovolnet::core::{FrameSize, Integration};
 use fovolnet::io::atomic;
-use fovolnet::{Device, Machine, RenderSettings, SpeedSettings};
+use fovolnet::{Device, Machine, RenderSettings, SpeedSettings, parse};
 use section::Section;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -40,7 +40,7 @@ pub struct Repro {
     items: Vec<Item>,
     /// A volume to evaluate, may be given often: file, folder of slices, or procedural NAME or NAME:SIDE; @ and a transfer
     /// function may follow. Without any: all procedural ones
-    #[arg(long = "volume", value_name = "VOLUME[@TF]")]
+    #[arg(long = "volume", value_name = "VOLUME[@TF]", value_parser = parse::file())]
     volumes: Vec<String>,
     /// Frames of each fly-through, spread over the 500 of the paper's [default: 500, with --quick 20]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=500))]

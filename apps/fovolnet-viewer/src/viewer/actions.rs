@@ -13,6 +13,7 @@ use crate::timeline::{Timeline, add_keyframe};
 use crate::{navigation, start_page};
 use anyhow::Result;
 use eframe::egui::{Context, ViewportCommand};
+use fovolnet::core::{path_of_text, text_of_path};
 use fovolnet::io::transfer_function;
 use fovolnet::{RenderSettings, VolumeSettings};
 use glam::DVec3;
@@ -94,7 +95,10 @@ impl Viewer {
     pub(super) fn folder(&self) -> PathBuf {
         let opened = self.opened.as_ref().map(|opened| &opened.document);
         let known = opened.and_then(|document| {
-            document.file().map(Path::to_owned).or_else(|| Some(PathBuf::from(&document.session().volume)))
+            document
+                .file()
+                .map(Path::to_owned)
+                .or_else(|| Some(path_of_text(&document.session().volume).into_owned()))
         });
         let folder =
             known.and_then(|path| path.parent().map(Path::to_owned)).filter(|folder| folder.is_absolute());
@@ -160,7 +164,7 @@ impl Viewer {
         match opened.document.save(path) {
             Ok(()) => {
                 self.forget();
-                self.preferences.remember(&path.display().to_string());
+                self.preferences.remember(&text_of_path(path));
                 self.messages.note(format!("{} is saved", path.display()), time);
                 if let Some(next) = self.after_save.take() {
                     self.after_saving(context, next);
@@ -193,10 +197,17 @@ impl Viewer {
     /// Shows the question that is asked, and does what was answered.
     pub(super) fn ask(&mut self, context: &Context) {
         let Some(answer) = self.dialogue.as_mut().and_then(|dialogue| dialogue.show(context)) else { return };
+        let is_offer = matches!(self.dialogue, Some(Dialogue::Restore(_)));
         self.dialogue = None;
         let time = context.input(|input| input.time);
         match answer {
-            Answer::Cancel => self.after_save = None,
+            Answer::Cancel => {
+                self.after_save = None;
+                // What is not gone on with now is offered again at the next start.
+                if is_offer {
+                    self.crashed = None;
+                }
+            }
             Answer::File(purpose, path) => self.take_file(context, purpose, &path, time),
             Answer::Export(export) => self.export(context, *export),
             Answer::Save(next) => {
@@ -205,7 +216,11 @@ impl Viewer {
             }
             Answer::Discard(next) => self.go_on(context, next),
             Answer::Layout(source, read) => self.open(context, &source, read, self.said.1.clone()),
-            Answer::Forget => self.forget(),
+            Answer::Forget => {
+                if let Some(crashed) = self.crashed.take() {
+                    crashed.forget();
+                }
+            }
             Answer::Restore(session) => {
                 let open = move || Opened::of_document(Document::restored(*session));
                 self.start_opening(context, "opening what was not saved".into(), open);
@@ -215,7 +230,7 @@ impl Viewer {
 
     pub(super) fn take_file(&mut self, context: &Context, purpose: Purpose, path: &Path, time: f64) {
         match purpose {
-            Purpose::Open => self.after_saving(context, Next::Open(path.display().to_string())),
+            Purpose::Open => self.after_saving(context, Next::Open(text_of_path(path))),
             Purpose::SaveSession => self.save(context, path),
             Purpose::ReadTransfer => match (transfer_function::read(path), &mut self.opened) {
                 (Ok(transfer), Some(opened)) => opened.set_transfer(&transfer),

@@ -19,7 +19,7 @@ impl Viewer {
         let changed = self.opened.as_ref().filter(|opened| opened.document.is_changed());
         let session = changed.map(|opened| opened.document.session());
         if let Some(session) = session.filter(|&session| self.kept.as_ref() != Some(session)) {
-            match self.places.keep(session) {
+            match self.autosaves.keep(session) {
                 Ok(()) => self.kept = Some(session.clone()),
                 Err(error) => self.messages.error(format!("unsaved work cannot be kept: {error}")),
             }
@@ -27,10 +27,10 @@ impl Viewer {
         self.save_preferences();
     }
 
-    /// Nothing is to come back after a crash any more.
+    /// Nothing of this viewer is to come back after a crash any more.
     pub(super) fn forget(&mut self) {
         self.kept = None;
-        self.places.forget();
+        self.autosaves.forget();
     }
 
     pub(super) fn save_preferences(&mut self) {

@@ -4,6 +4,7 @@ mod actions;
 mod keeping;
 mod panes;
 
+use crate::autosave::{Autosaves, Crashed};
 use crate::commands;
 use crate::dialogue::{Dialogue, Next};
 use crate::engine::{Engine, Said};
@@ -25,6 +26,7 @@ use eframe::egui::{
     self, CentralPanel, Color32, ColorImage, Context, Panel, Pos2, Rect, ScrollArea, Shape, TextureHandle,
     TextureId, TextureOptions, Theme, Ui, pos2, style::ScrollStyle,
 };
+use fovolnet::core::text_of_path;
 use fovolnet::{RenderSettings, Session, SpeedSettings, Timings, VolumeSettings};
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -79,6 +81,9 @@ impl Texture {
 pub struct Viewer {
     speed: SpeedSettings,
     places: Places,
+    autosaves: Autosaves,
+    /// What a viewer left that crashed, until it is open or nobody wants it.
+    crashed: Option<Crashed>,
     preferences: Preferences,
     saved_preferences: Preferences,
     engine: Engine,
@@ -124,6 +129,9 @@ impl Viewer {
         let window = context.clone();
         let wake = move || window.request_repaint_after(SOON);
         let engine = Engine::start(start.speed.clone(), gpu, wake)?;
+        let autosaves = places.autosaves();
+        let found = autosaves.find();
+        let restored = found.crashed.as_ref().map(|crashed| Box::new(crashed.session().clone()));
         let mut viewer = Self {
             speed: start.speed,
             saved_preferences: preferences.clone(),
@@ -134,8 +142,10 @@ impl Viewer {
             opening: None,
             unopened: None,
             exporting: None,
-            dialogue: places.unsaved().map(|session| Dialogue::Restore(Box::new(session))),
+            dialogue: restored.map(Dialogue::Restore),
             places,
+            autosaves,
+            crashed: found.crashed,
             after_save: None,
             messages: Messages::default(),
             thumbnails: Thumbnails::default(),
@@ -153,6 +163,8 @@ impl Viewer {
             may_quit: false,
             is_lost: false,
         };
+        let time = context.input(|input| input.time);
+        found.notes.into_iter().for_each(|note| viewer.messages.note(note, time));
         if let Some(source) = start.source {
             viewer.open(context, &source, start.read, start.render);
         }
@@ -272,7 +284,7 @@ impl Viewer {
         let dropped =
             context.input(|input| input.raw.dropped_files.first().map(|file| file.path().to_owned()));
         if let Some(path) = dropped {
-            self.after_saving(context, Next::Open(path.display().to_string()));
+            self.after_saving(context, Next::Open(text_of_path(&path)));
         }
     }
 
@@ -281,7 +293,7 @@ impl Viewer {
         use fovolnet::Error::Io;
         use fovolnet::io::Error::UnknownLayout;
         if let Some(Io(UnknownLayout { path, .. })) = error.downcast_ref::<fovolnet::Error>() {
-            let form = LayoutForm::new(&path.display().to_string(), &self.said.0);
+            let form = LayoutForm::new(&text_of_path(path), &self.said.0);
             self.dialogue = Some(Dialogue::Layout(form));
         } else {
             self.messages.error(fovolnet::one_line(error.as_ref()));
@@ -291,7 +303,7 @@ impl Viewer {
 
     fn take_opened(&mut self, opened: Opened, notes: Vec<String>, time: f64) {
         let source = match opened.document.file() {
-            Some(file) => file.display().to_string(),
+            Some(file) => text_of_path(file),
             None => opened.document.session().volume.clone(),
         };
         self.preferences.remember(&source);
@@ -302,6 +314,11 @@ impl Viewer {
         }
         if opened.document.settings().gaze.is_some() {
             self.gaze_kind = GazeKind::Session;
+        }
+        if opened.document.is_restored()
+            && let Some(crashed) = self.crashed.take()
+        {
+            self.autosaves.adopt(crashed);
         }
         self.timeline = Timeline::default();
         self.picture = None;

@@ -16,7 +16,7 @@ mod warp;
 mod xml;
 
 use crate::{Error, Result, atomic};
-use fovol_core::{TransferFunction, did_you_mean};
+use fovol_core::{TransferFunction, did_you_mean, path_of_text, text_of_path};
 use std::io::Write;
 use std::path::Path;
 
@@ -127,8 +127,8 @@ pub fn write(path: &Path, transfer: &TransferFunction) -> Result<()> {
 
 /// Splits `file.json#NAME`, unless a file of that very name exists.
 fn with_name(path: &Path) -> (std::path::PathBuf, Option<String>) {
-    match path.to_str().and_then(|p| p.rsplit_once('#')) {
-        Some((file, name)) if !path.exists() => (file.into(), Some(name.to_owned())),
+    match text_of_path(path).rsplit_once('#') {
+        Some((file, name)) if !path.exists() => (path_of_text(file).into_owned(), Some(name.to_owned())),
         _ => (path.to_owned(), None),
     }
 }

@@ -3,7 +3,7 @@
 use super::Weights;
 use crate::plan::Named;
 use crate::{Error, Result};
-use std::path::Path;
+use fovol_core::path_of_text;
 
 static WNET_FAST: &[u8] = include_bytes!("../../../../assets/weights/wnet-fast.safetensors");
 static DEEPFOVEA: &[u8] = include_bytes!("../../../../assets/weights/deepfovea-fvn.safetensors");
@@ -37,20 +37,22 @@ impl Weights {
         }
     }
 
-    /// The weights that come with the program under `name`, or else those in the file of that name.
+    /// The weights that come with the program under `name`, or else those in the file of that name
+    /// ([`fovol_core::path_of_text`]).
     ///
     /// # Errors
     /// As [`Self::shipped`] and [`Self::read`].
     pub fn named_or_read(name: &str) -> Result<Self> {
-        if Path::new(name).exists() {
-            return Self::read(Path::new(name));
+        let path = path_of_text(name);
+        if path.exists() {
+            return Self::read(&path);
         }
         match name.parse::<Named>() {
             Ok(network) => Self::shipped(network),
             Err(problem) if !name.contains(['.', '/', '\\']) => {
                 Err(Error::Config(format!("{problem} (nor is there such a file)")))
             }
-            Err(_) => Self::read(Path::new(name)),
+            Err(_) => Self::read(&path),
         }
     }
 }

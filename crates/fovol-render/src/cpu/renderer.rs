@@ -171,9 +171,31 @@ impl Renderer {
         let wanted = self.shading.shadows == ShadowMode::Cached;
         self.shadow_grid = None;
         self.shadow_grid = wanted.then(|| shadow_grid(&self.specification()));
-        let wanted = self.shading.shadows == ShadowMode::On && !self.cells.is_dense();
-        self.light_columns =
-            wanted.then(|| LightColumns::new(&self.cells, self.grid.dims(), &self.light_path()));
+        self.light_columns = None;
+        if self.shading.shadows == ShadowMode::On {
+            self.make_light_columns();
+        }
+    }
+
+    /// Finds what shadow rays may meet, where that is not known yet.
+    fn make_light_columns(&mut self) {
+        if self.light_columns.is_none() && !self.cells.is_dense() {
+            let columns = LightColumns::new(&self.cells, self.grid.dims(), &self.light_path());
+            self.light_columns = Some(columns);
+        }
+    }
+
+    /// Runs `march` with a shadow ray from every sample where shadows are cached; elsewhere changes nothing. The first such
+    /// call after a change of the scene prepares the shadow rays, later ones cost nothing besides `march`.
+    pub fn with_exact_shadows<T>(&mut self, march: impl FnOnce(&Self) -> T) -> T {
+        if self.shading.shadows != ShadowMode::Cached {
+            return march(self);
+        }
+        self.make_light_columns();
+        self.shading.shadows = ShadowMode::On;
+        let marched = march(self);
+        self.shading.shadows = ShadowMode::Cached;
+        marched
     }
 
     fn light_path(&self) -> LightPath {

@@ -10,7 +10,7 @@ use super::stage::Stage;
 use super::view::View;
 use super::volume_texture::TexelKind;
 use crate::Filtering;
-use fovol_core::{Camera, FrameSize, SampleList, Scene};
+use fovol_core::{Camera, FrameSize, SampleList, Scene, ShadowMode};
 use fovol_gpu::Gpu;
 
 /// Which pixels of a frame are marched, and how they are found.
@@ -133,6 +133,17 @@ impl Renderer {
     /// Whether rays leave empty space at once (they do unless told otherwise); pictures do not depend on it.
     pub fn set_skip_empty(&mut self, skip_empty: bool) {
         self.scene.set_skip_empty(skip_empty);
+    }
+
+    /// Runs `march` with a shadow ray from every sample where shadows are cached; elsewhere changes nothing.
+    pub fn with_exact_shadows<T>(&mut self, march: impl FnOnce(&Self) -> T) -> T {
+        if self.scene.shading().shadows != ShadowMode::Cached {
+            return march(self);
+        }
+        self.scene.set_shadows_of_next_frames(ShadowMode::On);
+        let marched = march(self);
+        self.scene.set_shadows_of_next_frames(ShadowMode::Cached);
+        marched
     }
 
     /// Room on the device for frames of `size`.

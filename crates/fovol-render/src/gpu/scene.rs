@@ -115,6 +115,11 @@ impl DeviceScene {
         &self.contents.shading
     }
 
+    /// Takes other shadows for the next frames alone: what is bound stays, so a grid that is not there is not made.
+    pub fn set_shadows_of_next_frames(&mut self, shadows: ShadowMode) {
+        self.contents.shading.shadows = shadows;
+    }
+
     /// Where rays take their samples.
     pub fn segments(&self) -> Segments {
         Segments::new(&self.contents.grid, &self.contents.clip, self.contents.step)

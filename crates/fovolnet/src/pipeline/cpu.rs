@@ -31,8 +31,18 @@ impl CpuMarcher {
         self.renderer.march_list(camera, list).0
     }
 
+    /// What the rays of the pixels of `list` bring back with exact shadows where others are cached.
+    pub fn march_list_exactly(&mut self, camera: &Camera, list: &SampleList) -> Vec<Marched> {
+        self.renderer.with_exact_shadows(|renderer| renderer.march_list(camera, list).0)
+    }
+
+    /// The frame with every pixel marched, with exact shadows where others are cached.
+    pub fn reference(&mut self, camera: &Camera, size: FrameSize) -> Frame {
+        self.renderer.with_exact_shadows(|renderer| renderer.march_full(camera, size).0)
+    }
+
     /// The frame with every pixel marched.
-    pub fn march_full(&self, camera: &Camera, size: FrameSize) -> Frame {
+    fn march_full(&self, camera: &Camera, size: FrameSize) -> Frame {
         self.renderer.march_full(camera, size).0
     }
 

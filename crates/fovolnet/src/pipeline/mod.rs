@@ -3,6 +3,7 @@
 mod cpu;
 #[cfg(feature = "gpu")]
 mod gpu;
+mod reference;
 mod sampled;
 mod transparent;
 mod view;
@@ -287,26 +288,22 @@ impl Pipeline {
     /// # Errors
     /// A list for frames of another size, a device that is lost.
     pub fn march(&mut self, camera: &Camera, list: &SampleList) -> Result<Vec<Marched>> {
+        self.march_with(Marcher::march_list, camera, list)
+    }
+
+    fn march_with(
+        &mut self,
+        march: fn(&mut Marcher, &Camera, &SampleList) -> Result<Vec<Marched>>,
+        camera: &Camera,
+        list: &SampleList,
+    ) -> Result<Vec<Marched>> {
         let camera = self.in_box(camera);
         let marcher = &mut self.marcher;
-        let mut marched = self.threads.install(|| marcher.march_list(&camera, list))?;
+        let mut marched = self.threads.install(|| march(marcher, &camera, list))?;
         for pixel in &mut marched {
             pixel.depth = self.clip.distance(pixel.depth);
         }
         Ok(marched)
-    }
-
-    /// Frame `i` with every pixel marched; without its background where the settings leave that out.
-    ///
-    /// # Errors
-    /// A device that is lost.
-    pub fn reference(&mut self, i: u32) -> Result<Frame> {
-        if self.settings.is_transparent() {
-            return Ok(self.render(i)?.frame);
-        }
-        let (camera, size) = (self.in_box(&self.camera(i)), self.size());
-        let marcher = &mut self.marcher;
-        self.threads.install(|| marcher.march_full(&camera, size))
     }
 
     /// Frame `i`. Networks take it for the one after the last that was rendered; see [`Self::reset`].
@@ -478,14 +475,6 @@ impl Marcher {
             Self::Cpu(_) => {}
             #[cfg(feature = "gpu")]
             Self::Gpu(marcher) => marcher.reset(),
-        }
-    }
-
-    fn march_full(&mut self, camera: &Camera, size: FrameSize) -> Result<Frame> {
-        match self {
-            Self::Cpu(marcher) => Ok(marcher.march_full(camera, size)),
-            #[cfg(feature = "gpu")]
-            Self::Gpu(marcher) => marcher.march_full(camera),
         }
     }
 

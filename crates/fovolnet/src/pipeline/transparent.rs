@@ -24,19 +24,30 @@ impl Pipeline {
         i: u32,
         viewpoint: &Viewpoint,
     ) -> Result<RenderedFrame> {
+        let [black, white] = self.before_black_and_white(|pipeline| pipeline.render_from(i, viewpoint))?;
+        let (b, w) = (black.timings, white.timings);
+        let timings = Timings { march: b.march + w.march, total: b.total + w.total, ..b };
+        Ok(RenderedFrame { frame: difference(&black.frame, &white.frame), timings, ..black })
+    }
+
+    /// The reference of frame `i` without its background, in straight alpha.
+    pub(super) fn transparent_reference(&mut self, i: u32) -> Result<Frame> {
+        let [black, white] = self.before_black_and_white(|pipeline| pipeline.opaque_reference(i))?;
+        Ok(difference(&black, &white))
+    }
+
+    /// What `make` makes with a black background, and with a white one.
+    fn before_black_and_white<T>(&mut self, mut make: impl FnMut(&mut Self) -> Result<T>) -> Result<[T; 2]> {
         let settings = self.settings.clone();
         let mut before = |background: f64| {
             let background = Some([background; 3]);
             self.change(&RenderSettings { transparent: None, background, ..settings.clone() })?;
-            self.render_from(i, viewpoint)
+            make(self)
         };
-        let both = before(0.0).and_then(|black| Ok((black, before(1.0)?)));
+        let both = before(0.0).and_then(|black| Ok([black, before(1.0)?]));
         // Whatever came of them, the settings are those that were given.
         self.change(&settings)?;
-        let (black, white) = both?;
-        let (b, w) = (black.timings, white.timings);
-        let timings = Timings { march: b.march + w.march, total: b.total + w.total, ..b };
-        Ok(RenderedFrame { frame: difference(&black.frame, &white.frame), timings, ..black })
+        both
     }
 }
 

@@ -2,7 +2,10 @@ use super::journey::Journey;
 use super::transfer::random_transfer;
 use super::{LENGTH, SIDE};
 use crate::{Error, Result};
-use fovol_core::{CameraPath, FrameSize, Integration, Light, Scene, Shading, ShadowMode, SurfaceShading};
+use fovol_core::{
+    CameraPath, FrameSize, Integration, Light, Scene, Shading, ShadowMode, SurfaceShading, path_of_text,
+    text_of_path,
+};
 use fovolnet::{OpenVolume, VolumeSettings, open_volume, presets};
 use glam::DVec3;
 use rand::{Rng, RngExt, SeedableRng};
@@ -26,7 +29,7 @@ impl fmt::Display for VolumeSource {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Procedural(name, side, seed) => write!(f, "{name}:{side}:{seed}"),
-            Self::File(path) => write!(f, "{}", path.display()),
+            Self::File(path) => f.write_str(&text_of_path(path)),
         }
     }
 }
@@ -38,9 +41,9 @@ impl VolumeSource {
     /// A side or seed that is no number.
     pub fn parse(text: &str) -> Result<Self> {
         let parts: Vec<&str> = text.split(':').collect();
-        let [name, side, seed] = parts[..] else { return Ok(Self::File(text.into())) };
+        let [name, side, seed] = parts[..] else { return Ok(Self::File(path_of_text(text).into_owned())) };
         if name.parse::<fovolnet::io::procedural::Procedural>().is_err() {
-            return Ok(Self::File(text.into()));
+            return Ok(Self::File(path_of_text(text).into_owned()));
         }
         let wrong =
             |_| Error::Clip(format!("`{text}` names no volume; write NAME:SIDE:SEED, as in head:128:7"));
@@ -53,7 +56,7 @@ impl VolumeSource {
     /// A file that cannot be read.
     pub fn open(&self) -> Result<OpenVolume> {
         match self {
-            Self::File(path) => Ok(open_volume(&path.to_string_lossy(), &VolumeSettings::default())?),
+            Self::File(path) => Ok(open_volume(&text_of_path(path), &VolumeSettings::default())?),
             Self::Procedural(name, side, seed) => {
                 let kind = name.parse().map_err(|e| Error::Clip(format!("{e}")))?;
                 let volume = fovolnet::io::procedural::make(kind, [*side; 3], *seed);

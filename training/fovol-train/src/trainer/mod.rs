@@ -76,7 +76,7 @@ impl Trainer {
     pub fn new(config: TrainConfig, folder: &Path, device: Device, resume: bool) -> Result<Self> {
         config.check()?;
         let weights = match &config.from {
-            Some(path) => Weights::named_or_read(&path.to_string_lossy())?,
+            Some(path) => Weights::named_or_read(&fovol_core::text_of_path(path))?,
             None => initial_weights(&config.network.config(), config.spread, config.seed)?,
         };
         let options = Options {

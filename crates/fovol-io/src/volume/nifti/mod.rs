@@ -8,7 +8,7 @@ use super::decompress::{Compression, decompress};
 use super::layout::{Layout, dims_of, placed, spacing_of};
 use super::{Overrides, Source};
 use crate::Result;
-use fovol_core::{Contents, Rescale, Space, Volume, VoxelBytes};
+use fovol_core::{Contents, Rescale, Space, Volume, VoxelBytes, path_of_text, text_of_path};
 pub use header::is_nifti;
 use header::{Header, Kind};
 use std::borrow::Cow;
@@ -34,13 +34,13 @@ pub fn header_beside(path: &Path) -> Option<PathBuf> {
 
 /// The existing file named as `path` with `theirs` for `ours`, compressed or not.
 fn other_half(path: &Path, ours: &str, theirs: &str) -> Option<PathBuf> {
-    let name = path.file_name()?.to_str()?;
-    let name = strip_ending(name, ".gz").unwrap_or(name);
+    let name = text_of_path(Path::new(path.file_name()?));
+    let name = strip_ending(&name, ".gz").unwrap_or(&name);
     let stem = strip_ending(name, ours)?;
     let upper = theirs.to_ascii_uppercase();
     let candidates = [theirs, upper.as_str()].map(|ending| format!("{stem}{ending}"));
     let candidates = candidates.iter().flat_map(|name| [name.clone(), format!("{name}.gz")]);
-    candidates.map(|name| path.with_file_name(name)).find(|path| path.is_file())
+    candidates.map(|name| path.with_file_name(path_of_text(&name).as_os_str())).find(|path| path.is_file())
 }
 
 /// `name` without `ending`, in whatever case it is.

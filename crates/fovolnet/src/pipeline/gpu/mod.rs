@@ -94,10 +94,22 @@ impl GpuMarcher {
         Ok(self.buffers.read_samples()?)
     }
 
-    /// The frame with every pixel marched.
-    pub fn march_full(&mut self, camera: &Camera) -> Result<Frame> {
-        self.renderer.render(&mut self.buffers, camera, gpu::Sampling::Full)?;
+    /// What the rays of the pixels of `list` bring back with exact shadows where others are cached.
+    pub fn march_list_exactly(&mut self, camera: &Camera, list: &SampleList) -> Result<Vec<Marched>> {
+        self.render_exactly(camera, gpu::Sampling::List(list))?;
+        Ok(self.buffers.read_samples()?)
+    }
+
+    /// The frame with every pixel marched, with exact shadows where others are cached.
+    pub fn reference(&mut self, camera: &Camera) -> Result<Frame> {
+        self.render_exactly(camera, gpu::Sampling::Full)?;
         Ok(self.buffers.read_frame()?)
+    }
+
+    fn render_exactly(&mut self, camera: &Camera, sampling: gpu::Sampling<'_>) -> Result<()> {
+        let Self { renderer, buffers, .. } = self;
+        renderer.with_exact_shadows(|renderer| renderer.render(buffers, camera, sampling))?;
+        Ok(())
     }
 
     /// A frame; only what was sampled and what was made of it come back from the device.

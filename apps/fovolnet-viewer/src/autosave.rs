@@ -1,0 +1,345 @@
+//! Sessions that no file has yet, kept in case the program ends without being told to.
+//!
+//! Each viewer has a file of its own, `unsaved-….toml`, and holds a lock on the file of that name that ends in `.lock` while it
+//! lives. The system frees the lock however the viewer ends, so a session whose lock is free belongs to one that crashed.
+
+use fovolnet::io::{Error, atomic};
+use fovolnet::{Result, Session};
+use std::fs::{self, File, TryLockError};
+use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// The unsaved sessions of all viewers in a folder, and the place of this viewer's own.
+#[derive(Debug)]
+pub struct Autosaves {
+    folder: Option<PathBuf>,
+    own: Option<Place>,
+}
+
+/// A session that a viewer left when it crashed. While this lives no other viewer is offered it.
+#[derive(Debug)]
+pub struct Crashed {
+    session: Session,
+    place: Place,
+}
+
+/// What other viewers left.
+#[derive(Debug, Default)]
+pub struct Found {
+    /// The newest session of a viewer that crashed.
+    pub crashed: Option<Crashed>,
+    /// What somebody should know, a line each.
+    pub notes: Vec<String>,
+}
+
+/// A file for a session, locked.
+#[derive(Debug)]
+struct Place {
+    file: PathBuf,
+    /// Closing it frees the lock.
+    _lock: File,
+}
+
+impl Autosaves {
+    /// Sessions are kept in `folder`; nowhere without.
+    pub fn in_folder(folder: Option<PathBuf>) -> Self {
+        Self { folder, own: None }
+    }
+
+    /// Keeps `session` in this viewer's own file.
+    ///
+    /// # Errors
+    /// What the system said.
+    pub fn keep(&mut self, session: &Session) -> Result<()> {
+        let Some(folder) = &self.folder else { return Ok(()) };
+        let place = match self.own.take() {
+            Some(place) => place,
+            None => {
+                atomic::make_folder(folder)?;
+                Place::new(folder)?
+            }
+        };
+        session.write(&self.own.insert(place).file)
+    }
+
+    /// Forgets this viewer's own session: it is saved, or nobody wants it.
+    pub fn forget(&mut self) {
+        if let Some(place) = self.own.take() {
+            place.remove();
+        }
+    }
+
+    /// Goes on with `crashed`, the file of which is this viewer's own from now on.
+    pub fn adopt(&mut self, crashed: Crashed) {
+        self.forget();
+        self.own = Some(crashed.place);
+    }
+
+    /// The newest session that a viewer left which lives no more; others stay for the next time. What cannot be read is set
+    /// aside under another name.
+    pub fn find(&self) -> Found {
+        let mut found = Found::default();
+        let mut others = 0;
+        for file in self.files() {
+            let place = match Place::of_crashed(&file) {
+                Ok(Some(place)) => place,
+                Ok(None) => continue,
+                Err(error) => {
+                    found.notes.push(format!("unsaved work of an earlier run is not offered: {error}"));
+                    continue;
+                }
+            };
+            if found.crashed.is_some() {
+                others += 1;
+                continue;
+            }
+            match Session::read(&file) {
+                Ok(session) => found.crashed = Some(Crashed { session, place }),
+                Err(error) => found.notes.push(set_aside(place, &error)),
+            }
+        }
+        if others > 0 {
+            found
+                .notes
+                .push(format!("unsaved work of {others} more that crashed is offered at the next start"));
+        }
+        found
+    }
+
+    /// All unsaved sessions, the newest first.
+    fn files(&self) -> Vec<PathBuf> {
+        let entries = self.folder.iter().filter_map(|folder| fs::read_dir(folder).ok());
+        let mut files: Vec<(SystemTime, PathBuf)> = entries
+            .flatten()
+            .flatten()
+            .map(|entry| entry.path())
+            .filter(|path| is_unsaved(path))
+            .filter_map(|path| Some((path.metadata().ok()?.modified().ok()?, path)))
+            .collect();
+        files.sort();
+        files.into_iter().rev().map(|(_, path)| path).collect()
+    }
+}
+
+impl Crashed {
+    /// What was being worked on.
+    pub fn session(&self) -> &Session {
+        &self.session
+    }
+
+    /// Forgets it for good.
+    pub fn forget(self) {
+        self.place.remove();
+    }
+}
+
+impl Place {
+    /// A new one in `folder`.
+    fn new(folder: &Path) -> Result<Self> {
+        let started = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos();
+        let file = folder.join(format!("unsaved-{}-{started}.toml", std::process::id()));
+        let path = lock_beside(&file);
+        let failed = |e| Error::io("lock", &path, e);
+        let lock = File::options().write(true).create_new(true).open(&path).map_err(failed)?;
+        // In folders without locks it is kept too; other viewers say where it lies, and do not offer it.
+        let _ = lock.lock();
+        Ok(Self { file, _lock: lock })
+    }
+
+    /// That of `file`, unless a viewer that lives has it.
+    fn of_crashed(file: &Path) -> Result<Option<Self>> {
+        let path = lock_beside(file);
+        let failed = |e| Error::io("lock", &path, e);
+        let lock = File::options().write(true).create(true).truncate(false).open(&path).map_err(failed)?;
+        match lock.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => return Ok(None),
+            Err(TryLockError::Error(error)) => return Err(failed(error).into()),
+        }
+        let place = Self { file: file.to_owned(), _lock: lock };
+        if !file.is_file() {
+            // Another viewer dealt with it meanwhile.
+            place.remove();
+            return Ok(None);
+        }
+        Ok(Some(place))
+    }
+
+    /// Removes the session, and the lock last: what lies there without is taken for that of a crashed viewer.
+    fn remove(self) {
+        for path in [&self.file, &lock_beside(&self.file)] {
+            // It may never have been there.
+            let _ = fs::remove_file(path);
+        }
+    }
+}
+
+fn lock_beside(file: &Path) -> PathBuf {
+    file.with_extension("lock")
+}
+
+fn is_unsaved(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    name.starts_with("unsaved") && name.ends_with(".toml")
+}
+
+/// Moves the session at `place`, which could not be read because of `problem`, out of the way; what to say about it.
+fn set_aside(place: Place, problem: &fovolnet::Error) -> String {
+    let aside = place.file.with_extension("unreadable");
+    let moved = fs::read(&place.file)
+        .map_err(|e| Error::io("read", &place.file, e))
+        .and_then(|bytes| atomic::write_bytes(&aside, &bytes));
+    let lies = match moved {
+        Ok(()) => {
+            place.remove();
+            aside
+        }
+        Err(_) => place.file,
+    };
+    format!("unsaved work of an earlier run cannot be read: {problem}; it lies in {}", lies.display())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fovolnet::{RenderSettings, VolumeSettings};
+    use std::io::{BufRead, BufReader};
+    use std::process::{Command, Stdio};
+    use std::time::Duration;
+
+    fn session(ambient: f64) -> Session {
+        let render = RenderSettings { ambient: Some(ambient), ..RenderSettings::default() };
+        Session::new("head", VolumeSettings::default(), render).unwrap()
+    }
+
+    fn viewer(folder: &Path) -> Autosaves {
+        Autosaves::in_folder(Some(folder.to_owned()))
+    }
+
+    fn offered(folder: &Path) -> Option<f64> {
+        viewer(folder).find().crashed.map(|crashed| crashed.session().render.ambient.unwrap())
+    }
+
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = fs::read_dir(folder).unwrap();
+        entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect()
+    }
+
+    /// Leaves a session as a viewer that was killed `seconds` ago.
+    fn crash(folder: &Path, ambient: f64, seconds: u64) {
+        let mut autosaves = viewer(folder);
+        autosaves.keep(&session(ambient)).unwrap();
+        let file = &autosaves.own.as_ref().unwrap().file;
+        let then = SystemTime::now() - Duration::from_secs(seconds);
+        File::options().write(true).open(file).unwrap().set_modified(then).unwrap();
+    }
+
+    #[test]
+    fn what_a_living_viewer_keeps_is_offered_to_nobody_until_it_dies() {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path().join("new");
+        assert!(offered(&folder).is_none());
+        let mut living = viewer(&folder);
+        living.keep(&session(0.1)).unwrap();
+        let mut second = viewer(&folder);
+        assert!(second.find().crashed.is_none());
+        second.keep(&session(0.2)).unwrap();
+        second.forget();
+        living.keep(&session(0.3)).unwrap();
+        assert!(offered(&folder).is_none());
+        drop(living);
+        assert_eq!(offered(&folder), Some(0.3));
+    }
+
+    #[test]
+    fn what_is_forgotten_leaves_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut autosaves = viewer(folder.path());
+        autosaves.keep(&session(0.1)).unwrap();
+        autosaves.forget();
+        autosaves.forget();
+        crash(folder.path(), 0.2, 0);
+        viewer(folder.path()).find().crashed.unwrap().forget();
+        assert_eq!(names(folder.path()), [""; 0]);
+    }
+
+    #[test]
+    fn of_several_the_newest_is_offered_first_and_each_to_one_viewer() {
+        let folder = tempfile::tempdir().unwrap();
+        for (ambient, seconds) in [(0.2, 20), (0.1, 10), (0.3, 30)] {
+            crash(folder.path(), ambient, seconds);
+        }
+        let found = viewer(folder.path()).find();
+        assert_eq!(found.crashed.as_ref().unwrap().session(), &session(0.1));
+        assert!(found.notes[0].contains("2 more"), "{:?}", found.notes);
+        // A viewer that starts while somebody thinks about the first is offered the second.
+        assert_eq!(offered(folder.path()), Some(0.2));
+        // Nobody chose anything: it is offered again.
+        drop(found);
+        assert_eq!(offered(folder.path()), Some(0.1));
+        for expected in [0.1, 0.2, 0.3] {
+            let crashed = viewer(folder.path()).find().crashed.unwrap();
+            assert_eq!(crashed.session().render.ambient, Some(expected));
+            crashed.forget();
+        }
+        assert!(offered(folder.path()).is_none());
+    }
+
+    #[test]
+    fn what_is_gone_on_with_belongs_to_the_viewer_that_does() {
+        let folder = tempfile::tempdir().unwrap();
+        crash(folder.path(), 0.1, 0);
+        let mut second = viewer(folder.path());
+        second.keep(&session(0.9)).unwrap();
+        let crashed = second.find().crashed.unwrap();
+        second.adopt(crashed);
+        assert!(offered(folder.path()).is_none());
+        second.keep(&session(0.2)).unwrap();
+        drop(second);
+        assert_eq!(offered(folder.path()), Some(0.2));
+        assert_eq!(names(folder.path()).len(), 2, "one session and its lock");
+    }
+
+    #[test]
+    fn what_cannot_be_read_is_said_and_set_aside() {
+        let folder = tempfile::tempdir().unwrap();
+        crash(folder.path(), 0.1, 10);
+        fs::write(folder.path().join("unsaved.toml"), "volume = [\n").unwrap();
+        let found = viewer(folder.path()).find();
+        let [note] = &found.notes[..] else { panic!("{:?}", found.notes) };
+        assert!(note.contains("line 1") && note.contains("unsaved.unreadable"), "{note}");
+        assert!(!note.contains('\n'), "{note}");
+        assert_eq!(found.crashed.unwrap().session(), &session(0.1));
+        assert_eq!(fs::read(folder.path().join("unsaved.unreadable")).unwrap(), b"volume = [\n");
+        assert!(viewer(folder.path()).find().notes.is_empty(), "it is said once");
+    }
+
+    const FOLDER: &str = "FOVOLNET_TEST_AUTOSAVES";
+
+    #[test]
+    #[ignore = "started by the test below as a process of its own"]
+    fn a_viewer_of_its_own() {
+        let Some(folder) = std::env::var_os(FOLDER) else { return };
+        let mut autosaves = viewer(Path::new(&folder));
+        autosaves.keep(&session(0.4)).unwrap();
+        println!("kept");
+        std::thread::sleep(Duration::from_secs(60));
+    }
+
+    #[test]
+    fn another_process_keeps_its_work_until_it_is_killed() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut other = Command::new(std::env::current_exe().unwrap())
+            .args(["--exact", "autosave::tests::a_viewer_of_its_own", "--ignored", "--nocapture"])
+            .env(FOLDER, folder.path())
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let lines = BufReader::new(other.stdout.take().unwrap()).lines();
+        assert!(lines.map_while(|line| line.ok()).any(|line| line.contains("kept")));
+        assert!(offered(folder.path()).is_none());
+        other.kill().unwrap();
+        other.wait().unwrap();
+        assert_eq!(offered(folder.path()), Some(0.4));
+    }
+}

@@ -1,0 +1,52 @@
+//! What pictures are compared with: every pixel, exact shadows.
+
+use super::{Marcher, Pipeline};
+use crate::Result;
+use fovol_core::{Camera, Frame, FrameSize, SampleList};
+use fovol_render::cpu::march::Marched;
+
+impl Pipeline {
+    /// Frame `i` with every pixel marched and exact shadows, also where the settings have cached ones: what pictures are
+    /// compared with. Without its background where the settings leave that out, without shadows where they are off.
+    ///
+    /// # Errors
+    /// A device that is lost.
+    pub fn reference(&mut self, i: u32) -> Result<Frame> {
+        if self.settings.is_transparent() {
+            return self.transparent_reference(i);
+        }
+        self.opaque_reference(i)
+    }
+
+    pub(super) fn opaque_reference(&mut self, i: u32) -> Result<Frame> {
+        let (camera, size) = (self.in_box(&self.camera(i)), self.size());
+        let marcher = &mut self.marcher;
+        self.threads.install(|| marcher.reference(&camera, size))
+    }
+
+    /// What the rays of the pixels of `list` bring back in the reference: with exact shadows where the settings have cached ones.
+    ///
+    /// # Errors
+    /// As [`Self::march`].
+    pub fn march_reference(&mut self, camera: &Camera, list: &SampleList) -> Result<Vec<Marched>> {
+        self.march_with(Marcher::march_list_exactly, camera, list)
+    }
+}
+
+impl Marcher {
+    fn march_list_exactly(&mut self, camera: &Camera, list: &SampleList) -> Result<Vec<Marched>> {
+        match self {
+            Self::Cpu(marcher) => Ok(marcher.march_list_exactly(camera, list)),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(marcher) => marcher.march_list_exactly(camera, list),
+        }
+    }
+
+    fn reference(&mut self, camera: &Camera, size: FrameSize) -> Result<Frame> {
+        match self {
+            Self::Cpu(marcher) => Ok(marcher.reference(camera, size)),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(marcher) => marcher.reference(camera),
+        }
+    }
+}
