@@ -1,4 +1,4 @@
-//! Feeds damaged files to the volume parsers, without a nightly compiler.
+//! Feeds damaged files to the parsers of volumes and transfer functions, without a nightly compiler.
 //!
 //! ```text
 //! cargo run --release -p fovol-io --example fuzz_parsers -- [OPTION…] [PARSER…]
@@ -16,7 +16,6 @@
 #[path = "../tests/mutation/mod.rs"]
 mod mutation;
 
-use fovol_io::volume::{Overrides, Source, parse};
 use mutation::{Random, Target, mutated, words};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -144,7 +143,7 @@ fn main() -> Result<(), String> {
         let start = Instant::now();
         let tally = fuzz(&target, &options, folder.path());
         println!(
-            "{:10} {} inputs, {} read as volumes, {} failures, slowest {:?}, most memory {} KiB, {:.0?}",
+            "{:10} {} inputs, {} read, {} failures, slowest {:?}, most memory {} KiB, {:.0?}",
             target.name,
             options.inputs,
             tally.read,
@@ -192,7 +191,7 @@ fn fuzz(target: &Target, options: &Options, folder: &Path) -> Tally {
         let held = HELD.get();
         PEAK.set(held);
         let start = Instant::now();
-        let outcome = catch_unwind(AssertUnwindSafe(|| one(&path, input)));
+        let outcome = catch_unwind(AssertUnwindSafe(|| (target.read)(&path, input)));
         let (taken, memory) = (start.elapsed(), (PEAK.get() - held).max(0) as usize);
         tally.slowest = tally.slowest.max(taken);
         tally.most_memory = tally.most_memory.max(memory);
@@ -215,21 +214,6 @@ fn fuzz(target: &Target, options: &Options, folder: &Path) -> Tally {
         }
     }
     tally
-}
-
-/// Whether `input` is a volume; `Err` for a message that is not one line of plain text.
-fn one(path: &Path, input: Vec<u8>) -> Result<bool, String> {
-    match parse(&Source::from_bytes(path, input), &Overrides::default()) {
-        Ok(volume) => {
-            let [x, y, z] = volume.grid().dims();
-            volume.value([x - 1, y - 1, z - 1]);
-            Ok(true)
-        }
-        Err(error) => {
-            let message = error.to_string();
-            if message.contains(char::is_control) { Err(format!("says {message:?}")) } else { Ok(false) }
-        }
-    }
 }
 
 fn keep(folder: &Path, parser: &str, name: &str, input: &[u8]) {

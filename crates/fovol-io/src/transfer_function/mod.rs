@@ -8,6 +8,7 @@ mod inviwo;
 mod joined;
 mod json;
 mod paraview;
+mod prolab;
 mod table;
 #[cfg(test)]
 mod tests;
