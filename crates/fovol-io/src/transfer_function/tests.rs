@@ -1,4 +1,5 @@
 use super::*;
+use proptest::prelude::*;
 
 fn parsed(text: &str, name: Option<&str>) -> Result<TransferFunction> {
     Ok(parse(Path::new("tf"), text, name)?.as_meant())
@@ -98,6 +99,84 @@ fn absolute_points_and_masks_of_inviwo() {
     let masked = parsed(&file(1, 0.5), None).unwrap();
     assert_eq!((masked.evaluate(0.49)[3], masked.evaluate(0.51)[3]), (0.0, 0.5));
     assert!(parsed(&file(7, 0.0), None).is_err());
+}
+
+#[test]
+fn notes_are_one_line_of_plain_text() {
+    let text = r#"[{"ColorSpace":"\u001b[2J\n","RGBPoints":[0,0,0,0, 1,1,1,1]},{"Name":"\u0000","RGBPoints":[0,0,0,0, 1,1,1,1]}]"#;
+    let notes = parse(Path::new("tf"), text, None).unwrap().notes;
+    assert!(notes.len() >= 2 && notes.iter().all(|note| !note.contains(char::is_control)), "{notes:?}");
+}
+
+/// Rising places with a number of each, from 2 to 6.
+fn nodes<const N: usize>() -> impl Strategy<Value = Vec<(f64, [f64; N])>> {
+    let node = (0.01f64..50.0, prop::collection::vec(0.0f64..=1.0, N));
+    (-2000.0f64..2000.0, prop::collection::vec(node, 2..7)).prop_map(|(first, nodes)| {
+        nodes
+            .into_iter()
+            .scan(first, |x, (gap, numbers)| {
+                *x += gap;
+                Some((*x, std::array::from_fn(|i| numbers[i])))
+            })
+            .collect()
+    })
+}
+
+/// Numbers of all nodes in one list.
+fn flat<const N: usize>(nodes: &[(f64, [f64; N])], after: &[f64]) -> Vec<f64> {
+    nodes.iter().flat_map(|(x, numbers)| [&[*x], numbers.as_slice(), after].concat()).collect()
+}
+
+/// What `transfer` is at the data value `x`.
+fn at(transfer: &TransferFunction, x: f64) -> [f64; 4] {
+    let [lo, hi] = transfer.range().unwrap();
+    transfer.evaluate((x - lo) / (hi - lo))
+}
+
+fn is_sound(transfer: &TransferFunction) -> bool {
+    (0..=200).all(|i| transfer.evaluate(f64::from(i) / 200.0).iter().all(|c| (0.0..=1.0).contains(c)))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(128))]
+
+    #[test]
+    fn maps_meet_their_points(
+        colours in nodes::<3>(),
+        opacities in nodes::<1>(),
+        space in prop::sample::select(vec!["RGB", "HSV", "Lab", "Prolab"]),
+    ) {
+        let map = serde_json::json!({
+            "ColorSpace": space, "RGBPoints": flat(&colours, &[]), "Points": flat(&opacities, &[0.5, 0.0]),
+        });
+        let transfer = parse(Path::new("tf"), &map.to_string(), None).unwrap().transfer;
+        prop_assert!(is_sound(&transfer));
+        for (x, colour) in &colours {
+            let found = at(&transfer, *x);
+            prop_assert!((0..3).all(|c| (found[c] - colour[c]).abs() < 3e-3), "{x}: {found:?}, not {colour:?}");
+        }
+        for (x, [opacity]) in &opacities {
+            prop_assert!((at(&transfer, *x)[3] - opacity).abs() < 1e-6, "{x}: {:?}, not {opacity}", at(&transfer, *x));
+        }
+    }
+
+    #[test]
+    fn volume_properties_meet_their_points(colours in nodes::<3>(), opacities in nodes::<1>()) {
+        let list = |numbers: Vec<f64>| format!("{} {}", numbers.len(), numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(" "));
+        let (colour_list, opacity_list) = (list(flat(&colours, &[])), list(flat(&opacities, &[])));
+        let vp = format!("1\n10\n0.2\n0.1\n0.9\n1\n{opacity_list}\n4 0 1 255 1\n{colour_list}\n");
+        let xml = format!(r#"<M><VolumeProperty scalarOpacity="{opacity_list}" colorTransfer="{colour_list}"/></M>"#);
+        for text in [vp, xml] {
+            let transfer = parse(Path::new("tf"), &text, None).unwrap().transfer;
+            prop_assert!(is_sound(&transfer));
+            for (x, colour) in &colours {
+                prop_assert!((0..3).all(|c| (at(&transfer, *x)[c] - colour[c]).abs() < 1e-6), "{x}");
+            }
+            for (x, [opacity]) in &opacities {
+                prop_assert!((at(&transfer, *x)[3] - opacity).abs() < 1e-6, "{x}");
+            }
+        }
+    }
 }
 
 #[test]

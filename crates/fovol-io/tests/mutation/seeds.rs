@@ -21,7 +21,8 @@ pub fn targets(folder: &Path) -> Vec<Target> {
     let slices = folder.join("slices");
     std::fs::create_dir_all(&slices).expect("the folder can be written");
     for name in ["s1.png", "s3.png", "s10.png"] {
-        std::fs::write(slices.join(name), picture(image::ImageFormat::Png)).expect("the folder can be written");
+        std::fs::write(slices.join(name), picture(image::ImageFormat::Png))
+            .expect("the folder can be written");
     }
     let target = |name, file, seeds| Target { name, file, seeds, read: readers::volume };
     vec![
@@ -166,7 +167,9 @@ fn nrrd() -> Vec<Vec<u8>> {
         joined(&header("encoding: raw\nline skip: 1\nbyte skip: 5"), &padded),
         joined(&header("encoding: gz\nbyte skip: -1"), &gzip(&padded)),
         joined(
-            &header("encoding: raw\naxis mins: 0 0 0\naxis maxs: 4 6 1\ncenters: cell cell node\nunits: \"mm\" \"mm\" \"mm\""),
+            &header(
+                "encoding: raw\naxis mins: 0 0 0\naxis maxs: 4 6 1\ncenters: cell cell node\nunits: \"mm\" \"mm\" \"mm\"",
+            ),
             &voxels,
         ),
         joined(
@@ -376,7 +379,9 @@ fn vtk() -> Vec<Vec<u8>> {
         joined(&(header("ASCII") + "FIELD f 1\nv 1 24 double\n"), decimal[..24].join(" ").as_bytes()),
         joined(&(header("BINARY") + "COLOR_SCALARS v 2\n"), &voxels()),
         joined(
-            &(header("ASCII") + "METADATA\nINFORMATION 0\n\nFIELD f 2\na%20b 1 24 int\n" + &decimal[..24].join(" ")),
+            &(header("ASCII")
+                + "METADATA\nINFORMATION 0\n\nFIELD f 2\na%20b 1 24 int\n"
+                + &decimal[..24].join(" ")),
             format!("\nc 1 2 double\n1 2\nCELL_DATA 6\n{scalars}1 2 3 4 5 6\n").as_bytes(),
         ),
     ]

@@ -47,7 +47,10 @@ fn described(count: usize, text: &str) -> Vec<u8> {
 
 /// Numbers of pages, and what the first says of all.
 const DESCRIPTIONS: &[(usize, &str)] = &[
-    (4, "ImageJ=1.11a\nimages=4\nchannels=2\nslices=2\nhyperstack=true\nmode=grayscale\nspacing=0.3\nunit=\\u00B5m\nloop=false\n"),
+    (
+        4,
+        "ImageJ=1.11a\nimages=4\nchannels=2\nslices=2\nhyperstack=true\nmode=grayscale\nspacing=0.3\nunit=\\u00B5m\nloop=false\n",
+    ),
     (6, "ImageJ=1.53k\nimages=6\nslices=3\nframes=2\nunit=micron\nspacing=-2.5\nfinterval=0.1\n"),
     (1, "ImageJ=1.11a\nimages=8\nslices=8\nspacing=0.3\nunit=um\n"),
     (4, r#"{"shape": [2, 2, 3, 4], "axes": "CZYX"}"#),

@@ -153,5 +153,25 @@ mod tests {
             let [x, y, z] = dims;
             prop_assert_eq!(of(&format!("{name}_{x}x{y}x{z}_f32be.raw")).said.dims, Some(dims));
         }
+
+        #[test]
+        fn words_are_understood_in_any_order(
+            dims in prop::array::uniform3(1usize..5000),
+            tenths in prop::array::uniform3(1u32..90),
+            dtype in prop::sample::select(Dtype::ALL.to_vec()),
+            order in prop::sample::select(vec![("BE", Endian::Big), ("little", Endian::Little), ("msb", Endian::Big)]),
+            separator in prop::sample::select(vec!["_", "-", " ", "__"]),
+            places in Just([0, 1, 2, 3]).prop_shuffle(),
+        ) {
+            let [sx, sy, sz] = tenths.map(|t| format!("{}.{}", t / 10, t % 10));
+            let size = dims.map(|n| n.to_string()).join("x");
+            let words = [size, dtype.to_string(), order.0.to_owned(), format!("{sx}x{sy}x{sz}mm")];
+            let words: Vec<&str> = places.iter().map(|&place| words[place].as_str()).collect();
+            let found = of(&format!("scan{separator}{}.raw", words.join(separator)));
+            prop_assert_eq!(found.unclear, Vec::<String>::new());
+            let Description { dims: size, dtype: kind, endian, spacing, .. } = found.said;
+            prop_assert_eq!((size, kind, endian), (Some(dims), Some(dtype), Some(order.1)));
+            prop_assert_eq!(spacing, Some(tenths.map(|t| format!("{}.{}", t / 10, t % 10).parse().unwrap())));
+        }
     }
 }
