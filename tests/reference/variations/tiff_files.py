@@ -14,7 +14,7 @@ PACKED = [None, None, "zlib", "lzw", "packbits", "zstd", "deflate"]
 
 def make(rng, stem):
     maker = pick(rng, [plain, plain, shaped, imagej, ome, ome, colours])
-    path = named(stem, ".ome.tif" if maker is ome else pick(rng, [".tif", ".tiff"]))
+    path = named(stem, ".ome.tif" if maker in (ome, ome_by_hand) else pick(rng, [".tif", ".tiff"]))
     try:
         units = maker(rng, path)
     except (ValueError, TypeError, NotImplementedError) as problem:
@@ -61,7 +61,11 @@ def shaped(rng, path):
     dtype, axes = pick(rng, TYPES), pick(rng, ["ZYX", "CZYX", "ZCYX", "TZYX", "TZCYX", "TYX", "CYX", "QYX", None])
     shape = planes(rng, len(axes) - 2 if axes else 1)
     metadata = {"axes": axes} if axes else {}
-    tifffile.imwrite(path, voxels(rng, dtype, shape), photometric="minisblack", metadata=metadata, **options(rng, dtype, shape))
+    chosen = options(rng, dtype, shape)
+    if chance(rng, 0.25):
+        # One page, and all further planes behind it.
+        chosen = {key: chosen[key] for key in ("byteorder", "bigtiff")} | {"truncate": True}
+    tifffile.imwrite(path, voxels(rng, dtype, shape), photometric="minisblack", metadata=metadata, **chosen)
 
 
 def imagej(rng, path):
@@ -74,6 +78,8 @@ def imagej(rng, path):
     chosen = {k: v for k, v in options(rng, dtype, shape).items() if k in ("byteorder", "compression", "predictor")}
     if chosen["compression"] is None:
         chosen.pop("predictor", None)
+        if chance(rng, 0.5):
+            chosen["truncate"] = True
     tifffile.imwrite(path, voxels(rng, dtype, shape), imagej=True, metadata=metadata, **chosen, **resolution(rng))
     return {"um": "µm", "micron": "µm", "mm": "mm", "nm": "nm", "\\u00B5m": "µm"}.get(unit, "")
 
@@ -91,6 +97,36 @@ def ome(rng, path):
     if "C" in axes and chance(rng, 0.6):
         metadata["Channel"] = {"Name": [f"dye {i}" for i in range(shape[axes.index("C")])]}
     tifffile.imwrite(path, voxels(rng, dtype, shape), ome=True, photometric="minisblack", metadata=metadata, **options(rng, dtype, shape))
+
+
+def ome_by_hand(rng, path):
+    """Pages in any order, each placed by an element of its own, or runs of them."""
+    dtype, order = pick(rng, ["uint8", "uint16", "float32"]), "XY" + "".join(rng.permutation(list("ZCT")))
+    counts = dict(zip("ZCT", sizes(rng, 3, 3)))
+    height, width = (int(n) for n in rng.integers(2, 9, size=2))
+    total = counts["Z"] * counts["C"] * counts["T"]
+    places = rng.permutation(total) if chance(rng, 0.6) else np.arange(total)
+    blocks = ""
+    for page, place in enumerate(places):
+        first, rest = "", int(place)
+        for axis in order[2:]:
+            first += f' First{axis}="{rest % counts[axis]}"'
+            rest //= counts[axis]
+        blocks += f'<TiffData IFD="{page}"{first} PlaneCount="1"/>'
+    if (places == np.arange(total)).all() and chance(rng, 0.5):
+        blocks = pick(rng, ["<TiffData/>", f'<TiffData IFD="0" PlaneCount="{total}"/>'])
+    said = "".join(f' Size{axis}="{n}"' for axis, n in {**counts, "X": width, "Y": height}.items())
+    kind = {"uint8": "uint8", "uint16": "uint16", "float32": "float"}[dtype]
+    text = (
+        '<?xml version="1.0" encoding="UTF-8"?><OME xmlns="http://www.openmicroscopy.org/Schemas/OME/2016-06"><Image ID="Image:0">'
+        f'<Pixels ID="Pixels:0" DimensionOrder="{order}" Type="{kind}"{said} PhysicalSizeX="0.25" PhysicalSizeY="0.5">'
+        + "".join(f'<Channel ID="Channel:0:{i}" SamplesPerPixel="1"/>' for i in range(counts["C"]))
+        + f"{blocks}</Pixels></Image></OME>"
+    )
+    with tifffile.TiffWriter(path, byteorder=pick(rng, "<>"), bigtiff=chance(rng, 0.3)) as out:
+        for page in range(total):
+            out.write(voxels(rng, dtype, (height, width)), photometric="minisblack", metadata=None,
+                      description=text if page == 0 else None)  # fmt: skip
 
 
 def colours(rng, path):
@@ -131,7 +167,7 @@ def seen(rng, path, how, units):
     if how == "imagej":
         x, y = [p[1] / p[0] if p and p[0] else 1.0 for p in pitch]
         case.spacing = [x, y, float(metadata.get("spacing", 1.0))]
-    if how == "ome":
+    if how.startswith("ome"):
         of_ome(case, description)
     return case
 
