@@ -71,7 +71,7 @@ def of_place(case, answer):
 def of_converted(path, case, answer):
     """How the file at `path`, which this program wrote, differs from `case` for the library of its format."""
     said = " ".join(answer["converted"]["notes"])
-    values, spacing, axes = {".nrrd": of_nrrd, ".nhdr": of_nrrd, ".mha": of_itk, ".mhd": of_itk, ".vti": of_vti}.get(
+    values, spacing, axes, origin = {".nrrd": of_nrrd, ".nhdr": of_nrrd, ".mha": of_itk, ".mhd": of_itk, ".vti": of_vti}.get(
         path.suffix, of_nifti
     )(path)
     if values.size != case.values.size:
@@ -84,6 +84,8 @@ def of_converted(path, case, answer):
     if answer["orientation"] is not None and axes is not None and "left out" not in said:
         if not np.allclose(axes, answer["orientation"], atol=PLACE):
             found.append(f"{path.name}: orientation {np.asarray(axes).tolist()}, not {answer['orientation']}")
+        if not np.allclose(origin, answer["origin"], rtol=PLACE, atol=1e-4):
+            found.append(f"{path.name}: origin {np.asarray(origin).tolist()}, not {answer['origin']}")
     return found
 
 
@@ -91,28 +93,30 @@ def of_nrrd(path):
     data, header = nrrd.read(str(path), index_order="F")
     steps = header.get("space directions")
     if steps is None:
-        return data.astype(np.float64), np.array(header.get("spacings", [1.0] * 3)), None
+        return data.astype(np.float64), np.array(header.get("spacings", [1.0] * 3)), None, None
     lengths = np.linalg.norm(steps, axis=1)
     flip = {"right-anterior-superior": [-1, -1, 1]}.get(header.get("space"), [1, 1, 1])
-    return data.astype(np.float64), lengths, np.array(flip)[:, None] * (steps / lengths[:, None]).T
+    axes = np.array(flip)[:, None] * (steps / lengths[:, None]).T
+    return data.astype(np.float64), lengths, axes, np.array(flip) * header.get("space origin", np.zeros(3))
 
 
 def of_itk(path):
     image = SimpleITK.ReadImage(str(path), imageIO="MetaImageIO")
     axes = np.array(image.GetDirection()).reshape(3, 3)
-    return SimpleITK.GetArrayFromImage(image).T.astype(np.float64), np.array(image.GetSpacing()), axes
+    return SimpleITK.GetArrayFromImage(image).T.astype(np.float64), np.array(image.GetSpacing()), axes, image.GetOrigin()
 
 
 def of_nifti(path):
     image = nibabel.load(path)
-    data, steps = np.asanyarray(image.dataobj).astype(np.float64), np.diag([-1.0, -1, 1]) @ image.affine[:3, :3]
+    data, steps = np.asanyarray(image.dataobj).astype(np.float64), np.diag([-1.0, -1, 1]) @ image.affine[:3]
     data = data.reshape(data.shape + (1,) * (3 - data.ndim))
     has_form = image.header["sform_code"] > 0 or image.header["qform_code"] > 0
+    steps, origin = steps[:, :3], steps[:, 3]
     lengths = np.linalg.norm(steps, axis=0)
-    return data, lengths, steps / lengths if has_form else None
+    return data, lengths, steps / lengths if has_form else None, origin
 
 
 def of_vti(path):
     image, array = vtk_files.opened(path)
     values = array.reshape(image.GetDimensions(), order="F")
-    return values.astype(np.float64), np.array(image.GetSpacing()), vtk_files.axes(image)
+    return values.astype(np.float64), np.array(image.GetSpacing()), vtk_files.axes(image), vtk_files.first_point(image)

@@ -36,6 +36,8 @@ def random_image(rng):
         fill(rng, image.GetPointData(), image.GetNumberOfPoints(), "p")
     if is_solid and (not has_points or chance(rng, 0.3)):
         fill(rng, image.GetCellData(), cells, "c")
+    if chance(rng, 0.2):
+        add(image.GetFieldData(), pick(rng, ["TimeValue", "prho"]), voxels(rng, "float64", (pick(rng, [1, 5]), 1)))
     return image
 
 
@@ -126,6 +128,13 @@ def axes(image):
     """The directions of the axes as columns."""
     matrix = image.GetDirectionMatrix()
     return np.array([[matrix.GetElement(i, j) for j in range(3)] for i in range(3)])
+
+
+def first_point(image):
+    """Where the first point lies."""
+    place = [0.0, 0.0, 0.0]
+    image.TransformContinuousIndexToPhysicalPoint(*map(float, image.GetExtent()[::2]), place)
+    return place
 
 
 def opened(path):

@@ -101,6 +101,60 @@ fn absolute_points_and_masks_of_inviwo() {
     assert!(parsed(&file(7, 0.0), None).is_err());
 }
 
+fn is_near(found: &[f64], wanted: &[f64]) -> bool {
+    found.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-3)
+}
+
+#[test]
+fn opacities_stand_at_their_own_places() {
+    let tent = r#"[{"ColorSpace":"RGB","Name":"tent","NanColor":[1,1,0],"RGBPoints":[0,0,0,0, 255,1,1,1],
+        "Points":[0,0,0.5,0, 100,0,0.5,0, 128,1,0.5,0, 156,0,0.5,0, 255,0,0.5,0]}]"#;
+    let imported = parse(Path::new("tf"), tent, None).unwrap();
+    let opacity = |x| at(&imported.transfer, x)[3];
+    assert!(is_near(&[100.0, 114.0, 128.0, 142.0, 156.0].map(opacity), &[0.0, 0.5, 1.0, 0.5, 0.0]));
+    assert_eq!((imported.is_stretched, imported.nan), (false, Some([1.0, 1.0, 0.0, 1.0])));
+}
+
+#[test]
+fn colours_between_points_are_those_of_their_space() {
+    let middle = |space: &str, points: &str| {
+        let map = format!(r#"[{{"ColorSpace":"{space}","Name":"x","RGBPoints":[{points}]}}]"#);
+        parsed(&map, None).unwrap().evaluate(0.5)
+    };
+    // By vtkColorTransferFunction.
+    assert!(is_near(&middle("Step", "0,1,0,0, 85,1,0,0, 170,0,1,0, 255,0,0,1"), &[0.0, 1.0, 0.0]));
+    assert!(is_near(&middle("HSV", "0,0,0,1, 1,1,0,0"), &[0.0, 1.0, 0.0]));
+    assert!(is_near(&middle("Lab", "0,0.05,0.2,0.1, 1,0.9,1,0.8"), &[0.4518, 0.5750, 0.4233]));
+}
+
+#[test]
+fn points_in_data_values_stay_there() {
+    let hu = r#"[{"ColorSpace":"RGB","Name":"hu","Points":[-1000,0,0.5,0, 200,0,0.5,0, 300,1,0.5,0, 1000,1,0.5,0],
+        "RGBPoints":[-1000,0,0,0, 200,1,0,0, 300,1,1,1, 1000,1,1,1]}]"#;
+    // Over data from -1000 to 3000, as over any other.
+    let transfer = parsed(hu, None).unwrap().over([-1000.0, 3000.0]);
+    assert!(is_near(&transfer.evaluate(1250.0 / 4000.0), &[1.0, 0.5, 0.5, 0.5]));
+    let point = |x: f64, [r, g, b, a]: [f64; 4]| {
+        format!(r#"<Point><pos content="{x}"/><rgba x="{r}" y="{g}" z="{b}" w="{a}"/></Point>"#)
+    };
+    let itf = [
+        point(-1000.0, [0.0; 4]),
+        point(300.0, [1.0, 0.0, 0.0, 0.0]),
+        point(400.0, [1.0, 1.0, 1.0, 0.5]),
+        point(3000.0, [1.0, 1.0, 1.0, 0.9]),
+    ]
+    .concat();
+    let itf = format!(
+        r#"<InviwoTransferFunction version="3"><maskMin content="0"/><maskMax content="1"/><type content="1"/><Points>{itf}</Points></InviwoTransferFunction>"#
+    );
+    let right = r#"{"points":[[0,0,0,0,0],[0.325,1,0,0,0],[0.35,1,1,1,0.5],[1,1,1,1,0.9]]}"#;
+    let (absolute, right) = (parsed(&itf, None).unwrap(), parsed(right, None).unwrap());
+    assert_eq!(absolute.range(), Some([-1000.0, 3000.0]));
+    assert!(
+        (0..=400).map(|i| f64::from(i) / 400.0).all(|v| is_near(&absolute.evaluate(v), &right.evaluate(v)))
+    );
+}
+
 #[test]
 fn notes_are_one_line_of_plain_text() {
     let text = r#"[{"ColorSpace":"\u001b[2J\n","RGBPoints":[0,0,0,0, 1,1,1,1]},{"Name":"\u0000","RGBPoints":[0,0,0,0, 1,1,1,1]}]"#;

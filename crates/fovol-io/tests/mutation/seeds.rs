@@ -379,6 +379,11 @@ fn vtk() -> Vec<Vec<u8>> {
         joined(&(header("ASCII") + "FIELD f 1\nv 1 24 double\n"), decimal[..24].join(" ").as_bytes()),
         joined(&(header("BINARY") + "COLOR_SCALARS v 2\n"), &voxels()),
         joined(
+            "# vtk DataFile Version 5.1\ntitle\nASCII\nDATASET STRUCTURED_POINTS\nFIELD FieldData 1\nTimeValue 1 1 double\n0.5\n\
+             METADATA\nINFORMATION 0\n\nDIMENSIONS 4 3 1\nPOINT_DATA 12\nSCALARS v int\n",
+            b"1 2 3 4 5 6 7 8 9 10 11 12\n",
+        ),
+        joined(
             &(header("ASCII")
                 + "METADATA\nINFORMATION 0\n\nFIELD f 2\na%20b 1 24 int\n"
                 + &decimal[..24].join(" ")),
