@@ -186,19 +186,18 @@ fn fuzz(target: &Target, options: &Options, folder: &Path) -> Tally {
         // Each input has a generator of its own, so that one failure can be made again alone.
         let mut random = Random::new(options.seed.wrapping_mul(0x1_0000_0001).wrapping_add(number));
         let input = mutated(&mut random, &target.seeds, &words);
-        let (length, kept) = (input.len(), input.clone());
-        watch.begin(&kept);
+        watch.begin(&input);
         let held = HELD.get();
         PEAK.set(held);
         let start = Instant::now();
-        let outcome = catch_unwind(AssertUnwindSafe(|| (target.read)(&path, input)));
+        let outcome = catch_unwind(AssertUnwindSafe(|| (target.read)(&path, &input)));
         let (taken, memory) = (start.elapsed(), (PEAK.get() - held).max(0) as usize);
         tally.slowest = tally.slowest.max(taken);
         tally.most_memory = tally.most_memory.max(memory);
         let problem = match outcome {
             Err(_) => Some("panics".to_owned()),
             Ok(Err(problem)) => Some(problem),
-            Ok(Ok(_)) if memory > FREE_MEMORY + MEMORY_PER_BYTE * length => {
+            Ok(Ok(_)) if memory > FREE_MEMORY + MEMORY_PER_BYTE * input.len() => {
                 Some(format!("takes {memory} bytes"))
             }
             Ok(Ok(_)) if taken > LONGEST => Some(format!("takes {taken:?}")),
@@ -209,8 +208,8 @@ fn fuzz(target: &Target, options: &Options, folder: &Path) -> Tally {
         };
         if let Some(problem) = problem {
             tally.failures += 1;
-            println!("{}: input {number} of {length} bytes {problem}", target.name);
-            keep(&options.keep, target.name, &number.to_string(), &kept);
+            println!("{}: input {number} of {} bytes {problem}", target.name, input.len());
+            keep(&options.keep, target.name, &number.to_string(), &input);
         }
     }
     tally

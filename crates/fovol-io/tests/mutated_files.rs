@@ -13,7 +13,7 @@ fn damaged_files_are_read_or_one_line_errors() {
         let words = words(&target.seeds);
         for number in 0..3000 {
             let input = mutated(&mut Random::new(number), &target.seeds, &words);
-            if let Err(problem) = (target.read)(&path, input) {
+            if let Err(problem) = (target.read)(&path, &input) {
                 panic!("{} {number} {problem}", target.name);
             }
         }

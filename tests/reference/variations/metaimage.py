@@ -73,7 +73,9 @@ def by_hand(rng, stem):
         content = (" ".join(repr(v.item()) for v in data.ravel()) + "\n").encode()
     if encoding == "zlib":
         content = zlib.compress(content)
-        lines += [("CompressedData", True), ("CompressedDataSize", len(content))]
+        lines.append(("CompressedData", True))
+        if chance(rng, 0.6):
+            lines.append(("CompressedDataSize", len(content)))
     return with_data(rng, stem, lines, content, can_split=encoding == "raw" and count == 3, slices=shape[-1]), data
 
 

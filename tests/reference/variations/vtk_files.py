@@ -6,12 +6,15 @@ import numpy as np
 import vtk
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 
+from . import vti_by_hand
 from .case import TYPES, Case, Unreadable, chance, directions, named, pick, sizes, spacing, voxels
 
 vtk.vtkObject.GlobalWarningDisplayOff()
 
 
 def make(rng, stem):
+    if chance(rng, 0.25):
+        return vti_by_hand.make(rng, stem, seen)
     image = random_image(rng)
     if chance(rng, 0.6):
         return seen(rng, *xml(rng, stem, image))

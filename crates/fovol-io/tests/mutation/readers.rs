@@ -6,22 +6,22 @@ use std::path::Path;
 
 /// Takes bytes as those of the file at the path; whether they are one of its kind. `Err` for an answer that is wrong: a message that
 /// is not one line of plain text, values that cannot be.
-pub type Reader = fn(&Path, Vec<u8>) -> Result<bool, String>;
+pub type Reader = fn(&Path, &[u8]) -> Result<bool, String>;
 
 /// Reads a volume.
-pub fn volume(path: &Path, input: Vec<u8>) -> Result<bool, String> {
-    judged(parse(&Source::from_bytes(path, input), &Overrides::default()))
+pub fn volume(path: &Path, input: &[u8]) -> Result<bool, String> {
+    judged(parse(&Source::from_bytes(path, input.to_vec()), &Overrides::default()))
 }
 
 /// Reads eight thousand bytes under the name that the input is.
-pub fn file_name(path: &Path, input: Vec<u8>) -> Result<bool, String> {
-    let name = String::from_utf8_lossy(&input).replace(['/', '\0'], "");
+pub fn file_name(path: &Path, input: &[u8]) -> Result<bool, String> {
+    let name = String::from_utf8_lossy(input).replace(['/', '\0'], "");
     let path = path.with_file_name(if name.is_empty() { "v" } else { &name });
     judged(parse(&Source::from_bytes(&path, vec![1; 8000]), &Overrides::default()))
 }
 
 /// Reads a folder in which the input is the third of four slices.
-pub fn folder(path: &Path, input: Vec<u8>) -> Result<bool, String> {
+pub fn folder(path: &Path, input: &[u8]) -> Result<bool, String> {
     std::fs::write(path, input).map_err(|e| e.to_string())?;
     judged(read(path.parent().unwrap_or(path), &Overrides::default()))
 }
@@ -41,8 +41,8 @@ fn judged(read: fovol_io::Result<fovol_core::Volume>) -> Result<bool, String> {
 }
 
 /// Reads a transfer function and looks at its values.
-pub fn transfer_function(path: &Path, input: Vec<u8>) -> Result<bool, String> {
-    let imported = match transfer_function::parse(path, &String::from_utf8_lossy(&input), None) {
+pub fn transfer_function(path: &Path, input: &[u8]) -> Result<bool, String> {
+    let imported = match transfer_function::parse(path, &String::from_utf8_lossy(input), None) {
         Ok(imported) => imported,
         Err(error) => return refused(&error),
     };
