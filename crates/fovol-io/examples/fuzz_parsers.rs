@@ -29,7 +29,7 @@ const FREE_MEMORY: usize = 12 << 20;
 /// And this much per byte: what deflate can unpack from one.
 const MEMORY_PER_BYTE: usize = 1100;
 
-/// An input that takes longer is a failure; one that takes ten times as long ends the run.
+/// An input that takes longer twice is a failure; one that takes ten times as long ends the run.
 const LONGEST: Duration = Duration::from_secs(1);
 
 /// The system's allocator, which also keeps account of what the current thread holds.
@@ -190,8 +190,15 @@ fn fuzz(target: &Target, options: &Options, folder: &Path) -> Tally {
         let held = HELD.get();
         PEAK.set(held);
         let start = Instant::now();
-        let outcome = catch_unwind(AssertUnwindSafe(|| (target.read)(&path, &input)));
-        let (taken, memory) = (start.elapsed(), (PEAK.get() - held).max(0) as usize);
+        let read = || catch_unwind(AssertUnwindSafe(|| (target.read)(&path, &input)));
+        let outcome = read();
+        let (mut taken, memory) = (start.elapsed(), (PEAK.get() - held).max(0) as usize);
+        if taken > LONGEST {
+            // Other programs may have held the processor.
+            let again = Instant::now();
+            drop(read());
+            taken = taken.min(again.elapsed());
+        }
         tally.slowest = tally.slowest.max(taken);
         tally.most_memory = tally.most_memory.max(memory);
         let problem = match outcome {
