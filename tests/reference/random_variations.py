@@ -3,11 +3,11 @@
 
     python tests/reference/random_variations.py [--count 1000] [--seed 1] [--folder FOLDER] [--program FILE] [--only KIND]
 
-Writes `count` files of random type, byte order, encoding, header fields, order of arrays and names, by pynrrd, SimpleITK,
-nibabel, VTK and tifffile, or byte by byte where these would not write so. The example `describe_volumes` of `fovol-io` reads each,
-and writes it again in a random format, which the outside libraries read back. Every voxel is compared, with size, spacing,
-orientation, origin, unit and numbers of components, channels and time points. A difference is *silent* where no note speaks of it.
-The exit status is 1 where there is one.
+Writes `count` files of random type, byte order, encoding, header fields, order of arrays and names, by pynrrd,
+SimpleITK, nibabel, VTK and tifffile, or byte by byte where these would not write so. The example `describe_volumes` of
+`fovol-io` reads each, and writes it again in a random format, which the outside libraries read back. Every voxel is
+compared, with size, spacing, orientation, origin, unit and numbers of components, channels and time points. A
+difference is *silent* where no note speaks of it. The exit status is 1 where there is one.
 """
 
 import argparse
@@ -58,7 +58,9 @@ def answers(program, found):
         if chance(rng, 0.5):
             order["convert"] = str(case.path.parent / ("again" + pick(rng, WRITTEN)))
         orders.append(order)
-    command = [program] if program else ["cargo", "run", "-q", "--release", "-p", "fovol-io", "--example", "describe_volumes"]
+    command = (
+        [program] if program else ["cargo", "run", "-q", "--release", "-p", "fovol-io", "--example", "describe_volumes"]
+    )
     text = "".join(json.dumps(order) + "\n" for order in orders)
     run = subprocess.run(command, cwd=REPOSITORY, input=text, stdout=subprocess.PIPE, text=True, check=True)
     return list(zip((case for case, _ in found), orders, map(json.loads, run.stdout.splitlines()), strict=True))
@@ -83,7 +85,9 @@ def main(options):
     print(*silent, sep="\n")
     for text, number in sorted([*tally.items(), *((f"no library: {t}", n) for t, n in unreadable.items())]):
         print(f"{number:6} {text}")
-    print(f"{len(found)} files read by a library (seed {options.seed}), {len(silent)} of them differ silently; they are in {folder}")
+    print(
+        f"{len(found)} files read by a library (seed {options.seed}), {len(silent)} of them differ silently; they are in {folder}"
+    )
     sys.exit(bool(silent))
 
 

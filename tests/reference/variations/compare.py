@@ -44,7 +44,11 @@ def of_statistics(answer, values):
     finite = values[np.isfinite(values)]
     scale = np.abs(finite).max(initial=1e-300)
     wanted = {"min": finite.min(), "max": finite.max(), "mean": finite.mean()}
-    return [f"{name} {answer[name]}, not {value}" for name, value in wanted.items() if abs(answer[name] - value) > 1e-6 * scale]
+    return [
+        f"{name} {answer[name]}, not {value}"
+        for name, value in wanted.items()
+        if abs(answer[name] - value) > 1e-6 * scale
+    ]
 
 
 def of_place(case, answer):
@@ -71,9 +75,13 @@ def of_place(case, answer):
 def of_converted(path, case, answer):
     """How the file at `path`, which this program wrote, differs from `case` for the library of its format."""
     said = " ".join(answer["converted"]["notes"])
-    values, spacing, axes, origin = {".nrrd": of_nrrd, ".nhdr": of_nrrd, ".mha": of_itk, ".mhd": of_itk, ".vti": of_vti}.get(
-        path.suffix, of_nifti
-    )(path)
+    values, spacing, axes, origin = {
+        ".nrrd": of_nrrd,
+        ".nhdr": of_nrrd,
+        ".mha": of_itk,
+        ".mhd": of_itk,
+        ".vti": of_vti,
+    }.get(path.suffix, of_nifti)(path)
     if values.size != case.values.size:
         return [f"{path.name}: {values.size} values, not {case.values.size}"]
     found = of_values(f"{path.name}: ", values.ravel(order="F"), case.values.ravel(order="F"))
@@ -103,7 +111,12 @@ def of_nrrd(path):
 def of_itk(path):
     image = SimpleITK.ReadImage(str(path), imageIO="MetaImageIO")
     axes = np.array(image.GetDirection()).reshape(3, 3)
-    return SimpleITK.GetArrayFromImage(image).T.astype(np.float64), np.array(image.GetSpacing()), axes, image.GetOrigin()
+    return (
+        SimpleITK.GetArrayFromImage(image).T.astype(np.float64),
+        np.array(image.GetSpacing()),
+        axes,
+        image.GetOrigin(),
+    )
 
 
 def of_nifti(path):

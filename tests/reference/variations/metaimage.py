@@ -18,7 +18,9 @@ def make(rng, stem):
     path, data = by_hand(rng, stem)
     case = seen(rng, path)
     # MetaIO turns the bytes of numbers that are text, and reads one component of them: what was written counts.
-    case.values = np.moveaxis(data, -1, 0).T.reshape(*case.values.shape, -1)[..., case.chosen.get("component", 0)].astype(float)
+    case.values = (
+        np.moveaxis(data, -1, 0).T.reshape(*case.values.shape, -1)[..., case.chosen.get("component", 0)].astype(float)
+    )
     return case
 
 
@@ -59,7 +61,9 @@ def by_hand(rng, stem):
     if chance(rng, 0.5) and count == 3:
         lines.append(("AnatomicalOrientation", pick(rng, ["RAI", "LPS", "???"])))
     if chance(rng, 0.9):
-        lines.append((pick(rng, ["ElementSpacing", "ElementSpacing", "ElementSize"]), " ".join(map(str, spacing(rng, count)))))
+        lines.append(
+            (pick(rng, ["ElementSpacing", "ElementSpacing", "ElementSize"]), " ".join(map(str, spacing(rng, count))))
+        )
     lines.append(("DimSize", " ".join(map(str, shape))))
     if components > 1:
         lines.append(("ElementNumberOfChannels", components))
@@ -111,7 +115,7 @@ def seen(rng, path):
     """What SimpleITK says; axes that an image lacks have one voxel, a spacing of 1 and their own direction."""
     try:
         image = SimpleITK.ReadImage(str(path), imageIO="MetaImageIO")
-    except Exception as problem:  # noqa: BLE001: libraries raise anything
+    except Exception as problem:  # noqa: BLE001 - libraries raise anything
         raise Unreadable(f"SimpleITK: {problem}") from problem
     return of_itk(rng, path, image, "MetaImage")
 

@@ -1,4 +1,4 @@
-"""NIfTI-1 and NIfTI-2, one file or two: written by nibabel, or byte by byte where it would not write so; read by nibabel."""
+"""NIfTI-1 and NIfTI-2, one file or two: written by nibabel or byte by byte, read by nibabel."""
 
 import bz2
 import gzip
@@ -144,7 +144,7 @@ def seen(rng, path):
         if data.dtype.fields:
             colours = np.stack([data[name] for name in data.dtype.names], axis=-1)
             data = colours.reshape(data.shape + (1,) * (4 - data.ndim) + colours.shape[-1:])
-    except Exception as problem:  # noqa: BLE001: libraries raise anything
+    except Exception as problem:  # noqa: BLE001 - libraries raise anything
         raise Unreadable(f"nibabel: {problem}") from problem
     header = image.header
     data = data.reshape(data.shape + (1,) * (5 - data.ndim)).astype(np.float64)

@@ -1,4 +1,4 @@
-"""NRRD: written by pynrrd, or line by line where it would not write so; read by pynrrd, hexadecimal digits by Teem in SimpleITK."""
+"""NRRD: written by pynrrd, or line by line where it would not write so; read by pynrrd, or by Teem in SimpleITK."""
 
 import bz2
 import gzip
@@ -58,18 +58,28 @@ def place(rng, shape, spatial):
         matrix = axes * steps
         if space.endswith("-time") or space == "space dimension":
             space = "left-posterior-superior" if space.endswith("-time") else space
-        header["space dimension" if space == "space dimension" else "space"] = "3" if space == "space dimension" else space
+        header["space dimension" if space == "space dimension" else "space"] = (
+            "3" if space == "space dimension" else space
+        )
         header["space directions"] = " ".join("none" if v is None else vector(v) for v in none(list(matrix.T)))
         origin = rng.normal(size=3) * 70
         has_origin = chance(rng, 0.8)
         if has_origin:
             header["space origin"] = vector(origin)
         if chance(rng, 0.5):
-            header["space units"] = " ".join(f'"{truth.setdefault("unit", pick(rng, ["mm", "um", "cm"]))}"' for _ in "xyz")
+            header["space units"] = " ".join(
+                f'"{truth.setdefault("unit", pick(rng, ["mm", "um", "cm"]))}"' for _ in "xyz"
+            )
         if chance(rng, 0.2):
             header["measurement frame"] = "(1,0,0) (0,1,0) (0,0,1)"
         signs = {"r": [-1, -1, 1], "la": [1, -1, 1]}
-        key = "r" if space.lower() in ("ras", "right-anterior-superior") else "la" if space.lower().startswith(("las", "left-a")) else ""
+        key = (
+            "r"
+            if space.lower() in ("ras", "right-anterior-superior")
+            else "la"
+            if space.lower().startswith(("las", "left-a"))
+            else ""
+        )
         flip = np.array(signs.get(key, [1, 1, 1]), float)
         truth |= {"spacing": steps, "orientation": flip[:, None] * axes, "origin": flip * origin * has_origin,
                   "patient": space.lower() in ("lps", "ras", "las") or "superior" in space}  # fmt: skip
@@ -89,7 +99,9 @@ def place(rng, shape, spatial):
     if centre == "node" and any(shape[i] == 1 for i in spatial):
         centre, gaps = "cell", [shape[i] for i in spatial]
     header["axis mins"] = " ".join("NaN" if v is None else repr(v) for v in none(low))
-    header["axis maxs"] = " ".join("NaN" if v is None else repr(v) for v in none([a + s * g for a, s, g in zip(low, steps, gaps)]))
+    header["axis maxs"] = " ".join(
+        "NaN" if v is None else repr(v) for v in none([a + s * g for a, s, g in zip(low, steps, gaps)])
+    )
     if centre:
         key = pick(rng, ["centers", "centerings"])
         header[key] = " ".join("???" if v is None else centre for v in none(steps))
@@ -101,7 +113,11 @@ def vector(numbers):
 
 
 def by_pynrrd(rng, stem, data, header, encoding, endian):
-    lines = "".join(f"{key}: {value}\n" for key, value in header.items() if key not in ("axis mins", "axis maxs", "centers", "centerings"))
+    lines = "".join(
+        f"{key}: {value}\n"
+        for key, value in header.items()
+        if key not in ("axis mins", "axis maxs", "centers", "centerings")
+    )
     text = f"NRRD0005\ntype: {WORDS[data.dtype.name][0]}\ndimension: {data.ndim}\nsizes: {' '.join(map(str, data.shape))}\n"
     start = named(stem, ".tmp")
     start.write_text(text + lines + "encoding: raw\nendian: little\n\n")
@@ -137,7 +153,9 @@ def by_hand(rng, stem, data, header, encoding, endian):
     if chance(rng, 0.3):
         lines.append("# sizes: 1 1 1")
     if chance(rng, 0.3):
-        key = pick(rng, ["sizes:=9 9 9", "type:=scan", "units:=HU", "space:=MNI", "spacings:=7 7 7", "a note:=sizes: 9 9 9"])
+        key = pick(
+            rng, ["sizes:=9 9 9", "type:=scan", "units:=HU", "space:=MNI", "spacings:=7 7 7", "a note:=sizes: 9 9 9"]
+        )
         lines.insert(int(rng.integers(len(lines) + 1)), key)
     head, skip = b"", pick(rng, ["", "", "", "bytes", "lines", "last"]) if encoding in ("raw", "text") else ""
     if skip == "lines":
@@ -186,14 +204,14 @@ def by_library(path, data):
         if "Duplicate" in str(problem):
             return by_teem(path, data)
         raise Unreadable(f"pynrrd: {problem}") from problem
-    except Exception as problem:  # noqa: BLE001: libraries raise anything
+    except Exception as problem:  # noqa: BLE001 - libraries raise anything
         raise Unreadable(f"pynrrd: {problem}") from problem
 
 
 def by_teem(path, data):
     try:
         image = SimpleITK.ReadImage(str(path), imageIO="NrrdImageIO")
-    except Exception as problem:  # noqa: BLE001: libraries raise anything
+    except Exception as problem:  # noqa: BLE001 - libraries raise anything
         raise Unreadable(f"SimpleITK: {problem}") from problem
     array = SimpleITK.GetArrayFromImage(image)
     is_first = image.GetNumberOfComponentsPerPixel() > 1

@@ -57,7 +57,12 @@ def by_json(rng, stem, dtype, dims, is_big, content):
         said["endian"] = "big" if is_big else "little"
     extra = {"spacing": steps}
     if chance(rng, 0.5):
-        said |= {"orientation": axes.tolist(), "origin": [1, 2.5, -3], "space": pick(rng, ["patient", "other"]), "units": "mm"}
+        said |= {
+            "orientation": axes.tolist(),
+            "origin": [1, 2.5, -3],
+            "space": pick(rng, ["patient", "other"]),
+            "units": "mm",
+        }
         extra |= {"orientation": axes, "origin": [1, 2.5, -3], "units": "mm", "is_patient": said["space"] == "patient"}
     named(stem, ".raw").write_bytes(bytes(range(offset)) + content)
     if chance(rng, 0.5):

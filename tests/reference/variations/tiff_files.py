@@ -54,7 +54,9 @@ def plain(rng, path):
     outer = {key: chosen.pop(key) for key in ("byteorder", "bigtiff")}
     with tifffile.TiffWriter(path, **outer) as out:
         photometric = "miniswhite" if chance(rng, 0.15) else "minisblack"
-        out.write(voxels(rng, dtype, shape), photometric=photometric, metadata=None, **chosen, **resolution(rng), **extra)
+        out.write(
+            voxels(rng, dtype, shape), photometric=photometric, metadata=None, **chosen, **resolution(rng), **extra
+        )
 
 
 def shaped(rng, path):
@@ -85,7 +87,10 @@ def imagej(rng, path):
 
 
 def ome(rng, path):
-    dtype, axes = pick(rng, [t for t in TYPES if t not in ("uint64", "int64", "float16")]), pick(rng, ["ZYX", "CZYX", "ZCYX", "TCZYX", "TZCYX", "TZYX", "ZTYX", "CYX"])
+    dtype, axes = (
+        pick(rng, [t for t in TYPES if t not in ("uint64", "int64", "float16")]),
+        pick(rng, ["ZYX", "CZYX", "ZCYX", "TCZYX", "TZCYX", "TZYX", "ZTYX", "CYX"]),
+    )
     shape = planes(rng, len(axes) - 2)
     metadata = {"axes": axes}
     unit = pick(rng, ["µm", "nm", "mm", None])
@@ -96,7 +101,14 @@ def ome(rng, path):
                 metadata[f"PhysicalSize{axis}Unit"] = unit
     if "C" in axes and chance(rng, 0.6):
         metadata["Channel"] = {"Name": [f"dye {i}" for i in range(shape[axes.index("C")])]}
-    tifffile.imwrite(path, voxels(rng, dtype, shape), ome=True, photometric="minisblack", metadata=metadata, **options(rng, dtype, shape))
+    tifffile.imwrite(
+        path,
+        voxels(rng, dtype, shape),
+        ome=True,
+        photometric="minisblack",
+        metadata=metadata,
+        **options(rng, dtype, shape),
+    )
 
 
 def ome_by_hand(rng, path):
@@ -136,7 +148,15 @@ def colours(rng, path):
     shape = (*shape, samples) if planar == "contig" else (shape[0], samples, *shape[1:])
     extra = {"extrasamples": ["unassalpha"]} if samples in (2, 4) else {}
     photometric = "rgb" if samples > 2 else "minisblack"
-    tifffile.imwrite(path, voxels(rng, dtype, shape), photometric=photometric, planarconfig=planar, metadata=None, **extra, **options(rng, dtype, shape))
+    tifffile.imwrite(
+        path,
+        voxels(rng, dtype, shape),
+        photometric=photometric,
+        planarconfig=planar,
+        metadata=None,
+        **extra,
+        **options(rng, dtype, shape),
+    )
 
 
 def seen(rng, path, how, units):

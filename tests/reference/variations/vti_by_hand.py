@@ -1,4 +1,4 @@
-"""`.vti` files as programs other than VTK write them: attributes in any order and quotes, comments, arrays without names."""
+"""`.vti` files as programs other than VTK write them: attributes in any order and quotes, comments."""
 
 import base64
 import struct
@@ -28,7 +28,9 @@ def make(rng, stem, seen):
     if chance(rng, 0.5):
         image["Direction"] = " ".join(repr(float(n)) for n in directions(rng).ravel())
     appended, kind = bytearray(), pick(rng, ["raw", "base64"])
-    arrays = "".join(array(rng, coding, int(np.prod(dims)), f"a{i}", appended, kind) for i in range(pick(rng, [1, 2, 3])))
+    arrays = "".join(
+        array(rng, coding, int(np.prod(dims)), f"a{i}", appended, kind) for i in range(pick(rng, [1, 2, 3]))
+    )
     active = {"Scalars": "a0"} if chance(rng, 0.4) else {}
     note = "<!-- <DataArray> of a test -->" if chance(rng, 0.5) else ""
     declaration = pick(rng, ['<?xml version="1.0"?>', ""])

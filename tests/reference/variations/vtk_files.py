@@ -1,4 +1,4 @@
-"""VTK image data: XML and legacy files in every encoding, written and read by VTK, legacy text and images of parts by hand."""
+"""VTK image data: XML and legacy files in every encoding, written and read by VTK."""
 
 import re
 
@@ -64,7 +64,10 @@ def add(attributes, name, values):
 
 def xml(rng, stem, image):
     writer = vtk.vtkXMLImageDataWriter()
-    mode, compressor = pick(rng, ["Ascii", "Binary", "Appended", "Appended"]), pick(rng, ["None", "ZLib", "LZ4", "LZMA"])
+    mode, compressor = (
+        pick(rng, ["Ascii", "Binary", "Appended", "Appended"]),
+        pick(rng, ["None", "ZLib", "LZ4", "LZMA"]),
+    )
     getattr(writer, f"SetDataModeTo{mode}")()
     getattr(writer, f"SetCompressorTypeTo{compressor}")()
     getattr(writer, f"SetHeaderTypeToUInt{pick(rng, [32, 64])}")()
