@@ -3,7 +3,7 @@
 use super::hyperstack::{Counts, Hyperstack};
 
 /// What `text` says of a file of `pages` pages of `size` pixels along x and y, which can hold `most` planes; none where it is no such
-/// description or has axes that are not known.
+/// description.
 pub fn hyperstack(text: &str, pages: usize, size: [usize; 2], most: usize) -> Option<Hyperstack> {
     let json: serde_json::Value = serde_json::from_str(text).ok()?;
     let shape: Option<Vec<usize>> =
@@ -40,18 +40,21 @@ fn planes(shape: &[usize], axes: Option<&str>, [x, y]: [usize; 2]) -> Option<(Co
     // The slowest axis comes first; those of a page are no planes.
     let mut order = String::new();
     let mut counts = Counts::slices(1);
+    let (mut is_known, mut all) = (true, 1usize);
     for (axis, &size) in axes.chars().zip(shape) {
         match axis {
             'Y' | 'X' | 'S' => continue,
             'Z' => counts.slices = size,
             'C' => counts.channels = size,
             'T' => counts.times = size,
-            _ if size != 1 => return None,
+            _ if size != 1 => is_known = false,
             _ => continue,
         }
         order.insert(0, axis);
+        all = all.checked_mul(size)?;
     }
-    Some((counts, order))
+    // Planes along axes that nobody knows are slices, as they follow each other.
+    Some(if is_known { (counts, order) } else { (Counts::slices(all), "Z".into()) })
 }
 
 #[cfg(test)]
@@ -76,6 +79,7 @@ mod tests {
             r#"{"shape": [3, 10, 12], "truncated": true}"#,
             r#"{"shape": [3, 10, 12, 2], "truncated": true}"#,
             r#"{"shape": [3, 10, 12], "axes": "ZYX", "truncated": true}"#,
+            r#"{"shape": [3, 1, 10, 12], "axes": "QZYX", "truncated": true}"#,
         ] {
             let stack = hyperstack(text, 1, SIZE, 999).unwrap();
             assert!(stack.is_one_page && stack.counts == Counts::slices(3), "{text}");
