@@ -28,7 +28,7 @@ def colours(points, space, log=False, wrap=False):
     function.SetAllowDuplicateScalars(1)
     setter = {
         "rgb": "RGB", "hsv": "HSV", "lab": "Lab", "cielab": "Lab", "lab/ciede2000": "LabCIEDE2000",
-        "diverging": "Diverging", "step": "Step",
+        "diverging": "Diverging", "step": "Step", "prolab": "Prolab",
     }[space.lower()]
     getattr(function, f"SetColorSpaceTo{setter}")()
     function.SetHSVWrap(wrap)
@@ -143,6 +143,7 @@ MAPS = [
     {"ColorSpace": "RGB", "UseLogScale": 1, "RGBPoints": [0.01, 0, 0, 0, 1, 1, 0, 0, 1000, 1, 1, 1]},
     {"ColorSpace": "RGB", "RGBPoints": [-100, 0, 0, 0, 300, 1, 1, 1],
      "Points": [-50, 0, 0.2, 0, 20, 0.8, 0.7, 0.5, 90, 0.1, 0.5, 1, 120, 0.6, 0.3, 0.9, 200, 0.2, 0.5, 0.1, 250, 1, 0.5, 0]},
+    {"ColorSpace": "Prolab", "RGBPoints": STOPS},
 ]
 
 

@@ -202,10 +202,11 @@ impl Volume {
         Ok(self)
     }
 
-    /// The same volume with one more thing that was doubtful when it was read.
+    /// This volume with one more thing that was doubtful when it was read: one line, in which control characters are escaped.
     #[must_use]
     pub fn with_note(mut self, note: impl Into<String>) -> Self {
-        self.notes.push(note.into());
+        let shown = |c: char| if c.is_control() { c.escape_default().to_string() } else { c.to_string() };
+        self.notes.push(note.into().chars().map(shown).collect());
         self
     }
 

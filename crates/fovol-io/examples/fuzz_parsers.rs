@@ -1,4 +1,4 @@
-//! Feeds damaged files to the volume parsers, without a nightly compiler.
+//! Feeds damaged files to the parsers of volumes and transfer functions, without a nightly compiler.
 //!
 //! ```text
 //! cargo run --release -p fovol-io --example fuzz_parsers -- [OPTION…] [PARSER…]
@@ -16,7 +16,6 @@
 #[path = "../tests/mutation/mod.rs"]
 mod mutation;
 
-use fovol_io::volume::{Overrides, Source, parse};
 use mutation::{Random, Target, mutated, words};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -30,7 +29,7 @@ const FREE_MEMORY: usize = 12 << 20;
 /// And this much per byte: what deflate can unpack from one.
 const MEMORY_PER_BYTE: usize = 1100;
 
-/// An input that takes longer is a failure; one that takes ten times as long ends the run.
+/// An input that takes longer twice is a failure; one that takes ten times as long ends the run.
 const LONGEST: Duration = Duration::from_secs(1);
 
 /// The system's allocator, which also keeps account of what the current thread holds.
@@ -144,7 +143,7 @@ fn main() -> Result<(), String> {
         let start = Instant::now();
         let tally = fuzz(&target, &options, folder.path());
         println!(
-            "{:10} {} inputs, {} read as volumes, {} failures, slowest {:?}, most memory {} KiB, {:.0?}",
+            "{:10} {} inputs, {} read, {} failures, slowest {:?}, most memory {} KiB, {:.0?}",
             target.name,
             options.inputs,
             tally.read,
@@ -187,19 +186,25 @@ fn fuzz(target: &Target, options: &Options, folder: &Path) -> Tally {
         // Each input has a generator of its own, so that one failure can be made again alone.
         let mut random = Random::new(options.seed.wrapping_mul(0x1_0000_0001).wrapping_add(number));
         let input = mutated(&mut random, &target.seeds, &words);
-        let (length, kept) = (input.len(), input.clone());
-        watch.begin(&kept);
+        watch.begin(&input);
         let held = HELD.get();
         PEAK.set(held);
         let start = Instant::now();
-        let outcome = catch_unwind(AssertUnwindSafe(|| one(&path, input)));
-        let (taken, memory) = (start.elapsed(), (PEAK.get() - held).max(0) as usize);
+        let read = || catch_unwind(AssertUnwindSafe(|| (target.read)(&path, &input)));
+        let outcome = read();
+        let (mut taken, memory) = (start.elapsed(), (PEAK.get() - held).max(0) as usize);
+        if taken > LONGEST {
+            // Other programs may have held the processor.
+            let again = Instant::now();
+            drop(read());
+            taken = taken.min(again.elapsed());
+        }
         tally.slowest = tally.slowest.max(taken);
         tally.most_memory = tally.most_memory.max(memory);
         let problem = match outcome {
             Err(_) => Some("panics".to_owned()),
             Ok(Err(problem)) => Some(problem),
-            Ok(Ok(_)) if memory > FREE_MEMORY + MEMORY_PER_BYTE * length => {
+            Ok(Ok(_)) if memory > FREE_MEMORY + MEMORY_PER_BYTE * input.len() => {
                 Some(format!("takes {memory} bytes"))
             }
             Ok(Ok(_)) if taken > LONGEST => Some(format!("takes {taken:?}")),
@@ -210,26 +215,11 @@ fn fuzz(target: &Target, options: &Options, folder: &Path) -> Tally {
         };
         if let Some(problem) = problem {
             tally.failures += 1;
-            println!("{}: input {number} of {length} bytes {problem}", target.name);
-            keep(&options.keep, target.name, &number.to_string(), &kept);
+            println!("{}: input {number} of {} bytes {problem}", target.name, input.len());
+            keep(&options.keep, target.name, &number.to_string(), &input);
         }
     }
     tally
-}
-
-/// Whether `input` is a volume; `Err` for a message that is not one line of plain text.
-fn one(path: &Path, input: Vec<u8>) -> Result<bool, String> {
-    match parse(&Source::from_bytes(path, input), &Overrides::default()) {
-        Ok(volume) => {
-            let [x, y, z] = volume.grid().dims();
-            volume.value([x - 1, y - 1, z - 1]);
-            Ok(true)
-        }
-        Err(error) => {
-            let message = error.to_string();
-            if message.contains(char::is_control) { Err(format!("says {message:?}")) } else { Ok(false) }
-        }
-    }
 }
 
 fn keep(folder: &Path, parser: &str, name: &str, input: &[u8]) {

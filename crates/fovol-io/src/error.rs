@@ -75,7 +75,7 @@ fn advice(error: &io::Error) -> &'static str {
 }
 
 /// `text` for one line of a terminal: what hostile files smuggle into names and values is escaped.
-fn plain(text: impl Display) -> String {
+pub(crate) fn plain(text: impl Display) -> String {
     let shown = |c: char| if c.is_control() { c.escape_default().to_string() } else { c.to_string() };
     text.to_string().chars().map(shown).collect()
 }

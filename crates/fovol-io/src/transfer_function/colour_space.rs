@@ -1,6 +1,7 @@
 //! The spaces that other programs interpolate colours in.
 
 use super::ciede2000;
+use super::prolab::{from_prolab, to_prolab};
 
 /// Where colours between two corners come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,6 +17,8 @@ pub enum Interpolation {
     Lab,
     /// The way of the least CIEDE2000 distances through RGB.
     Ciede2000,
+    /// ProLab, a projective space.
+    ProLab,
     /// Polar L*a*b* through white (Moreland, "Diverging Color Maps for Scientific Visualization", 2009).
     Diverging,
     /// The right corner's colour.
@@ -65,6 +68,7 @@ impl Interpolation {
             "hsvwrap" | "hsv wrap" => Self::Hsv { wraps: true },
             "lab" | "cielab" => Self::Lab,
             "lab/ciede2000" | "labciede2000" | "lab_ciede2000" | "ciede2000" => Self::Ciede2000,
+            "prolab" => Self::ProLab,
             "diverging" => Self::Diverging,
             "step" => Self::Step,
             _ => return None,
@@ -82,6 +86,7 @@ impl Interpolation {
         match self {
             Self::Rgb | Self::Ciede2000 => mix(a, b, f),
             Self::Lab => from_lab(mix(to_lab(a), to_lab(b), f)),
+            Self::ProLab => from_prolab(mix(to_prolab(a), to_prolab(b), f)),
             Self::Hsv { wraps } => {
                 let (mut p, mut q) = (to_hsv(a), to_hsv(b));
                 if wraps && (p[0] - q[0]).abs() > 0.5 {
@@ -125,13 +130,31 @@ fn from_hsv([h, s, v]: Colour) -> Colour {
 /// White D65.
 const WHITE: Colour = [0.950_47, 1.0, 1.088_83];
 
-pub(super) fn to_lab(rgb: Colour) -> Colour {
+/// The CIE XYZ of a display colour.
+pub(super) fn to_xyz(rgb: Colour) -> Colour {
     let [r, g, b] = rgb.map(|c| if c > 0.040_45 { ((c + 0.055) / 1.055).powf(2.4) } else { c / 12.92 });
-    let xyz = [
+    [
         0.412_4 * r + 0.357_6 * g + 0.180_5 * b,
         0.212_6 * r + 0.715_2 * g + 0.072_2 * b,
         0.019_3 * r + 0.119_2 * g + 0.950_5 * b,
+    ]
+}
+
+/// The display colour of CIE XYZ.
+pub(super) fn from_xyz([x, y, z]: Colour) -> Colour {
+    let linear = [
+        3.240_6 * x - 1.537_2 * y - 0.498_6 * z,
+        -0.968_9 * x + 1.875_8 * y + 0.041_5 * z,
+        0.055_7 * x - 0.204 * y + 1.057 * z,
     ];
+    let rgb = linear.map(|c| if c > 0.003_130_8 { 1.055 * c.powf(1.0 / 2.4) - 0.055 } else { 12.92 * c });
+    // Colours that are too bright for display keep their hue, as in VTK.
+    let most = rgb.into_iter().fold(1.0, f64::max);
+    rgb.map(|c| (c / most).max(0.0))
+}
+
+pub(super) fn to_lab(rgb: Colour) -> Colour {
+    let xyz = to_xyz(rgb);
     let f: Colour = std::array::from_fn(|i| {
         let t = xyz[i] / WHITE[i];
         if t > 0.008_856 { t.cbrt() } else { 7.787 * t + 16.0 / 116.0 }
@@ -142,19 +165,10 @@ pub(super) fn to_lab(rgb: Colour) -> Colour {
 fn from_lab([l, a, b]: Colour) -> Colour {
     let fy = (l + 16.0) / 116.0;
     let f = [fy + a / 500.0, fy, fy - b / 200.0];
-    let [x, y, z]: Colour = std::array::from_fn(|i| {
+    from_xyz(std::array::from_fn(|i| {
         let cube = f[i].powi(3);
         WHITE[i] * if cube > 0.008_856 { cube } else { (f[i] - 16.0 / 116.0) / 7.787 }
-    });
-    let linear = [
-        3.240_6 * x - 1.537_2 * y - 0.498_6 * z,
-        -0.968_9 * x + 1.875_8 * y + 0.041_5 * z,
-        0.055_7 * x - 0.204 * y + 1.057 * z,
-    ];
-    let rgb = linear.map(|c| if c > 0.003_130_8 { 1.055 * c.powf(1.0 / 2.4) - 0.055 } else { 12.92 * c });
-    // Colours that are too bright for display keep their hue, as in VTK.
-    let most = rgb.into_iter().fold(1.0, f64::max);
-    rgb.map(|c| (c / most).max(0.0))
+    }))
 }
 
 /// L*a*b* in polar form: magnitude, saturation angle, hue angle.
@@ -216,6 +230,7 @@ mod tests {
                 Interpolation::Hsv { wraps: true },
                 Interpolation::Hsv { wraps: false },
                 Interpolation::Lab,
+                Interpolation::ProLab,
                 Interpolation::Diverging,
             ] {
                 let (start, end) = (space.segment(a, b).colour(0.0), space.segment(a, b).colour(1.0));

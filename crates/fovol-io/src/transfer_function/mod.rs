@@ -8,6 +8,7 @@ mod inviwo;
 mod joined;
 mod json;
 mod paraview;
+mod prolab;
 mod table;
 #[cfg(test)]
 mod tests;
@@ -98,6 +99,12 @@ const UNKNOWN: &str = "it is no transfer function that is known here; give {\"po
 /// # Errors
 /// As [`import`].
 pub fn parse(path: &Path, text: &str, name: Option<&str>) -> Result<Imported> {
+    let mut imported = parse_kind(path, text, name)?;
+    imported.notes.iter_mut().for_each(|note| *note = crate::error::plain(&note));
+    Ok(imported)
+}
+
+fn parse_kind(path: &Path, text: &str, name: Option<&str>) -> Result<Imported> {
     let text = text.trim_start_matches('\u{feff}');
     if text.trim_start().starts_with('<') {
         return xml::parse(path, text, name);

@@ -1,4 +1,5 @@
 use super::*;
+use proptest::prelude::*;
 
 fn parsed(text: &str, name: Option<&str>) -> Result<TransferFunction> {
     Ok(parse(Path::new("tf"), text, name)?.as_meant())
@@ -98,6 +99,138 @@ fn absolute_points_and_masks_of_inviwo() {
     let masked = parsed(&file(1, 0.5), None).unwrap();
     assert_eq!((masked.evaluate(0.49)[3], masked.evaluate(0.51)[3]), (0.0, 0.5));
     assert!(parsed(&file(7, 0.0), None).is_err());
+}
+
+fn is_near(found: &[f64], wanted: &[f64]) -> bool {
+    found.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-3)
+}
+
+#[test]
+fn opacities_stand_at_their_own_places() {
+    let tent = r#"[{"ColorSpace":"RGB","Name":"tent","NanColor":[1,1,0],"RGBPoints":[0,0,0,0, 255,1,1,1],
+        "Points":[0,0,0.5,0, 100,0,0.5,0, 128,1,0.5,0, 156,0,0.5,0, 255,0,0.5,0]}]"#;
+    let imported = parse(Path::new("tf"), tent, None).unwrap();
+    let opacity = |x| at(&imported.transfer, x)[3];
+    assert!(is_near(&[100.0, 114.0, 128.0, 142.0, 156.0].map(opacity), &[0.0, 0.5, 1.0, 0.5, 0.0]));
+    assert_eq!((imported.is_stretched, imported.nan), (false, Some([1.0, 1.0, 0.0, 1.0])));
+}
+
+#[test]
+fn colours_between_points_are_those_of_their_space() {
+    let middle = |space: &str, points: &str| {
+        let map = format!(r#"[{{"ColorSpace":"{space}","Name":"x","RGBPoints":[{points}]}}]"#);
+        parsed(&map, None).unwrap().evaluate(0.5)
+    };
+    // By vtkColorTransferFunction.
+    assert!(is_near(&middle("Step", "0,1,0,0, 85,1,0,0, 170,0,1,0, 255,0,0,1"), &[0.0, 1.0, 0.0]));
+    assert!(is_near(&middle("HSV", "0,0,0,1, 1,1,0,0"), &[0.0, 1.0, 0.0]));
+    assert!(is_near(&middle("Lab", "0,0.05,0.2,0.1, 1,0.9,1,0.8"), &[0.4518, 0.5750, 0.4233]));
+}
+
+#[test]
+fn points_in_data_values_stay_there() {
+    let hu = r#"[{"ColorSpace":"RGB","Name":"hu","Points":[-1000,0,0.5,0, 200,0,0.5,0, 300,1,0.5,0, 1000,1,0.5,0],
+        "RGBPoints":[-1000,0,0,0, 200,1,0,0, 300,1,1,1, 1000,1,1,1]}]"#;
+    // Over data from -1000 to 3000, as over any other.
+    let transfer = parsed(hu, None).unwrap().over([-1000.0, 3000.0]);
+    assert!(is_near(&transfer.evaluate(1250.0 / 4000.0), &[1.0, 0.5, 0.5, 0.5]));
+    let point = |x: f64, [r, g, b, a]: [f64; 4]| {
+        format!(r#"<Point><pos content="{x}"/><rgba x="{r}" y="{g}" z="{b}" w="{a}"/></Point>"#)
+    };
+    let itf = [
+        point(-1000.0, [0.0; 4]),
+        point(300.0, [1.0, 0.0, 0.0, 0.0]),
+        point(400.0, [1.0, 1.0, 1.0, 0.5]),
+        point(3000.0, [1.0, 1.0, 1.0, 0.9]),
+    ]
+    .concat();
+    let itf = format!(
+        r#"<InviwoTransferFunction version="3"><maskMin content="0"/><maskMax content="1"/><type content="1"/><Points>{itf}</Points></InviwoTransferFunction>"#
+    );
+    let right = r#"{"points":[[0,0,0,0,0],[0.325,1,0,0,0],[0.35,1,1,1,0.5],[1,1,1,1,0.9]]}"#;
+    let (absolute, right) = (parsed(&itf, None).unwrap(), parsed(right, None).unwrap());
+    assert_eq!(absolute.range(), Some([-1000.0, 3000.0]));
+    assert!(
+        (0..=400).map(|i| f64::from(i) / 400.0).all(|v| is_near(&absolute.evaluate(v), &right.evaluate(v)))
+    );
+}
+
+#[test]
+fn notes_are_one_line_of_plain_text() {
+    let text = r#"[{"ColorSpace":"\u001b[2J\n","RGBPoints":[0,0,0,0, 1,1,1,1]},{"Name":"\u0000","RGBPoints":[0,0,0,0, 1,1,1,1]}]"#;
+    let notes = parse(Path::new("tf"), text, None).unwrap().notes;
+    assert!(notes.len() >= 2 && notes.iter().all(|note| !note.contains(char::is_control)), "{notes:?}");
+}
+
+/// Rising places with a number of each, from 2 to 6.
+fn nodes<const N: usize>() -> impl Strategy<Value = Vec<(f64, [f64; N])>> {
+    let node = (0.01f64..50.0, prop::collection::vec(0.0f64..=1.0, N));
+    (-2000.0f64..2000.0, prop::collection::vec(node, 2..7)).prop_map(|(first, nodes)| {
+        nodes
+            .into_iter()
+            .scan(first, |x, (gap, numbers)| {
+                *x += gap;
+                Some((*x, std::array::from_fn(|i| numbers[i])))
+            })
+            .collect()
+    })
+}
+
+/// Numbers of all nodes in one list.
+fn flat<const N: usize>(nodes: &[(f64, [f64; N])], after: &[f64]) -> Vec<f64> {
+    nodes.iter().flat_map(|(x, numbers)| [&[*x], numbers.as_slice(), after].concat()).collect()
+}
+
+/// What `transfer` is at the data value `x`.
+fn at(transfer: &TransferFunction, x: f64) -> [f64; 4] {
+    let [lo, hi] = transfer.range().unwrap();
+    transfer.evaluate((x - lo) / (hi - lo))
+}
+
+fn is_sound(transfer: &TransferFunction) -> bool {
+    (0..=200).all(|i| transfer.evaluate(f64::from(i) / 200.0).iter().all(|c| (0.0..=1.0).contains(c)))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(128))]
+
+    #[test]
+    fn maps_meet_their_points(
+        colours in nodes::<3>(),
+        opacities in nodes::<1>(),
+        space in prop::sample::select(vec!["RGB", "HSV", "Lab", "Prolab"]),
+    ) {
+        let map = serde_json::json!({
+            "ColorSpace": space, "RGBPoints": flat(&colours, &[]), "Points": flat(&opacities, &[0.5, 0.0]),
+        });
+        let transfer = parse(Path::new("tf"), &map.to_string(), None).unwrap().transfer;
+        prop_assert!(is_sound(&transfer));
+        for (x, colour) in &colours {
+            let found = at(&transfer, *x);
+            prop_assert!((0..3).all(|c| (found[c] - colour[c]).abs() < 3e-3), "{x}: {found:?}, not {colour:?}");
+        }
+        for (x, [opacity]) in &opacities {
+            prop_assert!((at(&transfer, *x)[3] - opacity).abs() < 1e-6, "{x}: {:?}, not {opacity}", at(&transfer, *x));
+        }
+    }
+
+    #[test]
+    fn volume_properties_meet_their_points(colours in nodes::<3>(), opacities in nodes::<1>()) {
+        let list = |numbers: Vec<f64>| format!("{} {}", numbers.len(), numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(" "));
+        let (colour_list, opacity_list) = (list(flat(&colours, &[])), list(flat(&opacities, &[])));
+        let vp = format!("1\n10\n0.2\n0.1\n0.9\n1\n{opacity_list}\n4 0 1 255 1\n{colour_list}\n");
+        let xml = format!(r#"<M><VolumeProperty scalarOpacity="{opacity_list}" colorTransfer="{colour_list}"/></M>"#);
+        for text in [vp, xml] {
+            let transfer = parse(Path::new("tf"), &text, None).unwrap().transfer;
+            prop_assert!(is_sound(&transfer));
+            for (x, colour) in &colours {
+                prop_assert!((0..3).all(|c| (at(&transfer, *x)[c] - colour[c]).abs() < 1e-6), "{x}");
+            }
+            for (x, [opacity]) in &opacities {
+                prop_assert!((at(&transfer, *x)[3] - opacity).abs() < 1e-6, "{x}");
+            }
+        }
+    }
 }
 
 #[test]

@@ -4,13 +4,19 @@ use super::layout::Layout;
 use super::{Overrides, Source};
 use crate::{Error, Result, natural_order};
 use fovol_core::{Contents, Dtype, Endian, Volume};
-use image::DynamicImage;
+use image::{DynamicImage, ImageDecoder};
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Endings of pictures that are read.
 const ENDINGS: [&str; 4] = [".png", ".jpg", ".jpeg", ".bmp"];
+
+/// What one byte of a picture unpacks to at most, by deflate.
+const BYTES_PER_BYTE: u64 = 1100;
+
+/// And what pictures may have whatever their length.
+const FREE_BYTES: u64 = 1 << 20;
 
 /// Reads the pictures in the folder `path`; none when there are none.
 ///
@@ -81,7 +87,13 @@ fn decoded(file: &Path) -> Result<DynamicImage> {
     };
     let reader = image::ImageReader::new(std::io::Cursor::new(source.bytes()));
     let reader = reader.with_guessed_format().map_err(|e| failed(e.to_string()))?;
-    reader.decode().map_err(|e| failed(e.to_string()))
+    let decoder = reader.into_decoder().map_err(|e| failed(e.to_string()))?;
+    let most = (source.bytes().len() as u64).saturating_mul(BYTES_PER_BYTE).saturating_add(FREE_BYTES);
+    if decoder.total_bytes() > most {
+        let (x, y) = decoder.dimensions();
+        return Err(failed(format!("it claims {x}x{y} pixels, more than it can hold")));
+    }
+    DynamicImage::from_decoder(decoder).map_err(|e| failed(e.to_string()))
 }
 
 /// What all slices have in common.
@@ -238,5 +250,18 @@ mod tests {
         std::fs::write(folder.path().join("2.png"), b"\x89PNG\r\n\x1a\nnothing").unwrap();
         let error = read(folder.path(), &Overrides::default()).unwrap_err().to_string();
         assert!(error.contains("2.png") && !error.contains('\n'), "{error}");
+    }
+
+    #[test]
+    fn pictures_that_claim_more_pixels_than_they_hold_take_no_memory() {
+        let folder = folder(&["1.bmp"]);
+        let path = folder.path().join("1.bmp");
+        let mut bytes = std::fs::read(&path).unwrap();
+        // Width and height.
+        bytes[18..22].copy_from_slice(&30_000u32.to_le_bytes());
+        bytes[22..26].copy_from_slice(&20_000u32.to_le_bytes());
+        std::fs::write(&path, bytes).unwrap();
+        let error = read(folder.path(), &Overrides::default()).unwrap_err().to_string();
+        assert!(error.contains("claims 30000x20000 pixels"), "{error}");
     }
 }

@@ -1,8 +1,11 @@
-//! Damaged volume files: sound seeds of every kind, changed by a seeded generator.
+//! Damaged files: sound seeds of every kind, changed by a seeded generator.
 //!
 //! Shared by the tests, by the example `fuzz_parsers` and by the targets of cargo-fuzz.
 
+mod readers;
 pub mod seeds;
+mod tiff_files;
+mod transfer_functions;
 
 /// What one parser is fed with.
 pub struct Target {
@@ -12,6 +15,8 @@ pub struct Target {
     pub file: &'static str,
     /// Sound files.
     pub seeds: Vec<Vec<u8>>,
+    /// What is done with them.
+    pub read: readers::Reader,
 }
 
 /// A small generator of random numbers (SplitMix64): the same seed gives the same files everywhere.

@@ -1,12 +1,10 @@
 //! Sound files of every kind, as small as they can be and still use every feature.
 
-use super::Target;
+use super::{Target, readers, tiff_files, transfer_functions};
 use fovol_core::{Grid, Volume};
 use fovol_io::volume::write;
 use std::io::{Cursor, Write};
 use std::path::Path;
-use tiff::TiffResult;
-use tiff::encoder::{Compression, DeflateLevel, TiffEncoder, colortype};
 
 /// Voxels of every seed along x, y, z.
 const DIMS: [usize; 3] = [4, 3, 2];
@@ -20,7 +18,13 @@ pub fn targets(folder: &Path) -> Vec<Target> {
     for name in ["v.img", "p.img"] {
         std::fs::write(folder.join(name), &voxels).expect("the folder can be written");
     }
-    let target = |name, file, seeds| Target { name, file, seeds };
+    let slices = folder.join("slices");
+    std::fs::create_dir_all(&slices).expect("the folder can be written");
+    for name in ["s1.png", "s3.png", "s10.png"] {
+        std::fs::write(slices.join(name), picture(image::ImageFormat::Png))
+            .expect("the folder can be written");
+    }
+    let target = |name, file, seeds| Target { name, file, seeds, read: readers::volume };
     vec![
         target("raw", "v_4x3x2_uint16.raw.gz", vec![gzip(&voxels), voxels.clone()]),
         target("dat", "v.dat", dat()),
@@ -35,7 +39,10 @@ pub fn targets(folder: &Path) -> Vec<Target> {
         target("nifti_pair", "p.hdr", nifti_pair()),
         target("vti", "v.vti", [vti(), written(".vti")].concat()),
         target("vtk", "v.vtk", vtk()),
-        target("tiff", "v.tif", tiff()),
+        target("tiff", "v.tif", tiff_files::all()),
+        Target { read: readers::file_name, ..target("name", "v", names()) },
+        Target { read: readers::folder, ..target("slices", "slices/s2.png", pictures()) },
+        Target { read: readers::transfer_function, ..target("tf", "v.tf", transfer_functions::all()) },
         target("any", "v.bin", vec![voxels, b"text".to_vec()]),
     ]
 }
@@ -43,6 +50,31 @@ pub fn targets(folder: &Path) -> Vec<Target> {
 /// 16-bit voxels.
 fn voxels() -> Vec<u8> {
     (0..DIMS.iter().product::<usize>() as u16).flat_map(|value| (value * 259).to_le_bytes()).collect()
+}
+
+/// Names of bare voxels that say their size, type, byte order and spacing.
+fn names() -> Vec<Vec<u8>> {
+    [
+        "v_20x20x20_uint8.raw",
+        "CT-10X20X20.INT16.raw.gz",
+        "v_20x10x10_1.5x1.5x3mm_float32_be.raw",
+        "v 10x10x10 f64le (big) [2x].bin",
+        "20×20×20_i8_lsb_0.5x0.5x1um_12bit.dat",
+    ]
+    .map(|name| name.as_bytes().to_vec())
+    .to_vec()
+}
+
+fn picture(format: image::ImageFormat) -> Vec<u8> {
+    let pixels = image::GrayImage::from_fn(5, 4, |x, y| image::Luma([(x * 40 + y) as u8]));
+    let mut file = Cursor::new(Vec::new());
+    image::DynamicImage::from(pixels).write_to(&mut file, format).expect("memory can be written");
+    file.into_inner()
+}
+
+/// Pictures of every kind that slices may be.
+fn pictures() -> Vec<Vec<u8>> {
+    [image::ImageFormat::Png, image::ImageFormat::Bmp, image::ImageFormat::Jpeg].map(picture).to_vec()
 }
 
 /// What our own writer makes of a small volume; nothing where it does not know the ending.
@@ -134,6 +166,18 @@ fn nrrd() -> Vec<Vec<u8>> {
         joined(&header("encoding: raw\nline skip: 2"), &padded),
         joined(&header("encoding: raw\nline skip: 1\nbyte skip: 5"), &padded),
         joined(&header("encoding: gz\nbyte skip: -1"), &gzip(&padded)),
+        joined(
+            &header(
+                "encoding: raw\naxis mins: 0 0 0\naxis maxs: 4 6 1\ncenters: cell cell node\nunits: \"mm\" \"mm\" \"mm\"",
+            ),
+            &voxels,
+        ),
+        joined(
+            "NRRD0005\ntype: uint8\ndimension: 4\nsizes: 4 3 2 2\nkinds: space space space time\nspace: RAS\n\
+             space directions: (1,0,0) (0,2,0) (0,0,3) none\nspace origin: (1,2,3)\nspace units: \"mm\" \"mm\" \"mm\"\n\
+             content: a scan\nencoding: raw\n\n",
+            &voxels,
+        ),
         joined(
             "NRRD0004\ntype: unsigned char\ndimension: 4\nsizes: 2 4 3 2\nkinds: vector space space space\n\
              space directions: none (1,0,0) (0,1,0) (0,0,1)\nencoding: raw\n\n",
@@ -290,7 +334,33 @@ fn vti() -> Vec<Vec<u8>> {
         image_data(&compressor("vtkLZMADataCompressor", "UInt32"), "format=\"binary\"", "AAAA", ""),
         appended("base64", base64(&narrow).as_bytes()),
         appended("raw", &narrow),
+        arrays_and_marks(),
     ]
+}
+
+/// Several arrays of points and of cells, marks of ghosts among them, in a turned image.
+fn arrays_and_marks() -> Vec<u8> {
+    let decimal = |count: usize| (0..count).map(|i| (i % 8).to_string()).collect::<Vec<_>>().join(" ");
+    let array = |kind: &str, name: &str, components: usize, count: usize| {
+        let text = decimal(components * count);
+        format!(
+            "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"ascii\">{text}</DataArray>"
+        )
+    };
+    let points = [
+        array("UInt8", "vtkGhostType", 1, 24),
+        array("Float32", "velocity", 3, 24),
+        array("Int16", "t&amp;p", 1, 24),
+        array("Float64", "density", 1, 24),
+    ]
+    .concat();
+    let cells = [array("Int32", "density", 1, 6), array("UInt8", "vtkGhostType", 1, 6)].concat();
+    format!(
+        "<VTKFile type=\"ImageData\"><ImageData WholeExtent=\"-1 2 0 2 4 5\" Origin=\"1 2 3\" Spacing=\"1 2 0.5\" \
+         Direction=\"0 1 0 1 0 0 0 0 -1\"><Piece Extent=\"-1 2 0 2 4 5\"><PointData Scalars=\"density\" Vectors=\"velocity\">\
+         {points}</PointData><CellData Scalars=\"density\">{cells}</CellData></Piece></ImageData></VTKFile>"
+    )
+    .into_bytes()
 }
 
 fn vtk() -> Vec<Vec<u8>> {
@@ -308,30 +378,16 @@ fn vtk() -> Vec<Vec<u8>> {
         joined(&(header("ASCII") + "VECTORS v float\n"), decimal.join(" ").as_bytes()),
         joined(&(header("ASCII") + "FIELD f 1\nv 1 24 double\n"), decimal[..24].join(" ").as_bytes()),
         joined(&(header("BINARY") + "COLOR_SCALARS v 2\n"), &voxels()),
-    ]
-}
-
-type Pages<'a> = TiffEncoder<&'a mut Cursor<Vec<u8>>>;
-
-/// A TIFF file of `pages` pages, each written by `fill`.
-fn pages(compression: Compression, pages: usize, fill: impl Fn(&mut Pages<'_>) -> TiffResult<()>) -> Vec<u8> {
-    let mut file = Cursor::new(Vec::new());
-    let mut encoder =
-        TiffEncoder::new(&mut file).expect("memory can be written").with_compression(compression);
-    (0..pages).for_each(|_| fill(&mut encoder).expect("memory can be written"));
-    file.into_inner()
-}
-
-fn tiff() -> Vec<Vec<u8>> {
-    let gray16: Vec<u16> = (0..12).map(|i| i * 259).collect();
-    let real: Vec<f32> = (0..12).map(|i| i as f32 * 0.5).collect();
-    let colour: Vec<u8> = (0..36).collect();
-    vec![
-        pages(Compression::Uncompressed, 2, |file| file.write_image::<colortype::Gray16>(4, 3, &gray16)),
-        pages(Compression::Lzw, 3, |file| file.write_image::<colortype::Gray32Float>(4, 3, &real)),
-        pages(Compression::Packbits, 1, |file| file.write_image::<colortype::RGB8>(4, 3, &colour)),
-        pages(Compression::Deflate(DeflateLevel::Fast), 2, |file| {
-            file.write_image::<colortype::Gray8>(4, 3, &colour[..12])
-        }),
+        joined(
+            "# vtk DataFile Version 5.1\ntitle\nASCII\nDATASET STRUCTURED_POINTS\nFIELD FieldData 1\nTimeValue 1 1 double\n0.5\n\
+             METADATA\nINFORMATION 0\n\nDIMENSIONS 4 3 1\nPOINT_DATA 12\nSCALARS v int\n",
+            b"1 2 3 4 5 6 7 8 9 10 11 12\n",
+        ),
+        joined(
+            &(header("ASCII")
+                + "METADATA\nINFORMATION 0\n\nFIELD f 2\na%20b 1 24 int\n"
+                + &decimal[..24].join(" ")),
+            format!("\nc 1 2 double\n1 2\nCELL_DATA 6\n{scalars}1 2 3 4 5 6\n").as_bytes(),
+        ),
     ]
 }

@@ -49,6 +49,30 @@ impl<'a> Cursor<'a> {
         Some(())
     }
 
+    /// Passes over `count` values, binary ones of `size` bytes or words of text; none when there are fewer.
+    pub fn skip_values(&mut self, count: usize, size: Option<usize>) -> Option<()> {
+        match size {
+            Some(size) => self.skip_bytes(count.saturating_mul(size)),
+            None => self.skip_words(count),
+        }
+    }
+
+    /// Passes over the lines of metadata; an empty line ends them.
+    pub fn skip_metadata(&mut self) {
+        while self.line().is_some_and(|words| !words.is_empty()) {}
+    }
+
+    /// The line before the values of an array in a field; none at the end.
+    pub fn field_words(&mut self) -> Option<Vec<String>> {
+        loop {
+            let words = self.words()?;
+            match words[0].as_str() {
+                "METADATA" => self.skip_metadata(),
+                _ => return Some(words),
+            }
+        }
+    }
+
     /// Passes over `count` words; none when there are fewer.
     pub fn skip_words(&mut self, count: usize) -> Option<()> {
         for _ in 0..count {

@@ -66,12 +66,29 @@ impl Header {
                 "EXTENT" => self.dims = extent(source, &words)?,
                 "SPACING" | "ASPECT_RATIO" => self.spacing = spacing(source, &words)?,
                 "ORIGIN" => self.origin = Some(three(source, &words)?),
+                // Numbers of the whole image, its time for one, may come before its size.
+                "FIELD" if self.dims == [0; 3] => self.skip_field(source, cursor, &words)?,
+                "METADATA" if self.dims == [0; 3] => cursor.skip_metadata(),
                 _ => {
                     *cursor = before;
                     return Ok(());
                 }
             }
         }
+    }
+
+    /// Passes over the arrays of the field that `words` begin.
+    fn skip_field(&self, source: &Source, cursor: &mut Cursor<'_>, words: &[String]) -> Result<()> {
+        for _ in 0..number::<usize>(source, words, 2)? {
+            let words = cursor.field_words().ok_or_else(|| source.malformed("it ends within a FIELD"))?;
+            let [components, tuples] = [number::<usize>(source, &words, 1)?, number(source, &words, 2)?];
+            let dtype = dtype(source, words.get(3).map_or("", String::as_str))?;
+            let values = components.saturating_mul(tuples);
+            cursor.skip_values(values, self.is_binary.then(|| dtype.size())).ok_or_else(|| {
+                source.malformed("it ends before the values of its FIELD; copy or download it again")
+            })?;
+        }
+        Ok(())
     }
 
     /// Cells along each axis; an axis of one point has one layer of flat cells.

@@ -124,7 +124,7 @@ impl Search<'_> {
             match keyword.as_str() {
                 "POINT_DATA" => section = Some(self.section(&words, false)?),
                 "CELL_DATA" => section = Some(self.section(&words, true)?),
-                "METADATA" => self.skip_metadata(),
+                "METADATA" => self.cursor.skip_metadata(),
                 "FIELD" => self.field(&words, section)?,
                 keyword => self.attribute(keyword, &words, section)?,
             }
@@ -187,7 +187,8 @@ impl Search<'_> {
     fn field(&mut self, words: &[String], section: Option<Section>) -> Result<()> {
         let count: usize = number(self.source, words, 2)?;
         for _ in 0..count {
-            let words = self.field_words()?;
+            let words = self.cursor.field_words();
+            let words = words.ok_or_else(|| self.source.malformed("it ends within a FIELD"))?;
             let [components, tuples] =
                 [number::<usize>(self.source, &words, 1)?, number(self.source, &words, 2)?];
             let kind = words.get(3).map_or("", String::as_str);
@@ -199,17 +200,6 @@ impl Search<'_> {
             }
         }
         Ok(())
-    }
-
-    /// The line before the values of an array in a field.
-    fn field_words(&mut self) -> Result<Vec<String>> {
-        loop {
-            let words = self.cursor.words().ok_or_else(|| self.source.malformed("it ends within a FIELD"))?;
-            match words[0].as_str() {
-                "METADATA" => self.skip_metadata(),
-                _ => return Ok(words),
-            }
-        }
     }
 
     /// Takes the array of `section` that begins here.
@@ -229,10 +219,7 @@ impl Search<'_> {
     }
 
     fn skip(&mut self, dtype: Dtype, values: usize) -> Result<()> {
-        let skipped = match self.header.is_binary {
-            true => self.cursor.skip_bytes(values.saturating_mul(dtype.size())),
-            false => self.cursor.skip_words(values),
-        };
+        let skipped = self.cursor.skip_values(values, self.header.is_binary.then(|| dtype.size()));
         skipped.ok_or_else(|| {
             self.source.malformed(format!(
                 "it ends before the {values} values of an array that begins at byte {}; copy or download it again",
@@ -247,11 +234,6 @@ impl Search<'_> {
         if next.words().is_some_and(|words| words[0].eq_ignore_ascii_case("LOOKUP_TABLE")) {
             self.cursor = next;
         }
-    }
-
-    /// An empty line ends metadata.
-    fn skip_metadata(&mut self) {
-        while self.cursor.line().is_some_and(|words| !words.is_empty()) {}
     }
 
     fn unknown(&self, words: &[String]) -> crate::Error {

@@ -63,6 +63,21 @@ fn points_come_before_cells_and_fields_are_searched() {
 }
 
 #[test]
+fn fields_may_come_before_the_size() {
+    let field = "FIELD FieldData 2\nTimeValue 1 1 double\n0.5\nMETADATA\nINFORMATION 0\n\nn 2 1 int\n1 2\nMETADATA\nINFORMATION 0\n\n";
+    let text = |field: &str| {
+        format!(
+            "# vtk DataFile Version 5.1\ntitle\nASCII\nDATASET STRUCTURED_POINTS\n{field}DIMENSIONS 2 1 2\nSPACING 1 1 2\n\
+             ORIGIN 1 2 3\nPOINT_DATA 4\nSCALARS s int\nLOOKUP_TABLE default\n1 2 3 4\n"
+        )
+    };
+    let source = |field: &str| Source::from_bytes(Path::new("x.vtk"), text(field).into_bytes());
+    check(&source(field), Dtype::I32, 1, [1.0, 2.0, 3.0, 4.0]);
+    let error = parse(&source("FIELD f 1\na 1 999 int\n")).unwrap_err().to_string();
+    assert!(error.contains("its FIELD"), "{error}");
+}
+
+#[test]
 fn the_active_scalar_comes_before_all_others() {
     let rest = b"POINT_DATA 4\nVECTORS v float\n1 0 0 2 0 0 3 0 0 4 0 0\nFIELD f 2\nvtkGhostType 1 4 unsigned_char\n0 0 0 0\n\
         a%20b 1 4 double\n5 6 7 8\nSCALARS s short\nLOOKUP_TABLE default\n1 -2 3 4\n";

@@ -34,8 +34,14 @@ pub struct Placed {
     pub notes: Vec<String>,
 }
 
-/// Spacings differ where they do by more than this part: single precision and rounding explain less.
+/// Spacings contradict each other where they differ by more than this part: rounding to few digits explains less.
 const SAME: f64 = 1e-3;
+
+/// Squares of a below this are 0.
+const HALF_A_TURN: f64 = 1e-7;
+
+/// What single precision explains.
+const EQUAL: f64 = 1e-5;
 
 impl Forms {
     /// The place by the rules of the standard: the sform where it has a code, else the qform where it has one, else
@@ -65,9 +71,12 @@ impl Forms {
 impl Placed {
     fn take_sform(&mut self, sform: Affine, qform: Option<Affine>, pixdim: [f64; 3]) {
         let lengths = sform.spacing();
-        let differs = |axis: usize| (lengths[axis] - pixdim[axis]).abs() > SAME * lengths[axis];
-        if (0..3).any(differs) {
+        let differs_by =
+            |part: f64| (0..3).any(|axis| (lengths[axis] - pixdim[axis]).abs() > part * lengths[axis]);
+        if differs_by(EQUAL) {
             self.spacing = lengths;
+        }
+        if differs_by(SAME) {
             let [found, other] = [lengths, pixdim].map(shown);
             self.notes.push(format!(
                 "its sform has a spacing of {found}, its pixdim {other}; the sform is used, --spacing {} chooses the other",
@@ -109,8 +118,8 @@ impl Quaternion {
     fn affine(self, pixdim: [f64; 3]) -> Affine {
         let [b, c, d] = self.imaginary;
         let square = b * b + c * c + d * d;
-        // Rounded headers exceed 1 by little; nibabel and ITK scale them too.
-        let (a, b, c, d) = match square > 1.0 {
+        // Half a turn, rounded: the reference code of the standard scales it so too.
+        let (a, b, c, d) = match 1.0 - square < HALF_A_TURN {
             true => (0.0, b / square.sqrt(), c / square.sqrt(), d / square.sqrt()),
             false => ((1.0 - square).sqrt(), b, c, d),
         };
@@ -148,6 +157,8 @@ mod tests {
         assert_eq!(affine.steps[0], DVec3::new(2.0, 0.0, 0.0));
         assert_eq!(affine.origin, DVec3::new(-10.0, -10.0, 10.0));
         assert!(forms.placed([2.0, 2.0, 4.0]).notes.is_empty());
+        let rounded = forms.placed([2.001, 2.0, 4.0]);
+        assert_eq!((rounded.spacing, rounded.notes.len()), ([2.0, 2.0, 4.0], 0));
     }
 
     #[test]
@@ -155,6 +166,9 @@ mod tests {
         // Half a turn about z: RAS to LPS.
         let quaternion = Quaternion { imaginary: [0.0, 0.0, 1.0], offset: [0.0; 3], is_flipped: true };
         let affine = Forms { sform: None, qform: Some(quaternion) }.placed([1.0, 2.0, 3.0]).affine.unwrap();
+        assert_eq!(affine.steps, [DVec3::X, DVec3::Y * 2.0, DVec3::NEG_Z * 3.0]);
+        let rounded = Quaternion { imaginary: [0.0, 0.0, 1.0 - 3e-8], ..quaternion };
+        let affine = Forms { sform: None, qform: Some(rounded) }.placed([1.0, 2.0, 3.0]).affine.unwrap();
         assert_eq!(affine.steps, [DVec3::X, DVec3::Y * 2.0, DVec3::NEG_Z * 3.0]);
     }
 

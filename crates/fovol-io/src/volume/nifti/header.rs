@@ -18,7 +18,7 @@ pub struct Header {
     pub offset: usize,
     /// The size of each axis that is in use.
     pub sizes: Vec<usize>,
-    /// The spacing of the same axes; not a number where the file says 0.
+    /// The spacing of these axes, of three at least; not a number where the file says 0.
     pub spacings: Vec<f64>,
     /// The type of one component.
     pub dtype: Dtype,
@@ -140,7 +140,8 @@ impl Fields<'_> {
             endian: self.endian,
             is_single,
             offset: self.offset(is_single)?,
-            spacings: (1..=sizes.len()).map(|axis| self.spacing(axis)).collect(),
+            // A flat image may say how thick it is.
+            spacings: (1..=sizes.len().max(3)).map(|axis| self.spacing(axis)).collect(),
             sizes,
             dtype,
             components,

@@ -31,6 +31,8 @@ struct Axis {
     spacing: f64,
     direction: Option<DVec3>,
     is_spatial: bool,
+    /// Whether samples along it are points of time.
+    is_time: bool,
     /// Whether samples along it are the values of one voxel.
     are_values: bool,
     /// Whether its spacing follows from where it begins and ends.
@@ -44,20 +46,29 @@ impl Axes {
     /// Missing or contradicting fields, or an order of axes that is not read.
     pub fn of(source: &Source, header: &Header) -> Result<Self> {
         let mut axes = axes(source, header)?;
+        let mut notes = Vec::new();
+        if axes.len() > 3 && axes[0].is_time {
+            notes.push("has its time points as the values of each voxel; --component N chooses one".into());
+        }
         let components = match axes.first() {
-            Some(first) if !first.is_spatial && axes.len() > 1 => axes.remove(0).size,
+            Some(first) if axes.len() > 1 && (!first.is_spatial || axes.len() > 3 && first.is_time) => {
+                axes.remove(0).size
+            }
             _ => 1,
         };
         let planes = match axes.last() {
             Some(last) if axes.len() > 3 && last.are_values => axes.pop().map_or(1, |last| last.size),
             _ => 1,
         };
-        if axes.len() > 3 && axes[..3].iter().any(|axis| !axis.is_spatial && axis.size > 1) {
+        let is_between = |axis: &Axis| (!axis.is_spatial || axis.is_time) && axis.size > 1;
+        if axes.len() > 3 && axes[..3].iter().any(is_between) {
             return Err(source.unsupported(
-                "its list axis lies between the spatial ones; move it to the end, with `unu permute` for one",
+                "its axis of a list or of time lies between the spatial ones; move it to the end, with `unu permute` for one",
             ));
         }
-        let mut notes = Vec::new();
+        if axes.iter().take(3).any(|axis| axis.is_time && axis.size > 1) {
+            notes.push("its axis of time is shown as an axis of space".into());
+        }
         let says_centres = header.get("centers").or_else(|| header.get("centerings")).is_some();
         if !says_centres && axes.iter().any(|axis| axis.is_between_ends) {
             notes.push(
@@ -126,6 +137,7 @@ fn axes(source: &Source, header: &Header) -> Result<Vec<Axis>> {
             spacing: stated.or(between).unwrap_or(f64::NAN),
             direction: texts.as_ref().and_then(|texts| vector(texts[i])),
             is_spatial: is_spatial && has_direction,
+            is_time: kinds.as_ref().is_some_and(|kinds| kinds[i].eq_ignore_ascii_case("time")),
             are_values: !is_spatial
                 && kinds.as_ref().is_some_and(|kinds| !kinds[i].eq_ignore_ascii_case("list")),
             is_between_ends: stated.is_none() && between.is_some(),
@@ -223,6 +235,18 @@ mod tests {
         assert_eq!(of("sizes: 5 6 7 9\nkinds: space space space list").unwrap().sizes, [5, 6, 7, 9]);
         let error = of("sizes: 5 6 9 7\nkinds: space space list space").unwrap_err().to_string();
         assert!(error.contains("unu permute"), "{error}");
+    }
+
+    #[test]
+    fn time_axes_are_no_axes_of_space() {
+        let first = of("sizes: 4 5 6 7\nkinds: time domain domain domain").unwrap();
+        assert_eq!((first.components, first.sizes), (4, vec![5, 6, 7]));
+        assert!(first.notes[0].contains("--component"), "{:?}", first.notes);
+        assert!(of("sizes: 5 6 9 7\nkinds: space space time space").is_err());
+        let film = of("sizes: 5 6 9\nkinds: domain domain time").unwrap();
+        assert!(film.sizes == [5, 6, 9] && film.notes[0].contains("axis of time"), "{:?}", film.notes);
+        let last = of("sizes: 5 6 7 9\nkinds: domain domain domain time").unwrap();
+        assert!(last.sizes == [5, 6, 7, 9] && last.notes.is_empty());
     }
 
     #[test]

@@ -10,6 +10,8 @@ const LONGEST: usize = 4 << 20;
 pub struct Header {
     /// Names in lower case without blanks, and values.
     fields: Vec<(String, String)>,
+    /// The key/value pairs, which are no fields whatever they are called.
+    keys: Vec<(String, String)>,
     /// The lines below `data file: LIST`.
     pub listed: Vec<String>,
     /// Where the data begins when it is attached; none when no empty line ends the header.
@@ -27,7 +29,7 @@ impl Header {
                 source.malformed("it does not begin with NRRD000 as NRRD headers do; is the name right?")
             );
         }
-        let mut header = Self { fields: Vec::new(), listed: Vec::new(), end: None };
+        let mut header = Self { fields: Vec::new(), keys: Vec::new(), listed: Vec::new(), end: None };
         let bytes = &source.bytes()[..source.bytes().len().min(LONGEST)];
         let mut at = 0;
         let mut is_list = false;
@@ -49,7 +51,7 @@ impl Header {
                 header.listed.push(line.trim().to_owned());
                 continue;
             }
-            let (name, value) = split(line).ok_or_else(|| {
+            let Line { is_key, name, value } = Line::of(line).ok_or_else(|| {
                 let shown: String = line.chars().take(40).collect();
                 source.malformed(format!(
                     "line {} of its NRRD header is no field: `{}`",
@@ -57,6 +59,10 @@ impl Header {
                     shown.escape_debug()
                 ))
             })?;
+            if is_key {
+                header.keys.push((name, value));
+                continue;
+            }
             is_list = name == "datafile" && value.split_whitespace().next() == Some("LIST");
             header.fields.push((name, value));
         }
@@ -65,16 +71,36 @@ impl Header {
 
     /// The value of `field`, a name in lower case without blanks.
     pub fn get(&self, field: &str) -> Option<&str> {
-        self.fields.iter().find(|(name, _)| name == field).map(|(_, value)| value.as_str())
+        let found = value_of(&self.fields, field);
+        // Some writers put `byte skip:= -1`.
+        found.or_else(|| self.key(field).filter(|_| matches!(field, "byteskip" | "lineskip")))
+    }
+
+    /// The value of `key`, a name in lower case without blanks.
+    pub fn key(&self, key: &str) -> Option<&str> {
+        value_of(&self.keys, key)
     }
 }
 
-/// `name: value` or `key:=value`. Keys are read as fields too: some writers put `byte skip:= -1`.
-fn split(line: &str) -> Option<(String, String)> {
-    let (name, value) = line.split_once(':')?;
-    let value = value.strip_prefix('=').unwrap_or(value);
-    let name = name.chars().filter(|c| !c.is_whitespace()).collect::<String>().to_ascii_lowercase();
-    Some((name, value.trim().to_owned()))
+fn value_of<'a>(pairs: &'a [(String, String)], name: &str) -> Option<&'a str> {
+    pairs.iter().find(|(found, _)| found == name).map(|(_, value)| value.as_str())
+}
+
+/// `name: value` or `key:=value`.
+struct Line {
+    is_key: bool,
+    name: String,
+    value: String,
+}
+
+impl Line {
+    fn of(line: &str) -> Option<Self> {
+        // Keys may hold colons, and so may the values of fields.
+        let key = line.split_once(":=").filter(|(name, _)| !name.contains(": "));
+        let (name, value) = key.or_else(|| line.split_once(':'))?;
+        let name = name.chars().filter(|c| !c.is_whitespace()).collect::<String>().to_ascii_lowercase();
+        Some(Self { is_key: key.is_some(), name, value: value.trim().to_owned() })
+    }
 }
 
 #[cfg(test)]
@@ -94,6 +120,15 @@ mod tests {
         assert_eq!(header.get("byteskip"), Some("-1"));
         assert_eq!(header.get("note"), None);
         assert_eq!(header.end, Some(text.len() - 4));
+    }
+
+    #[test]
+    fn keys_are_no_fields() {
+        let header =
+            header("NRRD0004\nsizes:=9 9\nSpace:=MNI\nsizes: 2 2\nnote: a:=b\nSegment0_ID:=x\n\n").unwrap();
+        assert_eq!(header.get("sizes"), Some("2 2"));
+        assert_eq!((header.get("space"), header.key("space")), (None, Some("MNI")));
+        assert_eq!((header.get("note"), header.key("segment0_id")), (Some("a:=b"), Some("x")));
     }
 
     #[test]

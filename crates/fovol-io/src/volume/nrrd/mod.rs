@@ -68,7 +68,7 @@ fn contents(
         component,
         are_colours: axes.are_colours,
         // Slicer keeps the names of labels in fields of the header.
-        are_labels: name.ends_with(".seg.nrrd") || header.get("segment0_id").is_some(),
+        are_labels: name.ends_with(".seg.nrrd") || header.key("segment0_id").is_some(),
         ..Contents::default()
     };
     Ok((contents, Blocks { count, index: component * times + time }))

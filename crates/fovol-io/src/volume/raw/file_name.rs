@@ -18,7 +18,7 @@ impl FileName {
     pub fn of(path: &Path) -> Self {
         let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase().replace('×', "x");
         let mut found = Self::default();
-        for word in words(&name) {
+        for word in words(&name).into_iter().flat_map(pieces) {
             if !found.take(word) {
                 found.unclear.push(word.to_owned());
             }
@@ -43,7 +43,7 @@ impl FileName {
 
     /// Takes three numbers joined by `x`: the first whole ones are the size, others the spacing.
     fn take_sides(&mut self, word: &str) -> bool {
-        let bare = ["mm", "um", "µm"].iter().find_map(|unit| word.strip_suffix(unit)).unwrap_or(word);
+        let bare = without_unit(word);
         let parts: Vec<&str> = bare.split('x').collect();
         let whole: Option<Vec<usize>> = parts.iter().map(|part| part.parse().ok()).collect();
         if let (Some(Ok(dims)), None) = (whole.map(<[usize; 3]>::try_from), self.said.dims)
@@ -81,6 +81,37 @@ fn words(name: &str) -> Vec<&str> {
     words.push(&name[from..]);
     words.retain(|word| !word.is_empty());
     words
+}
+
+/// Longer words are not searched for dots that part two.
+const LONGEST_WORD: usize = 64;
+
+/// The parts of `word` where dots between digits part words that are understood: `int16.12x10x8`, `12x10x8.1.5x1.5x3`.
+fn pieces(word: &str) -> Vec<&str> {
+    if word.len() > LONGEST_WORD || is_understood(word) {
+        return vec![word];
+    }
+    let parted = word.match_indices('.').find_map(|(at, _)| {
+        let (left, right) = (&word[..at], &word[at + 1..]);
+        let rest = if is_understood(left) { pieces(right) } else { return None };
+        rest.iter().all(|piece| is_understood(piece)).then(|| [&[left], rest.as_slice()].concat())
+    });
+    parted.unwrap_or_else(|| vec![word])
+}
+
+/// Whether `word` is a type, a byte order or three numbers.
+fn is_understood(word: &str) -> bool {
+    let mut sides =
+        without_unit(word).split('x').map(|side| side.parse::<f64>().is_ok_and(|side| side > 0.0));
+    let are_sides = [sides.next(), sides.next(), sides.next(), sides.next()];
+    voxel_type(word).is_some()
+        || byte_order(word).is_some()
+        || are_sides == [Some(true), Some(true), Some(true), None]
+}
+
+/// `word` without a unit of length at its end.
+fn without_unit(word: &str) -> &str {
+    ["mm", "um", "µm"].iter().find_map(|unit| word.strip_suffix(unit)).unwrap_or(word)
 }
 
 /// The voxel type that `word` names, with the byte order at its end.
@@ -133,6 +164,15 @@ mod tests {
             assert_eq!((said.dims, said.spacing), (Some([12, 10, 8]), Some([1.5, 1.5, 3.0])), "{name}");
         }
         assert_eq!(of("ct_64x64x64_1x1x2_u8.raw").said.spacing, Some([1.0, 1.0, 2.0]));
+        for name in [
+            "ct.int16.12x10x8.1.5x1.5x3.raw",
+            "ct.1.5x1.5x3mm.12x10x8.i16.raw",
+            "ct_12x10x8.1.5x1.5x3.int16.raw",
+        ] {
+            let Description { dims, dtype, spacing, .. } = of(name).said;
+            let expected = (Some([12, 10, 8]), Some(Dtype::I16), Some([1.5, 1.5, 3.0]));
+            assert_eq!((dims, dtype, spacing), expected, "{name}");
+        }
         assert_eq!(of("x.raw"), FileName::default());
     }
 
@@ -152,6 +192,26 @@ mod tests {
         fn sizes_are_found(dims in prop::array::uniform3(1usize..5000), name in "[a-w]{1,8}") {
             let [x, y, z] = dims;
             prop_assert_eq!(of(&format!("{name}_{x}x{y}x{z}_f32be.raw")).said.dims, Some(dims));
+        }
+
+        #[test]
+        fn words_are_understood_in_any_order(
+            dims in prop::array::uniform3(1usize..5000),
+            tenths in prop::array::uniform3(1u32..90),
+            dtype in prop::sample::select(Dtype::ALL.to_vec()),
+            order in prop::sample::select(vec![("BE", Endian::Big), ("little", Endian::Little), ("msb", Endian::Big)]),
+            separator in prop::sample::select(vec!["_", "-", " ", "__", "."]),
+            places in Just([0, 1, 2, 3]).prop_shuffle(),
+        ) {
+            let [sx, sy, sz] = tenths.map(|t| format!("{}.{}", t / 10, t % 10));
+            let size = dims.map(|n| n.to_string()).join("x");
+            let words = [size, dtype.to_string(), order.0.to_owned(), format!("{sx}x{sy}x{sz}mm")];
+            let words: Vec<&str> = places.iter().map(|&place| words[place].as_str()).collect();
+            let found = of(&format!("scan{separator}{}.raw", words.join(separator)));
+            prop_assert_eq!(found.unclear, Vec::<String>::new());
+            let Description { dims: size, dtype: kind, endian, spacing, .. } = found.said;
+            prop_assert_eq!((size, kind, endian), (Some(dims), Some(dtype), Some(order.1)));
+            prop_assert_eq!(spacing, Some(tenths.map(|t| format!("{}.{}", t / 10, t % 10).parse().unwrap())));
         }
     }
 }

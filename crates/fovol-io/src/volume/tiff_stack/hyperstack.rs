@@ -8,6 +8,8 @@ use crate::volume::{Overrides, Source};
 use fovol_core::Contents;
 
 /// The tags of the first page that speak of the whole file.
+const WIDTH: usize = 256;
+const HEIGHT: usize = 257;
 const DESCRIPTION: usize = 270;
 const X_RESOLUTION: usize = 282;
 const Y_RESOLUTION: usize = 283;
@@ -136,8 +138,9 @@ impl Hyperstack {
         } else if text.contains("<OME") || text.contains(":OME") {
             ome::hyperstack(source, &text, pages)?
         } else {
-            let stack = shaped::hyperstack(&text, pages).unwrap_or_else(|| Self::plain(pages));
-            stack.with_print_resolution(resolution)
+            let side = |tag| reader.value(first, tag).unwrap_or(0.0) as usize;
+            let stack = shaped::hyperstack(&text, pages, [side(WIDTH), side(HEIGHT)], source.bytes().len());
+            stack.unwrap_or_else(|| Self::plain(pages)).with_print_resolution(resolution)
         };
         Ok(said)
     }

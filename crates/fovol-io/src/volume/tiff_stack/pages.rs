@@ -146,7 +146,16 @@ impl<'a> Pages<'a> {
 }
 
 fn broken(source: &Source, page: usize, error: &tiff::TiffError) -> Error {
-    if matches!(error, tiff::TiffError::IoError(e) if e.kind() == std::io::ErrorKind::UnexpectedEof) {
+    let is_end = |e: &std::io::Error| {
+        (e.kind() == std::io::ErrorKind::UnexpectedEof).then(|| e.to_string().contains("lzw"))
+    };
+    let end = if let tiff::TiffError::IoError(e) = error { is_end(e) } else { None };
+    if end == Some(true) {
+        return source.malformed(format!(
+            "the LZW data of its page {page} do not end; copy it again, or save it uncompressed"
+        ));
+    }
+    if end.is_some() {
         return source.malformed(format!("it is cut off within page {page}; copy or download it again"));
     }
     let problem: String =

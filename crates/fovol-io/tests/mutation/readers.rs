@@ -1,0 +1,67 @@
+//! What is done with the bytes of an input.
+
+use fovol_io::transfer_function;
+use fovol_io::volume::{Overrides, Source, parse, read};
+use std::path::Path;
+
+/// Takes bytes as those of the file at the path; whether they are one of its kind. `Err` for an answer that is wrong: a message that
+/// is not one line of plain text, values that cannot be.
+pub type Reader = fn(&Path, &[u8]) -> Result<bool, String>;
+
+/// Reads a volume.
+pub fn volume(path: &Path, input: &[u8]) -> Result<bool, String> {
+    judged(parse(&Source::from_bytes(path, input.to_vec()), &Overrides::default()))
+}
+
+/// Reads eight thousand bytes under the name that the input is.
+pub fn file_name(path: &Path, input: &[u8]) -> Result<bool, String> {
+    let name = String::from_utf8_lossy(input).replace(['/', '\0'], "");
+    let path = path.with_file_name(if name.is_empty() { "v" } else { &name });
+    judged(parse(&Source::from_bytes(&path, vec![1; 8000]), &Overrides::default()))
+}
+
+/// Reads a folder in which the input is the third of four slices.
+pub fn folder(path: &Path, input: &[u8]) -> Result<bool, String> {
+    std::fs::write(path, input).map_err(|e| e.to_string())?;
+    judged(read(path.parent().unwrap_or(path), &Overrides::default()))
+}
+
+fn judged(read: fovol_io::Result<fovol_core::Volume>) -> Result<bool, String> {
+    match read {
+        Ok(volume) => {
+            let [x, y, z] = volume.grid().dims();
+            volume.value([x - 1, y - 1, z - 1]);
+            match volume.notes().iter().find(|note| note.contains(char::is_control)) {
+                Some(note) => Err(format!("notes {note:?}")),
+                None => Ok(true),
+            }
+        }
+        Err(error) => refused(&error),
+    }
+}
+
+/// Reads a transfer function and looks at its values.
+pub fn transfer_function(path: &Path, input: &[u8]) -> Result<bool, String> {
+    let imported = match transfer_function::parse(path, &String::from_utf8_lossy(input), None) {
+        Ok(imported) => imported,
+        Err(error) => return refused(&error),
+    };
+    if let Some(note) = imported.notes.iter().find(|note| note.contains(char::is_control)) {
+        return Err(format!("notes {note:?}"));
+    }
+    for transfer in [&imported.transfer, &imported.as_meant()] {
+        let wrong = (0..=64).find(|&i| {
+            let rgba = transfer.evaluate(f64::from(i) / 64.0);
+            !rgba.iter().all(|c| (0.0..=1.0).contains(c))
+        });
+        if let Some(i) = wrong {
+            return Err(format!("is {:?} at {i}/64", transfer.evaluate(f64::from(i) / 64.0)));
+        }
+    }
+    Ok(true)
+}
+
+fn refused(error: &fovol_io::Error) -> Result<bool, String> {
+    let message = error.to_string();
+    if message.contains(char::is_control) { Err(format!("says {message:?}")) } else { Ok(false) }
+}
