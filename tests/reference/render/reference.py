@@ -91,7 +91,8 @@ class Volume:
 
 def unit_values(raw, chosen_range):
     """0...1 per voxel: "v = clamp((raw - lo)/(hi - lo), 0, 1). [lo, hi] is 0...255 for u8, and the finite
-    data minimum...maximum for every other type, unless --range LO,HI. NaN and +-inf count as lo."
+    data minimum...maximum for every other type, unless --range LO,HI. +-inf counts as `lo`; a sample with a NaN
+    among its eight voxels takes --nan (default transparent)." NaN stays NaN here.
     """
     values = raw.astype(np.float64)
     finite = np.isfinite(values)
@@ -101,7 +102,7 @@ def unit_values(raw, chosen_range):
         lo, hi = 0.0, 255.0
     else:
         lo, hi = values[finite].min(), values[finite].max()
-    values = np.where(finite, values, lo)
+    values = np.where(np.isinf(values), lo, values)
     return np.clip((values - lo) / (hi - lo), 0.0, 1.0)
 
 
@@ -127,6 +128,7 @@ class TransferFunction:
         alpha = 1 - (1 - a)^(step/voxel)".
         """
         a = np.interp(v, self.points[:, 0], self.points[:, 4])
+        a = np.where(np.isnan(v), 0.0, a)  # transparent
         return 1.0 - (1.0 - a) ** voxels
 
 
@@ -226,7 +228,7 @@ def facing(scene, positions):
     """
     gradient = scene.volume.gradient(positions)
     length = np.linalg.norm(gradient, axis=1)
-    flat = length == 0.0
+    flat = (length == 0.0) | np.isnan(length)
     cosine = np.abs(gradient @ scene.light) / np.where(flat, 1.0, length)
     return np.where(flat, 1.0, cosine)
 
