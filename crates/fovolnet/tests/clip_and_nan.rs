@@ -108,7 +108,7 @@ fn nan_looks_as_was_said() {
     std::fs::write(&map, with(r#","NanColor":[1,0.5,0],"NanOpacity":0.25"#)).unwrap();
     let map = map.to_str().unwrap();
     let grid = Grid::new([8; 3], [1.0; 3]).unwrap();
-    let value = |i: usize| if i % 2 == 0 { f32::NAN } else { (i % 11) as f32 };
+    let value = |i: usize| if i.is_multiple_of(2) { f32::NAN } else { (i % 11) as f32 };
     let volume = open(Volume::from_values(grid, (0..512).map(value).collect()).unwrap());
     let camera = Camera::new([0.05, 0.02, 2.0].into(), [0.0; 3].into(), 20.0).unwrap();
     let along = -1.0 / camera.rays(SIZE).ray(24, 18).direction.z;
