@@ -53,7 +53,13 @@ fn a_part_of_half_a_hundredth_has_the_opacity_of_that_length() {
             let found = middle(&mut pipeline(&volume, &settings), &camera);
             let voxels = (to - from) * 32.0 / -ray.direction.z;
             let right = 1.0 - 0.6f64.powf(voxels);
-            assert!((found[3] - right).abs() < most, "{integration} {from} {to}: {} for {right}", found[3]);
+            // Rays end where next to nothing passes.
+            let is_opaque = found[3] >= 0.999 && right >= 0.999;
+            assert!(
+                is_opaque || (found[3] - right).abs() < most,
+                "{integration} {from} {to}: {} for {right}",
+                found[3]
+            );
             // Half of it, or the mean, is met within the part.
             let [near, far] = [to, from].map(|side| (ray.origin.z - (side - 0.5)) / -ray.direction.z);
             let voxel = 1.0 / 32.0;
@@ -73,7 +79,9 @@ fn changed_parts_are_those_begun_with() {
     let volume = open(Volume::from_values(grid, values).unwrap());
     let camera = CameraPath::Orbit.camera(40);
     let mut changed = pipeline(&volume, &settings("grey"));
-    let mut last = middle(&mut changed, &camera);
+    let pixels = (0..36).flat_map(|y| (0..48).map(move |x| Pixel { x, y }));
+    let list = SampleList::new(SIZE, pixels.collect());
+    let mut last = changed.march(&camera, &list).unwrap();
     for clip in [
         [0.0, 1.0, 0.0, 1.0, 0.001, 1.0],
         [0.41, 0.62, 0.0, 0.9, 0.1, 0.77],
@@ -81,8 +89,8 @@ fn changed_parts_are_those_begun_with() {
     ] {
         let settings = RenderSettings { clip: Some(clip), ..settings("grey") };
         changed.change(&settings).unwrap();
-        let found = middle(&mut changed, &camera);
-        assert_eq!(found, middle(&mut pipeline(&volume, &settings), &camera));
+        let found = changed.march(&camera, &list).unwrap();
+        assert_eq!(found, pipeline(&volume, &settings).march(&camera, &list).unwrap());
         assert_ne!(found, last);
         last = found;
     }
@@ -100,7 +108,7 @@ fn nan_looks_as_was_said() {
     std::fs::write(&map, with(r#","NanColor":[1,0.5,0],"NanOpacity":0.25"#)).unwrap();
     let map = map.to_str().unwrap();
     let grid = Grid::new([8; 3], [1.0; 3]).unwrap();
-    let value = |i: usize| if i % 2 == 0 { f32::NAN } else { (i % 11) as f32 };
+    let value = |i: usize| if i.is_multiple_of(2) { f32::NAN } else { (i % 11) as f32 };
     let volume = open(Volume::from_values(grid, (0..512).map(value).collect()).unwrap());
     let camera = Camera::new([0.05, 0.02, 2.0].into(), [0.0; 3].into(), 20.0).unwrap();
     let along = -1.0 / camera.rays(SIZE).ray(24, 18).direction.z;

@@ -245,7 +245,7 @@ fn write_parts(folder: &Path) {
     let bytes = |count: usize| (0..count).flat_map(plane).collect::<Vec<u8>>();
     let mha = b"NDims = 3\nDimSize = 4 4 4\nElementType = MET_UCHAR\nElementNumberOfChannels = 2\nElementDataFile = LOCAL\n";
     std::fs::write(folder.join("components.mha"), [&mha[..], &bytes(2)].concat()).unwrap();
-    let value = |i: usize| if i % 5 == 0 { f32::NAN } else { i as f32 };
+    let value = |i: usize| if i.is_multiple_of(5) { f32::NAN } else { i as f32 };
     let floats: Vec<u8> = (0..64).flat_map(|i| value(i).to_le_bytes()).collect();
     let mha = b"NDims = 3\nDimSize = 4 4 4\nElementType = MET_FLOAT\nElementDataFile = LOCAL\n";
     std::fs::write(folder.join("gaps.mha"), [&mha[..], &floats].concat()).unwrap();

@@ -12,7 +12,7 @@ pub fn volume() -> Volume {
     let value = |i: usize| {
         let [x, y, z] = [i % 44, i / 44 % 38, i / (44 * 38)];
         let is_in_block = (20..30).contains(&x) && (18..26).contains(&y) && z > 27;
-        if is_in_block || i % 997 == 0 { f32::NAN } else { whole.value([x, y, z]) as f32 }
+        if is_in_block || i.is_multiple_of(997) { f32::NAN } else { whole.value([x, y, z]) as f32 }
     };
     Volume::from_values(grid, (0..grid.voxels()).map(value).collect()).unwrap()
 }

@@ -22,7 +22,6 @@ use fovol_render::cpu::{RenderOptions, Simd};
 pub(crate) use gpu::{device_precision, reconstructs};
 use sampled::{HostReconstruction, Sampled, Sampler};
 use serde::Serialize;
-use std::sync::Arc;
 use std::time::Instant;
 pub use view::Viewpoint;
 use view::{Paths, View};
