@@ -108,10 +108,19 @@ impl ShadowPool {
         unsafe { L::store(transmittance, self.columns[TRANSMITTANCE].as_mut_ptr().add(at)) };
     }
 
-    /// The optical depth near point `at`, and the transmittance beyond.
+    /// The optical depth near each point `at` and the one after it, and the transmittance beyond.
+    ///
+    /// # Safety
+    /// The instruction set of `L` must be available, and all must be below the number of samples.
     #[inline(always)]
-    pub fn light(&self, at: usize) -> [f32; 2] {
-        [self.columns[NEAR][at], self.columns[TRANSMITTANCE][at]]
+    pub unsafe fn lights<L: Lanes>(&self, at: L::I) -> [[L::F; 2]; 2] {
+        // SAFETY: the caller's, and `reserve` left room after the last sample.
+        unsafe {
+            [NEAR, TRANSMITTANCE].map(|column| {
+                let (before, after) = L::gather_words(self.columns[column].as_ptr().cast(), at);
+                [L::from_bits(before), L::from_bits(after)]
+            })
+        }
     }
 
     /// Where what arrives at each sample is to be written.

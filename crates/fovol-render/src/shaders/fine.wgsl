@@ -131,15 +131,15 @@ struct Step {
     depth: f32,
 }
 
-/// Adds what `step` sends to the eye; the optical depth towards the light, of the near part, goes from `near` to `next`.
-fn add_step(gathered: ptr<function, Gathered>, segment: Segment, step: Step, near: f32, next: f32, far: f32) {
+/// Adds what `step` sends to the eye, where the share `arriving` of the light comes to it.
+fn add_step(gathered: ptr<function, Gathered>, segment: Segment, step: Step, arriving: f32) {
     let passing = 1.0 - (*gathered).opacity;
     let alpha = 1.0 - exp(-step.depth);
-    var direct = far * exp(-near) * step.depth * mean_passing(step.depth + next - near);
+    var direct = arriving;
     if GRADIENT {
         direct *= facing(boundary(segment, step.number + 0.5));
     }
-    let weight = passing * (scene.ambient * alpha + (1.0 - scene.ambient) * direct);
+    let weight = passing * alpha * (scene.ambient + (1.0 - scene.ambient) * direct);
     (*gathered).colour += weight * colour_between(step.front, step.behind);
     (*gathered).opacity += passing * alpha;
     (*gathered).weighted_number = fma(passing * alpha, step.number, (*gathered).weighted_number);
@@ -197,16 +197,13 @@ fn fine_march(segment: Segment) -> Marched {
                 before = light_at(boundary(segment, number + f32(first)));
             }
             let after = light_at(boundary(segment, number + f32(first + steps)));
-            let far = far_between(before, after);
-            let slope = (after.near - before.near) / whole;
-            var near = before.near;
+            let share = mean_passing(whole + after.near - before.near) / mean_passing(whole);
+            let arriving = far_between(before, after) * exp(-before.near) * share;
             for (var i = first; i < first + steps; i += 1) {
-                let next = fma(slope, depths[i], near);
                 if depths[i] > 0.0 {
                     let step = Step(number + f32(i), entries[i], entries[i + 1], depths[i]);
-                    add_step(&gathered, segment, step, near, next, far);
+                    add_step(&gathered, segment, step, arriving);
                 }
-                near = next;
             }
             before = after;
             lit = true;

@@ -7,11 +7,12 @@ use super::super::march::{Marched, OPAQUE, SampleCount};
 use super::super::packet::{Packet, PerRay};
 use super::super::shadow_pool::ShadowPool;
 use super::super::shadow_rays::Parts;
-use super::exponential::{mean_passing, passing};
+use super::exponential::passing;
 use super::extinction::ExtinctionTable;
 use super::lit::ToLight;
 use super::lookup::entry;
-use super::march::{DEEP, THIN};
+use super::march::THIN;
+use super::stretches::Stretches;
 use fovol_core::{Pixel, RayBasis};
 
 /// What rays meet, prepared for lanes.
@@ -38,40 +39,6 @@ struct Gathered {
     delta: [f32; 3],
 }
 
-/// The steps of one block of a ray that wait for the light at their nodes.
-#[repr(align(64))]
-struct Waiting {
-    /// Optical depth of each step.
-    depth: Stored,
-    /// What full light would add.
-    light: [Stored; 3],
-    ray: usize,
-    /// The first of the block's nodes in the pool.
-    from: usize,
-    /// A bit for each node that is there; node n lies before step n.
-    nodes: u32,
-}
-
-impl Waiting {
-    /// Places nodes around the steps that `show`: between four where little is passed, else between two.
-    #[inline(always)]
-    fn place_nodes(&mut self, show: u32) {
-        let mut fours = (show | show >> 1 | show >> 2 | show >> 3) & FOURTH;
-        let pairs = (show | show >> 1) & EVEN;
-        while fours != 0 {
-            let first = fours.trailing_zeros();
-            fours &= fours - 1;
-            let [a, b, c, d] = [0, 1, 2, 3].map(|i| self.depth[first as usize + i]);
-            self.nodes |= if a + b + (c + d) <= THIN {
-                1 << first | 1 << (first + 4)
-            } else {
-                let pairs = pairs & 0b101 << first;
-                pairs | pairs << 2
-            };
-        }
-    }
-}
-
 /// Memory that marching uses again and again.
 pub struct FineScratch {
     packet: Packet,
@@ -80,7 +47,7 @@ pub struct FineScratch {
     pool: ShadowPool,
     parts: Parts,
     gathered: Vec<Gathered>,
-    waiting: Vec<Waiting>,
+    stretches: Stretches,
 }
 
 impl Default for FineScratch {
@@ -91,7 +58,7 @@ impl Default for FineScratch {
             pool: ShadowPool::default(),
             parts: Parts::default(),
             gathered: Vec::new(),
-            waiting: Vec::new(),
+            stretches: Stretches::default(),
         }
     }
 }
@@ -101,8 +68,6 @@ const ENOUGH: usize = 4096;
 /// A bit for every second step, and for every fourth.
 const EVEN: u32 = 0x5555_5555;
 const FOURTH: u32 = 0x1111_1111;
-/// Steps between two nodes, at most.
-const WIDEST: usize = 4;
 
 impl<T: Texel> FineKernel<'_, T> {
     /// Marches `pixels` and appends their colours (over the background) and opacities to `out`.
@@ -211,7 +176,7 @@ impl<T: Texel> FineKernel<'_, T> {
         ray: usize,
         first_entry: f32,
     ) -> u64 {
-        let FineScratch { packet, covered, pool, gathered, waiting, .. } = scratch;
+        let FineScratch { packet, covered, pool, gathered, stretches, .. } = scratch;
         // SAFETY: entries come from display values in 0…1 scaled to the table; arrays hold at least N elements, and the
         // pool has room for all nodes.
         unsafe {
@@ -276,30 +241,21 @@ impl<T: Texel> FineKernel<'_, T> {
             if is_full {
                 return inside;
             }
-            let mut block = Waiting {
-                depth: [0.0; MOST_LANES],
-                light: [[0.0; MOST_LANES]; 3],
-                ray,
-                from: pool.len(),
-                nodes: 0,
-            };
-            L::store(depth, block.depth.as_mut_ptr());
-            let direct = L::mul(direct, before);
-            for (light, rgb) in block.light.iter_mut().zip(rgb) {
-                L::store(L::mul(direct, rgb), light.as_mut_ptr());
-            }
-            block.place_nodes(L::bits(going));
+            let depths = over_nodes::<L>(depth);
+            let thick = L::gt(depths[1], L::splat(THIN));
+            let nodes = Nodes::around(L::bits(going), L::bits(thick));
+            let direct = L::mul(direct, weight);
+            let values = [L::mul(direct, rgb[0]), L::mul(direct, rgb[1]), L::mul(direct, rgb[2])];
+            let [r, g, b] = values.map(|v| over_nodes::<L>(v)).map(|[two, four]| L::select(thick, two, four));
+            let depth = L::select(thick, depths[0], depths[1]);
+            stretches.push::<L>(nodes.begins, [r, g, b, depth], (nodes.all, pool.len()), ray);
             let p = boundary::<L>(start, delta, L::min(number, length));
-            let inner = L::mask(block.nodes & (u32::MAX >> (32 - L::N)));
+            let inner = L::mask(nodes.all & (u32::MAX >> (32 - L::N)));
             pool.push::<L>(inner, p, [front.entry, front.sum, front.extinction]);
-            if block.nodes >> L::N & 1 == 1 {
-                pool.push::<L>(
-                    L::mask(1 << (L::N - 1)),
-                    at_end,
-                    [behind.entry, behind.sum, behind.extinction],
-                );
+            if nodes.all >> L::N & 1 == 1 {
+                let last = L::mask(1 << (L::N - 1));
+                pool.push::<L>(last, at_end, [behind.entry, behind.sum, behind.extinction]);
             }
-            waiting.push(block);
             inside
         }
     }
@@ -312,7 +268,7 @@ impl<T: Texel> FineKernel<'_, T> {
         scratch: &mut FineScratch,
         out: &mut Vec<Marched>,
     ) -> u64 {
-        let FineScratch { pool, parts, gathered, waiting, .. } = scratch;
+        let FineScratch { pool, parts, gathered, stretches, .. } = scratch;
         let kernel = &self.kernel;
         let to_light = ToLight {
             field: &kernel.field,
@@ -324,15 +280,17 @@ impl<T: Texel> FineKernel<'_, T> {
         // SAFETY: the caller's; arrays hold at least N elements.
         unsafe {
             let samples = to_light.find::<L>(pool, parts);
-            for block in waiting.iter() {
-                arrive::<L>(block, pool, &mut gathered[block.ray].sums);
-            }
+            stretches.arrive::<L>(pool, |ray, light| {
+                for (sum, light) in gathered[ray].sums.iter_mut().zip(light) {
+                    sum[0] += light;
+                }
+            });
             out.reserve(gathered.len());
             for ray in gathered.iter() {
                 out.push(self.marched::<L>(eye, ray));
             }
             gathered.clear();
-            waiting.clear();
+            stretches.clear();
             pool.clear();
             samples
         }
@@ -363,47 +321,32 @@ impl<T: Texel> FineKernel<'_, T> {
     }
 }
 
-/// Adds the light that comes to the steps of `block` to `sums`.
-#[inline(always)]
-unsafe fn arrive<L: Lanes>(block: &Waiting, pool: &ShadowPool, sums: &mut [Stored; 5]) {
-    let (mut before, mut after, mut far) = ([0.0; MOST_LANES], [0.0; MOST_LANES], [0.0; MOST_LANES]);
-    let (mut nodes, mut place) = (block.nodes, block.from);
-    let mut last: Option<(usize, [f32; 2])> = None;
-    while nodes != 0 {
-        let node = nodes.trailing_zeros() as usize;
-        nodes &= nodes - 1;
-        let [near, beyond] = pool.light(place);
-        place += 1;
-        let begin = last.filter(|(begin, _)| node - begin <= WIDEST);
-        if let Some((begin, [near_before, beyond_before])) = begin {
-            let inner = begin..node;
-            let depth = &block.depth[inner.clone()];
-            let whole: f32 = depth.iter().sum();
-            let slope = if whole > 0.0 { (near - near_before) / whole } else { 0.0 };
-            let seen = match (near_before > DEEP, near > DEEP) {
-                (true, _) => beyond,
-                (false, true) => beyond_before,
-                (false, false) => 0.5 * (beyond_before + beyond),
-            };
-            let mut at = near_before;
-            for i in inner {
-                before[i] = at;
-                at = slope.mul_add(block.depth[i], at);
-                after[i] = at;
-                far[i] = seen;
-            }
-        }
-        last = Some((node, [near, beyond]));
+/// The nodes that a block's steps lie between; node n lies before step n.
+struct Nodes {
+    /// A bit for each.
+    all: u32,
+    /// Those that a stretch begins at.
+    begins: u32,
+}
+
+impl Nodes {
+    /// Those around the steps that `show`: two steps apart among the `thick` ones, else four.
+    #[inline(always)]
+    fn around(show: u32, thick: u32) -> Self {
+        let twos = (show | show >> 1) & EVEN & thick;
+        let fours = (show | show >> 1 | show >> 2 | show >> 3) & FOURTH & !thick;
+        let begins = twos | fours;
+        Self { all: begins | twos << 2 | fours << 4, begins }
     }
-    // SAFETY: the caller's; arrays hold at least N elements.
+}
+
+/// The sums of `v` over two and over four steps, in the lanes of each of them.
+#[inline(always)]
+unsafe fn over_nodes<L: Lanes>(v: L::F) -> [L::F; 2] {
+    // SAFETY: the caller's.
     unsafe {
-        let (before, depth) = (L::load(before.as_ptr()), L::load(block.depth.as_ptr()));
-        let changed = L::sub(L::load(after.as_ptr()), before);
-        let share = L::mul(depth, mean_passing::<L>(L::add(depth, changed)));
-        let arriving = L::mul(L::mul(share, passing::<L>(before)), L::load(far.as_ptr()));
-        for (sum, light) in sums.iter_mut().zip(&block.light) {
-            L::store(L::fma(arriving, L::load(light.as_ptr()), L::load(sum.as_ptr())), sum.as_mut_ptr());
-        }
+        let two = L::add(v, L::neighbours(v));
+        [two, L::add(two, L::next_neighbours(two))]
     }
 }
 

@@ -32,14 +32,6 @@ struct Step {
     depth: f32,
 }
 
-/// The light that comes to one step.
-struct Passing {
-    /// Optical depth towards the light, of the near part, at both ends of the step.
-    near: [f32; 2],
-    /// The share of light that passes the far part.
-    far: f32,
-}
-
 /// What a ray has gathered.
 #[derive(Default)]
 struct Gathered {
@@ -127,26 +119,24 @@ impl March<'_> {
         gathered: &mut Gathered,
     ) {
         let [before, after] = light;
-        let slope = (after.near - before.near) / depth_of(part);
-        let far = far_between(before, after);
-        let mut near = before.near;
+        let depth = depth_of(part);
+        let share = mean_passing(depth + after.near - before.near) / mean_passing(depth);
+        let arriving = far_between(before, after) * (-before.near).exp() * share;
         for step in part {
-            let next = slope.mul_add(step.depth, near);
-            self.add(table, segment, step, &Passing { near: [near, next], far }, gathered);
-            near = next;
+            self.add(table, segment, step, arriving, gathered);
         }
     }
 
-    /// Adds what `step` sends to the eye, where `light` comes to it.
+    /// Adds what `step` sends to the eye, where the share `arriving` of the light comes to it.
     fn add(
         &self,
         table: &ExtinctionTable,
         segment: &Segment,
         step: &Step,
-        light: &Passing,
+        arriving: f32,
         gathered: &mut Gathered,
     ) {
-        let (number, near, far) = (step.number, light.near, light.far);
+        let number = step.number;
         if step.depth == 0.0 {
             return;
         }
@@ -157,8 +147,7 @@ impl March<'_> {
             SurfaceShading::Gradient => self.facing(segment.boundary(number + 0.5)),
         };
         let ambient = self.shading.ambient as f32;
-        let direct = far * (-near[0]).exp() * step.depth * mean_passing(step.depth + near[1] - near[0]);
-        let weight = passing * (ambient * alpha + (1.0 - ambient) * facing * direct);
+        let weight = passing * alpha * (ambient + (1.0 - ambient) * facing * arriving);
         let packed = table.colours[table.colour_at(step.front, step.behind)];
         let rgb = [packed & 0x7FF, packed >> 11 & 0x7FF, packed >> 22];
         for (c, most) in [2047.0, 2047.0, 1023.0].into_iter().enumerate() {

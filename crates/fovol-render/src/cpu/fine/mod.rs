@@ -6,6 +6,7 @@ mod kernel;
 mod lit;
 mod lookup;
 mod march;
+mod stretches;
 
 pub use extinction::ExtinctionTable;
 pub use kernel::{FineKernel, FineScratch};

@@ -83,6 +83,8 @@ unsafe impl Lanes for Avx2 {
         }
     }
     #[inline(always)] unsafe fn moved_up(v: __m256, first: f32) -> __m256 { unsafe { by1(v, first) } }
+    #[inline(always)] unsafe fn neighbours(v: __m256) -> __m256 { unsafe { _mm256_permute_ps::<0b10_11_00_01>(v) } }
+    #[inline(always)] unsafe fn next_neighbours(v: __m256) -> __m256 { unsafe { _mm256_permute_ps::<0b01_00_11_10>(v) } }
     #[inline(always)]
     unsafe fn compress(v: __m256, m: __m256, to: *mut f32) {
         unsafe {

@@ -95,6 +95,8 @@ unsafe impl Lanes for Avx512 {
             _mm512_mask_permutexvar_ps(_mm512_set1_ps(first), 0xFFFE, from, v)
         }
     }
+    #[inline(always)] unsafe fn neighbours(v: __m512) -> __m512 { unsafe { _mm512_permute_ps::<0b10_11_00_01>(v) } }
+    #[inline(always)] unsafe fn next_neighbours(v: __m512) -> __m512 { unsafe { _mm512_permute_ps::<0b01_00_11_10>(v) } }
     #[inline(always)]
     unsafe fn compress(v: __m512, m: __mmask16, to: *mut f32) {
         // In a register first: compressing stores are slow on some processors.

@@ -56,6 +56,10 @@ pub unsafe trait Lanes: Copy + 'static {
     unsafe fn products_before(a: Self::F) -> (Self::F, f32);
     /// Lane i takes lane i − 1 of `v`, lane 0 takes `first`.
     unsafe fn moved_up(v: Self::F, first: f32) -> Self::F;
+    /// Lane i takes lane i ^ 1 of `v`.
+    unsafe fn neighbours(v: Self::F) -> Self::F;
+    /// Lane i takes lane i ^ 2 of `v`.
+    unsafe fn next_neighbours(v: Self::F) -> Self::F;
     /// Packs the lanes of `v` where `m` holds and writes N lanes (packed ones first) to `to`.
     unsafe fn compress(v: Self::F, m: Self::M, to: *mut f32);
 

@@ -46,6 +46,8 @@ unsafe impl Lanes for Portable {
     }
     #[inline(always)]
     unsafe fn moved_up(v: F, first: f32) -> F { from_fn(|i| if i == 0 { first } else { v[i - 1] }) }
+    #[inline(always)] unsafe fn neighbours(v: F) -> F { from_fn(|i| v[i ^ 1]) }
+    #[inline(always)] unsafe fn next_neighbours(v: F) -> F { from_fn(|i| v[i ^ 2]) }
     #[inline(always)]
     unsafe fn compress(v: F, m: M, to: *mut f32) {
         let mut to = to;
