@@ -20,6 +20,7 @@ mod fovea;
 mod frame;
 mod gaze;
 mod grid;
+mod labels;
 mod light;
 mod names;
 mod outliers;

@@ -57,7 +57,7 @@ fn difference(a: &Frame, b: &Frame) -> f64 {
 #[test]
 fn half_a_voxel_shows_what_a_twentieth_shows() {
     let size = FrameSize::new(160, 120).unwrap();
-    for (shadows, most) in [(ShadowMode::On, 3.0), (ShadowMode::Cached, 3.0), (ShadowMode::Off, 3.0)] {
+    for (shadows, most) in [(ShadowMode::On, 2.0), (ShadowMode::Cached, 2.0), (ShadowMode::Off, 0.2)] {
         let mut scene = ball();
         scene.shading.shadows = shadows;
         let coarse = picture(&scene, size);

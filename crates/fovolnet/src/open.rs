@@ -40,12 +40,12 @@ impl OpenVolume {
         remarks
     }
 
-    /// What was doubtful when it was read, and that it uses little of the range that it is shown over; one line each.
+    /// What was doubtful when it was read, and what of its values is not shown as somebody may expect; one line each.
     pub fn doubts(&self) -> Vec<String> {
         let narrow =
             self.narrow_range().map(|range| format!("{}: {}", self.source, shown_range(&self.volume, range)));
         let notes = self.volume.notes().iter().map(|note| format!("{}: {note}", self.source));
-        notes.chain(narrow).chain(self.outliers()).collect()
+        notes.chain(narrow).chain(self.outliers()).chain(self.labels()).collect()
     }
 
     /// What somebody should know about how it was read, one line each: [`Self::doubts`], and what its file holds besides.
@@ -53,6 +53,17 @@ impl OpenVolume {
         let besides =
             self.volume.contents().notes().into_iter().map(|note| format!("{} {note}", self.source));
         self.doubts().into_iter().chain(besides).collect()
+    }
+
+    /// What is said of a label map.
+    fn labels(&self) -> Option<String> {
+        let labels = self.volume.label_values()?;
+        Some(format!(
+            "{}: its {} values look like labels; colours blend where two touch, so that a border may have the colour of a \
+             label between them",
+            self.source,
+            labels.len()
+        ))
     }
 
     /// What is said of values far outside all others, where there are some.
