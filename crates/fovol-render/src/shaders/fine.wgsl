@@ -11,6 +11,8 @@ override FINE: bool = false;
 const COLOURS: u32 = 256;
 /// Beyond this optical depth it is dark.
 const DEEP: f32 = 6.907755;
+/// From this opacity on a ray ends, and what it has gathered stands for what it would have gathered behind.
+const FINE_OPAQUE: f32 = 0.996;
 /// Four steps of no more optical depth than this have nodes at their ends only.
 const THIN: f32 = 0.25;
 
@@ -158,7 +160,7 @@ fn fine_march(segment: Segment) -> Marched {
     var front = entry(field(boundary(segment, 0.0)));
     var lit = false;
     var before = Light(0.0, 1.0);
-    while number < segment.length && gathered.opacity < OPAQUE {
+    while number < segment.length && gathered.opacity < FINE_OPAQUE {
         if SKIP && number >= known {
             let ahead = look_ahead(boundary(segment, number), inverse);
             // The last of these steps may leave the empty box.
@@ -211,14 +213,15 @@ fn fine_march(segment: Segment) -> Marched {
         front = entries[4];
         number += 4.0;
     }
-    var colour = gathered.colour;
-    let opacity = gathered.opacity;
+    let is_opaque = gathered.opacity >= FINE_OPAQUE;
+    let opacity = select(gathered.opacity, 1.0, is_opaque);
+    var colour = gathered.colour / select(1.0, gathered.opacity, is_opaque);
     let half_at = gathered.half_at;
     let weighted_number = gathered.weighted_number;
     colour += (1.0 - opacity) * scene.background;
     if opacity == 0.0 {
         return Marched(colour, 0.0, 0.0);
     }
-    let at = select(half_at, weighted_number / opacity, half_at < 0.0);
+    let at = select(half_at, weighted_number / gathered.opacity, half_at < 0.0);
     return Marched(colour, opacity, 1.0 / fma(at, scene.delta, segment.distance));
 }

@@ -3,7 +3,7 @@
 use super::super::field::Texel;
 use super::super::kernel::{Kernel, Lighting, colours};
 use super::super::lanes::{Lanes, MOST_LANES};
-use super::super::march::{Marched, OPAQUE, SampleCount};
+use super::super::march::{Marched, SampleCount};
 use super::super::packet::{Packet, PerRay};
 use super::super::shadow_pool::ShadowPool;
 use super::super::shadow_rays::Parts;
@@ -11,7 +11,7 @@ use super::exponential::passing;
 use super::extinction::ExtinctionTable;
 use super::lit::ToLight;
 use super::lookup::entry;
-use super::march::THIN;
+use super::march::{OPAQUE, THIN};
 use super::stretches::Stretches;
 use fovol_core::{Pixel, RayBasis};
 
@@ -88,6 +88,10 @@ impl<T: Texel> FineKernel<'_, T> {
             let packet = &mut scratch.packet;
             packet.fill(pixels, rays, &self.kernel.segments);
             packet.samples.0 = packet.length.0.map(f32::ceil);
+            if packet.is_empty() && scratch.gathered.is_empty() {
+                out.extend(pixels.iter().map(|_| Marched::nothing(self.kernel.background)));
+                continue;
+            }
             // SAFETY: the caller's.
             unsafe {
                 count.primary += self.primary::<L>(scratch);
@@ -213,9 +217,10 @@ impl<T: Texel> FineKernel<'_, T> {
             let arriving = packet.transmittance.0[lane];
             let (before, all) = L::products_before(through);
             let before = L::mul(before, L::splat(arriving));
-            packet.transmittance.0[lane] = arriving * all;
+            let passed = arriving * all;
+            packet.transmittance.0[lane] = if passed > 1.0 - OPAQUE { passed } else { 0.0 };
             let gathered = &mut gathered[ray];
-            if arriving > 0.5 && arriving * all <= 0.5 {
+            if arriving > 0.5 && passed <= 0.5 {
                 let clear = L::gt(L::mul(before, through), L::splat(0.5));
                 gathered.half_at = first + L::bits(clear).trailing_ones() as f32;
             }
@@ -307,16 +312,16 @@ impl<T: Texel> FineKernel<'_, T> {
             if whole <= 0.0 {
                 return Marched::nothing(background);
             }
-            let opacity = whole.min(1.0);
-            let mut colour =
+            let (scale, left) = if whole < OPAQUE { (1.0, 1.0 - whole) } else { (1.0 / whole, 0.0) };
+            let colour =
                 [L::sum(L::load(r.as_ptr())), L::sum(L::load(g.as_ptr())), L::sum(L::load(b.as_ptr()))];
-            for (sum, background) in colour.iter_mut().zip(&background) {
-                *sum += (1.0 - opacity) * background;
-            }
+            let [r, g, b] = background;
+            let colour =
+                [colour[0] * scale + left * r, colour[1] * scale + left * g, colour[2] * scale + left * b];
             let mean = L::sum(L::load(numbers.as_ptr())) / whole;
             let number = if ray.half_at < 0.0 { mean } else { ray.half_at };
             let depth = self.kernel.segments.distance(eye, ray.start, ray.delta, number);
-            Marched { colour, opacity, depth }
+            Marched { colour, opacity: 1.0 - left, depth }
         }
     }
 }

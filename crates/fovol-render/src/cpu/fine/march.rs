@@ -1,6 +1,6 @@
 //! The specification of fine integration, as plain code. docs/integration.md has its equations.
 
-use super::super::march::{March, Marched, OPAQUE, SampleCount, half_resolution_position};
+use super::super::march::{March, Marched, SampleCount, half_resolution_position};
 use super::super::segment::{LightPath, SHADOW_STEP, Segment};
 use super::extinction::ExtinctionTable;
 use fovol_core::{Ray, ShadowMode, SurfaceShading};
@@ -9,6 +9,9 @@ use fovol_core::{Ray, ShadowMode, SurfaceShading};
 pub const NEAR_STEPS: [f32; 4] = [0.125, 0.25, 0.5, 1.0];
 /// Beyond this optical depth it is dark: −ln of [`DARK`].
 pub const DEEP: f32 = 6.907_755;
+/// From this opacity on a ray ends, and what it has gathered stands for what it would have gathered behind: less than
+/// 1/255 of it.
+pub const OPAQUE: f32 = 0.996;
 /// Four steps of no more optical depth than this have nodes at their ends only.
 pub const THIN: f32 = 0.25;
 
@@ -72,13 +75,14 @@ impl March<'_> {
             number += 4.0;
         }
         let Gathered { colour, opacity, weighted_number, half_at } = gathered;
-        let colour = std::array::from_fn(|c| colour[c] + (1.0 - opacity) * self.background[c] as f32);
         if opacity == 0.0 {
-            return Marched::nothing(colour);
+            return Marched::nothing(self.background.map(|c| c as f32));
         }
+        let (whole, left) = if opacity < OPAQUE { (1.0, 1.0 - opacity) } else { (opacity, 0.0) };
+        let colour = std::array::from_fn(|c| colour[c] / whole + left * self.background[c] as f32);
         let number = half_at.unwrap_or(weighted_number / opacity);
         let depth = segments.distance(segments.in_voxels(ray.origin), segment.start, segment.delta, number);
-        Marched { colour, opacity, depth }
+        Marched { colour, opacity: 1.0 - left, depth }
     }
 
     /// The entry of the transfer table at `p`.
