@@ -112,7 +112,7 @@ fn opacities_stand_at_their_own_places() {
     let imported = parse(Path::new("tf"), tent, None).unwrap();
     let opacity = |x| at(&imported.transfer, x)[3];
     assert!(is_near(&[100.0, 114.0, 128.0, 142.0, 156.0].map(opacity), &[0.0, 0.5, 1.0, 0.5, 0.0]));
-    assert_eq!((imported.is_stretched, imported.nan), (false, Some([1.0, 1.0, 0.0, 1.0])));
+    assert_eq!((imported.is_stretched, imported.transfer.nan()), (false, [1.0, 1.0, 0.0, 1.0]));
 }
 
 #[test]
