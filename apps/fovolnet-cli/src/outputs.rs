@@ -4,7 +4,7 @@ use anyhow::{Result, ensure};
 use fovolnet::Error;
 use fovolnet::io::atomic;
 use std::collections::HashSet;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 /// Refuses outputs that cannot be what they are meant to be, before anything is written. Everything that the command reads is
 /// open by now, see [`fovolnet::core::input`].
@@ -16,6 +16,7 @@ pub fn check<'a>(files: impl IntoIterator<Item = &'a Path>) -> Result<()> {
     for file in files {
         ensure!(!file.is_dir(), "{} is a folder; name a file in it", file.display());
         atomic::refuse_input(file)?;
+        atomic::refuse_input(&without_returns(file))?;
         // Pipes and devices take what comes, one after the other.
         if (file.is_file() || !file.exists()) && !places.insert(place(file)) {
             let problem =
@@ -31,7 +32,21 @@ fn place(file: &Path) -> PathBuf {
     let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let beside = || Some(folder.canonicalize().ok()?.join(file.file_name()?));
     let place = file.canonicalize().ok().or_else(beside);
-    place.or_else(|| std::path::absolute(file).ok()).unwrap_or_else(|| file.to_owned())
+    place.or_else(|| std::path::absolute(without_returns(file)).ok()).unwrap_or_else(|| file.to_owned())
+}
+
+/// `file` without `x/..`: the way there may lead through a folder that is still to be made.
+fn without_returns(file: &Path) -> PathBuf {
+    let mut way = PathBuf::new();
+    for part in file.components() {
+        match (part, way.components().next_back()) {
+            (Component::ParentDir, Some(Component::Normal(_))) => {
+                way.pop();
+            }
+            _ => way.push(part),
+        }
+    }
+    way
 }
 
 #[cfg(test)]
@@ -50,7 +65,8 @@ mod tests {
         check([&*at("a"), &at("b"), &at("folder/a")]).unwrap();
         assert!(refused(&[at("a"), at("folder")]).contains("is a folder"));
         assert!(refused(&[at("a"), at("folder/../a")]).contains("two outputs"));
-        assert!(refused(&[at("gone/a"), at("gone/a")]).contains("two outputs"));
+        assert!(refused(&[at("gone/a"), at("gone/b/../a")]).contains("two outputs"));
+        assert!(refused(&[at("gone/../in")]).contains("another name"));
         assert!(refused(&[at("a"), at("in")]).contains("another name"));
         #[cfg(unix)]
         {
