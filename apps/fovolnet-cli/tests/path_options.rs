@@ -162,6 +162,7 @@ fn what_is_written_is_a_file_or_goes_to_somebody() {
         for line in [
             format!("render v.nrrd {small} -o {what}"),
             format!("reconstruct frames --reconstruct pull-push -o {what}"),
+            format!("data get fuel -o {what}"),
             format!("demo --dims 8,8,8 --size 16x16 --frames 1 -o {what}"),
             format!("bench compact v.nrrd --size 16x16 --repeats 1 -o {what}"),
             format!("repro data-sets --quick --size 16x16 --frames 2 --volume v.nrrd -o {what}"),

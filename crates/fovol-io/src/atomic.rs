@@ -79,6 +79,17 @@ impl Prepared {
             None => Ok(()),
         }
     }
+
+    /// Gives it its name, and `next`, which speaks of this file, its own when this one is on the disk.
+    ///
+    /// # Errors
+    /// As [`Self::complete`].
+    pub fn complete_before(self, next: Self) -> Result<()> {
+        let path = target(&self.path);
+        self.complete()?;
+        sync_folder(&path);
+        next.complete()
+    }
 }
 
 /// Writes what is to be `path` by `fill`, without giving it that name: so that files which belong together appear together.
@@ -108,6 +119,10 @@ pub fn prepare(path: &Path, fill: impl FnOnce(&mut Output<'_>) -> io::Result<()>
 /// What the system said.
 pub fn temporary(path: &Path) -> Result<NamedTempFile> {
     keep_input(path)?;
+    // The system says so too, but only when all is written and a second file may have its name already.
+    if path.is_dir() {
+        return Err(Error::io("write", path, io::ErrorKind::IsADirectory.into()));
+    }
     let extension = path.extension().map(|e| format!(".{}", e.display())).unwrap_or_default();
     let mut builder = tempfile::Builder::new();
     builder.prefix(".fovolnet-").suffix(&extension);
@@ -135,11 +150,8 @@ pub fn persist(temporary: TempPath, path: &Path) -> Result<()> {
 fn name(temporary: TempPath, path: &Path) -> Result<()> {
     let failed = |e| Error::io("write", path, e);
     keep_input(path)?;
-    let target = target(path);
     readable_by_all(&temporary).map_err(failed)?;
-    temporary.persist(&target).map_err(|e| failed(e.error))?;
-    sync_folder(&target);
-    Ok(())
+    temporary.persist(target(path)).map_err(|e| failed(e.error))
 }
 
 /// Puts the names in the folder of `file` on the disk: two files that belong together are renamed in an order.

@@ -41,8 +41,7 @@ pub fn write(
     }
     let voxels = atomic::prepare(&path, |out| voxels.write_to(out))?;
     let header = atomic::prepare(header, |out| out.write_all(text(name).as_bytes()))?;
-    voxels.complete()?;
-    header.complete()
+    voxels.complete_before(header)
 }
 
 /// The endings of headers whose voxels lie in a file of their own.
@@ -118,6 +117,10 @@ mod tests {
                 fault::after(room, || write(&volume(1), &header)).unwrap_err();
                 assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "{ending} {room}");
             }
+            fs::create_dir(&header).unwrap();
+            write(&volume(1), &header).unwrap_err();
+            assert!(!header.with_extension("raw").exists(), "{ending}");
+            fs::remove_dir(&header).unwrap();
             write(&volume(1), &header).unwrap();
             let old = ["raw", ending].map(|ending| fs::read(header.with_extension(ending)).unwrap());
             for room in 0..all {

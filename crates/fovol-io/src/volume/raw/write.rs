@@ -8,7 +8,8 @@ use crate::volume::detached::Beside;
 use crate::volume::voxels::Voxels;
 use crate::{Error, Result, atomic};
 use fovol_core::{Endian, Volume};
-use std::io::Write;
+use std::fs::File;
+use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
 /// Writes `volume` as bare little-endian voxels: `.raw`, or `.raw.gz`. Both files are complete before either has its name.
@@ -29,8 +30,10 @@ pub fn write(volume: &Volume, path: &Path, beside: Beside) -> Result<()> {
         })?;
     let sidecar = sidecar.map(|(path, text)| atomic::prepare(&path, |out| out.write_all(text.as_bytes())));
     let sidecar = sidecar.transpose()?;
-    written.complete()?;
-    sidecar.map_or(Ok(()), atomic::Prepared::complete)
+    match sidecar {
+        Some(sidecar) => written.complete_before(sidecar),
+        None => written.complete(),
+    }
 }
 
 /// The sidecar that `voxels` of `volume` at `path` need, and its text.
@@ -48,15 +51,13 @@ fn sidecar(
         && said.endian != Some(Endian::Big)
         && said.spacing.unwrap_or([1.0; 3]) == volume.grid().spacing();
     let sidecar = sidecar_of(path);
+    let found = found(&sidecar, path);
+    // An old sidecar would speak against the new voxels.
+    if says_all && matches!(found, Found::Nothing | Found::Silent) {
+        return Ok(None);
+    }
     atomic::keep_input(&sidecar)?;
-    let may_be_written = match found(&sidecar, path) {
-        // An old sidecar would speak against the new voxels.
-        Found::Own => true,
-        Found::Nothing | Found::Silent if says_all => return Ok(None),
-        Found::Nothing => true,
-        Found::Silent | Found::Foreign => beside == Beside::All,
-    };
-    if !may_be_written {
+    if beside == Beside::Own && matches!(found, Found::Silent | Found::Foreign) {
         return Err(Error::InTheWay { path: sidecar, main: path.to_owned() });
     }
     let file = path.file_name().unwrap_or_default().to_string_lossy();
@@ -80,9 +81,7 @@ fn found(sidecar: &Path, raw: &Path) -> Found {
     if !sidecar.exists() {
         return Found::Nothing;
     }
-    // It is opened as no input: it may be replaced.
-    let bytes = if sidecar.is_file() { std::fs::read(sidecar).ok() } else { None };
-    let source = bytes.map(|bytes| Source::from_bytes(sidecar, bytes));
+    let source = if sidecar.is_file() { start_of(sidecar) } else { None };
     let Some((source, Ok(said))) = source.map(|source| (source.clone(), json::parse(&source))) else {
         return Found::Silent;
     };
@@ -92,6 +91,13 @@ fn found(sidecar: &Path, raw: &Path) -> Found {
         true => Found::Foreign,
         false => Found::Silent,
     }
+}
+
+/// As much of `sidecar` as shows whether it is one. It is opened as no input: it may be replaced.
+fn start_of(sidecar: &Path) -> Option<Source> {
+    let mut bytes = Vec::new();
+    File::open(sidecar).ok()?.take(json::LONGEST as u64 + 1).read_to_end(&mut bytes).ok()?;
+    Some(Source::from_bytes(sidecar, bytes))
 }
 
 /// `x.json` for `x.raw`, `x.raw.json` for `x.raw.gz`.
