@@ -63,16 +63,17 @@ fn check(found: &Metadata) -> io::Result<()> {
     Err(io::Error::new(io::ErrorKind::InvalidInput, problem))
 }
 
-/// What tells a file from all others, whatever its name.
+/// What tells a file from all others, whatever its name: a device and a number on it, which a file that is made later may have when
+/// this one is gone, and when it was made, where the system knows that.
 #[cfg(unix)]
-type Identity = (u64, u64);
+type Identity = (u64, u64, Option<std::time::SystemTime>);
 #[cfg(not(unix))]
 type Identity = std::path::PathBuf;
 
 #[cfg(unix)]
 fn identity(_: &Path, found: &Metadata) -> Option<Identity> {
     use std::os::unix::fs::MetadataExt;
-    Some((found.dev(), found.ino()))
+    Some((found.dev(), found.ino(), found.created().ok()))
 }
 
 #[cfg(not(unix))]
@@ -114,6 +115,25 @@ mod tests {
             for error in [read(path).unwrap_err(), read_to_string(path).unwrap_err()] {
                 assert!(error.to_string().contains("pipe or a device"), "{}: {error}", path.display());
             }
+        }
+    }
+
+    #[test]
+    fn files_that_come_after_one_are_others() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("file");
+        for _ in 0..20 {
+            fs::write(&path, "text").unwrap();
+            if fs::metadata(&path).unwrap().created().is_err() {
+                println!("skipped: nobody knows here when files were made");
+                return;
+            }
+            assert!(!contains(&path));
+            read(&path).unwrap();
+            assert!(contains(&path));
+            fs::remove_file(&path).unwrap();
+            // Times of files have steps of some milliseconds.
+            std::thread::sleep(std::time::Duration::from_millis(20));
         }
     }
 
