@@ -21,6 +21,11 @@ impl JsonOutput {
         self.json.as_deref() == Some(Path::new("-"))
     }
 
+    /// The file that the JSON goes to, if to one.
+    pub fn file(&self) -> Option<&Path> {
+        self.json.as_deref().filter(|_| !self.on_stdout())
+    }
+
     /// Writes `figures` where they were asked for.
     pub fn write(&self, figures: &impl Serialize) -> Result<()> {
         let Some(path) = &self.json else { return Ok(()) };

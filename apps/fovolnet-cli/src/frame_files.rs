@@ -142,6 +142,14 @@ impl FrameFiles {
         self.keep.contains(&keep)
     }
 
+    /// The files that it writes of the frames `numbers`.
+    pub fn paths(&self, numbers: &Range<u32>) -> Vec<PathBuf> {
+        numbers
+            .clone()
+            .flat_map(|number| self.keep.iter().map(move |&keep| self.path(keep, number)))
+            .collect()
+    }
+
     /// Writes what is kept of a frame.
     pub fn write(&self, rendered: &RenderedFrame, reference: Option<&Frame>) -> Result<()> {
         let alpha = if self.has_alpha { Alpha::Keep } else { Alpha::Drop };

@@ -1,6 +1,7 @@
 //! Numbered pictures in a folder, in the order of their numbers.
 
 use anyhow::{Result, bail};
+use fovolnet::core::input;
 use fovolnet::io::{Error, image, natural_order};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -28,7 +29,7 @@ pub fn pictures_named(folder: &Path, prefix: &str) -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// The pictures that [`pictures_named`] finds, which may be none.
+/// The pictures that [`pictures_named`] finds, which may be none. They count as read from now on, see [`input`].
 ///
 /// # Errors
 /// A folder that cannot be read; two pictures of one number.
@@ -38,6 +39,7 @@ pub fn pictures_if_any(folder: &Path, prefix: &str) -> Result<Vec<PathBuf>> {
     for entry in entries {
         let path = entry.map_err(|e| Error::io("read", folder, e))?.path();
         if file_name(&path).starts_with(prefix) && is_picture(&path) && !path.is_dir() {
+            input::add(&path);
             files.push(path);
         }
     }

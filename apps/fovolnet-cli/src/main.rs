@@ -10,8 +10,10 @@ mod console;
 mod frame_files;
 mod frame_sequence;
 mod interrupt;
+mod outputs;
 mod picture;
 mod repro;
+mod second_file;
 mod sparse_clip;
 
 use clap::error::ErrorKind;
@@ -86,6 +88,7 @@ fn main() -> ExitCode {
         Err(error) => return usage(&error),
     };
     interrupt::install();
+    fovolnet::io::atomic::keep_inputs();
     let result = match cli.command {
         Command::Demo(args) => args.run(),
         Command::Info(args) => args.run(),
@@ -111,10 +114,17 @@ fn main() -> ExitCode {
         }
         Err(error) => {
             eprintln!("error: {}", fovolnet::one_line(error.as_ref()));
-            let is_usage = matches!(error.downcast_ref(), Some(fovolnet::Error::Contradiction(_)));
-            ExitCode::from(if is_usage { 2 } else { 1 })
+            ExitCode::from(if is_usage(&error) { 2 } else { 1 })
         }
     }
+}
+
+/// Whether what was asked for contradicts itself.
+fn is_usage(error: &anyhow::Error) -> bool {
+    use fovolnet::Error::{Contradiction, Io};
+    use fovolnet::io::Error::IsInput;
+    matches!(error.downcast_ref(), Some(Contradiction(_) | Io(IsInput { .. })))
+        || matches!(error.downcast_ref(), Some(IsInput { .. }))
 }
 
 /// Help and version go to standard output as they are; wrong usage is one line, and the help where nothing was said at all.

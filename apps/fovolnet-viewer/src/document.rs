@@ -1,5 +1,6 @@
 //! What is looked at and how: what a session file holds, with what is needed to work on it.
 
+use crate::kept;
 use eframe::egui::util::undoer::Undoer;
 use fovolnet::core::{TransferFunction, path_of_text};
 use fovolnet::{OpenVolume, RenderSettings, Result, Session, VolumeSettings, presets};
@@ -93,8 +94,9 @@ impl Document {
     /// Writes the session to `path`, which it belongs to from now on.
     ///
     /// # Errors
-    /// What the system said.
+    /// A file that is looked at and is no session; what the system said.
     pub fn save(&mut self, path: &Path) -> Result<()> {
+        kept::check(path, |path| Session::read(path).is_ok())?;
         self.session = self.session.clone().sealed();
         self.session.write(path)?;
         self.file = Some(path.to_owned());
@@ -197,7 +199,21 @@ mod tests {
         assert_eq!(document.name(), "a session.toml");
         let opened = Document::open(&path, VolumeSettings::default(), RenderSettings::default()).unwrap();
         assert_eq!(opened.session(), document.session());
+        document.save(&path).unwrap();
         let restored = Document::restored(opened.session().clone());
         assert!(restored.is_changed() && restored.has_unsaved_work());
+    }
+
+    #[test]
+    fn the_volume_is_not_overwritten() {
+        let folder = tempfile::tempdir().unwrap();
+        let volume = folder.path().join("v_2x2x2_uint8.raw");
+        std::fs::write(&volume, [7; 8]).unwrap();
+        let source = volume.display().to_string();
+        let mut document =
+            Document::new(&source, VolumeSettings::default(), RenderSettings::default()).unwrap();
+        let error = document.save(&volume).unwrap_err().to_string();
+        assert!(error.contains("another name"), "{error}");
+        assert_eq!(std::fs::read(&volume).unwrap(), [7; 8]);
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::course::Course;
 use crate::job::Handle;
+use crate::kept;
 use anyhow::{Context, Result};
 use fovolnet::core::{Frame, FrameSize};
 use fovolnet::io::image::{self, Alpha};
@@ -77,7 +78,7 @@ impl Export {
     /// Makes it; the message says where it is.
     ///
     /// # Errors
-    /// Settings that cannot be rendered with, files that cannot be written, an end that was asked for.
+    /// A file that is looked at, settings that cannot be rendered with, files that cannot be written, an end that was asked for.
     pub fn run(
         &self,
         session: &Session,
@@ -85,6 +86,7 @@ impl Export {
         speed: &SpeedSettings,
         handle: &Handle,
     ) -> Result<String> {
+        kept::check(&self.path, |_| false)?;
         let session = self.session(session);
         let written = match &self.kind {
             Kind::Picture { is_transparent } => {
@@ -97,7 +99,9 @@ impl Export {
             Kind::Video { fps, .. } => video(&self.path, volume, &session.render, speed, *fps, handle)?,
         };
         if self.with_session {
-            session.write(&session_beside(&written))?;
+            let beside = session_beside(&written);
+            kept::check(&beside, |path| Session::read(path).is_ok())?;
+            session.write(&beside)?;
         }
         let place = written.display();
         Ok(if written == self.path {
@@ -242,8 +246,11 @@ mod tests {
         let length = std::fs::metadata(&path).unwrap().len();
         assert!(length - y4m_bytes(size, 3) < 100, "{length}");
         assert!(session_beside(&path).is_file());
-        run(Export { is_full: true, ..clip(Course::Still([0.3, 0.5, 1.7, 0.0, 0.0, 0.0, 35.0])) }, session())
-            .unwrap();
+        let still = clip(Course::Still([0.3, 0.5, 1.7, 0.0, 0.0, 0.0, 35.0]));
+        let error = run(still.clone(), session()).unwrap_err().to_string();
+        assert!(error.contains("another name"), "what was read is not replaced: {error}");
+        let path = folder.path().join("still.y4m");
+        run(Export { is_full: true, path: path.clone(), ..still }, session()).unwrap();
         let frames = fovolnet::io::video::read(&path).unwrap();
         assert_eq!(frames[0], frames[2]);
         let nowhere = Export { path: folder.path().join("no/such/clip.y4m"), ..along };

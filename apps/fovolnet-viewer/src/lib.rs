@@ -22,6 +22,7 @@ pub mod files;
 pub mod gaze;
 mod histogram;
 pub mod job;
+pub mod kept;
 mod layout_form;
 pub mod look;
 mod marks;

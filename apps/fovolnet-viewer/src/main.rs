@@ -10,6 +10,7 @@ use fovolnet::core::{Frame, FrameSize};
 use fovolnet::io::image::{self, Alpha};
 use fovolnet::{RenderSettings, SpeedSettings, VolumeSettings, parse};
 use fovolnet_viewer::drawing_threads;
+use fovolnet_viewer::kept;
 use fovolnet_viewer::no_window;
 use fovolnet_viewer::places::Places;
 use fovolnet_viewer::quad::Painter;
@@ -137,6 +138,7 @@ fn write(path: &Path, picture: &ColorImage) -> Result<()> {
     let colour = |pixel: &Color32| pixel.to_array().map(|c| f32::from(c) / 255.0);
     let pixels = picture.pixels.iter().map(colour).collect();
     let frame = Frame::from_pixels(FrameSize::new(width, height)?, pixels)?;
+    kept::check(path, |_| false)?;
     Ok(image::write_png(path, &frame, Alpha::Drop)?)
 }
 

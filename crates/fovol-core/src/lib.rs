@@ -3,7 +3,8 @@
 //! Every other crate speaks in these types: what is looked at ([`Volume`], [`TransferFunction`],
 //! [`Light`], [`Scene`]), from where ([`Camera`], [`CameraPath`]), which pixels are computed
 //! ([`Fovea`], [`SampleMask`], [`SampleList`]) and what comes out ([`Frame`]).
-//! There is no I/O here and no rendering. [`awake`] is how all of them keep their threads at work.
+//! There is no rendering here. [`input`] is how all of them open the files that they read, [`awake`] how they keep their threads
+//! at work.
 //!
 //! # World space
 //! The box of a volume has the extent dims × spacing, is centred on the origin and scaled so that
@@ -20,6 +21,7 @@ mod fovea;
 mod frame;
 mod gaze;
 mod grid;
+pub mod input;
 mod labels;
 mod light;
 mod names;

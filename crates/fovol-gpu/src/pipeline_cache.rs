@@ -69,6 +69,7 @@ impl PipelineCache {
         file.write_all(MARK)?;
         file.write_all(&Sha256::digest(&data))?;
         file.write_all(&data)?;
+        file.as_file().sync_all()?;
         file.persist(&self.file)?;
         Ok(())
     }

@@ -1,28 +1,115 @@
-//! Files that appear under their name only when they are complete.
+//! Files that appear under their name only when they are complete, and on the disk.
 //!
 //! A link to a file stays a link. What is no file, `/dev/null` or a pipe, keeps its name and is written into.
 
+use crate::stream::{is_stream, open_stream};
 use crate::{Error, Result};
+use fovol_core::input;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use tempfile::{NamedTempFile, TempPath};
+
+/// Whether files that were read are kept.
+static KEEPS_INPUTS: AtomicBool = AtomicBool::new(false);
+
+/// Refuses from now on to replace a file that this program has read, see [`fovol_core::input`].
+///
+/// For programs that do one thing and end. Those that save what they have opened ask [`refuse_input`] where it matters.
+pub fn keep_inputs() {
+    KEEPS_INPUTS.store(true, Ordering::Relaxed);
+}
+
+/// Refuses `path` if it leads to a file that this program has read.
+///
+/// # Errors
+/// Such a file.
+pub fn refuse_input(path: &Path) -> Result<()> {
+    if input::contains(path) { Err(Error::IsInput { path: path.to_owned() }) } else { Ok(()) }
+}
+
+/// Refuses `path` if it leads to a file that was read and is to be kept, see [`keep_inputs`].
+pub(crate) fn keep_input(path: &Path) -> Result<()> {
+    if KEEPS_INPUTS.load(Ordering::Relaxed) { refuse_input(path) } else { Ok(()) }
+}
 
 /// Writes `path` by `fill`: to a temporary name in the same folder, renamed when everything is written.
 ///
 /// # Errors
 /// What `fill` or the system said; nothing is left under either name then.
-pub fn write(path: &Path, fill: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>) -> Result<()> {
+pub fn write(path: &Path, fill: impl FnOnce(&mut Output<'_>) -> io::Result<()>) -> Result<()> {
+    prepare(path, fill)?.complete()
+}
+
+/// Where [`write()`] has what is written.
+pub type Output<'a> = BufWriter<Sink<&'a File>>;
+
+/// A file that is written to.
+pub struct Sink<W>(pub(crate) W);
+
+impl<W: Write> Write for Sink<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        #[cfg(test)]
+        let bytes = &bytes[..crate::fault::room(bytes.len())?];
+        self.0.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.flush()
+    }
+}
+
+/// A complete file that has not got its name yet. Without [`Self::complete`] it is removed.
+#[must_use]
+pub struct Prepared {
+    path: PathBuf,
+    /// Nothing where `path` is no file: then it was written into.
+    temporary: Option<TempPath>,
+}
+
+impl Prepared {
+    /// Gives it its name.
+    ///
+    /// # Errors
+    /// What the system said; the file is gone then.
+    pub fn complete(self) -> Result<()> {
+        match self.temporary {
+            Some(temporary) => name(temporary, &self.path),
+            None => Ok(()),
+        }
+    }
+
+    /// Gives it its name, and `next`, which speaks of this file, its own when this one is on the disk.
+    ///
+    /// # Errors
+    /// As [`Self::complete`].
+    pub fn complete_before(self, next: Self) -> Result<()> {
+        let path = target(&self.path);
+        self.complete()?;
+        sync_folder(&path);
+        next.complete()
+    }
+}
+
+/// Writes what is to be `path` by `fill`, without giving it that name: so that files which belong together appear together.
+///
+/// # Errors
+/// As [`write()`].
+pub fn prepare(path: &Path, fill: impl FnOnce(&mut Output<'_>) -> io::Result<()>) -> Result<Prepared> {
+    let failed = |e| Error::io("write", path, e);
     let filled = |file: &File| {
-        let mut out = BufWriter::with_capacity(1 << 18, file);
-        fill(&mut out).and_then(|()| out.flush()).map_err(|e| Error::io("write", path, e))
+        let mut out = BufWriter::with_capacity(1 << 18, Sink(file));
+        fill(&mut out).and_then(|()| out.flush()).map_err(failed)
     };
     if is_stream(path) {
-        return filled(&open_stream(path)?);
+        filled(&open_stream(path)?)?;
+        return Ok(Prepared { path: path.to_owned(), temporary: None });
     }
     let temporary = temporary(path)?;
     filled(temporary.as_file())?;
-    persist(temporary.into_temp_path(), path)
+    temporary.as_file().sync_all().map_err(failed)?;
+    Ok(Prepared { path: path.to_owned(), temporary: Some(temporary.into_temp_path()) })
 }
 
 /// A temporary file for what is to be `path`, with its extension: in the folder where that will be, or among the system's
@@ -31,19 +118,20 @@ pub fn write(path: &Path, fill: impl FnOnce(&mut BufWriter<&File>) -> io::Result
 /// # Errors
 /// What the system said.
 pub fn temporary(path: &Path) -> Result<NamedTempFile> {
+    keep_input(path)?;
+    // The system says so too, but only when all is written and a second file may have its name already.
+    if path.is_dir() {
+        return Err(Error::io("write", path, io::ErrorKind::IsADirectory.into()));
+    }
     let extension = path.extension().map(|e| format!(".{}", e.display())).unwrap_or_default();
     let mut builder = tempfile::Builder::new();
     builder.prefix(".fovolnet-").suffix(&extension);
-    let made = if is_stream(path) {
-        builder.tempfile()
-    } else {
-        let target = target(path);
-        builder.tempfile_in(target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new(".")))
-    };
+    let made =
+        if is_stream(path) { builder.tempfile() } else { builder.tempfile_in(folder_of(&target(path))) };
     made.map_err(|e| Error::io("write", path, e))
 }
 
-/// Gives a complete [`temporary`] file its name.
+/// Gives a complete [`temporary`] file its name, once it is on the disk.
 ///
 /// # Errors
 /// What the system said; the temporary file is gone then.
@@ -53,18 +141,29 @@ pub fn persist(temporary: TempPath, path: &Path) -> Result<()> {
         let mut complete = File::open(&temporary).map_err(failed)?;
         return io::copy(&mut complete, &mut open_stream(path)?).map(drop).map_err(failed);
     }
+    // Some systems sync what was opened to be written alone. It is the whole file that is synced, whoever wrote it.
+    File::options().write(true).open(&temporary).and_then(|file| file.sync_all()).map_err(failed)?;
+    name(temporary, path)
+}
+
+/// Renames the file `temporary`, which is on the disk, to `path`.
+fn name(temporary: TempPath, path: &Path) -> Result<()> {
+    let failed = |e| Error::io("write", path, e);
+    keep_input(path)?;
     readable_by_all(&temporary).map_err(failed)?;
     temporary.persist(target(path)).map_err(|e| failed(e.error))
 }
 
-/// Whether `path` is there and neither a file nor a folder: a device, a pipe. A new file in its place would take it from
-/// everybody else, which the system lets its administrator do.
-fn is_stream(path: &Path) -> bool {
-    fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir())
+/// Puts the names in the folder of `file` on the disk: two files that belong together are renamed in an order.
+fn sync_folder(file: &Path) {
+    if cfg!(unix) {
+        // The file is there and complete; folders that cannot be synced, as of some networks, are none to despair of.
+        let _ = File::open(folder_of(file)).and_then(|folder| folder.sync_all());
+    }
 }
 
-fn open_stream(path: &Path) -> Result<File> {
-    File::options().write(true).open(path).map_err(|e| Error::io("write", path, e))
+fn folder_of(file: &Path) -> &Path {
+    file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 /// The file that `path` names, at the end of all links.
@@ -139,32 +238,39 @@ mod tests {
         assert_eq!(fs::read(&file).unwrap(), b"new");
     }
 
-    #[cfg(unix)]
     #[test]
-    fn devices_and_pipes_are_written_into() {
-        use std::os::unix::fs::FileTypeExt;
-        write_bytes(Path::new("/dev/null"), b"nothing").unwrap();
-        assert!(fs::metadata("/dev/null").unwrap().file_type().is_char_device());
-
+    fn what_is_prepared_has_its_name_only_when_it_is_completed() {
         let folder = tempfile::tempdir().unwrap();
-        let pipe = folder.path().join("pipe.y4m");
-        assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
-        for persisted in [false, true] {
-            let reader = std::thread::spawn({
-                let pipe = pipe.clone();
-                move || fs::read(pipe).unwrap()
-            });
-            if persisted {
-                let mut whole = temporary(&pipe).unwrap();
-                whole.write_all(b"frames").unwrap();
-                persist(whole.into_temp_path(), &pipe).unwrap();
-            } else {
-                write_bytes(&pipe, b"frames").unwrap();
-            }
-            assert_eq!(reader.join().unwrap(), b"frames");
-            assert!(fs::metadata(&pipe).unwrap().file_type().is_fifo());
+        let path = folder.path().join("out.bin");
+        let prepared = prepare(&path, |out| out.write_all(b"all")).unwrap();
+        assert!(!path.exists());
+        drop(prepared);
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+        prepare(&path, |out| out.write_all(b"all")).unwrap().complete().unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"all");
+    }
+
+    #[test]
+    fn a_write_that_fails_at_any_byte_leaves_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("out.bin");
+        for room in 0..10 {
+            crate::fault::after(room, || write_bytes(&path, &[7; 10])).unwrap_err();
+            assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "{room}");
         }
-        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+        crate::fault::after(10, || write_bytes(&path, &[7; 10])).unwrap();
+        assert_eq!(fs::read(&path).unwrap(), [7; 10]);
+    }
+
+    #[test]
+    fn inputs_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("in.bin");
+        fs::write(&path, b"mine").unwrap();
+        refuse_input(&path).unwrap();
+        input::read(&path).unwrap();
+        let error = refuse_input(&path).unwrap_err().to_string();
+        assert!(error.contains("in.bin") && error.contains("another name"), "{error}");
     }
 
     #[test]

@@ -32,6 +32,27 @@ pub enum Error {
         /// What is not supported and what to do instead.
         problem: String,
     },
+    /// An output that is an input.
+    #[error(
+        "{} is read here, and writing it would destroy it; give the output another name",
+        plain(path.display())
+    )]
+    IsInput {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A file that nobody named would be replaced.
+    #[error(
+        "{} is there already, and was not written for {}; move it away, choose another name, or replace it with --overwrite",
+        plain(path.display()),
+        plain(main.display())
+    )]
+    InTheWay {
+        /// The file that is there.
+        path: PathBuf,
+        /// The file that was to be written, of which it would be a part.
+        main: PathBuf,
+    },
     /// A file of bare voxels, of which nothing says how they lie.
     #[error(
         "{}: its {what} is not known; give --dims X,Y,Z and --dtype, or name it like name_256x256x256_uint8.raw",

@@ -3,9 +3,12 @@
 pub mod atomic;
 pub mod dataset;
 mod error;
+#[cfg(test)]
+mod fault;
 pub mod image;
 pub mod natural_order;
 pub mod procedural;
+mod stream;
 pub mod transfer_function;
 pub mod video;
 pub mod volume;

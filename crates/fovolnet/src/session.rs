@@ -1,5 +1,5 @@
 use crate::{Error, RenderSettings, Result, Sampling, VolumeSettings, session_files, toml_text};
-use fovol_core::path_of_text;
+use fovol_core::{input, path_of_text};
 use fovol_net::Weights;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -48,7 +48,7 @@ impl Session {
     /// # Errors
     /// A file that is missing or says something unknown.
     pub fn read(path: &Path) -> Result<Self> {
-        let text = std::fs::read_to_string(path).map_err(|e| fovol_io::Error::io("read", path, e))?;
+        let text = input::read_to_string(path).map_err(|e| fovol_io::Error::io("read", path, e))?;
         let mut session: Self = toml::from_str(&text).map_err(|e| {
             Error::Setting(format!(
                 "{}, {}{}",
@@ -144,7 +144,7 @@ fn advice(problem: &str) -> &'static str {
 
 fn sha256(path: &Path) -> Result<String> {
     let failed = |e| fovol_io::Error::io("read", path, e);
-    let mut file = std::fs::File::open(path).map_err(failed)?;
+    let mut file = input::open(path).map_err(failed)?;
     let mut hasher = Sha256::new();
     let mut piece = vec![0u8; 1 << 20];
     loop {

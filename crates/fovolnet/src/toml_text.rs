@@ -1,5 +1,5 @@
 use crate::{Error, Result};
-use fovol_core::path_of_text;
+use fovol_core::{input, path_of_text};
 use serde::Deserialize;
 
 /// Reads the TOML file that `text` names, or `text` itself where it is TOML: it stands for the flag `flag`, and `expected`
@@ -7,7 +7,7 @@ use serde::Deserialize;
 pub fn read<T: for<'de> Deserialize<'de>>(text: &str, flag: &str, expected: &str) -> Result<T> {
     let path = path_of_text(text);
     let (what, text) = if path.exists() {
-        (text, std::fs::read_to_string(&path).map_err(|e| fovol_io::Error::io("read", &path, e))?)
+        (text, input::read_to_string(&path).map_err(|e| fovol_io::Error::io("read", &path, e))?)
     } else if text.contains('=') {
         (flag, text.to_owned())
     } else {
@@ -30,5 +30,5 @@ pub fn of_file(name: &str) -> Option<String> {
     if !path.is_file() {
         return None;
     }
-    std::fs::read_to_string(path).ok().filter(|text| text.contains('='))
+    input::read_to_string(&path).ok().filter(|text| text.contains('='))
 }

@@ -29,6 +29,7 @@ impl Calibrate {
         let base = self.config.parent().unwrap_or(Path::new("."));
         let [learned, _] = config.clips.open(base)?;
         let mut weights = Weights::read(&self.weights)?;
+        atomic::refuse_input(&self.output)?;
         note_ranges(&mut weights, &learned, &config)?;
         let bytes = weights.to_bytes(if self.half { Storage::F16 } else { Storage::F32 })?;
         atomic::write_bytes(&self.output, &bytes)?;

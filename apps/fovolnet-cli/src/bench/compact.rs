@@ -2,6 +2,7 @@ use super::marching::{Marching, Sampled, marching};
 use super::on_orbit;
 use super::repeat::alternating;
 use crate::console::JsonOutput;
+use crate::outputs;
 use anyhow::{Result, anyhow};
 use fovolnet::core::{Camera, Fovea, FrameSize, shown_path};
 use fovolnet::io::atomic;
@@ -65,20 +66,25 @@ struct Report {
     machine: Machine,
 }
 
+/// What is written to a folder.
+const FILES: [&str; 2] = ["compact.csv", "compact.svg"];
+
 /// Densities without a fovea, as in the paper's figure.
 const DENSITIES: [f64; 11] = [0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.2, 0.3, 0.5, 0.75, 1.0];
 
 impl CompactBench {
     pub fn run(self) -> Result<()> {
         let opened = open_volume(&self.volume, &self.read)?;
+        let files = self.output.as_ref().map(|folder| FILES.map(|name| folder.join(name)));
+        outputs::check(files.iter().flatten().map(PathBuf::as_path).chain(self.json.file()))?;
         let (rows, machine) = measured(&opened, &self.settings, &self.speed, self.repeats)?;
         let report =
             Report { volume: shown_path(&self.volume), size: self.settings.frame_size(), rows, machine };
         self.describe(&report)?;
-        if let Some(folder) = &self.output {
+        if let (Some(folder), Some([csv, svg])) = (&self.output, &files) {
             atomic::make_folder(folder)?;
-            write_csv(&folder.join("compact.csv"), &report.rows)?;
-            atomic::write_bytes(&folder.join("compact.svg"), plotted(&report.rows)?.as_bytes())?;
+            write_csv(csv, &report.rows)?;
+            atomic::write_bytes(svg, plotted(&report.rows)?.as_bytes())?;
         }
         self.json.write(&report)
     }

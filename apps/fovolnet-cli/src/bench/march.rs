@@ -2,6 +2,7 @@ use super::marching::marching;
 use super::on_orbit;
 use super::repeat::{Times, alternating};
 use crate::console::JsonOutput;
+use crate::outputs;
 use anyhow::Result;
 use fovolnet::core::{FrameSize, shown_path};
 use fovolnet::io::image::{self, Alpha};
@@ -82,6 +83,7 @@ impl MarchBench {
         let camera = world.camera(&camera);
         let size = settings.frame_size();
         let mut marching = marching(&scene, &self.speed, size)?;
+        outputs::check([self.picture.as_deref(), self.json.file()].into_iter().flatten())?;
         if let Some(path) = &self.picture {
             image::write_png(path, &marching.picture(&camera)?, Alpha::Drop)?;
         }

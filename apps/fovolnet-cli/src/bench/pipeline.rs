@@ -1,6 +1,7 @@
 use super::on_orbit;
 use crate::console::{self, JsonOutput};
 use crate::interrupt;
+use crate::outputs;
 use anyhow::Result;
 #[cfg(feature = "gpu")]
 use fovolnet::Viewpoint;
@@ -51,6 +52,7 @@ impl PipelineBench {
         self.settings.frames.get_or_insert(FRAMES);
         self.settings = on_orbit(self.settings);
         let opened = open_volume(&self.volume, &self.read)?;
+        outputs::check(self.json.file())?;
         let mut pipeline = Pipeline::new(&opened, &self.settings, &self.speed)?;
         console::warn(&pipeline);
         let numbers = self.settings.frame_numbers();

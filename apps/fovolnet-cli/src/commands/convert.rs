@@ -1,4 +1,5 @@
-use crate::console;
+use crate::second_file::SecondFile;
+use crate::{console, outputs};
 use anyhow::Result;
 use fovolnet::{VolumeSettings, io::volume, open_volume, parse};
 use std::path::PathBuf;
@@ -12,6 +13,8 @@ pub struct Convert {
     /// File to write: .raw .raw.gz .nrrd .nhdr .nii .nii.gz .mha .mhd .vti
     output: PathBuf,
     #[command(flatten)]
+    second: SecondFile,
+    #[command(flatten)]
     read: VolumeSettings,
 }
 
@@ -19,7 +22,8 @@ impl Convert {
     pub fn run(self) -> Result<()> {
         let opened = open_volume(&self.input, &self.read)?;
         console::remark(&opened);
-        let notes = volume::write(&opened.volume, &self.output)?;
+        outputs::check([&*self.output])?;
+        let notes = volume::write_with(&opened.volume, &self.output, self.second.beside())?;
         console::notes_of(&self.output, &notes);
         console::say(format!("wrote {}", self.output.display()))
     }

@@ -1,5 +1,6 @@
 use crate::console::{self, JsonOutput, Progress};
-use crate::interrupt;
+use crate::second_file::SecondFile;
+use crate::{interrupt, outputs};
 use anyhow::Result;
 use clap::Subcommand;
 use fovolnet::io::dataset::{self, Stage};
@@ -29,6 +30,8 @@ enum DataCommand {
         name: Procedural,
         /// File to write; its ending says the format
         output: PathBuf,
+        #[command(flatten)]
+        second: SecondFile,
         /// Voxels along x, y, z
         #[arg(long, value_name = "X,Y,Z", value_parser = parse::whole_numbers::<3>, default_value = "256,256,256")]
         dims: [usize; 3],
@@ -72,7 +75,12 @@ impl Data {
     pub fn run(self) -> Result<()> {
         match self.command {
             DataCommand::List { json } => list(&json),
-            DataCommand::Make { name, output, dims, seed } => make(name, &output, dims, seed),
+            DataCommand::Make { name, output, second, dims, seed } => {
+                outputs::check([&*output])?;
+                let made = procedural::make(name, dims, seed)?;
+                console::notes_of(&output, &volume::write_with(&made, &output, second.beside())?);
+                console::say(format!("wrote {}", output.display()))
+            }
             DataCommand::Get { name, output } => get(&name, &output),
         }
     }
@@ -111,12 +119,6 @@ fn list(json: &JsonOutput) -> Result<()> {
         ))?;
     }
     json.write(&Listing { procedural, published })
-}
-
-fn make(kind: Procedural, output: &Path, dims: [usize; 3], seed: u64) -> Result<()> {
-    let made = procedural::make(kind, dims, seed)?;
-    console::notes_of(output, &volume::write(&made, output)?);
-    console::say(format!("wrote {}", output.display()))
 }
 
 fn get(name: &str, folder: &Path) -> Result<()> {

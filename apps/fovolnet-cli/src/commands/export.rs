@@ -1,4 +1,4 @@
-use crate::console;
+use crate::{console, outputs};
 use anyhow::{Result, anyhow};
 use fovolnet::io::atomic;
 use fovolnet::net::{Weights, onnx};
@@ -26,6 +26,7 @@ impl Export {
             (None, Some(random)) => Weights::random(&random.network.config(), random.seed)?,
             (None, None) => return Err(anyhow!("nothing to export; give --weights or --random-weights")),
         };
+        outputs::check([&*self.onnx])?;
         let plan = weights.config.plan().map_err(|problem| anyhow!(problem))?;
         let facts: Vec<(&str, String)> =
             weights.facts.iter().map(|(key, value)| (key.as_str(), value.clone())).collect();

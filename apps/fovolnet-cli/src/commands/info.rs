@@ -1,4 +1,5 @@
 use crate::console::{self, JsonOutput};
+use crate::outputs;
 use anyhow::{Result, bail};
 use fovolnet::core::{Placement, Space, Volume};
 #[cfg(feature = "gpu")]
@@ -172,6 +173,7 @@ impl Info {
             bail!("no volume is named; give a file, --devices, or --transfer-functions")
         };
         let opened = open_volume(name, &self.read)?;
+        outputs::check(self.json.file())?;
         opened.notes().iter().for_each(console::note);
         let volume = &opened.volume;
         let statistics = volume.statistics();

@@ -1,4 +1,5 @@
 use crate::console::JsonOutput;
+use crate::outputs;
 use anyhow::Result;
 use fovolnet::RenderSettings;
 use fovolnet::core::{Fovea, FrameSize, SampleMask};
@@ -30,6 +31,7 @@ struct Report {
 impl Mask {
     pub fn run(self) -> Result<()> {
         let (fovea, mask) = mask_of(&self.settings)?;
+        outputs::check([Some(&*self.output), self.json.file()].into_iter().flatten())?;
         write(&self.output, &mask)?;
         let report = Report {
             samples: mask.count(),

@@ -1,8 +1,8 @@
 use crate::console::{self, JsonOutput, Progress};
 use crate::frame_sequence::{self, is_picture};
-use crate::interrupt;
+use crate::{interrupt, outputs};
 use anyhow::{Context, Result, bail};
-use fovolnet::core::{Frame, FrameSize, Region};
+use fovolnet::core::{Frame, FrameSize, Region, input};
 use fovolnet::io::video::FrameRate;
 use fovolnet::io::{image, video};
 use fovolnet::metrics::{ClipQuality, Display, Error, FovVideoVdp, FrameQuality};
@@ -87,6 +87,7 @@ impl Metrics {
                 test.len()
             );
         }
+        outputs::check(self.json.file())?;
         let mut progress = Progress::new("comparing", reference.len() as u64);
         let mut clip = ClipQuality::new();
         let mut seen = self.viewing.metric(reference.len())?;
@@ -157,6 +158,7 @@ impl Clip {
     /// The clip at `path`; in a folder, the pictures of the first prefix that there are any of.
     fn open(path: &Path, prefixes: &[&str]) -> Result<Self> {
         if is_picture(path) && path.is_file() {
+            input::add(path);
             return Ok(Self::Files(vec![path.to_owned()]));
         }
         if !path.is_dir() {

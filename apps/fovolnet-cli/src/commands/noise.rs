@@ -1,10 +1,11 @@
 use crate::console::{self, JsonOutput};
+use crate::outputs;
 use anyhow::{Context, Result, bail};
 use clap::Subcommand;
+use fovolnet::core::input;
 use fovolnet::io::{Error, atomic};
 use fovolnet::render::noise::{NoiseSize, STBN_SEED, encode_ranks, ranks, statistics};
 use npyz::WriterBuilder;
-use std::fs::File;
 use std::io::{BufReader, Write};
 use std::path::{Path, PathBuf};
 
@@ -77,6 +78,7 @@ fn make(output: &Path, side: usize, frames: usize, seed: u64) -> Result<()> {
 
 fn check(input: &Path, json: &JsonOutput) -> Result<()> {
     let (ranks, size) = read(input)?;
+    outputs::check(json.file())?;
     let report = statistics::check(&ranks, size);
     for line in &report.checks {
         let verdict = if line.passed { "ok  " } else { "FAIL" };
@@ -90,21 +92,21 @@ fn check(input: &Path, json: &JsonOutput) -> Result<()> {
     Ok(())
 }
 
-fn read(input: &Path) -> Result<(Vec<u32>, NoiseSize)> {
-    let file = File::open(input).map_err(|e| Error::io("read", input, e))?;
+fn read(path: &Path) -> Result<(Vec<u32>, NoiseSize)> {
+    let file = input::open(path).map_err(|e| Error::io("read", path, e))?;
     let bad = || {
         format!(
             "{}: it is not a .npy file of u32 [t][y][x]; make one with `fovolnet noise make`",
-            input.display()
+            path.display()
         )
     };
     let npy = npyz::NpyFile::new(BufReader::new(file)).with_context(bad)?;
     let [frames, height, width] = <[u64; 3]>::try_from(npy.shape()).map_err(|_| anyhow::anyhow!(bad()))?;
     let side = |n: u64| usize::try_from(n).unwrap_or(usize::MAX);
     let size = NoiseSize::new(side(width), side(height), side(frames))
-        .map_err(|e| anyhow::anyhow!("{}: {e}", input.display()))?;
+        .map_err(|e| anyhow::anyhow!("{}: {e}", path.display()))?;
     if npy.order() != npyz::Order::C {
-        bail!("{}: its axes are in Fortran order; save it with numpy.ascontiguousarray", input.display());
+        bail!("{}: its axes are in Fortran order; save it with numpy.ascontiguousarray", path.display());
     }
     let ranks = npy.into_vec::<u32>().with_context(bad)?;
     Ok((ranks, size))

@@ -1,8 +1,8 @@
 use crate::bench::rayon_pool;
 use crate::console::{JsonOutput, Progress};
 use crate::frame_sequence::file_name;
-use crate::interrupt;
 use crate::sparse_clip::SparseClip;
+use crate::{interrupt, outputs};
 use anyhow::{Context as _, Result};
 #[cfg(feature = "gpu")]
 use fovolnet::DeviceReconstructor;
@@ -108,6 +108,8 @@ impl Reconstruct {
         if !filler.uses_motion() {
             clip.leave_motion_out(&settings.weights.clone().unwrap_or_else(|| how.to_string()));
         }
+        let written: Vec<PathBuf> = (0..clip.len()).map(|i| self.path_of(clip.path(i))).collect();
+        outputs::check(written.iter().map(PathBuf::as_path).chain(self.json.file()))?;
         atomic::make_folder(&self.output)?;
         let mut progress = Progress::new("reconstructing", clip.len() as u64);
         let mut frames = Vec::new();
@@ -174,16 +176,23 @@ impl Reconstruct {
         Ok(Filler::Cpu(Reconstructor::new(settings, size)?))
     }
 
-    fn write(&self, sparse: &Path, full: &Frame) -> Result<String> {
-        let is_exr = sparse.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+    /// Where the full frame of the file `sparse` goes.
+    fn path_of(&self, sparse: &Path) -> PathBuf {
         let name = file_name(sparse).replacen("sparse_", "frame_", 1);
-        let extension = if is_exr { "exr" } else { "png" };
-        let path = self.output.join(name).with_extension(extension);
-        if is_exr {
+        self.output.join(name).with_extension(if is_exr(sparse) { "exr" } else { "png" })
+    }
+
+    fn write(&self, sparse: &Path, full: &Frame) -> Result<String> {
+        let path = self.path_of(sparse);
+        if is_exr(sparse) {
             image::write_exr(&path, full)?;
         } else {
             image::write_png(&path, full, Alpha::Drop)?;
         }
         Ok(file_name(&path))
     }
+}
+
+fn is_exr(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"))
 }

@@ -1,6 +1,6 @@
 use crate::console::{self, JsonOutput, Progress};
 use crate::frame_files::{Format, FrameFiles, Keep};
-use crate::interrupt;
+use crate::{interrupt, outputs};
 use anyhow::{Result, bail, ensure};
 use fovolnet::core::{Integration, path_of_text, shown_path};
 use fovolnet::io::video::{self, FrameRate, VideoWriter};
@@ -73,14 +73,17 @@ impl Render {
         if files.has(Keep::Motion) {
             pipeline.find_motion();
         }
+        let frames = files.paths(&numbers);
+        let others = [self.video.as_deref(), self.save_session.as_deref(), self.json.file()];
+        outputs::check(frames.iter().map(PathBuf::as_path).chain(others.into_iter().flatten()))?;
         files.make_folder()?;
+        let mut video =
+            self.video.as_ref().map(|p| VideoWriter::create(p, pipeline.size(), self.fps)).transpose()?;
         if let Some(path) = &self.save_session {
             session.write(path)?;
         }
         let older = files.older(&numbers);
         let mut progress = Progress::new("rendering", numbers.len() as u64);
-        let mut video =
-            self.video.as_ref().map(|p| VideoWriter::create(p, pipeline.size(), self.fps)).transpose()?;
         let mut quality = ClipQuality::new().without_ms_ssim();
         let mut visibility = Visibility::new(&session.render);
         let mut frames = Vec::new();

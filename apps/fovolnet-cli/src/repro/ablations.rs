@@ -3,6 +3,7 @@
 use super::Evaluation;
 use super::section::{Cell, Section};
 use anyhow::{Context, Result, ensure};
+use fovolnet::core::input;
 use std::path::Path;
 
 /// The columns of the file; the last three are numbers.
@@ -31,7 +32,7 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
 fn rows(file: &Path) -> Result<Vec<Vec<Cell>>> {
     let mend =
         || format!("{} holds no ablations; make it with `python benchmarks/ablations.py`", file.display());
-    let mut reader = csv::Reader::from_path(file).with_context(mend)?;
+    let mut reader = csv::Reader::from_reader(input::open(file).with_context(mend)?);
     ensure!(reader.headers().with_context(mend)? == COLUMNS[..], mend());
     let cell = |(column, text): (usize, &str)| match text.parse::<f64>() {
         Ok(number) if column >= COLUMNS.len() - 3 => Cell::from(number),

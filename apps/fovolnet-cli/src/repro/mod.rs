@@ -21,11 +21,11 @@ mod video;
 mod vtk;
 
 use crate::console::JsonOutput;
-use crate::interrupt;
+use crate::{interrupt, outputs};
 use anyhow::{Result, ensure};
 use clap::ValueEnum;
 use data_sets::DataSet;
-use fovolnet::core::{FrameSize, Integration};
+use fovolnet::core::{FrameSize, Integration, input};
 use fovolnet::io::atomic;
 use fovolnet::{Device, Machine, RenderSettings, SpeedSettings, parse};
 use section::Section;
@@ -205,6 +205,7 @@ impl Evaluation {
 impl Repro {
     pub fn run(self) -> Result<()> {
         let evaluation = self.evaluation()?;
+        self.keep_tables()?;
         atomic::make_folder(&self.output)?;
         let all = self.items.contains(&Item::All);
         let names: Vec<String> = Item::each().map(Item::name).collect();
@@ -224,6 +225,22 @@ impl Repro {
         }
         self.json.say(format!("{}", self.output.join("report.html").display()))?;
         self.json.write(&report::sections(&self.output, &names)?)
+    }
+
+    /// Refuses tables of other programs that lie where sections are written.
+    fn keep_tables(&self) -> Result<()> {
+        let tables: Vec<&PathBuf> = [&self.vtk, &self.ablations].into_iter().flatten().collect();
+        tables.iter().for_each(|table| input::add(table));
+        outputs::check(self.json.file())?;
+        for table in tables {
+            let parts = Item::each().map(|item| self.output.join(item.name()).canonicalize());
+            let table = table.canonicalize();
+            let is_inside = |part: PathBuf| table.as_ref().is_ok_and(|table| table.starts_with(part));
+            if parts.flatten().any(is_inside) {
+                atomic::refuse_input(table.as_ref().unwrap_or(&self.output))?;
+            }
+        }
+        Ok(())
     }
 
     fn evaluation(&self) -> Result<Evaluation> {

@@ -2,6 +2,7 @@
 
 use super::section::{Cell, Section};
 use anyhow::{Context, Result, ensure};
+use fovolnet::core::input;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -47,7 +48,7 @@ pub fn add(section: &mut Section, file: &Path) -> Result<()> {
     let mend = || {
         format!("{} says nothing of VTK; make it with `python benchmarks/peers/vtk_march.py`", file.display())
     };
-    let text = std::fs::read_to_string(file).with_context(mend)?;
+    let text = input::read_to_string(file).with_context(mend)?;
     let measured: Measured = serde_json::from_str(&text).with_context(mend)?;
     ensure!(!measured.results.is_empty(), mend());
     let ([width, height], [x, y, z]) = (measured.size, measured.volume);

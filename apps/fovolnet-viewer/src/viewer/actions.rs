@@ -10,7 +10,7 @@ use crate::files::Purpose;
 use crate::job::Job;
 use crate::opened::Opened;
 use crate::timeline::{Timeline, add_keyframe};
-use crate::{navigation, start_page};
+use crate::{kept, navigation, start_page};
 use anyhow::Result;
 use eframe::egui::{Context, ViewportCommand};
 use fovolnet::core::{path_of_text, text_of_path};
@@ -239,7 +239,9 @@ impl Viewer {
             },
             Purpose::SaveTransfer => {
                 let Some(opened) = &self.opened else { return };
-                match transfer_function::write(path, opened.transfer()) {
+                let written = kept::check(path, |path| transfer_function::read(path).is_ok())
+                    .and_then(|()| transfer_function::write(path, opened.transfer()));
+                match written {
                     Ok(()) => self.messages.note(format!("{} is saved", path.display()), time),
                     Err(error) => self.messages.error(error.to_string()),
                 }

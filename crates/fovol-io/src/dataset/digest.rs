@@ -1,15 +1,16 @@
 use super::progress::{Stage, Watch};
 use crate::{Error, Result, atomic};
+use fovol_core::input;
 use sha2::{Digest, Sha512};
 use std::fmt::Write;
-use std::fs::{self, File};
+use std::fs;
 use std::io::{ErrorKind, Read};
 use std::path::Path;
 
 /// The SHA-512 of the file in lower-case hexadecimal digits, or `None` when called off.
 pub(super) fn sha512_of(path: &Path, watch: &mut Watch<'_>) -> Result<Option<String>> {
     let failed = |source| Error::io("read", path, source);
-    let mut file = File::open(path).map_err(failed)?;
+    let mut file = input::open(path).map_err(failed)?;
     let total = file.metadata().map_err(failed)?.len();
     let mut buffer = vec![0; 1 << 18];
     let (mut hasher, mut done) = (Sha512::new(), 0);

@@ -8,8 +8,7 @@ use exr::math::Vec2;
 use exr::meta::MetaData;
 use exr::meta::attribute::IntegerBounds;
 use exr::prelude::{ReadChannels, ReadLayers, WritableImage};
-use fovol_core::{Frame, FrameSize};
-use std::fs::File;
+use fovol_core::{Frame, FrameSize, input};
 use std::io::{BufReader, Cursor};
 use std::path::Path;
 
@@ -53,7 +52,7 @@ struct Sound<'a> {
 impl<'a> Sound<'a> {
     /// Looks at the header of the file at `path`.
     fn look(path: &'a Path) -> Result<Self> {
-        let file = File::open(path).map_err(|e| Error::io("read", path, e))?;
+        let file = input::open(path).map_err(|e| Error::io("read", path, e))?;
         let length = file.metadata().map_err(|e| Error::io("read", path, e))?.len();
         let meta = MetaData::read_from_buffered(BufReader::new(file), false).map_err(|e| damaged(path, e))?;
         let mut bytes = 0u64;

@@ -4,7 +4,7 @@ mod channels;
 mod exr_file;
 
 use crate::{Error, Result, atomic};
-use fovol_core::{Frame, FrameSize};
+use fovol_core::{Frame, FrameSize, input};
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageBuffer, ImageEncoder, ImageReader, Rgba, imageops};
 use std::fs::File;
@@ -141,7 +141,7 @@ pub fn read_motion(path: &Path) -> Result<Motion> {
 }
 
 fn open(path: &Path) -> Result<File> {
-    File::open(path).map_err(|e| Error::io("read", path, e))
+    input::open(path).map_err(|e| Error::io("read", path, e))
 }
 
 /// Whether the file at `path` begins as EXR files do, or is called like one.

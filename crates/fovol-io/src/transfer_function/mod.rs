@@ -17,8 +17,8 @@ mod warp;
 mod xml;
 
 use crate::{Error, Result, atomic};
-use fovol_core::{TransferFunction, did_you_mean, path_of_text, text_of_path};
-use std::io::Write;
+use fovol_core::{TransferFunction, did_you_mean, input, path_of_text, text_of_path};
+use std::io::{Read, Write};
 use std::path::Path;
 
 /// No transfer function needs more bytes than this; collections of colour maps included.
@@ -70,14 +70,17 @@ impl Imported {
 /// A file that is missing, damaged, or none of these.
 pub fn import(path: &Path) -> Result<Imported> {
     let (path, name) = with_name(path);
-    let size = std::fs::metadata(&path).map_err(|e| Error::io("read", &path, e))?.len();
+    let failed = |e| Error::io("read", &path, e);
+    let file = input::open(&path).map_err(failed)?;
+    let size = file.metadata().map_err(failed)?.len();
     if size > LARGEST {
         return Err(Error::malformed(
             &path,
             "it is too large for a transfer function; give a JSON, XML, .vp or .itf file",
         ));
     }
-    let bytes = std::fs::read(&path).map_err(|e| Error::io("read", &path, e))?;
+    let mut bytes = Vec::new();
+    file.take(LARGEST).read_to_end(&mut bytes).map_err(failed)?;
     let text = String::from_utf8(bytes).map_err(|_| Error::malformed(&path, UNKNOWN))?;
     parse(&path, &text, name.as_deref())
 }

@@ -8,6 +8,7 @@ use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStderr, ChildStdin, Command, Stdio};
+use std::sync::LazyLock;
 use std::thread::JoinHandle;
 
 /// Whether an `ffmpeg` can be started.
@@ -15,6 +16,28 @@ pub fn ffmpeg_installed() -> bool {
     let probe =
         Command::new(ffmpeg_path()).arg("-version").stdout(Stdio::null()).stderr(Stdio::null()).status();
     probe.is_ok_and(|status| status.success())
+}
+
+/// The option that says what becomes of the times of frames. Versions before 5.1 know only the first, those from 9 on only the
+/// second.
+fn timing_option() -> &'static str {
+    static OPTION: LazyLock<&str> = LazyLock::new(|| {
+        let said = Command::new(ffmpeg_path()).arg("-version").stdin(Stdio::null()).output();
+        timing_option_of(
+            &said.map_or_else(|_| String::new(), |said| String::from_utf8_lossy(&said.stdout).into()),
+        )
+    });
+    *OPTION
+}
+
+/// The option that an `ffmpeg` takes which says `said` of its version; builds without a number are new.
+fn timing_option_of(said: &str) -> &'static str {
+    let version = said.split_whitespace().nth(2).unwrap_or_default().trim_start_matches('n');
+    let mut numbers = version.split(['.', '-']).map_while(|part| part.parse::<u32>().ok());
+    match (numbers.next(), numbers.next().unwrap_or(0)) {
+        (Some(major), minor) if (major, minor) < (5, 1) => "-vsync",
+        _ => "-fps_mode",
+    }
 }
 
 /// Kinds of clips that hold colours as they are, without luma and chroma at half resolution.
@@ -156,7 +179,7 @@ fn check(path: &Path, frames: usize, size: FrameSize) -> io::Result<()> {
     }
     let mut command = Command::new(ffmpeg_path());
     command.args(["-loglevel", "error", "-i"]).arg(path);
-    command.args(["-map", "0:v:0", "-vsync", "passthrough", "-f", "framecrc", "-"]);
+    command.args(["-map", "0:v:0", timing_option(), "passthrough", "-f", "framecrc", "-"]);
     let output = command.stdin(Stdio::null()).output()?;
     let listed = String::from_utf8_lossy(&output.stdout);
     let found = listed.lines().filter(|line| !line.starts_with('#')).count();
@@ -190,7 +213,12 @@ fn animated_webp_frames(from: &mut (impl Read + io::Seek)) -> io::Result<usize> 
 pub(super) fn read(path: &Path) -> Result<Vec<Frame>> {
     let failed = |e| Error::io("read", path, e);
     let mut command = Command::new(ffmpeg_path());
-    command.args(["-loglevel", "error", "-i"]).arg(path).args(["-map", "0:v:0", "-vsync", "passthrough"]);
+    command.args(["-loglevel", "error", "-i"]).arg(path).args([
+        "-map",
+        "0:v:0",
+        timing_option(),
+        "passthrough",
+    ]);
     let matrix =
         "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int+full_chroma_inp";
     command.args(["-vf", &format!("{matrix},format=yuv444p"), "-f", "yuv4mpegpipe", "-"]);
@@ -268,6 +296,20 @@ mod tests {
         let row = [1, 1, 1, 2, 2, 2, 3, 3, 3, 3, 3, 3];
         assert_eq!(padded(&bytes, size(3, 1), size(4, 2)), [row, row].concat());
         assert_eq!(padded(&bytes, size(3, 1), size(3, 1)), bytes);
+    }
+
+    #[test]
+    fn versions_know_their_options() {
+        for (version, option) in [
+            ("ffmpeg version 4.4.2-0ubuntu0.22.04.1 Copyright", "-vsync"),
+            ("ffmpeg version 5.0 Copyright", "-vsync"),
+            ("ffmpeg version 5.1.6-0+deb12u1 Copyright", "-fps_mode"),
+            ("ffmpeg version n9.0.2-17-g2a571b6068-20260930 Copyright", "-fps_mode"),
+            ("ffmpeg version N-118000-g0000000000 Copyright", "-fps_mode"),
+            ("", "-fps_mode"),
+        ] {
+            assert_eq!(timing_option_of(version), option, "{version}");
+        }
     }
 
     #[test]

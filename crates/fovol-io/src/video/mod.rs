@@ -5,8 +5,7 @@ mod frame_rate;
 mod y4m_file;
 
 use crate::{Error, Result, atomic};
-use fovol_core::{Frame, FrameSize};
-use std::fs::File;
+use fovol_core::{Frame, FrameSize, input};
 use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 use tempfile::TempPath;
@@ -134,13 +133,13 @@ fn without_ffmpeg(path: &Path) -> PathBuf {
 /// # Errors
 /// A file that is missing, damaged, or needs an `ffmpeg` that is not installed.
 pub fn read(path: &Path) -> Result<Vec<Frame>> {
-    let mut file = File::open(path).map_err(|e| Error::io("read", path, e))?;
+    let mut file = input::open(path).map_err(|e| Error::io("read", path, e))?;
     let mut magic = [0u8; 9];
     let is_y4m = file.read_exact(&mut magic).is_ok() && &magic == b"YUV4MPEG2";
     if is_y4m {
         return y4m_file::read(
             path,
-            BufReader::new(File::open(path).map_err(|e| Error::io("read", path, e))?),
+            BufReader::new(input::open(path).map_err(|e| Error::io("read", path, e))?),
         );
     }
     if !ffmpeg_installed() {
@@ -196,11 +195,31 @@ mod tests {
             println!("skipped: no /dev/full");
             return;
         }
-        let file = File::options().write(true).open(full).unwrap();
+        let file = std::fs::File::options().write(true).open(full).unwrap();
         let size = FrameSize::new(6, 4).unwrap();
         let writer = y4m_file::Writer::new(file, size, 30.into());
         let error = writer.map(drop).unwrap_err();
         assert_eq!(error.kind(), std::io::ErrorKind::StorageFull);
+    }
+
+    #[test]
+    fn a_write_that_fails_at_any_byte_is_an_error_and_leaves_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("clip.y4m");
+        let size = FrameSize::new(6, 4).unwrap();
+        let make = || {
+            let mut writer = VideoWriter::create(&path, size, 30)?;
+            (0..2).try_for_each(|_| writer.push(&Frame::new(size)))?;
+            writer.finish()
+        };
+        make().unwrap();
+        let length = std::fs::metadata(&path).unwrap().len() as usize;
+        std::fs::remove_file(&path).unwrap();
+        for room in 0..length {
+            crate::fault::after(room, make).unwrap_err();
+            assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "{room}");
+        }
+        crate::fault::after(length, make).unwrap();
     }
 
     #[test]

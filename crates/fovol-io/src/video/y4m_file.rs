@@ -1,6 +1,7 @@
 //! Uncompressed clips: 8-bit 4:4:4 y4m of limited range and BT.709.
 
 use super::FrameRate;
+use crate::atomic::Sink;
 use crate::{Error, Result};
 use fovol_core::{Frame, FrameSize};
 use std::fs::File;
@@ -8,7 +9,7 @@ use std::io::{self, Read};
 use std::path::Path;
 
 /// Writes frames into a file. Nothing is held back: every write reports its own error.
-pub(super) struct Writer(Box<y4m::Encoder<File>>);
+pub(super) struct Writer(Box<y4m::Encoder<Sink<File>>>);
 
 impl Writer {
     /// Begins a clip of frames of `size` in `file`.
@@ -19,7 +20,7 @@ impl Writer {
             .append_vendor_extension(
                 y4m::VendorExtensionString::new(b"COLORRANGE=LIMITED".to_vec()).map_err(other)?,
             )
-            .write_header(file);
+            .write_header(Sink(file));
         encoder.map(Box::new).map(Self).map_err(other)
     }
 

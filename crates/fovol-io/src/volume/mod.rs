@@ -25,11 +25,12 @@ mod vti;
 mod write;
 
 use crate::Result;
+pub use detached::Beside;
 use fovol_core::Volume;
 pub use overrides::Overrides;
 pub use source::Source;
 use std::path::Path;
-pub use write::write;
+pub use write::{write, write_with};
 
 /// Reads the volume at `path`, a file or a folder of slices. The format is decided by the content where
 /// that is possible, else by the name.

@@ -1,7 +1,6 @@
 use crate::{Error, Result};
-use fovol_core::VoxelBytes;
+use fovol_core::{VoxelBytes, input};
 use memmap2::Mmap;
-use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -19,19 +18,8 @@ impl Source {
     /// What the system said.
     pub fn open(path: &Path) -> Result<Self> {
         let failed = |source| Error::io("read", path, source);
-        let metadata = std::fs::metadata(path).map_err(failed)?;
-        if metadata.is_dir() {
-            return Err(Error::malformed(path, "it is a folder, not a volume file; name a file in it"));
-        }
-        // Opening a named pipe would wait for ever.
-        if !metadata.is_file() {
-            return Err(Error::malformed(
-                path,
-                "it is a pipe or a device, not a volume file; save it to a file",
-            ));
-        }
-        let file = File::open(path).map_err(failed)?;
-        if metadata.len() == 0 {
+        let file = input::open(path).map_err(failed)?;
+        if file.metadata().map_err(failed)?.len() == 0 {
             return Ok(Self::from_bytes(path, Vec::new()));
         }
         // SAFETY: the map is read-only; that nobody shortens the file meanwhile is the documented condition

@@ -1,12 +1,13 @@
 //! Which writer a file name asks for.
 
+use super::detached::Beside;
 use super::{metaimage, nifti, nrrd, raw, vti};
 use crate::{Error, Result};
 use fovol_core::{Rescale, Space, Volume};
 use glam::{DMat3, DVec3};
 use std::path::Path;
 
-type Writer = fn(&Volume, &Path) -> Result<()>;
+type Writer = fn(&Volume, &Path, Beside) -> Result<()>;
 
 /// The endings that [`write`] knows, and who writes them.
 const WRITERS: &[(&str, Writer)] = &[
@@ -23,11 +24,21 @@ const WRITERS: &[(&str, Writer)] = &[
 
 /// Writes `volume` to `path` in the format of its ending. Size, type, spacing, values, orientation, origin and unit are kept; of
 /// several components the shown one is written. Scaled values are written as floats, but NIfTI keeps their scaling. Returns what
-/// the format cannot hold, a line each.
+/// the format cannot hold, a line each. Some formats take two files: the second is named like the first and replaces nothing that
+/// was not written for it, see [`write_with`].
 ///
 /// # Errors
-/// An unknown ending, a type that the format does not have, and what the system says; one line.
+/// An unknown ending, a type that the format does not have, another's file where the second would lie, and what the system says;
+/// one line. Nothing is written then.
 pub fn write(volume: &Volume, path: &Path) -> Result<Vec<String>> {
+    write_with(volume, path, Beside::Own)
+}
+
+/// Writes `volume` to `path` as [`write`] does; what may be replaced beside it says `beside`.
+///
+/// # Errors
+/// As [`write`].
+pub fn write_with(volume: &Volume, path: &Path, beside: Beside) -> Result<Vec<String>> {
     let name = path.file_name().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
     let found = WRITERS.iter().find(|(ending, _)| name.ends_with(ending));
     let (_, writer) = found.ok_or_else(|| {
@@ -37,7 +48,7 @@ pub fn write(volume: &Volume, path: &Path) -> Result<Vec<String>> {
             format!("no volume is written under this ending; use {}", endings.join(", ")),
         )
     })?;
-    writer(volume, path)?;
+    writer(volume, path, beside)?;
     Ok(lost(volume, &name))
 }
 

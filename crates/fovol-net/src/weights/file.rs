@@ -46,8 +46,8 @@ impl Weights {
     /// # Errors
     /// A file that is missing or damaged, and weights of no known network.
     pub fn read(path: &Path) -> Result<Self> {
-        let bytes =
-            std::fs::read(path).map_err(|source| Error::Io { verb: "read", path: path.into(), source })?;
+        let failed = |source| Error::Io { verb: "read", path: path.into(), source };
+        let bytes = fovol_core::input::read(path).map_err(failed)?;
         Self::parse(&bytes).map_err(|problem| Error::File { path: path.into(), problem })
     }
 

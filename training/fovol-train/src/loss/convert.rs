@@ -42,7 +42,7 @@ impl Depth {
 /// `weights/v0.1/vgg.pth`) where given.
 ///
 /// # Errors
-/// Files that cannot be read, hold something else, or cannot be written.
+/// Files that cannot be read, hold something else, or cannot be written; `to` as one of the others.
 pub fn convert_vgg(from: &Path, heads: Option<&Path>, to: &Path) -> Result<Converted> {
     let (mut arrays, sha256) = read(from, "features.")?;
     let Some(depth) = Depth::of(&arrays) else {
@@ -68,6 +68,7 @@ pub fn convert_vgg(from: &Path, heads: Option<&Path>, to: &Path) -> Result<Conve
         header.insert("heads.sha256".to_owned(), sha256.clone());
         heads_sha256 = Some(sha256);
     }
+    atomic::refuse_input(to)?;
     write(to, &arrays, header)?;
     let beginning = depth.original_file().split(['-', '.']).nth(1).unwrap_or_default();
     Ok(Converted {
@@ -82,7 +83,7 @@ pub fn convert_vgg(from: &Path, heads: Option<&Path>, to: &Path) -> Result<Conve
 
 /// The tensors of a file whose names begin with `prefix`, and its SHA-256.
 fn read(path: &Path, prefix: &str) -> Result<(BTreeMap<String, Array>, String)> {
-    let bytes = std::fs::read(path).map_err(|e| problem(path, &format!("it cannot be read: {e}")))?;
+    let bytes = fovol_core::input::read(path).map_err(|e| problem(path, &format!("it cannot be read: {e}")))?;
     if bytes.starts_with(b"PK") {
         let mend = "torchvision's own file is older; or save it again with \
                     torch.save(tensors, FILE, _use_new_zipfile_serialization=False)";

@@ -218,7 +218,7 @@ impl TrainConfig {
     /// # Errors
     /// A file that cannot be read or says what it should not; where, and how to mend it.
     pub fn read(path: &Path) -> Result<Self> {
-        let text = std::fs::read_to_string(path).map_err(|e| Error::file("read", path, &e))?;
+        let text = fovol_core::input::read_to_string(path).map_err(|e| Error::file("read", path, &e))?;
         let config: Self =
             toml::from_str(&text).map_err(|e| Error::Config(format!("{}: {e}", path.display())))?;
         config.check()?;

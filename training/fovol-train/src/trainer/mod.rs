@@ -47,6 +47,9 @@ pub enum Ended {
     Stopped,
 }
 
+/// The file of the averaged weights.
+const WEIGHTS: &str = "weights.safetensors";
+
 /// A network in training.
 pub struct Trainer {
     config: TrainConfig,
@@ -79,6 +82,10 @@ impl Trainer {
             Some(path) => Weights::named_or_read(&fovol_core::text_of_path(path))?,
             None => initial_weights(&config.network.config(), config.spread, config.seed)?,
         };
+        // A run that is resumed has its own weights there.
+        if !resume {
+            atomic::refuse_input(&folder.join(WEIGHTS))?;
+        }
         let options = Options {
             bf16: config.bf16,
             channels_last: config.channels_last,
@@ -316,7 +323,7 @@ impl Trainer {
             note_ranges(&mut weights, clips, &self.config)?;
         }
         let bytes = weights.to_bytes(fovol_net::weights::Storage::F32)?;
-        Ok(atomic::write_bytes(&self.folder.join("weights.safetensors"), &bytes)?)
+        Ok(atomic::write_bytes(&self.folder.join(WEIGHTS), &bytes)?)
     }
 
     fn restore(&mut self, checkpoint: &Checkpoint) -> Result<()> {

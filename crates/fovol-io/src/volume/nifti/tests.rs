@@ -1,4 +1,5 @@
 use super::*;
+use crate::volume::detached::Beside;
 use crate::volume::{Overrides, read};
 use fovol_core::{Dtype, Endian, Grid};
 use std::fs;
@@ -203,7 +204,7 @@ fn huge_sizes_and_odd_spacings_make_it_nifti_2() {
     ] {
         let grid = Grid::new(dims, [spacing; 3]).unwrap();
         let volume = Volume::from_values(grid, vec![9u8; dims[0]]).unwrap();
-        write(&volume, &path).unwrap();
+        write(&volume, &path, Beside::Own).unwrap();
         let back = read(&path, &Overrides::default()).unwrap();
         assert_eq!((back.format(), back.grid()), (format, &grid));
         assert_eq!(back.data(), volume.data());

@@ -1,6 +1,7 @@
 //! NIfTI out: one file, compressed where its name ends in `.gz`.
 
 use super::header::{LENGTH_1, LENGTH_2};
+use crate::volume::detached::Beside;
 use crate::volume::voxels::Voxels;
 use crate::{Error, Result, atomic};
 use fovol_core::{Dtype, Placement, Space, Volume};
@@ -12,7 +13,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// Half precision, which NIfTI does not have; what the system said.
-pub fn write(volume: &Volume, path: &Path) -> Result<()> {
+pub fn write(volume: &Volume, path: &Path, _: Beside) -> Result<()> {
     // Scaled halves are numbers of single precision.
     let voxels = if volume.dtype() == Dtype::F16 { Voxels::of(volume) } else { Voxels::stored(volume) };
     let numbers = Numbers::of(volume, &voxels, path)?;

@@ -1,6 +1,6 @@
 //! NRRD out: attached (`.nrrd`) or with the voxels in a `.raw` beside it (`.nhdr`), uncompressed.
 
-use crate::volume::detached;
+use crate::volume::detached::{self, Beside};
 use crate::volume::voxels::Voxels;
 use crate::volume::write::one_line;
 use crate::{Error, Result, atomic};
@@ -12,8 +12,8 @@ use std::path::Path;
 /// Writes `volume` to `path`; its ending says whether the voxels go into a file of their own.
 ///
 /// # Errors
-/// Half precision, which NRRD does not have; what the system said.
-pub fn write(volume: &Volume, path: &Path) -> Result<()> {
+/// Half precision, which NRRD does not have; what lies in the way; what the system said.
+pub fn write(volume: &Volume, path: &Path, beside: Beside) -> Result<()> {
     let voxels = Voxels::of(volume);
     let name = type_name(voxels.dtype())
         .ok_or_else(|| Error::unsupported(path, "NRRD has no half precision; write .raw instead"))?;
@@ -24,8 +24,7 @@ pub fn write(volume: &Volume, path: &Path) -> Result<()> {
         place = place(volume)
     );
     if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("nhdr")) {
-        let file = detached::write(&voxels, path)?;
-        return atomic::write_bytes(path, format!("{header}data file: {file}\n").as_bytes());
+        return detached::write(&voxels, path, beside, |file| format!("{header}data file: {file}\n"));
     }
     atomic::write(path, |out| {
         writeln!(out, "{header}")?;

@@ -8,7 +8,7 @@ use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 
 /// A sidecar has a few fields; nobody should wait for a gigabyte of JSON.
-const LONGEST: usize = 1 << 20;
+pub const LONGEST: usize = 1 << 20;
 
 #[derive(Serialize, Deserialize)]
 struct Sidecar {

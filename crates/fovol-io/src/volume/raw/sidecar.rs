@@ -86,7 +86,7 @@ fn names(header: &Source, raw: &Path) -> bool {
 }
 
 /// Whether a sidecar means `raw`: it names it, or no file that is there (voxels are often renamed).
-fn speaks_of(sidecar: &Source, said: &Description, raw: &Path) -> bool {
+pub fn speaks_of(sidecar: &Source, said: &Description, raw: &Path) -> bool {
     said.file.as_deref().is_none_or(|file| {
         let named = sidecar.sibling_path(file);
         named.file_name() == raw.file_name() || !named.is_file()

@@ -1,5 +1,6 @@
 //! VTK XML image data out: bare appended values.
 
+use crate::volume::detached::Beside;
 use crate::volume::voxels::Voxels;
 use crate::volume::write::one_line;
 use crate::{Error, Result, atomic};
@@ -13,7 +14,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// Half precision, which VTK does not have; what the system said.
-pub fn write(volume: &Volume, path: &Path) -> Result<()> {
+pub fn write(volume: &Volume, path: &Path, _: Beside) -> Result<()> {
     let voxels = Voxels::of(volume);
     let kind = type_name(voxels.dtype())
         .ok_or_else(|| Error::unsupported(path, "VTK has no half precision; write .raw instead"))?;

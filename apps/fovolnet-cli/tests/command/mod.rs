@@ -1,0 +1,53 @@
+//! The command and what it says, for tests of files of all kinds.
+#![allow(dead_code, reason = "each test uses a part")]
+
+use std::ffi::OsStr;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+/// Runs the command `line` in `folder`; words are apart by spaces.
+pub fn run(folder: &Path, line: &str) -> Output {
+    command(folder, line).output().unwrap()
+}
+
+fn command(folder: &Path, line: &str) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_fovolnet"));
+    command.args(line.split_whitespace().map(OsStr::new)).current_dir(folder).stdin(Stdio::null());
+    command
+}
+
+/// Runs what must succeed.
+pub fn succeeds(folder: &Path, line: &str) {
+    let output = run(folder, line);
+    assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
+}
+
+/// Runs `line`, which must fail with `status`, one line that says why, and no panic; returns that line.
+pub fn fails(folder: &Path, line: &str, status: i32) -> String {
+    said(line, &run(folder, line), status)
+}
+
+/// The error of `output`, of what must have failed with `status`.
+pub fn said(line: &str, output: &Output, status: i32) -> String {
+    let error = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(status), "{line}: {error}");
+    let errors: Vec<&str> = error.lines().filter(|line| line.starts_with("error: ")).collect();
+    assert!(errors.len() == 1 && !error.contains("panicked"), "{line}: {error}");
+    errors[0].to_owned()
+}
+
+/// What `line` ends with within `limit`; nothing where it goes on, and is stopped.
+pub fn within(limit: Duration, folder: &Path, line: &str) -> Option<Output> {
+    let mut child = command(folder, line).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+    let started = Instant::now();
+    while child.try_wait().unwrap().is_none() {
+        if started.elapsed() > limit {
+            child.kill().unwrap();
+            child.wait().unwrap();
+            return None;
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    Some(child.wait_with_output().unwrap())
+}
