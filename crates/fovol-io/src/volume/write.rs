@@ -34,10 +34,10 @@ pub fn write(volume: &Volume, path: &Path) -> Result<Vec<String>> {
     write_with(volume, path, Beside::Own)
 }
 
-/// Writes `volume` to `path` as [`write`] does; what may be replaced beside it says `beside`.
+/// Writes `volume` to `path` as [`write()`] does; what may be replaced beside it says `beside`.
 ///
 /// # Errors
-/// As [`write`].
+/// Those of [`write()`].
 pub fn write_with(volume: &Volume, path: &Path, beside: Beside) -> Result<Vec<String>> {
     let name = path.file_name().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
     let found = WRITERS.iter().find(|(ending, _)| name.ends_with(ending));
