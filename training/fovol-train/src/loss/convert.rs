@@ -83,7 +83,8 @@ pub fn convert_vgg(from: &Path, heads: Option<&Path>, to: &Path) -> Result<Conve
 
 /// The tensors of a file whose names begin with `prefix`, and its SHA-256.
 fn read(path: &Path, prefix: &str) -> Result<(BTreeMap<String, Array>, String)> {
-    let bytes = fovol_core::input::read(path).map_err(|e| problem(path, &format!("it cannot be read: {e}")))?;
+    let bytes =
+        fovol_core::input::read(path).map_err(|e| problem(path, &format!("it cannot be read: {e}")))?;
     if bytes.starts_with(b"PK") {
         let mend = "torchvision's own file is older; or save it again with \
                     torch.save(tensors, FILE, _use_new_zipfile_serialization=False)";
