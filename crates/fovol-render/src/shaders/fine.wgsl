@@ -46,11 +46,14 @@ fn bin(entry: u32) -> u32 {
     return (entry + (1u << scene.bin_bits) / 2u) >> scene.bin_bits;
 }
 
-/// The colour between two entries of the transfer table.
+/// The colour between two entries of the transfer table; within one bin that of the end that shows more.
 fn colour_between(front: u32, behind: u32) -> vec3f {
-    var at = bin(front) * COLOURS + bin(behind);
+    let bins = vec2u(bin(front), bin(behind));
+    var at = bins.x * COLOURS + bins.y;
     if GAPS && max(front, behind) > scene.last_entry {
         at = COLOURS * COLOURS;
+    } else if bins.x == bins.y {
+        return colour_of(appearance[select(behind, front, entry_extinction(front) > entry_extinction(behind))].y);
     }
     return colour_of(extinction[2u * scene.last_entry + 4u + at]);
 }

@@ -27,6 +27,8 @@ pub struct ExtinctionTable {
     /// Packed colours between bin f (0…255) in front and b behind, at f·256 + b; see [`pack`].
     /// The colour of NaN comes after them; one word more, so that two can be read anywhere.
     pub colours: Vec<u32>,
+    /// Packed colours of the entries themselves, for what lies within one bin; NaN last, and one word more.
+    pub entry_colours: Vec<u32>,
     /// log2 of the entries in a bin; see [`Self::bin`].
     pub bin_bits: u32,
 }
@@ -50,7 +52,9 @@ impl ExtinctionTable {
         }
         entries.push(entry(sum, extinction(f64::NAN)));
         let bin_bits = (last / (COLOURS - 1)).ilog2();
-        let mut out = Self { entries, unit: unit as f32, colours: Vec::new(), bin_bits };
+        let mut entry_colours: Vec<u32> = table.appearance.iter().map(|[_, colour]| *colour).collect();
+        entry_colours.push(0);
+        let mut out = Self { entries, unit: unit as f32, colours: Vec::new(), entry_colours, bin_bits };
         let emitted = Emitted::new(transfer, &each);
         let pairs = (0..COLOURS * COLOURS).into_par_iter();
         out.colours = pairs.map(|i| out.colour_between(&emitted, i / COLOURS, i % COLOURS)).collect();
@@ -83,12 +87,18 @@ impl ExtinctionTable {
         (entry + (1 << self.bin_bits) / 2) >> self.bin_bits
     }
 
-    /// The place in [`Self::colours`] for a segment between the table's entries `front` and `behind`.
-    pub fn colour_at(&self, front: usize, behind: usize) -> usize {
+    /// The packed colour of a segment between the table's entries `front` and `behind`. Within one bin it is that of the
+    /// end that shows more: bands of colour may be narrower than a bin.
+    pub fn colour(&self, front: usize, behind: usize) -> u32 {
         if front.max(behind) >= self.nan_entry() {
-            return COLOURS * COLOURS;
+            return self.colours[COLOURS * COLOURS];
         }
-        self.bin(front) * COLOURS + self.bin(behind)
+        let bins = [front, behind].map(|entry| self.bin(entry));
+        if bins[0] == bins[1] {
+            let tau = [front, behind].map(|entry| f32::from_bits(self.entries[entry][1]));
+            return self.entry_colours[if tau[0] > tau[1] { front } else { behind }];
+        }
+        self.colours[bins[0] * COLOURS + bins[1]]
     }
 
     /// The colour that a segment of one step sends to the eye, between the bins `front` and `behind`: from the far end
@@ -193,9 +203,26 @@ mod tests {
         for (front, behind) in
             [(last, last), (0, last), (last, 0), (last / 2 - 9, last / 2 + 9), (last / 2 + 1, last / 2 + 1)]
         {
-            assert_eq!(table.colours[table.colour_at(front, behind)], shown, "{front} {behind}");
+            assert_eq!(table.colour(front, behind), shown, "{front} {behind}");
         }
         // What shows nothing has a colour too, if nobody sees it.
-        assert_eq!(table.colours[table.colour_at(3, 17)], pack([0.0, 0.0, 1.0]));
+        assert_eq!(table.colour(3, 17), pack([0.0, 0.0, 1.0]));
+    }
+
+    #[test]
+    fn bands_narrower_than_a_bin_keep_their_colours() {
+        let point = ControlPoint::new;
+        let (red, green) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+        let points = vec![
+            point(0.5, red, 0.9),
+            point(0.501, red, 0.9),
+            point(0.501, green, 0.9),
+            point(0.503, green, 0.9),
+        ];
+        let transfer = TransferFunction::new(points).unwrap();
+        let table = ExtinctionTable::new(&transfer, &TransferTable::new(&transfer, 0.5), 0.5);
+        let entry = |v: f64| (v * (table.nan_entry() - 1) as f64).round() as usize;
+        assert_eq!(table.colour(entry(0.5005), entry(0.5005)), pack(red));
+        assert_eq!(table.colour(entry(0.5015), entry(0.5015)), pack(green));
     }
 }

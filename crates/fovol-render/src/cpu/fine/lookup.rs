@@ -81,7 +81,7 @@ impl ExtinctionTable {
         }
     }
 
-    /// The packed colours of segments of a field of `T`; see [`Self::colour_at`].
+    /// The packed colours of segments of a field of `T`; see [`Self::colour`].
     ///
     /// # Safety
     /// The instruction set of `L` must be available.
@@ -91,7 +91,8 @@ impl ExtinctionTable {
         unsafe {
             let half = L::splat_i((1 << self.bin_bits) / 2);
             let bin = |entry: L::F| L::shr_by(L::add_i(L::truncate(entry), half), self.bin_bits);
-            let at = L::add_i(L::mul_i(bin(front.entry), L::splat_i(COLOURS as i32)), bin(behind.entry));
+            let (front_bin, behind_bin) = (bin(front.entry), bin(behind.entry));
+            let at = L::add_i(L::mul_i(front_bin, L::splat_i(COLOURS as i32)), behind_bin);
             let at = if T::GAPS {
                 let nan = L::from_bits(L::splat_i((COLOURS * COLOURS) as i32));
                 L::to_bits(L::select(self.is_nan::<L>(front, behind), nan, L::from_bits(at)))
@@ -99,7 +100,20 @@ impl ExtinctionTable {
                 at
             };
             // Reads of two words are plain loads: gathers are slow on some processors.
-            L::gather_words(self.colours.as_ptr(), at).0
+            let between = L::gather_words(self.colours.as_ptr(), at).0;
+            let apart = L::to_f32(L::sub_i(front_bin, behind_bin));
+            let within = L::lt(L::abs(apart), L::splat(0.5));
+            if L::bits(within) == 0 {
+                return between;
+            }
+            let shows = L::gt(front.extinction, behind.extinction);
+            let entry = L::truncate(L::select(shows, front.entry, behind.entry));
+            let own = L::gather_words(self.entry_colours.as_ptr(), entry).0;
+            let own = L::select(within, L::from_bits(own), L::from_bits(between));
+            if !T::GAPS {
+                return L::to_bits(own);
+            }
+            L::to_bits(L::select(self.is_nan::<L>(front, behind), L::from_bits(between), own))
         }
     }
 

@@ -152,7 +152,7 @@ impl March<'_> {
         };
         let ambient = self.shading.ambient as f32;
         let weight = passing * alpha * (ambient + (1.0 - ambient) * facing * arriving);
-        let packed = table.colours[table.colour_at(step.front, step.behind)];
+        let packed = table.colour(step.front, step.behind);
         let rgb = [packed & 0x7FF, packed >> 11 & 0x7FF, packed >> 22];
         for (c, most) in [2047.0, 2047.0, 1023.0].into_iter().enumerate() {
             gathered.colour[c] += weight * rgb[c] as f32 / most;
