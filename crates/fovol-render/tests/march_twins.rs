@@ -3,8 +3,8 @@
 mod scenes;
 
 use fovol_core::{
-    CameraPath, Frame, FrameSize, Grid, Integration, Light, Pixel, SampleList, Scene, ShadowMode,
-    SurfaceShading, TransferFunction, Volume,
+    CameraPath, ControlPoint, Frame, FrameSize, Grid, Integration, Light, Pixel, SampleList, Scene,
+    ShadowMode, SurfaceShading, TransferFunction, Volume,
 };
 use fovol_render::cpu::{RenderOptions, Renderer, Simd};
 use scenes::{cameras, differences, transfer, volumes};
@@ -48,6 +48,39 @@ fn agrees_with_the_specification(name: &str, mut scene: Scene) {
                         }
                     }
                 }
+            }
+        }
+    }
+}
+
+/// Single voxels in empty space, seen by a steep transfer function: steps begin in a cell that shows something and end in
+/// one that does not, wherever blocks of steps end.
+#[test]
+fn empty_space_takes_no_step_of_fine_integration_with_it() {
+    let dims = [41, 37, 43];
+    let grid = Grid::new(dims, [1.0; 3]).unwrap();
+    let mut state = 12345u32;
+    let values = (0..grid.voxels()).map(|_| {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        if state >> 16 < 60 { 255u8 } else { 0 }
+    });
+    let volume = Volume::from_values(grid, values.collect()).unwrap();
+    let point = |at, alpha| ControlPoint::new(at, [1.0; 3], alpha);
+    let steep = vec![point(0.0, 0.0), point(0.01, 0.0), point(0.02, 0.9), point(1.0, 0.9)];
+    let mut scene = Scene::new(Arc::new(volume), TransferFunction::new(steep).unwrap());
+    scene.integration = Integration::Fine;
+    let size = FrameSize::new(93, 61).unwrap();
+    for (shadows, step) in [(ShadowMode::On, 0.5), (ShadowMode::Cached, 0.31), (ShadowMode::Off, 0.5)] {
+        scene.shading.shadows = shadows;
+        scene.step = step;
+        for simd in Simd::available().into_iter().filter(|simd| *simd != Simd::Scalar) {
+            let [all, some] = [false, true].map(|skip_empty| {
+                let renderer = Renderer::new(&scene, RenderOptions { simd, skip_empty }).unwrap();
+                cameras().map(|camera| renderer.march_full(&camera, size).0)
+            });
+            for (all, some) in all.iter().zip(&some) {
+                let (_, most, _) = differences(all, some);
+                assert!(most <= 1e-4, "{shadows:?} {simd}: {most}");
             }
         }
     }

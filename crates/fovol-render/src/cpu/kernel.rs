@@ -156,7 +156,7 @@ impl<T: Texel> Kernel<'_, T> {
             // SAFETY: the caller's.
             let mut going = unsafe {
                 match &self.skip {
-                    Some(skip) => skip.advance::<L>(packet),
+                    Some(skip) => skip.advance::<L>(packet, 0.0),
                     None => packet.going::<L>(),
                 }
             };

@@ -85,6 +85,20 @@ impl Packet {
         self.length.0[pixels.len()..].fill(0.0);
     }
 
+    /// Makes the ends of steps the samples: one more than steps, where there are any.
+    ///
+    /// # Safety
+    /// The instruction set of `L` must be available.
+    #[inline(always)]
+    pub unsafe fn count_ends<L: Lanes>(&mut self) {
+        // SAFETY: the arrays hold at least N elements.
+        unsafe {
+            let (zero, length) = (L::splat(0.0), L::load(self.length.0.as_ptr()));
+            let ends = L::add(L::ceil(length), L::splat(1.0));
+            L::store(L::select(L::gt(length, zero), ends, zero), self.samples.0.as_mut_ptr());
+        }
+    }
+
     /// Whether no ray has any sample.
     #[inline(always)]
     pub fn is_empty(&self) -> bool {

@@ -29,12 +29,13 @@ impl<'a> Skip<'a> {
     }
 
     /// Moves the rays of `packet` on to the next sample that may show anything, or past its last, and says which of them have
-    /// such a sample; a few may still be on their way, for which the others do not wait.
+    /// such a sample; a few may still be on their way, for which the others do not wait. Samples are taken as `earlier` by
+    /// this part of a step: at ½ they are the ends of steps.
     ///
     /// # Safety
     /// The instruction set of `L` must be available.
     #[inline(always)]
-    pub unsafe fn advance<L: Lanes>(&self, packet: &mut Packet) -> u32 {
+    pub unsafe fn advance<L: Lanes>(&self, packet: &mut Packet, earlier: f32) -> u32 {
         // SAFETY: the arrays of a packet hold at least N elements.
         unsafe {
             let zero = L::splat(0.0);
@@ -53,10 +54,11 @@ impl<'a> Skip<'a> {
                 course.forward[a] = L::gt(inverse, zero);
             }
             loop {
+                let at = L::sub(next, L::splat(earlier));
                 let p = [
-                    L::fma(next, delta[0], start[0]),
-                    L::fma(next, delta[1], start[1]),
-                    L::fma(next, delta[2], start[2]),
+                    L::fma(at, delta[0], start[0]),
+                    L::fma(at, delta[1], start[1]),
+                    L::fma(at, delta[2], start[2]),
                 ];
                 let ahead = L::max(L::ceil(self.ahead::<L>(p, &course)), zero);
                 let jumping = L::and_m(L::and_m(L::gt(ahead, zero), L::lt(next, samples)), passing);

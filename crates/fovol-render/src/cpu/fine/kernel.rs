@@ -47,6 +47,8 @@ pub struct FineScratch {
     pool: ShadowPool,
     parts: Parts,
     gathered: Vec<Gathered>,
+    /// Of each ray that waits to be returned its place in `gathered`, or [`NOTHING`].
+    places: Vec<u32>,
     stretches: Stretches,
 }
 
@@ -58,11 +60,14 @@ impl Default for FineScratch {
             pool: ShadowPool::default(),
             parts: Parts::default(),
             gathered: Vec::new(),
+            places: Vec::new(),
             stretches: Stretches::default(),
         }
     }
 }
 
+/// The place of rays that have met nothing.
+const NOTHING: u32 = u32::MAX;
 /// The light is found once this many nodes wait.
 const ENOUGH: usize = 4096;
 /// A bit for every second step, and for every fourth.
@@ -87,8 +92,9 @@ impl<T: Texel> FineKernel<'_, T> {
         for pixels in pixels.chunks(L::N) {
             let packet = &mut scratch.packet;
             packet.fill(pixels, rays, &self.kernel.segments);
-            packet.samples.0 = packet.length.0.map(f32::ceil);
-            if packet.is_empty() && scratch.gathered.is_empty() {
+            // SAFETY: the caller's.
+            unsafe { packet.count_ends::<L>() };
+            if packet.is_empty() && scratch.places.is_empty() {
                 out.extend(pixels.iter().map(|_| Marched::nothing(self.kernel.background)));
                 continue;
             }
@@ -108,14 +114,8 @@ impl<T: Texel> FineKernel<'_, T> {
     /// Composites the rays of the packet, but for the light that nodes wait for; returns how many steps that took.
     #[inline(always)]
     unsafe fn primary<L: Lanes>(&self, scratch: &mut FineScratch) -> u64 {
-        let first = scratch.gathered.len();
-        let packet = &scratch.packet;
-        scratch.gathered.extend((0..packet.len).map(|lane| Gathered {
-            sums: [[0.0; MOST_LANES]; 5],
-            half_at: -1.0,
-            start: std::array::from_fn(|a| packet.start[a].0[lane]),
-            delta: std::array::from_fn(|a| packet.delta[a].0[lane]),
-        }));
+        let first = scratch.places.len();
+        scratch.places.resize(first + scratch.packet.len, NOTHING);
         scratch.covered = PerRay::default();
         let mut count = 0;
         loop {
@@ -138,20 +138,32 @@ impl<T: Texel> FineKernel<'_, T> {
 
     /// Moves all rays on to their next step that may show anything; which of them have one, a bit each.
     ///
-    /// Empty space is left from middle to middle of steps, so the step before may show something as well; and blocks
-    /// begin at a node, if there are any.
+    /// Empty space is left from end to end of steps, so the step before the first end that may show anything counts as
+    /// well; and blocks begin at a node, if there are any.
     #[inline(always)]
     unsafe fn going<L: Lanes>(&self, packet: &mut Packet, covered: &PerRay) -> u32 {
         // SAFETY: the caller's; the arrays of a packet hold at least N elements.
         unsafe {
-            let Some(skip) = &self.kernel.skip else { return packet.going::<L>() };
-            let aligned = !matches!(self.kernel.lighting, Lighting::Full);
-            let going = skip.advance::<L>(packet);
-            for lane in (0..L::N).filter(|lane| going >> lane & 1 == 1) {
-                let before = (packet.next.0[lane] - 1.0).max(covered.0[lane]);
-                packet.next.0[lane] = if aligned { 4.0 * (0.25 * before).floor() } else { before };
+            let length = L::load(packet.length.0.as_ptr());
+            let Some(skip) = &self.kernel.skip else {
+                let left = L::lt(L::load(packet.next.0.as_ptr()), length);
+                return packet.going::<L>() & L::bits(left);
+            };
+            let has_nodes = !matches!(self.kernel.lighting, Lighting::Full);
+            loop {
+                let going = skip.advance::<L>(packet, 0.5);
+                let next = L::load(packet.next.0.as_ptr());
+                let before = L::max(L::sub(next, L::splat(1.0)), L::load(covered.0.as_ptr()));
+                let first = if has_nodes { last_node::<L>(before) } else { before };
+                // Where the last step was taken already, only its end is left: no step begins there.
+                let left = L::and_m(L::mask(going), L::lt(before, length));
+                let done = L::load(packet.samples.0.as_ptr());
+                let ended = L::select(L::mask(going), done, next);
+                L::store(L::select(left, first, ended), packet.next.0.as_mut_ptr());
+                if going == 0 || L::bits(left) != 0 {
+                    return L::bits(left);
+                }
             }
-            going
         }
     }
 
@@ -180,7 +192,7 @@ impl<T: Texel> FineKernel<'_, T> {
         ray: usize,
         first_entry: f32,
     ) -> u64 {
-        let FineScratch { packet, covered, pool, gathered, stretches, .. } = scratch;
+        let FineScratch { packet, covered, pool, gathered, places, stretches, .. } = scratch;
         // SAFETY: entries come from display values in 0…1 scaled to the table; arrays hold at least N elements, and the
         // pool has room for all nodes.
         unsafe {
@@ -213,6 +225,7 @@ impl<T: Texel> FineKernel<'_, T> {
             if L::bits(L::gt(depth, zero)) == 0 {
                 return inside;
             }
+            let ray = place(&mut places[ray], gathered, packet, lane);
             let through = passing::<L>(depth);
             let arriving = packet.transmittance.0[lane];
             let (before, all) = L::products_before(through);
@@ -273,7 +286,7 @@ impl<T: Texel> FineKernel<'_, T> {
         scratch: &mut FineScratch,
         out: &mut Vec<Marched>,
     ) -> u64 {
-        let FineScratch { pool, parts, gathered, stretches, .. } = scratch;
+        let FineScratch { pool, parts, gathered, places, stretches, .. } = scratch;
         let kernel = &self.kernel;
         let to_light = ToLight {
             field: &kernel.field,
@@ -290,10 +303,14 @@ impl<T: Texel> FineKernel<'_, T> {
                     sum[0] += light;
                 }
             });
-            out.reserve(gathered.len());
-            for ray in gathered.iter() {
-                out.push(self.marched::<L>(eye, ray));
+            out.reserve(places.len());
+            for place in places.iter() {
+                out.push(match gathered.get(*place as usize) {
+                    Some(ray) => self.marched::<L>(eye, ray),
+                    None => Marched::nothing(self.kernel.background),
+                });
             }
+            places.clear();
             gathered.clear();
             stretches.clear();
             pool.clear();
@@ -324,6 +341,28 @@ impl<T: Texel> FineKernel<'_, T> {
             Marched { colour, opacity: 1.0 - left, depth }
         }
     }
+}
+
+/// The number of the last step at or before `number` that every block may begin at: a multiple of four.
+#[inline(always)]
+unsafe fn last_node<L: Lanes>(number: L::F) -> L::F {
+    // SAFETY: the caller's.
+    unsafe { L::mul(L::splat(4.0), L::to_f32(L::truncate(L::mul(L::splat(0.25), number)))) }
+}
+
+/// The place in `gathered` of the ray in `lane` of `packet`, which gets one if it has none.
+#[inline(always)]
+fn place(place: &mut u32, gathered: &mut Vec<Gathered>, packet: &Packet, lane: usize) -> usize {
+    if *place == NOTHING {
+        *place = gathered.len() as u32;
+        gathered.push(Gathered {
+            sums: [[0.0; MOST_LANES]; 5],
+            half_at: -1.0,
+            start: [packet.start[0].0[lane], packet.start[1].0[lane], packet.start[2].0[lane]],
+            delta: [packet.delta[0].0[lane], packet.delta[1].0[lane], packet.delta[2].0[lane]],
+        });
+    }
+    *place as usize
 }
 
 /// The nodes that a block's steps lie between; node n lies before step n.
