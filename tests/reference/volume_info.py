@@ -297,7 +297,9 @@ def references(data):
 
 def table(data):
     environment = {**os.environ, "FOVOL_TEST_DATA": str(data)}
-    command = ["cargo", "test", "-p", "fovol-io", "--test", "reference_files", "--", "--nocapture"]
+    if not (Path(data) / "formats").is_dir():
+        raise SystemExit(f"{data}: it has no folder formats; give the folder above it")
+    command = ["cargo", "test", "--release", "-p", "fovol-io", "--test", "reference_files", "--", "--nocapture"]
     run = subprocess.run(command, cwd=REPOSITORY, env=environment, stdout=subprocess.PIPE, text=True)
     outcomes = dict(re.findall(r"^outcome (\S+): (.*)$", run.stdout, flags=re.M))
     entries = json.loads(JSON.read_text())
