@@ -48,7 +48,7 @@ impl Region {
             let [first, last] = ends.map(|at| (1.0 + at) * 0.5 * f64::from(count) - 0.5);
             let [first, end] =
                 [first.floor(), last.ceil() + 1.0].map(|at| at.clamp(0.0, f64::from(count)) as u32);
-            (first < end).then_some([first, end - first])
+            (first < end).then(|| [first, end - first])
         };
         let [x, width] = along(ends[0], size.width)?;
         let [y, height] = along(ends[1], size.height)?;
