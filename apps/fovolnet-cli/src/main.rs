@@ -139,12 +139,7 @@ fn usage(error: &clap::Error) -> ExitCode {
         eprint!("{text}");
         return ExitCode::from(2);
     }
-    let what: Vec<&str> =
-        text.lines().take_while(|line| !line.starts_with("Usage:")).map(str::trim).collect();
-    let what = what.join(" ");
-    let what =
-        what.trim().trim_start_matches("error: ").split("For more information").next().unwrap_or_default();
-    let what = fovolnet::printable_line(what);
+    let what = fovolnet::usage_line(error);
     eprintln!("error: {what}; see `fovolnet --help` or `fovolnet COMMAND --help`");
     ExitCode::from(2)
 }

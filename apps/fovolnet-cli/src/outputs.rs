@@ -1,6 +1,6 @@
 //! The files that a command will write: none of those that it reads, none of them twice.
 
-use anyhow::{Result, ensure};
+use anyhow::{Result, bail, ensure};
 use fovolnet::Error;
 use fovolnet::io::atomic;
 use std::collections::HashSet;
@@ -22,6 +22,21 @@ pub fn check<'a>(files: impl IntoIterator<Item = &'a Path>) -> Result<()> {
             let problem =
                 format!("two outputs would be written to {}; give each a name of its own", file.display());
             return Err(Error::Contradiction(problem).into());
+        }
+    }
+    Ok(())
+}
+
+/// Refuses files in folders that do not exist, before hours of work are lost. To be asked once the command has made its own
+/// folder.
+///
+/// # Errors
+/// A folder that does not exist.
+pub fn have_folders<'a>(files: impl IntoIterator<Item = &'a Path>) -> Result<()> {
+    for file in files {
+        let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
+        if let Some(folder) = folder.filter(|folder| !folder.exists()) {
+            bail!("{}: there is no folder {}; make it first", file.display(), folder.display());
         }
     }
     Ok(())
@@ -53,6 +68,15 @@ fn without_returns(file: &Path) -> PathBuf {
 mod tests {
     use super::*;
     use fovolnet::core::input;
+
+    #[test]
+    fn folders_of_outputs_must_exist() {
+        let folder = tempfile::tempdir().unwrap();
+        have_folders([&*folder.path().join("a"), Path::new("a"), Path::new("-"), Path::new("/dev/null")])
+            .unwrap();
+        let refused = have_folders([&*folder.path().join("gone/a")]).unwrap_err().to_string();
+        assert!(refused.contains("there is no folder"), "{refused}");
+    }
 
     #[test]
     fn each_output_is_a_file_of_its_own() {

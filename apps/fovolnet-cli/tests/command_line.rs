@@ -122,22 +122,45 @@ fn references_have_exact_shadows() {
     assert!(exact < cached - 0.01, "{exact} {cached}");
 }
 
+/// All files that `render` with `flags` writes, by name.
+fn rendered(flags: &str, threads: &str) -> Vec<(String, Vec<u8>)> {
+    let folder = tempfile::tempdir().unwrap();
+    let mut arguments = vec!["render", "head", "-o", folder.path().to_str().unwrap(), "--threads", threads];
+    arguments.extend(SMALL);
+    arguments.extend(flags.split_whitespace());
+    succeeds(&arguments);
+    let names = std::fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().path());
+    let files = names
+        .map(|path| (path.file_name().unwrap().to_str().unwrap().to_owned(), std::fs::read(path).unwrap()));
+    let mut files: Vec<_> = files.collect();
+    files.sort();
+    files
+}
+
 #[test]
 fn the_same_command_gives_the_same_bytes_on_any_number_of_threads() {
-    let folder = tempfile::tempdir().unwrap();
-    let frames: Vec<Vec<u8>> = ["1", "2", "2"]
-        .iter()
-        .enumerate()
-        .map(|(i, threads)| {
-            let out = folder.path().join(i.to_string());
-            let mut arguments = vec!["render", "head", "-o", out.to_str().unwrap(), "--threads", threads];
-            arguments.extend(SMALL);
-            succeeds(&arguments);
-            std::fs::read(out.join("frame_0000.png")).unwrap()
-        })
-        .collect();
-    assert_eq!(frames[0], frames[1]);
-    assert_eq!(frames[1], frames[2]);
+    let mut settings = vec![
+        "--sampling full".to_owned(),
+        "--sampling full --transparent --shadows cached --shading gradient".to_owned(),
+        "--reconstruct wnet --precision int8 --keep frame,reference,motion".to_owned(),
+        "--sampling full --integration plain --shadows off".to_owned(),
+    ];
+    for sampling in ["reject", "direct", "compact"] {
+        for reconstruct in ["none", "linear", "pull-push", "wnet"] {
+            settings.push(format!(
+                "--sampling {sampling} --reconstruct {reconstruct} --keep frame,sparse,mask,motion"
+            ));
+        }
+    }
+    for (i, setting) in settings.iter().enumerate() {
+        let format = if i % 4 == 0 { "png" } else { "exr" };
+        let flags = format!("{setting} --format {format}");
+        let once = rendered(&flags, "1");
+        assert!(once.iter().any(|(name, _)| name == &format!("frame_0000.{format}")), "{flags}");
+        for threads in ["3", "2"] {
+            assert!(once == rendered(&flags, threads), "{flags}");
+        }
+    }
 }
 
 #[test]

@@ -207,7 +207,7 @@ fn main() -> ExitCode {
             return ExitCode::SUCCESS;
         }
         Err(error) => {
-            eprint!("{error}");
+            eprintln!("error: {}; see `fovolnet-viewer --help`", fovolnet::usage_line(&error));
             return ExitCode::from(2);
         }
     };

@@ -74,9 +74,25 @@ pub fn printable(text: &str) -> String {
     })
 }
 
-/// `text` as one line that a terminal may safely show, see [`printable`].
+/// The most characters of a line for a terminal.
+const LONGEST_LINE: usize = 1000;
+/// So many of them are the line's end, which says how to mend what is wrong.
+const KEPT_END: usize = 400;
+
+/// `text` as one line that a terminal may safely show, see [`printable`]. The middle of a long one is left out.
 pub fn printable_line(text: &str) -> String {
-    printable(&text.split_whitespace().collect::<Vec<_>>().join(" "))
+    shortened(&printable(&text.split_whitespace().collect::<Vec<_>>().join(" ")))
+}
+
+/// `line`, or its beginning and its end where it has more than [`LONGEST_LINE`] characters.
+fn shortened(line: &str) -> String {
+    let count = line.chars().count();
+    if count <= LONGEST_LINE {
+        return line.to_owned();
+    }
+    let begin: String = line.chars().take(LONGEST_LINE - KEPT_END - 3).collect();
+    let end: String = line.chars().skip(count - KEPT_END).collect();
+    format!("{begin} … {end}")
 }
 
 /// `error` and its causes as one line, each said once: many errors repeat their cause already.
@@ -96,6 +112,16 @@ pub fn one_line(error: &(dyn std::error::Error + 'static)) -> String {
     printable_line(&line)
 }
 
+/// What `error` says is wrong with a command line, as one line that a terminal may safely show, see [`printable`].
+#[cfg(feature = "clap")]
+pub fn usage_line(error: &clap::Error) -> String {
+    let text = error.to_string();
+    let lines = text.lines().take_while(|line| !line.starts_with("Usage:")).map(str::trim);
+    let said = lines.collect::<Vec<_>>().join(" ");
+    let said = said.trim().trim_start_matches("error: ").split("For more information").next();
+    printable_line(said.unwrap_or_default())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -112,6 +138,15 @@ mod tests {
             "é\t1\n\\u{1b}[31m\\u{9b}2J\\u{202e}\\u{7f}"
         );
         assert_eq!(printable_line("a\r\nb \x07 c"), "a b \\u{7} c");
+    }
+
+    #[test]
+    fn long_lines_keep_their_beginning_and_their_end() {
+        let line = printable_line(&format!("cannot read {}; check the path", "é\x1b".repeat(3000)));
+        assert_eq!(line.chars().count(), LONGEST_LINE);
+        assert!(line.starts_with("cannot read é") && line.ends_with("; check the path"), "{line}");
+        let whole = "x".repeat(LONGEST_LINE);
+        assert_eq!(printable_line(&whole), whole);
     }
 
     #[test]

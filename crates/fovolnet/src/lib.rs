@@ -53,6 +53,8 @@ pub use clip::Clip;
 pub use device::{Device, OpenDevice};
 #[cfg(feature = "gpu")]
 pub use device_reconstructor::DeviceReconstructor;
+#[cfg(feature = "clap")]
+pub use error::usage_line;
 pub use error::{Error, Result, one_line, printable, printable_line};
 pub use fovol_core as core;
 #[cfg(feature = "gpu")]

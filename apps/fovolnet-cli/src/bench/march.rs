@@ -83,7 +83,9 @@ impl MarchBench {
         let camera = world.camera(&camera);
         let size = settings.frame_size();
         let mut marching = marching(&scene, &self.speed, size)?;
-        outputs::check([self.picture.as_deref(), self.json.file()].into_iter().flatten())?;
+        let files = [self.picture.as_deref(), self.json.file()];
+        outputs::check(files.into_iter().flatten())?;
+        outputs::have_folders(files.into_iter().flatten())?;
         if let Some(path) = &self.picture {
             image::write_png(path, &marching.picture(&camera)?, Alpha::Drop)?;
         }

@@ -53,6 +53,7 @@ impl PipelineBench {
         self.settings = on_orbit(self.settings);
         let opened = open_volume(&self.volume, &self.read)?;
         outputs::check(self.json.file())?;
+        outputs::have_folders(self.json.file())?;
         let mut pipeline = Pipeline::new(&opened, &self.settings, &self.speed)?;
         console::warn(&pipeline);
         let numbers = self.settings.frame_numbers();

@@ -111,6 +111,7 @@ impl Reconstruct {
         let written: Vec<PathBuf> = (0..clip.len()).map(|i| self.path_of(clip.path(i))).collect();
         outputs::check(written.iter().map(PathBuf::as_path).chain(self.json.file()))?;
         atomic::make_folder(&self.output)?;
+        outputs::have_folders(self.json.file())?;
         let mut progress = Progress::new("reconstructing", clip.len() as u64);
         let mut frames = Vec::new();
         for i in 0..clip.len() {

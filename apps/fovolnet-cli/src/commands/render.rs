@@ -66,7 +66,7 @@ impl Render {
         let opened = open_volume(&session.volume, &session.read)?;
         console::remark(&opened);
         for note in presets::notes(&session.render, &opened) {
-            eprintln!("note: {note}");
+            console::note(note);
         }
         let mut pipeline = Pipeline::new(&opened, &session.render, &self.speed)?;
         console::warn(&pipeline);
@@ -77,6 +77,7 @@ impl Render {
         let others = [self.video.as_deref(), self.save_session.as_deref(), self.json.file()];
         outputs::check(frames.iter().map(PathBuf::as_path).chain(others.into_iter().flatten()))?;
         files.make_folder()?;
+        outputs::have_folders(others.into_iter().flatten())?;
         let mut video =
             self.video.as_ref().map(|p| VideoWriter::create(p, pipeline.size(), self.fps)).transpose()?;
         if let Some(path) = &self.save_session {
