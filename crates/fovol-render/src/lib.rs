@@ -1,12 +1,13 @@
 //! Sparse volume rendering: noise, mask, compaction, march and scatter.
 //!
-//! [`cpu`] is the specification of image formation and its fast twins; `gpu` (cargo feature `gpu`) its twins on graphics
-//! processors.
+//! [`scene`] prepares a volume for marching. [`cpu`] has the specification of image formation and its fast twins. `gpu`
+//! (cargo feature `gpu`) has their twins on graphics processors.
 
 pub mod cpu;
 mod filtering;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod noise;
+pub mod scene;
 
 pub use filtering::Filtering;

@@ -7,7 +7,8 @@ use fovol_core::{
     Camera, ControlPoint, FrameSize, Grid, Integration, Light, Pixel, SampleList, Scene, ShadowMode,
     SurfaceShading, TransferFunction, Volume,
 };
-use fovol_render::cpu::{Bricks, RenderOptions, Renderer, Simd};
+use fovol_render::cpu::{RenderOptions, Renderer, Simd};
+use fovol_render::scene::Bricks;
 use glam::DVec3;
 use scenes::{cameras, differences, transfer};
 use std::sync::Arc;

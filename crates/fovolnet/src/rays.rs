@@ -1,9 +1,9 @@
 use crate::{OpenDevice, Result};
 use fovol_core::{Camera, FrameSize, SampleList, Scene};
-use fovol_render::cpu::march::Marched;
 use fovol_render::cpu::{RenderOptions, Renderer};
 #[cfg(feature = "gpu")]
 use fovol_render::gpu;
+use fovol_render::scene::RayResult;
 
 /// A scene whose rays are marched one by one, on the processor or a graphics processor: for those who want more than
 /// pictures.
@@ -62,7 +62,7 @@ impl Rays {
     ///
     /// # Errors
     /// A list for frames of another size, a graphics processor that is lost.
-    pub fn march(&mut self, camera: &Camera, list: &SampleList) -> Result<Vec<Marched>> {
+    pub fn march(&mut self, camera: &Camera, list: &SampleList) -> Result<Vec<RayResult>> {
         match &mut self.0 {
             Place::Cpu(renderer) => Ok(renderer.march_list(camera, list).0),
             #[cfg(feature = "gpu")]

@@ -112,11 +112,6 @@ impl Reconstructor {
     pub fn uses_motion(&self) -> bool {
         matches!(&self.0, Method::Network(network, _) if network.plan().inputs().motion.is_some())
     }
-
-    /// Whether frames have to come in their order, because the past matters.
-    pub fn is_recurrent(&self) -> bool {
-        matches!(self.0, Method::Network(..))
-    }
 }
 
 /// The weights that `settings` name, if they are of the kind that `how` asks for.

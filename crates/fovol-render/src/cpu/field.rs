@@ -1,7 +1,7 @@
 //! A brick grid as the lanes read it.
 
-use super::bricks::{Bricks, MaybeNan};
 use super::lanes::Lanes;
+use crate::scene::{Bricks, MaybeNan};
 use std::marker::PhantomData;
 
 /// A stored voxel type, and how eight corners become one value.
@@ -204,23 +204,23 @@ impl<'a, T: Texel> Field<'a, T> {
 macro_rules! with_field {
     ($bricks:expr, $unit:expr, $field:ident => $body:expr) => {
         match $bricks.data() {
-            $crate::cpu::bricks::BrickData::Corners(values) => {
+            $crate::scene::BrickData::Corners(values) => {
                 let $field = Field::new($bricks, values, $unit);
                 $body
             }
-            $crate::cpu::bricks::BrickData::U8(values) => {
+            $crate::scene::BrickData::U8(values) => {
                 let $field = Field::new($bricks, values, $unit);
                 $body
             }
-            $crate::cpu::bricks::BrickData::U16(values) => {
+            $crate::scene::BrickData::U16(values) => {
                 let $field = Field::new($bricks, values, $unit);
                 $body
             }
-            $crate::cpu::bricks::BrickData::F32(values) => {
+            $crate::scene::BrickData::F32(values) => {
                 let $field = Field::new($bricks, values, $unit);
                 $body
             }
-            $crate::cpu::bricks::BrickData::Gaps(values) => {
+            $crate::scene::BrickData::Gaps(values) => {
                 let $field = Field::new($bricks, values, $unit);
                 $body
             }

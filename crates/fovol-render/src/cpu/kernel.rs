@@ -3,13 +3,12 @@
 use super::field::{Field, Texel};
 use super::lanes::{Lanes, MOST_LANES};
 use super::light_columns::LightColumns;
-use super::march::{Marched, OPAQUE, SampleCount};
+use super::march::{OPAQUE, SampleCount};
 use super::packet::Packet;
-use super::segment::{LightPath, Segments};
 use super::shadow_pool::ShadowPool;
 use super::shadow_rays::{Parts, ShadowRays, trace};
 use super::skip::Skip;
-use super::transfer_table::{MAX_BLUE, MAX_RED_GREEN, TransferTable};
+use crate::scene::{LightPath, MAX_BLUE, MAX_RED_GREEN, RayResult, Segments, TransferTable};
 use fovol_core::{Pixel, RayBasis};
 
 /// How the light reaches samples.
@@ -108,14 +107,14 @@ impl<T: Texel> Kernel<'_, T> {
         rays: &RayBasis,
         pixels: &[Pixel],
         scratch: &mut Scratch,
-        out: &mut Vec<Marched>,
+        out: &mut Vec<RayResult>,
     ) -> SampleCount {
         let eye = self.segments.in_voxels(rays.origin());
         let mut count = SampleCount::default();
         for pixels in pixels.chunks(L::N) {
             scratch.packet.fill(pixels, rays, &self.segments);
             if scratch.packet.is_empty() && scratch.gathered.is_empty() {
-                out.extend(pixels.iter().map(|_| Marched::nothing(self.background)));
+                out.extend(pixels.iter().map(|_| RayResult::nothing(self.background)));
                 continue;
             }
             // SAFETY: the caller's.
@@ -178,7 +177,7 @@ impl<T: Texel> Kernel<'_, T> {
 
     /// Traces the waiting shadow rays and appends the colours of all gathered rays to `out`.
     #[inline(always)]
-    unsafe fn finish<L: Lanes>(&self, eye: [f32; 3], scratch: &mut Scratch, out: &mut Vec<Marched>) -> u64 {
+    unsafe fn finish<L: Lanes>(&self, eye: [f32; 3], scratch: &mut Scratch, out: &mut Vec<RayResult>) -> u64 {
         let rays = ShadowRays {
             field: &self.field,
             alpha: &self.table.shadow_alpha,
@@ -210,13 +209,13 @@ impl<T: Texel> Kernel<'_, T> {
 
     /// What `ray` brings back to `eye` (in voxels).
     #[inline(always)]
-    unsafe fn marched<L: Lanes>(&self, eye: [f32; 3], ray: &Gathered) -> Marched {
+    unsafe fn marched<L: Lanes>(&self, eye: [f32; 3], ray: &Gathered) -> RayResult {
         // SAFETY: sums hold at least N elements.
         unsafe {
             let [r, g, b, opacity, numbers] = &ray.sums;
             let opacity = L::load(opacity.as_ptr());
             if L::bits(L::gt(opacity, L::splat(0.0))) == 0 {
-                return Marched::nothing(self.background);
+                return RayResult::nothing(self.background);
             }
             let whole = L::sum(opacity);
             let opacity = whole.min(1.0);
@@ -228,7 +227,7 @@ impl<T: Texel> Kernel<'_, T> {
             let mean = L::sum(L::load(numbers.as_ptr())) / whole;
             let number = if ray.half_at < 0.0 { mean } else { ray.half_at };
             let depth = self.segments.distance(eye, ray.start, ray.delta, number);
-            Marched { colour, opacity, depth }
+            RayResult { colour, opacity, depth }
         }
     }
 

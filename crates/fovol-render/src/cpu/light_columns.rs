@@ -1,8 +1,7 @@
 //! Which samples of a shadow ray could meet anything, known before the ray is traced.
 
 use super::lanes::Lanes;
-use super::macrocells::Macrocells;
-use super::segment::{LightPath, SHADOW_STEP};
+use crate::scene::{LightPath, Macrocells, SHADOW_STEP};
 use rayon::prelude::*;
 
 /// Slabs that one word tells of.
@@ -174,9 +173,9 @@ impl LightColumns {
 
 #[cfg(test)]
 mod tests {
-    use super::super::bricks::Bricks;
     use super::super::lanes::portable::Portable;
     use super::*;
+    use crate::scene::Bricks;
     use fovol_core::{ClipBox, ControlPoint, Grid, Light, TransferFunction, Volume};
     use glam::DVec3;
     use proptest::prelude::*;

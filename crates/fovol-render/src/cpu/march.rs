@@ -2,9 +2,7 @@
 //!
 //! Nothing here is fast. Every faster path is compared with it.
 
-use super::bricks::Bricks;
-use super::segment::{LightPath, SHADOW_STEP, Segments};
-use super::transfer_table::corrected_opacity;
+use crate::scene::{Bricks, LightPath, RayResult, SHADOW_STEP, Segments, corrected_opacity};
 use fovol_core::{ClipBox, Grid, Ray, Shading, ShadowMode, SurfaceShading, TransferFunction};
 
 /// A primary ray ends at this accumulated opacity.
@@ -41,25 +39,6 @@ pub struct SampleCount {
     pub shadow: u64,
 }
 
-/// What a ray brought back.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Marched {
-    /// Red, green and blue over the background.
-    pub colour: [f32; 3],
-    /// What it met in all, 0…1.
-    pub opacity: f32,
-    /// How far from the eye opacity passes one half, in world units; the mean distance of what shows where
-    /// it never does, infinite where nothing shows. What moves a pixel from frame to frame.
-    pub depth: f32,
-}
-
-impl Marched {
-    /// What a ray through empty space brings back.
-    pub fn nothing(background: [f32; 3]) -> Self {
-        Self { colour: background, opacity: 0.0, depth: f32::INFINITY }
-    }
-}
-
 impl std::ops::AddAssign for SampleCount {
     fn add_assign(&mut self, other: Self) {
         self.primary += other.primary;
@@ -79,7 +58,7 @@ impl March<'_> {
     }
 
     /// What `ray` brings back.
-    pub fn ray(&self, ray: &Ray, count: &mut SampleCount) -> Marched {
+    pub fn ray(&self, ray: &Ray, count: &mut SampleCount) -> RayResult {
         let segments = self.segments();
         let segment = segments.of(ray);
         let light = self.light_path();
@@ -111,11 +90,11 @@ impl March<'_> {
         }
         let colour = std::array::from_fn(|c| colour[c] + (1.0 - opacity) * self.background[c] as f32);
         if opacity == 0.0 {
-            return Marched::nothing(colour);
+            return RayResult::nothing(colour);
         }
         let number = half_at.unwrap_or(weighted_number / opacity);
         let depth = segments.distance(segments.in_voxels(ray.origin), segment.start, segment.delta, number);
-        Marched { colour, opacity, depth }
+        RayResult { colour, opacity, depth }
     }
 
     /// What the colour at `p` is multiplied by: ambient + (1 − ambient)·T·|n·l|.

@@ -1,6 +1,6 @@
 //! In which order the pixels of a list are marched.
 
-use super::march::Marched;
+use crate::scene::RayResult;
 use fovol_core::{Pixel, SampleList};
 
 /// Edge of the tiles that a list is marched in, in pixels.
@@ -39,8 +39,8 @@ impl MarchOrder {
     }
 
     /// What the rays of these pixels brought back, `marched`, in the order of the list.
-    pub fn in_list_order<'a>(&self, marched: impl Iterator<Item = &'a Marched>) -> Vec<Marched> {
-        let mut listed = vec![Marched::nothing([0.0; 3]); self.places.len()];
+    pub fn in_list_order<'a>(&self, marched: impl Iterator<Item = &'a RayResult>) -> Vec<RayResult> {
+        let mut listed = vec![RayResult::nothing([0.0; 3]); self.places.len()];
         self.places.iter().zip(marched).for_each(|(&place, marched)| listed[place as usize] = *marched);
         listed
     }
@@ -61,8 +61,8 @@ mod tests {
             let order = MarchOrder::new(&list);
             let tiles: Vec<_> = order.pixels().iter().map(|pixel| (pixel.y / TILE, pixel.x / TILE)).collect();
             prop_assert!(tiles.is_sorted());
-            let marched: Vec<Marched> =
-                order.pixels().iter().map(|pixel| Marched::nothing([pixel.x.into(), pixel.y.into(), 0.0])).collect();
+            let marched: Vec<RayResult> =
+                order.pixels().iter().map(|pixel| RayResult::nothing([pixel.x.into(), pixel.y.into(), 0.0])).collect();
             for (pixel, marched) in list.pixels().iter().zip(order.in_list_order(marched.iter())) {
                 prop_assert_eq!(marched.colour, [pixel.x.into(), pixel.y.into(), 0.0]);
             }

@@ -2,7 +2,7 @@
 
 use super::lanes::{Lanes, MOST_LANES};
 use super::march::OPAQUE;
-use super::segment::Segments;
+use crate::scene::Segments;
 use fovol_core::{Pixel, RayBasis};
 
 /// Rays that are prepared side by side: as many f64 as the widest vectors hold.

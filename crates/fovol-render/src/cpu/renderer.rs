@@ -1,20 +1,19 @@
-use super::bricks::{BrickData, Bricks};
 use super::field::{Field, Texel, addressable, with_field};
-use super::fine::{ExtinctionTable, FineKernel, FineScratch};
+use super::fine::{FineKernel, FineScratch};
 use super::kernel::{Kernel, Lighting, Scratch};
 use super::lanes::Lanes;
 use super::lanes::portable::Portable;
 #[cfg(target_arch = "x86_64")]
 use super::lanes::{avx2, avx512};
 use super::light_columns::LightColumns;
-use super::macrocells::Macrocells;
-use super::march::{March, Marched, SampleCount};
+use super::march::{March, SampleCount};
 use super::march_order::MarchOrder;
-use super::segment::{LightPath, Segments};
 use super::shadow_grid::shadow_grid;
 use super::simd::Simd;
 use super::skip::Skip;
-use super::transfer_table::TransferTable;
+use crate::scene::{
+    BrickData, Bricks, ExtinctionTable, LightPath, Macrocells, RayResult, Segments, TransferTable,
+};
 use fovol_core::{
     Camera, ClipBox, Frame, FrameSize, Grid, Integration, Pixel, RayBasis, Region, SampleList, SampleMask,
     Scene, Shading, ShadowMode, SurfaceShading, TransferFunction, Volume,
@@ -217,10 +216,10 @@ impl Renderer {
     }
 
     /// Marches the pixels of `list`: what each ray brings back, in list order.
-    pub fn march_list(&self, camera: &Camera, list: &SampleList) -> (Vec<Marched>, SampleCount) {
+    pub fn march_list(&self, camera: &Camera, list: &SampleList) -> (Vec<RayResult>, SampleCount) {
         let rays = camera.rays(list.size());
         let order = MarchOrder::new(list);
-        let parts: Vec<(Vec<Marched>, SampleCount)> = order
+        let parts: Vec<(Vec<RayResult>, SampleCount)> = order
             .pixels()
             .par_chunks(CHUNK)
             .map_init(Memory::default, |scratch, chunk| self.march_pixels(&rays, chunk, scratch))
@@ -239,7 +238,7 @@ impl Renderer {
         rows.zip(tiles.par_chunks(columns)).enumerate().for_each(|(row, (out, tiles))| {
             let before = row * (TILE * size.width) as usize;
             for Tile { pixels, marched, .. } in tiles {
-                for (pixel, Marched { colour: [r, g, b], .. }) in pixels.iter().zip(marched) {
+                for (pixel, RayResult { colour: [r, g, b], .. }) in pixels.iter().zip(marched) {
                     out[pixel.index(size.width) - before] = [*r, *g, *b, 1.0];
                 }
             }
@@ -253,7 +252,7 @@ impl Renderer {
         &self,
         camera: &Camera,
         mask: &SampleMask,
-    ) -> (SampleList, Vec<Marched>, SampleCount) {
+    ) -> (SampleList, Vec<RayResult>, SampleCount) {
         let tiles = self.march_tiles(camera, mask.size(), |x, y| mask.contains(x, y));
         let count = samples_of(&tiles);
         let mut pixels = Vec::with_capacity(mask.count());
@@ -294,7 +293,7 @@ impl Renderer {
         rays: &RayBasis,
         pixels: &[Pixel],
         scratch: &mut Memory,
-    ) -> (Vec<Marched>, SampleCount) {
+    ) -> (Vec<RayResult>, SampleCount) {
         let mut out = Vec::with_capacity(pixels.len());
         if self.options.simd == Simd::Scalar {
             let march = self.specification();
@@ -352,7 +351,7 @@ impl Renderer {
 /// A part of a picture.
 struct Tile {
     pixels: Vec<Pixel>,
-    marched: Vec<Marched>,
+    marched: Vec<RayResult>,
     samples: SampleCount,
 }
 
@@ -395,7 +394,7 @@ trait Lanewise {
         rays: &RayBasis,
         pixels: &[Pixel],
         scratch: &mut Self::Scratch,
-        out: &mut Vec<Marched>,
+        out: &mut Vec<RayResult>,
     ) -> SampleCount;
 }
 
@@ -410,7 +409,7 @@ macro_rules! lanewise {
                 rays: &RayBasis,
                 pixels: &[Pixel],
                 scratch: &mut $Scratch,
-                out: &mut Vec<Marched>,
+                out: &mut Vec<RayResult>,
             ) -> SampleCount {
                 // SAFETY: the caller's.
                 unsafe { $Kernel::march::<L>(self, rays, pixels, scratch, out) }
@@ -428,7 +427,7 @@ fn march_in_lanes<K: Lanewise>(
     rays: &RayBasis,
     pixels: &[Pixel],
     scratch: &mut K::Scratch,
-    out: &mut Vec<Marched>,
+    out: &mut Vec<RayResult>,
 ) -> SampleCount {
     match simd {
         // SAFETY: `Simd` values of instruction sets are only made where the processor has them.
@@ -449,7 +448,7 @@ unsafe fn march_avx512<K: Lanewise>(
     rays: &RayBasis,
     pixels: &[Pixel],
     scratch: &mut K::Scratch,
-    out: &mut Vec<Marched>,
+    out: &mut Vec<RayResult>,
 ) -> SampleCount {
     // SAFETY: this function is only called where AVX-512 is available.
     unsafe { kernel.march::<avx512::Avx512>(rays, pixels, scratch, out) }
@@ -462,7 +461,7 @@ unsafe fn march_avx2<K: Lanewise>(
     rays: &RayBasis,
     pixels: &[Pixel],
     scratch: &mut K::Scratch,
-    out: &mut Vec<Marched>,
+    out: &mut Vec<RayResult>,
 ) -> SampleCount {
     // SAFETY: this function is only called where AVX2 is available.
     unsafe { kernel.march::<avx2::Avx2>(rays, pixels, scratch, out) }

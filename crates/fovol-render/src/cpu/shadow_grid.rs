@@ -1,5 +1,5 @@
-use super::bricks::{Bricks, half_resolution};
 use super::march::{March, SampleCount};
+use crate::scene::{Bricks, half_resolution};
 
 /// The transmittance towards the light on a grid of half the volume's resolution, by the rule of shadow
 /// rays: voxel *i* stands at the common corner of the volume's voxels 2i and 2i + 1. Voxels outside the part that is

@@ -8,8 +8,8 @@ use super::field::{Field, Texel};
 use super::lanes::{Lanes, MOST_LANES};
 use super::light_columns::{LightColumns, SLABS};
 use super::march::DARK;
-use super::segment::{LightPath, SHADOW_START, SHADOW_STEP};
 use super::shadow_pool::ShadowPool;
+use crate::scene::{LightPath, SHADOW_START, SHADOW_STEP};
 
 /// What shadow rays meet.
 pub struct ShadowRays<'a, T> {

@@ -1,9 +1,9 @@
 //! Leaving empty space at once.
 
 use super::lanes::Lanes;
-use super::macrocells::Macrocells;
 use super::march::OPAQUE;
 use super::packet::Packet;
+use crate::scene::Macrocells;
 
 /// Stands for "never leaves" along an axis that a ray does not move on.
 const NEVER: f32 = 1e30;

@@ -4,8 +4,8 @@ use super::mask::{Limits, MaskPass, MaskSettings, MaskSource};
 use super::renderer::Stages;
 use super::stage::Stage;
 use super::view::View;
-use crate::cpu::march::Marched;
 use crate::noise::NoiseSize;
+use crate::scene::RayResult;
 use bytemuck::{Pod, Zeroable};
 use fovol_core::{Fovea, Frame, FrameSize, Pixel, SampleList, SampleMask};
 use fovol_gpu::Gpu;
@@ -167,7 +167,7 @@ impl FrameBuffers {
         &self.buffers.frame.colours
     }
 
-    /// For every pixel of the sparse frame one over its depth in world units (see [`Marched::depth`]), f32; 0 where
+    /// For every pixel of the sparse frame one over its depth in world units (see [`RayResult::depth`]), f32; 0 where
     /// nothing shows and where it was not sampled.
     pub fn inverse_depths(&self) -> &wgpu::Buffer {
         &self.buffers.frame.inverse_depths
@@ -277,11 +277,11 @@ impl FrameBuffers {
     ///
     /// # Errors
     /// As [`Self::read_frame`].
-    pub fn read_samples(&self) -> Result<Vec<Marched>> {
+    pub fn read_samples(&self) -> Result<Vec<RayResult>> {
         let count = self.read_list_length()?;
         let colours: Vec<[f32; 4]> = read(&self.gpu, &self.buffers.samples.colours, count)?;
         let inverse_depths: Vec<f32> = read(&self.gpu, &self.buffers.samples.inverse_depths, count)?;
-        let marched = |([r, g, b, opacity], inverse): ([f32; 4], f32)| Marched {
+        let marched = |([r, g, b, opacity], inverse): ([f32; 4], f32)| RayResult {
             colour: [r, g, b],
             opacity,
             depth: if inverse > 0.0 { 1.0 / inverse } else { f32::INFINITY },

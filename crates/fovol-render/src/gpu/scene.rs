@@ -3,7 +3,9 @@ use super::shadow_grid::{ShadowGridPass, shadow_texture};
 use super::texture::{texture, write_slices};
 use super::volume_texture::{TexelKind, VolumeTexture};
 use crate::Filtering;
-use crate::cpu::{Bricks, ExtinctionTable, LightPath, Macrocells, Segments, TransferTable, half_resolution};
+use crate::scene::{
+    Bricks, ExtinctionTable, LightPath, Macrocells, Segments, TransferTable, half_resolution,
+};
 use bytemuck::{Pod, Zeroable};
 use fovol_core::{ClipBox, Grid, Integration, Scene, Shading, ShadowMode, TransferFunction};
 use fovol_gpu::Gpu;

@@ -1,4 +1,4 @@
-use crate::cpu::Segments;
+use crate::scene::Segments;
 use bytemuck::{Pod, Zeroable};
 use fovol_core::RayBasis;
 

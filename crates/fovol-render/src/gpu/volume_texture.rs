@@ -1,7 +1,7 @@
 use super::error::Result;
 use super::texture::{check_dims, texture, write_slices};
 use crate::Filtering;
-use crate::cpu::{BrickData, BrickLayout, Bricks, MaybeNan};
+use crate::scene::{BrickData, BrickLayout, Bricks, MaybeNan};
 use bytemuck::Pod;
 use fovol_gpu::Gpu;
 use rayon::prelude::*;

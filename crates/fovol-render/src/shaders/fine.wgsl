@@ -154,7 +154,7 @@ fn add_step(gathered: ptr<function, Gathered>, segment: Segment, step: Step, arr
 }
 
 /// What the ray of `segment` brings back.
-fn fine_march(segment: Segment) -> Marched {
+fn fine_march(segment: Segment) -> RayResult {
     let inverse = inverse_of(segment.delta);
     var gathered = Gathered(vec3f(0.0), 0.0, -1.0, 0.0);
     var number = 0.0;
@@ -223,8 +223,8 @@ fn fine_march(segment: Segment) -> Marched {
     let weighted_number = gathered.weighted_number;
     colour += (1.0 - opacity) * scene.background;
     if opacity == 0.0 {
-        return Marched(colour, 0.0, 0.0);
+        return RayResult(colour, 0.0, 0.0);
     }
     let at = select(half_at, weighted_number / gathered.opacity, half_at < 0.0);
-    return Marched(colour, opacity, 1.0 / fma(at, scene.delta, segment.distance));
+    return RayResult(colour, opacity, 1.0 / fma(at, scene.delta, segment.distance));
 }

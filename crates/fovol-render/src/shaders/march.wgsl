@@ -26,7 +26,7 @@ override REJECT: bool = false;
 @group(1) @binding(6) var<storage, read_write> inverse_depths: array<f32>;
 
 /// What a ray brought back.
-struct Marched {
+struct RayResult {
     colour: vec3f,
     opacity: f32,
     inverse_depth: f32,
@@ -80,7 +80,7 @@ fn colour_of(bits: u32) -> vec3f {
 }
 
 /// What the ray through the centre of `pixel` brings back.
-fn march(pixel: vec2u) -> Marched {
+fn march(pixel: vec2u) -> RayResult {
     let segment = segment_of(pixel);
     if FINE {
         return fine_march(segment);
@@ -118,10 +118,10 @@ fn march(pixel: vec2u) -> Marched {
     }
     colour += (1.0 - opacity) * scene.background;
     if opacity == 0.0 {
-        return Marched(colour, 0.0, 0.0);
+        return RayResult(colour, 0.0, 0.0);
     }
     let number = select(half_at, weighted_number / opacity, half_at < 0.0);
-    return Marched(colour, opacity, 1.0 / fma(number, scene.delta, segment.distance));
+    return RayResult(colour, opacity, 1.0 / fma(number, scene.delta, segment.distance));
 }
 
 /// Marches the pixels of the list; results lie in list order.

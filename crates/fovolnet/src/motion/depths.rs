@@ -14,12 +14,12 @@ pub struct Depths {
 
 impl Depths {
     /// Of the pixels of `list`, whose rays met what they show at these `distances` from the eye; infinite where they met
-    /// nothing (see [`Marched::depth`]).
+    /// nothing (see [`RayResult::depth`]).
     ///
     /// # Panics
     /// When there are not as many distances as pixels.
     ///
-    /// [`Marched::depth`]: fovol_render::cpu::march::Marched
+    /// [`RayResult::depth`]: fovol_render::scene::RayResult
     pub fn new(list: &SampleList, distances: &[f32]) -> Self {
         assert_eq!(list.len(), distances.len(), "one distance for every listed pixel");
         let inverse = distances.iter().map(|distance| 1.0 / distance);

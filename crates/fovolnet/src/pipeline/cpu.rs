@@ -4,8 +4,8 @@ use super::{Timer, Timings};
 use crate::window::Seen;
 use crate::{RenderSettings, Sampling};
 use fovol_core::{Camera, Frame, FrameSize, SampleList, SampleMask, Scene};
-use fovol_render::cpu::march::Marched;
 use fovol_render::cpu::{self, RenderOptions, Renderer, compact, direct, mask_of, scatter};
+use fovol_render::scene::RayResult;
 
 /// Rays on the processor.
 #[derive(Debug)]
@@ -27,12 +27,12 @@ impl CpuMarcher {
     }
 
     /// What the rays of the pixels of `list` bring back.
-    pub fn march_list(&self, camera: &Camera, list: &SampleList) -> Vec<Marched> {
+    pub fn march_list(&self, camera: &Camera, list: &SampleList) -> Vec<RayResult> {
         self.renderer.march_list(camera, list).0
     }
 
     /// What the rays of the pixels of `list` bring back with exact shadows where others are cached.
-    pub fn march_list_exactly(&mut self, camera: &Camera, list: &SampleList) -> Vec<Marched> {
+    pub fn march_list_exactly(&mut self, camera: &Camera, list: &SampleList) -> Vec<RayResult> {
         self.renderer.with_exact_shadows(|renderer| renderer.march_list(camera, list).0)
     }
 
@@ -104,7 +104,7 @@ impl CpuMarcher {
 /// The frame of `list`, which has been `marched` since the timer was started.
 fn scattered(
     list: SampleList,
-    marched: &[Marched],
+    marched: &[RayResult],
     mask: Option<SampleMask>,
     (timer, timings): (Timer, Timings),
 ) -> Sampled {

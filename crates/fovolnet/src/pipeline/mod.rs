@@ -16,8 +16,8 @@ use crate::{
 };
 use cpu::CpuMarcher;
 use fovol_core::{Camera, Fovea, Frame, FrameSize, SampleList, SampleMask, Scene, awake};
-use fovol_render::cpu::march::Marched;
 use fovol_render::cpu::{RenderOptions, Simd};
+use fovol_render::scene::RayResult;
 #[cfg(feature = "gpu")]
 pub(crate) use gpu::{device_precision, reconstructs};
 use sampled::{HostReconstruction, Sampled, Sampler};
@@ -286,16 +286,16 @@ impl Pipeline {
     ///
     /// # Errors
     /// A list for frames of another size, a device that is lost.
-    pub fn march(&mut self, camera: &Camera, list: &SampleList) -> Result<Vec<Marched>> {
+    pub fn march(&mut self, camera: &Camera, list: &SampleList) -> Result<Vec<RayResult>> {
         self.march_with(Marcher::march_list, camera, list)
     }
 
     fn march_with(
         &mut self,
-        march: fn(&mut Marcher, &Camera, &SampleList) -> Result<Vec<Marched>>,
+        march: fn(&mut Marcher, &Camera, &SampleList) -> Result<Vec<RayResult>>,
         camera: &Camera,
         list: &SampleList,
-    ) -> Result<Vec<Marched>> {
+    ) -> Result<Vec<RayResult>> {
         let camera = self.in_box(camera);
         let marcher = &mut self.marcher;
         let mut marched = self.threads.install(|| march(marcher, &camera, list))?;
@@ -461,7 +461,7 @@ impl Marcher {
         }
     }
 
-    fn march_list(&mut self, camera: &Camera, list: &SampleList) -> Result<Vec<Marched>> {
+    fn march_list(&mut self, camera: &Camera, list: &SampleList) -> Result<Vec<RayResult>> {
         match self {
             Self::Cpu(marcher) => Ok(marcher.march_list(camera, list)),
             #[cfg(feature = "gpu")]

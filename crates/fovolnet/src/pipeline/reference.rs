@@ -3,7 +3,7 @@
 use super::{Marcher, Pipeline};
 use crate::Result;
 use fovol_core::{Camera, Frame, FrameSize, SampleList};
-use fovol_render::cpu::march::Marched;
+use fovol_render::scene::RayResult;
 
 impl Pipeline {
     /// Frame `i` with every pixel marched and exact shadows, also where the settings have cached ones: what pictures are
@@ -28,13 +28,13 @@ impl Pipeline {
     ///
     /// # Errors
     /// As [`Self::march`].
-    pub fn march_reference(&mut self, camera: &Camera, list: &SampleList) -> Result<Vec<Marched>> {
+    pub fn march_reference(&mut self, camera: &Camera, list: &SampleList) -> Result<Vec<RayResult>> {
         self.march_with(Marcher::march_list_exactly, camera, list)
     }
 }
 
 impl Marcher {
-    fn march_list_exactly(&mut self, camera: &Camera, list: &SampleList) -> Result<Vec<Marched>> {
+    fn march_list_exactly(&mut self, camera: &Camera, list: &SampleList) -> Result<Vec<RayResult>> {
         match self {
             Self::Cpu(marcher) => Ok(marcher.march_list_exactly(camera, list)),
             #[cfg(feature = "gpu")]

@@ -4,8 +4,8 @@ use crate::motion::{Depths, MotionFinder, Sparse};
 use crate::window::Seen;
 use crate::{Reconstructor, RenderSettings, Result, Sampling};
 use fovol_core::{Frame, FrameSize, SampleList, SampleMask};
-use fovol_render::cpu::march::Marched;
 use fovol_render::noise::Noise;
+use fovol_render::scene::RayResult;
 
 /// Which pixels of the frames of one size are marched.
 #[derive(Debug)]
@@ -39,13 +39,13 @@ impl Sampler {
 /// Pixels that were marched.
 pub struct Listed {
     pub list: SampleList,
-    /// How far away what their rays met is, see [`Marched`].
+    /// How far away what their rays met is, see [`RayResult`].
     pub depths: Vec<f32>,
 }
 
 impl Listed {
     /// Those of `list` with what their rays brought back.
-    pub fn new(list: SampleList, marched: &[Marched]) -> Self {
+    pub fn new(list: SampleList, marched: &[RayResult]) -> Self {
         Self { list, depths: marched.iter().map(|sample| sample.depth).collect() }
     }
 }

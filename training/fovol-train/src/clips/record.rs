@@ -2,7 +2,7 @@ use super::recipe::{Attempt, Course, Recipe};
 use super::{Clip, Scenery};
 use crate::{Error, Result};
 use fovol_core::{FrameSize, Pixel, SampleList, f16};
-use fovolnet::render::cpu::march::Marched;
+use fovolnet::render::scene::RayResult;
 use fovolnet::{OpenDevice, OpenVolume, Rays};
 
 /// How often a clip that shows next to nothing is drawn again.
@@ -72,7 +72,7 @@ fn shows_something(recipe: &Recipe, attempt: &Attempt, rays: &mut Rays) -> Resul
     Ok(true)
 }
 
-fn is_something(marched: &[Marched]) -> bool {
+fn is_something(marched: &[RayResult]) -> bool {
     let count = marched.len() as f64;
     let shown = marched.iter().filter(|ray| ray.opacity > 0.02).count() as f64 / count;
     let mean = marched.iter().map(|ray| f64::from(ray.colour[1])).sum::<f64>() / count;

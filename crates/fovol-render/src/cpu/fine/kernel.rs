@@ -3,16 +3,16 @@
 use super::super::field::Texel;
 use super::super::kernel::{Kernel, Lighting, colours};
 use super::super::lanes::{Lanes, MOST_LANES};
-use super::super::march::{Marched, SampleCount};
+use super::super::march::SampleCount;
 use super::super::packet::{Packet, PerRay};
 use super::super::shadow_pool::ShadowPool;
 use super::super::shadow_rays::Parts;
 use super::exponential::passing;
-use super::extinction::ExtinctionTable;
 use super::lit::ToLight;
 use super::lookup::entry;
 use super::march::{OPAQUE, THIN};
 use super::stretches::Stretches;
+use crate::scene::{ExtinctionTable, RayResult};
 use fovol_core::{Pixel, RayBasis};
 
 /// What rays meet, prepared for lanes.
@@ -85,7 +85,7 @@ impl<T: Texel> FineKernel<'_, T> {
         rays: &RayBasis,
         pixels: &[Pixel],
         scratch: &mut FineScratch,
-        out: &mut Vec<Marched>,
+        out: &mut Vec<RayResult>,
     ) -> SampleCount {
         let eye = self.kernel.segments.in_voxels(rays.origin());
         let mut count = SampleCount::default();
@@ -95,7 +95,7 @@ impl<T: Texel> FineKernel<'_, T> {
             // SAFETY: the caller's.
             unsafe { packet.count_ends::<L>() };
             if packet.is_empty() && scratch.places.is_empty() {
-                out.extend(pixels.iter().map(|_| Marched::nothing(self.kernel.background)));
+                out.extend(pixels.iter().map(|_| RayResult::nothing(self.kernel.background)));
                 continue;
             }
             // SAFETY: the caller's.
@@ -284,7 +284,7 @@ impl<T: Texel> FineKernel<'_, T> {
         &self,
         eye: [f32; 3],
         scratch: &mut FineScratch,
-        out: &mut Vec<Marched>,
+        out: &mut Vec<RayResult>,
     ) -> u64 {
         let FineScratch { pool, parts, gathered, places, stretches, .. } = scratch;
         let kernel = &self.kernel;
@@ -307,7 +307,7 @@ impl<T: Texel> FineKernel<'_, T> {
             for place in places.iter() {
                 out.push(match gathered.get(*place as usize) {
                     Some(ray) => self.marched::<L>(eye, ray),
-                    None => Marched::nothing(self.kernel.background),
+                    None => RayResult::nothing(self.kernel.background),
                 });
             }
             places.clear();
@@ -320,14 +320,14 @@ impl<T: Texel> FineKernel<'_, T> {
 
     /// What `ray` brings back to `eye` (in voxels).
     #[inline(always)]
-    unsafe fn marched<L: Lanes>(&self, eye: [f32; 3], ray: &Gathered) -> Marched {
+    unsafe fn marched<L: Lanes>(&self, eye: [f32; 3], ray: &Gathered) -> RayResult {
         let background = self.kernel.background;
         // SAFETY: sums hold at least N elements.
         unsafe {
             let [r, g, b, opacity, numbers] = &ray.sums;
             let whole = L::sum(L::load(opacity.as_ptr()));
             if whole <= 0.0 {
-                return Marched::nothing(background);
+                return RayResult::nothing(background);
             }
             let (scale, left) = if whole < OPAQUE { (1.0, 1.0 - whole) } else { (1.0 / whole, 0.0) };
             let colour =
@@ -338,7 +338,7 @@ impl<T: Texel> FineKernel<'_, T> {
             let mean = L::sum(L::load(numbers.as_ptr())) / whole;
             let number = if ray.half_at < 0.0 { mean } else { ray.half_at };
             let depth = self.kernel.segments.distance(eye, ray.start, ray.delta, number);
-            Marched { colour, opacity: 1.0 - left, depth }
+            RayResult { colour, opacity: 1.0 - left, depth }
         }
     }
 }

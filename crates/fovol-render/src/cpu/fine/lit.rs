@@ -3,12 +3,11 @@
 use super::super::field::{Field, Texel};
 use super::super::kernel::Lighting;
 use super::super::lanes::Lanes;
-use super::super::segment::{LightPath, SHADOW_STEP};
 use super::super::shadow_pool::ShadowPool;
 use super::super::shadow_rays::{Parts, ShadowRays, trace};
-use super::extinction::ExtinctionTable;
 use super::lookup::{Points, entry};
 use super::march::{DEEP, NEAR_STEPS};
+use crate::scene::{ExtinctionTable, LightPath, SHADOW_STEP};
 
 /// The scene between nodes and the light.
 pub struct ToLight<'a, T> {

@@ -2,7 +2,7 @@
 
 use super::super::field::Texel;
 use super::super::lanes::Lanes;
-use super::extinction::{COLOURS, ExtinctionTable};
+use crate::scene::{COLOURS, ExtinctionTable};
 
 /// The table's entry nearest to `value`, as a whole number.
 ///

@@ -1,8 +1,7 @@
 //! The specification of fine integration, as plain code. docs/integration.md has its equations.
 
-use super::super::march::{March, Marched, SampleCount, half_resolution_position};
-use super::super::segment::{LightPath, SHADOW_STEP, Segment};
-use super::extinction::ExtinctionTable;
+use super::super::march::{March, SampleCount, half_resolution_position};
+use crate::scene::{ExtinctionTable, LightPath, RayResult, SHADOW_STEP, Segment};
 use fovol_core::{Ray, ShadowMode, SurfaceShading};
 
 /// The ends of the steps that a shadow ray begins with, as parts of all of them together.
@@ -46,7 +45,7 @@ struct Gathered {
 
 impl March<'_> {
     /// What `ray` brings back by fine integration.
-    pub fn fine_ray(&self, table: &ExtinctionTable, ray: &Ray, count: &mut SampleCount) -> Marched {
+    pub fn fine_ray(&self, table: &ExtinctionTable, ray: &Ray, count: &mut SampleCount) -> RayResult {
         let segments = self.segments();
         let segment = segments.of(ray);
         let path = self.light_path();
@@ -76,13 +75,13 @@ impl March<'_> {
         }
         let Gathered { colour, opacity, weighted_number, half_at } = gathered;
         if opacity == 0.0 {
-            return Marched::nothing(self.background.map(|c| c as f32));
+            return RayResult::nothing(self.background.map(|c| c as f32));
         }
         let (whole, left) = if opacity < OPAQUE { (1.0, 1.0 - opacity) } else { (opacity, 0.0) };
         let colour = std::array::from_fn(|c| colour[c] / whole + left * self.background[c] as f32);
         let number = half_at.unwrap_or(weighted_number / opacity);
         let depth = segments.distance(segments.in_voxels(ray.origin), segment.start, segment.delta, number);
-        Marched { colour, opacity: 1.0 - left, depth }
+        RayResult { colour, opacity: 1.0 - left, depth }
     }
 
     /// The entry of the transfer table at `p`.

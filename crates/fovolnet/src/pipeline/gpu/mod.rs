@@ -6,9 +6,9 @@ use display::Display;
 use fovol_core::{Camera, Frame, Pixel, SampleList, Scene};
 use fovol_gpu::{Gpu, Timing};
 use fovol_render::Filtering;
-use fovol_render::cpu::march::Marched;
 use fovol_render::cpu::{DirectSamples, compact, direct, mask_of, scatter};
 use fovol_render::gpu::{self, FrameBuffers, MaskSource, Renderer, Stage};
+use fovol_render::scene::RayResult;
 use part::Part;
 use reconstruction::DeviceReconstruction;
 pub use reconstruction::{device_precision, reconstructs};
@@ -89,13 +89,13 @@ impl GpuMarcher {
     }
 
     /// What the rays of the pixels of `list` bring back.
-    pub fn march_list(&mut self, camera: &Camera, list: &SampleList) -> Result<Vec<Marched>> {
+    pub fn march_list(&mut self, camera: &Camera, list: &SampleList) -> Result<Vec<RayResult>> {
         self.renderer.render(&mut self.buffers, camera, gpu::Sampling::List(list))?;
         Ok(self.buffers.read_samples()?)
     }
 
     /// What the rays of the pixels of `list` bring back with exact shadows where others are cached.
-    pub fn march_list_exactly(&mut self, camera: &Camera, list: &SampleList) -> Result<Vec<Marched>> {
+    pub fn march_list_exactly(&mut self, camera: &Camera, list: &SampleList) -> Result<Vec<RayResult>> {
         self.render_exactly(camera, gpu::Sampling::List(list))?;
         Ok(self.buffers.read_samples()?)
     }

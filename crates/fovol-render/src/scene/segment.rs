@@ -1,4 +1,3 @@
-use super::lanes::Lanes;
 use fovol_core::{ClipBox, Grid, Light, Ray};
 use glam::DVec3;
 
@@ -170,7 +169,7 @@ pub struct LightPath {
     pub inverse: [f32; 3],
 }
 
-/// Shadow steps are this many primary steps long (ALGORITHMS: the paper's quarter rate).
+/// Shadow steps are this many primary steps long (docs/guide/src/internals/algorithm.md, section 3).
 pub const SHADOW_STEP: f32 = 4.0;
 /// The first shadow sample is this many primary steps from its point.
 pub const SHADOW_START: f32 = 2.0;
@@ -204,37 +203,6 @@ impl LightPath {
     pub fn count(&self, p: [f32; 3]) -> u32 {
         // 2 + 4j < distance
         ((self.way_out(p) - SHADOW_START) / SHADOW_STEP).ceil() as u32
-    }
-
-    /// [`Self::count`] for points in lanes, as whole numbers.
-    ///
-    /// # Safety
-    /// The instruction set of `L` must be available.
-    #[inline(always)]
-    pub(super) unsafe fn counts<L: Lanes>(&self, p: [L::F; 3]) -> L::I {
-        // SAFETY: the caller's.
-        unsafe {
-            let beyond = L::sub(self.ways_out::<L>(p), L::splat(SHADOW_START));
-            let count = L::ceil(L::mul(beyond, L::splat(1.0 / SHADOW_STEP)));
-            L::truncate(L::max(count, L::splat(0.0)))
-        }
-    }
-
-    /// [`Self::way_out`] for points in lanes.
-    ///
-    /// # Safety
-    /// The instruction set of `L` must be available.
-    #[inline(always)]
-    pub(super) unsafe fn ways_out<L: Lanes>(&self, p: [L::F; 3]) -> L::F {
-        // SAFETY: the caller's.
-        unsafe {
-            let mut distance = L::splat(f32::INFINITY);
-            for a in (0..3).filter(|&a| self.inverse[a].is_finite()) {
-                let way = L::mul(L::sub(L::splat(self.exit[a]), p[a]), L::splat(self.inverse[a]));
-                distance = L::min(distance, way);
-            }
-            distance
-        }
     }
 
     /// Where shadow sample `j` of point `p` lies.

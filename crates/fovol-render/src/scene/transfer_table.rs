@@ -65,7 +65,7 @@ pub fn corrected_opacity(opacity: f64, steps: f64) -> f32 {
     (1.0 - (1.0 - opacity).powf(steps)) as f32
 }
 
-pub(super) fn pack(rgb: [f64; 3]) -> u32 {
+pub(crate) fn pack(rgb: [f64; 3]) -> u32 {
     let field = |c: f64, most: f32| (c * f64::from(most)).round() as u32;
     field(rgb[0], MAX_RED_GREEN) | field(rgb[1], MAX_RED_GREEN) << 11 | field(rgb[2], MAX_BLUE) << 22
 }

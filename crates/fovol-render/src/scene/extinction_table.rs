@@ -1,6 +1,6 @@
 //! The transfer function, integrated over values.
 
-use super::super::transfer_table::{TransferTable, pack};
+use super::transfer_table::{TransferTable, pack};
 use fovol_core::TransferFunction;
 use rayon::prelude::*;
 
