@@ -10,7 +10,7 @@ macro_rules! pictures {
     ($($name:literal),* $(,)?) => {
         /// As `fovolnet render` makes them; REPRODUCE.md has the command.
         const PICTURES: &[(&str, &[u8])] =
-            &[$(($name, include_bytes!(concat!("../../../assets/pictures/", $name, ".png")))),*];
+            &[$(($name, include_bytes!(concat!("../assets/pictures/", $name, ".png")))),*];
     };
 }
 

@@ -8,7 +8,7 @@ macro_rules! presets {
     ($($name:literal),* $(,)?) => {
         /// Presets that the program carries, one for every procedural volume.
         const PRESETS: &[(&str, &str)] = &[
-            $(($name, include_str!(concat!("../../../assets/presets/", $name, ".json")))),*
+            $(($name, include_str!(concat!("../assets/presets/", $name, ".json")))),*
         ];
     };
 }

@@ -65,7 +65,7 @@ fn long_name(dtype: Dtype) -> String {
 /// The Open Scientific Visualization Datasets (<https://klacansky.com/open-scivis-datasets/>), by name.
 pub fn catalogue() -> &'static [Entry] {
     static ENTRIES: LazyLock<Vec<Entry>> = LazyLock::new(|| {
-        let table = include_str!("../../../../assets/datasets/open-scivis.tsv");
+        let table = include_str!("../../assets/datasets/open-scivis.tsv");
         // The first line names the fields. That every line can be read is tested.
         table.lines().skip(1).filter_map(Entry::parse).collect()
     });
@@ -128,7 +128,7 @@ mod tests {
 
     #[test]
     fn every_line_of_the_table_is_an_entry() {
-        let lines = include_str!("../../../../assets/datasets/open-scivis.tsv").lines().count() - 1;
+        let lines = include_str!("../../assets/datasets/open-scivis.tsv").lines().count() - 1;
         assert_eq!(catalogue().len(), lines);
         for entry in catalogue() {
             assert!(entry.url.ends_with(&entry.file_name()), "{}", entry.url);

@@ -6,7 +6,7 @@ use super::void_and_cluster::ranks;
 use std::sync::{Arc, OnceLock};
 
 /// 128×128×64 ranks of spatio-temporal blue noise, packed; see the card beside the file.
-static STBN: &[u8] = include_bytes!("../../../../assets/noise/stbn_128x128x64.ranks");
+static STBN: &[u8] = include_bytes!("../../assets/noise/stbn_128x128x64.ranks");
 
 /// The edge in pixels of the tile that repeats over the frame.
 const TILE: usize = NoiseSize::STBN.width;
