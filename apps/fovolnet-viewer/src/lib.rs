@@ -47,3 +47,8 @@ mod transfer_editor;
 mod viewer;
 
 pub use viewer::{Start, Viewer};
+
+/// The examples of the README, for doctests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExamples;

@@ -114,3 +114,8 @@ pub type Result<T> = std::result::Result<T, Error>;
 pub(crate) fn checked(name: &'static str, value: f64, expected: &'static str, ok: bool) -> Result<f64> {
     if value.is_finite() && ok { Ok(value) } else { Err(Error::Value { name, value, expected }) }
 }
+
+/// The examples of the README, for doctests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExamples;

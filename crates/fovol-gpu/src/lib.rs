@@ -35,3 +35,8 @@ pub use shader::Shader;
 pub use timing::{PassTime, Timing};
 /// What kind of device an adapter is, see [`adapters`].
 pub use wgpu::DeviceType;
+
+/// The examples of the README, for doctests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExamples;

@@ -27,3 +27,8 @@ fn test_data() -> Option<std::path::PathBuf> {
     println!("skipped: no test data at {}; set FOVOL_TEST_DATA", folder.display());
     None
 }
+
+/// The examples of the README, for doctests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExamples;

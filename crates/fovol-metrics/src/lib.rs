@@ -32,3 +32,8 @@ pub use ms_ssim::{MIN_SIDE as MS_SSIM_MIN_SIDE, ms_ssim};
 pub use psnr::{MAX_PSNR, mse, psnr, psnr_of_mse};
 pub use ssim::{SsimSettings, ssim};
 pub use tpsnr::{temporal_mse, tpsnr};
+
+/// The examples of the README, for doctests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExamples;

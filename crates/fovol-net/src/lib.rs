@@ -33,3 +33,8 @@ pub mod weights;
 pub use error::{Error, Result};
 pub use fill::{Fill, FilledNumbers};
 pub use weights::Weights;
+
+/// The examples of the README, for doctests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExamples;

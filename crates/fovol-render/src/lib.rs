@@ -11,3 +11,8 @@ pub mod noise;
 pub mod scene;
 
 pub use filtering::Filtering;
+
+/// The examples of the README, for doctests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExamples;

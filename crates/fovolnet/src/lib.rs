@@ -85,3 +85,8 @@ pub use transfer_range::{TransferRange, ValueScale};
 pub use visibility::Visibility;
 pub use window::Seen;
 pub use world_box::WorldBox;
+
+/// The examples of the README, for doctests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExamples;

@@ -15,6 +15,13 @@ pub struct OpenVolume {
     pub procedural: Option<Procedural>,
 }
 
+impl From<Volume> for OpenVolume {
+    /// A volume that was made in memory. Notes call it "the volume".
+    fn from(volume: Volume) -> Self {
+        Self { volume: Arc::new(volume), source: "the volume".to_owned(), procedural: None }
+    }
+}
+
 impl OpenVolume {
     /// What somebody should know who sees little of it: values that are not finite, or all the same.
     pub fn remarks(&self) -> Vec<String> {
