@@ -25,7 +25,7 @@ impl Journey {
     pub fn draw(random: &mut impl Rng, length: usize) -> Self {
         let signed = |random: &mut dyn FnMut() -> f64, most: f64| (2.0 * random() - 1.0) * most;
         let mut unit = || random.random::<f64>();
-        // Degrees a frame; most are as fast as somebody who turns a volume to see it from all sides.
+        // Up to 4 degrees a frame: the speed of a user who turns a volume to see all sides.
         let pace = unit() * 4.0;
         let start = [360.0 * unit(), signed(&mut unit, 70.0), 1.0 + 1.9 * unit()];
         let speed = [signed(&mut unit, pace), signed(&mut unit, 0.6 * pace), signed(&mut unit, 0.02)];
