@@ -59,7 +59,7 @@ pub enum PerceptualConfig {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct VggFile {
-    /// A file that `fovolnet-train convert-vgg` made.
+    /// File made by `fovolnet-train convert-vgg`.
     pub weights: PathBuf,
     /// Whether features are computed in bf16.
     #[serde(default)]

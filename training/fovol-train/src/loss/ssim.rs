@@ -106,7 +106,7 @@ fn similarity(a: &Tensor, b: &Tensor) -> Similarity {
 fn blurred(pictures: &Tensor) -> Tensor {
     let window = gaussian(WINDOW, SIGMA, pictures);
     let channels = pictures.size()[1];
-    // One group for each channel: libtorch's convolutions of single channels are forty times as slow.
+    // One group per channel: libtorch's single-channel convolutions are forty times slower.
     let along = |pictures: &Tensor, height: i64, width: i64| {
         let window =
             window.view([1, 1, height, width]).expand([channels, 1, height, width], false).contiguous();
