@@ -15,8 +15,8 @@ const TRIES: u32 = 20;
 /// Gives a window access to a shared device.
 ///
 /// A surface can only be configured while its device is idle. A resized window does so immediately, and fails if
-/// pictures are being made. Then the surface keeps its old configuration for one frame. Before the next one, rendering is
-/// paused and the surface configured again.
+/// pictures are being made. Then the surface keeps its old configuration for one frame. Before the next one,
+/// rendering is paused and the surface configured again.
 pub struct Surface {
     gpu: Gpu,
     fault: Arc<Mutex<Option<String>>>,
