@@ -17,8 +17,8 @@ pub const SCREEN_VARIABLE: &str = "FOVOLNET_SCREEN";
 /// [`Surface`](crate::surface::Surface) then.
 ///
 /// Window and renderer wait for each other on a shared device. So only discrete cards are shared by default: their
-/// frames are short, and copying through the host is slow for them. Other adapters have pictures in host memory
-/// anyway.
+/// frames are short, and copying through the host is slow for them. On other adapters the copy cannot be
+/// avoided anyway.
 #[derive(Clone)]
 pub struct Screen {
     gpu: Gpu,

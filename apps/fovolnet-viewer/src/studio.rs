@@ -23,7 +23,7 @@ pub struct Wanted {
     pub volume: OpenVolume,
     /// Render settings. The size is that of the picture on the screen; path settings are ignored.
     pub settings: RenderSettings,
-    /// Camera.
+    /// Camera that sees the view.
     pub camera: Camera,
     /// Gaze, as fractions of the picture from its top left.
     pub gaze: [f64; 2],
@@ -75,13 +75,13 @@ pub enum Pixels {
 /// Picture for the screen.
 #[derive(Debug, Clone)]
 pub struct Shown {
-    /// Size.
+    /// Width and height in pixels.
     pub size: FrameSize,
-    /// Pixels.
+    /// Pixels, on the host or on the device of the window.
     pub pixels: Pixels,
-    /// Camera.
+    /// Camera that sees the view.
     pub camera: Camera,
-    /// Progress.
+    /// Progress of the refinement.
     pub progress: Progress,
     /// Settings that it was made with.
     pub settings: RenderSettings,

@@ -195,7 +195,7 @@ pub(super) fn doubt(known: &Tensor, [prior, fresh]: [&Tensor; 2], [levels, lowes
 }
 
 /// Adds `before`, times `fade` and `share`, to `known` where its weight is below 1. Channels beyond the fourth, the
-/// places of points, are copied unscaled.
+/// places of points, are not scaled by `fade` and `share`.
 pub(super) fn accumulate(known: &Tensor, before: &Tensor, share: Option<&Tensor>, fade: f32) -> Tensor {
     let open: Tensor = 1.0 - known.narrow(1, 3, 1);
     let [_, _, height, width] = shape(known);
