@@ -1,7 +1,7 @@
-//! Links libtorch's CUDA half where there is one, and notes the version of libtorch.
+//! Links libtorch's CUDA library where it exists, and records libtorch's version for the program.
 //!
-//! Nothing names a symbol of `libtorch_cuda`, which enters itself into libtorch's tables when it is loaded: without
-//! being told, the linker leaves it out and no device is found.
+//! `libtorch_cuda` registers itself with libtorch when it is loaded; no code refers to its symbols. Without
+//! `--no-as-needed` the linker would drop it, and libtorch would find no device.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ fn main() {
     let folder = std::env::var("DEP_TCH_LIBTORCH_LIB").unwrap_or_default();
     let folder = Path::new(&folder);
     println!("cargo:rustc-env=FOVOLNET_LIBTORCH_VERSION={}", version(folder));
-    // Found at run time without LD_LIBRARY_PATH, which still comes first.
+    // The run path finds libtorch at run time. LD_LIBRARY_PATH still takes precedence.
     println!("cargo:rustc-link-arg=-Wl,-rpath,{}", folder.display());
     if folder.join("libtorch_cuda.so").exists() {
         let flags = ["--push-state", "--no-as-needed", "-ltorch_cuda", "--pop-state"].map(|flag| {
@@ -22,10 +22,10 @@ fn main() {
     }
 }
 
-/// What libtorch beside the libraries in `folder` says that it is.
+/// The version of libtorch in `folder/..`: from `version.py` of a Python wheel, or `build-version` of an archive.
 fn version(folder: &Path) -> String {
     let read = |name: &str| std::fs::read_to_string(folder.join("..").join(name)).ok();
-    // From a wheel: __version__ = '2.11.0+cu130'. From an archive: the number alone.
+    // A wheel has: __version__ = '2.11.0+cu130'. An archive has the number alone.
     let wheel = read("version.py").and_then(|text| {
         let line = text.lines().find(|line| line.starts_with("__version__"))?.to_owned();
         line.split('\'').nth(1).map(str::to_owned)

@@ -1,7 +1,7 @@
-//! Frames a second of the viewer's pictures while the view moves along the fly-through, and how they keep their time:
-//! `cargo bench -p fovolnet-viewer -- [VOLUME …] [--rate F] [--size WxH] [--shadows on|cached] [--side N] [--frames N]`.
+//! Benchmark of the viewer's frame rate along the fly-through, and of how well frames keep their time budget: `cargo
+//! bench -p fovolnet-viewer -- [VOLUME …] [--rate F] [--size WxH] [--shadows on|cached] [--side N] [--frames N]`.
 //!
-//! They are made by a thread that gives way, as in the viewer.
+//! A low-priority thread makes the frames, as in the viewer.
 
 use fovolnet::core::{CameraPath, FrameSize, Integration, ShadowMode};
 use fovolnet::io::procedural::Procedural;
@@ -11,7 +11,7 @@ use fovolnet_viewer::studio::{Studio, Wanted};
 use std::str::FromStr;
 use std::time::Instant;
 
-/// What is measured.
+/// Parameters of the benchmark.
 struct Run {
     volumes: Vec<String>,
     rate: Option<f64>,
@@ -85,7 +85,7 @@ fn measure(volume: &str, run: &Run) {
     let mut studio = Studio::new(SpeedSettings::default(), None);
     let (mut times, mut by_network) = (Vec::new(), 0.0);
     let mut last = None;
-    // What the first frames take shows what the others may.
+    // The first frames teach the budget what the machine can do.
     let learning = 20;
     for i in 0..run.frames + learning {
         let wanted = Wanted {

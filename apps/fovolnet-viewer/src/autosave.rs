@@ -1,7 +1,8 @@
-//! Sessions that no file has yet, kept in case the program ends without being told to.
+//! Autosaves: unsaved sessions are kept in files in case the viewer crashes.
 //!
-//! Each viewer has a file of its own, `unsaved-….toml`, and holds a lock on the file of that name that ends in `.lock` while it
-//! lives. The system frees the lock however the viewer ends, so a session whose lock is free belongs to one that crashed.
+//! Each viewer has its own file `unsaved-….toml`, and holds a lock on a file of that name ending in `.lock` while it
+//! runs. The system frees the lock however the viewer ends. So a session whose lock is free belongs to a viewer that
+//! crashed.
 
 use fovolnet::io::{Error, atomic};
 use fovolnet::{Result, Session};
@@ -9,47 +10,47 @@ use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// The unsaved sessions of all viewers in a folder, and the place of this viewer's own.
+/// Autosaves of all viewers in a folder, and this viewer's own file.
 #[derive(Debug)]
 pub struct Autosaves {
     folder: Option<PathBuf>,
     own: Option<Place>,
 }
 
-/// A session that a viewer left when it crashed. While this lives no other viewer is offered it.
+/// Session left by a crashed viewer. While this value lives, no other viewer is offered the session.
 #[derive(Debug)]
 pub struct Crashed {
     session: Session,
     place: Place,
 }
 
-/// What other viewers left.
+/// Result of searching for autosaves.
 #[derive(Debug, Default)]
 pub struct Found {
-    /// The newest session of a viewer that crashed.
+    /// Newest session of a crashed viewer.
     pub crashed: Option<Crashed>,
-    /// What somebody should know, a line each.
+    /// Messages for the user, one line each.
     pub notes: Vec<String>,
 }
 
-/// A file for a session, locked.
+/// Locked file of a session.
 #[derive(Debug)]
 struct Place {
     file: PathBuf,
-    /// Closing it frees the lock.
+    /// Closing this file frees the lock.
     _lock: File,
 }
 
 impl Autosaves {
-    /// Sessions are kept in `folder`; nowhere without.
+    /// Keeps autosaves in `folder`; without a folder, keeps nothing.
     pub fn in_folder(folder: Option<PathBuf>) -> Self {
         Self { folder, own: None }
     }
 
-    /// Keeps `session` in this viewer's own file.
+    /// Writes `session` to this viewer's own autosave.
     ///
     /// # Errors
-    /// What the system said.
+    /// Errors of the file system.
     pub fn keep(&mut self, session: &Session) -> Result<()> {
         let Some(folder) = &self.folder else { return Ok(()) };
         let place = match self.own.take() {
@@ -62,21 +63,20 @@ impl Autosaves {
         session.write(&self.own.insert(place).file)
     }
 
-    /// Forgets this viewer's own session: it is saved, or nobody wants it.
+    /// Deletes this viewer's autosave, after the session was saved or discarded.
     pub fn forget(&mut self) {
         if let Some(place) = self.own.take() {
             place.remove();
         }
     }
 
-    /// Goes on with `crashed`, the file of which is this viewer's own from now on.
+    /// Continues with `crashed`; its file becomes this viewer's own autosave.
     pub fn adopt(&mut self, crashed: Crashed) {
         self.forget();
         self.own = Some(crashed.place);
     }
 
-    /// The newest session that a viewer left which lives no more; others stay for the next time. What cannot be read is set
-    /// aside under another name.
+    /// Finds the newest session of a crashed viewer; others stay for the next start. Unreadable sessions are renamed.
     pub fn find(&self) -> Found {
         let mut found = Found::default();
         let mut others = 0;
@@ -106,7 +106,7 @@ impl Autosaves {
         found
     }
 
-    /// All unsaved sessions, the newest first.
+    /// All autosaves, newest first.
     fn files(&self) -> Vec<PathBuf> {
         let entries = self.folder.iter().filter_map(|folder| fs::read_dir(folder).ok());
         let mut files: Vec<(SystemTime, PathBuf)> = entries
@@ -122,31 +122,32 @@ impl Autosaves {
 }
 
 impl Crashed {
-    /// What was being worked on.
+    /// The session that was being worked on.
     pub fn session(&self) -> &Session {
         &self.session
     }
 
-    /// Forgets it for good.
+    /// Deletes the autosave.
     pub fn forget(self) {
         self.place.remove();
     }
 }
 
 impl Place {
-    /// A new one in `folder`.
+    /// Creates and locks a new autosave in `folder`.
     fn new(folder: &Path) -> Result<Self> {
         let started = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos();
         let file = folder.join(format!("unsaved-{}-{started}.toml", std::process::id()));
         let path = lock_beside(&file);
         let failed = |e| Error::io("lock", &path, e);
         let lock = File::options().write(true).create_new(true).open(&path).map_err(failed)?;
-        // In folders without locks it is kept too; other viewers say where it lies, and do not offer it.
+        // In file systems without locks the session is still kept. Other viewers then report where it lies, but do
+        // not offer it.
         let _ = lock.lock();
         Ok(Self { file, _lock: lock })
     }
 
-    /// That of `file`, unless a viewer that lives has it.
+    /// Locks the autosave `file`; `None` if a running viewer has it.
     fn of_crashed(file: &Path) -> Result<Option<Self>> {
         let path = lock_beside(file);
         let failed = |e| Error::io("lock", &path, e);
@@ -158,17 +159,17 @@ impl Place {
         }
         let place = Self { file: file.to_owned(), _lock: lock };
         if !file.is_file() {
-            // Another viewer dealt with it meanwhile.
+            // Another viewer restored or deleted it meanwhile.
             place.remove();
             return Ok(None);
         }
         Ok(Some(place))
     }
 
-    /// Removes the session, and the lock last: what lies there without is taken for that of a crashed viewer.
+    /// Deletes the session first and the lock last, since a session without a lock looks like a crash.
     fn remove(self) {
         for path in [&self.file, &lock_beside(&self.file)] {
-            // It may never have been there.
+            // The files may not exist.
             let _ = fs::remove_file(path);
         }
     }
@@ -183,7 +184,7 @@ fn is_unsaved(path: &Path) -> bool {
     name.starts_with("unsaved") && name.ends_with(".toml")
 }
 
-/// Moves the session at `place`, which could not be read because of `problem`, out of the way; what to say about it.
+/// Renames the session at `place`, which is unreadable because of `problem`; returns a message for the user.
 fn set_aside(place: Place, problem: &fovolnet::Error) -> String {
     let aside = place.file.with_extension("unreadable");
     let moved = fs::read(&place.file)
@@ -225,7 +226,7 @@ mod tests {
         entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect()
     }
 
-    /// Leaves a session as a viewer that was killed `seconds` ago.
+    /// Leaves an autosave like a viewer that was killed `seconds` ago.
     fn crash(folder: &Path, ambient: f64, seconds: u64) {
         let mut autosaves = viewer(folder);
         autosaves.keep(&session(ambient)).unwrap();
@@ -272,9 +273,9 @@ mod tests {
         let found = viewer(folder.path()).find();
         assert_eq!(found.crashed.as_ref().unwrap().session(), &session(0.1));
         assert!(found.notes[0].contains("2 more"), "{:?}", found.notes);
-        // A viewer that starts while somebody thinks about the first is offered the second.
+        // A viewer that starts while the first session is being offered is offered the second.
         assert_eq!(offered(folder.path()), Some(0.2));
-        // Nobody chose anything: it is offered again.
+        // The offer was not answered, so it comes again.
         drop(found);
         assert_eq!(offered(folder.path()), Some(0.1));
         for expected in [0.1, 0.2, 0.3] {

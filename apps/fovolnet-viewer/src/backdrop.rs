@@ -1,4 +1,4 @@
-//! What lies behind the control points: how values are distributed, or where materials meet.
+//! Backdrop of the transfer-function editor: a histogram of values, or of material boundaries.
 
 use crate::boundaries::{Boundaries, ENOUGH, MAGNITUDES, VALUES};
 use crate::histogram::Histogram;
@@ -10,7 +10,7 @@ use fovolnet::OpenVolume;
 use std::fmt;
 use std::sync::Arc;
 
-/// What lies behind the control points.
+/// Backdrop of the transfer-function editor.
 #[derive(Debug)]
 pub struct Backdrop {
     histogram: Histogram,
@@ -18,7 +18,7 @@ pub struct Backdrop {
     shows_boundaries: bool,
 }
 
-/// Where materials meet, as far as that is known.
+/// State of the boundary histogram.
 enum Counted {
     Counting(Job<Boundaries>),
     Known(TextureHandle),
@@ -26,22 +26,22 @@ enum Counted {
 }
 
 impl Backdrop {
-    /// Of `volume`.
+    /// Backdrop for `volume`.
     pub fn new(volume: &OpenVolume) -> Self {
         Self { histogram: Histogram::new(volume), boundaries: None, shows_boundaries: false }
     }
 
-    /// How values are distributed.
+    /// Histogram of the values.
     pub fn histogram(&self) -> &Histogram {
         &self.histogram
     }
 
-    /// Whether something is being counted.
+    /// Whether a background job is counting.
     pub fn is_counting(&self) -> bool {
         matches!(self.boundaries, Some(Counted::Counting(_)))
     }
 
-    /// A switch between the two.
+    /// Shows the switch between histogram and boundaries.
     pub(crate) fn ui(&mut self, ui: &mut Ui, volume: &OpenVolume) {
         ui.horizontal(|ui| {
             ui.label("Behind");
@@ -66,7 +66,7 @@ impl Backdrop {
         }
     }
 
-    /// Begins to count, or takes what was counted.
+    /// Starts counting boundaries, or takes the result.
     fn count(&mut self, context: &Context, volume: &OpenVolume) {
         match &self.boundaries {
             None => {
@@ -86,12 +86,12 @@ impl Backdrop {
         }
     }
 
-    /// How much of it may be covered by colours, 0 to 1.
+    /// Opacity of the transfer function's colours over the backdrop, 0 to 1.
     pub(crate) fn cover(&self) -> f32 {
         if self.shows_boundaries { 0.35 } else { 0.75 }
     }
 
-    /// Draws it.
+    /// Draws the backdrop.
     pub(crate) fn paint(&self, painter: &Painter, plot: Rect, visuals: &Visuals) {
         match &self.boundaries {
             Some(Counted::Known(texture)) if self.shows_boundaries => {
@@ -103,7 +103,7 @@ impl Backdrop {
     }
 }
 
-/// White, the more opaque the more often; large magnitudes on top.
+/// White texture whose opacity is the frequency; large gradient magnitudes are on top.
 fn texture(context: &Context, boundaries: &Boundaries) -> TextureHandle {
     let brightness: Vec<f32> = boundaries.brightness().collect();
     let rows = brightness.chunks_exact(VALUES).rev().flatten();

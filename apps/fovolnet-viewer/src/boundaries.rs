@@ -1,30 +1,30 @@
-//! How often values and gradient magnitudes come together.
+//! Joint histogram of values and gradient magnitudes.
 //!
-//! Where two materials meet, values run from one to the other, and the gradient is steepest half way: an arch over both
-//! (Kindlmann and Durkin, Semi-automatic generation of transfer functions, 1998).
+//! A boundary between two materials appears as an arch: values run from one to the other, and the gradient is
+//! steepest half way (Kindlmann and Durkin, Semi-automatic generation of transfer functions, 1998).
 
 use fovolnet::core::Volume;
 
-/// Columns of values.
+/// Number of columns, for values.
 pub const VALUES: usize = 256;
-/// Rows of gradient magnitudes.
+/// Number of rows, for gradient magnitudes.
 pub const MAGNITUDES: usize = 128;
-/// Voxels that are counted, about; of larger volumes a subsample.
+/// Approximate number of voxels counted; larger volumes are subsampled.
 pub const ENOUGH: usize = 2_000_000;
-/// One in so many voxels may have a gradient above the highest row: noise, metal.
+/// One in this many voxels may have a gradient beyond the highest row, for example from noise or metal.
 const RARE: usize = 10_000;
 
-/// How often values and gradient magnitudes come together.
+/// Joint histogram of values and gradient magnitudes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Boundaries {
-    /// Row by row, the smallest magnitudes first.
+    /// Counts row by row, smallest magnitudes first.
     counts: Vec<u32>,
-    /// The magnitude at the upper end, in display values a voxel.
+    /// Largest magnitude of the histogram, in display values per voxel.
     most: f64,
 }
 
 impl Boundaries {
-    /// Of `volume`, by about `enough` of its voxels.
+    /// Histogram of about `enough` voxels of `volume`.
     pub fn new(volume: &Volume, enough: usize) -> Self {
         let points = points(volume, stride(volume, enough));
         let most = usual_most(&points);
@@ -37,31 +37,32 @@ impl Boundaries {
         Self { counts, most }
     }
 
-    /// The logarithms of the counts, 0 to 1.
+    /// Logarithms of the counts, scaled to 0…1.
     pub fn brightness(&self) -> impl Iterator<Item = f32> {
         let most = self.counts.iter().copied().max().unwrap_or(0).max(1) as f32;
         self.counts.iter().map(move |&count| (1.0 + count as f32).ln() / (1.0 + most).ln())
     }
 }
 
-/// The row of `magnitude`, up to `most`; none above. Rows are those of roots: boundaries of soft tissue are faint.
+/// Row of `magnitude`, or `None` above `most`. Rows are spaced by the square root, since boundaries of soft tissue
+/// are faint.
 fn row(magnitude: f64, most: f64) -> Option<usize> {
     (magnitude <= most).then(|| bin((magnitude / most.max(f64::MIN_POSITIVE)).sqrt(), MAGNITUDES))
 }
 
-/// The part of 0…1 that `share` falls into.
+/// Index of the bin of 0…1 that contains `share`.
 fn bin(share: f64, bins: usize) -> usize {
     ((share * bins as f64) as usize).min(bins - 1)
 }
 
-/// The distance of voxels along each axis that leaves about `enough` of them.
+/// Stride along each axis that leaves about `enough` voxels.
 fn stride(volume: &Volume, enough: usize) -> usize {
     let part = volume.grid().voxels() as f64 / enough.max(1) as f64;
     (part.cbrt().ceil() as usize).max(1)
 }
 
-/// Display values and gradient magnitudes of every `stride`th voxel along each axis; differences are central over ±1 voxel, a
-/// voxel being the smallest spacing.
+/// Display values and gradient magnitudes of every `stride`th voxel along each axis. Gradients are central
+/// differences over ±1 voxel, in units of the smallest spacing.
 fn points(volume: &Volume, stride: usize) -> Vec<[f64; 2]> {
     let (dims, spacing) = (volume.grid().dims(), volume.grid().spacing());
     let voxel = spacing.into_iter().fold(f64::INFINITY, f64::min);
@@ -85,7 +86,7 @@ fn points(volume: &Volume, stride: usize) -> Vec<[f64; 2]> {
     points
 }
 
-/// The magnitude that hardly any of `points` exceeds.
+/// Magnitude that only one in [`RARE`] of `points` exceeds.
 fn usual_most(points: &[[f64; 2]]) -> f64 {
     let mut magnitudes: Vec<f64> = points.iter().map(|point| point[1]).collect();
     let rare = magnitudes.len() / RARE;
@@ -101,7 +102,7 @@ mod tests {
     use fovolnet::core::Grid;
     use std::collections::BTreeMap;
 
-    /// Two materials, of 40 and of 200, whose boundary is blurred, in a grid that is not square.
+    /// Two materials of 40 and 200 with a blurred boundary, in an anisotropic grid.
     fn ball() -> Volume {
         let grid = Grid::new([24, 20, 18], [1.0, 1.0, 2.0]).unwrap();
         let value = |i: usize| {
@@ -143,7 +144,7 @@ mod tests {
     #[test]
     fn a_boundary_is_an_arch_between_its_materials() {
         let found = Boundaries::new(&ball(), usize::MAX);
-        // The mean row of the values that are there, near either material and between them.
+        // Mean row at either material's value and between them.
         let height = |value: f64| {
             let middle = bin(value / 255.0, VALUES);
             let near =

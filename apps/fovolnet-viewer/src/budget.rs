@@ -1,27 +1,27 @@
-//! How much of a frame there is time for.
+//! Frame budget: adapts quality to the time of a frame.
 //!
-//! While somebody moves, frames come at the rate that was asked for: out of a ladder of ways to make them, each cheaper and
-//! worse than the one before, the best one is taken whose predicted time fits. Predictions come from what the last frames
-//! took: so many milliseconds a sample, and so many a pixel for filling.
+//! While the view moves, frames must keep the requested rate. Quality levels form a ladder, each cheaper and worse
+//! than the one before. The best level whose predicted time fits is taken. Predictions use the measured milliseconds
+//! per sample and, for reconstruction, per pixel.
 
 use fovolnet::core::{Fovea, FrameSize, ShadowMode};
 use fovolnet::net::Fill;
 use fovolnet::{Reconstruction, RenderSettings, Sampling, Timings};
 
-/// One way to make frames, as compared with what the session says.
+/// Quality level, relative to the session's settings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rung {
-    /// Pixels along each side.
+    /// Factor of the resolution along each side.
     pub scale: f64,
-    /// Whether the session's reconstruction is used; the cheapest that fills otherwise.
+    /// Whether the session's reconstruction is used; otherwise the cheapest fill.
     pub as_asked: bool,
-    /// The share of pixels sampled away from the gaze, and the size of the fovea.
+    /// Factor of the base density; the fovea's width scales by its square root.
     pub density: f64,
-    /// The distance between samples on a ray.
+    /// Factor of the step along rays.
     pub step: f64,
 }
 
-/// From what the session says down to what an old laptop manages.
+/// Levels from the session's full quality down to what an old laptop manages.
 const LADDER: [Rung; 14] = {
     const fn rung(scale: f64, as_asked: bool, density: f64, step: f64) -> Rung {
         Rung { scale, as_asked, density, step }
@@ -44,27 +44,27 @@ const LADDER: [Rung; 14] = {
     ]
 };
 
-/// The rung of the first frame of all, of which nothing is known.
+/// Level of the first frame, before anything was measured.
 const START: usize = 3;
 
-/// A rung above is taken when its predicted time is below this share of what there is, so that frames do not go up and down.
+/// Hysteresis: a better level is taken if its predicted time is below this fraction of the budget.
 const CLIMB: f64 = 0.8;
-/// How much the last frame counts.
+/// Weight of the last frame in moving averages.
 const NEW: f64 = 0.35;
-/// What is left, after each frame, of what a way to fill that was not used is thought to cost.
+/// Decay per frame of the remembered cost of the reconstruction that is not in use.
 const FORGET: f64 = 0.997;
-/// Milliseconds a pixel that filling is taken to cost before it was measured, with a network and without.
+/// Assumed cost of reconstruction before it was measured, in milliseconds per pixel: with a network and without.
 const UNMEASURED: [f64; 2] = [1.5e-4, 1e-5];
 
-/// Chooses how frames are made.
+/// Chooses the quality level of frames.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Budget {
     rung: usize,
-    /// Whether a frame was made on this rung: the first one takes longer, as room is made for it.
+    /// Whether a frame was made at this level. The first one takes longer because of allocations.
     is_warm: bool,
-    /// Milliseconds a sample at the session's step.
+    /// Milliseconds per sample at the session's step.
     sample_ms: Option<f64>,
-    /// Milliseconds a pixel of filling, with the session's reconstruction and with the cheapest.
+    /// Milliseconds per pixel of reconstruction: with the session's method and with the cheapest.
     pixel_ms: [Option<f64>; 2],
 }
 
@@ -75,17 +75,17 @@ impl Default for Budget {
 }
 
 impl Budget {
-    /// Forgets what was measured: another volume costs something else.
+    /// Forgets all measurements, since another volume has other costs.
     pub fn reset(&mut self) {
         *self = Self::default();
     }
 
-    /// How frames are made now.
+    /// The current quality level.
     pub fn rung(&self) -> &'static Rung {
         &LADDER[self.rung]
     }
 
-    /// Learns from a frame that was made as [`Self::settings`] of `asked` said.
+    /// Updates the costs from a frame that was made with [`Self::settings`] of `asked`.
     pub fn learn(&mut self, asked: &RenderSettings, samples: usize, timings: &Timings) {
         let rung = *self.rung();
         let learn = |known: Option<f64>, new: f64| Some(known.map_or(new, |old| old + NEW * (new - old)));
@@ -94,18 +94,19 @@ impl Budget {
             self.sample_ms = learn(self.sample_ms, ms);
         }
         let kind = usize::from(!rung.as_asked);
-        // What was dear once may not be any more, as where less of the volume is seen: it is tried again some time.
+        // The unused method may have become cheaper, for example because less of the volume is visible. Its
+        // remembered cost decays so that it is tried again.
         self.pixel_ms[1 - kind] = self.pixel_ms[1 - kind].map(|ms| ms * FORGET);
         if !std::mem::replace(&mut self.is_warm, true) {
             return;
         }
         let pixels = scaled(asked.frame_size(), rung.scale).pixels() as f64;
-        // What is neither mask nor march: filling, and the motion that it needs.
+        // Everything besides mask and march: reconstruction and the motion that it needs.
         let filling = (timings.total - timings.mask - timings.march).max(0.0);
         self.pixel_ms[kind] = learn(self.pixel_ms[kind], filling / pixels);
     }
 
-    /// Takes the best rung for frames of `ms` milliseconds.
+    /// Takes the best level for frames of `ms` milliseconds.
     pub fn choose(&mut self, asked: &RenderSettings, ms: f64) {
         let before = self.rung;
         let fits = |rung: usize, share: f64| self.predicted(asked, &LADDER[rung]) <= ms * share;
@@ -119,12 +120,12 @@ impl Budget {
         self.is_warm &= self.rung == before;
     }
 
-    /// The settings of a frame now, of what was `asked` for at full quality.
+    /// Settings of a frame at the current level, from the full-quality settings `asked`.
     pub fn settings(&self, asked: &RenderSettings) -> RenderSettings {
         applied(asked, self.rung())
     }
 
-    /// Milliseconds that a frame is thought to take on `rung`.
+    /// Predicted milliseconds of a frame at the level `rung`.
     fn predicted(&self, asked: &RenderSettings, rung: &Rung) -> f64 {
         let settings = applied(asked, rung);
         let size = settings.frame_size();
@@ -137,12 +138,13 @@ impl Budget {
     }
 }
 
-/// How many times as long steps are on `rung`. Cached shadows are made for one step, which takes as long as many frames.
+/// Factor of the step at the level `rung`. It is 1 with cached shadows: their grid is made for one step, and making
+/// it again takes as long as many frames.
 fn step(asked: &RenderSettings, rung: &Rung) -> f64 {
     if asked.shadows == Some(ShadowMode::Cached) { 1.0 } else { rung.step }
 }
 
-/// `asked` as `rung` has it.
+/// Applies the level `rung` to the settings `asked`.
 fn applied(asked: &RenderSettings, rung: &Rung) -> RenderSettings {
     let mut settings = asked.clone();
     settings.size = Some(scaled(asked.frame_size(), rung.scale));
@@ -157,7 +159,7 @@ fn applied(asked: &RenderSettings, rung: &Rung) -> RenderSettings {
     settings
 }
 
-/// `size` with sides `scale` times as long, at least a pixel.
+/// Scales `size` by `scale` along each side, to at least one pixel.
 pub fn scaled(size: FrameSize, scale: f64) -> FrameSize {
     let side = |side: u32| ((f64::from(side) * scale).round() as u32).max(1);
     FrameSize { width: side(size.width), height: side(size.height) }
@@ -171,7 +173,8 @@ mod tests {
         RenderSettings { reconstruct: Some(Reconstruction::WNet), ..RenderSettings::default() }
     }
 
-    /// What a machine takes that needs `sample` milliseconds a thousand samples, and `net` or `fill` a million pixels.
+    /// Frame of a machine that needs `sample` milliseconds per thousand samples, and `net` or `fill` milliseconds per
+    /// million pixels.
     fn frame(settings: &RenderSettings, [sample, net, fill]: [f64; 3]) -> (usize, Timings) {
         let size = settings.frame_size();
         let samples = settings.fovea(0).unwrap().expected_density(size) * size.pixels() as f64;
@@ -181,7 +184,8 @@ mod tests {
         (samples as usize, Timings { march, reconstruct, total: march + reconstruct, ..Timings::default() })
     }
 
-    /// The last of many frames for a budget of `ms`, and how often the rung changed in the second half.
+    /// Total time of the last of many frames with a budget of `ms`, the number of level changes in the second half,
+    /// and the level.
     fn settled(machine: [f64; 3], ms: f64) -> (f64, usize, Rung) {
         let (mut budget, mut changes, mut total) = (Budget::default(), 0, 0.0);
         for i in 0..60 {

@@ -1,8 +1,8 @@
-//! A button that shows a colour of the picture, and changes it.
+//! Button that shows a colour and opens a picker.
 
 use eframe::egui::Ui;
 
-/// Shows `colour`, whose values are display values as everywhere in pictures; whether it was changed.
+/// Shows `colour` (display values); returns whether it was changed.
 pub(crate) fn colour_button(ui: &mut Ui, colour: &mut [f64; 3]) -> bool {
     let before = bytes(*colour);
     let mut after = before;
@@ -17,7 +17,8 @@ fn bytes(colour: [f64; 3]) -> [u8; 3] {
     colour.map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8)
 }
 
-/// `colour` with the channels that differ between `before` and `after`; the others keep what a byte does not hold.
+/// `colour` with the channels that differ between `before` and `after`. The others keep their precision beyond 8
+/// bits.
 fn changed(colour: [f64; 3], before: [u8; 3], after: [u8; 3]) -> [f64; 3] {
     let channel = |c: usize| if after[c] == before[c] { colour[c] } else { f64::from(after[c]) / 255.0 };
     std::array::from_fn(channel)

@@ -1,55 +1,55 @@
-//! Everything that menus and keys do.
+//! Commands of menus and keys.
 
 use crate::look::Look;
 use eframe::egui::{Context, Key, KeyboardShortcut, Modifiers};
 
-/// Something to do.
+/// Command of a menu or key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Command {
     /// Open a file.
     Open,
     /// Close the session.
     Close,
-    /// Save the session where it lies.
+    /// Save the session to its file.
     Save,
-    /// Save the session elsewhere.
+    /// Save the session to another file.
     SaveAs,
     /// Write a picture.
     ExportPicture,
-    /// Write a clip of the path.
+    /// Export a video of the path.
     ExportVideo,
     /// End the viewer.
     Quit,
-    /// Take the last change back.
+    /// Undo the last change.
     Undo,
-    /// Do again what was taken back.
+    /// Redo the change that was undone.
     Redo,
-    /// Look from where the path begins.
+    /// Return to the start of the path.
     ResetView,
-    /// Look from this direction.
+    /// Look from this direction at the volume.
     LookFrom([i8; 3]),
-    /// Show this of the frame.
+    /// Choose a display mode of the frame.
     Show(Look),
-    /// Play the path, or stop.
+    /// Play the path, or pause.
     PlayOrPause,
-    /// Make the view a keyframe.
+    /// Add the view as a keyframe.
     AddKeyframe,
-    /// Draw box, axes and scales, or do not.
+    /// Show or hide box, axes and scales.
     ToggleMarks,
-    /// Make the window light, or dark.
+    /// Switch between light and dark theme.
     ToggleTheme,
-    /// Show keys and mouse.
+    /// Show help for keys and mouse.
     Help,
 }
 
-/// Something to do, what it is called and what key does it.
+/// Command with its name and shortcut.
 #[derive(Debug, Clone, Copy)]
 pub struct Entry {
-    /// What is done.
+    /// The command.
     pub command: Command,
-    /// What it is called.
+    /// Name in the menu.
     pub name: &'static str,
-    /// The key that does it.
+    /// Keyboard shortcut.
     pub shortcut: Option<KeyboardShortcut>,
 }
 
@@ -61,7 +61,7 @@ const NONE: Modifiers = Modifiers::NONE;
 const CTRL: Modifiers = Modifiers::COMMAND;
 const CTRL_SHIFT: Modifiers = Modifiers { shift: true, ..Modifiers::COMMAND };
 
-/// The menu *File*.
+/// Entries of the menu *File*.
 pub const FILE: &[Entry] = &[
     entry(Command::Open, "Open…", CTRL, Key::O),
     entry(Command::Save, "Save session", CTRL, Key::S),
@@ -72,7 +72,7 @@ pub const FILE: &[Entry] = &[
     entry(Command::Quit, "Quit", CTRL, Key::Q),
 ];
 
-/// The menu *Edit*. Of two keys that match, the one with more modifiers has to come first.
+/// Entries of the menu *Edit*. Where two shortcuts match, the one with more modifiers must come first.
 pub const EDIT: &[Entry] = &[
     entry(Command::Redo, "Redo", CTRL_SHIFT, Key::Z),
     entry(Command::Undo, "Undo", CTRL, Key::Z),
@@ -80,7 +80,7 @@ pub const EDIT: &[Entry] = &[
     entry(Command::PlayOrPause, "Play or pause", NONE, Key::Space),
 ];
 
-/// The menu *View*.
+/// Entries of the menu *View*.
 pub const VIEW: &[Entry] = &[
     entry(Command::ResetView, "Reset view", NONE, Key::Home),
     entry(Command::LookFrom([0, 0, 1]), "From the front (+z)", NONE, Key::Num1),
@@ -98,15 +98,15 @@ pub const VIEW: &[Entry] = &[
     entry(Command::ToggleTheme, "Light or dark", NONE, Key::F10),
 ];
 
-/// The menu *Help*.
+/// Entries of the menu *Help*.
 pub const HELP: &[Entry] = &[entry(Command::Help, "Keys and mouse", NONE, Key::F1)];
 
-/// All of them.
+/// Entries of all menus.
 pub fn all() -> impl Iterator<Item = &'static Entry> {
     [FILE, EDIT, VIEW, HELP].into_iter().flatten()
 }
 
-/// What hands do besides keys of commands.
+/// Mouse gestures and keys that are not commands, with their descriptions.
 pub const GESTURES: &[(&str, &str)] = &[
     ("Drag", "Turn the view"),
     ("Shift + drag, or middle button", "Move the view"),
@@ -118,18 +118,18 @@ pub const GESTURES: &[(&str, &str)] = &[
     ("Pointer", "Where you look: sampled most densely"),
 ];
 
-/// What the keys that were pressed ask for.
+/// Commands whose shortcuts were pressed.
 pub fn pressed(context: &Context) -> Vec<Command> {
     if context.text_edit_focused() {
         return Vec::new();
     }
     let mut commands: Vec<&Entry> = all().collect();
-    // Ctrl + Shift + S is no Ctrl + S.
+    // Shortcuts with Shift are tried first: Ctrl + Shift + S must not trigger Ctrl + S.
     commands.sort_by_key(|entry| !entry.shortcut.is_some_and(|keys| keys.modifiers.shift));
     context.input_mut(|input| {
         let asked = commands.iter().filter(|entry| {
             entry.shortcut.is_some_and(|keys| {
-                // The plain keys are not those with a modifier.
+                // Plain keys must not react to combinations with modifiers.
                 (keys.modifiers != NONE || !input.modifiers.any()) && input.consume_shortcut(&keys)
             })
         });

@@ -1,21 +1,21 @@
-//! Where the camera goes in a clip.
+//! Camera motion of exported clips.
 
 use crate::navigation;
 use eframe::egui::{ComboBox, Ui};
 use fovolnet::core::{Camera, Keyframe};
 use fovolnet::{RenderSettings, path_text};
 
-/// Where the camera goes in a clip.
+/// Camera motion of a clip.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Course {
-    /// Along this path, as sessions name or hold it.
+    /// Along a path, in the form of sessions.
     Path(String),
-    /// Nowhere: this is where it stands.
+    /// Still camera.
     Still([f64; 7]),
 }
 
 impl Course {
-    /// Has `render` show it.
+    /// Stores the motion in the settings `render`.
     pub fn apply(&self, render: &mut RenderSettings) {
         (render.path, render.camera) = match self {
             Self::Path(path) => (Some(path.clone()), None),
@@ -24,20 +24,20 @@ impl Course {
     }
 }
 
-/// What a clip may show.
+/// Choices for the camera motion of a clip.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Way {
-    /// The path that the session holds.
+    /// Along the session's own path.
     Keyframes,
-    /// Once around the volume, all of it in the frame.
+    /// Turntable with the whole volume in view.
     Turntable,
-    /// The usual orbit.
+    /// Default orbit.
     Orbit,
-    /// The usual fly-through.
+    /// Default fly-through.
     Flythrough,
-    /// Once around what is looked at, from where somebody stands.
+    /// Orbit around the target, from the current view.
     OrbitFromHere,
-    /// What is seen now.
+    /// The current view, without motion.
     Still,
 }
 
@@ -54,19 +54,20 @@ impl Way {
     }
 }
 
-/// Asks where the camera goes in a clip.
+/// Form control for the camera motion of a clip.
 #[derive(Debug)]
 pub(crate) struct CourseChoice {
     way: Way,
     camera: Camera,
-    /// The path of the session, if it has one of its own.
+    /// Path of the session, if it has keyframes.
     path: Option<String>,
 }
 
 impl CourseChoice {
-    /// For a session that says `render`, which is looked at from `camera`. It begins with the session's path; where it has none
-    /// and somebody has left the turntable, with an orbit from there: the view itself would be the same picture again and
-    /// again.
+    /// Initial choice for a session with the settings `render` that is seen from `camera`.
+    ///
+    /// The session's path is the default. Without one, a turntable; if the user has moved the camera, an orbit from
+    /// the current view, because a still view would give identical frames.
     pub fn new(render: &RenderSettings, camera: Camera) -> Self {
         let way = match render.path.as_deref() {
             Some("turntable") => Way::Turntable,
@@ -79,7 +80,7 @@ impl CourseChoice {
         Self { way, camera, path: render.path.clone().filter(|_| way == Way::Keyframes) }
     }
 
-    /// Where the camera goes in a clip of `frames` frames.
+    /// Camera motion of a clip of `frames` frames.
     pub fn course(&self, frames: u32) -> Course {
         match self.way {
             Way::Keyframes => Course::Path(self.path.clone().unwrap_or_else(|| "turntable".into())),
@@ -91,12 +92,12 @@ impl CourseChoice {
         }
     }
 
-    /// Whether every frame would be the same picture.
+    /// Whether all frames would be equal.
     pub fn stands_still(&self) -> bool {
         self.way == Way::Still
     }
 
-    /// A list to choose from.
+    /// Shows the list of choices.
     pub fn ui(&mut self, ui: &mut Ui) {
         let keyframes = self.path.is_some().then_some(Way::Keyframes);
         let others = [Way::Turntable, Way::Orbit, Way::Flythrough, Way::OrbitFromHere, Way::Still];
@@ -110,11 +111,10 @@ impl CourseChoice {
     }
 }
 
-/// Keyframes of a whole turn: so near to each other that the spline between them is a circle to a few hundred-thousandths.
+/// Keyframes of a full turn. With this many, the spline approximates a circle to a few hundred-thousandths.
 const TURN: i32 = 36;
 
-/// A path once around what `camera` looks at, which begins there and has one turn in `frames` frames: played again and again
-/// it goes on evenly.
+/// Path once around the target of `camera` in `frames` frames, starting there. It loops smoothly.
 fn orbit_from(camera: &Camera, frames: u32) -> String {
     let key = |i: i32| {
         let part = f64::from(i) / f64::from(TURN);
@@ -123,7 +123,7 @@ fn orbit_from(camera: &Camera, frames: u32) -> String {
             camera: navigation::orbit(camera, 360.0 * part, 0.0),
         }
     };
-    // One before and one after: a spline begins and ends slowly.
+    // One keyframe before and one after, since a spline slows down at its ends.
     let keys: Vec<Keyframe> = (-1..=TURN + 1).map(key).collect();
     path_text(&keys)
 }

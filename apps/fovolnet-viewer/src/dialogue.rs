@@ -1,4 +1,4 @@
-//! Questions that are asked before something is done.
+//! Modal dialogues.
 
 use crate::commands::{GESTURES, HELP, all};
 use crate::export::Export;
@@ -10,27 +10,27 @@ use eframe::egui::{Button, Context, Grid, Id, Modal, RichText, ScrollArea, Ui, s
 use fovolnet::{Session, VolumeSettings};
 use std::path::{Path, PathBuf};
 
-/// A question.
+/// Modal dialogue.
 #[derive(Debug)]
 pub enum Dialogue {
-    /// Which file?
+    /// Choice of a file.
     File(FilePrompt),
-    /// Export what?
+    /// Export of a picture or clip.
     Export(ExportForm),
-    /// What of the changes that no file has, before this is done?
+    /// Question about unsaved changes before the given action.
     Unsaved(Next),
-    /// Go on with what was not saved when the viewer ended last?
+    /// Offer to restore the session of a crashed viewer.
     Restore(Box<Session>),
-    /// How do the voxels of a file lie?
+    /// Layout of a raw file's voxels.
     Layout(LayoutForm),
-    /// Which keys are there?
+    /// Help for keys and mouse.
     Help,
 }
 
-/// What is to be done when a question is answered.
+/// Action that waits for a dialogue.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Next {
-    /// Open this.
+    /// Open this source.
     Open(String),
     /// Close the session.
     Close,
@@ -38,29 +38,29 @@ pub enum Next {
     Quit,
 }
 
-/// An answer.
+/// Answer of a dialogue.
 #[derive(Debug, PartialEq)]
 pub enum Answer {
-    /// Never mind.
+    /// Cancel.
     Cancel,
-    /// This file.
+    /// The chosen file and its purpose.
     File(Purpose, PathBuf),
-    /// This.
+    /// Start this export.
     Export(Box<Export>),
-    /// Save first.
+    /// Save the session, then continue.
     Save(Next),
-    /// Without saving.
+    /// Discard the changes and continue.
     Discard(Next),
-    /// Open this file so.
+    /// Open this file with these settings.
     Layout(String, VolumeSettings),
-    /// Nobody wants what was not saved.
+    /// Delete the autosave.
     Forget,
-    /// Go on with it.
+    /// Restore this session.
     Restore(Box<Session>),
 }
 
 impl Dialogue {
-    /// Shows it; the answer when there is one.
+    /// Shows the dialogue; returns an answer when there is one.
     pub fn show(&mut self, context: &Context) -> Option<Answer> {
         let modal = Modal::new(Id::unique("dialogue")).show(context, |ui| {
             ui.set_max_width(460.0);
@@ -80,12 +80,12 @@ impl Dialogue {
     }
 }
 
-/// Asks for a file.
+/// Dialogue for a file name.
 #[derive(Debug)]
 pub struct FilePrompt(FileField);
 
 impl FilePrompt {
-    /// For `purpose`, with `suggested` to begin with.
+    /// Dialogue for `purpose` with the initial path `suggested`.
     pub fn new(purpose: Purpose, suggested: &Path) -> Self {
         Self(FileField::new(purpose, suggested))
     }
@@ -108,7 +108,8 @@ impl FilePrompt {
     }
 }
 
-/// Whether to go on (true) or to stop (false).
+/// Shows buttons; returns true to accept, false to cancel, `None` if neither was clicked. A `problem` disables
+/// accepting.
 pub(crate) fn buttons(ui: &mut Ui, accept: &str, problem: Option<&str>) -> Option<bool> {
     ui.add_space(8.0);
     ui.horizontal(|ui| {
@@ -181,7 +182,7 @@ fn help(ui: &mut Ui) -> Option<Answer> {
         });
     });
     ui.add_space(8.0);
-    // The key that brought it takes it away.
+    // The shortcut that opened the help also closes it.
     let mut keys = HELP.iter().filter_map(|entry| entry.shortcut);
     let is_pressed = ui.input_mut(|input| keys.any(|key| input.consume_shortcut(&key)));
     (ui.button("Close").clicked() || is_pressed).then_some(Answer::Cancel)

@@ -1,4 +1,4 @@
-//! What is looked at and how: what a session file holds, with what is needed to work on it.
+//! Document of the viewer: a session with its file and undo history.
 
 use crate::kept;
 use eframe::egui::util::undoer::Undoer;
@@ -6,29 +6,29 @@ use fovolnet::core::{TransferFunction, path_of_text};
 use fovolnet::{OpenVolume, RenderSettings, Result, Session, VolumeSettings, presets};
 use std::path::{Path, PathBuf};
 
-/// A session that somebody works on.
+/// Session with its file and undo history.
 #[derive(Debug)]
 pub struct Document {
     session: Session,
-    /// What a file has, or what anybody can have without one.
+    /// Last saved state, or the initial state of a new session. `None` after a restore.
     saved: Option<Session>,
     file: Option<PathBuf>,
     undoer: Undoer<RenderSettings>,
 }
 
 impl Document {
-    /// A new session of the volume `source`.
+    /// New session of the volume `source`.
     ///
     /// # Errors
-    /// What the system said when the volume's file was read.
+    /// Errors of reading the volume's file.
     pub fn new(source: &str, read: VolumeSettings, render: RenderSettings) -> Result<Self> {
         Ok(Self::of(Session::new(source, read, render)?, None))
     }
 
-    /// The session in the file `path`, with `over` on top.
+    /// Opens the session file `path`; `read` and `over` override its settings.
     ///
     /// # Errors
-    /// A file that is missing or says something unknown.
+    /// A file that is missing or has unknown content.
     pub fn open(path: &Path, read: VolumeSettings, over: RenderSettings) -> Result<Self> {
         let mut session = Session::read(path)?;
         session.read = session.read.overridden_by(read);
@@ -36,7 +36,7 @@ impl Document {
         Ok(Self::of(session, Some(path.to_owned())))
     }
 
-    /// What was being worked on when the program ended; not saved anywhere else.
+    /// Restored session of a crashed viewer, which has not been saved.
     pub fn restored(session: Session) -> Self {
         Self { saved: None, ..Self::of(session, None) }
     }
@@ -45,38 +45,38 @@ impl Document {
         Self { saved: Some(session.clone()), session, file, undoer: Undoer::default() }
     }
 
-    /// The session as it is now.
+    /// The current session.
     pub fn session(&self) -> &Session {
         &self.session
     }
 
-    /// How the volume is shown.
+    /// Render settings.
     pub fn settings(&self) -> &RenderSettings {
         &self.session.render
     }
 
-    /// How the volume is shown, to change it.
+    /// Mutable render settings.
     pub fn settings_mut(&mut self) -> &mut RenderSettings {
         &mut self.session.render
     }
 
-    /// The file that the session lies in.
+    /// File of the session.
     pub fn file(&self) -> Option<&Path> {
         self.file.as_deref()
     }
 
-    /// Whether it is what was being worked on when a viewer crashed, and no file has it yet.
+    /// Whether the session was restored after a crash and has not been saved.
     pub fn is_restored(&self) -> bool {
         self.saved.is_none()
     }
 
-    /// Whether there is something that no file has.
+    /// Whether anything is unsaved.
     pub fn is_changed(&self) -> bool {
         self.saved.as_ref() != Some(&self.session)
     }
 
-    /// Whether there is something that no file has and somebody would miss: from where the volume is looked at now, and which
-    /// frame of its path is shown, is found again with a move of the hand.
+    /// Whether changes are unsaved that the user would miss. Camera and frame number do not count, since they are
+    /// quickly found again.
     pub fn has_unsaved_work(&self) -> bool {
         let apart = |session: &Session| {
             let render = RenderSettings { camera: None, first_frame: None, ..session.render.clone() };
@@ -85,16 +85,16 @@ impl Document {
         self.saved.as_ref().is_none_or(|saved| apart(saved) != apart(&self.session))
     }
 
-    /// A name for the title of a window.
+    /// Name for the window title.
     pub fn name(&self) -> String {
         let path = self.file.clone().unwrap_or_else(|| path_of_text(&self.session.volume).into_owned());
         path.file_name().map_or_else(|| self.session.volume.clone(), |name| name.display().to_string())
     }
 
-    /// Writes the session to `path`, which it belongs to from now on.
+    /// Saves the session to `path`, which becomes its file.
     ///
     /// # Errors
-    /// A file that is looked at and is no session; what the system said.
+    /// A file that was opened and is not a session; errors of the file system.
     pub fn save(&mut self, path: &Path) -> Result<()> {
         kept::check(path, |path| Session::read(path).is_ok())?;
         self.session = self.session.clone().sealed();
@@ -104,48 +104,48 @@ impl Document {
         Ok(())
     }
 
-    /// Has a look at `time` seconds for what can be undone later.
+    /// Records the state at `time` seconds in the undo history.
     pub fn remember(&mut self, time: f64) {
         self.undoer.feed_state(time, &self.session.render);
     }
 
-    /// Whether there is something to undo.
+    /// Whether there is a change to undo.
     pub fn can_undo(&self) -> bool {
         self.undoer.has_undo(&self.session.render)
     }
 
-    /// Whether there is something to do again.
+    /// Whether there is a change to redo.
     pub fn can_redo(&self) -> bool {
         self.undoer.has_redo(&self.session.render)
     }
 
-    /// Goes back to before the last change.
+    /// Undoes the last change.
     pub fn undo(&mut self) {
         if let Some(before) = self.undoer.undo(&self.session.render) {
             self.session.render = before.clone();
         }
     }
 
-    /// Does again what was undone last.
+    /// Redoes the change that was undone last.
     pub fn redo(&mut self) {
         if let Some(after) = self.undoer.redo(&self.session.render) {
             self.session.render = after.clone();
         }
     }
 
-    /// The transfer function in force.
+    /// Current transfer function.
     ///
     /// # Errors
-    /// What is wrong with the name or the file that the session gives.
+    /// The session's name or file of a transfer function is invalid.
     pub fn transfer_function(&self, volume: &OpenVolume) -> Result<TransferFunction> {
         presets::chosen(self.settings(), volume)
     }
 
-    /// Takes another transfer function.
+    /// Sets another transfer function.
     pub fn set_transfer_function(&mut self, transfer: &TransferFunction) {
         let render = &mut self.session.render;
         render.tf = Some(presets::text(transfer));
-        // It is over what is shown already.
+        // The function already covers the displayed range.
         (render.tf_range, render.scale) = (None, None);
     }
 }
@@ -158,7 +158,7 @@ mod tests {
         Document::new("head", VolumeSettings::default(), RenderSettings::default()).unwrap()
     }
 
-    /// As if a second had passed after each of `changes`.
+    /// Applies `changes` as if some seconds passed after each.
     fn changed(document: &mut Document, changes: &[f64]) {
         document.remember(0.0);
         for (i, &ambient) in changes.iter().enumerate() {

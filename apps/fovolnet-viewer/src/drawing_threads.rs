@@ -1,17 +1,18 @@
-//! The threads that draw the window where a processor has to.
+//! CPU affinity of Mesa's software rasteriser threads.
 
 #[cfg(target_os = "linux")]
 use rustix::thread::{CpuSet, Pid, sched_getaffinity, sched_setaffinity};
 
-/// What Mesa calls those of its llvmpipe, before their numbers.
+/// Prefix of the names of Mesa's llvmpipe threads; a number follows.
 #[cfg(target_os = "linux")]
 const NAME: &str = "llvmpipe-";
 
-/// Has the threads of Mesa's llvmpipe in this process, as far as there are any, run on processors of their own, as many as
-/// this thread may run on. Nothing comes of it on other systems than Linux.
+/// Binds each llvmpipe thread of this process to its own CPU, among those this thread may use. Does nothing on
+/// systems other than Linux.
 ///
-/// All of them draw a part of each frame. Where threads that gave way ([`fovolnet::give_way`]) run on every processor, none of
-/// these is idle, and Linux leaves two that draw on the same one for whole frames, which then take twice as long.
+/// Every llvmpipe thread draws a part of each frame. Low-priority threads ([`fovolnet::give_way`]) keep all CPUs
+/// busy, so Linux sees no idle one. It may leave two drawing threads on one CPU for whole frames, which then take
+/// twice as long.
 #[cfg(target_os = "linux")]
 pub fn spread() {
     let Ok(allowed) = sched_getaffinity(None) else { return };
@@ -19,16 +20,16 @@ pub fn spread() {
     for (thread, number) in drawing() {
         let mut own = CpuSet::new();
         own.set(allowed[number % allowed.len()]);
-        // It may have ended, or nobody may say where threads run here: then it runs where it did.
+        // Fails if the thread has ended or affinity is not permitted; then it runs where it did.
         let _ = sched_setaffinity(Some(thread), &own);
     }
 }
 
-/// See above.
+/// Does nothing on this system.
 #[cfg(not(target_os = "linux"))]
 pub fn spread() {}
 
-/// Those of this process that draw, with their numbers.
+/// The llvmpipe threads of this process, with their numbers.
 #[cfg(target_os = "linux")]
 fn drawing() -> Vec<(Pid, usize)> {
     let named = |task: std::fs::DirEntry| {
@@ -46,12 +47,12 @@ mod tests {
     use std::sync::mpsc::{Sender, channel};
     use std::thread::{Builder, JoinHandle};
 
-    /// A thread of that name, its number, and what ends it.
+    /// Thread with the given name, its id, and a sender whose drop ends it.
     fn thread(name: &str) -> (JoinHandle<()>, Pid, Sender<()>) {
         let ((end, ended), (tell, told)) = (channel(), channel());
         let run = move || {
             tell.send(gettid()).unwrap();
-            // It ends with what it waits for.
+            // The thread ends when the sender is dropped.
             let _ = ended.recv();
         };
         (Builder::new().name(name.into()).spawn(run).unwrap(), told.recv().unwrap(), end)

@@ -1,4 +1,4 @@
-//! The thread that makes pictures, so that the window never waits.
+//! Background thread that makes frames, so that the window never blocks.
 
 use crate::studio::{Shown, Studio, Wanted};
 use fovolnet::SpeedSettings;
@@ -7,14 +7,14 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
-/// Makes pictures of what is wanted last.
+/// Makes frames of the latest request on a background thread.
 #[derive(Debug)]
 pub struct Engine {
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
 }
 
-/// What the threads tell each other.
+/// State shared by the two threads.
 #[derive(Debug, Default)]
 struct Shared {
     desk: Mutex<Desk>,
@@ -24,28 +24,28 @@ struct Shared {
 #[derive(Debug, Default)]
 struct Desk {
     wanted: Option<Wanted>,
-    /// Whether `wanted` is as it was when a step came to its end with nothing more to do.
+    /// Whether the last step for `wanted` found nothing more to do.
     is_done: bool,
     stops: bool,
     shown: Option<Shown>,
     said: Vec<Said>,
 }
 
-/// Something to tell the person at the window.
+/// Message for the user.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Said {
-    /// Something to know.
+    /// Information.
     Note(String),
-    /// Something that keeps pictures from being made.
+    /// Error that prevents frames.
     Error(String),
 }
 
 impl Engine {
-    /// Starts the thread, on the device that draws the window where that is lent as its `screen`; `wake` is called whenever
-    /// there is something to take.
+    /// Starts the thread. If the window lends its device as `screen`, frames are made there. `wake` is called
+    /// whenever there is a result to take.
     ///
     /// # Errors
-    /// A system that has no thread left.
+    /// The system cannot start a thread.
     pub fn start(
         speed: SpeedSettings,
         screen: Option<Gpu>,
@@ -54,7 +54,7 @@ impl Engine {
         let shared = Arc::<Shared>::default();
         let theirs = Arc::clone(&shared);
         let run = move || {
-            // The window is drawn meanwhile, by a processor too where there is no graphics card.
+            // The window is drawn meanwhile, on the CPU if there is no graphics card, and needs the priority.
             fovolnet::give_way();
             theirs.run(&|| Studio::new(speed.clone(), screen.clone()), &wake);
         };
@@ -62,7 +62,7 @@ impl Engine {
         Ok(Self { shared, thread: Some(thread) })
     }
 
-    /// Makes pictures of `wanted` from now on.
+    /// Makes frames of `wanted` from now on.
     pub fn want(&self, wanted: Wanted) {
         let mut desk = self.shared.desk();
         if desk.wanted.as_ref() != Some(&wanted) {
@@ -72,17 +72,17 @@ impl Engine {
         }
     }
 
-    /// The last picture, once.
+    /// Takes the latest frame; `None` if it was taken before.
     pub fn take_shown(&self) -> Option<Shown> {
         self.shared.desk().shown.take()
     }
 
-    /// What was said since the last call.
+    /// Takes the messages since the last call.
     pub fn take_said(&self) -> Vec<Said> {
         std::mem::take(&mut self.shared.desk().said)
     }
 
-    /// Whether nothing more will come of what is wanted.
+    /// Whether the current request is complete.
     pub fn is_done(&self) -> bool {
         let desk = self.shared.desk();
         desk.wanted.is_none() || (desk.is_done && desk.shown.is_none())
@@ -94,7 +94,7 @@ impl Drop for Engine {
         self.shared.desk().stops = true;
         self.shared.changed.notify_all();
         if let Some(thread) = self.thread.take() {
-            // It catches its own panics.
+            // Panics were caught in the thread.
             let _ = thread.join();
         }
     }
@@ -130,14 +130,14 @@ impl Shared {
         }
     }
 
-    /// What is wanted, as soon as there is something to do; none when the thread is to end.
+    /// Waits for work and returns the current request; `None` if the thread should end.
     fn next(&self) -> Option<Wanted> {
         let idle = |desk: &mut Desk| !desk.stops && (desk.is_done || desk.wanted.is_none());
         let desk = self.changed.wait_while(self.desk(), idle).unwrap_or_else(PoisonError::into_inner);
         desk.wanted.clone().filter(|_| !desk.stops)
     }
 
-    /// Puts there what there is to take; whether there is anything, or nothing more to come, which shows too.
+    /// Publishes results. Returns whether there is anything new, including that the request is complete.
     fn tell(&self, wanted: &Wanted, shown: Option<Shown>, said: Vec<Said>) -> bool {
         let mut desk = self.desk();
         desk.is_done = shown.is_none() && desk.wanted.as_ref() == Some(wanted);

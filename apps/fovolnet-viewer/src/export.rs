@@ -1,4 +1,4 @@
-//! Pictures and videos for others, made as the command line makes them of the same session.
+//! Export of pictures and videos, with pixels equal to those of the command line for the same session.
 
 use crate::course::Course;
 use crate::job::Handle;
@@ -10,34 +10,34 @@ use fovolnet::io::video::VideoWriter;
 use fovolnet::{OpenVolume, Pipeline, RenderSettings, Sampling, Session, SpeedSettings};
 use std::path::{Path, PathBuf};
 
-/// What is made of a session.
+/// Settings of an export.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Export {
-    /// Where it goes.
+    /// Output file.
     pub path: PathBuf,
-    /// Its size.
+    /// Size of the frames.
     pub size: FrameSize,
-    /// Whether every pixel is measured; sampled and reconstructed as the session says otherwise.
+    /// Whether every pixel is rendered; otherwise sampled and reconstructed as in the session.
     pub is_full: bool,
-    /// Whether the session is written beside it.
+    /// Whether the session is written beside the output.
     pub with_session: bool,
-    /// A picture, or a video.
+    /// Picture or video.
     pub kind: Kind,
 }
 
-/// A picture, or a video.
+/// Kind of an export.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Kind {
-    /// A PNG picture.
+    /// PNG picture.
     Picture {
-        /// Whether the background is left out; every pixel is measured then.
+        /// Whether the background is transparent; every pixel is rendered then.
         is_transparent: bool,
     },
-    /// A clip, from the first frame of its course on.
+    /// Clip from the first frame of the camera motion on.
     Video {
-        /// Where the camera goes.
+        /// Camera motion.
         course: Course,
-        /// How many frames.
+        /// Number of frames.
         frames: u32,
         /// Frames a second.
         fps: u32,
@@ -45,7 +45,7 @@ pub enum Kind {
 }
 
 impl Export {
-    /// The session that `fovolnet render` makes the same pixels of.
+    /// Session from which `fovolnet render` makes identical pixels.
     pub fn session(&self, session: &Session) -> Session {
         let mut session = session.clone();
         let render = &mut session.render;
@@ -69,16 +69,16 @@ impl Export {
         session
     }
 
-    /// The files that it writes.
+    /// Files that the export writes.
     pub fn files(&self) -> Vec<PathBuf> {
         let beside = self.with_session.then(|| session_beside(&self.path));
         [self.path.clone()].into_iter().chain(beside).collect()
     }
 
-    /// Makes it; the message says where it is.
+    /// Runs the export; returns a message that names the output.
     ///
     /// # Errors
-    /// A file that is looked at, settings that cannot be rendered with, files that cannot be written, an end that was asked for.
+    /// An output that the viewer has read, invalid render settings, files that cannot be written, or cancellation.
     pub fn run(
         &self,
         session: &Session,
@@ -112,30 +112,31 @@ impl Export {
     }
 }
 
-/// The session beside the picture or clip `written`: named after all of its name, so that it is no session that somebody saved.
+/// Session file beside the output `written`. It appends to the full name, so that it cannot overwrite a user's
+/// session.
 pub fn session_beside(written: &Path) -> PathBuf {
     let mut name = written.as_os_str().to_owned();
     name.push(".toml");
     name.into()
 }
 
-/// The file that a clip asked for as `path` becomes: y4m without ffmpeg, whatever was asked for.
+/// Output file of a clip requested as `path`: always y4m without ffmpeg.
 pub fn clip_file(path: PathBuf, has_ffmpeg: bool) -> PathBuf {
     if has_ffmpeg { path } else { path.with_extension("y4m") }
 }
 
-/// The bytes of `frames` frames of `size` as y4m, without its header of a line: three bytes a pixel, and a word a frame.
+/// Size of `frames` frames of `size` as y4m without the file header: three bytes per pixel, and six per frame.
 pub fn y4m_bytes(size: FrameSize, frames: u32) -> u64 {
     u64::from(frames) * (3 * size.pixels() as u64 + 6)
 }
 
-/// The first frame of a session.
+/// Renders the first frame of a session.
 fn picture(volume: &OpenVolume, settings: &RenderSettings, speed: &SpeedSettings) -> Result<Frame> {
     let mut pipeline = Pipeline::new(volume, settings, speed)?;
     Ok(pipeline.render(settings.first_frame.unwrap_or(0))?.frame)
 }
 
-/// Writes the frames of `settings`; where they lie, which is another file where the format is not at hand.
+/// Writes the frames of `settings`. Returns the file, which may have another format than requested.
 fn video(
     path: &Path,
     volume: &OpenVolume,

@@ -1,4 +1,4 @@
-//! Asks what to export.
+//! Form for exports.
 
 use crate::course::CourseChoice;
 use crate::dialogue::{Answer, buttons};
@@ -10,7 +10,7 @@ use fovolnet::RenderSettings;
 use fovolnet::core::{Camera, FrameSize, MAX_FRAME_SIDE};
 use std::path::Path;
 
-/// Asks what to export.
+/// Form for exports.
 #[derive(Debug)]
 pub struct ExportForm {
     file: FileField,
@@ -18,11 +18,11 @@ pub struct ExportForm {
     is_full: bool,
     is_transparent: bool,
     with_session: bool,
-    /// What a clip is, where it is one.
+    /// Settings of a clip, or `None` for a picture.
     clip: Option<ClipForm>,
 }
 
-/// What a clip is.
+/// Settings of a clip.
 #[derive(Debug)]
 struct ClipForm {
     frames: u32,
@@ -31,11 +31,11 @@ struct ClipForm {
     has_ffmpeg: bool,
 }
 
-/// Bytes of a clip from which on somebody should think twice.
+/// File size in bytes from which on a warning is shown.
 const LARGE: u64 = 500_000_000;
 
 impl ExportForm {
-    /// A picture of what `settings` show.
+    /// Form for a picture with `settings`.
     pub fn picture(settings: &RenderSettings, suggested: &Path) -> Self {
         Self {
             file: FileField::new(Purpose::SavePicture, suggested),
@@ -47,7 +47,7 @@ impl ExportForm {
         }
     }
 
-    /// A video of `frames` frames of what `settings` show, which is looked at from `camera`.
+    /// Form for a video of `frames` frames with `settings`, currently seen from `camera`.
     pub fn video(settings: &RenderSettings, camera: Camera, frames: u32, suggested: &Path) -> Self {
         let course = CourseChoice::new(settings, camera);
         let has_ffmpeg = fovolnet::io::video::ffmpeg_installed();
@@ -110,7 +110,7 @@ impl ExportForm {
             .on_hover_text("`fovolnet render` makes the same pixels of it");
     }
 
-    /// What is asked for; nothing where its size is none.
+    /// The export; `None` if its size is invalid.
     fn export(&self) -> Option<Export> {
         let path = self.file.target();
         let (path, kind) = match &self.clip {
@@ -131,7 +131,7 @@ impl ExportForm {
 }
 
 impl ClipForm {
-    /// Rows of a grid.
+    /// Shows the clip's settings as rows of a grid.
     fn ui(&mut self, ui: &mut Ui) {
         self.course.ui(ui);
         ui.end_row();
@@ -143,7 +143,7 @@ impl ClipForm {
         ui.end_row();
     }
 
-    /// What there is to know before `export` begins.
+    /// Shows remarks about `export` before it begins.
     fn remarks_ui(&self, ui: &mut Ui, export: &Export) {
         let seconds = f64::from(self.frames) / f64::from(self.fps);
         let mut text = format!("{} frames of {}, {seconds:.1} s", self.frames, export.size);
@@ -175,7 +175,7 @@ impl ClipForm {
     }
 }
 
-/// `bytes` in the unit that suits them.
+/// Formats `bytes` in a suitable unit.
 fn readable(bytes: u64) -> String {
     match bytes as f64 {
         b if b < 1e6 => format!("{:.0} KB", b / 1e3),

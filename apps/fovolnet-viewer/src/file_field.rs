@@ -1,4 +1,4 @@
-//! The name of a file, and what is there already.
+//! Text field for a file name, with checks.
 
 use crate::files::{self, Purpose};
 use crate::start_page::middle_cut;
@@ -7,23 +7,23 @@ use fovolnet::core::{path_of_text, text_of_path};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::Receiver;
 
-/// The name of a file, typed or chosen.
+/// Text field for a file name, typed or chosen.
 #[derive(Debug)]
 pub(crate) struct FileField {
     purpose: Purpose,
     text: String,
-    /// Whether it was shown before.
+    /// Whether the field was shown before.
     is_known: bool,
     browsing: Option<Receiver<PathBuf>>,
 }
 
 impl FileField {
-    /// For `purpose`, with `suggested` to begin with.
+    /// Field for `purpose` with the initial path `suggested`.
     pub fn new(purpose: Purpose, suggested: &Path) -> Self {
         Self { purpose, text: text_of_path(suggested), is_known: false, browsing: None }
     }
 
-    /// What the file is wanted for.
+    /// Purpose of the file.
     pub fn purpose(&self) -> Purpose {
         self.purpose
     }
@@ -32,12 +32,12 @@ impl FileField {
         path_of_text(self.text.trim()).into_owned()
     }
 
-    /// The file that is read or written: what was typed, with the usual ending where that has none.
+    /// File to read or write: the typed path, with the default extension if it has none.
     pub fn target(&self) -> PathBuf {
         with_extension(self.path(), self.purpose)
     }
 
-    /// Shows it; whether Enter was pressed in it.
+    /// Shows the field; returns whether Enter was pressed in it.
     pub fn ui(&mut self, ui: &mut Ui) -> bool {
         if let Some(path) = self.browsing.as_ref().and_then(|browsing| browsing.try_recv().ok()) {
             self.text = text_of_path(&path);
@@ -59,7 +59,7 @@ impl FileField {
         entered.inner
     }
 
-    /// What keeps the file from being read or written.
+    /// Reason why the file cannot be read or written.
     pub fn problem(&self) -> Option<&'static str> {
         let path = self.path();
         if self.text.trim().is_empty() {
@@ -75,7 +75,7 @@ impl FileField {
         (!is_there).then_some("There is no such folder.")
     }
 
-    /// What is wrong with the ending of a file that is written.
+    /// Problem with the extension of an output file.
     fn ending_problem(&self) -> Option<&'static str> {
         let path = self.target();
         let ends_in = |ending: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending));
@@ -87,7 +87,7 @@ impl FileField {
     }
 }
 
-/// `path`, with the usual ending where it has none.
+/// Adds the default extension to `path` if it has none.
 fn with_extension(path: PathBuf, purpose: Purpose) -> PathBuf {
     match purpose.extensions().first() {
         Some(usual) if path.extension().is_none() && path.file_name().is_some() => path.with_extension(usual),
@@ -95,7 +95,7 @@ fn with_extension(path: PathBuf, purpose: Purpose) -> PathBuf {
     }
 }
 
-/// Says which of `files` are there already: writing them loses what they hold.
+/// Warns about those of `files` that exist and will be replaced.
 pub(crate) fn will_be_replaced(ui: &mut Ui, files: &[PathBuf]) {
     for file in files.iter().filter(|file| file.is_file()) {
         let name =
@@ -104,7 +104,7 @@ pub(crate) fn will_be_replaced(ui: &mut Ui, files: &[PathBuf]) {
     }
 }
 
-/// Something to think of before going on.
+/// Shows a warning.
 pub(crate) fn warning(ui: &mut Ui, text: impl Into<String>) {
     let text = RichText::new(text).color(ui.visuals().warn_fg_color);
     ui.add(Label::new(text).wrap());

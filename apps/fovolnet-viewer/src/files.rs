@@ -1,9 +1,9 @@
-//! Asking for the name of a file.
+//! File dialogues of the system.
 
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, channel};
 
-/// What a file is wanted for.
+/// Purpose of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Purpose {
     /// A volume or a session to open.
@@ -21,7 +21,7 @@ pub enum Purpose {
 }
 
 impl Purpose {
-    /// The title of a dialogue.
+    /// Title of the dialogue.
     pub fn title(self) -> &'static str {
         match self {
             Self::Open => "Open a volume or a session",
@@ -33,7 +33,7 @@ impl Purpose {
         }
     }
 
-    /// What the names of such files end in, the usual first.
+    /// File name extensions, the default first.
     pub fn extensions(self) -> &'static [&'static str] {
         match self {
             Self::Open => &[],
@@ -45,14 +45,14 @@ impl Purpose {
         }
     }
 
-    /// Whether the file is there already.
+    /// Whether the file is an input.
     pub fn reads(self) -> bool {
         matches!(self, Self::Open | Self::ReadTransfer)
     }
 }
 
-/// Shows the system's own dialogue; what was chosen comes through the receiver, nothing where it was closed or the system has
-/// none.
+/// Opens the system's file dialogue on a thread. The chosen file arrives through the receiver; nothing arrives if the
+/// dialogue was closed or the system has none.
 pub fn browse(
     purpose: Purpose,
     suggested: PathBuf,
@@ -72,12 +72,12 @@ pub fn browse(
         }
         let path = if purpose.reads() { dialogue.pick_file() } else { dialogue.save_file() };
         if let Some(path) = path {
-            // Nobody may be there any more.
+            // The receiver may be gone.
             let _ = send.send(path);
         }
         wake();
     };
-    // Without a thread there is no dialogue, as on systems that have none.
+    // If no thread can be started, there is no dialogue, as on systems that have none.
     let _ = std::thread::Builder::new().name("dialogue".into()).spawn(ask);
     chosen
 }

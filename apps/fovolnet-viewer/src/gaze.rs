@@ -1,15 +1,15 @@
-//! Where the eye looks.
+//! Sources of the gaze.
 
 use fovolnet::core::GazePath;
 
-/// Something that knows where the eye looks: the pointer, a script, or whatever tracks eyes.
+/// Source of the gaze: the pointer, a script, or an eye tracker.
 pub trait GazeSource {
-    /// The gaze in frame `frame`, as fractions of the picture from its top left; `pointer` is where the pointer is, where
-    /// it is over the picture.
+    /// Gaze in frame `frame`, as fractions of the picture from its top left. `pointer` is the pointer's position over
+    /// the picture, or `None`.
     fn gaze(&mut self, frame: u32, pointer: Option<[f64; 2]>) -> [f64; 2];
 }
 
-/// The eye follows the pointer, and stays where that left the picture.
+/// Gaze that follows the pointer, and stays where the pointer left the picture.
 #[derive(Debug)]
 pub struct PointerGaze {
     last: [f64; 2],
@@ -34,13 +34,13 @@ impl GazeSource for GazePath {
     }
 }
 
-/// The sources that the viewer offers.
+/// Gaze sources that the viewer offers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum GazeKind {
     /// The pointer.
     #[default]
     Pointer,
-    /// What the session says: a point, `wander`, or a script.
+    /// The session's setting: a point, `wander`, or a script.
     Session,
 }
 

@@ -1,22 +1,22 @@
-//! How the values of a volume are distributed.
+//! Histogram of a volume's values.
 
 use eframe::egui::{Color32, Mesh, Painter, Rect, Shape, pos2};
 use fovolnet::OpenVolume;
 
-/// How values are distributed, and what they are.
+/// Histogram of values.
 #[derive(Debug, Clone)]
 pub struct Histogram {
-    /// The logarithm of how often values come, 0 to 1.
+    /// Logarithms of the counts, scaled to 0…1.
     heights: Vec<f32>,
-    /// Values shown as 0 and 1.
+    /// Displayed range of values.
     range: [f64; 2],
 }
 
-/// Bars of a histogram.
+/// Number of bins.
 const BINS: usize = 256;
 
 impl Histogram {
-    /// Of the values of `volume`.
+    /// Histogram of the values of `volume`.
     pub fn new(volume: &OpenVolume) -> Self {
         let range = volume.volume.range();
         let counts = volume.volume.histogram(BINS, range);
@@ -25,12 +25,12 @@ impl Histogram {
         Self { heights, range }
     }
 
-    /// Values shown as 0 and 1.
+    /// Displayed range of values.
     pub fn range(&self) -> [f64; 2] {
         self.range
     }
 
-    /// Draws a bar for each value.
+    /// Draws a bar for each bin.
     pub(crate) fn paint(&self, painter: &Painter, plot: Rect, fill: Color32) {
         let width = plot.width() / self.heights.len() as f32;
         let mut mesh = Mesh::default();

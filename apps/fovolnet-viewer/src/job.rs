@@ -1,4 +1,4 @@
-//! Work on a thread of its own, with its progress and a way to end it early.
+//! Background jobs with progress and cancellation.
 
 use anyhow::{Result, bail};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
-/// Work that is under way.
+/// Running background job.
 #[derive(Debug)]
 pub struct Job<T> {
     name: String,
@@ -17,19 +17,19 @@ pub struct Job<T> {
 #[derive(Debug, Default)]
 struct State {
     is_cancelled: AtomicBool,
-    /// Millionths.
+    /// Progress in millionths.
     done: AtomicU32,
 }
 
-/// What the work sees of its job.
+/// Handle with which the work reports to its job.
 #[derive(Debug, Clone)]
 pub struct Handle(Arc<State>);
 
 impl Handle {
-    /// Says that this share of the work is done, 0 to 1.
+    /// Reports that the fraction `share` of the work is done, 0 to 1.
     ///
     /// # Errors
-    /// When nobody wants the rest.
+    /// The job was cancelled.
     pub fn progress(&self, share: f64) -> Result<()> {
         self.0.done.store((share.clamp(0.0, 1.0) * 1e6) as u32, Ordering::Relaxed);
         if self.0.is_cancelled.load(Ordering::Relaxed) {
@@ -40,10 +40,10 @@ impl Handle {
 }
 
 impl<T: Send + 'static> Job<T> {
-    /// Starts `work`; `wake` is called when it ends.
+    /// Starts `work` on a new thread; calls `wake` when it ends.
     ///
     /// # Errors
-    /// A system that has no thread left.
+    /// The system cannot start a thread.
     pub fn start(
         name: impl Into<String>,
         wake: impl FnOnce() + Send + 'static,
@@ -55,7 +55,7 @@ impl<T: Send + 'static> Job<T> {
         std::thread::Builder::new().name("job".into()).spawn(move || {
             let worked = catch_unwind(AssertUnwindSafe(|| work(&handle)));
             let worked = worked.unwrap_or_else(|_| Err(anyhow::anyhow!("it failed; please report how")));
-            // Nobody may be there any more.
+            // The receiver may be gone.
             let _ = send.send(worked);
             wake();
         })?;
@@ -64,27 +64,27 @@ impl<T: Send + 'static> Job<T> {
 }
 
 impl<T> Job<T> {
-    /// What is done.
+    /// Name of the job.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// The share that is done.
+    /// Fraction of the work that is done, 0 to 1.
     pub fn done(&self) -> f32 {
         self.state.done.load(Ordering::Relaxed) as f32 * 1e-6
     }
 
-    /// Asks it to end.
+    /// Requests cancellation.
     pub fn cancel(&self) {
         self.state.is_cancelled.store(true, Ordering::Relaxed);
     }
 
-    /// Whether it was asked to end.
+    /// Whether cancellation was requested.
     pub fn is_cancelled(&self) -> bool {
         self.state.is_cancelled.load(Ordering::Relaxed)
     }
 
-    /// What came of it, as soon as it has ended; once.
+    /// Takes the result, which can be taken once; `None` while the job is running.
     pub fn take(&self) -> Option<Result<T>> {
         match self.result.try_recv() {
             Ok(result) => Some(result),

@@ -1,16 +1,16 @@
-//! Files that nothing is written over: those that are looked at.
+//! Protection of opened files from being overwritten.
 
 use fovolnet::core::input;
 use fovolnet::io::{Result, atomic};
 use std::path::Path;
 
-/// Refuses to write over the file `path` if this viewer has read it, as the volume that is open; but what `is_alike` says holds
-/// the same kind of thing, as a session where one is to be saved, may be replaced.
+/// Checks that writing to `path` overwrites no file that this viewer has read, such as the open volume. Files for
+/// which `is_alike` returns true may be replaced, for example a session by a session.
 ///
 /// # Errors
-/// Such a file.
+/// The file was read and is of another kind.
 pub fn check(path: &Path, is_alike: impl FnOnce(&Path) -> bool) -> Result<()> {
-    // To look whether it is alike is to read it.
+    // `is_alike` reads the file, so `contains` must come first.
     if input::contains(path) && !is_alike(path) { atomic::refuse_input(path) } else { Ok(()) }
 }
 

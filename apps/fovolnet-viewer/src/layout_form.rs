@@ -1,10 +1,10 @@
-//! How bare voxels lie in a file that does not say so.
+//! Form for the layout of raw voxel files.
 
 use eframe::egui::{ComboBox, DragValue, Grid, Ui};
 use fovolnet::VolumeSettings;
 use fovolnet::core::{Dtype, Endian, MAX_DIM, path_of_text};
 
-/// Asks how the voxels of a file lie.
+/// Form for the layout of a raw voxel file.
 #[derive(Debug)]
 pub struct LayoutForm {
     source: String,
@@ -16,7 +16,7 @@ pub struct LayoutForm {
 }
 
 impl LayoutForm {
-    /// For the file `source`, of which `read` is known already.
+    /// Form for the file `source`, with initial values from `read`.
     pub fn new(source: &str, read: &VolumeSettings) -> Self {
         let bytes = std::fs::metadata(path_of_text(source)).map_or(0, |file| file.len());
         Self {
@@ -34,7 +34,7 @@ impl LayoutForm {
         &self.source
     }
 
-    /// What is needed to read it.
+    /// Settings for reading the file.
     pub fn settings(&self) -> VolumeSettings {
         VolumeSettings {
             dims: Some(self.dims),
@@ -45,7 +45,7 @@ impl LayoutForm {
         }
     }
 
-    /// Shows it; what keeps the file from being read so, if anything does.
+    /// Shows the form; returns a problem that prevents reading the file.
     pub fn ui(&mut self, ui: &mut Ui) -> Option<&'static str> {
         ui.heading("How do the voxels lie?");
         ui.label(format!("Nothing says so of {}, of {} bytes.", self.source, self.bytes));
@@ -91,7 +91,7 @@ impl LayoutForm {
     }
 }
 
-/// Voxels along each side of a cube of `bytes`.
+/// Side of a cube of `bytes` voxels.
 fn cube_root(bytes: u64) -> usize {
     ((bytes as f64).cbrt().round() as usize).clamp(1, MAX_DIM)
 }

@@ -1,8 +1,8 @@
-//! The interactive viewer: a volume in a window, sampled where somebody looks.
+//! Interactive viewer: renders a volume in a window with gaze-dependent sampling.
 //!
-//! [`Viewer`] is the window, [`engine`] the thread that makes its pictures, [`studio`] what that thread does: frames that
-//! keep their time while something moves ([`budget`]), and full frames where nothing does ([`still`]). Everything that a
-//! picture depends on lies in the [`document`], which is a session of the command line.
+//! [`Viewer`] is the window, and [`engine`] the thread that makes its frames. [`studio`] is the work of that thread:
+//! frames in motion that keep the frame rate ([`budget`]), and progressive refinement of still views ([`still`]). The
+//! [`document`] holds everything that a picture depends on; it is a session of the command line.
 
 pub mod autosave;
 mod backdrop;

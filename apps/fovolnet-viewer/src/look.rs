@@ -1,29 +1,29 @@
-//! What of a frame is put on the screen.
+//! Display modes of a frame.
 
 use fovolnet::core::{Fovea, Frame, SampleMask};
 
-/// What is shown of a frame: the picture, or how it came about.
+/// Display mode: the picture, or how it was made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Look {
     /// The picture.
     #[default]
     Picture,
-    /// What was measured, and nothing else.
+    /// Only the rendered samples.
     Samples,
-    /// The picture, with what was not measured coloured.
+    /// The picture with reconstructed pixels tinted.
     Measured,
-    /// How likely each pixel is sampled.
+    /// Sampling probability of each pixel.
     Density,
-    /// How far the reconstruction is from what was measured later, four times as large.
+    /// Difference between the reconstruction and the full frame, times four.
     Difference,
 }
 
 impl Look {
-    /// All of them.
+    /// All display modes.
     pub const ALL: [Self; 5] =
         [Self::Picture, Self::Samples, Self::Measured, Self::Density, Self::Difference];
 
-    /// Its name.
+    /// Name of the mode.
     pub fn name(self) -> &'static str {
         match self {
             Self::Picture => "Picture",
@@ -34,7 +34,7 @@ impl Look {
         }
     }
 
-    /// What it tells.
+    /// Explanation for a tooltip.
     pub fn explanation(self) -> &'static str {
         match self {
             Self::Picture => "The picture",
@@ -48,29 +48,29 @@ impl Look {
     }
 }
 
-/// A frame with everything that looks need.
+/// Frame with the data of all display modes.
 #[derive(Debug, Clone, Copy)]
 pub struct Parts<'a> {
-    /// The picture as far as it is known.
+    /// The current picture.
     pub picture: &'a Frame,
-    /// What was measured of it.
+    /// Pixels that have been rendered.
     pub measured: &'a SampleMask,
-    /// What was reconstructed of the first samples.
+    /// Reconstruction from the first samples.
     pub reconstructed: &'a Frame,
-    /// How samples were chosen.
+    /// Fovea of the sampling mask.
     pub fovea: &'a Fovea,
 }
 
-/// What pixels are tinted with that were not measured.
+/// Tint of reconstructed pixels.
 const TINT: [f32; 3] = [1.0, 0.45, 0.0];
-/// How much of them is tint.
+/// Opacity of the tint.
 const TINTED: f32 = 0.4;
-/// What is seen where nothing was sampled.
+/// Colour of pixels without a sample.
 const NOTHING: [f32; 3] = [0.06; 3];
-/// How much differences are enlarged.
+/// Factor of displayed differences.
 const GAIN: f32 = 4.0;
 
-/// `parts` as opaque 8-bit RGBA.
+/// Renders `parts` in the mode `look` as opaque 8-bit RGBA.
 pub fn rgba(look: Look, parts: &Parts<'_>) -> Vec<u8> {
     let size = parts.picture.size();
     let mut rgba = Vec::with_capacity(4 * size.pixels());
@@ -99,7 +99,7 @@ fn colour(look: Look, parts: &Parts<'_>, x: u32, y: u32) -> [f32; 3] {
         Look::Measured => std::array::from_fn(|c| [r, g, b][c] * (1.0 - TINTED) + TINT[c] * TINTED),
         Look::Density => {
             let density = parts.fovea.density_at(x, y, parts.picture.size());
-            // Few per cent apart from all: the root tells them apart.
+            // Base densities of a few per cent are hard to tell apart; the square root spreads them.
             let shade = density.sqrt() as f32;
             [shade, shade * shade, 0.5 * shade]
         }

@@ -34,13 +34,13 @@ struct Arguments {
     render: RenderSettings,
     #[command(flatten)]
     speed: SpeedSettings,
-    /// Write a picture of the window as soon as the view is complete, and end
+    /// Write a picture of the window as soon as the view is complete, and exit
     #[arg(long, value_name = "FILE.png")]
     screenshot: Option<PathBuf>,
     /// Size of the window in points
     #[arg(long, value_name = "WxH", default_value = "1280x800")]
     window: FrameSize,
-    /// Pixels of a point: 2 makes everything twice as large
+    /// Pixels per point: 2 makes everything twice as large
     #[arg(long, value_name = "F", value_parser = clap::value_parser!(f32))]
     scale: Option<f32>,
     /// Light or dark
@@ -54,26 +54,26 @@ enum Theme {
     Light,
 }
 
-/// The window, and the picture that is to be taken of it.
+/// The window, and the screenshot to take of it.
 struct Window {
-    /// Dropped first: the viewer ends when its pictures are made.
+    /// Dropped first, because the viewer ends once its pictures are made.
     surface: Option<Surface>,
     viewer: Viewer,
     screenshot: Option<Screenshot>,
     outcome: Outcome,
 }
 
-/// What became of the picture of the window, or why there is no window any more.
+/// Result of the screenshot, or the reason why the window closed.
 type Outcome = Arc<Mutex<Option<Result<()>>>>;
 
-/// A picture of the window.
+/// Screenshot to take.
 struct Screenshot {
     path: PathBuf,
-    /// Frames that were shown since nothing changes any more.
+    /// Frames shown since the view settled.
     settled: u32,
 }
 
-/// Frames until everything that opens slowly is open.
+/// Frames until slowly opening parts of the window are open.
 const SETTLED: u32 = 20;
 
 impl eframe::App for Window {
@@ -98,19 +98,19 @@ impl eframe::App for Window {
     }
 }
 
-/// The colour of panels.
+/// Colour of panels.
 fn background(is_dark: bool) -> Color32 {
     let visuals = if is_dark { Visuals::dark() } else { Visuals::light() };
     visuals.panel_fill
 }
 
-/// Leaves the painting of panels to the clearing of the window, which takes no time where a processor draws it.
+/// Makes panels transparent, so that clearing the window paints them; this saves time with software rendering.
 fn leave_panels_clear(context: &Context) {
     context.all_styles_mut(|style| style.visuals.panel_fill = Color32::TRANSPARENT);
 }
 
 impl Window {
-    /// Has a picture taken when nothing changes any more, if one is wanted.
+    /// Takes the requested screenshot once the view has settled.
     fn take_screenshot(&mut self, context: &Context) {
         let Some(screenshot) = &mut self.screenshot else { return };
         if let Some(failure) = self.viewer.failure() {
@@ -127,7 +127,7 @@ impl Window {
     }
 }
 
-/// Closes the window of `context`, and says why.
+/// Closes the window of `context` with the result `why`.
 fn end(outcome: &Outcome, context: &Context, why: Result<()>) {
     *outcome.lock().expect("nobody panics with it") = Some(why);
     context.send_viewport_cmd(ViewportCommand::Close);
@@ -153,7 +153,7 @@ fn run(arguments: Arguments) -> Result<()> {
             .with_drag_and_drop(true),
         ..Default::default()
     };
-    // Frames that wait to be shown are answers that come late.
+    // Queued frames would add latency.
     options.wgpu_options.surface = SurfaceConfig::LOW_LATENCY;
     let device = arguments.speed.device.clone().unwrap_or_default();
     options.wgpu_options = Screen::configure(&device, options.wgpu_options);
@@ -168,7 +168,7 @@ fn run(arguments: Arguments) -> Result<()> {
     let outcome = Outcome::default();
     let told = Arc::clone(&outcome);
     let wants_screenshot = arguments.screenshot.is_some();
-    // What scripts look at does not depend on what somebody did before.
+    // Scripted screenshots must not depend on the user's preferences.
     let places = if wants_screenshot { Places::in_folder(None) } else { Places::of_user() };
     let window = move |creation: &eframe::CreationContext<'_>| {
         if let Some(scale) = arguments.scale {

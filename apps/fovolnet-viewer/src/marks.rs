@@ -1,11 +1,11 @@
-//! What is drawn over the picture: the box of the volume, its axes, scales, and where the eye looks.
+//! Overlays on the picture: bounding box, axes, scales and gaze.
 
 use crate::navigation::visible_height;
 use eframe::egui::{Align2, Color32, FontId, Mesh, Painter, Pos2, Rect, Shape, Stroke, Vec2, pos2, vec2};
 use fovolnet::core::{Camera, Grid, TransferFunction};
 use glam::DVec3;
 
-/// Where points of the world are on the screen.
+/// Projection from the world to the screen.
 #[derive(Debug, Clone, Copy)]
 pub struct Projection {
     camera: Camera,
@@ -13,12 +13,12 @@ pub struct Projection {
 }
 
 impl Projection {
-    /// Of a picture of `camera` that fills `rect`.
+    /// Projection of a picture of `camera` that fills `rect`.
     pub fn new(camera: Camera, rect: Rect) -> Self {
         Self { camera, rect }
     }
 
-    /// Where `point` is on the screen; none where it is behind the eye.
+    /// Screen position of `point`, or `None` behind the eye.
     pub fn project(&self, point: DVec3) -> Option<Pos2> {
         let (forward, right, up) = self.camera.axes();
         let seen = point - self.camera.eye;
@@ -32,13 +32,13 @@ impl Projection {
     }
 }
 
-/// Light lines with a dark edge, to be seen on anything.
+/// Light line with a dark outline, visible on any background.
 fn line(painter: &Painter, from: Pos2, to: Pos2, width: f32, colour: Color32) {
     painter.line_segment([from, to], Stroke::new(width + 1.5, Color32::from_black_alpha(110)));
     painter.line_segment([from, to], Stroke::new(width, colour));
 }
 
-/// Text with a dark edge.
+/// Text with a dark outline.
 fn label(painter: &Painter, at: Pos2, anchor: Align2, text: &str) {
     let font = FontId::proportional(12.0);
     for offset in [vec2(1.0, 0.0), vec2(-1.0, 0.0), vec2(0.0, 1.0), vec2(0.0, -1.0)] {
@@ -47,7 +47,7 @@ fn label(painter: &Painter, at: Pos2, anchor: Align2, text: &str) {
     painter.text(at, anchor, text, font, Color32::WHITE);
 }
 
-/// The edges of the box with these `corners` in the world; bit a of a corner's number is its end along axis a.
+/// Draws the edges of the box with these `corners` in the world. Bit a of a corner's index is its end along axis a.
 pub fn bounding_box(painter: &Painter, projection: &Projection, corners: [DVec3; 8], colour: Color32) {
     for i in 0..8usize {
         for bit in 0..3 {
@@ -62,22 +62,22 @@ pub fn bounding_box(painter: &Painter, projection: &Projection, corners: [DVec3;
     }
 }
 
-/// The size of [`axes`] on the screen.
+/// Size of [`axes`] on the screen, in points.
 pub const AXES: f32 = 64.0;
 
-/// The names of the ends of [`axes`]: x, y, z and −x, −y, −z. Empty ends have no name.
+/// Labels of the ends of [`axes`]: x, y, z and −x, −y, −z. Empty labels are not drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AxisNames([&'static str; 6]);
 
 impl AxisNames {
-    /// The axes of a grid.
+    /// Labels of grid axes.
     pub const GRID: Self = Self(["x", "y", "z", "", "", ""]);
-    /// The sides of a patient: left, superior, anterior, right, inferior, posterior.
+    /// Labels of a patient's sides: left, superior, anterior, right, inferior, posterior.
     pub const PATIENT: Self = Self(["L", "S", "A", "R", "I", "P"]);
 }
 
-/// The axes of the world as they lie, in the middle of `rect`; the ends that can be clicked, with the direction to look
-/// from.
+/// Draws the orientation of the world axes in the middle of `rect`. Returns the clickable ends with the directions to
+/// look from.
 pub fn axes(painter: &Painter, camera: &Camera, rect: Rect, names: AxisNames) -> [(Pos2, DVec3, [i8; 3]); 6] {
     let (forward, right, up) = camera.axes();
     let directions =
@@ -108,15 +108,15 @@ pub fn axes(painter: &Painter, camera: &Camera, rect: Rect, names: AxisNames) ->
     directions
 }
 
-/// Lengths that are easily read: 1, 2 or 5 times a power of ten, at most `most`.
+/// Largest round length up to `most`: 1, 2 or 5 times a power of ten.
 fn round_length(most: f64) -> f64 {
     let power = 10f64.powf(most.log10().floor());
     [5.0, 2.0, 1.0].into_iter().map(|digit| digit * power).find(|&length| length <= most).unwrap_or(power)
 }
 
-/// A bar as long as something at the target of `camera`, in the `units` of the volume's spacing.
+/// Draws a scale bar for the distance of the target of `camera`, in the `units` of the volume's spacing.
 pub fn scale_bar(painter: &Painter, camera: &Camera, grid: &Grid, units: Option<&str>, rect: Rect) {
-    // World units are such that the longest side is 1: what of it is a unit of the file?
+    // In world units the longest side is 1; this is the world length of a unit of the file.
     let unit = grid.voxel_size().x / grid.spacing()[0];
     let points_a_unit = f64::from(rect.height()) / visible_height(camera) * unit;
     let length = round_length(f64::from(rect.width().min(rect.height())) * 0.3 / points_a_unit);
@@ -139,7 +139,7 @@ pub fn scale_bar(painter: &Painter, camera: &Camera, grid: &Grid, units: Option<
     );
 }
 
-/// The colours of `transfer` over the `range` of the volume.
+/// Draws the colours of `transfer` over the `range` of the volume.
 pub fn colour_bar(painter: &Painter, transfer: &TransferFunction, range: [f64; 2], rect: Rect) {
     let bar = Rect::from_min_size(
         rect.right_bottom() - vec2(30.0, 16.0 + 0.35 * rect.height()),
@@ -165,14 +165,14 @@ pub fn colour_bar(painter: &Painter, transfer: &TransferFunction, range: [f64; 2
     }
 }
 
-/// A ring where the eye looks.
+/// Draws a ring at the gaze.
 pub fn gaze(painter: &Painter, gaze: [f64; 2], sigma: f64, rect: Rect) {
     let centre = rect.min + vec2(gaze[0] as f32, gaze[1] as f32) * rect.size();
     let radius = (2.0 * sigma as f32 * rect.width()).max(6.0);
     painter.circle_stroke(centre, radius, Stroke::new(1.0, Color32::from_white_alpha(60)));
 }
 
-/// A number in few characters.
+/// Formats a number in few characters.
 pub fn short(value: f64) -> String {
     let size = value.abs();
     if value == 0.0 || (0.01..1e5).contains(&size) {
@@ -183,7 +183,7 @@ pub fn short(value: f64) -> String {
     }
 }
 
-/// The direction that a drag by `delta` points turns `light` to, on a screen of `camera`.
+/// Direction of `light` after a drag by `delta` points in the view of `camera`.
 pub fn turned_light(light: DVec3, camera: &Camera, delta: Vec2) -> DVec3 {
     let (_, right, up) = camera.axes();
     let turned = light.normalize_or(DVec3::Y) + (right * f64::from(delta.x) - up * f64::from(delta.y)) * 0.01;

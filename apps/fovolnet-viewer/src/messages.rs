@@ -1,64 +1,64 @@
-//! What is said to the person at the window, where they look.
+//! Messages for the user in the window.
 
 use eframe::egui::{Align2, Area, Context, Frame, Id, Label, Order, RichText, Ui, vec2};
 
-/// What is said.
+/// Messages for the user.
 #[derive(Debug, Default)]
 pub struct Messages {
     notes: Vec<(String, f64)>,
     errors: Vec<String>,
-    /// What keeps pictures from being made.
+    /// Error that prevents pictures.
     picture: Option<String>,
 }
 
-/// Seconds that a note stays, and a little more for each character.
+/// Seconds that a note stays, plus a little for each character.
 const STAY: f64 = 4.0;
 const STAY_A_CHARACTER: f64 = 0.05;
-/// The most that is shown at once.
+/// Most messages shown at once.
 const MOST: usize = 4;
 
 impl Messages {
-    /// Says something that goes away by itself.
+    /// Shows a note that disappears by itself.
     pub fn note(&mut self, text: String, time: f64) {
         let until = time + STAY + STAY_A_CHARACTER * text.len() as f64;
         self.notes.retain(|(said, _)| *said != text);
         self.notes.push((text, until));
     }
 
-    /// Says something that is wrong until it is right or taken away.
+    /// Shows an error until it is dismissed or cleared.
     pub fn error(&mut self, text: String) {
         if !self.errors.contains(&text) {
             self.errors.push(text);
         }
     }
 
-    /// Says what keeps pictures from being made; nothing does without.
+    /// Sets the error that prevents pictures; `None` clears it.
     pub fn set_picture_error(&mut self, text: Option<String>) {
         self.picture = text;
     }
 
-    /// What keeps pictures from being made.
+    /// Error that prevents pictures.
     pub fn picture_error(&self) -> Option<&str> {
         self.picture.as_deref()
     }
 
-    /// What was wrong was with something that is no longer there.
+    /// Clears all errors, for example when their file is closed.
     pub fn clear_errors(&mut self) {
         self.errors.clear();
         self.picture = None;
     }
 
-    /// What is wrong.
+    /// All current errors.
     pub fn errors(&self) -> impl Iterator<Item = &str> {
         self.picture.iter().chain(&self.errors).map(String::as_str)
     }
 
-    /// What is to be known.
+    /// All current notes.
     pub fn notes(&self) -> impl Iterator<Item = &str> {
         self.notes.iter().map(|(text, _)| text.as_str())
     }
 
-    /// Shows them at the lower left of the window.
+    /// Shows the messages at the lower left of the window.
     pub fn show(&mut self, context: &Context) {
         let time = context.input(|input| input.time);
         self.notes.retain(|(_, until)| *until > time);
@@ -95,7 +95,7 @@ impl Messages {
     }
 }
 
-/// Something that is wrong, in the colour of such.
+/// Shows an error text in the error colour.
 fn wrong(ui: &mut Ui, text: &str) {
     let text = RichText::new(text).color(ui.visuals().error_fg_color);
     ui.add(Label::new(text).wrap());

@@ -1,14 +1,14 @@
-//! How a camera moves under somebody's hands. All of it keeps +y up.
+//! Camera navigation. All motions keep +y up.
 
 use fovolnet::core::Camera;
 use glam::DVec3;
 
-/// How near to the poles an orbit comes, in degrees: straight above, right and left are not defined.
+/// Largest elevation of an orbit in degrees; at the poles, up and right are undefined.
 const HIGHEST: f64 = 89.0;
-/// The nearest and farthest that a zoom goes, in world units; the longest side of a volume is 1.
+/// Smallest and largest distance of a zoom, in world units; the longest side of a volume is 1.
 const DISTANCES: [f64; 2] = [0.02, 50.0];
 
-/// The camera turned about its target by (`right`, `up`) degrees.
+/// Orbits the camera about its target by (`right`, `up`) degrees.
 pub fn orbit(camera: &Camera, right: f64, up: f64) -> Camera {
     let arm = camera.eye - camera.target;
     let distance = arm.length();
@@ -18,29 +18,28 @@ pub fn orbit(camera: &Camera, right: f64, up: f64) -> Camera {
     Camera { eye: camera.target + turned.eye, target: camera.target, ..*camera }
 }
 
-/// The camera moved sideways, so that what lies at its target moves by (`right`, `down`) heights of the picture.
+/// Moves the camera sideways, so that the target moves on the screen by (`right`, `down`) in heights of the picture.
 pub fn pan(camera: &Camera, right: f64, down: f64) -> Camera {
     let (_, x, y) = camera.axes();
     let way = (y * down - x * right) * visible_height(camera);
     Camera { eye: camera.eye + way, target: camera.target + way, ..*camera }
 }
 
-/// The camera with the distance to its target multiplied by `factor`.
+/// Multiplies the distance to the target by `factor`.
 pub fn zoom(camera: &Camera, factor: f64) -> Camera {
     let arm = camera.eye - camera.target;
     let distance = (arm.length() * factor).clamp(DISTANCES[0], DISTANCES[1]);
     Camera { eye: camera.target + arm.normalize() * distance, ..*camera }
 }
 
-/// The camera moved by `way` = (right, up, forward) in world units, its target with it.
+/// Moves camera and target by `way` = (right, up, forward) in world units.
 pub fn fly(camera: &Camera, way: DVec3) -> Camera {
     let (forward, right, up) = camera.axes();
     let way = right * way.x + up * way.y + forward * way.z;
     Camera { eye: camera.eye + way, target: camera.target + way, ..*camera }
 }
 
-/// The camera looking along an axis of the volume from where it is far away now; `towards` points from the target to the
-/// eye.
+/// Looks at the target from the direction `towards`, which points from the target to the eye; keeps the distance.
 pub fn look_from(camera: &Camera, towards: DVec3) -> Camera {
     let distance = (camera.eye - camera.target).length();
     let elevation = towards.normalize().y.asin().to_degrees().clamp(-HIGHEST, HIGHEST);
@@ -50,12 +49,12 @@ pub fn look_from(camera: &Camera, towards: DVec3) -> Camera {
     Camera { eye: camera.target + turned.eye, ..*camera }
 }
 
-/// How much of the world the height of the picture shows where the target is.
+/// Height of the view at the target, in world units.
 pub fn visible_height(camera: &Camera) -> f64 {
     2.0 * (camera.eye - camera.target).length() * (camera.fovy.to_radians() * 0.5).tan()
 }
 
-/// The numbers that settings take for `camera`.
+/// Numbers of `camera` in settings: eye, target, field of view.
 pub fn numbers(camera: &Camera) -> [f64; 7] {
     let Camera { eye, target, fovy, .. } = camera;
     [eye.x, eye.y, eye.z, target.x, target.y, target.z, *fovy]
@@ -81,7 +80,7 @@ mod tests {
     #[test]
     fn a_pan_moves_the_target_under_the_hand() {
         let moved = pan(&camera(), 0.25, 0.1);
-        // What was at the target is seen right of and below the middle now, as far as the hand moved.
+        // The old target is now seen right of and below the centre, as far as the drag.
         let (forward, right, up) = moved.axes();
         let seen = camera().target - moved.eye;
         let height = 2.0 * seen.dot(forward) * (17.5f64).to_radians().tan();

@@ -1,6 +1,6 @@
-//! Why there is no window, and what to do about it.
+//! Messages for a window that cannot be opened.
 
-/// What is said where `error` keeps the window from opening.
+/// Error message with advice for `error`, which prevented the window.
 pub fn explained(error: &eframe::Error) -> String {
     match error {
         eframe::Error::AppCreation(cause) => cause.to_string(),
@@ -25,7 +25,7 @@ fn without_driver(cause: &str) -> String {
     )
 }
 
-/// `cause` without the place in the source of a library that it begins with.
+/// Removes a library's source position from the beginning of `cause`.
 fn reason(cause: &str) -> &str {
     let place = cause.strip_prefix("os error at ").and_then(|rest| rest.split_once(".rs:"));
     let said = place.and_then(|(_, line)| line.split_once(": ")).map_or(cause, |(_, said)| said);

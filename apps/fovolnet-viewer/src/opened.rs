@@ -1,4 +1,4 @@
-//! A volume that is open, with what follows from the session and is not found anew for every picture.
+//! Open volume with cached data that follows from its session.
 
 use crate::backdrop::Backdrop;
 use crate::document::Document;
@@ -12,25 +12,25 @@ use fovolnet::{
 use glam::DVec3;
 use std::path::Path;
 
-/// A volume that is open, and how it is looked at.
+/// Open volume, its session and its view.
 #[derive(Debug)]
 pub struct Opened {
     /// The session.
     pub document: Document,
     /// The volume.
     pub volume: OpenVolume,
-    /// How its values are distributed, and where its materials meet.
+    /// Histograms behind the transfer function.
     pub backdrop: Backdrop,
-    /// What is selected of the transfer function.
+    /// State of the transfer-function editor.
     pub editor: TransferEditor,
     transfer: (Option<String>, TransferFunction),
     path: CameraPath,
-    /// What the path was found from last.
+    /// Settings that the cached path was made from.
     path_words: Option<PathWords>,
     world: WorldBox,
 }
 
-/// What the path of a session follows from, besides its volume.
+/// Settings that determine the path of a session.
 #[derive(Debug, Clone, PartialEq)]
 struct PathWords {
     path: Option<String>,
@@ -47,14 +47,15 @@ impl PathWords {
     }
 }
 
-/// Frames of the paths that have no last one, and of one round of the turntable.
+/// Frames of paths without an end, and of one turn of the turntable.
 const ROUND: u32 = 500;
 
 impl Opened {
-    /// Opens `source`: a volume, or a session (`.toml`), with `read` and `render` on top.
+    /// Opens `source`, a volume or a session (`.toml`); `read` and `render` override its settings. Also returns notes
+    /// for the user.
     ///
     /// # Errors
-    /// What is wrong with a file.
+    /// A file that cannot be read.
     pub fn open(source: &str, read: VolumeSettings, render: RenderSettings) -> Result<(Self, Vec<String>)> {
         let path: &Path = &path_of_text(source);
         let document = if path.extension().is_some_and(|extension| extension == "toml") {
@@ -66,10 +67,10 @@ impl Opened {
         Self::of_document(document)
     }
 
-    /// Opens the volume of `document`; also what there is to know about it.
+    /// Opens the volume of `document`; also returns notes for the user.
     ///
     /// # Errors
-    /// What is wrong with a file.
+    /// A file that cannot be read.
     pub fn of_document(document: Document) -> Result<(Self, Vec<String>)> {
         let session = document.session();
         let volume = open_volume(&session.volume, &session.read)?;
@@ -112,16 +113,16 @@ impl Opened {
         Ok((opened, notes))
     }
 
-    /// Looks at what the session says now.
+    /// Updates cached data from the session's current settings.
     ///
     /// # Errors
-    /// A transfer function or a path that cannot be read; those so far stay.
+    /// An invalid transfer function or path; the previous one stays in use.
     pub fn refresh(&mut self) -> Result<()> {
         let settings = self.document.settings();
         if settings.tf != self.transfer.0 {
             let text = settings.tf.clone();
             let found = self.document.transfer_function(&self.volume);
-            // What cannot be read is not read again until it changes.
+            // An invalid text is not parsed again until it changes.
             self.transfer.0 = text;
             self.transfer.1 = found?;
         }
@@ -136,17 +137,17 @@ impl Opened {
         Ok(())
     }
 
-    /// How the volume stands in the world.
+    /// Box of the volume in the world.
     pub fn world(&self) -> &WorldBox {
         &self.world
     }
 
-    /// The transfer function in force.
+    /// Current transfer function.
     pub fn transfer(&self) -> &TransferFunction {
         &self.transfer.1
     }
 
-    /// Takes another transfer function.
+    /// Sets another transfer function.
     pub fn set_transfer(&mut self, transfer: &TransferFunction) {
         let mut transfer = transfer.over(self.volume.volume.range());
         if let (None, Some(nan)) = (transfer.chosen_nan(), self.transfer().chosen_nan()) {
@@ -156,12 +157,12 @@ impl Opened {
         self.transfer = (self.document.settings().tf.clone(), transfer);
     }
 
-    /// The path of the session, wherever somebody stands.
+    /// Path of the session, independent of the current camera.
     pub fn path(&self) -> &CameraPath {
         &self.path
     }
 
-    /// The frame of the path that is shown, or would be.
+    /// Frame number on the path.
     pub fn frame(&self) -> u32 {
         self.document.settings().first_frame.unwrap_or(0)
     }
@@ -173,7 +174,7 @@ impl Opened {
         settings.first_frame = (frame > 0).then_some(frame);
     }
 
-    /// How many frames the path has.
+    /// Number of frames of the path.
     pub fn path_length(&self) -> u32 {
         match self.path() {
             CameraPath::Keyframes(keys) => keys.last().map_or(1, |key| key.frame.ceil() as u32 + 1),
@@ -181,7 +182,7 @@ impl Opened {
         }
     }
 
-    /// From where the volume is seen now.
+    /// Current camera.
     pub fn camera(&self) -> Camera {
         let free = self.document.settings().camera;
         let free = free.and_then(|[ex, ey, ez, tx, ty, tz, fovy]| {
@@ -190,12 +191,12 @@ impl Opened {
         free.unwrap_or_else(|| self.path().camera(self.frame()))
     }
 
-    /// Stands where `camera` is.
+    /// Sets a free camera.
     pub fn stand_at(&mut self, camera: &Camera) {
         self.document.settings_mut().camera = Some(crate::navigation::numbers(camera));
     }
 
-    /// The keyframes of the path, if it has such.
+    /// Keyframes of the path; empty if it has none.
     pub fn keyframes(&self) -> &[Keyframe] {
         match self.path() {
             CameraPath::Keyframes(keys) => keys,
@@ -203,16 +204,16 @@ impl Opened {
         }
     }
 
-    /// Makes a path of `keyframes`, in any order; the usual turntable of none.
+    /// Sets the path through `keyframes`, in any order; without keyframes, the default turntable.
     pub fn set_keyframes(&mut self, mut keyframes: Vec<Keyframe>) {
         keyframes.sort_by(|a, b| a.frame.total_cmp(&b.frame));
         keyframes.dedup_by(|later, earlier| later.frame == earlier.frame);
         self.document.settings_mut().path = (!keyframes.is_empty()).then(|| path_text(&keyframes));
-        // They were read from a path, or are cameras that something was seen from.
+        // Keyframes were valid in a path or as the current camera, so this cannot fail.
         let _ = self.refresh();
     }
 
-    /// Makes the view a keyframe at `frame`, in place of one that is there.
+    /// Adds the current view as a keyframe at `frame`; replaces one that is there.
     pub fn add_keyframe(&mut self, frame: u32) {
         let (frame, camera) = (f64::from(frame), self.camera());
         let others = self.keyframes().iter().copied().filter(|key| key.frame != frame);
@@ -221,16 +222,16 @@ impl Opened {
         self.go_to(frame as u32);
     }
 
-    /// What the renderer is asked for, at `size` on the screen.
+    /// Settings for the renderer at `size` on the screen.
     pub fn screen_settings(&self, size: FrameSize) -> RenderSettings {
         let settings = self.document.settings();
         RenderSettings {
             size: Some(size),
             tf: Some(presets::text(self.transfer())),
-            // It is over what is shown already.
+            // The function already covers the displayed range.
             tf_range: None,
             scale: None,
-            // Pictures in motion are sparse unless a session says otherwise.
+            // Frames in motion are sparse unless the session says otherwise.
             sampling: settings
                 .sampling
                 .and_then(Choice::fixed)
@@ -251,7 +252,7 @@ impl Opened {
 pub(crate) mod tests {
     use super::*;
 
-    /// A small volume that is open.
+    /// Small open volume.
     pub(crate) fn opened() -> Opened {
         let read = VolumeSettings { dims: Some([16; 3]), ..VolumeSettings::default() };
         Opened::open("head", read, RenderSettings::default()).unwrap().0

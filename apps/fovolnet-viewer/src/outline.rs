@@ -1,8 +1,8 @@
-//! The outline of what is drawn in a panel: plots, and the track of time.
+//! Outlines of plots and the timeline.
 
 use eframe::egui::{Painter, Rect, StrokeKind, Visuals};
 
-/// Draws that of `rect`. It is not filled: where a processor draws the window, every pixel of it takes time.
+/// Draws the outline of `rect`. It is not filled, since filled pixels take time with software rendering.
 pub fn outline(painter: &Painter, rect: Rect, visuals: &Visuals) {
     painter.rect_stroke(rect, 3.0, visuals.widgets.noninteractive.bg_stroke, StrokeKind::Inside);
 }

@@ -1,4 +1,4 @@
-//! What can be set, and what is known about the picture.
+//! Panels for settings and statistics.
 
 use crate::colour_button::colour_button;
 use crate::gaze::GazeKind;
@@ -18,7 +18,7 @@ use glam::{DVec3, Vec3};
 use std::collections::VecDeque;
 use std::f32::consts::{FRAC_PI_2, TAU};
 
-/// Light, shadows, background.
+/// Panel for light, shadows and background.
 pub fn scene(ui: &mut Ui, settings: &mut RenderSettings) {
     ui.horizontal(|ui| {
         light_ball(ui, settings);
@@ -62,7 +62,8 @@ pub fn scene(ui: &mut Ui, settings: &mut RenderSettings) {
     }
 }
 
-/// How the volume stands, where its file says how the patient lies, and the sides to look from.
+/// Panel for the volume's orientation and the named views. `has_placement` tells whether the file has a patient
+/// position.
 pub fn standing(ui: &mut Ui, settings: &mut RenderSettings, has_placement: bool) {
     ui.horizontal(|ui| {
         ui.label("Orientation");
@@ -86,7 +87,7 @@ pub fn standing(ui: &mut Ui, settings: &mut RenderSettings, has_placement: bool)
     });
 }
 
-/// The part that is shown, in voxels of a volume of `dims`.
+/// Panel for the crop box, in voxels of a volume of `dims`.
 pub fn clipping(ui: &mut Ui, settings: &mut RenderSettings, dims: [usize; 3]) {
     let sides = settings.clip.unwrap_or(WHOLE);
     let mut now = sides;
@@ -122,10 +123,10 @@ pub fn clipping(ui: &mut Ui, settings: &mut RenderSettings, dims: [usize; 3]) {
     }
 }
 
-/// Nothing is cut away.
+/// Crop box of the whole volume.
 const WHOLE: [f64; 6] = [0.0, 1.0, 0.0, 1.0, 0.0, 1.0];
 
-/// A ball, lit as the volume is; dragging turns the light.
+/// Shaded ball that shows the light; dragging turns the light.
 fn light_ball(ui: &mut Ui, settings: &mut RenderSettings) {
     let (rect, response) = ui.allocate_exact_size(vec2(64.0, 64.0), Sense::click_and_drag());
     let response = response.on_hover_text("Drag to turn the light; over the picture with L held down");
@@ -137,7 +138,7 @@ fn light_ball(ui: &mut Ui, settings: &mut RenderSettings) {
         let part = (at - rect.center()) / (0.5 * rect.width());
         let [x, y] = [f64::from(part.x), -f64::from(part.y)];
         let across = x.hypot(y);
-        // Dragged over the edge, the light goes behind.
+        // Dragged beyond the edge, the light moves behind.
         let z = if across <= 1.0 { (1.0 - across * across).sqrt() } else { (1.0 - across).max(-1.0) };
         direction = DVec3::new(x, y, z).normalize_or(direction);
         settings.light = Some(direction.to_array());
@@ -147,7 +148,7 @@ fn light_ball(ui: &mut Ui, settings: &mut RenderSettings) {
     ui.painter().circle_stroke(rect.center(), 0.5 * rect.width(), edge);
 }
 
-/// A ball that fills `rect`, lit from the direction `light` of the viewer's space.
+/// Mesh of a ball that fills `rect`, lit from the view-space direction `light`.
 fn ball(rect: Rect, light: Vec3) -> Mesh {
     const RINGS: u32 = 14;
     const SECTORS: u32 = 40;
@@ -173,7 +174,7 @@ fn ball(rect: Rect, light: Vec3) -> Mesh {
     mesh
 }
 
-/// Where rays are sent, and what is made of them.
+/// Panel for sampling and reconstruction.
 pub fn sampling(ui: &mut Ui, settings: &mut RenderSettings, gaze: &mut GazeKind) {
     let defaults = Fovea::default();
     number(ui, "Density P_b", &mut settings.pb, defaults.base, 0.005..=1.0, true);
@@ -219,7 +220,7 @@ pub fn sampling(ui: &mut Ui, settings: &mut RenderSettings, gaze: &mut GazeKind)
     }
 }
 
-/// How fast pictures come while something moves.
+/// Panel for the frame rate in motion.
 pub fn budget(ui: &mut Ui, preferences: &mut Preferences, shown: Option<&Shown>) {
     ui.horizontal(|ui| {
         let mut keeps = preferences.rate > 0.0;
@@ -249,7 +250,7 @@ pub fn budget(ui: &mut Ui, preferences: &mut Preferences, shown: Option<&Shown>)
     }
 }
 
-/// What is shown of the frame.
+/// Panel for the display mode.
 pub fn looks(ui: &mut Ui, look: &mut Look) {
     ui.horizontal_wrapped(|ui| {
         for each in Look::ALL {
@@ -258,14 +259,14 @@ pub fn looks(ui: &mut Ui, look: &mut Look) {
     });
 }
 
-/// How many frames are in the plot of times.
+/// Number of frames in the plot of times.
 pub const HISTORY: usize = 120;
 
-/// How wide the names of facts are.
+/// Width of the names of facts, in points.
 const NAMES: f32 = 64.0;
 
-/// A fact and its name. Both have their place whatever they are: a grid, whose columns are as wide as what is in them, would draw the
-/// window again whenever a number gets wider.
+/// Shows a fact and its name at fixed widths. A grid would adapt its columns to the content, and redraw the window
+/// whenever a number gets wider.
 fn fact(ui: &mut Ui, name: &str, value: String) {
     ui.horizontal(|ui| {
         let size = vec2(NAMES, ui.spacing().interact_size.y);
@@ -277,7 +278,7 @@ fn fact(ui: &mut Ui, name: &str, value: String) {
     });
 }
 
-/// What is known about the picture.
+/// Panel of facts about the picture.
 pub fn statistics(ui: &mut Ui, shown: &Shown, rate: f64, history: &VecDeque<Timings>) {
     ui.scope(|ui| {
         ui.spacing_mut().item_spacing.y = 2.0;
@@ -288,7 +289,7 @@ pub fn statistics(ui: &mut Ui, shown: &Shown, rate: f64, history: &VecDeque<Timi
             Progress::Complete => "all of it measured".into(),
         };
         row("Picture", format!("{}, {state}", shown.size));
-        // Of what stands still more and more is measured; what was sampled in motion is what it began with.
+        // Still views are refined to full density; this shows the density that they began with.
         let density = if shown.progress == Progress::Moving { "Density" } else { "In motion" };
         row(density, format!("{:.1} % of the pixels", shown.density * 100.0));
         let is_complete = shown.progress == Progress::Complete;
@@ -308,7 +309,7 @@ pub fn statistics(ui: &mut Ui, shown: &Shown, rate: f64, history: &VecDeque<Timi
     plot(ui, history);
 }
 
-/// The times of the last frames, stage over stage.
+/// Stacked plot of the last frames' stage times.
 fn plot(ui: &mut Ui, history: &VecDeque<Timings>) {
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), 54.0), Sense::hover());
     let painter = ui.painter_at(rect);
@@ -340,11 +341,11 @@ fn plot(ui: &mut Ui, history: &VecDeque<Timings>) {
     });
 }
 
-/// The colours of mask, march and filling.
+/// Colours of the stages mask, march and reconstruction.
 const STAGES: [Color32; 3] =
     [Color32::from_rgb(120, 120, 200), Color32::from_rgb(230, 150, 60), Color32::from_rgb(80, 170, 140)];
 
-/// A slider for a number that may not have been said.
+/// Slider for an optional number.
 fn number(
     ui: &mut Ui,
     name: &str,
@@ -364,7 +365,7 @@ fn number(
     }
 }
 
-/// A list to choose from.
+/// List to choose from.
 fn choice<T: Copy + PartialEq, N: Into<String>>(
     ui: &mut Ui,
     name: &str,
@@ -383,7 +384,7 @@ fn choice<T: Copy + PartialEq, N: Into<String>>(
     });
 }
 
-/// Says `value` in a session only where it is not the usual anyway.
+/// Stores `value` in a setting, unless the setting is empty and the value is the default.
 fn set<T: PartialEq + Default>(said: &mut Option<T>, value: T) {
     if said.is_some() || value != T::default() {
         *said = Some(value);

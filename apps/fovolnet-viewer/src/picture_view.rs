@@ -1,4 +1,4 @@
-//! The picture, and what hands do to it.
+//! View of the picture with mouse and keyboard navigation.
 
 use crate::marks::{self, AxisNames, Projection};
 use crate::navigation;
@@ -7,23 +7,23 @@ use eframe::egui::{Color32, Key, PointerButton, Rect, Response, Sense, Shape, Ui
 use fovolnet::core::{Camera, Light};
 use glam::DVec3;
 
-/// Degrees that a drag of a point turns.
+/// Degrees of rotation per point of a drag.
 const TURN: f64 = 0.35;
-/// World units a second of a flight, for the distance of the target.
+/// Flight speed in distances of the target per second.
 const FLIGHT: f64 = 0.6;
 
-/// What became of a picture that somebody had in hand.
+/// Result of showing the picture.
 #[derive(Debug)]
 pub struct Handled {
-    /// Where the picture is.
+    /// Rectangle of the picture.
     pub rect: Rect,
-    /// Where the pointer is over it, as fractions from its top left.
+    /// Position of the pointer over the picture, as fractions from its top left.
     pub pointer: Option<[f64; 2]>,
-    /// Whether the view was asked back to where it began.
+    /// Whether the user asked to reset the view.
     pub resets: bool,
 }
 
-/// Fills what is left of `ui` with the `picture` in it, if there is one, and turns the view as hands say.
+/// Fills the rest of `ui` with the `picture`, if there is one, and handles navigation.
 pub fn show(ui: &mut Ui, opened: &mut Opened, picture: impl FnOnce(Rect) -> Option<Shape>) -> Handled {
     let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
     ui.painter().add(picture(rect).unwrap_or_else(|| Shape::rect_filled(rect, 0.0, Color32::BLACK)));
@@ -36,7 +36,7 @@ pub fn show(ui: &mut Ui, opened: &mut Opened, picture: impl FnOnce(Rect) -> Opti
     Handled { rect, pointer, resets: response.double_clicked() }
 }
 
-/// Turns, moves and zooms.
+/// Handles rotation, panning and zoom.
 fn turn(ui: &Ui, response: &Response, opened: &mut Opened, rect: Rect) {
     let camera = opened.camera();
     let (shift, turns_light) = ui.input(|input| (input.modifiers.shift, input.key_down(Key::L)));
@@ -64,14 +64,14 @@ fn turn(ui: &Ui, response: &Response, opened: &mut Opened, rect: Rect) {
     }
 }
 
-/// Turns the light of the session with the hand.
+/// Rotates the session's light by a drag.
 fn turn_light(opened: &mut Opened, camera: &Camera, delta: Vec2) {
     let light = opened.document.settings().light.unwrap_or_else(|| Light::default().into());
     let turned = marks::turned_light(DVec3::from_array(light), camera, delta);
     opened.document.settings_mut().light = Some(turned.to_array());
 }
 
-/// Flies while keys are down.
+/// Moves the camera while keys are pressed.
 fn fly(ui: &Ui, opened: &mut Opened) {
     let is_asked = ui.ctx().memory(|memory| memory.top_modal_layer().is_some());
     if is_asked || ui.ctx().egui_wants_keyboard_input() {
@@ -96,7 +96,7 @@ fn fly(ui: &Ui, opened: &mut Opened) {
     }
 }
 
-/// Draws box, axes, scales and gaze over the picture of `camera` in `rect`; a click on an axis turns the view.
+/// Draws box, axes, scales and gaze over the picture of `camera` in `rect`. A click on an axis turns the view.
 pub fn marks(ui: &mut Ui, opened: &mut Opened, camera: &Camera, gaze: Option<[f64; 2]>, rect: Rect) {
     let painter = ui.painter_at(rect);
     let volume = std::sync::Arc::clone(&opened.volume.volume);

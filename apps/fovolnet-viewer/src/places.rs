@@ -1,4 +1,4 @@
-//! What the viewer remembers between runs: the files opened last, and tastes.
+//! Persistent state of the viewer: recent files and preferences.
 
 use crate::autosave::Autosaves;
 use fovolnet::io::atomic;
@@ -7,28 +7,28 @@ use serde::{Deserialize, Serialize};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// The most files that are remembered.
+/// Most recent files remembered.
 const RECENT: usize = 10;
 
-/// A folder for what is remembered.
+/// Folder of the persistent state.
 #[derive(Debug, Clone)]
 pub struct Places {
     folder: Option<PathBuf>,
 }
 
-/// What somebody likes.
+/// Preferences of the user.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, rename_all = "kebab-case")]
 pub struct Preferences {
-    /// Volumes and sessions, the last first.
+    /// Recent volumes and sessions, latest first.
     pub recent: Vec<String>,
-    /// Frames a second to keep in motion; 0 for frames as the session says.
+    /// Frame rate to keep in motion; 0 disables the frame budget.
     pub rate: f64,
-    /// Whether still views become full frames.
+    /// Whether still views are refined to full frames.
     pub converges: bool,
     /// Whether box, axes and scales are drawn.
     pub marks: bool,
-    /// Whether the window is dark.
+    /// Whether the theme is dark.
     pub dark: bool,
 }
 
@@ -39,7 +39,7 @@ impl Default for Preferences {
 }
 
 impl Preferences {
-    /// Puts `source` before all others.
+    /// Moves `source` to the front of the recent files.
     pub fn remember(&mut self, source: &str) {
         self.recent.retain(|known| known != source);
         self.recent.insert(0, source.to_owned());
@@ -48,7 +48,7 @@ impl Preferences {
 }
 
 impl Places {
-    /// The folder of this user: `FOVOLNET_STATE`, or what the system has for such.
+    /// Folder of this user: `FOVOLNET_STATE`, or the system's folder for application state.
     pub fn of_user() -> Self {
         let home = || std::env::var_os("HOME").map(PathBuf::from);
         let folder = match std::env::var_os("FOVOLNET_STATE") {
@@ -67,12 +67,12 @@ impl Places {
         Self { folder }
     }
 
-    /// What is remembered lies in `folder`; nothing is remembered without.
+    /// State in `folder`; without a folder, nothing is remembered.
     pub fn in_folder(folder: Option<PathBuf>) -> Self {
         Self { folder }
     }
 
-    /// What somebody likes; the usual where nothing is known, or what is known cannot be read.
+    /// Stored preferences, or the defaults if they are missing or unreadable.
     pub fn preferences(&self) -> Preferences {
         self.file("viewer.toml")
             .and_then(|file| std::fs::read_to_string(file).ok())
@@ -80,17 +80,17 @@ impl Places {
             .unwrap_or_default()
     }
 
-    /// Remembers `preferences`.
+    /// Stores `preferences`.
     ///
     /// # Errors
-    /// What the system said.
+    /// Errors of the file system.
     pub fn set_preferences(&self, preferences: &Preferences) -> Result<()> {
         let text = toml::to_string(preferences)
             .map_err(|e| Error::Setting(format!("the preferences cannot be written: {e}")))?;
         self.write("viewer.toml", &text)
     }
 
-    /// Unsaved sessions, which are remembered there too.
+    /// Autosaves in this folder.
     pub fn autosaves(&self) -> Autosaves {
         Autosaves::in_folder(self.folder.clone())
     }

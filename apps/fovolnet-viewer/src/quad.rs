@@ -1,5 +1,5 @@
-//! Pictures on the window, drawn by a shader of their own: the one for everything else does so much for every pixel that a
-//! processor, where it has to draw the window, takes twenty times as long for it.
+//! Textured quads with a minimal shader. The user interface's general shader does so much per pixel that software
+//! rendering takes twenty times as long.
 
 use eframe::egui::{PaintCallbackInfo, Rect, Shape};
 use eframe::egui_wgpu::{Callback, CallbackResources, CallbackTrait, RenderState};
@@ -28,14 +28,14 @@ fn pixel(corner: Corner) -> @location(0) vec4<f32> {
 }
 ";
 
-/// What draws pictures on a window.
+/// Renderer of pictures in a window.
 #[derive(Clone)]
 pub struct Painter {
     device: wgpu::Device,
     queue: wgpu::Queue,
     pipeline: wgpu::RenderPipeline,
     sampler: wgpu::Sampler,
-    /// That of pictures: they are stored as they are shown.
+    /// Format of the pictures' texture; values are stored as they are displayed.
     format: wgpu::TextureFormat,
 }
 
@@ -46,7 +46,7 @@ impl fmt::Debug for Painter {
 }
 
 impl Painter {
-    /// For the window of `state`.
+    /// Renderer for the window of `state`.
     pub fn of_window(state: &RenderState) -> Self {
         let (device, target) = (&state.device, state.target_format);
         let shader = device.create_shader_module(wgpu::ShaderModuleDescriptor {
@@ -89,7 +89,7 @@ impl Painter {
         Self { device: device.clone(), queue: state.queue.clone(), pipeline, sampler, format }
     }
 
-    /// Makes a picture of this width and height of the bytes `rgba`, in the memory of one `before` where that is as large.
+    /// Uploads `rgba` as a picture of this width and height. Reuses the texture of `before` if its size matches.
     pub fn show(&self, [width, height]: [u32; 2], rgba: &[u8], before: Option<OnWindow>) -> OnWindow {
         let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
         let shown = match before.filter(|shown| shown.0.texture.size() == size) {
@@ -126,12 +126,12 @@ impl Painter {
     }
 }
 
-/// A picture that a window can draw.
+/// Picture that a window can draw.
 #[derive(Debug, Clone)]
 pub struct OnWindow(Arc<Quad>);
 
 impl OnWindow {
-    /// It in `rect`.
+    /// Shape that draws the picture in `rect`.
     pub fn shape(&self, rect: Rect) -> Shape {
         Callback::new_paint_callback(rect, self.clone()).into()
     }

@@ -1,8 +1,8 @@
-//! A slider with two ends.
+//! Slider with two handles.
 
 use eframe::egui::{Rect, Sense, Stroke, Ui, pos2, vec2};
 
-/// What of the slider is in hand.
+/// Dragged part of the slider.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Part {
     Low,
@@ -10,8 +10,8 @@ enum Part {
     Both,
 }
 
-/// Shows `range` within 0 and 1, at least `gap` apart; the ends are dragged alone, what is between them with both. Whether it
-/// changed.
+/// Shows `range` within 0 and 1; its ends stay at least `gap` apart. Dragging a handle moves one end, dragging
+/// between them moves both. Returns whether it changed.
 pub fn range_slider(ui: &mut Ui, range: &mut [f64; 2], gap: f64) -> bool {
     let (rect, response) =
         ui.allocate_exact_size(vec2(ui.available_width().max(60.0), 18.0), Sense::click_and_drag());
@@ -48,7 +48,7 @@ pub fn range_slider(ui: &mut Ui, range: &mut [f64; 2], gap: f64) -> bool {
     *range != before
 }
 
-/// What is at `x`, where the ends are at `ends`.
+/// Part of the slider at `x`, given the handles' positions `ends`.
 fn part_at(x: f32, ends: [f32; 2]) -> Part {
     let [low, high] = ends.map(|end| (x - end).abs());
     if low.min(high) > 8.0 && (ends[0]..=ends[1]).contains(&x) {

@@ -1,4 +1,4 @@
-//! The device that draws the window, where it makes the pictures too.
+//! Sharing of the window's graphics device with the renderer.
 
 use eframe::egui::TextureId;
 use eframe::egui::mutex::RwLock;
@@ -9,14 +9,16 @@ use fovolnet::gpu::{AdapterRequest, Gpu};
 use std::fmt;
 use std::sync::Arc;
 
-/// The environment variable by which a window shares its device with the pictures (`shared`), or not (`own`).
+/// Environment variable that forces sharing of the window's device with the renderer (`shared`) or separate devices
+/// (`own`).
 pub const SCREEN_VARIABLE: &str = "FOVOLNET_SCREEN";
 
-/// The device that draws the window and makes the pictures: these never leave it. The window needs a
+/// Device shared by window and renderer, so that pictures never leave it. The window needs a
 /// [`Surface`](crate::surface::Surface) then.
 ///
-/// Both wait for each other then. So only cards of their own are shared unless somebody says otherwise: they are done soon,
-/// and the way through the host, which other adapters have before them anyway, is long for them.
+/// Window and renderer wait for each other on a shared device. So only discrete cards are shared by default: their
+/// frames are short, and copying through the host is slow for them. On other adapters the copy cannot be
+/// avoided anyway.
 #[derive(Clone)]
 pub struct Screen {
     gpu: Gpu,
@@ -30,7 +32,8 @@ impl fmt::Debug for Screen {
 }
 
 impl Screen {
-    /// How a window is opened so that it may share its device: on the adapter of `device` where that can draw it.
+    /// Configures the window such that it may share its device: on the adapter of `device`, if that can draw the
+    /// window.
     pub fn configure(device: &Device, mut how: WgpuConfiguration) -> WgpuConfiguration {
         if let WgpuSetup::CreateNew(setup) = &mut how.wgpu_setup {
             setup.native_adapter_selector = Some(selector(device.request()));
@@ -39,7 +42,7 @@ impl Screen {
         how
     }
 
-    /// What the window of `state` shares, if it is drawn by what `device` means.
+    /// Shared device of the window of `state`, if its adapter matches `device`.
     pub fn of_window(state: &RenderState, device: &Device) -> Option<Self> {
         let (request, info) = (device.request()?, state.adapter.get_info());
         let is_shared = match std::env::var(SCREEN_VARIABLE).as_deref() {
@@ -56,7 +59,7 @@ impl Screen {
         &self.gpu
     }
 
-    /// Shows `picture`, in place of what is shown by `before`.
+    /// Registers `picture` for drawing, in place of `before`.
     pub fn show(&self, picture: &wgpu::Texture, before: Option<OnScreen>) -> OnScreen {
         let device = self.gpu.device();
         let view = picture.create_view(&wgpu::TextureViewDescriptor::default());
@@ -75,7 +78,7 @@ impl Screen {
     }
 }
 
-/// The adapter for a window: of what is `wanted`, else of any, the best that can draw on it.
+/// Selects the adapter for a window: the best of those `wanted`, else the best of all, that can draw on it.
 fn selector(wanted: Option<AdapterRequest>) -> NativeAdapterSelectorMethod {
     Arc::new(move |adapters, surface| {
         let draws =
@@ -88,14 +91,14 @@ fn selector(wanted: Option<AdapterRequest>) -> NativeAdapterSelectorMethod {
     })
 }
 
-/// A picture of the device that the window draws.
+/// Picture in device memory that the window draws.
 pub struct OnScreen {
     id: TextureId,
     renderer: Arc<RwLock<Renderer>>,
 }
 
 impl OnScreen {
-    /// What it is drawn by.
+    /// Texture id for drawing.
     pub fn id(&self) -> TextureId {
         self.id
     }

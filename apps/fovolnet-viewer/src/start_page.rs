@@ -1,4 +1,4 @@
-//! What is there before anything is open.
+//! Start page, shown while nothing is open.
 
 use crate::thumbnails::Thumbnails;
 use eframe::egui::{
@@ -7,16 +7,16 @@ use eframe::egui::{
 };
 use fovolnet::io::procedural::Procedural;
 
-/// What was chosen.
+/// Choice on the start page.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Choice {
     /// Ask for a file.
     Browse,
-    /// Open this.
+    /// Open this source.
     Open(String),
 }
 
-/// Shows the built-in volumes and the files opened last.
+/// Shows the built-in volumes and the recent files.
 pub fn show(ui: &mut Ui, recent: &[String], thumbnails: &Thumbnails) -> Option<Choice> {
     let mut choice = None;
     ScrollArea::vertical().show(ui, |ui| {
@@ -58,10 +58,10 @@ pub fn show(ui: &mut Ui, recent: &[String], thumbnails: &Thumbnails) -> Option<C
     choice
 }
 
-/// How large the pictures are drawn, in points, with room for a name.
+/// Size of a card in points, including its name.
 const CARD: Vec2 = vec2(150.0, 128.0);
 
-/// A volume to click on.
+/// Clickable card of a volume.
 fn card(ui: &mut Ui, kind: Procedural, thumbnails: &Thumbnails) -> bool {
     let (rect, response) = ui.allocate_exact_size(CARD, Sense::click());
     let name = kind.name();
@@ -80,7 +80,7 @@ fn card(ui: &mut Ui, kind: Procedural, thumbnails: &Thumbnails) -> bool {
     response.clicked()
 }
 
-/// `text` in at most `most` characters, its middle left out where it is longer.
+/// Shortens `text` to at most `most` characters by cutting out its middle.
 pub fn middle_cut(text: &str, most: usize) -> String {
     let characters: Vec<char> = text.chars().collect();
     if characters.len() <= most {

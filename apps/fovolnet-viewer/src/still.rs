@@ -1,4 +1,4 @@
-//! A view that stands still becomes the full frame.
+//! Progressive refinement of still views to the full frame.
 
 use anyhow::Result;
 use fovolnet::core::{Camera, Fovea, Frame, FrameSize, Pixel, SampleList, SampleMask, ShadowMode};
@@ -8,51 +8,51 @@ use fovolnet::render::noise::Noise;
 use fovolnet::{Pipeline, RenderSettings, RenderedFrame};
 use std::time::Instant;
 
-/// A frame whose pixels are measured one after the other, in the order of the noise that chose the first of them, until all
-/// are: then it is the frame that `--sampling full` renders.
+/// Progressively refined frame. Pixels are rendered in the order of the mask's noise until all are done. The result
+/// equals `--sampling full`.
 #[derive(Debug)]
 pub struct Still {
     camera: Camera,
     fovea: Fovea,
     noise: Noise,
     index: u32,
-    /// What was made of the first samples.
+    /// Reconstruction from the first samples.
     reconstructed: Frame,
-    /// The same, with everything that was measured since.
+    /// The reconstruction, with all pixels replaced that were rendered since.
     picture: Frame,
     measured: SampleMask,
-    /// Milliseconds a pixel.
+    /// Cost in milliseconds per pixel.
     pixel_ms: f64,
-    /// The noise below which everything is measured.
+    /// Noise threshold below which all pixels are rendered.
     level: f64,
-    /// The exact frame, where the picture is not.
+    /// Frame with exact shadows, if the picture has cached ones.
     reference: Option<Reference>,
 }
 
-/// The frame with exact shadows that a picture with cached ones is compared with, measured row by row.
+/// Frame with exact shadows, rendered row by row, for comparison with cached shadows.
 #[derive(Debug)]
 struct Reference {
     frame: Frame,
-    /// How many rows are measured.
+    /// Number of rendered rows.
     rows: u32,
-    /// Milliseconds a pixel.
+    /// Cost in milliseconds per pixel.
     pixel_ms: f64,
 }
 
-/// How good the reconstruction was, as the full frame shows.
+/// Quality of the reconstruction, compared with the full frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quality {
-    /// Peak signal-to-noise ratio in dB.
+    /// PSNR in dB.
     pub psnr: f64,
-    /// FovVideoVDP without foveation, in just-objectionable differences from 10.
+    /// FovVideoVDP without foveation, in JOD; 10 is best. `None` for frames too small to measure.
     pub jod: Option<f64>,
 }
 
-/// Milliseconds between two pictures that are shown while one converges.
+/// Milliseconds of rendering between two displayed refinements.
 const PIECE_MS: f64 = 70.0;
 
 impl Still {
-    /// Begins with what a pipeline of `settings` rendered from `camera`.
+    /// Starts with a frame `first` that a pipeline with `settings` rendered from `camera`.
     pub fn new(settings: &RenderSettings, camera: Camera, fovea: Fovea, first: RenderedFrame) -> Self {
         let noise = Noise::new(settings.noise.unwrap_or_default(), settings.seed.unwrap_or(0));
         let pixel_ms = (first.timings.mask + first.timings.march) / first.samples.max(1) as f64;
@@ -72,7 +72,7 @@ impl Still {
         }
     }
 
-    /// Measures more pixels of the frame, or of the reference once the frame is complete.
+    /// Renders more pixels of the frame; once it is complete, more of the reference.
     ///
     /// # Errors
     /// A device that is lost.
@@ -107,7 +107,7 @@ impl Still {
         Ok(())
     }
 
-    /// The pixels whose noise lies below `level`.
+    /// Pixels whose noise is below `level`.
     fn below(&self, level: f64) -> SampleMask {
         let size = self.picture.size();
         if level >= 1.0 {
@@ -117,42 +117,42 @@ impl Still {
         cpu::mask(&everywhere, size, &self.noise, self.index)
     }
 
-    /// Whether every pixel is measured.
+    /// Whether every pixel is rendered.
     pub fn is_complete(&self) -> bool {
         self.level >= 1.0
     }
 
-    /// Whether nothing is left to measure: neither of the frame nor of what it is compared with.
+    /// Whether frame and reference are complete.
     pub fn is_done(&self) -> bool {
         self.is_complete() && self.reference.as_ref().is_none_or(Reference::is_complete)
     }
 
-    /// The share of pixels that are measured.
+    /// Fraction of pixels that are rendered.
     pub fn share(&self) -> f64 {
         self.measured.density()
     }
 
-    /// How samples were chosen.
+    /// Fovea of the first mask.
     pub fn fovea(&self) -> &Fovea {
         &self.fovea
     }
 
-    /// The frame as far as it is measured; reconstructed elsewhere.
+    /// Current picture: rendered pixels, reconstructed elsewhere.
     pub fn picture(&self) -> &Frame {
         &self.picture
     }
 
-    /// The frame as it was made of its first samples.
+    /// Reconstruction from the first samples.
     pub fn reconstructed(&self) -> &Frame {
         &self.reconstructed
     }
 
-    /// Which pixels are measured.
+    /// Mask of rendered pixels.
     pub fn measured(&self) -> &SampleMask {
         &self.measured
     }
 
-    /// How good the reconstruction was, compared with the full frame with exact shadows, once that is measured.
+    /// Quality of the reconstruction against the full frame with exact shadows; `None` until that is complete.
     pub fn quality(&self) -> Option<Quality> {
         let exact = self.reference.as_ref().map_or(&self.picture, |reference| &reference.frame);
         self.is_done().then(|| Quality {
@@ -163,7 +163,7 @@ impl Still {
 }
 
 impl Reference {
-    /// Nothing of it yet; a pixel is thought to take `pixel_ms` milliseconds.
+    /// Empty reference with the estimated cost `pixel_ms` in milliseconds per pixel.
     fn new(size: FrameSize, pixel_ms: f64) -> Self {
         Self { frame: Frame::new(size), rows: 0, pixel_ms }
     }
@@ -172,7 +172,7 @@ impl Reference {
         self.rows >= self.frame.size().height
     }
 
-    /// Measures more rows, seen from `camera`.
+    /// Renders more rows, seen from `camera`.
     fn advance(&mut self, pipeline: &mut Pipeline, camera: &Camera) -> Result<()> {
         let size = self.frame.size();
         let row_ms = self.pixel_ms.max(1e-9) * f64::from(size.width);
@@ -197,7 +197,7 @@ impl Reference {
     }
 }
 
-/// FovVideoVDP of `test`; none for frames that are too small for it.
+/// FovVideoVDP of `test`; `None` for frames that are too small.
 fn jod(reference: &Frame, test: &Frame) -> Option<f64> {
     let display = Display::named("standard_4k").ok()?;
     let mut measure = FovVideoVdp::image(&display).ok()?;

@@ -1,4 +1,4 @@
-//! What makes the pictures on the screen, one step after the other.
+//! Frame producer: makes the pictures on the screen, step by step.
 
 use crate::budget::{Budget, Rung};
 use crate::look::{Look, Parts, rgba};
@@ -13,30 +13,30 @@ use fovolnet::{
 };
 use std::sync::Arc;
 
-/// Milliseconds that a frame may take where the window waits for the same device: it is to answer within 50.
+/// Most milliseconds of a frame on the window's own device, since the window should respond within 50.
 const WINDOW_MS: f64 = 40.0;
 
-/// What somebody wants to see now.
+/// Request for pictures of a view.
 #[derive(Debug, Clone)]
 pub struct Wanted {
     /// The volume.
     pub volume: OpenVolume,
-    /// How it is shown; the size is that of the picture on the screen, and of its paths nothing counts.
+    /// Render settings. The size is that of the picture on the screen; path settings are ignored.
     pub settings: RenderSettings,
-    /// From where.
+    /// Camera that sees the view.
     pub camera: Camera,
-    /// Where the eye looks, as fractions of the picture from its top left.
+    /// Gaze, as fractions of the picture from its top left.
     pub gaze: [f64; 2],
-    /// Frames a second to keep while something moves; as the settings say without.
+    /// Frame rate to keep in motion; `None` renders with the settings unchanged.
     pub rate: Option<f64>,
-    /// Whether a still view becomes the full frame.
+    /// Whether still views are refined to the full frame.
     pub converges: bool,
-    /// What is shown of it.
+    /// Display mode.
     pub look: Look,
 }
 
 impl Wanted {
-    /// Whether both ask for the same full frame.
+    /// Whether both requests have an equal full frame.
     fn shows_as(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.volume.volume, &other.volume.volume)
             && self.settings == other.settings
@@ -52,60 +52,60 @@ impl PartialEq for Wanted {
     }
 }
 
-/// How far a picture is.
+/// Progress of a picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Progress {
-    /// It moves.
+    /// In motion.
     Moving,
-    /// This share of it is measured.
+    /// This fraction of the pixels is rendered.
     Converging(f64),
-    /// All of it is measured.
+    /// All pixels are rendered.
     Complete,
 }
 
-/// The pixels of a picture.
+/// Pixels of a picture.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Pixels {
     /// Opaque 8-bit RGBA, row by row.
     Host(Vec<u8>),
-    /// Likewise, on the device that draws the window.
+    /// Opaque 8-bit RGBA texture on the window's device.
     Device(wgpu::Texture),
 }
 
-/// A picture for the screen.
+/// Picture for the screen.
 #[derive(Debug, Clone)]
 pub struct Shown {
-    /// Its size.
+    /// Width and height in pixels.
     pub size: FrameSize,
-    /// Its pixels.
+    /// Pixels, on the host or on the device of the window.
     pub pixels: Pixels,
-    /// From where it is seen.
+    /// Camera that sees the view.
     pub camera: Camera,
-    /// How far it is.
+    /// Progress of the refinement.
     pub progress: Progress,
-    /// How it was made.
+    /// Settings that it was made with.
     pub settings: RenderSettings,
-    /// The share of its pixels that were sampled for it.
+    /// Fraction of pixels sampled for the frame.
     pub density: f64,
-    /// How long that took.
+    /// Timings of the frame.
     pub timings: Timings,
-    /// How good the reconstruction was, once that is known.
+    /// Quality of the reconstruction, once known.
     pub quality: Option<Quality>,
-    /// The step of the ladder that the frame budget stands on, where there is one.
+    /// Quality level of the frame budget, if one is in use.
     pub rung: Option<Rung>,
-    /// What made it.
+    /// Machine that made it.
     pub machine: Machine,
 }
 
-/// What makes the pictures.
+/// Frame producer with its device, pipeline and frame budget.
 #[derive(Debug, Default)]
 pub struct Studio {
     speed: SpeedSettings,
-    /// The device that draws the window, until it is lost.
+    /// Device of the window, until it is lost.
     screen: Option<Gpu>,
     device: Option<OpenDevice>,
     pipeline: Option<Pipeline>,
-    /// How long the last frame took that stayed on the device.
+    /// Timings of the last frame that stayed on the device.
     displayed: Timings,
     last: Option<Last>,
     budget: Budget,
@@ -113,7 +113,7 @@ pub struct Studio {
     notes: Vec<String>,
 }
 
-/// What was made last.
+/// State after the last step.
 #[derive(Debug)]
 struct Last {
     wanted: Wanted,
@@ -127,32 +127,32 @@ struct Last {
 #[derive(Debug)]
 enum View {
     Moving(Box<RenderedFrame>, Fovea),
-    /// Likewise, but on the device that draws the window; and what is known of the last frame that is done there.
+    /// Frame in a texture on the window's device, and the statistics of the last frame finished there.
     Displayed(wgpu::Texture, Option<DoneFrame>),
     Still(Box<Still>, Option<Quality>),
 }
 
 impl Studio {
-    /// A studio that works as `speed` says, on the device that draws the window where that is lent as its `screen`.
+    /// Frame producer with the settings `speed`. If the window lends its device as `screen`, frames are made there.
     pub fn new(speed: SpeedSettings, screen: Option<Gpu>) -> Self {
         Self { speed, screen, ..Self::default() }
     }
 
-    /// What is to be known since the last call.
+    /// Takes the notes since the last call.
     pub fn take_notes(&mut self) -> Vec<String> {
         std::mem::take(&mut self.notes)
     }
 
-    /// The next picture of what is wanted; none where the last one is all there is to be seen.
+    /// Makes the next picture of `wanted`; `None` if the last picture is final.
     ///
     /// # Errors
-    /// Settings that nothing can be rendered with, a device that is lost.
+    /// Invalid render settings, or a lost device.
     pub fn step(&mut self, wanted: &Wanted) -> Result<Option<Shown>> {
         let shown = self.next(wanted);
         if let Err(error) = &shown
             && error.downcast_ref::<fovolnet::Error>().is_some_and(fovolnet::Error::is_of_gpu)
         {
-            // A device that is lost stays lost: another may do.
+            // A lost device cannot recover; the next step opens another.
             (self.device, self.pipeline, self.screen) = (None, None, None);
         }
         shown
@@ -168,7 +168,7 @@ impl Studio {
         Ok(shown)
     }
 
-    /// What follows on `last` where nothing moves, and whether it is anything new.
+    /// Continues from `last` for an unchanged view. Also returns whether there is a new picture.
     fn go_on(&mut self, last: Last, wanted: &Wanted) -> Result<(Last, bool)> {
         let looks_other = last.wanted.look != wanted.look;
         let (view, is_new) = match last.view {
@@ -178,7 +178,7 @@ impl Studio {
             View::Moving(..) | View::Displayed(..) if last.wanted.gaze != wanted.gaze => {
                 return Ok((self.move_to(wanted)?, true));
             }
-            // Looks need what has stayed on the device.
+            // Other display modes need data that has stayed on the device.
             View::Displayed(..) if looks_other => return Ok((self.move_to(wanted)?, true)),
             View::Still(mut still, _) if !still.is_done() && wanted.converges => {
                 still.advance(self.open(wanted)?)?;
@@ -190,7 +190,7 @@ impl Studio {
         Ok((Last { view, wanted: wanted.clone(), ..last }, is_new))
     }
 
-    /// A frame in motion, as good as there is time for.
+    /// Makes a frame in motion at the quality that the frame budget allows.
     fn move_to(&mut self, wanted: &Wanted) -> Result<Last> {
         let asked = &wanted.settings;
         let Some(rate) = wanted.rate else { return self.move_as(wanted, asked.clone()) };
@@ -205,7 +205,7 @@ impl Studio {
         Ok(last)
     }
 
-    /// A frame in motion, made as `settings` say; it stays on the device where that draws the window.
+    /// Makes a frame in motion with `settings`. It stays on the device if that draws the window.
     fn move_as(&mut self, wanted: &Wanted, settings: RenderSettings) -> Result<Last> {
         match self.display(wanted, &settings)? {
             Some(last) => Ok(last),
@@ -213,7 +213,7 @@ impl Studio {
         }
     }
 
-    /// The first picture of a view that stands still.
+    /// Makes the first picture of a still view.
     fn stand_at(&mut self, wanted: &Wanted) -> Result<Last> {
         let last = self.render(wanted, wanted.settings.clone())?;
         let view = match last.view {
@@ -225,7 +225,7 @@ impl Studio {
         Ok(Last { view, ..last })
     }
 
-    /// The next frame, made as `settings` say.
+    /// Makes the next frame with `settings`.
     fn render(&mut self, wanted: &Wanted, settings: RenderSettings) -> Result<Last> {
         let (index, viewpoint) = self.next_viewpoint(wanted, &settings)?;
         let pipeline = self.open(wanted)?;
@@ -243,7 +243,8 @@ impl Studio {
         })
     }
 
-    /// The next frame on the device that draws the window, where there is such a one and it can stay there.
+    /// Makes the next frame on the window's device; `None` if there is no shared device or the frame cannot stay
+    /// there.
     fn display(&mut self, wanted: &Wanted, settings: &RenderSettings) -> Result<Option<Last>> {
         if self.screen.is_none() || wanted.look != Look::Picture {
             return Ok(None);
@@ -268,13 +269,13 @@ impl Studio {
         }))
     }
 
-    /// The number of the next frame, and from where it is seen.
+    /// Number and viewpoint of the next frame.
     fn next_viewpoint(&self, wanted: &Wanted, settings: &RenderSettings) -> Result<(u32, Viewpoint)> {
         let fovea = Fovea { gaze: wanted.gaze, ..settings.fovea(self.next_frame)? };
         Ok((self.next_frame, Viewpoint { camera: wanted.camera, fovea }))
     }
 
-    /// The pipeline of the wanted volume.
+    /// Returns the pipeline of the requested volume; opens it if necessary.
     fn open(&mut self, wanted: &Wanted) -> Result<&mut Pipeline> {
         let is_open = |pipeline: &Pipeline| Arc::ptr_eq(&pipeline.volume().volume, &wanted.volume.volume);
         let pipeline = match self.pipeline.take().filter(is_open) {
@@ -367,7 +368,7 @@ mod tests {
         }
     }
 
-    /// All that is shown until nothing new comes.
+    /// All pictures until nothing new comes.
     fn all(studio: &mut Studio, wanted: &Wanted) -> Vec<Shown> {
         std::iter::from_fn(|| studio.step(wanted).unwrap()).take(10_000).collect()
     }
@@ -414,7 +415,7 @@ mod tests {
         }
         wanted.camera = CameraPath::Orbit.camera(9);
         let moving = studio.step(&wanted).unwrap().unwrap();
-        // Which of the smallest depends on what frames took.
+        // The chosen level depends on the measured times.
         assert!(moving.size.width < 32 && moving.size.height < 24, "{}", moving.size);
         assert!(moving.rung.unwrap().scale < 0.5);
         let last = all(&mut studio, &wanted).pop().unwrap();
@@ -440,7 +441,7 @@ mod tests {
         assert!(timings[0] == 0.0 && timings[3] > 0.0, "{timings:?}");
         let last = Wanted { camera: CameraPath::Orbit.camera(3), ..still.clone() };
         assert!(studio.step(&last).unwrap().is_none(), "nothing changed");
-        // Looks and still views need what comes back to the host.
+        // Other display modes and still views need pixels on the host.
         let samples = Wanted { look: Look::Samples, ..last.clone() };
         assert!(matches!(studio.step(&samples).unwrap().unwrap().pixels, Pixels::Host(_)));
         let complete = all(&mut studio, &Wanted { converges: true, ..last }).pop().unwrap();
@@ -463,7 +464,7 @@ mod tests {
         let volumes = ["head", "vortices"].map(|name| open_volume(name, &read).unwrap());
         let mut first: [Option<Vec<[u8; 4]>>; 4] = Default::default();
         for i in 0..24u32 {
-            // Each for three frames, two of which are under way when the next comes.
+            // Each kind lasts for three frames; two of them are in flight when the next kind comes.
             let kind = (i / 3 % 4) as usize;
             let mut wanted = Wanted { converges: false, volume: volumes[kind % 2].clone(), ..wanted() };
             wanted.settings.size = Some(["64x48", "40x56"][kind / 2].parse().unwrap());
@@ -477,7 +478,7 @@ mod tests {
                 let before = first[kind].get_or_insert_with(|| pixels.clone());
                 let pairs = before.iter().flatten().zip(pixels.iter().flatten());
                 let differences: u32 = pairs.map(|(a, b)| u32::from(a.abs_diff(*b))).sum();
-                // Other samples, of the same volume.
+                // The samples differ, but the volume is equal.
                 let mean = differences as f32 / pixels.len() as f32;
                 assert!(mean < 20.0, "frame {i} remembers what was shown before it: {mean}");
             }

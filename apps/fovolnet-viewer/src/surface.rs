@@ -1,4 +1,4 @@
-//! The surface of a window whose device makes pictures meanwhile.
+//! Surface of a window whose device also makes pictures.
 
 use crate::screen::Screen;
 use anyhow::{Result, bail};
@@ -9,14 +9,14 @@ use fovolnet::gpu::{Gpu, Pause};
 use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Frames in a row that may go wrong before a window gives up.
+/// Consecutive failing frames before the window gives up.
 const TRIES: u32 = 20;
 
-/// Gives a window its turn on a device that others use too.
+/// Gives a window access to a shared device.
 ///
-/// A surface can be configured only while its device rests. A window that changes its size does so at once, and fails where
-/// pictures are being made: the surface stays as it was, for one frame. For the next one the device is made to rest, and the
-/// surface is configured again.
+/// A surface can only be configured while its device is idle. A resized window does so immediately, and fails if
+/// pictures are being made. Then the surface keeps its old configuration for one frame. Before the next one,
+/// rendering is paused and the surface configured again.
 pub struct Surface {
     gpu: Gpu,
     fault: Arc<Mutex<Option<String>>>,
@@ -25,13 +25,13 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// That of the window of `context`, which `screen` is drawn by. What goes wrong with it is kept from now on, where wgpu
-    /// would panic.
+    /// Surface of the window of `context`, drawn by `screen`. From now on device errors are recorded; without this,
+    /// wgpu would panic.
     pub fn of_window(screen: &Screen, context: &Context) -> Self {
         let gpu = screen.gpu().clone();
         let fault = Arc::<Mutex<Option<String>>>::default();
         let (kept, wake) = (Arc::clone(&fault), context.clone());
-        // What goes wrong with pictures is caught where they are made.
+        // Errors in making pictures are caught there.
         gpu.device().on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
             *kept.lock().unwrap_or_else(PoisonError::into_inner) = Some(fovolnet::one_line(&error));
             wake.request_repaint();
@@ -39,16 +39,16 @@ impl Surface {
         Self { gpu, fault, pause: None, failed: 0 }
     }
 
-    /// Lets the device work again; to be called before anything of a frame.
+    /// Lets the device work again; call before everything else in a frame.
     pub fn resume(&mut self) {
         self.pause = None;
     }
 
-    /// Has the surface configured again before this frame is drawn if something went wrong with the last one; to be called
-    /// after anything of a frame that may wait for the device.
+    /// Configures the surface again if the last frame failed. Call after everything in a frame that may wait for the
+    /// device.
     ///
     /// # Errors
-    /// What goes wrong again and again.
+    /// The surface failed too often in a row.
     pub fn mend(&mut self, frame: &mut eframe::Frame, context: &Context) -> Result<()> {
         let fault = self.fault.lock().unwrap_or_else(PoisonError::into_inner).take();
         let (Some(fault), Some(config)) = (fault, frame.wgpu_surface_config()) else {
@@ -66,9 +66,9 @@ impl Surface {
     }
 }
 
-/// The same configuration in other words: only what differs is configured.
+/// An equivalent but unequal configuration, since equal ones are not applied.
 fn other_words(config: SurfaceConfig) -> SurfaceConfig {
-    /// What `None` stands for.
+    /// Latency that `None` stands for.
     const DEFAULT: u32 = 2;
     let desired_maximum_frame_latency = match config.desired_maximum_frame_latency {
         None => Some(DEFAULT),

@@ -1,4 +1,4 @@
-//! Small pictures of the volumes that come with the program.
+//! Thumbnails of the built-in volumes.
 
 use eframe::egui::{ColorImage, Context, TextureHandle, TextureOptions};
 use fovolnet::io::image;
@@ -8,7 +8,7 @@ use std::path::Path;
 
 macro_rules! pictures {
     ($($name:literal),* $(,)?) => {
-        /// As `fovolnet render` makes them; REPRODUCE.md has the command.
+        /// Made by `fovolnet render`; REPRODUCE.md has the command.
         const PICTURES: &[(&str, &[u8])] =
             &[$(($name, include_bytes!(concat!("../assets/pictures/", $name, ".png")))),*];
     };
@@ -16,19 +16,19 @@ macro_rules! pictures {
 
 pictures!("vortices", "supernova", "head", "engine", "angiogram", "reptile", "plume", "marschner-lobb");
 
-/// Small pictures, ready to be drawn.
+/// Thumbnails as textures.
 #[derive(Default)]
 pub struct Thumbnails(Vec<(&'static str, TextureHandle)>);
 
 impl Thumbnails {
-    /// Makes them ready, once.
+    /// Loads the textures, once.
     pub fn prepare(&mut self, context: &Context) {
         if self.0.is_empty() {
             self.0 = PICTURES.iter().map(|&(name, bytes)| (name, texture(context, name, bytes))).collect();
         }
     }
 
-    /// The picture of `kind`, if they are ready.
+    /// Thumbnail of `kind`, if loaded.
     pub fn of(&self, kind: Procedural) -> Option<&TextureHandle> {
         self.0.iter().find(|(name, _)| *name == kind.name()).map(|(_, texture)| texture)
     }

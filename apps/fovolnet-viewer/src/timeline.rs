@@ -1,39 +1,39 @@
-//! The path of the camera along frames.
+//! Timeline of the camera path.
 
 use crate::opened::Opened;
 use crate::outline::outline;
 use eframe::egui::{Align2, ComboBox, DragValue, FontId, Rect, Sense, Stroke, Ui, pos2, vec2};
 use fovolnet::core::CameraPath;
 
-/// Frames a second of playback.
+/// Playback rate in frames a second.
 pub const FPS: f64 = 30.0;
 
-/// What plays.
+/// State of the timeline.
 #[derive(Debug, Clone, Default)]
 pub struct Timeline {
-    /// When playback began, in seconds, and the frame that it began with.
+    /// Start of playback in seconds, and its first frame.
     playing: Option<(f64, u32)>,
-    /// The keyframe that is being moved, and where to.
+    /// Index of the dragged keyframe, and its new frame.
     moving: Option<(usize, f64)>,
 }
 
 impl Timeline {
-    /// Whether it plays.
+    /// Whether the path is playing.
     pub fn is_playing(&self) -> bool {
         self.playing.is_some()
     }
 
-    /// Plays on from `frame` at `time`, or stops.
+    /// Starts playback from `frame` at `time`, or pauses.
     pub fn play_or_pause(&mut self, time: f64, frame: u32) {
         self.playing = if self.is_playing() { None } else { Some((time, frame)) };
     }
 
-    /// Stops.
+    /// Pauses playback.
     pub fn pause(&mut self) {
         self.playing = None;
     }
 
-    /// Shows the frame of `time`, round and round.
+    /// Shows the frame of `time`, in a loop.
     pub fn advance(&mut self, time: f64, opened: &mut Opened) {
         if let Some((began, first)) = self.playing {
             let passed = ((time - began) * FPS).max(0.0) as u32;
@@ -41,7 +41,7 @@ impl Timeline {
         }
     }
 
-    /// Shows it.
+    /// Shows the timeline.
     pub fn ui(&mut self, ui: &mut Ui, opened: &mut Opened) {
         let time = ui.input(|input| input.time);
         ui.horizontal(|ui| {
@@ -78,7 +78,7 @@ impl Timeline {
         self.track(ui, opened);
     }
 
-    /// The frames from left to right, with the keyframes.
+    /// Shows the frames from left to right, with the keyframes.
     fn track(&mut self, ui: &mut Ui, opened: &mut Opened) {
         let (rect, response) =
             ui.allocate_exact_size(vec2(ui.available_width(), 26.0), Sense::click_and_drag());
@@ -137,7 +137,8 @@ impl Timeline {
     }
 }
 
-/// Makes the view a keyframe at the frame that is shown; one second after the last keyframe where that has one already.
+/// Adds the current view as a keyframe at the current frame. If that frame has a keyframe, a free camera is added one
+/// second after the last one.
 pub fn add_keyframe(opened: &mut Opened) {
     let here = f64::from(opened.frame());
     let is_free = opened.document.settings().camera.is_some();
@@ -168,14 +169,14 @@ fn path_choice(ui: &mut Ui, opened: &mut Opened) {
     list.response.labelled_by(label);
 }
 
-/// The frames that have a mark where `last` is the last one: about ten, at whole multiples of 1, 2 or 5 times a power of
-/// ten, and the last one.
+/// Frames with tick marks up to `last`: about ten, at multiples of 1, 2 or 5 times a power of ten, and the last
+/// frame.
 fn ticks(last: f64) -> Vec<f64> {
     let least = (last / 10.0).max(1.0);
     let power = 10f64.powf(least.log10().floor());
     let step =
         [1.0, 2.0, 5.0, 10.0].map(|n| n * power).into_iter().find(|step| *step >= least).unwrap_or(least);
-    // None so near to the last one that their numbers would meet.
+    // Ticks too close to the last one are left out, since their numbers would overlap.
     let before = (0..).map(|i| f64::from(i) * step).take_while(|frame| *frame < last - 0.5 * step);
     before.chain([last]).collect()
 }

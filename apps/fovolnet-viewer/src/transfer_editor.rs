@@ -1,4 +1,4 @@
-//! Control points over a backdrop of what the volume holds.
+//! Editor for control points of the transfer function.
 
 use crate::backdrop::Backdrop;
 use crate::colour_button::colour_button;
@@ -10,20 +10,20 @@ use eframe::egui::{
 use fovolnet::core::{ControlPoint, TransferFunction};
 use fovolnet::{OpenVolume, presets};
 
-/// What is selected.
+/// State of the transfer-function editor.
 #[derive(Debug, Clone, Default)]
 pub struct TransferEditor {
     selected: Option<usize>,
 }
 
-/// How near the pointer has to be to a point.
+/// Distance at which the pointer catches a point, in points.
 const NEAR: f32 = 10.0;
 const HEIGHT: f32 = 150.0;
-/// Opacities are shown by their root: most of what is looked at is nearly transparent.
+/// Exponent of displayed opacities; most interesting opacities are small.
 const ROOT: f64 = 0.5;
 
 impl TransferEditor {
-    /// Shows `transfer`; what it was changed to, if it was.
+    /// Shows `transfer`; returns the edited function if it changed.
     pub fn ui(
         &mut self,
         ui: &mut Ui,
@@ -61,7 +61,7 @@ impl TransferEditor {
         }
     }
 
-    /// What the pointer and the keyboard do; whether they changed anything.
+    /// Handles pointer and keyboard; returns whether anything changed.
     fn drag(&mut self, ui: &Ui, response: &Response, plot: Rect, points: &mut Vec<ControlPoint>) -> bool {
         let mut is_changed = false;
         let near = |points: &[ControlPoint], at: Pos2| {
@@ -99,7 +99,7 @@ impl TransferEditor {
         is_changed
     }
 
-    /// The numbers of the selected point, where values from `lo` to `hi` are shown.
+    /// Shows the values of the selected point, for the displayed range `lo` to `hi`.
     fn selected_ui(&mut self, ui: &mut Ui, points: &mut [ControlPoint], [lo, hi]: [f64; 2]) -> bool {
         let Some(i) = self.selected.filter(|&i| i < points.len()) else {
             ui.weak("Select a point to see its numbers.");
@@ -129,7 +129,7 @@ impl TransferEditor {
     }
 }
 
-/// Moves and widens all points: the window of values that matter, and its level.
+/// Shows window and level, which scale and shift all points.
 fn window_level(ui: &mut Ui, points: &mut [ControlPoint]) -> bool {
     let (first, last) = (points[0].value, points[points.len() - 1].value);
     let (mut window, mut level) = (last - first, 0.5 * (first + last));
@@ -153,7 +153,7 @@ fn window_level(ui: &mut Ui, points: &mut [ControlPoint]) -> bool {
     is_changed
 }
 
-/// Puts point `i` at (value, opacity), between its neighbours; whether it moved.
+/// Moves point `i` to (value, opacity), between its neighbours; returns whether it moved.
 fn place(points: &mut [ControlPoint], i: usize, [value, opacity]: [f64; 2]) -> bool {
     let lo = if i > 0 { points[i - 1].value } else { 0.0 };
     let hi = points.get(i + 1).map_or(1.0, |next| next.value);
@@ -161,7 +161,7 @@ fn place(points: &mut [ControlPoint], i: usize, [value, opacity]: [f64; 2]) -> b
     std::mem::replace(&mut points[i], moved) != moved
 }
 
-/// Adds a point of the colour that is there; its number.
+/// Adds a point with the function's colour there; returns its index.
 fn add(points: &mut Vec<ControlPoint>, plot: Rect, at: Pos2) -> usize {
     let [value, opacity] = value_at(plot, at);
     let colour = TransferFunction::new(points.clone()).map_or([1.0; 3], |transfer| {
@@ -173,7 +173,7 @@ fn add(points: &mut Vec<ControlPoint>, plot: Rect, at: Pos2) -> usize {
     i
 }
 
-/// The plot in `rect`, with room for the points at its edges.
+/// Plot area in `rect`, with a margin for points at its edges.
 fn plot_of(rect: Rect) -> Rect {
     rect.shrink(6.0)
 }
@@ -183,7 +183,7 @@ fn position(plot: Rect, point: &ControlPoint) -> Pos2 {
     pos2(plot.left() + point.value as f32 * plot.width(), plot.bottom() - height * plot.height())
 }
 
-/// Value and opacity of a place in the plot.
+/// Value and opacity at a position in the plot.
 fn value_at(plot: Rect, at: Pos2) -> [f64; 2] {
     let value = f64::from((at.x - plot.left()) / plot.width()).clamp(0.0, 1.0);
     let height = f64::from((plot.bottom() - at.y) / plot.height()).clamp(0.0, 1.0);
@@ -195,7 +195,7 @@ fn colour([r, g, b]: [f64; 3]) -> Color32 {
     Color32::from_rgb(byte(r), byte(g), byte(b))
 }
 
-/// The curve at as many places as are seen.
+/// Polyline of the opacity curve, one vertex per point of width.
 fn curve(plot: Rect, transfer: &TransferFunction) -> Vec<Pos2> {
     let steps = plot.width().max(1.0) as usize;
     let at = |i: usize| {
@@ -206,7 +206,7 @@ fn curve(plot: Rect, transfer: &TransferFunction) -> Vec<Pos2> {
     (0..=steps).map(at).collect()
 }
 
-/// The colours under the curve, which cover what lies behind them by the share `cover`.
+/// Fills the area under the curve with the function's colours at the opacity `cover`.
 fn filled(painter: &Painter, plot: Rect, transfer: &TransferFunction, cover: f32) {
     let mut mesh = Mesh::default();
     for pair in curve(plot, transfer).windows(2) {
@@ -219,7 +219,7 @@ fn filled(painter: &Painter, plot: Rect, transfer: &TransferFunction, cover: f32
     painter.add(Shape::mesh(mesh));
 }
 
-/// A list of all presets and colour maps, with their colours; the name of the one that was chosen.
+/// Shows a list of presets and colour maps with their colours; returns the name of a chosen one.
 pub fn presets_ui(ui: &mut Ui, current: &str, volume: &OpenVolume) -> Option<String> {
     let mut chosen = None;
     let shown = if current.starts_with('{') { "edited" } else { current };
@@ -241,7 +241,7 @@ pub fn presets_ui(ui: &mut Ui, current: &str, volume: &OpenVolume) -> Option<Str
     chosen
 }
 
-/// The colours of `transfer` side by side.
+/// Draws the colours of `transfer` from left to right.
 fn strip(painter: &Painter, rect: Rect, transfer: &TransferFunction) {
     let steps = 30;
     let mut mesh = Mesh::default();

@@ -1,4 +1,4 @@
-//! The command where there is no window.
+//! Test of the command without a window.
 #![cfg(target_os = "linux")]
 
 use std::process::Command;

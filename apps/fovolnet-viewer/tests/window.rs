@@ -1,4 +1,4 @@
-//! The window as somebody uses it: clicks, drags and keys, without a display.
+//! Tests of the window with simulated clicks, drags and keys, without a display.
 
 use eframe::egui::{Color32, Event, Key, Modifiers, PointerButton, Pos2, Shape, TextureId, pos2};
 use egui_kittest::Harness;
@@ -12,10 +12,10 @@ use fovolnet_viewer::{Start, Viewer};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// A window that was opened with the first frame.
+/// Window that creates its viewer in the first frame.
 type Window = Harness<'static, Option<Viewer>>;
 
-/// A window of the volume or session `source`, which keeps things in `folder`.
+/// Window of the volume or session `source`, with persistent state in `folder`.
 fn window(source: Option<&str>, folder: &Path) -> Window {
     let start = Start {
         source: source.map(str::to_owned),
@@ -44,7 +44,7 @@ fn opened(window: &Window) -> &Opened {
     viewer(window).opened().expect("something is open")
 }
 
-/// Lets time pass until `wanted`.
+/// Runs frames until `wanted` returns true.
 fn until(window: &mut Window, what: &str, wanted: impl Fn(&Viewer) -> bool) {
     let started = Instant::now();
     while !wanted(viewer(window)) {
@@ -58,7 +58,7 @@ fn until(window: &mut Window, what: &str, wanted: impl Fn(&Viewer) -> bool) {
     }
 }
 
-/// Lets time pass until nothing is under way.
+/// Runs frames until no work is pending.
 fn settle(window: &mut Window) {
     for _ in 0..3 {
         window.step();
@@ -97,7 +97,7 @@ fn drag(window: &mut Window, from: Pos2, to: Pos2) {
     settle(window);
 }
 
-/// Types `text` in place of the path that a question suggests.
+/// Replaces a dialogue's suggested path by `text`.
 fn type_path(window: &mut Window, text: &str) {
     window.get_by_role(eframe::egui::accesskit::Role::TextInput).click();
     window.step();
@@ -164,7 +164,7 @@ fn the_interface_answers_while_pictures_are_made() {
         slowest = slowest.max(started.elapsed());
     }
     window.drop_at(pos2(400.0, 200.0));
-    // Nothing of a step waits for the renderer; a machine that is busy otherwise may take its time.
+    // No step waits for the renderer. The limit is generous for busy machines.
     assert!(slowest < Duration::from_secs(2), "{slowest:?}");
     settle(&mut window);
 }
@@ -296,7 +296,7 @@ fn unsaved_work_is_asked_about_and_comes_back_after_a_crash() {
     assert!(matches!(viewer(&window).dialogue(), Some(Dialogue::Unsaved(_))));
     click(&mut window, "Cancel");
     assert_eq!(opened(&window).camera(), camera);
-    // Saving first needs a name, and then does what was asked for.
+    // Saving first needs a name, and then closes the session.
     let session = folder.path().join("first.toml");
     keys(&mut window, Modifiers::COMMAND, Key::W);
     click(&mut window, "Save");
@@ -310,7 +310,7 @@ fn unsaved_work_is_asked_about_and_comes_back_after_a_crash() {
     for _ in 0..50 {
         window.step();
     }
-    // As if the program had been killed: nothing is said to it.
+    // Dropped without closing, as if the program had been killed.
     drop(window);
     let mut again = self::window(None, folder.path());
     assert!(matches!(viewer(&again).dialogue(), Some(Dialogue::Restore(_))));
@@ -349,7 +349,7 @@ fn exports_leave_the_session_that_was_saved_and_say_what_they_replace() {
     let saved = std::fs::read(&session).unwrap();
     for is_first in [true, false] {
         keys(&mut window, Modifiers::COMMAND, Key::E);
-        // The name without its ending: what is said is of the file that is written.
+        // The name has no extension; the warning is about the file that will be written.
         type_path(&mut window, folder.path().join("work").to_str().unwrap());
         for name in ["work.png", "work.png.toml"] {
             let said = format!("{name} is there already and will be replaced.");
@@ -396,7 +396,7 @@ fn boundaries_are_shown_behind_the_points() {
     assert_eq!(pictures(&window), before);
 }
 
-/// Whether `shape` is painted with a texture of its own.
+/// Whether `shape` is painted with its own texture.
 fn is_picture(shape: &Shape) -> bool {
     let texture = match shape {
         Shape::Rect(rect) => rect.brush.as_ref().map(|brush| brush.fill_texture_id),

@@ -1,28 +1,22 @@
-//! Threads that are not let fall asleep between the many short parallel parts of a frame.
+//! Keeps the worker threads of a pool spinning between the many short parallel parts of a frame.
 
 use rayon::Yield;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Threads that are kept awake at most: those beyond help little in parts that are so short, and would only get in the
-/// way of one another looking for work.
+/// Most threads kept spinning. More help little in parts this short, and they would compete for work.
 const MOST: usize = 7;
-/// Spins between one look for work and the next.
+/// Spin-loop hints between two attempts to find work.
 const SPINS: usize = 16;
 
-/// Does `work`, and meanwhile keeps the other threads of the pool that this is called in awake.
+/// Runs `work` while the other threads of the current rayon pool keep spinning.
 ///
-/// A thread that finds nothing to do for some 20 µs falls asleep, and to wake it takes about 50 µs on a virtual machine: as
-/// long as many a part of a frame. Kept awake, it takes part at once. Outside a pool this is `work` alone.
-///
-/// ```
-/// let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
-/// assert_eq!(pool.install(|| fovol_core::awake(|| 1 + 1)), 2);
-/// ```
+/// An idle worker sleeps after some 20 µs, and waking it takes about 50 µs on a virtual machine: as long as many a
+/// part of a frame. A spinning worker takes part at once. Outside a pool this only runs `work`.
 pub fn awake<R>(work: impl FnOnce() -> R) -> R {
     let Some(here) = rayon::current_thread_index() else { return work() };
     let is_done = AtomicBool::new(false);
     rayon::in_place_scope(|scope| {
-        // Older than anything that `work` makes of parallel parts, these are the first that other threads take: none of them ever
+        // These jobs are older than all parallel parts of `work`, so other threads take them first. None of them ever
         // waits for a part of `work` that its own thread has begun.
         for _ in 1..rayon::current_num_threads().min(MOST + 1) {
             scope.spawn(|_| {
@@ -38,7 +32,7 @@ pub fn awake<R>(work: impl FnOnce() -> R) -> R {
     })
 }
 
-/// Says that it is done, also where it failed.
+/// Ends the spinning when dropped, also after a panic.
 struct End<'a>(&'a AtomicBool);
 
 impl Drop for End<'_> {
@@ -53,7 +47,7 @@ mod tests {
     use rayon::prelude::*;
     use std::panic::{AssertUnwindSafe, catch_unwind};
 
-    /// Sums within sums, with times without work between them.
+    /// Nested parallel sums, with pauses between them.
     fn sums(rounds: u64) -> u64 {
         let sum = |i: u64| (0..500u64).into_par_iter().map(|j| i ^ j).sum::<u64>();
         (0..rounds).map(|round| (0..50).into_par_iter().map(|i| sum(i + round)).sum::<u64>()).sum()

@@ -2,44 +2,44 @@ use crate::{Error, FrameSize, Grid, Result};
 use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 
-/// A pinhole camera, in world space unless it was [turned](Self::turned); +y is up there.
+/// Pinhole camera. Its space is world space with +y up, unless it was [turned](Self::turned).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Camera {
-    /// Where the eye is.
+    /// Position of the eye.
     pub eye: DVec3,
-    /// What the centre of the picture shows.
+    /// Point at the centre of the picture.
     pub target: DVec3,
-    /// The vertical field of view in degrees, above 0 and below 180.
+    /// Vertical field of view in degrees, above 0 and below 180.
     pub fovy: f64,
-    /// The turn from the space of `eye` and `target` to world space, where +y is up: an orthogonal matrix.
+    /// Rotation from the space of `eye` and `target` to world space, where +y is up: an orthogonal matrix.
     #[serde(skip)]
     pub upright: DMat3,
 }
 
-/// A ray clipped to the box of a volume; `direction` has length 1, distances are world units.
+/// Ray with a unit `direction`; distances are in world units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ray {
-    /// Where it starts.
+    /// Origin.
     pub origin: DVec3,
-    /// Where it goes; length 1.
+    /// Direction; length 1.
     pub direction: DVec3,
 }
 
 impl Ray {
-    /// Where the ray is inside the box of `grid`: (t_near, t_far) with t_near = max(0, entry), or
-    /// `None` where it passes by.
+    /// Interval of the ray inside the box of `grid`: (t_near, t_far) with t_near = max(0, entry), or `None` if the
+    /// ray misses it.
     #[inline]
     pub fn clip(&self, grid: &Grid) -> Option<(f64, f64)> {
         self.clip_to(grid.world_extent() * 0.5)
     }
 
-    /// As [`Self::clip`], in the centred box that reaches from −`half` to `half`.
+    /// Interval of the ray inside the centred box from −`half` to `half`, as in [`Self::clip`].
     #[inline]
     pub fn clip_to(&self, half: DVec3) -> Option<(f64, f64)> {
         self.clip_between([-half, half])
     }
 
-    /// As [`Self::clip`], in the box from its lowest corner to its highest.
+    /// Interval of the ray inside the box between its lowest and highest corner, as in [`Self::clip`].
     #[inline]
     pub fn clip_between(&self, [low, high]: [DVec3; 2]) -> Option<(f64, f64)> {
         let inverse = self.direction.recip();
@@ -47,7 +47,7 @@ impl Ray {
         let (mut near, mut far) = (0.0f64, f64::INFINITY);
         for axis in 0..3 {
             if self.direction[axis] == 0.0 {
-                // Parallel to this slab: 0 · ∞ is undefined, so ask directly.
+                // Parallel to this slab: 0 · ∞ is undefined, so compare positions instead.
                 if self.origin[axis] < low[axis] || self.origin[axis] > high[axis] {
                     return None;
                 }
@@ -60,7 +60,7 @@ impl Ray {
     }
 }
 
-/// The camera prepared for one frame size: makes the ray of any pixel.
+/// Camera prepared for one frame size; generates the ray of any pixel.
 #[derive(Debug, Clone, Copy)]
 pub struct RayBasis {
     eye: DVec3,
@@ -71,7 +71,7 @@ pub struct RayBasis {
 }
 
 impl RayBasis {
-    /// The ray through the centre of pixel (`x`, `y`); row 0 is on top.
+    /// Ray through the centre of pixel (`x`, `y`); row 0 is on top.
     #[inline]
     pub fn ray(&self, x: u32, y: u32) -> Ray {
         let u = (f64::from(x) + 0.5) / self.size[0] * 2.0 - 1.0;
@@ -79,8 +79,8 @@ impl RayBasis {
         Ray { origin: self.eye, direction: (self.forward + self.right * u + self.up * v).normalize() }
     }
 
-    /// The directions of [`Self::ray`] for `N` pixels side by side, x, y and z apart: loops without branches,
-    /// which compilers turn into vectors.
+    /// Directions of [`Self::ray`] for `N` pixels, with x, y and z in separate arrays. The loops have no branches, so
+    /// that compilers vectorise them.
     #[inline(always)]
     pub fn directions<const N: usize>(&self, x: &[f64; N], y: &[f64; N]) -> [[f64; N]; 3] {
         let mut along = [[0.0; N]; 3];
@@ -101,13 +101,13 @@ impl RayBasis {
         along
     }
 
-    /// The vectors to the middle of the picture, from there to its right edge and to its upper edge: what directions are
-    /// sums of.
+    /// Vectors from the eye to the picture's centre, and from there to the right and the upper edge. Ray directions
+    /// are sums of these.
     pub fn axes(&self) -> [DVec3; 3] {
         [self.forward, self.right, self.up]
     }
 
-    /// Where all rays start.
+    /// Common origin of all rays.
     #[inline]
     pub fn origin(&self) -> DVec3 {
         self.eye
@@ -115,7 +115,7 @@ impl RayBasis {
 }
 
 impl Camera {
-    /// The camera `[eye x, y, z, target x, y, z, fovy]`.
+    /// Camera of `[eye x, y, z, target x, y, z, fovy]`.
     ///
     /// # Errors
     /// Numbers that are not finite, an eye on its target, a field of view outside (0, 180).
@@ -125,13 +125,13 @@ impl Camera {
         Ok(camera)
     }
 
-    /// A camera in world space whose numbers are known to be sound; [`Self::new`] checks them.
+    /// Camera in world space from valid numbers, without the checks of [`Self::new`].
     pub const fn at(eye: DVec3, target: DVec3, fovy: f64) -> Self {
         Self { eye, target, fovy, upright: DMat3::IDENTITY }
     }
 
-    /// The camera in another space, to which the orthogonal matrix `turn` leads: it sees there what this one sees
-    /// here. A mirroring `turn` makes a mirrored camera, so that pictures of a mirrored volume are not.
+    /// Transforms the camera to another space by the orthogonal matrix `turn`; it sees there what it saw here. A
+    /// mirroring `turn` mirrors the camera, so that pictures of a mirrored volume are not mirrored.
     #[must_use]
     pub fn turned(&self, turn: &DMat3) -> Self {
         Self {
@@ -142,10 +142,10 @@ impl Camera {
         }
     }
 
-    /// Whether the camera can be used; see [`Self::new`].
+    /// Checks that the camera can be used.
     ///
     /// # Errors
-    /// As [`Self::new`].
+    /// Errors of [`Self::new`].
     pub fn check(&self) -> Result<()> {
         crate::checked(
             "field of view",
@@ -162,16 +162,16 @@ impl Camera {
         Ok(())
     }
 
-    /// A camera on a sphere of radius `distance` around the origin: `azimuth` 0 is at +z and turns
-    /// towards +x, `elevation` rises towards +y; degrees.
+    /// Camera on a sphere of radius `distance` around the origin. `azimuth` 0 is at +z and turns towards +x,
+    /// `elevation` rises towards +y; both in degrees.
     pub fn on_sphere(azimuth: f64, elevation: f64, distance: f64, fovy: f64) -> Self {
         let (a, e) = (azimuth.to_radians(), elevation.to_radians());
         let eye = DVec3::new(a.sin() * e.cos(), e.sin(), a.cos() * e.cos()) * distance;
         Self::at(eye, DVec3::ZERO, fovy)
     }
 
-    /// The unit vectors (forward, right, up); in world space right = forward × +y. Looking straight up or down,
-    /// where that is undefined, right is +x.
+    /// Unit vectors (forward, right, up). In world space right = forward × +y, or +x when looking straight up or
+    /// down.
     pub fn axes(&self) -> (DVec3, DVec3, DVec3) {
         let forward = (self.upright * (self.target - self.eye)).normalize();
         let right = forward.cross(DVec3::Y);
@@ -180,7 +180,7 @@ impl Camera {
         (back * forward, back * right, back * right.cross(forward))
     }
 
-    /// The camera prepared for frames of `size`.
+    /// Prepares the camera for frames of `size`.
     pub fn rays(&self, size: FrameSize) -> RayBasis {
         let (forward, right, up) = self.axes();
         let height = (self.fovy.to_radians() * 0.5).tan();

@@ -3,17 +3,17 @@ use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
-/// One stop of a keyframed path.
+/// Keyframe of a camera path.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Keyframe {
-    /// The frame at which the camera is here.
+    /// Frame number.
     pub frame: f64,
-    /// The camera there.
+    /// Camera at this frame.
     #[serde(flatten)]
     pub camera: Camera,
 }
 
-/// Where the camera is at frame *i*. A frame's camera never depends on how many frames are rendered.
+/// Camera as a function of the frame number. It never depends on the number of frames rendered.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum CameraPath {
@@ -25,21 +25,21 @@ pub enum CameraPath {
     Flythrough,
     /// One camera for every frame.
     Still(Camera),
-    /// Turns about the vertical axis through the target.
+    /// Rotation about the vertical axis through the target.
     Turntable {
-        /// The camera of frame 0.
+        /// Camera of frame 0.
         start: Camera,
-        /// The azimuth that a frame adds, in degrees; +z turns towards +x.
+        /// Azimuth per frame in degrees; +z turns towards +x.
         degrees: f64,
     },
-    /// Cameras at given frames, Catmull–Rom between them; still before the first and after the last.
+    /// Catmull–Rom spline through keyframes; still before the first and after the last.
     Keyframes(Vec<Keyframe>),
 }
 
 const FOVY: f64 = 35.0;
 
 impl CameraPath {
-    /// A path through `keyframes`.
+    /// Path through `keyframes`.
     ///
     /// # Errors
     /// No keyframes, frames that do not rise, or a camera that cannot be used.
@@ -99,11 +99,11 @@ fn between(keys: &[Keyframe], frame: f64) -> Camera {
         catmull_rom(cameras.map(|c| c.target), f),
         cameras[1].fovy + f * (cameras[2].fovy - cameras[1].fovy),
     );
-    // A spline may swing the eye through its target; hold the last keyframe's camera rather than divide by zero.
+    // A spline may move the eye through its target. Holding the last keyframe's camera avoids a division by zero.
     if camera.check().is_ok() { camera } else { *cameras[1] }
 }
 
-/// The uniform Catmull–Rom spline between `p[1]` (f = 0) and `p[2]` (f = 1).
+/// Uniform Catmull–Rom spline between `p[1]` (f = 0) and `p[2]` (f = 1).
 fn catmull_rom(p: [DVec3; 4], f: f64) -> DVec3 {
     0.5 * (2.0 * p[1]
         + f * ((p[2] - p[0])

@@ -1,10 +1,10 @@
 use crate::{Error, Grid, Result};
 use glam::DVec3;
 
-/// The part of a volume that rays pass; beyond its faces is nothing.
+/// Crop box of a volume: rays see only the part inside it.
 ///
-/// Its corners are positions of [`Grid::world_to_grid`]: voxel *i* covers [i, i+1]. They may lie anywhere within voxels.
-/// Values near its faces are still interpolated with the voxels beyond them.
+/// Corners are positions of [`Grid::world_to_grid`], in which voxel *i* covers [i, i+1]. They may lie anywhere within
+/// voxels. Interpolation near the faces still uses the voxels beyond them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ClipBox {
     low: DVec3,
@@ -12,16 +12,16 @@ pub struct ClipBox {
 }
 
 impl ClipBox {
-    /// All of `grid`.
+    /// Box around all of `grid`.
     pub fn whole(grid: &Grid) -> Self {
         let [x, y, z] = grid.dims();
         Self { low: DVec3::ZERO, high: DVec3::new(x as f64, y as f64, z as f64) }
     }
 
-    /// The part of `grid` from the corner `low` to the corner `high`.
+    /// Box from the corner `low` to the corner `high` of `grid`.
     ///
     /// # Errors
-    /// Corners outside the grid, or without anything between them.
+    /// Corners outside the grid, or an empty box.
     pub fn new(low: DVec3, high: DVec3, grid: &Grid) -> Result<Self> {
         let whole = Self::whole(grid).high;
         if low.cmpge(DVec3::ZERO).all() && low.cmplt(high).all() && high.cmple(whole).all() {
@@ -34,17 +34,17 @@ impl ClipBox {
         })
     }
 
-    /// Its lowest and its highest corner in the world of `grid`.
+    /// Lowest and highest corner in the world space of `grid`.
     pub fn in_world(&self, grid: &Grid) -> [DVec3; 2] {
         let half = grid.world_extent() * 0.5;
         let whole = Self::whole(grid);
-        // The faces of the grid are not rounded.
+        // Faces of the grid stay exact, without rounding errors.
         let low = DVec3::select(self.low.cmpeq(whole.low), -half, grid.grid_to_world(self.low));
         let high = DVec3::select(self.high.cmpeq(whole.high), half, grid.grid_to_world(self.high));
         [low, high]
     }
 
-    /// Its lowest and its highest corner in voxel-centre coordinates (voxel *i* at *i*).
+    /// Lowest and highest corner in voxel-centre coordinates (voxel *i* at *i*).
     pub fn in_voxels(&self) -> [[f32; 3]; 2] {
         [self.low, self.high].map(|corner| (corner - 0.5).as_vec3().to_array())
     }

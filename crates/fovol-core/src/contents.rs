@@ -1,25 +1,25 @@
-/// What the file of a volume holds, and which part of it the volume is.
+/// Content of a volume's file, and the part of it that the volume holds.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Contents {
-    /// The names of the arrays of values; empty where the format does not name any.
+    /// Names of the arrays; empty where the format does not name any.
     pub arrays: Vec<String>,
-    /// Which of the arrays this is.
+    /// Index of the array that the volume holds.
     pub array: usize,
-    /// The names of the channels; empty where the format has none.
+    /// Names of the channels; empty where the format has none.
     pub channels: Vec<String>,
-    /// Which of the channels this is.
+    /// Index of the channel that the volume holds.
     pub channel: usize,
-    /// The number of time points, 1 or more.
+    /// Number of time points, 1 or more.
     pub times: usize,
-    /// Which of the time points this is.
+    /// Index of the time point that the volume holds.
     pub time: usize,
-    /// The number of values of each voxel, 1 or more.
+    /// Number of values per voxel, 1 or more.
     pub components: usize,
-    /// Which of these values is shown.
+    /// Index of the component that is shown.
     pub component: usize,
-    /// Whether the file says that the components are colours.
+    /// Whether the file declares the components as colours.
     pub are_colours: bool,
-    /// Whether the file says that the values are labels.
+    /// Whether the file declares the values as labels.
     pub are_labels: bool,
 }
 
@@ -40,16 +40,17 @@ impl Default for Contents {
     }
 }
 
-/// More names than this are not listed in a note.
+/// Longest list of names in a note.
 const LISTED: usize = 12;
 
 impl Contents {
-    /// The name of the shown array, where it has one.
+    /// Name of the shown array, if it has one.
     pub fn array_name(&self) -> Option<&str> {
         self.arrays.get(self.array).map(String::as_str).filter(|name| !name.is_empty())
     }
 
-    /// What is shown of several arrays, channels, time points and components: one line each, to follow the name of the file.
+    /// Notes on files with several arrays, channels, time points or components: what is shown and how to choose. One
+    /// line each, to follow the file's name.
     pub fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
         if self.arrays.len() > 1 {
@@ -75,7 +76,7 @@ impl Contents {
     }
 }
 
-/// `names` in one line, the rest of a long list left out.
+/// Joins `names` in one line, shortened after [`LISTED`] names.
 fn listed(names: &[String]) -> String {
     let mut shown = names.iter().take(LISTED).cloned().collect::<Vec<_>>().join(", ");
     if names.len() > LISTED {

@@ -3,9 +3,11 @@ use crate::{Error, Grid, Result, Volume, Voxel, with_voxel_type};
 use rayon::prelude::*;
 
 impl Volume {
-    /// The volume with `factor`³ voxels averaged to one, shown over the same range of values: an eighth of the memory for 2. At the
-    /// far ends fewer are averaged where sides are no multiples. Values that are not finite do not count, and remain where there
-    /// is nothing else. 64-bit whole numbers are averaged as f64.
+    /// Downsamples the volume: `factor`³ voxels are averaged to one, and the displayed range stays. A factor of 2
+    /// needs an eighth of the memory.
+    ///
+    /// Blocks at the far ends may be smaller. Non-finite values are left out of averages, and remain where a block
+    /// has nothing else. 64-bit integers are averaged as f64.
     ///
     /// # Errors
     /// [`Error::Extent`] for a factor of 0.
@@ -40,7 +42,7 @@ impl Volume {
         averages
     }
 
-    /// Adds the voxels of the slices `along_z` to those of `sums` that they become a part of, in rows of `width`.
+    /// Adds the voxels of the slices `along_z` to the `sums` of their blocks, in rows of `width`.
     fn add_slices(&self, along_z: std::ops::Range<usize>, factor: usize, width: usize, sums: &mut [Sum]) {
         let [nx, ny, nz] = self.grid().dims();
         for z in along_z.start..along_z.end.min(nz) {
@@ -57,7 +59,7 @@ impl Volume {
     }
 }
 
-/// What is averaged to one voxel.
+/// Sum and number of the finite values of a block.
 #[derive(Debug, Clone, Copy, Default)]
 struct Sum {
     sum: f64,
@@ -88,7 +90,7 @@ mod tests {
         let volume = Volume::from_values(grid, vec![0u8, 1, 10, 2, 3, 11, 4, 5, 12, 6, 8, 13]).unwrap();
         let half = volume.downsampled(2).unwrap();
         assert_eq!((half.grid().dims(), half.grid().spacing()), ([2, 1, 1], [2.0, 4.0, 6.0]));
-        // 29 / 8 and 46 / 4.
+        // 29 / 8 and 46 / 4, rounded.
         assert_eq!(half.data(), [4, 12]);
         assert_eq!(half.range(), [0.0, 255.0]);
         assert_eq!(volume.downsampled(1).unwrap().data(), volume.data());

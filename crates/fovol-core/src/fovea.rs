@@ -1,18 +1,18 @@
 use crate::{FrameSize, Result};
 use serde::{Deserialize, Serialize};
 
-/// Where the eye looks, and how densely the picture is sampled around it.
+/// Gaze and density function of foveated sampling.
 ///
-/// The probability of sampling pixel (x, y) is τ = (1 − P_b)·P_f + P_b with P_f = exp(−½·r²/σ²), r the
-/// distance of the pixel centre from the gaze in image widths (Bauer et al. 2022, Eq. 1, with σ a
-/// standard deviation in screen widths). σ = 0 means no fovea: τ = P_b everywhere.
+/// Pixel (x, y) is sampled with the probability τ = (1 − P_b)·P_f + P_b with P_f = exp(−½·r²/σ²). r is the distance
+/// of the pixel centre from the gaze in image widths (Bauer et al. 2022, Eq. 1, with σ a standard deviation in image
+/// widths). σ = 0 means no fovea: τ = P_b everywhere. See docs/guide/src/internals/algorithm.md, section 1.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Fovea {
-    /// The base density P_b, 0…1.
+    /// Base density P_b, 0…1.
     pub base: f64,
-    /// The standard deviation σ of the fovea in image widths, 0 or more.
+    /// Standard deviation σ of the fovea in image widths, 0 or more.
     pub sigma: f64,
-    /// The gaze as fractions (x, y) of the image from its top left.
+    /// Gaze as fractions (x, y) of the image, from its top left.
     pub gaze: [f64; 2],
 }
 
@@ -24,7 +24,7 @@ impl Default for Fovea {
 }
 
 impl Fovea {
-    /// Whether the numbers can be sampled with.
+    /// Checks that the parameters are valid.
     ///
     /// # Errors
     /// P_b outside [0, 1], σ negative, or anything not finite.
@@ -47,18 +47,18 @@ impl Fovea {
         Ok(())
     }
 
-    /// τ at the centre of pixel (`x`, `y`).
+    /// Density τ at the centre of pixel (`x`, `y`).
     pub fn density_at(&self, x: u32, y: u32, size: FrameSize) -> f64 {
         self.base + (1.0 - self.base) * self.falloff_x(x, size) * self.falloff_y(y, size)
     }
 
-    /// The factor of P_f that depends on the column: exp(−½·dx²/σ²), dx in image widths.
+    /// Column factor of P_f: exp(−½·dx²/σ²), dx in image widths.
     pub fn falloff_x(&self, x: u32, size: FrameSize) -> f64 {
         let width = f64::from(size.width);
         self.falloff((f64::from(x) + 0.5 - self.gaze[0] * width) / width)
     }
 
-    /// The factor of P_f that depends on the row: exp(−½·dy²/σ²), dy in image **widths**.
+    /// Row factor of P_f: exp(−½·dy²/σ²), dy in image **widths**.
     pub fn falloff_y(&self, y: u32, size: FrameSize) -> f64 {
         let (width, height) = (f64::from(size.width), f64::from(size.height));
         self.falloff((f64::from(y) + 0.5 - self.gaze[1] * height) / width)
@@ -68,7 +68,7 @@ impl Fovea {
         if self.sigma == 0.0 { 0.0 } else { (-0.5 * (distance / self.sigma).powi(2)).exp() }
     }
 
-    /// The expected density C: the mean of τ over the frame.
+    /// Expected density of a frame: the mean of τ.
     pub fn expected_density(&self, size: FrameSize) -> f64 {
         // P_f is separable, so its sum over the frame is a product of two sums.
         let columns: f64 = (0..size.width).map(|x| self.falloff_x(x, size)).sum();

@@ -3,10 +3,10 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 
-/// The largest width or height of a frame.
+/// Largest width or height of a frame, in pixels.
 pub const MAX_FRAME_SIDE: u32 = 32_768;
 
-/// Width and height in pixels, 1…32768 each.
+/// Width and height of a frame in pixels, 1…32768 each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(try_from = "[u32; 2]", into = "[u32; 2]")]
 pub struct FrameSize {
@@ -17,7 +17,7 @@ pub struct FrameSize {
 }
 
 impl FrameSize {
-    /// A size of `width` × `height` pixels.
+    /// Size of `width` × `height` pixels.
     ///
     /// # Errors
     /// A side of 0 or above [`MAX_FRAME_SIDE`].
@@ -32,7 +32,7 @@ impl FrameSize {
         Ok(Self { width, height })
     }
 
-    /// The number of pixels.
+    /// Number of pixels.
     pub fn pixels(self) -> usize {
         self.width as usize * self.height as usize
     }
@@ -67,7 +67,7 @@ impl fmt::Display for FrameSize {
 impl FromStr for FrameSize {
     type Err = String;
 
-    /// Reads `1280x720`.
+    /// Parses a size such as `1280x720`.
     fn from_str(text: &str) -> std::result::Result<Self, String> {
         let bad = || format!("`{text}` is no frame size; write WIDTHxHEIGHT, as in 1280x720");
         let (w, h) = text.split_once(['x', 'X', '×']).ok_or_else(bad)?;
@@ -76,9 +76,9 @@ impl FromStr for FrameSize {
     }
 }
 
-/// A picture of display values: RGBA as f32, row 0 on top.
+/// Picture of display values: RGBA as f32, row 0 on top.
 ///
-/// In a sparse frame alpha is 1 where the pixel was sampled and 0 elsewhere; in a full one it is 1.
+/// In a sparse frame alpha is 1 at sampled pixels and 0 elsewhere. In a full frame it is 1 everywhere.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame {
     size: FrameSize,
@@ -86,15 +86,15 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// A frame of transparent black.
+    /// Frame of transparent black.
     pub fn new(size: FrameSize) -> Self {
         Self { size, pixels: vec![[0.0; 4]; size.pixels()] }
     }
 
-    /// A frame from `pixels`, row by row.
+    /// Frame from `pixels`, row by row.
     ///
     /// # Errors
-    /// When there are not exactly width × height of them.
+    /// A number of pixels other than width × height.
     pub fn from_pixels(size: FrameSize, pixels: Vec<[f32; 4]>) -> Result<Self> {
         if pixels.len() != size.pixels() {
             return Err(Error::Extent {
@@ -111,20 +111,20 @@ impl Frame {
         self.size
     }
 
-    /// The pixels, row by row.
+    /// Pixels, row by row.
     pub fn pixels(&self) -> &[[f32; 4]] {
         &self.pixels
     }
 
-    /// The pixels, row by row, to write.
+    /// Mutable pixels, row by row.
     pub fn pixels_mut(&mut self) -> &mut [[f32; 4]] {
         &mut self.pixels
     }
 
-    /// The pixel at column `x` of row `y`.
+    /// Pixel at column `x` of row `y`.
     ///
     /// # Panics
-    /// When it lies outside the frame.
+    /// If the pixel lies outside the frame.
     pub fn pixel(&self, x: u32, y: u32) -> [f32; 4] {
         assert!(x < self.size.width, "column {x} outside a frame of {}", self.size);
         self.pixels[y as usize * self.size.width as usize + x as usize]
@@ -135,7 +135,7 @@ impl Frame {
         self.pixels.fill(value);
     }
 
-    /// The same with colours multiplied by alpha, as formats have them that keep light rather than paint.
+    /// Multiplies colours by alpha, for formats that store premultiplied alpha.
     #[must_use]
     pub fn premultiplied(mut self) -> Self {
         for pixel in &mut self.pixels {
@@ -145,21 +145,21 @@ impl Frame {
         self
     }
 
-    /// 8-bit opaque RGB: round(255 · clamp(c, 0, 1)) per channel.
+    /// Converts to 8-bit opaque RGB: round(255 · clamp(c, 0, 1)) per channel.
     pub fn to_rgb8(&self) -> Vec<u8> {
         self.pixels.iter().flat_map(|p| [quantise(p[0]), quantise(p[1]), quantise(p[2])]).collect()
     }
 
-    /// 8-bit RGBA, each channel as in [`Self::to_rgb8`].
+    /// Converts to 8-bit RGBA, each channel as in [`Self::to_rgb8`].
     pub fn to_rgba8(&self) -> Vec<u8> {
         self.pixels.iter().flat_map(|p| p.map(quantise)).collect()
     }
 }
 
-/// round(255 · clamp(c, 0, 1)); NaN is 0.
+/// Quantises to 8 bits: round(255 · clamp(c, 0, 1)); NaN becomes 0.
 #[inline]
 fn quantise(c: f32) -> u8 {
-    // `as` saturates and sends NaN to 0.
+    // `as` saturates and maps NaN to 0.
     (c.clamp(0.0, 1.0) * 255.0).round() as u8
 }
 

@@ -2,17 +2,17 @@ use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// Where the eye looks at frame *i*, as fractions of the image from its top left.
+/// Gaze as a function of the frame number, as fractions of the image from its top left.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum GazePath {
     /// One point for every frame.
     Fixed([f64; 2]),
-    /// (frame, x, y) stops with straight lines between them; still before the first and after the last.
+    /// Piecewise-linear path through (frame, x, y); still before the first and after the last point.
     Scripted(Vec<[f64; 3]>),
-    /// A smooth random walk over the middle of the picture, the same for the same seed.
+    /// Smooth random walk over the middle of the picture that depends on the seed only.
     Wander {
-        /// The seed.
+        /// Random seed.
         seed: u64,
     },
 }
@@ -23,11 +23,11 @@ impl Default for GazePath {
     }
 }
 
-/// How many slow waves make up the walk along each axis.
+/// Sine waves summed along each axis of the walk.
 const WAVES: u64 = 4;
 
 impl GazePath {
-    /// A path through `stops` of (frame, x, y).
+    /// Path through `stops` of (frame, x, y).
     ///
     /// # Errors
     /// No stops, numbers that are not finite, or frames that do not rise.
@@ -41,7 +41,7 @@ impl GazePath {
         Ok(Self::Scripted(stops))
     }
 
-    /// The gaze at frame `i`.
+    /// Gaze at frame `i`.
     pub fn gaze(&self, i: u32) -> [f64; 2] {
         let frame = f64::from(i);
         match self {
@@ -61,7 +61,7 @@ fn between(stops: &[[f64; 3]], frame: f64) -> [f64; 2] {
     [left[1] + f * (right[1] - left[1]), left[2] + f * (right[2] - left[2])]
 }
 
-/// A sum of waves with random periods of 1 to 6 seconds at 30 frames a second, kept within [0.1, 0.9].
+/// Sum of sine waves with random periods of 1 to 6 seconds at 30 frames a second, within [0.1, 0.9].
 fn wander(seed: u64, axis: u64, frame: f64) -> f64 {
     let sum: f64 = (0..WAVES)
         .map(|wave| {
@@ -72,7 +72,7 @@ fn wander(seed: u64, axis: u64, frame: f64) -> f64 {
     0.5 + 0.4 * sum / WAVES as f64
 }
 
-/// A number in [0, 1) from (`seed`, `stream`): SplitMix64 (Steele, Lea, Flood 2014).
+/// Random number in [0, 1) from (`seed`, `stream`): SplitMix64 (Steele, Lea, Flood 2014).
 fn random(seed: u64, stream: u64) -> f64 {
     let mut z = seed.wrapping_add((stream + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15));
     z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);

@@ -1,12 +1,12 @@
 use crate::{Error, Result};
 use glam::DVec3;
 
-/// The largest number of voxels along one axis that is accepted.
+/// Largest accepted number of voxels along one axis.
 pub const MAX_DIM: usize = 1 << 16;
 
-/// The regular grid of a volume: how many voxels, and how far apart.
+/// Regular grid of a volume: voxel counts and spacing.
 ///
-/// Voxel *i* covers [i, i+1] and has its value at its centre.
+/// Voxel *i* covers [i, i+1]; its value lies at its centre.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Grid {
     dims: [usize; 3],
@@ -14,7 +14,7 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// A grid of `dims` voxels (x, y, z; 1…65536 each) at `spacing` (any unit, positive).
+    /// Grid of `dims` voxels (x, y, z; 1…65536 each) at `spacing` (any unit, positive).
     ///
     /// # Errors
     /// A dimension of zero or above [`MAX_DIM`]; a spacing that is not finite and positive.
@@ -32,42 +32,42 @@ impl Grid {
         Ok(Self { dims, spacing })
     }
 
-    /// Voxels along x, y, z.
+    /// Number of voxels along x, y, z.
     pub fn dims(&self) -> [usize; 3] {
         self.dims
     }
 
-    /// The distance between voxel centres along x, y, z, in the unit of the file.
+    /// Distance between voxel centres along x, y, z, in the unit of the file.
     pub fn spacing(&self) -> [f64; 3] {
         self.spacing
     }
 
-    /// The number of voxels. At most 2⁴⁸, so it never overflows on a 64-bit machine.
+    /// Number of voxels. At most 2⁴⁸, so it never overflows on a 64-bit machine.
     pub fn voxels(&self) -> usize {
         self.dims.iter().product()
     }
 
-    /// The extent of the box in world units; the longest side is 1.
+    /// Extent of the box in world units; the longest side is 1.
     pub fn world_extent(&self) -> DVec3 {
         self.physical_extent() * self.world_scale()
     }
 
-    /// The edges of one voxel in world units.
+    /// Edge lengths of one voxel in world units.
     pub fn voxel_size(&self) -> DVec3 {
         DVec3::from_array(self.spacing) * self.world_scale()
     }
 
-    /// The reference length of opacity and of the step: the smallest spacing, in world units.
+    /// Smallest spacing in world units: the reference length of opacity and of the step.
     pub fn smallest_voxel(&self) -> f64 {
         self.voxel_size().min_element()
     }
 
-    /// World position to continuous grid position, where voxel *i* covers [i, i+1].
+    /// Converts a world position to a continuous grid position, in which voxel *i* covers [i, i+1].
     pub fn world_to_grid(&self, world: DVec3) -> DVec3 {
         (world + self.world_extent() * 0.5) / self.voxel_size()
     }
 
-    /// Continuous grid position to world position: the inverse of [`Self::world_to_grid`].
+    /// Converts a continuous grid position to a world position: the inverse of [`Self::world_to_grid`].
     pub fn grid_to_world(&self, grid: DVec3) -> DVec3 {
         grid * self.voxel_size() - self.world_extent() * 0.5
     }

@@ -1,7 +1,8 @@
-//! Files that are read: what is no file is refused at once, and which files were read is known afterwards.
+//! Opening of input files. Only regular files are accepted, and every opened file is remembered.
 //!
-//! Opening a pipe may wait for ever, and a device such as `/dev/zero` never ends. So whatever a path option names is opened here.
-//! What a program has read it must not overwrite by mistake: [`contains`] knows it, through links too.
+//! Opening a pipe may block for ever, and a device such as `/dev/zero` never ends. So every path that a user gives is
+//! opened here. A program must not overwrite its own inputs by mistake; [`contains`] recognises them, also through
+//! links.
 
 use std::collections::HashSet;
 use std::fs::{self, File, Metadata};
@@ -9,10 +10,10 @@ use std::io::{self, Read};
 use std::path::Path;
 use std::sync::{LazyLock, Mutex, PoisonError};
 
-/// Opens the file at `path` to read it.
+/// Opens the file at `path` for reading, and remembers it.
 ///
 /// # Errors
-/// A folder, a pipe or a device; what the system said.
+/// A folder, a pipe or a device; errors of the operating system.
 pub fn open(path: &Path) -> io::Result<File> {
     let found = fs::metadata(path)?;
     check(&found)?;
@@ -21,34 +22,34 @@ pub fn open(path: &Path) -> io::Result<File> {
     Ok(file)
 }
 
-/// All bytes of the file at `path`.
+/// Reads all bytes of the file at `path`.
 ///
 /// # Errors
-/// As [`open`].
+/// Errors of [`open`].
 pub fn read(path: &Path) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     open(path)?.read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 
-/// The text of the file at `path`.
+/// Reads the text of the file at `path`.
 ///
 /// # Errors
-/// As [`open`]; bytes that are no UTF-8.
+/// Errors of [`open`]; bytes that are not UTF-8.
 pub fn read_to_string(path: &Path) -> io::Result<String> {
     let mut text = String::new();
     open(path)?.read_to_string(&mut text)?;
     Ok(text)
 }
 
-/// Says that the file at `path`, if there is one, will be read.
+/// Remembers the file at `path`, if it exists, as an input that will be read.
 pub fn add(path: &Path) {
     if let Ok(found) = fs::metadata(path) {
         remember(path, &found);
     }
 }
 
-/// Whether `path` leads to a file that was opened here, by whatever name.
+/// Whether `path` leads to a file that was opened here, under any name.
 pub fn contains(path: &Path) -> bool {
     let Ok(found) = fs::metadata(path) else { return false };
     identity(path, &found).is_some_and(|id| files().contains(&id))
@@ -63,8 +64,8 @@ fn check(found: &Metadata) -> io::Result<()> {
     Err(io::Error::new(io::ErrorKind::InvalidInput, problem))
 }
 
-/// What tells a file from all others, whatever its name: a device and a number on it, which a file that is made later may have when
-/// this one is gone, and when it was made, where the system knows that.
+/// Identity of a file, independent of its name: device, inode number and, where known, the time of creation. A later
+/// file may reuse the inode number of a deleted one.
 #[cfg(unix)]
 type Identity = (u64, u64, Option<std::time::SystemTime>);
 #[cfg(not(unix))]
@@ -81,7 +82,7 @@ fn identity(path: &Path, _: &Metadata) -> Option<Identity> {
     fs::canonicalize(path).ok()
 }
 
-/// The files that were read. As many as there are different ones, however often each is opened.
+/// All remembered files; each is stored once, however often it is opened.
 fn files() -> std::sync::MutexGuard<'static, HashSet<Identity>> {
     static FILES: LazyLock<Mutex<HashSet<Identity>>> = LazyLock::new(Mutex::default);
     FILES.lock().unwrap_or_else(PoisonError::into_inner)
@@ -132,7 +133,7 @@ mod tests {
             read(&path).unwrap();
             assert!(contains(&path));
             fs::remove_file(&path).unwrap();
-            // Times of files have steps of some milliseconds.
+            // File times have a resolution of some milliseconds.
             std::thread::sleep(std::time::Duration::from_millis(20));
         }
     }

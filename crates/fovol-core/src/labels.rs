@@ -1,15 +1,17 @@
-//! Whether the values of a volume are labels.
+//! Detection of label maps.
 
 use crate::Volume;
 
-/// A label map has at most this many labels, else it cannot be told from a scan.
+/// Most labels of a label map; with more values it cannot be told from a scan.
 const MOST: usize = 32;
-/// Two values are a mask.
+/// Fewest labels; two values are a mask.
 const LEAST: usize = 3;
 
 impl Volume {
-    /// The labels, smallest first, where the values look like labels: whole numbers, 3 to 32 of them, and somewhere two
-    /// that are not next to each other in order touch. Labels jump; values of a scan pass through those between.
+    /// The labels, smallest first, if the values look like labels.
+    ///
+    /// Labels are 3 to 32 different integers, and somewhere two touch that are not neighbours in order. Labels jump,
+    /// while values of a scan pass through those between.
     pub fn label_values(&self) -> Option<Vec<f64>> {
         if !self.dtype().is_integer() {
             return None;
@@ -18,7 +20,7 @@ impl Volume {
         self.jumps(&values).then_some(values)
     }
 
-    /// Whether two voxels touch at a face whose places in `values` are more than one apart.
+    /// Whether two voxels share a face whose places in `values` are more than one apart.
     fn jumps(&self, values: &[f64]) -> bool {
         let [nx, ny, nz] = self.grid().dims();
         let place = |voxel| values.partition_point(|value| *value < self.value(voxel));
@@ -49,7 +51,7 @@ mod tests {
     #[test]
     fn labels_jump() {
         assert_eq!(volume(vec![0, 0, 3, 3, 0, 1, 1, 3]).label_values(), Some(vec![0.0, 1.0, 3.0]));
-        // Along y alone.
+        // Neighbours along y alone.
         assert_eq!(volume(vec![0, 0, 0, 1, 7, 7, 0, 0]).label_values().map(|v| v.len()), Some(3));
     }
 

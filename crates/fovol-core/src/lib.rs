@@ -1,15 +1,13 @@
-//! The words of FoVolNet.
+//! Basic types of FoVolNet, used by every other crate.
 //!
-//! Every other crate speaks in these types: what is looked at ([`Volume`], [`TransferFunction`],
-//! [`Light`], [`Scene`]), from where ([`Camera`], [`CameraPath`]), which pixels are computed
-//! ([`Fovea`], [`SampleMask`], [`SampleList`]) and what comes out ([`Frame`]).
-//! There is no rendering here. [`input`] is how all of them open the files that they read, [`awake`] how they keep their threads
-//! at work.
+//! They describe the scene ([`Volume`], [`TransferFunction`], [`Light`], [`Scene`]), the view ([`Camera`],
+//! [`CameraPath`]), the sampled pixels ([`Fovea`], [`SampleMask`], [`SampleList`]) and the result ([`Frame`]). There
+//! is no rendering here. [`input`] opens files for all crates, and [`awake`] keeps worker threads spinning.
 //!
 //! # World space
-//! The box of a volume has the extent dims × spacing, is centred on the origin and scaled so that
-//! its longest side is 1. `+y` is up. Where a volume stands in patient space, its box is turned
-//! so that +x is the patient's left, +y superior and +z anterior; see [`Placement`].
+//! The box of a volume has the extent dims × spacing. It is centred on the origin and scaled such that its longest
+//! side is 1. `+y` is up. Volumes with a patient position are rotated: +x is the patient's left, +y superior and +z
+//! anterior; see [`Placement`].
 
 mod awake;
 mod camera;
@@ -63,33 +61,33 @@ pub use transfer_function::{ControlPoint, TransferFunction};
 pub use volume::{Rescale, Volume, VoxelBytes};
 pub use voxel::{Dtype, Endian, Voxel};
 
-/// What can be wrong with a word.
+/// Errors of the basic types.
 ///
 /// Each message says what is wrong, where, and how to mend it.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A grid, frame or other extent that is empty or absurdly large.
+    /// Grid, frame or other extent that is empty or absurdly large.
     #[error("{what} is {found}, expected {expected}")]
     Extent {
-        /// What was measured.
+        /// The measured quantity.
         what: String,
         /// The value found.
         found: String,
-        /// The values that would do.
+        /// The accepted values.
         expected: String,
     },
-    /// A number that is not finite or lies outside its interval.
+    /// Number that is not finite or lies outside its interval.
     #[error("{name} is {value}, expected {expected}")]
     Value {
-        /// The name of the parameter.
+        /// Name of the parameter.
         name: &'static str,
         /// The value found.
         value: f64,
-        /// The values that would do.
+        /// The accepted values.
         expected: &'static str,
     },
-    /// Fewer bytes than the dimensions and the type need.
+    /// Fewer bytes than dimensions and type need.
     #[error(
         "the volume needs {needed} bytes for its dimensions and type, only {found} are there; check dims and dtype"
     )]
@@ -99,18 +97,18 @@ pub enum Error {
         /// Bytes present.
         found: u64,
     },
-    /// A transfer function that cannot be evaluated.
+    /// Transfer function that cannot be evaluated.
     #[error("transfer function: {0}")]
     TransferFunction(String),
-    /// A camera path or keyframe that cannot be followed.
+    /// Camera path or keyframe that cannot be followed.
     #[error("camera path: {0}")]
     CameraPath(String),
 }
 
-/// The result of the operations of this crate.
+/// Result with the errors of this crate.
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// `value`, if it is finite and `ok` says so.
+/// Returns `value` if it is finite and `ok`, else an [`Error::Value`].
 pub(crate) fn checked(name: &'static str, value: f64, expected: &'static str, ok: bool) -> Result<f64> {
     if value.is_finite() && ok { Ok(value) } else { Err(Error::Value { name, value, expected }) }
 }

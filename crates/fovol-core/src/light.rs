@@ -2,7 +2,7 @@ use crate::{Error, Result};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-/// One directional light.
+/// Directional light.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "[f64; 3]", into = "[f64; 3]")]
 pub struct Light {
@@ -10,7 +10,7 @@ pub struct Light {
 }
 
 impl Light {
-    /// A light from `direction`: the vector points from the scene towards the light; any length.
+    /// Light from `direction`, a vector of any length from the scene towards the light.
     ///
     /// # Errors
     /// A vector that is zero or not finite.
@@ -23,7 +23,7 @@ impl Light {
         Ok(Self { direction: unit })
     }
 
-    /// The unit vector from the scene towards the light.
+    /// Unit vector from the scene towards the light.
     pub fn direction(&self) -> DVec3 {
         self.direction
     }

@@ -1,11 +1,11 @@
-//! Names that somebody mistyped.
+//! Suggestions for mistyped names.
 
-/// The end of an error about `text`, which is none of `names`: `; did you mean NAME?`, or nothing where no name is close to it.
-/// Upper and lower case are alike.
+/// Suggestion for an error message about the unknown name `text`: `; did you mean NAME?`, or an empty string if none
+/// of `names` is close. Ignores case.
 #[must_use]
 pub fn did_you_mean(text: &str, names: &[&str]) -> String {
     let text = letters(text);
-    // Two slips in a long word, one in a short one; with more of them other words are as close.
+    // Two edits in a long word, one in a short one; with more edits, unrelated words are as close.
     let slips = if text.len() < 5 { 1 } else { 2 };
     let nearest = names.iter().map(|&name| (slips_between(&text, &letters(name)), name)).min();
     nearest
@@ -13,15 +13,15 @@ pub fn did_you_mean(text: &str, names: &[&str]) -> String {
         .map_or_else(String::new, |(_, name)| format!("; did you mean {name}?"))
 }
 
-/// Longer words are no names; nobody should wait for their distance.
+/// Longest compared prefix, in letters; no name is longer, and comparison must stay fast.
 const LONGEST: usize = 64;
 
 fn letters(text: &str) -> Vec<char> {
     text.chars().flat_map(char::to_lowercase).take(LONGEST).collect()
 }
 
-/// How many letters have to be put in, left out, replaced or swapped with their neighbours to make `a` of `b` (Damerau 1964, no
-/// letter touched twice).
+/// Edit distance between `a` and `b`: insertions, deletions, replacements and swaps of neighbours (Damerau 1964,
+/// optimal string alignment).
 fn slips_between(a: &[char], b: &[char]) -> usize {
     let mut rows = vec![vec![0; b.len() + 1]; a.len() + 1];
     for i in 0..=a.len() {

@@ -1,30 +1,31 @@
-//! Values far outside all others: they mark voxels without a value, and would leave nothing of the range for the rest.
+//! Detection of values far outside all others. They mark voxels without data and would compress the displayed range
+//! of the rest.
 
 use crate::{Dtype, Volume, Voxel, with_voxel_type};
 
-/// One value far outside all others.
+/// Value far outside all others.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Outlier {
-    /// The value, scaled.
+    /// The value, after scaling.
     pub value: f64,
-    /// The number of voxels that have it.
+    /// Number of voxels with this value.
     pub count: u64,
 }
 
-/// This many different values are kept at each end. More than half of them are never outliers.
+/// Number of different values kept at each end. Fewer than half of them can be outliers.
 const KEPT: usize = 8;
 
-/// At most this many different values of one end are outliers; a longer row of them is an honest distribution.
+/// Most different outliers at one end; more of them are a real distribution.
 const MOST: usize = 3;
 
-/// The smallest and the largest different values, with their counts.
+/// Smallest and largest different values, with their counts.
 #[derive(Debug, Clone, Copy)]
 pub struct Extremes {
     low: End,
     high: End,
 }
 
-/// The values of one end, outermost first. Values of the high end are kept negated.
+/// Different values at one end, outermost first. The high end stores negated values.
 #[derive(Debug, Clone, Copy)]
 struct End {
     values: [Outlier; KEPT],
@@ -34,7 +35,7 @@ struct End {
 impl End {
     const NONE: Self = Self { values: [Outlier { value: f64::INFINITY, count: 0 }; KEPT], length: 0 };
 
-    /// Counts `value` where it is one of the smallest.
+    /// Counts `value` if it is among the smallest.
     #[inline]
     fn add(&mut self, value: f64, count: u64) {
         if self.values[0].value == value {
@@ -75,18 +76,18 @@ impl Extremes {
         self.high.add(-value, 1);
     }
 
-    /// Adds all values that `other` was made of.
+    /// Adds all values of `other`.
     pub fn merge(&mut self, other: &Self) {
         self.low.merge(&other.low);
         self.high.merge(&other.high);
     }
 
-    /// The smallest and the largest value; none where there are no values.
+    /// Smallest and largest value; `None` without values.
     pub fn ends(&self) -> Option<[f64; 2]> {
         (self.low.length > 0).then(|| [self.low.values[0].value, -self.high.values[0].value])
     }
 
-    /// The known different values, smallest first, and whether there are more between them.
+    /// Known different values, smallest first, and whether there may be more between them.
     fn distinct(&self) -> (Vec<Outlier>, bool) {
         let mut values = self.low.values[..self.low.length].to_vec();
         let last = values.last().map_or(f64::NEG_INFINITY, |kept| kept.value);
@@ -99,7 +100,7 @@ impl Extremes {
     }
 }
 
-/// The range of the values of `volume` that are no outliers, and those that are.
+/// Range of the values of `volume` without outliers, and the outliers.
 pub fn split(volume: &Volume, extremes: &Extremes) -> ([f64; 2], Vec<Outlier>) {
     let (values, has_more) = extremes.distinct();
     let (mut first, mut last) = (0, values.len() - 1);
@@ -115,16 +116,16 @@ pub fn split(volume: &Volume, extremes: &Extremes) -> ([f64; 2], Vec<Outlier>) {
     ([values[first].value, values[last].value], outliers)
 }
 
-/// The search for outliers among different values, smallest first.
+/// Search for outliers among different values, smallest first.
 struct Search<'a> {
     volume: &'a Volume,
     values: &'a [Outlier],
-    /// Whether there are more values in the middle.
+    /// Whether the middle has more values than are known.
     has_more: bool,
 }
 
 impl Search<'_> {
-    /// How many of the values `first` to `last` are outliers at the low and at the high end; none where there are none.
+    /// Number of outliers at the low and the high end of the values `first` to `last`; `None` if there are none.
     fn next(&self, first: usize, last: usize) -> Option<[usize; 2]> {
         let counts = (0..=MOST).flat_map(|low| (0..=MOST).map(move |high| [low, high]));
         let mut counts: Vec<_> =
@@ -139,10 +140,10 @@ impl Search<'_> {
         })
     }
 
-    /// Whether all of `few`, apart from the values `first` to `last` by `gap`, are outliers.
+    /// Whether all of `few` are outliers, given their `gap` to the values `first` to `last`.
     fn are_outliers(&self, few: &[Outlier], gap: f64, first: usize, last: usize) -> bool {
         let spread = self.values[last].value - self.values[first].value;
-        // One value alone leaves nothing to tell apart from it.
+        // A single remaining value has no spread to compare with.
         let rest = last - first + 1;
         few.iter().all(|outlier| {
             let kind = Kind::of(self.volume, outlier.value);
@@ -151,24 +152,24 @@ impl Search<'_> {
     }
 }
 
-/// How much a value looks like one that stands for none.
+/// How much a value looks like a marker of missing data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
-    /// The file says so.
+    /// Declared by the file.
     Declared,
-    /// −9999, the least value of a type, and other values that programs fill with.
+    /// Common fill value, such as −9999 or the least value of a type.
     Fill,
-    /// A number that nothing measured is as large as.
+    /// Too large for a measurement.
     Huge,
-    /// Any other.
+    /// Any other value.
     Plain,
 }
 
-/// Programs for geography, weather and medicine fill with these. The last three are those of NetCDF.
+/// Fill values of programs for geography, weather and medicine. ±9.97·10³⁶, −2147483647 and −32767 are NetCDF's.
 const FILLS: [f64; 6] =
     [-9.969_209_968_386_869e36, 9.969_209_968_386_869e36, 3.4e38, -3.4e38, -2_147_483_647.0, -32_767.0];
 
-/// Values from here on are too large to be measured.
+/// Lower bound of values too large for a measurement.
 const HUGE: f64 = 1e10;
 
 impl Kind {
@@ -185,7 +186,7 @@ impl Kind {
         }
     }
 
-    /// The gap to the rest, in spreads of the rest, from which on the value is an outlier.
+    /// Smallest gap of an outlier to the rest, in spreads of the rest.
     fn least_gap(self) -> f64 {
         match self {
             Self::Declared => 0.0,
@@ -194,7 +195,7 @@ impl Kind {
         }
     }
 
-    /// How many different values the rest must have: labels and masks have few.
+    /// Fewest different values in the rest; labels and masks have few.
     fn least_rest(self, volume: &Volume, has_more: bool) -> usize {
         match self {
             Self::Declared | Self::Fill | Self::Huge => 2,
@@ -206,7 +207,7 @@ impl Kind {
     }
 }
 
-/// Whether `value` is the least of a signed type: that of the volume, or one that its values were made from.
+/// Whether `value` is the least of a signed type: the volume's type, or one that its values were converted from.
 fn is_least(volume: &Volume, value: f64) -> bool {
     let rescale = volume.rescale();
     let least = match volume.dtype() {
@@ -224,7 +225,7 @@ fn is_least(volume: &Volume, value: f64) -> bool {
     least.is_some_and(|least| rescale.apply(least) == value) || made_from.contains(&value)
 }
 
-/// Whether `value` is written with nines alone, three at least: −9999, 99999, −999.
+/// Whether the decimal digits of `value` are all nines, at least three: −9999, 99999, −999.
 fn is_nines(value: f64) -> bool {
     let size = value.abs();
     (999.0..1e12).contains(&size) && size.fract() == 0.0 && (size + 1.0).log10().fract() == 0.0
@@ -330,7 +331,7 @@ mod tests {
             power in 1.0f64..6.0,
             scale in -6.0f64..9.0,
         ) {
-            // Powers skew the values strongly, logarithms still more.
+            // Powers skew the values strongly; logarithms even more.
             let skewed: Vec<f64> = values.iter().map(|v| v.abs().powf(power) * v.signum() * 10f64.powf(scale)).collect();
             let statistics = volume(skewed).statistics().clone();
             prop_assert_eq!(statistics.shown, [statistics.min, statistics.max]);

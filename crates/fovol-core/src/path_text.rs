@@ -1,13 +1,13 @@
-//! Paths as text, for settings and session files, which hold text alone.
+//! Paths as text, for settings and session files that hold only text.
 //!
-//! On Unix a path is any bytes. Bytes that are no UTF-8 are written `\xff`, as shells write them in `$'…'`; where a path itself has
-//! a backslash, `x` and two hexadecimal digits, that backslash is written `\x5c`. All other paths are their own text. On other
-//! systems every path is its own text, as far as it is Unicode.
+//! A Unix path may contain any bytes. Bytes that are not UTF-8 are written `\xff`, as shells write them in `$'…'`.
+//! Where a path itself has a backslash, `x` and two hexadecimal digits, that backslash is written `\x5c`. All other
+//! paths are written unchanged. On other systems every Unicode path is written unchanged.
 
 use std::borrow::Cow;
 use std::path::Path;
 
-/// The text of `path`, of which [`path_of_text`] makes the same path again.
+/// Text of `path`, from which [`path_of_text`] restores the path exactly.
 pub fn text_of_path(path: &Path) -> String {
     #[cfg(unix)]
     {
@@ -32,7 +32,7 @@ pub fn text_of_path(path: &Path) -> String {
     path.display().to_string()
 }
 
-/// The path that `text` stands for, see [`text_of_path`].
+/// Path of the text `text`; inverse of [`text_of_path`].
 pub fn path_of_text(text: &str) -> Cow<'_, Path> {
     #[cfg(unix)]
     if escaped(text).is_some() {
@@ -49,16 +49,16 @@ pub fn path_of_text(text: &str) -> Cow<'_, Path> {
     Cow::Borrowed(Path::new(text))
 }
 
-/// `text`, which stands for a path, as it is shown to people: what is no Unicode is one character of doubt (U+FFFD).
+/// Display form of the path text `text`; bytes that are not Unicode become U+FFFD.
 pub fn shown_path(text: &str) -> String {
     path_of_text(text).display().to_string()
 }
 
-/// The length of `\xff`.
+/// Length of an escape such as `\xff`.
 #[cfg(unix)]
 const ESCAPE: usize = 4;
 
-/// Where the first byte is written as `\xff` in `text`, and the byte.
+/// First escape `\xff` in `text`: its place and the byte.
 #[cfg(unix)]
 fn escaped(text: &str) -> Option<(usize, u8)> {
     let digit = |byte: u8| char::from(byte).to_digit(16);

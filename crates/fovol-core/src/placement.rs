@@ -1,19 +1,19 @@
 use crate::{Error, Grid, Result};
 use glam::{DMat3, DVec3};
 
-/// The space that a file places its grid in.
+/// Coordinate space in which a file places its grid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Space {
-    /// A patient's: the axes of the file are left, posterior and superior, whatever it calls them.
+    /// Patient space. The file's axes mean left, posterior and superior, whatever it calls them.
     Patient,
-    /// Some other space; its axes are read as left, posterior and superior where they must be named.
+    /// Other space; its axes are called left, posterior and superior where they must be named.
     Other,
 }
 
-/// Where a grid lies in the space of its file: the directions of the voxel axes and the place of the first voxel.
+/// Position of a grid in the space of its file: directions of the voxel axes and position of the first voxel.
 ///
-/// Coordinates are LPS: x grows to the patient's left, y to the back (posterior), z to the head (superior). DICOM
-/// and ITK use the same axes; NIfTI's x and y point the other way.
+/// Coordinates are LPS: x grows to the patient's left, y to the back (posterior), z to the head (superior). DICOM and
+/// ITK use these axes; NIfTI's x and y point the other way.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Placement {
     directions: DMat3,
@@ -21,14 +21,14 @@ pub struct Placement {
     space: Space,
 }
 
-/// Two axes at right angles have a cosine below this: files round their directions.
+/// Largest cosine between axes that count as orthogonal, since files round their directions.
 const SQUARE: f64 = 2e-3;
 
-/// From LPS to world space, in which +x is left, +y superior and +z anterior.
+/// Rotation from LPS to world space, where +x is left, +y superior and +z anterior.
 const WORLD_FROM_LPS: DMat3 = DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y);
 
 impl Placement {
-    /// A placement with voxel axes along the columns of `directions` (LPS, any length) and the centre of the first
+    /// Placement with voxel axes along the columns of `directions` (LPS, any length) and the centre of the first
     /// voxel at `origin` (LPS, in the unit of the file).
     ///
     /// # Errors
@@ -49,34 +49,34 @@ impl Placement {
         Ok(Self { directions, origin, space })
     }
 
-    /// Unit vectors along the voxel axes x, y, z, as columns, in LPS.
+    /// Unit vectors along the voxel axes x, y, z as columns, in LPS.
     pub fn directions(&self) -> DMat3 {
         self.directions
     }
 
-    /// The centre of the first voxel in LPS, in the unit of the file.
+    /// Centre of the first voxel in LPS, in the unit of the file.
     pub fn origin(&self) -> DVec3 {
         self.origin
     }
 
-    /// The kind of space.
+    /// Kind of space.
     pub fn space(&self) -> Space {
         self.space
     }
 
-    /// The placement of a part of `grid` whose first voxel is at `voxel`, as a continuous index.
+    /// Placement of a part of `grid` whose first voxel is at the continuous index `voxel`.
     #[must_use]
     pub fn moved_to(&self, voxel: DVec3, grid: &Grid) -> Self {
         let way = voxel * DVec3::from_array(grid.spacing());
         Self { origin: self.origin + self.directions * way, ..*self }
     }
 
-    /// The LPS position of `voxel`, a continuous index whose whole numbers are voxel centres.
+    /// LPS position of `voxel`, a continuous index with integers at voxel centres.
     pub fn position(&self, voxel: DVec3, grid: &Grid) -> DVec3 {
         self.moved_to(voxel, grid).origin
     }
 
-    /// The letters that voxel axes x, y, z point to: one of L, P, S or of R, A, I each.
+    /// Anatomical letters of the directions of voxel axes x, y, z: each L, P, S or R, A, I.
     pub fn letters(&self) -> String {
         let mut letters = ['?'; 3];
         let mut taken = [false; 3];
@@ -96,39 +96,38 @@ impl Placement {
         letters.iter().collect()
     }
 
-    /// Whether the voxel axes are mirrored against the space: they form a left hand.
+    /// Whether the voxel axes are left-handed, that is, mirrored against the space.
     pub fn is_left_handed(&self) -> bool {
         self.directions.determinant() < 0.0
     }
 
-    /// By how many degrees the angle between two voxel axes differs from a right angle, at most; 0 for grids that
-    /// are merely rounded. A gantry tilt makes such grids.
+    /// Largest deviation from a right angle between two voxel axes, in degrees. 0 for deviations from rounding only.
+    /// A gantry tilt produces sheared grids.
     pub fn shear(&self) -> f64 {
         let DMat3 { x_axis: x, y_axis: y, z_axis: z } = self.directions;
         let cosine = [x.dot(y), y.dot(z), z.dot(x)].into_iter().map(f64::abs).fold(0.0, f64::max);
         if cosine < SQUARE { 0.0 } else { cosine.min(1.0).asin().to_degrees() }
     }
 
-    /// The turn from the box of the grid, whose sides are along x, y, z, to world space, in which the patient stands
-    /// upright and looks along +z: an orthogonal matrix, with determinant −1 for mirrored grids. Sheared axes are
-    /// replaced by the nearest ones at right angles.
+    /// Rotation from the grid's box to world space, in which the patient stands upright and looks along +z. An
+    /// orthogonal matrix, with determinant −1 for mirrored grids. Sheared axes are replaced by the nearest orthogonal
+    /// ones.
     pub fn world_from_box(&self) -> DMat3 {
         let turned = WORLD_FROM_LPS * nearest_orthogonal(self.directions);
-        // Files hold rounded numbers; quarter turns are meant exactly.
+        // Files hold rounded numbers; rotations by quarter turns are made exact.
         let whole = DMat3::from_cols_array(&turned.to_cols_array().map(f64::round));
         let is_whole = turned.abs_diff_eq(whole, 1e-6);
         if is_whole { whole } else { turned }
     }
 }
 
-/// `columns` with length 1; none where one has no length or is not finite.
+/// Normalises `columns` to length 1; `None` if one has no length or is not finite.
 fn normalised(columns: [DVec3; 3]) -> Option<[DVec3; 3]> {
     let [x, y, z] = columns.map(DVec3::try_normalize);
     Some([x?, y?, z?])
 }
 
-/// The orthogonal matrix nearest to `matrix`, which is not singular: the polar decomposition by Newton's iteration
-/// (Higham 1986).
+/// Orthogonal matrix nearest to the regular `matrix`: polar decomposition by Newton's iteration (Higham 1986).
 fn nearest_orthogonal(matrix: DMat3) -> DMat3 {
     let mut turned = matrix;
     for _ in 0..60 {

@@ -2,25 +2,27 @@ use crate::{Frame, FrameSize, RayBasis};
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// A rectangle of pixels of a frame; never empty.
+/// Rectangle of pixels of a frame; never empty.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Region {
-    /// Its first column.
+    /// First column.
     pub x: u32,
-    /// Its first row.
+    /// First row.
     pub y: u32,
-    /// How large it is.
+    /// Width and height.
     pub size: FrameSize,
 }
 
 impl Region {
-    /// All of a frame of `size`.
+    /// Region of a whole frame of `size`.
     pub fn whole(size: FrameSize) -> Self {
         Self { x: 0, y: 0, size }
     }
 
-    /// The smallest region of a frame of `size` that has every pixel whose ray of `rays` meets one of `boxes`, each from its lowest
-    /// to its highest corner; `None` if none does. All of the frame where a box reaches from in front of the eye to behind it.
+    /// Smallest region of a frame of `size` with every pixel whose ray meets one of `boxes`.
+    ///
+    /// A box is given by its lowest and its highest corner. `None` if no ray meets a box. The whole frame if a box
+    /// reaches from in front of the eye to behind it.
     pub fn of_boxes(
         rays: &RayBasis,
         boxes: impl IntoIterator<Item = [DVec3; 2]>,
@@ -43,7 +45,7 @@ impl Region {
                 }
             }
         }
-        // Rounded outwards: rays through corners are as good as inside.
+        // Rounded outwards, so that rays through corners count as inside.
         let along = |ends: [f64; 2], count: u32| {
             let [first, last] = ends.map(|at| (1.0 + at) * 0.5 * f64::from(count) - 0.5);
             let [first, end] =
@@ -55,20 +57,20 @@ impl Region {
         Some(Self { x, y, size: FrameSize { width, height } })
     }
 
-    /// How many pixels it has.
+    /// Number of pixels.
     pub fn pixels(&self) -> usize {
         self.size.pixels()
     }
 
-    /// Whether all of `other` lies in it.
+    /// Whether `other` lies completely in this region.
     pub fn contains(&self, other: &Self) -> bool {
         let ends = |region: &Self| [region.x + region.size.width, region.y + region.size.height];
         let (mine, others) = (ends(self), ends(other));
         self.x <= other.x && self.y <= other.y && others[0] <= mine[0] && others[1] <= mine[1]
     }
 
-    /// The region with a border of `margin` pixels, its edges moved outwards to multiples of `multiple` where that does not lead
-    /// beyond a frame of `size`.
+    /// Grows the region by `margin` pixels, and moves its edges outwards to multiples of `multiple`; clamped to a
+    /// frame of `size`.
     #[must_use]
     pub fn grown(&self, margin: u32, multiple: u32, size: FrameSize) -> Self {
         let along = |first: u32, length: u32, count: u32| {
@@ -81,7 +83,7 @@ impl Region {
         Self { x, y, size: FrameSize { width, height } }
     }
 
-    /// The rows of it of an image of `width` columns, from the top: where in the image each begins and ends.
+    /// Index range of each of the region's rows in an image of `width` columns, from the top.
     pub fn rows(self, width: u32) -> impl Iterator<Item = std::ops::Range<usize>> {
         let length = self.size.width as usize;
         (self.y..self.y + self.size.height).map(move |y| {
@@ -90,7 +92,7 @@ impl Region {
         })
     }
 
-    /// The part of `pixels`, in rows of `width`, that it is.
+    /// Copies the region out of `pixels`, in rows of `width`.
     pub fn part<T: Copy + Default + Send + Sync>(self, pixels: &[T], width: u32) -> Vec<T> {
         let mut part = vec![T::default(); self.size.pixels()];
         let rows = part.par_chunks_exact_mut(self.size.width as usize);
@@ -100,13 +102,13 @@ impl Region {
         part
     }
 
-    /// The part of `frame` that it is.
+    /// Copies the region out of `frame`.
     pub fn of(self, frame: &Frame) -> Frame {
         let pixels = self.part(frame.pixels(), frame.size().width);
         Frame::from_pixels(self.size, pixels).expect("the part has as many pixels")
     }
 
-    /// Puts the pixels of `part`, which has its size, where they are among `pixels`, in rows of `width`.
+    /// Copies `part`, which has the region's size, to the region's place in `pixels`, in rows of `width`.
     pub fn put_part<T: Copy + Send + Sync>(self, part: &[T], pixels: &mut [T], width: u32) {
         let rows = pixels.par_chunks_exact_mut(width as usize).skip(self.y as usize);
         rows.zip(part.par_chunks_exact(self.size.width as usize)).for_each(|(row, from)| {
@@ -114,7 +116,7 @@ impl Region {
         });
     }
 
-    /// A frame of `size` that is `part` here, whose size this region has, and of one colour all `around`.
+    /// Frame of `size` with `part`, which has the region's size, in the region and the colour `around` elsewhere.
     pub fn framed(self, part: &Frame, around: [f32; 4], size: FrameSize) -> Frame {
         let mut pixels = vec![[0.0; 4]; size.pixels()];
         let columns = self.x as usize..(self.x + self.size.width) as usize;
@@ -131,19 +133,19 @@ impl Region {
     }
 }
 
-/// Where a box is seen.
+/// Bounding rectangle of a box in the picture.
 enum Outline {
-    /// Nowhere: all of it is behind the eye.
+    /// Completely behind the eye.
     None,
-    /// The first and the last place along each axis, x right and y down, from −1 to 1 in the frame.
+    /// Range along x (right) and y (down), with −1 to 1 in the frame.
     Between([[f64; 2]; 2]),
-    /// Nobody knows: it reaches from in front of the eye to behind it.
+    /// Unknown, because the box reaches from in front of the eye to behind it.
     Everywhere,
 }
 
 impl Outline {
-    /// Of the box with one corner at `corner`, from which `edges` lead to the next ones: how far ahead, and how far right and up of
-    /// the middle of the frame, whose edges are at 1 times that.
+    /// Outline of the box at `corner` with the given `edges`. Coordinates are depth, and right and up in units that
+    /// reach the frame's edges at 1 times the depth.
     fn of_box(corner: DVec3, edges: [DVec3; 3]) -> Self {
         let (mut behind, mut ends) = (0, [[f64::INFINITY, f64::NEG_INFINITY]; 2]);
         for number in 0..8 {

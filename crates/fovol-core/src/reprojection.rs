@@ -1,29 +1,29 @@
 use crate::{Camera, FrameSize};
 use glam::{DMat3, DVec3, Vec3};
 
-/// Where the pixels of one frame were in another, by the cameras of both.
+/// Mapping of pixels from one frame to another by the cameras of both.
 ///
-/// A point seen at pixel (x, y) at distance t lies at eye + t·d/|d| with d the direction through the pixel, linear in
-/// (x, y). In the other camera's axes that is t/|d| · (M·d + |d|/t · m), and the factor before the bracket does not
-/// change where it is seen: the other pixel comes from M·d + w·|d|·m, with the inverse distance w = 1/t, so that
-/// also the infinitely far (w = 0) has a place.
+/// A point seen at pixel (x, y) at distance t lies at eye + t·d/|d|, with d the direction through the pixel, linear
+/// in (x, y). In the other camera's axes that is t/|d| · (M·d + |d|/t · m). The factor before the bracket does not
+/// change the projection. So the other pixel comes from M·d + w·|d|·m with the inverse distance w = 1/t, which also
+/// works at infinity (w = 0).
 #[derive(Debug, Clone, Copy)]
 pub struct Reprojection {
-    /// M·d for pixel (0, 0), and what a pixel to the right and a pixel down add.
+    /// M·d for pixel (0, 0), and its increments per pixel right and down.
     base: [Vec3; 3],
-    /// d alike.
+    /// d for pixel (0, 0), and its increments per pixel right and down.
     direction: [Vec3; 3],
-    /// m.
+    /// m, the translation in the other camera's axes.
     parallax: Vec3,
-    /// How wide and how high the other camera sees at distance 1, halved.
+    /// Half width and half height of the other camera's view at distance 1.
     half: [f32; 2],
     size: [f32; 2],
-    /// The pixel that is counted as (0, 0).
+    /// Pixel of the whole frame that counts as (0, 0).
     corner: [f32; 2],
 }
 
 impl Reprojection {
-    /// From pixels of `camera` to pixels of `other`, both of frames of `size`.
+    /// Mapping from pixels of `camera` to pixels of `other`, both with frames of `size`.
     pub fn new(camera: &Camera, other: &Camera, size: FrameSize) -> Self {
         let (w, h) = (f64::from(size.width), f64::from(size.height));
         let axes = |camera: &Camera| {
@@ -37,7 +37,7 @@ impl Reprojection {
         let first = forward - right + up + (across + down) * 0.5;
         let (forward, right, up) = axes(other);
         let half = [right, up].map(|side| side.length() as f32);
-        // Rows that give distance along the view, and the place from −1 to 1 times that distance.
+        // Rows that give the depth along the view, and the position in −1…1 times the depth.
         let rows = [forward, right / right.length_squared(), up / up.length_squared()];
         let project = DMat3::from_cols(rows[0], rows[1], rows[2]).transpose();
         let directions = [first, across, down];
@@ -51,7 +51,7 @@ impl Reprojection {
         }
     }
 
-    /// The same for a part of both frames whose top left pixel is (`x`, `y`): pixels are then counted from there.
+    /// Restricts the mapping to a part of both frames; pixels then count from its top left pixel (`x`, `y`).
     #[must_use]
     pub fn of_part(mut self, x: u32, y: u32) -> Self {
         let (x, y) = (x as f32, y as f32);
@@ -62,21 +62,21 @@ impl Reprojection {
         self
     }
 
-    /// The numbers that [`Self::motion`] is made of, for shaders: M·d for pixel (0, 0) and what a pixel to the right and a
-    /// pixel down add, d alike, and m.
+    /// Coefficients for shaders: M·d for pixel (0, 0) and its increments per pixel right and down; the three vectors
+    /// of d; and m.
     pub fn coefficients(&self) -> [Vec3; 7] {
         let ([a, b, c], [d, e, f]) = (self.base, self.direction);
         [a, b, c, d, e, f, self.parallax]
     }
 
-    /// How wide and how high the other camera sees at distance 1, halved: what [`Self::point`] needs besides.
+    /// Half width and half height of the other camera's view at distance 1, which [`Self::point`] needs besides.
     pub fn half_extent(&self) -> [f32; 2] {
         self.half
     }
 
-    /// The way in pixels, x right and y down, from pixel (`x`, `y`) to where the same point is seen in the other
-    /// frame; `inverse_distance` is one over its distance from the eye in world units. Far outside for points behind
-    /// the other camera.
+    /// Motion in pixels, x right and y down, from pixel (`x`, `y`) to the position of its point in the other frame.
+    /// `inverse_distance` is one over the point's distance from the eye, in world units. Points behind the other
+    /// camera land far outside.
     #[inline(always)]
     pub fn motion(&self, x: f32, y: f32, inverse_distance: f32) -> [f32; 2] {
         let (seen, _) = self.seen(x, y, inverse_distance);
@@ -84,8 +84,9 @@ impl Reprojection {
         [to_x - x, to_y - y]
     }
 
-    /// The pixel of the other frame at which the point is seen that pixel (`x`, `y`) shows at one over `inverse_distance`, as
-    /// fractions of pixels, and one over its distance from the other eye; `None` behind that.
+    /// Position in the other frame (in pixels, with fractions) of the point that pixel (`x`, `y`) shows, and one over
+    /// its distance from the other eye. `inverse_distance` is one over its distance from this eye. `None` behind the
+    /// other eye.
     #[inline(always)]
     pub fn point(&self, x: f32, y: f32, inverse_distance: f32) -> Option<([f32; 2], f32)> {
         let (seen, scale) = self.seen(x, y, inverse_distance);
@@ -96,7 +97,7 @@ impl Reprojection {
         Some((self.place(seen, seen.x), scale / away))
     }
 
-    /// M·d + w·|d|·m: where the point is in the axes of the other camera, times w·|d|; and w·|d|.
+    /// M·d + w·|d|·m, the point in the axes of the other camera times w·|d|; and the factor w·|d|.
     #[inline(always)]
     fn seen(&self, x: f32, y: f32, inverse_distance: f32) -> (Vec3, f32) {
         let at = |v: &[Vec3; 3]| v[0] + v[1] * x + v[2] * y;
@@ -104,7 +105,7 @@ impl Reprojection {
         (at(&self.base) + self.parallax * scale, scale)
     }
 
-    /// The pixel at which `seen` is, `ahead` in front.
+    /// Pixel position of `seen` at the depth `ahead`.
     #[inline(always)]
     fn place(&self, seen: Vec3, ahead: f32) -> [f32; 2] {
         let ([w, h], [left, top]) = (self.size, self.corner);

@@ -1,9 +1,9 @@
 use crate::{Frame, FrameSize};
 
-/// Which pixels of a frame are sampled, one bit each.
+/// Sampling mask of a frame, one bit per pixel.
 ///
-/// Rows are padded to whole 64-bit words so that rows can be written in parallel; bit `x % 64` of
-/// word `x / 64` is pixel x. Padding bits are 0.
+/// Rows are padded to whole 64-bit words so that rows can be written in parallel. Bit `x % 64` of word `x / 64` is
+/// pixel x. Padding bits are 0.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SampleMask {
     size: FrameSize,
@@ -12,18 +12,18 @@ pub struct SampleMask {
 }
 
 impl SampleMask {
-    /// A mask that samples nothing.
+    /// Mask that samples nothing.
     pub fn none(size: FrameSize) -> Self {
         let words_per_row = (size.width as usize).div_ceil(64);
         Self { size, words_per_row, words: vec![0; words_per_row * size.height as usize] }
     }
 
-    /// A mask that samples every pixel.
+    /// Mask that samples every pixel.
     pub fn full(size: FrameSize) -> Self {
         Self::from_fn(size, |_, _| true)
     }
 
-    /// A mask that samples the pixels (x, y) for which `sampled` holds.
+    /// Mask of the pixels (x, y) for which `sampled` returns true.
     pub fn from_fn(size: FrameSize, mut sampled: impl FnMut(u32, u32) -> bool) -> Self {
         let mut mask = Self::none(size);
         for y in 0..size.height {
@@ -36,12 +36,12 @@ impl SampleMask {
         mask
     }
 
-    /// The mask of a sparse frame: pixels with alpha above ½.
+    /// Mask of a sparse frame: pixels with alpha above ½.
     pub fn of_sparse_frame(frame: &Frame) -> Self {
         Self::from_fn(frame.size(), |x, y| frame.pixel(x, y)[3] > 0.5)
     }
 
-    /// The size of the frame.
+    /// Size of the frame.
     pub fn size(&self) -> FrameSize {
         self.size
     }
@@ -56,7 +56,7 @@ impl SampleMask {
         &self.words
     }
 
-    /// All words, row by row, to write. Padding bits must stay 0.
+    /// Mutable words, row by row. Padding bits must stay 0.
     pub fn words_mut(&mut self) -> &mut [u64] {
         &mut self.words
     }
@@ -64,27 +64,27 @@ impl SampleMask {
     /// Whether pixel (`x`, `y`) is sampled.
     ///
     /// # Panics
-    /// When the pixel lies outside the frame.
+    /// If the pixel lies outside the frame.
     pub fn contains(&self, x: u32, y: u32) -> bool {
         assert!(x < self.size.width, "column {x} outside a frame of {}", self.size);
         self.words[y as usize * self.words_per_row + x as usize / 64] >> (x % 64) & 1 == 1
     }
 
-    /// Samples pixel (`x`, `y`).
+    /// Marks pixel (`x`, `y`) as sampled.
     ///
     /// # Panics
-    /// When the pixel lies outside the frame.
+    /// If the pixel lies outside the frame.
     pub fn set(&mut self, x: u32, y: u32) {
         assert!(x < self.size.width, "column {x} outside a frame of {}", self.size);
         self.words[y as usize * self.words_per_row + x as usize / 64] |= 1 << (x % 64);
     }
 
-    /// How many pixels are sampled.
+    /// Number of sampled pixels.
     pub fn count(&self) -> usize {
         self.words.iter().map(|w| w.count_ones() as usize).sum()
     }
 
-    /// The share of pixels that are sampled.
+    /// Fraction of pixels that are sampled.
     pub fn density(&self) -> f64 {
         self.count() as f64 / self.size.pixels() as f64
     }

@@ -2,38 +2,38 @@ use crate::{ClipBox, Light, Result, TransferFunction, Volume};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// How the light's way to a sample is taken into account.
+/// Shadow computation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ShadowMode {
-    /// A shadow ray from every sample; the reference.
+    /// Shadow ray from every sample; the reference.
     #[default]
     On,
-    /// Full light everywhere.
+    /// No shadows.
     Off,
-    /// Read from a grid of half the volume's resolution; cheap, never the reference.
+    /// Shadows from a precomputed grid of half the volume's resolution: fast, but never the reference.
     Cached,
 }
 
-/// What multiplies the light besides the shadow.
+/// Surface term of the lighting.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SurfaceShading {
-    /// Nothing.
+    /// None: the factor 1.
     #[default]
     Flat,
     /// |n·l| with n from central differences over ±1 voxel in world units; 1 where the gradient is zero.
     Gradient,
 }
 
-/// How a ray adds up what it passes.
+/// Numerical integration along a ray.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Integration {
-    /// Separate samples, each with the opacity of one step; the paper's marching.
+    /// Point samples, each with the opacity of one step; the paper's method.
     #[default]
     Plain,
-    /// The integral of the transfer function between neighbouring samples; no rings at sharp surfaces.
+    /// Integral of the transfer function between neighbouring samples; avoids rings at sharp surfaces.
     Fine,
 }
 
@@ -58,21 +58,21 @@ impl std::str::FromStr for Integration {
     }
 }
 
-/// How samples are lit.
+/// Lighting of samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shading {
     /// The light.
     pub light: Light,
-    /// The share of light that reaches every sample, 0…1.
+    /// Fraction of ambient light, 0…1.
     pub ambient: f64,
-    /// Shadows.
+    /// Shadow computation.
     pub shadows: ShadowMode,
-    /// Surface shading.
+    /// Surface term.
     pub surface: SurfaceShading,
 }
 
 impl Shading {
-    /// Whether samples lie in the same shadows with `other`.
+    /// Whether shadows are equal to those of `other`.
     pub fn casts_as(&self, other: &Self) -> bool {
         self.light == other.light && self.shadows == other.shadows
     }
@@ -89,30 +89,30 @@ impl Default for Shading {
     }
 }
 
-/// Everything a ray meets.
+/// Everything that a ray needs to be rendered.
 #[derive(Debug, Clone)]
 pub struct Scene {
-    /// What is looked at.
+    /// The volume.
     pub volume: Arc<Volume>,
-    /// The part of it that is there; `None` for all.
+    /// Crop box; `None` for the whole volume.
     pub clip: Option<ClipBox>,
-    /// How values become colour and opacity.
+    /// Mapping from values to colour and opacity.
     pub transfer_function: TransferFunction,
-    /// How samples are lit.
+    /// Lighting.
     pub shading: Shading,
-    /// What shows through, display RGB 0…1.
+    /// Background colour, display RGB in 0…1.
     pub background: [f64; 3],
-    /// The sampling distance in voxels (of the smallest spacing).
+    /// Step along rays, in voxels of the smallest spacing.
     pub step: f64,
-    /// How rays add up what they pass.
+    /// Numerical integration along rays.
     pub integration: Integration,
 }
 
-/// A ray takes at most this many samples for each voxel along the three sides of the volume, at a step of one.
+/// Most samples of a ray, at a step of one, per voxel along the three sides of the volume.
 const MOST_SAMPLES_A_VOXEL: f64 = 64.0;
 
 impl Scene {
-    /// `volume` through `transfer_function` with the default light, black background, half-voxel steps and plain
+    /// Scene of `volume` and `transfer_function` with the default light, black background, half-voxel steps and plain
     /// integration.
     pub fn new(volume: Arc<Volume>, transfer_function: TransferFunction) -> Self {
         Self {
@@ -126,16 +126,16 @@ impl Scene {
         }
     }
 
-    /// The part of the volume that rays pass.
+    /// Crop box, or the box of the whole volume.
     pub fn clip_box(&self) -> ClipBox {
         self.clip.unwrap_or_else(|| ClipBox::whole(self.volume.grid()))
     }
 
-    /// The sampling distance that rays take, in voxels (of the smallest spacing).
+    /// Effective step along rays, in voxels of the smallest spacing.
     ///
-    /// It is [`Self::step`] but in volumes of extreme aspect. There the smallest spacing would cut a ray along the long
-    /// sides into millions of samples of the same few voxels. So the diagonal has at most 64 samples, at a step of one,
-    /// for each voxel along the three sides.
+    /// It equals [`Self::step`] except in volumes of extreme aspect. There the smallest spacing would divide a ray
+    /// along the long sides into millions of samples of few voxels. So the diagonal gets at most 64 samples, at a
+    /// step of one, per voxel along the three sides.
     pub fn marching_step(&self) -> f64 {
         let grid = self.volume.grid();
         let voxels: usize = grid.dims().iter().sum();
@@ -143,7 +143,7 @@ impl Scene {
         self.step * (diagonal / (MOST_SAMPLES_A_VOXEL * voxels as f64)).max(1.0)
     }
 
-    /// Whether the numbers can be rendered with.
+    /// Checks that the parameters are valid.
     ///
     /// # Errors
     /// An ambient or background outside [0, 1], a step outside [0.01, 100].

@@ -2,26 +2,26 @@ use crate::outliers::{self, Extremes};
 use crate::{Endian, Outlier, Rescale, Volume, Voxel, with_voxel_type};
 use rayon::prelude::*;
 
-/// What can be said about the finite values of a volume's first component, after scaling.
+/// Statistics of a volume's finite values (first component, after scaling).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Statistics {
-    /// The smallest finite value; 0 if there is none.
+    /// Smallest finite value; 0 if there is none.
     pub min: f64,
-    /// The largest finite value; 0 if there is none.
+    /// Largest finite value; 0 if there is none.
     pub max: f64,
-    /// The mean of the finite values; 0 if there is none.
+    /// Mean of the finite values; 0 if there is none.
     pub mean: f64,
-    /// How many values are NaN or infinite.
+    /// Number of NaN or infinite values.
     pub non_finite: u64,
-    /// How many of these are NaN.
+    /// Number of NaN values.
     pub nan: u64,
-    /// The smallest and the largest finite value that is no outlier.
+    /// Smallest and largest finite value without outliers.
     pub shown: [f64; 2],
-    /// Values far outside all others, such as −9999 for voxels without a value; smallest first.
+    /// Values far outside all others, such as −9999 for voxels without data; smallest first.
     pub outliers: Vec<Outlier>,
 }
 
-/// Voxels per parallel piece. Fixed, so that sums do not depend on the number of threads.
+/// Voxels per parallel piece. A fixed size makes sums independent of the number of threads.
 const PIECE: usize = 1 << 20;
 
 #[derive(Clone, Copy)]
@@ -65,13 +65,13 @@ impl Statistics {
 }
 
 impl Volume {
-    /// How many finite values fall into each of `bins` equal parts of `range` (scaled values;
-    /// the last part includes its upper end, values outside are not counted).
+    /// Histogram of the finite values in `bins` equal parts of `range` (scaled values). The last bin includes its
+    /// upper end; values outside are not counted.
     pub fn histogram(&self, bins: usize, range: [f64; 2]) -> Vec<u64> {
         with_voxel_type!(self.dtype(), T => histogram::<T>(self, bins, range))
     }
 
-    /// The different finite values (scaled), smallest first; none when they are more than `limit`.
+    /// Different finite values (scaled), smallest first; `None` if there are more than `limit`.
     pub fn distinct_values(&self, limit: usize) -> Option<Vec<f64>> {
         with_voxel_type!(self.dtype(), T => distinct::<T>(self, limit))
     }

@@ -3,7 +3,7 @@ mod nan;
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 
-/// One corner of a piecewise-linear transfer function: `[v, r, g, b, a]` in JSON.
+/// Control point of a piecewise-linear transfer function: `[v, r, g, b, a]` in JSON.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(from = "[f64; 5]", into = "[f64; 5]")]
 pub struct ControlPoint {
@@ -16,7 +16,7 @@ pub struct ControlPoint {
 }
 
 impl ControlPoint {
-    /// A corner at `value` with `colour` and `opacity`, all 0…1.
+    /// Control point at `value` with `colour` and `opacity`, all 0…1.
     pub const fn new(value: f64, colour: [f64; 3], opacity: f64) -> Self {
         Self { value, colour, opacity }
     }
@@ -34,12 +34,12 @@ impl From<ControlPoint> for [f64; 5] {
     }
 }
 
-/// Piecewise-linear RGBA over the display value v in [0, 1].
+/// Piecewise-linear RGBA function of the display value v in [0, 1].
 ///
-/// Constant before the first and after the last corner. Two corners at one value make a step;
-/// at the value itself the later one holds. With a [range](Self::range), v runs over these data values
-/// instead of those that are shown; [`TransferFunction::over`] brings it to the shown ones. NaN has a colour of its
-/// own, and is transparent without one.
+/// The function is constant before the first and after the last control point. Two points at one value make a step;
+/// at the value itself the later point holds. With a [range](Self::range), v covers these data values instead of the
+/// displayed range; [`TransferFunction::over`] converts. NaN can have a colour of its own and is transparent
+/// otherwise.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Points", into = "Points")]
 pub struct TransferFunction {
@@ -79,8 +79,8 @@ impl From<TransferFunction> for Points {
     }
 }
 
-/// The function of `points` that belong to the data values `range`: fractions of it, or data values themselves
-/// where one lies outside [0, 1] or where the first and the last are the ends of the range.
+/// Transfer function of `points` over the data values `range`. Values of points are fractions of the range, or data
+/// values if one lies outside [0, 1] or if the first and the last are the ends of the range.
 fn in_range(mut points: Vec<ControlPoint>, range: [f64; 2]) -> Result<TransferFunction> {
     let [lo, hi] = checked_range(range)?;
     let ends = [points.first(), points.last()].map(|p| p.map(|p| p.value));
@@ -107,7 +107,7 @@ fn checked_range([lo, hi]: [f64; 2]) -> Result<[f64; 2]> {
 }
 
 impl TransferFunction {
-    /// A transfer function through `points`, in rising order of value.
+    /// Transfer function through `points`, in rising order of value.
     ///
     /// # Errors
     /// No points, values that fall, or numbers outside [0, 1].
@@ -138,7 +138,7 @@ impl TransferFunction {
         Ok(Self { points, range: None, nan: None })
     }
 
-    /// The function whose v runs over the data values `range`, or over what is shown.
+    /// Sets the data values that v covers; `None` is the displayed range.
     ///
     /// # Errors
     /// A range that is not finite and rising.
@@ -147,13 +147,13 @@ impl TransferFunction {
         Ok(self)
     }
 
-    /// The data values that v = 0 and v = 1 stand for; none where v runs over what is shown.
+    /// Data values of v = 0 and v = 1; `None` if v covers the displayed range.
     pub fn range(&self) -> Option<[f64; 2]> {
         self.range
     }
 
-    /// The function over the `shown` data values, in which every colour stays at its data value.
-    /// Without a [range](Self::range) it is unchanged.
+    /// Converts the function to the `shown` data values, so that every colour stays at its data value. A function
+    /// without a [range](Self::range) stays unchanged.
     pub fn over(&self, shown: [f64; 2]) -> Self {
         let Some([lo, hi]) = self.range.filter(|range| *range != shown) else {
             return Self { range: None, ..self.clone() };
@@ -165,12 +165,12 @@ impl TransferFunction {
             ControlPoint::new(v, [r, g, b], a)
         };
         if to <= from {
-            // All values are the same.
+            // All values are equal.
             return Self { points: vec![at(0.0)], range: None, nan: self.nan };
         }
         let moved = self.points.iter().map(|p| {
             let value = (lo + p.value * (hi - lo) - from) / (to - from);
-            // What falls on an end stays there, whatever is lost in rounding.
+            // Points at an end stay there in spite of rounding.
             let end = value.round();
             let value = if (value - end).abs() < SNAP && (end == 0.0 || end == 1.0) { end } else { value };
             ControlPoint { value, ..*p }
@@ -192,8 +192,9 @@ impl TransferFunction {
         Self { points, range: None, nan: self.nan }
     }
 
-    /// The function for values that are `shown` linearly, where its v runs over their logarithms, from the `least`
-    /// positive value to the upper end. Values up to `least` look as v = 0. Its own range is left out.
+    /// Converts a function over logarithms of values to one over linear values in `shown`. Logarithms run from the
+    /// `least` positive value to the upper end; values up to `least` get the colour of v = 0. The function's own
+    /// range is dropped.
     ///
     /// # Errors
     /// [`Error::TransferFunction`] where no positive value is shown.
@@ -217,11 +218,13 @@ impl TransferFunction {
         Ok(Self { nan: self.nan, ..function })
     }
 
-    /// A function that follows `curve` (v in [0, 1] to RGBA) to a fifth of an 8-bit step. The curve may jump or bend at
-    /// `breaks` alone, in any order; 0 and 1 are among them or nothing beyond the outermost one counts.
+    /// Approximates `curve` (v in [0, 1] to RGBA) to a fifth of an 8-bit step.
+    ///
+    /// The curve may have jumps or kinks only at `breaks`, in any order. They should include 0 and 1, since the curve
+    /// is ignored beyond the outermost ones.
     ///
     /// # Errors
-    /// As [`Self::new`].
+    /// Errors of [`Self::new`].
     pub fn of_curve(breaks: &[f64], curve: impl Fn(f64) -> [f64; 4]) -> Result<Self> {
         let mut breaks: Vec<f64> = breaks.iter().copied().filter(|v| (0.0..=1.0).contains(v)).collect();
         breaks.sort_by(f64::total_cmp);
@@ -241,7 +244,7 @@ impl TransferFunction {
             // Limits from inside: a jump may lie at the ends themselves.
             let inset = (b - a) * INSET;
             let (start, end) = (curve(a + inset), curve(b - inset));
-            // What holds at the break itself holds there; the other side of a jump begins right after it.
+            // The curve's value at the break holds there; the other side of a jump begins right after it.
             let jumps = distance(curve(a), start) > TOLERANCE;
             push(if jumps { a.next_up() } else { a }, start);
             refine(&curve, (a, start), (b, end), DEPTH, &mut push);
@@ -253,7 +256,7 @@ impl TransferFunction {
         Self::new(points)
     }
 
-    /// A grey ramp: black and transparent at 0, white and opacity `opacity` at 1.
+    /// Grey ramp: black and transparent at 0, white with opacity `opacity` at 1.
     pub fn grey_ramp(opacity: f64) -> Self {
         Self {
             points: vec![
@@ -265,12 +268,12 @@ impl TransferFunction {
         }
     }
 
-    /// The corners, in rising order.
+    /// Control points in rising order.
     pub fn points(&self) -> &[ControlPoint] {
         &self.points
     }
 
-    /// Colour and opacity `[r, g, b, a]` at display value `v` (clamped to [0, 1]), or of NaN.
+    /// Colour and opacity `[r, g, b, a]` at display value `v`, clamped to [0, 1], or of NaN.
     pub fn evaluate(&self, v: f64) -> [f64; 4] {
         if v.is_nan() {
             return self.nan();
@@ -288,17 +291,17 @@ impl TransferFunction {
         std::array::from_fn(|c| a[c] + f * (b[c] - a[c]))
     }
 
-    /// The largest opacity over the closed interval [`lo`, `hi`] of display values.
+    /// Largest opacity over the closed interval [`lo`, `hi`] of display values.
     pub fn max_opacity(&self, lo: f64, hi: f64) -> f64 {
         let ends = self.evaluate(lo)[3].max(self.evaluate(hi)[3]);
-        // A step seen from its left side: the earlier corner's opacity is approached, so it counts.
+        // At a step, values just below approach the earlier point's opacity, so it counts.
         self.points
             .iter()
             .filter(|p| p.value >= lo && p.value <= hi)
             .fold(ends, |most, p| most.max(p.opacity))
     }
 
-    /// The steepest change of opacity or colour per unit of v; infinite where the function has a step.
+    /// Steepest change of opacity or colour per unit of v; infinite at a step.
     pub fn steepest_slope(&self) -> f64 {
         self.points.windows(2).fold(0.0, |most: f64, pair| {
             let (a, b): ([f64; 5], [f64; 5]) = (pair[0].into(), pair[1].into());
@@ -308,19 +311,19 @@ impl TransferFunction {
     }
 }
 
-/// Display values closer to 0 or 1 than this are 0 or 1.
+/// Display values closer to 0 or 1 than this snap to it.
 const SNAP: f64 = 1e-12;
 
-/// How far pieces of a sampled curve may lie from it.
+/// Largest error of the approximation of a curve.
 const TOLERANCE: f64 = 0.2 / 255.0;
 
-/// The distance from a break, in parts of the way to the next, at which its limit is taken.
+/// Distance from a break at which one-sided limits are taken, as a fraction of the distance to the next break.
 const INSET: f64 = 1e-9;
 
-/// How often the part of a curve between two breaks is halved at most.
+/// Most bisections between two breaks.
 const DEPTH: u32 = 13;
 
-/// Where a part of a curve is looked at to see whether it is straight.
+/// Places where a piece of a curve is tested for straightness.
 const LOOKS: [f64; 7] = [0.07, 0.21, 0.35, 0.5, 0.64, 0.79, 0.93];
 
 fn distance(a: [f64; 4], b: [f64; 4]) -> f64 {
@@ -417,7 +420,7 @@ mod tests {
                 assert!(distance(over.evaluate(v), expected) < 1e-9, "{shown:?} {v}");
             }
         }
-        // All values are the same: their colour is that of the value.
+        // All values are equal: the result is the colour of that value.
         assert!((tf.over([500.0, 500.0]).evaluate(0.0)[3] - 0.6).abs() < 1e-12);
         for bad in ["[1,0]", "[0,0]", "[0,1e999]", "[0]", "[-1e308,1e308]"] {
             let text = format!(r#"{{"points":[[0,0,0,0,0]],"range":{bad}}}"#);

@@ -4,10 +4,10 @@ use std::fmt;
 use std::ops::{Range, RangeInclusive};
 use std::sync::{Arc, OnceLock};
 
-/// The bytes behind a volume: a heap buffer or a memory map, shared, never copied.
+/// Bytes behind a volume: a heap buffer or a memory map, shared and never copied.
 pub type VoxelBytes = Arc<dyn AsRef<[u8]> + Send + Sync>;
 
-/// The scaling that a file declares: value = slope · raw + intercept (NIfTI `scl_slope`, DICOM rescale).
+/// Scaling declared by a file: value = slope · raw + intercept (NIfTI `scl_slope`, DICOM rescale).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rescale {
     /// Factor; finite and not zero.
@@ -17,18 +17,18 @@ pub struct Rescale {
 }
 
 impl Rescale {
-    /// No scaling.
+    /// Identity scaling.
     pub const IDENTITY: Self = Self { slope: 1.0, intercept: 0.0 };
 
-    /// The scaled value of `raw`.
+    /// Scales the raw value `raw`.
     #[inline]
     pub fn apply(self, raw: f64) -> f64 {
         self.slope * raw + self.intercept
     }
 }
 
-/// A scalar field on a regular [`Grid`], as it lies in memory or in a file: x fastest, then y, then z,
-/// components interleaved. Only the first component is shown.
+/// Scalar field on a regular [`Grid`], in the layout of memory or file: x fastest, then y, then z, components
+/// interleaved. Only the first component is shown.
 #[derive(Clone)]
 pub struct Volume {
     grid: Grid,
@@ -49,20 +49,20 @@ pub struct Volume {
 }
 
 impl Volume {
-    /// A volume over `bytes`, which hold at least dims × components × `dtype` of native-endian data.
+    /// Volume over `bytes` with at least dims × components × `dtype` of native-endian data.
     ///
     /// # Errors
-    /// [`Error::TooFewBytes`] when they do not.
+    /// [`Error::TooFewBytes`] if there are fewer bytes.
     pub fn new(grid: Grid, dtype: Dtype, bytes: VoxelBytes) -> Result<Self> {
         let endian = if cfg!(target_endian = "big") { Endian::Big } else { Endian::Little };
         Self::with_layout(grid, dtype, endian, 1, bytes, 0)
     }
 
-    /// A volume whose first component lies `offset` bytes into `bytes`, in the given order,
-    /// with `components` interleaved values per voxel.
+    /// Volume whose first component lies `offset` bytes into `bytes`, in the given byte order, with `components`
+    /// interleaved values per voxel.
     ///
     /// # Errors
-    /// [`Error::TooFewBytes`] when `bytes` end early; [`Error::Extent`] for zero components.
+    /// [`Error::TooFewBytes`] if `bytes` end early; [`Error::Extent`] for zero components.
     pub fn with_layout(
         grid: Grid,
         dtype: Dtype,
@@ -102,15 +102,15 @@ impl Volume {
         })
     }
 
-    /// A one-component volume from typed values, x fastest.
+    /// One-component volume from typed values, x fastest.
     ///
     /// # Errors
-    /// [`Error::TooFewBytes`] when there are fewer values than voxels.
+    /// [`Error::TooFewBytes`] if there are fewer values than voxels.
     pub fn from_values<T: Voxel + bytes::Plain>(grid: Grid, values: Vec<T>) -> Result<Self> {
         Self::new(grid, T::DTYPE, Arc::new(bytes::Owned(values)))
     }
 
-    /// The same volume with the scaling that its file declares.
+    /// Sets the scaling that the file declares.
     ///
     /// # Errors
     /// A slope that is zero or not finite, an intercept that is not finite.
@@ -122,7 +122,7 @@ impl Volume {
         Ok(self)
     }
 
-    /// The same volume shown over `range` (scaled values) instead of its own range.
+    /// Sets the displayed range (scaled values) instead of the volume's own.
     ///
     /// # Errors
     /// Bounds that are not finite and rising.
@@ -133,7 +133,7 @@ impl Volume {
         Ok(self)
     }
 
-    /// The same volume with another spacing.
+    /// Sets another spacing.
     ///
     /// # Errors
     /// A spacing that is not finite and positive.
@@ -142,35 +142,35 @@ impl Volume {
         Ok(self)
     }
 
-    /// The same volume with the name of the format it was read from.
+    /// Sets the name of the file's format.
     #[must_use]
     pub fn with_format(mut self, format: impl Into<String>) -> Self {
         self.format = format.into();
         self
     }
 
-    /// The same volume where its file places it.
+    /// Sets the position that the file declares.
     #[must_use]
     pub fn with_placement(mut self, placement: Placement) -> Self {
         self.placement = Some(placement);
         self
     }
 
-    /// The same volume with the unit of its spacing, by its symbol: `mm`, `µm`, `m`.
+    /// Sets the unit of the spacing by its symbol: `mm`, `µm`, `m`.
     #[must_use]
     pub fn with_units(mut self, units: impl Into<String>) -> Self {
         self.units = Some(units.into());
         self
     }
 
-    /// The same volume as a part of what its file holds.
+    /// Sets the description of the file's content.
     #[must_use]
     pub fn with_contents(mut self, contents: Contents) -> Self {
         self.contents = contents;
         self
     }
 
-    /// The same volume, in which the scaled value `no_data` stands for voxels without one: the range leaves it out.
+    /// Sets the scaled value that marks voxels without data; the range leaves it out.
     #[must_use]
     pub fn with_no_data(mut self, no_data: f64) -> Self {
         self.no_data = Some(no_data);
@@ -178,10 +178,10 @@ impl Volume {
         self
     }
 
-    /// Component `index` of each voxel alone; component 0 is shown where it lies, others are copied.
+    /// Selects component `index` of each voxel. Component 0 is used in place, others are copied.
     ///
     /// # Errors
-    /// [`Error::Extent`] when there is no such component.
+    /// [`Error::Extent`] if there is no such component.
     pub fn with_component(mut self, index: usize) -> Result<Self> {
         if index >= self.components {
             return Err(Error::Extent {
@@ -202,7 +202,7 @@ impl Volume {
         Ok(self)
     }
 
-    /// This volume with one more thing that was doubtful when it was read: one line, in which control characters are escaped.
+    /// Adds a warning from reading the file: one line, with control characters escaped.
     #[must_use]
     pub fn with_note(mut self, note: impl Into<String>) -> Self {
         let shown = |c: char| if c.is_control() { c.escape_default().to_string() } else { c.to_string() };
@@ -210,7 +210,8 @@ impl Volume {
         self
     }
 
-    /// This volume, made of the bytes of `other`, with what the reading of `other` had to say.
+    /// Copies warnings, content description and missing-data value from `other`, from whose bytes this volume was
+    /// made.
     #[must_use]
     pub fn with_notes_of(mut self, other: &Self) -> Self {
         self.contents.clone_from(&other.contents);
@@ -219,7 +220,7 @@ impl Volume {
         self
     }
 
-    /// The voxels of `part` along x, y and z alone, shown over the same range of values.
+    /// Crops the volume to the voxels of `part` along x, y and z; the displayed range stays.
     ///
     /// # Errors
     /// A part that is empty or reaches beyond the volume.
@@ -258,7 +259,7 @@ impl Volume {
         })
     }
 
-    /// `other`, which averages voxels of this volume, with what else this volume says of them.
+    /// Copies this volume's metadata to `other`, a downsampled version of it.
     pub(crate) fn dressed(&self, other: Self) -> Self {
         let [coarse, fine] = [&other, self].map(|volume| DVec3::from_array(volume.grid.spacing()));
         let first = (coarse / fine - 1.0) * 0.5;
@@ -273,7 +274,7 @@ impl Volume {
         }
     }
 
-    /// The range of a volume that is made of this one: colours stay, whatever values are in it.
+    /// Range of a volume derived from this one; fixed, so that colours stay.
     fn lasting_range(&self) -> Option<[f64; 2]> {
         let is_usual = self.dtype == Dtype::U8 && self.rescale == Rescale::IDENTITY;
         self.range.or((!is_usual).then(|| self.range()))
@@ -284,12 +285,12 @@ impl Volume {
         &self.grid
     }
 
-    /// The type of one component.
+    /// Type of one component.
     pub fn dtype(&self) -> Dtype {
         self.dtype
     }
 
-    /// The byte order of [`Self::data`].
+    /// Byte order of [`Self::data`].
     pub fn endian(&self) -> Endian {
         self.endian
     }
@@ -299,37 +300,37 @@ impl Volume {
         self.components
     }
 
-    /// The scaling that the file declares.
+    /// Scaling declared by the file.
     pub fn rescale(&self) -> Rescale {
         self.rescale
     }
 
-    /// The name of the format it was read from, for `info`.
+    /// Name of the file's format, for `info`.
     pub fn format(&self) -> &str {
         &self.format
     }
 
-    /// Where its file places it, if the file says so.
+    /// Position declared by the file.
     pub fn placement(&self) -> Option<&Placement> {
         self.placement.as_ref()
     }
 
-    /// The unit of its spacing, by its symbol, if the file says so.
+    /// Symbol of the unit of the spacing, if the file declares it.
     pub fn units(&self) -> Option<&str> {
         self.units.as_deref()
     }
 
-    /// What its file holds, and which part of it this is.
+    /// Content of the file, and the part of it that this volume holds.
     pub fn contents(&self) -> &Contents {
         &self.contents
     }
 
-    /// The scaled value that stands for voxels without one, where the file declares it.
+    /// Scaled value that marks voxels without data, if the file declares one.
     pub fn no_data(&self) -> Option<f64> {
         self.no_data
     }
 
-    /// What was doubtful when it was read, one line each: bytes that were left over, sizes that contradict each other.
+    /// Warnings from reading the file, one line each: for example left-over bytes or contradictory sizes.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }
@@ -340,9 +341,8 @@ impl Volume {
         &(*self.bytes).as_ref()[self.offset..self.offset + length]
     }
 
-    /// The interval that maps to v = 0…1, in scaled values: what was asked for, else 0…255 for
-    /// unscaled u8, else the finite minimum…maximum without values far outside all others
-    /// ([`Statistics::shown`]).
+    /// Displayed range: the scaled values that map to v = 0…1. It is the range that was set, else 0…255 for unscaled
+    /// u8, else the finite minimum…maximum without outliers ([`Statistics::shown`]).
     pub fn range(&self) -> [f64; 2] {
         if let Some(range) = self.range {
             return range;
@@ -353,20 +353,20 @@ impl Volume {
         self.statistics().shown
     }
 
-    /// Whether [`Self::range`] was asked for rather than found.
+    /// Whether [`Self::range`] was set rather than computed.
     pub fn range_is_chosen(&self) -> bool {
         self.range.is_some()
     }
 
-    /// Minimum, maximum, mean and the number of non-finite values; computed once.
+    /// Statistics of the values; computed once.
     pub fn statistics(&self) -> &Statistics {
         self.statistics.get_or_init(|| Statistics::of(self))
     }
 
-    /// The value of voxel `[x, y, z]` after scaling.
+    /// Value of voxel `[x, y, z]` after scaling.
     ///
     /// # Panics
-    /// When the voxel lies outside the grid.
+    /// If the voxel lies outside the grid.
     pub fn value(&self, voxel: [usize; 3]) -> f64 {
         let [nx, ny, nz] = self.grid.dims();
         let [x, y, z] = voxel;
@@ -377,17 +377,17 @@ impl Volume {
         self.rescale.apply(raw)
     }
 
-    /// The display value of a scaled value: clamp((value − lo)/(hi − lo), 0, 1); non-finite values are 0.
+    /// Display value of a scaled value: clamp((value − lo)/(hi − lo), 0, 1); 0 for non-finite values.
     pub fn normalised(&self, value: f64) -> f64 {
         let [lo, hi] = self.range();
         if value.is_finite() && hi > lo { ((value - lo) / (hi - lo)).clamp(0.0, 1.0) } else { 0.0 }
     }
 
-    /// Calls `visit` with each raw first component (before scaling) of the voxels in `range`
-    /// (positions in x-fastest order), as `T`, which must be the type of [`Self::dtype`].
+    /// Calls `visit` with the raw first component (before scaling) of each voxel in `range` (positions in x-fastest
+    /// order). `T` must be the type of [`Self::dtype`].
     ///
     /// # Panics
-    /// When `T` is another type.
+    /// If `T` is another type.
     #[inline]
     pub fn for_each_raw<T: Voxel>(&self, range: RangeInclusive<usize>, mut visit: impl FnMut(T)) {
         assert_eq!(T::DTYPE, self.dtype, "for_each_raw wants the volume's own type");
@@ -411,11 +411,11 @@ impl fmt::Debug for Volume {
     }
 }
 
-/// Owned typed values seen as bytes.
+/// Typed values viewed as bytes.
 pub(crate) mod bytes {
     use half::f16;
 
-    /// Types without padding, every bit pattern of which is a value.
+    /// Types without padding for which every bit pattern is valid.
     pub trait Plain: Copy {}
     impl Plain for u8 {}
     impl Plain for i8 {}

@@ -3,7 +3,7 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 
-/// The type of one voxel component as it lies in a file.
+/// Type of one voxel component in a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Dtype {
@@ -62,7 +62,7 @@ impl Dtype {
         !matches!(self, Self::F16 | Self::F32 | Self::F64)
     }
 
-    /// The short name: `u8` … `f64`.
+    /// Short name: `u8` … `f64`.
     pub fn name(self) -> &'static str {
         match self {
             Self::U8 => "u8",
@@ -89,7 +89,7 @@ impl fmt::Display for Dtype {
 impl FromStr for Dtype {
     type Err = String;
 
-    /// Reads `u8` … `f64` and the long names in use: `uint8`, `int16`, `float32`, `float`, `double`, `uchar`…
+    /// Parses `u8` … `f64` and common long names: `uint8`, `int16`, `float32`, `float`, `double`, `uchar`…
     fn from_str(text: &str) -> Result<Self, String> {
         Ok(match text.trim().to_ascii_lowercase().as_str() {
             "u8" | "uint8" | "uchar" | "byte" => Self::U8,
@@ -112,7 +112,7 @@ impl FromStr for Dtype {
     }
 }
 
-/// The byte order of multi-byte components.
+/// Byte order of multi-byte components.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Endian {
@@ -135,18 +135,18 @@ impl FromStr for Endian {
     }
 }
 
-/// A Rust type that a voxel component can be decoded to.
+/// Rust type of a voxel component.
 pub trait Voxel: Copy + Send + Sync + 'static {
-    /// The matching [`Dtype`].
+    /// Matching [`Dtype`].
     const DTYPE: Dtype;
 
     /// Decodes one component from exactly `DTYPE.size()` bytes.
     fn decode(bytes: &[u8], endian: Endian) -> Self;
 
-    /// The value as f64; 64-bit integers are rounded to nearest.
+    /// Converts to f64; 64-bit integers are rounded to nearest.
     fn to_f64(self) -> f64;
 
-    /// The nearest value to `value`; the least or the greatest beyond them.
+    /// Nearest representable value; saturates at the least and greatest.
     fn from_f64(value: f64) -> Self;
 }
 

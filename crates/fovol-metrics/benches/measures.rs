@@ -1,4 +1,4 @@
-//! How long the measures take at 1280×720: the median of some runs, in milliseconds.
+//! Benchmark of the metrics at 1280×720: median time in milliseconds.
 
 use fovol_core::{Frame, FrameSize};
 use fovol_metrics::{Display, FovVideoVdp, SsimSettings, ms_ssim, psnr, ssim};

@@ -3,7 +3,7 @@ use crate::{MS_SSIM_MIN_SIDE, Result, SsimSettings, mse, psnr_of_mse, ssim, temp
 use fovol_core::Frame;
 use serde::Serialize;
 
-/// The quality of one frame of a clip.
+/// Quality of one frame of a clip.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct FrameQuality {
     /// PSNR in decibels, at most 100.
@@ -17,7 +17,7 @@ pub struct FrameQuality {
     pub tpsnr: Option<f64>,
 }
 
-/// The quality of a whole clip.
+/// Quality of a whole clip.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ClipSummary {
     /// PSNR of the mean squared error over all frames, in decibels.
@@ -30,19 +30,7 @@ pub struct ClipSummary {
     pub tpsnr: Option<f64>,
 }
 
-/// Measures a clip frame by frame; keeps only the previous frames and the running means.
-///
-/// ```
-/// use fovol_core::{Frame, FrameSize};
-/// use fovol_metrics::ClipQuality;
-///
-/// let frame = Frame::new(FrameSize::new(64, 64)?);
-/// let mut clip = ClipQuality::new();
-/// assert_eq!(clip.push(&frame, &frame)?.tpsnr, None);
-/// assert_eq!(clip.push(&frame, &frame)?.tpsnr, Some(100.0));
-/// assert_eq!(clip.summary().unwrap().ssim, Some(1.0));
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
+/// Measures a clip frame by frame. Keeps only the previous frames and running means.
 #[derive(Debug, Clone)]
 pub struct ClipQuality {
     with_ms_ssim: bool,
@@ -55,7 +43,7 @@ pub struct ClipQuality {
 }
 
 impl ClipQuality {
-    /// All measures.
+    /// Measures all metrics.
     pub fn new() -> Self {
         Self {
             with_ms_ssim: true,
@@ -68,7 +56,7 @@ impl ClipQuality {
         }
     }
 
-    /// Without MS-SSIM, which takes about as long as all others together.
+    /// Leaves out MS-SSIM, which takes about as long as all other metrics together.
     #[must_use]
     pub fn without_ms_ssim(mut self) -> Self {
         self.with_ms_ssim = false;
@@ -78,8 +66,7 @@ impl ClipQuality {
     /// Measures the next frame.
     ///
     /// # Errors
-    /// Frames that differ in size from each other or from the frames before. The clip is then as it
-    /// was before the call.
+    /// Frames that differ in size from each other or from earlier frames. The clip is then unchanged.
     pub fn push(&mut self, reference: &Frame, test: &Frame) -> Result<FrameQuality> {
         let error = mse(reference, test)?;
         let change = match &self.previous {
@@ -95,12 +82,12 @@ impl ClipQuality {
         Ok(FrameQuality { psnr: psnr_of_mse(error), ssim, ms_ssim, tpsnr: change.map(psnr_of_mse) })
     }
 
-    /// Frames measured so far.
+    /// Number of frames measured so far.
     pub fn frames(&self) -> usize {
         self.mse.count
     }
 
-    /// The quality of all frames so far, or `None` before the first.
+    /// Quality of all frames so far, or `None` before the first.
     pub fn summary(&self) -> Option<ClipSummary> {
         Some(ClipSummary {
             psnr: psnr_of_mse(self.mse.get()?),
@@ -110,7 +97,7 @@ impl ClipQuality {
         })
     }
 
-    /// SSIM and MS-SSIM, where the frames are large enough.
+    /// SSIM and MS-SSIM, if the frames are large enough.
     fn structure(&self, reference: &Frame, test: &Frame) -> Result<[Option<f64>; 2]> {
         let side = reference.size().width.min(reference.size().height);
         if self.with_ms_ssim && side >= MS_SSIM_MIN_SIDE {

@@ -1,57 +1,57 @@
 use crate::Display;
 use fovol_core::{Frame, FrameSize};
 
-/// Why two frames cannot be compared.
+/// Reasons why frames cannot be compared.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
     /// The frames differ in size.
     #[error("the frames differ in size: {reference} and {test}; render or scale both to one size")]
     SizesDiffer {
-        /// The size of the reference.
+        /// Size of the reference.
         reference: FrameSize,
-        /// The size of the frame that is measured.
+        /// Size of the measured frame.
         test: FrameSize,
     },
-    /// A frame is smaller than the measure's window.
+    /// The frame is smaller than the metric's window.
     #[error(
         "{measure} needs frames of at least {needed}x{needed} pixels, these are {found}; use larger frames"
     )]
     TooSmall {
-        /// The measure's name.
+        /// Name of the metric.
         measure: &'static str,
-        /// Pixels needed along each side.
+        /// Smallest side in pixels.
         needed: u32,
-        /// The size found.
+        /// Size of the frame.
         found: FrameSize,
     },
-    /// A frame differs in size from those before it.
+    /// The frame differs in size from earlier frames.
     #[error("a frame of {now} follows frames of {before}; give frames of one size")]
     SizeChanged {
-        /// The size of the frames before.
+        /// Size of earlier frames.
         before: FrameSize,
-        /// The size of this frame.
+        /// Size of this frame.
         now: FrameSize,
     },
     /// No display has this name.
     #[error("there is no display `{name}`; use one of {}", Display::NAMES.join(", "))]
     UnknownDisplay {
-        /// The name asked for.
+        /// The requested name.
         name: String,
     },
-    /// A display that nobody can see a picture on.
+    /// The display parameters are impossible.
     #[error(
         "the display cannot be: sizes, distance and peak must be above 0, contrast at least 1, ambient light \
          not negative, reflectivity 0 to 1, and black darker than white"
     )]
     ImpossibleDisplay,
-    /// Frames that do not follow each other in time.
+    /// The frame rate is not positive or too large.
     #[error("{found} frames a second are no frame rate; give a number above 0, at most 1000")]
     FrameRate {
         /// The rate.
         found: String,
     },
-    /// A gaze that is nowhere.
+    /// The gaze is not finite.
     #[error("the gaze {found} is no point; give two finite numbers")]
     Gaze {
         /// Its coordinates.
@@ -59,7 +59,7 @@ pub enum Error {
     },
 }
 
-/// The result of the operations of this crate.
+/// Result with the errors of this crate.
 pub type Result<T> = std::result::Result<T, Error>;
 
 pub(crate) fn same_size(reference: &Frame, test: &Frame) -> Result<FrameSize> {

@@ -1,4 +1,4 @@
-/// The weights of a separable window, the same along both axes; they sum to 1.
+/// Weights of a separable window, equal along both axes; they sum to 1.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Window(Vec<f64>);
 
@@ -6,7 +6,7 @@ pub(crate) struct Window(Vec<f64>);
 const LANES: usize = 8;
 
 impl Window {
-    /// A Gaussian of standard deviation `sigma` pixels, cut to `size` pixels and normalised.
+    /// Gaussian of standard deviation `sigma` pixels, cut to `size` pixels and normalised.
     pub fn gaussian(size: usize, sigma: f64) -> Self {
         let middle = (size as f64 - 1.0) * 0.5;
         let weight = |i: usize| (-(i as f64 - middle).powi(2) / (2.0 * sigma * sigma)).exp();
@@ -19,12 +19,12 @@ impl Window {
         Self(vec![1.0 / size as f64; size])
     }
 
-    /// Pixels along one side.
+    /// Side of the window in pixels.
     pub fn size(&self) -> usize {
         self.0.len()
     }
 
-    /// Filters one row where the window fits: `out[i]` is the weighted mean of `row[i..i + size]`.
+    /// Filters one row without padding: `out[i]` is the weighted mean of `row[i..i + size]`.
     pub fn along_row(&self, row: &[f64], out: &mut [f64]) {
         debug_assert_eq!(row.len() + 1, out.len() + self.size());
         self.sums(out, |k, i| &row[k + i..]);

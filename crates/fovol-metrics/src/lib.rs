@@ -1,19 +1,7 @@
-//! How close one picture or clip is to another.
+//! Image and video quality metrics.
 //!
-//! All measures compare display values: RGB clamped to [0, 1], alpha ignored, peak 1. A value that
-//! is not a number counts as 0, as it does when a frame is written to a file.
-//!
-//! ```
-//! use fovol_core::{Frame, FrameSize};
-//! use fovol_metrics::{SsimSettings, psnr, ssim};
-//!
-//! let size = FrameSize::new(32, 32)?;
-//! let (black, mut grey) = (Frame::new(size), Frame::new(size));
-//! grey.fill([0.1, 0.1, 0.1, 1.0]);
-//! assert!((psnr(&black, &grey)? - 20.0).abs() < 1e-5);
-//! assert_eq!(ssim(&grey, &grey, &SsimSettings::gaussian())?, 1.0);
-//! # Ok::<(), Box<dyn std::error::Error>>(())
-//! ```
+//! All metrics compare display values: RGB clamped to [0, 1], alpha ignored, peak 1. NaN counts as 0, as in files.
+//! See docs/guide/src/internals/algorithm.md, section 8.
 
 mod clip;
 mod error;

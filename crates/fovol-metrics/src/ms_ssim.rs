@@ -5,18 +5,17 @@ use crate::{Result, SsimSettings};
 use fovol_core::Frame;
 use rayon::prelude::*;
 
-/// The smallest width and height that MS-SSIM can measure, in pixels: an 11-pixel window must fit
-/// after four halvings.
+/// Smallest width and height that MS-SSIM can measure, in pixels: an 11-pixel window must fit after four halvings.
 pub const MIN_SIDE: u32 = 161;
 
-/// The exponents of the five scales, finest first: Wang et al., "Multiscale structural similarity
-/// for image quality assessment" (2003).
+/// Exponents of the five scales, finest first: Wang et al., "Multiscale structural similarity for image quality
+/// assessment" (2003).
 const WEIGHTS: [f64; 5] = [0.0448, 0.2856, 0.3001, 0.2363, 0.1333];
 
-/// The multi-scale structural similarity, 0…1; 1 for equal frames.
+/// Multi-scale structural similarity, 0…1; 1 for equal frames.
 ///
-/// Five scales by 2×2 averages, each measured as [`SsimSettings::gaussian`] does; negative terms
-/// count as 0. This is what pytorch-msssim computes, its padding of odd sides included.
+/// Five scales by 2×2 averages, each measured like [`SsimSettings::gaussian`]; negative terms count as 0. Results
+/// equal those of pytorch-msssim, including its padding of odd sides.
 ///
 /// # Errors
 /// Frames that differ in size or have a side below [`MIN_SIDE`].
@@ -24,7 +23,7 @@ pub fn ms_ssim(reference: &Frame, test: &Frame) -> Result<f64> {
     ssim_and_ms_ssim(reference, test).map(|both| both[1])
 }
 
-/// SSIM, which is a by-product of the finest scale, and MS-SSIM.
+/// MS-SSIM, and SSIM as a by-product of the finest scale; SSIM first.
 pub(crate) fn ssim_and_ms_ssim(reference: &Frame, test: &Frame) -> Result<[f64; 2]> {
     let size = same_size(reference, test)?;
     at_least("MS-SSIM", MIN_SIDE, size)?;
@@ -46,7 +45,7 @@ fn channel_scales(mut a: Plane, mut b: Plane) -> [f64; 2] {
         if scale == 0 {
             finest = found.ssim;
         }
-        // Luminance counts at the coarsest scale alone.
+        // Luminance counts only at the coarsest scale.
         let term = if scale + 1 == WEIGHTS.len() { found.ssim } else { found.structure };
         product *= term.max(0.0).powf(weight);
     }

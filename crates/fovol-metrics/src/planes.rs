@@ -1,6 +1,6 @@
 use fovol_core::Frame;
 
-/// The RGB display values of one pixel, clamped to [0, 1]; NaN is 0.
+/// RGB display values of one pixel, clamped to [0, 1]; NaN becomes 0.
 #[inline]
 pub(crate) fn display(pixel: [f32; 4]) -> [f32; 3] {
     [0, 1, 2].map(|c| if pixel[c].is_nan() { 0.0 } else { pixel[c].clamp(0.0, 1.0) })
@@ -26,15 +26,15 @@ impl Plane {
         &self.values[y * self.width..(y + 1) * self.width]
     }
 
-    /// Half the size by averages of 2×2 pixels.
+    /// Downsamples to half the size by averages of 2×2 pixels.
     ///
-    /// As in pytorch-msssim, an odd side gets a line of zeros in front, which counts in the average:
-    /// the first line of the result is then half as bright. Both pictures suffer alike.
+    /// As in pytorch-msssim, odd sides are padded by a line of zeros in front. So the first line of the result is
+    /// half as bright, in both pictures alike.
     pub fn halved(&self) -> Self {
         let (width, height) = (self.width.div_ceil(2), self.height.div_ceil(2));
         let (odd_x, odd_y) = (self.width % 2, self.height % 2);
         let at = |x: usize, y: usize| {
-            // Wraps below zero: there lies the padding.
+            // Indices of the padding wrap below zero and exceed the size.
             if x < self.width && y < self.height { self.values[y * self.width + x] } else { 0.0 }
         };
         let mut values = Vec::with_capacity(width * height);

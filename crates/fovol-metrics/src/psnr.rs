@@ -4,11 +4,10 @@ use crate::planes::display;
 use fovol_core::Frame;
 use rayon::prelude::*;
 
-/// The PSNR of equal pictures, in decibels: where the logarithm would be infinite, and above which
-/// differences say nothing.
+/// PSNR of equal pictures, in decibels, where the logarithm would be infinite. Higher values are meaningless.
 pub const MAX_PSNR: f64 = 100.0;
 
-/// The mean squared error over all pixels and RGB channels, 0…1.
+/// Mean squared error over all pixels and RGB channels, 0…1.
 ///
 /// # Errors
 /// Frames that differ in size.
@@ -23,14 +22,14 @@ pub fn mse(reference: &Frame, test: &Frame) -> Result<f64> {
     Ok(sums.iter().sum::<f64>() / (3 * size.pixels()) as f64)
 }
 
-/// 10 · log₁₀(1 / `mse`) in decibels, at most [`MAX_PSNR`]: the PSNR for a peak of 1.
+/// PSNR for a peak of 1: 10 · log₁₀(1 / `mse`) in decibels, at most [`MAX_PSNR`].
 ///
-/// The PSNR of a clip is that of the mean of its frames' errors.
+/// The PSNR of a clip uses the mean of its frames' errors.
 pub fn psnr_of_mse(mse: f64) -> f64 {
     (-10.0 * mse.log10()).min(MAX_PSNR)
 }
 
-/// The peak signal-to-noise ratio in decibels, at most [`MAX_PSNR`].
+/// Peak signal-to-noise ratio in decibels, at most [`MAX_PSNR`].
 ///
 /// # Errors
 /// Frames that differ in size.

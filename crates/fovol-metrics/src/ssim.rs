@@ -5,10 +5,10 @@ use crate::planes::Plane;
 use fovol_core::Frame;
 use rayon::prelude::*;
 
-/// How the local statistics of SSIM are taken.
+/// Window and covariance of SSIM.
 ///
-/// Always with K = (0.01, 0.03) and a peak of 1, over the region where the window fits, for each RGB
-/// channel apart, then averaged.
+/// K = (0.01, 0.03) and the peak of 1 are fixed. SSIM is computed without padding for each RGB channel, then
+/// averaged.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SsimSettings {
     pub(crate) window: Window,
@@ -16,27 +16,26 @@ pub struct SsimSettings {
     pub(crate) covariance_factor: f64,
 }
 
-/// (K₁·L)² and (K₂·L)², which keep the quotients stable where the picture is dark or flat.
+/// (K₁·L)² and (K₂·L)², which keep the quotients stable in dark or flat areas.
 const C1: f64 = 0.01 * 0.01;
 const C2: f64 = 0.03 * 0.03;
 
-/// Output rows per task: the window's overlap with the next task is computed twice.
+/// Output rows per task. The window's overlap with the next task is computed twice.
 const STRIP: usize = 48;
 
 impl SsimSettings {
-    /// The window of Wang et al., "Image quality assessment: from error visibility to structural
-    /// similarity" (2004): a Gaussian of σ = 1.5 over 11×11 pixels, population covariance.
-    /// What pytorch-msssim computes.
+    /// Gaussian of σ = 1.5 over 11×11 pixels with population covariance: Wang et al., "Image quality assessment: from
+    /// error visibility to structural similarity" (2004). Equals pytorch-msssim.
     pub fn gaussian() -> Self {
         Self { window: Window::gaussian(11, 1.5), covariance_factor: 1.0 }
     }
 
-    /// The defaults of scikit-image: 7×7 pixels of equal weight, sample covariance.
+    /// Uniform window of 7×7 pixels with sample covariance: the defaults of scikit-image.
     pub fn uniform7() -> Self {
         Self { window: Window::uniform(7), covariance_factor: 49.0 / 48.0 }
     }
 
-    /// The smallest width and height that can be measured, in pixels.
+    /// Smallest width and height that can be measured, in pixels.
     pub fn min_side(&self) -> u32 {
         self.window.size() as u32
     }
@@ -48,7 +47,7 @@ impl Default for SsimSettings {
     }
 }
 
-/// The mean structural similarity, −1…1; 1 for equal frames.
+/// Mean structural similarity, −1…1; 1 for equal frames.
 ///
 /// # Errors
 /// Frames that differ in size or are smaller than the window.
@@ -71,7 +70,7 @@ pub(crate) struct Similarity {
     pub structure: f64,
 }
 
-/// The similarity of two channels of one size, at least as large as the window.
+/// Similarity of two channels of equal size, at least as large as the window.
 pub(crate) fn similarity(a: &Plane, b: &Plane, settings: &SsimSettings) -> Similarity {
     let columns = a.width + 1 - settings.window.size();
     let rows = a.height + 1 - settings.window.size();
@@ -102,9 +101,9 @@ fn strip_sums(a: &Plane, b: &Plane, rows: std::ops::Range<usize>, settings: &Ssi
     sums
 }
 
-/// The rows `rows` of a, b, a² + b² and a·b, filtered along x.
+/// Rows `rows` of a, b, a² + b² and a·b, filtered along x.
 ///
-/// In double precision: variances come as differences of nearly equal numbers, and C₂ is small.
+/// Double precision, since variances are differences of nearly equal numbers and C₂ is small.
 fn filtered_rows(a: &Plane, b: &Plane, rows: std::ops::Range<usize>, window: &Window) -> [Vec<Vec<f64>>; 4] {
     let columns = a.width + 1 - window.size();
     let mut source = vec![0.0; a.width];

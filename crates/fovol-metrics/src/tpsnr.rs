@@ -4,8 +4,7 @@ use crate::{Result, psnr_of_mse};
 use fovol_core::Frame;
 use rayon::prelude::*;
 
-/// The mean squared error between the change of the reference and the change of the test, each from
-/// one frame to the next: mean of ((o_t − o_{t−1}) − (r_t − r_{t−1}))², 0…4.
+/// Mean squared error of temporal differences: mean of ((o_t − o_{t−1}) − (r_t − r_{t−1}))², 0…4.
 ///
 /// `reference` and `test` are (previous, current) pairs.
 ///
@@ -31,10 +30,10 @@ pub fn temporal_mse(reference: [&Frame; 2], test: [&Frame; 2]) -> Result<f64> {
     Ok(sums.iter().sum::<f64>() / (3 * size.pixels()) as f64)
 }
 
-/// The temporal PSNR in decibels: that of the frame differences, for a peak of 1, at most
-/// [`MAX_PSNR`](crate::MAX_PSNR). It sees flicker, and is blind to errors that stay.
+/// Temporal PSNR in decibels: PSNR of the frame differences for a peak of 1, at most [`MAX_PSNR`](crate::MAX_PSNR).
+/// It measures flicker and ignores constant errors.
 ///
-/// `reference` and `test` are (previous, current) pairs, so it is undefined for a clip's first frame.
+/// `reference` and `test` are (previous, current) pairs, so the first frame of a clip has none.
 ///
 /// # Errors
 /// Frames that differ in size.

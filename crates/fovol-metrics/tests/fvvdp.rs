@@ -1,4 +1,4 @@
-//! FovVideoVDP against its published program; `reference/fvvdp.py` makes the numbers.
+//! Tests of FovVideoVDP against its published program; `reference/fvvdp.py` computes the values.
 
 mod pattern;
 
@@ -8,17 +8,17 @@ use pattern::{noise, triangle};
 use proptest::prelude::*;
 use serde_json::Value;
 
-/// How far a JOD may lie from the program's: found is 1e-4. Both compute pixels in f32 and sum in different
-/// orders, and the numbers have five digits; sensitivities come from the same formula on the same grid.
+/// Tolerance in JOD; the largest difference found is 1e-4. Both programs compute pixels in f32 and sum in different
+/// orders, and the values have five digits.
 const TOLERANCE: f64 = 2e-4;
 
-/// What is wrong with a frame, and how much.
+/// Kind of distortion and its amount.
 #[derive(Clone, Copy)]
 struct Flaw<'a>(&'a str, i64);
 
 const NONE: Flaw<'_> = Flaw("none", 0);
 
-/// The script's frame before rounding to 0…255.
+/// The script's pixel value before clamping to 0…255.
 fn value(size: FrameSize, frame: i64, flaw: Flaw<'_>, [x, y, c]: [i64; 3]) -> i64 {
     let Flaw(kind, amount) = flaw;
     let scene = |x: i64, y: i64| {
@@ -64,7 +64,7 @@ fn metric(display: &str, fps: f64) -> FovVideoVdp {
     if fps == 0.0 { FovVideoVdp::image(&display) } else { FovVideoVdp::video(&display, fps) }.unwrap()
 }
 
-/// JOD and mean of the maps of one case.
+/// JOD and mean of the difference maps of one case.
 fn measured(case: &Value) -> (f64, f64) {
     let side = |i: usize| case["size"][i].as_u64().unwrap() as u32;
     let size = size(side(0), side(1));
@@ -93,14 +93,14 @@ fn jods_and_maps_agree_with_the_published_program() {
         let off = (jod - case["jod"].as_f64().unwrap()).abs();
         farthest = farthest.max(off);
         assert!(off < TOLERANCE, "{jod}: {case}");
-        // The program keeps its map in half precision.
+        // The program stores its map in f16.
         let expected = case["map_mean"].as_f64().unwrap();
         assert!((map - expected).abs() < 1e-3 * expected + 1e-4, "{map}: {case}");
     }
     println!("farthest from the program: {farthest:.6} JOD");
 }
 
-/// A disc over a coloured wave, and its 3×3 mean, of 8 bits; 640×360.
+/// Disc over a coloured wave, and its 3×3 average, with 8 bits; 640×360.
 fn waves(frame: i32) -> [Frame; 2] {
     let size = size(640, 360);
     let pattern = |x: i32, y: i32| {
@@ -261,7 +261,7 @@ proptest! {
 
     #[test]
     fn a_still_clip_is_judged_alike_whenever_one_looks(amount in 1_i64..80, frames in 2_i64..30) {
-        // The window is full of the same frame from the start.
+        // From the start, the temporal window holds copies of this frame.
         let (reference, test) = (picture(size(40, 28), 0, NONE), picture(size(40, 28), 0, Flaw("noise", amount)));
         let mut metric = metric("standard_4k", 30.0);
         metric.push(&reference, &test, None).unwrap();

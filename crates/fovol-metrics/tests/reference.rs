@@ -1,4 +1,4 @@
-//! The measures against scikit-image and pytorch-msssim; `reference/metrics.py` makes the numbers.
+//! Tests of the metrics against scikit-image and pytorch-msssim; `reference/metrics.py` computes the values.
 
 mod pattern;
 
@@ -7,7 +7,7 @@ use fovol_metrics::{SsimSettings, ms_ssim, mse, psnr, ssim, temporal_mse};
 use pattern::{noise, triangle};
 use serde_json::Value;
 
-/// The same picture as in the script.
+/// Picture equal to the script's.
 fn picture(size: FrameSize, frame: i64, flaw: i64) -> Frame {
     let channel = |x: i64, y: i64, c: i64| {
         let waves =

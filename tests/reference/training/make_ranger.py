@@ -7,8 +7,9 @@
 Writes `training/fovol-train/tests/reference/optimise.safetensors`. Everything is computed in float64.
 
 Ranger 20.4.11 is put together from what PyTorch has: `torch.optim.RAdam` with decoupled weight decay does the steps,
-around it gradients are centralised before and Lookahead follows after. The formulas of ALGORITHMS.md section 7 are
-computed beside it, in NumPy; the script fails where the two differ by more than rounding.
+around it gradients are centralised before and Lookahead follows after. The formulas of
+docs/guide/src/internals/algorithm.md, section 7.2, are computed beside it in NumPy; the script fails where the two
+differ by more than rounding.
 
 For the case `orthogonal` the steps of `wide.weight`, as a matrix of 3 rows, are those of `torch.optim.Muon` at twice the
 learning rate, which computes in float64 here instead of bfloat16.

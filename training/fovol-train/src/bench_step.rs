@@ -1,4 +1,4 @@
-//! How long a step of training takes; `benchmarks/peers/training_step.py` runs this beside PyTorch.
+//! Measures the time of one training step. `benchmarks/peers/training_step.py` runs it beside PyTorch.
 
 use anyhow::Result;
 use clap::Args;
@@ -9,7 +9,7 @@ use fovol_train::terminal::say;
 use std::time::Instant;
 use tch::{Device, Kind, Tensor};
 
-/// What is measured.
+/// Network, clip size and options of the measurement.
 #[derive(Args)]
 pub struct BenchStep {
     /// Which network
@@ -27,18 +27,18 @@ pub struct BenchStep {
     /// Threads of the processor
     #[arg(long, default_value_t = 2)]
     threads: i32,
-    /// Steps that are measured, after one that is not
+    /// Measured steps, after one unmeasured warm-up step
     #[arg(long, default_value_t = 1)]
     repeats: usize,
-    /// Multiply bf16 in 3×3 convolutions
+    /// Compute 3×3 convolutions in bf16
     #[arg(long)]
     bf16: bool,
-    /// Keep channels together in memory
+    /// Keep tensors in channels-last layout
     #[arg(long)]
     channels_last: bool,
 }
 
-/// One frame of what a network is given and what it is to make of it.
+/// Inputs and target of one frame: \[batch, channels, rows, columns\].
 struct Sample {
     colour: Tensor,
     mask: Tensor,
@@ -47,7 +47,7 @@ struct Sample {
 }
 
 impl BenchStep {
-    /// Measures, and prints one line of JSON.
+    /// Runs the measurement and prints one line of JSON.
     ///
     /// # Errors
     /// Sizes that make no frame.
@@ -72,7 +72,7 @@ impl BenchStep {
         Ok(())
     }
 
-    /// Random colours at one pixel of twenty, and motion of a pixel or two.
+    /// Random colours at 5 % of the pixels, and random motion of up to two pixels.
     fn sample(&self, device: Device) -> Sample {
         let random =
             |channels: i64| Tensor::rand([self.batch, channels, self.size, self.size], (Kind::Float, device));
@@ -80,7 +80,7 @@ impl BenchStep {
         Sample { colour: &target * &mask, motion: (random(2) - 0.5) * 4.0, mask, target }
     }
 
-    /// Forward through the clip, backward through all of it, one step.
+    /// Forward and backward pass over the whole clip, and one optimiser step.
     fn step(&self, network: &Network, ranger: &mut Ranger, clip: &[Sample]) -> Result<()> {
         let mut state = network.initial_state([self.batch, self.size, self.size]);
         let mut losses = Vec::new();
@@ -94,7 +94,7 @@ impl BenchStep {
         let loss = Tensor::stack(&losses, 0).mean(Kind::Float);
         loss.backward();
         ranger.step(1e-3);
-        // Whatever a device still has to do is done before this number is there.
+        // Reading the loss waits for all work that the device still has to do.
         anyhow::ensure!(loss.double_value(&[]).is_finite(), "the loss is no number");
         Ok(())
     }

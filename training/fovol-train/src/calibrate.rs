@@ -7,10 +7,10 @@ use fovol_train::trainer::{TrainConfig, note_ranges};
 use fovolnet::io::atomic;
 use std::path::{Path, PathBuf};
 
-/// Notes what values a network reaches on clips of a configuration.
+/// Records the ranges of a network's activations on the clips of a configuration.
 #[derive(Args)]
 pub struct Calibrate {
-    /// The configuration whose clips are looked at; they must be there
+    /// The configuration whose clips are used; they must have been made
     #[arg(value_name = "CONFIG.toml")]
     config: PathBuf,
     /// The weights: .safetensors, or .pt of a named network
@@ -18,7 +18,7 @@ pub struct Calibrate {
     /// The file to write
     #[arg(short, long, value_name = "FILE.safetensors")]
     output: PathBuf,
-    /// Store two bytes a number instead of four
+    /// Store two bytes a number (f16) instead of four
     #[arg(long)]
     half: bool,
 }

@@ -1,41 +1,41 @@
-/// What training can be wrong about, in one line that says how to mend it.
+/// Errors of training; each message is one line that says how to mend it.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// A configuration or weights that make no network.
+    /// Configuration or weights that make no network.
     #[error(transparent)]
     Network(#[from] fovol_net::Error),
-    /// Tensors that a network cannot be given.
+    /// Input tensors that do not fit the network or the loss.
     #[error("{0}")]
     Input(String),
-    /// A saved state that does not belong here.
+    /// Saved state that does not belong to this run.
     #[error("the saved state cannot be used: {0}")]
     Saved(String),
-    /// A clip that cannot be made or used.
+    /// Clip that cannot be made or used.
     #[error("{0}")]
     Clip(String),
-    /// A file that cannot be read or written.
+    /// File that cannot be read or written.
     #[error("cannot {action} {path}: {why}")]
     File {
-        /// What was tried.
+        /// The attempted action.
         action: &'static str,
-        /// On which file.
+        /// The file.
         path: String,
-        /// Why it failed.
+        /// The reason.
         why: String,
     },
-    /// Something of the renderer.
+    /// Error of the renderer.
     #[error(transparent)]
     Render(#[from] fovolnet::Error),
-    /// Numbers that no scene has.
+    /// Scene parameters out of range.
     #[error(transparent)]
     Scene(#[from] fovol_core::Error),
-    /// Settings that do not fit together.
+    /// Settings that contradict each other.
     #[error("{0}")]
     Config(String),
-    /// A run that went astray.
+    /// Training that diverged.
     #[error("{0}")]
     Diverged(String),
-    /// Something that libtorch refuses.
+    /// Error of libtorch.
     #[error("libtorch: {0}")]
     Torch(#[from] tch::TchError),
 }
@@ -52,5 +52,5 @@ impl From<fovolnet::io::Error> for Error {
     }
 }
 
-/// What can fail here.
+/// Result with the errors of training.
 pub type Result<T> = std::result::Result<T, Error>;

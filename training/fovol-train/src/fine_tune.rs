@@ -1,4 +1,4 @@
-//! Going on with trained weights on somebody's own volumes.
+//! Fine-tuning of trained weights on a user's own volumes.
 
 use anyhow::{Result, bail};
 use fovol_net::Weights;
@@ -6,26 +6,26 @@ use fovol_train::clips::{ClipSet, VolumeSource};
 use fovol_train::trainer::{ClipsConfig, NetworkChoice, TrainConfig};
 use std::path::{Path, PathBuf};
 
-/// Clips to learn from, as far as there is time to make them.
+/// Number of training clips; fewer where time runs out.
 const CLIPS: usize = 200;
-/// Clips to judge by.
+/// Number of validation clips.
 const JUDGED: usize = 6;
-/// Their seeds begin this far from those of the others.
+/// Seed distance between training and validation clips, so that they never coincide.
 const JUDGED_SEEDS: u64 = 1 << 32;
 
-/// A run on volumes of one's own.
+/// Fine-tuning run: configuration and clips.
 pub struct FineTuning {
-    /// How to train.
+    /// Training configuration.
     pub config: TrainConfig,
-    /// Clips to learn from.
+    /// Training clips.
     pub learned: ClipSet,
-    /// Clips to judge by, of the same volumes.
+    /// Validation clips of the same volumes.
     pub judged: ClipSet,
 }
 
 impl FineTuning {
-    /// A run that goes on with the weights `from` (a file, or the name of shipped ones) on the volume or the folder of
-    /// volumes `volumes`, and keeps its clips in `folder`.
+    /// Prepares a run that continues from the weights `from` (a file, or the name of shipped weights). It uses the
+    /// volume or folder of volumes `volumes`, and keeps clips in `folder`.
     pub fn new(volumes: &Path, from: &str, folder: &Path) -> Result<Self> {
         let weights = Weights::named_or_read(from)?;
         let sources = sources(volumes)?;
@@ -47,10 +47,11 @@ impl FineTuning {
     }
 }
 
-/// What suits a short run on a processor; what stands for the network and its clips is replaced.
+/// Default configuration for a short run on a CPU. Its network and clips are placeholders that [`FineTuning::new`]
+/// replaces.
 const RECIPE: &str = include_str!("../../configs/fine-tune.toml");
 
-/// The volume `path`, or those in that folder.
+/// The volume at `path`, or all volumes in that folder.
 fn sources(path: &Path) -> Result<Vec<VolumeSource>> {
     if !path.is_dir() {
         return Ok(vec![VolumeSource::parse(&path.to_string_lossy())?]);

@@ -1,8 +1,8 @@
-//! What a network is given of a clip, and what it is to make of it.
+//! Training batches: network inputs and targets made from clips.
 //!
-//! Every time a clip is used it is augmented as in Table 2 of the paper, a gaze and a density are drawn, and its frames
-//! are sampled with the masks that the program itself would use (ALGORITHMS §9.3): blue in space and time, denser where
-//! the eye looks. The motion is found from the depths of the samples alone, as at run time.
+//! Each use of a clip draws augmentations (Table 2 of the paper), a gaze and a density. Frames are sampled with the
+//! program's own masks (docs/guide/src/internals/algorithm.md, section 7.3). Motion is found from the depths of the
+//! samples alone, as at run time.
 
 use crate::Result;
 use crate::clips::Clip;
@@ -15,45 +15,45 @@ use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use tch::{Device, Kind, Tensor};
 
-/// How clips are varied and sampled.
+/// Augmentation and sampling of clips.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
 pub struct LessonConfig {
-    /// Least and most density away from the gaze; drawn evenly in its logarithm.
+    /// Lowest and highest base density; drawn log-uniformly.
     pub base: [f64; 2],
-    /// Least and most standard deviation of the fovea, in pixels.
+    /// Lowest and highest standard deviation of the fovea, in pixels.
     pub sigma: [f64; 2],
-    /// How often there is no fovea.
+    /// Probability of a mask without a fovea.
     pub without_fovea: f64,
-    /// How often each augmentation is applied.
+    /// Probabilities of augmentations.
     pub augment: Augment,
-    /// What masks are drawn with.
+    /// Noise of the masks.
     pub noise: NoiseConfig,
 }
 
-/// The probabilities of the augmentations: Table 2 of the paper.
+/// Probabilities of augmentations, by default those of Table 2 of the paper.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Augment {
-    /// Permutes the channels.
+    /// Permutation of the colour channels.
     pub colours: f64,
-    /// Exchanges left and right.
+    /// Horizontal flip.
     pub flip_horizontal: f64,
-    /// Exchanges top and bottom.
+    /// Vertical flip.
     pub flip_vertical: f64,
-    /// Makes grey of colours.
+    /// Conversion to grey.
     pub grey: f64,
-    /// Stops the clip at a frame.
+    /// Freezing the clip at a frame.
     pub still: f64,
-    /// Blanks a border of up to [`MOST_PADDING`] pixels.
+    /// Blanking a border of up to [`MOST_PADDING`] pixels.
     pub padding: f64,
 }
 
-/// The widest blank border, pixels.
+/// Largest width of the blank border, in pixels.
 pub const MOST_PADDING: u32 = 32;
 
 impl Augment {
-    /// Clips as they are.
+    /// No augmentation.
     pub const NONE: Self =
         Self { colours: 0.0, flip_horizontal: 0.0, flip_vertical: 0.0, grey: 0.0, still: 0.0, padding: 0.0 };
 }
@@ -83,31 +83,32 @@ pub struct LessonFrame {
     pub colour: Tensor,
     /// 1 where sampled: \[batch, 1, rows, columns\].
     pub mask: Tensor,
-    /// Pixels to the previous position, as the samples tell: \[batch, 2, rows, columns\].
+    /// Motion from each pixel to its previous position, from the depths of samples: \[batch, 2, rows, columns\] in
+    /// pixels.
     pub motion: Tensor,
-    /// The same, as all pixels tell.
+    /// Motion from the depths of all pixels: \[batch, 2, rows, columns\] in pixels.
     pub true_motion: Tensor,
-    /// The full frame: \[batch, 3, rows, columns\].
+    /// Fully rendered frame: \[batch, 3, rows, columns\].
     pub target: Tensor,
 }
 
 impl LessonFrame {
-    /// The clips from number `first` on.
+    /// Slice of `count` clips of the batch, from clip `first` on.
     #[must_use]
     pub fn clips(&self, first: i64, count: i64) -> Self {
         self.each(|tensor| tensor.narrow(0, first, count))
     }
 
-    /// The same on `device`, once what has been asked of that before is done.
+    /// Copies the tensors to `device` asynchronously, after the work queued there.
     #[must_use]
     pub fn to_device(&self, device: Device) -> Self {
         self.each(|tensor| tensor.to_device_(device, tensor.kind(), true, false))
     }
 
-    /// The same where `device` can fetch it from while it computes: pinned memory for GPUs.
+    /// Moves the tensors to pinned memory if `device` is a GPU, so that copies overlap with computation.
     #[must_use]
     pub fn ready_for(&self, device: Device) -> Self {
-        // `pin_memory` does the same, with a warning for each tensor that its argument is deprecated.
+        // `pin_memory` does this too, but warns for each tensor that its argument is deprecated.
         self.each(|tensor| match device.is_cuda() {
             true => tensor.internal_pin_memory(device),
             false => tensor.shallow_clone(),
@@ -125,14 +126,14 @@ impl LessonFrame {
     }
 }
 
-/// Makes lessons of clips.
+/// Makes training batches from clips.
 pub struct Lesson {
     config: LessonConfig,
     noise: MaskNoise,
 }
 
 impl Lesson {
-    /// As `config` says.
+    /// Prepares the noise that `config` asks for.
     ///
     /// # Errors
     /// Noise that cannot be made.
@@ -140,7 +141,7 @@ impl Lesson {
         Ok(Self { config: config.clone(), noise: MaskNoise::new(&config.noise)? })
     }
 
-    /// `length` frames of each of `clips`, side by side as a batch; all clips are of one size.
+    /// Makes `length` frames from each of `clips`, joined as a batch. All clips must have one size.
     pub fn of(&self, clips: &[Clip], length: usize, random: &mut impl Rng) -> Vec<LessonFrame> {
         let draw = |clip| (clip, Variation::draw(clip, length, &self.config, random));
         let drawn: Vec<(&Clip, Variation)> = clips.iter().map(draw).collect();
@@ -152,7 +153,7 @@ impl Lesson {
     }
 }
 
-/// The frames of `single` clips side by side.
+/// Joins the frames of `single` clips as batches, up to the shortest length.
 fn batch(single: Vec<Vec<LessonFrame>>) -> Vec<LessonFrame> {
     let length = single.iter().map(Vec::len).min().unwrap_or(0);
     let mut moments: Vec<Vec<LessonFrame>> = (0..length).map(|_| Vec::new()).collect();
@@ -162,7 +163,7 @@ fn batch(single: Vec<Vec<LessonFrame>>) -> Vec<LessonFrame> {
     moments.into_par_iter().map(|frames| beside(&frames)).collect()
 }
 
-/// Frames of the same moment as one of a batch.
+/// Joins frames of the same time step along the batch dimension.
 fn beside(frames: &[LessonFrame]) -> LessonFrame {
     let all =
         |part: fn(&LessonFrame) -> &Tensor| Tensor::cat(&frames.iter().map(part).collect::<Vec<_>>(), 0);
@@ -175,12 +176,12 @@ fn beside(frames: &[LessonFrame]) -> LessonFrame {
     }
 }
 
-/// What the frames of a clip so far leave to those after them.
+/// Earlier frames that later frames of the clip use.
 #[derive(Default)]
 struct Past {
-    /// The number of each of the last frames, and what its samples told.
+    /// Number and sample depths of each of the last frames.
     depths: VecDeque<(usize, Depths)>,
-    /// The last one. A network has what it made of it, which is not there yet when lessons are made.
+    /// The last full frame. It stands in for the network's last output, which does not exist yet.
     last: Option<Frame>,
 }
 
@@ -194,13 +195,13 @@ impl Past {
     }
 }
 
-/// The colours of `frame`: \[1, 3, rows, columns\].
+/// RGB of `frame`: \[1, 3, rows, columns\].
 fn colours(frame: &Frame) -> Tensor {
     let planes: Vec<f32> = (0..3).flat_map(|c| frame.pixels().iter().map(move |pixel| pixel[c])).collect();
     image(&planes, 3, frame.size())
 }
 
-/// The motion of frames of `size`: \[1, 2, rows, columns\].
+/// Motion as a tensor: \[1, 2, rows, columns\].
 fn planes(motion: &[[f32; 2]], size: FrameSize) -> Tensor {
     let planes: Vec<f32> = (0..2).flat_map(|c| motion.iter().map(move |way| way[c])).collect();
     image(&planes, 2, size)
@@ -210,22 +211,22 @@ fn image(planes: &[f32], channels: i64, size: FrameSize) -> Tensor {
     Tensor::from_slice(planes).view([1, channels, i64::from(size.height), i64::from(size.width)])
 }
 
-/// What is drawn for a clip.
+/// Random choices for one use of a clip.
 struct Variation {
-    /// Where each channel comes from.
+    /// Source channel of each output channel.
     channels: [usize; 3],
     is_grey: bool,
     flips: Vec<i64>,
-    /// The frame at which the clip stops.
+    /// Frame at which the clip freezes.
     stop: usize,
     /// Blank columns and rows: left, top, right, bottom.
     border: [u32; 4],
     base: f64,
-    /// 0 for no fovea.
+    /// Standard deviation of the fovea in pixels; 0 for no fovea.
     sigma: f64,
-    /// Where the gaze begins and ends, pixels of the part.
+    /// Gaze at the first and the last frame, in pixels of the crop.
     gaze: [[f64; 2]; 2],
-    /// Where in the noise the part lies, and at which slice it begins.
+    /// Offset of the crop in the noise tile: x, y, and the first frame.
     offset: [u32; 3],
     length: usize,
 }
@@ -247,7 +248,7 @@ impl Variation {
         let between = |random: &mut dyn FnMut() -> f64, [low, high]: [f64; 2]| low + (high - low) * random();
         let mut unit = || random.random::<f64>();
         let side = [clip.scenery.part.width, clip.scenery.part.height].map(f64::from);
-        // The eye mostly looks elsewhere: most of a frame is not a fovea.
+        // The gaze often lies outside the crop, since most of a frame is far from the fovea.
         let mut look = || side.map(|side| (unit() * 2.0 - 0.5) * side);
         let gaze = [look(), look()];
         let base = between(&mut unit, config.base.map(f64::ln)).exp();
@@ -272,7 +273,7 @@ impl Variation {
         Self { channels, is_grey, flips: flips.collect(), stop, border, base, sigma, gaze, offset, length }
     }
 
-    /// Frame `t`, which follows what is `past`.
+    /// Makes frame `t`, which follows the frames in `past`.
     fn frame(&self, clip: &Clip, t: usize, noise: &MaskNoise, past: &mut Past) -> LessonFrame {
         let shown = t.min(self.stop);
         let before = if t == 0 { 0 } else { (t - 1).min(self.stop) };
@@ -317,7 +318,7 @@ impl Variation {
         LessonFrame { colour: &target * &mask, motion, true_motion, mask, target }
     }
 
-    /// Which pixels of frame `t` are sampled.
+    /// Sampling mask of frame `t`.
     fn sampled(&self, width: u32, height: u32, t: usize, noise: &MaskNoise) -> Vec<bool> {
         let along = if self.length > 1 { t as f64 / (self.length - 1) as f64 } else { 0.0 };
         let gaze: [f64; 2] =
@@ -357,7 +358,7 @@ impl Variation {
         if self.flips.is_empty() { image.shallow_clone() } else { image.flip(self.flips.as_slice()) }
     }
 
-    /// What points right points left once left and right are exchanged.
+    /// Flips a motion field in space and negates the flipped components.
     fn flipped_motion(&self, motion: &Tensor) -> Tensor {
         let sign = |axis: i64| if self.flips.contains(&axis) { -1.0f32 } else { 1.0 };
         let signs = Tensor::from_slice(&[sign(3), sign(2)]).view([1, 2, 1, 1]);
@@ -436,7 +437,7 @@ mod tests {
         let mut random = ChaCha8Rng::seed_from_u64(5);
         let frames = (0..9).map(|_| lesson(&clip, &config, &mut random));
         let last = frames.map(|frames| largest(&(&frames[3].target - &frames[2].target)));
-        // Where it stops before the last frame, the last two are alike.
+        // If the clip freezes before the last frame, the last two are equal.
         assert!(last.filter(|&difference| difference == 0.0).count() > 3);
     }
 
@@ -448,7 +449,7 @@ mod tests {
             let clip = record(&recipe, &recipe.source.open().unwrap(), &OpenDevice::Cpu).unwrap();
             let frames = lesson(&clip, &plain(), &mut ChaCha8Rng::seed_from_u64(1));
             let (before, now) = (&frames[2].target, &frames[3]);
-            // Where this frame was in the picture before.
+            // 1 where the pixel was inside the previous frame.
             let inside = warp(&before.ones_like(), &now.true_motion).ge(0.999).to_kind(Kind::Float);
             let error =
                 |other: &Tensor| ((other - &now.target).abs() * &inside).mean(Kind::Float).double_value(&[]);

@@ -1,7 +1,7 @@
-//! Training of the networks of [`fovol_net`]: the same plans under autograd, what they are to minimise, and how.
+//! Training of the networks of [`fovol_net`]: plans under autograd, losses and optimisers.
 //!
-//! Tensors are libtorch's, \[batch, channels, rows, columns\]. Functions panic where libtorch itself fails, as when
-//! memory runs out; what a caller can be wrong about is an [`Error`].
+//! Tensors are libtorch's, \[batch, channels, rows, columns\]. Functions panic where libtorch itself fails, for
+//! example when memory runs out. Mistakes that a caller can make are an [`Error`].
 
 pub mod clips;
 mod error;

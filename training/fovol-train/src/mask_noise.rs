@@ -1,20 +1,20 @@
-//! The noise that masks are drawn with.
+//! Noise for drawing sampling masks.
 
 use crate::{Error, Result};
 use fovolnet::render::noise::{FrameNoise, Noise, NoiseKind, NoiseSize, STBN_SEED, ranks};
 use serde::{Deserialize, Serialize};
 
-/// Frames after which noise repeats.
+/// Period of the noise in frames.
 const FRAMES: usize = NoiseSize::STBN.frames;
 
-/// Which noise masks are drawn with; the program's own unless something else is said.
+/// Choice of the mask noise; by default the program's own.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
 pub struct NoiseConfig {
     /// `stbn`, `blue` or `uniform`.
     pub kind: NoiseKind,
-    /// Pixels a side of the tile that repeats over the frame, 16…256. Others than the program's 128 are for spatio-temporal
-    /// noise alone, which is made anew then: seconds for 64, minutes for 256.
+    /// Side of the noise tile that repeats over the frame, 16…256 pixels. Sizes other than the program's 128 exist
+    /// only for spatio-temporal noise. They are generated anew, in seconds for 64 and minutes for 256.
     pub tile: usize,
 }
 
@@ -24,19 +24,19 @@ impl Default for NoiseConfig {
     }
 }
 
-/// Ranks of the pixels of every frame.
+/// Noise ranks of the pixels of every frame.
 pub(crate) enum MaskNoise {
-    /// As the program has it.
+    /// The program's own noise.
     Carried(Noise),
-    /// Spatio-temporal noise in other tiles.
+    /// Spatio-temporal noise of another tile size.
     Made { size: NoiseSize, ranks: Vec<u32> },
 }
 
 impl MaskNoise {
-    /// The noise that `config` says.
+    /// Loads or generates the noise of `config`.
     ///
     /// # Errors
-    /// Tiles that cannot be made.
+    /// Tile sizes that cannot be made.
     pub fn new(config: &NoiseConfig) -> Result<Self> {
         if config.tile == NoiseSize::STBN.width {
             return Ok(Self::Carried(Noise::new(config.kind, 0)));
@@ -53,7 +53,7 @@ impl MaskNoise {
         Ok(Self::Made { size, ranks: ranks(size, STBN_SEED) })
     }
 
-    /// The noise of frame `t`.
+    /// Noise of frame `t`.
     pub fn frame(&self, t: u32) -> MaskNoiseFrame<'_> {
         match self {
             Self::Carried(noise) => MaskNoiseFrame::Carried(noise.frame(t)),
@@ -65,14 +65,14 @@ impl MaskNoise {
     }
 }
 
-/// Ranks of the pixels of one frame.
+/// Noise ranks of the pixels of one frame.
 pub(crate) enum MaskNoiseFrame<'a> {
     Carried(FrameNoise<'a>),
     Made { size: NoiseSize, ranks: &'a [u32] },
 }
 
 impl MaskNoiseFrame<'_> {
-    /// (rank + ½) / levels of pixel (`x`, `y`): sampled where that is below the density.
+    /// Threshold (rank + ½) / levels of pixel (`x`, `y`). A pixel is sampled if this is below the density.
     pub fn threshold(&self, x: u32, y: u32) -> f64 {
         let (rank, levels) = match self {
             Self::Carried(noise) => (noise.rank(x, y), noise.levels() as usize),

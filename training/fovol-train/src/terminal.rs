@@ -1,10 +1,10 @@
-//! What programs say.
+//! Output to the terminal.
 
 use std::fmt::Display;
 use std::io::{self, Write};
 
-/// Writes a line to standard output. Where nobody reads that any more, as after `| head`, it is lost: no reason to end what
-/// takes hours.
+/// Writes a line to standard output. A closed pipe, as after `| head`, is ignored, since it should not end a long
+/// run.
 pub fn say(line: impl Display) {
     let _ = writeln!(io::stdout().lock(), "{line}");
 }

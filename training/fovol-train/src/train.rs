@@ -12,35 +12,35 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 use tch::Device;
 
-/// Makes the clips that a configuration asks for and trains its network on them; or goes on with trained weights on
-/// volumes of one's own.
+/// Trains a network: makes the clips of a configuration and trains on them, or fine-tunes trained weights on one's
+/// own volumes.
 #[derive(Args)]
 pub struct Train {
-    /// What to train, on what and how: a TOML file
+    /// TOML file that says what to train, on what and how
     #[arg(value_name = "CONFIG.toml", required_unless_present = "volumes")]
     config: Option<PathBuf>,
     /// Train on this volume, or the volumes in this folder
     #[arg(long, value_name = "DIR", conflicts_with_all = ["config", "resume", "clips_only", "clips_as_they_are"])]
     volumes: Option<PathBuf>,
-    /// The weights to go on with there
+    /// The weights to start from on one's own volumes
     #[arg(long, value_name = "NAME|FILE", default_value = "wnet-fast", requires = "volumes")]
     from: String,
     /// Folder for checkpoints, weights, log and pictures
     #[arg(short, long, value_name = "DIR", default_value = "trained")]
     output: PathBuf,
-    /// Go on from the checkpoint there
+    /// Resume from the checkpoint in the output folder
     #[arg(long)]
     resume: bool,
-    /// Stop, ready to be resumed, after this many hours; on one's own volumes be done by then [default there: 1]
+    /// Stop, ready to be resumed, after this many hours; on one's own volumes finish by then [default there: 1]
     #[arg(long, value_name = "H")]
     hours: Option<f64>,
-    /// Be done by then instead, however many steps that is: the learning rate falls with the clock
+    /// Finish within --hours, however many steps that is: the learning rate falls with the clock
     #[arg(long, requires = "hours", conflicts_with = "resume")]
     by_the_clock: bool,
     /// Where to compute
     #[arg(long, value_enum, default_value_t = Where::Auto)]
     device: Where,
-    /// Processors that compute, at most; how they share a step is tried at the beginning, and resumed [default: all]
+    /// Most CPU threads to use; how they share a step is tried at the beginning, and kept when resumed [default: all]
     #[arg(long, value_name = "N")]
     threads: Option<NonZero<usize>>,
     /// Train on the clips that are there, without making those that are missing
@@ -61,11 +61,11 @@ enum Where {
     Cuda,
 }
 
-/// The share of the time for training on one's own volumes that goes to making clips of them,
+/// Fraction of the fine-tuning time spent on making clips.
 const CLIPS_SHARE: f64 = 0.3;
-/// of which there have to be so many.
+/// Fewest clips for fine-tuning, even if time runs out.
 const FEWEST: usize = 8;
-/// A step on them learns from as many clips as there are processors, up to so many.
+/// Largest batch of fine-tuning; it is otherwise the number of CPU threads.
 const MOST_CLIPS: usize = 8;
 
 /// Set by Ctrl-C.
@@ -81,7 +81,7 @@ impl Train {
         }
     }
 
-    /// Does what a file says.
+    /// Trains as a configuration file says.
     fn follow(&self, path: &Path) -> Result<()> {
         let started = Instant::now();
         let mut config = TrainConfig::read(path)?;
@@ -110,13 +110,13 @@ impl Train {
         }
     }
 
-    /// Goes on with trained weights for as long as there is time, a part of which goes to clips.
+    /// Fine-tunes trained weights within the given time, part of which is spent on clips.
     fn fine_tune(&self, volumes: &Path) -> Result<()> {
         let started = Instant::now();
         let time = Duration::from_secs_f64(3600.0 * self.hours.unwrap_or(1.0));
         let FineTuning { mut config, learned, judged } =
             FineTuning::new(volumes, &self.from, &self.output.join("clips"))?;
-        // A clip for each: they are computed side by side, and more of them are a steadier step in the same time.
+        // One clip per thread: they run side by side, and a larger batch gives steadier steps in equal time.
         config.batch = self.processors().min(MOST_CLIPS);
         let device = self.clips_on.open()?;
         make((&judged, &device), "to judge by", None)?;
@@ -168,7 +168,7 @@ impl Train {
         Ok(())
     }
 
-    /// Processors that may compute.
+    /// Number of CPU threads that may be used.
     fn processors(&self) -> usize {
         let all = || std::thread::available_parallelism().map_or(1, NonZero::get);
         self.threads.map_or_else(all, NonZero::get)
@@ -186,7 +186,7 @@ impl Train {
     }
 }
 
-/// Makes the clips of `set`, until `end` if there are some by then.
+/// Makes the clips of `set`, or as many as there is time for until `end`, but at least [`FEWEST`].
 fn make((set, device): (&ClipSet, &OpenDevice), what: &str, end: Option<Instant>) -> Result<()> {
     let count = set.len();
     let mut said = Instant::now();

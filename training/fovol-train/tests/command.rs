@@ -1,4 +1,4 @@
-//! The program as it is run.
+//! Tests of the compiled program.
 
 use std::process::{Command, Stdio};
 

@@ -1,4 +1,4 @@
-//! Networks under autograd against the CPU engine, PyTorch's cases and differences.
+//! Tests of networks under autograd against the CPU engine, PyTorch's cases and finite differences.
 
 use fovol_core::{Frame, FrameSize};
 use fovol_net::Weights;
@@ -11,7 +11,7 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 use tch::{Device, Kind, Tensor};
 
-/// A frame of each of `batch` clips: colour, mask and motion.
+/// Colour, mask and motion of one frame of a batch of clips.
 struct Given {
     colour: Tensor,
     mask: Tensor,
@@ -23,7 +23,7 @@ impl Given {
         Inputs { colour: &self.colour, mask: Some(&self.mask), motion: Some(&self.motion) }
     }
 
-    /// One pixel of five of a moving pattern, and swirling motion that also leads out of the frame.
+    /// Moving pattern sampled at 20 % of the pixels, with swirling motion that also leads out of the frame.
     fn new(batch: i64, width: i64, height: i64, t: i64) -> Self {
         let options = (Kind::Float, Device::Cpu);
         let x = Tensor::arange(width, options).view([1, 1, 1, width]);
@@ -38,7 +38,7 @@ impl Given {
         Self { colour, mask, motion }
     }
 
-    /// The first clip's frame as the engine takes it.
+    /// The first clip's frame as input of the CPU engine.
     fn frame(&self) -> (Frame, Vec<[f32; 2]>) {
         let [colour, mask, motion] = [&self.colour, &self.mask, &self.motion].map(|t| numbers(&t.get(0)));
         let (height, width) = (self.colour.size()[2], self.colour.size()[3]);
@@ -54,19 +54,19 @@ fn numbers(tensor: &Tensor) -> Vec<f32> {
     Vec::try_from(tensor.detach().to_kind(Kind::Float).contiguous().view([-1])).unwrap()
 }
 
-/// The largest difference, of the largest expected value.
+/// Largest difference, relative to the largest expected value.
 fn difference(found: &[f32], expected: &[f32]) -> f32 {
     assert_eq!(found.len(), expected.len());
     let most = expected.iter().fold(1e-6f32, |most, v| most.max(v.abs()));
     found.iter().zip(expected).fold(0.0f32, |worst, (a, b)| worst.max((a - b).abs())) / most
 }
 
-/// \[channel\]\[row\]\[column\] of pixels of `channels` numbers.
+/// Converts interleaved pixels of `channels` values to planes \[channel\]\[row\]\[column\].
 fn planes(data: &[f32], channels: usize) -> Vec<f32> {
     (0..channels).flat_map(|c| data.chunks_exact(channels).map(move |pixel| pixel[c])).collect()
 }
 
-/// The worst difference of pictures and states from the CPU engine over five frames.
+/// Largest difference of pictures and states from the CPU engine over five frames.
 fn worst_against_engine(config: &NetworkConfig, options: Options, [width, height]: [i64; 2]) -> f32 {
     let weights = Weights::random(config, 5).unwrap();
     let engine = cpu::Network::new(config.plan().unwrap(), &weights, Simd::best(), Precision::F32).unwrap();
@@ -118,7 +118,7 @@ fn bf16_stays_close() {
     }
 }
 
-/// A case of `tests/reference/network/make_cases.py`.
+/// Case of `tests/reference/network/make_cases.py`.
 struct Case {
     bytes: Vec<u8>,
     facts: HashMap<String, String>,
@@ -143,7 +143,7 @@ impl Case {
         Some(Tensor::from_data_size(view.data(), &shape, Kind::Float).to_kind(Kind::Double).unsqueeze(0))
     }
 
-    /// The worst difference of pictures and states.
+    /// Largest difference of pictures and states.
     fn worst(&self, network: &Network) -> f32 {
         let mut state = network.initial_state([1, self.number("height"), self.number("width")]);
         let mut worst = 0.0f32;
@@ -181,12 +181,12 @@ fn networks_agree_with_pytorch() {
         let weights = Weights::random(&config, case.number("seed") as u64).unwrap();
         let network = Network::new(&weights, Options::default(), Device::Cpu).unwrap().into_double();
         let worst = case.worst(&network);
-        // The cases are rounded to f32, and nothing else is.
+        // The cases are rounded to f32; everything else is double.
         assert!(worst <= 2e-7, "{}: {worst}", path.display());
     }
 }
 
-/// The squares of three frames' pictures and of the last state, as one number.
+/// Mean squares of three frames' pictures and of the last state, as one number.
 fn energy(network: &Network) -> Tensor {
     let mut state = network.initial_state([2, 9, 13]);
     let mut sum = Tensor::from(0.0).to_kind(Kind::Double);
@@ -205,7 +205,7 @@ fn gradients_of_clips_agree_with_differences() {
         decoder: vec![3, 4],
         direct: true,
         residual: true,
-        // No gradients go through it.
+        // The confidence has no gradients.
         doubt: false,
         ..WNetConfig::fast()
     };
@@ -237,7 +237,7 @@ fn gradients_of_clips_agree_with_differences() {
                 })
             };
             let found = gradient.double_value(&[place]);
-            // A long step may cross the kink of a ReLU, and a short one is rounded.
+            // A long step may cross the kink of a ReLU; a short one suffers from rounding.
             let is_near = |step: f64| {
                 let expected = (moved(step) - moved(-step)) / (2.0 * step);
                 (found - expected).abs() <= 1e-5 * expected.abs() + 1e-8
@@ -307,7 +307,7 @@ fn what_does_not_fit_is_said_in_a_line() {
     assert!(message(&Inputs { colour: &given.mask, ..sound }, state()).contains("[batch, 3, rows, columns]"));
     assert!(message(&sound, network.initial_state([1, 50, 20])).contains("begin a new one"));
     assert!(message(&sound, Vec::new()).contains("begin a new one"));
-    // No motion is stillness.
+    // Missing motion means no motion.
     let still = given.motion.zeros_like();
     let (a, _) = network.forward(&Inputs { motion: None, ..sound }, state()).unwrap();
     let (b, _) = network.forward(&Inputs { motion: Some(&still), ..sound }, state()).unwrap();

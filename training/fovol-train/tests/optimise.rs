@@ -1,5 +1,5 @@
-//! The optimiser, the schedule and clipping against PyTorch: `tests/reference/training/make_ranger.py` made the values
-//! and says what they are.
+//! Tests of optimiser, schedule and clipping against PyTorch. `tests/reference/training/make_ranger.py` made the
+//! values and describes them.
 
 use fovol_train::optimise::{Average, Cosine, Ranger, RangerConfig, clip_gradients, gradient_norm};
 use tch::{Device, Kind, Tensor};
@@ -20,7 +20,7 @@ fn expected(name: &str) -> Tensor {
     tensor.to_kind(Kind::Double)
 }
 
-/// The number of each place.
+/// Index of each element.
 fn places(shape: &[i64]) -> Tensor {
     Tensor::arange(shape.iter().product::<i64>(), (Kind::Double, Device::Cpu)).view(shape)
 }
@@ -41,7 +41,7 @@ fn set_gradients(parameters: &[(String, Tensor)], t: u32) {
         let gradient = parameter.detach() * 0.4 + wave * (1.0 + 0.5 * t.cos()) + 0.2;
         let mut parameter = parameter.shallow_clone();
         parameter.zero_grad();
-        // The gradient of a product by one factor is the other.
+        // The gradient of a product with respect to one factor is the other factor.
         (parameter * gradient).sum(Kind::Double).backward();
     }
 }
@@ -59,7 +59,7 @@ fn ranger_is_the_original_step_by_step() {
     for (case, centralise, orthogonal) in
         [("with_gc", true, 0.0), ("without_gc", false, 0.0), ("orthogonal", false, 2.0)]
     {
-        // The values are rounded to f32; in f32 every step is rounded.
+        // The values are rounded to f32. In f32, every step is rounded too.
         for (kind, tolerance) in [(Kind::Double, 6e-8), (Kind::Float, 2e-6)] {
             let parameters = initial(kind);
             let config = RangerConfig { centralise, orthogonal, ..RangerConfig::default() };
@@ -142,7 +142,7 @@ fn the_schedule_is_that_of_pytorch() {
     for epoch in 0..=120 {
         let expected = expected.double_value(&[i64::from(epoch)]);
         let found = schedule.rate(epoch);
-        // PyTorch goes from epoch to epoch and gathers rounding.
+        // PyTorch's recursive schedule accumulates rounding errors.
         assert!(
             (found - expected).abs() <= 1e-12 * 1.25e-3 + 1e-10 * expected,
             "{epoch}: {found} {expected}"

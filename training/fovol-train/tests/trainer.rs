@@ -1,4 +1,4 @@
-//! A whole run of training, small: the loss falls, and an interrupted run is the same run.
+//! Tests of a small training run: the loss falls, and a resumed run equals an uninterrupted one.
 
 use fovol_net::Weights;
 use fovol_net::weights::Storage;
@@ -81,7 +81,7 @@ fn clips(folder: &Path, config: &TrainConfig) -> [ClipSet; 2] {
     config.clips.open(folder).unwrap()
 }
 
-/// The losses of a run, from its log.
+/// Losses of a run, from its log.
 fn losses(run: &Path) -> Vec<f64> {
     let text = std::fs::read_to_string(run.join("log.jsonl")).unwrap();
     let lines = text.lines().map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap());
@@ -98,12 +98,12 @@ fn the_loss_falls_and_an_interrupted_run_is_the_same_run() {
 
     let mut trainer = Trainer::new(config.clone(), &whole, Device::Cpu, false).unwrap();
     let alone = Arrangement { side_by_side: 1, threads: 1 };
-    // Steps that only try which way is quickest teach nothing.
+    // Timing steps must not change the weights.
     assert!(trainer.arrange(&learned, 2).unwrap().is_some());
     trainer.take(alone).unwrap();
     assert_eq!(trainer.run(&learned, &judged, None, &|| false).unwrap(), Ended::Complete);
 
-    // Stopped after 15 steps, and gone on with by another trainer.
+    // Stopped after 15 steps and resumed by another trainer.
     let mut trainer = Trainer::new(config.clone(), &parts, Device::Cpu, false).unwrap();
     assert_eq!(trainer.arrange(&learned, 1).unwrap(), Some(alone));
     let asked = Cell::new(0);
@@ -144,7 +144,7 @@ fn a_layer_that_died_learns_again() {
     let dead = folder.path().join("dead.safetensors");
     let bytes = Weights::new(weights.config, arrays).to_bytes(Storage::F32).unwrap();
     std::fs::write(&dead, bytes).unwrap();
-    // So many that slow weights are followed once, which are not to bring the dead ones back.
+    // Long enough for one Lookahead synchronisation, which must not restore the dead channels.
     assert!(config.optimiser.slow_steps < 8);
     (config.from, config.steps, config.average) = (Some(dead), 8, 0.0);
     let run = folder.path().join("run");

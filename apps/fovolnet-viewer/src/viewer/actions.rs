@@ -1,4 +1,4 @@
-//! What menus, keys and answers to questions do.
+//! Actions of menus, keys and dialogues.
 
 use super::Viewer;
 use crate::commands::Command;
@@ -20,7 +20,7 @@ use glam::DVec3;
 use std::path::{Path, PathBuf};
 
 impl Viewer {
-    /// Whether `command` can be done now.
+    /// Whether `command` is available now.
     pub(super) fn can(&self, command: Command) -> bool {
         let document = self.opened.as_ref().map(|opened| &opened.document);
         match command {
@@ -32,7 +32,7 @@ impl Viewer {
         }
     }
 
-    /// Does `command`, if it can be done now.
+    /// Runs `command` if it is available.
     pub fn run(&mut self, command: Command, context: &Context) {
         if !self.can(command) {
             return;
@@ -91,7 +91,7 @@ impl Viewer {
         }
     }
 
-    /// The folder that files are likely to be in.
+    /// Folder to suggest for files.
     pub(super) fn folder(&self) -> PathBuf {
         let opened = self.opened.as_ref().map(|opened| &opened.document);
         let known = opened.and_then(|document| {
@@ -105,7 +105,7 @@ impl Viewer {
         folder.or_else(|| std::env::current_dir().ok()).unwrap_or_default()
     }
 
-    /// Does `next` when nothing is lost by it.
+    /// Continues with `next`, after asking about unsaved work.
     pub(super) fn after_saving(&mut self, context: &Context, next: Next) {
         if self.opened.as_ref().is_some_and(|opened| opened.document.has_unsaved_work()) {
             self.dialogue = Some(Dialogue::Unsaved(next));
@@ -194,7 +194,7 @@ impl Viewer {
         }
     }
 
-    /// Shows the question that is asked, and does what was answered.
+    /// Shows the current dialogue and handles its answer.
     pub(super) fn ask(&mut self, context: &Context) {
         let Some(answer) = self.dialogue.as_mut().and_then(|dialogue| dialogue.show(context)) else { return };
         let is_offer = matches!(self.dialogue, Some(Dialogue::Restore(_)));
@@ -203,7 +203,7 @@ impl Viewer {
         match answer {
             Answer::Cancel => {
                 self.after_save = None;
-                // What is not gone on with now is offered again at the next start.
+                // A cancelled offer to restore comes again at the next start.
                 if is_offer {
                     self.crashed = None;
                 }
@@ -246,7 +246,7 @@ impl Viewer {
                     Err(error) => self.messages.error(error.to_string()),
                 }
             }
-            // Forms ask for these.
+            // Exports use their own forms.
             Purpose::SavePicture | Purpose::SaveVideo => {}
         }
     }

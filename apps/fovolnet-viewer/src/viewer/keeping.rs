@@ -1,14 +1,14 @@
-//! What is kept of unsaved work and tastes.
+//! Autosave and preferences.
 
 use super::Viewer;
 use crate::dialogue::{Dialogue, Next};
 use eframe::egui::{Context, ViewportCommand};
 
-/// Seconds between two looks at whether there is unsaved work to keep.
+/// Seconds between autosaves.
 const KEEP_EVERY: f64 = 3.0;
 
 impl Viewer {
-    /// Keeps what is not saved, and tastes, where a crash does not take them.
+    /// Autosaves unsaved work and preferences.
     pub(super) fn keep(&mut self, context: &Context) {
         let time = context.input(|input| input.time);
         if time < self.kept_at + KEEP_EVERY {
@@ -27,7 +27,7 @@ impl Viewer {
         self.save_preferences();
     }
 
-    /// Nothing of this viewer is to come back after a crash any more.
+    /// Deletes this viewer's autosave.
     pub(super) fn forget(&mut self) {
         self.kept = None;
         self.autosaves.forget();
@@ -42,13 +42,13 @@ impl Viewer {
         }
     }
 
-    /// The window can show nothing any more: it closes without a question. Unsaved work is offered at the next start.
+    /// Marks the window as lost: it closes without a question. Unsaved work is offered at the next start.
     pub fn give_up(&mut self) {
         self.kept_at = f64::NEG_INFINITY;
         self.is_lost = true;
     }
 
-    /// Does not let the window close over unsaved work.
+    /// Prevents the window from closing over unsaved work.
     pub(super) fn guard_close(&mut self, context: &Context) {
         if self.is_lost || !context.input(|input| input.viewport().close_requested()) {
             return;

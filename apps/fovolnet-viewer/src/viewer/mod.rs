@@ -1,4 +1,4 @@
-//! The window.
+//! Main window.
 
 mod actions;
 mod keeping;
@@ -31,31 +31,31 @@ use fovolnet::{RenderSettings, Session, SpeedSettings, Timings, VolumeSettings};
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// What the viewer is started with.
+/// Parameters of a viewer.
 #[derive(Debug, Clone, Default)]
 pub struct Start {
-    /// A volume or a session.
+    /// Volume or session to open.
     pub source: Option<String>,
-    /// What its file does not say.
+    /// Settings for reading the volume's file.
     pub read: VolumeSettings,
-    /// How it is shown.
+    /// Render settings.
     pub render: RenderSettings,
-    /// What computes it.
+    /// Settings of devices and performance.
     pub speed: SpeedSettings,
-    /// The device that draws the window, where it makes the pictures too.
+    /// Device shared by window and renderer, if any.
     pub screen: Option<Screen>,
-    /// What draws pictures that were made elsewhere; the window as everything else of it where there is none.
+    /// Renderer for pictures from the host. Without it the user interface's own renderer draws them.
     pub painter: Option<Painter>,
 }
 
-/// The picture that is shown.
+/// Displayed picture.
 struct Picture {
     texture: Texture,
-    /// Without its pixels.
+    /// Description of the picture, without its pixels.
     shown: Shown,
 }
 
-/// Where the pixels of a picture are.
+/// Storage of a picture's pixels.
 enum Texture {
     Host(TextureHandle),
     Window(OnWindow),
@@ -63,7 +63,7 @@ enum Texture {
 }
 
 impl Texture {
-    /// The picture in `rect`.
+    /// Shape that draws the picture in `rect`.
     fn shape(&self, rect: Rect) -> Shape {
         let of = |id: TextureId| {
             let whole = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
@@ -77,25 +77,25 @@ impl Texture {
     }
 }
 
-/// The window.
+/// Main window with its state.
 pub struct Viewer {
     speed: SpeedSettings,
     places: Places,
     autosaves: Autosaves,
-    /// What a viewer left that crashed, until it is open or nobody wants it.
+    /// Session of a crashed viewer, until it is restored or discarded.
     crashed: Option<Crashed>,
     preferences: Preferences,
     saved_preferences: Preferences,
     engine: Engine,
     opened: Option<Opened>,
-    /// What was said of the file that is opened last, and how it is to be shown.
+    /// Settings given for the file opened last.
     said: (VolumeSettings, RenderSettings),
     opening: Option<Job<(Opened, Vec<String>)>>,
-    /// Why the file that was asked for last is not open.
+    /// Reason why the last requested file is not open.
     unopened: Option<String>,
     exporting: Option<Job<String>>,
     dialogue: Option<Dialogue>,
-    /// What is to be done when the session is saved.
+    /// Action that follows once the session is saved.
     after_save: Option<Next>,
     messages: Messages,
     thumbnails: Thumbnails,
@@ -114,18 +114,18 @@ pub struct Viewer {
     is_lost: bool,
 }
 
-/// When the window is drawn for a new picture.
+/// Delay of a redraw for a new picture.
 const SOON: Duration = Duration::from_micros(1);
 
 impl Viewer {
-    /// A window that remembers things at `places`.
+    /// Creates a window that stores persistent state in `places`.
     ///
     /// # Errors
-    /// A system that has no thread left.
+    /// The system cannot start a thread.
     pub fn new(context: &Context, start: Start, places: Places) -> Result<Self> {
         let preferences = places.preferences();
         let gpu = start.screen.as_ref().map(|screen| screen.gpu().clone());
-        // Of what is asked for at once the window would be drawn twice, which takes time where a processor does it.
+        // An immediate repaint request would draw the window twice, which takes time with software rendering.
         let window = context.clone();
         let wake = move || window.request_repaint_after(SOON);
         let engine = Engine::start(start.speed.clone(), gpu, wake)?;
@@ -171,22 +171,22 @@ impl Viewer {
         Ok(viewer)
     }
 
-    /// Makes the window dark, or light.
+    /// Sets the dark or the light theme.
     pub fn set_dark(&mut self, is_dark: bool) {
         self.preferences.dark = is_dark;
     }
 
-    /// What is open.
+    /// The open volume.
     pub fn opened(&self) -> Option<&Opened> {
         self.opened.as_ref()
     }
 
-    /// The picture that is shown, without its pixels.
+    /// The displayed picture, without its pixels.
     pub fn shown(&self) -> Option<&Shown> {
         self.picture.as_ref().map(|picture| &picture.shown)
     }
 
-    /// Whether nothing is under way, and the picture is all that it will be.
+    /// Whether no work is pending and the picture is final.
     pub fn is_settled(&self) -> bool {
         self.opening.is_none()
             && self.exporting.is_none()
@@ -196,7 +196,7 @@ impl Viewer {
             && (self.opened.is_none() || self.picture.is_some() || self.messages.picture_error().is_some())
     }
 
-    /// What keeps the volume that was asked for from being shown, when nothing is under way any more that could.
+    /// Reason why the requested volume is not shown, once no pending work could still show it.
     pub fn failure(&self) -> Option<&str> {
         if self.opening.is_some() || self.picture.is_some() || !self.engine.is_done() {
             return None;
@@ -207,17 +207,17 @@ impl Viewer {
         }
     }
 
-    /// What was said to the person at the window.
+    /// Messages for the user.
     pub fn messages(&self) -> &Messages {
         &self.messages
     }
 
-    /// The question that is asked now.
+    /// The open dialogue.
     pub fn dialogue(&self) -> Option<&Dialogue> {
         self.dialogue.as_ref()
     }
 
-    /// Shows everything.
+    /// Shows the whole window.
     pub fn show(&mut self, ui: &mut Ui) {
         let context = ui.ctx().clone();
         context.set_theme(if self.preferences.dark { Theme::Dark } else { Theme::Light });
@@ -238,7 +238,7 @@ impl Viewer {
                 }
             });
             Panel::right("settings").default_size(330.0).size_range(260.0..=560.0).show(ui, |ui| {
-                // A bar that is always there shows that there is more.
+                // A permanent scroll bar shows that there is more.
                 ui.spacing_mut().scroll = ScrollStyle::solid();
                 ScrollArea::vertical().auto_shrink(false).show(ui, |ui| self.settings(ui));
             });
@@ -252,7 +252,7 @@ impl Viewer {
         self.guard_close(&context);
     }
 
-    /// Takes what threads have made.
+    /// Takes results of background threads.
     fn receive(&mut self, context: &Context) {
         let time = context.input(|input| input.time);
         if let Some(result) = self.opening.as_ref().and_then(Job::take) {
@@ -288,7 +288,7 @@ impl Viewer {
         }
     }
 
-    /// Asks for what is missing to open a file, or says what is wrong with it.
+    /// Asks for missing settings to open a file, or reports the error.
     fn not_opened(&mut self, error: &anyhow::Error) {
         use fovolnet::Error::Io;
         use fovolnet::io::Error::UnknownLayout;
@@ -358,7 +358,7 @@ impl Viewer {
     }
 }
 
-/// A texture of the pixels `rgba` of `shown`: the one `before` where that can hold them.
+/// Texture with the pixels `rgba` of `shown`; reuses `before` if possible.
 fn uploaded(context: &Context, rgba: &[u8], shown: &Shown, before: Option<Texture>) -> TextureHandle {
     let size = [shown.size.width as usize, shown.size.height as usize];
     let image = ColorImage::from_rgba_premultiplied(size, rgba);

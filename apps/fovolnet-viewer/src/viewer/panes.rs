@@ -1,4 +1,4 @@
-//! The parts of the window.
+//! Parts of the window.
 
 use super::Viewer;
 use crate::commands::{self, Command, Entry};
@@ -12,11 +12,11 @@ use crate::{panels, picture_view, start_page};
 use eframe::egui::{self, Align, CollapsingHeader, Layout, Rect, Ui};
 use fovolnet::core::FrameSize;
 
-/// The largest picture on the screen, in pixels along each side.
+/// Largest picture on the screen, in pixels along each side.
 const LARGEST: f32 = 8192.0;
 
 impl Viewer {
-    /// Pictures a second, lately.
+    /// Current pictures per second.
     pub(super) fn rate(&mut self, time: f64) -> f64 {
         while self.arrivals.front().is_some_and(|&arrival| arrival < time - 1.0) {
             self.arrivals.pop_front();
@@ -111,7 +111,7 @@ impl Viewer {
         let Some(opened) = &mut self.opened else { return };
         if self.timeline.is_playing() {
             self.timeline.advance(time, opened);
-            // Every picture that comes is a time to go on too; drawing the window takes time where a processor does it.
+            // Playback also advances with every new picture. More repaints would take time with software rendering.
             ui.ctx().request_repaint_after_secs(0.1);
         }
         let before = opened.camera();
@@ -160,7 +160,7 @@ impl Viewer {
         }
     }
 
-    /// What is under way, in the last line of the window.
+    /// Shows pending work in the status line.
     pub(super) fn status(&mut self, ui: &mut Ui) {
         ui.horizontal(|ui| {
             if let Some(job) = &self.opening {
@@ -202,7 +202,7 @@ impl Viewer {
     }
 }
 
-/// The size of `rect` in pixels.
+/// Size of `rect` in pixels.
 fn pixels(rect: Rect, pixels_per_point: f32) -> FrameSize {
     let side = |points: f32| (points * pixels_per_point).round().clamp(1.0, LARGEST) as u32;
     FrameSize { width: side(rect.width()), height: side(rect.height()) }

@@ -1,10 +1,10 @@
-//! What transfer functions make of values that are not numbers.
+//! Colour of NaN in transfer functions.
 
 use super::TransferFunction;
 use crate::{Error, Result};
 
 impl TransferFunction {
-    /// The function with colour and opacity `nan` (r, g, b, a) for values that are not numbers.
+    /// Sets colour and opacity `nan` (r, g, b, a) of NaN.
     ///
     /// # Errors
     /// A number outside [0, 1].
@@ -18,19 +18,19 @@ impl TransferFunction {
         Ok(self)
     }
 
-    /// The function without a colour for NaN, which is transparent then.
+    /// Removes the colour of NaN, which becomes transparent.
     #[must_use]
     pub fn without_nan(mut self) -> Self {
         self.nan = None;
         self
     }
 
-    /// Colour and opacity of NaN, where it has them.
+    /// Colour and opacity of NaN, if set.
     pub fn chosen_nan(&self) -> Option<[f64; 4]> {
         self.nan
     }
 
-    /// Colour and opacity `[r, g, b, a]` of NaN; transparent where it has none.
+    /// Colour and opacity `[r, g, b, a]` of NaN; transparent if not set.
     pub fn nan(&self) -> [f64; 4] {
         self.nan.unwrap_or_default()
     }

@@ -1,4 +1,4 @@
-//! One band of the pyramid: local contrasts, and what the eye sees of their differences.
+//! One band of the pyramid: local contrasts and their visible differences.
 
 use super::log_math::log2;
 use super::masking::{MASKING, log_difference, power};
@@ -8,41 +8,41 @@ use super::sensitivity::{FovealSensitivity, SensitivityTable};
 use super::visual_field::VisualField;
 use rayon::prelude::*;
 
-/// The least luminance that a contrast is taken relative to, in cd/m².
+/// Lower bound of the luminance that contrasts are relative to, in cd/m².
 const DARKEST: f32 = 0.1;
 
-/// The largest contrast.
+/// Largest contrast.
 const MOST: f32 = 1000.0;
 
-/// Where in the visual field a band's pixels lie.
+/// Position of a band's pixels in the visual field.
 pub(crate) enum View<'a> {
-    /// All in the fovea.
+    /// All pixels in the fovea.
     Foveal(FovealSensitivity),
-    /// Around a direction of gaze, at this frequency (log₂) in the middle of the display.
+    /// Pixels around a gaze direction. `log_rho` is the log₂ of the band's frequency in the middle of the display.
     Around { field: &'a VisualField, gaze: [f32; 2], log_rho: f32 },
 }
 
 /// One band of reference and test.
 pub(crate) struct Band<'a> {
-    /// Reference and test of the sustained channel, and of the transient one if there is any.
+    /// Reference and test of the sustained channel, followed by those of the transient channel if it exists.
     pub pyramids: &'a [Pyramid],
-    /// The level of the pyramid.
+    /// Level of the pyramid.
     pub level: usize,
-    /// What contrasts are multiplied with.
+    /// Factor of contrasts.
     pub gain: f32,
     pub view: View<'a>,
 }
 
-/// What one band's difference comes to.
+/// Difference of one band.
 pub(crate) struct BandDifference {
-    /// Sums over the pixels of the differences' powers, of both channels.
+    /// Sums over the pixels of the powers of differences, per channel.
     pub sums: [f64; 2],
-    /// The differences, weighted over the channels; empty where not asked for.
+    /// Differences per pixel, weighted over the channels; empty if not requested.
     pub map: Vec<f32>,
 }
 
 impl Band<'_> {
-    /// Measures all pixels; `mapped` also keeps every pixel's difference.
+    /// Measures all pixels. If `mapped`, also returns every pixel's difference.
     pub fn difference(&self, mapped: bool) -> BandDifference {
         let fine = self.pyramids[0].level(self.level);
         let rows: Vec<([f64; 2], Vec<f32>)> = (0..fine.height)
@@ -61,7 +61,7 @@ impl Band<'_> {
         BandDifference { sums, map: rows.into_iter().flat_map(|(_, map)| map).collect() }
     }
 
-    /// Contrasts of row `y` relative to the surroundings in the reference, and their luminance.
+    /// Computes the contrasts of row `y` relative to the reference's local luminance, and that luminance.
     fn contrasts(&self, y: usize, scratch: &mut Scratch) {
         let Scratch { line, contrasts, log_light, scale, .. } = scratch;
         for (pyramid, out) in self.pyramids.iter().zip(contrasts.iter_mut()) {
@@ -83,7 +83,7 @@ impl Band<'_> {
         }
     }
 
-    /// log₂ of the sensitivity of each pixel of row `y`, from its luminance.
+    /// Computes the log₂ sensitivity of each pixel of row `y` from its luminance.
     fn sensitivities(&self, y: usize, scratch: &mut Scratch) {
         let [steady, change] = &mut scratch.sensitivity;
         let light = &scratch.log_light;
@@ -106,7 +106,7 @@ impl Band<'_> {
         }
     }
 
-    /// Sums of the powers of a row's differences, and the differences if `mapped`.
+    /// Sums the powers of a row's differences, and returns the differences if `mapped`.
     fn row_difference(&self, scratch: &mut Scratch, mapped: bool) -> ([f64; 2], Vec<f32>) {
         let Scratch { contrasts, sensitivity, log_difference, powers, .. } = scratch;
         let (mut sums, mut map) = ([0.0; 2], Vec::new());
@@ -136,12 +136,12 @@ fn differences(reference: &[f32], test: &[f32], sensitivity: &[f32], masking: f3
     }
 }
 
-/// One row's intermediate values.
+/// Intermediate values of one row.
 struct Scratch {
     line: Vec<f32>,
     contrasts: Vec<Vec<f32>>,
     log_light: Vec<f32>,
-    /// One over luminance; later the roots of eccentricity.
+    /// One over luminance; later reused for the square root of eccentricity.
     scale: Vec<f32>,
     sensitivity: [Vec<f32>; 2],
     log_difference: Vec<f32>,

@@ -4,57 +4,40 @@ use crate::{Error, Result};
 use fovol_core::Frame;
 use rayon::prelude::*;
 
-/// The luminance of linear RGB with the primaries of BT.709, as sRGB has them.
+/// Weights of linear RGB in luminance, for the BT.709 primaries that sRGB uses.
 const LUMA: [f32; 3] = [0.212_672_9, 0.715_152_2, 0.072_175];
 
-/// How a display shows display values, and how it is seen.
+/// Display model: conversion of display values to light, and viewing geometry.
 ///
-/// A ready-made one by [`Display::named`], or all fields by hand:
-///
-/// ```
-/// use fovol_metrics::Display;
-///
-/// let phone = Display {
-///     resolution: [1080, 2400],
-///     width_m: 0.068,
-///     distance_m: 0.35,
-///     peak: 500.0,
-///     contrast: 100_000.0,
-///     ambient: 200.0,
-///     reflectivity: 0.01,
-/// };
-/// assert!((phone.pixels_per_degree() - 97.0).abs() < 0.1);
-/// assert!((Display::named("standard_4k")?.pixels_per_degree() - 75.4).abs() < 0.01);
-/// # Ok::<(), fovol_metrics::Error>(())
-/// ```
+/// [`Display::named`] has presets. All fields can also be set by hand:
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Display {
     /// Pixels along x and y; pixels are square.
     pub resolution: [u32; 2],
-    /// The width of all pixels together, in metres.
+    /// Width of the whole display area, in metres.
     pub width_m: f64,
-    /// The distance of the eye, in metres.
+    /// Viewing distance, in metres.
     pub distance_m: f64,
-    /// The luminance of white without ambient light, in cd/m².
+    /// Luminance of white without ambient light, in cd/m².
     pub peak: f64,
-    /// White over black without ambient light, at least 1.
+    /// Contrast, white over black without ambient light; at least 1.
     pub contrast: f64,
-    /// The light that falls on the display, in lux.
+    /// Ambient light on the display, in lux.
     pub ambient: f64,
-    /// The part of that light which the display reflects, 0…1.
+    /// Fraction of the ambient light that the display reflects, 0…1.
     pub reflectivity: f64,
 }
 
 impl Display {
-    /// The names that [`Display::named`] knows.
+    /// Names of the presets.
     pub const NAMES: [&str; 3] = ["standard_4k", "standard_fhd", "standard_hmd"];
 
-    /// A display of FovVideoVDP.
+    /// FovVideoVDP's preset `name`.
     ///
     /// * `standard_4k`: 30 inches, 3840×2160, at 0.7472 m in an office: 75.4 pixels a degree, 200 cd/m².
     /// * `standard_fhd`: 24 inches, 1920×1080, at 0.6 m in an office: 37.8 pixels a degree, 200 cd/m².
-    /// * `standard_hmd`: a headset of 1440×1600 pixels an eye and 110° along the diagonal: 13.2 pixels a
-    ///   degree, 100 cd/m², dark around.
+    /// * `standard_hmd`: a headset with 1440×1600 pixels per eye and 110° along the diagonal: 13.2 pixels a degree,
+    ///   100 cd/m², without ambient light.
     ///
     /// # Errors
     /// Any other name; the message lists the names.
@@ -72,7 +55,7 @@ impl Display {
             "standard_4k" => Ok(office([3840, 2160], 30.0, 0.7472)),
             "standard_fhd" => Ok(office([1920, 1080], 24.0, 0.6)),
             "standard_hmd" => {
-                // Optics put the picture far away; only the angle counts.
+                // The optics place the picture far away; only the angle counts.
                 let (resolution, distance_m) = ([1440, 1600], 3.0);
                 let diagonal = 2.0 * distance_m * 55_f64.to_radians().tan();
                 let width_m = width_of_diagonal(resolution, diagonal);
@@ -82,24 +65,24 @@ impl Display {
         }
     }
 
-    /// A display of `inches` along the diagonal, otherwise like `self`.
+    /// Sets the diagonal to `inches`.
     #[must_use]
     pub fn with_diagonal(self, inches: f64) -> Self {
         Self { width_m: width_of_diagonal(self.resolution, inches * 0.0254), ..self }
     }
 
-    /// Pixels in one degree of the visual field, in the middle of the display.
+    /// Pixels per degree of the visual field in the middle of the display.
     pub fn pixels_per_degree(&self) -> f64 {
         let half_pixel = 0.5 * self.width_m / f64::from(self.resolution[0]);
         0.5 / (half_pixel / self.distance_m).atan().to_degrees()
     }
 
-    /// The luminance of black, with what the display reflects, in cd/m².
+    /// Luminance of black including reflected ambient light, in cd/m².
     pub fn black(&self) -> f64 {
         self.ambient / std::f64::consts::PI * self.reflectivity + self.peak / self.contrast
     }
 
-    /// Fails unless a picture can be seen on it.
+    /// Checks that the parameters are possible.
     pub(crate) fn check(&self) -> Result<()> {
         let positive = |v: f64| v.is_finite() && v > 0.0;
         let sizes = self.resolution.iter().all(|&side| side > 0);
@@ -113,13 +96,13 @@ impl Display {
         }
     }
 
-    /// Width and height over distance: the tangents of the visual field.
+    /// Width and height over distance: twice the tangents of the half angles.
     pub(crate) fn extent(&self) -> [f64; 2] {
         let width = self.width_m / self.distance_m;
         [width, width * f64::from(self.resolution[1]) / f64::from(self.resolution[0])]
     }
 
-    /// The luminance of every pixel in cd/m²: sRGB's curve (IEC 61966-2-1) between black and peak.
+    /// Computes the luminance of every pixel in cd/m²: the sRGB curve (IEC 61966-2-1) between black and peak.
     pub(crate) fn luminance(&self, frame: &Frame, out: &mut [f32]) {
         let width = frame.size().width as usize;
         let black = self.black();
@@ -137,7 +120,8 @@ impl Display {
     }
 }
 
-/// Linear light 0…1 of display values; NaN is 0. Alpha is treated alike, which costs less than to leave it.
+/// Converts display values to linear light 0…1; NaN becomes 0. Alpha is converted too, since skipping it would be
+/// slower.
 fn linearise(pixels: &[[f32; 4]], out: &mut [[f32; 4]]) {
     for (out, &pixel) in out.iter_mut().zip(pixels) {
         let [r, g, b] = clamped(pixel);
@@ -150,7 +134,7 @@ fn linearise(pixels: &[[f32; 4]], out: &mut [[f32; 4]]) {
     }
 }
 
-/// The width of a rectangle with the sides' ratio of `resolution` and this diagonal.
+/// Width of a rectangle with the aspect ratio of `resolution` and the given diagonal.
 fn width_of_diagonal(resolution: [u32; 2], diagonal: f64) -> f64 {
     let ratio = f64::from(resolution[1]) / f64::from(resolution[0]);
     diagonal / (1.0 + ratio * ratio).sqrt()

@@ -1,10 +1,11 @@
-//! Logarithm and power that vectorise: the metric takes several a pixel, and the library's are calls.
+//! Logarithm and power functions that compilers vectorise. The metric needs several per pixel, and the library's are
+//! calls.
 
 use std::f32::consts::{LN_2, LOG2_E};
 
-/// log₂ of a positive normal number, to about 2e-7.
+/// log₂ of a positive normal number, with an error of about 2e-7.
 ///
-/// The mantissa m in [2/3, 4/3) enters ln m = 2 artanh((m − 1)/(m + 1)) as its power series.
+/// The mantissa m in [2/3, 4/3) enters the power series of ln m = 2 artanh((m − 1)/(m + 1)).
 #[inline(always)]
 pub(crate) fn log2(x: f32) -> f32 {
     const TWO_THIRDS: u32 = 0x3f2a_aaab;
@@ -17,12 +18,12 @@ pub(crate) fn log2(x: f32) -> f32 {
     exponent + s * series * (2.0 * LOG2_E)
 }
 
-/// 2ˣ, to about 2e-7 of it; x beyond ±126 counts as ±126.
+/// 2ˣ with a relative error of about 2e-7; x is clamped to ±126.
 ///
-/// The power series of e to the x ln 2 after the nearest whole number.
+/// The integer part goes to the exponent, the rest to the power series of e to the x ln 2.
 #[inline(always)]
 pub(crate) fn exp2(x: f32) -> f32 {
-    // Added to a small number, it leaves the nearest integer in the lowest bits of the mantissa.
+    // Adding this to a small number leaves the nearest integer in the lowest bits of the mantissa.
     const ROUND: f32 = 12_582_912.0;
     let x = x.clamp(-126.0, 126.0);
     let shifted = x + ROUND;

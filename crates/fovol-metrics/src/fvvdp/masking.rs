@@ -1,26 +1,27 @@
-//! How visible a difference is: Mantiuk et al. (2021), section 4.5. All of it in logarithms to base 2, in which
-//! sensitivities come and powers are products.
+//! Visibility of differences under masking: Mantiuk et al. (2021), section 4.5. Computed in logarithms to base 2,
+//! where powers become products.
 
 use super::log_math::{exp2, log2};
 
-/// The exponent of a difference.
+/// Exponent of a difference.
 const DIFFERENCE: f32 = 2.4;
 
-/// The exponents of the masking contrast, for the sustained and the transient channel.
+/// Exponents of the masking contrast for the sustained and the transient channel.
 pub(crate) const MASKING: [f32; 2] = [2.43685, 4.946];
 
-/// log₂ of what the masking contrast is multiplied with, 10^−0.973838.
+/// log₂ of the factor of the masking contrast, 10^−0.973838.
 const MASK_GAIN: f32 = -0.973_838 * std::f32::consts::LOG2_10;
 
-/// log₂ of the largest difference that counts, 10⁴.
+/// log₂ of the largest difference, 10⁴.
 const MOST: f32 = 4.0 * std::f32::consts::LOG2_10;
 
-/// Stands for zero where a logarithm is taken.
+/// Replaces zero in logarithms.
 const TINY: f32 = 1e-30;
 
 /// log₂ of the visible difference between two contrasts; `f32::MIN` for equal ones.
 ///
-/// (|t − r| S)^2.4 / (1 + (k · min(|r|, |t|) S)^q), at most 10⁴: what both pictures have hides what differs.
+/// The formula is (|t − r| S)^2.4 / (1 + (k · min(|r|, |t|) S)^q), at most 10⁴. Contrast that both pictures share
+/// masks their difference.
 #[inline(always)]
 pub(crate) fn log_difference(reference: f32, test: f32, log_sensitivity: f32, masking: f32) -> f32 {
     let differs = (test - reference).abs();

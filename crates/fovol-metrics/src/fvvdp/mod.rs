@@ -1,10 +1,10 @@
 //! FovVideoVDP 1.2: Mantiuk, Denes, Chapiro, Kaplanyan, Rufo, Bachy, Lian and Patney, "FovVideoVDP: A visible
 //! difference predictor for wide field-of-view video" (ACM TOG 40(4), 2021).
 //!
-//! Display values become light ([`display`]), which two temporal channels filter ([`temporal`]). A pyramid
-//! splits each into bands of contrast ([`pyramid`], [`band`]); sensitivity ([`sensitivity`], and
-//! [`visual_field`] where the eye looks at one point) and masking ([`masking`]) say what is seen of the
-//! differences, and norms make one number of them ([`pooling`]).
+//! Display values become light ([`display`]), which two temporal channels filter ([`temporal`]). A pyramid splits
+//! each channel into bands of contrast ([`pyramid`], [`band`]). Sensitivity ([`sensitivity`], and [`visual_field`]
+//! for a fixed gaze) and masking ([`masking`]) give the visible differences. Norms pool them to one number
+//! ([`pooling`]).
 
 mod band;
 mod display;
@@ -30,14 +30,14 @@ use sensitivity::SensitivityTable;
 use temporal::{History, TemporalFilters};
 use visual_field::VisualField;
 
-/// The fastest clip, in frames a second: its window of a quarter second is kept in memory.
+/// Highest frame rate in frames a second, since a quarter second of frames is kept in memory.
 pub const MAX_FPS: f64 = 1000.0;
 
-/// Measures a clip or a picture in just-objectionable differences, frame by frame: 10 is no difference, 9 one
-/// that three of four people see.
+/// Measures a clip or a picture in just-objectionable differences (JOD). 10 means no difference; 9 is a difference
+/// that three of four people notice.
 ///
-/// Keeps the frames of the last quarter second and running sums. Before its first frame a clip is taken to
-/// have shown that frame.
+/// Keeps the frames of the last quarter second and running sums. The first frame is assumed to have been shown before
+/// the clip began.
 ///
 /// ```
 /// use fovol_core::{Frame, FrameSize};
@@ -58,10 +58,10 @@ pub const MAX_FPS: f64 = 1000.0;
 pub struct FovVideoVdp {
     display: Display,
     filters: TemporalFilters,
-    /// Of the reference and of the test.
+    /// Histories of the reference and of the test.
     histories: [History; 2],
     pyramids: Vec<Pyramid>,
-    /// Made when the first frame comes with a gaze.
+    /// One per band; made when the first frame comes with a gaze.
     fields: Vec<VisualField>,
     size: Option<FrameSize>,
     sum: f64,
@@ -69,18 +69,18 @@ pub struct FovVideoVdp {
 }
 
 impl FovVideoVdp {
-    /// For pictures: frames are judged one by one, without regard to time.
+    /// Metric for pictures: frames are judged independently, without regard to time.
     ///
     /// # Errors
-    /// A display that cannot be.
+    /// Impossible display parameters.
     pub fn image(display: &Display) -> Result<Self> {
         Self::new(display, TemporalFilters::still())
     }
 
-    /// For a clip of `fps` frames a second.
+    /// Metric for a clip of `fps` frames a second.
     ///
     /// # Errors
-    /// A display that cannot be, or `fps` not above 0 and up to [`MAX_FPS`].
+    /// Impossible display parameters, or `fps` not above 0 and up to [`MAX_FPS`].
     pub fn video(display: &Display, fps: f64) -> Result<Self> {
         if !(fps > 0.0 && fps <= MAX_FPS) {
             return Err(Error::FrameRate { found: fps.to_string() });
@@ -102,27 +102,26 @@ impl FovVideoVdp {
         })
     }
 
-    /// Measures the next frame, seen by eyes that look everywhere, or at `gaze` alone: fractions of the frame
-    /// from its top left (pixel `x` of FovVideoVDP's own program is (x + ½) / width).
+    /// Measures the next frame. With `gaze`, the eye looks at that point: fractions of the frame from its top left
+    /// (pixel `x` of the published program is (x + ½) / width). Without it, every pixel is seen in the fovea.
     ///
-    /// With a gaze, the frame is taken to fill the display, whatever its size, as in the published program.
+    /// With a gaze, the frame is assumed to fill the display, whatever its size, as in the published program.
     ///
     /// # Errors
-    /// Frames that differ in size from each other or from the frames before, frames with a side below
-    /// [`MIN_SIDE`](crate::FVVDP_MIN_SIDE), or a gaze that is not finite. The clip is then as it was before
-    /// the call.
+    /// Frames that differ in size from each other or from earlier frames, frames with a side below
+    /// [`MIN_SIDE`](crate::FVVDP_MIN_SIDE), or a gaze that is not finite. The metric is then unchanged.
     pub fn push(&mut self, reference: &Frame, test: &Frame, gaze: Option<[f64; 2]>) -> Result<()> {
         self.measure([reference, test], gaze, false).map(drop)
     }
 
-    /// As [`Self::push`], and gives the difference of each pixel in JOD, row by row: how much the frame would
-    /// lose if all of it differed as this pixel does.
+    /// Measures the next frame like [`Self::push`], and returns the difference of each pixel in JOD, row by row. A
+    /// pixel's value is the loss of a frame whose pixels all differ as this one does.
     ///
-    /// The channels' differences, the transient one's by ¼, are summed over the bands at full resolution; all
-    /// bands but the finest count by ½, as in the published program's map `raw`.
+    /// The differences of both channels are summed over the bands at full resolution. The transient channel counts by
+    /// ¼, and all bands but the finest by ½, as in the published program's map `raw`.
     ///
     /// # Errors
-    /// As [`Self::push`].
+    /// Errors of [`Self::push`].
     pub fn push_mapped(
         &mut self,
         reference: &Frame,
@@ -132,12 +131,12 @@ impl FovVideoVdp {
         self.measure([reference, test], gaze, true)
     }
 
-    /// Frames measured so far.
+    /// Number of frames measured so far.
     pub fn frames(&self) -> usize {
         self.frames
     }
 
-    /// The quality of all frames so far, at most 10, or `None` before the first.
+    /// Quality of all frames so far in JOD, at most 10, or `None` before the first.
     pub fn jod(&self) -> Option<f64> {
         (self.frames > 0).then(|| 10.0 - pooling::loss(self.sum / self.frames as f64))
     }
@@ -183,7 +182,8 @@ impl FovVideoVdp {
         }
     }
 
-    /// Pyramids for frames of this size: of reference and test, and twice where there is a transient channel.
+    /// Allocates pyramids for frames of this size: for reference and test, and again for the transient channel if it
+    /// exists.
     fn prepare(&mut self, size: FrameSize) {
         let (width, height) = (size.width as usize, size.height as usize);
         let bands = band_frequencies(width, height, self.display.pixels_per_degree()).len();
@@ -192,7 +192,7 @@ impl FovVideoVdp {
         self.size = Some(size);
     }
 
-    /// The frequencies of the bands, in cycles a degree.
+    /// Centre frequencies of the bands, in cycles per degree.
     fn frequencies(&self) -> Vec<f64> {
         let finest = self.pyramids[0].level(0);
         band_frequencies(finest.width, finest.height, self.display.pixels_per_degree())
@@ -203,7 +203,7 @@ impl FovVideoVdp {
         levels.map(|plane| VisualField::new(&self.display, plane.width, plane.height)).collect()
     }
 
-    /// The temporal channels of the newest frames, at all resolutions.
+    /// Computes the temporal channels of the newest frames and their pyramids.
     fn fill_pyramids(&mut self) {
         let width = self.pyramids[0].level(0).width;
         let (sustained, transient) = self.pyramids.split_at_mut(2);
@@ -233,14 +233,14 @@ impl FovVideoVdp {
                     View::Around { field, gaze: field.direction(gaze), log_rho }
                 }
             };
-            // A band pass keeps about half of a pattern's amplitude; the finest band is a high pass.
+            // A band-pass keeps about half of a pattern's amplitude; the finest band is a high-pass.
             let gain = if level == 0 { 1.0 } else { 2.0 };
             Band { pyramids: &self.pyramids, level, gain, view }.difference(mapped)
         };
         frequencies.iter().enumerate().map(measure).collect()
     }
 
-    /// Sums the bands' maps at full resolution, as JOD.
+    /// Sums the bands' difference maps at full resolution, in JOD.
     fn map(&self, bands: Vec<BandDifference>) -> Vec<f32> {
         let mut coarser: Option<Plane> = None;
         for (level, found) in bands.into_iter().enumerate().rev() {

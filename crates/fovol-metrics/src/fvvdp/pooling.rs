@@ -1,30 +1,30 @@
-//! From differences to one number: Mantiuk et al. (2021), sections 4.6 and 4.7.
+//! Pooling of differences to one number: Mantiuk et al. (2021), sections 4.6 and 4.7.
 
-/// The exponent over pixels, as a mean.
+/// Exponent of the mean over pixels.
 pub(crate) const OVER_PIXELS: f64 = 1.521_34;
 
-/// The exponent over the two temporal channels, as a sum.
+/// Exponent of the sum over the two temporal channels.
 const OVER_CHANNELS: f64 = 0.666_092;
 
-/// The weight of the transient channel.
+/// Weight of the transient channel.
 pub(crate) const TRANSIENT: f64 = 0.25;
 
 /// JOD = 10 − a Q^b.
 const JOD_A: f64 = 0.016_171_3;
 const JOD_LOG_B: f64 = -0.228;
 
-/// The difference of one band: the norm over `pixels` of which `sum` is the sum of the powers.
+/// Difference of one band: the norm over `pixels`, given the `sum` of the powers.
 pub(crate) fn band(sum: f64, pixels: usize) -> f64 {
     (sum / pixels as f64).powf(1.0 / OVER_PIXELS)
 }
 
-/// The difference of one frame from the sums over the bands of both channels.
+/// Difference of one frame, given both channels' sums over the bands.
 pub(crate) fn frame([sustained, transient]: [f64; 2]) -> f64 {
     let sum = sustained.powf(OVER_CHANNELS) + (TRANSIENT * transient).powf(OVER_CHANNELS);
     sum.powf(1.0 / OVER_CHANNELS)
 }
 
-/// How many JOD a difference is below 10.
+/// Loss in JOD below 10 for a pooled difference.
 pub(crate) fn loss(difference: f64) -> f64 {
     JOD_A * difference.powf(10_f64.powf(JOD_LOG_B))
 }

@@ -4,20 +4,20 @@
 use crate::planes::Plane;
 use rayon::prelude::*;
 
-/// The smallest width and height that FovVideoVDP can measure, in pixels: below there is no band of contrast.
+/// Smallest width and height that FovVideoVDP can measure, in pixels; smaller frames have no contrast band.
 pub const MIN_SIDE: u32 = 4;
 
-/// The centre frequency of a Laplacian band relative to that of twice the resolution below the first, which
-/// reaches up to half the sampling frequency.
+/// Centre frequency of the second Laplacian band relative to the first, which lies at half the sampling frequency.
+/// Further bands halve it.
 const SECOND_BAND: f64 = 0.3228;
 
-/// Bands below this, in cycles a degree, are the base, which is not judged.
+/// Lower bound of band frequencies in cycles per degree. Lower frequencies are the base, which is not judged.
 const LOWEST: f64 = 0.2;
 
-/// Half of the symmetric kernel, from the middle outwards.
+/// Half of the symmetric kernel, from the centre outwards.
 const KERNEL: [f32; 3] = [0.4, 0.25, 0.05];
 
-/// The centres of the contrast bands in cycles a degree, finest first; at least one.
+/// Centre frequencies of the contrast bands in cycles per degree, finest first; at least one.
 ///
 /// As many as fit: the base keeps at least 2 pixels along each side.
 pub(crate) fn band_frequencies(width: usize, height: usize, pixels_per_degree: f64) -> Vec<f64> {
@@ -27,12 +27,12 @@ pub(crate) fn band_frequencies(width: usize, height: usize, pixels_per_degree: f
     std::iter::once(nyquist).chain(coarser.take_while(|&f| f > LOWEST)).collect()
 }
 
-/// Gaussian levels of one picture, the given one first.
+/// Gaussian pyramid of one picture, finest level first.
 #[derive(Debug, Clone)]
 pub(crate) struct Pyramid(Vec<Plane>);
 
 impl Pyramid {
-    /// Room for `levels` of a picture of this size.
+    /// Allocates `levels` levels for a picture of this size.
     pub fn new(width: usize, height: usize, levels: usize) -> Self {
         let plane = |level: usize| {
             let (width, height) = (((width - 1) >> level) + 1, ((height - 1) >> level) + 1);
@@ -41,12 +41,12 @@ impl Pyramid {
         Self((0..levels).map(plane).collect())
     }
 
-    /// The finest level, to be filled before [`Self::build`].
+    /// Finest level, which the caller fills before [`Self::build`].
     pub fn finest_mut(&mut self) -> &mut Plane {
         &mut self.0[0]
     }
 
-    /// Fills all levels from the finest.
+    /// Computes all coarser levels.
     pub fn build(&mut self) {
         for level in 1..self.0.len() {
             let (fine, coarse) = self.0.split_at_mut(level);
@@ -59,7 +59,7 @@ impl Pyramid {
     }
 }
 
-/// The index of pixel `i`, which may lie up to 2 beyond the ends, of `n` mirrored ones.
+/// Mirrored index of pixel `i` of `n`; `i` may lie up to 2 beyond the ends.
 fn mirrored(i: isize, n: usize) -> usize {
     let n = n as isize;
     let inside = if i < 0 { -1 - i } else { i };
@@ -67,7 +67,7 @@ fn mirrored(i: isize, n: usize) -> usize {
     inside.clamp(0, n - 1) as usize
 }
 
-/// Every second pixel of `fine` after smoothing, along both axes.
+/// Downsamples `fine` by 2 along both axes after smoothing.
 fn reduce(fine: &Plane, coarse: &mut Plane) {
     let width = fine.width;
     coarse.values.par_chunks_mut(coarse.width).enumerate().for_each_init(
@@ -83,8 +83,8 @@ fn reduce(fine: &Plane, coarse: &mut Plane) {
 
 /// Fills the 2 places before and the 2 after the row in `line`, a row of a picture of `height` rows.
 ///
-/// Mirrors, but where just one of width and height is odd: there the published program ends rows as if their
-/// length had the parity of the height, so that the weights of the last pixel sum to 1.25 or 0.75. To mirror
+/// Borders are mirrored unless exactly one of width and height is odd. There the published program ends rows as if
+/// their length had the parity of the height, so that the weights of the last pixel sum to 1.25 or 0.75. Mirroring
 /// there too would change scores by up to 0.006 JOD in small frames, and they would no longer be comparable.
 fn continue_ends(line: &mut [f32], height: usize) {
     let width = line.len() - 4;
@@ -106,7 +106,7 @@ fn smooth_columns(rows: [&[f32]; 5], out: &mut [f32]) {
     }
 }
 
-/// `out[x]` is around `line[2x + 2]`.
+/// Smooths and downsamples one row; `out[x]` is centred on `line[2x + 2]`.
 fn smooth_every_second(line: &[f32], out: &mut [f32]) {
     for (x, out) in out.iter_mut().enumerate() {
         let v = &line[2 * x..2 * x + 5];
@@ -114,13 +114,13 @@ fn smooth_every_second(line: &[f32], out: &mut [f32]) {
     }
 }
 
-/// Row `y` of `coarse` at twice its resolution; `line` needs room for 2 pixels more than a coarse row.
+/// Upsamples row `y` from `coarse` to twice its resolution. `line` needs room for 2 pixels more than a coarse row.
 pub(crate) fn expand_row(coarse: &Plane, y: usize, line: &mut Vec<f32>, out: &mut [f32]) {
     let width = coarse.width;
     line.resize(width + 2, 0.0);
     let row = |dy: isize| coarse.row(((y / 2) as isize + dy).clamp(0, coarse.height as isize - 1) as usize);
     let (above, here, below) = (row(-1), row(0), row(1));
-    // Of the kernel, even rows meet 3 taps and odd ones 2; doubled, as every second row is empty.
+    // Even rows meet 3 taps of the kernel and odd ones 2. Taps are doubled, as every second row is empty.
     let [middle, near, far] = KERNEL.map(|k| 2.0 * k);
     let inner = &mut line[1..width + 1];
     if y.is_multiple_of(2) {
@@ -214,7 +214,7 @@ mod tests {
             assert_eq!(found.len(), expected.len());
             assert!(found.iter().zip(expected).all(|(f, e)| (f - e).abs() < 1e-6), "{found:?}");
         };
-        // Pixel 1 also stands at -2 of the mirrored row.
+        // Mirroring repeats pixel 1 at −2.
         close(pyramid.level(1).row(1), &[0.3, 0.25, 0.0]);
         let coarse = Plane { width: 3, height: 1, values: vec![1.0, 0.0, 0.0] };
         close(expanded(&coarse, 6, 2).row(0), &[0.9, 0.5, 0.1, 0.0, 0.0, 0.0]);

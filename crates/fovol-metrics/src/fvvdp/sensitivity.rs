@@ -1,24 +1,25 @@
-//! The contrast sensitivity of the eye: Mantiuk et al., "FovVideoVDP: A visible difference predictor for
-//! wide field-of-view video" (ACM TOG 40(4), 2021), section 4.4. A spatial and chromatic model gives the
-//! detection of steady patterns; the spatio-velocity model of Laird et al. (2006), after Daly (1998), what
-//! flicker changes; cortical magnification, what eccentricity does.
+//! Contrast sensitivity of the eye: Mantiuk et al., "FovVideoVDP: A visible difference predictor for wide
+//! field-of-view video" (ACM TOG 40(4), 2021), section 4.4.
+//!
+//! A spatial and chromatic model gives the detection of static patterns. The spatio-velocity model of Laird et al.
+//! (2006), after Daly (1998), adds the effect of flicker, and cortical magnification the effect of eccentricity.
 
 use std::f64::consts::PI;
 use std::sync::OnceLock;
 
-/// The size of a detected pattern (standard deviation), in its own cycles.
+/// Size of a detected pattern (standard deviation), in cycles.
 const CYCLES: f64 = 1.5;
 
-/// The temporal frequencies of the sustained and the transient channel, in Hz.
+/// Temporal frequencies of the sustained and the transient channel, in Hz.
 pub(crate) const TEMPORAL: [f64; 2] = [0.0, 5.0];
 
-/// The sensitivity's gain over the model's, as a power of 10: fitted to judgements (version 1.2).
+/// Gain of the sensitivity over the model, as an exponent of 10; fitted to judgements (version 1.2).
 const GAIN: f64 = 16.2596 / 20.0;
 
-/// Sensitivities below this count as this.
+/// Lower bound of sensitivities.
 const FLOOR: f64 = 1e-4;
 
-/// XYZ to the responses of L, M and S cones, rows; S in units of its own.
+/// XYZ to the responses of L, M and S cones, by rows; S has its own unit.
 const CONES: [[f64; 3]; 3] = [
     [0.187596, 0.585169, -0.0263843],
     [-0.133397, 0.405506, 0.0345021],
@@ -28,26 +29,27 @@ const CONES: [[f64; 3]; 3] = [
 /// XYZ of white (D65) of luminance 1.
 const WHITE: [f64; 3] = [0.9505, 1.0, 1.0888];
 
-/// The change in L, M and S of a pattern of luminance alone.
+/// Change in L, M and S of an achromatic pattern.
 const PATTERN: [f64; 3] = [0.698, 0.302, 0.019613];
 
 /// Cone contrasts to the mechanisms: achromatic, red-green, violet-yellow.
 const MECHANISMS: [[f64; 3]; 3] =
     [[1.0, 0.256197, 6.42e-7], [1.0, -0.933541, 0.00373304], [-0.00130319, -1.1504, 1.0]];
 
-/// One mechanism's fit: a log-parabola over frequency, and how area integrates.
+/// Fit of one mechanism: a log-parabola over frequency, and spatial integration over area.
 struct Mechanism {
     /// Frequency of the peak in cycles a degree.
     peak: f64,
     bandwidth: f64,
-    /// Below the peak the sensitivity stays.
+    /// Whether the sensitivity stays constant below the peak.
     low_pass: bool,
     gamma: f64,
     critical_area: f64,
 }
 
 impl Mechanism {
-    /// Sensitivity at `rho` cycles a degree for a pattern of `area` square degrees; `highest` at the peak.
+    /// Sensitivity at `rho` cycles per degree for a pattern of `area` square degrees; `highest` is the sensitivity at
+    /// the peak.
     fn sensitivity(&self, highest: f64, rho: f64, area: f64) -> f64 {
         let octaves = rho.log10() - self.peak.log10();
         let falls = !self.low_pass || rho >= self.peak;
@@ -59,27 +61,27 @@ impl Mechanism {
 
 /// Contrast sensitivity without the gain.
 ///
-/// `rho` in cycles a degree, `omega` in Hz, `luminance` in cd/m², `eccentricity` in degrees.
+/// `rho` is in cycles per degree, `omega` in Hz, `luminance` in cd/m², `eccentricity` in degrees.
 pub(crate) fn sensitivity(rho: f64, omega: f64, luminance: f64, eccentricity: f64) -> f64 {
-    // Away from the fovea the cortex sees the same pattern smaller: Virsu and Rovamo (1979).
+    // Cortical magnification makes patterns appear smaller away from the fovea: Virsu and Rovamo (1979).
     let magnification = (3.67 / (eccentricity + 3.67)).powf(0.604562);
     let rho = rho / magnification;
     let area = PI * (CYCLES / rho).powi(2);
     spatial(rho, area, luminance) * flicker(rho, omega) / (flicker(rho, 0.0) + 1e-5)
 }
 
-/// The spatial and chromatic part, for a pattern of luminance on grey.
+/// Spatial and chromatic part, for an achromatic pattern on grey.
 fn spatial(rho: f64, area: f64, luminance: f64) -> f64 {
     let background = CONES.map(|row| luminance * dot(row, WHITE));
     let contrast: [f64; 3] = std::array::from_fn(|i| PATTERN[i] / background[i]);
-    // The fits take the sum of L and M.
+    // The fits are functions of the sum of L and M.
     let y = background[0] + background[1];
     let found = mechanisms(y, rho, area);
     let heard: f64 = (0..3).map(|i| (dot(MECHANISMS[i], contrast) * found[i]).powi(2)).sum();
     heard.sqrt() * 3_f64.sqrt() / dot(contrast, contrast).sqrt()
 }
 
-/// Sensitivities of the three mechanisms on a background of `y`.
+/// Sensitivities of the three mechanisms on a background of `y`, the sum of L and M.
 fn mechanisms(y: f64, rho: f64, area: f64) -> [f64; 3] {
     let achromatic = Mechanism {
         peak: 2.3021 * (1.0 + 3317.45 / y).powf(-0.186215),
@@ -114,7 +116,7 @@ fn mechanisms(y: f64, rho: f64, area: f64) -> [f64; 3] {
     ]
 }
 
-/// Sensitivity to a pattern of `rho` cycles a degree that flickers with `omega` Hz, as if it moved.
+/// Sensitivity to a pattern of `rho` cycles per degree that flickers at `omega` Hz, modelled as motion.
 fn flicker(rho: f64, omega: f64) -> f64 {
     let c = [0.6329, 0.8404, 0.7986];
     let velocity = (omega / rho).max(0.1);
@@ -130,12 +132,12 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 
 /// Nodes along each axis of the table.
 ///
-/// 32, as version 1.2 of the metric has them. The formula lies up to 1 % above what the table gives between
-/// its nodes, and the metric's gain and pooling are fitted to the table: with a finer one differences come
-/// out up to 1 % larger in JOD than the published program says.
+/// Version 1.2 of the metric uses 32. The formula lies up to 1 % above the interpolated table, and the metric's gain
+/// and pooling are fitted to the table. A finer table would give differences up to 1 % larger in JOD than the
+/// published program.
 const NODES: usize = 32;
 
-/// An axis of the table: node `i` lies at `low + i / scale`.
+/// Axis of the table: node `i` lies at `low + i / scale`.
 #[derive(Debug, Clone, Copy)]
 struct Axis {
     low: f32,
@@ -151,18 +153,18 @@ impl Axis {
         f64::from(self.low) + i as f64 / f64::from(self.scale)
     }
 
-    /// The node below `value` and how far towards the next one; the ends continue as constants.
+    /// Node below `value` and the fraction towards the next node; constant beyond the ends.
     #[inline(always)]
     fn at(self, value: f32) -> (usize, f32) {
-        // A maximum first, so that NaN is the lowest node.
+        // The maximum comes first, so that NaN maps to the lowest node.
         let t = ((value - self.low) * self.scale).max(0.0).min((NODES - 1) as f32);
         let i = (t as usize).min(NODES - 2);
         (i, t - i as f32)
     }
 }
 
-/// log₂ of sensitivity with its gain, of both temporal channels, over log₂ frequency, log₂ luminance and the
-/// square root of eccentricity.
+/// Table of log₂ sensitivity, including the gain, for both temporal channels. Its axes are log₂ frequency, log₂
+/// luminance and the square root of eccentricity.
 pub(crate) struct SensitivityTable {
     frequency: Axis,
     luminance: Axis,
@@ -172,7 +174,7 @@ pub(crate) struct SensitivityTable {
 }
 
 impl SensitivityTable {
-    /// The one table, made on first use, in some 20 ms.
+    /// The shared table, made on first use in some 20 ms.
     pub fn shared() -> &'static Self {
         static TABLE: OnceLock<SensitivityTable> = OnceLock::new();
         TABLE.get_or_init(Self::new)
@@ -195,7 +197,7 @@ impl SensitivityTable {
         Self { frequency, luminance, eccentricity, nodes }
     }
 
-    /// What is left of the table at one frequency (log₂ of cycles a degree) in the fovea.
+    /// Slice of the table at one frequency (log₂ of cycles per degree) in the fovea.
     pub fn foveal(&self, log_rho: f32) -> FovealSensitivity {
         let (i, part) = self.frequency.at(log_rho);
         let node = |i: usize, j: usize| self.nodes[(i * NODES + j) * NODES];
@@ -203,8 +205,8 @@ impl SensitivityTable {
         FovealSensitivity { luminance: self.luminance, nodes }
     }
 
-    /// log₂ of the sensitivity of both channels; `log_rho` and `log_light` are log₂, `root` is the square root
-    /// of the eccentricity in degrees.
+    /// log₂ sensitivity of both channels, interpolated. `log_rho` and `log_light` are log₂ of frequency and
+    /// luminance, `root` is the square root of the eccentricity in degrees.
     #[inline(always)]
     pub fn log_sensitivity(&self, log_rho: f32, log_light: f32, root: f32) -> [f32; 2] {
         let (i, along_i) = self.frequency.at(log_rho);
@@ -220,14 +222,14 @@ impl SensitivityTable {
     }
 }
 
-/// log₂ of sensitivity at one frequency in the fovea.
+/// log₂ sensitivity at one frequency in the fovea.
 pub(crate) struct FovealSensitivity {
     luminance: Axis,
     nodes: Vec<[f32; 2]>,
 }
 
 impl FovealSensitivity {
-    /// log₂ of the sensitivity of both channels on a background of log₂ luminance `log_light`.
+    /// log₂ sensitivity of both channels on a background of log₂ luminance `log_light`.
     #[inline(always)]
     pub fn log_sensitivity(&self, log_light: f32) -> [f32; 2] {
         let (j, part) = self.luminance.at(log_light);
@@ -244,7 +246,7 @@ fn mix(a: [f32; 2], b: [f32; 2], part: f32) -> [f32; 2] {
 mod tests {
     use super::*;
 
-    /// Frequency, flicker, luminance, eccentricity, and what the published table holds there.
+    /// Frequency, flicker, luminance, eccentricity, and the published table's value there.
     const SPOTS: [([f64; 4], f64); 6] = [
         ([4.0, 0.0, 100.0, 0.0], 56.08),
         ([1.0, 0.0, 100.0, 0.0], 111.28),

@@ -1,20 +1,20 @@
-//! The two temporal channels: Mantiuk et al. (2021), section 4.2.
+//! Temporal channels: Mantiuk et al. (2021), section 4.2.
 
 use std::collections::VecDeque;
 
-/// The part of a second that the filters look back.
+/// Length of the filters, in seconds.
 const SECONDS: f64 = 0.25;
 
-/// The time of the sustained filter's peak, in seconds.
+/// Peak time of the sustained filter, in seconds.
 const PEAK: f64 = 0.06;
 
-/// The sustained filter's width, as a standard deviation of the logarithm of time.
+/// Width of the sustained filter: standard deviation of the logarithm of time.
 const WIDTH: f64 = 0.5;
 
-/// The gain of the transient filter, in seconds.
+/// Gain of the transient filter, in seconds.
 const TRANSIENT_GAIN: f64 = 0.062_170_5;
 
-/// Filters that look back in time; the first tap is the present frame.
+/// Causal temporal filters; the first tap is the present frame.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct TemporalFilters {
     /// Taps of the sustained and of the transient channel.
@@ -22,10 +22,10 @@ pub(crate) struct TemporalFilters {
 }
 
 impl TemporalFilters {
-    /// The filters at `fps` frames a second, ⌈fps / 4⌉ taps long.
+    /// Filters for `fps` frames a second, ⌈fps / 4⌉ taps long.
     ///
-    /// The sustained channel is a log-normal bump of sum 1, the transient one its derivative. Below 4 frames
-    /// a second one tap is left: every frame is then seen by itself, and nothing is transient.
+    /// The sustained filter is log-normal with sum 1, the transient filter its derivative. Up to 4 frames a second,
+    /// one tap is left: frames are judged independently, and the transient channel is zero.
     pub fn new(fps: f64) -> Self {
         let count = (SECONDS * fps).ceil() as usize;
         let step = count as f64 / fps / (count.max(2) - 1) as f64;
@@ -41,18 +41,19 @@ impl TemporalFilters {
         Self { taps: (0..count).map(|i| [sustained(i) as f32, transient(i) as f32]).collect() }
     }
 
-    /// For pictures: the sustained channel is the picture.
+    /// Filter for pictures: the sustained channel is the picture itself.
     pub fn still() -> Self {
         Self { taps: vec![[1.0, 0.0]] }
     }
 }
 
-/// The luminance of the last frames, newest first.
+/// Luminance of the last frames, newest first.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct History(VecDeque<Vec<f32>>);
 
 impl History {
-    /// Takes the plane that falls out of a window of `length` frames, or a new one, to be filled and pushed.
+    /// Returns a plane to be filled and pushed: the oldest plane if the window of `length` frames is full, else a new
+    /// one.
     pub fn recycle(&mut self, length: usize, pixels: usize) -> Vec<f32> {
         let old = if self.0.len() >= length { self.0.pop_back() } else { None };
         old.unwrap_or_else(|| vec![0.0; pixels])
@@ -62,15 +63,15 @@ impl History {
         self.0.push_front(plane);
     }
 
-    /// The luminance of the present frame.
+    /// Luminance of the present frame.
     ///
     /// # Panics
-    /// Before the first.
+    /// Before the first frame.
     pub fn newest(&self) -> &[f32] {
         self.plane(0)
     }
 
-    /// The plane of `back` frames ago; before the first frame all was as in the first.
+    /// Plane of `back` frames ago. Frames before the first equal the first.
     fn plane(&self, back: usize) -> &[f32] {
         &self.0[back.min(self.0.len() - 1)]
     }

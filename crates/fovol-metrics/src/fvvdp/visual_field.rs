@@ -1,23 +1,23 @@
-//! Where pixels lie in the visual field, for eyes that look at one point.
+//! Positions of pixels in the visual field for a fixed gaze.
 
 use super::display::Display;
 use crate::planes::Plane;
 use rayon::prelude::*;
 
-/// Beyond this angle from the middle of the display the magnification stays, in degrees.
+/// Largest angle from the middle of the display in the magnification, in degrees.
 const WIDEST: f64 = 89.0;
 
-/// The directions of the pixels of one band.
+/// Directions of the pixels of one band.
 ///
-/// The frame fills the display, whatever its size, as in the published program; sizes in pixels (the bands'
-/// frequencies) are the display's own.
+/// The frame is assumed to fill the display, whatever its size, as in the published program. Band frequencies still
+/// use the display's own pixels.
 #[derive(Debug, Clone)]
 pub(crate) struct VisualField {
     extent: [f64; 2],
     /// Degrees right of and below the middle of the display, by column and by row.
     columns: Vec<f32>,
     rows: Vec<f32>,
-    /// log₂ of pixels a degree over those in the middle of the display.
+    /// log₂ of pixels per degree relative to the middle of the display.
     pub log_magnification: Plane,
 }
 
@@ -36,12 +36,12 @@ impl VisualField {
         Self { extent, log_magnification: Plane { width, height, values }, columns, rows }
     }
 
-    /// The direction of `gaze`, fractions of the frame from its top left, in degrees.
+    /// Direction of `gaze` in degrees; `gaze` is in fractions of the frame from its top left.
     pub fn direction(&self, gaze: [f64; 2]) -> [f32; 2] {
         [0, 1].map(|i| degrees(gaze[i], self.extent[i]) as f32)
     }
 
-    /// The square roots of the distances, in degrees, of the pixels of row `y` from the direction `gaze`.
+    /// Square roots of the distances, in degrees, of the pixels of row `y` from the direction `gaze`.
     pub fn root_eccentricity(&self, y: usize, gaze: [f32; 2], out: &mut [f32]) {
         let below = self.rows[y] - gaze[1];
         for (root, column) in out.iter_mut().zip(&self.columns) {
@@ -51,13 +51,13 @@ impl VisualField {
     }
 }
 
-/// The angle between the middle of the display and a point at this fraction of its side.
+/// Angle between the middle of the display and a point at the fraction `fraction` of its side, in degrees.
 fn degrees(fraction: f64, extent: f64) -> f64 {
     ((fraction - 0.5) * extent).atan().to_degrees()
 }
 
-/// How many pixels more a degree has away from the middle of a flat display: those within the angle that half
-/// a pixel in the middle fills.
+/// log₂ of the pixel density per degree at the angle `away` from the middle of a flat display, relative to the
+/// middle. `half_pixel` is the angle of half a pixel in the middle; angles are in degrees.
 fn log_magnification(away: f64, half_pixel: f64) -> f32 {
     let (away, half_pixel) = (away.min(WIDEST).to_radians(), half_pixel.to_radians());
     (((away + half_pixel).tan() - away.tan()) / half_pixel.tan()).log2() as f32

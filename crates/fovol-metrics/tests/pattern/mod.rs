@@ -1,12 +1,12 @@
-//! What the scripts of reference values draw their pictures with, number by number.
+//! Picture generators that the scripts of reference values use too.
 
-/// Up and down between 0 and 255.
+/// Triangle wave between 0 and 255.
 pub fn triangle(t: i64, period: i64) -> i64 {
     let t = t.rem_euclid(2 * period);
     t.min(2 * period - t) * 255 / period
 }
 
-/// A byte that looks random.
+/// Pseudorandom byte.
 pub fn noise(x: i64, y: i64, c: i64, frame: i64) -> i64 {
     let mix = |v: i64, factor: u32| (v as u32).wrapping_mul(factor);
     let h = mix(x, 374_761_393)

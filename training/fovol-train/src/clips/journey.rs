@@ -2,30 +2,30 @@ use fovol_core::Camera;
 use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
 
-/// A random journey around the origin: stretches of fast, slow and no motion.
+/// A random camera path around the origin, with fast, slow and still stretches.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Journey {
     /// Azimuth and elevation in degrees and distance in world units at the start.
     start: [f64; 3],
-    /// What a frame at full speed adds to these; distances are multiplied.
+    /// Change per frame at full speed: degrees, degrees, and the logarithm of the distance.
     speed: [f64; 3],
-    /// Where the camera looks at the start, and how far that moves in a frame at full speed.
+    /// The camera's target at the start, and its shift per frame at full speed.
     target: [[f64; 3]; 2],
-    /// Frames at which the speed changes, and the share of full speed from there on.
+    /// Frames at which the speed changes, and the fraction of full speed from there on.
     phases: Vec<(usize, f64)>,
     /// The vertical field of view in degrees.
     fovy: f64,
 }
 
-/// Vertical fields of view, degrees.
+/// Vertical fields of view to draw from, in degrees.
 const FOVY: [f64; 3] = [35.0, 35.0, 50.0];
 
 impl Journey {
-    /// A journey of `length` frames.
+    /// Draws a path of `length` frames.
     pub fn draw(random: &mut impl Rng, length: usize) -> Self {
         let signed = |random: &mut dyn FnMut() -> f64, most: f64| (2.0 * random() - 1.0) * most;
         let mut unit = || random.random::<f64>();
-        // Degrees a frame; most are as fast as somebody who turns a volume to see it from all sides.
+        // Up to 4 degrees a frame: the speed of a user who turns a volume to see all sides.
         let pace = unit() * 4.0;
         let start = [360.0 * unit(), signed(&mut unit, 70.0), 1.0 + 1.9 * unit()];
         let speed = [signed(&mut unit, pace), signed(&mut unit, 0.6 * pace), signed(&mut unit, 0.02)];

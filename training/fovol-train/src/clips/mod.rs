@@ -1,9 +1,9 @@
-//! Clips to learn from: what the renderer shows of random volumes on random journeys.
+//! Training clips: renderings of random volumes along random camera paths.
 //!
-//! A clip is a part of 16 consecutive frames with every pixel marched, and what the marcher knows besides: how far away
-//! what shows is, and the cameras, so that the motion is exact. It is made from its seed alone ([`Recipe`]), kept in a
-//! file ([`Clip::read`]), and belongs to a set whose list says how to make it again ([`ClipSet`]). Which pixels a
-//! network gets to see of it is drawn anew whenever it is used.
+//! A clip is a crop of 16 consecutive, fully rendered frames. It also stores the depth of every pixel and the
+//! cameras, so that motion is exact. A clip follows from its seed alone ([`Recipe`]). It is stored in one file
+//! ([`Clip::read`]) and belongs to a set whose list says how to make it again ([`ClipSet`]). Sampling masks are drawn
+//! anew each time a clip is used.
 
 mod journey;
 mod recipe;
@@ -25,54 +25,55 @@ use std::collections::HashMap;
 use std::fs;
 use std::path::Path;
 
-/// Frames of a clip, unless said otherwise.
+/// Default number of frames of a clip.
 pub const LENGTH: usize = 16;
-/// Rows and columns of its frames.
+/// Default rows and columns of a clip's frames.
 pub const SIDE: usize = 256;
 
-/// A part of consecutive frames.
+/// A crop of consecutive rendered frames.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Clip {
-    /// What the clip shows besides its pixels.
+    /// Size, place and cameras of the frames.
     pub scenery: Scenery,
-    /// Red, green and blue of each frame, row by row, as displayed.
+    /// RGB of each frame, row by row, as displayed (sRGB).
     pub frames: Vec<Vec<u8>>,
-    /// For each pixel one over the distance of what shows from the eye, in world units; 0 where nothing does.
+    /// One over the distance from the eye to the visible surface, per pixel, in world units; 0 where nothing is
+    /// visible.
     pub inverse_distances: Vec<Vec<f16>>,
 }
 
-/// Where the pixels of a clip lie.
+/// Origin and geometry of a clip.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Scenery {
-    /// The number it was made from.
+    /// The seed of the clip.
     pub seed: u64,
-    /// The volume that it shows.
+    /// The volume that is rendered.
     pub volume: String,
-    /// Width and height of the frames that it is a part of.
+    /// Size of the full frames that the clip is cropped from.
     pub whole: FrameSize,
-    /// The pixel of these that is its top left one.
+    /// Top left pixel of the crop in the full frames.
     pub corner: [u32; 2],
-    /// Width and height of the part.
+    /// Size of the crop.
     pub part: FrameSize,
-    /// The graphics processor that rendered it, if one did: its pixels differ from the processor's by rounding.
+    /// The GPU that rendered the clip, if one did. Its pixels differ from the CPU's by rounding.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gpu: Option<String>,
-    /// What each frame is seen from.
+    /// The camera of each frame.
     pub cameras: Vec<Camera>,
 }
 
 impl Clip {
-    /// How many frames it has.
+    /// Number of frames.
     pub fn len(&self) -> usize {
         self.frames.len()
     }
 
-    /// Whether it has none.
+    /// Whether the clip has no frames.
     pub fn is_empty(&self) -> bool {
         self.frames.is_empty()
     }
 
-    /// How pixels of frame `t` of the part move to frame `from`.
+    /// Reprojection of the crop's pixels from frame `t` to frame `from`.
     pub fn reprojection(&self, t: usize, from: usize) -> Reprojection {
         let Scenery { cameras, whole, corner: [x, y], .. } = &self.scenery;
         Reprojection::new(&cameras[t], &cameras[from], *whole).of_part(*x, *y)
@@ -81,7 +82,7 @@ impl Clip {
     /// Reads a clip from `path`.
     ///
     /// # Errors
-    /// A file that cannot be read, or holds no clip.
+    /// The file cannot be read or is not a clip.
     pub fn read(path: &Path) -> Result<Self> {
         let broken =
             |why: String| Error::Clip(format!("{}: {why}; delete it and make it again", path.display()));
@@ -121,10 +122,10 @@ impl Clip {
         })
     }
 
-    /// Writes the clip to `path`: complete, or not at all.
+    /// Writes the clip to `path` atomically: the file is complete or absent.
     ///
     /// # Errors
-    /// A file that cannot be written.
+    /// The file cannot be written.
     pub fn write(&self, path: &Path) -> Result<()> {
         let FrameSize { width, height } = self.scenery.part;
         let shape = |channels: usize| vec![self.len(), height as usize, width as usize, channels];
@@ -147,7 +148,7 @@ impl Clip {
     }
 }
 
-/// Where files say what they show.
+/// Key of the [`Scenery`] in the file's metadata.
 const SCENERY: &str = "fovolnet.scenery";
 
 #[cfg(test)]

@@ -15,13 +15,13 @@ use std::fmt;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Where a volume comes from.
+/// Source of a volume.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum VolumeSource {
-    /// A procedural volume: its name, voxels along each side, and seed.
+    /// Procedural volume: name, voxels along each side, seed.
     Procedural(String, usize, u64),
-    /// A file or folder.
+    /// File or folder.
     File(PathBuf),
 }
 
@@ -35,7 +35,7 @@ impl fmt::Display for VolumeSource {
 }
 
 impl VolumeSource {
-    /// `NAME:SIDE:SEED` of a procedural volume, or a path.
+    /// Parses `NAME:SIDE:SEED` of a procedural volume, or a path.
     ///
     /// # Errors
     /// A side or seed that is no number.
@@ -50,7 +50,7 @@ impl VolumeSource {
         Ok(Self::Procedural(name.into(), side.parse().map_err(wrong)?, seed.parse().map_err(wrong)?))
     }
 
-    /// The volume.
+    /// Opens or generates the volume.
     ///
     /// # Errors
     /// A file that cannot be read.
@@ -67,59 +67,59 @@ impl VolumeSource {
     }
 }
 
-/// All that a clip is made from.
+/// Everything that determines a clip.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Recipe {
-    /// The number that everything is drawn from.
+    /// Seed of all random choices.
     pub seed: u64,
-    /// What is shown.
+    /// The volume.
     pub source: VolumeSource,
-    /// Rows and columns of the part.
+    /// Rows and columns of the crop.
     pub side: u32,
-    /// How many frames.
+    /// Number of frames.
     pub length: usize,
-    /// What else is drawn, or not.
+    /// How views are chosen.
     #[serde(default)]
     pub course: Course,
 }
 
-/// What clips show of a volume.
+/// How the views of a volume are chosen.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Course {
-    /// All is drawn: transfer function, light, journey, size of the frames and the part of them.
+    /// Random transfer function, light, camera path, frame size and crop.
     #[default]
     Drawn,
-    /// As the paper has it: whole frames of 800² pixels along a fly-through around the volume, with the program's own
-    /// transfer function and light; the number of the clip along it.
+    /// The paper's data: full frames of 800² pixels along a fly-through around the volume, with the program's default
+    /// transfer function and light. The number is the clip's place along the fly-through.
     FlyThrough(usize),
 }
 
 /// Rows and columns of the frames of a fly-through.
 const WHOLE: u32 = 800;
 
-/// Heights of the frames that clips are parts of; their widths are 16/9 of these.
+/// Heights of the full frames that clips are cropped from. Widths are 16/9 of these.
 const HEIGHTS: [u32; 4] = [480, 720, 720, 1080];
 
 impl Recipe {
-    /// The recipe of number `seed` for the volume of `source`.
+    /// Recipe with random views of the volume of `source`, drawn from `seed`.
     pub fn draw(seed: u64, source: &VolumeSource) -> Self {
         Self { seed, source: source.clone(), side: SIDE as u32, length: LENGTH, course: Course::Drawn }
     }
 
-    /// The clip of number `place` along the fly-through around the volume of `source`.
+    /// Recipe of clip number `place` along the fly-through around the volume of `source`.
     pub fn fly_through(seed: u64, source: &VolumeSource, place: usize) -> Self {
         let course = Course::FlyThrough(place);
         Self { seed, source: source.clone(), side: WHOLE, length: LENGTH, course }
     }
 
-    /// The same for a part of `side`² pixels and `length` frames.
+    /// Sets the crop to `side`² pixels and the length to `length` frames.
     #[must_use]
     pub fn with_part(self, side: u32, length: usize) -> Self {
         Self { side, length, ..self }
     }
 
-    /// The draw number `attempt`: some show next to nothing and are drawn again.
+    /// Draws attempt number `attempt`. Attempts that show next to nothing are repeated with the next number.
     pub(super) fn attempt(&self, volume: &OpenVolume, attempt: u64) -> Result<Attempt> {
         if let Course::FlyThrough(place) = self.course {
             let frames = (place * self.length..).take(self.length);
@@ -144,7 +144,7 @@ impl Recipe {
         let whole = FrameSize::new(height * 16 / 9, height)?;
         let journey = Journey::draw(random, self.length);
         let corner = [whole.width, whole.height].map(|side| {
-            // Around the middle, where the volume is: the sum of two uniform numbers is highest there.
+            // The sum of two uniform numbers favours crops near the middle, where the volume is.
             let free = f64::from(side - self.side);
             (free * 0.5 * (random.random::<f64>() + random.random::<f64>())) as u32
         });
@@ -152,7 +152,7 @@ impl Recipe {
     }
 }
 
-/// A clip that may or may not show something.
+/// Candidate for a clip; it may turn out to show nothing.
 pub(super) struct Attempt {
     pub scene: Scene,
     pub whole: FrameSize,
@@ -165,7 +165,7 @@ fn shading(random: &mut impl Rng) -> Result<Shading> {
     let from_above = random.random::<f64>() < 0.8;
     let y = if from_above { y.abs() + 0.2 } else { y };
     let surface = if random.random::<f64>() < 0.4 { SurfaceShading::Gradient } else { SurfaceShading::Flat };
-    // Cached shadows look much the same and cost a small part.
+    // Cached shadows look nearly as good and cost far less.
     let shadows = match random.random::<f64>() {
         x if x < 0.35 => ShadowMode::On,
         x if x < 0.9 => ShadowMode::Cached,

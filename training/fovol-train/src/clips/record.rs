@@ -5,19 +5,19 @@ use fovol_core::{FrameSize, Pixel, SampleList, f16};
 use fovolnet::render::scene::RayResult;
 use fovolnet::{OpenDevice, OpenVolume, Rays};
 
-/// How often a clip that shows next to nothing is drawn again.
+/// Attempts at drawing a clip before the volume is given up.
 const ATTEMPTS: u64 = 40;
-/// Every so many pixels along both axes one is looked at to see whether a clip shows anything.
+/// Pixel stride along both axes of the test whether a clip shows anything.
 const STRIDE: usize = 8;
-/// A clip has to show something at this share of its pixels,
+/// Smallest fraction of pixels that show something in a useful clip.
 const SHOWN: f64 = 0.25;
-/// and to vary by this much: the standard deviation of its green.
+/// Smallest standard deviation of green in a useful clip.
 const VARIED: f64 = 0.03;
 
-/// Renders the clip of `recipe` on `device`; `volume` is the one it names.
+/// Renders the clip of `recipe` on `device`. `volume` must be the recipe's volume.
 ///
 /// # Errors
-/// A volume of which no attempt shows anything, a device that fails.
+/// No attempt shows anything, or the device fails.
 pub fn record(recipe: &Recipe, volume: &OpenVolume, device: &OpenDevice) -> Result<Clip> {
     for number in 0..ATTEMPTS {
         let attempt = recipe.attempt(volume, number)?;
@@ -53,7 +53,7 @@ fn film(recipe: &Recipe, volume: &OpenVolume, attempt: Attempt, rays: &mut Rays)
     Ok(Clip { scenery, frames, inverse_distances })
 }
 
-/// Every `stride`-th pixel of the part.
+/// Every `stride`-th pixel of the crop along both axes.
 fn part(attempt: &Attempt, side: u32, stride: usize) -> SampleList {
     let [left, top] = attempt.corner;
     let along = move |start: u32| (start..start + side).step_by(stride);
@@ -61,7 +61,7 @@ fn part(attempt: &Attempt, side: u32, stride: usize) -> SampleList {
     SampleList::new(attempt.whole, pixels.collect())
 }
 
-/// Whether the first frame and the last one show something.
+/// Whether the first and the last frame show enough.
 fn shows_something(recipe: &Recipe, attempt: &Attempt, rays: &mut Rays) -> Result<bool> {
     let pixels = part(attempt, recipe.side, STRIDE);
     for t in [0, recipe.length - 1] {

@@ -8,36 +8,36 @@ use std::collections::hash_map::Entry;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// A folder of clips, and the list that says how each was made.
+/// A folder of clips with a list of their recipes.
 #[derive(Debug, Clone)]
 pub struct ClipSet {
     folder: PathBuf,
     recipes: Vec<Recipe>,
 }
 
-/// What stands in `clips.json`.
+/// Content of `clips.json`.
 #[derive(Serialize, Deserialize)]
 struct List {
     recipes: Vec<Recipe>,
 }
 
-/// The name of the list.
+/// File name of the list.
 const LIST: &str = "clips.json";
 
 impl ClipSet {
-    /// The set of `count` clips in `folder`, of one volume of `sources` after the other, numbered from `first_seed`; clips are made
-    /// by [`Self::make`].
+    /// Plans `count` clips in `folder`, cycling through `sources`, with seeds from `first_seed` on. [`Self::make`]
+    /// renders them.
     pub fn plan(folder: &Path, sources: &[VolumeSource], count: usize, first_seed: u64) -> Self {
         let volumes = sources.len().max(1);
         let recipes = (0..count).filter_map(|i| {
-            // One volume after the other, so that a set that is not complete yet shows all of them.
+            // Cycling shows every volume even in an incomplete set.
             let source = sources.get(i % volumes)?;
             Some(Recipe::draw(first_seed + i as u64, source))
         });
         Self { folder: folder.to_owned(), recipes: recipes.collect() }
     }
 
-    /// The set of `count` clips in `folder` along a fly-through around each volume of `sources`, without gaps.
+    /// Plans `count` clips in `folder` that follow a fly-through around each volume of `sources` without gaps.
     pub fn fly_throughs(folder: &Path, sources: &[VolumeSource], count: usize, first_seed: u64) -> Self {
         let volumes = sources.len().max(1);
         let recipes = (0..count).filter_map(|i| {
@@ -47,10 +47,10 @@ impl ClipSet {
         Self { folder: folder.to_owned(), recipes: recipes.collect() }
     }
 
-    /// The set in `folder` as far as it has been made.
+    /// Opens the set in `folder` with the clips made so far.
     ///
     /// # Errors
-    /// A folder without a list, or with one that cannot be read.
+    /// The folder has no list, or the list cannot be read.
     pub fn open(folder: &Path) -> Result<Self> {
         let path = folder.join(LIST);
         let text = fs::read_to_string(&path).map_err(|e| Error::file("read", &path, &e))?;
@@ -59,24 +59,24 @@ impl ClipSet {
         Ok(Self { folder: folder.to_owned(), recipes: list.recipes }.made())
     }
 
-    /// The same without the clips that have not been made.
+    /// Drops recipes whose clips have not been made.
     #[must_use]
     pub fn made(self) -> Self {
         let made = self.recipes.iter().filter(|recipe| self.path(recipe).is_file()).cloned().collect();
         Self { recipes: made, ..self }
     }
 
-    /// How many clips it has.
+    /// Number of clips.
     pub fn len(&self) -> usize {
         self.recipes.len()
     }
 
-    /// Whether it has none.
+    /// Whether the set has no clips.
     pub fn is_empty(&self) -> bool {
         self.recipes.is_empty()
     }
 
-    /// How clip `i` was made.
+    /// Recipe of clip `i`.
     pub fn recipe(&self, i: usize) -> &Recipe {
         &self.recipes[i]
     }
@@ -84,14 +84,16 @@ impl ClipSet {
     /// Reads clip `i`.
     ///
     /// # Errors
-    /// A file that cannot be read.
+    /// The file cannot be read.
     pub fn clip(&self, i: usize) -> Result<Clip> {
         Clip::read(&self.path(&self.recipes[i]))
     }
 
-    /// Makes the clips that are not there yet on `device`, and calls `progress` with how many are; it answers whether to go on.
-    /// The answer tells what went otherwise than it was meant to: volumes of which nothing can be seen and that are left out,
-    /// and why clips were rendered on the processor instead of a GPU.
+    /// Renders the missing clips on `device`.
+    ///
+    /// `progress` receives the number of clips done and returns whether to go on. The result lists exceptions:
+    /// volumes that were left out because nothing is visible, and why clips were rendered on the CPU instead of a
+    /// GPU.
     ///
     /// # Errors
     /// Volumes that cannot be read or rendered, files that cannot be written.
@@ -129,16 +131,16 @@ impl ClipSet {
     }
 }
 
-/// What went otherwise than it was meant to while clips were made.
+/// Deviations from the plan while clips were made.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Exceptions {
-    /// Volumes of which nothing can be seen.
+    /// Volumes that were left out because nothing of them is visible.
     pub left_out: Vec<String>,
-    /// Why the first of the clips that a GPU did not take was rendered on the processor.
+    /// Why a clip was rendered on the CPU instead of the GPU; the first such reason.
     pub on_processor: Option<String>,
 }
 
-/// Renders a clip on `device`, or on the processor where that does not take it, and says why.
+/// Renders a clip on `device`. If the GPU fails, the reason goes to `on_processor` and the CPU renders the clip.
 fn recorded(
     recipe: &Recipe,
     volume: &OpenVolume,

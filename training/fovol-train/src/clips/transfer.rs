@@ -3,11 +3,11 @@
 use fovol_core::{ControlPoint, TransferFunction};
 use rand::{Rng, RngExt};
 
-/// Parts of the histogram.
+/// Bins of the histogram.
 const BINS: usize = 256;
 
-/// A random transfer function for values of `histogram`: some bumps of opacity where values are, in changing colours;
-/// one of five has many narrow bumps, one of five is faint throughout.
+/// Random transfer function for values of `histogram`: a few opacity bumps near frequent values, in changing colours.
+/// One in five has many narrow bumps, one in five is faint throughout.
 pub(super) fn random_transfer(
     random: &mut impl Rng,
     histogram: &[u64],
@@ -19,7 +19,7 @@ pub(super) fn random_transfer(
     let cumulative = equalised(histogram);
     let mut heights = [0.0f64; BINS + 1];
     for _ in 0..bumps {
-        // Between a value drawn by how frequent it is and one drawn evenly: rare values matter too.
+        // Half of the bumps follow the value frequencies and half are uniform, because rare values matter too.
         let place = unit();
         let common = cumulative.partition_point(|&share| share < place) as f64 / BINS as f64;
         let centre = if unit() < 0.5 { common } else { unit() };
@@ -32,7 +32,7 @@ pub(super) fn random_transfer(
             *to = to.max(height * bump);
         }
     }
-    // Low values are mostly air; clear, unless nothing else shows.
+    // Low values are mostly air. They become transparent unless nothing else is visible.
     let clear = (unit() * 0.15 * BINS as f64) as usize;
     if heights[clear..].iter().any(|&height| height > 0.01) {
         heights[..clear].fill(0.0);
@@ -46,9 +46,9 @@ pub(super) fn random_transfer(
     TransferFunction::new(points.collect())
 }
 
-/// The share of values in each part and those below.
+/// Cumulative distribution of the histogram, per bin.
 fn equalised(histogram: &[u64]) -> Vec<f64> {
-    // The most frequent part is mostly air; it would draw all bumps to itself.
+    // The most frequent bin is mostly air and would attract all bumps.
     let most = histogram.iter().copied().max().unwrap_or(0);
     let counts: Vec<u64> = histogram.iter().map(|&count| if count == most { 0 } else { count }).collect();
     let total = counts.iter().sum::<u64>().max(1) as f64;
@@ -62,7 +62,7 @@ fn equalised(histogram: &[u64]) -> Vec<f64> {
         .collect()
 }
 
-/// A colour that runs through four hues as `v` goes from 0 to 1, bright enough to be seen.
+/// Colour that runs through four hues as `v` goes from 0 to 1, bright enough to be visible.
 fn colour(v: f64, hues: [f64; 4], saturation: f64) -> [f64; 3] {
     let at = v * 2.999;
     let (part, along) = (at as usize, at.fract());

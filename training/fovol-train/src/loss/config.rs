@@ -1,10 +1,10 @@
 use super::{FlowSource, Pairs, PerceptualConfig, WarmUp};
 use serde::{Deserialize, Serialize};
 
-/// What a loss is made of.
+/// Terms and weights of a loss.
 ///
-/// The default is the paper's with the perceptual measure that needs no weights. In a file, what is not said is as
-/// in the paper:
+/// The default is the paper's loss with a perceptual measure that needs no weights. Fields that a file leaves out
+/// have the paper's values:
 ///
 /// ```
 /// use fovol_train::loss::{FlowSource, LossConfig};
@@ -25,36 +25,35 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
 pub struct LossConfig {
-    /// λ_s, of all that compares single frames.
+    /// λ_s, weight of the terms of single frames.
     pub spatial_weight: f64,
-    /// λ_t, of all that compares frames with each other.
+    /// λ_t, weight of the terms between frames.
     pub temporal_weight: f64,
-    /// λ₁, of the perceptual measure.
+    /// λ₁, weight of the perceptual measure.
     pub perceptual_weight: f64,
-    /// λ₂, of the mean absolute difference.
+    /// λ₂, weight of the mean absolute difference.
     pub l1_weight: f64,
-    /// Of the mean squared difference, of which the paper has none.
+    /// Weight of the mean squared difference. The paper has no such term.
     pub squares_weight: f64,
-    /// Of the mean squared differences of means over 4×4, and over 16×16 pixels, each.
+    /// Weight of each mean squared difference of averages, over 4×4 and over 16×16 pixels.
     pub coarse_weight: f64,
-    /// λ₃, of differences between frames.
+    /// λ₃, weight of the differences between frames.
     pub difference_weight: f64,
-    /// λ₄, of optical flow.
+    /// λ₄, weight of the optical flow term.
     pub flow_weight: f64,
-    /// Weights of the frames in what compares single frames.
+    /// Weights of the frames in the terms of single frames.
     pub warm_up: WarmUp,
-    /// Frames whose differences are compared.
+    /// Pairs of frames whose differences are compared.
     pub pairs: Pairs,
-    /// Where the motion comes from.
+    /// Source of the motion.
     pub flow: FlowSource,
-    /// Pixels count only where the references agree along the motion: their absolute differences, summed over red,
-    /// green and blue, are below this. Not given: all pixels count.
+    /// Threshold of confident pixels. A pixel counts only where the references' absolute differences along the
+    /// motion, summed over RGB, stay below it. `None` counts all pixels.
     pub flow_confidence: Option<f64>,
-    /// Whether the term of optical flow is divided by the number of steps, T − 1, as the others are.
+    /// Whether the optical flow term is divided by the number of steps, T − 1, like the other terms.
     pub average_flow: bool,
-    /// Whether the logarithms of the terms are added instead of the terms: then a hundredth less counts alike in clips
-    /// with large and with small errors, as in decibels. Gradients have to go back over whole clips; clips of a batch
-    /// are averaged before.
+    /// Whether logarithms of the terms are added. A reduction by one per cent then counts equally in clips with large
+    /// and with small errors, as in decibels. Requires gradients over whole clips.
     pub logarithmic: bool,
     /// The perceptual measure.
     pub perceptual: PerceptualConfig,

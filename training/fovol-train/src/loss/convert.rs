@@ -1,4 +1,4 @@
-//! torchvision's weights of VGG as a file that the losses read.
+//! Converts torchvision's weights of VGG into the safetensors file that the losses read.
 
 use super::legacy::{self, Array};
 use super::vgg::Depth;
@@ -9,25 +9,25 @@ use sha2::{Digest, Sha256};
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
-/// What [`convert_vgg`] found.
+/// Report of [`convert_vgg`].
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Converted {
-    /// The network that the weights are of.
+    /// The network of the weights.
     pub depth: Depth,
-    /// SHA-256 of the file of weights, in hexadecimal digits.
+    /// SHA-256 of the weights file, in hexadecimal digits.
     pub sha256: String,
-    /// SHA-256 of the file of heads.
+    /// SHA-256 of the file of LPIPS heads.
     pub heads_sha256: Option<String>,
-    /// Whether it is the file that torchvision has, of which the name holds the beginning of its SHA-256.
+    /// Whether the file is torchvision's own, whose name holds the beginning of its SHA-256.
     pub is_original: bool,
-    /// Tensors written.
+    /// Number of tensors written.
     pub tensors: usize,
-    /// Numbers in them.
+    /// Number of values in these tensors.
     pub numbers: usize,
 }
 
 impl Depth {
-    /// The network that has the convolutions in `names`, if it is one of these.
+    /// The network that has the convolutions in `names`, or `None`.
     fn of(names: &BTreeMap<String, Array>) -> Option<Self> {
         let has_all = |depth: &Self| {
             let numbers = depth.convolutions().concat();
@@ -37,12 +37,13 @@ impl Depth {
     }
 }
 
-/// Writes the convolutions among the weights in `from` (torchvision's `vgg19-dcbb9e9d.pth` or `vgg16-397923af.pth`, or
-/// another file of that format) as a safetensors file `to`, with the heads of LPIPS in `heads` (its
-/// `weights/v0.1/vgg.pth`) where given.
+/// Converts the VGG convolutions in `from` into the safetensors file `to`.
+///
+/// `from` is torchvision's `vgg19-dcbb9e9d.pth` or `vgg16-397923af.pth`, or another file of that format. `heads` is
+/// the optional `weights/v0.1/vgg.pth` of LPIPS.
 ///
 /// # Errors
-/// Files that cannot be read, hold something else, or cannot be written; `to` as one of the others.
+/// Files that cannot be read, have other content, or cannot be written; `to` equal to an input.
 pub fn convert_vgg(from: &Path, heads: Option<&Path>, to: &Path) -> Result<Converted> {
     let (mut arrays, sha256) = read(from, "features.")?;
     let Some(depth) = Depth::of(&arrays) else {
@@ -81,7 +82,7 @@ pub fn convert_vgg(from: &Path, heads: Option<&Path>, to: &Path) -> Result<Conve
     })
 }
 
-/// The tensors of a file whose names begin with `prefix`, and its SHA-256.
+/// Reads the tensors whose names begin with `prefix`, and the file's SHA-256.
 fn read(path: &Path, prefix: &str) -> Result<(BTreeMap<String, Array>, String)> {
     let bytes =
         fovol_core::input::read(path).map_err(|e| problem(path, &format!("it cannot be read: {e}")))?;
@@ -95,7 +96,7 @@ fn read(path: &Path, prefix: &str) -> Result<(BTreeMap<String, Array>, String)> 
     Ok((tensors, digest.iter().map(|byte| format!("{byte:02x}")).collect()))
 }
 
-/// Writes `arrays` in f32; under its name the file is there completely or not at all.
+/// Writes `arrays` as f32, atomically: the file is complete or absent.
 fn write(path: &Path, arrays: &BTreeMap<String, Array>, header: HashMap<String, String>) -> Result<()> {
     let data: Vec<(&String, &Array, Vec<u8>)> = arrays
         .iter()
@@ -121,7 +122,7 @@ mod tests {
     use super::*;
     use tch::Device;
 
-    /// A VGG-16 of one channel; `tests/reference/training/make_losses.py` made it.
+    /// VGG-16 with one channel per layer, made by `tests/reference/training/make_losses.py`.
     const LEGACY: &[u8] = include_bytes!("../../../../tests/reference/training/losses_legacy.pth");
 
     #[test]
@@ -144,7 +145,7 @@ mod tests {
         assert!(convert_vgg(&folder.path().join("none"), None, &to).is_err());
     }
 
-    /// The file with other names.
+    /// The weights file with all tensors renamed.
     fn heads_alone() -> Vec<u8> {
         let mut bytes = LEGACY.to_vec();
         let places: Vec<usize> =

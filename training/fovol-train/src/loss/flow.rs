@@ -1,30 +1,30 @@
-//! Motion between frames: following it, trusting it, and finding it.
+//! Motion between frames: warping, confidence and block matching.
 
 use super::ssim::gaussian;
 use crate::network::layers;
 use serde::{Deserialize, Serialize};
 use tch::{Kind, Tensor};
 
-/// The shares of red, green and blue in grey (ITU-R BT.601), which the authors' training code takes.
+/// Luma weights of red, green and blue (ITU-R BT.601), as in the authors' training code.
 const GREY: [f64; 3] = [0.2989, 0.587, 0.114];
-/// Pixels along each side of the patches that are compared …
+/// Side of the compared patches, in pixels.
 const PATCH: i64 = 5;
-/// … and standard deviation of their Gaussian weights, in pixels.
+/// Standard deviation of the Gaussian patch weights, in pixels.
 const PATCH_SIGMA: f64 = 2.0;
-/// The median of so many positions along each axis is what a coarser resolution passes on.
+/// Side of the median filter over motion that a coarser level passes on, in pixels.
 const MEDIAN: i64 = 5;
-/// Offsets looked at together.
+/// Offsets evaluated at once.
 const TOGETHER: usize = 25;
-/// Divisors are at least this.
+/// Lower bound of divisors.
 const SMALLEST: f64 = 1e-12;
 
-/// Where the motion between frames comes from.
+/// Source of the motion between frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FlowSource {
-    /// The clip brings it: what the renderer knows.
+    /// Motion of the renderer, which the clip provides.
     Exact,
-    /// [`FlowSearch::single_level`] between the references, which the authors trained with.
+    /// [`FlowSearch::single_level`] between the references, as in the authors' training.
     #[default]
     SingleLevel,
     /// [`FlowSearch::hierarchical`] between the references.
@@ -32,7 +32,7 @@ pub enum FlowSource {
 }
 
 impl FlowSource {
-    /// How the motion is found, if it is not given.
+    /// The search that finds the motion, or `None` if the clip provides it.
     pub fn search(self) -> Option<FlowSearch> {
         match self {
             Self::Exact => None,
@@ -42,52 +42,53 @@ impl FlowSource {
     }
 }
 
-/// `images` \[N, C, H, W\] read where `motion` \[N, 2, H, W\] leads: pixels to the previous position, x right, then y
-/// down. Bilinear between pixel centres, 0 outside and where the motion is no number.
+/// Samples `images` \[N, C, H, W\] at the positions that `motion` \[N, 2, H, W\] points to.
 ///
-/// What the layer `Warp` of a plan does at full resolution (`fovol-net/src/cpu/warp.rs`).
+/// Motion is the offset in pixels to the previous position, x right, then y down. Interpolation is bilinear; the
+/// result is 0 outside the frame and where the motion is NaN. The layer `Warp` of a plan does this at full resolution
+/// (`fovol-net/src/cpu/warp.rs`).
 pub fn warp(images: &Tensor, motion: &Tensor) -> Tensor {
     layers::warp(images, motion)
 }
 
-/// Where the motion leads to what is there now: Σ_c |`reference` − warp(`previous`)| < `most`, as in DeepFovea.
+/// Confidence mask of the motion, as in DeepFovea: Σ_c |`reference` − warp(`previous`)| < `most`.
 ///
-/// Frames are \[N, C, H, W\], the motion is \[N, 2, H, W\], the answer \[N, 1, H, W\] of booleans.
+/// Frames are \[N, C, H, W\] and motion is \[N, 2, H, W\]. Returns booleans \[N, 1, H, W\].
 pub fn confidence(reference: &Tensor, previous: &Tensor, motion: &Tensor, most: f64) -> Tensor {
     (reference - warp(previous, motion)).abs().sum_dim_intlist([1i64].as_slice(), true, None).lt(most)
 }
 
 /// Block matching in the manner of Hanika et al., "Fast temporal reprojection without motion vectors" (2021).
 ///
-/// For each pixel the offset is taken, of those in a square window, at which the grey pictures differ least: |a − b|,
-/// summed over 5×5 pixels with Gaussian weights of σ = 2. Of equally good offsets the smallest wins. What a coarser
-/// resolution finds is refined to fractions of its pixels and freed from outliers before a finer one begins there.
+/// Each pixel takes the offset in a square window at which the grey pictures differ least. The cost is |a − b|,
+/// summed over 5×5 pixels with Gaussian weights of σ = 2. The smallest of equally good offsets wins. The motion of a
+/// coarser level is refined to subpixels and median-filtered; the next finer level starts from it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FlowSearch {
-    /// Resolutions, each half the one before.
+    /// Number of resolutions, each half the one before.
     pub levels: usize,
-    /// The farthest offset along each axis, in pixels of a level.
+    /// Largest offset along each axis, in pixels of a level.
     pub radius: i64,
 }
 
 impl FlowSearch {
-    /// What the authors' training code runs: full resolution, 15×15 offsets.
+    /// Settings of the authors' training code: full resolution, 15×15 offsets.
     pub const fn single_level() -> Self {
         Self { levels: 1, radius: 7 }
     }
 
-    /// Four resolutions with 5×5 offsets each, up to 30 pixels in all.
+    /// Four resolutions with 5×5 offsets each; reaches 30 pixels in all.
     pub const fn hierarchical() -> Self {
         Self { levels: 4, radius: 2 }
     }
 
-    /// The motion from `current` to `previous`, both \[N, 3, H, W\]: whole pixels from each position to where it was,
-    /// x right, then y down, \[N, 2, H, W\]. Nothing is differentiated.
+    /// Motion from `current` to `previous`, both \[N, 3, H, W\]: \[N, 2, H, W\] in whole pixels, x right, then y
+    /// down. Has no gradient.
     pub fn motion(&self, current: &Tensor, previous: &Tensor) -> Tensor {
         tch::no_grad(|| self.at_level(1, &grey(current), &grey(previous)))
     }
 
-    /// The motion at `level`, counted from 1, between grey pictures of its resolution.
+    /// Motion at `level`, counted from 1, between grey pictures of that resolution.
     fn at_level(&self, level: usize, current: &Tensor, previous: &Tensor) -> Tensor {
         let start = if level < self.levels {
             let coarser = self.at_level(level + 1, &halved(current), &halved(previous));
@@ -98,8 +99,8 @@ impl FlowSearch {
         self.refined(current, previous, &start, level > 1)
     }
 
-    /// The best offset of each pixel from `start` (whole pixels); if the result `is_coarse`, to fractions of pixels
-    /// and without outliers.
+    /// Best offset of each pixel from `start` (whole pixels). If `is_coarse`, the result is refined to subpixels and
+    /// median-filtered.
     fn refined(&self, current: &Tensor, previous: &Tensor, start: &Tensor, is_coarse: bool) -> Tensor {
         let offsets = self.offsets();
         let mut least = current.full_like(f64::INFINITY);
@@ -121,7 +122,7 @@ impl FlowSearch {
         if is_coarse { median(&(motion + between(&distances, &choice, &offsets))) } else { motion }
     }
 
-    /// All offsets of the window, \[x, y\], the smallest first.
+    /// All offsets of the window, \[x, y\], smallest first.
     fn offsets(&self) -> Vec<[i64; 2]> {
         let range = -self.radius..=self.radius;
         let mut offsets: Vec<[i64; 2]> =
@@ -131,24 +132,24 @@ impl FlowSearch {
     }
 }
 
-/// What a picture shows around where a motion leads.
+/// Window of a picture around the positions that a motion points to.
 ///
-/// Unlike [`warp`] it does no arithmetic on what it reads: equal pixels stay equal, and ties are ties.
+/// Unlike [`warp`] it copies values without arithmetic, so that equal costs stay exactly equal.
 struct Window {
-    /// The picture row by row, with a margin of zeros: \[N, numbers\].
+    /// The picture row by row, with a margin of zeros: \[N, values\].
     numbers: Tensor,
-    /// Where in it each pixel leads: \[N, 1, H, W\].
+    /// Index of the target of each pixel: \[N, 1, H, W\].
     at: Tensor,
-    /// Numbers from a row to the next.
+    /// Values from one row to the next.
     stride: i64,
 }
 
 impl Window {
-    /// The window of offsets up to `radius` from where `motion` \[N, 2, H, W\] in whole pixels leads in `images`
+    /// Prepares offsets of up to `radius` around the targets of `motion` \[N, 2, H, W\] (whole pixels) in `images`
     /// \[N, 1, H, W\].
     fn new(images: &Tensor, motion: &Tensor, radius: i64) -> Self {
         let [n, _, height, width] = four(images);
-        // So far out lead all positions that no offset brings back.
+        // From this distance on, no offset leads back into the picture.
         let beyond = radius + 1;
         let margin = beyond + radius;
         let padded = images.constant_pad_nd([margin; 4]);
@@ -162,7 +163,7 @@ impl Window {
         Self { numbers: padded.reshape([n, -1]), at, stride }
     }
 
-    /// What lies at each of `offsets`, \[x, y\]: \[N, offsets, H, W\]; 0 outside the picture.
+    /// Values at each of `offsets`, \[x, y\]: \[N, offsets, H, W\]; 0 outside the picture.
     fn at(&self, offsets: &[[i64; 2]]) -> Tensor {
         let [n, _, height, width] = four(&self.at);
         let steps: Vec<i64> = offsets.iter().map(|[x, y]| y * self.stride + x).collect();
@@ -172,23 +173,23 @@ impl Window {
     }
 }
 
-/// The rows of `table` \[K, C\] that `choice` \[N, 1, H, W\] names: \[N, C, H, W\].
+/// Rows of `table` \[K, C\] selected by `choice` \[N, 1, H, W\]: \[N, C, H, W\].
 fn looked_up(table: &Tensor, choice: &Tensor) -> Tensor {
     let [n, _, height, width] = four(choice);
     let rows = table.to_device(choice.device()).index_select(0, &choice.reshape([-1]));
     rows.view([n, height, width, -1]).permute([0, 3, 1, 2])
 }
 
-/// How far along each axis, in −½…½, distances are least between the offsets around the chosen one: \[N, 2, H, W\].
+/// Subpixel position of the minimum around the chosen offset along each axis, in −½…½: \[N, 2, H, W\].
 ///
-/// Absolute differences grow in proportion to the distance from where they are least, with one slope on both sides:
-/// the steeper of the two that are seen.
+/// Absolute differences grow linearly away from their minimum, with one slope on both sides. The steeper of the two
+/// observed slopes is used.
 fn between(distances: &[Tensor], choice: &Tensor, offsets: &[[i64; 2]]) -> Tensor {
     let distances = Tensor::cat(distances, 1);
     let least = distances.gather(1, choice, false);
     let index = |x: i64, y: i64| offsets.iter().position(|&offset| offset == [x, y]).map(|at| at as i64);
     let along = [[1, 0], [0, 1]].map(|[dx, dy]| {
-        // At the border of the window one of both is not known.
+        // At the border of the window one of the two neighbours is unknown.
         let sides = |(at, &[x, y]): (usize, &[i64; 2])| match (index(x - dx, y - dy), index(x + dx, y + dy)) {
             (Some(before), Some(after)) => [before, after],
             _ => [at as i64; 2],
@@ -199,41 +200,41 @@ fn between(distances: &[Tensor], choice: &Tensor, offsets: &[[i64; 2]]) -> Tenso
         let slope = before.maximum(&after) - &least;
         (before - after) / (slope * 2.0).clamp_min(SMALLEST)
     });
-    // What fits perfectly is not moved, although a flat neighbourhood may fit as well.
+    // A perfect match stays in place, even if a flat neighbourhood matches equally well.
     Tensor::cat(&along, 1).clamp(-0.5, 0.5) * least.gt(0.0).to_kind(least.kind())
 }
 
-/// The median of each component of `motion` around each pixel; at borders the outermost pixels count again.
+/// Median of each component of `motion` around each pixel, with replicated borders.
 fn median(motion: &Tensor) -> Tensor {
     let padded = motion.replication_pad2d([MEDIAN / 2; 4]);
     padded.unfold(2, MEDIAN, 1).unfold(3, MEDIAN, 1).flatten(-2, -1).median_dim(-1, false).0
 }
 
-/// The lengths of a tensor of four dimensions.
+/// Size of a four-dimensional tensor.
 fn four(tensor: &Tensor) -> [i64; 4] {
     let size = tensor.size();
     std::array::from_fn(|i| size[i])
 }
 
-/// Grey pictures \[N, 1, H, W\] of coloured ones.
+/// Grey pictures \[N, 1, H, W\] of RGB pictures.
 fn grey(colour: &Tensor) -> Tensor {
     let shares = Tensor::from_slice(&GREY).to_kind(colour.kind()).to_device(colour.device());
     (colour * shares.view([1, 3, 1, 1])).sum_dim_intlist([1i64].as_slice(), true, None)
 }
 
-/// Half the size, rounded up, by averages of the pixels that there are.
+/// Downsamples to half the size, rounded up, by averages of the existing pixels.
 fn halved(images: &Tensor) -> Tensor {
     images.avg_pool2d([2, 2], [2, 2], [0, 0], true, false, None)
 }
 
-/// The motion of half the resolution for pictures of the size of `like`, in its whole pixels.
+/// Upsamples motion of half the resolution to the size of `like`, in whole pixels of that size.
 fn doubled(motion: &Tensor, like: &Tensor) -> Tensor {
     let ([_, _, half_height, half_width], [_, _, height, width]) = (four(motion), four(like));
     let between = motion.upsample_bilinear2d([2 * half_height, 2 * half_width], false, 2.0, 2.0) * 2.0;
     between.narrow(2, 0, height).narrow(3, 0, width).round()
 }
 
-/// `distances` \[N, K, H, W\] summed over the patch around each pixel; outside there are none.
+/// Sums `distances` \[N, K, H, W\] over the patch around each pixel; zero outside.
 fn smoothed(distances: &Tensor) -> Tensor {
     let window = gaussian(PATCH, PATCH_SIGMA, distances);
     let window = window.view([1, 1, -1, 1]) * window.view([1, 1, 1, -1]);
@@ -250,17 +251,17 @@ mod tests {
 
     const SINGLE: (Kind, Device) = (Kind::Float, Device::Cpu);
 
-    /// Two pictures of one texture: what is at p in the first was at p + (`x`, `y`) in the second.
+    /// Two pictures of one texture: the point at p in the first lies at p + (`x`, `y`) in the second.
     fn shifted([height, width]: [i64; 2], [x, y]: [i64; 2]) -> [Tensor; 2] {
         let [tall, wide] = [height + 64, width + 64];
-        // Noise of every size, as natural pictures have it.
+        // Noise at several scales, like natural pictures.
         let noise = |size: i64| {
             let small = (pictures([2, tall / size, wide / size], 77.0, SINGLE) * 43758.547).frac();
             small.upsample_bilinear2d([tall, wide], false, None, None)
         };
         let large = noise(1) * 0.1 + noise(2) * 0.1 + noise(4) * 0.2 + noise(8) * 0.3 + noise(16) * 0.3;
         let part = |x: i64, y: i64| large.narrow(2, 32 + y, height).narrow(3, 32 + x, width);
-        // What the previous picture has at p + o is what the current one has at p.
+        // The previous picture shows at p + offset what the current one shows at p.
         [part(0, 0), part(-x, -y)]
     }
 
@@ -275,7 +276,7 @@ mod tests {
                 let [current, previous] = shifted([256, 240], shift);
                 let motion = search.motion(&current, &previous);
                 assert_eq!(motion.size(), [2, 2, 256, 240]);
-                // Where the search can see all that it compares.
+                // Compare only where the search sees whole patches.
                 let expected = Tensor::from_slice(&shift).to_kind(Kind::Float).view([1, 2, 1, 1]);
                 let inner = motion.narrow(2, 64, 128).narrow(3, 64, 112);
                 let right = inner.eq_tensor(&expected).all_dim(1, false).to_kind(Kind::Float);

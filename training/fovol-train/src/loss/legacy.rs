@@ -1,34 +1,34 @@
-//! State dicts as PyTorch saved them before 1.6, which torchvision's weights of VGG still are.
+//! Reader of PyTorch's file format before 1.6, which torchvision's VGG weights still have.
 //!
-//! Such a file is five pickles (a number, a version, facts about the machine, the dict, the keys of storages) and
-//! then the numbers of each storage. A pickle is a program for a stack machine that may call any function that
-//! Python has; this one knows the few that a state dict needs and refuses all others.
+//! A file is five pickles (a magic number, a version, facts about the machine, the state dict, the storage keys) and
+//! then the values of each storage. A pickle is a program for a stack machine that may call any Python function. This
+//! reader implements the few calls of a state dict and refuses all others.
 
 use std::collections::{BTreeMap, HashMap};
 
-/// The number that such files begin with.
+/// Magic number at the beginning of such files.
 const MAGIC: [u8; 10] = [0x6C, 0xFC, 0x9C, 0x46, 0xF9, 0x20, 0x6A, 0xA8, 0x50, 0x19];
-/// More instructions than any state dict needs.
+/// Upper bound of instructions in a pickle.
 const LONGEST: usize = 1_000_000;
 
-/// A tensor of a file: numbers row by row.
+/// Tensor of a file, values row by row.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Array {
-    /// Its lengths.
+    /// Length of each dimension.
     pub shape: Vec<usize>,
-    /// As many numbers as these multiply to.
+    /// Values; their number is the product of `shape`.
     pub values: Vec<f32>,
 }
 
-/// Whether `bytes` begin like such a file.
+/// Whether `bytes` begin like a file of this format.
 pub fn is_legacy(bytes: &[u8]) -> bool {
     bytes.len() > 14 && bytes[0] == 0x80 && bytes[2..4] == [0x8A, 10] && bytes[4..14] == MAGIC
 }
 
-/// The tensors in `bytes` whose names `wanted` accepts.
+/// Reads the tensors whose names `wanted` accepts.
 ///
 /// # Errors
-/// What is wrong with the file, in a few words.
+/// A few words that say what is wrong with the file.
 pub fn read(bytes: &[u8], wanted: impl Fn(&str) -> bool) -> Result<BTreeMap<String, Array>, String> {
     if !is_legacy(bytes) {
         return Err("it has not the format of PyTorch before 1.6".into());
@@ -55,27 +55,27 @@ pub fn read(bytes: &[u8], wanted: impl Fn(&str) -> bool) -> Result<BTreeMap<Stri
     Ok(tensors)
 }
 
-/// Where a value lies in the arena.
+/// Index of a value in the arena.
 type Id = usize;
 
-/// A value.
+/// Value of a pickle.
 #[derive(Debug, Clone)]
 enum Node {
-    /// Something that does not matter here: none, a truth, a hook.
+    /// Value that is not used here: None, a boolean, a hook.
     Other,
     Int(i64),
     Text(String),
-    /// The name of a function or class.
+    /// Name of a function or class.
     Global(String),
-    /// A tuple or a list.
+    /// Tuple or list.
     Sequence(Vec<Id>),
     Dict(Vec<(Id, Id)>),
-    /// The key of a storage of f32.
+    /// Key of an f32 storage.
     Storage(String),
     Tensor(View),
 }
 
-/// How a tensor lies in its storage.
+/// Layout of a tensor in its storage.
 #[derive(Debug, Clone)]
 struct View {
     storage: String,
@@ -85,11 +85,11 @@ struct View {
 }
 
 impl View {
-    /// The numbers row by row, or nothing where the storage ends too soon.
+    /// Gathers the values row by row; `None` if the storage is too short.
     fn gather(&self, storages: &HashMap<String, &[u8]>) -> Option<Array> {
         let storage = storages.get(&self.storage)?;
         let count = self.shape.iter().try_fold(1usize, |count, &side| count.checked_mul(side))?;
-        // Several numbers may lie at one place; more of them than there are bytes are no weights.
+        // Strides may repeat values, but a tensor with more values than the storage has bytes is damaged.
         if count > storage.len() || self.shape.len() != self.strides.len() {
             return None;
         }
@@ -108,14 +108,14 @@ impl View {
     }
 }
 
-/// Runs pickles one after the other; all their values lie in one arena.
+/// Stack machine that runs pickles one after another; all values share one arena.
 struct Machine<'a> {
     bytes: &'a [u8],
     at: usize,
     arena: Vec<Node>,
 }
 
-/// What goes on the stack.
+/// Entry of the stack.
 enum Item {
     Mark,
     Value(Id),
@@ -126,7 +126,7 @@ fn damaged() -> String {
 }
 
 impl<'a> Machine<'a> {
-    /// Runs one pickle and returns what it made.
+    /// Runs one pickle and returns its result.
     fn run(&mut self) -> Result<Id, String> {
         let mut stack: Vec<Item> = Vec::new();
         let mut memo: HashMap<usize, Id> = HashMap::new();
@@ -181,7 +181,7 @@ impl<'a> Machine<'a> {
         stack.push(Item::Value(self.arena.len() - 1));
     }
 
-    /// The value that an instruction without operands on the stack brings.
+    /// Value pushed by an instruction that takes no operands from the stack.
     fn constant(&mut self, code: u8) -> Result<Node, String> {
         Ok(match code {
             b'N' | 0x88 | 0x89 => Node::Other,
@@ -193,7 +193,7 @@ impl<'a> Machine<'a> {
             0x8A => {
                 let length = self.number(1)?;
                 let digits = self.take(length)?;
-                // Longer ones do occur, but nowhere that matters.
+                // Integers longer than 8 bytes occur, but nowhere that they are used.
                 let mut wide = [if digits.last().is_some_and(|&last| last >= 0x80) { 0xFF } else { 0 }; 8];
                 let kept = length.min(8);
                 wide[..kept].copy_from_slice(&digits[..kept]);
@@ -215,7 +215,7 @@ impl<'a> Machine<'a> {
         })
     }
 
-    /// Lists, dicts and objects that get more content.
+    /// Adds content to a list, dict or object.
     fn change(&mut self, code: u8, stack: &mut Vec<Item>) -> Result<(), String> {
         let items = match code {
             b'a' | b'b' => vec![pop(stack)?],
@@ -227,7 +227,7 @@ impl<'a> Machine<'a> {
         };
         let Some(Item::Value(target)) = stack.last() else { return Err(damaged()) };
         match (code, &mut self.arena[*target]) {
-            // The state of objects: metadata of dicts, hooks of tensors.
+            // The state of objects (metadata of dicts, hooks of tensors) is ignored.
             (b'b', _) => {}
             (b'a' | b'e', Node::Sequence(list)) => list.extend(items),
             (b's' | b'u', Node::Dict(entries)) => {
@@ -238,13 +238,13 @@ impl<'a> Machine<'a> {
         Ok(())
     }
 
-    /// What a function makes of its arguments.
+    /// Result of calling `function` with `arguments`.
     fn call(&mut self, function: Id, arguments: Id) -> Result<Id, String> {
         let Node::Global(name) = &self.arena[function] else { return Err(damaged()) };
         let given = self.sequence(arguments)?.to_vec();
         let node = match name.as_str() {
             "collections.OrderedDict" => self.ordered(&given)?,
-            // What these are made from is all that matters of them.
+            // These wrap their first argument, and only that is needed.
             "torch._utils._rebuild_parameter"
             | "torch.nn.parameter.Parameter"
             | "torch.autograd.variable.Variable"
@@ -274,7 +274,7 @@ impl<'a> Machine<'a> {
         Ok(Node::Tensor(View { storage: storage.clone(), offset: self.count(offset)?, shape, strides }))
     }
 
-    /// The storage of a persistent id: ("storage", type, key, place, numbers, part of another or none).
+    /// The storage of a persistent id: ("storage", type, key, location, length, view or None).
     fn storage(&self, id: Id) -> Result<Node, String> {
         let &[_, kind, key, _, _, ref rest @ ..] = self.sequence(id)? else { return Err(damaged()) };
         let (Node::Global(kind), Node::Text(key)) = (&self.arena[kind], &self.arena[key]) else {
@@ -284,12 +284,12 @@ impl<'a> Machine<'a> {
         match kind.as_str() {
             _ if is_part => Err(format!("its storages are parts of each other; {SAVE}")),
             "torch.FloatStorage" | "torch.cuda.FloatStorage" => Ok(Node::Storage(key.clone())),
-            // Counters of batch normalisation and the like, which nobody will ask for.
+            // Other types are counters of batch normalisation and the like, which nothing reads.
             _ => Ok(Node::Other),
         }
     }
 
-    /// What follows the pickles: for each storage, in the order of `keys`, how many numbers it has, and these.
+    /// Reads the storages that follow the pickles: for each of `keys`, its length and its values.
     fn storages(&mut self, keys: Id) -> Result<HashMap<String, &'a [u8]>, String> {
         let mut storages = HashMap::new();
         for key in self.sequence(keys)?.to_vec() {
@@ -314,7 +314,7 @@ impl<'a> Machine<'a> {
         }
     }
 
-    /// The next bytes.
+    /// Takes the next `count` bytes.
     fn take(&mut self, count: usize) -> Result<&'a [u8], String> {
         let end = self.at.checked_add(count).ok_or_else(damaged)?;
         let taken = self.bytes.get(self.at..end).ok_or_else(damaged)?;
@@ -322,20 +322,20 @@ impl<'a> Machine<'a> {
         Ok(taken)
     }
 
-    /// A number of so many bytes, little-endian.
+    /// Reads a little-endian integer of `bytes` bytes.
     fn number(&mut self, bytes: usize) -> Result<usize, String> {
         let digits = self.take(bytes)?;
         Ok(digits.iter().rev().fold(0usize, |number, &digit| number << 8 | usize::from(digit)))
     }
 
-    /// A text with its length before it.
+    /// Reads a text whose length of `bytes` bytes precedes it.
     fn text(&mut self, bytes: usize) -> Result<Node, String> {
         let length = self.number(bytes)?;
         let text = std::str::from_utf8(self.take(length)?).map_err(|_| damaged())?;
         Ok(Node::Text(text.to_owned()))
     }
 
-    /// The rest of a line.
+    /// Reads the rest of the line.
     fn line(&mut self) -> Result<&'a str, String> {
         let rest = &self.bytes[self.at..];
         let length = rest.iter().position(|&byte| byte == b'\n').ok_or_else(damaged)?;
@@ -344,7 +344,7 @@ impl<'a> Machine<'a> {
     }
 }
 
-/// How to mend a file that holds something else.
+/// Advice for files with other content.
 const SAVE: &str = "save only the tensors, with torch.save(network.state_dict(), FILE)";
 
 fn pop(stack: &mut Vec<Item>) -> Result<Id, String> {
@@ -354,7 +354,7 @@ fn pop(stack: &mut Vec<Item>) -> Result<Id, String> {
     }
 }
 
-/// The values above the topmost mark, which goes too.
+/// Pops the values above the topmost mark, and the mark.
 fn marked(stack: &mut Vec<Item>) -> Result<Vec<Id>, String> {
     let at = stack.iter().rposition(|item| matches!(item, Item::Mark)).ok_or_else(damaged)?;
     let values = stack.drain(at..).filter_map(|item| match item {
@@ -368,7 +368,7 @@ fn marked(stack: &mut Vec<Item>) -> Result<Vec<Id>, String> {
 mod tests {
     use super::*;
 
-    /// `tests/reference/training/make_losses.py` made it.
+    /// Made by `tests/reference/training/make_losses.py`.
     const FILE: &[u8] = include_bytes!("../../../../tests/reference/training/losses_legacy.pth");
 
     #[test]
@@ -411,7 +411,7 @@ mod tests {
             let mut bytes = FILE.to_vec();
             for flip in [1, 0x80, 0xFF] {
                 bytes[at] = FILE[at] ^ flip;
-                // Numbers may change unnoticed; nothing else may happen.
+                // Flipped bits may change values, but must not panic.
                 let _ = read(&bytes, |_| true);
             }
         }

@@ -1,16 +1,18 @@
-//! What a clip is judged by.
+//! Losses of reconstructed clips.
 //!
-//! L = λ_s·L_s + λ_t·L_t, as section "Loss" of the paper has it, with the normalisation of the authors' code:
+//! L = λ_s·L_s + λ_t·L_t as in section "Loss" of the paper, with the normalisation of the authors' code
+//! (docs/guide/src/internals/algorithm.md, section 7.1):
 //!
 //! * L_s = 1/T · Σ_i (1 − e^(−0.5·i)) · (λ₁·perceptual + λ₂·L1) of each frame ([`spatial`], [`perceptual`]),
-//! * L_t = λ₃ · mean over pairs of |(y_i − y_j) − (r_i − r_j)| + λ₄ · Σ_i |y_i − warp(y_{i−1})| ([`temporal`], [`flow`]).
+//! * L_t = λ₃ · mean over pairs of |(y_i − y_j) − (r_i − r_j)| + λ₄ · Σ_i |y_i − warp(y_{i−1})| ([`temporal`],
+//!   [`flow`]).
 //!
-//! With [`LossConfig::logarithmic`] logarithms of the terms are added instead, and squares may count too,
-//! of pixels and of means over some.
+//! Optional terms are squared differences of pixels and of block averages. With [`LossConfig::logarithmic`] the
+//! logarithms of the terms are added.
 //!
-//! Every |·| is the mean over channels and pixels of a clip, and L the mean over the clips of a batch: how many are judged
-//! together makes no difference, also not to logarithms. Pictures are \[N, 3, H, W\], sRGB in 0…1, as displayed.
-//! The perceptual measure of the paper needs weights that are not shipped; the default needs none.
+//! Every |·| is the mean over channels and pixels of a clip, and L the mean over the clips of a batch. So the result
+//! does not depend on how clips are batched, not even with logarithms. Pictures are \[N, 3, H, W\], sRGB in 0…1, as
+//! displayed. The paper's perceptual measure needs weights that are not shipped; the default needs none.
 //!
 //! ```
 //! use fovol_train::loss::{Clip, LossConfig, Losses};
@@ -56,41 +58,41 @@ use crate::{Error, Result};
 use std::ops::Range;
 use tch::{Device, Tensor};
 
-/// A clip, or its beginning: one picture of each of N clips for every frame.
+/// Outputs and references of a batch of N clips, or of their beginning.
 #[derive(Debug, Clone, Copy)]
 pub struct Clip<'a> {
-    /// What the network made of frames 0, 1, …: \[N, 3, H, W\] each. What is detached gets no gradients.
+    /// Outputs of the network for frames 0, 1, …: \[N, 3, H, W\] each. Detached outputs receive no gradients.
     pub outputs: &'a [Tensor],
-    /// What it should have made of them.
+    /// Reference frames: \[N, 3, H, W\] each.
     pub references: &'a [Tensor],
-    /// Pixels from each position of frame i to where this was in frame i − 1, x right, then y down: \[N, 2, H, W\]
-    /// each; that of frame 0 is not looked at. Needed for [`FlowSource::Exact`] alone.
+    /// Motion from each pixel of frame i to its position in frame i − 1, in pixels, x right, then y down: \[N, 2, H,
+    /// W\] each. The motion of frame 0 is ignored. Only [`FlowSource::Exact`] needs it.
     pub motion: Option<&'a [Tensor]>,
 }
 
-/// The loss and its parts: scalars.
+/// The loss and its terms, as scalars.
 #[derive(Debug)]
 pub struct Terms {
-    /// What is to be minimised.
+    /// The value to minimise.
     pub total: Tensor,
-    /// L_s: λ₁·`perceptual` + λ₂·`l1` and what `squares` weigh, or of their logarithms.
+    /// L_s: weighted sum of `perceptual`, `l1`, `squares` and `coarse`, or of their logarithms.
     pub spatial: Tensor,
-    /// 1/T · Σ_i w_i · the perceptual measure.
+    /// 1/T · Σ_i w_i · perceptual measure.
     pub perceptual: Tensor,
-    /// 1/T · Σ_i w_i · the mean absolute difference.
+    /// 1/T · Σ_i w_i · mean absolute difference.
     pub l1: Tensor,
-    /// 1/T · Σ_i w_i · the mean squared difference.
+    /// 1/T · Σ_i w_i · mean squared difference.
     pub squares: Tensor,
-    /// The same of means over 4×4 and over 16×16 pixels.
+    /// 1/T · Σ_i w_i · mean squared difference of averages over 4×4 and over 16×16 pixels.
     pub coarse: [Tensor; 2],
-    /// The mean over pairs of frames of the mean absolute difference of their differences.
+    /// Mean absolute error of the differences between frames, averaged over pairs.
     pub temporal: Tensor,
-    /// Σ_i of the mean absolute difference of frame i from frame i − 1 along the motion.
+    /// Σ_i of the mean absolute difference between frame i and the warped frame i − 1.
     pub flow: Tensor,
 }
 
 impl Terms {
-    /// The parts by name. Waits for the device.
+    /// All terms by name. Waits for the device.
     pub fn values(&self) -> [(&'static str, f64); 9] {
         let Self { total, spatial, perceptual, l1, squares, coarse, temporal, flow } = self;
         [
@@ -108,10 +110,10 @@ impl Terms {
     }
 }
 
-/// What is added to terms before their logarithm: clips that are nearly perfect need not become more so.
+/// Added to terms before their logarithm, so that nearly perfect clips do not dominate.
 const LEAST_TERM: f64 = 2e-6;
 
-/// A loss, ready to be taken.
+/// A loss with its configuration and weights.
 #[derive(Debug)]
 pub struct Losses {
     config: LossConfig,
@@ -119,7 +121,7 @@ pub struct Losses {
 }
 
 impl Losses {
-    /// The loss that `config` describes, with what weights it has on `device`.
+    /// Builds the loss of `config`, with its weights on `device`.
     ///
     /// # Errors
     /// Files that cannot be read or hold other weights.
@@ -127,7 +129,7 @@ impl Losses {
         Ok(Self { perceptual: config.perceptual.build(device)?, config: config.clone() })
     }
 
-    /// What it is made from.
+    /// The configuration.
     pub fn config(&self) -> &LossConfig {
         &self.config
     }
@@ -137,24 +139,24 @@ impl Losses {
         self.perceptual.as_ref()
     }
 
-    /// The loss of a whole clip.
+    /// Loss of a whole clip.
     ///
     /// # Errors
-    /// A clip without frames, of unequal lengths or sizes, without the motion that is needed, or too small for the
-    /// perceptual measure.
+    /// The clip has no frames, has unequal lengths or sizes, lacks the motion, or is too small for the perceptual
+    /// measure.
     pub fn clip(&self, clip: &Clip<'_>) -> Result<Terms> {
         let length = clip.outputs.len();
         self.frames(clip, 0..length, length)
     }
 
-    /// The part that `frames` have in the loss of a clip of `length` frames, for gradients that go back over a few
-    /// frames only: parts of a clip add up to the whole.
+    /// Contribution of `frames` to the loss of a clip of `length` frames, for truncated backpropagation. The
+    /// contributions of all parts add up to the whole loss.
     ///
-    /// `clip` holds at least all frames from the first up to the last of `frames`. Earlier outputs are compared
-    /// with; they are best detached.
+    /// `clip` holds at least all frames from the first up to the last of `frames`. Earlier outputs are compared with;
+    /// they are best detached.
     ///
     /// # Errors
-    /// As [`Losses::clip`].
+    /// Errors of [`Losses::clip`].
     pub fn frames(&self, clip: &Clip<'_>, frames: Range<usize>, length: usize) -> Result<Terms> {
         check(clip, &frames, length)?;
         let config = &self.config;
@@ -182,7 +184,7 @@ impl Losses {
         Ok(Terms { total, spatial, perceptual, l1, squares, coarse: [fine, coarse], temporal, flow })
     }
 
-    /// The sum of terms, or of their logarithms, with their weights.
+    /// Weighted sum of terms, or of their logarithms.
     fn sum<const N: usize>(&self, terms: [(&Tensor, f64); N]) -> Tensor {
         let weighed = terms.map(|(term, weight)| match self.config.logarithmic && weight != 0.0 {
             true => (term + LEAST_TERM).log() * weight,
@@ -191,7 +193,7 @@ impl Losses {
         weighed.into_iter().sum()
     }
 
-    /// The perceptual term, L1, squares, and squares of means.
+    /// The perceptual term, L1, squares, and squares of two block averages.
     fn spatial(&self, clip: &Clip<'_>, frames: Range<usize>, length: usize) -> Result<[Tensor; 5]> {
         let config = &self.config;
         let wanted =
@@ -210,7 +212,7 @@ impl Losses {
         Ok(sums)
     }
 
-    /// The term of differences between frames.
+    /// Term of the differences between frames.
     fn differences(&self, clip: &Clip<'_>, frames: Range<usize>, length: usize) -> Tensor {
         let pairs = self.config.pairs;
         if self.config.difference_weight == 0.0 || pairs.count(length) == 0 {
@@ -222,7 +224,7 @@ impl Losses {
         temporal::difference_sum(&errors, frames, pairs) / pairs.count(length) as f64
     }
 
-    /// The term of optical flow.
+    /// Term of the optical flow.
     fn flow(&self, clip: &Clip<'_>, frames: Range<usize>, length: usize) -> Result<Tensor> {
         let mut sum = zeros(&clip.outputs[0]);
         if self.config.flow_weight == 0.0 {
@@ -240,7 +242,7 @@ impl Losses {
         Ok(sum / divisor as f64)
     }
 
-    /// The motion from frame `i` to frame `i` − 1.
+    /// Motion from frame `i` to frame `i` − 1.
     fn motion(&self, clip: &Clip<'_>, i: usize) -> Result<Tensor> {
         if let Some(search) = self.config.flow.search() {
             return Ok(search.motion(&clip.references[i], &clip.references[i - 1]));
@@ -261,7 +263,7 @@ impl Losses {
     }
 }
 
-/// Whether `clip` has all that the loss of `frames` looks at.
+/// Checks that `clip` holds all frames that the loss of `frames` needs.
 fn check(clip: &Clip<'_>, frames: &Range<usize>, length: usize) -> Result<()> {
     let enough = clip.outputs.len() == clip.references.len() && frames.end <= clip.outputs.len();
     if !enough || frames.is_empty() || length < frames.end {
@@ -285,7 +287,7 @@ fn check(clip: &Clip<'_>, frames: &Range<usize>, length: usize) -> Result<()> {
     Ok(())
 }
 
-/// The shape of two pictures, \[N, C, H, W\], if they can be compared.
+/// Shape of two pictures, \[N, C, H, W\], or an error if they cannot be compared.
 fn picture_shape(output: &Tensor, reference: &Tensor) -> Result<[i64; 4]> {
     let (found, other) = (output.size(), reference.size());
     match found[..] {
@@ -296,17 +298,17 @@ fn picture_shape(output: &Tensor, reference: &Tensor) -> Result<[i64; 4]> {
     }
 }
 
-/// The mean over everything: a scalar.
+/// Mean over all values: a scalar.
 fn mean(tensor: &Tensor) -> Tensor {
     tensor.mean(None)
 }
 
-/// The mean of each of the \[N, C, H, W\] or \[N, C\] of a batch: \[N\].
+/// Mean of each element of a batch \[N, C, H, W\] or \[N, C\]: \[N\].
 fn means(tensor: &Tensor) -> Tensor {
     tensor.flatten(1, -1).mean_dim([1i64].as_slice(), false, None)
 }
 
-/// 0 for each of the \[N, C, H, W\] of a batch, like its numbers: \[N\].
+/// Zero for each element of a batch \[N, C, H, W\], of its kind and on its device: \[N\].
 fn zeros(pictures: &Tensor) -> Tensor {
     Tensor::zeros([pictures.size()[0]], (pictures.kind(), pictures.device()))
 }

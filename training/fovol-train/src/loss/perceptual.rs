@@ -1,4 +1,4 @@
-//! How different two pictures look.
+//! Perceptual measures: how different two pictures look.
 
 use super::ssim::{ms_ssim, ssim};
 use super::vgg::{Depth, STAGES, Tap, Vgg, read_tensors, wrong};
@@ -8,36 +8,36 @@ use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use tch::{Device, Kind, Tensor};
 
-/// The weights of the stages in the measure that FoVolNet was trained with (the authors' code).
+/// Stage weights of the measure that FoVolNet was trained with (the authors' code).
 const FOVOLNET: [f64; STAGES] = [0.52879148, 0.13693107, 0.05858061, 0.09629559, 0.17940125];
-/// The weights of the stages in DeepFovea's graph.
+/// Stage weights in DeepFovea's graph.
 const DEEPFOVEA: [f64; STAGES] = [1.0 / 16.0, 1.0 / 28.0, 1.0 / 40.0, 1.0 / 100.0, 1.0 / 9.0];
-/// What keeps lengths of features from being zero in LPIPS.
+/// Keeps the length of feature vectors above zero in LPIPS.
 const LPIPS_EPSILON: f64 = 1e-10;
-/// Sides of the pictures that random features are weighed by.
+/// Size of the pictures that calibrate the weights of random features.
 const CALIBRATION: [i64; 2] = [64, 64];
 
-/// A differentiable measure of how different two pictures look.
+/// Differentiable measure of how different two pictures look.
 pub trait Perceptual: std::fmt::Debug + Send {
-    /// The difference of each of the pictures \[N, 3, H, W\] in 0…1 from its reference, 0 for equal ones: \[N\].
+    /// Distance of each picture \[N, 3, H, W\] in 0…1 from its reference: \[N\], 0 for equal pictures.
     ///
     /// # Errors
     /// Pictures of different shapes, or too small for this measure.
     fn distances(&self, output: &Tensor, reference: &Tensor) -> Result<Tensor>;
 
-    /// The mean of these: a scalar.
+    /// Mean of [`Self::distances`]: a scalar.
     ///
     /// # Errors
-    /// As [`Self::distances`].
+    /// Errors of [`Self::distances`].
     fn distance(&self, output: &Tensor, reference: &Tensor) -> Result<Tensor> {
         Ok(mean(&self.distances(output, reference)?))
     }
 
-    /// What it is to be called in tables.
+    /// Name for tables.
     fn name(&self) -> &'static str;
 }
 
-/// Which measure, and what it needs.
+/// Choice of a measure and its parameters.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "measure", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum PerceptualConfig {
@@ -45,9 +45,9 @@ pub enum PerceptualConfig {
     L1MsSsim(L1MsSsim),
     /// [`PlainSsim`], which needs no weights.
     Ssim,
-    /// [`VggDistance::fovolnet`], which the authors call LPIPS.
+    /// [`VggDistance::fovolnet`], which FoVolNet's authors call LPIPS.
     FovolnetVgg(VggFile),
-    /// [`Lpips`] 0.1 with VGG-16. Its file has the heads too.
+    /// [`Lpips`] 0.1 with VGG-16. Its file also holds the heads.
     Lpips(VggFile),
     /// [`VggDistance::random`], which needs no weights.
     RandomVgg(RandomVgg),
@@ -55,22 +55,22 @@ pub enum PerceptualConfig {
     DeepfoveaVgg(VggFile),
 }
 
-/// Weights of a VGG network that the user has.
+/// Weights file of a VGG network, provided by the user.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct VggFile {
-    /// A file that `fovolnet-train convert-vgg` made.
+    /// File made by `fovolnet-train convert-vgg`.
     pub weights: PathBuf,
     /// Whether features are computed in bf16.
     #[serde(default)]
     pub bf16: bool,
 }
 
-/// A VGG network with random weights.
+/// VGG network with random weights.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
 pub struct RandomVgg {
-    /// All weights follow from it.
+    /// Seed of all weights.
     pub seed: u64,
     /// Whether features are computed in bf16.
     pub bf16: bool,
@@ -89,7 +89,7 @@ impl Default for PerceptualConfig {
 }
 
 impl PerceptualConfig {
-    /// The measure itself, with its weights on `device`.
+    /// Builds the measure with its weights on `device`.
     ///
     /// # Errors
     /// Files that cannot be read or hold other weights.
@@ -118,14 +118,14 @@ impl PerceptualConfig {
 
 /// `structure`·(1 − MS-SSIM) + (1 − `structure`)·L1 + `gradient`·L1 of the gradients.
 ///
-/// The mix is that of Zhao et al., "Loss functions for image restoration with neural networks" (2017), which needs no
+/// The mix follows Zhao et al., "Loss functions for image restoration with neural networks" (2017), and needs no
 /// weights. Gradients are the differences to the pixel below and to the right.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
 pub struct L1MsSsim {
-    /// The share of structure, 0…1.
+    /// Fraction of MS-SSIM, 0…1.
     pub structure: f64,
-    /// The weight of gradients.
+    /// Weight of the gradient term.
     pub gradient: f64,
 }
 
@@ -148,7 +148,7 @@ impl Perceptual for L1MsSsim {
     }
 }
 
-/// 1 − SSIM at full resolution. The finest of the scales of MS-SSIM hardly counts there; here it is all.
+/// 1 − SSIM at full resolution. MS-SSIM gives the finest scale little weight; this measure uses it alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PlainSsim;
 
@@ -162,15 +162,15 @@ impl Perceptual for PlainSsim {
     }
 }
 
-/// The mean absolute difference between the gradients of each of \[N, C, H, W\] and of \[N, C, H, W\]: \[N\].
+/// Mean absolute difference between the image gradients of two batches \[N, C, H, W\]: \[N\].
 ///
 /// Gradients are forward differences along rows and columns, where both exist.
 ///
 /// # Errors
-/// Pictures of different or other shapes.
+/// Pictures of different or invalid shapes.
 pub fn gradient_l1(output: &Tensor, reference: &Tensor) -> Result<Tensor> {
     let [_, _, height, width] = picture_shape(output, reference)?;
-    // Differences are linear: those of the error are the errors of those.
+    // Differences are linear, so the gradient of the error is the error of the gradients.
     let error = output - reference;
     let part = |top: i64, left: i64| error.narrow(2, top, height - 1).narrow(3, left, width - 1);
     let corner = part(0, 0);
@@ -178,7 +178,7 @@ pub fn gradient_l1(output: &Tensor, reference: &Tensor) -> Result<Tensor> {
     Ok((means(&down.abs()) + means(&right.abs())) * 0.5)
 }
 
-/// Σ_s weight_s · mean |f_s(output) − f_s(reference)| over the stages s of a VGG network.
+/// Feature distance Σ_s weight_s · mean |f_s(output) − f_s(reference)| over the stages s of a VGG network.
 #[derive(Debug)]
 pub struct VggDistance {
     vgg: Vgg,
@@ -190,9 +190,10 @@ pub struct VggDistance {
 }
 
 impl VggDistance {
-    /// What the authors of FoVolNet trained with and call LPIPS: the last convolution of each stage of VGG-19 before
-    /// its ReLU, with fixed weights. Features are not normalised, there are no learned heads, and pictures go in as
-    /// they are.
+    /// The measure that FoVolNet's authors trained with and call LPIPS.
+    ///
+    /// It compares the last convolution of each stage of VGG-19 before its ReLU, with fixed weights. Features are not
+    /// normalised, there are no learned heads, and pictures are not standardised.
     pub fn fovolnet(vgg: Vgg) -> Self {
         Self {
             vgg,
@@ -204,18 +205,20 @@ impl VggDistance {
         }
     }
 
-    /// As in DeepFovea: the second ReLU of each stage of VGG-19, with the weights of its graph.
+    /// DeepFovea's measure: the second ReLU of each stage of VGG-19, with the weights of its graph.
     ///
-    /// How that graph scales pictures for its VGG is not known; here they are standardised as for ImageNet, for
-    /// which torchvision's weights were trained.
+    /// The scaling of pictures in that graph is unknown. Here they are standardised as for ImageNet, on which
+    /// torchvision's weights were trained.
     pub fn deepfovea(vgg: Vgg) -> Self {
         let name = "VGG-19 features (DeepFovea)";
         Self { vgg, tap: Tap::SecondRelu, weights: DEEPFOVEA, input: Input::ImageNet, bf16: false, name }
     }
 
-    /// As [`VggDistance::fovolnet`] with random weights, which follow from `seed`: Liu et al., "A generic perceptual
-    /// loss for modeling structured output dependencies" (2021). Stages weigh such that each contributes the same to
-    /// the distance of made-up pictures from their blurred copies, and all together their mean absolute difference.
+    /// [`VggDistance::fovolnet`] with random weights from `seed` (Liu et al., "A generic perceptual loss for modeling
+    /// structured output dependencies", 2021).
+    ///
+    /// Stage weights are calibrated on synthetic pictures and their blurred copies. Each stage contributes equally,
+    /// and the sum equals their mean absolute difference.
     ///
     /// # Errors
     /// None that a caller could cause.
@@ -229,23 +232,23 @@ impl VggDistance {
         Ok(random)
     }
 
-    /// Computes features in bf16, if `bf16` says so.
+    /// Sets whether features are computed in bf16.
     #[must_use]
     pub fn with_bf16(mut self, bf16: bool) -> Self {
         self.bf16 = bf16;
         self
     }
 
-    /// The weights of the stages.
+    /// Stage weights.
     pub fn weights(&self) -> [f64; STAGES] {
         self.weights
     }
 
-    /// Weighs stages such that each contributes the same to the distance of `output` from `reference`, and all
-    /// together their mean absolute difference.
+    /// Calibrates the stage weights: each stage contributes equally to the distance of `output` from `reference`, and
+    /// the sum equals their mean absolute difference.
     ///
     /// # Errors
-    /// As [`Perceptual::distance`].
+    /// Errors of [`Perceptual::distance`].
     pub fn calibrate(&mut self, output: &Tensor, reference: &Tensor) -> Result<()> {
         tch::no_grad(|| {
             let plain = mean(&(output - reference).abs()).double_value(&[]);
@@ -257,10 +260,10 @@ impl VggDistance {
         })
     }
 
-    /// The mean absolute difference of each stage's features, of each picture: \[N\].
+    /// Mean absolute difference of each stage's features, per picture: \[N\].
     fn stage_distances(&self, output: &Tensor, reference: &Tensor) -> Result<Vec<Tensor>> {
         let [output, reference] = features(&self.vgg, self.tap, self.input, self.bf16, [output, reference])?;
-        // Differences are taken and summed in the kind of the pictures, whatever that of features is.
+        // Differences are summed in the kind of the pictures, even if features are bf16.
         Ok(output.iter().zip(&reference).map(|(a, b)| means(&(a - b).abs())).collect())
     }
 }
@@ -282,14 +285,14 @@ impl Perceptual for VggDistance {
 #[derive(Debug)]
 pub struct Lpips {
     vgg: Vgg,
-    /// The weights of the channels of each stage: \[1, channels, 1, 1\].
+    /// Channel weights of each stage: \[1, channels, 1, 1\].
     heads: Vec<Tensor>,
     bf16: bool,
 }
 
 impl Lpips {
-    /// The measure with the weights among `tensors`: VGG-16 as [`Vgg::new`] wants it, and `lin{s}.model.1.weight`
-    /// \[1, channels, 1, 1\] for the five stages s.
+    /// Builds the measure from `tensors`: VGG-16 in the form of [`Vgg::new`], and `lin{s}.model.1.weight` \[1,
+    /// channels, 1, 1\] for the five stages s.
     ///
     /// # Errors
     /// Weights that are missing or do not fit each other.
@@ -309,7 +312,7 @@ impl Lpips {
         Ok(Self { heads: heads.collect::<Result<_>>()?, vgg, bf16: false })
     }
 
-    /// Computes features in bf16, if `bf16` says so.
+    /// Sets whether features are computed in bf16.
     #[must_use]
     pub fn with_bf16(mut self, bf16: bool) -> Self {
         self.bf16 = bf16;
@@ -334,14 +337,14 @@ impl Perceptual for Lpips {
     }
 }
 
-/// What pictures in 0…1 become before a network looks at them.
+/// Transformation of pictures in 0…1 to the input of a network.
 #[derive(Debug, Clone, Copy)]
 enum Input {
-    /// Nothing else.
+    /// Unchanged.
     Plain,
-    /// Standardised with the mean and deviation of ImageNet.
+    /// Standardised with mean and standard deviation of ImageNet.
     ImageNet,
-    /// −1…1, then standardised with LPIPS's own mean and deviation.
+    /// Scaled to −1…1, then standardised with LPIPS's mean and standard deviation.
     Lpips,
 }
 
@@ -362,7 +365,7 @@ impl Input {
     }
 }
 
-/// What `vgg` makes of the output and of the reference, which gets no gradients; in the kind of the pictures.
+/// Features of `output` and `reference` in the kind of the pictures. The reference receives no gradients.
 fn features(
     vgg: &Vgg,
     tap: Tap,
@@ -380,14 +383,14 @@ fn features(
     Ok([look(output)?, tch::no_grad(|| look(reference))?])
 }
 
-/// `features` \[N, C, H, W\] of length 1 at every pixel.
+/// Normalises `features` \[N, C, H, W\] to length 1 at every pixel.
 fn normalised(features: &Tensor) -> Tensor {
-    // LPIPS adds the epsilon to the length alone; a length of 0 has no slope.
+    // LPIPS adds epsilon to the length only, whose gradient at 0 is infinite; clamping avoids that.
     let squares = features.square().sum_dim_intlist([1i64].as_slice(), true, None);
     features / (squares.clamp_min(LPIPS_EPSILON * LPIPS_EPSILON).sqrt() + LPIPS_EPSILON)
 }
 
-/// Made-up pictures and their blurred copies, blurred ones first.
+/// Synthetic calibration pictures: blurred copies first, then the sharp originals.
 fn calibration_batch(device: Device) -> (Tensor, Tensor) {
     let options = (Kind::Float, device);
     let [height, width] = CALIBRATION;
@@ -399,7 +402,7 @@ fn calibration_batch(device: Device) -> (Tensor, Tensor) {
         Tensor::arange(count, options).view(shape) * step
     };
     let (picture, colour) = (phase(4, 1.9, 0), phase(3, 0.7, 1));
-    // Gratings of four octaves, and edges where one of them changes its sign.
+    // Gratings of four octaves, and step edges from the sign of another.
     let wave = |fx: f64, fy: f64| (&x * fx + &y * fy + &picture * (1.0 + 0.1 * fx) + &colour).sin();
     let gratings =
         wave(7.0, 4.0) * 0.15 + wave(-11.0, 17.0) * 0.12 + wave(41.0, 23.0) * 0.09 + wave(-71.0, 89.0) * 0.06;
@@ -417,7 +420,7 @@ mod tests {
     fn gradients_of_pictures_are_differences_to_neighbours() {
         let reference = Tensor::from_slice(&[0.0, 0.5, 0.25, 1.0, 0.0, 0.5]).view([1, 1, 2, 3]);
         let output = reference.zeros_like();
-        // Down 1.0, −0.5; right 0.5, −0.25.
+        // Differences down are 1.0 and −0.5; to the right 0.5 and −0.25.
         let expected = (1.0 + 0.5 + 0.5 + 0.25) / 4.0;
         assert!((value(&gradient_l1(&output, &reference).unwrap()) - expected).abs() < 1e-12);
     }

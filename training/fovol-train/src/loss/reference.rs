@@ -1,4 +1,4 @@
-//! Losses against PyTorch, pytorch-msssim and lpips: `tests/reference/training/make_losses.py` made the values.
+//! Compares losses with PyTorch, pytorch-msssim and lpips. `tests/reference/training/make_losses.py` made the values.
 
 use super::perceptual::{Lpips, VggDistance, gradient_l1};
 use super::testing::{EXACT, value, worst_slope};
@@ -14,7 +14,7 @@ const CASES: &[u8] = include_bytes!("../../../../tests/reference/training/losses
 const VGG19: &[u8] = include_bytes!("../../../../tests/reference/training/losses_vgg19.safetensors");
 const VGG16: &[u8] = include_bytes!("../../../../tests/reference/training/losses_vgg16.safetensors");
 
-/// The tensors of a file in double precision.
+/// Tensors of a file in double precision.
 fn tensors(bytes: &[u8]) -> BTreeMap<String, Tensor> {
     let kind = |dtype| match dtype {
         safetensors::Dtype::U8 => Kind::Uint8,
@@ -62,7 +62,7 @@ impl Cases {
         assert!((found - expected).abs() < 1e-6 * expected.abs(), "{name}: {found}, not {expected}");
     }
 
-    /// The loss of the clip under `config`, with `measure` for a perceptual measure.
+    /// Loss of the clip under `config`, with `measure` as perceptual measure.
     fn terms(&self, config: LossConfig, measure: VggDistance, outputs: &[Tensor]) -> Terms {
         let losses = Losses { config, perceptual: Box::new(measure) };
         let (references, motion) = (self.references(), self.motion());
@@ -78,7 +78,7 @@ fn lpips() -> Lpips {
     Lpips::new(&tensors(VGG16), Device::Cpu).unwrap()
 }
 
-/// Pictures that integers define, as in `make_losses.py`.
+/// Pictures computed from integers, as in `make_losses.py`.
 fn large_pair() -> [Tensor; 2] {
     let triangle = |k: i64, period: i64| (k % (2 * period) - period).abs() * 255 / period;
     let mut both = [Vec::new(), Vec::new()];

@@ -1,24 +1,24 @@
-//! L_s: how each frame differs from its reference.
+//! L_s: differences of frames from their references.
 
 use super::{Perceptual, means, picture_shape, zeros};
 use crate::Result;
 use serde::{Deserialize, Serialize};
 use tch::Tensor;
 
-/// The weights of the frames of a clip: the first ones know little of what came before them.
+/// Weights of the frames of a clip. The first frames have little history and may count less.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum WarmUp {
     /// 1 for every frame.
     None,
-    /// 1 − e^(−rate·i) for frame i: 0 for the first.
+    /// 1 − e^(−rate·i) for frame i, which is 0 for the first.
     Exponential(f64),
-    /// The table of DeepFovea: [`super::deepfovea::FRAME_WEIGHTS`].
+    /// DeepFovea's table [`super::deepfovea::FRAME_WEIGHTS`].
     Deepfovea,
 }
 
 impl WarmUp {
-    /// The weight of frame `i`, counted from 0.
+    /// Weight of frame `i`, counted from 0.
     pub fn weight(self, i: usize) -> f64 {
         match self {
             Self::None => 1.0,
@@ -28,25 +28,26 @@ impl WarmUp {
     }
 }
 
-/// How one frame of each clip differs from its reference: means over its pixels, \[N\].
+/// Difference of one frame of each clip from its reference: means over its pixels, \[N\].
 #[derive(Debug)]
 pub struct FrameDifference {
-    /// By the perceptual measure.
+    /// Distance by the perceptual measure.
     pub perceptual: Tensor,
     /// Mean absolute difference.
     pub l1: Tensor,
     /// Mean squared difference.
     pub squares: Tensor,
-    /// Of means over squares of pixels, for each of [`COARSE`], times the pixels of a square.
+    /// Mean squared difference of block averages for each of [`COARSE`], times the pixels of a block.
     pub coarse: [Tensor; 2],
 }
 
-/// Edges of the squares of pixels whose means are compared, in pixels. On a usual screen these are what eyes see best.
+/// Sides of the blocks whose averages are compared, in pixels. On common screens the eye is most sensitive to these
+/// scales.
 pub const COARSE: [i64; 2] = [4, 16];
 
-/// How `output` \[N, 3, H, W\] differs from `reference`.
+/// Measures how `output` \[N, 3, H, W\] differs from `reference`.
 ///
-/// Measures of little use to the caller can be left out, and are 0 then: `wanted` are the weights of all four.
+/// `wanted` are the weights of the four measures; measures of weight 0 are skipped and return 0.
 ///
 /// # Errors
 /// Pictures that `measure` cannot compare.
@@ -71,8 +72,8 @@ pub fn frame_difference(
     Ok(FrameDifference { perceptual, l1, squares, coarse })
 }
 
-/// The mean square of the means of `difference` \[N, 3, H, W\] over squares of `edge` by `edge` pixels, times the pixels of a
-/// square: what has no pattern counts as much as in the mean square of all pixels, what is smooth counts more.
+/// Mean squared block average of `difference` \[N, 3, H, W\] over blocks of `edge`² pixels, times the pixels of a
+/// block. White noise counts as much as in the mean squared difference of pixels; smooth errors count more.
 fn coarse_squares(difference: &Tensor, edge: i64) -> Tensor {
     let (height, width) = (difference.size()[2], difference.size()[3]);
     let edges = [edge.min(height), edge.min(width)];
@@ -80,10 +81,10 @@ fn coarse_squares(difference: &Tensor, edge: i64) -> Tensor {
     means(&averages.square()) * (edges[0] * edges[1]) as f64
 }
 
-/// `distances` \[N\] of `output`, differentiated at once.
+/// `distances` \[N\] of `output`, differentiated immediately.
 ///
-/// What comes back has the values and the gradients of `distances(output)`, each of its own picture alone, but holds on to nothing except the
-/// gradient: what a deep network computed of one frame is gone before the next frame's turn.
+/// The result has the values and gradients of `distances(output)`, provided that each distance depends on its own
+/// picture alone. Only the gradient is kept: activations of a deep network are freed before the next frame.
 fn early(output: &Tensor, distances: impl Fn(&Tensor) -> Result<Tensor>) -> Result<Tensor> {
     if !output.requires_grad() {
         return distances(output);
@@ -91,7 +92,7 @@ fn early(output: &Tensor, distances: impl Fn(&Tensor) -> Result<Tensor>) -> Resu
     let leaf = output.detach().set_requires_grad(true);
     let values = distances(&leaf)?;
     if !values.requires_grad() {
-        // Inside `no_grad`.
+        // No gradients are recorded inside `no_grad`.
         return Ok(values);
     }
     let gradients = Tensor::f_run_backward(&[&values.sum(None)], &[&leaf], false, false)?;

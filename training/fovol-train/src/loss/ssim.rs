@@ -1,48 +1,46 @@
-//! SSIM and MS-SSIM that gradients pass through.
+//! Differentiable SSIM and MS-SSIM.
 //!
-//! The same numbers as `fovol_metrics::ssim` with its Gaussian window and `fovol_metrics::ms_ssim`, for values in
-//! 0…1. Values are not clamped here: a network that leaves that range has to feel it.
+//! For values in 0…1 they agree with `fovol_metrics::ssim` with its Gaussian window and with
+//! `fovol_metrics::ms_ssim`. Values are not clamped here, so that outputs outside the range are penalised.
 
 use super::{means, picture_shape};
 use crate::network::layers::constant;
 use crate::{Error, Result};
 use tch::Tensor;
 
-/// Pixels along one side of the window.
+/// Side of the window, in pixels.
 const WINDOW: i64 = 11;
 /// Standard deviation of the window, in pixels.
 const SIGMA: f64 = 1.5;
 /// (K₁·L)² and (K₂·L)² with K = (0.01, 0.03) and a peak L = 1.
 const C1: f64 = 0.01 * 0.01;
 const C2: f64 = 0.03 * 0.03;
-/// The exponents of the five scales, finest first: Wang et al., "Multiscale structural similarity for image quality
+/// Exponents of the five scales, finest first: Wang et al., "Multiscale structural similarity for image quality
 /// assessment" (2003).
 const WEIGHTS: [f64; 5] = [0.0448, 0.2856, 0.3001, 0.2363, 0.1333];
-/// Similarities of a scale are at least this. At 0 the powers of MS-SSIM have infinite slopes.
+/// Lower bound of the similarity of a scale. The powers of MS-SSIM have infinite gradients at 0.
 const LEAST: f64 = 1e-4;
 
-/// The mean structural similarity of \[N, C, H, W\] and \[N, C, H, W\], −1…1, of each picture:
-/// \[N\]; 1 for equal ones.
+/// Mean structural similarity of two batches \[N, C, H, W\], per picture: \[N\] in −1…1, 1 for equal pictures.
 ///
-/// Wang et al., "Image quality assessment: from error visibility to structural similarity" (2004): a Gaussian of
-/// σ = 1.5 over 11×11 pixels where it fits, population covariance, each channel apart.
+/// Wang et al., "Image quality assessment: from error visibility to structural similarity" (2004): a Gaussian of σ =
+/// 1.5 over 11×11 pixels without padding, population covariance, each channel separately.
 ///
 /// # Errors
-/// Pictures of different or other shapes, or with a side below 11 pixels.
+/// Pictures of different or invalid shapes, or with a side below 11 pixels.
 pub fn ssim(output: &Tensor, reference: &Tensor) -> Result<Tensor> {
     check("SSIM", output, reference)?;
     Ok(means(&similarity(output, reference).whole))
 }
 
-/// The multi-scale structural similarity of \[N, C, H, W\] and \[N, C, H, W\], 0…1, of each picture:
-/// \[N\]; 1 for equal ones.
+/// Multi-scale structural similarity of two batches \[N, C, H, W\], per picture: \[N\] in 0…1, 1 for equal pictures.
 ///
-/// Five scales by 2×2 averages; an odd side gets a line of zeros in front, as in pytorch-msssim. Where the window
-/// does not fit into five scales, as many as it fits into, with the first of the five weights made to sum to 1.
-/// Similarities of a scale below 10⁻⁴ count as 10⁻⁴ (in `fovol_metrics::ms_ssim`, those below 0 as 0).
+/// Five scales by 2×2 averages; an odd side gets a line of zeros in front, as in pytorch-msssim. Smaller pictures use
+/// as many scales as the window fits into, with weights rescaled to a sum of 1. Similarities of a scale below 10⁻⁴
+/// count as 10⁻⁴ (in `fovol_metrics::ms_ssim`, those below 0 as 0).
 ///
 /// # Errors
-/// Pictures of different or other shapes, or with a side below 11 pixels.
+/// Pictures of different or invalid shapes, or with a side below 11 pixels.
 pub fn ms_ssim(output: &Tensor, reference: &Tensor) -> Result<Tensor> {
     check("MS-SSIM", output, reference)?;
     let (mut output, mut reference) = (output.shallow_clone(), reference.shallow_clone());
@@ -53,27 +51,27 @@ pub fn ms_ssim(output: &Tensor, reference: &Tensor) -> Result<Tensor> {
             (output, reference) = (halved(&output), halved(&reference));
         }
         let found = similarity(&output, &reference);
-        // Luminance counts at the coarsest scale alone.
+        // Luminance counts only at the coarsest scale.
         let term = if scale + 1 == weights.len() { found.whole } else { found.structure };
         let factor = term.clamp_min(LEAST).pow_tensor_scalar(weight);
         product = Some(product.map_or_else(|| factor.shallow_clone(), |product| product * &factor));
     }
-    // There is always one scale.
+    // There is always at least one scale.
     Ok(product.map_or_else(|| means(&output), |product| means(&product)))
 }
 
-/// The weights of the scales that a window fits into, for a picture of which `side` is the smaller side.
+/// Weights of the scales that the window fits into, for pictures whose smaller side is `side`.
 fn scale_weights(side: i64) -> Vec<f64> {
     let halved = |side: &i64| Some((side + 1) / 2);
     let sides = std::iter::successors(Some(side), halved).take_while(|&side| side >= WINDOW);
     let scales = sides.take(WEIGHTS.len()).count();
     let kept = &WEIGHTS[..scales];
-    // The five sum to 1.0001, which pytorch-msssim leaves as it is.
+    // The five weights sum to 1.0001; pytorch-msssim does not rescale them either.
     let sum = if scales == WEIGHTS.len() { 1.0 } else { kept.iter().sum() };
     kept.iter().map(|weight| weight / sum).collect()
 }
 
-/// Whether two pictures can be compared.
+/// Checks that two pictures can be compared.
 fn check(what: &str, output: &Tensor, reference: &Tensor) -> Result<()> {
     let [_, _, height, width] = picture_shape(output, reference)?;
     if height.min(width) < WINDOW {
@@ -92,7 +90,7 @@ struct Similarity {
     structure: Tensor,
 }
 
-/// The similarity of pictures \[N, C, H, W\].
+/// Similarity of pictures \[N, C, H, W\].
 fn similarity(a: &Tensor, b: &Tensor) -> Similarity {
     let moments = Tensor::cat(&[a, b, &(a.square() + b.square()), &(a * b)], 1);
     let means = blurred(&moments.contiguous()).chunk(4, 1);
@@ -104,11 +102,11 @@ fn similarity(a: &Tensor, b: &Tensor) -> Similarity {
     Similarity { whole: average(&(luminance * &structure)), structure: average(&structure) }
 }
 
-/// Each channel of \[N, C, H, W\] filtered by the window where it fits.
+/// Filters each channel of \[N, C, H, W\] by the window, without padding.
 fn blurred(pictures: &Tensor) -> Tensor {
     let window = gaussian(WINDOW, SIGMA, pictures);
     let channels = pictures.size()[1];
-    // One group for each channel: libtorch's convolutions of single channels are forty times as slow.
+    // One group per channel: libtorch's single-channel convolutions are forty times slower.
     let along = |pictures: &Tensor, height: i64, width: i64| {
         let window =
             window.view([1, 1, height, width]).expand([channels, 1, height, width], false).contiguous();
@@ -117,7 +115,8 @@ fn blurred(pictures: &Tensor) -> Tensor {
     along(&along(pictures, WINDOW, 1), 1, WINDOW)
 }
 
-/// A Gaussian of standard deviation `sigma` pixels, cut to `size` pixels and normalised, as `like` has its numbers.
+/// Normalised Gaussian of standard deviation `sigma` pixels, cut to `size` pixels, in the kind and on the device of
+/// `like`.
 pub(super) fn gaussian(size: i64, sigma: f64, like: &Tensor) -> Tensor {
     let middle = (size as f64 - 1.0) * 0.5;
     let weight = |i: i64| (-(i as f64 - middle).powi(2) / (2.0 * sigma * sigma)).exp();
@@ -126,7 +125,7 @@ pub(super) fn gaussian(size: i64, sigma: f64, like: &Tensor) -> Tensor {
     constant(&weights.iter().map(|weight| weight / sum).collect::<Vec<_>>(), like)
 }
 
-/// Half the size by averages of 2×2 pixels, with a line of zeros before odd sides.
+/// Downsamples to half the size by averages of 2×2 pixels, with a line of zeros in front of odd sides.
 fn halved(pictures: &Tensor) -> Tensor {
     let odd = [pictures.size()[2] % 2, pictures.size()[3] % 2];
     pictures.avg_pool2d([2, 2], [2, 2], odd, false, true, None)
@@ -139,7 +138,7 @@ mod tests {
     use fovol_metrics::SsimSettings;
     use tch::{Device, Kind};
 
-    /// The mean over the pictures of a batch of what the metrics say.
+    /// Mean of a metric over the pictures of a batch.
     fn metric(output: &Tensor, reference: &Tensor, of_two: impl Fn(&[fovol_core::Frame; 2]) -> f64) -> f64 {
         let n = output.size()[0];
         (0..n).map(|i| of_two(&[frame(reference, i), frame(output, i)])).sum::<f64>() / n as f64
@@ -180,7 +179,7 @@ mod tests {
             assert!((weights.iter().sum::<f64>() - 1.0).abs() < 2e-4);
         }
         let (output, reference) = pair([1, 20, 15], 0.2);
-        // One scale alone is SSIM of each channel, and all are positive here.
+        // A single scale is plain SSIM of each channel, and all values are positive here.
         let both = [ssim(&output, &reference).unwrap(), ms_ssim(&output, &reference).unwrap()];
         assert!((value(&both[0]) - value(&both[1])).abs() < 1e-12);
         let tiny = pictures([1, 10, 40], 0.0, EXACT);

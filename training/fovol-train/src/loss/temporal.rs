@@ -1,4 +1,4 @@
-//! L_t: how frames differ from each other.
+//! L_t: differences between frames.
 
 use super::flow::{confidence, warp};
 use super::{means, zeros};
@@ -6,19 +6,19 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use tch::Tensor;
 
-/// Which frames' differences are compared.
+/// Pairs of frames whose differences are compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Pairs {
-    /// Each frame with all before it, as in the paper.
+    /// Each frame with all earlier frames, as in the paper.
     #[default]
     All,
-    /// Each frame with the one before it.
+    /// Each frame with its predecessor.
     Adjacent,
 }
 
 impl Pairs {
-    /// How many there are in a clip of `length` frames.
+    /// Number of pairs in a clip of `length` frames.
     pub fn count(self, length: usize) -> usize {
         match self {
             Self::All => length * length.saturating_sub(1) / 2,
@@ -26,7 +26,7 @@ impl Pairs {
         }
     }
 
-    /// The first frame that frame `i` is compared with; the last is i − 1.
+    /// First frame that frame `i` is compared with; the last is i − 1.
     fn first(self, i: usize) -> usize {
         match self {
             Self::All => 0,
@@ -35,24 +35,24 @@ impl Pairs {
     }
 }
 
-/// Σ_i Σ_{j<i} mean |(y_i − y_j) − (r_i − r_j)| over the `pairs` with i in `frames`, not divided by their number, of
-/// each clip: \[N\].
+/// Σ_i Σ_{j<i} mean |(y_i − y_j) − (r_i − r_j)| over the `pairs` with i in `frames`, per clip: \[N\]. Not divided by
+/// the number of pairs.
 ///
-/// `errors` are y − r of frames 0, 1, … up to the last of `frames` at least, \[N, 3, H, W\]. Sums over parts of a
-/// clip add up to that of the whole. Gradients go to both frames of a pair; detach the errors of frames that are
-/// not to get any.
+/// `errors` are y − r of frames 0, 1, … up to the last of `frames` at least, \[N, 3, H, W\]. The sums over the parts
+/// of a clip add up to the sum over the whole. Both frames of a pair receive gradients; detach the errors of frames
+/// that should not.
 ///
 /// # Panics
 /// If there are fewer errors than frames, or none.
 pub fn difference_sum(errors: &[Tensor], frames: Range<usize>, pairs: Pairs) -> Tensor {
-    // The slopes of Σ|e_i − e_j| are sums of signs, and the sum is what they make of the errors. So nothing has to
-    // be kept of a pair, of which there are T·(T − 1)/2.
+    // The gradient of Σ|e_i − e_j| is a sum of signs, and its dot product with the errors is the sum itself. So none
+    // of the T·(T − 1)/2 pairs has to stay in memory.
     let slopes = tch::no_grad(|| slopes(errors, frames, pairs));
     let terms = errors.iter().zip(slopes).filter_map(|(error, slope)| Some(means(&(error * slope?))));
     terms.reduce(|sum, term| sum + term).unwrap_or_else(|| zeros(&errors[0]))
 }
 
-/// The slopes of Σ|e_i − e_j| along each of `errors`, where there are any.
+/// Gradients of Σ|e_i − e_j| with respect to each of `errors`; `None` where zero.
 fn slopes(errors: &[Tensor], frames: Range<usize>, pairs: Pairs) -> Vec<Option<Tensor>> {
     let mut slopes: Vec<Option<Tensor>> = errors.iter().map(|_| None).collect();
     for i in frames {
@@ -69,11 +69,10 @@ fn slopes(errors: &[Tensor], frames: Range<usize>, pairs: Pairs) -> Vec<Option<T
     slopes
 }
 
-/// Mean |y_i − warp(y_{i−1})| of frames \[N, 3, H, W\], where pixels that are not confident count as 0, of each
-/// clip: \[N\].
+/// Mean |y_i − warp(y_{i−1})| of frames \[N, 3, H, W\], per clip: \[N\]. Pixels that are not confident count as 0.
 ///
-/// `motion` \[N, 2, H, W\] leads from frame i to frame i − 1 ([`warp`]), `confident` is \[N, 1, H, W\]. Gradients go to
-/// both frames.
+/// `motion` \[N, 2, H, W\] points from frame i to frame i − 1 ([`warp`]); `confident` is \[N, 1, H, W\]. Both frames
+/// receive gradients.
 pub fn flow_difference(
     output: &Tensor,
     previous: &Tensor,
@@ -84,7 +83,7 @@ pub fn flow_difference(
     means(&confident.map_or_else(|| difference.shallow_clone(), |confident| &difference * confident))
 }
 
-/// As [`confidence`], of the kind that losses multiply with.
+/// Mask of [`confidence`] as 0 and 1, in the kind of `reference`.
 pub(super) fn confident_pixels(reference: &Tensor, previous: &Tensor, motion: &Tensor, most: f64) -> Tensor {
     tch::no_grad(|| confidence(reference, previous, motion, most).to_kind(reference.kind()))
 }
@@ -102,7 +101,7 @@ mod tests {
         (0..length).map(error).collect()
     }
 
-    /// As it is written in the paper.
+    /// The formula of the paper, written out.
     fn literally(errors: &[Tensor], pairs: Pairs) -> Tensor {
         let mut sum = zeros(&errors[0]);
         for i in 1..errors.len() {

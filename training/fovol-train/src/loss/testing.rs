@@ -1,12 +1,12 @@
-//! What the tests of losses share.
+//! Helpers shared by the tests of losses.
 
 use fovol_core::{Frame, FrameSize};
 use tch::{Device, Kind, Tensor};
 
-/// In double precision, for comparison with differences.
+/// Double precision, for comparison with finite differences.
 pub const EXACT: (Kind, Device) = (Kind::Double, Device::Cpu);
 
-/// Smooth pictures [N, 3, H, W] in 0.1…0.9 that move with `t`, no two alike.
+/// Smooth pictures \[N, 3, H, W\] in 0.1…0.9 that move with `t`; all differ.
 pub fn pictures([n, height, width]: [i64; 3], t: f64, options: (Kind, Device)) -> Tensor {
     let x = Tensor::arange(width, options).view([1, 1, 1, width]);
     let y = Tensor::arange(height, options).view([1, 1, height, 1]);
@@ -16,7 +16,8 @@ pub fn pictures([n, height, width]: [i64; 3], t: f64, options: (Kind, Device)) -
     (wave(0.31, 0.17, 0.5) * wave(0.13, -0.41, 0.9) + wave(1.1, 0.7, -0.8) * 0.3) * 0.3 + 0.5
 }
 
-/// Pictures and the same ones with errors that neither vanish nor change sign within a step of [`worst_slope`].
+/// Pictures with errors, and the pictures. The errors neither vanish nor change sign within a step of
+/// [`worst_slope`].
 pub fn pair(size: [i64; 3], t: f64) -> (Tensor, Tensor) {
     let reference = pictures(size, t, EXACT);
     let error = pictures(size, 3.0 * t + 1.0, EXACT) - 0.5;
@@ -24,8 +25,8 @@ pub fn pair(size: [i64; 3], t: f64) -> (Tensor, Tensor) {
     (&reference + away_from_zero, reference)
 }
 
-/// The largest difference between the gradient of `f` and central differences at some numbers of each of `inputs`,
-/// of the largest slope.
+/// Largest difference between the gradient of `f` and central differences, relative to the largest gradient. Tests 24
+/// values of each of `inputs`.
 pub fn worst_slope(inputs: &[Tensor], f: impl Fn(&[Tensor]) -> Tensor) -> f64 {
     let step = 1e-6;
     let leaves: Vec<Tensor> = inputs.iter().map(|input| input.detach().set_requires_grad(true)).collect();
@@ -50,7 +51,7 @@ pub fn worst_slope(inputs: &[Tensor], f: impl Fn(&[Tensor]) -> Tensor) -> f64 {
     worst / most
 }
 
-/// Picture `n` of [N, 3, H, W] as the metrics take it.
+/// Picture `n` of \[N, 3, H, W\] as a frame for the metrics.
 pub fn frame(pictures: &Tensor, n: i64) -> Frame {
     let size = pictures.size();
     let pixels = pictures.get(n).permute([1, 2, 0]).contiguous().view([-1]).to_kind(Kind::Float);
@@ -59,7 +60,7 @@ pub fn frame(pictures: &Tensor, n: i64) -> Frame {
     Frame::from_pixels(FrameSize::new(size[3] as u32, size[2] as u32).unwrap(), pixels).unwrap()
 }
 
-/// The number in a scalar, or the mean of those of clips.
+/// The value of a scalar, or the mean over clips.
 pub fn value(numbers: &Tensor) -> f64 {
     assert!(numbers.dim() < 2);
     numbers.mean(None).double_value(&[])

@@ -1,4 +1,4 @@
-//! Whole losses: their formula, their gradients, and parts that add up.
+//! Tests of whole losses: formula, gradients, and sums over parts of a clip.
 
 use super::testing::{EXACT, pair, pictures, value, worst_slope};
 use super::*;
@@ -72,7 +72,7 @@ fn logarithms_make_a_hundredth_count_alike_everywhere() {
         let both = made.outputs.iter().zip(&made.references);
         both.map(|(output, reference)| reference + (output - reference) * factor).collect()
     };
-    // All terms but squares fall by a half.
+    // All terms but the squares halve.
     let expected = (0.3 + 2.0 * (0.5 + 2.0 * 0.25) + 1.0) * 0.5f64.ln();
     assert!((total(&with_errors(0.5)) - total(&made.outputs) - expected).abs() < 1e-2);
     let part = Clip { outputs: &made.outputs[..2], references: &made.references[..2], motion: None };
@@ -169,7 +169,7 @@ fn parts_of_a_clip_add_up_with_their_gradients() {
     let mut sum = 0.0;
     for frames in [0..2, 2..4, 4..5] {
         let part = losses.frames(&made.clip(&parts[..frames.end]), frames.clone(), 5);
-        // References of the whole clip are more than there are outputs.
+        // The whole clip has more references than outputs.
         assert!(part.is_err() || frames.end == 5);
         let clip = Clip {
             outputs: &parts[..frames.end],

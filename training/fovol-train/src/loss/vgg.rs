@@ -1,18 +1,18 @@
-//! The convolutions of VGG-16 and VGG-19 (Simonyan and Zisserman 2014), named as torchvision names them.
+//! Convolutions of VGG-16 and VGG-19 (Simonyan and Zisserman 2014), with torchvision's names.
 
 use crate::{Error, Result};
 use std::collections::BTreeMap;
 use std::path::Path;
 use tch::{Device, Kind, Tensor};
 
-/// Stages of both networks; each after the first begins with a 2×2 max pooling.
+/// Number of stages of both networks. Each stage after the first begins with a 2×2 max pooling.
 pub const STAGES: usize = 5;
-/// The channels of the stages.
+/// Channels of each stage.
 const WIDTHS: [i64; STAGES] = [64, 128, 256, 512, 512];
-/// The smallest side of a picture, in pixels: one pixel is left after four poolings.
+/// Smallest side of a picture in pixels; four poolings leave one pixel.
 const SMALLEST: i64 = 16;
 
-/// Which of the two networks.
+/// Choice between VGG-16 and VGG-19.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Depth {
     /// 13 convolutions.
@@ -22,7 +22,7 @@ pub enum Depth {
 }
 
 impl Depth {
-    /// Its name.
+    /// Name of the network.
     pub fn name(self) -> &'static str {
         match self {
             Self::Vgg16 => "VGG-16",
@@ -30,7 +30,7 @@ impl Depth {
         }
     }
 
-    /// The file in which torchvision has its weights; the last part of the name begins the file's SHA-256.
+    /// Name of torchvision's weights file; it ends with the first digits of the file's SHA-256.
     pub fn original_file(self) -> &'static str {
         match self {
             Self::Vgg16 => "vgg16-397923af.pth",
@@ -38,7 +38,7 @@ impl Depth {
         }
     }
 
-    /// The numbers i of `features.{i}` that are convolutions, for each stage. ReLUs and poolings are counted too.
+    /// Indices i of the convolutions `features.{i}`, per stage. ReLUs and poolings are counted too.
     pub fn convolutions(self) -> [Vec<usize>; STAGES] {
         let counts = match self {
             Self::Vgg16 => [2, 2, 3, 3, 3],
@@ -53,14 +53,14 @@ impl Depth {
     }
 }
 
-/// Where in each stage features are taken.
+/// Place in each stage where features are taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tap {
-    /// From the last convolution, before its ReLU.
+    /// Output of the last convolution, before its ReLU.
     Last,
-    /// From the last ReLU.
+    /// Output of the last ReLU.
     LastRelu,
-    /// From the second ReLU.
+    /// Output of the second ReLU.
     SecondRelu,
 }
 
@@ -78,15 +78,15 @@ impl Conv {
     }
 }
 
-/// A network that looks at pictures and never learns.
+/// VGG network with fixed weights.
 #[derive(Debug)]
 pub struct Vgg {
     stages: [Vec<Conv>; STAGES],
 }
 
 impl Vgg {
-    /// The network of `depth` with the weights among `tensors`: `features.{i}.weight` \[out, in, 3, 3\] and
-    /// `features.{i}.bias` \[out\], with any numbers of channels.
+    /// Builds the network of `depth` from `tensors`: `features.{i}.weight` \[out, in, 3, 3\] and `features.{i}.bias`
+    /// \[out\]. Any channel counts are accepted.
     ///
     /// # Errors
     /// Weights that are missing or do not fit each other.
@@ -115,10 +115,10 @@ impl Vgg {
         Ok(Self { stages })
     }
 
-    /// The network of `depth` with random weights that follow from `seed` alone, and no biases.
+    /// Builds the network of `depth` with random weights from `seed` and zero biases.
     ///
-    /// Uniform in ±√(6 / fan-in), which keeps the size of features the same from layer to layer: He et al., "Delving
-    /// deep into rectifiers" (2015).
+    /// Weights are uniform in ±√(6 / fan-in), which preserves the magnitude of features from layer to layer: He et
+    /// al., "Delving deep into rectifiers" (2015).
     pub fn random(depth: Depth, seed: u64, device: Device) -> Self {
         let mut channels = 3;
         let mut stages: [Vec<Conv>; STAGES] = Default::default();
@@ -136,13 +136,13 @@ impl Vgg {
         Self { stages }
     }
 
-    /// Channels of the features of each stage.
+    /// Number of feature channels of each stage.
     pub fn channels(&self) -> [i64; STAGES] {
         self.stages.each_ref().map(|stage| stage.last().map_or(0, |conv| conv.weight.size()[0]))
     }
 
-    /// What each stage makes of `pictures` \[N, 3, H, W\]: \[N, channels, H/2ˢ, W/2ˢ\] for stage s from 0 on, in the
-    /// kind of numbers that it is given.
+    /// Features of `pictures` \[N, 3, H, W\]: \[N, channels, H/2ˢ, W/2ˢ\] for stage s from 0 on, in the kind of the
+    /// pictures.
     ///
     /// # Errors
     /// Pictures with a side below 16 pixels.
@@ -167,7 +167,7 @@ impl Vgg {
                 if i == tapped {
                     features.push(if tap == Tap::Last { linear } else { map.shallow_clone() });
                     if s + 1 == STAGES {
-                        // Nothing looks at what would come after.
+                        // Layers after the last tap are not computed.
                         return Ok(features);
                     }
                 }
@@ -177,7 +177,7 @@ impl Vgg {
     }
 }
 
-/// The tensors of a safetensors file by name.
+/// Reads the tensors of a safetensors file by name.
 ///
 /// # Errors
 /// A file that is missing or damaged.
@@ -196,13 +196,13 @@ pub fn read_tensors(path: &Path, depth: Depth) -> Result<BTreeMap<String, Tensor
     Ok(tensors.into_iter().collect())
 }
 
-/// What to say of weights that are not those of `depth`.
+/// Error for weights that are not those of `depth`.
 pub(super) fn wrong(depth: Depth, problem: &str) -> Error {
     let mend = format!("convert torchvision's {} with `fovolnet-train convert-vgg`", depth.original_file());
     Error::Input(format!("these are no weights of {}: {problem}; {mend}", depth.name()))
 }
 
-/// `count` numbers in ±`reach` that follow from `seed` and `stream`: SplitMix64.
+/// `count` uniform values in ±`reach` from `seed` and `stream`, by SplitMix64.
 fn uniform(seed: u64, stream: u64, count: usize, reach: f64) -> Vec<f32> {
     const GOLDEN: u64 = 0x9E37_79B9_7F4A_7C15;
     let mix = |z: u64| {

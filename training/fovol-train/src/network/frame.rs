@@ -1,4 +1,4 @@
-//! One frame on its way through a network.
+//! Evaluation of a network on one frame.
 
 use super::layers;
 use super::layers::points;
@@ -7,21 +7,21 @@ use fovol_net::plan::{Conv, Filter, Layer, Read, TensorId};
 use std::collections::HashMap;
 use tch::{Kind, Tensor};
 
-/// The tensors of one frame of each clip, as far as layers have written them.
+/// Tensors of one frame of a batch, as far as layers have written them.
 pub(super) struct Frame<'a> {
     network: &'a Network,
-    /// By their place in the plan, of whatever kind they were written in.
+    /// Tensors by their place in the plan, in the kind in which they were written.
     values: Vec<Option<Tensor>>,
-    /// The same in other kinds, where a layer wanted that: each is made once.
+    /// Copies in other kinds that layers have asked for; each is made once.
     casts: HashMap<(TensorId, Kind), Tensor>,
-    /// The kind of pictures, predicted kernels and states.
+    /// Kind of pictures, predicted kernels and states.
     exact: Kind,
-    /// The kind of what 3×3 convolutions read and write.
+    /// Kind of the inputs and outputs of 3×3 convolutions.
     wide: Kind,
 }
 
 impl<'a> Frame<'a> {
-    /// The padded inputs and the state.
+    /// Starts a frame with the padded inputs and the state.
     pub fn new(network: &'a Network, inputs: &Inputs<'_>, state: Vec<Tensor>) -> Self {
         let exact = network.kind();
         let wide = if network.options.bf16 { Kind::BFloat16 } else { exact };
@@ -44,7 +44,7 @@ impl<'a> Frame<'a> {
         frame
     }
 
-    /// `image`, replicated at the right and bottom to a size that the network can halve as often as it does.
+    /// Pads `image` by replication at the right and bottom, so that the network can halve its size.
     fn padded(&self, image: &Tensor) -> Tensor {
         let [_, _, height, width] = layers::shape(image);
         let [rows, columns] = self.network.padded([height, width]);
@@ -58,7 +58,7 @@ impl<'a> Frame<'a> {
     /// Tensor `id` as `kind`.
     ///
     /// # Panics
-    /// Where nothing has been written yet: plans put a layer after those that it reads.
+    /// If the tensor has not been written. Plans order layers such that this does not happen.
     fn read(&mut self, id: TensorId, kind: Kind) -> Tensor {
         let Some(value) = &self.values[id.index()] else {
             panic!("`{}` is read before it is written", self.network.plan.tensor(id).name);
@@ -78,7 +78,7 @@ impl<'a> Frame<'a> {
         layers::resized(&self.read(read.tensor, kind), read.resize)
     }
 
-    /// The weight and bias of layer `name` as `kind`.
+    /// Weight and bias of layer `name` as `kind`.
     fn pair(&self, name: &str, kind: Kind) -> [Tensor; 2] {
         ["weight", "bias"].map(|part| layers::cast(&self.network.parameters[&format!("{name}.{part}")], kind))
     }
@@ -108,7 +108,7 @@ impl<'a> Frame<'a> {
             Layer::Blend { known, base, .. } => layers::blend(&self.exact(*known), &self.exact(*base)),
             Layer::Doubt { known, prior, fresh, levels, output } => {
                 let [known, prior, fresh] = [known, prior, fresh].map(|id| self.exact(*id));
-                // As with points, through which no gradients go: pictures are to be right, not to be believed.
+                // Detached like points: the prior is judged here, and no gradient should make it easier to trust.
                 let prior = prior.detach();
                 let lowest = self.network.plan.tensor(*output).level;
                 layers::doubt(&known, [&prior, &fresh], [*levels, lowest])
@@ -141,7 +141,7 @@ impl<'a> Frame<'a> {
     }
 
     fn conv(&mut self, conv: &Conv) -> Tensor {
-        // Those of one pixel make pictures, for which the eight bits of bf16 are too few.
+        // 1×1 convolutions make pictures, for which the eight bits of bf16 are too few.
         let kind = if conv.size == 3 { self.wide } else { self.exact };
         let mut inputs: Vec<Tensor> = conv.inputs.iter().map(|&read| self.resized(read, kind)).collect();
         let [mut weight, bias] = self.pair(&conv.name, kind);

@@ -1,4 +1,4 @@
-//! The weights that training starts from.
+//! Initial weights for training.
 
 use crate::Result;
 use fovol_net::plan::{Activation, Layer, NetworkConfig, Parameter, Plan, Read};
@@ -8,29 +8,30 @@ use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-/// How far from zero the weights of convolutions that a rectifier follows may be at first.
+/// Initial range of the weights of convolutions with a rectifier.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Spread {
-    /// As PyTorch has it, Kaiming-uniform with a = √5, ±1/√fan-in: the paper's. Every layer makes signals smaller, to
-    /// about 0.4 of what it reads, so that deep levels learn late or never.
+    /// PyTorch's default and the paper's choice: Kaiming-uniform with a = √5, ±1/√fan-in. Every layer shrinks signals
+    /// to about 0.4 of their size, so deep levels learn late or never.
     #[default]
     Pytorch,
-    /// As He et al. (2015) have it, ±√(6/fan-in): signals keep their size through rectifiers.
+    /// He et al. (2015): ±√(6/fan-in). Signals keep their size through rectifiers.
     He,
-    /// The same with the channels of every layer belonging to red, green and blue in turn, and little between channels of
-    /// different colours: deep networks that predict pictures directly otherwise learn grey ones first, and stay there for
-    /// thousands of steps.
+    /// [`Spread::He`], with the channels of every layer assigned to red, green and blue in turn and small weights
+    /// between colours. Without this, deep networks with direct prediction first learn grey pictures and stay there
+    /// for thousands of steps.
     HeByColour,
 }
 
-/// Seeded random weights to train from: the same seed and configuration, the same weights on any machine.
+/// Random initial weights that depend on `seed` and configuration only, on any machine.
 ///
-/// Convolutions have what PyTorch gives them, ±1/√fan-in, or those that a rectifier follows what `spread` says; the last
-/// one, which makes the picture, is Xavier-uniform, ±√(6 / (fan-in + fan-out)); biases are zero (ALGORITHMS §1.2). Normalisations
-/// begin as identities. Kernels that weigh a filled picture begin with most of their weight on it, whatever features say, and direct
-/// predictions that read it begin as it, and what is added to what kernels make as nothing, so that such a network begins
-/// as the filling that it is to improve.
+/// Convolutions are uniform in ±1/√fan-in; convolutions with a rectifier follow `spread`. The last layer of the
+/// direct prediction is Xavier-uniform, ±√(6 / (fan-in + fan-out)). Biases are zero
+/// (docs/guide/src/internals/algorithm.md, section 4.1). Normalisations begin as identities.
+///
+/// Networks with a filled picture begin as that fill. Kernels put most of their weight on the filled pixel, direct
+/// predictions that read the fill reproduce it, and the picture added to the kernels' result is zero.
 ///
 /// # Errors
 /// A configuration that makes no network.
@@ -61,17 +62,18 @@ pub fn initial_weights(config: &NetworkConfig, spread: Spread, seed: u64) -> Res
     Ok(Weights::new(config.clone(), arrays))
 }
 
-/// What kernels that weigh a filled picture begin with for its pixel, and for all else. Their squares count: nothing
-/// would be learned of a weight of 0, where the square's slope is 0. Small ones are soon overcome.
+/// Initial kernel values of the filled pixel and of all other taps. Kernels are squared, and a square has no gradient
+/// at 0; so the other taps begin small instead.
 const FILLING_TAP: f32 = 0.5;
 const OTHER_TAPS: f32 = 0.05;
 
-/// What weights between channels of one colour are multiplied by, and what those of different colours: the sum of squares
-/// stays about the same.
+/// Factors of weights between channels of one colour and of different colours. The sum of squares stays about the
+/// same.
 const OF_ONE_COLOUR: f32 = 1.7;
 const OF_OTHERS: f32 = 0.25;
 
-/// Makes weights between channels of different colours small; those of the picture itself are positive for its own.
+/// Makes weights between channels of different colours small. The output layer gets positive weights from each colour
+/// to itself.
 fn keep_colours_apart(plan: &Plan, arrays: &mut BTreeMap<String, Array>) {
     for layer in plan.layers() {
         let Layer::Conv(conv) = layer else { continue };
@@ -95,7 +97,7 @@ fn keep_colours_apart(plan: &Plan, arrays: &mut BTreeMap<String, Array>) {
     }
 }
 
-/// The weights of convolutions that a rectifier follows.
+/// Names of the weights of convolutions with a rectifier.
 fn rectified(plan: &Plan) -> BTreeSet<String> {
     let name = |layer: &Layer| match layer {
         Layer::Conv(conv) if conv.activation != Activation::None => Some(format!("{}.weight", conv.name)),
@@ -104,7 +106,7 @@ fn rectified(plan: &Plan) -> BTreeSet<String> {
     plan.layers().iter().filter_map(name).collect()
 }
 
-/// The layers of kernels that weigh filled pictures, and their channels for the pixels of these themselves.
+/// Kernel-predicting layers that filter filled pictures, with their output channels of the filled pixel itself.
 fn taps_of_fillings(plan: &Plan) -> Vec<(String, Vec<Range<usize>>)> {
     let is_filling =
         |id| plan.layers().iter().any(|l| matches!(l, Layer::Blend { output, .. } if *output == id));
@@ -127,7 +129,7 @@ fn taps_of_fillings(plan: &Plan) -> Vec<(String, Vec<Range<usize>>)> {
     found
 }
 
-/// The channels of the layer that makes the direct prediction which are those of the filled picture, if it reads that.
+/// Input channels of the output layer that hold the filled picture, if it reads that.
 fn reads_filling(plan: &Plan) -> Option<Range<usize>> {
     let of_output = |layer: &Layer| match layer {
         Layer::Conv(conv) if conv.name == "output" && conv.inputs.len() == 2 => Some(conv.inputs.clone()),
@@ -138,11 +140,11 @@ fn reads_filling(plan: &Plan) -> Option<Range<usize>> {
     Some(channels(features)..channels(features) + channels(filled))
 }
 
-/// How much less the features count at first than they would without the filled picture: as long as nothing is learned they
-/// are noise, and rectifiers that only make noise are taught to be zero for ever.
+/// Initial factor of the feature weights beside a filled picture. Untrained features are noise, and a large factor
+/// would drive their rectifiers to zero for good.
 const FEATURES: f32 = 0.1;
 
-/// Makes the filled picture, which `weight` reads at `filled`, what it writes, but for a little of the features.
+/// Makes the output layer copy the filled picture at the inputs `filled`, plus a little of the features.
 fn begin_as_filling(weight: &mut Array, filled: Range<usize>) {
     for (output, weights) in weight.values.chunks_exact_mut(filled.end).enumerate() {
         weights[..filled.start].iter_mut().for_each(|w| *w *= FEATURES);
@@ -171,13 +173,13 @@ fn values(parameter: &Parameter, wide: bool, seed: u64) -> Vec<f32> {
     (0..parameter.len()).map(|_| (reach * (2.0 * random.unit() - 1.0)) as f32).collect()
 }
 
-/// SplitMix64 (Steele, Lea and Flood 2014).
+/// Random generator SplitMix64 (Steele, Lea and Flood 2014).
 struct SplitMix64 {
     state: u64,
 }
 
 impl SplitMix64 {
-    /// A stream of its own for each `name` and `seed`.
+    /// Creates an independent stream for each `name` and `seed`.
     fn new(name: &str, seed: u64) -> Self {
         let mut stream = Self { state: seed };
         for byte in name.bytes() {
@@ -193,7 +195,7 @@ impl SplitMix64 {
         z ^ (z >> 31)
     }
 
-    /// A number of 53 random bits in 0…1, 1 excluded.
+    /// Uniform random number in 0…1 with 53 bits, 1 excluded.
     fn unit(&mut self) -> f64 {
         (self.next() >> 11) as f64 / (1u64 << 53) as f64
     }
@@ -210,7 +212,7 @@ mod tests {
         use tch::{Device, Kind, Tensor};
         let weights = initial_weights(&Named::WNetFast.config(), Spread::Pytorch, 1).unwrap();
         let network = Network::new(&weights, Options::default(), Device::Cpu).unwrap();
-        // Every second pixel of a smooth picture.
+        // Input: every second pixel of a smooth picture.
         let picture = Tensor::linspace(0.2, 0.8, 32, (Kind::Float, Device::Cpu))
             .view([1, 1, 1, 32])
             .repeat([1, 3, 32, 1]);
@@ -231,7 +233,7 @@ mod tests {
         let reach = 1.0 / (64.0f32 * 9.0).sqrt();
         let most = first.iter().fold(0.0f32, |most, w| most.max(w.abs()));
         assert!(most <= reach && most > 0.999 * reach);
-        // A uniform distribution of this reach has a third of the reach's square as variance.
+        // A uniform distribution in ±r has the variance r²/3.
         let variance = first.iter().map(|w| w * w).sum::<f32>() / first.len() as f32;
         assert!((variance / (reach * reach / 3.0) - 1.0).abs() < 0.02, "{variance}");
         assert!(of(&weights, "encoder.1.conv1.bias").iter().all(|&b| b == 0.0));
@@ -252,7 +254,7 @@ mod tests {
         let config = Named::WNetPaper.config();
         let narrow = initial_weights(&config, Spread::Pytorch, 3).unwrap();
         let wide = initial_weights(&config, Spread::He, 3).unwrap();
-        // The same draws, √6 times as far.
+        // Equal draws, scaled by √6.
         let of = |weights: &Weights, name: &str| weights.values(name).unwrap().to_vec();
         for (n, w) in of(&narrow, "encoder.1.conv1.weight").iter().zip(of(&wide, "encoder.1.conv1.weight")) {
             assert!((n * 6.0f32.sqrt() - w).abs() < 1e-6);
@@ -269,7 +271,7 @@ mod tests {
         let apart = initial_weights(&config, Spread::HeByColour, 3).unwrap();
         let of = |weights: &Weights, name: &str| weights.values(name).unwrap().to_vec();
         let (before, after) = (of(&he, "encoder.1.conv1.weight"), of(&apart, "encoder.1.conv1.weight"));
-        // Output 4 is green, and so are inputs 1, 4 and on.
+        // Output 4 is green, and so are inputs 1, 4, 7 and so on.
         for input in 0..32 {
             let at = (4 * 32 + input) * 9;
             let factor = if input % 3 == 1 { OF_ONE_COLOUR } else { OF_OTHERS };

@@ -1,6 +1,6 @@
-//! The kinds of layers of a [`fovol_net::plan::Plan`] as functions of tensors, differentiable in all of them.
+//! The layers of a [`fovol_net::plan::Plan`] as differentiable functions of tensors.
 //!
-//! They work in whatever kind of number they are given.
+//! Each function computes in the kind of its inputs.
 
 use fovol_net::plan::{
     Activation, Conv, DOUBT_ALLOWED, DOUBT_EPSILON, DOUBT_SHARE, Normalisation, Padding, Resize,
@@ -9,25 +9,25 @@ use fovol_net::plan::{
 use tch::kind::Element;
 use tch::{Device, Kind, Tensor};
 
-/// Divisors of what is spread are at least this.
+/// Lower bound of the weights that [`pull_push`] divides by.
 const SMALLEST: f64 = 1e-8;
-/// What keeps the variance of [`norm`] from being zero.
+/// Keeps the variance of [`norm`] above zero.
 const NORM_EPSILON: f64 = 1e-5;
-/// A motion, in pixels, that leads out of any frame.
+/// Motion in pixels that points outside any frame.
 const FAR: f64 = 1e9;
 
-/// The four lengths of `tensor`: batch, channels, rows, columns.
+/// Size of `tensor`: batch, channels, rows, columns.
 pub(super) fn shape(tensor: &Tensor) -> [i64; 4] {
     let size = tensor.size();
     std::array::from_fn(|i| size[i])
 }
 
-/// `tensor` with the same content, its channels together in memory.
+/// Converts `tensor` to channels-last memory layout.
 pub(super) fn channels_last(tensor: &Tensor) -> Tensor {
     tensor.permute([0, 2, 3, 1]).contiguous().permute([0, 3, 1, 2])
 }
 
-/// `tensor` at the resolution that `change` gives.
+/// Upsamples `tensor` as `change` says.
 pub(super) fn resized(tensor: &Tensor, change: Resize) -> Tensor {
     let [_, _, height, width] = shape(tensor);
     let doubled = [2 * height, 2 * width];
@@ -38,7 +38,7 @@ pub(super) fn resized(tensor: &Tensor, change: Resize) -> Tensor {
     }
 }
 
-/// `tensor` after `activation`.
+/// Applies `activation` to `tensor`.
 fn activated(tensor: &Tensor, activation: Activation) -> Tensor {
     match activation {
         Activation::None => tensor.shallow_clone(),
@@ -47,7 +47,7 @@ fn activated(tensor: &Tensor, activation: Activation) -> Tensor {
     }
 }
 
-/// The convolution `layer` of its concatenated `input`.
+/// Applies the convolution `layer`, with its activation, to its concatenated `input`.
 pub(super) fn conv(layer: &Conv, input: &Tensor, weight: &Tensor, bias: &Tensor) -> Tensor {
     let reach = (layer.size / 2) as i64;
     let stride = layer.stride as i64;
@@ -61,12 +61,12 @@ pub(super) fn conv(layer: &Conv, input: &Tensor, weight: &Tensor, bias: &Tensor)
     activated(&convolved, layer.activation)
 }
 
-/// Normalisation over all numbers of each frame, an affine map of each channel, and `activation`.
+/// Normalises over all values of each frame, then applies a per-channel affine map and `activation`.
 pub(super) fn norm(input: &Tensor, weight: &Tensor, bias: &Tensor, activation: Activation) -> Tensor {
     activated(&input.group_norm(1, Some(weight), Some(bias), NORM_EPSILON, true), activation)
 }
 
-/// `images` weighed by `kernels` [batch, expand²·taps, rows, columns], which are not normalised yet.
+/// Filters `images` with unnormalised `kernels` \[batch, expand²·taps, rows, columns\].
 pub(super) fn filter(
     kernels: &Tensor,
     expand: usize,
@@ -75,7 +75,7 @@ pub(super) fn filter(
 ) -> Tensor {
     let weights = if expand == 1 { kernels.shallow_clone() } else { kernels.pixel_shuffle(expand as i64) };
     match normalisation {
-        // The sum is divided rather than each weight: three channels instead of nine taps and more.
+        // Dividing the sum instead of each weight divides three channels instead of nine or more taps.
         Normalisation::Squared => {
             let weights = weights.square() + f64::from(SQUARED_EPSILON);
             weighted_sum(&weights, images) / weights.sum_dim_intlist([1i64].as_slice(), true, None)
@@ -84,7 +84,7 @@ pub(super) fn filter(
     }
 }
 
-/// The sum over all taps of `images` by `weights` [batch, taps, rows, columns], the same for all channels.
+/// Sum over all taps of `images`, weighted by `weights` \[batch, taps, rows, columns\] that all channels share.
 fn weighted_sum(weights: &Tensor, images: &[(Tensor, Taps)]) -> Tensor {
     let counts: Vec<i64> = images.iter().map(|(_, taps)| taps.count() as i64).collect();
     let weights = weights.split_with_sizes(counts, 1);
@@ -96,8 +96,8 @@ fn weighted_sum(weights: &Tensor, images: &[(Tensor, Taps)]) -> Tensor {
     parts.reduce(|sum, part| sum + part).unwrap_or_default()
 }
 
-/// The 3×3 around each pixel of `image`, row by row, zeros beyond the border, weighed by `weights`: sums of shifted
-/// views. Of the two ways the faster one on processors, and nine images less for autograd to keep.
+/// Filters `image` with 3×3 kernels `weights` (row by row, zero padding) as a sum of shifted views. On CPUs this is
+/// the faster way, and autograd keeps nine images less.
 fn filtered_by_views(weights: &Tensor, image: &Tensor) -> Tensor {
     let [_, _, height, width] = shape(image);
     let padded = image.constant_pad_nd([1; 4]);
@@ -111,14 +111,15 @@ fn filtered_by_views(weights: &Tensor, image: &Tensor) -> Tensor {
     products.reduce(sum).unwrap_or_default()
 }
 
-/// The same as one product and one sum: a tenth of the calls, of which each takes its time on other devices.
+/// Filters `image` with 3×3 kernels `weights` (row by row, zero padding) as one product and one sum. This needs a
+/// tenth of the calls, whose overhead dominates on GPUs.
 fn filtered_unfolded(weights: &Tensor, image: &Tensor) -> Tensor {
     let [batch, channels, height, width] = shape(image);
     let around = image.im2col([3; 2], [1; 2], [1; 2], [1; 2]).view([batch, channels, 9, height, width]);
     (weights.unsqueeze(1) * around).sum_dim_intlist([2i64].as_slice(), false, None)
 }
 
-/// The mean of `factor` × `factor` pixels.
+/// Averages blocks of `factor` × `factor` pixels.
 pub(super) fn pool(input: &Tensor, factor: i64) -> Tensor {
     input.avg_pool2d([factor; 2], [factor; 2], [0; 2], false, true, None)
 }
@@ -128,16 +129,17 @@ pub(super) fn bypass(colour: &Tensor, mask: &Tensor, input: &Tensor) -> Tensor {
     mask * colour + (1.0 - mask) * input
 }
 
-/// The value where each pixel was in the last frame: bilinear, zero outside, also where motion is no number.
+/// Samples `input` at the previous position of each pixel: bilinear, zero outside the frame and where the motion is
+/// NaN.
 ///
-/// `motion` is in pixels of the frame; for an `input` at 1/f of its resolution it is averaged over f × f pixels and
-/// divided by f.
+/// `motion` is in pixels of the full frame. For an `input` at 1/f of that resolution it is averaged over f × f pixels
+/// and divided by f.
 pub(crate) fn warp(input: &Tensor, motion: &Tensor) -> Tensor {
     let [_, _, height, width] = shape(input);
     let factor = shape(motion)[3] / width;
     let motion = motion.nan_to_num(FAR, FAR, -FAR);
     let motion = if factor > 1 { pool(&motion, factor) / factor as f64 } else { motion };
-    // The sampler counts from −1 at the left edge of the first pixel to 1 at the right edge of the last.
+    // `grid_sampler` counts from −1 at the left edge of the first pixel to 1 at the right edge of the last.
     let along = |axis: i64, count: i64, shape: [i64; 3]| {
         let centres = Tensor::arange(count, (motion.kind(), motion.device())).view(shape);
         ((motion.select(1, axis) + centres) * 2.0 + 1.0) / count as f64 - 1.0
@@ -147,20 +149,21 @@ pub(crate) fn warp(input: &Tensor, motion: &Tensor) -> Tensor {
     input.grid_sampler(&grid, bilinear, zeros, false)
 }
 
-// The layers that fill frames; their formulas are those of `tests/reference/network/networks.py`.
+// Layers that fill frames. Their formulas are those of `tests/reference/network/networks.py`.
 
-/// Channels of `known`: three numbers times the weight, and the weight.
+/// Splits `known` into colour times weight (three channels) and the weight.
 fn parts(known: &Tensor) -> [Tensor; 2] {
     [known.narrow(1, 0, 3), known.narrow(1, 3, 1)]
 }
 
-/// What `known` differs by from `picture` times its weights.
+/// Weighted difference between `known` and `picture`.
 fn difference(known: &Tensor, picture: &Tensor) -> Tensor {
     let [colour, weight] = parts(known);
     colour - weight * picture
 }
 
-/// `known` spread at half the resolution; with `base` what it differs from that, added to it.
+/// Spreads `known` over the frame at half the resolution by pull-push. With `base`, spreads the residuals to it and
+/// adds them.
 pub(super) fn spread(known: &Tensor, base: Option<&Tensor>, levels: u32) -> Tensor {
     match base {
         None => pull_push(known, levels, 1),
@@ -172,14 +175,14 @@ pub(super) fn spread(known: &Tensor, base: Option<&Tensor>, levels: u32) -> Tens
     }
 }
 
-/// `known`, and `base`, doubled, as far as it is not.
+/// Fills pixels of `known` with the upsampled `base` where their weight is below 1: c + (1 − w)·b.
 pub(super) fn blend(known: &Tensor, base: &Tensor) -> Tensor {
     let [colour, weight] = parts(known);
     colour + (1.0 - weight) * resized(base, Resize::Bilinear)
 }
 
-/// v / (v + share · max(e − allowed · v, 0)), with e and v (ε more) the mean squares by which samples differ from `prior`
-/// and `fresh`, doubled.
+/// History confidence v / (v + share · max(e − allowed · v, 0)). Here e and v are mean squared differences between
+/// samples and `prior` or upsampled `fresh`; ε is added to v.
 pub(super) fn doubt(known: &Tensor, [prior, fresh]: [&Tensor; 2], [levels, lowest]: [u32; 2]) -> Tensor {
     let mask = known.narrow(1, 3, 1);
     let [error, own] = [prior, &resized(fresh, Resize::Bilinear)]
@@ -191,7 +194,8 @@ pub(super) fn doubt(known: &Tensor, [prior, fresh]: [&Tensor; 2], [levels, lowes
     &own / (&own + more * f64::from(DOUBT_SHARE))
 }
 
-/// `known`, and as far as it is not, `before`, times `fade` and `share`: of points their places as they are.
+/// Adds `before`, times `fade` and `share`, to `known` where its weight is below 1. Channels beyond the fourth, the
+/// places of points, are not scaled by `fade` and `share`.
 pub(super) fn accumulate(known: &Tensor, before: &Tensor, share: Option<&Tensor>, fade: f32) -> Tensor {
     let open: Tensor = 1.0 - known.narrow(1, 3, 1);
     let [_, _, height, width] = shape(known);
@@ -210,13 +214,14 @@ pub(super) fn accumulate(known: &Tensor, before: &Tensor, share: Option<&Tensor>
     Tensor::cat(&[accumulated, before.narrow(1, 4, rest) * open], 1)
 }
 
-/// What is known at 1/2^`lowest` of the resolution, with what is missing taken from up to 2^`levels` times lower ones.
+/// Pull-push: `known` at 1/2^`lowest` of the resolution, with holes filled from resolutions up to 2^`levels` times
+/// lower. Returns normalised colours.
 fn pull_push(known: &Tensor, levels: u32, lowest: u32) -> Tensor {
     let filled = pushed(known, levels, lowest);
     filled.narrow(1, 0, 3) / filled.narrow(1, 3, 1).clamp_min(SMALLEST)
 }
 
-/// `known`, four channels, at 1/2^`lowest` of the resolution, with what is missing from `levels` coarser ones.
+/// Recursive step of [`pull_push`] on four channels: colour times weight, and weight.
 fn pushed(known: &Tensor, levels: u32, lowest: u32) -> Tensor {
     if levels == 0 {
         return known.shallow_clone();
@@ -233,12 +238,12 @@ fn pushed(known: &Tensor, levels: u32, lowest: u32) -> Tensor {
     known + (1.0 - known.narrow(1, 3, 1)) * resized(&coarser, Resize::Bilinear)
 }
 
-/// Means of 3×3 pixels by (1, 2, 1)/4 along both axes, replicated at the border.
+/// Binomial 3×3 filter, (1, 2, 1)/4 along both axes, with replicated borders.
 pub(super) fn smooth(input: &Tensor) -> Tensor {
     means(input, &[0.25, 0.5, 0.25], 1)
 }
 
-/// Means by `weights` along both axes at every `stride`-th pixel, with a border of one replicated pixel.
+/// Separable filter with `weights` at every `stride`-th pixel, with a border of one replicated pixel.
 fn means(input: &Tensor, weights: &[f32], stride: i64) -> Tensor {
     let count = weights.len() as i64;
     let weights = constant(weights, input);
@@ -248,12 +253,13 @@ fn means(input: &Tensor, weights: &[f32], stride: i64) -> Tensor {
     input.replication_pad2d([1; 4]).conv2d(&kernel, None::<Tensor>, [stride; 2], [0; 2], [1; 2], channels)
 }
 
-/// A few `values`, of the kind and where `like` is. Nothing waits for what a GPU is still at, as it would for a plain copy.
+/// Tensor of `values` in the kind and on the device of `like`. The copy is asynchronous; a plain copy would wait for
+/// the GPU.
 pub(crate) fn constant<T: Element>(values: &[T], like: &Tensor) -> Tensor {
     Tensor::from_slice(values).to_kind(like.kind()).to_device_(like.device(), like.kind(), true, false)
 }
 
-/// `tensor` as `kind`; itself where it is of that kind.
+/// Converts `tensor` to `kind`, without a copy if it has that kind.
 pub(super) fn cast(tensor: &Tensor, kind: Kind) -> Tensor {
     if tensor.kind() == kind { tensor.shallow_clone() } else { tensor.to_kind(kind) }
 }

@@ -1,6 +1,6 @@
-//! Networks under autograd: a [`Plan`] walked with libtorch.
+//! Networks under autograd: a [`Plan`] evaluated with libtorch.
 //!
-//! The same names, the same weights files and the same arithmetic as [`fovol_net::cpu`], which tests compare it with.
+//! Parameter names, weight files and arithmetic are those of [`fovol_net::cpu`]; tests compare the two.
 //!
 //! ```
 //! use fovol_net::plan::Named;
@@ -33,32 +33,32 @@ use frame::Frame;
 use std::collections::BTreeMap;
 use tch::{Device, Kind, Tensor};
 
-/// How a network is computed.
+/// Computation options of a network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Options {
     /// Whether 3×3 convolutions read, multiply and write bf16. Parameters, predicted kernels, pictures, states and
-    /// all sums over images stay f32.
+    /// sums over images stay f32.
     pub bf16: bool,
-    /// Whether the tensors of convolutions have their channels together in memory.
+    /// Whether convolutions use channels-last memory layout.
     pub channels_last: bool,
-    /// Whether 3×3 convolutions round what they read and their weights as the bytes of int8 would be, while gradients pass
-    /// as if they did not (Jacob et al. 2018, "fake quantisation").
+    /// Fake quantisation (Jacob et al. 2018): 3×3 convolutions round inputs and weights to int8 values in the forward
+    /// pass, and gradients pass unchanged.
     pub fake_quantised: bool,
 }
 
-/// What a network is given for one frame of each clip of a batch.
+/// Inputs of a network for one frame of a batch of clips.
 #[derive(Debug, Clone, Copy)]
 pub struct Inputs<'a> {
-    /// Red, green, blue in 0…1, 0 where unsampled: \[batch, 3, rows, columns\].
+    /// RGB in 0…1, 0 where unsampled: \[batch, 3, rows, columns\].
     pub colour: &'a Tensor,
-    /// 1 where sampled, 0 elsewhere: \[batch, 1, rows, columns\]. Networks that know no mask ignore it; others need it.
+    /// Sampling mask, 1 where sampled, else 0: \[batch, 1, rows, columns\]. Networks without a mask input ignore it.
     pub mask: Option<&'a Tensor>,
-    /// Pixels from here to where this was in the last frame, x right, then y down: \[batch, 2, rows, columns\].
-    /// Networks that do not use motion ignore it; for others none means stillness.
+    /// Motion from each pixel to its position in the last frame, in pixels, x right, then y down: \[batch, 2, rows,
+    /// columns\]. Networks without a motion input ignore it; for others `None` means no motion.
     pub motion: Option<&'a Tensor>,
 }
 
-/// A network whose weights learn: leaves of autograd in f32, named as the plan names them.
+/// Network with trainable weights: f32 leaves of autograd, with the names of the plan.
 #[derive(Debug)]
 pub struct Network {
     plan: Plan,
@@ -70,7 +70,7 @@ pub struct Network {
 }
 
 impl Network {
-    /// The network that `weights` are of, computing with `options` on `device`.
+    /// Builds the network of `weights` on `device`.
     ///
     /// # Errors
     /// Weights that do not fit the configuration they come with.
@@ -89,7 +89,7 @@ impl Network {
         })
     }
 
-    /// The same network in f64 throughout, for checks.
+    /// Converts all parameters to f64, for tests.
     #[must_use]
     pub fn into_double(mut self) -> Self {
         for parameter in self.parameters.values_mut() {
@@ -98,27 +98,27 @@ impl Network {
         self
     }
 
-    /// Its plan.
+    /// The plan.
     pub fn plan(&self) -> &Plan {
         &self.plan
     }
 
-    /// Its configuration.
+    /// The configuration.
     pub fn config(&self) -> &NetworkConfig {
         &self.config
     }
 
-    /// How it computes.
+    /// The computation options.
     pub fn options(&self) -> Options {
         self.options
     }
 
-    /// Where it computes.
+    /// The device.
     pub fn device(&self) -> Device {
         self.device
     }
 
-    /// What learns, in the order of the plan: handles of the tensors themselves, not copies.
+    /// Trainable parameters in the order of the plan: handles that share memory with the network.
     pub fn parameters(&self) -> Vec<(String, Tensor)> {
         let handle = |name: String| {
             let tensor = self.parameters[&name].shallow_clone();
@@ -127,7 +127,7 @@ impl Network {
         self.plan.parameters().into_iter().map(|parameter| handle(parameter.name)).collect()
     }
 
-    /// The same network, the same numbers in the same memory, with gradients of its own: for another thread.
+    /// Copy for another thread that shares the parameters' memory but has its own gradients.
     #[must_use]
     pub fn replica(&self) -> Self {
         let alike = self.parameters.iter().map(|(name, tensor)| {
@@ -144,12 +144,12 @@ impl Network {
         }
     }
 
-    /// Sets the gradients of all parameters to zero.
+    /// Sets all gradients to zero.
     pub fn zero_gradients(&mut self) {
         self.parameters.values_mut().for_each(Tensor::zero_grad);
     }
 
-    /// The weights as they are now, to be written to a file.
+    /// Copies the current weights, for example to write them to a file.
     pub fn weights(&self) -> Weights {
         let arrays = self.parameters.iter().map(|(name, tensor)| (name.clone(), array(tensor)));
         let mut weights = Weights::new(self.config.clone(), arrays.collect());
@@ -157,7 +157,7 @@ impl Network {
         weights
     }
 
-    /// Takes over the numbers of `weights`; handles of the parameters stay what they are.
+    /// Copies `weights` into the parameters; existing handles stay valid.
     ///
     /// # Errors
     /// Weights of another network.
@@ -172,20 +172,20 @@ impl Network {
         Ok(())
     }
 
-    /// The state that starts clips of frames of \[batch, rows, columns\]: zeros, in the order of the plan's states,
-    /// each \[batch, channels, rows, columns\] of the padded frame at its level.
+    /// Initial state for clips of frames of \[batch, rows, columns\]: zeros, in the order of the plan's states. Each
+    /// is \[batch, channels, rows, columns\] of the padded frame at its level.
     pub fn initial_state(&self, [batch, height, width]: [i64; 3]) -> Vec<Tensor> {
         let shapes = self.state_shapes([batch, height, width]);
         shapes.iter().map(|shape| Tensor::zeros(shape, (self.kind(), self.device))).collect()
     }
 
-    /// The pictures of `inputs` \[batch, 3, rows, columns\], and the state for the next frame.
+    /// Reconstructs the frame of `inputs`: the picture \[batch, 3, rows, columns\], and the state for the next frame.
     ///
-    /// Pictures are cropped to the frame but not clamped to 0…1, so that gradients pass. The state belongs to the
-    /// caller, who detaches it where gradients are to end.
+    /// Pictures are cropped to the frame but not clamped to 0…1, so that gradients pass. The caller owns the state
+    /// and detaches it where gradients should end.
     ///
     /// # Errors
-    /// Inputs or a state of other shapes, and a mask that is missing.
+    /// Inputs or a state of other shapes, or a missing mask.
     pub fn forward(&self, inputs: &Inputs<'_>, state: Vec<Tensor>) -> Result<(Tensor, Vec<Tensor>)> {
         let size = self.check(inputs, &state)?;
         let mut frame = Frame::new(self, inputs, state);
@@ -198,7 +198,7 @@ impl Network {
         Ok((picture, next.collect()))
     }
 
-    /// The kind of parameters, pictures and states.
+    /// Kind of parameters, pictures and states.
     fn kind(&self) -> Kind {
         self.parameters.values().next().map_or(Kind::Float, Tensor::kind)
     }
@@ -215,7 +215,7 @@ impl Network {
         tensors.map(|t| [batch, t.channels as i64, height >> t.level, width >> t.level]).collect()
     }
 
-    /// Batch, rows and columns of `inputs`, if these and `state` are as they have to be.
+    /// Checks `inputs` and `state`; returns batch, rows and columns.
     fn check(&self, inputs: &Inputs<'_>, state: &[Tensor]) -> Result<[i64; 3]> {
         let found = inputs.colour.size();
         let &[batch, 3, height, width] = found.as_slice() else {
@@ -242,13 +242,13 @@ impl Network {
     }
 }
 
-/// `array` as a tensor in f32.
+/// Converts `array` to a tensor in f32.
 fn tensor(array: &Array) -> Tensor {
     let shape: Vec<i64> = array.shape.iter().map(|&side| side as i64).collect();
     Tensor::from_slice(&array.values).view(shape.as_slice())
 }
 
-/// The numbers of `tensor` in f32.
+/// Copies the values of `tensor` as f32.
 fn array(tensor: &Tensor) -> Array {
     let shape = tensor.size().iter().map(|&side| side as usize).collect();
     let flat = tensor.detach().to_device(Device::Cpu).to_kind(Kind::Float).contiguous().view([-1]);

@@ -1,19 +1,20 @@
-//! Rounding to the bytes of int8 with gradients as if there were none (Jacob et al. 2018).
+//! Rounding to int8 values with straight-through gradients (Jacob et al. 2018).
 
 use tch::{Kind, Tensor};
 
-/// The most of a byte of an input, which cannot be negative.
+/// Largest byte of an input, which is not negative.
 const INPUT_STEPS: f64 = 255.0;
-/// The most of a byte of a weight, either sign.
+/// Largest magnitude of a weight's byte.
 const WEIGHT_STEPS: f64 = 127.0;
-/// No range is smaller: steps are divided by.
+/// Lower bound of ranges, to avoid division by zero.
 const SMALLEST: f64 = 1e-6;
 
-/// `inputs` and the `weight` \[out, in, rows, columns\] that reads them joined, rounded as the int8 engine rounds them:
-/// each input by 1/255 of its range, each output's weights, times the steps of what they read, by 1/127 of theirs.
+/// Rounds `inputs` and the `weight` \[out, in, rows, columns\] of a convolution like the int8 engine. Each input has
+/// steps of 1/255 of its range. Each output's weights, times the steps of their inputs, have steps of 1/127 of their
+/// range.
 ///
-/// Ranges are those of this frame; the engine's are the largest of many. Where any input is negative, which that engine
-/// leaves to bf16 too, all stay as they are.
+/// Ranges are those of this frame; the engine's are calibrated over many. If any input is negative, nothing is
+/// rounded, because the engine computes such layers in bf16.
 pub(super) fn as_bytes(inputs: &[Tensor], weight: &Tensor) -> (Vec<Tensor>, Tensor) {
     if inputs.iter().any(|input| input.detach().min().double_value(&[]) < 0.0) {
         return (inputs.iter().map(Tensor::shallow_clone).collect(), weight.shallow_clone());
@@ -27,7 +28,8 @@ pub(super) fn as_bytes(inputs: &[Tensor], weight: &Tensor) -> (Vec<Tensor>, Tens
     (rounded.collect(), rounded_weight(inputs, weight, &steps))
 }
 
-/// `weight` with each output's numbers, times the `steps` of the inputs, as whole 127ths of the largest of them.
+/// Rounds `weight`. Each output's weights, times the `steps` of their inputs, become integer multiples of 1/127 of
+/// the largest.
 fn rounded_weight(inputs: &[Tensor], weight: &Tensor, steps: &[f64]) -> Tensor {
     let widths = inputs.iter().map(|input| input.size()[1]);
     let each: Vec<f64> = widths.zip(steps).flat_map(|(width, &step)| vec![step; width as usize]).collect();
@@ -39,7 +41,7 @@ fn rounded_weight(inputs: &[Tensor], weight: &Tensor, steps: &[f64]) -> Tensor {
     weight + (as_read - weight.detach())
 }
 
-/// `value` as a multiple of `step`, of which it is `multiple`.
+/// Rounds `value` to multiples of `step`; `multiple` is `value / step`.
 fn rounded(value: &Tensor, multiple: &Tensor, step: f64) -> Tensor {
     let bytes = multiple.to_kind(Kind::Float).round();
     value + ((bytes * step).to_kind(value.kind()) - value.detach())

@@ -2,8 +2,10 @@ use super::saved::Saved;
 use crate::Result;
 use tch::Tensor;
 
-/// A running mean of weights over steps of training: a ← d a + (1 − d) p with d = min(decay, (1 + n) / (10 + n)) in
-/// update n = 1, 2 …, so that the weights that training began with are soon forgotten.
+/// Exponential moving average of weights.
+///
+/// Update n = 1, 2 … computes a ← d·a + (1 − d)·p with d = min(decay, (1 + n) / (10 + n)), so that the initial
+/// weights are soon forgotten.
 #[derive(Debug)]
 pub struct Average {
     decay: f64,
@@ -19,8 +21,7 @@ struct Mean {
 }
 
 impl Average {
-    /// The average of `parameters`, which begins with what they are now; `decay` in 0…1 is how much of it stays in an
-    /// update.
+    /// Starts the average of `parameters` at their current values. `decay` in 0…1 is the fraction kept in an update.
     pub fn new(parameters: &[(String, Tensor)], decay: f64) -> Self {
         let means = parameters.iter().map(|(name, parameter)| Mean {
             name: name.clone(),
@@ -30,7 +31,7 @@ impl Average {
         Self { decay, updates: 0, means: means.collect() }
     }
 
-    /// Takes in the parameters as they are now.
+    /// Updates the average with the current parameters.
     pub fn update(&mut self) {
         self.updates += 1;
         let n = self.updates as f64;
@@ -40,7 +41,7 @@ impl Average {
         }
     }
 
-    /// Exchanges the parameters for the average, as to judge or write it; a second time exchanges them back.
+    /// Swaps parameters and average, to evaluate or write the average; a second call swaps them back.
     pub fn swap(&mut self) {
         tch::no_grad(|| {
             for Mean { parameter, mean, .. } in &mut self.means {
@@ -51,16 +52,16 @@ impl Average {
         });
     }
 
-    /// What [`Self::restore`] needs to go on from here: copies, named as the parameters, and `updates`.
+    /// Copies of the state for [`Self::restore`]: averages under the parameters' names, and `updates`.
     pub fn state(&self) -> Vec<(String, Tensor)> {
         let means = self.means.iter().map(|mean| (mean.name.clone(), mean.mean.copy()));
         means.chain([("updates".to_owned(), Tensor::from_slice(&[self.updates]))]).collect()
     }
 
-    /// Goes on from `state`.
+    /// Restores `state`.
     ///
     /// # Errors
-    /// A state of other parameters. Nothing has changed then.
+    /// A state of other parameters; nothing changes then.
     pub fn restore(&mut self, state: &[(String, Tensor)]) -> Result<()> {
         let saved = Saved::new(state);
         let found = self.means.iter().map(|mean| saved.tensor(&mean.name, &mean.mean.size()));

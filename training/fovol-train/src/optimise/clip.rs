@@ -1,22 +1,22 @@
 use tch::{Kind, Tensor};
 
-/// What keeps the factor finite, as in PyTorch.
+/// Keeps the factor finite, as in PyTorch.
 const EPSILON: f64 = 1e-6;
 
-/// The Euclidean length of the gradients of all `parameters` together; those without one count as zero.
+/// Euclidean norm of the gradients of all `parameters` together; missing gradients count as zero.
 pub fn gradient_norm(parameters: &[(String, Tensor)]) -> f64 {
     let norms: Vec<Tensor> = gradients(parameters).iter().map(|g| g.norm().to_kind(Kind::Double)).collect();
     if norms.is_empty() {
         return 0.0;
     }
-    // One number comes back from the device, not one for each parameter.
+    // One value comes back from the device, not one for each parameter.
     Tensor::stack(&norms, 0).norm().double_value(&[])
 }
 
-/// Shortens the gradients of all `parameters` together to the length `most` where they are longer, and says how long
-/// they were (`torch.nn.utils.clip_grad_norm_`).
+/// Scales the gradients of all `parameters` to a joint norm of at most `most` (`torch.nn.utils.clip_grad_norm_`).
+/// Returns the norm before.
 ///
-/// Gradients that are not finite stay as they are, and so does the answer: such a step should not be taken.
+/// Non-finite gradients stay unchanged and make the norm non-finite; the caller should skip such a step.
 pub fn clip_gradients(parameters: &[(String, Tensor)], most: f64) -> f64 {
     let norm = gradient_norm(parameters);
     let factor = most / (norm + EPSILON);

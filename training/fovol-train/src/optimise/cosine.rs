@@ -1,20 +1,20 @@
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
-/// Cosine annealing of the learning rate, epoch by epoch, without warm-up or restarts.
+/// Cosine annealing of the learning rate per epoch, without warm-up or restarts.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct Cosine {
-    /// The learning rate of epoch 0.
+    /// Learning rate of epoch 0.
     pub first: f64,
-    /// The learning rate from epoch `epochs` on.
+    /// Learning rate from epoch `epochs` on.
     pub last: f64,
-    /// How many epochs it takes.
+    /// Length in epochs.
     pub epochs: u32,
 }
 
 impl Cosine {
-    /// The learning rate of `epoch`, counted from 0: last + ½ (first − last) (1 + cos(π epoch / epochs)).
+    /// Learning rate of `epoch`, counted from 0: last + ½ (first − last) (1 + cos(π epoch / epochs)).
     pub fn rate(&self, epoch: u32) -> f64 {
         if epoch >= self.epochs {
             return self.last;
@@ -22,7 +22,7 @@ impl Cosine {
         self.at(f64::from(epoch) / f64::from(self.epochs))
     }
 
-    /// The learning rate when this share, 0…1, of everything is done.
+    /// Learning rate after the fraction `share`, 0…1, of the schedule.
     pub fn at(&self, share: f64) -> f64 {
         self.last + 0.5 * (self.first - self.last) * (1.0 + (PI * share.clamp(0.0, 1.0)).cos())
     }

@@ -1,20 +1,22 @@
-//! Steps that move a matrix of weights equally far along all of its directions, as Muon takes them (Jordan et al. 2024).
-//! What a layer reads is often nearly the same in many of its channels; in what little they differ lies what is to be
-//! learned, and there the gradient is small.
+//! Orthogonalised update steps of Muon (Jordan et al. 2024): all singular directions of a weight matrix move equally
+//! far.
+//!
+//! Many input channels of a layer are often nearly equal. The useful information lies in their small differences,
+//! where gradients are small.
 
 use tch::Tensor;
 
-/// Iterations of Newton and Schulz; so many bring singular values to between 0.7 and 1.2.
+/// Newton-Schulz iterations; five bring singular values to between 0.7 and 1.2.
 const ITERATIONS: u32 = 5;
-/// The coefficients of x, x³ and x⁵ that Jordan et al. chose.
+/// Coefficients of x, x³ and x⁵ chosen by Jordan et al.
 const QUINTIC: [f64; 3] = [3.4445, -4.7750, 2.0315];
-/// What keeps the quotient finite.
+/// Keeps the quotient finite.
 const EPSILON: f64 = 1e-7;
-/// The root of the mean square of a step, as large as one of Adam is in practice (Liu et al. 2025).
+/// Root mean square of a step, similar to Adam's in practice (Liu et al. 2025).
 const SIZE: f64 = 0.2;
 
-/// `direction`, the weights of a convolution \[out, in, rows, columns\], with the singular values of its matrix
-/// \[out, in · rows · columns\] all near one another, and with entries whose mean square is 0.2².
+/// Orthogonalises `direction`, the weights of a convolution \[out, in, rows, columns\]. The singular values of the
+/// matrix \[out, in · rows · columns\] become nearly equal, and the entries' root mean square becomes 0.2.
 pub(super) fn orthogonal(direction: &Tensor) -> Tensor {
     let size = direction.size();
     let matrix = direction.reshape([size[0], -1]);
@@ -41,7 +43,7 @@ mod tests {
     fn all_directions_become_equally_long() {
         tch::manual_seed(7);
         for shape in [[16, 31, 3, 3], [48, 2, 3, 3], [1, 5, 3, 3], [9, 4, 3, 3]] {
-            // Some directions a thousand times shorter than others.
+            // Some directions are a thousand times shorter than others.
             let spread = Tensor::logspace(-3.0, 0.0, shape[0], 10.0, (Kind::Float, Device::Cpu));
             let direction = Tensor::randn(shape, (Kind::Float, Device::Cpu)) * spread.view([-1, 1, 1, 1]);
             let found = orthogonal(&direction);

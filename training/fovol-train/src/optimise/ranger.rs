@@ -4,33 +4,33 @@ use crate::Result;
 use serde::{Deserialize, Serialize};
 use tch::Tensor;
 
-/// The settings of [`Ranger`].
+/// Settings of [`Ranger`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
 pub struct RangerConfig {
-    /// How much of the running mean of gradients is kept in a step, β₁.
+    /// Decay β₁ of the moving average of gradients.
     pub beta1: f64,
-    /// How much of the running mean of their squares is kept, β₂.
+    /// Decay β₂ of the moving average of squared gradients.
     pub beta2: f64,
-    /// What is added to the root of squares before dividing.
+    /// Added to the root of the squares before division.
     pub epsilon: f64,
-    /// By how much of the learning rate weights shrink in a step, apart from gradients.
+    /// Decoupled weight decay per step, as a multiple of the learning rate.
     pub weight_decay: f64,
-    /// Every how many steps slow weights follow, and fast ones go back to them.
+    /// Steps between Lookahead synchronisations.
     pub slow_steps: u32,
-    /// How far slow weights follow: 1 is all the way.
+    /// Fraction by which slow weights follow at a synchronisation; 1 is all the way.
     pub slow_share: f64,
-    /// Steps are adaptive where the approximated length of the simple moving average is above this.
+    /// Steps are adaptive if the length of the approximated simple moving average exceeds this.
     pub rectify_above: f64,
-    /// Whether gradients of weights are centred: what each output channel has in the mean is taken off.
+    /// Whether gradients of weights are centralised: each output channel's mean is subtracted.
     pub centralise: bool,
-    /// How much longer than others the steps of convolutions of several pixels are, which are then equally long in all
-    /// directions of their weights instead of adaptive; 0 for steps like the others.
+    /// Factor of orthogonalised steps for convolutions of several pixels; 0 gives them adaptive steps like other
+    /// parameters.
     pub orthogonal: f64,
 }
 
 impl Default for RangerConfig {
-    /// Those of version 20.4.11, with the weight decay of FoVolNet.
+    /// Settings of version 20.4.11, with FoVolNet's weight decay.
     fn default() -> Self {
         Self {
             beta1: 0.95,
@@ -46,32 +46,34 @@ impl Default for RangerConfig {
     }
 }
 
-/// Ranger 20.4.11 (L. Wright 2020): RAdam (Liu et al. 2020) with decoupled weight decay, Lookahead (Zhang et al. 2019)
-/// and gradient centralisation (Yong et al. 2020); ALGORITHMS §7. With `orthogonal`, Muon (Jordan et al. 2024) takes RAdam's
-/// place for convolutions of several pixels.
+/// Optimiser Ranger 20.4.11 (L. Wright 2020).
+///
+/// It combines RAdam (Liu et al. 2020) with decoupled weight decay, Lookahead (Zhang et al. 2019) and gradient
+/// centralisation (Yong et al. 2020); see docs/guide/src/internals/algorithm.md, section 7.2. With `orthogonal`, Muon
+/// (Jordan et al. 2024) replaces RAdam for convolutions of several pixels.
 #[derive(Debug)]
 pub struct Ranger {
     config: RangerConfig,
     followers: Vec<Follower>,
 }
 
-/// A parameter, and what is kept of its past.
+/// Parameter with its optimiser state.
 #[derive(Debug)]
 struct Follower {
     name: String,
     parameter: Tensor,
-    /// The running mean of gradients.
+    /// Moving average of gradients.
     mean: Tensor,
-    /// The running mean of their squares.
+    /// Moving average of squared gradients.
     square: Tensor,
-    /// The slow weights.
+    /// Slow weights of Lookahead.
     slow: Tensor,
-    /// Steps with a gradient so far.
+    /// Number of steps with a gradient.
     steps: i64,
 }
 
 impl Ranger {
-    /// An optimiser of `parameters` as they are now.
+    /// Creates an optimiser of `parameters` at their current values.
     pub fn new(parameters: &[(String, Tensor)], config: RangerConfig) -> Self {
         let followers = parameters.iter().map(|(name, parameter)| Follower {
             name: name.clone(),
@@ -84,31 +86,31 @@ impl Ranger {
         Self { config, followers: followers.collect() }
     }
 
-    /// Its settings.
+    /// The settings.
     pub fn config(&self) -> &RangerConfig {
         &self.config
     }
 
-    /// Slow weights are what the parameters are now, which something else has changed.
+    /// Resets the slow weights to the current parameters, after something else has changed these.
     pub fn set_out(&mut self) {
         for follower in &mut self.followers {
             follower.slow.copy_(&follower.parameter.detach());
         }
     }
 
-    /// Forgets the gradients of the last step.
+    /// Sets all gradients to zero.
     pub fn zero_gradients(&mut self) {
         self.followers.iter_mut().for_each(|follower| follower.parameter.zero_grad());
     }
 
-    /// Follows the gradients by one step of the learning rate `rate`; parameters without a gradient stay.
+    /// Takes one step with the learning rate `rate`. Parameters without a gradient stay unchanged.
     pub fn step(&mut self, rate: f64) {
         let config = &self.config;
         tch::no_grad(|| self.followers.iter_mut().for_each(|follower| follower.step(rate, config)));
     }
 
-    /// What [`Self::restore`] needs to go on from here, with the parameters as they are now: copies named
-    /// `PARAMETER.mean`, `.square`, `.slow` and `.steps`.
+    /// Copies of the state for [`Self::restore`], named `PARAMETER.mean`, `.square`, `.slow` and `.steps`. The
+    /// parameters are saved separately.
     pub fn state(&self) -> Vec<(String, Tensor)> {
         let of = |follower: &Follower| {
             let Follower { name, mean, square, slow, steps, .. } = follower;
@@ -120,10 +122,10 @@ impl Ranger {
         self.followers.iter().flat_map(of).collect()
     }
 
-    /// Goes on from `state`; the parameters have to be those that it was taken with.
+    /// Restores `state`. The parameters must have the values they had when it was saved.
     ///
     /// # Errors
-    /// A state of other parameters. Nothing has changed then.
+    /// A state of other parameters; nothing changes then.
     pub fn restore(&mut self, state: &[(String, Tensor)]) -> Result<()> {
         let saved = Saved::new(state);
         let restored = self.followers.iter().map(|follower| follower.restored(&saved));
@@ -154,11 +156,11 @@ impl Follower {
         }
     }
 
-    /// The step at a learning rate of 1, against the gradients.
+    /// Update direction at a learning rate of 1; it is subtracted from the parameter.
     fn direction(&self, gradient: &Tensor, config: &RangerConfig) -> Tensor {
         let is_of_several_pixels = self.parameter.size().get(2).is_some_and(|&rows| rows > 1);
         if config.orthogonal > 0.0 && is_of_several_pixels {
-            // Nesterov's: where the mean will be.
+            // Nesterov momentum: the average after the next step.
             let ahead = gradient * (1.0 - config.beta1) + &self.mean * config.beta1;
             return orthogonal(&ahead) * config.orthogonal;
         }
@@ -185,7 +187,7 @@ impl Follower {
     }
 }
 
-/// `gradient` less what it has in the mean over all but its first dimension; biases stay.
+/// Subtracts from `gradient` its mean over all but the first dimension. Biases stay unchanged.
 fn centralised(gradient: &Tensor) -> Tensor {
     let rest: Vec<i64> = (1..gradient.dim() as i64).collect();
     if rest.is_empty() {
@@ -194,8 +196,8 @@ fn centralised(gradient: &Tensor) -> Tensor {
     gradient - gradient.mean_dim(rest, true, None)
 }
 
-/// By what the mean of gradients is multiplied in step number `step`, 1 being the first, and whether it is divided by
-/// the root of their squares as well.
+/// Factor of the averaged gradient in step `step`, counted from 1. The boolean tells whether the gradient is also
+/// divided by the root of the squares.
 fn step_length(step: i64, config: &RangerConfig) -> (f64, bool) {
     let RangerConfig { beta1, beta2, rectify_above, .. } = *config;
     let step = step as f64;

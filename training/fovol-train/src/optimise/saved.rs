@@ -4,7 +4,7 @@ use crate::{Error, Result};
 use std::collections::BTreeMap;
 use tch::Tensor;
 
-/// Named tensors as they come out of a file.
+/// Tensors of a saved state by name.
 pub(super) struct Saved<'a> {
     tensors: BTreeMap<&'a str, &'a Tensor>,
 }
@@ -26,7 +26,7 @@ impl<'a> Saved<'a> {
         Ok(tensor)
     }
 
-    /// The whole number `name`.
+    /// The integer `name`.
     pub fn number(&self, name: &str) -> Result<i64> {
         Ok(self.tensor(name, &[1])?.int64_value(&[0]))
     }

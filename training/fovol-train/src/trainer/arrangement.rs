@@ -1,33 +1,34 @@
-//! How the processors share a step: clips of a batch side by side, or several threads on each, whichever is quicker.
-//! Steps of few pixels lose more by waking threads than these gain: one thread is twice as quick as two for a clip of 12
-//! frames of 128² on two processors.
+//! Distribution of a step over CPU threads: clips of a batch side by side, or several threads per clip.
+//!
+//! Steps of few pixels lose more by waking threads than they gain. For a clip of 12 frames of 128² on two cores, one
+//! thread is twice as fast as two.
 
 use crate::Result;
 use std::fmt;
 use std::str::FromStr;
 use std::time::{Duration, Instant};
 
-/// Steps that take longer are too long to try what else is.
+/// Steps longer than this end the search.
 const LONG: Duration = Duration::from_secs(10);
-/// Steps with each arrangement; the first wakes what it needs.
+/// Timed steps with each arrangement; the first one warms up.
 const TRIES: usize = 3;
 
-/// So many parts of a batch are computed at the same time, each by so many threads.
+/// Number of parts of a batch that run at once, and threads of each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Arrangement {
     /// Parts of a batch, at least 1.
     pub side_by_side: usize,
-    /// Threads of each, at least 1.
+    /// Threads of each part, at least 1.
     pub threads: usize,
 }
 
 impl Arrangement {
-    /// Whether `processors` are enough for it.
+    /// Whether `processors` threads suffice.
     pub(super) fn fits(self, processors: usize) -> bool {
         self.side_by_side * self.threads <= processors
     }
 
-    /// All that are worth trying with `processors` where `clips` may be computed at once, the widest first.
+    /// Arrangements worth trying with `processors` threads and `clips` clips at once, widest first.
     pub(super) fn candidates(processors: usize, clips: usize) -> Vec<Self> {
         let widest = processors.min(clips).max(1);
         let mut found = Vec::new();
@@ -39,11 +40,11 @@ impl Arrangement {
         found
     }
 
-    /// That of `candidates`, of which there is one at least, with which `step` is quickest. The first is taken where steps
+    /// Finds the fastest of `candidates`, of which there must be one, by timing `step`. The first wins if its steps
     /// are long.
     ///
     /// # Errors
-    /// Those of `step`.
+    /// Errors of `step`.
     pub(super) fn quickest(candidates: &[Self], mut step: impl FnMut(Self) -> Result<()>) -> Result<Self> {
         let mut quickest = (candidates[0], Duration::MAX);
         for &candidate in candidates {
@@ -59,7 +60,7 @@ impl Arrangement {
     }
 }
 
-/// The least time of some steps, of one that is long.
+/// Shortest time of several steps, or the time of one long step.
 fn least_time(mut step: impl FnMut() -> Result<()>) -> Result<Duration> {
     let mut least = Duration::MAX;
     for _ in 0..TRIES {
@@ -73,7 +74,7 @@ fn least_time(mut step: impl FnMut() -> Result<()>) -> Result<Duration> {
     Ok(least)
 }
 
-/// As in "2x1": parts, then threads of each.
+/// Text such as "2x1": parts, then threads of each.
 impl fmt::Display for Arrangement {
     fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(to, "{}x{}", self.side_by_side, self.threads)

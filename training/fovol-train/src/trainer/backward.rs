@@ -1,4 +1,4 @@
-//! The gradients of the loss of a batch of clips: forward through the frames, and back.
+//! Forward and backward pass of a batch of clips.
 
 use super::TrainConfig;
 use crate::Result;
@@ -8,35 +8,36 @@ use crate::network::{Inputs, Network};
 use std::ops::Range;
 use tch::{Device, Tensor};
 
-/// The terms of a loss by name.
+/// Loss terms by name.
 pub(super) type TermValues = Vec<(&'static str, f64)>;
 
-/// What gradients are found with.
+/// Everything that gradients are computed with.
 pub(super) struct Backward<'a> {
     pub network: &'a Network,
     pub losses: &'a Losses,
     pub config: &'a TrainConfig,
     pub device: Device,
-    /// The part that the clips are of all that a step learns from.
+    /// Fraction of the whole step's clips that this batch has.
     pub share: f64,
-    /// Clips that are computed at once; all if not given.
+    /// Clips computed at once; `None` means all.
     pub at_once: Option<usize>,
 }
 
-/// The frames of some clips on their way through the network.
+/// Frames of some clips and the results so far.
 struct Passage {
     frames: Vec<LessonFrame>,
     references: Vec<Tensor>,
     motion: Vec<Tensor>,
     outputs: Vec<Tensor>,
-    /// What the next frame is given.
+    /// State for the next frame.
     state: Vec<Tensor>,
-    /// The part that these clips are of the batch.
+    /// Fraction of the batch that these clips are.
     share: f64,
 }
 
 impl Backward<'_> {
-    /// Adds the gradients of the mean loss of the clips of `lesson`, times their share, to those of the network's parameters; the terms.
+    /// Accumulates the gradients of the batch's mean loss, times its share, in the network's parameters. Returns the
+    /// loss terms.
     pub fn run(&self, lesson: &[LessonFrame]) -> Result<TermValues> {
         let batch = lesson[0].colour.size()[0];
         let at_once = self.at_once.map_or(batch, |count| (count as i64).min(batch));
@@ -76,7 +77,7 @@ impl Backward<'_> {
         self.network.forward(&Inputs { colour: &frame.colour, mask: Some(&frame.mask), motion }, state)
     }
 
-    /// Loss and gradients of the frames `part` with all that is computed on the way kept until then.
+    /// Loss and gradients of the frames `part`; all activations are kept for the backward pass.
     fn kept(&self, passage: &mut Passage, part: Range<usize>, length: usize) -> Result<TermValues> {
         passage.outputs.iter_mut().for_each(|output| *output = output.detach());
         let mut state = passage.state.iter().map(Tensor::detach).collect();
@@ -89,7 +90,8 @@ impl Backward<'_> {
         self.judged(passage, part, length)
     }
 
-    /// The same with only states and outputs kept: on the way back every frame is computed once more.
+    /// Loss and gradients of the frames `part` with checkpointing: only states and outputs are kept, and the backward
+    /// pass recomputes each frame.
     fn recomputed(&self, passage: &mut Passage, part: Range<usize>, length: usize) -> Result<TermValues> {
         let mut states = Vec::new();
         for frame in &passage.frames[part.clone()] {
@@ -117,7 +119,7 @@ impl Backward<'_> {
         Ok(terms)
     }
 
-    /// The loss of the frames `part`, and its gradients.
+    /// Computes the loss of the frames `part` and its gradients.
     fn judged(&self, passage: &Passage, part: Range<usize>, length: usize) -> Result<TermValues> {
         let clip = Clip {
             outputs: &passage.outputs,
@@ -130,13 +132,13 @@ impl Backward<'_> {
     }
 }
 
-/// The gradient of `tensor`, zero if nothing depends on it.
+/// Gradient of `tensor`, or zeros if nothing depends on it.
 fn slope(tensor: &Tensor) -> Tensor {
     let gradient = tensor.grad();
     if gradient.defined() { gradient } else { tensor.zeros_like() }
 }
 
-/// Adds `share` of `terms` to `sums`.
+/// Adds `share` times `terms` to `sums`.
 pub(super) fn add(sums: &mut TermValues, terms: TermValues, share: f64) {
     for (i, (name, value)) in terms.into_iter().enumerate() {
         match sums.get_mut(i) {

@@ -8,25 +8,25 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use tch::{Device, Kind, Tensor};
 
-/// All that a run needs to go on.
+/// Everything that a resumed run needs.
 pub(super) struct Checkpoint {
     /// Steps done.
     pub step: u64,
-    /// Hours that took.
+    /// Hours of training so far.
     pub hours: f64,
-    /// How processors shared the steps; runs of before do not say it.
+    /// How threads shared the steps. Older checkpoints do not have it.
     pub arrangement: Option<Arrangement>,
-    /// Weights, and the states of the optimiser and the average; f32 or i64.
+    /// Weights and states of the optimiser and the average; f32 or i64.
     pub tensors: Vec<(String, Tensor)>,
 }
 
 impl Checkpoint {
-    /// Where the checkpoint of a run in `folder` is.
+    /// Path of the checkpoint of a run in `folder`.
     pub fn path(folder: &Path) -> PathBuf {
         folder.join("checkpoint.safetensors")
     }
 
-    /// Writes it: complete, or not at all.
+    /// Writes the checkpoint atomically: the file is complete or absent.
     pub fn write(&self, folder: &Path) -> Result<()> {
         let path = Self::path(folder);
         let packed: Vec<(String, Dtype, Vec<usize>, Vec<u8>)> = self
@@ -53,7 +53,7 @@ impl Checkpoint {
         Ok(atomic::write_bytes(&path, &bytes)?)
     }
 
-    /// Reads that of the run in `folder`.
+    /// Reads the checkpoint of the run in `folder`.
     pub fn read(folder: &Path) -> Result<Self> {
         let path = Self::path(folder);
         let bytes = fs::read(&path).map_err(|e| Error::file("read", &path, &e))?;

@@ -8,18 +8,18 @@ use fovol_net::plan::{Named, NetworkConfig};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-/// A network by name, or by its widths and parts.
+/// Network to train: a name or a configuration.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum NetworkChoice {
-    /// One of [`Named`].
+    /// Name of a [`Named`] network.
     Name(String),
-    /// Any.
+    /// Any configuration.
     Config(NetworkConfig),
 }
 
 impl NetworkChoice {
-    /// Its configuration; names have been checked.
+    /// Configuration of the network. Names have been checked when the file was read.
     pub fn config(&self) -> NetworkConfig {
         match self {
             Self::Name(name) => name.parse().unwrap_or(Named::WNetFast).config(),
@@ -28,33 +28,34 @@ impl NetworkChoice {
     }
 }
 
-/// The clips of a run.
+/// Training and validation clips of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct ClipsConfig {
-    /// Where they are kept.
+    /// Folder of the clips.
     pub folder: PathBuf,
-    /// What they show: `NAME:SIDE:SEED` of procedural volumes, and files.
+    /// Volumes of the training clips: `NAME:SIDE:SEED` for procedural volumes, else paths.
     pub volumes: Vec<String>,
-    /// What those show that the network is judged by and never learns from.
+    /// Volumes of the validation clips, which are never trained on.
     pub held_out: Vec<String>,
-    /// How many to learn from.
+    /// Number of training clips.
     pub count: usize,
-    /// How many to judge by.
+    /// Number of validation clips.
     pub held_out_count: usize,
-    /// Whether they are whole frames of 800² along fly-throughs, as in the paper, instead of parts of all manner of frames.
+    /// Whether clips are full frames of 800² pixels along fly-throughs, as in the paper, instead of random crops of
+    /// various frame sizes.
     #[serde(default)]
     pub fly_through: bool,
-    /// What the seeds of both start at.
+    /// First seed.
     #[serde(default)]
     pub seed: u64,
 }
 
-/// Seeds of clips to judge by are this far from those to learn from.
+/// Seed distance between validation and training clips.
 const HELD_OUT_SEEDS: u64 = 1 << 32;
 
 impl ClipsConfig {
-    /// The same as far as they have been made.
+    /// Opens the training and validation clips that have been made.
     ///
     /// # Errors
     /// Folders without clips.
@@ -63,10 +64,10 @@ impl ClipsConfig {
         Ok([ClipSet::open(&folder.join("learn"))?, ClipSet::open(&folder.join("judge"))?])
     }
 
-    /// The clips to learn from and to judge by. Paths are relative to `base`.
+    /// Plans the training and validation clips. Paths are relative to `base`.
     ///
     /// # Errors
-    /// Names that are no volumes, volumes that are in both.
+    /// Names that are no volumes, or volumes in both sets.
     pub fn sets(&self, base: &Path) -> Result<[ClipSet; 2]> {
         let sources = |names: &[String]| -> Result<Vec<VolumeSource>> {
             let source = |name: &String| match VolumeSource::parse(name)? {
@@ -96,87 +97,87 @@ impl ClipsConfig {
     }
 }
 
-/// A run of training; what is not given is as in the paper where the paper says it.
+/// Configuration of a training run. Missing fields take the paper's values where the paper gives them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct TrainConfig {
-    /// Which network.
+    /// Network to train.
     pub network: NetworkChoice,
-    /// Weights to begin with; random ones if none are given.
+    /// Initial weights; random if not given.
     #[serde(default)]
     pub from: Option<PathBuf>,
-    /// How far random weights may be from zero.
+    /// Initial range of random weights.
     #[serde(default)]
     pub spread: Spread,
-    /// What everything random is drawn from.
+    /// Seed of all random choices.
     #[serde(default)]
     pub seed: u64,
-    /// The clips.
+    /// Training and validation clips.
     pub clips: ClipsConfig,
     /// Steps of the optimiser.
     pub steps: u64,
     /// Clips in a step.
     #[serde(default = "one")]
     pub batch: usize,
-    /// Clips that are computed at once; gradients of the others are added to theirs. All of a step if not given.
+    /// Clips computed at once; the step accumulates gradients over its clips. All of a step if not given.
     #[serde(default)]
     pub at_once: Option<usize>,
     /// Frames of a clip.
     #[serde(default = "sixteen")]
     pub frames: usize,
-    /// Rows and columns of the part of a clip that is learned from; drawn anew each time where it is smaller than the clip.
+    /// Side of the square crop of a clip to train on, in pixels; drawn anew each time if smaller than the clip.
     #[serde(default = "side")]
     pub side: usize,
-    /// Gradients go back over this many frames.
+    /// Frames over which gradients are backpropagated.
     #[serde(default = "sixteen")]
     pub truncate: usize,
-    /// Whether every frame is computed once more on the way back, instead of all that was computed kept: a third more
+    /// Whether the backward pass recomputes every frame (checkpointing) instead of keeping activations: a third more
     /// time for a fraction of the memory.
     #[serde(default)]
     pub recompute: bool,
-    /// The learning rate of the first step.
+    /// Learning rate of the first step.
     #[serde(default = "rate")]
     pub rate: f64,
-    /// That of the last step.
+    /// Learning rate of the last step.
     #[serde(default = "last_rate")]
     pub last_rate: f64,
-    /// The learning rate stays for so many steps.
+    /// Steps between changes of the learning rate.
     #[serde(default = "one_step")]
     pub steps_per_epoch: u64,
-    /// Gradients are shortened to this length.
+    /// Largest norm of the gradients; longer ones are scaled down.
     #[serde(default = "unclipped")]
     pub clip_gradients: f64,
-    /// How much of the average of weights stays in a step; 0 for no average.
+    /// Decay of the moving average of weights; 0 for no average.
     #[serde(default)]
     pub average: f64,
-    /// Whether convolutions compute in bf16.
+    /// Whether 3×3 convolutions compute in bf16.
     #[serde(default)]
     pub bf16: bool,
-    /// Whether tensors have their channels together in memory.
+    /// Whether convolutions use channels-last memory layout.
     #[serde(default)]
     pub channels_last: bool,
-    /// Whether 3×3 convolutions round to bytes as int8 does, so that weights are learned that stand it.
+    /// Whether 3×3 convolutions round to int8 values in training, so that weights tolerate int8 inference.
     #[serde(default)]
     pub fake_quantised: bool,
-    /// Whether the network is given the renderer's motion, if it uses any.
+    /// Whether networks with a motion input receive the renderer's motion.
     #[serde(default = "yes")]
     pub use_motion: bool,
-    /// Steps after which channels that have died are drawn anew, in the first half of all steps; 0 for never.
+    /// Steps between resets of dead channels, in the first half of all steps; 0 for never.
     #[serde(default)]
     pub revive_every: u64,
-    /// Steps between judgements.
+    /// Steps between validations.
     #[serde(default = "thousand")]
     pub validate_every: u64,
     /// Minutes between checkpoints.
     #[serde(default = "five")]
     pub checkpoint_minutes: f64,
-    /// How clips are varied and sampled.
+    /// Augmentation and sampling of clips.
     #[serde(default)]
     pub lesson: LessonConfig,
-    /// What is minimised.
+    /// Loss to minimise.
     #[serde(default)]
     pub loss: LossConfig,
-    /// How.
+    /// Settings of the optimiser.
     #[serde(default)]
     pub optimiser: RangerConfig,
 }
@@ -213,10 +214,10 @@ fn five() -> f64 {
 }
 
 impl TrainConfig {
-    /// Reads a TOML file.
+    /// Reads and checks a TOML file.
     ///
     /// # Errors
-    /// A file that cannot be read or says what it should not; where, and how to mend it.
+    /// The file cannot be read or has invalid content. The message says where and how to mend it.
     pub fn read(path: &Path) -> Result<Self> {
         let text = fovol_core::input::read_to_string(path).map_err(|e| Error::file("read", path, &e))?;
         let config: Self =
@@ -225,10 +226,10 @@ impl TrainConfig {
         Ok(config)
     }
 
-    /// Whether it can be run.
+    /// Checks that the configuration can be run.
     ///
     /// # Errors
-    /// What is wrong, in one line.
+    /// One line that says what is wrong.
     pub fn check(&self) -> Result<()> {
         if let NetworkChoice::Name(name) = &self.network {
             name.parse::<Named>().map_err(Error::Config)?;
@@ -255,7 +256,7 @@ impl TrainConfig {
         Ok(())
     }
 
-    /// Epochs of the learning rate.
+    /// Number of epochs of the learning rate.
     pub fn epochs(&self) -> u32 {
         u32::try_from(self.steps.div_ceil(self.steps_per_epoch)).unwrap_or(u32::MAX)
     }

@@ -10,19 +10,19 @@ use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread;
 use tch::Device;
 
-/// Lessons one after the other, prepared ahead by threads of their own.
+/// Queue of training batches that background threads prepare.
 pub(super) struct Lessons {
     prepared: Receiver<Result<Vec<LessonFrame>>>,
 }
 
-/// How many are prepared ahead.
+/// Batches prepared ahead.
 const AHEAD: usize = 2;
 
 impl Lessons {
-    /// The lessons of `config` on `clips` from step `step` on, for a network on `device`.
+    /// Starts preparing batches of `clips` from step `step` on, for a network on `device`.
     ///
     /// # Errors
-    /// Lessons that cannot be made.
+    /// Batches that cannot be made.
     pub fn start(clips: ClipSet, config: &TrainConfig, step: u64, device: Device) -> Result<Self> {
         let lesson = Lesson::new(&config.lesson)?;
         let threads = threads()?;
@@ -35,7 +35,7 @@ impl Lessons {
                     Ok(frames.into_par_iter().map(|frame| frame.ready_for(device)).collect())
                 })
             };
-            // Ends when nobody listens any more.
+            // Ends when the receiver is dropped.
             let mut step = step;
             while sender.send(lesson_of(step)).is_ok() {
                 step += 1;
@@ -44,20 +44,20 @@ impl Lessons {
         Ok(Self { prepared })
     }
 
-    /// The next one.
+    /// Receives the next batch.
     pub fn next(&mut self) -> Result<Vec<LessonFrame>> {
         let ended = |_| Error::Clip("the thread that prepares clips has ended".into());
         self.prepared.recv().map_err(ended)?
     }
 }
 
-/// A thread for every processor. Clips are what is shared out: torch is not to share out what it does to one besides.
+/// Pool with a thread for every CPU thread. Work is split by clips, so torch uses one thread in each.
 fn threads() -> Result<ThreadPool> {
     let threads = ThreadPoolBuilder::new().start_handler(|_| tch::set_num_threads(1)).build();
     threads.map_err(|e| Error::Clip(format!("no threads that prepare clips: {e}")))
 }
 
-/// The lesson of step `step`.
+/// Prepares the batch of step `step`.
 pub(super) fn prepare(
     clips: &ClipSet,
     config: &TrainConfig,
@@ -76,20 +76,21 @@ pub(super) fn prepare(
     Ok(lesson.of(&parts, config.frames, &mut random))
 }
 
-/// Which of `count` clips comes at place `number`: each once in every `count` places, in an order of its own.
+/// Index of the clip at place `number`: each of `count` clips once in every round of `count` places, shuffled anew
+/// each round.
 fn shuffled(number: u64, count: usize, seed: u64) -> usize {
     let (round, place) = (number / count as u64, (number % count as u64) as usize);
     let mut random = ChaCha8Rng::seed_from_u64(seed ^ 0x5eed);
     random.set_stream(round);
     let mut order: Vec<usize> = (0..count).collect();
-    // Fisher and Yates, as far as it is needed.
+    // Fisher-Yates shuffle, as far as needed.
     for i in 0..=place {
         order.swap(i, random.random_range(i..count));
     }
     order[place]
 }
 
-/// A random square of `side`² pixels of `clip`.
+/// Random square crop of `side`² pixels of `clip`.
 fn part(clip: Clip, side: usize, random: &mut ChaCha8Rng) -> Clip {
     let [width, height] = [clip.scenery.part.width, clip.scenery.part.height].map(|s| s as usize);
     let side = [side.min(width), side.min(height)];
@@ -108,7 +109,7 @@ fn part(clip: Clip, side: usize, random: &mut ChaCha8Rng) -> Clip {
     }
 }
 
-/// A part of frames that are `width` pixels wide.
+/// Crop of frames that are `width` pixels wide.
 struct Square {
     corner: [usize; 2],
     side: [usize; 2],
@@ -116,7 +117,7 @@ struct Square {
 }
 
 impl Square {
-    /// The part of `frame`, which has so many numbers a pixel.
+    /// Crops `frame`, which has `numbers` values per pixel.
     fn of<T: Copy>(&self, frame: &[T], numbers: usize) -> Vec<T> {
         let [left, top] = self.corner;
         let row = |y: usize| &frame[numbers * (y * self.width + left)..][..numbers * self.side[0]];

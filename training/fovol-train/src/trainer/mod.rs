@@ -1,7 +1,6 @@
-//! Training of a network on clips: from a configuration to weights, interrupted and resumed at will.
+//! Training of a network on clips: from a configuration to weights, with resumption.
 //!
-//! Everything random of step s is drawn from the seed and s, so that a run that was interrupted goes on exactly as it
-//! would have gone.
+//! Everything random in step s depends on the seed and s alone, so that a resumed run continues exactly.
 
 mod arrangement;
 mod backward;
@@ -43,11 +42,11 @@ use validation::Validation;
 pub enum Ended {
     /// All steps are done.
     Complete,
-    /// Time was up, or somebody asked to stop; it can be resumed.
+    /// The time limit or a request stopped the run; it can be resumed.
     Stopped,
 }
 
-/// The file of the averaged weights.
+/// File of the averaged weights.
 const WEIGHTS: &str = "weights.safetensors";
 
 /// A network in training.
@@ -64,25 +63,26 @@ pub struct Trainer {
     step: u64,
     /// Hours of training before this start.
     hours_before: f64,
-    /// When it began and how long it may take, if the learning rate follows the clock.
+    /// Start and length of a run whose learning rate follows the clock.
     pace: Option<(Instant, Duration)>,
-    /// How processors shared the steps before, if it is known.
+    /// Distribution over threads before the run was resumed, if known.
     arranged_before: Option<Arrangement>,
     device: Device,
 }
 
 impl Trainer {
-    /// A run of `config` whose results go to `folder`; goes on from the checkpoint there if `resume` and there is one.
+    /// Prepares a run of `config` that writes to `folder`. With `resume` it continues from the checkpoint there, if
+    /// there is one.
     ///
     /// # Errors
-    /// Weights to begin with, or a checkpoint, that cannot be read or belong to another network.
+    /// Initial weights or a checkpoint that cannot be read or belong to another network.
     pub fn new(config: TrainConfig, folder: &Path, device: Device, resume: bool) -> Result<Self> {
         config.check()?;
         let weights = match &config.from {
             Some(path) => Weights::named_or_read(&fovol_core::text_of_path(path))?,
             None => initial_weights(&config.network.config(), config.spread, config.seed)?,
         };
-        // A run that is resumed has its own weights there.
+        // A resumed run finds its own weights there.
         if !resume {
             atomic::refuse_input(&folder.join(WEIGHTS))?;
         }
@@ -116,16 +116,18 @@ impl Trainer {
         Ok(trainer)
     }
 
-    /// From now on the learning rate falls with the clock, and all is done when `time` has passed, however many steps that
-    /// is: for runs of which nobody knows how many there is time for. What such a run finds is not to be repeated exactly.
+    /// Makes the learning rate follow the clock from now on, and ends training after `time`, however many steps that
+    /// allows. Such a run cannot be repeated exactly.
     pub fn pace(&mut self, time: Duration) {
         self.pace = Some((Instant::now(), time));
         self.config.steps = u64::MAX;
     }
 
-    /// Shares the steps on `clips` out to at most so many processors in the way that is quickest, found by taking some
-    /// that teach nothing; in that of before, if the run was resumed on a machine that can do it, so that it goes on with
-    /// the same numbers. That way; nothing where no processor computes or nothing is there to learn from.
+    /// Chooses the fastest distribution of steps on `clips` over at most `processors` threads, by timing steps
+    /// without learning.
+    ///
+    /// A resumed run keeps its previous distribution if the machine has enough threads, so that results stay
+    /// identical. Returns the distribution, or `None` if training runs on a GPU or there are no clips.
     ///
     /// # Errors
     /// Clips that cannot be read.
@@ -141,7 +143,7 @@ impl Trainer {
         let arrangement = match candidates[..] {
             [only] => only,
             _ => {
-                // Lessons are prepared beside the steps, as they will be.
+                // Batches are prepared meanwhile, as in real steps.
                 let mut lessons = Lessons::start(clips.clone(), &self.config, self.step, self.device)?;
                 Arrangement::quickest(&candidates, |tried| {
                     self.take(tried)?;
@@ -153,7 +155,7 @@ impl Trainer {
         Ok(Some(arrangement))
     }
 
-    /// Shares steps out in this way from now on.
+    /// Distributes steps over threads in this way from now on.
     ///
     /// # Errors
     /// Files of the loss that cannot be read.
@@ -164,19 +166,19 @@ impl Trainer {
         Ok(())
     }
 
-    /// Steps done so far.
+    /// Number of steps done.
     pub fn steps_done(&self) -> u64 {
         self.step
     }
 
-    /// Trains on `clips` until all steps are done, `limit` has passed or `stop` says so, and judges the network by
-    /// `held_out` now and then.
+    /// Trains on `clips` until all steps are done, `limit` has passed or `stop` returns true. Validates on `held_out`
+    /// every few steps.
     ///
     /// Writes `checkpoint.safetensors`, `weights.safetensors` (the averaged weights), `log.jsonl`, `loss.svg` and
     /// `preview.png` to its folder.
     ///
     /// # Errors
-    /// Clips that cannot be read, files that cannot be written, a loss that is no number three times in a row.
+    /// Clips that cannot be read, files that cannot be written, or a loss that is not finite three times in a row.
     pub fn run(
         &mut self,
         clips: &ClipSet,
@@ -221,7 +223,8 @@ impl Trainer {
             let out_of_time = limit.is_some_and(|limit| started.elapsed() >= limit);
             let stops = out_of_time || stop();
             if stops || saved.elapsed().as_secs_f64() > 60.0 * self.config.checkpoint_minutes {
-                // Ranges take a while to find: only for weights that somebody may use now.
+                // Calibrating activation ranges takes a while; it is done only when the run ends and weights may be
+                // used.
                 self.save(started, stops.then_some(clips))?;
                 saved = Instant::now();
             }
@@ -240,13 +243,14 @@ impl Trainer {
         self.pace.is_some_and(|(began, time)| began.elapsed() >= time)
     }
 
-    /// Whether dead channels are to be looked for now. In the second half there is no time to learn from new ones.
+    /// Whether dead channels are reset before this step. In the second half, new channels would have too little time
+    /// to learn.
     fn is_to_revive(&self) -> bool {
         let every = self.config.revive_every;
         every > 0 && self.step.is_multiple_of(every) && self.share_done() < 0.5
     }
 
-    /// How much of the run is done, 0…1.
+    /// Fraction of the run that is done, 0…1.
     fn share_done(&self) -> f64 {
         match self.pace {
             Some((began, time)) => began.elapsed().as_secs_f64() / time.as_secs_f64(),
@@ -254,7 +258,7 @@ impl Trainer {
         }
     }
 
-    /// Draws channels anew that do nothing in lessons on `clips`; how many.
+    /// Resets channels that stay inactive on `clips`; returns their number.
     fn revive(&mut self, clips: &ClipSet) -> Result<usize> {
         let mut weights = self.network.weights();
         note_ranges(&mut weights, clips, &self.config)?;
@@ -265,7 +269,7 @@ impl Trainer {
         Ok(count)
     }
 
-    /// The learning rate of the next step.
+    /// Learning rate of the next step.
     fn rate(&self) -> f64 {
         if self.pace.is_some() {
             return self.schedule.at(self.share_done());
@@ -273,7 +277,7 @@ impl Trainer {
         self.schedule.rate((self.step / self.config.steps_per_epoch) as u32)
     }
 
-    /// One step; nothing where the gradients are no numbers, and the weights stay as they are.
+    /// Takes one step. Returns `None` and leaves the weights unchanged if gradients or loss are not finite.
     fn learn(&mut self, lesson: &[LessonFrame], rate: f64) -> Result<Option<Taken>> {
         let terms = self.gradients(lesson)?;
         let norm = clip_gradients(&self.network.parameters(), self.config.clip_gradients);
@@ -285,13 +289,13 @@ impl Trainer {
         Ok(Some(Taken { terms, norm }))
     }
 
-    /// Gives the parameters the gradients of `lesson`; the terms of its loss.
+    /// Computes the gradients of the batch `lesson`; returns the terms of its loss.
     fn gradients(&mut self, lesson: &[LessonFrame]) -> Result<TermValues> {
         self.ranger.zero_gradients();
         self.replicas.gradients((&self.network, &self.losses), &self.config, lesson)
     }
 
-    /// Judges the averaged weights by clips that are never learned from.
+    /// Validates the averaged weights on the validation clips.
     fn judge(&mut self, validation: &mut Validation, progress: &mut Progress) -> Result<()> {
         self.average.swap();
         let judged = validation.judge(&self.network, &self.folder.join("preview.png"));
@@ -299,7 +303,8 @@ impl Trainer {
         progress.judged(self.step, &judged?)
     }
 
-    /// Writes a checkpoint, and the averaged weights as they are now; with the ranges of activations on `clips` if given.
+    /// Writes a checkpoint and the current averaged weights. If `clips` is given, the weights include activation
+    /// ranges on them.
     fn save(&mut self, started: Instant, clips: Option<&ClipSet>) -> Result<()> {
         let hours = self.hours_before + started.elapsed().as_secs_f64() / 3600.0;
         let mut tensors = Vec::new();
@@ -363,10 +368,10 @@ impl Trainer {
     }
 }
 
-/// What a step found.
+/// Result of one step.
 pub(crate) struct Taken {
     /// The terms of the loss.
     pub terms: Vec<(&'static str, f64)>,
-    /// The length of the gradients before they were clipped.
+    /// Norm of the gradients before clipping.
     pub norm: f64,
 }

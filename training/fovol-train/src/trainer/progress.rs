@@ -9,18 +9,18 @@ use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// Says how far a run is: a line in `log.jsonl` for every step and judgement, a curve, and a line on the terminal now
-/// and then.
+/// Progress reports of a run: a line in `log.jsonl` for every step and validation, a chart of the loss, and
+/// occasional lines on the terminal.
 pub(super) struct Progress {
     log: File,
     path: PathBuf,
     started: Instant,
     first: u64,
     steps: u64,
-    /// When it is over, whatever the steps; if it has such an end.
+    /// End of a run that follows the clock.
     end: Option<Instant>,
     said: Instant,
-    /// The running mean of the loss.
+    /// Exponential moving average of the loss.
     mean: Option<f64>,
 }
 
@@ -28,8 +28,8 @@ pub(super) struct Progress {
 const PAUSE: f64 = 20.0;
 
 impl Progress {
-    /// Goes on with the log in `folder` from step `first` of `steps`, or until `end`; lines of later steps, which are done
-    /// again, go.
+    /// Continues the log in `folder` from step `first` of `steps`, or until `end`. Lines of later steps are dropped,
+    /// since these steps are repeated.
     pub fn new(folder: &Path, first: u64, steps: u64, end: Option<Instant>) -> Result<Self> {
         let path = folder.join("log.jsonl");
         let kept: Vec<String> =
@@ -41,7 +41,7 @@ impl Progress {
         Ok(Self { log, path, started: now, first, steps, end, said: now, mean: None })
     }
 
-    /// Step `step` was taken.
+    /// Reports that step `step` was taken.
     pub fn step(&mut self, step: u64, rate: f64, taken: &Taken) -> Result<()> {
         let terms: serde_json::Map<String, serde_json::Value> =
             taken.terms.iter().map(|&(name, value)| (name.into(), json!(value))).collect();
@@ -55,19 +55,19 @@ impl Progress {
         Ok(())
     }
 
-    /// Step `step` was left out: its gradients were no numbers.
+    /// Reports that step `step` was skipped because its gradients were not finite.
     pub fn skipped(&mut self, step: u64) -> Result<()> {
         self.write(&json!({ "step": step, "skipped": true }))
     }
 
-    /// So many channels that had died were drawn anew before step `step`.
+    /// Reports that `channels` dead channels were reset before step `step`.
     pub fn revived(&mut self, step: u64, channels: usize) -> Result<()> {
         self.write(&json!({ "step": step, "revived": channels }))?;
         say(format_args!("step {step}: {channels} channels that had died begin anew"));
         Ok(())
     }
 
-    /// The network was judged before step `step`.
+    /// Reports the validation before step `step`.
     pub fn judged(&mut self, step: u64, judgement: &Judgement) -> Result<()> {
         self.write(&json!({ "step": step - 1, "judged": judgement }))?;
         say(format_args!("step {step}: {judgement}"));
@@ -89,7 +89,7 @@ impl Progress {
         writeln!(self.log, "{line}").map_err(|e| Error::file("write", &self.path, &e))
     }
 
-    /// Draws `loss.svg`: the mean loss of a hundred parts of the run, and the judged PSNR.
+    /// Draws `loss.svg`: the loss averaged over a hundred parts of the run.
     fn draw(&self) -> Result<()> {
         let all: Vec<(f64, f64)> = lines(&self.path)
             .iter()
@@ -120,7 +120,7 @@ fn draw_curve(path: &Path, points: &[(f64, f64)]) -> std::result::Result<(), Box
     let mut chart = ChartBuilder::on(&area);
     chart.margin(12).x_label_area_size(34).y_label_area_size(58);
     let curve = LineSeries::new(points.iter().copied(), &BLUE);
-    // Sums of logarithms are below zero, and are logarithms already.
+    // Sums of logarithms are negative, and need no logarithmic axis.
     if least > 0.0 {
         let mut chart = chart.build_cartesian_2d(steps, (0.9 * least..1.1 * most).log_scale())?;
         chart.configure_mesh().x_desc("step").y_desc("loss").draw()?;

@@ -1,4 +1,4 @@
-//! The ranges of activations, which networks that multiply bytes need.
+//! Calibration of activation ranges, which int8 networks need.
 
 use super::TrainConfig;
 use super::lessons::prepare;
@@ -11,13 +11,13 @@ use fovol_net::Weights;
 use fovol_net::cpu::{FrameInput, calibrate};
 use tch::{Device, Kind, Tensor};
 
-/// Lessons that are looked at.
+/// Number of batches that ranges are taken from.
 const LESSONS: u64 = 24;
 
-/// Notes in `weights` what values their network reaches in lessons of `config` on `clips`.
+/// Records in `weights` the ranges of activations on batches of `config` from `clips`.
 ///
 /// # Errors
-/// Clips that cannot be read, or are none.
+/// Clips that cannot be read, or no clips.
 pub fn note_ranges(weights: &mut Weights, clips: &ClipSet, config: &TrainConfig) -> Result<()> {
     let single = TrainConfig { batch: 1, ..config.clone() };
     let lesson = Lesson::new(&config.lesson)?;
@@ -29,7 +29,7 @@ pub fn note_ranges(weights: &mut Weights, clips: &ClipSet, config: &TrainConfig)
     Ok(calibrate(weights, &inputs)?)
 }
 
-/// What a network is given of one frame.
+/// Input of a network for one frame.
 struct Given {
     sparse: Frame,
     motion: Vec<[f32; 2]>,

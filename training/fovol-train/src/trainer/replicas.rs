@@ -1,5 +1,5 @@
-//! Parts of a batch computed side by side, each by a thread and a replica of the network of its own, the gradients added
-//! up: data parallelism (Krizhevsky 2014) within one process. Sums have the same order every time.
+//! Data parallelism within one process (Krizhevsky 2014): each thread computes a part of the batch with its own
+//! replica of the network. Gradients are always summed in one order.
 
 use super::backward::{Backward, TermValues, add};
 use super::{Arrangement, TrainConfig};
@@ -12,10 +12,10 @@ use std::panic::resume_unwind;
 use std::thread;
 use tch::{Device, Tensor};
 
-/// What computes the gradients of the first part of a batch is the network itself; these do the others.
+/// Replicas beside the network itself, which computes the first part of a batch.
 pub(super) struct Replicas {
     others: Vec<Replica>,
-    /// Threads of each.
+    /// Threads of each replica.
     threads: usize,
 }
 
@@ -25,7 +25,7 @@ struct Replica {
 }
 
 impl Replicas {
-    /// As many as `arrangement` asks for, of `network`; from now on torch has as many threads here as one of them has.
+    /// Makes the replicas of `network` that `arrangement` asks for, and sets torch's thread count on this thread.
     ///
     /// # Errors
     /// Files of the loss that cannot be read.
@@ -39,15 +39,15 @@ impl Replicas {
         Ok(Self { others, threads: arrangement.threads })
     }
 
-    /// What they were made for.
+    /// Distribution that the replicas were made for.
     pub fn arrangement(&self) -> Arrangement {
         Arrangement { side_by_side: 1 + self.others.len(), threads: self.threads }
     }
 
-    /// Adds the gradients of `lesson` to those of `network`; the terms of its loss.
+    /// Adds the gradients of the batch `lesson` to those of `network`; returns the terms of its loss.
     ///
     /// # Errors
-    /// Those of the networks and the losses.
+    /// Errors of the networks and the losses.
     pub fn gradients(
         &mut self,
         (network, losses): (&Network, &Losses),
@@ -67,7 +67,7 @@ impl Replicas {
             let others = self.others.iter_mut().zip(&parts[1..]).map(|(replica, part)| {
                 let job = job(part);
                 scope.spawn(move || {
-                    // Threads of torch are counted for each thread that calls it.
+                    // Torch's thread count is a setting of each calling thread.
                     tch::set_num_threads(threads);
                     replica.network.zero_gradients();
                     job.run((&replica.network, &replica.losses), config, device)
@@ -91,12 +91,12 @@ impl Replicas {
     }
 }
 
-/// A part of a batch.
+/// Part of a batch.
 struct Job {
     lesson: Vec<LessonFrame>,
-    /// How much of the batch it is.
+    /// Fraction of the batch.
     share: f64,
-    /// Clips that are computed at once.
+    /// Clips computed at once.
     at_once: Option<usize>,
 }
 
@@ -112,7 +112,7 @@ impl Job {
     }
 }
 
-/// `batch` clips in at most `count` parts that differ by one at most.
+/// Splits `batch` clips into at most `count` parts whose sizes differ by at most one.
 fn parts(batch: i64, count: usize) -> Vec<Range<i64>> {
     let count = (count as i64).min(batch);
     (0..count).map(|i| batch * i / count..batch * (i + 1) / count).collect()

@@ -1,8 +1,8 @@
-//! Channels that have died are drawn anew while a network learns.
+//! Reset of dead channels during training.
 //!
-//! A rectifier that is zero for everything it is shown passes no gradient, and stays so for ever. Sokar et al. (2023, "The dormant
-//! neuron phenomenon in deep reinforcement learning") give such channels new weights, and what reads them weights of zero, so
-//! that the picture stays what it was until something is learned of them.
+//! A rectifier that is zero for every input passes no gradient and stays dead. Sokar et al. ("The dormant neuron
+//! phenomenon in deep reinforcement learning", 2023) give such channels new weights. The layers that read them get
+//! weights of zero, so that the output stays unchanged until they have learned.
 
 use crate::Result;
 use crate::network::{Spread, initial_weights};
@@ -10,10 +10,11 @@ use fovol_net::plan::{Activation, Conv, Layer, Plan, TensorId};
 use fovol_net::weights::Array;
 use fovol_net::{Error, Weights};
 
-/// A channel that never gets further from zero is dead: live ones reach 0.1 to 20.
+/// Channels whose activations never exceed this are dead. Live channels reach 0.1 to 20.
 const DEAD: f32 = 0.01;
 
-/// `weights` with their dead channels drawn anew, by the ranges that are noted in them; and how many these were.
+/// Resets the dead channels of `weights`, found by the activation ranges stored in them. Returns the new weights and
+/// the number of channels.
 ///
 /// # Errors
 /// Weights of a configuration that makes no network.
@@ -23,7 +24,7 @@ pub(super) fn revived(weights: &Weights, spread: Spread, seed: u64) -> Result<(W
     let dead: Vec<(&Conv, Vec<usize>)> =
         rectified(&plan).map(|conv| (conv, dead(&plan, conv, weights))).collect();
     let mut arrays = weights.arrays().clone();
-    // Silence first: what reads a dead channel may be dead itself, and is to hear it then.
+    // Zero the readers first: a reader may itself be dead, and its new weights must stay.
     for (conv, channels) in &dead {
         for (name, first) in readers(&plan, conv.output) {
             if let Some(weight) = arrays.get_mut(&format!("{name}.weight")) {
@@ -56,15 +57,15 @@ fn dead(plan: &Plan, conv: &Conv, weights: &Weights) -> Vec<usize> {
     reach.map(of).unwrap_or_default()
 }
 
-/// The layers with weights that read the channels of tensor `id`, themselves or halved, now or in the next frame, and where these
-/// begin in what they read.
+/// Layers that read the channels of tensor `id`, directly or pooled, in this frame or the next. The number is the
+/// index of the first of these channels in the layer's input.
 fn readers(plan: &Plan, id: TensorId) -> Vec<(String, usize)> {
     let kept = plan.states().iter().filter(|state| state.next == id);
     let later = kept.flat_map(|state| readers(plan, state.previous));
     plan.layers().iter().flat_map(|layer| places(plan, layer, id)).chain(later).collect()
 }
 
-/// The same of one layer.
+/// [`readers`] in one layer.
 fn places(plan: &Plan, layer: &Layer, id: TensorId) -> Vec<(String, usize)> {
     match layer {
         Layer::Conv(conv) => {
@@ -77,12 +78,12 @@ fn places(plan: &Plan, layer: &Layer, id: TensorId) -> Vec<(String, usize)> {
         }
         Layer::Filter(filter) if filter.features == id => vec![(filter.name.clone(), 0)],
         Layer::Pool { input, output } if *input == id => readers(plan, *output),
-        // Others weigh pictures; normalisations, which have weights, come before rectifiers and not after them.
+        // Other layers process pictures. Normalisations, which have weights, precede rectifiers.
         _ => Vec::new(),
     }
 }
 
-/// Zeros for inputs `first + channels` of `weight` \[out, in, rows, columns\].
+/// Sets the weights of inputs `first + channels` of `weight` \[out, in, rows, columns\] to zero.
 fn silence(weight: &mut Array, first: usize, channels: &[usize]) {
     let (inputs, window) = (weight.shape[1], weight.shape[2..].iter().product::<usize>());
     for of_output in weight.values.chunks_exact_mut(inputs * window) {
@@ -92,7 +93,7 @@ fn silence(weight: &mut Array, first: usize, channels: &[usize]) {
     }
 }
 
-/// The numbers of `drawn` for outputs `channels` of `array` \[out, …\].
+/// Copies the values of outputs `channels` from `drawn` to `array` \[out, …\].
 fn redraw(array: &mut Array, drawn: &Array, channels: &[usize]) {
     let each: usize = array.shape[1..].iter().product();
     for channel in channels {
@@ -107,7 +108,7 @@ mod tests {
     use fovol_net::plan::Named;
     use std::collections::BTreeMap;
 
-    /// Weights of the default network in which these channels are dead and all others reach 1.
+    /// Weights of the default network with these channels dead; all others reach 1.
     fn with_dead(dead: &[(&str, &[usize])]) -> Weights {
         let config = Named::WNetFast.config();
         let plan = config.plan().unwrap();
@@ -143,7 +144,8 @@ mod tests {
         let each = 16 * 9;
         let redrawn = changed(&weights, &after, "encoder.1.conv2.weight");
         assert_eq!(redrawn, (5 * each..6 * each).collect::<Vec<_>>());
-        // Halved, the next encoder reads the first, and as it is a decoder, after which that reads the second.
+        // The next encoder reads the pooled output. The decoder reads both: the encoder as a skip connection and,
+        // after it, the second tensor.
         for (reader, silent) in [("encoder.2.conv1", vec![5]), ("decoder.1.conv1", vec![5, 16 + 3])] {
             let weight = &after.arrays()[&format!("{reader}.weight")];
             let zeros = (0..weight.values.len()).filter(|&at| weight.values[at] == 0.0);

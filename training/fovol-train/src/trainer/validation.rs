@@ -14,14 +14,14 @@ use std::fmt;
 use std::path::Path;
 use tch::{Device, Kind, Tensor};
 
-/// How near pictures are to their references: means over clips.
+/// Quality of pictures: means over clips.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Scores {
-    /// Decibels, of the mean squared error of each clip.
+    /// PSNR in decibels, from the mean squared error of each clip.
     pub psnr: f64,
-    /// 0…1.
+    /// SSIM, at most 1.
     pub ssim: f64,
-    /// Decibels, of the differences between frames.
+    /// tPSNR in decibels: PSNR of the differences between frames.
     pub tpsnr: f64,
 }
 
@@ -31,17 +31,17 @@ impl fmt::Display for Scores {
     }
 }
 
-/// What filling without a network reaches.
+/// Quality of hole filling without a network.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct Fills {
-    /// Means of ever larger squares.
+    /// Pull-push: averages over ever larger squares.
     pub pull_push: Scores,
     /// Linear interpolation between samples.
     pub linear: Scores,
 }
 
-/// What a network reaches on the clips it is judged by, and what filling does.
+/// Quality of a network and of plain hole filling on the validation clips.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub(super) struct Judgement {
     network: Scores,
@@ -56,21 +56,21 @@ impl fmt::Display for Judgement {
     }
 }
 
-/// The clips that a network is judged by, always sampled alike: 3 % of the pixels.
+/// Validation clips, always sampled with equal masks at a density of 3 %.
 pub(super) struct Validation {
     lessons: Vec<Vec<LessonFrame>>,
     fills: Option<Fills>,
 }
 
-/// The density that networks are judged at.
+/// Sampling density of validation.
 const DENSITY: f64 = 0.03;
-/// Frames before this one are not judged: a network has to see something first.
+/// First frame that is scored; the network needs some history first.
 const FROM: usize = 4;
 /// Rows of `preview.png`.
 const PREVIEWS: usize = 6;
 
 impl Validation {
-    /// The clips of `set`, their masks drawn with `noise`.
+    /// Prepares the clips of `set` with masks from `noise`.
     pub fn new(set: &ClipSet, noise: &NoiseConfig) -> Result<Self> {
         let plain = LessonConfig {
             base: [DENSITY; 2],
@@ -89,7 +89,7 @@ impl Validation {
         Ok(Self { lessons: lessons.collect::<Result<_>>()?, fills: None })
     }
 
-    /// Judges `network`; draws sparse frames, fills, what it makes of them and references to `preview`.
+    /// Scores `network`. Draws sparse frames, fills, reconstructions and references to `preview`.
     pub fn judge(&mut self, network: &Network, preview: &Path) -> Result<Judgement> {
         let mut scores = Scores::default();
         let mut rows = Vec::new();
@@ -139,7 +139,7 @@ impl Scores {
     }
 }
 
-/// What `network` makes of a clip.
+/// Reconstructs a clip with `network`.
 fn reconstructed(network: &Network, lesson: &[LessonFrame]) -> Result<Vec<Frame>> {
     let size = lesson[0].colour.size();
     let mut state = network.initial_state([size[0], size[2], size[3]]);
@@ -171,7 +171,7 @@ fn target_frame(frame: &LessonFrame) -> Result<Frame> {
     frame_of(&frame.target, None)
 }
 
-/// The first picture of a batch, with `alpha` or opaque.
+/// First picture of a batch, with `alpha` or opaque.
 fn frame_of(colour: &Tensor, alpha: Option<&Tensor>) -> Result<Frame> {
     let size = colour.size();
     let side = |n: i64| u32::try_from(n).unwrap_or(0);
@@ -189,7 +189,7 @@ fn frame_of(colour: &Tensor, alpha: Option<&Tensor>) -> Result<Frame> {
     Ok(Frame::from_pixels(size, pixels)?)
 }
 
-/// Pictures side by side, one row under the other.
+/// Draws rows of four pictures each into one image.
 fn draw(rows: &[[Frame; 4]], path: &Path) -> Result<()> {
     let Some(first) = rows.first() else { return Ok(()) };
     let FrameSize { width, height } = first[0].size();

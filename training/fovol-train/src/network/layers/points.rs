@@ -1,17 +1,17 @@
-//! Samples of earlier frames as points, each with its place in its pixel.
+//! Samples of earlier frames as points with subpixel positions.
 //!
-//! Nothing that is learned comes before them: no gradients are kept.
+//! No gradients are kept, since nothing learned precedes these layers.
 
 use super::{FAR, shape};
 use fovol_net::plan::POINT;
 use tch::Tensor;
 
-/// Weights of points, and where their places begin.
+/// First channels of the weight and of the subpixel position of a point.
 const WEIGHT: i64 = 3;
 const PLACE: i64 = 4;
 
-/// The points of `input` where `motion`, in pixels to the previous position, takes them: a pixel takes those that were in the
-/// square of its size around where it was; several become their mean, with the largest of their weights.
+/// Moves the points of `input` along `motion`, in pixels to the previous position. A pixel collects the points in the
+/// unit square around its previous position. Several points become their mean, with the largest of their weights.
 pub(crate) fn reproject(input: &Tensor, motion: &Tensor) -> Tensor {
     tch::no_grad(|| {
         let [batch, channels, height, width] = shape(input);
@@ -51,8 +51,8 @@ pub(crate) fn reproject(input: &Tensor, motion: &Tensor) -> Tensor {
     })
 }
 
-/// What the points of `input` tell of the centres of pixels: each counts for the four around it as it is near, bilinear.
-/// Divided by the sum of these shares where that is more than one.
+/// Bilinear splat of the points of `input` onto pixel centres. Sums are divided by the sum of the bilinear weights
+/// where that exceeds one.
 pub(crate) fn splat(input: &Tensor) -> Tensor {
     tch::no_grad(|| {
         let [_, _, height, width] = shape(input);

@@ -1,12 +1,12 @@
-//! Every kind of layer against PyTorch's cases in double precision (`tests/reference/network/make_cases.py`), and
-//! its gradient against differences.
+//! Tests of every layer against PyTorch's cases in double precision (`tests/reference/network/make_cases.py`), and of
+//! its gradient against finite differences.
 
 use super::*;
 use fovol_net::plan::{Layer, PlanBuilder, Read};
 use safetensors::SafeTensors;
 use serde_json::Value;
 
-/// A convolution whose names and tensors do not matter.
+/// Convolution with arbitrary name and tensors.
 fn conv_layer(size: usize, stride: usize, padding: Padding, activation: Activation) -> Conv {
     let mut builder = PlanBuilder::new();
     let input = Read::same(builder.colour());
@@ -16,7 +16,7 @@ fn conv_layer(size: usize, stride: usize, padding: Padding, activation: Activati
     Conv { stride, padding, ..conv }
 }
 
-/// A layer as a function of tensors.
+/// Layer as a function of tensors.
 type Function<'a> = Box<dyn Fn(&[Tensor]) -> Tensor + 'a>;
 
 struct Case<'a> {
@@ -26,7 +26,7 @@ struct Case<'a> {
 }
 
 impl Case<'_> {
-    /// A part of the case in f64; images with a batch of one.
+    /// Part of the case in f64; images get a batch dimension.
     fn part(&self, part: &str) -> Option<Tensor> {
         let view = self.file.tensor(&format!("{}.{part}", self.name)).ok()?;
         let shape: Vec<i64> = view.shape().iter().map(|&side| side as i64).collect();
@@ -59,7 +59,7 @@ impl Case<'_> {
         if self.word("normalisation") == "squared" { Normalisation::Squared } else { Normalisation::Softmax }
     }
 
-    /// The layer as a function of its inputs and then, where it has them, weight and bias.
+    /// The layer as a function of its inputs, followed by weight and bias where it has them.
     fn layer(&self) -> Function<'_> {
         match self.word("kind") {
             "conv" => {
@@ -160,7 +160,7 @@ fn gradients_agree_with_differences() {
     each_case(|case| {
         let tensors = case.tensors();
         for (number, tensor) in tensors.iter().enumerate() {
-            // Samples, masks and motion come from outside; nothing learns through them.
+            // Samples, masks and motion are inputs of the network; no gradients flow to them.
             let is_given = matches!(
                 (case.word("kind"), number),
                 ("bypass" | "warp", 1)
@@ -175,8 +175,8 @@ fn gradients_agree_with_differences() {
     });
 }
 
-/// How far the gradient of a fixed projection of `layer`'s output by tensor `number` is from central differences, of
-/// the largest gradient; at up to 40 of its numbers.
+/// Largest difference between autograd and central differences for a fixed projection of `layer`'s output, with
+/// respect to tensor `number`. Relative to the largest gradient; tests up to 40 values.
 fn gradient_error(layer: &Function<'_>, tensors: &[Tensor], number: usize, tensor: &Tensor) -> f64 {
     let projected = |tensor: &Tensor| {
         let mut all: Vec<Tensor> = tensors.iter().map(Tensor::shallow_clone).collect();
