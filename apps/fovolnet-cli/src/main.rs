@@ -89,7 +89,7 @@ fn main() -> ExitCode {
     };
     interrupt::install();
     fovolnet::io::atomic::keep_inputs();
-    let result = match cli.command {
+    let result = interrupt::leave(|| match cli.command {
         Command::Demo(args) => args.run(),
         Command::Info(args) => args.run(),
         Command::Convert(args) => args.run(),
@@ -104,7 +104,10 @@ fn main() -> ExitCode {
         Command::Bench(args) => args.run(),
         Command::Repro(args) => args.run(),
         Command::View(args) => args.run(),
-    };
+    });
+    if interrupt::asked() {
+        fovolnet::signals::said();
+    }
     match result {
         Ok(()) => ExitCode::SUCCESS,
         // Whoever reads our output has enough of it.

@@ -4,7 +4,7 @@
 //! [`Light`], [`Scene`]), from where ([`Camera`], [`CameraPath`]), which pixels are computed
 //! ([`Fovea`], [`SampleMask`], [`SampleList`]) and what comes out ([`Frame`]).
 //! There is no rendering here. [`input`] is how all of them open the files that they read, [`awake`] how they keep their threads
-//! at work.
+//! at work, [`stop`] how their work ends before its time, and [`unfinished`] what it must not leave behind then.
 //!
 //! # World space
 //! The box of a volume has the extent dims × spacing, is centred on the origin and scaled so that
@@ -21,9 +21,11 @@ mod fovea;
 mod frame;
 mod gaze;
 mod grid;
+mod helper;
 pub mod input;
 mod labels;
 mod light;
+mod long_work;
 mod names;
 mod outliers;
 mod path_text;
@@ -34,7 +36,9 @@ mod sample_list;
 mod sample_mask;
 mod scene;
 mod statistics;
+pub mod stop;
 mod transfer_function;
+pub mod unfinished;
 mod volume;
 mod voxel;
 
@@ -48,7 +52,9 @@ pub use frame::{Frame, FrameSize, MAX_FRAME_SIDE};
 pub use gaze::GazePath;
 pub use grid::{Grid, MAX_DIM};
 pub use half::f16;
+pub use helper::Helper;
 pub use light::Light;
+pub use long_work::{LongWork, WorkProgress, listen_to_long_work};
 pub use names::did_you_mean;
 pub use outliers::Outlier;
 pub use path_text::{path_of_text, shown_path, text_of_path};

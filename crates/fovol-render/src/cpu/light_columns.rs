@@ -3,6 +3,7 @@
 use super::lanes::Lanes;
 use super::macrocells::Macrocells;
 use super::segment::{LightPath, SHADOW_STEP};
+use fovol_core::stop;
 use rayon::prelude::*;
 
 /// Slabs that one word tells of.
@@ -71,6 +72,7 @@ impl LightColumns {
         let plane = columns[0] * columns[1];
         let mut bits = std::mem::take(&mut out.words);
         bits.par_chunks_mut(plane).enumerate().for_each(|(word, plane)| {
+            stop::point();
             for bit in 0..SLABS {
                 out.mark(cells, word as u32 * SLABS + bit, bit, plane);
             }

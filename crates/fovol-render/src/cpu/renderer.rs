@@ -17,7 +17,7 @@ use super::skip::Skip;
 use super::transfer_table::TransferTable;
 use fovol_core::{
     Camera, ClipBox, Frame, FrameSize, Grid, Integration, Pixel, RayBasis, Region, SampleList, SampleMask,
-    Scene, Shading, ShadowMode, SurfaceShading, TransferFunction, Volume,
+    Scene, Shading, ShadowMode, SurfaceShading, TransferFunction, Volume, stop,
 };
 use rayon::prelude::*;
 
@@ -295,6 +295,7 @@ impl Renderer {
         pixels: &[Pixel],
         scratch: &mut Memory,
     ) -> (Vec<Marched>, SampleCount) {
+        stop::point();
         let mut out = Vec::with_capacity(pixels.len());
         if self.options.simd == Simd::Scalar {
             let march = self.specification();
