@@ -14,11 +14,23 @@ pub fn asked() -> bool {
 
 /// An error that says what is complete, if a stop was asked for.
 pub fn check(complete: &str) -> anyhow::Result<()> {
-    anyhow::ensure!(!asked(), "interrupted; {complete}");
-    Ok(())
+    if asked() { Err(error(complete)) } else { Ok(()) }
+}
+
+/// The error of a command that was stopped, with what is complete.
+pub fn error(complete: &str) -> anyhow::Error {
+    anyhow::anyhow!("interrupted; {complete}")
+}
+
+/// Does the work of a frame; nothing where it was left in the middle, or is not to begin.
+///
+/// # Errors
+/// Those of `work`.
+pub fn unless_asked<T>(work: impl FnOnce() -> anyhow::Result<T>) -> anyhow::Result<Option<T>> {
+    if asked() { Ok(None) } else { stop::catch(work).ok().transpose() }
 }
 
 /// Does the work of a command. Where it is left in the middle it is an error: nothing that it was writing has its name.
 pub fn leave<T>(work: impl FnOnce() -> anyhow::Result<T>) -> anyhow::Result<T> {
-    stop::catch(work).unwrap_or_else(|_| anyhow::bail!("interrupted; files that have their names are complete"))
+    stop::catch(work).unwrap_or_else(|_| Err(error("files that have their names are complete")))
 }

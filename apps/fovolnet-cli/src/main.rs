@@ -10,6 +10,7 @@ mod console;
 mod frame_files;
 mod frame_sequence;
 mod interrupt;
+mod long_work;
 mod outputs;
 mod picture;
 mod repro;
@@ -88,6 +89,7 @@ fn main() -> ExitCode {
         Err(error) => return usage(&error),
     };
     interrupt::install();
+    long_work::show();
     fovolnet::io::atomic::keep_inputs();
     let result = interrupt::leave(|| match cli.command {
         Command::Demo(args) => args.run(),

@@ -141,7 +141,7 @@ impl Bricks {
         let data = with_voxel_type!(volume.dtype(), T => {
             let raw = RawVoxels::<'_, T>::new(volume);
             let byte = |voxel| (encoding.clamped(raw.get(voxel).to_f64()) - encoding.low) as u8;
-            filled(&layout, stop::point, corner_words(layout.dims, byte))
+            filled(&layout, || (), corner_words(layout.dims, byte))
         });
         let scale = if span > 0.0 { (1.0 / span) as f32 } else { 0.0 };
         Self { layout, data: BrickData::Corners(data), scale }
@@ -343,9 +343,9 @@ where
         if size_of::<T>() == 1 {
             let table: Vec<S> =
                 (0..=255u8).map(|byte| store(encoding.clamped(T::decode(&[byte; 8][..size_of::<T>()], Endian::Little).to_f64()))).collect();
-            filled(layout, stop::point, |voxel| table[raw.first_byte(voxel) as usize])
+            filled(layout, || (), |voxel| table[raw.first_byte(voxel) as usize])
         } else {
-            filled(layout, stop::point, |voxel| store(encoding.clamped(raw.get(voxel).to_f64())))
+            filled(layout, || (), |voxel| store(encoding.clamped(raw.get(voxel).to_f64())))
         }
     })
 }
@@ -401,6 +401,7 @@ fn filled<S: Copy + Default + Send + Sync>(
         |(brick, out)| {
             let corner = [brick % bx, brick / bx % by, brick / (bx * by)].map(|b| b * BRICK);
             for z in 0..ez {
+                stop::point();
                 for y in 0..ey {
                     let row = &mut out[(z * ey + y) * ex..][..ex];
                     let (vy, vz) = ((corner[1] + y).min(last[1]), (corner[2] + z).min(last[2]));

@@ -10,7 +10,7 @@ use super::march::{March, SampleCount};
 pub fn shadow_grid(march: &March<'_>) -> Bricks {
     let light = march.light_path();
     let [low, high] = march.clip.in_voxels();
-    Bricks::of_unit_values("cached shadows", half_resolution(march.grid), |voxel| {
+    Bricks::of_unit_values("parts of the cached shadows", half_resolution(march.grid), |voxel| {
         let p = std::array::from_fn(|a| (2.0 * voxel[a] as f32 + 0.5).clamp(low[a], high[a]));
         march.transmittance(p, &light, &mut SampleCount::default())
     })

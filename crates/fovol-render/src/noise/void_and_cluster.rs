@@ -50,7 +50,10 @@ fn rank_in_turn(ranks: &mut [u32], pattern: &mut Pattern, order: impl Iterator<I
 /// pattern comes twice.
 fn relaxed(size: NoiseSize, seed: u64) -> Vec<bool> {
     let mut order: Vec<usize> = (0..size.len()).collect();
-    order.sort_unstable_by_key(|&i| (hash(seed ^ 0x5EED, i as u64), i));
+    order.sort_unstable_by_key(|&i| {
+        stop::point();
+        (hash(seed ^ 0x5EED, i as u64), i)
+    });
     let mut on = vec![false; size.len()];
     order[..size.len() / 10].iter().for_each(|&i| on[i] = true);
     let mut clusters = Pattern::new(size, seed, &on, Seek::Cluster);
