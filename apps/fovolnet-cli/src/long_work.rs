@@ -12,6 +12,8 @@ const LONG: Duration = Duration::from_secs(1);
 struct Shown {
     what: &'static str,
     begun: Instant,
+    /// Steps that were told of at most: threads tell of theirs in any order.
+    done: u64,
     /// Once it is long.
     progress: Option<Progress>,
 }
@@ -39,10 +41,11 @@ fn tell(shown: &mut Option<Shown>, WorkProgress { what, done, total }: WorkProgr
         return;
     }
     if done == 0 {
-        *shown = Some(Shown { what, begun: Instant::now(), progress: None });
+        *shown = Some(Shown { what, begun: Instant::now(), done: 0, progress: None });
     }
     let Some(shown) = shown.as_mut().filter(|shown| shown.what == what) else { return };
+    shown.done = shown.done.max(done);
     if shown.begun.elapsed() >= LONG {
-        shown.progress.get_or_insert_with(|| Progress::new(what, total)).to(done);
+        shown.progress.get_or_insert_with(|| Progress::new(what, total)).to(shown.done);
     }
 }

@@ -54,7 +54,8 @@ fn leave() {
 /// # Errors
 /// It was left. Any other panic goes on.
 pub fn catch<T>(work: impl FnOnce() -> T) -> Result<T, Stopped> {
-    catch_unwind(AssertUnwindSafe(work)).map_err(|cause| if is_stop(&*cause) { Stopped } else { resume_unwind(cause) })
+    catch_unwind(AssertUnwindSafe(work))
+        .map_err(|cause| if is_stop(&*cause) { Stopped } else { resume_unwind(cause) })
 }
 
 /// Whether `cause`, which a caught panic brought along, is that of work that was left at a [`point`].

@@ -1,6 +1,6 @@
 use crate::console::{self, JsonOutput, Progress};
-use crate::second_file::SecondFile;
 use crate::outputs;
+use crate::second_file::SecondFile;
 use anyhow::Result;
 use clap::Subcommand;
 use fovolnet::core::stop;

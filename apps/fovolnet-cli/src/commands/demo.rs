@@ -75,7 +75,11 @@ impl Demo {
                 Ok((rendered, reference, before.elapsed().as_secs_f64() * 1e3))
             })?;
             let (rendered, reference, ms) = made.ok_or_else(|| {
-                interrupt::error(&format!("{} complete frames are in {}", frames.len(), self.output.display()))
+                interrupt::error(&format!(
+                    "{} complete frames are in {}",
+                    frames.len(),
+                    self.output.display()
+                ))
             })?;
             reference_ms += ms / f64::from(self.frames);
             let measured = quality.push(&reference, &rendered.frame)?;

@@ -119,9 +119,9 @@ impl Reconstruct {
                 let mask = SampleMask::of_sparse_frame(&sparse);
                 let motion = if filler.uses_motion() { clip.motion(i)? } else { None };
                 let started = Instant::now();
-                let full = threads
-                    .install(|| filler.reconstruct(&sparse, motion.as_deref()))
-                    .with_context(|| format!("{} cannot follow the frames before it", clip.path(i).display()))?;
+                let full = threads.install(|| filler.reconstruct(&sparse, motion.as_deref())).with_context(
+                    || format!("{} cannot follow the frames before it", clip.path(i).display()),
+                )?;
                 Ok((mask, full, started.elapsed().as_secs_f64() * 1e3))
             })?;
             let (mask, full, ms) = made.ok_or_else(|| self.interrupted(frames.len()))?;

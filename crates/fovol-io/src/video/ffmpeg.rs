@@ -114,7 +114,10 @@ impl Writer {
             .stdin(Stdio::piped())
             .stdout(Stdio::null());
         let mut running = Running::start(&mut command)?;
-        let input = running.process.take(|child| child.stdin.take()).ok_or_else(|| io::Error::other("ffmpeg takes no input"))?;
+        let input = running
+            .process
+            .take(|child| child.stdin.take())
+            .ok_or_else(|| io::Error::other("ffmpeg takes no input"))?;
         let input = Some(BufWriter::with_capacity(1 << 20, input));
         Ok(Self { path: to.to_owned(), size, frames: 0, running, input })
     }
@@ -227,8 +230,10 @@ pub(super) fn read(path: &Path) -> Result<Vec<Frame>> {
         "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int+full_chroma_inp";
     command.args(["-vf", &format!("{matrix},format=yuv444p"), "-f", "yuv4mpegpipe", "-"]);
     let mut running = Running::start(command.stdin(Stdio::null()).stdout(Stdio::piped())).map_err(failed)?;
-    let output =
-        running.process.take(|child| child.stdout.take()).ok_or_else(|| failed(io::Error::other("ffmpeg says nothing")))?;
+    let output = running
+        .process
+        .take(|child| child.stdout.take())
+        .ok_or_else(|| failed(io::Error::other("ffmpeg says nothing")))?;
     let frames = y4m_file::read(path, BufReader::with_capacity(1 << 20, output));
     let status = running.process.wait().map_err(failed)?;
     if !status.success() {

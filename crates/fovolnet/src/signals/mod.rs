@@ -29,7 +29,8 @@ const RENAMING: [Duration; 2] = [Duration::from_millis(2000), Duration::from_mil
 pub const INTERRUPTED: u8 = 1;
 
 /// What is said where the work does not come to say anything itself.
-const SAID: &str = "error: interrupted; files that have their names are complete, and nothing else was left\n";
+const SAID: &str =
+    "error: interrupted; files that have their names are complete, and nothing else was left\n";
 
 /// Whether somebody has said that the program was interrupted.
 static IS_SAID: AtomicBool = AtomicBool::new(false);
@@ -38,23 +39,42 @@ static IS_SAID: AtomicBool = AtomicBool::new(false);
 ///
 /// Where the system cannot listen, signals end the program the hard way, which is no reason not to start it.
 pub fn listen(on_stop: impl FnOnce() + Send + 'static) {
-    let Ok(mut signals) = system::Signals::listen() else { return };
-    let wait = move || {
-        if !signals.wait() {
-            return;
-        }
+    hear(move |signals| {
         stop::ask();
         on_stop();
-        let is_second = signals.wait_for(PATIENCE);
-        end(RENAMING[usize::from(is_second)]);
+        signals.wait_for(PATIENCE)
+    });
+}
+
+/// As [`listen`], for a program that has work to save, however long that takes: the first signal only calls `on_stop`.
+pub fn listen_patiently(on_stop: impl FnOnce() + Send + 'static) {
+    hear(move |signals| {
+        on_stop();
+        signals.wait()
+    });
+}
+
+/// Has `first` do what is to be done after the first signal and wait for the end; it says whether a second signal asks for that.
+fn hear(first: impl FnOnce(&mut system::Signals) -> bool + Send + 'static) {
+    let Ok(mut signals) = system::Signals::listen() else { return };
+    let wait = move || {
+        if signals.wait() {
+            let is_second = first(&mut signals);
+            end(RENAMING[usize::from(is_second)]);
+        }
     };
-    // As above.
+    // A system without room for a thread starts no work either.
     let _ = std::thread::Builder::new().name("signals".into()).spawn(wait);
 }
 
 /// The program has said that it was interrupted: nothing more is said if it has to be ended.
 pub fn said() {
     IS_SAID.store(true, Ordering::Relaxed);
+}
+
+/// For a program that ends although threads of it may still write files: none of theirs is left, and they make no more.
+pub fn leave_nothing() {
+    std::mem::forget(unfinished::abandon(RENAMING[0]));
 }
 
 /// Ends the process whatever its other threads do: nothing of them is left.
