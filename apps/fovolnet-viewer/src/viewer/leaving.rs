@@ -79,8 +79,8 @@ mod tests {
         root.events.push(ViewportEvent::Close);
         window.step();
         let stays = commands(window).contains(&ViewportCommand::CancelClose);
-        // A question appears with the next frame.
-        window.step();
+        // A question appears with the next frames.
+        (0..3).for_each(|_| window.step());
         stays
     }
 
