@@ -230,7 +230,7 @@ fn long_work_ends_at_once_and_says_so() {
             send(&child, *signal);
             let status = ended(&mut child, LIMIT);
             assert_eq!(status.and_then(|status| status.code()), Some(1), "{line}: {name}: {status:?}");
-            assert_eq!(files(&out), [PathBuf::new(); 0], "{line}: {name}");
+            assert_eq!(files(&out), Vec::<PathBuf>::new(), "{line}: {name}");
         }
     }
 }

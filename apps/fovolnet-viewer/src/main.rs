@@ -126,7 +126,7 @@ impl Window {
             end(
                 &self.outcome,
                 context,
-                Err(anyhow!("interrupted; unsaved work is offered at the next start")),
+                Err(anyhow!("interrupted; unsaved work, if any, is offered at the next start")),
             );
         }
     }
