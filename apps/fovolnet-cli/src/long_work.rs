@@ -49,3 +49,26 @@ fn tell(shown: &mut Option<Shown>, WorkProgress { what, done, total }: WorkProgr
         shown.progress.get_or_insert_with(|| Progress::new(what, total)).to(shown.done);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_long_work_is_shown_and_its_end_takes_it_away() {
+        let mut shown = None;
+        let step = |done| WorkProgress { what: "shadows", done, total: 10 };
+        let has_bar = |shown: &Option<Shown>| shown.as_ref().is_some_and(|shown| shown.progress.is_some());
+        tell(&mut shown, step(3));
+        assert!(shown.is_none(), "it was not begun");
+        tell(&mut shown, step(0));
+        tell(&mut shown, step(1));
+        assert!(shown.is_some() && !has_bar(&shown));
+        shown.as_mut().unwrap().begun -= LONG;
+        tell(&mut shown, step(5));
+        tell(&mut shown, step(4));
+        assert!(has_bar(&shown) && shown.as_ref().unwrap().done == 5);
+        tell(&mut shown, step(10));
+        assert!(shown.is_none());
+    }
+}
