@@ -29,8 +29,7 @@ const RENAMING: [Duration; 2] = [Duration::from_millis(2000), Duration::from_mil
 pub const INTERRUPTED: u8 = 1;
 
 /// What is said where the work does not come to say anything itself.
-const SAID: &str =
-    "error: interrupted; files that have their names are complete, and nothing else was left\n";
+const SAID: &str = "error: interrupted; files that have their names are complete\n";
 
 /// Whether somebody has said that the program was interrupted.
 static IS_SAID: AtomicBool = AtomicBool::new(false);
