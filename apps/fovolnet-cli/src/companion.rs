@@ -22,7 +22,7 @@ pub struct Companion {
 pub struct Failed(pub u8);
 
 impl Companion {
-    /// Runs it with `arguments` and waits for it.
+    /// Runs it with `arguments`; where that is possible this program becomes that one, else it waits for it.
     ///
     /// # Errors
     /// A program that is nowhere, that cannot be started, or that ends with a failure.
@@ -34,13 +34,8 @@ impl Companion {
                 self.build
             );
         };
-        let status = Command::new(&program).args(arguments).status();
-        let status = status.with_context(|| format!("cannot start {}", program.display()))?;
-        match status.code() {
-            Some(0) => Ok(()),
-            Some(code) => Err(Failed(u8::try_from(code).unwrap_or(1)).into()),
-            None => bail!("{} was stopped by a signal", self.name),
-        }
+        run(Command::new(&program).args(arguments))
+            .with_context(|| format!("cannot start {}", program.display()))
     }
 
     /// Beside this program, in the build folders of the repository, or on the PATH.
@@ -54,5 +49,21 @@ impl Companion {
         let path = env::var_os("PATH").unwrap_or_default();
         let folders = beside.into_iter().chain(built).chain(env::split_paths(&path));
         folders.map(|folder| folder.join(&file)).find(|program| program.is_file())
+    }
+}
+
+/// Becomes the program: signals are its own from then on.
+#[cfg(unix)]
+fn run(program: &mut Command) -> Result<()> {
+    Err(std::os::unix::process::CommandExt::exec(program).into())
+}
+
+/// Starts the program and waits for it.
+#[cfg(not(unix))]
+fn run(program: &mut Command) -> Result<()> {
+    match program.status()?.code() {
+        Some(0) => Ok(()),
+        Some(code) => Err(Failed(u8::try_from(code).unwrap_or(1)).into()),
+        None => bail!("it was stopped by a signal"),
     }
 }

@@ -10,6 +10,7 @@ mod console;
 mod frame_files;
 mod frame_sequence;
 mod interrupt;
+mod long_work;
 mod outputs;
 mod picture;
 mod repro;
@@ -88,8 +89,9 @@ fn main() -> ExitCode {
         Err(error) => return usage(&error),
     };
     interrupt::install();
+    long_work::show();
     fovolnet::io::atomic::keep_inputs();
-    let result = match cli.command {
+    let result = interrupt::leave(|| match cli.command {
         Command::Demo(args) => args.run(),
         Command::Info(args) => args.run(),
         Command::Convert(args) => args.run(),
@@ -104,7 +106,10 @@ fn main() -> ExitCode {
         Command::Bench(args) => args.run(),
         Command::Repro(args) => args.run(),
         Command::View(args) => args.run(),
-    };
+    });
+    if interrupt::asked() {
+        fovolnet::signals::said();
+    }
     match result {
         Ok(()) => ExitCode::SUCCESS,
         // Whoever reads our output has enough of it.

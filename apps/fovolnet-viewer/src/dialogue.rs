@@ -23,6 +23,8 @@ pub enum Dialogue {
     Restore(Box<Session>),
     /// Layout of a raw file's voxels.
     Layout(LayoutForm),
+    /// Asks whether to end the viewer although this export is under way.
+    Leave(String),
     /// Help for keys and mouse.
     Help,
 }
@@ -57,6 +59,8 @@ pub enum Answer {
     Forget,
     /// Restore this session.
     Restore(Box<Session>),
+    /// Drop the export and end the viewer.
+    Leave,
 }
 
 impl Dialogue {
@@ -70,6 +74,7 @@ impl Dialogue {
                 Self::Unsaved(next) => unsaved(ui, next),
                 Self::Restore(session) => restore(ui, session),
                 Self::Layout(form) => layout(ui, form),
+                Self::Leave(export) => leave(ui, export),
                 Self::Help => help(ui),
             }
         });
@@ -149,6 +154,20 @@ fn restore(ui: &mut Ui, session: &Session) -> Option<Answer> {
             return Some(Answer::Restore(Box::new(session.clone())));
         }
         ui.button("Forget it").clicked().then_some(Answer::Forget)
+    })
+    .inner
+}
+
+fn leave(ui: &mut Ui, export: &str) -> Option<Answer> {
+    ui.heading("Leave during the export?");
+    ui.label("An export is running, which ends with the viewer and leaves no file:");
+    ui.label(RichText::new(export).strong());
+    ui.add_space(8.0);
+    ui.horizontal(|ui| {
+        if ui.button("Leave and drop it").clicked() {
+            return Some(Answer::Leave);
+        }
+        ui.button("Stay").clicked().then_some(Answer::Cancel)
     })
     .inner
 }

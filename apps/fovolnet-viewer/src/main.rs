@@ -6,9 +6,9 @@ use eframe::egui::{
     Color32, ColorImage, Context, ScreenshotCallback, Ui, ViewportBuilder, ViewportCommand, Visuals,
 };
 use eframe::egui_wgpu::SurfaceConfig;
-use fovolnet::core::{Frame, FrameSize};
+use fovolnet::core::{Frame, FrameSize, stop};
 use fovolnet::io::image::{self, Alpha};
-use fovolnet::{RenderSettings, SpeedSettings, VolumeSettings, parse};
+use fovolnet::{RenderSettings, SpeedSettings, VolumeSettings, parse, signals};
 use fovolnet_viewer::drawing_threads;
 use fovolnet_viewer::kept;
 use fovolnet_viewer::no_window;
@@ -61,6 +61,8 @@ struct Window {
     viewer: Viewer,
     screenshot: Option<Screenshot>,
     outcome: Outcome,
+    /// Whether a signal has been heard.
+    is_stopped: bool,
 }
 
 /// Result of the screenshot, or the reason why the window closed.
@@ -88,6 +90,7 @@ impl eframe::App for Window {
     }
 
     fn ui(&mut self, ui: &mut Ui, frame: &mut eframe::Frame) {
+        self.stop_if_asked(ui.ctx());
         self.viewer.show(ui);
         self.take_screenshot(ui.ctx());
         let mended = self.surface.as_mut().map(|surface| surface.mend(frame, ui.ctx()));
@@ -95,6 +98,11 @@ impl eframe::App for Window {
             self.viewer.give_up();
             end(&self.outcome, ui.ctx(), Err(error));
         }
+    }
+
+    fn on_exit(&mut self) {
+        // Nobody waits for pictures that are being made, or for files that are being opened or exported.
+        stop::ask();
     }
 }
 
@@ -110,6 +118,19 @@ fn leave_panels_clear(context: &Context) {
 }
 
 impl Window {
+    /// After a signal keeps unsaved work for the next start, and closes the window without a question.
+    fn stop_if_asked(&mut self, context: &Context) {
+        if stop::asked() && !self.is_stopped {
+            self.is_stopped = true;
+            self.viewer.give_up();
+            end(
+                &self.outcome,
+                context,
+                Err(anyhow!("interrupted; unsaved work, if any, is offered at the next start")),
+            );
+        }
+    }
+
     /// Takes the requested screenshot once the view has settled.
     fn take_screenshot(&mut self, context: &Context) {
         let Some(screenshot) = &mut self.screenshot else { return };
@@ -175,6 +196,8 @@ fn run(arguments: Arguments) -> Result<()> {
             creation.egui_ctx.set_pixels_per_point(scale);
         }
         leave_panels_clear(&creation.egui_ctx);
+        let window = creation.egui_ctx.clone();
+        signals::listen(move || window.request_repaint());
         drawing_threads::spread();
         let state = creation.wgpu_render_state.as_ref();
         start.painter = state.map(Painter::of_window);
@@ -185,7 +208,8 @@ fn run(arguments: Arguments) -> Result<()> {
             viewer.set_dark(theme == Theme::Dark);
         }
         let screenshot = arguments.screenshot.map(|path| Screenshot { path, settled: 0 });
-        Ok(Box::new(Window { surface, viewer, screenshot, outcome: told }) as Box<dyn eframe::App>)
+        let window = Window { surface, viewer, screenshot, outcome: told, is_stopped: false };
+        Ok(Box::new(window) as Box<dyn eframe::App>)
     };
     eframe::run_native("fovolnet", options, Box::new(window))
         .map_err(|error| anyhow!(no_window::explained(&error)))?;
@@ -211,9 +235,13 @@ fn main() -> ExitCode {
             return ExitCode::from(2);
         }
     };
-    match run(arguments) {
+    let result = run(arguments);
+    // Exports may still be written on threads of their own.
+    signals::leave_nothing();
+    match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
+            signals::said();
             eprintln!("error: {}", fovolnet::one_line(error.as_ref()));
             ExitCode::from(1)
         }

@@ -1,5 +1,5 @@
 use crate::volume::bytes::Plain;
-use crate::{Error, Grid, Result, Volume, Voxel, with_voxel_type};
+use crate::{Error, Grid, Result, Volume, Voxel, stop, with_voxel_type};
 use rayon::prelude::*;
 
 impl Volume {
@@ -33,6 +33,7 @@ impl Volume {
         let [nx, ny, _] = grid.dims();
         let mut averages = vec![T::from_f64(0.0); grid.voxels()];
         averages.par_chunks_mut(nx * ny).enumerate().for_each(|(z, slice)| {
+            stop::point();
             let mut sums = vec![Sum::default(); nx * ny];
             self.add_slices(z * factor..(z + 1) * factor, factor, nx, &mut sums);
             for (average, sum) in slice.iter_mut().zip(&sums) {

@@ -3,6 +3,7 @@
 //! They describe the scene ([`Volume`], [`TransferFunction`], [`Light`], [`Scene`]), the view ([`Camera`],
 //! [`CameraPath`]), the sampled pixels ([`Fovea`], [`SampleMask`], [`SampleList`]) and the result ([`Frame`]). There
 //! is no rendering here. [`input`] opens files for all crates, and [`awake`] keeps worker threads spinning.
+//! [`stop`] ends work before its time. [`unfinished`] knows every temporary file of the process.
 //!
 //! # World space
 //! The box of a volume has the extent dims × spacing. It is centred on the origin and scaled such that its longest
@@ -19,9 +20,11 @@ mod fovea;
 mod frame;
 mod gaze;
 mod grid;
+mod helper;
 pub mod input;
 mod labels;
 mod light;
+mod long_work;
 mod names;
 mod outliers;
 mod path_text;
@@ -32,7 +35,9 @@ mod sample_list;
 mod sample_mask;
 mod scene;
 mod statistics;
+pub mod stop;
 mod transfer_function;
+pub mod unfinished;
 mod volume;
 mod voxel;
 
@@ -46,7 +51,9 @@ pub use frame::{Frame, FrameSize, MAX_FRAME_SIDE};
 pub use gaze::GazePath;
 pub use grid::{Grid, MAX_DIM};
 pub use half::f16;
+pub use helper::Helper;
 pub use light::Light;
+pub use long_work::{LongWork, WorkProgress, listen_to_long_work};
 pub use names::did_you_mean;
 pub use outliers::Outlier;
 pub use path_text::{path_of_text, shown_path, text_of_path};

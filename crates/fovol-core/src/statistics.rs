@@ -1,5 +1,5 @@
 use crate::outliers::{self, Extremes};
-use crate::{Endian, Outlier, Rescale, Volume, Voxel, with_voxel_type};
+use crate::{Endian, Outlier, Rescale, Volume, Voxel, stop, with_voxel_type};
 use rayon::prelude::*;
 
 /// Statistics of a volume's finite values (first component, after scaling).
@@ -106,6 +106,7 @@ fn partials<T: Voxel>(volume: &Volume) -> Vec<Partial> {
     let stride = volume.components() * size_of::<T>();
     pieces(volume)
         .map(|bytes| {
+            stop::point();
             if volume.endian() == Endian::Little {
                 partial::<T>(bytes, stride, Endian::Little, rescale)
             } else {

@@ -29,7 +29,7 @@ pub use device::Gpu;
 pub use error::{GpuError, Result};
 pub use gate::Pause;
 pub use matrices::{MATRICES_VARIABLE, Matrices};
-pub use pipeline_cache::CACHE_VARIABLE;
+pub use pipeline_cache::{CACHE_VARIABLE, abandon_cache};
 pub use readback::{Arrival, Landing, read, read_picture};
 pub use shader::Shader;
 pub use timing::{PassTime, Timing};

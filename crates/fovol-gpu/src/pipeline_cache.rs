@@ -4,6 +4,7 @@ use sha2::{Digest, Sha256};
 use std::fmt;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// The first bytes of a file of compiled pipelines. They are followed by the SHA-256 of the rest.
 const MARK: &[u8; 8] = b"FOVOLPC1";
@@ -65,14 +66,40 @@ impl PipelineCache {
         };
         let folder = self.file.parent().unwrap_or(Path::new("."));
         std::fs::create_dir_all(folder)?;
+        let mut unfinished = unfinished();
         let mut file = tempfile::NamedTempFile::new_in(folder)?;
-        file.write_all(MARK)?;
-        file.write_all(&Sha256::digest(&data))?;
-        file.write_all(&data)?;
-        file.as_file().sync_all()?;
+        let temporary = file.path().to_owned();
+        unfinished.push(temporary.clone());
+        drop(unfinished);
+        let written = file
+            .write_all(MARK)
+            .and_then(|()| file.write_all(&Sha256::digest(&data)))
+            .and_then(|()| file.write_all(&data))
+            .and_then(|()| file.as_file().sync_all());
+        let mut unfinished = self::unfinished();
+        unfinished.retain(|other| *other != temporary);
+        written?;
         file.persist(&self.file)?;
         Ok(())
     }
+}
+
+/// The temporary files of caches that are being written. Held while one is made and while it is renamed.
+fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
+    static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Removes the temporary files of what drivers have compiled, for a process that is about to end whatever its threads do. As long
+/// as what comes back lives no thread makes or renames another.
+#[must_use]
+pub fn abandon_cache() -> impl Sized {
+    let unfinished = unfinished();
+    for file in unfinished.iter() {
+        // Where it cannot be removed nobody is left who could.
+        let _ = std::fs::remove_file(file);
+    }
+    unfinished
 }
 
 /// The pipelines in a file; none where any byte of it is not as it was written.

@@ -1,15 +1,17 @@
 //! Files that appear under their name only when they are complete, and on the disk.
 //!
-//! A link to a file stays a link. What is no file, `/dev/null` or a pipe, keeps its name and is written into.
+//! A link to a file stays a link. What is no file, `/dev/null` or a pipe, keeps its name and is written into. Temporary files are
+//! entered in [`fovol_core::unfinished`], so that a signal leaves none of them behind.
 
 use crate::stream::{is_stream, open_stream};
 use crate::{Error, Result};
 use fovol_core::input;
+use fovol_core::unfinished::{self, Gate};
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use tempfile::{NamedTempFile, TempPath};
+use tempfile::TempPath;
 
 /// Whether files that were read are kept.
 static KEEPS_INPUTS: AtomicBool = AtomicBool::new(false);
@@ -65,7 +67,32 @@ impl<W: Write> Write for Sink<W> {
 pub struct Prepared {
     path: PathBuf,
     /// Nothing where `path` is no file: then it was written into.
-    temporary: Option<TempPath>,
+    temporary: Option<Temporary>,
+}
+
+/// The name of a temporary file, which is removed with this.
+#[derive(Debug)]
+pub struct Temporary {
+    /// Dropped first: what is entered may be gone already, what is there must be entered.
+    path: TempPath,
+    _entry: Entry,
+}
+
+impl Temporary {
+    /// Where the file lies.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+}
+
+/// A file that is entered in [`unfinished`].
+#[derive(Debug)]
+struct Entry(PathBuf);
+
+impl Drop for Entry {
+    fn drop(&mut self) {
+        unfinished::forget_file(&self.0);
+    }
 }
 
 impl Prepared {
@@ -74,21 +101,26 @@ impl Prepared {
     /// # Errors
     /// What the system said; the file is gone then.
     pub fn complete(self) -> Result<()> {
-        match self.temporary {
-            Some(temporary) => name(temporary, &self.path),
-            None => Ok(()),
-        }
+        self.complete_within(&Gate::enter())
     }
 
-    /// Gives it its name, and `next`, which speaks of this file, its own when this one is on the disk.
+    /// Gives it its name, and `next`, which speaks of this file, its own when this one is on the disk. A signal finds both or neither.
     ///
     /// # Errors
     /// As [`Self::complete`].
     pub fn complete_before(self, next: Self) -> Result<()> {
         let path = target(&self.path);
-        self.complete()?;
+        let gate = Gate::enter();
+        self.complete_within(&gate)?;
         sync_folder(&path);
-        next.complete()
+        next.complete_within(&gate)
+    }
+
+    fn complete_within(self, gate: &Gate) -> Result<()> {
+        match self.temporary {
+            Some(temporary) => name(temporary, &self.path, gate),
+            None => Ok(()),
+        }
     }
 }
 
@@ -106,10 +138,10 @@ pub fn prepare(path: &Path, fill: impl FnOnce(&mut Output<'_>) -> io::Result<()>
         filled(&open_stream(path)?)?;
         return Ok(Prepared { path: path.to_owned(), temporary: None });
     }
-    let temporary = temporary(path)?;
-    filled(temporary.as_file())?;
-    temporary.as_file().sync_all().map_err(failed)?;
-    Ok(Prepared { path: path.to_owned(), temporary: Some(temporary.into_temp_path()) })
+    let (file, temporary) = temporary(path)?;
+    filled(&file)?;
+    file.sync_all().map_err(failed)?;
+    Ok(Prepared { path: path.to_owned(), temporary: Some(temporary) })
 }
 
 /// A temporary file for what is to be `path`, with its extension: in the folder where that will be, or among the system's
@@ -117,7 +149,7 @@ pub fn prepare(path: &Path, fill: impl FnOnce(&mut Output<'_>) -> io::Result<()>
 ///
 /// # Errors
 /// What the system said.
-pub fn temporary(path: &Path) -> Result<NamedTempFile> {
+pub fn temporary(path: &Path) -> Result<(File, Temporary)> {
     keep_input(path)?;
     // The system says so too, but only when all is written and a second file may have its name already.
     if path.is_dir() {
@@ -126,32 +158,40 @@ pub fn temporary(path: &Path) -> Result<NamedTempFile> {
     let extension = path.extension().map(|e| format!(".{}", e.display())).unwrap_or_default();
     let mut builder = tempfile::Builder::new();
     builder.prefix(".fovolnet-").suffix(&extension);
-    let made =
-        if is_stream(path) { builder.tempfile() } else { builder.tempfile_in(folder_of(&target(path))) };
-    made.map_err(|e| Error::io("write", path, e))
+    let target = (!is_stream(path)).then(|| target(path));
+    let gate = Gate::enter();
+    let made = match &target {
+        Some(target) => builder.tempfile_in(folder_of(target)),
+        None => builder.tempfile(),
+    };
+    let (file, path) = made.map_err(|e| Error::io("write", path, e))?.into_parts();
+    gate.add_file(&path);
+    let entry = Entry(path.to_path_buf());
+    Ok((file, Temporary { path, _entry: entry }))
 }
 
 /// Gives a complete [`temporary`] file its name, once it is on the disk.
 ///
 /// # Errors
 /// What the system said; the temporary file is gone then.
-pub fn persist(temporary: TempPath, path: &Path) -> Result<()> {
+pub fn persist(temporary: Temporary, path: &Path) -> Result<()> {
     let failed = |e| Error::io("write", path, e);
     if is_stream(path) {
-        let mut complete = File::open(&temporary).map_err(failed)?;
+        let mut complete = File::open(temporary.path()).map_err(failed)?;
         return io::copy(&mut complete, &mut open_stream(path)?).map(drop).map_err(failed);
     }
     // Some systems sync what was opened to be written alone. It is the whole file that is synced, whoever wrote it.
-    File::options().write(true).open(&temporary).and_then(|file| file.sync_all()).map_err(failed)?;
-    name(temporary, path)
+    let file = File::options().write(true).open(temporary.path());
+    file.and_then(|file| file.sync_all()).map_err(failed)?;
+    name(temporary, path, &Gate::enter())
 }
 
-/// Renames the file `temporary`, which is on the disk, to `path`.
-fn name(temporary: TempPath, path: &Path) -> Result<()> {
+/// Renames the file `temporary`, which is on the disk, to `path`; nobody else renames any meanwhile.
+fn name(temporary: Temporary, path: &Path, _gate: &Gate) -> Result<()> {
     let failed = |e| Error::io("write", path, e);
     keep_input(path)?;
-    readable_by_all(&temporary).map_err(failed)?;
-    temporary.persist(target(path)).map_err(|e| failed(e.error))
+    readable_by_all(temporary.path()).map_err(failed)?;
+    temporary.path.persist(target(path)).map_err(|e| failed(e.error))
 }
 
 /// Puts the names in the folder of `file` on the disk: two files that belong together are renamed in an order.
@@ -220,7 +260,7 @@ mod tests {
     #[test]
     fn an_ending_stays_with_the_temporary_file() {
         let folder = tempfile::tempdir().unwrap();
-        let temporary = temporary(&folder.path().join("clip.mp4")).unwrap();
+        let (_file, temporary) = temporary(&folder.path().join("clip.mp4")).unwrap();
         assert_eq!(temporary.path().extension().unwrap(), "mp4");
         assert_eq!(temporary.path().parent().unwrap(), folder.path());
     }

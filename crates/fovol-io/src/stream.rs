@@ -80,9 +80,9 @@ mod tests {
                 move || fs::read(pipe).unwrap()
             });
             if persisted {
-                let mut whole = temporary(&pipe).unwrap();
-                whole.write_all(b"frames").unwrap();
-                persist(whole.into_temp_path(), &pipe).unwrap();
+                let (mut file, whole) = temporary(&pipe).unwrap();
+                file.write_all(b"frames").unwrap();
+                persist(whole, &pipe).unwrap();
             } else {
                 write_bytes(&pipe, b"frames").unwrap();
             }

@@ -2,7 +2,7 @@ use crate::Result;
 use crate::error::{at_least, same_size};
 use crate::filter::Window;
 use crate::planes::Plane;
-use fovol_core::Frame;
+use fovol_core::{Frame, stop};
 use rayon::prelude::*;
 
 /// Window and covariance of SSIM.
@@ -76,7 +76,10 @@ pub(crate) fn similarity(a: &Plane, b: &Plane, settings: &SsimSettings) -> Simil
     let rows = a.height + 1 - settings.window.size();
     let strips: Vec<[f64; 2]> = (0..rows.div_ceil(STRIP))
         .into_par_iter()
-        .map(|strip| strip_sums(a, b, strip * STRIP..rows.min((strip + 1) * STRIP), settings))
+        .map(|strip| {
+            stop::point();
+            strip_sums(a, b, strip * STRIP..rows.min((strip + 1) * STRIP), settings)
+        })
         .collect();
     // Added in order, so that the result does not depend on the number of threads.
     let total = strips.iter().fold([0.0; 2], |t, s| [t[0] + s[0], t[1] + s[1]]);

@@ -41,6 +41,7 @@ mod scene;
 mod session;
 mod session_files;
 mod settings;
+pub mod signals;
 mod toml_text;
 mod transfer_range;
 mod visibility;

@@ -14,7 +14,7 @@ pub struct FrameReport {
     /// Pixels marched twice, where positions are drawn.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lost_samples: Option<usize>,
-    /// Milliseconds.
+    /// Milliseconds. Those of the first frame have the making of cached shadows in `march` and `total`.
     pub ms: Timings,
     /// PSNR against the reference.
     #[serde(skip_serializing_if = "Option::is_none")]

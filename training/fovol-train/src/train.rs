@@ -1,11 +1,11 @@
 use crate::fine_tune::FineTuning;
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
 use fovol_net::plan::Named;
 use fovol_train::clips::{ClipSet, Exceptions};
 use fovol_train::terminal::say;
 use fovol_train::trainer::{Arrangement, Ended, TrainConfig, Trainer};
-use fovolnet::OpenDevice;
+use fovolnet::{OpenDevice, signals};
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -68,12 +68,12 @@ const FEWEST: usize = 8;
 /// Largest batch of fine-tuning; it is otherwise the number of CPU threads.
 const MOST_CLIPS: usize = 8;
 
-/// Set by Ctrl-C.
+/// Set by Ctrl-C and its like.
 static STOP: AtomicBool = AtomicBool::new(false);
 
 impl Train {
     pub fn run(&self) -> Result<()> {
-        ctrlc::set_handler(|| STOP.store(true, Ordering::Relaxed)).context("cannot listen to Ctrl-C")?;
+        signals::listen_patiently(|| STOP.store(true, Ordering::Relaxed));
         match (&self.config, &self.volumes) {
             (_, Some(volumes)) => self.fine_tune(volumes),
             (Some(config), None) => self.follow(config),

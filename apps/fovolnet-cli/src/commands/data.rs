@@ -1,8 +1,9 @@
 use crate::console::{self, JsonOutput, Progress};
+use crate::outputs;
 use crate::second_file::SecondFile;
-use crate::{interrupt, outputs};
 use anyhow::Result;
 use clap::Subcommand;
+use fovolnet::core::stop;
 use fovolnet::io::dataset::{self, Stage};
 use fovolnet::io::procedural::{self, Procedural};
 use fovolnet::io::{atomic, volume};
@@ -132,7 +133,7 @@ fn get(name: &str, folder: &Path) -> Result<()> {
             verify.get_or_insert_with(|| Progress::new("MB verified", p.total >> 20)).to(p.done >> 20);
         }
     };
-    let outcome = dataset::get(entry, folder, &mut listener, interrupt::flag())?;
+    let outcome = dataset::get(entry, folder, &mut listener, stop::flag())?;
     drop(verify);
     drop(download);
     console::say(outcome.to_string())

@@ -68,11 +68,20 @@ impl Demo {
         let [mut quality, mut filled_quality] = [(); 2].map(|()| ClipQuality::new().without_ms_ssim());
         let (mut frames, mut rows, mut reference_ms) = (Vec::new(), Vec::new(), 0.0);
         for i in 0..self.frames {
-            interrupt::check(&format!("{} complete frames are in {}", frames.len(), self.output.display()))?;
-            let rendered = pipeline.render(i * STRIDE)?;
-            let before = Instant::now();
-            let reference = pipeline.reference(i * STRIDE)?;
-            reference_ms += before.elapsed().as_secs_f64() * 1e3 / f64::from(self.frames);
+            let made = interrupt::unless_asked(|| {
+                let rendered = pipeline.render(i * STRIDE)?;
+                let before = Instant::now();
+                let reference = pipeline.reference(i * STRIDE)?;
+                Ok((rendered, reference, before.elapsed().as_secs_f64() * 1e3))
+            })?;
+            let (rendered, reference, ms) = made.ok_or_else(|| {
+                interrupt::error(&format!(
+                    "{} complete frames are in {}",
+                    frames.len(),
+                    self.output.display()
+                ))
+            })?;
+            reference_ms += ms / f64::from(self.frames);
             let measured = quality.push(&reference, &rendered.frame)?;
             let filled = Fill::PullPush.reconstruct(&rendered.sparse);
             filled_quality.push(&reference, &filled)?;

@@ -115,18 +115,19 @@ impl Reconstruct {
         let mut progress = Progress::new("reconstructing", clip.len() as u64);
         let mut frames = Vec::new();
         for i in 0..clip.len() {
-            interrupt::check(&format!("{} complete frames are in {}", frames.len(), self.output.display()))?;
-            let sparse = clip.frame(i)?;
-            let mask = SampleMask::of_sparse_frame(&sparse);
-            let motion = if filler.uses_motion() { clip.motion(i)? } else { None };
-            let path = clip.path(i);
-            let started = Instant::now();
-            let full = threads
-                .install(|| filler.reconstruct(&sparse, motion.as_deref()))
-                .with_context(|| format!("{} cannot follow the frames before it", path.display()))?;
-            let ms = started.elapsed().as_secs_f64() * 1e3;
+            let made = interrupt::unless_asked(|| {
+                let sparse = clip.frame(i)?;
+                let mask = SampleMask::of_sparse_frame(&sparse);
+                let motion = if filler.uses_motion() { clip.motion(i)? } else { None };
+                let started = Instant::now();
+                let full = threads.install(|| filler.reconstruct(&sparse, motion.as_deref())).with_context(
+                    || format!("{} cannot follow the frames before it", clip.path(i).display()),
+                )?;
+                Ok((mask, full, started.elapsed().as_secs_f64() * 1e3))
+            })?;
+            let (mask, full, ms) = made.ok_or_else(|| self.interrupted(frames.len()))?;
             frames.push(FrameFigures {
-                file: self.write(path, &full)?,
+                file: self.write(clip.path(i), &full)?,
                 samples: mask.count(),
                 density: mask.density(),
                 ms,
@@ -136,6 +137,11 @@ impl Reconstruct {
         drop(progress);
         self.json.say(format!("{} frames by {how} in {}", frames.len(), self.output.display()))?;
         self.json.write(&Report { reconstruct: how.to_string(), frames })
+    }
+
+    /// The error of a stop after `complete` frames.
+    fn interrupted(&self, complete: usize) -> anyhow::Error {
+        interrupt::error(&format!("{complete} complete frames are in {}", self.output.display()))
     }
 
     /// The words of the command line, checked: the reconstruction is named.

@@ -88,13 +88,15 @@ impl Render {
         let mut quality = ClipQuality::new().without_ms_ssim();
         let mut visibility = Visibility::new(&session.render);
         let mut frames = Vec::new();
+        let mut shadow_grid_ms = pipeline.shadow_grid_ms();
         for i in numbers {
-            if interrupt::asked() {
-                break;
-            }
-            let rendered = pipeline.render(i)?;
-            let reference = files.has(Keep::Reference).then(|| pipeline.reference(i)).transpose()?;
-            let measured = reference.as_ref().map(|r| quality.push(r, &rendered.frame)).transpose()?;
+            let made = interrupt::unless_asked(|| {
+                let rendered = pipeline.render(i)?;
+                let reference = files.has(Keep::Reference).then(|| pipeline.reference(i)).transpose()?;
+                let measured = reference.as_ref().map(|r| quality.push(r, &rendered.frame)).transpose()?;
+                Ok((rendered, reference, measured))
+            })?;
+            let Some((rendered, reference, measured)) = made else { break };
             files.write(&rendered, reference.as_ref())?;
             let camera = pipeline.world().camera(&pipeline.camera(i));
             visibility.look(&rendered.sparse, &camera, &opened.volume);
@@ -106,7 +108,8 @@ impl Render {
                 samples: rendered.samples,
                 density: rendered.mask.density(),
                 lost_samples: rendered.lost,
-                ms: rendered.timings,
+                // The first frame waited for them.
+                ms: rendered.timings.with_shadow_grid(std::mem::take(&mut shadow_grid_ms)),
                 psnr: measured.map(|q| q.psnr),
                 ssim: measured.and_then(|q| q.ssim),
             });

@@ -115,6 +115,9 @@ impl Viewer {
     }
 
     pub(super) fn go_on(&mut self, context: &Context, next: Next) {
+        if next == Next::Quit && self.asks_about_export() {
+            return;
+        }
         self.forget();
         match next {
             Next::Open(source) => {
@@ -221,6 +224,7 @@ impl Viewer {
                     crashed.forget();
                 }
             }
+            Answer::Leave => self.leave_export(context),
             Answer::Restore(session) => {
                 let open = move || Opened::of_document(Document::restored(*session));
                 self.start_opening(context, "opening what was not saved".into(), open);

@@ -42,7 +42,7 @@ impl Viewer {
         }
     }
 
-    /// Marks the window as lost: it closes without a question. Unsaved work is offered at the next start.
+    /// Marks the window as lost, or ended by a signal: it closes without a question. Unsaved work is offered at the next start.
     pub fn give_up(&mut self) {
         self.kept_at = f64::NEG_INFINITY;
         self.is_lost = true;
@@ -57,6 +57,8 @@ impl Viewer {
         if has_work && !self.may_quit {
             context.send_viewport_cmd(ViewportCommand::CancelClose);
             self.dialogue = Some(Dialogue::Unsaved(Next::Quit));
+        } else if !self.may_quit && self.asks_about_export() {
+            context.send_viewport_cmd(ViewportCommand::CancelClose);
         } else {
             self.forget();
             self.save_preferences();

@@ -2,6 +2,7 @@
 
 mod actions;
 mod keeping;
+mod leaving;
 mod panes;
 
 use crate::autosave::{Autosaves, Crashed};
@@ -271,6 +272,7 @@ impl Viewer {
                 Err(error) => self.messages.error(fovolnet::one_line(error.as_ref())),
             }
             self.exporting = None;
+            self.export_ended();
         }
         for said in self.engine.take_said() {
             match said {

@@ -3,7 +3,7 @@ use super::grain::Grain;
 use super::seeded::Draws;
 use super::shapes::{Scanner, bar, sphere};
 use super::vessels::{Vessel, grow};
-use fovol_core::{Result, Volume};
+use fovol_core::{Result, Volume, stop};
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -26,6 +26,7 @@ pub(super) fn make(domain: &Domain) -> Result<Volume> {
     };
     let mut values = vec![0u8; domain.grid().voxels()];
     values.par_chunks_mut(nx * ny).enumerate().for_each(|(z, out)| {
+        stop::point();
         let mut blood = vec![0.0; nx * ny];
         painter
             .paint(z, &mut blood, [bulge.0 - bulge.1, bulge.0 + bulge.1], |p| sphere(p, bulge.0, bulge.1.x));

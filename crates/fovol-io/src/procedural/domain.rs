@@ -1,5 +1,5 @@
 use super::seeded::mix;
-use fovol_core::{Grid, Result};
+use fovol_core::{Grid, Result, stop};
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -51,6 +51,7 @@ impl Domain {
         let [xs, ys, zs] = [0, 1, 2].map(|axis| self.centres(axis));
         let mut values = vec![T::default(); self.grid.voxels()];
         values.par_chunks_mut(nx).enumerate().for_each(|(row, out)| {
+            stop::point();
             let (y, z) = (row % ny, row / ny);
             for (x, out) in out.iter_mut().enumerate() {
                 *out = value(Site { index: [x, y, z], centre: Vec3::new(xs[x], ys[y], zs[z]) });

@@ -1,3 +1,4 @@
+use fovol_core::stop;
 use rayon::prelude::*;
 use rustfft::num_complex::Complex32;
 use rustfft::{Fft, FftDirection, FftPlanner};
@@ -34,6 +35,7 @@ impl CubeTransform {
         data.par_chunks_mut(n * n).for_each_init(
             || Lines::new(fft, n),
             |lines, slab| {
+                stop::point();
                 fft.process_with_scratch(slab, &mut lines.scratch);
                 lines.across(fft, slab);
             },
@@ -117,6 +119,7 @@ impl Resampler {
         let [along_x, along_y, along_z] = dims.map(&mut plan);
         let mut lines = vec![Complex32::default(); n * n * dims[2]];
         lines.par_chunks_mut(dims[2]).enumerate().for_each(|(line, out)| {
+            stop::point();
             place(n, out, |k| coefficients[k * n * n + line]);
             along_z.process(out);
         });

@@ -1,7 +1,7 @@
 use super::domain::Domain;
 use super::fourier::Resampler;
 use super::navier_stokes::{Components, Flow};
-use fovol_core::{Result, Volume};
+use fovol_core::{Result, Volume, stop};
 use rayon::prelude::*;
 
 /// The size of the largest eddies: three to the edge of the cube.
@@ -42,6 +42,7 @@ fn magnitude([x, y, z]: &Components, n: usize, dims: [usize; 3]) -> Vec<f32> {
     for component in [x, y, z] {
         let resampler = Resampler::new(component, n, dims);
         squares.par_chunks_mut(plane).enumerate().for_each(|(z, out)| {
+            stop::point();
             for (square, value) in out.iter_mut().zip(resampler.slice(z)) {
                 *square += value.re * value.re;
             }

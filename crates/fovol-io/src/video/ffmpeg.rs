@@ -3,11 +3,11 @@
 use super::{FrameRate, y4m_file};
 use crate::{Error, Result};
 use ffmpeg_sidecar::paths::ffmpeg_path;
-use fovol_core::{Frame, FrameSize};
+use fovol_core::{Frame, FrameSize, Helper};
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStderr, ChildStdin, Command, Stdio};
+use std::process::{ChildStderr, ChildStdin, Command, ExitStatus, Stdio};
 use std::sync::LazyLock;
 use std::thread::JoinHandle;
 
@@ -114,7 +114,10 @@ impl Writer {
             .stdin(Stdio::piped())
             .stdout(Stdio::null());
         let mut running = Running::start(&mut command)?;
-        let input = running.child.stdin.take().ok_or_else(|| io::Error::other("ffmpeg takes no input"))?;
+        let input = running
+            .process
+            .take(|child| child.stdin.take())
+            .ok_or_else(|| io::Error::other("ffmpeg takes no input"))?;
         let input = Some(BufWriter::with_capacity(1 << 20, input));
         Ok(Self { path: to.to_owned(), size, frames: 0, running, input })
     }
@@ -133,7 +136,7 @@ impl Writer {
     /// Completes the file and reads it back: every frame must be there, in its size.
     pub fn finish(mut self) -> io::Result<()> {
         let flushed = self.input.take().is_none_or(|mut input| input.flush().is_ok());
-        let status = self.running.child.wait()?;
+        let status = self.running.process.wait()?;
         if !flushed || !status.success() {
             return Err(self.failure());
         }
@@ -180,13 +183,17 @@ fn check(path: &Path, frames: usize, size: FrameSize) -> io::Result<()> {
     let mut command = Command::new(ffmpeg_path());
     command.args(["-loglevel", "error", "-i"]).arg(path);
     command.args(["-map", "0:v:0", timing_option(), "passthrough", "-f", "framecrc", "-"]);
-    let output = command.stdin(Stdio::null()).output()?;
-    let listed = String::from_utf8_lossy(&output.stdout);
+    let mut running = Running::start(command.stdin(Stdio::null()).stdout(Stdio::piped()))?;
+    let mut listed = Vec::new();
+    let list = running.process.take(|child| child.stdout.take());
+    list.map(|mut list| list.read_to_end(&mut listed)).transpose()?;
+    let (status, said) = running.end()?;
+    let listed = String::from_utf8_lossy(&listed);
     let found = listed.lines().filter(|line| !line.starts_with('#')).count();
     let has_size = listed.lines().any(|line| line == format!("#dimensions 0: {size}"));
     match () {
-        () if !output.status.success() || !output.stderr.is_empty() => {
-            Err(broken(format!("it cannot be read back{}", last_line(&output.stderr))))
+        () if !status.success() || !said.is_empty() => {
+            Err(broken(format!("it cannot be read back{}", last_line(&said))))
         }
         () if found != frames => Err(broken(format!("it holds {found} of {frames} frames"))),
         () if frames > 0 && !has_size => Err(broken(format!("its frames are not of {size}"))),
@@ -223,10 +230,12 @@ pub(super) fn read(path: &Path) -> Result<Vec<Frame>> {
         "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int+full_chroma_inp";
     command.args(["-vf", &format!("{matrix},format=yuv444p"), "-f", "yuv4mpegpipe", "-"]);
     let mut running = Running::start(command.stdin(Stdio::null()).stdout(Stdio::piped())).map_err(failed)?;
-    let output =
-        running.child.stdout.take().ok_or_else(|| failed(io::Error::other("ffmpeg says nothing")))?;
+    let output = running
+        .process
+        .take(|child| child.stdout.take())
+        .ok_or_else(|| failed(io::Error::other("ffmpeg says nothing")))?;
     let frames = y4m_file::read(path, BufReader::with_capacity(1 << 20, output));
-    let status = running.child.wait().map_err(failed)?;
+    let status = running.process.wait().map_err(failed)?;
     if !status.success() {
         let words = running.last_words();
         return Err(Error::malformed(
@@ -239,31 +248,29 @@ pub(super) fn read(path: &Path) -> Result<Vec<Frame>> {
 
 /// A process whose errors are listened to, and which ends when nobody waits for it any more.
 struct Running {
-    child: Child,
+    process: Helper,
     errors: Option<JoinHandle<Vec<u8>>>,
 }
 
 impl Running {
     fn start(command: &mut Command) -> io::Result<Self> {
-        let mut child = command.stderr(Stdio::piped()).spawn()?;
-        let errors = child.stderr.take().map(|errors| std::thread::spawn(|| end_of(errors)));
-        Ok(Self { child, errors })
+        let mut process = Helper::start(command.stderr(Stdio::piped()))?;
+        let errors = process.take(|child| child.stderr.take());
+        let errors = errors.map(|errors| std::thread::spawn(|| end_of(errors)));
+        Ok(Self { process, errors })
+    }
+
+    /// How it ended, and the end of its errors.
+    fn end(&mut self) -> io::Result<(ExitStatus, Vec<u8>)> {
+        let status = self.process.wait()?;
+        let said = self.errors.take().and_then(|errors| errors.join().ok());
+        Ok((status, said.unwrap_or_default()))
     }
 
     /// The last line of its errors in brackets, once it has ended; nothing where it said nothing.
     fn last_words(&mut self) -> String {
         // It ends by itself: its input is closed.
-        let _ = self.child.wait();
-        let said = self.errors.take().and_then(|errors| errors.join().ok());
-        said.map_or_else(String::new, |said| last_line(&said))
-    }
-}
-
-impl Drop for Running {
-    fn drop(&mut self) {
-        // Where it has ended already there is nothing to stop.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
+        self.end().map_or_else(|_| String::new(), |(_, said)| last_line(&said))
     }
 }
 

@@ -4,11 +4,11 @@ mod ffmpeg;
 mod frame_rate;
 mod y4m_file;
 
-use crate::{Error, Result, atomic};
+use crate::atomic::{self, Temporary};
+use crate::{Error, Result};
 use fovol_core::{Frame, FrameSize, input};
 use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
-use tempfile::TempPath;
 
 pub use ffmpeg::ffmpeg_installed;
 pub use frame_rate::FrameRate;
@@ -42,9 +42,10 @@ pub fn best_extension() -> &'static str {
 /// Writes a clip frame by frame; it has its name only once it is finished.
 pub struct VideoWriter {
     path: PathBuf,
-    temporary: TempPath,
     size: FrameSize,
+    /// Dropped before the file that it writes, which it might make anew.
     encoder: Encoder,
+    temporary: Temporary,
 }
 
 enum Encoder {
@@ -70,13 +71,13 @@ impl VideoWriter {
         let is_y4m = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("y4m"));
         let through_ffmpeg = !is_y4m && ffmpeg_installed();
         let path = if is_y4m || through_ffmpeg { path.to_owned() } else { without_ffmpeg(path) };
-        let (file, temporary) = atomic::temporary(&path)?.into_parts();
+        let (file, temporary) = atomic::temporary(&path)?;
         let encoder = match through_ffmpeg {
-            true => ffmpeg::Writer::new(&temporary, size, rate).map(Encoder::Ffmpeg),
+            true => ffmpeg::Writer::new(temporary.path(), size, rate).map(Encoder::Ffmpeg),
             false => y4m_file::Writer::new(file, size, rate).map(Encoder::Y4m),
         };
         let encoder = encoder.map_err(|e| Error::io("write", &path, e))?;
-        Ok(Self { path, temporary, size, encoder })
+        Ok(Self { path, size, encoder, temporary })
     }
 
     /// The name that the finished clip will have.

@@ -3,7 +3,7 @@
 use super::FrameRate;
 use crate::atomic::Sink;
 use crate::{Error, Result};
-use fovol_core::{Frame, FrameSize};
+use fovol_core::{Frame, FrameSize, stop};
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
@@ -56,6 +56,7 @@ pub(super) fn read(path: &Path, from: impl Read) -> Result<Vec<Frame>> {
         .map_err(|e| Error::malformed(path, e.to_string()))?;
     let mut frames = Vec::new();
     loop {
+        stop::point();
         match decoder.read_frame() {
             Ok(frame) => {
                 frames.push(from_planes(size, frame.get_y_plane(), frame.get_u_plane(), frame.get_v_plane()));

@@ -1,6 +1,7 @@
 use super::source::Source;
 use crate::Result;
-use std::io::Read;
+use fovol_core::stop;
+use std::io::{self, Read};
 
 /// The compressions that volume files use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -58,11 +59,23 @@ pub fn beginning(bytes: &[u8], compression: Compression, length: usize) -> Vec<u
     out
 }
 
-fn reader(bytes: &[u8], compression: Compression) -> Box<dyn Read + '_> {
-    match compression {
+fn reader(bytes: &[u8], compression: Compression) -> Watchful<Box<dyn Read + '_>> {
+    Watchful(match compression {
         Compression::Gzip => Box::new(flate2::bufread::MultiGzDecoder::new(bytes)),
         Compression::Zlib => Box::new(flate2::bufread::ZlibDecoder::new(bytes)),
         Compression::Bzip2 => Box::new(bzip2::bufread::MultiBzDecoder::new(bytes)),
+    })
+}
+
+/// Looks at every read whether it is to stop.
+struct Watchful<R>(R);
+
+impl<R: Read> Read for Watchful<R> {
+    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        stop::point();
+        // Decoders fill all that they are given, however much that is.
+        let most = out.len().min(FIRST_PIECE);
+        self.0.read(&mut out[..most])
     }
 }
 

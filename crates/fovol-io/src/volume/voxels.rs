@@ -1,6 +1,6 @@
 //! Voxels on their way out: the first component, scaled, little-endian.
 
-use fovol_core::{Dtype, Endian, Rescale, Volume, with_voxel_type};
+use fovol_core::{Dtype, Endian, Rescale, Volume, stop, with_voxel_type};
 use std::io::{self, Write};
 
 /// This many voxels are held in memory while they are turned.
@@ -50,11 +50,15 @@ impl<'a> Voxels<'a> {
         let size = self.dtype.size();
         let is_turned = self.volume.endian() == Endian::Big && size > 1;
         if self.volume.components() == 1 && !is_turned {
-            return out.write_all(self.volume.data());
+            return self.volume.data().chunks(CHUNK * size).try_for_each(|chunk| {
+                stop::point();
+                out.write_all(chunk)
+            });
         }
         let stride = self.volume.components() * size;
         let mut buffer = Vec::with_capacity(CHUNK * size);
         for chunk in self.volume.data().chunks(CHUNK * stride) {
+            stop::point();
             buffer.clear();
             for voxel in chunk.chunks_exact(stride) {
                 match is_turned {
@@ -71,6 +75,7 @@ impl<'a> Voxels<'a> {
         let voxels = self.volume.grid().voxels();
         let mut buffer = Vec::with_capacity(CHUNK * self.dtype.size());
         for start in (0..voxels).step_by(CHUNK) {
+            stop::point();
             buffer.clear();
             for_each_scaled(self.volume, start..voxels.min(start + CHUNK), |value| match self.dtype {
                 Dtype::F32 => buffer.extend((value as f32).to_le_bytes()),

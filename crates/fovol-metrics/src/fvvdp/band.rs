@@ -6,6 +6,7 @@ use super::pooling::{OVER_PIXELS, TRANSIENT};
 use super::pyramid::{Pyramid, expand_row};
 use super::sensitivity::{FovealSensitivity, SensitivityTable};
 use super::visual_field::VisualField;
+use fovol_core::stop;
 use rayon::prelude::*;
 
 /// Lower bound of the luminance that contrasts are relative to, in cd/m².
@@ -50,6 +51,7 @@ impl Band<'_> {
             .map_init(
                 || Scratch::new(fine.width, self.pyramids.len()),
                 |scratch, y| {
+                    stop::point();
                     self.contrasts(y, scratch);
                     self.sensitivities(y, scratch);
                     self.row_difference(scratch, mapped)

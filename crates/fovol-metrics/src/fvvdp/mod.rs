@@ -23,7 +23,7 @@ use crate::error::{at_least, same_size};
 use crate::planes::Plane;
 use crate::{Error, Result};
 use band::{Band, BandDifference, View};
-use fovol_core::{Frame, FrameSize};
+use fovol_core::{Frame, FrameSize, stop};
 use pyramid::{Pyramid, band_frequencies, expand_row};
 use rayon::prelude::*;
 use sensitivity::SensitivityTable;
@@ -216,6 +216,7 @@ impl FovVideoVdp {
             let change = &mut transient.finest_mut().values;
             let rows = steady.par_chunks_mut(width).zip(change.par_chunks_mut(width)).enumerate();
             rows.for_each(|(y, (steady, change))| {
+                stop::point();
                 history.filter(&self.filters, y * width, [steady, change]);
             });
         }

@@ -18,7 +18,7 @@ use super::units::Unit;
 use crate::plan::{Plan, TensorId};
 use crate::weights::Weights;
 use crate::{Error, Result};
-use fovol_core::{Frame, FrameSize, awake};
+use fovol_core::{Frame, FrameSize, awake, stop};
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -220,6 +220,7 @@ impl Network {
     ) {
         let mut is_shown = false;
         for unit in self.units(state.size) {
+            stop::point();
             let started = Instant::now();
             let (layers, written, shows) = (unit.layers(), unit.written(&self.plan), self.shows(&unit));
             is_shown |= shows;

@@ -2,6 +2,7 @@
 
 use super::lanes::Lanes;
 use crate::scene::{LightPath, Macrocells, SHADOW_STEP};
+use fovol_core::stop;
 use rayon::prelude::*;
 
 /// Slabs that one word tells of.
@@ -70,6 +71,7 @@ impl LightColumns {
         let plane = columns[0] * columns[1];
         let mut bits = std::mem::take(&mut out.words);
         bits.par_chunks_mut(plane).enumerate().for_each(|(word, plane)| {
+            stop::point();
             for bit in 0..SLABS {
                 out.mark(cells, word as u32 * SLABS + bit, bit, plane);
             }

@@ -16,9 +16,10 @@ use crate::scene::{
 };
 use fovol_core::{
     Camera, ClipBox, Frame, FrameSize, Grid, Integration, Pixel, RayBasis, Region, SampleList, SampleMask,
-    Scene, Shading, ShadowMode, SurfaceShading, TransferFunction, Volume,
+    Scene, Shading, ShadowMode, SurfaceShading, TransferFunction, Volume, stop,
 };
 use rayon::prelude::*;
+use std::time::{Duration, Instant};
 
 /// The choices that change how fast a picture is made, not what it shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -53,6 +54,8 @@ pub struct Renderer {
     /// What fine integration takes its values from; `None` where integration is plain.
     extinction: Option<ExtinctionTable>,
     shadow_grid: Option<Bricks>,
+    /// How long that took to make.
+    shadow_grid_time: Duration,
     light_columns: Option<LightColumns>,
     options: RenderOptions,
 }
@@ -90,6 +93,7 @@ impl Renderer {
             step,
             extinction: None,
             shadow_grid: None,
+            shadow_grid_time: Duration::ZERO,
             light_columns: None,
             options: RenderOptions { simd, ..options },
         };
@@ -140,6 +144,11 @@ impl Renderer {
         self.options
     }
 
+    /// How long the cached shadows of this scene took to make; nothing where there are none.
+    pub fn shadow_grid_time(&self) -> Duration {
+        self.shadow_grid_time
+    }
+
     /// The macrocells, for figures about empty space.
     pub fn macrocells(&self) -> &Macrocells {
         &self.cells
@@ -169,7 +178,9 @@ impl Renderer {
     fn renew_shadows(&mut self) {
         let wanted = self.shading.shadows == ShadowMode::Cached;
         self.shadow_grid = None;
+        let started = Instant::now();
         self.shadow_grid = wanted.then(|| shadow_grid(&self.specification()));
+        self.shadow_grid_time = if wanted { started.elapsed() } else { Duration::ZERO };
         self.light_columns = None;
         if self.shading.shadows == ShadowMode::On {
             self.make_light_columns();
@@ -294,6 +305,7 @@ impl Renderer {
         pixels: &[Pixel],
         scratch: &mut Memory,
     ) -> (Vec<RayResult>, SampleCount) {
+        stop::point();
         let mut out = Vec::with_capacity(pixels.len());
         if self.options.simd == Simd::Scalar {
             let march = self.specification();

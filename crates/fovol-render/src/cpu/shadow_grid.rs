@@ -5,11 +5,12 @@ use crate::scene::{Bricks, half_resolution};
 /// rays: voxel *i* stands at the common corner of the volume's voxels 2i and 2i + 1. Voxels outside the part that is
 /// there have what arrives at the nearest point of its faces.
 ///
-/// Stored in 8 bits: this is the cheap alternative to shadow rays, never the reference.
+/// Stored in 8 bits: this is the cheap alternative to shadow rays, never the reference. Large volumes take minutes: it is
+/// [`fovol_core::LongWork`].
 pub fn shadow_grid(march: &March<'_>) -> Bricks {
     let light = march.light_path();
     let [low, high] = march.clip.in_voxels();
-    Bricks::of_unit_values(half_resolution(march.grid), |voxel| {
+    Bricks::of_unit_values("parts of the cached shadows", half_resolution(march.grid), |voxel| {
         let p = std::array::from_fn(|a| (2.0 * voxel[a] as f32 + 0.5).clamp(low[a], high[a]));
         march.transmittance(p, &light, &mut SampleCount::default())
     })

@@ -2,6 +2,7 @@ use super::kernel::{RADIUS, SPACE, TIME};
 use super::min_tree::MinTree;
 use super::random::hash;
 use super::size::NoiseSize;
+use fovol_core::stop;
 
 /// What a pattern is searched for.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -43,6 +44,7 @@ impl Pattern {
         let keys = on.iter().enumerate().map(|(at, &on)| key(at, on)).collect();
         let mut pattern = Self { size, seek, keys: MinTree::new(keys) };
         for (at, _) in on.iter().enumerate().filter(|(_, on)| **on) {
+            stop::point();
             pattern.spread(at, true);
         }
         pattern.keys.settle();

@@ -8,6 +8,7 @@
 use super::pattern::{Pattern, Seek};
 use super::random::hash;
 use super::size::NoiseSize;
+use fovol_core::stop;
 
 /// The seed of the ranks that the program carries.
 pub const STBN_SEED: u64 = 2022;
@@ -35,6 +36,7 @@ pub fn ranks(size: NoiseSize, seed: u64) -> Vec<u32> {
 /// Gives each rank of `order` to the position that `pattern` seeks at that time, and switches it.
 fn rank_in_turn(ranks: &mut [u32], pattern: &mut Pattern, order: impl Iterator<Item = usize>) {
     for rank in order {
+        stop::point();
         let at = pattern.best();
         pattern.switch(at);
         ranks[at] = rank as u32;
@@ -48,12 +50,16 @@ fn rank_in_turn(ranks: &mut [u32], pattern: &mut Pattern, order: impl Iterator<I
 /// pattern comes twice.
 fn relaxed(size: NoiseSize, seed: u64) -> Vec<bool> {
     let mut order: Vec<usize> = (0..size.len()).collect();
-    order.sort_unstable_by_key(|&i| (hash(seed ^ 0x5EED, i as u64), i));
+    order.sort_unstable_by_key(|&i| {
+        stop::point();
+        (hash(seed ^ 0x5EED, i as u64), i)
+    });
     let mut on = vec![false; size.len()];
     order[..size.len() / 10].iter().for_each(|&i| on[i] = true);
     let mut clusters = Pattern::new(size, seed, &on, Seek::Cluster);
     let mut voids = Pattern::new(size, seed, &on, Seek::Void);
     loop {
+        stop::point();
         let tightest = clusters.best();
         clusters.switch(tightest);
         voids.switch(tightest);

@@ -1,4 +1,4 @@
-use fovol_core::{Dtype, Endian, Grid, Rescale, Volume, Voxel, with_voxel_type};
+use fovol_core::{Dtype, Endian, Grid, LongWork, Rescale, Volume, Voxel, stop, with_voxel_type};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -141,16 +141,22 @@ impl Bricks {
         let data = with_voxel_type!(volume.dtype(), T => {
             let raw = RawVoxels::<'_, T>::new(volume);
             let byte = |voxel| (encoding.clamped(raw.get(voxel).to_f64()) - encoding.low) as u8;
-            filled(&layout, corner_words(layout.dims, byte))
+            filled(&layout, || (), corner_words(layout.dims, byte))
         });
         let scale = if span > 0.0 { (1.0 / span) as f32 } else { 0.0 };
         Self { layout, data: BrickData::Corners(data), scale }
     }
 
-    /// Bricks of 8-bit display values on a grid of `dims`, from `value(x, y, z)` in 0…1.
-    pub fn of_unit_values(dims: [usize; 3], value: impl Fn([usize; 3]) -> f32 + Sync) -> Self {
+    /// Bricks of 8-bit display values on a grid of `dims`, from `value(x, y, z)` in 0…1: long work that makes `what`.
+    pub fn of_unit_values(
+        what: &'static str,
+        dims: [usize; 3],
+        value: impl Fn([usize; 3]) -> f32 + Sync,
+    ) -> Self {
         let layout = BrickLayout::voxels(dims);
-        let data = filled(&layout, |voxel| (value(voxel).clamp(0.0, 1.0) * 255.0).round() as u8);
+        let work = LongWork::new(what, layout.bricks().iter().product::<usize>() as u64);
+        let byte = |voxel| (value(voxel).clamp(0.0, 1.0) * 255.0).round() as u8;
+        let data = filled(&layout, || work.step(), byte);
         Self { layout, data: BrickData::U8(data), scale: 1.0 / 255.0 }
     }
 
@@ -337,9 +343,9 @@ where
         if size_of::<T>() == 1 {
             let table: Vec<S> =
                 (0..=255u8).map(|byte| store(encoding.clamped(T::decode(&[byte; 8][..size_of::<T>()], Endian::Little).to_f64()))).collect();
-            filled(layout, |voxel| table[raw.first_byte(voxel) as usize])
+            filled(layout, || (), |voxel| table[raw.first_byte(voxel) as usize])
         } else {
-            filled(layout, |voxel| store(encoding.clamped(raw.get(voxel).to_f64())))
+            filled(layout, || (), |voxel| store(encoding.clamped(raw.get(voxel).to_f64())))
         }
     })
 }
@@ -381,9 +387,10 @@ impl<'a, T: Voxel> RawVoxels<'a, T> {
     }
 }
 
-/// Fills all bricks in parallel; voxels beyond the edge repeat the last one.
+/// Fills all bricks in parallel and says so of each; voxels beyond the edge repeat the last one.
 fn filled<S: Copy + Default + Send + Sync>(
     layout: &BrickLayout,
+    is_filled: impl Fn() + Sync,
     value: impl Fn([usize; 3]) -> S + Sync,
 ) -> Vec<S> {
     let mut data = vec![S::default(); layout.elements()];
@@ -394,6 +401,7 @@ fn filled<S: Copy + Default + Send + Sync>(
         |(brick, out)| {
             let corner = [brick % bx, brick / bx % by, brick / (bx * by)].map(|b| b * BRICK);
             for z in 0..ez {
+                stop::point();
                 for y in 0..ey {
                     let row = &mut out[(z * ey + y) * ex..][..ex];
                     let (vy, vz) = ((corner[1] + y).min(last[1]), (corner[2] + z).min(last[2]));
@@ -402,6 +410,7 @@ fn filled<S: Copy + Default + Send + Sync>(
                     }
                 }
             }
+            is_filled();
         },
     );
     data

@@ -1,5 +1,5 @@
 use super::bricks::{BRICK, Bricks};
-use fovol_core::TransferFunction;
+use fovol_core::{TransferFunction, stop};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -45,6 +45,7 @@ impl Macrocells {
         let ranges: Vec<[u16; 2]> = (0..nx * ny * nz)
             .into_par_iter()
             .map(|i| {
+                stop::point();
                 let cell = [i % nx, i / nx % ny, i / (nx * ny)];
                 let [low, high] = bricks.value_range(cell.map(|c| c << shift), edge);
                 // Rounded outwards: a cell may be thought visible, never wrongly invisible.

@@ -6,6 +6,7 @@ use crate::{RenderSettings, Sampling};
 use fovol_core::{Camera, Frame, FrameSize, SampleList, SampleMask, Scene};
 use fovol_render::cpu::{self, RenderOptions, Renderer, compact, direct, mask_of, scatter};
 use fovol_render::scene::RayResult;
+use std::time::Duration;
 
 /// Rays on the processor.
 #[derive(Debug)]
@@ -24,6 +25,11 @@ impl CpuMarcher {
         self.renderer.set_scene(scene)?;
         self.sampler.change(settings);
         Ok(())
+    }
+
+    /// How long the cached shadows took to make.
+    pub fn shadow_grid_time(&self) -> Duration {
+        self.renderer.shadow_grid_time()
     }
 
     /// What the rays of the pixels of `list` bring back.

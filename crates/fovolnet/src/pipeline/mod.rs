@@ -64,6 +64,12 @@ impl Timings {
         }
     }
 
+    /// As those of a frame for which the cached shadows were made in `ms` milliseconds: marching begins with that.
+    #[must_use]
+    pub fn with_shadow_grid(self, ms: f64) -> Self {
+        Self { march: self.march + ms, total: self.total + ms, ..self }
+    }
+
     /// Every stage with its milliseconds; together they are the frame but for what lies between them.
     pub fn finer(&self) -> [(&'static str, f64); 6] {
         [
@@ -255,6 +261,16 @@ impl Pipeline {
     /// This machine as it is used here.
     pub fn machine(&self) -> Machine {
         self.machine.clone()
+    }
+
+    /// Milliseconds that the cached shadows took to make on the processor, before any frame; 0 where there are none. No frame's
+    /// [`Timings`] have them, see [`Timings::with_shadow_grid`].
+    pub fn shadow_grid_ms(&self) -> f64 {
+        match &self.marcher {
+            Marcher::Cpu(marcher) => marcher.shadow_grid_time().as_secs_f64() * 1e3,
+            #[cfg(feature = "gpu")]
+            Marcher::Gpu(_) => 0.0,
+        }
     }
 
     /// What whoever asked for this should know: that something else is used than was asked for, or something slow.

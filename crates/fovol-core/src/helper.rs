@@ -1,0 +1,92 @@
+//! Programs that help this one, such as ffmpeg.
+
+use crate::stop;
+use crate::unfinished::{self, Gate};
+use std::io;
+use std::process::{Child, Command, ExitStatus};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+/// A program that was started to help this one. It ends with its owner, and with this process when that is asked to stop: see
+/// [`unfinished`].
+#[derive(Debug)]
+pub struct Helper(Arc<Mutex<Child>>);
+
+/// The longest time between two looks at whether it has ended.
+const LOOK: Duration = Duration::from_millis(10);
+
+impl Helper {
+    /// Starts `command`. On Unix it gets a process group of its own: Ctrl-C on a terminal is for this program alone, which decides
+    /// what becomes of those that help it.
+    ///
+    /// # Errors
+    /// What the system said.
+    pub fn start(command: &mut Command) -> io::Result<Self> {
+        #[cfg(unix)]
+        std::os::unix::process::CommandExt::process_group(command, 0);
+        let gate = Gate::enter();
+        let child = Arc::new(Mutex::new(command.spawn()?));
+        gate.add_helper(&child);
+        Ok(Self(child))
+    }
+
+    /// What `of` takes of it: its input or its outputs. Not its end, see [`Self::wait`].
+    pub fn take<T>(&mut self, of: impl FnOnce(&mut Child) -> Option<T>) -> Option<T> {
+        of(&mut self.child())
+    }
+
+    /// Waits until it has ended; its input should be closed before.
+    ///
+    /// # Errors
+    /// What the system said; that a stop was asked for meanwhile, which ends it.
+    pub fn wait(&mut self) -> io::Result<ExitStatus> {
+        let mut pause = Duration::from_micros(100);
+        loop {
+            if let Some(status) = self.child().try_wait()? {
+                return Ok(status);
+            }
+            if stop::asked() {
+                self.end();
+                return Err(io::Error::other(stop::Stopped));
+            }
+            std::thread::sleep(pause);
+            pause = LOOK.min(2 * pause);
+        }
+    }
+
+    fn end(&mut self) {
+        let mut child = self.child();
+        // Where it has ended already there is nothing to end.
+        let _ = child.kill();
+        let _ = child.wait();
+    }
+
+    fn child(&self) -> MutexGuard<'_, Child> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Drop for Helper {
+    fn drop(&mut self) {
+        self.end();
+        unfinished::forget_helper(&self.0);
+    }
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+    use std::process::Stdio;
+    use std::time::Instant;
+
+    #[test]
+    fn it_says_how_it_ended_and_ends_with_its_owner() {
+        let mut quick = Helper::start(Command::new("sh").args(["-c", "exit 3"])).unwrap();
+        assert_eq!(quick.wait().unwrap().code(), Some(3));
+        let mut slow = Helper::start(Command::new("sleep").arg("60").stdin(Stdio::piped())).unwrap();
+        assert!(slow.take(|child| child.stdin.take()).is_some());
+        let started = Instant::now();
+        drop(slow);
+        assert!(started.elapsed() < Duration::from_secs(10));
+    }
+}
