@@ -312,7 +312,7 @@ mod tests {
             assert!(out.data.iter().all(|v| (v - out.data[0]).abs() < 0.06), "{:?}", out.data);
             out.data[0]
         };
-        // Samples and this picture differ by 0.1, as samples and the fill do.
+        // Samples differ by 0.1 and 0.3 from `prior`, and by 0.1 from the fill.
         let alike = 0.01 / (0.01 + DOUBT_SHARE * (0.01 - DOUBT_ALLOWED * 0.01));
         assert!((share(0.3) - alike).abs() < 1e-3);
         // Samples and this picture differ by 0.1 and 0.3.

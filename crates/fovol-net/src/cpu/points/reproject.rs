@@ -60,7 +60,8 @@ impl ReprojectRow<'_> {
         self.inside(whole, first, count).filter(|_| is_all)
     }
 
-    /// Makes the pixels of the vector from `first` on where they have not all moved as many whole pixels: those together that have.
+    /// Computes a vector of pixels from `first` on that have different motions. Pixels with equal whole-pixel
+    /// motion are computed together.
     #[inline(always)]
     fn apart<V: Floats>(&mut self, first: usize, some: V) {
         let mut whole = [[0.0; MOST]; 2];

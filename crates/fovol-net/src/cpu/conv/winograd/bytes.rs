@@ -14,8 +14,7 @@ const MOST: f32 = 127.0;
 #[derive(Debug, Clone)]
 pub struct Bytes {
     inputs: usize,
-    /// Factors before rounding, \[place\]\[even, odd\]\[half the input channel\], padded with ones up to
-    /// [`Self::pairs`].
+    /// Factors before rounding, \[place\]\[even, odd\]\[half the input channel\], padded with ones up to [`pairs`].
     factors: Vec<f32>,
 }
 

@@ -44,7 +44,7 @@ impl Distances {
     }
 }
 
-/// The reach for which the sum of all squared errors is least.
+/// Range for which the sum of squared errors is smallest.
 fn least_wrong(counts: &[u32]) -> f32 {
     let there = counts.iter().enumerate().filter(|(_, count)| **count > 0);
     let middle = |eighth: usize| f32::from_bits((eighth as u32 + FIRST) << BITS | 1 << (BITS - 1));
