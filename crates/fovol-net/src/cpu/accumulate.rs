@@ -312,10 +312,10 @@ mod tests {
             assert!(out.data.iter().all(|v| (v - out.data[0]).abs() < 0.06), "{:?}", out.data);
             out.data[0]
         };
-        // Samples differ by 0.1 and 0.3 from `prior`, and by 0.1 from the fill.
+        // Samples differ by 0.1 from both pictures.
         let alike = 0.01 / (0.01 + DOUBT_SHARE * (0.01 - DOUBT_ALLOWED * 0.01));
         assert!((share(0.3) - alike).abs() < 1e-3);
-        // Samples and this picture differ by 0.1 and 0.3.
+        // Samples differ by 0.1 and 0.3 from `prior`, and by 0.1 from the fill.
         let expected = 0.01 / (0.01 + DOUBT_SHARE * (0.05 - DOUBT_ALLOWED * 0.01));
         assert!((share(0.5) - expected).abs() < 0.03 && share(9.0) < 0.001);
     }

@@ -198,7 +198,7 @@ impl Simd {
             match self {
                 // SAFETY: values of `Simd` exist only for instruction sets that the processor has.
                 Self::Avx512 | Self::Amx => return unsafe { avx512(work) },
-                // SAFETY: as above.
+                // SAFETY: see above.
                 Self::Avx2 => return unsafe { avx2(work) },
                 Self::Portable => {}
             }
