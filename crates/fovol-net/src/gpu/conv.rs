@@ -68,7 +68,7 @@ impl Means {
     }
 
     /// Method with `matrices`, with as many rows as the threads and workgroup memory in `limits` allow. `None` if
-    /// not even few rows fit.
+    /// not even two rows fit.
     fn matrices(matrices: Matrices, conv: &Conv, limits: &wgpu::Limits) -> Option<Self> {
         let (edge, (least, most)) = (matrices.edge(), matrices.subgroup());
         let shader = if edge == 8 { CONV_MATRICES_8 } else { CONV_MATRICES_16 };
@@ -96,8 +96,8 @@ struct Units {
 }
 
 impl Units {
-    /// Chooses the method for `conv` from `inputs` to `outputs` channels: matrices, unless padding would double the
-    /// products.
+    /// Chooses the method for `conv` from `inputs` to `outputs` channels: matrices, unless padding would more than
+    /// double the products.
     fn means(&self, conv: &Conv, inputs: usize, outputs: usize) -> Means {
         let padded = |edge: usize| inputs.next_multiple_of(edge) * outputs.next_multiple_of(edge);
         let is_worth = |matrices: &Matrices| padded(matrices.edge() as usize) <= 2 * inputs * outputs;

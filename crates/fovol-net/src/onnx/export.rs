@@ -16,8 +16,8 @@ const NORM_EPSILON: f32 = 1e-5;
 
 /// Encodes `plan` with `weights` as an `.onnx` file that computes one frame of a sequence.
 ///
-/// Inputs are `input` \[1, 3 or 4, H, W\], `motion` \[1, 2, H, W\] where the plan uses it, and `state.NAME` \[1, c,
-/// H/s, W/s\]. Outputs are `output` \[1, 3, H, W\] in 0…1 and `next.NAME`. [The module](super) explains them.
+/// Inputs are `input` \[1, 3 or 4, H, W\], `motion` \[1, 2, H, W\] where the plan uses it, and `state.NAME`
+/// \[1, c, H/s, W/s\]. Outputs are `output` \[1, 3, H, W\] in 0…1 and `next.NAME`. [The module](super) explains them.
 /// Metadata properties are `fovolnet.multiple`, `fovolnet.states` and then `metadata`.
 ///
 /// # Errors

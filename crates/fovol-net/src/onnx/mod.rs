@@ -12,8 +12,8 @@
 //! | `next.NAME` | shape of `state.NAME` | input `state.NAME` of the next frame |
 //!
 //! H and W are multiples of the metadata property `fovolnet.multiple`: pad frames by replication at the right and
-//! bottom, and crop the output. The property `fovolnet.states` is a JSON list of `{"name":…, "channels":c,
-//! "scale":s}`.
+//! bottom, and crop the output. The property `fovolnet.states` is a JSON list of
+//! `{"name":…, "channels":c, "scale":s}`.
 
 mod export;
 mod fill;

@@ -257,7 +257,7 @@ pub enum Layer {
     /// e and v are mean squared differences between this frame's samples and `prior` or `fresh`, spread over the
     /// frame; [`DOUBT_EPSILON`] is added to v. The confidence is 1 where `prior` predicts the samples much better
     /// than their neighbours do, so that still pictures keep all earlier samples. Elsewhere history and samples
-    /// weigh about as the inverses of their variances. docs/guide/src/internals/algorithm.md, section 5.
+    /// weigh about as the inverses of their variances. See docs/guide/src/internals/algorithm.md, section 5.
     Doubt {
         /// [Weighted](Self::Join) pixels of this frame.
         known: TensorId,

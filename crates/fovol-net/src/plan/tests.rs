@@ -110,7 +110,7 @@ fn a_coarse_picture_is_read_as_it_is_spread() {
         let blended = plan.layers().iter().filter(|layer| matches!(layer, Layer::Blend { .. })).count();
         (inputs, blended)
     };
-    // The kernel weighs 2×2 pixels of the filled picture, of its weights, of the last output, and of the fresh
-    // fill; a coarse fresh fill counts once, at half the resolution.
+    // The first convolution reads 2×2 pixels of the filled picture, its weights, the last output and the fresh fill.
+    // It reads one pixel of a coarse fresh fill, which has half the resolution and needs no second `Blend`.
     assert_eq!((first(false), first(true)), ((4 * (3 + 1 + 3 + 3), 2), (4 * (3 + 1 + 3) + 3, 1)));
 }

@@ -5,8 +5,8 @@ use super::layer::{Normalisation, Taps};
 use serde::{Deserialize, Serialize};
 use walk::Walk;
 
-/// Picture of the last frame that is an input of the U-Net. Paper: docs/guide/src/internals/algorithm.md, section
-/// 4.3.
+/// Picture of the last frame that is an input of the U-Net. See docs/guide/src/internals/algorithm.md, sections 4.1
+/// and 4.3.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Feedback {

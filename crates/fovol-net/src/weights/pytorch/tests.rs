@@ -1,4 +1,4 @@
-//! Tests with files that PyTorch did not write. `tests/reference.rs` has those that it did.
+//! Tests with files that PyTorch did not write. `tests/reference.rs` has files that it did write.
 
 use super::*;
 use crate::plan::WNetConfig;
