@@ -1,13 +1,13 @@
-//! Which graphics processor is used.
+//! Chooses and opens a GPU.
 
 use crate::matrices::Matrices;
 use crate::{Gpu, GpuError, Result};
 use std::str::FromStr;
 
-/// The environment variable that names an adapter where no flag does.
+/// Environment variable that names an adapter where no flag does.
 pub const ADAPTER_VARIABLE: &str = "FOVOLNET_GPU";
 
-/// What a device is asked for, beyond what every one has, where its adapter offers it.
+/// Optional features. A device is opened with those of them that its adapter offers.
 const WELCOME: wgpu::Features = wgpu::Features::TIMESTAMP_QUERY
     .union(wgpu::Features::SHADER_F16)
     .union(wgpu::Features::SUBGROUP)
@@ -15,22 +15,22 @@ const WELCOME: wgpu::Features = wgpu::Features::TIMESTAMP_QUERY
     .union(wgpu::Features::FLOAT32_FILTERABLE)
     .union(wgpu::Features::PIPELINE_CACHE);
 
-/// Which adapter to open.
+/// Choice of the adapter to open.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum AdapterRequest {
-    /// The fastest one, never a program on the CPU.
+    /// The fastest GPU, never a software rasteriser.
     #[default]
     Hardware,
-    /// The fastest one, a program on the CPU where there is nothing else; see [`Gpu::is_software`].
+    /// The fastest GPU, or a software rasteriser where there is none; see [`Gpu::is_software`].
     Any,
-    /// The first whose name contains this, whatever the case of letters; a program on the CPU too.
+    /// The fastest adapter whose name contains this text, case ignored. It may be a software rasteriser.
     Named(String),
 }
 
 impl FromStr for AdapterRequest {
     type Err = String;
 
-    /// Reads `auto`, `gpu` or `gpu:NAME`, the values of `--device` that may mean a GPU.
+    /// Parses `auto`, `gpu` or `gpu:NAME`, the values of `--device` that may mean a GPU.
     fn from_str(text: &str) -> std::result::Result<Self, String> {
         match text.split_once(':') {
             None if text == "auto" => Ok(Self::Hardware),
@@ -42,7 +42,7 @@ impl FromStr for AdapterRequest {
 }
 
 impl AdapterRequest {
-    /// This request, or the adapter that [`ADAPTER_VARIABLE`] names where this one leaves it open.
+    /// Returns this request, or the adapter that [`ADAPTER_VARIABLE`] names if this request names none.
     #[must_use]
     pub fn or_environment(self) -> Self {
         match std::env::var(ADAPTER_VARIABLE) {
@@ -53,19 +53,19 @@ impl AdapterRequest {
         }
     }
 
-    /// Which of `adapters` this asks for: the first of the best.
+    /// Returns the index of the best of `adapters` for this request. The first of equals wins.
     pub fn best(&self, adapters: &[wgpu::AdapterInfo]) -> Option<usize> {
         let suits = |i: &usize| self.suits(&adapters[*i].name, adapters[*i].device_type);
-        // `max_by_key` takes the last of the best.
+        // `max_by_key` returns the last of several equal maxima, so the order is reversed.
         (0..adapters.len()).rev().filter(|i| suits(i).is_some()).max_by_key(suits)
     }
 
-    /// Whether this may be the adapter of `info`.
+    /// Whether the adapter of `info` fits this request.
     pub fn takes(&self, info: &wgpu::AdapterInfo) -> bool {
         self.suits(&info.name, info.device_type).is_some()
     }
 
-    /// How well an adapter of this name and kind suits; larger is better, `None` is not at all.
+    /// Rates an adapter by name and kind: larger is better, `None` does not fit.
     fn suits(&self, name: &str, kind: wgpu::DeviceType) -> Option<u8> {
         let speed = match kind {
             wgpu::DeviceType::DiscreteGpu => 4,
@@ -82,7 +82,7 @@ impl AdapterRequest {
     }
 }
 
-/// What is known about every adapter of this machine, and the cooperative matrices that it offers.
+/// Lists the adapters of this machine, each with the cooperative matrices that it offers.
 pub fn adapters() -> Vec<(wgpu::AdapterInfo, Option<Matrices>)> {
     found().iter().map(|adapter| (adapter.get_info(), Matrices::of(adapter))).collect()
 }
@@ -93,11 +93,11 @@ fn found() -> Vec<wgpu::Adapter> {
 }
 
 impl Gpu {
-    /// Opens the adapter of `request` with all that it allows.
+    /// Opens the adapter of `request`, with its full limits and all optional features.
     ///
     /// # Errors
-    /// [`GpuError::NoAdapter`] where none suits, saying what there is; [`GpuError::Refused`] where its driver does not
-    /// open it.
+    /// [`GpuError::NoAdapter`] where none fits; its message lists the adapters. [`GpuError::Refused`] where the driver
+    /// does not open it.
     pub fn open(request: &AdapterRequest) -> Result<Self> {
         let all = found();
         let infos: Vec<wgpu::AdapterInfo> = all.iter().map(wgpu::Adapter::get_info).collect();
@@ -107,7 +107,8 @@ impl Gpu {
         Ok(Self::owned(device, queue).with_matrices(Matrices::wanted_of(adapter)))
     }
 
-    /// What a device of `adapter` is asked for: all that it allows. For those who open one to lend it, see [`Self::lent`].
+    /// Describes the device that this program wants of `adapter`: full limits and all optional features. For
+    /// callers that open a device themselves and lend it; see [`Self::lent`].
     pub fn descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
         let matrices = Matrices::wanted_of(adapter);
         wgpu::DeviceDescriptor {
@@ -119,7 +120,7 @@ impl Gpu {
         }
     }
 
-    /// A device of `adapter` that somebody else opened as [`Self::descriptor`] says, as a window does, and lends.
+    /// Wraps a device of `adapter` that the caller, such as a window, opened with [`Self::descriptor`].
     pub fn lent(adapter: &wgpu::Adapter, device: wgpu::Device, queue: wgpu::Queue) -> Self {
         Self::shared(device, queue).with_matrices(Matrices::wanted_of(adapter))
     }

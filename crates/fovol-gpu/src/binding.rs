@@ -1,26 +1,26 @@
-//! What shaders bind, in few words.
+//! Bind groups, their layouts and compute pipelines, in short form.
 
 use crate::{Gpu, Shader};
 use wgpu::{BufferBindingType, TextureSampleType, TextureViewDimension};
 
-/// One thing that a shader binds.
+/// Type of a resource that a shader binds.
 #[derive(Debug, Clone, Copy)]
 pub enum Slot {
-    /// A small buffer, the same for all threads.
+    /// Uniform buffer.
     Uniform,
-    /// A buffer to read.
+    /// Storage buffer, read-only.
     Read,
-    /// A buffer to read and write.
+    /// Storage buffer, read and write.
     Write,
-    /// A 3-D texture of whole numbers.
+    /// 3-D texture of integers.
     Whole,
-    /// A 3-D texture that a sampler may filter.
+    /// 3-D texture of floats that a sampler may filter.
     Filtered,
-    /// A filtering sampler.
+    /// Filtering sampler.
     Sampler,
-    /// A 3-D texture of rgba8unorm to write.
+    /// 3-D storage texture of format rgba8unorm, write-only.
     Stored,
-    /// A picture of rgba8unorm to write.
+    /// 2-D storage texture of format rgba8unorm, write-only.
     Picture,
 }
 
@@ -50,7 +50,7 @@ impl Slot {
     }
 }
 
-/// The layout of a bind group: `slots` at bindings 0, 1, 2…
+/// Makes the layout of a bind group for compute shaders: `slots` at bindings 0, 1, 2…
 pub fn bind_group_layout(gpu: &Gpu, label: &str, slots: &[Slot]) -> wgpu::BindGroupLayout {
     let entries: Vec<wgpu::BindGroupLayoutEntry> = (0..)
         .zip(slots)
@@ -65,7 +65,7 @@ pub fn bind_group_layout(gpu: &Gpu, label: &str, slots: &[Slot]) -> wgpu::BindGr
         .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries: &entries })
 }
 
-/// A bind group: `resources` at bindings 0, 1, 2…
+/// Makes a bind group: `resources` at bindings 0, 1, 2…
 pub fn bind_group(
     gpu: &Gpu,
     label: &str,
@@ -83,7 +83,7 @@ pub fn bind_group(
     })
 }
 
-/// The entry point of a shader, with values for its `override` constants, as a pipeline.
+/// Compiles an entry point of a shader. `constants` are values of its `override` constants.
 pub fn compute_pipeline(
     gpu: &Gpu,
     shader: &Shader,

@@ -5,34 +5,35 @@ use crate::{GpuError, Result};
 use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// A device and its queue, to be shared between renderer, network and viewer. Clones are the same device.
+/// A device and its queue, shared by renderer, network and viewer. Clones refer to one device.
 #[derive(Clone)]
 pub struct Gpu {
     device: wgpu::Device,
     queue: wgpu::Queue,
-    /// Why the device was lost, and what went wrong outside any [`Gpu::guarded`]; known for devices opened here.
+    /// The first fault: loss of the device, or an error outside [`Gpu::guarded`]. Only recorded for devices opened
+    /// here.
     fault: Arc<Mutex<Option<String>>>,
-    /// What has been compiled, in this run or an earlier one.
+    /// Pipelines compiled in this run or an earlier one.
     compiled: Option<Arc<PipelineCache>>,
     matrices: Option<Matrices>,
     gate: Arc<Gate>,
 }
 
 impl Gpu {
-    /// A device that someone else opened and lends. Its limits are those that it was opened with.
+    /// Wraps a device that the caller opened and lends. Its limits are those that it was opened with.
     pub fn shared(device: wgpu::Device, queue: wgpu::Queue) -> Self {
         let compiled = PipelineCache::of_user(&device).map(Arc::new);
         Self { device, queue, fault: Arc::default(), compiled, matrices: None, gate: Arc::default() }
     }
 
-    /// This device, for which shaders may use cooperative matrices of this kind; `None` for none. It has to have been opened
-    /// with [`Matrices::features`].
+    /// Sets the cooperative matrices that shaders may use. The device must have been opened with
+    /// [`Matrices::features`] of them.
     #[must_use]
     pub fn with_matrices(self, matrices: Option<Matrices>) -> Self {
         Self { matrices, ..self }
     }
 
-    /// A device that is opened for this program: what goes wrong with it is kept, where wgpu would panic.
+    /// Wraps a device that was opened for this program. Its faults are recorded, where wgpu would panic.
     pub(crate) fn owned(device: wgpu::Device, queue: wgpu::Queue) -> Self {
         let gpu = Self::shared(device, queue);
         let (lost, uncaptured) = (gpu.fault.clone(), gpu.fault.clone());
@@ -44,51 +45,51 @@ impl Gpu {
         gpu
     }
 
-    /// The device.
+    /// The wgpu device.
     pub fn device(&self) -> &wgpu::Device {
         &self.device
     }
 
-    /// Its queue, to write with: what the device is to do goes through [`Self::submit`] and [`Self::enqueue`].
+    /// The wgpu queue, for writes. Commands go through [`Self::submit`] and [`Self::enqueue`] instead.
     pub fn queue(&self) -> &wgpu::Queue {
         &self.queue
     }
 
-    /// The cooperative matrices that shaders may use.
+    /// The cooperative matrices that shaders may use, if any.
     pub fn matrices(&self) -> Option<Matrices> {
         self.matrices
     }
 
-    /// What pipelines are to be looked for in when they are made, where there is such a thing.
+    /// The pipeline cache to create pipelines with, if the device has one.
     pub(crate) fn compiled(&self) -> Option<&wgpu::PipelineCache> {
         self.compiled.as_deref().map(PipelineCache::get)
     }
 
-    /// What is doubtful about this device: a damaged file of compiled pipelines.
+    /// Warning for the user: the file of compiled pipelines was damaged.
     pub fn note(&self) -> Option<&str> {
         self.compiled.as_deref().and_then(PipelineCache::note)
     }
 
-    /// The adapter's name, kind and driver.
+    /// Name, kind and driver of the adapter.
     pub fn info(&self) -> wgpu::AdapterInfo {
         self.device.adapter_info()
     }
 
-    /// Whether the adapter is a program on the CPU: faces warn about it.
+    /// Whether the adapter is a software rasteriser. Applications warn about it.
     pub fn is_software(&self) -> bool {
         self.info().device_type == wgpu::DeviceType::Cpu
     }
 
-    /// Does `work` on the device; errors of the device become the result.
+    /// Runs `work`, and returns errors of the device that it causes.
     ///
     /// # Errors
-    /// [`GpuError::OutOfMemory`] or [`GpuError::Refused`], saying that it happened while `doing`.
+    /// [`GpuError::OutOfMemory`] or [`GpuError::Refused`]; both name the operation `doing`.
     pub fn guarded<T>(&self, doing: &'static str, work: impl FnOnce() -> T) -> Result<T> {
         let filters =
             [wgpu::ErrorFilter::OutOfMemory, wgpu::ErrorFilter::Validation, wgpu::ErrorFilter::Internal];
         let scopes = filters.map(|filter| self.device.push_error_scope(filter));
         let done = work();
-        // The innermost scope is popped first.
+        // Error scopes form a stack, so the last one is popped first.
         let mut found = Ok(done);
         for scope in scopes.into_iter().rev() {
             found = match pollster::block_on(scope.pop()) {
@@ -100,11 +101,11 @@ impl Gpu {
         found
     }
 
-    /// Has the device do what `encode` puts into a command encoder. Returns when it has been told, not when it is done: that
-    /// can be waited for.
+    /// Encodes commands with `encode` and submits them. Returns once they are submitted; [`Self::wait_for`] waits
+    /// for their end.
     ///
     /// # Errors
-    /// Those of `encode`; [`GpuError::OutOfMemory`] or [`GpuError::Refused`], saying that it happened while `doing`.
+    /// Errors of `encode`; [`GpuError::OutOfMemory`] or [`GpuError::Refused`], which name the operation `doing`.
     pub fn submit<T, E: From<GpuError>>(
         &self,
         doing: &'static str,
@@ -118,20 +119,20 @@ impl Gpu {
         })?
     }
 
-    /// Has the device do `commands`, and what was written before. Waits while there is a [`Pause`].
+    /// Submits `commands`, after earlier writes to the queue. Waits while there is a [`Pause`].
     pub fn enqueue(&self, commands: impl IntoIterator<Item = wgpu::CommandBuffer>) -> wgpu::SubmissionIndex {
         self.gate.pass(|| self.queue.submit(commands))
     }
 
-    /// Lets the device come to rest: from now on, until what this gives is dropped, it is given nothing to do by any clone of
-    /// this. What it has been given it still does.
+    /// Blocks submissions by all clones of this device until the returned guard is dropped. Work that was already
+    /// submitted goes on.
     ///
-    /// A window cannot be configured anew while somebody else submits to its device; this is how it gets its turn.
+    /// A window cannot be reconfigured while another thread submits to its device; this gives it a turn.
     pub fn pause(&self) -> Pause {
         Pause::of(&self.gate)
     }
 
-    /// A buffer with `bytes`, to be bound as storage and read.
+    /// Makes a storage buffer with the contents `bytes`.
     ///
     /// # Errors
     /// [`GpuError::OutOfMemory`] or [`GpuError::Refused`].
@@ -144,14 +145,14 @@ impl Gpu {
         })
     }
 
-    /// That the device is gone while `doing`.
+    /// Makes the error for a device that was lost during the operation `doing`.
     pub fn lost(&self, doing: &'static str) -> GpuError {
         let fault = self.fault.lock().unwrap_or_else(PoisonError::into_inner);
         let message = fault.clone().unwrap_or_else(|| "it answers no more".into());
         GpuError::Lost { doing, message }
     }
 
-    /// A buffer of `size` bytes for `usage`, called `label` in tools; to be made within [`Self::guarded`].
+    /// Makes a buffer of `size` bytes. `label` is its name in debugging tools. Call it within [`Self::guarded`].
     pub fn buffer(&self, label: &str, size: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
         self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some(label),
@@ -161,13 +162,13 @@ impl Gpu {
         })
     }
 
-    /// Milliseconds between two timestamps.
+    /// Converts two timestamps to the milliseconds between them; 0 if the counter restarted.
     pub fn ms_between(&self, from: u64, to: u64) -> f64 {
         // Counters may start anew between two passes.
         to.saturating_sub(from) as f64 * f64::from(self.queue.get_timestamp_period()) * 1e-6
     }
 
-    /// Waits until the queue is empty.
+    /// Waits until the device has finished all submissions.
     ///
     /// # Errors
     /// [`GpuError::Lost`] where the device is gone.
@@ -175,7 +176,7 @@ impl Gpu {
         self.poll(wgpu::PollType::wait_indefinitely())
     }
 
-    /// Waits until `submission` is done; what was submitted after it may go on.
+    /// Waits until `submission` is done. Later submissions may still run.
     ///
     /// # Errors
     /// [`GpuError::Lost`] where the device is gone.
@@ -184,7 +185,7 @@ impl Gpu {
     }
 
     fn poll(&self, how: wgpu::PollType) -> Result<()> {
-        // wgpu 30 panics in `poll` when the driver reports a loss; here that is an error like any other.
+        // wgpu 30 panics in `poll` when the driver reports a loss. Here a loss is an ordinary error.
         let polled = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| self.device.poll(how)));
         match polled {
             Ok(Ok(_)) => Ok(()),
@@ -193,7 +194,7 @@ impl Gpu {
     }
 }
 
-/// Keeps the first fault: those after it follow from it.
+/// Records the first fault. Later ones are its consequences.
 fn keep(fault: &Mutex<Option<String>>, message: String) {
     fault.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(message);
 }

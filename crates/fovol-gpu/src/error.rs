@@ -1,32 +1,32 @@
-/// What can fail on a GPU.
+/// Result of an operation on a GPU.
 pub type Result<T> = std::result::Result<T, GpuError>;
 
-/// What can go wrong with a GPU.
+/// Failure of an operation on a GPU.
 ///
 /// Each message says what is wrong, where, and how to mend it.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GpuError {
-    /// No adapter is there, or none that was asked for.
+    /// There is no adapter, or none that fits the request.
     #[error("no GPU can be used: {found}; {mend}")]
     NoAdapter {
-        /// What is there.
+        /// The adapters of this machine, as text.
         found: String,
-        /// What would help.
+        /// Advice to the user.
         mend: &'static str,
     },
-    /// More than a device allows.
+    /// A request exceeds a limit of the device.
     #[error("{what} needs {needed}, and this GPU allows {allowed} ({limit}); {mend}")]
     Limit {
-        /// What is too large.
+        /// The thing that is too large.
         what: String,
-        /// How much it needs.
+        /// The amount that it needs.
         needed: u64,
-        /// How much there may be.
+        /// The amount that the device allows.
         allowed: u64,
-        /// The name of the limit in WebGPU.
+        /// Name of the limit in WebGPU.
         limit: &'static str,
-        /// What would help.
+        /// Advice to the user.
         mend: &'static str,
     },
     /// The device has no memory left.
@@ -34,37 +34,39 @@ pub enum GpuError {
         "the GPU has no memory left while {doing}; close other programs, take a smaller --size, average voxels with --downsample 2, or use --device cpu"
     )]
     OutOfMemory {
-        /// What was being done.
+        /// The operation that failed.
         doing: &'static str,
     },
     /// The driver refused a command.
     #[error("the GPU refused {doing}: {message}; update its driver, or use --device cpu")]
     Refused {
-        /// What was being done.
+        /// The operation that failed.
         doing: &'static str,
-        /// What the driver said, on one line.
+        /// The driver's message, on one line.
         message: String,
     },
     /// The device is gone: reset by the driver, unplugged, or destroyed by its owner.
     #[error("the GPU was lost while {doing} ({message}); open it again, or use --device cpu")]
     Lost {
-        /// What was being done.
+        /// The operation that failed.
         doing: &'static str,
-        /// What is known about it.
+        /// The reason, as far as it is known.
         message: String,
     },
 }
 
 impl GpuError {
-    /// That the driver refused what it was `doing`, with its words, which may take many lines, on one.
+    /// Makes a [`Self::Refused`] of the operation `doing`. `message` may have several lines; they are joined into
+    /// one.
     pub fn refused(doing: &'static str, message: &str) -> Self {
         let message = message.split_whitespace().collect::<Vec<_>>().join(" ");
         Self::Refused { doing, message }
     }
 
-    /// `Ok` where `needed` is within `allowed`.
+    /// Checks that `needed` is at most `allowed`.
+    ///
     /// # Errors
-    /// [`Self::Limit`] where it is not.
+    /// [`Self::Limit`] where it is more.
     pub fn check_limit(
         what: impl Into<String>,
         needed: u64,

@@ -1,9 +1,9 @@
-//! The gate that everything a device is to do passes.
+//! A gate before the queue of a device: submissions pass it one at a time, unless it is held shut.
 
 use std::fmt;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
-/// Is open, or held shut by somebody.
+/// A gate that is open while nobody holds it shut.
 #[derive(Debug, Default)]
 pub(crate) struct Gate {
     holders: Mutex<usize>,
@@ -11,7 +11,7 @@ pub(crate) struct Gate {
 }
 
 impl Gate {
-    /// Does `work` as soon as the gate is open. Whoever wants to shut it waits for the end of this.
+    /// Runs `work` once the gate is open. Holders that come meanwhile wait until `work` has ended.
     pub(crate) fn pass<T>(&self, work: impl FnOnce() -> T) -> T {
         let holders = self.holders();
         let _open =
@@ -24,7 +24,7 @@ impl Gate {
     }
 }
 
-/// While it lives, a device is given nothing to do: whoever tries waits, in whatever thread.
+/// Holds the gate of a device shut while it lives: submissions of all threads wait.
 #[must_use = "it ends when it is dropped"]
 pub struct Pause(Arc<Gate>);
 

@@ -1,9 +1,9 @@
-//! Whether Rust structs lie in memory as shaders read them: for tests, which need no device.
+//! Tests, without a device, that Rust structs have the memory layout that shaders expect.
 
 use crate::Shader;
 use wgpu::naga;
 
-/// Asserts that the members of a struct of a shader are the fields of a Rust struct, at the same offsets.
+/// Asserts that a struct of a shader has the fields of a Rust struct, with equal names, order, offsets and size.
 #[macro_export]
 macro_rules! assert_twins {
     ($shader:expr, $name:literal, $twin:ty { $($field:ident),* $(,)? }) => {
@@ -18,7 +18,7 @@ macro_rules! assert_twins {
 /// Asserts that struct `name` of `shader` has members of these names at these offsets and takes `size` bytes.
 ///
 /// # Panics
-/// Where they do not.
+/// Where the layout differs, or the shader has no such struct.
 pub fn assert_members(shader: &Shader, name: &str, fields: &[(&str, usize)], size: usize) {
     let module = naga::front::wgsl::parse_str(&shader.source()).expect("shaders are valid: see their test");
     let found = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some(name));

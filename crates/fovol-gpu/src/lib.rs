@@ -1,8 +1,8 @@
-//! A graphics processor: one [`Gpu`] that renderer, networks and viewer share.
+//! GPU access: one [`Gpu`] that renderer, networks and viewer share.
 //!
-//! It is opened by name ([`AdapterRequest`]) or lent by whoever has a device; what goes wrong with it is a [`GpuError`],
-//! never a panic. The rest are the few things that every user of it needs: shaders and what they bind ([`binding`],
-//! [`shader!`]), reading back ([`read`]), times of what ran ([`Timing`]).
+//! A device is opened by name ([`AdapterRequest`]) or lent by its owner. Failures are a [`GpuError`], never a
+//! panic. The rest serves all users of a device: shaders and bind groups ([`shader!`], [`binding`]), readback
+//! ([`read`]), and times of passes ([`Timing`]).
 //!
 //! ```no_run
 //! use fovol_gpu::{AdapterRequest, Gpu};
@@ -33,7 +33,7 @@ pub use pipeline_cache::{CACHE_VARIABLE, abandon_cache};
 pub use readback::{Arrival, Landing, read, read_picture};
 pub use shader::Shader;
 pub use timing::{PassTime, Timing};
-/// What kind of device an adapter is, see [`adapters`].
+/// Kind of device that an adapter is; see [`adapters`].
 pub use wgpu::DeviceType;
 
 /// The examples of the README, for doctests.

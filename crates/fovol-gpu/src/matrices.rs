@@ -1,16 +1,16 @@
-//! Cooperative matrices: products that the threads of a subgroup make together, on units made for that ("tensor cores").
+//! Cooperative matrices: matrix products that the threads of a subgroup compute together, on tensor cores.
 
 use std::fmt;
 use wgpu::{CooperativeMatrixProperties, CooperativeScalarType, Features};
 
-/// The environment variable by which cooperative matrices are done without, with the value `off`.
+/// Environment variable that switches cooperative matrices off, with the value `off`.
 pub const MATRICES_VARIABLE: &str = "FOVOLNET_GPU_MATRICES";
 
-/// What shaders need for them.
+/// Device features that shaders with cooperative matrices need.
 const NEEDED: Features =
     Features::EXPERIMENTAL_COOPERATIVE_MATRIX.union(Features::SHADER_F16).union(Features::SUBGROUP);
 
-/// Square cooperative matrices of halves whose products are added up in f32.
+/// Square cooperative matrices: f16 operands, products accumulated in f32.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Matrices {
     edge: u32,
@@ -18,13 +18,14 @@ pub struct Matrices {
 }
 
 impl Matrices {
-    /// Those of `edge` rows and columns, 8 or 16, of a device whose subgroups have from the one to the other number of threads:
-    /// for devices that somebody else opened. [`Self::of`] finds out.
+    /// Describes matrices of `edge` × `edge` elements, `edge` being 8 or 16. `subgroup` is the smallest and the
+    /// largest subgroup of the device, in threads. For devices that another program opened; [`Self::of`] asks an
+    /// adapter.
     pub const fn new(edge: u32, subgroup: (u32, u32)) -> Self {
         Self { edge, subgroup }
     }
 
-    /// The largest that `adapter` offers, if any.
+    /// Returns the largest matrices that `adapter` offers, if any.
     pub fn of(adapter: &wgpu::Adapter) -> Option<Self> {
         let info = adapter.get_info();
         let edge = largest(&adapter.cooperative_matrix_properties())?;
@@ -33,7 +34,7 @@ impl Matrices {
         has_all.then_some(Self::new(edge, (least, most)))
     }
 
-    /// Those of [`Self::of`], unless [`MATRICES_VARIABLE`] says `off`.
+    /// Returns [`Self::of`], or `None` if [`MATRICES_VARIABLE`] says `off`.
     pub fn wanted_of(adapter: &wgpu::Adapter) -> Option<Self> {
         match std::env::var(MATRICES_VARIABLE) {
             Ok(text) if text.trim() == "off" => None,
@@ -41,26 +42,28 @@ impl Matrices {
         }
     }
 
-    /// Their rows, which are as many as their columns: 8 or 16.
+    /// Number of rows, equal to the number of columns: 8 or 16.
     pub fn edge(&self) -> u32 {
         self.edge
     }
 
-    /// The fewest and the most threads of a subgroup.
+    /// Smallest and largest number of threads in a subgroup.
     pub fn subgroup(&self) -> (u32, u32) {
         self.subgroup
     }
 
-    /// The features with which a device has to be opened where there are `matrices`.
+    /// Features with which a device has to be opened to use `matrices`; none for `None`.
     pub fn features(matrices: Option<Self>) -> Features {
         matrices.map_or(Features::empty(), |_| NEEDED)
     }
 
-    /// The consent that a device has to be opened with where there are `matrices`: wgpu calls them an experiment.
+    /// Consent to experimental features with which a device has to be opened to use `matrices`. wgpu calls
+    /// cooperative matrices an experiment.
     pub fn experiments(matrices: Option<Self>) -> wgpu::ExperimentalFeatures {
         match matrices {
             None => wgpu::ExperimentalFeatures::disabled(),
-            // SAFETY: shaders that use them are this project's own; they load and store within arrays whose length they know.
+            // SAFETY: only this project's own shaders use them, and these load and store within arrays of known
+            // length.
             Some(_) => unsafe { wgpu::ExperimentalFeatures::enabled() },
         }
     }
@@ -72,7 +75,7 @@ impl fmt::Display for Matrices {
     }
 }
 
-/// The largest edge among `offers` of squares of halves that are added up in f32.
+/// Returns the largest edge among `offers` of square matrices with f16 operands and f32 accumulators.
 fn largest(offers: &[CooperativeMatrixProperties]) -> Option<u32> {
     let is_square = |offer: &&CooperativeMatrixProperties| {
         offer.m_size == offer.n_size && offer.n_size == offer.k_size && [8, 16].contains(&offer.m_size)

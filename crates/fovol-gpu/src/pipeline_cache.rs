@@ -1,4 +1,4 @@
-//! What drivers have compiled, kept for the next run of a program.
+//! Keeps the pipelines that a driver has compiled on disk, for the next run of a program.
 
 use sha2::{Digest, Sha256};
 use std::fmt;
@@ -6,28 +6,31 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// The first bytes of a file of compiled pipelines. They are followed by the SHA-256 of the rest.
+/// Magic number of a cache file. The SHA-256 of the rest follows it.
 const MARK: &[u8; 8] = b"FOVOLPC1";
 
-/// Bytes of a SHA-256.
+/// Length of a SHA-256 digest in bytes.
 const DIGEST: usize = 32;
 
-/// The environment variable that names the folder for what drivers have compiled; empty for none.
+/// Environment variable that names the cache folder. An empty value switches the cache off.
 pub const CACHE_VARIABLE: &str = "FOVOLNET_CACHE";
 
-/// The compiled pipelines of a device, as a file of its adapter's from one run to the next. Nothing depends on it: where
-/// the file cannot be read or written, or is of another driver, everything is compiled anew.
+/// Compiled pipelines of a device, stored in one file per adapter.
+///
+/// The cache only saves time. If the file cannot be read or written, or belongs to another driver, all pipelines
+/// are compiled anew.
 pub(crate) struct PipelineCache {
     cache: wgpu::PipelineCache,
     file: PathBuf,
-    /// What the file held, where it was sound.
+    /// Contents of the file, if its digest was right.
     found: Option<Vec<u8>>,
-    /// What is to be said of a file that was not.
+    /// Message for the user, if the file was damaged.
     note: Option<String>,
 }
 
 impl PipelineCache {
-    /// That of `device` in the folder of this user, if its interface has such a thing and there is such a folder.
+    /// Opens the cache of `device` in this user's cache folder. `None` if the device has no pipeline cache or the
+    /// user no such folder.
     pub fn of_user(device: &wgpu::Device) -> Option<Self> {
         Self::within(&folder()?, device)
     }
@@ -44,8 +47,8 @@ impl PipelineCache {
         };
         let descriptor =
             wgpu::PipelineCacheDescriptor { label: None, data: found.as_deref(), fallback: true };
-        // SAFETY: the file is this user's own and its digest says that `save` wrote all of it. It says of which adapter and
-        // driver it is, which is compared before a driver sees the rest.
+        // SAFETY: the file is this user's own, and its digest shows that `save` wrote all of it. The data names its
+        // adapter and driver; wgpu compares these before the driver sees the rest.
         let cache = unsafe { device.create_pipeline_cache(&descriptor) };
         Some(Self { cache, file, found, note })
     }
@@ -54,12 +57,12 @@ impl PipelineCache {
         &self.cache
     }
 
-    /// What is to be said of a file that was damaged.
+    /// Message for the user about a damaged cache file, if there was one.
     pub fn note(&self) -> Option<&str> {
         self.note.as_deref()
     }
 
-    /// Writes what has been compiled, if that is more than what was found. All of it or nothing.
+    /// Writes the compiled pipelines if they differ from the file that was read. The file is replaced atomically.
     fn save(&self) -> std::io::Result<()> {
         let Some(data) = self.cache.get_data().filter(|data| self.found.as_ref() != Some(data)) else {
             return Ok(());
@@ -90,25 +93,25 @@ fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Removes the temporary files of what drivers have compiled, for a process that is about to end whatever its threads do. As long
-/// as what comes back lives no thread makes or renames another.
+/// Removes temporary files of pipeline caches, for a process that ends whatever its threads do. While the returned guard
+/// lives, no thread makes or renames another.
 #[must_use]
 pub fn abandon_cache() -> impl Sized {
     let unfinished = unfinished();
     for file in unfinished.iter() {
-        // Where it cannot be removed nobody is left who could.
+        // If removal fails, nobody is left to try again.
         let _ = std::fs::remove_file(file);
     }
     unfinished
 }
 
-/// The pipelines in a file; none where any byte of it is not as it was written.
+/// Returns the pipeline data of a cache file, or `None` if any byte of it has changed.
 fn contents(bytes: &[u8]) -> Option<Vec<u8>> {
     let (digest, data) = bytes.strip_prefix(MARK)?.split_at_checked(DIGEST)?;
     (Sha256::digest(data).as_slice() == digest).then(|| data.to_vec())
 }
 
-/// What is said of `file`.
+/// Message for the user about the damaged cache file `file`.
 fn damaged(file: &Path) -> String {
     format!(
         "{}: the compiled pipelines in it are damaged or of an earlier version; they are made anew",
@@ -118,7 +121,7 @@ fn damaged(file: &Path) -> String {
 
 impl Drop for PipelineCache {
     fn drop(&mut self) {
-        // Then the next run compiles again: nobody loses anything.
+        // An error only means that the next run compiles again.
         let _ = self.save();
     }
 }
@@ -129,7 +132,7 @@ impl fmt::Debug for PipelineCache {
     }
 }
 
-/// The folder of this user for what can be made again: [`CACHE_VARIABLE`], or what the system has for such.
+/// Cache folder of this user: [`CACHE_VARIABLE`], or else the system's cache folder.
 fn folder() -> Option<PathBuf> {
     let of = |name: &str| std::env::var_os(name).map(PathBuf::from);
     if let Some(folder) = of(CACHE_VARIABLE) {
@@ -139,7 +142,7 @@ fn folder() -> Option<PathBuf> {
         true => of("LOCALAPPDATA"),
         false => of("XDG_CACHE_HOME").or_else(|| Some(of("HOME")?.join(".cache"))),
     };
-    // The standard has relative ones ignored.
+    // The XDG base directory specification says that relative paths are ignored.
     system.filter(|folder| folder.is_absolute()).map(|folder| folder.join("fovolnet"))
 }
 

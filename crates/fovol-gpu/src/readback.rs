@@ -1,4 +1,4 @@
-//! From the device to the host: for tests, files and figures, never for a frame that stays on the device.
+//! Copies from the device to the host, for tests, files and figures. Frames that are only shown stay on the device.
 
 use crate::{Gpu, GpuError, Result};
 use bytemuck::Pod;
@@ -6,11 +6,11 @@ use std::sync::mpsc;
 use std::time::Duration;
 
 const DOING: &str = "reading results back";
-/// How long a call that is due may take to come.
+/// Longest wait for the callback of a mapping after its submission is done.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// The first `count` elements of `buffer`, which must be one that can be copied from, once everything submitted so far is
-/// done.
+/// Reads the first `count` elements of `buffer` after all earlier submissions are done. The buffer needs the usage
+/// `COPY_SRC`.
 ///
 /// # Errors
 /// [`GpuError::Lost`], [`GpuError::OutOfMemory`] or [`GpuError::Refused`].
@@ -27,15 +27,15 @@ pub fn read<T: Pod>(gpu: &Gpu, buffer: &wgpu::Buffer, count: usize) -> Result<Ve
     Ok(landing.fetch(submission)?.take()?.0)
 }
 
-/// The pixels of a picture of four bytes each, row by row, once everything submitted so far is done; it must be one that can be
-/// copied from.
+/// Reads the pixels of a texture of four bytes per pixel, row by row, after all earlier submissions are done. The
+/// texture needs the usage `COPY_SRC`.
 ///
 /// # Errors
-/// As [`read`].
+/// [`GpuError::Lost`], [`GpuError::OutOfMemory`] or [`GpuError::Refused`].
 pub fn read_picture(gpu: &Gpu, picture: &wgpu::Texture) -> Result<Vec<[u8; 4]>> {
     let size = picture.size();
     let width = size.width as usize;
-    // Rows begin at multiples of this.
+    // WebGPU wants rows to begin at multiples of this many bytes.
     let row = (4 * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT as usize);
     let landing = Landing::new(gpu, row as u64 * u64::from(size.height))?;
     let ((), submission) = gpu.submit(DOING, |encoder| {
@@ -49,7 +49,7 @@ pub fn read_picture(gpu: &Gpu, picture: &wgpu::Texture) -> Result<Vec<[u8; 4]>> 
     Ok(pixels.chunks_exact(row / 4).flat_map(|row| &row[..width]).copied().collect())
 }
 
-/// Memory that the host can read, for what a submission copies there.
+/// Staging buffer: device memory that the host can map, as the target of copies.
 #[derive(Debug)]
 pub struct Landing {
     gpu: Gpu,
@@ -57,7 +57,7 @@ pub struct Landing {
 }
 
 impl Landing {
-    /// Room for `bytes`, a multiple of four.
+    /// Allocates `bytes` bytes, a multiple of four.
     ///
     /// # Errors
     /// [`GpuError::OutOfMemory`] or [`GpuError::Refused`].
@@ -67,12 +67,12 @@ impl Landing {
         Ok(Self { gpu: gpu.clone(), buffer })
     }
 
-    /// Where to copy to.
+    /// The buffer to copy to.
     pub fn buffer(&self) -> &wgpu::Buffer {
         &self.buffer
     }
 
-    /// Asks for what `submission` leaves there. Returns at once.
+    /// Asks for the contents of the buffer after `submission`. Returns at once; [`Arrival::take`] waits.
     ///
     /// # Errors
     /// [`GpuError::Refused`].
@@ -80,7 +80,7 @@ impl Landing {
         let (sender, receiver) = mpsc::channel();
         self.gpu.guarded(DOING, || {
             self.buffer.map_async(wgpu::MapMode::Read, .., move |mapped| {
-                // Nobody waits any more where the arrival was dropped.
+                // The receiver is gone if the arrival was dropped; then nobody waits.
                 let _ = sender.send(mapped);
             });
         })?;
@@ -88,7 +88,7 @@ impl Landing {
     }
 }
 
-/// Bytes on their way to the host.
+/// A staging buffer that is being mapped.
 #[derive(Debug)]
 pub struct Arrival {
     landing: Landing,
@@ -97,14 +97,14 @@ pub struct Arrival {
 }
 
 impl Arrival {
-    /// Waits for them, and gives the memory back for others.
+    /// Waits for the mapping. Returns the values and the staging buffer, which can be used again.
     ///
     /// # Errors
     /// [`GpuError::Lost`] or [`GpuError::Refused`].
     pub fn take<T: Pod>(self) -> Result<(Vec<T>, Landing)> {
         let Self { landing, submission, receiver } = self;
         landing.gpu.wait_for(submission)?;
-        // Where others wait for the same device too, it may be one of them who is about to call.
+        // If other threads wait for the device too, one of them may be the one that runs the callback.
         match receiver.recv_timeout(PATIENCE) {
             Ok(Ok(())) => {}
             Ok(Err(_)) | Err(_) => return Err(landing.gpu.lost(DOING)),

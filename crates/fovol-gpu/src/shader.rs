@@ -1,7 +1,7 @@
 use wgpu::naga;
 use wgpu::naga::valid::{Capabilities, ValidationFlags, Validator};
 
-/// A compute shader: files of WGSL, joined in this order, of which the last one has the entry points. See [`shader!`].
+/// A compute shader: WGSL files, joined in order. The last one has the entry points. See [`shader!`].
 ///
 /// [`shader!`]: crate::shader!
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -10,8 +10,10 @@ pub struct Shader {
     parts: &'static [&'static str],
 }
 
-/// The [`Shader`] of a file of WGSL, after those that it builds upon: `shader!("folder/", "march": "frame" "scene")` joins
-/// `frame.wgsl`, `scene.wgsl` and `march.wgsl` of a folder beside the source file.
+/// Makes the [`Shader`] of a WGSL file and the files that it builds upon.
+///
+/// `shader!("folder/", "march": "frame" "scene")` joins `frame.wgsl`, `scene.wgsl` and `march.wgsl` of a folder
+/// beside the source file.
 #[macro_export]
 macro_rules! shader {
     ($folder:literal, $name:literal: $($part:literal)*) => {
@@ -23,25 +25,25 @@ macro_rules! shader {
 }
 
 impl Shader {
-    /// The shader `name` of `parts`.
+    /// Makes the shader `name` from the texts `parts`.
     pub const fn new(name: &'static str, parts: &'static [&'static str]) -> Self {
         Self { name, parts }
     }
 
-    /// The name of its last file, without the ending.
+    /// Name of the last file, without its extension.
     pub fn name(&self) -> &'static str {
         self.name
     }
 
-    /// Its WGSL.
+    /// WGSL source of all parts.
     pub fn source(&self) -> String {
         self.parts.concat()
     }
 
-    /// Whether it is valid on devices with `capabilities`, found out without one.
+    /// Validates the shader for devices with `capabilities`. Needs no device.
     ///
     /// # Errors
-    /// What is wrong with it and where.
+    /// The problem and its place in the source.
     pub fn check(&self, capabilities: Capabilities) -> Result<naga::Module, String> {
         let (name, source) = (self.name, self.source());
         let module = naga::front::wgsl::parse_str(&source)

@@ -1,20 +1,20 @@
 use crate::{Gpu, Result, read};
 use std::fmt::Display;
 
-/// How long a pass took on the device.
+/// Duration of a pass on the device.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PassTime<S> {
-    /// What it did.
+    /// The work of the pass.
     pub stage: S,
-    /// Milliseconds.
+    /// Duration in milliseconds.
     pub ms: f64,
 }
 
-/// Timestamps around compute passes, where the device has them; `S` says what a pass does.
+/// Timestamps around compute passes, if the device supports them. `S` names the work of a pass.
 #[derive(Debug)]
 pub struct Timing<S> {
     queries: Option<Queries>,
-    /// The passes since [`Timing::begin`], in their order.
+    /// Work of the passes since [`Timing::begin`], in order.
     stages: Vec<S>,
 }
 
@@ -25,7 +25,7 @@ struct Queries {
 }
 
 impl<S: Copy + Display> Timing<S> {
-    /// Timing of at most `passes` passes on the device of `gpu`.
+    /// Prepares timestamps for at most `passes` passes on the device of `gpu`.
     pub fn new(gpu: &Gpu, passes: u32) -> Self {
         let queries = gpu.device().features().contains(wgpu::Features::TIMESTAMP_QUERY).then(|| {
             let count = 2 * passes;
@@ -43,22 +43,22 @@ impl<S: Copy + Display> Timing<S> {
         Self { queries, stages: Vec::new() }
     }
 
-    /// Forgets the passes so far.
+    /// Forgets all passes so far.
     pub fn begin(&mut self) {
         self.stages.clear();
     }
 
-    /// The compute pass of `stage`, with timestamps at both ends.
+    /// Begins a compute pass for `stage`, with timestamps at its beginning and end.
     pub fn pass<'a>(&mut self, encoder: &'a mut wgpu::CommandEncoder, stage: S) -> wgpu::ComputePass<'a> {
         let first = 2 * self.stages.len() as u32;
         self.stages.push(stage);
         self.stamped(encoder, stage, [Some(first), Some(first + 1)])
     }
 
-    /// What `encode` puts into `encoder`, any number of passes, as one that does `stage`.
+    /// Times everything that `encode` puts into `encoder` as one span of `stage`. It may be any number of passes.
     ///
     /// # Errors
-    /// That of `encode`.
+    /// Errors of `encode`.
     pub fn span<T, E>(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
@@ -67,7 +67,7 @@ impl<S: Copy + Display> Timing<S> {
     ) -> std::result::Result<T, E> {
         let first = 2 * self.stages.len() as u32;
         self.stages.push(stage);
-        // Passes that do nothing but tell the time: outside passes few devices can.
+        // Empty passes carry the timestamps: few devices can write them outside passes.
         let is_timed = self.queries.is_some();
         if is_timed {
             drop(self.stamped(encoder, stage, [Some(first), None]));
@@ -79,7 +79,7 @@ impl<S: Copy + Display> Timing<S> {
         Ok(encoded)
     }
 
-    /// A pass that writes timestamps of these numbers when it begins and when it ends.
+    /// Begins a pass that writes its beginning and its end to the timestamps of these indices.
     fn stamped<'a>(
         &self,
         encoder: &'a mut wgpu::CommandEncoder,
@@ -97,20 +97,20 @@ impl<S: Copy + Display> Timing<S> {
         })
     }
 
-    /// The queries, where the device has them and there was a pass: nothing cannot be read.
+    /// The queries, if the device has timestamps and there was a pass. An empty range cannot be resolved.
     fn recorded(&self) -> Option<&Queries> {
         self.queries.as_ref().filter(|_| !self.stages.is_empty())
     }
 
-    /// Makes the timestamps of all passes so far readable.
+    /// Resolves the timestamps of all passes so far into a buffer.
     pub fn end(&self, encoder: &mut wgpu::CommandEncoder) {
         if let Some(queries) = self.recorded() {
             encoder.resolve_query_set(&queries.set, 0..2 * self.stages.len() as u32, &queries.resolved, 0);
         }
     }
 
-    /// Copies the timestamps of all passes so far to `to`, from byte `offset` on, eight bytes each, two of each pass; what they
-    /// belong to. Nothing where the device has none.
+    /// Copies the timestamps of all passes so far to `to`, from byte `offset` on: two of eight bytes for each pass.
+    /// Returns the work of these passes; empty if the device has no timestamps.
     pub fn copy(&self, encoder: &mut wgpu::CommandEncoder, to: &wgpu::Buffer, offset: u64) -> Vec<S> {
         let Some(queries) = self.recorded() else { return Vec::new() };
         let bytes = 16 * self.stages.len() as u64;
@@ -118,10 +118,10 @@ impl<S: Copy + Display> Timing<S> {
         self.stages.clone()
     }
 
-    /// How long each pass took; `None` where the device has no timestamps.
+    /// Reads the duration of each pass, in milliseconds; `None` if the device has no timestamps.
     ///
     /// # Errors
-    /// As [`read`].
+    /// Those of [`read`].
     pub fn read(&self, gpu: &Gpu) -> Result<Option<Vec<PassTime<S>>>> {
         let Some(queries) = self.recorded() else { return Ok(self.queries.as_ref().map(|_| Vec::new())) };
         let ticks: Vec<u64> = read(gpu, &queries.resolved, 2 * self.stages.len())?;

@@ -1,6 +1,6 @@
-//! Writes a network with seeded random weights as an ONNX file: `export_onnx NETWORK SEED OUT.onnx`.
+//! Writes a network with random weights of a seed as an ONNX file: `export_onnx NETWORK SEED OUT.onnx`.
 //!
-//! NETWORK is a name, as `wnet-fast`, or a configuration in JSON.
+//! NETWORK is a name, such as `wnet-fast`, or a configuration in JSON.
 
 use fovol_net::plan::{Named, NetworkConfig};
 use fovol_net::{Weights, onnx};

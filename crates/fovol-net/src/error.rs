@@ -1,24 +1,24 @@
 use std::path::PathBuf;
 
-/// What networks and their weights can be wrong about, in one line that says how to mend it.
+/// Errors of networks and their weights. Each message is one line that says how to mend the problem.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A file that cannot be read or written.
     #[error("cannot {verb} {path}: {source}; check the path and its permissions")]
     Io {
-        /// What was tried.
+        /// The attempted operation.
         verb: &'static str,
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         source: std::io::Error,
     },
     /// A weights file that cannot be understood.
     #[error("{path}: {problem}")]
     File {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What is wrong and how to mend it.
+        /// The problem and how to mend it.
         problem: String,
     },
     /// Weights that do not fit a network.
@@ -32,14 +32,14 @@ pub enum Error {
     /// A state that cannot be used.
     #[error("the state of the network cannot be used: {0}")]
     State(String),
-    /// A frame that cannot be.
+    /// A frame of an impossible size.
     #[error(transparent)]
     Frame(#[from] fovol_core::Error),
-    /// A device that does not do it.
+    /// An error of the GPU.
     #[cfg(feature = "gpu")]
     #[error(transparent)]
     Gpu(#[from] fovol_gpu::GpuError),
 }
 
-/// What can fail here.
+/// Result of an operation of this crate.
 pub type Result<T> = std::result::Result<T, Error>;

@@ -1,10 +1,9 @@
 //! Reconstruction of full frames from sparse ones.
 //!
-//! [`Fill`] holds the classical alternatives that know nothing but the samples of one frame; they are
-//! what a network has to beat.
+//! [`Fill`] has classical methods, which use only the samples of one frame. They are the baseline for networks.
 //!
-//! A network is a [`plan::Plan`], made from a configuration; [`Weights`] come from a file or a seed;
-//! [`cpu::Network`] runs it and [`cpu::State`] is what a clip carries from frame to frame:
+//! A network is a [`plan::Plan`], made from a configuration. [`Weights`] come from a file or a seed.
+//! [`cpu::Network`] runs the network, and [`cpu::State`] holds what one sequence carries from frame to frame:
 //!
 //! ```
 //! use fovol_core::{Frame, FrameSize};

@@ -1,11 +1,11 @@
-//! Whole networks on the CPU: precisions against each other, damaged input, states that do not fit.
+//! Tests whole networks on the CPU: precisions compared with each other, damaged input, and states that do not fit.
 
 use fovol_core::{Frame, FrameSize};
 use fovol_net::Weights;
 use fovol_net::cpu::{FrameInput, Network, Precision, Simd, calibrate};
 use fovol_net::plan::{Named, NetworkConfig};
 
-/// A sparse frame of a moving pattern: one pixel of six, other ones in each frame.
+/// Sparse frame of a moving pattern: one pixel in six, different ones in each frame.
 fn sparse(size: FrameSize, t: u32) -> Frame {
     let mut frame = Frame::new(size);
     for y in 0..size.height {

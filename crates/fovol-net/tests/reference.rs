@@ -1,4 +1,5 @@
-//! Whole networks against PyTorch in double precision: `tests/reference/network/make_cases.py` made the cases.
+//! Compares whole networks with PyTorch in double precision; `tests/reference/network/make_cases.py` made the
+//! cases.
 
 mod cases;
 
@@ -11,7 +12,7 @@ use fovol_net::weights::StateDict;
 use half::{bf16, f16};
 use std::path::{Path, PathBuf};
 
-/// How far values may be off, of the largest value.
+/// Tolerance, relative to the largest value.
 const TOLERANCE: f32 = 1e-5;
 
 #[test]
@@ -33,7 +34,7 @@ fn networks_agree_with_pytorch() {
     }
 }
 
-/// The largest difference of any picture or state.
+/// Largest difference of any picture or state.
 fn run(case: &Case, size: FrameSize, network: &Network) -> f32 {
     let mut state = network.state(size);
     let mut worst = 0.0f32;
@@ -66,7 +67,7 @@ fn run(case: &Case, size: FrameSize, network: &Network) -> f32 {
     worst
 }
 
-/// A file of `tests/reference`.
+/// Path of a file in `tests/reference`.
 fn reference(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference").join(name)
 }
@@ -80,7 +81,7 @@ fn weights_files_of_pytorch_are_read() {
     let bytes = std::fs::read(reference("state_dict.pt")).unwrap();
     let saved = StateDict::parse(&bytes).unwrap().weights(&weights.config).unwrap();
     assert_eq!(saved.arrays(), weights.arrays());
-    // A state dict does not say what network it is of, and this one has no name.
+    // A state dict does not name its network, and this network has no name.
     let error = Weights::read(&reference("state_dict.pt")).unwrap_err().to_string();
     assert!(
         error.contains("state_dict.pt: its 20 tensors are of none of the networks wnet-paper"),

@@ -1,4 +1,4 @@
-//! What the targets of cargo-fuzz share.
+//! Shared code of the fuzz targets.
 //!
 //! ```text
 //! cd crates/fovol-net
@@ -23,19 +23,19 @@ use zip::{CompressionMethod, ZipArchive, ZipWriter};
 /// A file that PyTorch saved.
 const SAVED: &[u8] = include_bytes!("../../tests/reference/state_dict.pt");
 
-/// Its archive without the pickle.
+/// The archive of [`SAVED`] without its pickle.
 static STORAGES: LazyLock<Vec<u8>> =
     LazyLock::new(|| without_pickle().expect("the reference file is a sound archive"));
 
-/// Reads `bytes` as a weights file.
+/// Parses `bytes` as a weights file.
 ///
 /// # Panics
-/// When the reader does, or when its complaint is not one line of plain text.
+/// When the parser panics, or its error is not one line of plain text.
 pub fn weights(bytes: &[u8]) {
     if let Err(problem) = Weights::parse(bytes) {
         check(&problem);
     }
-    // The network of the reference file has no name.
+    // The network of the reference file has no name, so its configuration is given.
     let config = WNetConfig { encoder: vec![4, 4], decoder: vec![4], ..WNetConfig::paper() };
     let state = StateDict::parse(bytes);
     match state.and_then(|state| state.weights(&NetworkConfig::WNet(config))) {
@@ -44,10 +44,11 @@ pub fn weights(bytes: &[u8]) {
     }
 }
 
-/// Reads the reference file with `bytes` as its pickle, which an archive's checksums protect from most changes.
+/// Parses the reference file with `bytes` as its pickle. The archive's checksums would otherwise reject most
+/// changes.
 ///
 /// # Panics
-/// As [`weights`] does.
+/// When the parser panics, or its error is not one line of plain text.
 pub fn pickle(bytes: &[u8]) {
     weights(&with_pickle(bytes).expect("a pickle can be added to an archive"));
 }

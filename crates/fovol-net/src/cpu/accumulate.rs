@@ -1,4 +1,4 @@
-//! What is left of the samples of earlier frames.
+//! Accumulates samples of earlier frames.
 
 use super::doubled::{DoubledRow, doubled};
 use super::floats::{Floats, VectorWork};
@@ -12,17 +12,18 @@ use glam::Vec4;
 use rayon::prelude::*;
 use std::array::from_fn;
 
-/// Two pictures that samples are compared with.
+/// Two pictures with which samples are compared.
 #[derive(Debug, Clone, Copy)]
 pub struct Expected<'a> {
-    /// The last one, where it is now.
+    /// Last output, reprojected.
     pub prior: &'a Map,
-    /// What the samples of this frame give, at half the resolution.
+    /// Fill of this frame's samples, at half the resolution.
     pub fresh: &'a Map,
 }
 
-/// Writes to `out`, at 2^`lowest` times lower resolution than `known`, how far `prior` is believed, 0…1 (see
-/// [`Layer::Doubt`](crate::plan::Layer::Doubt)): e and v are the mean squares by which samples differ from it and from `fresh`.
+/// Computes the confidence in `prior`, 0…1, at 2^`lowest` times lower resolution than `known`, and writes it to
+/// `out`. It compares the mean squared errors of both pictures at the samples; see
+/// [`Layer::Doubt`](crate::plan::Layer::Doubt).
 pub fn doubt(
     known: KnownPixels<'_>,
     expected: &Expected<'_>,
@@ -50,7 +51,7 @@ pub fn doubt(
     });
 }
 
-/// The mean squares by which samples differ from both pictures.
+/// Mean squared errors of both pictures at the samples.
 struct Squares<'a> {
     known: &'a Map,
     expected: &'a Expected<'a>,
@@ -96,8 +97,9 @@ fn mean_square([r, g, b, w]: &Known, expected: &[f32; 3]) -> f32 {
     (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) * (1.0 / 3.0)
 }
 
-/// What is left of what was known before: that times `fade` and times `share`, which is of some lower resolution and interpolated,
-/// as far as it is not `known` now. Where it was points, new ones lie at the centres of their pixels.
+/// Parameters of accumulation: earlier samples are multiplied by `fade`, by `share` and by the weight that `known`
+/// leaves open. `share` has a lower resolution and is interpolated. If earlier samples are points, new ones become
+/// points at pixel centres.
 #[derive(Debug, Clone, Copy)]
 pub struct Fading<'a> {
     pub known: KnownPixels<'a>,
@@ -106,7 +108,8 @@ pub struct Fading<'a> {
 }
 
 impl Fading<'_> {
-    /// Makes what was known of row `y`, `numbers` of `channels` for each pixel, what is left of it; `shares` is memory.
+    /// Accumulates row `y` in place: `numbers` holds earlier samples, `channels` per pixel. `shares` is scratch
+    /// memory.
     #[inline(always)]
     pub fn row(&self, y: usize, channels: usize, numbers: &mut [f32], shares: &mut Vec<f32>) {
         shares.resize(numbers.len() / channels, 0.0);
@@ -152,14 +155,14 @@ impl Fading<'_> {
     }
 }
 
-/// Makes `map`, of what was known before, what is left of it.
+/// Accumulates in place: `map` holds earlier samples.
 pub fn accumulate(fading: Fading<'_>, map: &mut Map) {
     let Map { width, channels, .. } = *map;
     let rows = map.data.par_chunks_mut(channels * width).enumerate();
     rows.for_each_init(Vec::new, |shares, (y, row)| fading.row(y, channels, row, shares));
 }
 
-/// A row of which nothing new is known.
+/// Operation that fades a row without new samples.
 struct FadeRow<'a> {
     shares: &'a [f32],
     fade: f32,
@@ -175,7 +178,7 @@ impl Work for FadeRow<'_> {
     }
 }
 
-/// The same of points, which stay where they are.
+/// Operation that fades a row of points without new samples. Points keep their offsets.
 struct FadePoints<'a, 'b> {
     shares: &'a [f32],
     fade: f32,
@@ -194,8 +197,8 @@ impl Work for FadePoints<'_, '_> {
     }
 }
 
-/// Makes `to` row `y` of `map` (one channel) at `scale` times its resolution: bilinear between the centres of pixels, replicated
-/// at the border.
+/// Interpolates row `y` of `map` (one channel) at `scale` times its resolution: bilinear between pixel centres,
+/// replicated at the border.
 fn scaled_row(map: &Map, scale: usize, y: usize, to: &mut [f32]) {
     let simd = Simd::best();
     match scale {
@@ -207,7 +210,7 @@ fn scaled_row(map: &Map, scale: usize, y: usize, to: &mut [f32]) {
     }
 }
 
-/// The making of such a row.
+/// Operation that computes such a row.
 struct ScaledRow<'a, const SCALE: usize> {
     map: &'a Map,
     y: usize,
@@ -259,7 +262,7 @@ impl Work for AccumulateRow<'_> {
     }
 }
 
-/// The same of points.
+/// Operation that accumulates a row of points.
 struct AccumulatePoints<'a> {
     known: &'a [Known],
     shares: &'a [f32],
@@ -284,7 +287,7 @@ impl Work for AccumulatePoints<'_> {
 mod tests {
     use super::*;
 
-    /// A sample at every other pixel of 32² with 0.2 and 0.4 in turn.
+    /// Samples at every other pixel of 32², with values 0.2 and 0.4 in turn.
     fn samples() -> Map {
         let mut known = Map::zeros(32, 32, 4);
         for i in (0..32 * 32).filter(|i| (i + i / 32) % 2 == 0) {
@@ -309,10 +312,10 @@ mod tests {
             assert!(out.data.iter().all(|v| (v - out.data[0]).abs() < 0.06), "{:?}", out.data);
             out.data[0]
         };
-        // Samples differ by 0.1 from what is expected of them: as much as from this,
+        // Samples differ by 0.1 from both pictures.
         let alike = 0.01 / (0.01 + DOUBT_SHARE * (0.01 - DOUBT_ALLOWED * 0.01));
         assert!((share(0.3) - alike).abs() < 1e-3);
-        // by 0.1 and 0.3 from this,
+        // Samples differ by 0.1 and 0.3 from `prior`, and by 0.1 from the fill.
         let expected = 0.01 / (0.01 + DOUBT_SHARE * (0.05 - DOUBT_ALLOWED * 0.01));
         assert!((share(0.5) - expected).abs() < 0.03 && share(9.0) < 0.001);
     }

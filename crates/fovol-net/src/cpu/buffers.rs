@@ -1,23 +1,23 @@
-//! The memory of tensors: those that are never there at the same time can have the same buffer.
+//! Memory planning for tensors: tensors that are never alive at the same time share a buffer.
 //!
-//! How large the buffers are is found once for frames of a size, from how long each tensor is there. Which of the buffers
-//! of one size a tensor gets is nothing but chance.
+//! The sizes of buffers are planned once per frame size, from the lifetimes of tensors. A tensor then takes any
+//! free buffer of its planned size.
 
 use super::element::Element;
 use super::map::{Map, Stored, with_map};
 use super::numbers::Numbers;
 use super::words::Words;
 
-/// How long tensors are there, and what they take, found by going through the making of one frame.
+/// Lifetimes and sizes of tensors, recorded by a dry run of one frame.
 #[derive(Debug)]
 pub struct Lifetimes {
-    /// For each tensor that has memory of its own.
+    /// Lifetime of each tensor that has memory of its own.
     spans: Vec<Option<Span>>,
-    /// For each tensor the one whose buffer it has.
+    /// For each tensor, the tensor whose buffer it uses.
     owners: Vec<usize>,
-    /// For each tensor the last one that has its buffer.
+    /// For each tensor, the last tensor that uses its buffer.
     holders: Vec<usize>,
-    /// Pairs of tensors that take turns in their buffers.
+    /// Pairs of tensors that swap buffers from frame to frame.
     alike: Vec<[usize; 2]>,
     now: usize,
 }
@@ -36,29 +36,30 @@ impl Span {
 }
 
 impl Lifetimes {
-    /// For `count` tensors, none of which is there.
+    /// Begins with `count` tensors, none of which is alive.
     pub fn new(count: usize) -> Self {
         let each = || (0..count).collect();
         Self { spans: vec![None; count], owners: each(), holders: each(), alike: Vec::new(), now: 0 }
     }
 
-    /// What follows comes after what was before.
+    /// Advances time by one step.
     pub fn go_on(&mut self) {
         self.now += 1;
     }
 
-    /// Tensor `place` of so many words is there from now to the end, if nothing else is said.
+    /// Begins the life of tensor `place`, which takes `words` words. It stays alive to the end unless [`Self::end`]
+    /// is called.
     pub fn begin(&mut self, place: usize, words: usize) {
         self.spans[place] = Some(Span { words, first: self.now, last: usize::MAX });
     }
 
-    /// Tensor `place` takes over the buffer of tensor `other`, which is not there any more.
+    /// Tensor `place` takes over the buffer of tensor `other`, whose life ends.
     pub fn take_over(&mut self, place: usize, other: usize) {
         let owner = self.owners[other];
         (self.owners[place], self.holders[owner]) = (owner, place);
     }
 
-    /// Tensor `place` is not there after now.
+    /// Ends the life of tensor `place` after the present step.
     pub fn end(&mut self, place: usize) {
         let owner = self.owners[place];
         if self.holders[owner] == place {
@@ -66,18 +67,18 @@ impl Lifetimes {
         }
     }
 
-    /// The buffer of tensor `place` is never given to others.
+    /// Reserves the buffer of tensor `place` for the whole frame.
     pub fn keep(&mut self, place: usize) {
         self.spans[place].iter_mut().for_each(|span| (span.first, span.last) = (0, usize::MAX));
     }
 
-    /// In the next frame tensor `previous` will have the buffer that tensor `next` has in this one.
+    /// Records that tensor `previous` gets the buffer of tensor `next` in the next frame, so both need one size.
     pub fn take_turns(&mut self, previous: usize, next: usize) {
         self.alike.push([previous, next].map(|place| self.owners[place]));
     }
 
-    /// For each tensor the words of its buffer. The largest tensors choose first; each takes the smallest buffer that is free
-    /// as long as it is there, or a new one.
+    /// Plans the buffer size of each tensor, in words. The largest tensors choose first; each takes the smallest
+    /// buffer that is free during its life, or a new one.
     fn capacities(&self) -> Vec<usize> {
         let mut owners: Vec<usize> =
             (0..self.spans.len()).filter(|&place| self.spans[place].is_some()).collect();
@@ -102,16 +103,17 @@ impl Lifetimes {
     }
 }
 
-/// Buffers as they are chosen.
+/// Buffers during planning.
 struct Buffers {
-    /// Words, and when each of them is taken; the largest first.
+    /// Size in words and occupied times of each buffer, the largest first.
     all: Vec<(usize, Vec<Span>)>,
-    /// For each tensor its buffer.
+    /// Chosen buffer of each tensor.
     chosen: Vec<Option<usize>>,
 }
 
 impl Buffers {
-    /// Gives tensors, all of them as large, buffers of one size: those that are there at different times may have the same.
+    /// Gives `tensors`, which have equal sizes, buffers of one size. They may share a buffer if their lifetimes do
+    /// not overlap.
     fn choose(&mut self, tensors: &[(usize, Span)]) {
         let mut sizes: Vec<usize> = self.all.iter().map(|buffer| buffer.0).collect();
         sizes.dedup();
@@ -127,7 +129,8 @@ impl Buffers {
         }
     }
 
-    /// Gives them buffers of `words` that are free as long as they are there, if there are such for all of them.
+    /// Gives `tensors` buffers of `words` words that are free during their lives. Returns false if there are not
+    /// enough.
     fn has_chosen(&mut self, tensors: &[(usize, Span)], words: usize) -> bool {
         let Some((&(place, span), rest)) = tensors.split_first() else { return true };
         let is_free = |(size, spans): &(usize, Vec<Span>)| {
@@ -144,28 +147,28 @@ impl Buffers {
     }
 }
 
-/// Buffers that are used again.
+/// Pool of buffers for the tensors of a frame.
 #[derive(Debug)]
 pub struct Spare {
-    /// For each tensor the words of its buffer.
+    /// Planned buffer size of each tensor, in words.
     capacities: Vec<usize>,
     free: Vec<Words>,
 }
 
 impl Clone for Spare {
-    /// The plan; the buffers are made when they are asked for.
+    /// Clones the plan only. The clone allocates buffers when they are needed.
     fn clone(&self) -> Self {
         Self { capacities: self.capacities.clone(), free: Vec::new() }
     }
 }
 
 impl Spare {
-    /// Buffers for tensors that are there as `lifetimes` says.
+    /// Makes a pool for tensors with these `lifetimes`.
     pub fn new(lifetimes: &Lifetimes) -> Self {
         Self { capacities: lifetimes.capacities(), free: Vec::new() }
     }
 
-    /// Memory for tensor `place`, whose shape and numbers say nothing yet.
+    /// Takes memory for tensor `place`. Its shape and contents are undefined.
     pub fn take(&mut self, is_halved: bool, place: usize) -> Stored {
         match is_halved {
             true => Stored::Bf16(self.map(place)),
@@ -173,7 +176,7 @@ impl Spare {
         }
     }
 
-    /// A copy of `stored` as tensor `place`.
+    /// Copies `stored` into memory for tensor `place`.
     pub fn copy(&mut self, stored: &Stored, place: usize) -> Stored {
         fn copied<T: Element>(from: &Map<T>, mut copy: Map<T>) -> Stored {
             copy.resize([from.height, from.width, from.channels]);
@@ -183,7 +186,7 @@ impl Spare {
         with_map!(stored, map => copied(map, self.map(place)))
     }
 
-    /// Memory for tensor `place` as a map.
+    /// Takes memory for tensor `place` as a map. Its shape and contents are undefined.
     pub fn map<T: Element>(&mut self, place: usize) -> Map<T> {
         let capacity = self.capacities[place];
         let free = self.free.iter().position(|words| words.len() == capacity);
@@ -191,10 +194,10 @@ impl Spare {
         Map { data: Numbers::within(words), ..Map::default() }
     }
 
-    /// Takes the memory of a tensor that is not needed any more.
+    /// Returns the memory of a tensor that is not needed any more.
     pub fn put(&mut self, stored: Stored) {
         let words = with_map!(stored, map => map.data.into_words());
-        // What was made elsewhere, as clones of states are, fits nothing.
+        // Memory from elsewhere, such as that of cloned states, has no planned size and is freed.
         if self.capacities.contains(&words.len()) && !words.is_empty() {
             self.free.push(words);
         }
@@ -206,7 +209,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// A chain of layers, each of which reads the one before and some older one.
+    /// Records a chain of layers. Each reads the output of the layer before and of some older one.
     fn chain(layers: &[(usize, usize)]) -> Lifetimes {
         let mut lifetimes = Lifetimes::new(layers.len());
         let last_read = |place: usize| {

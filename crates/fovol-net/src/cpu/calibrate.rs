@@ -10,11 +10,11 @@ use crate::weights::Weights;
 use crate::{Error, Result};
 use std::collections::BTreeMap;
 
-/// Finds what values the tensors of a network reach on `clips`, each of frames of one size, and notes it in `weights`:
-/// bytes are steps of these ranges.
+/// Measures the ranges of activations of a network on `clips`, each of frames of one size, and stores them in
+/// `weights`. int8 arithmetic derives its steps from these ranges.
 ///
 /// # Errors
-/// Weights that fit no network, clips without frames or with frames of different sizes.
+/// Weights that fit no network, and clips without frames or with frames of different sizes.
 pub fn calibrate(weights: &mut Weights, clips: &[Vec<FrameInput<'_>>]) -> Result<()> {
     if clips.is_empty() || clips.iter().any(Vec::is_empty) {
         return Err(Error::Config("calibration needs at least one clip, and each a frame".into()));
@@ -35,14 +35,14 @@ pub fn calibrate(weights: &mut Weights, clips: &[Vec<FrameInput<'_>>]) -> Result
     Ok(())
 }
 
-/// What was seen of a network at work.
+/// Observations of a running network.
 struct Seen<'a> {
     plan: &'a Plan,
-    /// The tensors of this frame that are there so far.
+    /// Tensors of this frame that have been written.
     now: Vec<Option<Stored>>,
-    /// For each tensor what each of its channels reaches.
+    /// Largest absolute value of each channel of each tensor.
     tensors: Vec<Vec<f32>>,
-    /// For each layer that is a convolution of 3×3 how far its transformed inputs are from 0.
+    /// For each 3×3 convolution, magnitudes of its transformed inputs.
     transformed: Vec<Distances>,
 }
 
@@ -58,7 +58,7 @@ impl<'a> Seen<'a> {
         Self { plan, now: Vec::new(), tensors, transformed: vec![Distances::default(); plan.layers().len()] }
     }
 
-    /// A frame begins with these states.
+    /// Begins a frame with these states.
     fn begin(&mut self, carried: Vec<Stored>) {
         self.now = vec![None; self.tensors.len()];
         for (state, map) in self.plan.states().iter().zip(carried) {
@@ -66,7 +66,7 @@ impl<'a> Seen<'a> {
         }
     }
 
-    /// Layer `number` wrote `out`.
+    /// Observes the output of layer `number`.
     fn note(&mut self, number: usize, out: &Stored) {
         let layer = &self.plan.layers()[number];
         let (place, out) = (layer.output().index(), out.to_f32());
@@ -87,8 +87,8 @@ impl<'a> Seen<'a> {
         self.now[place] = Some(Stored::F32(out));
     }
 
-    /// Under the names of tensors what their channels reach, and under those of convolutions what bytes of their transformed
-    /// inputs do.
+    /// Ranges of the channels of tensors, under the names of tensors, and ranges of transformed inputs, under names
+    /// derived from those of convolutions.
     fn ranges(mut self) -> BTreeMap<String, Vec<f32>> {
         for state in self.plan.states() {
             self.tensors[state.previous.index()] = self.tensors[state.next.index()].clone();

@@ -1,4 +1,4 @@
-//! Rows of pictures at twice their resolution.
+//! Doubles the resolution of pictures, row by row.
 
 use super::floats::Floats;
 use super::map::Map;
@@ -6,7 +6,8 @@ use super::patch::halves;
 use super::pyramid::{Put, double};
 use glam::Vec4;
 
-/// What `picture` (three channels) has at pixel (`y`, `x`) at twice its resolution, as [`DoubledRow::make`] has it, and 0.
+/// Interpolates `picture` (three channels) at pixel (`y`, `x`) of twice its resolution, as [`DoubledRow::make`]
+/// does. The fourth value is 0.
 #[inline(always)]
 pub fn doubled(picture: &Map, [y, x]: [usize; 2]) -> Vec4 {
     let [(a, wa), (b, wb)] = halves(y, picture.height);
@@ -19,18 +20,18 @@ pub fn doubled(picture: &Map, [y, x]: [usize; 2]) -> Vec4 {
     wn * between(near) + wf * between(far)
 }
 
-/// What making such rows needs. Pixels have a fourth number, 0, so that each is a vector.
+/// A row of twice the resolution, and scratch memory. Pixels have a fourth value, 0, so that each fills a vector.
 #[derive(Debug, Default)]
 pub struct DoubledRow {
-    /// A row between two, with one pixel more on both sides.
+    /// Row interpolated between two rows of the picture, with one more pixel on both sides.
     between: Vec<[f32; 4]>,
-    /// The row.
+    /// The row of twice the resolution.
     pub row: Vec<[f32; 4]>,
 }
 
 impl DoubledRow {
-    /// Makes [`Self::row`] row `y` of `picture` (three channels) at twice its resolution: bilinear between the centres of
-    /// pixels, replicated at the border.
+    /// Sets [`Self::row`] to row `y` of `picture` (three channels) at twice its resolution: bilinear between pixel
+    /// centres, replicated at the border.
     #[inline(always)]
     pub fn make<V: Floats>(&mut self, picture: &Map, y: usize, some: V) {
         let Self { between, row } = self;
@@ -39,7 +40,7 @@ impl DoubledRow {
         between.resize(width + 2, [0.0; 4]);
         row.resize(2 * width, [0.0; 4]);
         let (a, b) = (picture.row(a), picture.row(b));
-        // Whole vectors, with numbers of the next pixels, as long as there are such.
+        // Whole vectors read values of the next pixels, as long as there are any.
         let (pixels, numbers) = (V::N / 4, between[1..].as_flattened_mut());
         let whole = if a.len() < V::N { 0 } else { (a.len() - V::N) / (3 * pixels) + 1 };
         for vector in 0..whole {

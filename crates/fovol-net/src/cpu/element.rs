@@ -1,36 +1,36 @@
-//! How numbers of tensors are stored.
+//! Number types in which tensors are stored.
 
 use super::floats::Floats;
 use super::map::{Map, Stored};
 use super::rows::{Rows, View};
 use bytemuck::{Pod, Zeroable};
 
-/// A stored number.
+/// Number type of stored tensors.
 pub trait Element: Pod + Default + Send + Sync {
-    /// Its value.
+    /// Converts to f32.
     fn to_f32(self) -> f32;
-    /// The nearest of its kind.
+    /// Rounds to the nearest value of this type.
     fn from_f32(value: f32) -> Self;
-    /// These numbers if they are f32.
+    /// Returns `numbers` unchanged if they are f32.
     fn singles(_: &[Self]) -> Option<&[f32]> {
         None
     }
-    /// These numbers if they are bf16.
+    /// Returns `numbers` unchanged if they are bf16.
     fn halves(_: &[Self]) -> Option<&[Bf16]> {
         None
     }
-    /// Writes a vector to the first of `to`.
+    /// Stores a vector in the first elements of `to`.
     ///
     /// # Panics
-    /// Where there is less room.
+    /// Where `to` is shorter than the vector.
     fn store<V: Floats>(vector: V, to: &mut [Self]);
-    /// `map` as tensors are stored.
+    /// Wraps `map` as a stored tensor.
     fn stored(map: Map<Self>) -> Stored;
-    /// What [`Self::stored`] stored; nothing of another kind.
+    /// Unwraps a stored tensor, and returns an empty map for another type.
     fn loaded(stored: Stored) -> Map<Self>;
-    /// The map in `stored` if its numbers are of this kind.
+    /// Returns the map in `stored` if it has this type.
     fn of(stored: &Stored) -> Option<&Map<Self>>;
-    /// `rows` as they are read.
+    /// Wraps `rows` as a view.
     fn view(rows: Rows<'_, Self>) -> View<'_>;
 }
 
@@ -72,7 +72,7 @@ impl Element for f32 {
     }
 }
 
-/// The upper half of an f32.
+/// A bf16: the upper half of an f32.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(transparent)]
 pub struct Bf16(pub u16);
@@ -83,7 +83,7 @@ impl Element for Bf16 {
         f32::from_bits(u32::from(self.0) << 16)
     }
 
-    /// To nearest, ties to even; written so that loops over it become vectors. Numbers that are not finite stay so.
+    /// Rounds to nearest, ties to even. The loop-friendly form is vectorised; values that are not finite stay so.
     #[inline(always)]
     fn from_f32(value: f32) -> Self {
         let bits = value.to_bits();

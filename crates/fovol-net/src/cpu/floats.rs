@@ -1,45 +1,47 @@
-//! Vectors of f32, for what compilers do not make vectors of by themselves; written once for every instruction set.
+//! SIMD vectors of f32, for code that compilers do not vectorise by themselves. It is written once for all
+//! instruction sets.
 //!
-//! The first vector is made where the instructions are known to be there ([`Simd::in_vectors`]), and all others come from it: so
-//! none is ever used where they are not.
+//! The first vector is made where the instructions are known to exist ([`Simd::in_vectors`]), and all others derive
+//! from it. A vector can therefore only exist where its instructions do.
 
 use super::element::{Bf16, Element};
 use super::simd::Simd;
 use glam::{BVec4A, Mat4, Vec4};
 use std::ops::{Add, Div, Mul, Sub};
 
-/// The numbers of the longest vectors.
+/// Number of lanes of the longest vectors.
 pub const MOST: usize = 16;
 
-/// The upper half of a word.
+/// Mask of the upper half of a word.
 const UPPER: u32 = 0xFFFF_0000;
-/// Half of the last place of a bf16.
+/// Half a unit in the last place of a bf16, as bits of an f32.
 const HALF: u32 = 0x8000;
 
-/// A vector of [`N`](Self::N) numbers, which may also be N / 4 pixels of four.
+/// A vector of [`N`](Self::N) lanes. It can also hold N / 4 pixels of four values.
 pub trait Floats:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
 {
-    /// A truth value for each number.
+    /// One truth value per lane.
     type Mask: Copy;
-    /// How many numbers it has.
+    /// Number of lanes.
     const N: usize;
 
-    /// The same number everywhere.
+    /// Sets all lanes to `number`.
     fn splat(self, number: f32) -> Self;
-    /// The first numbers of some.
+    /// Loads the first elements of `from`.
     ///
     /// # Panics
-    /// Where there are fewer.
+    /// Where `from` is shorter than the vector.
     fn load(self, from: &[f32]) -> Self;
-    /// Writes them to the first of `to`.
+    /// Stores the lanes in the first elements of `to`.
     ///
     /// # Panics
-    /// Where there is less room.
+    /// Where `to` is shorter than the vector.
     fn store(self, to: &mut [f32]);
-    /// Times one, plus other numbers, rounded once where there is an instruction for it.
+    /// Computes self · factor + more, rounded once where the instruction set has FMA.
     fn times_plus(self, factor: Self, more: Self) -> Self;
-    /// One over each number, wrong by no more than two in the last place; of numbers that are infinite or next to nothing anything.
+    /// Reciprocal of each lane, with an error of at most two units in the last place. Undefined for infinite and
+    /// tiny values.
     #[inline(always)]
     fn inverse(self) -> Self {
         self.splat(1.0) / self
@@ -50,13 +52,13 @@ pub trait Floats:
     fn is_at_least(self, other: Self) -> Self::Mask;
     fn is_below(self, other: Self) -> Self::Mask;
     fn both(self, one: Self::Mask, other: Self::Mask) -> Self::Mask;
-    /// The numbers where the mask is set, else 0.
+    /// Keeps lanes where the mask is set; others become 0.
     fn keep(self, mask: Self::Mask) -> Self;
 
-    /// The bf16 in the lower and in the upper halves of words.
+    /// Loads the bf16 in the lower halves and in the upper halves of words.
     ///
     /// # Panics
-    /// Where there are fewer words than numbers.
+    /// Where there are fewer words than lanes.
     #[inline(always)]
     fn load_halves(self, words: &[u32]) -> [Self; 2] {
         let mut halves = [[0.0; MOST]; 2];
@@ -66,10 +68,10 @@ pub trait Floats:
         }
         halves.map(|half| self.load(&half))
     }
-    /// Writes these and others, rounded, to the lower and the upper halves of words.
+    /// Rounds two vectors to bf16 and stores them in the lower and the upper halves of words.
     ///
     /// # Panics
-    /// Where there are fewer words than numbers.
+    /// Where there are fewer words than lanes.
     #[inline(always)]
     fn store_halves(self, upper: Self, words: &mut [u32]) {
         let mut halves = [[0.0; MOST]; 2];
@@ -81,10 +83,10 @@ pub trait Floats:
         }
     }
 
-    /// Writes them as the nearest bf16, ties to even.
+    /// Stores the lanes as bf16, rounded to nearest, ties to even.
     ///
     /// # Panics
-    /// Where there is less room.
+    /// Where `to` is shorter than the vector.
     #[inline(always)]
     fn store_bf16(self, to: &mut [Bf16]) {
         let mut numbers = [0.0; MOST];
@@ -93,10 +95,10 @@ pub trait Floats:
             to[i] = Bf16::from_f32(numbers[i]);
         }
     }
-    /// The numbers that words are with signs.
+    /// Loads words as signed integers and converts them to f32.
     ///
     /// # Panics
-    /// Where there are fewer.
+    /// Where there are fewer words than lanes.
     #[inline(always)]
     fn load_integers(self, words: &[u32]) -> Self {
         let mut numbers = [0.0; MOST];
@@ -105,11 +107,11 @@ pub trait Floats:
         }
         self.load(&numbers)
     }
-    /// Writes some numbers and others in turn, times factors, rounded, as bytes of which 128 stands for 0; what is beyond -128…127 is
-    /// cut off there, and what is beyond ±32767 may become anything.
+    /// Stores two vectors, interleaved, as bytes: numbers times factors, rounded, clamped to −128…127, plus 128.
+    /// Products beyond ±32767 are undefined.
     ///
     /// # Panics
-    /// Where there are fewer than two bytes for a number.
+    /// Where there are fewer than two bytes for each lane.
     #[inline(always)]
     fn store_bytes(numbers: [Self; 2], factors: [Self; 2], bytes: &mut [u8]) {
         let mut both = [[0.0; MOST]; 2];
@@ -122,57 +124,59 @@ pub trait Floats:
         }
     }
 
-    /// The bf16 that each number is two of, as words: the lower and the upper ones.
+    /// Splits each lane, a word of two bf16, into the lower and the upper one.
     fn halves(self) -> [Self; 2];
-    /// Number i of pixel p of each of four vectors as pixel p of vector i.
+    /// Transposes four vectors, pixel by pixel: value i of pixel p of vector v becomes value v of pixel p of vector
+    /// i.
     fn pixels_transposed(vectors: [Self; 4]) -> [Self; 4];
 
-    /// Number 3·i + n of those of three vectors as number i of vector n.
+    /// Deinterleaves three vectors: number 3·i + n of all becomes lane i of vector n.
     fn thirds(vectors: [Self; 3]) -> [Self; 3];
-    /// Each number three times, in three vectors.
+    /// Repeats each lane three times, in three vectors.
     fn thrice(self) -> [Self; 3];
-    /// Every other number of these and others, from the first and from the second on.
+    /// Deinterleaves two vectors: the even lanes of both, and the odd ones.
     fn alternates(self, others: Self) -> [Self; 2];
 
-    /// Every other pixel of these and others, from the first on.
+    /// Even pixels of `self` and then of `others`.
     fn evens(self, others: Self) -> Self;
-    /// The same from the second on.
+    /// Odd pixels of `self` and then of `others`.
     fn odds(self, others: Self) -> Self;
-    /// The first pixels of these and others in turn.
+    /// Interleaves the first halves of the pixels of both vectors.
     fn zip_low(self, others: Self) -> Self;
-    /// The last ones.
+    /// Interleaves the last halves of the pixels of both vectors.
     fn zip_high(self, others: Self) -> Self;
-    /// The first three quarters of the numbers as pixels of three, each with a 0 as its fourth.
+    /// Spreads the first three quarters of the lanes to pixels of three values and a 0.
     fn with_zeros(self) -> Self;
-    /// The first three numbers of each pixel side by side, and after them anything.
+    /// Packs the first three values of each pixel side by side. Lanes after them are undefined.
     fn without_fourths(self) -> Self;
-    /// The fourth number of each pixel, in all four places.
+    /// Copies the fourth value of each pixel to its four lanes.
     fn fourths(self) -> Self;
-    /// The pixels with the fourth numbers of others.
+    /// Replaces the fourth value of each pixel by that of `others`.
     fn with_fourths(self, others: Self) -> Self;
 }
 
-/// Number i of each of four vectors as vector i.
+/// Transposes four vectors: lane i of vector v becomes lane v of vector i.
 #[inline(always)]
 pub fn transposed([a, b, c, d]: [Vec4; 4]) -> [Vec4; 4] {
     let columns = Mat4::from_cols(a, b, c, d).transpose();
     [columns.x_axis, columns.y_axis, columns.z_axis, columns.w_axis]
 }
 
-/// Four numbers of some from `at` on.
+/// Loads four elements from index `at` on.
 #[inline(always)]
 pub fn four(numbers: &[f32], at: usize) -> Vec4 {
     Vec4::from_slice(&numbers[at..at + 4])
 }
 
-/// Something to do with vectors. As with [`Work`](super::simd::Work), whatever matters must be `#[inline(always)]`.
+/// An inner loop in SIMD vectors. `run` and its helpers must be `#[inline(always)]`, as in
+/// [`Work`](super::simd::Work).
 pub trait VectorWork {
-    /// Does it with vectors like `some`.
+    /// Runs the loop with vectors of the type of `some`.
     fn run<V: Floats>(self, some: V);
 }
 
 impl Simd {
-    /// Does `work` with the longest vectors of this set.
+    /// Runs `work` with the longest vectors of this instruction set.
     #[inline(always)]
     pub fn in_vectors(self, work: impl VectorWork) {
         #[cfg(target_arch = "x86_64")]
@@ -192,9 +196,9 @@ impl Simd {
             }
 
             match self {
-                // SAFETY: instruction sets are only named where the processor has them.
+                // SAFETY: values of `Simd` exist only for instruction sets that the processor has.
                 Self::Avx512 | Self::Amx => return unsafe { avx512(work) },
-                // SAFETY: as above.
+                // SAFETY: see above.
                 Self::Avx2 => return unsafe { avx2(work) },
                 Self::Portable => {}
             }
@@ -359,7 +363,7 @@ mod tests {
             assert_eq!(read(lower), expected(&|i| f32::from_bits(words[i] << 16)));
             assert_eq!(read(upper), expected(&|i| f32::from_bits(words[i] & UPPER)));
             let mut stored = vec![0; V::N];
-            // Less than half of a last place is nothing, more is one.
+            // Less than half a unit in the last place is rounded down, more is rounded up.
             let (more, less) = (some.splat(1.0 + 0.7 / 256.0), some.splat(1.0 + 0.3 / 256.0));
             (lower * more).store_halves(upper * less, &mut stored);
             let rounded = |value: f32| (value.to_bits() + HALF) >> 16;
@@ -388,7 +392,7 @@ mod tests {
                 assert_eq!(read(vector), expected(&|i| numbers[2 * i + n]));
             }
             let mut halves = vec![Bf16::default(); V::N];
-            // Some are half way between two bf16.
+            // Some values lie half way between two bf16.
             let between: Vec<f32> =
                 (0..V::N as u32).map(|i| f32::from_bits(0x3F80_8000 + 0x5000 * i)).collect();
             some.load(&between).store_bf16(&mut halves);

@@ -1,20 +1,21 @@
-//! Frames as the maps that networks read and write.
+//! Converts frames to the maps that networks read, and back.
 
 use super::map::{Map, Stored};
 use fovol_core::{Frame, FrameSize};
 use rayon::prelude::*;
 
-/// What a network is given for one frame.
+/// Input of a network for one frame.
 #[derive(Debug, Clone, Copy)]
 pub struct FrameInput<'a> {
-    /// The sparse frame: alpha 1 where sampled.
+    /// Sparse frame: alpha 1 where sampled.
     pub sparse: &'a Frame,
-    /// For each pixel the way (x right, y down, in pixels) to where it was in the last frame; networks that do
-    /// not use motion ignore it, for others none means stillness.
+    /// Motion: for each pixel the way to its position in the last frame, x right, y down, in pixels. Networks that
+    /// do not use motion ignore it; for others `None` means no motion.
     pub motion: Option<&'a [[f32; 2]]>,
 }
 
-/// An image whose pixels `fill` writes, given their place in a frame of `size`; replicated at the right and bottom.
+/// Makes an image of a frame of `size`, replicated at the right and bottom. `fill` writes a pixel, given its index
+/// in the frame.
 pub fn padded_map(
     mut map: Map,
     size: FrameSize,
@@ -31,7 +32,8 @@ pub fn padded_map(
     Stored::F32(map)
 }
 
-/// `pixels` of a frame of `size`, two numbers each, as an image; replicated at the right and bottom. Zeros if there are none.
+/// Makes an image of two channels of `pixels` of a frame of `size`, replicated at the right and bottom. Without
+/// `pixels` it is zero.
 pub fn padded_pairs(
     pixels: Option<&[[f32; 2]]>,
     mut map: Map,
@@ -50,13 +52,13 @@ pub fn padded_pairs(
     Stored::F32(map)
 }
 
-/// Makes `frame` the picture in the top left of `map`, clamped to 0…1.
+/// Copies the top left of `map` to `frame`, clamped to 0…1.
 pub fn crop(map: &Map, frame: &mut Frame) {
     let width = frame.size().width as usize;
     frame.pixels_mut().par_chunks_exact_mut(width).enumerate().for_each(|(y, row)| show(map.row(y), row));
 }
 
-/// Makes `to` the first pixels of a `row` of a picture, clamped to 0…1.
+/// Copies the first pixels of a `row` of a picture to `to`, clamped to 0…1.
 pub fn show(row: &[f32], to: &mut [[f32; 4]]) {
     for (to, &[r, g, b]) in to.iter_mut().zip(row.as_chunks().0) {
         *to = [r.clamp(0.0, 1.0), g.clamp(0.0, 1.0), b.clamp(0.0, 1.0), 1.0];

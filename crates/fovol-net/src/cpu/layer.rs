@@ -1,4 +1,4 @@
-//! What the layers of a plan need, and how those are made that no convolution is.
+//! Prepares the layers of a plan, and runs those that are no convolutions.
 
 use super::accumulate::{Expected, Fading, accumulate, doubt};
 use super::conv::{Arithmetic, ConvShape, PreparedConv};
@@ -20,7 +20,7 @@ use crate::Result;
 use crate::plan::{Activation, Conv, Layer, Plan, Tensor, TensorId};
 use crate::weights::Weights;
 
-/// A layer with what it needs beyond the plan.
+/// A layer with its prepared weights.
 #[derive(Debug)]
 pub enum Step {
     Conv(Box<PreparedConv>),
@@ -30,12 +30,12 @@ pub enum Step {
         bias: Vec<f32>,
         activation: Activation,
     },
-    /// Layers without weights.
+    /// A layer without weights.
     Plain,
 }
 
 impl Step {
-    /// What layer `number` of `plan` needs, as exact as `choice` says and made as `schedule` says.
+    /// Prepares layer `number` of `plan`. `choice` gives the arithmetic, and `schedule` the fusion.
     ///
     /// # Errors
     /// Weights that are missing.
@@ -91,7 +91,7 @@ impl Step {
     }
 }
 
-/// For each channel that `conv` reads, in the order in which it does, its number in the plan.
+/// For each channel that `conv` reads, in reading order, its number in the plan.
 fn inputs(plan: &Plan, conv: &Conv, schedule: &Schedule) -> Vec<usize> {
     let mut order = Vec::new();
     for read in &conv.inputs {
@@ -107,7 +107,7 @@ fn inputs(plan: &Plan, conv: &Conv, schedule: &Schedule) -> Vec<usize> {
     order
 }
 
-/// `weights` \[out, in, `taps`\] with inputs in another order.
+/// Reorders the inputs of `weights` \[out, in, `taps`\].
 fn reordered(weights: &[f32], inputs: &[usize], taps: usize) -> Vec<f32> {
     let of_output = |weights: &[f32]| {
         inputs.iter().flat_map(|at| weights[at * taps..(at + 1) * taps].to_vec()).collect::<Vec<_>>()
@@ -115,11 +115,11 @@ fn reordered(weights: &[f32], inputs: &[usize], taps: usize) -> Vec<f32> {
     weights.chunks_exact(inputs.len() * taps).flat_map(of_output).collect()
 }
 
-/// What layers read.
+/// Inputs of layers.
 #[derive(Clone, Copy)]
 pub struct Given<'a> {
     pub tensors: &'a [Stored],
-    /// The samples of the frame, if they stand for a tensor, and for which.
+    /// Samples of the frame, and the tensor that they replace, if layers read samples as a list.
     pub samples: Option<(TensorId, &'a Samples)>,
 }
 
@@ -128,7 +128,7 @@ impl<'a> Given<'a> {
         &self.tensors[id.index()]
     }
 
-    /// A tensor that is stored as f32.
+    /// Returns a tensor that is stored as f32.
     pub fn picture(&self, id: TensorId) -> &'a Map {
         self.map(id).picture()
     }
@@ -145,7 +145,8 @@ impl<'a> Given<'a> {
     }
 }
 
-/// Runs the layers `moving` and `fading`, which moves points and leaves something of them there, to `out`.
+/// Runs the layers `moving` (reprojection of points) and `fading` (their accumulation) together, and writes to
+/// `out`.
 pub fn run_points(moving: &Layer, fading: &Layer, given: Given<'_>, out: &mut Stored) {
     let (Layer::Reproject { input, motion, .. }, &Layer::Accumulate { known, share, fade, .. }) =
         (moving, fading)
@@ -156,7 +157,7 @@ pub fn run_points(moving: &Layer, fading: &Layer, given: Given<'_>, out: &mut St
     points::reproject(given.picture(*input), given.picture(*motion), Some(fading), out.picture_mut());
 }
 
-/// Runs `layer`, which writes `to`, to `out`.
+/// Runs `layer` alone and writes its output, the tensor `to`, to `out`.
 pub fn run(
     layer: &Layer,
     step: &Step,
@@ -215,7 +216,7 @@ fn run_plain(
             let expected = Expected { prior: picture(prior), fresh: picture(fresh) };
             doubt(given.known(*known), &expected, [*levels, level], pyramid, out);
         }
-        // What was known before is there already.
+        // `out` already holds the earlier samples.
         (Layer::Accumulate { known, share, fade, .. }, Stored::F32(out)) => {
             accumulate(given.fading(*known, *share, *fade), out);
         }
@@ -227,5 +228,5 @@ fn run_plain(
     }
 }
 
-/// Why some pairs cannot be.
+/// Message of panics where tensors of equal shapes differ in storage.
 pub const SAME: &str = "tensors of as many channels are stored alike";

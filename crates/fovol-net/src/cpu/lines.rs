@@ -1,19 +1,18 @@
-//! Words that begin where a line of the processor's caches begins: what is read 64 bytes at a time lies in one line then,
-//! not in two.
+//! Arrays of words aligned to cache lines, so that a read of 64 bytes touches one line instead of two.
 
 use bytemuck::{Pod, Zeroable, cast_slice, cast_slice_mut};
 use std::ops::{Deref, DerefMut};
 
-/// Words of a line.
+/// Words of a cache line.
 pub const WORDS_OF_LINE: usize = 16;
 
-/// Has the processor load the line of number `at`, which may lie beyond the end of `numbers`, while it does something else.
+/// Prefetches the cache line of element `at`, which may lie beyond the end of `numbers`.
 #[inline(always)]
 pub fn prefetch<N>(numbers: &[N], at: usize) {
     #[cfg(target_arch = "x86_64")]
     {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        // SAFETY: this instruction changes nothing that a program sees, and no address is wrong for it.
+        // SAFETY: a prefetch has no visible effect, and any address is allowed.
         unsafe { _mm_prefetch::<_MM_HINT_T0>(numbers.as_ptr().wrapping_add(at).cast()) };
     }
     #[cfg(not(target_arch = "x86_64"))]
@@ -24,7 +23,7 @@ pub fn prefetch<N>(numbers: &[N], at: usize) {
 #[repr(C, align(64))]
 struct Line([u32; WORDS_OF_LINE]);
 
-/// As a `Vec<u32>`, at a line's beginning.
+/// Growable array of words, aligned to cache lines.
 #[derive(Debug, Clone, Default)]
 pub struct Lines {
     lines: Vec<Line>,
@@ -32,7 +31,7 @@ pub struct Lines {
 }
 
 impl Lines {
-    /// Has `length` words from now on; those that are new are zeros or anything that was there before.
+    /// Sets the length. New words are undefined: zeros, or words from earlier use.
     pub fn resize(&mut self, length: usize) {
         let lines = length.div_ceil(WORDS_OF_LINE);
         if self.lines.len() < lines {
@@ -41,7 +40,7 @@ impl Lines {
         self.length = length;
     }
 
-    /// Memory for `length` numbers, which may be anything.
+    /// Returns scratch memory for `length` elements, with undefined contents.
     #[inline(always)]
     pub fn numbers<N: Pod>(&mut self, length: usize) -> &mut [N] {
         self.resize((length * size_of::<N>()).div_ceil(size_of::<u32>()));

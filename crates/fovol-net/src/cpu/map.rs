@@ -3,21 +3,21 @@ use super::numbers::Numbers;
 use bytemuck::Pod;
 use std::ops::Range;
 
-/// An image of any number of channels: \[row\]\[column\]\[channel\].
+/// An image with any number of channels: \[row\]\[column\]\[channel\].
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Map<T: Pod = f32> {
-    /// The numbers, channels together.
+    /// Elements, with the channels of a pixel together.
     pub data: Numbers<T>,
-    /// Rows.
+    /// Number of rows.
     pub height: usize,
-    /// Columns.
+    /// Number of columns.
     pub width: usize,
-    /// Numbers per pixel.
+    /// Number of channels.
     pub channels: usize,
 }
 
 impl<T: Element> Map<T> {
-    /// Zeros.
+    /// Makes an image of zeros.
     pub fn zeros(height: usize, width: usize, channels: usize) -> Self {
         let mut map = Self::default();
         map.resize([height, width, channels]);
@@ -25,20 +25,20 @@ impl<T: Element> Map<T> {
         map
     }
 
-    /// Takes another size and keeps the memory; what it holds is not said.
+    /// Resizes the image and keeps its memory; contents become undefined.
     pub fn resize(&mut self, [height, width, channels]: [usize; 3]) {
         self.data.resize(height * width * channels);
         (self.height, self.width, self.channels) = (height, width, channels);
     }
 
-    /// The numbers of row `y`.
+    /// Elements of row `y`.
     #[inline]
     pub fn row(&self, y: usize) -> &[T] {
         let length = self.width * self.channels;
         &self.data[y * length..(y + 1) * length]
     }
 
-    /// The numbers of a pixel.
+    /// Elements of a pixel.
     #[inline]
     pub fn pixel(&self, y: usize, x: usize) -> &[T] {
         let start = (y * self.width + x) * self.channels;
@@ -47,7 +47,7 @@ impl<T: Element> Map<T> {
 }
 
 impl Map {
-    /// One number, 0 beyond the border.
+    /// Returns one element, or 0 beyond the border.
     #[inline]
     pub fn or_zero(&self, y: isize, x: isize, c: usize) -> f32 {
         let inside = y >= 0 && x >= 0 && (y as usize) < self.height && (x as usize) < self.width;
@@ -58,13 +58,13 @@ impl Map {
 /// A tensor as it is stored.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Stored {
-    /// Four bytes a number: pictures, and everything at full precision.
+    /// f32: pictures, and all tensors at full precision.
     F32(Map<f32>),
-    /// Two bytes a number.
+    /// bf16.
     Bf16(Map<Bf16>),
 }
 
-/// Calls `$body` with `$map` bound to the map in `$stored`, whatever its numbers are.
+/// Calls `$body` with `$map` bound to the map in `$stored`, for any element type.
 macro_rules! with_map {
     ($stored:expr, $map:ident => $body:expr) => {
         match $stored {
@@ -87,12 +87,12 @@ impl Stored {
         with_map!(self, map => [map.height, map.width, map.channels])
     }
 
-    /// Numbers per pixel.
+    /// Number of channels.
     pub fn channels(&self) -> usize {
         self.size()[2]
     }
 
-    /// The same numbers as f32.
+    /// Converts the tensor to f32.
     pub fn to_f32(&self) -> Map {
         with_map!(self, map => {
             let Map { height, width, channels, .. } = *map;
@@ -103,7 +103,7 @@ impl Stored {
         })
     }
 
-    /// The numbers `from`…`to` of row `y` as f32; `memory` is used where they are stored otherwise.
+    /// Returns the elements `range` of row `y` as f32. `memory` is used if a conversion is needed.
     #[inline(always)]
     pub fn numbers<'a>(&'a self, y: usize, range: Range<usize>, memory: &'a mut Vec<f32>) -> &'a [f32] {
         match self {
@@ -116,10 +116,10 @@ impl Stored {
         }
     }
 
-    /// The picture in it.
+    /// Returns the map of a picture; pictures are always f32.
     ///
     /// # Panics
-    /// When it is no f32 map: pictures always are.
+    /// When the map is not f32.
     pub fn picture(&self) -> &Map {
         match self {
             Self::F32(map) => map,
@@ -127,10 +127,10 @@ impl Stored {
         }
     }
 
-    /// The same, to be changed.
+    /// Returns the map of a picture, mutably.
     ///
     /// # Panics
-    /// As [`Self::picture`].
+    /// When the map is not f32.
     pub fn picture_mut(&mut self) -> &mut Map {
         match self {
             Self::F32(map) => map,

@@ -1,6 +1,6 @@
-//! Networks on the CPU.
+//! CPU engine for networks.
 //!
-//! [`plain`] is the specification of every layer in a few lines each; the rest is fast and compared with it.
+//! [`plain`] specifies convolutions and predicted kernels in a few lines; tests compare the fast code with it.
 
 mod accumulate;
 mod buffers;

@@ -1,7 +1,7 @@
-//! What the motion of pixels side by side has in common: those that have moved by the same whole pixels lie between others that
-//! are side by side too, and can be moved together.
+//! Motion of neighbouring pixels. Pixels that move by equal whole pixels have neighbouring sources, so vectors can
+//! move them together.
 
-/// The whole pixels that the first of some pixels that have `moved` so far has moved by, and whether all of them have.
+/// Returns the whole-pixel motion of the first of `moved`, and whether all others share it.
 #[inline(always)]
 pub fn whole_motion(moved: &[[f32; 2]]) -> ([f32; 2], bool) {
     let whole = [moved[0][0].floor(), moved[0][1].floor()];
@@ -13,8 +13,8 @@ pub fn whole_motion(moved: &[[f32; 2]]) -> ([f32; 2], bool) {
     (whole, is_alike)
 }
 
-/// The row and the column of the first of the pixels that `count` of them from (`y`, `x`) on lie between if they have moved by these
-/// `whole` pixels, in an image of `height` and `width`; none unless all of these, and those beside and below them, are inside.
+/// Returns row and column of the upper left source of `count` pixels from (`y`, `x`) on that move by `whole`
+/// pixels. `None` if any of their bilinear sources lies outside an image of `height` and `width`.
 #[inline(always)]
 pub fn corner_of(
     count: usize,

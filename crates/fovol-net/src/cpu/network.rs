@@ -24,13 +24,13 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// A network with its weights, ready to run; shared by any number of clips.
+/// A network with its weights, ready to run. Any number of sequences can share it.
 #[derive(Debug)]
 pub struct Network {
     plan: Plan,
     steps: Vec<Step>,
     schedule: Schedule,
-    /// For each tensor whether its numbers take two bytes.
+    /// Whether each tensor is stored as bf16.
     halved: Vec<bool>,
     simd: Simd,
     precision: Precision,
@@ -38,24 +38,24 @@ pub struct Network {
     id: u64,
 }
 
-/// Numbers of networks, to tell their states apart.
+/// Identifiers of networks, which tell their states apart.
 static NEXT: AtomicU64 = AtomicU64::new(0);
 
 impl Network {
-    /// The network of `plan` with `weights`, for `simd`; a precision that it does not have becomes the next more
-    /// exact one, see [`Self::precision`].
+    /// Prepares the network of `plan` with `weights` for `simd`. If `simd` does not have the precision, the next
+    /// more exact one is used; see [`Self::precision`].
     ///
     /// # Errors
-    /// Weights that do not fit the plan, or lack what the precision needs.
+    /// Weights that do not fit the plan, or lack the ranges that the precision needs.
     pub fn new(plan: Plan, weights: &Weights, simd: Simd, precision: Precision) -> Result<Self> {
         let schedule = |plan: &Plan, halved: &[bool]| Schedule::new(plan, halved, |_| true);
         Self::scheduled(plan, weights, (simd, precision), schedule)
     }
 
-    /// [`Self::new`] with every tensor of the plan written on its own, for those who want to see them.
+    /// Prepares the network without fusion, so that every tensor of the plan is written and can be observed.
     ///
     /// # Errors
-    /// As [`Self::new`].
+    /// Those of [`Self::new`].
     pub fn layer_by_layer(plan: Plan, weights: &Weights, simd: Simd, precision: Precision) -> Result<Self> {
         Self::scheduled(plan, weights, (simd, precision), |plan, _| Schedule::layer_by_layer(plan))
     }
@@ -78,27 +78,27 @@ impl Network {
         Ok(Self { plan, steps, schedule, halved, simd, precision, pool, id })
     }
 
-    /// The plan it was made from.
+    /// Plan of the network.
     pub fn plan(&self) -> &Plan {
         &self.plan
     }
 
-    /// The instruction set it runs on.
+    /// Instruction set that the network runs on.
     pub fn simd(&self) -> Simd {
         self.simd
     }
 
-    /// The precision that it was made for on this processor; never [`Precision::Auto`].
+    /// Precision in use on this processor; never [`Precision::Auto`].
     pub fn precision(&self) -> Precision {
         self.precision
     }
 
-    /// The state that starts a clip of frames of `size`.
+    /// Makes the state for the first frame of a sequence of frames of `size`.
     pub fn state(&self, size: FrameSize) -> State {
         State::new(&self.plan, size, &self.halved, Spare::new(&self.lifetimes(size)), self.id)
     }
 
-    /// What `state` carries, in the order of [`Plan::states`], pixel by pixel at the padded size.
+    /// Returns the tensors in `state`, in the order of [`Plan::states`], pixel by pixel at the padded size.
     ///
     /// # Panics
     /// A state of another network.
@@ -112,11 +112,11 @@ impl Network {
         ids.zip(&state.carried).map(pixels).collect()
     }
 
-    /// The `state` of a clip as that of the same clip in frames of `size`, of which pixel (x, y) is pixel (x, y) + `by` of its
-    /// frames so far; what lay outside these is as the nearest that they had.
+    /// Moves `state` to frames of `size`, in which pixel (x, y) is pixel (x, y) + `by` of the frames so far. Pixels
+    /// that lay outside these take the nearest values.
     ///
     /// # Errors
-    /// A state of another network, a way that is no multiple of [`Plan::multiple`].
+    /// A state of another network, and a `by` that is no multiple of [`Plan::multiple`].
     pub fn moved(&self, mut state: State, size: FrameSize, by: [i64; 2]) -> Result<State> {
         let multiple = self.plan.multiple() as i64;
         if state.network != self.id {
@@ -128,7 +128,7 @@ impl Network {
         }
         let mut moved = self.state(size);
         if size == state.size {
-            // The memory is as large as is needed.
+            // At an unchanged size the buffers fit.
             std::mem::swap(&mut moved.spare, &mut state.spare);
         }
         let tensors = self.plan.states().iter().map(|state| state.previous);
@@ -147,12 +147,12 @@ impl Network {
         Ok(moved)
     }
 
-    /// The full frame of `input`, alpha 1 everywhere; `state` goes on to the next frame.
+    /// Reconstructs the full frame of `input`, with alpha 1 everywhere, and advances `state` to the next frame.
     ///
-    /// Sampled colours are clamped to 0…1; pixels that are no finite numbers count as unsampled.
+    /// Sampled colours are clamped to 0…1. Pixels with values that are not finite count as unsampled.
     ///
     /// # Errors
-    /// A state of another network or size, motion for another size.
+    /// A state of another network or size, and motion for another size.
     pub fn reconstruct(&self, input: &FrameInput<'_>, state: &mut State) -> Result<Frame> {
         self.check(input, state)?;
         let mut frame = Frame::new(state.size);
@@ -163,19 +163,20 @@ impl Network {
         Ok(frame)
     }
 
-    /// [`Self::reconstruct`] in the memory of the sparse frame.
+    /// Reconstructs like [`Self::reconstruct`], in the memory of the sparse frame.
     ///
     /// # Errors
-    /// As [`Self::reconstruct`]; `frame` is left as it was.
+    /// Those of [`Self::reconstruct`]; `frame` is left unchanged.
     pub fn fill(&self, frame: &mut Frame, motion: Option<&[[f32; 2]]>, state: &mut State) -> Result<()> {
         self.observed(frame, motion, state, |_, _, _| {})
     }
 
-    /// [`Self::fill`], telling `observe` the places of layers in the plan, all that are made together, what the last of them
-    /// wrote, which is empty where that is in the frame alone, and how long they took.
+    /// Reconstructs like [`Self::fill`] and reports each step to `observe`. It gets the indices of the layers that
+    /// ran together, the tensor that the last of them wrote, and their duration. The tensor is empty if the layers
+    /// wrote only to the frame.
     ///
     /// # Errors
-    /// As [`Self::fill`].
+    /// Those of [`Self::fill`].
     pub fn observed(
         &self,
         frame: &mut Frame,
@@ -210,7 +211,7 @@ impl Network {
         Ok(())
     }
 
-    /// Makes `frame` of `tensors` that are loaded, and `state` what the next frame needs.
+    /// Computes `frame` from the loaded `tensors`, and writes the next state to `state`.
     fn run(
         &self,
         mut tensors: Vec<Stored>,
@@ -245,17 +246,17 @@ impl Network {
         self.carry(&mut tensors, state);
     }
 
-    /// What is run one after the other for frames of `size`.
+    /// Steps that run one after the other for frames of `size`.
     fn units(&self, size: FrameSize) -> Vec<Unit> {
         self.schedule.units(&self.plan, |place| self.numbers(place, size))
     }
 
-    /// Whether `unit` writes the frame itself: kernels do that with what is shown.
+    /// Whether `unit` writes the frame itself: predicted kernels do if their picture is the one that is shown.
     fn shows(&self, unit: &Unit) -> bool {
         matches!(unit, Unit::Filter { .. }) && unit.written(&self.plan) == self.schedule.shown.index()
     }
 
-    /// How long tensors are there in the making of a frame of `size`.
+    /// Records the lifetimes of tensors for a frame of `size`.
     fn lifetimes(&self, size: FrameSize) -> Lifetimes {
         let words = |place: usize| {
             let numbers = self.numbers(place, size);
@@ -289,14 +290,14 @@ impl Network {
         lifetimes
     }
 
-    /// The numbers of tensor `place` for frames of `size`.
+    /// Number of elements of tensor `place` for frames of `size`.
     fn numbers(&self, place: usize, size: FrameSize) -> usize {
         let tensor = &self.plan.tensors()[place];
         let [height, width] = padded(&self.plan, size);
         (height >> tensor.level) * (width >> tensor.level) * tensor.channels
     }
 
-    /// Tensors, of which those are there that are the inputs of a frame and the states of the last one.
+    /// Makes the list of tensors, with the inputs of this frame and the states of the last one in place.
     fn load(&self, input: &FrameInput<'_>, state: &mut State) -> Vec<Stored> {
         let mut tensors = vec![Stored::default(); self.plan.tensors().len()];
         let [height, width] = padded(&self.plan, state.size);
@@ -317,7 +318,7 @@ impl Network {
         tensors
     }
 
-    /// Puts the colours and the mask of `sparse` into `tensors`.
+    /// Writes the colours and the mask of `sparse` to `tensors`.
     fn load_pictures(&self, sparse: &Frame, state: &mut State, tensors: &mut [Stored]) {
         let [height, width] = padded(&self.plan, state.size);
         let (inputs, pixels) = (self.plan.inputs(), sparse.pixels());
@@ -335,11 +336,11 @@ impl Network {
         }
     }
 
-    /// Keeps what the next frame needs, and all other buffers for it.
+    /// Moves the next state from `tensors` to `state`, and returns all other buffers to its pool.
     fn carry(&self, tensors: &mut [Stored], state: &mut State) {
         for (place, kept) in self.plan.states().iter().enumerate() {
             let map = &mut tensors[kept.next.index()];
-            // Numbers that are not finite would stay forever.
+            // Values that are not finite would stay in a recurrent state forever, so they become 0.
             if !self.schedule.stays_finite[place] {
                 with_map!(map, map => {
                     map.data.par_iter_mut().filter(|v| !v.to_f32().is_finite()).for_each(|v| *v = Element::from_f32(0.0));
@@ -353,7 +354,7 @@ impl Network {
         tensors.iter_mut().for_each(|map| state.spare.put(std::mem::take(map)));
     }
 
-    /// Whether a later state has the same next tensor as state number `place`.
+    /// Whether a later state takes its next value from the tensor that state number `place` does.
     fn is_needed_again(&self, place: usize) -> bool {
         let states = self.plan.states();
         states[place + 1..].iter().any(|other| other.next == states[place].next)

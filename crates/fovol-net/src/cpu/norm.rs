@@ -3,13 +3,14 @@ use super::map::Map;
 use crate::plan::Activation;
 use rayon::prelude::*;
 
-/// What keeps the variance from being zero.
+/// ε that is added to the variance.
 const EPSILON: f64 = 1e-5;
 
-/// Normalises `map` over all its numbers in place, then maps each channel affinely and applies `activation`.
+/// Normalises `map` in place over all channels and pixels, then applies an affine map to each channel and
+/// `activation`.
 pub fn normalise(map: &mut Map, weight: &[f32], bias: &[f32], activation: Activation) {
     let row = map.width * map.channels;
-    // Sums of rows in a fixed order: the same result on any number of threads.
+    // Sums are added in a fixed order, so that the result does not depend on the number of threads.
     let sums: Vec<[f64; 2]> = map
         .data
         .par_chunks(row)

@@ -1,11 +1,11 @@
-//! Memory for numbers of any kind: what one tensor leaves behind another one can use.
+//! Arrays of any number type in untyped memory, so that tensors of different types can reuse a buffer.
 
 use super::words::Words;
 use bytemuck::{Pod, cast_slice, cast_slice_mut};
 use std::marker::PhantomData;
 use std::ops::{Deref, DerefMut};
 
-/// As a `Vec<T>`, in memory that belongs to no type.
+/// Growable array of `T` in untyped memory.
 pub struct Numbers<T> {
     words: Words,
     length: usize,
@@ -15,24 +15,24 @@ pub struct Numbers<T> {
 impl<T: Pod> Numbers<T> {
     const PER_WORD: usize = size_of::<u32>() / size_of::<T>();
 
-    /// None yet, in the memory of `words`.
+    /// Makes an empty array in the memory `words`.
     pub fn within(words: Words) -> Self {
         Self { words, length: 0, kind: PhantomData }
     }
 
-    /// The memory.
+    /// Returns the memory.
     pub fn into_words(self) -> Words {
         self.words
     }
 
-    /// The memory that `length` numbers take.
+    /// Number of 32-bit words that `length` elements take.
     pub fn words(length: usize) -> usize {
         length.div_ceil(Self::PER_WORD)
     }
 
-    /// Has `length` numbers from now on; those that there were before stay, others say nothing.
+    /// Sets the length. Old elements are kept; new ones are undefined.
     pub fn resize(&mut self, length: usize) {
-        // Longer memory is kept as it is: to write zeros that nobody reads takes time.
+        // Memory that is long enough is kept, since writing zeros that nobody reads costs time.
         if self.words.len() < Self::words(length) {
             let mut more = Words::zeros(Self::words(length));
             let known = Self::words(self.length);
@@ -42,14 +42,14 @@ impl<T: Pod> Numbers<T> {
         self.length = length;
     }
 
-    /// Adds `numbers` at the end.
+    /// Appends `numbers`.
     pub fn extend_from_slice(&mut self, numbers: &[T]) {
         let length = self.length;
         self.resize(length + numbers.len());
         self[length..].copy_from_slice(numbers);
     }
 
-    /// Forgets all numbers; the memory stays.
+    /// Removes all elements and keeps the memory.
     pub fn clear(&mut self) {
         self.length = 0;
     }
@@ -92,7 +92,7 @@ impl<T: Pod> From<Vec<T>> for Numbers<T> {
 }
 
 impl<T: Pod> Clone for Numbers<T> {
-    /// The numbers, not what their memory has beyond them.
+    /// Clones the elements, not the unused memory.
     fn clone(&self) -> Self {
         let mut clone = Self::default();
         clone.extend_from_slice(self);

@@ -1,24 +1,24 @@
-//! What convolutions make of the numbers they read, before they multiply them.
+//! Packs tensor elements into the formats that convolution kernels multiply.
 //!
-//! Loops go over whole rows wherever they can: those become vectors, others may not.
+//! Loops go over whole rows where possible, since the compiler vectorises only those.
 
 use super::element::{Bf16, Element};
 use super::lines::Lines;
 use bytemuck::Pod;
 
-/// Numbers that are copied at once.
+/// Number of elements that are copied at once.
 const LANES: usize = 16;
 
-/// A way to make what is multiplied out of what is stored.
+/// Converts stored elements to the elements that kernels multiply.
 pub trait Pack: Copy {
-    /// What is multiplied.
+    /// Element type of the kernel.
     type Number: Pod + Default;
 
-    /// Makes numbers of `from`, pixels side by side with `channels`, and writes them to `to`; `row` is memory.
+    /// Packs the pixels `from`, which have `channels`, and writes them to `to`. `row` is scratch memory.
     fn pack<T: Element>(self, channels: Channels, from: &[T], row: &mut Lines, to: To<'_, Self::Number>);
 
-    /// The same of squares of pixels, of which `rows` has pixels above and below: their `channels` are those of the two above and then
-    /// those of the two below.
+    /// Packs 2×2 pixels, folded into one. `rows` are the upper and the lower pixels; `channels` counts those of the
+    /// two upper pixels and then of the two lower ones.
     #[inline(always)]
     fn pack_squares<T: Element>(
         self,
@@ -31,7 +31,7 @@ pub trait Pack: Copy {
     }
 }
 
-/// [`Pack::pack_squares`], one row after the other.
+/// Implements [`Pack::pack_squares`] one row after the other.
 #[inline(always)]
 fn pack_rows<P: Pack, T: Element>(
     pack: P,
@@ -47,20 +47,20 @@ fn pack_rows<P: Pack, T: Element>(
     }
 }
 
-/// Channels of a source.
+/// Range of channels of a source.
 #[derive(Debug, Clone, Copy)]
 pub struct Channels {
-    /// The first of them, among those of all sources.
+    /// First channel, counted over all sources.
     pub first: usize,
-    /// How many there are.
+    /// Number of channels.
     pub count: usize,
 }
 
-/// Where numbers go.
+/// Destination of packed elements.
 pub struct To<'a, N> {
-    /// From the first channel of the first pixel on.
+    /// Elements from the first channel of the first pixel on.
     pub numbers: &'a mut [N],
-    /// From one pixel to the next.
+    /// Distance between pixels.
     pub stride: usize,
 }
 
@@ -72,7 +72,7 @@ impl<N: Pod> To<'_, N> {
             self.numbers[..pixels.len()].copy_from_slice(pixels);
             return;
         }
-        // Few numbers take longer to count than to copy.
+        // For few channels a copy of constant length is faster than a loop.
         match count {
             2 => return self.place_each::<2>(pixels),
             3 => return self.place_each::<3>(pixels),
@@ -93,7 +93,7 @@ impl<N: Pod> To<'_, N> {
         }
     }
 
-    /// The same for `COUNT` channels.
+    /// Writes pixels of `COUNT` channels.
     #[inline(always)]
     fn place_each<const COUNT: usize>(self, pixels: &[N]) {
         for (to, from) in self.numbers.chunks_mut(self.stride).zip(pixels.as_chunks::<COUNT>().0) {
@@ -104,7 +104,7 @@ impl<N: Pod> To<'_, N> {
     }
 }
 
-/// f32.
+/// Packing as f32.
 #[derive(Debug, Clone, Copy)]
 pub struct Singles;
 
@@ -124,7 +124,7 @@ impl Pack for Singles {
     }
 }
 
-/// bf16.
+/// Packing as bf16.
 #[derive(Debug, Clone, Copy)]
 pub struct Halves;
 
@@ -160,17 +160,17 @@ impl Pack for Halves {
     }
 }
 
-/// Numbers of two pixels of three channels.
+/// Number of elements of two pixels of three channels.
 const SIX: usize = 6;
-/// Numbers of a row that are read at once for them.
+/// Number of elements of a row that are read at once for two pixels.
 const EIGHT: usize = 8;
 
-/// Squares of pixels of three channels, the first of which are to be channel `first`.
+/// Packs 2×2 pixels of three channels, folded into one, with `first` as their first channel.
 #[inline(always)]
 fn pack_coloured_squares(first: usize, [above, below]: [&[f32]; 2], To { numbers, stride }: To<'_, Bf16>) {
     let room = stride - first;
     let squares = above.len() / SIX;
-    // More is read and written than there is of a square: what is too much belongs to other sources, which come later.
+    // Reads and writes may exceed a square. The excess belongs to later sources, which overwrite it.
     let whole = if room < LANES { 0 } else { squares.saturating_sub(1) };
     let mut places = numbers.chunks_mut(stride);
     for (x, place) in places.by_ref().take(whole).enumerate() {
@@ -194,7 +194,7 @@ fn pack_coloured_squares(first: usize, [above, below]: [&[f32]; 2], To { numbers
     }
 }
 
-/// Bytes: value · factor of its channel, rounded, 0…255.
+/// Packing as bytes: value · factor of its channel, rounded and clamped to 0…255.
 #[derive(Debug, Clone, Copy)]
 pub struct Bytes<'a>(pub &'a [f32]);
 
@@ -213,8 +213,8 @@ impl Pack for Bytes<'_> {
     }
 }
 
-/// The nearest byte. Next to 2²³ an f32 has no fraction, so its last bits are the whole number: unlike a cast, which
-/// minds numbers that are none, this becomes vectors.
+/// Rounds to the nearest byte. Near 2²³ an f32 has no fraction, so its low bits are the integer. Unlike a cast,
+/// which has to treat NaN, the compiler vectorises this.
 #[inline(always)]
 fn rounded(value: f32) -> u8 {
     (value.clamp(0.0, 255.0) + 8_388_608.0).to_bits() as u8
@@ -243,7 +243,7 @@ mod tests {
             for square in 0..squares {
                 let at = square * stride + first;
                 prop_assert_eq!(&at_once[at..at + 2 * SIX], &by_row[at..at + 2 * SIX]);
-                // What comes before in the next square was there before.
+                // Channels of earlier sources in the next square are unchanged.
                 let next = &at_once[(square + 1) * stride..][..first];
                 prop_assert!(next.iter().all(|v| *v == Bf16::default()));
             }

@@ -1,5 +1,5 @@
-//! Two 3×3 convolutions of which the second alone reads what the first writes, some rows at a time: what is between them
-//! is never there for a whole frame, and what comes out can take the place of what goes in.
+//! Fuses two 3×3 convolutions of which the second alone reads the output of the first. They run a few rows at a
+//! time, so the tensor between them never exists for a whole frame, and the output can overwrite an input.
 
 use super::conv::{PreparedConv, Scratch};
 use super::element::{Bf16, Element};
@@ -11,34 +11,34 @@ use super::words::Words;
 use rayon::prelude::*;
 use std::sync::{Mutex, PoisonError};
 
-/// Output rows that are made at once: as many as have [`NUMBERS`], but no fewer and no more than these. Each time two rows of the
-/// input are packed again, and the more rows there are between the convolutions the more memory they take.
+/// Limits of the number of output rows that are computed at once. Few rows pack more rows of the input twice; many
+/// rows take more memory between the convolutions.
 const ROWS: [usize; 2] = [4, 12];
-/// About as many numbers do rows between convolutions have.
+/// Approximate number of elements between the convolutions.
 const NUMBERS: usize = 1 << 17;
-/// Output rows that one task makes at least; the first convolution makes two more of them.
+/// Fewest output rows of a task. The first convolution computes two rows more for each task.
 const FEWEST: usize = 48;
-/// Rows between the convolutions that are made beyond those that are asked for: the second looks at one, and as they are
-/// made in fours from row 0 on, numbers do not depend on how many tasks there are.
+/// Rows between the convolutions that are computed ahead. The second convolution reads one row ahead. Rows come in
+/// groups of four from row 0 on, so that results do not depend on the number of tasks.
 const BEYOND: usize = 4;
-/// Rows of the input that those look beyond.
+/// Rows of the input that a task reads beyond its own.
 const AROUND: usize = BEYOND + 1;
 
-/// Two convolutions in a row, with strides of 1.
+/// Two consecutive convolutions with stride 1.
 #[derive(Debug, Clone, Copy)]
 pub struct Pair<'a> {
     pub first: &'a PreparedConv,
     pub second: &'a PreparedConv,
-    /// Whether numbers between them are stored in two bytes.
+    /// Whether the tensor between them is stored as bf16.
     pub is_halved: bool,
     pub pool: &'a Pool,
 }
 
-/// The memory of tasks, for those that come after them.
+/// Scratch memory of tasks, for reuse.
 #[derive(Debug, Default)]
 pub struct Pool(Mutex<Vec<Memory>>);
 
-/// The memory of one task.
+/// Scratch memory of one task.
 #[derive(Debug, Default)]
 struct Memory {
     /// Rows between the convolutions.
@@ -56,23 +56,24 @@ impl Pool {
 }
 
 impl Pair<'_> {
-    /// Writes what the second makes of what the first makes of the concatenated `sources` to `out`.
+    /// Applies both convolutions to the concatenated `sources` and writes to `out`.
     pub fn run<T: Element>(&self, sources: &[Source<'_>], out: &mut Map<T>) {
         let [height, width] = sources[0].size();
         out.resize([height, width, self.second.outputs()]);
         self.strips(out, |_, _, make| make(sources));
     }
 
-    /// The same where `out` holds the source in place `replaced` of `sources`, whose map there is not looked at.
+    /// Applies both convolutions in place: `out` holds source number `replaced`, and that entry of `sources` is
+    /// ignored.
     ///
-    /// A row is written over once all rows between the convolutions are made that look at it: those are further by
-    /// [`BEYOND`] rows.
+    /// A row is overwritten only after all rows between the convolutions that read it have been computed. The first
+    /// convolution is [`BEYOND`] rows ahead.
     pub fn run_in_place<T: Element>(&self, sources: &[Source<'_>], replaced: usize, out: &mut Map<T>) {
         let Map { height, width, channels, .. } = *out;
         assert_eq!(channels, self.second.outputs(), "what replaces a map has its shape");
         let row = width * channels;
         let rows = strip_rows(height);
-        // Rows of the neighbours, which these may have written over by the time they are read.
+        // Copies of rows of neighbouring tasks, which these may have overwritten by the time they are read.
         let around: Vec<[Numbers<T>; 2]> = (0..height)
             .step_by(rows)
             .map(|first| {
@@ -93,14 +94,14 @@ impl Pair<'_> {
         });
     }
 
-    /// Output rows that are made at once.
+    /// Number of output rows that are computed at once.
     fn rows(&self, width: usize) -> usize {
         let row = width * self.first.outputs().max(self.second.outputs());
         (NUMBERS / row).clamp(ROWS[0], ROWS[1]) & !3
     }
 
-    /// Makes `out` in parts; what the first convolution reads is said by `with`, for a part whose first row and numbers, old and new,
-    /// it is given, by a call.
+    /// Computes `out` in strips, in parallel. `with` gets the first row of a strip and its elements, old and new,
+    /// and passes the sources of the first convolution to a callback.
     fn strips<T: Element>(
         &self,
         out: &mut Map<T>,
@@ -117,7 +118,7 @@ impl Pair<'_> {
         });
     }
 
-    /// Makes the part `strip` from row `first` on, with numbers between the convolutions as `B`.
+    /// Computes `strip`, which begins at row `first`, with elements of type `B` between the convolutions.
     fn strip<B: Element, T: Element>(
         &self,
         first: usize,
@@ -147,7 +148,7 @@ impl Pair<'_> {
     }
 }
 
-/// Rows of one task: as many tasks as threads, as rows at their borders are made twice.
+/// Rows of a task: as many tasks as threads, since rows at the borders of strips are computed twice.
 fn strip_rows(height: usize) -> usize {
     height.div_ceil(rayon::current_num_threads()).max(FEWEST).next_multiple_of(BEYOND)
 }
@@ -176,7 +177,7 @@ mod tests {
         PreparedConv::new(&shape, &weights, &vec![0.1; outputs], simd, Arithmetic::F32)
     }
 
-    /// One convolution after the other.
+    /// Applies one convolution after the other.
     fn apart<T: Element>(pair: &Pair<'_>, sources: &[Source<'_>]) -> Map<T> {
         let mut between = Map::<T>::default();
         pair.first.run(sources, &mut between);

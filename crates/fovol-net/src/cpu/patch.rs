@@ -1,5 +1,5 @@
-//! Pieces of concatenated, resized and padded inputs, as convolutions read them: nothing of the kind is ever
-//! written for a whole frame.
+//! Patches: concatenated, resized and padded parts of a convolution's inputs. They are assembled piece by piece,
+//! never for a whole frame.
 
 use super::element::Element;
 use super::lines::Lines;
@@ -11,56 +11,56 @@ use super::simd::{Simd, Work};
 use crate::plan::{Padding, Resize};
 use bytemuck::cast_slice_mut;
 
-/// One of the inputs of a layer.
+/// One of the input tensors of a layer.
 #[derive(Debug, Clone, Copy)]
 pub struct Source<'a> {
-    /// The tensor.
+    /// Rows of the tensor.
     pub rows: View<'a>,
-    /// How it is read.
+    /// Transformation during reading.
     pub access: Access<'a>,
 }
 
-/// How a tensor is read.
+/// Transformation of a tensor while it is read.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Access<'a> {
-    /// At the same or at twice the resolution.
+    /// Unchanged, or at twice the resolution.
     Resized(Resize),
-    /// 2×2 pixels as one with four times the channels, in the order of [`unfolded`].
+    /// 2×2 pixels folded into one with four times the channels, in the order of [`unfolded`].
     Folded,
-    /// 2×2 pixels of the channel of this number as one with four channels.
+    /// 2×2 pixels of the channel of this number folded into one pixel of four channels.
     FoldedChannel(usize),
-    /// 2×2 pixels as their mean: as `reshape::pool` writes them.
+    /// Average of 2×2 pixels, with the values of `reshape::pool`.
     Pooled,
-    /// As it is, where it is: whoever assembles a patch leaves its channels as they are.
+    /// Unchanged and not copied: patches leave its channels as they are, and the kernel reads the tensor itself.
     InPlace,
-    /// It is nowhere: three channels, zeros but for these samples.
+    /// The tensor is not stored. It has three channels and is zero except at these samples.
     Samples(&'a Samples),
 }
 
 impl Access<'_> {
-    /// As it is.
+    /// Reads the tensor unchanged.
     pub const SAME: Self = Self::Resized(Resize::Same);
 }
 
 impl<'a> Source<'a> {
-    /// `map` as `resize` says.
+    /// Reads `map` at the resolution of `resize`.
     pub fn new(map: &'a Stored, resize: Resize) -> Self {
         Self::read(map, Access::Resized(resize))
     }
 
-    /// `map`, read in this way.
+    /// Reads `map` with the transformation `access`.
     pub fn read(map: &'a Stored, access: Access<'a>) -> Self {
         Self { rows: map.into(), access }
     }
 
-    /// The colours of `samples` where they are, and zeros.
+    /// Reads the colours of `samples` as a tensor that is zero elsewhere.
     pub fn samples(samples: &'a Samples) -> Self {
         let [height, width] = samples.size();
         let rows = Rows::new([&[]; 3], 0, [height, width, 3]);
         Self { rows: View::F32(rows), access: Access::Samples(samples) }
     }
 
-    /// Rows and columns as they are read.
+    /// Rows and columns after the transformation.
     pub fn size(&self) -> [usize; 2] {
         let [height, width, _] = self.rows.size();
         match self.access {
@@ -70,7 +70,7 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// Numbers of a pixel as it is read.
+    /// Channels after the transformation.
     pub fn channels(&self) -> usize {
         match self.access {
             Access::Folded => 4 * self.rows.size()[2],
@@ -79,7 +79,7 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// Writes the `count` pixels from column `x0` of row `y` on, which are all inside, to `out`.
+    /// Writes the `count` pixels from column `x0` of row `y` on to `out`. All of them must lie inside the tensor.
     #[inline(always)]
     fn copy<P: Pack>(&self, [y, x0]: [usize; 2], count: usize, mut out: Pixels<'_, P>, memory: &mut Memory) {
         let c = self.rows.size()[2];
@@ -104,7 +104,7 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// [`Self::copy`], 2×2 pixels as one, in the order of [`unfolded`].
+    /// [`Self::copy`] for [`Access::Folded`].
     #[inline(always)]
     fn copy_folded<P: Pack>(
         &self,
@@ -123,7 +123,7 @@ impl<'a> Source<'a> {
         });
     }
 
-    /// [`Self::copy`], 2×2 pixels of channel `number` as one.
+    /// [`Self::copy`] for [`Access::FoldedChannel`] of channel `number`.
     #[inline(always)]
     fn copy_channel<P: Pack>(
         &self,
@@ -146,7 +146,7 @@ impl<'a> Source<'a> {
         out.write((0, 1), &near[..], packed);
     }
 
-    /// [`Self::copy`], the mean of 2×2 pixels as one.
+    /// [`Self::copy`] for [`Access::Pooled`].
     #[inline(always)]
     fn copy_pooled<P: Pack>(
         &self,
@@ -173,8 +173,8 @@ impl<'a> Source<'a> {
         out.write((0, 1), &near[..], packed);
     }
 
-    /// [`Self::copy`] at twice the resolution: down first, whole rows at once, then along them, first the even and then
-    /// the odd columns.
+    /// [`Self::copy`] at twice the resolution, bilinear: first between two rows, then along them, the even columns
+    /// before the odd ones.
     #[inline(always)]
     fn copy_bilinear<P: Pack>(
         &self,
@@ -185,7 +185,7 @@ impl<'a> Source<'a> {
     ) {
         let [height, width, c] = self.rows.size();
         let [(a, wa), (b, wb)] = halves(y, height);
-        // One column more on both sides, where there is none the last one again.
+        // One more column on both sides; at a border the last one is repeated.
         let (first, end) = (x0 / 2, (x0 + count).div_ceil(2));
         let inside = first.saturating_sub(1)..(end + 1).min(width);
         let before = usize::from(first == 0) * c;
@@ -220,7 +220,7 @@ impl<'a> Source<'a> {
     }
 }
 
-/// Writes the colours of those of `samples`, all of one row, that lie in the `count` columns from `x0` on, and zeros between them.
+/// Writes the colours of `samples`, all of one row, for the `count` columns from `x0` on. Other pixels become zero.
 #[inline(always)]
 fn copy_samples<P: Pack>(
     samples: &[Sample],
@@ -239,19 +239,19 @@ fn copy_samples<P: Pack>(
     out.write((0, 1), &near[..], packed);
 }
 
-/// The columns of a map that those of one parity at twice the resolution lie in.
+/// Columns of a map from which the even or the odd columns at twice its resolution are computed.
 #[derive(Debug, Clone, Copy)]
 struct Columns {
-    /// The place of the first column of that parity.
+    /// Index, within the range, of the first column of that parity.
     first: usize,
-    /// The first column of the map.
+    /// First column of the map.
     from: usize,
-    /// The one after the last.
+    /// End of the columns of the map.
     to: usize,
 }
 
 impl Columns {
-    /// For those of the `count` columns from `x0` on that are even (`phase` 0) or odd (1).
+    /// Finds the columns for the even (`phase` 0) or odd (1) ones among the `count` columns from `x0` on.
     fn of_phase(phase: usize, x0: usize, count: usize) -> Self {
         let first = (x0 + phase) % 2;
         let number = count.saturating_sub(first).div_ceil(2);
@@ -260,17 +260,17 @@ impl Columns {
     }
 }
 
-/// Pixels of a patch, of which a source writes some channels.
+/// Pixels of a patch. A source writes some of their channels.
 struct Pixels<'a, P: Pack> {
     pack: P,
     numbers: &'a mut [P::Number],
-    /// From one pixel to the next.
+    /// Distance between pixels.
     stride: usize,
     channels: Channels,
 }
 
 impl<P: Pack> Pixels<'_, P> {
-    /// Writes `pixels` to the places `first`, `first` + `step` and so on.
+    /// Packs `pixels` to the positions `first`, `first` + `step` and so on.
     #[inline(always)]
     fn write<T: Element>(&mut self, (first, step): (usize, usize), pixels: &[T], row: &mut Lines) {
         if pixels.is_empty() {
@@ -282,7 +282,7 @@ impl<P: Pack> Pixels<'_, P> {
     }
 }
 
-/// The copying of a part of a row.
+/// Operation that copies a part of a row.
 struct Copying<'a, P: Pack> {
     source: Source<'a>,
     place: [usize; 2],
@@ -298,14 +298,16 @@ impl<P: Pack> Work for Copying<'_, P> {
     }
 }
 
-/// For each channel of 2×2 pixels of `channels` as [`Access::Folded`] reads them, which one that is as
-/// [`space_to_depth`](super::reshape::space_to_depth) writes them: the two pixels above as they lie, then those below, so that
-/// nothing but copying is to be done.
+/// Order of the channels of [`Access::Folded`], as channel numbers of
+/// [`space_to_depth`](super::reshape::space_to_depth).
+///
+/// The two upper pixels come first, then the two lower ones, with their channels together. In this order folding is
+/// a plain copy of rows.
 pub fn unfolded(channels: usize) -> impl Iterator<Item = usize> {
     (0..4).flat_map(move |part| (0..channels).map(move |c| 4 * c + part))
 }
 
-/// Rows on their way.
+/// Scratch rows.
 #[derive(Debug, Default)]
 pub struct Memory {
     near: Vec<f32>,
@@ -313,8 +315,8 @@ pub struct Memory {
     packed: Lines,
 }
 
-/// The two places of `count` that place `i` at twice the resolution lies between, with their weights: pixel
-/// centres, replicated at the border.
+/// Returns the two positions, of `count`, between which position `i` at twice the resolution lies, and their
+/// weights. Positions are pixel centres, replicated at the border.
 #[inline(always)]
 pub fn halves(i: usize, count: usize) -> [(usize, f32); 2] {
     let near = i / 2;
@@ -322,22 +324,22 @@ pub fn halves(i: usize, count: usize) -> [(usize, f32); 2] {
     [(near, 0.75), (far, 0.25)]
 }
 
-/// The part of the inputs that a patch covers.
+/// Part of the inputs that a patch covers.
 #[derive(Debug, Clone, Copy)]
 pub struct Window {
-    /// The first row, which may lie before the border.
+    /// First row; it may lie before the border.
     pub y: isize,
-    /// The first column, which may lie before the border.
+    /// First column; it may lie before the border.
     pub x: isize,
-    /// Rows.
+    /// Number of rows.
     pub rows: usize,
-    /// Columns.
+    /// Number of columns.
     pub columns: usize,
 }
 
 impl Window {
-    /// Writes row `row` of the window of `sources`, concatenated, to `out`: `channels` numbers per pixel, zeros where no
-    /// source has any. Whether there was anything: beyond a border of zeros there is not.
+    /// Writes row `row` of the window of the concatenated `sources` to `out`. A pixel has `channels` numbers, with
+    /// zeros for channels that no source has. Returns false, and writes nothing, for rows beyond a border of zeros.
     pub fn row<P: Pack>(
         &self,
         sources: &[Source<'_>],
@@ -385,20 +387,20 @@ impl Window {
     }
 }
 
-/// A window of concatenated sources in 32-bit words of whatever kernels multiply; pixels begin at whole words, and some zeros
-/// follow that kernels may read.
+/// A window of concatenated sources, packed in 32-bit words for convolution kernels. Pixels begin at whole words.
+/// Zeros follow the last row, since kernels may read beyond it.
 #[derive(Debug, Default)]
 pub struct Patch {
-    /// The words.
+    /// The packed words.
     pub words: Lines,
     memory: Memory,
 }
 
-/// Words after the last row.
+/// Number of zero words after the last row.
 const BEYOND: usize = 16;
 
 impl Patch {
-    /// Makes this the `window` of `sources`.
+    /// Fills the patch with the `window` of `sources`.
     pub fn assemble<P: Pack>(
         &mut self,
         sources: &[Source<'_>],

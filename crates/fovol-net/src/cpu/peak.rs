@@ -1,4 +1,4 @@
-//! What this processor can do at most, to compare with.
+//! Measures the peak arithmetic throughput of this processor, as a reference for speed.
 
 #[cfg(target_arch = "x86_64")]
 use super::conv::amx;
@@ -6,13 +6,13 @@ use super::precision::Precision;
 use super::simd::Simd;
 use std::time::Instant;
 
-/// Rounds of a measurement: some milliseconds.
+/// Rounds of a measurement, which take a few milliseconds.
 const ROUNDS: usize = 2_000_000;
 
-/// Multiplications and additions (two operations each) of the numbers that `precision` has most of, which the threads of
-/// the current pool do in a second, all in registers: the limit of every convolution that multiplies such numbers.
+/// Measures operations per second of the numbers that dominate at `precision`; a multiply-add counts as two. All
+/// threads of the current pool work in registers, so this bounds the speed of every convolution.
 pub fn peak_flops(simd: Simd, precision: Precision) -> f64 {
-    // Once to wake the processor up, then the best of three.
+    // The first run wakes the processor up; the best of three more counts.
     let runs = (0..4).map(|_| {
         let started = Instant::now();
         let operations: usize = rayon::broadcast(|_| spin(simd, precision)).into_iter().sum();
@@ -21,36 +21,37 @@ pub fn peak_flops(simd: Simd, precision: Precision) -> f64 {
     runs.skip(1).fold(0.0, f64::max)
 }
 
-/// Works for a while and returns the number of operations.
+/// Works for some milliseconds and returns the number of operations.
 fn spin(simd: Simd, precision: Precision) -> usize {
     match (simd, precision.on(simd)) {
         #[cfg(target_arch = "x86_64")]
         (Simd::Amx, Precision::Bf16) => amx::spin_bf16(),
         #[cfg(target_arch = "x86_64")]
         (Simd::Amx, Precision::Int8 | Precision::Mixed) => amx::spin_int8(),
-        // SAFETY: instruction sets and precisions are only named where the processor has them.
+        // SAFETY: instruction sets and precisions are only chosen where the processor has them.
         #[cfg(target_arch = "x86_64")]
         (Simd::Avx512, Precision::Bf16) => unsafe { spin_avx512_bf16() },
-        // SAFETY: as above.
+        // SAFETY: see above.
         #[cfg(target_arch = "x86_64")]
         (Simd::Avx512, Precision::Int8 | Precision::Mixed) => unsafe { spin_avx512_int8() },
-        // SAFETY: as above.
+        // SAFETY: see above.
         #[cfg(target_arch = "x86_64")]
         (Simd::Avx512 | Simd::Amx, _) => unsafe { spin_avx512() },
-        // SAFETY: as above.
+        // SAFETY: see above.
         #[cfg(target_arch = "x86_64")]
         (Simd::Avx2, Precision::Int8 | Precision::Mixed) => unsafe { spin_avx2_int8() },
-        // SAFETY: as above.
+        // SAFETY: see above.
         #[cfg(target_arch = "x86_64")]
         (Simd::Avx2, _) => unsafe { spin_avx2() },
         _ => spin_portable(),
     }
 }
 
-/// Chains of operations that do not wait for each other: more than a unit's latency times its width.
+/// Number of independent chains of operations: more than latency times throughput of an execution unit.
 const CHAINS: usize = 12;
 
-/// A function that works for a while with one instruction: the value that chains start from, the step, and the operations of one.
+/// Defines a benchmark of one instruction, given the initial value of chains, a factor, the step, and the
+/// operations of a step.
 #[cfg(target_arch = "x86_64")]
 macro_rules! spin {
     ($name:ident, $features:literal, $start:expr, $factor:expr, $step:expr, $operations:literal) => {
@@ -76,7 +77,7 @@ spin!(
     spin_avx512_bf16,
     "avx512f,avx512bf16",
     _mm512_set1_ps(1.0),
-    // SAFETY: both are 64 bytes of any content.
+    // SAFETY: both types are 64 bytes without invalid values.
     unsafe { std::mem::transmute::<__m512, __m512bh>(_mm512_set1_ps(0.5)) },
     _mm512_dpbf16_ps,
     64

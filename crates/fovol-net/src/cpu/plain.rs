@@ -1,11 +1,11 @@
-//! Convolutions and predicted kernels as plain loops: the specification that fast kernels are tested against.
+//! Convolutions and predicted kernels as plain loops: the specification with which tests compare the fast code.
 
 use super::conv::{ConvShape, elu};
 use super::map::Map;
 use super::numbers::Numbers;
 use crate::plan::{Activation, Normalisation, Padding, Resize, SQUARED_EPSILON, Taps};
 
-/// `map` at the resolution that it is read at.
+/// Returns `map` at the resolution of `resize`.
 pub fn resized(map: &Map, resize: Resize) -> Map {
     let factor = if resize == Resize::Same { 1 } else { 2 };
     let mut out = Map::zeros(map.height * factor, map.width * factor, map.channels);
@@ -23,7 +23,7 @@ pub fn resized(map: &Map, resize: Resize) -> Map {
     out
 }
 
-/// The value at (`y`, `x`) between pixel centres, replicated beyond the border.
+/// Interpolates bilinearly at (`y`, `x`) between pixel centres, replicated beyond the border.
 fn bilinear(map: &Map, y: f32, x: f32, c: usize) -> f32 {
     let (y, x) = (y.clamp(0.0, map.height as f32 - 1.0), x.clamp(0.0, map.width as f32 - 1.0));
     let (top, left) = (y as usize, x as usize);
@@ -34,7 +34,7 @@ fn bilinear(map: &Map, y: f32, x: f32, c: usize) -> f32 {
     above * (1.0 - fy) + below * fy
 }
 
-/// The channels of all `maps`, one after the other.
+/// Concatenates `maps` along the channels.
 pub fn concatenated(maps: &[Map]) -> Map {
     let channels = maps.iter().map(|map| map.channels).sum();
     let mut out = Map { data: Numbers::default(), height: maps[0].height, width: maps[0].width, channels };
@@ -46,7 +46,7 @@ pub fn concatenated(maps: &[Map]) -> Map {
     out
 }
 
-/// The convolution of `input` with `weights` \[out, in, size, size\] and `bias`, in double precision.
+/// Convolution of `input` with `weights` \[out, in, size, size\] and `bias`, in double precision.
 pub fn conv(shape: &ConvShape, weights: &[f32], bias: &[f32], input: &Map) -> Map {
     let [height, width] = [input.height, input.width].map(|side| side.div_ceil(shape.stride));
     let mut out = Map::zeros(height, width, shape.outputs);
@@ -80,7 +80,7 @@ pub fn conv(shape: &ConvShape, weights: &[f32], bias: &[f32], input: &Map) -> Ma
     out
 }
 
-/// The weights of a kernel that sum to 1.
+/// Normalises the weights of a kernel to a sum of 1.
 pub fn normalised(weights: &mut [f32], normalisation: Normalisation) {
     match normalisation {
         Normalisation::Squared => weights.iter_mut().for_each(|w| *w = *w * *w + SQUARED_EPSILON),
@@ -93,8 +93,8 @@ pub fn normalised(weights: &mut [f32], normalisation: Normalisation) {
     weights.iter_mut().for_each(|w| *w /= sum);
 }
 
-/// `images` filtered by `kernels`, whose channels are the (unnormalised) weights; with kernels of half the
-/// resolution, channel 4k + 2y + x is weight k of pixel (x, y) of four.
+/// Filters `images` by `kernels`, whose channels are the unnormalised weights. With kernels of half the resolution,
+/// channel 4k + 2y + x is weight k of pixel (x, y) of the four.
 pub fn filter(kernels: &Map, images: &[(Map, Taps)], normalisation: Normalisation) -> Map {
     let first = &images[0].0;
     let mut out = Map::zeros(first.height, first.width, first.channels);

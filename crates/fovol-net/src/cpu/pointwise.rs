@@ -1,38 +1,37 @@
-//! Layers that change the numbers of a picture one by one, where they are and one layer after the other while a row is at
-//! hand.
+//! Pointwise layers. They work in place, and several layers run one after the other on each row.
 
 use super::map::Map;
 use super::samples::Samples;
 use super::simd::{Simd, Work};
 use rayon::prelude::*;
 
-/// What a layer does to the numbers of a picture.
+/// Pointwise operation on a picture x.
 #[derive(Debug, Clone, Copy)]
 pub enum Change<'a> {
     /// x + more.
     Add(&'a Map),
-    /// x + what [`depth_to_space`](super::reshape::depth_to_space) makes of this.
+    /// x + this picture, unfolded by [`depth_to_space`](super::reshape::depth_to_space).
     AddUnfolded(&'a Map),
     /// mask · colour + (1 − mask) · x.
     Bypass { colour: &'a Map, mask: &'a Map },
-    /// The same with both in one map, the mask last.
+    /// mask · colour + (1 − mask) · x, with colour and mask in one map, the mask last.
     Keep(&'a Map),
-    /// These where they are.
+    /// Replaces x by samples at their pixels.
     Sampled(&'a Samples),
     /// factor · x + offset.
     Scale { factor: f32, offset: f32 },
-    /// The nearest number in 0…1.
+    /// Clamps x to 0…1.
     Clamp,
 }
 
-/// Makes `changes` to `picture`, one after the other.
+/// Applies `changes` to `picture`, in order.
 pub fn change(changes: &[Change<'_>], picture: &mut Map) {
     let (width, channels) = (picture.width, picture.channels);
     let rows = picture.data.par_chunks_mut(width * channels).enumerate();
     rows.for_each(|(y, row)| change_row(changes, y, channels, row));
 }
 
-/// The same of row `y` alone.
+/// Applies `changes` to row `y` of a picture.
 pub fn change_row(changes: &[Change<'_>], y: usize, channels: usize, row: &mut [f32]) {
     for change in changes {
         Simd::best().vectorised(RowChange { change, y, channels, row: &mut *row });
@@ -70,7 +69,7 @@ impl Work for RowChange<'_> {
                 samples.row(y).iter().for_each(|sample| pixels[sample.x as usize] = sample.colour);
             }
             Change::Scale { factor, offset } => row.iter_mut().for_each(|to| *to = *to * factor + offset),
-            // What is no number becomes 0.
+            // NaN becomes 0.
             Change::Clamp => row.iter_mut().for_each(|to| *to = if *to > 0.0 { to.min(1.0) } else { 0.0 }),
         }
     }

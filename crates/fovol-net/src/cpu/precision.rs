@@ -1,4 +1,4 @@
-//! Which numbers each layer multiplies, and how tensors are stored.
+//! Chooses the arithmetic of each layer and the storage type of each tensor.
 
 pub use super::conv::Arithmetic;
 
@@ -9,7 +9,7 @@ use crate::{Error, Result};
 use std::fmt;
 use std::str::FromStr;
 
-/// How exact a network is computed.
+/// Precision of a network's arithmetic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Precision {
     /// bf16 where this processor multiplies it faster, else f32.
@@ -17,22 +17,25 @@ pub enum Precision {
     Auto,
     /// f32 throughout.
     F32,
-    /// Products of bf16, sums in f32; wide tensors are stored as bf16.
+    /// Products of bf16, sums in f32. Wide tensors are stored as bf16.
     Bf16,
-    /// Products of f16, for devices that have them; on processors this becomes f32.
+    /// Products of f16, on GPUs that support them. The CPU engine uses f32 instead.
     F16,
-    /// The 3×3 convolutions of non-negative inputs with bytes, but for one that makes a state of whole resolution, and, where bf16 is
-    /// fast too, one that reads folded pictures; these and everything else as [`Self::Bf16`]. Needs the ranges of activations; see [`super::calibrate`].
+    /// int8 in the 3×3 convolutions of non-negative inputs; all other layers as [`Self::Bf16`].
+    ///
+    /// Exceptions stay at [`Self::Bf16`]: a convolution that makes a state of full resolution, and, where bf16 is
+    /// fast too, one that reads folded pictures. Needs the ranges of activations; see [`super::calibrate`].
     Int8,
-    /// Bytes in the layers that the weights name, or in all but the finest level; else as [`Self::Bf16`].
+    /// int8 in the layers that the weights name, or in all but the finest level; all other layers as
+    /// [`Self::Bf16`].
     Mixed,
 }
 
 impl Precision {
-    /// All of them.
+    /// All precisions.
     pub const ALL: [Self; 6] = [Self::Auto, Self::F32, Self::Bf16, Self::F16, Self::Int8, Self::Mixed];
 
-    /// As it is written.
+    /// Name in flags and files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Auto => "auto",
@@ -44,7 +47,7 @@ impl Precision {
         }
     }
 
-    /// What this becomes on `simd`: where a processor has no faster way, the next more exact one that it has.
+    /// Precision in use on `simd`: where a processor gains nothing, the next more exact one that it has.
     #[must_use]
     pub fn on(self, simd: Simd) -> Self {
         let bf16 = if simd.gains_from_bf16() { Self::Bf16 } else { Self::F32 };
@@ -77,24 +80,24 @@ impl FromStr for Precision {
     }
 }
 
-/// The choices for one network on one processor.
+/// Choices for one network on one processor.
 pub struct Choice<'a> {
     plan: &'a Plan,
     weights: &'a Weights,
     precision: Precision,
     simd: Simd,
-    /// For each tensor whether it cannot be negative.
+    /// Whether each tensor is non-negative.
     positive: Vec<bool>,
 }
 
-/// Fewer channels than this are a picture, and stay f32.
+/// Fewest channels of a wide tensor. Tensors with fewer are pictures and stay f32.
 const WIDE: usize = 16;
 
 impl<'a> Choice<'a> {
-    /// The choices for `plan` with `weights`; `precision` is one that `simd` has.
+    /// Makes the choices for `plan` with `weights`. `simd` must have `precision`.
     ///
     /// # Errors
-    /// Bytes without the ranges of activations.
+    /// An int8 precision without the ranges of activations.
     pub fn new(plan: &'a Plan, weights: &'a Weights, precision: Precision, simd: Simd) -> Result<Self> {
         if matches!(precision, Precision::Int8 | Precision::Mixed) && weights.ranges.is_empty() {
             return Err(Error::Weights(format!(
@@ -105,25 +108,25 @@ impl<'a> Choice<'a> {
         Ok(Self { plan, weights, precision, simd, positive: positive(plan) })
     }
 
-    /// Whether the numbers of tensor `id` are stored in two bytes.
+    /// Whether tensor `id` is stored as bf16.
     pub fn is_halved(&self, id: TensorId) -> bool {
         self.precision != Precision::F32 && self.plan.tensor(id).channels >= WIDE
     }
 
-    /// What layers other than 3×3 convolutions multiply.
+    /// Arithmetic of layers other than 3×3 convolutions.
     pub fn narrow(&self) -> Arithmetic {
         let halves = self.precision != Precision::F32 && self.simd.gains_from_bf16();
         if halves { Arithmetic::Bf16 } else { Arithmetic::F32 }
     }
 
-    /// What layers that make pictures multiply, for which the eight bits of bf16 are too few: f32, or where tiles of
-    /// bf16 are so much faster that twice as many products are too, what is as good.
+    /// Arithmetic of layers that make pictures, for which the eight bits of bf16 are too few: f32, or split bf16
+    /// where AMX makes twice as many products still faster.
     pub fn exact(&self, mut inputs: impl Iterator<Item = TensorId>) -> Arithmetic {
         let pays = self.simd.multiplies_tiles(&Arithmetic::SplitBf16);
         if pays && inputs.all(|id| self.is_halved(id)) { Arithmetic::SplitBf16 } else { Arithmetic::F32 }
     }
 
-    /// What `conv` multiplies.
+    /// Arithmetic of `conv`.
     pub fn of(&self, conv: &Conv) -> Arithmetic {
         if conv.size == 1 {
             return self.exact(conv.inputs.iter().map(|read| read.tensor));
@@ -152,14 +155,14 @@ impl<'a> Choice<'a> {
         }
     }
 
-    /// Whether what `conv` writes is seen at once and in all frames to come.
+    /// Whether `conv` writes a state of full resolution, whose errors are visible at once and in all later frames.
     fn makes_finest_state(&self, conv: &Conv) -> bool {
         let is_state = self.plan.states().iter().any(|state| state.next == conv.output);
         is_state && self.plan.tensor(conv.output).level == 0
     }
 
-    /// Whether `conv` reads pictures that are folded: to make bytes of their few channels takes longer than multiplying these saves, and
-    /// loses most.
+    /// Whether `conv` reads folded pictures. Quantising their few channels takes longer than it saves, and loses
+    /// the most precision.
     fn reads_folded(&self, conv: &Conv) -> bool {
         let folds = |layer: &Layer| match layer {
             Layer::SpaceToDepth { output, .. } => conv.inputs.iter().any(|read| read.tensor == *output),
@@ -168,7 +171,7 @@ impl<'a> Choice<'a> {
         self.plan.layers().iter().any(folds)
     }
 
-    /// For each input channel of `conv` what a step of its byte is worth; none where a range is not known.
+    /// Step of each input channel of `conv`; `None` where a range is unknown.
     fn steps(&self, conv: &Conv) -> Option<Vec<f32>> {
         let mut steps = Vec::new();
         for read in &conv.inputs {
@@ -184,25 +187,26 @@ impl<'a> Choice<'a> {
     }
 }
 
-/// What channels reach for which `most` was seen: those that reached next to nothing may still do at other times.
+/// Ranges of channels, given their largest observed values. Channels with tiny values get a part of the largest
+/// range, since they may reach more in other frames.
 pub fn channel_ranges(most: &[f32]) -> Vec<f32> {
     let least = most.iter().fold(1e-6f32, |all, most| all.max(*most)) / 16.0;
     most.iter().map(|most| most.max(least)).collect()
 }
 
-/// The name under which weights say how far from 0 the inputs of the convolution `name` are once they are transformed
-/// ([`Arithmetic::Int8`]).
+/// Key under which weights store the ranges of transformed inputs of the convolution `name` ([`Arithmetic::Int8`]).
 pub fn transformed(name: &str) -> String {
     format!("{name}.transformed")
 }
 
-/// The fact that names the layers of [`Precision::Mixed`] that multiply bytes: prefixes, separated by commas.
+/// Metadata key for the int8 layers of [`Precision::Mixed`]: prefixes of names, separated by commas.
 const BYTES: &str = "int8-layers";
 
-/// For each tensor of `plan` whether it cannot be negative.
+/// Finds the tensors of `plan` that are never negative.
 fn positive(plan: &Plan) -> Vec<bool> {
     let mut positive = vec![true; plan.tensors().len()];
-    // States are as their next ones, which are only known after a walk that takes them for non-negative.
+    // A state equals its next value, which is known only after a pass. States begin as non-negative, and passes
+    // repeat.
     for _ in 0..=plan.states().len() {
         for layer in plan.layers() {
             let all = layer.inputs().iter().all(|id| positive[id.index()]);
@@ -212,7 +216,7 @@ fn positive(plan: &Plan) -> Vec<bool> {
                 Layer::Filter(filter) => filter.images.iter().all(|(read, _)| positive[read.tensor.index()]),
                 Layer::Scale { factor, offset, .. } => all && *factor >= 0.0 && *offset >= 0.0,
                 Layer::Clamp { .. } => true,
-                // Corrections may go a little below 0; what is not seen of that in bytes is not missed.
+                // Corrections may fall slightly below 0. Int8 clamps these values, which has no visible effect.
                 _ => all,
             };
         }

@@ -1,5 +1,5 @@
-//! 1×1 convolutions with few outputs: as many features at once as vectors have numbers, so that no place in a vector is without
-//! use. Numbers are f32 whatever they are stored as.
+//! 1×1 convolutions with few outputs. Each vector lane computes another pixel, so no lane is wasted; arithmetic is
+//! f32 for all storage types.
 
 use super::element::Element;
 use super::floats::{Floats, MOST};
@@ -8,42 +8,42 @@ use super::rows::{Rows, View};
 use bytemuck::{cast_slice, cast_slice_mut};
 use std::array::from_fn;
 
-/// A number of each of some features side by side; as many as vectors have count.
+/// One value of each of several features, one per vector lane.
 pub type Lanes = [f32; MOST];
 
-/// What is on its way for the features of a vector.
+/// Scratch memory for the features of one vector.
 #[derive(Debug, Default)]
 pub struct Chunk {
-    /// \[feature\]\[word of it\].
+    /// Packed words, \[feature\]\[word\].
     features: Vec<u32>,
-    /// \[channel\].
+    /// Input channels, \[channel\]\[feature\].
     channels: Vec<Lanes>,
-    /// \[output of the prediction\]: the weights of kernels and what is added.
+    /// Outputs of the prediction, \[output\]\[feature\]: kernel weights, then the addition.
     pub predicted: Vec<Lanes>,
 }
 
-/// The weights of a prediction, for so many outputs at a time as sums have room in registers.
+/// Weights of a prediction, in blocks of as many outputs as have their sums in registers.
 #[derive(Debug, Clone)]
 pub struct Prediction {
-    /// \[block of outputs\]\[input\]\[output of the block\].
+    /// Weights, \[block of outputs\]\[input\]\[output of the block\].
     weights: Vec<f32>,
-    /// \[block of outputs\]\[output of the block\].
+    /// Biases, \[block of outputs\]\[output of the block\].
     bias: Vec<f32>,
     inputs: usize,
-    /// Outputs that are predicted at once: one of [`BLOCKS`].
+    /// Number of outputs that are computed at once: one of [`BLOCKS`].
     block: usize,
 }
 
-/// Outputs that may be predicted at once.
+/// Numbers of outputs that can be computed at once.
 const BLOCKS: [usize; 4] = [13, 10, 8, 4];
 
 impl Prediction {
-    /// That of `weights` \[out, in\] and `bias` \[out\].
+    /// Prepares a prediction with `weights` \[out, in\] and `bias` \[out\].
     pub fn new(weights: &[f32], bias: &[f32]) -> Self {
         let (outputs, inputs) = (bias.len(), weights.len() / bias.len());
         let wasted = |block: &usize| outputs.next_multiple_of(*block);
         let block = BLOCKS.into_iter().min_by_key(wasted).unwrap_or(BLOCKS[0]);
-        // 0 for outputs that the last block has too many.
+        // Superfluous outputs of the last block have weights of 0.
         let of = |numbers: &[f32], at: usize| numbers.get(at).copied().unwrap_or(0.0);
         let whole = outputs.next_multiple_of(block);
         let order = (0..whole).step_by(block).flat_map(|first| {
@@ -58,7 +58,8 @@ impl Prediction {
         }
     }
 
-    /// Makes `chunk` predict of the `count` features from number `first` on of row `y` of `map`.
+    /// Predicts from `count` features of row `y` of `map`, from number `first` on. `place` is \[y, first, count\];
+    /// the results are in `chunk.predicted`.
     #[inline(always)]
     pub fn run<V: Floats>(&self, map: View<'_>, place: [usize; 3], chunk: &mut Chunk, some: V) {
         let Chunk { features, channels, predicted } = chunk;
@@ -85,7 +86,7 @@ impl Prediction {
         }
     }
 
-    /// Makes `predicted` the sums over `channels`, `BLOCK` at a time.
+    /// Computes the sums over `channels`, for `BLOCK` outputs at a time.
     #[inline(always)]
     fn sum<V: Floats, const BLOCK: usize>(&self, channels: &[Lanes], predicted: &mut [Lanes], some: V) {
         let (weights, bias) = (self.weights.as_chunks::<BLOCK>().0, self.bias.as_chunks::<BLOCK>().0);
@@ -108,15 +109,15 @@ impl Prediction {
     }
 }
 
-/// The numbers of the `count` features from number `first` on of row `y`.
+/// Returns the elements of `count` features from number `first` on of row `y`.
 #[inline(always)]
 fn features_of<'a, T>(rows: &Rows<'a, T>, [y, first, count]: [usize; 3]) -> &'a [T] {
     let inputs = rows.size()[2];
     &rows.row(y)[first * inputs..(first + count) * inputs]
 }
 
-/// Makes `channels` of features whose `words` lie side by side, each of `pixel` words: in each word are as many
-/// channels as `take` takes out of it.
+/// Transposes features, whose `words` lie side by side with `pixel` words each, to `channels`. `take` unpacks the
+/// channels of a word.
 #[inline(always)]
 fn spread<V: Floats, const PARTS: usize>(
     words: &[u32],
@@ -128,7 +129,7 @@ fn spread<V: Floats, const PARTS: usize>(
 ) {
     let whole = pixel.next_multiple_of(V::N);
     channels.resize(whole * PARTS, [0.0; MOST]);
-    // In the order in which they lie, so that the processor knows what comes next.
+    // Memory is read in order, so that the processor's prefetcher can follow.
     memory.resize(V::N * whole, 0);
     if pixel == whole {
         for (to, from) in memory.chunks_exact_mut(V::N).zip(words.chunks_exact(V::N)) {
@@ -139,7 +140,7 @@ fn spread<V: Floats, const PARTS: usize>(
             to[..pixel].copy_from_slice(from);
         }
     }
-    // The next ones, meanwhile.
+    // The next features are prefetched meanwhile.
     for line in (0..words.len()).step_by(WORDS_OF_LINE) {
         prefetch(words, words.len() + line);
     }
@@ -158,7 +159,7 @@ fn spread<V: Floats, const PARTS: usize>(
     }
 }
 
-/// Number i of each of the first vectors, as many as they have numbers, as vector i.
+/// Transposes the first vectors, as many as a vector has lanes: lane i of each vector becomes vector i.
 #[inline(always)]
 fn transpose<V: Floats>(vectors: &mut [V; MOST]) {
     let mut pixels = *vectors;
@@ -166,7 +167,7 @@ fn transpose<V: Floats>(vectors: &mut [V; MOST]) {
         let four = V::pixels_transposed(from_fn(|k| vectors[first + k]));
         pixels[first..first + 4].copy_from_slice(&four);
     }
-    // Pixel p of vector i of group g is pixel g of vector i of group p now.
+    // Now pixel p of vector i of group g is pixel g of vector i of group p.
     for i in 0..4 {
         match V::N {
             16 => {

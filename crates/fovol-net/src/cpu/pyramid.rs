@@ -1,4 +1,4 @@
-//! Known pixels averaged over ever larger squares, and back: what fills frames.
+//! Pull-push pyramid: averages weighted pixels over growing squares, and fills gaps from coarser levels.
 
 use super::floats::{Floats, VectorWork};
 use super::patch::halves;
@@ -7,33 +7,33 @@ use super::simd::Simd;
 use glam::Vec4;
 use rayon::prelude::*;
 
-/// Divisors are at least this.
+/// Lower limit of divisors.
 const SMALLEST: f32 = 1e-8;
-/// A mean weight of one part in this many is enough to know a pixel of half the resolution.
+/// Gain of weights: a mean weight of 1/8 suffices for a full weight at half the resolution.
 const GAIN: f32 = 8.0;
-/// Rows of a task.
+/// Number of rows of a task.
 const BAND: usize = 8;
-/// Pixels of a task at least: to share fewer takes longer than to make them.
+/// Smallest number of pixels of a task; smaller tasks cost more than they save.
 const SHARED: usize = 1 << 14;
-/// The weights of four neighbours.
+/// Binomial weights of four neighbours.
 const BINOMIAL: [f32; 4] = [0.125, 0.375, 0.375, 0.125];
 
-/// Three numbers times how far they are known, and that, 0…1.
+/// A weighted pixel: three values times the weight, and the weight, 0…1.
 pub type Known = [f32; 4];
 
-/// Known pixels of a frame that are made when they are wanted.
+/// Weighted pixels of a frame, computed on demand, row by row.
 pub trait KnownRows: Sync {
-    /// What making a row needs.
+    /// Scratch memory for computing rows.
     type Memory: Default + Send;
 
     /// Rows and columns.
     fn size(&self) -> [usize; 2];
 
-    /// Makes `to` row `y`.
+    /// Computes row `y` and writes it to `to`.
     fn make(&self, y: usize, memory: &mut Self::Memory, to: &mut Vec<Known>);
 }
 
-/// An image of known pixels.
+/// An image of weighted pixels.
 #[derive(Debug, Clone, Default)]
 pub struct Level {
     pixels: Vec<Known>,
@@ -41,7 +41,7 @@ pub struct Level {
 }
 
 impl Level {
-    /// Row `y`.
+    /// Pixels of row `y`.
     pub fn row(&self, y: usize) -> &[Known] {
         &self.pixels[y * self.width..(y + 1) * self.width]
     }
@@ -50,43 +50,44 @@ impl Level {
         self.pixels.len() / self.width
     }
 
-    /// Takes another size and keeps the memory; what it holds is not said.
+    /// Resizes the level; its contents become undefined.
     fn resize(&mut self, [height, width]: [usize; 2]) {
         self.pixels.resize(height * width, [0.0; 4]);
         self.width = width;
     }
 }
 
-/// Images of known pixels, each of half the resolution of the one before, the first of half that of a frame. Its memory is
-/// used again for every frame.
+/// Pyramid of weighted pixels. The first level has half the resolution of the frame, each further level half that
+/// of the one before. Memory is reused for every frame.
 #[derive(Debug, Clone, Default)]
 pub struct Pyramid {
     levels: Vec<Level>,
 }
 
 impl Pyramid {
-    /// Makes the first level half the resolution of `known`, which is `width` pixels wide.
+    /// Pulls the first level from the image `known`, `width` pixels wide.
     pub fn pull_from(&mut self, known: &[Known], width: usize) {
         pull(known, width, self.first());
     }
 
-    /// The same where what is known is nowhere as a whole.
+    /// Pulls the first level from rows that are computed on demand.
     pub fn pull_of<K: KnownRows>(&mut self, known: &K) {
         pull_of(known, self.first());
     }
 
-    /// The same where nothing is known but `value` of each of `samples`, given its row.
+    /// Pulls the first level from samples alone: `value` gives the weighted pixel of a sample, from its row number
+    /// and sample.
     pub fn pull_samples(&mut self, samples: &Samples, value: impl Fn(usize, &Sample) -> Vec4 + Sync) {
         pull_samples(samples, value, self.first());
     }
 
-    /// Calls `finish` for each row of what the first level knows at 2^`lowest` times lower resolution than the frame's,
-    /// everywhere: with what is missing taken from up to 2^`levels` times lower ones. It is given the number of the row, its pixels,
-    /// and a row of `out`, which has as many of them.
+    /// Fills the level of 2^`lowest` times lower resolution than the frame from levels of up to 2^`levels` times
+    /// lower resolution. Then it calls `finish` for each row, with the row number, its pixels and the row of `out`.
     ///
-    /// Pulling halves the resolution: premultiplied numbers c and weights w are averaged over 4×4 pixels by (1, 3, 3, 1)/8
-    /// along both axes, replicated at the border, then w' = min(8w, 1) and c' = c·w'/max(w, 1e-8). Pushing goes back: each
-    /// finer level gets c' + (1 − w')·(c of the coarser, bilinear), and its weight likewise.
+    /// Pulling halves the resolution: premultiplied values c and weights w are averaged over 4×4 pixels by (1, 3,
+    /// 3, 1)/8 along both axes, replicated at the border. Then w' = min(8w, 1) and c' = c·w'/max(w, 1e-8). Pushing
+    /// goes back: each finer level becomes c' + (1 − w')·(c of the coarser level, bilinear), and likewise its
+    /// weight.
     pub fn complete(
         &mut self,
         [levels, lowest]: [u32; 2],
@@ -111,7 +112,7 @@ impl Pyramid {
             Default::default,
             |(row, blended): &mut (Vec<Known>, Vec<Known>), (band, out)| {
                 for (y, to) in (band * BAND..).zip(out.chunks_exact_mut(length)) {
-                    // What is pushed last is nowhere as a whole.
+                    // The last push goes row by row into scratch memory, so that the filled level is never stored.
                     row.clear();
                     row.extend_from_slice(wanted.row(y));
                     if let Some(coarser) = coarser {
@@ -130,20 +131,20 @@ impl Pyramid {
         &mut self.levels[0]
     }
 
-    /// The level before `level`, and it.
+    /// Level `level` − 1 and level `level`.
     fn two(&mut self, level: usize) -> [&mut Level; 2] {
         let (before, from) = self.levels.split_at_mut(level);
         [&mut before[level - 1], &mut from[0]]
     }
 }
 
-/// The numbers themselves, of pixels one after the other.
+/// Divides pixels by their weights.
 #[inline(always)]
 pub fn divided<V: Floats>(known: V) -> V {
     known * known.fourths().max(known.splat(SMALLEST)).inverse()
 }
 
-/// Makes `to` half the resolution of `known`, which is `width` pixels wide.
+/// Pulls `to`, at half the resolution, from the image `known`, `width` pixels wide.
 fn pull(known: &[Known], width: usize, to: &mut Level) {
     let height = known.len() / width;
     let row = |y: usize| &known[y * width..(y + 1) * width];
@@ -155,7 +156,7 @@ fn pull(known: &[Known], width: usize, to: &mut Level) {
     });
 }
 
-/// The same where `known` is nowhere as a whole.
+/// Pulls `to`, at half the resolution, from rows that are computed on demand.
 fn pull_of<K: KnownRows>(known: &K, to: &mut Level) {
     let [height, width] = known.size();
     let width = width / 2;
@@ -173,7 +174,7 @@ fn pull_of<K: KnownRows>(known: &K, to: &mut Level) {
     });
 }
 
-/// The same where nothing is known but `value` of each of `samples`.
+/// Pulls `to`, at half the resolution, from samples alone, whose weighted pixels are `value`.
 fn pull_samples(samples: &Samples, value: impl Fn(usize, &Sample) -> Vec4 + Sync, to: &mut Level) {
     let [height, width] = samples.size();
     let last = width / 2 - 1;
@@ -183,7 +184,8 @@ fn pull_samples(samples: &Samples, value: impl Fn(usize, &Sample) -> Vec4 + Sync
         for (row, share) in around(y, height).into_iter().zip(BINOMIAL) {
             for sample in samples.row(row) {
                 let value = share * value(row, sample);
-                // The pixel is the second or the third of four for the one that it lies in, the first or last for another.
+                // Of four pixels that make one, the sample is the second or third for the pixel in which it lies,
+                // and the first or last for another.
                 let [(near, wn), (far, wf)] = parts(sample.x as usize, last);
                 to[near] = (Vec4::from_array(to[near]) + wn * value).to_array();
                 to[far] = (Vec4::from_array(to[far]) + wf * value).to_array();
@@ -193,14 +195,15 @@ fn pull_samples(samples: &Samples, value: impl Fn(usize, &Sample) -> Vec4 + Sync
     });
 }
 
-/// The two pixels up to column `last` of half the resolution that pixel `x` is a part of, and how large a part.
+/// The two pixels of half the resolution, up to column `last`, to which pixel `x` contributes, and its weights
+/// there.
 fn parts(x: usize, last: usize) -> [(usize, f32); 2] {
     let near = x / 2;
     let far = if x.is_multiple_of(2) { near.saturating_sub(1) } else { (near + 1).min(last) };
     [(near.min(last), BINOMIAL[1]), (far.min(last), BINOMIAL[0])]
 }
 
-/// The pulling of means.
+/// Operation that normalises the means of one row.
 struct NormaliseRow<'a> {
     to: &'a mut [Known],
 }
@@ -219,7 +222,7 @@ impl VectorWork for NormaliseRow<'_> {
     }
 }
 
-/// Numbers and weights of pixels of half the resolution, given their means over their four by four.
+/// Normalises means over 4×4 pixels to pixels of half the resolution.
 #[inline(always)]
 fn normalised<V: Floats>(mean: V) -> V {
     let known = mean.fourths();
@@ -227,9 +230,9 @@ fn normalised<V: Floats>(mean: V) -> V {
     (mean * (weight * known.max(mean.splat(SMALLEST)).inverse())).with_fourths(weight)
 }
 
-/// The last four rows: every one is wanted twice.
+/// Ring buffer of the last four rows, each of which is read twice.
 struct Ring<K: KnownRows> {
-    /// Row y has place y mod 4.
+    /// Row y has index y mod 4.
     rows: [Vec<Known>; 4],
     held: [Option<usize>; 4],
     blended: Vec<Known>,
@@ -251,12 +254,12 @@ impl<K: KnownRows> Ring<K> {
     }
 }
 
-/// The rows of `height` that row `y` of half the resolution is made of.
+/// Rows, of `height`, from which row `y` of half the resolution is made.
 fn around(y: usize, height: usize) -> [usize; 4] {
     [(2 * y).saturating_sub(1), 2 * y, 2 * y + 1, (2 * y + 2).min(height - 1)]
 }
 
-/// The pulling of four rows to one.
+/// Operation that pulls four rows to one.
 struct PullRow<'a> {
     rows: [&'a [Known]; 4],
     blended: &'a mut Vec<Known>,
@@ -268,9 +271,9 @@ impl VectorWork for PullRow<'_> {
     fn run<V: Floats>(self, some: V) {
         let Self { rows, blended, to } = self;
         let width = rows[0].len();
-        // One more on both sides.
+        // One more pixel on both sides.
         blended.resize(width + 2, [0.0; 4]);
-        // Numbers without pixels, and all of one length: whole vectors of them.
+        // Flat slices of one length, so that the compiler vectorises the loop.
         let [a, b, c, d] = rows.map(|row| row[..width].as_flattened());
         let numbers = blended[1..=width].as_flattened_mut().iter_mut();
         for (to, ((a, b), (c, d))) in numbers.zip(a.iter().zip(b).zip(c.iter().zip(d))) {
@@ -288,7 +291,7 @@ impl VectorWork for PullRow<'_> {
     }
 }
 
-/// A vector of pixels of half the resolution, of the pixels `from` the one before them on.
+/// Computes a vector of pixels of half the resolution. `from` begins one pixel before their sources.
 #[inline(always)]
 fn halved<V: Floats>(from: &[f32], some: V) -> V {
     let from = &from[..2 * V::N + 8];
@@ -299,7 +302,7 @@ fn halved<V: Floats>(from: &[f32], some: V) -> V {
     normalised(outer + inner)
 }
 
-/// Adds what is missing in `finer` from `coarser`.
+/// Pushes `coarser` into the gaps of `finer`.
 fn push(finer: &mut Level, coarser: &Level) {
     let width = finer.width;
     let bands = finer.pixels.par_chunks_mut(BAND * width).with_min_len(SHARED / (BAND * width)).enumerate();
@@ -310,7 +313,7 @@ fn push(finer: &mut Level, coarser: &Level) {
     });
 }
 
-/// The pushing of one row.
+/// Operation that pushes one row.
 struct PushRow<'a> {
     y: usize,
     row: &'a mut [Known],
@@ -324,7 +327,7 @@ impl VectorWork for PushRow<'_> {
         let Self { y, row, coarser, blended } = self;
         let [(a, wa), (b, wb)] = halves(y, coarser.height());
         let width = coarser.width;
-        // One more on both sides, so that every pixel has two neighbours.
+        // One more pixel on both sides, so that every pixel has two neighbours.
         blended.resize(width + 2, [0.0; 4]);
         let rows = coarser.row(a).as_flattened().iter().zip(coarser.row(b).as_flattened());
         for (to, (a, b)) in blended[1..].as_flattened_mut().iter_mut().zip(rows) {
@@ -334,13 +337,13 @@ impl VectorWork for PushRow<'_> {
     }
 }
 
-/// What becomes of pixels at twice the resolution.
+/// Destination of pixels at twice the resolution.
 pub trait Put: Copy {
-    /// Puts them to where they belong.
+    /// Stores or adds `pixels` at `to`.
     fn put<V: Floats>(self, pixels: V, to: &mut [f32]);
 }
 
-/// They are added to known pixels as far as these are not known.
+/// Adds pixels to weighted pixels, by the weight that is missing to 1.
 #[derive(Debug, Clone, Copy)]
 struct Adding;
 
@@ -352,8 +355,8 @@ impl Put for Adding {
     }
 }
 
-/// Puts the pixels of `row`, which has one more on both sides that is made here, at twice their resolution to `to`: bilinear
-/// between the centres of pixels, replicated at the border.
+/// Doubles the resolution of `row` along it and passes the result to `put`: bilinear between pixel centres,
+/// replicated at the border. `row` has one more pixel on both sides, which is set here.
 #[inline(always)]
 pub fn double<V: Floats>(row: &mut [Known], to: &mut [Known], put: impl Put, some: V) {
     let width = row.len() - 2;
@@ -368,7 +371,7 @@ pub fn double<V: Floats>(row: &mut [Known], to: &mut [Known], put: impl Put, som
     }
 }
 
-/// The same of one vector of the pixels after the first one of `from`.
+/// Doubles one vector of the pixels after the first one of `from`.
 #[inline(always)]
 fn double_vector<V: Floats>(from: &[f32], to: &mut [f32], put: impl Put, some: V) {
     let from = &from[..V::N + 8];

@@ -1,4 +1,5 @@
-//! Every kind of layer against PyTorch in double precision: `tests/reference/network/make_cases.py` made the cases.
+//! Compares each kind of layer with PyTorch in double precision. `tests/reference/network/make_cases.py` made the
+//! cases.
 
 use super::accumulate::{Expected, Fading, accumulate, doubt};
 use super::conv::{Arithmetic, ConvShape, PreparedConv};
@@ -32,7 +33,7 @@ impl Case<'_> {
         Some((view.shape().to_vec(), bytes.map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect()))
     }
 
-    /// An image of the case, \[channel\]\[row\]\[column\] there.
+    /// Reads an image of the case, stored as \[channel\]\[row\]\[column\].
     fn map(&self, part: &str) -> Option<Map> {
         let (shape, planes) = self.values(part)?;
         let [channels, height, width] = shape[..] else { panic!("{} {part}: {shape:?}", self.name) };

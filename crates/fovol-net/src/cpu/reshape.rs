@@ -1,16 +1,16 @@
-//! Layers that move or mix a few numbers of each pixel.
+//! Layers that move or average a few elements of each pixel.
 
 use super::element::Element;
 use super::map::Map;
 use rayon::prelude::*;
 
-/// Makes `out` an image of this size, reusing its buffer, and calls `fill` for each row of it.
+/// Resizes `out`, keeping its buffer, and calls `fill` for each of its rows.
 fn rows<T: Element>(out: &mut Map<T>, size: [usize; 3], fill: impl Fn(usize, &mut [T]) + Sync) {
     out.resize(size);
     out.data.par_chunks_mut(size[1] * size[2]).enumerate().for_each(|(y, row)| fill(y, row));
 }
 
-/// The mean of 2×2 pixels.
+/// Averages 2×2 pixels.
 pub fn pool<T: Element>(input: &Map<T>, out: &mut Map<T>) {
     let c = input.channels;
     rows(out, [input.height / 2, input.width / 2, c], |y, row| {
@@ -25,7 +25,7 @@ pub fn pool<T: Element>(input: &Map<T>, out: &mut Map<T>) {
     });
 }
 
-/// 2×2 pixels to channels: 4c + 2y + x.
+/// Folds 2×2 pixels into channels: channel c of pixel (x, y) of the four becomes 4c + 2y + x.
 pub fn space_to_depth(input: &Map, out: &mut Map) {
     let c = input.channels;
     rows(out, [input.height / 2, input.width / 2, 4 * c], |y, row| {
@@ -38,7 +38,7 @@ pub fn space_to_depth(input: &Map, out: &mut Map) {
     });
 }
 
-/// The inverse of [`space_to_depth`].
+/// Unfolds channels into 2×2 pixels, the inverse of [`space_to_depth`].
 pub fn depth_to_space(input: &Map, out: &mut Map) {
     let c = input.channels / 4;
     rows(out, [input.height * 2, input.width * 2, c], |y, row| {
@@ -50,7 +50,7 @@ pub fn depth_to_space(input: &Map, out: &mut Map) {
     });
 }
 
-/// `colour` and, as a fourth channel, `weight`.
+/// Appends `weight` to `colour` as a fourth channel.
 pub fn join(colour: &Map, weight: &Map, out: &mut Map) {
     rows(out, [colour.height, colour.width, 4], |y, row| {
         let pixels = colour.row(y).as_chunks::<3>().0.iter().zip(weight.row(y));
@@ -60,7 +60,7 @@ pub fn join(colour: &Map, weight: &Map, out: &mut Map) {
     });
 }
 
-/// `channels` channels from number `first` on.
+/// Copies `channels` channels from number `first` on.
 pub fn part(input: &Map, first: usize, channels: usize, out: &mut Map) {
     rows(out, [input.height, input.width, channels], |y, row| {
         let pixels = row.chunks_exact_mut(channels).zip(input.row(y).chunks_exact(input.channels));
@@ -68,7 +68,8 @@ pub fn part(input: &Map, first: usize, channels: usize, out: &mut Map) {
     });
 }
 
-/// Makes pixel (x, y) of `to`, which keeps its size, pixel (x, y) + `by` of `from`, or the nearest to it.
+/// Shifts an image: pixel (x, y) of `to` becomes pixel (x, y) + `by` of `from`, or the nearest one inside. `to`
+/// keeps its size.
 pub fn shift<T: Element>(from: &Map<T>, by: [i64; 2], to: &mut Map<T>) {
     let channels = from.channels;
     let nearest = |at: usize, way: i64, count: usize| (at as i64 + way).clamp(0, count as i64 - 1) as usize;

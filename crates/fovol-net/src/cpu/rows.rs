@@ -1,4 +1,4 @@
-//! Rows of images where they lie, for whoever only reads them.
+//! Views of rows of images, for reading.
 
 use super::element::{Bf16, Element};
 use super::lines::{WORDS_OF_LINE, prefetch};
@@ -6,19 +6,20 @@ use super::map::{Map, Stored};
 use bytemuck::cast_slice;
 use std::ops::Range;
 
-/// Rows of an image, of which some may lie elsewhere than others, and some nowhere.
+/// Rows of an image, in up to three pieces of memory. Some rows may be absent.
 #[derive(Debug, Clone, Copy)]
 pub struct Rows<'a, T> {
-    /// From the first row that is there on.
+    /// Pieces of whole rows, from row `first` on.
     pieces: [&'a [T]; 3],
-    /// That row.
+    /// Number of the first row in the pieces.
     first: usize,
     /// Rows, columns and channels of the whole image.
     size: [usize; 3],
 }
 
 impl<'a, T> Rows<'a, T> {
-    /// Those that lie in `pieces`, whole rows in each, of an image of rows, columns and channels as in `size`, from row `first` on.
+    /// Makes a view of `pieces`, which hold whole rows from row `first` on. `size` is rows, columns and channels of
+    /// the whole image.
     pub fn new(pieces: [&'a [T]; 3], first: usize, size: [usize; 3]) -> Self {
         Self { pieces, first, size }
     }
@@ -29,10 +30,10 @@ impl<'a, T> Rows<'a, T> {
         self.size
     }
 
-    /// The numbers of row `y`.
+    /// Elements of row `y`.
     ///
     /// # Panics
-    /// Where that row is not there.
+    /// Where row `y` is absent.
     #[inline(always)]
     pub fn row(&self, y: usize) -> &'a [T] {
         let length = self.size[1] * self.size[2];
@@ -48,14 +49,14 @@ impl<'a, T> Rows<'a, T> {
         &piece[at..at + length]
     }
 
-    /// Has the processor load the numbers `columns` of the row after row `y` meanwhile, if it lies behind that.
+    /// Prefetches the elements `columns` of the row after row `y`, if it follows in memory.
     #[inline(always)]
     pub fn prefetch_after(&self, y: usize, columns: Range<usize>) {
         let length = self.size[1] * self.size[2];
         prefetch_all(self.row(y), columns.start + length..columns.end + length);
     }
 
-    /// The same of the two rows after rows `y` and `y` + 1.
+    /// Prefetches the elements `columns` of the two rows after rows `y` and `y` + 1, if they follow in memory.
     #[inline(always)]
     pub fn prefetch_after_pair(&self, y: usize, columns: Range<usize>) {
         let length = self.size[1] * self.size[2];
@@ -65,21 +66,21 @@ impl<'a, T> Rows<'a, T> {
     }
 }
 
-/// Has the processor load the numbers of `row` and behind it in `range`.
+/// Prefetches the elements `range`, counted from the beginning of `row` and possibly beyond its end.
 #[inline(always)]
 fn prefetch_all<T>(row: &[T], range: Range<usize>) {
     let line = size_of::<u32>() * WORDS_OF_LINE / size_of::<T>();
     range.step_by(line).for_each(|at| prefetch(row, at));
 }
 
-/// Rows of an image as they are stored.
+/// Rows of an image with their element type.
 #[derive(Debug, Clone, Copy)]
 pub enum View<'a> {
     F32(Rows<'a, f32>),
     Bf16(Rows<'a, Bf16>),
 }
 
-/// Calls `$body` with `$rows` bound to the rows in `$view`, whatever their numbers are.
+/// Calls `$body` with `$rows` bound to the rows in `$view`, for any element type.
 macro_rules! with_rows {
     ($view:expr, $rows:ident => $body:expr) => {
         match $view {
@@ -91,10 +92,10 @@ macro_rules! with_rows {
 pub(crate) use with_rows;
 
 impl<'a> View<'a> {
-    /// The words of row `y`.
+    /// Words of row `y`.
     ///
     /// # Panics
-    /// Where that row is not there, or does not begin and end with a word.
+    /// Where row `y` is absent, or does not begin and end at a word boundary.
     #[inline(always)]
     pub fn words(&self, y: usize) -> &'a [u32] {
         with_rows!(self, rows => cast_slice(rows.row(y)))
@@ -119,27 +120,27 @@ impl<'a> From<&'a Stored> for View<'a> {
     }
 }
 
-/// The last rows of an image that is made from some row on downwards, in memory for no more than those.
+/// Ring buffer of the last rows of an image that is computed from top to bottom.
 pub struct Ring<'a, T: Element> {
     numbers: &'a mut [T],
-    /// Rows that there is room for.
+    /// Number of rows in the buffer.
     room: usize,
-    /// What is added to the number of a row before it is divided by the room, to find its place.
+    /// Offset of row numbers: row y has index (y + shift) mod room.
     shift: usize,
-    /// The first row that was made and the one after the last.
+    /// First computed row, and end of the computed rows.
     made: [usize; 2],
     size: [usize; 3],
 }
 
 impl<'a, T: Element> Ring<'a, T> {
-    /// In `numbers`, whole rows, none of which is made yet; of an image of `size` that is made from row `first` on. The rows from
-    /// `aligned` on lie one after the other as far as there is room.
+    /// Makes an empty ring in `numbers`, which has room for whole rows, for an image of `size`. Computation begins
+    /// at row `first`. Rows from `aligned` on are contiguous as far as there is room.
     pub fn new(numbers: &'a mut [T], [first, aligned]: [usize; 2], size: [usize; 3]) -> Self {
         let room = numbers.len() / (size[1] * size[2]);
         Self { numbers, room, shift: room - aligned % room, made: [first; 2], size }
     }
 
-    /// Has `make` make the rows up to `end`, those that lie together at once: it is given the first of them and where they lie.
+    /// Computes rows up to `end`. `make` gets the first of several contiguous rows, and their memory.
     pub fn make(&mut self, end: usize, mut make: impl FnMut(usize, &mut [T])) {
         let row = self.size[1] * self.size[2];
         while self.made[1] < end {
@@ -150,7 +151,7 @@ impl<'a, T: Element> Ring<'a, T> {
         }
     }
 
-    /// Those that are still there.
+    /// Rows that are still in the buffer.
     pub fn rows(&self) -> Rows<'_, T> {
         let row = self.size[1] * self.size[2];
         let first = self.made[1].saturating_sub(self.room).max(self.made[0]);

@@ -1,4 +1,4 @@
-//! The samples of a frame without the pixels between them.
+//! Samples of a frame as lists, without the pixels between them.
 
 use super::map::Map;
 use super::pyramid::Known;
@@ -9,14 +9,14 @@ use rayon::prelude::*;
 /// A sampled pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
-    /// Its column.
+    /// Column.
     pub x: u32,
-    /// What was found there, 0…1.
+    /// Colour, 0…1.
     pub colour: [f32; 3],
 }
 
 impl Sample {
-    /// What is known of its pixel: all.
+    /// Returns the sample as a premultiplied pixel of weight 1.
     #[inline(always)]
     pub fn known(&self) -> Vec4 {
         let [r, g, b] = self.colour;
@@ -24,7 +24,7 @@ impl Sample {
     }
 }
 
-/// The samples of a frame, row by row from left to right.
+/// Samples of a frame, row by row, from left to right.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Samples {
     rows: Vec<Vec<Sample>>,
@@ -32,7 +32,8 @@ pub struct Samples {
 }
 
 impl Samples {
-    /// Takes those of `sparse`; replicated at the right and bottom where `height` and `width` are more than its own.
+    /// Collects the samples of `sparse`. Frames smaller than `height` × `width` are replicated at the right and
+    /// bottom.
     pub fn gather(&mut self, sparse: &Frame, [height, width]: [usize; 2]) {
         self.width = width;
         self.rows.resize_with(height, Vec::new);
@@ -44,7 +45,7 @@ impl Samples {
             let found = row.iter().enumerate().filter(|(_, pixel)| is_sampled(pixel));
             let sample = |(x, pixel): (usize, &[f32; 4])| Sample { x: x as u32, colour: colour(pixel) };
             samples.clear();
-            // Counted first: growing vectors would take up to twice as much memory.
+            // Counted first, because growing vectors would take up to twice the memory.
             samples.reserve_exact(row.iter().filter(|pixel| pixel[3] > 0.5).count());
             samples.extend(found.map(sample));
             if let Some(&last) = samples.last().filter(|last| last.x as usize == columns - 1) {
@@ -58,30 +59,30 @@ impl Samples {
         [self.rows.len(), self.width]
     }
 
-    /// Those of row `y`.
+    /// Samples of row `y`.
     pub fn row(&self, y: usize) -> &[Sample] {
         &self.rows[y]
     }
 }
 
-/// Whether `pixel` of a sparse frame was sampled: alpha says so, and all are finite numbers.
+/// Whether `pixel` of a sparse frame was sampled: its alpha is above ½, and all values are finite.
 #[inline]
 pub fn is_sampled(pixel: &[f32; 4]) -> bool {
     pixel[3] > 0.5 && pixel.iter().all(|v| v.is_finite())
 }
 
-/// What was found at a sampled `pixel`.
+/// Colour of a sampled `pixel`, clamped to 0…1.
 #[inline]
 pub fn colour([r, g, b, _]: &[f32; 4]) -> [f32; 3] {
     [r.clamp(0.0, 1.0), g.clamp(0.0, 1.0), b.clamp(0.0, 1.0)]
 }
 
-/// What is known of a frame.
+/// Weighted pixels of a frame.
 #[derive(Debug, Clone, Copy)]
 pub enum KnownPixels<'a> {
-    /// Something of any pixel: colours times weights, and these.
+    /// All pixels: colours times weights, and weights.
     All(&'a Map),
-    /// Some pixels wholly and the others not at all.
+    /// Samples alone: weight 1 there, and 0 elsewhere.
     Samples(&'a Samples),
 }
 
@@ -95,7 +96,7 @@ impl KnownPixels<'_> {
     }
 }
 
-/// What is known of the pixels of `map`.
+/// Views `map`, of four channels, as weighted pixels.
 pub fn pixels(map: &Map) -> &[Known] {
     map.data.as_chunks().0
 }

@@ -1,72 +1,73 @@
-//! In which order a network does with the layers of its plan what, and how long it keeps tensors.
+//! Schedules the layers of a plan: fusion, tensors that are never written, and lifetimes.
 
 use crate::plan::{Activation, Layer, Plan, Read, TensorId};
 
-/// What follows from the plan alone, found once for all frames.
+/// Schedule of a plan, computed once for all frames.
 #[derive(Debug)]
 pub struct Schedule {
-    /// For each layer the tensors that nothing reads after it.
+    /// For each layer, the tensors that no later layer reads.
     pub finished: Vec<Vec<TensorId>>,
-    /// For each layer whether it and the next one can be made together, and how.
+    /// For each layer, how it can be fused with the next one, if it can.
     pub pairs: Vec<Option<Pairing>>,
-    /// For each layer how many from it on do no more than change the numbers of one picture.
+    /// For each layer, the number of consecutive pointwise layers from it on that change one picture.
     pub changes: Vec<usize>,
-    /// For each tensor, if each of its numbers follows at once from few of another one's, that other, and how: it is never
-    /// written.
+    /// For each tensor that is never written because readers compute it from another tensor: that tensor and the
+    /// transformation.
     pub derived: Vec<Option<(TensorId, Derived)>>,
-    /// What holds both colours and mask of the input, once they are joined.
+    /// Tensor that joins the colours and the mask of the input, if the plan has one.
     pub known: Option<TensorId>,
-    /// What samples stand for wherever it is read, if they do: that, or the colours of the input alone. Neither it nor what
-    /// is joined to it is ever written.
+    /// Tensor that layers read as a list of samples, if they can: the joined input, or the colours alone. Neither
+    /// it nor the colours and mask that it joins are ever written.
     pub sampled: Option<TensorId>,
-    /// For each layer, if it is a predicted kernel to the picture of which the same features add something, the convolution
-    /// that predicts that and the layer that adds it: all of them are made together.
+    /// For each predicted kernel to whose picture a prediction from the same features is added: the convolution
+    /// that predicts it, and the layer that adds it. All of them run together.
     pub additions: Vec<Option<Addition>>,
-    /// For each layer whether it moves points of which the next one leaves something at once.
+    /// For each layer, whether it moves points that the next layer accumulates at once.
     pub fades: Vec<bool>,
     /// States that are points.
     pub points: Vec<TensorId>,
-    /// For each state whether what it becomes is finite whatever it was made of.
+    /// For each state, whether its next value is finite for any input.
     pub stays_finite: Vec<bool>,
-    /// What the frame is made of: the output, or what it is cut to, as frames are anyway.
+    /// Tensor that is written to the frame: the output, or its clamped copy, since frames are clamped anyway.
     pub shown: TensorId,
-    /// Whether that is needed as a tensor too.
+    /// Whether a layer or state needs [`Self::shown`] as a tensor too.
     pub keeps_shown: bool,
 }
 
-/// What is added to a filtered picture.
+/// An addition to a filtered picture.
 #[derive(Debug, Clone, Copy)]
 pub struct Addition {
-    /// The layer that predicts it.
+    /// Layer that predicts the addend.
     pub predicted: usize,
-    /// The layer that adds it.
+    /// Layer that adds it.
     pub added: usize,
 }
 
-/// Two convolutions, the second of which alone reads what the first writes.
+/// Fusion of two convolutions, of which the second alone reads the output of the first.
 #[derive(Debug, Clone, Copy)]
 pub struct Pairing {
-    /// Which input of the first has the shape of what the second writes and is read by nothing after them.
+    /// Input of the first convolution that the output of the second may overwrite: it has the same shape, and no
+    /// later layer reads it.
     pub replaced: Option<usize>,
 }
 
-/// How a tensor follows from another one.
+/// Transformation by which a tensor is computed from another one during reading.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Derived {
-    /// 2×2 pixels are one with four times the channels.
+    /// 2×2 pixels are folded into one with four times the channels.
     Folded,
-    /// The other way round.
+    /// Channels are unfolded into 2×2 pixels.
     Unfolded,
-    /// 2×2 pixels are their mean.
+    /// 2×2 pixels are averaged.
     Pooled,
-    /// It is a channel of this number.
+    /// The channel of this number is taken.
     Channel(usize),
-    /// 2×2 pixels of that channel are one with four channels.
+    /// 2×2 pixels of the channel of this number are folded into one pixel of four channels.
     FoldedChannel(usize),
 }
 
 impl Derived {
-    /// How the output of `layer` of `plan` follows from which tensor.
+    /// Source tensor and transformation of the output of `layer`, if it is such a transformation.
     fn of(plan: &Plan, layer: &Layer) -> Option<(TensorId, Self)> {
         match layer {
             Layer::SpaceToDepth { input, .. } => Some((*input, Self::Folded)),
@@ -79,7 +80,8 @@ impl Derived {
         }
     }
 
-    /// The same of what follows in this way from what follows from a tensor as `before` says; none where that has to be written.
+    /// Combines this transformation of `from` with the one `before` by which `from` is computed. `None` if `from`
+    /// has to be written.
     fn after(self, before: Option<(TensorId, Self)>, from: TensorId) -> Option<(TensorId, Self)> {
         match (self, before) {
             (_, None) => Some((from, self)),
@@ -92,13 +94,13 @@ impl Derived {
 }
 
 impl Schedule {
-    /// Whether layer `number`, which is `layer`, may write over the tensor `id` that it reads.
+    /// Whether layer `number`, which is `layer`, may overwrite its input `id`.
     pub fn is_free(&self, number: usize, layer: &Layer, id: TensorId) -> bool {
         self.finished[number].contains(&id) && reads_once(layer, id)
     }
 
-    /// That of `plan` if `halved` says of each tensor whether its numbers take two bytes, and `is_way` whether tensors may follow
-    /// from others so.
+    /// Schedules `plan`. `halved` says which tensors are stored as bf16, and `is_way` which transformations readers
+    /// can apply.
     pub fn new(plan: &Plan, halved: &[bool], is_way: impl Fn(Derived) -> bool) -> Self {
         let (derived, known, shown) = (derived(plan, is_way), known(plan), shown(plan));
         let finished = finished(plan, &derived, known, shown);
@@ -119,7 +121,7 @@ impl Schedule {
         }
     }
 
-    /// That of `plan` with every tensor written on its own.
+    /// Schedules `plan` without fusion: every tensor is written.
     pub fn layer_by_layer(plan: &Plan) -> Self {
         let derived = vec![None; plan.tensors().len()];
         let changes = plan.layers().iter().map(|layer| usize::from(layer.changed().is_some())).collect();
@@ -146,9 +148,11 @@ impl Schedule {
     }
 }
 
-/// For each tensor of `plan` that only convolutions read, as it is, or predicted kernels too where it is pooled, or that is unfolded
-/// and only added to something, or a channel and only folded: from which one it follows in which way, if it does from one that
-/// is written, and if that `is_way`.
+/// Finds the tensors of `plan` that need not be written, with source and transformation.
+///
+/// Readers must be able to transform them: convolutions that read them at their own resolution, predicted kernels
+/// for pooled tensors, additions for unfolded ones, and folds for single channels. The source must be written, and
+/// `is_way` must allow the transformation.
 fn derived(plan: &Plan, is_way: impl Fn(Derived) -> bool) -> Vec<Option<(TensorId, Derived)>> {
     let mut derived: Vec<Option<(TensorId, Derived)>> = vec![None; plan.tensors().len()];
     for layer in plan.layers() {
@@ -179,7 +183,7 @@ fn derived(plan: &Plan, is_way: impl Fn(Derived) -> bool) -> Vec<Option<(TensorI
     for id in plan.states().iter().map(|state| state.next).chain([plan.output()]) {
         derived[id.index()] = None;
     }
-    // A channel that is folded after all has to be there, and what was folded of one that is there follows from it.
+    // A channel that is not only folded has to be written, and folds of it then read it directly.
     for layer in plan.layers() {
         let Layer::SpaceToDepth { input, output } = layer else { continue };
         match derived[output.index()] {
@@ -193,7 +197,7 @@ fn derived(plan: &Plan, is_way: impl Fn(Derived) -> bool) -> Vec<Option<(TensorI
     derived
 }
 
-/// What the colours and the mask of the input of `plan` are joined to, if they are.
+/// Tensor that joins the colours and the mask of the input of `plan`, if there is one.
 fn known(plan: &Plan) -> Option<TensorId> {
     let inputs = plan.inputs();
     plan.layers().iter().find_map(|layer| match layer {
@@ -206,7 +210,8 @@ fn known(plan: &Plan) -> Option<TensorId> {
     })
 }
 
-/// What samples stand for in `plan`, if they do, given what the input's colours and mask are joined to.
+/// Tensor that layers of `plan` can read as a list of samples, if any. `known` joins the colours and mask of the
+/// input.
 fn sampled(plan: &Plan, known: Option<TensorId>) -> Option<TensorId> {
     let inputs = plan.inputs();
     match (known, inputs.mask) {
@@ -216,7 +221,7 @@ fn sampled(plan: &Plan, known: Option<TensorId>) -> Option<TensorId> {
     }
 }
 
-/// Whether convolutions alone read `id`, as it is.
+/// Whether only convolutions read `id`, at its own resolution.
 fn is_read_by_convolutions(plan: &Plan, id: TensorId) -> bool {
     let is_read_alike = |layer: &Layer| match layer {
         Layer::Conv(conv) => conv.inputs.iter().all(|read| read.tensor != id || *read == Read::same(id)),
@@ -226,7 +231,7 @@ fn is_read_by_convolutions(plan: &Plan, id: TensorId) -> bool {
     plan.layers().iter().all(is_read_alike) && !is_kept
 }
 
-/// Whether samples will do wherever `known`, or what is joined to it, is read.
+/// Whether all readers of `known`, and of the colours and mask that it joins, accept a list of samples.
 fn takes_samples(plan: &Plan, known: TensorId) -> bool {
     let is_sampled =
         |id: TensorId| id == known || id == plan.inputs().colour || Some(id) == plan.inputs().mask;
@@ -246,7 +251,7 @@ fn takes_samples(plan: &Plan, known: TensorId) -> bool {
         && !is_sampled(plan.output())
 }
 
-/// What `layer` reads where `known` is read instead of what is joined there.
+/// Inputs of `layer`, with `known` in place of the colours and mask that it joins.
 fn reads(plan: &Plan, layer: &Layer, known: Option<TensorId>) -> Vec<TensorId> {
     match (layer, known) {
         (Layer::Bypass { colour, mask, input, .. }, Some(known)) if is_input(plan, *colour, *mask) => {
@@ -261,7 +266,7 @@ pub fn is_input(plan: &Plan, colour: TensorId, mask: TensorId) -> bool {
     (colour, Some(mask)) == (plan.inputs().colour, plan.inputs().mask)
 }
 
-/// For each layer of `plan` the tensors that are read there for the last time, if those that are `derived` are not there.
+/// For each layer of `plan`, the tensors that it reads for the last time. Tensors that are `derived` do not count.
 fn finished(
     plan: &Plan,
     derived: &[Option<(TensorId, Derived)>],
@@ -288,7 +293,7 @@ fn finished(
     finished
 }
 
-/// States that are points: those that are moved as such.
+/// States that are points: inputs of reprojection layers.
 fn points(plan: &Plan) -> Vec<TensorId> {
     let moved = plan.layers().iter().filter_map(|layer| match layer {
         Layer::Reproject { input, .. } => Some(*input),
@@ -297,8 +302,10 @@ fn points(plan: &Plan) -> Vec<TensorId> {
     moved.collect()
 }
 
-/// For each state of `plan` whether what it becomes is finite whatever it was made of: pictures that are cut, samples, which
-/// were, and what convolutions make that leave nothing negative, as they do not leave what is not finite either.
+/// For each state of `plan`, whether its next value is finite for any input.
+///
+/// This holds for clamped pictures and for samples, which are clamped too. It also holds after convolutions with
+/// ReLU, whose implementation turns infinite values and NaN into 0.
 fn stays_finite(plan: &Plan) -> Vec<bool> {
     let is_finite = |layer: &Layer| match layer {
         Layer::Clamp { .. } | Layer::Accumulate { .. } => true,
@@ -309,7 +316,7 @@ fn stays_finite(plan: &Plan) -> Vec<bool> {
     plan.states().iter().map(|state| made(state.next).is_some_and(is_finite)).collect()
 }
 
-/// What the frame is made of.
+/// Tensor that is written to the frame.
 fn shown(plan: &Plan) -> TensorId {
     let cut = plan.layers().iter().find_map(|layer| match layer {
         Layer::Clamp { input, output } if *input == plan.output() => Some(*output),
@@ -318,7 +325,8 @@ fn shown(plan: &Plan) -> TensorId {
     cut.filter(|cut| plan.states().iter().any(|state| state.next == *cut)).unwrap_or(plan.output())
 }
 
-/// What is added to the picture of layer `number`, if that is a predicted kernel and something of the same features is.
+/// Finds the addition to the picture of layer `number`, if that is a predicted kernel and the addend is predicted
+/// from the same features.
 fn addition(
     plan: &Plan,
     derived: &[Option<(TensorId, Derived)>],
@@ -340,12 +348,13 @@ fn addition(
     (is_alike && is_of_pixels && input == filter.output && is_all).then_some(Addition { predicted, added })
 }
 
-/// Whether only one of the inputs of `layer` is `id`.
+/// Whether exactly one input of `layer` is `id`.
 fn reads_once(layer: &Layer, id: TensorId) -> bool {
     layer.inputs().into_iter().filter(|read| *read == id).count() == 1
 }
 
-/// For each layer of `plan` how many from it on change a picture that nothing else reads on the way.
+/// For each layer of `plan`, the number of consecutive pointwise layers from it on whose intermediate results
+/// nothing else reads.
 fn changes(plan: &Plan, finished: &[Vec<TensorId>]) -> Vec<usize> {
     let layers = plan.layers();
     let mut changes = vec![0; layers.len()];
@@ -361,7 +370,7 @@ fn changes(plan: &Plan, finished: &[Vec<TensorId>]) -> Vec<usize> {
     changes
 }
 
-/// For each layer of `plan` whether it moves points that the next one alone reads, to leave something of them.
+/// For each layer of `plan`, whether it moves points that only the next layer reads, and accumulates.
 fn fades(plan: &Plan, finished: &[Vec<TensorId>]) -> Vec<bool> {
     let layers = plan.layers();
     let fades = |number: usize| match (&layers[number], layers.get(number + 1)) {
@@ -373,7 +382,7 @@ fn fades(plan: &Plan, finished: &[Vec<TensorId>]) -> Vec<bool> {
     (0..layers.len()).map(fades).collect()
 }
 
-/// For each layer of `plan` whether it and the next one can be made together.
+/// For each layer of `plan`, how it can be fused with the next one, if both are 3×3 convolutions.
 fn pairs(plan: &Plan, finished: &[Vec<TensorId>], halved: &[bool]) -> Vec<Option<Pairing>> {
     let layers = plan.layers();
     let pair = |number: usize| {

@@ -3,28 +3,30 @@ use std::fmt;
 use std::str::FromStr;
 use std::sync::OnceLock;
 
-/// The instruction set that networks run on.
+/// Instruction set that networks run on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Simd {
-    /// Whatever the compiler makes of plain code.
+    /// Plain code, vectorised by the compiler for the baseline processor.
     Portable,
-    /// 256 bits with fused multiplication and addition.
+    /// AVX2 and FMA: vectors of 256 bits.
     Avx2,
-    /// 512 bits.
+    /// AVX-512 (F, BW, DQ, VL): vectors of 512 bits.
     Avx512,
-    /// The same, and tiles of bf16 and of bytes.
+    /// AVX-512 and AMX, with tiles of bf16 and int8.
     Amx,
 }
 
-/// Something to do with whatever instructions there are. Its method must be `#[inline(always)]`, and whatever
-/// matters in it too: a function of its own is compiled for every processor.
+/// An inner loop that [`Simd::vectorised`] compiles for each instruction set.
+///
+/// `run` and its helpers must be `#[inline(always)]`. A function that is not inlined is compiled for the baseline
+/// processor.
 pub trait Work {
-    /// Does it.
+    /// Runs the loop.
     fn run(self);
 }
 
 impl Simd {
-    /// Those that this processor has, the fastest last.
+    /// Lists the instruction sets of this processor, the fastest last.
     pub fn available() -> Vec<Self> {
         let mut found = vec![Self::Portable];
         #[cfg(target_arch = "x86_64")]
@@ -49,13 +51,13 @@ impl Simd {
         found
     }
 
-    /// The fastest that this processor has.
+    /// Returns the fastest instruction set of this processor.
     pub fn best() -> Self {
         static BEST: OnceLock<Simd> = OnceLock::new();
         *BEST.get_or_init(|| Self::available().pop().unwrap_or(Self::Portable))
     }
 
-    /// As it is written.
+    /// Name in flags and files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Portable => "portable",
@@ -65,7 +67,7 @@ impl Simd {
         }
     }
 
-    /// Does `work` where the compiler may use this set's instructions for it.
+    /// Runs `work`, compiled with the instructions of this set.
     #[inline(always)]
     pub fn vectorised(self, work: impl Work) {
         #[cfg(target_arch = "x86_64")]
@@ -85,9 +87,9 @@ impl Simd {
             }
 
             match self {
-                // SAFETY: instruction sets are only named where the processor has them.
+                // SAFETY: values of `Simd` exist only for instruction sets that the processor has.
                 Self::Avx512 | Self::Amx => return unsafe { avx512(work) },
-                // SAFETY: as above.
+                // SAFETY: see above.
                 Self::Avx2 => return unsafe { avx2(work) },
                 Self::Portable => {}
             }
@@ -95,12 +97,12 @@ impl Simd {
         work.run();
     }
 
-    /// Whether this set multiplies `arithmetic` in tiles.
+    /// Whether this set multiplies `arithmetic` in AMX tiles.
     pub(super) fn multiplies_tiles(self, arithmetic: &Arithmetic) -> bool {
         self == Self::Amx && *arithmetic != Arithmetic::F32
     }
 
-    /// Pixels that a kernel computes at once.
+    /// Number of pixels that a convolution kernel computes at once.
     pub(super) fn group(self, arithmetic: &Arithmetic) -> usize {
         match self {
             #[cfg(target_arch = "x86_64")]
@@ -113,7 +115,7 @@ impl Simd {
         }
     }
 
-    /// Words of a window's row that a kernel multiplies at once.
+    /// Number of words of a window's row that a convolution kernel multiplies at once.
     pub(super) fn run(self, arithmetic: &Arithmetic) -> usize {
         match self {
             #[cfg(target_arch = "x86_64")]
@@ -122,8 +124,8 @@ impl Simd {
         }
     }
 
-    /// The channels that a kernel computes at once where `left` are to be done, and that kernel: plain code where
-    /// this set has none.
+    /// Chooses a convolution kernel for the next channels, of which `left` remain. Returns the number of channels
+    /// that it computes and the kernel; plain code where this set has none.
     pub(super) fn block(self, left: usize, arithmetic: &Arithmetic) -> (usize, Kernel) {
         #[cfg(target_arch = "x86_64")]
         if matches!(self, Self::Avx512 | Self::Amx) {
@@ -157,7 +159,7 @@ impl Simd {
         (conv::portable::WIDTH, kernel)
     }
 
-    /// Whether this set multiplies bf16.
+    /// Whether this set has instructions for products of bf16.
     pub fn has_bf16(self) -> bool {
         #[cfg(target_arch = "x86_64")]
         match self {
@@ -168,8 +170,8 @@ impl Simd {
         false
     }
 
-    /// Whether this set multiplies bf16 faster than f32. Intel's processors without tiles do not: half as many products a
-    /// second were measured with `vdpbf16ps` as with f32, where AMD's do twice as many.
+    /// Whether this set multiplies bf16 faster than f32. Intel processors without AMX do not: measured, `vdpbf16ps`
+    /// gives half as many products per second as f32. On AMD processors it gives twice as many.
     pub fn gains_from_bf16(self) -> bool {
         #[cfg(target_arch = "x86_64")]
         if self == Self::Avx512 {
@@ -178,7 +180,7 @@ impl Simd {
         self.has_bf16()
     }
 
-    /// Whether this set multiplies bytes faster than f32.
+    /// Whether this set multiplies int8 faster than f32.
     pub fn has_int8(self) -> bool {
         #[cfg(target_arch = "x86_64")]
         match self {

@@ -1,4 +1,4 @@
-//! The filling of frames from the pixels that are known.
+//! Fills frames from weighted pixels: spread, smooth and blend.
 
 use super::doubled::{DoubledRow, doubled};
 use super::floats::{Floats, VectorWork};
@@ -9,8 +9,8 @@ use super::simd::{Simd, Work};
 use glam::Vec4;
 use rayon::prelude::*;
 
-/// Writes to `out` the picture that `known` gives at half the resolution, from means over squares of up to 2^`levels`
-/// pixels; with `base` that picture plus what `known` differs from it, spread alike.
+/// Fills `known` at half the resolution by pull-push, with `levels` halvings, and writes the picture to `out`. With
+/// `base` it fills the residuals of `base` at `known`, and adds `base`.
 pub fn spread(known: KnownPixels<'_>, base: Option<&Map>, levels: u32, pyramid: &mut Pyramid, out: &mut Map) {
     match (known, base) {
         (KnownPixels::All(known), None) => pyramid.pull_from(samples::pixels(known), known.width),
@@ -53,7 +53,7 @@ impl VectorWork for SpreadRow<'_> {
     }
 }
 
-/// What known pixels differ by from a picture of half their resolution.
+/// Residuals: weighted pixels minus a picture of half their resolution.
 struct Differences<'a> {
     known: &'a Map,
     base: &'a Map,
@@ -72,7 +72,7 @@ impl KnownRows for Differences<'_> {
     }
 }
 
-/// What known pixels are without `base`.
+/// Operation that computes the residuals of one row.
 struct DifferenceRow<'a> {
     known: &'a [f32],
     base: &'a Map,
@@ -99,13 +99,14 @@ impl VectorWork for DifferenceRow<'_> {
     }
 }
 
-/// Known pixels without what `base` is there. The base has 0 as its fourth number: the weight stays.
+/// Computes the residual of `base` at weighted pixels. The fourth channel of `base` is 0, so the weight is
+/// unchanged.
 #[inline(always)]
 fn difference<V: Floats>(known: V, base: V) -> V {
     known - known.fourths() * base
 }
 
-/// Writes `known` to `out`, and as far as it is not known `base`, a picture of half the resolution, bilinear.
+/// Writes `known` to `out`, and adds `base`, a picture of half the resolution, by the weight that is missing to 1.
 pub fn blend(known: KnownPixels<'_>, base: &Map, out: &mut Map) {
     let [height, width] = known.size();
     out.resize([height, width, 3]);
@@ -125,7 +126,7 @@ pub fn blend(known: KnownPixels<'_>, base: &Map, out: &mut Map) {
     });
 }
 
-/// A row of which nothing is known.
+/// Operation that writes a row of `base` alone.
 struct BaseRow<'a> {
     base: &'a Map,
     y: usize,
@@ -177,14 +178,14 @@ impl VectorWork for BlendRow<'_> {
     }
 }
 
-/// How many vectors of pixels can be written one after the other to `pixels` of three numbers, each with numbers beyond its own,
-/// which are written later.
+/// Number of vectors that can be stored one after the other in `pixels` pixels of three values. Each vector writes
+/// beyond its own pixels; the next one overwrites the excess.
 #[inline(always)]
 fn whole_vectors<V: Floats>(pixels: usize) -> usize {
     (3 * pixels).checked_sub(V::N).map_or(0, |room| room / (V::N / 4 * 3) + 1)
 }
 
-/// Writes the means of 3×3 pixels by (1, 2, 1)/4 along both axes to `out`, replicated at the border.
+/// Smooths `input` by (1, 2, 1)/4 along both axes, replicated at the border, and writes to `out`.
 pub fn smooth(input: &Map, out: &mut Map) {
     let [height, width, c] = [input.height, input.width, input.channels];
     out.resize([height, width, c]);

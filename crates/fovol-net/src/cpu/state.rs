@@ -5,25 +5,26 @@ use super::samples::Samples;
 use crate::plan::Plan;
 use fovol_core::FrameSize;
 
-/// What one clip carries from frame to frame, and the memory that its frames are made in.
+/// State that one sequence carries from frame to frame, and memory for its frames.
 ///
-/// A state belongs to one clip of one network and size; any number of them can use the same [`super::Network`].
+/// A state belongs to one sequence of one network and frame size. Any number of states can use one
+/// [`super::Network`].
 #[derive(Debug, Clone)]
 pub struct State {
     pub(super) size: FrameSize,
-    /// States in the order of the plan, at the padded size.
+    /// State tensors in the order of the plan, at the padded size.
     pub(super) carried: Vec<Stored>,
     pub(super) spare: Spare,
     pub(super) pyramid: Pyramid,
-    /// Those of the frame that is made, where they are not wanted as pictures.
+    /// Samples of the present frame, if layers read them as a list.
     pub(super) samples: Samples,
-    /// Which network it belongs to.
+    /// Identifier of the network.
     pub(super) network: u64,
 }
 
 impl State {
-    /// Zeros for a clip of frames of `size` in the memory of `spare`; `halved` says of each tensor whether its numbers take
-    /// two bytes.
+    /// Makes a state of zeros for frames of `size`, in memory of `spare`. `halved` says which tensors are stored as
+    /// bf16.
     pub(super) fn new(plan: &Plan, size: FrameSize, halved: &[bool], mut spare: Spare, network: u64) -> Self {
         let [height, width] = padded(plan, size);
         let carried = plan.states().iter().map(|state| {
@@ -46,12 +47,12 @@ impl State {
         }
     }
 
-    /// The size of the clip's frames.
+    /// Size of the frames.
     pub fn size(&self) -> FrameSize {
         self.size
     }
 
-    /// Forgets the past: the next frame is treated as the first of a clip, as after a cut.
+    /// Resets the history, so that the next frame is treated as the first after a cut.
     pub fn reset(&mut self) {
         for stored in &mut self.carried {
             with_map!(stored, map => map.data.fill(Default::default()));
@@ -59,7 +60,7 @@ impl State {
     }
 }
 
-/// Rows and columns of `size`, padded as `plan` wants them.
+/// Rows and columns of `size`, padded to the multiple that `plan` needs.
 pub fn padded(plan: &Plan, size: FrameSize) -> [usize; 2] {
     let multiple = plan.multiple();
     [size.height, size.width].map(|side| (side as usize).next_multiple_of(multiple))

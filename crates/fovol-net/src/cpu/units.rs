@@ -1,20 +1,20 @@
-//! Which layers of a network are made at once.
+//! Groups the layers of a network into steps that run together.
 
 use super::schedule::{Addition, Pairing, Schedule};
 use crate::plan::{Layer, Plan, TensorId};
 use std::ops::Range;
 
-/// Layers that are made at once.
+/// A step: layers that run together.
 #[derive(Debug, Clone)]
 pub enum Unit {
     One(usize),
-    /// This one and the next.
+    /// This layer, a convolution, and the next one, which alone reads its output.
     Pair(usize, Pairing),
-    /// This one, which moves points, and the next, which leaves something of them.
+    /// This layer, which moves points, and the next one, which accumulates them.
     Points(usize),
-    /// Those that change one picture.
+    /// Layers that change one picture pointwise.
     Changes(Range<usize>),
-    /// A predicted kernel and what changes its picture from layer `changes` on.
+    /// A predicted kernel, and the layers from `changes` on that change its picture pointwise.
     Filter {
         layers: Range<usize>,
         changes: usize,
@@ -22,7 +22,7 @@ pub enum Unit {
 }
 
 impl Unit {
-    /// Their places in the plan.
+    /// Indices of the layers in the plan.
     pub fn layers(&self) -> Range<usize> {
         match *self {
             Self::One(number) => number..number + 1,
@@ -31,12 +31,12 @@ impl Unit {
         }
     }
 
-    /// The tensor that the last of them writes.
+    /// Index of the tensor that the last layer writes.
     pub fn written(&self, plan: &Plan) -> usize {
         plan.layers()[self.layers().end - 1].output().index()
     }
 
-    /// The tensor in whose place it writes another one.
+    /// Index of the input tensor whose buffer the output overwrites, if any.
     pub fn written_over(&self, plan: &Plan, schedule: &Schedule) -> Option<usize> {
         match self {
             Self::One(number) => {
@@ -57,11 +57,11 @@ impl Unit {
     }
 }
 
-/// What is between two convolutions stays in the processor's caches anyway if it is no more numbers than this.
+/// Tensors of up to this many elements stay in the processor's caches, so fusing two convolutions gains nothing.
 const SMALL: usize = 1 << 20;
 
 impl Schedule {
-    /// What of `plan` is run one after the other where tensors have as many `numbers`, by their places.
+    /// Lists the steps of `plan` in order. `numbers` gives the number of elements of a tensor, by index.
     pub fn units(&self, plan: &Plan, numbers: impl Fn(usize) -> usize) -> Vec<Unit> {
         let mut units = Vec::new();
         let mut number = 0;
@@ -85,7 +85,7 @@ impl Schedule {
         units
     }
 
-    /// The predicted kernel in layer `number` with whatever only changes its picture.
+    /// Makes the step of the predicted kernel in layer `number`, with the pointwise layers that follow.
     fn filter_unit(&self, plan: &Plan, number: usize) -> Unit {
         if let Some(Addition { added, .. }) = self.additions[number] {
             return Unit::Filter { layers: number..added + self.changes[added], changes: added + 1 };

@@ -6,8 +6,8 @@ use super::simd::Simd;
 use glam::Vec4;
 use rayon::prelude::*;
 
-/// Moves `input` along `motion` (pixels of level 0 to the previous position, averaged and scaled to the resolution
-/// of `input`): bilinear, zero outside.
+/// Moves `input` along `motion`, in pixels of level 0 to the previous position: bilinear, zero outside. Motion is
+/// averaged and scaled to the resolution of `input`.
 pub fn warp<T: Element>(input: &Map<T>, motion: &Map, out: &mut Map<T>) {
     let factor = motion.height / input.height;
     let c = input.channels;
@@ -17,14 +17,14 @@ pub fn warp<T: Element>(input: &Map<T>, motion: &Map, out: &mut Map<T>) {
     });
 }
 
-/// Pixels whose places are found at once: a vector's numbers.
+/// Number of pixels whose sources are found at once.
 const LANES: usize = 16;
 
-/// The warping of one row.
+/// Operation that moves one row.
 struct Row<'a, T: Element> {
     input: &'a Map<T>,
     motion: &'a Map,
-    /// Pixels of the motion to one of the input, along each axis.
+    /// Number of motion pixels per input pixel along each axis.
     factor: usize,
     y: usize,
     row: &'a mut [T],
@@ -47,7 +47,7 @@ impl<T: Element> VectorWork for Row<'_, T> {
                 continue;
             }
             let places = Places::new(&moved, [y, first], size);
-            // Pixels of known length are moved in vectors.
+            // Loops over constant numbers of channels are vectorised.
             match input.channels {
                 3 => places.blend_three(&input.data, to),
                 4 => places.blend_four(&input.data, to),
@@ -57,16 +57,17 @@ impl<T: Element> VectorWork for Row<'_, T> {
     }
 }
 
-/// Pixels of a row that have all moved by as many whole pixels, so that those that they lie between are side by side too.
+/// Neighbouring pixels with the same whole-pixel motion, so that their sources are neighbours too.
 struct Block {
-    /// The row and the column of the upper left one of the four pixels that the first of them lies between.
+    /// Row and column of the upper left source of the first pixel.
     corner: [usize; 2],
-    /// How far each lies right of and below its own.
+    /// Fractional positions of each pixel between its sources, right and down.
     parts: [[f32; LANES]; 2],
 }
 
 impl Block {
-    /// Of the pixels from (`y`, `x`) on, `moved` so far, in an image of this `size`, if they are one and lie inside.
+    /// Makes a block of the pixels from (`y`, `x`) on, with motion `moved`, in an image of `size`. `None` unless
+    /// all have one whole-pixel motion and all sources lie inside.
     #[inline(always)]
     fn new(moved: &[[f32; 2]; LANES], [y, x]: [usize; 2], size: [usize; 2]) -> Option<Self> {
         let (whole, is_all) = whole_motion(moved);
@@ -79,7 +80,7 @@ impl Block {
         Some(Self { corner, parts })
     }
 
-    /// Writes what an image of three channels, `width` pixels wide, has there to `to`.
+    /// Interpolates an image of three channels, `width` pixels wide, at these positions and writes to `to`.
     #[inline(always)]
     fn blend<T: Element, V: Floats>(&self, image: &[f32], width: usize, to: &mut [T], some: V) {
         let [above, left] = self.corner;
@@ -99,22 +100,23 @@ impl Block {
     }
 }
 
-/// What lies `part` of the way from one to another.
+/// Interpolates linearly between `one` and `other`.
 #[inline(always)]
 fn between<V: Floats>(one: V, other: V, part: V) -> V {
     (other - one).times_plus(part, one)
 }
 
-/// For each of some pixels of a row the four pixels that it lies between.
+/// The four bilinear sources of each of several pixels of a row.
 struct Places {
-    /// Their numbers in the image.
+    /// Indices in the image.
     pixels: [[u32; LANES]; 4],
-    /// Their weights, 0 outside.
+    /// Weights, 0 outside.
     weights: [[f32; LANES]; 4],
 }
 
 impl Places {
-    /// Where the pixels from (`y`, `x`) on, `moved` so far, were in an image of `height` and `width`.
+    /// Finds the sources of the pixels from (`y`, `x`) on, with motion `moved`, in an image of `height` and
+    /// `width`.
     #[inline(always)]
     fn new(moved: &[[f32; 2]; LANES], [y, x]: [usize; 2], [height, width]: [usize; 2]) -> Self {
         let (mut pixels, mut weights) = ([[0; LANES]; 4], [[0.0; LANES]; 4]);
@@ -129,14 +131,14 @@ impl Places {
         Self { pixels, weights }
     }
 
-    /// The four pixels that pixel `i` lies between, and their weights.
+    /// Sources and weights of pixel `i`.
     #[inline(always)]
     fn of(&self, i: usize) -> ([usize; 4], [f32; 4]) {
         let Self { pixels: [a, b, c, d], weights: [wa, wb, wc, wd] } = self;
         ([a[i] as usize, b[i] as usize, c[i] as usize, d[i] as usize], [wa[i], wb[i], wc[i], wd[i]])
     }
 
-    /// Writes what an image of four channels has there to `row`, as far as that goes.
+    /// Interpolates an image of four channels and writes to `row`, as far as it goes.
     #[inline(always)]
     fn blend_four<T: Element>(&self, image: &[T], row: &mut [T]) {
         let image = image.as_chunks::<4>().0;
@@ -147,8 +149,8 @@ impl Places {
         }
     }
 
-    /// The same of three channels. They are read and written with one number of the next pixel, as vectors are, but for
-    /// the last ones.
+    /// Interpolates an image of three channels and writes to `row`. Except at the ends, pixels are read and written
+    /// as vectors of four, with one value of the next pixel.
     #[inline(always)]
     fn blend_three<T: Element>(&self, image: &[T], row: &mut [T]) {
         let (count, last) = ((row.len() / 3).min(LANES), image.len() / 3 - 1);
@@ -168,7 +170,7 @@ impl Places {
         }
     }
 
-    /// The same of `channels` channels.
+    /// Interpolates an image of any number of channels and writes to `row`.
     #[inline(always)]
     fn blend<T: Element>(&self, image: &[T], channels: usize, row: &mut [T]) {
         for (i, to) in row.chunks_exact_mut(channels).take(LANES).enumerate() {
@@ -182,28 +184,28 @@ impl Places {
     }
 }
 
-/// Four numbers from `at` on.
+/// Four elements from `at` on.
 #[inline(always)]
 fn four<T: Element>(image: &[T], at: usize) -> Vec4 {
     let numbers = &image[at..at + 4];
     Vec4::new(numbers[0].to_f32(), numbers[1].to_f32(), numbers[2].to_f32(), numbers[3].to_f32())
 }
 
-/// Three, and a zero.
+/// Three elements from `at` on, and a zero.
 #[inline(always)]
 fn three<T: Element>(image: &[T], at: usize) -> Vec4 {
     let numbers = &image[at..at + 3];
     Vec4::new(numbers[0].to_f32(), numbers[1].to_f32(), numbers[2].to_f32(), 0.0)
 }
 
-/// The sum of four pixels by their weights.
+/// Weighted sum of four pixels.
 #[inline(always)]
 fn mean([a, b, c, d]: [Vec4; 4], [wa, wb, wc, wd]: [f32; 4]) -> Vec4 {
     (a * wa + b * wb) + (c * wc + d * wd)
 }
 
-/// The two of `count` pixels in a line that `at` lies between, and their weights. Beyond the ends, and where `at` is no
-/// number, they are the first or last with a weight of 0.
+/// Finds the two of `count` pixels in a line between which `at` lies, and their weights. Beyond the ends, and for
+/// NaN, the result is an end pixel with weight 0.
 #[inline(always)]
 fn along(at: f32, count: usize) -> ([u32; 2], [f32; 2]) {
     let last = (count - 1) as f32;
@@ -215,14 +217,14 @@ fn along(at: f32, count: usize) -> ([u32; 2], [f32; 2]) {
     ([first, second].map(|at| whole(at.max(0.0).min(last))), [near, far])
 }
 
-/// A whole number of 0 to 2²³ − 1, from the fraction of the sum that it makes with 2²³: conversions that check for more
-/// do not become vectors.
+/// Converts a whole number of 0…2²³ − 1 by adding 2²³ and taking the fraction bits. A checked conversion is not
+/// vectorised.
 #[inline(always)]
 fn whole(number: f32) -> u32 {
     (number + 8_388_608.0).to_bits() & 0x007F_FFFF
 }
 
-/// The motion of the pixels of row `y` from column `x` on; of the last one again beyond it.
+/// Motion of the pixels of row `y` from column `x` on; the last pixel is repeated beyond the border.
 #[inline(always)]
 fn of_pixels(motion: &Map, y: usize, x: usize) -> [[f32; 2]; LANES] {
     let row = &motion.row(y).as_chunks::<2>().0[x..];
@@ -232,7 +234,7 @@ fn of_pixels(motion: &Map, y: usize, x: usize) -> [[f32; 2]; LANES] {
     }
 }
 
-/// The mean motion of the `factor`² pixels that are pixel (`y`, `x`) of `factor` times lower resolution, in pixels of that.
+/// Mean motion of the `factor`² pixels that form pixel (`y`, `x`) of the lower resolution, in pixels of the latter.
 #[inline(always)]
 fn mean_motion(motion: &Map, [y, x]: [usize; 2], factor: usize) -> [f32; 2] {
     let mut sum = [0.0f32; 2];
@@ -256,7 +258,7 @@ mod tests {
         let mut motion = Map::zeros(6, 8, 2);
         motion.data.chunks_exact_mut(2).for_each(|m| m.copy_from_slice(&[2.0, -4.0]));
         let mut out = Map::<f32>::default();
-        // At half the resolution: one to the right, two up.
+        // At half the resolution: one pixel right, two up.
         warp(&input, &motion, &mut out);
         assert_eq!(out.row(2), [2.0, 3.0, 4.0, 0.0]);
         assert_eq!(out.row(1), [0.0; 4]);

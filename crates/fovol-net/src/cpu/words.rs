@@ -1,14 +1,14 @@
-//! Memory in words of 32 bits. Large pieces are pages of their own, on Linux huge ones where there are such: what networks go
-//! through in each frame would otherwise need more addresses looked up than processors remember.
+//! Memory in words of 32 bits. Large buffers are mapped pages, on Linux huge pages if possible: networks touch so
+//! much memory per frame that small pages would overflow the TLB.
 
 use bytemuck::{cast_slice, cast_slice_mut};
 use memmap2::MmapMut;
 use std::ops::{Deref, DerefMut};
 
-/// So many words are pages of their own.
+/// Number of words from which buffers get pages of their own.
 const LARGE: usize = 1 << 20;
 
-/// Some words, zeros at first.
+/// Buffer of words, initially zero.
 #[derive(Debug)]
 pub struct Words(Place);
 
@@ -19,12 +19,12 @@ enum Place {
 }
 
 impl Words {
-    /// So many.
+    /// Allocates `count` words, all zero.
     pub fn zeros(count: usize) -> Self {
         let pages = (count >= LARGE).then(|| MmapMut::map_anon(count * size_of::<u32>()).ok()).flatten();
         match pages {
             Some(pages) => {
-                // Where that is not to be had, other pages do.
+                // An error does no harm: ordinary pages work too.
                 #[cfg(target_os = "linux")]
                 let _ = pages.advise(memmap2::Advice::HugePage);
                 Self(Place::Pages(pages))

@@ -2,7 +2,7 @@ use fovol_core::Frame;
 use rayon::prelude::*;
 use spade::{DelaunayTriangulation, HasPosition, HierarchyHintGenerator, Point2, Triangulation};
 
-/// A sampled pixel.
+/// A sampled pixel as a vertex of the triangulation.
 struct Sample {
     at: Point2<f64>,
     colour: [f32; 3],
@@ -18,10 +18,10 @@ impl HasPosition for Sample {
 
 type Mesh = DelaunayTriangulation<Sample, (), (), (), HierarchyHintGenerator<f64>>;
 
-/// Rows that one task fills.
+/// Number of rows that one task fills.
 const ROWS: usize = 16;
 
-/// Linear interpolation in the Delaunay triangulation of the samples; the nearest sample outside it.
+/// Interpolates linearly in the Delaunay triangulation of the samples. Outside it the nearest sample counts.
 pub fn linear(sparse: &Frame) -> Frame {
     let size = sparse.size();
     let mut frame = sparse.clone();
@@ -61,7 +61,7 @@ fn samples_of(sparse: &Frame) -> Vec<Sample> {
         .collect()
 }
 
-/// Fills the unsampled pixels that each triangle covers.
+/// Fills the unsampled pixels that the triangles cover.
 fn draw_triangles(mesh: &Mesh, frame: &mut Frame) {
     let width = frame.size().width as usize;
     for face in mesh.inner_faces() {
@@ -76,7 +76,7 @@ fn draw_triangles(mesh: &Mesh, frame: &mut Frame) {
                 if pixel[3] > 0.5 {
                     continue;
                 }
-                // Twice the areas towards b and c over twice the whole: barycentric coordinates.
+                // Barycentric coordinates: doubled areas of the parts towards b and c, over that of the triangle.
                 let (px, py) = (x as f64 - a.x, y as f64 - a.y);
                 let to_b = (px * (c.y - a.y) - py * (c.x - a.x)) / area;
                 let to_c = (py * (b.x - a.x) - px * (b.y - a.y)) / area;

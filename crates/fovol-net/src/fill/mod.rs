@@ -7,20 +7,20 @@ pub use numbers::FilledNumbers;
 use std::fmt;
 use std::str::FromStr;
 
-/// A reconstruction that needs no training and no history.
+/// Reconstruction of a frame without training and history.
 ///
-/// Sampled pixels (alpha above ½) keep their colours exactly; all others are filled. A frame without any
-/// sample becomes opaque black.
+/// Sampled pixels (alpha above ½) keep their colours exactly; all others are filled. A frame without any sample
+/// becomes opaque black.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Fill {
-    /// Averages of ever larger squares (Gortler, Grzeszczuk, Szeliski, Cohen 1996).
+    /// Pull-push: averages over growing squares (Gortler, Grzeszczuk, Szeliski, Cohen 1996).
     PullPush,
-    /// Linear interpolation in the Delaunay triangulation of the samples; the nearest one outside it.
+    /// Linear interpolation in the Delaunay triangulation of the samples. Outside it the nearest sample counts.
     Linear,
 }
 
 impl Fill {
-    /// The full frame of `sparse`, alpha 1 everywhere.
+    /// Reconstructs the full frame of `sparse`, with alpha 1 everywhere.
     pub fn reconstruct(self, sparse: &Frame) -> Frame {
         match self {
             Self::PullPush => pull_push::pull_push(sparse),

@@ -3,22 +3,23 @@ use crate::cpu::{Simd, Work};
 use fovol_core::FrameSize;
 use rayon::prelude::*;
 
-/// Two pictures of numbers, filled by pull-push between those that are known: above 0. All are 0 where none is known.
+/// Two scalar images, filled by pull-push. Values above 0 are known. An image without known values is 0 everywhere.
 ///
-/// Only what is known and half the resolution are kept; what lies between is made where it is asked for.
+/// Only the known values and a filled image of half the resolution are stored. Values between are computed on
+/// demand.
 #[derive(Debug, Clone)]
 pub struct FilledNumbers {
     size: FrameSize,
     known: [Vec<f32>; 2],
-    /// Filled, at half the resolution.
+    /// Filled images at half the resolution.
     coarse: Level<Pair>,
 }
 
 impl FilledNumbers {
-    /// Two pictures of a frame of `size`, row by row, of which those above 0 are `known`.
+    /// Fills two images of a frame of `size`, given row by row. Values above 0 are known.
     ///
     /// # Panics
-    /// When there is not a number for every pixel.
+    /// When there is not one value for every pixel.
     pub fn new(size: FrameSize, known: [Vec<f32>; 2]) -> Self {
         assert!(known.iter().all(|numbers| numbers.len() == size.pixels()), "a number for every pixel");
         let [width, height] = [size.width, size.height].map(|side| side as usize);
@@ -26,12 +27,12 @@ impl FilledNumbers {
         Self { size, known, coarse }
     }
 
-    /// The size of the frame.
+    /// Size of the frame.
     pub fn size(&self) -> FrameSize {
         self.size
     }
 
-    /// Both numbers of a pixel.
+    /// Both values of a pixel.
     ///
     /// # Panics
     /// Outside the frame.
@@ -46,7 +47,7 @@ impl FilledNumbers {
         [0, 1].map(|picture| if known[picture] > 0.0 { known[picture] } else { between[picture] })
     }
 
-    /// Writes both numbers of the pixels of row `y`; `line` is memory.
+    /// Writes both values of all pixels of row `y` to `rows`. `line` is scratch memory.
     ///
     /// # Panics
     /// Outside the frame, and for rows of another width.
@@ -54,7 +55,7 @@ impl FilledNumbers {
     pub fn row(&self, y: usize, rows: [&mut [f32]; 2], line: &mut Vec<f32>) {
         let width = self.size.width as usize;
         let half = self.coarse.width();
-        // One more at both ends.
+        // The border value is repeated at both ends.
         line.resize(half + 2, 0.0);
         for (picture, row) in rows.into_iter().enumerate() {
             let row = &mut row[..width];
@@ -78,7 +79,7 @@ impl FilledNumbers {
         }
     }
 
-    /// Both pictures, row by row.
+    /// Both images, row by row.
     pub fn pictures(&self) -> [Vec<f32>; 2] {
         let width = self.size.width as usize;
         let mut pictures = [0, 1].map(|_| vec![0.0; self.size.pixels()]);
@@ -91,7 +92,7 @@ impl FilledNumbers {
     }
 }
 
-/// The making of a row.
+/// Operation that writes one row.
 struct Row<'a> {
     numbers: &'a FilledNumbers,
     y: usize,

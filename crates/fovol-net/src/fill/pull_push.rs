@@ -1,48 +1,48 @@
 use fovol_core::Frame;
 use rayon::prelude::*;
 
-/// What a pixel of a level is: numbers premultiplied by how much is known of them, and that weight.
+/// Pixel of a pyramid level: values premultiplied by a weight 0…1, and that weight.
 pub trait Weighted: Copy + Send + Sync {
     const NOTHING: Self;
 
     fn plus(self, other: Self) -> Self;
 
-    /// With no weight above 1.
+    /// Scales values and weight so that the weight is 1 at most.
     fn cut(self) -> Self;
 
-    /// With weight 1; zero where nothing is known.
+    /// Divides by the weight; zero where the weight is 0.
     fn divided(self) -> Self;
 
-    /// Whether a coarser level can add nothing.
+    /// Whether the weight is 1, so that coarser levels add nothing.
     fn is_whole(self) -> bool;
 
-    /// With what the weight leaves open taken from `coarse`, whose weight is 1.
+    /// Adds `coarse`, whose weight is 1, multiplied by the weight that is missing here to 1.
     fn blended(self, coarse: Self) -> Self;
 
-    /// The way from `self` to `other` by `part`.
+    /// Interpolates linearly from `self` to `other`; `part` is 0…1.
     fn towards(self, other: Self, part: f32) -> Self;
 }
 
-/// Two numbers, each followed by its weight.
+/// Two values, each followed by its weight.
 #[derive(Debug, Clone, Copy)]
 pub struct Pair([f32; 4]);
 
 impl Pair {
-    /// These numbers, those above 0 with weight 1.
+    /// Makes a pixel of two values. Values above 0 get weight 1, others 0.
     #[inline(always)]
     fn known(numbers: [f32; 2]) -> Self {
         let [a, b] = numbers.map(|number| if number > 0.0 { [number, 1.0] } else { [0.0; 2] });
         Self([a[0], a[1], b[0], b[1]])
     }
 
-    /// The numbers.
+    /// Both values, without weights.
     #[inline(always)]
     pub fn numbers(self) -> [f32; 2] {
         [self.0[0], self.0[2]]
     }
 }
 
-/// Red, green, blue, and their weight.
+/// Red, green and blue, and their weight.
 impl Weighted for [f32; 4] {
     const NOTHING: Self = [0.0; 4];
 
@@ -116,16 +116,16 @@ pub struct Level<P> {
     pixels: Vec<P>,
 }
 
-/// Rows of a level that one task works on.
+/// Number of rows that one task works on.
 const ROWS: usize = 32;
 
 impl<P: Weighted> Level<P> {
-    /// Columns.
+    /// Number of columns.
     pub fn width(&self) -> usize {
         self.width
     }
 
-    /// What lies here at pixel (x, y) of the next finer level, between four pixels.
+    /// Interpolates this level bilinearly at pixel (x, y) of the next finer level.
     #[inline(always)]
     pub fn between(&self, [x, y]: [usize; 2]) -> P {
         let ((x0, x1, fx), (y0, y1, fy)) = (neighbours(x, self.width), neighbours(y, self.height));
@@ -135,7 +135,8 @@ impl<P: Weighted> Level<P> {
 }
 
 impl Level<Pair> {
-    /// Writes what lies here at row `y` of the next finer level, between two rows, of number `picture` of pixels to `line`.
+    /// Interpolates between two rows of this level for row `y` of the next finer level. Writes value number
+    /// `picture` of each pixel to `line`.
     #[inline(always)]
     pub fn line(&self, y: usize, picture: usize, line: &mut [f32]) {
         let (above, below, part) = neighbours(y, self.height);
@@ -147,7 +148,7 @@ impl Level<Pair> {
     }
 }
 
-/// The full frame of `sparse`; samples exactly as they were.
+/// Fills `sparse` by pull-push. Sampled pixels (alpha above ½) keep their values exactly.
 pub fn pull_push(sparse: &Frame) -> Frame {
     let known = |p: &[f32; 4]| if p[3] > 0.5 { [p[0], p[1], p[2], 1.0] } else { [0.0; 4] };
     let [width, height] = [sparse.size().width, sparse.size().height].map(|side| side as usize);
@@ -156,8 +157,8 @@ pub fn pull_push(sparse: &Frame) -> Frame {
         .expect("the finest level has the size of the frame")
 }
 
-/// Pull: halve the picture, averaging what is known, until one pixel is left. Push: on the way back,
-/// blend what is unknown with the coarser level (Gortler et al. 1996, weights saturating at 1).
+/// Fills `finest` by pull-push (Gortler et al. 1996, weights saturating at 1). Pull halves the image, averaging
+/// known values, until one pixel is left. Push goes back and blends unknown pixels with the coarser level.
 pub fn filled<P: Weighted>(finest: Level<P>) -> Level<P> {
     let mut levels = vec![finest];
     while levels[levels.len() - 1].pixels.len() > 1 {
@@ -175,7 +176,7 @@ pub fn filled<P: Weighted>(finest: Level<P>) -> Level<P> {
     coarse
 }
 
-/// Two pictures of numbers, of which those above 0 are `known`, pulled to half their size.
+/// Pulls two scalar images to half their size. Values above 0 are known.
 pub fn halved([width, height]: [usize; 2], known: [&[f32]; 2]) -> Level<Pair> {
     let coarse = [width, height].map(|side| side.div_ceil(2));
     let row = |y: usize| known.map(|numbers| if y < height { &numbers[y * width..][..width] } else { &[] });
@@ -191,7 +192,7 @@ pub fn halved([width, height]: [usize; 2], known: [&[f32]; 2]) -> Level<Pair> {
     })
 }
 
-/// Half the size, rounded up: sums of 2×2 pixels, with the total weight cut to 1.
+/// Pulls to half the size, rounded up: sums of 2×2 pixels, with the weight limited to 1.
 fn pull<P: Weighted>(fine: &Level<P>) -> Level<P> {
     let row = |y: usize| if y < fine.height { &fine.pixels[y * fine.width..][..fine.width] } else { &[] };
     halves([fine.width, fine.height].map(|side| side.div_ceil(2)), |y, out| {
@@ -203,7 +204,7 @@ fn pull<P: Weighted>(fine: &Level<P>) -> Level<P> {
     })
 }
 
-/// A level of which `row` makes the rows.
+/// Makes a level, of which `row` writes the rows.
 fn halves<P: Weighted>([width, height]: [usize; 2], row: impl Fn(usize, &mut [P]) + Sync) -> Level<P> {
     let mut pixels = vec![P::NOTHING; width * height];
     pixels.par_chunks_mut(width * ROWS).enumerate().for_each(|(chunk, rows)| {
@@ -212,7 +213,7 @@ fn halves<P: Weighted>([width, height]: [usize; 2], row: impl Fn(usize, &mut [P]
     Level { width, height, pixels }
 }
 
-/// Blends every pixel of `fine` with the bilinear value of `coarse` by what its weight leaves open.
+/// Pushes: blends every pixel of `fine` with the bilinear value of `coarse`, by the weight that is missing to 1.
 fn push<P: Weighted>(coarse: &Level<P>, fine: &mut Level<P>) {
     let width = fine.width;
     fine.pixels.par_chunks_mut(width * ROWS).enumerate().for_each(|(chunk, rows)| {
@@ -233,7 +234,7 @@ fn push<P: Weighted>(coarse: &Level<P>, fine: &mut Level<P>) {
     });
 }
 
-/// The two coarse pixels around the centre of fine pixel `i`, and how far between them it lies.
+/// Returns the two coarse pixels around the centre of fine pixel `i`, and its position between them, 0…1.
 fn neighbours(i: usize, coarse: usize) -> (usize, usize, f32) {
     let nearest = i / 2;
     if i.is_multiple_of(2) {

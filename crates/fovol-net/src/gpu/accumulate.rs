@@ -4,7 +4,8 @@ use super::shader::ACCUMULATE;
 use super::tensor::Place;
 use crate::plan::TensorId;
 
-/// The kernel of `known` pixels, and of those `before` as far as they are believed.
+/// Makes the kernel of `Layer::Accumulate`: `known`, and the earlier samples `before`, weighted by `share` and
+/// `fade`.
 pub fn kernel(
     making: &Making<'_>,
     known: TensorId,

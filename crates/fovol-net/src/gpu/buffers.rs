@@ -1,4 +1,4 @@
-//! The memory of the frames of one state.
+//! Device memory for the frames of one state.
 
 use super::frame::DeviceInput;
 use super::kernel::{Kernel, Operand};
@@ -11,24 +11,24 @@ use fovol_gpu::{Gpu, GpuError};
 use std::collections::{HashMap, HashSet};
 use wgpu::BufferUsages;
 
-/// What everything that kernels read and write lies in.
+/// Buffers of all operands of kernels.
 pub struct Buffers {
-    /// What tensors share.
+    /// Buffers that tensors share.
     pieces: Vec<wgpu::Buffer>,
     piece_of: HashMap<TensorId, usize>,
-    /// For each state of the plan both of its buffers. Where they are not swapped the first is as it comes from the last
-    /// frame, and the second only on the way there.
+    /// For each state of the plan, two buffers. If they are swapped, they alternate between the last frame and this
+    /// one. Otherwise the first holds the state of the last frame, and the second serves the copy to the next one.
     carried: Vec<(Carried, [wgpu::Buffer; 2])>,
-    /// What has memory of its own.
+    /// Buffers of places that share no memory.
     own: HashMap<Place, wgpu::Buffer>,
     shapes: HashMap<Place, wgpu::Buffer>,
 }
 
 impl Buffers {
-    /// That everything the frames of `sizes` need fits the device.
+    /// Checks that all buffers for frames of `sizes` are within the device's limits.
     ///
     /// # Errors
-    /// [`GpuError::Limit`], naming the first tensor that does not.
+    /// [`GpuError::Limit`], naming the first tensor that exceeds one.
     pub fn check(network: &Made, sizes: &Sizes<'_>) -> fovol_gpu::Result<()> {
         const MEND: &str = "give a smaller --size, --precision f16, or --device cpu";
         let limits = network.gpu.device().limits();
@@ -41,7 +41,7 @@ impl Buffers {
         Ok(())
     }
 
-    /// Memory for the frames of `sizes`, all of it zeros.
+    /// Allocates memory for frames of `sizes`, all zero.
     pub fn new(network: &Made, sizes: &Sizes<'_>) -> Self {
         let gpu = &network.gpu;
         let kernels: Vec<&Kernel> = network.steps.iter().map(|step| &step.kernel).collect();
@@ -64,7 +64,7 @@ impl Buffers {
         buffers
     }
 
-    /// Makes what `operand` needs besides tensors.
+    /// Allocates buffers that `operand` needs besides those of tensors.
     fn make_room(&mut self, gpu: &Gpu, operand: &Operand, sizes: &Sizes<'_>) {
         if let Operand::Shape(place) = *operand {
             self.shapes.entry(place).or_insert_with(|| uniform(gpu, sizes.shape(place)));
@@ -74,19 +74,19 @@ impl Buffers {
         }
     }
 
-    /// The full frame.
+    /// Reconstructed frame.
     pub fn frame(&self) -> &wgpu::Buffer {
         &self.own[&Place::Frame]
     }
 
-    /// The bytes of all of them.
+    /// Total size of all buffers in bytes.
     pub fn bytes(&self) -> u64 {
         let carried = self.carried.iter().flat_map(|(_, buffers)| buffers);
         let all = self.pieces.iter().chain(carried).chain(self.own.values()).chain(self.shapes.values());
         all.map(wgpu::Buffer::size).sum()
     }
 
-    /// The memory of a tensor, in odd or in even frames.
+    /// Buffer of tensor `id`, in odd or in even frames.
     pub fn tensor(&self, id: TensorId, is_odd: bool) -> &wgpu::Buffer {
         let turn = usize::from(is_odd);
         for (carried, buffers) in &self.carried {
@@ -100,12 +100,12 @@ impl Buffers {
         &self.pieces[self.piece_of[&id]]
     }
 
-    /// What the last frame left, to be read by an odd or an even one.
+    /// State tensors of the last frame, as an odd or an even frame reads them.
     pub fn past(&self, is_odd: bool) -> impl Iterator<Item = &wgpu::Buffer> {
         self.carried.iter().map(move |(carried, _)| self.tensor(carried.previous, is_odd))
     }
 
-    /// Copies what is not swapped to where the next frame finds it.
+    /// Copies states that are not swapped to where the next frame reads them.
     pub fn carry(&self, encoder: &mut wgpu::CommandEncoder, is_odd: bool) {
         let copied = || self.carried.iter().filter(|(carried, _)| !carried.is_swapped);
         for (carried, [_, on_the_way]) in copied() {
@@ -117,7 +117,7 @@ impl Buffers {
         }
     }
 
-    /// What `step` binds in an odd or an even frame; `given` is what it is given, if it reads that.
+    /// Bind group of `step` in an odd or an even frame. `given` is the frame's input, for steps that read it.
     pub fn bind(
         &self,
         gpu: &Gpu,
@@ -141,7 +141,7 @@ impl Buffers {
     }
 }
 
-/// The tensors of `carried` that have memory of their own, and those that are still needed when a frame is done.
+/// Tensors of `carried` that share no memory, and tensors that are needed after the frame.
 fn apart_and_kept(carried: &[Carried]) -> (HashSet<TensorId>, HashSet<TensorId>) {
     let previous = carried.iter().map(|carried| carried.previous);
     let swapped = carried.iter().filter(|carried| carried.is_swapped).map(|carried| carried.next);

@@ -1,4 +1,5 @@
-//! Convolutions: by cooperative matrices where the device has them and they fit, else by the threads of any device.
+//! Makes kernels of convolutions: with cooperative matrices if the device has them and they fit, else with plain
+//! threads.
 
 use super::conv_weights::Packing;
 use super::kernel::{Groups, Kernel, Operand, bits, flag};
@@ -12,21 +13,21 @@ use fovol_gpu::{Matrices, Shader};
 use half::f16;
 use wgpu::BufferUsages;
 
-/// The most tensors that a convolution reads.
+/// Largest number of input tensors of a convolution.
 const SOURCES: usize = 4;
-/// Columns of pixels of a workgroup; as in shaders/convolution.wgsl.
+/// Columns of pixels of a workgroup, as in shaders/convolution.wgsl.
 const COLUMNS: u32 = 16;
-/// What is left free after the channels of a pixel; as in shaders/conv_matrices.wgsl.
+/// Padding after the channels of a pixel in workgroup memory, as in shaders/conv_matrices.wgsl.
 const PADDING: u32 = 8;
 
-/// Where the sources of a convolution end, in blocks of all together. Twin of `Sources` in shaders/convolution.wgsl.
+/// End of each input tensor, in blocks of all inputs together. Twin of `Sources` in shaders/convolution.wgsl.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 struct Sources {
     ends: [u32; SOURCES],
 }
 
-/// `activation` as shaders know it.
+/// Number of `activation` in shaders.
 pub fn activation_number(activation: Activation) -> f64 {
     match activation {
         Activation::None => 0.0,
@@ -35,7 +36,7 @@ pub fn activation_number(activation: Activation) -> f64 {
     }
 }
 
-/// `resize` as shaders know it.
+/// Number of `resize` in shaders.
 pub fn resize_number(resize: Resize) -> u32 {
     match resize {
         Resize::Same => 0,
@@ -44,29 +45,30 @@ pub fn resize_number(resize: Resize) -> u32 {
     }
 }
 
-/// 2×2 pixels as four channels, as shaders know it.
+/// Number in shaders for reading 2×2 pixels as four channels.
 const FOLDED: u32 = 3;
 
-/// How a workgroup makes its part of a convolution.
+/// Method by which a workgroup computes its part of a convolution.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Means {
     shader: Shader,
-    /// Channels that are multiplied together: of a thread's block, or of a matrix.
+    /// Channels that are multiplied together: those of a block for threads, or the edge of a matrix.
     edge: usize,
     /// Rows of pixels of a workgroup.
     rows: u32,
-    /// What else the shader is told.
+    /// Further constants of the shader.
     constants: Vec<(&'static str, u32)>,
 }
 
 impl Means {
-    /// What any device can do.
+    /// Method with plain threads, for any device.
     fn threads(conv: &Conv) -> Self {
         let fours = if conv.stride == 1 { 4 } else { 2 };
         Self { shader: CONV, edge: BLOCK, rows: 4 * fours, constants: vec![("ROWS", fours)] }
     }
 
-    /// By `matrices`, with as many rows as a device of these `limits` has threads and memory for.
+    /// Method with `matrices`, with as many rows as the threads and workgroup memory in `limits` allow. `None` if
+    /// not even two rows fit.
     fn matrices(matrices: Matrices, conv: &Conv, limits: &wgpu::Limits) -> Option<Self> {
         let (edge, (least, most)) = (matrices.edge(), matrices.subgroup());
         let shader = if edge == 8 { CONV_MATRICES_8 } else { CONV_MATRICES_16 };
@@ -86,7 +88,7 @@ impl Means {
     }
 }
 
-/// What a device multiplies by.
+/// Capabilities of a device.
 #[derive(Debug, Clone)]
 struct Units {
     matrices: Option<Matrices>,
@@ -94,7 +96,8 @@ struct Units {
 }
 
 impl Units {
-    /// By what `conv` of `inputs` to `outputs` channels is made: by matrices unless most of them would be zeros.
+    /// Chooses the method for `conv` from `inputs` to `outputs` channels: matrices, unless padding would more than
+    /// double the products.
     fn means(&self, conv: &Conv, inputs: usize, outputs: usize) -> Means {
         let padded = |edge: usize| inputs.next_multiple_of(edge) * outputs.next_multiple_of(edge);
         let is_worth = |matrices: &Matrices| padded(matrices.edge() as usize) <= 2 * inputs * outputs;
@@ -104,10 +107,10 @@ impl Units {
     }
 }
 
-/// The kernel of a convolution.
+/// Makes the kernel of a convolution.
 ///
 /// # Errors
-/// Weights that are missing; more than four inputs.
+/// Weights that are missing, and more than four input tensors.
 pub fn kernel(making: &Making<'_>, conv: &Conv) -> Result<Kernel> {
     if conv.inputs.is_empty() || conv.inputs.len() > SOURCES {
         return Err(too_many(&conv.name, conv.inputs.len(), SOURCES));
@@ -139,13 +142,13 @@ pub fn kernel(making: &Making<'_>, conv: &Conv) -> Result<Kernel> {
     })
 }
 
-/// The tensor that source `i` of a convolution lies in; those that there are not are bound too.
+/// Stored tensor of input `i` of a convolution. Absent inputs are bound too, as input 0.
 fn stored(making: &Making<'_>, conv: &Conv, i: usize) -> TensorId {
     let read = conv.inputs.get(i).unwrap_or(&conv.inputs[0]);
     making.moved(read.tensor).unwrap_or(read.tensor)
 }
 
-/// What shaders are told of `conv`, however they make it.
+/// Constants of `conv` for both methods.
 fn common_constants(making: &Making<'_>, conv: &Conv) -> Vec<(&'static str, f64)> {
     let mut halves: Vec<bool> = (0..SOURCES).map(|i| making.is_halved(stored(making, conv, i))).collect();
     halves.push(making.is_halved(conv.output));
@@ -163,7 +166,7 @@ fn common_constants(making: &Making<'_>, conv: &Conv) -> Vec<(&'static str, f64)
     ]
 }
 
-/// Where inputs of so many `channels` end.
+/// Uniform buffer with the ends of inputs of these `channels`.
 fn sources(making: &Making<'_>, channels: &[usize]) -> Operand {
     let all: usize = channels.iter().map(|count| count.div_ceil(BLOCK)).sum();
     let mut ends = [all as u32; SOURCES];
@@ -176,7 +179,7 @@ fn sources(making: &Making<'_>, channels: &[usize]) -> Operand {
     Operand::Uniform(making.buffer("sources", &bytes, BufferUsages::UNIFORM))
 }
 
-/// `values` with zeros to the end of the last block.
+/// Pads `values` with zeros to whole blocks.
 pub fn padded(values: &[f32]) -> Vec<f32> {
     let mut padded = values.to_vec();
     padded.resize(values.len().next_multiple_of(BLOCK), 0.0);
@@ -200,7 +203,7 @@ mod tests {
         Units { matrices: Some(Matrices::new(edge, subgroup)), limits: wgpu::Limits::default() }
     }
 
-    /// The share of all products of a network that matrices make.
+    /// Share of all products of a network that use matrices.
     fn share(named: Named, units: &Units) -> f64 {
         let plan = named.config().plan().unwrap();
         let channels = |id: TensorId| plan.tensor(id).channels;

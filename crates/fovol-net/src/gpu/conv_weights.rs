@@ -1,21 +1,21 @@
-//! The weights of convolutions as shaders read them.
+//! Packs the weights of convolutions in the order in which shaders read them.
 
 use super::tensor::BLOCK;
 
-/// In which order shaders read the weights of a convolution.
+/// Order in which shaders read the weights of a convolution.
 pub struct Packing {
     size: usize,
-    /// For each lane of each block that is read the channel of the inputs, if it is one.
+    /// For each lane of each input block, the input channel; `None` for padding.
     inputs: Vec<Option<usize>>,
     outputs: usize,
-    /// Channels of a tile, of inputs as of outputs.
+    /// Channels of a tile, for inputs and outputs.
     edge: usize,
-    /// Tiles of outputs that a workgroup makes.
+    /// Number of output tiles of a workgroup.
     pub tiles: usize,
 }
 
 impl Packing {
-    /// That of a convolution of inputs of so many `channels` each, in tiles of `edge` channels.
+    /// Order for a convolution of input tensors of these `channels`, in tiles of `edge` channels.
     pub fn new(edge: usize, size: usize, channels: &[usize], outputs: usize) -> Self {
         let mut inputs = Vec::new();
         let mut first = 0;
@@ -28,8 +28,8 @@ impl Packing {
         Self { size, inputs, outputs, edge, tiles: tiles(outputs.div_ceil(edge)) }
     }
 
-    /// `weights`, \[output\]\[input\]\[row\]\[column\], as \[workgroup\]\[tile of inputs\]\[tap\]\[tile of
-    /// outputs\]\[input\]\[output\], zeros where there is none.
+    /// Packs `weights`, \[output\]\[input\]\[row\]\[column\], as \[workgroup\]\[tile of inputs\]\[tap\]\[tile of
+    /// outputs\]\[input\]\[output\], padded with zeros.
     pub fn packed(&self, weights: &[f32]) -> Vec<f32> {
         let taps = self.size * self.size;
         let count = self.inputs.iter().flatten().count();
@@ -52,8 +52,8 @@ impl Packing {
     }
 }
 
-/// How many of `all` tiles of channels a workgroup makes: as many as share what is read, and as few as leave none of them
-/// without work.
+/// Number of output tiles of a workgroup, of `all` tiles. More tiles share more reads; fewer tiles leave fewer of
+/// them idle.
 fn tiles(all: usize) -> usize {
     let cost = |tiles: &usize| all.div_ceil(*tiles) * (2 * tiles + 1);
     (1..=4).rev().min_by_key(cost).unwrap_or(1)
@@ -70,13 +70,13 @@ mod tests {
 
     #[test]
     fn weights_lie_in_the_order_of_their_use() {
-        // Three and one inputs, of which each begins a block; nine outputs.
+        // Two input tensors of three channels and of one, each beginning a block; nine outputs.
         let weights: Vec<f32> = (0..9 * 4).map(|i| i as f32 + 1.0).collect();
         let packing = Packing::new(BLOCK, 1, &[3, 1], 9);
         let packed = packing.packed(&weights);
         // Three blocks of outputs by two of inputs.
         assert_eq!((packing.tiles, packed.len()), (3, 6 * BLOCK * BLOCK));
-        // Output 1, input 2: the second lane of the third row of the first block.
+        // Output 1, input 2: second lane of the third row of the first block.
         assert_eq!(packed[2 * BLOCK + 1], weights[4 + 2]);
         // The fourth row has no input.
         assert_eq!(packed[3 * BLOCK..4 * BLOCK], [0.0; 4]);
@@ -86,7 +86,7 @@ mod tests {
 
     #[test]
     fn tiles_may_be_wider_than_blocks() {
-        // One input of three channels and one of two take eight lanes: one matrix; nine outputs take two.
+        // Input tensors of three and of two channels take eight lanes, which is one matrix; nine outputs take two.
         let weights: Vec<f32> = (0..9 * 5 * 9).map(|i| i as f32 + 1.0).collect();
         let packing = Packing::new(8, 3, &[3, 2], 9);
         let packed = packing.packed(&weights);

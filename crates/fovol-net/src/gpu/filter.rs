@@ -6,16 +6,16 @@ use super::tensor::{BLOCK, Place};
 use crate::Result;
 use crate::plan::{Filter, Normalisation, Taps};
 
-/// The most images that a kernel weighs.
+/// Largest number of images that a kernel weighs.
 const IMAGES: usize = 4;
 
-/// The most blocks of four weights that a thread holds: as many as a workgroup of them has memory for.
+/// Largest number of blocks of four weights that a thread holds, limited by workgroup memory.
 const MOST_HELD: usize = 12;
 
-/// The kernel of a predicted kernel.
+/// Makes the kernel of a predicted kernel.
 ///
 /// # Errors
-/// Weights that are missing; more than four images.
+/// Weights that are missing, and more than four images.
 pub fn kernel(making: &Making<'_>, filter: &Filter) -> Result<Kernel> {
     if filter.images.is_empty() || filter.images.len() > IMAGES {
         return Err(too_many(&filter.name, filter.images.len(), IMAGES));
@@ -35,7 +35,7 @@ pub fn kernel(making: &Making<'_>, filter: &Filter) -> Result<Kernel> {
     let end = |last: usize| filter.images.iter().take(last + 1).map(|(_, taps)| taps.count()).sum::<usize>();
     let around: Vec<bool> = filter.images.iter().map(|(_, taps)| *taps == Taps::Around).collect();
     let reads = filter.images.iter().rev().fold(0, |all, (read, _)| 4 * all + resize_number(read.resize));
-    // A thread for each feature, and for each block of the images.
+    // One thread for each feature and for each block of the images.
     let tile = 8 * filter.expand as u32;
     Ok(Kernel {
         shader: FILTER,
@@ -57,7 +57,7 @@ pub fn kernel(making: &Making<'_>, filter: &Filter) -> Result<Kernel> {
     })
 }
 
-/// `weights`, \[output\]\[input\], as \[block of outputs\]\[input\]\[output\], zeros where there is none.
+/// Packs `weights`, \[output\]\[input\], as \[block of outputs\]\[input\]\[output\], padded with zeros.
 fn packed(weights: &[f32], outputs: usize) -> Vec<f32> {
     let inputs = weights.len() / outputs;
     let mut packed = Vec::new();

@@ -3,18 +3,19 @@ use super::shader::{FRAME, KEEP};
 use super::tensor::Place;
 use crate::plan::TensorId;
 
-/// What a network is given for one frame that lies on its device.
+/// Input of a network for one frame on its device.
 #[derive(Debug, Clone, Copy)]
 pub struct DeviceInput<'a> {
-    /// The sparse frame: width × height × RGBA as f32, row 0 on top; alpha is 1 where a pixel was sampled. To be bound as
-    /// storage.
+    /// Sparse frame: width × height × RGBA as f32, top row first; alpha is 1 where a pixel was sampled. The usage
+    /// must include `STORAGE`.
     pub sparse: &'a wgpu::Buffer,
-    /// For each pixel the way (x right, y down, in pixels, two f32) to where it was in the last frame; networks that do not
-    /// use motion ignore it, for others none means stillness. To be bound as storage.
+    /// Motion: for each pixel the way to its position in the last frame, x right, y down, in pixels, as two f32.
+    /// Networks that do not use motion ignore it; for others `None` means no motion. The usage must include
+    /// `STORAGE`.
     pub motion: Option<&'a wgpu::Buffer>,
 }
 
-/// The kernel that brings what is given, as `entry_point` has it, to the padded tensor `to`.
+/// Makes a kernel that copies the input `from` to the padded tensor `to`.
 fn load(entry_point: &'static str, from: Place, to: TensorId) -> Kernel {
     let to = Place::Tensor(to);
     Kernel {
@@ -31,22 +32,22 @@ fn load(entry_point: &'static str, from: Place, to: TensorId) -> Kernel {
     }
 }
 
-/// Colours, and which of them are known as a fourth channel.
+/// Makes the kernel that loads colours and, as a fourth channel, the sample mask.
 pub fn load_colour(to: TensorId) -> Kernel {
     load("load_colour", Place::Sparse, to)
 }
 
-/// Which pixels are known.
+/// Makes the kernel that loads the sample mask.
 pub fn load_mask(to: TensorId) -> Kernel {
     load("load_mask", Place::Sparse, to)
 }
 
-/// Where pixels were.
+/// Makes the kernel that loads the motion.
 pub fn load_motion(to: TensorId) -> Kernel {
     load("load_motion", Place::Motion, to)
 }
 
-/// The kernel that makes a frame of the output of a network.
+/// Makes the kernel that writes the output of a network to the frame.
 pub fn show(output: Place) -> Kernel {
     Kernel {
         shader: FRAME,
@@ -62,7 +63,7 @@ pub fn show(output: Place) -> Kernel {
     }
 }
 
-/// The kernel that takes numbers out of what is kept for the next frame that are not finite.
+/// Makes the kernel that replaces values of a state that are not finite by 0.
 pub fn keep(kept: Place, is_halved: bool) -> Kernel {
     Kernel {
         shader: KEEP,

@@ -1,28 +1,28 @@
-//! What a layer has a device do, before it is known for which frames.
+//! Kernels: the work of a layer on a device, before the frame size is known.
 
 use super::tensor::{Place, Sizes};
 use fovol_gpu::Shader;
 use fovol_gpu::binding::Slot;
 
-/// One thing that a shader is given.
+/// A resource that a kernel binds.
 #[derive(Debug, Clone)]
 pub enum Operand {
-    /// The shape of something.
+    /// Shape of a place.
     Shape(Place),
-    /// Something to read.
+    /// Place that the kernel reads.
     Read(Place),
-    /// Something to write as a whole.
+    /// Place that the kernel writes as a whole.
     Write(Place),
-    /// Something to change.
+    /// Place that the kernel reads and writes.
     Change(Place),
-    /// A few numbers that are the same for all frames.
+    /// Constants in a uniform buffer, for all frames.
     Uniform(wgpu::Buffer),
     /// Learned numbers.
     Learned(wgpu::Buffer),
 }
 
 impl Operand {
-    /// How shaders bind it.
+    /// Type of the binding.
     pub fn slot(&self) -> Slot {
         match self {
             Self::Shape(_) | Self::Uniform(_) => Slot::Uniform,
@@ -31,7 +31,7 @@ impl Operand {
         }
     }
 
-    /// What it reads or writes.
+    /// Place that the kernel reads or writes, if any.
     pub fn place(&self) -> Option<Place> {
         match self {
             Self::Read(place) | Self::Write(place) | Self::Change(place) => Some(*place),
@@ -40,22 +40,22 @@ impl Operand {
     }
 }
 
-/// For what there are workgroups.
+/// Number of workgroups.
 #[derive(Debug, Clone, Copy)]
 pub enum Groups {
-    /// For each box of this many columns, rows and blocks of something.
+    /// One for each box of this many columns, rows and blocks of a place.
     Over(Place, [u32; 3]),
-    /// So many.
+    /// A fixed number.
     Count(u32),
 }
 
 impl Groups {
-    /// For 8×8 pixels of each block.
+    /// One workgroup for 8×8 pixels of each block of `place`.
     pub fn of(place: Place) -> Self {
         Self::Over(place, [8, 8, 1])
     }
 
-    /// How many there are along each axis.
+    /// Number of workgroups along each axis.
     pub fn count(&self, sizes: &Sizes<'_>) -> [u32; 3] {
         match *self {
             Self::Count(count) => [count, 1, 1],
@@ -67,7 +67,7 @@ impl Groups {
     }
 }
 
-/// An entry point of a shader with what it is given, at bindings 0, 1, 2…
+/// An entry point of a shader with its operands, at bindings 0, 1, 2…
 #[derive(Debug, Clone)]
 pub struct Kernel {
     pub shader: Shader,
@@ -78,12 +78,12 @@ pub struct Kernel {
     pub groups: Groups,
 }
 
-/// A yes or no as the value of a constant.
+/// Converts a flag to the value of a constant.
 pub fn flag(is_set: bool) -> f64 {
     f64::from(u8::from(is_set))
 }
 
-/// Yeses and noes as the bits of a constant, the first one lowest.
+/// Converts flags to the bits of a constant, the first one lowest.
 pub fn bits(are_set: &[bool]) -> f64 {
     are_set.iter().rev().fold(0.0, |all, is_set| 2.0 * all + flag(*is_set))
 }

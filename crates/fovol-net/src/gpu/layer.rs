@@ -1,4 +1,4 @@
-//! From the layers of a plan to what a device does for them.
+//! Makes GPU kernels from the layers of a plan.
 
 use super::kernel::{Kernel, Operand};
 use super::tensor::Place;
@@ -11,31 +11,31 @@ use bytemuck::Pod;
 use fovol_gpu::{Gpu, Matrices};
 use wgpu::BufferUsages;
 
-/// What kernels are made from.
+/// Context for making kernels.
 pub struct Making<'a> {
     pub gpu: &'a Gpu,
     pub plan: &'a Plan,
     pub weights: &'a Weights,
-    /// For each tensor whether its numbers are halves.
+    /// Whether each tensor is stored as f16.
     pub halved: &'a [bool],
     pub schedule: &'a Schedule,
-    /// What halves may be multiplied by.
+    /// Cooperative matrices that f16 products may use.
     pub matrices: Option<Matrices>,
 }
 
 impl Making<'_> {
-    /// Where the numbers of a tensor are found. Colours have the mask as a fourth channel: they are the known pixels.
+    /// Place of a tensor. The joined input shares the place of the colours, whose fourth channel is the mask.
     pub fn place(&self, id: TensorId) -> Place {
         let is_known = Some(id) == self.schedule.known;
         Place::Tensor(if is_known { self.plan.inputs().colour } else { id })
     }
 
-    /// That tensor, to read.
+    /// Operand that reads tensor `id`.
     pub fn read(&self, id: TensorId) -> Operand {
         Operand::Read(self.place(id))
     }
 
-    /// If a tensor is another one with its pixels in other places, and so never written, that other.
+    /// Source tensor of a tensor that is only a fold or unfold of another one, and never written.
     pub fn moved(&self, id: TensorId) -> Option<TensorId> {
         self.schedule.derived[id.index()].map(|(from, _)| from)
     }
@@ -59,22 +59,22 @@ impl Making<'_> {
         Ok((values("weight")?, values("bias")?))
     }
 
-    /// `bytes` as a buffer that shaders read.
+    /// Uploads `bytes` to a buffer.
     pub fn buffer(&self, label: &str, bytes: &[u8], usage: BufferUsages) -> wgpu::Buffer {
         let buffer = self.gpu.buffer(label, bytes.len() as u64, usage | BufferUsages::COPY_DST);
         self.gpu.queue().write_buffer(&buffer, 0, bytes);
         buffer
     }
 
-    /// Learned numbers on the device.
+    /// Uploads learned numbers.
     pub fn learned<T: Pod>(&self, label: &str, values: &[T]) -> Operand {
         Operand::Learned(self.buffer(label, bytemuck::cast_slice(values), BufferUsages::STORAGE))
     }
 
-    /// The kernels of `layer`, in their order; none for one whose output is never written.
+    /// Makes the kernels of `layer`, in order; none if its output is never written.
     ///
     /// # Errors
-    /// Weights that are missing; layers that read more tensors than shaders can bind.
+    /// Weights that are missing, and layers with more input tensors than shaders can bind.
     pub fn kernels(&self, layer: &Layer) -> Result<Vec<Kernel>> {
         let output = layer.output();
         if self.moved(output).is_some() || Some(output) == self.schedule.known {
@@ -110,7 +110,7 @@ impl Making<'_> {
     }
 }
 
-/// That a layer reads more than a shader can bind.
+/// Error for a layer with more input tensors than a shader can bind.
 pub fn too_many(name: &str, count: usize, most: usize) -> Error {
     Error::Config(format!(
         "`{name}` reads {count} tensors at once, and on a GPU {most} are the most; use --device cpu"

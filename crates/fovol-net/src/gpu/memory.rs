@@ -1,22 +1,22 @@
-//! Which tensors lie in the same memory, one after the other.
+//! Memory planning for tensors on a device: tensors that are never alive at the same time share a buffer.
 
 use super::kernel::{Kernel, Operand};
 use super::tensor::Place;
 use crate::plan::TensorId;
 use std::collections::{HashMap, HashSet};
 
-/// A plan of the memory of a frame.
+/// Memory plan of a frame.
 #[derive(Debug, Default)]
 pub struct Memory {
-    /// The bytes of each piece.
+    /// Size of each buffer in bytes.
     pub pieces: Vec<u64>,
-    /// The piece that a tensor lies in.
+    /// Index of the buffer of each tensor.
     pub piece_of: HashMap<TensorId, usize>,
 }
 
 impl Memory {
-    /// Shares memory between the tensors that `kernels` write one after the other, each of so many `bytes`, but for those
-    /// that are `apart`. Those that are `kept` are still there in the end.
+    /// Places the tensors that `kernels` write in shared buffers; `bytes` gives their sizes. Tensors in `apart`
+    /// have buffers of their own and are left out. Tensors in `kept` are still needed after the frame.
     pub fn new(
         kernels: &[&Kernel],
         bytes: impl Fn(TensorId) -> u64,
@@ -43,7 +43,8 @@ impl Memory {
         memory
     }
 
-    /// The free piece that fits `bytes` best: the smallest that has room, else the largest, which grows; else a new one.
+    /// Takes the best free buffer for `bytes`: the smallest that is large enough, else the largest, which grows,
+    /// else a new one.
     fn take(&mut self, free: &mut Vec<usize>, bytes: u64) -> usize {
         let fitting = (0..free.len()).filter(|&i| self.pieces[free[i]] >= bytes);
         let best = fitting.min_by_key(|&i| self.pieces[free[i]]);
@@ -61,7 +62,7 @@ impl Memory {
     }
 }
 
-/// The tensors that `kernel` writes.
+/// Tensors that `kernel` writes.
 pub fn written(kernel: &Kernel) -> impl Iterator<Item = TensorId> {
     kernel.operands.iter().filter_map(|operand| match operand {
         Operand::Write(Place::Tensor(id)) | Operand::Change(Place::Tensor(id)) => Some(*id),
@@ -69,7 +70,7 @@ pub fn written(kernel: &Kernel) -> impl Iterator<Item = TensorId> {
     })
 }
 
-/// The tensors that `kernel` reads or writes.
+/// Tensors that `kernel` reads or writes.
 pub fn tensors(kernel: &Kernel) -> impl Iterator<Item = TensorId> {
     kernel.operands.iter().filter_map(|operand| match operand.place() {
         Some(Place::Tensor(id)) => Some(id),
@@ -77,7 +78,7 @@ pub fn tensors(kernel: &Kernel) -> impl Iterator<Item = TensorId> {
     })
 }
 
-/// For each tensor the last of `kernels` that uses it.
+/// For each tensor, the index of the last kernel that uses it.
 fn last_uses(kernels: &[&Kernel]) -> HashMap<TensorId, usize> {
     let uses = kernels.iter().enumerate();
     uses.flat_map(|(number, kernel)| tensors(kernel).map(move |id| (id, number))).collect()
@@ -99,7 +100,7 @@ mod tests {
 
     #[test]
     fn tensors_that_are_not_needed_at_once_share_memory() {
-        // 0 is a state; 1 is read until 3 is made; 4 takes its place, and grows it; 2 is kept.
+        // Tensor 0 is a state and 2 is kept. 1 is read until 3 is written; 4 takes its buffer, which grows.
         let kernels =
             [kernel(&[0], 1), kernel(&[1], 2), kernel(&[1, 2], 3), kernel(&[3], 4), kernel(&[4], 5)];
         let bytes = |id: TensorId| [0, 10, 20, 30, 15, 5][id.index()];

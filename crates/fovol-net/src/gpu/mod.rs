@@ -1,9 +1,11 @@
-//! Networks on graphics processors: the same plans as [`crate::cpu`], which is their specification.
+//! GPU engine for networks. It runs the plans of [`crate::cpu`], which is its specification.
 //!
-//! A [`Network`] is a plan with its weights on a device ([`fovol_gpu::Gpu`]); a [`State`] is what one clip carries there
-//! from frame to frame, and the memory of its frames. A frame is put into one command encoder ([`Network::encode`]):
-//! it begins with a sparse frame on the device, ends with a full one ([`State::frame_buffer`]), and nothing comes back to
-//! the host unless it is asked for. [`Network::reconstruct`] is the same for frames of the host:
+//! A [`Network`] is a plan with its weights on a device ([`fovol_gpu::Gpu`]). A [`State`] holds what one sequence
+//! carries from frame to frame, and memory for its frames.
+//!
+//! [`Network::encode`] records a frame in one command encoder, from a sparse frame on the device to a full one
+//! ([`State::frame_buffer`]). Nothing is copied to the host unless the caller asks for it. [`Network::reconstruct`]
+//! takes and returns frames of the host:
 //!
 //! ```no_run
 //! use fovol_core::{Frame, FrameSize};
@@ -21,8 +23,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! The host side of each layer is a file here, and its shader is the file of the same name in `src/shaders`.
-//! [`PullPush`] is the twin of [`crate::Fill::PullPush`].
+//! Each layer has a file here for the host, and a shader of the same name in `src/shaders`. [`PullPush`] is the
+//! twin of [`crate::Fill::PullPush`].
 
 mod accumulate;
 mod buffers;

@@ -18,28 +18,29 @@ use std::collections::HashSet;
 use std::fmt;
 use std::sync::Arc;
 
-/// A network with its weights on a device, ready to run; shared by any number of clips. Clones share everything.
+/// A network with its weights on a device, ready to run. Any number of sequences can share it. Clones refer to one
+/// network.
 ///
-/// Numbers are those of [`crate::cpu::Network`] within rounding; [`crate::gpu`] has an example.
+/// Results equal those of [`crate::cpu::Network`] within rounding. [`crate::gpu`] has an example.
 #[derive(Clone)]
 pub struct Network {
     made: Arc<Made>,
 }
 
-/// What a network is made of.
+/// Contents of a network.
 pub struct Made {
     pub gpu: Gpu,
     pub plan: Plan,
     pub precision: Precision,
-    /// For each tensor whether its numbers are halves.
+    /// Whether each tensor is stored as f16.
     pub halved: Vec<bool>,
-    /// In the order of a frame.
+    /// Kernels in the order of a frame.
     pub steps: Vec<Step>,
-    /// What each state of the plan becomes.
+    /// States of the plan.
     pub carried: Vec<Carried>,
 }
 
-/// A kernel that is ready to run.
+/// A kernel with its pipeline, ready to run.
 pub struct Step {
     pub stage: Stage,
     pub kernel: Kernel,
@@ -49,11 +50,11 @@ pub struct Step {
 /// A state of the plan.
 #[derive(Debug, Clone, Copy)]
 pub struct Carried {
-    /// As it comes from the last frame.
+    /// Tensor from the last frame.
     pub previous: TensorId,
-    /// As it goes to the next one.
+    /// Tensor for the next frame.
     pub next: TensorId,
-    /// Whether both may change places after a frame; else one has to be copied to the other.
+    /// Whether the buffers of both are swapped after a frame; otherwise one is copied to the other.
     pub is_swapped: bool,
 }
 
@@ -68,11 +69,11 @@ impl fmt::Debug for Network {
 }
 
 impl Network {
-    /// The network of `plan` with `weights` on the device of `gpu`.
+    /// Prepares the network of `plan` with `weights` on the device of `gpu`.
     ///
     /// # Errors
-    /// Weights that do not fit the plan, layers that read more tensors than shaders can bind (four convolved, four
-    /// filtered), a device that is lost or has no memory left.
+    /// Weights that do not fit the plan; layers with more input tensors than shaders can bind (four for
+    /// convolutions, four for kernels); a device that is lost or has no memory left.
     pub fn new(gpu: &Gpu, plan: Plan, weights: &Weights, precision: Precision) -> Result<Self> {
         weights.check(&plan)?;
         let precision = precision.on(gpu);
@@ -94,22 +95,22 @@ impl Network {
         Ok(Self { made: Arc::new(Made { gpu: gpu.clone(), plan, precision, halved, steps, carried }) })
     }
 
-    /// The plan it was made from.
+    /// Plan of the network.
     pub fn plan(&self) -> &Plan {
         &self.made.plan
     }
 
-    /// The device.
+    /// Device of the network.
     pub fn gpu(&self) -> &Gpu {
         &self.made.gpu
     }
 
-    /// The precision that it was made for on this device; never [`Precision::Auto`].
+    /// Precision in use on this device; never [`Precision::Auto`].
     pub fn precision(&self) -> Precision {
         self.made.precision
     }
 
-    /// The state that starts a clip of frames of `size`, and all memory that these need.
+    /// Makes the state for the first frame of a sequence of frames of `size`, and allocates its memory.
     ///
     /// # Errors
     /// A size whose tensors exceed the device's limits or memory.
@@ -117,13 +118,14 @@ impl Network {
         State::new(&self.made, size)
     }
 
-    /// Puts the commands of a frame into `encoder`: from `input` to [`State::frame_buffer`]. `state` goes on to the next
-    /// frame, so encoders are to be submitted in the order in which frames were put into them.
+    /// Records the commands of a frame, from `input` to [`State::frame_buffer`], in `encoder`. `state` advances to
+    /// the next frame, so encoders must be submitted in the order of recording.
     ///
-    /// Sampled colours are clamped to 0…1; pixels that are no finite numbers count as unsampled.
+    /// Sampled colours are clamped to 0…1. Pixels with values that are not finite count as unsampled.
     ///
     /// # Errors
-    /// A state of another network, buffers that are too small for its frames, a device that is lost or has no memory left.
+    /// A state of another network; buffers that are too small for its frames; a device that is lost or has no
+    /// memory left.
     pub fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -134,11 +136,11 @@ impl Network {
         state.encode(encoder, input)
     }
 
-    /// The full frame of `input`, alpha 1 everywhere; `state` goes on to the next frame. Frames of the host go to the device
-    /// and back: [`Self::encode`] is for those that are there.
+    /// Reconstructs the full frame of `input`, with alpha 1 everywhere, and advances `state`. Frames are copied
+    /// from the host to the device and back. [`Self::encode`] is for frames that are on the device.
     ///
     /// # Errors
-    /// A state of another network or size, motion for another size, a device that is lost or has no memory left.
+    /// A state of another network or size; motion for another size; a device that is lost or has no memory left.
     pub fn reconstruct(&self, input: &FrameInput<'_>, state: &mut State) -> Result<Frame> {
         self.check(state)?;
         state.reconstruct(input)
@@ -152,7 +154,7 @@ impl Network {
     }
 }
 
-/// All kernels of a frame.
+/// Makes all kernels of a frame.
 fn kernels(making: &Making<'_>) -> Result<Vec<(Stage, Kernel)>> {
     let plan = making.plan;
     let mut middle = Vec::new();
@@ -181,7 +183,7 @@ fn kernels(making: &Making<'_>) -> Result<Vec<(Stage, Kernel)>> {
     Ok(kernels)
 }
 
-/// The kernels that look after what goes to the next frame: all but what is between 0 and 1 anyway.
+/// Makes the kernels that remove values that are not finite from states. States that are bounded anyway need none.
 fn kept(making: &Making<'_>) -> impl Iterator<Item = Kernel> {
     let written = making.plan.layers().iter().filter(|layer| {
         let is_state = making.plan.states().iter().any(|state| state.next == layer.output());
@@ -191,7 +193,7 @@ fn kept(making: &Making<'_>) -> impl Iterator<Item = Kernel> {
     written.map(|layer| keep(making.place(layer.output()), making.is_halved(layer.output())))
 }
 
-/// What becomes of the states of the plan.
+/// Finds how each state of the plan is carried to the next frame.
 fn carried(making: &Making<'_>, steps: &[Step]) -> Vec<Carried> {
     let states = making.plan.states();
     let place = |id: TensorId| match making.place(id) {

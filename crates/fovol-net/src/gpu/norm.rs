@@ -6,10 +6,10 @@ use super::tensor::Place;
 use crate::Result;
 use crate::plan::Norm;
 
-/// Workgroups that read a tensor; as in shaders/norm.wgsl.
+/// Number of workgroups that read a tensor, as in shaders/norm.wgsl.
 pub const GROUPS: u32 = 64;
 
-/// The kernels of a normalisation.
+/// Makes the kernels of a normalisation.
 ///
 /// # Errors
 /// Weights that are missing.

@@ -1,28 +1,28 @@
-//! Pipelines, each made once.
+//! Cache of compute pipelines, so that each is compiled once.
 
 use super::kernel::Kernel;
 use fovol_gpu::Gpu;
 use fovol_gpu::binding::{Slot, bind_group_layout, compute_pipeline};
 use std::collections::HashMap;
 
-/// An entry point with values for its constants, ready to run.
+/// A compiled entry point with values for its constants.
 #[derive(Debug, Clone)]
 pub struct Pipeline {
     pub layout: wgpu::BindGroupLayout,
     pub pipeline: wgpu::ComputePipeline,
 }
 
-/// A shader, an entry point and the bits of its constants.
+/// Shader, entry point, and bits of the constants.
 type Key = (&'static str, &'static str, Vec<u64>);
 
-/// Pipelines that were made so far.
+/// Pipelines that have been compiled.
 #[derive(Debug, Default)]
 pub struct Pipelines {
     made: HashMap<Key, Pipeline>,
 }
 
 impl Pipelines {
-    /// The pipeline of `kernel`.
+    /// Returns the pipeline of `kernel`, and compiles it if needed.
     pub fn of(&mut self, gpu: &Gpu, kernel: &Kernel) -> Pipeline {
         let constants = kernel.constants.iter().map(|(_, value)| value.to_bits()).collect();
         let key = (kernel.shader.name(), kernel.entry_point, constants);

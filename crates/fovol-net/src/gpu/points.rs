@@ -4,7 +4,7 @@ use super::shader::POINTS;
 use super::tensor::Place;
 use crate::plan::TensorId;
 
-/// The kernel that takes the points of `input` where `motion` does.
+/// Makes the kernel of `Layer::Reproject`, which moves the points of `input` along `motion`.
 pub fn reproject(making: &Making<'_>, input: TensorId, motion: TensorId, output: TensorId) -> Kernel {
     let output = Place::Tensor(output);
     let operands =
@@ -12,7 +12,7 @@ pub fn reproject(making: &Making<'_>, input: TensorId, motion: TensorId, output:
     kernel("reproject", operands, output)
 }
 
-/// The kernel of what the points of `input` tell of the centres of pixels.
+/// Makes the kernel of `Layer::Splat`, which resamples the points of `input` at pixel centres.
 pub fn splat(making: &Making<'_>, input: TensorId, output: TensorId) -> Kernel {
     let output = Place::Tensor(output);
     let operands = vec![Operand::Shape(output), making.read(input), Operand::Write(output)];

@@ -4,7 +4,7 @@ use super::shader::POINTWISE;
 use super::tensor::Place;
 use crate::plan::{Layer, TensorId};
 
-/// The kernel of a layer that changes the numbers of a picture one by one.
+/// Makes the kernel of a pointwise layer; `None` for other layers.
 pub fn kernel(making: &Making<'_>, layer: &Layer) -> Option<Kernel> {
     let output = layer.output();
     Some(match layer {

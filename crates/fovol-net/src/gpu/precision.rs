@@ -3,27 +3,27 @@ use fovol_gpu::Gpu;
 use std::fmt;
 use std::str::FromStr;
 
-/// How exact a network is computed on a device. Sums are f32 always.
+/// Precision of a network's arithmetic on a device. Sums are always f32.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Precision {
-    /// [`Self::F16`] where the device has arithmetic of halves, else [`Self::F32`].
+    /// [`Self::F16`] if the device has f16 arithmetic, else [`Self::F32`].
     #[default]
     Auto,
     /// f32 throughout.
     F32,
-    /// Wide tensors are stored as f16, on any device: half the memory and traffic. Cooperative matrices multiply them, where
-    /// [`Gpu::matrices`] are known.
+    /// Wide tensors are stored as f16, on any device, which halves memory and traffic. Products use cooperative
+    /// matrices where [`Gpu::matrices`] are available.
     F16,
 }
 
-/// Fewer channels than this are a picture, and stay f32.
+/// Fewest channels of a wide tensor. Tensors with fewer are pictures and stay f32.
 const WIDE: usize = 16;
 
 impl Precision {
-    /// All of them.
+    /// All precisions.
     pub const ALL: [Self; 3] = [Self::Auto, Self::F32, Self::F16];
 
-    /// As it is written.
+    /// Name in flags and files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Auto => "auto",
@@ -32,7 +32,7 @@ impl Precision {
         }
     }
 
-    /// What this becomes on the device of `gpu`; never [`Self::Auto`].
+    /// Precision in use on the device of `gpu`; never [`Self::Auto`].
     #[must_use]
     pub fn on(self, gpu: &Gpu) -> Self {
         match self {
@@ -58,14 +58,16 @@ impl FromStr for Precision {
     }
 }
 
-/// For each tensor of `plan` whether its numbers are halves: wide ones that only layers with many products read and write.
+/// Finds the tensors of `plan` that are stored as f16: wide ones that only layers with many products read and
+/// write.
 pub fn halved(plan: &Plan, precision: Precision) -> Vec<bool> {
     let wide = |tensor: &crate::plan::Tensor| precision == Precision::F16 && tensor.channels >= WIDE;
     let mut halved: Vec<bool> = plan.tensors().iter().map(wide).collect();
     for layer in plan.layers() {
         layer_pictures(layer).for_each(|id| halved[id.index()] = false);
     }
-    // What changes nothing but places, and states and what they become, are stored alike.
+    // Inputs and outputs of layers that only move values have one storage type, as have states and their next
+    // values.
     for _ in 0..=plan.tensors().len() {
         let before = halved.clone();
         let alike = plan.layers().iter().filter_map(|layer| match layer {
@@ -84,7 +86,7 @@ pub fn halved(plan: &Plan, precision: Precision) -> Vec<bool> {
     halved
 }
 
-/// The tensors of `layer` that have to be f32 whatever their width.
+/// Tensors of `layer` that have to be f32 at any width.
 fn layer_pictures(layer: &Layer) -> impl Iterator<Item = TensorId> {
     let all = || layer.inputs().into_iter().chain([layer.output()]);
     let pictures: Vec<TensorId> = match layer {

@@ -20,17 +20,17 @@ struct Levels {
     unused: [u32; 2],
 }
 
-/// A step of filling, in the order of a frame.
+/// A step of pull-push, in the order of a frame.
 #[derive(Debug)]
 struct Step {
     pipeline: wgpu::ComputePipeline,
-    /// Which pair of levels it works on.
+    /// Index of its pair of levels.
     levels: usize,
-    /// Columns and rows that have threads.
+    /// Number of threads along x and y.
     threads: [u32; 2],
 }
 
-/// The pipelines, in the order of their use.
+/// Pipelines, in the order of use.
 struct Pipelines {
     layout: wgpu::BindGroupLayout,
     load: wgpu::ComputePipeline,
@@ -40,14 +40,16 @@ struct Pipelines {
     finish: wgpu::ComputePipeline,
 }
 
-/// [`crate::Fill::PullPush`] on a device, for frames of one size: unsampled pixels become averages of ever larger squares.
-/// Sampled ones (alpha above ½) keep their colours exactly; a frame without any becomes opaque black.
+/// [`crate::Fill::PullPush`] on a device, for frames of one size.
+///
+/// Unsampled pixels become averages over growing squares. Sampled pixels (alpha above ½) keep their colours
+/// exactly. A frame without samples becomes opaque black.
 pub struct PullPush {
     gpu: Gpu,
     size: FrameSize,
     layout: wgpu::BindGroupLayout,
     steps: Vec<Step>,
-    /// Of each pair of neighbours.
+    /// Sizes of each pair of neighbouring levels.
     levels: Vec<wgpu::Buffer>,
     pixels: wgpu::Buffer,
     filled: wgpu::Buffer,
@@ -60,7 +62,7 @@ impl fmt::Debug for PullPush {
 }
 
 impl PullPush {
-    /// The filling of frames of `size` on the device of `gpu`.
+    /// Prepares pull-push for frames of `size` on the device of `gpu`.
     ///
     /// # Errors
     /// A size that exceeds the device's limits or memory.
@@ -84,19 +86,19 @@ impl PullPush {
         Ok(made)
     }
 
-    /// Width and height of the frames.
+    /// Size of the frames.
     pub fn size(&self) -> FrameSize {
         self.size
     }
 
-    /// The full frame that the last encoded one leaves: width × height × RGBA as f32, row 0 on top; alpha is 1 where nothing
-    /// was sampled, and that of the sample elsewhere. The same buffer for all frames.
+    /// Buffer of the filled frame: width × height × RGBA as f32, top row first. Alpha is 1 for filled pixels, and
+    /// unchanged for samples. All frames use this buffer.
     pub fn frame_buffer(&self) -> &wgpu::Buffer {
         &self.filled
     }
 
-    /// Puts the filling of `sparse`, laid out as [`Self::frame_buffer`] and to be bound as storage, into `encoder`. Any
-    /// numbers are filled alike: colours, or depths.
+    /// Records pull-push of `sparse` in `encoder`. `sparse` is laid out like [`Self::frame_buffer`] and has the
+    /// usage `STORAGE`. The three channels may be colours, depths or other values.
     ///
     /// # Errors
     /// A buffer that is too small; a device that is lost or has no memory left.
@@ -123,7 +125,7 @@ impl PullPush {
         bind_group(&self.gpu, "pull-push", &self.layout, &buffers.map(wgpu::Buffer::as_entire_binding))
     }
 
-    /// The full frame of `sparse`, by way of the device.
+    /// Fills `sparse`, a frame of the host, on the device.
     ///
     /// # Errors
     /// A frame of another size; a device that is lost or has no memory left.
@@ -157,7 +159,7 @@ impl Pipelines {
         Self { layout, load, pull, divide, push, finish }
     }
 
-    /// The steps of frames whose levels have these sizes.
+    /// Lists the steps for levels of these sizes.
     fn steps(&self, sizes: &[[u32; 2]]) -> Vec<Step> {
         let step = |pipeline: &wgpu::ComputePipeline, levels: usize, threads: [u32; 2]| Step {
             pipeline: pipeline.clone(),
@@ -174,7 +176,7 @@ impl Pipelines {
     }
 }
 
-/// Columns and rows of all levels: half of those before, rounded up, down to one pixel.
+/// Widths and heights of all levels: each half of the one before, rounded up, down to one pixel.
 fn sizes(size: FrameSize) -> Vec<[u32; 2]> {
     let mut sizes = vec![[size.width, size.height]];
     while let Some(&[width, height]) = sizes.last().filter(|last| **last != [1, 1]) {
@@ -183,7 +185,7 @@ fn sizes(size: FrameSize) -> Vec<[u32; 2]> {
     sizes
 }
 
-/// Every level with the next one; the only one with itself.
+/// Pairs every level with the next one. A single level is paired with itself.
 fn pairs(sizes: &[[u32; 2]]) -> Vec<Levels> {
     let mut first = 0;
     let pair = |i: usize| {
@@ -212,7 +214,7 @@ fn uniform(gpu: &Gpu, levels: &Levels) -> wgpu::Buffer {
     buffer
 }
 
-/// That `bytes` for frames of `size` fit the device.
+/// Checks that `bytes` for frames of `size` are within the device's limits.
 fn check_size(gpu: &Gpu, size: FrameSize, bytes: u64) -> fovol_gpu::Result<()> {
     const MEND: &str = "give a smaller --size, or --device cpu";
     let limits = gpu.device().limits();

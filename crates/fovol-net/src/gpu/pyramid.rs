@@ -4,18 +4,19 @@ use super::shader::PYRAMID;
 use super::tensor::Place;
 use crate::plan::{DOUBT_ALLOWED, DOUBT_EPSILON, DOUBT_SHARE, TensorId};
 
-/// What is pulled; the numbers are those of shaders/pyramid.wgsl.
+/// Input of the pyramid. Discriminants are those of shaders/pyramid.wgsl.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Pulled {
-    /// Known pixels.
+    /// Weighted pixels.
     Known,
-    /// What they differ by from a picture of half their resolution.
+    /// Residuals of a picture of half the resolution.
     Differences(TensorId),
-    /// The mean squares by which they differ from a picture and from one of half its resolution.
+    /// Mean squared residuals of a picture and of one of half the resolution.
     Squares([TensorId; 2]),
 }
 
-/// The kernels that spread `known` over the frame, as a correction of `base` where there is one.
+/// Makes the kernels of `Layer::Spread`: `known` spread over the frame, or with `base` its residuals, which are
+/// added to it.
 pub fn spread(
     making: &Making<'_>,
     known: TensorId,
@@ -29,7 +30,7 @@ pub fn spread(
     kernels
 }
 
-/// The kernels that find how far the first picture of `expected` is believed where samples are `known` and give the second.
+/// Makes the kernels of `Layer::Doubt`. `expected` has the reprojected last output and the fill of this frame.
 pub fn doubt(
     making: &Making<'_>,
     known: TensorId,
@@ -44,7 +45,7 @@ pub fn doubt(
     kernels
 }
 
-/// The kernels up to, but without, what is missing at level `lowest`.
+/// Makes the kernels of all pulls, and of all pushes but the one to level `lowest`.
 fn completed(
     making: &Making<'_>,
     known: TensorId,
@@ -69,7 +70,7 @@ fn first_pull(making: &Making<'_>, known: TensorId, pulled: Pulled) -> Kernel {
     }
 }
 
-/// From twice the resolution of `level` to it.
+/// Makes the kernel that pulls to `level` from twice its resolution.
 fn pull(pulled: f64, [known, prior, fresh]: [Operand; 3], level: u32) -> Kernel {
     let to = Place::Level(level);
     Kernel {
@@ -81,7 +82,7 @@ fn pull(pulled: f64, [known, prior, fresh]: [Operand; 3], level: u32) -> Kernel 
     }
 }
 
-/// Adds what is missing at `level` from the next one.
+/// Makes the kernel that pushes to `level` from the next one.
 fn push(level: u32) -> Kernel {
     let to = Place::Level(level);
     Kernel {
@@ -93,7 +94,7 @@ fn push(level: u32) -> Kernel {
     }
 }
 
-/// What level `lowest` gives in the end.
+/// Makes the kernel that pushes to level `lowest` and computes the output from it.
 fn made(making: &Making<'_>, pulled: Pulled, [levels, lowest]: [u32; 2], output: TensorId) -> Kernel {
     let is_pushed = lowest < levels;
     let level = Operand::Read(Place::Level(lowest));

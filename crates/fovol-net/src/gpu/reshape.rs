@@ -4,7 +4,7 @@ use super::shader::{POOL, RESHAPE};
 use super::tensor::Place;
 use crate::plan::{Layer, TensorId};
 
-/// The kernel of a layer that moves or mixes a few numbers of each pixel.
+/// Makes the kernel of a layer that reorders or averages elements; `None` for other layers.
 pub fn kernel(making: &Making<'_>, layer: &Layer) -> Option<Kernel> {
     let output = layer.output();
     Some(match layer {

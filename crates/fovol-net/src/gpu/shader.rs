@@ -1,40 +1,40 @@
-//! The shaders: files of `src/shaders`.
+//! Shaders, from the folder `src/shaders`.
 
 use fovol_gpu::{Shader, shader};
 
-/// Inputs and outputs.
+/// Inputs and output of a network.
 pub const FRAME: Shader = shader!("../shaders/", "frame": "tensor");
-/// What goes from frame to frame.
+/// Clean-up of states.
 pub const KEEP: Shader = shader!("../shaders/", "keep": "tensor");
 /// Convolutions on any device.
 pub const CONV: Shader = shader!("../shaders/", "conv": "tensor" "doubled" "convolution");
-/// Convolutions by cooperative matrices of 8 rows and columns.
+/// Convolutions with cooperative matrices of 8 × 8.
 pub const CONV_MATRICES_8: Shader =
     shader!("../shaders/", "conv_matrices": "matrices_8" "tensor" "doubled" "convolution");
-/// Convolutions by cooperative matrices of 16 rows and columns.
+/// Convolutions with cooperative matrices of 16 × 16.
 pub const CONV_MATRICES_16: Shader =
     shader!("../shaders/", "conv_matrices": "matrices_16" "tensor" "doubled" "convolution");
 /// Predicted kernels.
 pub const FILTER: Shader = shader!("../shaders/", "filter": "tensor" "doubled");
 /// Normalisation over the frame.
 pub const NORM: Shader = shader!("../shaders/", "norm": "tensor");
-/// Means of 2×2 pixels.
+/// Averages of 2×2 pixels.
 pub const POOL: Shader = shader!("../shaders/", "pool": "tensor");
-/// Layers that move numbers.
+/// Layers that reorder elements.
 pub const RESHAPE: Shader = shader!("../shaders/", "reshape": "tensor");
-/// Layers that change numbers one by one.
+/// Pointwise layers.
 pub const POINTWISE: Shader = shader!("../shaders/", "pointwise": "tensor");
-/// Known pixels averaged over larger squares.
+/// Pull-push pyramid inside a network.
 pub const PYRAMID: Shader = shader!("../shaders/", "pyramid": "tensor" "doubled");
-/// What is done with pictures that were spread.
+/// Smoothing, and filling from spread pictures.
 pub const SPREAD: Shader = shader!("../shaders/", "spread": "tensor" "doubled");
-/// What is left of earlier samples.
+/// Accumulation of earlier samples.
 pub const ACCUMULATE: Shader = shader!("../shaders/", "accumulate": "tensor");
-/// Where pixels were.
+/// Reprojection of images.
 pub const WARP: Shader = shader!("../shaders/", "warp": "tensor");
-/// Samples of earlier frames as points.
+/// Reprojection and resampling of points.
 pub const POINTS: Shader = shader!("../shaders/", "points": "tensor");
-/// Filling without a network.
+/// Pull-push without a network.
 pub const PULL_PUSH: Shader = shader!("../shaders/", "pull_push":);
 
 #[cfg(test)]
@@ -42,7 +42,7 @@ mod tests {
     use super::*;
     use wgpu::naga::valid::Capabilities;
 
-    /// Those that every device runs.
+    /// Shaders that every device runs.
     const ALL: [Shader; 14] = [
         FRAME, KEEP, CONV, FILTER, NORM, POOL, RESHAPE, POINTWISE, PYRAMID, SPREAD, ACCUMULATE, POINTS, WARP,
         PULL_PUSH,
@@ -51,7 +51,7 @@ mod tests {
 
     #[test]
     fn every_shader_is_valid_without_any_optional_feature() {
-        // What every WebGPU has, and naga lists apart for the sake of WebGL.
+        // Every WebGPU has this capability; naga lists it separately because of WebGL.
         for shader in ALL {
             shader
                 .check(Capabilities::SHADER_FLOAT16_IN_FLOAT32)

@@ -4,14 +4,14 @@ use super::shader::SPREAD;
 use super::tensor::Place;
 use crate::plan::TensorId;
 
-/// The kernel of means of 3×3 pixels.
+/// Makes the kernel of `Layer::Smooth`.
 pub fn smooth(making: &Making<'_>, input: TensorId, output: TensorId) -> Kernel {
     let output = Place::Tensor(output);
     let operands = vec![Operand::Shape(output), making.read(input), Operand::Write(output)];
     kernel("smooth_input", operands, output)
 }
 
-/// The kernel of `known` pixels, and `base` elsewhere.
+/// Makes the kernel of `Layer::Blend`: `known`, filled from `base`.
 pub fn blend(making: &Making<'_>, known: TensorId, base: TensorId, output: TensorId) -> Kernel {
     let output = Place::Tensor(output);
     let operands =

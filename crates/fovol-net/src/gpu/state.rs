@@ -11,21 +11,22 @@ use std::fmt;
 use std::sync::Arc;
 use wgpu::BufferUsages;
 
-/// What one clip carries from frame to frame on a device, and the memory that its frames are made in.
+/// State that one sequence carries from frame to frame on a device, and memory for its frames.
 ///
-/// A state belongs to one clip of one network and size; any number of them can use the same [`super::Network`].
+/// A state belongs to one sequence of one network and frame size. Any number of states can use one
+/// [`super::Network`].
 pub struct State {
     network: Arc<Made>,
     size: FrameSize,
     buffers: Buffers,
-    /// For each step what it binds, in even and in odd frames; none for steps that read what is given.
+    /// Bind groups of each step, in even and in odd frames; `None` for steps that read the frame's input.
     groups: Vec<Option<[wgpu::BindGroup; 2]>>,
-    /// Whether the next frame is an odd one.
+    /// Whether the next frame is odd.
     is_odd: bool,
-    /// Whether the past is to be forgotten before the next frame.
+    /// Whether the states are cleared before the next frame.
     is_reset: bool,
     timing: Option<Timing<Stage>>,
-    /// Where sparse frames and motion of the host go first.
+    /// Upload buffers for sparse frames and motion from the host.
     uploads: Option<[wgpu::Buffer; 2]>,
 }
 
@@ -66,23 +67,23 @@ impl State {
         Arc::ptr_eq(&self.network, network)
     }
 
-    /// The size of the clip's frames.
+    /// Size of the frames.
     pub fn size(&self) -> FrameSize {
         self.size
     }
 
-    /// The memory that it has on the device, in bytes.
+    /// Size of its device memory in bytes.
     pub fn bytes(&self) -> u64 {
         self.buffers.bytes()
     }
 
-    /// The full frame that the last encoded frame leaves: width × height × RGBA as f32 in 0…1, row 0 on top, alpha 1
-    /// everywhere. The same buffer for all frames.
+    /// Buffer of the reconstructed frame: width × height × RGBA as f32 in 0…1, top row first, alpha 1 everywhere.
+    /// All frames use this buffer.
     pub fn frame_buffer(&self) -> &wgpu::Buffer {
         self.buffers.frame()
     }
 
-    /// What [`Self::frame_buffer`] holds, on the host.
+    /// Reads [`Self::frame_buffer`] back to the host.
     ///
     /// # Errors
     /// A device that is lost or has no memory left.
@@ -91,23 +92,23 @@ impl State {
         Ok(Frame::from_pixels(self.size, pixels)?)
     }
 
-    /// Forgets the past: the next frame is treated as the first of a clip, as after a cut.
+    /// Resets the history, so that the next frame is treated as the first after a cut.
     pub fn reset(&mut self) {
         self.is_reset = true;
     }
 
-    /// Whether the layers of the frames from now on are timed (at first they are not). Each is then a pass of its own, which
-    /// takes time too.
+    /// Switches the timing of layers on or off; it is off at first. With timing each layer is a pass of its own,
+    /// which costs time.
     pub fn set_timed(&mut self, is_timed: bool) {
         let passes = self.network.steps.chunk_by(|a, b| a.stage == b.stage).count();
         self.timing = is_timed.then(|| Timing::new(&self.network.gpu, passes as u32));
     }
 
-    /// How long each layer of the last frame took on the device, in their order; `None` where it was not timed, or the
-    /// device has no timestamps.
+    /// Reads the durations of the layers of the last frame, in order. `None` if it was not timed, or the device has
+    /// no timestamps.
     ///
     /// # Errors
-    /// As [`Self::read_frame`].
+    /// Those of [`Self::read_frame`].
     pub fn read_times(&self) -> Result<Option<Vec<LayerTime>>> {
         let Some(timing) = &self.timing else { return Ok(None) };
         let name = |stage: Stage| match stage {
@@ -127,7 +128,7 @@ impl State {
         Ok(times.map(|times| times.into_iter().map(time).collect()))
     }
 
-    /// Puts the commands of a frame into `encoder`.
+    /// Records the commands of a frame in `encoder`.
     pub(super) fn encode(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
@@ -163,7 +164,7 @@ impl State {
         Ok(())
     }
 
-    /// Zeros where nothing is given, and where the past is forgotten.
+    /// Clears states after a reset, and the motion if none is given.
     fn prepare(&mut self, encoder: &mut wgpu::CommandEncoder, input: DeviceInput<'_>) {
         if std::mem::take(&mut self.is_reset) {
             self.buffers.past(self.is_odd).for_each(|past| encoder.clear_buffer(past, 0, None));
@@ -174,7 +175,7 @@ impl State {
         }
     }
 
-    /// What `step` binds, if it reads what is given and that is there.
+    /// Makes the bind group of `step` if it reads an input that is given.
     fn bind_given(&self, step: &Step, input: DeviceInput<'_>) -> Option<wgpu::BindGroup> {
         let is_there = match given(step)? {
             Place::Motion => input.motion.is_some(),
@@ -183,7 +184,7 @@ impl State {
         is_there.then(|| self.buffers.bind(&self.network.gpu, step, Some(input), self.is_odd))
     }
 
-    /// Runs some of the steps; `given` has what those that read what is given bind.
+    /// Records some of the steps. `given` has the bind groups of steps that read the frame's input.
     fn dispatch(
         &self,
         pass: &mut wgpu::ComputePass<'_>,
@@ -202,7 +203,7 @@ impl State {
         }
     }
 
-    /// That the buffers of `input` are those of frames of this size.
+    /// Checks that the buffers of `input` are large enough for frames of this size.
     fn check(&self, input: DeviceInput<'_>) -> Result<()> {
         let pixels = self.size.pixels() as u64;
         let given = [("sparse frame", Some(input.sparse), 16), ("motion", input.motion, 8)];
@@ -218,7 +219,7 @@ impl State {
         Ok(())
     }
 
-    /// The full frame of `input`.
+    /// Reconstructs the full frame of `input`.
     pub(super) fn reconstruct(&mut self, input: &FrameInput<'_>) -> Result<Frame> {
         let size = input.sparse.size();
         if self.size != size {
@@ -246,7 +247,7 @@ impl State {
         self.read_frame()
     }
 
-    /// The buffers that frames of the host are uploaded to, made when they are needed first.
+    /// Returns the upload buffers for frames of the host, and allocates them on first use.
     fn uploads(&mut self) -> fovol_gpu::Result<[wgpu::Buffer; 2]> {
         if let Some(uploads) = &self.uploads {
             return Ok(uploads.clone());
@@ -262,7 +263,7 @@ impl State {
     }
 }
 
-/// What `step` reads of what is given, if it does.
+/// Input of the frame that `step` reads, if any.
 fn given(step: &Step) -> Option<Place> {
     let places = step.kernel.operands.iter().filter_map(|operand| operand.place());
     places.into_iter().find(|place| matches!(place, Place::Sparse | Place::Motion))

@@ -1,13 +1,13 @@
-//! How tensors lie in the memory of a device: see shaders/tensor.wgsl.
+//! Memory layout of tensors on a device. shaders/tensor.wgsl describes it.
 
 use crate::plan::{Plan, TensorId};
 use bytemuck::{Pod, Zeroable};
 use fovol_core::FrameSize;
 
-/// Channels that lie together.
+/// Channels of a block.
 pub const BLOCK: usize = 4;
 
-/// Width, height and channels of a tensor, as shaders read them. Twin of `Shape` in shaders/tensor.wgsl.
+/// Size of a tensor, as shaders read it. Twin of `Shape` in shaders/tensor.wgsl.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Pod, Zeroable)]
 #[repr(C)]
 pub struct Shape {
@@ -18,30 +18,30 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// Numbers, those that fill the last block included.
+    /// Number of elements, including padding of the last block.
     pub fn numbers(&self) -> u64 {
         u64::from(self.width) * u64::from(self.height) * u64::from(self.blocks) * BLOCK as u64
     }
 }
 
-/// Something that a layer reads or writes.
+/// A memory location that kernels read or write.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Place {
     /// A tensor of the plan.
     Tensor(TensorId),
-    /// What is known of the frame at 2^this times lower resolution, while pixels are spread.
+    /// A level of the pull-push pyramid, at 2^level times lower resolution than the frame.
     Level(u32),
-    /// Mean and squares of a tensor, while it is normalised.
+    /// Mean and sum of squares of a tensor that is being normalised.
     Moments,
-    /// The sparse frame that is given: RGBA row by row, not padded.
+    /// Sparse frame from the caller: RGBA row by row, not padded.
     Sparse,
-    /// The motion that is given: two numbers for each of its pixels.
+    /// Motion from the caller: two numbers for each pixel, not padded.
     Motion,
-    /// The full frame: RGBA row by row, not padded.
+    /// Reconstructed frame: RGBA row by row, not padded.
     Frame,
 }
 
-/// How large everything is for frames of one size.
+/// Sizes of all places for frames of one size.
 #[derive(Debug, Clone, Copy)]
 pub struct Sizes<'a> {
     plan: &'a Plan,
@@ -50,12 +50,12 @@ pub struct Sizes<'a> {
 }
 
 impl<'a> Sizes<'a> {
-    /// Those of the tensors of `plan`, of which `halved` says whether they are stored as halves, for frames of `size`.
+    /// Sizes for frames of `size` and the tensors of `plan`. `halved` says which tensors are stored as f16.
     pub fn new(plan: &'a Plan, halved: &'a [bool], size: FrameSize) -> Self {
         Self { plan, halved, size }
     }
 
-    /// The shape of what lies at `place`.
+    /// Shape of the contents of `place`.
     pub fn shape(&self, place: Place) -> Shape {
         let multiple = self.plan.multiple() as u32;
         let at = |level: u32, channels: usize| Shape {
@@ -74,7 +74,7 @@ impl<'a> Sizes<'a> {
         }
     }
 
-    /// What it is called in messages.
+    /// Name for error messages.
     pub fn name(&self, place: Place) -> String {
         match place {
             Place::Tensor(id) => format!("tensor {} of frames of {}", self.plan.tensor(id).name, self.size),
@@ -82,7 +82,7 @@ impl<'a> Sizes<'a> {
         }
     }
 
-    /// The bytes that it takes.
+    /// Size in bytes.
     pub fn bytes(&self, place: Place) -> u64 {
         match place {
             Place::Tensor(id) if self.halved[id.index()] => 2 * self.shape(place).numbers(),

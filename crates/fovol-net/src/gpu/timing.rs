@@ -1,24 +1,24 @@
 use std::fmt;
 
-/// How long a layer took on the device.
+/// Duration of a layer on the device.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LayerTime {
-    /// Its place in [`Plan::layers`](crate::plan::Plan::layers); none for what comes before and after all layers.
+    /// Index in [`Plan::layers`](crate::plan::Plan::layers); `None` for work before and after all layers.
     pub layer: Option<usize>,
-    /// The layer's name, or its kind where it has none; `input` and `output` for what comes before and after all layers.
+    /// Name of the layer, or its kind if it has none; `input` and `output` for work before and after all layers.
     pub name: String,
-    /// Milliseconds.
+    /// Duration in milliseconds.
     pub ms: f64,
 }
 
-/// What kernels belong to.
+/// Part of a frame to which kernels belong.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stage {
-    /// What is given.
+    /// Loading of inputs.
     Input,
     /// A layer of the plan.
     Layer(usize),
-    /// What is kept and shown.
+    /// Clean-up of states, and the output.
     Output,
 }
 

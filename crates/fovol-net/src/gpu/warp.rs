@@ -4,7 +4,7 @@ use super::shader::WARP;
 use super::tensor::Place;
 use crate::plan::TensorId;
 
-/// The kernel that moves `input` along `motion`.
+/// Makes the kernel of `Layer::Warp`, which moves `input` along `motion`.
 pub fn kernel(making: &Making<'_>, input: TensorId, motion: TensorId, output: TensorId) -> Kernel {
     let level = making.plan.tensor(output).level;
     let place = Place::Tensor(output);

@@ -6,19 +6,19 @@ use crate::{Error, Result, Weights};
 use serde::Serialize;
 use std::collections::HashMap;
 
-/// Opset 17 came with this version of the format.
+/// Version of the file format that came with opset 17.
 const IR_VERSION: i64 = 8;
 const OPSET: i64 = 17;
-/// Messages of Protocol Buffers are shorter than 2 GiB; this is left for what is not weights.
+/// Messages of Protocol Buffers are shorter than 2 GiB. 16 MiB of it are reserved for everything but weights.
 const MOST_WEIGHTS: usize = (1 << 31) - (1 << 24);
-/// What keeps the variance of a normalisation from being zero.
+/// ε of a normalisation, which keeps the divisor above zero.
 const NORM_EPSILON: f32 = 1e-5;
 
-/// The bytes of an `.onnx` file that computes `plan` with `weights`: one frame of a clip.
+/// Encodes `plan` with `weights` as an `.onnx` file that computes one frame of a sequence.
 ///
 /// Inputs are `input` \[1, 3 or 4, H, W\], `motion` \[1, 2, H, W\] where the plan uses it, and `state.NAME`
-/// \[1, c, H/s, W/s\]; outputs are `output` \[1, 3, H, W\] in 0…1 and `next.NAME`. See [the module](super)
-/// for what they mean. Metadata properties are `fovolnet.multiple`, `fovolnet.states` and then `metadata`.
+/// \[1, c, H/s, W/s\]. Outputs are `output` \[1, 3, H, W\] in 0…1 and `next.NAME`. [The module](super) explains them.
+/// Metadata properties are `fovolnet.multiple`, `fovolnet.states` and then `metadata`.
 ///
 /// # Errors
 /// Weights that do not fit the plan, or more than the format can hold.
@@ -26,7 +26,7 @@ pub fn export(plan: &Plan, weights: &Weights, metadata: &[(&str, String)]) -> Re
     Ok(model(plan, weights, metadata)?.to_bytes())
 }
 
-/// The file before it is encoded.
+/// Builds the model, not yet encoded.
 pub fn model(plan: &Plan, weights: &Weights, metadata: &[(&str, String)]) -> Result<Model> {
     weights.check(plan)?;
     let numbers: usize = plan.parameters().iter().map(Parameter::len).sum();
@@ -45,7 +45,7 @@ pub fn model(plan: &Plan, weights: &Weights, metadata: &[(&str, String)]) -> Res
     })
 }
 
-/// The states of `plan` as a JSON list.
+/// Lists the states of `plan` as JSON.
 fn states(plan: &Plan) -> Result<String> {
     #[derive(Serialize)]
     struct State<'a> {
@@ -64,14 +64,14 @@ fn states(plan: &Plan) -> Result<String> {
     serde_json::to_string(&list).map_err(|error| Error::Config(error.to_string()))
 }
 
-/// The walk over a plan.
+/// Exporter of one plan, layer by layer.
 pub(super) struct Exporter<'a> {
     pub plan: &'a Plan,
     weights: &'a Weights,
     pub graph: GraphBuilder,
-    /// For each tensor of the plan the value that it is; empty before it is written.
+    /// Name of the graph value of each tensor of the plan; empty until it is written.
     values: Vec<String>,
-    /// For each level that something was warped at, where its pixels were, as `GridSample` wants it.
+    /// For each level at which a tensor was warped, the grid of source positions that `GridSample` reads.
     pub grids: HashMap<u32, String>,
 }
 
@@ -101,17 +101,17 @@ impl<'a> Exporter<'a> {
         Ok(self.graph.finish())
     }
 
-    /// What tensor `id` is in the graph.
+    /// Name of the graph value of tensor `id`.
     pub fn value(&self, id: TensorId) -> String {
         self.values[id.index()].clone()
     }
 
-    /// What tensor `id` is called.
+    /// Name of tensor `id` in the plan.
     pub fn name(&self, id: TensorId) -> &'a str {
         &self.plan.tensor(id).name
     }
 
-    /// An input or output of `channels` channels for each square of 2^`level` × 2^`level` pixels.
+    /// Describes an input or output with `channels` channels for each square of 2^`level` × 2^`level` pixels.
     fn info(name: &str, channels: usize, level: u32) -> ValueInfo {
         let side =
             |side: &str| Dim::Free(if level == 0 { side.into() } else { format!("{side}{}", 1 << level) });
@@ -147,7 +147,7 @@ impl<'a> Exporter<'a> {
         for state in self.plan.states() {
             let tensor = self.plan.tensor(state.next);
             let info = Self::info(&format!("next.{}", state.name), tensor.channels, tensor.level);
-            // A value of its own: states can share a tensor, or be what another layer reads.
+            // A value of its own, because states can share a tensor or be an input of another layer.
             self.graph.output(info, "Identity", &[&self.value(state.next)]);
         }
     }
@@ -205,13 +205,13 @@ impl<'a> Exporter<'a> {
         })
     }
 
-    /// The learned array `name`, reshaped to `dims`.
+    /// Adds the learned array `name`, reshaped to `dims`.
     fn parameter(&mut self, name: &str, dims: &[usize]) -> Result<String> {
         let values = self.weights.values(name)?.to_vec();
         Ok(self.graph.parameter(name, dims, values))
     }
 
-    /// A tensor at the resolution that it is read at.
+    /// Returns a tensor at the resolution at which `read` wants it.
     pub fn read(&mut self, read: Read) -> String {
         let value = self.value(read.tensor);
         let name = format!("{}.up", self.name(read.tensor));
@@ -239,7 +239,7 @@ impl<'a> Exporter<'a> {
         Ok(self.activated(name, sum, conv.activation))
     }
 
-    /// The convolution with the parameters of `name`, zeros at a `border` of so many pixels.
+    /// Adds a convolution with the parameters of `name`, and zeros in a `border` of this many pixels.
     pub fn learned_conv(
         &mut self,
         name: &str,
@@ -266,8 +266,8 @@ impl<'a> Exporter<'a> {
         }
     }
 
-    /// (x − mean) · weight / √(variance + ε) + bias; the variance is that of what is left after the mean is
-    /// taken away, so that it stays exact where the mean is large.
+    /// Adds (x − mean) · weight / √(variance + ε) + bias. The mean is subtracted before squaring, so that the
+    /// variance stays exact where the mean is large.
     fn norm(&mut self, norm: &Norm) -> Result<String> {
         let name = &norm.name;
         let channels = self.plan.tensor(norm.input).channels;
@@ -289,7 +289,7 @@ impl<'a> Exporter<'a> {
         Ok(self.activated(name, sum, norm.activation))
     }
 
-    /// The mean of all numbers, first of rows and then of these: short sums lose less.
+    /// Averages all numbers: rows first, then the means of rows. Short sums lose less precision.
     fn mean(&mut self, name: &str, input: &str) -> String {
         let mut reduced = |input: &str, axes: &[i64]| {
             let attributes = vec![integers("axes", axes), integer("keepdims", 1)];

@@ -1,4 +1,4 @@
-//! The filling of frames from the pixels that are known.
+//! Exports the layers that fill frames from sampled pixels.
 
 use super::export::Exporter;
 use super::graph::{integer, integers};
@@ -6,23 +6,24 @@ use super::model::TensorData;
 use super::points::PLACES;
 use crate::plan::{DOUBT_ALLOWED, DOUBT_EPSILON, DOUBT_SHARE, POINT, TensorId};
 
-/// Divisors are at least this.
+/// Lower limit of divisors.
 const SMALLEST: f32 = 1e-8;
 
-/// Four channels: premultiplied numbers, and how far each pixel is known, 0…1; and the latter alone.
+/// Weighted pixels: all four channels (premultiplied colours and weight), and the weight alone.
 struct Known {
     both: String,
     weight: String,
 }
 
-/// `weights` along both axes, for each of `channels` channels.
+/// Makes a separable kernel of `weights` along both axes, for each of `channels` channels.
 fn squares<const N: usize>(weights: [f32; N], channels: usize) -> TensorData {
     let plane = weights.iter().flat_map(|a| weights.map(|b| a * b)).collect::<Vec<_>>();
     TensorData::Floats(plane.repeat(channels))
 }
 
 impl Exporter<'_> {
-    /// `known` spread at half the resolution; with `base` what it differs from that, added to it.
+    /// Adds `Layer::Spread`: `known` spread at half the resolution. With `base` it spreads the residuals and adds
+    /// them.
     pub fn spread(
         &mut self,
         known: TensorId,
@@ -43,7 +44,7 @@ impl Exporter<'_> {
         self.graph.plain("Add", name, &[&base, &correction])
     }
 
-    /// (1, 2, 1)/4 along both axes.
+    /// Adds `Layer::Smooth`: (1, 2, 1)/4 along both axes.
     pub fn smooth(&mut self, input: TensorId, output: TensorId) -> String {
         let (name, channels) = (self.name(output), self.plan.tensor(input).channels);
         let input = self.value(input);
@@ -52,7 +53,7 @@ impl Exporter<'_> {
         self.graph.node("Conv", name, &[&padded, &kernel], vec![integer("group", channels as i64)])
     }
 
-    /// c + (1 − w) · up(`base`).
+    /// Adds `Layer::Blend`: c + (1 − w) · up(`base`).
     pub fn blend(&mut self, known: TensorId, base: TensorId, output: TensorId) -> String {
         let name = self.name(output);
         let known = self.known(name, known);
@@ -64,7 +65,7 @@ impl Exporter<'_> {
         self.graph.plain("Add", name, &[&colour, &rest])
     }
 
-    /// v / (v + share · max(e − allowed · v, 0)).
+    /// Adds `Layer::Doubt`: v / (v + share · max(e − allowed · v, 0)).
     pub fn doubt(
         &mut self,
         [known, prior, fresh]: [TensorId; 3],
@@ -102,7 +103,7 @@ impl Exporter<'_> {
         graph.plain("Div", name, &[&own, &both])
     }
 
-    /// `known` + (1 − w) · `fade` · up(share) · `before`.
+    /// Adds `Layer::Accumulate`: `known` + (1 − w) · `fade` · up(share) · `before`.
     pub fn accumulate(
         &mut self,
         [known, before]: [TensorId; 2],
@@ -135,13 +136,13 @@ impl Exporter<'_> {
         self.graph.concatenated(name, &[sum, places])
     }
 
-    /// Channels of `value`.
+    /// Selects channels of `value`.
     pub fn channels(&mut self, name: &str, value: &str, wanted: &[i64]) -> String {
         let wanted = self.graph.indices(wanted);
         self.graph.node("Gather", name, &[value, &wanted], vec![integer("axis", 1)])
     }
 
-    /// A tensor of known pixels; of points what they know.
+    /// Returns weighted pixels: the tensor itself, or the first four channels of points.
     fn known_pixels(&mut self, name: &str, known: TensorId) -> String {
         let value = self.value(known);
         match self.plan.tensor(known).channels {
@@ -156,7 +157,7 @@ impl Exporter<'_> {
         Known { both, weight }
     }
 
-    /// What `known` differs by from `picture`, of half the resolution: c − w · up(picture).
+    /// Computes c − w · picture: the residual of `picture` at weighted pixels.
     fn difference(&mut self, name: &str, known: &Known, picture: &str) -> String {
         let colour = self.channels(&format!("{name}.colour"), &known.both, &[0, 1, 2]);
         let graph = &mut self.graph;
@@ -164,13 +165,13 @@ impl Exporter<'_> {
         graph.plain("Sub", &format!("{name}.difference"), &[&colour, &expected])
     }
 
-    /// What is known at 1/2^`lowest` of the resolution, with what is missing taken from up to 2^`levels` times lower ones.
+    /// Fills weighted pixels by pull-push, at 1/2^`lowest` of the resolution and with `levels` halvings.
     ///
-    /// Pulling halves the resolution: numbers and weights w are averaged over 4×4 pixels by (1, 3, 3, 1)/8 along both axes
-    /// and multiplied by min(8w, 1) / max(w, 1e-8). Pushing goes back: each finer level gets (1 − w) of the coarser,
-    /// bilinear. At last numbers are divided by weights.
+    /// Pulling halves the resolution: values and weights w are averaged over 4×4 pixels by (1, 3, 3, 1)/8 along
+    /// both axes and multiplied by min(8w, 1) / max(w, 1e-8). Pushing goes back: each finer level adds (1 − w) of
+    /// the coarser one, bilinear. Finally values are divided by weights.
     fn pull_push(&mut self, name: &str, known: &str, levels: u32, lowest: u32) -> String {
-        // From half the resolution on.
+        // The pyramid begins at half the resolution.
         let mut pyramid = vec![self.pulled(name, known)];
         for _ in 1..levels {
             let next = self.pulled(name, &pyramid[pyramid.len() - 1].both);
@@ -204,7 +205,7 @@ impl Exporter<'_> {
         Known { both, weight }
     }
 
-    /// `finer` + (1 − its weight) · `coarser`.
+    /// Pushes one level: `finer` + (1 − its weight) · `coarser`.
     fn pushed(&mut self, name: &str, finer: &Known, coarser: &str) -> String {
         let graph = &mut self.graph;
         let coarser = graph.bilinear(&format!("{name}.up"), coarser);

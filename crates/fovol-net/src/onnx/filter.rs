@@ -1,4 +1,4 @@
-//! Predicted kernels.
+//! Exports predicted kernels.
 
 use super::export::Exporter;
 use super::graph::integer;
@@ -6,7 +6,7 @@ use crate::Result;
 use crate::plan::{Filter, Normalisation, SQUARED_EPSILON, Taps};
 
 impl Exporter<'_> {
-    /// The images of `filter`, weighed with the kernels that its features predict.
+    /// Adds a predicted kernel and its application to the images of `filter`.
     pub fn filter(&mut self, filter: &Filter) -> Result<String> {
         let weights = self.kernel(filter)?;
         let mut first = 0;
@@ -27,7 +27,7 @@ impl Exporter<'_> {
         Ok(total.unwrap_or_default())
     }
 
-    /// The weights of each pixel's kernel, a value of one channel for each tap.
+    /// Adds the prediction of kernels. Returns one value of one channel for each tap.
     fn kernel(&mut self, filter: &Filter) -> Result<Vec<String>> {
         let name = &filter.name;
         let features = self.value(filter.features);
@@ -42,7 +42,7 @@ impl Exporter<'_> {
         Ok(self.graph.split(&kernel, &vec![1; filter.taps()], &names))
     }
 
-    /// `weights` brought to a sum of 1 over the channels.
+    /// Normalises `weights` to a sum of 1 over the channels.
     fn normalised(&mut self, name: &str, weights: &str, normalisation: Normalisation) -> String {
         let graph = &mut self.graph;
         match normalisation {
@@ -63,7 +63,7 @@ impl Exporter<'_> {
         }
     }
 
-    /// `image` moved so that each pixel has the value that each of the `taps` weighs there.
+    /// Shifts `image` by each of the `taps`, so that every pixel holds the value that this tap weighs.
     pub fn shifted(&mut self, name: &str, image: &str, taps: Taps) -> Vec<String> {
         if taps == Taps::Centre {
             return vec![image.to_owned()];
@@ -71,7 +71,8 @@ impl Exporter<'_> {
         let graph = &mut self.graph;
         let padded = graph.padded(&format!("{name}.padded"), image, "constant");
         let axes = graph.indices(&[2, 3]);
-        // Two rows and two columns are left out; ends count from the end, the last one is beyond it.
+        // Two rows and two columns are left out. Negative ends count from the end; the last window ends at the
+        // border.
         let end = |start: i64| if start == 2 { i64::MAX } else { start - 2 };
         let windows = (0..9).map(|tap| [tap / 3, tap % 3]);
         windows

@@ -1,43 +1,43 @@
-//! The making of a graph, node by node, in terms of operators that networks are made of.
+//! Builds an ONNX graph, node by node, from the operators that networks need.
 
 use super::model::{Attribute, AttributeValue, Graph, Node, Tensor, TensorData, ValueInfo};
 use std::collections::HashSet;
 
-/// A graph that grows; values are known by their names, of which there is each only once.
+/// A graph under construction. Values are known by unique names.
 #[derive(Debug)]
 pub struct GraphBuilder {
     graph: Graph,
     names: HashSet<String>,
 }
 
-/// An attribute that is a number.
+/// Makes an integer attribute.
 pub fn integer(name: &'static str, value: i64) -> Attribute {
     Attribute { name, value: AttributeValue::Integer(value) }
 }
 
-/// An attribute that is several numbers.
+/// Makes an attribute that is a list of integers.
 pub fn integers(name: &'static str, values: &[i64]) -> Attribute {
     Attribute { name, value: AttributeValue::Integers(values.to_vec()) }
 }
 
-/// An attribute that is a word.
+/// Makes a string attribute.
 pub fn text(name: &'static str, value: &'static str) -> Attribute {
     Attribute { name, value: AttributeValue::Text(value) }
 }
 
 impl GraphBuilder {
-    /// An empty graph; values inside it will not have the `reserved` names.
+    /// Begins an empty graph. Inner values never get one of the `reserved` names.
     pub fn new(name: &str, reserved: impl IntoIterator<Item = String>) -> Self {
         let graph = Graph { name: name.to_owned(), ..Graph::default() };
         Self { graph, names: reserved.into_iter().collect() }
     }
 
-    /// The graph.
+    /// Completes the graph.
     pub fn finish(self) -> Graph {
         self.graph
     }
 
-    /// `name`, or with a number if that is taken.
+    /// Returns `name`, or `name` with a number if that is taken.
     fn fresh(&mut self, name: &str) -> String {
         let numbered = (1..).map(|number| format!("{name}.{number}"));
         let mut names = std::iter::once(name.to_owned()).chain(numbered);
@@ -46,21 +46,21 @@ impl GraphBuilder {
         free
     }
 
-    /// An input of the graph, whose name is reserved.
+    /// Adds an input of the graph. Its name must be reserved.
     pub fn input(&mut self, info: ValueInfo) -> String {
         let name = info.name.clone();
         self.graph.inputs.push(info);
         name
     }
 
-    /// Makes `operator` of `inputs` an output of the graph, whose name is reserved.
+    /// Adds `operator` of `inputs` as an output of the graph. Its name must be reserved.
     pub fn output(&mut self, info: ValueInfo, operator: &'static str, inputs: &[&str]) {
         let name = info.name.clone();
         self.graph.outputs.push(info);
         self.push(operator, inputs, vec![name], Vec::new());
     }
 
-    /// A tensor of learned numbers.
+    /// Adds a tensor of learned numbers.
     pub fn parameter(&mut self, name: &str, dims: &[usize], values: Vec<f32>) -> String {
         let name = self.fresh(name);
         let tensor = Tensor { name: name.clone(), dims: dims.to_vec(), data: TensorData::Floats(values) };
@@ -68,27 +68,27 @@ impl GraphBuilder {
         name
     }
 
-    /// A constant number.
+    /// Adds a constant number.
     pub fn scalar(&mut self, value: f32) -> String {
         self.constant(&[], TensorData::Floats(vec![value]))
     }
 
-    /// A constant list of numbers.
+    /// Adds a constant list of floats.
     pub fn floats(&mut self, values: &[f32]) -> String {
         self.constant(&[values.len()], TensorData::Floats(values.to_vec()))
     }
 
-    /// A constant list of indices or lengths.
+    /// Adds a constant list of indices or lengths.
     pub fn indices(&mut self, values: &[i64]) -> String {
         self.constant(&[values.len()], TensorData::Integers(values.to_vec()))
     }
 
-    /// A constant index.
+    /// Adds a constant index.
     pub fn index(&mut self, value: i64) -> String {
         self.constant(&[], TensorData::Integers(vec![value]))
     }
 
-    /// A constant, the same for all who want it.
+    /// Adds a constant. Equal constants share one value.
     pub fn constant(&mut self, dims: &[usize], data: TensorData) -> String {
         let same = |tensor: &&Tensor| tensor.dims == dims && tensor.data == data;
         if let Some(tensor) = self.graph.initialisers.iter().find(same) {
@@ -111,7 +111,7 @@ impl GraphBuilder {
         self.graph.nodes.push(Node { name, operator, inputs, outputs, attributes });
     }
 
-    /// The result of `operator`, named after `name`.
+    /// Adds a node and returns its output, named after `name`.
     pub fn node(
         &mut self,
         operator: &'static str,
@@ -124,12 +124,13 @@ impl GraphBuilder {
         output
     }
 
-    /// The result of an `operator` that has no attributes.
+    /// Adds a node without attributes and returns its output.
     pub fn plain(&mut self, operator: &'static str, name: &str, inputs: &[&str]) -> String {
         self.node(operator, name, inputs, Vec::new())
     }
 
-    /// The first `sizes[0]` channels of `input`, the next `sizes[1]`, and so on, named after `names`.
+    /// Splits `input` along the channels: the first `sizes[0]`, the next `sizes[1]`, and so on, named after
+    /// `names`.
     pub fn split(&mut self, input: &str, sizes: &[usize], names: &[String]) -> Vec<String> {
         let lengths = sizes.iter().map(|&size| size as i64).collect::<Vec<_>>();
         let lengths = self.indices(&lengths);
@@ -138,7 +139,7 @@ impl GraphBuilder {
         outputs
     }
 
-    /// `inputs` one after the other along the channels.
+    /// Concatenates `inputs` along the channels.
     pub fn concatenated(&mut self, name: &str, inputs: &[String]) -> String {
         match inputs {
             [single] => single.clone(),
@@ -149,24 +150,24 @@ impl GraphBuilder {
         }
     }
 
-    /// The mean of squares of `edge` × `edge` pixels.
+    /// Averages squares of `edge` × `edge` pixels.
     pub fn pooled(&mut self, name: &str, input: &str, edge: i64) -> String {
         let attributes = vec![integers("kernel_shape", &[edge; 2]), integers("strides", &[edge; 2])];
         self.node("AveragePool", name, &[input], attributes)
     }
 
-    /// `input` at twice the resolution, interpolated between pixel centres and replicated at the border.
+    /// Doubles the resolution of `input`: bilinear between pixel centres, replicated at the border.
     pub fn bilinear(&mut self, name: &str, input: &str) -> String {
         self.bilinear_by(name, input, 2)
     }
 
-    /// The same at `factor` times the resolution.
+    /// Multiplies the resolution of `input` by `factor`: bilinear between pixel centres, replicated at the border.
     pub fn bilinear_by(&mut self, name: &str, input: &str, factor: u32) -> String {
         let attributes = vec![text("mode", "linear"), text("coordinate_transformation_mode", "half_pixel")];
         self.resized(name, input, factor, attributes)
     }
 
-    /// `input` at twice the resolution, each pixel four times.
+    /// Doubles the resolution of `input` by nearest neighbour.
     pub fn nearest(&mut self, name: &str, input: &str) -> String {
         let attributes = vec![
             text("mode", "nearest"),
@@ -181,27 +182,28 @@ impl GraphBuilder {
         self.node("Resize", name, &[input, "", &scales], attributes)
     }
 
-    /// `input` with a border of one pixel: zeros in the mode `constant`, replicated in the mode `edge`.
+    /// Pads `input` by one pixel: zeros in the mode `constant`, replicated in the mode `edge`.
     pub fn padded(&mut self, name: &str, input: &str, mode: &'static str) -> String {
         let widths = self.indices(&[0, 0, 1, 1, 0, 0, 1, 1]);
         self.node("Pad", name, &[input, &widths], vec![text("mode", mode)])
     }
 
-    /// 1 − `input`.
+    /// Computes 1 − `input`.
     pub fn complement(&mut self, name: &str, input: &str) -> String {
         let one = self.scalar(1.0);
         self.plain("Sub", name, &[&one, input])
     }
 
-    /// A quarter of the channels on four times the pixels: 4c + 2y + x goes to c of pixel (x, y) of four.
+    /// Unfolds channels into 2×2 pixels: channel 4c + 2y + x goes to channel c of pixel (x, y) of the four.
     pub fn depth_to_space(&mut self, name: &str, input: &str) -> String {
         self.node("DepthToSpace", name, &[input], vec![integer("blocksize", 2), text("mode", "CRD")])
     }
 
-    /// The inverse of [`Self::depth_to_space`], from `channels` channels to four times as many.
+    /// Folds 2×2 pixels into channels, the inverse of [`Self::depth_to_space`]: `channels` become four times as
+    /// many.
     pub fn space_to_depth(&mut self, name: &str, input: &str, channels: usize) -> String {
         let folded = self.node("SpaceToDepth", name, &[input], vec![integer("blocksize", 2)]);
-        // The operator puts the place among the four first, channel (2y + x)·channels + c.
+        // The operator orders channels by pixel first, (2y + x)·channels + c.
         let from = |at: usize| (at % 4 * channels + at / 4) as i64;
         let order = self.indices(&(0..4 * channels).map(from).collect::<Vec<_>>());
         self.node("Gather", name, &[&folded, &order], vec![integer("axis", 1)])

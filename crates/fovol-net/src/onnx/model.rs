@@ -1,129 +1,129 @@
-//! The messages of ONNX files that exports use; numbers of fields are those of `onnx.proto`.
+//! Messages of ONNX files. Field numbers are those of `onnx.proto`.
 
 use super::protobuf::{Encode, Message};
 
 /// `ModelProto`: the whole file.
 #[derive(Debug)]
 pub struct Model {
-    /// The version of the file format.
+    /// Version of the file format.
     pub ir_version: i64,
-    /// The version of the operators.
+    /// Version of the operator set.
     pub opset: i64,
-    /// What wrote it.
+    /// Name and version of the program that wrote the file.
     pub producer: (&'static str, &'static str),
-    /// What it computes.
+    /// The computation.
     pub graph: Graph,
-    /// Facts by name.
+    /// Metadata by name.
     pub metadata: Vec<Entry>,
 }
 
-/// `GraphProto`: nodes in the order of their execution.
+/// `GraphProto`: nodes in the order of execution.
 #[derive(Debug, Default)]
 pub struct Graph {
-    /// What it is called.
+    /// Name of the graph.
     pub name: String,
-    /// The operations.
+    /// Operations.
     pub nodes: Vec<Node>,
     /// Constant tensors.
     pub initialisers: Vec<Tensor>,
-    /// What is given.
+    /// Inputs of the graph.
     pub inputs: Vec<ValueInfo>,
-    /// What results.
+    /// Outputs of the graph.
     pub outputs: Vec<ValueInfo>,
 }
 
-/// `NodeProto`: an operator that is applied to values.
+/// `NodeProto`: an operator applied to values.
 #[derive(Debug)]
 pub struct Node {
-    /// What it is called.
+    /// Name of the node.
     pub name: String,
-    /// The operator.
+    /// Operator.
     pub operator: &'static str,
-    /// Values that it reads; empty names stand for what is left out.
+    /// Names of the input values. An empty name omits an optional input.
     pub inputs: Vec<String>,
-    /// Values that it writes.
+    /// Names of the output values.
     pub outputs: Vec<String>,
-    /// What is fixed about it.
+    /// Attributes.
     pub attributes: Vec<Attribute>,
 }
 
-/// `AttributeProto`.
+/// `AttributeProto`: a named constant of a node.
 #[derive(Debug)]
 pub struct Attribute {
-    /// Its name.
+    /// Name.
     pub name: &'static str,
-    /// Its value.
+    /// Value.
     pub value: AttributeValue,
 }
 
 /// The value of an [`Attribute`].
 #[derive(Debug)]
 pub enum AttributeValue {
-    /// A number.
+    /// Integer.
     Integer(i64),
-    /// A word.
+    /// String.
     Text(&'static str),
-    /// Several numbers.
+    /// List of integers.
     Integers(Vec<i64>),
 }
 
-/// `TensorProto`.
+/// `TensorProto`: a constant tensor.
 #[derive(Debug)]
 pub struct Tensor {
-    /// The value that it gives.
+    /// Name of the value that it defines.
     pub name: String,
-    /// Its shape; empty for a scalar.
+    /// Shape; empty for a scalar.
     pub dims: Vec<usize>,
-    /// Its numbers.
+    /// Elements.
     pub data: TensorData,
 }
 
-/// The numbers of a [`Tensor`].
+/// Elements of a [`Tensor`].
 #[derive(Debug, Clone, PartialEq)]
 pub enum TensorData {
-    /// f32.
+    /// Floats (f32).
     Floats(Vec<f32>),
-    /// i64, for shapes and indices.
+    /// Integers (i64), for shapes and indices.
     Integers(Vec<i64>),
 }
 
-/// `TensorProto.DataType`.
+/// `TensorProto.DataType`: element types.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DataType {
-    /// f32.
+    /// Element type f32.
     Float = 1,
-    /// i64.
+    /// Element type i64.
     Int64 = 7,
 }
 
-/// `ValueInfoProto`: a tensor of f32 that goes in or out.
+/// `ValueInfoProto`: a tensor of f32 that is an input or output of the graph.
 #[derive(Debug)]
 pub struct ValueInfo {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// Its shape.
+    /// Shape.
     pub dims: Vec<Dim>,
 }
 
-/// `TensorShapeProto.Dimension`.
+/// `TensorShapeProto.Dimension`: one dimension of a shape.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Dim {
-    /// Always this.
+    /// Fixed length.
     Fixed(usize),
-    /// Whatever is given, by name.
+    /// Any length, with a symbolic name.
     Free(String),
 }
 
-/// `StringStringEntryProto`.
+/// `StringStringEntryProto`: an entry of the metadata.
 #[derive(Debug)]
 pub struct Entry {
-    /// Its name.
+    /// Name.
     pub key: String,
-    /// Its value.
+    /// Value.
     pub value: String,
 }
 
-/// A message whose only field is another.
+/// A message whose only field, of this number, is another message.
 struct Wrapped<'a, T>(u32, &'a T);
 
 impl<T: Encode> Encode for Wrapped<'_, T> {
@@ -176,7 +176,7 @@ impl Encode for Node {
 impl Encode for Attribute {
     fn encode(&self, message: &mut Message) {
         message.string(1, self.name);
-        // Field 20 is the kind of the value.
+        // Field 20 is the type of the value.
         match &self.value {
             AttributeValue::Integer(value) => {
                 message.integer(3, *value);
@@ -229,7 +229,7 @@ impl Encode for TensorType<'_> {
     }
 }
 
-/// `TensorShapeProto`.
+/// `TensorShapeProto`: a list of dimensions.
 struct Shape<'a>(&'a [Dim]);
 
 impl Encode for Shape<'_> {

@@ -1,4 +1,4 @@
-//! Samples of earlier frames as points, each with its place in its pixel.
+//! Exports the layers of points: samples of earlier frames, each with its offset within its pixel.
 
 use super::export::Exporter;
 use super::graph::{integer, integers, text};
@@ -6,12 +6,12 @@ use super::model::{DataType, TensorData};
 use super::warp::{COLUMNS, ROWS};
 use crate::plan::{Taps, TensorId};
 
-/// What is known of points, its last number, and their places.
+/// Channels of points: premultiplied colour and weight, the weight alone, and the offset in the pixel.
 const KNOWN: [i64; 4] = [0, 1, 2, 3];
 const WEIGHT: [i64; 1] = [3];
 pub const PLACES: [i64; 2] = [4, 5];
 
-/// Those of four points that a pixel meets: what is known of them, their weights, and their places times these.
+/// The points, of four candidates, that fall into a pixel: weighted colours, weights, and offsets times weights.
 #[derive(Default)]
 struct Met {
     known: Vec<String>,
@@ -20,7 +20,7 @@ struct Met {
 }
 
 impl Exporter<'_> {
-    /// The points of `input` where the motion takes them.
+    /// Adds `Layer::Reproject`: moves the points of `input` along the motion.
     pub fn reproject(&mut self, input: TensorId, motion: TensorId, output: TensorId) -> String {
         let name = self.name(output);
         let (input, motion) = (self.value(input), self.value(motion));
@@ -47,7 +47,8 @@ impl Exporter<'_> {
         self.graph.concatenated(name, &[known, places])
     }
 
-    /// Of the points `found`, whose pixels lie `from` where this one was, those that it meets.
+    /// Adds to `met` those of the points `found` that fall into this pixel. `from` is the way from this pixel's
+    /// last position to the pixels of these points.
     fn meet(&mut self, name: &str, found: &str, from: &str, met: &mut Met) {
         let places = self.channels(&format!("{name}.place"), found, &PLACES);
         let weight = self.channels(&format!("{name}.weight"), found, &WEIGHT);
@@ -68,7 +69,7 @@ impl Exporter<'_> {
         met.weights.push(weight);
     }
 
-    /// `image` moved along whole pixels of `motion`, zero outside.
+    /// Shifts `image` by `motion`, which has whole pixels; zero outside.
     fn nearest_moved(&mut self, name: &str, image: &str, motion: &str) -> String {
         let parts = self.graph.split(motion, &[1, 1], &[format!("{name}.dx"), format!("{name}.dy")]);
         let x = self.positions(&format!("{name}.x"), &parts[0], COLUMNS);
@@ -80,7 +81,7 @@ impl Exporter<'_> {
         self.graph.node("GridSample", name, &[image, &grid], attributes)
     }
 
-    /// What the points of `input` tell of the centres of pixels.
+    /// Adds `Layer::Splat`: resamples the points of `input` at pixel centres.
     pub fn splat(&mut self, input: TensorId, output: TensorId) -> String {
         let name = self.name(output);
         let input = self.value(input);

@@ -1,11 +1,11 @@
-//! The wire format of Protocol Buffers, as far as ONNX files need it.
+//! Writer for the wire format of Protocol Buffers, as far as ONNX files need it.
 
-/// Something that is written as a message.
+/// Types that are written as a message.
 pub trait Encode {
-    /// Appends its fields to `message`.
+    /// Appends the fields to `message`.
     fn encode(&self, message: &mut Message);
 
-    /// Its fields as bytes.
+    /// Encodes the fields as bytes.
     fn to_bytes(&self) -> Vec<u8> {
         let mut message = Message::default();
         self.encode(&mut message);
@@ -13,13 +13,13 @@ pub trait Encode {
     }
 }
 
-/// The bytes of a message, field after field.
+/// Bytes of a message, field after field.
 #[derive(Debug, Default)]
 pub struct Message {
     bytes: Vec<u8>,
 }
 
-/// How the value of a field is stored.
+/// Wire type: encoding of the value of a field.
 #[derive(Debug, Clone, Copy)]
 enum WireType {
     Varint = 0,
@@ -27,7 +27,7 @@ enum WireType {
 }
 
 impl Message {
-    /// Writes an int32, int64 or enum field; negative numbers in two's complement, as these types have them.
+    /// Writes an int32, int64 or enum field. Negative numbers take two's complement of 64 bits.
     pub fn integer(&mut self, field: u32, value: i64) {
         self.tag(field, WireType::Varint);
         self.varint(value.cast_unsigned());
@@ -45,12 +45,12 @@ impl Message {
         self.bytes(field, value.as_bytes());
     }
 
-    /// Writes a field that is a message itself.
+    /// Writes a field that is itself a message.
     pub fn message(&mut self, field: u32, value: &impl Encode) {
         self.bytes(field, &value.to_bytes());
     }
 
-    /// Writes each of `values` as a field of the same number: a repeated field.
+    /// Writes a repeated field: each of `values` under the same field number.
     pub fn messages(&mut self, field: u32, values: &[impl Encode]) {
         values.iter().for_each(|value| self.message(field, value));
     }
@@ -59,7 +59,7 @@ impl Message {
         self.varint(u64::from(field) << 3 | wire_type as u64);
     }
 
-    /// Seven bits a byte, the lowest first; the top bit says that more follow.
+    /// Writes a varint: seven bits a byte, lowest first. The top bit says that more bytes follow.
     fn varint(&mut self, mut value: u64) {
         while value >= 0x80 {
             self.bytes.push(value as u8 | 0x80);
@@ -79,7 +79,7 @@ mod tests {
         message.bytes
     }
 
-    /// The messages of the encoding guide of Protocol Buffers.
+    /// Tests the examples in the encoding guide of Protocol Buffers.
     #[test]
     fn bytes_are_those_of_the_encoding_guide() {
         struct Test1;

@@ -12,7 +12,7 @@ fn exported(named: Named) -> (Plan, Model) {
     (plan, model)
 }
 
-/// Asserts that values are there before they are read, and written once.
+/// Asserts that every value is written once, and before it is read.
 fn check(graph: &Graph) {
     let given = graph.inputs.iter().map(|info| info.name.as_str());
     let constant = graph.initialisers.iter().map(|tensor| tensor.name.as_str());

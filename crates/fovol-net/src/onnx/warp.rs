@@ -1,16 +1,16 @@
-//! Reprojection along the motion.
+//! Exports reprojection along the motion.
 
 use super::export::Exporter;
 use super::graph::{integer, integers, text};
 use super::model::DataType;
 use crate::plan::TensorId;
 
-/// Axes of an image.
+/// Axes of an image tensor \[1, channels, rows, columns\].
 pub const ROWS: i64 = 2;
 pub const COLUMNS: i64 = 3;
 
 impl Exporter<'_> {
-    /// The value of `input` where each pixel was in the last frame, bilinear, zero outside.
+    /// Adds `Layer::Warp`: samples `input` where each pixel was in the last frame; bilinear, zero outside.
     pub fn warp(&mut self, input: TensorId, motion: TensorId, output: TensorId) -> String {
         let level = self.plan.tensor(input).level;
         let grid = match self.grids.get(&level) {
@@ -26,7 +26,8 @@ impl Exporter<'_> {
         self.graph.node("GridSample", self.name(output), &[&self.value(input), &grid], attributes)
     }
 
-    /// Where the pixels of `level` were, \[1, rows, columns, 2\]: −1 at the first border to 1 at the last.
+    /// Computes where the pixels of `level` were, \[1, rows, columns, 2\], from −1 at the first border to 1 at the
+    /// last.
     fn grid(&mut self, motion: TensorId, level: u32) -> String {
         let name = format!("grid.{}", 1 << level);
         let motion = self.scaled_motion(&name, motion, level);
@@ -37,7 +38,8 @@ impl Exporter<'_> {
         self.graph.node("Transpose", &name, &[&both], vec![integers("perm", &[0, 2, 3, 1])])
     }
 
-    /// The motion in pixels of `level`, averaged over the pixels that each has of the frame.
+    /// Averages the motion over the frame's pixels within each pixel of `level`, and scales it to pixels of
+    /// `level`.
     fn scaled_motion(&mut self, name: &str, motion: TensorId, level: u32) -> String {
         let motion = self.value(motion);
         if level == 0 {
@@ -49,7 +51,7 @@ impl Exporter<'_> {
         self.graph.plain("Mul", &format!("{name}.motion"), &[&mean, &factor])
     }
 
-    /// (pixel centre + `motion`) · 2 / length − 1 along `axis`.
+    /// Computes (pixel centre + `motion`) · 2 / length − 1 along `axis`.
     pub fn positions(&mut self, name: &str, motion: &str, axis: i64) -> String {
         let graph = &mut self.graph;
         let [zero, one, at] = [0, 1, axis].map(|value| graph.index(value));

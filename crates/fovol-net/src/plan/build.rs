@@ -1,15 +1,15 @@
 use super::layer::{Activation, Conv, Filter, Layer, Norm, POINT, Padding, Read, Resize};
 use super::{Inputs, Plan, StateTensor, Tensor, TensorId};
 
-/// What spreads pixels halves the resolution no more often.
+/// Upper limit of the halvings in layers that spread samples.
 const MOST_HALVINGS: u32 = 5;
-/// Doubt is about squares of 2 to the power of this.
+/// Level of the confidence map: one value for a square of 2³ × 2³ pixels.
 const DOUBT_LEVEL: u32 = 3;
 
-/// Makes a [`Plan`] layer by layer, and sees that shapes fit.
+/// Builds a [`Plan`] layer by layer and checks that shapes fit.
 ///
 /// # Panics
-/// Its methods panic on layers whose inputs have different resolutions: configurations are checked before.
+/// Methods panic if inputs of a layer differ in resolution: configurations are checked beforehand.
 #[derive(Debug)]
 pub struct PlanBuilder {
     plan: Plan,
@@ -22,7 +22,7 @@ impl Default for PlanBuilder {
 }
 
 impl PlanBuilder {
-    /// A plan with a colour input and no layers.
+    /// Begins a plan with a colour input and no layers.
     pub fn new() -> Self {
         let colour = TensorId(0);
         let plan = Plan {
@@ -35,12 +35,12 @@ impl PlanBuilder {
         Self { plan }
     }
 
-    /// The colour input.
+    /// Returns the colour input.
     pub fn colour(&self) -> TensorId {
         self.plan.inputs.colour
     }
 
-    /// The mask input, which the network has from now on.
+    /// Returns the mask input, and adds it to the plan if needed.
     pub fn mask(&mut self) -> TensorId {
         if self.plan.inputs.mask.is_none() {
             self.plan.inputs.mask = Some(self.tensor("mask", 1, 0));
@@ -48,7 +48,7 @@ impl PlanBuilder {
         self.plan.inputs.mask.unwrap_or(TensorId(0))
     }
 
-    /// The motion input, which the network has from now on.
+    /// Returns the motion input, and adds it to the plan if needed.
     pub fn motion(&mut self) -> TensorId {
         if self.plan.inputs.motion.is_none() {
             self.plan.inputs.motion = Some(self.tensor("motion", 2, 0));
@@ -69,7 +69,7 @@ impl PlanBuilder {
         self.plan.tensors[id.0].level
     }
 
-    /// The level that `read` gives.
+    /// Returns the level at which `read` delivers its tensor.
     fn level_of(&self, read: Read) -> u32 {
         match read.resize {
             Resize::Same => self.level(read.tensor),
@@ -77,19 +77,19 @@ impl PlanBuilder {
         }
     }
 
-    /// A state of the last frame; [`Self::keep`] says what the next one is.
+    /// Adds a state, as the last frame left it. [`Self::keep`] sets its next value.
     pub fn state(&mut self, name: &str, channels: usize, level: u32) -> TensorId {
         let previous = self.tensor(&format!("state.{name}"), channels, level);
         self.plan.states.push(StateTensor { name: name.to_owned(), previous, next: previous });
         previous
     }
 
-    /// A state of the shape of `tensor`.
+    /// Adds a state with the shape of `tensor`.
     pub fn state_like(&mut self, name: &str, tensor: TensorId) -> TensorId {
         self.state(name, self.channels(tensor), self.level(tensor))
     }
 
-    /// Makes `next` what the state `previous` is in the next frame.
+    /// Makes `next` the value of the state `previous` in the next frame.
     pub fn keep(&mut self, previous: TensorId, next: TensorId) {
         let shape = |id: TensorId| (self.channels(id), self.level(id));
         assert_eq!(shape(previous), shape(next), "a state keeps its shape");
@@ -98,7 +98,7 @@ impl PlanBuilder {
         }
     }
 
-    /// A convolution of `size` (1 or 3) over `inputs`, padded with zeros.
+    /// Adds a convolution over `inputs` with a window of `size` (1 or 3), padded with zeros.
     pub fn conv(
         &mut self,
         name: &str,
@@ -120,7 +120,7 @@ impl PlanBuilder {
         })
     }
 
-    /// A 3×3 convolution with replicated border, of `stride` 1 or 2.
+    /// Adds a 3×3 convolution with replicated border and a `stride` of 1 or 2.
     pub fn replicating_conv(
         &mut self,
         name: &str,
@@ -154,13 +154,13 @@ impl PlanBuilder {
         output
     }
 
-    /// A normalisation of `input` over the frame.
+    /// Adds a group normalisation of `input` with one group.
     pub fn norm(&mut self, name: &str, input: TensorId, activation: Activation) -> TensorId {
         let output = self.tensor(name, self.channels(input), self.level(input));
         self.push(Layer::Norm(Norm { name: name.to_owned(), input, output, activation }))
     }
 
-    /// A predicted kernel: `filter` with whatever `output`.
+    /// Adds a predicted kernel. `filter.output` is ignored and set.
     pub fn filter(&mut self, filter: Filter) -> TensorId {
         let first = filter.images[0].0;
         let level = self.level_of(first);
@@ -173,77 +173,80 @@ impl PlanBuilder {
         self.push(Layer::Filter(Filter { output, ..filter }))
     }
 
-    /// The mean of 2×2 pixels.
+    /// Adds an average of 2×2 pixels.
     pub fn pool(&mut self, input: TensorId) -> TensorId {
         let name = format!("{}.pooled", self.plan.tensors[input.0].name);
         let output = self.tensor(&name, self.channels(input), self.level(input) + 1);
         self.push(Layer::Pool { input, output })
     }
 
-    /// Pixels to channels.
+    /// Adds a fold of 2×2 pixels into channels.
     pub fn space_to_depth(&mut self, input: TensorId) -> TensorId {
         let name = format!("{}.folded", self.plan.tensors[input.0].name);
         let output = self.tensor(&name, 4 * self.channels(input), self.level(input) + 1);
         self.push(Layer::SpaceToDepth { input, output })
     }
 
-    /// Channels to pixels.
+    /// Adds the inverse of [`Self::space_to_depth`].
     pub fn depth_to_space(&mut self, input: TensorId) -> TensorId {
         let name = format!("{}.unfolded", self.plan.tensors[input.0].name);
         let output = self.tensor(&name, self.channels(input) / 4, self.level(input) - 1);
         self.push(Layer::DepthToSpace { input, output })
     }
 
-    /// `factor` · `input` + `offset`.
+    /// Adds the layer `factor` · `input` + `offset`.
     pub fn scale(&mut self, input: TensorId, factor: f32, offset: f32) -> TensorId {
         let name = format!("{}.scaled", self.plan.tensors[input.0].name);
         let output = self.tensor(&name, self.channels(input), self.level(input));
         self.push(Layer::Scale { input, output, factor, offset })
     }
 
-    /// `input`, cut to 0…1.
+    /// Adds a layer that clamps `input` to 0…1.
     pub fn clamp(&mut self, input: TensorId) -> TensorId {
         let name = format!("{}.clamped", self.plan.tensors[input.0].name);
         let output = self.tensor(&name, self.channels(input), self.level(input));
         self.push(Layer::Clamp { input, output })
     }
 
-    /// `colour` times `weight`, and `weight`: what the layers that fill take.
+    /// Adds a layer that premultiplies `colour` with `weight` and appends `weight`, as the filling layers read it.
     pub fn join(&mut self, colour: TensorId, weight: TensorId) -> TensorId {
         let name = format!("{}.joined", self.plan.tensors[colour.0].name);
         let output = self.tensor(&name, 4, self.level(colour));
         self.push(Layer::Join { colour, weight, output })
     }
 
-    /// `known` spread over the frame at half the resolution, as a correction of `base` where there is one.
+    /// Adds a layer that spreads `known` over the frame at half the resolution. With `base` it spreads the
+    /// residuals of `base` at the samples and adds them to `base`.
     pub fn spread(&mut self, known: TensorId, base: Option<TensorId>) -> TensorId {
         let name = format!("{}.spread", self.plan.tensors[known.0].name);
         let output = self.tensor(&name, 3, 1);
-        // How often frames can be halved is known at the end.
+        // The number of levels is only known once the plan is complete; `finish` sets it.
         self.push(Layer::Spread { known, base, levels: 0, output })
     }
 
-    /// `input`, smoothed.
+    /// Adds a smoothing of `input`.
     pub fn smooth(&mut self, input: TensorId) -> TensorId {
         let name = format!("{}.smooth", self.plan.tensors[input.0].name);
         let output = self.tensor(&name, self.channels(input), self.level(input));
         self.push(Layer::Smooth { input, output })
     }
 
-    /// `known`, and `base` of half the resolution elsewhere.
+    /// Adds a layer that fills `known` from `base`, a picture of half the resolution.
     pub fn blend(&mut self, known: TensorId, base: TensorId) -> TensorId {
         let name = format!("{}.filled", self.plan.tensors[known.0].name);
         let output = self.tensor(&name, 3, 0);
         self.push(Layer::Blend { known, base, output })
     }
 
-    /// How far `prior` is believed where samples are `known` and give `fresh`.
+    /// Adds a layer that rates how far the reprojected picture `prior` can be trusted, given the samples `known`
+    /// and their fill `fresh`.
     pub fn doubt(&mut self, known: TensorId, prior: TensorId, fresh: TensorId) -> TensorId {
         let output = self.tensor("believed", 1, 0);
         self.push(Layer::Doubt { known, prior, fresh, levels: 0, output })
     }
 
-    /// `known`, and elsewhere as far as `share` lets it count what was known `before`, times `fade`.
+    /// Adds a layer that keeps `known` and fills its gaps from `before`, the weighted pixels of earlier frames,
+    /// with their weights multiplied by `fade` and `share`.
     pub fn accumulate(
         &mut self,
         known: TensorId,
@@ -256,7 +259,7 @@ impl PlanBuilder {
         self.push(Layer::Accumulate { known, before, share, fade, output })
     }
 
-    /// `channels` channels of `input` from number `first` on.
+    /// Adds a layer that copies `channels` channels of `input`, from channel `first` on.
     pub fn part(&mut self, input: TensorId, first: usize, channels: usize) -> TensorId {
         assert!(first + channels <= self.channels(input), "there are not so many channels");
         let name = format!("{}.part", self.plan.tensors[input.0].name);
@@ -264,7 +267,7 @@ impl PlanBuilder {
         self.push(Layer::Part { input, first, output })
     }
 
-    /// `input` + `more`.
+    /// Adds the sum of `input` and `more`.
     pub fn add(&mut self, input: TensorId, more: TensorId) -> TensorId {
         let (channels, level) = (self.channels(input), self.level(input));
         assert_eq!((channels, level), (self.channels(more), self.level(more)), "sums have one shape");
@@ -273,7 +276,7 @@ impl PlanBuilder {
         self.push(Layer::Add { input, more, output })
     }
 
-    /// `colour` where sampled, `input` elsewhere.
+    /// Adds a layer that takes `colour` where sampled and `input` elsewhere.
     pub fn bypass(&mut self, colour: TensorId, input: TensorId) -> TensorId {
         let mask = self.mask();
         let name = format!("{}.bypassed", self.plan.tensors[input.0].name);
@@ -281,7 +284,7 @@ impl PlanBuilder {
         self.push(Layer::Bypass { colour, mask, input, output })
     }
 
-    /// The points of `input` where the motion takes them.
+    /// Adds a layer that moves the points of `input` along the motion.
     pub fn reproject(&mut self, input: TensorId) -> TensorId {
         assert_eq!((self.channels(input), self.level(input)), (POINT, 0), "points are of the frame's pixels");
         let motion = self.motion();
@@ -290,7 +293,7 @@ impl PlanBuilder {
         self.push(Layer::Reproject { input, motion, output })
     }
 
-    /// What the points of `input` tell of the centres of pixels.
+    /// Adds a layer that resamples the points of `input` at pixel centres.
     pub fn splat(&mut self, input: TensorId) -> TensorId {
         assert_eq!((self.channels(input), self.level(input)), (POINT, 0), "points are of the frame's pixels");
         let name = format!("{}.splatted", self.plan.tensors[input.0].name);
@@ -298,7 +301,7 @@ impl PlanBuilder {
         self.push(Layer::Splat { input, output })
     }
 
-    /// `input` moved along the motion.
+    /// Adds a layer that moves `input` along the motion.
     pub fn warp(&mut self, input: TensorId) -> TensorId {
         let motion = self.motion();
         let name = format!("{}.warped", self.plan.tensors[input.0].name);
@@ -306,7 +309,7 @@ impl PlanBuilder {
         self.push(Layer::Warp { input, motion, output })
     }
 
-    /// The plan that shows `output`.
+    /// Completes the plan, with `output` as the reconstructed picture.
     pub fn finish(mut self, output: TensorId) -> Plan {
         assert_eq!((self.channels(output), self.level(output)), (3, 0), "the output is a picture");
         self.plan.output = output;

@@ -2,11 +2,12 @@ use super::layer::{Activation, Read};
 use super::{Plan, PlanBuilder};
 use serde::{Deserialize, Serialize};
 
-/// The generator of DeepFovea (Kaplanyan et al. 2019) as its published graph has it (ALGORITHMS §2).
+/// Configuration of DeepFovea's generator as published (Kaplanyan et al. 2019):
+/// docs/guide/src/internals/algorithm.md, section 6.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct DeepFoveaConfig {
-    /// Channels of the encoders, finest first; the decoders have the same in reverse.
+    /// Channels of the encoders, finest first. The decoders have them in reverse order.
     pub encoder: Vec<usize>,
     /// Channels of the bottleneck.
     pub bottleneck: usize,
@@ -19,7 +20,7 @@ impl Default for DeepFoveaConfig {
 }
 
 impl DeepFoveaConfig {
-    /// Its plan.
+    /// Builds the plan of the network.
     ///
     /// # Errors
     /// Widths that make no network.

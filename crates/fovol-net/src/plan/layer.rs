@@ -1,12 +1,12 @@
-//! The kinds of layers.
+//! Kinds of layers.
 
 use super::{Parameter, Tensor, TensorId};
 use serde::{Deserialize, Serialize};
 
-/// What follows a convolution.
+/// Activation function after a layer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Activation {
-    /// Nothing.
+    /// Identity.
     None,
     /// max(x, 0).
     Relu,
@@ -14,98 +14,97 @@ pub enum Activation {
     Elu,
 }
 
-/// What lies beyond the border of a tensor.
+/// Values beyond the border of a tensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Padding {
     /// Zeros.
     Zero,
-    /// The nearest value; for a border of one this is also TensorFlow's symmetric padding.
+    /// Values of the nearest pixel. For a border of one this equals TensorFlow's symmetric padding.
     Replicate,
 }
 
-/// Changes of resolution that happen while a tensor is read.
+/// Change of resolution while a tensor is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Resize {
-    /// None.
+    /// Unchanged.
     Same,
-    /// Twice as many pixels along each axis, interpolated bilinearly between pixel centres
-    /// (`align_corners=false`), replicated at the border.
+    /// Doubled along each axis: bilinear between pixel centres (`align_corners=false`), replicated at the border.
     Bilinear,
-    /// Twice as many pixels along each axis, each the nearest.
+    /// Doubled along each axis: nearest neighbour.
     Nearest,
 }
 
-/// A tensor as a layer reads it.
+/// A tensor as an input of a layer, with its change of resolution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Read {
-    /// Which.
+    /// The tensor.
     pub tensor: TensorId,
-    /// At which resolution.
+    /// Its change of resolution.
     pub resize: Resize,
 }
 
 impl Read {
-    /// As it is.
+    /// Reads `tensor` at its own resolution.
     pub fn same(tensor: TensorId) -> Self {
         Self { tensor, resize: Resize::Same }
     }
 
-    /// Bilinearly at twice the resolution.
+    /// Reads `tensor` at twice its resolution, bilinearly.
     pub fn bilinear(tensor: TensorId) -> Self {
         Self { tensor, resize: Resize::Bilinear }
     }
 
-    /// The nearest at twice the resolution.
+    /// Reads `tensor` at twice its resolution, by nearest neighbour.
     pub fn nearest(tensor: TensorId) -> Self {
         Self { tensor, resize: Resize::Nearest }
     }
 }
 
-/// activation(convolution(concatenated inputs) + bias).
+/// Convolution: activation(convolution(concatenated inputs) + bias).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Conv {
-    /// Its parameters are `name.weight` \[out, in, size, size\] and `name.bias` \[out\].
+    /// Name of the parameters `name.weight` \[out, in, size, size\] and `name.bias` \[out\].
     pub name: String,
-    /// What it reads, concatenated along the channels.
+    /// Input tensors, concatenated along the channels.
     pub inputs: Vec<Read>,
-    /// What it writes.
+    /// Output tensor.
     pub output: TensorId,
-    /// 1 or 3.
+    /// Edge of the window in pixels: 1 or 3.
     pub size: usize,
-    /// 1 or 2.
+    /// Step between windows in pixels: 1 or 2.
     pub stride: usize,
-    /// What a window of size 3 finds beyond the border.
+    /// Values beyond the border, for windows of size 3.
     pub padding: Padding,
-    /// What follows.
+    /// Activation function.
     pub activation: Activation,
 }
 
-/// Group normalisation with one group: over all channels and pixels of the frame, then an affine map of each
-/// channel and an activation; ε = 1e-5 (ALGORITHMS §2).
+/// Group normalisation with one group, over all channels and pixels of the frame. An affine map of each channel and
+/// an activation follow. ε = 1e-5; docs/guide/src/internals/algorithm.md, section 6.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Norm {
-    /// Its parameters are `name.weight` and `name.bias`, a number per channel each.
+    /// Name of the parameters `name.weight` and `name.bias`, both of one number per channel.
     pub name: String,
-    /// What it reads.
+    /// Input tensor.
     pub input: TensorId,
-    /// What it writes.
+    /// Output tensor.
     pub output: TensorId,
-    /// What follows.
+    /// Activation function.
     pub activation: Activation,
 }
 
-/// Which pixels of an image a predicted kernel weighs.
+/// Pixels of an image that a predicted kernel weighs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Taps {
-    /// The 3×3 around each pixel, row by row; zeros beyond the border.
+    /// The 3×3 pixels around each pixel, row by row, with zeros beyond the border.
     Around,
     /// The pixel itself.
     Centre,
 }
 
 impl Taps {
-    /// How many there are.
+    /// Number of pixels.
     pub fn count(self) -> usize {
         match self {
             Self::Around => 9,
@@ -114,234 +113,239 @@ impl Taps {
     }
 }
 
-/// How the weights of a predicted kernel come to a sum of 1.
+/// Normalisation that brings the weights of a predicted kernel to a sum of 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Normalisation {
-    /// (w² + ε) / (Σw² + nε) with ε = 1e-6: the authors' squares, safe in half precision.
+    /// (w² + ε) / (Σw² + nε) with ε = 1e-6: the authors' squares, made safe for f16.
     Squared,
-    /// eʷ / Σeʷ.
+    /// Softmax: eʷ / Σeʷ.
     Softmax,
 }
 
 /// The ε of [`Normalisation::Squared`].
 pub const SQUARED_EPSILON: f32 = 1e-6;
 
-/// What is added to the square by which samples differ from what is around them in [`Layer::Doubt`]: a difference of a
-/// quarter of an 8-bit step.
+/// Term that [`Layer::Doubt`] adds to the variance of the samples: the square of a quarter of an 8-bit step.
 pub const DOUBT_EPSILON: f32 = 1e-6;
-/// Which part of the square by which they differ from what is around them is no reason for doubt in what was known before.
+/// Part of the samples' variance up to which an error of the history is no reason for doubt: ¼ in
+/// docs/guide/src/internals/algorithm.md, section 5.
 pub const DOUBT_ALLOWED: f32 = 0.25;
-/// How much what is more than that counts: somewhat less than one, as what is compared with the samples is smoother than
-/// what they are filled with in the end.
+/// Factor of the error beyond the allowed part: ½ in docs/guide/src/internals/algorithm.md, section 5. It is less
+/// than 1 because the fill in this comparison is smoother than the final one.
 pub const DOUBT_SHARE: f32 = 0.5;
 
-/// Numbers of a point: the four of a [known](Layer::Join) pixel, and how far it lies right of and below the centre of its
-/// pixel, −0.5 to below 0.5 pixels each.
+/// Channels of a point: premultiplied RGB and weight as of [`Layer::Join`], then the offset of the point from the
+/// centre of its pixel, x right and y down, −0.5 to below 0.5 pixels.
 pub const POINT: usize = 6;
 
-/// A kernel for each pixel, predicted by a 1×1 convolution of `features`, normalised, and applied to images:
-/// the same kernel for all channels.
+/// Predicted kernel: a 1×1 convolution of `features` gives each pixel's weights, which are normalised and applied
+/// to images. All channels share one kernel.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Filter {
-    /// Its parameters are `name.weight` \[expand²·taps, in, 1, 1\] and `name.bias`. With `expand` = 2 each
-    /// feature serves four pixels; the channel of tap k of pixel (x, y) of the four is 4k + 2y + x.
+    /// Name of the parameters `name.weight` \[expand²·taps, in, 1, 1\] and `name.bias`. With `expand` = 2 each
+    /// feature serves four pixels, and tap k of pixel (x, y) of the four is channel 4k + 2y + x.
     pub name: String,
-    /// What kernels are predicted from.
+    /// Tensor from which kernels are predicted.
     pub features: TensorId,
-    /// The edge of the square of pixels that one feature serves: 1 or 2.
+    /// Edge of the square of pixels that one feature serves: 1 or 2.
     pub expand: usize,
-    /// What is filtered, in the order of the kernel's weights.
+    /// Images to filter and their taps, in the order of the kernel's weights.
     pub images: Vec<(Read, Taps)>,
-    /// What it writes.
+    /// Output tensor.
     pub output: TensorId,
-    /// How the weights come to a sum of 1.
+    /// Normalisation of the weights.
     pub normalisation: Normalisation,
 }
 
 impl Filter {
-    /// Weights of a kernel.
+    /// Number of weights of a kernel.
     pub fn taps(&self) -> usize {
         self.images.iter().map(|(_, taps)| taps.count()).sum()
     }
 }
 
-/// A step of a network.
+/// A layer of a network.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Layer {
-    /// A convolution.
+    /// Convolution.
     Conv(Conv),
-    /// A normalisation over the frame.
+    /// Normalisation over the frame.
     Norm(Norm),
-    /// A predicted kernel.
+    /// Predicted kernel.
     Filter(Filter),
-    /// The mean of 2×2 pixels.
+    /// Average of 2×2 pixels.
     Pool {
-        /// What it reads.
+        /// Input tensor.
         input: TensorId,
-        /// What it writes.
+        /// Output tensor.
         output: TensorId,
     },
-    /// 2×2 pixels become four times as many channels: channel c of pixel (x, y) of the four becomes 4c + 2y + x.
+    /// Folds 2×2 pixels into four times as many channels: channel c of pixel (x, y) of the four becomes 4c + 2y +
+    /// x.
     SpaceToDepth {
-        /// What it reads.
+        /// Input tensor.
         input: TensorId,
-        /// What it writes.
+        /// Output tensor.
         output: TensorId,
     },
-    /// The inverse of [`Self::SpaceToDepth`].
+    /// Inverse of [`Self::SpaceToDepth`].
     DepthToSpace {
-        /// What it reads.
+        /// Input tensor.
         input: TensorId,
-        /// What it writes.
+        /// Output tensor.
         output: TensorId,
     },
-    /// factor · x + offset.
+    /// Computes factor · x + offset.
     Scale {
-        /// What it reads.
+        /// Input tensor.
         input: TensorId,
-        /// What it writes.
+        /// Output tensor.
         output: TensorId,
-        /// What values are multiplied by.
+        /// Factor of each value.
         factor: f32,
-        /// What is added.
+        /// Number that is added to each product.
         offset: f32,
     },
-    /// The nearest number in 0…1.
+    /// Clamps values to 0…1.
     Clamp {
-        /// What it reads.
+        /// Input tensor.
         input: TensorId,
-        /// What it writes.
+        /// Output tensor.
         output: TensorId,
     },
-    /// Colours times their weights, and the weights as a fourth channel: known pixels, as the next layers take them.
+    /// Multiplies colours by weights and appends the weights as a fourth channel: weighted pixels, the input of the
+    /// filling layers.
     Join {
-        /// Colours times their weights.
+        /// Colours, three channels.
         colour: TensorId,
-        /// The weights, 0…1.
+        /// Weights, 0…1.
         weight: TensorId,
-        /// What it writes.
+        /// Output tensor, four channels.
         output: TensorId,
     },
-    /// Known pixels spread over the frame at half the resolution: means of ever larger squares where there are few. With a
-    /// `base`, what they differ from that is spread, and added to it.
+    /// Spreads weighted pixels over the frame at half the resolution: where samples are few, by means of larger
+    /// squares. With a `base` it spreads the residuals of `base` at the samples and adds them to `base`.
     Spread {
-        /// [Known](Self::Join) pixels.
+        /// [Weighted](Self::Join) pixels.
         known: TensorId,
-        /// The picture at half the resolution that is to be corrected.
+        /// Picture at half the resolution that is to be corrected.
         base: Option<TensorId>,
-        /// How often the resolution is halved.
+        /// Number of times that the resolution is halved.
         levels: u32,
-        /// What it writes.
+        /// Output tensor, at half the resolution.
         output: TensorId,
     },
-    /// Means of 3×3 pixels by (1, 2, 1)/4 along both axes, replicated at the border.
+    /// Smooths by (1, 2, 1)/4 along both axes, replicated at the border.
     Smooth {
-        /// What it reads.
+        /// Input tensor.
         input: TensorId,
-        /// What it writes.
+        /// Output tensor.
         output: TensorId,
     },
-    /// Known pixels, and `base`, bilinearly at twice its resolution, as far as they are not known: c + (1 − w)·b.
+    /// Fills weighted pixels from `base`, read bilinearly at twice its resolution: c + (1 − w)·b.
     Blend {
-        /// [Known](Self::Join) pixels.
+        /// [Weighted](Self::Join) pixels.
         known: TensorId,
-        /// A picture at half the resolution.
+        /// Picture at half the resolution.
         base: TensorId,
-        /// What it writes.
+        /// Output tensor.
         output: TensorId,
     },
-    /// How far what earlier frames tell is believed, 0…1: v / (v + [`DOUBT_SHARE`] max(e − [`DOUBT_ALLOWED`] v, 0)) with e
-    /// and v ([`DOUBT_EPSILON`] more) the mean squares by which this frame's samples differ from `prior` and from `fresh`,
-    /// spread over the frame. Wholly where it tells what the samples are much better than their neighbours do, so that
-    /// still pictures keep all they know; else about by the inverse of both variances.
+    /// Confidence in the history, 0…1: v / (v + [`DOUBT_SHARE`] · max(e − [`DOUBT_ALLOWED`] · v, 0)).
+    ///
+    /// e and v are mean squared differences between this frame's samples and `prior` or `fresh`, spread over the
+    /// frame; [`DOUBT_EPSILON`] is added to v. The confidence is 1 where `prior` predicts the samples much better
+    /// than their neighbours do, so that still pictures keep all earlier samples. Elsewhere history and samples
+    /// weigh about as the inverses of their variances. See docs/guide/src/internals/algorithm.md, section 5.
     Doubt {
-        /// [Known](Self::Join) pixels of this frame.
+        /// [Weighted](Self::Join) pixels of this frame.
         known: TensorId,
-        /// The last picture, where it is now.
+        /// Last output, reprojected.
         prior: TensorId,
-        /// What the samples of this frame give, at half the resolution and so smooth that each says little about itself.
+        /// Fill of this frame's samples at half the resolution, so smooth that a sample has little influence on its
+        /// own value.
         fresh: TensorId,
-        /// How often the resolution is halved.
+        /// Number of times that the resolution is halved.
         levels: u32,
-        /// What it writes; the lowest of the levels.
+        /// Output tensor, of one channel; its level is the lowest of the levels that are computed.
         output: TensorId,
     },
-    /// Known pixels of this frame, and as far as these are not known, those of earlier ones: k + (1 − w)·fade·share·before.
-    /// Where those are [points](POINT) these become some too, at the centres of their pixels.
+    /// Adds earlier samples to those of this frame where these leave a gap: k + (1 − w) · fade · share · before. If
+    /// earlier samples are [points](POINT), new samples become points at the centres of their pixels.
     Accumulate {
-        /// [Known](Self::Join) pixels of this frame.
+        /// [Weighted](Self::Join) pixels of this frame.
         known: TensorId,
-        /// Those of earlier ones, or points.
+        /// Weighted pixels of earlier frames, or points.
         before: TensorId,
-        /// How far these are believed, at some lower resolution; bilinear. Without it they are.
+        /// Confidence in earlier samples at some lower resolution, read bilinearly; 1 without it.
         share: Option<TensorId>,
-        /// What they are multiplied by.
+        /// Factor of the weights of earlier samples.
         fade: f32,
-        /// What it writes.
+        /// Output tensor.
         output: TensorId,
     },
-    /// Channels from number `first` on, as many as `output` has.
+    /// Copies channels from number `first` on, as many as `output` has.
     Part {
-        /// What it reads.
+        /// Input tensor.
         input: TensorId,
-        /// The first channel.
+        /// First channel.
         first: usize,
-        /// What it writes.
+        /// Output tensor.
         output: TensorId,
     },
-    /// input + more.
+    /// Computes input + more.
     Add {
-        /// A picture.
+        /// First summand.
         input: TensorId,
-        /// Another one.
+        /// Second summand.
         more: TensorId,
-        /// What it writes.
+        /// Output tensor.
         output: TensorId,
     },
-    /// mask · colour + (1 − mask) · input.
+    /// Computes mask · colour + (1 − mask) · input.
     Bypass {
-        /// What was sampled.
+        /// Sampled colours.
         colour: TensorId,
-        /// 1 where it was.
+        /// Sample mask: 1 where sampled.
         mask: TensorId,
-        /// What stands elsewhere.
+        /// Picture for unsampled pixels.
         input: TensorId,
-        /// What it writes.
+        /// Output tensor.
         output: TensorId,
     },
-    /// [Points](POINT) where they are now. A pixel takes those that were in the square of its size around where its centre
-    /// was in the last frame: several become their mean, with the largest of their weights.
+    /// Moves [points](POINT) along the motion. A pixel gathers the points within the square of its size around the
+    /// place of its centre in the last frame. Several points become their mean, with the largest of their weights.
     Reproject {
         /// Points of the last frame.
         input: TensorId,
-        /// Pixels to the previous position.
+        /// Motion: pixels to the previous position.
         motion: TensorId,
-        /// What it writes.
+        /// Output tensor.
         output: TensorId,
     },
-    /// What [points](POINT) tell of the centres of pixels: each is known to the four around it as far as it is near, bilinear.
-    /// Divided by the sum of these shares where that is more than one.
+    /// Resamples [points](POINT) at pixel centres. Each point contributes to the four centres around it with
+    /// bilinear weights. Sums are divided by the total weight where it exceeds 1.
     Splat {
         /// Points.
         input: TensorId,
-        /// [Known](Self::Join) pixels.
+        /// [Weighted](Self::Join) pixels.
         output: TensorId,
     },
-    /// The value where each pixel was in the last frame, bilinear, zero outside. Motion is averaged and scaled
-    /// to the resolution of `input`.
+    /// Samples `input` where each pixel was in the last frame: bilinear, zero outside. Motion is averaged and
+    /// scaled to the resolution of `input`.
     Warp {
-        /// What it reads.
+        /// Input tensor.
         input: TensorId,
-        /// Pixels to the previous position; level 0.
+        /// Motion at level 0: pixels to the previous position.
         motion: TensorId,
-        /// What it writes.
+        /// Output tensor.
         output: TensorId,
     },
 }
 
 impl Layer {
-    /// What it writes.
+    /// Output tensor.
     pub fn output(&self) -> TensorId {
         match self {
             Self::Conv(conv) => conv.output,
@@ -367,7 +371,8 @@ impl Layer {
         }
     }
 
-    /// The picture of which it changes the numbers one by one, if it does no more than that.
+    /// Returns the input picture of a layer that works on each value by itself, if the layer does no more than
+    /// that.
     pub fn changed(&self) -> Option<TensorId> {
         match self {
             Self::Scale { input, .. }
@@ -378,7 +383,7 @@ impl Layer {
         }
     }
 
-    /// What its output begins as, if it only writes over some numbers of that.
+    /// Returns the input whose values the layer keeps in part, if its output can be written over that input.
     pub fn begins_as(&self) -> Option<TensorId> {
         match self {
             Self::Accumulate { before, .. } => Some(*before),
@@ -386,7 +391,7 @@ impl Layer {
         }
     }
 
-    /// What it reads.
+    /// Input tensors.
     pub fn inputs(&self) -> Vec<TensorId> {
         match self {
             Self::Conv(conv) => conv.inputs.iter().map(|read| read.tensor).collect(),
@@ -416,7 +421,7 @@ impl Layer {
         }
     }
 
-    /// What it is called: the name of its parameters, or its kind.
+    /// Name of the parameters, or the kind of a layer without parameters.
     pub fn name(&self) -> &str {
         match self {
             Self::Conv(conv) => &conv.name,
@@ -442,7 +447,7 @@ impl Layer {
         }
     }
 
-    /// Its learned arrays.
+    /// Learned arrays of the layer.
     pub fn parameters(&self, tensors: &[Tensor]) -> Vec<Parameter> {
         let channels = |id: TensorId| tensors[id.0].channels;
         let pair = |name: &str, weight: Vec<usize>| {
@@ -466,8 +471,7 @@ impl Layer {
         }
     }
 
-    /// Multiplications and additions for a pixel of the frame, counted as pairs; only those of learned weights
-    /// and predicted kernels.
+    /// Multiply-adds for one pixel of the frame. Only those with learned weights and predicted kernels count.
     pub fn macs_per_pixel(&self, tensors: &[Tensor]) -> f64 {
         let per_square = |id: TensorId, macs: usize| macs as f64 / f64::from(4u32.pow(tensors[id.0].level));
         let weights = |layer: &Self| layer.parameters(tensors).first().map_or(0, Parameter::len);

@@ -1,4 +1,4 @@
-//! Networks as lists of fused layers: what every engine, the exporter and the trainer walk.
+//! Networks as lists of layers. All engines, the ONNX exporter and the trainer work from these plans.
 
 mod build;
 mod deepfovea;
@@ -17,21 +17,21 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 
-/// A tensor of a [`Plan`], by its place in [`Plan::tensors`].
+/// Identifies a tensor of a [`Plan`] by its index in [`Plan::tensors`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct TensorId(pub(crate) usize);
 
 impl TensorId {
-    /// Its place in [`Plan::tensors`].
+    /// Index in [`Plan::tensors`].
     pub fn index(self) -> usize {
         self.0
     }
 }
 
-/// The shape of a tensor: `channels` numbers for each square of 2^`level` × 2^`level` pixels.
+/// Shape of a tensor: `channels` numbers for each square of 2^`level` × 2^`level` pixels.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Tensor {
-    /// What it is called in exports.
+    /// Name in exports.
     pub name: String,
     /// Numbers per square.
     pub channels: usize,
@@ -39,50 +39,50 @@ pub struct Tensor {
     pub level: u32,
 }
 
-/// What a network carries from one frame to the next; zeros start a clip.
+/// A tensor that goes from one frame to the next. It is zero in the first frame of a sequence.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StateTensor {
-    /// What it is called in exports, after `state.` and `next.`.
+    /// Name in exports, after `state.` and `next.`.
     pub name: String,
-    /// As it comes from the last frame.
+    /// Value from the last frame.
     pub previous: TensorId,
-    /// As it goes to the next one.
+    /// Value for the next frame.
     pub next: TensorId,
 }
 
-/// What a network is given with each frame.
+/// Inputs of a network for each frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Inputs {
-    /// Red, green, blue in 0…1; 0 where unsampled.
+    /// Red, green and blue in 0…1; 0 where not sampled.
     pub colour: TensorId,
-    /// 1 where sampled, 0 elsewhere; for networks that want to know.
+    /// Sample mask: 1 where sampled, else 0. Only for networks that read it.
     pub mask: Option<TensorId>,
-    /// Pixels from here to where this was in the last frame, x right, y down; for networks that use motion.
+    /// Motion: pixels from here to the position in the last frame, x right, y down. Only for networks that read it.
     pub motion: Option<TensorId>,
 }
 
 /// A learned array of a network.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Parameter {
-    /// Its name, as in the weights file.
+    /// Name, as in the weights file.
     pub name: String,
-    /// Its shape; convolutions are \[out, in, rows, columns\].
+    /// Shape; convolutions are \[out, in, rows, columns\].
     pub shape: Vec<usize>,
 }
 
 impl Parameter {
-    /// How many numbers it has.
+    /// Number of elements.
     pub fn len(&self) -> usize {
         self.shape.iter().product()
     }
 
-    /// Whether it has none.
+    /// Whether there are no elements.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 }
 
-/// A network: layers in the order of their execution, every tensor written once.
+/// A network: layers in the order of execution. Every tensor is written once.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
     pub(crate) tensors: Vec<Tensor>,
@@ -93,66 +93,67 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// All tensors; a [`TensorId`] is a place in this list.
+    /// All tensors; a [`TensorId`] is an index into this list.
     pub fn tensors(&self) -> &[Tensor] {
         &self.tensors
     }
 
-    /// One tensor.
+    /// Returns one tensor.
     pub fn tensor(&self, id: TensorId) -> &Tensor {
         &self.tensors[id.0]
     }
 
-    /// The layers, each after those it reads from.
+    /// Layers, each after those that write its inputs.
     pub fn layers(&self) -> &[Layer] {
         &self.layers
     }
 
-    /// What goes from frame to frame.
+    /// States: tensors that go from frame to frame.
     pub fn states(&self) -> &[StateTensor] {
         &self.states
     }
 
-    /// What comes in with each frame.
+    /// Inputs for each frame.
     pub fn inputs(&self) -> Inputs {
         self.inputs
     }
 
-    /// The picture: three channels of level 0, to be clamped to 0…1.
+    /// Reconstructed picture: three channels of level 0, to be clamped to 0…1.
     pub fn output(&self) -> TensorId {
         self.output
     }
 
-    /// Widths and heights must be multiples of this; frames are padded by replication and cropped again.
+    /// Number that divides the widths and heights of frames that the layers work on. Frames are padded to it by
+    /// replication and cropped again.
     pub fn multiple(&self) -> usize {
         1 << self.tensors.iter().map(|tensor| tensor.level).max().unwrap_or(0)
     }
 
-    /// The learned arrays, in the order of the layers.
+    /// Learned arrays, in the order of the layers.
     pub fn parameters(&self) -> Vec<Parameter> {
         self.layers.iter().flat_map(|layer| layer.parameters(&self.tensors)).collect()
     }
 
-    /// Multiplications and additions for a pixel, counted as pairs.
+    /// Multiply-adds for one pixel.
     pub fn macs_per_pixel(&self) -> f64 {
         self.layers.iter().map(|layer| layer.macs_per_pixel(&self.tensors)).sum()
     }
 }
 
-/// Which network: what a [`Plan`] is made from, and what a weights file says about itself.
+/// Configuration of a network. A [`Plan`] is built from it, and a weights file contains it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum NetworkConfig {
-    /// U-Nets with recurrent decoders, with or without predicted kernels.
+    /// U-Net with recurrent decoders, with or without predicted kernels.
     #[serde(rename = "wnet")]
     WNet(WNetConfig),
-    /// The generator of DeepFovea as it was published.
+    /// Generator of DeepFovea, as published.
     #[serde(rename = "deepfovea")]
     DeepFovea(DeepFoveaConfig),
 }
 
 impl NetworkConfig {
-    /// The network's plan.
+    /// Builds the plan of the network.
     ///
     /// # Errors
     /// Widths that do not fit together, in one line.
@@ -164,27 +165,27 @@ impl NetworkConfig {
     }
 }
 
-/// Networks that have names.
+/// Networks with a name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Named {
     /// FoVolNet with the widths of the paper.
     WNetPaper,
-    /// The same with 32 channels in the last decoder, as in the authors' release.
+    /// FoVolNet with 32 channels in the last decoder, as in the authors' release.
     WNetNarrow,
-    /// Ours: half the resolution inside, samples accumulated along the motion, filled, and kept.
+    /// This project's network. It works at half the resolution, and accumulates samples along the motion.
     WNetFast,
-    /// What the FoVolNet paper compared itself with.
+    /// The DeepFovea variant that the FoVolNet paper compares with.
     DeepFoveaFvn,
-    /// DeepFovea's generator as published.
+    /// Generator of DeepFovea, as published.
     DeepFoveaOrig,
 }
 
 impl Named {
-    /// All of them.
+    /// All named networks.
     pub const ALL: [Self; 5] =
         [Self::WNetPaper, Self::WNetNarrow, Self::WNetFast, Self::DeepFoveaFvn, Self::DeepFoveaOrig];
 
-    /// As it is written.
+    /// Name in commands and files.
     pub fn name(self) -> &'static str {
         match self {
             Self::WNetPaper => "wnet-paper",
@@ -195,7 +196,7 @@ impl Named {
         }
     }
 
-    /// Its configuration.
+    /// Configuration of the network.
     pub fn config(self) -> NetworkConfig {
         match self {
             Self::WNetPaper => NetworkConfig::WNet(WNetConfig::paper()),

@@ -10,7 +10,8 @@ fn parameters(plan: &Plan, prefix: &str) -> usize {
 
 #[test]
 fn sizes_are_the_published_ones() {
-    // ALGORITHMS §1.2 and §2: D with O_d fed back, and without; K; the release's small one; DeepFovea.
+    // Parameter counts that follow from the widths in docs/guide/src/internals/algorithm.md, sections 4 and 6: D
+    // with and without feedback of its prediction, K, the narrow variant of the authors' release, and DeepFovea.
     let paper = plan(Named::WNetPaper);
     let all: usize = parameters(&paper, "");
     assert_eq!((all - parameters(&paper, "kernel."), parameters(&paper, "kernel.")), (917_059, 4_882));
@@ -24,7 +25,7 @@ fn sizes_are_the_published_ones() {
 
 #[test]
 fn macs_are_the_published_ones() {
-    // GMAC at 1280x736.
+    // Billions of multiply-adds per frame of 1280×736 pixels.
     let gmacs = |plan: &Plan| plan.macs_per_pixel() * 1280.0 * 736.0 / 1e9;
     assert!((gmacs(&plan(Named::WNetPaper)) - 255.5).abs() < 0.5, "{}", gmacs(&plan(Named::WNetPaper)));
     assert!(
@@ -109,6 +110,7 @@ fn a_coarse_picture_is_read_as_it_is_spread() {
         let blended = plan.layers().iter().filter(|layer| matches!(layer, Layer::Blend { .. })).count();
         (inputs, blended)
     };
-    // Four pixels of the filled picture, of its weights, of the last output, and of this picture or one of half the resolution.
+    // The first convolution reads 2×2 pixels of the filled picture, its weights, the last output and the fresh fill.
+    // It reads one pixel of a coarse fresh fill, which has half the resolution and needs no second `Blend`.
     assert_eq!((first(false), first(true)), ((4 * (3 + 1 + 3 + 3), 2), (4 * (3 + 1 + 3) + 3, 1)));
 }

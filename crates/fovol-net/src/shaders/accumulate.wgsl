@@ -1,10 +1,10 @@
-// What is left of the samples of earlier frames. Twin of cpu/accumulate.rs.
+// Accumulation of samples of earlier frames. Twin of cpu/accumulate.rs.
 
-/// What earlier samples are multiplied by.
+/// Factor of the weights of earlier samples.
 override FADE: f32;
-/// Whether how far they are believed is given.
+/// Whether there is a confidence map for earlier samples.
 override IS_SHARED: bool;
-/// How often its resolution is halved.
+/// Number of times that the resolution of this map is halved.
 override SHARE_LEVEL: u32;
 
 @group(0) @binding(0) var<uniform> shape: Shape;
@@ -13,7 +13,7 @@ override SHARE_LEVEL: u32;
 @group(0) @binding(3) var<storage, read> share: array<vec4f>;
 @group(0) @binding(4) var<storage, read_write> accumulated: array<vec4f>;
 
-/// How far earlier samples are believed at pixel `at`: bilinear between the centres of squares, replicated at the border.
+/// Confidence in earlier samples at pixel `at`: bilinear between the centres of squares, replicated at the border.
 fn believed(at: vec2u) -> f32 {
     let size = vec2u(shape.width, shape.height) >> vec2u(SHARE_LEVEL);
     let scale = f32(1u << SHARE_LEVEL);
@@ -33,7 +33,7 @@ fn accumulate(@builtin(global_invocation_id) at: vec3u) {
     }
     let i = place(shape, at.x, at.y, 0u);
     let open = 1.0 - known[i].a;
-    // The places of points.
+    // Further blocks hold the offsets of points.
     if at.z > 0u {
         let j = place(shape, at.x, at.y, at.z);
         accumulated[j] = open * before[j];

@@ -1,12 +1,12 @@
 // Convolutions on any device. Twin of cpu/conv.
 //
-// A workgroup makes up to 16 channels. For four channels of the inputs at a time it brings what its pixels read (resized,
-// joined, padded) into workgroup memory; each thread adds up four pixels, one below the other, in registers. Weights are the
-// same for all threads of a workgroup.
+// A workgroup computes up to 16 channels. For four input channels at a time it loads the inputs of its pixels
+// (resized, concatenated, padded) into workgroup memory. Each thread accumulates four pixels, one below the other,
+// in registers. All threads of a workgroup read the same weights.
 
-/// Blocks of four channels that a workgroup makes, up to four.
+/// Number of blocks of four channels of a workgroup, up to four.
 override TILES: u32;
-/// Fours of rows that a workgroup makes.
+/// Number of groups of four rows of a workgroup.
 override ROWS: u32;
 
 override PATCH_WIDTH: u32 = (COLUMNS - 1u) * STRIDE + SIZE;
@@ -14,13 +14,13 @@ override PATCH_HEIGHT: u32 = (4u * ROWS - 1u) * STRIDE + SIZE;
 override PATCH: u32 = PATCH_WIDTH * PATCH_HEIGHT;
 override THREADS: u32 = COLUMNS * ROWS;
 
-/// In the order of their use, \[workgroup\]\[block of inputs\]\[tap\]\[block of outputs\]; a column for each input.
+/// Packed weights, \[workgroup\]\[block of inputs\]\[tap\]\[block of outputs\]; a column for each input.
 @group(0) @binding(6) var<storage, read> weights: array<mat4x4f>;
 
-/// Four channels of what the pixels read.
+/// Four input channels of the pixels.
 var<workgroup> patch_pixels: array<vec4f, PATCH>;
 
-/// Brings block `block` of what the pixels from `first` on read into workgroup memory.
+/// Loads input block `block`, for the pixels from `first` on, into workgroup memory.
 fn fill_patch(block: u32, first: vec2u, thread: u32) {
     for (var i = thread; i < PATCH; i += THREADS) {
         patch_pixels[i] = read_padded(block, first, vec2u(i % PATCH_WIDTH, i / PATCH_WIDTH));
@@ -35,7 +35,7 @@ struct Pixels {
     p3: vec4f,
 }
 
-/// Up to four blocks of them.
+/// Sums of up to four blocks of channels.
 struct Sums {
     a: Pixels,
     b: Pixels,
@@ -43,7 +43,7 @@ struct Sums {
     d: Pixels,
 }
 
-/// One product after the other is added, so that each is one instruction.
+/// Products are added one after the other, so that each is one FMA instruction.
 fn plus_product(sum: vec4f, w: mat4x4f, p: vec4f) -> vec4f {
     return sum + w[0] * p.x + w[1] * p.y + w[2] * p.z + w[3] * p.w;
 }
@@ -57,7 +57,7 @@ fn plus_products(sums: Pixels, w: mat4x4f, p: Pixels) -> Pixels {
     );
 }
 
-/// The sums with what the pixels weigh at tap `tap`; `first` is the place of the first weights of the window.
+/// Adds the products of tap `tap`. `first` is the index of the first weights of the window.
 fn plus_tap(sums: Sums, first: u32, tap: u32, p: Pixels) -> Sums {
     let i = first + tap * TILES;
     var found = sums;
@@ -74,7 +74,8 @@ fn plus_tap(sums: Sums, first: u32, tap: u32, p: Pixels) -> Sums {
     return found;
 }
 
-/// With tap (`column`, `row`) of the window of the pixels whose part of the patch begins at `corner`.
+/// Adds the products of tap (`column`, `row`) of the window. `corner` is the index in the patch of the window's
+/// first pixel.
 fn plus_one(sums: Sums, first: u32, corner: u32, column: u32, row: u32) -> Sums {
     let at = corner + row * PATCH_WIDTH + column;
     let step = STRIDE * PATCH_WIDTH;
@@ -87,7 +88,7 @@ fn plus_one(sums: Sums, first: u32, corner: u32, column: u32, row: u32) -> Sums 
     return plus_tap(sums, first, row * SIZE + column, p);
 }
 
-/// With a column of the window of 3×3: the pixels share what they read.
+/// Adds the products of a column of a 3×3 window, whose taps share input pixels.
 fn plus_column(sums: Sums, first: u32, corner: u32, column: u32) -> Sums {
     let at = corner + column;
     let p0 = patch_pixels[at];
@@ -118,7 +119,7 @@ fn plus_window(sums: Sums, first: u32, corner: u32) -> Sums {
     return found;
 }
 
-/// Writes sums to block `z` of the pixels from (`x`, `y`) down.
+/// Writes the sums of block `z` of four pixels, from (`x`, `y`) down.
 fn finish_block(sums: Pixels, x: u32, y: u32, z: u32) {
     finish(sums.p0, x, y, z);
     finish(sums.p1, x, y + 1u, z);

@@ -1,40 +1,41 @@
-// Convolutions on devices with cooperative matrices, by which the threads of a subgroup multiply together. Twin of cpu/conv.
+// Convolutions with cooperative matrices, which the threads of a subgroup multiply together. Twin of cpu/conv.
 //
-// A workgroup makes ROWS rows of 16 pixels of up to four matrices of channels. For EDGE channels of the inputs at a time it
-// brings what its pixels read (resized, joined, padded) into workgroup memory as halves. Each share of the work is one
-// subgroup's: two matrices of pixels, EDGE in a row each, by all channels of the workgroup, whose sums stay in registers. A
-// matrix of weights has a row for each output and a column for each input, one of pixels a row for each input and a column
-// for each pixel.
+// A workgroup computes ROWS rows of 16 pixels of up to four matrices of channels. For EDGE input channels at a time
+// it loads the inputs of its pixels (resized, concatenated, padded) into workgroup memory as f16.
+//
+// A subgroup handles two matrices of pixels, EDGE in a row each, and all channels of the workgroup. Its sums stay
+// in registers. A matrix of weights has a row for each output and a column for each input. A matrix of pixels has a
+// row for each input and a column for each pixel.
 
-/// Matrices of channels that a workgroup makes, up to four.
+/// Number of matrices of channels of a workgroup, up to four.
 override TILES: u32;
-/// Rows of pixels that it makes.
+/// Number of rows of pixels of a workgroup.
 override ROWS: u32;
 override THREADS: u32;
-/// The most subgroups that so many threads may be.
+/// Largest number of subgroups that the threads may form.
 override SUBGROUPS: u32;
 
 /// Blocks of four channels in a matrix.
 const BLOCKS = EDGE / 4u;
 /// Matrices of pixels in a row.
 const ACROSS = COLUMNS / EDGE;
-/// Numbers from one pixel of the patch to the next: eight more than needed, which spreads them over the banks of memory.
+/// Distance between pixels of the patch. Eight elements of padding spread them over the banks of workgroup memory.
 const PIXEL = EDGE + 8u;
 
 override PATCH_WIDTH: u32 = (COLUMNS - 1u) * STRIDE + SIZE;
 override PATCH: u32 = PATCH_WIDTH * ((ROWS - 1u) * STRIDE + SIZE);
-/// Subgroups that have work of their own; more of them do what others do.
+/// Number of subgroups with work of their own; further ones repeat the work of others.
 override SHARES: u32 = ACROSS * ROWS / 2u;
 
-/// In the order of their use, \[workgroup\]\[EDGE inputs\]\[tap\]\[matrix of outputs\]; a column for each input.
+/// Packed weights, \[workgroup\]\[EDGE inputs\]\[tap\]\[matrix of outputs\]; a column for each input.
 @group(0) @binding(6) var<storage, read> weights: array<f16>;
 
-/// EDGE channels of what the pixels read, those of a pixel together.
+/// EDGE input channels of the pixels, with those of a pixel together.
 var<workgroup> patch_pixels: array<f16, PATCH * PIXEL>;
 /// For each subgroup a matrix of sums, a column for each pixel.
 var<workgroup> done: array<f32, SUBGROUPS * EDGE * EDGE>;
 
-/// Brings channels from block `block` on of what the pixels from `first` on read into workgroup memory.
+/// Loads input channels from block `block` on, for the pixels from `first` on, into workgroup memory.
 fn fill_patch(block: u32, first: vec2u, thread: u32) {
     for (var i = thread; i < BLOCKS * PATCH; i += THREADS) {
         let pixel = i % PATCH;
@@ -52,17 +53,17 @@ fn fill_patch(block: u32, first: vec2u, thread: u32) {
     }
 }
 
-/// Which pixel of the workgroup is the first of matrix `tile` of pixels.
+/// First pixel, within the workgroup, of matrix `tile` of pixels.
 fn corner_of(tile: u32) -> vec2u {
     return vec2u((tile % ACROSS) * EDGE, tile / ACROSS);
 }
 
-/// Which number of the patch is the first that the window at pixel `corner` reads.
+/// Index in the patch of the first element that the window at pixel `corner` reads.
 fn patch_place(corner: vec2u) -> u32 {
     return (corner.y * STRIDE * PATCH_WIDTH + corner.x * STRIDE) * PIXEL;
 }
 
-/// Writes the sums that a subgroup has stored: channels from block `z` on of the pixels from `first` on to the right.
+/// Writes the sums of a subgroup: channels from block `z` on of the pixels from `first` on to the right.
 fn finish_matrix(subgroup: u32, lane: u32, lanes: u32, first: vec2u, z: u32) {
     for (var i = lane; i < EDGE * BLOCKS; i += lanes) {
         let pixel = i % EDGE;
@@ -89,7 +90,7 @@ fn convolve(
     let patch_1 = patch_place(corner_1);
     let chunks = (sources.ends.w + BLOCKS - 1u) / BLOCKS;
 
-    // By matrix of outputs and of pixels.
+    // Sums for each matrix of outputs and each matrix of pixels.
     var sums_00 = Sums();
     var sums_01 = Sums();
     var sums_10 = Sums();

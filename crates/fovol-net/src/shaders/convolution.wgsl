@@ -1,18 +1,18 @@
-// What every convolution of concatenated tensors reads and writes, however it is computed: a workgroup makes some rows of
-// 16 pixels of some channels.
+// Input and output of convolutions, for both ways to compute them. A workgroup computes some rows of 16 pixels of
+// some channels.
 
-/// The edge of the window: 1 or 3.
+/// Edge of the window in pixels: 1 or 3.
 override SIZE: u32;
-/// 1 or 2.
+/// Step between windows in pixels: 1 or 2.
 override STRIDE: u32;
-/// Whether the nearest value lies beyond the border; else zero.
+/// Whether the nearest value lies beyond the border; otherwise zero.
 override REPLICATE: bool;
-/// See `activated`.
+/// Number of the activation, see `activated`.
 override ACTIVATION: u32;
-/// Which sources are of halves, a bit each; then the output.
+/// Whether each input, and then the output, is f16, one bit each.
 override HALVES: u32;
-/// How sources are read, two bits each: as they are, bilinearly at twice the resolution, the nearest there, or with 2×2
-/// pixels as four channels.
+/// Reading of inputs, two bits each: unchanged, bilinear or nearest at twice the resolution, or 2×2 pixels folded
+/// into four channels.
 override READS: u32;
 
 const OUTPUT_HALVED = 4u;
@@ -22,9 +22,9 @@ const FOLDED = 3u;
 
 const COLUMNS = 16u;
 
-/// Twin of `Sources` in gpu/conv.rs.
+/// Ends of the input tensors. Twin of `Sources` in gpu/conv.rs.
 struct Sources {
-    /// For each source the block after its last one, of all blocks together.
+    /// For each input tensor its end, in blocks of all inputs together.
     ends: vec4u,
 }
 
@@ -46,7 +46,7 @@ fn word(source: u32, i: u32) -> vec2u {
     }
 }
 
-/// Four numbers of a source.
+/// Four elements of an input tensor.
 fn stored(source: u32, i: u32) -> vec4f {
     if extractBits(HALVES, source, 1u) == 1u {
         return from_halves(word(source, i));
@@ -54,18 +54,18 @@ fn stored(source: u32, i: u32) -> vec4f {
     return bitcast<vec4f>(vec4u(word(source, 2u * i), word(source, 2u * i + 1u)));
 }
 
-/// Block `z` of a source of `size` pixels at twice its resolution.
+/// Interpolates block `z` of an input tensor of `size` pixels at twice its resolution.
 fn doubled(source: u32, z: u32, at: vec2u, size: vec2u) -> vec4f {
     let i = z * size.x * size.y + pixels_around(at, size);
     return between(stored(source, i.x), stored(source, i.y), stored(source, i.z), stored(source, i.w));
 }
 
-/// Channel `c` of pixel `i` of a source of f32.
+/// Channel `c` of pixel `i` of an input tensor of f32.
 fn one_number(source: u32, i: u32, c: u32) -> f32 {
     return bitcast<f32>(word(source, 2u * i + c / 2u)[c % 2u]);
 }
 
-/// 2×2 pixels of channel `z` of a source of f32 as four channels.
+/// Folds 2×2 pixels of channel `z` of an input tensor of f32 into four channels.
 fn folded(source: u32, z: u32, at: vec2u, size: vec2u) -> vec4f {
     let above = ((z / 4u) * 2u * size.y + 2u * at.y) * 2u * size.x + 2u * at.x;
     let below = above + 2u * size.x;
@@ -78,7 +78,7 @@ fn folded(source: u32, z: u32, at: vec2u, size: vec2u) -> vec4f {
     );
 }
 
-/// Block `block` of all sources together at pixel `at` of `size`.
+/// Block `block`, of all inputs together, at pixel `at` of `size`.
 fn read_block(block: u32, at: vec2u, size: vec2u) -> vec4f {
     let passed = vec4u(vec4u(block) >= sources.ends);
     let source = passed.x + passed.y + passed.z;
@@ -94,7 +94,7 @@ fn read_block(block: u32, at: vec2u, size: vec2u) -> vec4f {
     }
 }
 
-/// Block `block` of what the window of output pixel `first` reads at `tap` pixels from its corner, padded at the border.
+/// Block `block` of the input pixel `tap` within the window of output pixel `first`, padded at the border.
 fn read_padded(block: u32, first: vec2u, tap: vec2u) -> vec4f {
     let size = STRIDE * vec2u(shape.width, shape.height);
     let wanted = vec2i(STRIDE * first + tap) - i32(SIZE / 2u);
@@ -105,7 +105,7 @@ fn read_padded(block: u32, first: vec2u, tap: vec2u) -> vec4f {
     return vec4f(0.0);
 }
 
-/// Writes a sum to block `z` of pixel (`x`, `y`) if there is one.
+/// Adds the bias, applies the activation and writes block `z` of pixel (`x`, `y`), if it is inside.
 fn finish(sum: vec4f, x: u32, y: u32, z: u32) {
     if !is_inside(shape, vec3u(x, y, z)) {
         return;

@@ -1,38 +1,38 @@
-// Predicted kernels: the 1×1 convolution, the normalisation and the weighted sum in one, so that the kernels of a frame never
-// exist. Twin of cpu/filter.rs.
+// Predicted kernels: prediction, normalisation and weighted sum in one pass, so that the kernels of a frame never
+// exist in memory. Twin of cpu/filter.rs.
 //
-// A thread takes one feature: one pixel, or the four that it serves. Its kernels lie in workgroup memory, some taps at a
-// time.
+// A thread handles one feature, and the one or four pixels that it serves. Its kernels lie in workgroup memory,
+// some taps at a time.
 
-/// The edge of the square of pixels that a feature serves: 1 or 2.
+/// Edge of the square of pixels that a feature serves: 1 or 2.
 override EXPAND: u32;
-/// Weights of a kernel.
+/// Number of weights of a kernel.
 override TAPS: u32;
-/// Whether weights are eʷ / Σeʷ; else (w² + ε) / (Σw² + nε).
+/// Whether weights are eʷ / Σeʷ; otherwise they are (w² + ε) / (Σw² + nε).
 override SOFTMAX: bool;
-/// Whether features are halves.
+/// Whether features are f16.
 override HALVED: bool;
-/// For each image the tap after its last one.
+/// For each image the end of its taps.
 override END_0: u32;
 override END_1: u32;
 override END_2: u32;
-/// Which images are weighed by 3×3, a bit each.
+/// Whether images are weighed by 3×3 taps, one bit each.
 override AROUND: u32;
-/// How images are read, two bits each: as they are, bilinearly at twice the resolution, or the nearest there.
+/// Resize of images, two bits each: unchanged, bilinear or nearest at twice the resolution.
 override READS: u32;
 
 const BILINEAR = 1u;
 const NEAREST = 2u;
 
-/// SQUARED_EPSILON of plan/layer.rs.
+/// Equals SQUARED_EPSILON of plan/layer.rs.
 const EPSILON = 1e-6;
 /// Less than any weight.
 const LEAST = -1e30;
 const THREADS = 64u;
-/// Blocks of four weights that a thread holds, a multiple of four.
+/// Number of blocks of four weights that a thread holds, a multiple of four.
 override HELD: u32;
 override HELD_BY_ALL: u32 = HELD * THREADS;
-/// Blocks of four weights of a feature.
+/// Number of blocks of four weights of a feature.
 override BLOCKS: u32 = (EXPAND * EXPAND * TAPS + 3u) / 4u;
 
 @group(0) @binding(0) var<uniform> shape: Shape;
@@ -47,7 +47,7 @@ override BLOCKS: u32 = (EXPAND * EXPAND * TAPS + 3u) / 4u;
 @group(0) @binding(8) var<storage, read> image_3: array<vec4f>;
 @group(0) @binding(9) var<storage, read_write> result: array<vec4f>;
 
-/// \[block\]\[thread\]; what a thread writes is read by no other.
+/// \[block\]\[thread\]. Each thread reads only its own entries.
 var<workgroup> kernels: array<vec4f, HELD_BY_ALL>;
 
 fn feature(at: vec2u, z: u32) -> vec4f {
@@ -62,7 +62,7 @@ fn plus_product(sum: vec4f, i: u32, p: vec4f) -> vec4f {
     return sum + weights[i] * p.x + weights[i + 1u] * p.y + weights[i + 2u] * p.z + weights[i + 3u] * p.w;
 }
 
-/// Predicts the blocks of weights from `first` on of the feature at `at`, as many as a thread holds.
+/// Predicts blocks of weights of the feature at `at`, from block `first` on, as many as a thread holds.
 fn predict(first: u32, at: vec2u, thread: u32) {
     let row = 4u * served.blocks;
     for (var block = first; block < min(first + HELD, BLOCKS); block += 4u) {
@@ -96,14 +96,14 @@ fn stored(image: u32, i: u32) -> vec4f {
     }
 }
 
-/// Block `z` of an image of half the resolution at pixel `at`.
+/// Interpolates block `z` of an image of half the resolution at pixel `at`.
 fn doubled(image: u32, at: vec2u, z: u32) -> vec4f {
     let size = vec2u(shape.width, shape.height) / 2u;
     let i = z * size.x * size.y + pixels_around(at, size);
     return between(stored(image, i.x), stored(image, i.y), stored(image, i.z), stored(image, i.w));
 }
 
-/// Block `z` of what tap `tap` of pixel `at` weighs; zero beyond the border.
+/// Block `z` of the image pixel that tap `tap` of pixel `at` weighs; zero beyond the border.
 fn weighed(tap: u32, at: vec2u, z: u32) -> vec4f {
     let ends = vec3u(END_0, END_1, END_2);
     let passed = vec3u(vec3u(tap) >= ends);
@@ -130,20 +130,20 @@ fn weighed(tap: u32, at: vec2u, z: u32) -> vec4f {
     }
 }
 
-/// The weighted sums of the pixels that a feature serves, a column each.
+/// Weighted sums of the pixels that a feature serves, one column each.
 struct Sums {
     sums: mat4x4f,
     totals: vec4f,
-    /// The largest weights so far.
+    /// Largest weights so far.
     largest: vec4f,
 }
 
-/// What weights become before they are divided by their sum; with `EXPAND` 1 all but the first are of no pixel.
+/// Turns predictions into positive weights, not yet normalised. With `EXPAND` 1 only the first component counts.
 fn shaped(found: ptr<function, Sums>, weights: vec4f) -> vec4f {
     if !SOFTMAX {
         return weights * weights + EPSILON;
     }
-    // Sums so far are of weights that were divided by the largest of them.
+    // Earlier sums are relative to the former largest weight, so they are rescaled.
     let largest = max((*found).largest, weights);
     let shrink = exp((*found).largest - largest);
     (*found).largest = largest;
@@ -155,7 +155,7 @@ fn shaped(found: ptr<function, Sums>, weights: vec4f) -> vec4f {
     return exp(weights - largest);
 }
 
-/// Adds what tap `tap` weighs for the pixels from `first` on.
+/// Adds the contribution of tap `tap` to the pixels from `first` on.
 fn add(found: ptr<function, Sums>, tap: u32, weights: vec4f, first: vec2u, z: u32) {
     let w = shaped(found, weights);
     (*found).totals += w;
@@ -167,7 +167,7 @@ fn add(found: ptr<function, Sums>, tap: u32, weights: vec4f, first: vec2u, z: u3
     }
 }
 
-/// Adds what the taps of block `block` weigh.
+/// Adds the contributions of the taps in block `block`.
 fn add_block(found: ptr<function, Sums>, block: u32, held: vec4f, first: vec2u, z: u32) {
     if EXPAND == 2u {
         add(found, block, held, first, z);

@@ -1,22 +1,23 @@
-// From a sparse frame to the inputs of a network, and from its output to a frame. Twin of the ends of cpu/network.rs.
+// Loads the inputs of a network from a sparse frame, and writes its output to a frame. Twin of the ends of
+// cpu/network.rs.
 
-/// Of the frame.
+/// Shape of the frame.
 @group(0) @binding(0) var<uniform> frame: Shape;
-/// Of what is written, or of the network's output: padded at the right and at the bottom.
+/// Shape of the input or output tensor, which is padded at the right and at the bottom.
 @group(0) @binding(1) var<uniform> padded: Shape;
-/// Row by row; alpha is 1 where a pixel was sampled.
+/// Sparse frame, row by row; alpha is 1 where a pixel was sampled.
 @group(0) @binding(2) var<storage, read> sparse: array<vec4f>;
-/// For each pixel the way to where it was in the last frame.
+/// Motion: for each pixel the way to its position in the last frame.
 @group(0) @binding(2) var<storage, read> motion: array<vec2f>;
 @group(0) @binding(2) var<storage, read> picture: array<vec4f>;
 @group(0) @binding(3) var<storage, read_write> tensor: array<vec4f>;
 
-/// The pixel of the frame for pixel `at` of the padded one: the nearest.
+/// Index of the frame's pixel that is nearest to pixel `at` of the padded tensor.
 fn nearest(at: vec3u) -> u32 {
     return min(at.y, frame.height - 1u) * frame.width + min(at.x, frame.width - 1u);
 }
 
-/// A colour in 0…1 and 1, or zeros where nothing was sampled: known pixels.
+/// Sampled colour in 0…1 and weight 1, or zeros where not sampled.
 fn known(at: vec3u) -> vec4f {
     let pixel = sparse[nearest(at)];
     let finite = is_finite(pixel.r) && is_finite(pixel.g) && is_finite(pixel.b) && is_finite(pixel.a);
@@ -26,7 +27,7 @@ fn known(at: vec3u) -> vec4f {
     return vec4f(0.0);
 }
 
-/// Colours, and as a fourth channel which of them are known.
+/// Loads colours and, as a fourth channel, the sample mask.
 @compute @workgroup_size(8, 8)
 fn load_colour(@builtin(global_invocation_id) at: vec3u) {
     if is_inside(padded, at) {
@@ -34,7 +35,7 @@ fn load_colour(@builtin(global_invocation_id) at: vec3u) {
     }
 }
 
-/// 1 where a pixel was sampled.
+/// Loads the sample mask.
 @compute @workgroup_size(8, 8)
 fn load_mask(@builtin(global_invocation_id) at: vec3u) {
     if is_inside(padded, at) {
@@ -49,7 +50,7 @@ fn load_motion(@builtin(global_invocation_id) at: vec3u) {
     }
 }
 
-/// The picture in the top left, in 0…1 and opaque, row by row.
+/// Writes the top left of the output to the frame, clamped to 0…1 and opaque.
 @compute @workgroup_size(8, 8)
 fn show(@builtin(global_invocation_id) at: vec3u) {
     if at.x < frame.width && at.y < frame.height {

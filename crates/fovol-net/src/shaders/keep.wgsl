@@ -1,12 +1,13 @@
-// What goes from frame to frame: numbers that are not finite would stay forever. Twin of `carry` in cpu/network.rs.
+// Clean-up of states: values that are not finite would stay forever and become 0. Twin of `carry` in
+// cpu/network.rs.
 
-/// Whether numbers are halves.
+/// Whether elements are f16.
 override HALVED: bool;
 
 @group(0) @binding(0) var<uniform> shape: Shape;
 @group(0) @binding(1) var<storage, read_write> words: array<vec2u>;
 
-/// The words with zeros in place of numbers whose `exponent` bits are all set.
+/// Replaces the elements whose `exponent` bits are all set by zeros.
 fn kept(found: vec2u, number: u32, exponent: u32) -> vec2u {
     let lost = (found & vec2u(exponent)) == vec2u(exponent);
     return select(found, found & ~vec2u(number), lost);

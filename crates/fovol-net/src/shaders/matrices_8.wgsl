@@ -1,4 +1,4 @@
-// Cooperative matrices of 8 rows and columns: halves are multiplied, f32 added up.
+// Cooperative matrices of 8 × 8: f16 operands, products accumulated in f32.
 
 enable f16;
 enable wgpu_cooperative_matrix;

@@ -1,20 +1,20 @@
 // Normalisation over all channels and pixels of a frame. Twin of cpu/norm.rs.
 //
-// Threads find mean and squares of what they read; pairs of these are merged (Chan, Golub and LeVeque 1979), which loses
-// nothing to the difference of two large sums.
+// Threads compute mean and sum of squared deviations of their elements. Pairs of these are merged (Chan, Golub and
+// LeVeque 1979), which avoids the cancellation of two large sums.
 
-/// See `activated`.
+/// Number of the activation, see `activated`.
 override ACTIVATION: u32;
-/// Whether what is read and what is written are halves, a bit each.
+/// Whether input and output are f16, one bit each.
 override HALVES: u32;
 
 const THREADS = 256u;
-/// Workgroups that read the tensor; as in gpu/norm.rs.
+/// Number of workgroups that read the tensor, as in gpu/norm.rs.
 const GROUPS = 64u;
-/// What keeps the variance from being zero.
+/// ε that is added to the variance.
 const EPSILON = 1e-5;
 
-/// Of some numbers their count, their mean, and the sum of the squares by which they differ from it.
+/// Count and mean of some numbers, and the sum of their squared deviations from the mean.
 struct Moments {
     count: f32,
     mean: f32,
@@ -24,7 +24,7 @@ struct Moments {
 
 @group(0) @binding(0) var<uniform> shape: Shape;
 @group(0) @binding(1) var<storage, read> tensor: array<vec2u>;
-/// Those of each workgroup; after `merge` the first has those of all.
+/// Moments of each workgroup. After `merge` the first entry has the moments of all.
 @group(0) @binding(2) var<storage, read_write> moments: array<Moments>;
 @group(0) @binding(3) var<storage, read> weights: array<vec4f>;
 @group(0) @binding(4) var<storage, read> biases: array<vec4f>;
@@ -42,7 +42,7 @@ fn merged(a: Moments, b: Moments) -> Moments {
     return Moments(count, a.mean + apart * share, a.squares + b.squares + apart * apart * a.count * share, 0.0);
 }
 
-/// Those of the parts of all threads. To be called by all threads of a workgroup.
+/// Merges the moments of all threads. All threads of a workgroup must call it.
 fn merged_parts(thread: u32, part: Moments) -> Moments {
     parts[thread] = part;
     for (var reach = THREADS / 2u; reach > 0u; reach /= 2u) {
@@ -62,7 +62,7 @@ fn number(i: u32) -> vec4f {
     return bitcast<vec4f>(vec4u(tensor[2u * i], tensor[2u * i + 1u]));
 }
 
-/// Those of the first `count` of four numbers.
+/// Moments of the first `count` of four numbers.
 fn moments_of(numbers: vec4f, count: u32) -> Moments {
     let is_counted = vec4u(0u, 1u, 2u, 3u) < vec4u(count);
     let counted = select(vec4f(0.0), numbers, is_counted);
@@ -85,7 +85,7 @@ fn measure(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index)
     }
 }
 
-/// By one workgroup.
+/// Merges the moments of all workgroups, in one workgroup.
 @compute @workgroup_size(THREADS)
 fn merge(@builtin(local_invocation_index) thread: u32) {
     var part = Moments();

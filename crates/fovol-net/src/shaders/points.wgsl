@@ -1,7 +1,7 @@
-// Samples of earlier frames as points, each with its place in its pixel. Twin of cpu/points.rs.
+// Points: samples of earlier frames, each with its offset within its pixel. Twin of cpu/points.rs.
 //
-// The first block of a point is what is known of it, the second begins with how far right of and below the centre of its
-// pixel it lies.
+// The first block of a point has its weighted colour. The second begins with its offset from the pixel's centre,
+// right and down.
 
 @group(0) @binding(0) var<uniform> shape: Shape;
 @group(0) @binding(1) var<storage, read> points: array<vec4f>;
@@ -24,7 +24,7 @@ fn reproject(@builtin(global_invocation_id) at: vec3u) {
     reprojected[here] = vec4f(0.0);
     reprojected[there] = vec4f(0.0);
     let way = motion[here].xy;
-    // Also what is no number leads out of the frame.
+    // NaN also counts as leaving the frame.
     if !is_finite(way.x) || !is_finite(way.y) || any(abs(way) > vec2f(65536.0)) {
         return;
     }

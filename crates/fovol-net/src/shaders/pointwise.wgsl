@@ -1,4 +1,4 @@
-// Layers that change the numbers of a picture one by one. Twin of cpu/pointwise.rs.
+// Pointwise layers. Twin of cpu/pointwise.rs.
 
 override FACTOR: f32;
 override OFFSET: f32;
@@ -6,11 +6,11 @@ override OFFSET: f32;
 @group(0) @binding(0) var<uniform> shape: Shape;
 @group(0) @binding(1) var<storage, read> input: array<vec4f>;
 @group(0) @binding(2) var<storage, read_write> changed: array<vec4f>;
-/// What is added, or the colours that stay.
+/// Second summand, or the sampled colours.
 @group(0) @binding(3) var<storage, read> more: array<vec4f>;
 @group(0) @binding(4) var<storage, read> mask: array<vec4f>;
 
-/// factor · x + offset.
+/// Computes factor · x + offset.
 @compute @workgroup_size(8, 8)
 fn scale(@builtin(global_invocation_id) at: vec3u) {
     if is_inside(shape, at) {
@@ -19,7 +19,7 @@ fn scale(@builtin(global_invocation_id) at: vec3u) {
     }
 }
 
-/// The nearest number in 0…1.
+/// Clamps x to 0…1.
 @compute @workgroup_size(8, 8)
 fn clamp_input(@builtin(global_invocation_id) at: vec3u) {
     if is_inside(shape, at) {
@@ -28,7 +28,7 @@ fn clamp_input(@builtin(global_invocation_id) at: vec3u) {
     }
 }
 
-/// x + more.
+/// Computes x + more.
 @compute @workgroup_size(8, 8)
 fn add(@builtin(global_invocation_id) at: vec3u) {
     if is_inside(shape, at) {
@@ -37,7 +37,7 @@ fn add(@builtin(global_invocation_id) at: vec3u) {
     }
 }
 
-/// x + more with its fours of channels as 2×2 pixels.
+/// Computes x + more, with groups of four channels of `more` unfolded into 2×2 pixels.
 @compute @workgroup_size(8, 8)
 fn add_unfolded(@builtin(global_invocation_id) at: vec3u) {
     if is_inside(shape, at) {
@@ -54,7 +54,7 @@ fn add_unfolded(@builtin(global_invocation_id) at: vec3u) {
     }
 }
 
-/// mask · colour + (1 − mask) · x.
+/// Computes mask · colour + (1 − mask) · x.
 @compute @workgroup_size(8, 8)
 fn bypass(@builtin(global_invocation_id) at: vec3u) {
     if is_inside(shape, at) {
@@ -64,7 +64,7 @@ fn bypass(@builtin(global_invocation_id) at: vec3u) {
     }
 }
 
-/// The same with the mask as the fourth channel of the colours.
+/// Computes mask · colour + (1 − mask) · x, with the mask as the fourth channel of the colours.
 @compute @workgroup_size(8, 8)
 fn bypass_known(@builtin(global_invocation_id) at: vec3u) {
     if is_inside(shape, at) {

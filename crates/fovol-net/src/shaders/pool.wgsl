@@ -1,6 +1,6 @@
-// Means of 2×2 pixels. Twin of `pool` in cpu/reshape.rs.
+// Averages of 2×2 pixels. Twin of `pool` in cpu/reshape.rs.
 
-/// Whether numbers are halves.
+/// Whether elements are f16.
 override HALVED: bool;
 
 @group(0) @binding(0) var<uniform> shape: Shape;

@@ -1,6 +1,6 @@
-// Frames filled by averages of ever larger squares. Twin of fill/pull_push.rs.
+// Pull-push: fills frames by averages over growing squares. Twin of fill/pull_push.rs.
 //
-// Levels lie one after the other in one buffer, each row by row, colours times their weights and the weights.
+// Levels lie one after the other in one buffer, each row by row, as premultiplied colours and weights.
 
 /// Two neighbouring levels. Twin of `Levels` in gpu/pull_push.rs.
 struct Levels {
@@ -8,7 +8,7 @@ struct Levels {
     fine_height: u32,
     coarse_width: u32,
     coarse_height: u32,
-    /// Where they begin.
+    /// Index of the first pixel of each level.
     fine_first: u32,
     coarse_first: u32,
     unused: vec2u,
@@ -16,7 +16,7 @@ struct Levels {
 
 @group(0) @binding(0) var<uniform> levels: Levels;
 @group(0) @binding(1) var<storage, read_write> pixels: array<vec4f>;
-/// Row by row; alpha above ½ where a pixel was sampled.
+/// Sparse frame, row by row; alpha is above ½ where a pixel was sampled.
 @group(0) @binding(2) var<storage, read> sparse: array<vec4f>;
 @group(0) @binding(3) var<storage, read_write> filled: array<vec4f>;
 
@@ -32,7 +32,7 @@ fn is_fine(at: vec2u) -> bool {
     return at.x < levels.fine_width && at.y < levels.fine_height;
 }
 
-/// The finest level: samples.
+/// Loads the samples into the finest level.
 @compute @workgroup_size(8, 8)
 fn load(@builtin(global_invocation_id) at: vec3u) {
     if is_fine(at.xy) {
@@ -41,7 +41,7 @@ fn load(@builtin(global_invocation_id) at: vec3u) {
     }
 }
 
-/// A pixel of the fine level, nothing beyond its end.
+/// Pixel of the fine level; zero beyond the border.
 fn fine_or_nothing(x: u32, y: u32) -> vec4f {
     if is_fine(vec2u(x, y)) {
         return pixels[fine_place(x, y)];
@@ -49,7 +49,7 @@ fn fine_or_nothing(x: u32, y: u32) -> vec4f {
     return vec4f(0.0);
 }
 
-/// Half the size, rounded up: sums of 2×2 pixels, with the total weight cut to 1.
+/// Pulls to half the size, rounded up: sums of 2×2 pixels, with the weight limited to 1.
 @compute @workgroup_size(8, 8)
 fn pull(@builtin(global_invocation_id) at: vec3u) {
     if at.x >= levels.coarse_width || at.y >= levels.coarse_height {
@@ -62,7 +62,7 @@ fn pull(@builtin(global_invocation_id) at: vec3u) {
     pixels[coarse_place(at.x, at.y)] = sum / max(sum.a, 1.0);
 }
 
-/// The only pixel of the coarsest level, divided by its weight.
+/// Divides the single pixel of the coarsest level by its weight.
 @compute @workgroup_size(1)
 fn divide() {
     let i = levels.coarse_first;
@@ -74,7 +74,7 @@ fn divide() {
     }
 }
 
-/// The two coarse pixels around the centre of a fine one, and how far between them it lies.
+/// The two coarse pixels around the centre of a fine pixel, and its position between them, 0…1.
 struct Neighbours {
     first: u32,
     second: u32,
@@ -88,7 +88,7 @@ fn neighbours(i: u32, count: u32) -> Neighbours {
     return Neighbours(i / 2u, min(i / 2u + 1u, count - 1u), 0.25);
 }
 
-/// Blends every pixel of the fine level with the bilinear value of the coarse one by what its weight leaves open.
+/// Pushes: blends every fine pixel with the bilinear value of the coarse level, by the weight that is missing to 1.
 @compute @workgroup_size(8, 8)
 fn push(@builtin(global_invocation_id) at: vec3u) {
     if !is_fine(at.xy) {
@@ -110,7 +110,7 @@ fn push(@builtin(global_invocation_id) at: vec3u) {
     pixels[i] = vec4f(pixel.rgb + (1.0 - pixel.a) * (top + y.part * (low - top)), 1.0);
 }
 
-/// The finest level; samples exactly as they were.
+/// Writes the filled frame, with samples unchanged.
 @compute @workgroup_size(8, 8)
 fn finish(@builtin(global_invocation_id) at: vec3u) {
     if is_fine(at.xy) {

@@ -1,15 +1,14 @@
-// Known pixels averaged over ever larger squares, and back. Twin of cpu/pyramid.rs, and of what cpu/spread.rs and
-// cpu/accumulate.rs do before and after.
+// Pull-push pyramid of weighted pixels. Twin of cpu/pyramid.rs, and of the code before and after it in
+// cpu/spread.rs and cpu/accumulate.rs.
 
-/// What is pulled: known pixels, what they differ by from a picture of half their resolution, or the mean squares by which
-/// they differ from one of their own and from that.
+/// Input of the pyramid: weighted pixels, their residuals, or their mean squared residuals. Residuals are relative
+/// to a picture of half the resolution; squares also to one of full resolution.
 override PULLED: u32;
-/// What is made of the pixels in the end: the picture, the picture added to another one, or how far what was known before
-/// is believed.
+/// Output: the picture, the picture added to another one, or the confidence in earlier samples.
 override MADE: u32;
 /// Whether there is a coarser level to push from.
 override IS_PUSHED: bool;
-/// Those of plan/layer.rs.
+/// Equal to the constants of plan/layer.rs.
 override DOUBT_EPSILON: f32;
 override DOUBT_ALLOWED: f32;
 override DOUBT_SHARE: f32;
@@ -19,19 +18,19 @@ const SQUARES = 2u;
 const CORRECTED = 1u;
 const BELIEVED = 2u;
 
-/// Divisors are at least this.
+/// Lower limit of divisors.
 const SMALLEST = 1e-8;
-/// A mean weight of one part in this many is enough to know a pixel of half the resolution.
+/// Gain of weights: a mean weight of 1/8 suffices for a full weight at half the resolution.
 const GAIN = 8.0;
-/// The weights of four neighbours.
+/// Binomial weights of four neighbours.
 const BINOMIAL = vec4f(0.125, 0.375, 0.375, 0.125);
 
 /// Pixels of a workgroup along each axis.
 const TILE = 8u;
-/// Pixels that they are made of.
+/// Source pixels of a workgroup along each axis.
 const PATCH = 2u * TILE + 2u;
 
-/// Of what is written.
+/// Shape of the output.
 @group(0) @binding(0) var<uniform> shape: Shape;
 @group(0) @binding(1) var<storage, read> finer: array<vec4f>;
 @group(0) @binding(2) var<storage, read> prior: array<vec4f>;
@@ -47,7 +46,7 @@ const PATCH = 2u * TILE + 2u;
 
 var<workgroup> patch_pixels: array<vec4f, PATCH * PATCH>;
 
-/// The picture of half the resolution that known pixels are compared with, at twice its resolution.
+/// Interpolates the picture of half the resolution at pixel `at` of twice its resolution.
 fn doubled_fresh(at: vec2u) -> vec3f {
     let i = pixels_around(at, vec2u(shape.width, shape.height));
     return between(fresh[i.x], fresh[i.y], fresh[i.z], fresh[i.w]).rgb;
@@ -58,11 +57,11 @@ fn mean_square(known: vec4f, expected: vec3f) -> f32 {
     return dot(apart, apart) / 3.0;
 }
 
-/// What is known of pixel `at` of twice the resolution.
+/// Input of the pyramid at pixel `at` of twice the resolution.
 fn known(at: vec2u) -> vec4f {
     let i = at.y * 2u * shape.width + at.x;
     let found = finer[i];
-    // What nothing is known of differs from nothing.
+    // A pixel of weight 0 has no residual.
     if PULLED == 0u || all(found == vec4f(0.0)) {
         return found;
     }
@@ -72,13 +71,13 @@ fn known(at: vec2u) -> vec4f {
     return vec4f(mean_square(found, prior[i].rgb), mean_square(found, doubled_fresh(at)), 0.0, found.a);
 }
 
-/// Means of four pixels along one axis.
+/// Binomial mean of four pixels along one axis.
 fn blended(i: u32, step: u32) -> vec4f {
     return (BINOMIAL[0] * patch_pixels[i] + BINOMIAL[1] * patch_pixels[i + step])
         + (BINOMIAL[2] * patch_pixels[i + 2u * step] + BINOMIAL[3] * patch_pixels[i + 3u * step]);
 }
 
-/// Half the resolution: means over 4×4 pixels, replicated at the border.
+/// Pulls to half the resolution: means over 4×4 pixels, replicated at the border.
 @compute @workgroup_size(TILE, TILE)
 fn pull(
     @builtin(workgroup_id) group: vec3u,
@@ -102,13 +101,13 @@ fn pull(
     pulled[at.y * shape.width + at.x] = vec4f(mean.rgb * (weight / max(mean.a, SMALLEST)), weight);
 }
 
-/// The coarser level at pixel `at`.
+/// Interpolates the coarser level at pixel `at`.
 fn doubled_coarser(at: vec2u) -> vec4f {
     let i = pixels_around(at, vec2u(shape.width, shape.height) / 2u);
     return between(coarser[i.x], coarser[i.y], coarser[i.z], coarser[i.w]);
 }
 
-/// Adds what is missing from the coarser level.
+/// Pushes: adds the coarser level, by the weight that is missing to 1.
 @compute @workgroup_size(8, 8)
 fn push(@builtin(global_invocation_id) at: vec3u) {
     if is_inside(shape, at) {
@@ -117,13 +116,13 @@ fn push(@builtin(global_invocation_id) at: vec3u) {
     }
 }
 
-/// How far what was known before is believed, by the mean squares by which samples differ from both pictures.
+/// Confidence in earlier samples, given the mean squared residuals of both pictures.
 fn believed(squares: vec3f) -> f32 {
     let v = squares.g + DOUBT_EPSILON;
     return v / (v + DOUBT_SHARE * max(squares.r - DOUBT_ALLOWED * v, 0.0));
 }
 
-/// What the last level gives, with what is missing from the coarser one.
+/// Pushes to the last level and computes the output from it.
 @compute @workgroup_size(8, 8)
 fn make(@builtin(global_invocation_id) at: vec3u) {
     if !is_inside(shape, at) {

@@ -1,14 +1,14 @@
-// Layers that move or mix a few numbers of each pixel. Twin of cpu/reshape.rs.
+// Layers that reorder elements. Twin of cpu/reshape.rs.
 
 @group(0) @binding(0) var<uniform> shape: Shape;
 @group(0) @binding(1) var<storage, read> input: array<vec4f>;
 @group(0) @binding(2) var<storage, read_write> output: array<vec4f>;
 @group(0) @binding(3) var<storage, read> weight: array<vec4f>;
 
-/// The first channel of a part.
+/// First channel of a part.
 override FIRST: u32;
 
-/// 2×2 pixels to channels: 4c + 2y + x.
+/// Folds 2×2 pixels into channels: 4c + 2y + x.
 @compute @workgroup_size(8, 8)
 fn space_to_depth(@builtin(global_invocation_id) at: vec3u) {
     if !is_inside(shape, at) {
@@ -22,7 +22,7 @@ fn space_to_depth(@builtin(global_invocation_id) at: vec3u) {
         vec4f(input[above][c], input[above + 1u][c], input[below][c], input[below + 1u][c]);
 }
 
-/// The inverse of it.
+/// Unfolds channels into 2×2 pixels, the inverse of `space_to_depth`.
 @compute @workgroup_size(8, 8)
 fn depth_to_space(@builtin(global_invocation_id) at: vec3u) {
     if !is_inside(shape, at) {
@@ -39,7 +39,7 @@ fn depth_to_space(@builtin(global_invocation_id) at: vec3u) {
     output[place(shape, at.x, at.y, at.z)] = unfolded;
 }
 
-/// Colours and, as a fourth channel, weights.
+/// Appends weights to colours as a fourth channel.
 @compute @workgroup_size(8, 8)
 fn join(@builtin(global_invocation_id) at: vec3u) {
     if is_inside(shape, at) {
@@ -48,7 +48,7 @@ fn join(@builtin(global_invocation_id) at: vec3u) {
     }
 }
 
-/// Channels from the first one on.
+/// Copies channels from the first one on.
 @compute @workgroup_size(8, 8)
 fn part(@builtin(global_invocation_id) at: vec3u) {
     if !is_inside(shape, at) {

@@ -1,4 +1,4 @@
-// What is done with pictures that were spread. Twin of cpu/spread.rs.
+// Smoothing, and filling from pictures of half the resolution. Twin of cpu/spread.rs.
 
 @group(0) @binding(0) var<uniform> shape: Shape;
 @group(0) @binding(1) var<storage, read> known: array<vec4f>;
@@ -8,7 +8,7 @@
 @group(0) @binding(1) var<storage, read> input: array<vec4f>;
 @group(0) @binding(2) var<storage, read_write> smoothed: array<vec4f>;
 
-/// Known pixels, and as far as they are not known the picture of half the resolution.
+/// Fills weighted pixels from the picture of half the resolution: c + (1 − w) · base.
 @compute @workgroup_size(8, 8)
 fn blend(@builtin(global_invocation_id) at: vec3u) {
     if !is_inside(shape, at) {
@@ -21,14 +21,14 @@ fn blend(@builtin(global_invocation_id) at: vec3u) {
     blended[i] = vec4f(pixel.rgb + (1.0 - pixel.a) * filling.rgb, 0.0);
 }
 
-/// Row `y` of block `z` by (1, 2, 1)/4 around `x`.
+/// Smooths row `y` of block `z` by (1, 2, 1)/4 around `x`.
 fn smoothed_row(x: u32, y: u32, z: u32) -> vec4f {
     let left = input[place(shape, max(x, 1u) - 1u, y, z)];
     let right = input[place(shape, min(x + 1u, shape.width - 1u), y, z)];
     return 0.25 * (left + right) + 0.5 * input[place(shape, x, y, z)];
 }
 
-/// Means of 3×3 pixels, replicated at the border.
+/// Smooths by (1, 2, 1)/4 along both axes, replicated at the border.
 @compute @workgroup_size(8, 8)
 fn smooth_input(@builtin(global_invocation_id) at: vec3u) {
     if !is_inside(shape, at) {

@@ -1,8 +1,8 @@
-// Where pixels were in the last frame. Twin of cpu/warp.rs.
+// Reprojection of images along the motion. Twin of cpu/warp.rs.
 
-/// Whether numbers are halves.
+/// Whether elements are f16.
 override HALVED: bool;
-/// How often the resolution of the motion is halved.
+/// Number of times that the resolution of the motion is halved.
 override LEVEL: u32;
 
 @group(0) @binding(0) var<uniform> shape: Shape;
@@ -10,7 +10,7 @@ override LEVEL: u32;
 @group(0) @binding(2) var<storage, read> motion: array<vec4f>;
 @group(0) @binding(3) var<storage, read_write> warped: array<vec2u>;
 
-/// The mean motion of the pixels of a square, in squares.
+/// Mean motion of the pixels of a square, in squares.
 fn mean_motion(at: vec2u) -> vec2f {
     let side = 1u << LEVEL;
     let width = shape.width << LEVEL;
@@ -31,7 +31,7 @@ fn number(x: u32, y: u32, z: u32) -> vec4f {
     return bitcast<vec4f>(vec4u(input[2u * i], input[2u * i + 1u]));
 }
 
-/// The two pixels of a line that a place lies between, and their weights: 0 beyond the ends.
+/// The two pixels of a line around a position, and their weights, which are 0 beyond the ends.
 struct Along {
     pixels: vec2u,
     weights: vec2f,
@@ -39,7 +39,7 @@ struct Along {
 
 fn along(at: f32, count: u32) -> Along {
     let last = f32(count - 1u);
-    // Nothing of a frame lies further out; what is no number lies nowhere.
+    // Positions further out, and NaN, have no sources.
     if !is_finite(at) || at <= -1.0 || at >= last + 1.0 {
         return Along(vec2u(0u), vec2f(0.0));
     }

@@ -1,4 +1,4 @@
-//! Weights files. Ours are safetensors: f32, f16 or bf16 on disk, configuration and facts in the header.
+//! Weights files. This project writes safetensors: f32, f16 or bf16, with configuration and facts in the header.
 
 use super::{Array, StateDict, Weights, one_line, shown};
 use crate::{Error, Result};
@@ -8,21 +8,21 @@ use serde::Deserialize;
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
-/// The key of the configuration in the header.
+/// Header key of the configuration.
 const CONFIG: &str = "fovolnet.config";
-/// The key of the ranges of activations in the header.
+/// Header key of the ranges of activations.
 const RANGES: &str = "fovolnet.ranges";
 
-/// How numbers lie on disk.
+/// Number format of weights on disk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Storage {
-    /// Four bytes a number.
+    /// 32-bit floats.
     F32,
-    /// Two.
+    /// 16-bit floats (binary16).
     F16,
 }
 
-/// What a tensor reaches, as files say it.
+/// Largest value of a tensor, as written in files: one number for all channels, or one for each.
 #[derive(Deserialize)]
 #[serde(untagged)]
 enum Range {
@@ -40,8 +40,8 @@ impl Range {
 }
 
 impl Weights {
-    /// Reads a `.safetensors` file, or the state dict of a named network that PyTorch saved (`.pt`, `.pth`); the
-    /// content says which of them it is.
+    /// Reads a `.safetensors` file, or the state dict of a named network that PyTorch saved (`.pt`, `.pth`). The
+    /// contents decide which format it is.
     ///
     /// # Errors
     /// A file that is missing or damaged, and weights of no known network.
@@ -51,11 +51,11 @@ impl Weights {
         Self::parse(&bytes).map_err(|problem| Error::File { path: path.into(), problem })
     }
 
-    /// Reads the bytes of a weights file, as [`Self::read`] does. For state dicts of networks without a name there
-    /// is [`StateDict::weights`].
+    /// Reads the bytes of a weights file; formats as in [`Self::read`]. [`StateDict::weights`] reads state dicts of
+    /// networks without a name.
     ///
     /// # Errors
-    /// What is wrong with them and how to mend it, in one line.
+    /// The problem and how to mend it, in one line.
     pub fn parse(bytes: &[u8]) -> std::result::Result<Self, String> {
         if StateDict::is_likely(bytes) {
             let tensors = StateDict::parse(bytes)?;
@@ -101,7 +101,7 @@ impl Weights {
         Ok(Self { arrays, config, facts, ranges })
     }
 
-    /// The bytes of a `.safetensors` file.
+    /// Encodes the weights as the bytes of a `.safetensors` file.
     ///
     /// # Errors
     /// A configuration that cannot be written as JSON.
@@ -134,7 +134,7 @@ impl Weights {
     }
 }
 
-/// The numbers of `view` as f32; none for types that weights do not have.
+/// Converts the numbers of `view` to f32. `None` for types other than f32, f16 and bf16.
 fn numbers(view: &TensorView<'_>) -> Option<Vec<f32>> {
     let pairs = || view.data().chunks_exact(2).map(|b| [b[0], b[1]]);
     Some(match view.dtype() {

@@ -1,4 +1,4 @@
-//! Learned arrays by name: from safetensors files and state dicts of PyTorch, and seeded random ones.
+//! Learned arrays by name: read from safetensors files and PyTorch state dicts, or random from a seed.
 
 mod file;
 mod pytorch;
@@ -16,32 +16,33 @@ use std::fmt;
 /// An array of f32 and its shape.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Array {
-    /// Lengths, slowest first.
+    /// Lengths of the dimensions, slowest first.
     pub shape: Vec<usize>,
-    /// The numbers.
+    /// Elements in row-major order.
     pub values: Vec<f32>,
 }
 
-/// The weights of a network, named as its [`Plan`] names them, and what is known about them.
+/// Weights of a network, under the names of its [`Plan`], and metadata.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Weights {
     arrays: BTreeMap<String, Array>,
-    /// Which network they are of.
+    /// Configuration of the network.
     pub config: NetworkConfig,
-    /// Other facts: how they were trained, where they come from.
+    /// Metadata: training, origin and so on.
     pub facts: BTreeMap<String, String>,
-    /// The largest value that tensors of the network reach, where that is known: one for all channels, or one for each. And
-    /// what inputs of convolutions do once they are transformed. For bytes; see [`calibrate`](crate::cpu::calibrate).
+    /// Largest values of activations, for int8 arithmetic. Keys name tensors; values have one number for all
+    /// channels, or one for each. Further keys have the ranges of transformed inputs of convolutions. See
+    /// [`calibrate`](crate::cpu::calibrate).
     pub ranges: BTreeMap<String, Vec<f32>>,
 }
 
 impl Weights {
-    /// Weights from `arrays`.
+    /// Makes weights of `arrays`, without metadata.
     pub fn new(config: NetworkConfig, arrays: BTreeMap<String, Array>) -> Self {
         Self { arrays, config, facts: BTreeMap::new(), ranges: BTreeMap::new() }
     }
 
-    /// Seeded random weights, good for tests and for measuring speed: the same name and seed, the same weights.
+    /// Makes random weights for tests and speed measurements. Equal names and seeds give equal weights.
     ///
     /// # Errors
     /// A configuration that makes no network.
@@ -56,24 +57,24 @@ impl Weights {
         Ok(weights)
     }
 
-    /// The arrays by name.
+    /// All arrays by name.
     pub fn arrays(&self) -> &BTreeMap<String, Array> {
         &self.arrays
     }
 
-    /// The numbers of one array.
+    /// Returns the elements of one array.
     ///
     /// # Errors
-    /// A name that is not there.
+    /// An array that is missing.
     pub fn values(&self, name: &str) -> Result<&[f32]> {
         let array = self.arrays.get(name).ok_or_else(|| Error::Weights(format!("`{name}` is missing")))?;
         Ok(&array.values)
     }
 
-    /// Whether these are the weights of `plan`.
+    /// Checks that these are the weights of `plan`.
     ///
     /// # Errors
-    /// The first arrays that are missing, not wanted, of another shape or not finite.
+    /// The first arrays that are missing, superfluous, of another shape or not finite.
     pub fn check(&self, plan: &Plan) -> Result<()> {
         let shapes = self.arrays.iter().map(|(name, array)| (name.as_str(), array.shape.as_slice()));
         let mut problems = misfits(&plan.parameters(), &shapes.collect());
@@ -90,7 +91,7 @@ impl Weights {
     }
 }
 
-/// What keeps arrays of these names and shapes from being those of `parameters`, one by one.
+/// Lists the differences between arrays of these names and shapes and the `parameters` of a plan, one text each.
 fn misfits(parameters: &[Parameter], shapes: &BTreeMap<&str, &[usize]>) -> Vec<String> {
     let mut problems = Vec::new();
     for Parameter { name, shape } in parameters {
@@ -107,12 +108,12 @@ fn misfits(parameters: &[Parameter], shapes: &BTreeMap<&str, &[usize]>) -> Vec<S
     problems
 }
 
-/// What a library says of a file, without what it took from there that would break the line.
+/// Formats a library's error on one line: control characters, which may come from the file, become spaces.
 fn one_line(error: &impl fmt::Display) -> String {
     error.to_string().chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
 }
 
-/// A name from a file as it can be part of a message: one line, not long.
+/// Formats a name from a file for an error message: escaped, on one line, and shortened.
 fn shown(name: &str) -> String {
     const LONGEST: usize = 80;
     let mut shown: String = name.chars().take(LONGEST).flat_map(char::escape_debug).collect();

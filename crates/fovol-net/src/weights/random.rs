@@ -1,15 +1,15 @@
-//! Seeded weights that depend on names alone: the same network and seed have the same weights anywhere.
+//! Random weights that depend only on seed and parameter names, so that they are equal on all machines.
 
 use crate::plan::Parameter;
 
-/// The step of the generator, 2⁶⁴ over the golden ratio.
+/// Increment of the generator: 2⁶⁴ divided by the golden ratio.
 const GOLDEN: u64 = 0x9E37_79B9_7F4A_7C15;
 
-/// The values of `parameter` under `seed`.
+/// Random values of `parameter` for `seed`.
 ///
-/// Number *i* is u = (mix(k + (i+1)·GOLDEN) >> 40) / 2²⁴ with k = FNV-1a(name) ⊕ seed·GOLDEN and SplitMix64's
-/// mix; a weight is (2u − 1)·√(5/fan-in), a bias 0.05·(2u − 1), and a factor of a normalisation
-/// 1 + 0.1·(2u − 1), in f64 and then rounded.
+/// Number *i* is u = (mix(k + (i+1)·GOLDEN) >> 40) / 2²⁴ with k = FNV-1a(name) ⊕ seed·GOLDEN and SplitMix64's mix.
+/// A weight is (2u − 1)·√(5/fan-in), a bias 0.05·(2u − 1), and a factor of a normalisation 1 + 0.1·(2u − 1). All is
+/// computed in f64 and then rounded.
 pub fn values(parameter: &Parameter, seed: u64) -> Vec<f32> {
     let key = fnv1a(&parameter.name) ^ seed.wrapping_mul(GOLDEN);
     let fan_in: usize = parameter.shape[1..].iter().product();

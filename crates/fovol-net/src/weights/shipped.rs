@@ -1,4 +1,4 @@
-//! The trained weights that the program comes with; their cards are in `assets/weights`.
+//! Trained weights that are part of the program. `assets/weights` has their model cards.
 
 use super::Weights;
 use crate::plan::Named;
@@ -10,13 +10,13 @@ static DEEPFOVEA: &[u8] = include_bytes!("../../../../assets/weights/deepfovea-f
 static WNET_PAPER: &[u8] = include_bytes!("../../../../assets/weights/wnet-paper.safetensors");
 
 impl Weights {
-    /// The networks that [`Self::shipped`] has weights of.
+    /// Networks that [`Self::shipped`] has weights of.
     pub const SHIPPED: [Named; 3] = [Named::WNetFast, Named::WNetPaper, Named::DeepFoveaFvn];
 
-    /// The weights of `network` that the program comes with.
+    /// Returns the built-in weights of `network`.
     ///
     /// # Errors
-    /// A network that none are shipped of.
+    /// A network without built-in weights.
     pub fn shipped(network: Named) -> Result<Self> {
         let file = Self::shipped_file(network).ok_or_else(|| {
             Error::Weights(format!(
@@ -27,7 +27,7 @@ impl Weights {
         Self::parse(file).map_err(Error::Weights)
     }
 
-    /// The file that [`Self::shipped`] reads, for whoever wants to know whether it is still the same.
+    /// Returns the file that [`Self::shipped`] parses, so that callers can detect that it has changed.
     pub fn shipped_file(network: Named) -> Option<&'static [u8]> {
         match network {
             Named::WNetFast => Some(WNET_FAST),
@@ -37,11 +37,11 @@ impl Weights {
         }
     }
 
-    /// The weights that come with the program under `name`, or else those in the file of that name
-    /// ([`fovol_core::path_of_text`]).
+    /// Reads the weights file `name`, or returns the built-in weights of that name if there is no such file. See
+    /// [`fovol_core::path_of_text`] for the path.
     ///
     /// # Errors
-    /// As [`Self::shipped`] and [`Self::read`].
+    /// Errors of [`Self::shipped`] and [`Self::read`]; a name that is neither a network nor a file.
     pub fn named_or_read(name: &str) -> Result<Self> {
         let path = path_of_text(name);
         if path.exists() {

@@ -1,11 +1,12 @@
-//! Whole networks in PyTorch in double precision: `tests/reference/network/make_cases.py` made the cases.
+//! Reads reference cases of whole networks, which `tests/reference/network/make_cases.py` made with PyTorch in
+//! double precision.
 
 use fovol_core::{Frame, FrameSize};
 use safetensors::SafeTensors;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-/// What a network was given and what it made of it, frame by frame.
+/// Inputs and outputs of a network, frame by frame.
 pub struct Case {
     bytes: Vec<u8>,
     pub facts: HashMap<String, String>,
@@ -23,7 +24,7 @@ impl Case {
         self.facts[key].parse().unwrap()
     }
 
-    /// An array, if it is there.
+    /// Returns an array, if the case has it.
     pub fn values(&self, name: &str) -> Option<Vec<f32>> {
         let file = SafeTensors::deserialize(&self.bytes).unwrap();
         let view = file.tensor(name).ok()?;
@@ -31,7 +32,7 @@ impl Case {
     }
 }
 
-/// The files of all cases.
+/// Lists the files of all cases.
 pub fn cases() -> Vec<PathBuf> {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/reference");
     let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
@@ -43,14 +44,14 @@ pub fn cases() -> Vec<PathBuf> {
     cases
 }
 
-/// A frame of planes \[3\]\[rows\]\[columns\] and a mask.
+/// Makes a frame of planes \[3\]\[rows\]\[columns\] and a mask.
 pub fn frame(size: FrameSize, planes: &[f32], mask: &[f32]) -> Frame {
     let n = size.pixels();
     let pixels = (0..n).map(|i| [planes[i], planes[n + i], planes[2 * n + i], mask[i]]).collect();
     Frame::from_pixels(size, pixels).unwrap()
 }
 
-/// The largest difference, of the largest expected value.
+/// Largest difference, relative to the largest expected value.
 pub fn difference(found: &[f32], expected: &[f32]) -> f32 {
     assert_eq!(found.len(), expected.len());
     let most = expected.iter().fold(1e-6f32, |most, v| most.max(v.abs()));

@@ -1,15 +1,15 @@
-//! What is stored and multiplied in two bytes.
+//! Compares f16 storage and arithmetic with f32.
 
 use super::*;
 
-/// How close two clips are, in dB.
+/// PSNR between two sequences, in dB.
 fn psnr(a: &[Frame], b: &[Frame]) -> f64 {
     let pairs = a.iter().zip(b).flat_map(|(a, b)| a.pixels().iter().zip(b.pixels()));
     let squares: Vec<f64> = pairs.flat_map(|(a, b)| (0..3).map(|c| f64::from(a[c] - b[c]).powi(2))).collect();
     -10.0 * (squares.iter().sum::<f64>() / squares.len() as f64 + 1e-12).log10()
 }
 
-/// Frames of a clip in which errors have time to grow.
+/// Number of frames, enough for recurrent errors to grow.
 const RECURRENT: u32 = 16;
 
 #[test]
@@ -17,7 +17,7 @@ const RECURRENT: u32 = 16;
 fn halves_stay_close() {
     for named in Named::ALL {
         let weights = Weights::shipped(named).or_else(|_| Weights::random(&named.config(), 3));
-        // Wide networks take long in software.
+        // Wide networks are slow in software.
         let size = if named == Named::WNetFast { size(75, 50) } else { size(37, 25) };
         let (weights, plan) = (weights.unwrap(), named.config().plan().unwrap());
         let (specification, _) = both(&GPU, &plan, &weights);
@@ -37,14 +37,15 @@ fn halves_stay_close() {
     }
 }
 
-/// Two convolutions of halves, of which the second one reads the first one in some way, and a picture of them.
+/// Two convolutions with f16 tensors, the second reading the first in one of several ways, and a picture made from
+/// it.
 #[derive(Debug, Clone)]
 struct Wide {
-    /// Channels of both.
+    /// Channels of both convolutions.
     channels: [usize; 2],
-    /// The edges of their windows.
+    /// Window edges of both convolutions.
     sizes: [usize; 2],
-    /// Whether the nearest value lies beyond the border.
+    /// Whether the border is replicated; otherwise it is zero.
     replicates: bool,
     reads: u32,
     frame: [u32; 2],
@@ -98,7 +99,7 @@ impl Wide {
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 20, failure_persistence: None, ..Default::default() })]
-    /// With cooperative matrices where the adapter has them, and without.
+    /// Runs with cooperative matrices, if the adapter has them, and without.
     #[test]
     #[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
     fn wide_convolutions_of_halves_are_those_of_the_cpu(wide in wide()) {

@@ -1,8 +1,8 @@
-//! The GPU against the engine of the CPU in f32.
+//! Compares the GPU engine with the CPU engine in f32.
 //!
-//! These tests need an adapter, a software one included: `cargo test --workspace -- --ignored`. On Debian
-//! `apt-get install mesa-vulkan-drivers libvulkan1` is one, which uses all processors for each test: one at a time
-//! (`--test-threads 1`) they are done sooner.
+//! These tests need an adapter; a software rasteriser suffices: `cargo test --workspace -- --ignored`. On Debian
+//! `apt-get install mesa-vulkan-drivers libvulkan1` installs one. It uses all processors for each test, so one test
+//! at a time (`--test-threads 1`) is faster.
 #![cfg(feature = "gpu")]
 
 #[path = "../cases/mod.rs"]
@@ -23,20 +23,20 @@ use std::sync::LazyLock;
 
 static GPU: LazyLock<Gpu> = LazyLock::new(|| Gpu::open(&AdapterRequest::Any.or_environment()).unwrap());
 
-/// How far pictures may be off, of their largest value.
+/// Tolerance for pictures, relative to their largest value.
 const TOLERANCE: f32 = 1e-4;
 
 fn size(width: u32, height: u32) -> FrameSize {
     FrameSize::new(width, height).unwrap()
 }
 
-/// A number in 0…1 that looks random.
+/// Pseudo-random number in 0…1.
 fn random(seed: u64) -> f32 {
     let mixed = (seed ^ seed >> 29).wrapping_mul(0x9E37_79B9_7F4A_7C15);
     ((mixed ^ mixed >> 32).wrapping_mul(0xBF58_476D_1CE4_E5B9) >> 40) as f32 / (1 << 24) as f32
 }
 
-/// A sparse frame of a moving pattern: one pixel of six, other ones in each frame; some are damaged.
+/// Sparse frame of a moving pattern: one pixel in six, different ones in each frame, and some damaged values.
 fn sparse(size: FrameSize, t: u32) -> Frame {
     let mut frame = Frame::new(size);
     for (i, pixel) in frame.pixels_mut().iter_mut().enumerate() {
@@ -55,7 +55,7 @@ fn sparse(size: FrameSize, t: u32) -> Frame {
     frame
 }
 
-/// Motion of some pixels, some of it out of the frame, and some of it no number.
+/// Random motion of pixels. Some of it leads out of the frame, and some is not finite.
 fn motion(size: FrameSize, t: u32) -> Vec<[f32; 2]> {
     let pixel = |i: usize| match i % 53 {
         50 => [f32::NAN, 1.0],
@@ -66,7 +66,7 @@ fn motion(size: FrameSize, t: u32) -> Vec<[f32; 2]> {
     (0..size.pixels()).map(pixel).collect()
 }
 
-/// Frames and motion of a clip; every third frame stands still.
+/// Frames and motion of a sequence. Every third frame has no motion.
 fn clip(size: FrameSize, frames: u32) -> Vec<(Frame, Option<Vec<[f32; 2]>>)> {
     (0..frames).map(|t| (sparse(size, t), (t % 3 != 2).then(|| motion(size, t)))).collect()
 }
@@ -75,14 +75,14 @@ fn values(frame: &Frame) -> Vec<f32> {
     frame.pixels().iter().flatten().copied().collect()
 }
 
-/// The networks of `plan` on the CPU and on `gpu`.
+/// Prepares the network of `plan` on the CPU and on `gpu`.
 fn both(gpu: &Gpu, plan: &Plan, weights: &Weights) -> (cpu::Network, Network) {
     let exact = cpu::Precision::F32;
     let expected = cpu::Network::new(plan.clone(), weights, cpu::Simd::best(), exact).unwrap();
     (expected, Network::new(gpu, plan.clone(), weights, Precision::F32).unwrap())
 }
 
-/// The largest difference between both engines in any frame of a clip.
+/// Largest difference between both engines in any frame of a sequence.
 fn worst(gpu: &Gpu, plan: &Plan, weights: &Weights, size: FrameSize, frames: u32) -> f32 {
     let (specification, network) = both(gpu, plan, weights);
     let (mut expected_state, mut state) = (specification.state(size), network.state(size).unwrap());
@@ -114,7 +114,7 @@ fn networks_are_those_of_the_cpu() {
 fn networks_agree_with_pytorch() {
     for path in cases() {
         let name = path.file_stem().unwrap().to_string_lossy().into_owned();
-        // Those that differ from others in size or seed alone take long in software.
+        // Cases that differ from others only in size or seed are skipped, as they are slow in software.
         if name.ends_with("64x40") || name.ends_with("seed8") {
             continue;
         }
@@ -141,7 +141,7 @@ fn networks_agree_with_pytorch() {
     }
 }
 
-/// Random weights of `plan`; what configuration they are of is not looked at.
+/// Random weights of `plan`. Their configuration is arbitrary and not used.
 fn random_weights(plan: &Plan) -> Weights {
     let array = |(number, parameter): (usize, fovol_net::plan::Parameter)| {
         let reach = 1.5 / (parameter.len() as f32 / parameter.shape[0] as f32).sqrt();
@@ -153,7 +153,7 @@ fn random_weights(plan: &Plan) -> Weights {
     Weights::new(Named::WNetFast.config(), arrays)
 }
 
-/// Layers, and ways to read and to keep, that no named network has.
+/// Builds a plan of layers and combinations that no named network has.
 fn unusual_plan(normalisation: Normalisation) -> Plan {
     let mut b = PlanBuilder::new();
     let (colour, mask) = (b.colour(), b.mask());
@@ -186,7 +186,7 @@ fn unusual_plan(normalisation: Normalisation) -> Plan {
     let filtered = kernel(&mut b, "four", 2, up, &images, normalisation);
     let sum = b.add(filtered, smooth);
     let out = b.scale(sum, 0.4, 0.2);
-    // A line of delays, and what comes in.
+    // A chain of delayed states, and a state that is the input.
     b.keep(late, out);
     b.keep(later, late);
     b.keep(seen, colour);
@@ -222,7 +222,7 @@ fn unusual_layers_are_those_of_the_cpu() {
 #[test]
 #[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn frames_are_normalised_as_a_whole() {
-    // More numbers than all threads read at once, and a block that is not full.
+    // More elements than all threads read at once, and an incomplete last block.
     let mut b = PlanBuilder::new();
     let wide = b.conv("wide", &[Read::same(b.colour())], 21, 1, Activation::Elu);
     let normal = b.norm("norm", wide, Activation::None);
@@ -235,7 +235,7 @@ fn frames_are_normalised_as_a_whole() {
 #[test]
 #[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn infinity_does_not_stay() {
-    // 1, then −1e38, then what is too large for f32 and starts anew.
+    // The state is 1, then −1e38, then overflows f32 and starts again.
     let mut b = PlanBuilder::new();
     let before = b.state("before", 3, 0);
     let next = b.scale(before, -1e38, 1.0);
@@ -244,7 +244,7 @@ fn infinity_does_not_stay() {
     assert_eq!(worst(&GPU, &plan, &random_weights(&plan), size(9, 5), 6), 0.0);
 }
 
-/// A small network, and one of its states.
+/// A small network, and a function that makes states for it.
 fn fast(precision: Precision) -> (Network, impl Fn(FrameSize) -> State) {
     let weights = Weights::random(&Named::WNetFast.config(), 1).unwrap();
     let network = Network::new(&GPU, weights.config.plan().unwrap(), &weights, precision).unwrap();
@@ -272,7 +272,7 @@ fn states_are_independent_and_start_anew() {
     found.push(run(&mut left, 2));
     assert_eq!(found, expected);
     assert_ne!(run(&mut left, 0), expected[0], "without memory this proves nothing");
-    // After an odd and after an even number of frames.
+    // Resets after an odd and after an even number of frames.
     for _ in 0..2 {
         left.reset();
         assert_eq!(run(&mut left, 0), expected[0]);
@@ -280,7 +280,7 @@ fn states_are_independent_and_start_anew() {
     }
 }
 
-/// `values` in a buffer that shaders read.
+/// Uploads `values` to a buffer.
 fn uploaded<T: bytemuck::Pod>(values: &[T]) -> wgpu::Buffer {
     let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
     let buffer = GPU.buffer("input", size_of_val(values) as u64, usage);
@@ -339,7 +339,7 @@ fn what_does_not_fit_is_an_error() {
     let error = ours.encode(&mut encoder, input, &mut state(large)).unwrap_err().to_string();
     assert!(error.contains("3200 bytes, not 3360"), "{error}");
 
-    // Five inputs are more than a shader binds.
+    // Five input tensors are more than a shader can bind.
     let mut b = PlanBuilder::new();
     let five = [Read::same(b.colour()); 5];
     let out = b.conv("five", &five, 3, 1, Activation::None);
@@ -350,7 +350,7 @@ fn what_does_not_fit_is_an_error() {
     assert!(Network::new(&GPU, plan, &wrong, Precision::F32).is_err());
 }
 
-/// A device with nothing but what every WebGPU has.
+/// Opens a device with only the limits that every WebGPU has.
 fn least_device() -> Gpu {
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
     let options = wgpu::RequestAdapterOptions::default();

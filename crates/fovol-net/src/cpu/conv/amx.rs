@@ -1,25 +1,25 @@
-//! 32 pixels × 32 (or 16) channels in the tiles of AMX: 16 rows of 64 bytes each, a row of pixels' words beside a column
-//! of weights.
+//! Convolution kernels for AMX: 32 pixels × 32 (or 16) channels. A tile has 16 rows of 64 bytes: words of 16
+//! pixels, or weights of 16 words.
 //!
-//! Instructions are written as assembly, as the compiler has no stable names for them.
+//! The instructions are written in assembly, because Rust has no stable intrinsics for them.
 
 use super::Call;
 use std::arch::asm;
 use std::marker::PhantomData;
 use std::sync::OnceLock;
 
-/// Pixels of a group: two tiles of them.
+/// Number of pixels of a group: two tiles of them.
 pub const GROUP: usize = 32;
-/// Words of a window's row that are multiplied at once.
+/// Number of words of a window's row that are multiplied at once.
 pub const RUN: usize = 16;
 
-/// Whether this processor has tiles of bf16 and of bytes, and the system lets this process use them.
+/// Whether this processor has AMX with bf16 and int8, and the operating system lets this process use it.
 pub fn is_granted() -> bool {
     static GRANTED: OnceLock<bool> = OnceLock::new();
     *GRANTED.get_or_init(|| has_tiles() && ask())
 }
 
-/// Whether the processor has them (Intel's manual, volume 2A, CPUID leaf 7).
+/// Whether the processor has AMX with bf16 and int8 (Intel's manual, volume 2A, CPUID leaf 7).
 fn has_tiles() -> bool {
     const BF16: u32 = 1 << 22;
     const TILE: u32 = 1 << 24;
@@ -28,13 +28,13 @@ fn has_tiles() -> bool {
     found & (BF16 | TILE | INT8) == BF16 | TILE | INT8
 }
 
-/// Asks the system for the memory of tiles, which it keeps for each thread only on demand (Linux,
-/// Documentation/arch/x86/xstate.rst).
+/// Asks Linux for permission to use tile registers, whose state it only saves on request
+/// (Documentation/arch/x86/xstate.rst).
 #[cfg(target_os = "linux")]
 fn ask() -> bool {
     const ARCH_REQ_XCOMP_PERM: libc::c_int = 0x1023;
     const XFEATURE_XTILEDATA: libc::c_ulong = 18;
-    // SAFETY: the call takes two numbers and changes nothing but what this process may do.
+    // SAFETY: the call takes two numbers and only changes permissions of this process.
     unsafe { libc::syscall(libc::SYS_arch_prctl, ARCH_REQ_XCOMP_PERM, XFEATURE_XTILEDATA) == 0 }
 }
 
@@ -43,7 +43,7 @@ fn ask() -> bool {
     false
 }
 
-/// The shape of every tile: 16 rows of 64 bytes.
+/// Tile configuration: 16 rows of 64 bytes for every tile.
 #[repr(C, align(64))]
 struct Shapes {
     palette: u8,
@@ -63,16 +63,16 @@ static SHAPES: Shapes = {
     Shapes { palette: 1, start: 0, reserved: [0; 14], bytes, rows }
 };
 
-/// This thread's tiles, as long as it lives. It stays on its thread.
+/// Guard for the tile registers of this thread. It must stay on its thread.
 pub struct Tiles(PhantomData<*const ()>);
 
 impl Tiles {
-    /// Gives tiles their shapes.
+    /// Configures the tile registers.
     ///
     /// # Safety
-    /// They must be granted.
+    /// [`is_granted`] must be true.
     pub unsafe fn new() -> Self {
-        // SAFETY: the shapes are ones that palette 1 allows.
+        // SAFETY: palette 1 allows these shapes.
         unsafe { asm!("ldtilecfg [{0}]", in(reg) &raw const SHAPES, options(nostack, readonly)) };
         Self(PhantomData)
     }
@@ -80,14 +80,15 @@ impl Tiles {
 
 impl Drop for Tiles {
     fn drop(&mut self) {
-        // SAFETY: there are tiles, as there is this; nobody else on this thread uses them.
+        // SAFETY: tiles are configured while the guard lives, and nothing else on this thread uses them.
         unsafe { asm!("tilerelease", options(nostack, nomem)) };
     }
 }
 
-/// Runs `$step` for every 16 words of a window and then `$end`, with the numbers of a call in registers: `{near}` and
-/// `{far}` are the pixels of two tiles, `{weights}` their weights, which steps move on; rows of pixels are `{pixel}` bytes
-/// apart, those of weights and sums `{width}`.
+/// Runs `$step` for every 16 words of a window, then `$end`, with the parameters of a call in registers.
+///
+/// `{near}` and `{far}` point to the pixels of two tiles and `{weights}` to their weights, which steps advance.
+/// Rows of pixels are `{pixel}` bytes apart, rows of weights and sums `{width}`.
 macro_rules! multiply {
     ($call:expr, $out:expr, $width:expr, [$($step:expr),+], [$($end:expr),+]) => {
         asm!(
@@ -122,22 +123,23 @@ macro_rules! multiply {
     };
 }
 
-/// The kernels of one way to multiply, for 32 and for 16 channels: 16 words of a window's row at a time, pixels in tiles 4
-/// and 5, weights in 6 and 7, sums in 0 to 3. Rows of weights are whole runs, so that what is read of a patch after the
-/// last word of a window's row is multiplied by zeros.
+/// Defines the kernels of one type of arithmetic, for 32 and for 16 channels.
+///
+/// Each step multiplies 16 words of a window's row: pixels in tiles 4 and 5, weights in 6 and 7, sums in 0 to 3.
+/// Weights are padded with zeros to whole runs, so words after the end of a window's row do not count.
 macro_rules! kernels {
     ($module:ident, $multiply:literal, $begin:expr, $doc:literal) => {
         #[doc = $doc]
         pub mod $module {
             use super::*;
 
-            /// 32 channels.
+            /// Kernel for 32 channels.
             ///
             /// # Safety
             /// This thread must have [`Tiles`]; the call's patch must be readable for a whole run after the last
             /// window's, weights for whole runs, `out` writable for a whole block.
             pub unsafe fn thirty_two(call: &Call, out: *mut f32) {
-                // SAFETY: the caller's; nobody else uses this thread's tiles.
+                // SAFETY: required of the caller; nothing else uses this thread's tiles.
                 unsafe {
                     $begin(call.bias, 32);
                     multiply!(
@@ -165,12 +167,12 @@ macro_rules! kernels {
                 }
             }
 
-            /// 16 channels.
+            /// Kernel for 16 channels.
             ///
             /// # Safety
-            /// As [`thirty_two`].
+            /// The conditions of [`thirty_two`].
             pub unsafe fn sixteen(call: &Call, out: *mut f32) {
-                // SAFETY: the caller's; nobody else uses this thread's tiles.
+                // SAFETY: required of the caller; nothing else uses this thread's tiles.
                 unsafe {
                     $begin(call.bias, 16);
                     multiply!(
@@ -193,10 +195,10 @@ macro_rules! kernels {
     };
 }
 
-/// Rounds of [`spin_bf16`] and [`spin_int8`]: some milliseconds.
+/// Rounds of [`spin_bf16`] and [`spin_int8`], which take a few milliseconds.
 const ROUNDS: usize = 200_000;
 
-/// A function that multiplies tiles for a while, four sums at a time, and returns the number of operations.
+/// Defines a benchmark that multiplies tiles, with four independent sums, and returns the number of operations.
 macro_rules! spin {
     ($name:ident, $multiply:literal, $per_word:literal, $doc:literal) => {
         #[doc = $doc]
@@ -204,7 +206,7 @@ macro_rules! spin {
             if !is_granted() {
                 return 0;
             }
-            // SAFETY: tiles are granted; nobody else uses those of this thread.
+            // SAFETY: tiles are granted, and nothing else uses those of this thread.
             unsafe {
                 let _tiles = Tiles::new();
                 asm!(
@@ -232,7 +234,7 @@ spin!(spin_int8, "tdpbusd", 4, "Multiplies bytes for a while and returns the num
 kernels!(bf16, "tdpbf16ps", from_bias, "Pairs of bf16.");
 kernels!(int8, "tdpbusd", from_zero, "Fours of bytes.");
 
-/// Sums start from the bias of their channel: every row of a tile is the same 16 numbers.
+/// Initialises sums with the bias of their channel: every row of a tile gets the 16 biases.
 unsafe fn from_bias(bias: *const f32, width: usize) {
     // SAFETY: the caller has tiles, and a bias for each of `width` channels.
     unsafe {
@@ -249,7 +251,7 @@ unsafe fn from_bias(bias: *const f32, width: usize) {
     }
 }
 
-/// Sums of bytes start from zero.
+/// Initialises sums of int8 products with zero.
 unsafe fn from_zero(_: *const f32, _: usize) {
     // SAFETY: the caller has tiles.
     unsafe {

@@ -1,12 +1,12 @@
-//! 6 pixels × 16 channels in the 16 registers of AVX2.
+//! Convolution kernels for AVX2: 6 pixels × 16 channels in its 16 registers.
 
 use super::Call;
 use std::arch::x86_64::*;
 
-/// Pixels of a group.
+/// Number of pixels of a group.
 pub const GROUP: usize = 6;
 
-/// A kernel of 16 channels for one way to multiply.
+/// Defines a kernel of 16 channels for one type of arithmetic.
 macro_rules! kernel {
     ($name:ident, $features:literal, $doc:literal, $start:expr, $step:expr) => {
         #[doc = $doc]
@@ -15,7 +15,7 @@ macro_rules! kernel {
         /// The instructions must be available, the call's patch and weights readable, `out` writable for a whole block.
         #[target_feature(enable = $features)]
         pub unsafe fn $name(call: &Call, out: *mut f32) {
-            // SAFETY: the caller's.
+            // SAFETY: required of the caller.
             unsafe {
                 let start = [$start(call.bias), $start(call.bias.add(8))];
                 let mut sums = [start; GROUP];

@@ -1,43 +1,43 @@
-//! 14 pixels × 32 (or 16) channels in the 32 registers of AVX-512.
+//! Convolution kernels for AVX-512: 14 pixels × 32 (or 16) channels in its 32 registers.
 
 use super::Call;
 use std::arch::x86_64::*;
 
-/// Pixels of a group.
+/// Number of pixels of a group.
 pub const GROUP: usize = 14;
 
-/// The kernels of one way to multiply, for 32 and for 16 channels.
+/// Defines the kernels of one type of arithmetic, for 32 and for 16 channels.
 macro_rules! kernels {
     ($module:ident, $features:literal, $doc:literal, $start:expr, $step:expr) => {
         #[doc = $doc]
         pub mod $module {
             use super::*;
 
-            /// 32 channels.
+            /// Kernel for 32 channels.
             ///
             /// # Safety
             /// The instructions must be available, the call's patch and weights readable, `out` writable for a
             /// whole block.
             #[target_feature(enable = $features)]
             pub unsafe fn thirty_two(call: &Call, out: *mut f32) {
-                // SAFETY: the caller's.
+                // SAFETY: required of the caller.
                 unsafe { kernel::<2>(call, out) }
             }
 
-            /// 16 channels.
+            /// Kernel for 16 channels.
             ///
             /// # Safety
-            /// As [`thirty_two`].
+            /// The conditions of [`thirty_two`].
             #[target_feature(enable = $features)]
             pub unsafe fn sixteen(call: &Call, out: *mut f32) {
-                // SAFETY: the caller's.
+                // SAFETY: required of the caller.
                 unsafe { kernel::<1>(call, out) }
             }
 
             #[inline]
             #[target_feature(enable = $features)]
             unsafe fn kernel<const V: usize>(call: &Call, out: *mut f32) {
-                // SAFETY: the caller's.
+                // SAFETY: required of the caller.
                 unsafe {
                     let mut sums = [[_mm512_setzero_si512(); V]; GROUP];
                     for v in 0..V {

@@ -1,39 +1,40 @@
-//! What becomes of sums before they are stored: values, activation, numbers of the kind that is stored.
+//! Finishes the sums of convolutions: dequantisation, bias, activation and conversion to the stored type.
 
 use crate::cpu::element::Element;
 use crate::cpu::simd::Work;
 use crate::plan::Activation;
 
-/// Sums that are finished at once: loops over as many become vectors.
+/// Number of sums that are finished at once. The compiler vectorises loops of this length.
 const LANES: usize = 16;
 
-/// What is no smaller, or no number, becomes 0 where nothing is negative: in recurrent networks it would stay.
+/// Upper limit of ReLU. Larger values and NaN become 0, since they would stay forever in the states of recurrent
+/// networks.
 pub const LARGEST: f32 = 3.38e38;
 
-/// What sums of bytes are worth; for each channel.
+/// Dequantisation of int8 sums, for each channel.
 #[derive(Debug, Clone)]
 pub struct Worth {
-    /// What one is worth.
+    /// Factor of a sum.
     pub factors: Vec<f32>,
-    /// What is added.
+    /// Bias, added afterwards.
     pub bias: Vec<f32>,
 }
 
-/// The finishing of a block of sums.
+/// Operation that finishes a block of sums.
 pub struct Finish<'a, T> {
-    /// \[pixel\]\[channel of the block\].
+    /// Sums, \[pixel\]\[channel of the block\].
     pub sums: &'a [f32],
     /// Channels of the block.
     pub width: usize,
     pub worth: Option<&'a Worth>,
     pub activation: Activation,
-    /// Pixels that are wanted.
+    /// Number of pixels to store.
     pub pixels: usize,
-    /// Channels that are wanted.
+    /// Number of channels to store.
     pub channels: usize,
-    /// From the first of them on.
+    /// Destination, from the first of these pixels and channels on.
     pub out: &'a mut [T],
-    /// From one pixel to the next.
+    /// Distance between pixels in the destination.
     pub stride: usize,
 }
 
@@ -47,8 +48,8 @@ impl<T: Element> Work for Finish<'_, T> {
     }
 }
 
-/// Writes the values of `sums`, which are 32-bit integers where they are `worth` something and f32 otherwise, after
-/// `activation` to `out`.
+/// Dequantises `sums`, applies `activation` and writes to `out`. With `worth` the sums are 32-bit integers, else
+/// f32.
 #[inline(always)]
 pub fn finish<T: Element>(sums: &[f32], worth: Option<&Worth>, activation: Activation, out: &mut [T]) {
     match (worth, activation) {
@@ -88,19 +89,19 @@ fn each<T: Element>(sums: &[f32], worth: Option<&Worth>, out: &mut [T], activati
     }
 }
 
-/// The value of a sum of bytes, a 32-bit integer in the place of an f32.
+/// Dequantises a sum of int8 products, a 32-bit integer in the bits of an f32.
 #[inline(always)]
 fn value(sum: f32, factor: f32, bias: f32) -> f32 {
     (sum.to_bits() as i32) as f32 * factor + bias
 }
 
-/// x for 0 < x < [`LARGEST`], else 0.
+/// ReLU for finite values: x for 0 < x < [`LARGEST`], else 0.
 #[inline(always)]
 pub fn relu(x: f32) -> f32 {
     if x > 0.0 && x < LARGEST { x } else { 0.0 }
 }
 
-/// x for x > 0, else eˣ − 1.
+/// ELU: x for x > 0, else eˣ − 1.
 #[inline]
 pub fn elu(x: f32) -> f32 {
     if x > 0.0 { x } else { x.exp_m1() }

@@ -1,5 +1,5 @@
-//! Convolutions: patches of the inputs, weights in the order of their use, and a block of pixels × channels at a
-//! time in registers.
+//! Convolutions. Inputs are assembled to patches, weights are packed in the order of use, and kernels keep a block
+//! of pixels × channels in registers.
 
 #[cfg(target_arch = "x86_64")]
 pub(super) mod amx;
@@ -33,18 +33,18 @@ pub use winograd::{Distances, note_transformed};
 /// A convolution with its weights, prepared for one instruction set.
 #[derive(Debug, Clone)]
 pub enum PreparedConv {
-    /// As it is defined.
+    /// Direct convolution.
     Direct(Direct),
-    /// With fewer products.
+    /// Winograd convolution, with fewer products.
     Winograd(Winograd),
-    /// With few outputs.
+    /// 1×1 convolution with few outputs.
     Narrow(Narrow),
-    /// As it is defined, of inputs that are there twice: once for the upper and once for the lower half of weights.
+    /// Direct convolution that reads its inputs twice, with the upper and the lower bf16 of each weight.
     Split(Direct),
 }
 
 impl PreparedConv {
-    /// A convolution of `shape` with `weights` \[out, in, size, size\] and `bias` \[out\].
+    /// Prepares a convolution of `shape` with `weights` \[out, in, size, size\] and `bias` \[out\].
     pub fn new(shape: &ConvShape, weights: &[f32], bias: &[f32], simd: Simd, arithmetic: Arithmetic) -> Self {
         if Winograd::suits(shape, simd, &arithmetic) {
             Self::Winograd(Winograd::new(shape, weights, bias, simd, &arithmetic))
@@ -69,15 +69,15 @@ impl PreparedConv {
         }
     }
 
-    /// Channels that go out.
+    /// Number of output channels.
     pub fn outputs(&self) -> usize {
         self.shape().outputs
     }
 
-    /// Writes the convolution of the concatenated `sources` to `out`, whose buffer is used again.
+    /// Writes the convolution of the concatenated `sources` to `out`, whose buffer is reused.
     ///
     /// # Panics
-    /// When the sources do not have as many channels as the weights.
+    /// When the sources have not as many channels as the weights.
     pub fn run<T: Element>(&self, sources: &[Source<'_>], out: &mut Map<T>) {
         let ConvShape { stride, outputs, .. } = *self.shape();
         let [height, width] = sources[0].size().map(|side| side.div_ceil(stride));
@@ -88,10 +88,10 @@ impl PreparedConv {
         });
     }
 
-    /// Writes its rows from `y` on to `out`, as many as there is room for.
+    /// Writes output rows from `y` on to `out`, as many as fit.
     ///
     /// # Panics
-    /// As [`Self::run`].
+    /// When the sources have not as many channels as the weights.
     pub fn rows<T: Element>(&self, sources: &[Source<'_>], y: usize, scratch: &mut Scratch, out: &mut [T]) {
         match self {
             Self::Direct(conv) => conv.rows(sources, y, &mut scratch.direct, out),
@@ -106,7 +106,8 @@ impl PreparedConv {
     }
 }
 
-/// `weights` \[out, in, size, size\] as sums of two bf16, first the upper and then the lower half of every input's.
+/// Splits `weights` \[out, in, size, size\] into sums of two bf16. For each output the upper parts of all inputs
+/// come first, then the lower ones.
 fn split(shape: &ConvShape, weights: &[f32]) -> Vec<f32> {
     let mut halves = Vec::with_capacity(2 * weights.len());
     for weights in weights.chunks_exact(shape.inputs * shape.size * shape.size) {
@@ -117,7 +118,7 @@ fn split(shape: &ConvShape, weights: &[f32]) -> Vec<f32> {
     halves
 }
 
-/// Memory of one thread.
+/// Scratch memory of one thread.
 #[derive(Debug, Default)]
 pub struct Scratch {
     direct: DirectScratch,
@@ -125,7 +126,7 @@ pub struct Scratch {
     chunk: Chunk,
 }
 
-/// A convolution as it is defined: patches, and a block of pixels × channels at a time in registers.
+/// Direct convolution: assembles patches, and computes a block of pixels × channels at a time in registers.
 #[derive(Debug, Clone)]
 pub struct Direct {
     packed: Packed,
@@ -135,27 +136,26 @@ pub struct Direct {
     simd: Simd,
 }
 
-/// What numbers are multiplied; sums are f32, or 32-bit integers for bytes.
+/// Type of the factors of products. Sums are f32, or 32-bit integers for int8.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Arithmetic {
-    /// f32 with f32.
+    /// f32 × f32.
     F32,
-    /// bf16 with bf16, in pairs.
+    /// bf16 × bf16, in pairs.
     Bf16,
-    /// bf16 with the sum of two bf16, which is nearly f32: for inputs that are stored as bf16 anyway.
+    /// bf16 × sum of two bf16, which has nearly the precision of f32. For inputs that are stored as bf16.
     SplitBf16,
-    /// Unsigned with signed bytes, in fours. A number for each input channel: what one step of its byte is worth.
+    /// Unsigned × signed bytes, in quadruples, with a step for each input channel.
     Int8 {
-        /// Values are byte · step.
+        /// Step of each input channel: values are byte · step.
         steps: Vec<f32>,
-        /// How far from 0 bytes reach once 6×6 of the inputs are transformed for Winograd's tiles, \[place\]\[channel\]; none where
-        /// that is not known.
+        /// Ranges of transformed inputs for Winograd's tiles, \[place\]\[channel\]; `None` where they are unknown.
         reach: Option<Vec<f32>>,
     },
 }
 
 impl Arithmetic {
-    /// Numbers in a 32-bit word.
+    /// Number of elements in a 32-bit word.
     pub fn count(&self) -> usize {
         match self {
             Self::F32 => 1,
@@ -165,53 +165,53 @@ impl Arithmetic {
     }
 }
 
-/// The shape of a convolution.
+/// Shape of a convolution.
 #[derive(Debug, Clone, Copy)]
 pub struct ConvShape {
-    /// Channels that come in.
+    /// Number of input channels.
     pub inputs: usize,
-    /// Channels that go out.
+    /// Number of output channels.
     pub outputs: usize,
-    /// 1 or 3.
+    /// Edge of the window in pixels: 1 or 3.
     pub size: usize,
-    /// 1 or 2.
+    /// Step between windows in pixels: 1 or 2.
     pub stride: usize,
-    /// What lies beyond the border.
+    /// Values beyond the border.
     pub padding: Padding,
-    /// What follows.
+    /// Activation function.
     pub activation: Activation,
 }
 
-/// Output rows that are made from one patch.
+/// Output rows of one patch.
 const ROWS: usize = 8;
-/// About as many bytes may a patch have: half of a second-level cache.
+/// Approximate bytes of a patch: half of a second-level cache.
 const PATCH_BYTES: usize = 384 << 10;
 
-/// One call of a kernel: a group of pixels side by side, all from one patch. Lengths are 32-bit words.
+/// Arguments of a kernel, for a group of neighbouring pixels of one patch. Lengths are in 32-bit words.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Call {
-    /// The first word of the first window.
+    /// First word of the first window.
     patch: *const u32,
-    /// From one row of the patch to the next.
+    /// Distance between rows of the patch.
     row: usize,
-    /// From the window of one pixel to that of the next.
+    /// Distance between the windows of neighbouring pixels.
     pixel: usize,
     /// Rows of a window.
     rows: usize,
-    /// Words of a window's row, which lie together.
+    /// Words of a window's row, which are contiguous.
     run: usize,
     /// Weights of a block: \[row\]\[word of the run\]\[channel of the block\].
     weights: *const u32,
-    /// What sums start from: a number for each channel of the block. Sums of bytes start from zero.
+    /// Initial value of sums, for each channel of the block. Sums of bytes start from zero.
     bias: *const f32,
 }
 
-/// Runs the call and writes pixels × block width to its second argument, pixel by pixel: 32-bit integers where bytes are
-/// multiplied, else f32.
+/// A kernel: computes the sums of a call, and writes pixels × block width to its second argument, pixel by pixel.
+/// Sums are 32-bit integers for int8, else f32.
 pub(super) type Kernel = unsafe fn(call: &Call, out: *mut f32);
 
 impl Direct {
-    /// A convolution of `shape` with `weights` \[out, in, size, size\] and `bias` \[out\].
+    /// Prepares a convolution of `shape` with `weights` \[out, in, size, size\] and `bias` \[out\].
     pub fn new(shape: &ConvShape, weights: &[f32], bias: &[f32], simd: Simd, arithmetic: Arithmetic) -> Self {
         let has_kernels = match arithmetic {
             Arithmetic::F32 => true,
@@ -225,7 +225,7 @@ impl Direct {
             group: simd.group(&arithmetic),
             simd,
             arithmetic: match arithmetic {
-                // Patches are multiplied by what they are divided by.
+                // Inputs are multiplied by the inverse steps.
                 Arithmetic::Int8 { mut steps, reach } => {
                     steps.iter_mut().for_each(|step| *step = 1.0 / *step);
                     Arithmetic::Int8 { steps, reach }
@@ -235,10 +235,10 @@ impl Direct {
         }
     }
 
-    /// Writes the rows from `y` on to `out`.
+    /// Writes the output rows from `y` on to `out`.
     fn rows<T: Element>(&self, sources: &[Source<'_>], y: usize, scratch: &mut DirectScratch, out: &mut [T]) {
         check(&self.shape, sources);
-        // SAFETY: kernels that need them are only chosen where they are granted.
+        // SAFETY: AMX kernels are only chosen where tiles are granted.
         #[cfg(target_arch = "x86_64")]
         let _tiles = self.simd.multiplies_tiles(&self.arithmetic).then(|| unsafe { amx::Tiles::new() });
         let width = sources[0].size()[1].div_ceil(self.shape.stride);
@@ -258,17 +258,17 @@ impl Direct {
         self.shape.inputs.div_ceil(self.arithmetic.count())
     }
 
-    /// Columns of a tile: whole groups of pixels, as many as a patch has room for.
+    /// Columns of a tile: whole groups of pixels, as many as [`PATCH_BYTES`] allow.
     fn tile_columns(&self, width: usize) -> usize {
         let ConvShape { size, stride, .. } = self.shape;
         let per_column = (ROWS * stride + size) * stride * self.words() * size_of::<u32>();
         let most = (PATCH_BYTES / per_column / self.group).max(1);
-        // Tiles of much the same width.
+        // Columns are divided evenly among tiles.
         let groups = width.div_ceil(self.group);
         groups.div_ceil(groups.div_ceil(most)) * self.group
     }
 
-    /// Makes the `tile` of rows of which `out` has all columns, `width`.
+    /// Computes `tile` of the output. `out` has all `width` columns of its rows.
     fn tile<T: Element>(
         &self,
         sources: &[Source<'_>],
@@ -313,8 +313,8 @@ impl Direct {
                         weights: block.weights.as_ptr(),
                         bias: block.bias.as_ptr(),
                     };
-                    // SAFETY: the patch holds whole groups of windows; the block has as many numbers as the
-                    // kernel writes; kernels are only chosen where the processor has them.
+                    // SAFETY: the patch holds whole groups of windows, the block has room for all sums of the
+                    // kernel, and kernels are only chosen where the processor has their instructions.
                     unsafe { (block.kernel)(&call, scratch.block.as_mut_ptr().cast()) };
                     let to = (y * width + tile.x + g * self.group) * outputs + block.first;
                     simd.vectorised(Finish {
@@ -333,21 +333,23 @@ impl Direct {
     }
 }
 
+/// Checks the number of channels.
+///
 /// # Panics
-/// When the sources do not have as many channels as weights are for.
+/// When the sources have not as many channels as the weights.
 fn check(shape: &ConvShape, sources: &[Source<'_>]) {
     let inputs: usize = sources.iter().map(|source| source.channels()).sum();
     assert_eq!(shape.inputs, inputs, "a convolution reads what its weights are for");
 }
 
-/// Memory of one thread.
+/// Scratch memory of one thread.
 #[derive(Debug, Default)]
 struct DirectScratch {
     patch: Patch,
     block: Lines,
 }
 
-/// A part of the output.
+/// Part of the output.
 #[derive(Debug, Clone, Copy)]
 struct Tile {
     y: usize,

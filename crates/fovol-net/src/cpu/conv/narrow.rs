@@ -1,4 +1,4 @@
-//! 1×1 convolutions that make pictures: too few outputs for kernels of whole blocks.
+//! 1×1 convolutions that make pictures, with too few outputs for whole blocks of channels.
 
 use super::finish::{elu, relu};
 use super::{ConvShape, Direct};
@@ -9,30 +9,31 @@ use crate::cpu::prediction::{Chunk, Prediction};
 use crate::cpu::simd::Simd;
 use crate::plan::Activation;
 
-/// As many outputs are few.
+/// Largest number of outputs for this method.
 const FEW: usize = 4;
 
-/// A prepared convolution.
+/// A convolution prepared for few outputs.
 #[derive(Debug, Clone)]
 pub struct Narrow {
     prediction: Prediction,
-    /// For inputs that do not lie there as they are read.
+    /// Direct convolution, for inputs that are transformed during reading.
     pub direct: Direct,
     simd: Simd,
 }
 
 impl Narrow {
-    /// Whether `shape` is one that this is for.
+    /// Whether this method fits a convolution of `shape`.
     pub fn suits(shape: &ConvShape) -> bool {
         (shape.size, shape.stride) == (1, 1) && shape.outputs <= FEW
     }
 
-    /// What `direct` is, with the same `weights` \[out, in\] and `bias` \[out\].
+    /// Prepares the convolution `direct`, given again its `weights` \[out, in\] and `bias` \[out\].
     pub fn new(direct: Direct, weights: &[f32], bias: &[f32], simd: Simd) -> Self {
         Self { prediction: Prediction::new(weights, bias), direct, simd }
     }
 
-    /// Writes the rows from `y` on to `out`, where `sources` are such that it can.
+    /// Writes the output rows from `y` on to `out`. Returns false, and writes nothing, unless `sources` is one
+    /// tensor that is read unchanged.
     pub fn rows<T: Element>(
         &self,
         sources: &[Source<'_>],
@@ -49,7 +50,7 @@ impl Narrow {
     }
 }
 
-/// The making of a row.
+/// Operation that computes a row.
 struct Row<'a, T> {
     conv: &'a Narrow,
     source: Source<'a>,

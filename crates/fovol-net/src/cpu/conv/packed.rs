@@ -4,35 +4,35 @@ use crate::cpu::element::{Bf16, Element};
 use crate::cpu::lines::Lines;
 use crate::cpu::simd::Simd;
 
-/// The numbers that the largest block gives.
+/// Number of elements of the largest block: pixels × channels.
 pub const LARGEST_BLOCK: usize = 32 * 32;
 
-/// Weights in the order of their use: blocks of output channels.
+/// Weights packed for kernels, in blocks of output channels.
 #[derive(Debug, Clone)]
 pub struct Packed {
     blocks: Vec<Block>,
 }
 
-/// Some of the output channels.
+/// Weights of some output channels.
 #[derive(Debug, Clone)]
 pub struct Block {
-    /// The first of them.
+    /// First output channel.
     pub first: usize,
-    /// How many there are, with zeros after the last channel.
+    /// Number of channels, including padding after the last one, whose weights are 0.
     pub width: usize,
-    /// \[row of the window\]\[column\]\[word of a pixel\]\[channel of the block\], with zeros after each row up to what
-    /// kernels multiply at once.
+    /// Weights, \[row of the window\]\[column\]\[word of a pixel\]\[channel of the block\]. Zeros pad each row to
+    /// the length that kernels multiply at once.
     pub weights: Lines,
-    /// A number for each channel of the block.
+    /// Bias of each channel of the block.
     pub bias: Vec<f32>,
-    /// What sums of bytes are worth; others are values already.
+    /// Dequantisation of int8 sums; `None` for other arithmetic, whose sums are values already.
     pub worth: Option<Worth>,
-    /// What computes it.
+    /// Kernel that computes the block.
     pub kernel: Kernel,
 }
 
 impl Packed {
-    /// `weights` \[out, in, size, size\] and `bias` \[out\] for the kernels of `simd`.
+    /// Packs `weights` \[out, in, size, size\] and `bias` \[out\] for the kernels of `simd`.
     pub fn new(
         shape: &ConvShape,
         weights: &[f32],
@@ -71,20 +71,20 @@ impl Packed {
         Self { blocks }
     }
 
-    /// All of them.
+    /// All blocks.
     pub fn blocks(&self) -> &[Block] {
         &self.blocks
     }
 }
 
-/// Where the weights of output `channels` lie.
+/// Range of the weights of output `channels`.
 fn rows(shape: &ConvShape, channels: std::ops::Range<usize>) -> std::ops::Range<usize> {
     let row = shape.inputs * shape.size * shape.size;
     channels.start * row..channels.end * row
 }
 
-/// The weights of output `channels` times the steps of their inputs as whole numbers −127…127, and what one of
-/// them is worth in each channel.
+/// Quantises the weights of output `channels`: weights times the steps of their inputs as integers −127…127. Also
+/// returns the step of each channel.
 fn quantised(
     shape: &ConvShape,
     weights: &[f32],
@@ -104,20 +104,20 @@ fn quantised(
     (bytes, worth)
 }
 
-/// The order of a block's weights.
+/// Order of a block's weights.
 struct Order<'a> {
     shape: &'a ConvShape,
     /// Channels of the block.
     width: usize,
-    /// Inputs to a word.
+    /// Inputs per word.
     count: usize,
     /// Words of a window's row that are multiplied at once.
     run: usize,
 }
 
 impl Order<'_> {
-    /// `weights` \[channel of the block, in, size, size\] in this order, with zeros for channels and inputs that do not
-    /// exist.
+    /// Packs `weights` \[channel of the block, in, size, size\] in this order, with zeros for padded channels and
+    /// inputs.
     fn words(&self, weights: &[f32], pack: impl Fn(&[f32]) -> u32) -> Vec<u32> {
         let (n, inputs) = (self.shape.size, self.shape.inputs);
         let row = (n * inputs.div_ceil(self.count)).next_multiple_of(self.run) * self.width;

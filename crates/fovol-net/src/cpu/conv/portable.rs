@@ -1,32 +1,32 @@
-//! Plain code that the compiler turns into whatever vectors the processor has.
+//! Convolution kernels in plain code, which the compiler vectorises for any processor.
 
 use super::Call;
 use crate::cpu::element::{Bf16, Element};
 
-/// Pixels of a group.
+/// Number of pixels of a group.
 pub const GROUP: usize = 4;
-/// Channels of a block.
+/// Number of channels of a block.
 pub const WIDTH: usize = 16;
 
-/// f32.
+/// Kernel for f32.
 ///
 /// # Safety
 /// The call's patch and weights must be readable, `out` writable for a whole block.
 pub unsafe fn f32(call: &Call, out: *mut f32) {
-    // SAFETY: the caller's.
+    // SAFETY: required of the caller.
     unsafe {
         let bias = call.bias.cast::<[f32; WIDTH]>().read();
         kernel(call, out, bias, |sum, v, w| *sum += f32::from_bits(v) * f32::from_bits(w));
     }
 }
 
-/// Pairs of bf16.
+/// Kernel for pairs of bf16.
 ///
 /// # Safety
-/// As [`f32`].
+/// The call's patch and weights must be readable, `out` writable for a whole block.
 pub unsafe fn bf16(call: &Call, out: *mut f32) {
     let half = |word: u32, shift: u32| Bf16((word >> shift) as u16).to_f32();
-    // SAFETY: the caller's.
+    // SAFETY: required of the caller.
     unsafe {
         let bias = call.bias.cast::<[f32; WIDTH]>().read();
         kernel(call, out, bias, |sum, v, w| {
@@ -36,16 +36,16 @@ pub unsafe fn bf16(call: &Call, out: *mut f32) {
     }
 }
 
-/// Fours of bytes.
+/// Kernel for quadruples of bytes.
 ///
 /// # Safety
-/// As [`f32`].
+/// The call's patch and weights must be readable, `out` writable for a whole block.
 pub unsafe fn int8(call: &Call, out: *mut f32) {
     let product = |v: u32, w: u32| -> i32 {
         let (v, w) = (v.to_le_bytes(), w.to_le_bytes());
         (0..4).map(|i| i32::from(v[i]) * i32::from(w[i] as i8)).sum()
     };
-    // SAFETY: the caller's; whole numbers are as large as f32.
+    // SAFETY: required of the caller; i32 sums have the size of f32.
     unsafe {
         let mut sums = [[0i32; WIDTH]; GROUP];
         each(call, |p, c, v, w| sums[p][c] += product(v, w));
@@ -56,17 +56,17 @@ pub unsafe fn int8(call: &Call, out: *mut f32) {
 #[inline(always)]
 unsafe fn kernel(call: &Call, out: *mut f32, bias: [f32; WIDTH], add: impl Fn(&mut f32, u32, u32)) {
     let mut sums = [bias; GROUP];
-    // SAFETY: the caller's.
+    // SAFETY: required of the caller.
     unsafe {
         each(call, |p, c, v, w| add(&mut sums[p][c], v, w));
         out.cast::<[[f32; WIDTH]; GROUP]>().write(sums);
     }
 }
 
-/// Calls `add` with every pixel and channel of the block and the words to be multiplied there.
+/// Calls `add` for every pixel, channel of the block and pair of words to be multiplied.
 #[inline(always)]
 unsafe fn each(call: &Call, mut add: impl FnMut(usize, usize, u32, u32)) {
-    // SAFETY: the caller's.
+    // SAFETY: required of the caller.
     unsafe {
         for row in 0..call.rows {
             let patch = call.patch.add(row * call.row);

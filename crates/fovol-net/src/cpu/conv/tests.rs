@@ -45,7 +45,7 @@ proptest! {
         let resized: Vec<Map> = maps.iter().map(|(map, resize)| plain::resized(map, *resize)).collect();
         let input = plain::concatenated(&resized);
         let expected = plain::conv(&shape, &weights, &bias, &input);
-        // How much there is to be rounded: the sum of all products without their signs.
+        // Rounding errors scale with the sum of the absolute values of all products.
         let magnitudes = |values: &[f32]| values.iter().map(|v| v.abs()).collect::<Vec<f32>>();
         let unsigned = Map { data: magnitudes(&input.data).into(), ..input };
         let plain_shape = ConvShape { activation: Activation::None, ..shape };
@@ -54,10 +54,10 @@ proptest! {
         let sources: Vec<Source<'_>> = stored.iter().map(|(map, resize)| Source::new(map, *resize)).collect();
         for simd in Simd::available() {
             for arithmetic in [Arithmetic::F32, Arithmetic::Bf16] {
-                // bf16 has 8 bits: each factor of a product is off by 2^-8 of itself at most.
+                // bf16 has 8 significant bits, so each factor of a product has a relative error of 2^-8 at most.
                 let tolerance = match arithmetic {
                     Arithmetic::F32 => 2e-6,
-                    // Rounding of transformed numbers is multiplied on the way back.
+                    // The inverse transform amplifies the rounding errors of transformed values.
                     _ if Winograd::suits(&shape, simd, &arithmetic) => 1.0 / 40.0,
                     _ => 1.0 / 126.0,
                 };
@@ -142,7 +142,7 @@ proptest! {
             let conv = PreparedConv::new(&shape, &weights, &bias, simd, Arithmetic::SplitBf16);
             conv.run(&[Source::read(&map, Access::SAME)], &mut out);
             for (a, b) in out.data.iter().zip(&expected.data) {
-                // Weights have 16 bits; values and weights are 1 at most.
+                // Weights have 16 significant bits; values and weights are 1 at most.
                 prop_assert!((a - b).abs() <= (inputs * size * size) as f32 / 65536.0, "{simd}: {a} and {b}");
             }
         }

@@ -1,8 +1,8 @@
-//! Predicted kernels: the 1×1 convolution, the normalisation and the weighted sum for a row of features at a time, so that
-//! the kernels of a whole frame never exist.
+//! Predicted kernels. Prediction, normalisation and weighted sum run for one row of features at a time, so the
+//! kernels of a whole frame never exist.
 //!
-//! Pictures are taken apart to colours of pixels that features serve alike ([`planes`]), and kernels to taps ([`weigh`]): then
-//! neighbouring features are neighbouring numbers of vectors.
+//! Pictures are split into planes, one for each colour and each position within the square that a feature serves
+//! ([`planes`]). Kernels are split into taps ([`weigh`]). Each vector lane then handles another feature.
 
 mod planes;
 mod weigh;
@@ -19,13 +19,13 @@ use planes::{CHANNELS, Ring, rows_for};
 use rayon::prelude::*;
 use weigh::Weighing;
 
-/// A predicted kernel with its weights. They are f32, and so are products and sums: kernels make pictures, for which the eight
-/// bits of bf16 are too few, and there are few of them.
+/// A predicted kernel with its weights. All arithmetic is f32: kernels make pictures, for which the eight bits of
+/// bf16 are too few, and their cost is small.
 #[derive(Debug, Clone)]
 pub struct PreparedFilter {
-    /// Predicts the weights of kernels, and what is added.
+    /// Predicts the weights of kernels, and the addition.
     prediction: Prediction,
-    /// How many outputs of it are weights of kernels.
+    /// Number of outputs of the prediction that are weights.
     weights: usize,
     has_addition: bool,
     expand: usize,
@@ -34,15 +34,15 @@ pub struct PreparedFilter {
     simd: Simd,
 }
 
-/// The parameters of a 1×1 convolution: weights \[out, in\] and biases \[out\].
+/// Parameters of a 1×1 convolution: weights \[out, in\] and biases \[out\].
 pub type Parameters<'a> = (&'a [f32], &'a [f32]);
 
-/// Rows of the output that are made at once; even, for features that serve two rows.
+/// Output rows of a task; even, because a feature may serve two rows.
 const ROWS: usize = 16;
 
 impl PreparedFilter {
-    /// The layer `filter` with its parameters. With those of an `addition`, what that predicts of the same features for each of
-    /// their pixels, three numbers each, is added to what is filtered.
+    /// Prepares the layer `filter` with its parameters. With an `addition`, a second 1×1 convolution of the
+    /// features predicts three values for each pixel, which are added to the filtered picture.
     pub fn new(
         filter: &Filter,
         (weights, bias): Parameters<'_>,
@@ -61,7 +61,7 @@ impl PreparedFilter {
         }
     }
 
-    /// Writes the filtered `images`, of three channels, after `changes` to `out`.
+    /// Filters `images`, of three channels, applies `changes` and writes to `out`.
     pub fn run(&self, features: &Stored, images: &[Source<'_>], changes: &[Change<'_>], out: Out<'_>) {
         let [height, width] = images[0].size();
         let length = width * CHANNELS;
@@ -106,25 +106,25 @@ impl PreparedFilter {
     }
 }
 
-/// Where what is filtered goes: to a picture, whose buffer is used again, to the pixels of a frame, of which it may have
-/// more at the right and bottom, or to both.
+/// Destination of a filtered picture: a tensor, whose buffer is reused, a frame, or both. The picture may be larger
+/// than the frame at the right and bottom.
 #[derive(Debug, Default)]
 pub struct Out<'a> {
-    /// The picture.
+    /// Tensor.
     pub picture: Option<&'a mut Map>,
-    /// The frame.
+    /// Frame.
     pub frame: Option<&'a mut Frame>,
 }
 
-/// [`ROWS`] of them.
+/// [`ROWS`] rows of the destination.
 struct Band<'a> {
     picture: Option<&'a mut [f32]>,
-    /// With the pixels of a row.
+    /// Pixels of the frame, and its width.
     frame: Option<(&'a mut [[f32; 4]], usize)>,
 }
 
 impl<'a> Out<'a> {
-    /// All of them, for a picture of `height` rows of `length` numbers.
+    /// Splits a destination of `height` rows of `length` elements into bands.
     fn bands(self, [height, length]: [usize; 2]) -> Vec<Band<'a>> {
         let mut picture = self.picture.map(|picture| {
             picture.resize([height, length / CHANNELS, CHANNELS]);
@@ -142,13 +142,13 @@ impl<'a> Out<'a> {
     }
 }
 
-/// Memory of one thread.
+/// Scratch memory of one thread.
 #[derive(Default)]
 struct Scratch {
-    /// Rows that are no part of a picture.
+    /// Filtered rows that go only to the frame.
     rows: Vec<f32>,
     memory: Memory,
-    /// The rows of each image that are looked at.
+    /// Rows of each image within the windows of the kernels.
     images: Vec<Ring>,
     chunk: Chunk,
 }
@@ -211,7 +211,7 @@ mod tests {
             let sources: Vec<Source<'_>> =
                 stored.iter().map(|(map, resize)| Source::new(map, *resize)).collect();
             let mut out = Map::default();
-            // The frame lacks the last row and the last column.
+            // The frame lacks the last row and the last column of the picture.
             let frame_size = FrameSize { width: size[1] as u32 - 1, height: size[0] as u32 - 1 };
             let [mut frame, mut alone] = [(); 2].map(|()| Frame::new(frame_size));
             let filter = PreparedFilter::new(&layer, (&weights, &bias), None, Simd::best());

@@ -6,10 +6,10 @@ use crate::cpu::rows::View;
 use crate::plan::{Padding, Taps};
 use std::ops::Range;
 
-/// Numbers of a pixel: kernels filter pictures.
+/// Channels of a picture; kernels only filter pictures.
 pub const CHANNELS: usize = 3;
 
-/// The numbers of the rows that kernels of these `taps` look at for the `count` rows from `y` on: row y has number y + 1.
+/// Numbers of the rows that kernels of `taps` read for `count` output rows from `y` on. Row y has number y + 1.
 pub fn rows_for(taps: Taps, y: usize, count: usize) -> Range<usize> {
     match taps {
         Taps::Around => y..y + count + 2,
@@ -17,26 +17,26 @@ pub fn rows_for(taps: Taps, y: usize, count: usize) -> Range<usize> {
     }
 }
 
-/// A row of a picture taken apart: pixel x = expand·i + phase is number i + 1 of the planes of that phase, one for each
-/// colour. Beyond both ends are zeros.
+/// A row of a picture, split into planes. Pixel x = expand·i + phase has index i + 1 in the planes of its phase,
+/// one for each colour. Beyond both ends are zeros.
 #[derive(Debug, Default)]
 pub struct Planes {
     numbers: Vec<f32>,
-    /// From one plane to the next.
+    /// Distance between planes.
     stride: usize,
 }
 
 impl Planes {
-    /// The numbers of colour `c` of phase `phase`.
+    /// Values of colour `c` of the pixels of phase `phase`.
     #[inline(always)]
     pub fn of(&self, c: usize, phase: usize) -> &[f32] {
         &self.numbers[(phase * CHANNELS + c) * self.stride..][..self.stride]
     }
 
-    /// Makes them those of `row`, or of zeros.
+    /// Splits `row` into these planes, or fills them with zeros.
     fn take(&mut self, row: Option<&[f32]>, width: usize, expand: usize, simd: Simd) {
         let cells = width / expand;
-        // The last vector may begin with the last pixel, and its neighbour one beyond.
+        // The last vector may begin at the last pixel, and its right neighbour one beyond.
         self.stride = cells + 2 + MOST;
         self.numbers.resize(expand * CHANNELS * self.stride, 0.0);
         let Some(row) = row else { return self.numbers.fill(0.0) };
@@ -65,7 +65,7 @@ impl VectorWork for TakingApart<'_> {
     }
 }
 
-/// Number n of each `N` goes to plane n: three numbers for each of `PIXELS`.
+/// Splits `row` into `N` planes: three values for each of `PIXELS` pixels.
 #[inline(always)]
 fn take_apart<V: Floats, const PIXELS: usize, const N: usize>(
     row: &[f32],
@@ -77,7 +77,7 @@ fn take_apart<V: Floats, const PIXELS: usize, const N: usize>(
     let whole = cells / V::N * V::N;
     for first in (0..whole).step_by(V::N) {
         let from = &row[first * N..][..V::N * N];
-        // The colours of as many pixels as a vector has numbers, one after the other.
+        // Colours of as many pixels as a vector has lanes, one plane after the other.
         let mut colours = [[some; CHANNELS]; PIXELS];
         for (number, colours) in colours.iter_mut().enumerate() {
             let from = &from[number * CHANNELS * V::N..];
@@ -100,17 +100,17 @@ fn take_apart<V: Floats, const PIXELS: usize, const N: usize>(
     }
 }
 
-/// The rows of an image that kernels look at, taken apart.
+/// Ring buffer of the rows of an image that kernels read, split into planes.
 #[derive(Debug, Default)]
 pub struct Ring {
-    /// Row number n (see [`rows_for`]) has place n mod 4.
+    /// Row number n (see [`rows_for`]) has index n mod 4.
     rows: [Planes; 4],
     held: [Option<usize>; 4],
     between: Vec<f32>,
 }
 
 impl Ring {
-    /// What it holds says nothing about the next image.
+    /// Empties the buffer, for the next image.
     pub fn forget(&mut self) {
         self.held = [None; 4];
     }
@@ -121,7 +121,7 @@ impl Ring {
         &self.rows[n % 4]
     }
 
-    /// Holds the rows of these numbers of `image`.
+    /// Loads the rows `numbers` of `image` that are not in the buffer yet.
     pub fn hold(
         &mut self,
         image: &Source<'_>,
@@ -141,7 +141,8 @@ impl Ring {
     }
 }
 
-/// Row `y` of `image`, made in `between` if it is not there as it is; none beyond the border.
+/// Returns row `y` of `image`, assembled in `between` if it is transformed during reading; `None` beyond the
+/// border.
 fn row_of<'a>(
     image: &Source<'a>,
     y: isize,

@@ -5,12 +5,12 @@ use super::PreparedFilter;
 use super::planes::{CHANNELS, Ring};
 use crate::plan::{Normalisation, SQUARED_EPSILON, Taps};
 
-/// The filtering of the rows that one row of features serves.
+/// Operation that filters the rows that one row of features serves.
 pub struct Weighing<'a> {
     pub filter: &'a PreparedFilter,
-    /// The first of these rows.
+    /// First of these rows.
     pub y: usize,
-    /// Their pixels.
+    /// Pixels of a row.
     pub width: usize,
     pub features: &'a Stored,
     pub images: &'a [Ring],
@@ -29,7 +29,7 @@ impl VectorWork for Weighing<'_> {
 }
 
 impl Weighing<'_> {
-    /// `N`: numbers of the pixels of one row that a feature serves.
+    /// Filters rows. `N` is the number of values that one feature serves in a row.
     #[inline(always)]
     fn rows<V: Floats, const EXPAND: usize, const N: usize>(self, some: V) {
         let features = self.width / EXPAND;
@@ -46,7 +46,8 @@ impl Weighing<'_> {
         }
     }
 
-    /// The pixels in row `line` of those that the features from `first` on serve, number by number.
+    /// Filters the pixels in row `line` of those that the features from `first` on serve. Results are in planes,
+    /// one for each value.
     #[inline(always)]
     fn pixels<V: Floats, const EXPAND: usize, const N: usize>(
         &self,
@@ -63,7 +64,7 @@ impl Weighing<'_> {
             let side = if taps == Taps::Around { 3 } else { 1 };
             for row in 0..side {
                 let planes = image.row(y + line + row + usize::from(side == 1));
-                // Columns from the one before the first pixel on, or from that.
+                // Columns from the one before the first pixel on, or from the first pixel on.
                 for column in 0..side + EXPAND - 1 {
                     let at = column + EXPAND - usize::from(side == 3);
                     let (phase, from) = (at % EXPAND, first + at / EXPAND);
@@ -71,7 +72,7 @@ impl Weighing<'_> {
                     for c in 0..CHANNELS {
                         colour[c] = some.load(&planes.of(c, phase)[from..]);
                     }
-                    // For each pixel of a feature whose kernel looks there.
+                    // Adds to every pixel of the feature whose window contains this column.
                     for pixel in 0..EXPAND {
                         if column < pixel || column - pixel >= side {
                             continue;
@@ -103,7 +104,7 @@ impl Weighing<'_> {
     }
 }
 
-/// Turns predictions to weights, which are still to be divided by their sum.
+/// Turns predictions into positive weights, which are still to be divided by their sum.
 #[inline(always)]
 fn shape<V: Floats, const EXPAND: usize>(normalisation: Normalisation, predicted: &mut [Lanes], some: V) {
     if normalisation == Normalisation::Squared {
@@ -126,7 +127,7 @@ fn shape<V: Floats, const EXPAND: usize>(normalisation: Normalisation, predicted
     }
 }
 
-/// Writes number i of each of `planes`, side by side, to `row`, for the first `count` i or as far as that goes.
+/// Interleaves `planes`: value i of each plane goes to `row`, for the first `count` values or as many as fit.
 #[inline(always)]
 fn join<const N: usize>(planes: &[Lanes; N], count: usize, row: &mut [f32]) {
     let cells = row.as_chunks_mut::<N>().0;

@@ -1,15 +1,15 @@
-//! Vectors of AVX-512 and AVX2.
+//! Vectors for AVX-512 and AVX2.
 
 use super::{Bf16, Floats, HALF, UPPER};
 use bytemuck::cast_slice;
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Sub};
 
-/// Sixteen numbers of AVX-512.
+/// Sixteen lanes of AVX-512.
 #[derive(Debug, Clone, Copy)]
 pub struct Sixteen(__m512);
 
-/// Eight numbers of AVX2.
+/// Eight lanes of AVX2.
 #[derive(Debug, Clone, Copy)]
 pub struct Eight(__m256);
 
@@ -58,7 +58,7 @@ impl Floats for Sixteen {
         unsafe { _mm512_storeu_ps(to.as_mut_ptr(), self.0) }
     }
     #[inline(always)] fn times_plus(self, factor: Self, more: Self) -> Self { Self(unsafe { _mm512_fmadd_ps(self.0, factor.0, more.0) }) }
-    // Division takes as long as ten of these.
+    // Approximation and one Newton step, because a division takes ten times as long as such an instruction.
     #[inline(always)] fn inverse(self) -> Self {
         unsafe {
             let near = _mm512_rcp14_ps(self.0);
@@ -87,7 +87,7 @@ impl Floats for Sixteen {
             let half = _mm512_set1_epi32(HALF as i32);
             let lower = _mm512_srli_epi32::<16>(_mm512_add_epi32(_mm512_castps_si512(self.0), half));
             let upper = _mm512_add_epi32(_mm512_castps_si512(upper.0), half);
-            // Where the mask is set the second, else the first.
+            // Takes bits of the second vector where the mask is set, else of the first.
             let both = _mm512_ternarylogic_epi32::<0xD8>(lower, upper, _mm512_set1_epi32(UPPER as i32));
             _mm512_storeu_si512(words.as_mut_ptr().cast(), both);
         }
@@ -109,7 +109,7 @@ impl Floats for Sixteen {
     #[inline(always)] fn store_bytes(numbers: [Self; 2], factors: [Self; 2], bytes: &mut [u8]) {
         let bytes = &mut bytes[..2 * Self::N];
         unsafe {
-            // An f32 of this size has no fraction, and its lower 16 bits are the whole number with its sign.
+            // An f32 near 1.5·2²³ has no fraction, and its low 16 bits are the signed integer.
             let whole = _mm512_set1_ps(12_582_912.0);
             let sum = |at: usize| _mm512_castps_si512(_mm512_fmadd_ps(numbers[at].0, factors[at].0, whole));
             let [lower, upper] = [sum(0), sum(1)];
@@ -134,13 +134,13 @@ impl Floats for Sixteen {
             [first, second, third, fourth].map(|v| Self(_mm512_castpd_ps(v)))
         }
     }
-    // Every third number has another place in its vector: what belongs together is first gathered where it lies, then ordered.
+    // Elements of one residue class mod 3 are first blended into one vector, then permuted into order.
     #[inline(always)] fn thirds([a, b, c]: [Self; 3]) -> [Self; 3] {
         const EVERY_THIRD: [u16; 3] = [0b1001_0010_0100_1001, 0b0010_0100_1001_0010, 0b0100_1001_0010_0100];
         unsafe {
             let first = _mm512_setr_epi32(0, 3, 6, 9, 12, 15, 2, 5, 8, 11, 14, 1, 4, 7, 10, 13);
             let gathered = |n: usize| {
-                // Number i of the second vector is number 16 + i, and 16 = 3·5 + 1.
+                // Element i of the second vector is number 16 + i, and 16 = 3·5 + 1.
                 let both = _mm512_mask_blend_ps(EVERY_THIRD[(n + 2) % 3], a.0, b.0);
                 _mm512_mask_blend_ps(EVERY_THIRD[(n + 1) % 3], both, c.0)
             };
@@ -236,7 +236,7 @@ impl Floats for Eight {
                 let order = _mm256_add_epi32(first, _mm256_set1_epi32(n));
                 Self(_mm256_permutevar8x32_ps(gathered, order))
             };
-            // Numbers 0, 3 and 6 of one vector, 1, 4 and 7 of one, 2 and 5 of one.
+            // Elements 0, 3 and 6 of one vector, 1, 4 and 7 of another, 2 and 5 of the third.
             let of = |zero: Self, one: Self, two: Self| _mm256_blend_ps::<0b0010_0100>(_mm256_blend_ps::<0b1001_0010>(zero.0, one.0), two.0);
             [one(0, of(a, b, c)), one(1, of(c, a, b)), one(2, of(b, c, a))]
         }

@@ -1,4 +1,4 @@
-//! How layers that are made at once are run.
+//! Runs the steps of a network.
 
 use super::Network;
 use crate::cpu::filter::Out;
@@ -16,7 +16,8 @@ use fovol_core::Frame;
 use std::ops::Range;
 
 impl Network {
-    /// What `unit` changes, as it is before: the tensor `from`, or a copy where that is read again.
+    /// Returns the buffer that `unit` changes in place: the tensor `from`, or a copy of it if a later layer reads
+    /// it.
     fn begun(&self, unit: &Unit, from: TensorId, tensors: &mut [Stored], state: &mut State) -> Stored {
         match unit.written_over(&self.plan, &self.schedule) {
             Some(other) => std::mem::take(&mut tensors[other]),
@@ -24,7 +25,7 @@ impl Network {
         }
     }
 
-    /// Runs layer `number`.
+    /// Runs layer `number` alone.
     pub(super) fn run_one(&self, number: usize, tensors: &mut [Stored], state: &mut State) {
         let layer = &self.plan.layers()[number];
         let place = layer.output().index();
@@ -45,7 +46,8 @@ impl Network {
         tensors[place] = out;
     }
 
-    /// Runs the predicted kernel in layer `number`, and `changes` of its picture, which becomes `frame` if there is one.
+    /// Runs the predicted kernel in layer `number` and the pointwise `changes` that follow. The picture goes to
+    /// `frame`, if given, and to a tensor if a layer reads it.
     pub(super) fn run_filter(
         &self,
         number: usize,
@@ -69,12 +71,12 @@ impl Network {
         tensors[place] = picture.map(Stored::F32).unwrap_or_default();
     }
 
-    /// What layers read.
+    /// Collects the inputs of layers.
     fn given<'a>(&self, tensors: &'a [Stored], samples: &'a Samples) -> Given<'a> {
         Given { tensors, samples: self.schedule.sampled.map(|sampled| (sampled, samples)) }
     }
 
-    /// Runs layers `number` and the next one together.
+    /// Runs the convolutions in layers `number` and `number` + 1 together.
     pub(super) fn run_pair(
         &self,
         number: usize,
@@ -103,7 +105,7 @@ impl Network {
         tensors[place] = out;
     }
 
-    /// Runs layer `number`, which moves points, and the next one, which leaves something of them.
+    /// Runs layers `number` and `number` + 1 together: one moves points, the other fades them and adds new ones.
     pub(super) fn run_points(&self, number: usize, tensors: &mut [Stored], state: &mut State) {
         let [moving, fading] = [0, 1].map(|next| &self.plan.layers()[number + next]);
         let place = fading.output().index();
@@ -112,7 +114,7 @@ impl Network {
         tensors[place] = out;
     }
 
-    /// Runs `layers`, all of which change one picture.
+    /// Runs `layers`, all of which change one picture in place.
     pub(super) fn run_changes(&self, layers: Range<usize>, tensors: &mut [Stored], state: &mut State) {
         let unit = Unit::Changes(layers.clone());
         let changed = self.plan.layers()[layers.start].changed().expect("the first layer changes a picture");
@@ -124,7 +126,7 @@ impl Network {
         tensors[unit.written(&self.plan)] = picture;
     }
 
-    /// What `layer` changes in a picture.
+    /// Returns the pointwise operation of `layer`.
     fn change<'a>(&self, layer: &Layer, given: Given<'a>) -> Change<'a> {
         let picture = |id: TensorId| given.picture(id);
         match *layer {
@@ -145,7 +147,7 @@ impl Network {
         }
     }
 
-    /// What a convolution reads.
+    /// Returns the inputs of a convolution.
     fn sources<'a>(&self, reads: &[Read], Given { tensors, samples }: Given<'a>) -> Vec<Source<'a>> {
         let sampled = |id: TensorId| samples.filter(|(sampled, _)| *sampled == id);
         let source = |read: &Read| match (sampled(read.tensor), self.schedule.derived[read.tensor.index()]) {

@@ -1,7 +1,7 @@
-//! Samples of earlier frames as points, each with its place in its pixel.
+//! Points: samples of earlier frames, each with its offset within its pixel.
 //!
-//! In a row of points each of their numbers has its own stretch: the colours of all pixels, their weights, and where they
-//! lie. So neighbouring pixels are neighbouring numbers of vectors.
+//! A row of points is stored by component: the colours of all pixels, then their weights, then their offsets.
+//! Vectors can thus load the components of neighbouring pixels.
 
 mod reproject;
 mod splat;
@@ -16,17 +16,17 @@ use crate::plan::POINT;
 use rayon::prelude::*;
 use std::array::from_fn;
 
-/// What is known of a pixel of earlier frames, and how far right of and below its centre.
+/// Premultiplied colour, weight and offset (right, down) of a point.
 type Point = [f32; POINT];
 
-/// Nothing.
+/// An absent point.
 const NONE: Point = [0.0; POINT];
 
-/// The numbers of the points of a row.
+/// Components of a row of points.
 #[derive(Debug, Clone, Copy)]
 pub struct Row<'a>([&'a [f32]; POINT]);
 
-/// The same, to be written.
+/// Mutable components of a row of points.
 #[derive(Debug)]
 pub struct RowMut<'a>([&'a mut [f32]; POINT]);
 
@@ -45,17 +45,17 @@ impl<'a> Row<'a> {
         ])
     }
 
-    /// The point of pixel `x`.
+    /// Point of pixel `x`.
     #[inline(always)]
     fn point(&self, x: usize) -> Point {
         let [r, g, b, w, right, down] = self.0;
         [r[x], g[x], b[x], w[x], right[x], down[x]]
     }
 
-    /// The numbers of `count` points from pixel `x` on.
+    /// Components of `count` points from pixel `x` on.
     ///
-    /// Without closures, here and in what else is done for every pixel: they are functions of their own, compiled for every
-    /// processor, if the compiler happens not to put them where they are called.
+    /// Written without closures, as all code that runs for every pixel: a closure that the compiler does not inline
+    /// is compiled for the baseline processor.
     #[inline(always)]
     fn window(&self, x: usize, count: usize) -> Self {
         let [r, g, b, w, right, down] = self.0;
@@ -63,13 +63,13 @@ impl<'a> Row<'a> {
         Self([&r[x..end], &g[x..end], &b[x..end], &w[x..end], &right[x..end], &down[x..end]])
     }
 
-    /// Has the processor load the points below the first one, meanwhile, with those after it that come along.
+    /// Prefetches the cache lines of the first points of the row below.
     #[inline(always)]
     fn prefetch_below(&self, width: usize) {
         self.0.iter().for_each(|numbers| prefetch(numbers, POINT * width));
     }
 
-    /// Number `n` from pixel `x` on, as vectors like `some`.
+    /// Loads component `n` of the points from pixel `x` on.
     #[inline(always)]
     fn load<V: Floats>(&self, some: V, n: usize, x: usize) -> V {
         some.load(&self.0[n][x..])
@@ -77,33 +77,34 @@ impl<'a> Row<'a> {
 }
 
 impl<'a> RowMut<'a> {
-    /// Those of a `row` of a map.
+    /// Splits a `row` of a map into components.
     #[inline(always)]
     pub fn of(row: &'a mut [f32]) -> Self {
         let mut stretches = row.chunks_exact_mut(row.len() / POINT);
         Self(from_fn(|_| stretches.next().unwrap_or_default()))
     }
 
-    /// Number `n` of all points.
+    /// Component `n` of all points.
     #[inline(always)]
     pub fn numbers(&mut self, n: usize) -> &mut [f32] {
         self.0[n]
     }
 
-    /// Makes `point` that of pixel `x`.
+    /// Sets the point of pixel `x`.
     #[inline(always)]
     pub fn set(&mut self, x: usize, point: Point) {
         self.0.iter_mut().zip(point).for_each(|(numbers, number)| numbers[x] = number);
     }
 
-    /// Makes `vector` number `n` of the points from pixel `x` on.
+    /// Stores `vector` in component `n` of the points from pixel `x` on.
     #[inline(always)]
     fn store<V: Floats>(&mut self, n: usize, x: usize, vector: V) {
         vector.store(&mut self.0[n][x..]);
     }
 }
 
-/// Makes pixel (x, y) of `to`, which keeps its size, pixel (x, y) + `by` of `from`, or the nearest to it.
+/// Shifts an image: pixel (x, y) of `to` becomes pixel (x, y) + `by` of `from`, or the nearest one inside. `to`
+/// keeps its size.
 pub fn shift(from: &Map, by: [i64; 2], to: &mut Map) {
     let nearest = |at: usize, way: i64, count: usize| (at as i64 + way).clamp(0, count as i64 - 1) as usize;
     to.data.par_chunks_mut(to.width * POINT).enumerate().for_each(|(y, row)| {
@@ -114,7 +115,7 @@ pub fn shift(from: &Map, by: [i64; 2], to: &mut Map) {
     });
 }
 
-/// The points of `map` pixel by pixel.
+/// Reorders `map` from components to pixels.
 pub fn pixels(map: &Map) -> Map {
     let mut out = Map::zeros(map.height, map.width, POINT);
     for (y, row) in out.data.chunks_exact_mut(map.width * POINT).enumerate() {
@@ -124,7 +125,7 @@ pub fn pixels(map: &Map) -> Map {
     out
 }
 
-/// The other way round, for tests.
+/// Reorders `map` from pixels to components.
 #[cfg(test)]
 pub fn of_pixels(map: &Map) -> Map {
     let mut out = Map::zeros(map.height, map.width, POINT);
@@ -180,10 +181,10 @@ mod tests {
         let here = [0.1, 0.2, 0.3, 0.5, 0.25, -0.5];
         let input = map(POINT, &[([2, 3], &here)]);
         assert_eq!(moved(&input, [0.0; 2]).data[..], input.data[..]);
-        // Content goes 1.5 to the right and 0.25 up: to 4.75 and 1.25, which is pixel (1, 5).
+        // The content moves 1.5 pixels right and 0.25 up, to (4.75, 1.25), which lies in pixel (5, 1).
         let there = moved(&input, [-1.5, 0.25]);
         assert_eq!(there.data[..], map(POINT, &[([1, 5], &[0.1, 0.2, 0.3, 0.5, -0.25, 0.25])]).data[..]);
-        // Many small steps lead to where one large one does.
+        // Many small steps add up to one large step.
         let mut small = input.clone();
         (0..16).for_each(|_| small = moved(&small, [-0.09375, 0.015625]));
         assert_eq!(small.data[..], there.data[..]);
@@ -217,11 +218,11 @@ mod tests {
     fn points_count_for_the_centres_around_them() {
         let mut out = Map::default();
         splat(&map(POINT, &[([2, 0], &[0.4, 0.4, 0.4, 0.8, -0.25, 0.5])]), &mut out);
-        // A quarter of its share falls beyond the border.
+        // A quarter of its weight falls beyond the border.
         for (at, share) in [([2, 0], 0.375), ([3, 0], 0.375), ([2, 1], 0.0), ([1, 0], 0.0)] {
             assert!((out.pixel(at[0], at[1])[3] - 0.8 * share).abs() < 1e-6, "{at:?}");
         }
-        // Where there are more than enough their mean counts.
+        // Where the total weight exceeds 1, points are averaged.
         let mut input = Map::zeros(SIZE[0], SIZE[1], POINT);
         input.data.as_chunks_mut::<POINT>().0.fill([0.25, 0.5, 0.5, 0.5, 0.0, 0.0]);
         input.data[(2 * SIZE[1] + 3) * POINT..][..POINT].copy_from_slice(&[1.0, 1.0, 1.0, 1.0, 0.25, 0.0]);

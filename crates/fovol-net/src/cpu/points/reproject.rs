@@ -1,4 +1,4 @@
-//! Points of the last frame where they are now.
+//! Reprojects points of the last frame.
 
 use super::{NONE, Row, RowMut};
 use crate::cpu::accumulate::Fading;
@@ -9,15 +9,15 @@ use crate::cpu::simd::Simd;
 use crate::plan::POINT;
 use rayon::prelude::*;
 
-/// Writes to `out` the points of `input` where `motion`, in pixels to the previous position, takes them (see
-/// [`Layer::Reproject`](crate::plan::Layer::Reproject)), or what `fading` leaves of them there.
+/// Moves the points of `input` along `motion`, in pixels to the previous position, and writes them to `out`. With
+/// `fading` they are accumulated at once. See [`Layer::Reproject`](crate::plan::Layer::Reproject).
 pub fn reproject(input: &Map, motion: &Map, fading: Option<Fading<'_>>, out: &mut Map) {
     let [height, width] = [input.height, input.width];
     out.resize([height, width, POINT]);
     out.data.par_chunks_mut(width * POINT).enumerate().for_each_init(Vec::new, |shares, (y, to)| {
         let motion = motion.row(y).as_chunks().0;
         Simd::best().in_vectors(ReprojectRow { input, motion, y, to: RowMut::of(to) });
-        // At once: the row still lies near.
+        // Accumulated at once, while the row is in the cache.
         if let Some(fading) = fading {
             fading.row(y, POINT, to, shares);
         }
@@ -48,19 +48,20 @@ impl VectorWork for ReprojectRow<'_> {
     }
 }
 
-/// Most corners that the pixels of one vector take points from, before what is left is made pixel by pixel.
+/// Largest number of different whole-pixel motions in a vector. Remaining pixels are computed one by one.
 const CORNERS: usize = 4;
 
 impl ReprojectRow<'_> {
-    /// The row and the column that `count` pixels from `first` on take points from, one after the other, if all of them have
-    /// moved as many whole pixels, and they and the pixels beside and below them are inside.
+    /// Returns row and column of the first source of `count` pixels from `first` on, if all have the same
+    /// whole-pixel motion and all sources lie inside.
     #[inline(always)]
     fn corner(&self, first: usize, count: usize) -> Option<[usize; 2]> {
         let (whole, is_all) = whole_motion(self.motion.get(first..first + count)?);
         self.inside(whole, first, count).filter(|_| is_all)
     }
 
-    /// Makes the pixels of the vector from `first` on where they have not all moved as many whole pixels: those together that have.
+    /// Computes a vector of pixels from `first` on that have different motions. Pixels with equal whole-pixel
+    /// motion are computed together.
     #[inline(always)]
     fn apart<V: Floats>(&mut self, first: usize, some: V) {
         let mut whole = [[0.0; MOST]; 2];
@@ -68,7 +69,7 @@ impl ReprojectRow<'_> {
             whole[0][i] = moved[0].floor();
             whole[1][i] = moved[1].floor();
         }
-        // A bit for each pixel that is still to be made, and for each that no vector can make.
+        // One bit for each pixel that is not yet computed, and for each that no vector can compute.
         let (mut open, mut alone) = ((1u32 << V::N) - 1, 0);
         let mut made = [some.splat(0.0); POINT];
         for _ in 0..CORNERS {
@@ -81,7 +82,7 @@ impl ReprojectRow<'_> {
             for i in 0..V::N {
                 alike |= u32::from(whole[0][i] == right && whole[1][i] == down) << i;
             }
-            // What is no number is like nothing, not even itself.
+            // NaN is unequal to itself, so this bit is set explicitly.
             alike |= 1 << number;
             open &= !alike;
             let Some(corner) = self.inside([right, down], first, V::N) else {
@@ -108,14 +109,14 @@ impl ReprojectRow<'_> {
         }
     }
 
-    /// The row and the column that `count` pixels from `first` on take points from if they have moved by these whole pixels, and they
-    /// and the pixels beside and below them are inside.
+    /// Returns row and column of the first source of `count` pixels from `first` on for the motion `whole`, if all
+    /// sources lie inside.
     #[inline(always)]
     fn inside(&self, whole: [f32; 2], first: usize, count: usize) -> Option<[usize; 2]> {
         corner_of(count, [self.y, first], whole, [self.input.height, self.input.width])
     }
 
-    /// Makes the pixels of the vector from `first` on of the points from `corner` on.
+    /// Computes a vector of pixels from `first` on, whose sources begin at `corner`.
     #[inline(always)]
     fn vector<V: Floats>(&mut self, first: usize, corner: [usize; 2], some: V) {
         let values = self.moved(first, corner, some);
@@ -124,7 +125,8 @@ impl ReprojectRow<'_> {
         }
     }
 
-    /// The points of the pixels of the vector from `first` on, of those from the corner at `above` and `left` on.
+    /// Returns a vector of points for the pixels from `first` on, whose sources begin at row `above` and column
+    /// `left`.
     #[inline(always)]
     fn moved<V: Floats>(&self, first: usize, [above, left]: [usize; 2], some: V) -> [V; POINT] {
         let [whole_right, whole_down] = [left as f32 - first as f32, above as f32 - self.y as f32];
@@ -162,14 +164,14 @@ impl ReprojectRow<'_> {
         [r * scale, g * scale, b * scale, weight * scale, places[0] * factor, places[1] * factor]
     }
 
-    /// Makes pixel `x`.
+    /// Computes pixel `x`.
     fn pixel(&mut self, x: usize) {
         let motion = self.motion[x];
         let whole = motion.map(f32::floor);
         let first = [self.y as f32 + whole[1], x as f32 + whole[0]];
         let [height, width] = [self.input.height, self.input.width];
         let is_near = |at: f32, count: usize| at >= -1.0 && at < count as f32;
-        // Also where the motion is no number.
+        // Also true where the motion is NaN.
         if !(is_near(first[0], height) && is_near(first[1], width)) {
             return self.to.set(x, NONE);
         }
@@ -205,7 +207,7 @@ impl ReprojectRow<'_> {
     }
 }
 
-/// Whether a point so far right of and below the middle of a square of a pixel's size lies in it.
+/// Whether a point at this offset from a pixel's centre lies within the pixel.
 #[inline(always)]
 fn is_met(place: [f32; 2]) -> bool {
     place.iter().all(|at| (-0.5..0.5).contains(at))

@@ -1,4 +1,4 @@
-//! What points tell of the centres of the pixels around them.
+//! Resamples points at pixel centres.
 
 use super::Row;
 use crate::cpu::floats::{Floats, MOST, VectorWork, four, transposed};
@@ -8,7 +8,8 @@ use crate::cpu::simd::Simd;
 use glam::Vec4;
 use rayon::prelude::*;
 
-/// Writes to `out` what the points of `input` tell of the centres of pixels (see [`Layer::Splat`](crate::plan::Layer::Splat)).
+/// Resamples the points of `input` at pixel centres and writes weighted pixels to `out`; see
+/// [`Layer::Splat`](crate::plan::Layer::Splat).
 pub fn splat(input: &Map, out: &mut Map) {
     let [height, width] = [input.height, input.width];
     out.resize([height, width, 4]);
@@ -20,7 +21,7 @@ pub fn splat(input: &Map, out: &mut Map) {
 }
 
 struct SplatRow<'a> {
-    /// The row above, if there is one, this one and the one below.
+    /// Row above, this row and the row below; `None` beyond the border.
     rows: [Option<Row<'a>>; 3],
     to: &'a mut [Known],
 }
@@ -30,7 +31,7 @@ impl VectorWork for SplatRow<'_> {
     fn run<V: Floats>(self, some: V) {
         let Self { rows, to } = self;
         let width = to.len();
-        // Vectors need pixels on both sides. The last one makes some again that the one before made.
+        // Vectors need pixels on both sides. The last vector overlaps the one before.
         let last = (width.saturating_sub(1)).checked_sub(V::N).filter(|last| *last > 0);
         let firsts = last.into_iter().flat_map(|last| (1..last).step_by(V::N).chain([last]));
         for first in firsts {
@@ -43,13 +44,13 @@ impl VectorWork for SplatRow<'_> {
     }
 }
 
-/// How far a point tells what is so far left of it (right, if it is negative), in one direction.
+/// Bilinear weight of a point at distance `away` along one axis.
 #[inline(always)]
 fn share(away: f32) -> f32 {
     (1.0 - away.abs()).max(0.0)
 }
 
-/// What the points of `rows` tell of the pixels from `first` on.
+/// Resamples the points of `rows` at a vector of pixels from `first` on.
 #[inline(always)]
 fn splat_vector<V: Floats>(
     rows: &[Option<Row<'_>>; 3],
@@ -71,7 +72,7 @@ fn splat_vector<V: Floats>(
             let y = points.load(some, 5, beside) + some.splat(below as f32 - 1.0);
             let near = (one - x.abs()).max(zero) * (one - y.abs()).max(zero);
             let weights = points.load(some, 3, beside);
-            // Points that are none know nothing, but would have a share.
+            // Absent points have weight 0, but would get a bilinear weight.
             let near = near.keep(zero.is_below(weights));
             for n in 0..3 {
                 told[n] = told[n] + near * points.load(some, n, beside);
@@ -95,7 +96,7 @@ fn splat_vector<V: Floats>(
     }
 }
 
-/// What they tell of pixel `x` of `width`.
+/// Resamples the points of `rows` at pixel `x` of `width`.
 fn splat_pixel(rows: &[Option<Row<'_>>; 3], x: usize, width: usize) -> Known {
     let (mut told, mut shares) = (Vec4::ZERO, 0.0f32);
     for (below, row) in rows.iter().enumerate() {

@@ -5,91 +5,94 @@ use super::layer::{Normalisation, Taps};
 use serde::{Deserialize, Serialize};
 use walk::Walk;
 
-/// Which picture of the last frame comes back in as input (ALGORITHMS §9.7).
+/// Picture of the last frame that is an input of the U-Net. See docs/guide/src/internals/algorithm.md, sections 4.1
+/// and 4.3.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Feedback {
-    /// None.
+    /// No picture.
     None,
-    /// The direct prediction O_d, as in the paper.
+    /// The direct prediction, as in the paper.
     Direct,
-    /// The output, cut to 0…1: then what is fed back cannot grow without end.
+    /// The output, clamped to 0…1, so that feedback cannot diverge.
     Output,
 }
 
-/// Corrections beyond this change nothing that can be seen.
+/// Upper limit of [`WNetConfig::corrections`]. Further corrections make no visible difference.
 const MOST_CORRECTIONS: u32 = 8;
 
-/// A U-Net whose decoders may be recurrent, which predicts the picture directly (D) and then filters it with
-/// predicted kernels (K): FoVolNet, its relatives, and with `kernels` off what it was compared with.
+/// Configuration of a U-Net that predicts a picture (D), and of kernels that filter it (K).
+///
+/// It describes FoVolNet and its variants. Without `kernels` it describes the network that the FoVolNet paper calls
+/// DeepFovea.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct WNetConfig {
-    /// Channels of the encoders, finest first; the last is the bottleneck.
+    /// Channels of the encoders, finest first. The last one is the bottleneck.
     pub encoder: Vec<usize>,
     /// Channels of the decoders, finest first: one fewer than encoders.
     pub decoder: Vec<usize>,
-    /// What comes back in.
+    /// Picture of the last frame that is an input of the U-Net.
     pub feedback: Feedback,
-    /// Whether K follows D.
+    /// Whether kernels (K) filter the direct prediction (D).
     pub kernels: bool,
-    /// How its kernels are normalised.
+    /// Normalisation of the kernel weights.
     pub normalisation: Normalisation,
-    /// Whether the U-Net works on 2×2 pixels as one with four times the channels.
+    /// Whether the U-Net works at half the resolution, with 2×2 pixels folded into channels.
     pub fold: bool,
-    /// Whether the U-Net is told which pixels were sampled.
+    /// Whether the sample mask is an input of the U-Net.
     pub mask: bool,
-    /// Whether unsampled pixels are filled before.
+    /// Whether unsampled pixels are filled before the U-Net runs.
     pub prefill: bool,
-    /// Whether sampled pixels reach the output as they are.
+    /// Whether the output takes sampled pixels unchanged.
     pub bypass: bool,
-    /// What K's last kernel weighs of the last output.
+    /// Taps of K's last kernel in the last output, if it weighs that.
     #[serde(default)]
     pub history: Option<Taps>,
-    /// Whether what comes from the last frame is moved along the renderer's motion.
+    /// Whether states of the last frame are moved along the renderer's motion.
     pub reproject: bool,
-    /// What K's last kernel weighs of the filled picture.
+    /// Taps of K's last kernel in the filled picture, if it weighs that.
     #[serde(default)]
     pub filled: Option<Taps>,
-    /// What K's only kernel weighs of the direct prediction, if it is to filter once, at the finest resolution. Without
-    /// it K filters at every resolution, down and up again.
+    /// Taps of K's only kernel in the direct prediction, for a K that filters once, at the finest resolution. With
+    /// `None` K filters at every resolution, down and up again.
     #[serde(default)]
     pub flat: Option<Taps>,
-    /// The weight that a sample keeps from frame to frame in the filled picture, 0…1: with 0 it is filled from the
-    /// samples of its frame alone. The U-Net is then told these weights for the mask.
+    /// Weight, 0…1, that earlier samples keep from one frame to the next in the filled picture. With 0 the picture
+    /// is filled from the samples of its own frame alone. The U-Net reads these weights in place of the mask.
     #[serde(default)]
     pub accumulate: f32,
-    /// Whether accumulated samples are points, moved whole and each with its place in its pixel, so that no picture of them
-    /// is interpolated again and again; needs `reproject`.
+    /// Whether accumulated samples are points, each with its offset within its pixel. Points move without
+    /// interpolation, so repeated motion does not blur them. Needs `reproject`.
     #[serde(default)]
     pub points: bool,
-    /// What K's last kernel weighs of a second picture, filled from the samples of its frame alone, which the U-Net is
-    /// shown too: what was accumulated is wrong where the motion is.
+    /// Taps of K's last kernel in a second picture, filled from the samples of this frame alone; the U-Net reads it
+    /// too. Accumulated samples are wrong where the motion is wrong, and this picture is not.
     #[serde(default)]
     pub fresh: Option<Taps>,
-    /// Whether that second picture is corrected at most once, and read at half the resolution, at which it is spread, so that it
-    /// is never written at the full one: by the U-Net as it is, by K bilinear, to which it is the same where nothing was
-    /// sampled; needs `fold` and `bypass`.
+    /// Whether the second picture (`fresh`) is corrected at most once and stays at half the resolution, so that it
+    /// is never written at full resolution. The U-Net reads it unchanged, K bilinearly. Needs `fold` and `bypass`.
     #[serde(default)]
     pub coarse: bool,
-    /// Whether accumulated samples lose weight where those of the frame contradict the last picture, as they do where the
-    /// motion is wrong or something comes to light; needs `fresh`, and `history` or `feedback`.
+    /// Whether accumulated samples lose weight where the samples of this frame contradict the last output, because
+    /// the motion is wrong or a surface comes into view. Needs `fresh`, and `history` or `feedback`.
     #[serde(default)]
     pub doubt: bool,
-    /// How often what is filled is smoothed and then corrected by what the samples differ from it.
+    /// Number of times that the filled picture is smoothed and then corrected by its residuals at the samples.
     #[serde(default)]
     pub corrections: u32,
-    /// Whether the direct prediction also reads the filled picture: then it can begin as that, and learn what to add.
+    /// Whether the layer that makes the direct prediction also reads the filled picture, so that it can learn a
+    /// residual.
     #[serde(default)]
     pub residual: bool,
-    /// Whether what the U-Net predicts besides is added to what K makes: K alone can only average its images.
+    /// Whether a picture that the U-Net predicts is added to K's result. K alone can only average its inputs.
     #[serde(default)]
     pub addition: bool,
-    /// Whether decoders read what they wrote for the last frame.
+    /// Whether decoders read their own output of the last frame.
     #[serde(default = "yes")]
     pub recurrent: bool,
-    /// Whether D predicts a picture. Without one, K's only kernel weighs the other pictures alone; kernels at every
-    /// resolution filter what was sampled.
+    /// Whether D predicts a picture. Without one, a single kernel (`flat`) weighs only the other pictures, and
+    /// kernels at every resolution filter the sampled or filled picture.
     #[serde(default = "yes")]
     pub direct: bool,
 }
@@ -99,7 +102,7 @@ fn yes() -> bool {
 }
 
 impl WNetConfig {
-    /// Encoders 64-64-80-96 and decoders 80-64-64 (ALGORITHMS §1.2, paper widths).
+    /// Configuration with the widths of the paper: docs/guide/src/internals/algorithm.md, section 4.1.
     pub fn paper() -> Self {
         Self {
             encoder: vec![64, 64, 80, 96],
@@ -128,12 +131,12 @@ impl WNetConfig {
         }
     }
 
-    /// The same with 32 channels in the last decoder (the release's "small").
+    /// Configuration of the paper with 32 channels in the last decoder (the authors' release: "small").
     pub fn narrow() -> Self {
         Self { decoder: vec![32, 64, 80], ..Self::paper() }
     }
 
-    /// Ours.
+    /// Configuration of `wnet-fast`: docs/guide/src/internals/algorithm.md, section 5.
     pub fn fast() -> Self {
         Self {
             encoder: vec![16, 16, 32, 48],
@@ -162,7 +165,7 @@ impl WNetConfig {
         }
     }
 
-    /// `temporal_unet` of the FoVolNet release, which the paper calls DeepFovea.
+    /// Configuration of `temporal_unet` in the authors' release, which the paper calls DeepFovea.
     pub fn deepfovea() -> Self {
         Self {
             encoder: vec![32, 64, 128, 128, 128],
@@ -173,10 +176,10 @@ impl WNetConfig {
         }
     }
 
-    /// Its plan.
+    /// Builds the plan of the network.
     ///
     /// # Errors
-    /// Widths that do not fit together.
+    /// Widths or options that do not fit together.
     pub fn plan(&self) -> Result<Plan, String> {
         self.check()?;
         Ok(Walk::new(self).run())

@@ -1,23 +1,24 @@
-//! The layers of W-shaped networks, in the order in which they run.
+//! Builds the layers of W-shaped networks, in the order in which they run.
 
 use super::super::layer::{Activation, Filter, POINT, Read, Taps};
 use super::super::{Plan, PlanBuilder, TensorId};
 use super::{Feedback, WNetConfig};
 
-/// The making of one plan.
+/// Builder of one plan.
 pub(super) struct Walk<'a> {
     config: &'a WNetConfig,
     builder: PlanBuilder,
-    /// States, and what they become.
+    /// Pairs of states: the tensor of the last frame, and the tensor that replaces it.
     carried: Vec<(TensorId, TensorId)>,
 }
 
-/// What the U-Net is given of the samples.
+/// Picture of the samples that the U-Net reads.
 struct Filled {
     picture: TensorId,
-    /// How far each pixel of it is known.
+    /// Weight of each pixel of the picture, 0…1.
     weights: Option<TensorId>,
-    /// The same from the samples of the frame alone; at half the resolution if that is `coarse`.
+    /// Picture filled from the samples of this frame alone, at half the resolution if the configuration is
+    /// `coarse`.
     fresh: Option<TensorId>,
 }
 
@@ -25,29 +26,29 @@ struct Filled {
 #[derive(Clone, Copy)]
 struct Spread {
     picture: TensorId,
-    /// What the first correction began from.
+    /// Smoothed picture from which the first correction began.
     smooth: Option<TensorId>,
 }
 
-/// What D leaves to K.
+/// Output of D that K reads.
 struct Direct {
-    /// What it predicts, if it does.
+    /// Predicted picture, if D predicts one.
     picture: Option<TensorId>,
-    /// Decoder outputs, finest first, then the bottleneck's.
+    /// Outputs of the decoders, finest first, then of the bottleneck.
     features: Vec<TensorId>,
 }
 
 impl<'a> Walk<'a> {
-    /// That of the plan of `config`, which has been checked.
+    /// Begins the plan of `config`, which must have been checked.
     pub(super) fn new(config: &'a WNetConfig) -> Self {
         Self { config, builder: PlanBuilder::new(), carried: Vec::new() }
     }
 
-    /// The plan.
+    /// Builds the plan.
     pub(super) fn run(mut self) -> Plan {
         let config = self.config;
         let colour = self.builder.colour();
-        // First, so that the last picture's memory is free for what follows.
+        // The last picture comes first, so that its memory is free for later layers.
         let wants_last = config.history.is_some() || config.feedback != Feedback::None;
         let last = wants_last.then(|| self.builder.state("output", 3, 0));
         let history = last.map(|last| self.reprojected(last));
@@ -66,7 +67,7 @@ impl<'a> Walk<'a> {
             (picture, Some(taps)) => {
                 self.kernel(&direct.features, picture.map(|id| (Read::same(id), taps)), more)
             }
-            // Without a direct prediction it is what was sampled that they filter.
+            // Without a direct prediction the kernels filter the sampled or filled picture.
             (picture, None) => self.kernels(picture.unwrap_or(filled.picture), &direct.features, &more),
         };
         if config.addition {
@@ -90,8 +91,8 @@ impl<'a> Walk<'a> {
         self.builder.finish(picture)
     }
 
-    /// What the U-Net reads: of pictures of the frame's resolution pixels that are folded, then those that are coarse, so
-    /// that all but these begin at an even channel.
+    /// Returns the inputs of the U-Net: pictures of full resolution, folded, then those of half the resolution. In
+    /// this order all but the last begin at an even channel.
     fn inputs(&mut self, filled: &Filled, history: Option<TensorId>) -> Vec<TensorId> {
         let history = history.filter(|_| self.config.feedback != Feedback::None);
         let (whole, coarse) = if self.config.coarse { (None, filled.fresh) } else { (filled.fresh, None) };
@@ -107,13 +108,13 @@ impl<'a> Walk<'a> {
         if self.config.reproject { self.builder.warp(state) } else { state }
     }
 
-    /// What was sampled as it is.
+    /// Uses the sampled pixels unfilled.
     fn sparse(&mut self) -> Filled {
         let weights = self.config.mask.then(|| self.builder.mask());
         Filled { picture: self.builder.colour(), weights, fresh: None }
     }
 
-    /// What was sampled, filled; `history` is the last picture where it is now.
+    /// Fills unsampled pixels. `history` is the reprojected last picture.
     fn filled(&mut self, history: Option<TensorId>) -> Filled {
         let config = self.config;
         let [colour, mask] = [self.builder.colour(), self.builder.mask()];
@@ -138,8 +139,8 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// `known` with what is left of earlier frames, which are doubted where `known` differs from what they showed by more
-    /// than from what is spread of it alone.
+    /// Adds the samples of earlier frames to `known`. `doubted` has a fill of this frame and the reprojected last
+    /// picture: earlier samples lose weight where the last picture predicts `known` worse than the fill does.
     fn accumulated(&mut self, known: TensorId, doubted: Option<(Spread, TensorId)>) -> TensorId {
         let points = self.config.points;
         let samples = match points {
@@ -150,14 +151,14 @@ impl<'a> Walk<'a> {
             let smooth = fresh.smooth.unwrap_or_else(|| self.builder.smooth(fresh.picture));
             self.builder.doubt(known, prior, smooth)
         });
-        // Only now: what was looked at for the share lay near.
+        // Reprojection comes late because the layers above read the same pictures, which are still in the cache.
         let before = if points { self.builder.reproject(samples) } else { self.reprojected(samples) };
         let accumulated = self.builder.accumulate(known, before, share, self.config.accumulate);
         self.carried.push((samples, accumulated));
         if points { self.builder.splat(accumulated) } else { accumulated }
     }
 
-    /// `known` over the whole frame.
+    /// Spreads `known` over the frame at half the resolution, with `corrections` corrections.
     fn spread(&mut self, known: TensorId, corrections: u32) -> Spread {
         let mut picture = self.builder.spread(known, None);
         let mut first = None;
@@ -169,7 +170,7 @@ impl<'a> Walk<'a> {
         Spread { picture, smooth: first }
     }
 
-    /// D: the U-Net of `inputs`, the filled picture first, and the picture it predicts.
+    /// Builds D: the U-Net of `inputs`, of which the filled picture is the first, and the picture that it predicts.
     fn direct(&mut self, inputs: &[TensorId]) -> Direct {
         let config = self.config;
         let mut inputs: Vec<Read> = inputs.iter().copied().map(Read::same).collect();
@@ -203,20 +204,21 @@ impl<'a> Walk<'a> {
         Direct { picture, features }
     }
 
-    /// The picture that a 1×1 convolution of `inputs` makes.
+    /// Predicts a picture from `inputs` by a 1×1 convolution.
     fn predicted(&mut self, name: &str, inputs: &[Read], activation: Activation) -> TensorId {
         let channels = if self.config.fold { 12 } else { 3 };
         let picture = self.builder.conv(name, inputs, channels, 1, activation);
         if self.config.fold { self.builder.depth_to_space(picture) } else { picture }
     }
 
-    /// Two 3×3 convolutions, each with ReLU.
+    /// Two 3×3 convolutions, each followed by ReLU.
     fn block(&mut self, name: &str, inputs: &[Read], width: usize) -> TensorId {
         let first = self.builder.conv(&format!("{name}.conv1"), inputs, width, 3, Activation::Relu);
         self.builder.conv(&format!("{name}.conv2"), &[Read::same(first)], width, 3, Activation::Relu)
     }
 
-    /// K as one filter at the finest resolution: of the `direct` prediction, if there is one, and of the pictures `more`.
+    /// Builds K as one kernel at the finest resolution. It weighs the `direct` prediction, if there is one, and the
+    /// pictures `more`.
     fn kernel(
         &mut self,
         features: &[TensorId],
@@ -226,10 +228,10 @@ impl<'a> Walk<'a> {
         self.filter("kernel.only", features[0], 0, direct.into_iter().chain(more).collect())
     }
 
-    /// K: QW-Net's filters of the direct prediction, down and up again (ALGORITHMS §1.1, §1.2). The last kernel also
-    /// weighs the pictures `more`.
+    /// Builds K as QW-Net's kernels, down and up again: docs/guide/src/internals/algorithm.md, section 4.2. The
+    /// last kernel also weighs the pictures `more`.
     fn kernels(&mut self, direct: TensorId, features: &[TensorId], more: &[(Read, Taps)]) -> TensorId {
-        // The level of the picture has no features of its own where D works on folded pixels.
+        // With folded pixels D has no features of full resolution; those of half the resolution serve there too.
         let mut features = features.to_vec();
         if self.config.fold {
             features.insert(0, features[0]);

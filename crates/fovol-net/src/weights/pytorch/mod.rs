@@ -1,10 +1,11 @@
-//! State dicts of PyTorch, as `torch.save(network.state_dict(), "FILE.pt")` writes them since PyTorch 1.6.
+//! PyTorch state dicts, written by `torch.save(network.state_dict(), "FILE.pt")` since PyTorch 1.6.
 //!
 //! Such a file is a zip archive ([`archive`]) of a pickle and of bare numbers, one file for each storage. A pickle
-//! is a program that builds Python objects and may call any function that Python has; [`pickle`] knows the few
-//! that a state dict needs, and refuses the others by name. Tensors ([`tensor`]) are ways to read a storage, and
-//! stay that until a network is known that they fit: then no file can ask for more memory than the network has and
-//! the file itself unpacks to.
+//! is a program that builds Python objects and may call any Python function. [`pickle`] knows the few functions
+//! that a state dict needs, and refuses all others by name.
+//!
+//! Tensors ([`tensor`]) are views of storages. Numbers are only read once the shapes fit a network. A file can
+//! therefore not claim more memory than the network has and the file itself unpacks to.
 
 mod archive;
 mod pickle;
@@ -19,28 +20,28 @@ use pickle::{Objects, Value};
 use std::collections::BTreeMap;
 use tensor::View;
 
-/// Where training scripts put the state dict when they save other things with it.
+/// Keys under which training scripts save the state dict beside other things.
 const WRAPPERS: [&str; 3] = ["state_dict", "model_state_dict", "model"];
 
-/// How often such wrappers lie in each other at most.
+/// Largest depth of nested wrappers.
 const DEEPEST: usize = 3;
 
-/// What `DataParallel` and `torch.compile` put before every name.
+/// Prefixes that `DataParallel` and `torch.compile` add to every name.
 const PREFIXES: [&str; 2] = ["module.", "_orig_mod."];
 
-/// How to mend a file that holds something else.
+/// Advice for a file that holds something else.
 pub(super) const SAVE: &str = "save only the tensors, with torch.save(network.state_dict(), \"FILE.pt\")";
 
-/// The beginning of a zip archive.
+/// Signature of a zip archive.
 const ZIP: &[u8] = b"PK\x03\x04";
 
-/// The number with which the format before PyTorch 1.6 begins, as its pickle has it.
+/// Magic number, pickled, with which the format before PyTorch 1.6 begins.
 const BEFORE_ZIP: &[u8] = b"\x8A\x0A\x6C\xFC\x9C\x46\xF9\x20\x6A\xA8\x50\x19.";
 
-/// The tensors of a state dict by name: their shapes are known, their numbers still lie in the file.
+/// Tensors of a state dict by name. Their shapes are known; their numbers are still in the file.
 ///
-/// The dict may be wrapped as `{"state_dict": …}`, `{"model_state_dict": …}` or `{"model": …}`; `module.` and
-/// `_orig_mod.` before all names are left out, and whatever is no tensor is ignored.
+/// The dict may be wrapped as `{"state_dict": …}`, `{"model_state_dict": …}` or `{"model": …}`. The prefixes
+/// `module.` and `_orig_mod.` are removed if all names have them. Values other than tensors are ignored.
 #[derive(Debug)]
 pub struct StateDict<'a> {
     archive: Archive<'a>,
@@ -48,7 +49,7 @@ pub struct StateDict<'a> {
 }
 
 impl<'a> StateDict<'a> {
-    /// Whether `bytes` look like a file that PyTorch saved, in whichever format.
+    /// Whether `bytes` look like a file that PyTorch saved, in any of its formats.
     pub fn is_likely(bytes: &[u8]) -> bool {
         bytes.starts_with(ZIP) || is_before_zip(bytes)
     }
@@ -56,7 +57,7 @@ impl<'a> StateDict<'a> {
     /// Finds the tensors in the bytes of a `.pt` or `.pth` file.
     ///
     /// # Errors
-    /// What is wrong with them and how to mend it, in one line.
+    /// The problem and how to mend it, in one line.
     pub fn parse(bytes: &'a [u8]) -> Result<Self, String> {
         if is_before_zip(bytes) {
             return Err("it has the format of PyTorch before 1.6; save it again with a newer PyTorch: \
@@ -69,15 +70,15 @@ impl<'a> StateDict<'a> {
         Ok(Self { archive, tensors })
     }
 
-    /// The names of the tensors and their shapes.
+    /// Names and shapes of the tensors.
     pub fn shapes(&self) -> BTreeMap<&str, &[usize]> {
         self.tensors.iter().map(|(name, view)| (name.as_str(), view.shape())).collect()
     }
 
-    /// The one named network that these are the weights of: a state dict does not say it.
+    /// Finds the named network whose shapes these are. A state dict does not say it.
     ///
     /// # Errors
-    /// The nearest network where none fits, and the first tensor that keeps them apart.
+    /// The nearest network where none fits, and the first tensor that differs.
     pub fn network(&self) -> Result<Named, String> {
         let shapes = self.shapes();
         let mut nearest = Vec::new();
@@ -97,10 +98,10 @@ impl<'a> StateDict<'a> {
         }
     }
 
-    /// The weights of the network of `config`.
+    /// Reads the weights of the network of `config`.
     ///
     /// # Errors
-    /// Tensors that are not this network's, and damaged numbers.
+    /// Tensors of another network, and damaged numbers.
     pub fn weights(&self, config: &NetworkConfig) -> Result<Weights, String> {
         let problems = misfits(&config.plan()?.parameters(), &self.shapes());
         if let Some(problem) = problems.first() {
@@ -111,10 +112,11 @@ impl<'a> StateDict<'a> {
         Ok(Weights::new(config.clone(), self.arrays()?))
     }
 
-    /// The numbers of all tensors. Their sizes come from the file: they have to be known to fit a network.
+    /// Reads the numbers of all tensors. Their sizes come from the file, so callers first check that they fit a
+    /// network.
     fn arrays(&self) -> Result<BTreeMap<String, Array>, String> {
         let mut tensors: Vec<_> = self.tensors.iter().collect();
-        // Tensors that share a storage come after each other, so that it is unpacked once.
+        // Sorted by storage, so that each storage is unpacked once.
         tensors.sort_by_key(|(_, view)| view.storage.key);
         let mut unpacked = None;
         let mut arrays = BTreeMap::new();
@@ -131,13 +133,13 @@ impl<'a> StateDict<'a> {
     }
 }
 
-/// Whether `bytes` begin as `torch.save` of PyTorch before 1.6 does: with a pickle of a number of its own.
+/// Whether `bytes` begin like `torch.save` of PyTorch before 1.6: with the pickle of a magic number.
 fn is_before_zip(bytes: &[u8]) -> bool {
-    // Before it come the protocol and, from protocol 4 on, a length.
+    // The protocol precedes the magic number, and from protocol 4 on a length too.
     (2..=11).any(|start| bytes.get(start..).is_some_and(|rest| rest.starts_with(BEFORE_ZIP)))
 }
 
-/// The tensors of the state dict among `objects`, as the network names them.
+/// Finds the tensors of the state dict among `objects`, with prefixes removed from their names.
 fn tensors(objects: &Objects<'_>) -> Result<BTreeMap<String, View>, String> {
     let nothing = || format!("there are no tensors by name in it; {SAVE}");
     let mut dict = objects.dict(objects.root).ok_or_else(nothing)?;
@@ -162,12 +164,12 @@ fn tensors(objects: &Objects<'_>) -> Result<BTreeMap<String, View>, String> {
     Ok(names.into_iter().map(str::to_owned).zip(views.into_iter().cloned()).collect())
 }
 
-/// `names` without `prefix`, if all of them have it.
+/// Removes `prefix` from `names`, if all of them have it.
 fn without<'n>(prefix: &str, names: &[&'n str]) -> Option<Vec<&'n str>> {
     names.iter().map(|name| name.strip_prefix(prefix)).collect()
 }
 
-/// What is to be said of a tensor whose numbers no weights have.
+/// Error message for a tensor of a number type that weights do not have.
 fn kind(name: &str, view: &View) -> String {
     format!(
         "`{}` is of a torch.{}; save it as float, half, bfloat16 or double",

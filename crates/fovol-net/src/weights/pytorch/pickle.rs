@@ -1,15 +1,14 @@
-//! Follows the pickle of a state dict without Python: only what `torch.save` writes for tensors is understood.
+//! Interprets the pickle of a state dict without Python. It only understands what `torch.save` writes for tensors.
 //!
-//! A pickle is a program for a stack machine; its instructions are documented in Python's `pickletools`. Values
-//! are kept in lists of [`Objects`] and refer to each other by their places there, so that whatever a program
-//! builds can be copied and dropped in a step, cycles included. No instruction takes more memory than a fixed
-//! number of bytes for each byte of the program.
+//! A pickle is a program for a stack machine; Python's `pickletools` documents its instructions. Values are kept in
+//! lists of [`Objects`] and refer to each other by index. Whatever a program builds, cycles included, can thus be
+//! copied and dropped in one step. Memory is bounded by a fixed number of bytes for each byte of the program.
 
 use super::tensor::{Kind, Storage, View};
 use super::{SAVE, shown};
 use std::collections::BTreeMap;
 
-/// The instructions that `torch.save` uses.
+/// Opcodes that `torch.save` uses.
 mod code {
     pub const MARK: u8 = b'(';
     pub const STOP: u8 = b'.';
@@ -44,18 +43,18 @@ mod code {
     pub const LONG1: u8 = 0x8A;
 }
 
-/// The version of the instructions that `torch.save` uses unless it is told otherwise.
+/// Pickle protocol that `torch.save` uses by default.
 const PROTOCOL: u8 = 2;
 
-/// A Python object. Numbers in brackets are places in [`Objects`].
+/// A Python object. Numbers in brackets are indices into the lists of [`Objects`].
 #[derive(Debug, Clone, Copy)]
 pub enum Value<'a> {
-    /// Something that can be part of a checkpoint and says nothing about tensors.
+    /// An object that may be part of a checkpoint and has nothing to do with tensors.
     Ignored,
     Int(i64),
     Text(&'a str),
     List,
-    /// Its first item and its length.
+    /// Index of the first item, and number of items.
     Tuple(usize, usize),
     Dict(usize),
     Function(Function),
@@ -64,7 +63,7 @@ pub enum Value<'a> {
     Tensor(usize),
 }
 
-/// The functions that a state dict may call; none of them is really called.
+/// Functions that a state dict may call. None of them is really called.
 #[derive(Debug, Clone, Copy)]
 pub enum Function {
     OrderedDict,
@@ -72,21 +71,21 @@ pub enum Function {
     RebuildParameter,
 }
 
-/// A dict, as far as its keys are text.
+/// A dict; only its text keys are kept.
 pub type Dict<'a> = BTreeMap<&'a str, Value<'a>>;
 
-/// What a pickle has built.
+/// Objects that a pickle has built.
 #[derive(Debug)]
 pub struct Objects<'a> {
     items: Vec<Value<'a>>,
     dicts: Vec<Dict<'a>>,
     views: Vec<View>,
-    /// The object that was saved.
+    /// The saved object.
     pub root: Value<'a>,
 }
 
 impl<'a> Objects<'a> {
-    /// The dict that `value` is.
+    /// Returns the dict that `value` refers to.
     pub fn dict(&self, value: Value<'a>) -> Option<&Dict<'a>> {
         match value {
             Value::Dict(id) => self.dicts.get(id),
@@ -94,12 +93,12 @@ impl<'a> Objects<'a> {
         }
     }
 
-    /// A tensor.
+    /// Returns the tensor of this index.
     pub fn view(&self, id: usize) -> Option<&View> {
         self.views.get(id)
     }
 
-    /// The items of the tuple that `value` is.
+    /// Returns the items of the tuple `value`.
     fn tuple(&self, value: Value<'a>) -> Option<&[Value<'a>]> {
         match value {
             Value::Tuple(start, length) => self.items.get(start..start + length),
@@ -107,7 +106,7 @@ impl<'a> Objects<'a> {
         }
     }
 
-    /// The tuple of whole numbers that `value` is.
+    /// Returns the tuple of integers `value`.
     fn numbers(&self, value: Value<'a>) -> Option<Vec<usize>> {
         self.tuple(value)?.iter().copied().map(whole).collect()
     }
@@ -123,11 +122,11 @@ impl<'a> Objects<'a> {
     }
 }
 
-/// Why a pickle cannot be followed.
+/// Reason why a pickle cannot be interpreted.
 enum Fault {
-    /// What no sound pickle does.
+    /// The pickle is damaged.
     Damaged(&'static str),
-    /// What is not done here; the whole message.
+    /// The pickle needs something that is not supported. Has the whole message.
     Refused(String),
 }
 
@@ -137,7 +136,7 @@ impl From<&'static str> for Fault {
     }
 }
 
-/// Builds what `pickle` describes.
+/// Interprets `pickle` and returns the objects that it builds.
 pub fn follow(pickle: &[u8]) -> Result<Objects<'_>, String> {
     let objects = Objects { items: Vec::new(), dicts: Vec::new(), views: Vec::new(), root: Value::Ignored };
     let mut machine =
@@ -159,17 +158,17 @@ pub fn follow(pickle: &[u8]) -> Result<Objects<'_>, String> {
 
 /// The stack machine.
 struct Machine<'a> {
-    /// What is still to be done.
+    /// Instructions that are still to be executed.
     rest: &'a [u8],
     stack: Vec<Value<'a>>,
-    /// Heights of the stack, to which a following instruction will take things from it.
+    /// Heights of the stack at marks. Some instructions take all values above the last mark.
     marks: Vec<usize>,
     memo: BTreeMap<u32, Value<'a>>,
     objects: Objects<'a>,
 }
 
 impl<'a> Machine<'a> {
-    /// Follows one instruction, the one at byte `at`; whether it was the last.
+    /// Executes one instruction, the one at byte `at`. Returns whether it was the last.
     fn step(&mut self, at: usize) -> Result<bool, Fault> {
         let [instruction] = self.bytes()?;
         match instruction {
@@ -212,7 +211,7 @@ impl<'a> Machine<'a> {
         Ok(false)
     }
 
-    /// The next bytes of the program.
+    /// Takes the next `count` bytes of the program.
     fn take(&mut self, count: usize) -> Result<&'a [u8], Fault> {
         let (taken, rest) = self.rest.split_at_checked(count).ok_or("it ends too early")?;
         self.rest = rest;
@@ -225,7 +224,7 @@ impl<'a> Machine<'a> {
         Ok(*taken)
     }
 
-    /// The next line of the program.
+    /// Takes the next line of the program.
     fn line(&mut self) -> Result<&'a str, Fault> {
         let end = self.rest.iter().position(|&byte| byte == b'\n').ok_or("a name has no end")?;
         let line = self.take(end)?;
@@ -245,7 +244,8 @@ impl<'a> Machine<'a> {
         Ok(self.stack.split_off(mark))
     }
 
-    /// What an instruction with one and one with many operands take: `one` of them, or those above the mark.
+    /// Pops the operands of an instruction that exists with a fixed number of operands (`one`) and with all above
+    /// the mark.
     fn operands(&mut self, one: Option<usize>) -> Result<Vec<Value<'a>>, Fault> {
         let Some(count) = one else { return self.pop_to_mark() };
         let mut operands = (0..count).map(|_| self.pop()).collect::<Result<Vec<_>, _>>()?;
@@ -253,7 +253,7 @@ impl<'a> Machine<'a> {
         Ok(operands)
     }
 
-    /// The object that the next instruction would take.
+    /// Returns the top of the stack without popping it.
     fn top(&self) -> Result<Value<'a>, Fault> {
         Ok(self.stack.last().copied().ok_or("its stack is empty")?)
     }
@@ -278,14 +278,14 @@ impl<'a> Machine<'a> {
         Ok(())
     }
 
-    /// A number of as many bytes as a length says, in two's complement.
+    /// Reads an integer of variable length: a length byte, then two's complement.
     fn long_number(&mut self) -> Result<(), Fault> {
         let [length] = self.bytes()?;
         let bytes = self.take(usize::from(length))?;
         let sign = if bytes.last().is_some_and(|byte| byte & 0x80 != 0) { 0xFF } else { 0 };
         let mut number = [sign; 8];
         let value = number.get_mut(..bytes.len()).map(|low| low.copy_from_slice(bytes));
-        // Seeds of random generators can be longer; sizes cannot.
+        // Seeds of random generators can be longer than 8 bytes; sizes cannot.
         self.stack.push(value.map_or(Value::Ignored, |()| Value::Int(i64::from_le_bytes(number))));
         Ok(())
     }
@@ -310,7 +310,7 @@ impl<'a> Machine<'a> {
         Ok(())
     }
 
-    /// Lists are never tensors: what is put into them is forgotten.
+    /// Pops the items of a list and drops them: lists never contain tensors.
     fn append(&mut self, instruction: u8) -> Result<(), Fault> {
         self.operands((instruction == code::APPEND).then_some(1))?;
         match self.top()? {
@@ -332,7 +332,7 @@ impl<'a> Machine<'a> {
         if rest.is_empty() { Ok(()) } else { Err("a key has no value".into()) }
     }
 
-    /// The number of a place to remember things in.
+    /// Reads an index of the memo.
     fn place(&mut self, is_short: bool) -> Result<u32, Fault> {
         Ok(if is_short {
             u32::from(u8::from_le_bytes(self.bytes()?))
@@ -355,7 +355,7 @@ impl<'a> Machine<'a> {
         Ok(())
     }
 
-    /// A function or a type by name: the few that state dicts use, and no others.
+    /// Looks a function or type up by name. Only those that state dicts use are known.
     fn global(&mut self) -> Result<(), Fault> {
         let (module, name) = (self.line()?, self.line()?);
         let known = match (module, name) {
@@ -375,7 +375,7 @@ impl<'a> Machine<'a> {
         Ok(())
     }
 
-    /// A storage, from `("storage", type, key, device, length)`.
+    /// Builds a storage from `("storage", type, key, device, length)`.
     fn storage(&mut self) -> Result<(), Fault> {
         let id = self.pop()?;
         let storage = match self.objects.tuple(id) {
@@ -424,7 +424,7 @@ impl<'a> Machine<'a> {
         Ok(View::new(storage, offset, shape, strides).ok_or("a tensor is not within its storage")?)
     }
 
-    /// Gives an object its attributes: state dicts have versions of modules there, which mean nothing here.
+    /// Sets attributes of an object. State dicts keep versions of modules there, which are ignored.
     fn build(&mut self) -> Result<(), Fault> {
         self.pop()?;
         match self.top()? {
@@ -434,7 +434,7 @@ impl<'a> Machine<'a> {
     }
 }
 
-/// The whole number that `value` is.
+/// Returns the non-negative integer `value`.
 fn whole(value: Value<'_>) -> Option<usize> {
     match value {
         Value::Int(number) => usize::try_from(number).ok(),

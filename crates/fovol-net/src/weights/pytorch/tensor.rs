@@ -1,33 +1,33 @@
-//! Tensors as PyTorch keeps them: a storage of numbers, and where in it each number of the tensor lies.
+//! PyTorch tensors: a storage of numbers, and the strides that give each element's place in it.
 
 use half::{bf16, f16};
 use std::fmt;
 
-/// More dimensions than any weights have.
+/// Upper limit of dimensions; no weights have more.
 const MOST_DIMENSIONS: usize = 8;
 
-/// How the bytes of a number follow each other.
+/// Order of the bytes of a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ByteOrder {
-    /// The lowest first.
+    /// Little endian: lowest byte first.
     Little,
-    /// The highest first.
+    /// Big endian: highest byte first.
     Big,
 }
 
-/// What kind of numbers a storage holds.
+/// Number type of a storage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     F64,
     F32,
     F16,
     BF16,
-    /// Numbers that weights do not have, by the name of their storage.
+    /// A type that weights do not have, by the name of its storage.
     Other(&'static str),
 }
 
 impl Kind {
-    /// The numbers of `torch.NAME`, where that is a storage.
+    /// Type of the storage class `torch.NAME`, if there is such a class.
     pub fn of_storage(name: &str) -> Option<Self> {
         const OTHERS: [&str; 13] = [
             "LongStorage",
@@ -53,7 +53,7 @@ impl Kind {
         })
     }
 
-    /// Bytes of a number that weights can have.
+    /// Size in bytes of a number; `None` for types that weights do not have.
     fn size(self) -> Option<usize> {
         match self {
             Self::F64 => Some(8),
@@ -63,7 +63,7 @@ impl Kind {
         }
     }
 
-    /// The number in `bytes`, which are as many as it has, lowest first.
+    /// Decodes one number. `bytes` has exactly its size, lowest byte first.
     fn number(self, bytes: &[u8]) -> Option<f32> {
         Some(match self {
             Self::F64 => f64::from_le_bytes(bytes.try_into().ok()?) as f32,
@@ -87,33 +87,33 @@ impl fmt::Display for Kind {
     }
 }
 
-/// Numbers of one kind, in a file of the archive.
+/// An array of numbers of one type, in its own file of the archive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Storage {
-    /// What numbers.
+    /// Number type.
     pub kind: Kind,
-    /// The name of their file.
+    /// Name of its file.
     pub key: u64,
-    /// How many they are.
+    /// Number of elements.
     pub length: usize,
 }
 
 impl Storage {
-    /// Whether weights can have such numbers.
+    /// Whether weights can have this number type.
     pub fn is_readable(&self) -> bool {
         self.kind.size().is_some()
     }
 
-    /// How many bytes it has; none for numbers that weights do not have and for sizes that cannot be.
+    /// Size in bytes. `None` for types that weights do not have, and on overflow.
     pub fn bytes(&self) -> Option<usize> {
         self.kind.size()?.checked_mul(self.length)
     }
 }
 
-/// A tensor: the number at \[i, j, …\] is number `offset` + i·strides\[0\] + j·strides\[1\] + … of its storage.
+/// A tensor: element \[i, j, …\] is number `offset` + i·strides\[0\] + j·strides\[1\] + … of its storage.
 #[derive(Debug, Clone)]
 pub struct View {
-    /// Where its numbers are.
+    /// Storage of the elements.
     pub storage: Storage,
     offset: usize,
     shape: Vec<usize>,
@@ -121,7 +121,7 @@ pub struct View {
 }
 
 impl View {
-    /// A tensor that lies within its storage; none where it does not.
+    /// Makes a tensor. `None` if it does not lie within its storage.
     pub fn new(storage: Storage, offset: usize, shape: Vec<usize>, strides: Vec<usize>) -> Option<Self> {
         if shape.len() != strides.len() || shape.len() > MOST_DIMENSIONS {
             return None;
@@ -137,13 +137,13 @@ impl View {
         Some(Self { storage, offset, shape, strides })
     }
 
-    /// Lengths, slowest first.
+    /// Lengths of the dimensions, slowest first.
     pub fn shape(&self) -> &[usize] {
         &self.shape
     }
 
-    /// The numbers in the order of the shape, from the `bytes` of the whole storage; none where these are too few
-    /// or of a kind that weights do not have.
+    /// Collects the elements in row-major order from the `bytes` of the whole storage. `None` if `bytes` is too
+    /// short, or if weights do not have the number type.
     pub fn gather(&self, bytes: &[u8], order: ByteOrder) -> Option<Vec<f32>> {
         let size = self.storage.kind.size()?;
         let count: usize = self.shape.iter().product();
@@ -160,7 +160,7 @@ impl View {
         (0..count).map(number).collect()
     }
 
-    /// Where in the storage the tensor's number `i` is.
+    /// Index in the storage of element `i` in row-major order.
     fn position(&self, mut i: usize) -> usize {
         let mut at = self.offset;
         for (&n, &stride) in self.shape.iter().zip(&self.strides).rev() {

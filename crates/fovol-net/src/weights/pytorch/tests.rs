@@ -1,4 +1,4 @@
-//! Files that PyTorch did not write; those that it did are in `tests/reference.rs`.
+//! Tests with files that PyTorch did not write. `tests/reference.rs` has files that it did write.
 
 use super::*;
 use crate::plan::WNetConfig;
@@ -7,10 +7,10 @@ use std::io::{Cursor, Write};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
-/// The weights of `config()` under the seed 7, as PyTorch saved them.
+/// Weights of `config()` with seed 7, saved by PyTorch.
 const SAVED: &[u8] = include_bytes!("../../../tests/reference/state_dict.pt");
 
-/// Its pickle and nothing else.
+/// The pickle of [`SAVED`].
 fn saved_pickle() -> Vec<u8> {
     Archive::open(SAVED).unwrap().pickle().unwrap()
 }
@@ -19,7 +19,7 @@ fn config() -> NetworkConfig {
     NetworkConfig::WNet(WNetConfig { encoder: vec![4, 4], decoder: vec![4], ..WNetConfig::paper() })
 }
 
-/// An archive of these files.
+/// Zips `files`.
 fn zipped(files: &[(&str, &[u8])], method: CompressionMethod) -> Vec<u8> {
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
     for (name, bytes) in files {
@@ -29,23 +29,23 @@ fn zipped(files: &[(&str, &[u8])], method: CompressionMethod) -> Vec<u8> {
     zip.finish().unwrap().into_inner()
 }
 
-/// An archive of a pickle alone.
+/// Zips a pickle alone.
 fn pickled(pickle: &[u8]) -> Vec<u8> {
     zipped(&[("a/data.pkl", pickle)], CompressionMethod::Stored)
 }
 
-/// A text in a pickle.
+/// Encodes a text in a pickle.
 fn text(text: &str) -> Vec<u8> {
     [b"X", &(text.len() as u32).to_le_bytes()[..], text.as_bytes()].concat()
 }
 
-/// Whole numbers in a pickle, as a tuple.
+/// Encodes a tuple of integers in a pickle.
 fn tuple(numbers: &[usize]) -> Vec<u8> {
     let numbers = numbers.iter().flat_map(|&n| [b"J", &(n as u32).to_le_bytes()[..]].concat());
     b"(".iter().copied().chain(numbers).chain(*b"t").collect()
 }
 
-/// A tensor in a pickle that is all of a storage.
+/// Encodes a tensor in a pickle. It covers a whole storage.
 fn tensor(storage: &str, key: &str, shape: &[usize]) -> Vec<u8> {
     let strides: Vec<usize> = (0..shape.len()).map(|i| shape[i + 1..].iter().product()).collect();
     let length = (shape.iter().product::<usize>() as u32).to_le_bytes();
@@ -63,25 +63,25 @@ fn tensor(storage: &str, key: &str, shape: &[usize]) -> Vec<u8> {
     .concat()
 }
 
-/// A dict in a pickle.
+/// Encodes a dict in a pickle.
 fn dict(items: &[(&str, Vec<u8>)]) -> Vec<u8> {
     let items: Vec<Vec<u8>> = items.iter().flat_map(|(key, value)| [text(key), value.clone()]).collect();
     [&b"}("[..], &items.concat(), b"u"].concat()
 }
 
-/// The pickle of one object.
+/// Makes the pickle of one object.
 fn program(object: &[u8]) -> Vec<u8> {
     [b"\x80\x02", object, b"."].concat()
 }
 
-/// What is said of the file `bytes`.
+/// Returns the error for the file `bytes`, and asserts that it is one short line.
 fn problem(bytes: &[u8]) -> String {
     let problem = StateDict::parse(bytes).unwrap_err();
     assert!(!problem.contains(char::is_control) && problem.len() < 400, "{problem}");
     problem
 }
 
-/// The state dict of named weights, with names that begin with `prefix`, one storage a tensor.
+/// Zips the state dict of `weights`, whose names get `prefix`, with one storage for each tensor.
 fn state_dict(weights: &Weights, prefix: &str, method: CompressionMethod) -> Vec<u8> {
     let named: Vec<(String, &Array)> =
         weights.arrays().iter().map(|(name, array)| (format!("{prefix}{name}"), array)).collect();
@@ -169,7 +169,7 @@ fn wrappers_and_what_is_no_tensor_do_not_matter() {
         [b"ctorch._utils\n_rebuild_parameter\n", &tensor("FloatStorage", "0", &[1])[..], b"\x89}\x87R"]
             .concat();
     let mut inner = dict(&[&other[..], &[("w", parameter)]].concat());
-    // The dict of another file: attributes, as modules give them to their state dicts.
+    // Attributes, which modules give to their state dicts.
     inner.extend(dict(&[("_metadata", b"}".to_vec())]));
     inner.push(b'b');
     for wrappers in [&[][..], &["model"], &["state_dict"], &["model_state_dict"], &["model", "state_dict"]] {
@@ -271,7 +271,7 @@ fn broken_programs_are_refused() {
 
 #[test]
 fn sizes_that_a_file_does_not_have_cost_nothing() {
-    // A tensor of four numbers that says it has 10¹²: its storage as well, or its strides alone.
+    // A tensor of four numbers that claims 10¹²: by its storage as well, or by its strides alone.
     let large = |length: &[u8], shape: &[u8], stride: &[u8]| {
         let storage =
             [&b"("[..], &text("storage"), b"ctorch\nFloatStorage\n", &text("0"), &text("cpu"), length, b"tQ"];
@@ -287,13 +287,13 @@ fn sizes_that_a_file_does_not_have_cost_nothing() {
     assert!(StateDict::parse(&bytes).unwrap().arrays().unwrap_err().contains("too large"));
     assert!(problem(&large(four, million, b"K\x01")).contains("not within its storage"));
     assert!(problem(&large(four, huge, huge)).contains("not within its storage"));
-    // One number for ever is sound; that no network has such a tensor is found before it is read.
+    // One number, repeated, is valid. No network has such a tensor, and this is found before the data is read.
     let bytes = large(four, million, b"K\0");
     let state = StateDict::parse(&bytes).unwrap();
     assert!(state.network().is_err() && state.weights(&config()).is_err());
     let bytes = large(b"K\x03", b"K\x03", b"K\x01");
     assert!(StateDict::parse(&bytes).unwrap().arrays().unwrap_err().contains("more than 12 bytes"));
-    // A pickle of which there is a thousand times more than of the file.
+    // A pickle that is a thousand times larger than the file.
     let long = zipped(&[("a/data.pkl", &[b'N'; 1 << 20])], CompressionMethod::Deflated);
     assert!(problem(&long).contains("`data.pkl` has more than"));
 }
@@ -307,7 +307,7 @@ fn entries_that_are_one_are_refused() {
     assert!(problem(&bytes).contains("two entries are one"));
 }
 
-/// The weights, or one line; sound ones are those that were saved.
+/// Asserts that a file is read or refused with one line, and that weights, once read, are the saved ones.
 fn check(bytes: &[u8], expected: Option<&Weights>) {
     let found = StateDict::parse(bytes).and_then(|state| {
         let _ = state.network();
@@ -362,7 +362,7 @@ proptest! {
     }
 }
 
-/// Instructions that are whole, or need one more byte.
+/// Instructions that are complete, or need one more byte.
 const INSTRUCTIONS: [&[u8]; 28] = [
     b"(",
     b"N",
@@ -394,7 +394,7 @@ const INSTRUCTIONS: [&[u8]; 28] = [
     b"ctorch._utils\n_rebuild_parameter\n",
 ];
 
-/// The file that PyTorch saved with another pickle.
+/// Replaces the pickle in the file that PyTorch saved.
 fn with_pickle(pickle: &[u8]) -> Vec<u8> {
     let archive = Archive::open(SAVED).unwrap();
     let storages: Vec<(String, Vec<u8>)> = (0..20)

@@ -1,4 +1,4 @@
-//! Products on their way to outputs: AᵀmA.
+//! Output transform AᵀmA.
 
 use super::super::finish::{LARGEST, elu};
 use super::tile::{self, PLACES, REACH, SIDE};
@@ -8,7 +8,8 @@ use crate::cpu::floats::{Floats, MOST, VectorWork};
 use crate::plan::Activation;
 use bytemuck::cast_slice;
 
-/// The making of AᵀmA of every tile and channel of a block, with bias and activation, in the rows of `out`.
+/// Operation that computes AᵀmA for every tile and channel of a block, adds bias, applies the activation, and
+/// writes rows of `out`.
 pub struct TransformBack<'a, T> {
     pub conv: &'a Winograd,
     pub block: &'a Block,
@@ -34,7 +35,7 @@ impl<T: Element> VectorWork for TransformBack<'_, T> {
             for first in (0..channels).step_by(V::N) {
                 let count = V::N.min(channels - first);
                 let sums = Sums { products, plane, block, tile, first };
-                // One after the other: filled with zeros before, they would take as long again.
+                // Written out, because filling an array with zeros first would double the time.
                 let columns = [
                     sums.column(0, some),
                     sums.column(1, some),
@@ -66,19 +67,19 @@ impl<T: Element> VectorWork for TransformBack<'_, T> {
     }
 }
 
-/// The products of a tile for some channels of a block.
+/// Products of a tile for some channels of a block.
 struct Sums<'a> {
     products: &'a [u32],
-    /// From one place to the next.
+    /// Distance between places.
     plane: usize,
     block: &'a Block,
     tile: usize,
-    /// The first channel.
+    /// First channel.
     first: usize,
 }
 
 impl Sums<'_> {
-    /// Column `x` of Aᵀm.
+    /// Computes column `x` of Aᵀm.
     #[inline(always)]
     fn column<V: Floats>(&self, x: usize, some: V) -> [V; SIDE] {
         let Self { products, plane, block, tile, first } = self;
@@ -96,7 +97,7 @@ impl Sums<'_> {
     }
 }
 
-/// `values` after `activation`.
+/// Applies `activation` to `values`.
 #[inline(always)]
 fn active<V: Floats>(values: V, activation: Activation) -> V {
     match activation {

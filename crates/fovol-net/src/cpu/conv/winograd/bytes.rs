@@ -1,36 +1,37 @@
-//! Transformed numbers as bytes: each place of a tile and channel has steps of its own, as numbers reach much further in some than
-//! in others (after Andri et al., "Going Further With Winograd Convolutions: Tap-Wise Quantization for Efficient Inference on 4x4
-//! Tiles", 2022).
+//! Transformed inputs and weights as bytes. Each place of a tile and channel has its own step, because ranges
+//! differ widely. After Andri et al., "Going Further With Winograd Convolutions: Tap-Wise Quantization for
+//! Efficient Inference on 4x4 Tiles" (2022).
 
 use super::tile::{self, PLACES, REACH, SIDE};
 use glam::Vec4;
 
-/// The number that stands for 0, as bytes of inputs have no signs.
+/// Byte that stands for 0, since input bytes are unsigned.
 const ZERO: f32 = 128.0;
-/// The largest of numbers with signs.
+/// Largest signed byte.
 const MOST: f32 = 127.0;
 
-/// What transformed inputs are multiplied by before they are rounded.
+/// Quantisation of transformed inputs.
 #[derive(Debug, Clone)]
 pub struct Bytes {
     inputs: usize,
-    /// \[place\]\[even, odd\]\[half the input channel\], with ones up to [`Self::pairs`].
+    /// Factors before rounding, \[place\]\[even, odd\]\[half the input channel\], padded with ones up to [`pairs`].
     factors: Vec<f32>,
 }
 
-/// Weights of some output channels.
+/// Quantised weights of some output channels.
 pub struct Quantised {
-    /// \[channel of the block, in\]: whole numbers, -127…127.
+    /// Weights, \[channel of the block, in\]: integers −127…127.
     pub kernels: Vec<[f32; PLACES]>,
-    /// What the sum of products is worth: \[place\]\[channel of the block\].
+    /// Steps of sums of products, \[place\]\[channel of the block\].
     pub worth: Vec<f32>,
     width: usize,
-    /// The sums of weights: \[place\]\[channel of the block\].
+    /// Sums of weights, \[place\]\[channel of the block\].
     sums: Vec<f32>,
 }
 
 impl Bytes {
-    /// For `inputs` that reach as far as `reach` \[place\]\[channel\] once they are transformed; what is further is cut off.
+    /// Makes factors for `inputs` channels whose transformed values reach up to `reach` \[place\]\[channel\].
+    /// Larger values are clamped.
     pub fn new(inputs: usize, reach: &[f32]) -> Self {
         let pairs = pairs(inputs);
         let mut factors = vec![1.0; PLACES * 2 * pairs];
@@ -42,14 +43,16 @@ impl Bytes {
         Self { inputs, factors }
     }
 
-    /// The factors of a `place` for the `count` pairs of channels from `first` on: of those that are even and odd.
+    /// Factors of a `place` for `count` pairs of channels from `first` on: of the even channels and of the odd
+    /// ones.
     #[inline(always)]
     pub fn factors(&self, place: usize, first: usize, count: usize) -> [&[f32]; 2] {
         let pairs = pairs(self.inputs);
         [0, 1].map(|parity| &self.factors[(2 * place + parity) * pairs + first..][..count])
     }
 
-    /// Transformed `kernels` \[channel of the block, in\] for inputs that are multiplied by these, of a block of `width` channels.
+    /// Quantises transformed `kernels` \[channel of the block, in\] for inputs with these factors, in a block of
+    /// `width` channels.
     pub fn quantised(&self, kernels: &[[f32; PLACES]], width: usize) -> Quantised {
         let pairs = pairs(self.inputs);
         let mut kernels = kernels.to_vec();
@@ -70,7 +73,8 @@ impl Bytes {
 }
 
 impl Quantised {
-    /// What is added to each pixel of a tile, \[pixel\]\[channel of the block\]: `bias`, less what comes of bytes that stand for 0.
+    /// Bias of each pixel of a tile, \[pixel\]\[channel of the block\]: `bias` minus the contribution of the byte
+    /// that stands for 0.
     pub fn bias(&self, bias: &[f32]) -> Vec<f32> {
         let mut biases = vec![0.0; SIDE * SIDE * self.width];
         for channel in 0..self.width {
@@ -92,7 +96,7 @@ impl Quantised {
     }
 }
 
-/// Pairs of channels, with those up to whole vectors of them.
+/// Number of pairs of channels, padded to whole vectors.
 fn pairs(inputs: usize) -> usize {
     inputs.div_ceil(2).next_multiple_of(super::WORDS)
 }

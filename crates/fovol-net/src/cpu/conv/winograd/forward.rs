@@ -1,4 +1,4 @@
-//! Inputs on their way to products: BᵀdB.
+//! Input transform BᵀdB.
 
 use super::tile::{self, PLACES, REACH, SIDE};
 use super::{Factors, Scratch, Strip, Winograd};
@@ -7,7 +7,7 @@ use crate::cpu::patch::{Access, Source};
 use crate::plan::Padding;
 use bytemuck::{cast_slice, cast_slice_mut};
 
-/// The making of BᵀdB of every tile and input channel.
+/// Operation that computes BᵀdB for every tile and input channel.
 pub struct Transform<'a> {
     pub conv: &'a Winograd,
     pub sources: &'a [Source<'a>],
@@ -55,8 +55,8 @@ impl VectorWork for Transform<'_> {
     }
 }
 
-/// The source that the channels from word `word` of a pixel on are read from in place, and which word of its own pixels that is;
-/// none where they are in the patch.
+/// Finds the source that is read without a copy and has the channels at word `word` of a pixel. Returns it with the
+/// word of its own pixels, or `None` if these channels are in the patch.
 fn in_place<'a>(conv: &Winograd, sources: &'a [Source<'a>], word: usize) -> Option<(&'a Source<'a>, usize)> {
     let mut first = 0;
     for source in sources {
@@ -69,21 +69,21 @@ fn in_place<'a>(conv: &Winograd, sources: &'a [Source<'a>], word: usize) -> Opti
     None
 }
 
-/// Six rows of what tiles side by side look at.
+/// Six rows of inputs for tiles side by side.
 struct Inputs<'a> {
-    /// The words of each; none beyond a border of zeros.
+    /// Words of each row; `None` beyond a border of zeros.
     rows: [Option<&'a [u32]>; REACH],
-    /// Words of a pixel, and which of them are read.
+    /// Words of a pixel, and the first of those that are read.
     pixel: usize,
     word: usize,
-    /// Where the first column is in these rows, and how many they have.
+    /// First column within the rows, and number of columns.
     x: isize,
     width: isize,
     padding: Padding,
 }
 
 impl<'a> Inputs<'a> {
-    /// Of the patch `words`, which has all columns.
+    /// Reads from the patch `words`, which has all columns of the strip.
     fn of_patch(words: &'a [u32], pixel: usize, strip: Strip, word: usize) -> Self {
         let width = SIDE * strip.tiles + 2;
         let row = |y: usize| &words[(strip.row + y) * width * pixel..][..width * pixel];
@@ -91,7 +91,7 @@ impl<'a> Inputs<'a> {
         Self { rows, pixel, word, x: 0, width: width as isize, padding: Padding::Replicate }
     }
 
-    /// Of `source`, from one row and column before those of `strip` on.
+    /// Reads from `source`, beginning one row and column before `strip`.
     fn of_source(conv: &Winograd, source: &Source<'a>, strip: Strip, word: usize) -> Self {
         let ([height, width], padding) = (source.size(), conv.shape.padding);
         let [y, x] = strip.place.map(|first| first as isize - 1);
@@ -104,7 +104,7 @@ impl<'a> Inputs<'a> {
         Self { rows: std::array::from_fn(row), pixel, word, x, width: width as isize, padding }
     }
 
-    /// From which word of each row on a column is read; none beyond a border of zeros.
+    /// Index of the word at which a column is read; `None` beyond a border of zeros.
     #[inline(always)]
     fn place(&self, column: usize) -> Option<usize> {
         let x = self.x + column as isize;
@@ -117,14 +117,14 @@ impl<'a> Inputs<'a> {
 #[derive(Clone, Copy)]
 struct Part {
     tiles: usize,
-    /// Words of a pixel, as many as if transformed numbers were as long as the inputs.
+    /// Words of a pixel, if transformed values were stored like inputs.
     pixel: usize,
-    /// Which word of each pixel they begin with.
+    /// First word of each pixel.
     word: usize,
 }
 
-/// BᵀdB of some channels of every tile, as many as are in vectors of words, of which one `load`s and `store`s as many vectors
-/// of numbers as are in them, the latter for a place. What lies beyond the last channel may be anything.
+/// Computes BᵀdB for the channels of one vector of words, in every tile. `load` unpacks words to vectors; `store`
+/// packs the results of one place. Values beyond the last channel are undefined.
 #[inline(always)]
 fn transform<V: Floats, const PARTS: usize>(
     (inputs, Part { tiles, pixel, word }): (&Inputs<'_>, Part),
@@ -135,7 +135,7 @@ fn transform<V: Floats, const PARTS: usize>(
     let mut columns = [[[some; REACH]; REACH]; PARTS];
     let mut first = 0;
     for tile in 0..tiles {
-        // Two columns are those of the tile before.
+        // Consecutive tiles share two columns.
         for column in first..REACH {
             let mut d = [[some.splat(0.0); REACH]; PARTS];
             if let Some(at) = inputs.place(SIDE * tile + column) {

@@ -1,9 +1,9 @@
-//! 3×3 convolutions with 36 instead of 144 products for 4×4 outputs: F(4×4, 3×3) of Lavin and Gray, "Fast Algorithms
-//! for Convolutional Neural Networks" (2016), after Winograd.
+//! Winograd convolution: 3×3 convolutions with 36 instead of 144 products for 4×4 outputs. This is F(4×4, 3×3) of
+//! Lavin and Gray, "Fast Algorithms for Convolutional Neural Networks" (2016).
 //!
-//! Every 6×6 of inputs is transformed to BᵀdB, multiplied with the transformed weights GgGᵀ and summed over the input
-//! channels, which is a matrix product for each of the 36 places, and transformed back to 4×4 outputs by AᵀmA. All of it
-//! is f32, but that transformed inputs and weights may be rounded to bf16 or to bytes.
+//! Every 6×6 of inputs is transformed to BᵀdB and multiplied by the transformed weights GgGᵀ. Summing over input
+//! channels is a matrix product for each of the 36 places. AᵀmA transforms the sums back to 4×4 outputs. All
+//! arithmetic is f32, except that transformed inputs and weights may be rounded to bf16 or to bytes.
 
 mod back;
 mod bytes;
@@ -24,19 +24,19 @@ use forward::Transform;
 pub use reach::{Distances, note_transformed};
 use tile::{PLACES, SIDE};
 
-/// Channels are padded to as many words: the longest vectors.
+/// Channels are padded to a multiple of this many words: the longest vectors.
 const WORDS: usize = 16;
 
-/// Output rows that are made of one patch: of each other patch two rows are the same again.
+/// Output rows of one patch. Each patch assembles two rows again that its neighbours have too.
 const ROWS: usize = 12;
-/// About as many bytes may a patch, its transformed inputs and their products have: what stays in a second-level cache beside
-/// weights.
+/// Approximate bytes of a patch, its transformed inputs and their products, which leaves room for weights in the
+/// second-level cache.
 const BYTES: usize = 320 << 10;
 
-/// Fewer products a pixel and place than this do not pay for the transformations; half as many f32 do.
+/// Fewest products per pixel and place for which the transforms pay; for f32 half as many suffice.
 const FEWEST_PRODUCTS: usize = 448;
 
-/// A prepared convolution.
+/// A convolution prepared for Winograd's algorithm.
 #[derive(Debug, Clone)]
 pub struct Winograd {
     blocks: Vec<Block>,
@@ -45,13 +45,13 @@ pub struct Winograd {
     simd: Simd,
 }
 
-/// What is multiplied.
+/// Type of the factors of products.
 #[derive(Debug, Clone)]
 enum Factors {
     Singles,
     /// Pairs of bf16.
     Halves,
-    /// Fours of bytes, of inputs that are pairs of bf16.
+    /// Quadruples of bytes, from inputs that are pairs of bf16.
     Bytes(Bytes),
 }
 
@@ -64,63 +64,64 @@ impl Factors {
         }
     }
 
-    /// Transformed numbers in a word.
+    /// Number of transformed values in a word.
     fn count(&self) -> usize {
         self.arithmetic().count()
     }
 
-    /// Inputs in a word of a patch.
+    /// Number of inputs in a word of a patch.
     fn loaded(&self) -> usize {
         self.count().min(2)
     }
 }
 
-/// Some of the output channels.
+/// Weights of some output channels.
 #[derive(Debug, Clone)]
 struct Block {
     first: usize,
     width: usize,
-    /// \[place\]\[word of a pixel\]\[channel of the block\].
+    /// Weights, \[place\]\[word of a pixel\]\[channel of the block\].
     weights: Lines,
-    /// What sums of bytes are worth: \[place\]\[channel of the block\].
+    /// Steps of int8 sums, \[place\]\[channel of the block\].
     worth: Option<Vec<f32>>,
-    /// \[pixel of a tile\]\[channel of the block\].
+    /// Bias, \[pixel of a tile\]\[channel of the block\].
     bias: Vec<f32>,
     kernel: Kernel,
 }
 
-/// Memory of one thread.
+/// Scratch memory of one thread.
 #[derive(Debug, Default)]
 pub struct Scratch {
-    /// \[row\]\[column\]\[word of a pixel\].
+    /// Inputs, \[row\]\[column\]\[word of a pixel\].
     patch: Patch,
-    /// \[place\]\[tile\]\[word of a pixel\], with any words up to whole vectors of them.
+    /// Transformed inputs, \[place\]\[tile\]\[word of a pixel\], padded to whole vectors with undefined words.
     transformed: Lines,
-    /// \[place\]\[tile\]\[channel of the block\].
+    /// Sums of products, \[place\]\[tile\]\[channel of the block\].
     products: Lines,
 }
 
-/// A part of the output.
+/// Part of the output.
 #[derive(Clone, Copy)]
 struct Strip {
-    /// Its first row and column.
+    /// First row and column.
     place: [usize; 2],
-    /// Which row of the patch it begins with.
+    /// First row within the patch.
     row: usize,
-    /// Tiles side by side, whole groups of them.
+    /// Number of tiles side by side: whole groups.
     tiles: usize,
 }
 
 impl Winograd {
-    /// Whether `shape` is one that this is for, where `arithmetic` is that of `simd`.
+    /// Whether Winograd's algorithm is faster for a convolution of `shape` with `arithmetic` on `simd`.
     pub fn suits(shape: &ConvShape, simd: Simd, arithmetic: &Arithmetic) -> bool {
         let is_known = match arithmetic {
             Arithmetic::F32 => true,
-            // Tiles multiply so fast that the transformations would take longer.
+            // AMX multiplies so fast that the transforms would take longer.
             Arithmetic::Bf16 => !simd.multiplies_tiles(arithmetic),
             Arithmetic::Int8 { reach, .. } => {
                 let is_known = reach.as_ref().is_some_and(|reach| reach.len() == PLACES * shape.inputs);
-                // Vectors of AVX2 have no instructions of their own for bytes yet, and plain code is slower than what it saves.
+                // AVX2 has no byte versions of the transforms yet, and plain code would be slower than the direct
+                // convolution.
                 is_known && matches!(simd, Simd::Avx512 | Simd::Portable)
             }
             Arithmetic::SplitBf16 => false,
@@ -129,7 +130,7 @@ impl Winograd {
         is_known && shape.size == 3 && shape.stride == 1 && pays
     }
 
-    /// A convolution of `shape` with `weights` \[out, in, 3, 3\] and `bias` \[out\].
+    /// Prepares a convolution of `shape` with `weights` \[out, in, 3, 3\] and `bias` \[out\].
     pub fn new(
         shape: &ConvShape,
         weights: &[f32],
@@ -184,12 +185,12 @@ impl Winograd {
         Self { blocks, shape: *shape, factors, simd }
     }
 
-    /// Its shape.
+    /// Shape of the convolution.
     pub fn shape(&self) -> &ConvShape {
         &self.shape
     }
 
-    /// Writes the rows from `y` on to `out`.
+    /// Writes the output rows from `y` on to `out`.
     pub fn rows<T: Element>(&self, sources: &[Source<'_>], y: usize, scratch: &mut Scratch, out: &mut [T]) {
         check(&self.shape, sources);
         let sources = &self.in_place(sources)[..];
@@ -219,27 +220,27 @@ impl Winograd {
         }
     }
 
-    /// Words of a transformed pixel that there is something in.
+    /// Words of a transformed pixel, without padding.
     fn words(&self) -> usize {
         self.shape.inputs.div_ceil(self.factors.count())
     }
 
-    /// Words of a pixel of the patch with those that there is nothing in.
+    /// Words of a pixel of the patch, with padding.
     fn loaded_pixel(&self) -> usize {
         self.shape.inputs.div_ceil(self.factors.loaded()).next_multiple_of(WORDS)
     }
 
-    /// The same of a transformed pixel.
+    /// Words of a transformed pixel, with padding.
     fn pixel(&self) -> usize {
         self.loaded_pixel() * self.factors.loaded() / self.factors.count()
     }
 
-    /// Pixels that a kernel computes at once.
+    /// Number of pixels that a kernel computes at once.
     fn group(&self) -> usize {
         self.simd.group(&self.factors.arithmetic())
     }
 
-    /// Tiles side by side in `rows` rows of outputs: whole groups, as many as there is room for.
+    /// Number of tiles side by side in `rows` output rows: whole groups, as many as [`BYTES`] allow.
     fn strip_tiles(&self, rows: usize, width: usize) -> usize {
         let group = self.group();
         let words = PLACES * (self.pixel() + self.blocks[0].width) + (rows + 2) * SIDE * self.loaded_pixel();
@@ -248,7 +249,7 @@ impl Winograd {
         groups.div_ceil(groups.div_ceil(most)) * group
     }
 
-    /// The `sources`, of which those are not to be copied that lie there as vectors are loaded.
+    /// Returns `sources`, with [`Access::InPlace`] for those whose memory layout suits vector loads.
     fn in_place<'a>(&self, sources: &[Source<'a>]) -> Vec<Source<'a>> {
         let whole = WORDS * self.factors.loaded();
         let mut first = 0usize;
@@ -272,7 +273,7 @@ impl Winograd {
             .collect()
     }
 
-    /// What tiles look at and what is not read in place.
+    /// Assembles the patch of a strip, except for sources that are read in place.
     fn load(&self, sources: &[Source<'_>], window: Window, scratch: &mut Scratch) {
         if sources.iter().all(|source| source.access == Access::InPlace) {
             return;
@@ -304,15 +305,16 @@ impl Winograd {
                     weights,
                     bias: NO_BIAS.as_ptr(),
                 };
-                // SAFETY: strips are whole groups of tiles; kernels are only chosen where the processor has them.
+                // SAFETY: strips are whole groups of tiles, and kernels are only chosen where the processor has
+                // their instructions.
                 unsafe { (block.kernel)(&call, products[tile * block.width..].as_mut_ptr()) };
             }
         }
     }
 }
 
-/// The `kernels` \[channel of the block, in\], transformed, in the order of a block of `width` channels: as many inputs as are
-/// in a word make one.
+/// Packs transformed `kernels` \[channel of the block, in\] for a block of `width` channels. `word` packs `COUNT`
+/// inputs into one word.
 fn packed<const COUNT: usize>(
     kernels: &[[f32; PLACES]],
     inputs: usize,

@@ -1,4 +1,4 @@
-//! How far transformed inputs reach, for bytes.
+//! Finds ranges of transformed inputs, for int8.
 
 use super::forward::Transform;
 use super::tile::{PLACES, REACH, SIDE};
@@ -9,31 +9,31 @@ use crate::cpu::simd::Simd;
 use crate::plan::{Activation, Padding};
 use bytemuck::cast_slice;
 
-/// How often transformed numbers were how far from 0.
+/// Histograms of the magnitudes of transformed inputs.
 #[derive(Debug, Clone, Default)]
 pub struct Distances {
-    /// \[place\]\[channel\]\[eighth of an octave\].
+    /// Counts, \[place\]\[channel\]\[eighth of an octave\].
     counts: Vec<u32>,
 }
 
-/// Eighths of octaves that are told apart, from 2⁻²⁰ on.
+/// Number of bins: eighths of octaves from 2⁻²⁰ on.
 const EIGHTHS: usize = 8 * 26;
-/// Bits of an f32 below those that say which eighth of an octave it is in.
+/// Number of low bits of an f32 that do not matter for its bin.
 const BITS: u32 = 20;
-/// The number of the first eighth.
+/// Number of the first bin.
 const FIRST: u32 = (127 - 20) << 3;
-/// Reaches that are tried: eighths of octaves below the furthest that was seen.
+/// Number of ranges to try, in eighths of octaves below the largest observed value.
 const TRIED: i32 = 32;
-/// As much of the furthest of all channels do bytes reach at least: what was never seen may still come.
+/// Smallest range, as a part of the largest range of all channels. Values that were never observed may still occur.
 const LEAST: f32 = 1.0 / 128.0;
 
 impl Distances {
-    /// Nothing was seen yet.
+    /// Whether nothing was observed yet.
     pub fn is_empty(&self) -> bool {
         self.counts.is_empty()
     }
 
-    /// How far bytes are to reach in each place of each of so many channels for the least errors: \[place\]\[channel\].
+    /// Ranges with the smallest squared error for each place and channel, \[place\]\[channel\].
     pub fn reach(&self, channels: usize) -> Vec<f32> {
         let of_place = |counts: &[u32]| {
             let reach: Vec<f32> = counts.chunks_exact(EIGHTHS).map(least_wrong).collect();
@@ -44,7 +44,7 @@ impl Distances {
     }
 }
 
-/// The reach for which the sum of all squared errors is least.
+/// Range for which the sum of squared errors is smallest.
 fn least_wrong(counts: &[u32]) -> f32 {
     let there = counts.iter().enumerate().filter(|(_, count)| **count > 0);
     let middle = |eighth: usize| f32::from_bits((eighth as u32 + FIRST) << BITS | 1 << (BITS - 1));
@@ -53,7 +53,7 @@ fn least_wrong(counts: &[u32]) -> f32 {
     let error = |reach: f32| -> f64 {
         let step = reach / 127.0;
         let squared = |distance: f32| match distance {
-            // What rounding makes nothing of is lost.
+            // Values below half a step are rounded to 0 and lost.
             distance if distance < 0.5 * step => distance * distance,
             distance if distance > reach => (distance - reach).powi(2),
             _ => step * step / 12.0,
@@ -64,12 +64,12 @@ fn least_wrong(counts: &[u32]) -> f32 {
     tried.min_by(|a, b| error(*a).total_cmp(&error(*b))).unwrap_or(most)
 }
 
-/// With the digits that matter, as files say it.
+/// Rounds to the three digits that files have.
 fn rounded(number: f32) -> f32 {
     format!("{number:.2e}").parse().unwrap_or(number)
 }
 
-/// Adds to `distances` those of what the concatenated `sources` are once they are transformed.
+/// Transforms the concatenated `sources` and adds the magnitudes to `distances`.
 pub fn note_transformed(sources: &[Source<'_>], padding: Padding, distances: &mut Distances) {
     let inputs = sources.iter().map(Source::channels).sum();
     let shape = ConvShape { inputs, outputs: 1, size: 3, stride: 1, padding, activation: Activation::None };
@@ -89,7 +89,7 @@ pub fn note_transformed(sources: &[Source<'_>], padding: Padding, distances: &mu
         );
         conv.simd.in_vectors(Transform { conv: &conv, sources, strip, scratch: &mut scratch });
         let transformed: &[f32] = cast_slice(&scratch.transformed);
-        // Those beyond the border are there for whole groups only.
+        // Tiles beyond the border only complete groups and do not count.
         let inside = (width - x).div_ceil(SIDE);
         let places = distances.counts.chunks_exact_mut(inputs * EIGHTHS);
         for (counts, tiles) in places.zip(transformed.chunks_exact(tiles * pixel)) {
@@ -111,7 +111,7 @@ mod tests {
     fn few_large_numbers_are_cut_and_many_are_not() {
         let reach = |large: u32| {
             let mut counts = vec![0; EIGHTHS];
-            // Many small numbers near 2⁻⁷ and some near 1.
+            // Many small values near 2⁻⁷ and some near 1.
             counts[8 * 13] = 1_000_000;
             counts[8 * 20] = large;
             least_wrong(&counts)
