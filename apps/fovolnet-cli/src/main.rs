@@ -10,6 +10,7 @@ mod console;
 mod frame_files;
 mod frame_sequence;
 mod interrupt;
+mod memory_limits;
 mod outputs;
 mod picture;
 mod repro;
@@ -83,6 +84,7 @@ fn main() -> ExitCode {
     quieten_drivers();
     outlive_file_limits();
     fovolnet::keep_freed_memory();
+    memory_limits::outlive();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => return usage(&error),

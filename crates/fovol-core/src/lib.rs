@@ -3,8 +3,8 @@
 //! Every other crate speaks in these types: what is looked at ([`Volume`], [`TransferFunction`],
 //! [`Light`], [`Scene`]), from where ([`Camera`], [`CameraPath`]), which pixels are computed
 //! ([`Fovea`], [`SampleMask`], [`SampleList`]) and what comes out ([`Frame`]).
-//! There is no rendering here. [`input`] is how all of them open the files that they read, [`awake`] how they keep their threads
-//! at work.
+//! There is no rendering here. [`input`] is how all of them open the files that they read, [`memory`] how
+//! they ask for much memory, [`awake`] how they keep their threads at work.
 //!
 //! # World space
 //! The box of a volume has the extent dims × spacing, is centred on the origin and scaled so that
@@ -24,6 +24,7 @@ mod grid;
 pub mod input;
 mod labels;
 mod light;
+pub mod memory;
 mod names;
 mod outliers;
 mod path_text;
@@ -105,6 +106,9 @@ pub enum Error {
     /// A camera path or keyframe that cannot be followed.
     #[error("camera path: {0}")]
     CameraPath(String),
+    /// More memory than there is.
+    #[error(transparent)]
+    Memory(#[from] memory::Shortage),
 }
 
 /// The result of the operations of this crate.

@@ -3,7 +3,7 @@
 //! A link to a file stays a link. What is no file, `/dev/null` or a pipe, keeps its name and is written into.
 
 use crate::stream::{is_stream, open_stream};
-use crate::{Error, Result};
+use crate::{Error, Result, temporaries};
 use fovol_core::input;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
@@ -128,7 +128,9 @@ pub fn temporary(path: &Path) -> Result<NamedTempFile> {
     builder.prefix(".fovolnet-").suffix(&extension);
     let made =
         if is_stream(path) { builder.tempfile() } else { builder.tempfile_in(folder_of(&target(path))) };
-    made.map_err(|e| Error::io("write", path, e))
+    let made = made.map_err(|e| Error::io("write", path, e))?;
+    temporaries::add(made.path());
+    Ok(made)
 }
 
 /// Gives a complete [`temporary`] file its name, once it is on the disk.

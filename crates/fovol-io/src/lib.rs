@@ -9,6 +9,7 @@ pub mod image;
 pub mod natural_order;
 pub mod procedural;
 mod stream;
+pub mod temporaries;
 pub mod transfer_function;
 pub mod video;
 pub mod volume;
