@@ -9,6 +9,7 @@ mod companion;
 mod console;
 mod frame_files;
 mod frame_sequence;
+mod frame_source;
 mod interrupt;
 mod memory_limits;
 mod outputs;

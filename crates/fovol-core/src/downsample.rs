@@ -1,5 +1,7 @@
+use crate::memory::{self, Shortage};
 use crate::volume::bytes::Plain;
 use crate::{Error, Grid, Result, Volume, Voxel, with_voxel_type};
+use bytemuck::Zeroable;
 use rayon::prelude::*;
 
 impl Volume {
@@ -8,7 +10,7 @@ impl Volume {
     /// is nothing else. 64-bit whole numbers are averaged as f64.
     ///
     /// # Errors
-    /// [`Error::Extent`] for a factor of 0.
+    /// [`Error::Extent`] for a factor of 0; no memory for the averages.
     pub fn downsampled(&self, factor: usize) -> Result<Self> {
         if factor == 0 {
             return Err(Error::Extent {
@@ -23,13 +25,18 @@ impl Volume {
         let spacing = self.grid().spacing().map(|side| side * factor as f64);
         let grid = Grid::new(self.grid().dims().map(|dim| dim.div_ceil(factor)), spacing)?;
         let made =
-            with_voxel_type!(self.dtype(), T => Self::from_values(grid, self.averages::<T>(&grid, factor)))?;
+            with_voxel_type!(self.dtype(), T => Self::from_values(grid, self.averages::<T>(&grid, factor)?))?;
         Ok(self.dressed(made))
     }
 
-    fn averages<T: Voxel + Plain>(&self, grid: &Grid, factor: usize) -> Vec<T> {
+    fn averages<T: Voxel + Plain + Zeroable>(
+        &self,
+        grid: &Grid,
+        factor: usize,
+    ) -> std::result::Result<Vec<T>, Shortage> {
         let [nx, ny, _] = grid.dims();
-        let mut averages = vec![T::from_f64(0.0); grid.voxels()];
+        let mut averages =
+            memory::zeroed::<T>(grid.voxels(), "the smaller volume", "a larger --downsample needs less")?;
         averages.par_chunks_mut(nx * ny).enumerate().for_each(|(z, slice)| {
             let mut sums = vec![Sum::default(); nx * ny];
             self.add_slices(z * factor..(z + 1) * factor, factor, nx, &mut sums);
@@ -37,7 +44,7 @@ impl Volume {
                 *average = T::from_f64(sum.mean());
             }
         });
-        averages
+        Ok(averages)
     }
 
     /// Adds the voxels of the slices `along_z` to those of `sums` that they become a part of, in rows of `width`.

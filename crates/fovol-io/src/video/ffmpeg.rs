@@ -7,7 +7,7 @@ use fovol_core::{Frame, FrameSize};
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStderr, ChildStdin, Command, Stdio};
+use std::process::{Child, ChildStderr, ChildStdin, ChildStdout, Command, Stdio};
 use std::sync::LazyLock;
 use std::thread::JoinHandle;
 
@@ -209,32 +209,77 @@ fn animated_webp_frames(from: &mut (impl Read + io::Seek)) -> io::Result<usize> 
     if at == length { Ok(frames) } else { Err(io::ErrorKind::UnexpectedEof.into()) }
 }
 
-/// Reads all frames of the clip at `path`, whatever its matrix, range and rate.
-pub(super) fn read(path: &Path) -> Result<Vec<Frame>> {
-    let failed = |e| Error::io("read", path, e);
-    let mut command = Command::new(ffmpeg_path());
-    command.args(["-loglevel", "error", "-i"]).arg(path).args([
-        "-map",
-        "0:v:0",
-        timing_option(),
-        "passthrough",
-    ]);
-    let matrix =
-        "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int+full_chroma_inp";
-    command.args(["-vf", &format!("{matrix},format=yuv444p"), "-f", "yuv4mpegpipe", "-"]);
-    let mut running = Running::start(command.stdin(Stdio::null()).stdout(Stdio::piped())).map_err(failed)?;
-    let output =
-        running.child.stdout.take().ok_or_else(|| failed(io::Error::other("ffmpeg says nothing")))?;
-    let frames = y4m_file::read(path, BufReader::with_capacity(1 << 20, output));
-    let status = running.child.wait().map_err(failed)?;
-    if !status.success() {
-        let words = running.last_words();
-        return Err(Error::malformed(
-            path,
-            format!("ffmpeg cannot read it as a clip{words}; check the file"),
-        ));
+/// An `ffmpeg` that decodes the frames of a clip, whatever its matrix, range and rate.
+pub(super) struct Reader {
+    path: PathBuf,
+    running: Running,
+    /// None once it has ended.
+    frames: Option<y4m_file::Reader<BufReader<ChildStdout>>>,
+}
+
+impl Reader {
+    /// Begins to read the clip at `path`.
+    pub fn new(path: &Path) -> Result<Self> {
+        let failed = |e| Error::io("read", path, e);
+        let mut command = Command::new(ffmpeg_path());
+        command.args(["-loglevel", "error", "-i"]).arg(path).args([
+            "-map",
+            "0:v:0",
+            timing_option(),
+            "passthrough",
+        ]);
+        let matrix =
+            "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int+full_chroma_inp";
+        command.args(["-vf", &format!("{matrix},format=yuv444p"), "-f", "yuv4mpegpipe", "-"]);
+        let mut running =
+            Running::start(command.stdin(Stdio::null()).stdout(Stdio::piped())).map_err(failed)?;
+        let output =
+            running.child.stdout.take().ok_or_else(|| failed(io::Error::other("ffmpeg says nothing")))?;
+        let mut reader = Self { path: path.to_owned(), running, frames: None };
+        match y4m_file::Reader::new(path, BufReader::with_capacity(1 << 20, output)) {
+            Ok(frames) => reader.frames = Some(frames),
+            Err(error) => return reader.ended(Err(error)),
+        }
+        Ok(reader)
     }
-    frames
+
+    /// The next frame; none at the end.
+    pub fn next(&mut self) -> Result<Option<Frame>> {
+        self.step(|frames| frames.next(), Option::is_none, None)
+    }
+
+    /// Passes over the next frame; false at the end.
+    pub fn skip(&mut self) -> Result<bool> {
+        self.step(|frames| frames.skip(), |there| !there, false)
+    }
+
+    /// What `of` takes from what ffmpeg writes; `end` where that has ended.
+    fn step<T>(
+        &mut self,
+        of: impl FnOnce(&mut y4m_file::Reader<BufReader<ChildStdout>>) -> Result<T>,
+        is_end: impl FnOnce(&T) -> bool,
+        end: T,
+    ) -> Result<T> {
+        let Some(frames) = &mut self.frames else { return Ok(end) };
+        let taken = of(frames);
+        match taken {
+            Ok(taken) if !is_end(&taken) => Ok(taken),
+            taken => {
+                self.frames = None;
+                self.ended(taken)
+            }
+        }
+    }
+
+    /// `outcome`, unless ffmpeg has failed: then what it said is the cause. Nobody reads what it writes any more, so it ends.
+    fn ended<T>(&mut self, outcome: Result<T>) -> Result<T> {
+        let status = self.running.child.wait().map_err(|e| Error::io("read", &self.path, e))?;
+        if status.success() {
+            return outcome;
+        }
+        let words = self.running.last_words();
+        Err(Error::malformed(&self.path, format!("ffmpeg cannot read it as a clip{words}; check the file")))
+    }
 }
 
 /// A process whose errors are listened to, and which ends when nobody waits for it any more.

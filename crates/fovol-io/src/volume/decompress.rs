@@ -1,5 +1,6 @@
 use super::source::Source;
-use crate::Result;
+use crate::{Error, Result};
+use fovol_core::memory::{self, Estimate, Shortage};
 use std::io::Read;
 
 /// The compressions that volume files use.
@@ -19,6 +20,9 @@ const FIRST_PIECE: usize = 64 << 10;
 /// The largest piece: from here on memory grows evenly, so that little more is held than is needed.
 const LARGEST_PIECE: usize = 16 << 20;
 
+/// What needs less memory than a compressed file.
+const UNPACK: &str = "unpacked, as .nhdr or .raw, it needs no memory until it is rendered; `fovolnet convert` unpacks it where there is more";
+
 /// Decompresses `bytes` of `source` until `needed` bytes are there.
 ///
 /// Memory grows with what really comes out; a bomb is read no further than `needed`.
@@ -33,13 +37,21 @@ pub fn decompress(source: &Source, bytes: &[u8], compression: Compression, neede
 /// Reads `needed` bytes, growing with what really comes.
 ///
 /// # Errors
-/// A stream that fails or ends early.
+/// A stream that fails or ends early; no memory for what comes.
 pub fn read_exactly(source: &Source, reader: &mut dyn Read, needed: usize) -> Result<Vec<u8>> {
+    let scarce = |shortage: Shortage| Error::memory(source.path(), shortage);
     let mut out = Vec::new();
+    let mut is_estimated = false;
     while out.len() < needed {
         let before = out.len();
+        // Much has come: the file is what it says, and the rest of it will come too.
+        if before >= LARGEST_PIECE && !is_estimated {
+            let rest = Estimate::new("to read all of it").with("voxels", (needed - before) as u64);
+            rest.check(UNPACK).map_err(scarce)?;
+            is_estimated = true;
+        }
         let more = (needed - before).min(before.clamp(FIRST_PIECE, LARGEST_PIECE));
-        out.reserve_exact(more);
+        memory::reserve(&mut out, more, "to read it", UNPACK).map_err(scarce)?;
         out.resize(before + more, 0);
         reader.read_exact(&mut out[before..]).map_err(|e| {
             source.malformed(format!(

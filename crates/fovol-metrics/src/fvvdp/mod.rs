@@ -132,6 +132,12 @@ impl FovVideoVdp {
         self.measure([reference, test], gaze, true)
     }
 
+    /// How many frames a clip of `fps` frames a second is looked back at, the present one included: the luminance of so many, of
+    /// reference and test, is kept.
+    pub fn frames_kept(fps: f64) -> usize {
+        TemporalFilters::new(fps).taps.len()
+    }
+
     /// Frames measured so far.
     pub fn frames(&self) -> usize {
         self.frames

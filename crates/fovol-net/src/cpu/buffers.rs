@@ -76,9 +76,20 @@ impl Lifetimes {
         self.alike.push([previous, next].map(|place| self.owners[place]));
     }
 
-    /// For each tensor the words of its buffer. The largest tensors choose first; each takes the smallest buffer that is free
-    /// as long as it is there, or a new one.
+    /// For each tensor the words of its buffer.
     fn capacities(&self) -> Vec<usize> {
+        let buffers = self.buffers();
+        let words = |owner: &usize| buffers.chosen[*owner].map_or(0, |buffer| buffers.all[buffer].0);
+        self.owners.iter().map(words).collect()
+    }
+
+    /// The words of all buffers.
+    pub fn words(&self) -> usize {
+        self.buffers().all.iter().map(|(words, _)| words).sum()
+    }
+
+    /// The largest tensors choose first; each takes the smallest buffer that is free as long as it is there, or a new one.
+    fn buffers(&self) -> Buffers {
         let mut owners: Vec<usize> =
             (0..self.spans.len()).filter(|&place| self.spans[place].is_some()).collect();
         owners.sort_by_key(|&place| std::cmp::Reverse(self.spans[place].map(|span| span.words)));
@@ -95,10 +106,7 @@ impl Lifetimes {
                 spans.filter(|&(place, _)| buffers.chosen[place].is_none()).collect();
             buffers.choose(&spans);
         }
-        self.owners
-            .iter()
-            .map(|&owner| buffers.chosen[owner].map_or(0, |buffer| buffers.all[buffer].0))
-            .collect()
+        buffers
     }
 }
 

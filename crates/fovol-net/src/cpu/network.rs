@@ -98,6 +98,11 @@ impl Network {
         State::new(&self.plan, size, &self.halved, Spare::new(&self.lifetimes(size)), self.id)
     }
 
+    /// The memory that the tensors of a clip of frames of `size` take, in bytes: what a [`State`] comes to have.
+    pub fn bytes_of_tensors(&self, size: FrameSize) -> u64 {
+        (self.lifetimes(size).words() * size_of::<u32>()) as u64
+    }
+
     /// What `state` carries, in the order of [`Plan::states`], pixel by pixel at the padded size.
     ///
     /// # Panics

@@ -1,12 +1,16 @@
 use super::bricks::{Bricks, half_resolution};
 use super::march::{March, SampleCount};
+use fovol_core::memory::Shortage;
 
 /// The transmittance towards the light on a grid of half the volume's resolution, by the rule of shadow
 /// rays: voxel *i* stands at the common corner of the volume's voxels 2i and 2i + 1. Voxels outside the part that is
 /// there have what arrives at the nearest point of its faces.
 ///
 /// Stored in 8 bits: this is the cheap alternative to shadow rays, never the reference.
-pub fn shadow_grid(march: &March<'_>) -> Bricks {
+///
+/// # Errors
+/// No memory for it.
+pub fn shadow_grid(march: &March<'_>) -> Result<Bricks, Shortage> {
     let light = march.light_path();
     let [low, high] = march.clip.in_voxels();
     Bricks::of_unit_values(half_resolution(march.grid), |voxel| {
