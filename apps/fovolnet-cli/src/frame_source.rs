@@ -28,7 +28,7 @@ impl FrameSource {
             return Ok(Self::pictures(vec![path.to_owned()]));
         }
         if !path.is_dir() {
-            let count = VideoReader::open(path)?.count_frames()?;
+            let count = VideoReader::count_frames(path)?;
             return Ok(Self::Video { path: path.to_owned(), reader: VideoReader::open(path)?, count });
         }
         for prefix in prefixes {

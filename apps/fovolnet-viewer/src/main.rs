@@ -6,8 +6,10 @@ use eframe::egui::{
     Color32, ColorImage, Context, ScreenshotCallback, Ui, ViewportBuilder, ViewportCommand, Visuals,
 };
 use eframe::egui_wgpu::SurfaceConfig;
+use fovolnet::core::memory::{self, ExitWhenExhausted};
 use fovolnet::core::{Frame, FrameSize};
 use fovolnet::io::image::{self, Alpha};
+use fovolnet::io::temporaries;
 use fovolnet::{RenderSettings, SpeedSettings, VolumeSettings, parse};
 use fovolnet_viewer::drawing_threads;
 use fovolnet_viewer::kept;
@@ -20,6 +22,10 @@ use fovolnet_viewer::{Start, Viewer};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::{Arc, Mutex};
+
+/// Too little memory ends the window with one line; what was not saved is found again.
+#[global_allocator]
+static MEMORY: ExitWhenExhausted = ExitWhenExhausted;
 
 /// Look at a volume.
 #[derive(Parser)]
@@ -200,6 +206,7 @@ fn run(arguments: Arguments) -> Result<()> {
 
 fn main() -> ExitCode {
     fovolnet::keep_freed_memory();
+    memory::before_exit(temporaries::remove_all);
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
         Err(error) if !error.use_stderr() => {

@@ -35,6 +35,9 @@ pub enum Error {
     /// A frame that cannot be.
     #[error(transparent)]
     Frame(#[from] fovol_core::Error),
+    /// More memory than there is.
+    #[error(transparent)]
+    Memory(#[from] fovol_core::memory::Shortage),
     /// A device that does not do it.
     #[cfg(feature = "gpu")]
     #[error(transparent)]

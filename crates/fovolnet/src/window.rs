@@ -1,7 +1,6 @@
 //! The part of frames that a network works on: where nothing can be seen there is nothing to reconstruct.
 
 use crate::Result;
-use fovol_core::memory::{Estimate, SMALLER_FRAMES};
 use fovol_core::{Frame, FrameSize, Region};
 use fovol_net::cpu::{FrameInput, Network, State};
 
@@ -91,12 +90,7 @@ impl Windowed {
     fn follow(&mut self, network: &Network, region: Region) -> Result<Part> {
         let window = region.grown(MARGIN, GRID.max(network.plan().multiple() as u32), self.size);
         Ok(match self.part.take() {
-            None => {
-                let needed = Estimate::new(format!("the network on {}", window.size));
-                let needed = needed.with("its tensors", network.bytes_of_tensors(window.size));
-                needed.check(SMALLER_FRAMES).map_err(fovol_core::Error::from)?;
-                Part { window, state: network.state(window.size) }
-            }
+            None => Part { window, state: network.try_state(window.size)? },
             Some(part) => {
                 let has_room = part.window.contains(&region.grown(LEAST_MARGIN, 1, self.size));
                 let is_too_large = part.window.pixels() * 10 > window.pixels() * TOO_LARGE;

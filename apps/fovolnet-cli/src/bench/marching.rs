@@ -57,7 +57,7 @@ struct CpuMarching {
 
 impl CpuMarching {
     fn new(scene: &Scene, speed: &SpeedSettings, size: FrameSize) -> Result<Self> {
-        let needed = Renderer::estimate(scene, Estimate::new(format!("to march frames of {size}")));
+        let needed = Renderer::estimate(scene, Estimate::new(format!("marching frames of {size}")));
         let frame = size.pixels() * (size_of::<[f32; 4]>() + size_of::<Marched>());
         needed.with("frames", frame as u64).check(SMALLER_BOTH)?;
         let pool = rayon_pool(speed.threads.unwrap_or(0))?;

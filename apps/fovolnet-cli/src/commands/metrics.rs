@@ -63,7 +63,7 @@ impl Viewing {
         // Of the next frames, which are compared with the last ones.
         let kept = if frames == 1 { 1 } else { 2 };
         let seen = if frames == 1 { 1 } else { FovVideoVdp::frames_kept(self.fps).min(frames) };
-        Estimate::new(format!("to compare frames of {a}"))
+        Estimate::new(format!("comparing frames of {a}"))
             .with(format!("{} frames", 2 * kept), both * kept * size_of::<[f32; 4]>() as u64)
             .with(format!("the luminance of {} frames", 2 * seen), both * (seen * size_of::<f32>()) as u64)
     }

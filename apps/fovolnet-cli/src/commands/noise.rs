@@ -53,7 +53,7 @@ impl NoiseArgs {
 
 fn make(output: &Path, side: usize, frames: usize, seed: u64) -> Result<()> {
     let size = NoiseSize::new(side, side, frames).map_err(anyhow::Error::msg)?;
-    Estimate::new(format!("to make {frames}x{side}x{side} ranks"))
+    Estimate::new(format!("making {frames}x{side}x{side} ranks"))
         .with("energies", bytes_of_making_ranks(size))
         .check("a smaller --size or fewer --frames need less")?;
     let extension = output.extension().and_then(|e| e.to_str()).unwrap_or_default();

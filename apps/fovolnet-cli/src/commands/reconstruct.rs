@@ -105,7 +105,7 @@ impl Reconstruct {
         let mut clip = SparseClip::open(&self.sparse)?;
         let size = clip.size();
         // The sparse frame and the full one; networks say what they need when they know how much of a frame they work on.
-        Estimate::new(format!("to fill frames of {size}"))
+        Estimate::new(format!("filling frames of {size}"))
             .with("frames", (2 * size.pixels() * size_of::<[f32; 4]>()) as u64)
             .check("sparse frames of a smaller size need less")?;
         let threads = rayon_pool(self.threads.unwrap_or(0))?;

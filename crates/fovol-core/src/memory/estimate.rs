@@ -22,7 +22,7 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// Nothing yet, for `what`, as in "rendering 1280x720".
+    /// Nothing yet, for `what`, as in "rendering frames of 1280x720".
     pub fn new(what: impl Into<String>) -> Self {
         Self { what: what.into(), parts: Vec::new() }
     }

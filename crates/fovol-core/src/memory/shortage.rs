@@ -3,7 +3,7 @@ use std::fmt;
 /// More memory than there is, and what needs less.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Shortage {
-    /// What needs it.
+    /// What it is for, as in "rendering frames of 64x64".
     pub what: String,
     /// How many bytes it needs.
     pub needed: u64,
@@ -17,7 +17,7 @@ pub struct Shortage {
 
 impl fmt::Display for Shortage {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "out of memory: {} needs {}", self.what, shown(self.needed))?;
+        write!(f, "out of memory: {} for {}", shown(self.needed), self.what)?;
         if let Some(available) = self.available {
             write!(f, ", and {} are available", shown(available))?;
         }
@@ -33,7 +33,8 @@ impl std::error::Error for Shortage {}
 /// `bytes` in the unit that suits them.
 fn shown(bytes: u64) -> String {
     match bytes as f64 {
-        few if few < 1e6 => format!("{bytes} bytes"),
+        few if few < 1e3 => format!("{bytes} bytes"),
+        some if some < 999.5e3 => format!("{:.0} kB", some / 1e3),
         some if some < 999.5e6 => format!("{:.0} MB", some / 1e6),
         many => format!("{:.1} GB", many / 1e9),
     }
@@ -52,12 +53,12 @@ mod tests {
             parts: Vec::new(),
             advice: "give less",
         };
-        assert_eq!(shortage.to_string(), "out of memory: a frame needs 1.5 GB; give less");
+        assert_eq!(shortage.to_string(), "out of memory: 1.5 GB for a frame; give less");
         shortage.available = Some(999_600_000);
-        shortage.parts = vec![("colours".into(), 1_499_999_999), ("words".into(), 1)];
+        shortage.parts = vec![("colours".into(), 1_499_999_999), ("words".into(), 1_999)];
         assert_eq!(
             shortage.to_string(),
-            "out of memory: a frame needs 1.5 GB, and 1.0 GB are available (colours 1.5 GB, words 1 bytes); give less"
+            "out of memory: 1.5 GB for a frame, and 1.0 GB are available (colours 1.5 GB, words 2 kB); give less"
         );
     }
 }

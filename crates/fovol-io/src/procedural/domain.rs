@@ -49,7 +49,7 @@ impl Domain {
 
     /// Zeros for every voxel.
     pub fn zeros<T: Zeroable>(&self) -> Result<Vec<T>> {
-        Ok(memory::zeroed(self.grid.voxels(), "voxels", FEWER_VOXELS)?)
+        Ok(memory::zeroed(self.grid.voxels(), "the voxels", FEWER_VOXELS)?)
     }
 
     /// `value` at every voxel, x fastest.

@@ -187,7 +187,7 @@ pub fn make(kind: Procedural, dims: [usize; 3], seed: u64) -> Result<Volume> {
         return Err(Error::Size { dims });
     }
     let [x, y, z] = dims;
-    let needed = Estimate::new(format!("to make {kind} of {x}x{y}x{z} voxels"));
+    let needed = Estimate::new(format!("making {kind} of {x}x{y}x{z} voxels"));
     needed.with("voxels", (x * y * z * kind.dtype().size()) as u64).check(FEWER_VOXELS)?;
     let domain = Domain::new(dims, seed)?;
     let volume = match kind {

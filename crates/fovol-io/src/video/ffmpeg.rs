@@ -7,7 +7,7 @@ use fovol_core::{Frame, FrameSize};
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStderr, ChildStdin, ChildStdout, Command, Stdio};
+use std::process::{Child, ChildStderr, ChildStdin, ChildStdout, Command, Output, Stdio};
 use std::sync::LazyLock;
 use std::thread::JoinHandle;
 
@@ -177,12 +177,9 @@ fn check(path: &Path, frames: usize, size: FrameSize) -> io::Result<()> {
             found => Err(broken(format!("it holds {found} of {frames} frames"))),
         };
     }
-    let mut command = Command::new(ffmpeg_path());
-    command.args(["-loglevel", "error", "-i"]).arg(path);
-    command.args(["-map", "0:v:0", timing_option(), "passthrough", "-f", "framecrc", "-"]);
-    let output = command.stdin(Stdio::null()).output()?;
+    let output = list_frames(path)?;
     let listed = String::from_utf8_lossy(&output.stdout);
-    let found = listed.lines().filter(|line| !line.starts_with('#')).count();
+    let found = count_listed(&output);
     let has_size = listed.lines().any(|line| line == format!("#dimensions 0: {size}"));
     match () {
         () if !output.status.success() || !output.stderr.is_empty() => {
@@ -245,30 +242,13 @@ impl Reader {
 
     /// The next frame; none at the end.
     pub fn next(&mut self) -> Result<Option<Frame>> {
-        self.step(|frames| frames.next(), Option::is_none, None)
-    }
-
-    /// Passes over the next frame; false at the end.
-    pub fn skip(&mut self) -> Result<bool> {
-        self.step(|frames| frames.skip(), |there| !there, false)
-    }
-
-    /// What `of` takes from what ffmpeg writes; `end` where that has ended.
-    fn step<T>(
-        &mut self,
-        of: impl FnOnce(&mut y4m_file::Reader<BufReader<ChildStdout>>) -> Result<T>,
-        is_end: impl FnOnce(&T) -> bool,
-        end: T,
-    ) -> Result<T> {
-        let Some(frames) = &mut self.frames else { return Ok(end) };
-        let taken = of(frames);
-        match taken {
-            Ok(taken) if !is_end(&taken) => Ok(taken),
-            taken => {
-                self.frames = None;
-                self.ended(taken)
-            }
+        let Some(frames) = &mut self.frames else { return Ok(None) };
+        let next = frames.next();
+        if matches!(next, Ok(Some(_))) {
+            return next;
         }
+        self.frames = None;
+        self.ended(next)
     }
 
     /// `outcome`, unless ffmpeg has failed: then what it said is the cause. Nobody reads what it writes any more, so it ends.
@@ -277,9 +257,34 @@ impl Reader {
         if status.success() {
             return outcome;
         }
-        let words = self.running.last_words();
-        Err(Error::malformed(&self.path, format!("ffmpeg cannot read it as a clip{words}; check the file")))
+        Err(unreadable(&self.path, &self.running.last_words()))
     }
+}
+
+/// What is said of the file at `path`, which ffmpeg does not read; `words` are its own in brackets.
+fn unreadable(path: &Path, words: &str) -> Error {
+    Error::malformed(path, format!("ffmpeg cannot read it as a clip{words}; check the file"))
+}
+
+/// The number of frames of the clip at `path`. They are decoded, but their colours are not made.
+pub(super) fn count_frames(path: &Path) -> Result<usize> {
+    let listed = list_frames(path).map_err(|e| Error::io("read", path, e))?;
+    if !listed.status.success() {
+        return Err(unreadable(path, &last_line(&listed.stderr)));
+    }
+    Ok(count_listed(&listed))
+}
+
+/// Has ffmpeg list the frames of the clip at `path`.
+fn list_frames(path: &Path) -> io::Result<Output> {
+    let mut command = Command::new(ffmpeg_path());
+    command.args(["-loglevel", "error", "-i"]).arg(path);
+    command.args(["-map", "0:v:0", timing_option(), "passthrough", "-f", "framecrc", "-"]);
+    command.stdin(Stdio::null()).output()
+}
+
+fn count_listed(listed: &Output) -> usize {
+    String::from_utf8_lossy(&listed.stdout).lines().filter(|line| !line.starts_with('#')).count()
 }
 
 /// A process whose errors are listened to, and which ends when nobody waits for it any more.

@@ -21,42 +21,44 @@ impl VideoReader {
     /// # Errors
     /// A file that is missing, no clip, or needs an `ffmpeg` that is not installed.
     pub fn open(path: &Path) -> Result<Self> {
-        let failed = |e| Error::io("read", path, e);
-        let mut magic = [0u8; 9];
-        let mut file = input::open(path).map_err(failed)?;
-        let is_y4m = file.read_exact(&mut magic).is_ok() && &magic == b"YUV4MPEG2";
-        if is_y4m {
-            let from = BufReader::new(input::open(path).map_err(failed)?);
-            return Ok(Self(Some(Decoder::Y4m(Box::new(y4m_file::Reader::new(path, from)?)))));
-        }
-        if !ffmpeg_installed() {
-            return Err(Error::unsupported(
-                path,
-                "only .y4m clips are read without ffmpeg; install ffmpeg or convert the clip",
-            ));
-        }
-        Ok(Self(Some(Decoder::Ffmpeg(Box::new(ffmpeg::Reader::new(path)?)))))
+        let decoder = match y4m(path)? {
+            Some(reader) => Decoder::Y4m(Box::new(reader)),
+            None => Decoder::Ffmpeg(Box::new(ffmpeg::Reader::new(path)?)),
+        };
+        Ok(Self(Some(decoder)))
     }
 
-    /// The number of frames that are left. They are decoded, and not kept.
+    /// The number of frames of the clip at `path`. They are decoded, and not kept.
     ///
     /// # Errors
-    /// A clip that is damaged.
-    pub fn count_frames(mut self) -> Result<usize> {
+    /// As [`Self::open`]; a clip that is damaged.
+    pub fn count_frames(path: &Path) -> Result<usize> {
+        let Some(mut reader) = y4m(path)? else { return ffmpeg::count_frames(path) };
         let mut count = 0;
-        while self.pass_over()? {
+        while reader.skip()? {
             count += 1;
         }
         Ok(count)
     }
+}
 
-    fn pass_over(&mut self) -> Result<bool> {
-        match &mut self.0 {
-            None => Ok(false),
-            Some(Decoder::Y4m(reader)) => reader.skip(),
-            Some(Decoder::Ffmpeg(reader)) => reader.skip(),
-        }
+/// The file at `path` as uncompressed frames; none where ffmpeg is to read it.
+fn y4m(path: &Path) -> Result<Option<y4m_file::Reader<BufReader<File>>>> {
+    let failed = |e| Error::io("read", path, e);
+    let mut magic = [0u8; 9];
+    let mut file = input::open(path).map_err(failed)?;
+    let is_y4m = file.read_exact(&mut magic).is_ok() && &magic == b"YUV4MPEG2";
+    if is_y4m {
+        let from = BufReader::new(input::open(path).map_err(failed)?);
+        return y4m_file::Reader::new(path, from).map(Some);
     }
+    if !ffmpeg_installed() {
+        return Err(Error::unsupported(
+            path,
+            "only .y4m clips are read without ffmpeg; install ffmpeg or convert the clip",
+        ));
+    }
+    Ok(None)
 }
 
 impl Iterator for VideoReader {
@@ -88,19 +90,18 @@ mod tests {
         let mut writer = VideoWriter::create(&path, size, 30).unwrap();
         (0..3).for_each(|_| writer.push(&Frame::new(size)).unwrap());
         writer.finish().unwrap();
-        assert_eq!(VideoReader::open(&path).unwrap().count_frames().unwrap(), 3);
+        assert_eq!(VideoReader::count_frames(&path).unwrap(), 3);
         let mut bytes = std::fs::read(&path).unwrap();
         bytes.truncate(bytes.len() - 10);
         std::fs::write(&path, &bytes).unwrap();
-        let mut reader = VideoReader::open(&path).unwrap();
-        assert!(reader.next().unwrap().is_ok());
-        assert_eq!(reader.count_frames().unwrap(), 1);
+        assert_eq!(VideoReader::count_frames(&path).unwrap(), 2);
+        assert_eq!(VideoReader::open(&path).unwrap().map(Result::unwrap).count(), 2);
         let frame = bytes.windows(5).rposition(|word| word == b"FRAME").unwrap();
         bytes[frame] = b'X';
         std::fs::write(&path, &bytes).unwrap();
         let mut reader = VideoReader::open(&path).unwrap();
         assert!(reader.next().unwrap().is_ok() && reader.next().unwrap().is_ok());
         assert!(reader.next().unwrap().is_err() && reader.next().is_none());
-        assert!(VideoReader::open(&path).unwrap().count_frames().is_err());
+        assert!(VideoReader::count_frames(&path).is_err());
     }
 }

@@ -46,12 +46,12 @@ pub fn read_exactly(source: &Source, reader: &mut dyn Read, needed: usize) -> Re
         let before = out.len();
         // Much has come: the file is what it says, and the rest of it will come too.
         if before >= LARGEST_PIECE && !is_estimated {
-            let rest = Estimate::new("to read all of it").with("voxels", (needed - before) as u64);
+            let rest = Estimate::new("unpacking all of it").with("voxels", (needed - before) as u64);
             rest.check(UNPACK).map_err(scarce)?;
             is_estimated = true;
         }
         let more = (needed - before).min(before.clamp(FIRST_PIECE, LARGEST_PIECE));
-        memory::reserve(&mut out, more, "to read it", UNPACK).map_err(scarce)?;
+        memory::reserve(&mut out, more, "unpacking it", UNPACK).map_err(scarce)?;
         out.resize(before + more, 0);
         reader.read_exact(&mut out[before..]).map_err(|e| {
             source.malformed(format!(

@@ -9,7 +9,7 @@ use std::sync::Arc;
 /// What is said of a file of `length` bytes that cannot be mapped.
 fn too_large(length: u64) -> Shortage {
     Shortage {
-        what: "to open the file".into(),
+        what: "opening the file".into(),
         needed: length,
         available: memory::available(),
         parts: Vec::new(),

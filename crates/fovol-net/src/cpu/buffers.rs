@@ -7,6 +7,7 @@ use super::element::Element;
 use super::map::{Map, Stored, with_map};
 use super::numbers::Numbers;
 use super::words::Words;
+use fovol_core::memory::Shortage;
 
 /// How long tensors are there, and what they take, found by going through the making of one frame.
 #[derive(Debug)]
@@ -83,9 +84,9 @@ impl Lifetimes {
         self.owners.iter().map(words).collect()
     }
 
-    /// The words of all buffers.
-    pub fn words(&self) -> usize {
-        self.buffers().all.iter().map(|(words, _)| words).sum()
+    /// The words of each buffer.
+    pub fn words(&self) -> Vec<usize> {
+        self.buffers().all.into_iter().map(|(words, _)| words).collect()
     }
 
     /// The largest tensors choose first; each takes the smallest buffer that is free as long as it is there, or a new one.
@@ -173,6 +174,15 @@ impl Spare {
         Self { capacities: lifetimes.capacities(), free: Vec::new() }
     }
 
+    /// Has all buffers now, instead of when they are asked for.
+    ///
+    /// # Errors
+    /// No memory for them.
+    pub fn fill(&mut self, lifetimes: &Lifetimes) -> Result<(), Shortage> {
+        self.free = lifetimes.words().into_iter().map(Words::try_zeros).collect::<Result<_, _>>()?;
+        Ok(())
+    }
+
     /// Memory for tensor `place`, whose shape and numbers say nothing yet.
     pub fn take(&mut self, is_halved: bool, place: usize) -> Stored {
         match is_halved {
@@ -238,6 +248,7 @@ mod tests {
         ) {
             let lifetimes = chain(&layers);
             let mut spare = Spare::new(&lifetimes);
+            let planned = lifetimes.words().len();
             let mut made = 0;
             let mut first = 0;
             for frame in 0..3 {
@@ -260,6 +271,7 @@ mod tests {
                 }
             }
             prop_assert_eq!(made, first, "later frames need no new memory");
+            prop_assert_eq!(made, planned);
             let total: usize = spare.free.iter().map(|words| words.len()).sum();
             prop_assert!(total <= layers.iter().map(|layer| layer.0).sum());
         }

@@ -18,6 +18,7 @@ use super::units::Unit;
 use crate::plan::{Plan, TensorId};
 use crate::weights::Weights;
 use crate::{Error, Result};
+use fovol_core::memory::{Estimate, SMALLER_FRAMES};
 use fovol_core::{Frame, FrameSize, awake};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -98,9 +99,19 @@ impl Network {
         State::new(&self.plan, size, &self.halved, Spare::new(&self.lifetimes(size)), self.id)
     }
 
-    /// The memory that the tensors of a clip of frames of `size` take, in bytes: what a [`State`] comes to have.
-    pub fn bytes_of_tensors(&self, size: FrameSize) -> u64 {
-        (self.lifetimes(size).words() * size_of::<u32>()) as u64
+    /// As [`Self::state`], with all memory that the clip's tensors need from the beginning.
+    ///
+    /// # Errors
+    /// More memory than there is.
+    pub fn try_state(&self, size: FrameSize) -> Result<State> {
+        let lifetimes = self.lifetimes(size);
+        let words: usize = lifetimes.words().iter().sum();
+        Estimate::new(format!("the network on frames of {size}"))
+            .with("its tensors", (words * size_of::<u32>()) as u64)
+            .check(SMALLER_FRAMES)?;
+        let mut spare = Spare::new(&lifetimes);
+        spare.fill(&lifetimes)?;
+        Ok(State::new(&self.plan, size, &self.halved, spare, self.id))
     }
 
     /// What `state` carries, in the order of [`Plan::states`], pixel by pixel at the padded size.
@@ -121,7 +132,7 @@ impl Network {
     /// frames so far; what lay outside these is as the nearest that they had.
     ///
     /// # Errors
-    /// A state of another network, a way that is no multiple of [`Plan::multiple`].
+    /// A state of another network, a way that is no multiple of [`Plan::multiple`], no memory for another size.
     pub fn moved(&self, mut state: State, size: FrameSize, by: [i64; 2]) -> Result<State> {
         let multiple = self.plan.multiple() as i64;
         if state.network != self.id {
@@ -131,7 +142,7 @@ impl Network {
             let problem = format!("it cannot move by {}x{}; give multiples of {multiple}", by[0], by[1]);
             return Err(Error::State(problem));
         }
-        let mut moved = self.state(size);
+        let mut moved = if size == state.size { self.state(size) } else { self.try_state(size)? };
         if size == state.size {
             // The memory is as large as is needed.
             std::mem::swap(&mut moved.spare, &mut state.spare);

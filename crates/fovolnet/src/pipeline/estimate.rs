@@ -15,7 +15,7 @@ const MARCHED: usize = size_of::<Pixel>() + size_of::<Marched>();
 /// Refuses what cannot fit into memory.
 pub fn check(device: &OpenDevice, scene: &Scene, settings: &RenderSettings) -> Result<()> {
     let size = settings.frame_size();
-    let estimate = Renderer::estimate(scene, Estimate::new(format!("to render frames of {size}")));
+    let estimate = Renderer::estimate(scene, Estimate::new(format!("rendering frames of {size}")));
     let estimate = match device {
         OpenDevice::Cpu => estimate.with("frames", frames(settings)),
         // Only what is uploaded is made here, and only what is read back of frames comes here.
@@ -45,7 +45,7 @@ impl Pipeline {
         let size = self.size();
         let pixels = size.pixels();
         // While the reference is made the rendered frame is there, sparse and full.
-        Estimate::new(format!("to render frames of {size} and their references"))
+        Estimate::new(format!("rendering frames of {size} and their references"))
             .with("frames", (pixels * 2 * COLOUR) as u64)
             .with("references", (pixels * (COLOUR + MARCHED)) as u64)
             .check(SMALLER_FRAMES)
