@@ -116,7 +116,11 @@ fn frames_of_others_and_comparisons_survive_every_refusal() {
 #[cfg(target_os = "linux")]
 fn within(kilobytes: u64, folder: &Path, line: &str) -> Output {
     let mut command = Command::new("sh");
-    command.args(["-c", &format!("ulimit -v {kilobytes}; exec \"$0\" \"$@\""), env!("CARGO_BIN_EXE_fovolnet")]);
+    command.args([
+        "-c",
+        &format!("ulimit -v {kilobytes}; exec \"$0\" \"$@\""),
+        env!("CARGO_BIN_EXE_fovolnet"),
+    ]);
     command.args(line.split_whitespace()).current_dir(folder).stdin(Stdio::null()).output().unwrap()
 }
 
@@ -133,8 +137,16 @@ fn what_cannot_fit_is_refused_with_what_helps() {
     let at = folder.path();
     zeros(&at.join("big_1024x1024x1024_uint8.raw"), 1);
     for (kilobytes, line, parts) in [
-        (1 << 20, "render head --size 16384x16384 --device cpu -o out", ["frames 10.7 GB", "a smaller --size"]),
-        (1 << 20, "render head --size 16384x16384 --frames 9 --device cpu -o out", ["frames 8.6 GB", "--size"]),
+        (
+            1 << 20,
+            "render head --size 16384x16384 --device cpu -o out",
+            ["frames 10.7 GB", "a smaller --size"],
+        ),
+        (
+            1 << 20,
+            "render head --size 16384x16384 --frames 9 --device cpu -o out",
+            ["frames 8.6 GB", "--size"],
+        ),
         (
             1 << 20,
             "render head --dims 32,32,32 --size 5000x4000 --keep frame,reference --device cpu -o out",
@@ -142,7 +154,8 @@ fn what_cannot_fit_is_refused_with_what_helps() {
         ),
         (
             1 << 20,
-            "render head --dims 32,32,32 --size 3000x2500 --frames 2 --reconstruct deepfovea --device cpu -o out",
+            "render head --dims 32,32,32 --size 4000x3000 --frames 2 --pb 0.01 --reconstruct wnet --weights wnet-paper --precision f32 \
+             --device cpu -o out",
             ["its tensors", "a smaller --size"],
         ),
         (
@@ -163,7 +176,8 @@ fn what_cannot_fit_is_refused_with_what_helps() {
     let left: Vec<String> = files(&at.join("out")).into_keys().collect();
     assert!(left.is_empty(), "{left:?}");
     // And what helps does help.
-    let small = "render big_1024x1024x1024_uint8.raw --size 64x64 --sampling full --downsample 8 --device cpu -o out";
+    let small =
+        "render big_1024x1024x1024_uint8.raw --size 64x64 --sampling full --downsample 8 --device cpu -o out";
     let output = within(1_500_000, at, small);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }

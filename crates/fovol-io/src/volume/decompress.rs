@@ -41,14 +41,15 @@ pub fn decompress(source: &Source, bytes: &[u8], compression: Compression, neede
 pub fn read_exactly(source: &Source, reader: &mut dyn Read, needed: usize) -> Result<Vec<u8>> {
     let scarce = |shortage: Shortage| Error::memory(source.path(), shortage);
     let mut out = Vec::new();
-    let mut is_estimated = false;
+    let mut estimated = LARGEST_PIECE;
     while out.len() < needed {
         let before = out.len();
-        // Much has come: the file is what it says, and the rest of it will come too.
-        if before >= LARGEST_PIECE && !is_estimated {
-            let rest = Estimate::new("unpacking all of it").with("voxels", (needed - before) as u64);
+        if before >= estimated {
+            // What has come speaks for some more, not for whatever a header promises.
+            let likely = (needed - before).min(16 * before);
+            let rest = Estimate::new("unpacking it").with("the next voxels", likely as u64);
             rest.check(UNPACK).map_err(scarce)?;
-            is_estimated = true;
+            estimated = 2 * before;
         }
         let more = (needed - before).min(before.clamp(FIRST_PIECE, LARGEST_PIECE));
         memory::reserve(&mut out, more, "unpacking it", UNPACK).map_err(scarce)?;

@@ -106,7 +106,7 @@ impl Network {
     pub fn try_state(&self, size: FrameSize) -> Result<State> {
         let lifetimes = self.lifetimes(size);
         let words: usize = lifetimes.words().iter().sum();
-        Estimate::new(format!("the network on frames of {size}"))
+        Estimate::new(format!("the network on {size} pixels"))
             .with("its tensors", (words * size_of::<u32>()) as u64)
             .check(SMALLER_FRAMES)?;
         let mut spare = Spare::new(&lifetimes);
