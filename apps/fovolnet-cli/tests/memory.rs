@@ -86,6 +86,13 @@ fn networks_clips_and_references_survive_every_refusal() {
     let line = "render marschner-lobb --dims 48,48,48 --size 160x120 --frames 2 --path flythrough --pb 0.2 --device cpu \
                 --reconstruct wnet --precision f32 --keep frame,sparse,reference,motion --format exr --video out/clip.y4m -o out";
     refuse_each(line, nothing.path(), 10);
+    if !fovolnet::io::video::ffmpeg_installed() {
+        println!("skipped: no ffmpeg");
+        return;
+    }
+    let line = "render marschner-lobb --dims 16,16,16 --size 160x120 --frames 2 --reconstruct pull-push --device cpu \
+                --video out/clip.mp4 -o out";
+    refuse_each(line, nothing.path(), 4);
 }
 
 #[test]

@@ -1,10 +1,11 @@
-//! The temporary files of this process, for programs that end at once, where no destructor removes them.
+//! The temporary files of this process and the programs that write into them, for programs that end at once, where no destructor
+//! removes them.
 //!
 //! They lie in memory that is there from the beginning: whoever finds no memory for anything else can still remove them.
 
 use std::path::Path;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, Ordering};
 
 /// So many files are known at once, and names up to this length.
 const FILES: usize = 32;
@@ -40,10 +41,29 @@ pub(crate) fn add(path: &Path) {
     }
 }
 
-/// Removes every temporary file that is still there. Asks for no memory and waits for nobody, so that an allocator may call it;
-/// the program must end then.
+/// The numbers of processes that may write into temporary files; 0 where there is none.
+static WRITERS: [AtomicU32; FILES] = [const { AtomicU32::new(0) }; FILES];
+
+/// Enters the process of number `id`, which writes into temporary files.
+pub(crate) fn add_writer(id: u32) {
+    let is_taken =
+        |place: &&AtomicU32| place.compare_exchange(0, id, Ordering::SeqCst, Ordering::SeqCst).is_ok();
+    // Where there is no place it is on its own.
+    let _ = WRITERS.iter().find(is_taken);
+}
+
+/// Takes out the process of number `id`, before anybody waits for its end: later the number may be that of another one.
+pub(crate) fn forget_writer(id: u32) {
+    for place in &WRITERS {
+        let _ = place.compare_exchange(id, 0, Ordering::SeqCst, Ordering::SeqCst);
+    }
+}
+
+/// Ends every process that writes into temporary files, and removes those that are still there. Asks for no memory and takes no
+/// lock, so that an allocator may call it; the program must end then.
 pub fn remove_all() {
     ENDS.store(true, Ordering::SeqCst);
+    WRITERS.iter().map(|place| place.swap(0, Ordering::SeqCst)).filter(|&id| id != 0).for_each(end);
     for bytes in NAMES.iter().filter_map(Name::path) {
         remove(&bytes);
     }
@@ -84,7 +104,23 @@ fn remove(path: &[u8; LONGEST]) {
     let _ = unsafe { libc::unlink(path.as_ptr().cast()) };
 }
 
+/// Ends the process of number `id`, which is a child of this one, and waits until it can write no more.
+#[cfg(unix)]
+fn end(id: u32) {
+    let Ok(id) = libc::pid_t::try_from(id) else { return };
+    // SAFETY: both take numbers; the pointer to where the status goes may be null. Nobody has waited for this child yet, so the
+    // number is still its own.
+    unsafe {
+        libc::kill(id, libc::SIGKILL);
+        libc::waitpid(id, std::ptr::null_mut(), 0);
+    }
+}
+
 /// Elsewhere nobody ends without destructors.
+#[cfg(not(unix))]
+fn end(_: u32) {}
+
+/// As above.
 #[cfg(not(unix))]
 fn exists(_: &[u8; LONGEST]) -> bool {
     false

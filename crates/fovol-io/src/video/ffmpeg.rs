@@ -1,13 +1,13 @@
 //! Clips through an installed `ffmpeg`, which is trusted with nothing: what it wrote is read back.
 
 use super::{FrameRate, y4m_file};
-use crate::{Error, Result};
+use crate::{Error, Result, temporaries};
 use ffmpeg_sidecar::paths::ffmpeg_path;
 use fovol_core::{Frame, FrameSize};
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStderr, ChildStdin, ChildStdout, Command, Output, Stdio};
+use std::process::{Child, ChildStderr, ChildStdin, ChildStdout, Command, ExitStatus, Output, Stdio};
 use std::sync::LazyLock;
 use std::thread::JoinHandle;
 
@@ -133,7 +133,7 @@ impl Writer {
     /// Completes the file and reads it back: every frame must be there, in its size.
     pub fn finish(mut self) -> io::Result<()> {
         let flushed = self.input.take().is_none_or(|mut input| input.flush().is_ok());
-        let status = self.running.child.wait()?;
+        let status = self.running.wait()?;
         if !flushed || !status.success() {
             return Err(self.failure());
         }
@@ -253,7 +253,7 @@ impl Reader {
 
     /// `outcome`, unless ffmpeg has failed: then what it said is the cause. Nobody reads what it writes any more, so it ends.
     fn ended<T>(&mut self, outcome: Result<T>) -> Result<T> {
-        let status = self.running.child.wait().map_err(|e| Error::io("read", &self.path, e))?;
+        let status = self.running.wait().map_err(|e| Error::io("read", &self.path, e))?;
         if status.success() {
             return outcome;
         }
@@ -296,14 +296,21 @@ struct Running {
 impl Running {
     fn start(command: &mut Command) -> io::Result<Self> {
         let mut child = command.stderr(Stdio::piped()).spawn()?;
+        temporaries::add_writer(child.id());
         let errors = child.stderr.take().map(|errors| std::thread::spawn(|| end_of(errors)));
         Ok(Self { child, errors })
+    }
+
+    /// Waits for its end.
+    fn wait(&mut self) -> io::Result<ExitStatus> {
+        temporaries::forget_writer(self.child.id());
+        self.child.wait()
     }
 
     /// The last line of its errors in brackets, once it has ended; nothing where it said nothing.
     fn last_words(&mut self) -> String {
         // It ends by itself: its input is closed.
-        let _ = self.child.wait();
+        let _ = self.wait();
         let said = self.errors.take().and_then(|errors| errors.join().ok());
         said.map_or_else(String::new, |said| last_line(&said))
     }
@@ -313,7 +320,7 @@ impl Drop for Running {
     fn drop(&mut self) {
         // Where it has ended already there is nothing to stop.
         let _ = self.child.kill();
-        let _ = self.child.wait();
+        let _ = self.wait();
     }
 }
 
