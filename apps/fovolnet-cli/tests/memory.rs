@@ -102,6 +102,8 @@ fn volumes_survive_every_refusal() {
     refuse_each("convert in.nii.gz out.vti", folder.path(), 2);
     refuse_each("convert in.nii.gz out.nrrd --downsample 2", folder.path(), 2);
     refuse_each("info in.nii.gz", folder.path(), 2);
+    succeeds(folder.path(), "data make engine bare_96x96x64_uint8.raw.gz --dims 96,96,64");
+    refuse_each("info bare_96x96x64_uint8.raw.gz", folder.path(), 1);
     refuse_each("data make engine out.mha --dims 80,80,64", folder.path(), 1);
     refuse_each("noise make out.npy --size 64 --frames 16", folder.path(), 3);
 }

@@ -82,21 +82,38 @@ fn reader(bytes: &[u8], compression: Compression) -> Box<dyn Read + '_> {
 /// Decompresses everything in `bytes`, up to `limit` bytes.
 ///
 /// # Errors
-/// A damaged stream, or more than `limit` bytes.
+/// A damaged stream, or more than `limit` bytes; no memory for what comes.
 pub fn decompress_all(
     source: &Source,
     bytes: &[u8],
     compression: Compression,
     limit: usize,
 ) -> Result<Vec<u8>> {
+    let mut reader = reader(bytes, compression).take(limit as u64 + 1);
     let mut out = Vec::new();
-    let mut reader = reader(bytes, compression);
-    let read = reader.by_ref().take(limit as u64 + 1).read_to_end(&mut out);
-    read.map_err(|e| {
-        source.malformed(format!("its compressed data is damaged ({e}); copy or download the file again"))
-    })?;
+    loop {
+        let before = out.len();
+        let more = before.clamp(FIRST_PIECE, LARGEST_PIECE);
+        memory::reserve(&mut out, more, "unpacking it", UNPACK)
+            .map_err(|shortage| Error::memory(source.path(), shortage))?;
+        // No more than there is room for, so that `out` never grows by itself.
+        let read = reader.by_ref().take(more as u64).read_to_end(&mut out);
+        let read = read.map_err(|e| {
+            source.malformed(format!("its compressed data is damaged ({e}); copy or download the file again"))
+        })?;
+        if read < more {
+            break;
+        }
+    }
     if out.len() > limit {
         return Err(source.malformed(format!("it decompresses to more than {limit} bytes; is it a volume?")));
     }
     Ok(out)
+}
+
+/// How many bytes come out of all of `bytes`, without keeping them; none where they are damaged, or more than `limit` come out.
+pub fn decompressed_length(bytes: &[u8], compression: Compression, limit: usize) -> Option<usize> {
+    let mut reader = reader(bytes, compression).take(limit as u64 + 1);
+    let length = std::io::copy(&mut reader, &mut std::io::sink()).ok()?;
+    usize::try_from(length).ok().filter(|&length| length <= limit)
 }
