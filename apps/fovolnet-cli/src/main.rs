@@ -9,8 +9,10 @@ mod companion;
 mod console;
 mod frame_files;
 mod frame_sequence;
+mod frame_source;
 mod interrupt;
 mod long_work;
+mod memory_limits;
 mod outputs;
 mod picture;
 mod repro;
@@ -84,6 +86,7 @@ fn main() -> ExitCode {
     quieten_drivers();
     outlive_file_limits();
     fovolnet::keep_freed_memory();
+    memory_limits::outlive();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => return usage(&error),

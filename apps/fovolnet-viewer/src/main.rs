@@ -6,7 +6,8 @@ use eframe::egui::{
     Color32, ColorImage, Context, ScreenshotCallback, Ui, ViewportBuilder, ViewportCommand, Visuals,
 };
 use eframe::egui_wgpu::SurfaceConfig;
-use fovolnet::core::{Frame, FrameSize, stop};
+use fovolnet::core::memory::{self, ExitWhenExhausted};
+use fovolnet::core::{Frame, FrameSize, stop, temporaries};
 use fovolnet::io::image::{self, Alpha};
 use fovolnet::{RenderSettings, SpeedSettings, VolumeSettings, parse, signals};
 use fovolnet_viewer::drawing_threads;
@@ -20,6 +21,10 @@ use fovolnet_viewer::{Start, Viewer};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::{Arc, Mutex};
+
+/// Too little memory ends the window with one line; what was not saved is found again.
+#[global_allocator]
+static MEMORY: ExitWhenExhausted = ExitWhenExhausted;
 
 /// Look at a volume.
 #[derive(Parser)]
@@ -224,6 +229,7 @@ fn run(arguments: Arguments) -> Result<()> {
 
 fn main() -> ExitCode {
     fovolnet::keep_freed_memory();
+    memory::before_exit(temporaries::remove_all);
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
         Err(error) if !error.use_stderr() => {

@@ -1,5 +1,7 @@
+use crate::memory::{self, Shortage};
 use crate::volume::bytes::Plain;
 use crate::{Error, Grid, Result, Volume, Voxel, stop, with_voxel_type};
+use bytemuck::Zeroable;
 use rayon::prelude::*;
 
 impl Volume {
@@ -10,7 +12,7 @@ impl Volume {
     /// has nothing else. 64-bit integers are averaged as f64.
     ///
     /// # Errors
-    /// [`Error::Extent`] for a factor of 0.
+    /// [`Error::Extent`] for a factor of 0; no memory for the averages.
     pub fn downsampled(&self, factor: usize) -> Result<Self> {
         if factor == 0 {
             return Err(Error::Extent {
@@ -25,13 +27,18 @@ impl Volume {
         let spacing = self.grid().spacing().map(|side| side * factor as f64);
         let grid = Grid::new(self.grid().dims().map(|dim| dim.div_ceil(factor)), spacing)?;
         let made =
-            with_voxel_type!(self.dtype(), T => Self::from_values(grid, self.averages::<T>(&grid, factor)))?;
+            with_voxel_type!(self.dtype(), T => Self::from_values(grid, self.averages::<T>(&grid, factor)?))?;
         Ok(self.dressed(made))
     }
 
-    fn averages<T: Voxel + Plain>(&self, grid: &Grid, factor: usize) -> Vec<T> {
+    fn averages<T: Voxel + Plain + Zeroable>(
+        &self,
+        grid: &Grid,
+        factor: usize,
+    ) -> std::result::Result<Vec<T>, Shortage> {
         let [nx, ny, _] = grid.dims();
-        let mut averages = vec![T::from_f64(0.0); grid.voxels()];
+        let mut averages =
+            memory::zeroed::<T>(grid.voxels(), "the smaller volume", "a larger --downsample needs less")?;
         averages.par_chunks_mut(nx * ny).enumerate().for_each(|(z, slice)| {
             stop::point();
             let mut sums = vec![Sum::default(); nx * ny];
@@ -40,7 +47,7 @@ impl Volume {
                 *average = T::from_f64(sum.mean());
             }
         });
-        averages
+        Ok(averages)
     }
 
     /// Adds the voxels of the slices `along_z` to the `sums` of their blocks, in rows of `width`.

@@ -1,6 +1,7 @@
 //! Programs that help this one, such as ffmpeg.
 
 use crate::stop;
+use crate::temporaries;
 use crate::unfinished::{self, Gate};
 use std::io;
 use std::process::{Child, Command, ExitStatus};
@@ -42,7 +43,9 @@ impl Helper {
     pub fn wait(&mut self) -> io::Result<ExitStatus> {
         let mut pause = Duration::from_micros(100);
         loop {
-            if let Some(status) = self.child().try_wait()? {
+            let ended = self.child().try_wait()?;
+            if let Some(status) = ended {
+                temporaries::forget_writer(self.child().id());
                 return Ok(status);
             }
             if stop::asked() {
@@ -56,6 +59,7 @@ impl Helper {
 
     fn end(&mut self) {
         let mut child = self.child();
+        temporaries::forget_writer(child.id());
         // Where it has ended already there is nothing to end.
         let _ = child.kill();
         let _ = child.wait();

@@ -4,6 +4,7 @@
 //! [`CameraPath`]), the sampled pixels ([`Fovea`], [`SampleMask`], [`SampleList`]) and the result ([`Frame`]). There
 //! is no rendering here. [`input`] opens files for all crates, and [`awake`] keeps worker threads spinning.
 //! [`stop`] ends work before its time. [`unfinished`] knows every temporary file of the process.
+//! [`memory`] asks for large blocks of memory and refuses work that will not fit.
 //!
 //! # World space
 //! The box of a volume has the extent dims × spacing. It is centred on the origin and scaled such that its longest
@@ -25,6 +26,7 @@ pub mod input;
 mod labels;
 mod light;
 mod long_work;
+pub mod memory;
 mod names;
 mod outliers;
 mod path_text;
@@ -36,6 +38,7 @@ mod sample_mask;
 mod scene;
 mod statistics;
 pub mod stop;
+pub mod temporaries;
 mod transfer_function;
 pub mod unfinished;
 mod volume;
@@ -110,6 +113,9 @@ pub enum Error {
     /// Camera path or keyframe that cannot be followed.
     #[error("camera path: {0}")]
     CameraPath(String),
+    /// More memory than there is.
+    #[error(transparent)]
+    Memory(#[from] memory::Shortage),
 }
 
 /// Result with the errors of this crate.

@@ -4,6 +4,7 @@
 //! takes the gate for good, ends those programs and removes those files. So a file that is complete is either renamed before, and
 //! whole under its name, or gone: never in between.
 
+use crate::temporaries;
 use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -26,10 +27,12 @@ impl Gate {
 
     /// Enters the temporary file at `path`.
     pub fn add_file(&self, path: &Path) {
+        temporaries::add(path);
         all().files.insert(path.to_owned());
     }
 
     pub(crate) fn add_helper(&self, child: &Arc<Mutex<Child>>) {
+        temporaries::add_writer(child.lock().unwrap_or_else(PoisonError::into_inner).id());
         all().helpers.push(Arc::clone(child));
     }
 }

@@ -1,3 +1,4 @@
+use fovol_core::memory::Shortage;
 use std::fmt::Display;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -64,6 +65,14 @@ pub enum Error {
         /// What is not known.
         what: &'static str,
     },
+    /// More memory than there is.
+    #[error("{}: {shortage}", plain(path.display()))]
+    Memory {
+        /// The file that is read or written.
+        path: PathBuf,
+        /// What needs how much, and what needs less.
+        shortage: Shortage,
+    },
 }
 
 /// The result of the operations of this crate.
@@ -80,6 +89,11 @@ impl Error {
         Self::Malformed { path: path.to_owned(), problem: problem.into() }
     }
 
+    /// There is not enough memory for `path`.
+    pub fn memory(path: &Path, shortage: Shortage) -> Self {
+        Self::Memory { path: path.to_owned(), shortage }
+    }
+
     /// `path` is of a kind that is not handled.
     pub fn unsupported(path: &Path, problem: impl Into<String>) -> Self {
         Self::Unsupported { path: path.to_owned(), problem: problem.into() }
@@ -90,6 +104,7 @@ fn advice(error: &io::Error) -> &'static str {
     match error.kind() {
         io::ErrorKind::NotFound => "; check the path",
         io::ErrorKind::PermissionDenied => "; check the permissions",
+        io::ErrorKind::OutOfMemory => "; free some memory, or raise the limit (`ulimit -v`)",
         io::ErrorKind::StorageFull => "; free some space or choose another folder",
         _ => "",
     }

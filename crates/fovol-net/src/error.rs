@@ -35,6 +35,9 @@ pub enum Error {
     /// A frame of an impossible size.
     #[error(transparent)]
     Frame(#[from] fovol_core::Error),
+    /// Too little memory.
+    #[error(transparent)]
+    Memory(#[from] fovol_core::memory::Shortage),
     /// An error of the GPU.
     #[cfg(feature = "gpu")]
     #[error(transparent)]

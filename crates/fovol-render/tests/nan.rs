@@ -41,7 +41,7 @@ fn all_pixels() -> SampleList {
 
 #[test]
 fn one_nan_spoils_the_samples_of_the_cells_around_it() {
-    let bricks = Bricks::of_volume(&cube(|at| at == [10, 11, 12]));
+    let bricks = Bricks::of_volume(&cube(|at| at == [10, 11, 12])).unwrap();
     assert!(bricks.has_gaps() && bricks.has_gaps_in([8, 8, 8], 8) && !bricks.has_gaps_in([16, 8, 8], 8));
     for (p, is_nan) in [
         ([9.01, 11.0, 12.0], true),
@@ -54,7 +54,7 @@ fn one_nan_spoils_the_samples_of_the_cells_around_it() {
         assert_eq!(bricks.sample(p).is_nan(), is_nan, "{p:?}");
     }
     assert_eq!(bricks.value_range([8, 8, 8], 8), [0.5; 2]);
-    assert!(!Bricks::of_volume(&cube(|_| false)).has_gaps());
+    assert!(!Bricks::of_volume(&cube(|_| false)).unwrap().has_gaps());
 }
 
 #[test]
@@ -62,7 +62,8 @@ fn infinite_values_are_the_lowest() {
     let grid = Grid::new([2, 2, 1], [1.0; 3]).unwrap();
     let values = vec![f32::INFINITY, f32::NEG_INFINITY, f32::NAN, 10.0];
     let bricks =
-        Bricks::of_volume(&Volume::from_values(grid, values).unwrap().with_range([0.0, 10.0]).unwrap());
+        Bricks::of_volume(&Volume::from_values(grid, values).unwrap().with_range([0.0, 10.0]).unwrap())
+            .unwrap();
     assert_eq!((bricks.voxel([0, 0, 0]), bricks.voxel([1, 0, 0])), (0.0, 0.0));
     assert!(bricks.voxel([0, 1, 0]).is_nan() && bricks.voxel([1, 1, 0]) == 1.0);
 }

@@ -90,7 +90,7 @@ impl Windowed {
     fn follow(&mut self, network: &Network, region: Region) -> Result<Part> {
         let window = region.grown(MARGIN, GRID.max(network.plan().multiple() as u32), self.size);
         Ok(match self.part.take() {
-            None => Part { window, state: network.state(window.size) },
+            None => Part { window, state: network.try_state(window.size)? },
             Some(part) => {
                 let has_room = part.window.contains(&region.grown(LEAST_MARGIN, 1, self.size));
                 let is_too_large = part.window.pixels() * 10 > window.pixels() * TOO_LARGE;

@@ -3,10 +3,12 @@
 use super::rayon_pool;
 use super::repeat::Lap;
 use anyhow::Result;
+use fovolnet::core::memory::{Estimate, SMALLER_BOTH};
 use fovolnet::core::{Camera, Fovea, Frame, FrameSize, Scene};
 use fovolnet::render::cpu::march::SampleCount;
 use fovolnet::render::cpu::{RenderOptions, Renderer, Simd, compact, direct, mask, scatter};
 use fovolnet::render::noise::Noise;
+use fovolnet::render::scene::RayResult;
 use fovolnet::{Machine, OpenDevice, SpeedSettings};
 use std::time::Instant;
 
@@ -56,6 +58,9 @@ struct CpuMarching {
 
 impl CpuMarching {
     fn new(scene: &Scene, speed: &SpeedSettings, size: FrameSize) -> Result<Self> {
+        let needed = Renderer::estimate(scene, Estimate::new(format!("marching frames of {size}")));
+        let frame = size.pixels() * (size_of::<[f32; 4]>() + size_of::<RayResult>());
+        needed.with("frames", frame as u64).check(SMALLER_BOTH)?;
         let pool = rayon_pool(speed.threads.unwrap_or(0))?;
         let simds = speed.simd.map_or_else(fast_ones, |simd| vec![simd]);
         let options = RenderOptions { simd: speed.simd.unwrap_or_else(Simd::best), skip_empty: true };

@@ -1,14 +1,14 @@
 use crate::console::{self, JsonOutput, Progress};
-use crate::frame_sequence::{self, is_picture};
+use crate::frame_source::FrameSource;
 use crate::{interrupt, outputs};
 use anyhow::{Context, Result, bail};
-use fovolnet::core::{Frame, FrameSize, Region, input};
-use fovolnet::io::video::FrameRate;
-use fovolnet::io::{image, video};
+use fovolnet::core::memory::Estimate;
+use fovolnet::core::{Frame, FrameSize, Region};
+use fovolnet::io::video::{self, FrameRate};
 use fovolnet::metrics::{ClipQuality, Display, Error, FovVideoVdp, FrameQuality};
 use fovolnet::parse;
 use serde::Serialize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Compare two folders of frames, two clips, or two pictures
 #[derive(clap::Args)]
@@ -38,6 +38,9 @@ struct Viewing {
     fixation: Option<[f64; 2]>,
 }
 
+/// What needs less memory than clips of large frames.
+const SMALLER_CLIPS: &str = "smaller frames need less, and so does a smaller --fps";
+
 /// Frames a second, of a number or a fraction.
 fn frame_rate(text: &str) -> Result<f64, String> {
     if !text.contains('/') {
@@ -52,6 +55,17 @@ impl Viewing {
     fn metric(&self, frames: usize) -> Result<FovVideoVdp> {
         let video = FovVideoVdp::video(&self.display, self.fps)?;
         Ok(if frames == 1 { FovVideoVdp::image(&self.display)? } else { video })
+    }
+
+    /// The memory that it takes to compare clips of `frames` frames, whose first ones have these `sizes`.
+    fn estimate(&self, [a, b]: [FrameSize; 2], frames: usize) -> Estimate {
+        let both = (a.pixels() + b.pixels()) as u64;
+        // Of the next frames, which are compared with the last ones.
+        let kept = if frames == 1 { 1 } else { 2 };
+        let seen = if frames == 1 { 1 } else { FovVideoVdp::frames_kept(self.fps).min(frames) };
+        Estimate::new(format!("comparing frames of {a}"))
+            .with(format!("{} frames", 2 * kept), both * kept * size_of::<[f32; 4]>() as u64)
+            .with(format!("the luminance of {} frames", 2 * seen), both * (seen * size_of::<f32>()) as u64)
     }
 
     /// The gaze as fractions of a frame.
@@ -76,8 +90,8 @@ struct Report {
 
 impl Metrics {
     pub fn run(self) -> Result<()> {
-        let reference = Clip::open(&self.reference, &["reference_", "frame_", ""])?;
-        let test = Clip::open(&self.test, &["frame_", ""])?;
+        let mut reference = FrameSource::open(&self.reference, &["reference_", "frame_", ""])?;
+        let mut test = FrameSource::open(&self.test, &["frame_", ""])?;
         if reference.len() != test.len() {
             bail!(
                 "{} has {} frames and {} has {}; give two clips of equal length",
@@ -95,7 +109,10 @@ impl Metrics {
         let mut frames = Vec::new();
         for i in 0..reference.len() {
             interrupt::check("nothing was written")?;
-            let (a, b) = (reference.frame(i)?, test.frame(i)?);
+            let (a, b) = (reference.next()?, test.next()?);
+            if i == 0 {
+                self.viewing.estimate([a.size(), b.size()], reference.len()).check(SMALLER_CLIPS)?;
+            }
             let (a, b) = match [a.size(), b.size()].map(|size| (size, video::padded_to_even(size))) {
                 [(of_a, padded), (of_b, _)] if test.is_video() && of_a != of_b && padded == of_b => {
                     (a, crop(&b, of_a, &mut is_cropped))
@@ -146,48 +163,4 @@ fn crop(frame: &Frame, size: FrameSize, is_cropped: &mut bool) -> Frame {
         ));
     }
     Region { x: 0, y: 0, size }.of(frame)
-}
-
-/// Frames in files or in memory.
-enum Clip {
-    Files(Vec<PathBuf>),
-    Video(Vec<Frame>),
-}
-
-impl Clip {
-    /// The clip at `path`; in a folder, the pictures of the first prefix that there are any of.
-    fn open(path: &Path, prefixes: &[&str]) -> Result<Self> {
-        if is_picture(path) && path.is_file() {
-            input::add(path);
-            return Ok(Self::Files(vec![path.to_owned()]));
-        }
-        if !path.is_dir() {
-            return Ok(Self::Video(video::read(path)?));
-        }
-        for prefix in prefixes {
-            let files = frame_sequence::pictures_if_any(path, prefix)?;
-            if !files.is_empty() {
-                return Ok(Self::Files(files));
-            }
-        }
-        bail!("{}: there are no pictures in it; check the folder", path.display())
-    }
-
-    fn is_video(&self) -> bool {
-        matches!(self, Self::Video(_))
-    }
-
-    fn len(&self) -> usize {
-        match self {
-            Self::Files(files) => files.len(),
-            Self::Video(frames) => frames.len(),
-        }
-    }
-
-    fn frame(&self, i: usize) -> Result<Frame> {
-        match self {
-            Self::Files(files) => Ok(image::read(&files[i])?),
-            Self::Video(frames) => Ok(frames[i].clone()),
-        }
-    }
 }

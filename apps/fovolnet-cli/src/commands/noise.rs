@@ -3,8 +3,9 @@ use crate::outputs;
 use anyhow::{Context, Result, bail};
 use clap::Subcommand;
 use fovolnet::core::input;
+use fovolnet::core::memory::Estimate;
 use fovolnet::io::{Error, atomic};
-use fovolnet::render::noise::{NoiseSize, STBN_SEED, encode_ranks, ranks, statistics};
+use fovolnet::render::noise::{NoiseSize, STBN_SEED, bytes_of_making_ranks, encode_ranks, ranks, statistics};
 use npyz::WriterBuilder;
 use std::io::{BufReader, Write};
 use std::path::{Path, PathBuf};
@@ -52,6 +53,9 @@ impl NoiseArgs {
 
 fn make(output: &Path, side: usize, frames: usize, seed: u64) -> Result<()> {
     let size = NoiseSize::new(side, side, frames).map_err(anyhow::Error::msg)?;
+    Estimate::new(format!("making {frames}x{side}x{side} ranks"))
+        .with("energies", bytes_of_making_ranks(size))
+        .check("a smaller --size or fewer --frames need less")?;
     let extension = output.extension().and_then(|e| e.to_str()).unwrap_or_default();
     match extension {
         "npy" => {

@@ -6,6 +6,7 @@ use crate::{interrupt, outputs};
 use anyhow::{Context as _, Result};
 #[cfg(feature = "gpu")]
 use fovolnet::DeviceReconstructor;
+use fovolnet::core::memory::Estimate;
 use fovolnet::core::{Frame, FrameSize, SampleMask};
 use fovolnet::io::atomic;
 use fovolnet::io::image::{self, Alpha};
@@ -102,6 +103,11 @@ impl Reconstruct {
         let settings = self.settings()?;
         let how = settings.reconstruction();
         let mut clip = SparseClip::open(&self.sparse)?;
+        let size = clip.size();
+        // The sparse frame and the full one; networks say what they need when they know how much of a frame they work on.
+        Estimate::new(format!("filling frames of {size}"))
+            .with("frames", (2 * size.pixels() * size_of::<[f32; 4]>()) as u64)
+            .check("sparse frames of a smaller size need less")?;
         let threads = rayon_pool(self.threads.unwrap_or(0))?;
         let device = self.device.open()?;
         let mut filler = self.filler(&device, &settings, clip.size())?;

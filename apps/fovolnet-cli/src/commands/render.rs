@@ -73,6 +73,9 @@ impl Render {
         if files.has(Keep::Motion) {
             pipeline.find_motion();
         }
+        if files.has(Keep::Reference) {
+            pipeline.check_references()?;
+        }
         let frames = files.paths(&numbers);
         let others = [self.video.as_deref(), self.save_session.as_deref(), self.json.file()];
         outputs::check(frames.iter().map(PathBuf::as_path).chain(others.into_iter().flatten()))?;

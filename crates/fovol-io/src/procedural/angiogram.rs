@@ -24,7 +24,7 @@ pub(super) fn make(domain: &Domain) -> Result<Volume> {
         scanner: Scanner::new(1.7 * domain.voxel()),
         axes: [0, 1, 2].map(|a| domain.centres(a)),
     };
-    let mut values = vec![0u8; domain.grid().voxels()];
+    let mut values: Vec<u8> = domain.zeros()?;
     values.par_chunks_mut(nx * ny).enumerate().for_each(|(z, out)| {
         stop::point();
         let mut blood = vec![0.0; nx * ny];

@@ -1,5 +1,7 @@
+use super::FEWER_VOXELS;
 use super::seeded::mix;
-use fovol_core::{Grid, Result, stop};
+use bytemuck::Zeroable;
+use fovol_core::{Grid, Result, memory, stop};
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -45,11 +47,16 @@ impl Domain {
         (0..side).map(|i| ((i as f32 + 0.5) / side as f32) * 2.0 - 1.0).collect()
     }
 
+    /// Zeros for every voxel.
+    pub fn zeros<T: Zeroable>(&self) -> Result<Vec<T>> {
+        Ok(memory::zeroed(self.grid.voxels(), "the voxels", FEWER_VOXELS)?)
+    }
+
     /// `value` at every voxel, x fastest.
-    pub fn sample<T: Send + Copy + Default>(&self, value: impl Fn(Site) -> T + Sync) -> Vec<T> {
+    pub fn sample<T: Send + Copy + Zeroable>(&self, value: impl Fn(Site) -> T + Sync) -> Result<Vec<T>> {
         let [nx, ny, _] = self.grid.dims();
         let [xs, ys, zs] = [0, 1, 2].map(|axis| self.centres(axis));
-        let mut values = vec![T::default(); self.grid.voxels()];
+        let mut values = self.zeros()?;
         values.par_chunks_mut(nx).enumerate().for_each(|(row, out)| {
             stop::point();
             let (y, z) = (row % ny, row / ny);
@@ -57,6 +64,6 @@ impl Domain {
                 *out = value(Site { index: [x, y, z], centre: Vec3::new(xs[x], ys[y], zs[z]) });
             }
         });
-        values
+        Ok(values)
     }
 }

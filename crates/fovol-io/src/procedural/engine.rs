@@ -27,7 +27,7 @@ pub(super) fn make(domain: &Domain) -> Result<Volume> {
     let values = domain.sample(|site| {
         let noise = 3.0 * engine.grain.at(site.index) + ring_artefact(site.centre);
         (engine.attenuation(site.centre) + noise).round() as u8
-    });
+    })?;
     Volume::from_values(domain.grid(), values)
 }
 

@@ -33,7 +33,7 @@ pub(super) fn make(domain: &Domain) -> Result<Volume> {
     let values = domain.sample(|site| {
         let noisy = head.density(site.centre) + 14.0 * grain.at(site.index);
         noisy.round().clamp(-1024.0, 3071.0) as i16
-    });
+    })?;
     Volume::from_values(domain.grid(), values)
 }
 

@@ -6,7 +6,7 @@ use std::f32::consts::{PI, TAU};
 /// Marschner and Lobb, "An evaluation of reconstruction filters for volume rendering" (1994),
 /// section 5: most of its energy lies just below the Nyquist frequency of a grid of 40³.
 pub(super) fn make(domain: &Domain) -> Result<Volume> {
-    Volume::from_values(domain.grid(), domain.sample(|site| signal(site.centre)))
+    Volume::from_values(domain.grid(), domain.sample(|site| signal(site.centre))?)
 }
 
 /// The signal over [−1, 1]³, 0…1.

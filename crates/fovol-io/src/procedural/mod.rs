@@ -35,7 +35,8 @@ mod vessels;
 mod vortices;
 
 use domain::Domain;
-use fovol_core::{Volume, did_you_mean};
+use fovol_core::memory::{Estimate, Shortage};
+use fovol_core::{Dtype, Volume, did_you_mean};
 use std::fmt;
 use std::str::FromStr;
 
@@ -67,7 +68,13 @@ pub enum Error {
     /// A grid that the volume type refuses.
     #[error(transparent)]
     Core(#[from] fovol_core::Error),
+    /// More memory than there is.
+    #[error(transparent)]
+    Memory(#[from] Shortage),
 }
+
+/// What needs less memory than many voxels.
+const FEWER_VOXELS: &str = "smaller --dims need less";
 
 /// The result of making a procedural volume.
 pub type Result<T> = std::result::Result<T, Error>;
@@ -120,6 +127,16 @@ impl Procedural {
         }
     }
 
+    /// The type of its values.
+    pub const fn dtype(self) -> Dtype {
+        match self {
+            Self::Engine | Self::Angiogram => Dtype::U8,
+            Self::Head => Dtype::I16,
+            Self::Reptile => Dtype::U16,
+            Self::Vortices | Self::Supernova | Self::Plume | Self::MarschnerLobb => Dtype::F32,
+        }
+    }
+
     /// One line for lists.
     pub const fn description(self) -> &'static str {
         match self {
@@ -163,12 +180,15 @@ pub fn names() -> [&'static str; Procedural::ALL.len()] {
 /// The seed changes the shapes that are random; [`Procedural::MarschnerLobb`] has none.
 ///
 /// # Errors
-/// [`Error::Size`] for fewer than [`MIN_SIDE`] voxels along an axis or more than [`MAX_VOXELS`] in all.
+/// [`Error::Size`] for fewer than [`MIN_SIDE`] voxels along an axis or more than [`MAX_VOXELS`] in all; no memory for them.
 pub fn make(kind: Procedural, dims: [usize; 3], seed: u64) -> Result<Volume> {
     let voxels = dims.iter().try_fold(1usize, |product, &side| product.checked_mul(side));
     if dims.iter().any(|&side| side < MIN_SIDE) || voxels.is_none_or(|count| count > MAX_VOXELS) {
         return Err(Error::Size { dims });
     }
+    let [x, y, z] = dims;
+    let needed = Estimate::new(format!("making {kind} of {x}x{y}x{z} voxels"));
+    needed.with("voxels", (x * y * z * kind.dtype().size()) as u64).check(FEWER_VOXELS)?;
     let domain = Domain::new(dims, seed)?;
     let volume = match kind {
         Procedural::Vortices => vortices::make(&domain),

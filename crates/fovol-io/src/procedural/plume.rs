@@ -9,7 +9,7 @@ use glam::Vec3;
 pub(super) fn make(domain: &Domain) -> Result<Volume> {
     let plume =
         Plume { sway: GradientNoise::new(domain.seed(0)), billows: GradientNoise::new(domain.seed(1)) };
-    Volume::from_values(domain.grid(), domain.sample(|site| plume.density(site.centre)))
+    Volume::from_values(domain.grid(), domain.sample(|site| plume.density(site.centre))?)
 }
 
 struct Plume {

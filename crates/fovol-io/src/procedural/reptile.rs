@@ -47,7 +47,7 @@ pub(super) fn make(domain: &Domain) -> Result<Volume> {
         let noisy = reptile.attenuation(site) + 350.0 * reptile.grain.at(site.index);
         // `as` saturates.
         noisy.round() as u16
-    });
+    })?;
     Volume::from_values(domain.grid(), values)
 }
 

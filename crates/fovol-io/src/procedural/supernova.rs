@@ -13,7 +13,7 @@ pub(super) fn make(domain: &Domain) -> Result<Volume> {
         fingers: GradientNoise::new(domain.seed(1)),
         eddies: GradientNoise::new(domain.seed(2)),
     };
-    Volume::from_values(domain.grid(), domain.sample(|site| star.entropy(site.centre)))
+    Volume::from_values(domain.grid(), domain.sample(|site| star.entropy(site.centre))?)
 }
 
 struct Supernova {

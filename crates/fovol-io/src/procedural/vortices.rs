@@ -18,7 +18,7 @@ pub(super) fn make(domain: &Domain) -> Result<Volume> {
     let n = resolution(domain.grid().dims());
     let mut flow = Flow::random(n, viscosity(n), PEAK, domain.seed(0));
     flow.run(DURATION);
-    Volume::from_values(domain.grid(), magnitude(&flow.vorticity(), n, domain.grid().dims()))
+    Volume::from_values(domain.grid(), magnitude(&flow.vorticity(), n, domain)?)
 }
 
 fn resolution(dims: [usize; 3]) -> usize {
@@ -35,9 +35,10 @@ fn viscosity(n: usize) -> f32 {
     0.8 * (n as f32 / 3.0).powf(-4.0 / 3.0)
 }
 
-fn magnitude([x, y, z]: &Components, n: usize, dims: [usize; 3]) -> Vec<f32> {
+fn magnitude([x, y, z]: &Components, n: usize, domain: &Domain) -> Result<Vec<f32>> {
+    let dims = domain.grid().dims();
     let plane = dims[0] * dims[1];
-    let mut squares = vec![0.0f32; plane * dims[2]];
+    let mut squares: Vec<f32> = domain.zeros()?;
     // One component at a time: the intermediate sums of a large request fill memory.
     for component in [x, y, z] {
         let resampler = Resampler::new(component, n, dims);
@@ -49,5 +50,5 @@ fn magnitude([x, y, z]: &Components, n: usize, dims: [usize; 3]) -> Vec<f32> {
         });
     }
     squares.par_iter_mut().for_each(|square| *square = square.sqrt());
-    squares
+    Ok(squares)
 }

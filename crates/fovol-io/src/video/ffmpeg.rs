@@ -7,7 +7,7 @@ use fovol_core::{Frame, FrameSize, Helper};
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
-use std::process::{ChildStderr, ChildStdin, Command, ExitStatus, Stdio};
+use std::process::{ChildStderr, ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
 use std::sync::LazyLock;
 use std::thread::JoinHandle;
 
@@ -180,16 +180,8 @@ fn check(path: &Path, frames: usize, size: FrameSize) -> io::Result<()> {
             found => Err(broken(format!("it holds {found} of {frames} frames"))),
         };
     }
-    let mut command = Command::new(ffmpeg_path());
-    command.args(["-loglevel", "error", "-i"]).arg(path);
-    command.args(["-map", "0:v:0", timing_option(), "passthrough", "-f", "framecrc", "-"]);
-    let mut running = Running::start(command.stdin(Stdio::null()).stdout(Stdio::piped()))?;
-    let mut listed = Vec::new();
-    let list = running.process.take(|child| child.stdout.take());
-    list.map(|mut list| list.read_to_end(&mut listed)).transpose()?;
-    let (status, said) = running.end()?;
-    let listed = String::from_utf8_lossy(&listed);
-    let found = listed.lines().filter(|line| !line.starts_with('#')).count();
+    let Listing { text: listed, status, said } = list_frames(path)?;
+    let found = count_listed(&listed);
     let has_size = listed.lines().any(|line| line == format!("#dimensions 0: {size}"));
     match () {
         () if !status.success() || !said.is_empty() => {
@@ -216,34 +208,101 @@ fn animated_webp_frames(from: &mut (impl Read + io::Seek)) -> io::Result<usize> 
     if at == length { Ok(frames) } else { Err(io::ErrorKind::UnexpectedEof.into()) }
 }
 
-/// Reads all frames of the clip at `path`, whatever its matrix, range and rate.
-pub(super) fn read(path: &Path) -> Result<Vec<Frame>> {
-    let failed = |e| Error::io("read", path, e);
-    let mut command = Command::new(ffmpeg_path());
-    command.args(["-loglevel", "error", "-i"]).arg(path).args([
-        "-map",
-        "0:v:0",
-        timing_option(),
-        "passthrough",
-    ]);
-    let matrix =
-        "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int+full_chroma_inp";
-    command.args(["-vf", &format!("{matrix},format=yuv444p"), "-f", "yuv4mpegpipe", "-"]);
-    let mut running = Running::start(command.stdin(Stdio::null()).stdout(Stdio::piped())).map_err(failed)?;
-    let output = running
-        .process
-        .take(|child| child.stdout.take())
-        .ok_or_else(|| failed(io::Error::other("ffmpeg says nothing")))?;
-    let frames = y4m_file::read(path, BufReader::with_capacity(1 << 20, output));
-    let status = running.process.wait().map_err(failed)?;
-    if !status.success() {
-        let words = running.last_words();
-        return Err(Error::malformed(
-            path,
-            format!("ffmpeg cannot read it as a clip{words}; check the file"),
-        ));
+/// An `ffmpeg` that decodes the frames of a clip, whatever its matrix, range and rate.
+pub(super) struct Reader {
+    path: PathBuf,
+    running: Running,
+    /// None once it has ended.
+    frames: Option<y4m_file::Reader<BufReader<ChildStdout>>>,
+}
+
+impl Reader {
+    /// Begins to read the clip at `path`.
+    pub fn new(path: &Path) -> Result<Self> {
+        let failed = |e| Error::io("read", path, e);
+        let mut command = Command::new(ffmpeg_path());
+        command.args(["-loglevel", "error", "-i"]).arg(path).args([
+            "-map",
+            "0:v:0",
+            timing_option(),
+            "passthrough",
+        ]);
+        let matrix =
+            "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int+full_chroma_inp";
+        command.args(["-vf", &format!("{matrix},format=yuv444p"), "-f", "yuv4mpegpipe", "-"]);
+        let mut running =
+            Running::start(command.stdin(Stdio::null()).stdout(Stdio::piped())).map_err(failed)?;
+        let output = running
+            .process
+            .take(|child| child.stdout.take())
+            .ok_or_else(|| failed(io::Error::other("ffmpeg says nothing")))?;
+        let mut reader = Self { path: path.to_owned(), running, frames: None };
+        match y4m_file::Reader::new(path, BufReader::with_capacity(1 << 20, output)) {
+            Ok(frames) => reader.frames = Some(frames),
+            Err(error) => return reader.ended(Err(error)),
+        }
+        Ok(reader)
     }
-    frames
+
+    /// The next frame; none at the end.
+    pub fn next(&mut self) -> Result<Option<Frame>> {
+        let Some(frames) = &mut self.frames else { return Ok(None) };
+        let next = frames.next();
+        if matches!(next, Ok(Some(_))) {
+            return next;
+        }
+        self.frames = None;
+        self.ended(next)
+    }
+
+    /// `outcome`, unless ffmpeg has failed: then what it said is the cause. Nobody reads what it writes any more, so it ends.
+    fn ended<T>(&mut self, outcome: Result<T>) -> Result<T> {
+        let status = self.running.process.wait().map_err(|e| Error::io("read", &self.path, e))?;
+        if status.success() {
+            return outcome;
+        }
+        Err(unreadable(&self.path, &self.running.last_words()))
+    }
+}
+
+/// What is said of the file at `path`, which ffmpeg does not read; `words` are its own in brackets.
+fn unreadable(path: &Path, words: &str) -> Error {
+    Error::malformed(path, format!("ffmpeg cannot read it as a clip{words}; check the file"))
+}
+
+/// The number of frames of the clip at `path`. They are decoded, but their colours are not made.
+pub(super) fn count_frames(path: &Path) -> Result<usize> {
+    let listed = list_frames(path).map_err(|e| Error::io("read", path, e))?;
+    if !listed.status.success() {
+        return Err(unreadable(path, &last_line(&listed.said)));
+    }
+    Ok(count_listed(&listed.text))
+}
+
+/// What ffmpeg says of the frames of a clip.
+struct Listing {
+    /// One line a frame, after lines that begin with `#`.
+    text: String,
+    status: ExitStatus,
+    /// The end of its errors.
+    said: Vec<u8>,
+}
+
+/// Has ffmpeg list the frames of the clip at `path`.
+fn list_frames(path: &Path) -> io::Result<Listing> {
+    let mut command = Command::new(ffmpeg_path());
+    command.args(["-loglevel", "error", "-i"]).arg(path);
+    command.args(["-map", "0:v:0", timing_option(), "passthrough", "-f", "framecrc", "-"]);
+    let mut running = Running::start(command.stdin(Stdio::null()).stdout(Stdio::piped()))?;
+    let mut listed = Vec::new();
+    let list = running.process.take(|child| child.stdout.take());
+    list.map(|mut list| list.read_to_end(&mut listed)).transpose()?;
+    let (status, said) = running.end()?;
+    Ok(Listing { text: String::from_utf8_lossy(&listed).into_owned(), status, said })
+}
+
+fn count_listed(listed: &str) -> usize {
+    listed.lines().filter(|line| !line.starts_with('#')).count()
 }
 
 /// A process whose errors are listened to, and which ends when nobody waits for it any more.

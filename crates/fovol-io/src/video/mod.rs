@@ -2,16 +2,17 @@
 
 mod ffmpeg;
 mod frame_rate;
+mod reader;
 mod y4m_file;
 
 use crate::atomic::{self, Temporary};
 use crate::{Error, Result};
-use fovol_core::{Frame, FrameSize, input};
-use std::io::{BufReader, Read};
+use fovol_core::{Frame, FrameSize};
 use std::path::{Path, PathBuf};
 
 pub use ffmpeg::ffmpeg_installed;
 pub use frame_rate::FrameRate;
+pub use reader::VideoReader;
 
 /// What the names of clips may end in, `.y4m` first; all others need ffmpeg.
 pub const EXTENSIONS: [&str; 13] =
@@ -129,27 +130,12 @@ fn without_ffmpeg(path: &Path) -> PathBuf {
     name.into()
 }
 
-/// The frames of the clip at `path`.
+/// The frames of the clip at `path`, all of them in memory; [`VideoReader`] reads them one by one.
 ///
 /// # Errors
 /// A file that is missing, damaged, or needs an `ffmpeg` that is not installed.
 pub fn read(path: &Path) -> Result<Vec<Frame>> {
-    let mut file = input::open(path).map_err(|e| Error::io("read", path, e))?;
-    let mut magic = [0u8; 9];
-    let is_y4m = file.read_exact(&mut magic).is_ok() && &magic == b"YUV4MPEG2";
-    if is_y4m {
-        return y4m_file::read(
-            path,
-            BufReader::new(input::open(path).map_err(|e| Error::io("read", path, e))?),
-        );
-    }
-    if !ffmpeg_installed() {
-        return Err(Error::unsupported(
-            path,
-            "only .y4m clips are read without ffmpeg; install ffmpeg or convert the clip",
-        ));
-    }
-    ffmpeg::read(path)
+    VideoReader::open(path)?.collect()
 }
 
 #[cfg(test)]

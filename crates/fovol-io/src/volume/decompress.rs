@@ -1,5 +1,6 @@
 use super::source::Source;
-use crate::Result;
+use crate::{Error, Result};
+use fovol_core::memory::{self, Estimate, Shortage};
 use fovol_core::stop;
 use std::io::{self, Read};
 
@@ -20,6 +21,9 @@ const FIRST_PIECE: usize = 64 << 10;
 /// The largest piece: from here on memory grows evenly, so that little more is held than is needed.
 const LARGEST_PIECE: usize = 16 << 20;
 
+/// What needs less memory than a compressed file.
+const UNPACK: &str = "unpacked, as .nhdr or .raw, it needs no memory until it is rendered; `fovolnet convert` unpacks it where there is more";
+
 /// Decompresses `bytes` of `source` until `needed` bytes are there.
 ///
 /// Memory grows with what really comes out; a bomb is read no further than `needed`.
@@ -34,13 +38,22 @@ pub fn decompress(source: &Source, bytes: &[u8], compression: Compression, neede
 /// Reads `needed` bytes, growing with what really comes.
 ///
 /// # Errors
-/// A stream that fails or ends early.
+/// A stream that fails or ends early; no memory for what comes.
 pub fn read_exactly(source: &Source, reader: &mut dyn Read, needed: usize) -> Result<Vec<u8>> {
+    let scarce = |shortage: Shortage| Error::memory(source.path(), shortage);
     let mut out = Vec::new();
+    let mut estimated = LARGEST_PIECE;
     while out.len() < needed {
         let before = out.len();
+        if before >= estimated {
+            // What has come speaks for some more, not for whatever a header promises.
+            let likely = (needed - before).min(16 * before);
+            let rest = Estimate::new("unpacking it").with("the next voxels", likely as u64);
+            rest.check(UNPACK).map_err(scarce)?;
+            estimated = 2 * before;
+        }
         let more = (needed - before).min(before.clamp(FIRST_PIECE, LARGEST_PIECE));
-        out.reserve_exact(more);
+        memory::reserve(&mut out, more, "unpacking it", UNPACK).map_err(scarce)?;
         out.resize(before + more, 0);
         reader.read_exact(&mut out[before..]).map_err(|e| {
             source.malformed(format!(
@@ -82,21 +95,38 @@ impl<R: Read> Read for Watchful<R> {
 /// Decompresses everything in `bytes`, up to `limit` bytes.
 ///
 /// # Errors
-/// A damaged stream, or more than `limit` bytes.
+/// A damaged stream, or more than `limit` bytes; no memory for what comes.
 pub fn decompress_all(
     source: &Source,
     bytes: &[u8],
     compression: Compression,
     limit: usize,
 ) -> Result<Vec<u8>> {
+    let mut reader = reader(bytes, compression).take(limit as u64 + 1);
     let mut out = Vec::new();
-    let mut reader = reader(bytes, compression);
-    let read = reader.by_ref().take(limit as u64 + 1).read_to_end(&mut out);
-    read.map_err(|e| {
-        source.malformed(format!("its compressed data is damaged ({e}); copy or download the file again"))
-    })?;
+    loop {
+        let before = out.len();
+        let more = before.clamp(FIRST_PIECE, LARGEST_PIECE);
+        memory::reserve(&mut out, more, "unpacking it", UNPACK)
+            .map_err(|shortage| Error::memory(source.path(), shortage))?;
+        // No more than there is room for, so that `out` never grows by itself.
+        let read = reader.by_ref().take(more as u64).read_to_end(&mut out);
+        let read = read.map_err(|e| {
+            source.malformed(format!("its compressed data is damaged ({e}); copy or download the file again"))
+        })?;
+        if read < more {
+            break;
+        }
+    }
     if out.len() > limit {
         return Err(source.malformed(format!("it decompresses to more than {limit} bytes; is it a volume?")));
     }
     Ok(out)
+}
+
+/// How many bytes come out of all of `bytes`, without keeping them; none where they are damaged, or more than `limit` come out.
+pub fn decompressed_length(bytes: &[u8], compression: Compression, limit: usize) -> Option<usize> {
+    let mut reader = reader(bytes, compression).take(limit as u64 + 1);
+    let length = io::copy(&mut reader, &mut io::sink()).ok()?;
+    usize::try_from(length).ok().filter(|&length| length <= limit)
 }

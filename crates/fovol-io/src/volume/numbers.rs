@@ -1,8 +1,8 @@
 //! Voxels written as text: decimal numbers or hexadecimal bytes.
 
 use super::Source;
-use crate::Result;
-use fovol_core::{Dtype, f16};
+use crate::{Error, Result};
+use fovol_core::{Dtype, f16, memory};
 
 /// Reads `count` decimal numbers, parted by white space or commas, as little-endian `dtype`.
 ///
@@ -15,7 +15,8 @@ pub fn decimal(source: &Source, text: &[u8], dtype: Dtype, count: usize) -> Resu
     }
     let mut words =
         text.split(|byte| byte.is_ascii_whitespace() || *byte == b',').filter(|word| !word.is_empty());
-    let mut out = Vec::with_capacity(count * dtype.size());
+    let mut out = Vec::new();
+    reserve(source, &mut out, count.saturating_mul(dtype.size()))?;
     for _ in 0..count {
         let word = words.next().ok_or_else(|| too_few(source, count, "numbers"))?;
         let word = String::from_utf8_lossy(word);
@@ -41,7 +42,8 @@ pub fn hexadecimal(source: &Source, text: &[u8], count: usize) -> Result<Vec<u8>
             source.malformed(format!("`{shown}` in its data is no hexadecimal digit"))
         })
     });
-    let mut out = Vec::with_capacity(count);
+    let mut out = Vec::new();
+    reserve(source, &mut out, count)?;
     for _ in 0..count {
         let mut digit = || digits.next().unwrap_or_else(|| Err(too_few(source, count, "hexadecimal bytes")));
         out.push((digit()? * 16 + digit()?) as u8);
@@ -49,7 +51,14 @@ pub fn hexadecimal(source: &Source, text: &[u8], count: usize) -> Result<Vec<u8>
     Ok(out)
 }
 
-fn too_few(source: &Source, count: usize, what: &str) -> crate::Error {
+/// Makes room for the `count` bytes of the numbers of `source`.
+fn reserve(source: &Source, out: &mut Vec<u8>, count: usize) -> Result<()> {
+    let advice = "written as binary numbers, it needs no memory until it is rendered";
+    memory::reserve(out, count, "its numbers", advice)
+        .map_err(|shortage| Error::memory(source.path(), shortage))
+}
+
+fn too_few(source: &Source, count: usize, what: &str) -> Error {
     source.malformed(format!(
         "it holds fewer than the {count} {what} that its header promises; copy or download it again"
     ))

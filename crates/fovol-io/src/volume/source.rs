@@ -1,8 +1,21 @@
 use crate::{Error, Result};
+use fovol_core::memory::{self, Shortage};
 use fovol_core::{VoxelBytes, input};
 use memmap2::Mmap;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+
+/// What is said of a file of `length` bytes that cannot be mapped.
+fn too_large(length: u64) -> Shortage {
+    Shortage {
+        what: "opening the file".into(),
+        needed: length,
+        available: memory::available(),
+        parts: Vec::new(),
+        advice: "raise the limit (`ulimit -v`), or convert it with --downsample 2 where there is more memory",
+    }
+}
 
 /// The bytes of one file, mapped or in memory, and its name for messages and siblings.
 #[derive(Clone)]
@@ -19,12 +32,16 @@ impl Source {
     pub fn open(path: &Path) -> Result<Self> {
         let failed = |source| Error::io("read", path, source);
         let file = input::open(path).map_err(failed)?;
-        if file.metadata().map_err(failed)?.len() == 0 {
+        let length = file.metadata().map_err(failed)?.len();
+        if length == 0 {
             return Ok(Self::from_bytes(path, Vec::new()));
         }
         // SAFETY: the map is read-only; that nobody shortens the file meanwhile is the documented condition
         // of every program that maps files.
-        let map = unsafe { Mmap::map(&file) }.map_err(failed)?;
+        let map = unsafe { Mmap::map(&file) }.map_err(|e| match e.kind() {
+            io::ErrorKind::OutOfMemory => Error::memory(path, too_large(length)),
+            _ => failed(e),
+        })?;
         Ok(Self { path: path.to_owned(), bytes: Arc::new(map) })
     }
 

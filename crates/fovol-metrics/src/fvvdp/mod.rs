@@ -131,6 +131,12 @@ impl FovVideoVdp {
         self.measure([reference, test], gaze, true)
     }
 
+    /// Frames that the temporal filters reach back in a clip of `fps` frames a second, the current one included. The
+    /// luminance of that many frames is kept, of reference and test.
+    pub fn frames_kept(fps: f64) -> usize {
+        TemporalFilters::new(fps).taps.len()
+    }
+
     /// Number of frames measured so far.
     pub fn frames(&self) -> usize {
         self.frames

@@ -7,6 +7,7 @@ use super::element::Element;
 use super::map::{Map, Stored, with_map};
 use super::numbers::Numbers;
 use super::words::Words;
+use fovol_core::memory::Shortage;
 
 /// Lifetimes and sizes of tensors, recorded by a dry run of one frame.
 #[derive(Debug)]
@@ -80,6 +81,18 @@ impl Lifetimes {
     /// Plans the buffer size of each tensor, in words. The largest tensors choose first; each takes the smallest
     /// buffer that is free during its life, or a new one.
     fn capacities(&self) -> Vec<usize> {
+        let buffers = self.buffers();
+        let words = |owner: &usize| buffers.chosen[*owner].map_or(0, |buffer| buffers.all[buffer].0);
+        self.owners.iter().map(words).collect()
+    }
+
+    /// The words of each buffer.
+    pub fn words(&self) -> Vec<usize> {
+        self.buffers().all.into_iter().map(|(words, _)| words).collect()
+    }
+
+    /// The largest tensors choose first; each takes the smallest buffer that is free as long as it is there, or a new one.
+    fn buffers(&self) -> Buffers {
         let mut owners: Vec<usize> =
             (0..self.spans.len()).filter(|&place| self.spans[place].is_some()).collect();
         owners.sort_by_key(|&place| std::cmp::Reverse(self.spans[place].map(|span| span.words)));
@@ -96,10 +109,7 @@ impl Lifetimes {
                 spans.filter(|&(place, _)| buffers.chosen[place].is_none()).collect();
             buffers.choose(&spans);
         }
-        self.owners
-            .iter()
-            .map(|&owner| buffers.chosen[owner].map_or(0, |buffer| buffers.all[buffer].0))
-            .collect()
+        buffers
     }
 }
 
@@ -168,6 +178,15 @@ impl Spare {
         Self { capacities: lifetimes.capacities(), free: Vec::new() }
     }
 
+    /// Allocates all buffers now, instead of on demand.
+    ///
+    /// # Errors
+    /// Too little memory.
+    pub fn fill(&mut self, lifetimes: &Lifetimes) -> Result<(), Shortage> {
+        self.free = lifetimes.words().into_iter().map(Words::try_zeros).collect::<Result<_, _>>()?;
+        Ok(())
+    }
+
     /// Takes memory for tensor `place`. Its shape and contents are undefined.
     pub fn take(&mut self, is_halved: bool, place: usize) -> Stored {
         match is_halved {
@@ -233,6 +252,7 @@ mod tests {
         ) {
             let lifetimes = chain(&layers);
             let mut spare = Spare::new(&lifetimes);
+            let planned = lifetimes.words().len();
             let mut made = 0;
             let mut first = 0;
             for frame in 0..3 {
@@ -255,6 +275,7 @@ mod tests {
                 }
             }
             prop_assert_eq!(made, first, "later frames need no new memory");
+            prop_assert_eq!(made, planned);
             let total: usize = spare.free.iter().map(|words| words.len()).sum();
             prop_assert!(total <= layers.iter().map(|layer| layer.0).sum());
         }

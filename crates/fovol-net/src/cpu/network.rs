@@ -18,6 +18,7 @@ use super::units::Unit;
 use crate::plan::{Plan, TensorId};
 use crate::weights::Weights;
 use crate::{Error, Result};
+use fovol_core::memory::{Estimate, SMALLER_FRAMES};
 use fovol_core::{Frame, FrameSize, awake, stop};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -98,6 +99,21 @@ impl Network {
         State::new(&self.plan, size, &self.halved, Spare::new(&self.lifetimes(size)), self.id)
     }
 
+    /// A new [`State`] like [`Self::state`], whose tensors are all allocated at once.
+    ///
+    /// # Errors
+    /// Too little memory.
+    pub fn try_state(&self, size: FrameSize) -> Result<State> {
+        let lifetimes = self.lifetimes(size);
+        let words: usize = lifetimes.words().iter().sum();
+        Estimate::new(format!("the network on {size} pixels"))
+            .with("its tensors", (words * size_of::<u32>()) as u64)
+            .check(SMALLER_FRAMES)?;
+        let mut spare = Spare::new(&lifetimes);
+        spare.fill(&lifetimes)?;
+        Ok(State::new(&self.plan, size, &self.halved, spare, self.id))
+    }
+
     /// Returns the tensors in `state`, in the order of [`Plan::states`], pixel by pixel at the padded size.
     ///
     /// # Panics
@@ -116,7 +132,7 @@ impl Network {
     /// that lay outside these take the nearest values.
     ///
     /// # Errors
-    /// A state of another network, and a `by` that is no multiple of [`Plan::multiple`].
+    /// A state of another network, a `by` that is no multiple of [`Plan::multiple`], or too little memory.
     pub fn moved(&self, mut state: State, size: FrameSize, by: [i64; 2]) -> Result<State> {
         let multiple = self.plan.multiple() as i64;
         if state.network != self.id {
@@ -126,7 +142,7 @@ impl Network {
             let problem = format!("it cannot move by {}x{}; give multiples of {multiple}", by[0], by[1]);
             return Err(Error::State(problem));
         }
-        let mut moved = self.state(size);
+        let mut moved = if size == state.size { self.state(size) } else { self.try_state(size)? };
         if size == state.size {
             // At an unchanged size the buffers fit.
             std::mem::swap(&mut moved.spare, &mut state.spare);

@@ -2,6 +2,7 @@
 //! much memory per frame that small pages would overflow the TLB.
 
 use bytemuck::{cast_slice, cast_slice_mut};
+use fovol_core::memory::{self, SMALLER_FRAMES, Shortage};
 use memmap2::MmapMut;
 use std::ops::{Deref, DerefMut};
 
@@ -21,16 +22,25 @@ enum Place {
 impl Words {
     /// Allocates `count` words, all zero.
     pub fn zeros(count: usize) -> Self {
-        let pages = (count >= LARGE).then(|| MmapMut::map_anon(count * size_of::<u32>()).ok()).flatten();
-        match pages {
-            Some(pages) => {
-                // An error does no harm: ordinary pages work too.
-                #[cfg(target_os = "linux")]
-                let _ = pages.advise(memmap2::Advice::HugePage);
-                Self(Place::Pages(pages))
-            }
-            None => Self(Place::Heap(vec![0; count])),
-        }
+        Self::pages(count).unwrap_or_else(|| Self(Place::Heap(vec![0; count])))
+    }
+
+    /// `count` zeros.
+    ///
+    /// # Errors
+    /// Too little memory.
+    pub fn try_zeros(count: usize) -> Result<Self, Shortage> {
+        let on_heap = || memory::zeroed(count, "the tensors of the network", SMALLER_FRAMES);
+        Self::pages(count).map_or_else(|| on_heap().map(|words| Self(Place::Heap(words))), Ok)
+    }
+
+    /// `count` zeros on pages of their own. `None` if they are few, or the system has no pages.
+    fn pages(count: usize) -> Option<Self> {
+        let pages = (count >= LARGE).then(|| MmapMut::map_anon(count * size_of::<u32>()).ok()).flatten()?;
+        // An error does no harm: ordinary pages work too.
+        #[cfg(target_os = "linux")]
+        let _ = pages.advise(memmap2::Advice::HugePage);
+        Some(Self(Place::Pages(pages)))
     }
 }
 

@@ -292,7 +292,7 @@ mod tests {
             let value = |i: usize| if random(i) % 5 == 0 { f32::NAN } else { random(i) as i16 as f32 };
             let gaps = Volume::from_values(grid, (0..n).map(value).collect()).unwrap();
             for volume in [bytes, shorts, floats, gaps] {
-                agrees_everywhere(&Bricks::of_volume(&volume), &points);
+                agrees_everywhere(&Bricks::of_volume(&volume).unwrap(), &points);
             }
         }
     }

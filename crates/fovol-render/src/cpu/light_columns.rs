@@ -189,7 +189,8 @@ mod tests {
         for &at in bright {
             values[at % grid.voxels()] = 255;
         }
-        let mut cells = Macrocells::new(&Bricks::of_volume(&Volume::from_values(grid, values).unwrap()));
+        let volume = Volume::from_values(grid, values).unwrap();
+        let mut cells = Macrocells::new(&Bricks::of_volume(&volume).unwrap()).unwrap();
         let point = |v, a| ControlPoint::new(v, [1.0; 3], a);
         cells.classify(
             &TransferFunction::new(vec![point(0.0, 0.0), point(0.5, 0.0), point(1.0, 1.0)]).unwrap(),

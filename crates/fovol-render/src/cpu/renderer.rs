@@ -12,8 +12,10 @@ use super::shadow_grid::shadow_grid;
 use super::simd::Simd;
 use super::skip::Skip;
 use crate::scene::{
-    BrickData, Bricks, ExtinctionTable, LightPath, Macrocells, RayResult, Segments, TransferTable,
+    BrickData, BrickLayout, Bricks, ExtinctionTable, LightPath, Macrocells, RayResult, Segments,
+    TransferTable, half_resolution,
 };
+use fovol_core::memory::{Estimate, Shortage};
 use fovol_core::{
     Camera, ClipBox, Frame, FrameSize, Grid, Integration, Pixel, RayBasis, Region, SampleList, SampleMask,
     Scene, Shading, ShadowMode, SurfaceShading, TransferFunction, Volume, stop,
@@ -69,15 +71,33 @@ impl Renderer {
     /// Prepares `scene`.
     ///
     /// # Errors
-    /// Numbers of the scene that cannot be rendered with; see [`Scene::check`].
+    /// Numbers of the scene that cannot be rendered with, see [`Scene::check`]; no memory for it.
     pub fn new(scene: &Scene, options: RenderOptions) -> fovol_core::Result<Self> {
         scene.check()?;
-        let bricks = Bricks::of_volume(&scene.volume);
-        Ok(Self::with_bricks(&scene.volume, bricks, scene, options))
+        let bricks = Bricks::of_volume(&scene.volume)?;
+        Ok(Self::with_bricks(&scene.volume, bricks, scene, options)?)
     }
 
-    fn with_bricks(volume: &Volume, bricks: Bricks, scene: &Scene, options: RenderOptions) -> Self {
-        let mut cells = Macrocells::new(&bricks);
+    /// `estimate` with the memory that `scene` takes when it is prepared.
+    #[must_use]
+    pub fn estimate(scene: &Scene, estimate: Estimate) -> Estimate {
+        let shadows = match scene.shading.shadows {
+            ShadowMode::Cached => BrickLayout::voxels(half_resolution(scene.volume.grid())).elements(),
+            ShadowMode::On | ShadowMode::Off => 0,
+        };
+        estimate
+            .with("voxels in bricks", Bricks::bytes_of(&scene.volume))
+            .with("empty space", Macrocells::bytes_of(scene.volume.grid().dims()))
+            .with("cached shadows", shadows as u64)
+    }
+
+    fn with_bricks(
+        volume: &Volume,
+        bricks: Bricks,
+        scene: &Scene,
+        options: RenderOptions,
+    ) -> Result<Self, Shortage> {
+        let mut cells = Macrocells::new(&bricks)?;
         cells.classify(&scene.transfer_function);
         let simd = if addressable(&bricks) { options.simd } else { Simd::Scalar };
         let step = scene.marching_step();
@@ -98,14 +118,15 @@ impl Renderer {
             options: RenderOptions { simd, ..options },
         };
         renderer.renew_extinction(scene.integration);
-        renderer.renew_shadows();
-        renderer
+        renderer.renew_shadows()?;
+        Ok(renderer)
     }
 
     /// Takes `scene`, which shows the same volume, instead of the scene so far; what they share costs nothing.
     ///
     /// # Errors
-    /// Numbers of the scene that cannot be rendered with; the scene so far stays then.
+    /// Numbers of the scene that cannot be rendered with; the scene so far stays then. No memory for cached shadows: there are none
+    /// then.
     pub fn set_scene(&mut self, scene: &Scene) -> fovol_core::Result<()> {
         scene.check()?;
         let recoloured = self.transfer != scene.transfer_function;
@@ -128,7 +149,7 @@ impl Renderer {
             self.renew_extinction(scene.integration);
         }
         if recoloured || stepped || shaded {
-            self.renew_shadows();
+            self.renew_shadows()?;
         }
         Ok(())
     }
@@ -175,16 +196,17 @@ impl Renderer {
         };
     }
 
-    fn renew_shadows(&mut self) {
+    fn renew_shadows(&mut self) -> Result<(), Shortage> {
         let wanted = self.shading.shadows == ShadowMode::Cached;
         self.shadow_grid = None;
         let started = Instant::now();
-        self.shadow_grid = wanted.then(|| shadow_grid(&self.specification()));
+        self.shadow_grid = wanted.then(|| shadow_grid(&self.specification())).transpose()?;
         self.shadow_grid_time = if wanted { started.elapsed() } else { Duration::ZERO };
         self.light_columns = None;
         if self.shading.shadows == ShadowMode::On {
             self.make_light_columns();
         }
+        Ok(())
     }
 
     /// Finds what shadow rays may meet, where that is not known yet.

@@ -1,5 +1,6 @@
 use super::march::{March, SampleCount};
 use crate::scene::{Bricks, half_resolution};
+use fovol_core::memory::Shortage;
 
 /// The transmittance towards the light on a grid of half the volume's resolution, by the rule of shadow
 /// rays: voxel *i* stands at the common corner of the volume's voxels 2i and 2i + 1. Voxels outside the part that is
@@ -7,7 +8,10 @@ use crate::scene::{Bricks, half_resolution};
 ///
 /// Stored in 8 bits: this is the cheap alternative to shadow rays, never the reference. Large volumes take minutes: it is
 /// [`fovol_core::LongWork`].
-pub fn shadow_grid(march: &March<'_>) -> Bricks {
+///
+/// # Errors
+/// Too little memory.
+pub fn shadow_grid(march: &March<'_>) -> Result<Bricks, Shortage> {
     let light = march.light_path();
     let [low, high] = march.clip.in_voxels();
     Bricks::of_unit_values("parts of the cached shadows", half_resolution(march.grid), |voxel| {

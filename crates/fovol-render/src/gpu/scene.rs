@@ -156,8 +156,8 @@ impl Contents {
     pub fn new(gpu: &Gpu, scene: &Scene, filtering: Filtering) -> Result<Self> {
         scene.check()?;
         // Of the bricks only what the device needs stays.
-        let bricks = Bricks::of_volume(&scene.volume);
-        let mut cells = Macrocells::new(&bricks);
+        let bricks = Bricks::of_volume(&scene.volume).map_err(fovol_core::Error::from)?;
+        let mut cells = Macrocells::new(&bricks).map_err(fovol_core::Error::from)?;
         cells.classify(&scene.transfer_function);
         let volume = VolumeTexture::new(gpu, &bricks, filtering)?;
         Ok(Self {

@@ -16,4 +16,4 @@ pub use kind::NoiseKind;
 pub(crate) use random::{hash, unit};
 pub use size::NoiseSize;
 pub use source::{FrameNoise, Noise};
-pub use void_and_cluster::{STBN_SEED, ranks};
+pub use void_and_cluster::{STBN_SEED, bytes_of_making_ranks, ranks};

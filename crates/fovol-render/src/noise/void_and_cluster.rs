@@ -33,6 +33,12 @@ pub fn ranks(size: NoiseSize, seed: u64) -> Vec<u32> {
     ranks
 }
 
+/// The memory that it takes to make the [`ranks`] of `size`, in bytes; somewhat less than the truth.
+pub fn bytes_of_making_ranks(size: NoiseSize) -> u64 {
+    // The order of positions, and the energies of two patterns.
+    3 * (size.len() * size_of::<u64>()) as u64
+}
+
 /// Gives each rank of `order` to the position that `pattern` seeks at that time, and switches it.
 fn rank_in_turn(ranks: &mut [u32], pattern: &mut Pattern, order: impl Iterator<Item = usize>) {
     for rank in order {

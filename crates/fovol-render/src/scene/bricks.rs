@@ -1,3 +1,5 @@
+use bytemuck::Zeroable;
+use fovol_core::memory::{self, SMALLER_VOLUME, Shortage};
 use fovol_core::{Dtype, Endian, Grid, LongWork, Rescale, Volume, Voxel, stop, with_voxel_type};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -101,7 +103,10 @@ pub struct Bricks {
 
 impl Bricks {
     /// The bricks of `volume`, values clamped to its range, infinities at the low end.
-    pub fn of_volume(volume: &Volume) -> Self {
+    ///
+    /// # Errors
+    /// No memory for them.
+    pub fn of_volume(volume: &Volume) -> Result<Self, Shortage> {
         let layout = BrickLayout::voxels(volume.grid().dims());
         let encoding = Encoding::of(volume);
         let (data, scale) = match encoding.span {
@@ -109,10 +114,10 @@ impl Bricks {
                 return Self::of_small_volume(volume, encoding, span);
             }
             Some(span) if span <= 255.0 => {
-                (BrickData::U8(encoded(volume, &layout, |v| (v - encoding.low) as u8, encoding)), span)
+                (BrickData::U8(encoded(volume, &layout, |v| (v - encoding.low) as u8, encoding)?), span)
             }
             Some(span) if span <= 65535.0 => {
-                (BrickData::U16(encoded(volume, &layout, |v| (v - encoding.low) as u16, encoding)), span)
+                (BrickData::U16(encoded(volume, &layout, |v| (v - encoding.low) as u16, encoding)?), span)
             }
             _ => {
                 let inverse =
@@ -124,7 +129,7 @@ impl Bricks {
                     }
                     ((v - encoding.low) * inverse) as f32
                 };
-                let values = encoded(volume, &layout, unit, encoding);
+                let values = encoded(volume, &layout, unit, encoding)?;
                 if has_gaps.into_inner() {
                     (BrickData::Gaps(values.into_iter().map(MaybeNan).collect()), 1.0)
                 } else {
@@ -133,31 +138,46 @@ impl Bricks {
             }
         };
         let scale = if scale > 0.0 { (1.0 / scale) as f32 } else { 0.0 };
-        Self { layout, data, scale }
+        Ok(Self { layout, data, scale })
     }
 
-    fn of_small_volume(volume: &Volume, encoding: Encoding, span: f64) -> Self {
+    /// The memory that the bricks of `volume` take, in bytes.
+    pub fn bytes_of(volume: &Volume) -> u64 {
+        let dims = volume.grid().dims();
+        let (layout, size) = match Encoding::of(volume).span {
+            Some(span) if span <= 255.0 && volume.grid().voxels() <= SMALL => (BrickLayout::corners(dims), 4),
+            Some(span) if span <= 255.0 => (BrickLayout::voxels(dims), 1),
+            Some(span) if span <= 65535.0 => (BrickLayout::voxels(dims), 2),
+            _ => (BrickLayout::voxels(dims), 4),
+        };
+        layout.elements() as u64 * size
+    }
+
+    fn of_small_volume(volume: &Volume, encoding: Encoding, span: f64) -> Result<Self, Shortage> {
         let layout = BrickLayout::corners(volume.grid().dims());
         let data = with_voxel_type!(volume.dtype(), T => {
             let raw = RawVoxels::<'_, T>::new(volume);
             let byte = |voxel| (encoding.clamped(raw.get(voxel).to_f64()) - encoding.low) as u8;
-            filled(&layout, || (), corner_words(layout.dims, byte))
+            filled(&layout, || (), corner_words(layout.dims, byte))?
         });
         let scale = if span > 0.0 { (1.0 / span) as f32 } else { 0.0 };
-        Self { layout, data: BrickData::Corners(data), scale }
+        Ok(Self { layout, data: BrickData::Corners(data), scale })
     }
 
     /// Bricks of 8-bit display values on a grid of `dims`, from `value(x, y, z)` in 0…1: long work that makes `what`.
+    ///
+    /// # Errors
+    /// Too little memory.
     pub fn of_unit_values(
         what: &'static str,
         dims: [usize; 3],
         value: impl Fn([usize; 3]) -> f32 + Sync,
-    ) -> Self {
+    ) -> Result<Self, Shortage> {
         let layout = BrickLayout::voxels(dims);
         let work = LongWork::new(what, layout.bricks().iter().product::<usize>() as u64);
         let byte = |voxel| (value(voxel).clamp(0.0, 1.0) * 255.0).round() as u8;
-        let data = filled(&layout, || work.step(), byte);
-        Self { layout, data: BrickData::U8(data), scale: 1.0 / 255.0 }
+        let data = filled(&layout, || work.step(), byte)?;
+        Ok(Self { layout, data: BrickData::U8(data), scale: 1.0 / 255.0 })
     }
 
     /// Where voxels lie.
@@ -333,9 +353,9 @@ fn encoded<S>(
     layout: &BrickLayout,
     store: impl Fn(f64) -> S + Sync,
     encoding: Encoding,
-) -> Vec<S>
+) -> Result<Vec<S>, Shortage>
 where
-    S: Copy + Default + Send + Sync,
+    S: Copy + Zeroable + Send + Sync,
 {
     with_voxel_type!(volume.dtype(), T => {
         let raw = RawVoxels::<'_, T>::new(volume);
@@ -388,12 +408,12 @@ impl<'a, T: Voxel> RawVoxels<'a, T> {
 }
 
 /// Fills all bricks in parallel and says so of each; voxels beyond the edge repeat the last one.
-fn filled<S: Copy + Default + Send + Sync>(
+fn filled<S: Copy + Zeroable + Send + Sync>(
     layout: &BrickLayout,
     is_filled: impl Fn() + Sync,
     value: impl Fn([usize; 3]) -> S + Sync,
-) -> Vec<S> {
-    let mut data = vec![S::default(); layout.elements()];
+) -> Result<Vec<S>, Shortage> {
+    let mut data = memory::zeroed::<S>(layout.elements(), "the voxels in bricks", SMALLER_VOLUME)?;
     let [bx, by, bz] = layout.bricks();
     let [ex, ey, ez] = layout.edges;
     let last = layout.dims.map(|d| d - 1);
@@ -413,7 +433,7 @@ fn filled<S: Copy + Default + Send + Sync>(
             is_filled();
         },
     );
-    data
+    Ok(data)
 }
 
 /// The half-resolution grid that shadows are cached on: every axis halved, rounded up.
@@ -430,6 +450,17 @@ mod tests {
         Volume::from_values(Grid::new(dims, [1.0; 3]).unwrap(), values).unwrap()
     }
 
+    /// The memory of `bricks`.
+    fn bytes(bricks: &Bricks) -> u64 {
+        (match bricks.data() {
+            BrickData::Corners(values) => size_of_val(&values[..]),
+            BrickData::U8(values) => size_of_val(&values[..]),
+            BrickData::U16(values) => size_of_val(&values[..]),
+            BrickData::F32(values) => size_of_val(&values[..]),
+            BrickData::Gaps(values) => size_of_val(&values[..]),
+        }) as u64
+    }
+
     proptest! {
         #[test]
         fn every_voxel_is_found_again(
@@ -439,7 +470,7 @@ mod tests {
             let n: usize = dims.iter().product();
             let values: Vec<i16> = (0..n as i32).map(|i| (i.wrapping_mul(7919 + seed) % 5000 - 2500) as i16).collect();
             let volume = volume(dims, values);
-            let bricks = Bricks::of_volume(&volume);
+            let bricks = Bricks::of_volume(&volume).unwrap();
             for z in 0..dims[2] {
                 for y in 0..dims[1] {
                     for x in 0..dims[0] {
@@ -459,7 +490,9 @@ mod tests {
             // A field linear in x, y and z is met exactly everywhere, across bricks too.
             let dims = [12usize; 3];
             let values = (0..12i16).flat_map(|z| (0..12i16).flat_map(move |y| (0..12i16).map(move |x| x + 2 * y + 3 * z))).collect();
-            let bricks = Bricks::of_volume(&volume(dims, values));
+            let volume = volume(dims, values);
+            let bricks = Bricks::of_volume(&volume).unwrap();
+            prop_assert_eq!(Bricks::bytes_of(&volume), bytes(&bricks));
             let expected = (x + 2.0 * y + 3.0 * z) / 66.0;
             prop_assert!((bricks.sample([x, y, z]) - expected).abs() < 1e-5);
         }
@@ -469,21 +502,22 @@ mod tests {
     fn values_are_clamped_before_interpolation() {
         let grid = Grid::new([2, 1, 1], [1.0; 3]).unwrap();
         let volume = Volume::from_values(grid, vec![0.0f32, 4.0]).unwrap().with_range([0.0, 1.0]).unwrap();
-        assert_eq!(Bricks::of_volume(&volume).sample([0.5, 0.0, 0.0]), 0.5);
+        assert_eq!(Bricks::of_volume(&volume).unwrap().sample([0.5, 0.0, 0.0]), 0.5);
     }
 
     #[test]
     fn the_narrowest_exact_type_is_stored() {
         let grid = Grid::new([2, 1, 1], [1.0; 3]).unwrap();
         let narrow = Volume::from_values(grid, vec![-1000i16, -800]).unwrap();
-        assert!(matches!(Bricks::of_volume(&narrow).data(), BrickData::Corners(_)));
+        assert!(matches!(Bricks::of_volume(&narrow).unwrap().data(), BrickData::Corners(_)));
         let wide = Volume::from_values(grid, vec![-1000i16, 3000]).unwrap();
-        assert!(matches!(Bricks::of_volume(&wide).data(), BrickData::U16(_)));
+        assert!(matches!(Bricks::of_volume(&wide).unwrap().data(), BrickData::U16(_)));
         let odd_range = wide.with_range([0.5, 10.0]).unwrap();
-        assert!(matches!(Bricks::of_volume(&odd_range).data(), BrickData::F32(_)));
-        let infinite = Bricks::of_volume(&Volume::from_values(grid, vec![f32::INFINITY, 2.0]).unwrap());
+        assert!(matches!(Bricks::of_volume(&odd_range).unwrap().data(), BrickData::F32(_)));
+        let infinite =
+            Bricks::of_volume(&Volume::from_values(grid, vec![f32::INFINITY, 2.0]).unwrap()).unwrap();
         assert!(matches!(infinite.data(), BrickData::F32(_)) && infinite.voxel([0, 0, 0]) == 0.0);
-        let nan = Bricks::of_volume(&Volume::from_values(grid, vec![f32::NAN, 2.0]).unwrap());
+        let nan = Bricks::of_volume(&Volume::from_values(grid, vec![f32::NAN, 2.0]).unwrap()).unwrap();
         assert!(matches!(nan.data(), BrickData::Gaps(_)) && nan.voxel([0, 0, 0]).is_nan());
     }
 }

@@ -1,4 +1,5 @@
 use super::bricks::{BRICK, Bricks};
+use fovol_core::memory::{self, SMALLER_VOLUME, Shortage};
 use fovol_core::{TransferFunction, stop};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -14,6 +15,8 @@ const FAR: u8 = 63;
 const BEAMS: usize = 32;
 /// Above this share of occupied cells looking for empty ones costs more than it saves.
 const DENSE: f64 = 0.9;
+/// Bytes after the last distance: lanes read distances as 32-bit words.
+const SPARE: usize = 4;
 
 /// Minimum and maximum of small blocks of the volume, and how far each is from anything visible.
 ///
@@ -35,28 +38,30 @@ pub struct Macrocells {
 
 impl Macrocells {
     /// The macrocells of `bricks`, all of them occupied until [`Self::classify`].
-    pub fn new(bricks: &Bricks) -> Self {
-        let dims = bricks.layout().dims;
-        let voxels: usize = dims.iter().product();
-        let shift = BRICK.ilog2() - SMALL_AND_LARGE.iter().filter(|&&most| voxels <= most).count() as u32;
-        let edge = 1usize << shift;
-        let cells = dims.map(|d| d.div_ceil(edge));
+    ///
+    /// # Errors
+    /// No memory for them.
+    pub fn new(bricks: &Bricks) -> Result<Self, Shortage> {
+        let (cells, shift) = cells_of(bricks.layout().dims);
         let [nx, ny, nz] = cells;
-        let ranges: Vec<[u16; 2]> = (0..nx * ny * nz)
-            .into_par_iter()
-            .map(|i| {
-                stop::point();
-                let cell = [i % nx, i / nx % ny, i / (nx * ny)];
-                let [low, high] = bricks.value_range(cell.map(|c| c << shift), edge);
-                // Rounded outwards: a cell may be thought visible, never wrongly invisible.
-                [(low * 65535.0).floor() as u16, (high * 65535.0).ceil() as u16]
-            })
-            .collect();
+        let mut ranges = memory::zeroed::<[u16; 2]>(nx * ny * nz, "empty space", SMALLER_VOLUME)?;
+        ranges.par_iter_mut().enumerate().for_each(|(i, range)| {
+            stop::point();
+            let cell = [i % nx, i / nx % ny, i / (nx * ny)];
+            let [low, high] = bricks.value_range(cell.map(|c| c << shift), 1 << shift);
+            // Rounded outwards: a cell may be thought visible, never wrongly invisible.
+            *range = [(low * 65535.0).floor() as u16, (high * 65535.0).ceil() as u16];
+        });
         let gaps = if bricks.has_gaps() { near_gaps(bricks, cells, shift) } else { Vec::new() };
-        // Four spare bytes: lanes read distances as 32-bit words.
-        let distances = vec![0; ranges.len() + 4];
+        let distances = memory::zeroed(ranges.len() + SPARE, "empty space", SMALLER_VOLUME)?;
         let visible = vec![[[0; 3], cells.map(|count| count - 1)]];
-        Self { cells, shift, ranges, gaps, distances, occupied: 1.0, visible }
+        Ok(Self { cells, shift, ranges, gaps, distances, occupied: 1.0, visible })
+    }
+
+    /// The memory that the macrocells of a volume of `dims` voxels take, in bytes; volumes with NaN take more.
+    pub fn bytes_of(dims: [usize; 3]) -> u64 {
+        let count: usize = cells_of(dims).0.iter().product();
+        (count * (size_of::<[u16; 2]>() + 1) + SPARE) as u64
     }
 
     /// Finds what `transfer` shows; to be called whenever the transfer function changes.
@@ -113,6 +118,13 @@ impl Macrocells {
     pub fn is_dense(&self) -> bool {
         self.occupied > DENSE
     }
+}
+
+/// The cells along each axis of a volume of `dims` voxels, and log₂ of their edge.
+fn cells_of(dims: [usize; 3]) -> ([usize; 3], u32) {
+    let voxels: usize = dims.iter().product();
+    let shift = BRICK.ilog2() - SMALL_AND_LARGE.iter().filter(|&&most| voxels <= most).count() as u32;
+    (dims.map(|d| d.div_ceil(1 << shift)), shift)
 }
 
 /// Whether interpolation can give NaN in each of `cells` of `bricks`, or in one beside it: the step of a ray that
@@ -243,7 +255,7 @@ mod tests {
     fn one_bright_voxel(dims: [usize; 3], bright: [usize; 3]) -> Bricks {
         let mut values = vec![0u8; dims.iter().product()];
         values[(bright[2] * dims[1] + bright[1]) * dims[0] + bright[0]] = 200;
-        Bricks::of_volume(&Volume::from_values(Grid::new(dims, [1.0; 3]).unwrap(), values).unwrap())
+        Bricks::of_volume(&Volume::from_values(Grid::new(dims, [1.0; 3]).unwrap(), values).unwrap()).unwrap()
     }
 
     proptest! {
@@ -293,14 +305,16 @@ mod tests {
 
     #[test]
     fn a_voxel_on_a_border_occupies_both_sides() {
-        let mut cells = Macrocells::new(&one_bright_voxel([16, 8, 8], [8, 1, 1]));
+        let mut cells = Macrocells::new(&one_bright_voxel([16, 8, 8], [8, 1, 1])).unwrap();
         cells.classify(&threshold(0.5));
         assert_eq!(&cells.distances()[..8], [3, 2, 1, 0, 0, 1, 2, 3]);
     }
 
     #[test]
     fn nothing_visible_is_far_everywhere_and_all_visible_is_dense() {
-        let mut cells = Macrocells::new(&one_bright_voxel([64, 64, 64], [1, 1, 1]));
+        let mut cells = Macrocells::new(&one_bright_voxel([64, 64, 64], [1, 1, 1])).unwrap();
+        let bytes = cells.ranges.len() * 4 + cells.distances.len();
+        assert_eq!(Macrocells::bytes_of([64; 3]), bytes as u64);
         cells.classify(&threshold(0.9));
         assert_eq!(cells.occupied(), 0.0);
         assert!(cells.distances()[..4096].iter().all(|&d| d == FAR));

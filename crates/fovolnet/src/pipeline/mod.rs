@@ -1,6 +1,7 @@
 //! Mask, march and reconstruction of frame after frame.
 
 mod cpu;
+mod estimate;
 #[cfg(feature = "gpu")]
 mod gpu;
 mod reference;
@@ -160,7 +161,7 @@ impl Pipeline {
     ///
     /// # Errors
     /// Settings that cannot be rendered with, files that they name and that cannot be read, a device that was asked for
-    /// and cannot be used.
+    /// and cannot be used, more memory than there is.
     pub fn new(volume: &OpenVolume, settings: &RenderSettings, speed: &SpeedSettings) -> Result<Self> {
         Self::on(speed.device.clone().unwrap_or_default().open()?, volume, settings, speed)
     }
@@ -184,6 +185,7 @@ impl Pipeline {
         let clip = Clip::new(&volume.volume, settings.clip)?;
         let world = WorldBox::new(&volume.volume, settings)?;
         let scene = clip.of(scene(volume, settings)?);
+        estimate::check(&device, &scene, settings)?;
         let (marcher, mut notes) = threads.install(|| Marcher::new(&device, &scene, settings, speed))?;
         notes.extend(world_box::notes(&volume.volume, settings)?);
         let reconstruction = marcher.host_reconstruction(settings)?;

@@ -1,7 +1,7 @@
 //! What names, sidecars and users say about bare voxels.
 
 use super::gzip;
-use crate::volume::decompress::{Compression, decompress_all};
+use crate::volume::decompress::{Compression, decompressed_length};
 use crate::volume::layout::{Layout, placed};
 use crate::volume::payload::{Blocks, Encoding, Files, Payload, Skip};
 use crate::volume::{Overrides, Source};
@@ -115,7 +115,7 @@ fn too_short(source: &Source, [x, y, z]: [usize; 3], [needed, found]: [usize; 2]
 /// How many bytes there are if they are fewer than `needed`; none where that is not what is wrong.
 fn found_bytes(source: &Source, is_packed: bool, needed: usize) -> Option<usize> {
     let found = match is_packed {
-        true => decompress_all(source, source.bytes(), Compression::Gzip, needed).ok()?.len(),
+        true => decompressed_length(source.bytes(), Compression::Gzip, needed)?,
         false => source.bytes().len(),
     };
     (found < needed).then_some(found)

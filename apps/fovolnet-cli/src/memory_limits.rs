@@ -1,0 +1,40 @@
+//! Too little memory ends the program with one line and status 1, wherever it shows.
+
+use fovolnet::core::memory::{self, ExitWhenExhausted};
+use fovolnet::core::temporaries;
+use std::panic::PanicHookInfo;
+
+#[global_allocator]
+static MEMORY: ExitWhenExhausted = ExitWhenExhausted;
+
+/// Has allocations that fail, and threads that cannot be started, end the program so, without leaving temporary files.
+pub fn outlive() {
+    memory::before_exit(temporaries::remove_all);
+    if let Some((nth, bytes)) = refused() {
+        memory::refuse_allocation(nth, bytes);
+    }
+    let usual = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        if is_of_threads(panic) {
+            memory::exit_with(&[
+                b"error: threads cannot be started: too little memory or too many of them; give a smaller --threads, or raise \
+                  the limit (`ulimit -v`, `ulimit -u`)",
+            ]);
+        }
+        usual(panic);
+    }));
+}
+
+/// Whether `panic` is that of the standard library or of rayon, which cannot start a thread.
+fn is_of_threads(panic: &PanicHookInfo<'_>) -> bool {
+    let said = panic.payload_as_str().unwrap_or_default();
+    said.contains("failed to spawn thread") || said.contains("ThreadPoolBuildError")
+}
+
+/// What `FOVOLNET_REFUSE_ALLOCATION=N:BYTES` says: the N-th allocation of at least so many bytes is to be refused. Tests go through
+/// all of them so, with the program as it is shipped.
+fn refused() -> Option<(usize, usize)> {
+    let said = std::env::var("FOVOLNET_REFUSE_ALLOCATION").ok()?;
+    let (nth, bytes) = said.split_once(':')?;
+    Some((nth.parse().ok()?, bytes.parse().ok()?))
+}
