@@ -18,7 +18,7 @@ const SIGNALS: [(&str, i32); 4] =
     [("INT", libc::SIGINT), ("TERM", libc::SIGTERM), ("HUP", libc::SIGHUP), ("KILL", libc::SIGKILL)];
 
 /// How long a command may take to end: a second, and more on a busy machine.
-const LIMIT: Duration = Duration::from_secs(3);
+const LIMIT: Duration = Duration::from_secs(15);
 
 /// Frames of every clip.
 const FRAMES: usize = 4;

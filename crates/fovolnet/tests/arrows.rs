@@ -35,7 +35,7 @@ fn arrows_run_one_way() {
 fn the_words_know_no_files_and_no_devices() {
     let manifests = manifests();
     let (_, core) = manifests.iter().find(|(name, _)| name == "fovol-core").unwrap();
-    let allowed = ["glam", "half", "rayon", "serde", "thiserror"];
+    let allowed = ["bytemuck", "glam", "half", "rayon", "serde", "thiserror"];
     for dependency in core["dependencies"].as_table().unwrap().keys() {
         assert!(allowed.contains(&dependency.as_str()), "fovol-core must not depend on {dependency}");
     }
