@@ -93,7 +93,7 @@ fn sessions_find_their_files_again() {
     let folder = tempfile::tempdir().unwrap();
     let volume = volume(folder.path());
     let weights = named(folder.path(), "w", ".safetensors");
-    let shipped = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/weights/wnet-fast.safetensors");
+    let shipped = concat!(env!("CARGO_MANIFEST_DIR"), "/../../crates/fovol-net/assets/weights/wnet-fast.safetensors");
     fs::copy(shipped, &weights).unwrap();
     let colours = named(folder.path(), "colours", ".json");
     fs::write(&colours, r#"{"points":[[0,0,0,0,0],[1,1,0.5,0.2,0.3]]}"#).unwrap();

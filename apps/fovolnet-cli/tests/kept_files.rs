@@ -42,7 +42,7 @@ fn inputs() -> tempfile::TempDir {
     let key = "[[keyframe]]\nframe = 0\neye = [0, 0, 2]\ntarget = [0, 0, 0]\nfovy = 35\n";
     fs::write(at("path.toml"), key).unwrap();
     fs::write(at("gaze.toml"), "stops = [[0, 0.1, 0.2]]\n").unwrap();
-    let shipped = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/weights/wnet-fast.safetensors");
+    let shipped = concat!(env!("CARGO_MANIFEST_DIR"), "/../../crates/fovol-net/assets/weights/wnet-fast.safetensors");
     fs::copy(shipped, at("w.safetensors")).unwrap();
     succeeds(folder.path(), "noise make noise.npy --size 16 --frames 2");
     let render = "--size 16x16 --save-session s.toml --keep frame,sparse --reconstruct pull-push";

@@ -6,8 +6,8 @@
 use fovolnet::core::{CameraPath, FrameSize, Integration, ShadowMode};
 use fovolnet::io::procedural::Procedural;
 use fovolnet::{Reconstruction, RenderSettings, SpeedSettings, VolumeSettings, open_volume, presets};
-use fovolnet_viewer::look::Look;
-use fovolnet_viewer::studio::{Studio, Wanted};
+use fovolnet_viewer::display_mode::DisplayMode;
+use fovolnet_viewer::frame_producer::{FrameProducer, ViewRequest};
 use std::str::FromStr;
 use std::time::Instant;
 
@@ -64,7 +64,7 @@ fn main() {
     println!("{}³, {}, {:?} shadows, {asked}", run.side, run.size, run.shadows);
     println!("volume           frames/s  median ms   95 % ms  within 20 %  by the network  last");
     let measured = std::thread::spawn(move || {
-        fovolnet::give_way();
+        fovolnet::lower_thread_priority();
         run.volumes.iter().for_each(|volume| measure(volume, &run));
     });
     measured.join().expect("what is measured can be rendered");
@@ -82,20 +82,20 @@ fn measure(volume: &str, run: &Run) {
         reconstruct: Some(Reconstruction::WNet),
         ..RenderSettings::default()
     };
-    let mut studio = Studio::new(SpeedSettings::default(), None);
+    let mut studio = FrameProducer::new(SpeedSettings::default(), None);
     let (mut times, mut by_network) = (Vec::new(), 0.0);
     let mut last = None;
     // The first frames teach the budget what the machine can do.
     let learning = 20;
     for i in 0..run.frames + learning {
-        let wanted = Wanted {
+        let wanted = ViewRequest {
             volume: volume.clone(),
             settings: settings.clone(),
             camera: CameraPath::Flythrough.camera(i),
             gaze: [0.5; 2],
             rate: run.rate,
             converges: false,
-            look: Look::Picture,
+            look: DisplayMode::Picture,
         };
         let started = Instant::now();
         let shown = studio.step(&wanted).expect("settings that can be rendered").expect("a view that moves");

@@ -10,7 +10,7 @@ use fovolnet::{Reconstruction, RenderSettings, Sampling, Timings};
 
 /// Quality level, relative to the session's settings.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rung {
+pub struct QualityLevel {
     /// Factor of the resolution along each side.
     pub scale: f64,
     /// Whether the session's reconstruction is used; otherwise the cheapest fill.
@@ -22,9 +22,9 @@ pub struct Rung {
 }
 
 /// Levels from the session's full quality down to what an old laptop manages.
-const LADDER: [Rung; 14] = {
-    const fn rung(scale: f64, as_asked: bool, density: f64, step: f64) -> Rung {
-        Rung { scale, as_asked, density, step }
+const LADDER: [QualityLevel; 14] = {
+    const fn rung(scale: f64, as_asked: bool, density: f64, step: f64) -> QualityLevel {
+        QualityLevel { scale, as_asked, density, step }
     }
     [
         rung(1.0, true, 1.0, 1.0),
@@ -81,7 +81,7 @@ impl Budget {
     }
 
     /// The current quality level.
-    pub fn rung(&self) -> &'static Rung {
+    pub fn rung(&self) -> &'static QualityLevel {
         &LADDER[self.rung]
     }
 
@@ -126,7 +126,7 @@ impl Budget {
     }
 
     /// Predicted milliseconds of a frame at the level `rung`.
-    fn predicted(&self, asked: &RenderSettings, rung: &Rung) -> f64 {
+    fn predicted(&self, asked: &RenderSettings, rung: &QualityLevel) -> f64 {
         let settings = applied(asked, rung);
         let size = settings.frame_size();
         let fovea = settings.fovea(0).ok().filter(|_| settings.sampling() != Sampling::Full);
@@ -140,12 +140,12 @@ impl Budget {
 
 /// Factor of the step at the level `rung`. It is 1 with cached shadows: their grid is made for one step, and making
 /// it again takes as long as many frames.
-fn step(asked: &RenderSettings, rung: &Rung) -> f64 {
+fn step(asked: &RenderSettings, rung: &QualityLevel) -> f64 {
     if asked.shadows == Some(ShadowMode::Cached) { 1.0 } else { rung.step }
 }
 
 /// Applies the level `rung` to the settings `asked`.
-fn applied(asked: &RenderSettings, rung: &Rung) -> RenderSettings {
+fn applied(asked: &RenderSettings, rung: &QualityLevel) -> RenderSettings {
     let mut settings = asked.clone();
     settings.size = Some(scaled(asked.frame_size(), rung.scale));
     settings.pb = Some(asked.pb.unwrap_or(Fovea::default().base) * rung.density);
@@ -186,7 +186,7 @@ mod tests {
 
     /// Total time of the last of many frames with a budget of `ms`, the number of level changes in the second half,
     /// and the level.
-    fn settled(machine: [f64; 3], ms: f64) -> (f64, usize, Rung) {
+    fn settled(machine: [f64; 3], ms: f64) -> (f64, usize, QualityLevel) {
         let (mut budget, mut changes, mut total) = (Budget::default(), 0, 0.0);
         for i in 0..60 {
             let before = budget.rung;

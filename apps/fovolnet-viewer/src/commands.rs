@@ -1,6 +1,6 @@
 //! Commands of menus and keys.
 
-use crate::look::Look;
+use crate::display_mode::DisplayMode;
 use eframe::egui::{Context, Key, KeyboardShortcut, Modifiers};
 
 /// Command of a menu or key.
@@ -26,10 +26,10 @@ pub enum Command {
     Redo,
     /// Return to the start of the path.
     ResetView,
-    /// Look from this direction at the volume.
+    /// DisplayMode from this direction at the volume.
     LookFrom([i8; 3]),
     /// Choose a display mode of the frame.
-    Show(Look),
+    Show(DisplayMode),
     /// Play the path, or pause.
     PlayOrPause,
     /// Add the view as a keyframe.
@@ -89,11 +89,11 @@ pub const VIEW: &[Entry] = &[
     entry(Command::LookFrom([0, 0, -1]), "From the back (−z)", CTRL, Key::Num1),
     entry(Command::LookFrom([-1, 0, 0]), "From the left (−x)", CTRL, Key::Num3),
     entry(Command::LookFrom([0, -1, 0]), "From below (−y)", CTRL, Key::Num7),
-    entry(Command::Show(Look::Picture), "Show the picture", NONE, Key::F5),
-    entry(Command::Show(Look::Samples), "Show the samples", NONE, Key::F6),
-    entry(Command::Show(Look::Measured), "Show what is measured", NONE, Key::F7),
-    entry(Command::Show(Look::Density), "Show the density", NONE, Key::F8),
-    entry(Command::Show(Look::Difference), "Show the difference", NONE, Key::F9),
+    entry(Command::Show(DisplayMode::Picture), "Show the picture", NONE, Key::F5),
+    entry(Command::Show(DisplayMode::Samples), "Show the samples", NONE, Key::F6),
+    entry(Command::Show(DisplayMode::Measured), "Show what is measured", NONE, Key::F7),
+    entry(Command::Show(DisplayMode::Density), "Show the density", NONE, Key::F8),
+    entry(Command::Show(DisplayMode::Difference), "Show the difference", NONE, Key::F9),
     entry(Command::ToggleMarks, "Box, axes and scales", NONE, Key::B),
     entry(Command::ToggleTheme, "Light or dark", NONE, Key::F10),
 ];

@@ -10,7 +10,7 @@ const NAME: &str = "llvmpipe-";
 /// Binds each llvmpipe thread of this process to its own CPU, among those this thread may use. Does nothing on
 /// systems other than Linux.
 ///
-/// Every llvmpipe thread draws a part of each frame. Low-priority threads ([`fovolnet::give_way`]) keep all CPUs
+/// Every llvmpipe thread draws a part of each frame. Low-priority threads ([`fovolnet::lower_thread_priority`]) keep all CPUs
 /// busy, so Linux sees no idle one. It may leave two drawing threads on one CPU for whole frames, which then take
 /// twice as long.
 #[cfg(target_os = "linux")]

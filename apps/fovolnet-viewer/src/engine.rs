@@ -1,6 +1,6 @@
 //! Background thread that makes frames, so that the window never blocks.
 
-use crate::studio::{Shown, Studio, Wanted};
+use crate::frame_producer::{FrameProducer, Presented, ViewRequest};
 use fovolnet::SpeedSettings;
 use fovolnet::gpu::Gpu;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -23,11 +23,11 @@ struct Shared {
 
 #[derive(Debug, Default)]
 struct Desk {
-    wanted: Option<Wanted>,
+    wanted: Option<ViewRequest>,
     /// Whether the last step for `wanted` found nothing more to do.
     is_done: bool,
     stops: bool,
-    shown: Option<Shown>,
+    shown: Option<Presented>,
     said: Vec<Said>,
 }
 
@@ -55,15 +55,15 @@ impl Engine {
         let theirs = Arc::clone(&shared);
         let run = move || {
             // The window is drawn meanwhile, on the CPU if there is no graphics card, and needs the priority.
-            fovolnet::give_way();
-            theirs.run(&|| Studio::new(speed.clone(), screen.clone()), &wake);
+            fovolnet::lower_thread_priority();
+            theirs.run(&|| FrameProducer::new(speed.clone(), screen.clone()), &wake);
         };
         let thread = std::thread::Builder::new().name("pictures".into()).spawn(run)?;
         Ok(Self { shared, thread: Some(thread) })
     }
 
     /// Makes frames of `wanted` from now on.
-    pub fn want(&self, wanted: Wanted) {
+    pub fn want(&self, wanted: ViewRequest) {
         let mut desk = self.shared.desk();
         if desk.wanted.as_ref() != Some(&wanted) {
             desk.wanted = Some(wanted);
@@ -73,7 +73,7 @@ impl Engine {
     }
 
     /// Takes the latest frame; `None` if it was taken before.
-    pub fn take_shown(&self) -> Option<Shown> {
+    pub fn take_shown(&self) -> Option<Presented> {
         self.shared.desk().shown.take()
     }
 
@@ -105,7 +105,7 @@ impl Shared {
         self.desk.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn run(&self, new_studio: &dyn Fn() -> Studio, wake: &dyn Fn()) {
+    fn run(&self, new_studio: &dyn Fn() -> FrameProducer, wake: &dyn Fn()) {
         let mut studio = new_studio();
         while let Some(wanted) = self.next() {
             let step = catch_unwind(AssertUnwindSafe(|| studio.step(&wanted)));
@@ -131,14 +131,14 @@ impl Shared {
     }
 
     /// Waits for work and returns the current request; `None` if the thread should end.
-    fn next(&self) -> Option<Wanted> {
+    fn next(&self) -> Option<ViewRequest> {
         let idle = |desk: &mut Desk| !desk.stops && (desk.is_done || desk.wanted.is_none());
         let desk = self.changed.wait_while(self.desk(), idle).unwrap_or_else(PoisonError::into_inner);
         desk.wanted.clone().filter(|_| !desk.stops)
     }
 
     /// Publishes results. Returns whether there is anything new, including that the request is complete.
-    fn tell(&self, wanted: &Wanted, shown: Option<Shown>, said: Vec<Said>) -> bool {
+    fn tell(&self, wanted: &ViewRequest, shown: Option<Presented>, said: Vec<Said>) -> bool {
         let mut desk = self.desk();
         desk.is_done = shown.is_none() && desk.wanted.as_ref() == Some(wanted);
         let is_news = desk.is_done || shown.is_some() || !said.is_empty();
@@ -153,22 +153,22 @@ impl Shared {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::look::Look;
-    use crate::studio::Progress;
+    use crate::display_mode::DisplayMode;
+    use crate::frame_producer::Progress;
     use fovolnet::core::CameraPath;
     use fovolnet::{RenderSettings, VolumeSettings, open_volume};
     use std::time::{Duration, Instant};
 
-    fn wanted() -> Wanted {
+    fn wanted() -> ViewRequest {
         let read = VolumeSettings { dims: Some([24; 3]), ..VolumeSettings::default() };
-        Wanted {
+        ViewRequest {
             volume: open_volume("head", &read).unwrap(),
             settings: RenderSettings { size: Some("48x32".parse().unwrap()), ..RenderSettings::default() },
             camera: CameraPath::Orbit.camera(0),
             gaze: [0.5; 2],
             rate: None,
             converges: true,
-            look: Look::Picture,
+            look: DisplayMode::Picture,
         }
     }
 
@@ -192,7 +192,7 @@ mod tests {
         assert!(engine.is_done());
         engine.want(wanted());
         wait(&engine);
-        engine.want(Wanted { camera: CameraPath::Orbit.camera(9), ..wanted() });
+        engine.want(ViewRequest { camera: CameraPath::Orbit.camera(9), ..wanted() });
         wait(&engine);
     }
 

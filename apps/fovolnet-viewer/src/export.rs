@@ -1,6 +1,6 @@
 //! Export of pictures and videos, with pixels equal to those of the command line for the same session.
 
-use crate::course::Course;
+use crate::camera_motion::CameraMotion;
 use crate::job::Handle;
 use crate::kept;
 use anyhow::{Context, Result};
@@ -36,7 +36,7 @@ pub enum Kind {
     /// Clip from the first frame of the camera motion on.
     Video {
         /// Camera motion.
-        course: Course,
+        course: CameraMotion,
         /// Number of frames.
         frames: u32,
         /// Frames a second.
@@ -239,7 +239,7 @@ mod tests {
             with_session: true,
             kind: Kind::Video { course, frames: 3, fps: 25 },
         };
-        let along = clip(Course::Path("flythrough".into()));
+        let along = clip(CameraMotion::Path("flythrough".into()));
         run(along.clone(), session()).unwrap();
         let frames = fovolnet::io::video::read(&path).unwrap();
         assert_eq!(frames.len(), 3);
@@ -247,7 +247,7 @@ mod tests {
         let length = std::fs::metadata(&path).unwrap().len();
         assert!(length - y4m_bytes(size, 3) < 100, "{length}");
         assert!(session_beside(&path).is_file());
-        let still = clip(Course::Still([0.3, 0.5, 1.7, 0.0, 0.0, 0.0, 35.0]));
+        let still = clip(CameraMotion::Still([0.3, 0.5, 1.7, 0.0, 0.0, 0.0, 35.0]));
         let error = run(still.clone(), session()).unwrap_err().to_string();
         assert!(error.contains("another name"), "what was read is not replaced: {error}");
         let path = folder.path().join("still.y4m");

@@ -1,6 +1,6 @@
 //! Form for exports.
 
-use crate::course::CourseChoice;
+use crate::camera_motion::CourseChoice;
 use crate::dialogue::{Answer, buttons};
 use crate::export::{Export, Kind, clip_file, y4m_bytes};
 use crate::file_field::{FileField, warning, will_be_replaced};

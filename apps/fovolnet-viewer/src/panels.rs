@@ -1,13 +1,13 @@
 //! Panels for settings and statistics.
 
 use crate::colour_button::colour_button;
+use crate::display_mode::DisplayMode;
+use crate::frame_producer::{Presented, Progress};
 use crate::gaze::GazeKind;
-use crate::look::Look;
 use crate::marks::short;
 use crate::outline::outline;
 use crate::places::Preferences;
 use crate::range_slider::range_slider;
-use crate::studio::{Progress, Shown};
 use eframe::egui::{
     Align, Color32, ComboBox, DragValue, Label, Layout, Mesh, Rect, RichText, Sense, Shape, Slider, Stroke,
     Ui, pos2, vec2,
@@ -221,7 +221,7 @@ pub fn sampling(ui: &mut Ui, settings: &mut RenderSettings, gaze: &mut GazeKind)
 }
 
 /// Panel for the frame rate in motion.
-pub fn budget(ui: &mut Ui, preferences: &mut Preferences, shown: Option<&Shown>) {
+pub fn budget(ui: &mut Ui, preferences: &mut Preferences, shown: Option<&Presented>) {
     ui.horizontal(|ui| {
         let mut keeps = preferences.rate > 0.0;
         if ui.checkbox(&mut keeps, "Keep").changed() {
@@ -251,9 +251,9 @@ pub fn budget(ui: &mut Ui, preferences: &mut Preferences, shown: Option<&Shown>)
 }
 
 /// Panel for the display mode.
-pub fn looks(ui: &mut Ui, look: &mut Look) {
+pub fn looks(ui: &mut Ui, look: &mut DisplayMode) {
     ui.horizontal_wrapped(|ui| {
-        for each in Look::ALL {
+        for each in DisplayMode::ALL {
             ui.selectable_value(look, each, each.name()).on_hover_text(each.explanation());
         }
     });
@@ -279,7 +279,7 @@ fn fact(ui: &mut Ui, name: &str, value: String) {
 }
 
 /// Panel of facts about the picture.
-pub fn statistics(ui: &mut Ui, shown: &Shown, rate: f64, history: &VecDeque<Timings>) {
+pub fn statistics(ui: &mut Ui, shown: &Presented, rate: f64, history: &VecDeque<Timings>) {
     ui.scope(|ui| {
         ui.spacing_mut().item_spacing.y = 2.0;
         let mut row = |name: &str, value: String| fact(ui, name, value);

@@ -2,7 +2,7 @@
 //!
 //! They describe the scene ([`Volume`], [`TransferFunction`], [`Light`], [`Scene`]), the view ([`Camera`],
 //! [`CameraPath`]), the sampled pixels ([`Fovea`], [`SampleMask`], [`SampleList`]) and the result ([`Frame`]). There
-//! is no rendering here. [`input`] opens files for all crates, and [`awake`] keeps worker threads spinning.
+//! is no rendering here. [`input`] opens files for all crates, and [`keep_workers_spinning`] keeps worker threads spinning.
 //! [`stop`] ends work before its time. [`unfinished`] knows every temporary file of the process.
 //! [`memory`] asks for large blocks of memory and refuses work that will not fit.
 //!
@@ -11,7 +11,6 @@
 //! side is 1. `+y` is up. Volumes with a patient position are rotated: +x is the patient's left, +y superior and +z
 //! anterior; see [`Placement`].
 
-mod awake;
 mod camera;
 mod camera_path;
 mod clip_box;
@@ -43,8 +42,8 @@ mod transfer_function;
 pub mod unfinished;
 mod volume;
 mod voxel;
+mod workers;
 
-pub use awake::awake;
 pub use camera::{Camera, Ray, RayBasis};
 pub use camera_path::{CameraPath, Keyframe};
 pub use clip_box::ClipBox;
@@ -70,6 +69,7 @@ pub use statistics::Statistics;
 pub use transfer_function::{ControlPoint, TransferFunction};
 pub use volume::{Rescale, Volume, VoxelBytes};
 pub use voxel::{Dtype, Endian, Voxel};
+pub use workers::keep_workers_spinning;
 
 /// Errors of the basic types.
 ///

@@ -107,7 +107,7 @@ fn numbers_that_are_none_do_not_stay() {
                 "{named}"
             );
         }
-        let is_finite = |map: &fovol_net::cpu::Stored| map.to_f32().data.iter().all(|v| v.is_finite());
+        let is_finite = |map: &fovol_net::cpu::AnyTensor| map.to_f32().data.iter().all(|v| v.is_finite());
         assert!(network.carried(&state).iter().all(is_finite), "{named}");
         state.reset();
         assert!(network.carried(&state).iter().all(|map| map.to_f32().data.iter().all(|&v| v == 0.0)));

@@ -73,7 +73,7 @@ pub use orientation::{NamedView, Orientation};
 #[cfg(feature = "gpu")]
 pub use pipeline::{DeviceFrame, DoneFrame};
 pub use pipeline::{Pipeline, RenderedFrame, Timings, Viewpoint};
-pub use priority::give_way;
+pub use priority::lower_thread_priority;
 pub use rays::Rays;
 pub use reconstruction::Reconstruction;
 pub use reconstructor::Reconstructor;

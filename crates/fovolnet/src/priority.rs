@@ -3,9 +3,9 @@
 ///
 /// They give way by as little as that takes, so that programs which run in the background, at a higher niceness, do not keep
 /// frames from being made. There is no way back without rights that programs seldom have.
-pub fn give_way() {
+pub fn lower_thread_priority() {
     #[cfg(target_os = "linux")]
-    linux::give_way();
+    linux::lower_thread_priority();
 }
 
 #[cfg(target_os = "linux")]
@@ -20,11 +20,11 @@ mod linux {
     /// Older kernels take no notice.
     const TURN: u64 = 20_000_000;
 
-    pub fn give_way() {
+    pub fn lower_thread_priority() {
         let own = SchedulingAttributes::own();
         // Whoever started the program with another policy means it.
         let usual = own.filter(|own| own.policy == libc::SCHED_OTHER as u32);
-        if !usual.is_some_and(SchedulingAttributes::give_way) {
+        if !usual.is_some_and(SchedulingAttributes::lower_thread_priority) {
             // SAFETY: it takes numbers alone. On Linux 0 is the calling thread.
             let niceness = unsafe { libc::getpriority(libc::PRIO_PROCESS, 0) };
             // SAFETY: as above; a thread may always become less important.
@@ -56,7 +56,7 @@ mod linux {
         }
 
         /// Gives the calling thread, whose these are, a higher niceness and longer turns; whether the kernel does so.
-        fn give_way(self) -> bool {
+        fn lower_thread_priority(self) -> bool {
             let niceness = (self.niceness + STEPS).min(LAST);
             let wanted = Self { niceness, runtime: TURN, ..self };
             // SAFETY: the kernel reads as many bytes of `wanted` as its size says.
@@ -79,7 +79,7 @@ mod tests {
     fn threads_give_way_with_those_that_they_start_and_no_others() {
         let before = way();
         let inside = std::thread::spawn(move || {
-            super::give_way();
+            super::lower_thread_priority();
             (way(), std::thread::spawn(way).join().unwrap())
         });
         let (own, of_started) = inside.join().unwrap();

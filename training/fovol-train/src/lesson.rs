@@ -127,12 +127,12 @@ impl LessonFrame {
 }
 
 /// Makes training batches from clips.
-pub struct Lesson {
+pub struct TrainingBatch {
     config: LessonConfig,
     noise: MaskNoise,
 }
 
-impl Lesson {
+impl TrainingBatch {
     /// Prepares the noise that `config` asks for.
     ///
     /// # Errors
@@ -390,7 +390,7 @@ mod tests {
     }
 
     fn lesson(clip: &Clip, config: &LessonConfig, random: &mut ChaCha8Rng) -> Vec<LessonFrame> {
-        Lesson::new(config).unwrap().of(std::slice::from_ref(clip), 4, random)
+        TrainingBatch::new(config).unwrap().of(std::slice::from_ref(clip), 4, random)
     }
 
     fn largest(tensor: &Tensor) -> f64 {

@@ -8,18 +8,18 @@ mod panes;
 use crate::autosave::{Autosaves, Crashed};
 use crate::commands;
 use crate::dialogue::{Dialogue, Next};
+use crate::display_mode::DisplayMode;
 use crate::engine::{Engine, Said};
+use crate::frame_producer::{Pixels, Presented, Progress};
 use crate::gaze::{GazeKind, PointerGaze};
 use crate::job::Job;
 use crate::layout_form::LayoutForm;
-use crate::look::Look;
 use crate::messages::Messages;
 use crate::opened::Opened;
 use crate::panels;
 use crate::places::{Places, Preferences};
 use crate::quad::{OnWindow, Painter};
 use crate::screen::{OnScreen, Screen};
-use crate::studio::{Pixels, Progress, Shown};
 use crate::thumbnails::Thumbnails;
 use crate::timeline::Timeline;
 use anyhow::Result;
@@ -53,7 +53,7 @@ pub struct Start {
 struct Picture {
     texture: Texture,
     /// Description of the picture, without its pixels.
-    shown: Shown,
+    shown: Presented,
 }
 
 /// Storage of a picture's pixels.
@@ -103,7 +103,7 @@ pub struct Viewer {
     screen: Option<Screen>,
     painter: Option<Painter>,
     picture: Option<Picture>,
-    look: Look,
+    look: DisplayMode,
     gaze_kind: GazeKind,
     pointer_gaze: PointerGaze,
     timeline: Timeline,
@@ -153,7 +153,7 @@ impl Viewer {
             screen: start.screen,
             painter: start.painter,
             picture: None,
-            look: Look::default(),
+            look: DisplayMode::default(),
             gaze_kind: if start.render.gaze.is_some() { GazeKind::Session } else { GazeKind::default() },
             pointer_gaze: PointerGaze::default(),
             timeline: Timeline::default(),
@@ -183,7 +183,7 @@ impl Viewer {
     }
 
     /// The displayed picture, without its pixels.
-    pub fn shown(&self) -> Option<&Shown> {
+    pub fn shown(&self) -> Option<&Presented> {
         self.picture.as_ref().map(|picture| &picture.shown)
     }
 
@@ -327,7 +327,7 @@ impl Viewer {
         self.opened = Some(opened);
     }
 
-    fn take_shown(&mut self, context: &Context, mut shown: Shown, time: f64) {
+    fn take_shown(&mut self, context: &Context, mut shown: Presented, time: f64) {
         if shown.progress == Progress::Moving {
             self.history.push_back(shown.timings);
             if self.history.len() > panels::HISTORY {
@@ -361,7 +361,7 @@ impl Viewer {
 }
 
 /// Texture with the pixels `rgba` of `shown`; reuses `before` if possible.
-fn uploaded(context: &Context, rgba: &[u8], shown: &Shown, before: Option<Texture>) -> TextureHandle {
+fn uploaded(context: &Context, rgba: &[u8], shown: &Presented, before: Option<Texture>) -> TextureHandle {
     let size = [shown.size.width as usize, shown.size.height as usize];
     let image = ColorImage::from_rgba_premultiplied(size, rgba);
     match before {

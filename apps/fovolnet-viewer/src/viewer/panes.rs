@@ -3,10 +3,10 @@
 use super::Viewer;
 use crate::commands::{self, Command, Entry};
 use crate::dialogue::{Dialogue, FilePrompt, Next};
+use crate::display_mode::DisplayMode;
 use crate::files::Purpose;
+use crate::frame_producer::{Progress, ViewRequest};
 use crate::gaze::{GazeKind, GazeSource};
-use crate::look::Look;
-use crate::studio::{Progress, Wanted};
 use crate::transfer_editor::presets_ui;
 use crate::{panels, picture_view, start_page};
 use eframe::egui::{self, Align, CollapsingHeader, Layout, Rect, Ui};
@@ -136,7 +136,7 @@ impl Viewer {
             let camera = shown.camera;
             picture_view::marks(ui, opened, &camera, gaze, handled.rect);
         }
-        self.engine.want(Wanted {
+        self.engine.want(ViewRequest {
             volume: opened.volume.clone(),
             settings: opened.screen_settings(pixels(handled.rect, ui.ctx().pixels_per_point())),
             camera: opened.camera(),
@@ -185,7 +185,7 @@ impl Viewer {
                     }
                     ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                         let explanation = self.look.explanation();
-                        if self.look != Look::Picture {
+                        if self.look != DisplayMode::Picture {
                             ui.weak(explanation);
                         }
                     });

@@ -1,12 +1,12 @@
 //! Accumulates samples of earlier frames.
 
 use super::doubled::{DoubledRow, doubled};
-use super::floats::{Floats, VectorWork};
-use super::map::Map;
 use super::points::RowMut;
-use super::pyramid::{Known, KnownRows, Pyramid, divided};
+use super::pyramid::{KnownRows, PremulRgba, Pyramid, divided};
 use super::samples::KnownPixels;
-use super::simd::{Simd, Work};
+use super::simd::{Simd, SimdOp};
+use super::simd_f32::{SimdF32, SimdF32Op};
+use super::tensor::Tensor;
 use crate::plan::{DOUBT_ALLOWED, DOUBT_EPSILON, DOUBT_SHARE, POINT};
 use glam::Vec4;
 use rayon::prelude::*;
@@ -16,9 +16,9 @@ use std::array::from_fn;
 #[derive(Debug, Clone, Copy)]
 pub struct Expected<'a> {
     /// Last output, reprojected.
-    pub prior: &'a Map,
+    pub prior: &'a Tensor,
     /// Fill of this frame's samples, at half the resolution.
-    pub fresh: &'a Map,
+    pub fresh: &'a Tensor,
 }
 
 /// Computes the confidence in `prior`, 0…1, at 2^`lowest` times lower resolution than `known`, and writes it to
@@ -29,7 +29,7 @@ pub fn doubt(
     expected: &Expected<'_>,
     [levels, lowest]: [u32; 2],
     pyramid: &mut Pyramid,
-    out: &mut Map,
+    out: &mut Tensor,
 ) {
     match known {
         KnownPixels::All(known) => pyramid.pull_of(&Squares { known, expected }),
@@ -53,7 +53,7 @@ pub fn doubt(
 
 /// Mean squared errors of both pictures at the samples.
 struct Squares<'a> {
-    known: &'a Map,
+    known: &'a Tensor,
     expected: &'a Expected<'a>,
 }
 
@@ -64,7 +64,7 @@ impl KnownRows for Squares<'_> {
         [self.known.height, self.known.width]
     }
 
-    fn make(&self, y: usize, memory: &mut DoubledRow, to: &mut Vec<Known>) {
+    fn make(&self, y: usize, memory: &mut DoubledRow, to: &mut Vec<PremulRgba>) {
         to.resize(self.known.width, [0.0; 4]);
         let known = self.known.row(y).as_chunks().0;
         Simd::best().in_vectors(SquareRow { known, expected: self.expected, y, memory, to });
@@ -72,16 +72,16 @@ impl KnownRows for Squares<'_> {
 }
 
 struct SquareRow<'a> {
-    known: &'a [Known],
+    known: &'a [PremulRgba],
     expected: &'a Expected<'a>,
     y: usize,
     memory: &'a mut DoubledRow,
-    to: &'a mut [Known],
+    to: &'a mut [PremulRgba],
 }
 
-impl VectorWork for SquareRow<'_> {
+impl SimdF32Op for SquareRow<'_> {
     #[inline(always)]
-    fn run<V: Floats>(self, some: V) {
+    fn run<V: SimdF32>(self, some: V) {
         let Self { known, expected, y, memory, to } = self;
         memory.make(expected.fresh, y, some);
         let expected = expected.prior.row(y).as_chunks().0.iter().zip(&memory.row);
@@ -92,7 +92,7 @@ impl VectorWork for SquareRow<'_> {
 }
 
 #[inline(always)]
-fn mean_square([r, g, b, w]: &Known, expected: &[f32; 3]) -> f32 {
+fn mean_square([r, g, b, w]: &PremulRgba, expected: &[f32; 3]) -> f32 {
     let d = [r - w * expected[0], g - w * expected[1], b - w * expected[2]];
     (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) * (1.0 / 3.0)
 }
@@ -103,7 +103,7 @@ fn mean_square([r, g, b, w]: &Known, expected: &[f32; 3]) -> f32 {
 #[derive(Debug, Clone, Copy)]
 pub struct Fading<'a> {
     pub known: KnownPixels<'a>,
-    pub share: Option<&'a Map>,
+    pub share: Option<&'a Tensor>,
     pub fade: f32,
 }
 
@@ -123,7 +123,7 @@ impl Fading<'_> {
         }
     }
 
-    fn pixels(&self, y: usize, shares: &[f32], row: &mut [Known]) {
+    fn pixels(&self, y: usize, shares: &[f32], row: &mut [PremulRgba]) {
         let fade = self.fade;
         match self.known {
             KnownPixels::All(known) => {
@@ -156,8 +156,8 @@ impl Fading<'_> {
 }
 
 /// Accumulates in place: `map` holds earlier samples.
-pub fn accumulate(fading: Fading<'_>, map: &mut Map) {
-    let Map { width, channels, .. } = *map;
+pub fn accumulate(fading: Fading<'_>, map: &mut Tensor) {
+    let Tensor { width, channels, .. } = *map;
     let rows = map.data.par_chunks_mut(channels * width).enumerate();
     rows.for_each_init(Vec::new, |shares, (y, row)| fading.row(y, channels, row, shares));
 }
@@ -166,10 +166,10 @@ pub fn accumulate(fading: Fading<'_>, map: &mut Map) {
 struct FadeRow<'a> {
     shares: &'a [f32],
     fade: f32,
-    row: &'a mut [Known],
+    row: &'a mut [PremulRgba],
 }
 
-impl Work for FadeRow<'_> {
+impl SimdOp for FadeRow<'_> {
     #[inline(always)]
     fn run(self) {
         for (known, share) in self.row.iter_mut().zip(self.shares) {
@@ -185,7 +185,7 @@ struct FadePoints<'a, 'b> {
     row: &'a mut RowMut<'b>,
 }
 
-impl Work for FadePoints<'_, '_> {
+impl SimdOp for FadePoints<'_, '_> {
     #[inline(always)]
     fn run(self) {
         let Self { shares, fade, row } = self;
@@ -199,7 +199,7 @@ impl Work for FadePoints<'_, '_> {
 
 /// Interpolates row `y` of `map` (one channel) at `scale` times its resolution: bilinear between pixel centres,
 /// replicated at the border.
-fn scaled_row(map: &Map, scale: usize, y: usize, to: &mut [f32]) {
+fn scaled_row(map: &Tensor, scale: usize, y: usize, to: &mut [f32]) {
     let simd = Simd::best();
     match scale {
         1 => simd.vectorised(ScaledRow::<1> { map, y, to }),
@@ -212,12 +212,12 @@ fn scaled_row(map: &Map, scale: usize, y: usize, to: &mut [f32]) {
 
 /// Operation that computes such a row.
 struct ScaledRow<'a, const SCALE: usize> {
-    map: &'a Map,
+    map: &'a Tensor,
     y: usize,
     to: &'a mut [f32],
 }
 
-impl<const SCALE: usize> Work for ScaledRow<'_, SCALE> {
+impl<const SCALE: usize> SimdOp for ScaledRow<'_, SCALE> {
     #[inline(always)]
     fn run(self) {
         let Self { map, y, to } = self;
@@ -245,13 +245,13 @@ impl<const SCALE: usize> Work for ScaledRow<'_, SCALE> {
 }
 
 struct AccumulateRow<'a> {
-    known: &'a [Known],
+    known: &'a [PremulRgba],
     shares: &'a [f32],
     fade: f32,
-    row: &'a mut [Known],
+    row: &'a mut [PremulRgba],
 }
 
-impl Work for AccumulateRow<'_> {
+impl SimdOp for AccumulateRow<'_> {
     #[inline(always)]
     fn run(self) {
         for (to, (known, share)) in self.row.iter_mut().zip(self.known.iter().zip(self.shares)) {
@@ -264,13 +264,13 @@ impl Work for AccumulateRow<'_> {
 
 /// Operation that accumulates a row of points.
 struct AccumulatePoints<'a> {
-    known: &'a [Known],
+    known: &'a [PremulRgba],
     shares: &'a [f32],
     fade: f32,
     row: RowMut<'a>,
 }
 
-impl Work for AccumulatePoints<'_> {
+impl SimdOp for AccumulatePoints<'_> {
     #[inline(always)]
     fn run(self) {
         let Self { known, shares, fade, mut row } = self;
@@ -288,8 +288,8 @@ mod tests {
     use super::*;
 
     /// Samples at every other pixel of 32², with values 0.2 and 0.4 in turn.
-    fn samples() -> Map {
-        let mut known = Map::zeros(32, 32, 4);
+    fn samples() -> Tensor {
+        let mut known = Tensor::zeros(32, 32, 4);
         for i in (0..32 * 32).filter(|i| (i + i / 32) % 2 == 0) {
             let v = if i % 4 < 2 { 0.2 } else { 0.4 };
             known.data[4 * i..][..4].copy_from_slice(&[v, v, v, 1.0]);
@@ -301,11 +301,11 @@ mod tests {
     fn what_samples_contradict_is_not_believed() {
         let picture = |side: usize, value: f32| {
             let data = vec![value; side * side * 3].into();
-            Map { data, height: side, width: side, channels: 3 }
+            Tensor { data, height: side, width: side, channels: 3 }
         };
         let share = |prior: f32| {
             let (prior, fresh) = (picture(32, prior), picture(16, 0.3));
-            let mut out = Map::default();
+            let mut out = Tensor::default();
             let expected = Expected { prior: &prior, fresh: &fresh };
             doubt(KnownPixels::All(&samples()), &expected, [4, 3], &mut Pyramid::default(), &mut out);
             assert_eq!([out.height, out.width], [4, 4]);
@@ -323,8 +323,8 @@ mod tests {
     #[test]
     fn earlier_samples_fade_where_there_are_no_new_ones() {
         let samples = samples();
-        let ones = || Map { data: vec![1.0; 32 * 32 * 4].into(), height: 32, width: 32, channels: 4 };
-        let share = Map { data: vec![0.5; 16].into(), height: 4, width: 4, channels: 1 };
+        let ones = || Tensor { data: vec![1.0; 32 * 32 * 4].into(), height: 32, width: 32, channels: 4 };
+        let share = Tensor { data: vec![0.5; 16].into(), height: 4, width: 4, channels: 1 };
         let mut out = ones();
         let known = KnownPixels::All(&samples);
         accumulate(Fading { known, share: Some(&share), fade: 0.8 }, &mut out);

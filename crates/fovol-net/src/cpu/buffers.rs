@@ -4,9 +4,9 @@
 //! free buffer of its planned size.
 
 use super::element::Element;
-use super::map::{Map, Stored, with_map};
-use super::numbers::Numbers;
-use super::words::Words;
+use super::page_buf::PageBuf;
+use super::tensor::{AnyTensor, Tensor, with_tensor};
+use super::tensor_buf::TensorBuf;
 use fovol_core::memory::Shortage;
 
 /// Lifetimes and sizes of tensors, recorded by a dry run of one frame.
@@ -162,7 +162,7 @@ impl Buffers {
 pub struct Spare {
     /// Planned buffer size of each tensor, in words.
     capacities: Vec<usize>,
-    free: Vec<Words>,
+    free: Vec<PageBuf>,
 }
 
 impl Clone for Spare {
@@ -183,39 +183,39 @@ impl Spare {
     /// # Errors
     /// Too little memory.
     pub fn fill(&mut self, lifetimes: &Lifetimes) -> Result<(), Shortage> {
-        self.free = lifetimes.words().into_iter().map(Words::try_zeros).collect::<Result<_, _>>()?;
+        self.free = lifetimes.words().into_iter().map(PageBuf::try_zeros).collect::<Result<_, _>>()?;
         Ok(())
     }
 
     /// Takes memory for tensor `place`. Its shape and contents are undefined.
-    pub fn take(&mut self, is_halved: bool, place: usize) -> Stored {
+    pub fn take(&mut self, is_halved: bool, place: usize) -> AnyTensor {
         match is_halved {
-            true => Stored::Bf16(self.map(place)),
-            false => Stored::F32(self.map(place)),
+            true => AnyTensor::Bf16(self.map(place)),
+            false => AnyTensor::F32(self.map(place)),
         }
     }
 
     /// Copies `stored` into memory for tensor `place`.
-    pub fn copy(&mut self, stored: &Stored, place: usize) -> Stored {
-        fn copied<T: Element>(from: &Map<T>, mut copy: Map<T>) -> Stored {
+    pub fn copy(&mut self, stored: &AnyTensor, place: usize) -> AnyTensor {
+        fn copied<T: Element>(from: &Tensor<T>, mut copy: Tensor<T>) -> AnyTensor {
             copy.resize([from.height, from.width, from.channels]);
             copy.data.copy_from_slice(&from.data);
             T::stored(copy)
         }
-        with_map!(stored, map => copied(map, self.map(place)))
+        with_tensor!(stored, map => copied(map, self.map(place)))
     }
 
     /// Takes memory for tensor `place` as a map. Its shape and contents are undefined.
-    pub fn map<T: Element>(&mut self, place: usize) -> Map<T> {
+    pub fn map<T: Element>(&mut self, place: usize) -> Tensor<T> {
         let capacity = self.capacities[place];
         let free = self.free.iter().position(|words| words.len() == capacity);
-        let words = free.map_or_else(|| Words::zeros(capacity), |at| self.free.swap_remove(at));
-        Map { data: Numbers::within(words), ..Map::default() }
+        let words = free.map_or_else(|| PageBuf::zeros(capacity), |at| self.free.swap_remove(at));
+        Tensor { data: TensorBuf::within(words), ..Tensor::default() }
     }
 
     /// Returns the memory of a tensor that is not needed any more.
-    pub fn put(&mut self, stored: Stored) {
-        let words = with_map!(stored, map => map.data.into_words());
+    pub fn put(&mut self, stored: AnyTensor) {
+        let words = with_tensor!(stored, map => map.data.into_words());
         // Memory from elsewhere, such as that of cloned states, has no planned size and is freed.
         if self.capacities.contains(&words.len()) && !words.is_empty() {
             self.free.push(words);
@@ -256,13 +256,13 @@ mod tests {
             let mut made = 0;
             let mut first = 0;
             for frame in 0..3 {
-                let mut there: Vec<Option<Stored>> = layers.iter().map(|_| None).collect();
+                let mut there: Vec<Option<AnyTensor>> = layers.iter().map(|_| None).collect();
                 for (now, &(words, _)) in layers.iter().enumerate() {
                     made += usize::from(!spare.free.iter().any(|f| f.len() == spare.capacities[now]));
                     let mut map = spare.map::<f32>(now);
                     prop_assert!(spare.capacities[now] >= words);
                     map.resize([1, 1, words]);
-                    there[now] = Some(Stored::F32(map));
+                    there[now] = Some(AnyTensor::F32(map));
                     for place in 0..=now {
                         if lifetimes.spans[place].is_some_and(|span| span.last == now) {
                             spare.put(there[place].take().unwrap());

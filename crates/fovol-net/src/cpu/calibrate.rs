@@ -1,10 +1,10 @@
 use super::conv::{Distances, note_transformed};
 use super::frames::FrameInput;
-use super::map::Stored;
 use super::network::Network;
 use super::patch::Source;
 use super::precision::{Precision, transformed};
 use super::simd::Simd;
+use super::tensor::AnyTensor;
 use crate::plan::{Layer, Plan};
 use crate::weights::Weights;
 use crate::{Error, Result};
@@ -39,7 +39,7 @@ pub fn calibrate(weights: &mut Weights, clips: &[Vec<FrameInput<'_>>]) -> Result
 struct Seen<'a> {
     plan: &'a Plan,
     /// Tensors of this frame that have been written.
-    now: Vec<Option<Stored>>,
+    now: Vec<Option<AnyTensor>>,
     /// Largest absolute value of each channel of each tensor.
     tensors: Vec<Vec<f32>>,
     /// For each 3×3 convolution, magnitudes of its transformed inputs.
@@ -59,7 +59,7 @@ impl<'a> Seen<'a> {
     }
 
     /// Begins a frame with these states.
-    fn begin(&mut self, carried: Vec<Stored>) {
+    fn begin(&mut self, carried: Vec<AnyTensor>) {
         self.now = vec![None; self.tensors.len()];
         for (state, map) in self.plan.states().iter().zip(carried) {
             self.now[state.previous.index()] = Some(map);
@@ -67,7 +67,7 @@ impl<'a> Seen<'a> {
     }
 
     /// Observes the output of layer `number`.
-    fn note(&mut self, number: usize, out: &Stored) {
+    fn note(&mut self, number: usize, out: &AnyTensor) {
         let layer = &self.plan.layers()[number];
         let (place, out) = (layer.output().index(), out.to_f32());
         for pixel in out.data.chunks_exact(out.channels) {
@@ -84,7 +84,7 @@ impl<'a> Seen<'a> {
                 note_transformed(&sources, conv.padding, &mut self.transformed[number]);
             }
         }
-        self.now[place] = Some(Stored::F32(out));
+        self.now[place] = Some(AnyTensor::F32(out));
     }
 
     /// Ranges of the channels of tensors, under the names of tensors, and ranges of transformed inputs, under names

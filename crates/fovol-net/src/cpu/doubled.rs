@@ -1,15 +1,15 @@
 //! Doubles the resolution of pictures, row by row.
 
-use super::floats::Floats;
-use super::map::Map;
 use super::patch::halves;
 use super::pyramid::{Put, double};
+use super::simd_f32::SimdF32;
+use super::tensor::Tensor;
 use glam::Vec4;
 
 /// Interpolates `picture` (three channels) at pixel (`y`, `x`) of twice its resolution, as [`DoubledRow::make`]
 /// does. The fourth value is 0.
 #[inline(always)]
-pub fn doubled(picture: &Map, [y, x]: [usize; 2]) -> Vec4 {
+pub fn doubled(picture: &Tensor, [y, x]: [usize; 2]) -> Vec4 {
     let [(a, wa), (b, wb)] = halves(y, picture.height);
     let [(near, wn), (far, wf)] = halves(x, picture.width);
     let (a, b) = (picture.row(a).as_chunks::<3>().0, picture.row(b).as_chunks::<3>().0);
@@ -33,7 +33,7 @@ impl DoubledRow {
     /// Sets [`Self::row`] to row `y` of `picture` (three channels) at twice its resolution: bilinear between pixel
     /// centres, replicated at the border.
     #[inline(always)]
-    pub fn make<V: Floats>(&mut self, picture: &Map, y: usize, some: V) {
+    pub fn make<V: SimdF32>(&mut self, picture: &Tensor, y: usize, some: V) {
         let Self { between, row } = self;
         let [(a, wa), (b, wb)] = halves(y, picture.height);
         let width = picture.width;
@@ -61,7 +61,7 @@ struct Storing;
 
 impl Put for Storing {
     #[inline(always)]
-    fn put<V: Floats>(self, pixels: V, to: &mut [f32]) {
+    fn put<V: SimdF32>(self, pixels: V, to: &mut [f32]) {
         pixels.store(to);
     }
 }

@@ -1,8 +1,8 @@
 //! Number types in which tensors are stored.
 
-use super::floats::Floats;
-use super::map::{Map, Stored};
 use super::rows::{Rows, View};
+use super::simd_f32::SimdF32;
+use super::tensor::{AnyTensor, Tensor};
 use bytemuck::{Pod, Zeroable};
 
 /// Number type of stored tensors.
@@ -23,13 +23,13 @@ pub trait Element: Pod + Default + Send + Sync {
     ///
     /// # Panics
     /// Where `to` is shorter than the vector.
-    fn store<V: Floats>(vector: V, to: &mut [Self]);
+    fn store<V: SimdF32>(vector: V, to: &mut [Self]);
     /// Wraps `map` as a stored tensor.
-    fn stored(map: Map<Self>) -> Stored;
+    fn stored(map: Tensor<Self>) -> AnyTensor;
     /// Unwraps a stored tensor, and returns an empty map for another type.
-    fn loaded(stored: Stored) -> Map<Self>;
+    fn loaded(stored: AnyTensor) -> Tensor<Self>;
     /// Returns the map in `stored` if it has this type.
-    fn of(stored: &Stored) -> Option<&Map<Self>>;
+    fn of(stored: &AnyTensor) -> Option<&Tensor<Self>>;
     /// Wraps `rows` as a view.
     fn view(rows: Rows<'_, Self>) -> View<'_>;
 }
@@ -51,20 +51,20 @@ impl Element for f32 {
     }
 
     #[inline(always)]
-    fn store<V: Floats>(vector: V, to: &mut [f32]) {
+    fn store<V: SimdF32>(vector: V, to: &mut [f32]) {
         vector.store(to);
     }
 
-    fn stored(map: Map) -> Stored {
-        Stored::F32(map)
+    fn stored(map: Tensor) -> AnyTensor {
+        AnyTensor::F32(map)
     }
 
-    fn loaded(stored: Stored) -> Map {
-        if let Stored::F32(map) = stored { map } else { Map::default() }
+    fn loaded(stored: AnyTensor) -> Tensor {
+        if let AnyTensor::F32(map) = stored { map } else { Tensor::default() }
     }
 
-    fn of(stored: &Stored) -> Option<&Map> {
-        if let Stored::F32(map) = stored { Some(map) } else { None }
+    fn of(stored: &AnyTensor) -> Option<&Tensor> {
+        if let AnyTensor::F32(map) = stored { Some(map) } else { None }
     }
 
     fn view(rows: Rows<'_, Self>) -> View<'_> {
@@ -96,20 +96,20 @@ impl Element for Bf16 {
     }
 
     #[inline(always)]
-    fn store<V: Floats>(vector: V, to: &mut [Self]) {
+    fn store<V: SimdF32>(vector: V, to: &mut [Self]) {
         vector.store_bf16(to);
     }
 
-    fn stored(map: Map<Self>) -> Stored {
-        Stored::Bf16(map)
+    fn stored(map: Tensor<Self>) -> AnyTensor {
+        AnyTensor::Bf16(map)
     }
 
-    fn loaded(stored: Stored) -> Map<Self> {
-        if let Stored::Bf16(map) = stored { map } else { Map::default() }
+    fn loaded(stored: AnyTensor) -> Tensor<Self> {
+        if let AnyTensor::Bf16(map) = stored { map } else { Tensor::default() }
     }
 
-    fn of(stored: &Stored) -> Option<&Map<Self>> {
-        if let Stored::Bf16(map) = stored { Some(map) } else { None }
+    fn of(stored: &AnyTensor) -> Option<&Tensor<Self>> {
+        if let AnyTensor::Bf16(map) = stored { Some(map) } else { None }
     }
 
     fn view(rows: Rows<'_, Self>) -> View<'_> {

@@ -1,6 +1,6 @@
 //! Converts frames to the maps that networks read, and back.
 
-use super::map::{Map, Stored};
+use super::tensor::{AnyTensor, Tensor};
 use fovol_core::{Frame, FrameSize};
 use rayon::prelude::*;
 
@@ -17,11 +17,11 @@ pub struct FrameInput<'a> {
 /// Makes an image of a frame of `size`, replicated at the right and bottom. `fill` writes a pixel, given its index
 /// in the frame.
 pub fn padded_map(
-    mut map: Map,
+    mut map: Tensor,
     size: FrameSize,
     [height, width, channels]: [usize; 3],
     fill: impl Fn(usize, &mut [f32]) + Sync,
-) -> Stored {
+) -> AnyTensor {
     map.resize([height, width, channels]);
     map.data.par_chunks_exact_mut(width * channels).enumerate().for_each(|(y, row)| {
         let y = y.min(size.height as usize - 1);
@@ -29,17 +29,17 @@ pub fn padded_map(
             fill(y * size.width as usize + x.min(size.width as usize - 1), to);
         }
     });
-    Stored::F32(map)
+    AnyTensor::F32(map)
 }
 
 /// Makes an image of two channels of `pixels` of a frame of `size`, replicated at the right and bottom. Without
 /// `pixels` it is zero.
 pub fn padded_pairs(
     pixels: Option<&[[f32; 2]]>,
-    mut map: Map,
+    mut map: Tensor,
     size: FrameSize,
     [height, width]: [usize; 2],
-) -> Stored {
+) -> AnyTensor {
     map.resize([height, width, 2]);
     let [lines, columns] = [size.height as usize, size.width as usize];
     map.data.par_chunks_exact_mut(2 * width).enumerate().for_each(|(y, row)| {
@@ -49,11 +49,11 @@ pub fn padded_pairs(
         inside.copy_from_slice(from);
         beyond.fill(from[columns - 1]);
     });
-    Stored::F32(map)
+    AnyTensor::F32(map)
 }
 
 /// Copies the top left of `map` to `frame`, clamped to 0…1.
-pub fn crop(map: &Map, frame: &mut Frame) {
+pub fn crop(map: &Tensor, frame: &mut Frame) {
     let width = frame.size().width as usize;
     frame.pixels_mut().par_chunks_exact_mut(width).enumerate().for_each(|(y, row)| show(map.row(y), row));
 }

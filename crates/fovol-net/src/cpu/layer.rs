@@ -4,7 +4,6 @@ use super::accumulate::{Expected, Fading, accumulate, doubt};
 use super::conv::{Arithmetic, ConvShape, PreparedConv};
 use super::element::Element;
 use super::filter::PreparedFilter;
-use super::map::{Map, Stored, with_map};
 use super::norm::normalise;
 use super::patch::unfolded;
 use super::points;
@@ -15,9 +14,10 @@ use super::samples::{KnownPixels, Samples};
 use super::schedule::{Derived, Schedule};
 use super::simd::Simd;
 use super::spread::{blend, smooth, spread};
+use super::tensor::{AnyTensor, Tensor, with_tensor};
 use super::warp::warp;
 use crate::Result;
-use crate::plan::{Activation, Conv, Layer, Plan, Tensor, TensorId};
+use crate::plan::{Activation, Conv, Layer, Plan, TensorId, TensorSpec};
 use crate::weights::Weights;
 
 /// A layer with its prepared weights.
@@ -118,18 +118,18 @@ fn reordered(weights: &[f32], inputs: &[usize], taps: usize) -> Vec<f32> {
 /// Inputs of layers.
 #[derive(Clone, Copy)]
 pub struct Given<'a> {
-    pub tensors: &'a [Stored],
+    pub tensors: &'a [AnyTensor],
     /// Samples of the frame, and the tensor that they replace, if layers read samples as a list.
     pub samples: Option<(TensorId, &'a Samples)>,
 }
 
 impl<'a> Given<'a> {
-    fn map(&self, id: TensorId) -> &'a Stored {
+    fn map(&self, id: TensorId) -> &'a AnyTensor {
         &self.tensors[id.index()]
     }
 
     /// Returns a tensor that is stored as f32.
-    pub fn picture(&self, id: TensorId) -> &'a Map {
+    pub fn picture(&self, id: TensorId) -> &'a Tensor {
         self.map(id).picture()
     }
 
@@ -147,7 +147,7 @@ impl<'a> Given<'a> {
 
 /// Runs the layers `moving` (reprojection of points) and `fading` (their accumulation) together, and writes to
 /// `out`.
-pub fn run_points(moving: &Layer, fading: &Layer, given: Given<'_>, out: &mut Stored) {
+pub fn run_points(moving: &Layer, fading: &Layer, given: Given<'_>, out: &mut AnyTensor) {
     let (Layer::Reproject { input, motion, .. }, &Layer::Accumulate { known, share, fade, .. }) =
         (moving, fading)
     else {
@@ -162,14 +162,14 @@ pub fn run(
     layer: &Layer,
     step: &Step,
     given: Given<'_>,
-    (to, pyramid): (&Tensor, &mut Pyramid),
-    out: &mut Stored,
+    (to, pyramid): (&TensorSpec, &mut Pyramid),
+    out: &mut AnyTensor,
 ) {
     match (layer, step, out) {
         (Layer::Norm(norm), Step::Norm { weight, bias, activation }, out) => {
             let mut map = given.map(norm.input).to_f32();
             normalise(&mut map, weight, bias, *activation);
-            with_map!(out, out => {
+            with_tensor!(out, out => {
                 out.resize([map.height, map.width, map.channels]);
                 out.data.iter_mut().zip(&map.data).for_each(|(to, &v)| *to = Element::from_f32(v));
             });
@@ -181,49 +181,53 @@ pub fn run(
 fn run_plain(
     layer: &Layer,
     given: Given<'_>,
-    (&Tensor { channels, level, .. }, pyramid): (&Tensor, &mut Pyramid),
-    out: &mut Stored,
+    (&TensorSpec { channels, level, .. }, pyramid): (&TensorSpec, &mut Pyramid),
+    out: &mut AnyTensor,
 ) {
     let map = |id: &TensorId| given.map(*id);
     let picture = |id: &TensorId| given.picture(*id);
     match (layer, out) {
         (Layer::Pool { input, .. }, out) => match (map(input), out) {
-            (Stored::F32(input), Stored::F32(out)) => reshape::pool(input, out),
-            (Stored::Bf16(input), Stored::Bf16(out)) => reshape::pool(input, out),
+            (AnyTensor::F32(input), AnyTensor::F32(out)) => reshape::pool(input, out),
+            (AnyTensor::Bf16(input), AnyTensor::Bf16(out)) => reshape::pool(input, out),
             _ => unreachable!("{SAME}"),
         },
         (Layer::Warp { input, motion, .. }, out) => match (map(input), out) {
-            (Stored::F32(input), Stored::F32(out)) => warp(input, picture(motion), out),
-            (Stored::Bf16(input), Stored::Bf16(out)) => warp(input, picture(motion), out),
+            (AnyTensor::F32(input), AnyTensor::F32(out)) => warp(input, picture(motion), out),
+            (AnyTensor::Bf16(input), AnyTensor::Bf16(out)) => warp(input, picture(motion), out),
             _ => unreachable!("{SAME}"),
         },
-        (Layer::SpaceToDepth { input, .. }, Stored::F32(out)) => reshape::space_to_depth(picture(input), out),
-        (Layer::DepthToSpace { input, .. }, Stored::F32(out)) => reshape::depth_to_space(picture(input), out),
-        (Layer::Join { colour, weight, .. }, Stored::F32(out)) => {
+        (Layer::SpaceToDepth { input, .. }, AnyTensor::F32(out)) => {
+            reshape::space_to_depth(picture(input), out)
+        }
+        (Layer::DepthToSpace { input, .. }, AnyTensor::F32(out)) => {
+            reshape::depth_to_space(picture(input), out)
+        }
+        (Layer::Join { colour, weight, .. }, AnyTensor::F32(out)) => {
             reshape::join(picture(colour), picture(weight), out);
         }
-        (Layer::Part { input, first, .. }, Stored::F32(out)) => {
+        (Layer::Part { input, first, .. }, AnyTensor::F32(out)) => {
             reshape::part(picture(input), *first, channels, out);
         }
-        (Layer::Spread { known, base, levels, .. }, Stored::F32(out)) => {
+        (Layer::Spread { known, base, levels, .. }, AnyTensor::F32(out)) => {
             spread(given.known(*known), base.as_ref().map(picture), *levels, pyramid, out);
         }
-        (Layer::Smooth { input, .. }, Stored::F32(out)) => smooth(picture(input), out),
-        (Layer::Blend { known, base, .. }, Stored::F32(out)) => {
+        (Layer::Smooth { input, .. }, AnyTensor::F32(out)) => smooth(picture(input), out),
+        (Layer::Blend { known, base, .. }, AnyTensor::F32(out)) => {
             blend(given.known(*known), picture(base), out);
         }
-        (Layer::Doubt { known, prior, fresh, levels, .. }, Stored::F32(out)) => {
+        (Layer::Doubt { known, prior, fresh, levels, .. }, AnyTensor::F32(out)) => {
             let expected = Expected { prior: picture(prior), fresh: picture(fresh) };
             doubt(given.known(*known), &expected, [*levels, level], pyramid, out);
         }
         // `out` already holds the earlier samples.
-        (Layer::Accumulate { known, share, fade, .. }, Stored::F32(out)) => {
+        (Layer::Accumulate { known, share, fade, .. }, AnyTensor::F32(out)) => {
             accumulate(given.fading(*known, *share, *fade), out);
         }
-        (Layer::Reproject { input, motion, .. }, Stored::F32(out)) => {
+        (Layer::Reproject { input, motion, .. }, AnyTensor::F32(out)) => {
             points::reproject(picture(input), picture(motion), None, out);
         }
-        (Layer::Splat { input, .. }, Stored::F32(out)) => points::splat(picture(input), out),
+        (Layer::Splat { input, .. }, AnyTensor::F32(out)) => points::splat(picture(input), out),
         _ => unreachable!("pictures are stored as f32, and layers with weights are prepared"),
     }
 }

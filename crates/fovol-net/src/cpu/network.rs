@@ -3,9 +3,8 @@ mod running;
 use super::buffers::{Lifetimes, Spare};
 use super::element::{Bf16, Element};
 use super::frames::{FrameInput, crop, padded_map, padded_pairs};
+use super::fused_steps::FusedStep;
 use super::layer::{SAME, Step};
-use super::map::{Stored, with_map};
-use super::numbers::Numbers;
 use super::pair::Pool;
 use super::points;
 use super::precision::{Choice, Precision};
@@ -14,12 +13,13 @@ use super::samples::{colour, is_sampled};
 use super::schedule::Schedule;
 use super::simd::Simd;
 use super::state::{State, padded};
-use super::units::Unit;
+use super::tensor::{AnyTensor, with_tensor};
+use super::tensor_buf::TensorBuf;
 use crate::plan::{Plan, TensorId};
 use crate::weights::Weights;
 use crate::{Error, Result};
 use fovol_core::memory::{Estimate, SMALLER_FRAMES};
-use fovol_core::{Frame, FrameSize, awake, stop};
+use fovol_core::{Frame, FrameSize, keep_workers_spinning, stop};
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -118,11 +118,11 @@ impl Network {
     ///
     /// # Panics
     /// A state of another network.
-    pub fn carried(&self, state: &State) -> Vec<Stored> {
+    pub fn carried(&self, state: &State) -> Vec<AnyTensor> {
         assert_eq!(state.network, self.id, "the state is of this network");
         let ids = self.plan.states().iter().map(|state| state.previous);
-        let pixels = |(id, stored): (TensorId, &Stored)| match stored {
-            Stored::F32(map) if self.schedule.points.contains(&id) => Stored::F32(points::pixels(map)),
+        let pixels = |(id, stored): (TensorId, &AnyTensor)| match stored {
+            AnyTensor::F32(map) if self.schedule.points.contains(&id) => AnyTensor::F32(points::pixels(map)),
             _ => stored.clone(),
         };
         ids.zip(&state.carried).map(pixels).collect()
@@ -151,11 +151,11 @@ impl Network {
         for ((id, from), to) in tensors.zip(&state.carried).zip(&mut moved.carried) {
             let by = by.map(|way| way >> self.plan.tensor(id).level);
             match (from, to) {
-                (Stored::F32(from), Stored::F32(to)) if self.schedule.points.contains(&id) => {
+                (AnyTensor::F32(from), AnyTensor::F32(to)) if self.schedule.points.contains(&id) => {
                     points::shift(from, by, to);
                 }
-                (Stored::F32(from), Stored::F32(to)) => reshape::shift(from, by, to),
-                (Stored::Bf16(from), Stored::Bf16(to)) => reshape::shift(from, by, to),
+                (AnyTensor::F32(from), AnyTensor::F32(to)) => reshape::shift(from, by, to),
+                (AnyTensor::Bf16(from), AnyTensor::Bf16(to)) => reshape::shift(from, by, to),
                 _ => unreachable!("{SAME}"),
             }
         }
@@ -172,7 +172,7 @@ impl Network {
     pub fn reconstruct(&self, input: &FrameInput<'_>, state: &mut State) -> Result<Frame> {
         self.check(input, state)?;
         let mut frame = Frame::new(state.size);
-        awake(|| {
+        keep_workers_spinning(|| {
             let tensors = self.load(input, state);
             self.run(tensors, state, &mut frame, |_, _, _| {});
         });
@@ -198,9 +198,9 @@ impl Network {
         frame: &mut Frame,
         motion: Option<&[[f32; 2]]>,
         state: &mut State,
-        observe: impl FnMut(Range<usize>, &Stored, Duration),
+        observe: impl FnMut(Range<usize>, &AnyTensor, Duration),
     ) -> Result<()> {
-        awake(|| {
+        keep_workers_spinning(|| {
             let input = FrameInput { sparse: frame, motion };
             self.check(&input, state)?;
             let tensors = self.load(&input, state);
@@ -230,23 +230,23 @@ impl Network {
     /// Computes `frame` from the loaded `tensors`, and writes the next state to `state`.
     fn run(
         &self,
-        mut tensors: Vec<Stored>,
+        mut tensors: Vec<AnyTensor>,
         state: &mut State,
         frame: &mut Frame,
-        mut observe: impl FnMut(Range<usize>, &Stored, Duration),
+        mut observe: impl FnMut(Range<usize>, &AnyTensor, Duration),
     ) {
         let mut is_shown = false;
-        for unit in self.units(state.size) {
+        for unit in self.fused_steps(state.size) {
             stop::point();
             let started = Instant::now();
             let (layers, written, shows) = (unit.layers(), unit.written(&self.plan), self.shows(&unit));
             is_shown |= shows;
             match unit {
-                Unit::One(number) => self.run_one(number, &mut tensors, state),
-                Unit::Pair(number, pairing) => self.run_pair(number, pairing, &mut tensors, state),
-                Unit::Points(number) => self.run_points(number, &mut tensors, state),
-                Unit::Changes(layers) => self.run_changes(layers, &mut tensors, state),
-                Unit::Filter { layers, changes } => {
+                FusedStep::One(number) => self.run_one(number, &mut tensors, state),
+                FusedStep::Pair(number, pairing) => self.run_pair(number, pairing, &mut tensors, state),
+                FusedStep::Points(number) => self.run_points(number, &mut tensors, state),
+                FusedStep::Changes(layers) => self.run_changes(layers, &mut tensors, state),
+                FusedStep::Filter { layers, changes } => {
                     let frame = shows.then_some(&mut *frame);
                     self.run_filter(layers.start, changes..layers.end, frame, (&mut tensors, state));
                 }
@@ -263,20 +263,20 @@ impl Network {
     }
 
     /// Steps that run one after the other for frames of `size`.
-    fn units(&self, size: FrameSize) -> Vec<Unit> {
-        self.schedule.units(&self.plan, |place| self.numbers(place, size))
+    fn fused_steps(&self, size: FrameSize) -> Vec<FusedStep> {
+        self.schedule.fused_steps(&self.plan, |place| self.numbers(place, size))
     }
 
     /// Whether `unit` writes the frame itself: predicted kernels do if their picture is the one that is shown.
-    fn shows(&self, unit: &Unit) -> bool {
-        matches!(unit, Unit::Filter { .. }) && unit.written(&self.plan) == self.schedule.shown.index()
+    fn shows(&self, unit: &FusedStep) -> bool {
+        matches!(unit, FusedStep::Filter { .. }) && unit.written(&self.plan) == self.schedule.shown.index()
     }
 
     /// Records the lifetimes of tensors for a frame of `size`.
     fn lifetimes(&self, size: FrameSize) -> Lifetimes {
         let words = |place: usize| {
             let numbers = self.numbers(place, size);
-            if self.halved[place] { Numbers::<Bf16>::words(numbers) } else { numbers }
+            if self.halved[place] { TensorBuf::<Bf16>::words(numbers) } else { numbers }
         };
         let mut lifetimes = Lifetimes::new(self.plan.tensors().len());
         let inputs = self.plan.inputs();
@@ -286,7 +286,7 @@ impl Network {
         for id in loaded.chain(previous) {
             lifetimes.begin(id.index(), words(id.index()));
         }
-        for unit in self.units(size) {
+        for unit in self.fused_steps(size) {
             lifetimes.go_on();
             let (layers, place) = (unit.layers(), unit.written(&self.plan));
             let is_shown_alone = self.shows(&unit) && !self.schedule.keeps_shown;
@@ -314,8 +314,8 @@ impl Network {
     }
 
     /// Makes the list of tensors, with the inputs of this frame and the states of the last one in place.
-    fn load(&self, input: &FrameInput<'_>, state: &mut State) -> Vec<Stored> {
-        let mut tensors = vec![Stored::default(); self.plan.tensors().len()];
+    fn load(&self, input: &FrameInput<'_>, state: &mut State) -> Vec<AnyTensor> {
+        let mut tensors = vec![AnyTensor::default(); self.plan.tensors().len()];
         let [height, width] = padded(&self.plan, state.size);
         let inputs = self.plan.inputs();
         if self.schedule.sampled.is_some() {
@@ -335,7 +335,7 @@ impl Network {
     }
 
     /// Writes the colours and the mask of `sparse` to `tensors`.
-    fn load_pictures(&self, sparse: &Frame, state: &mut State, tensors: &mut [Stored]) {
+    fn load_pictures(&self, sparse: &Frame, state: &mut State, tensors: &mut [AnyTensor]) {
         let [height, width] = padded(&self.plan, state.size);
         let (inputs, pixels) = (self.plan.inputs(), sparse.pixels());
         let memory = &mut state.spare;
@@ -353,12 +353,12 @@ impl Network {
     }
 
     /// Moves the next state from `tensors` to `state`, and returns all other buffers to its pool.
-    fn carry(&self, tensors: &mut [Stored], state: &mut State) {
+    fn carry(&self, tensors: &mut [AnyTensor], state: &mut State) {
         for (place, kept) in self.plan.states().iter().enumerate() {
             let map = &mut tensors[kept.next.index()];
             // Values that are not finite would stay in a recurrent state forever, so they become 0.
             if !self.schedule.stays_finite[place] {
-                with_map!(map, map => {
+                with_tensor!(map, map => {
                     map.data.par_iter_mut().filter(|v| !v.to_f32().is_finite()).for_each(|v| *v = Element::from_f32(0.0));
                 });
             }

@@ -1,5 +1,5 @@
 use super::conv::elu;
-use super::map::Map;
+use super::tensor::Tensor;
 use crate::plan::Activation;
 use rayon::prelude::*;
 
@@ -8,7 +8,7 @@ const EPSILON: f64 = 1e-5;
 
 /// Normalises `map` in place over all channels and pixels, then applies an affine map to each channel and
 /// `activation`.
-pub fn normalise(map: &mut Map, weight: &[f32], bias: &[f32], activation: Activation) {
+pub fn normalise(map: &mut Tensor, weight: &[f32], bias: &[f32], activation: Activation) {
     let row = map.width * map.channels;
     // Sums are added in a fixed order, so that the result does not depend on the number of threads.
     let sums: Vec<[f64; 2]> = map

@@ -2,8 +2,8 @@
 //!
 //! Loops go over whole rows where possible, since the compiler vectorises only those.
 
+use super::aligned_buf::AlignedBuf;
 use super::element::{Bf16, Element};
-use super::lines::Lines;
 use bytemuck::Pod;
 
 /// Number of elements that are copied at once.
@@ -15,7 +15,7 @@ pub trait Pack: Copy {
     type Number: Pod + Default;
 
     /// Packs the pixels `from`, which have `channels`, and writes them to `to`. `row` is scratch memory.
-    fn pack<T: Element>(self, channels: Channels, from: &[T], row: &mut Lines, to: To<'_, Self::Number>);
+    fn pack<T: Element>(self, channels: Channels, from: &[T], row: &mut AlignedBuf, to: To<'_, Self::Number>);
 
     /// Packs 2×2 pixels, folded into one. `rows` are the upper and the lower pixels; `channels` counts those of the
     /// two upper pixels and then of the two lower ones.
@@ -24,7 +24,7 @@ pub trait Pack: Copy {
         self,
         channels: Channels,
         rows: [&[T]; 2],
-        row: &mut Lines,
+        row: &mut AlignedBuf,
         to: To<'_, Self::Number>,
     ) {
         pack_rows(self, channels, rows, row, to);
@@ -37,7 +37,7 @@ fn pack_rows<P: Pack, T: Element>(
     pack: P,
     Channels { first, count }: Channels,
     rows: [&[T]; 2],
-    row: &mut Lines,
+    row: &mut AlignedBuf,
     To { numbers, stride }: To<'_, P::Number>,
 ) {
     let count = count / 2;
@@ -112,7 +112,7 @@ impl Pack for Singles {
     type Number = f32;
 
     #[inline(always)]
-    fn pack<T: Element>(self, channels: Channels, from: &[T], row: &mut Lines, to: To<'_, f32>) {
+    fn pack<T: Element>(self, channels: Channels, from: &[T], row: &mut AlignedBuf, to: To<'_, f32>) {
         if let Some(from) = T::singles(from) {
             return to.place(from, channels.count);
         }
@@ -132,7 +132,7 @@ impl Pack for Halves {
     type Number = Bf16;
 
     #[inline(always)]
-    fn pack<T: Element>(self, channels: Channels, from: &[T], row: &mut Lines, to: To<'_, Bf16>) {
+    fn pack<T: Element>(self, channels: Channels, from: &[T], row: &mut AlignedBuf, to: To<'_, Bf16>) {
         if let Some(from) = T::halves(from) {
             return to.place(from, channels.count);
         }
@@ -148,7 +148,7 @@ impl Pack for Halves {
         self,
         channels: Channels,
         rows: [&[T]; 2],
-        row: &mut Lines,
+        row: &mut AlignedBuf,
         to: To<'_, Bf16>,
     ) {
         match rows.map(T::singles) {
@@ -202,7 +202,7 @@ impl Pack for Bytes<'_> {
     type Number = u8;
 
     #[inline(always)]
-    fn pack<T: Element>(self, channels: Channels, from: &[T], _: &mut Lines, to: To<'_, u8>) {
+    fn pack<T: Element>(self, channels: Channels, from: &[T], _: &mut AlignedBuf, to: To<'_, u8>) {
         let Channels { first, count } = channels;
         let factors = &self.0[first..first + count];
         for (to, from) in to.numbers.chunks_mut(to.stride).zip(from.chunks_exact(count)) {
@@ -237,7 +237,7 @@ mod tests {
             let rows = [&seed[..SIX * squares], &seed[120..][..SIX * squares]];
             let mut packed = [(); 2].map(|()| vec![Bf16::default(); squares * stride + first]);
             let [at_once, by_row] = &mut packed;
-            let row = &mut Lines::default();
+            let row = &mut AlignedBuf::default();
             Halves.pack_squares(channels, rows, row, To { numbers: &mut at_once[first..], stride });
             pack_rows(Halves, channels, rows, row, To { numbers: &mut by_row[first..], stride });
             for square in 0..squares {

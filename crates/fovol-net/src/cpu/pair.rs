@@ -3,11 +3,11 @@
 
 use super::conv::{PreparedConv, Scratch};
 use super::element::{Bf16, Element};
-use super::map::Map;
-use super::numbers::Numbers;
+use super::page_buf::PageBuf;
 use super::patch::{Access, Source};
 use super::rows::{Ring, Rows};
-use super::words::Words;
+use super::tensor::Tensor;
+use super::tensor_buf::TensorBuf;
 use rayon::prelude::*;
 use std::sync::{Mutex, PoisonError};
 
@@ -42,7 +42,7 @@ pub struct Pool(Mutex<Vec<Memory>>);
 #[derive(Debug, Default)]
 struct Memory {
     /// Rows between the convolutions.
-    between: Words,
+    between: PageBuf,
     scratch: Scratch,
 }
 
@@ -57,7 +57,7 @@ impl Pool {
 
 impl Pair<'_> {
     /// Applies both convolutions to the concatenated `sources` and writes to `out`.
-    pub fn run<T: Element>(&self, sources: &[Source<'_>], out: &mut Map<T>) {
+    pub fn run<T: Element>(&self, sources: &[Source<'_>], out: &mut Tensor<T>) {
         let [height, width] = sources[0].size();
         out.resize([height, width, self.second.outputs()]);
         self.strips(out, |_, _, make| make(sources));
@@ -68,13 +68,13 @@ impl Pair<'_> {
     ///
     /// A row is overwritten only after all rows between the convolutions that read it have been computed. The first
     /// convolution is [`BEYOND`] rows ahead.
-    pub fn run_in_place<T: Element>(&self, sources: &[Source<'_>], replaced: usize, out: &mut Map<T>) {
-        let Map { height, width, channels, .. } = *out;
+    pub fn run_in_place<T: Element>(&self, sources: &[Source<'_>], replaced: usize, out: &mut Tensor<T>) {
+        let Tensor { height, width, channels, .. } = *out;
         assert_eq!(channels, self.second.outputs(), "what replaces a map has its shape");
         let row = width * channels;
         let rows = strip_rows(height);
         // Copies of rows of neighbouring tasks, which these may have overwritten by the time they are read.
-        let around: Vec<[Numbers<T>; 2]> = (0..height)
+        let around: Vec<[TensorBuf<T>; 2]> = (0..height)
             .step_by(rows)
             .map(|first| {
                 let end = (first + rows).min(height);
@@ -104,7 +104,7 @@ impl Pair<'_> {
     /// and passes the sources of the first convolution to a callback.
     fn strips<T: Element>(
         &self,
-        out: &mut Map<T>,
+        out: &mut Tensor<T>,
         with: impl Fn(usize, &[T], &mut dyn FnMut(&[Source<'_>])) + Sync,
     ) {
         let size = [out.height, out.width, self.first.outputs()];
@@ -129,7 +129,7 @@ impl Pair<'_> {
         let [height, width, channels] = size;
         let row = width * self.second.outputs();
         let (at_once, end) = (self.rows(width), first + strip.len() / row);
-        let mut numbers = Numbers::<B>::within(std::mem::take(between));
+        let mut numbers = TensorBuf::<B>::within(std::mem::take(between));
         let room = (at_once + 2 * BEYOND).next_multiple_of(at_once);
         numbers.resize(room * width * channels);
         let mut ring = Ring::new(&mut numbers, [first.saturating_sub(BEYOND), first + BEYOND], size);
@@ -157,16 +157,16 @@ fn strip_rows(height: usize) -> usize {
 mod tests {
     use super::*;
     use crate::cpu::conv::{Arithmetic, ConvShape};
-    use crate::cpu::map::Stored;
     use crate::cpu::simd::Simd;
+    use crate::cpu::tensor::AnyTensor;
     use crate::plan::{Activation, Padding, Resize};
     use proptest::prelude::*;
 
-    fn random<T: Element>(seed: u64, [height, width, channels]: [usize; 3]) -> Map<T> {
+    fn random<T: Element>(seed: u64, [height, width, channels]: [usize; 3]) -> Tensor<T> {
         let parameter =
             crate::plan::Parameter { name: "x".into(), shape: vec![height * width * channels, 5] };
         let values = crate::weights::random::values(&parameter, seed);
-        let mut map = Map::zeros(height, width, channels);
+        let mut map = Tensor::zeros(height, width, channels);
         map.data.iter_mut().zip(values).for_each(|(to, v)| *to = T::from_f32(v));
         map
     }
@@ -178,11 +178,11 @@ mod tests {
     }
 
     /// Applies one convolution after the other.
-    fn apart<T: Element>(pair: &Pair<'_>, sources: &[Source<'_>]) -> Map<T> {
-        let mut between = Map::<T>::default();
+    fn apart<T: Element>(pair: &Pair<'_>, sources: &[Source<'_>]) -> Tensor<T> {
+        let mut between = Tensor::<T>::default();
         pair.first.run(sources, &mut between);
         let between = T::stored(between);
-        let mut out = Map::default();
+        let mut out = Tensor::default();
         pair.second.run(&[Source::read(&between, Access::SAME)], &mut out);
         out
     }
@@ -201,11 +201,11 @@ mod tests {
         let old = random::<T>(seed + 3, [height, width, same]);
         let kept = T::stored(old.clone());
         let sources = [Source::new(&coarse, Resize::Bilinear), Source::read(&kept, Access::SAME)];
-        let expected: Map<T> = apart(&pair, &sources);
-        let mut out = Map::default();
+        let expected: Tensor<T> = apart(&pair, &sources);
+        let mut out = Tensor::default();
         pair.run(&sources, &mut out);
         assert!(out == expected);
-        let nothing = Stored::default();
+        let nothing = AnyTensor::default();
         let sources = [sources[0], Source::read(&nothing, Access::SAME)];
         let mut out = old;
         pair.run_in_place(&sources, 1, &mut out);

@@ -1,13 +1,13 @@
 //! Patches: concatenated, resized and padded parts of a convolution's inputs. They are assembled piece by piece,
 //! never for a whole frame.
 
+use super::aligned_buf::AlignedBuf;
 use super::element::Element;
-use super::lines::Lines;
-use super::map::Stored;
 use super::pack::{Channels, Pack, To};
 use super::rows::{Rows, View, with_rows};
 use super::samples::{Sample, Samples};
-use super::simd::{Simd, Work};
+use super::simd::{Simd, SimdOp};
+use super::tensor::AnyTensor;
 use crate::plan::{Padding, Resize};
 use bytemuck::cast_slice_mut;
 
@@ -44,12 +44,12 @@ impl Access<'_> {
 
 impl<'a> Source<'a> {
     /// Reads `map` at the resolution of `resize`.
-    pub fn new(map: &'a Stored, resize: Resize) -> Self {
+    pub fn new(map: &'a AnyTensor, resize: Resize) -> Self {
         Self::read(map, Access::Resized(resize))
     }
 
     /// Reads `map` with the transformation `access`.
-    pub fn read(map: &'a Stored, access: Access<'a>) -> Self {
+    pub fn read(map: &'a AnyTensor, access: Access<'a>) -> Self {
         Self { rows: map.into(), access }
     }
 
@@ -272,7 +272,7 @@ struct Pixels<'a, P: Pack> {
 impl<P: Pack> Pixels<'_, P> {
     /// Packs `pixels` to the positions `first`, `first` + `step` and so on.
     #[inline(always)]
-    fn write<T: Element>(&mut self, (first, step): (usize, usize), pixels: &[T], row: &mut Lines) {
+    fn write<T: Element>(&mut self, (first, step): (usize, usize), pixels: &[T], row: &mut AlignedBuf) {
         if pixels.is_empty() {
             return;
         }
@@ -291,7 +291,7 @@ struct Copying<'a, P: Pack> {
     memory: &'a mut Memory,
 }
 
-impl<P: Pack> Work for Copying<'_, P> {
+impl<P: Pack> SimdOp for Copying<'_, P> {
     #[inline(always)]
     fn run(self) {
         self.source.copy(self.place, self.count, self.out, self.memory);
@@ -312,7 +312,7 @@ pub fn unfolded(channels: usize) -> impl Iterator<Item = usize> {
 pub struct Memory {
     near: Vec<f32>,
     far: Vec<f32>,
-    packed: Lines,
+    packed: AlignedBuf,
 }
 
 /// Returns the two positions, of `count`, between which position `i` at twice the resolution lies, and their
@@ -392,7 +392,7 @@ impl Window {
 #[derive(Debug, Default)]
 pub struct Patch {
     /// The packed words.
-    pub words: Lines,
+    pub words: AlignedBuf,
     memory: Memory,
 }
 

@@ -1,14 +1,14 @@
 //! Convolutions and predicted kernels as plain loops: the specification with which tests compare the fast code.
 
 use super::conv::{ConvShape, elu};
-use super::map::Map;
-use super::numbers::Numbers;
+use super::tensor::Tensor;
+use super::tensor_buf::TensorBuf;
 use crate::plan::{Activation, Normalisation, Padding, Resize, SQUARED_EPSILON, Taps};
 
 /// Returns `map` at the resolution of `resize`.
-pub fn resized(map: &Map, resize: Resize) -> Map {
+pub fn resized(map: &Tensor, resize: Resize) -> Tensor {
     let factor = if resize == Resize::Same { 1 } else { 2 };
-    let mut out = Map::zeros(map.height * factor, map.width * factor, map.channels);
+    let mut out = Tensor::zeros(map.height * factor, map.width * factor, map.channels);
     for y in 0..out.height {
         for x in 0..out.width {
             for c in 0..map.channels {
@@ -24,7 +24,7 @@ pub fn resized(map: &Map, resize: Resize) -> Map {
 }
 
 /// Interpolates bilinearly at (`y`, `x`) between pixel centres, replicated beyond the border.
-fn bilinear(map: &Map, y: f32, x: f32, c: usize) -> f32 {
+fn bilinear(map: &Tensor, y: f32, x: f32, c: usize) -> f32 {
     let (y, x) = (y.clamp(0.0, map.height as f32 - 1.0), x.clamp(0.0, map.width as f32 - 1.0));
     let (top, left) = (y as usize, x as usize);
     let (bottom, right) = ((top + 1).min(map.height - 1), (left + 1).min(map.width - 1));
@@ -35,9 +35,10 @@ fn bilinear(map: &Map, y: f32, x: f32, c: usize) -> f32 {
 }
 
 /// Concatenates `maps` along the channels.
-pub fn concatenated(maps: &[Map]) -> Map {
+pub fn concatenated(maps: &[Tensor]) -> Tensor {
     let channels = maps.iter().map(|map| map.channels).sum();
-    let mut out = Map { data: Numbers::default(), height: maps[0].height, width: maps[0].width, channels };
+    let mut out =
+        Tensor { data: TensorBuf::default(), height: maps[0].height, width: maps[0].width, channels };
     for y in 0..out.height {
         for x in 0..out.width {
             maps.iter().for_each(|map| out.data.extend_from_slice(map.pixel(y, x)));
@@ -47,9 +48,9 @@ pub fn concatenated(maps: &[Map]) -> Map {
 }
 
 /// Convolution of `input` with `weights` \[out, in, size, size\] and `bias`, in double precision.
-pub fn conv(shape: &ConvShape, weights: &[f32], bias: &[f32], input: &Map) -> Map {
+pub fn conv(shape: &ConvShape, weights: &[f32], bias: &[f32], input: &Tensor) -> Tensor {
     let [height, width] = [input.height, input.width].map(|side| side.div_ceil(shape.stride));
-    let mut out = Map::zeros(height, width, shape.outputs);
+    let mut out = Tensor::zeros(height, width, shape.outputs);
     let reach = (shape.size / 2) as isize;
     let value = |y: isize, x: isize, c: usize| match shape.padding {
         Padding::Zero => input.or_zero(y, x, c),
@@ -95,9 +96,9 @@ pub fn normalised(weights: &mut [f32], normalisation: Normalisation) {
 
 /// Filters `images` by `kernels`, whose channels are the unnormalised weights. With kernels of half the resolution,
 /// channel 4k + 2y + x is weight k of pixel (x, y) of the four.
-pub fn filter(kernels: &Map, images: &[(Map, Taps)], normalisation: Normalisation) -> Map {
+pub fn filter(kernels: &Tensor, images: &[(Tensor, Taps)], normalisation: Normalisation) -> Tensor {
     let first = &images[0].0;
-    let mut out = Map::zeros(first.height, first.width, first.channels);
+    let mut out = Tensor::zeros(first.height, first.width, first.channels);
     let expand = first.height / kernels.height;
     let taps: usize = images.iter().map(|(_, taps)| taps.count()).sum();
     for y in 0..out.height {

@@ -1,21 +1,21 @@
 //! Pointwise layers. They work in place, and several layers run one after the other on each row.
 
-use super::map::Map;
 use super::samples::Samples;
-use super::simd::{Simd, Work};
+use super::simd::{Simd, SimdOp};
+use super::tensor::Tensor;
 use rayon::prelude::*;
 
 /// Pointwise operation on a picture x.
 #[derive(Debug, Clone, Copy)]
 pub enum Change<'a> {
     /// x + more.
-    Add(&'a Map),
+    Add(&'a Tensor),
     /// x + this picture, unfolded by [`depth_to_space`](super::reshape::depth_to_space).
-    AddUnfolded(&'a Map),
+    AddUnfolded(&'a Tensor),
     /// mask · colour + (1 − mask) · x.
-    Bypass { colour: &'a Map, mask: &'a Map },
+    Bypass { colour: &'a Tensor, mask: &'a Tensor },
     /// mask · colour + (1 − mask) · x, with colour and mask in one map, the mask last.
-    Keep(&'a Map),
+    Keep(&'a Tensor),
     /// Replaces x by samples at their pixels.
     Sampled(&'a Samples),
     /// factor · x + offset.
@@ -25,7 +25,7 @@ pub enum Change<'a> {
 }
 
 /// Applies `changes` to `picture`, in order.
-pub fn change(changes: &[Change<'_>], picture: &mut Map) {
+pub fn change(changes: &[Change<'_>], picture: &mut Tensor) {
     let (width, channels) = (picture.width, picture.channels);
     let rows = picture.data.par_chunks_mut(width * channels).enumerate();
     rows.for_each(|(y, row)| change_row(changes, y, channels, row));
@@ -45,7 +45,7 @@ struct RowChange<'a> {
     row: &'a mut [f32],
 }
 
-impl Work for RowChange<'_> {
+impl SimdOp for RowChange<'_> {
     #[inline(always)]
     fn run(self) {
         let Self { change, y, channels, row } = self;
@@ -76,7 +76,7 @@ impl Work for RowChange<'_> {
 }
 
 #[inline(always)]
-fn add_unfolded(more: &Map, y: usize, channels: usize, row: &mut [f32]) {
+fn add_unfolded(more: &Tensor, y: usize, channels: usize, row: &mut [f32]) {
     let cells = row.chunks_exact_mut(2 * channels).zip(more.row(y / 2).chunks_exact(4 * channels));
     let above = 2 * (y % 2);
     for (to, from) in cells {
@@ -93,10 +93,10 @@ mod tests {
     use crate::cpu::reshape;
     use proptest::prelude::*;
 
-    fn random(seed: u64, [height, width, channels]: [usize; 3]) -> Map {
+    fn random(seed: u64, [height, width, channels]: [usize; 3]) -> Tensor {
         let parameter =
             crate::plan::Parameter { name: "x".into(), shape: vec![height * width * channels, 5] };
-        let mut map = Map::zeros(height, width, channels);
+        let mut map = Tensor::zeros(height, width, channels);
         let values = crate::weights::random::values(&parameter, seed);
         map.data.iter_mut().zip(values).for_each(|(to, v)| *to = v);
         map
@@ -112,7 +112,7 @@ mod tests {
             let folded = random(seed + 1, [half.0, half.1, 12]);
             let (colour, mut mask) = (random(seed + 2, [height, width, 3]), random(seed + 3, [height, width, 1]));
             mask.data.iter_mut().for_each(|v| *v = f32::from(u8::from(*v > 0.0)));
-            let [mut unfolded, mut known] = [Map::default(), Map::default()];
+            let [mut unfolded, mut known] = [Tensor::default(), Tensor::default()];
             reshape::depth_to_space(&folded, &mut unfolded);
             reshape::join(&colour, &mask, &mut known);
             let [mut a, mut b] = [picture.clone(), picture];

@@ -1,10 +1,10 @@
 //! 1×1 convolutions with few outputs. Each vector lane computes another pixel, so no lane is wasted; arithmetic is
 //! f32 for all storage types.
 
+use super::aligned_buf::{WORDS_OF_LINE, prefetch};
 use super::element::Element;
-use super::floats::{Floats, MOST};
-use super::lines::{WORDS_OF_LINE, prefetch};
 use super::rows::{Rows, View};
+use super::simd_f32::{MOST, SimdF32};
 use bytemuck::{cast_slice, cast_slice_mut};
 use std::array::from_fn;
 
@@ -34,7 +34,7 @@ pub struct Prediction {
     block: usize,
 }
 
-/// Numbers of outputs that can be computed at once.
+/// TensorBuf of outputs that can be computed at once.
 const BLOCKS: [usize; 4] = [13, 10, 8, 4];
 
 impl Prediction {
@@ -61,7 +61,7 @@ impl Prediction {
     /// Predicts from `count` features of row `y` of `map`, from number `first` on. `place` is \[y, first, count\];
     /// the results are in `chunk.predicted`.
     #[inline(always)]
-    pub fn run<V: Floats>(&self, map: View<'_>, place: [usize; 3], chunk: &mut Chunk, some: V) {
+    pub fn run<V: SimdF32>(&self, map: View<'_>, place: [usize; 3], chunk: &mut Chunk, some: V) {
         let Chunk { features, channels, predicted } = chunk;
         match map {
             View::F32(rows) => {
@@ -88,7 +88,7 @@ impl Prediction {
 
     /// Computes the sums over `channels`, for `BLOCK` outputs at a time.
     #[inline(always)]
-    fn sum<V: Floats, const BLOCK: usize>(&self, channels: &[Lanes], predicted: &mut [Lanes], some: V) {
+    fn sum<V: SimdF32, const BLOCK: usize>(&self, channels: &[Lanes], predicted: &mut [Lanes], some: V) {
         let (weights, bias) = (self.weights.as_chunks::<BLOCK>().0, self.bias.as_chunks::<BLOCK>().0);
         let blocks = predicted.as_chunks_mut::<BLOCK>().0.iter_mut().zip(bias);
         for ((to, bias), weights) in blocks.zip(weights.chunks_exact(self.inputs)) {
@@ -119,7 +119,7 @@ fn features_of<'a, T>(rows: &Rows<'a, T>, [y, first, count]: [usize; 3]) -> &'a 
 /// Transposes features, whose `words` lie side by side with `pixel` words each, to `channels`. `take` unpacks the
 /// channels of a word.
 #[inline(always)]
-fn spread<V: Floats, const PARTS: usize>(
+fn spread<V: SimdF32, const PARTS: usize>(
     words: &[u32],
     pixel: usize,
     memory: &mut Vec<u32>,
@@ -161,7 +161,7 @@ fn spread<V: Floats, const PARTS: usize>(
 
 /// Transposes the first vectors, as many as a vector has lanes: lane i of each vector becomes vector i.
 #[inline(always)]
-fn transpose<V: Floats>(vectors: &mut [V; MOST]) {
+fn transpose<V: SimdF32>(vectors: &mut [V; MOST]) {
     let mut pixels = *vectors;
     for first in (0..V::N).step_by(4) {
         let four = V::pixels_transposed(from_fn(|k| vectors[first + k]));

@@ -1,9 +1,9 @@
 //! Pull-push pyramid: averages weighted pixels over growing squares, and fills gaps from coarser levels.
 
-use super::floats::{Floats, VectorWork};
 use super::patch::halves;
 use super::samples::{Sample, Samples};
 use super::simd::Simd;
+use super::simd_f32::{SimdF32, SimdF32Op};
 use glam::Vec4;
 use rayon::prelude::*;
 
@@ -19,7 +19,7 @@ const SHARED: usize = 1 << 14;
 const BINOMIAL: [f32; 4] = [0.125, 0.375, 0.375, 0.125];
 
 /// A weighted pixel: three values times the weight, and the weight, 0…1.
-pub type Known = [f32; 4];
+pub type PremulRgba = [f32; 4];
 
 /// Weighted pixels of a frame, computed on demand, row by row.
 pub trait KnownRows: Sync {
@@ -30,19 +30,19 @@ pub trait KnownRows: Sync {
     fn size(&self) -> [usize; 2];
 
     /// Computes row `y` and writes it to `to`.
-    fn make(&self, y: usize, memory: &mut Self::Memory, to: &mut Vec<Known>);
+    fn make(&self, y: usize, memory: &mut Self::Memory, to: &mut Vec<PremulRgba>);
 }
 
 /// An image of weighted pixels.
 #[derive(Debug, Clone, Default)]
 pub struct Level {
-    pixels: Vec<Known>,
+    pixels: Vec<PremulRgba>,
     width: usize,
 }
 
 impl Level {
     /// Pixels of row `y`.
-    pub fn row(&self, y: usize) -> &[Known] {
+    pub fn row(&self, y: usize) -> &[PremulRgba] {
         &self.pixels[y * self.width..(y + 1) * self.width]
     }
 
@@ -66,7 +66,7 @@ pub struct Pyramid {
 
 impl Pyramid {
     /// Pulls the first level from the image `known`, `width` pixels wide.
-    pub fn pull_from(&mut self, known: &[Known], width: usize) {
+    pub fn pull_from(&mut self, known: &[PremulRgba], width: usize) {
         pull(known, width, self.first());
     }
 
@@ -92,7 +92,7 @@ impl Pyramid {
         &mut self,
         [levels, lowest]: [u32; 2],
         out: &mut [f32],
-        finish: impl Fn(usize, &[Known], &mut [f32]) + Sync,
+        finish: impl Fn(usize, &[PremulRgba], &mut [f32]) + Sync,
     ) {
         let (lowest, levels) = (lowest as usize, levels.max(lowest) as usize);
         self.levels.resize_with(self.levels.len().max(levels), Level::default);
@@ -110,7 +110,7 @@ impl Pyramid {
         let bands = out.par_chunks_mut(BAND * length).enumerate();
         bands.for_each_init(
             Default::default,
-            |(row, blended): &mut (Vec<Known>, Vec<Known>), (band, out)| {
+            |(row, blended): &mut (Vec<PremulRgba>, Vec<PremulRgba>), (band, out)| {
                 for (y, to) in (band * BAND..).zip(out.chunks_exact_mut(length)) {
                     // The last push goes row by row into scratch memory, so that the filled level is never stored.
                     row.clear();
@@ -140,12 +140,12 @@ impl Pyramid {
 
 /// Divides pixels by their weights.
 #[inline(always)]
-pub fn divided<V: Floats>(known: V) -> V {
+pub fn divided<V: SimdF32>(known: V) -> V {
     known * known.fourths().max(known.splat(SMALLEST)).inverse()
 }
 
 /// Pulls `to`, at half the resolution, from the image `known`, `width` pixels wide.
-fn pull(known: &[Known], width: usize, to: &mut Level) {
+fn pull(known: &[PremulRgba], width: usize, to: &mut Level) {
     let height = known.len() / width;
     let row = |y: usize| &known[y * width..(y + 1) * width];
     to.resize([height / 2, width / 2]);
@@ -205,12 +205,12 @@ fn parts(x: usize, last: usize) -> [(usize, f32); 2] {
 
 /// Operation that normalises the means of one row.
 struct NormaliseRow<'a> {
-    to: &'a mut [Known],
+    to: &'a mut [PremulRgba],
 }
 
-impl VectorWork for NormaliseRow<'_> {
+impl SimdF32Op for NormaliseRow<'_> {
     #[inline(always)]
-    fn run<V: Floats>(self, some: V) {
+    fn run<V: SimdF32>(self, some: V) {
         let whole = 4 * self.to.len() / V::N * V::N;
         let (vectors, rest) = self.to.as_flattened_mut().split_at_mut(whole);
         for to in vectors.chunks_exact_mut(V::N) {
@@ -224,7 +224,7 @@ impl VectorWork for NormaliseRow<'_> {
 
 /// Normalises means over 4×4 pixels to pixels of half the resolution.
 #[inline(always)]
-fn normalised<V: Floats>(mean: V) -> V {
+fn normalised<V: SimdF32>(mean: V) -> V {
     let known = mean.fourths();
     let weight = (mean.splat(GAIN) * known).min(mean.splat(1.0));
     (mean * (weight * known.max(mean.splat(SMALLEST)).inverse())).with_fourths(weight)
@@ -233,9 +233,9 @@ fn normalised<V: Floats>(mean: V) -> V {
 /// Ring buffer of the last four rows, each of which is read twice.
 struct Ring<K: KnownRows> {
     /// Row y has index y mod 4.
-    rows: [Vec<Known>; 4],
+    rows: [Vec<PremulRgba>; 4],
     held: [Option<usize>; 4],
-    blended: Vec<Known>,
+    blended: Vec<PremulRgba>,
     memory: K::Memory,
 }
 
@@ -261,14 +261,14 @@ fn around(y: usize, height: usize) -> [usize; 4] {
 
 /// Operation that pulls four rows to one.
 struct PullRow<'a> {
-    rows: [&'a [Known]; 4],
-    blended: &'a mut Vec<Known>,
-    to: &'a mut [Known],
+    rows: [&'a [PremulRgba]; 4],
+    blended: &'a mut Vec<PremulRgba>,
+    to: &'a mut [PremulRgba],
 }
 
-impl VectorWork for PullRow<'_> {
+impl SimdF32Op for PullRow<'_> {
     #[inline(always)]
-    fn run<V: Floats>(self, some: V) {
+    fn run<V: SimdF32>(self, some: V) {
         let Self { rows, blended, to } = self;
         let width = rows[0].len();
         // One more pixel on both sides.
@@ -293,7 +293,7 @@ impl VectorWork for PullRow<'_> {
 
 /// Computes a vector of pixels of half the resolution. `from` begins one pixel before their sources.
 #[inline(always)]
-fn halved<V: Floats>(from: &[f32], some: V) -> V {
+fn halved<V: SimdF32>(from: &[f32], some: V) -> V {
     let from = &from[..2 * V::N + 8];
     let (first, second) = (some.load(from), some.load(&from[V::N..]));
     let (third, fourth) = (some.load(&from[8..]), some.load(&from[V::N + 8..]));
@@ -316,14 +316,14 @@ fn push(finer: &mut Level, coarser: &Level) {
 /// Operation that pushes one row.
 struct PushRow<'a> {
     y: usize,
-    row: &'a mut [Known],
+    row: &'a mut [PremulRgba],
     coarser: &'a Level,
-    blended: &'a mut Vec<Known>,
+    blended: &'a mut Vec<PremulRgba>,
 }
 
-impl VectorWork for PushRow<'_> {
+impl SimdF32Op for PushRow<'_> {
     #[inline(always)]
-    fn run<V: Floats>(self, some: V) {
+    fn run<V: SimdF32>(self, some: V) {
         let Self { y, row, coarser, blended } = self;
         let [(a, wa), (b, wb)] = halves(y, coarser.height());
         let width = coarser.width;
@@ -340,7 +340,7 @@ impl VectorWork for PushRow<'_> {
 /// Destination of pixels at twice the resolution.
 pub trait Put: Copy {
     /// Stores or adds `pixels` at `to`.
-    fn put<V: Floats>(self, pixels: V, to: &mut [f32]);
+    fn put<V: SimdF32>(self, pixels: V, to: &mut [f32]);
 }
 
 /// Adds pixels to weighted pixels, by the weight that is missing to 1.
@@ -349,7 +349,7 @@ struct Adding;
 
 impl Put for Adding {
     #[inline(always)]
-    fn put<V: Floats>(self, pixels: V, to: &mut [f32]) {
+    fn put<V: SimdF32>(self, pixels: V, to: &mut [f32]) {
         let known = pixels.load(to);
         (known + (pixels.splat(1.0) - known.fourths()) * pixels).store(to);
     }
@@ -358,7 +358,7 @@ impl Put for Adding {
 /// Doubles the resolution of `row` along it and passes the result to `put`: bilinear between pixel centres,
 /// replicated at the border. `row` has one more pixel on both sides, which is set here.
 #[inline(always)]
-pub fn double<V: Floats>(row: &mut [Known], to: &mut [Known], put: impl Put, some: V) {
+pub fn double<V: SimdF32>(row: &mut [PremulRgba], to: &mut [PremulRgba], put: impl Put, some: V) {
     let width = row.len() - 2;
     (row[0], row[width + 1]) = (row[1], row[width]);
     let (from, to) = (row.as_flattened(), to.as_flattened_mut());
@@ -373,7 +373,7 @@ pub fn double<V: Floats>(row: &mut [Known], to: &mut [Known], put: impl Put, som
 
 /// Doubles one vector of the pixels after the first one of `from`.
 #[inline(always)]
-fn double_vector<V: Floats>(from: &[f32], to: &mut [f32], put: impl Put, some: V) {
+fn double_vector<V: SimdF32>(from: &[f32], to: &mut [f32], put: impl Put, some: V) {
     let from = &from[..V::N + 8];
     let (left, near, right) = (some.load(from), some.load(&from[4..]), some.load(&from[8..]));
     let near = near * some.splat(0.75);

@@ -4,7 +4,6 @@
 use super::accumulate::{Expected, Fading, accumulate, doubt};
 use super::conv::{Arithmetic, ConvShape, PreparedConv};
 use super::filter::{Out, PreparedFilter};
-use super::map::{Map, Stored};
 use super::norm::normalise;
 use super::patch::Source;
 use super::points;
@@ -14,6 +13,7 @@ use super::reshape;
 use super::samples::KnownPixels;
 use super::simd::Simd;
 use super::spread::{blend, smooth, spread};
+use super::tensor::{AnyTensor, Tensor};
 use super::warp::warp;
 use crate::plan::POINT;
 use crate::plan::{Activation, Filter, Normalisation, Padding, Read, Resize, Taps, TensorId};
@@ -34,17 +34,17 @@ impl Case<'_> {
     }
 
     /// Reads an image of the case, stored as \[channel\]\[row\]\[column\].
-    fn map(&self, part: &str) -> Option<Map> {
+    fn map(&self, part: &str) -> Option<Tensor> {
         let (shape, planes) = self.values(part)?;
         let [channels, height, width] = shape[..] else { panic!("{} {part}: {shape:?}", self.name) };
-        let mut map = Map::zeros(height, width, channels);
+        let mut map = Tensor::zeros(height, width, channels);
         for (at, v) in map.data.iter_mut().enumerate() {
             *v = planes[at % channels * height * width + at / channels];
         }
         Some(map)
     }
 
-    fn inputs(&self) -> Vec<Map> {
+    fn inputs(&self) -> Vec<Tensor> {
         (0..).map_while(|i| self.map(&format!("in{i}"))).collect()
     }
 
@@ -69,9 +69,9 @@ impl Case<'_> {
         }
     }
 
-    fn run(&self, simd: Simd) -> Map {
+    fn run(&self, simd: Simd) -> Tensor {
         let inputs = self.inputs();
-        let mut out = Map::default();
+        let mut out = Tensor::default();
         match self.word("kind") {
             "conv" => return self.conv(inputs, simd),
             "filter" => return self.filter(inputs, simd),
@@ -135,7 +135,7 @@ impl Case<'_> {
         out
     }
 
-    fn conv(&self, inputs: Vec<Map>, simd: Simd) -> Map {
+    fn conv(&self, inputs: Vec<Tensor>, simd: Simd) -> Tensor {
         let (weights, bias) = self.weights();
         let shape = ConvShape {
             inputs: inputs.iter().map(|map| map.channels).sum(),
@@ -146,14 +146,14 @@ impl Case<'_> {
             activation: self.activation(),
         };
         let resizes = self.facts["resizes"].as_array().unwrap().iter().map(resize);
-        let stored: Vec<(Stored, Resize)> = inputs.into_iter().map(Stored::F32).zip(resizes).collect();
+        let stored: Vec<(AnyTensor, Resize)> = inputs.into_iter().map(AnyTensor::F32).zip(resizes).collect();
         let sources: Vec<Source<'_>> = stored.iter().map(|(map, resize)| Source::new(map, *resize)).collect();
-        let mut out = Map::default();
+        let mut out = Tensor::default();
         PreparedConv::new(&shape, &weights, &bias, simd, Arithmetic::F32).run(&sources, &mut out);
         out
     }
 
-    fn filter(&self, mut inputs: Vec<Map>, simd: Simd) -> Map {
+    fn filter(&self, mut inputs: Vec<Tensor>, simd: Simd) -> Tensor {
         let (weights, bias) = self.weights();
         let features = inputs.remove(0);
         let images: Vec<(Resize, Taps)> =
@@ -173,11 +173,11 @@ impl Case<'_> {
             },
         };
         let prepared = PreparedFilter::new(&layer, (&weights, &bias), None, simd);
-        let stored: Vec<Stored> = inputs.into_iter().map(Stored::F32).collect();
+        let stored: Vec<AnyTensor> = inputs.into_iter().map(AnyTensor::F32).collect();
         let sources = stored.iter().zip(&images).map(|(map, &(resize, _))| Source::new(map, resize));
-        let mut out = Map::default();
+        let mut out = Tensor::default();
         prepared.run(
-            &Stored::F32(features),
+            &AnyTensor::F32(features),
             &sources.collect::<Vec<_>>(),
             &[],
             Out { picture: Some(&mut out), frame: None },
@@ -212,7 +212,7 @@ fn layers_agree_with_pytorch() {
         let expected = case.map("out").unwrap();
         for simd in Simd::available() {
             let found = case.run(simd);
-            let size = |map: &Map| [map.height, map.width, map.channels];
+            let size = |map: &Tensor| [map.height, map.width, map.channels];
             assert_eq!(size(&found), size(&expected), "{name}");
             for (a, b) in found.data.iter().zip(&expected.data) {
                 assert!((a - b).abs() <= 1e-5 * (1.0 + b.abs()), "{name} {simd}: {a} and {b}");

@@ -1,8 +1,8 @@
 //! Views of rows of images, for reading.
 
+use super::aligned_buf::{WORDS_OF_LINE, prefetch};
 use super::element::{Bf16, Element};
-use super::lines::{WORDS_OF_LINE, prefetch};
-use super::map::{Map, Stored};
+use super::tensor::{AnyTensor, Tensor};
 use bytemuck::cast_slice;
 use std::ops::Range;
 
@@ -92,7 +92,7 @@ macro_rules! with_rows {
 pub(crate) use with_rows;
 
 impl<'a> View<'a> {
-    /// Words of row `y`.
+    /// PageBuf of row `y`.
     ///
     /// # Panics
     /// Where row `y` is absent, or does not begin and end at a word boundary.
@@ -108,14 +108,14 @@ impl<'a> View<'a> {
     }
 }
 
-impl<'a> From<&'a Stored> for View<'a> {
-    fn from(stored: &'a Stored) -> Self {
-        fn all<T: Element>(map: &Map<T>) -> Rows<'_, T> {
+impl<'a> From<&'a AnyTensor> for View<'a> {
+    fn from(stored: &'a AnyTensor) -> Self {
+        fn all<T: Element>(map: &Tensor<T>) -> Rows<'_, T> {
             Rows::new([&map.data, &[], &[]], 0, [map.height, map.width, map.channels])
         }
         match stored {
-            Stored::F32(map) => Self::F32(all(map)),
-            Stored::Bf16(map) => Self::Bf16(all(map)),
+            AnyTensor::F32(map) => Self::F32(all(map)),
+            AnyTensor::Bf16(map) => Self::Bf16(all(map)),
         }
     }
 }

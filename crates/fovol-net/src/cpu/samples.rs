@@ -1,7 +1,7 @@
 //! Samples of a frame as lists, without the pixels between them.
 
-use super::map::Map;
-use super::pyramid::Known;
+use super::pyramid::PremulRgba;
+use super::tensor::Tensor;
 use fovol_core::{Frame, FrameSize};
 use glam::Vec4;
 use rayon::prelude::*;
@@ -81,7 +81,7 @@ pub fn colour([r, g, b, _]: &[f32; 4]) -> [f32; 3] {
 #[derive(Debug, Clone, Copy)]
 pub enum KnownPixels<'a> {
     /// All pixels: colours times weights, and weights.
-    All(&'a Map),
+    All(&'a Tensor),
     /// Samples alone: weight 1 there, and 0 elsewhere.
     Samples(&'a Samples),
 }
@@ -97,7 +97,7 @@ impl KnownPixels<'_> {
 }
 
 /// Views `map`, of four channels, as weighted pixels.
-pub fn pixels(map: &Map) -> &[Known] {
+pub fn pixels(map: &Tensor) -> &[PremulRgba] {
     map.data.as_chunks().0
 }
 

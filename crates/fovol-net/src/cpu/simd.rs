@@ -20,7 +20,7 @@ pub enum Simd {
 ///
 /// `run` and its helpers must be `#[inline(always)]`. A function that is not inlined is compiled for the baseline
 /// processor.
-pub trait Work {
+pub trait SimdOp {
     /// Runs the loop.
     fn run(self);
 }
@@ -69,20 +69,20 @@ impl Simd {
 
     /// Runs `work`, compiled with the instructions of this set.
     #[inline(always)]
-    pub fn vectorised(self, work: impl Work) {
+    pub fn vectorised(self, work: impl SimdOp) {
         #[cfg(target_arch = "x86_64")]
         {
             /// # Safety
             /// The instructions must be available.
             #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,fma")]
-            unsafe fn avx512(work: impl Work) {
+            unsafe fn avx512(work: impl SimdOp) {
                 work.run();
             }
 
             /// # Safety
             /// The instructions must be available.
             #[target_feature(enable = "avx2,fma")]
-            unsafe fn avx2(work: impl Work) {
+            unsafe fn avx2(work: impl SimdOp) {
                 work.run();
             }
 

@@ -1,17 +1,23 @@
 //! Fills frames from weighted pixels: spread, smooth and blend.
 
 use super::doubled::{DoubledRow, doubled};
-use super::floats::{Floats, VectorWork};
-use super::map::Map;
-use super::pyramid::{Known, KnownRows, Pyramid, divided};
+use super::pyramid::{KnownRows, PremulRgba, Pyramid, divided};
 use super::samples::{self, KnownPixels};
-use super::simd::{Simd, Work};
+use super::simd::{Simd, SimdOp};
+use super::simd_f32::{SimdF32, SimdF32Op};
+use super::tensor::Tensor;
 use glam::Vec4;
 use rayon::prelude::*;
 
 /// Fills `known` at half the resolution by pull-push, with `levels` halvings, and writes the picture to `out`. With
 /// `base` it fills the residuals of `base` at `known`, and adds `base`.
-pub fn spread(known: KnownPixels<'_>, base: Option<&Map>, levels: u32, pyramid: &mut Pyramid, out: &mut Map) {
+pub fn spread(
+    known: KnownPixels<'_>,
+    base: Option<&Tensor>,
+    levels: u32,
+    pyramid: &mut Pyramid,
+    out: &mut Tensor,
+) {
     match (known, base) {
         (KnownPixels::All(known), None) => pyramid.pull_from(samples::pixels(known), known.width),
         (KnownPixels::All(known), Some(base)) => pyramid.pull_of(&Differences { known, base }),
@@ -28,14 +34,14 @@ pub fn spread(known: KnownPixels<'_>, base: Option<&Map>, levels: u32, pyramid: 
 }
 
 struct SpreadRow<'a> {
-    known: &'a [Known],
+    known: &'a [PremulRgba],
     base: Option<&'a [f32]>,
     row: &'a mut [f32],
 }
 
-impl VectorWork for SpreadRow<'_> {
+impl SimdF32Op for SpreadRow<'_> {
     #[inline(always)]
-    fn run<V: Floats>(self, some: V) {
+    fn run<V: SimdF32>(self, some: V) {
         let Self { known, base, row } = self;
         let whole = whole_vectors::<V>(row.len() / 3);
         for vector in 0..whole {
@@ -55,8 +61,8 @@ impl VectorWork for SpreadRow<'_> {
 
 /// Residuals: weighted pixels minus a picture of half their resolution.
 struct Differences<'a> {
-    known: &'a Map,
-    base: &'a Map,
+    known: &'a Tensor,
+    base: &'a Tensor,
 }
 
 impl KnownRows for Differences<'_> {
@@ -66,7 +72,7 @@ impl KnownRows for Differences<'_> {
         [self.known.height, self.known.width]
     }
 
-    fn make(&self, y: usize, memory: &mut DoubledRow, to: &mut Vec<Known>) {
+    fn make(&self, y: usize, memory: &mut DoubledRow, to: &mut Vec<PremulRgba>) {
         to.resize(self.known.width, [0.0; 4]);
         Simd::best().in_vectors(DifferenceRow { known: self.known.row(y), base: self.base, y, memory, to });
     }
@@ -75,15 +81,15 @@ impl KnownRows for Differences<'_> {
 /// Operation that computes the residuals of one row.
 struct DifferenceRow<'a> {
     known: &'a [f32],
-    base: &'a Map,
+    base: &'a Tensor,
     y: usize,
     memory: &'a mut DoubledRow,
-    to: &'a mut [Known],
+    to: &'a mut [PremulRgba],
 }
 
-impl VectorWork for DifferenceRow<'_> {
+impl SimdF32Op for DifferenceRow<'_> {
     #[inline(always)]
-    fn run<V: Floats>(self, some: V) {
+    fn run<V: SimdF32>(self, some: V) {
         let Self { known, base, y, memory, to } = self;
         memory.make(base, y, some);
         let (base, to) = (memory.row.as_flattened(), to.as_flattened_mut());
@@ -102,12 +108,12 @@ impl VectorWork for DifferenceRow<'_> {
 /// Computes the residual of `base` at weighted pixels. The fourth channel of `base` is 0, so the weight is
 /// unchanged.
 #[inline(always)]
-fn difference<V: Floats>(known: V, base: V) -> V {
+fn difference<V: SimdF32>(known: V, base: V) -> V {
     known - known.fourths() * base
 }
 
 /// Writes `known` to `out`, and adds `base`, a picture of half the resolution, by the weight that is missing to 1.
-pub fn blend(known: KnownPixels<'_>, base: &Map, out: &mut Map) {
+pub fn blend(known: KnownPixels<'_>, base: &Tensor, out: &mut Tensor) {
     let [height, width] = known.size();
     out.resize([height, width, 3]);
     let rows = out.data.par_chunks_mut(width * 3).enumerate();
@@ -128,15 +134,15 @@ pub fn blend(known: KnownPixels<'_>, base: &Map, out: &mut Map) {
 
 /// Operation that writes a row of `base` alone.
 struct BaseRow<'a> {
-    base: &'a Map,
+    base: &'a Tensor,
     y: usize,
     memory: &'a mut DoubledRow,
     to: &'a mut [[f32; 3]],
 }
 
-impl VectorWork for BaseRow<'_> {
+impl SimdF32Op for BaseRow<'_> {
     #[inline(always)]
-    fn run<V: Floats>(self, some: V) {
+    fn run<V: SimdF32>(self, some: V) {
         self.memory.make(self.base, self.y, some);
         let (from, whole) = (&self.memory.row[..], whole_vectors::<V>(self.to.len()));
         for vector in 0..whole {
@@ -151,16 +157,16 @@ impl VectorWork for BaseRow<'_> {
 }
 
 struct BlendRow<'a> {
-    known: &'a [Known],
-    base: &'a Map,
+    known: &'a [PremulRgba],
+    base: &'a Tensor,
     y: usize,
     memory: &'a mut DoubledRow,
     to: &'a mut [[f32; 3]],
 }
 
-impl VectorWork for BlendRow<'_> {
+impl SimdF32Op for BlendRow<'_> {
     #[inline(always)]
-    fn run<V: Floats>(self, some: V) {
+    fn run<V: SimdF32>(self, some: V) {
         let Self { known, base, y, memory, to } = self;
         memory.make(base, y, some);
         let (from, whole) = (&memory.row[..], whole_vectors::<V>(to.len()));
@@ -181,12 +187,12 @@ impl VectorWork for BlendRow<'_> {
 /// Number of vectors that can be stored one after the other in `pixels` pixels of three values. Each vector writes
 /// beyond its own pixels; the next one overwrites the excess.
 #[inline(always)]
-fn whole_vectors<V: Floats>(pixels: usize) -> usize {
+fn whole_vectors<V: SimdF32>(pixels: usize) -> usize {
     (3 * pixels).checked_sub(V::N).map_or(0, |room| room / (V::N / 4 * 3) + 1)
 }
 
 /// Smooths `input` by (1, 2, 1)/4 along both axes, replicated at the border, and writes to `out`.
-pub fn smooth(input: &Map, out: &mut Map) {
+pub fn smooth(input: &Tensor, out: &mut Tensor) {
     let [height, width, c] = [input.height, input.width, input.channels];
     out.resize([height, width, c]);
     out.data.par_chunks_mut(width * c).enumerate().for_each_init(Vec::new, |between, (y, to)| {
@@ -202,7 +208,7 @@ struct SmoothRow<'a> {
     to: &'a mut [f32],
 }
 
-impl Work for SmoothRow<'_> {
+impl SimdOp for SmoothRow<'_> {
     #[inline(always)]
     fn run(self) {
         let Self { rows: [above, row, below], channels: c, between, to } = self;
@@ -229,17 +235,17 @@ mod tests {
     use fovol_core::{Frame, FrameSize};
     use proptest::prelude::*;
 
-    fn spread(known: &Map, base: Option<&Map>, levels: u32, out: &mut Map) {
+    fn spread(known: &Tensor, base: Option<&Tensor>, levels: u32, out: &mut Tensor) {
         super::spread(KnownPixels::All(known), base, levels, &mut Pyramid::default(), out);
     }
 
-    fn blend(known: &Map, base: &Map, out: &mut Map) {
+    fn blend(known: &Tensor, base: &Tensor, out: &mut Tensor) {
         super::blend(KnownPixels::All(known), base, out);
     }
 
     #[test]
     fn samples_stay_and_one_fills_all() {
-        let (mut known, mut half, mut out) = (Map::zeros(16, 32, 4), Map::default(), Map::default());
+        let (mut known, mut half, mut out) = (Tensor::zeros(16, 32, 4), Tensor::default(), Tensor::default());
         spread(&known, None, 4, &mut half);
         blend(&known, &half, &mut out);
         assert!(out.data.iter().all(|&v| v == 0.0));
@@ -254,12 +260,12 @@ mod tests {
     #[test]
     fn corrections_bring_slopes_nearer() {
         let slope = |y: usize, x: usize| (3 * x + y) as f32 / 200.0;
-        let mut known = Map::zeros(32, 64, 4);
+        let mut known = Tensor::zeros(32, 64, 4);
         for i in (0..32 * 64).filter(|i| i * 7919 % 23 == 0) {
             let v = slope(i / 64, i % 64);
             known.data[4 * i..][..4].copy_from_slice(&[v, v, v, 1.0]);
         }
-        let (mut half, mut smoothed, mut out) = (Map::default(), Map::default(), Map::default());
+        let (mut half, mut smoothed, mut out) = (Tensor::default(), Tensor::default(), Tensor::default());
         spread(&known, None, 4, &mut half);
         let mut errors = Vec::new();
         for _ in 0..3 {
@@ -284,12 +290,12 @@ mod tests {
                 let at = at.index(size.pixels());
                 frame.pixels_mut()[at] = [r, g, b, 1.0];
             }
-            let (mut map, mut samples) = (Map::zeros(16 * height, 16 * width, 4), Samples::default());
+            let (mut map, mut samples) = (Tensor::zeros(16 * height, 16 * width, 4), Samples::default());
             map.data.copy_from_slice(frame.pixels().as_flattened());
             samples.gather(&frame, [16 * height, 16 * width]);
             let mut made = Vec::new();
             for known in [KnownPixels::All(&map), KnownPixels::Samples(&samples)] {
-                let [mut half, mut smoothed, mut corrected, mut out] = [(); 4].map(|()| Map::default());
+                let [mut half, mut smoothed, mut corrected, mut out] = [(); 4].map(|()| Tensor::default());
                 let mut pyramid = Pyramid::default();
                 super::spread(known, None, 4, &mut pyramid, &mut half);
                 smooth(&half, &mut smoothed);

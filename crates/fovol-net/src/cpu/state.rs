@@ -1,7 +1,7 @@
 use super::buffers::Spare;
-use super::map::{Stored, with_map};
 use super::pyramid::Pyramid;
 use super::samples::Samples;
+use super::tensor::{AnyTensor, with_tensor};
 use crate::plan::Plan;
 use fovol_core::FrameSize;
 
@@ -13,7 +13,7 @@ use fovol_core::FrameSize;
 pub struct State {
     pub(super) size: FrameSize,
     /// State tensors in the order of the plan, at the padded size.
-    pub(super) carried: Vec<Stored>,
+    pub(super) carried: Vec<AnyTensor>,
     pub(super) spare: Spare,
     pub(super) pyramid: Pyramid,
     /// Samples of the present frame, if layers read them as a list.
@@ -31,7 +31,7 @@ impl State {
             let (place, tensor) = (state.previous.index(), plan.tensor(state.previous));
             let shape = [height >> tensor.level, width >> tensor.level, tensor.channels];
             let mut stored = spare.take(halved[place], place);
-            with_map!(&mut stored, map => {
+            with_tensor!(&mut stored, map => {
                 map.resize(shape);
                 map.data.fill(Default::default());
             });
@@ -55,7 +55,7 @@ impl State {
     /// Resets the history, so that the next frame is treated as the first after a cut.
     pub fn reset(&mut self) {
         for stored in &mut self.carried {
-            with_map!(stored, map => map.data.fill(Default::default()));
+            with_tensor!(stored, map => map.data.fill(Default::default()));
         }
     }
 }

@@ -1,14 +1,14 @@
 use super::element::Element;
-use super::floats::{Floats, VectorWork};
-use super::map::Map;
 use super::motion::{corner_of, whole_motion};
 use super::simd::Simd;
+use super::simd_f32::{SimdF32, SimdF32Op};
+use super::tensor::Tensor;
 use glam::Vec4;
 use rayon::prelude::*;
 
 /// Moves `input` along `motion`, in pixels of level 0 to the previous position: bilinear, zero outside. Motion is
 /// averaged and scaled to the resolution of `input`.
-pub fn warp<T: Element>(input: &Map<T>, motion: &Map, out: &mut Map<T>) {
+pub fn warp<T: Element>(input: &Tensor<T>, motion: &Tensor, out: &mut Tensor<T>) {
     let factor = motion.height / input.height;
     let c = input.channels;
     out.resize([input.height, input.width, c]);
@@ -22,17 +22,17 @@ const LANES: usize = 16;
 
 /// Operation that moves one row.
 struct Row<'a, T: Element> {
-    input: &'a Map<T>,
-    motion: &'a Map,
+    input: &'a Tensor<T>,
+    motion: &'a Tensor,
     /// Number of motion pixels per input pixel along each axis.
     factor: usize,
     y: usize,
     row: &'a mut [T],
 }
 
-impl<T: Element> VectorWork for Row<'_, T> {
+impl<T: Element> SimdF32Op for Row<'_, T> {
     #[inline(always)]
-    fn run<V: Floats>(self, some: V) {
+    fn run<V: SimdF32>(self, some: V) {
         let Self { input, motion, factor, y, row } = self;
         let size = [input.height, input.width];
         let colours = T::singles(&input.data).filter(|_| input.channels == 3);
@@ -82,14 +82,14 @@ impl Block {
 
     /// Interpolates an image of three channels, `width` pixels wide, at these positions and writes to `to`.
     #[inline(always)]
-    fn blend<T: Element, V: Floats>(&self, image: &[f32], width: usize, to: &mut [T], some: V) {
+    fn blend<T: Element, V: SimdF32>(&self, image: &[f32], width: usize, to: &mut [T], some: V) {
         let [above, left] = self.corner;
         let numbers = 3 * (LANES + 1);
         let upper = &image[3 * (above * width + left)..][..numbers];
         let lower = &image[3 * ((above + 1) * width + left)..][..numbers];
         for first in (0..LANES).step_by(V::N) {
-            let across = some.load(&self.parts[0][first..]).thrice();
-            let down = some.load(&self.parts[1][first..]).thrice();
+            let across = some.load(&self.parts[0][first..]).repeat3();
+            let down = some.load(&self.parts[1][first..]).repeat3();
             for third in 0..3 {
                 let at = 3 * first + third * V::N;
                 let upper = between(some.load(&upper[at..]), some.load(&upper[at + 3..]), across[third]);
@@ -102,7 +102,7 @@ impl Block {
 
 /// Interpolates linearly between `one` and `other`.
 #[inline(always)]
-fn between<V: Floats>(one: V, other: V, part: V) -> V {
+fn between<V: SimdF32>(one: V, other: V, part: V) -> V {
     (other - one).times_plus(part, one)
 }
 
@@ -226,7 +226,7 @@ fn whole(number: f32) -> u32 {
 
 /// Motion of the pixels of row `y` from column `x` on; the last pixel is repeated beyond the border.
 #[inline(always)]
-fn of_pixels(motion: &Map, y: usize, x: usize) -> [[f32; 2]; LANES] {
+fn of_pixels(motion: &Tensor, y: usize, x: usize) -> [[f32; 2]; LANES] {
     let row = &motion.row(y).as_chunks::<2>().0[x..];
     match row.first_chunk() {
         Some(lanes) => *lanes,
@@ -236,7 +236,7 @@ fn of_pixels(motion: &Map, y: usize, x: usize) -> [[f32; 2]; LANES] {
 
 /// Mean motion of the `factor`² pixels that form pixel (`y`, `x`) of the lower resolution, in pixels of the latter.
 #[inline(always)]
-fn mean_motion(motion: &Map, [y, x]: [usize; 2], factor: usize) -> [f32; 2] {
+fn mean_motion(motion: &Tensor, [y, x]: [usize; 2], factor: usize) -> [f32; 2] {
     let mut sum = [0.0f32; 2];
     let first = (x * factor).min(motion.width - factor);
     for row in y * factor..(y + 1) * factor {
@@ -254,10 +254,10 @@ mod tests {
 
     #[test]
     fn whole_steps_move_and_the_outside_is_zero() {
-        let input = Map { data: (1..=12).map(|i| i as f32).collect(), height: 3, width: 4, channels: 1 };
-        let mut motion = Map::zeros(6, 8, 2);
+        let input = Tensor { data: (1..=12).map(|i| i as f32).collect(), height: 3, width: 4, channels: 1 };
+        let mut motion = Tensor::zeros(6, 8, 2);
         motion.data.chunks_exact_mut(2).for_each(|m| m.copy_from_slice(&[2.0, -4.0]));
-        let mut out = Map::<f32>::default();
+        let mut out = Tensor::<f32>::default();
         // At half the resolution: one pixel right, two up.
         warp(&input, &motion, &mut out);
         assert_eq!(out.row(2), [2.0, 3.0, 4.0, 0.0]);
@@ -274,12 +274,12 @@ mod tests {
             crate::weights::random::values(&crate::plan::Parameter { name: "x".into(), shape }, seed)
         };
         let (height, width) = (9, 70);
-        let input = Map { data: random(height * width * 3, 1).into(), height, width, channels: 3 };
-        let mut motion = Map::zeros(height, width, 2);
+        let input = Tensor { data: random(height * width * 3, 1).into(), height, width, channels: 3 };
+        let mut motion = Tensor::zeros(height, width, 2);
         for (i, (moved, part)) in motion.data.iter_mut().zip(random(height * width * 2, 2)).enumerate() {
             *moved = [1.0, -2.0][i % 2] + part.abs().min(0.99);
         }
-        let mut out = Map::default();
+        let mut out = Tensor::default();
         warp(&input, &motion, &mut out);
         for y in 0..height {
             for x in 0..width {

@@ -1,5 +1,5 @@
 use super::pull_push::{Level, Pair, filled, halved};
-use crate::cpu::{Simd, Work};
+use crate::cpu::{Simd, SimdOp};
 use fovol_core::FrameSize;
 use rayon::prelude::*;
 
@@ -100,7 +100,7 @@ struct Row<'a> {
     line: &'a mut Vec<f32>,
 }
 
-impl Work for Row<'_> {
+impl SimdOp for Row<'_> {
     #[inline(always)]
     fn run(self) {
         self.numbers.row(self.y, self.rows, self.line);

@@ -61,7 +61,7 @@ impl FromStr for Precision {
 /// Finds the tensors of `plan` that are stored as f16: wide ones that only layers with many products read and
 /// write.
 pub fn halved(plan: &Plan, precision: Precision) -> Vec<bool> {
-    let wide = |tensor: &crate::plan::Tensor| precision == Precision::F16 && tensor.channels >= WIDE;
+    let wide = |tensor: &crate::plan::TensorSpec| precision == Precision::F16 && tensor.channels >= WIDE;
     let mut halved: Vec<bool> = plan.tensors().iter().map(wide).collect();
     for layer in plan.layers() {
         layer_pictures(layer).for_each(|id| halved[id.index()] = false);

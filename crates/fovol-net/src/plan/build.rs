@@ -1,5 +1,5 @@
 use super::layer::{Activation, Conv, Filter, Layer, Norm, POINT, Padding, Read, Resize};
-use super::{Inputs, Plan, StateTensor, Tensor, TensorId};
+use super::{Inputs, Plan, StateTensor, TensorId, TensorSpec};
 
 /// Upper limit of the halvings in layers that spread samples.
 const MOST_HALVINGS: u32 = 5;
@@ -26,7 +26,7 @@ impl PlanBuilder {
     pub fn new() -> Self {
         let colour = TensorId(0);
         let plan = Plan {
-            tensors: vec![Tensor { name: "input".into(), channels: 3, level: 0 }],
+            tensors: vec![TensorSpec { name: "input".into(), channels: 3, level: 0 }],
             layers: Vec::new(),
             states: Vec::new(),
             inputs: Inputs { colour, mask: None, motion: None },
@@ -57,7 +57,7 @@ impl PlanBuilder {
     }
 
     fn tensor(&mut self, name: &str, channels: usize, level: u32) -> TensorId {
-        self.plan.tensors.push(Tensor { name: name.to_owned(), channels, level });
+        self.plan.tensors.push(TensorSpec { name: name.to_owned(), channels, level });
         TensorId(self.plan.tensors.len() - 1)
     }
 

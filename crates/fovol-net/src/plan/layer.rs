@@ -1,6 +1,6 @@
 //! Kinds of layers.
 
-use super::{Parameter, Tensor, TensorId};
+use super::{Parameter, TensorId, TensorSpec};
 use serde::{Deserialize, Serialize};
 
 /// Activation function after a layer.
@@ -146,7 +146,7 @@ pub struct Filter {
     /// Name of the parameters `name.weight` \[expand²·taps, in, 1, 1\] and `name.bias`. With `expand` = 2 each
     /// feature serves four pixels, and tap k of pixel (x, y) of the four is channel 4k + 2y + x.
     pub name: String,
-    /// Tensor from which kernels are predicted.
+    /// TensorSpec from which kernels are predicted.
     pub features: TensorId,
     /// Edge of the square of pixels that one feature serves: 1 or 2.
     pub expand: usize,
@@ -448,7 +448,7 @@ impl Layer {
     }
 
     /// Learned arrays of the layer.
-    pub fn parameters(&self, tensors: &[Tensor]) -> Vec<Parameter> {
+    pub fn parameters(&self, tensors: &[TensorSpec]) -> Vec<Parameter> {
         let channels = |id: TensorId| tensors[id.0].channels;
         let pair = |name: &str, weight: Vec<usize>| {
             let bias = vec![weight[0]];
@@ -472,7 +472,7 @@ impl Layer {
     }
 
     /// Multiply-adds for one pixel of the frame. Only those with learned weights and predicted kernels count.
-    pub fn macs_per_pixel(&self, tensors: &[Tensor]) -> f64 {
+    pub fn macs_per_pixel(&self, tensors: &[TensorSpec]) -> f64 {
         let per_square = |id: TensorId, macs: usize| macs as f64 / f64::from(4u32.pow(tensors[id.0].level));
         let weights = |layer: &Self| layer.parameters(tensors).first().map_or(0, Parameter::len);
         match self {

@@ -30,7 +30,7 @@ impl TensorId {
 
 /// Shape of a tensor: `channels` numbers for each square of 2^`level` × 2^`level` pixels.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Tensor {
+pub struct TensorSpec {
     /// Name in exports.
     pub name: String,
     /// Numbers per square.
@@ -85,7 +85,7 @@ impl Parameter {
 /// A network: layers in the order of execution. Every tensor is written once.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
-    pub(crate) tensors: Vec<Tensor>,
+    pub(crate) tensors: Vec<TensorSpec>,
     pub(crate) layers: Vec<Layer>,
     pub(crate) states: Vec<StateTensor>,
     pub(crate) inputs: Inputs,
@@ -94,12 +94,12 @@ pub struct Plan {
 
 impl Plan {
     /// All tensors; a [`TensorId`] is an index into this list.
-    pub fn tensors(&self) -> &[Tensor] {
+    pub fn tensors(&self) -> &[TensorSpec] {
         &self.tensors
     }
 
     /// Returns one tensor.
-    pub fn tensor(&self, id: TensorId) -> &Tensor {
+    pub fn tensor(&self, id: TensorId) -> &TensorSpec {
         &self.tensors[id.0]
     }
 

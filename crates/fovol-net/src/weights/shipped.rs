@@ -1,13 +1,13 @@
-//! Trained weights that are part of the program. `assets/weights` has their model cards.
+//! Trained weights that are part of the program. `assets/weights` of this crate has their model cards.
 
 use super::Weights;
 use crate::plan::Named;
 use crate::{Error, Result};
 use fovol_core::path_of_text;
 
-static WNET_FAST: &[u8] = include_bytes!("../../../../assets/weights/wnet-fast.safetensors");
-static DEEPFOVEA: &[u8] = include_bytes!("../../../../assets/weights/deepfovea-fvn.safetensors");
-static WNET_PAPER: &[u8] = include_bytes!("../../../../assets/weights/wnet-paper.safetensors");
+static WNET_FAST: &[u8] = include_bytes!("../../assets/weights/wnet-fast.safetensors");
+static DEEPFOVEA: &[u8] = include_bytes!("../../assets/weights/deepfovea-fvn.safetensors");
+static WNET_PAPER: &[u8] = include_bytes!("../../assets/weights/wnet-paper.safetensors");
 
 impl Weights {
     /// Networks that [`Self::shipped`] has weights of.

@@ -1,6 +1,6 @@
 use fovol_core::{FrameSize, Pixel, Region, Reprojection, SampleList};
 use fovol_net::FilledNumbers;
-use fovol_net::cpu::{Simd, Work};
+use fovol_net::cpu::{Simd, SimdOp};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -94,7 +94,7 @@ struct Seeing<'a> {
     seen: &'a [AtomicU32],
 }
 
-impl Work for Seeing<'_> {
+impl SimdOp for Seeing<'_> {
     #[inline(always)]
     fn run(self) {
         let mut moved = Moved::default();

@@ -1,22 +1,22 @@
 //! Where every pixel was in the last frame, as far as sparse samples tell.
 //!
 //! Samples know how far away is what they show; between them distances are guessed, and where layers lie behind one another a
-//! single distance is no more than a guess even at a sample. So there are several guesses ([`Guesses`]): what lies between the
+//! single distance is no more than a guess even at a sample. So there are several guesses ([`DepthHypotheses`]): what lies between the
 //! samples of this frame, the same nearer and farther, and what lies between the samples of this frame and of some frames before,
 //! seen from here ([`Depths`]). In every part of the frame those are believed most along which the last frame resembles this frame's
 //! samples most ([`belief`]): the step from plane sweeping in stereo to few pixels with known colours.
 
-mod belief;
+mod depth_confidence;
+mod depth_hypotheses;
 mod depths;
-mod guesses;
 
 #[cfg(feature = "gpu")]
-pub(crate) use belief::TILE;
+pub(crate) use depth_confidence::TILE;
+#[cfg(feature = "gpu")]
+pub(crate) use depth_hypotheses::COUNT as GUESSES;
+use depth_hypotheses::DepthHypotheses;
 pub use depths::{Depths, Filled};
 use fovol_core::{Camera, Frame, Region, Reprojection};
-#[cfg(feature = "gpu")]
-pub(crate) use guesses::COUNT as GUESSES;
-use guesses::Guesses;
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::collections::VecDeque;
@@ -47,14 +47,14 @@ pub fn motion(
     last: &Frame,
 ) -> Vec<[f32; 2]> {
     assert_eq!(now.frame.size(), last.size(), "frames of one clip");
-    let guesses = Guesses::new(now, earlier);
-    let beliefs = belief::believe(&guesses, now.frame, to_last, last);
+    let guesses = DepthHypotheses::new(now, earlier);
+    let beliefs = depth_confidence::believe(&guesses, now.frame, to_last, last);
     guesses.motion(&beliefs, to_last)
 }
 
 /// The motion that `reprojection` gives the distances of `filled`. Nothing moves where there are none.
 pub fn motion_of_depths(filled: &Filled, reprojection: &Reprojection) -> Vec<[f32; 2]> {
-    guesses::motion_of(filled.size(), reprojection, filled.inverse())
+    depth_hypotheses::motion_of(filled.size(), reprojection, filled.inverse())
 }
 
 /// Finds the motion of frame after frame of one clip.

@@ -16,7 +16,7 @@ use crate::{
     world_box,
 };
 use cpu::CpuMarcher;
-use fovol_core::{Camera, Fovea, Frame, FrameSize, SampleList, SampleMask, Scene, awake};
+use fovol_core::{Camera, Fovea, Frame, FrameSize, SampleList, SampleMask, Scene, keep_workers_spinning};
 use fovol_render::cpu::{RenderOptions, Simd};
 use fovol_render::scene::RayResult;
 #[cfg(feature = "gpu")]
@@ -344,7 +344,7 @@ impl Pipeline {
         let view = View { index: i, size: self.size(), camera, fovea };
         let (marcher, reconstruction) = (&mut self.marcher, &mut self.reconstruction);
         self.threads.install(|| {
-            awake(|| {
+            keep_workers_spinning(|| {
                 let sampled = marcher.sample(&view)?;
                 reconstruction.finish(&view, sampled, &started)
             })

@@ -1,6 +1,6 @@
 use super::TrainConfig;
 use crate::clips::{Clip, ClipSet};
-use crate::lesson::{Lesson, LessonFrame};
+use crate::lesson::{TrainingBatch, LessonFrame};
 use crate::{Error, Result};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -24,7 +24,7 @@ impl Lessons {
     /// # Errors
     /// Batches that cannot be made.
     pub fn start(clips: ClipSet, config: &TrainConfig, step: u64, device: Device) -> Result<Self> {
-        let lesson = Lesson::new(&config.lesson)?;
+        let lesson = TrainingBatch::new(&config.lesson)?;
         let threads = threads()?;
         let (sender, prepared) = sync_channel(AHEAD);
         let config = config.clone();
@@ -61,7 +61,7 @@ fn threads() -> Result<ThreadPool> {
 pub(super) fn prepare(
     clips: &ClipSet,
     config: &TrainConfig,
-    lesson: &Lesson,
+    lesson: &TrainingBatch,
     step: u64,
 ) -> Result<Vec<LessonFrame>> {
     let mut random = ChaCha8Rng::seed_from_u64(config.seed);

@@ -10,7 +10,7 @@ mod lessons;
 mod progress;
 mod ranges;
 mod replicas;
-mod revival;
+mod dead_channel_reset;
 mod validation;
 
 pub use arrangement::Arrangement;
@@ -31,7 +31,7 @@ use fovolnet::io::atomic;
 use lessons::Lessons;
 use progress::Progress;
 use replicas::Replicas;
-use revival::revived;
+use dead_channel_reset::revived;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use tch::{Device, Tensor};

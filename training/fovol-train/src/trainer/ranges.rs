@@ -5,7 +5,7 @@ use super::lessons::prepare;
 use super::validation::sparse_frame;
 use crate::Result;
 use crate::clips::ClipSet;
-use crate::lesson::{Lesson, LessonFrame};
+use crate::lesson::{TrainingBatch, LessonFrame};
 use fovol_core::Frame;
 use fovol_net::Weights;
 use fovol_net::cpu::{FrameInput, calibrate};
@@ -20,7 +20,7 @@ const LESSONS: u64 = 24;
 /// Clips that cannot be read, or no clips.
 pub fn note_ranges(weights: &mut Weights, clips: &ClipSet, config: &TrainConfig) -> Result<()> {
     let single = TrainConfig { batch: 1, ..config.clone() };
-    let lesson = Lesson::new(&config.lesson)?;
+    let lesson = TrainingBatch::new(&config.lesson)?;
     let lessons: Vec<Vec<Given>> = (0..LESSONS)
         .map(|number| prepare(clips, &single, &lesson, number)?.iter().map(Given::of).collect())
         .collect::<Result<_>>()?;

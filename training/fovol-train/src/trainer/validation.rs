@@ -1,5 +1,5 @@
 use crate::clips::ClipSet;
-use crate::lesson::{Augment, Lesson, LessonConfig, LessonFrame};
+use crate::lesson::{Augment, TrainingBatch, LessonConfig, LessonFrame};
 use crate::mask_noise::NoiseConfig;
 use crate::network::{Inputs, Network};
 use crate::{Error, Result};
@@ -79,7 +79,7 @@ impl Validation {
             noise: noise.clone(),
             ..LessonConfig::default()
         };
-        let plain = Lesson::new(&plain)?;
+        let plain = TrainingBatch::new(&plain)?;
         let mut random = ChaCha8Rng::seed_from_u64(77);
         let lessons = (0..set.len()).map(|i| {
             let clip = set.clip(i)?;

@@ -1,7 +1,7 @@
 //! Finishes the sums of convolutions: dequantisation, bias, activation and conversion to the stored type.
 
 use crate::cpu::element::Element;
-use crate::cpu::simd::Work;
+use crate::cpu::simd::SimdOp;
 use crate::plan::Activation;
 
 /// Number of sums that are finished at once. The compiler vectorises loops of this length.
@@ -38,7 +38,7 @@ pub struct Finish<'a, T> {
     pub stride: usize,
 }
 
-impl<T: Element> Work for Finish<'_, T> {
+impl<T: Element> SimdOp for Finish<'_, T> {
     #[inline(always)]
     fn run(self) {
         let sums = self.sums.chunks_exact(self.width).take(self.pixels);

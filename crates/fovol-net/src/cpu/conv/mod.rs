@@ -13,13 +13,13 @@ mod packed;
 pub(super) mod portable;
 mod winograd;
 
+use super::aligned_buf::AlignedBuf;
 use super::element::{Bf16, Element};
-use super::lines::Lines;
-use super::map::Map;
 use super::pack::{Bytes, Halves, Singles};
 use super::patch::{Patch, Source, Window};
 use super::prediction::Chunk;
 use super::simd::Simd;
+use super::tensor::Tensor;
 use crate::plan::{Activation, Padding};
 use bytemuck::cast_slice;
 use finish::Finish;
@@ -78,7 +78,7 @@ impl PreparedConv {
     ///
     /// # Panics
     /// When the sources have not as many channels as the weights.
-    pub fn run<T: Element>(&self, sources: &[Source<'_>], out: &mut Map<T>) {
+    pub fn run<T: Element>(&self, sources: &[Source<'_>], out: &mut Tensor<T>) {
         let ConvShape { stride, outputs, .. } = *self.shape();
         let [height, width] = sources[0].size().map(|side| side.div_ceil(stride));
         out.resize([height, width, outputs]);
@@ -198,7 +198,7 @@ pub(super) struct Call {
     pixel: usize,
     /// Rows of a window.
     rows: usize,
-    /// Words of a window's row, which are contiguous.
+    /// PageBuf of a window's row, which are contiguous.
     run: usize,
     /// Weights of a block: \[row\]\[word of the run\]\[channel of the block\].
     weights: *const u32,
@@ -253,7 +253,7 @@ impl Direct {
         }
     }
 
-    /// Words of a pixel.
+    /// PageBuf of a pixel.
     fn words(&self) -> usize {
         self.shape.inputs.div_ceil(self.arithmetic.count())
     }
@@ -346,7 +346,7 @@ fn check(shape: &ConvShape, sources: &[Source<'_>]) {
 #[derive(Debug, Default)]
 struct DirectScratch {
     patch: Patch,
-    block: Lines,
+    block: AlignedBuf,
 }
 
 /// Part of the output.

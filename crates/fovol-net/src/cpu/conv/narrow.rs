@@ -3,10 +3,10 @@
 use super::finish::{elu, relu};
 use super::{ConvShape, Direct};
 use crate::cpu::element::Element;
-use crate::cpu::floats::{Floats, VectorWork};
 use crate::cpu::patch::{Access, Source};
 use crate::cpu::prediction::{Chunk, Prediction};
 use crate::cpu::simd::Simd;
+use crate::cpu::simd_f32::{SimdF32, SimdF32Op};
 use crate::plan::Activation;
 
 /// Largest number of outputs for this method.
@@ -59,9 +59,9 @@ struct Row<'a, T> {
     out: &'a mut [T],
 }
 
-impl<T: Element> VectorWork for Row<'_, T> {
+impl<T: Element> SimdF32Op for Row<'_, T> {
     #[inline(always)]
-    fn run<V: Floats>(self, some: V) {
+    fn run<V: SimdF32>(self, some: V) {
         let Self { conv, source, y, chunk, out } = self;
         let ConvShape { outputs, activation, .. } = conv.direct.shape;
         for (number, out) in out.chunks_mut(V::N * outputs).enumerate() {

@@ -1,7 +1,7 @@
 use super::finish::Worth;
 use super::{Arithmetic, ConvShape, Kernel};
+use crate::cpu::aligned_buf::AlignedBuf;
 use crate::cpu::element::{Bf16, Element};
-use crate::cpu::lines::Lines;
 use crate::cpu::simd::Simd;
 
 /// Number of elements of the largest block: pixels × channels.
@@ -22,7 +22,7 @@ pub struct Block {
     pub width: usize,
     /// Weights, \[row of the window\]\[column\]\[word of a pixel\]\[channel of the block\]. Zeros pad each row to
     /// the length that kernels multiply at once.
-    pub weights: Lines,
+    pub weights: AlignedBuf,
     /// Bias of each channel of the block.
     pub bias: Vec<f32>,
     /// Dequantisation of int8 sums; `None` for other arithmetic, whose sums are values already.
@@ -111,7 +111,7 @@ struct Order<'a> {
     width: usize,
     /// Inputs per word.
     count: usize,
-    /// Words of a window's row that are multiplied at once.
+    /// PageBuf of a window's row that are multiplied at once.
     run: usize,
 }
 

@@ -1,7 +1,7 @@
 use super::*;
-use crate::cpu::map::Stored;
 use crate::cpu::patch::Access;
 use crate::cpu::plain;
+use crate::cpu::tensor::AnyTensor;
 use crate::plan::Resize;
 use proptest::prelude::*;
 
@@ -34,23 +34,23 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(96))]
     #[test]
     fn kernels_agree_with_plain_loops((shape, sources, [height, width], seed) in shapes()) {
-        let maps: Vec<(Map, Resize)> = sources.iter().enumerate().map(|(i, &(channels, resize))| {
+        let maps: Vec<(Tensor, Resize)> = sources.iter().enumerate().map(|(i, &(channels, resize))| {
             let factor = if resize == Resize::Same { 1 } else { 2 };
-            let mut map = Map::zeros(height / factor, width / factor, channels);
+            let mut map = Tensor::zeros(height / factor, width / factor, channels);
             map.data = random(seed.wrapping_add(i as u64), map.data.len()).into();
             (map, resize)
         }).collect();
         let weights = random(seed ^ 77, shape.outputs * shape.inputs * shape.size * shape.size);
         let bias = random(seed ^ 78, shape.outputs);
-        let resized: Vec<Map> = maps.iter().map(|(map, resize)| plain::resized(map, *resize)).collect();
+        let resized: Vec<Tensor> = maps.iter().map(|(map, resize)| plain::resized(map, *resize)).collect();
         let input = plain::concatenated(&resized);
         let expected = plain::conv(&shape, &weights, &bias, &input);
         // Rounding errors scale with the sum of the absolute values of all products.
         let magnitudes = |values: &[f32]| values.iter().map(|v| v.abs()).collect::<Vec<f32>>();
-        let unsigned = Map { data: magnitudes(&input.data).into(), ..input };
+        let unsigned = Tensor { data: magnitudes(&input.data).into(), ..input };
         let plain_shape = ConvShape { activation: Activation::None, ..shape };
         let most = plain::conv(&plain_shape, &magnitudes(&weights), &magnitudes(&bias), &unsigned);
-        let stored: Vec<(Stored, Resize)> = maps.into_iter().map(|(map, resize)| (Stored::F32(map), resize)).collect();
+        let stored: Vec<(AnyTensor, Resize)> = maps.into_iter().map(|(map, resize)| (AnyTensor::F32(map), resize)).collect();
         let sources: Vec<Source<'_>> = stored.iter().map(|(map, resize)| Source::new(map, *resize)).collect();
         for simd in Simd::available() {
             for arithmetic in [Arithmetic::F32, Arithmetic::Bf16] {
@@ -61,7 +61,7 @@ proptest! {
                     _ if Winograd::suits(&shape, simd, &arithmetic) => 1.0 / 40.0,
                     _ => 1.0 / 126.0,
                 };
-                let mut out = Map::<f32>::default();
+                let mut out = Tensor::<f32>::default();
                 PreparedConv::new(&shape, &weights, &bias, simd, arithmetic.clone()).run(&sources, &mut out);
                 prop_assert_eq!((out.height, out.width, out.channels), (expected.height, expected.width, expected.channels));
                 for ((a, b), most) in out.data.iter().zip(&expected.data).zip(&most.data) {
@@ -88,28 +88,28 @@ proptest! {
             inputs, outputs, size, stride: 1, padding: Padding::Zero, activation: Activation::None,
         };
         let maps = channels.map(|c| {
-            let mut map = Map::zeros(2 * height, 2 * width, c);
+            let mut map = Tensor::zeros(2 * height, 2 * width, c);
             map.data = random(seed + c as u64, map.data.len()).into();
             map
         });
         let folded = maps.each_ref().map(|map| {
-            let (mut out, mut ordered) = (Map::default(), Map::default());
+            let (mut out, mut ordered) = (Tensor::default(), Tensor::default());
             crate::cpu::reshape::space_to_depth(map, &mut out);
             ordered.resize([height, width, out.channels]);
             let pixels = ordered.data.chunks_exact_mut(out.channels).zip(out.data.chunks_exact(out.channels));
             for (to, from) in pixels {
                 to.iter_mut().zip(crate::cpu::patch::unfolded(map.channels)).for_each(|(to, at)| *to = from[at]);
             }
-            Stored::F32(ordered)
+            AnyTensor::F32(ordered)
         });
-        let maps = maps.map(Stored::F32);
+        let maps = maps.map(AnyTensor::F32);
         let conv = |simd, arithmetic| {
             PreparedConv::new(&shape, &random(seed, outputs * inputs * size * size), &random(seed, outputs), simd, arithmetic)
         };
         for simd in Simd::available() {
             for arithmetic in [Arithmetic::F32, Arithmetic::Bf16] {
                 let conv = conv(simd, arithmetic);
-                let [mut expected, mut out] = [Map::<f32>::default(), Map::default()];
+                let [mut expected, mut out] = [Tensor::<f32>::default(), Tensor::default()];
                 conv.run(&folded.each_ref().map(|map| Source::new(map, Resize::Same)), &mut expected);
                 conv.run(&maps.each_ref().map(|map| Source::read(map, Access::Folded)), &mut out);
                 prop_assert!(out == expected);
@@ -130,15 +130,15 @@ proptest! {
         let shape = ConvShape {
             inputs, outputs, size, stride: 1, padding: Padding::Zero, activation: Activation::None,
         };
-        let mut map = Map::<Bf16>::zeros(height, width, inputs);
+        let mut map = Tensor::<Bf16>::zeros(height, width, inputs);
         let values = random(seed, map.data.len());
         map.data.iter_mut().zip(values).for_each(|(to, v)| *to = Bf16::from_f32(v));
-        let map = Stored::Bf16(map);
+        let map = AnyTensor::Bf16(map);
         let weights = random(seed ^ 77, outputs * inputs * size * size);
         let bias = random(seed ^ 78, outputs);
         let expected = plain::conv(&shape, &weights, &bias, &map.to_f32());
         for simd in Simd::available() {
-            let mut out = Map::<f32>::default();
+            let mut out = Tensor::<f32>::default();
             let conv = PreparedConv::new(&shape, &weights, &bias, simd, Arithmetic::SplitBf16);
             conv.run(&[Source::read(&map, Access::SAME)], &mut out);
             for (a, b) in out.data.iter().zip(&expected.data) {
@@ -160,10 +160,10 @@ proptest! {
     ) {
         let padding = if is_zero { Padding::Zero } else { Padding::Replicate };
         let shape = ConvShape { inputs, outputs, size: 3, stride: 1, padding, activation: Activation::None };
-        let mut map = Map::<Bf16>::zeros(height, width, inputs);
+        let mut map = Tensor::<Bf16>::zeros(height, width, inputs);
         let values = random(seed, map.data.len());
         map.data.iter_mut().zip(values).for_each(|(to, v)| *to = Bf16::from_f32(v.abs()));
-        let map = Stored::Bf16(map);
+        let map = AnyTensor::Bf16(map);
         let sources = [Source::read(&map, Access::SAME)];
         let weights = random(seed ^ 77, outputs * inputs * 9);
         let bias = random(seed ^ 78, outputs);
@@ -177,7 +177,7 @@ proptest! {
             if !Winograd::suits(&shape, simd, &arithmetic) {
                 continue;
             }
-            let mut out = Map::<f32>::default();
+            let mut out = Tensor::<f32>::default();
             PreparedConv::new(&shape, &weights, &bias, simd, arithmetic.clone()).run(&sources, &mut out);
             let wrong = squares(&mut out.data.iter().zip(&expected.data).map(|(a, b)| a - b));
             let all = squares(&mut expected.data.iter().copied());
@@ -191,21 +191,21 @@ proptest! {
     #[test]
     fn bytes_are_within_their_steps_and_alike_everywhere((shape, sources, [height, width], seed) in shapes()) {
         let shape = ConvShape { activation: Activation::None, ..shape };
-        let stored: Vec<(Stored, Resize)> = sources.iter().enumerate().map(|(i, &(channels, resize))| {
+        let stored: Vec<(AnyTensor, Resize)> = sources.iter().enumerate().map(|(i, &(channels, resize))| {
             let factor = if resize == Resize::Same { 1 } else { 2 };
-            let mut map = Map::zeros(height / factor, width / factor, channels);
+            let mut map = Tensor::zeros(height / factor, width / factor, channels);
             map.data = random(seed.wrapping_add(i as u64), map.data.len()).into();
             map.data.iter_mut().for_each(|v| *v = v.abs());
-            (Stored::F32(map), resize)
+            (AnyTensor::F32(map), resize)
         }).collect();
         let weights = random(seed ^ 77, shape.outputs * shape.inputs * shape.size * shape.size);
         let bias = random(seed ^ 78, shape.outputs);
-        let resized: Vec<Map> = stored.iter().map(|(map, resize)| plain::resized(map.picture(), *resize)).collect();
+        let resized: Vec<Tensor> = stored.iter().map(|(map, resize)| plain::resized(map.picture(), *resize)).collect();
         let expected = plain::conv(&shape, &weights, &bias, &plain::concatenated(&resized));
         let sources: Vec<Source<'_>> = stored.iter().map(|(map, resize)| Source::new(map, *resize)).collect();
         let mut all = Vec::new();
         for simd in Simd::available() {
-            let mut out = Map::<f32>::default();
+            let mut out = Tensor::<f32>::default();
             let arithmetic = Arithmetic::Int8 { steps: vec![1.0 / 255.0; shape.inputs], reach: None };
             PreparedConv::new(&shape, &weights, &bias, simd, arithmetic).run(&sources, &mut out);
             // Half a step of each input and of each weight; values and weights are 1 at most.

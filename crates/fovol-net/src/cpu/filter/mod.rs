@@ -8,11 +8,11 @@ mod planes;
 mod weigh;
 
 use super::frames::show;
-use super::map::{Map, Stored};
 use super::patch::{Memory, Source};
 use super::pointwise::{Change, change_row};
 use super::prediction::{Chunk, Prediction};
 use super::simd::Simd;
+use super::tensor::{AnyTensor, Tensor};
 use crate::plan::{Filter, Normalisation, Taps};
 use fovol_core::Frame;
 use planes::{CHANNELS, Ring, rows_for};
@@ -62,7 +62,7 @@ impl PreparedFilter {
     }
 
     /// Filters `images`, of three channels, applies `changes` and writes to `out`.
-    pub fn run(&self, features: &Stored, images: &[Source<'_>], changes: &[Change<'_>], out: Out<'_>) {
+    pub fn run(&self, features: &AnyTensor, images: &[Source<'_>], changes: &[Change<'_>], out: Out<'_>) {
         let [height, width] = images[0].size();
         let length = width * CHANNELS;
         out.bands([height, length]).into_par_iter().enumerate().for_each_init(
@@ -92,7 +92,7 @@ impl PreparedFilter {
     /// Filters the rows `out` from `y` on, which one row of features serves.
     fn cells(
         &self,
-        features: &Stored,
+        features: &AnyTensor,
         images: &[Source<'_>],
         y: usize,
         Scratch { memory, images: rings, chunk, .. }: &mut Scratch,
@@ -111,7 +111,7 @@ impl PreparedFilter {
 #[derive(Debug, Default)]
 pub struct Out<'a> {
     /// Tensor.
-    pub picture: Option<&'a mut Map>,
+    pub picture: Option<&'a mut Tensor>,
     /// Frame.
     pub frame: Option<&'a mut Frame>,
 }
@@ -162,12 +162,12 @@ mod tests {
     use fovol_core::FrameSize;
     use proptest::prelude::*;
 
-    fn map(seed: u64, [height, width]: [usize; 2], channels: usize) -> Map {
+    fn map(seed: u64, [height, width]: [usize; 2], channels: usize) -> Tensor {
         let count = height * width * channels;
         let parameter = crate::plan::Parameter { name: "m".into(), shape: vec![count, 5] };
         let mut data = crate::weights::random::values(&parameter, seed);
         data.truncate(count);
-        Map { data: data.into(), height, width, channels }
+        Tensor { data: data.into(), height, width, channels }
     }
 
     proptest! {
@@ -182,7 +182,7 @@ mod tests {
         ) {
             let size = half.map(|side| 2 * side);
             let normalisation = if is_softmax { Normalisation::Softmax } else { Normalisation::Squared };
-            let images: Vec<(Map, Resize, Taps)> = kinds.iter().enumerate().map(|(i, &(is_small, is_around))| {
+            let images: Vec<(Tensor, Resize, Taps)> = kinds.iter().enumerate().map(|(i, &(is_small, is_around))| {
                 let resize = if is_small { Resize::Bilinear } else { Resize::Same };
                 let taps = if is_around { Taps::Around } else { Taps::Centre };
                 (map(seed ^ i as u64, if is_small { half } else { size }, 3), resize, taps)
@@ -203,19 +203,19 @@ mod tests {
                 inputs: 7, outputs, size: 1, stride: 1, padding: Padding::Zero, activation: Activation::None,
             };
             let kernels = plain::conv(&shape, &weights, &bias, &features);
-            let resized: Vec<(Map, Taps)> =
+            let resized: Vec<(Tensor, Taps)> =
                 images.iter().map(|(map, resize, taps)| (plain::resized(map, *resize), *taps)).collect();
             let expected = plain::filter(&kernels, &resized, normalisation);
-            let stored: Vec<(Stored, Resize)> =
-                images.into_iter().map(|(map, resize, _)| (Stored::F32(map), resize)).collect();
+            let stored: Vec<(AnyTensor, Resize)> =
+                images.into_iter().map(|(map, resize, _)| (AnyTensor::F32(map), resize)).collect();
             let sources: Vec<Source<'_>> =
                 stored.iter().map(|(map, resize)| Source::new(map, *resize)).collect();
-            let mut out = Map::default();
+            let mut out = Tensor::default();
             // The frame lacks the last row and the last column of the picture.
             let frame_size = FrameSize { width: size[1] as u32 - 1, height: size[0] as u32 - 1 };
             let [mut frame, mut alone] = [(); 2].map(|()| Frame::new(frame_size));
             let filter = PreparedFilter::new(&layer, (&weights, &bias), None, Simd::best());
-            let features = Stored::F32(features);
+            let features = AnyTensor::F32(features);
             filter.run(&features, &sources, &[], Out { picture: Some(&mut out), frame: Some(&mut frame) });
             filter.run(&features, &sources, &[], Out { picture: None, frame: Some(&mut alone) });
             prop_assert_eq!(&frame, &alone);

@@ -1,7 +1,7 @@
-use super::super::floats::{Floats, MOST, VectorWork};
 use super::super::pack::Singles;
 use super::super::patch::{Access, Memory, Source, Window};
 use super::super::simd::Simd;
+use super::super::simd_f32::{MOST, SimdF32, SimdF32Op};
 use crate::cpu::rows::View;
 use crate::plan::{Padding, Taps};
 use std::ops::Range;
@@ -9,7 +9,7 @@ use std::ops::Range;
 /// Channels of a picture; kernels only filter pictures.
 pub const CHANNELS: usize = 3;
 
-/// Numbers of the rows that kernels of `taps` read for `count` output rows from `y` on. Row y has number y + 1.
+/// TensorBuf of the rows that kernels of `taps` read for `count` output rows from `y` on. Row y has number y + 1.
 pub fn rows_for(taps: Taps, y: usize, count: usize) -> Range<usize> {
     match taps {
         Taps::Around => y..y + count + 2,
@@ -54,9 +54,9 @@ struct TakingApart<'a> {
     expand: usize,
 }
 
-impl VectorWork for TakingApart<'_> {
+impl SimdF32Op for TakingApart<'_> {
     #[inline(always)]
-    fn run<V: Floats>(self, some: V) {
+    fn run<V: SimdF32>(self, some: V) {
         let Self { row, planes: Planes { numbers, stride }, expand } = self;
         match expand {
             1 => take_apart::<V, 1, { CHANNELS }>(row, numbers, *stride, some),
@@ -67,7 +67,7 @@ impl VectorWork for TakingApart<'_> {
 
 /// Splits `row` into `N` planes: three values for each of `PIXELS` pixels.
 #[inline(always)]
-fn take_apart<V: Floats, const PIXELS: usize, const N: usize>(
+fn take_apart<V: SimdF32, const PIXELS: usize, const N: usize>(
     row: &[f32],
     numbers: &mut [f32],
     stride: usize,
@@ -81,12 +81,13 @@ fn take_apart<V: Floats, const PIXELS: usize, const N: usize>(
         let mut colours = [[some; CHANNELS]; PIXELS];
         for (number, colours) in colours.iter_mut().enumerate() {
             let from = &from[number * CHANNELS * V::N..];
-            *colours = V::thirds([some.load(from), some.load(&from[V::N..]), some.load(&from[2 * V::N..])]);
+            *colours =
+                V::deinterleave3([some.load(from), some.load(&from[V::N..]), some.load(&from[2 * V::N..])]);
         }
         for c in 0..CHANNELS {
             let mut phases = [colours[0][c]; PIXELS];
             if PIXELS == 2 {
-                phases.copy_from_slice(&colours[0][c].alternates(colours[1][c]));
+                phases.copy_from_slice(&colours[0][c].deinterleave2(colours[1][c]));
             }
             for (phase, numbers_of_phase) in phases.into_iter().enumerate() {
                 numbers_of_phase.store(&mut numbers[(phase * CHANNELS + c) * stride + 1 + first..]);

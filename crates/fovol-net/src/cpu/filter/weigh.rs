@@ -1,6 +1,6 @@
-use super::super::floats::{Floats, MOST, VectorWork, four, transposed};
-use super::super::map::Stored;
 use super::super::prediction::{Chunk, Lanes};
+use super::super::simd_f32::{MOST, SimdF32, SimdF32Op, four, transposed};
+use super::super::tensor::AnyTensor;
 use super::PreparedFilter;
 use super::planes::{CHANNELS, Ring};
 use crate::plan::{Normalisation, SQUARED_EPSILON, Taps};
@@ -12,15 +12,15 @@ pub struct Weighing<'a> {
     pub y: usize,
     /// Pixels of a row.
     pub width: usize,
-    pub features: &'a Stored,
+    pub features: &'a AnyTensor,
     pub images: &'a [Ring],
     pub chunk: &'a mut Chunk,
     pub out: &'a mut [f32],
 }
 
-impl VectorWork for Weighing<'_> {
+impl SimdF32Op for Weighing<'_> {
     #[inline(always)]
-    fn run<V: Floats>(self, some: V) {
+    fn run<V: SimdF32>(self, some: V) {
         match self.filter.expand {
             1 => self.rows::<V, 1, { CHANNELS }>(some),
             _ => self.rows::<V, 2, { 2 * CHANNELS }>(some),
@@ -31,7 +31,7 @@ impl VectorWork for Weighing<'_> {
 impl Weighing<'_> {
     /// Filters rows. `N` is the number of values that one feature serves in a row.
     #[inline(always)]
-    fn rows<V: Floats, const EXPAND: usize, const N: usize>(self, some: V) {
+    fn rows<V: SimdF32, const EXPAND: usize, const N: usize>(self, some: V) {
         let features = self.width / EXPAND;
         let row = self.width * CHANNELS;
         for first in (0..features).step_by(V::N) {
@@ -49,7 +49,7 @@ impl Weighing<'_> {
     /// Filters the pixels in row `line` of those that the features from `first` on serve. Results are in planes,
     /// one for each value.
     #[inline(always)]
-    fn pixels<V: Floats, const EXPAND: usize, const N: usize>(
+    fn pixels<V: SimdF32, const EXPAND: usize, const N: usize>(
         &self,
         line: usize,
         first: usize,
@@ -106,7 +106,7 @@ impl Weighing<'_> {
 
 /// Turns predictions into positive weights, which are still to be divided by their sum.
 #[inline(always)]
-fn shape<V: Floats, const EXPAND: usize>(normalisation: Normalisation, predicted: &mut [Lanes], some: V) {
+fn shape<V: SimdF32, const EXPAND: usize>(normalisation: Normalisation, predicted: &mut [Lanes], some: V) {
     if normalisation == Normalisation::Squared {
         for lanes in predicted {
             let weights = some.load(lanes);

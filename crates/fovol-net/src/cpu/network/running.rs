@@ -2,15 +2,15 @@
 
 use super::Network;
 use crate::cpu::filter::Out;
+use crate::cpu::fused_steps::FusedStep;
 use crate::cpu::layer::{Given, Step, run, run_points};
-use crate::cpu::map::{Stored, with_map};
 use crate::cpu::pair::Pair;
 use crate::cpu::patch::{Access, Source};
 use crate::cpu::pointwise::{Change, change};
 use crate::cpu::samples::Samples;
 use crate::cpu::schedule::{Derived, Pairing, is_input};
 use crate::cpu::state::State;
-use crate::cpu::units::Unit;
+use crate::cpu::tensor::{AnyTensor, with_tensor};
 use crate::plan::{Layer, Read, TensorId};
 use fovol_core::Frame;
 use std::ops::Range;
@@ -18,7 +18,13 @@ use std::ops::Range;
 impl Network {
     /// Returns the buffer that `unit` changes in place: the tensor `from`, or a copy of it if a later layer reads
     /// it.
-    fn begun(&self, unit: &Unit, from: TensorId, tensors: &mut [Stored], state: &mut State) -> Stored {
+    fn begun(
+        &self,
+        unit: &FusedStep,
+        from: TensorId,
+        tensors: &mut [AnyTensor],
+        state: &mut State,
+    ) -> AnyTensor {
         match unit.written_over(&self.plan, &self.schedule) {
             Some(other) => std::mem::take(&mut tensors[other]),
             None => state.spare.copy(&tensors[from.index()], unit.written(&self.plan)),
@@ -26,17 +32,17 @@ impl Network {
     }
 
     /// Runs layer `number` alone.
-    pub(super) fn run_one(&self, number: usize, tensors: &mut [Stored], state: &mut State) {
+    pub(super) fn run_one(&self, number: usize, tensors: &mut [AnyTensor], state: &mut State) {
         let layer = &self.plan.layers()[number];
         let place = layer.output().index();
         let mut out = match layer.begins_as() {
-            Some(from) => self.begun(&Unit::One(number), from, tensors, state),
+            Some(from) => self.begun(&FusedStep::One(number), from, tensors, state),
             None => state.spare.take(self.halved[place], place),
         };
         match (layer, &self.steps[number]) {
             (Layer::Conv(conv), Step::Conv(prepared)) => {
                 let sources = self.sources(&conv.inputs, self.given(tensors, &state.samples));
-                with_map!(&mut out, out => prepared.run(&sources, out));
+                with_tensor!(&mut out, out => prepared.run(&sources, out));
             }
             (layer, step) => {
                 let given = self.given(tensors, &state.samples);
@@ -53,7 +59,7 @@ impl Network {
         number: usize,
         changes: Range<usize>,
         frame: Option<&mut Frame>,
-        (tensors, state): (&mut [Stored], &mut State),
+        (tensors, state): (&mut [AnyTensor], &mut State),
     ) {
         let layers = &self.plan.layers()[..changes.end];
         let (Layer::Filter(filter), Step::Filter(prepared)) = (&layers[number], &self.steps[number]) else {
@@ -68,11 +74,11 @@ impl Network {
         let changes: Vec<_> = layers[changes].iter().map(|layer| self.change(layer, given)).collect();
         let out = Out { picture: picture.as_mut(), frame };
         prepared.run(&tensors[filter.features.index()], &images, &changes, out);
-        tensors[place] = picture.map(Stored::F32).unwrap_or_default();
+        tensors[place] = picture.map(AnyTensor::F32).unwrap_or_default();
     }
 
     /// Collects the inputs of layers.
-    fn given<'a>(&self, tensors: &'a [Stored], samples: &'a Samples) -> Given<'a> {
+    fn given<'a>(&self, tensors: &'a [AnyTensor], samples: &'a Samples) -> Given<'a> {
         Given { tensors, samples: self.schedule.sampled.map(|sampled| (sampled, samples)) }
     }
 
@@ -81,7 +87,7 @@ impl Network {
         &self,
         number: usize,
         pairing: Pairing,
-        tensors: &mut [Stored],
+        tensors: &mut [AnyTensor],
         state: &mut State,
     ) {
         let layers = &self.plan.layers()[number..number + 2];
@@ -98,7 +104,7 @@ impl Network {
             None => state.spare.take(self.halved[place], place),
         };
         let sources = self.sources(&reading.inputs, self.given(tensors, &state.samples));
-        with_map!(&mut out, out => match pairing.replaced {
+        with_tensor!(&mut out, out => match pairing.replaced {
             Some(replaced) => pair.run_in_place(&sources, replaced, out),
             None => pair.run(&sources, out),
         });
@@ -106,7 +112,7 @@ impl Network {
     }
 
     /// Runs layers `number` and `number` + 1 together: one moves points, the other fades them and adds new ones.
-    pub(super) fn run_points(&self, number: usize, tensors: &mut [Stored], state: &mut State) {
+    pub(super) fn run_points(&self, number: usize, tensors: &mut [AnyTensor], state: &mut State) {
         let [moving, fading] = [0, 1].map(|next| &self.plan.layers()[number + next]);
         let place = fading.output().index();
         let mut out = state.spare.take(self.halved[place], place);
@@ -115,8 +121,8 @@ impl Network {
     }
 
     /// Runs `layers`, all of which change one picture in place.
-    pub(super) fn run_changes(&self, layers: Range<usize>, tensors: &mut [Stored], state: &mut State) {
-        let unit = Unit::Changes(layers.clone());
+    pub(super) fn run_changes(&self, layers: Range<usize>, tensors: &mut [AnyTensor], state: &mut State) {
+        let unit = FusedStep::Changes(layers.clone());
         let changed = self.plan.layers()[layers.start].changed().expect("the first layer changes a picture");
         let mut picture = self.begun(&unit, changed, tensors, state);
         let layers = &self.plan.layers()[layers];

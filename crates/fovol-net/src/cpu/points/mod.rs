@@ -9,9 +9,9 @@ mod splat;
 pub use reproject::reproject;
 pub use splat::splat;
 
-use super::floats::Floats;
-use super::lines::prefetch;
-use super::map::Map;
+use super::aligned_buf::prefetch;
+use super::simd_f32::SimdF32;
+use super::tensor::Tensor;
 use crate::plan::POINT;
 use rayon::prelude::*;
 use std::array::from_fn;
@@ -33,7 +33,7 @@ pub struct RowMut<'a>([&'a mut [f32]; POINT]);
 impl<'a> Row<'a> {
     /// Row `y` of `map`.
     #[inline(always)]
-    pub fn of(map: &'a Map, y: usize) -> Self {
+    pub fn of(map: &'a Tensor, y: usize) -> Self {
         let (row, w) = (map.row(y), map.width);
         Self([
             &row[..w],
@@ -71,7 +71,7 @@ impl<'a> Row<'a> {
 
     /// Loads component `n` of the points from pixel `x` on.
     #[inline(always)]
-    fn load<V: Floats>(&self, some: V, n: usize, x: usize) -> V {
+    fn load<V: SimdF32>(&self, some: V, n: usize, x: usize) -> V {
         some.load(&self.0[n][x..])
     }
 }
@@ -98,14 +98,14 @@ impl<'a> RowMut<'a> {
 
     /// Stores `vector` in component `n` of the points from pixel `x` on.
     #[inline(always)]
-    fn store<V: Floats>(&mut self, n: usize, x: usize, vector: V) {
+    fn store<V: SimdF32>(&mut self, n: usize, x: usize, vector: V) {
         vector.store(&mut self.0[n][x..]);
     }
 }
 
 /// Shifts an image: pixel (x, y) of `to` becomes pixel (x, y) + `by` of `from`, or the nearest one inside. `to`
 /// keeps its size.
-pub fn shift(from: &Map, by: [i64; 2], to: &mut Map) {
+pub fn shift(from: &Tensor, by: [i64; 2], to: &mut Tensor) {
     let nearest = |at: usize, way: i64, count: usize| (at as i64 + way).clamp(0, count as i64 - 1) as usize;
     to.data.par_chunks_mut(to.width * POINT).enumerate().for_each(|(y, row)| {
         let from_row = Row::of(from, nearest(y, by[1], from.height));
@@ -116,8 +116,8 @@ pub fn shift(from: &Map, by: [i64; 2], to: &mut Map) {
 }
 
 /// Reorders `map` from components to pixels.
-pub fn pixels(map: &Map) -> Map {
-    let mut out = Map::zeros(map.height, map.width, POINT);
+pub fn pixels(map: &Tensor) -> Tensor {
+    let mut out = Tensor::zeros(map.height, map.width, POINT);
     for (y, row) in out.data.chunks_exact_mut(map.width * POINT).enumerate() {
         let points = Row::of(map, y);
         row.as_chunks_mut().0.iter_mut().enumerate().for_each(|(x, to)| *to = points.point(x));
@@ -127,8 +127,8 @@ pub fn pixels(map: &Map) -> Map {
 
 /// Reorders `map` from pixels to components.
 #[cfg(test)]
-pub fn of_pixels(map: &Map) -> Map {
-    let mut out = Map::zeros(map.height, map.width, POINT);
+pub fn of_pixels(map: &Tensor) -> Tensor {
+    let mut out = Tensor::zeros(map.height, map.width, POINT);
     for (y, row) in out.data.chunks_exact_mut(map.width * POINT).enumerate() {
         let mut to = RowMut::of(row);
         map.row(y).as_chunks().0.iter().enumerate().for_each(|(x, point)| to.set(x, *point));
@@ -142,36 +142,36 @@ mod tests {
 
     const SIZE: [usize; 2] = [6, 8];
 
-    fn reproject(input: &Map, motion: &Map, out: &mut Map) {
-        let mut rows = Map::default();
+    fn reproject(input: &Tensor, motion: &Tensor, out: &mut Tensor) {
+        let mut rows = Tensor::default();
         super::reproject(&of_pixels(input), motion, None, &mut rows);
         *out = pixels(&rows);
     }
 
-    fn splat(input: &Map, out: &mut Map) {
+    fn splat(input: &Tensor, out: &mut Tensor) {
         super::splat(&of_pixels(input), out);
     }
 
-    fn row(map: &Map, y: usize) -> &[Point] {
+    fn row(map: &Tensor, y: usize) -> &[Point] {
         map.row(y).as_chunks().0
     }
 
-    fn map(channels: usize, pixels: &[([usize; 2], &[f32])]) -> Map {
-        let mut map = Map::zeros(SIZE[0], SIZE[1], channels);
+    fn map(channels: usize, pixels: &[([usize; 2], &[f32])]) -> Tensor {
+        let mut map = Tensor::zeros(SIZE[0], SIZE[1], channels);
         for ([y, x], numbers) in pixels {
             map.data[(y * SIZE[1] + x) * channels..][..channels].copy_from_slice(numbers);
         }
         map
     }
 
-    fn still(motion: [f32; 2]) -> Map {
-        let mut map = Map::zeros(SIZE[0], SIZE[1], 2);
+    fn still(motion: [f32; 2]) -> Tensor {
+        let mut map = Tensor::zeros(SIZE[0], SIZE[1], 2);
         map.data.chunks_exact_mut(2).for_each(|to| to.copy_from_slice(&motion));
         map
     }
 
-    fn moved(input: &Map, motion: [f32; 2]) -> Map {
-        let mut out = Map::default();
+    fn moved(input: &Tensor, motion: [f32; 2]) -> Tensor {
+        let mut out = Tensor::default();
         reproject(input, &still(motion), &mut out);
         out
     }
@@ -205,7 +205,7 @@ mod tests {
 
     #[test]
     fn what_comes_from_outside_or_nowhere_is_nothing() {
-        let mut input = Map::zeros(SIZE[0], SIZE[1], POINT);
+        let mut input = Tensor::zeros(SIZE[0], SIZE[1], POINT);
         input.data.as_chunks_mut::<POINT>().0.fill([0.5, 0.5, 0.5, 1.0, 0.0, 0.0]);
         let left = moved(&input, [-2.0, 0.0]);
         assert!(row(&left, 0)[..2].iter().all(|p| *p == NONE) && row(&left, 0)[2] == row(&input, 0)[2]);
@@ -216,14 +216,14 @@ mod tests {
 
     #[test]
     fn points_count_for_the_centres_around_them() {
-        let mut out = Map::default();
+        let mut out = Tensor::default();
         splat(&map(POINT, &[([2, 0], &[0.4, 0.4, 0.4, 0.8, -0.25, 0.5])]), &mut out);
         // A quarter of its weight falls beyond the border.
         for (at, share) in [([2, 0], 0.375), ([3, 0], 0.375), ([2, 1], 0.0), ([1, 0], 0.0)] {
             assert!((out.pixel(at[0], at[1])[3] - 0.8 * share).abs() < 1e-6, "{at:?}");
         }
         // Where the total weight exceeds 1, points are averaged.
-        let mut input = Map::zeros(SIZE[0], SIZE[1], POINT);
+        let mut input = Tensor::zeros(SIZE[0], SIZE[1], POINT);
         input.data.as_chunks_mut::<POINT>().0.fill([0.25, 0.5, 0.5, 0.5, 0.0, 0.0]);
         input.data[(2 * SIZE[1] + 3) * POINT..][..POINT].copy_from_slice(&[1.0, 1.0, 1.0, 1.0, 0.25, 0.0]);
         splat(&input, &mut out);

@@ -2,16 +2,16 @@
 
 use super::{NONE, Row, RowMut};
 use crate::cpu::accumulate::Fading;
-use crate::cpu::floats::{Floats, MOST, VectorWork};
-use crate::cpu::map::Map;
 use crate::cpu::motion::{corner_of, whole_motion};
 use crate::cpu::simd::Simd;
+use crate::cpu::simd_f32::{MOST, SimdF32, SimdF32Op};
+use crate::cpu::tensor::Tensor;
 use crate::plan::POINT;
 use rayon::prelude::*;
 
 /// Moves the points of `input` along `motion`, in pixels to the previous position, and writes them to `out`. With
 /// `fading` they are accumulated at once. See [`Layer::Reproject`](crate::plan::Layer::Reproject).
-pub fn reproject(input: &Map, motion: &Map, fading: Option<Fading<'_>>, out: &mut Map) {
+pub fn reproject(input: &Tensor, motion: &Tensor, fading: Option<Fading<'_>>, out: &mut Tensor) {
     let [height, width] = [input.height, input.width];
     out.resize([height, width, POINT]);
     out.data.par_chunks_mut(width * POINT).enumerate().for_each_init(Vec::new, |shares, (y, to)| {
@@ -25,15 +25,15 @@ pub fn reproject(input: &Map, motion: &Map, fading: Option<Fading<'_>>, out: &mu
 }
 
 struct ReprojectRow<'a> {
-    input: &'a Map,
+    input: &'a Tensor,
     motion: &'a [[f32; 2]],
     y: usize,
     to: RowMut<'a>,
 }
 
-impl VectorWork for ReprojectRow<'_> {
+impl SimdF32Op for ReprojectRow<'_> {
     #[inline(always)]
-    fn run<V: Floats>(mut self, some: V) {
+    fn run<V: SimdF32>(mut self, some: V) {
         let width = self.motion.len();
         let mut first = 0;
         while first < width {
@@ -63,7 +63,7 @@ impl ReprojectRow<'_> {
     /// Computes a vector of pixels from `first` on that have different motions. Pixels with equal whole-pixel
     /// motion are computed together.
     #[inline(always)]
-    fn apart<V: Floats>(&mut self, first: usize, some: V) {
+    fn apart<V: SimdF32>(&mut self, first: usize, some: V) {
         let mut whole = [[0.0; MOST]; 2];
         for (i, moved) in self.motion[first..first + V::N].iter().enumerate() {
             whole[0][i] = moved[0].floor();
@@ -96,7 +96,7 @@ impl ReprojectRow<'_> {
             let along = some.both(y.is_at_least(some.splat(down)), y.is_below(y_end));
             let is_alike = some.both(across, along);
             for n in 0..POINT {
-                made[n] = made[n] + values[n].keep(is_alike);
+                made[n] = made[n] + values[n].zero_unless(is_alike);
             }
         }
         for n in 0..POINT {
@@ -118,7 +118,7 @@ impl ReprojectRow<'_> {
 
     /// Computes a vector of pixels from `first` on, whose sources begin at `corner`.
     #[inline(always)]
-    fn vector<V: Floats>(&mut self, first: usize, corner: [usize; 2], some: V) {
+    fn vector<V: SimdF32>(&mut self, first: usize, corner: [usize; 2], some: V) {
         let values = self.moved(first, corner, some);
         for n in 0..POINT {
             self.to.store(n, first, values[n]);
@@ -128,7 +128,7 @@ impl ReprojectRow<'_> {
     /// Returns a vector of points for the pixels from `first` on, whose sources begin at row `above` and column
     /// `left`.
     #[inline(always)]
-    fn moved<V: Floats>(&self, first: usize, [above, left]: [usize; 2], some: V) -> [V; POINT] {
+    fn moved<V: SimdF32>(&self, first: usize, [above, left]: [usize; 2], some: V) -> [V; POINT] {
         let [whole_right, whole_down] = [left as f32 - first as f32, above as f32 - self.y as f32];
         let mut parts = [[0.0; MOST]; 2];
         for (i, moved) in self.motion[first..first + V::N].iter().enumerate() {
@@ -149,9 +149,9 @@ impl ReprojectRow<'_> {
                 let across = some.both(x.is_at_least(low), x.is_below(high));
                 let along = some.both(y.is_at_least(low), y.is_below(high));
                 let is_met = some.both(across, along);
-                let weight = points.load(some, 3, right).keep(is_met);
+                let weight = points.load(some, 3, right).zero_unless(is_met);
                 for n in 0..3 {
-                    colours[n] = colours[n] + points.load(some, n, right).keep(is_met);
+                    colours[n] = colours[n] + points.load(some, n, right).zero_unless(is_met);
                 }
                 colours[3] = colours[3] + weight;
                 places = [places[0] + weight * x, places[1] + weight * y];

@@ -1,16 +1,16 @@
 //! Resamples points at pixel centres.
 
 use super::Row;
-use crate::cpu::floats::{Floats, MOST, VectorWork, four, transposed};
-use crate::cpu::map::Map;
-use crate::cpu::pyramid::Known;
+use crate::cpu::pyramid::PremulRgba;
 use crate::cpu::simd::Simd;
+use crate::cpu::simd_f32::{MOST, SimdF32, SimdF32Op, four, transposed};
+use crate::cpu::tensor::Tensor;
 use glam::Vec4;
 use rayon::prelude::*;
 
 /// Resamples the points of `input` at pixel centres and writes weighted pixels to `out`; see
 /// [`Layer::Splat`](crate::plan::Layer::Splat).
-pub fn splat(input: &Map, out: &mut Map) {
+pub fn splat(input: &Tensor, out: &mut Tensor) {
     let [height, width] = [input.height, input.width];
     out.resize([height, width, 4]);
     out.data.par_chunks_mut(width * 4).enumerate().for_each(|(y, to)| {
@@ -23,12 +23,12 @@ pub fn splat(input: &Map, out: &mut Map) {
 struct SplatRow<'a> {
     /// Row above, this row and the row below; `None` beyond the border.
     rows: [Option<Row<'a>>; 3],
-    to: &'a mut [Known],
+    to: &'a mut [PremulRgba],
 }
 
-impl VectorWork for SplatRow<'_> {
+impl SimdF32Op for SplatRow<'_> {
     #[inline(always)]
-    fn run<V: Floats>(self, some: V) {
+    fn run<V: SimdF32>(self, some: V) {
         let Self { rows, to } = self;
         let width = to.len();
         // Vectors need pixels on both sides. The last vector overlaps the one before.
@@ -52,11 +52,11 @@ fn share(away: f32) -> f32 {
 
 /// Resamples the points of `rows` at a vector of pixels from `first` on.
 #[inline(always)]
-fn splat_vector<V: Floats>(
+fn splat_vector<V: SimdF32>(
     rows: &[Option<Row<'_>>; 3],
     first: usize,
     width: usize,
-    to: &mut [Known],
+    to: &mut [PremulRgba],
     some: V,
 ) {
     let [zero, one] = [some.splat(0.0), some.splat(1.0)];
@@ -73,7 +73,7 @@ fn splat_vector<V: Floats>(
             let near = (one - x.abs()).max(zero) * (one - y.abs()).max(zero);
             let weights = points.load(some, 3, beside);
             // Absent points have weight 0, but would get a bilinear weight.
-            let near = near.keep(zero.is_below(weights));
+            let near = near.zero_unless(zero.is_below(weights));
             for n in 0..3 {
                 told[n] = told[n] + near * points.load(some, n, beside);
             }
@@ -97,7 +97,7 @@ fn splat_vector<V: Floats>(
 }
 
 /// Resamples the points of `rows` at pixel `x` of `width`.
-fn splat_pixel(rows: &[Option<Row<'_>>; 3], x: usize, width: usize) -> Known {
+fn splat_pixel(rows: &[Option<Row<'_>>; 3], x: usize, width: usize) -> PremulRgba {
     let (mut told, mut shares) = (Vec4::ZERO, 0.0f32);
     for (below, row) in rows.iter().enumerate() {
         let Some(row) = row else { continue };

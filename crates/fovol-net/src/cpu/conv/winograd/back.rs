@@ -4,7 +4,7 @@ use super::super::finish::{LARGEST, elu};
 use super::tile::{self, PLACES, REACH, SIDE};
 use super::{Block, Scratch, Strip, Winograd};
 use crate::cpu::element::Element;
-use crate::cpu::floats::{Floats, MOST, VectorWork};
+use crate::cpu::simd_f32::{MOST, SimdF32, SimdF32Op};
 use crate::plan::Activation;
 use bytemuck::cast_slice;
 
@@ -19,9 +19,9 @@ pub struct TransformBack<'a, T> {
     pub width: usize,
 }
 
-impl<T: Element> VectorWork for TransformBack<'_, T> {
+impl<T: Element> SimdF32Op for TransformBack<'_, T> {
     #[inline(always)]
-    fn run<V: Floats>(self, some: V) {
+    fn run<V: SimdF32>(self, some: V) {
         let Self { conv, block, strip, scratch, out, width } = self;
         let outputs = conv.shape.outputs;
         let channels = block.width.min(outputs - block.first);
@@ -81,7 +81,7 @@ struct Sums<'a> {
 impl Sums<'_> {
     /// Computes column `x` of Aᵀm.
     #[inline(always)]
-    fn column<V: Floats>(&self, x: usize, some: V) -> [V; SIDE] {
+    fn column<V: SimdF32>(&self, x: usize, some: V) -> [V; SIDE] {
         let Self { products, plane, block, tile, first } = self;
         let of_tile = &products[tile * block.width + first..];
         let mut m = [some; REACH];
@@ -99,12 +99,12 @@ impl Sums<'_> {
 
 /// Applies `activation` to `values`.
 #[inline(always)]
-fn active<V: Floats>(values: V, activation: Activation) -> V {
+fn active<V: SimdF32>(values: V, activation: Activation) -> V {
     match activation {
         Activation::None => values,
         Activation::Relu => {
             let positive = values.max(values.splat(0.0));
-            positive.keep(positive.is_below(values.splat(LARGEST)))
+            positive.zero_unless(positive.is_below(values.splat(LARGEST)))
         }
         Activation::Elu => {
             let mut each = [0.0; MOST];

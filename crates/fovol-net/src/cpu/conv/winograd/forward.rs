@@ -2,8 +2,8 @@
 
 use super::tile::{self, PLACES, REACH, SIDE};
 use super::{Factors, Scratch, Strip, Winograd};
-use crate::cpu::floats::{Floats, VectorWork};
 use crate::cpu::patch::{Access, Source};
+use crate::cpu::simd_f32::{SimdF32, SimdF32Op};
 use crate::plan::Padding;
 use bytemuck::{cast_slice, cast_slice_mut};
 
@@ -15,9 +15,9 @@ pub struct Transform<'a> {
     pub scratch: &'a mut Scratch,
 }
 
-impl VectorWork for Transform<'_> {
+impl SimdF32Op for Transform<'_> {
     #[inline(always)]
-    fn run<V: Floats>(self, some: V) {
+    fn run<V: SimdF32>(self, some: V) {
         let Self { conv, sources, strip, scratch } = self;
         scratch.transformed.resize(PLACES * strip.tiles * conv.pixel());
         let (patch, out) = (&scratch.patch.words[..], &mut scratch.transformed[..]);
@@ -71,9 +71,9 @@ fn in_place<'a>(conv: &Winograd, sources: &'a [Source<'a>], word: usize) -> Opti
 
 /// Six rows of inputs for tiles side by side.
 struct Inputs<'a> {
-    /// Words of each row; `None` beyond a border of zeros.
+    /// PageBuf of each row; `None` beyond a border of zeros.
     rows: [Option<&'a [u32]>; REACH],
-    /// Words of a pixel, and the first of those that are read.
+    /// PageBuf of a pixel, and the first of those that are read.
     pixel: usize,
     word: usize,
     /// First column within the rows, and number of columns.
@@ -117,7 +117,7 @@ impl<'a> Inputs<'a> {
 #[derive(Clone, Copy)]
 struct Part {
     tiles: usize,
-    /// Words of a pixel, if transformed values were stored like inputs.
+    /// PageBuf of a pixel, if transformed values were stored like inputs.
     pixel: usize,
     /// First word of each pixel.
     word: usize,
@@ -126,7 +126,7 @@ struct Part {
 /// Computes BᵀdB for the channels of one vector of words, in every tile. `load` unpacks words to vectors; `store`
 /// packs the results of one place. Values beyond the last channel are undefined.
 #[inline(always)]
-fn transform<V: Floats, const PARTS: usize>(
+fn transform<V: SimdF32, const PARTS: usize>(
     (inputs, Part { tiles, pixel, word }): (&Inputs<'_>, Part),
     load: impl Fn(&[u32]) -> [V; PARTS],
     store: &mut impl FnMut(usize, usize, [V; PARTS]),

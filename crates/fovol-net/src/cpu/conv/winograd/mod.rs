@@ -12,8 +12,8 @@ mod reach;
 mod tile;
 
 use super::{Arithmetic, Call, ConvShape, Kernel, check};
+use crate::cpu::aligned_buf::AlignedBuf;
 use crate::cpu::element::{Bf16, Element};
-use crate::cpu::lines::Lines;
 use crate::cpu::pack::{Halves, Singles};
 use crate::cpu::patch::{Access, Patch, Source, Window};
 use crate::cpu::rows::View;
@@ -81,7 +81,7 @@ struct Block {
     first: usize,
     width: usize,
     /// Weights, \[place\]\[word of a pixel\]\[channel of the block\].
-    weights: Lines,
+    weights: AlignedBuf,
     /// Steps of int8 sums, \[place\]\[channel of the block\].
     worth: Option<Vec<f32>>,
     /// Bias, \[pixel of a tile\]\[channel of the block\].
@@ -95,9 +95,9 @@ pub struct Scratch {
     /// Inputs, \[row\]\[column\]\[word of a pixel\].
     patch: Patch,
     /// Transformed inputs, \[place\]\[tile\]\[word of a pixel\], padded to whole vectors with undefined words.
-    transformed: Lines,
+    transformed: AlignedBuf,
     /// Sums of products, \[place\]\[tile\]\[channel of the block\].
-    products: Lines,
+    products: AlignedBuf,
 }
 
 /// Part of the output.
@@ -220,17 +220,17 @@ impl Winograd {
         }
     }
 
-    /// Words of a transformed pixel, without padding.
+    /// PageBuf of a transformed pixel, without padding.
     fn words(&self) -> usize {
         self.shape.inputs.div_ceil(self.factors.count())
     }
 
-    /// Words of a pixel of the patch, with padding.
+    /// PageBuf of a pixel of the patch, with padding.
     fn loaded_pixel(&self) -> usize {
         self.shape.inputs.div_ceil(self.factors.loaded()).next_multiple_of(WORDS)
     }
 
-    /// Words of a transformed pixel, with padding.
+    /// PageBuf of a transformed pixel, with padding.
     fn pixel(&self) -> usize {
         self.loaded_pixel() * self.factors.loaded() / self.factors.count()
     }

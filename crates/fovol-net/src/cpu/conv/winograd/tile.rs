@@ -5,7 +5,7 @@
 //! noise lowest: 3.5 dB below the usual ones on layers of the trained networks. This is still 3 to 4 dB above tiles
 //! of 2×2.
 
-use crate::cpu::floats::Floats;
+use crate::cpu::simd_f32::SimdF32;
 
 /// Outputs of a tile along an axis.
 pub const SIDE: usize = 4;
@@ -22,7 +22,7 @@ const B2: f32 = B * B;
 
 /// Input transform Bᵀd.
 #[inline(always)]
-pub fn inputs<V: Floats>(d: [V; REACH]) -> [V; REACH] {
+pub fn inputs<V: SimdF32>(d: [V; REACH]) -> [V; REACH] {
     let some = d[0];
     let (a, minus_a, b, minus_b) = (some.splat(A), some.splat(-A), some.splat(B), some.splat(-B));
     let (minus_a2, minus_b2) = (some.splat(-A2), some.splat(-B2));
@@ -41,7 +41,7 @@ pub fn inputs<V: Floats>(d: [V; REACH]) -> [V; REACH] {
 
 /// Output transform Aᵀm.
 #[inline(always)]
-pub fn outputs<V: Floats>(m: [V; REACH]) -> [V; SIDE] {
+pub fn outputs<V: SimdF32>(m: [V; REACH]) -> [V; SIDE] {
     let some = m[0];
     let (a, b, a2, b2) = (some.splat(A), some.splat(B), some.splat(A2), some.splat(B2));
     let (a3, b3) = (some.splat(A2 * A), some.splat(B2 * B));

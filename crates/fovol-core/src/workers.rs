@@ -12,7 +12,7 @@ const SPINS: usize = 16;
 ///
 /// An idle worker sleeps after some 20 µs, and waking it takes about 50 µs on a virtual machine: as long as many a
 /// part of a frame. A spinning worker takes part at once. Outside a pool this only runs `work`.
-pub fn awake<R>(work: impl FnOnce() -> R) -> R {
+pub fn keep_workers_spinning<R>(work: impl FnOnce() -> R) -> R {
     let Some(here) = rayon::current_thread_index() else { return work() };
     let is_done = AtomicBool::new(false);
     rayon::in_place_scope(|scope| {
@@ -56,10 +56,15 @@ mod tests {
     #[test]
     fn work_is_done_in_pools_of_any_size_and_outside() {
         let expected = sums(20);
-        assert_eq!(awake(|| sums(20)), expected);
+        assert_eq!(keep_workers_spinning(|| sums(20)), expected);
         for threads in [1, 2, 3, 12] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            assert_eq!(pool.install(|| awake(|| sums(10) + awake(|| sums(20)) - sums(10))), expected);
+            assert_eq!(
+                pool.install(|| keep_workers_spinning(
+                    || sums(10) + keep_workers_spinning(|| sums(20)) - sums(10)
+                )),
+                expected
+            );
         }
     }
 
@@ -72,7 +77,10 @@ mod tests {
                 for _ in 0..6 {
                     scope.spawn(|| {
                         for _ in 0..20 {
-                            assert_eq!(pool.install(|| awake(|| awake(|| sums(10)))), expected);
+                            assert_eq!(
+                                pool.install(|| keep_workers_spinning(|| keep_workers_spinning(|| sums(10)))),
+                                expected
+                            );
                         }
                     });
                 }
@@ -83,7 +91,7 @@ mod tests {
     #[test]
     fn failures_come_through() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
-        let failing = || pool.install(|| awake(|| panic!("as it should")));
+        let failing = || pool.install(|| keep_workers_spinning(|| panic!("as it should")));
         assert!(catch_unwind(AssertUnwindSafe(failing)).is_err());
     }
 }

@@ -1,6 +1,6 @@
 //! Vectors for AVX-512 and AVX2.
 
-use super::{Bf16, Floats, HALF, UPPER};
+use super::{Bf16, HALF, SimdF32, UPPER};
 use bytemuck::cast_slice;
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Sub};
@@ -44,7 +44,7 @@ operators!(Sixteen: Add::add = _mm512_add_ps, Sub::sub = _mm512_sub_ps, Mul::mul
 operators!(Eight: Add::add = _mm256_add_ps, Sub::sub = _mm256_sub_ps, Mul::mul = _mm256_mul_ps, Div::div = _mm256_div_ps);
 
 #[rustfmt::skip]
-impl Floats for Sixteen {
+impl SimdF32 for Sixteen {
     type Mask = __mmask16;
     const N: usize = 16;
 
@@ -72,7 +72,7 @@ impl Floats for Sixteen {
     #[inline(always)] fn is_at_least(self, other: Self) -> __mmask16 { unsafe { _mm512_cmp_ps_mask::<_CMP_GE_OQ>(self.0, other.0) } }
     #[inline(always)] fn is_below(self, other: Self) -> __mmask16 { unsafe { _mm512_cmp_ps_mask::<_CMP_LT_OQ>(self.0, other.0) } }
     #[inline(always)] fn both(self, one: __mmask16, other: __mmask16) -> __mmask16 { one & other }
-    #[inline(always)] fn keep(self, mask: __mmask16) -> Self { Self(unsafe { _mm512_maskz_mov_ps(mask, self.0) }) }
+    #[inline(always)] fn zero_unless(self, mask: __mmask16) -> Self { Self(unsafe { _mm512_maskz_mov_ps(mask, self.0) }) }
     #[inline(always)] fn load_halves(self, words: &[u32]) -> [Self; 2] {
         let words = &words[..Self::N];
         unsafe {
@@ -135,7 +135,7 @@ impl Floats for Sixteen {
         }
     }
     // Elements of one residue class mod 3 are first blended into one vector, then permuted into order.
-    #[inline(always)] fn thirds([a, b, c]: [Self; 3]) -> [Self; 3] {
+    #[inline(always)] fn deinterleave3([a, b, c]: [Self; 3]) -> [Self; 3] {
         const EVERY_THIRD: [u16; 3] = [0b1001_0010_0100_1001, 0b0010_0100_1001_0010, 0b0100_1001_0010_0100];
         unsafe {
             let first = _mm512_setr_epi32(0, 3, 6, 9, 12, 15, 2, 5, 8, 11, 14, 1, 4, 7, 10, 13);
@@ -151,7 +151,7 @@ impl Floats for Sixteen {
             [one(0), one(1), one(2)]
         }
     }
-    #[inline(always)] fn thrice(self) -> [Self; 3] {
+    #[inline(always)] fn repeat3(self) -> [Self; 3] {
         unsafe {
             let orders = [
                 _mm512_setr_epi32(0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 3, 3, 4, 4, 4, 5),
@@ -161,7 +161,7 @@ impl Floats for Sixteen {
             orders.map(|order| Self(_mm512_permutexvar_ps(order, self.0)))
         }
     }
-    #[inline(always)] fn alternates(self, others: Self) -> [Self; 2] {
+    #[inline(always)] fn deinterleave2(self, others: Self) -> [Self; 2] {
         unsafe {
             let evens = _mm512_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
             let odds = _mm512_add_epi32(evens, _mm512_set1_epi32(1));
@@ -191,7 +191,7 @@ impl Floats for Sixteen {
 }
 
 #[rustfmt::skip]
-impl Floats for Eight {
+impl SimdF32 for Eight {
     type Mask = __m256;
     const N: usize = 8;
 
@@ -211,7 +211,7 @@ impl Floats for Eight {
     #[inline(always)] fn is_at_least(self, other: Self) -> __m256 { unsafe { _mm256_cmp_ps::<_CMP_GE_OQ>(self.0, other.0) } }
     #[inline(always)] fn is_below(self, other: Self) -> __m256 { unsafe { _mm256_cmp_ps::<_CMP_LT_OQ>(self.0, other.0) } }
     #[inline(always)] fn both(self, one: __m256, other: __m256) -> __m256 { unsafe { _mm256_and_ps(one, other) } }
-    #[inline(always)] fn keep(self, mask: __m256) -> Self { Self(unsafe { _mm256_and_ps(mask, self.0) }) }
+    #[inline(always)] fn zero_unless(self, mask: __m256) -> Self { Self(unsafe { _mm256_and_ps(mask, self.0) }) }
     #[inline(always)] fn halves(self) -> [Self; 2] {
         unsafe {
             let words = _mm256_castps_si256(self.0);
@@ -229,7 +229,7 @@ impl Floats for Eight {
             [first, second, third, fourth].map(|v| Self(_mm256_castpd_ps(v)))
         }
     }
-    #[inline(always)] fn thirds([a, b, c]: [Self; 3]) -> [Self; 3] {
+    #[inline(always)] fn deinterleave3([a, b, c]: [Self; 3]) -> [Self; 3] {
         unsafe {
             let first = _mm256_setr_epi32(0, 3, 6, 1, 4, 7, 2, 5);
             let one = |n: i32, gathered: __m256| {
@@ -241,7 +241,7 @@ impl Floats for Eight {
             [one(0, of(a, b, c)), one(1, of(c, a, b)), one(2, of(b, c, a))]
         }
     }
-    #[inline(always)] fn thrice(self) -> [Self; 3] {
+    #[inline(always)] fn repeat3(self) -> [Self; 3] {
         unsafe {
             let orders = [
                 _mm256_setr_epi32(0, 0, 0, 1, 1, 1, 2, 2),
@@ -251,7 +251,7 @@ impl Floats for Eight {
             orders.map(|order| Self(_mm256_permutevar8x32_ps(self.0, order)))
         }
     }
-    #[inline(always)] fn alternates(self, others: Self) -> [Self; 2] {
+    #[inline(always)] fn deinterleave2(self, others: Self) -> [Self; 2] {
         unsafe {
             let pairs = [_mm256_shuffle_ps::<0b10_00_10_00>(self.0, others.0), _mm256_shuffle_ps::<0b11_01_11_01>(self.0, others.0)];
             pairs.map(|pair| Self(_mm256_castpd_ps(_mm256_permute4x64_pd::<0b11_01_10_00>(_mm256_castps_pd(pair)))))

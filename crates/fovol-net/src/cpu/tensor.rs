@@ -1,13 +1,13 @@
 use super::element::{Bf16, Element};
-use super::numbers::Numbers;
+use super::tensor_buf::TensorBuf;
 use bytemuck::Pod;
 use std::ops::Range;
 
 /// An image with any number of channels: \[row\]\[column\]\[channel\].
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Map<T: Pod = f32> {
+pub struct Tensor<T: Pod = f32> {
     /// Elements, with the channels of a pixel together.
-    pub data: Numbers<T>,
+    pub data: TensorBuf<T>,
     /// Number of rows.
     pub height: usize,
     /// Number of columns.
@@ -16,7 +16,7 @@ pub struct Map<T: Pod = f32> {
     pub channels: usize,
 }
 
-impl<T: Element> Map<T> {
+impl<T: Element> Tensor<T> {
     /// Makes an image of zeros.
     pub fn zeros(height: usize, width: usize, channels: usize) -> Self {
         let mut map = Self::default();
@@ -46,7 +46,7 @@ impl<T: Element> Map<T> {
     }
 }
 
-impl Map {
+impl Tensor {
     /// Returns one element, or 0 beyond the border.
     #[inline]
     pub fn or_zero(&self, y: isize, x: isize, c: usize) -> f32 {
@@ -57,34 +57,34 @@ impl Map {
 
 /// A tensor as it is stored.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Stored {
+pub enum AnyTensor {
     /// f32: pictures, and all tensors at full precision.
-    F32(Map<f32>),
+    F32(Tensor<f32>),
     /// bf16.
-    Bf16(Map<Bf16>),
+    Bf16(Tensor<Bf16>),
 }
 
 /// Calls `$body` with `$map` bound to the map in `$stored`, for any element type.
-macro_rules! with_map {
+macro_rules! with_tensor {
     ($stored:expr, $map:ident => $body:expr) => {
         match $stored {
-            $crate::cpu::map::Stored::F32($map) => $body,
-            $crate::cpu::map::Stored::Bf16($map) => $body,
+            $crate::cpu::tensor::AnyTensor::F32($map) => $body,
+            $crate::cpu::tensor::AnyTensor::Bf16($map) => $body,
         }
     };
 }
-pub(crate) use with_map;
+pub(crate) use with_tensor;
 
-impl Default for Stored {
+impl Default for AnyTensor {
     fn default() -> Self {
-        Self::F32(Map::default())
+        Self::F32(Tensor::default())
     }
 }
 
-impl Stored {
+impl AnyTensor {
     /// Rows, columns and channels.
     pub fn size(&self) -> [usize; 3] {
-        with_map!(self, map => [map.height, map.width, map.channels])
+        with_tensor!(self, map => [map.height, map.width, map.channels])
     }
 
     /// Number of channels.
@@ -93,10 +93,10 @@ impl Stored {
     }
 
     /// Converts the tensor to f32.
-    pub fn to_f32(&self) -> Map {
-        with_map!(self, map => {
-            let Map { height, width, channels, .. } = *map;
-            let mut out = Map { data: Numbers::default(), height, width, channels };
+    pub fn to_f32(&self) -> Tensor {
+        with_tensor!(self, map => {
+            let Tensor { height, width, channels, .. } = *map;
+            let mut out = Tensor { data: TensorBuf::default(), height, width, channels };
             out.data.resize(map.data.len());
             out.data.iter_mut().zip(&map.data).for_each(|(to, v)| *to = v.to_f32());
             out
@@ -120,7 +120,7 @@ impl Stored {
     ///
     /// # Panics
     /// When the map is not f32.
-    pub fn picture(&self) -> &Map {
+    pub fn picture(&self) -> &Tensor {
         match self {
             Self::F32(map) => map,
             Self::Bf16(_) => panic!("pictures are stored as f32"),
@@ -131,7 +131,7 @@ impl Stored {
     ///
     /// # Panics
     /// When the map is not f32.
-    pub fn picture_mut(&mut self) -> &mut Map {
+    pub fn picture_mut(&mut self) -> &mut Tensor {
         match self {
             Self::F32(map) => map,
             Self::Bf16(_) => panic!("pictures are stored as f32"),

@@ -7,14 +7,14 @@ use fovolnet::{RenderSettings, path_text};
 
 /// Camera motion of a clip.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Course {
+pub enum CameraMotion {
     /// Along a path, in the form of sessions.
     Path(String),
     /// Still camera.
     Still([f64; 7]),
 }
 
-impl Course {
+impl CameraMotion {
     /// Stores the motion in the settings `render`.
     pub fn apply(&self, render: &mut RenderSettings) {
         (render.path, render.camera) = match self {
@@ -81,14 +81,14 @@ impl CourseChoice {
     }
 
     /// Camera motion of a clip of `frames` frames.
-    pub fn course(&self, frames: u32) -> Course {
+    pub fn course(&self, frames: u32) -> CameraMotion {
         match self.way {
-            Way::Keyframes => Course::Path(self.path.clone().unwrap_or_else(|| "turntable".into())),
-            Way::Turntable => Course::Path("turntable".into()),
-            Way::Orbit => Course::Path("orbit".into()),
-            Way::Flythrough => Course::Path("flythrough".into()),
-            Way::OrbitFromHere => Course::Path(orbit_from(&self.camera, frames)),
-            Way::Still => Course::Still(navigation::numbers(&self.camera)),
+            Way::Keyframes => CameraMotion::Path(self.path.clone().unwrap_or_else(|| "turntable".into())),
+            Way::Turntable => CameraMotion::Path("turntable".into()),
+            Way::Orbit => CameraMotion::Path("orbit".into()),
+            Way::Flythrough => CameraMotion::Path("flythrough".into()),
+            Way::OrbitFromHere => CameraMotion::Path(orbit_from(&self.camera, frames)),
+            Way::Still => CameraMotion::Still(navigation::numbers(&self.camera)),
         }
     }
 

@@ -6,7 +6,7 @@ use std::ops::Range;
 
 /// A step: layers that run together.
 #[derive(Debug, Clone)]
-pub enum Unit {
+pub enum FusedStep {
     One(usize),
     /// This layer, a convolution, and the next one, which alone reads its output.
     Pair(usize, Pairing),
@@ -21,7 +21,7 @@ pub enum Unit {
     },
 }
 
-impl Unit {
+impl FusedStep {
     /// Indices of the layers in the plan.
     pub fn layers(&self) -> Range<usize> {
         match *self {
@@ -62,7 +62,7 @@ const SMALL: usize = 1 << 20;
 
 impl Schedule {
     /// Lists the steps of `plan` in order. `numbers` gives the number of elements of a tensor, by index.
-    pub fn units(&self, plan: &Plan, numbers: impl Fn(usize) -> usize) -> Vec<Unit> {
+    pub fn fused_steps(&self, plan: &Plan, numbers: impl Fn(usize) -> usize) -> Vec<FusedStep> {
         let mut units = Vec::new();
         let mut number = 0;
         while number < plan.layers().len() {
@@ -74,10 +74,10 @@ impl Schedule {
             let pairing = self.pairs[number].filter(|_| numbers(first.index()) > SMALL);
             let unit = match (&plan.layers()[number], pairing, self.changes[number]) {
                 (Layer::Filter(_), ..) => self.filter_unit(plan, number),
-                (_, Some(pairing), _) => Unit::Pair(number, pairing),
-                (Layer::Reproject { .. }, ..) if self.fades[number] => Unit::Points(number),
-                (_, None, 0) => Unit::One(number),
-                (_, None, count) => Unit::Changes(number..number + count),
+                (_, Some(pairing), _) => FusedStep::Pair(number, pairing),
+                (Layer::Reproject { .. }, ..) if self.fades[number] => FusedStep::Points(number),
+                (_, None, 0) => FusedStep::One(number),
+                (_, None, count) => FusedStep::Changes(number..number + count),
             };
             number = unit.layers().end;
             units.push(unit);
@@ -86,9 +86,9 @@ impl Schedule {
     }
 
     /// Makes the step of the predicted kernel in layer `number`, with the pointwise layers that follow.
-    fn filter_unit(&self, plan: &Plan, number: usize) -> Unit {
+    fn filter_unit(&self, plan: &Plan, number: usize) -> FusedStep {
         if let Some(Addition { added, .. }) = self.additions[number] {
-            return Unit::Filter { layers: number..added + self.changes[added], changes: added + 1 };
+            return FusedStep::Filter { layers: number..added + self.changes[added], changes: added + 1 };
         }
         let (out, next) = (plan.layers()[number].output(), number + 1);
         let goes_on = plan
@@ -96,6 +96,6 @@ impl Schedule {
             .get(next)
             .is_some_and(|layer| layer.changed() == Some(out) && self.is_free(next, layer, out));
         let count = if goes_on { self.changes[next] } else { 0 };
-        Unit::Filter { layers: number..next + count, changes: next }
+        FusedStep::Filter { layers: number..next + count, changes: next }
     }
 }

@@ -1,8 +1,8 @@
 //! How far guesses of distances are believed where.
 
-use super::guesses::{COUNT, Guesses, OFFSETS, guessed};
+use super::depth_hypotheses::{COUNT, DepthHypotheses, OFFSETS, guessed};
 use fovol_core::{Frame, FrameSize, Reprojection};
-use fovol_net::cpu::{Simd, Work};
+use fovol_net::cpu::{Simd, SimdOp};
 use glam::Vec4;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -29,14 +29,14 @@ const OUTSIDE: f32 = 0.01;
 
 /// What comes of all guesses of a distance, each as far as it is believed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Belief {
+pub struct DepthConfidence {
     /// To be added to the distance between this frame's samples, in world units.
     pub offset: f32,
     /// How far the guess from earlier frames is believed: 0 not at all, 1 alone.
     pub seen: f32,
 }
 
-impl Belief {
+impl DepthConfidence {
     /// From the errors of each guess.
     fn new(errors: &Errors) -> Self {
         let errors: Errors = std::array::from_fn(|guess| (errors[guess] + NOISE) * HANDICAP[guess]);
@@ -61,7 +61,7 @@ impl Belief {
 #[derive(Debug, PartialEq)]
 pub struct Beliefs {
     columns: usize,
-    tiles: Vec<Belief>,
+    tiles: Vec<DepthConfidence>,
 }
 
 /// The beliefs in a row of pixels from `pixels.start` on, where they change evenly.
@@ -69,15 +69,15 @@ pub struct Beliefs {
 pub struct Segment {
     pub pixels: Range<usize>,
     /// At the first pixel.
-    first: Belief,
+    first: DepthConfidence,
     /// At the pixel after the last one of a whole segment.
-    end: Belief,
+    end: DepthConfidence,
 }
 
 impl Segment {
     /// At the pixel that is number `at` of the segment.
     #[inline(always)]
-    pub fn belief(&self, at: usize) -> Belief {
+    pub fn belief(&self, at: usize) -> DepthConfidence {
         self.first.towards(self.end, at as f32 * (1.0 / TILE as f32))
     }
 }
@@ -116,14 +116,14 @@ type Errors = [f32; COUNT];
 /// Believes in each tile the guesses the more, the less `last` differs along them from the samples of `sparse`. At a sample itself
 /// the distance is known: each sample is looked for along the motion of a pixel beside it that was not sampled too, every other
 /// one along that of the pixel right of it if it can be, the rest along that of the pixel below. Both would tell nearly the same.
-pub fn believe(guesses: &Guesses, sparse: &Frame, to_last: &Reprojection, last: &Frame) -> Beliefs {
+pub fn believe(guesses: &DepthHypotheses, sparse: &Frame, to_last: &Reprojection, last: &Frame) -> Beliefs {
     let size = sparse.size();
     let columns = (size.width as usize).div_ceil(TILE);
     let tiles = columns * (size.height as usize).div_ceil(TILE);
     let evidence = Evidence { guesses, sparse, to_last, last, size };
     let errors: Vec<Errors> =
         (0..tiles).into_par_iter().map(|tile| evidence.of_tile(tile % columns, tile / columns)).collect();
-    let belief = |tile: usize| Belief::new(&around(&errors, columns, tile));
+    let belief = |tile: usize| DepthConfidence::new(&around(&errors, columns, tile));
     Beliefs { columns, tiles: (0..tiles).map(belief).collect() }
 }
 
@@ -150,7 +150,7 @@ struct TileErrors<'a> {
     errors: &'a mut Errors,
 }
 
-impl Work for TileErrors<'_> {
+impl SimdOp for TileErrors<'_> {
     #[inline(always)]
     fn run(self) {
         self.evidence.add_tile(self.tile, self.errors);
@@ -159,7 +159,7 @@ impl Work for TileErrors<'_> {
 
 /// What guesses are judged by.
 struct Evidence<'a> {
-    guesses: &'a Guesses,
+    guesses: &'a DepthHypotheses,
     sparse: &'a Frame,
     to_last: &'a Reprojection,
     last: &'a Frame,
@@ -299,7 +299,7 @@ struct Batch {
     count: usize,
     at: [[f32; LANES]; 2],
     beside: [[f32; LANES]; 2],
-    /// One over the distances of those beside them: see [`Guesses::inverses`].
+    /// One over the distances of those beside them: see [`DepthHypotheses::inverses`].
     near: [f32; LANES],
     seen: [f32; LANES],
     /// Of the sampled ones.
@@ -376,19 +376,20 @@ mod tests {
 
     #[test]
     fn guesses_are_believed_as_they_fit() {
-        let nothing = Belief::new(&[0.0; COUNT]);
+        let nothing = DepthConfidence::new(&[0.0; COUNT]);
         assert!(nothing.offset == 0.0 && nothing.seen < 0.25, "{nothing:?}");
-        let nearer = Belief::new(&[1.0, 0.01, 1.0, 1.0, 1.0, 1.0]);
+        let nearer = DepthConfidence::new(&[1.0, 0.01, 1.0, 1.0, 1.0, 1.0]);
         assert!((nearer.offset + 0.1).abs() < 1e-3 && nearer.seen < 1e-3, "{nearer:?}");
-        let between = Belief::new(&[1.0, 0.01, 1.0, 0.01, 1.0, 1.0]);
+        let between = DepthConfidence::new(&[1.0, 0.01, 1.0, 0.01, 1.0, 1.0]);
         assert!((between.offset + 0.15).abs() < 1e-3, "{between:?}");
-        let seen = Belief::new(&[1.0, 1.0, 1.0, 1.0, 1.0, 0.0]);
+        let seen = DepthConfidence::new(&[1.0, 1.0, 1.0, 1.0, 1.0, 0.0]);
         assert!(seen.offset == 0.0 && seen.seen == 1.0, "{seen:?}");
     }
 
     #[test]
     fn beliefs_change_evenly_between_the_middles_of_tiles() {
-        let tiles = (0..6).map(|i| Belief { offset: (i % 3) as f32, seen: (i / 3) as f32 }).collect();
+        let tiles =
+            (0..6).map(|i| DepthConfidence { offset: (i % 3) as f32, seen: (i / 3) as f32 }).collect();
         let beliefs = Beliefs { columns: 3, tiles };
         for (y, width) in [(0, 48), (7, 33), (8, 41), (20, 40), (31, 48)] {
             let mut x = 0;

@@ -18,7 +18,7 @@ const UPPER: u32 = 0xFFFF_0000;
 const HALF: u32 = 0x8000;
 
 /// A vector of [`N`](Self::N) lanes. It can also hold N / 4 pixels of four values.
-pub trait Floats:
+pub trait SimdF32:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
 {
     /// One truth value per lane.
@@ -53,7 +53,7 @@ pub trait Floats:
     fn is_below(self, other: Self) -> Self::Mask;
     fn both(self, one: Self::Mask, other: Self::Mask) -> Self::Mask;
     /// Keeps lanes where the mask is set; others become 0.
-    fn keep(self, mask: Self::Mask) -> Self;
+    fn zero_unless(self, mask: Self::Mask) -> Self;
 
     /// Loads the bf16 in the lower halves and in the upper halves of words.
     ///
@@ -131,11 +131,11 @@ pub trait Floats:
     fn pixels_transposed(vectors: [Self; 4]) -> [Self; 4];
 
     /// Deinterleaves three vectors: number 3·i + n of all becomes lane i of vector n.
-    fn thirds(vectors: [Self; 3]) -> [Self; 3];
+    fn deinterleave3(vectors: [Self; 3]) -> [Self; 3];
     /// Repeats each lane three times, in three vectors.
-    fn thrice(self) -> [Self; 3];
+    fn repeat3(self) -> [Self; 3];
     /// Deinterleaves two vectors: the even lanes of both, and the odd ones.
-    fn alternates(self, others: Self) -> [Self; 2];
+    fn deinterleave2(self, others: Self) -> [Self; 2];
 
     /// Even pixels of `self` and then of `others`.
     fn evens(self, others: Self) -> Self;
@@ -169,29 +169,29 @@ pub fn four(numbers: &[f32], at: usize) -> Vec4 {
 }
 
 /// An inner loop in SIMD vectors. `run` and its helpers must be `#[inline(always)]`, as in
-/// [`Work`](super::simd::Work).
-pub trait VectorWork {
+/// [`SimdOp`](super::simd::SimdOp).
+pub trait SimdF32Op {
     /// Runs the loop with vectors of the type of `some`.
-    fn run<V: Floats>(self, some: V);
+    fn run<V: SimdF32>(self, some: V);
 }
 
 impl Simd {
     /// Runs `work` with the longest vectors of this instruction set.
     #[inline(always)]
-    pub fn in_vectors(self, work: impl VectorWork) {
+    pub fn in_vectors(self, work: impl SimdF32Op) {
         #[cfg(target_arch = "x86_64")]
         {
             /// # Safety
             /// The instructions must be available.
             #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,fma")]
-            unsafe fn avx512(work: impl VectorWork) {
+            unsafe fn avx512(work: impl SimdF32Op) {
                 work.run(x86::Sixteen::zero());
             }
 
             /// # Safety
             /// The instructions must be available.
             #[target_feature(enable = "avx2,fma")]
-            unsafe fn avx2(work: impl VectorWork) {
+            unsafe fn avx2(work: impl SimdF32Op) {
                 work.run(x86::Eight::zero());
             }
 
@@ -207,7 +207,7 @@ impl Simd {
     }
 }
 
-impl Floats for Vec4 {
+impl SimdF32 for Vec4 {
     type Mask = BVec4A;
     const N: usize = 4;
 
@@ -252,7 +252,7 @@ impl Floats for Vec4 {
         one & other
     }
     #[inline(always)]
-    fn keep(self, mask: BVec4A) -> Self {
+    fn zero_unless(self, mask: BVec4A) -> Self {
         Self::select(mask, self, Self::ZERO)
     }
     #[inline(always)]
@@ -266,16 +266,16 @@ impl Floats for Vec4 {
         transposed(vectors)
     }
     #[inline(always)]
-    fn thirds([a, b, c]: [Self; 3]) -> [Self; 3] {
+    fn deinterleave3([a, b, c]: [Self; 3]) -> [Self; 3] {
         [Self::new(a.x, a.w, b.z, c.y), Self::new(a.y, b.x, b.w, c.z), Self::new(a.z, b.y, c.x, c.w)]
     }
     #[inline(always)]
-    fn thrice(self) -> [Self; 3] {
+    fn repeat3(self) -> [Self; 3] {
         let [x, y, z, w] = self.to_array();
         [Self::new(x, x, x, y), Self::new(y, y, z, z), Self::new(z, w, w, w)]
     }
     #[inline(always)]
-    fn alternates(self, others: Self) -> [Self; 2] {
+    fn deinterleave2(self, others: Self) -> [Self; 2] {
         [Self::new(self.x, self.z, others.x, others.z), Self::new(self.y, self.w, others.y, others.w)]
     }
     #[inline(always)]
@@ -325,8 +325,8 @@ mod tests {
 
     struct Shuffles;
 
-    impl VectorWork for Shuffles {
-        fn run<V: Floats>(self, some: V) {
+    impl SimdF32Op for Shuffles {
+        fn run<V: SimdF32>(self, some: V) {
             let numbers: Vec<f32> = (0..2 * V::N).map(|i| i as f32 - 3.5).collect();
             let (a, b) = (some.load(&numbers), some.load(&numbers[V::N..]));
             let read = |v: V| {
@@ -379,16 +379,16 @@ mod tests {
             }
             let many: Vec<f32> = (0..3 * V::N).map(|i| i as f32).collect();
             let three = std::array::from_fn(|v| some.load(&many[v * V::N..]));
-            for (n, vector) in V::thirds(three).into_iter().enumerate() {
+            for (n, vector) in V::deinterleave3(three).into_iter().enumerate() {
                 assert_eq!(read(vector), expected(&|i| many[3 * i + n]));
             }
-            for (n, vector) in a.thrice().into_iter().enumerate() {
+            for (n, vector) in a.repeat3().into_iter().enumerate() {
                 assert_eq!(read(vector), expected(&|i| numbers[(n * V::N + i) / 3]));
             }
             for (number, inverse) in read(a).into_iter().zip(read(a.inverse())) {
                 assert!((number * inverse - 1.0).abs() <= 3.0 * f32::EPSILON, "{number} and {inverse}");
             }
-            for (n, vector) in a.alternates(b).into_iter().enumerate() {
+            for (n, vector) in a.deinterleave2(b).into_iter().enumerate() {
                 assert_eq!(read(vector), expected(&|i| numbers[2 * i + n]));
             }
             let mut halves = vec![Bf16::default(); V::N];
@@ -408,7 +408,7 @@ mod tests {
             assert_eq!(read(some.load_integers(&words)), expected(&|i| 3.0 * i as f32 - 7.0));
             let is_between = some.both(a.is_at_least(some.splat(-1.5)), a.is_below(some.splat(0.5)));
             let kept = |i: usize| if (-1.5..0.5).contains(&numbers[i]) { numbers[i] } else { 0.0 };
-            assert_eq!(read(a.keep(is_between)), expected(&kept));
+            assert_eq!(read(a.zero_unless(is_between)), expected(&kept));
             assert_eq!(
                 read(a * b - a / b + a),
                 expected(&|i| {

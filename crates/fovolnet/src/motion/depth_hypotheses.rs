@@ -1,13 +1,13 @@
-use super::belief::{Belief, Beliefs};
+use super::depth_confidence::{Beliefs, DepthConfidence};
 use super::{Depths, Sparse};
 use fovol_core::{FrameSize, Reprojection};
 use fovol_net::FilledNumbers;
-use fovol_net::cpu::{Simd, Work};
+use fovol_net::cpu::{Simd, SimdOp};
 use rayon::prelude::*;
 
 /// How far away everything could be, one guess after the other. Distances are in world units: the volume's longest side is 1.
 #[derive(Debug)]
-pub struct Guesses {
+pub struct DepthHypotheses {
     /// One over the distances between the samples of this frame, and between these and those of earlier frames.
     filled: FilledNumbers,
 }
@@ -21,7 +21,7 @@ pub const COUNT: usize = OFFSETS.len() + 1;
 /// No distance is below this.
 pub const NEAREST: f32 = 0.05;
 
-impl Guesses {
+impl DepthHypotheses {
     pub fn new(now: Sparse<'_>, earlier: &[(Reprojection, &Depths)]) -> Self {
         Self { filled: now.depths.filled_with(earlier) }
     }
@@ -60,7 +60,7 @@ struct Memory {
 
 /// The motion of the pixels of a row.
 struct MotionOfRow<'a> {
-    guesses: &'a Guesses,
+    guesses: &'a DepthHypotheses,
     beliefs: &'a Beliefs,
     to_last: &'a Reprojection,
     y: usize,
@@ -68,7 +68,7 @@ struct MotionOfRow<'a> {
     row: &'a mut [[f32; 2]],
 }
 
-impl Work for MotionOfRow<'_> {
+impl SimdOp for MotionOfRow<'_> {
     #[inline(always)]
     fn run(self) {
         let Self { guesses, beliefs, to_last, y, memory, row } = self;
@@ -88,12 +88,12 @@ impl Work for MotionOfRow<'_> {
 
 /// One over the distance that is believed where `near` and `seen` are guesses of it.
 #[inline(always)]
-fn believed(belief: Belief, near: f32, seen: f32) -> f32 {
+fn believed(belief: DepthConfidence, near: f32, seen: f32) -> f32 {
     let near = moved_by(near, belief.offset);
     if near > 0.0 { near + (seen - near) * belief.seen } else { seen }
 }
 
-/// One over the distance of a pixel as guess number `guess` has it, where it is `near` and `seen`: see [`Guesses::inverses`].
+/// One over the distance of a pixel as guess number `guess` has it, where it is `near` and `seen`: see [`DepthHypotheses::inverses`].
 #[inline(always)]
 pub fn guessed(guess: usize, near: f32, seen: f32) -> f32 {
     OFFSETS.get(guess).map_or(seen, |offset| moved_by(near, *offset))

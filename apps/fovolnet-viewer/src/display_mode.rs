@@ -4,7 +4,7 @@ use fovolnet::core::{Fovea, Frame, SampleMask};
 
 /// Display mode: the picture, or how it was made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Look {
+pub enum DisplayMode {
     /// The picture.
     #[default]
     Picture,
@@ -18,7 +18,7 @@ pub enum Look {
     Difference,
 }
 
-impl Look {
+impl DisplayMode {
     /// All display modes.
     pub const ALL: [Self; 5] =
         [Self::Picture, Self::Samples, Self::Measured, Self::Density, Self::Difference];
@@ -71,7 +71,7 @@ const NOTHING: [f32; 3] = [0.06; 3];
 const GAIN: f32 = 4.0;
 
 /// Renders `parts` in the mode `look` as opaque 8-bit RGBA.
-pub fn rgba(look: Look, parts: &Parts<'_>) -> Vec<u8> {
+pub fn rgba(look: DisplayMode, parts: &Parts<'_>) -> Vec<u8> {
     let size = parts.picture.size();
     let mut rgba = Vec::with_capacity(4 * size.pixels());
     for y in 0..size.height {
@@ -83,27 +83,27 @@ pub fn rgba(look: Look, parts: &Parts<'_>) -> Vec<u8> {
     rgba
 }
 
-fn colour(look: Look, parts: &Parts<'_>, x: u32, y: u32) -> [f32; 3] {
+fn colour(look: DisplayMode, parts: &Parts<'_>, x: u32, y: u32) -> [f32; 3] {
     let [r, g, b, _] = parts.picture.pixel(x, y);
     let measured = || parts.measured.contains(x, y);
     match look {
-        Look::Picture => [r, g, b],
-        Look::Samples => {
+        DisplayMode::Picture => [r, g, b],
+        DisplayMode::Samples => {
             if measured() {
                 [r, g, b]
             } else {
                 NOTHING
             }
         }
-        Look::Measured if measured() => [r, g, b],
-        Look::Measured => std::array::from_fn(|c| [r, g, b][c] * (1.0 - TINTED) + TINT[c] * TINTED),
-        Look::Density => {
+        DisplayMode::Measured if measured() => [r, g, b],
+        DisplayMode::Measured => std::array::from_fn(|c| [r, g, b][c] * (1.0 - TINTED) + TINT[c] * TINTED),
+        DisplayMode::Density => {
             let density = parts.fovea.density_at(x, y, parts.picture.size());
             // Base densities of a few per cent are hard to tell apart; the square root spreads them.
             let shade = density.sqrt() as f32;
             [shade, shade * shade, 0.5 * shade]
         }
-        Look::Difference => {
+        DisplayMode::Difference => {
             let [s, h, c, _] = parts.reconstructed.pixel(x, y);
             [r - s, g - h, b - c].map(|d| d.abs() * GAIN)
         }
@@ -115,7 +115,7 @@ mod tests {
     use super::*;
     use fovolnet::core::FrameSize;
 
-    fn shown(look: Look) -> Vec<u8> {
+    fn shown(look: DisplayMode) -> Vec<u8> {
         let size = FrameSize::new(2, 1).unwrap();
         let picture = Frame::from_pixels(size, vec![[0.5, 0.5, 0.5, 1.0], [0.2, 0.2, 0.2, 1.0]]).unwrap();
         let reconstructed =
@@ -130,13 +130,13 @@ mod tests {
 
     #[test]
     fn looks_tell_measured_from_made() {
-        assert_eq!(shown(Look::Picture), [128, 128, 128, 255, 51, 51, 51, 255]);
-        assert_eq!(shown(Look::Samples), [128, 128, 128, 255, 15, 15, 15, 255]);
-        let measured = shown(Look::Measured);
+        assert_eq!(shown(DisplayMode::Picture), [128, 128, 128, 255, 51, 51, 51, 255]);
+        assert_eq!(shown(DisplayMode::Samples), [128, 128, 128, 255, 15, 15, 15, 255]);
+        let measured = shown(DisplayMode::Measured);
         assert_eq!(measured[..4], [128, 128, 128, 255]);
         assert!(measured[4] > 100 && measured[6] < 60);
-        assert_eq!(shown(Look::Difference)[..3], [0, 0, 0]);
-        assert_eq!(shown(Look::Difference)[4], 102);
-        assert_eq!(shown(Look::Density)[..3], [128, 64, 64]);
+        assert_eq!(shown(DisplayMode::Difference)[..3], [0, 0, 0]);
+        assert_eq!(shown(DisplayMode::Difference)[4], 102);
+        assert_eq!(shown(DisplayMode::Density)[..3], [128, 64, 64]);
     }
 }

@@ -1,7 +1,7 @@
 //! Frame producer: makes the pictures on the screen, step by step.
 
-use crate::budget::{Budget, Rung};
-use crate::look::{Look, Parts, rgba};
+use crate::budget::{Budget, QualityLevel};
+use crate::display_mode::{DisplayMode, Parts, rgba};
 use crate::still::{Quality, Still};
 use anyhow::Result;
 use eframe::wgpu;
@@ -18,7 +18,7 @@ const WINDOW_MS: f64 = 40.0;
 
 /// Request for pictures of a view.
 #[derive(Debug, Clone)]
-pub struct Wanted {
+pub struct ViewRequest {
     /// The volume.
     pub volume: OpenVolume,
     /// Render settings. The size is that of the picture on the screen; path settings are ignored.
@@ -32,10 +32,10 @@ pub struct Wanted {
     /// Whether still views are refined to the full frame.
     pub converges: bool,
     /// Display mode.
-    pub look: Look,
+    pub look: DisplayMode,
 }
 
-impl Wanted {
+impl ViewRequest {
     /// Whether both requests have an equal full frame.
     fn shows_as(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.volume.volume, &other.volume.volume)
@@ -44,7 +44,7 @@ impl Wanted {
     }
 }
 
-impl PartialEq for Wanted {
+impl PartialEq for ViewRequest {
     fn eq(&self, other: &Self) -> bool {
         self.shows_as(other)
             && (self.gaze, self.rate, self.converges, self.look)
@@ -74,7 +74,7 @@ pub enum Pixels {
 
 /// Picture for the screen.
 #[derive(Debug, Clone)]
-pub struct Shown {
+pub struct Presented {
     /// Width and height in pixels.
     pub size: FrameSize,
     /// Pixels, on the host or on the device of the window.
@@ -92,14 +92,14 @@ pub struct Shown {
     /// Quality of the reconstruction, once known.
     pub quality: Option<Quality>,
     /// Quality level of the frame budget, if one is in use.
-    pub rung: Option<Rung>,
+    pub rung: Option<QualityLevel>,
     /// Machine that made it.
     pub machine: Machine,
 }
 
 /// Frame producer with its device, pipeline and frame budget.
 #[derive(Debug, Default)]
-pub struct Studio {
+pub struct FrameProducer {
     speed: SpeedSettings,
     /// Device of the window, until it is lost.
     screen: Option<Gpu>,
@@ -116,7 +116,7 @@ pub struct Studio {
 /// State after the last step.
 #[derive(Debug)]
 struct Last {
-    wanted: Wanted,
+    wanted: ViewRequest,
     settings: RenderSettings,
     density: f64,
     timings: Timings,
@@ -132,7 +132,7 @@ enum View {
     Still(Box<Still>, Option<Quality>),
 }
 
-impl Studio {
+impl FrameProducer {
     /// Frame producer with the settings `speed`. If the window lends its device as `screen`, frames are made there.
     pub fn new(speed: SpeedSettings, screen: Option<Gpu>) -> Self {
         Self { speed, screen, ..Self::default() }
@@ -147,7 +147,7 @@ impl Studio {
     ///
     /// # Errors
     /// Invalid render settings, or a lost device.
-    pub fn step(&mut self, wanted: &Wanted) -> Result<Option<Shown>> {
+    pub fn step(&mut self, wanted: &ViewRequest) -> Result<Option<Presented>> {
         let shown = self.next(wanted);
         if let Err(error) = &shown
             && error.downcast_ref::<fovolnet::Error>().is_some_and(fovolnet::Error::is_of_gpu)
@@ -158,7 +158,7 @@ impl Studio {
         shown
     }
 
-    fn next(&mut self, wanted: &Wanted) -> Result<Option<Shown>> {
+    fn next(&mut self, wanted: &ViewRequest) -> Result<Option<Presented>> {
         let (last, is_new) = match self.last.take() {
             Some(last) if last.wanted.shows_as(wanted) => self.go_on(last, wanted)?,
             _ => (self.move_to(wanted)?, true),
@@ -169,7 +169,7 @@ impl Studio {
     }
 
     /// Continues from `last` for an unchanged view. Also returns whether there is a new picture.
-    fn go_on(&mut self, last: Last, wanted: &Wanted) -> Result<(Last, bool)> {
+    fn go_on(&mut self, last: Last, wanted: &ViewRequest) -> Result<(Last, bool)> {
         let looks_other = last.wanted.look != wanted.look;
         let (view, is_new) = match last.view {
             View::Moving(..) | View::Displayed(..) if wanted.converges => {
@@ -191,7 +191,7 @@ impl Studio {
     }
 
     /// Makes a frame in motion at the quality that the frame budget allows.
-    fn move_to(&mut self, wanted: &Wanted) -> Result<Last> {
+    fn move_to(&mut self, wanted: &ViewRequest) -> Result<Last> {
         let asked = &wanted.settings;
         let Some(rate) = wanted.rate else { return self.move_as(wanted, asked.clone()) };
         let most = if self.screen.is_some() { WINDOW_MS } else { f64::INFINITY };
@@ -206,7 +206,7 @@ impl Studio {
     }
 
     /// Makes a frame in motion with `settings`. It stays on the device if that draws the window.
-    fn move_as(&mut self, wanted: &Wanted, settings: RenderSettings) -> Result<Last> {
+    fn move_as(&mut self, wanted: &ViewRequest, settings: RenderSettings) -> Result<Last> {
         match self.display(wanted, &settings)? {
             Some(last) => Ok(last),
             None => self.render(wanted, settings),
@@ -214,7 +214,7 @@ impl Studio {
     }
 
     /// Makes the first picture of a still view.
-    fn stand_at(&mut self, wanted: &Wanted) -> Result<Last> {
+    fn stand_at(&mut self, wanted: &ViewRequest) -> Result<Last> {
         let last = self.render(wanted, wanted.settings.clone())?;
         let view = match last.view {
             View::Moving(frame, fovea) => {
@@ -226,7 +226,7 @@ impl Studio {
     }
 
     /// Makes the next frame with `settings`.
-    fn render(&mut self, wanted: &Wanted, settings: RenderSettings) -> Result<Last> {
+    fn render(&mut self, wanted: &ViewRequest, settings: RenderSettings) -> Result<Last> {
         let (index, viewpoint) = self.next_viewpoint(wanted, &settings)?;
         let pipeline = self.open(wanted)?;
         pipeline.change(&settings)?;
@@ -245,8 +245,8 @@ impl Studio {
 
     /// Makes the next frame on the window's device; `None` if there is no shared device or the frame cannot stay
     /// there.
-    fn display(&mut self, wanted: &Wanted, settings: &RenderSettings) -> Result<Option<Last>> {
-        if self.screen.is_none() || wanted.look != Look::Picture {
+    fn display(&mut self, wanted: &ViewRequest, settings: &RenderSettings) -> Result<Option<Last>> {
+        if self.screen.is_none() || wanted.look != DisplayMode::Picture {
             return Ok(None);
         }
         let (index, viewpoint) = self.next_viewpoint(wanted, settings)?;
@@ -270,13 +270,13 @@ impl Studio {
     }
 
     /// Number and viewpoint of the next frame.
-    fn next_viewpoint(&self, wanted: &Wanted, settings: &RenderSettings) -> Result<(u32, Viewpoint)> {
+    fn next_viewpoint(&self, wanted: &ViewRequest, settings: &RenderSettings) -> Result<(u32, Viewpoint)> {
         let fovea = Fovea { gaze: wanted.gaze, ..settings.fovea(self.next_frame)? };
         Ok((self.next_frame, Viewpoint { camera: wanted.camera, fovea }))
     }
 
     /// Returns the pipeline of the requested volume; opens it if necessary.
-    fn open(&mut self, wanted: &Wanted) -> Result<&mut Pipeline> {
+    fn open(&mut self, wanted: &ViewRequest) -> Result<&mut Pipeline> {
         let is_open = |pipeline: &Pipeline| Arc::ptr_eq(&pipeline.volume().volume, &wanted.volume.volume);
         let pipeline = match self.pipeline.take().filter(is_open) {
             Some(open) => open,
@@ -298,7 +298,7 @@ impl Studio {
         Ok(self.pipeline.insert(pipeline))
     }
 
-    fn shown(&self, last: &Last) -> Shown {
+    fn shown(&self, last: &Last) -> Presented {
         let look = |parts: &Parts<'_>| Pixels::Host(rgba(last.wanted.look, parts));
         let (size, pixels, progress, quality) = match &last.view {
             View::Displayed(picture, _) => {
@@ -324,7 +324,7 @@ impl Studio {
                 (parts.picture.size(), look(&parts), progress, *quality)
             }
         };
-        Shown {
+        Presented {
             size,
             pixels,
             camera: last.wanted.camera,
@@ -345,11 +345,11 @@ mod tests {
     use fovolnet::core::CameraPath;
     use fovolnet::{Device, Reconstruction, VolumeSettings, open_volume};
 
-    fn studio() -> Studio {
-        Studio::new(SpeedSettings { device: Some(Device::Cpu), ..SpeedSettings::default() }, None)
+    fn studio() -> FrameProducer {
+        FrameProducer::new(SpeedSettings { device: Some(Device::Cpu), ..SpeedSettings::default() }, None)
     }
 
-    fn wanted() -> Wanted {
+    fn wanted() -> ViewRequest {
         let read = VolumeSettings { dims: Some([32; 3]), ..VolumeSettings::default() };
         let settings = RenderSettings {
             size: Some("64x48".parse().unwrap()),
@@ -357,19 +357,19 @@ mod tests {
             path: Some("orbit".into()),
             ..RenderSettings::default()
         };
-        Wanted {
+        ViewRequest {
             volume: open_volume("head", &read).unwrap(),
             settings,
             camera: CameraPath::Orbit.camera(0),
             gaze: [0.5; 2],
             rate: None,
             converges: true,
-            look: Look::Picture,
+            look: DisplayMode::Picture,
         }
     }
 
     /// All pictures until nothing new comes.
-    fn all(studio: &mut Studio, wanted: &Wanted) -> Vec<Shown> {
+    fn all(studio: &mut FrameProducer, wanted: &ViewRequest) -> Vec<Presented> {
         std::iter::from_fn(|| studio.step(wanted).unwrap()).take(10_000).collect()
     }
 
@@ -393,13 +393,13 @@ mod tests {
         let mut studio = studio();
         let first = wanted();
         let complete = all(&mut studio, &first).pop().unwrap();
-        let looked = Wanted { look: Look::Samples, ..first.clone() };
+        let looked = ViewRequest { look: DisplayMode::Samples, ..first.clone() };
         let shown = all(&mut studio, &looked);
         assert_eq!(shown.len(), 1);
         assert_eq!(shown[0].pixels, complete.pixels, "all of it is measured");
-        let gazed = Wanted { gaze: [0.1, 0.2], look: Look::Samples, ..first.clone() };
+        let gazed = ViewRequest { gaze: [0.1, 0.2], look: DisplayMode::Samples, ..first.clone() };
         assert!(all(&mut studio, &gazed).is_empty());
-        let moved = Wanted { camera: CameraPath::Orbit.camera(20), ..first };
+        let moved = ViewRequest { camera: CameraPath::Orbit.camera(20), ..first };
         let shown = studio.step(&moved).unwrap().unwrap();
         assert_eq!(shown.progress, Progress::Moving);
         assert_ne!(shown.pixels, complete.pixels);
@@ -408,7 +408,7 @@ mod tests {
     #[test]
     fn a_budget_makes_smaller_frames_and_still_views_whole_ones() {
         let mut studio = studio();
-        let mut wanted = Wanted { rate: Some(1e5), ..wanted() };
+        let mut wanted = ViewRequest { rate: Some(1e5), ..wanted() };
         for i in 0..5 {
             wanted.camera = CameraPath::Orbit.camera(i);
             studio.step(&wanted).unwrap();
@@ -426,11 +426,11 @@ mod tests {
     #[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
     fn frames_in_motion_stay_on_the_device_that_draws_the_window() {
         let gpu = Gpu::open(&fovolnet::gpu::AdapterRequest::Any.or_environment()).unwrap();
-        let mut studio = Studio::new(SpeedSettings::default(), Some(gpu.clone()));
-        let still = Wanted { converges: false, ..wanted() };
+        let mut studio = FrameProducer::new(SpeedSettings::default(), Some(gpu.clone()));
+        let still = ViewRequest { converges: false, ..wanted() };
         let mut timings = Vec::new();
         for i in 0..4 {
-            let moved = Wanted { camera: CameraPath::Orbit.camera(i), ..still.clone() };
+            let moved = ViewRequest { camera: CameraPath::Orbit.camera(i), ..still.clone() };
             let shown = studio.step(&moved).unwrap().unwrap();
             let Pixels::Device(picture) = &shown.pixels else { panic!("frame {i} went through the host") };
             let pixels = fovolnet::gpu::read_picture(&gpu, picture).unwrap();
@@ -439,16 +439,16 @@ mod tests {
             timings.push(shown.timings.total);
         }
         assert!(timings[0] == 0.0 && timings[3] > 0.0, "{timings:?}");
-        let last = Wanted { camera: CameraPath::Orbit.camera(3), ..still.clone() };
+        let last = ViewRequest { camera: CameraPath::Orbit.camera(3), ..still.clone() };
         assert!(studio.step(&last).unwrap().is_none(), "nothing changed");
         // Other display modes and still views need pixels on the host.
-        let samples = Wanted { look: Look::Samples, ..last.clone() };
+        let samples = ViewRequest { look: DisplayMode::Samples, ..last.clone() };
         assert!(matches!(studio.step(&samples).unwrap().unwrap().pixels, Pixels::Host(_)));
-        let complete = all(&mut studio, &Wanted { converges: true, ..last }).pop().unwrap();
+        let complete = all(&mut studio, &ViewRequest { converges: true, ..last }).pop().unwrap();
         assert_eq!(complete.progress, Progress::Complete);
-        let budget = Wanted { rate: Some(1e5), camera: CameraPath::Orbit.camera(9), ..still };
+        let budget = ViewRequest { rate: Some(1e5), camera: CameraPath::Orbit.camera(9), ..still };
         for i in 0..8 {
-            let moved = Wanted { camera: CameraPath::Orbit.camera(10 + i), ..budget.clone() };
+            let moved = ViewRequest { camera: CameraPath::Orbit.camera(10 + i), ..budget.clone() };
             let shown = studio.step(&moved).unwrap().unwrap();
             assert!(matches!(shown.pixels, Pixels::Device(_)));
             assert!(i < 7 || shown.rung.unwrap().scale < 0.5, "{:?}", shown.rung);
@@ -459,14 +459,14 @@ mod tests {
     #[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
     fn another_volume_and_size_take_over_while_frames_are_under_way() {
         let gpu = Gpu::open(&fovolnet::gpu::AdapterRequest::Any.or_environment()).unwrap();
-        let mut studio = Studio::new(SpeedSettings::default(), Some(gpu.clone()));
+        let mut studio = FrameProducer::new(SpeedSettings::default(), Some(gpu.clone()));
         let read = VolumeSettings { dims: Some([24; 3]), ..VolumeSettings::default() };
         let volumes = ["head", "vortices"].map(|name| open_volume(name, &read).unwrap());
         let mut first: [Option<Vec<[u8; 4]>>; 4] = Default::default();
         for i in 0..24u32 {
             // Each kind lasts for three frames; two of them are in flight when the next kind comes.
             let kind = (i / 3 % 4) as usize;
-            let mut wanted = Wanted { converges: false, volume: volumes[kind % 2].clone(), ..wanted() };
+            let mut wanted = ViewRequest { converges: false, volume: volumes[kind % 2].clone(), ..wanted() };
             wanted.settings.size = Some(["64x48", "40x56"][kind / 2].parse().unwrap());
             wanted.settings.pb = Some(0.8);
             wanted.camera = CameraPath::Orbit.camera(i % 3);

@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable, cast_slice, cast_slice_mut};
 use std::ops::{Deref, DerefMut};
 
-/// Words of a cache line.
+/// PageBuf of a cache line.
 pub const WORDS_OF_LINE: usize = 16;
 
 /// Prefetches the cache line of element `at`, which may lie beyond the end of `numbers`.
@@ -25,12 +25,12 @@ struct Line([u32; WORDS_OF_LINE]);
 
 /// Growable array of words, aligned to cache lines.
 #[derive(Debug, Clone, Default)]
-pub struct Lines {
+pub struct AlignedBuf {
     lines: Vec<Line>,
     length: usize,
 }
 
-impl Lines {
+impl AlignedBuf {
     /// Sets the length. New words are undefined: zeros, or words from earlier use.
     pub fn resize(&mut self, length: usize) {
         let lines = length.div_ceil(WORDS_OF_LINE);
@@ -48,7 +48,7 @@ impl Lines {
     }
 }
 
-impl Deref for Lines {
+impl Deref for AlignedBuf {
     type Target = [u32];
 
     #[inline(always)]
@@ -57,14 +57,14 @@ impl Deref for Lines {
     }
 }
 
-impl DerefMut for Lines {
+impl DerefMut for AlignedBuf {
     #[inline(always)]
     fn deref_mut(&mut self) -> &mut [u32] {
         &mut cast_slice_mut(&mut self.lines)[..self.length]
     }
 }
 
-impl From<Vec<u32>> for Lines {
+impl From<Vec<u32>> for AlignedBuf {
     fn from(words: Vec<u32>) -> Self {
         let mut lines = Self::default();
         lines.resize(words.len());
@@ -79,7 +79,7 @@ mod tests {
 
     #[test]
     fn words_begin_with_a_line() {
-        let mut lines = Lines::from((0..35).collect::<Vec<u32>>());
+        let mut lines = AlignedBuf::from((0..35).collect::<Vec<u32>>());
         assert_eq!((lines.len(), lines[34]), (35, 34));
         assert!(lines.as_ptr().cast::<Line>().is_aligned());
         lines.resize(3);

@@ -11,7 +11,7 @@ const LARGE: usize = 1 << 20;
 
 /// Buffer of words, initially zero.
 #[derive(Debug)]
-pub struct Words(Place);
+pub struct PageBuf(Place);
 
 #[derive(Debug)]
 enum Place {
@@ -19,7 +19,7 @@ enum Place {
     Pages(MmapMut),
 }
 
-impl Words {
+impl PageBuf {
     /// Allocates `count` words, all zero.
     pub fn zeros(count: usize) -> Self {
         Self::pages(count).unwrap_or_else(|| Self(Place::Heap(vec![0; count])))
@@ -44,13 +44,13 @@ impl Words {
     }
 }
 
-impl Default for Words {
+impl Default for PageBuf {
     fn default() -> Self {
         Self(Place::Heap(Vec::new()))
     }
 }
 
-impl Deref for Words {
+impl Deref for PageBuf {
     type Target = [u32];
 
     #[inline(always)]
@@ -62,7 +62,7 @@ impl Deref for Words {
     }
 }
 
-impl DerefMut for Words {
+impl DerefMut for PageBuf {
     #[inline(always)]
     fn deref_mut(&mut self) -> &mut [u32] {
         match &mut self.0 {
@@ -79,7 +79,7 @@ mod tests {
     #[test]
     fn few_and_many_words_are_zeros_that_can_be_written() {
         for count in [0, 3, LARGE + 5] {
-            let mut words = Words::zeros(count);
+            let mut words = PageBuf::zeros(count);
             assert_eq!(words.len(), count);
             assert!(words.iter().all(|&word| word == 0));
             if let Some(last) = words.last_mut() {
