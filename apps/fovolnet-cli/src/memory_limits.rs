@@ -7,7 +7,7 @@ use std::panic::PanicHookInfo;
 #[global_allocator]
 static MEMORY: ExitWhenExhausted = ExitWhenExhausted;
 
-/// Makes failed allocations and threads that cannot start end the program that way, without leaving temporary files.
+/// Makes the program end with one line if an allocation fails or a thread cannot start. No temporary files are left.
 pub fn outlive() {
     memory::before_exit(temporaries::remove_all);
     if let Some((nth, bytes)) = refused() {

@@ -7,8 +7,9 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, Ordering};
 
-/// Largest number of registered files. [`LONGEST`] is the largest size of a path in bytes, with its final zero.
+/// Largest number of registered files, and of registered children.
 const FILES: usize = 32;
+/// Largest size of a path in bytes, with its final zero.
 const LONGEST: usize = 1024;
 
 const FREE: u8 = 0;

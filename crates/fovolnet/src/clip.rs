@@ -27,7 +27,7 @@ impl Clip {
     /// volume.
     ///
     /// # Errors
-    /// Sides outside [0, 1] or in falling order.
+    /// Sides outside [0, 1], or a pair of sides that does not rise.
     pub fn new(volume: &Arc<Volume>, sides: Option<[f64; 6]>) -> Result<Self> {
         let whole = Self { volume: Arc::clone(volume), part: None, centre: DVec3::ZERO, scale: 1.0 };
         let Some(sides) = sides else { return Ok(whole) };

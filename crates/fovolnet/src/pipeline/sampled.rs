@@ -39,7 +39,7 @@ impl Sampler {
 /// Marched pixels with their depths.
 pub struct Listed {
     pub list: SampleList,
-    /// Distance from the eye of each pixel in world units, see [`RayResult`].
+    /// Distance of each pixel from the eye, in units of the marched box; see [`RayResult::depth`].
     pub depths: Vec<f32>,
 }
 
