@@ -60,7 +60,7 @@ fn a_part_of_half_a_hundredth_has_the_opacity_of_that_length() {
                 "{integration} {from} {to}: {} for {right}",
                 found[3]
             );
-            // The depth, of half the opacity or the mean, lies within the part.
+            // The depth, where opacity passes one half or else the mean distance, lies within the part.
             let [near, far] = [to, from].map(|side| (ray.origin.z - (side - 0.5)) / -ray.direction.z);
             let voxel = 1.0 / 32.0;
             assert!(
