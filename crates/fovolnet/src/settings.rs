@@ -47,8 +47,8 @@ pub struct RenderSettings {
     /// volume is centred at 0 and its longest side is 1
     #[cfg_attr(feature = "clap", arg(long, value_name = "EX,EY,EZ,TX,TY,TZ,FOVY", value_parser = parse::numbers::<7>, allow_hyphen_values = true))]
     pub camera: Option<[f64; 7]>,
-    /// Transfer function: auto, a preset or a colour map (`fovolnet info --transfer-functions` lists them), or a file (our JSON,
-    /// one of ParaView, 3D Slicer, VTK, vtk.js or Inviwo), with #NAME for one of several [default: auto]
+    /// Transfer function: auto, a preset or a colour map (`fovolnet info --transfer-functions` lists them), or a file
+    /// (our JSON, one of ParaView, 3D Slicer, VTK, vtk.js or Inviwo), with #NAME for one of several [default: auto]
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME|FILE", value_parser = parse::file()))]
     pub tf: Option<String>,
     /// Where a transfer function in data values lies: data, at its own values, or stretch, over all values shown
