@@ -1,4 +1,4 @@
-//! The programs beside this one: built apart, started by subcommands of the same name.
+//! Companion programs, which are built separately and started by subcommands of the same name.
 
 use anyhow::{Context, Result, bail};
 use std::env;
@@ -6,26 +6,26 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// A program of this project that is built apart.
+/// Program of this project that is built separately.
 pub struct Companion {
-    /// Its file name, without `.exe`.
+    /// File name, without `.exe`.
     pub name: &'static str,
-    /// Where the repository builds it, from the repository's root: the folder of `release` and `debug`.
+    /// Folder with `release` and `debug` where the repository builds it, relative to the repository's root.
     pub built_in: &'static str,
-    /// The command that builds it.
+    /// Command that builds it.
     pub build: &'static str,
 }
 
-/// A program beside this one ended with this exit status; it has said itself what was wrong.
+/// Error: a companion program ended with this exit status. It has reported the problem itself.
 #[derive(Debug, thiserror::Error)]
 #[error("exit status {0}")]
 pub struct Failed(pub u8);
 
 impl Companion {
-    /// Runs it with `arguments`; where that is possible this program becomes that one, else it waits for it.
+    /// Runs the program with `arguments`. On Unix it replaces this process, elsewhere this process waits for it.
     ///
     /// # Errors
-    /// A program that is nowhere, that cannot be started, or that ends with a failure.
+    /// A program that is not found, cannot be started, or fails.
     pub fn run(&self, arguments: &[OsString]) -> Result<()> {
         let Some(program) = self.find() else {
             bail!(
@@ -38,12 +38,12 @@ impl Companion {
             .with_context(|| format!("cannot start {}", program.display()))
     }
 
-    /// Beside this program, in the build folders of the repository, or on the PATH.
+    /// Looks for the program beside this one, in the build folders of the repository, and on the PATH.
     fn find(&self) -> Option<PathBuf> {
         let file = format!("{}{}", self.name, env::consts::EXE_SUFFIX);
         let this = env::current_exe().ok()?;
         let beside = this.parent().map(Path::to_owned);
-        // This program lies in target/release of the repository.
+        // If this program was built in the repository, it lies in target/release.
         let built = this.ancestors().nth(3).map(|root| root.join(self.built_in));
         let built = built.into_iter().flat_map(|folder| ["release", "debug"].map(|kind| folder.join(kind)));
         let path = env::var_os("PATH").unwrap_or_default();
@@ -52,7 +52,7 @@ impl Companion {
     }
 }
 
-/// Becomes the program: signals are its own from then on.
+/// Replaces this process by the program, which then receives all signals.
 #[cfg(unix)]
 fn run(program: &mut Command) -> Result<()> {
     Err(std::os::unix::process::CommandExt::exec(program).into())

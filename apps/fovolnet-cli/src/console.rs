@@ -1,4 +1,4 @@
-//! What is said, and where.
+//! Output to the console: notes, warnings, progress and JSON reports.
 
 use anyhow::{Context, Result};
 use fovolnet::{OpenVolume, Pipeline};
@@ -7,7 +7,7 @@ use serde::Serialize;
 use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
-/// Where figures go besides the console.
+/// Option for a JSON report.
 #[derive(clap::Args, Clone, Default)]
 pub struct JsonOutput {
     /// Write the figures as JSON (`-`: to standard output, alone)
@@ -16,17 +16,17 @@ pub struct JsonOutput {
 }
 
 impl JsonOutput {
-    /// Whether standard output belongs to the JSON.
+    /// Whether the JSON goes to standard output.
     pub fn on_stdout(&self) -> bool {
         self.json.as_deref() == Some(Path::new("-"))
     }
 
-    /// The file that the JSON goes to, if to one.
+    /// File of the JSON, if it goes to a file.
     pub fn file(&self) -> Option<&Path> {
         self.json.as_deref().filter(|_| !self.on_stdout())
     }
 
-    /// Writes `figures` where they were asked for.
+    /// Writes `figures` as JSON, if requested.
     pub fn write(&self, figures: &impl Serialize) -> Result<()> {
         let Some(path) = &self.json else { return Ok(()) };
         let text = serde_json::to_string_pretty(figures).context("the figures cannot be written as JSON")?;
@@ -39,13 +39,13 @@ impl JsonOutput {
         Ok(())
     }
 
-    /// Prints `line` for people, unless standard output belongs to the JSON.
+    /// Prints `line` for people, unless the JSON goes to standard output.
     pub fn say(&self, line: impl AsRef<str>) -> Result<()> {
         if self.on_stdout() { Ok(()) } else { say(line) }
     }
 }
 
-/// `json` with control characters in its texts as JSON escapes: DEL and C1 ones may stand there as they are otherwise.
+/// Escapes control characters in the texts of `json`. JSON itself allows DEL and the C1 controls unescaped.
 fn escaped(json: &str) -> String {
     json.chars().fold(String::with_capacity(json.len()), |mut text, c| {
         if c.is_control() && c != '\n' {
@@ -57,16 +57,16 @@ fn escaped(json: &str) -> String {
     })
 }
 
-/// Prints `line` for people, safely: see [`fovolnet::printable`].
+/// Prints `line` to standard output, safe for terminals: see [`fovolnet::printable`].
 ///
 /// # Errors
-/// Standard output that cannot be written to; see [`is_broken_pipe`].
+/// Errors of writing to standard output; see [`is_broken_pipe`].
 pub fn say(line: impl AsRef<str>) -> Result<()> {
     writeln!(io::stdout(), "{}", fovolnet::printable(line.as_ref()))?;
     Ok(())
 }
 
-/// Prints a note of one line: what was assumed, or is good to know.
+/// Prints a note of one line: an assumption, or something good to know.
 pub fn note(text: impl AsRef<str>) {
     eprintln!("note: {}", fovolnet::printable_line(text.as_ref()));
 }
@@ -76,7 +76,7 @@ pub fn warning(text: impl AsRef<str>) {
     eprintln!("warning: {}", fovolnet::printable_line(text.as_ref()));
 }
 
-/// Prints what whoever asked for `volume` should know about it.
+/// Prints remarks and notes on `volume`.
 pub fn remark(volume: &OpenVolume) {
     for remark in volume.remarks() {
         warning(remark);
@@ -86,21 +86,21 @@ pub fn remark(volume: &OpenVolume) {
     }
 }
 
-/// Prints what the file at `path` could not hold.
+/// Prints `notes` on data that the file at `path` could not hold.
 pub fn notes_of(path: &Path, notes: &[String]) {
     for text in notes {
         note(format!("{}: {text}", path.display()));
     }
 }
 
-/// Prints what whoever asked for `pipeline` should know about it.
+/// Prints the notes of `pipeline`.
 pub fn warn(pipeline: &Pipeline) {
     for note in pipeline.notes() {
         self::note(note);
     }
 }
 
-/// A bar on a terminal; elsewhere a plain line at every tenth of the way.
+/// Progress display: a bar on a terminal, elsewhere a line at every tenth of the way.
 pub struct Progress {
     bar: Option<ProgressBar>,
     what: &'static str,
@@ -119,12 +119,12 @@ impl Progress {
         Self { bar, what, total, done: 0 }
     }
 
-    /// One step is done.
+    /// Advances by one step.
     pub fn step(&mut self) {
         self.to(self.done + 1);
     }
 
-    /// `done` steps are done.
+    /// Advances to `done` steps.
     pub fn to(&mut self, done: u64) {
         let tenth = |n: u64| (10 * n).checked_div(self.total).unwrap_or(0);
         if let Some(bar) = &self.bar {
@@ -144,7 +144,7 @@ impl Drop for Progress {
     }
 }
 
-/// Whether `error` is that nobody reads our standard output any more.
+/// Whether `error` means that the reader of standard output is gone.
 pub fn is_broken_pipe(error: &anyhow::Error) -> bool {
     error.downcast_ref::<io::Error>().is_some_and(|e| e.kind() == io::ErrorKind::BrokenPipe)
 }

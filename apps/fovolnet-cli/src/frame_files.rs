@@ -1,4 +1,4 @@
-//! Where rendered frames go: into a folder, or one of them into a picture of its own.
+//! Output files of rendered frames: in a folder, or a single picture.
 
 use crate::commands::mask;
 use anyhow::{Context, Result, bail, ensure};
@@ -9,7 +9,7 @@ use fovolnet::io::image::{self, Alpha};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// What of a frame is written.
+/// Kind of picture to write of a frame.
 #[derive(clap::ValueEnum, Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Keep {
     Frame,
@@ -20,7 +20,7 @@ pub enum Keep {
 }
 
 impl Keep {
-    /// What the names of such files begin with.
+    /// Prefix of file names of this kind.
     fn name(self) -> &'static str {
         match self {
             Self::Frame => "frame",
@@ -31,7 +31,7 @@ impl Keep {
         }
     }
 
-    /// The format that it has in a folder of pictures in `format`.
+    /// Format of this kind in a folder of pictures in `format`.
     fn format(self, format: Format) -> Format {
         match self {
             Self::Mask => Format::Png,
@@ -41,7 +41,7 @@ impl Keep {
     }
 }
 
-/// How pictures are written.
+/// Picture format.
 #[derive(clap::ValueEnum, Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
     Png,
@@ -58,17 +58,17 @@ impl Format {
         }
     }
 
-    /// What the name `path` ends in.
+    /// Format by the extension of `path`.
     fn of(path: &Path) -> Option<Self> {
         let extension = path.extension()?;
         Self::ALL.into_iter().find(|format| extension.eq_ignore_ascii_case(format.extension()))
     }
 }
 
-/// Pictures that are not written, and that nobody means a folder by.
+/// Picture formats that cannot be written; a path with such an extension is not meant as a folder.
 const OTHER_PICTURES: [&str; 6] = ["jpg", "jpeg", "bmp", "tif", "tiff", "webp"];
 
-/// What is kept of frames, and where.
+/// Files to write of rendered frames.
 #[derive(Debug, PartialEq)]
 pub struct FrameFiles {
     output: PathBuf,
@@ -79,7 +79,8 @@ pub struct FrameFiles {
 }
 
 impl FrameFiles {
-    /// `keep` of `frames` frames in `output`: a folder, or where that is a name like `picture.png` of no folder, that picture.
+    /// Files of the kinds `keep` for `frames` frames. `output` is a folder, or a single picture if it is named like
+    /// `picture.png` and is not a folder.
     pub fn new(output: &Path, keep: &[Keep], format: Option<Format>, frames: usize) -> Result<Self> {
         let named = if output.is_dir() { None } else { Format::of(output) };
         let shown = output.display();
@@ -123,12 +124,12 @@ impl FrameFiles {
         })
     }
 
-    /// The same, with or without the alpha of frames.
+    /// Sets whether frames keep their alpha.
     pub fn with_alpha(self, has_alpha: bool) -> Self {
         Self { has_alpha, ..self }
     }
 
-    /// Makes the folder that the files lie in.
+    /// Makes the folder of the files.
     pub fn make_folder(&self) -> Result<()> {
         let folder = if self.is_picture { self.output.parent() } else { Some(&*self.output) };
         match folder.filter(|folder| !folder.as_os_str().is_empty()) {
@@ -137,12 +138,12 @@ impl FrameFiles {
         }
     }
 
-    /// Whether `keep` is kept.
+    /// Whether pictures of the kind `keep` are written.
     pub fn has(&self, keep: Keep) -> bool {
         self.keep.contains(&keep)
     }
 
-    /// The files that it writes of the frames `numbers`.
+    /// Paths of all files for the frames `numbers`.
     pub fn paths(&self, numbers: &Range<u32>) -> Vec<PathBuf> {
         numbers
             .clone()
@@ -150,7 +151,7 @@ impl FrameFiles {
             .collect()
     }
 
-    /// Writes what is kept of a frame.
+    /// Writes the files of a frame.
     pub fn write(&self, rendered: &RenderedFrame, reference: Option<&Frame>) -> Result<()> {
         let alpha = if self.has_alpha { Alpha::Keep } else { Alpha::Drop };
         for &keep in &self.keep {
@@ -169,7 +170,7 @@ impl FrameFiles {
         Ok(())
     }
 
-    /// The names of frames that lie in the folder and are not among `numbers`: those of a longer run before.
+    /// Names of frames in the folder that are not among `numbers`, left by a longer run before.
     pub fn older(&self, numbers: &Range<u32>) -> Vec<String> {
         if self.is_picture {
             return Vec::new();
@@ -204,7 +205,7 @@ impl FrameFiles {
     fn picture(&self, path: &Path, frame: &Frame, alpha: Alpha) -> Result<()> {
         match self.format {
             Format::Png => image::write_png(path, frame, alpha)?,
-            // Straight colours are PNG's convention, premultiplied ones OpenEXR's; of opaque frames both are the same.
+            // PNG stores straight alpha, OpenEXR premultiplied alpha. Opaque frames are the same in both.
             Format::Exr if self.has_alpha && alpha == Alpha::Keep => {
                 image::write_exr(path, &frame.clone().premultiplied())?;
             }
@@ -214,7 +215,7 @@ impl FrameFiles {
     }
 }
 
-/// The motion of a frame as a picture: red is the way right, green the way down, in pixels; still where none is known.
+/// Motion of a frame as a picture: red is right, green is down, in pixels; 0 where it is unknown.
 fn motion_picture(rendered: &RenderedFrame) -> Frame {
     let mut picture = Frame::new(rendered.frame.size());
     for (i, pixel) in picture.pixels_mut().iter_mut().enumerate() {

@@ -1,4 +1,4 @@
-//! Numbered pictures in a folder, in the order of their numbers.
+//! Numbered pictures in a folder, in numerical order.
 
 use anyhow::{Result, bail};
 use fovolnet::core::input;
@@ -6,21 +6,21 @@ use fovolnet::io::{Error, image, natural_order};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Whether the name `path` is that of a picture which can be read.
+/// Whether `path` has the extension of a readable picture.
 pub fn is_picture(path: &Path) -> bool {
     let found = path.extension().unwrap_or_default();
     image::EXTENSIONS.iter().any(|known| found.eq_ignore_ascii_case(known))
 }
 
-/// The last part of `path`, as text.
+/// Last part of `path`, as text.
 pub fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// The pictures in `folder` whose names begin with `prefix`, by the numbers in their names: 2 before 10.
+/// Pictures in `folder` whose names begin with `prefix`, sorted by the numbers in their names: 2 before 10.
 ///
 /// # Errors
-/// A folder that cannot be read or holds no such picture; two pictures of one number.
+/// A folder that cannot be read or has no such picture; two pictures with the same number.
 pub fn pictures_named(folder: &Path, prefix: &str) -> Result<Vec<PathBuf>> {
     let files = pictures_if_any(folder, prefix)?;
     if files.is_empty() {
@@ -29,10 +29,10 @@ pub fn pictures_named(folder: &Path, prefix: &str) -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// The pictures that [`pictures_named`] finds, which may be none. They count as read from now on, see [`input`].
+/// Pictures as in [`pictures_named`], possibly none. They count as inputs from now on, see [`input`].
 ///
 /// # Errors
-/// A folder that cannot be read; two pictures of one number.
+/// A folder that cannot be read; two pictures with the same number.
 pub fn pictures_if_any(folder: &Path, prefix: &str) -> Result<Vec<PathBuf>> {
     let entries = std::fs::read_dir(folder).map_err(|e| Error::io("read", folder, e))?;
     let mut files = Vec::new();
@@ -50,7 +50,7 @@ pub fn pictures_if_any(folder: &Path, prefix: &str) -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// The part of the name of `path` between `prefix` and the extension, without leading zeros where it is a number.
+/// Part of the name of `path` between `prefix` and the extension. Leading zeros of a number are dropped.
 pub fn number(path: &Path, prefix: &str) -> String {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let rest = stem.strip_prefix(prefix).unwrap_or(&stem);
@@ -61,10 +61,10 @@ pub fn number(path: &Path, prefix: &str) -> String {
     }
 }
 
-/// `files` by their numbers.
+/// Indexes `files` by their numbers.
 ///
 /// # Errors
-/// Two files of one number, as `frame_1.png` and `frame_0001.exr`.
+/// Two files with the same number, such as `frame_1.png` and `frame_0001.exr`.
 pub fn by_number<'a>(files: &'a [PathBuf], prefix: &str) -> Result<BTreeMap<String, &'a Path>> {
     let mut found: BTreeMap<String, &Path> = BTreeMap::new();
     for path in files {
@@ -79,7 +79,7 @@ pub fn by_number<'a>(files: &'a [PathBuf], prefix: &str) -> Result<BTreeMap<Stri
     Ok(found)
 }
 
-/// What is to be said of numbers that are missing between those of `files`.
+/// Note on numbers that are missing in the sequence of `files`; `None` if there are none.
 pub fn gaps(files: &[PathBuf], prefix: &str) -> Option<String> {
     const LISTED: usize = 4;
     let numbers: Vec<u64> = files.iter().filter_map(|path| number(path, prefix).parse().ok()).collect();

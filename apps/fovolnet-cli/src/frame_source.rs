@@ -1,4 +1,4 @@
-//! Frames to compare, one after the other: those of a clip, of a folder of pictures, or one picture.
+//! Source of frames to compare: a clip, a folder of pictures, or one picture.
 
 use crate::frame_sequence::{self, is_picture};
 use anyhow::{Context, Result, bail};
@@ -7,21 +7,21 @@ use fovolnet::io::image;
 use fovolnet::io::video::VideoReader;
 use std::path::{Path, PathBuf};
 
-/// Frames in their order. One of them is in memory at a time, however many there are.
+/// Frames in order. Only one of them is in memory at a time.
 pub enum FrameSource {
-    /// Pictures that are still to be read.
+    /// Pictures that are still to be read, and the number of all.
     Pictures { files: std::vec::IntoIter<PathBuf>, count: usize },
-    /// A clip, and how many frames it has in all.
+    /// Clip, and the number of its frames.
     Video { path: PathBuf, reader: VideoReader, count: usize },
 }
 
 impl FrameSource {
-    /// The frames at `path`; in a folder, the pictures of the first of `prefixes` that there are any of.
+    /// Opens the frames at `path`. In a folder it takes the pictures of the first of `prefixes` that has any.
     ///
-    /// Clips are gone through to count their frames.
+    /// A clip is read once to count its frames.
     ///
     /// # Errors
-    /// What cannot be read; a folder without pictures.
+    /// A file that cannot be read; a folder without pictures.
     pub fn open(path: &Path, prefixes: &[&str]) -> Result<Self> {
         if is_picture(path) && path.is_file() {
             input::add(path);
@@ -45,22 +45,22 @@ impl FrameSource {
         Self::Pictures { files: files.into_iter(), count }
     }
 
-    /// Whether it is a clip.
+    /// Whether the source is a clip.
     pub fn is_video(&self) -> bool {
         matches!(self, Self::Video { .. })
     }
 
-    /// The number of all its frames.
+    /// Number of all frames.
     pub fn len(&self) -> usize {
         match self {
             Self::Pictures { count, .. } | Self::Video { count, .. } => *count,
         }
     }
 
-    /// The next frame.
+    /// Reads the next frame.
     ///
     /// # Errors
-    /// What cannot be read; no more frames, as of a clip that has changed meanwhile.
+    /// A file that cannot be read; no more frames, for example if the clip was changed meanwhile.
     pub fn next(&mut self) -> Result<Frame> {
         match self {
             Self::Pictures { files, .. } => {

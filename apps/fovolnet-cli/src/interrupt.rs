@@ -1,4 +1,4 @@
-//! What a command does when a signal asks it to stop, see [`fovolnet::signals`].
+//! Reaction of a command to a signal that asks it to stop, see [`fovolnet::signals`].
 
 use fovolnet::core::stop;
 
@@ -7,30 +7,31 @@ pub fn install() {
     fovolnet::signals::listen(|| ());
 }
 
-/// Whether a stop was asked for.
+/// Whether a signal has asked to stop.
 pub fn asked() -> bool {
     stop::asked()
 }
 
-/// An error that says what is complete, if a stop was asked for.
+/// Returns an error with `complete`, the finished results, if a signal has asked to stop.
 pub fn check(complete: &str) -> anyhow::Result<()> {
     if asked() { Err(error(complete)) } else { Ok(()) }
 }
 
-/// The error of a command that was stopped, with what is complete.
+/// Error of an interrupted command; `complete` says which results are finished.
 pub fn error(complete: &str) -> anyhow::Error {
     anyhow::anyhow!("interrupted; {complete}")
 }
 
-/// Does the work of a frame; nothing where it was left in the middle, or is not to begin.
+/// Runs `work` for one frame. `None` if a signal interrupted it, or came before it began.
 ///
 /// # Errors
-/// Those of `work`.
+/// Errors of `work`.
 pub fn unless_asked<T>(work: impl FnOnce() -> anyhow::Result<T>) -> anyhow::Result<Option<T>> {
     if asked() { Ok(None) } else { stop::catch(work).ok().transpose() }
 }
 
-/// Does the work of a command. Where it is left in the middle it is an error: nothing that it was writing has its name.
+/// Runs `work` for a whole command. An interruption is an error; files that were being written then do not get their
+/// names.
 pub fn leave<T>(work: impl FnOnce() -> anyhow::Result<T>) -> anyhow::Result<T> {
     stop::catch(work).unwrap_or_else(|_| Err(error("files that have their names are complete")))
 }

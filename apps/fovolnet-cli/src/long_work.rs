@@ -1,31 +1,32 @@
-//! Progress of long work that is done within a call, see [`fovolnet::core::LongWork`].
+//! Progress display of long work inside a call, see [`fovolnet::core::LongWork`].
 
 use crate::console::Progress;
 use fovolnet::core::{WorkProgress, listen_to_long_work};
 use std::sync::{Mutex, PoisonError, TryLockError};
 use std::time::{Duration, Instant};
 
-/// What takes less is not worth a line.
+/// Work that takes less time gets no progress line.
 const LONG: Duration = Duration::from_secs(1);
 
-/// Work that was heard of.
+/// Work in progress.
 struct Shown {
     what: &'static str,
     begun: Instant,
-    /// Steps that were told of at most: threads tell of theirs in any order.
+    /// Largest reported step; threads report their steps in any order.
     done: u64,
-    /// Once it is long.
+    /// Progress display, once the work takes long.
     progress: Option<Progress>,
 }
 
-/// Shows all long work from now on.
+/// Shows the progress of all long work from now on.
 pub fn show() {
     listen_to_long_work(hear);
 }
 
 fn hear(heard: WorkProgress) {
     static SHOWN: Mutex<Option<Shown>> = Mutex::new(None);
-    // Threads that work do not wait for one that writes: of the steps between, the next one tells. The last must be heard.
+    // Working threads do not wait for one that prints: a later report covers their steps. Only the last report must not
+    // be lost.
     let mut shown = match SHOWN.try_lock() {
         Ok(shown) => shown,
         Err(TryLockError::WouldBlock) if heard.done < heard.total => return,
@@ -36,7 +37,7 @@ fn hear(heard: WorkProgress) {
 
 fn tell(shown: &mut Option<Shown>, WorkProgress { what, done, total }: WorkProgress) {
     if done >= total {
-        // Another thread may still tell of a step before.
+        // Another thread may still report an earlier step.
         *shown = None;
         return;
     }

@@ -1,6 +1,6 @@
 //! The `fovolnet` command.
 
-// It would panic where whoever reads our output has enough of it; see `console::say`.
+// Printing would panic once the reader of the output is gone; see `console::say`.
 #![deny(clippy::print_stdout)]
 
 mod bench;
@@ -34,7 +34,7 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Render a short foveated fly-through of a built-in volume, with everything to look at
+    /// Render a short foveated fly-through of a built-in volume, with pictures of every stage
     Demo(commands::demo::Demo),
     /// Say what a volume file holds
     Info(commands::info::Info),
@@ -64,19 +64,19 @@ enum Command {
     View(commands::view::View),
 }
 
-/// Keeps Mesa's layer that asks the desktop which GPU it prefers from complaining where there is no desktop.
+/// Silences Mesa's device-select layer, which complains if there is no desktop to ask for the preferred GPU.
 fn quieten_drivers() {
     if cfg!(target_os = "linux") && std::env::var_os("XDG_RUNTIME_DIR").is_none() {
-        // SAFETY: this is the first thing that the program does: there is no other thread that could read the environment.
+        // SAFETY: this runs first in the program, so no other thread can read the environment.
         unsafe { std::env::set_var("NODEVICE_SELECT", "1") };
     }
 }
 
-/// Makes a file that grows past its limit (`ulimit -f`) an error of writing, instead of the end of the program that leaves
-/// half a file behind.
+/// Turns exceeding the file size limit (`ulimit -f`) into a write error. By default the signal would end the program
+/// and leave half a file behind.
 fn outlive_file_limits() {
     #[cfg(unix)]
-    // SAFETY: to ignore a signal needs no handler, and may be asked for at any time.
+    // SAFETY: ignoring a signal needs no handler and is allowed at any time.
     unsafe {
         libc::signal(libc::SIGXFSZ, libc::SIG_IGN);
     }
@@ -115,7 +115,7 @@ fn main() -> ExitCode {
     }
     match result {
         Ok(()) => ExitCode::SUCCESS,
-        // Whoever reads our output has enough of it.
+        // The reader of the output has closed it, which is no error.
         Err(error) if console::is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) if error.is::<companion::Failed>() => {
             ExitCode::from(error.downcast_ref::<companion::Failed>().map_or(1, |failed| failed.0))
@@ -127,7 +127,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Whether what was asked for contradicts itself.
+/// Whether `error` comes from contradictory arguments.
 fn is_usage(error: &anyhow::Error) -> bool {
     use fovolnet::Error::{Contradiction, Io};
     use fovolnet::io::Error::IsInput;
@@ -135,10 +135,11 @@ fn is_usage(error: &anyhow::Error) -> bool {
         || matches!(error.downcast_ref(), Some(IsInput { .. }))
 }
 
-/// Help and version go to standard output as they are; wrong usage is one line, and the help where nothing was said at all.
+/// Prints help and version unchanged to standard output. Wrong usage gets a line of error, and a command without
+/// arguments gets the help.
 fn usage(error: &clap::Error) -> ExitCode {
     if !error.use_stderr() {
-        // Whoever reads it may have enough of it.
+        // The reader may have closed the output.
         let _ = write!(io::stdout(), "{error}");
         return ExitCode::SUCCESS;
     }

@@ -7,7 +7,7 @@ use std::panic::PanicHookInfo;
 #[global_allocator]
 static MEMORY: ExitWhenExhausted = ExitWhenExhausted;
 
-/// Has allocations that fail, and threads that cannot be started, end the program so, without leaving temporary files.
+/// Makes the program end with one line if an allocation fails or a thread cannot start. No temporary files are left.
 pub fn outlive() {
     memory::before_exit(temporaries::remove_all);
     if let Some((nth, bytes)) = refused() {
@@ -25,14 +25,14 @@ pub fn outlive() {
     }));
 }
 
-/// Whether `panic` is that of the standard library or of rayon, which cannot start a thread.
+/// Whether `panic` means that the standard library or rayon could not start a thread.
 fn is_of_threads(panic: &PanicHookInfo<'_>) -> bool {
     let said = panic.payload_as_str().unwrap_or_default();
     said.contains("failed to spawn thread") || said.contains("ThreadPoolBuildError")
 }
 
-/// What `FOVOLNET_REFUSE_ALLOCATION=N:BYTES` says: the N-th allocation of at least so many bytes is to be refused. Tests go through
-/// all of them so, with the program as it is shipped.
+/// Value of `FOVOLNET_REFUSE_ALLOCATION=N:BYTES`: makes the N-th allocation of at least that many bytes fail. Tests use
+/// it to let every large allocation of the shipped program fail in turn.
 fn refused() -> Option<(usize, usize)> {
     let said = std::env::var("FOVOLNET_REFUSE_ALLOCATION").ok()?;
     let (nth, bytes) = said.split_once(':')?;

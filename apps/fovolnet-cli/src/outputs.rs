@@ -1,4 +1,4 @@
-//! The files that a command will write: none of those that it reads, none of them twice.
+//! Checks of a command's output files: they must not overwrite its inputs or each other.
 
 use anyhow::{Result, bail, ensure};
 use fovolnet::Error;
@@ -6,18 +6,17 @@ use fovolnet::io::atomic;
 use std::collections::HashSet;
 use std::path::{Component, Path, PathBuf};
 
-/// Refuses outputs that cannot be what they are meant to be, before anything is written. Everything that the command reads is
-/// open by now, see [`fovolnet::core::input`].
+/// Checks the outputs before anything is written. Call it after all inputs are open, see [`fovolnet::core::input`].
 ///
 /// # Errors
-/// A folder, a file that was read, two outputs in one file.
+/// An output that is a folder or an input; two outputs in one file.
 pub fn check<'a>(files: impl IntoIterator<Item = &'a Path>) -> Result<()> {
     let mut places = HashSet::new();
     for file in files {
         ensure!(!file.is_dir(), "{} is a folder; name a file in it", file.display());
         atomic::refuse_input(file)?;
         atomic::refuse_input(&without_returns(file))?;
-        // Pipes and devices take what comes, one after the other.
+        // Pipes and devices accept several outputs one after another.
         if (file.is_file() || !file.exists()) && !places.insert(place(file)) {
             let problem =
                 format!("two outputs would be written to {}; give each a name of its own", file.display());
@@ -27,7 +26,7 @@ pub fn check<'a>(files: impl IntoIterator<Item = &'a Path>) -> Result<()> {
     Ok(())
 }
 
-/// Refuses files in folders that do not exist, before hours of work are lost. To be asked once the command has made its own
+/// Checks that the folders of `files` exist, before hours of work are lost. Call it after the command has made its own
 /// folder.
 ///
 /// # Errors
@@ -42,7 +41,7 @@ pub fn have_folders<'a>(files: impl IntoIterator<Item = &'a Path>) -> Result<()>
     Ok(())
 }
 
-/// Where `file` lies or will lie, whatever the way there.
+/// Location of `file`, existing or not, in a form that can be compared.
 fn place(file: &Path) -> PathBuf {
     let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let beside = || Some(folder.canonicalize().ok()?.join(file.file_name()?));
@@ -50,7 +49,7 @@ fn place(file: &Path) -> PathBuf {
     place.or_else(|| std::path::absolute(without_returns(file)).ok()).unwrap_or_else(|| file.to_owned())
 }
 
-/// `file` without `x/..`: the way there may lead through a folder that is still to be made.
+/// Removes `x/..` from `file`, since `x` may be a folder that is still to be made.
 fn without_returns(file: &Path) -> PathBuf {
     let mut way = PathBuf::new();
     for part in file.components() {

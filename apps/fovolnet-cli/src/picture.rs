@@ -1,8 +1,8 @@
-//! Pictures made of pictures.
+//! Composition of pictures from pictures.
 
 use fovolnet::core::{Frame, FrameSize};
 
-/// `frames` side by side, all of the same height, `gap` white pixels between them.
+/// Places `frames` of equal height side by side, with `gap` white pixels between them.
 pub fn side_by_side(frames: &[&Frame], gap: u32) -> Frame {
     let height = frames.iter().map(|f| f.size().height).max().unwrap_or(1);
     let width = frames.iter().map(|f| f.size().width + gap).sum::<u32>().saturating_sub(gap);
@@ -15,7 +15,7 @@ pub fn side_by_side(frames: &[&Frame], gap: u32) -> Frame {
     sheet
 }
 
-/// `frames` below each other, all of the same width, `gap` white pixels between them.
+/// Places `frames` of equal width below each other, with `gap` white pixels between them.
 pub fn stacked(frames: &[Frame], gap: u32) -> Frame {
     let width = frames.iter().map(|f| f.size().width).max().unwrap_or(1);
     let height = frames.iter().map(|f| f.size().height + gap).sum::<u32>().saturating_sub(gap);
@@ -28,7 +28,7 @@ pub fn stacked(frames: &[Frame], gap: u32) -> Frame {
     sheet
 }
 
-/// Means of `factor`² pixels.
+/// Shrinks by `factor`; each pixel is a mean of `factor`² pixels.
 pub fn smaller(frame: &Frame, factor: u32) -> Frame {
     let FrameSize { width, height } = frame.size();
     let size = FrameSize::new((width / factor).max(1), (height / factor).max(1))
@@ -45,7 +45,7 @@ pub fn smaller(frame: &Frame, factor: u32) -> Frame {
     Frame::from_pixels(size, pixels).expect("as many pixels as the size says")
 }
 
-/// Every pixel as `factor`² of them.
+/// Enlarges by `factor`; each pixel becomes `factor`² pixels.
 pub fn larger(frame: &Frame, factor: u32) -> Frame {
     let FrameSize { width, height } = frame.size();
     let size = FrameSize::new(width * factor, height * factor).expect("parts are small");
@@ -54,7 +54,7 @@ pub fn larger(frame: &Frame, factor: u32) -> Frame {
     Frame::from_pixels(size, pixels).expect("as many pixels as the size says")
 }
 
-/// A grey picture of values from 0, black, to 1.
+/// Grey picture of `value` at each pixel, from 0 (black) to 1 (white).
 pub fn grey(size: FrameSize, value: impl Fn(u32, u32) -> f32) -> Frame {
     let pixels = (0..size.height).flat_map(|y| (0..size.width).map(move |x| (x, y)));
     let grey = pixels.map(|(x, y)| value(x, y)).map(|v| [v, v, v, 1.0]).collect();

@@ -1,8 +1,8 @@
-//! The file that some formats of volumes take besides the one that is named.
+//! Second file of some volume formats, beside the one that the user names.
 
 use fovolnet::io::volume::Beside;
 
-/// What becomes of a file that lies where the second one would.
+/// Option to replace an existing file in the place of the second one.
 #[derive(clap::Args)]
 pub struct SecondFile {
     /// Replace a file that nobody named: NAME.raw of .nhdr and .mhd, NAME.json of .raw, where it was not written for them
@@ -11,7 +11,7 @@ pub struct SecondFile {
 }
 
 impl SecondFile {
-    /// What may be replaced beside the volume.
+    /// Files that may be replaced beside the volume.
     pub fn beside(&self) -> Beside {
         if self.overwrite { Beside::All } else { Beside::Own }
     }

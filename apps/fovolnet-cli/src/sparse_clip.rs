@@ -1,4 +1,4 @@
-//! Sparse frames of any renderer and their motion, as they lie in a folder.
+//! Sparse frames of any renderer, with their motion, in a folder.
 
 use crate::console;
 use crate::frame_sequence::{self, file_name, number};
@@ -8,24 +8,24 @@ use fovolnet::io::image::{self, Picture};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// How far colours may lie outside 0 to 1 by rounding.
+/// Tolerance for colours outside 0 to 1, which rounding may cause.
 const ROUNDING: f32 = 1e-3;
 
-/// A folder of sparse frames, all of one size.
+/// Folder of sparse frames, all of one size.
 pub struct SparseClip {
     frames: Vec<PathBuf>,
-    /// By the numbers of frames.
+    /// Files of motion by frame numbers.
     motion: BTreeMap<String, PathBuf>,
     size: FrameSize,
-    /// Notes that were printed; each is said once, of the first file that it holds for.
+    /// Printed notes. Each is printed once, for the first file that it concerns.
     said: BTreeSet<String>,
 }
 
 impl SparseClip {
-    /// Looks at the names and sizes of all frames in `folder`.
+    /// Checks the names and sizes of all frames in `folder`.
     ///
     /// # Errors
-    /// No frames, two of one number, frames of different sizes, files that are no pictures.
+    /// No frames, two frames with the same number, frames of different sizes, files that are not pictures.
     pub fn open(folder: &Path) -> Result<Self> {
         let frames = frame_sequence::pictures_named(folder, "sparse_")?;
         if let Some(gaps) = frame_sequence::gaps(&frames, "sparse_") {
@@ -50,32 +50,32 @@ impl SparseClip {
         Ok(Self { frames, motion, size, said: BTreeSet::new() })
     }
 
-    /// The number of frames.
+    /// Number of frames.
     pub fn len(&self) -> usize {
         self.frames.len()
     }
 
-    /// The file of frame `i`.
+    /// File of frame `i`.
     pub fn path(&self, i: usize) -> &Path {
         &self.frames[i]
     }
 
-    /// The size of all frames.
+    /// Size of all frames.
     pub fn size(&self) -> FrameSize {
         self.size
     }
 
-    /// Says that motion lies beside the frames and is not used.
+    /// Notes that `how` does not use the motion in the folder, if there is any.
     pub fn leave_motion_out(&mut self, how: &str) {
         if let Some(path) = self.motion.values().next().cloned() {
             self.note(&path, &format!("motion is not used by {how}"));
         }
     }
 
-    /// Frame `i`: alpha is 1 at samples, and all other pixels are 0.
+    /// Reads frame `i`: alpha is 1 at samples, and all other pixels are 0.
     ///
     /// # Errors
-    /// A file that cannot be read, or has no alpha.
+    /// A file that cannot be read, or that has no alpha.
     pub fn frame(&mut self, i: usize) -> Result<Frame> {
         let path = self.frames[i].clone();
         let Picture { mut frame, has_alpha, notes } = image::read_picture(&path)?;
@@ -89,14 +89,14 @@ impl SparseClip {
         Ok(frame)
     }
 
-    /// The motion of frame `i` where there is any.
+    /// Reads the motion of frame `i`, if there is any.
     ///
     /// # Errors
-    /// A file that cannot be read, is of another size, or has no two channels of motion.
+    /// A file that cannot be read, is of another size, or lacks two channels of motion.
     pub fn motion(&mut self, i: usize) -> Result<Option<Vec<[f32; 2]>>> {
         let path = self.frames[i].clone();
         let Some(file) = self.motion.get(&number(&path, "sparse_")).cloned() else {
-            // Nothing lies before the first frame.
+            // The first frame has no predecessor to move from.
             if i > 0 && !self.motion.is_empty() {
                 self.note(&path, "no motion lies beside it, so the scene counts as still there");
             }
@@ -131,7 +131,7 @@ impl SparseClip {
     }
 }
 
-/// Makes alpha of `frame` 1 at samples and all other pixels 0. What is to be said about it.
+/// Sets alpha of `frame` to 1 at samples and all other pixels to 0. Returns notes for the user.
 fn sampled_alone(frame: &mut Frame) -> Vec<String> {
     let [mut is_partial, mut is_infinite, mut is_outside] = [false; 3];
     let mut samples = 0;

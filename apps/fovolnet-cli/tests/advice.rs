@@ -1,14 +1,14 @@
-//! What the command says, and does, where somebody new would wonder.
+//! Advice and behaviour in situations where a new user may be puzzled.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 fn run(arguments: &[&str]) -> Output {
-    // Without a path there is no ffmpeg.
+    // An empty PATH hides ffmpeg.
     Command::new(env!("CARGO_BIN_EXE_fovolnet")).args(arguments).env("PATH", "").output().unwrap()
 }
 
-/// What is said beside the results of a run that must succeed.
+/// Standard error of a run that must succeed.
 fn notes(arguments: &[&str]) -> String {
     let output = run(arguments);
     let said = String::from_utf8(output.stderr).unwrap();
@@ -16,7 +16,7 @@ fn notes(arguments: &[&str]) -> String {
     said
 }
 
-/// The message of a run that must fail with `status`; notes may stand before it.
+/// Error message of a run that must fail with `status`; notes may precede it.
 fn error(arguments: &[&str], status: i32) -> String {
     let output = run(arguments);
     let said = String::from_utf8(output.stderr).unwrap();
@@ -26,7 +26,7 @@ fn error(arguments: &[&str], status: i32) -> String {
     last
 }
 
-/// A folder to work in.
+/// Temporary folder of a test.
 struct Folder(tempfile::TempDir);
 
 impl Folder {
@@ -42,14 +42,14 @@ impl Folder {
         self.path(name).to_str().unwrap().to_owned()
     }
 
-    /// The path of a file that holds `bytes`.
+    /// Writes `bytes` to the file `name`; returns its path.
     fn file(&self, name: &str, bytes: impl AsRef<[u8]>) -> String {
         std::fs::write(self.path(name), bytes).unwrap();
         self.at(name)
     }
 }
 
-/// Renders one small frame of `volume` to `out`; what was said.
+/// Renders one small frame of `volume` to `out`; returns standard error.
 fn render(volume: &str, out: &str, more: &[&str]) -> String {
     notes(&[&["render", volume, "-o", out, "--size", "48x32", "--device", "cpu"], more].concat())
 }
@@ -122,7 +122,7 @@ fn pictures_that_show_nothing_are_explained() {
     assert!(!render("head", &out, &SMALL_HEAD).contains("nothing shows"));
 }
 
-/// The report of rendering the small head with `more`.
+/// JSON report of rendering the small head with the flags `more`.
 fn report(folder: &Folder, more: &[&str]) -> serde_json::Value {
     let out = folder.at("out");
     let begin = ["render", "head", "-o", &out, "--size", "48x32", "--json", "-"];

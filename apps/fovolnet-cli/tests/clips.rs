@@ -1,4 +1,4 @@
-//! Clips through ffmpeg: what they hold, and what is said where they are broken.
+//! Clips through ffmpeg: their contents, and messages about broken ones.
 
 use serde_json::Value;
 use std::path::Path;
@@ -76,7 +76,7 @@ fn clips_say_their_colours_rate_and_even_size() {
     assert_eq!(wrong.status.code(), Some(2));
 }
 
-/// A program called ffmpeg that cuts off the clip that the true one wrote, and ends with 0.
+/// Puts a false ffmpeg on the PATH. It truncates the clip that the real one wrote, and ends with status 0.
 #[cfg(unix)]
 #[test]
 fn a_clip_that_is_cut_off_is_no_success() {
@@ -117,7 +117,7 @@ fn clips_that_reach_a_limit_are_errors_and_leave_nothing() {
         }
         let clip = clips.join(format!("clip.{ending}"));
         let mut run = Command::new("sh");
-        // A block of 512 bytes: an empty frame fits, the clip of it does not.
+        // A limit of 512 bytes: a blank frame fits, its clip does not.
         run.args(["-c", "ulimit -f 1; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_fovolnet")]);
         run.args([
             "render",

@@ -1,4 +1,4 @@
-//! The command as a user runs it.
+//! The command line as users run it.
 
 use serde_json::Value;
 use std::path::Path;
@@ -15,7 +15,7 @@ fn succeeds(arguments: &[&str]) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// The message of a run that must fail with `status`: one line, no panic.
+/// Error message of a run that must fail with `status`: one line, no panic.
 fn fails(arguments: &[&str], status: i32) -> String {
     let output = fovolnet(arguments);
     let error = String::from_utf8(output.stderr).unwrap();
@@ -111,7 +111,7 @@ fn references_have_exact_shadows() {
     let [off, on] = ["off", "on"].map(|shadows| render(shadows, "frame,reference").1);
     assert!(reference.is_some() && reference == on[1] && reference != off[1]);
     assert!(frame != on[0], "frames have the shadows that were asked for");
-    // Against a reference of cached shadows, as the full frame has them, it would look better.
+    // With cached shadows in the reference, as in the full frame, quality would look better than it is.
     let out = folder.path().join("full");
     let full = ["render", "head", "-o", out.to_str().unwrap(), "--sampling", "full", "--format", "exr"];
     succeeds(&[&full[..], &["--shadows", "cached"], &SMALL].concat());
@@ -209,7 +209,7 @@ fn transparent_pictures_have_alpha_and_replay() {
     succeeds(&["render", &session, "-o", &b]);
     let bytes = |folder: &str| std::fs::read(Path::new(folder).join("frame_0000.png")).unwrap();
     assert_eq!(bytes(&a), bytes(&b));
-    // The colour type of PNG's header: red, green, blue and alpha.
+    // Byte 25 of a PNG is the colour type of its header; 6 is RGBA.
     assert_eq!(bytes(&a)[25], 6);
     succeeds(&["render", &session, "-o", &exr, "--format", "exr"]);
     let read = |file: &str| fovolnet::io::image::read(&folder.path().join(file)).unwrap();
@@ -251,7 +251,7 @@ fn networks_reconstruct_clips_and_are_exported() {
     let network = ["--reconstruct", "wnet", "--random-weights", "wnet-fast:3", "--precision", "f32"];
     let (first, second) = (at("first"), at("second"));
     succeeds(&[&render[..], &["-o", &first], &network].concat());
-    // The same frames from their sparse pictures, which have 8 bits: the third also saw the first two.
+    // The network fills the same frames from their sparse pictures, which have only 8 bits.
     succeeds(&[&["reconstruct", &first, "-o", &second], &network[..]].concat());
     let report = json(&succeeds(&["metrics", &first, &second, "--json", "-"]));
     assert!(report["psnr"].as_f64().unwrap() > 40.0, "{report}");
@@ -261,7 +261,7 @@ fn networks_reconstruct_clips_and_are_exported() {
 
     let out = at("out");
     succeeds(&[&render[..], &["-o", &out, "--reconstruct", "deepfovea"]].concat());
-    // Without weights those that the program has.
+    // Without `--weights` it uses the built-in weights.
     let (shipped, named) = (at("shipped"), at("named"));
     succeeds(&[&render[..], &["-o", &shipped, "--reconstruct", "wnet"]].concat());
     succeeds(&[&render[..], &["-o", &named, "--reconstruct", "wnet", "--weights", "wnet-fast"]].concat());
@@ -464,7 +464,7 @@ fn frames_of_others_are_filled_alike_on_either_device() {
         let report = json(&succeeds(&["metrics", &filled[0], &filled[1], "--json", "-"]));
         assert!(report["psnr"].as_f64().unwrap() > 50.0, "{how}: {report}");
     }
-    // What no GPU does is done by the processor, and said.
+    // The CPU does what the GPU does not support, with a note.
     let linear = fovolnet(&[
         "reconstruct",
         &sparse,

@@ -1,4 +1,4 @@
-//! Names of files that are no Unicode, which Linux allows, wherever the command takes one.
+//! File names that are not Unicode, which Linux allows, wherever the command takes one.
 #![cfg(target_os = "linux")]
 
 use serde_json::Value;
@@ -19,7 +19,7 @@ fn succeeds(arguments: &[&OsStr]) -> String {
     String::from_utf8(output.stdout).expect("what is printed is Unicode")
 }
 
-/// All words of a command; `{}` stands for the next of `files`.
+/// Arguments of a command; `{}` stands for the next of `files`.
 fn words<'a>(command: &'a str, files: &[&'a Path]) -> Vec<&'a OsStr> {
     let mut files = files.iter();
     let word = |word: &'a str| match word {
@@ -33,7 +33,7 @@ fn run(command: &str, files: &[&Path]) -> String {
     succeeds(&words(command, files))
 }
 
-/// `before`, the byte 0xff, and `after`, in `folder`.
+/// Path in `folder` of a name with the invalid byte 0xff between `before` and `after`.
 fn named(folder: &Path, before: &str, after: &str) -> PathBuf {
     folder.join(OsString::from_vec([before.as_bytes(), b"\xff", after.as_bytes()].concat()))
 }
@@ -58,7 +58,7 @@ fn volumes_are_read_and_written() {
         let found: Value = serde_json::from_str(&run("info {} --json -", &[&other])).unwrap();
         assert_eq!(found["histogram"], report["histogram"], "{ending}");
     }
-    // Headers of text alone cannot name such a file.
+    // Headers in plain text cannot name such a file.
     let output = fovolnet(&words("convert {} {}", &[&volume, &named(folder.path(), "x", ".nhdr")]));
     let said = String::from_utf8(output.stderr).unwrap();
     assert!(
@@ -73,7 +73,7 @@ fn pairs_of_header_and_image_are_found() {
     let single = named(folder.path(), "single", ".nii");
     run("convert head {} --dims 8,8,8", &[&single]);
     let (header, image) = (named(folder.path(), "pair", ".hdr"), named(folder.path(), "pair", ".img"));
-    // A NIfTI of two files: the voxels begin at 0, and the header says so by `ni1`.
+    // NIfTI in two files: the voxels begin at 0, and the magic word is `ni1`.
     let mut bytes = fs::read(&single).unwrap();
     let offset = f32::from_le_bytes(bytes[108..112].try_into().unwrap()) as usize;
     fs::write(&image, &bytes[offset..]).unwrap();
@@ -93,7 +93,8 @@ fn sessions_find_their_files_again() {
     let folder = tempfile::tempdir().unwrap();
     let volume = volume(folder.path());
     let weights = named(folder.path(), "w", ".safetensors");
-    let shipped = concat!(env!("CARGO_MANIFEST_DIR"), "/../../crates/fovol-net/assets/weights/wnet-fast.safetensors");
+    let shipped =
+        concat!(env!("CARGO_MANIFEST_DIR"), "/../../crates/fovol-net/assets/weights/wnet-fast.safetensors");
     fs::copy(shipped, &weights).unwrap();
     let colours = named(folder.path(), "colours", ".json");
     fs::write(&colours, r#"{"points":[[0,0,0,0,0],[1,1,0.5,0.2,0.3]]}"#).unwrap();
@@ -110,7 +111,7 @@ fn sessions_find_their_files_again() {
     run("render {} -o {}", &[&session, &again]);
     let [first, second] = [out, again].map(|folder| fs::read(folder.join("frame_0000.png")).unwrap());
     assert_eq!(first, second);
-    // What moved with its session is found there.
+    // Files that moved together with their session are found.
     let moved = named(folder.path(), "moved", "");
     fs::create_dir(&moved).unwrap();
     for file in [&volume, &weights, &session] {

@@ -1,4 +1,4 @@
-//! `reconstruct` and `metrics` on the frames of other renderers.
+//! `reconstruct` and `metrics` on frames of other renderers.
 
 use fovolnet::core::{Frame, FrameSize};
 use fovolnet::io::image::{self, Alpha};
@@ -18,7 +18,7 @@ fn succeeds(arguments: &[&str]) -> (String, String) {
     (out, error)
 }
 
-/// The message of a run that must fail with `status`: one line.
+/// Error message of a run that must fail with `status`: one line.
 fn fails(arguments: &[&str], status: i32) -> String {
     let output = fovolnet(arguments);
     let error = String::from_utf8(output.stderr).unwrap();
@@ -37,7 +37,7 @@ fn text(path: &Path) -> &str {
 
 const SIZE: FrameSize = FrameSize { width: 48, height: 32 };
 
-/// A disc that moves right by 1.5 pixels a frame; one pixel of seven is sampled.
+/// Disc that moves right by 1.5 pixels per frame, with one of seven pixels sampled.
 fn sparse(i: u32, size: FrameSize) -> Frame {
     let mut frame = Frame::new(size);
     for (k, pixel) in frame.pixels_mut().iter_mut().enumerate() {
@@ -50,7 +50,7 @@ fn sparse(i: u32, size: FrameSize) -> Frame {
     frame
 }
 
-/// A folder of `frames` sparse frames called by `name`.
+/// Folder of `frames` sparse frames with the names that `name` returns.
 fn folder(frames: u32, name: impl Fn(u32) -> String) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     for i in 0..frames {
@@ -118,7 +118,7 @@ fn frames_stand_in_the_order_of_their_numbers() {
             "{i}"
         );
     }
-    // Padded and unpadded names are the same frames to `metrics`, too.
+    // `metrics` also matches padded and unpadded numbers.
     let (report, _) = succeeds(&["metrics", text(&a), text(&b), "--json", "-"]);
     let report: Value = serde_json::from_str(&report).unwrap();
     assert_eq!(report["psnr"], 100.0);
@@ -184,7 +184,7 @@ fn exr_windows_and_channels_of_others_are_read() {
     }
     let window = image::read_picture(&cases.join("window/sparse_0000.exr")).unwrap();
     assert_eq!(window.frame.size(), FrameSize { width: 80, height: 64 });
-    // The data begin at column 10 and row 8, and end at 69 and 47.
+    // The data window is columns 10 to 69 and rows 8 to 47.
     assert!(window.has_alpha && window.frame.pixel(9, 20)[3] == 0.0 && window.frame.pixel(70, 20)[3] == 0.0);
     assert!((10..70).any(|x| window.frame.pixel(x, 8)[3] == 1.0));
     let motion = image::read_motion(&cases.join("two/motion_0001.exr")).unwrap();
@@ -233,7 +233,7 @@ fn a_limit_of_files_is_an_error_that_leaves_nothing() {
     let size = FrameSize { width: 640, height: 400 };
     image::write_exr(&folder.path().join("sparse_0000.exr"), &sparse(0, size)).unwrap();
     let out = folder.path().join("out");
-    // Blocks of 512 bytes.
+    // The limit counts blocks of 512 bytes.
     let script = "ulimit -f 8; exec \"$0\" reconstruct \"$1\" -o \"$2\" --reconstruct pull-push --device cpu";
     let run = Command::new("sh")
         .args(["-c", script, env!("CARGO_BIN_EXE_fovolnet"), text(folder.path()), text(&out)])

@@ -1,4 +1,4 @@
-//! Every kind of output on a full disk: an error, and nothing under its name.
+//! Every kind of output on a full disk: an error, and no file under its name.
 //!
 //! The disk is a small file system in memory, which only an administrator may mount.
 #![cfg(target_os = "linux")]
@@ -11,11 +11,11 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// A file system of little room. It goes with this.
+/// Small file system in memory, unmounted on drop.
 struct SmallDisk(tempfile::TempDir);
 
 impl SmallDisk {
-    /// One of 1 MiB; none where that is not allowed.
+    /// Mounts a file system of 1 MiB; `None` if that is not allowed.
     fn mount() -> Option<Self> {
         let folder = tempfile::tempdir().unwrap();
         let mut mount = Command::new("mount");
@@ -31,7 +31,7 @@ impl SmallDisk {
         self.0.path()
     }
 
-    /// Leaves room for `bytes` bytes, in whole pages of 4096.
+    /// Fills the disk except for `bytes` bytes, in whole pages of 4096.
     fn leave(&self, bytes: usize) {
         let mut filler = File::create(self.path().join("filler")).unwrap();
         while filler.write_all(&[1; 4096]).is_ok() {}
@@ -39,7 +39,7 @@ impl SmallDisk {
         filler.set_len(length).unwrap();
     }
 
-    /// All files but the filler.
+    /// All files except the filler.
     fn files(&self) -> Vec<PathBuf> {
         let mut folders = vec![self.path().to_owned()];
         let mut files = Vec::new();
@@ -61,7 +61,7 @@ impl Drop for SmallDisk {
     }
 }
 
-/// A folder with inputs, and the kinds of outputs: what is written to `{}`, the full disk.
+/// Folder with inputs, and commands for each kind of output, which they write to `{}`, the full disk.
 fn kinds() -> (tempfile::TempDir, Vec<&'static str>) {
     let inputs = tempfile::tempdir().unwrap();
     succeeds(inputs.path(), "data make head v.nrrd --dims 48,48,48");
@@ -134,7 +134,7 @@ fn every_output_fails_on_a_full_disk_and_leaves_nothing() {
 fn what_is_found_on_a_disk_that_fills_up_is_complete() {
     let Some(disk) = SmallDisk::mount() else { return };
     let (inputs, kinds) = kinds();
-    // What each command writes where there is room.
+    // Sizes of the outputs of each command on a disk with room.
     for kind in kinds.iter().filter(|kind| kind.starts_with("convert") || kind.starts_with("render")) {
         let roomy = tempfile::tempdir().unwrap();
         let line = kind.replace("{}", roomy.path().to_str().unwrap());
@@ -146,7 +146,7 @@ fn what_is_found_on_a_disk_that_fills_up_is_complete() {
             for file in disk.files() {
                 let expected = roomy.path().join(file.strip_prefix(disk.path()).unwrap());
                 let lengths = [&file, &expected].map(|file| fs::metadata(file).unwrap().len());
-                // Times in reports differ.
+                // Times in reports vary in length.
                 let is_same = lengths[0] == lengths[1] || file.extension().is_some_and(|e| e == "json");
                 assert!(is_same, "{kind} {pages}: {lengths:?} {}", file.display());
                 fs::remove_file(file).unwrap();

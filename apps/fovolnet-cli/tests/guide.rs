@@ -1,4 +1,4 @@
-//! The guide's commands do what it says: every block of the language `sh,run` is run, line by line, in one folder a chapter.
+//! Runs the commands of the guide: every block of the language `sh,run`, line by line, in one folder for each chapter.
 
 mod command;
 
@@ -6,7 +6,7 @@ use command::succeeds;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// What fences a block that is to be run.
+/// Opening fence of a block to run.
 const FENCE: &str = "```sh,run\n";
 
 fn root() -> PathBuf {
@@ -21,7 +21,7 @@ fn chapters() -> Vec<PathBuf> {
     files
 }
 
-/// The lines of all blocks of `text` that are to be run.
+/// Lines of all blocks of `text` that are to be run.
 fn commands(text: &str) -> Vec<&str> {
     let blocks = text.split(FENCE).skip(1).map(|rest| rest.split("```").next().unwrap_or_default());
     blocks.flat_map(str::lines).filter(|line| !line.trim().is_empty()).collect()

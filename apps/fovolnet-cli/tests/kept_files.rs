@@ -1,4 +1,4 @@
-//! No command destroys what it reads, and none replaces a file that nobody named.
+//! No command destroys its inputs or replaces a file that the user did not name.
 
 mod command;
 
@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Every file below `folder` and what it holds.
+/// All files below `folder` with their contents.
 fn contents(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut found = BTreeMap::new();
     for entry in fs::read_dir(folder).unwrap() {
@@ -21,7 +21,8 @@ fn contents(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     found
 }
 
-/// Runs each of `lines` in `folder`: it must be refused as a contradiction, name what would be lost, and change nothing.
+/// Runs each of `lines` in `folder`. Each must be refused as a contradiction, name the file in danger, and change
+/// nothing.
 fn refuses(folder: &Path, lines: &[&str]) {
     let before = contents(folder);
     for line in lines {
@@ -31,7 +32,7 @@ fn refuses(folder: &Path, lines: &[&str]) {
     }
 }
 
-/// A folder with one input of each kind.
+/// Folder with one input of each kind.
 fn inputs() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
@@ -42,7 +43,8 @@ fn inputs() -> tempfile::TempDir {
     let key = "[[keyframe]]\nframe = 0\neye = [0, 0, 2]\ntarget = [0, 0, 0]\nfovy = 35\n";
     fs::write(at("path.toml"), key).unwrap();
     fs::write(at("gaze.toml"), "stops = [[0, 0.1, 0.2]]\n").unwrap();
-    let shipped = concat!(env!("CARGO_MANIFEST_DIR"), "/../../crates/fovol-net/assets/weights/wnet-fast.safetensors");
+    let shipped =
+        concat!(env!("CARGO_MANIFEST_DIR"), "/../../crates/fovol-net/assets/weights/wnet-fast.safetensors");
     fs::copy(shipped, at("w.safetensors")).unwrap();
     succeeds(folder.path(), "noise make noise.npy --size 16 --frames 2");
     let render = "--size 16x16 --save-session s.toml --keep frame,sparse --reconstruct pull-push";
@@ -153,7 +155,7 @@ fn files_that_nobody_named_stay_unless_a_flag_gives_them_up() {
             assert!(!at("scan").with_extension(ending).exists(), "{line}");
             succeeds(folder.path(), &format!("{line} --overwrite"));
             assert_ne!(fs::read(at(second)).unwrap(), b"of somebody");
-            // It is its own now.
+            // The command wrote this file itself, so it may replace it.
             succeeds(folder.path(), &line);
             succeeds(folder.path(), &format!("info scan.{ending}"));
             for file in ["scan.raw", "scan.json", "scan.nhdr", "scan.mhd"] {

@@ -1,7 +1,7 @@
-//! Commands that are ended at random moments: every file under its name is whole, signals that can be heard leave nothing else
-//! behind, and the command is gone at once.
+//! Kills commands at random moments. Every file under its final name must be whole. After signals that can be caught,
+//! nothing else may be left, and the command must end quickly.
 //!
-//! `FOVOLNET_KILLS` says how many (60 without it), `FOVOLNET_KILLS_SEED` chooses others.
+//! `FOVOLNET_KILLS` sets the number of kills (default 60), `FOVOLNET_KILLS_SEED` the random seed.
 #![cfg(unix)]
 
 mod command;
@@ -13,17 +13,17 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-/// What ends a command. The last one cannot be heard.
+/// Signals that end a command. KILL cannot be caught.
 const SIGNALS: [(&str, i32); 4] =
     [("INT", libc::SIGINT), ("TERM", libc::SIGTERM), ("HUP", libc::SIGHUP), ("KILL", libc::SIGKILL)];
 
-/// How long a command may take to end: a second, and more on a busy machine.
+/// Longest time for a command to end: a second, with a margin for busy machines.
 const LIMIT: Duration = Duration::from_secs(15);
 
-/// Frames of every clip.
+/// Number of frames in every clip.
 const FRAMES: usize = 4;
 
-/// Commands that write, as what lies in the folder of [`inputs`] allows. `{}` is the folder that they write to.
+/// Commands that write files, from the inputs in the folder of [`inputs`]. `{}` is the output folder.
 const KINDS: [&str; 29] = [
     "render v.nrrd -o {}/p.png --size 96x64 --reconstruct pull-push",
     "render v.nrrd -o {}/p.exr --size 96x64 --shadows cached",
@@ -56,7 +56,7 @@ const KINDS: [&str; 29] = [
     "export --random-weights wnet-narrow --onnx {}/net.onnx",
 ];
 
-/// A folder with what the commands read.
+/// Folder with the inputs of the commands.
 fn inputs() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     succeeds(folder.path(), "data make head v.nrrd --dims 64,64,64");
@@ -64,18 +64,18 @@ fn inputs() -> tempfile::TempDir {
     folder
 }
 
-/// Numbers that a seed chooses.
+/// Random numbers from a seed.
 struct Draws(u64);
 
 impl Draws {
-    /// One of 0…`count` − 1.
+    /// Random number in 0…`count` − 1.
     fn below(&mut self, count: usize) -> usize {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 33) as usize % count
     }
 }
 
-/// A number in the environment.
+/// Number in the environment variable `name`.
 fn setting(name: &str) -> Option<u64> {
     std::env::var(name).ok().map(|text| text.parse().unwrap_or_else(|_| panic!("{name} is no number")))
 }
@@ -87,11 +87,11 @@ fn start(folder: &Path, line: &str) -> Child {
 }
 
 fn send(child: &Child, signal: i32) {
-    // SAFETY: the process is ours and not waited for yet, so the number is still its own.
+    // SAFETY: the child is ours and not waited for, so its number is not reused.
     unsafe { libc::kill(child.id() as libc::pid_t, signal) };
 }
 
-/// How `child` ended within `limit`; none where it goes on, and is killed.
+/// Exit status of `child` if it ends within `limit`; otherwise kills it and returns `None`.
 fn ended(child: &mut Child, limit: Duration) -> Option<ExitStatus> {
     let started = Instant::now();
     loop {
@@ -121,16 +121,16 @@ fn is_temporary(file: &Path) -> bool {
     file.file_name().unwrap().to_string_lossy().starts_with('.')
 }
 
-/// Bytes of the volumes of one and of two bytes a voxel, and of the ranks.
+/// Sizes in bytes of files without a header: volumes with one and two bytes per voxel, and ranks.
 const BYTES: [(&str, u64); 3] =
     [("a.raw", 64 * 64 * 64), ("v.raw", 2 * 64 * 64 * 64), ("n.npy", 128 + 4 * 32 * 32 * 16)];
 
-/// Why the file at `path` is not whole, as the program itself reads it.
+/// Why the file at `path` is not whole, judged by the program itself; `None` if it is.
 fn problem(folder: &Path, path: &Path) -> Option<String> {
     let name = path.file_name().unwrap().to_str().unwrap();
     let shown = path.to_str().unwrap();
     let length = fs::metadata(path).unwrap().len();
-    // Without the header that a kill kept away nothing else says what these are.
+    // These files have no header, or a kill prevented it, so only the size tells.
     if let Some((_, whole)) = BYTES.iter().find(|(known, _)| *known == name) {
         return (length != *whole).then(|| format!("{length} bytes"));
     }
@@ -159,7 +159,7 @@ fn clip_problem(folder: &Path, clip: &str) -> Option<String> {
         .then(|| format!("{frames:?} frames; {}", String::from_utf8_lossy(&output.stderr)))
 }
 
-/// Whether a process works on a file in `folder`, as ffmpeg does.
+/// Whether another process, such as ffmpeg, works on a file in `folder`.
 fn is_worked_on(folder: &Path) -> bool {
     let folder = folder.to_str().unwrap();
     let processes = fs::read_dir("/proc").into_iter().flatten().flatten();
@@ -195,7 +195,7 @@ fn commands_that_are_killed_leave_whole_files_and_nothing_else() {
         send(&child, signal);
         let status = ended(&mut child, LIMIT);
         let what = format!("{line}: {name} after {moment:?} of {lasts:?}: {status:?}");
-        // Before the command listens, a signal ends it as it does any program.
+        // Before the command listens, a signal ends it like any program.
         assert!(status.is_some_and(|status| matches!(status.code(), None | Some(0 | 1))), "{what}");
         let is_killed = signal == libc::SIGKILL;
         if !is_killed {

@@ -1,4 +1,4 @@
-//! Too little memory: one line, status 1, and nothing left behind.
+//! Too little memory: one line of error, status 1, and nothing left behind.
 
 mod command;
 
@@ -11,12 +11,13 @@ use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
-/// Allocations of at least so many bytes are refused, one in each run. Volumes, grids and frames of the tests are larger.
+/// Smallest size in bytes of the allocations that fail, one in each run. The tests' volumes, grids and frames are
+/// larger.
 const LARGE: usize = 1 << 18;
-/// More large allocations than any of the commands here makes.
+/// Upper bound of the large allocations of any command here.
 const MOST: usize = 100;
 
-/// What files lie in `folder` and below, with their bytes.
+/// Files in `folder` and below, with their contents.
 fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut all = BTreeMap::new();
     for entry in fs::read_dir(folder).unwrap() {
@@ -31,15 +32,15 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     all
 }
 
-/// Runs the command `line` in `folder` with the large allocation of number `nth` refused.
+/// Runs the command `line` in `folder` and lets its large allocation number `nth` fail.
 fn refusing(nth: usize, folder: &Path, line: &str) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_fovolnet"));
     command.args(line.split_whitespace().map(OsStr::new)).current_dir(folder).stdin(Stdio::null());
     command.env("FOVOLNET_REFUSE_ALLOCATION", format!("{nth}:{LARGE}")).output().unwrap()
 }
 
-/// Refuses each large allocation of the command `line` once, in folders with the files `inputs`; the command must make at least
-/// `least` of them. Files that are there nevertheless must be complete: those of a run in which nothing is refused.
+/// Lets each large allocation of the command `line` fail once, in folders with the files `inputs`. The command must
+/// make at least `least` large allocations. Files that exist afterwards must be complete, as in an undisturbed run.
 fn refuse_each(line: &str, inputs: &Path, least: usize) {
     let folder = || {
         let folder = tempfile::tempdir().unwrap();
@@ -121,7 +122,7 @@ fn frames_of_others_and_comparisons_survive_every_refusal() {
     refuse_each("metrics in clip.y4m --json out.json", folder.path(), 4);
 }
 
-/// Runs the command `line` in `folder` with no more than `kilobytes` of addresses.
+/// Runs the command `line` in `folder` with at most `kilobytes` of address space.
 #[cfg(target_os = "linux")]
 fn within(kilobytes: u64, folder: &Path, line: &str) -> Output {
     let mut command = Command::new("sh");
@@ -133,7 +134,7 @@ fn within(kilobytes: u64, folder: &Path, line: &str) -> Output {
     command.args(line.split_whitespace()).current_dir(folder).stdin(Stdio::null()).output().unwrap()
 }
 
-/// A file of `gigabytes` of zeros, which takes no room on the disk.
+/// Makes a sparse file of `gigabytes` of zeros, which takes no disk space.
 #[cfg(target_os = "linux")]
 fn zeros(path: &Path, gigabytes: u64) {
     fs::File::create(path).unwrap().set_len(gigabytes << 30).unwrap();
@@ -184,7 +185,7 @@ fn what_cannot_fit_is_refused_with_what_helps() {
     }
     let left: Vec<String> = files(&at.join("out")).into_keys().collect();
     assert!(left.is_empty(), "{left:?}");
-    // And what helps does help.
+    // The advice of the error must work.
     let small =
         "render big_1024x1024x1024_uint8.raw --size 64x64 --sampling full --downsample 8 --device cpu -o out";
     let output = within(1_500_000, at, small);
@@ -197,7 +198,7 @@ fn no_limit_however_tight_is_more_than_one_line() {
     let folder = tempfile::tempdir().unwrap();
     let line = "render head --dims 48,48,48 --size 320x200 --frames 2 --device cpu -o out";
     let mut succeeded = false;
-    // With less than the first the system cannot even load the program.
+    // With less than the first value the system cannot even load the program.
     for kilobytes in (48_000..160_000).step_by(2_000) {
         let output = within(kilobytes, folder.path(), line);
         succeeded |= output.status.success();
@@ -208,7 +209,7 @@ fn no_limit_however_tight_is_more_than_one_line() {
     assert!(succeeded, "some of the limits are enough");
 }
 
-/// Writes a clip of `frames` grey frames of 160x120 pixels to `path`, each of the brightness that `luma` says.
+/// Writes a clip of `frames` grey frames of 160x120 pixels to `path`. `luma` gives the brightness of each frame.
 fn write_clip(path: &Path, frames: usize, luma: impl Fn(usize) -> u8) {
     let mut file = std::io::BufWriter::new(fs::File::create(path).unwrap());
     file.write_all(b"YUV4MPEG2 W160 H120 F30:1 C444\n").unwrap();
@@ -224,7 +225,7 @@ fn write_clip(path: &Path, frames: usize, luma: impl Fn(usize) -> u8) {
 #[test]
 fn clips_are_compared_in_the_memory_of_a_few_frames() {
     let folder = tempfile::tempdir().unwrap();
-    // Together they are 1.2 GB of colours.
+    // Both clips together hold 1.2 GB of colours.
     write_clip(&folder.path().join("a.y4m"), 2000, |_| 100);
     write_clip(&folder.path().join("b.y4m"), 2000, |i| 100 + (i % 3) as u8);
     let output = within(400_000, folder.path(), "metrics a.y4m b.y4m");

@@ -1,4 +1,5 @@
-//! Every option that takes a path, given something that is no file to read or to write: an answer within seconds, and no panic.
+//! Gives every option that takes a path something that is not a usable file. The command must answer within seconds,
+//! without a panic.
 #![cfg(target_os = "linux")]
 
 mod command;
@@ -9,12 +10,12 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
-/// How long an answer may take; rendering the small pictures of these commands included.
+/// Longest time for an answer, including the rendering of small pictures.
 const PATIENCE: Duration = Duration::from_secs(10);
 
 const WHAT: [&str; 5] = ["pipe", "/dev/zero", "/dev/null", "folder", "missing/file"];
 
-/// A folder with a volume, frames, a pipe, a folder.
+/// Folder with a volume, frames, a pipe and a folder.
 fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     succeeds(folder.path(), "data make head v.nrrd --dims 8,8,8");
@@ -29,7 +30,7 @@ fn pipe(path: &Path) {
     assert!(Command::new("mkfifo").arg(path).status().unwrap().success());
 }
 
-/// The error of `line`, which must come in time.
+/// Error of `line`, which must end in time.
 fn answer(folder: &Path, line: &str) -> String {
     let output = within(PATIENCE, folder, line).unwrap_or_else(|| panic!("{line}: it never ends"));
     let status = output.status.code().unwrap_or_default();
@@ -45,7 +46,7 @@ fn what_is_read_is_a_file() {
         "info {}".into(),
         "convert {} out.nrrd".into(),
         format!("render {{}} {small}"),
-        // A session by its name.
+        // Session file by its name.
         format!("render {{}}.toml {small}"),
         format!("render v.nrrd {small} --tf {{}}"),
         format!("render v.nrrd {small} --tf {{}}#name"),
@@ -134,7 +135,7 @@ fn what_is_written_is_a_file_or_goes_to_somebody() {
     ];
     for line in &lines {
         for what in ["pipe", "folder", "missing/file", "/dev/full"] {
-            // The sample map makes its folder.
+            // The mask command makes its output folder, so a missing one is no error.
             if line.starts_with("mask") && line.ends_with("-o {}") && what.starts_with("missing") {
                 continue;
             }
@@ -157,7 +158,7 @@ fn what_is_written_is_a_file_or_goes_to_somebody() {
         let error = answer(folder.path(), &line);
         assert!(error.contains("nobody reads"), "{line}: {error}");
     }
-    // Folders are made; what is no folder stays what it is.
+    // Missing folders are made. Other kinds of files must stay unchanged.
     for what in ["pipe", "/dev/null", "/dev/zero", "v.nrrd"] {
         for line in [
             format!("render v.nrrd {small} -o {what}"),

@@ -1,4 +1,4 @@
-//! `fovolnet repro` as a user runs it, small.
+//! Small runs of `fovolnet repro`.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -35,7 +35,7 @@ fn everything_is_made_and_bound_into_one_page() {
     let film =
         |name: &str| ["mp4", "y4m"].map(|kind| folder.path().join(format!("video/{name}.{kind}")).exists());
     assert!(film("head").contains(&true) && film("vortices").contains(&true));
-    // Nothing is fetched from anywhere.
+    // The report must not load anything from the network.
     assert!(!page.contains("http://") && !page.contains("https://"));
     let speedups = text(&folder.path().join("speedups/speedups.csv"));
     let overall: Vec<&str> = speedups.lines().last().unwrap().split(',').collect();
@@ -72,7 +72,7 @@ fn wrong_words_are_one_line() {
     assert!(!folder.path().join("never").exists());
 }
 
-/// The name of the first adapter.
+/// Name of the first adapter.
 fn adapter() -> String {
     let devices = ["info", "--devices", "--json", "-"];
     let done = Command::new(env!("CARGO_BIN_EXE_fovolnet")).args(devices).output().unwrap();

@@ -1,4 +1,4 @@
-//! Programs that help this one, such as ffmpeg.
+//! Child processes that work for this one, such as ffmpeg.
 
 use crate::stop;
 use crate::temporaries;
@@ -8,20 +8,20 @@ use std::process::{Child, Command, ExitStatus};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// A program that was started to help this one. It ends with its owner, and with this process when that is asked to stop: see
-/// [`unfinished`].
+/// Child process that works for this one. It is killed when this value is dropped, or when this process is asked to
+/// stop; see [`unfinished`].
 #[derive(Debug)]
 pub struct Helper(Arc<Mutex<Child>>);
 
-/// The longest time between two looks at whether it has ended.
+/// Longest pause between two checks whether the child has ended.
 const LOOK: Duration = Duration::from_millis(10);
 
 impl Helper {
-    /// Starts `command`. On Unix it gets a process group of its own: Ctrl-C on a terminal is for this program alone, which decides
-    /// what becomes of those that help it.
+    /// Starts `command`. On Unix the child gets a process group of its own, so that Ctrl-C on a terminal reaches only
+    /// this process, which then decides about its children.
     ///
     /// # Errors
-    /// What the system said.
+    /// Errors of the operating system.
     pub fn start(command: &mut Command) -> io::Result<Self> {
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(command, 0);
@@ -31,15 +31,16 @@ impl Helper {
         Ok(Self(child))
     }
 
-    /// What `of` takes of it: its input or its outputs. Not its end, see [`Self::wait`].
+    /// Takes a pipe of the child, its input or its output, by the function `of`. To wait for the child's end use
+    /// [`Self::wait`].
     pub fn take<T>(&mut self, of: impl FnOnce(&mut Child) -> Option<T>) -> Option<T> {
         of(&mut self.child())
     }
 
-    /// Waits until it has ended; its input should be closed before.
+    /// Waits until the child has ended. Close its input first.
     ///
     /// # Errors
-    /// What the system said; that a stop was asked for meanwhile, which ends it.
+    /// Errors of the operating system. A stop that was asked for meanwhile, which kills the child.
     pub fn wait(&mut self) -> io::Result<ExitStatus> {
         let mut pause = Duration::from_micros(100);
         loop {
@@ -60,7 +61,7 @@ impl Helper {
     fn end(&mut self) {
         let mut child = self.child();
         temporaries::forget_writer(child.id());
-        // Where it has ended already there is nothing to end.
+        // A child that has ended already cannot be killed, which is no error here.
         let _ = child.kill();
         let _ = child.wait();
     }

@@ -10,8 +10,8 @@ const LEAST: usize = 3;
 impl Volume {
     /// The labels, smallest first, if the values look like labels.
     ///
-    /// Labels are 3 to 32 different integers, and somewhere two touch that are not neighbours in order. Labels jump,
-    /// while values of a scan pass through those between.
+    /// Labels are 3 to 32 different integers, and somewhere two voxels touch whose labels are not next to each other in
+    /// order. Labels jump, while the values of a scan pass through all values between.
     pub fn label_values(&self) -> Option<Vec<f64>> {
         if !self.dtype().is_integer() {
             return None;

@@ -1,29 +1,29 @@
-//! Work of a part that takes long, told step by step to whoever listens.
+//! Progress of work that takes long, reported step by step to one listener.
 
 use crate::stop;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// How far some work has come.
+/// Progress of one piece of work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct WorkProgress {
-    /// What is being made.
+    /// Name of the result, for a progress line.
     pub what: &'static str,
-    /// Steps that are done, at most `total`. Threads may tell of steps in another order.
+    /// Finished steps, at most `total`. Threads may report steps out of order.
     pub done: u64,
-    /// Steps in all.
+    /// Number of all steps.
     pub total: u64,
 }
 
 static LISTENER: OnceLock<fn(WorkProgress)> = OnceLock::new();
 
-/// Has `listener` hear of all long work of this process from now on, on the threads that do it. For programs: only the first
-/// listener is told.
+/// Calls `listener` for all long work of this process from now on, on the threads that do the work. Meant for programs:
+/// only the first listener counts.
 pub fn listen_to_long_work(listener: fn(WorkProgress)) {
     let _ = LISTENER.set(listener);
 }
 
-/// Work of a known number of steps, which [`listen_to_long_work`] tells of and [`stop`] ends.
+/// Work of a known number of steps. It reports to [`listen_to_long_work`], and [`stop`] can end it.
 #[derive(Debug)]
 pub struct LongWork {
     what: &'static str,
@@ -32,14 +32,14 @@ pub struct LongWork {
 }
 
 impl LongWork {
-    /// `total` steps that make `what`.
+    /// Work of `total` steps that makes `what`.
     pub fn new(what: &'static str, total: u64) -> Self {
         let work = Self { what, done: AtomicU64::new(0), total };
         work.tell(0);
         work
     }
 
-    /// One more step is done, on whichever thread. Leaves the work if a stop was asked for.
+    /// Counts one more finished step, from any thread. Unwinds if a stop was asked for.
     pub fn step(&self) {
         stop::point();
         self.tell(self.done.fetch_add(1, Ordering::Relaxed) + 1);

@@ -1,8 +1,8 @@
-//! A stop of the whole program, which long work looks for.
+//! A stop of the whole program, which long work checks for.
 //!
-//! Somebody asks for it once ([`ask`]), after a signal for instance. Work that may take long calls [`point`] at every row, tile,
-//! slab or frame: there it is left at once, through whatever lies above it, up to the next [`catch`]. What it holds is dropped on
-//! the way as after an error, so temporary files are removed. A program that never asks never notices any of this.
+//! [`ask`] requests it once, for instance after a signal. Long work calls [`point`] at every row, tile, slab or frame.
+//! After the request, [`point`] unwinds the stack up to the next [`catch`]. Destructors run as after an error, so
+//! temporary files are removed. Programs that never ask are not affected.
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
@@ -10,12 +10,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 static ASKED: AtomicBool = AtomicBool::new(false);
 
-/// Work was left because a stop was asked for.
+/// Error: work was abandoned because a stop was asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("interrupted")]
 pub struct Stopped;
 
-/// Asks all work of this process to stop. There is no way back: the program is about to end.
+/// Asks all work of this process to stop. This cannot be undone: the program is about to end.
 pub fn ask() {
     ASKED.store(true, Ordering::Release);
 }
@@ -25,15 +25,14 @@ pub fn asked() -> bool {
     ASKED.load(Ordering::Acquire)
 }
 
-/// The switch itself, for work that takes one.
+/// Flag of the stop request, for libraries that take a flag.
 pub fn flag() -> &'static AtomicBool {
     &ASKED
 }
 
-/// Leaves the work here if a stop was asked for. Costs next to nothing where none was: good for every row of a picture, not for
-/// every pixel.
+/// Unwinds if a stop was asked for. The check is cheap enough for every row of a picture, but not for every pixel.
 ///
-/// Must not be called on a thread whose panics nobody passes on; threads of rayon's pools pass theirs on.
+/// Call it only on threads whose panics are passed on. Rayon's pools do so.
 #[inline]
 pub fn point() {
     if ASKED.load(Ordering::Relaxed) {
@@ -41,7 +40,8 @@ pub fn point() {
     }
 }
 
-/// No panic of a bug: no hook is told, nothing is printed. Within a drop on the way out it would end the process, so not there.
+/// Unwinds without calling the panic hook, so nothing is printed. A second panic while unwinding would abort the
+/// process, so there is none then.
 #[cold]
 fn leave() {
     if !std::thread::panicking() {
@@ -49,16 +49,17 @@ fn leave() {
     }
 }
 
-/// Does `work`, and comes back from it also where it was left at a [`point`]. What `work` was changing is not to be used then.
+/// Runs `work`, and returns also when it was abandoned at a [`point`]. The data that `work` was changing must not be
+/// used then.
 ///
 /// # Errors
-/// It was left. Any other panic goes on.
+/// [`Stopped`] if the work was abandoned. Other panics are passed on.
 pub fn catch<T>(work: impl FnOnce() -> T) -> Result<T, Stopped> {
     catch_unwind(AssertUnwindSafe(work))
         .map_err(|cause| if is_stop(&*cause) { Stopped } else { resume_unwind(cause) })
 }
 
-/// Whether `cause`, which a caught panic brought along, is that of work that was left at a [`point`].
+/// Whether `cause`, the payload of a caught panic, comes from a [`point`].
 pub fn is_stop(cause: &(dyn Any + Send)) -> bool {
     cause.is::<Stopped>()
 }

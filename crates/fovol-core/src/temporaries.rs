@@ -1,21 +1,22 @@
-//! The temporary files of this process and the programs that write into them, for programs that end at once, where no destructor
-//! removes them.
+//! Registry of this process's temporary files, and of the child processes that write to them. It serves programs that
+//! end at once, where no destructor removes the files.
 //!
-//! They lie in memory that is there from the beginning: whoever finds no memory for anything else can still remove them.
+//! The registry is static memory, so the files can be removed even when no memory is left.
 
 use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, Ordering};
 
-/// So many files are known at once, and names up to this length.
+/// Largest number of registered files, and of registered children.
 const FILES: usize = 32;
+/// Largest size of a path in bytes, with its final zero.
 const LONGEST: usize = 1024;
 
 const FREE: u8 = 0;
 const CHANGING: u8 = 1;
 const KNOWN: u8 = 2;
 
-/// The name of a file, with a zero after it.
+/// Path of a file, with a final zero byte.
 struct Name {
     state: AtomicU8,
     bytes: [AtomicU8; LONGEST],
@@ -23,15 +24,15 @@ struct Name {
 
 static NAMES: [Name; FILES] =
     [const { Name { state: AtomicU8::new(FREE), bytes: [const { AtomicU8::new(0) }; LONGEST] } }; FILES];
-/// Held while names are changed.
+/// Locked while paths are changed.
 static CHANGES: Mutex<()> = Mutex::new(());
-/// Whether [`remove_all`] has begun: names stay as they are from then on.
+/// Whether [`remove_all`] has begun. Paths no longer change from then on.
 static ENDS: AtomicBool = AtomicBool::new(false);
 
-/// Enters the temporary file at `path`, in the place of one that is gone: renamed or removed.
+/// Registers the temporary file at `path`, in the place of one that was renamed or removed.
 pub(crate) fn add(path: &Path) {
     let path = path.as_os_str().as_encoded_bytes();
-    // Whoever panicked while names were changed left one that counts as changing, no more.
+    // A thread that panicked meanwhile left at most one entry marked as changing.
     let _changes = CHANGES.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
     let is_free = |name: &&Name| !name.path().is_some_and(|bytes| exists(&bytes));
     if path.len() < LONGEST
@@ -41,26 +42,27 @@ pub(crate) fn add(path: &Path) {
     }
 }
 
-/// The numbers of processes that may write into temporary files; 0 where there is none.
+/// Process numbers of children that may write to temporary files; 0 for a free place.
 static WRITERS: [AtomicU32; FILES] = [const { AtomicU32::new(0) }; FILES];
 
-/// Enters the process of number `id`, which writes into temporary files.
+/// Registers the child process `id`, which writes to temporary files.
 pub(crate) fn add_writer(id: u32) {
     let is_taken =
         |place: &&AtomicU32| place.compare_exchange(0, id, Ordering::SeqCst, Ordering::SeqCst).is_ok();
-    // Where there is no place it is on its own.
+    // Without a free place the child is not registered, and [`remove_all`] will not kill it.
     let _ = WRITERS.iter().find(is_taken);
 }
 
-/// Takes out the process of number `id`, before anybody waits for its end: later the number may be that of another one.
+/// Removes the child process `id` from the registry. Call it before waiting for the child, since the number may be
+/// reused afterwards.
 pub(crate) fn forget_writer(id: u32) {
     for place in &WRITERS {
         let _ = place.compare_exchange(id, 0, Ordering::SeqCst, Ordering::SeqCst);
     }
 }
 
-/// Ends every process that writes into temporary files, and removes those that are still there. Asks for no memory and takes no
-/// lock, so that an allocator may call it; the program must end then.
+/// Kills every registered child and removes every registered file that still exists. It allocates nothing and takes no
+/// lock, so an allocator may call it. The program must end afterwards.
 pub fn remove_all() {
     ENDS.store(true, Ordering::SeqCst);
     WRITERS.iter().map(|place| place.swap(0, Ordering::SeqCst)).filter(|&id| id != 0).for_each(end);
@@ -72,7 +74,8 @@ pub fn remove_all() {
 impl Name {
     fn set(&self, path: &[u8]) {
         self.state.store(CHANGING, Ordering::SeqCst);
-        // Whoever removes files has either seen that this name changes, or is seen here.
+        // `remove_all` sets `ENDS` before it reads the states. So it sees that this path changes, or this thread sees
+        // `ENDS`.
         if !ENDS.load(Ordering::SeqCst) {
             let with_end = path.iter().chain(&[0]);
             self.bytes.iter().zip(with_end).for_each(|(to, &byte)| to.store(byte, Ordering::Relaxed));
@@ -80,7 +83,7 @@ impl Name {
         }
     }
 
-    /// The name with the zero after it, if there is one.
+    /// The path with its final zero, if there is one.
     fn path(&self) -> Option<[u8; LONGEST]> {
         if self.state.load(Ordering::SeqCst) != KNOWN {
             return None;
@@ -93,34 +96,34 @@ impl Name {
 
 #[cfg(unix)]
 fn exists(path: &[u8; LONGEST]) -> bool {
-    // SAFETY: the name ends with a zero, and is there while the system reads it.
+    // SAFETY: the path ends with a zero byte and outlives the call.
     unsafe { libc::access(path.as_ptr().cast(), libc::F_OK) == 0 }
 }
 
 #[cfg(unix)]
 fn remove(path: &[u8; LONGEST]) {
-    // Where it is gone there is nothing to remove.
+    // A file that is gone already needs no removal.
     // SAFETY: as in `exists`.
     let _ = unsafe { libc::unlink(path.as_ptr().cast()) };
 }
 
-/// Ends the process of number `id`, which is a child of this one, and waits until it can write no more.
+/// Kills the child process `id` and waits until it can write no more.
 #[cfg(unix)]
 fn end(id: u32) {
     let Ok(id) = libc::pid_t::try_from(id) else { return };
-    // SAFETY: both take numbers; the pointer to where the status goes may be null. Nobody has waited for this child yet, so the
-    // number is still its own.
+    // SAFETY: both calls take numbers, and the pointer to the status may be null. The child has not been waited for, so
+    // its number is not reused yet.
     unsafe {
         libc::kill(id, libc::SIGKILL);
         libc::waitpid(id, std::ptr::null_mut(), 0);
     }
 }
 
-/// Elsewhere nobody ends without destructors.
+/// Does nothing: on systems other than Unix programs end with destructors.
 #[cfg(not(unix))]
 fn end(_: u32) {}
 
-/// As above.
+/// Always false: on systems other than Unix no file needs this registry.
 #[cfg(not(unix))]
 fn exists(_: &[u8; LONGEST]) -> bool {
     false

@@ -1,8 +1,8 @@
-//! What must not outlive this process unfinished: temporary files, and the programs that help it.
+//! Temporary files and child processes, which must not outlive this process.
 //!
-//! Whoever makes one holds the [`Gate`] until it is entered here, and whoever gives a file its name holds it meanwhile. [`abandon`]
-//! takes the gate for good, ends those programs and removes those files. So a file that is complete is either renamed before, and
-//! whole under its name, or gone: never in between.
+//! A thread that makes a temporary file holds the [`Gate`] until the file is registered here. A thread that renames one
+//! to its final name holds the gate meanwhile. [`abandon`] takes the gate for good, kills the children and removes the
+//! files. So every finished file either has its final name and is whole, or is gone.
 
 use crate::temporaries;
 use std::collections::HashSet;
@@ -14,18 +14,18 @@ use std::time::{Duration, Instant};
 
 static GATE: Mutex<()> = Mutex::new(());
 
-/// The right to make temporary files and to rename them, which one thread has at a time.
+/// Exclusive right to make and rename temporary files; one thread holds it at a time.
 #[derive(Debug)]
 #[must_use]
 pub struct Gate(#[expect(dead_code, reason = "it is held, not read")] MutexGuard<'static, ()>);
 
 impl Gate {
-    /// Waits for it; for ever once the process is ending.
+    /// Waits for the gate; for ever once the process is ending.
     pub fn enter() -> Self {
         Self(GATE.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// Enters the temporary file at `path`.
+    /// Registers the temporary file at `path`.
     pub fn add_file(&self, path: &Path) {
         temporaries::add(path);
         all().files.insert(path.to_owned());
@@ -37,7 +37,7 @@ impl Gate {
     }
 }
 
-/// Takes out the file at `path`: it has another name now, or is gone.
+/// Removes the file at `path` from the registry, after it was renamed or deleted.
 pub fn forget_file(path: &Path) {
     all().files.remove(path);
 }
@@ -46,7 +46,7 @@ pub(crate) fn forget_helper(child: &Arc<Mutex<Child>>) {
     all().helpers.retain(|other| !Arc::ptr_eq(other, child));
 }
 
-/// Temporary files and programs that this process has now.
+/// Temporary files and child processes of this process.
 #[derive(Default)]
 struct Unfinished {
     files: HashSet<PathBuf>,
@@ -58,21 +58,21 @@ fn all() -> MutexGuard<'static, Unfinished> {
     ALL.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// How long a program that was killed may take to be gone.
+/// Longest wait for the end of a killed child.
 const END_OF_HELPER: Duration = Duration::from_millis(100);
 
-/// Ends every program that helps this one and removes every temporary file. As long as the gate that comes back lives no thread
-/// makes or renames another: keep it until the process has ended.
+/// Kills every child process and removes every temporary file. While the returned gate lives, no thread makes or
+/// renames another file, so keep it until the process has ended.
 ///
-/// Waits for a thread that is renaming a file, up to `patience`; on a disk that takes longer nothing is removed, and `None` comes
-/// back.
+/// It waits up to `patience` for a thread that is renaming a file. If that takes longer, it removes nothing and returns
+/// `None`.
 pub fn abandon(patience: Duration) -> Option<Gate> {
     let gate = gate_within(patience)?;
     let all = all();
-    // First those who write, or they might make a file anew.
+    // Kill the writers first, or they might make a file anew.
     all.helpers.iter().for_each(|child| end(child));
     for file in &all.files {
-        // Where it cannot be removed nobody is left who could.
+        // Errors are ignored: nothing else could remove the file at this point.
         let _ = fs::remove_file(file);
     }
     Some(gate)
@@ -92,7 +92,7 @@ fn gate_within(patience: Duration) -> Option<Gate> {
 
 fn end(child: &Mutex<Child>) {
     let mut child = child.lock().unwrap_or_else(PoisonError::into_inner);
-    // One that has ended already needs no end.
+    // A child that has ended already cannot be killed, which is no error here.
     let _ = child.kill();
     let killed = Instant::now();
     while matches!(child.try_wait(), Ok(None)) && killed.elapsed() < END_OF_HELPER {

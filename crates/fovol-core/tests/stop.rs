@@ -1,4 +1,4 @@
-//! A stop is for a whole process, so its test is one: of a program that works, is asked to stop, and does no more.
+//! A stop concerns the whole process, so this file holds one test: a program that works, is asked to stop, and stops.
 
 use fovol_core::stop::{self, Stopped};
 use rayon::prelude::*;
@@ -6,12 +6,12 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 const ROWS: usize = 100_000;
 
-/// Says that it was dropped.
+/// Counts its drops.
 struct Dropped<'a>(&'a AtomicUsize);
 
 impl Drop for Dropped<'_> {
     fn drop(&mut self) {
-        // A point on the way out is none.
+        // A `point` while unwinding must not panic again.
         if std::thread::panicking() {
             stop::point();
         }

@@ -1,4 +1,5 @@
-//! What a process leaves behind when it is made to end. A process of its own, as the end is for all of it.
+//! No temporary file and no child process outlives `abandon`. The test is alone in this file, since `abandon` ends the
+//! work of its whole process.
 #![cfg(unix)]
 
 use fovol_core::Helper;
@@ -21,7 +22,7 @@ fn nothing_unfinished_is_left_and_nothing_new_is_made() {
     fs::rename(&renamed, folder.path().join("final")).unwrap();
     drop(gate);
     unfinished::forget_file(&renamed);
-    // It would make the file again and again.
+    // The child makes the file again and again.
     let again = format!("while :; do : > '{}'; sleep 0.01; done", left.display());
     let mut helper = Helper::start(Command::new("sh").args(["-c", &again])).unwrap();
 

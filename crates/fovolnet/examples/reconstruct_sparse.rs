@@ -1,4 +1,4 @@
-//! Fills sparse frames with a network, whatever rendered them. Here 8 % of the pixels of five frames are marched.
+//! Fills sparse frames of any renderer with a network. Here 8 % of the pixels of five frames are marched.
 //!
 //! ```text
 //! cargo run --release -p fovolnet --example reconstruct_sparse -- sparse
@@ -19,7 +19,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     std::fs::create_dir_all(&folder)?;
     let size: FrameSize = "320x240".parse()?;
 
-    // Any renderer will do whose sparse frames are black with alpha 0 where nothing was rendered.
+    // Any renderer will do if unsampled pixels of its frames are black with alpha 0.
     let volume = open_volume("head", &VolumeSettings { dims: Some([64; 3]), ..Default::default() })?;
     let shared = RenderSettings { size: Some(size), frames: Some(5), ..Default::default() };
     let sparse = RenderSettings {
@@ -36,7 +36,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut reconstructor = Reconstructor::new(&network, size)?;
     for i in 0..5 {
         let sparse = renderer.render(i)?.frame;
-        // Nothing moves here, so there is no motion to give. State goes from frame to frame inside.
+        // Nothing moves here, so there is no motion to pass. The reconstructor keeps the state between frames.
         let filled = reconstructor.reconstruct(&sparse, None)?;
         write_png(&folder.join(format!("frame_{i:04}.png")), &filled, Alpha::Drop)?;
         println!("frame {i}: {:.1} dB", psnr(&reference.render(i)?.frame, &filled)?);

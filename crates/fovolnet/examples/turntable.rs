@@ -1,4 +1,4 @@
-//! Renders a clip once around a volume, of which 5 % of the pixels are marched and a network rebuilds the rest.
+//! Renders a turntable clip of a volume. 5 % of the pixels are marched, and a network reconstructs the rest.
 //!
 //! ```text
 //! cargo run --release -p fovolnet --example turntable -- head turn.y4m 24

@@ -3,14 +3,14 @@ use fovol_core::{Camera, CameraPath, Keyframe};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-/// What a file of keyframes holds.
+/// TOML file of keyframes.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Keyframes {
     keyframe: Vec<Stop>,
 }
 
-/// A keyframe as it is written. A [`Keyframe`] itself passes over words that it does not know.
+/// Keyframe in a file. Unlike [`Keyframe`] it rejects unknown fields.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Stop {
@@ -33,10 +33,10 @@ impl From<&Keyframe> for Stop {
     }
 }
 
-/// Where frames of the volume in `world` are seen from, as `settings` say.
+/// Camera path that `settings` choose for the volume in `world`.
 ///
 /// # Errors
-/// A camera that sees nothing, a file that cannot be read.
+/// A camera that cannot be used, a file that cannot be read.
 pub fn camera_path(settings: &RenderSettings, world: &WorldBox) -> Result<CameraPath> {
     if let Some([ex, ey, ez, tx, ty, tz, fovy]) = settings.camera {
         let camera = Camera::new(DVec3::new(ex, ey, ez), DVec3::new(tx, ty, tz), fovy)?;
@@ -59,18 +59,18 @@ pub fn camera_path(settings: &RenderSettings, world: &WorldBox) -> Result<Camera
     }
 }
 
-/// The vertical field of view of the default view, in degrees.
+/// Vertical field of view of the default view, in degrees.
 const FOVY: f64 = 35.0;
-/// How far the default view looks down on a volume of which nobody knows how it stands, in degrees.
+/// Elevation of the default view in degrees, for volumes of unknown orientation.
 const LOOKS_DOWN: f64 = 20.0;
 
-/// One round over the frames, from the default view on.
+/// Turntable over all frames, beginning with the default view.
 fn turntable(settings: &RenderSettings, world: &WorldBox) -> CameraPath {
     let degrees = settings.turn.unwrap_or(360.0) / f64::from(settings.frames.unwrap_or(1));
     CameraPath::Turntable { start: default_view(settings, world), degrees }
 }
 
-/// The view that just fits the sphere around the shown part into the frame, from the front or the named side.
+/// View from the front or the named side that just fits the bounding sphere of the shown part into the frame.
 fn default_view(settings: &RenderSettings, world: &WorldBox) -> Camera {
     let from_front = [0.0, if world.is_patient() { 0.0 } else { LOOKS_DOWN }];
     let [azimuth, elevation] = settings.view.map_or(from_front, NamedView::angles);
@@ -78,19 +78,19 @@ fn default_view(settings: &RenderSettings, world: &WorldBox) -> Camera {
     let size = settings.frame_size();
     let height = (FOVY.to_radians() * 0.5).tan();
     let least = height.min(height * f64::from(size.width) / f64::from(size.height));
-    // The cone of the view touches the sphere: its half angle has the sine radius/distance.
+    // The cone of view touches the sphere, so its half angle has the sine radius/distance.
     let distance = (radius / least.atan().sin()).max(MIN_DISTANCE);
     let camera = Camera::on_sphere(azimuth, elevation, distance, FOVY);
     Camera { eye: centre + camera.eye, target: centre, ..camera }
 }
 
-/// Cameras need some distance, however thin the shown part is.
+/// Smallest distance of the camera, for shown parts that are extremely thin.
 const MIN_DISTANCE: f64 = 1e-3;
 
-/// `keyframes` as [`RenderSettings::path`] takes them in place of the name of a file.
+/// Text of `keyframes` as TOML, which [`RenderSettings::path`] accepts in place of a file name.
 ///
 /// # Panics
-/// Never: numbers can be written as TOML.
+/// Never: numbers can always be written as TOML.
 pub fn path_text(keyframes: &[Keyframe]) -> String {
     toml::to_string(&Keyframes { keyframe: keyframes.iter().map(Stop::from).collect() })
         .expect("numbers can be written as TOML")

@@ -1,17 +1,17 @@
 use std::fmt;
 use std::str::FromStr;
 
-/// A setting that may be left to the program: `auto`, or a value.
+/// Setting that is `auto` or a value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Choice<T> {
     /// The program decides.
     Auto,
-    /// This value.
+    /// The user decides for this value.
     Fixed(T),
 }
 
 impl<T: Copy> Choice<T> {
-    /// The value, unless the program decides.
+    /// The value, or `None` for `auto`.
     pub fn fixed(self) -> Option<T> {
         match self {
             Self::Auto => None,

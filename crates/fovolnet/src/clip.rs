@@ -4,31 +4,30 @@ use glam::DVec3;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// A part of a volume that is shown instead of the whole, as if the rest were empty.
+/// Crop box: the part of a volume that is shown, as if the rest were empty.
 ///
-/// The voxels that the part needs are a volume of its own, whose longest side is 1 like that of any other: cameras around
-/// the whole become cameras around it that see the same. Rays pass only what lies within the part's exact sides.
+/// The voxels that the part needs become a volume of their own. Its longest side is 1 like that of any other, so
+/// cameras are converted to see the same. Rays are clipped to the exact sides of the part.
 #[derive(Debug, Clone)]
 pub struct Clip {
     volume: Arc<Volume>,
-    /// The exact part of `volume`; `None` for all.
+    /// Exact part of `volume`; `None` for all of it.
     part: Option<ClipBox>,
-    /// The middle of `volume` in the world of the whole.
+    /// Centre of `volume` in the world space of the whole volume.
     centre: DVec3,
-    /// How much larger things are in the world of `volume`.
+    /// Scale from the world space of the whole volume to that of `volume`.
     scale: f64,
 }
 
-/// Voxels that are kept beyond the sides of a part: its values are interpolated with the next one, and slopes at its
-/// faces need one more.
+/// Voxels kept beyond each side of the part: one for interpolation, and one more for gradients at its faces.
 const BEYOND: usize = 2;
 
 impl Clip {
-    /// The part of `volume` within `sides`: from and to along x, then y, then z, as fractions of its box; the whole where
-    /// there are none.
+    /// Crops `volume` to `sides`: from and to along x, then y, then z, as fractions of its box. `None` keeps the whole
+    /// volume.
     ///
     /// # Errors
-    /// Sides that are not within 0 and 1, or do not rise.
+    /// Sides outside [0, 1], or a pair of sides that does not rise.
     pub fn new(volume: &Arc<Volume>, sides: Option<[f64; 6]>) -> Result<Self> {
         let whole = Self { volume: Arc::clone(volume), part: None, centre: DVec3::ZERO, scale: 1.0 };
         let Some(sides) = sides else { return Ok(whole) };
@@ -53,25 +52,25 @@ impl Clip {
         })
     }
 
-    /// `scene`, which shows the whole, with the part instead.
+    /// Replaces the volume of `scene`, which shows the whole, by the part.
     #[must_use]
     pub fn of(&self, scene: Scene) -> Scene {
         Scene { volume: Arc::clone(&self.volume), clip: self.part, ..scene }
     }
 
-    /// The camera that sees the part as `camera` sees it in the whole.
+    /// Converts `camera` from the world space of the whole volume to that of the part.
     pub fn camera(&self, camera: &Camera) -> Camera {
         let moved = |point: DVec3| (point - self.centre) * self.scale;
         Camera { eye: moved(camera.eye), target: moved(camera.target), ..*camera }
     }
 
-    /// The distance in the world of the whole that is `distance` in that of the part.
+    /// Converts `distance` from the world space of the part to that of the whole volume.
     pub fn distance(&self, distance: f32) -> f32 {
         (f64::from(distance) / self.scale) as f32
     }
 }
 
-/// Whether `sides` are within 0 and 1, and rise.
+/// Checks that `sides` lie within [0, 1] and rise.
 fn check(sides: [f64; 6]) -> Result<()> {
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
         let [from, to] = [sides[2 * axis], sides[2 * axis + 1]];
@@ -98,7 +97,7 @@ mod tests {
     fn parts_keep_the_voxels_that_they_need_and_their_colours() {
         let whole = volume();
         let clip = Clip::new(&whole, Some([0.51, 0.54, 0.0, 1.0, 0.9, 1.0])).unwrap();
-        // Voxel 5, and two on either side; along z voxel 4, and the two before.
+        // Voxel 5 and two on either side. Along z voxel 4 and the two before it.
         assert_eq!(clip.volume.grid().dims(), [5, 20, 3]);
         assert_eq!(clip.volume.range(), whole.range());
         assert_eq!(clip.volume.value([2, 7, 1]), whole.value([5, 7, 3]));

@@ -1,4 +1,4 @@
-//! What frames are computed on.
+//! Choice of the device that renders.
 
 use crate::Result;
 #[cfg(feature = "gpu")]
@@ -6,35 +6,35 @@ use fovol_gpu::{AdapterRequest, Gpu};
 use std::fmt;
 use std::str::FromStr;
 
-/// What frames are computed on.
+/// Device to render on, as requested.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Hash)]
 pub enum Device {
-    /// A graphics processor where there is one, never a program that plays one; else the processor.
+    /// A GPU if there is one, else the CPU. Never a software implementation of a GPU.
     #[default]
     Auto,
-    /// The processor.
+    /// The CPU.
     Cpu,
-    /// A graphics processor: the first whose name contains this, or the fastest; a program that plays one where it is
-    /// named, or where there is nothing else.
+    /// The fastest GPU, or the first whose name contains the text. Software implementations count only if named, or if
+    /// there is nothing else.
     Gpu(Option<String>),
 }
 
-/// A device that is open.
+/// Opened device.
 #[derive(Debug, Clone, Default)]
 pub enum OpenDevice {
-    /// The processor.
+    /// The CPU.
     #[default]
     Cpu,
-    /// A graphics processor.
+    /// A GPU.
     #[cfg(feature = "gpu")]
     Gpu(Gpu),
 }
 
 impl Device {
-    /// Opens what this asks for: a graphics processor, or the processor where that is meant or nothing better is there.
+    /// Opens the device. For [`Self::Auto`] that is the CPU if no GPU is found.
     ///
     /// # Errors
-    /// A graphics processor that was asked for and is not there, or does not open.
+    /// A requested GPU that does not exist or cannot be opened.
     #[cfg(feature = "gpu")]
     pub fn open(&self) -> Result<OpenDevice> {
         let Some(request) = self.request() else { return Ok(OpenDevice::Cpu) };
@@ -45,7 +45,7 @@ impl Device {
         }
     }
 
-    /// The adapter that this asks for; none where it is the processor.
+    /// Request for a GPU adapter; `None` for the CPU.
     #[cfg(feature = "gpu")]
     pub fn request(&self) -> Option<AdapterRequest> {
         match self {
@@ -56,10 +56,10 @@ impl Device {
         }
     }
 
-    /// The processor: this program was built without graphics processors.
+    /// Opens the CPU: this program was built without support for GPUs.
     ///
     /// # Errors
-    /// A graphics processor that was asked for.
+    /// A GPU was requested.
     #[cfg(not(feature = "gpu"))]
     pub fn open(&self) -> Result<OpenDevice> {
         match self {
@@ -74,7 +74,7 @@ impl Device {
 }
 
 impl OpenDevice {
-    /// The name of the graphics processor, if it is one.
+    /// Name of the GPU; `None` for the CPU.
     pub fn gpu_name(&self) -> Option<String> {
         match self {
             Self::Cpu => None,

@@ -7,8 +7,8 @@ use fovol_net::Fill;
 use fovol_net::cpu::FrameInput;
 use fovol_net::gpu::{Network, PullPush, State};
 
-/// Makes full frames of the sparse frames of one clip on a graphics processor, to which they are brought and from which they come
-/// back: the twin of [`crate::Reconstructor`] for frames of others. What [`crate::Pipeline`] samples there stays there.
+/// GPU twin of [`crate::Reconstructor`], for sparse frames of other renderers. Frames are uploaded, reconstructed and
+/// read back. Frames of [`crate::Pipeline`] stay on the device instead.
 #[derive(Debug)]
 pub struct DeviceReconstructor(Method);
 
@@ -19,10 +19,10 @@ enum Method {
 }
 
 impl DeviceReconstructor {
-    /// What `settings` say, for frames of `size`; `None` where that runs on the processor only.
+    /// Reconstruction as `settings` ask for, of frames of `size`; `None` if it runs on the CPU only.
     ///
     /// # Errors
-    /// Weights that are missing, cannot be read, or are of another kind of network; a size that the device does not take.
+    /// Weights that are missing, unreadable or of another kind of network; a size that the device does not support.
     pub fn new(gpu: &Gpu, settings: &RenderSettings, size: FrameSize) -> Result<Option<Self>> {
         let how = settings.reconstruction();
         let (true, Some(precision)) = (reconstructs(settings), device_precision(settings)) else {
@@ -38,10 +38,10 @@ impl DeviceReconstructor {
         Ok(Some(Self(Method::Network(Box::new(network), Box::new(state)))))
     }
 
-    /// The full frame of `sparse`, the next of the clip; `motion` as for [`crate::Reconstructor::reconstruct`].
+    /// Reconstructs `sparse`, the next frame of the clip. `motion` as for [`crate::Reconstructor::reconstruct`].
     ///
     /// # Errors
-    /// A frame of another size than the clip's, motion of another size, a device that is lost.
+    /// A frame or motion of another size than the clip's, a lost device.
     pub fn reconstruct(&mut self, sparse: &Frame, motion: Option<&[[f32; 2]]>) -> Result<Frame> {
         Ok(match &mut self.0 {
             Method::PullPush(fill) => fill.reconstruct(sparse)?,
@@ -49,7 +49,7 @@ impl DeviceReconstructor {
         })
     }
 
-    /// Whether it makes use of motion.
+    /// Whether the reconstruction uses motion.
     pub fn uses_motion(&self) -> bool {
         matches!(&self.0, Method::Network(network, _) if network.plan().inputs().motion.is_some())
     }

@@ -1,28 +1,28 @@
-/// What can go wrong between the settings and a picture. Every message is one line: what, where, how to
+/// Errors on the way from settings to a picture. Each message is one line that says what is wrong, where, and how to
 /// mend it.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A file.
+    /// Reading or writing a file.
     #[error(transparent)]
     Io(#[from] fovol_io::Error),
-    /// A number or extent.
+    /// Invalid number or extent.
     #[error(transparent)]
     Core(#[from] fovol_core::Error),
-    /// A procedural volume.
+    /// Invalid procedural volume.
     #[error(transparent)]
     Procedural(#[from] fovol_io::procedural::Error),
     /// Frames that cannot be compared.
     #[error(transparent)]
     Metrics(#[from] fovol_metrics::Error),
-    /// A network or its weights.
+    /// Invalid network or weights.
     #[error(transparent)]
     Network(#[from] fovol_net::Error),
-    /// A graphics processor.
+    /// Failure of a GPU.
     #[cfg(feature = "gpu")]
     #[error(transparent)]
     Gpu(#[from] fovol_gpu::GpuError),
-    /// A setting that makes no sense, with the reason and the remedy.
+    /// Invalid setting; the message gives reason and remedy.
     #[error("{0}")]
     Setting(String),
     /// Settings that exclude each other.
@@ -30,11 +30,11 @@ pub enum Error {
     Contradiction(String),
 }
 
-/// The result of the operations of this crate.
+/// Result with the errors of this crate.
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
-    /// Whether a graphics processor is what failed: the processor may do.
+    /// Whether a GPU failed, so that the CPU may still work.
     pub fn is_of_gpu(&self) -> bool {
         match self {
             #[cfg(feature = "gpu")]
@@ -56,9 +56,10 @@ impl From<fovol_render::gpu::Error> for Error {
     }
 }
 
-/// `text` as a terminal may safely show it: control characters other than line ends and tabs are escaped.
+/// Escapes control characters in `text` except line ends and tabs, so that a terminal may show it.
 ///
-/// Names and contents of files may hold sequences that recolour or retitle a terminal, or turn the direction of text.
+/// Names and contents of files may hold sequences that recolour or retitle a terminal, or that reverse the direction of
+/// text.
 pub fn printable(text: &str) -> String {
     let is_harmful = |c: char| {
         let turns_text = matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
@@ -74,17 +75,17 @@ pub fn printable(text: &str) -> String {
     })
 }
 
-/// The most characters of a line for a terminal.
+/// Most characters of a line for a terminal.
 const LONGEST_LINE: usize = 1000;
-/// So many of them are the line's end, which says how to mend what is wrong.
+/// Characters kept at the end of a shortened line. Messages say there how to mend the problem.
 const KEPT_END: usize = 400;
 
-/// `text` as one line that a terminal may safely show, see [`printable`]. The middle of a long one is left out.
+/// Makes `text` one line that a terminal may show, see [`printable`]. The middle of a long line is left out.
 pub fn printable_line(text: &str) -> String {
     shortened(&printable(&text.split_whitespace().collect::<Vec<_>>().join(" ")))
 }
 
-/// `line`, or its beginning and its end where it has more than [`LONGEST_LINE`] characters.
+/// Keeps only the beginning and the end of a `line` with more than [`LONGEST_LINE`] characters.
 fn shortened(line: &str) -> String {
     let count = line.chars().count();
     if count <= LONGEST_LINE {
@@ -95,9 +96,9 @@ fn shortened(line: &str) -> String {
     format!("{begin} … {end}")
 }
 
-/// `error` and its causes as one line, each said once: many errors repeat their cause already.
+/// Joins `error` and its causes to one line. Each message appears once, since many errors repeat their cause.
 ///
-/// It is safe to show on a terminal, see [`printable`].
+/// The line is safe to show on a terminal, see [`printable`].
 pub fn one_line(error: &(dyn std::error::Error + 'static)) -> String {
     let causes = std::iter::successors(Some(error), |error| error.source());
     let mut line = String::new();
@@ -112,7 +113,7 @@ pub fn one_line(error: &(dyn std::error::Error + 'static)) -> String {
     printable_line(&line)
 }
 
-/// What `error` says is wrong with a command line, as one line that a terminal may safely show, see [`printable`].
+/// Message of the command-line error `error` as one line that a terminal may show, see [`printable`].
 #[cfg(feature = "clap")]
 pub fn usage_line(error: &clap::Error) -> String {
     let text = error.to_string();

@@ -1,8 +1,8 @@
 //! Foveated sparse volume rendering with reconstruction.
 //!
-//! A volume is marched at a few per cent of the pixels, densely where the eye looks, and the rest of the
-//! frame is reconstructed. [`Pipeline`] does all of it for one frame after the other; [`RenderSettings`]
-//! are the words that flags and [`Session`] files share.
+//! Rays are marched for a few per cent of the pixels, most densely where the eye looks. A network reconstructs the rest
+//! of the frame. [`Pipeline`] does all of this, one frame after another. [`RenderSettings`] are the settings that
+//! command-line flags and [`Session`] files share.
 //!
 //! ```
 //! use fovolnet::{Pipeline, RenderSettings, SpeedSettings, VolumeSettings, open_volume};

@@ -1,26 +1,26 @@
 use fovol_render::cpu::Simd;
 use serde::Serialize;
 
-/// The machine that figures were taken on.
+/// Machine on which figures were measured.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Machine {
-    /// The name of the processor.
+    /// Name of the CPU.
     pub cpu: String,
-    /// The name of the graphics processor that rays are marched on, where one is used.
+    /// Name of the GPU that marches rays, if one is used.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gpu: Option<String>,
-    /// Threads in use.
+    /// Number of threads in use.
     pub threads: usize,
-    /// The instruction set of the marcher.
+    /// Instruction set of the ray marcher.
     pub simd: String,
     /// Operating system and architecture.
     pub system: String,
-    /// The version of this program.
+    /// Version of this program.
     pub version: &'static str,
 }
 
 impl Machine {
-    /// This machine with `threads` threads and rays marched by `simd`.
+    /// Describes this machine, with `threads` threads and the instruction set `simd`.
     pub fn this(threads: usize, simd: Simd) -> Self {
         Self {
             cpu: cpu_name().unwrap_or_else(|| "unknown".into()),

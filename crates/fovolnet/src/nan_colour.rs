@@ -5,23 +5,23 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 use std::str::FromStr;
 
-/// How NaN looks: samples that touch a voxel which is not a number.
+/// Appearance of NaN: of samples that touch a voxel that is not a number.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum NanColour {
-    /// Not at all.
+    /// Transparent.
     #[default]
     Transparent,
-    /// As the file of the transfer function says, not at all where it does not.
+    /// Colour from the file of the transfer function; transparent if it has none.
     File,
     /// Red, green, blue and opacity per voxel, 0…1.
     Colour([f64; 4]),
 }
 
-/// Said of what is none.
+/// Expected values, for error messages.
 const EXPECTED: &str = "use transparent, file, or R,G,B,A, each from 0 to 1";
 
 impl NanColour {
-    /// `transfer` with this colour of NaN.
+    /// Sets this colour of NaN in `transfer`.
     pub fn of(self, transfer: TransferFunction) -> fovol_core::Result<TransferFunction> {
         match self {
             Self::Transparent => Ok(transfer.without_nan()),
@@ -65,7 +65,7 @@ impl FromStr for NanColour {
     }
 }
 
-/// A word, or a list of four numbers.
+/// Serialised form: a word, or a list of four numbers.
 #[derive(Serialize, Deserialize)]
 #[serde(untagged, expecting = "expected transparent, file, or [R, G, B, A]")]
 enum Written {

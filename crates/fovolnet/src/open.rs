@@ -4,26 +4,26 @@ use fovol_io::procedural::{self, Procedural};
 use fovol_io::{dataset, volume};
 use std::sync::Arc;
 
-/// A volume, and what is known about where it came from.
+/// Opened volume and its origin.
 #[derive(Debug, Clone)]
 pub struct OpenVolume {
     /// The volume.
     pub volume: Arc<Volume>,
-    /// The path or procedural name that it was opened by.
+    /// Path or procedural name that opened the volume.
     pub source: String,
-    /// The procedural volume that it is, if it is one.
+    /// Kind of procedural volume, if it is one.
     pub procedural: Option<Procedural>,
 }
 
 impl From<Volume> for OpenVolume {
-    /// A volume that was made in memory. Notes call it "the volume".
+    /// Volume made in memory. Notes call it "the volume".
     fn from(volume: Volume) -> Self {
         Self { volume: Arc::new(volume), source: "the volume".to_owned(), procedural: None }
     }
 }
 
 impl OpenVolume {
-    /// What somebody should know who sees little of it: values that are not finite, or all the same.
+    /// Warnings that explain why little may be visible: values that are not finite, or that are all equal.
     pub fn remarks(&self) -> Vec<String> {
         let fovol_core::Statistics { min, max, non_finite, nan, .. } = *self.volume.statistics();
         let mut remarks = Vec::new();
@@ -47,7 +47,7 @@ impl OpenVolume {
         remarks
     }
 
-    /// What was doubtful when it was read, and what of its values is not shown as somebody may expect; one line each.
+    /// Notes on doubts while reading the file, and on values that are shown in unexpected ways; one line each.
     pub fn doubts(&self) -> Vec<String> {
         let narrow =
             self.narrow_range().map(|range| format!("{}: {}", self.source, shown_range(&self.volume, range)));
@@ -55,14 +55,14 @@ impl OpenVolume {
         notes.chain(narrow).chain(self.outliers()).chain(self.labels()).collect()
     }
 
-    /// What somebody should know about how it was read, one line each: [`Self::doubts`], and what its file holds besides.
+    /// Notes for the user, one line each: [`Self::doubts`], and other contents of the file.
     pub fn notes(&self) -> Vec<String> {
         let besides =
             self.volume.contents().notes().into_iter().map(|note| format!("{} {note}", self.source));
         self.doubts().into_iter().chain(besides).collect()
     }
 
-    /// What is said of a label map.
+    /// Note on a label map, if the volume looks like one.
     fn labels(&self) -> Option<String> {
         let labels = self.volume.label_values()?;
         Some(format!(
@@ -73,7 +73,7 @@ impl OpenVolume {
         ))
     }
 
-    /// What is said of values far outside all others, where there are some.
+    /// Note on values far outside all others, if there are any.
     fn outliers(&self) -> Option<String> {
         let volume = &self.volume;
         let outliers = &volume.statistics().outliers;
@@ -93,7 +93,7 @@ impl OpenVolume {
         ))
     }
 
-    /// The smallest and the largest value where they are close together in the range that bytes are shown over.
+    /// Smallest and largest value, if they fill only a small part of the usual range of 8-bit volumes.
     pub(crate) fn narrow_range(&self) -> Option<[f64; 2]> {
         let volume = &self.volume;
         let has_usual_range =
@@ -104,23 +104,23 @@ impl OpenVolume {
     }
 }
 
-/// The share of the range that values should use.
+/// Fraction of the 8-bit range below which values count as narrow.
 const NARROW: f64 = 0.25;
 
-/// How the values from `lo` to `hi` of `volume` are shown, and what shows more of them.
+/// Explains how values from `lo` to `hi` of `volume` are shown, and which range shows more of them.
 pub(crate) fn shown_range(volume: &Volume, [lo, hi]: [f64; 2]) -> String {
     let [from, to] = [lo, hi].map(|value| (1000.0 * volume.normalised(value)).round() / 1000.0);
     format!("values {lo} to {hi} are shown as {from} to {to} of the range; try --range {lo},{hi}")
 }
 
-/// Voxels along each side of a procedural volume, unless said otherwise.
+/// Voxels along each side of a procedural volume by default.
 const PROCEDURAL_SIDE: usize = 128;
 
-/// Opens `source`: a file or folder, or (where there is none of that name) a procedural volume, of
-/// 128³ voxels unless the settings give dims. Paths that are no Unicode stand as [`fovol_core::text_of_path`] writes them.
+/// Opens `source`: a file or folder, or a procedural volume if no file has that name. Procedural volumes have 128³
+/// voxels unless the settings say otherwise. Paths that are not Unicode are written by [`fovol_core::text_of_path`].
 ///
 /// # Errors
-/// What is wrong with the file, or that there is none.
+/// A file that is missing, unreadable or invalid.
 pub fn open_volume(source: &str, settings: &VolumeSettings) -> Result<OpenVolume> {
     let path = path_of_text(source);
     let procedural = if path.exists() { None } else { source.parse::<Procedural>().ok() };
@@ -136,7 +136,7 @@ pub fn open_volume(source: &str, settings: &VolumeSettings) -> Result<OpenVolume
     Ok(OpenVolume { volume: Arc::new(volume), source: source.into(), procedural })
 }
 
-/// What is said of the word `source`, which is no file and no procedural volume.
+/// Error for the name `source`, which is neither a file nor a procedural volume.
 fn unknown(source: &str) -> Error {
     if let Ok(entry) = dataset::find(source) {
         let (name, file) = (&entry.name, entry.file_name());
@@ -152,7 +152,7 @@ fn unknown(source: &str) -> Error {
     ))
 }
 
-/// The procedural volume `kind` as `settings` say.
+/// Makes the procedural volume `kind` with `settings`.
 fn made(kind: Procedural, settings: &VolumeSettings) -> Result<Volume> {
     let mut volume = procedural::make(kind, settings.dims.unwrap_or([PROCEDURAL_SIDE; 3]), 0)?;
     if let Some(range) = settings.range {

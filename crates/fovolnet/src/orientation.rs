@@ -2,11 +2,11 @@ use fovol_core::did_you_mean;
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 
-/// How a volume stands in the world.
+/// Orientation of a volume in world space.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Orientation {
-    /// The axes of the grid are those of the world: +x right, +y up, +z to the viewer.
+    /// The grid's axes are those of the world: +x right, +y up, +z towards the viewer.
     Grid,
     /// The patient stands upright: +x is the patient's left, +y superior, +z anterior.
     Patient,
@@ -27,7 +27,7 @@ impl FromStr for Orientation {
     }
 }
 
-/// A side that a volume is looked at from.
+/// Side from which a volume is viewed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum NamedView {
@@ -46,11 +46,11 @@ pub enum NamedView {
 }
 
 impl NamedView {
-    /// All six.
+    /// All six views.
     pub const ALL: [Self; 6] =
         [Self::Anterior, Self::Posterior, Self::Left, Self::Right, Self::Superior, Self::Inferior];
 
-    /// The name on the command line.
+    /// Name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Anterior => "anterior",
@@ -62,7 +62,7 @@ impl NamedView {
         }
     }
 
-    /// Azimuth and elevation of the eye in degrees.
+    /// Azimuth and elevation of the eye, in degrees.
     pub(crate) fn angles(self) -> [f64; 2] {
         match self {
             Self::Anterior => [0.0, 0.0],

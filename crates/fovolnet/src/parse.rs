@@ -1,9 +1,9 @@
-//! Lists of numbers, and files, as they are written on a command line.
+//! Parsers for values of command-line flags.
 
-/// Reads `N` finite numbers separated by commas, as in `0.5,1,0.3`.
+/// Parses `N` finite numbers separated by commas, such as `0.5,1,0.3`.
 ///
 /// # Errors
-/// Another count, or something that is no finite number.
+/// Another count, or a part that is not a finite number.
 pub fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
     let bad = || format!("`{text}` is not {N} finite numbers separated by commas");
     let all: Vec<f64> =
@@ -14,10 +14,10 @@ pub fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
     all.try_into().map_err(|_| bad())
 }
 
-/// Reads `N` whole numbers separated by commas (or `x`), as in `256,256,128`.
+/// Parses `N` whole numbers separated by commas (or `x`), such as `256,256,128`.
 ///
 /// # Errors
-/// Another count, or something that is no whole number.
+/// Another count, or a part that is not a whole number.
 pub fn whole_numbers<const N: usize>(text: &str) -> Result<[usize; N], String> {
     let bad = || format!("`{text}` is not {N} whole numbers separated by commas");
     let all: Vec<usize> = text
@@ -28,16 +28,16 @@ pub fn whole_numbers<const N: usize>(text: &str) -> Result<[usize; N], String> {
     all.try_into().map_err(|_| bad())
 }
 
-/// Reads one finite number.
+/// Parses one finite number.
 ///
 /// # Errors
-/// Anything else, `nan` and `inf` included.
+/// Anything else, also `nan` and `inf`.
 pub fn number(text: &str) -> Result<f64, String> {
     numbers::<1>(text).map(|[x]| x).map_err(|_| format!("`{text}` is no finite number"))
 }
 
-/// Takes the name of a file, or another word in its place; of whatever bytes a system allows, as the text that
-/// [`fovol_core::text_of_path`] makes of them.
+/// Clap parser for file names, or words in their place. It accepts all bytes that the system allows, and returns the
+/// text of [`fovol_core::text_of_path`].
 #[cfg(feature = "clap")]
 pub fn file() -> impl clap::builder::TypedValueParser<Value = String> {
     use clap::builder::{OsStringValueParser, TypedValueParser};

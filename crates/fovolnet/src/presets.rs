@@ -1,4 +1,4 @@
-//! Transfer functions by name, and automatic ones.
+//! Transfer functions: presets, colour maps and automatic ones.
 
 use crate::{Error, NanColour, OpenVolume, RenderSettings, Result, TransferRange, ValueScale};
 use fovol_core::{ControlPoint, TransferFunction, Volume, did_you_mean, path_of_text, with_voxel_type};
@@ -6,7 +6,7 @@ use fovol_io::transfer_function::{self, Imported};
 
 macro_rules! presets {
     ($($name:literal),* $(,)?) => {
-        /// Presets that the program carries, one for every procedural volume.
+        /// Built-in presets, one for each procedural volume.
         const PRESETS: &[(&str, &str)] = &[
             $(($name, include_str!(concat!("../assets/presets/", $name, ".json")))),*
         ];
@@ -15,7 +15,7 @@ macro_rules! presets {
 
 presets!("vortices", "supernova", "head", "engine", "angiogram", "reptile", "plume", "marschner-lobb");
 
-/// Colour maps by name.
+/// Colour maps with their names.
 const COLOUR_MAPS: &[(&str, colorous::Gradient)] = &[
     ("viridis", colorous::VIRIDIS),
     ("magma", colorous::MAGMA),
@@ -28,32 +28,32 @@ const COLOUR_MAPS: &[(&str, colorous::Gradient)] = &[
     ("spectral", colorous::SPECTRAL),
 ];
 
-/// The opacity that the grey ramp ends at, per voxel.
+/// Opacity per voxel at the upper end of the grey ramp.
 const GREY_OPACITY: f64 = 0.3;
 
-/// `transfer` as [`find`] takes it in place of a name.
+/// Text of `transfer` as JSON, which [`find`] accepts in place of a name.
 ///
 /// # Panics
-/// Never: numbers can be written as JSON.
+/// Never: numbers can always be written as JSON.
 pub fn text(transfer: &TransferFunction) -> String {
     serde_json::to_string(transfer).expect("numbers can be written as JSON")
 }
 
-/// All names that [`find`] knows.
+/// All names that [`find`] accepts.
 pub fn names() -> Vec<&'static str> {
     kinds().into_iter().flat_map(|kind| kind.names).collect()
 }
 
-/// Transfer functions that are made in the same way.
+/// Group of transfer functions that are made in the same way.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Kind {
-    /// How they are made, in a few words.
+    /// Short description of how they are made.
     pub description: &'static str,
-    /// Their names.
+    /// Names of the transfer functions.
     pub names: Vec<&'static str>,
 }
 
-/// All kinds of transfer functions that [`find`] knows by name.
+/// All groups of transfer functions that [`find`] knows by name.
 pub fn kinds() -> [Kind; 4] {
     let kind = |description, names| Kind { description, names };
     [
@@ -64,33 +64,35 @@ pub fn kinds() -> [Kind; 4] {
     ]
 }
 
-/// The transfer function that `what` names for `volume`: `auto` (its own preset where it is a procedural
-/// volume, else one made from its histogram), a preset, a colour map (with the opacity of `auto`), a file, or our JSON itself.
-/// Names may be in upper case too. It is over what is shown of the volume: data values of a file stay where they are.
+/// Finds the transfer function `what` for `volume`: `auto`, a preset, a colour map (with the opacity of `auto`), a
+/// file, or JSON text. `auto` is the preset of a procedural volume, else one made from the histogram. Names ignore
+/// case.
+///
+/// The result covers the displayed range of the volume. Data values of a file keep their colours.
 ///
 /// # Errors
-/// A name that is none of these; what is wrong with a file.
+/// An unknown name, a file that cannot be read or is invalid.
 pub fn find(what: &str, volume: &OpenVolume) -> Result<TransferFunction> {
     Ok(load(what, volume)?.as_meant().over(volume.volume.range()))
 }
 
-/// The transfer function that `settings` choose for `volume`, over what is shown: see [`find`].
+/// Transfer function that `settings` choose for `volume`, over the displayed range: see [`find`].
 ///
 /// # Errors
-/// As [`find`]; data values asked for where there are none, a logarithmic scale without positive values.
+/// Errors of [`find`]; data values requested of a function without any; a logarithmic scale without positive values.
 pub fn chosen(settings: &RenderSettings, volume: &OpenVolume) -> Result<TransferFunction> {
     let what = named_in(settings);
     let transfer = placed(what, &load(what, volume)?, settings.tf_range)?;
     let transfer = settings.nan.unwrap_or_default().of(transfer)?;
     let shown = volume.volume.range();
-    // Data values stay where they are, whatever the scale.
+    // Functions in data values keep their place, whatever the scale.
     if settings.scale == Some(ValueScale::Log) && transfer.range().is_none() {
         return Ok(transfer.on_log_scale(shown, least_positive(&volume.volume))?);
     }
     Ok(transfer.over(shown))
 }
 
-/// What was assumed about the transfer function of `settings`, one line each; nothing where it cannot be read.
+/// Notes on assumptions about the transfer function of `settings`, one line each; none if it cannot be read.
 pub fn notes(settings: &RenderSettings, volume: &OpenVolume) -> Vec<String> {
     let what = named_in(settings);
     let Ok(imported) = load(what, volume) else { return Vec::new() };
@@ -117,7 +119,7 @@ pub fn notes(settings: &RenderSettings, volume: &OpenVolume) -> Vec<String> {
     notes.into_iter().map(|note| format!("{what}: {note}")).collect()
 }
 
-/// What is said of the colour that `transfer` has for NaN, where there is some in `volume`.
+/// Note on the colour of NaN in `transfer`, if `volume` has NaN.
 fn note_of_nan(
     settings: &RenderSettings,
     volume: &OpenVolume,
@@ -136,12 +138,12 @@ fn note_of_nan(
     (volume.volume.statistics().nan > 0).then_some(note)
 }
 
-/// The name or text of the transfer function of `settings`.
+/// Name or text of the transfer function of `settings`.
 fn named_in(settings: &RenderSettings) -> &str {
     settings.tf.as_deref().unwrap_or("auto")
 }
 
-/// The function of the name `what`, with its range where it is to stay at its data values.
+/// Transfer function `imported` of the name `what`, with a range if it keeps its data values.
 fn placed(what: &str, imported: &Imported, place: Option<TransferRange>) -> Result<TransferFunction> {
     let transfer = imported.transfer.clone();
     match place {
@@ -154,7 +156,7 @@ fn placed(what: &str, imported: &Imported, place: Option<TransferRange>) -> Resu
     }
 }
 
-/// The least positive value that is shown of `volume`; 0 where there is none.
+/// Smallest displayed positive value of `volume`; 0 if there is none.
 fn least_positive(volume: &Volume) -> f64 {
     let [from, to] = volume.range();
     if from > 0.0 {
@@ -171,7 +173,7 @@ fn least_positive(volume: &Volume) -> f64 {
     if least < to { least } else { 0.0 }
 }
 
-/// The transfer function that `what` names for `volume`, as it was made.
+/// Loads the transfer function `what` for `volume`, in its original range.
 fn load(what: &str, volume: &OpenVolume) -> Result<Imported> {
     if what.trim_start().starts_with('{') {
         let transfer: TransferFunction = serde_json::from_str(what).map_err(|e| {
@@ -190,7 +192,7 @@ fn load(what: &str, volume: &OpenVolume) -> Result<Imported> {
     named(&what.to_ascii_lowercase(), volume).map(Imported::from).ok_or_else(|| unknown(what))
 }
 
-/// The transfer function that is called `name`.
+/// Transfer function with the name `name`.
 fn named(name: &str, volume: &OpenVolume) -> Option<TransferFunction> {
     match name {
         "auto" => Some(automatic_for(volume)),
@@ -208,14 +210,14 @@ fn unknown(what: &str) -> Error {
     ))
 }
 
-/// Whether `what` names a file, or a part `FILE#PART` of one.
+/// Whether `what` names a file, or one function of it as `FILE#PART`.
 fn is_file(what: &str) -> bool {
     let file = what.rsplit_once('#').map_or(what, |(file, _)| file);
     path_of_text(what).is_file() || path_of_text(file).is_file()
 }
 
-/// The transfer function in the file `what` as [`text`], for settings that place it at `place`; none where [`find`] takes
-/// `what` for something else.
+/// Transfer function of the file `what` as [`text`], for settings that place it at `place`. `None` if [`find`] does not
+/// take `what` for a file.
 pub(crate) fn text_of_file(what: &str, place: Option<TransferRange>) -> Option<String> {
     if !is_file(what) || names().contains(&what) {
         return None;
@@ -224,7 +226,7 @@ pub(crate) fn text_of_file(what: &str, place: Option<TransferRange>) -> Option<S
     placed(what, &imported, place).ok().map(|transfer| text(&transfer))
 }
 
-/// What `auto` is for `volume`.
+/// Automatic transfer function of `volume`.
 fn automatic_for(volume: &OpenVolume) -> TransferFunction {
     let own = volume.procedural.and_then(|kind| preset(kind.name()));
     own.unwrap_or_else(|| automatic(&volume.volume))
@@ -239,16 +241,16 @@ fn colour_map(name: &str) -> Option<&'static colorous::Gradient> {
     COLOUR_MAPS.iter().find(|(known, _)| *known == name).map(|(_, gradient)| gradient)
 }
 
-/// Parts in which colours of a map are taken for straight.
+/// Pieces into which a colour map is cut; its colours are linear within each.
 const MAP_PARTS: u32 = 32;
 
-/// The colours of `gradient` with the opacity of `transfer`.
+/// Combines the colours of `gradient` with the opacity of `transfer`.
 fn coloured(transfer: &TransferFunction, gradient: &colorous::Gradient) -> TransferFunction {
     let at = |value, opacity| ControlPoint::new(value, colour(gradient, value), opacity);
     let corners = transfer.points();
     let mut points: Vec<_> = corners.iter().map(|corner| at(corner.value, corner.opacity)).collect();
     let between = (0..=MAP_PARTS).map(|i| f64::from(i) / f64::from(MAP_PARTS));
-    // Where there is a corner already, it may be one side of a step.
+    // An existing control point may be one side of a step, so leave it alone.
     let between = between.filter(|&value| corners.iter().all(|corner| corner.value != value));
     points.extend(between.map(|value| at(value, transfer.evaluate(value)[3])));
     points.sort_by(|a, b| a.value.total_cmp(&b.value));
@@ -260,19 +262,18 @@ fn colour(gradient: &colorous::Gradient, v: f64) -> [f64; 3] {
     [c.r, c.g, c.b].map(|c| f64::from(c) / 255.0)
 }
 
-/// Parts of the histogram.
+/// Bins of the histogram.
 const BINS: usize = 256;
 
-/// A transfer function made from the histogram of `volume`: what Otsu's threshold calls background is
-/// transparent, the rest becomes more opaque with its value, in warm colours that differ most where most
-/// of the values are.
+/// Makes a transfer function from the histogram of `volume`. Values below Otsu's threshold are background and
+/// transparent. Opacity grows with the value above it. Warm colours change fastest where most values lie.
 pub fn automatic(volume: &Volume) -> TransferFunction {
     let [lo, hi] = volume.range();
     let counts = volume.histogram(BINS, [lo, hi]);
     let threshold = otsu(&counts);
     let foreground: u64 = counts[threshold..].iter().sum();
     let total: u64 = counts.iter().sum();
-    // Where most of the volume is visible it has to be thin to be seen through.
+    // If most of the volume is visible, it must be thin to be seen through.
     let share = if total > 0 { foreground as f64 / total as f64 } else { 1.0 };
     let densest = (0.9 - 1.2 * share).clamp(0.15, 0.9);
     let start = threshold as f64 / BINS as f64;
@@ -282,7 +283,7 @@ pub fn automatic(volume: &Volume) -> TransferFunction {
     }
     for i in 1..=8 {
         let part = f64::from(i) / 8.0;
-        // The value below which this part of the foreground lies.
+        // Value below which the fraction `part` of the foreground lies.
         let equalised = quantile(&counts, threshold, part) as f64 / BINS as f64;
         let v = (0.5 * equalised + 0.5 * (start + part * (1.0 - start))).min(1.0);
         let last = points[points.len() - 1].value;
@@ -296,7 +297,7 @@ pub fn automatic(volume: &Volume) -> TransferFunction {
     TransferFunction::new(points).expect("values rise")
 }
 
-/// The bin from which on `part` of the values at or above `from` lie below.
+/// First bin below which the fraction `part` of the values at or above `from` lies.
 fn quantile(counts: &[u64], from: usize, part: f64) -> usize {
     let total: u64 = counts[from..].iter().sum();
     let mut below = 0;
@@ -309,8 +310,7 @@ fn quantile(counts: &[u64], from: usize, part: f64) -> usize {
     counts.len()
 }
 
-/// The first bin of the brighter class (Otsu 1979): the split that puts the most variance between the
-/// two classes.
+/// First bin of the brighter class by Otsu's threshold (1979), which maximises the variance between two classes.
 fn otsu(counts: &[u64]) -> usize {
     let total: f64 = counts.iter().map(|&c| c as f64).sum();
     let sum: f64 = counts.iter().enumerate().map(|(i, &c)| i as f64 * c as f64).sum();
@@ -394,7 +394,7 @@ mod tests {
             assert!((opacity(&usual, 125.0) - 0.5).abs() < 1e-9 && opacity(&usual, 90.0) == 0.0);
             assert!((opacity(&stretched, 127.5) - 0.5).abs() < 1e-9);
             assert!(notes(&usual, &volume).is_empty(), "{:?}", notes(&usual, &volume));
-            // A session takes the file in and shows it alike.
+            // A session that embeds the file renders it alike.
             for before in [usual, stretched] {
                 let mut after = before.clone();
                 crate::session_files::take_in(&mut after);

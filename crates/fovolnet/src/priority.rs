@@ -1,8 +1,8 @@
-/// Lets this thread, and those that it starts from now on, give way to the other threads of this program that have work to do: an
-/// interface answers while frames are made on every core. On systems other than Linux nothing changes.
+/// Lowers the priority of this thread, and of threads that it starts later, below the program's other threads. An
+/// interface then stays responsive while frames are rendered on all cores. Does nothing on systems other than Linux.
 ///
-/// They give way by as little as that takes, so that programs which run in the background, at a higher niceness, do not keep
-/// frames from being made. There is no way back without rights that programs seldom have.
+/// The priority falls only a little, so that background programs with a higher niceness do not hold up rendering.
+/// Raising it again needs rights that programs seldom have.
 pub fn lower_thread_priority() {
     #[cfg(target_os = "linux")]
     linux::lower_thread_priority();
@@ -10,29 +10,29 @@ pub fn lower_thread_priority() {
 
 #[cfg(target_os = "linux")]
 mod linux {
-    /// A quarter of the processor where a thread of the interface wants it too, 22 times as much as a program of niceness 19.
+    /// Increase of niceness: leaves a quarter of the CPU when an interface thread competes, and 22 times the share of a
+    /// program with niceness 19.
     const STEPS: libc::c_int = 5;
-    /// The greatest niceness there is.
+    /// Largest niceness.
     const LAST: libc::c_int = 19;
-    /// Nanoseconds that a thread may run for before others get their turn; the interface's have a few milliseconds. Since 6.12
-    /// Linux lets a thread that wakes up take the place of one with a longer turn at once, where it would wait for the end
-    /// of it otherwise. What is drawn and answered goes through several threads one after the other, each of which would wait.
-    /// Older kernels take no notice.
+    /// Time slice in nanoseconds; interface threads have a few milliseconds. Since Linux 6.12 a waking thread with a
+    /// shorter slice preempts one with a longer slice at once, instead of waiting for its end. Drawing and answering
+    /// pass through several threads, each of which would wait. Older kernels ignore the value.
     const TURN: u64 = 20_000_000;
 
     pub fn lower_thread_priority() {
         let own = SchedulingAttributes::own();
-        // Whoever started the program with another policy means it.
+        // Keep another scheduling policy: whoever started the program chose it.
         let usual = own.filter(|own| own.policy == libc::SCHED_OTHER as u32);
         if !usual.is_some_and(SchedulingAttributes::lower_thread_priority) {
-            // SAFETY: it takes numbers alone. On Linux 0 is the calling thread.
+            // SAFETY: `getpriority` takes numbers only; on Linux 0 is the calling thread.
             let niceness = unsafe { libc::getpriority(libc::PRIO_PROCESS, 0) };
-            // SAFETY: as above; a thread may always become less important.
+            // SAFETY: `setpriority` takes numbers only. Lowering the priority is always allowed.
             unsafe { libc::setpriority(libc::PRIO_PROCESS, 0, (niceness + STEPS).min(LAST)) };
         }
     }
 
-    /// `struct sched_attr` of Linux in its first version.
+    /// First version of Linux's `struct sched_attr`.
     #[derive(Default)]
     #[repr(C)]
     pub struct SchedulingAttributes {
@@ -47,7 +47,7 @@ mod linux {
     }
 
     impl SchedulingAttributes {
-        /// Those of the calling thread; none where the kernel does not tell.
+        /// Attributes of the calling thread; `None` if the kernel does not return them.
         pub fn own() -> Option<Self> {
             let (mut own, size) = (Self::default(), size_of::<Self>() as u32);
             // SAFETY: the kernel writes at most `size` bytes.
@@ -55,11 +55,12 @@ mod linux {
             (result == 0).then_some(own)
         }
 
-        /// Gives the calling thread, whose these are, a higher niceness and longer turns; whether the kernel does so.
+        /// Gives the calling thread, whose attributes these are, a higher niceness and a longer slice. Returns whether
+        /// the kernel accepts.
         fn lower_thread_priority(self) -> bool {
             let niceness = (self.niceness + STEPS).min(LAST);
             let wanted = Self { niceness, runtime: TURN, ..self };
-            // SAFETY: the kernel reads as many bytes of `wanted` as its size says.
+            // SAFETY: the kernel reads as many bytes of `wanted` as its size field says.
             unsafe { libc::syscall(libc::SYS_sched_setattr, 0, &raw const wanted, 0) == 0 }
         }
     }
@@ -69,7 +70,7 @@ mod linux {
 mod tests {
     use super::linux::SchedulingAttributes;
 
-    /// Policy, niceness and turn of this thread.
+    /// Policy, niceness and time slice of this thread.
     fn way() -> (u32, i32, u64) {
         let found = SchedulingAttributes::own().unwrap();
         (found.policy, found.niceness, found.runtime)
@@ -85,9 +86,9 @@ mod tests {
         let (own, of_started) = inside.join().unwrap();
         assert_eq!(own.1, (before.1 + 5).min(19));
         assert_eq!(of_started, own);
-        // Whatever is idle gives way to background work too.
+        // Policies for idle threads would give way to background work, too.
         assert_eq!(own.0, libc::SCHED_OTHER as u32);
-        // Kernels before 6.12 say nothing, or always the same.
+        // Kernels before 6.12 report no slice, or a constant one.
         assert!(own.2 >= before.2, "{own:?} {before:?}");
         assert_eq!(way(), before);
     }

@@ -5,8 +5,7 @@ use fovol_render::cpu::{RenderOptions, Renderer};
 use fovol_render::gpu;
 use fovol_render::scene::RayResult;
 
-/// A scene whose rays are marched one by one, on the processor or a graphics processor: for those who want more than
-/// pictures.
+/// Marches single rays of a scene on the CPU or a GPU, and returns their full results instead of a picture.
 ///
 /// ```
 /// use fovolnet::core::{CameraPath, FrameSize, Pixel, SampleList};
@@ -34,7 +33,7 @@ impl Rays {
     /// Prepares `scene` for rays of frames of `size`.
     ///
     /// # Errors
-    /// Numbers of the scene that cannot be rendered with; a volume or a size that a graphics processor does not take.
+    /// Invalid numbers in the scene; a volume or a size that the GPU does not support.
     pub fn new(scene: &Scene, size: FrameSize, device: &OpenDevice) -> Result<Self> {
         #[cfg(not(feature = "gpu"))]
         let _ = size;
@@ -49,7 +48,7 @@ impl Rays {
         }))
     }
 
-    /// The name of the graphics processor that marches them, if one does.
+    /// Name of the GPU that marches the rays, if one does.
     pub fn gpu_name(&self) -> Option<String> {
         match &self.0 {
             Place::Cpu(_) => None,
@@ -58,10 +57,10 @@ impl Rays {
         }
     }
 
-    /// What the rays of the pixels of `list` bring back, in its order.
+    /// Marches the pixels of `list`; results are in list order.
     ///
     /// # Errors
-    /// A list for frames of another size, a graphics processor that is lost.
+    /// A list for frames of another size, a lost GPU.
     pub fn march(&mut self, camera: &Camera, list: &SampleList) -> Result<Vec<RayResult>> {
         match &mut self.0 {
             Place::Cpu(renderer) => Ok(renderer.march_list(camera, list).0),

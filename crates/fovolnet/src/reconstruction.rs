@@ -5,22 +5,22 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 
-/// How sparse frames become full ones.
+/// Method that fills sparse frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub enum Reconstruction {
-    /// Not at all.
+    /// None; frames stay sparse.
     None,
-    /// By a classical fill.
+    /// Classical fill without a network.
     Fill(Fill),
-    /// By a network that predicts kernels.
+    /// FoVolNet's network, which predicts kernels.
     WNet,
-    /// By the network that FoVolNet is compared with.
+    /// DeepFovea's network, with which the paper compares.
     DeepFovea,
 }
 
 impl Reconstruction {
-    /// The network whose weights are taken if none are named.
+    /// Network whose weights are used if none are named.
     pub fn default_network(self) -> Option<Named> {
         match self {
             Self::None | Self::Fill(_) => None,
@@ -29,13 +29,13 @@ impl Reconstruction {
         }
     }
 
-    /// The kind of the network that `weights` are of, by name or in a file; our own where they cannot be read, which is
-    /// said when they are.
+    /// Method of the network that `weights` name, by name or file. Our own network if they cannot be read; loading them
+    /// reports the error.
     pub(crate) fn of_weights(weights: &str) -> Self {
         Weights::named_or_read(weights).map_or(Self::WNet, |weights| Self::by(&weights.config))
     }
 
-    /// What a network of `config` reconstructs as.
+    /// Method that uses a network of `config`.
     pub(crate) fn by(config: &NetworkConfig) -> Self {
         let has_kernels = matches!(config, NetworkConfig::WNet(config) if config.kernels);
         if has_kernels { Self::WNet } else { Self::DeepFovea }
@@ -66,7 +66,7 @@ impl FromStr for Reconstruction {
     }
 }
 
-/// What is said of a `text` that names no reconstruction.
+/// Error message for `text`, which names no method.
 fn no_reconstruction(text: &str) -> String {
     if let Ok(network) = text.parse::<Named>() {
         let how = Reconstruction::by(&network.config());

@@ -5,10 +5,10 @@ use fovol_net::cpu::{FrameInput, Network, Precision, Simd};
 use fovol_net::{Fill, Weights};
 use std::sync::Arc;
 
-/// Makes full frames of the sparse frames of one clip.
+/// Reconstructs the sparse frames of one clip.
 ///
-/// Networks remember what they have seen: a reconstructor belongs to one clip. [`Self::another`] starts a second
-/// one with the same weights, for another eye or another clip.
+/// Networks remember earlier frames, so a reconstructor belongs to one clip. [`Self::another`] makes a second one with
+/// the same weights, for another eye or another clip.
 #[derive(Debug, Clone)]
 pub struct Reconstructor(Method);
 
@@ -20,10 +20,10 @@ enum Method {
 }
 
 impl Reconstructor {
-    /// What `settings` say, for frames of `size`.
+    /// Reconstruction as `settings` ask for, of frames of `size`.
     ///
     /// # Errors
-    /// Weights that are missing, cannot be read, or are of another kind of network.
+    /// Weights that are missing, unreadable or of another kind of network.
     pub fn new(settings: &RenderSettings, size: FrameSize) -> Result<Self> {
         let how = settings.reconstruction();
         Ok(Self(match how {
@@ -40,28 +40,28 @@ impl Reconstructor {
         }))
     }
 
-    /// What leaves sparse frames as they are.
+    /// Reconstructor that returns sparse frames unchanged.
     #[must_use]
     pub fn nothing() -> Self {
         Self(Method::Nothing)
     }
 
-    /// The full frame of `sparse`, the next of the clip; `sparse` itself where nothing is to be reconstructed.
+    /// Reconstructs `sparse`, the next frame of the clip. Returns it unchanged if there is no reconstruction.
     ///
-    /// `motion` is for each pixel the way to where it was in the last frame, see [`crate::MotionFinder`]; without it
-    /// networks that use it take the scene for still.
+    /// `motion` is the motion of each pixel to its position in the last frame, see [`crate::MotionFinder`]. Without it,
+    /// networks that use motion treat the scene as still.
     ///
     /// # Errors
-    /// A frame of another size than the clip's, motion of another size.
+    /// A frame or motion of another size than the clip's.
     pub fn reconstruct(&mut self, sparse: &Frame, motion: Option<&[[f32; 2]]>) -> Result<Frame> {
         self.reconstruct_seen(sparse, motion, &Seen::everything(sparse.size()))
     }
 
-    /// The same where it is known what can be `seen`: networks then work on that part of the frame alone, and what is around it
-    /// is background.
+    /// Reconstructs `sparse` as [`Self::reconstruct`] does, but only the region that is `seen`. The rest of the frame
+    /// becomes background.
     ///
     /// # Errors
-    /// As [`Self::reconstruct`].
+    /// Errors of [`Self::reconstruct`].
     pub fn reconstruct_seen(
         &mut self,
         sparse: &Frame,
@@ -77,14 +77,14 @@ impl Reconstructor {
         })
     }
 
-    /// Forgets what was seen, as after a cut.
+    /// Forgets all earlier frames, as after a cut.
     pub fn reset(&mut self) {
         if let Method::Network(_, clip) = &mut self.0 {
             clip.reset();
         }
     }
 
-    /// A reconstructor of the same kind and weights for another clip of frames of `size`.
+    /// Reconstructor of the same kind and weights for another clip, with frames of `size`.
     #[must_use]
     pub fn another(&self, size: FrameSize) -> Self {
         Self(match &self.0 {
@@ -95,7 +95,7 @@ impl Reconstructor {
         })
     }
 
-    /// How exact the network is computed on this processor, where there is one.
+    /// Precision of the network on this CPU, if there is a network.
     pub fn precision(&self) -> Option<Precision> {
         match &self.0 {
             Method::Network(network, _) => Some(network.precision()),
@@ -103,18 +103,18 @@ impl Reconstructor {
         }
     }
 
-    /// Whether it does anything.
+    /// Whether it changes frames at all.
     pub fn is_active(&self) -> bool {
         !matches!(self.0, Method::Nothing)
     }
 
-    /// Whether it makes use of motion.
+    /// Whether the reconstruction uses motion.
     pub fn uses_motion(&self) -> bool {
         matches!(&self.0, Method::Network(network, _) if network.plan().inputs().motion.is_some())
     }
 }
 
-/// The weights that `settings` name, if they are of the kind that `how` asks for.
+/// Weights that `settings` name, checked to be of the kind `how`.
 pub(crate) fn weights(settings: &RenderSettings, how: Reconstruction) -> Result<Weights> {
     let weights = match (&settings.weights, settings.random_weights) {
         (Some(_), Some(_)) => {

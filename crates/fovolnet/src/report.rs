@@ -2,21 +2,21 @@ use crate::{Machine, Timings};
 use fovol_core::FrameSize;
 use serde::Serialize;
 
-/// The figures of one rendered frame.
+/// Figures of one rendered frame.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FrameReport {
-    /// Its number.
+    /// Frame number.
     pub index: u32,
-    /// Pixels marched.
+    /// Number of marched pixels.
     pub samples: usize,
-    /// Their share of the frame.
+    /// Their fraction of the frame.
     pub density: f64,
-    /// Pixels marched twice, where positions are drawn.
+    /// Number of repeated pixels, if positions are drawn at random.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lost_samples: Option<usize>,
-    /// Milliseconds. Those of the first frame have the making of cached shadows in `march` and `total`.
+    /// Times in milliseconds. Those of the first frame include the grid of cached shadows in `march` and `total`.
     pub ms: Timings,
-    /// PSNR against the reference.
+    /// PSNR against the reference, in dB.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub psnr: Option<f64>,
     /// SSIM against the reference.
@@ -24,51 +24,51 @@ pub struct FrameReport {
     pub ssim: Option<f64>,
 }
 
-/// Means over the frames of a run.
+/// Means over all frames of a run.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct MeanReport {
-    /// Pixels marched.
+    /// Number of marched pixels.
     pub samples: f64,
-    /// Their share of the frame.
+    /// Their fraction of the frame.
     pub density: f64,
-    /// Milliseconds.
+    /// Times in milliseconds.
     pub ms: Timings,
-    /// PSNR of the mean error against the reference.
+    /// PSNR of the mean error against the reference, in dB.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub psnr: Option<f64>,
     /// Mean SSIM against the reference.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ssim: Option<f64>,
-    /// PSNR of the mean error of frame differences against the reference.
+    /// PSNR of the mean error of differences between frames against the reference, in dB.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tpsnr: Option<f64>,
 }
 
-/// What `render` reports as JSON.
+/// Report of `render`, written as JSON.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RenderReport {
-    /// The volume, as it was named.
+    /// Name of the volume as the user gave it.
     pub volume: String,
-    /// Width and height.
+    /// Frame size.
     pub size: FrameSize,
-    /// How pixels were chosen.
+    /// Method of choosing pixels.
     pub sampling: String,
-    /// How frames were filled.
+    /// Method of filling frames.
     pub reconstruct: String,
-    /// How rays added up what they passed: plain or fine.
+    /// Integration along rays: plain or fine.
     pub integration: String,
-    /// How NaN looked: transparent, file, or red, green, blue and opacity.
+    /// Appearance of NaN: transparent, file, or red, green, blue and opacity.
     pub nan: String,
-    /// Every frame.
+    /// Figures of each frame.
     pub frames: Vec<FrameReport>,
-    /// Their means.
+    /// Means over all frames.
     pub mean: MeanReport,
-    /// The machine.
+    /// Machine that rendered.
     pub machine: Machine,
 }
 
 impl MeanReport {
-    /// The means of `frames`, without quality.
+    /// Means of `frames`, without quality.
     pub fn of(frames: &[FrameReport]) -> Self {
         let n = frames.len().max(1) as f64;
         let parts: Vec<Timings> = frames.iter().map(|f| f.ms).collect();

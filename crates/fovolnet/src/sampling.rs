@@ -3,25 +3,25 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 
-/// Which pixels are marched, and how they are found.
+/// Method of choosing and marching pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Sampling {
-    /// Every pixel.
+    /// March every pixel.
     Full,
-    /// The full grid, unsampled pixels ending at once.
+    /// March the full grid; rays of unsampled pixels end at once.
     Reject,
-    /// Positions drawn from the density; some are drawn twice.
+    /// March positions drawn at random from the density; some repeat.
     Direct,
-    /// A mask, packed by stream compaction.
+    /// March the list that stream compaction makes from a mask.
     Compact,
 }
 
 impl Sampling {
-    /// All four.
+    /// All four methods.
     pub const ALL: [Self; 4] = [Self::Full, Self::Reject, Self::Direct, Self::Compact];
 
-    /// The name on the command line.
+    /// Name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Full => "full",

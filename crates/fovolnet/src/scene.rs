@@ -2,11 +2,11 @@ use crate::{OpenVolume, RenderSettings, Result, WorldBox, presets};
 use fovol_core::{Light, Scene, Shading, ShadowMode};
 use glam::DVec3;
 
-/// The scene that `settings` describe around `volume`, whole: see [`crate::Clip`] for parts. It is in the space of the
-/// volume's box: its light is turned there, and cameras must be, see [`WorldBox`].
+/// Scene of the whole `volume` with `settings`; for a crop box see [`crate::Clip`]. The scene is in the space of the
+/// volume's box. Its light is converted here, and cameras must be converted by [`WorldBox`].
 ///
 /// # Errors
-/// Settings that cannot be rendered with, a transfer function that cannot be read.
+/// Invalid settings, a transfer function that cannot be read.
 pub fn scene(volume: &OpenVolume, settings: &RenderSettings) -> Result<Scene> {
     let transfer = presets::chosen(settings, volume)?;
     let mut scene = Scene::new(volume.volume.clone(), transfer);

@@ -6,23 +6,23 @@ use sha2::{Digest, Sha256};
 use std::io::{Read, Write};
 use std::path::Path;
 
-/// Everything that a picture depends on, as one TOML file: replayed, it gives the same pixels.
+/// Everything that a picture depends on, as one TOML file. Rendering it again gives the same pixels.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct Session {
-    /// The volume: a path (relative to the session file) as [`fovol_core::text_of_path`] writes it, or a procedural name. A file
-    /// that is not where it was is looked for beside the session file.
+    /// The volume: a path as [`fovol_core::text_of_path`] writes it, relative to the session file, or a procedural
+    /// name. A file that has moved is looked for beside the session file.
     pub volume: String,
-    /// SHA-256 of the volume's file, where it is one.
+    /// SHA-256 of the volume's file, if it is a file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub volume_sha256: Option<String>,
-    /// SHA-256 of the weights, where a network with known ones reconstructs.
+    /// SHA-256 of the weights, if a network with known weights reconstructs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub weights_sha256: Option<String>,
-    /// What the volume's file does not say.
+    /// Settings for reading the volume's file, such as its dimensions.
     #[serde(default, skip_serializing_if = "is_default")]
     pub read: VolumeSettings,
-    /// How it is shown.
+    /// Settings for rendering.
     #[serde(default)]
     pub render: RenderSettings,
 }
@@ -32,10 +32,10 @@ fn is_default(settings: &VolumeSettings) -> bool {
 }
 
 impl Session {
-    /// A session of the volume `source`, see [`crate::open_volume`], with the hash of its file where it is one.
+    /// Session of the volume `source`, see [`crate::open_volume`], with the hash of its file if it is one.
     ///
     /// # Errors
-    /// What the system said when the file was read.
+    /// Errors of reading the file.
     pub fn new(source: &str, read: VolumeSettings, render: RenderSettings) -> Result<Self> {
         let path = path_of_text(source);
         let volume_sha256 = if path.is_file() { Some(sha256(&path)?) } else { None };
@@ -43,10 +43,11 @@ impl Session {
         Ok(Self { volume, volume_sha256, weights_sha256: None, read, render })
     }
 
-    /// Reads a session file; relative paths are taken from its folder, and so are absolute ones where nothing lies any more.
+    /// Reads a session file. Relative paths count from its folder. Absolute paths that no longer exist are looked for
+    /// there, too.
     ///
     /// # Errors
-    /// A file that is missing or says something unknown.
+    /// A missing file, unknown fields.
     pub fn read(path: &Path) -> Result<Self> {
         let text = input::read_to_string(path).map_err(|e| fovol_io::Error::io("read", path, e))?;
         let mut session: Self = toml::from_str(&text).map_err(|e| {
@@ -65,10 +66,10 @@ impl Session {
         Ok(session)
     }
 
-    /// Writes the session to `path`, with the hash that its weights have now.
+    /// Writes the session to `path`, with the current hash of its weights.
     ///
     /// # Errors
-    /// What the system said.
+    /// Errors of writing the file.
     pub fn write(&self, path: &Path) -> Result<()> {
         let text = toml::to_string(&self.clone().sealed())
             .map_err(|e| Error::Setting(format!("the session cannot be written: {e}")))?;
@@ -76,11 +77,10 @@ impl Session {
         Ok(())
     }
 
-    /// Whether the volume's file is still the one that the session was made with; true where that is not
-    /// known.
+    /// Whether the volume's file still has the hash in the session; true if there is no hash.
     ///
     /// # Errors
-    /// What the system said when the file was read.
+    /// Errors of reading the file.
     pub fn volume_is_unchanged(&self) -> Result<bool> {
         let path = path_of_text(&self.volume);
         match &self.volume_sha256 {
@@ -89,21 +89,21 @@ impl Session {
         }
     }
 
-    /// The session with the hash that its weights have now and, where it named files, with what these hold; the volume and the
-    /// weights, which are large, named as they are found from anywhere.
+    /// Completes the session for saving: with the current hash of its weights, and with the contents of named files in
+    /// place of their names. The volume and the weights are too large for that; they get absolute paths.
     #[must_use]
     pub fn sealed(self) -> Self {
-        // Weights that are gone are no reason not to save everything else.
+        // Missing weights do not prevent saving everything else.
         let weights_sha256 = self.hash_of_weights().ok().flatten();
         let mut sealed = Self { weights_sha256, ..self };
         session_files::take_in(&mut sealed.render);
         sealed
     }
 
-    /// Whether the weights are still those that the session was saved with; true where that is not known.
+    /// Whether the weights still have the hash in the session; true if there is no hash.
     ///
     /// # Errors
-    /// What the system said when the file was read.
+    /// Errors of reading the file.
     pub fn weights_are_unchanged(&self) -> Result<bool> {
         match &self.weights_sha256 {
             Some(expected) => Ok(self.hash_of_weights()?.is_none_or(|hash| hash == *expected)),
@@ -111,7 +111,7 @@ impl Session {
         }
     }
 
-    /// The hash of the weights of a network that reconstructs.
+    /// Hash of the weights, if a network reconstructs.
     fn hash_of_weights(&self) -> Result<Option<String>> {
         let render = &self.render;
         if render.sampling() == Sampling::Full {
@@ -132,7 +132,7 @@ impl Session {
     }
 }
 
-/// What helps against `problem`, where that does not say itself which words there are.
+/// Advice for `problem`, unless its message already lists the accepted words.
 fn advice(problem: &str) -> &'static str {
     match problem.contains("expected") {
         true => "",

@@ -1,4 +1,4 @@
-//! The files that the settings of a session name: found when it is read, taken into it when it is written.
+//! Files that a session's settings name. Reading a session finds them; writing one embeds their contents.
 
 use crate::{RenderSettings, presets, toml_text};
 use fovol_core::{path_of_text, text_of_path};
@@ -6,7 +6,7 @@ use fovol_net::Weights;
 use fovol_net::plan::Named;
 use std::path::{Path, PathBuf};
 
-/// Names files of `render` as they are found for a session in `folder`.
+/// Resolves file names in `render` for a session in `folder`.
 pub fn find(folder: &Path, render: &mut RenderSettings) {
     let settings = [&mut render.path, &mut render.gaze, &mut render.weights];
     for file in settings.into_iter().flatten().filter(|name| !is_known(name)) {
@@ -23,8 +23,8 @@ pub fn find(folder: &Path, render: &mut RenderSettings) {
     }
 }
 
-/// Puts what files hold into `render` in place of their names, so that they may change. Weights stay where they are, and so does
-/// what cannot be read.
+/// Replaces names of files in `render` by their contents, so that the files may change later. Weights and unreadable
+/// files keep their names.
 pub fn take_in(render: &mut RenderSettings) {
     let RenderSettings { tf, tf_range, path, gaze, weights, .. } = render;
     if let Some(text) = tf.as_deref().and_then(|tf| presets::text_of_file(tf, *tf_range)) {
@@ -40,8 +40,9 @@ pub fn take_in(render: &mut RenderSettings) {
     }
 }
 
-/// Where the file or folder `name` is for somebody in `folder`: at that path; or where nothing lies at an absolute path any more,
-/// below `folder` at as short an end of it as leads somewhere.
+/// Resolves the file or folder `name` for a session in `folder`. An absolute path that no longer exists is looked for
+/// below `folder`, by the shortest end of the path that exists there. `None` for an absolute path that exists, and if
+/// nothing is found.
 pub fn found(folder: &Path, name: &str) -> Option<String> {
     let path: &Path = &path_of_text(name);
     let ends: Vec<&Path> = match path.is_absolute() {
@@ -53,12 +54,12 @@ pub fn found(folder: &Path, name: &str) -> Option<String> {
     places.into_iter().find(|place| place.exists()).map(|place| text_of_path(&place))
 }
 
-/// `path` as it is found from anywhere.
+/// Absolute form of `path`, as text.
 pub fn absolute(path: &Path) -> String {
     text_of_path(&std::path::absolute(path).unwrap_or_else(|_| PathBuf::from(path)))
 }
 
-/// Whether `name` is one of those that need no file.
+/// Whether `name` is a built-in one that needs no file.
 fn is_known(name: &str) -> bool {
     let names = ["orbit", "flythrough", "wander"];
     let weights = Weights::SHIPPED.map(Named::name);
@@ -100,7 +101,7 @@ mod tests {
         let read = camera_path(&render, &cube()).unwrap();
         assert_eq!([read.camera(0), read.camera(9)], [path, gaze]);
         assert_eq!(render.fovea(0).unwrap().gaze, [0.1, 0.2]);
-        // What is text already is nothing to look for.
+        // Embedded text is not looked up as a file.
         let taken = render.clone();
         find(Path::new("/"), &mut render);
         take_in(&mut render);

@@ -13,9 +13,8 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 
-/// Everything a picture depends on besides the volume, as far as it was said: the flags of the command
-/// line and the `[render]` table of a session file are the same words. What was not said has the
-/// defaults that the accessors give.
+/// Settings of a picture besides the volume. Flags of the command line and the `[render]` table of a session file have
+/// the same names. A missing setting has the default that its accessor returns.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 #[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
@@ -48,19 +47,19 @@ pub struct RenderSettings {
     /// volume is centred at 0 and its longest side is 1
     #[cfg_attr(feature = "clap", arg(long, value_name = "EX,EY,EZ,TX,TY,TZ,FOVY", value_parser = parse::numbers::<7>, allow_hyphen_values = true))]
     pub camera: Option<[f64; 7]>,
-    /// Transfer function: auto, a preset or a colour map (`fovolnet info --transfer-functions` lists them), or a file (our JSON,
-    /// one of ParaView, 3D Slicer, VTK, vtk.js or Inviwo), with #NAME for one of several [default: auto]
+    /// Transfer function: auto, a preset or a colour map (`fovolnet info --transfer-functions` lists them), or a file
+    /// (our JSON, one of ParaView, 3D Slicer, VTK, vtk.js or Inviwo), with #NAME for one of several [default: auto]
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME|FILE", value_parser = parse::file()))]
     pub tf: Option<String>,
-    /// Where a transfer function in data values belongs: data, at these values, or stretch, over all that is shown
+    /// Where a transfer function in data values lies: data, at its own values, or stretch, over all values shown
     /// [default: as its file says]
     #[cfg_attr(feature = "clap", arg(long, value_name = "WHERE"))]
     pub tf_range: Option<TransferRange>,
     /// How values run along the transfer function: linear or log [default: linear]
     #[cfg_attr(feature = "clap", arg(long, value_name = "SCALE"))]
     pub scale: Option<ValueScale>,
-    /// How NaN looks: transparent, R,G,B,A (0 to 1 each; the opacity of a voxel), or file, as the file of the transfer
-    /// function says [default: transparent]
+    /// Appearance of NaN: transparent, R,G,B,A (0 to 1 each; A is the opacity of a voxel), or file, as the file of the
+    /// transfer function says [default: transparent]
     #[cfg_attr(feature = "clap", arg(long, value_name = "R,G,B,A", allow_hyphen_values = true))]
     pub nan: Option<NanColour>,
     /// The part that is shown, as fractions of the sides of the volume's own grid; the rest is cut away [default:
@@ -76,7 +75,7 @@ pub struct RenderSettings {
     /// Surface shading: flat or gradient [default: flat]
     #[cfg_attr(feature = "clap", arg(long, value_name = "MODE", value_parser = shading))]
     pub shading: Option<SurfaceShading>,
-    /// Share of light that reaches everything, 0 to 1 [default: 0.3]
+    /// Share of ambient light, 0 to 1 [default: 0.3]
     #[cfg_attr(feature = "clap", arg(long, value_name = "A", value_parser = parse::number, allow_hyphen_values = true))]
     pub ambient: Option<f64>,
     /// Background colour, 0 to 1 each [default: 0,0,0]
@@ -85,11 +84,11 @@ pub struct RenderSettings {
     /// Leave the background out: pictures with alpha, for which every pixel is marched (--sampling full)
     #[cfg_attr(feature = "clap", arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true"))]
     pub transparent: Option<bool>,
-    /// Sampling distance along rays in voxels [default: 0.5]
+    /// Distance between samples along rays, in voxels [default: 0.5]
     #[cfg_attr(feature = "clap", arg(long, value_name = "S", value_parser = parse::number, allow_hyphen_values = true))]
     pub step: Option<f64>,
-    /// How rays add up what they pass: fine, the integral of the transfer function between samples, without rings, or
-    /// plain, separate samples [default: fine]
+    /// Integration along rays: fine, the integral of the transfer function between samples, without rings, or plain,
+    /// separate samples [default: fine]
     #[cfg_attr(feature = "clap", arg(long, value_name = "HOW"))]
     pub integration: Option<Integration>,
     /// Which pixels are marched and how: full, reject, direct, compact, or auto: compact for clips and wherever a flag
@@ -132,24 +131,24 @@ pub struct RenderSettings {
 }
 
 impl RenderSettings {
-    /// These settings, with those that `over` says taking precedence.
+    /// Combines these settings with `over`, which takes precedence.
     #[must_use]
     pub fn overridden_by(mut self, over: Self) -> Self {
         macro_rules! merged {
             ($($field:ident),*) => { Self { $($field: over.$field.or(self.$field)),* } };
         }
-        // A path takes the place of a still camera, and the other way round.
+        // A path replaces a still camera, and the other way round.
         if over.path.is_some() || over.camera.is_some() {
             (self.path, self.camera) = (None, None);
         }
-        // Weights take the place of a reconstruction, and the other way round; marching all pixels that of both.
+        // Weights and a reconstruction replace each other. Marching all pixels replaces both.
         if over.names_weights() {
             (self.weights, self.random_weights, self.reconstruct) = (None, None, None);
         }
         if over.reconstruct.is_some_and(|how| how != self.reconstruction()) {
             (self.weights, self.random_weights) = (None, None);
         }
-        // So do views that a path or a camera would not show.
+        // A side to look from replaces a camera, which would hide it.
         if over.view.is_some() || over.turn.is_some() {
             self.camera = None;
         }
@@ -191,7 +190,7 @@ impl RenderSettings {
         )
     }
 
-    /// Whether the same full frames are made of the same samples with `other`.
+    /// Whether `other` reconstructs the same full frames from the same samples.
     pub(crate) fn reconstructs_as(&self, other: &Self) -> bool {
         let of = |settings: &Self| {
             (
@@ -206,31 +205,31 @@ impl RenderSettings {
         of(self) == of(other)
     }
 
-    /// How rays add up what they pass: finely, unless said otherwise.
+    /// Integration along rays; fine by default.
     pub fn integration(&self) -> Integration {
         self.integration.unwrap_or(Integration::Fine)
     }
 
-    /// The frame size.
+    /// Frame size; 1280×720 by default.
     pub fn frame_size(&self) -> FrameSize {
         self.size.unwrap_or_default()
     }
 
-    /// The frames to render.
+    /// Numbers of the frames to render.
     pub fn frame_numbers(&self) -> std::ops::Range<u32> {
         let first = self.first_frame.unwrap_or(0);
         first..first.saturating_add(self.frames.unwrap_or(1))
     }
 
-    /// The fovea of frame `i`.
+    /// Fovea of frame `i`.
     ///
     /// # Errors
-    /// Numbers that cannot be sampled with, or a gaze file that cannot be read.
+    /// Invalid densities, a gaze file that cannot be read.
     pub fn fovea(&self, i: u32) -> Result<Fovea> {
         Ok(Fovea { gaze: self.gaze_path()?.gaze(i), ..self.base_fovea()? })
     }
 
-    /// The fovea, wherever the gaze is.
+    /// Fovea with the default gaze.
     pub(crate) fn base_fovea(&self) -> Result<Fovea> {
         let defaults = Fovea::default();
         let fovea = Fovea {
@@ -242,7 +241,7 @@ impl RenderSettings {
         Ok(fovea)
     }
 
-    /// Where the eye looks.
+    /// Gaze of every frame.
     pub(crate) fn gaze_path(&self) -> Result<GazePath> {
         let Some(text) = self.gaze.as_deref() else { return Ok(GazePath::default()) };
         if text == "wander" {
@@ -261,13 +260,13 @@ impl RenderSettings {
         Ok(GazePath::scripted(read.stops)?)
     }
 
-    /// How pixels are chosen.
+    /// Method of choosing pixels.
     pub fn sampling(&self) -> Sampling {
         let chosen = self.sampling.and_then(Choice::fixed);
         chosen.unwrap_or(if self.asks_for_sparse_pixels() { Sampling::Compact } else { Sampling::Full })
     }
 
-    /// Whether anything but the sampling asks for sparse pixels: several frames, or a word that is of no use without.
+    /// Whether another setting than `sampling` asks for sparse pixels: several frames, or a setting that needs them.
     fn asks_for_sparse_pixels(&self) -> bool {
         self.frames.is_some_and(|frames| frames > 1)
             || self.pb.is_some()
@@ -278,17 +277,17 @@ impl RenderSettings {
             || self.names_weights()
     }
 
-    /// Whether weights are named, of a file or random ones.
+    /// Whether weights are named, from a file or random ones.
     fn names_weights(&self) -> bool {
         self.weights.is_some() || self.random_weights.is_some()
     }
 
-    /// Whether the background is left out.
+    /// Whether the background is transparent.
     pub fn is_transparent(&self) -> bool {
         self.transparent.unwrap_or(false)
     }
 
-    /// How sparse frames are filled: as was said, else by the network that weights are of, else by the program's own.
+    /// Method of filling sparse frames: the chosen one, else the network of the named weights, else our own network.
     pub fn reconstruction(&self) -> Reconstruction {
         self.reconstruct.unwrap_or_else(|| match (self.random_weights, self.weights.as_deref()) {
             (Some(random), _) => Reconstruction::by(&random.network.config()),
@@ -297,10 +296,10 @@ impl RenderSettings {
         })
     }
 
-    /// Whether the words of one command line go together; sessions may hold more than their pictures need.
+    /// Checks that the flags of one command line fit together. Session files may hold more than their pictures need.
     ///
     /// # Errors
-    /// [`Error::Contradiction`], and weights that are neither a known name nor a file.
+    /// [`Error::Contradiction`]; weights that are neither a known name nor a file.
     pub fn check_flags(&self) -> Result<()> {
         if self.weights.is_some() && self.random_weights.is_some() {
             return Err(contradiction("--weights and --random-weights exclude each other; give one"));
@@ -337,12 +336,12 @@ fn contradiction(problem: impl Into<String>) -> Error {
     Error::Contradiction(problem.into())
 }
 
-/// Weights that follow from the name of a network and a seed.
+/// Random weights of a network, made from a seed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct RandomWeights {
-    /// Which network.
+    /// Network.
     pub network: Named,
-    /// Other weights for another number.
+    /// Random seed.
     pub seed: u64,
 }
 
@@ -355,7 +354,7 @@ impl fmt::Display for RandomWeights {
 impl FromStr for RandomWeights {
     type Err = String;
 
-    /// Reads `wnet-fast` or `wnet-fast:7`.
+    /// Parses `wnet-fast` or `wnet-fast:7`.
     fn from_str(text: &str) -> std::result::Result<Self, String> {
         let (name, seed) = text.split_once(':').unwrap_or((text, "0"));
         let seed = seed.parse().map_err(|_| format!("`{seed}` is no seed; write NAME or NAME:NUMBER"))?;
@@ -363,7 +362,7 @@ impl FromStr for RandomWeights {
     }
 }
 
-/// What a file does not say about its volume, or says wrongly.
+/// Settings for reading a volume's file: what the file leaves out or gets wrong.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 #[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
@@ -386,22 +385,22 @@ pub struct VolumeSettings {
     /// Array of values to read, by its name, where a file has several
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME"))]
     pub array: Option<String>,
-    /// Which value of each voxel is shown, where there are several, from 0 on [default: 0]
+    /// Component of each voxel to show, if there are several, from 0 on [default: 0]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
     pub component: Option<usize>,
-    /// Which channel is read, where there are several, from 0 on [default: 0]
+    /// Channel to read, if there are several, from 0 on [default: 0]
     #[cfg_attr(feature = "clap", arg(long, value_name = "C"))]
     pub channel: Option<usize>,
-    /// Which time point is read, where there are several, from 0 on [default: 0]
+    /// Time point to read, if there are several, from 0 on [default: 0]
     #[cfg_attr(feature = "clap", arg(long, value_name = "T"))]
     pub time: Option<usize>,
-    /// Average N×N×N voxels to one: a volume that is too large for a device, seen more coarsely [default: 1]
+    /// Average N×N×N voxels to one, for a volume that is too large for a device [default: 1]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
     pub downsample: Option<usize>,
 }
 
 impl VolumeSettings {
-    /// These settings, with those that `over` says taking precedence.
+    /// Combines these settings with `over`, which takes precedence.
     #[must_use]
     pub fn overridden_by(self, over: Self) -> Self {
         Self {
@@ -418,7 +417,7 @@ impl VolumeSettings {
         }
     }
 
-    /// The same, as reading a file takes them.
+    /// Converts the settings for the file readers.
     pub fn overrides(&self) -> fovol_io::volume::Overrides {
         fovol_io::volume::Overrides {
             dims: self.dims,
@@ -434,33 +433,33 @@ impl VolumeSettings {
     }
 }
 
-/// Choices of speed: they change how long a picture takes, not what it shows.
+/// Settings that change the speed of rendering, not the picture.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct SpeedSettings {
     /// Number of threads [default: all cores]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
     pub threads: Option<usize>,
-    /// What computes the frames: auto, cpu, gpu, or gpu:NAME [default: auto]
+    /// Device that computes the frames: auto, cpu, gpu, or gpu:NAME [default: auto]
     #[cfg_attr(feature = "clap", arg(long, value_name = "DEVICE"))]
     pub device: Option<Device>,
-    /// Instruction set of the marcher: auto, scalar, portable, avx2 or avx512 [default: auto]
+    /// Instruction set of the ray marcher: auto, scalar, portable, avx2 or avx512 [default: auto]
     #[cfg_attr(feature = "clap", arg(long, value_name = "SET"))]
     pub simd: Option<Simd>,
-    /// How a GPU interpolates voxels: exact as a processor does, or hardware, by its samplers in steps of 1/256 [default:
+    /// How a GPU interpolates voxels: exact, like a CPU, or hardware, by its samplers in steps of 1/256 [default:
     /// exact]
     #[cfg_attr(feature = "clap", arg(long, value_name = "HOW"))]
     pub filtering: Option<Filtering>,
-    /// March through empty space instead of leaving it at once
+    /// March through empty space instead of skipping it
     #[cfg_attr(feature = "clap", arg(long))]
     pub no_skip: bool,
 }
 
 impl SpeedSettings {
-    /// This machine as it is used with these settings.
+    /// Describes this machine as these settings use it.
     ///
     /// # Errors
-    /// A graphics processor that was asked for and cannot be used.
+    /// A requested GPU that cannot be used.
     pub fn machine(&self) -> Result<Machine> {
         let threads = self.threads.unwrap_or_else(rayon::current_num_threads);
         let machine = Machine::this(threads, self.simd.unwrap_or_else(Simd::best));
@@ -487,7 +486,7 @@ fn shading(text: &str) -> std::result::Result<SurfaceShading, String> {
     }
 }
 
-/// Optional words that read from and print as text.
+/// Serialises optional settings as text.
 mod as_text {
     use serde::{Deserialize, Deserializer, Serializer, de::Error};
     use std::fmt::Display;

@@ -2,8 +2,8 @@ use crate::{Error, Result};
 use fovol_core::{input, path_of_text};
 use serde::Deserialize;
 
-/// Reads the TOML file that `text` names, or `text` itself where it is TOML: it stands for the flag `flag`, and `expected`
-/// says what that takes.
+/// Parses the TOML file that `text` names, or `text` itself if it is TOML. `flag` is the flag that it belongs to, and
+/// `expected` describes the accepted values, for error messages.
 pub fn read<T: for<'de> Deserialize<'de>>(text: &str, flag: &str, expected: &str) -> Result<T> {
     let path = path_of_text(text);
     let (what, text) = if path.exists() {
@@ -17,14 +17,14 @@ pub fn read<T: for<'de> Deserialize<'de>>(text: &str, flag: &str, expected: &str
         .map_err(|e| Error::Setting(format!("{what}, {}; {flag} takes {expected}", problem(&text, &e))))
 }
 
-/// What is wrong with `text`, and in which line.
+/// Formats `error` of parsing `text`, with its line number.
 pub fn problem(text: &str, error: &toml::de::Error) -> String {
     let end = error.span().map_or(0, |span| span.start.min(text.len()));
     let line = 1 + text.as_bytes()[..end].iter().filter(|&&byte| byte == b'\n').count();
     format!("line {line}: {}", error.message().lines().next().unwrap_or_default())
 }
 
-/// What the file `name` holds, if it is one that [`read`] may read.
+/// Contents of the file `name`, if [`read`] would read it as a file.
 pub fn of_file(name: &str) -> Option<String> {
     let path = path_of_text(name);
     if !path.is_file() {

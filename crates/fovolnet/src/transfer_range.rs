@@ -2,13 +2,13 @@ use fovol_core::did_you_mean;
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 
-/// Where a transfer function that was made for data values belongs.
+/// Place of a transfer function that was made for data values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum TransferRange {
-    /// At these data values.
+    /// At its own data values.
     Data,
-    /// From the lower to the upper end of what is shown.
+    /// Stretched over the displayed range.
     Stretch,
 }
 
@@ -27,14 +27,14 @@ impl FromStr for TransferRange {
     }
 }
 
-/// How data values run along a transfer function.
+/// Scale along which data values run through a transfer function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ValueScale {
-    /// Evenly.
+    /// Linear scale.
     #[default]
     Linear,
-    /// By their logarithm, from the least positive value shown.
+    /// Logarithmic scale, from the smallest positive value shown.
     Log,
 }
 

@@ -2,33 +2,34 @@ use crate::open::shown_range;
 use crate::{OpenVolume, RenderSettings, presets};
 use fovol_core::{Camera, Frame, FrameSize, Region, Volume};
 
-/// Whether anything shows in the frames of a clip, and why not.
+/// Check whether anything is visible in the frames of a clip, and why not.
 #[derive(Debug, Clone)]
 pub struct Visibility {
     background: [f32; 3],
     shows: bool,
-    /// Whether the box of the volume was in sight.
+    /// Whether the box of the volume was in view.
     is_in_sight: bool,
 }
 
-/// What differs by less is the same in a picture of 8 bits.
+/// Smallest visible difference: half a step of an 8-bit picture.
 const SEEN: f32 = 0.5 / 255.0;
 
 impl Visibility {
-    /// Of frames that are rendered as `settings` say; none were yet.
+    /// Check for frames of `settings`, before the first one.
     pub fn new(settings: &RenderSettings) -> Self {
         let background = settings.background.unwrap_or_default().map(|c| c as f32);
         Self { background, shows: false, is_in_sight: false }
     }
 
-    /// Looks at the marched pixels of a frame, `sparse`, and whether `camera`, in the space of the box of `volume`, saw it.
+    /// Inspects the marched pixels of the frame `sparse`, and whether `camera` saw the box of `volume`. The camera is
+    /// in the space of the box.
     pub fn look(&mut self, sparse: &Frame, camera: &Camera, volume: &Volume) {
         let differs = |p: &[f32; 4]| (0..3).any(|c| (p[c] - self.background[c]).abs() > SEEN);
         self.shows = self.shows || sparse.pixels().iter().any(|p| p[3] > 0.0 && differs(p));
         self.is_in_sight = self.is_in_sight || sees(camera, volume, sparse.size());
     }
 
-    /// The probable cause, in one line with what helps, if nothing of `volume` showed.
+    /// Probable cause and remedy, as one line, if nothing of `volume` was visible.
     pub fn problem(&self, volume: &OpenVolume, settings: &RenderSettings) -> Option<String> {
         let cause = match self {
             Self { shows: true, .. } => return None,
@@ -45,7 +46,7 @@ fn sees(camera: &Camera, volume: &Volume, size: FrameSize) -> bool {
     Region::of_boxes(&camera.rays(size), [[-half, half]], size).is_some()
 }
 
-/// Why nothing shows of a `volume` that is in sight.
+/// Why nothing of `volume` is visible although its box is in view.
 fn cause(volume: &OpenVolume, settings: &RenderSettings) -> String {
     if let Some(range) = volume.narrow_range() {
         return shown_range(&volume.volume, range);
@@ -76,7 +77,7 @@ mod tests {
     use super::*;
     use crate::{Device, Pipeline, SpeedSettings, VolumeSettings, open_volume};
 
-    /// What is said of one frame of 8³ voxels from `bytes`, repeated, as `settings` say.
+    /// Problem reported for one frame of a volume of 8³ voxels, made of repeated `bytes`, with `settings`.
     fn said(bytes: &[u8], settings: RenderSettings) -> Option<String> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("v_8x8x8_uint8.raw");

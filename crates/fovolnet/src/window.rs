@@ -1,50 +1,50 @@
-//! The part of frames that a network works on: where nothing can be seen there is nothing to reconstruct.
+//! Window of the frame that a network works on. Nothing needs reconstruction where the scene cannot be seen.
 
 use crate::Result;
 use fovol_core::{Frame, FrameSize, Region};
 use fovol_net::cpu::{FrameInput, Network, State};
 
-/// Pixels around what can be seen that a window has at least, for what networks look at around a pixel.
+/// Least margin of a window around the visible region, in pixels: networks look at the surroundings of a pixel.
 const LEAST_MARGIN: u32 = 16;
-/// And when it is made: room to move in.
+/// Margin of a new window in pixels, with room to move in.
 const MARGIN: u32 = 32;
-/// Edges of windows are multiples of this many pixels, if not those of the frame.
+/// Edges of windows are multiples of this many pixels, or edges of the frame.
 const GRID: u32 = 64;
-/// Windows that are this many times larger than they have to be are made anew: in tenths.
+/// Windows this many times larger than necessary are replaced, in tenths.
 const TOO_LARGE: usize = 15;
 
-/// What can be seen in a frame.
+/// Visible region of a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Seen {
-    /// Every pixel that may show more than the background; `None` where none does.
+    /// Region of all pixels that may show more than the background; `None` if there are none.
     pub region: Option<Region>,
-    /// What all others show: red, green and blue.
+    /// Colour of all other pixels: red, green and blue.
     pub background: [f32; 3],
 }
 
 impl Seen {
-    /// That nothing is known of a frame of `size`.
+    /// Assumes that all of a frame of `size` is visible.
     pub fn everything(size: FrameSize) -> Self {
         Self { region: Some(Region::whole(size)), background: [0.0; 3] }
     }
 
-    /// What of a frame of `size` may move: what can be seen and some pixels around it.
+    /// Region of a frame of `size` in which pixels may move: the visible region with a margin.
     pub(crate) fn moving(&self, size: FrameSize) -> Region {
         self.region.map_or_else(|| Region::whole(size), |region| region.grown(MARGIN, GRID, size))
     }
 
-    /// A pixel in which nothing is seen.
+    /// Colour of a pixel that shows the background.
     fn nothing(&self) -> [f32; 4] {
         let [r, g, b] = self.background;
         [r, g, b, 1.0]
     }
 }
 
-/// What a network carries from frame to frame of one clip, in a window that follows what can be seen.
+/// State of a network for one clip, in a window that follows the visible region.
 #[derive(Debug, Clone)]
 pub struct Windowed {
     size: FrameSize,
-    /// None before the first frame, and after one in which nothing was seen.
+    /// `None` before the first frame, and after a frame in which nothing was visible.
     part: Option<Part>,
 }
 
@@ -55,24 +55,24 @@ struct Part {
 }
 
 impl Windowed {
-    /// The beginning of a clip of frames of `size`.
+    /// State at the beginning of a clip of frames of `size`.
     pub fn new(size: FrameSize) -> Self {
         Self { size, part: None }
     }
 
-    /// Forgets what was seen.
+    /// Forgets all earlier frames.
     pub fn reset(&mut self) {
         self.part = None;
     }
 
-    /// The full frame of `input`, the next of the clip.
+    /// Reconstructs `input`, the next frame of the clip.
     ///
     /// # Errors
-    /// A frame of another size than the clip's, motion of another size.
+    /// A frame or motion of another size than the clip's.
     pub fn reconstruct(&mut self, network: &Network, input: &FrameInput<'_>, seen: &Seen) -> Result<Frame> {
         let pixels = self.size.pixels();
         if input.sparse.size() != self.size || input.motion.is_some_and(|motion| motion.len() != pixels) {
-            // The network says what is wrong.
+            // The network returns the error with the sizes.
             return Ok(network.reconstruct(input, &mut network.state(self.size))?);
         }
         let Some(region) = seen.region else {
@@ -85,8 +85,7 @@ impl Windowed {
         frame
     }
 
-    /// The window in which `region` lies: that of the last frame, or another one if it does not lie well in that or that is
-    /// much too large.
+    /// Window around `region`: the last one, unless its margin is too small or it is much too large.
     fn follow(&mut self, network: &Network, region: Region) -> Result<Part> {
         let window = region.grown(MARGIN, GRID.max(network.plan().multiple() as u32), self.size);
         Ok(match self.part.take() {
@@ -140,7 +139,7 @@ mod tests {
         Seen { region: Some(region), background: BACKGROUND }
     }
 
-    /// Every fifth pixel; background but in the region.
+    /// Frame with every fifth pixel sampled, and background outside the visible region.
     fn sparse(seen: &Seen, t: usize) -> Frame {
         let mut frame = Frame::new(SIZE);
         frame.fill(seen.nothing());

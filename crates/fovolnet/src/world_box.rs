@@ -1,31 +1,31 @@
-//! Where the box of a volume stands in the world.
+//! Placement of a volume's box in world space.
 
 use crate::orientation::Orientation;
 use crate::{Error, RenderSettings, Result};
 use fovol_core::{Camera, Space, Volume};
 use glam::{DMat3, DVec3};
 
-/// The box of a volume, and how it stands in the world.
+/// Box of a volume, and its orientation in world space.
 ///
-/// Renderers work in the space of the box: its centre is the origin, its sides lie along x, y and z, its longest side
-/// is 1. The world is that space, or for patient orientation that space turned, and mirrored where the grid is. Cameras
-/// and lights are given in the world; [`Self::camera`] and [`Self::direction`] bring them to the box.
+/// Renderers work in the space of the box: centred at the origin, with sides along x, y and z, the longest of length 1.
+/// World space is that space, or a rotation of it for patient orientation (mirrored if the grid is). Cameras and lights
+/// are given in world space; [`Self::camera`] and [`Self::direction`] convert them to the box.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WorldBox {
-    /// From the box to the world: orthogonal.
+    /// Orthogonal matrix from the box to the world.
     turn: DMat3,
-    /// Half the sides of the box.
+    /// Half of each side of the box.
     half: DVec3,
-    /// Opposite corners of the shown part, in the space of the box.
+    /// Lowest and highest corner of the shown part, in the space of the box.
     shown: [DVec3; 2],
     is_patient: bool,
 }
 
 impl WorldBox {
-    /// The box of `volume` as `settings` have it stand, and the part that they show.
+    /// Box of `volume` in the orientation that `settings` choose, with the part that they show.
     ///
     /// # Errors
-    /// A patient's orientation that the file does not have.
+    /// Patient orientation of a file that does not declare one.
     pub fn new(volume: &Volume, settings: &RenderSettings) -> Result<Self> {
         let is_patient = orientation(volume, settings)? == Orientation::Patient;
         let placement = volume.placement().filter(|_| is_patient);
@@ -40,32 +40,32 @@ impl WorldBox {
         })
     }
 
-    /// Whether the patient stands upright in the world.
+    /// Whether the world has patient orientation.
     pub fn is_patient(&self) -> bool {
         self.is_patient
     }
 
-    /// The world's `camera` in the space of the box.
+    /// Converts `camera` from world space to the space of the box.
     pub fn camera(&self, camera: &Camera) -> Camera {
         camera.turned(&self.turn.transpose())
     }
 
-    /// A direction of the world in the space of the box.
+    /// Converts a direction from world space to the space of the box.
     pub fn direction(&self, world: DVec3) -> DVec3 {
         self.turn.transpose() * world
     }
 
-    /// A point or direction of the space of the box in the world.
+    /// Converts a point or direction from the space of the box to world space.
     pub fn to_world(&self, in_box: DVec3) -> DVec3 {
         self.turn * in_box
     }
 
-    /// The corners of the whole box in the world; bit a of a corner's number is its end along axis a of the grid.
+    /// Corners of the whole box in world space. Bit a of a corner's index chooses its end along axis a of the grid.
     pub fn whole_corners(&self) -> [DVec3; 8] {
         self.corners([-self.half, self.half])
     }
 
-    /// The corners of the shown part in the world, in the order of [`Self::whole_corners`].
+    /// Corners of the shown part in world space, in the order of [`Self::whole_corners`].
     pub fn shown_corners(&self) -> [DVec3; 8] {
         self.corners(self.shown)
     }
@@ -77,14 +77,14 @@ impl WorldBox {
         })
     }
 
-    /// Centre and radius of the sphere around the shown part, in the world.
+    /// Centre and radius of the bounding sphere of the shown part, in world space.
     pub fn bounding_sphere(&self) -> (DVec3, f64) {
         let [low, high] = self.shown;
         (self.to_world((low + high) * 0.5), (high - low).length() * 0.5)
     }
 }
 
-/// How `volume` stands as `settings` say; by itself a volume in a patient's space stands as the patient does.
+/// Orientation that `settings` choose for `volume`; by default patient orientation for a volume in patient space.
 fn orientation(volume: &Volume, settings: &RenderSettings) -> Result<Orientation> {
     let known = volume.placement().map(fovol_core::Placement::space);
     match settings.orientation {
@@ -98,10 +98,10 @@ fn orientation(volume: &Volume, settings: &RenderSettings) -> Result<Orientation
     }
 }
 
-/// Notes on how `volume` stands as `settings` say: guesses, and what is not shown as it is; one line each.
+/// Notes on the orientation of `volume` with `settings`: assumptions, and inexact display; one line each.
 ///
 /// # Errors
-/// As [`WorldBox::new`].
+/// Errors of [`WorldBox::new`].
 pub(crate) fn notes(volume: &Volume, settings: &RenderSettings) -> Result<Vec<String>> {
     let mut notes = Vec::new();
     let Some(placement) = volume.placement() else { return Ok(notes) };
@@ -127,7 +127,7 @@ pub(crate) mod tests {
     use super::*;
     use fovol_core::{Grid, Placement};
 
-    /// A cube of which nobody knows how it stands.
+    /// Cube of unknown orientation.
     pub(crate) fn cube() -> WorldBox {
         let volume = Volume::from_values(Grid::new([1; 3], [1.0; 3]).unwrap(), vec![0u8]).unwrap();
         WorldBox::new(&volume, &RenderSettings::default()).unwrap()
@@ -150,7 +150,7 @@ pub(crate) mod tests {
         let stands = |volume: &Volume, settings: &RenderSettings| WorldBox::new(volume, settings).unwrap();
         let patient = stands(&volume(Some(ras(Space::Patient))), &settings);
         assert!(patient.is_patient());
-        // The x axis of the grid leads to the patient's right, its z axis up.
+        // The x axis of the grid points to the patient's right, its z axis up.
         assert_eq!(patient.to_world(DVec3::X), DVec3::NEG_X);
         assert_eq!(patient.to_world(DVec3::Z), DVec3::Y);
         assert_eq!(patient.direction(DVec3::Y), DVec3::Z);

@@ -1,9 +1,9 @@
-//! The crates depend on each other in one direction: words and device, organs, body, faces.
+//! Crates may depend on each other in one direction only: words and device, organs, body, faces.
 
 use std::path::Path;
 use toml::Table;
 
-/// The layer of a crate: it may depend on lower layers only.
+/// Layer of a crate. A crate may depend on lower layers only.
 fn layer(name: &str) -> u32 {
     match name {
         "fovol-core" | "fovol-gpu" => 0,
@@ -41,7 +41,7 @@ fn the_words_know_no_files_and_no_devices() {
     }
 }
 
-/// The names and manifests of all crates of the workspace.
+/// Names and manifests of all crates of the workspace.
 fn manifests() -> Vec<(String, Table)> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let folders = ["crates", "apps"].into_iter().flat_map(|kind| std::fs::read_dir(root.join(kind)).unwrap());

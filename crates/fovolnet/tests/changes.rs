@@ -1,4 +1,4 @@
-//! A pipeline that is told to go on otherwise makes what one that was begun so makes.
+//! A pipeline with changed settings renders the same frames as a new pipeline with those settings.
 
 use fovolnet::core::{CameraPath, Integration, ShadowMode, SurfaceShading};
 use fovolnet::{
@@ -25,7 +25,7 @@ fn begin() -> RenderSettings {
     }
 }
 
-/// Each changes one thing more.
+/// Changes of one setting each, applied one after another.
 fn changes() -> Vec<fn(&mut RenderSettings)> {
     vec![
         |settings| settings.reconstruct = Some(Reconstruction::WNet),
@@ -121,7 +121,7 @@ fn a_change_that_cannot_be_made_changes_nothing() {
 fn a_part_looks_as_it_looks_in_the_whole() {
     use fovolnet::core::{Grid, Volume};
     use std::sync::Arc;
-    // Only the part that is not cut away has anything in it.
+    // Only the part inside the crop box is not empty.
     let grid = Grid::new([20, 30, 24], [1.0, 0.8, 1.2]).unwrap();
     let value = |i: usize| {
         let [x, y, z] = [i % 20, i / 20 % 30, i / 600];
@@ -139,7 +139,7 @@ fn a_part_looks_as_it_looks_in_the_whole() {
         Pipeline::new(&volume, &settings, &SpeedSettings::default()).unwrap().render(4).unwrap().frame
     });
     let far = whole.pixels().iter().zip(part.pixels()).filter(|(a, b)| {
-        // Steps begin where rays enter the box: surfaces are met a little earlier or later.
+        // Steps begin where rays enter the box, so surfaces are hit a little earlier or later.
         (0..3).any(|c| (a[c] - b[c]).abs() > 0.1)
     });
     let (far, seen) = (far.count(), whole.pixels().iter().filter(|p| p[0] > 0.1).count());

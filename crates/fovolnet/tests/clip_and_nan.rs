@@ -1,4 +1,4 @@
-//! Parts and NaN, as settings say them.
+//! Crop boxes and colours of NaN from the settings.
 
 use fovolnet::core::{
     Camera, CameraPath, FrameSize, Grid, Integration, Pixel, SampleList, ShadowMode, Volume,
@@ -26,7 +26,7 @@ fn pipeline(volume: &OpenVolume, settings: &RenderSettings) -> Pipeline {
     Pipeline::new(volume, settings, &speed).unwrap()
 }
 
-/// What the middle of the picture of `camera` meets: red, green, blue, opacity, and how far away.
+/// Ray result at the centre of the picture of `camera`: red, green, blue, opacity and depth.
 fn middle(pipeline: &mut Pipeline, camera: &Camera) -> [f64; 5] {
     let list = SampleList::new(SIZE, vec![Pixel { x: 24, y: 18 }]);
     let found = pipeline.march(camera, &list).unwrap()[0];
@@ -53,14 +53,14 @@ fn a_part_of_half_a_hundredth_has_the_opacity_of_that_length() {
             let found = middle(&mut pipeline(&volume, &settings), &camera);
             let voxels = (to - from) * 32.0 / -ray.direction.z;
             let right = 1.0 - 0.6f64.powf(voxels);
-            // Rays end where next to nothing passes.
+            // Rays end once they are nearly opaque.
             let is_opaque = found[3] >= 0.999 && right >= 0.999;
             assert!(
                 is_opaque || (found[3] - right).abs() < most,
                 "{integration} {from} {to}: {} for {right}",
                 found[3]
             );
-            // Half of it, or the mean, is met within the part.
+            // The depth, where opacity passes one half or else the mean distance, lies within the part.
             let [near, far] = [to, from].map(|side| (ray.origin.z - (side - 0.5)) / -ray.direction.z);
             let voxel = 1.0 / 32.0;
             assert!(
@@ -112,7 +112,7 @@ fn nan_looks_as_was_said() {
     let volume = open(Volume::from_values(grid, (0..512).map(value).collect()).unwrap());
     let camera = Camera::new([0.05, 0.02, 2.0].into(), [0.0; 3].into(), 20.0).unwrap();
     let along = -1.0 / camera.rays(SIZE).ray(24, 18).direction.z;
-    // Everything is NaN between neighbours in a row of which every second one is.
+    // Every second voxel of a row is NaN, so everything between neighbours is NaN.
     let right = |a: f64| 1.0 - (1.0 - a).powf(8.0 * along);
     for (nan, [r, g, b, a]) in [
         (None, [0.0; 4]),
@@ -135,7 +135,7 @@ fn nan_looks_as_was_said() {
     assert!(!notes(Some(NanColour::File)).contains("NaN"));
     std::fs::write(map, with("")).unwrap();
     assert!(!notes(None).contains("NaN") && notes(Some(NanColour::File)).contains("--nan R,G,B,A gives one"));
-    // Without NaN in the volume there is nothing to say.
+    // A volume without NaN needs no note.
     let whole = open(Volume::from_values(grid, (0..512).map(|i| i as f32).collect()).unwrap());
     let file = RenderSettings { nan: Some(NanColour::File), ..settings(map) };
     assert!(!presets::notes(&file, &whole).join("; ").contains("NaN"));

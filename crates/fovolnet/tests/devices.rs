@@ -1,4 +1,4 @@
-//! The pipeline on a graphics processor makes what it makes on the processor.
+//! The pipeline renders the same frames on the GPU and on the CPU.
 #![cfg(feature = "gpu")]
 
 use fovolnet::core::{Frame, ShadowMode};
@@ -20,7 +20,7 @@ fn pipeline(settings: &RenderSettings, device: Device) -> Pipeline {
     Pipeline::new(&head(), settings, &speed).unwrap()
 }
 
-/// The largest difference of any channel.
+/// Largest difference of any channel.
 fn difference(a: &Frame, b: &Frame) -> f32 {
     let pairs = a.pixels().iter().flatten().zip(b.pixels().iter().flatten());
     pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
@@ -61,7 +61,7 @@ fn frames_are_those_of_the_processor() {
                 assert_eq!(cpu.mask, gpu.mask, "{name}");
                 assert_eq!((cpu.samples, cpu.lost), (gpu.samples, gpu.lost), "{name}");
                 assert!(difference(&cpu.sparse, &gpu.sparse) <= 2.0 / 255.0, "{name}");
-                // Networks may tell old from new otherwise where a depth differs.
+                // Where a depth differs, a network may weigh its history differently.
                 assert!(difference(&cpu.frame, &gpu.frame) <= 8.0 / 255.0, "{name}");
                 assert_eq!(cpu.motion.is_some(), gpu.motion.is_some(), "{name}");
             }
@@ -92,7 +92,7 @@ fn references_have_exact_shadows() {
     }
 }
 
-/// What `pipeline` displays of frames 0 to 4 is what `expected` renders, and it says of each how it was made.
+/// Checks that `pipeline` displays the frames 0 to 4 that `expected` renders, and reports facts about each.
 fn assert_displayed(gpu: &Gpu, pipeline: &mut Pipeline, expected: &mut Pipeline) {
     let (mut done, mut samples) = (Vec::new(), Vec::new());
     for i in 0..5 {
@@ -164,7 +164,7 @@ fn frames_that_need_the_host_are_not_displayed() {
     assert!(!displays(&linear, Device::Gpu(None)));
 }
 
-/// The mean difference of all channels.
+/// Mean difference of all channels.
 fn mean_difference(a: &Frame, b: &Frame) -> f64 {
     let pairs = a.pixels().iter().flatten().zip(b.pixels().iter().flatten());
     pairs.map(|(a, b)| f64::from((a - b).abs())).sum::<f64>() / (4 * a.pixels().len()) as f64
@@ -215,17 +215,17 @@ fn a_device_that_is_lost_is_an_error_of_every_call() {
     let displayed = pipeline.display_from(3, &viewpoint);
     assert!(displayed.is_err() || pipeline.finish_display().is_err());
     let brighter = RenderSettings { ambient: Some(0.9), ..settings.clone() };
-    // Whatever is told to a device that is gone, nothing panics.
+    // Calls on a lost device must not panic.
     let _ = pipeline.change(&brighter);
     let asked = SpeedSettings { device: Some(Device::Gpu(None)), ..Default::default() };
     assert!(Pipeline::on(device.clone(), &head(), &settings, &asked).is_err());
-    // Who only wants something fast goes on without it.
+    // With `auto` the CPU takes over.
     let mut instead = Pipeline::on(device, &head(), &settings, &SpeedSettings::default()).unwrap();
     assert!(instead.notes()[0].starts_with("rendering on the processor: "), "{:?}", instead.notes());
     instead.render(0).unwrap();
 }
 
-/// Bytes of this process in memory, where the system says it.
+/// Bytes of this process in memory, if the system reports them.
 fn resident() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|line| line.starts_with("VmRSS:"))?;
@@ -235,7 +235,7 @@ fn resident() -> Option<u64> {
 #[test]
 #[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn ten_thousand_frames_leave_memory_as_it_was() {
-    // Networks take longer: fewer frames of them show the same.
+    // Networks take longer, so fewer of their frames must do.
     for (reconstruct, size, frames) in
         [(Reconstruction::Fill(Fill::PullPush), "48x32", 10_000), (Reconstruction::WNet, "16x16", 1_000)]
     {
@@ -245,7 +245,7 @@ fn ten_thousand_frames_leave_memory_as_it_was() {
         let mut at = Vec::new();
         for i in 0..frames {
             let viewpoint = Viewpoint { camera: pipeline.camera(i), fovea: pipeline.fovea(i) };
-            // Both ways that frames go: by way of the host, and to a screen.
+            // Use both ways of a frame: through the host, and to a screen.
             if i % 50 == 0 {
                 pipeline.render(i).unwrap();
             } else {
@@ -257,7 +257,7 @@ fn ten_thousand_frames_leave_memory_as_it_was() {
         }
         pipeline.finish_display().unwrap();
         println!("{reconstruct:?}, {frames} frames, bytes in memory after each tenth of them: {at:?}");
-        // What is compiled, and what allocators keep, is there after the first tenth.
+        // Compiled shaders and memory kept by allocators are there after the first tenth.
         if let (Some(first), Some(last)) = (at.first(), at.last()) {
             assert!(last.saturating_sub(*first) < 2 << 20, "{reconstruct:?}: {at:?}");
         }
@@ -272,7 +272,7 @@ fn software_is_announced() {
     let software = made.machine().gpu.unwrap().contains("llvmpipe");
     assert_eq!(made.notes().iter().any(|note| note.contains("program on the processor")), software);
     if software {
-        // What `auto` never takes.
+        // `auto` never takes such a device.
         assert_eq!(pipeline(&settings, Device::Auto).machine().gpu, None);
     }
 }

@@ -1,17 +1,17 @@
-//! One scan with a letter on the patient's left, in every orientation that a file can have and in four formats: the
-//! picture is always the same, and never mirrored.
+//! One scan with a letter on the patient's left, in every orientation that a file can have and in four formats. The
+//! picture must always be the same, and never mirrored.
 
 use fovolnet::core::Frame;
 use fovolnet::{Device, Orientation, Pipeline, RenderSettings, SpeedSettings, VolumeSettings, open_volume};
 use std::fmt::Write as _;
 use std::path::Path;
 
-/// Voxels towards left, posterior and superior.
+/// Voxels along left, posterior and superior.
 const SIZES: [usize; 3] = [16, 10, 14];
-/// The distances between them.
+/// Distances between these voxels.
 const SPACING: [f64; 3] = [1.0, 1.5, 1.25];
 
-/// The scan at a place counted towards left, posterior and superior: an F on the front of the left half, which stands
+/// Value of the scan at a position along left, posterior and superior: an F on the front of the left half. It is
 /// upright and reads correctly for somebody who faces the patient.
 fn scan([left, posterior, superior]: [usize; 3]) -> u8 {
     const F: [&[u8; 5]; 7] = [b"#####", b"#....", b"#....", b"####.", b"#....", b"#....", b"#...."];
@@ -20,7 +20,7 @@ fn scan([left, posterior, superior]: [usize; 3]) -> u8 {
     if is_letter { 250 } else { 20 }
 }
 
-/// A grid of the scan: which patient axis each voxel axis follows, and whether backwards.
+/// Axes of a grid: the patient axis that each voxel axis follows, and whether backwards.
 #[derive(Debug, Clone, Copy)]
 struct Axes {
     along: [usize; 3],
@@ -28,7 +28,7 @@ struct Axes {
 }
 
 impl Axes {
-    /// All 48.
+    /// All 48 orientations.
     fn all() -> Vec<Self> {
         let orders = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
         let signs = (0..8).map(|bits| [0, 1, 2].map(|axis| bits >> axis & 1 == 1));
@@ -43,14 +43,14 @@ impl Axes {
         self.along.map(|axis| SPACING[axis])
     }
 
-    /// The unit vector of voxel axis `axis` in LPS.
+    /// Unit vector of voxel axis `axis` in LPS.
     fn direction(self, axis: usize) -> [f64; 3] {
         let mut direction = [0.0; 3];
         direction[self.along[axis]] = if self.backwards[axis] { -1.0 } else { 1.0 };
         direction
     }
 
-    /// The centre of the first voxel in LPS, for a scan whose first place is the origin.
+    /// Centre of the first voxel in LPS. The origin is the first position of the scan.
     fn origin(self) -> [f64; 3] {
         let mut origin = [0.0; 3];
         for axis in (0..3).filter(|&axis| self.backwards[axis]) {
@@ -60,7 +60,7 @@ impl Axes {
         origin
     }
 
-    /// The voxels, x fastest.
+    /// Voxels of the grid, x fastest.
     fn voxels(self) -> Vec<u8> {
         let [nx, ny, nz] = self.sizes();
         let value = |i: usize| {
@@ -129,7 +129,7 @@ fn vti(axes: Axes) -> Vec<u8> {
     .into_bytes()
 }
 
-/// NIfTI-1 with an sform; its coordinates are RAS.
+/// NIfTI-1 file with an sform, whose coordinates are RAS.
 fn nifti(axes: Axes) -> Vec<u8> {
     let mut bytes = vec![0u8; 352];
     let mut put = |at: usize, field: &[u8]| bytes[at..at + field.len()].copy_from_slice(field);
@@ -171,13 +171,13 @@ fn picture(path: &Path) -> Frame {
     Pipeline::new(&volume, &settings, &speed).unwrap().render(0).unwrap().frame
 }
 
-/// The largest difference of a channel.
+/// Largest difference of any channel.
 fn difference(a: &Frame, b: &Frame) -> f32 {
     let pairs = a.pixels().iter().zip(b.pixels());
     pairs.flat_map(|(a, b)| (0..3).map(|c| (a[c] - b[c]).abs())).fold(0.0, f32::max)
 }
 
-/// Brightness of the picture in the part of its columns and rows, each from and to, as fractions.
+/// Brightness of a part of the picture; columns and rows from and to, as fractions.
 fn light(frame: &Frame, columns: [f32; 2], rows: [f32; 2]) -> f32 {
     let size = frame.size();
     let span = |[from, to]: [f32; 2], count: u32| (from * count as f32) as u32..(to * count as f32) as u32;
@@ -185,7 +185,7 @@ fn light(frame: &Frame, columns: [f32; 2], rows: [f32; 2]) -> f32 {
     pixels.map(|(x, y)| frame.pixel(x, y)[0]).sum()
 }
 
-/// The bytes of the scan in one format, with these axes.
+/// Function that writes the scan with these axes in one format.
 type Writer = fn(Axes) -> Vec<u8>;
 
 #[test]
@@ -204,11 +204,11 @@ fn a_letter_is_the_same_in_every_orientation_and_format() {
         }
     }
     let picture = first.unwrap();
-    // The patient faces us: what is on the left of the patient is on the right of the picture.
+    // The patient faces us, so the patient's left is on the right of the picture.
     assert!(
         light(&picture, [0.5, 1.0], [0.0, 1.0]) > 100.0 * light(&picture, [0.0, 0.45], [0.0, 1.0]).max(0.01)
     );
-    // The letter stands upright and is not mirrored: its stem is on its left, its bars are on top.
+    // The letter is upright and not mirrored: its stem is on its left, its bars at the top.
     let (upper, lower) = (light(&picture, [0.0, 1.0], [0.0, 0.5]), light(&picture, [0.0, 1.0], [0.5, 1.0]));
     assert!(upper > lower, "{upper} {lower}");
     let stem = light(&picture, [0.5, 0.62], [0.55, 0.9]);

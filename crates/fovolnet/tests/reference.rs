@@ -1,4 +1,4 @@
-//! What frames are compared with.
+//! Reference frames: every pixel marched, with exact shadows.
 
 use fovolnet::core::ShadowMode;
 use fovolnet::render::cpu::compact;

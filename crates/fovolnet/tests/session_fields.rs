@@ -1,4 +1,4 @@
-//! Every field of a session: it is written, read back, and shows.
+//! Every field of a session is written and read back, and has an effect.
 
 use fovolnet::core::{Dtype, Endian, Frame, Integration, ShadowMode, SurfaceShading};
 use fovolnet::{
@@ -8,17 +8,17 @@ use fovolnet::{
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// Where a field shows.
+/// Effect of a field.
 #[derive(Debug, PartialEq)]
 enum Shows {
     InThePictures,
-    /// Something that was saved is not what it was any more.
+    /// Warning: a saved hash no longer fits.
     AsAWarning,
-    /// In the file alone: what a processor computes with depends on the processor.
+    /// Change in the file alone, since the machine decides how to compute.
     InTheFile,
 }
 
-/// What is done with a field: `from` this `to` that.
+/// Change of one field, from one value to another.
 struct Step {
     field: &'static str,
     shows: Shows,
@@ -26,7 +26,7 @@ struct Step {
     to: fn(&mut Session),
 }
 
-/// A session in which every field is said, of bare voxels at `volume`. No `..`: who adds a field is sent here.
+/// Session of bare voxels at `volume` with every field set. It uses no `..`, so a new field fails to compile here.
 fn everything(volume: &Path) -> Session {
     let read = VolumeSettings {
         dims: Some([16; 3]),
@@ -80,7 +80,7 @@ fn everything(volume: &Path) -> Session {
 
 fn nothing(_: &mut Session) {}
 
-/// Has `session` show the file `name` beside its volume, as that file says it is read.
+/// Makes `session` show the file `name` beside its volume, read as that file says.
 fn another_file(session: &mut Session, name: &str) {
     session.volume = session.volume.replace("ball.raw", name);
     session.volume_sha256 = None;
@@ -176,7 +176,7 @@ fn steps() -> Vec<Step> {
         step("render.sigma", |s| s.render.sigma = Some(0.2)),
         step("render.gaze", |s| s.render.gaze = Some("0.3,0.4".into())),
         step("render.noise", |s| s.render.noise = Some("uniform".parse().unwrap())),
-        // The noise that comes with the program is always the same.
+        // Blue noise follows the seed; the built-in noise does not.
         Step {
             from: |s| s.render.noise = Some("blue".parse().unwrap()),
             ..step("render.seed", |s| s.render.seed = Some(3))
@@ -198,7 +198,7 @@ fn steps() -> Vec<Step> {
     ]
 }
 
-/// The names of all fields that `session` says, tables before their fields.
+/// Names of all fields that `session` sets, tables before their fields.
 fn fields(session: &Session) -> BTreeSet<String> {
     let table = toml::Table::try_from(session).unwrap();
     let names = |(key, value): (&String, &toml::Value)| match value {
@@ -208,7 +208,7 @@ fn fields(session: &Session) -> BTreeSet<String> {
     table.iter().flat_map(names).collect()
 }
 
-/// What is there when a session is opened again.
+/// Session and picture after opening a session again.
 #[derive(PartialEq)]
 struct Opened {
     session: Session,
@@ -229,7 +229,7 @@ fn opened(session: &Session, path: &Path) -> Opened {
     Opened { session, frames, unchanged }
 }
 
-/// A ball that is not quite one, as bare voxels.
+/// Bare voxels of a slightly distorted ball.
 fn voxels() -> Vec<u8> {
     let value = |i: usize| {
         let p = [i % 16, i / 16 % 16, i / 256].map(|c| c as f32 - 7.5);
@@ -239,7 +239,7 @@ fn voxels() -> Vec<u8> {
     (0..4096).flat_map(|i| value(i).to_le_bytes()).collect()
 }
 
-/// Writes files of several arrays, components, channels and time points, and one with NaN, to `folder`.
+/// Writes files with several arrays, components, channels and time points, and one with NaN, to `folder`.
 fn write_parts(folder: &Path) {
     let plane = |seed: usize| (0..64).map(move |i| ((i * (seed + 3)) % 251) as u8);
     let bytes = |count: usize| (0..count).flat_map(plane).collect::<Vec<u8>>();
@@ -255,7 +255,7 @@ fn write_parts(folder: &Path) {
     };
     let head = "# vtk DataFile Version 3.0\nx\nASCII\nDATASET STRUCTURED_POINTS\nDIMENSIONS 4 4 4\nORIGIN 0 0 0\nSPACING 1 1 1\nPOINT_DATA 64\n";
     std::fs::write(folder.join("arrays.vtk"), [head, &vtk("a", 1), &vtk("b", 2)].concat()).unwrap();
-    // Two slices, channels and time points of 8x8 pixels behind the one page of a stack of ImageJ.
+    // ImageJ stack: two slices, channels and time points of 8x8 pixels behind a single page.
     let description = "ImageJ=1.53q\nimages=8\nchannels=2\nslices=2\nframes=2\nhyperstack=true\0";
     let data = 8 + 2 + 8 * 12 + 4;
     let text = data + 8 * 64;

@@ -1,4 +1,4 @@
-//! The time that cached shadows take is known, and counts where a frame waited for them.
+//! The time of cached shadows is known, and counts for the frame that waited for them.
 
 use fovol_core::ShadowMode;
 use fovolnet::{Device, Pipeline, RenderSettings, SpeedSettings, VolumeSettings, open_volume};

@@ -16,7 +16,7 @@ use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Effective compression: the time of sparse sampling against its share of pixels
+/// Effective compression: time of sparse sampling compared with its share of pixels
 #[derive(clap::Args)]
 pub struct CompactBench {
     /// Volume file, folder of slices, or procedural volume
@@ -38,7 +38,7 @@ pub struct CompactBench {
     json: JsonOutput,
 }
 
-/// What sparse sampling takes at one density.
+/// Figures of sparse sampling at one density.
 #[derive(Serialize)]
 pub struct Row {
     pub density: f64,
@@ -46,15 +46,15 @@ pub struct Row {
     pub compact_ms: f64,
     pub reject_ms: f64,
     pub direct_ms: f64,
-    /// time(compact) ÷ (density × time(full)); 1 is ideal.
+    /// Time(compact) ÷ (density × time(full)); 1 is ideal.
     compact_overhead: f64,
     reject_overhead: f64,
     direct_overhead: f64,
-    /// time(full) ÷ time(compact): the paper's effective compression rate.
+    /// Time(full) ÷ time(compact): the paper's effective compression rate.
     effective_compression: f64,
-    /// Share of drawn positions that repeat others.
+    /// Fraction of drawn positions that repeat others.
     pub direct_lost: f64,
-    /// Whose clock the times are of: the device's, without what asking and waiting take, or the host's.
+    /// Clock of the times: the device's, which excludes submitting and waiting, or the host's.
     clock: &'static str,
 }
 
@@ -66,10 +66,10 @@ struct Report {
     machine: Machine,
 }
 
-/// What is written to a folder.
+/// Files written to the output folder.
 const FILES: [&str; 2] = ["compact.csv", "compact.svg"];
 
-/// Densities without a fovea, as in the paper's figure.
+/// Densities of the paper's figure, without a fovea.
 const DENSITIES: [f64; 11] = [0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.2, 0.3, 0.5, 0.75, 1.0];
 
 impl CompactBench {
@@ -117,7 +117,7 @@ impl CompactBench {
     }
 }
 
-/// The times of every density, medians of `repeats` measurements, and what they were taken on.
+/// Measures every density, with medians of `repeats` runs. Returns the rows and the machine.
 pub fn measured(
     opened: &OpenVolume,
     settings: &RenderSettings,
@@ -196,7 +196,7 @@ fn write_csv(path: &Path, rows: &[Row]) -> Result<()> {
     Ok(())
 }
 
-/// The paper's figure: effective compression over density, both logarithmic.
+/// Draws the paper's figure as SVG: effective compression over density, both on logarithmic scales.
 pub fn plotted(rows: &[Row]) -> Result<String> {
     let mut svg = String::new();
     draw(&mut svg, rows).map_err(|e| anyhow!("the plot cannot be drawn: {e}"))?;

@@ -13,7 +13,7 @@ use fovolnet::{
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// Marching every pixel: times, samples, samples a second
+/// Marching every pixel: times, samples, samples per second
 #[derive(clap::Args)]
 pub struct MarchBench {
     /// Volume file, folder of slices, or procedural volume
@@ -37,12 +37,12 @@ pub struct MarchBench {
 
 #[derive(Serialize)]
 struct Row {
-    /// The instruction set, or `gpu`.
+    /// Instruction set, or `gpu`.
     simd: String,
     skip_empty: bool,
     #[serde(flatten)]
     times: Times,
-    /// Samples along rays and towards the light, where they are counted.
+    /// Numbers of samples along rays and towards the light, if they are counted.
     #[serde(skip_serializing_if = "Option::is_none")]
     primary_samples: Option<u64>,
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -1,4 +1,4 @@
-//! Marching alone, to be timed: nothing is read back, and there is no pipeline around it.
+//! Timed marching alone, without read-back and without a pipeline around it.
 
 use super::rayon_pool;
 use super::repeat::Lap;
@@ -12,35 +12,35 @@ use fovolnet::render::scene::RayResult;
 use fovolnet::{Machine, OpenDevice, SpeedSettings};
 use std::time::Instant;
 
-/// What decides which pixels are sampled.
+/// Parameters that choose the sampled pixels.
 pub struct Sampled<'a> {
     pub fovea: &'a Fovea,
     pub noise: &'a Noise,
-    /// The number of the frame.
+    /// Frame number.
     pub frame: u32,
 }
 
-/// Whatever marches. Every call returns when its frame is done, and says how long it took.
+/// Ray marcher to measure. Each call returns the time of its frame once it is finished.
 pub trait Marching {
-    /// The machine as it is used.
+    /// Machine as the marcher uses it.
     fn machine(&self) -> Machine;
-    /// The ways of marching that are compared: instruction sets, or the device alone.
+    /// Names of the compared ways of marching: instruction sets, or the device alone.
     fn ways(&self) -> Vec<String>;
-    /// Marches by way number `way` from now on, and leaves empty space at once or not.
+    /// Selects the way with index `way`, and whether empty space is skipped.
     fn choose(&mut self, way: usize, skip_empty: bool);
-    /// Every pixel, as a picture.
+    /// Marches every pixel to a picture.
     fn picture(&mut self, camera: &Camera) -> Result<Frame>;
-    /// Every pixel; how many samples that took, where that is known.
+    /// Marches every pixel. Also returns the number of samples, if known.
     fn full(&mut self, camera: &Camera) -> Result<(Lap, Option<SampleCount>)>;
-    /// Mask, compaction, march and scatter.
+    /// Makes a mask, compacts it, marches the list and scatters the results.
     fn compact(&mut self, camera: &Camera, sampled: &Sampled<'_>) -> Result<Lap>;
-    /// Mask and march where it lies.
+    /// Makes a mask and marches the full grid, where rays of unsampled pixels end at once.
     fn reject(&mut self, camera: &Camera, sampled: &Sampled<'_>) -> Result<Lap>;
-    /// Positions drawn from the density; the share of those that repeat others.
+    /// Marches positions drawn from the density. Also returns the fraction that repeats others.
     fn direct(&mut self, camera: &Camera, sampled: &Sampled<'_>) -> Result<(Lap, f64)>;
 }
 
-/// `scene` prepared on the device that `speed` asks for.
+/// Prepares `scene` on the device that `speed` asks for.
 pub fn marching(scene: &Scene, speed: &SpeedSettings, size: FrameSize) -> Result<Box<dyn Marching>> {
     match speed.device.clone().unwrap_or_default().open()? {
         OpenDevice::Cpu => Ok(Box::new(CpuMarching::new(scene, speed, size)?)),
@@ -68,7 +68,7 @@ impl CpuMarching {
     }
 }
 
-/// Every instruction set but plain code, which takes minutes.
+/// Every instruction set except plain scalar code, which takes minutes.
 fn fast_ones() -> Vec<Simd> {
     Simd::available().into_iter().filter(|&simd| simd != Simd::Scalar).collect()
 }

@@ -1,4 +1,4 @@
-//! Measurements of this machine.
+//! Benchmarks of this machine.
 
 pub mod compact;
 mod march;
@@ -21,9 +21,9 @@ pub struct Bench {
 
 #[derive(Subcommand)]
 enum BenchCommand {
-    /// Marching every pixel: times, samples, samples a second
+    /// Marching every pixel: times, samples, samples per second
     March(march::MarchBench),
-    /// Effective compression: the time of sparse sampling against its share of pixels
+    /// Effective compression: time of sparse sampling compared with its share of pixels
     Compact(compact::CompactBench),
     /// Reconstruction networks: whole and layer by layer, against the peak of this machine
     Net(net::NetBench),
@@ -42,7 +42,7 @@ impl Bench {
     }
 }
 
-/// `settings` with the path and the integration that measurements have always had, where none is named.
+/// Sets the usual path and integration of benchmarks in `settings`, unless they name others.
 fn on_orbit(mut settings: RenderSettings) -> RenderSettings {
     if settings.camera.is_none() && settings.view.is_none() {
         settings.path.get_or_insert_with(|| "orbit".into());
@@ -51,7 +51,8 @@ fn on_orbit(mut settings: RenderSettings) -> RenderSettings {
     settings
 }
 
-/// Threads of our own, so that `--threads` holds for bare steps too; as many as there are cores for 0.
+/// Thread pool of `threads` threads; as many as there are cores for 0. Steps outside a pipeline run in it, so that
+/// `--threads` applies to them, too.
 pub fn rayon_pool(threads: usize) -> Result<rayon::ThreadPool> {
     Ok(rayon::ThreadPoolBuilder::new().num_threads(threads).build()?)
 }

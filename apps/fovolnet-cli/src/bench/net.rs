@@ -42,10 +42,10 @@ pub struct NetBench {
     /// Precision: auto, f32, bf16, f16, int8 or mixed; auto, f32 or f16 on a GPU
     #[arg(long, value_name = "P", default_value = "auto")]
     precision: Precision,
-    /// What computes the frames: auto, cpu, gpu, or gpu:NAME
+    /// Device that computes the frames: auto, cpu, gpu, or gpu:NAME
     #[arg(long, value_name = "DEVICE", default_value = "cpu")]
     device: Device,
-    /// Frames that are measured
+    /// Number of measured frames
     #[arg(long, value_name = "N", default_value_t = 5)]
     repeats: usize,
     #[command(flatten)]
@@ -57,16 +57,16 @@ struct Report {
     network: String,
     size: FrameSize,
     precision: &'static str,
-    /// The instruction set, or the graphics processor.
+    /// Instruction set, or name of the GPU.
     on: String,
     threads: usize,
     median_ms: f64,
     min_ms: f64,
-    /// The median by the clock of the device, if it has one: without what asking and waiting take.
+    /// Median by the device's clock, which excludes submitting and waiting; `None` without such a clock.
     #[serde(skip_serializing_if = "Option::is_none")]
     device_median_ms: Option<f64>,
     tflops: f64,
-    /// What this machine can do at best in this precision, where that is known.
+    /// Peak performance of this machine in this precision, if known.
     #[serde(skip_serializing_if = "Option::is_none")]
     peak_tflops: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -84,7 +84,7 @@ struct LayerReport {
     peak_share: Option<f64>,
 }
 
-/// Times of frames, and of the layers within them, which are ranges of places in the plan.
+/// Times of whole frames, and of layers. A layer is a range of steps of the plan.
 #[derive(Default)]
 struct Measured {
     frames_ms: Vec<f64>,
@@ -164,7 +164,7 @@ impl NetBench {
             calibrate(&mut weights, &[vec![FrameInput { sparse: &sparse, motion: None }]])?;
         }
         let network = Network::new(plan, &weights, self.simd.unwrap_or_else(Simd::best), self.precision)?;
-        // What networks are made from is not needed to run them.
+        // Source weights are not needed to run the network.
         drop(weights);
         let mut state = network.state(self.size);
         let peak = peak_flops(network.simd(), network.precision());
@@ -186,7 +186,8 @@ impl NetBench {
         Ok(self.report(network.plan(), measured, (network.precision().name(), on), Some(peak)))
     }
 
-    /// Frames that are on the device and stay there; their layers in further frames, as passes of their own take time.
+    /// Measures frames whose data stay on the device. Layers are timed in extra frames, since separate passes take time
+    /// of their own.
     #[cfg(feature = "gpu")]
     fn on_gpu(&self, network: &gpu::Network) -> Result<Measured> {
         let mut state = network.state(self.size)?;
@@ -268,11 +269,11 @@ impl NetBench {
     }
 }
 
-/// Frames before the measured ones: after two, all memory has been used once.
+/// Frames before the measured ones; after two, all memory has been touched once.
 const WARM_UP: usize = 2;
 
-/// A frame whose samples are as dense as the default fovea has them: speed does not depend on what they show, nor on their
-/// noise, of which the one without tables takes no memory.
+/// Sparse frame of the default fovea's density. Speed does not depend on the colours or the kind of noise; uniform
+/// noise needs no tables in memory.
 fn sparse_frame(size: FrameSize, number: u32) -> Frame {
     let samples = mask(&Fovea::default(), size, &Noise::new(NoiseKind::Uniform, 0), number);
     let mut frame = Frame::new(size);
@@ -287,13 +288,13 @@ fn sparse_frame(size: FrameSize, number: u32) -> Frame {
     frame
 }
 
-/// The median of `values`, which are sorted.
+/// Median of `values`; sorts them.
 fn median(values: &mut [f64]) -> f64 {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// Millions of bytes that this process has used at most, where the system says it.
+/// Peak memory of this process in millions of bytes, if the system reports it.
 fn peak_memory_mb() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;

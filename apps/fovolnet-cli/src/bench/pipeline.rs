@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::time::Instant;
 
-/// Whole frames: mask, march, reconstruct; on a GPU as a viewer shows them, without a way through the host
+/// Whole frames: mask, march, reconstruct; on a GPU as the viewer shows them, without going through the host
 #[derive(clap::Args)]
 pub struct PipelineBench {
     /// Volume file, folder of slices, or procedural volume
@@ -35,16 +35,16 @@ struct Report {
     volume: String,
     size: FrameSize,
     frames: usize,
-    /// Whether frames stayed on the device, and two were under way at once.
+    /// Whether frames stayed on the device, with two in progress at once.
     stays_on_device: bool,
     frames_per_second: f64,
     median_ms: Timings,
-    /// What these consist of.
+    /// Times of the finer stages.
     stages_median_ms: BTreeMap<&'static str, f64>,
     machine: Machine,
 }
 
-/// Frames, unless said otherwise.
+/// Default number of frames.
 const FRAMES: u32 = 20;
 
 impl PipelineBench {
@@ -88,7 +88,7 @@ impl PipelineBench {
     }
 }
 
-/// What rendering frames of these `numbers` took.
+/// Renders the frames `numbers`, and returns their times.
 fn rendered(pipeline: &mut Pipeline, numbers: Range<u32>) -> Result<Vec<Timings>> {
     let timed = |i| {
         interrupt::check("nothing was written")?;
@@ -97,7 +97,7 @@ fn rendered(pipeline: &mut Pipeline, numbers: Range<u32>) -> Result<Vec<Timings>
     numbers.map(timed).collect()
 }
 
-/// What frames of these `numbers` took that stayed on the device; `None` where they do not.
+/// Renders the frames `numbers` to pictures on the device, and returns their times. `None` if frames do not stay there.
 #[cfg(feature = "gpu")]
 fn displayed(pipeline: &mut Pipeline, numbers: Range<u32>) -> Result<Option<Vec<Timings>>> {
     let mut all = Vec::new();

@@ -3,40 +3,40 @@ use anyhow::Result;
 use serde::Serialize;
 use std::time::Instant;
 
-/// How long one thing took once, in milliseconds.
+/// Time of one run, in milliseconds.
 #[derive(Debug, Clone, Copy)]
 pub struct Lap {
-    /// From when it was asked for to when it was done.
+    /// Time from the request to the end.
     pub ms: f64,
-    /// By the clock of the device that did it, if it has one: without what asking and waiting take.
+    /// Time by the device's clock, which excludes submitting and waiting; `None` without such a clock.
     pub device_ms: Option<f64>,
 }
 
 impl Lap {
-    /// What has passed since `started`, of something that was done here.
+    /// Time since `started` of work on the host.
     pub fn since(started: Instant) -> Self {
         Self { ms: started.elapsed().as_secs_f64() * 1e3, device_ms: None }
     }
 
-    /// What only it itself took, as far as that is known.
+    /// Time of the work alone: by the device's clock if there is one.
     fn net_ms(self) -> f64 {
         self.device_ms.unwrap_or(self.ms)
     }
 }
 
-/// Times of one thing done again and again, in milliseconds.
+/// Times of repeated runs, in milliseconds.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Times {
     pub median_ms: f64,
     pub min_ms: f64,
-    /// The median by the clock of the device, if it has one.
+    /// Median by the device's clock, if it has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub device_median_ms: Option<f64>,
     pub repeats: usize,
 }
 
 impl Times {
-    /// Of things done at least once.
+    /// Summary of `laps`, which must not be empty.
     pub fn of(laps: &[Lap]) -> Self {
         let sorted = |of: fn(&Lap) -> f64| {
             let mut values: Vec<f64> = laps.iter().map(of).collect();
@@ -53,14 +53,14 @@ impl Times {
         }
     }
 
-    /// The median by the clock of the device, or from asking to being done where it has none.
+    /// Median by the device's clock if it has one, else from request to end.
     pub fn net_ms(&self) -> f64 {
         self.device_median_ms.unwrap_or(self.median_ms)
     }
 }
 
-/// Does things 0…`tasks` by `run` once to warm up and then `repeats` times, one after the other in turn,
-/// so that a slow moment of the machine meets all of them.
+/// Times the tasks 0…`tasks` by `run`: once for warm-up, then `repeats` times. Tasks take turns, so that a slow moment
+/// of the machine affects all of them.
 pub fn alternating(
     repeats: usize,
     tasks: usize,

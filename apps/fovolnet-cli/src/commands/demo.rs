@@ -15,7 +15,7 @@ use fovolnet::{
 use std::path::PathBuf;
 use std::time::Instant;
 
-/// Render a short foveated fly-through of a built-in volume, with everything to look at
+/// Render a short foveated fly-through of a built-in volume, with pictures of every stage
 #[derive(clap::Args)]
 pub struct Demo {
     /// Folder for the results
@@ -49,7 +49,7 @@ pub struct Demo {
 const GAP: u32 = 4;
 /// Rows of the contact sheet.
 const SHEET_ROWS: u32 = 4;
-/// Frames that the fly-through jumps over from one frame to the next, so that a short clip goes round.
+/// Step between frames of the fly-through, so that a short clip covers a whole round.
 const STRIDE: u32 = 2;
 
 impl Demo {

@@ -42,39 +42,39 @@ struct Report {
     histogram: Vec<u64>,
     /// Rows of the matrix whose columns are the directions of the voxel axes in LPS.
     orientation: Option<[[f64; 3]; 3]>,
-    /// The centre of the first voxel in LPS.
+    /// Centre of the first voxel in LPS.
     origin: Option<[f64; 3]>,
-    /// The unit of spacing and origin.
+    /// Unit of spacing and origin.
     units: Option<String>,
-    /// The names of the arrays of values.
+    /// Names of the arrays.
     arrays: Vec<String>,
-    /// The names of the channels.
+    /// Names of the channels.
     channels: Vec<String>,
-    /// The number of time points.
+    /// Number of time points.
     times: usize,
-    /// Whether the components are colours, by the word of the file.
+    /// Whether the file declares the components as colours.
     colours: bool,
-    /// What is known of labels, where the values may be such.
+    /// Facts about labels, if the values may be labels.
     labels: Option<Labels>,
-    /// Which part of the contents the statistics are of.
+    /// Part of the contents that the statistics cover.
     shown: Shown,
     /// Values far outside all others, which the range leaves out.
     outliers: Vec<f64>,
-    /// What was doubtful when it was read, a line each.
+    /// Doubts while reading the file, one line each.
     notes: Vec<String>,
 }
 
-/// Whole numbers, few of them different, or what a file says are labels.
+/// Facts about labels: integers of few different values, or labels that the file declares.
 #[derive(Serialize)]
 struct Labels {
-    /// Whether the file says so.
+    /// Whether the file declares them.
     declared: bool,
-    /// The number of different values; none where they are many.
+    /// Number of different values; `None` if there are many.
     count: Option<usize>,
 }
 
 impl Labels {
-    /// What is known of the labels of `volume`; none where it looks like no label map.
+    /// Facts about the labels of `volume`; `None` if it does not look like a label map.
     fn of(volume: &Volume) -> Option<Self> {
         let declared = volume.contents().are_labels;
         let may_be = declared || volume.dtype().is_integer();
@@ -83,10 +83,10 @@ impl Labels {
     }
 }
 
-/// Volumes of more different values are no label maps unless they say so.
+/// Most different values of a label map that the file does not declare.
 const MOST_LABELS: usize = 32;
 
-/// Which part of a file is shown, from 0 on.
+/// Indices of the shown part of a file, from 0 on.
 #[derive(Serialize)]
 struct Shown {
     array: Option<String>,
@@ -102,24 +102,24 @@ struct Devices {
     gpus: Vec<GpuReport>,
 }
 
-/// A graphics processor.
+/// GPU of this machine.
 #[derive(Serialize)]
 struct GpuReport {
     name: String,
-    /// Whether it is a card of its own, a part of the processor, or a program.
+    /// Kind: discrete, integrated, or a software implementation.
     kind: String,
-    /// How it is spoken to.
+    /// Graphics API.
     interface: String,
     driver: String,
-    /// The cooperative matrices that networks are multiplied by in f16, if any.
+    /// Cooperative matrices that multiply networks in f16, if any.
     #[serde(skip_serializing_if = "Option::is_none")]
     matrices: Option<String>,
-    /// What `--device auto` takes.
+    /// Whether `--device auto` chooses this GPU.
     automatic: bool,
 }
 
 impl GpuReport {
-    /// Those of this machine.
+    /// All GPUs of this machine.
     #[cfg(feature = "gpu")]
     fn all() -> Vec<Self> {
         use fovolnet::gpu::{AdapterRequest, adapters};
@@ -154,7 +154,7 @@ impl GpuReport {
 
 const BINS: usize = 64;
 
-/// What is said where there is no graphics processor.
+/// Line for machines without a GPU.
 const NO_GPU: &str = if cfg!(feature = "gpu") {
     "gpu    none found; where there is one, install its Vulkan driver"
 } else {
@@ -296,18 +296,18 @@ impl Info {
     }
 }
 
-/// Names with their numbers from 0 on.
+/// Joins names with their indices, from 0 on.
 fn numbered(names: &[String]) -> String {
     let shown = |(i, name): (usize, &String)| format!("{i} {name}").trim_end().to_owned();
     names.iter().enumerate().map(shown).collect::<Vec<_>>().join(", ")
 }
 
-/// The rows of `matrix`.
+/// Rows of `matrix`.
 fn rows(matrix: DMat3) -> [[f64; 3]; 3] {
     matrix.transpose().to_cols_array_2d()
 }
 
-/// Where the voxel axes of a grid point, in words.
+/// Describes the directions of the voxel axes in words.
 fn axes_in_words(placement: &Placement) -> String {
     let word = |letter| match letter {
         'L' => "left",
@@ -327,7 +327,7 @@ fn axes_in_words(placement: &Placement) -> String {
     format!("{letters}: x to {}, y to {}, z to {}{space}{shear}", ends[0], ends[1], ends[2])
 }
 
-/// Counts as bars of eighths, on a logarithmic scale.
+/// Draws counts as a line of bars, on a logarithmic scale.
 fn sparkline(counts: &[u64]) -> String {
     const BARS: [char; 9] = [' ', '▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
     let height = |count: u64| (count as f64 + 1.0).ln();

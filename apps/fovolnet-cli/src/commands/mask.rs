@@ -58,7 +58,7 @@ fn mask_of(settings: &RenderSettings) -> Result<(Fovea, SampleMask)> {
     Ok((fovea, cpu::mask(&fovea, size, &noise, frame)))
 }
 
-/// Writes `mask` as PNG, white where a pixel is sampled.
+/// Writes `mask` as PNG; sampled pixels are white.
 pub fn write(path: &Path, mask: &SampleMask) -> Result<()> {
     if let Some(folder) = path.parent().filter(|p| !p.as_os_str().is_empty()) {
         atomic::make_folder(folder)?;

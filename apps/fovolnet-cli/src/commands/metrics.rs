@@ -23,7 +23,7 @@ pub struct Metrics {
     json: JsonOutput,
 }
 
-/// How FovVideoVDP's viewer sees the frames.
+/// Viewing conditions of FovVideoVDP.
 #[derive(clap::Args)]
 struct Viewing {
     /// Frames a second, for the JOD: a number above 0 up to 1000, or a fraction, as 30000/1001
@@ -38,10 +38,10 @@ struct Viewing {
     fixation: Option<[f64; 2]>,
 }
 
-/// What needs less memory than clips of large frames.
+/// Advice for errors about clips that need too much memory.
 const SMALLER_CLIPS: &str = "smaller frames need less, and so does a smaller --fps";
 
-/// Frames a second, of a number or a fraction.
+/// Parses a frame rate: a number or a fraction.
 fn frame_rate(text: &str) -> Result<f64, String> {
     if !text.contains('/') {
         return parse::number(text);
@@ -51,16 +51,16 @@ fn frame_rate(text: &str) -> Result<f64, String> {
 }
 
 impl Viewing {
-    /// The metric for a clip of `frames` frames; one alone is a picture.
+    /// Metric for a clip of `frames` frames; a single frame counts as a still picture.
     fn metric(&self, frames: usize) -> Result<FovVideoVdp> {
         let video = FovVideoVdp::video(&self.display, self.fps)?;
         Ok(if frames == 1 { FovVideoVdp::image(&self.display)? } else { video })
     }
 
-    /// The memory that it takes to compare clips of `frames` frames, whose first ones have these `sizes`.
+    /// Estimate of the memory to compare two clips of `frames` frames, of the sizes of their first frames.
     fn estimate(&self, [a, b]: [FrameSize; 2], frames: usize) -> Estimate {
         let both = (a.pixels() + b.pixels()) as u64;
-        // Of the next frames, which are compared with the last ones.
+        // Of clips, the next frames are read while the last ones are kept for comparison.
         let kept = if frames == 1 { 1 } else { 2 };
         let seen = if frames == 1 { 1 } else { FovVideoVdp::frames_kept(self.fps).min(frames) };
         Estimate::new(format!("comparing frames of {a}"))
@@ -68,7 +68,7 @@ impl Viewing {
             .with(format!("the luminance of {} frames", 2 * seen), both * (seen * size_of::<f32>()) as u64)
     }
 
-    /// The gaze as fractions of a frame.
+    /// Gaze as fractions of a frame.
     fn gaze(&self, size: FrameSize) -> Option<[f64; 2]> {
         self.fixation.map(|[x, y]| {
             let fractions = [x, y].iter().all(|v| (0.0..=1.0).contains(v));
@@ -124,7 +124,7 @@ impl Metrics {
             };
             frames.push(clip.push(&a, &b).with_context(|| format!("frame {i}"))?);
             match seen.push(&a, &b, self.viewing.gaze(a.size())) {
-                // The JOD then stays out, as SSIM does.
+                // Such frames have no JOD, just as they have no SSIM.
                 Ok(()) | Err(Error::TooSmall { .. }) => {}
                 Err(error) => return Err(error).with_context(|| format!("frame {i}")),
             }
@@ -154,7 +154,7 @@ impl Metrics {
     }
 }
 
-/// `frame` without the row and column that clips of even sizes have besides; said once.
+/// Crops `frame` by the extra row and column of clips with even sizes. Prints a note the first time.
 fn crop(frame: &Frame, size: FrameSize, is_cropped: &mut bool) -> Frame {
     if !std::mem::replace(is_cropped, true) {
         console::note(format!(

@@ -18,7 +18,7 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// The contract with other renderers, for `--help`.
+/// Format of frames from other renderers, for `--help`.
 const CONTRACT: &str = "\
 Frames are SPARSE/sparse_NUMBER.png or .exr, in the order of their numbers, all of one size, with alpha: 1 where the \
 pixel is sampled, 0 elsewhere. Colours are display values (sRGB), 0 to 1, not premultiplied, in EXR files too. Where \
@@ -59,7 +59,7 @@ pub struct Reconstruct {
     json: JsonOutput,
 }
 
-/// What fills frames, on either device.
+/// Reconstructor on the CPU or the GPU.
 enum Filler {
     Cpu(Reconstructor),
     #[cfg(feature = "gpu")]
@@ -104,7 +104,7 @@ impl Reconstruct {
         let how = settings.reconstruction();
         let mut clip = SparseClip::open(&self.sparse)?;
         let size = clip.size();
-        // The sparse frame and the full one; networks say what they need when they know how much of a frame they work on.
+        // Sparse and full frame. Networks check their own memory once they know the part of a frame they work on.
         Estimate::new(format!("filling frames of {size}"))
             .with("frames", (2 * size.pixels() * size_of::<[f32; 4]>()) as u64)
             .check("sparse frames of a smaller size need less")?;
@@ -145,12 +145,12 @@ impl Reconstruct {
         self.json.write(&Report { reconstruct: how.to_string(), frames })
     }
 
-    /// The error of a stop after `complete` frames.
+    /// Error of an interruption after `complete` frames.
     fn interrupted(&self, complete: usize) -> anyhow::Error {
         interrupt::error(&format!("{complete} complete frames are in {}", self.output.display()))
     }
 
-    /// The words of the command line, checked: the reconstruction is named.
+    /// Checked settings of the command line, with the reconstruction resolved.
     fn settings(&self) -> Result<RenderSettings> {
         let said = RenderSettings {
             reconstruct: self.reconstruct,
@@ -169,7 +169,7 @@ impl Reconstruct {
         Ok(RenderSettings { reconstruct: Some(how), ..said })
     }
 
-    /// What fills frames of `size`; on the processor where the device does not do it.
+    /// Reconstructor for frames of `size`; on the CPU if the device does not support the method.
     fn filler(&self, device: &OpenDevice, settings: &RenderSettings, size: FrameSize) -> Result<Filler> {
         #[cfg(feature = "gpu")]
         if let OpenDevice::Gpu(gpu) = device {
@@ -189,7 +189,7 @@ impl Reconstruct {
         Ok(Filler::Cpu(Reconstructor::new(settings, size)?))
     }
 
-    /// Where the full frame of the file `sparse` goes.
+    /// Path of the full frame for the file `sparse`.
     fn path_of(&self, sparse: &Path) -> PathBuf {
         let name = file_name(sparse).replacen("sparse_", "frame_", 1);
         self.output.join(name).with_extension(if is_exr(sparse) { "exr" } else { "png" })

@@ -26,7 +26,7 @@ pub struct Render {
     settings: RenderSettings,
     #[command(flatten)]
     speed: SpeedSettings,
-    /// What to write: frame, sparse, mask, reference, motion
+    /// Pictures to write: frame, sparse, mask, reference, motion
     #[arg(long, value_name = "WHAT,…", value_delimiter = ',', default_value = "frame")]
     keep: Vec<Keep>,
     /// Format of the frames [default: png]
@@ -111,7 +111,7 @@ impl Render {
                 samples: rendered.samples,
                 density: rendered.mask.density(),
                 lost_samples: rendered.lost,
-                // The first frame waited for them.
+                // The first frame waited for the grid of cached shadows.
                 ms: rendered.timings.with_shadow_grid(std::mem::take(&mut shadow_grid_ms)),
                 psnr: measured.map(|q| q.psnr),
                 ssim: measured.and_then(|q| q.ssim),
@@ -157,7 +157,7 @@ impl Render {
         Ok(())
     }
 
-    /// The session that the arguments describe: the file's, if a file is named, with the flags on top.
+    /// Session of the arguments: that of a session file, if one is named, overridden by the flags.
     fn session(&mut self) -> Result<Session> {
         let flags = std::mem::take(&mut self.settings);
         flags.check_flags()?;
@@ -206,7 +206,7 @@ impl Render {
     }
 }
 
-/// How the frames of `settings` are filled; not at all where every pixel is marched.
+/// Method of filling frames; none if every pixel is marched.
 fn reconstruction(settings: &RenderSettings) -> Reconstruction {
     match settings.sampling() {
         Sampling::Full => Reconstruction::None,
@@ -214,7 +214,7 @@ fn reconstruction(settings: &RenderSettings) -> Reconstruction {
     }
 }
 
-/// Says that the frames `older` of a run before are still in the folder `output`.
+/// Notes that the frames `older` of an earlier run are still in the folder `output`.
 fn note_older(older: &[String], output: &Path) {
     let (Some(first), Some(last)) = (older.first(), older.last()) else { return };
     let output = output.display();

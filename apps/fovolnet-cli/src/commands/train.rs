@@ -2,7 +2,7 @@ use crate::companion::Companion;
 use anyhow::Result;
 use std::ffi::OsString;
 
-/// What trains.
+/// Program that trains networks.
 const TRAINER: Companion = Companion {
     name: "fovolnet-train",
     built_in: "training/target",
@@ -12,7 +12,7 @@ const TRAINER: Companion = Companion {
 #[derive(clap::Args)]
 #[command(disable_help_flag = true)]
 pub struct Train {
-    /// What `fovolnet-train train` takes; --help shows it
+    /// Arguments of `fovolnet-train train`; --help shows them
     #[arg(trailing_var_arg = true, allow_hyphen_values = true, value_name = "ARGUMENTS")]
     arguments: Vec<OsString>,
 }

@@ -2,7 +2,7 @@ use crate::companion::Companion;
 use anyhow::Result;
 use std::ffi::OsString;
 
-/// What opens windows; this program itself needs no display.
+/// Program that opens windows. This program itself needs no display.
 const VIEWER: Companion = Companion {
     name: "fovolnet-viewer",
     built_in: "target",
@@ -12,7 +12,7 @@ const VIEWER: Companion = Companion {
 #[derive(clap::Args)]
 #[command(disable_help_flag = true)]
 pub struct View {
-    /// What `fovolnet-viewer` takes, a volume or a session first; --help shows it
+    /// Arguments of `fovolnet-viewer`, a volume or a session first; --help shows them
     #[arg(trailing_var_arg = true, allow_hyphen_values = true, value_name = "ARGUMENTS")]
     arguments: Vec<OsString>,
 }

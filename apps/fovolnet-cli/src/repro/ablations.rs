@@ -1,4 +1,4 @@
-//! Table: what each part of the method gives, as `benchmarks/ablations.py` found by training without it.
+//! Table: effect of each part of the method, from `benchmarks/ablations.py`, which trains without it.
 
 use super::Evaluation;
 use super::section::{Cell, Section};
@@ -6,7 +6,7 @@ use anyhow::{Context, Result, ensure};
 use fovolnet::core::input;
 use std::path::Path;
 
-/// The columns of the file; the last three are numbers.
+/// Columns of the file; the last three are numbers.
 const COLUMNS: [&str; 6] = ["part", "instead", "steps", "psnr", "ssim", "tpsnr"];
 
 pub fn section(evaluation: &Evaluation) -> Result<Section> {

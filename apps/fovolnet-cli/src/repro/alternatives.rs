@@ -1,4 +1,4 @@
-//! Beyond the paper: what a frame costs and how good it is, for every honest way to make it cheaper.
+//! Beyond the paper: cost and quality of every honest way to make a frame cheaper.
 
 use super::methods::METHODS;
 use super::plot::{self, Axes, Line};
@@ -11,27 +11,27 @@ use fovolnet::io::image;
 use fovolnet::metrics::{ClipQuality, Display, FovVideoVdp};
 use fovolnet::{OpenVolume, Pipeline, RenderSettings, Sampling};
 
-/// Frames of the clip, which follow one another; the first ones are not judged: networks know nothing before them.
+/// Consecutive frames of the clip. The first ones are not judged, since networks have no history there.
 const CLIP: u32 = 16;
 const SETTLED: u32 = 8;
 const FPS: f64 = 30.0;
-/// Sampling densities P_b, and widths σ of the fovea that go with them.
+/// Sampling densities P_b, each with a width σ of the fovea.
 const SAMPLINGS: [[f64; 2]; 5] = [[0.01, 0.02], [0.03, 0.02], [0.07, 0.06], [0.15, 0.06], [0.30, 0.06]];
-/// Marching steps, where the full frame has ½.
+/// Marching steps in voxels; the full frame has ½.
 const STEPS: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
-/// How many times smaller frames are along each axis before they are enlarged.
+/// Factors by which frames are smaller along each axis before they are enlarged.
 const SMALLER: [u32; 3] = [2, 3, 4];
 
-/// One way to make frames.
+/// One way to make frames cheaper.
 struct Way {
     family: &'static str,
     name: String,
     settings: RenderSettings,
-    /// Whether frames are enlarged to their size.
+    /// Whether frames are rendered smaller and enlarged.
     is_enlarged: bool,
 }
 
-/// What it gives.
+/// Cost and quality of one way.
 struct Found {
     ms: f64,
     psnr: f64,
@@ -88,7 +88,7 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
     Ok(section)
 }
 
-/// A line for each family, from its cheapest setting to its dearest.
+/// Lines to plot, one for each family, from its cheapest setting to its dearest.
 fn lines(ways: &[Way], found: &[Found], of: fn(&Found) -> f64) -> Vec<Line> {
     let mut lines: Vec<Line> = Vec::new();
     for (way, found) in ways.iter().zip(found) {

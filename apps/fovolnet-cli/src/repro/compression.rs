@@ -5,7 +5,7 @@ use super::{Evaluation, SPARSE};
 use crate::bench::compact;
 use anyhow::Result;
 
-/// Repetitions of every measurement.
+/// Number of repetitions of every measurement.
 const REPEATS: usize = 5;
 
 pub fn section(evaluation: &Evaluation) -> Result<Section> {

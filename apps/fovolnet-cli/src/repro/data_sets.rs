@@ -1,4 +1,4 @@
-//! The volumes that are evaluated, and the table of them.
+//! Volumes of the evaluation, and their table.
 
 use super::Evaluation;
 use super::section::{Cell, Section};
@@ -7,22 +7,22 @@ use fovolnet::core::{did_you_mean, path_of_text};
 use fovolnet::io::procedural::{self, Procedural};
 use fovolnet::{OpenVolume, VolumeSettings, open_volume};
 
-/// A volume and how it is looked at.
+/// Volume with its transfer function.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DataSet {
-    /// A short name of its own.
+    /// Short unique name.
     pub name: String,
     source: String,
     read: VolumeSettings,
-    /// The transfer function, if not the automatic one.
+    /// Transfer function; `None` for the automatic one.
     pub transfer: Option<String>,
 }
 
-/// Voxels along each side of procedural volumes, unless said otherwise.
+/// Default number of voxels along each side of procedural volumes.
 const SIDE: usize = 128;
 
 impl DataSet {
-    /// That of `VOLUME[@TF]`: a file or folder, or a procedural volume as NAME or NAME:SIDE.
+    /// Parses `VOLUME[@TF]`. The volume is a file, a folder, or a procedural volume as NAME or NAME:SIDE.
     pub fn parse(text: &str) -> Result<Self> {
         let (source, transfer) = match text.rsplit_once('@') {
             Some((source, transfer)) if !path_of_text(text).exists() => (source, Some(transfer.to_owned())),
@@ -60,7 +60,7 @@ pub fn procedural() -> Vec<DataSet> {
     Procedural::ALL.map(|kind| DataSet::made(kind, SIDE)).to_vec()
 }
 
-/// Three small ones.
+/// Three small procedural volumes.
 pub fn few() -> Vec<DataSet> {
     [(Procedural::Vortices, 64), (Procedural::Head, 96), (Procedural::Supernova, 96)]
         .map(|(kind, side)| DataSet::made(kind, side))

@@ -1,4 +1,4 @@
-//! Figure: times of the parts of each frame.
+//! Figure: times of the stages of each frame.
 
 use super::methods::{in_flight, warmed, with_network};
 use super::plot::{self, Axes, Line};
@@ -11,11 +11,11 @@ use fovolnet::Timings;
 use fovolnet::core::Frame;
 use std::time::Instant;
 
-/// Pictures above the times.
+/// Number of pictures above the times.
 const THUMBNAILS: usize = 6;
 const GAP: u32 = 4;
 
-/// What one frame took, in milliseconds.
+/// Times of one frame, in milliseconds.
 struct Times {
     frame: u32,
     full: f64,
@@ -36,7 +36,7 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
     Ok(section)
 }
 
-/// What one device takes; the names of files end with `suffix`.
+/// Adds the times of one device; file names end with `suffix`.
 fn add_device(section: &mut Section, evaluation: &Evaluation, suffix: &str) -> Result<()> {
     let data = evaluation.shown("vortices");
     let (times, pictures) = flight(evaluation, data)?;
@@ -91,7 +91,7 @@ fn row(times: &Times) -> Vec<Cell> {
         .to_vec()
 }
 
-/// The times of a fly-through, and small pictures of it.
+/// Renders a fly-through; returns its times and small pictures.
 fn flight(evaluation: &Evaluation, data: &super::DataSet) -> Result<(Vec<Times>, Vec<Frame>)> {
     let mut pipeline = warmed(&data.open()?, &with_network(evaluation, data, SPARSE), evaluation)?;
     let (mut times, mut pictures) = (Vec::new(), Vec::new());

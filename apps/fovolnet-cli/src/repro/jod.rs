@@ -9,12 +9,12 @@ use fovolnet::Pipeline;
 use fovolnet::core::Frame;
 use fovolnet::metrics::{Display, FovVideoVdp};
 
-/// Frames of the clip, which follow one another, and how many of them are shown a second.
+/// Consecutive frames of the clip, and the frames per second at which it is shown.
 const CLIP: u32 = 50;
 const FPS: f64 = 30.0;
 const INCOMPLETE: &str = "this table is not complete";
 
-/// The paper's table: density, FoVolNet, DeepFovea.
+/// Rows of the paper's table: density, FoVolNet, DeepFovea.
 const PAPER: [[f64; 3]; 4] = [[0.10, 9.35, 8.53], [0.07, 9.28, 8.47], [0.03, 8.86, 8.21], [0.01, 8.26, 7.51]];
 
 pub fn section(evaluation: &Evaluation) -> Result<Section> {
@@ -49,7 +49,7 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
     Ok(section)
 }
 
-/// For each density of the paper the JOD of each method.
+/// JOD of each method at each density of the paper.
 fn clips(evaluation: &Evaluation, data: &DataSet) -> Result<[[f64; COUNT]; 4]> {
     let opened = data.open()?;
     let mut full = Pipeline::new(&opened, &evaluation.settings(data, SPARSE), &evaluation.speed)?;
@@ -66,7 +66,7 @@ fn clips(evaluation: &Evaluation, data: &DataSet) -> Result<[[f64; COUNT]; 4]> {
     Ok(found)
 }
 
-/// The JOD of each method for a clip with `references`.
+/// JOD of each method for a clip with the given `references`.
 fn clip(mut comparison: Comparison, references: &[Frame]) -> Result<[f64; COUNT]> {
     let display = Display::named("standard_4k")?;
     let mut seen: Vec<FovVideoVdp> =

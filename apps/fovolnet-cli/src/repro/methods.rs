@@ -1,4 +1,4 @@
-//! What figures compare: two ways to fill frames without a network, and networks.
+//! Compared methods: two classical fills, and networks.
 
 use super::{DataSet, Evaluation};
 use anyhow::Result;
@@ -6,15 +6,15 @@ use fovolnet::core::Frame;
 use fovolnet::net::Fill;
 use fovolnet::{OpenVolume, Pipeline, Reconstruction, RenderSettings, RenderedFrame, SpeedSettings};
 
-/// A way to fill frames.
+/// Method of filling frames.
 #[derive(Clone, Copy)]
 pub struct Method {
-    /// What the report calls it; of networks also that of their weights.
+    /// Name in the report; for networks also the name of their weights.
     pub name: &'static str,
     how: Reconstruction,
 }
 
-/// All of them, networks last.
+/// All methods, networks last.
 pub const METHODS: [Method; 5] = [
     Method { name: "pull-push", how: Reconstruction::Fill(Fill::PullPush) },
     Method { name: "linear", how: Reconstruction::Fill(Fill::Linear) },
@@ -22,22 +22,22 @@ pub const METHODS: [Method; 5] = [
     Method { name: "wnet-paper", how: Reconstruction::WNet },
     Method { name: "deepfovea-fvn", how: Reconstruction::DeepFovea },
 ];
-/// How many there are.
+/// Number of methods.
 pub const COUNT: usize = METHODS.len();
-/// How many of them need no network.
+/// Number of classical fills, which come first.
 const FILLS: usize = 2;
-/// Our own network among them.
+/// Index of our own network.
 pub const OWN: usize = 2;
 
 impl Method {
-    /// `settings` with this way to fill frames.
+    /// Sets this method in `settings`.
     pub fn settings(self, settings: RenderSettings) -> RenderSettings {
         let weights = (!matches!(self.how, Reconstruction::Fill(_))).then(|| self.name.to_owned());
         RenderSettings { reconstruct: Some(self.how), weights, ..settings }
     }
 }
 
-/// What [`METHODS`] are called.
+/// Names of [`METHODS`].
 pub fn names() -> [&'static str; COUNT] {
     METHODS.map(|method| method.name)
 }
@@ -47,22 +47,22 @@ pub struct Comparison {
     networks: Vec<Pipeline>,
 }
 
-/// A frame of every method.
+/// One frame, filled by every method.
 pub struct Compared {
-    /// What was sampled.
+    /// Sparse frame.
     pub sparse: Frame,
-    /// In the order of [`METHODS`].
+    /// Full frames in the order of [`METHODS`].
     pub frames: [Frame; COUNT],
 }
 
 impl Comparison {
-    /// Begins a clip of `opened` with `settings`, whatever they say of reconstruction.
+    /// Begins a clip of `opened` with `settings`; their reconstruction is ignored.
     pub fn new(opened: &OpenVolume, settings: &RenderSettings, speed: &SpeedSettings) -> Result<Self> {
         let pipeline = |method: Method| Pipeline::new(opened, &method.settings(settings.clone()), speed);
         Ok(Self { networks: METHODS.into_iter().skip(FILLS).map(pipeline).collect::<Result<_, _>>()? })
     }
 
-    /// Makes frame `number`.
+    /// Renders frame `number` with every method.
     pub fn render(&mut self, number: u32) -> Result<Compared> {
         let mut rendered = self
             .networks
@@ -77,23 +77,23 @@ impl Comparison {
         Ok(Compared { sparse, frames })
     }
 
-    /// Frame `number` with every pixel marched.
+    /// Renders frame `number` with every pixel marched.
     pub fn reference(&mut self, number: u32) -> Result<Frame> {
         Ok(self.networks[0].reference(number)?)
     }
 
-    /// Where the eye looks in frame `number`, 0…1.
+    /// Gaze in frame `number`, as fractions of the frame.
     pub fn gaze(&self, number: u32) -> [f64; 2] {
         self.networks[0].fovea(number).gaze
     }
 }
 
-/// Settings of a fly-through of `data` with our own network, sampled with (P_b, σ).
+/// Settings of a fly-through of `data` with our own network and the sampling (P_b, σ).
 pub fn with_network(evaluation: &Evaluation, data: &DataSet, sampling: [f64; 2]) -> RenderSettings {
     METHODS[OWN].settings(evaluation.settings(data, sampling))
 }
 
-/// A pipeline that has made one frame: memory is taken and filled for the first time then.
+/// Pipeline that has rendered one frame, so that its memory has been allocated and touched.
 pub fn warmed(opened: &OpenVolume, settings: &RenderSettings, evaluation: &Evaluation) -> Result<Pipeline> {
     let mut pipeline = Pipeline::new(opened, settings, &evaluation.speed)?;
     pipeline.render(0)?;
@@ -101,8 +101,8 @@ pub fn warmed(opened: &OpenVolume, settings: &RenderSettings, evaluation: &Evalu
     Ok(pipeline)
 }
 
-/// Frame `number` of a fly-through, and what it takes there: after a cut from the `last` one, the frame before it is made first,
-/// for of what is seen from elsewhere nothing is there that it could go on from.
+/// Renders frame `number` of a fly-through. If it does not follow the `last` rendered frame, its predecessor is
+/// rendered first, so that the network has the right history.
 pub fn in_flight(pipeline: &mut Pipeline, number: u32, last: Option<u32>) -> Result<RenderedFrame> {
     if let Some(before) = number.checked_sub(1).filter(|before| last != Some(*before)) {
         pipeline.render(before)?;

@@ -35,30 +35,30 @@ use std::time::Instant;
 /// Make tables and figures of the paper's evaluation
 #[derive(clap::Args)]
 pub struct Repro {
-    /// What to make; what a folder already holds of the others stays in its report
+    /// Tables and figures to make; others that the folder already holds stay in its report
     #[arg(value_name = "TABLE_OR_FIGURE", required = true)]
     items: Vec<Item>,
-    /// A volume to evaluate, may be given often: file, folder of slices, or procedural NAME or NAME:SIDE; @ and a transfer
-    /// function may follow. Without any: all procedural ones
+    /// Volume to evaluate, may be given several times: file, folder of slices, or procedural NAME or NAME:SIDE; @ and a
+    /// transfer function may follow [default: all procedural ones]
     #[arg(long = "volume", value_name = "VOLUME[@TF]", value_parser = parse::file())]
     volumes: Vec<String>,
-    /// Frames of each fly-through, spread over the 500 of the paper's [default: 500, with --quick 20]
+    /// Frames of each fly-through, spread over the paper's 500 [default: 500, with --quick 20]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=500))]
     frames: Option<u32>,
     /// Frame size in pixels [default: 1280x720, with --quick 640x360]
     #[arg(long, value_name = "WxH")]
     size: Option<FrameSize>,
-    /// Small frames, few of them, and three small volumes: minutes instead of hours
+    /// Few and small frames, and three small volumes: minutes instead of hours
     #[arg(long)]
     quick: bool,
-    /// What benchmarks/peers/vtk_march.py wrote (vtk_march.json): how full frames compare with VTK's then stands beside the
+    /// File vtk_march.json of benchmarks/peers/vtk_march.py: adds a comparison of full frames with VTK's to the
     /// speed-ups
     #[arg(long, value_name = "FILE")]
     vtk: Option<PathBuf>,
-    /// What benchmarks/ablations.py wrote (ablations.csv)
+    /// File ablations.csv of benchmarks/ablations.py
     #[arg(long, value_name = "FILE")]
     ablations: Option<PathBuf>,
-    /// Folder for report.html and what it shows
+    /// Folder for report.html and its figures
     #[arg(short, long, value_name = "DIR", default_value = "fovolnet-repro")]
     output: PathBuf,
     #[command(flatten)]
@@ -67,7 +67,7 @@ pub struct Repro {
     json: JsonOutput,
 }
 
-/// A table or figure, or those that belong together.
+/// Table or figure, or several that belong together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Item {
     /// Everything below
@@ -92,9 +92,9 @@ enum Item {
     Precision,
     /// Figure: effective compression
     Compression,
-    /// Table: what the parts of the method give, from --ablations
+    /// Table: effect of each part of the method, from --ablations
     Ablations,
-    /// Figure beyond the paper: quality against time of every way to make frames cheaper
+    /// Figure beyond the paper: quality against frame time, for every way to make frames cheaper
     Alternatives,
     /// Figures beyond the paper: cost against resolution and against volume size
     Scaling,
@@ -103,12 +103,12 @@ enum Item {
 }
 
 impl Item {
-    /// All but `all`, in the order of the report.
+    /// All items except `all`, in the order of the report.
     fn each() -> impl Iterator<Item = Self> {
         Self::value_variants().iter().copied().filter(|&item| item != Self::All)
     }
 
-    /// As it is written.
+    /// Name on the command line.
     fn name(self) -> String {
         self.to_possible_value().expect("every item can be named").get_name().to_owned()
     }
@@ -134,7 +134,7 @@ impl Item {
     }
 }
 
-/// What is evaluated, and how large.
+/// Volumes, frames and machine of the evaluation.
 #[derive(Clone)]
 struct Evaluation {
     data_sets: Vec<DataSet>,
@@ -142,29 +142,29 @@ struct Evaluation {
     size: FrameSize,
     speed: SpeedSettings,
     machine: Machine,
-    /// Where sections have their folders.
+    /// Folder of the sections' folders.
     output: PathBuf,
-    /// Times beside VTK's.
+    /// File with times of VTK.
     vtk: Option<PathBuf>,
-    /// What was found by training without parts of the method.
+    /// File with the results of training without parts of the method.
     ablations: Option<PathBuf>,
 }
 
-/// Sampling as the paper's figures have it: P_b and σ.
+/// Sampling (P_b, σ) of the paper's figures.
 const SPARSE: [f64; 2] = [0.03, 0.02];
-/// The paper's denser setting.
+/// Sampling (P_b, σ) of the paper's denser setting.
 const DENSE: [f64; 2] = [0.07, 0.06];
-/// Frames of the paper's fly-throughs.
+/// Number of frames of the paper's fly-throughs.
 const FLY_THROUGH: u32 = 500;
 
 impl Evaluation {
-    /// The numbers of the frames of a fly-through.
+    /// Frame numbers of a fly-through.
     fn flight(&self) -> impl Iterator<Item = u32> + use<> {
         let frames = self.frames;
         (0..frames).map(move |i| i * FLY_THROUGH / frames)
     }
 
-    /// Settings of a fly-through of `data`, sampled with (P_b, σ).
+    /// Settings of a fly-through of `data` with the sampling (P_b, σ).
     fn settings(&self, data: &DataSet, [pb, sigma]: [f64; 2]) -> RenderSettings {
         RenderSettings {
             size: Some(self.size),
@@ -172,14 +172,14 @@ impl Evaluation {
             tf: data.transfer.clone(),
             pb: Some(pb),
             sigma: Some(sigma),
-            // The paper's marching.
+            // The paper marches separate samples.
             integration: Some(Integration::Plain),
             ..RenderSettings::default()
         }
     }
 
-    /// This on every device: on the one that was asked for, or where none was, on the best one and then on the processor. Each
-    /// with what its files' names end with.
+    /// The evaluation on each device, with a suffix for names of files: on the requested device, or by default on the
+    /// best GPU and then on the CPU.
     fn on_each_device(&self) -> Vec<(&'static str, Self)> {
         let mut each = vec![("", self.clone())];
         let any = matches!(self.speed.device, None | Some(Device::Auto));
@@ -191,12 +191,12 @@ impl Evaluation {
         each
     }
 
-    /// What frames are made on.
+    /// Name of the device that renders.
     fn device(&self) -> &str {
         self.machine.gpu.as_deref().unwrap_or(&self.machine.cpu)
     }
 
-    /// The data set that the paper's figures show, if it is there: the one whose name begins so; else the first.
+    /// Data set of a figure of the paper: the one whose name begins with `name`, else the first.
     fn shown(&self, name: &str) -> &DataSet {
         self.data_sets.iter().find(|data| data.name.starts_with(name)).unwrap_or(&self.data_sets[0])
     }
@@ -227,7 +227,7 @@ impl Repro {
         self.json.write(&report::sections(&self.output, &names)?)
     }
 
-    /// Refuses tables of other programs that lie where sections are written.
+    /// Protects the tables of other programs: refuses to write sections over them.
     fn keep_tables(&self) -> Result<()> {
         let tables: Vec<&PathBuf> = [&self.vtk, &self.ablations].into_iter().flatten().collect();
         tables.iter().for_each(|table| input::add(table));

@@ -7,11 +7,11 @@ use anyhow::Result;
 use fovolnet::core::{Frame, FrameSize};
 use fovolnet::render::noise::{Noise, NoiseKind, NoiseSize, statistics};
 
-/// As the paper has them.
+/// Kinds of noise in the paper's figure.
 const KINDS: [NoiseKind; 3] = [NoiseKind::Uniform, NoiseKind::Blue, NoiseKind::Stbn];
-/// Frames that means are taken of.
+/// Number of averaged frames.
 const AVERAGED: u32 = 8;
-/// Screen pixels of one of the pattern.
+/// Screen pixels along each axis for one pixel of the pattern.
 const SCALE: u32 = 2;
 const GAP: u32 = 6;
 
@@ -53,7 +53,7 @@ pub fn section() -> Result<Section> {
     Ok(section)
 }
 
-/// Thresholds of all frames of a kind, 0…1.
+/// Thresholds of all frames of a kind of noise, 0…1.
 fn values(kind: NoiseKind) -> Vec<f64> {
     let noise = Noise::new(kind, 0);
     let NoiseSize { width, height, frames } = NoiseSize::STBN;
@@ -67,7 +67,7 @@ fn values(kind: NoiseKind) -> Vec<f64> {
     values
 }
 
-/// The mean of the first `count` frames of `noise` as a grey picture.
+/// Mean of the first `count` frames of `noise`, as a grey picture.
 fn mean(noise: &Noise, count: u32) -> Frame {
     let side = NoiseSize::STBN.width as u32;
     let frames: Vec<_> = (0..count).map(|t| noise.frame(t)).collect();

@@ -8,9 +8,9 @@ use crate::interrupt;
 use anyhow::Result;
 use fovolnet::metrics::{ClipQuality, FrameQuality};
 
-/// Frames of each of the two clips.
+/// Number of frames of each of the two clips.
 const CLIP: u32 = 50;
-/// Frames of the fly-through between both.
+/// Frame of the fly-through at which the second clip begins.
 const CUT: u32 = 150;
 
 pub fn section(evaluation: &Evaluation) -> Result<Section> {
@@ -80,7 +80,8 @@ fn rows(courses: &[Vec<FrameQuality>; COUNT]) -> Vec<Vec<Cell>> {
     .collect()
 }
 
-/// The frames of two clips of `length`: steps along the path of 4 frames at the ends and of 1 in the middle.
+/// Frame numbers of two clips of `length` frames. Steps along the path are 4 frames at the ends of a clip and 1 in the
+/// middle.
 fn journey(length: u32) -> Vec<u32> {
     let mut frames = Vec::new();
     for start in [0, CUT] {

@@ -1,4 +1,4 @@
-//! Drawings: lines over numbers, and bars.
+//! Plots: line charts and bar charts.
 
 use anyhow::{Result, anyhow};
 use plotters::coord::Shift;
@@ -7,32 +7,32 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::ops::Range;
 
-/// Points that are joined.
+/// Line through points.
 pub struct Line {
     pub name: String,
     pub points: Vec<[f64; 2]>,
 }
 
-/// What stands at the axes.
+/// Labels of the axes.
 #[derive(Clone, Copy)]
 pub struct Axes<'a> {
     pub x: &'a str,
     pub y: &'a str,
 }
 
-/// Places where something begins, marked by a vertical line.
+/// Positions along x to mark by vertical lines.
 pub type Marks<'a> = &'a [f64];
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 const SIZE: (u32, u32) = (1060, 420);
-/// Where the legend begins.
+/// Width of the chart in pixels; the legend is right of it.
 const CHART: u32 = 840;
-/// Lines with up to so many points show them.
+/// Most points of a line whose points are drawn.
 const MARKED: usize = 12;
-/// Letters, in pixels.
+/// Font size, in pixels.
 const FONT: u32 = 14;
-/// Colours that colour-blind people tell apart too (Okabe and Ito 2008).
+/// Colours that colour-blind people can distinguish (Okabe and Ito 2008).
 const COLOURS: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -47,7 +47,7 @@ fn colour(number: usize) -> RGBColor {
     COLOURS[number % COLOURS.len()]
 }
 
-/// `lines` over x, from the least to the greatest of their numbers, and 0 if `from_zero`.
+/// Draws `lines` as SVG. The y axis covers their values, and 0 if `from_zero`.
 pub fn lines(axes: Axes<'_>, lines: &[Line], from_zero: bool, marks: Marks<'_>) -> Result<String> {
     let numbers =
         |of: usize| lines.iter().flat_map(move |line| line.points.iter().map(move |point| point[of]));
@@ -56,7 +56,7 @@ pub fn lines(axes: Axes<'_>, lines: &[Line], from_zero: bool, marks: Marks<'_>) 
     drawn(|svg| draw_lines(svg, axes, lines, (x, y), marks))
 }
 
-/// From the least to the greatest of `numbers`, with some room.
+/// Range from the smallest to the largest of `numbers`, with some margin.
 fn range(numbers: impl Iterator<Item = f64>, from_zero: bool) -> Range<f64> {
     let finite = numbers.filter(|v| v.is_finite());
     let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
@@ -77,7 +77,7 @@ fn text(error: impl std::fmt::Display) -> String {
     error.to_string()
 }
 
-/// White paper: a place for the chart, and one beside it.
+/// White canvas with an area for the chart, and one beside it for the legend.
 struct Sheet<'a> {
     whole: Area<'a>,
     area: Area<'a>,
@@ -134,7 +134,7 @@ fn draw_lines(
     sheet.whole.present().map_err(text)
 }
 
-/// Draws what stands for what beside a chart.
+/// Draws the legend beside a chart.
 fn legend(area: &Area<'_>, names: &[&str]) -> Result<(), String> {
     for (number, name) in names.iter().enumerate() {
         let y = 28 + 22 * number as i32;
@@ -146,21 +146,20 @@ fn legend(area: &Area<'_>, names: &[&str]) -> Result<(), String> {
     Ok(())
 }
 
-/// Numbers at axes, without zeros that say nothing.
+/// Label of an axis, without trailing zeros.
 fn label(number: &f64) -> String {
     let rounded = format!("{number:.3}");
     let short = rounded.trim_end_matches('0').trim_end_matches('.');
     if short == "-0" { "0".into() } else { short.into() }
 }
 
-/// A group of bars for each of `groups`, one of each of `series`: their heights in the order of the groups, and which part
-/// of them is drawn dark.
+/// Bars of one series, one for each group: its height, and the height of its dark part.
 pub struct Bars {
     pub name: String,
     pub heights: Vec<[f64; 2]>,
 }
 
-/// Bars from 0 upwards.
+/// Draws a bar chart from 0 upwards as SVG: for each of `groups` one bar of each of `series`.
 pub fn bars(unit: &str, groups: &[String], series: &[Bars]) -> Result<String> {
     let high = series.iter().flat_map(|bars| bars.heights.iter().map(|h| h[0])).fold(0.0, f64::max);
     drawn(|svg| draw_bars(svg, unit, groups, series, high * 1.05))

@@ -11,10 +11,10 @@ use fovolnet::metrics::ClipQuality;
 use fovolnet::{OpenVolume, Pipeline, RenderSettings};
 
 const PRECISIONS: [&str; 4] = ["f32", "bf16", "mixed", "int8"];
-/// Frames that quality is measured over.
+/// Number of frames over which quality is measured.
 const FRAMES: u32 = 16;
 const GAP: u32 = 4;
-/// Differences are shown so many times as large.
+/// Factor by which differences are amplified.
 const ENLARGED: f32 = 8.0;
 
 pub fn section(evaluation: &Evaluation) -> Result<Section> {
@@ -51,7 +51,7 @@ struct Run {
     last: Frame,
     psnr: f64,
     ssim: Option<f64>,
-    /// The least time that the network took.
+    /// Shortest time of the network in milliseconds.
     ms: f64,
 }
 

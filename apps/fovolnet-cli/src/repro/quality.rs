@@ -1,4 +1,4 @@
-//! Figure: pictures of every method beside the full one, where the eye looks and where it does not.
+//! Figure: pictures of every method beside the full one, at the gaze and away from it.
 
 use super::methods::{self, COUNT, Compared, Comparison};
 use super::section::{Cell, Section};
@@ -9,10 +9,10 @@ use anyhow::Result;
 use fovolnet::core::{Frame, FrameSize};
 use fovolnet::metrics::{SsimSettings, psnr, ssim};
 
-/// The frame that is shown: what networks know of earlier ones is settled by then.
+/// Number of the shown frame. The history of networks has settled by then.
 const FRAME: u32 = 15;
 const GAP: u32 = 4;
-/// Parts shown are so many times smaller than the frame along each axis.
+/// Factor by which the shown details are smaller than the frame, along each axis.
 const PART: u32 = 8;
 
 pub fn section(evaluation: &Evaluation) -> Result<Section> {
@@ -53,7 +53,7 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
     Ok(section)
 }
 
-/// PSNR, and SSIM where the frames are large enough for its window.
+/// PSNR, and SSIM if the frames are large enough for its window.
 fn likeness(reference: &Frame, frame: &Frame) -> Result<[Cell; 2]> {
     let (settings, FrameSize { width, height }) = (SsimSettings::default(), frame.size());
     let is_large = width.min(height) >= settings.min_side();
@@ -61,11 +61,11 @@ fn likeness(reference: &Frame, frame: &Frame) -> Result<[Cell; 2]> {
     Ok([psnr(reference, frame)?.into(), similar.into()])
 }
 
-/// One frame, made in every way.
+/// One frame, rendered by every method.
 struct Frames {
     full: Frame,
     sparse: Frame,
-    /// In the order of [`methods::METHODS`].
+    /// Full frames in the order of [`methods::METHODS`].
     made: [Frame; COUNT],
     gaze: [f64; 2],
 }
@@ -82,13 +82,13 @@ impl Frames {
         Ok(Self { full: comparison.reference(FRAME)?, sparse, made, gaze: comparison.gaze(FRAME) })
     }
 
-    /// Rows and columns of a part.
+    /// Width and height of a detail.
     fn part_size(&self) -> FrameSize {
         let FrameSize { width, height } = self.full.size();
         FrameSize::new((width / PART).max(1), (height / PART).max(1)).expect("it is smaller than the frame")
     }
 
-    /// The corner of the part around the gaze.
+    /// Corner of the detail around the gaze.
     fn eye(&self) -> [u32; 2] {
         let (whole, part) = (self.full.size(), self.part_size());
         let corner = |at: f64, whole: u32, part: u32| {
@@ -97,7 +97,7 @@ impl Frames {
         [corner(self.gaze[0], whole.width, part.width), corner(self.gaze[1], whole.height, part.height)]
     }
 
-    /// The corner of the part, away from that, in which neighbouring pixels differ most.
+    /// Corner of the detail away from the gaze where neighbouring pixels differ most.
     fn elsewhere(&self) -> [u32; 2] {
         let (whole, part, eye) = (self.full.size(), self.part_size(), self.eye());
         let steps = |whole: u32, part: u32| (0..=whole - part).step_by((part / 2).max(1) as usize);
@@ -108,7 +108,7 @@ impl Frames {
         away.max_by(|a, b| self.detail(*a).total_cmp(&self.detail(*b))).unwrap_or(eye)
     }
 
-    /// The sum of differences between pixels and their right neighbours.
+    /// Sum of differences between pixels and their right neighbours, in the detail at `corner`.
     fn detail(&self, corner: [u32; 2]) -> f64 {
         let part = self.part(&self.full, corner);
         let rows = part.pixels().chunks(part.size().width as usize);

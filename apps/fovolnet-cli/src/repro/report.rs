@@ -1,4 +1,4 @@
-//! One HTML file that holds all sections and their pictures, so that it can be sent as it is.
+//! Report: one HTML file that embeds all sections and their pictures, easy to send.
 
 use super::section::{Cell, Figure, Section, Table};
 use anyhow::{Context, Result};
@@ -20,7 +20,7 @@ figcaption, .facts { color: #555; font-size: .9rem }
 nav a { margin-right: 1rem }
 ";
 
-/// The sections in `folder`, in the order of `names`.
+/// Reads the sections in `folder`, in the order of `names`.
 pub fn sections(folder: &Path, names: &[String]) -> Result<Vec<Section>> {
     names.iter().filter_map(|name| Section::read(folder, name).transpose()).collect()
 }
@@ -92,7 +92,7 @@ fn rows(table: &Table) -> Markup {
     }
 }
 
-/// Films larger than this stay beside the report, bytes.
+/// Largest size in bytes of a film that the report embeds.
 const LARGEST_FILM: u64 = 32 << 20;
 
 fn embedded(folder: &Path, section: &Section, figure: &Figure) -> Result<Markup> {
@@ -108,7 +108,7 @@ fn embedded(folder: &Path, section: &Section, figure: &Figure) -> Result<Markup>
         "svg" => html! { img src=(data("image/svg+xml")?) alt=(figure.caption); },
         "png" => html! { img src=(data("image/png")?) alt=(figure.caption); },
         "mp4" if length <= LARGEST_FILM => html! { video src=(data("video/mp4")?) controls loop muted {} },
-        // Browsers do not play other films, which may be gigabytes.
+        // Films in other formats do not play in browsers and may have gigabytes, so they are linked.
         _ => html! { a href={ (section.name) "/" (figure.file) } { (figure.file) } },
     };
     Ok(html! { figure { (shown) figcaption { (figure.caption) } } })

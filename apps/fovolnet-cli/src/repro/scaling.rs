@@ -1,4 +1,4 @@
-//! Beyond the paper: what a frame costs at other resolutions, and of larger volumes.
+//! Beyond the paper: cost of a frame at other resolutions and of larger volumes.
 
 use super::methods::{warmed, with_network};
 use super::plot::{self, Axes, Line};
@@ -10,15 +10,15 @@ use fovolnet::core::FrameSize;
 use fovolnet::{OpenVolume, RenderSettings};
 use std::time::Instant;
 
-/// Sizes of frames, as parts of the evaluation's own along each axis: of 720p from 360p to 4K.
+/// Factors on the width and height of the evaluation's frames: at 720p from 360p to 4K.
 const SIZES: [f64; 5] = [0.5, 1.0, 1.5, 2.0, 3.0];
-/// Sides of cubes. Those that are larger beside the frame than 1024³ beside 720p are left out.
+/// Voxels along the sides of cubes. Cubes are left out if they are larger, relative to the frame, than 1024³ at 720p.
 const SIDES: [u32; 5] = [64, 128, 256, 512, 1024];
 const LARGEST: [u32; 2] = [1024, 720];
-/// Frames that are measured, spread over the fly-through.
+/// Number of measured frames, spread over the fly-through.
 const FRAMES: u32 = 5;
 
-/// What a frame takes: medians, in milliseconds.
+/// Cost of a frame: median times in milliseconds.
 struct Cost {
     full: f64,
     sparse: f64,
@@ -63,7 +63,7 @@ fn head(side: u32) -> Result<DataSet> {
     DataSet::parse(&format!("head:{side}"))
 }
 
-/// What frames of `size` cost.
+/// Measures frames of `size`.
 fn cost(evaluation: &Evaluation, (data, opened): (&DataSet, &OpenVolume), size: FrameSize) -> Result<Cost> {
     let settings = RenderSettings { size: Some(size), ..with_network(evaluation, data, SPARSE) };
     let mut pipeline = warmed(opened, &settings, evaluation)?;
@@ -84,7 +84,7 @@ fn cost(evaluation: &Evaluation, (data, opened): (&DataSet, &OpenVolume), size: 
     Ok(Cost { full, sparse, network })
 }
 
-/// Draws `costs` over what they belong to, and lists them.
+/// Plots `costs` over the quantity `x`, and adds their table.
 fn draw(section: &mut Section, (name, caption): (&str, &str), x: &str, costs: &[(f64, &Cost)]) -> Result<()> {
     let line = |name: &str, of: fn(&Cost) -> f64| Line {
         name: name.into(),

@@ -1,4 +1,4 @@
-//! A part of the report: tables, figures and what they mean, as files that other programs read too.
+//! Section of the report: text, tables and figures, as files that other programs can read.
 
 use anyhow::{Context, Result};
 use fovolnet::core::Frame;
@@ -7,33 +7,33 @@ use fovolnet::io::image::{self, Alpha};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// One table or figure of the paper, made again.
+/// Reproduction of one table or figure of the paper.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Section {
-    /// How it is called on the command line.
+    /// Name on the command line.
     pub name: String,
     pub title: String,
-    /// What is shown, how it was made, what differs from the paper and why.
+    /// Description: contents, method, and differences from the paper with their reasons.
     pub text: Vec<String>,
     pub tables: Vec<Table>,
     pub figures: Vec<Figure>,
-    /// How long it took to make.
+    /// Time to make the section, in seconds.
     pub seconds: f64,
     pub machine: serde_json::Value,
 }
 
-/// Rows of cells below the names of columns.
+/// Table with named columns.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Table {
-    /// How its CSV file is called, without `.csv`.
+    /// Name of the CSV file, without `.csv`.
     pub name: String,
     pub columns: Vec<String>,
     pub rows: Vec<Vec<Cell>>,
-    /// Whether the report shows it: what is drawn is in the file alone.
+    /// Whether the report shows the table. Data of a drawing are in the file only.
     pub is_shown: bool,
 }
 
-/// A number, or words.
+/// Cell of a table: a number or text.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Cell {
@@ -48,7 +48,7 @@ impl From<f64> for Cell {
 }
 
 impl From<Option<f64>> for Cell {
-    /// Nothing where there is no number: readers of CSV take that for a missing one.
+    /// Empty text for a missing number, as readers of CSV expect.
     fn from(number: Option<f64>) -> Self {
         number.map_or_else(|| "".into(), Self::Number)
     }
@@ -67,7 +67,7 @@ impl From<String> for Cell {
 }
 
 impl std::fmt::Display for Cell {
-    /// Numbers with four figures that say something.
+    /// Formats numbers with four significant digits.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Words(words) => f.write_str(words),
@@ -80,22 +80,22 @@ impl std::fmt::Display for Cell {
     }
 }
 
-/// A picture or a film in a file beside the report.
+/// Picture or film in a file beside the report.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Figure {
-    /// The file's name.
+    /// Name of the file.
     pub file: String,
     pub caption: String,
-    /// What is in the file, until it is written; nothing of a film, which is written as it is made.
+    /// Contents of the file, until it is written. `None` for a film, which is written while it is rendered.
     #[serde(skip)]
     pub picture: Option<Picture>,
 }
 
 #[derive(Debug, Clone)]
 pub enum Picture {
-    /// A drawing.
+    /// SVG drawing.
     Svg(String),
-    /// Pixels.
+    /// Pixel image.
     Frame(Frame),
 }
 
@@ -108,36 +108,36 @@ impl Section {
         }
     }
 
-    /// With `rows` of cells, also as `NAME.csv`.
+    /// Adds a table of `rows`, also written as `NAME.csv`.
     pub fn table(&mut self, name: &str, columns: &[&str], rows: Vec<Vec<Cell>>) {
         let columns = columns.iter().map(|column| (*column).into()).collect();
         self.tables.push(Table { name: name.into(), columns, rows, is_shown: true });
     }
 
-    /// With `rows` of cells as `NAME.csv` alone: those that a drawing is made of.
+    /// Adds a table of `rows` that is only written as `NAME.csv`, such as the data of a drawing.
     pub fn data(&mut self, name: &str, columns: &[&str], rows: Vec<Vec<Cell>>) {
         self.table(name, columns, rows);
         self.tables.last_mut().expect("it was just added").is_shown = false;
     }
 
-    /// With a drawing as `NAME.svg`.
+    /// Adds a drawing, written as `NAME.svg`.
     pub fn drawing(&mut self, name: &str, caption: &str, svg: String) {
         let picture = Some(Picture::Svg(svg));
         self.figures.push(Figure { file: format!("{name}.svg"), caption: caption.into(), picture });
     }
 
-    /// With pixels as `NAME.png`.
+    /// Adds a picture, written as `NAME.png`.
     pub fn picture(&mut self, name: &str, caption: &str, frame: Frame) {
         let picture = Some(Picture::Frame(frame));
         self.figures.push(Figure { file: format!("{name}.png"), caption: caption.into(), picture });
     }
 
-    /// With the film `file`, which is in the section's folder already.
+    /// Adds the film `file`, which is already in the section's folder.
     pub fn film(&mut self, file: &str, caption: &str) {
         self.figures.push(Figure { file: file.into(), caption: caption.into(), picture: None });
     }
 
-    /// Writes all there is to a folder of its name in `folder`.
+    /// Writes all files of the section to a folder of its name in `folder`.
     pub fn write(&self, folder: &Path) -> Result<()> {
         let folder = folder.join(&self.name);
         atomic::make_folder(&folder)?;
@@ -162,7 +162,7 @@ impl Section {
         Ok(())
     }
 
-    /// That of this name in `folder`, if it was made.
+    /// Reads the section `name` in `folder`; `None` if it does not exist.
     pub fn read(folder: &Path, name: &str) -> Result<Option<Self>> {
         let path = folder.join(name).join("section.json");
         if !path.exists() {
@@ -174,12 +174,12 @@ impl Section {
         Ok(Some(serde_json::from_str(&text).with_context(mend)?))
     }
 
-    /// The tables that the report shows.
+    /// Tables that the report shows.
     pub fn shown(&self) -> impl Iterator<Item = &Table> {
         self.tables.iter().filter(|table| table.is_shown)
     }
 
-    /// Its tables as lines of text.
+    /// Tables as lines of text.
     pub fn lines(&self) -> Vec<String> {
         let mut lines = Vec::new();
         for table in self.shown() {

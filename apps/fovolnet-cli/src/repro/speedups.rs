@@ -9,10 +9,10 @@ use anyhow::Result;
 use fovolnet::{Pipeline, RandomWeights, Reconstruction, RenderSettings};
 use std::time::Instant;
 
-/// Networks: what the report calls them, and their plans. Weights are random: they do not change what a frame takes.
+/// Measured networks. Their weights are random, since weights do not change the speed.
 const NETWORKS: [&str; 3] = ["wnet-fast", "wnet-paper", "deepfovea-fvn"];
 
-/// The paper's table: data set, FoVolNet sparse and dense, DeepFovea sparse and dense.
+/// Rows of the paper's table: data set, FoVolNet sparse and dense, DeepFovea sparse and dense.
 const PAPER: [(&str, [f64; 4]); 7] = [
     ("vortices 1", [3.21, 2.40, 2.42, 1.98]),
     ("vortices 2", [3.80, 2.89, 2.88, 2.34]),
@@ -23,11 +23,11 @@ const PAPER: [(&str, [f64; 4]); 7] = [
     ("overall", [3.28, 2.29, 2.75, 1.93]),
 ];
 
-/// Average times of one data set, in milliseconds.
+/// Mean times for one data set, in milliseconds.
 struct Average {
     name: String,
     full: f64,
-    /// For each network and setting: the whole frame, and the network alone.
+    /// Times of the whole frame and of the network alone, for each network and setting.
     sparse: Vec<[f64; 2]>,
 }
 
@@ -61,7 +61,7 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
     Ok(section)
 }
 
-/// What one device takes; the names of files end with `suffix`.
+/// Adds the times of one device; file names end with `suffix`.
 fn add_device(section: &mut Section, evaluation: &Evaluation, suffix: &str) -> Result<()> {
     let all =
         evaluation.data_sets.iter().map(|data| average(evaluation, data)).collect::<Result<Vec<_>>>()?;
@@ -83,7 +83,7 @@ fn add_device(section: &mut Section, evaluation: &Evaluation, suffix: &str) -> R
     Ok(())
 }
 
-/// Every network at every setting.
+/// All pairs of network and setting.
 fn columns() -> impl Iterator<Item = (&'static str, [f64; 2])> {
     NETWORKS.into_iter().flat_map(|network| [SPARSE, DENSE].map(|setting| (network, setting)))
 }

@@ -1,4 +1,4 @@
-//! The supplemental video: fly-throughs in every way at once.
+//! The supplemental video: fly-throughs with all methods side by side.
 
 use super::methods::{Compared, Comparison};
 use super::section::Section;
@@ -11,7 +11,7 @@ use fovolnet::io::atomic;
 use fovolnet::io::video::{self, VideoWriter};
 use std::path::Path;
 
-/// Frames a second.
+/// Frames per second.
 const RATE: u32 = 25;
 /// Pixels between the pictures.
 const GAP: u32 = 4;
@@ -34,7 +34,7 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
     Ok(section)
 }
 
-/// Writes the fly-through of `data` to `folder`: the name of its file, and its middle frame.
+/// Writes the fly-through of `data` to `folder`. Returns the name of the file and the middle frame.
 fn film(evaluation: &Evaluation, data: &DataSet, folder: &Path) -> Result<(String, Frame)> {
     let settings = evaluation.settings(data, SPARSE);
     let mut comparison = Comparison::new(&data.open()?, &settings, &evaluation.speed)?;
@@ -43,7 +43,7 @@ fn film(evaluation: &Evaluation, data: &DataSet, folder: &Path) -> Result<(Strin
     let file = folder.join(format!("{}.{}", data.name, video::best_extension()));
     let mut film = VideoWriter::create(&file, whole, RATE)?;
     let mut middle = None;
-    // One after the other: frames that are left out would be motion that nobody sees.
+    // Render every frame: skipped frames would be motion that the viewer does not see.
     for number in 0..evaluation.frames {
         interrupt::check("this film is not complete")?;
         let shown = sheet(&mut comparison, number)?;
@@ -57,7 +57,7 @@ fn film(evaluation: &Evaluation, data: &DataSet, folder: &Path) -> Result<(Strin
     Ok((name, middle.expect("fly-throughs have two frames or more")))
 }
 
-/// Every pixel, the samples and linear interpolation above; networks below, our own last.
+/// Arranges one frame: full, samples and linear interpolation above, networks below, our own last.
 fn sheet(comparison: &mut Comparison, number: u32) -> Result<Frame> {
     let reference = comparison.reference(number)?;
     let Compared { sparse, frames: [_, linear, own, paper, deepfovea] } = comparison.render(number)?;

@@ -1,4 +1,4 @@
-//! Table: full frames beside VTK's, as `benchmarks/peers/vtk_march.py` measured them.
+//! Table: full frames compared with VTK's, as `benchmarks/peers/vtk_march.py` measured them.
 
 use super::section::{Cell, Section};
 use anyhow::{Context, Result, ensure};
@@ -7,10 +7,10 @@ use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// What the script writes.
+/// Output of the script.
 #[derive(Deserialize)]
 struct Measured {
-    /// VTK's version.
+    /// Version of VTK.
     vtk: String,
     machine: Processor,
     size: [u32; 2],
@@ -25,13 +25,13 @@ struct Processor {
     threads: usize,
 }
 
-/// One volume, transfer function and way to shade.
+/// Measurement of one volume, transfer function and shading.
 #[derive(Deserialize)]
 struct Case {
     case: String,
     vtk_ms: f64,
     psnr_between_pictures: f64,
-    /// This program's times with each instruction set.
+    /// Times of this program with each instruction set.
     #[serde(flatten)]
     ours: BTreeMap<String, Ours>,
 }
@@ -39,11 +39,11 @@ struct Case {
 #[derive(Deserialize)]
 struct Ours {
     ms: f64,
-    /// VTK's time over this one.
+    /// Time of VTK divided by this program's.
     ratio: f64,
 }
 
-/// Adds the table that `file` says to `section`.
+/// Adds the table from `file` to `section`.
 pub fn add(section: &mut Section, file: &Path) -> Result<()> {
     let mend = || {
         format!("{} says nothing of VTK; make it with `python benchmarks/peers/vtk_march.py`", file.display())

@@ -1,4 +1,4 @@
-//! The command and what it says, for tests of files of all kinds.
+//! Runs the command and checks its messages, for several test files.
 #![allow(dead_code, reason = "each test uses a part")]
 
 use std::ffi::OsStr;
@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-/// Runs the command `line` in `folder`; words are apart by spaces.
+/// Runs the command `line` in `folder`; arguments are separated by spaces.
 pub fn run(folder: &Path, line: &str) -> Output {
     command(folder, line).output().unwrap()
 }
@@ -17,18 +17,18 @@ fn command(folder: &Path, line: &str) -> Command {
     command
 }
 
-/// Runs what must succeed.
+/// Runs `line`, which must succeed.
 pub fn succeeds(folder: &Path, line: &str) {
     let output = run(folder, line);
     assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
 }
 
-/// Runs `line`, which must fail with `status`, one line that says why, and no panic; returns that line.
+/// Runs `line`, which must fail with `status` and a single line of error, without a panic. Returns that line.
 pub fn fails(folder: &Path, line: &str, status: i32) -> String {
     said(line, &run(folder, line), status)
 }
 
-/// The error of `output`, of what must have failed with `status`.
+/// Error line of `output` from a command that must have failed with `status`.
 pub fn said(line: &str, output: &Output, status: i32) -> String {
     let error = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(status), "{line}: {error}");
@@ -37,7 +37,7 @@ pub fn said(line: &str, output: &Output, status: i32) -> String {
     errors[0].to_owned()
 }
 
-/// What `line` ends with within `limit`; nothing where it goes on, and is stopped.
+/// Output of `line` if it ends within `limit`; otherwise kills it and returns `None`.
 pub fn within(limit: Duration, folder: &Path, line: &str) -> Option<Output> {
     let mut child = command(folder, line).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
     let started = Instant::now();

@@ -3,10 +3,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The bytes that this process can still have: the least of what the system has to give (swap included), what the limits of the
-/// process leave (`ulimit -v` and `-d`), and what those of its control groups do. `None` where nobody knows.
+/// Bytes that this process can still get: the least of the free memory of the system (with swap), the limits of the
+/// process (`ulimit -v` and `-d`) and the limits of its control groups. `None` if unknown.
 ///
-/// Files that are mapped count for the limit of addresses alone: the system reads them again when it needs their memory.
+/// Mapped files count only towards the limit of address space: the system can drop their pages and read them again.
 pub fn available() -> Option<u64> {
     if !cfg!(target_os = "linux") {
         return None;
@@ -23,26 +23,27 @@ fn text(path: impl AsRef<Path>) -> Option<String> {
 
 fn page_size() -> u64 {
     #[cfg(unix)]
-    // SAFETY: it takes a number and gives one.
+    // SAFETY: `sysconf` takes and returns numbers only.
     let size = unsafe { libc::sysconf(libc::_SC_PAGESIZE) };
     #[cfg(not(unix))]
     let size = 4096;
     u64::try_from(size).unwrap_or(4096)
 }
 
-/// The number after the word `name` in `lines`.
+/// Number after the word `name` in `lines`.
 fn number(lines: &str, name: &str) -> Option<u64> {
     let rest = lines.lines().find_map(|line| line.strip_prefix(name))?;
     rest.split_whitespace().next()?.parse().ok()
 }
 
-/// What `/proc/meminfo` says there is, with what can be swapped out.
+/// Available memory and free swap of the system in bytes, from the text of `/proc/meminfo`.
 fn of_system(meminfo: &str) -> Option<u64> {
     let kilobytes = number(meminfo, "MemAvailable:")? + number(meminfo, "SwapFree:").unwrap_or(0);
     Some(kilobytes * 1024)
 }
 
-/// What `/proc/self/limits` leaves of addresses and of data, given `/proc/self/statm`.
+/// Remaining address space and data segment of the process in bytes, the lesser of both. From the texts of
+/// `/proc/self/limits` and `/proc/self/statm`.
 fn of_process(limits: &str, statm: &str, page: u64) -> Option<u64> {
     let pages: Vec<u64> = statm.split_whitespace().map_while(|word| word.parse().ok()).collect();
     let left = |name: &str, used: usize| {
@@ -51,7 +52,8 @@ fn of_process(limits: &str, statm: &str, page: u64) -> Option<u64> {
     [left("Max address space", 0), left("Max data size", 5)].into_iter().flatten().min()
 }
 
-/// What the control groups named in `/proc/self/cgroup` leave, those above them too; their files lie below `root`.
+/// Remaining bytes of the control groups that `/proc/self/cgroup` names, and of their parents. The files of the groups
+/// lie below `root`.
 fn of_groups(named: &str, root: &Path) -> Option<u64> {
     let groups = named.lines().filter_map(|line| {
         let mut parts = line.splitn(3, ':');
@@ -69,7 +71,7 @@ fn of_groups(named: &str, root: &Path) -> Option<u64> {
         .min()
 }
 
-/// The folder `path` below `top`, and all between them. In a container some of them may not be there.
+/// Folder `path` below `top` and all folders between them. Some of them may be missing in a container.
 fn with_those_above(top: &Path, path: &str) -> impl Iterator<Item = PathBuf> + use<> {
     let top = top.to_owned();
     let whole = top.join(path);
@@ -78,14 +80,14 @@ fn with_those_above(top: &Path, path: &str) -> impl Iterator<Item = PathBuf> + u
     all.into_iter()
 }
 
-/// The files of a control group.
+/// File names of a version of control groups.
 #[derive(Clone, Copy)]
 struct GroupFiles {
     limit: &'static str,
     used: &'static str,
-    /// What of that is files, which the system forgets when memory is scarce.
+    /// Entries of the statistics that count cached file pages. The system drops those when memory is scarce.
     files: [&'static str; 2],
-    /// The limit and the use of swap, where they are numbers of their own.
+    /// Files of the limit and the use of swap, for versions that limit swap separately.
     swap: Option<[&'static str; 2]>,
 }
 
@@ -104,7 +106,7 @@ const VERSION_2: GroupFiles = GroupFiles {
 };
 
 impl GroupFiles {
-    /// What the group in the folder `at` leaves; none where it has no limit.
+    /// Remaining bytes of the group in the folder `at`; `None` without a limit.
     fn left(self, at: &Path) -> Option<u64> {
         let value = |name: &str| text(at.join(name))?.trim().parse::<u64>().ok();
         let limit = value(self.limit)?;
@@ -114,7 +116,7 @@ impl GroupFiles {
         Some(limit.saturating_sub(value(self.used)?.saturating_sub(files)).saturating_add(swap))
     }
 
-    /// What the group leaves of swap; all that there is where it has no limit.
+    /// Remaining swap of the group in bytes; without a limit, all free swap of the system.
     fn swap_left(self, at: &Path, limit: &str, used: &str) -> u64 {
         let value = |name: &str| text(at.join(name))?.trim().parse::<u64>().ok();
         let free = text("/proc/meminfo").and_then(|said| number(&said, "SwapFree:")).unwrap_or(0) * 1024;
@@ -149,7 +151,7 @@ mod tests {
         assert_eq!(left("4096", "unlimited"), Some(0));
     }
 
-    /// A folder with the files `named`.
+    /// Makes the control group `at` below `root`, with files of the given names and contents.
     fn group(root: &Path, at: &str, named: &[(&str, &str)]) {
         fs::create_dir_all(root.join(at)).unwrap();
         named.iter().for_each(|(name, said)| fs::write(root.join(at).join(name), said).unwrap());

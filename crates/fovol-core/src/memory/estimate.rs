@@ -1,11 +1,12 @@
 use super::{Shortage, available};
 
-/// So many of the largest parts are listed.
+/// Number of parts that an error lists, largest first.
 const LISTED: usize = 4;
 
-/// The memory that some work will need at once, added up before it begins.
+/// Estimate of the memory that some work will need at once, added up before the work begins.
 ///
-/// Parts are what is certainly there at the same time: too little refuses too late, too much refuses what would have fitted.
+/// Count only parts that certainly exist at the same time. A low estimate refuses too late, and a high one refuses work
+/// that would have fitted.
 ///
 /// ```
 /// use fovol_core::memory::Estimate;
@@ -22,28 +23,28 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// Nothing yet, for `what`, as in "rendering frames of 1280x720".
+    /// Empty estimate for `what`, such as "rendering frames of 1280x720".
     pub fn new(what: impl Into<String>) -> Self {
         Self { what: what.into(), parts: Vec::new() }
     }
 
-    /// With `bytes` more, for `part`.
+    /// Adds `bytes` for `part`.
     #[must_use]
     pub fn with(mut self, part: impl Into<String>, bytes: u64) -> Self {
         self.parts.push((part.into(), bytes));
         self
     }
 
-    /// All bytes.
+    /// Sum of all parts in bytes.
     pub fn total(&self) -> u64 {
         self.parts.iter().fold(0, |sum, (_, bytes)| sum.saturating_add(*bytes))
     }
 
-    /// Refuses what cannot fit into the memory that is [`available()`]; `advice` says what needs less. Where nobody knows what
-    /// is available nothing is refused.
+    /// Returns an error if the estimate exceeds the [`available()`] memory. `advice` tells the user how to need less.
+    /// Nothing is refused if the available memory is unknown.
     ///
     /// # Errors
-    /// The largest parts, and the advice.
+    /// A [`Shortage`] with the largest parts and the advice.
     pub fn check(&self, advice: &'static str) -> Result<(), Shortage> {
         self.check_against(available(), advice)
     }

@@ -1,14 +1,13 @@
-//! What a program does that finds no memory: it says so in one line and ends.
+//! Exit of a program that runs out of memory: one line of error and status 1 instead of an abort.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::sync::atomic::{AtomicPtr, AtomicUsize, Ordering};
 
-/// The system's allocator for programs that are to end with one line and status 1 where there is no memory, instead of being
-/// aborted. Where this module asks for memory itself it returns an error.
+/// System allocator that ends the program with one line and status 1 when memory runs out, where Rust would abort.
+/// Requests of this module ([`super::zeroed`] and its like) return an error instead.
 ///
-/// The program ends from wherever the memory was asked for: nothing is unwound. What is to be done nevertheless is said by
-/// [`before_exit`].
+/// The program ends inside the failed allocation, without unwinding. Clean-up goes into [`before_exit`].
 ///
 /// ```
 /// use fovol_core::memory::ExitWhenExhausted;
@@ -21,27 +20,27 @@ use std::sync::atomic::{AtomicPtr, AtomicUsize, Ordering};
 pub struct ExitWhenExhausted;
 
 thread_local! {
-    /// How many of the calls under way on this thread can do without the memory that they ask for.
+    /// Number of calls in progress on this thread that can handle a failed allocation.
     static FALLIBLE: Cell<u32> = const { Cell::new(0) };
 }
 
-/// Runs `ask`, which asks for memory and can do without it.
+/// Runs `ask`, which allocates and handles failure itself.
 pub(super) fn fallible<T>(ask: impl FnOnce() -> T) -> T {
     let add = |by: i32| {
-        // At the end of a thread nothing of this can be asked for any more.
+        // Thread-locals are gone at the end of a thread. The count is not needed then.
         let _ = FALLIBLE.try_with(|count| count.set(count.get().wrapping_add_signed(by)));
     };
     add(1);
-    // It cannot panic: it asks for memory, and no more.
+    // `ask` only allocates, so it cannot panic and leave the count wrong.
     let outcome = ask();
     add(-1);
     outcome
 }
 
-// SAFETY: every call is passed on to the system's allocator as it is; null stands for failure there too.
+// SAFETY: every call is passed on unchanged to the system allocator, and null means failure there too.
 unsafe impl GlobalAlloc for ExitWhenExhausted {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        // SAFETY: the caller's promise is that of this call.
+        // SAFETY: the caller keeps the contract of this function, which is that of the system allocator.
         checked(layout.size(), || unsafe { System.alloc(layout) })
     }
 
@@ -61,7 +60,8 @@ unsafe impl GlobalAlloc for ExitWhenExhausted {
     }
 }
 
-/// What `allocate` gives of `size` bytes. Where that is nothing and nobody can do without it the program ends here.
+/// Runs `allocate` for `size` bytes and returns its pointer. Ends the program if the pointer is null, except inside
+/// [`fallible`].
 #[inline(always)]
 fn checked(size: usize, allocate: impl FnOnce() -> *mut u8) -> *mut u8 {
     let memory = if is_refused(size) { std::ptr::null_mut() } else { allocate() };
@@ -71,33 +71,35 @@ fn checked(size: usize, allocate: impl FnOnce() -> *mut u8) -> *mut u8 {
     memory
 }
 
-/// Allocations of at least so many bytes are counted; all fall below it where none is to be refused.
+/// Smallest size in bytes of the allocations that [`refuse_allocation`] counts; above all sizes when none is to be
+/// refused.
 static COUNTED: AtomicUsize = AtomicUsize::new(usize::MAX);
-/// How many more of them are granted.
+/// Number of counted allocations that still succeed.
 static GRANTED: AtomicUsize = AtomicUsize::new(usize::MAX);
 
-/// Has the allocation of number `nth`, from 1 on, among those of `bytes` or more be refused, once: for tests of what happens then.
+/// Makes the `nth` allocation (from 1) of `bytes` or more fail, once. Tests use it to see how a program runs out of
+/// memory.
 pub fn refuse_allocation(nth: usize, bytes: usize) {
     GRANTED.store(nth.wrapping_sub(1), Ordering::SeqCst);
     COUNTED.store(bytes, Ordering::SeqCst);
 }
 
-/// Whether an allocation of `size` bytes is the one that is to be refused.
+/// Whether this allocation of `size` bytes is the one to refuse.
 #[inline(always)]
 fn is_refused(size: usize) -> bool {
     size >= COUNTED.load(Ordering::Relaxed) && GRANTED.fetch_sub(1, Ordering::Relaxed) == 0
 }
 
-/// What is done before the program ends; a function of type `fn()`.
+/// Clean-up before the program ends, a function of type `fn()`; null if none.
 static BEFORE_EXIT: AtomicPtr<()> = AtomicPtr::new(std::ptr::null_mut());
 
-/// Has [`ExitWhenExhausted`] and [`exit_with`] call `clean_up` before they end the program. It must not allocate, nor wait for
-/// other threads: it may do what a signal handler may.
+/// Sets the function that [`ExitWhenExhausted`] and [`exit_with`] call before they end the program. It must not
+/// allocate or wait for other threads, like a signal handler.
 pub fn before_exit(clean_up: fn()) {
     BEFORE_EXIT.store(clean_up as *mut (), Ordering::Release);
 }
 
-/// Says that `size` bytes could not be had, and ends the program.
+/// Reports that `size` bytes could not be allocated, and ends the program.
 #[cold]
 #[inline(never)]
 fn exhausted(size: usize) {
@@ -112,7 +114,7 @@ fn exhausted(size: usize) {
     }
 }
 
-/// `number` in digits.
+/// Writes `number` in decimal to `digits` without allocating.
 fn decimal(mut number: usize, digits: &mut [u8; 20]) -> &[u8] {
     let mut first = digits.len();
     loop {
@@ -125,44 +127,44 @@ fn decimal(mut number: usize, digits: &mut [u8; 20]) -> &[u8] {
     }
 }
 
-/// Writes `line` to standard error, in parts, and ends the program with status 1, without allocating. Where several threads
-/// want to do so only the first one does.
+/// Writes the parts of `line` to standard error and ends the program with status 1. It never allocates. If several
+/// threads call it, only the first one writes.
 #[cfg(unix)]
 pub fn exit_with(line: &[&[u8]]) -> ! {
     static ENDS: std::sync::atomic::AtomicBool = std::sync::atomic::AtomicBool::new(false);
     if ENDS.swap(true, Ordering::SeqCst) {
         loop {
-            // SAFETY: it waits for a signal, of which none returns from here.
+            // SAFETY: `pause` takes nothing and only waits for a signal; no signal makes this function return.
             unsafe { libc::pause() };
         }
     }
     let clean_up = BEFORE_EXIT.load(Ordering::Acquire);
     if !clean_up.is_null() {
-        // SAFETY: it was made of a `fn()` by `before_exit`.
+        // SAFETY: `before_exit` stored a `fn()` in this pointer.
         let clean_up: fn() = unsafe { std::mem::transmute(clean_up) };
         clean_up();
     }
-    // SAFETY: it takes a number. A line of progress may stand on the terminal.
+    // SAFETY: `isatty` takes a number. A progress line may stand on the terminal and is erased first.
     if unsafe { libc::isatty(2) } == 1 {
         write(b"\r\x1b[2K");
     }
     line.iter().for_each(|part| write(part));
     write(b"\n");
-    // SAFETY: it ends the process at once, which is meant: nothing more may run here.
+    // SAFETY: `_exit` ends the process at once, without destructors. Nothing else may run here.
     unsafe { libc::_exit(1) }
 }
 
-/// Writes `line` to standard error, in parts, and ends the program.
+/// Writes the parts of `line` to standard error and ends the program with status 1.
 #[cfg(not(unix))]
 pub fn exit_with(line: &[&[u8]]) -> ! {
     eprintln!("{}", String::from_utf8_lossy(&line.concat()));
     std::process::abort()
 }
 
-/// Writes `text` to standard error, as far as that goes.
+/// Writes `text` to standard error; errors are ignored.
 #[cfg(unix)]
 fn write(text: &[u8]) {
-    // SAFETY: the text is there while the system reads it.
+    // SAFETY: the pointer and length are those of `text`, which outlives the call.
     let _ = unsafe { libc::write(2, text.as_ptr().cast(), text.len()) };
 }
 

@@ -1,12 +1,12 @@
-//! Memory: how much there is, how much work will need, and what happens when there is too little.
+//! Memory: how much is available, how much work will need, and failure when there is too little.
 //!
-//! Three nets lie one below the other:
+//! Three safeguards follow each other:
 //!
-//! 1. Work that will need much adds it up before it begins ([`Estimate`]) and is refused where it cannot fit into what is
-//!    [`available()`]. The error lists what is largest and says what needs less.
-//! 2. Large memory is asked for by [`zeroed`], [`reserve`] and their like, which return a [`Shortage`] where there is none.
-//! 3. Programs whose allocator is [`ExitWhenExhausted`] end with one line where anything else, a library of others for
-//!    example, finds no memory. Without it Rust aborts them.
+//! 1. Large work adds up its memory before it begins ([`Estimate`]) and is refused if that exceeds [`available()`]. The
+//!    error lists the largest parts and tells how to need less.
+//! 2. Large blocks come from [`zeroed`], [`reserve`] and their like, which return a [`Shortage`] on failure.
+//! 3. Programs with the allocator [`ExitWhenExhausted`] end with one line when any other allocation fails, for example
+//!    in a library. Without it Rust aborts them.
 
 mod available;
 mod estimate;
@@ -20,10 +20,10 @@ pub use exhaustion::{ExitWhenExhausted, before_exit, exit_with, refuse_allocatio
 pub use reserve::{copied, reserve, zeroed};
 pub use shortage::Shortage;
 
-/// What needs less memory than a large volume.
+/// Advice for errors about a volume that is too large.
 pub const SMALLER_VOLUME: &str = "--downsample 2 takes an eighth of the voxels";
-/// What needs less memory than large frames.
+/// Advice for errors about frames that are too large.
 pub const SMALLER_FRAMES: &str = "a smaller --size needs less";
-/// What needs less memory than large frames of a large volume.
+/// Advice for errors about large frames of a large volume.
 pub const SMALLER_BOTH: &str =
     "--downsample 2 takes an eighth of the voxels, and a smaller --size needs less";

@@ -2,19 +2,19 @@ use super::Shortage;
 use super::exhaustion::fallible;
 use bytemuck::Zeroable;
 
-/// `count` zeros, which the system clears when they are first used. `what` and `advice` are for the error.
+/// Allocates `count` zeros, which the system clears at first use. `what` and `advice` go into the error.
 ///
 /// # Errors
-/// No memory for that many.
+/// Too little memory.
 pub fn zeroed<T: Zeroable>(count: usize, what: &str, advice: &'static str) -> Result<Vec<T>, Shortage> {
     let made = fallible(|| bytemuck::allocation::try_zeroed_slice_box(count));
     made.map(Vec::from).map_err(|()| shortage::<T>(count, what, advice))
 }
 
-/// A copy of `values`.
+/// Copies `values`. `what` and `advice` go into the error.
 ///
 /// # Errors
-/// No memory for it.
+/// Too little memory.
 pub fn copied<T: Copy>(values: &[T], what: &str, advice: &'static str) -> Result<Vec<T>, Shortage> {
     let mut copy = Vec::new();
     reserve(&mut copy, values.len(), what, advice)?;
@@ -22,10 +22,10 @@ pub fn copied<T: Copy>(values: &[T], what: &str, advice: &'static str) -> Result
     Ok(copy)
 }
 
-/// Makes room in `values` for exactly `more` of them.
+/// Reserves room in `values` for exactly `more` elements.
 ///
 /// # Errors
-/// No memory for that many; `values` is as before.
+/// Too little memory; `values` is then unchanged.
 pub fn reserve<T>(
     values: &mut Vec<T>,
     more: usize,

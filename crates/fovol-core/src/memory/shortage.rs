@@ -1,17 +1,17 @@
 use std::fmt;
 
-/// More memory than there is, and what needs less.
+/// Error: too little memory, with advice how to need less.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Shortage {
-    /// What it is for, as in "rendering frames of 64x64".
+    /// The work that needs the memory, such as "rendering frames of 64x64".
     pub what: String,
-    /// How many bytes it needs.
+    /// Needed bytes.
     pub needed: u64,
-    /// How many bytes there are, where that is known.
+    /// Available bytes, if known.
     pub available: Option<u64>,
-    /// The largest parts of what is needed with their bytes, largest first.
+    /// Largest parts of the needed memory with their bytes, largest first.
     pub parts: Vec<(String, u64)>,
-    /// What needs less.
+    /// Advice how to need less memory.
     pub advice: &'static str,
 }
 
@@ -30,7 +30,7 @@ impl fmt::Display for Shortage {
 
 impl std::error::Error for Shortage {}
 
-/// `bytes` in the unit that suits them.
+/// Formats `bytes` in a fitting unit.
 fn shown(bytes: u64) -> String {
     match bytes as f64 {
         few if few < 1e3 => format!("{bytes} bytes"),

@@ -1,4 +1,4 @@
-//! How far guesses of distances are believed where.
+//! Confidence in each depth hypothesis (guess), tile by tile.
 
 use super::depth_hypotheses::{COUNT, DepthHypotheses, OFFSETS, guessed};
 use fovol_core::{Frame, FrameSize, Reprojection};
@@ -7,37 +7,38 @@ use glam::Vec4;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Edge of the tiles that guesses are judged in, in pixels.
+/// Edge of the tiles in which guesses are judged, in pixels.
 pub const TILE: usize = 16;
 
-/// How much the samples of tiles to each side count, by their distance in rows and in columns.
+/// Weights of neighbouring tiles by their distance in rows and in columns.
 const NEARBY: [f32; 3] = [1.0, 0.6, 0.2];
 
-/// How much better than the first guess others have to be, by their number: nearer and farther ones are many, and one of them
-/// always fits by chance.
+/// Factors on the errors of each guess. The nearer and farther guesses must beat the first one clearly: there are many
+/// of them, and one always fits by chance.
 const HANDICAP: [f32; COUNT] = [1.0, 1.05, 1.05, 1.05, 1.05, 1.0];
 
-/// A guess with twice the errors of another is believed 2 to the power of minus this as much: the expected distance errs less than the
-/// likeliest one.
+/// Exponent of the weights: a guess with twice the squared error of another gets 2^−SHARPNESS times its weight. The
+/// weighted mean of distances errs less than the best single guess.
 const SHARPNESS: i32 = 5;
 
-/// Squared errors below this tell nothing.
+/// Squared errors below this are noise.
 const NOISE: f32 = 1e-6;
 
-/// The squared error of what lay outside the last frame: a usual one, as it says little about any guess.
+/// Squared error of a sample that lay outside the last frame. A typical value, since such a sample says little about
+/// any guess.
 const OUTSIDE: f32 = 0.01;
 
-/// What comes of all guesses of a distance, each as far as it is believed.
+/// Result of weighing all guesses of a distance by their confidence.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DepthConfidence {
-    /// To be added to the distance between this frame's samples, in world units.
+    /// Offset to add to the distance interpolated from this frame's samples, in world units.
     pub offset: f32,
-    /// How far the guess from earlier frames is believed: 0 not at all, 1 alone.
+    /// Weight of the guess from earlier frames, 0…1.
     pub seen: f32,
 }
 
 impl DepthConfidence {
-    /// From the errors of each guess.
+    /// Weighs the guesses by their squared errors.
     fn new(errors: &Errors) -> Self {
         let errors: Errors = std::array::from_fn(|guess| (errors[guess] + NOISE) * HANDICAP[guess]);
         let least = errors.iter().copied().fold(f32::INFINITY, f32::min);
@@ -49,7 +50,7 @@ impl DepthConfidence {
         Self { offset, seen: seen / (near + seen) }
     }
 
-    /// `part` of the way to `other`.
+    /// Interpolates linearly: 0 for `part` gives this, 1 gives `other`.
     #[inline(always)]
     pub fn towards(self, other: Self, part: f32) -> Self {
         let between = |from: f32, to: f32| from + (to - from) * part;
@@ -57,25 +58,25 @@ impl DepthConfidence {
     }
 }
 
-/// Beliefs tile by tile.
+/// DepthConfidence of each tile, row by row.
 #[derive(Debug, PartialEq)]
 pub struct Beliefs {
     columns: usize,
     tiles: Vec<DepthConfidence>,
 }
 
-/// The beliefs in a row of pixels from `pixels.start` on, where they change evenly.
+/// Run of pixels in one row, from `pixels.start` on, along which the belief changes linearly.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Segment {
     pub pixels: Range<usize>,
-    /// At the first pixel.
+    /// DepthConfidence at the first pixel.
     first: DepthConfidence,
-    /// At the pixel after the last one of a whole segment.
+    /// DepthConfidence at the pixel after the last one of a complete segment.
     end: DepthConfidence,
 }
 
 impl Segment {
-    /// At the pixel that is number `at` of the segment.
+    /// DepthConfidence at pixel `at` of the segment, counted from its first.
     #[inline(always)]
     pub fn belief(&self, at: usize) -> DepthConfidence {
         self.first.towards(self.end, at as f32 * (1.0 / TILE as f32))
@@ -83,14 +84,15 @@ impl Segment {
 }
 
 impl Beliefs {
-    /// In row `y` of a frame of this `width`: between the middles of tiles, and beyond those at the edges.
+    /// Segments of row `y` in a frame of `width` columns. Beliefs are interpolated bilinearly between tile centres, and
+    /// constant beyond those at the edges.
     pub fn row(&self, y: usize, width: usize) -> impl Iterator<Item = Segment> {
         let (above, below, part) = between(y, self.tiles.len() / self.columns);
         let belief = move |column: usize| {
             let [above, below] = [above, below].map(|row| self.tiles[row * self.columns + column]);
             above.towards(below, part)
         };
-        // From the middle of a tile to that of the next.
+        // Segments reach from one tile centre to the next.
         let starts = (0..=self.columns).map(move |tile| (tile * TILE).saturating_sub(TILE / 2));
         starts.filter(move |start| *start < width).map(move |start| {
             let (left, right, part) = between(start, self.columns);
@@ -103,19 +105,23 @@ impl Beliefs {
     }
 }
 
-/// The tiles, of `count` in a row, between whose middles pixel `at` lies, and which part of the way it is from one to the other.
+/// The two of `count` tiles in a row whose centres pixel `at` lies between, and the fraction of the way from the first
+/// to the second.
 fn between(at: usize, count: usize) -> (usize, usize, f32) {
     let place = ((at as f32 + 0.5) / TILE as f32 - 0.5).clamp(0.0, (count - 1) as f32);
     let first = place as usize;
     (first, (first + 1).min(count - 1), place - first as f32)
 }
 
-/// Squared errors of each guess, of all samples of a tile.
+/// Squared error of each guess, summed over the samples of a tile.
 type Errors = [f32; COUNT];
 
-/// Believes in each tile the guesses the more, the less `last` differs along them from the samples of `sparse`. At a sample itself
-/// the distance is known: each sample is looked for along the motion of a pixel beside it that was not sampled too, every other
-/// one along that of the pixel right of it if it can be, the rest along that of the pixel below. Both would tell nearly the same.
+/// Weighs the guesses in each tile: the better the `last` frame along a guess's motion matches the samples of `sparse`,
+/// the more weight it gets.
+///
+/// At a sample itself the distance is known, so it cannot test a guess. Each sample is looked up along the motion of an
+/// unsampled neighbour instead. Samples take the right and the lower neighbour in turn, or the only unsampled one;
+/// using both would tell little more.
 pub fn believe(guesses: &DepthHypotheses, sparse: &Frame, to_last: &Reprojection, last: &Frame) -> Beliefs {
     let size = sparse.size();
     let columns = (size.width as usize).div_ceil(TILE);
@@ -127,7 +133,7 @@ pub fn believe(guesses: &DepthHypotheses, sparse: &Frame, to_last: &Reprojection
     Beliefs { columns, tiles: (0..tiles).map(belief).collect() }
 }
 
-/// The errors of tile number `tile` and of those around it, in rows of `columns`.
+/// Weighted sum of the errors of tile number `tile` and its neighbours, in rows of `columns` tiles.
 fn around(errors: &[Errors], columns: usize, tile: usize) -> Errors {
     let (column, row) = (tile % columns, tile / columns);
     let near = |at: usize, end: usize| (at + 1).saturating_sub(NEARBY.len())..(at + NEARBY.len()).min(end);
@@ -143,7 +149,7 @@ fn around(errors: &[Errors], columns: usize, tile: usize) -> Errors {
     sum
 }
 
-/// The finding of the errors of a tile.
+/// SIMD operation that sums the errors of one tile.
 struct TileErrors<'a> {
     evidence: &'a Evidence<'a>,
     tile: [usize; 2],
@@ -157,7 +163,7 @@ impl SimdOp for TileErrors<'_> {
     }
 }
 
-/// What guesses are judged by.
+/// Data against which guesses are judged.
 struct Evidence<'a> {
     guesses: &'a DepthHypotheses,
     sparse: &'a Frame,
@@ -181,7 +187,7 @@ impl Evidence<'_> {
         let mut here = self.sampled(left, top);
         for y in top..top + rows {
             let below = self.sampled(left, y + 1);
-            // Pixels that are sampled, and those right of and below which none is.
+            // Sampled pixels, and those whose right or lower neighbour is not sampled.
             let sampled = here.are & TILE_BITS;
             let (alone_right, alone_below) = (here.not >> 1, below.not);
             let first_right = EVERY_OTHER << (y % 2);
@@ -202,7 +208,7 @@ impl Evidence<'_> {
         self.judge(&mut batch, errors);
     }
 
-    /// Which pixels of a row are sampled, from column `left` on, those of a tile and one more.
+    /// Sampling bits of row `y` from column `left` on, for the pixels of a tile and one more.
     #[inline(always)]
     fn sampled(&self, left: usize, y: usize) -> Sampled {
         let (width, height) = (self.size.width as usize, self.size.height as usize);
@@ -217,7 +223,7 @@ impl Evidence<'_> {
         found
     }
 
-    /// Adds the looking for the colour of pixel `at` along the motion of pixel `beside` to `batch`.
+    /// Adds the sample at pixel `at` to `batch`, to be looked up along the motion of its neighbour `beside`.
     #[inline(always)]
     fn put(&self, at: [usize; 2], beside: [usize; 2], batch: &mut Batch) {
         let lane = batch.count;
@@ -230,7 +236,7 @@ impl Evidence<'_> {
         batch.count += 1;
     }
 
-    /// Adds the errors of `batch`, which is empty then.
+    /// Adds the errors of `batch` to `errors`, and empties the batch.
     #[inline(always)]
     fn judge(&self, batch: &mut Batch, errors: &mut Errors) {
         for (guess, error) in errors.iter_mut().enumerate() {
@@ -255,7 +261,8 @@ impl Evidence<'_> {
         batch.count = 0;
     }
 
-    /// The difference of `colour` and the last frame at `place`, both of alpha 1; none outside it.
+    /// Difference of the last frame at `place` (bilinear) and `colour`, both with alpha 1. `None` if `place` lies
+    /// outside the frame.
     #[inline(always)]
     fn difference(&self, place: [f32; 2], colour: [f32; 4]) -> Option<Vec4> {
         let (width, height) = (self.size.width as usize, self.size.height as usize);
@@ -263,7 +270,7 @@ impl Evidence<'_> {
         if !(x >= 0.0 && y >= 0.0 && x <= (width - 1) as f32 && y <= (height - 1) as f32) {
             return None;
         }
-        // 32 bits are enough, and take one instruction.
+        // Casts to 32 bits take a single instruction, and suffice.
         let (x0, y0) = (x as i32, y as i32);
         let (right, down) = (x - x0 as f32, y - y0 as f32);
         let (x0, y0) = (x0 as usize, y0 as usize);
@@ -276,33 +283,33 @@ impl Evidence<'_> {
     }
 }
 
-/// Pixels of a row, a bit each.
+/// Sampling of a row's pixels, one bit each.
 #[derive(Clone, Copy)]
 struct Sampled {
     are: u32,
-    /// Those that are in the frame and not sampled.
+    /// Pixels inside the frame that are not sampled.
     not: u32,
 }
 
-/// The bits of a tile's pixels.
+/// Bits of the pixels of one tile row.
 const TILE_BITS: u32 = (1 << TILE) - 1;
 
-/// The bits of every other pixel, from the first of an even row on.
+/// Bits of every other pixel, beginning with the first.
 const EVERY_OTHER: u32 = 0x5555_5555;
 
-/// Pairs of pixels that are judged at once.
+/// Pairs of pixels judged at once.
 const LANES: usize = 16;
 
-/// Sampled pixels and those beside them.
+/// Sampled pixels and their unsampled neighbours.
 #[derive(Default)]
 struct Batch {
     count: usize,
     at: [[f32; LANES]; 2],
     beside: [[f32; LANES]; 2],
-    /// One over the distances of those beside them: see [`DepthHypotheses::inverses`].
+    /// Inverse distances of the neighbours, from this frame and from earlier frames: see [`DepthHypotheses::inverses`].
     near: [f32; LANES],
     seen: [f32; LANES],
-    /// Of the sampled ones.
+    /// Colours of the sampled pixels.
     colours: [[f32; 4]; LANES],
 }
 
@@ -314,12 +321,12 @@ mod tests {
 
     const SIZE: FrameSize = FrameSize { width: 96, height: 64 };
 
-    /// What a wall with a pattern on it looks like at pixel (`x`, `y`).
+    /// Colour of a patterned wall at pixel (`x`, `y`).
     fn pattern(x: f32, y: f32) -> f32 {
         0.5 + 0.25 * (0.3 * x).sin() + 0.25 * (0.2 * y + 0.1 * x).cos()
     }
 
-    /// The motions that are found where samples lie `true_inverse` away, but say `told_inverse`.
+    /// Motion found where the true inverse distance of samples is `true_inverse` and the stated one is `told_inverse`.
     fn found(true_inverse: f32, told_inverse: f32, earlier: Option<f32>) -> Vec<[f32; 2]> {
         let [there, here] = [0.0, 10.0].map(|azimuth| Camera::on_sphere(azimuth, 5.0, 2.0, 40.0));
         let to_last = Reprojection::new(&here, &there, SIZE);
@@ -358,7 +365,7 @@ mod tests {
             let [wrong, told_wrong] = [0.5, told].map(|inverse| wrong(motion, inverse));
             assert!(wrong < 0.1 && (told == 0.5 || wrong < 0.3 * told_wrong), "{told}: {wrong} {told_wrong}");
         }
-        // Nothing of this frame fits, but what was seen before does beside its samples.
+        // No guess from this frame fits, but the guess from earlier frames does.
         let motion = found(0.5, 0.9, Some(0.5))[middle];
         assert!(wrong(motion, 0.5) < 0.1, "{motion:?}");
     }

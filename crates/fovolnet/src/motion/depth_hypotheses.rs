@@ -5,20 +5,22 @@ use fovol_net::FilledNumbers;
 use fovol_net::cpu::{Simd, SimdOp};
 use rayon::prelude::*;
 
-/// How far away everything could be, one guess after the other. Distances are in world units: the volume's longest side is 1.
+/// Depth hypotheses (guesses) of every pixel. Distances are in world units: the volume's longest side is 1.
 #[derive(Debug)]
 pub struct DepthHypotheses {
-    /// One over the distances between the samples of this frame, and between these and those of earlier frames.
+    /// Inverse distances interpolated from the samples of this frame, and from these together with those of earlier
+    /// frames.
     filled: FilledNumbers,
 }
 
-/// What is added to the distances between this frame's samples, guess by guess; the guess after these is of earlier frames too.
+/// Offsets added to the distances interpolated from this frame's samples, one guess each. One more guess follows, which
+/// also uses earlier frames.
 pub const OFFSETS: [f32; 5] = [0.0, -0.1, 0.1, -0.2, 0.2];
 
-/// How many guesses there are.
+/// Number of guesses.
 pub const COUNT: usize = OFFSETS.len() + 1;
 
-/// No distance is below this.
+/// Smallest distance of a guess with an offset.
 pub const NEAREST: f32 = 0.05;
 
 impl DepthHypotheses {
@@ -30,14 +32,14 @@ impl DepthHypotheses {
         self.filled.size()
     }
 
-    /// One over the distance of a pixel between the samples of this frame, and between these and those of earlier frames; 0 where
-    /// nothing is known.
+    /// Inverse distances at `pixel`: from the samples of this frame, and from these together with those of earlier
+    /// frames. 0 if unknown.
     #[inline(always)]
     pub fn inverses(&self, pixel: [usize; 2]) -> [f32; 2] {
         self.filled.at(pixel)
     }
 
-    /// The motion along the guesses, each as far as `beliefs` believe it.
+    /// Motion of every pixel to the last frame, from the guesses weighed by `beliefs`. In pixels, x right and y down.
     pub fn motion(&self, beliefs: &Beliefs, to_last: &Reprojection) -> Vec<[f32; 2]> {
         let width = self.size().width as usize;
         let mut motion = vec![[0.0; 2]; self.size().pixels()];
@@ -50,7 +52,7 @@ impl DepthHypotheses {
     }
 }
 
-/// The numbers of a row.
+/// Buffers for one row.
 #[derive(Default)]
 struct Memory {
     near: Vec<f32>,
@@ -58,7 +60,7 @@ struct Memory {
     line: Vec<f32>,
 }
 
-/// The motion of the pixels of a row.
+/// SIMD operation that finds the motion of one row of pixels.
 struct MotionOfRow<'a> {
     guesses: &'a DepthHypotheses,
     beliefs: &'a Beliefs,
@@ -86,26 +88,26 @@ impl SimdOp for MotionOfRow<'_> {
     }
 }
 
-/// One over the distance that is believed where `near` and `seen` are guesses of it.
+/// Inverse distance from the guesses `near` (this frame) and `seen` (earlier frames too), weighed by `belief`.
 #[inline(always)]
 fn believed(belief: DepthConfidence, near: f32, seen: f32) -> f32 {
     let near = moved_by(near, belief.offset);
     if near > 0.0 { near + (seen - near) * belief.seen } else { seen }
 }
 
-/// One over the distance of a pixel as guess number `guess` has it, where it is `near` and `seen`: see [`DepthHypotheses::inverses`].
+/// Inverse distance of guess number `guess`, from the two values of [`DepthHypotheses::inverses`].
 #[inline(always)]
 pub fn guessed(guess: usize, near: f32, seen: f32) -> f32 {
     OFFSETS.get(guess).map_or(seen, |offset| moved_by(near, *offset))
 }
 
-/// `inverse`, one over a distance, with `offset` added to that.
+/// Inverse of the distance 1/`inverse` + `offset`.
 #[inline(always)]
 fn moved_by(inverse: f32, offset: f32) -> f32 {
     if inverse > 0.0 && offset != 0.0 { 1.0 / (1.0 / inverse + offset).max(NEAREST) } else { inverse }
 }
 
-/// The motion of the pixels of a frame of `size` that are one over `inverse` away.
+/// Motion of all pixels of a frame of `size` from their inverse distances.
 pub fn motion_of(size: FrameSize, reprojection: &Reprojection, inverse: &[f32]) -> Vec<[f32; 2]> {
     let width = size.width as usize;
     let mut motion = vec![[0.0; 2]; size.pixels()];
@@ -117,7 +119,7 @@ pub fn motion_of(size: FrameSize, reprojection: &Reprojection, inverse: &[f32]) 
     motion
 }
 
-/// The motion of the pixels of row `y`, each one over `inverse` away; none where that is 0.
+/// Writes the motion of row `y` from the inverse distances of its pixels; no motion where that is 0.
 #[inline(always)]
 fn put_motion(row: &mut [[f32; 2]], y: usize, reprojection: &Reprojection, inverse: &[f32]) {
     for (x, (to, inverse)) in row.iter_mut().zip(inverse).enumerate() {

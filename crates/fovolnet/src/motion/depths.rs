@@ -4,20 +4,20 @@ use fovol_net::cpu::{Simd, SimdOp};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// How far away is what some pixels of a frame show.
+/// Depths of some pixels of a frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Depths {
     size: FrameSize,
-    /// With one over the distance of each from the eye, 0 where nothing was met.
+    /// Pixels with their inverse distances from the eye; 0 where the ray met nothing.
     known: Vec<(Pixel, f32)>,
 }
 
 impl Depths {
-    /// Of the pixels of `list`, whose rays met what they show at these `distances` from the eye; infinite where they met
-    /// nothing (see [`RayResult::depth`]).
+    /// Depths of the pixels of `list` from the `distances` of their ray results: distances from the eye in world units,
+    /// infinite where the ray met nothing (see [`RayResult::depth`]).
     ///
     /// # Panics
-    /// When there are not as many distances as pixels.
+    /// If the numbers of distances and pixels differ.
     ///
     /// [`RayResult::depth`]: fovol_render::scene::RayResult
     pub fn new(list: &SampleList, distances: &[f32]) -> Self {
@@ -26,12 +26,12 @@ impl Depths {
         Self { size: list.size(), known: list.pixels().iter().copied().zip(inverse).collect() }
     }
 
-    /// Of pixels of a frame of `size` with one over the distance of each, 0 where nothing was met.
+    /// Depths of a frame of `size` from pixels with their inverse distances, 0 where the ray met nothing.
     pub fn of_inverse(size: FrameSize, known: Vec<(Pixel, f32)>) -> Self {
         Self { size, known }
     }
 
-    /// Those in `region`, their pixels counted from its first one.
+    /// Depths in `region`, with pixel positions relative to its top left pixel.
     #[must_use]
     pub fn within(&self, region: Region) -> Self {
         let moved = |(pixel, inverse): &(Pixel, f32)| {
@@ -42,15 +42,16 @@ impl Depths {
         Self { size: region.size, known: self.known.iter().filter_map(moved).collect() }
     }
 
-    /// Between them, and where nothing is known nearby.
+    /// Interpolates the depths to every pixel of the frame.
     pub fn filled(&self) -> Filled {
         let [known, nothing] = [self.put(vec![0.0; self.size.pixels()]), vec![0.0; self.size.pixels()]];
         let [inverse, _] = FilledNumbers::new(self.size, [known, nothing]).pictures();
         Filled { size: self.size, inverse }
     }
 
-    /// One over the distances between these, and between them and what frames `earlier` knew, seen from here: the nearest where
-    /// several fall on a pixel. What is known of this frame is known better.
+    /// Interpolates inverse distances to every pixel in two ways: from these samples alone, and from these together
+    /// with those of `earlier` frames. Earlier samples are reprojected to this view; the nearest one wins at each
+    /// pixel, and samples of this frame replace them.
     pub fn filled_with(&self, earlier: &[(Reprojection, &Self)]) -> FilledNumbers {
         let (near, seen) = rayon::join(
             || self.put(vec![0.0; self.size.pixels()]),
@@ -63,15 +64,15 @@ impl Depths {
         FilledNumbers::new(self.size, [near, seen])
     }
 
-    /// Makes `seen` the nearest of what it is, and what this knew, seen from `here`: the bits of one over distances, which are in
-    /// the order of these numbers as none is negative.
+    /// Reprojects these depths by `here` and raises `seen` to their inverse distances, so that the nearest remains.
+    /// `seen` holds the bits of f32 values. None is negative, so the bits are in the order of the values.
     fn see(&self, here: &Reprojection, seen: &[AtomicU32]) {
         self.known.par_chunks(KNOWN_OF_TASK).for_each(|known| {
             Simd::best().vectorised(Seeing { known, here, size: self.size, seen });
         });
     }
 
-    /// `inverse` with what is known here.
+    /// Overwrites `inverse` at the pixels whose depths are known.
     fn put(&self, mut inverse: Vec<f32>) -> Vec<f32> {
         for (pixel, known) in &self.known {
             inverse[pixel.index(self.size.width)] = *known;
@@ -80,13 +81,13 @@ impl Depths {
     }
 }
 
-/// How many pixels a task moves.
+/// Pixels reprojected by one task.
 const KNOWN_OF_TASK: usize = 4096;
 
-/// Pixels that are moved at once.
+/// Pixels reprojected at once.
 const LANES: usize = 16;
 
-/// The seeing of what some pixels of another frame showed.
+/// SIMD operation that reprojects some pixels of another frame.
 struct Seeing<'a> {
     known: &'a [(Pixel, f32)],
     here: &'a Reprojection,
@@ -112,20 +113,21 @@ impl SimdOp for Seeing<'_> {
 }
 
 impl Seeing<'_> {
-    /// Puts what is one over `inverse` away to the pixel that (`x`, `y`) lies in, if there is one.
+    /// Writes the inverse distance `inverse` to the pixel at (`x`, `y`), if it lies in the frame and nothing nearer is
+    /// there.
     #[inline(always)]
     fn put(&self, x: f32, y: f32, inverse: f32) {
         let (width, height) = (self.size.width as f32, self.size.height as f32);
         let (x, y) = (x + 0.5, y + 0.5);
         if inverse > 0.0 && x >= 0.0 && y >= 0.0 && x < width && y < height {
-            // 32 bits are enough, and take one instruction.
+            // Casts to 32 bits take a single instruction, and suffice.
             let i = y as i32 as usize * self.size.width as usize + x as i32 as usize;
             raise(&self.seen[i], inverse.to_bits());
         }
     }
 }
 
-/// Places of points, and one over the distance of each, 0 where there is none.
+/// Positions of points in pixels, and their inverse distances; 0 for none.
 #[derive(Default)]
 struct Moved {
     x: [f32; LANES],
@@ -134,7 +136,7 @@ struct Moved {
 }
 
 impl Moved {
-    /// Moves them to where they are seen from `here`; what is not in front becomes one of those.
+    /// Moves the points to their positions in the other view, `here`. Points behind its eye get the inverse distance 0.
     #[inline(always)]
     fn make(&mut self, here: &Reprojection) {
         for lane in 0..LANES {
@@ -145,7 +147,7 @@ impl Moved {
     }
 }
 
-/// Makes `number` at least `to`. Most are that already or were 0: reading first saves what changing costs.
+/// Raises `number` to at least `to`. Most numbers need no change, so a plain read first avoids costly writes.
 #[inline(always)]
 fn raise(number: &AtomicU32, to: u32) {
     if number.load(Ordering::Relaxed) < to {
@@ -153,7 +155,7 @@ fn raise(number: &AtomicU32, to: u32) {
     }
 }
 
-/// How far away is what every pixel of a frame shows.
+/// Depths of every pixel of a frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Filled {
     size: FrameSize,
@@ -161,12 +163,12 @@ pub struct Filled {
 }
 
 impl Filled {
-    /// The size of the frame.
+    /// Size of the frame.
     pub fn size(&self) -> FrameSize {
         self.size
     }
 
-    /// One over the distance for every pixel, row by row; 0 everywhere where nothing is known at all.
+    /// Inverse distance of every pixel, row by row; all 0 if no depth is known.
     pub fn inverse(&self) -> &[f32] {
         &self.inverse
     }
@@ -192,7 +194,7 @@ mod tests {
         assert_eq!(near, now.filled().inverse());
         assert!((filled[(y * 32 + x) as usize] - inverse).abs() < 1e-6);
         assert!((filled[0] - 0.4).abs() < 1e-6);
-        // This frame saw nothing there.
+        // Rays of this frame met nothing there.
         let nothing = (Pixel { x: x as u16, y: y as u16 }, 0.0);
         let now = Depths::of_inverse(size, vec![(Pixel { x: 0, y: 0 }, 0.4), nothing]);
         let [_, filled] = now.filled_with(&[(reprojection, &before)]).pictures();

@@ -1,10 +1,12 @@
-//! Where every pixel was in the last frame, as far as sparse samples tell.
+//! Motion of every pixel to its position in the last frame, estimated from sparse samples.
 //!
-//! Samples know how far away is what they show; between them distances are guessed, and where layers lie behind one another a
-//! single distance is no more than a guess even at a sample. So there are several guesses ([`DepthHypotheses`]): what lies between the
-//! samples of this frame, the same nearer and farther, and what lies between the samples of this frame and of some frames before,
-//! seen from here ([`Depths`]). In every part of the frame those are believed most along which the last frame resembles this frame's
-//! samples most ([`belief`]): the step from plane sweeping in stereo to few pixels with known colours.
+//! Only samples have a distance. Between them it must be guessed, and where layers overlap a single distance is a guess
+//! even at a sample. So each pixel has several depth hypotheses ([`DepthHypotheses`]). One is interpolated from the samples of
+//! this frame. Others are the same surface moved nearer and farther. The last one also uses samples of earlier frames,
+//! reprojected to this view ([`Depths`]).
+//!
+//! Each part of the frame prefers the guesses along whose motion the last frame best matches this frame's samples
+//! ([`depth_confidence`]). This is plane sweeping from stereo vision, with few pixels of known colour.
 
 mod depth_confidence;
 mod depth_hypotheses;
@@ -21,25 +23,27 @@ use rayon::prelude::*;
 use std::borrow::Cow;
 use std::collections::VecDeque;
 
-/// Frames before the last whose samples are still seen: surfaces turn away and layers shift in more.
+/// Number of frames before the last whose samples are used. Older samples no longer help: surfaces turn away and layers
+/// shift.
 pub const REMEMBERED: usize = 6;
 
-/// What is known of a frame before anything is reconstructed.
+/// Sparse frame with depths, before reconstruction.
 #[derive(Debug, Clone, Copy)]
 pub struct Sparse<'a> {
-    /// Sampled colours; alpha 1 where sampled.
+    /// Sampled colours; alpha is 1 at samples.
     pub frame: &'a Frame,
-    /// How far away they are.
+    /// Depths of the samples.
     pub depths: &'a Depths,
 }
 
-/// For each pixel of the frame of `now` the way in pixels (x right, y down) to where it was in the `last` frame, which
-/// `to_last` leads to; `earlier` are the depths of frames before, each with what leads from there to this one.
+/// Estimates the motion of every pixel of the frame `now`: the vector in pixels (x right, y down) to its position in
+/// the `last` frame.
 ///
-/// Nothing moves where no ray met anything.
+/// `to_last` maps pixels of this frame to the last one. `earlier` are the depths of frames before, each with the
+/// mapping from there to this frame. Pixels whose rays met nothing do not move.
 ///
 /// # Panics
-/// When frames are of different sizes.
+/// If the frames differ in size.
 pub fn motion(
     now: Sparse<'_>,
     earlier: &[(Reprojection, &Depths)],
@@ -52,26 +56,26 @@ pub fn motion(
     guesses.motion(&beliefs, to_last)
 }
 
-/// The motion that `reprojection` gives the distances of `filled`. Nothing moves where there are none.
+/// Motion of every pixel by `reprojection` at the distances of `filled`; none where the distance is unknown.
 pub fn motion_of_depths(filled: &Filled, reprojection: &Reprojection) -> Vec<[f32; 2]> {
     depth_hypotheses::motion_of(filled.size(), reprojection, filled.inverse())
 }
 
-/// Finds the motion of frame after frame of one clip.
+/// Estimates the motion of the frames of one clip, one after the other.
 #[derive(Debug, Clone, Default)]
 pub struct MotionFinder {
-    /// The last frames, the last one at the back.
+    /// Cameras and depths of the last frames, oldest first.
     seen: VecDeque<(Camera, Depths)>,
 }
 
 impl MotionFinder {
-    /// The motion of the frame of `now`, seen by `camera`, the next of the clip: see [`motion()`]; without a full `last` frame
-    /// only what this frame's samples tell. `None` for the first frame.
+    /// Motion of the frame `now` of the camera `camera`, the next frame of the clip; see [`motion()`]. Without a full
+    /// `last` frame it uses this frame's samples only. `None` for the first frame.
     pub fn find(&self, now: Sparse<'_>, camera: &Camera, last: Option<&Frame>) -> Option<Vec<[f32; 2]>> {
         self.find_in(Region::whole(now.frame.size()), now, camera, last)
     }
 
-    /// The same where nothing moves but in `region`, in which all lies that can be seen.
+    /// Motion as in [`Self::find`], if nothing outside `region` is visible. Pixels outside do not move.
     pub fn find_in(
         &self,
         region: Region,
@@ -107,7 +111,7 @@ impl MotionFinder {
         Some(everywhere)
     }
 
-    /// Remembers a frame that `camera` saw.
+    /// Remembers the depths of a frame of `camera`.
     pub fn remember(&mut self, camera: &Camera, depths: Depths) {
         if self.seen.len() == REMEMBERED {
             self.seen.pop_front();
@@ -115,13 +119,13 @@ impl MotionFinder {
         self.seen.push_back((*camera, depths));
     }
 
-    /// Forgets what was seen, as after a cut.
+    /// Forgets all earlier frames, as after a cut.
     pub fn reset(&mut self) {
         self.seen.clear();
     }
 }
 
-/// The part of `frame` that `region` is.
+/// Copy of the part `region` of `frame`; borrowed if it is the whole frame.
 fn part(region: Region, frame: &Frame) -> Cow<'_, Frame> {
     match region == Region::whole(frame.size()) {
         true => Cow::Borrowed(frame),
@@ -185,7 +189,7 @@ mod tests {
         assert!(moved * 2.5 < still, "{moved} {still}");
     }
 
-    /// How far `motion` leads from where the last frame shows what `full` does: the mean squared error where that shows anything.
+    /// Mean squared error of the last frame along `motion` against `full`, over the pixels that show something.
     fn error(full: &Frame, last: &Frame, motion: &[[f32; 2]]) -> f32 {
         let width = full.size().width as usize;
         let [mut sum, mut shown] = [0.0, 0.0];
@@ -209,7 +213,7 @@ mod tests {
         sum / shown
     }
 
-    /// A twentieth of the pixels, others in each frame.
+    /// Samples of a twentieth of the pixels, different ones in each frame.
     fn sampled(renderer: &Renderer, camera: &Camera, size: FrameSize, t: u32) -> (Frame, Depths) {
         let pixels = (0..size.height).flat_map(|y| (0..size.width).map(move |x| (x, y)));
         let chosen =

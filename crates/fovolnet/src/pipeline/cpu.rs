@@ -8,7 +8,7 @@ use fovol_render::cpu::{self, RenderOptions, Renderer, compact, direct, mask_of,
 use fovol_render::scene::RayResult;
 use std::time::Duration;
 
-/// Rays on the processor.
+/// Ray marcher of the pipeline on the CPU.
 #[derive(Debug)]
 pub struct CpuMarcher {
     renderer: Renderer,
@@ -20,39 +20,39 @@ impl CpuMarcher {
         Ok(Self { renderer: Renderer::new(scene, options)?, sampler })
     }
 
-    /// Goes on with another scene around the same volume, and other settings.
+    /// Replaces the scene and the settings; the volume stays the same.
     pub fn change(&mut self, scene: &Scene, settings: &RenderSettings) -> crate::Result<()> {
         self.renderer.set_scene(scene)?;
         self.sampler.change(settings);
         Ok(())
     }
 
-    /// How long the cached shadows took to make.
+    /// Time that the grid of cached shadows took.
     pub fn shadow_grid_time(&self) -> Duration {
         self.renderer.shadow_grid_time()
     }
 
-    /// What the rays of the pixels of `list` bring back.
+    /// Marches the pixels of `list`; results are in list order.
     pub fn march_list(&self, camera: &Camera, list: &SampleList) -> Vec<RayResult> {
         self.renderer.march_list(camera, list).0
     }
 
-    /// What the rays of the pixels of `list` bring back with exact shadows where others are cached.
+    /// Marches the pixels of `list` with exact shadows, even if the scene has cached ones.
     pub fn march_list_exactly(&mut self, camera: &Camera, list: &SampleList) -> Vec<RayResult> {
         self.renderer.with_exact_shadows(|renderer| renderer.march_list(camera, list).0)
     }
 
-    /// The frame with every pixel marched, with exact shadows where others are cached.
+    /// Marches every pixel with exact shadows, even if the scene has cached ones.
     pub fn reference(&mut self, camera: &Camera, size: FrameSize) -> Frame {
         self.renderer.with_exact_shadows(|renderer| renderer.march_full(camera, size).0)
     }
 
-    /// The frame with every pixel marched.
+    /// Marches every pixel.
     fn march_full(&self, camera: &Camera, size: FrameSize) -> Frame {
         self.renderer.march_full(camera, size).0
     }
 
-    /// What was marched of the frame of `view`, and what can be seen in it.
+    /// Renders the samples of the frame of `view`, and finds the region in which the scene can be seen.
     pub fn sample(&self, view: &View) -> Sampled {
         let region = self.renderer.visible_region(&view.camera, view.size);
         let seen = Seen { region, background: self.renderer.background() };
@@ -99,7 +99,7 @@ impl CpuMarcher {
         cpu::mask(&view.fovea, self.sampler.size, &self.sampler.noise, view.index)
     }
 
-    /// Marches `list`, which was made in what `timings` say.
+    /// Marches `list`. `timings` has the times of making the list.
     fn listed(&self, view: &View, list: SampleList, mask: Option<SampleMask>, timings: Timings) -> Sampled {
         let timer = Timer::start();
         let (marched, _) = self.renderer.march_list(&view.camera, &list);
@@ -107,7 +107,7 @@ impl CpuMarcher {
     }
 }
 
-/// The frame of `list`, which has been `marched` since the timer was started.
+/// Makes the sparse frame of `list` from its ray results `marched`. The timer was started before marching.
 fn scattered(
     list: SampleList,
     marched: &[RayResult],

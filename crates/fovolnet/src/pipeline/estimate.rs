@@ -1,4 +1,4 @@
-//! The memory that a pipeline will take, added up before any of it is asked for.
+//! Estimate of a pipeline's memory, checked before any is allocated.
 
 use super::Pipeline;
 use crate::{Error, OpenDevice, RenderSettings, Result, Sampling};
@@ -7,28 +7,28 @@ use fovol_core::{Pixel, Scene};
 use fovol_render::cpu::Renderer;
 use fovol_render::scene::RayResult;
 
-/// A pixel of a frame.
+/// Bytes of one pixel of a frame.
 const COLOUR: usize = size_of::<[f32; 4]>();
-/// A pixel that was marched, and what its ray brought back.
+/// Bytes of one marched pixel and its ray result.
 const MARCHED: usize = size_of::<Pixel>() + size_of::<RayResult>();
 
-/// Refuses what cannot fit into memory.
+/// Returns an error if the pipeline would not fit into memory.
 pub fn check(device: &OpenDevice, scene: &Scene, settings: &RenderSettings) -> Result<()> {
     let size = settings.frame_size();
     let estimate = Renderer::estimate(scene, Estimate::new(format!("rendering frames of {size}")));
     let estimate = match device {
         OpenDevice::Cpu => estimate.with("frames", frames(settings)),
-        // Only what is uploaded is made here, and only what is read back of frames comes here.
+        // On a GPU the host memory holds only uploads and read-backs.
         #[cfg(feature = "gpu")]
         OpenDevice::Gpu(_) => estimate,
     };
     Ok(estimate.check(SMALLER_BOTH).map_err(fovol_core::Error::from)?)
 }
 
-/// The bytes of the frames that are there at the same time while one is made.
+/// Bytes of the frames that exist at the same time while one is rendered.
 fn frames(settings: &RenderSettings) -> u64 {
     let bytes = match settings.sampling() {
-        // What all rays brought back, and the frame that is made of it.
+        // All ray results, and the frame made from them.
         Sampling::Full => COLOUR + MARCHED,
         // The sparse frame and the full one.
         Sampling::Reject | Sampling::Direct | Sampling::Compact => 2 * COLOUR,
@@ -37,14 +37,14 @@ fn frames(settings: &RenderSettings) -> u64 {
 }
 
 impl Pipeline {
-    /// Refuses to make frames together with their references where both cannot fit into memory.
+    /// Checks that frames and their references fit into memory together.
     ///
     /// # Errors
-    /// More memory than there is.
+    /// Too little memory.
     pub fn check_references(&self) -> Result<()> {
         let size = self.size();
         let pixels = size.pixels();
-        // While the reference is made the rendered frame is there, sparse and full.
+        // The sparse and the full frame are kept while the reference is rendered.
         Estimate::new(format!("rendering frames of {size} and their references"))
             .with("frames", (pixels * 2 * COLOUR) as u64)
             .with("references", (pixels * (COLOUR + MARCHED)) as u64)

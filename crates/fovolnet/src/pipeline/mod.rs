@@ -1,4 +1,4 @@
-//! Mask, march and reconstruction of frame after frame.
+//! Rendering pipeline: mask, march and reconstruction of one frame after another.
 
 mod cpu;
 mod estimate;
@@ -27,31 +27,31 @@ use std::time::Instant;
 pub use view::Viewpoint;
 use view::{Paths, View};
 
-/// Milliseconds that the parts of a frame took; 0 for what did not run, or is not known apart. Reports have the four parts that
-/// make up a frame; [`Timings::finer`] has what these consist of.
+/// Times of the stages of a frame in milliseconds; 0 for stages that did not run or were not timed apart. Reports hold
+/// mask, march, reconstruct and total; [`Timings::finer`] splits them further.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Timings {
-    /// Mask and compaction, or drawing positions.
+    /// Mask and compaction, or drawing random positions.
     pub mask: f64,
-    /// What of that made the list of pixels.
+    /// Compaction of the mask to a list of pixels; part of `mask`.
     #[serde(skip)]
     pub compact: f64,
     /// Marching and scatter.
     pub march: f64,
-    /// What of that made the sparse frame.
+    /// Scatter of ray results to the sparse frame; part of `march`.
     #[serde(skip)]
     pub scatter: f64,
     /// Motion and filling.
     pub reconstruct: f64,
-    /// What of that found motion.
+    /// Estimation of motion; part of `reconstruct`.
     #[serde(skip)]
     pub motion: f64,
-    /// All of it.
+    /// Whole frame.
     pub total: f64,
 }
 
 impl Timings {
-    /// What `reduce` makes of each part of `all`: a mean or a median.
+    /// Applies `reduce`, such as a mean or a median, to each stage over `all`.
     pub fn reduced(all: &[Self], reduce: impl Fn(&mut [f64]) -> f64) -> Self {
         let part = |of: fn(&Self) -> f64| reduce(&mut all.iter().map(of).collect::<Vec<_>>());
         Self {
@@ -65,13 +65,13 @@ impl Timings {
         }
     }
 
-    /// As those of a frame for which the cached shadows were made in `ms` milliseconds: marching begins with that.
+    /// Adds `ms` milliseconds for the grid of cached shadows to the march and the total.
     #[must_use]
     pub fn with_shadow_grid(self, ms: f64) -> Self {
         Self { march: self.march + ms, total: self.total + ms, ..self }
     }
 
-    /// Every stage with its milliseconds; together they are the frame but for what lies between them.
+    /// Names and times of all stages. Their sum is the total without the gaps between stages.
     pub fn finer(&self) -> [(&'static str, f64); 6] {
         [
             ("mask", self.mask - self.compact),
@@ -84,54 +84,55 @@ impl Timings {
     }
 }
 
-/// One frame, and what led to it.
+/// Rendered frame and its intermediate results.
 #[derive(Debug, Clone)]
 pub struct RenderedFrame {
-    /// Its number.
+    /// Frame number.
     pub index: u32,
-    /// What was sampled: alpha 1 there, transparent black elsewhere.
+    /// Sparse frame: alpha 1 at samples, transparent black elsewhere.
     pub sparse: Frame,
-    /// Which pixels were sampled.
+    /// Sampled pixels.
     pub mask: SampleMask,
-    /// The full frame; the sparse one where reconstruction is off.
+    /// Full frame; the sparse one if reconstruction is off.
     pub frame: Frame,
-    /// For each pixel the way to where it was in the last frame, see [`crate::MotionFinder`]; found where a network uses it or
-    /// [`Pipeline::find_motion`] asked for it, from the second frame on.
+    /// Motion of each pixel to its position in the last frame, see [`crate::MotionFinder`]. Present from the second
+    /// frame on, if a network uses motion or [`Pipeline::find_motion`] was called.
     pub motion: Option<Vec<[f32; 2]>>,
-    /// How many pixels were marched, repeated ones included.
+    /// Number of marched pixels, repeated ones included.
     pub samples: usize,
-    /// How many of them repeated others, where positions were drawn.
+    /// Number of repeated pixels, if positions were drawn at random.
     pub lost: Option<usize>,
-    /// How long it took.
+    /// Times of the stages.
     pub timings: Timings,
 }
 
-/// What is known of a frame that stays on the device once it is done.
+/// Facts about a finished frame that stayed on the device.
 #[cfg(feature = "gpu")]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DoneFrame {
-    /// Its number.
+    /// Frame number.
     pub index: u32,
-    /// How many pixels were marched, repeated ones included.
+    /// Number of marched pixels, repeated ones included.
     pub samples: usize,
-    /// How long the device took.
+    /// Times on the device.
     pub timings: Timings,
 }
 
-/// A frame that stays on the device, see [`Pipeline::display_from`].
+/// Frame that stays on the device, see [`Pipeline::display_from`].
 #[cfg(feature = "gpu")]
 #[derive(Debug, Clone)]
 pub struct DeviceFrame {
-    /// Its number.
+    /// Frame number.
     pub index: u32,
-    /// The full frame: opaque colours of the display in rgba8unorm. Whatever is submitted to the queue later finds it made;
-    /// the third frame after it takes its place.
+    /// Full frame: opaque display colours in rgba8unorm. Later submissions to the queue see it finished. The third
+    /// frame after this one overwrites it.
     pub picture: wgpu::Texture,
-    /// What is known of the frame two before this one, which is done; none where the last two began anew.
+    /// Facts about the frame two before this one, which is finished. `None` for the first two frames after a fresh
+    /// start.
     pub done: Option<DoneFrame>,
 }
 
-/// Mask, march and reconstruction of frame after frame.
+/// Pipeline that renders one frame after another: mask, march and reconstruction.
 #[derive(Debug)]
 pub struct Pipeline {
     volume: OpenVolume,
@@ -148,7 +149,7 @@ pub struct Pipeline {
     threads: rayon::ThreadPool,
 }
 
-/// Where rays are marched.
+/// Ray marcher on the CPU or the GPU.
 #[derive(Debug)]
 enum Marcher {
     Cpu(Box<CpuMarcher>),
@@ -157,20 +158,19 @@ enum Marcher {
 }
 
 impl Pipeline {
-    /// Prepares `volume` for rendering as `settings` say.
+    /// Prepares `volume` for rendering with `settings`.
     ///
     /// # Errors
-    /// Settings that cannot be rendered with, files that they name and that cannot be read, a device that was asked for
-    /// and cannot be used, more memory than there is.
+    /// Invalid settings, files that cannot be read, a requested device that cannot be used, too little memory.
     pub fn new(volume: &OpenVolume, settings: &RenderSettings, speed: &SpeedSettings) -> Result<Self> {
         Self::on(speed.device.clone().unwrap_or_default().open()?, volume, settings, speed)
     }
 
-    /// Prepares `volume` for rendering as `settings` say on a device that is open, which several may share; of the device
-    /// in `speed` counts only whether the processor may take its place.
+    /// Prepares `volume` for rendering on an open device, which several pipelines may share. Of the device in `speed`
+    /// only one thing counts: whether the CPU may replace the GPU.
     ///
     /// # Errors
-    /// As [`Self::new`].
+    /// Errors of [`Self::new`].
     pub fn on(
         device: OpenDevice,
         volume: &OpenVolume,
@@ -208,11 +208,11 @@ impl Pipeline {
         })
     }
 
-    /// Goes on as `settings` say. What they share with the settings so far is kept, the memory of a network too: another
-    /// camera, gaze or density costs nothing, another transfer function or light a small part of beginning anew.
+    /// Changes the settings. Everything that stays valid is kept, also the state of a network. Another camera, gaze or
+    /// density costs nothing; another transfer function or light costs far less than a new pipeline.
     ///
     /// # Errors
-    /// As [`Self::new`]; everything stays as it was then, unless the device is lost.
+    /// Errors of [`Self::new`]. The pipeline is then unchanged, unless the device was lost.
     pub fn change(&mut self, settings: &RenderSettings) -> Result<()> {
         if self.settings == *settings {
             return Ok(());
@@ -242,7 +242,7 @@ impl Pipeline {
         Ok(())
     }
 
-    /// Goes on with another part of the volume, which shares nothing with the one so far.
+    /// Starts over with another part of the volume; nothing of the old scene can be kept.
     fn begin_anew(&mut self, settings: &RenderSettings) -> Result<()> {
         let finds_motion = self.reconstruction.finds_motion;
         *self = Self::on(self.device.clone(), &self.volume, settings, &self.speed)?;
@@ -250,23 +250,23 @@ impl Pipeline {
         Ok(())
     }
 
-    /// The volume.
+    /// Rendered volume.
     pub fn volume(&self) -> &OpenVolume {
         &self.volume
     }
 
-    /// The size of the frames.
+    /// Size of the frames.
     pub fn size(&self) -> FrameSize {
         self.settings.frame_size()
     }
 
-    /// This machine as it is used here.
+    /// Description of the machine as this pipeline uses it.
     pub fn machine(&self) -> Machine {
         self.machine.clone()
     }
 
-    /// Milliseconds that the cached shadows took to make on the processor, before any frame; 0 where there are none. No frame's
-    /// [`Timings`] have them, see [`Timings::with_shadow_grid`].
+    /// Milliseconds that the CPU took for the grid of cached shadows, before any frame; 0 without one. The [`Timings`]
+    /// of frames do not include it, see [`Timings::with_shadow_grid`].
     pub fn shadow_grid_ms(&self) -> f64 {
         match &self.marcher {
             Marcher::Cpu(marcher) => marcher.shadow_grid_time().as_secs_f64() * 1e3,
@@ -275,35 +275,35 @@ impl Pipeline {
         }
     }
 
-    /// What whoever asked for this should know: that something else is used than was asked for, or something slow.
+    /// Notes for the user: on replacements for what was requested, and on slow choices.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }
 
-    /// The camera of frame `i`.
+    /// Camera of frame `i`, in world space.
     pub fn camera(&self, i: u32) -> Camera {
         self.paths.camera(i)
     }
 
-    /// How the volume stands in the world of [`Self::camera`].
+    /// Placement of the volume in the world space of [`Self::camera`].
     pub fn world(&self) -> &WorldBox {
         &self.world
     }
 
-    /// The world's `camera` in the space of the marched box.
+    /// Transforms `camera` from world space to the space of the marched box.
     fn in_box(&self, camera: &Camera) -> Camera {
         self.clip.camera(&self.world.camera(camera))
     }
 
-    /// The fovea of frame `i`.
+    /// Fovea of frame `i`.
     pub fn fovea(&self, i: u32) -> Fovea {
         self.paths.fovea(i)
     }
 
-    /// What the rays of the pixels of `list` bring back, in its order, seen from `camera`.
+    /// Marches the pixels of `list` seen from `camera`; results are in list order.
     ///
     /// # Errors
-    /// A list for frames of another size, a device that is lost.
+    /// A list for frames of another size, a lost device.
     pub fn march(&mut self, camera: &Camera, list: &SampleList) -> Result<Vec<RayResult>> {
         self.march_with(Marcher::march_list, camera, list)
     }
@@ -323,18 +323,18 @@ impl Pipeline {
         Ok(marched)
     }
 
-    /// Frame `i`. Networks take it for the one after the last that was rendered; see [`Self::reset`].
+    /// Renders frame `i`. Networks treat it as the successor of the last rendered frame; see [`Self::reset`].
     ///
     /// # Errors
-    /// A network that cannot go on, a device that is lost.
+    /// Errors of the network, a lost device.
     pub fn render(&mut self, i: u32) -> Result<RenderedFrame> {
         self.render_from(i, &Viewpoint { camera: self.camera(i), fovea: self.fovea(i) })
     }
 
-    /// Frame `i` seen from where somebody stands, wherever the settings' paths lead.
+    /// Renders frame `i` from `viewpoint` instead of the camera and gaze of the settings.
     ///
     /// # Errors
-    /// As [`Self::render`].
+    /// Errors of [`Self::render`].
     pub fn render_from(&mut self, i: u32, viewpoint: &Viewpoint) -> Result<RenderedFrame> {
         if self.settings.is_transparent() {
             return self.render_without_background(i, viewpoint);
@@ -351,13 +351,14 @@ impl Pipeline {
         })
     }
 
-    /// Frame `i` seen from where somebody stands, as a picture that stays on the device: nothing of it goes through the host.
-    /// Returns when the device has been told; while it makes this frame the next one may be asked for, and waits for the
-    /// one before. `None` where frames come by way of the host: on a processor, in precisions and fillings that run there,
-    /// where masks are not listed, and where motion is asked for.
+    /// Renders frame `i` from `viewpoint` to a picture that stays on the device.
+    ///
+    /// Returns once the work is submitted. The next frame may be requested while this one is rendered; that call waits
+    /// for the frame before this one. `None` if frames have to go through the host: on the CPU, with a precision or a
+    /// fill that runs there, with sampling `reject`, or if motion was requested.
     ///
     /// # Errors
-    /// As [`Self::render`].
+    /// Errors of [`Self::render`].
     #[cfg(feature = "gpu")]
     pub fn display_from(&mut self, i: u32, viewpoint: &Viewpoint) -> Result<Option<DeviceFrame>> {
         let (camera, fovea) = (self.in_box(&viewpoint.camera), viewpoint.fovea);
@@ -370,10 +371,10 @@ impl Pipeline {
         }
     }
 
-    /// Waits for the frames that [`Self::display_from`] has under way; what is known of them, in their order.
+    /// Waits for the frames of [`Self::display_from`] in progress; returns facts about them, in order.
     ///
     /// # Errors
-    /// A device that is lost.
+    /// A lost device.
     #[cfg(feature = "gpu")]
     pub fn finish_display(&mut self) -> Result<Vec<DoneFrame>> {
         match &mut self.marcher {
@@ -382,12 +383,12 @@ impl Pipeline {
         }
     }
 
-    /// From now on finds motion also where no network uses it; not where every pixel is marched.
+    /// Finds motion from now on, even if no network uses it. Not for frames with every pixel marched.
     pub fn find_motion(&mut self) {
         self.reconstruction.finds_motion = true;
     }
 
-    /// Forgets the frames so far, as after a cut.
+    /// Forgets all earlier frames, as after a cut.
     pub fn reset(&mut self) {
         self.marcher.reset();
         self.reconstruction.reset();
@@ -395,7 +396,7 @@ impl Pipeline {
 }
 
 impl Marcher {
-    /// On `device`, and what should be known about it.
+    /// Marcher on `device`, and notes for the user.
     fn new(
         device: &OpenDevice,
         scene: &Scene,
@@ -457,7 +458,7 @@ impl Marcher {
         }
     }
 
-    /// What makes full frames of its samples as `settings` say, where it does not do so itself.
+    /// Reconstruction on the host for `settings`; one that does nothing if the marcher reconstructs on the device.
     fn host_reconstruction(&self, settings: &RenderSettings) -> Result<HostReconstruction> {
         match self {
             Self::Cpu(_) => HostReconstruction::new(settings),
@@ -468,7 +469,7 @@ impl Marcher {
         }
     }
 
-    /// Goes on with another scene around the same volume, and other settings.
+    /// Replaces the scene and the settings; the volume stays the same.
     fn change(&mut self, scene: &Scene, settings: &RenderSettings, reconstructs_alike: bool) -> Result<()> {
         #[cfg(not(feature = "gpu"))]
         let _ = reconstructs_alike;
@@ -504,7 +505,7 @@ impl Marcher {
     }
 }
 
-/// How long something takes.
+/// Stopwatch.
 struct Timer(Instant);
 
 impl Timer {
@@ -512,7 +513,7 @@ impl Timer {
         Self(Instant::now())
     }
 
-    /// Milliseconds so far.
+    /// Milliseconds since the start.
     fn ms(&self) -> f64 {
         self.0.elapsed().as_secs_f64() * 1e3
     }

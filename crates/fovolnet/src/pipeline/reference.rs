@@ -1,4 +1,4 @@
-//! What pictures are compared with: every pixel, exact shadows.
+//! Reference frames: every pixel marched, with exact shadows.
 
 use super::{Marcher, Pipeline};
 use crate::Result;
@@ -6,11 +6,11 @@ use fovol_core::{Camera, Frame, FrameSize, SampleList};
 use fovol_render::scene::RayResult;
 
 impl Pipeline {
-    /// Frame `i` with every pixel marched and exact shadows, also where the settings have cached ones: what pictures are
-    /// compared with. Without its background where the settings leave that out, without shadows where they are off.
+    /// Reference of frame `i`: every pixel marched, with exact shadows even if the settings have cached ones. A
+    /// transparent background and disabled shadows stay as the settings say.
     ///
     /// # Errors
-    /// A device that is lost.
+    /// A lost device.
     pub fn reference(&mut self, i: u32) -> Result<Frame> {
         if self.settings.is_transparent() {
             return self.transparent_reference(i);
@@ -24,10 +24,10 @@ impl Pipeline {
         self.threads.install(|| marcher.reference(&camera, size))
     }
 
-    /// What the rays of the pixels of `list` bring back in the reference: with exact shadows where the settings have cached ones.
+    /// Marches the pixels of `list` as in the reference: with exact shadows even if the settings have cached ones.
     ///
     /// # Errors
-    /// As [`Self::march`].
+    /// Errors of [`Self::march`].
     pub fn march_reference(&mut self, camera: &Camera, list: &SampleList) -> Result<Vec<RayResult>> {
         self.march_with(Marcher::march_list_exactly, camera, list)
     }

@@ -7,7 +7,7 @@ use fovol_core::{Frame, FrameSize, SampleList, SampleMask};
 use fovol_render::noise::Noise;
 use fovol_render::scene::RayResult;
 
-/// Which pixels of the frames of one size are marched.
+/// Choice of the pixels to march, for frames of one size.
 #[derive(Debug)]
 pub struct Sampler {
     pub size: FrameSize,
@@ -27,7 +27,7 @@ impl Sampler {
         }
     }
 
-    /// Goes on as `settings` say; noise that takes time to make stays where it is the same.
+    /// Takes over `settings`; noise tables that stay the same are kept, since they take time to make.
     pub fn change(&mut self, settings: &RenderSettings) {
         let anew = Self::new(settings);
         let is_same = (anew.noise.kind(), anew.seed) == (self.noise.kind(), self.seed);
@@ -36,70 +36,70 @@ impl Sampler {
     }
 }
 
-/// Pixels that were marched.
+/// Marched pixels with their depths.
 pub struct Listed {
     pub list: SampleList,
-    /// How far away what their rays met is, see [`RayResult`].
+    /// Distance of each pixel from the eye, in units of the marched box; see [`RayResult::depth`].
     pub depths: Vec<f32>,
 }
 
 impl Listed {
-    /// Those of `list` with what their rays brought back.
+    /// Pixels of `list` with the depths of their ray results `marched`.
     pub fn new(list: SampleList, marched: &[RayResult]) -> Self {
         Self { list, depths: marched.iter().map(|sample| sample.depth).collect() }
     }
 }
 
-/// What was marched of a frame.
+/// Samples of one frame, before reconstruction on the host.
 pub struct Sampled {
     pub sparse: Frame,
     pub mask: SampleMask,
-    /// The pixels that were marched; `None` where all were marched.
+    /// Marched pixels; `None` if every pixel was marched.
     pub listed: Option<Listed>,
-    /// How many positions repeat others, where they were drawn.
+    /// Number of repeated positions, if positions were drawn at random.
     pub lost: Option<usize>,
-    /// What can be seen of the scene.
+    /// Region in which the scene can be seen.
     pub seen: Seen,
-    /// What was made of it already.
+    /// Full frame, if the device has reconstructed it already.
     pub made: Option<Frame>,
-    /// What all that took; the total is not known yet.
+    /// Times so far; the total is not known yet.
     pub timings: Timings,
 }
 
 impl Sampled {
-    /// A sparse frame, and where it was sampled.
+    /// Samples from a sparse frame and its mask.
     pub fn new(sparse: Frame, mask: SampleMask) -> Self {
         let seen = Seen::everything(sparse.size());
         let timings = Timings::default();
         Self { sparse, mask, seen, listed: None, lost: None, made: None, timings }
     }
 
-    /// A whole frame.
+    /// Samples of a frame with every pixel marched.
     pub fn full(frame: Frame) -> Self {
         let mask = SampleMask::full(frame.size());
         Self::new(frame, mask)
     }
 }
 
-/// What makes frames of samples on the processor.
+/// Reconstruction on the CPU, with the motion that it needs.
 #[derive(Debug)]
 pub struct HostReconstruction {
     reconstructor: Reconstructor,
-    /// Whether motion is found where nothing uses it.
+    /// Whether to find motion even if the reconstruction does not use it.
     pub finds_motion: bool,
     motion: MotionFinder,
-    /// The last full frame, where motion is found.
+    /// Last full frame, kept only while motion is found.
     last: Option<Frame>,
 }
 
 impl HostReconstruction {
-    /// What `settings` say.
+    /// Reconstruction as `settings` ask for.
     pub fn new(settings: &RenderSettings) -> Result<Self> {
         let reconstructor = Reconstructor::new(settings, settings.frame_size())?;
         Ok(Self::with(reconstructor))
     }
 
-    /// What leaves frames as they are.
+    /// Reconstruction that returns frames unchanged.
     #[cfg(feature = "gpu")]
     pub fn nothing() -> Self {
         Self::with(Reconstructor::nothing())
@@ -109,7 +109,7 @@ impl HostReconstruction {
         Self { reconstructor, finds_motion: false, motion: MotionFinder::default(), last: None }
     }
 
-    /// Whether frames made as `settings` say need it.
+    /// Whether frames of `settings` need this reconstruction.
     #[cfg(feature = "gpu")]
     pub fn is_needed(&self, settings: &RenderSettings) -> bool {
         self.finds_motion || (settings.sampling() != Sampling::Full && self.reconstructor.is_active())
@@ -121,11 +121,11 @@ impl HostReconstruction {
         self.last = None;
     }
 
-    /// The frame of `sampled`, whose making began with `started`.
+    /// Reconstructs the frame of `sampled`. The timer `started` began with the frame.
     pub fn finish(&mut self, view: &View, sampled: Sampled, started: &Timer) -> Result<RenderedFrame> {
         let timer = Timer::start();
         let mut timings = sampled.timings;
-        // Every pixel is there already where all were marched.
+        // Without a list every pixel was marched, and nothing is missing.
         let reconstructs = sampled.listed.is_some() && self.reconstructor.is_active();
         let moves = self.finds_motion || (reconstructs && self.reconstructor.uses_motion());
         let motion = if moves { self.motion(view, &sampled) } else { None };
@@ -155,7 +155,7 @@ impl HostReconstruction {
         })
     }
 
-    /// Keeps a copy of `frame` if it is `needed`, in the memory of the one before: new memory takes longer than copying.
+    /// Copies `frame` to the last frame if `needed`, into its old memory: allocating takes longer than copying.
     fn remember(&mut self, frame: &Frame, needed: bool) {
         match &mut self.last {
             Some(last) if needed && last.size() == frame.size() => {
@@ -165,7 +165,7 @@ impl HostReconstruction {
         }
     }
 
-    /// Where every pixel of what was `sampled` was in the last frame.
+    /// Motion of every pixel of the frame `sampled` to the last frame.
     fn motion(&mut self, view: &View, sampled: &Sampled) -> Option<Vec<[f32; 2]>> {
         let listed = sampled.listed.as_ref()?;
         let depths = Depths::new(&listed.list, &listed.depths);

@@ -1,10 +1,10 @@
-//! Frames without their background.
+//! Frames with a transparent background.
 
 use super::{Pipeline, RenderedFrame, Timings, Viewpoint};
 use crate::{Error, RenderSettings, Result, Sampling};
 use fovol_core::Frame;
 
-/// Refuses `settings` that leave the background out of frames of which not every pixel is marched.
+/// Checks that `settings` with a transparent background march every pixel.
 pub fn check(settings: &RenderSettings) -> Result<()> {
     if settings.is_transparent() && settings.sampling() != Sampling::Full {
         return Err(Error::Setting(
@@ -17,8 +17,8 @@ pub fn check(settings: &RenderSettings) -> Result<()> {
 }
 
 impl Pipeline {
-    /// As [`Self::render_from`], without the background, in straight alpha: what is seen before black and before white
-    /// tells how much of it shows through, as compositing adds it in proportion. The sparse frame is that before black.
+    /// Renders frame `i` with a transparent background, in straight alpha. Each frame is rendered over black and over
+    /// white, and the difference gives its alpha. The sparse frame is the one over black.
     pub(super) fn render_without_background(
         &mut self,
         i: u32,
@@ -30,13 +30,13 @@ impl Pipeline {
         Ok(RenderedFrame { frame: difference(&black.frame, &white.frame), timings, ..black })
     }
 
-    /// The reference of frame `i` without its background, in straight alpha.
+    /// Reference of frame `i` with a transparent background, in straight alpha.
     pub(super) fn transparent_reference(&mut self, i: u32) -> Result<Frame> {
         let [black, white] = self.before_black_and_white(|pipeline| pipeline.opaque_reference(i))?;
         Ok(difference(&black, &white))
     }
 
-    /// What `make` makes with a black background, and with a white one.
+    /// Results of `make` with a black background and with a white one.
     fn before_black_and_white<T>(&mut self, mut make: impl FnMut(&mut Self) -> Result<T>) -> Result<[T; 2]> {
         let settings = self.settings.clone();
         let mut before = |background: f64| {
@@ -45,13 +45,13 @@ impl Pipeline {
             make(self)
         };
         let both = before(0.0).and_then(|black| Ok([black, before(1.0)?]));
-        // Whatever came of them, the settings are those that were given.
+        // Restore the settings, also after an error.
         self.change(&settings)?;
         both
     }
 }
 
-/// What is seen before `black` and before `white`, without either.
+/// Frame in straight alpha from its pictures over `black` and over `white`.
 fn difference(black: &Frame, white: &Frame) -> Frame {
     let mut frame = Frame::new(black.size());
     let pairs = black.pixels().iter().zip(white.pixels());

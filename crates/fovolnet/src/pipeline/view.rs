@@ -1,26 +1,26 @@
 use crate::{RenderSettings, Result, WorldBox, camera_path};
 use fovol_core::{Camera, CameraPath, Fovea, FrameSize, GazePath};
 
-/// From where a frame is seen, and where in it the eye looks.
+/// Camera and fovea of one frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Viewpoint {
-    /// From where the volume is seen.
+    /// Camera, in world space.
     pub camera: Camera,
-    /// Where the eye looks, and what is sampled away from there.
+    /// Gaze and sampling density.
     pub fovea: Fovea,
 }
 
-/// What is seen in one frame, and where the eye looks.
+/// Number, size, camera and fovea of one frame to render.
 #[derive(Debug, Clone, Copy)]
 pub struct View {
-    /// The number of the frame.
+    /// Frame number.
     pub index: u32,
     pub size: FrameSize,
     pub camera: Camera,
     pub fovea: Fovea,
 }
 
-/// How camera and gaze move.
+/// Camera and gaze of every frame.
 #[derive(Debug)]
 pub struct Paths {
     camera: CameraPath,

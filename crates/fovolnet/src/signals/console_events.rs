@@ -1,39 +1,39 @@
-//! Ctrl-C and its like where signals are not those of Unix.
+//! Ctrl-C and similar events on systems without Unix signals.
 
 use std::io;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 
-/// The events that end this process.
+/// Events that end this process.
 pub struct Signals(Receiver<()>);
 
 impl Signals {
-    /// Has every event that ends a program come to this.
+    /// Starts to receive every event that ends a program.
     ///
     /// # Errors
-    /// What the system said.
+    /// Errors of the operating system.
     pub fn listen() -> io::Result<Self> {
         let (send, events) = channel();
         let tell = move || {
-            // Nobody may listen any more.
+            // The receiver may be gone.
             let _ = send.send(());
         };
         ctrlc::set_handler(tell).map_err(io::Error::other)?;
         Ok(Self(events))
     }
 
-    /// Waits for the next event; false where none can come any more.
+    /// Waits for the next event; false if no more can come.
     pub fn wait(&mut self) -> bool {
         self.0.recv().is_ok()
     }
 
-    /// Waits for the next event, but not longer than `patience`: whether one came.
+    /// Waits for the next event, at most `patience`. Returns whether one came.
     pub fn wait_for(&mut self, patience: Duration) -> bool {
         self.0.recv_timeout(patience).is_ok()
     }
 }
 
-/// Says `text` on standard error.
+/// Writes `text` to standard error.
 pub fn say(text: &str) {
     eprint!("{text}");
 }

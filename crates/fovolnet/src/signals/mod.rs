@@ -1,10 +1,10 @@
 //! Signals that end a program: INT (Ctrl-C), TERM and HUP.
 //!
-//! The first one asks all work to stop, see [`fovol_core::stop`]. What has not ended within [`PATIENCE`] is ended from here: on a
-//! thread of its own that waits for nobody, so however long a part of the work takes the program ends within a second. A second
-//! signal does so at once. No temporary file is left and no program that helps, see [`fovol_core::unfinished`].
+//! The first signal asks all work to stop, see [`fovol_core::stop`]. A thread of its own ends the program if that takes
+//! longer than [`PATIENCE`], so the program ends within a second, whatever it is doing. A second signal ends it at
+//! once. No temporary file and no child process is left behind, see [`fovol_core::unfinished`].
 //!
-//! A program that was started with HUP ignored (`nohup`) goes on ignoring it.
+//! A program started with HUP ignored (`nohup`) keeps ignoring it.
 
 #[cfg(not(unix))]
 mod console_events;
@@ -19,24 +19,24 @@ use pipe as system;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// How long work has to stop by itself.
+/// Time for work to stop by itself.
 pub const PATIENCE: Duration = Duration::from_millis(700);
 
-/// How long a thread that is renaming a file may take for it, after [`PATIENCE`] and after a second signal.
+/// Longest wait for a thread that is renaming a file: after [`PATIENCE`], and after a second signal.
 const RENAMING: [Duration; 2] = [Duration::from_millis(2000), Duration::from_millis(200)];
 
-/// The exit status of a program that was interrupted.
+/// Exit status of an interrupted program.
 pub const INTERRUPTED: u8 = 1;
 
-/// What is said where the work does not come to say anything itself.
+/// Message if the work itself does not report the interruption.
 const SAID: &str = "error: interrupted; files that have their names are complete\n";
 
-/// Whether somebody has said that the program was interrupted.
+/// Whether the interruption has been reported.
 static IS_SAID: AtomicBool = AtomicBool::new(false);
 
-/// Listens to signals from now on. `on_stop` is called after the first one, on a thread of its own: to wake work that sleeps.
+/// Listens to signals from now on. The first signal calls `on_stop` on a thread of its own, to wake work that sleeps.
 ///
-/// Where the system cannot listen, signals end the program the hard way, which is no reason not to start it.
+/// If the system cannot listen, signals end the program the usual way. That is no reason not to start it.
 pub fn listen(on_stop: impl FnOnce() + Send + 'static) {
     hear(move |signals| {
         stop::ask();
@@ -45,7 +45,8 @@ pub fn listen(on_stop: impl FnOnce() + Send + 'static) {
     });
 }
 
-/// As [`listen`], for a program that has work to save, however long that takes: the first signal only calls `on_stop`.
+/// Listens like [`listen`], for a program that must save its work, however long that takes: the first signal only calls
+/// `on_stop`.
 pub fn listen_patiently(on_stop: impl FnOnce() + Send + 'static) {
     hear(move |signals| {
         on_stop();
@@ -53,7 +54,8 @@ pub fn listen_patiently(on_stop: impl FnOnce() + Send + 'static) {
     });
 }
 
-/// Has `first` do what is to be done after the first signal and wait for the end; it says whether a second signal asks for that.
+/// Runs `first` after the first signal. `first` also waits for the end of the work; it returns whether a second signal
+/// asks to end at once.
 fn hear(first: impl FnOnce(&mut system::Signals) -> bool + Send + 'static) {
     let Ok(mut signals) = system::Signals::listen() else { return };
     let wait = move || {
@@ -62,21 +64,22 @@ fn hear(first: impl FnOnce(&mut system::Signals) -> bool + Send + 'static) {
             end(RENAMING[usize::from(is_second)]);
         }
     };
-    // A system without room for a thread starts no work either.
+    // If no thread can be started, the program cannot do its work either.
     let _ = std::thread::Builder::new().name("signals".into()).spawn(wait);
 }
 
-/// The program has said that it was interrupted: nothing more is said if it has to be ended.
+/// Notes that the program has reported the interruption, so that no second message follows.
 pub fn said() {
     IS_SAID.store(true, Ordering::Relaxed);
 }
 
-/// For a program that ends although threads of it may still write files: none of theirs is left, and they make no more.
+/// Removes the files that other threads are writing, and makes sure that they start no more. Call it when a program
+/// ends before its threads.
 pub fn leave_nothing() {
     std::mem::forget(unfinished::abandon(RENAMING[0]));
 }
 
-/// Ends the process whatever its other threads do: nothing of them is left.
+/// Ends the process whatever its other threads do; none of their temporary files is left.
 fn end(renaming: Duration) -> ! {
     let _gate = unfinished::abandon(renaming);
     #[cfg(feature = "gpu")]

@@ -1,4 +1,4 @@
-//! Signals of Unix: a handler may do next to nothing, so it writes a byte into a pipe that a thread reads.
+//! Unix signals. A handler may do almost nothing, so it writes a byte to a pipe, and a thread reads it.
 
 use libc::c_int;
 use std::io::{self, IsTerminal, PipeReader, PipeWriter, Read};
@@ -6,21 +6,21 @@ use std::os::fd::AsRawFd;
 use std::sync::atomic::{AtomicI32, Ordering};
 use std::time::{Duration, Instant};
 
-/// Where the handler writes to.
+/// File descriptor to which the handler writes.
 static WRITES_TO: AtomicI32 = AtomicI32::new(-1);
 
-/// The signals of this process.
+/// Signals of this process.
 pub struct Signals {
     reader: PipeReader,
-    /// Kept open: the handler writes to it.
+    /// Kept open, because the handler writes to it.
     _writer: PipeWriter,
 }
 
 impl Signals {
-    /// Has every signal that ends a program come to this.
+    /// Starts to receive every signal that ends a program.
     ///
     /// # Errors
-    /// What the system said.
+    /// Errors of the operating system.
     pub fn listen() -> io::Result<Self> {
         let (reader, writer) = io::pipe()?;
         WRITES_TO.store(writer.as_raw_fd(), Ordering::Relaxed);
@@ -32,12 +32,12 @@ impl Signals {
         Ok(Self { reader, _writer: writer })
     }
 
-    /// Waits for the next signal; false where none can come any more.
+    /// Waits for the next signal; false if no more can come.
     pub fn wait(&mut self) -> bool {
         self.reader.read_exact(&mut [0]).is_ok()
     }
 
-    /// Waits for the next signal, but not longer than `patience`: whether one came.
+    /// Waits for the next signal, at most `patience`. Returns whether one came.
     pub fn wait_for(&mut self, patience: Duration) -> bool {
         let started = Instant::now();
         loop {
@@ -50,32 +50,33 @@ impl Signals {
     }
 }
 
-/// Says `text` on standard error, in place of a bar that stands there; not where that would have to be waited for.
+/// Writes `text` to standard error, over a progress bar that may stand there. Gives up if the terminal is not ready.
 pub fn say(text: &str) {
     let line_start = if io::stderr().is_terminal() { "\r\x1b[K" } else { "" };
     let text = format!("{line_start}{text}");
     if is_ready(libc::STDERR_FILENO, libc::POLLOUT, Duration::ZERO) {
-        // SAFETY: these bytes are there to be read. Not through the lock of `io::stderr`: who holds it may be stopped.
+        // SAFETY: pointer and length are those of `text`. The lock of `io::stderr` is avoided, since its owner may be
+        // stopped.
         unsafe { libc::write(libc::STDERR_FILENO, text.as_ptr().cast(), text.len()) };
     }
 }
 
-/// Ends the process without anything that is done at an orderly end: other threads still use what that would take away.
+/// Ends the process without an orderly exit, because other threads still use the memory that it would free.
 pub fn exit(status: u8) -> ! {
-    // SAFETY: it may be called at any time by any thread.
+    // SAFETY: any thread may call `_exit` at any time.
     unsafe { libc::_exit(status.into()) }
 }
 
-/// Whether `file` is ready for `what` within `patience`.
+/// Whether `file` becomes ready for the poll events `what` within `patience`.
 fn is_ready(file: c_int, what: libc::c_short, patience: Duration) -> bool {
     let mut asked = libc::pollfd { fd: file, events: what, revents: 0 };
     let patience = c_int::try_from(patience.as_millis()).unwrap_or(c_int::MAX);
-    // SAFETY: it is one such struct, which lives longer than the call.
+    // SAFETY: the pointer leads to one `pollfd`, which outlives the call.
     unsafe { libc::poll(&raw mut asked, 1, patience) == 1 }
 }
 
 fn is_ignored(signal: c_int) -> io::Result<bool> {
-    // SAFETY: the struct is numbers and pointers that may be zero, and with no new handler the call only writes to it.
+    // SAFETY: all-zero bytes are a valid `sigaction`. Without a new action the call only writes to `found`.
     let (result, found) = unsafe {
         let mut found: libc::sigaction = std::mem::zeroed();
         (libc::sigaction(signal, std::ptr::null(), &raw mut found), found)
@@ -84,11 +85,11 @@ fn is_ignored(signal: c_int) -> io::Result<bool> {
 }
 
 fn take(signal: c_int) -> io::Result<()> {
-    // SAFETY: the struct is numbers and pointers that may be zero; the handler calls only what may be called there.
+    // SAFETY: all-zero bytes are a valid `sigaction`. The handler calls async-signal-safe functions only.
     let result = unsafe {
         let mut action: libc::sigaction = std::mem::zeroed();
         action.sa_sigaction = tell as extern "C" fn(c_int) as libc::sighandler_t;
-        // Calls of the system that a signal comes into go on.
+        // System calls that the signal interrupts are restarted.
         action.sa_flags = libc::SA_RESTART;
         libc::sigemptyset(&raw mut action.sa_mask);
         libc::sigaction(signal, &raw const action, std::ptr::null_mut())
@@ -96,9 +97,9 @@ fn take(signal: c_int) -> io::Result<()> {
     if result == 0 { Ok(()) } else { Err(io::Error::last_os_error()) }
 }
 
-/// The handler.
+/// Signal handler.
 extern "C" fn tell(_: c_int) {
-    // SAFETY: `write` may be called in handlers. It does not fail, so the error number of the thread that this comes into stays:
-    // the pipe is open as long as the process, and has room for more signals than anybody sends.
+    // SAFETY: `write` is async-signal-safe. It does not fail, so it keeps the `errno` of the interrupted thread: the
+    // pipe stays open, and has room for more signals than anybody sends.
     unsafe { libc::write(WRITES_TO.load(Ordering::Relaxed), [0u8].as_ptr().cast(), 1) };
 }

@@ -1,4 +1,4 @@
-//! Frames that stay on the device, for a screen.
+//! Frames that stay on the device, for display.
 
 use super::add_stage;
 use super::part::Part;
@@ -12,29 +12,29 @@ use std::collections::VecDeque;
 use std::fmt;
 use std::time::Instant;
 
-/// What a device shows.
+/// Shader that converts a full frame to a picture.
 const DISPLAY: Shader = shader!("../../shaders/", "display":);
-/// Edge of the workgroups; as in the shader.
+/// Edge of the workgroups in pixels, equal to the shader's.
 const GROUP: u32 = 8;
-/// Frames under way at once: while the device makes one, the host prepares the next.
+/// Frames in flight: while the device renders one, the host prepares the next.
 const FLIGHTS: usize = 2;
-/// Pictures: those of the frames under way, and the one that is on the screen meanwhile.
+/// Number of pictures: one for each frame in flight, and one on the screen.
 const PICTURES: usize = FLIGHTS + 1;
-/// Most stages of a sparse frame that are timed.
+/// Most timed stages of a sparse frame.
 const STAGES: usize = 4;
-/// Most parts of reconstruction that are timed.
+/// Most timed parts of the reconstruction.
 const PARTS: usize = Part::COUNT as usize;
-/// What comes back of a frame, in eight bytes each: the length of its list, then two times of each stage, of each part and of the
-/// display.
+/// Number of 8-byte values read back for a frame: the length of its list, and two timestamps each for all stages, all
+/// parts and the display.
 const FACTS: usize = 1 + 2 * (STAGES + PARTS + 1);
-/// Where times are, bytes.
+/// Offset of the timestamps in bytes.
 const TIMES: u64 = 8;
-/// Bytes of the times of so many.
+/// Bytes of the timestamps of `steps` steps.
 const fn of(steps: usize) -> u64 {
     16 * steps as u64
 }
 
-/// Turns frames into pictures for a screen, with up to two of them under way.
+/// Converts frames to pictures for a screen, with up to two frames in flight.
 #[derive(Debug)]
 pub struct Display {
     gpu: Gpu,
@@ -42,15 +42,15 @@ pub struct Display {
     layout: wgpu::BindGroupLayout,
     pipeline: wgpu::ComputePipeline,
     pictures: Vec<wgpu::Texture>,
-    /// Which picture is made next.
+    /// Index of the next picture to write.
     next: usize,
     timing: Timing<Showing>,
     flights: VecDeque<Flight>,
-    /// Memory of frames that have arrived.
+    /// Read-back buffers of finished frames, for reuse.
     landings: Vec<Landing>,
 }
 
-/// The step that makes a picture of a frame.
+/// Timed step that converts a frame to a picture.
 #[derive(Debug, Clone, Copy)]
 struct Showing;
 
@@ -60,26 +60,26 @@ impl fmt::Display for Showing {
     }
 }
 
-/// A frame whose making has been encoded.
+/// Frame whose commands have been encoded.
 pub struct Encoded {
-    /// Its picture.
+    /// Its picture, once submitted.
     pub picture: wgpu::Texture,
     landing: Landing,
     timed: Timed,
 }
 
-/// What times come back of.
+/// Steps of a frame that have timestamps.
 #[derive(Debug)]
 struct Timed {
     stages: Vec<Stage>,
     parts: Vec<Part>,
 }
 
-/// A frame under way.
+/// Frame in flight.
 #[derive(Debug)]
 struct Flight {
     index: u32,
-    /// How many pixels it samples, where the host knows.
+    /// Number of samples, if the host knows it.
     samples: Option<usize>,
     timed: Timed,
     submitted: Instant,
@@ -87,7 +87,7 @@ struct Flight {
 }
 
 impl Display {
-    /// For frames of `size`.
+    /// Display of frames of `size`.
     pub fn new(gpu: &Gpu, size: FrameSize) -> Result<Self> {
         let made = gpu.guarded("making room for pictures", || {
             let layout = bind_group_layout(gpu, "display", &[Slot::Read, Slot::Picture]);
@@ -106,12 +106,12 @@ impl Display {
         Ok(made)
     }
 
-    /// Waits until another frame may be under way; the frame that was waited for.
+    /// Waits until another frame may be submitted; returns the frame that finished meanwhile.
     pub fn make_way(&mut self) -> Result<Option<DoneFrame>> {
         if self.flights.len() < FLIGHTS { Ok(None) } else { self.land() }
     }
 
-    /// Waits for the frame that has been under way for longest, if there is one.
+    /// Waits for the oldest frame in flight, if there is one.
     pub fn land(&mut self) -> Result<Option<DoneFrame>> {
         let Some(flight) = self.flights.pop_front() else { return Ok(None) };
         let (facts, landing) = flight.arrival.take::<u64>()?;
@@ -126,12 +126,13 @@ impl Display {
             true => flight.submitted.elapsed().as_secs_f64() * 1e3,
             false => ms([times[0][0], times[STAGES + PARTS][1]]),
         };
-        // The shader counts in 32 bits, of which the next ones are another number.
+        // The shader counts in 32 bits; the upper half of this value is another number.
         let samples = flight.samples.unwrap_or((facts[0] & u64::from(u32::MAX)) as usize);
         Ok(Some(DoneFrame { index: flight.index, samples: samples.min(self.size.pixels()), timings }))
     }
 
-    /// Puts the making of a picture of `frame`, the full one of what `buffers` hold, which had these `parts`, into `encoder`.
+    /// Encodes the conversion of `frame` to a picture, and the read-back of its sample count and timestamps. `buffers`
+    /// and `parts` hold the count and the timestamps of its stages.
     pub fn encode(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
@@ -166,7 +167,8 @@ impl Display {
         Ok(Encoded { picture, landing, timed })
     }
 
-    /// That frame `index` is under way: `encoded` has been submitted; of how many `samples`, where the host knows.
+    /// Registers frame `index` as in flight, after `encoded` was submitted. `samples` is the number of its samples, if
+    /// the host knows it.
     pub fn take_off(
         &mut self,
         index: u32,
@@ -181,7 +183,7 @@ impl Display {
     }
 }
 
-/// A picture that a shader writes and a screen shows.
+/// Texture that a shader writes and a screen shows.
 fn picture(gpu: &Gpu, size: FrameSize) -> wgpu::Texture {
     gpu.device().create_texture(&wgpu::TextureDescriptor {
         label: Some("picture"),

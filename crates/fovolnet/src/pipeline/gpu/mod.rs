@@ -18,17 +18,17 @@ mod motion;
 mod part;
 mod reconstruction;
 
-/// Frames on a graphics processor: rays, and what makes full frames of them where that runs there too. Nothing goes through
-/// the host on the way.
+/// Ray marcher of the pipeline on the GPU, with the reconstruction if it runs there too. Frames do not go through the
+/// host between the stages.
 #[derive(Debug)]
 pub struct GpuMarcher {
     renderer: Renderer,
     buffers: FrameBuffers,
     sampler: Sampler,
     reconstruction: Option<DeviceReconstruction>,
-    /// How long the parts of reconstruction take.
+    /// Timestamps of the parts of reconstruction.
     parts: Timing<Part>,
-    /// Where frames are shown, once one was.
+    /// Display of frames on the device; created at the first use.
     display: Option<Display>,
 }
 
@@ -44,7 +44,7 @@ impl GpuMarcher {
         Ok(Self { renderer, buffers, sampler, reconstruction, parts, display: None })
     }
 
-    /// Goes on with another scene around the same volume, and other settings.
+    /// Replaces the scene and the settings; the volume stays the same.
     pub fn change(
         &mut self,
         scene: &Scene,
@@ -60,7 +60,7 @@ impl GpuMarcher {
         let anew = anew.transpose()?;
         self.renderer.set_scene(scene)?;
         self.sampler.change(settings);
-        // What is under way was made as the settings so far say.
+        // Frames in progress were encoded for the old settings.
         self.display = None;
         if let Some(buffers) = buffers {
             self.buffers = buffers;
@@ -71,36 +71,36 @@ impl GpuMarcher {
         Ok(())
     }
 
-    /// What it runs on.
+    /// The device.
     pub fn gpu(&self) -> &Gpu {
         self.renderer.gpu()
     }
 
-    /// How voxels are interpolated.
+    /// Interpolation of voxels.
     pub fn filtering(&self) -> Filtering {
         self.renderer.filtering()
     }
 
-    /// Forgets the frames so far.
+    /// Forgets all earlier frames.
     pub fn reset(&mut self) {
         if let Some(reconstruction) = &mut self.reconstruction {
             reconstruction.reset();
         }
     }
 
-    /// What the rays of the pixels of `list` bring back.
+    /// Marches the pixels of `list`; results are in list order.
     pub fn march_list(&mut self, camera: &Camera, list: &SampleList) -> Result<Vec<RayResult>> {
         self.renderer.render(&mut self.buffers, camera, gpu::Sampling::List(list))?;
         Ok(self.buffers.read_samples()?)
     }
 
-    /// What the rays of the pixels of `list` bring back with exact shadows where others are cached.
+    /// Marches the pixels of `list` with exact shadows, even if the scene has cached ones.
     pub fn march_list_exactly(&mut self, camera: &Camera, list: &SampleList) -> Result<Vec<RayResult>> {
         self.render_exactly(camera, gpu::Sampling::List(list))?;
         Ok(self.buffers.read_samples()?)
     }
 
-    /// The frame with every pixel marched, with exact shadows where others are cached.
+    /// Marches every pixel with exact shadows, even if the scene has cached ones.
     pub fn reference(&mut self, camera: &Camera) -> Result<Frame> {
         self.render_exactly(camera, gpu::Sampling::Full)?;
         Ok(self.buffers.read_frame()?)
@@ -112,7 +112,7 @@ impl GpuMarcher {
         Ok(())
     }
 
-    /// A frame; only what was sampled and what was made of it come back from the device.
+    /// Renders a frame and reads it back: the samples, and the full frame if it was reconstructed on the device.
     pub fn sample(&mut self, view: &View) -> Result<Sampled> {
         let timer = Timer::start();
         let drawn = self.drawn(view);
@@ -131,10 +131,10 @@ impl GpuMarcher {
         Ok(Sampled { made: made.transpose()?, timings, ..sampled })
     }
 
-    /// A frame that stays on the device, or `None` where it is not known there what there is of it. Returns when the device
-    /// has been told, once at most one other frame is under way.
+    /// Renders a frame that stays on the device. Returns once the work is submitted and at most one other frame is in
+    /// progress. `None` for sampling `reject`, which does not list its pixels on the device.
     pub fn display(&mut self, view: &View) -> Result<Option<DeviceFrame>> {
-        // How many pixels a mask has is known where they are listed.
+        // Sampling `reject` has no list, so the device does not count its samples.
         if self.sampler.sampling == Sampling::Reject {
             return Ok(None);
         }
@@ -160,7 +160,7 @@ impl GpuMarcher {
         Ok(Some(DeviceFrame { index: view.index, picture, done }))
     }
 
-    /// Waits for the frames under way; the last ones of those shown, in their order.
+    /// Waits for the frames in progress; returns facts about them, in order.
     pub fn finish_display(&mut self) -> Result<Vec<DoneFrame>> {
         let mut all = Vec::new();
         while let Some(done) = self.display.as_mut().map_or(Ok(None), Display::land)? {
@@ -169,13 +169,13 @@ impl GpuMarcher {
         Ok(all)
     }
 
-    /// The positions of the frame of `view`, where they are drawn.
+    /// Random positions of the frame of `view`, if the sampling draws them.
     fn drawn(&self, view: &View) -> Option<DirectSamples> {
         let Sampler { size, sampling, seed, .. } = &self.sampler;
         (*sampling == Sampling::Direct).then(|| direct(&view.fovea, *size, *seed, view.index))
     }
 
-    /// Puts the making of a frame, of the positions that were `drawn` if they were, into `encoder`.
+    /// Encodes a frame into `encoder`, at the positions `drawn` if there are any.
     fn encode(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
@@ -199,7 +199,7 @@ impl GpuMarcher {
         Ok(())
     }
 
-    /// The samples of the last list: of `drawn`, or that the device made of its mask.
+    /// Samples of the last list: of the positions `drawn`, or of the list that the device compacted from its mask.
     fn listed(&self, drawn: Option<DirectSamples>) -> Result<Sampled> {
         let lost = drawn.as_ref().map(|drawn| drawn.lost);
         let list = drawn.map_or_else(|| self.buffers.read_list(), |drawn| Ok(drawn.list))?;
@@ -208,7 +208,7 @@ impl GpuMarcher {
         Ok(Sampled { listed: Some(Listed::new(list, &marched)), lost, ..Sampled::new(sparse, mask) })
     }
 
-    /// The samples of the last mask, which were marched where they lie.
+    /// Samples of the last mask, marched without a list.
     fn rejected(&self) -> Result<Sampled> {
         let (sparse, mask) = (self.buffers.read_frame()?, self.buffers.read_mask()?);
         let inverse = self.buffers.read_inverse_depths()?;
@@ -218,7 +218,7 @@ impl GpuMarcher {
         Ok(Sampled { listed: Some(Listed { list, depths }), ..Sampled::new(sparse, mask) })
     }
 
-    /// What the parts of the last frame took on the device; where it does not tell, all of `done_ms` as march.
+    /// Times of the last frame's stages on the device. Without timestamps the whole time `done_ms` counts as march.
     fn timings(&self, done_ms: f64) -> Result<Timings> {
         let (Some(stages), Some(parts)) = (self.buffers.read_times()?, self.parts.read(self.gpu())?) else {
             return Ok(Timings { march: done_ms, ..Timings::default() });
@@ -230,7 +230,7 @@ impl GpuMarcher {
     }
 }
 
-/// Adds what `stage` took to what is known of the frame.
+/// Adds the time of `stage` to `timings`.
 fn add_stage(timings: &mut Timings, stage: Stage, ms: f64) {
     match stage {
         Stage::Mask => timings.mask += ms,

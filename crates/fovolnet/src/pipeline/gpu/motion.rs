@@ -8,19 +8,19 @@ use fovol_net::gpu::PullPush;
 use std::collections::VecDeque;
 use wgpu::BufferUsages;
 
-/// How far away is what pixels show.
+/// Shader that reprojects depths of samples and interpolates them.
 const DEPTHS: Shader = shader!("../../shaders/", "depths": "reprojection");
 
-/// Where every pixel was in the last frame.
+/// Shader that weighs depth guesses and writes motion.
 const MOTION: Shader = shader!("../../shaders/", "motion": "reprojection");
 
-/// Edge of the workgroups; as in the shaders.
+/// Edge of the workgroups in pixels, equal to the shaders'.
 const GROUP: u32 = 8;
 
-/// Edge of the tiles that guesses of distances are judged in; as in shaders/motion.wgsl.
+/// Edge of the tiles in which guesses are judged, in pixels; equal to that in shaders/motion.wgsl.
 const TILE: u32 = crate::motion::TILE as u32;
 
-/// What moves how. Twin of `Reprojection` in shaders/reprojection.wgsl.
+/// Uniforms of a reprojection. Twin of `Reprojection` in shaders/reprojection.wgsl.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 struct Uniforms {
@@ -54,41 +54,41 @@ impl Uniforms {
     }
 }
 
-/// What a frame's samples look like on the device.
+/// Buffers of a frame's samples and of the last full frame.
 #[derive(Debug, Clone, Copy)]
 pub struct DeviceFrames<'a> {
-    /// Of sampled pixels one over their distance, 0 elsewhere.
+    /// Inverse distances of sampled pixels, 0 elsewhere; f32.
     pub inverse_depths: &'a wgpu::Buffer,
     /// Sampled colours.
     pub sparse: &'a wgpu::Buffer,
-    /// The last frame, full, until the next one is made.
+    /// Last full frame; valid until the next one is made.
     pub last: &'a wgpu::Buffer,
 }
 
-/// The depths of one of the frames before.
+/// Depths of an earlier frame.
 #[derive(Debug)]
 struct Remembered {
     inverse_depths: wgpu::Buffer,
-    /// From there to the frame that is made.
+    /// Reprojection from that frame to the current one.
     uniforms: wgpu::Buffer,
     group: wgpu::BindGroup,
 }
 
-/// What makes depths of samples.
+/// Passes that interpolate depths between samples.
 #[derive(Debug)]
 struct DepthPasses {
     know: wgpu::ComputePipeline,
     splat: wgpu::ComputePipeline,
     know_all: wgpu::ComputePipeline,
     keep: wgpu::ComputePipeline,
-    /// Of this frame's samples, and of those of earlier frames too.
+    /// Bind groups for the samples of this frame alone, and for these with those of earlier frames.
     groups: [wgpu::BindGroup; 2],
     nearest: wgpu::Buffer,
     known: wgpu::Buffer,
     fill: PullPush,
 }
 
-/// What makes motion of depths.
+/// Passes that weigh the depth guesses and write motion.
 #[derive(Debug)]
 struct BeliefPasses {
     judge: wgpu::ComputePipeline,
@@ -97,7 +97,7 @@ struct BeliefPasses {
     group: wgpu::BindGroup,
 }
 
-/// [`crate::MotionFinder`] on a device, for frames of one size.
+/// GPU twin of [`crate::MotionFinder`], for frames of one size.
 #[derive(Debug)]
 pub struct MotionPass {
     gpu: Gpu,
@@ -107,12 +107,12 @@ pub struct MotionPass {
     to_last: wgpu::Buffer,
     motion: wgpu::Buffer,
     remembered: Vec<Remembered>,
-    /// Where the last frames were seen from, and which of the `remembered` has their depths; the last one at the back.
+    /// Cameras of the last frames and the indices of their depths in `remembered`, oldest first.
     seen: VecDeque<(Camera, usize)>,
 }
 
 impl MotionPass {
-    /// For frames of `size` that lie in `frames`.
+    /// Motion of frames of `size` whose samples lie in `frames`.
     pub fn new(gpu: &Gpu, size: FrameSize, frames: DeviceFrames<'_>) -> Result<Self> {
         let fill = PullPush::new(gpu, size)?;
         let made = gpu.guarded("making room for motion", || {
@@ -151,9 +151,10 @@ impl MotionPass {
         Ok(made)
     }
 
-    /// Puts the motion from the last frame to that of `frames`, seen by `camera`, into `encoder`, and remembers its depths.
-    /// For each pixel the way, x right and y down, as two f32; `None` for the first frame, and where nothing moves.
-    /// One frame of it in each submission.
+    /// Encodes the motion of the frame in `frames`, seen by `camera`, into `encoder`, and remembers the frame's depths.
+    ///
+    /// Returns the buffer of motion: two f32 for each pixel, x right and y down, to its position in the last frame.
+    /// `None` for the first frame, and if nothing moves. Encode at most one frame in each submission.
     pub fn encode(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
@@ -171,7 +172,7 @@ impl MotionPass {
         Ok(moves.then_some(&self.motion))
     }
 
-    /// Forgets what was seen.
+    /// Forgets all earlier frames.
     pub fn reset(&mut self) {
         self.seen.clear();
     }
@@ -224,7 +225,7 @@ impl MotionPass {
         self.gpu.queue().write_buffer(buffer, 0, bytemuck::bytes_of(uniforms));
     }
 
-    /// One workgroup for every `edge` × `edge` pixels.
+    /// Dispatches one workgroup for every `edge` × `edge` pixels.
     fn dispatch(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -240,7 +241,7 @@ impl MotionPass {
 }
 
 impl BeliefPasses {
-    /// That read `from` and write `motion`.
+    /// Passes that read the buffers `from` and write to `motion`.
     fn new(gpu: &Gpu, size: FrameSize, from: [&wgpu::Buffer; 5], motion: &wgpu::Buffer) -> Self {
         let tiles = u64::from(size.width.div_ceil(TILE)) * u64::from(size.height.div_ceil(TILE));
         let bytes_of_errors = 4 * crate::motion::GUESSES as u64;

@@ -1,20 +1,20 @@
 use crate::Timings;
 use std::fmt;
 
-/// A part of reconstruction.
+/// Timed part of the reconstruction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
-    /// Where every pixel was in the last frame.
+    /// Estimation of motion.
     Motion,
-    /// The full frame.
+    /// Filling of the full frame.
     Filling,
 }
 
 impl Part {
-    /// How many there are.
+    /// Number of parts.
     pub const COUNT: u32 = 2;
 
-    /// Adds what this took to what is known of the frame.
+    /// Adds `ms` for this part to `timings`.
     pub fn add(self, timings: &mut Timings, ms: f64) {
         timings.reconstruct += ms;
         if self == Self::Motion {

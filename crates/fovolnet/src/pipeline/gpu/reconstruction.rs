@@ -10,7 +10,7 @@ use fovol_net::cpu;
 use fovol_net::gpu::{DeviceInput, Network, Precision, PullPush, State};
 use fovol_render::gpu::FrameBuffers;
 
-/// What makes frames of samples where they lie.
+/// Reconstruction of full frames on the device.
 #[derive(Debug)]
 pub enum DeviceReconstruction {
     PullPush(PullPush),
@@ -18,7 +18,7 @@ pub enum DeviceReconstruction {
 }
 
 impl DeviceReconstruction {
-    /// What `settings` say, for frames that `buffers` hold; `None` where that runs on the processor only.
+    /// Reconstruction as `settings` ask for, of the frames in `buffers`; `None` if it runs on the CPU only.
     pub fn new(gpu: &Gpu, settings: &RenderSettings, buffers: &FrameBuffers) -> Result<Option<Self>> {
         if !reconstructs(settings) {
             return Ok(None);
@@ -42,7 +42,7 @@ impl DeviceReconstruction {
         }
     }
 
-    /// Forgets what was seen.
+    /// Forgets all earlier frames.
     pub fn reset(&mut self) {
         if let Self::Network { state, motion, .. } = self {
             state.reset();
@@ -52,7 +52,7 @@ impl DeviceReconstruction {
         }
     }
 
-    /// Puts the making of the frame of `buffers` into `encoder`, with `timing` of its parts.
+    /// Encodes the reconstruction of the frame in `buffers` into `encoder`; `timing` times its parts.
     pub fn encode(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
@@ -80,7 +80,7 @@ impl DeviceReconstruction {
         Ok(())
     }
 
-    /// The frame that was made last: RGBA as f32, row 0 on top.
+    /// Buffer of the last full frame: RGBA as f32, row 0 on top.
     pub fn frame_buffer(&self) -> &wgpu::Buffer {
         match self {
             Self::PullPush(fill) => fill.frame_buffer(),
@@ -88,13 +88,14 @@ impl DeviceReconstruction {
         }
     }
 
-    /// The frame that was made last, on the host.
+    /// Reads the last full frame back to the host.
     pub fn read_frame(&self, gpu: &Gpu, size: FrameSize) -> Result<Frame> {
         Ok(Frame::from_pixels(size, read(gpu, self.frame_buffer(), size.pixels())?)?)
     }
 }
 
-/// What motion is found from: the samples in `buffers`, and the last frame, which `state` keeps until the next.
+/// Inputs of motion estimation: the samples in `buffers`, and the last full frame, which `state` keeps until the next
+/// one.
 fn device_frames<'a>(buffers: &'a FrameBuffers, state: &'a State) -> DeviceFrames<'a> {
     DeviceFrames {
         inverse_depths: buffers.inverse_depths(),
@@ -103,9 +104,9 @@ fn device_frames<'a>(buffers: &'a FrameBuffers, state: &'a State) -> DeviceFrame
     }
 }
 
-/// Whether what `settings` ask for is made on the device; on the processor otherwise, or not at all.
+/// Whether `settings` ask for a reconstruction that runs on the device.
 pub fn reconstructs(settings: &RenderSettings) -> bool {
-    // Every pixel is there already where all are marched.
+    // Frames with every pixel marched need no reconstruction.
     settings.sampling() != Sampling::Full
         && match settings.reconstruction() {
             Reconstruction::None | Reconstruction::Fill(Fill::Linear) => false,
@@ -114,7 +115,7 @@ pub fn reconstructs(settings: &RenderSettings) -> bool {
         }
 }
 
-/// The precision of networks on devices that `settings` ask for; `None` for those of processors.
+/// Precision of networks on the device; `None` if `settings` ask for one that only CPUs have.
 pub fn device_precision(settings: &RenderSettings) -> Option<Precision> {
     match settings.precision.unwrap_or_default() {
         cpu::Precision::Auto => Some(Precision::Auto),
