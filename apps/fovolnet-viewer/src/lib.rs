@@ -1,6 +1,6 @@
 //! Interactive viewer: renders a volume in a window with gaze-dependent sampling.
 //!
-//! [`Viewer`] is the window, and [`engine`] the thread that makes its frames. [`studio`] is the work of that thread:
+//! [`Viewer`] is the window, and [`engine`] the thread that makes its frames. [`frame_producer`] is the work of that thread:
 //! frames in motion that keep the frame rate ([`budget`]), and progressive refinement of still views ([`still`]). The
 //! [`document`] holds everything that a picture depends on; it is a session of the command line.
 
