@@ -198,10 +198,10 @@ fn run_plain(
             _ => unreachable!("{SAME}"),
         },
         (Layer::SpaceToDepth { input, .. }, AnyTensor::F32(out)) => {
-            reshape::space_to_depth(picture(input), out)
+            reshape::space_to_depth(picture(input), out);
         }
         (Layer::DepthToSpace { input, .. }, AnyTensor::F32(out)) => {
-            reshape::depth_to_space(picture(input), out)
+            reshape::depth_to_space(picture(input), out);
         }
         (Layer::Join { colour, weight, .. }, AnyTensor::F32(out)) => {
             reshape::join(picture(colour), picture(weight), out);
