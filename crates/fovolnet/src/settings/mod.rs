@@ -1,17 +1,23 @@
+//! Settings of pictures, volume files and speed, as flags, sessions and panels share them.
+
+mod as_text;
+mod random_weights;
+mod speed;
+mod volume;
+
+pub use random_weights::RandomWeights;
+pub use speed::SpeedSettings;
+pub use volume::VolumeSettings;
+
 use crate::{
-    Choice, Device, Error, Machine, NamedView, NanColour, Orientation, Reconstruction, Result, Sampling,
-    TransferRange, ValueScale, parse, toml_text,
+    Choice, Error, NamedView, NanColour, Orientation, Reconstruction, Result, Sampling, TransferRange,
+    ValueScale, parse, toml_text,
 };
 use fovol_core::{Fovea, FrameSize, GazePath, Integration, ShadowMode, SurfaceShading};
 use fovol_net::Weights;
 use fovol_net::cpu::Precision;
-use fovol_net::plan::Named;
-use fovol_render::Filtering;
-use fovol_render::cpu::Simd;
 use fovol_render::noise::NoiseKind;
 use serde::{Deserialize, Serialize};
-use std::fmt;
-use std::str::FromStr;
 
 /// Settings of a picture besides the volume. Flags of the command line and the `[render]` table of a session file have
 /// the same names. A missing setting has the default that its accessor returns.
@@ -335,138 +341,6 @@ impl RenderSettings {
 fn contradiction(problem: impl Into<String>) -> Error {
     Error::Contradiction(problem.into())
 }
-
-/// Random weights of a network, made from a seed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct RandomWeights {
-    /// Network.
-    pub network: Named,
-    /// Random seed.
-    pub seed: u64,
-}
-
-impl fmt::Display for RandomWeights {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}:{}", self.network, self.seed)
-    }
-}
-
-impl FromStr for RandomWeights {
-    type Err = String;
-
-    /// Parses `wnet-fast` or `wnet-fast:7`.
-    fn from_str(text: &str) -> std::result::Result<Self, String> {
-        let (name, seed) = text.split_once(':').unwrap_or((text, "0"));
-        let seed = seed.parse().map_err(|_| format!("`{seed}` is no seed; write NAME or NAME:NUMBER"))?;
-        Ok(Self { network: name.parse()?, seed })
-    }
-}
-
-/// Settings for reading a volume's file: what the file leaves out or gets wrong.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "clap", derive(clap::Args))]
-#[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
-pub struct VolumeSettings {
-    /// Voxels along x, y, z
-    #[cfg_attr(feature = "clap", arg(long, value_name = "X,Y,Z", value_parser = parse::whole_numbers::<3>))]
-    pub dims: Option<[usize; 3]>,
-    /// Voxel type: u8 i8 u16 i16 u32 i32 u64 i64 f16 f32 f64
-    #[cfg_attr(feature = "clap", arg(long, value_name = "TYPE"))]
-    pub dtype: Option<fovol_core::Dtype>,
-    /// Byte order: little or big
-    #[cfg_attr(feature = "clap", arg(long, value_name = "ORDER"))]
-    pub endian: Option<fovol_core::Endian>,
-    /// Distance between voxels along x, y, z
-    #[cfg_attr(feature = "clap", arg(long, value_name = "X,Y,Z", value_parser = parse::numbers::<3>, allow_hyphen_values = true))]
-    pub spacing: Option<[f64; 3]>,
-    /// Values shown as 0 and 1
-    #[cfg_attr(feature = "clap", arg(long, value_name = "LO,HI", value_parser = parse::numbers::<2>, allow_hyphen_values = true))]
-    pub range: Option<[f64; 2]>,
-    /// Array of values to read, by its name, where a file has several
-    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME"))]
-    pub array: Option<String>,
-    /// Component of each voxel to show, if there are several, from 0 on [default: 0]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
-    pub component: Option<usize>,
-    /// Channel to read, if there are several, from 0 on [default: 0]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "C"))]
-    pub channel: Option<usize>,
-    /// Time point to read, if there are several, from 0 on [default: 0]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "T"))]
-    pub time: Option<usize>,
-    /// Average N×N×N voxels to one, for a volume that is too large for a device [default: 1]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
-    pub downsample: Option<usize>,
-}
-
-impl VolumeSettings {
-    /// Combines these settings with `over`, which takes precedence.
-    #[must_use]
-    pub fn overridden_by(self, over: Self) -> Self {
-        Self {
-            dims: over.dims.or(self.dims),
-            dtype: over.dtype.or(self.dtype),
-            endian: over.endian.or(self.endian),
-            spacing: over.spacing.or(self.spacing),
-            range: over.range.or(self.range),
-            array: over.array.or(self.array),
-            component: over.component.or(self.component),
-            channel: over.channel.or(self.channel),
-            time: over.time.or(self.time),
-            downsample: over.downsample.or(self.downsample),
-        }
-    }
-
-    /// Converts the settings for the file readers.
-    pub fn overrides(&self) -> fovol_io::volume::Overrides {
-        fovol_io::volume::Overrides {
-            dims: self.dims,
-            dtype: self.dtype,
-            endian: self.endian,
-            spacing: self.spacing,
-            range: self.range,
-            array: self.array.clone(),
-            component: self.component,
-            channel: self.channel,
-            time: self.time,
-        }
-    }
-}
-
-/// Settings that change the speed of rendering, not the picture.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "clap", derive(clap::Args))]
-pub struct SpeedSettings {
-    /// Number of threads [default: all cores]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
-    pub threads: Option<usize>,
-    /// Device that computes the frames: auto, cpu, gpu, or gpu:NAME [default: auto]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "DEVICE"))]
-    pub device: Option<Device>,
-    /// Instruction set of the ray marcher: auto, scalar, portable, avx2 or avx512 [default: auto]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "SET"))]
-    pub simd: Option<Simd>,
-    /// How a GPU interpolates voxels: exact, like a CPU, or hardware, by its samplers in steps of 1/256 [default:
-    /// exact]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "HOW"))]
-    pub filtering: Option<Filtering>,
-    /// March through empty space instead of skipping it
-    #[cfg_attr(feature = "clap", arg(long))]
-    pub no_skip: bool,
-}
-
-impl SpeedSettings {
-    /// Describes this machine as these settings use it.
-    ///
-    /// # Errors
-    /// A requested GPU that cannot be used.
-    pub fn machine(&self) -> Result<Machine> {
-        let threads = self.threads.unwrap_or_else(rayon::current_num_threads);
-        let machine = Machine::this(threads, self.simd.unwrap_or_else(Simd::best));
-        Ok(Machine { gpu: self.device.clone().unwrap_or_default().open()?.gpu_name(), ..machine })
-    }
-}
-
 #[cfg(feature = "clap")]
 fn shadows(text: &str) -> std::result::Result<ShadowMode, String> {
     match text {
@@ -485,28 +359,6 @@ fn shading(text: &str) -> std::result::Result<SurfaceShading, String> {
         other => Err(format!("`{other}` is no shading; use flat or gradient")),
     }
 }
-
-/// Serialises optional settings as text.
-mod as_text {
-    use serde::{Deserialize, Deserializer, Serializer, de::Error};
-    use std::fmt::Display;
-    use std::str::FromStr;
-
-    pub fn serialize<T: Display, S: Serializer>(value: &Option<T>, to: S) -> Result<S::Ok, S::Error> {
-        match value {
-            Some(v) => to.collect_str(v),
-            None => to.serialize_none(),
-        }
-    }
-
-    pub fn deserialize<'de, T: FromStr<Err = String>, D: Deserializer<'de>>(
-        from: D,
-    ) -> Result<Option<T>, D::Error> {
-        let text = Option::<String>::deserialize(from)?;
-        text.map(|t| t.parse().map_err(D::Error::custom)).transpose()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,0 +1,74 @@
+#[cfg(feature = "clap")]
+use crate::parse;
+use serde::{Deserialize, Serialize};
+
+/// Settings for reading a volume's file: what the file leaves out or gets wrong.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+#[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
+pub struct VolumeSettings {
+    /// Voxels along x, y, z
+    #[cfg_attr(feature = "clap", arg(long, value_name = "X,Y,Z", value_parser = parse::whole_numbers::<3>))]
+    pub dims: Option<[usize; 3]>,
+    /// Voxel type: u8 i8 u16 i16 u32 i32 u64 i64 f16 f32 f64
+    #[cfg_attr(feature = "clap", arg(long, value_name = "TYPE"))]
+    pub dtype: Option<fovol_core::Dtype>,
+    /// Byte order: little or big
+    #[cfg_attr(feature = "clap", arg(long, value_name = "ORDER"))]
+    pub endian: Option<fovol_core::Endian>,
+    /// Distance between voxels along x, y, z
+    #[cfg_attr(feature = "clap", arg(long, value_name = "X,Y,Z", value_parser = parse::numbers::<3>, allow_hyphen_values = true))]
+    pub spacing: Option<[f64; 3]>,
+    /// Values shown as 0 and 1
+    #[cfg_attr(feature = "clap", arg(long, value_name = "LO,HI", value_parser = parse::numbers::<2>, allow_hyphen_values = true))]
+    pub range: Option<[f64; 2]>,
+    /// Array of values to read, by its name, where a file has several
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME"))]
+    pub array: Option<String>,
+    /// Component of each voxel to show, if there are several, from 0 on [default: 0]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
+    pub component: Option<usize>,
+    /// Channel to read, if there are several, from 0 on [default: 0]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "C"))]
+    pub channel: Option<usize>,
+    /// Time point to read, if there are several, from 0 on [default: 0]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "T"))]
+    pub time: Option<usize>,
+    /// Average N×N×N voxels to one, for a volume that is too large for a device [default: 1]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
+    pub downsample: Option<usize>,
+}
+
+impl VolumeSettings {
+    /// Combines these settings with `over`, which takes precedence.
+    #[must_use]
+    pub fn overridden_by(self, over: Self) -> Self {
+        Self {
+            dims: over.dims.or(self.dims),
+            dtype: over.dtype.or(self.dtype),
+            endian: over.endian.or(self.endian),
+            spacing: over.spacing.or(self.spacing),
+            range: over.range.or(self.range),
+            array: over.array.or(self.array),
+            component: over.component.or(self.component),
+            channel: over.channel.or(self.channel),
+            time: over.time.or(self.time),
+            downsample: over.downsample.or(self.downsample),
+        }
+    }
+
+    /// Converts the settings for the file readers.
+    pub fn overrides(&self) -> fovol_io::volume::Overrides {
+        fovol_io::volume::Overrides {
+            dims: self.dims,
+            dtype: self.dtype,
+            endian: self.endian,
+            spacing: self.spacing,
+            range: self.range,
+            array: self.array.clone(),
+            component: self.component,
+            channel: self.channel,
+            time: self.time,
+        }
+    }
+}
