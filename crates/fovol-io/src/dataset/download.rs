@@ -71,6 +71,17 @@ impl fmt::Display for Outcome {
 /// on where it stopped. `listener` hears of progress; when `cancel` becomes true, the job stops and the
 /// `.part` file stays.
 ///
+/// ```no_run
+/// use fovol_io::dataset::{find, get};
+/// use std::path::Path;
+/// use std::sync::atomic::AtomicBool;
+///
+/// let never = AtomicBool::new(false);
+/// let got = get(find("aneurism")?, Path::new("volumes"), &mut |p| println!("{} of {}", p.done, p.total), &never)?;
+/// println!("{got}");
+/// # Ok::<(), fovol_io::dataset::Error>(())
+/// ```
+///
 /// # Errors
 /// See [`Error`]. Under the final name there is never anything incomplete or unchecked.
 pub fn get(

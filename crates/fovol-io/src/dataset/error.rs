@@ -12,6 +12,7 @@ pub enum Error {
         /// Names that come near.
         near: Vec<&'static str>,
     },
+    #[cfg(feature = "download")]
     /// The server was not reached, or did not answer as a server does.
     #[error("cannot reach {url}: {source}; check the network or the proxy and run the same command again")]
     Unreachable {
