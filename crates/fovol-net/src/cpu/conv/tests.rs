@@ -50,6 +50,9 @@ proptest! {
         let unsigned = Tensor { data: magnitudes(&input.data).into(), ..input };
         let plain_shape = ConvShape { activation: Activation::None, ..shape };
         let most = plain::conv(&plain_shape, &magnitudes(&weights), &magnitudes(&bias), &unsigned);
+        let largest: Vec<f32> = (0..shape.outputs)
+            .map(|output| most.data.iter().skip(output).step_by(shape.outputs).copied().fold(0.0, f32::max))
+            .collect();
         let stored: Vec<(AnyTensor, Resize)> = maps.into_iter().map(|(map, resize)| (AnyTensor::F32(map), resize)).collect();
         let sources: Vec<Source<'_>> = stored.iter().map(|(map, resize)| Source::new(map, *resize)).collect();
         for simd in Simd::available() {
@@ -64,7 +67,10 @@ proptest! {
                 let mut out = Tensor::<f32>::default();
                 PreparedConv::new(&shape, &weights, &bias, simd, arithmetic.clone()).run(&sources, &mut out);
                 prop_assert_eq!((out.height, out.width, out.channels), (expected.height, expected.width, expected.channels));
-                for ((a, b), most) in out.data.iter().zip(&expected.data).zip(&most.data) {
+                // Tiles of Winograd's transforms mix neighbours: at a border of zeros the errors are those of the inside.
+                let is_mixed = Winograd::suits(&shape, simd, &arithmetic);
+                for (i, ((a, b), most)) in out.data.iter().zip(&expected.data).zip(&most.data).enumerate() {
+                    let most = if is_mixed { largest[i % shape.outputs] } else { *most };
                     prop_assert!((a - b).abs() <= tolerance * most + 1e-6, "{simd} {arithmetic:?}: {a} and {b}");
                 }
             }
