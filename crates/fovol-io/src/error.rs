@@ -3,18 +3,18 @@ use std::fmt::Display;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// What can go wrong with files. Every message is one line: what, where, how to mend it.
+/// Errors of reading and writing files. Every message is one line: the problem, the place and the remedy.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
     /// The operating system refused.
     #[error("cannot {action} {}: {}{}", plain(path.display()), plain(source), advice(source))]
     Io {
-        /// What was tried: "read", "write"…
+        /// The attempted operation: "read", "write"…
         action: &'static str,
-        /// On which file or folder.
+        /// The file or folder.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the operating system.
         source: io::Error,
     },
     /// The file is damaged or says something that cannot be.
@@ -22,7 +22,7 @@ pub enum Error {
     Malformed {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it, where, and how to mend it.
+        /// The damage, its place in the file, and the remedy.
         problem: String,
     },
     /// The file is sound, but of a kind that is not read or written.
@@ -30,7 +30,7 @@ pub enum Error {
     Unsupported {
         /// The file.
         path: PathBuf,
-        /// What is not supported and what to do instead.
+        /// The unsupported feature, and an alternative.
         problem: String,
     },
     /// An output that is an input.
@@ -62,7 +62,7 @@ pub enum Error {
     UnknownLayout {
         /// The file.
         path: PathBuf,
-        /// What is not known.
+        /// The unknown property: size or type.
         what: &'static str,
     },
     /// More memory than there is.
@@ -70,7 +70,7 @@ pub enum Error {
     Memory {
         /// The file that is read or written.
         path: PathBuf,
-        /// What needs how much, and what needs less.
+        /// The memory needed and available, and advice.
         shortage: Shortage,
     },
 }

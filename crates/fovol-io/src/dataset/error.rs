@@ -18,7 +18,7 @@ pub enum Error {
     Unreachable {
         /// The address.
         url: String,
-        /// What went wrong.
+        /// The error of the HTTP client.
         source: Box<ureq::Error>,
     },
     /// The server declines.
@@ -53,7 +53,7 @@ pub enum Error {
         received: u64,
         /// Bytes of the whole file.
         total: u64,
-        /// What broke it.
+        /// The cause of the interruption.
         cause: String,
     },
     /// The user stopped it. What came is kept.
@@ -80,7 +80,7 @@ pub enum Error {
     Occupied {
         /// The file.
         path: PathBuf,
-        /// What differs.
+        /// The difference between the existing file and the expected one.
         problem: String,
     },
     /// A file cannot be read or written.

@@ -21,7 +21,7 @@ pub struct Picture {
     pub frame: Frame,
     /// Whether the file has alpha.
     pub has_alpha: bool,
-    /// What was assumed when it was read, one line each.
+    /// Assumptions made while reading, one line each.
     pub notes: Vec<String>,
 }
 
@@ -32,7 +32,7 @@ pub struct Motion {
     pub size: FrameSize,
     /// For each pixel, row by row, the way right and the way down in pixels to where it was in the frame before.
     pub ways: Vec<[f32; 2]>,
-    /// What was assumed when it was read, one line each.
+    /// Assumptions made while reading, one line each.
     pub notes: Vec<String>,
 }
 

@@ -73,7 +73,7 @@ pub enum Error {
     Memory(#[from] Shortage),
 }
 
-/// What needs less memory than many voxels.
+/// Advice for volumes that do not fit in memory.
 const FEWER_VOXELS: &str = "smaller --dims need less";
 
 /// The result of making a procedural volume.

@@ -54,7 +54,7 @@ pub(super) fn without(a: f32, b: f32) -> f32 {
     a.max(-b)
 }
 
-/// The same point on the right side: for shapes that are symmetric in x.
+/// Mirrors `p` to non-negative x, for shapes that are symmetric in x.
 pub(super) fn mirrored(p: Vec3) -> Vec3 {
     p.with_x(p.x.abs())
 }

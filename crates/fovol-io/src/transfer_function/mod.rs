@@ -29,9 +29,10 @@ const LARGEST: u64 = 64 << 20;
 pub struct Imported {
     /// The function, with the data values that it was made for where the file gives them.
     pub transfer: TransferFunction,
-    /// Whether it is meant to be stretched over what is shown, even where it has a range: colour maps from 0 to 1 or from −1 to 1.
+    /// Whether the function stretches over the displayed range, even if it has a range of its own. Holds for colour maps
+    /// from 0 to 1 or from −1 to 1.
     pub is_stretched: bool,
-    /// What was assumed, one line each.
+    /// Assumptions made while reading, one line each.
     pub notes: Vec<String>,
 }
 
@@ -61,10 +62,16 @@ impl Imported {
     }
 }
 
-/// Reads the transfer function at `path`: our JSON (`{"points":[[v,r,g,b,a],…]}`, with `"range":[lo,hi]` in data values),
-/// colour maps of ParaView and vtk.js in JSON, volume properties of 3D Slicer and VTK (`presets.xml`, `.vp`) and vtk.js,
-/// Inviwo `.itf`, or a table of colours. Of a file with several, the first is taken, or the one called `NAME` where
-/// `path` ends in `#NAME`.
+/// Reads the transfer function at `path`.
+///
+/// If a file holds several functions, the first one is read. A `path` that ends in `#NAME` selects the one called `NAME`.
+/// These formats are known:
+///
+/// - FoVolNet's JSON: `{"points":[[v,r,g,b,a],…]}`, with `"range":[lo,hi]` in data values
+/// - JSON colour maps of ParaView and vtk.js
+/// - volume properties of 3D Slicer and VTK (`presets.xml`, `.vp`) and of vtk.js
+/// - Inviwo `.itf`
+/// - tables of colours
 ///
 /// # Errors
 /// A file that is missing, damaged, or none of these.

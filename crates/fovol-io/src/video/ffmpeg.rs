@@ -143,7 +143,7 @@ impl Writer {
         check(&self.path, self.frames, self.size)
     }
 
-    /// What `ffmpeg` said of its failure.
+    /// The error of a failed encoder, with the last line of `ffmpeg`'s output.
     fn failure(&mut self) -> io::Error {
         drop(self.input.take());
         io::Error::other(format!("ffmpeg could not encode it{}", self.running.last_words()))
@@ -265,7 +265,7 @@ impl Reader {
     }
 }
 
-/// What is said of the file at `path`, which ffmpeg does not read; `words` are its own in brackets.
+/// The error for a file at `path` that ffmpeg cannot read; `words` are ffmpeg's own, in brackets.
 fn unreadable(path: &Path, words: &str) -> Error {
     Error::malformed(path, format!("ffmpeg cannot read it as a clip{words}; check the file"))
 }
@@ -279,9 +279,9 @@ pub(super) fn count_frames(path: &Path) -> Result<usize> {
     Ok(count_listed(&listed.text))
 }
 
-/// What ffmpeg says of the frames of a clip.
+/// Output of ffmpeg when it lists the frames of a clip.
 struct Listing {
-    /// One line a frame, after lines that begin with `#`.
+    /// One line per frame, after lines that begin with `#`.
     text: String,
     status: ExitStatus,
     /// The end of its errors.

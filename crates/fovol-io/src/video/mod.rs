@@ -14,7 +14,7 @@ pub use ffmpeg::ffmpeg_installed;
 pub use frame_rate::FrameRate;
 pub use reader::VideoReader;
 
-/// What the names of clips may end in, `.y4m` first; all others need ffmpeg.
+/// File extensions of clips, `y4m` first; all others need ffmpeg.
 pub const EXTENSIONS: [&str; 13] =
     ["y4m", "mp4", "m4v", "mov", "mkv", "webm", "avi", "ogv", "mpg", "wmv", "gif", "webp", "apng"];
 
@@ -35,7 +35,7 @@ pub fn check_name(path: &Path) -> Result<()> {
     Err(Error::unsupported(path, problem))
 }
 
-/// What a clip is best written as on this machine: `mp4`, or `y4m` without ffmpeg.
+/// Preferred file extension for clips on this machine: `mp4`, or `y4m` without ffmpeg.
 pub fn best_extension() -> &'static str {
     if ffmpeg_installed() { "mp4" } else { "y4m" }
 }

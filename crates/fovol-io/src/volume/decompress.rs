@@ -21,7 +21,7 @@ const FIRST_PIECE: usize = 64 << 10;
 /// The largest piece: from here on memory grows evenly, so that little more is held than is needed.
 const LARGEST_PIECE: usize = 16 << 20;
 
-/// What needs less memory than a compressed file.
+/// Advice for compressed files that do not fit in memory.
 const UNPACK: &str = "unpacked, as .nhdr or .raw, it needs no memory until it is rendered; `fovolnet convert` unpacks it where there is more";
 
 /// Decompresses `bytes` of `source` until `needed` bytes are there.

@@ -9,10 +9,10 @@ use std::path::Path;
 /// Which files beside the one that is named may be replaced.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Beside {
-    /// Those that were written for it.
+    /// Only files that were written for the named file.
     #[default]
     Own,
-    /// Any.
+    /// Any file.
     All,
 }
 

@@ -65,10 +65,10 @@ pub fn read_folder(path: &Path, overrides: &Overrides) -> Result<Volume> {
     ))
 }
 
-/// What to do with DICOM files, one or a folder of them.
+/// Advice for a DICOM file, or a folder of them.
 const DICOM: &str = "DICOM is not read yet; convert the series to NIfTI or NRRD";
 
-/// Files of a folder that are looked into: series lie in folders of their own.
+/// Number of files that are examined in a folder: a series lies in a folder of its own.
 const FILES_LOOKED_AT: usize = 16;
 
 /// Whether files in the folder `path` are of DICOM.
@@ -129,7 +129,7 @@ const HDF5: &str =
 
 const VTK_XML: &str = "only image data is read of VTK's XML files; resample it to .vti, in ParaView for one";
 
-/// What is wrong with files that begin with `bytes`, of kinds that are known but not read.
+/// Advice for formats that are known but not read, recognised by the first `bytes` of the file.
 fn foreign_content(bytes: &[u8]) -> Option<&'static str> {
     Some(match bytes {
         _ if is_dicom(bytes) => DICOM,
@@ -148,7 +148,7 @@ fn foreign_content(bytes: &[u8]) -> Option<&'static str> {
     })
 }
 
-/// What is wrong with files called `name`, in lower case, of kinds that are known but not read.
+/// Advice for formats that are known but not read, recognised by the file's `name` in lower case.
 fn foreign_name(name: &str) -> Option<&'static str> {
     let ends = |endings: &[&str]| endings.iter().any(|ending| name.ends_with(ending));
     Some(match () {

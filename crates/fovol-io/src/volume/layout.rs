@@ -4,7 +4,7 @@ use super::Source;
 use crate::Result;
 use fovol_core::{Dtype, Endian, Grid, Placement, Volume, VoxelBytes};
 
-/// What one needs to know to see voxels in bytes.
+/// Memory layout of a volume: size, type and order of the voxels in a block of bytes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Layout {
     /// Voxels along x, y, z.

@@ -1,4 +1,4 @@
-//! What a user says about a volume over the head of its file.
+//! Properties of a volume that the user sets in place of its file's metadata.
 
 use super::Source;
 use super::layout::placed;
@@ -6,7 +6,7 @@ use crate::Result;
 use fovol_core::{Dtype, Endian, Grid, Volume};
 use std::sync::Arc;
 
-/// What a user says about a volume over the head of its file.
+/// Properties of a volume that the user sets in place of its file's metadata, and the part to read.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Overrides {
     /// Voxels along x, y, z.

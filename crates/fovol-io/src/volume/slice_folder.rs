@@ -12,10 +12,10 @@ use std::sync::Arc;
 /// Endings of pictures that are read.
 const ENDINGS: [&str; 4] = [".png", ".jpg", ".jpeg", ".bmp"];
 
-/// What one byte of a picture unpacks to at most, by deflate.
+/// Bound on the compression ratio, reached by deflate.
 const BYTES_PER_BYTE: u64 = 1100;
 
-/// And what pictures may have whatever their length.
+/// Bytes that any image may decode to, whatever its length.
 const FREE_BYTES: u64 = 1 << 20;
 
 /// Reads the pictures in the folder `path`; none when there are none.
@@ -96,7 +96,7 @@ fn decoded(file: &Path) -> Result<DynamicImage> {
     DynamicImage::from_decoder(decoder).map_err(|e| failed(e.to_string()))
 }
 
-/// What all slices have in common.
+/// Format of the slices; it is the same for all of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Kind {
     size: [usize; 2],

@@ -6,7 +6,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// What is said of a file of `length` bytes that cannot be mapped.
+/// The error for a file of `length` bytes that cannot be memory-mapped.
 fn too_large(length: u64) -> Shortage {
     Shortage {
         what: "opening the file".into(),

@@ -7,7 +7,7 @@ use crate::Result;
 /// Bytes that tell what a file is.
 const BEGINNING: usize = 4 << 10;
 
-/// What a byte of a compressed file can stand for: bzip2 packs zeros best, 45 MB into a thousand bytes.
+/// Largest compression ratio: bzip2 packs zeros best, 45 MB into a thousand bytes.
 const BYTES_PER_BYTE: usize = 1 << 16;
 
 /// The file that is packed in `source`, under its name; none where it is not packed, or where its reader unpacks it itself: bare

@@ -52,7 +52,7 @@ pub fn write_with(volume: &Volume, path: &Path, beside: Beside) -> Result<Vec<St
     Ok(lost(volume, &name))
 }
 
-/// What a file called `name` does not say of `volume`.
+/// Notes on the properties of `volume` that a file called `name` cannot store, one line each.
 fn lost(volume: &Volume, name: &str) -> Vec<String> {
     let is = |endings: &[&str]| endings.iter().any(|ending| name.ends_with(ending));
     let (is_nifti, is_meta, is_vti) = (is(&[".nii", ".nii.gz"]), is(&[".mha", ".mhd"]), is(&[".vti"]));

@@ -1,4 +1,4 @@
-//! What is done with the bytes of an input.
+//! Parses the bytes of an input and checks the result.
 
 use fovol_io::transfer_function;
 use fovol_io::volume::{Overrides, Source, parse, read};

@@ -7,7 +7,7 @@ use crate::volume::Source;
 use fovol_core::Dtype;
 use std::str::FromStr;
 
-/// What the header says.
+/// Header of a legacy VTK file of structured points.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Header {
     /// Whether values are binary, big-endian, rather than text.

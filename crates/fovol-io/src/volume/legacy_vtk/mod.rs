@@ -104,7 +104,7 @@ struct Search<'a> {
     source: &'a Source,
     header: &'a Header,
     cursor: Cursor<'a>,
-    /// Those found so far.
+    /// Arrays found so far.
     found: Vec<Array>,
 }
 

@@ -40,7 +40,7 @@ const SAME: f64 = 1e-3;
 /// Squares of a below this are 0.
 const HALF_A_TURN: f64 = 1e-7;
 
-/// What single precision explains.
+/// Relative tolerance for rounding to single precision.
 const EQUAL: f64 = 1e-5;
 
 impl Forms {

@@ -5,7 +5,7 @@ use crate::Result;
 use crate::volume::Source;
 use fovol_core::{Dtype, Endian, Rescale, Voxel};
 
-/// What a header says.
+/// Fields of an Analyze or NIfTI header.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Header {
     /// Which standard it follows.

@@ -1,4 +1,4 @@
-//! What the axes of an NRRD array mean: components first, then x, y, z, then volumes.
+//! Roles of the axes of an NRRD array: components first, then x, y, z, then volumes.
 
 use super::header::Header;
 use super::space::vector;

@@ -1,4 +1,4 @@
-//! What names, sidecars and users say about bare voxels.
+//! Layout of raw volumes, as far as file names, sidecars and users state it.
 
 use super::gzip;
 use crate::volume::decompress::{Compression, decompressed_length};
@@ -34,7 +34,7 @@ pub struct Description {
 }
 
 impl Description {
-    /// What the user says.
+    /// Takes the size, type, byte order and spacing from the user's overrides.
     pub fn of_user(overrides: &Overrides) -> Self {
         let Overrides { dims, dtype, endian, spacing, .. } = *overrides;
         Self { dims, dtype, endian, spacing, dims_are_chosen: dims.is_some(), ..Self::default() }
@@ -95,7 +95,7 @@ impl Description {
     }
 }
 
-/// What is said where `excess` bytes are left over.
+/// The warning about `excess` bytes after the last voxel.
 fn too_long(source: &Source, layout: &Layout, excess: usize) -> String {
     let Layout { dims: [x, y, z], dtype, components, .. } = layout;
     let of = if *components == 1 { String::new() } else { format!("{components} x ") };
@@ -105,14 +105,14 @@ fn too_long(source: &Source, layout: &Layout, excess: usize) -> String {
     )
 }
 
-/// What is said where the user gave `dims` for which bytes are missing.
+/// The error for a file that is too short for the user's `--dims`.
 fn too_short(source: &Source, [x, y, z]: [usize; 3], [needed, found]: [usize; 2]) -> Error {
     source.malformed(format!(
         "--dims {x},{y},{z} needs {needed} bytes, the file has {found}; check --dims and --dtype"
     ))
 }
 
-/// How many bytes there are if they are fewer than `needed`; none where that is not what is wrong.
+/// Number of bytes in the file, unpacked, if it is less than `needed`; otherwise none.
 fn found_bytes(source: &Source, is_packed: bool, needed: usize) -> Option<usize> {
     let found = match is_packed {
         true => decompressed_length(source.bytes(), Compression::Gzip, needed)?,

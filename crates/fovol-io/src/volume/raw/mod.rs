@@ -35,7 +35,7 @@ pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
     })
 }
 
-/// What is said where the user gives other dims than the name of the file.
+/// The message for `--dims` that differ from the dims in the file's name.
 fn contradiction([x, y, z]: [usize; 3], [nx, ny, nz]: [usize; 3]) -> String {
     format!("--dims {x},{y},{z} contradicts the file's name, {nx}x{ny}x{nz}")
 }

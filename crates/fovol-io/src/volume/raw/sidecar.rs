@@ -12,13 +12,13 @@ const LONGEST_HEADER: usize = 1 << 20;
 
 type Reader = fn(&Source) -> Result<Description>;
 
-/// What was found beside bare voxels.
+/// Metadata found beside a raw volume.
 pub enum Found {
-    /// Nothing that speaks of them.
+    /// No file describes the voxels.
     Nothing,
     /// A description.
     Description(Box<Description>),
-    /// A header that is a volume file by itself.
+    /// A header that is itself a volume file.
     Volume(Box<Volume>),
 }
 

@@ -65,18 +65,18 @@ fn sidecar(
     Ok(Some((sidecar, text)))
 }
 
-/// What lies where a sidecar would.
+/// The file at the path of the sidecar.
 enum Found {
     Nothing,
-    /// The sidecar of what lies at the path of the voxels.
+    /// The sidecar of the file at the path of the voxels.
     Own,
-    /// Something that readers of the voxels pass over.
+    /// A file that readers of the voxels ignore.
     Silent,
-    /// The description of other voxels, which readers would take for one of these.
+    /// The sidecar of other voxels, which readers would mistake for the sidecar of these.
     Foreign,
 }
 
-/// What lies at `sidecar`, beside the voxels at `raw`.
+/// Classifies the file at `sidecar`, beside the voxels at `raw`.
 fn found(sidecar: &Path, raw: &Path) -> Found {
     if !sidecar.exists() {
         return Found::Nothing;
@@ -93,7 +93,9 @@ fn found(sidecar: &Path, raw: &Path) -> Found {
     }
 }
 
-/// As much of `sidecar` as shows whether it is one. It is opened as no input: it may be replaced.
+/// The start of `sidecar`, long enough to tell whether it is a sidecar; none if it cannot be read.
+///
+/// The file is not registered as an input, so it may be overwritten.
 fn start_of(sidecar: &Path) -> Option<Source> {
     let mut bytes = Vec::new();
     File::open(sidecar).ok()?.take(json::LONGEST as u64 + 1).read_to_end(&mut bytes).ok()?;

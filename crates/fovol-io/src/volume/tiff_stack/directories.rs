@@ -1,5 +1,7 @@
-//! A look at the directories of a TIFF file before it is decoded: the decoder makes room for a tag before it
-//! knows whether the file has as many bytes, and has no limit of ours until it has read the first directory.
+//! Validates the directories of a TIFF file before the decoder reads it.
+//!
+//! The decoder allocates memory for a tag before it checks the file's length. Our limits apply only after it has read
+//! the first directory.
 
 use crate::Result;
 use crate::volume::Source;

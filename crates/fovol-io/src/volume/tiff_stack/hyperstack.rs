@@ -79,7 +79,7 @@ pub struct Hyperstack {
     pub units: Option<String>,
     /// Whether all planes follow the first one, without pages of their own.
     pub is_one_page: bool,
-    /// What is doubtful.
+    /// Doubts about the metadata, one line each.
     pub notes: Vec<String>,
 }
 
@@ -88,7 +88,7 @@ pub struct Hyperstack {
 pub struct Chosen {
     /// The page of every slice, from 0 on.
     pub pages: Vec<usize>,
-    /// What the file holds.
+    /// Contents of the file, and the selected part.
     pub contents: Contents,
 }
 
@@ -118,10 +118,10 @@ impl Hyperstack {
         Self { counts, pages, ..Self::plain(0) }
     }
 
-    /// What the first page of `source` says of all.
+    /// Reads the metadata of all pages from the first page of `source`.
     ///
     /// # Errors
-    /// OME-XML that is broken.
+    /// Broken OME-XML.
     pub fn of(source: &Source) -> Result<Self> {
         let Some(reader) = Reader::new(source.bytes()) else { return Ok(Self::plain(0)) };
         let directories = reader.pages();

@@ -8,7 +8,9 @@ use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Reader, XmlVersion};
 use std::collections::BTreeMap;
 
-/// What `text` says of the file `source` of `pages` pages. Of several images the first is taken, with a note.
+/// Parses the OME-XML `text` of the file `source`, which has `pages` pages.
+///
+/// If the XML describes several images, the first one is read, and a note says so.
 ///
 /// # Errors
 /// Broken XML, or an image without sizes.

@@ -1,4 +1,4 @@
-//! What the XML of an image says: extents, arrays, and where their data is.
+//! The XML of a VTK image: its extents, its arrays, and the location of their data.
 
 use crate::Result;
 use crate::volume::arrays::{self, Candidate};
@@ -133,9 +133,9 @@ pub struct Shown<'a> {
     pub array: &'a Array<'a>,
     /// Whether it has a value for each cell rather than for each point.
     pub is_of_cells: bool,
-    /// Its values along each axis.
+    /// Values along each axis.
     pub dims: [usize; 3],
-    /// What there is besides.
+    /// Contents of the file, and the selected part.
     pub contents: Contents,
 }
 
