@@ -1,7 +1,7 @@
-//! Files that appear under their name only when they are complete, and on the disk.
+//! Atomic writes: a file appears under its name only when it is complete and on the disk.
 //!
-//! A link to a file stays a link. What is no file, `/dev/null` or a pipe, keeps its name and is written into. Temporary files are
-//! entered in [`fovol_core::unfinished`], so that a signal leaves none of them behind.
+//! Symbolic links stay links. Devices and pipes, such as `/dev/null`, are written in place. Temporary files are
+//! registered in [`fovol_core::unfinished`], so that a signal leaves none of them behind.
 
 use crate::stream::{is_stream, open_stream};
 use crate::{Error, Result};
@@ -62,11 +62,11 @@ impl<W: Write> Write for Sink<W> {
     }
 }
 
-/// A complete file that has not got its name yet. Without [`Self::complete`] it is removed.
+/// A complete file without its final name. It is removed unless [`Self::complete`] is called.
 #[must_use]
 pub struct Prepared {
     path: PathBuf,
-    /// Nothing where `path` is no file: then it was written into.
+    /// None if `path` is a device or a pipe, which was written in place.
     temporary: Option<Temporary>,
 }
 
@@ -96,15 +96,17 @@ impl Drop for Entry {
 }
 
 impl Prepared {
-    /// Gives it its name.
+    /// Gives the file its name.
     ///
     /// # Errors
-    /// What the system said; the file is gone then.
+    /// Errors of the operating system; the file is removed then.
     pub fn complete(self) -> Result<()> {
         self.complete_within(&Gate::enter())
     }
 
-    /// Gives it its name, and `next`, which speaks of this file, its own when this one is on the disk. A signal finds both or neither.
+    /// Gives this file its name, then `next`, which refers to this file, once this one is on the disk.
+    ///
+    /// A signal finds both files or neither.
     ///
     /// # Errors
     /// As [`Self::complete`].
@@ -124,7 +126,9 @@ impl Prepared {
     }
 }
 
-/// Writes what is to be `path` by `fill`, without giving it that name: so that files which belong together appear together.
+/// Writes the content of `path` with `fill`, but does not give the file its name yet.
+///
+/// Files that belong together can then appear together.
 ///
 /// # Errors
 /// As [`write()`].
@@ -144,8 +148,9 @@ pub fn prepare(path: &Path, fill: impl FnOnce(&mut Output<'_>) -> io::Result<()>
     Ok(Prepared { path: path.to_owned(), temporary: Some(temporary) })
 }
 
-/// A temporary file for what is to be `path`, with its extension: in the folder where that will be, or among the system's
-/// temporary files if `path` is no file.
+/// Creates a temporary file with the extension of `path`.
+///
+/// It lies in the folder of `path`, or in the system's temporary folder if `path` is a device or a pipe.
 ///
 /// # Errors
 /// What the system said.

@@ -21,41 +21,42 @@ use fovol_core::{TransferFunction, did_you_mean, input, path_of_text, text_of_pa
 use std::io::{Read, Write};
 use std::path::Path;
 
-/// No transfer function needs more bytes than this; collections of colour maps included.
+/// Largest file that is read, in bytes; collections of colour maps are smaller.
 const LARGEST: u64 = 64 << 20;
 
-/// A transfer function as its file has it.
+/// A transfer function read from a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Imported {
     /// The function, with the data values that it was made for where the file gives them.
     pub transfer: TransferFunction,
-    /// Whether the function stretches over the displayed range, even if it has a range of its own. Holds for colour maps
-    /// from 0 to 1 or from −1 to 1.
+    /// Whether the function stretches over the displayed range, even if it has a range of its own.
+    ///
+    /// True of colour maps from 0 to 1 or from −1 to 1.
     pub is_stretched: bool,
     /// Assumptions made while reading, one line each.
     pub notes: Vec<String>,
 }
 
 impl From<TransferFunction> for Imported {
-    /// `transfer`, which stays at the data values of its range where it has one.
+    /// Wraps `transfer`. If it has a range, it stays at those data values.
     fn from(transfer: TransferFunction) -> Self {
         Self::of(transfer)
     }
 }
 
 impl Imported {
-    /// `transfer`, which stays at the data values of its range where it has one.
+    /// Wraps `transfer`. If it has a range, it stays at those data values.
     fn of(transfer: TransferFunction) -> Self {
         let is_stretched = transfer.range().is_none();
         Self { transfer, is_stretched, notes: Vec::new() }
     }
 
-    /// `transfer` for whatever is shown.
+    /// Wraps `transfer`, stretched over the displayed range.
     fn stretched(transfer: TransferFunction) -> Self {
         Self { is_stretched: true, ..Self::of(transfer) }
     }
 
-    /// The function as the file means it: without its range where that is to be stretched.
+    /// The function as the file intends it: without its range if [`Self::is_stretched`].
     pub fn as_meant(&self) -> TransferFunction {
         let transfer = self.transfer.clone();
         if self.is_stretched { transfer.with_range(None).expect("no range is sound") } else { transfer }
@@ -64,8 +65,8 @@ impl Imported {
 
 /// Reads the transfer function at `path`.
 ///
-/// If a file holds several functions, the first one is read. A `path` that ends in `#NAME` selects the one called `NAME`.
-/// These formats are known:
+/// If a file holds several functions, the first one is read. A `path` ending in `#NAME` selects the one called `NAME`.
+/// Formats:
 ///
 /// - FoVolNet's JSON: `{"points":[[v,r,g,b,a],…]}`, with `"range":[lo,hi]` in data values
 /// - JSON colour maps of ParaView and vtk.js
@@ -153,7 +154,9 @@ fn with_name(path: &Path) -> (std::path::PathBuf, Option<String>) {
 /// Names of a file that are listed at most.
 const LISTED: usize = 20;
 
-/// Which of `names` the `wanted` one is, or the first; with a note that lists them where one of several was taken unasked.
+/// Returns the index of `wanted` in `names`, or 0 if none is wanted.
+///
+/// If one of several is chosen by default, a note lists the names.
 fn chosen(path: &Path, names: &[&str], wanted: Option<&str>) -> Result<(usize, Option<String>)> {
     let mut listed: Vec<&str> = names.iter().take(LISTED).copied().collect();
     if names.len() > LISTED {

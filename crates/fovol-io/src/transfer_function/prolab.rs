@@ -1,5 +1,7 @@
-//! The projective colour space ProLab: Konovalenko, Smagina, Nikolaev and Nikolaev, "ProLab: Perceptually Uniform Projective Color
-//! Coordinate System", IEEE Access 9, 2021.
+//! The projective colour space ProLab.
+//!
+//! Source: Konovalenko, Smagina, Nikolaev and Nikolaev, "ProLab: Perceptually Uniform Projective Color Coordinate
+//! System", IEEE Access 9, 2021.
 
 use super::colour_space::{Colour, from_xyz, to_xyz};
 use glam::{DMat4, DVec3, DVec4};

@@ -18,8 +18,9 @@ pub fn ffmpeg_installed() -> bool {
     probe.is_ok_and(|status| status.success())
 }
 
-/// The option that says what becomes of the times of frames. Versions before 5.1 know only the first, those from 9 on only the
-/// second.
+/// The option of the installed ffmpeg that sets how frame timestamps are handled: `-vsync` or `-fps_mode`.
+///
+/// Versions before 5.1 know only `-vsync`, versions from 9 on only `-fps_mode`.
 fn timing_option() -> &'static str {
     static OPTION: LazyLock<&str> = LazyLock::new(|| {
         let said = Command::new(ffmpeg_path()).arg("-version").stdin(Stdio::null()).output();
@@ -30,7 +31,7 @@ fn timing_option() -> &'static str {
     *OPTION
 }
 
-/// The option that an `ffmpeg` takes which says `said` of its version; builds without a number are new.
+/// The option for an ffmpeg that prints `said` as its version; builds without a number count as new.
 fn timing_option_of(said: &str) -> &'static str {
     let version = said.split_whitespace().nth(2).unwrap_or_default().trim_start_matches('n');
     let mut numbers = version.split(['.', '-']).map_while(|part| part.parse::<u32>().ok());
@@ -40,9 +41,9 @@ fn timing_option_of(said: &str) -> &'static str {
     }
 }
 
-/// Kinds of clips that hold colours as they are, without luma and chroma at half resolution.
+/// Formats that store RGB colours instead of luma and subsampled chroma.
 const OF_COLOURS: [&str; 2] = ["gif", "apng"];
-/// Kinds of clips whose encoders know no constant quality (`-crf`), and take a quantiser.
+/// Formats whose encoders lack constant quality (`-crf`) and take a quantiser instead.
 const OF_QUANTISERS: [&str; 4] = ["avi", "ogv", "mpg", "wmv"];
 
 fn ends_in(path: &Path, endings: &[&str]) -> bool {
@@ -255,7 +256,9 @@ impl Reader {
         self.ended(next)
     }
 
-    /// `outcome`, unless ffmpeg has failed: then what it said is the cause. Nobody reads what it writes any more, so it ends.
+    /// Waits for ffmpeg to end and returns `outcome`, or ffmpeg's error if it failed.
+    ///
+    /// ffmpeg does end, because nobody reads its output any more.
     fn ended<T>(&mut self, outcome: Result<T>) -> Result<T> {
         let status = self.running.process.wait().map_err(|e| Error::io("read", &self.path, e))?;
         if status.success() {

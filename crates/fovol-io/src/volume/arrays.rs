@@ -27,11 +27,13 @@ impl Candidate<'_> {
     }
 }
 
-/// The array to show: the chosen one, else the active scalars, else the first scalar, else the first array; of points where these
-/// have arrays, else of cells. Returns its place among `candidates`, and the contents of the file.
+/// Selects the array to show, and returns its index in `candidates` and the contents of the file.
+///
+/// It is the chosen array, else the active scalars, else the first scalar array, else the first array. Point data come
+/// before cell data.
 ///
 /// # Errors
-/// A chosen array that is not there, or no array at all.
+/// The chosen array does not exist, or the file has no array.
 pub fn shown(
     source: &Source,
     candidates: &[Candidate<'_>],

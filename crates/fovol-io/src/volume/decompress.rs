@@ -26,7 +26,7 @@ const UNPACK: &str = "unpacked, as .nhdr or .raw, it needs no memory until it is
 
 /// Decompresses `bytes` of `source` until `needed` bytes are there.
 ///
-/// Memory grows with what really comes out; a bomb is read no further than `needed`.
+/// Memory grows with the output, and a decompression bomb is read no further than `needed`.
 ///
 /// # Errors
 /// A stream that is damaged or ends before `needed` bytes.
@@ -124,7 +124,9 @@ pub fn decompress_all(
     Ok(out)
 }
 
-/// How many bytes come out of all of `bytes`, without keeping them; none where they are damaged, or more than `limit` come out.
+/// Counts the bytes that `bytes` decompress to, without storing them.
+///
+/// None if the stream is damaged or decompresses to more than `limit` bytes.
 pub fn decompressed_length(bytes: &[u8], compression: Compression, limit: usize) -> Option<usize> {
     let mut reader = reader(bytes, compression).take(limit as u64 + 1);
     let length = io::copy(&mut reader, &mut io::sink()).ok()?;

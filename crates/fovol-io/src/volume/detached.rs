@@ -1,4 +1,4 @@
-//! Voxels written beside the header that speaks of them.
+//! Writes voxels to a file of their own, beside their header.
 
 use super::voxels::Voxels;
 use crate::{Error, Result, atomic};
@@ -6,7 +6,7 @@ use std::fs::File;
 use std::io::{Read, Write};
 use std::path::Path;
 
-/// Which files beside the one that is named may be replaced.
+/// Files beside the named output that may be overwritten.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Beside {
     /// Only files that were written for the named file.
@@ -16,12 +16,14 @@ pub enum Beside {
     All,
 }
 
-/// Writes `voxels` to `x.raw` beside the header `x.nhdr` or `x.mhd`, and what `text` makes of that name to the header. Both are
-/// complete before either has its name; the header gets it last.
+/// Writes `voxels` to `x.raw` beside the header `x.nhdr` or `x.mhd`.
+///
+/// `text` maps the name `x.raw` to the text of the header. Both files are complete before either gets its name; the header
+/// gets it last.
 ///
 /// # Errors
-/// A name that text headers cannot hold; a file that lies there and was not written for this header, unless `beside` gives it up;
-/// what the system said.
+/// A name that text headers cannot hold; an existing file that was not written for this header, unless `beside` permits
+/// overwriting it; errors of the operating system.
 pub fn write(
     voxels: &Voxels<'_>,
     header: &Path,

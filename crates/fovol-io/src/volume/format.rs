@@ -36,8 +36,9 @@ pub fn parser_of(source: &Source) -> Result<Option<Parser>> {
     }
 }
 
-/// Whether a file that begins with `bytes`, unpacked from a compressed one called `path`, is of a known kind rather than bare
-/// voxels.
+/// Whether a decompressed file is of a known format rather than raw voxels.
+///
+/// `bytes` are the start of the decompressed data, `path` the compressed file.
 pub fn is_known(bytes: &[u8], path: &Path) -> bool {
     by_content(bytes).is_some() || foreign_content(bytes).is_some() || by_name(&name(path)).is_some()
 }

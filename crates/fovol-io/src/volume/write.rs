@@ -22,19 +22,22 @@ const WRITERS: &[(&str, Writer)] = &[
     (".vti", vti::write),
 ];
 
-/// Writes `volume` to `path` in the format of its ending. Size, type, spacing, values, orientation, origin and unit are kept; of
-/// several components the shown one is written. Scaled values are written as floats, but NIfTI keeps their scaling. Returns what
-/// the format cannot hold, a line each. Some formats take two files: the second is named like the first and replaces nothing that
-/// was not written for it, see [`write_with`].
+/// Writes `volume` to `path` in the format of its extension, and returns notes on lost properties, one line each.
+///
+/// The file keeps size, type, spacing, values, orientation, origin and unit. Of several components only the shown one is
+/// written. NIfTI keeps the scaling of values; other formats store scaled values as floats.
+///
+/// Some formats use two files. The second has the same stem, and overwrites only a file that was written for the first;
+/// see [`write_with`].
 ///
 /// # Errors
-/// An unknown ending, a type that the format does not have, another's file where the second would lie, and what the system says;
-/// one line. Nothing is written then.
+/// An unknown extension, a type that the format lacks, another output's file at the second path, and errors of the operating
+/// system. The message is one line, and nothing is written.
 pub fn write(volume: &Volume, path: &Path) -> Result<Vec<String>> {
     write_with(volume, path, Beside::Own)
 }
 
-/// Writes `volume` to `path` as [`write()`] does; what may be replaced beside it says `beside`.
+/// Writes `volume` to `path`, see [`write()`]; `beside` says which second files may be overwritten.
 ///
 /// # Errors
 /// Those of [`write()`].

@@ -1,4 +1,6 @@
-//! The two ways in which NIfTI places voxels in space: <https://nifti.nimh.nih.gov/nifti-1/documentation/nifti1fields/nifti1fields_pages/qsform.html>.
+//! Orientation and position of NIfTI volumes: the qform and the sform.
+//!
+//! Source: <https://nifti.nimh.nih.gov/nifti-1/documentation/nifti1fields/nifti1fields_pages/qsform.html>.
 
 use crate::volume::affine::Affine;
 use glam::{DMat3, DVec3};

@@ -8,7 +8,7 @@ use crate::volume::{Overrides, Source};
 use crate::{Error, Result};
 use fovol_core::{Dtype, Endian, Placement, Volume};
 
-/// Size, type and place of bare voxels, as far as they are known.
+/// Size, type and placement of raw voxels, as far as they are known.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Description {
     /// The file that holds the voxels.
@@ -121,8 +121,10 @@ fn found_bytes(source: &Source, is_packed: bool, needed: usize) -> Option<usize>
     (found < needed).then_some(found)
 }
 
-/// Whether `source` is a gzip file of `needed` bytes. Voxels may begin like one by chance: without the name of one, it must be too
-/// short for bare voxels and of the right length unpacked.
+/// Whether `source` is a gzip file that unpacks to `needed` bytes.
+///
+/// Raw voxels may start with the magic number by chance. Without the extension `.gz`, the file must be too short for raw
+/// voxels, and its stated length must be `needed`.
 fn is_packed(source: &Source, needed: usize) -> bool {
     let bytes = source.bytes();
     let is_named = source.path().extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gz"));

@@ -12,10 +12,13 @@ use std::fs::File;
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
-/// Writes `volume` as bare little-endian voxels: `.raw`, or `.raw.gz`. Both files are complete before either has its name.
+/// Writes `volume` as raw little-endian voxels (`.raw` or `.raw.gz`), with a `.json` sidecar where one is needed.
+///
+/// Both files are complete before either gets its name.
 ///
 /// # Errors
-/// A `.json` that lies there and does not speak of these voxels, unless `beside` gives it up; what the system said.
+/// An existing `.json` that does not describe these voxels, unless `beside` permits overwriting it; errors of the
+/// operating system.
 pub fn write(volume: &Volume, path: &Path, beside: Beside) -> Result<()> {
     let voxels = Voxels::of(volume);
     let sidecar = sidecar(volume, &voxels, path, beside)?;

@@ -37,8 +37,7 @@ impl Counts {
         self.slices.checked_mul(self.channels)?.checked_mul(self.times)
     }
 
-    /// The number of the plane of a slice, channel and time point where `order` names the axes, the quickest first, by `Z`, `C`
-    /// and `T`.
+    /// The index of the plane of a slice, channel and time point. `order` names the axes `Z`, `C` and `T`, fastest first.
     pub fn plane(&self, order: &str, [slice, channel, time]: [usize; 3]) -> usize {
         let mut stride = 1;
         order.chars().fold(0, |plane, axis| {

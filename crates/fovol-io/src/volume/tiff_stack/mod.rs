@@ -22,10 +22,10 @@ pub fn is_tiff(bytes: &[u8]) -> bool {
     matches!(bytes, [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..])
 }
 
-/// Reads the volume of a TIFF file that `overrides` choose: of channels and time points the first, where nothing is said.
+/// Reads a volume from a TIFF file: the channel and time point that `overrides` choose, by default the first.
 ///
 /// # Errors
-/// Damaged files, pages that differ in size or type, types that are not read, choices that are not there.
+/// Damaged files, pages that differ in size or type, unsupported types, and a channel or time point out of range.
 pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
     let (source, is_inverted) = &directories::as_stored(source);
     let mut pages = Pages::open(source)?;

@@ -159,8 +159,8 @@ impl Pixels {
         (missing == 0 || is_of_many && missing < planes).then_some(found)
     }
 
-    /// The name by which the file is called: that of the block which describes it. A file that was renamed keeps its old name
-    /// inside, so the first name is taken for its own.
+    /// The name of this file in its metadata. A renamed file keeps its old name there, so the first named file counts
+    /// as this one.
     fn own_file(&self) -> Option<&str> {
         self.blocks.first().and_then(|block| block.file.as_deref())
     }
