@@ -39,7 +39,7 @@ pub(crate) fn keep_input(path: &Path) -> Result<()> {
 /// Writes `path` by `fill`: to a temporary name in the same folder, renamed when everything is written.
 ///
 /// # Errors
-/// What `fill` or the system said; nothing is left under either name then.
+/// Errors of `fill` or of the operating system; then neither the file nor its temporary file remains.
 pub fn write(path: &Path, fill: impl FnOnce(&mut Output<'_>) -> io::Result<()>) -> Result<()> {
     prepare(path, fill)?.complete()
 }
@@ -109,7 +109,7 @@ impl Prepared {
     /// A signal finds both files or neither.
     ///
     /// # Errors
-    /// As [`Self::complete`].
+    /// Those of [`Self::complete`].
     pub fn complete_before(self, next: Self) -> Result<()> {
         let path = target(&self.path);
         let gate = Gate::enter();
@@ -131,7 +131,7 @@ impl Prepared {
 /// Files that belong together can then appear together.
 ///
 /// # Errors
-/// As [`write()`].
+/// Those of [`write()`].
 pub fn prepare(path: &Path, fill: impl FnOnce(&mut Output<'_>) -> io::Result<()>) -> Result<Prepared> {
     let failed = |e| Error::io("write", path, e);
     let filled = |file: &File| {
@@ -153,7 +153,7 @@ pub fn prepare(path: &Path, fill: impl FnOnce(&mut Output<'_>) -> io::Result<()>
 /// It lies in the folder of `path`, or in the system's temporary folder if `path` is a device or a pipe.
 ///
 /// # Errors
-/// What the system said.
+/// Errors of the operating system.
 pub fn temporary(path: &Path) -> Result<(File, Temporary)> {
     keep_input(path)?;
     // The system says so too, but only when all is written and a second file may have its name already.
@@ -178,7 +178,7 @@ pub fn temporary(path: &Path) -> Result<(File, Temporary)> {
 /// Gives a complete [`temporary`] file its name, once it is on the disk.
 ///
 /// # Errors
-/// What the system said; the temporary file is gone then.
+/// Errors of the operating system; the temporary file is removed then.
 pub fn persist(temporary: Temporary, path: &Path) -> Result<()> {
     let failed = |e| Error::io("write", path, e);
     if is_stream(path) {
@@ -219,7 +219,7 @@ fn target(path: &Path) -> PathBuf {
 /// Writes `bytes` to `path` as [`write()`] does.
 ///
 /// # Errors
-/// As [`write()`].
+/// Those of [`write()`].
 pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
     write(path, |out| out.write_all(bytes))
 }
@@ -227,7 +227,7 @@ pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
 /// Makes the folder `path` and those above it.
 ///
 /// # Errors
-/// What the system said.
+/// Errors of the operating system.
 pub fn make_folder(path: &Path) -> Result<()> {
     fs::create_dir_all(path).map_err(|source| Error::io("make the folder", path, source))
 }

@@ -15,7 +15,7 @@ pub(crate) fn is_stream(path: &Path) -> bool {
 /// Opens a pipe or a device for writing.
 ///
 /// # Errors
-/// A pipe that nobody reads, a disk; what the system said.
+/// A pipe without a reader, a block device; errors of the operating system.
 pub(crate) fn open_stream(path: &Path) -> Result<File> {
     open(path).map_err(|e| Error::io("write", path, e))
 }

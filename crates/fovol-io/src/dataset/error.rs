@@ -26,7 +26,7 @@ pub enum Error {
     Status {
         /// The address.
         url: String,
-        /// The status: 404 for a file that is not there.
+        /// The HTTP status code, for example 404 if the file does not exist.
         status: u16,
     },
     /// The server has a file of another size.

@@ -48,7 +48,7 @@ pub enum Alpha {
 /// Writes `frame` as 8-bit PNG.
 ///
 /// # Errors
-/// What the system said.
+/// Errors of the operating system.
 pub fn write_png(path: &Path, frame: &Frame, alpha: Alpha) -> Result<()> {
     let (bytes, colour) = match alpha {
         Alpha::Drop => (frame.to_rgb8(), ExtendedColorType::Rgb8),
@@ -60,7 +60,7 @@ pub fn write_png(path: &Path, frame: &Frame, alpha: Alpha) -> Result<()> {
 /// Writes one byte per pixel, row by row, as grey PNG.
 ///
 /// # Errors
-/// What the system said.
+/// Errors of the operating system.
 pub fn write_grey_png(path: &Path, size: FrameSize, bytes: &[u8]) -> Result<()> {
     write_png_bytes(path, size, bytes, ExtendedColorType::L8)
 }
@@ -76,7 +76,7 @@ fn write_png_bytes(path: &Path, size: FrameSize, bytes: &[u8], colour: ExtendedC
 /// Writes `frame` as EXR: RGBA of f32, the display values as they are. Equal pixels give equal bytes.
 ///
 /// # Errors
-/// What the system said.
+/// Errors of the operating system.
 pub fn write_exr(path: &Path, frame: &Frame) -> Result<()> {
     let bytes = exr_file::encode(frame).map_err(|e| Error::io("write", path, std::io::Error::other(e)))?;
     atomic::write_bytes(path, &bytes)
@@ -107,7 +107,7 @@ pub fn read(path: &Path) -> Result<Frame> {
 /// Reads a picture with what is known about it.
 ///
 /// # Errors
-/// As [`read`].
+/// Those of [`read`].
 pub fn read_picture(path: &Path) -> Result<Picture> {
     if is_exr(path)? { exr_file::read(path) } else { picture(path, BufReader::new(open(path)?)) }
 }
@@ -115,7 +115,7 @@ pub fn read_picture(path: &Path) -> Result<Picture> {
 /// The size of the picture in the file at `path`, without its pixels.
 ///
 /// # Errors
-/// As [`read`].
+/// Those of [`read`].
 pub fn size(path: &Path) -> Result<FrameSize> {
     if is_exr(path)? {
         return exr_file::size(path);
@@ -129,7 +129,7 @@ pub fn size(path: &Path) -> Result<FrameSize> {
 /// Reads the motion of a frame from an EXR file: two channels whose names differ by X and Y, by U and V, or by R and G.
 ///
 /// # Errors
-/// As [`read`], or a file without such channels.
+/// Those of [`read`], or a file without such channels.
 pub fn read_motion(path: &Path) -> Result<Motion> {
     if !is_exr(path)? {
         return Err(Error::unsupported(
@@ -159,7 +159,7 @@ fn no_picture(path: &Path, error: &image::ImageError) -> Error {
 /// The PNG, JPEG or BMP picture in `bytes`, which `path` names in errors.
 ///
 /// # Errors
-/// As [`read`].
+/// Those of [`read`].
 pub fn decode(path: &Path, bytes: impl BufRead + Seek) -> Result<Frame> {
     picture(path, bytes).map(|picture| picture.frame)
 }

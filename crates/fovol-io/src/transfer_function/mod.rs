@@ -96,7 +96,7 @@ pub fn import(path: &Path) -> Result<Imported> {
 /// Reads the transfer function at `path` as its file means it, see [`import`].
 ///
 /// # Errors
-/// As [`import`].
+/// Those of [`import`].
 pub fn read(path: &Path) -> Result<TransferFunction> {
     Ok(import(path)?.as_meant())
 }
@@ -108,7 +108,7 @@ const UNKNOWN: &str = "it is no transfer function that is known here; give {\"po
 /// Reads `text`, which came from `path`; the function called `name` where there are several.
 ///
 /// # Errors
-/// As [`import`].
+/// Those of [`import`].
 pub fn parse(path: &Path, text: &str, name: Option<&str>) -> Result<Imported> {
     let mut imported = parse_kind(path, text, name)?;
     imported.notes.iter_mut().for_each(|note| *note = crate::error::plain(&note));
@@ -137,7 +137,7 @@ fn parse_kind(path: &Path, text: &str, name: Option<&str>) -> Result<Imported> {
 /// Writes `transfer` as our JSON.
 ///
 /// # Errors
-/// What the system said.
+/// Errors of the operating system.
 pub fn write(path: &Path, transfer: &TransferFunction) -> Result<()> {
     let text = serde_json::to_string(transfer).map_err(|e| Error::malformed(path, e.to_string()))?;
     atomic::write(path, |out| writeln!(out, "{text}"))

@@ -88,7 +88,7 @@ impl VideoWriter {
     /// Appends `frame`.
     ///
     /// # Errors
-    /// A frame of another size, or what the system said.
+    /// A frame of another size, or errors of the operating system.
     pub fn push(&mut self, frame: &Frame) -> Result<()> {
         if frame.size() != self.size {
             let problem = format!("a clip of {} cannot take a frame of {}", self.size, frame.size());

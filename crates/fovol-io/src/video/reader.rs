@@ -31,7 +31,7 @@ impl VideoReader {
     /// The number of frames of the clip at `path`. They are decoded, and not kept.
     ///
     /// # Errors
-    /// As [`Self::open`]; a clip that is damaged.
+    /// Those of [`Self::open`]; a clip that is damaged.
     pub fn count_frames(path: &Path) -> Result<usize> {
         let Some(mut reader) = y4m(path)? else { return ffmpeg::count_frames(path) };
         let mut count = 0;

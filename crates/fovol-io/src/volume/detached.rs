@@ -18,8 +18,8 @@ pub enum Beside {
 
 /// Writes `voxels` to `x.raw` beside the header `x.nhdr` or `x.mhd`.
 ///
-/// `text` maps the name `x.raw` to the text of the header. Both files are complete before either gets its name; the header
-/// gets it last.
+/// `text` maps the name `x.raw` to the text of the header. Both files are complete before either gets its name, and the
+/// header gets its name last.
 ///
 /// # Errors
 /// A name that text headers cannot hold; an existing file that was not written for this header, unless `beside` permits

@@ -42,7 +42,7 @@ impl Layout {
     /// The number of bytes of all voxels.
     ///
     /// # Errors
-    /// As [`Self::values`].
+    /// Those of [`Self::values`].
     pub fn length(&self, source: &Source) -> Result<usize> {
         Ok(self.values(source)? * self.dtype.size())
     }

@@ -50,7 +50,7 @@ impl Overrides {
     /// The time point to read of `count`.
     ///
     /// # Errors
-    /// A choice that is not there.
+    /// A choice out of range.
     pub(super) fn time_of(&self, source: &Source, count: usize) -> Result<usize> {
         part(source, ["--time", "time point"], self.time, count)
     }
@@ -58,7 +58,7 @@ impl Overrides {
     /// The channel to read of `count`.
     ///
     /// # Errors
-    /// A choice that is not there.
+    /// A choice out of range.
     pub(super) fn channel_of(&self, source: &Source, count: usize) -> Result<usize> {
         part(source, ["--channel", "channel"], self.channel, count)
     }
@@ -66,7 +66,7 @@ impl Overrides {
     /// The component to show of `count`.
     ///
     /// # Errors
-    /// A choice that is not there.
+    /// A choice out of range.
     pub(super) fn component_of(&self, source: &Source, count: usize) -> Result<usize> {
         part(source, ["--component", "component"], self.component, count)
     }

@@ -31,8 +31,8 @@ const WRITERS: &[(&str, Writer)] = &[
 /// see [`write_with`].
 ///
 /// # Errors
-/// An unknown extension, a type that the format lacks, another output's file at the second path, and errors of the operating
-/// system. The message is one line, and nothing is written.
+/// An unknown extension, a type that the format lacks, another output's file at the second path, and errors of the
+/// operating system. The message is one line, and nothing is written.
 pub fn write(volume: &Volume, path: &Path) -> Result<Vec<String>> {
     write_with(volume, path, Beside::Own)
 }

@@ -12,7 +12,7 @@ use std::path::Path;
 /// Writes `volume` to `path`; its ending says whether the voxels go into a file of their own.
 ///
 /// # Errors
-/// Half precision, which MetaImage does not have; what lies in the way; what the system said.
+/// Half precision, which MetaImage does not have; what lies in the way; errors of the operating system.
 pub fn write(volume: &Volume, path: &Path, beside: Beside) -> Result<()> {
     let voxels = Voxels::of(volume);
     let name = type_name(voxels.dtype())

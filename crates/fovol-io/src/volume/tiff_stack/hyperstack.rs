@@ -181,7 +181,7 @@ impl Hyperstack {
     /// The slices that `overrides` choose.
     ///
     /// # Errors
-    /// A channel or time point that is not there, or lies in another file.
+    /// A channel or time point that is out of range, or lies in another file.
     pub fn chosen(&self, source: &Source, overrides: &Overrides) -> Result<Chosen> {
         let Counts { slices, channels, times } = self.counts;
         let time = overrides.time_of(source, times)?;

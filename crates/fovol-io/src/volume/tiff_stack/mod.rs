@@ -50,7 +50,7 @@ pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
 /// Reads the TIFF files in the folder `path`, in the natural order of their names; none when there are none.
 ///
 /// # Errors
-/// As [`parse`], and files of several pages beside others.
+/// Those of [`parse`], and files of several pages beside others.
 pub fn parse_folder(path: &Path, overrides: &Overrides) -> Result<Option<Volume>> {
     let files = files(path)?;
     match files.as_slice() {

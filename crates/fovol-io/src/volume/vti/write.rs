@@ -13,7 +13,7 @@ use std::path::Path;
 /// Writes `volume` to `path`.
 ///
 /// # Errors
-/// Half precision, which VTK does not have; what the system said.
+/// Half precision, which VTK does not have; errors of the operating system.
 pub fn write(volume: &Volume, path: &Path, _: Beside) -> Result<()> {
     let voxels = Voxels::of(volume);
     let kind = type_name(voxels.dtype())
