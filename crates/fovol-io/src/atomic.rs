@@ -36,7 +36,7 @@ pub(crate) fn keep_input(path: &Path) -> Result<()> {
     if KEEPS_INPUTS.load(Ordering::Relaxed) { refuse_input(path) } else { Ok(()) }
 }
 
-/// Writes `path` by `fill`: to a temporary name in the same folder, renamed when everything is written.
+/// Writes `path` with `fill`: to a temporary file in the same folder, renamed when it is complete.
 ///
 /// # Errors
 /// Errors of `fill` or of the operating system; then neither the file nor its temporary file remains.
@@ -44,7 +44,7 @@ pub fn write(path: &Path, fill: impl FnOnce(&mut Output<'_>) -> io::Result<()>) 
     prepare(path, fill)?.complete()
 }
 
-/// Where [`write()`] has what is written.
+/// The writer that [`write()`] hands to its closure.
 pub type Output<'a> = BufWriter<Sink<&'a File>>;
 
 /// A file that is written to.
@@ -79,7 +79,7 @@ pub struct Temporary {
 }
 
 impl Temporary {
-    /// Where the file lies.
+    /// The path of the temporary file.
     pub fn path(&self) -> &Path {
         &self.path
     }

@@ -17,7 +17,7 @@ pub enum Error {
         /// The error of the operating system.
         source: io::Error,
     },
-    /// The file is damaged or says something that cannot be.
+    /// The file is damaged or contradictory.
     #[error("{}: {}", plain(path.display()), plain(problem))]
     Malformed {
         /// The file.
@@ -25,7 +25,7 @@ pub enum Error {
         /// The damage, its place in the file, and the remedy.
         problem: String,
     },
-    /// The file is sound, but of a kind that is not read or written.
+    /// The file is valid, but its format or a feature of it is not supported.
     #[error("{}: {}", plain(path.display()), plain(problem))]
     Unsupported {
         /// The file.
@@ -54,7 +54,7 @@ pub enum Error {
         /// The file that was to be written, of which it would be a part.
         main: PathBuf,
     },
-    /// A file of bare voxels, of which nothing says how they lie.
+    /// A file of raw voxels whose size or type is unknown.
     #[error(
         "{}: its {what} is not known; give --dims X,Y,Z and --dtype, or name it like name_256x256x256_uint8.raw",
         plain(path.display())
@@ -94,7 +94,7 @@ impl Error {
         Self::Memory { path: path.to_owned(), shortage }
     }
 
-    /// `path` is of a kind that is not handled.
+    /// An [`Error::Unsupported`] for `path`.
     pub fn unsupported(path: &Path, problem: impl Into<String>) -> Self {
         Self::Unsupported { path: path.to_owned(), problem: problem.into() }
     }

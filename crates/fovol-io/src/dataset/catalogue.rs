@@ -2,7 +2,7 @@ use super::{Error, Result};
 use fovol_core::Dtype;
 use std::sync::LazyLock;
 
-/// A published volume: bare little-endian voxels at an address.
+/// A published volume: raw little-endian voxels at a URL.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Entry {
     /// Its name, as in `aneurism`.

@@ -76,7 +76,7 @@ const LETTERS: [[char; 2]; 3] = [['x', 'y'], ['u', 'v'], ['r', 'g']];
 
 /// The two channels of motion among `names`: those whose names differ by X and Y, by U and V, or by R and G alone.
 ///
-/// Of several pairs the one is taken whose name speaks of motion, else the first.
+/// Of several pairs, takes the one whose name mentions motion, else the first.
 pub(super) fn ways(names: &[String]) -> Option<Ways> {
     const MOTION: [&str; 5] = ["motion", "vector", "velocity", "flow", "mv"];
     let lower: Vec<String> = names.iter().map(|name| name.to_lowercase()).collect();

@@ -11,10 +11,10 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Seek};
 use std::path::Path;
 
-/// The endings of pictures that are read.
+/// File extensions of supported images.
 pub const EXTENSIONS: [&str; 5] = ["png", "exr", "jpg", "jpeg", "bmp"];
 
-/// A picture as a file has it.
+/// An image read from a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Picture {
     /// Its pixels; alpha is 1 where the file has none.
@@ -104,7 +104,7 @@ pub fn read(path: &Path) -> Result<Frame> {
     read_picture(path).map(|picture| picture.frame)
 }
 
-/// Reads a picture with what is known about it.
+/// Reads an image and its metadata.
 ///
 /// # Errors
 /// Those of [`read`].

@@ -77,7 +77,7 @@ impl Scanner {
         Self { width }
     }
 
-    /// The share of a voxel that lies inside, 0…1, from the signed distance.
+    /// Coverage of a voxel by the shape, 0…1, from the signed distance.
     pub fn share(self, distance: f32) -> f32 {
         smoothstep(0.5 * self.width, -0.5 * self.width, distance)
     }

@@ -101,7 +101,7 @@ pub fn read(path: &Path) -> Result<TransferFunction> {
     Ok(import(path)?.as_meant())
 }
 
-/// Said of files of no known kind.
+/// The error message for files of no known format.
 const UNKNOWN: &str = "it is no transfer function that is known here; give {\"points\":[[v,r,g,b,a],…]}, a colour map of \
                        ParaView (.json), a preset of 3D Slicer (.xml, .vp) or vtk.js (.json), or an .itf file of Inviwo";
 

@@ -56,7 +56,7 @@ fn clip_size(path: &Path, size: FrameSize) -> FrameSize {
     if ends_in(path, &OF_COLOURS) { size } else { super::padded_to_even(size) }
 }
 
-/// The arguments that say how a clip `path` is encoded.
+/// The ffmpeg arguments that encode the clip `path`.
 fn encoding(path: &Path) -> Vec<&'static str> {
     if ends_in(path, &["apng"]) {
         return vec!["-plays", "0"];
@@ -209,7 +209,7 @@ fn animated_webp_frames(from: &mut (impl Read + io::Seek)) -> io::Result<usize> 
     if at == length { Ok(frames) } else { Err(io::ErrorKind::UnexpectedEof.into()) }
 }
 
-/// An `ffmpeg` that decodes the frames of a clip, whatever its matrix, range and rate.
+/// An `ffmpeg` process that decodes the frames of a clip of any colour matrix, range and frame rate.
 pub(super) struct Reader {
     path: PathBuf,
     running: Running,
@@ -329,7 +329,7 @@ impl Running {
         Ok((status, said.unwrap_or_default()))
     }
 
-    /// The last line of its errors in brackets, once it has ended; nothing where it said nothing.
+    /// The last line of the error output in brackets, once the process has ended; empty if it printed none.
     fn last_words(&mut self) -> String {
         // It ends by itself: its input is closed.
         self.end().map_or_else(|_| String::new(), |(_, said)| last_line(&said))

@@ -20,7 +20,7 @@ pub struct Candidate<'a> {
 }
 
 impl Candidate<'_> {
-    /// Whether it says which points count, rather than what their values are.
+    /// Whether the array marks which points are valid, rather than holding their values.
     fn is_bookkeeping(&self) -> bool {
         const MARKS: [&str; 5] = ["vtkGhost", "vtkValidPointMask", "vtkOriginal", "avtGhost", "avtOriginal"];
         MARKS.iter().any(|mark| self.name.starts_with(mark))
@@ -68,7 +68,7 @@ fn default(candidates: &[Candidate<'_>], listed: &[usize]) -> Option<usize> {
     listed.iter().copied().min_by_key(rank)
 }
 
-/// The name of an array; where points have an array of this name too, it says that it is of cells.
+/// The name of an array. A cell array gets the prefix `cells:` if a point array has the same name.
 fn name(candidates: &[Candidate<'_>], index: usize) -> String {
     let array = candidates[index];
     let is_shared = candidates.iter().any(|other| other.name == array.name && !other.is_of_cells);

@@ -9,7 +9,7 @@ use std::io::{self, Read};
 pub enum Compression {
     /// gzip, several members too.
     Gzip,
-    /// A bare zlib stream.
+    /// A zlib stream without a container.
     Zlib,
     /// bzip2, several streams too.
     Bzip2,

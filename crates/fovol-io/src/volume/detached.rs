@@ -46,10 +46,10 @@ pub fn write(
     voxels.complete_before(header)
 }
 
-/// The endings of headers whose voxels lie in a file of their own.
+/// Extensions of headers whose voxels are in a separate file.
 const HEADERS: [&str; 2] = ["nhdr", "mhd"];
 
-/// Whether the header that lies at `header` has its voxels in the file `name`, and no other header beside it has.
+/// Whether the header at `header`, and no other header beside it, refers to the data file `name`.
 fn was_written_for(header: &Path, name: &str) -> bool {
     let own = header.extension().unwrap_or_default();
     let mut others = HEADERS.iter().filter(|ending| !own.eq_ignore_ascii_case(ending));
@@ -59,7 +59,7 @@ fn was_written_for(header: &Path, name: &str) -> bool {
 /// Headers are short; voxels may follow them.
 const LONGEST_HEADER: u64 = 1 << 20;
 
-/// Whether a header lies at `path` that names the file `name` as that of its voxels.
+/// Whether `path` is a header that names `name` as its data file.
 fn names(path: &Path, name: &str) -> bool {
     let mut bytes = Vec::new();
     let file = if path.is_file() { File::open(path).ok() } else { None };

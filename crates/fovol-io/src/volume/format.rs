@@ -7,13 +7,13 @@ use std::io::Read;
 use std::ops::Range;
 use std::path::Path;
 
-/// Reads one kind of volume file.
+/// Reads volume files of one format.
 pub type Parser = fn(&Source, &Overrides) -> Result<Volume>;
 
-/// The parser of `source`; none for bare voxels.
+/// The parser of `source`; none for raw voxels.
 ///
 /// # Errors
-/// A file of a kind that is known but not read.
+/// A format that is known but not read.
 pub fn parser_of(source: &Source) -> Result<Option<Parser>> {
     let (bytes, name) = (source.bytes(), name(source.path()));
     if nifti::header_beside(source.path()).is_some() {
@@ -85,7 +85,7 @@ fn holds_dicom(path: &Path) -> bool {
     })
 }
 
-/// Where DICOM files say what they are.
+/// Position of the magic number in DICOM files, in bytes.
 const DICOM_MARK: Range<usize> = 128..132;
 
 fn is_dicom(bytes: &[u8]) -> bool {

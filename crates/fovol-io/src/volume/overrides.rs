@@ -114,7 +114,7 @@ impl Overrides {
     }
 }
 
-/// The `chosen` part of `count`, which `flag` chooses; the first where nothing is said.
+/// The `chosen` index of `count`, set by `flag`; 0 by default.
 fn part(source: &Source, [flag, what]: [&str; 2], chosen: Option<usize>, count: usize) -> Result<usize> {
     match chosen {
         Some(index) if index >= count => Err(source.malformed(match count {

@@ -1,4 +1,4 @@
-//! The voxels that a text header speaks of: in the same file or in others, bare or encoded.
+//! Voxels that a text header refers to: in the same file or in others, raw or encoded.
 
 use super::decompress::{Compression, decompress, decompress_all};
 use super::layout::Layout;

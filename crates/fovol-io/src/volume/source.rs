@@ -90,7 +90,7 @@ impl Source {
         Error::malformed(&self.path, problem)
     }
 
-    /// The file is of a kind that is not read.
+    /// The error for a format or feature that is not supported.
     pub fn unsupported(&self, problem: impl Into<String>) -> Error {
         Error::unsupported(&self.path, problem)
     }

@@ -1,4 +1,4 @@
-//! Files of any kind inside gzip or bzip2, whatever their names say.
+//! Decompresses files of any format from gzip or bzip2, recognised by content.
 
 use super::decompress::{Compression, beginning, decompress_all};
 use super::{Source, format, nifti};

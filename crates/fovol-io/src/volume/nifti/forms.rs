@@ -28,7 +28,7 @@ pub struct Quaternion {
 /// Where a header places its voxels, how far apart they are, and the doubts about that.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Placed {
-    /// The place, if the header says one.
+    /// The placement, if the header has one.
     pub affine: Option<Affine>,
     /// The distance between voxels.
     pub spacing: [f64; 3],

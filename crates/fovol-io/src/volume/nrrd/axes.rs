@@ -17,9 +17,9 @@ pub struct Axes {
     pub are_colours: bool,
     /// The sizes of the other axes.
     pub sizes: Vec<usize>,
-    /// Their spacings; not a number where the file does not say.
+    /// Spacings of the axes; NaN where the file states none.
     pub spacings: Vec<f64>,
-    /// The way to the next sample along each, where the file says it in three dimensions.
+    /// The vector to the next sample along each axis, if the file states it in three dimensions.
     pub directions: Vec<Option<DVec3>>,
     /// Doubts about them, a line each.
     pub notes: Vec<String>,
@@ -146,12 +146,12 @@ fn axes(source: &Source, header: &Header) -> Result<Vec<Axis>> {
     Ok((0..count).map(axis).collect())
 }
 
-/// Whether samples along an axis of this kind lie at places in space or time.
+/// Whether an axis of this kind counts as a domain axis, of space or time.
 fn is_spatial(kind: &str) -> bool {
     matches!(kind.to_ascii_lowercase().as_str(), "domain" | "space" | "time" | "none" | "???")
 }
 
-/// Where each axis begins and ends; not a number where the file does not say.
+/// Minimum and maximum of each axis; NaN where the file states none.
 fn ends(header: &Header) -> Option<Vec<[f64; 2]>> {
     let numbers = |field: &str| -> Option<Vec<f64>> {
         let text = header.get(field)?;

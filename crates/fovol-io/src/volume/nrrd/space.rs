@@ -1,4 +1,4 @@
-//! Where an NRRD array lies: `space`, `space directions`, `space origin`, `space units`.
+//! Placement of NRRD arrays: `space`, `space directions`, `space origin`, `space units`.
 
 use super::axes::Axes;
 use super::header::Header;

@@ -29,7 +29,7 @@ pub struct Description {
     pub placement: Option<Placement>,
     /// The symbol of the unit of the spacing.
     pub units: Option<String>,
-    /// Whether it is the user who says the dims.
+    /// Whether the user set the dims.
     pub dims_are_chosen: bool,
 }
 
@@ -40,7 +40,7 @@ impl Description {
         Self { dims, dtype, endian, spacing, dims_are_chosen: dims.is_some(), ..Self::default() }
     }
 
-    /// This, and what `other` says beyond it.
+    /// Fills unknown properties from `other`.
     #[must_use]
     pub fn or(self, other: Self) -> Self {
         Self {

@@ -26,7 +26,7 @@ impl FileName {
         found
     }
 
-    /// Takes what `word` says; false where it looks like a size or a type and is none.
+    /// Interprets `word`; returns false if it looks like a size or type but is neither.
     fn take(&mut self, word: &str) -> bool {
         if let Some((dtype, endian)) = voxel_type(word) {
             self.said.dtype = Some(dtype);

@@ -1,4 +1,4 @@
-//! Small files beside bare voxels that say their size and type.
+//! Sidecars: small files beside raw voxels that state their size and type.
 
 use super::description::Description;
 use super::{dat, json, xml};
@@ -32,10 +32,10 @@ pub fn reader_of(source: &Source) -> Option<Reader> {
     }
 }
 
-/// Looks for what describes the voxels of `raw`.
+/// Looks for a file that describes the voxels of `raw`.
 ///
 /// # Errors
-/// A sidecar that is damaged.
+/// A damaged sidecar.
 pub fn beside(raw: &Source, overrides: &Overrides) -> Result<Found> {
     for stem in stems(raw.path()) {
         // What this program wrote last comes first: it rewrites its own `.json`, nothing else.

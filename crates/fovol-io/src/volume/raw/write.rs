@@ -1,4 +1,4 @@
-//! Bare voxels out: the voxels alone, and a `.json` beside them where their name does not say it all.
+//! Writes raw voxels, and a `.json` sidecar if the file name cannot state all their properties.
 
 use super::file_name::FileName;
 use super::json;

@@ -32,7 +32,7 @@ pub fn check(source: &Source) -> Result<()> {
     Ok(())
 }
 
-/// The tag that says whether a page is a smaller version of another.
+/// The tag that marks a page as a smaller version of another.
 const SUBFILE: usize = 254;
 
 /// The tag of the interpretation of grey values, and its numbers for dark and bright zeros.
@@ -63,7 +63,7 @@ pub struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    /// Reads `bytes`; none where they are too short to say which kind of TIFF they are.
+    /// Reads `bytes`; none if they are too short to tell TIFF from BigTIFF.
     pub fn new(bytes: &'a [u8]) -> Option<Self> {
         let is_little = bytes.starts_with(b"II");
         let mut reader = Self { bytes, is_little, is_big_tiff: false };

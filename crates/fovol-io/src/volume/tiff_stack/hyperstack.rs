@@ -1,4 +1,4 @@
-//! Which page of a TIFF file holds which slice, channel and time point, and how far slices lie apart.
+//! Order of the slices, channels and time points among the pages of a TIFF file, and the voxel spacing.
 
 use super::directories::Reader;
 use super::{imagej, ome, shaped};
@@ -7,7 +7,7 @@ use crate::volume::units::symbol;
 use crate::volume::{Overrides, Source};
 use fovol_core::Contents;
 
-/// The tags of the first page that speak of the whole file.
+/// Tags of the first page that describe the whole file.
 const WIDTH: usize = 256;
 const HEIGHT: usize = 257;
 const DESCRIPTION: usize = 270;
@@ -54,7 +54,7 @@ impl Counts {
     }
 }
 
-/// How far pixels lie apart.
+/// Pixel spacing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Resolution {
     /// The distance along x and y.
@@ -63,7 +63,7 @@ pub struct Resolution {
     pub unit: f64,
 }
 
-/// How the planes of a file make volumes.
+/// Arrangement of a file's planes in volumes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hyperstack {
     /// The numbers of slices, channels and time points.
@@ -72,7 +72,7 @@ pub struct Hyperstack {
     pub pages: Vec<Option<usize>>,
     /// The names of the channels.
     pub names: Vec<String>,
-    /// The distance between voxels along x, y, z, as far as the file says it.
+    /// The voxel spacing along x, y, z, as far as the file states it.
     pub spacing: [Option<f64>; 3],
     /// The unit of the spacing.
     pub units: Option<String>,
@@ -92,7 +92,7 @@ pub struct Chosen {
 }
 
 impl Hyperstack {
-    /// `pages` slices without more to be known.
+    /// A stack of `pages` slices without further metadata.
     pub fn plain(pages: usize) -> Self {
         Self {
             counts: Counts::slices(pages),
@@ -165,7 +165,7 @@ impl Hyperstack {
         self
     }
 
-    /// The spacing along x, y and z; 1 where nothing is said.
+    /// The spacing along x, y and z; 1 where the file states none.
     pub fn spacing(&self) -> [f64; 3] {
         self.spacing.map(|spacing| spacing.filter(|s| s.is_finite() && *s > 0.0).unwrap_or(1.0))
     }

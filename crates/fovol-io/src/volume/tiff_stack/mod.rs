@@ -182,7 +182,7 @@ fn layout(slice: &Slice, count: usize) -> Layout {
     Layout { components: slice.components, ..Layout::new([x, y, count], slice.dtype) }
 }
 
-/// `contents` with what `slice` says of the values of a pixel.
+/// Adds the number and meaning of the values per pixel of `slice` to `contents`.
 fn with_components(contents: Contents, slice: &Slice) -> Contents {
     Contents { components: slice.components, are_colours: slice.is_colour, ..contents }
 }

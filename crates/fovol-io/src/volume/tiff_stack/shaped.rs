@@ -24,7 +24,7 @@ pub fn hyperstack(text: &str, pages: usize, size: [usize; 2], most: usize) -> Op
     Some(Hyperstack { notes: vec![note], ..Hyperstack::plain(pages) })
 }
 
-/// The planes of an array of `shape`, and the order of their axes, the quickest first.
+/// The planes of an array of `shape`, and the order of their axes, fastest first.
 fn planes(shape: &[usize], axes: Option<&str>, [x, y]: [usize; 2]) -> Option<(Counts, String)> {
     let Some(axes) = axes else {
         let slices = match shape {

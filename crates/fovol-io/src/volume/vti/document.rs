@@ -12,11 +12,11 @@ pub struct Document<'a> {
     pub coding: Coding,
     /// First and last point along each axis, of the piece that holds the data.
     pub extent: Option<[i64; 6]>,
-    /// Distances between points, where the file says them.
+    /// The spacing of the points, if the file states it.
     pub spacing: Vec<f64>,
-    /// The place of point (0, 0, 0), where the file says it.
+    /// The position of point (0, 0, 0), if the file states it.
     pub origin: Option<[f64; 3]>,
-    /// The rows of the matrix whose columns are the directions of the axes, where the file says it.
+    /// The direction matrix by rows, if the file states it; its columns are the directions of the axes.
     pub direction: Option<[f64; 9]>,
     /// The arrays of points.
     pub points: Attributes<'a>,
@@ -84,7 +84,7 @@ pub enum Data<'a> {
 pub struct Appended {
     /// The byte after the mark `_`.
     pub start: usize,
-    /// Whether it is base64 rather than bare.
+    /// Whether it is base64 rather than raw.
     pub is_base64: bool,
 }
 
