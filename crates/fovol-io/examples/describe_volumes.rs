@@ -10,8 +10,8 @@
 //! {"path": FILE, "values": FILE, "convert": FILE, "component": N, "time": N, "channel": N, "array": NAME}
 //! ```
 //!
-//! `values` receives the values as little-endian f64, x fastest. `convert` names an output file of any supported format.
-//! One line of JSON answers each order.
+//! `values` receives the values as little-endian f64, x fastest. `convert` names an output file of any supported
+//! format. One line of JSON answers each order.
 
 use fovol_core::{Space, Volume};
 use fovol_io::volume::{Overrides, read, write};

@@ -24,8 +24,8 @@ const WRITERS: &[(&str, Writer)] = &[
 
 /// Writes `volume` to `path` in the format of its extension, and returns notes on lost properties, one line each.
 ///
-/// The file keeps size, type, spacing, values, orientation, origin and unit. Of several components only the shown one is
-/// written. NIfTI keeps the scaling of values; other formats store scaled values as floats.
+/// The file keeps size, type, spacing, values, orientation, origin and unit. Of several components, only the one shown
+/// is written. NIfTI keeps the scaling of values; other formats store scaled values as floats.
 ///
 /// Some formats use two files. The second has the same stem, and overwrites only a file that was written for the first;
 /// see [`write_with`].

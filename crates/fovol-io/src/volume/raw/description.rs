@@ -123,8 +123,8 @@ fn found_bytes(source: &Source, is_packed: bool, needed: usize) -> Option<usize>
 
 /// Whether `source` is a gzip file that unpacks to `needed` bytes.
 ///
-/// Raw voxels may start with the magic number by chance. Without the extension `.gz`, the file must be too short for raw
-/// voxels, and its stated length must be `needed`.
+/// Raw voxels may start with the magic number by chance. Without the extension `.gz`, the file must be too short for
+/// raw voxels, and its stated length must be `needed`.
 fn is_packed(source: &Source, needed: usize) -> bool {
     let bytes = source.bytes();
     let is_named = source.path().extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gz"));

@@ -37,7 +37,9 @@ impl Counts {
         self.slices.checked_mul(self.channels)?.checked_mul(self.times)
     }
 
-    /// The index of the plane of a slice, channel and time point. `order` names the axes `Z`, `C` and `T`, fastest first.
+    /// The index of the plane of a slice, channel and time point.
+    ///
+    /// `order` names the axes `Z`, `C` and `T`, fastest first.
     pub fn plane(&self, order: &str, [slice, channel, time]: [usize; 3]) -> usize {
         let mut stride = 1;
         order.chars().fold(0, |plane, axis| {
