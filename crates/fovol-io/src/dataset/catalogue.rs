@@ -15,7 +15,7 @@ pub struct Entry {
     pub spacing: [f64; 3],
     /// Where it is.
     pub url: String,
-    /// The SHA-512 of the file in lower-case hexadecimal digits, where it is published.
+    /// The published SHA-512 of the file in lower-case hexadecimal digits, if there is one.
     pub sha512: Option<String>,
 }
 

@@ -91,7 +91,7 @@ pub enum Error {
 /// The result of getting a published volume.
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// A hash to compare to, and where it comes from.
+/// A reference hash and its source.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum KnownHash {
     /// From the catalogue.

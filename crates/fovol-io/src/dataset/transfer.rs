@@ -33,7 +33,7 @@ fn failed(part: &Path, source: std::io::Error) -> Error {
     crate::Error::io("write", part, source).into()
 }
 
-/// Bytes that an earlier run left; 0 where there are more than the file can have.
+/// Number of bytes that an earlier run left; 0 if they exceed the size of the file.
 fn held_bytes(part: &Path, total: u64) -> Result<u64> {
     match fs::metadata(part) {
         Ok(metadata) => Ok(if metadata.len() > total { 0 } else { metadata.len() }),

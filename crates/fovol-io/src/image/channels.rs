@@ -3,7 +3,7 @@
 /// The places of the channels of colours in a list of names.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Colours {
-    /// Red, green, blue; three times the same place for a grey picture.
+    /// Indices of red, green and blue; all equal for a grey image.
     pub colours: [usize; 3],
     /// Alpha, if there is any.
     pub alpha: Option<usize>,
@@ -33,7 +33,7 @@ fn named(names: &[String], layer: &str, words: &[&str]) -> Option<usize> {
     })
 }
 
-/// The channels of red, green and blue among `names`, or those of a grey picture.
+/// The red, green and blue channels among `names`, or the channel of a grey image.
 ///
 /// Channels without a layer come first, then a layer called as renderers call the whole picture, then the first.
 pub(super) fn colours(names: &[String]) -> Option<Colours> {

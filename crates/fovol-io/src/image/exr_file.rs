@@ -165,7 +165,7 @@ pub(super) fn size(path: &Path) -> Result<FrameSize> {
     Ok(Sound::look(path)?.size)
 }
 
-/// Reads colours, and alpha where there is such.
+/// Reads colours, and alpha if the file has it.
 pub(super) fn read(path: &Path) -> Result<Picture> {
     let sound = Sound::look(path)?;
     let layers = sound.layers()?;

@@ -25,12 +25,12 @@ pub struct Picture {
     pub notes: Vec<String>,
 }
 
-/// The motion of a frame as a file has it.
+/// Motion vectors of a frame, read from a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Motion {
     /// The size of the frame.
     pub size: FrameSize,
-    /// For each pixel, row by row, the way right and the way down in pixels to where it was in the frame before.
+    /// Per pixel, row by row, the offset to its position in the previous frame: right and down, in pixels.
     pub ways: Vec<[f32; 2]>,
     /// Assumptions made while reading, one line each.
     pub notes: Vec<String>,
@@ -73,7 +73,7 @@ fn write_png_bytes(path: &Path, size: FrameSize, bytes: &[u8], colour: ExtendedC
     })
 }
 
-/// Writes `frame` as EXR: RGBA of f32, the display values as they are. Equal pixels give equal bytes.
+/// Writes `frame` as EXR: RGBA of f32, with unconverted display values. Equal pixels give equal bytes.
 ///
 /// # Errors
 /// Errors of the operating system.
@@ -96,7 +96,7 @@ pub fn resized(frame: &Frame, size: FrameSize) -> Frame {
     Frame::from_pixels(size, pixels).expect("it has the size that was asked for")
 }
 
-/// Reads a PNG, JPEG, BMP or EXR picture as display values. An EXR picture has the size of its display window.
+/// Reads a PNG, JPEG, BMP or EXR image as display values. An EXR image has the size of its display window.
 ///
 /// # Errors
 /// A file that is missing, damaged, of another kind, or larger than a frame may be.
@@ -112,7 +112,7 @@ pub fn read_picture(path: &Path) -> Result<Picture> {
     if is_exr(path)? { exr_file::read(path) } else { picture(path, BufReader::new(open(path)?)) }
 }
 
-/// The size of the picture in the file at `path`, without its pixels.
+/// Reads the size of the image at `path`, but not its pixels.
 ///
 /// # Errors
 /// Those of [`read`].
@@ -156,7 +156,7 @@ fn no_picture(path: &Path, error: &image::ImageError) -> Error {
     Error::malformed(path, format!("it is no picture that can be read ({error}); use PNG, JPEG, BMP or EXR"))
 }
 
-/// The PNG, JPEG or BMP picture in `bytes`, which `path` names in errors.
+/// Decodes the PNG, JPEG or BMP image in `bytes`; errors name `path`.
 ///
 /// # Errors
 /// Those of [`read`].

@@ -105,7 +105,7 @@ pub fn read(path: &Path) -> Result<TransferFunction> {
 const UNKNOWN: &str = "it is no transfer function that is known here; give {\"points\":[[v,r,g,b,a],…]}, a colour map of \
                        ParaView (.json), a preset of 3D Slicer (.xml, .vp) or vtk.js (.json), or an .itf file of Inviwo";
 
-/// Reads `text`, which came from `path`; the function called `name` where there are several.
+/// Parses `text`, read from `path`. If it holds several functions, `name` selects one.
 ///
 /// # Errors
 /// Those of [`import`].

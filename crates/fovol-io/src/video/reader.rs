@@ -42,7 +42,7 @@ impl VideoReader {
     }
 }
 
-/// The file at `path` as uncompressed frames; none where ffmpeg is to read it.
+/// Opens the file at `path` as uncompressed frames; none if it needs ffmpeg.
 fn y4m(path: &Path) -> Result<Option<y4m_file::Reader<BufReader<File>>>> {
     let failed = |e| Error::io("read", path, e);
     let mut magic = [0u8; 9];

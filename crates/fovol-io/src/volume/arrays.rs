@@ -7,7 +7,7 @@ use fovol_core::Contents;
 /// One array of a file, as far as the choice among them goes.
 #[derive(Debug, Clone, Copy)]
 pub struct Candidate<'a> {
-    /// Its name; empty where it has none.
+    /// Name of the array; empty if it has none.
     pub name: &'a str,
     /// Values per point or cell.
     pub components: usize,

@@ -64,7 +64,7 @@ pub fn read_exactly(source: &Source, reader: &mut dyn Read, needed: usize) -> Re
     Ok(out)
 }
 
-/// The first `length` bytes of what is packed in `bytes`; fewer where it ends or is damaged.
+/// Decompresses the first `length` bytes from `bytes`; fewer if the stream ends or is damaged.
 pub fn beginning(bytes: &[u8], compression: Compression, length: usize) -> Vec<u8> {
     let mut out = Vec::new();
     // What came before the damage is still the beginning.

@@ -1,4 +1,4 @@
-//! Which parser a file belongs to: by its first bytes where they tell, else by its name.
+//! Selects the parser of a file by its first bytes, or by its name if the bytes identify no format.
 
 use super::{Overrides, Source, legacy_vtk, metaimage, nifti, nrrd, raw, slice_folder, tiff_stack, vti};
 use crate::{Error, Result};

@@ -13,7 +13,7 @@ pub struct Axes {
     pub components: usize,
     /// Values per voxel that lie one volume after the other: the size of a last axis that is not spatial.
     pub planes: usize,
-    /// Whether the header says that the values of a voxel are colours.
+    /// Whether the header declares the values of a voxel as colours.
     pub are_colours: bool,
     /// The sizes of the other axes.
     pub sizes: Vec<usize>,
@@ -25,7 +25,7 @@ pub struct Axes {
     pub notes: Vec<String>,
 }
 
-/// One axis as the header has it.
+/// One axis of the header.
 struct Axis {
     size: usize,
     spacing: f64,
@@ -161,7 +161,7 @@ fn ends(header: &Header) -> Option<Vec<[f64; 2]>> {
     (first.len() == last.len()).then(|| first.into_iter().zip(last).map(|(a, b)| [a, b]).collect())
 }
 
-/// The spacing of `size` samples between `ends`: nodes lie on the ends, cells between them, as Teem has it.
+/// The spacing of `size` samples between `ends`, by Teem's rule: nodes lie on the ends, cells between them.
 fn between_ends([first, last]: [f64; 2], size: usize, is_node: bool) -> Option<f64> {
     let gaps = if is_node { size.saturating_sub(1) } else { size };
     let spacing = (last - first).abs() / gaps as f64;

@@ -32,7 +32,7 @@ impl Counts {
         Self { slices, channels: 1, times: 1 }
     }
 
-    /// The number of planes; none where nothing can be so many.
+    /// The number of planes; none on overflow.
     pub fn planes(&self) -> Option<usize> {
         self.slices.checked_mul(self.channels)?.checked_mul(self.times)
     }
@@ -70,7 +70,7 @@ pub struct Resolution {
 pub struct Hyperstack {
     /// The numbers of slices, channels and time points.
     pub counts: Counts,
-    /// The page of every plane, in the order Z, C, T; none where another file holds it.
+    /// The page of every plane, in the order Z, C, T; none if another file holds it.
     pub pages: Vec<Option<usize>>,
     /// The names of the channels.
     pub names: Vec<String>,

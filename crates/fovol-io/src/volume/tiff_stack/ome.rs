@@ -127,7 +127,7 @@ impl Pixels {
         self.said.get("DimensionOrder").map_or("XYZCT", String::as_str)
     }
 
-    /// The page of every plane in the order Z, C, T; none where pages and planes do not fit together.
+    /// The page of every plane in the order Z, C, T; none if pages and planes do not match.
     fn pages(&self, counts: &Counts, planes: usize, pages: usize) -> Option<Vec<Option<usize>>> {
         let order = self.order();
         let own = self.own_file();
@@ -204,7 +204,7 @@ fn positions(counts: &Counts) -> impl Iterator<Item = [usize; 3]> {
     (0..times).flat_map(move |t| (0..channels).flat_map(move |c| (0..slices).map(move |z| [z, c, t])))
 }
 
-/// The length of a unit in metres, where it is one of OME's metric ones.
+/// The length of a unit in metres, if it is one of OME's metric units.
 fn metres(unit: &str) -> Option<f64> {
     Some(match unit {
         "m" => 1.0,

@@ -22,7 +22,7 @@ pub struct Document<'a> {
     pub points: Attributes<'a>,
     /// The arrays of cells.
     pub cells: Attributes<'a>,
-    /// The data behind the arrays, where there is such.
+    /// The appended data after the arrays, if any.
     pub appended: Option<Appended>,
 }
 
@@ -58,7 +58,7 @@ pub struct Attributes<'a> {
 /// One `DataArray`.
 #[derive(Debug)]
 pub struct Array<'a> {
-    /// Its name; empty where it has none.
+    /// Name of the array; empty if it has none.
     pub name: String,
     /// The name of the type of its values.
     pub kind: String,
