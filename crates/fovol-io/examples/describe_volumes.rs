@@ -1,12 +1,17 @@
-//! Reads many volume files and says what is in them, for comparisons with other programs.
+//! Reads volume files and prints their metadata, for comparisons with other programs.
 //!
 //! ```text
 //! cargo run --release -p fovol-io --example describe_volumes < ORDERS
 //! ```
 //!
-//! Each line of standard input is an order: `{"path": FILE, "values": FILE, "convert": FILE, "component": N, "time": N,
-//! "channel": N, "array": NAME}`; all but `path` may be left out. Values are written as little-endian f64, x fastest; `convert`
-//! names a file of any format that is written. One line of JSON answers each order.
+//! Each line of standard input is an order in JSON. All keys but `path` are optional:
+//!
+//! ```text
+//! {"path": FILE, "values": FILE, "convert": FILE, "component": N, "time": N, "channel": N, "array": NAME}
+//! ```
+//!
+//! `values` receives the values as little-endian f64, x fastest. `convert` names an output file of any supported
+//! format. One line of JSON answers each order.
 
 use fovol_core::{Space, Volume};
 use fovol_io::volume::{Overrides, read, write};

@@ -114,7 +114,7 @@ impl Options {
     }
 }
 
-/// What came of all inputs of one parser.
+/// Results of one parser over all its inputs.
 #[derive(Default)]
 struct Tally {
     read: u64,

@@ -1,10 +1,11 @@
-//! Prints what transfer functions are at 1,001 values, for comparisons with other programs.
+//! Samples transfer functions at 1,001 values, for comparisons with other programs.
 //!
 //! ```text
 //! cargo run --release -p fovol-io --example transfer_table -- FILE[#NAME]…
 //! ```
 //!
-//! One line of JSON for each: `{"range":[lo,hi],"rgba":[[r,g,b,a],…]}`, from the lower end of its range to the upper one.
+//! Prints one line of JSON per function: `{"range":[lo,hi],"rgba":[[r,g,b,a],…]}`.
+//! The values run from the lower end of the range to the upper one.
 
 use fovol_io::transfer_function::import;
 use std::path::Path;

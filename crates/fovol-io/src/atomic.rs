@@ -1,7 +1,7 @@
-//! Files that appear under their name only when they are complete, and on the disk.
+//! Atomic writes: a file appears under its name only when it is complete and on the disk.
 //!
-//! A link to a file stays a link. What is no file, `/dev/null` or a pipe, keeps its name and is written into. Temporary files are
-//! entered in [`fovol_core::unfinished`], so that a signal leaves none of them behind.
+//! Symbolic links stay links. Devices and pipes, such as `/dev/null`, are written in place. Temporary files are
+//! registered in [`fovol_core::unfinished`], so that a signal leaves none of them behind.
 
 use crate::stream::{is_stream, open_stream};
 use crate::{Error, Result};
@@ -36,15 +36,15 @@ pub(crate) fn keep_input(path: &Path) -> Result<()> {
     if KEEPS_INPUTS.load(Ordering::Relaxed) { refuse_input(path) } else { Ok(()) }
 }
 
-/// Writes `path` by `fill`: to a temporary name in the same folder, renamed when everything is written.
+/// Writes `path` with `fill`: to a temporary file in the same folder, renamed when it is complete.
 ///
 /// # Errors
-/// What `fill` or the system said; nothing is left under either name then.
+/// Errors of `fill` or of the operating system; then neither the file nor its temporary file remains.
 pub fn write(path: &Path, fill: impl FnOnce(&mut Output<'_>) -> io::Result<()>) -> Result<()> {
     prepare(path, fill)?.complete()
 }
 
-/// Where [`write()`] has what is written.
+/// The writer that [`write()`] hands to its closure.
 pub type Output<'a> = BufWriter<Sink<&'a File>>;
 
 /// A file that is written to.
@@ -62,11 +62,11 @@ impl<W: Write> Write for Sink<W> {
     }
 }
 
-/// A complete file that has not got its name yet. Without [`Self::complete`] it is removed.
+/// A complete file without its final name. It is removed unless [`Self::complete`] is called.
 #[must_use]
 pub struct Prepared {
     path: PathBuf,
-    /// Nothing where `path` is no file: then it was written into.
+    /// None if `path` is a device or a pipe, which was written in place.
     temporary: Option<Temporary>,
 }
 
@@ -79,7 +79,7 @@ pub struct Temporary {
 }
 
 impl Temporary {
-    /// Where the file lies.
+    /// The path of the temporary file.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -96,18 +96,20 @@ impl Drop for Entry {
 }
 
 impl Prepared {
-    /// Gives it its name.
+    /// Gives the file its name.
     ///
     /// # Errors
-    /// What the system said; the file is gone then.
+    /// Errors of the operating system; the file is removed then.
     pub fn complete(self) -> Result<()> {
         self.complete_within(&Gate::enter())
     }
 
-    /// Gives it its name, and `next`, which speaks of this file, its own when this one is on the disk. A signal finds both or neither.
+    /// Gives this file its name, then `next`, which refers to this file, once this one is on the disk.
+    ///
+    /// A signal finds both files or neither.
     ///
     /// # Errors
-    /// As [`Self::complete`].
+    /// Those of [`Self::complete`].
     pub fn complete_before(self, next: Self) -> Result<()> {
         let path = target(&self.path);
         let gate = Gate::enter();
@@ -124,10 +126,12 @@ impl Prepared {
     }
 }
 
-/// Writes what is to be `path` by `fill`, without giving it that name: so that files which belong together appear together.
+/// Writes the content of `path` with `fill`, but does not give the file its name yet.
+///
+/// Files that belong together can then appear together.
 ///
 /// # Errors
-/// As [`write()`].
+/// Those of [`write()`].
 pub fn prepare(path: &Path, fill: impl FnOnce(&mut Output<'_>) -> io::Result<()>) -> Result<Prepared> {
     let failed = |e| Error::io("write", path, e);
     let filled = |file: &File| {
@@ -144,11 +148,12 @@ pub fn prepare(path: &Path, fill: impl FnOnce(&mut Output<'_>) -> io::Result<()>
     Ok(Prepared { path: path.to_owned(), temporary: Some(temporary) })
 }
 
-/// A temporary file for what is to be `path`, with its extension: in the folder where that will be, or among the system's
-/// temporary files if `path` is no file.
+/// Creates a temporary file with the extension of `path`.
+///
+/// It lies in the folder of `path`, or in the system's temporary folder if `path` is a device or a pipe.
 ///
 /// # Errors
-/// What the system said.
+/// Errors of the operating system.
 pub fn temporary(path: &Path) -> Result<(File, Temporary)> {
     keep_input(path)?;
     // The system says so too, but only when all is written and a second file may have its name already.
@@ -173,7 +178,7 @@ pub fn temporary(path: &Path) -> Result<(File, Temporary)> {
 /// Gives a complete [`temporary`] file its name, once it is on the disk.
 ///
 /// # Errors
-/// What the system said; the temporary file is gone then.
+/// Errors of the operating system; the temporary file is removed then.
 pub fn persist(temporary: Temporary, path: &Path) -> Result<()> {
     let failed = |e| Error::io("write", path, e);
     if is_stream(path) {
@@ -214,7 +219,7 @@ fn target(path: &Path) -> PathBuf {
 /// Writes `bytes` to `path` as [`write()`] does.
 ///
 /// # Errors
-/// As [`write()`].
+/// Those of [`write()`].
 pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
     write(path, |out| out.write_all(bytes))
 }
@@ -222,7 +227,7 @@ pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
 /// Makes the folder `path` and those above it.
 ///
 /// # Errors
-/// What the system said.
+/// Errors of the operating system.
 pub fn make_folder(path: &Path) -> Result<()> {
     fs::create_dir_all(path).map_err(|source| Error::io("make the folder", path, source))
 }

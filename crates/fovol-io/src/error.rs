@@ -3,34 +3,34 @@ use std::fmt::Display;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// What can go wrong with files. Every message is one line: what, where, how to mend it.
+/// Errors of reading and writing files. Every message is one line: the problem, the place and the remedy.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
     /// The operating system refused.
     #[error("cannot {action} {}: {}{}", plain(path.display()), plain(source), advice(source))]
     Io {
-        /// What was tried: "read", "write"…
+        /// The attempted operation: "read", "write"…
         action: &'static str,
-        /// On which file or folder.
+        /// The file or folder.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the operating system.
         source: io::Error,
     },
-    /// The file is damaged or says something that cannot be.
+    /// The file is damaged or contradictory.
     #[error("{}: {}", plain(path.display()), plain(problem))]
     Malformed {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it, where, and how to mend it.
+        /// The damage, its place in the file, and the remedy.
         problem: String,
     },
-    /// The file is sound, but of a kind that is not read or written.
+    /// The file is valid, but its format or a feature of it is not supported.
     #[error("{}: {}", plain(path.display()), plain(problem))]
     Unsupported {
         /// The file.
         path: PathBuf,
-        /// What is not supported and what to do instead.
+        /// The unsupported feature, and an alternative.
         problem: String,
     },
     /// An output that is an input.
@@ -54,7 +54,7 @@ pub enum Error {
         /// The file that was to be written, of which it would be a part.
         main: PathBuf,
     },
-    /// A file of bare voxels, of which nothing says how they lie.
+    /// A file of raw voxels whose size or type is unknown.
     #[error(
         "{}: its {what} is not known; give --dims X,Y,Z and --dtype, or name it like name_256x256x256_uint8.raw",
         plain(path.display())
@@ -62,7 +62,7 @@ pub enum Error {
     UnknownLayout {
         /// The file.
         path: PathBuf,
-        /// What is not known.
+        /// The unknown property: size or type.
         what: &'static str,
     },
     /// More memory than there is.
@@ -70,7 +70,7 @@ pub enum Error {
     Memory {
         /// The file that is read or written.
         path: PathBuf,
-        /// What needs how much, and what needs less.
+        /// The memory needed and available, and advice.
         shortage: Shortage,
     },
 }
@@ -94,7 +94,7 @@ impl Error {
         Self::Memory { path: path.to_owned(), shortage }
     }
 
-    /// `path` is of a kind that is not handled.
+    /// An [`Error::Unsupported`] for `path`.
     pub fn unsupported(path: &Path, problem: impl Into<String>) -> Self {
         Self::Unsupported { path: path.to_owned(), problem: problem.into() }
     }

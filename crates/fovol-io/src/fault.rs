@@ -8,7 +8,7 @@ thread_local! {
     static ROOM: Cell<usize> = const { Cell::new(usize::MAX) };
 }
 
-/// What `act` does where the disk has room for `bytes` bytes, in all files together.
+/// Runs `act` with room on the disk for `bytes` bytes, counted over all files of this thread, and returns its result.
 pub(crate) fn after<T>(bytes: usize, act: impl FnOnce() -> T) -> T {
     ROOM.set(bytes);
     let result = act();

@@ -1,20 +1,21 @@
-//! Outputs that are no files: pipes, terminals, `/dev/null`.
+//! Outputs that are not regular files: pipes, terminals, `/dev/null`.
 
 use crate::{Error, Result};
 use std::fs::{self, File};
 use std::io;
 use std::path::Path;
 
-/// Whether `path` is there and neither a file nor a folder: a device, a pipe. A new file in its place would take it from
-/// everybody else, which the system lets its administrator do.
+/// Whether `path` exists and is neither a file nor a folder, but a device or a pipe.
+///
+/// Such a path must not be replaced by a new file: for an administrator, that would remove the device for everybody.
 pub(crate) fn is_stream(path: &Path) -> bool {
     fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir())
 }
 
-/// Opens a pipe or a device to write into it.
+/// Opens a pipe or a device for writing.
 ///
 /// # Errors
-/// A pipe that nobody reads, a disk; what the system said.
+/// A pipe without a reader, a block device; errors of the operating system.
 pub(crate) fn open_stream(path: &Path) -> Result<File> {
     open(path).map_err(|e| Error::io("write", path, e))
 }

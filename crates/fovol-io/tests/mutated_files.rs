@@ -1,5 +1,6 @@
-//! Damaged files of every kind: a volume, a transfer function or a one-line error, whatever is in them. The example `fuzz_parsers`
-//! does the same with millions of them.
+//! Feeds damaged files of every format to the parsers.
+//!
+//! Each must yield a volume, a transfer function or a one-line error. The example `fuzz_parsers` runs millions of them.
 
 mod mutation;
 

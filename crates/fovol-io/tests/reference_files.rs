@@ -10,7 +10,7 @@ use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// What an outside library says about a file.
+/// Reference result of an outside library for one file.
 #[derive(Deserialize)]
 #[serde(untagged)]
 enum Reference {

@@ -1,4 +1,4 @@
-//! What the targets of cargo-fuzz share.
+//! Functions shared by the targets of cargo-fuzz.
 //!
 //! ```text
 //! cargo run --release -p fovol-io --example fuzz_parsers -- --inputs 0 --write-seeds crates/fovol-io/fuzz/corpus

@@ -2,7 +2,7 @@ use super::{Error, Result};
 use fovol_core::Dtype;
 use std::sync::LazyLock;
 
-/// A published volume: bare little-endian voxels at an address.
+/// A published volume: raw little-endian voxels at a URL.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Entry {
     /// Its name, as in `aneurism`.
@@ -15,7 +15,7 @@ pub struct Entry {
     pub spacing: [f64; 3],
     /// Where it is.
     pub url: String,
-    /// The SHA-512 of the file in lower-case hexadecimal digits, where it is published.
+    /// The published SHA-512 of the file in lower-case hexadecimal digits, if there is one.
     pub sha512: Option<String>,
 }
 

@@ -16,7 +16,7 @@ pub struct Outcome {
     pub path: PathBuf,
     /// How it came there.
     pub origin: Origin,
-    /// What its content was compared to.
+    /// The reference that its hash was compared to.
     pub check: Check,
 }
 
@@ -32,7 +32,7 @@ pub enum Origin {
     },
 }
 
-/// What the SHA-512 of a file was compared to.
+/// Reference that the SHA-512 of a file was compared to.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Check {
     /// The published hash.

@@ -18,7 +18,7 @@ pub enum Error {
     Unreachable {
         /// The address.
         url: String,
-        /// What went wrong.
+        /// The error of the HTTP client.
         source: Box<ureq::Error>,
     },
     /// The server declines.
@@ -26,7 +26,7 @@ pub enum Error {
     Status {
         /// The address.
         url: String,
-        /// The status: 404 for a file that is not there.
+        /// The HTTP status code, for example 404 if the file does not exist.
         status: u16,
     },
     /// The server has a file of another size.
@@ -53,7 +53,7 @@ pub enum Error {
         received: u64,
         /// Bytes of the whole file.
         total: u64,
-        /// What broke it.
+        /// The cause of the interruption.
         cause: String,
     },
     /// The user stopped it. What came is kept.
@@ -80,7 +80,7 @@ pub enum Error {
     Occupied {
         /// The file.
         path: PathBuf,
-        /// What differs.
+        /// The difference between the existing file and the expected one.
         problem: String,
     },
     /// A file cannot be read or written.
@@ -91,7 +91,7 @@ pub enum Error {
 /// The result of getting a published volume.
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// A hash to compare to, and where it comes from.
+/// A reference hash and its source.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum KnownHash {
     /// From the catalogue.

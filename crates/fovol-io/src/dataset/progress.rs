@@ -1,6 +1,6 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// What is being done.
+/// Stage of a download.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stage {
     /// Bytes come over the network.
@@ -9,10 +9,10 @@ pub enum Stage {
     Verify,
 }
 
-/// How far it has come.
+/// Progress of a download.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Progress {
-    /// What is being done.
+    /// The current stage.
     pub stage: Stage,
     /// Bytes done, those of an earlier run included.
     pub done: u64,

@@ -33,7 +33,7 @@ fn failed(part: &Path, source: std::io::Error) -> Error {
     crate::Error::io("write", part, source).into()
 }
 
-/// Bytes that an earlier run left; 0 where there are more than the file can have.
+/// Number of bytes that an earlier run left; 0 if they exceed the size of the file.
 fn held_bytes(part: &Path, total: u64) -> Result<u64> {
     match fs::metadata(part) {
         Ok(metadata) => Ok(if metadata.len() > total { 0 } else { metadata.len() }),
@@ -60,8 +60,10 @@ fn open(url: &str, held: u64) -> Result<(u64, Response<Body>)> {
     }
 }
 
-/// An agent that gives up after `patience`: without a connection, without the whole head of an answer, and without a byte of its
-/// body. A server that sends the head byte by byte would hold it for ever otherwise.
+/// Creates an HTTP agent that gives up after `patience`.
+///
+/// The limit applies to the connection, to the whole header of the response and to each read of its body. Without it, a
+/// server that sends the header byte by byte would block for ever.
 fn agent(patience: Duration) -> Agent {
     Agent::config_builder()
         .http_status_as_error(false)

@@ -3,7 +3,7 @@
 /// The places of the channels of colours in a list of names.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Colours {
-    /// Red, green, blue; three times the same place for a grey picture.
+    /// Indices of red, green and blue; all equal for a grey image.
     pub colours: [usize; 3],
     /// Alpha, if there is any.
     pub alpha: Option<usize>,
@@ -33,7 +33,7 @@ fn named(names: &[String], layer: &str, words: &[&str]) -> Option<usize> {
     })
 }
 
-/// The channels of red, green and blue among `names`, or those of a grey picture.
+/// The red, green and blue channels among `names`, or the channel of a grey image.
 ///
 /// Channels without a layer come first, then a layer called as renderers call the whole picture, then the first.
 pub(super) fn colours(names: &[String]) -> Option<Colours> {
@@ -76,7 +76,7 @@ const LETTERS: [[char; 2]; 3] = [['x', 'y'], ['u', 'v'], ['r', 'g']];
 
 /// The two channels of motion among `names`: those whose names differ by X and Y, by U and V, or by R and G alone.
 ///
-/// Of several pairs the one is taken whose name speaks of motion, else the first.
+/// Of several pairs, takes the one whose name mentions motion, else the first.
 pub(super) fn ways(names: &[String]) -> Option<Ways> {
     const MOTION: [&str; 5] = ["motion", "vector", "velocity", "flow", "mv"];
     let lower: Vec<String> = names.iter().map(|name| name.to_lowercase()).collect();

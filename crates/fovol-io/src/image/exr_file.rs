@@ -12,12 +12,12 @@ use fovol_core::{Frame, FrameSize, input};
 use std::io::{BufReader, Cursor};
 use std::path::Path;
 
-/// What every EXR file begins with.
+/// Magic number of EXR files: their first four bytes.
 pub(super) const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 
-/// The most bytes that a byte of a file becomes: deflate reaches 1032, and run lengths less.
+/// Largest compression ratio: deflate reaches 1032, run-length encoding less.
 const LARGEST_RATIO: u64 = 1100;
-/// What any file may take besides: bytes of small pictures.
+/// Bytes that any file may decode to, whatever its length: enough for small images.
 const ALWAYS: u64 = 1 << 20;
 /// The most pixels of a display window around data that are few.
 const LARGEST_EMPTY: u64 = 1 << 25;
@@ -165,7 +165,7 @@ pub(super) fn size(path: &Path) -> Result<FrameSize> {
     Ok(Sound::look(path)?.size)
 }
 
-/// Reads colours, and alpha where there is such.
+/// Reads colours, and alpha if the file has it.
 pub(super) fn read(path: &Path) -> Result<Picture> {
     let sound = Sound::look(path)?;
     let layers = sound.layers()?;

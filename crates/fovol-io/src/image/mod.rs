@@ -11,28 +11,28 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Seek};
 use std::path::Path;
 
-/// The endings of pictures that are read.
+/// File extensions of supported images.
 pub const EXTENSIONS: [&str; 5] = ["png", "exr", "jpg", "jpeg", "bmp"];
 
-/// A picture as a file has it.
+/// An image read from a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Picture {
     /// Its pixels; alpha is 1 where the file has none.
     pub frame: Frame,
     /// Whether the file has alpha.
     pub has_alpha: bool,
-    /// What was assumed when it was read, one line each.
+    /// Assumptions made while reading, one line each.
     pub notes: Vec<String>,
 }
 
-/// The motion of a frame as a file has it.
+/// Motion vectors of a frame, read from a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Motion {
     /// The size of the frame.
     pub size: FrameSize,
-    /// For each pixel, row by row, the way right and the way down in pixels to where it was in the frame before.
+    /// Per pixel, row by row, the offset to its position in the previous frame: right and down, in pixels.
     pub ways: Vec<[f32; 2]>,
-    /// What was assumed when it was read, one line each.
+    /// Assumptions made while reading, one line each.
     pub notes: Vec<String>,
 }
 
@@ -48,7 +48,7 @@ pub enum Alpha {
 /// Writes `frame` as 8-bit PNG.
 ///
 /// # Errors
-/// What the system said.
+/// Errors of the operating system.
 pub fn write_png(path: &Path, frame: &Frame, alpha: Alpha) -> Result<()> {
     let (bytes, colour) = match alpha {
         Alpha::Drop => (frame.to_rgb8(), ExtendedColorType::Rgb8),
@@ -60,7 +60,7 @@ pub fn write_png(path: &Path, frame: &Frame, alpha: Alpha) -> Result<()> {
 /// Writes one byte per pixel, row by row, as grey PNG.
 ///
 /// # Errors
-/// What the system said.
+/// Errors of the operating system.
 pub fn write_grey_png(path: &Path, size: FrameSize, bytes: &[u8]) -> Result<()> {
     write_png_bytes(path, size, bytes, ExtendedColorType::L8)
 }
@@ -73,10 +73,10 @@ fn write_png_bytes(path: &Path, size: FrameSize, bytes: &[u8], colour: ExtendedC
     })
 }
 
-/// Writes `frame` as EXR: RGBA of f32, the display values as they are. Equal pixels give equal bytes.
+/// Writes `frame` as EXR: RGBA of f32, with unconverted display values. Equal pixels give equal bytes.
 ///
 /// # Errors
-/// What the system said.
+/// Errors of the operating system.
 pub fn write_exr(path: &Path, frame: &Frame) -> Result<()> {
     let bytes = exr_file::encode(frame).map_err(|e| Error::io("write", path, std::io::Error::other(e)))?;
     atomic::write_bytes(path, &bytes)
@@ -96,7 +96,7 @@ pub fn resized(frame: &Frame, size: FrameSize) -> Frame {
     Frame::from_pixels(size, pixels).expect("it has the size that was asked for")
 }
 
-/// Reads a PNG, JPEG, BMP or EXR picture as display values. An EXR picture has the size of its display window.
+/// Reads a PNG, JPEG, BMP or EXR image as display values. An EXR image has the size of its display window.
 ///
 /// # Errors
 /// A file that is missing, damaged, of another kind, or larger than a frame may be.
@@ -104,18 +104,18 @@ pub fn read(path: &Path) -> Result<Frame> {
     read_picture(path).map(|picture| picture.frame)
 }
 
-/// Reads a picture with what is known about it.
+/// Reads an image and its metadata.
 ///
 /// # Errors
-/// As [`read`].
+/// Those of [`read`].
 pub fn read_picture(path: &Path) -> Result<Picture> {
     if is_exr(path)? { exr_file::read(path) } else { picture(path, BufReader::new(open(path)?)) }
 }
 
-/// The size of the picture in the file at `path`, without its pixels.
+/// Reads the size of the image at `path`, but not its pixels.
 ///
 /// # Errors
-/// As [`read`].
+/// Those of [`read`].
 pub fn size(path: &Path) -> Result<FrameSize> {
     if is_exr(path)? {
         return exr_file::size(path);
@@ -129,7 +129,7 @@ pub fn size(path: &Path) -> Result<FrameSize> {
 /// Reads the motion of a frame from an EXR file: two channels whose names differ by X and Y, by U and V, or by R and G.
 ///
 /// # Errors
-/// As [`read`], or a file without such channels.
+/// Those of [`read`], or a file without such channels.
 pub fn read_motion(path: &Path) -> Result<Motion> {
     if !is_exr(path)? {
         return Err(Error::unsupported(
@@ -156,10 +156,10 @@ fn no_picture(path: &Path, error: &image::ImageError) -> Error {
     Error::malformed(path, format!("it is no picture that can be read ({error}); use PNG, JPEG, BMP or EXR"))
 }
 
-/// The PNG, JPEG or BMP picture in `bytes`, which `path` names in errors.
+/// Decodes the PNG, JPEG or BMP image in `bytes`; errors name `path`.
 ///
 /// # Errors
-/// As [`read`].
+/// Those of [`read`].
 pub fn decode(path: &Path, bytes: impl BufRead + Seek) -> Result<Frame> {
     picture(path, bytes).map(|picture| picture.frame)
 }

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 /// Contrast agent in full.
 const BLOOD: f32 = 235.0;
-/// What the subtraction of the picture without contrast agent leaves, at most.
+/// Largest value of background tissue: the residue of subtracting the mask image.
 const BACKGROUND: f32 = 4.0;
 
 /// Rotational angiography: three arteries branch into vessels down to a voxel's width; on one of them

@@ -73,7 +73,7 @@ pub enum Error {
     Memory(#[from] Shortage),
 }
 
-/// What needs less memory than many voxels.
+/// Advice for volumes that do not fit in memory.
 const FEWER_VOXELS: &str = "smaller --dims need less";
 
 /// The result of making a procedural volume.
@@ -180,7 +180,8 @@ pub fn names() -> [&'static str; Procedural::ALL.len()] {
 /// The seed changes the shapes that are random; [`Procedural::MarschnerLobb`] has none.
 ///
 /// # Errors
-/// [`Error::Size`] for fewer than [`MIN_SIDE`] voxels along an axis or more than [`MAX_VOXELS`] in all; no memory for them.
+/// [`Error::Size`] for fewer than [`MIN_SIDE`] voxels along an axis or more than [`MAX_VOXELS`] in all;
+/// [`Error::Memory`] if they do not fit in memory.
 pub fn make(kind: Procedural, dims: [usize; 3], seed: u64) -> Result<Volume> {
     let voxels = dims.iter().try_fold(1usize, |product, &side| product.checked_mul(side));
     if dims.iter().any(|&side| side < MIN_SIDE) || voxels.is_none_or(|count| count > MAX_VOXELS) {

@@ -54,7 +54,7 @@ pub(super) fn without(a: f32, b: f32) -> f32 {
     a.max(-b)
 }
 
-/// The same point on the right side: for shapes that are symmetric in x.
+/// Mirrors `p` to non-negative x, for shapes that are symmetric in x.
 pub(super) fn mirrored(p: Vec3) -> Vec3 {
     p.with_x(p.x.abs())
 }
@@ -77,7 +77,7 @@ impl Scanner {
         Self { width }
     }
 
-    /// The share of a voxel that lies inside, 0…1, from the signed distance.
+    /// Coverage of a voxel by the shape, 0…1, from the signed distance.
     pub fn share(self, distance: f32) -> f32 {
         smoothstep(0.5 * self.width, -0.5 * self.width, distance)
     }

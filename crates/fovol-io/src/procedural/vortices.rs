@@ -11,9 +11,10 @@ const PEAK: f32 = 3.0;
 /// have formed.
 const DURATION: f32 = 2.2;
 
-/// Vorticity magnitude of decaying turbulence. The flow is computed on a grid of 64³ at most for
-/// requests up to 128³ and of 96³ above, then evaluated at the voxels asked for: exact, since a flow
-/// of few waves is smooth.
+/// Vorticity magnitude of decaying turbulence.
+///
+/// The solver runs on a grid of 32³ for requests up to 48³, of 64³ up to 128³ and of 96³ above. Fourier
+/// interpolation then evaluates the flow at the requested voxels. It is exact, because the flow is band-limited.
 pub(super) fn make(domain: &Domain) -> Result<Volume> {
     let n = resolution(domain.grid().dims());
     let mut flow = Flow::random(n, viscosity(n), PEAK, domain.seed(0));

@@ -1,4 +1,4 @@
-//! Maps of single values: each has its colour, and nothing lies between.
+//! Indexed colour maps: each value has a colour, without interpolation between them.
 
 use super::Imported;
 use super::paraview::groups;

@@ -4,8 +4,10 @@ use fovol_core::{ControlPoint, TransferFunction};
 use quick_xml::events::BytesStart;
 use std::path::Path;
 
-/// The content of an Inviwo `.itf` file: `Point` elements with a position and an RGBA colour, relative to what is shown
-/// (`type` 0) or in data values (`type` 1), and a mask outside of which nothing shows.
+/// Content of an Inviwo `.itf` file: `Point` elements with a position and an RGBA colour, and a mask.
+///
+/// Positions are relative to the displayed range (`type` 0) or data values (`type` 1). Values outside the mask are
+/// transparent.
 #[derive(Debug, Default)]
 pub struct Points {
     points: Vec<ControlPoint>,

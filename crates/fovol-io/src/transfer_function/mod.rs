@@ -21,50 +21,58 @@ use fovol_core::{TransferFunction, did_you_mean, input, path_of_text, text_of_pa
 use std::io::{Read, Write};
 use std::path::Path;
 
-/// No transfer function needs more bytes than this; collections of colour maps included.
+/// Largest file that is read, in bytes; collections of colour maps are smaller.
 const LARGEST: u64 = 64 << 20;
 
-/// A transfer function as its file has it.
+/// A transfer function read from a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Imported {
     /// The function, with the data values that it was made for where the file gives them.
     pub transfer: TransferFunction,
-    /// Whether it is meant to be stretched over what is shown, even where it has a range: colour maps from 0 to 1 or from −1 to 1.
+    /// Whether the function stretches over the displayed range, even if it has a range of its own.
+    ///
+    /// True of colour maps from 0 to 1 or from −1 to 1.
     pub is_stretched: bool,
-    /// What was assumed, one line each.
+    /// Assumptions made while reading, one line each.
     pub notes: Vec<String>,
 }
 
 impl From<TransferFunction> for Imported {
-    /// `transfer`, which stays at the data values of its range where it has one.
+    /// Wraps `transfer`. If it has a range, it stays at those data values.
     fn from(transfer: TransferFunction) -> Self {
         Self::of(transfer)
     }
 }
 
 impl Imported {
-    /// `transfer`, which stays at the data values of its range where it has one.
+    /// Wraps `transfer`. If it has a range, it stays at those data values.
     fn of(transfer: TransferFunction) -> Self {
         let is_stretched = transfer.range().is_none();
         Self { transfer, is_stretched, notes: Vec::new() }
     }
 
-    /// `transfer` for whatever is shown.
+    /// Wraps `transfer`, stretched over the displayed range.
     fn stretched(transfer: TransferFunction) -> Self {
         Self { is_stretched: true, ..Self::of(transfer) }
     }
 
-    /// The function as the file means it: without its range where that is to be stretched.
+    /// The function as the file intends it: without its range if [`Self::is_stretched`].
     pub fn as_meant(&self) -> TransferFunction {
         let transfer = self.transfer.clone();
         if self.is_stretched { transfer.with_range(None).expect("no range is sound") } else { transfer }
     }
 }
 
-/// Reads the transfer function at `path`: our JSON (`{"points":[[v,r,g,b,a],…]}`, with `"range":[lo,hi]` in data values),
-/// colour maps of ParaView and vtk.js in JSON, volume properties of 3D Slicer and VTK (`presets.xml`, `.vp`) and vtk.js,
-/// Inviwo `.itf`, or a table of colours. Of a file with several, the first is taken, or the one called `NAME` where
-/// `path` ends in `#NAME`.
+/// Reads the transfer function at `path`.
+///
+/// If a file holds several functions, the first one is read. A `path` ending in `#NAME` selects the one called `NAME`.
+/// Formats:
+///
+/// - FoVolNet's JSON: `{"points":[[v,r,g,b,a],…]}`, with `"range":[lo,hi]` in data values
+/// - JSON colour maps of ParaView and vtk.js
+/// - volume properties of 3D Slicer and VTK (`presets.xml`, `.vp`) and of vtk.js
+/// - Inviwo `.itf`
+/// - tables of colours
 ///
 /// # Errors
 /// A file that is missing, damaged, or none of these.
@@ -88,19 +96,19 @@ pub fn import(path: &Path) -> Result<Imported> {
 /// Reads the transfer function at `path` as its file means it, see [`import`].
 ///
 /// # Errors
-/// As [`import`].
+/// Those of [`import`].
 pub fn read(path: &Path) -> Result<TransferFunction> {
     Ok(import(path)?.as_meant())
 }
 
-/// Said of files of no known kind.
+/// The error message for files of no known format.
 const UNKNOWN: &str = "it is no transfer function that is known here; give {\"points\":[[v,r,g,b,a],…]}, a colour map of \
                        ParaView (.json), a preset of 3D Slicer (.xml, .vp) or vtk.js (.json), or an .itf file of Inviwo";
 
-/// Reads `text`, which came from `path`; the function called `name` where there are several.
+/// Parses `text`, read from `path`. If it holds several functions, `name` selects one.
 ///
 /// # Errors
-/// As [`import`].
+/// Those of [`import`].
 pub fn parse(path: &Path, text: &str, name: Option<&str>) -> Result<Imported> {
     let mut imported = parse_kind(path, text, name)?;
     imported.notes.iter_mut().for_each(|note| *note = crate::error::plain(&note));
@@ -129,7 +137,7 @@ fn parse_kind(path: &Path, text: &str, name: Option<&str>) -> Result<Imported> {
 /// Writes `transfer` as our JSON.
 ///
 /// # Errors
-/// What the system said.
+/// Errors of the operating system.
 pub fn write(path: &Path, transfer: &TransferFunction) -> Result<()> {
     let text = serde_json::to_string(transfer).map_err(|e| Error::malformed(path, e.to_string()))?;
     atomic::write(path, |out| writeln!(out, "{text}"))
@@ -146,7 +154,9 @@ fn with_name(path: &Path) -> (std::path::PathBuf, Option<String>) {
 /// Names of a file that are listed at most.
 const LISTED: usize = 20;
 
-/// Which of `names` the `wanted` one is, or the first; with a note that lists them where one of several was taken unasked.
+/// Returns the index of `wanted` in `names`, or 0 if none is wanted.
+///
+/// If one of several is chosen by default, a note lists the names.
 fn chosen(path: &Path, names: &[&str], wanted: Option<&str>) -> Result<(usize, Option<String>)> {
     let mut listed: Vec<&str> = names.iter().take(LISTED).copied().collect();
     if names.len() > LISTED {

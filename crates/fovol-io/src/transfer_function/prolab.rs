@@ -1,10 +1,12 @@
-//! The projective colour space ProLab: Konovalenko, Smagina, Nikolaev and Nikolaev, "ProLab: Perceptually Uniform Projective Color
-//! Coordinate System", IEEE Access 9, 2021.
+//! The projective colour space ProLab.
+//!
+//! Source: Konovalenko, Smagina, Nikolaev and Nikolaev, "ProLab: Perceptually Uniform Projective Color Coordinate
+//! System", IEEE Access 9, 2021.
 
 use super::colour_space::{Colour, from_xyz, to_xyz};
 use glam::{DMat4, DVec3, DVec4};
 
-/// White D65 as VTK has it here.
+/// White point D65, rounded like VTK's.
 const WHITE: DVec3 = DVec3::new(0.9505, 1.0, 1.089);
 
 /// The matrix of the paper, rounded as VTK rounds it, by columns.

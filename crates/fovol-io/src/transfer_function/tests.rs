@@ -181,7 +181,7 @@ fn flat<const N: usize>(nodes: &[(f64, [f64; N])], after: &[f64]) -> Vec<f64> {
     nodes.iter().flat_map(|(x, numbers)| [&[*x], numbers.as_slice(), after].concat()).collect()
 }
 
-/// What `transfer` is at the data value `x`.
+/// RGBA of `transfer` at the data value `x`.
 fn at(transfer: &TransferFunction, x: f64) -> [f64; 4] {
     let [lo, hi] = transfer.range().unwrap();
     transfer.evaluate((x - lo) / (hi - lo))

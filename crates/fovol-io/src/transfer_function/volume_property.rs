@@ -14,7 +14,7 @@ use std::path::Path;
 /// The lists of one volume property: how many numbers follow, then these numbers.
 #[derive(Debug, Clone, Default)]
 pub struct Lists {
-    /// What the property is called.
+    /// Name of the property.
     pub name: String,
     colours: Option<String>,
     opacities: Option<String>,

@@ -18,8 +18,9 @@ pub fn ffmpeg_installed() -> bool {
     probe.is_ok_and(|status| status.success())
 }
 
-/// The option that says what becomes of the times of frames. Versions before 5.1 know only the first, those from 9 on only the
-/// second.
+/// The option of the installed ffmpeg that sets how frame timestamps are handled: `-vsync` or `-fps_mode`.
+///
+/// Versions before 5.1 know only `-vsync`, versions from 9 on only `-fps_mode`.
 fn timing_option() -> &'static str {
     static OPTION: LazyLock<&str> = LazyLock::new(|| {
         let said = Command::new(ffmpeg_path()).arg("-version").stdin(Stdio::null()).output();
@@ -30,7 +31,7 @@ fn timing_option() -> &'static str {
     *OPTION
 }
 
-/// The option that an `ffmpeg` takes which says `said` of its version; builds without a number are new.
+/// The option for an ffmpeg that prints `said` as its version; builds without a number count as new.
 fn timing_option_of(said: &str) -> &'static str {
     let version = said.split_whitespace().nth(2).unwrap_or_default().trim_start_matches('n');
     let mut numbers = version.split(['.', '-']).map_while(|part| part.parse::<u32>().ok());
@@ -40,9 +41,9 @@ fn timing_option_of(said: &str) -> &'static str {
     }
 }
 
-/// Kinds of clips that hold colours as they are, without luma and chroma at half resolution.
+/// Formats that store RGB colours instead of luma and subsampled chroma.
 const OF_COLOURS: [&str; 2] = ["gif", "apng"];
-/// Kinds of clips whose encoders know no constant quality (`-crf`), and take a quantiser.
+/// Formats whose encoders lack constant quality (`-crf`) and take a quantiser instead.
 const OF_QUANTISERS: [&str; 4] = ["avi", "ogv", "mpg", "wmv"];
 
 fn ends_in(path: &Path, endings: &[&str]) -> bool {
@@ -55,7 +56,7 @@ fn clip_size(path: &Path, size: FrameSize) -> FrameSize {
     if ends_in(path, &OF_COLOURS) { size } else { super::padded_to_even(size) }
 }
 
-/// The arguments that say how a clip `path` is encoded.
+/// The ffmpeg arguments that encode the clip `path`.
 fn encoding(path: &Path) -> Vec<&'static str> {
     if ends_in(path, &["apng"]) {
         return vec!["-plays", "0"];
@@ -143,7 +144,7 @@ impl Writer {
         check(&self.path, self.frames, self.size)
     }
 
-    /// What `ffmpeg` said of its failure.
+    /// The error of a failed encoder, with the last line of `ffmpeg`'s output.
     fn failure(&mut self) -> io::Error {
         drop(self.input.take());
         io::Error::other(format!("ffmpeg could not encode it{}", self.running.last_words()))
@@ -208,7 +209,7 @@ fn animated_webp_frames(from: &mut (impl Read + io::Seek)) -> io::Result<usize> 
     if at == length { Ok(frames) } else { Err(io::ErrorKind::UnexpectedEof.into()) }
 }
 
-/// An `ffmpeg` that decodes the frames of a clip, whatever its matrix, range and rate.
+/// An `ffmpeg` process that decodes the frames of a clip of any colour matrix, range and frame rate.
 pub(super) struct Reader {
     path: PathBuf,
     running: Running,
@@ -255,7 +256,9 @@ impl Reader {
         self.ended(next)
     }
 
-    /// `outcome`, unless ffmpeg has failed: then what it said is the cause. Nobody reads what it writes any more, so it ends.
+    /// Waits for ffmpeg to end and returns `outcome`, or ffmpeg's error if it failed.
+    ///
+    /// ffmpeg does end, because nobody reads its output any more.
     fn ended<T>(&mut self, outcome: Result<T>) -> Result<T> {
         let status = self.running.process.wait().map_err(|e| Error::io("read", &self.path, e))?;
         if status.success() {
@@ -265,7 +268,7 @@ impl Reader {
     }
 }
 
-/// What is said of the file at `path`, which ffmpeg does not read; `words` are its own in brackets.
+/// The error for a file at `path` that ffmpeg cannot read; `words` are ffmpeg's own, in brackets.
 fn unreadable(path: &Path, words: &str) -> Error {
     Error::malformed(path, format!("ffmpeg cannot read it as a clip{words}; check the file"))
 }
@@ -279,9 +282,9 @@ pub(super) fn count_frames(path: &Path) -> Result<usize> {
     Ok(count_listed(&listed.text))
 }
 
-/// What ffmpeg says of the frames of a clip.
+/// Output of ffmpeg when it lists the frames of a clip.
 struct Listing {
-    /// One line a frame, after lines that begin with `#`.
+    /// One line per frame, after lines that begin with `#`.
     text: String,
     status: ExitStatus,
     /// The end of its errors.
@@ -326,7 +329,7 @@ impl Running {
         Ok((status, said.unwrap_or_default()))
     }
 
-    /// The last line of its errors in brackets, once it has ended; nothing where it said nothing.
+    /// The last line of the error output in brackets, once the process has ended; empty if it printed none.
     fn last_words(&mut self) -> String {
         // It ends by itself: its input is closed.
         self.end().map_or_else(|_| String::new(), |(_, said)| last_line(&said))

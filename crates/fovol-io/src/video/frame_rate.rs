@@ -16,7 +16,7 @@ const ROUNDING: f64 = 0.005;
 const LARGEST: u64 = 1_000_000;
 
 impl FrameRate {
-    /// `numerator`/`denominator` frames a second; none where that is not above 0 and up to 1000.
+    /// `numerator`/`denominator` frames per second; none unless above 0 and at most 1000.
     pub fn new(numerator: u64, denominator: u64) -> Option<Self> {
         if numerator == 0 || denominator == 0 || numerator / denominator.max(1) > 1000 {
             return None;

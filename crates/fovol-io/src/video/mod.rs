@@ -14,14 +14,14 @@ pub use ffmpeg::ffmpeg_installed;
 pub use frame_rate::FrameRate;
 pub use reader::VideoReader;
 
-/// What the names of clips may end in, `.y4m` first; all others need ffmpeg.
+/// File extensions of clips, `y4m` first; all others need ffmpeg.
 pub const EXTENSIONS: [&str; 13] =
     ["y4m", "mp4", "m4v", "mov", "mkv", "webm", "avi", "ogv", "mpg", "wmv", "gif", "webp", "apng"];
 
-/// Refuses a name that says no kind of clip.
+/// Checks that the extension of `path` is that of a clip.
 ///
 /// # Errors
-/// Such a name, with what it may end in.
+/// An unknown extension; the message lists the known ones.
 pub fn check_name(path: &Path) -> Result<()> {
     let found = path.extension().unwrap_or_default();
     if EXTENSIONS.iter().any(|known| found.eq_ignore_ascii_case(known)) {
@@ -35,12 +35,12 @@ pub fn check_name(path: &Path) -> Result<()> {
     Err(Error::unsupported(path, problem))
 }
 
-/// What a clip is best written as on this machine: `mp4`, or `y4m` without ffmpeg.
+/// Preferred file extension for clips on this machine: `mp4`, or `y4m` without ffmpeg.
 pub fn best_extension() -> &'static str {
     if ffmpeg_installed() { "mp4" } else { "y4m" }
 }
 
-/// Writes a clip frame by frame; it has its name only once it is finished.
+/// Writes a clip frame by frame. The file gets its name only when it is finished.
 pub struct VideoWriter {
     path: PathBuf,
     size: FrameSize,
@@ -55,17 +55,16 @@ enum Encoder {
 }
 
 impl VideoWriter {
-    /// Begins the clip `path` of frames of `size` at `rate` frames a second.
+    /// Begins the clip `path` with frames of `size` at `rate` frames per second.
     ///
-    /// Colours are BT.709 of limited range, and tagged so. Chroma has half the resolution (4:2:0) in all kinds but y4m, GIF
-    /// and APNG; frames of an odd size then get one more row or column, which repeats their last ([`padded_to_even`]).
+    /// Colours are limited-range BT.709 and tagged as such. All formats but y4m, GIF and APNG subsample chroma (4:2:0).
+    /// Frames of odd size then repeat their last row or column ([`padded_to_even`]).
     ///
-    /// Names that end in `.y4m` need nothing else. For all others of [`EXTENSIONS`] `ffmpeg` is used where it is
-    /// installed; where it is not, `clip.mp4` becomes `clip.mp4.y4m` ([`Self::path`] says so), which takes the place of no clip
-    /// of another kind.
+    /// `.y4m` files are written without other programs. All other [`EXTENSIONS`] need `ffmpeg`. If it is not installed,
+    /// `clip.mp4` becomes `clip.mp4.y4m`, so that no clip of another format is replaced; [`Self::path`] is that name.
     ///
     /// # Errors
-    /// A name that ends otherwise, see [`check_name`]; what the system said.
+    /// An unknown extension, see [`check_name`]; errors of the operating system.
     pub fn create(path: &Path, size: FrameSize, rate: impl Into<FrameRate>) -> Result<Self> {
         let rate = rate.into();
         check_name(path)?;
@@ -81,7 +80,7 @@ impl VideoWriter {
         Ok(Self { path, size, encoder, temporary })
     }
 
-    /// The name that the finished clip will have.
+    /// The path of the finished clip.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -89,7 +88,7 @@ impl VideoWriter {
     /// Appends `frame`.
     ///
     /// # Errors
-    /// A frame of another size, or what the system said.
+    /// A frame of another size, or errors of the operating system.
     pub fn push(&mut self, frame: &Frame) -> Result<()> {
         if frame.size() != self.size {
             let problem = format!("a clip of {} cannot take a frame of {}", self.size, frame.size());
@@ -102,10 +101,10 @@ impl VideoWriter {
         written.map_err(|e| Error::io("write", &self.path, e))
     }
 
-    /// Completes the clip and gives it its name, which is returned. Clips of `ffmpeg` are read back before.
+    /// Completes the clip, gives the file its name and returns it. Clips from `ffmpeg` are read back first.
     ///
     /// # Errors
-    /// The words of the system or of `ffmpeg`; a clip that does not hold all frames, as on a full disk.
+    /// Errors of the operating system or of `ffmpeg`; a clip that lacks frames, for example on a full disk.
     pub fn finish(self) -> Result<PathBuf> {
         let Self { path, temporary, encoder, .. } = self;
         match encoder {

@@ -31,7 +31,7 @@ impl VideoReader {
     /// The number of frames of the clip at `path`. They are decoded, and not kept.
     ///
     /// # Errors
-    /// As [`Self::open`]; a clip that is damaged.
+    /// Those of [`Self::open`]; a clip that is damaged.
     pub fn count_frames(path: &Path) -> Result<usize> {
         let Some(mut reader) = y4m(path)? else { return ffmpeg::count_frames(path) };
         let mut count = 0;
@@ -42,7 +42,7 @@ impl VideoReader {
     }
 }
 
-/// The file at `path` as uncompressed frames; none where ffmpeg is to read it.
+/// Opens the file at `path` as uncompressed frames; none if it needs ffmpeg.
 fn y4m(path: &Path) -> Result<Option<y4m_file::Reader<BufReader<File>>>> {
     let failed = |e| Error::io("read", path, e);
     let mut magic = [0u8; 9];

@@ -92,7 +92,7 @@ fn damaged(path: &Path, error: &y4m::Error) -> Error {
     Error::malformed(path, format!("it is damaged ({error})"))
 }
 
-/// What needs less memory than a clip of large frames.
+/// Advice for clips whose frames do not fit in memory.
 const SMALLER_CLIP: &str = "scale the clip down with ffmpeg";
 
 /// ITU-R BT.709 weights of red and blue in luma.

@@ -7,7 +7,7 @@ use fovol_core::Contents;
 /// One array of a file, as far as the choice among them goes.
 #[derive(Debug, Clone, Copy)]
 pub struct Candidate<'a> {
-    /// Its name; empty where it has none.
+    /// Name of the array; empty if it has none.
     pub name: &'a str,
     /// Values per point or cell.
     pub components: usize,
@@ -20,18 +20,20 @@ pub struct Candidate<'a> {
 }
 
 impl Candidate<'_> {
-    /// Whether it says which points count, rather than what their values are.
+    /// Whether the array marks which points are valid, rather than holding their values.
     fn is_bookkeeping(&self) -> bool {
         const MARKS: [&str; 5] = ["vtkGhost", "vtkValidPointMask", "vtkOriginal", "avtGhost", "avtOriginal"];
         MARKS.iter().any(|mark| self.name.starts_with(mark))
     }
 }
 
-/// The array to show: the chosen one, else the active scalars, else the first scalar, else the first array; of points where these
-/// have arrays, else of cells. Returns its place among `candidates`, and the contents of the file.
+/// Selects the array to show, and returns its index in `candidates` and the contents of the file.
+///
+/// It is the chosen array, else the active scalars, else the first scalar array, else the first array. Point data come
+/// before cell data.
 ///
 /// # Errors
-/// A chosen array that is not there, or no array at all.
+/// The chosen array does not exist, or the file has no array.
 pub fn shown(
     source: &Source,
     candidates: &[Candidate<'_>],
@@ -66,7 +68,7 @@ fn default(candidates: &[Candidate<'_>], listed: &[usize]) -> Option<usize> {
     listed.iter().copied().min_by_key(rank)
 }
 
-/// The name of an array; where points have an array of this name too, it says that it is of cells.
+/// The name of an array. A cell array gets the prefix `cells:` if a point array has the same name.
 fn name(candidates: &[Candidate<'_>], index: usize) -> String {
     let array = candidates[index];
     let is_shared = candidates.iter().any(|other| other.name == array.name && !other.is_of_cells);

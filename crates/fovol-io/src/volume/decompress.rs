@@ -9,7 +9,7 @@ use std::io::{self, Read};
 pub enum Compression {
     /// gzip, several members too.
     Gzip,
-    /// A bare zlib stream.
+    /// A zlib stream without a container.
     Zlib,
     /// bzip2, several streams too.
     Bzip2,
@@ -21,12 +21,12 @@ const FIRST_PIECE: usize = 64 << 10;
 /// The largest piece: from here on memory grows evenly, so that little more is held than is needed.
 const LARGEST_PIECE: usize = 16 << 20;
 
-/// What needs less memory than a compressed file.
+/// Advice for compressed files that do not fit in memory.
 const UNPACK: &str = "unpacked, as .nhdr or .raw, it needs no memory until it is rendered; `fovolnet convert` unpacks it where there is more";
 
 /// Decompresses `bytes` of `source` until `needed` bytes are there.
 ///
-/// Memory grows with what really comes out; a bomb is read no further than `needed`.
+/// Memory grows with the output, and a decompression bomb is read no further than `needed`.
 ///
 /// # Errors
 /// A stream that is damaged or ends before `needed` bytes.
@@ -64,7 +64,7 @@ pub fn read_exactly(source: &Source, reader: &mut dyn Read, needed: usize) -> Re
     Ok(out)
 }
 
-/// The first `length` bytes of what is packed in `bytes`; fewer where it ends or is damaged.
+/// Decompresses the first `length` bytes from `bytes`; fewer if the stream ends or is damaged.
 pub fn beginning(bytes: &[u8], compression: Compression, length: usize) -> Vec<u8> {
     let mut out = Vec::new();
     // What came before the damage is still the beginning.
@@ -124,7 +124,9 @@ pub fn decompress_all(
     Ok(out)
 }
 
-/// How many bytes come out of all of `bytes`, without keeping them; none where they are damaged, or more than `limit` come out.
+/// Counts the bytes that `bytes` decompress to, without storing them.
+///
+/// None if the stream is damaged or decompresses to more than `limit` bytes.
 pub fn decompressed_length(bytes: &[u8], compression: Compression, limit: usize) -> Option<usize> {
     let mut reader = reader(bytes, compression).take(limit as u64 + 1);
     let length = io::copy(&mut reader, &mut io::sink()).ok()?;

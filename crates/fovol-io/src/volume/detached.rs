@@ -1,4 +1,4 @@
-//! Voxels written beside the header that speaks of them.
+//! Writes voxels to a file of their own, beside their header.
 
 use super::voxels::Voxels;
 use crate::{Error, Result, atomic};
@@ -6,22 +6,24 @@ use std::fs::File;
 use std::io::{Read, Write};
 use std::path::Path;
 
-/// Which files beside the one that is named may be replaced.
+/// Files beside the named output that may be overwritten.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Beside {
-    /// Those that were written for it.
+    /// Only files that were written for the named file.
     #[default]
     Own,
-    /// Any.
+    /// Any file.
     All,
 }
 
-/// Writes `voxels` to `x.raw` beside the header `x.nhdr` or `x.mhd`, and what `text` makes of that name to the header. Both are
-/// complete before either has its name; the header gets it last.
+/// Writes `voxels` to `x.raw` beside the header `x.nhdr` or `x.mhd`.
+///
+/// `text` maps the name `x.raw` to the text of the header. Both files are complete before either gets its name, and the
+/// header gets its name last.
 ///
 /// # Errors
-/// A name that text headers cannot hold; a file that lies there and was not written for this header, unless `beside` gives it up;
-/// what the system said.
+/// A name that text headers cannot hold; an existing file that was not written for this header, unless `beside` permits
+/// overwriting it; errors of the operating system.
 pub fn write(
     voxels: &Voxels<'_>,
     header: &Path,
@@ -44,10 +46,10 @@ pub fn write(
     voxels.complete_before(header)
 }
 
-/// The endings of headers whose voxels lie in a file of their own.
+/// Extensions of headers whose voxels are in a separate file.
 const HEADERS: [&str; 2] = ["nhdr", "mhd"];
 
-/// Whether the header that lies at `header` has its voxels in the file `name`, and no other header beside it has.
+/// Whether the header at `header`, and no other header beside it, refers to the data file `name`.
 fn was_written_for(header: &Path, name: &str) -> bool {
     let own = header.extension().unwrap_or_default();
     let mut others = HEADERS.iter().filter(|ending| !own.eq_ignore_ascii_case(ending));
@@ -57,7 +59,7 @@ fn was_written_for(header: &Path, name: &str) -> bool {
 /// Headers are short; voxels may follow them.
 const LONGEST_HEADER: u64 = 1 << 20;
 
-/// Whether a header lies at `path` that names the file `name` as that of its voxels.
+/// Whether `path` is a header that names `name` as its data file.
 fn names(path: &Path, name: &str) -> bool {
     let mut bytes = Vec::new();
     let file = if path.is_file() { File::open(path).ok() } else { None };

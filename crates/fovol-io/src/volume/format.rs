@@ -1,4 +1,4 @@
-//! Which parser a file belongs to: by its first bytes where they tell, else by its name.
+//! Selects the parser of a file by its first bytes, or by its name if the bytes identify no format.
 
 use super::{Overrides, Source, legacy_vtk, metaimage, nifti, nrrd, raw, slice_folder, tiff_stack, vti};
 use crate::{Error, Result};
@@ -7,13 +7,13 @@ use std::io::Read;
 use std::ops::Range;
 use std::path::Path;
 
-/// Reads one kind of volume file.
+/// Reads volume files of one format.
 pub type Parser = fn(&Source, &Overrides) -> Result<Volume>;
 
-/// The parser of `source`; none for bare voxels.
+/// The parser of `source`; none for raw voxels.
 ///
 /// # Errors
-/// A file of a kind that is known but not read.
+/// A format that is known but not read.
 pub fn parser_of(source: &Source) -> Result<Option<Parser>> {
     let (bytes, name) = (source.bytes(), name(source.path()));
     if nifti::header_beside(source.path()).is_some() {
@@ -36,8 +36,9 @@ pub fn parser_of(source: &Source) -> Result<Option<Parser>> {
     }
 }
 
-/// Whether a file that begins with `bytes`, unpacked from a compressed one called `path`, is of a known kind rather than bare
-/// voxels.
+/// Whether a decompressed file is of a known format rather than raw voxels.
+///
+/// `bytes` are the start of the decompressed data, `path` the compressed file.
 pub fn is_known(bytes: &[u8], path: &Path) -> bool {
     by_content(bytes).is_some() || foreign_content(bytes).is_some() || by_name(&name(path)).is_some()
 }
@@ -65,10 +66,10 @@ pub fn read_folder(path: &Path, overrides: &Overrides) -> Result<Volume> {
     ))
 }
 
-/// What to do with DICOM files, one or a folder of them.
+/// Advice for a DICOM file, or a folder of them.
 const DICOM: &str = "DICOM is not read yet; convert the series to NIfTI or NRRD";
 
-/// Files of a folder that are looked into: series lie in folders of their own.
+/// Number of files that are examined in a folder: a series lies in a folder of its own.
 const FILES_LOOKED_AT: usize = 16;
 
 /// Whether files in the folder `path` are of DICOM.
@@ -84,7 +85,7 @@ fn holds_dicom(path: &Path) -> bool {
     })
 }
 
-/// Where DICOM files say what they are.
+/// Position of the magic number in DICOM files, in bytes.
 const DICOM_MARK: Range<usize> = 128..132;
 
 fn is_dicom(bytes: &[u8]) -> bool {
@@ -129,7 +130,7 @@ const HDF5: &str =
 
 const VTK_XML: &str = "only image data is read of VTK's XML files; resample it to .vti, in ParaView for one";
 
-/// What is wrong with files that begin with `bytes`, of kinds that are known but not read.
+/// Advice for formats that are known but not read, recognised by the first `bytes` of the file.
 fn foreign_content(bytes: &[u8]) -> Option<&'static str> {
     Some(match bytes {
         _ if is_dicom(bytes) => DICOM,
@@ -148,7 +149,7 @@ fn foreign_content(bytes: &[u8]) -> Option<&'static str> {
     })
 }
 
-/// What is wrong with files called `name`, in lower case, of kinds that are known but not read.
+/// Advice for formats that are known but not read, recognised by the file's `name` in lower case.
 fn foreign_name(name: &str) -> Option<&'static str> {
     let ends = |endings: &[&str]| endings.iter().any(|ending| name.ends_with(ending));
     Some(match () {

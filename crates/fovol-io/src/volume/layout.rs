@@ -1,10 +1,10 @@
-//! How voxels lie in bytes, as any header says it.
+//! Memory layout of voxels, as a header of any format describes it.
 
 use super::Source;
 use crate::Result;
 use fovol_core::{Dtype, Endian, Grid, Placement, Volume, VoxelBytes};
 
-/// What one needs to know to see voxels in bytes.
+/// Memory layout of a volume: size, type and order of the voxels in a block of bytes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Layout {
     /// Voxels along x, y, z.
@@ -42,7 +42,7 @@ impl Layout {
     /// The number of bytes of all voxels.
     ///
     /// # Errors
-    /// As [`Self::values`].
+    /// Those of [`Self::values`].
     pub fn length(&self, source: &Source) -> Result<usize> {
         Ok(self.values(source)? * self.dtype.size())
     }
@@ -74,7 +74,7 @@ pub fn placed(volume: Volume, placement: Option<Placement>, units: Option<&str>)
     }
 }
 
-/// The spacing along up to three axes; axes that do not say it have 1, mirrored ones their absolute value.
+/// The spacing along up to three axes: 1 where it is not stated, and the absolute value where it is negative.
 pub fn spacing_of(axes: &[f64]) -> [f64; 3] {
     std::array::from_fn(|axis| match axes.get(axis) {
         Some(spacing) if spacing.is_finite() => spacing.abs(),

@@ -48,7 +48,7 @@ pub fn read(path: &Path, overrides: &Overrides) -> Result<Volume> {
 /// Reads the volume in `source`, as [`read`] does.
 ///
 /// # Errors
-/// As [`read`].
+/// Those of [`read`].
 pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
     if let Some(unpacked) = unpacked::unpacked(source)? {
         return parse(&unpacked, overrides);

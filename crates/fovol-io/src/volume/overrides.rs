@@ -1,4 +1,4 @@
-//! What a user says about a volume over the head of its file.
+//! Properties of a volume that the user sets in place of its file's metadata.
 
 use super::Source;
 use super::layout::placed;
@@ -6,7 +6,7 @@ use crate::Result;
 use fovol_core::{Dtype, Endian, Grid, Volume};
 use std::sync::Arc;
 
-/// What a user says about a volume over the head of its file.
+/// Properties of a volume that the user sets in place of its file's metadata, and the part to read.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Overrides {
     /// Voxels along x, y, z.
@@ -50,7 +50,7 @@ impl Overrides {
     /// The time point to read of `count`.
     ///
     /// # Errors
-    /// A choice that is not there.
+    /// A choice out of range.
     pub(super) fn time_of(&self, source: &Source, count: usize) -> Result<usize> {
         part(source, ["--time", "time point"], self.time, count)
     }
@@ -58,7 +58,7 @@ impl Overrides {
     /// The channel to read of `count`.
     ///
     /// # Errors
-    /// A choice that is not there.
+    /// A choice out of range.
     pub(super) fn channel_of(&self, source: &Source, count: usize) -> Result<usize> {
         part(source, ["--channel", "channel"], self.channel, count)
     }
@@ -66,7 +66,7 @@ impl Overrides {
     /// The component to show of `count`.
     ///
     /// # Errors
-    /// A choice that is not there.
+    /// A choice out of range.
     pub(super) fn component_of(&self, source: &Source, count: usize) -> Result<usize> {
         part(source, ["--component", "component"], self.component, count)
     }
@@ -114,7 +114,7 @@ impl Overrides {
     }
 }
 
-/// The `chosen` part of `count`, which `flag` chooses; the first where nothing is said.
+/// The `chosen` index of `count`, set by `flag`; 0 by default.
 fn part(source: &Source, [flag, what]: [&str; 2], chosen: Option<usize>, count: usize) -> Result<usize> {
     match chosen {
         Some(index) if index >= count => Err(source.malformed(match count {

@@ -1,4 +1,4 @@
-//! The voxels that a text header speaks of: in the same file or in others, bare or encoded.
+//! Voxels that a text header refers to: in the same file or in others, raw or encoded.
 
 use super::decompress::{Compression, decompress, decompress_all};
 use super::layout::Layout;
@@ -16,25 +16,25 @@ pub enum Files {
     Detached(Vec<String>),
 }
 
-/// How the voxels are written.
+/// Encoding of the voxels in a file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Encoding {
-    /// As they are in memory.
+    /// Raw binary.
     Bare,
-    /// As they are in memory, then compressed.
+    /// Compressed binary.
     Compressed(Compression),
-    /// As decimal numbers.
+    /// Decimal text.
     Decimal,
-    /// As hexadecimal digits of their bytes.
+    /// Hexadecimal text: two digits per byte.
     Hexadecimal,
 }
 
-/// What lies between the start of the data and the first voxel.
+/// Bytes between the start of the data and the first voxel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Skip {
     /// This many bytes.
     Bytes(usize),
-    /// Whatever there is before the last bytes, which are the voxels.
+    /// All bytes before the voxels, which are the last bytes.
     UpToTheLast,
 }
 

@@ -1,4 +1,4 @@
-//! Folders of pictures as slices: PNG, JPEG and BMP, in the natural order of their names.
+//! Image stacks: folders of PNG, JPEG or BMP slices, in the natural order of their names.
 
 use super::layout::Layout;
 use super::{Overrides, Source};
@@ -9,19 +9,19 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Endings of pictures that are read.
+/// File extensions of supported images.
 const ENDINGS: [&str; 4] = [".png", ".jpg", ".jpeg", ".bmp"];
 
-/// What one byte of a picture unpacks to at most, by deflate.
+/// Bound on the compression ratio, reached by deflate.
 const BYTES_PER_BYTE: u64 = 1100;
 
-/// And what pictures may have whatever their length.
+/// Bytes that any image may decode to, whatever its length.
 const FREE_BYTES: u64 = 1 << 20;
 
-/// Reads the pictures in the folder `path`; none when there are none.
+/// Reads the images in the folder `path` as slices; none if it has no images.
 ///
 /// # Errors
-/// Damaged pictures, and those that differ in size or type.
+/// Damaged images, and images that differ in size or type.
 pub fn parse(path: &Path, overrides: &Overrides) -> Result<Option<Volume>> {
     let files = files(path)?;
     let Some(first) = files.first() else { return Ok(None) };
@@ -56,7 +56,7 @@ pub fn parse(path: &Path, overrides: &Overrides) -> Result<Option<Volume>> {
     }))
 }
 
-/// The pictures in the folder `path`.
+/// Lists the images in the folder `path`.
 fn files(path: &Path) -> Result<Vec<PathBuf>> {
     let failed = |source| Error::io("read", path, source);
     let mut files = Vec::new();
@@ -96,7 +96,7 @@ fn decoded(file: &Path) -> Result<DynamicImage> {
     DynamicImage::from_decoder(decoder).map_err(|e| failed(e.to_string()))
 }
 
-/// What all slices have in common.
+/// Format of the slices; it is the same for all of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Kind {
     size: [usize; 2],
@@ -124,7 +124,7 @@ impl Kind {
     }
 }
 
-/// The pixels of one picture.
+/// The pixels of one image.
 struct Slice {
     kind: Kind,
     bytes: Vec<u8>,

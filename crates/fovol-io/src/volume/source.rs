@@ -6,7 +6,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// What is said of a file of `length` bytes that cannot be mapped.
+/// The error for a file of `length` bytes that cannot be memory-mapped.
 fn too_large(length: u64) -> Shortage {
     Shortage {
         what: "opening the file".into(),
@@ -28,7 +28,7 @@ impl Source {
     /// Maps the file at `path`. It must not be cut short by others while it is in use.
     ///
     /// # Errors
-    /// What the system said.
+    /// Errors of the operating system.
     pub fn open(path: &Path) -> Result<Self> {
         let failed = |source| Error::io("read", path, source);
         let file = input::open(path).map_err(failed)?;
@@ -68,7 +68,7 @@ impl Source {
     /// Opens the file that this one calls `name`: relative to its folder, never above it by surprise.
     ///
     /// # Errors
-    /// What the system said, with the advice to keep both files together.
+    /// Errors of the operating system, with the advice to keep both files together.
     pub fn sibling(&self, name: &str) -> Result<Self> {
         let path = self.sibling_path(name);
         if !path.exists() {
@@ -90,7 +90,7 @@ impl Source {
         Error::malformed(&self.path, problem)
     }
 
-    /// The file is of a kind that is not read.
+    /// The error for a format or feature that is not supported.
     pub fn unsupported(&self, problem: impl Into<String>) -> Error {
         Error::unsupported(&self.path, problem)
     }

@@ -1,17 +1,18 @@
-//! Files of any kind inside gzip or bzip2, whatever their names say.
+//! Decompresses files of any format from gzip or bzip2, recognised by content.
 
 use super::decompress::{Compression, beginning, decompress_all};
 use super::{Source, format, nifti};
 use crate::Result;
 
-/// Bytes that tell what a file is.
+/// Bytes at the start of a file that identify its format.
 const BEGINNING: usize = 4 << 10;
 
-/// What a byte of a compressed file can stand for: bzip2 packs zeros best, 45 MB into a thousand bytes.
+/// Largest compression ratio: bzip2 packs zeros best, 45 MB into a thousand bytes.
 const BYTES_PER_BYTE: usize = 1 << 16;
 
-/// The file that is packed in `source`, under its name; none where it is not packed, or where its reader unpacks it itself: bare
-/// voxels, and NIfTI by gzip.
+/// Decompresses `source`, and keeps its name.
+///
+/// None if it is not compressed, or if its reader decompresses it: raw voxels, and NIfTI with gzip.
 ///
 /// # Errors
 /// Damaged data.

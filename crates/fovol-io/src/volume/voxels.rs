@@ -42,7 +42,7 @@ impl<'a> Voxels<'a> {
     /// Writes all voxels, x fastest.
     ///
     /// # Errors
-    /// What `out` says.
+    /// Errors of `out`.
     pub fn write_to(&self, out: &mut dyn Write) -> io::Result<()> {
         if self.rescale != Rescale::IDENTITY {
             return self.write_scaled(out);

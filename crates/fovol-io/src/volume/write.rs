@@ -22,19 +22,22 @@ const WRITERS: &[(&str, Writer)] = &[
     (".vti", vti::write),
 ];
 
-/// Writes `volume` to `path` in the format of its ending. Size, type, spacing, values, orientation, origin and unit are kept; of
-/// several components the shown one is written. Scaled values are written as floats, but NIfTI keeps their scaling. Returns what
-/// the format cannot hold, a line each. Some formats take two files: the second is named like the first and replaces nothing that
-/// was not written for it, see [`write_with`].
+/// Writes `volume` to `path` in the format of its extension, and returns notes on lost properties, one line each.
+///
+/// The file keeps size, type, spacing, values, orientation, origin and unit. Of several components, only the one shown
+/// is written. NIfTI keeps the scaling of values; other formats store scaled values as floats.
+///
+/// Some formats use two files. The second has the same stem, and overwrites only a file that was written for the first;
+/// see [`write_with`].
 ///
 /// # Errors
-/// An unknown ending, a type that the format does not have, another's file where the second would lie, and what the system says;
-/// one line. Nothing is written then.
+/// An unknown extension, a type that the format lacks, another output's file at the second path, and errors of the
+/// operating system. The message is one line, and nothing is written.
 pub fn write(volume: &Volume, path: &Path) -> Result<Vec<String>> {
     write_with(volume, path, Beside::Own)
 }
 
-/// Writes `volume` to `path` as [`write()`] does; what may be replaced beside it says `beside`.
+/// Writes `volume` to `path`, see [`write()`]; `beside` says which second files may be overwritten.
 ///
 /// # Errors
 /// Those of [`write()`].
@@ -52,7 +55,7 @@ pub fn write_with(volume: &Volume, path: &Path, beside: Beside) -> Result<Vec<St
     Ok(lost(volume, &name))
 }
 
-/// What a file called `name` does not say of `volume`.
+/// Notes on the properties of `volume` that a file called `name` cannot store, one line each.
 fn lost(volume: &Volume, name: &str) -> Vec<String> {
     let is = |endings: &[&str]| endings.iter().any(|ending| name.ends_with(ending));
     let (is_nifti, is_meta, is_vti) = (is(&[".nii", ".nii.gz"]), is(&[".mha", ".mhd"]), is(&[".vti"]));

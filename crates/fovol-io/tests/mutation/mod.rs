@@ -7,15 +7,15 @@ pub mod seeds;
 mod tiff_files;
 mod transfer_functions;
 
-/// What one parser is fed with.
+/// A parser under test and its seeds.
 pub struct Target {
-    /// Its name on the command line.
+    /// Name on the command line.
     pub name: &'static str,
     /// The name of the file, which decides the parser where the content does not.
     pub file: &'static str,
-    /// Sound files.
+    /// Valid files to mutate.
     pub seeds: Vec<Vec<u8>>,
-    /// What is done with them.
+    /// Parses one input and checks the result.
     pub read: readers::Reader,
 }
 

@@ -1,11 +1,12 @@
-//! What is done with the bytes of an input.
+//! Parses the bytes of an input and checks the result.
 
 use fovol_io::transfer_function;
 use fovol_io::volume::{Overrides, Source, parse, read};
 use std::path::Path;
 
-/// Takes bytes as those of the file at the path; whether they are one of its kind. `Err` for an answer that is wrong: a message that
-/// is not one line of plain text, values that cannot be.
+/// Parses bytes as the content of the file at the path; returns whether they are valid.
+///
+/// `Err` marks a wrong answer: a message that is not one line of plain text, or impossible values.
 pub type Reader = fn(&Path, &[u8]) -> Result<bool, String>;
 
 /// Reads a volume.
@@ -13,7 +14,7 @@ pub fn volume(path: &Path, input: &[u8]) -> Result<bool, String> {
     judged(parse(&Source::from_bytes(path, input.to_vec()), &Overrides::default()))
 }
 
-/// Reads eight thousand bytes under the name that the input is.
+/// Reads eight thousand bytes from a file whose name is the input.
 pub fn file_name(path: &Path, input: &[u8]) -> Result<bool, String> {
     let name = String::from_utf8_lossy(input).replace(['/', '\0'], "");
     let path = path.with_file_name(if name.is_empty() { "v" } else { &name });
@@ -40,7 +41,7 @@ fn judged(read: fovol_io::Result<fovol_core::Volume>) -> Result<bool, String> {
     }
 }
 
-/// Reads a transfer function and looks at its values.
+/// Reads a transfer function and checks its values.
 pub fn transfer_function(path: &Path, input: &[u8]) -> Result<bool, String> {
     let imported = match transfer_function::parse(path, &String::from_utf8_lossy(input), None) {
         Ok(imported) => imported,

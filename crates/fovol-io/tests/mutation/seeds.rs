@@ -77,7 +77,7 @@ fn pictures() -> Vec<Vec<u8>> {
     [image::ImageFormat::Png, image::ImageFormat::Bmp, image::ImageFormat::Jpeg].map(picture).to_vec()
 }
 
-/// What our own writer makes of a small volume; nothing where it does not know the ending.
+/// A small volume written by our own writer; empty if it does not write files with this `ending`.
 fn written(ending: &str) -> Vec<Vec<u8>> {
     let folder = tempfile::tempdir().expect("there is a temporary folder");
     let path = folder.path().join(format!("v{ending}"));

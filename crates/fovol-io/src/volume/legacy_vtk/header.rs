@@ -1,4 +1,4 @@
-//! The lines before the values: the kind of file, its size and spacing.
+//! Header of legacy VTK files: the encoding, the dimensions and the spacing.
 
 use super::MARK;
 use super::cursor::Cursor;
@@ -7,16 +7,16 @@ use crate::volume::Source;
 use fovol_core::Dtype;
 use std::str::FromStr;
 
-/// What the header says.
+/// Header of a legacy VTK file of structured points.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Header {
     /// Whether values are binary, big-endian, rather than text.
     pub is_binary: bool,
     /// Points along each axis.
     pub dims: [usize; 3],
-    /// The distance between points along each axis; empty where the file does not say.
+    /// The distance between points along each axis; empty if the file does not state it.
     pub spacing: Vec<f64>,
-    /// The place of the first point, where the file says it.
+    /// The position of the first point, if the file states it.
     pub origin: Option<[f64; 3]>,
 }
 
@@ -24,7 +24,7 @@ impl Header {
     /// Reads the header at `cursor`, which stands at the first section afterwards.
     ///
     /// # Errors
-    /// Lines that are missing or say what is not read.
+    /// Missing lines, and unsupported content.
     pub fn parse(source: &Source, cursor: &mut Cursor<'_>) -> Result<Self> {
         if !source.bytes().starts_with(MARK) {
             return Err(

@@ -76,7 +76,7 @@ fn colour_bytes(text: &[u8]) -> Vec<u8> {
     values.iter().map(|&value| (255.0 * f32::from_le_bytes(value) + 0.5) as u8).collect()
 }
 
-/// An array of values, and where it begins.
+/// An array of values and its offset.
 struct Array {
     name: String,
     is_of_cells: bool,
@@ -104,7 +104,7 @@ struct Search<'a> {
     source: &'a Source,
     header: &'a Header,
     cursor: Cursor<'a>,
-    /// Those found so far.
+    /// Arrays found so far.
     found: Vec<Array>,
 }
 

@@ -9,10 +9,10 @@ use glam::DVec3;
 use std::io::Write;
 use std::path::Path;
 
-/// Writes `volume` to `path`; its ending says whether the voxels go into a file of their own.
+/// Writes `volume` to `path`; its extension decides whether the voxels go to a separate file.
 ///
 /// # Errors
-/// Half precision, which MetaImage does not have; what lies in the way; what the system said.
+/// Half-precision voxels, which MetaImage lacks; another output's file in the way; errors of the operating system.
 pub fn write(volume: &Volume, path: &Path, beside: Beside) -> Result<()> {
     let voxels = Voxels::of(volume);
     let name = type_name(voxels.dtype())

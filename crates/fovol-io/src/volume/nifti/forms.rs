@@ -1,4 +1,6 @@
-//! The two ways in which NIfTI places voxels in space: <https://nifti.nimh.nih.gov/nifti-1/documentation/nifti1fields/nifti1fields_pages/qsform.html>.
+//! Orientation and position of NIfTI volumes: the qform and the sform.
+//!
+//! Source: <https://nifti.nimh.nih.gov/nifti-1/documentation/nifti1fields/nifti1fields_pages/qsform.html>.
 
 use crate::volume::affine::Affine;
 use glam::{DMat3, DVec3};
@@ -26,7 +28,7 @@ pub struct Quaternion {
 /// Where a header places its voxels, how far apart they are, and the doubts about that.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Placed {
-    /// The place, if the header says one.
+    /// The placement, if the header has one.
     pub affine: Option<Affine>,
     /// The distance between voxels.
     pub spacing: [f64; 3],
@@ -40,7 +42,7 @@ const SAME: f64 = 1e-3;
 /// Squares of a below this are 0.
 const HALF_A_TURN: f64 = 1e-7;
 
-/// What single precision explains.
+/// Relative tolerance for rounding to single precision.
 const EQUAL: f64 = 1e-5;
 
 impl Forms {

@@ -5,7 +5,7 @@ use crate::Result;
 use crate::volume::Source;
 use fovol_core::{Dtype, Endian, Rescale, Voxel};
 
-/// What a header says.
+/// Fields of an Analyze or NIfTI header.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Header {
     /// Which standard it follows.
@@ -18,7 +18,7 @@ pub struct Header {
     pub offset: usize,
     /// The size of each axis that is in use.
     pub sizes: Vec<usize>,
-    /// The spacing of these axes, of three at least; not a number where the file says 0.
+    /// The spacing of these axes, at least three; NaN where the file has 0.
     pub spacings: Vec<f64>,
     /// The type of one component.
     pub dtype: Dtype,
@@ -77,7 +77,7 @@ pub fn is_nifti(bytes: &[u8]) -> bool {
         || matches!(bytes.get(4..8), Some(b"n+2\0" | b"ni2\0"))
 }
 
-/// The length of the header that begins with `bytes`, as its first field says it.
+/// The length of the header that begins with `bytes`, from its first field.
 ///
 /// # Errors
 /// Bytes that begin no such header.

@@ -89,8 +89,12 @@ fn parse_header(source: &Source, image: Option<&Source>, overrides: &Overrides) 
     Ok(placed(volume, placement, header.units))
 }
 
-/// What the file holds, and which of its blocks of x, y and z is read: time is axis 4, the values of vectors lie along axis 5 and
-/// those after it.
+/// Lists the contents of the file, and selects the index of the block of x, y and z to read.
+///
+/// Axis 4 is time. The components of vectors lie along axis 5 and later axes.
+///
+/// # Errors
+/// Sizes that are 0 or overflow, vectors of colours, and a time point or component out of range.
 fn contents(source: &Source, header: &Header, overrides: &Overrides) -> Result<(Contents, usize)> {
     let product = |sizes: &[usize]| sizes.iter().try_fold(1usize, |product, &size| product.checked_mul(size));
     let times = header.sizes.get(3).copied().unwrap_or(1);

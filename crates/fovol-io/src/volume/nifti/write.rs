@@ -12,7 +12,7 @@ use std::path::Path;
 /// Writes `volume` to `path`: NIfTI-1, or NIfTI-2 where the numbers of NIfTI-1 are too small.
 ///
 /// # Errors
-/// Half precision, which NIfTI does not have; what the system said.
+/// Half-precision voxels, which NIfTI lacks; errors of the operating system.
 pub fn write(volume: &Volume, path: &Path, _: Beside) -> Result<()> {
     // Scaled halves are numbers of single precision.
     let voxels = if volume.dtype() == Dtype::F16 { Voxels::of(volume) } else { Voxels::stored(volume) };

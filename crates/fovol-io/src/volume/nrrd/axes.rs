@@ -1,4 +1,4 @@
-//! What the axes of an NRRD array mean: components first, then x, y, z, then volumes.
+//! Roles of the axes of an NRRD array: components first, then x, y, z, then volumes.
 
 use super::header::Header;
 use super::space::vector;
@@ -13,19 +13,19 @@ pub struct Axes {
     pub components: usize,
     /// Values per voxel that lie one volume after the other: the size of a last axis that is not spatial.
     pub planes: usize,
-    /// Whether the header says that the values of a voxel are colours.
+    /// Whether the header declares the values of a voxel as colours.
     pub are_colours: bool,
     /// The sizes of the other axes.
     pub sizes: Vec<usize>,
-    /// Their spacings; not a number where the file does not say.
+    /// Spacings of the axes; NaN where the file states none.
     pub spacings: Vec<f64>,
-    /// The way to the next sample along each, where the file says it in three dimensions.
+    /// The vector to the next sample along each axis, if the file states it in three dimensions.
     pub directions: Vec<Option<DVec3>>,
     /// Doubts about them, a line each.
     pub notes: Vec<String>,
 }
 
-/// One axis as the header has it.
+/// One axis of the header.
 struct Axis {
     size: usize,
     spacing: f64,
@@ -146,12 +146,12 @@ fn axes(source: &Source, header: &Header) -> Result<Vec<Axis>> {
     Ok((0..count).map(axis).collect())
 }
 
-/// Whether samples along an axis of this kind lie at places in space or time.
+/// Whether an axis of this kind counts as a domain axis, of space or time.
 fn is_spatial(kind: &str) -> bool {
     matches!(kind.to_ascii_lowercase().as_str(), "domain" | "space" | "time" | "none" | "???")
 }
 
-/// Where each axis begins and ends; not a number where the file does not say.
+/// Minimum and maximum of each axis; NaN where the file states none.
 fn ends(header: &Header) -> Option<Vec<[f64; 2]>> {
     let numbers = |field: &str| -> Option<Vec<f64>> {
         let text = header.get(field)?;
@@ -161,7 +161,7 @@ fn ends(header: &Header) -> Option<Vec<[f64; 2]>> {
     (first.len() == last.len()).then(|| first.into_iter().zip(last).map(|(a, b)| [a, b]).collect())
 }
 
-/// The spacing of `size` samples between `ends`: nodes lie on the ends, cells between them, as Teem has it.
+/// The spacing of `size` samples between `ends`, by Teem's rule: nodes lie on the ends, cells between them.
 fn between_ends([first, last]: [f64; 2], size: usize, is_node: bool) -> Option<f64> {
     let gaps = if is_node { size.saturating_sub(1) } else { size };
     let spacing = (last - first).abs() / gaps as f64;

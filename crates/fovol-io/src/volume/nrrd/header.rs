@@ -10,7 +10,7 @@ const LONGEST: usize = 4 << 20;
 pub struct Header {
     /// Names in lower case without blanks, and values.
     fields: Vec<(String, String)>,
-    /// The key/value pairs, which are no fields whatever they are called.
+    /// The key/value pairs; they are never fields, even under the name of one.
     keys: Vec<(String, String)>,
     /// The lines below `data file: LIST`.
     pub listed: Vec<String>,

@@ -43,7 +43,10 @@ pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
     Ok(placed(volume, placement, space::units(&header).as_deref()))
 }
 
-/// What the file holds, and which of its blocks of x, y and z is read.
+/// Lists the contents of the file, and selects the block of x, y and z to read.
+///
+/// # Errors
+/// Sizes that are 0 or overflow; a time point or component out of range.
 fn contents(
     source: &Source,
     header: &Header,

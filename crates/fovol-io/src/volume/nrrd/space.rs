@@ -1,4 +1,4 @@
-//! Where an NRRD array lies: `space`, `space directions`, `space origin`, `space units`.
+//! Placement of NRRD arrays: `space`, `space directions`, `space origin`, `space units`.
 
 use super::axes::Axes;
 use super::header::Header;
@@ -36,7 +36,7 @@ fn steps(axes: &Axes) -> Option<[DVec3; 3]> {
     Some([x, y, step(2).unwrap_or(DVec3::ZERO)])
 }
 
-/// What is known of the space called `name`, and the signs that turn its coordinates to LPS.
+/// The kind of the space called `name`, and the signs that convert its coordinates to LPS.
 fn known(name: &str) -> (Space, DVec3) {
     let name = name.to_ascii_lowercase();
     let spatial = name.strip_suffix("-time").or_else(|| name.strip_suffix('t')).unwrap_or(&name);

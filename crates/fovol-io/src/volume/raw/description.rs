@@ -1,4 +1,4 @@
-//! What names, sidecars and users say about bare voxels.
+//! Layout of raw volumes, as far as file names, sidecars and users state it.
 
 use super::gzip;
 use crate::volume::decompress::{Compression, decompressed_length};
@@ -8,7 +8,7 @@ use crate::volume::{Overrides, Source};
 use crate::{Error, Result};
 use fovol_core::{Dtype, Endian, Placement, Volume};
 
-/// Size, type and place of bare voxels, as far as they are known.
+/// Size, type and placement of raw voxels, as far as they are known.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Description {
     /// The file that holds the voxels.
@@ -29,18 +29,18 @@ pub struct Description {
     pub placement: Option<Placement>,
     /// The symbol of the unit of the spacing.
     pub units: Option<String>,
-    /// Whether it is the user who says the dims.
+    /// Whether the user set the dims.
     pub dims_are_chosen: bool,
 }
 
 impl Description {
-    /// What the user says.
+    /// Takes the size, type, byte order and spacing from the user's overrides.
     pub fn of_user(overrides: &Overrides) -> Self {
         let Overrides { dims, dtype, endian, spacing, .. } = *overrides;
         Self { dims, dtype, endian, spacing, dims_are_chosen: dims.is_some(), ..Self::default() }
     }
 
-    /// This, and what `other` says beyond it.
+    /// Fills unknown properties from `other`.
     #[must_use]
     pub fn or(self, other: Self) -> Self {
         Self {
@@ -95,7 +95,7 @@ impl Description {
     }
 }
 
-/// What is said where `excess` bytes are left over.
+/// The warning about `excess` bytes after the last voxel.
 fn too_long(source: &Source, layout: &Layout, excess: usize) -> String {
     let Layout { dims: [x, y, z], dtype, components, .. } = layout;
     let of = if *components == 1 { String::new() } else { format!("{components} x ") };
@@ -105,14 +105,14 @@ fn too_long(source: &Source, layout: &Layout, excess: usize) -> String {
     )
 }
 
-/// What is said where the user gave `dims` for which bytes are missing.
+/// The error for a file that is too short for the user's `--dims`.
 fn too_short(source: &Source, [x, y, z]: [usize; 3], [needed, found]: [usize; 2]) -> Error {
     source.malformed(format!(
         "--dims {x},{y},{z} needs {needed} bytes, the file has {found}; check --dims and --dtype"
     ))
 }
 
-/// How many bytes there are if they are fewer than `needed`; none where that is not what is wrong.
+/// Number of bytes in the file, unpacked, if it is less than `needed`; otherwise none.
 fn found_bytes(source: &Source, is_packed: bool, needed: usize) -> Option<usize> {
     let found = match is_packed {
         true => decompressed_length(source.bytes(), Compression::Gzip, needed)?,
@@ -121,8 +121,10 @@ fn found_bytes(source: &Source, is_packed: bool, needed: usize) -> Option<usize>
     (found < needed).then_some(found)
 }
 
-/// Whether `source` is a gzip file of `needed` bytes. Voxels may begin like one by chance: without the name of one, it must be too
-/// short for bare voxels and of the right length unpacked.
+/// Whether `source` is a gzip file that unpacks to `needed` bytes.
+///
+/// Raw voxels may start with the magic number by chance. Without the extension `.gz`, the file must be too short for
+/// raw voxels, and its stated length must be `needed`.
 fn is_packed(source: &Source, needed: usize) -> bool {
     let bytes = source.bytes();
     let is_named = source.path().extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gz"));

@@ -1,13 +1,13 @@
-//! What the name of a file says about bare voxels: `bonsai_256x256x256_uint8.raw`, `ct_12x10x8_1.5x1.5x3mm_int16_be.raw`.
+//! Layout of raw volumes from their file names: `bonsai_256x256x256_uint8.raw`, `ct_12x10x8_1.5x1.5x3mm_int16_be.raw`.
 
 use super::description::Description;
 use fovol_core::{Dtype, Endian};
 use std::path::Path;
 
-/// What a name says, and the words in it that look as if they said more.
+/// Layout that a file name states, and the words in it that look like a size or type but are not understood.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct FileName {
-    /// What it says.
+    /// Size, type, byte order and spacing, where the name states them.
     pub said: Description,
     /// Words like sizes or types that are not understood.
     pub unclear: Vec<String>,
@@ -26,7 +26,7 @@ impl FileName {
         found
     }
 
-    /// Takes what `word` says; false where it looks like a size or a type and is none.
+    /// Interprets `word`; returns false if it looks like a size or type but is neither.
     fn take(&mut self, word: &str) -> bool {
         if let Some((dtype, endian)) = voxel_type(word) {
             self.said.dtype = Some(dtype);

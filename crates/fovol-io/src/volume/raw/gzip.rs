@@ -1,7 +1,8 @@
-//! What a gzip file says of its length.
+//! Uncompressed length of gzip files.
 
-/// The length of what is packed in `bytes`, as far as their last four bytes say: of its last member, modulo 4 GiB, so never more
-/// than there is.
+/// Uncompressed length that the last four `bytes` state (`ISIZE`), in bytes.
+///
+/// It counts only the last member, modulo 4 GiB, so it never exceeds the true length.
 pub fn length(bytes: &[u8]) -> usize {
     let last = bytes.last_chunk::<4>().copied().unwrap_or_default();
     u32::from_le_bytes(last) as usize

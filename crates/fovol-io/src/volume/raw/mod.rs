@@ -17,7 +17,7 @@ use fovol_core::Volume;
 use sidecar::Found;
 pub use write::write;
 
-/// Reads `source` as bare voxels, gzip-compressed or not, or as the sidecar of such.
+/// Reads `source` as raw voxels, with or without gzip, or as their sidecar.
 ///
 /// # Errors
 /// Size or type unknown, or fewer bytes than they need.
@@ -35,7 +35,7 @@ pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
     })
 }
 
-/// What is said where the user gives other dims than the name of the file.
+/// The message for `--dims` that differ from the dims in the file's name.
 fn contradiction([x, y, z]: [usize; 3], [nx, ny, nz]: [usize; 3]) -> String {
     format!("--dims {x},{y},{z} contradicts the file's name, {nx}x{ny}x{nz}")
 }
@@ -61,14 +61,14 @@ fn read(source: &Source, overrides: &Overrides, named: Description) -> Result<Vo
     }
 }
 
-/// Whether the name promises bare voxels.
+/// Whether the file name is that of raw voxels.
 pub fn is_bare(source: &Source) -> bool {
     let name = source.path().file_name().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
     let name = name.strip_suffix(".gz").unwrap_or(&name);
     [".raw", ".bin", ".dat", ".zraw"].iter().any(|ending| name.ends_with(ending))
 }
 
-/// The file that a sidecar speaks of: the one it names, else the one of its own name.
+/// The data file of a sidecar: the one it names, else the one with the same stem.
 fn voxels_of(sidecar: &Source, said: &Description) -> Result<Source> {
     if let Some(file) = &said.file {
         return sidecar.sibling(file);

@@ -1,4 +1,4 @@
-//! Small files beside bare voxels that say their size and type.
+//! Sidecars: small files beside raw voxels that state their size and type.
 
 use super::description::Description;
 use super::{dat, json, xml};
@@ -12,13 +12,13 @@ const LONGEST_HEADER: usize = 1 << 20;
 
 type Reader = fn(&Source) -> Result<Description>;
 
-/// What was found beside bare voxels.
+/// Metadata found beside a raw volume.
 pub enum Found {
-    /// Nothing that speaks of them.
+    /// No file describes the voxels.
     Nothing,
     /// A description.
     Description(Box<Description>),
-    /// A header that is a volume file by itself.
+    /// A header that is itself a volume file.
     Volume(Box<Volume>),
 }
 
@@ -32,10 +32,10 @@ pub fn reader_of(source: &Source) -> Option<Reader> {
     }
 }
 
-/// Looks for what describes the voxels of `raw`.
+/// Looks for a file that describes the voxels of `raw`.
 ///
 /// # Errors
-/// A sidecar that is damaged.
+/// A damaged sidecar.
 pub fn beside(raw: &Source, overrides: &Overrides) -> Result<Found> {
     for stem in stems(raw.path()) {
         // What this program wrote last comes first: it rewrites its own `.json`, nothing else.

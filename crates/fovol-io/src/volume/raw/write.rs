@@ -1,4 +1,4 @@
-//! Bare voxels out: the voxels alone, and a `.json` beside them where their name does not say it all.
+//! Writes raw voxels, and a `.json` sidecar if the file name cannot state all their properties.
 
 use super::file_name::FileName;
 use super::json;
@@ -12,10 +12,13 @@ use std::fs::File;
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
-/// Writes `volume` as bare little-endian voxels: `.raw`, or `.raw.gz`. Both files are complete before either has its name.
+/// Writes `volume` as raw little-endian voxels (`.raw` or `.raw.gz`), with a `.json` sidecar where one is needed.
+///
+/// Both files are complete before either gets its name.
 ///
 /// # Errors
-/// A `.json` that lies there and does not speak of these voxels, unless `beside` gives it up; what the system said.
+/// An existing `.json` that does not describe these voxels, unless `beside` permits overwriting it; errors of the
+/// operating system.
 pub fn write(volume: &Volume, path: &Path, beside: Beside) -> Result<()> {
     let voxels = Voxels::of(volume);
     let sidecar = sidecar(volume, &voxels, path, beside)?;
@@ -65,18 +68,18 @@ fn sidecar(
     Ok(Some((sidecar, text)))
 }
 
-/// What lies where a sidecar would.
+/// The file at the path of the sidecar.
 enum Found {
     Nothing,
-    /// The sidecar of what lies at the path of the voxels.
+    /// The sidecar of the file at the path of the voxels.
     Own,
-    /// Something that readers of the voxels pass over.
+    /// A file that readers of the voxels ignore.
     Silent,
-    /// The description of other voxels, which readers would take for one of these.
+    /// The sidecar of other voxels, which readers would mistake for the sidecar of these.
     Foreign,
 }
 
-/// What lies at `sidecar`, beside the voxels at `raw`.
+/// Classifies the file at `sidecar`, beside the voxels at `raw`.
 fn found(sidecar: &Path, raw: &Path) -> Found {
     if !sidecar.exists() {
         return Found::Nothing;
@@ -93,7 +96,9 @@ fn found(sidecar: &Path, raw: &Path) -> Found {
     }
 }
 
-/// As much of `sidecar` as shows whether it is one. It is opened as no input: it may be replaced.
+/// The start of `sidecar`, long enough to tell whether it is a sidecar; none if it cannot be read.
+///
+/// The file is not registered as an input, so it may be overwritten.
 fn start_of(sidecar: &Path) -> Option<Source> {
     let mut bytes = Vec::new();
     File::open(sidecar).ok()?.take(json::LONGEST as u64 + 1).read_to_end(&mut bytes).ok()?;

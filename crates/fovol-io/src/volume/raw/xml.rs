@@ -39,7 +39,7 @@ pub fn parse(source: &Source) -> Result<Description> {
     Ok(said)
 }
 
-/// Takes what one element says; `item` is the name of the metadata that the next values belong to.
+/// Reads one element; `item` is the name of the metadata that the next values belong to.
 fn take(source: &Source, element: &BytesStart<'_>, item: &mut String, said: &mut Description) -> Result<()> {
     let get = |name: &str| attribute(source, element, name);
     match element.name().as_ref() {

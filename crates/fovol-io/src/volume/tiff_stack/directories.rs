@@ -1,14 +1,16 @@
-//! A look at the directories of a TIFF file before it is decoded: the decoder makes room for a tag before it
-//! knows whether the file has as many bytes, and has no limit of ours until it has read the first directory.
+//! Validates the directories of a TIFF file before the decoder reads it.
+//!
+//! The decoder allocates memory for a tag before it checks the file's length. Our limits apply only after it has read
+//! the first directory.
 
 use crate::Result;
 use crate::volume::Source;
 use fovol_core::Endian;
 
-/// Refuses a file with a tag that is longer than the file. What cannot be followed is left to the decoder.
+/// Checks that no tag is longer than the file. Broken links are left to the decoder.
 ///
 /// # Errors
-/// Such a tag.
+/// A tag that is longer than the file.
 pub fn check(source: &Source) -> Result<()> {
     let bytes = source.bytes();
     let Some(reader) = Reader::new(bytes) else { return Ok(()) };
@@ -30,7 +32,7 @@ pub fn check(source: &Source) -> Result<()> {
     Ok(())
 }
 
-/// The tag that says whether a page is a smaller version of another.
+/// The tag that marks a page as a smaller version of another.
 const SUBFILE: usize = 254;
 
 /// The tag of the interpretation of grey values, and its numbers for dark and bright zeros.
@@ -38,8 +40,9 @@ const INTERPRETATION: usize = 262;
 const WHITE_IS_ZERO: f64 = 0.0;
 const BLACK_IS_ZERO: u8 = 1;
 
-/// `source` with pages whose zeros are white marked as black, and whether there were any: scans are shown by their stored values,
-/// and decoders would invert those.
+/// Relabels pages of `source` from WhiteIsZero to BlackIsZero; also returns whether there were any.
+///
+/// Decoders would invert such pages, but scans are shown by their stored values.
 pub fn as_stored(source: &Source) -> (Source, bool) {
     let places = Reader::new(source.bytes()).map(|reader| reader.white_zeros()).unwrap_or_default();
     if places.is_empty() {
@@ -60,7 +63,7 @@ pub struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    /// Reads `bytes`; none where they are too short to say which kind of TIFF they are.
+    /// Reads `bytes`; none if they are too short to tell TIFF from BigTIFF.
     pub fn new(bytes: &'a [u8]) -> Option<Self> {
         let is_little = bytes.starts_with(b"II");
         let mut reader = Self { bytes, is_little, is_big_tiff: false };
@@ -142,7 +145,7 @@ impl<'a> Reader<'a> {
         self.directories().into_iter().filter_map(low_byte).collect()
     }
 
-    /// Where the values of `tag` begin, their type and their number; none where the directory lacks it or it lies outside.
+    /// Offset, type and number of the values of `tag`; none if the directory lacks it or they lie outside the file.
     pub fn values(&self, directory: usize, tag: usize) -> Option<Values> {
         let count = self.entry_count(directory)?;
         let number = (0..count.min(self.bytes.len() / 12))

@@ -1,4 +1,4 @@
-//! Which page of a TIFF file holds which slice, channel and time point, and how far slices lie apart.
+//! Order of the slices, channels and time points among the pages of a TIFF file, and the voxel spacing.
 
 use super::directories::Reader;
 use super::{imagej, ome, shaped};
@@ -7,7 +7,7 @@ use crate::volume::units::symbol;
 use crate::volume::{Overrides, Source};
 use fovol_core::Contents;
 
-/// The tags of the first page that speak of the whole file.
+/// Tags of the first page that describe the whole file.
 const WIDTH: usize = 256;
 const HEIGHT: usize = 257;
 const DESCRIPTION: usize = 270;
@@ -32,13 +32,14 @@ impl Counts {
         Self { slices, channels: 1, times: 1 }
     }
 
-    /// The number of planes; none where nothing can be so many.
+    /// The number of planes; none on overflow.
     pub fn planes(&self) -> Option<usize> {
         self.slices.checked_mul(self.channels)?.checked_mul(self.times)
     }
 
-    /// The number of the plane of a slice, channel and time point where `order` names the axes, the quickest first, by `Z`, `C`
-    /// and `T`.
+    /// The index of the plane of a slice, channel and time point.
+    ///
+    /// `order` names the axes `Z`, `C` and `T`, fastest first.
     pub fn plane(&self, order: &str, [slice, channel, time]: [usize; 3]) -> usize {
         let mut stride = 1;
         order.chars().fold(0, |plane, axis| {
@@ -55,7 +56,7 @@ impl Counts {
     }
 }
 
-/// How far pixels lie apart.
+/// Pixel spacing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Resolution {
     /// The distance along x and y.
@@ -64,22 +65,22 @@ pub struct Resolution {
     pub unit: f64,
 }
 
-/// How the planes of a file make volumes.
+/// Arrangement of a file's planes in volumes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hyperstack {
     /// The numbers of slices, channels and time points.
     pub counts: Counts,
-    /// The page of every plane, in the order Z, C, T; none where another file holds it.
+    /// The page of every plane, in the order Z, C, T; none if another file holds it.
     pub pages: Vec<Option<usize>>,
     /// The names of the channels.
     pub names: Vec<String>,
-    /// The distance between voxels along x, y, z, as far as the file says it.
+    /// The voxel spacing along x, y, z, as far as the file states it.
     pub spacing: [Option<f64>; 3],
     /// The unit of the spacing.
     pub units: Option<String>,
     /// Whether all planes follow the first one, without pages of their own.
     pub is_one_page: bool,
-    /// What is doubtful.
+    /// Doubts about the metadata, one line each.
     pub notes: Vec<String>,
 }
 
@@ -88,12 +89,12 @@ pub struct Hyperstack {
 pub struct Chosen {
     /// The page of every slice, from 0 on.
     pub pages: Vec<usize>,
-    /// What the file holds.
+    /// Contents of the file, and the selected part.
     pub contents: Contents,
 }
 
 impl Hyperstack {
-    /// `pages` slices without more to be known.
+    /// A stack of `pages` slices without further metadata.
     pub fn plain(pages: usize) -> Self {
         Self {
             counts: Counts::slices(pages),
@@ -118,10 +119,10 @@ impl Hyperstack {
         Self { counts, pages, ..Self::plain(0) }
     }
 
-    /// What the first page of `source` says of all.
+    /// Reads the metadata of all pages from the first page of `source`.
     ///
     /// # Errors
-    /// OME-XML that is broken.
+    /// Broken OME-XML.
     pub fn of(source: &Source) -> Result<Self> {
         let Some(reader) = Reader::new(source.bytes()) else { return Ok(Self::plain(0)) };
         let directories = reader.pages();
@@ -166,7 +167,7 @@ impl Hyperstack {
         self
     }
 
-    /// The spacing along x, y and z; 1 where nothing is said.
+    /// The spacing along x, y and z; 1 where the file states none.
     pub fn spacing(&self) -> [f64; 3] {
         self.spacing.map(|spacing| spacing.filter(|s| s.is_finite() && *s > 0.0).unwrap_or(1.0))
     }
@@ -182,7 +183,7 @@ impl Hyperstack {
     /// The slices that `overrides` choose.
     ///
     /// # Errors
-    /// A channel or time point that is not there, or lies in another file.
+    /// A channel or time point that is out of range, or lies in another file.
     pub fn chosen(&self, source: &Source, overrides: &Overrides) -> Result<Chosen> {
         let Counts { slices, channels, times } = self.counts;
         let time = overrides.time_of(source, times)?;

@@ -2,9 +2,9 @@
 
 use super::hyperstack::{Counts, Hyperstack, Resolution};
 
-/// What `text` says of a file of `pages` pages, which can hold `most` planes.
+/// Parses ImageJ's description `text` of a file that has `pages` pages and room for `most` planes.
 ///
-/// Channels are the quickest axis, then slices, then time. Files above 4 GiB have one page, and `images` planes behind it.
+/// Channels vary fastest, then slices, then time. Files above 4 GiB have one page, followed by `images` planes.
 pub fn hyperstack(text: &str, pages: usize, most: usize, resolution: Resolution) -> Hyperstack {
     let Resolution { pitch, unit } = resolution;
     let value = |key: &str| {

@@ -22,10 +22,10 @@ pub fn is_tiff(bytes: &[u8]) -> bool {
     matches!(bytes, [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..])
 }
 
-/// Reads the volume of a TIFF file that `overrides` choose: of channels and time points the first, where nothing is said.
+/// Reads a volume from a TIFF file: the channel and time point that `overrides` choose, by default the first.
 ///
 /// # Errors
-/// Damaged files, pages that differ in size or type, types that are not read, choices that are not there.
+/// Damaged files, pages that differ in size or type, unsupported types, and a channel or time point out of range.
 pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
     let (source, is_inverted) = &directories::as_stored(source);
     let mut pages = Pages::open(source)?;
@@ -50,7 +50,7 @@ pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
 /// Reads the TIFF files in the folder `path`, in the natural order of their names; none when there are none.
 ///
 /// # Errors
-/// As [`parse`], and files of several pages beside others.
+/// Those of [`parse`], and files of several pages beside others.
 pub fn parse_folder(path: &Path, overrides: &Overrides) -> Result<Option<Volume>> {
     let files = files(path)?;
     match files.as_slice() {
@@ -182,7 +182,7 @@ fn layout(slice: &Slice, count: usize) -> Layout {
     Layout { components: slice.components, ..Layout::new([x, y, count], slice.dtype) }
 }
 
-/// `contents` with what `slice` says of the values of a pixel.
+/// Adds the number and meaning of the values per pixel of `slice` to `contents`.
 fn with_components(contents: Contents, slice: &Slice) -> Contents {
     Contents { components: slice.components, are_colours: slice.is_colour, ..contents }
 }

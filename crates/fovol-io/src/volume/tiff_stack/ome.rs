@@ -8,7 +8,9 @@ use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Reader, XmlVersion};
 use std::collections::BTreeMap;
 
-/// What `text` says of the file `source` of `pages` pages. Of several images the first is taken, with a note.
+/// Parses the OME-XML `text` of the file `source`, which has `pages` pages.
+///
+/// If the XML describes several images, the first one is read, and a note says so.
 ///
 /// # Errors
 /// Broken XML, or an image without sizes.
@@ -125,7 +127,7 @@ impl Pixels {
         self.said.get("DimensionOrder").map_or("XYZCT", String::as_str)
     }
 
-    /// The page of every plane in the order Z, C, T; none where pages and planes do not fit together.
+    /// The page of every plane in the order Z, C, T; none if pages and planes do not match.
     fn pages(&self, counts: &Counts, planes: usize, pages: usize) -> Option<Vec<Option<usize>>> {
         let order = self.order();
         let own = self.own_file();
@@ -157,8 +159,8 @@ impl Pixels {
         (missing == 0 || is_of_many && missing < planes).then_some(found)
     }
 
-    /// The name by which the file is called: that of the block which describes it. A file that was renamed keeps its old name
-    /// inside, so the first name is taken for its own.
+    /// The name of this file in its metadata. A renamed file keeps its old name there, so the first named file counts
+    /// as this one.
     fn own_file(&self) -> Option<&str> {
         self.blocks.first().and_then(|block| block.file.as_deref())
     }
@@ -202,7 +204,7 @@ fn positions(counts: &Counts) -> impl Iterator<Item = [usize; 3]> {
     (0..times).flat_map(move |t| (0..channels).flat_map(move |c| (0..slices).map(move |z| [z, c, t])))
 }
 
-/// The length of a unit in metres, where it is one of OME's metric ones.
+/// The length of a unit in metres, if it is one of OME's metric units.
 fn metres(unit: &str) -> Option<f64> {
     Some(match unit {
         "m" => 1.0,

@@ -13,7 +13,7 @@ use std::sync::Arc;
 const COMPRESSION: usize = 259;
 const STRIP_OFFSETS: usize = 273;
 
-/// The slices of `chosen`; mapped where they follow each other.
+/// The slices of `chosen`; memory-mapped if they are contiguous.
 ///
 /// # Errors
 /// Compressed planes, and fewer bytes than the planes need.

@@ -10,13 +10,13 @@ use tiff::ColorType;
 use tiff::decoder::{BufferLayoutPreference, Decoder, DecodingSampleType, Limits};
 use tiff::tags::Tag;
 
-/// What a byte of a file can stand for: LZW packs constant pages best, into one byte of 1310.
+/// Bound on the compression ratio: LZW packs constant pages best, 1310 bytes into one.
 const BYTES_PER_BYTE: usize = 1400;
 
-/// What a file may need whatever its size.
+/// Bytes that any file may decode to, whatever its length.
 const FREE_BYTES: usize = 64 << 10;
 
-/// What all slices of a stack have in common.
+/// Format of the slices of a stack; it is the same for all of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Slice {
     /// Pixels along x and y.

@@ -2,8 +2,9 @@
 
 use super::hyperstack::{Counts, Hyperstack};
 
-/// What `text` says of a file of `pages` pages of `size` pixels along x and y, which can hold `most` planes; none where it is no such
-/// description.
+/// Parses the JSON description `text` of a TIFF file; none if it is not such a description.
+///
+/// The file has `pages` pages of `size` pixels along x and y, and room for `most` planes.
 pub fn hyperstack(text: &str, pages: usize, size: [usize; 2], most: usize) -> Option<Hyperstack> {
     let json: serde_json::Value = serde_json::from_str(text).ok()?;
     let shape: Option<Vec<usize>> =
@@ -23,7 +24,7 @@ pub fn hyperstack(text: &str, pages: usize, size: [usize; 2], most: usize) -> Op
     Some(Hyperstack { notes: vec![note], ..Hyperstack::plain(pages) })
 }
 
-/// The planes of an array of `shape`, and the order of their axes, the quickest first.
+/// The planes of an array of `shape`, and the order of their axes, fastest first.
 fn planes(shape: &[usize], axes: Option<&str>, [x, y]: [usize; 2]) -> Option<(Counts, String)> {
     let Some(axes) = axes else {
         let slices = match shape {

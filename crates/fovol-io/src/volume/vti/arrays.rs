@@ -1,4 +1,4 @@
-//! The bytes of an array: lengths first, then values, bare or in compressed blocks.
+//! The bytes of an array: lengths first, then values, raw or in compressed blocks.
 
 use super::base64::Base64;
 use super::document::{Appended, Coding, Compressor};
@@ -83,7 +83,7 @@ impl<'a> Stream<'a> {
         }
     }
 
-    /// Reads the length of bare values, of which `needed` are wanted.
+    /// Reads the length of uncompressed values, of which `needed` are wanted.
     fn expect(&mut self, needed: usize) -> Result<()> {
         let length = self.length()?;
         match length < needed {

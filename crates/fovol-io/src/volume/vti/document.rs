@@ -1,4 +1,4 @@
-//! What the XML of an image says: extents, arrays, and where their data is.
+//! The XML of a VTK image: its extents, its arrays, and the location of their data.
 
 use crate::Result;
 use crate::volume::arrays::{self, Candidate};
@@ -12,17 +12,17 @@ pub struct Document<'a> {
     pub coding: Coding,
     /// First and last point along each axis, of the piece that holds the data.
     pub extent: Option<[i64; 6]>,
-    /// Distances between points, where the file says them.
+    /// The spacing of the points, if the file states it.
     pub spacing: Vec<f64>,
-    /// The place of point (0, 0, 0), where the file says it.
+    /// The position of point (0, 0, 0), if the file states it.
     pub origin: Option<[f64; 3]>,
-    /// The rows of the matrix whose columns are the directions of the axes, where the file says it.
+    /// The direction matrix by rows, if the file states it; its columns are the directions of the axes.
     pub direction: Option<[f64; 9]>,
     /// The arrays of points.
     pub points: Attributes<'a>,
     /// The arrays of cells.
     pub cells: Attributes<'a>,
-    /// The data behind the arrays, where there is such.
+    /// The appended data after the arrays, if any.
     pub appended: Option<Appended>,
 }
 
@@ -58,7 +58,7 @@ pub struct Attributes<'a> {
 /// One `DataArray`.
 #[derive(Debug)]
 pub struct Array<'a> {
-    /// Its name; empty where it has none.
+    /// Name of the array; empty if it has none.
     pub name: String,
     /// The name of the type of its values.
     pub kind: String,
@@ -84,7 +84,7 @@ pub enum Data<'a> {
 pub struct Appended {
     /// The byte after the mark `_`.
     pub start: usize,
-    /// Whether it is base64 rather than bare.
+    /// Whether it is base64 rather than raw.
     pub is_base64: bool,
 }
 
@@ -133,9 +133,9 @@ pub struct Shown<'a> {
     pub array: &'a Array<'a>,
     /// Whether it has a value for each cell rather than for each point.
     pub is_of_cells: bool,
-    /// Its values along each axis.
+    /// Values along each axis.
     pub dims: [usize; 3],
-    /// What there is besides.
+    /// Contents of the file, and the selected part.
     pub contents: Contents,
 }
 

@@ -1,4 +1,4 @@
-//! VTK XML image data out: bare appended values.
+//! Writes VTK XML image data with raw appended values.
 
 use crate::volume::detached::Beside;
 use crate::volume::voxels::Voxels;
@@ -13,7 +13,7 @@ use std::path::Path;
 /// Writes `volume` to `path`.
 ///
 /// # Errors
-/// Half precision, which VTK does not have; what the system said.
+/// Half-precision voxels, which VTK lacks; errors of the operating system.
 pub fn write(volume: &Volume, path: &Path, _: Beside) -> Result<()> {
     let voxels = Voxels::of(volume);
     let kind = type_name(voxels.dtype())
