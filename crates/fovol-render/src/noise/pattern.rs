@@ -4,7 +4,7 @@ use super::random::hash;
 use super::size::NoiseSize;
 use fovol_core::stop;
 
-/// What a pattern is searched for.
+/// Which extreme of the energy a [`Pattern`] finds: the tightest cluster or the largest void.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Seek {
     /// The position with the most energy among those that are on.

@@ -20,19 +20,20 @@ const SPARE: usize = 4;
 
 /// Minimum and maximum of small blocks of the volume, and how far each is from anything visible.
 ///
-/// A cell covers `edge`³ interpolation cells. Its distance is 0 where the transfer function shows
-/// anything that interpolation can give there, else the chessboard distance to the nearest such cell:
-/// a ray in a cell at distance d may leave the surrounding box of 2d − 1 cells at once.
+/// A cell covers `edge`³ interpolation cells. It is visible, with distance 0, where the transfer function gives opacity to
+/// any value that interpolation can produce in it. Other cells hold the chessboard distance to the nearest visible cell.
+/// A ray in a cell at distance d may leave the surrounding box of 2d − 1 cells at once.
 #[derive(Debug, Clone)]
 pub struct Macrocells {
     cells: [usize; 3],
     shift: u32,
     ranges: Vec<[u16; 2]>,
-    /// Whether interpolation can give NaN in each or in one beside it; empty where it nowhere can.
+    /// For each cell, whether interpolation can give NaN in it or beside it; empty for volumes without NaN.
     gaps: Vec<bool>,
     distances: Vec<u8>,
     occupied: f64,
-    /// Of each of up to [`BEAMS`]² beams along x that show anything the first and the last cells along each axis that do.
+    /// The bounding boxes of the visible cells, first and last along each axis, of up to [`BEAMS`]² beams along x.
+    /// Beams without visible cells have none.
     visible: Vec<[[usize; 3]; 2]>,
 }
 
@@ -176,9 +177,10 @@ fn next_visible(transfer: &TransferFunction) -> Vec<u32> {
     next
 }
 
-/// Chessboard distance transform in place, saturating at [`FAR`]: along the rows, then from row to row, then from slice to
-/// slice. A step to the next row or slice may go one aside as well, so it is exact (after Rosenfeld & Pfaltz 1968), and
-/// all but the rows themselves is done many cells at a time.
+/// Chessboard distance transform in place, saturating at [`FAR`]: along rows, then between rows, then between slices.
+///
+/// Steps between rows and slices include the diagonal neighbours, so the transform is exact (after Rosenfeld & Pfaltz
+/// 1968). These steps vectorise; only the pass along rows is serial.
 fn spread(distances: &mut [u8], [nx, ny, _]: [usize; 3]) {
     let plane = nx * ny;
     distances.par_chunks_mut(plane).for_each(|slice| spread_slice(slice, nx));
@@ -191,7 +193,7 @@ fn spread(distances: &mut [u8], [nx, ny, _]: [usize; 3]) {
     sweep(distances, plane, &mut step);
 }
 
-/// The same within a slice of rows of `nx` cells.
+/// Chessboard distance transform of one slice in place; `nx` is the length of its rows in cells.
 fn spread_slice(slice: &mut [u8], nx: usize) {
     for row in slice.chunks_mut(nx) {
         for x in 1..nx {
