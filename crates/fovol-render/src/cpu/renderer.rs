@@ -53,10 +53,10 @@ pub struct Renderer {
     shading: Shading,
     background: [f64; 3],
     step: f64,
-    /// What fine integration takes its values from; `None` where integration is plain.
+    /// The tables of fine integration; `None` where integration is plain.
     extinction: Option<ExtinctionTable>,
     shadow_grid: Option<Bricks>,
-    /// How long that took to make.
+    /// The time that making the shadow grid took.
     shadow_grid_time: Duration,
     light_columns: Option<LightColumns>,
     options: RenderOptions,
@@ -234,7 +234,7 @@ impl Renderer {
         LightPath::new(&self.shading.light, &self.grid, &self.clip, self.step)
     }
 
-    /// The same scene for the plain code of [`super::march`].
+    /// This scene for the scalar specification in [`super::march`].
     pub fn specification(&self) -> March<'_> {
         March {
             bricks: &self.bricks,
@@ -248,7 +248,7 @@ impl Renderer {
         }
     }
 
-    /// Marches the pixels of `list`: what each ray brings back, in list order.
+    /// Marches the pixels of `list`; returns one result per ray, in list order, and the samples taken.
     pub fn march_list(&self, camera: &Camera, list: &SampleList) -> (Vec<RayResult>, SampleCount) {
         let rays = camera.rays(list.size());
         let order = MarchOrder::new(list);

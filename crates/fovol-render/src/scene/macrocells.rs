@@ -11,7 +11,7 @@ const SMALL_AND_LARGE: [usize; 2] = [1 << 25, 1 << 27];
 const BUCKETS: usize = 4096;
 /// Distances are counted up to here.
 const FAR: u8 = 63;
-/// Into how many parts along y and z the volume is cut at most, to know where it shows anything: every frame asks of each.
+/// The most beams along y and along z that the volume is cut into to find its visible parts. Every frame visits each beam.
 const BEAMS: usize = 32;
 /// Above this share of occupied cells looking for empty ones costs more than it saves.
 const DENSE: f64 = 0.9;
@@ -98,8 +98,9 @@ impl Macrocells {
         &self.distances
     }
 
-    /// Boxes of the grid in which all lies that is visible, in positions of [`Grid::world_to_grid`](fovol_core::Grid); somewhat
-    /// more, never less.
+    /// Boxes that enclose everything visible, in positions of [`Grid::world_to_grid`](fovol_core::Grid).
+    ///
+    /// They may enclose somewhat more, never less.
     pub fn visible(&self) -> impl Iterator<Item = [DVec3; 2]> {
         // Interpolation cell i lies between the centres of voxels i and i + 1; those at the border reach on to it.
         let position = |cells: [usize; 3], more: f64| {
@@ -144,7 +145,7 @@ fn near_gaps(bricks: &Bricks, cells: [usize; 3], shift: u32) -> Vec<bool> {
     near.collect()
 }
 
-/// Of each of up to [`BEAMS`]² beams of `cells` cells the first and the last along each axis whose distance is 0, if there are any.
+/// The bounding boxes of the cells at distance 0, first and last along each axis, of up to [`BEAMS`]² beams along x.
 fn visible(distances: &[u8], cells: [usize; 3]) -> Vec<[[usize; 3]; 2]> {
     let [high, deep] = [cells[1], cells[2]].map(|count| count.div_ceil(BEAMS));
     let both = |[a, b]: [[usize; 3]; 2], [c, d]: [[usize; 3]; 2]| {

@@ -5,14 +5,16 @@ use super::super::shadow_pool::ShadowPool;
 use super::exponential::{mean_passing, passing};
 use super::march::DEEP;
 
-/// A stretch is what lies between two neighbouring nodes of a ray: two steps, or four where these pass little.
+/// Stretches of rays that wait for their light.
+///
+/// A stretch lies between two neighbouring nodes of a ray. It is two steps long, or four where their optical depth is low.
 #[derive(Default)]
 pub struct Stretches {
-    /// What full light would add, red, green, blue, and optical depth.
+    /// Red, green and blue that each stretch would add in full light, and its optical depth.
     columns: [Vec<f32>; 4],
-    /// The place of the node in front in the pool; the one behind follows it.
+    /// For each stretch, the pool index of the node in front; the node behind follows it.
     nodes: Vec<u32>,
-    /// The ray that each is of.
+    /// For each stretch, its ray.
     rays: Vec<u32>,
 }
 
