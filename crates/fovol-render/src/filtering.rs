@@ -7,8 +7,9 @@ pub enum Filtering {
     /// In f32, as on the CPU.
     #[default]
     Exact,
-    /// By texture samplers, where these filter the type of the voxels. A sample takes one access. Weights come in steps of
-    /// 1/256, which steep transfer functions make visible.
+    /// By texture samplers, where these filter the type of the voxels.
+    ///
+    /// A sample takes one access. Weights come in steps of 1/256, which steep transfer functions make visible.
     Hardware,
 }
 

@@ -18,7 +18,7 @@ pub struct Aligned<T>(pub T);
 
 /// The rays of a packet: where they are and how much light still passes.
 ///
-/// All rays skip empty space together, one ray to a lane. Samples are taken for one ray at a time, one sample to a lane.
+/// All rays skip empty space together, one ray to a lane. Samples are taken for one ray at a time, one to a lane.
 pub struct Packet {
     /// How many rays there are.
     pub len: usize,

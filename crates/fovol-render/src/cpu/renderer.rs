@@ -122,11 +122,11 @@ impl Renderer {
         Ok(renderer)
     }
 
-    /// Takes `scene`, which shows the same volume, instead of the scene so far; what they share costs nothing.
+    /// Replaces the scene by `scene`, which must show the same volume; only parts that differ are prepared again.
     ///
     /// # Errors
-    /// Numbers of the scene that cannot be rendered with; the scene so far stays then. No memory for cached shadows: there are none
-    /// then.
+    /// Numbers of the scene that cannot be rendered; the old scene then stays. Too little memory for cached shadows; the
+    /// new scene then has none.
     pub fn set_scene(&mut self, scene: &Scene) -> fovol_core::Result<()> {
         scene.check()?;
         let recoloured = self.transfer != scene.transfer_function;
@@ -175,8 +175,9 @@ impl Renderer {
         &self.cells
     }
 
-    /// The pixels of a frame of `size` seen by `camera` that can show anything but the background; somewhat more, never less.
-    /// `None` where there are none.
+    /// The region of a frame of `size`, seen by `camera`, that can show more than the background.
+    ///
+    /// It may be somewhat too large, never too small. `None` where only the background shows.
     pub fn visible_region(&self, camera: &Camera, size: FrameSize) -> Option<Region> {
         let [low, high] = self.clip.in_world(&self.grid);
         let boxes = self.cells.visible();
@@ -217,8 +218,9 @@ impl Renderer {
         }
     }
 
-    /// Runs `march` with a shadow ray from every sample where shadows are cached; elsewhere changes nothing. The first such
-    /// call after a change of the scene prepares the shadow rays, later ones cost nothing besides `march`.
+    /// Runs `march` with shadow rays in place of cached shadows; other scenes are marched unchanged.
+    ///
+    /// The first such call after a change of the scene prepares the shadow rays. Later calls cost no more than `march`.
     pub fn with_exact_shadows<T>(&mut self, march: impl FnOnce(&Self) -> T) -> T {
         if self.shading.shadows != ShadowMode::Cached {
             return march(self);

@@ -85,7 +85,7 @@ impl ShadowPool {
         }
     }
 
-    /// Moves the points from `at` on to `position`, and notes the optical depth on the way there.
+    /// Moves the points from `at` on to `position`, and stores the optical depth `near` between both.
     ///
     /// # Safety
     /// The instruction set of `L` must be available, and `at` below the number of samples.
@@ -98,7 +98,7 @@ impl ShadowPool {
         }
     }
 
-    /// Notes what arrives at the points from `at` on.
+    /// Stores the transmittance at the points from `at` on.
     ///
     /// # Safety
     /// The instruction set of `L` must be available, and `at` below the number of samples.

@@ -1,7 +1,7 @@
 //! The tracing of shadow rays in lanes.
 //!
 //! A ray is traced part by part. A part is the samples that one word of its column lists (light_columns.rs), or all of
-//! its samples where no columns are given. The first parts of all rays are traced first, then the next parts of the rays
+//! its samples where no columns are given. The first parts of all rays are traced first, then the next parts of those
 //! that still see light, and so on. Parts are thus found and assigned to lanes in vectors.
 
 use super::field::{Field, Texel};

@@ -28,8 +28,8 @@ impl<'a> Skip<'a> {
         }
     }
 
-    /// Advances the rays of `packet` to their next sample in visible space, or past their last; returns a bit for each ray
-    /// that arrived at such a sample.
+    /// Advances the rays of `packet` to their next sample in visible space, or past their last; returns a bit for each
+    /// ray that arrived at such a sample.
     ///
     /// A few rays may still be skipping; the others do not wait for them. Samples lie `earlier` by this fraction of a
     /// step: at ½ they are the ends of steps.

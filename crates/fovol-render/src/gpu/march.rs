@@ -19,7 +19,7 @@ enum Pixels {
     Masked,
 }
 
-/// What is compiled into a pipeline.
+/// The key of a compiled pipeline: every property that its shader is specialised for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 struct Variant {
     pixels: Pixels,
@@ -48,7 +48,7 @@ impl MarchPass {
         }
     }
 
-    /// What it reads, and where it writes to.
+    /// Binds mask and list as input, and `to` as output.
     pub fn bind(&self, gpu: &Gpu, buffers: &Buffers, to: &Shaded) -> wgpu::BindGroup {
         let buffers = [
             &buffers.extent,

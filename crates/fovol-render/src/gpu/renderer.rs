@@ -16,13 +16,13 @@ use fovol_gpu::Gpu;
 /// Which pixels of a frame are marched, and how they are found.
 #[derive(Debug, Clone, Copy)]
 pub enum Sampling<'a> {
-    /// All.
+    /// All pixels.
     Full,
-    /// Those of a mask; every pixel has a thread, and those of the others end at once.
+    /// The pixels of a mask, one thread to every pixel of the frame; threads outside the mask end at once.
     Reject(MaskSource<'a>),
-    /// Those of a mask, packed before they are marched.
+    /// The pixels of a mask, packed into a list before they are marched.
     Compact(MaskSource<'a>),
-    /// Those of a list that the host made, as [`crate::cpu::direct`] draws it.
+    /// The pixels of a list from the host, as [`crate::cpu::direct`] draws it.
     List(&'a SampleList),
 }
 
@@ -37,7 +37,7 @@ pub struct Stages {
 }
 
 impl Stages {
-    /// Those for volumes of such texels.
+    /// Makes the pipelines for volumes of these texels.
     pub(super) fn new(gpu: &Gpu, texels: TexelKind) -> Self {
         Self {
             mask: MaskPass::new(gpu),
@@ -48,7 +48,7 @@ impl Stages {
         }
     }
 
-    /// What each step binds of `buffers`.
+    /// Binds `buffers` for each step.
     pub fn bind(&self, gpu: &Gpu, buffers: &Buffers) -> Groups {
         Groups {
             mask: self.mask.bind(gpu, buffers),

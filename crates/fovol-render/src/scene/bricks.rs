@@ -220,8 +220,9 @@ impl Bricks {
         lerp(along_y(0), along_y(1), f[2]) * self.scale
     }
 
-    /// The smallest and largest display value that interpolation can give in the cells
-    /// `from`…`from + edge` (exclusive), clipped to the grid; NaN aside. Where there is nothing else they do not rise.
+    /// The smallest and largest display value that interpolation can give in the cells `from`…`from + edge` (exclusive).
+    ///
+    /// Cells are clipped to the grid, and NaN is ignored. Where all values are NaN, the pair does not ascend.
     pub fn value_range(&self, from: [usize; 3], edge: usize) -> [f32; 2] {
         match &self.data {
             BrickData::Corners(words) => {

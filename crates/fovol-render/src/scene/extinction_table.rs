@@ -88,8 +88,9 @@ impl ExtinctionTable {
         (entry + (1 << self.bin_bits) / 2) >> self.bin_bits
     }
 
-    /// The packed colour of a segment between the table's entries `front` and `behind`. Within one bin it is that of the
-    /// end that shows more: bands of colour may be narrower than a bin.
+    /// The packed colour of a segment between the table's entries `front` and `behind`.
+    ///
+    /// Within one bin it is the colour of the end with more extinction, as bands of colour may be narrower than a bin.
     pub fn colour(&self, front: usize, behind: usize) -> u32 {
         if front.max(behind) >= self.nan_entry() {
             return self.colours[COLOURS * COLOURS];

@@ -11,7 +11,9 @@ const SMALL_AND_LARGE: [usize; 2] = [1 << 25, 1 << 27];
 const BUCKETS: usize = 4096;
 /// Distances are counted up to here.
 const FAR: u8 = 63;
-/// The most beams along y and along z that the volume is cut into to find its visible parts. Every frame visits each beam.
+/// The most beams along y and along z that the volume is cut into to find its visible parts.
+///
+/// Every frame visits each beam.
 const BEAMS: usize = 32;
 /// Above this share of occupied cells looking for empty ones costs more than it saves.
 const DENSE: f64 = 0.9;
@@ -20,9 +22,9 @@ const SPARE: usize = 4;
 
 /// Minimum and maximum of small blocks of the volume, and how far each is from anything visible.
 ///
-/// A cell covers `edge`³ interpolation cells. It is visible, with distance 0, where the transfer function gives opacity to
-/// any value that interpolation can produce in it. Other cells hold the chessboard distance to the nearest visible cell.
-/// A ray in a cell at distance d may leave the surrounding box of 2d − 1 cells at once.
+/// A cell covers `edge`³ interpolation cells. It is visible, with distance 0, where the transfer function gives opacity
+/// to any value that interpolation can produce in it. Other cells hold the chessboard distance to the nearest visible
+/// cell. A ray in a cell at distance d may leave the surrounding box of 2d − 1 cells at once.
 #[derive(Debug, Clone)]
 pub struct Macrocells {
     cells: [usize; 3],

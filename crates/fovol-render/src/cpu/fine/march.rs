@@ -184,8 +184,9 @@ impl March<'_> {
         Light { near, far }
     }
 
-    /// The optical depth of the first part of the way from `p` to the light, and where that part ends. What is left
-    /// from there is a whole number of shadow steps.
+    /// The optical depth of the near part of the shadow ray from `p`, and the point where that part ends.
+    ///
+    /// The far part, from there on, is a whole number of shadow steps.
     pub fn near_depth(
         &self,
         table: &ExtinctionTable,

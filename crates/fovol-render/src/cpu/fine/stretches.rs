@@ -7,7 +7,7 @@ use super::march::DEEP;
 
 /// Stretches of rays that wait for their light.
 ///
-/// A stretch lies between two neighbouring nodes of a ray. It is two steps long, or four where their optical depth is low.
+/// A stretch lies between two neighbouring nodes of a ray. It is two steps long, or four where optical depth is low.
 #[derive(Default)]
 pub struct Stretches {
     /// Red, green and blue that each stretch would add in full light, and its optical depth.
@@ -25,8 +25,9 @@ impl Stretches {
         self.rays.clear();
     }
 
-    /// Appends the stretches of `ray` that begin at the lanes `begins`. Their `values` are in these lanes, and the first
-    /// of the `nodes` (a bit each) is at `from` in the pool.
+    /// Appends the stretches of `ray` that begin at the lanes `begins`.
+    ///
+    /// These lanes hold their `values`. The first of the `nodes` (a bit each) is at `from` in the pool.
     ///
     /// # Safety
     /// The instruction set of `L` must be available.

@@ -63,8 +63,7 @@ pub unsafe trait Lanes: Copy + 'static {
     /// Packs the lanes of `v` where `m` holds and writes N lanes (packed ones first) to `to`.
     unsafe fn compress(v: Self::F, m: Self::M, to: *mut f32);
 
-    /// The lanes where `m` holds take the f32s from `from` on, one after the other; the others keep `old`. N of them must be
-    /// readable.
+    /// Lanes where `m` holds take consecutive f32s from `from` on; the others keep `old`. N f32s must be readable.
     unsafe fn expand(old: Self::F, m: Self::M, from: *const f32) -> Self::F;
 
     unsafe fn truncate(a: Self::F) -> Self::I;
