@@ -151,8 +151,8 @@ fn large_volumes_are_stored_another_way_and_look_the_same() {
     }
 }
 
-/// Whether texture samplers of `gpu` filter volumes of bytes, of 16 bits and of floats; asserts that their pictures are
-/// right.
+/// Whether texture samplers of `gpu` filter volumes of bytes, of 16 bits and of floats; asserts that their pictures
+/// agree with exact filtering.
 fn filtered_by_samplers(gpu: &Gpu) -> [bool; 3] {
     let dims = [40, 30, 20];
     let grid = Grid::new(dims, [1.0; 3]).unwrap();

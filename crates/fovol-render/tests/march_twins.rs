@@ -53,8 +53,8 @@ fn agrees_with_the_specification(name: &str, mut scene: Scene) {
     }
 }
 
-/// Single voxels in empty space, under a steep transfer function. Steps begin in a visible cell and end in an empty one,
-/// wherever blocks of steps end.
+/// Single voxels in empty space, under a steep transfer function. Steps begin in a visible cell and end in an empty
+/// one, wherever blocks of steps end.
 #[test]
 fn empty_space_takes_no_step_of_fine_integration_with_it() {
     let dims = [41, 37, 43];

@@ -38,7 +38,7 @@ impl MarchOrder {
         &self.pixels
     }
 
-    /// Returns `marched`, the results in the order of [`Self::pixels`], in the order of the list.
+    /// Returns `marched`, the results in the order of [`Self::pixels()`], in the order of the list.
     pub fn in_list_order<'a>(&self, marched: impl Iterator<Item = &'a RayResult>) -> Vec<RayResult> {
         let mut listed = vec![RayResult::nothing([0.0; 3]); self.places.len()];
         self.places.iter().zip(marched).for_each(|(&place, marched)| listed[place as usize] = *marched);

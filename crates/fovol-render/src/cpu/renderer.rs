@@ -125,8 +125,8 @@ impl Renderer {
     /// Replaces the scene by `scene`, which must show the same volume; only parts that differ are prepared again.
     ///
     /// # Errors
-    /// Numbers of the scene that cannot be rendered; the old scene then stays. Too little memory for cached shadows; the
-    /// new scene then has none.
+    /// Numbers of the scene that cannot be rendered; the old scene then stays. Too little memory for cached shadows;
+    /// the new scene then has none.
     pub fn set_scene(&mut self, scene: &Scene) -> fovol_core::Result<()> {
         scene.check()?;
         let recoloured = self.transfer != scene.transfer_function;

@@ -220,7 +220,7 @@ impl Bricks {
         lerp(along_y(0), along_y(1), f[2]) * self.scale
     }
 
-    /// The smallest and largest display value that interpolation can give in the cells `from`…`from + edge` (exclusive).
+    /// The smallest and largest display value that interpolation gives in the cells `from`…`from + edge` (exclusive).
     ///
     /// Cells are clipped to the grid, and NaN is ignored. Where all values are NaN, the pair does not ascend.
     pub fn value_range(&self, from: [usize; 3], edge: usize) -> [f32; 2] {
