@@ -286,8 +286,9 @@ impl<T: Texel> Kernel<'_, T> {
         }
     }
 
-    /// Adds what samples of `weight` and colour `rgb` at `p` send towards the eye to `colour`, or what is
-    /// known of it before their shadow rays.
+    /// Adds the light that samples of `weight` and colour `rgb` at `p` send to the eye to `colour`.
+    ///
+    /// With shadow rays it adds the ambient part only; the samples then wait in `pool`.
     #[inline(always)]
     unsafe fn light_samples<L: Lanes>(
         &self,

@@ -185,7 +185,7 @@ impl Renderer {
         Region::of_boxes(&camera.rays(size), boxes, size)
     }
 
-    /// The colour of what rays meet that meet nothing.
+    /// The background colour, RGB.
     pub fn background(&self) -> [f32; 3] {
         self.background.map(|v| v as f32)
     }
@@ -210,7 +210,7 @@ impl Renderer {
         Ok(())
     }
 
-    /// Finds what shadow rays may meet, where that is not known yet.
+    /// Makes the light columns unless they exist or would not pay.
     fn make_light_columns(&mut self) {
         if self.light_columns.is_none() && !self.cells.is_dense() {
             let columns = LightColumns::new(&self.cells, self.grid.dims(), &self.light_path());
@@ -281,8 +281,9 @@ impl Renderer {
         (frame, samples_of(&tiles))
     }
 
-    /// Walks every pixel and marches those of `mask` at once, without packing: the paper's `reject`. The pixels
-    /// that were marched, tile by tile, and what each ray brings back.
+    /// Visits every pixel and marches the pixels of `mask` at once, without packing: the paper's `reject`.
+    ///
+    /// Returns the marched pixels, tile by tile, one result for each, and the samples taken.
     pub fn march_rejecting(
         &self,
         camera: &Camera,
@@ -418,10 +419,10 @@ struct Memory {
 
 /// A way to march that is written once for all instruction sets.
 trait Lanewise {
-    /// Memory that it uses again and again.
+    /// Memory that marching reuses.
     type Scratch;
 
-    /// Marches `pixels` and appends what each ray brings back to `out`.
+    /// Marches `pixels` and appends one result per ray to `out`.
     ///
     /// # Safety
     /// The instruction set of `L` must be available.

@@ -7,7 +7,8 @@ use fovol_core::memory::Shortage;
 /// Voxel *i* stands at the common corner of the volume's voxels 2i and 2i + 1. Voxels outside the crop box have the
 /// transmittance at the nearest point of its faces.
 ///
-/// The grid is a cheap alternative to shadow rays, never the reference. Large volumes take minutes, so this is [`fovol_core::LongWork`].
+/// The grid is a cheap alternative to shadow rays, never the reference. Large volumes take minutes, so this is
+/// [`fovol_core::LongWork`].
 ///
 /// # Errors
 /// Too little memory.

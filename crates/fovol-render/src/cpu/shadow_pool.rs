@@ -124,7 +124,7 @@ impl ShadowPool {
         }
     }
 
-    /// Where what arrives at each sample is to be written.
+    /// The transmittances of all samples, for writing.
     pub fn transmittance(&mut self) -> &mut [f32] {
         &mut self.columns[TRANSMITTANCE][..self.len]
     }

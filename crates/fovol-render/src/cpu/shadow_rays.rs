@@ -37,17 +37,17 @@ const X: usize = 0;
 const LIGHT: usize = 3;
 /// Δ from the start to the sample of the lowest bit of [`LEFT`], or to the next one.
 const STEPS: usize = 4;
-/// The samples of this part: a bit (of 32) for each, or where all are taken their number.
+/// The samples of this part: one bit (of 32) for each, or their number where no columns are given.
 const LEFT: usize = 5;
-/// The place in the pool, bits.
+/// The sample's index in the pool, as bits.
 const SAMPLE: usize = 6;
-/// The column that the ray runs in, bits.
+/// The column of the ray, as bits.
 const COLUMN: usize = 7;
 /// The slab of the ray's first sample.
 const FIRST: usize = 8;
-/// The slab after that of its last one.
+/// The slab after the ray's last sample.
 const END: usize = 9;
-/// The word of the column after that of this part.
+/// The word of the column that follows this part.
 const WORD: usize = 10;
 
 impl Parts {
@@ -134,8 +134,9 @@ impl Parts {
         self.len = kept;
     }
 
-    /// Finds the next words with samples to take for the rays from `at` on that are `going`, writes what follows of
-    /// them, and returns for which there is one.
+    /// Finds the next word with samples for each of the rays from `at` on that are `going`.
+    ///
+    /// Stores the next parts of these rays, and returns the rays that have one.
     #[inline(always)]
     unsafe fn next_words<L: Lanes>(&mut self, columns: &LightColumns, at: usize, going: L::M) -> L::M {
         // SAFETY: the caller's.
@@ -182,7 +183,7 @@ impl Parts {
             let mut bundle = Bundle::<L>::new();
             let mut taken = 0u64;
             loop {
-                // Where nothing is listed, what is left is the number of samples.
+                // Without columns, `left` is the number of samples.
                 let (place, has_samples) = if LISTED {
                     lowest_bit::<L>(L::to_bits(bundle.left))
                 } else {

@@ -78,8 +78,7 @@ impl<'a> Skip<'a> {
         }
     }
 
-    /// How many steps along `course` it is from `p` out of the empty box around it; 0 or less in a cell
-    /// that shows anything.
+    /// The number of steps along `course` from `p` out of the empty box around it; 0 or less in a visible cell.
     #[inline(always)]
     unsafe fn ahead<L: Lanes>(&self, p: [L::F; 3], course: &Course<L>) -> L::F {
         // SAFETY: positions are clamped to the grid, so every cell exists; distances end in four spare bytes.

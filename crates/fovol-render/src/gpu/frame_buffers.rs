@@ -185,7 +185,7 @@ impl FrameBuffers {
         &self.timing
     }
 
-    /// Uploads what decides a mask: the noise of a frame, and, where they changed, the limits around the fovea.
+    /// Uploads the inputs of a mask: the noise of the frame, and the limits around the fovea where they changed.
     pub(super) fn set_mask(&mut self, source: &MaskSource<'_>, pass: &MaskPass) {
         let noise = source.noise.frame(source.frame);
         if let Some(tile) = noise.tile() {

@@ -49,7 +49,7 @@ impl MaskSettings {
 /// The number of ranks below the density of every pixel: one number outside a rectangle around the fovea, and one for
 /// each pixel inside.
 ///
-/// Densities are f64; comparing whole numbers instead makes the GPU's mask that of the CPU, bit for bit.
+/// Densities are f64. Comparing integers instead makes the masks of GPU and CPU equal, bit for bit.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Limits {
     base: u32,

@@ -122,10 +122,10 @@ impl Renderer {
         &self.gpu
     }
 
-    /// Takes `scene`, which shows the same volume, instead of the scene so far; what they share costs nothing.
+    /// Replaces the scene by `scene`, which must show the same volume.
     ///
     /// # Errors
-    /// Numbers of the scene that cannot be rendered with, a device that is lost or has no memory left.
+    /// Numbers of the scene that cannot be rendered, a device that is lost or has no memory left.
     pub fn set_scene(&mut self, scene: &Scene) -> Result<()> {
         self.scene.set(scene, &self.stages.shadow_grid)
     }
@@ -229,7 +229,7 @@ impl Renderer {
         march.dispatch(&mut pass, &buffers.groups.march_frame);
     }
 
-    /// Marches the list, and scatters what comes back.
+    /// Marches the list, and scatters its samples into the sparse frame.
     fn encode_list(&self, encoder: &mut wgpu::CommandEncoder, buffers: &mut FrameBuffers) {
         let length = &buffers.buffers.list_length;
         let march = self.stages.march.list(&self.gpu, &self.scene, length);

@@ -117,7 +117,7 @@ impl DeviceScene {
         &self.contents.shading
     }
 
-    /// Takes other shadows for the next frames alone: what is bound stays, so a grid that is not there is not made.
+    /// Changes the shadows of the next frames only. Bindings stay, so this never makes a missing shadow grid.
     pub fn set_shadows_of_next_frames(&mut self, shadows: ShadowMode) {
         self.contents.shading.shadows = shadows;
     }

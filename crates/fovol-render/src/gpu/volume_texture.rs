@@ -169,7 +169,7 @@ fn upload<T: Pod + Send>(
             }
         });
         write_slices(gpu, texture, first, bytemuck::cast_slice(slab));
-        // What is staged is freed as soon as a submission has used it.
+        // Staging memory is freed once a submission has used it.
         gpu.enqueue([]);
     }
 }

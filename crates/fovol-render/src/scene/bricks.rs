@@ -164,7 +164,7 @@ impl Bricks {
         Ok(Self { layout, data: BrickData::Corners(data), scale })
     }
 
-    /// Bricks of 8-bit display values on a grid of `dims`, from `value(x, y, z)` in 0…1: long work that makes `what`.
+    /// Makes bricks of 8-bit display values on a grid of `dims` from `value(x, y, z)` in 0…1; long work, named `what`.
     ///
     /// # Errors
     /// Too little memory.

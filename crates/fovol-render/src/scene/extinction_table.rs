@@ -28,7 +28,7 @@ pub struct ExtinctionTable {
     /// Packed colours between bin f (0…255) in front and b behind, at f·256 + b; see [`pack`].
     /// The colour of NaN comes after them; one word more, so that two can be read anywhere.
     pub colours: Vec<u32>,
-    /// Packed colours of the entries themselves, for what lies within one bin; NaN last, and one word more.
+    /// Packed colours of single entries, for segments within one bin; NaN last, and one word more.
     pub entry_colours: Vec<u32>,
     /// log2 of the entries in a bin; see [`Self::bin`].
     pub bin_bits: u32,
@@ -139,8 +139,7 @@ struct Emitted {
     sums: Vec<[f64; 4]>,
 }
 
-/// The part of the greatest extinction that every colour counts with besides its own, so that what is all hidden has a
-/// colour as well.
+/// Extra weight of every colour, as a fraction of the greatest extinction. It gives a colour to ranges without extinction.
 const HIDDEN: f64 = 1e-9;
 
 impl Emitted {
@@ -208,7 +207,7 @@ mod tests {
         {
             assert_eq!(table.colour(front, behind), shown, "{front} {behind}");
         }
-        // What shows nothing has a colour too, if nobody sees it.
+        // Transparent ranges have a colour too.
         assert_eq!(table.colour(3, 17), pack([0.0, 0.0, 1.0]));
     }
 

@@ -67,7 +67,7 @@ impl Macrocells {
         (count * (size_of::<[u16; 2]>() + 1) + SPARE) as u64
     }
 
-    /// Finds what `transfer` shows; to be called whenever the transfer function changes.
+    /// Finds the cells that `transfer` makes visible, and all distances. Call it whenever the transfer function changes.
     pub fn classify(&mut self, transfer: &TransferFunction) {
         let next = next_visible(transfer);
         let bucket = |v: u16| usize::from(v) * BUCKETS / 65536;
@@ -227,19 +227,19 @@ fn sweep(cells: &mut [u8], length: usize, step: &mut impl FnMut(&[u8], &mut [u8]
     }
 }
 
-/// No farther than one cell from what is `nearest`.
+/// Lowers every distance of `cells` to at most one more than that in `nearest`.
 fn approach(cells: &mut [u8], nearest: &[u8]) {
     cells.iter_mut().zip(nearest).for_each(|(cell, &near)| *cell = (*cell).min(near + 1));
 }
 
-/// The least of every cell of a row and its two neighbours.
+/// The minimum of every cell of a row and its two neighbours.
 fn least_of_three(row: &[u8], out: &mut [u8]) {
     out.copy_from_slice(row);
     out[1..].iter_mut().zip(row).for_each(|(out, &cell)| *out = (*out).min(cell));
     out.iter_mut().zip(&row[1..]).for_each(|(out, &cell)| *out = (*out).min(cell));
 }
 
-/// The least of every cell of a slice and those before and after it in the next rows.
+/// The minimum of every cell of a slice and its neighbours in the rows before and after.
 fn least_of_rows(slice: &[u8], nx: usize, out: &mut [u8]) {
     out.copy_from_slice(slice);
     out[nx..].iter_mut().zip(slice).for_each(|(out, &cell)| *out = (*out).min(cell));

@@ -136,10 +136,10 @@ impl<T: Texel> FineKernel<'_, T> {
         }
     }
 
-    /// Moves all rays on to their next step that may show anything; which of them have one, a bit each.
+    /// Advances all rays to their next step that may be visible; returns a bit for each ray that has one.
     ///
-    /// Empty space is left from end to end of steps, so the step before the first end that may show anything counts as
-    /// well; and blocks begin at a node, if there are any.
+    /// Empty space is skipped from end to end of steps, so the step before the first visible end counts as well. Blocks
+    /// begin at a node, if there are any.
     #[inline(always)]
     unsafe fn going<L: Lanes>(&self, packet: &mut Packet, covered: &PerRay) -> u32 {
         // SAFETY: the caller's; the arrays of a packet hold at least N elements.

@@ -111,7 +111,7 @@ impl March<'_> {
         Step { number, front, behind, depth: table.mean(front, behind) * length }
     }
 
-    /// Adds what the steps of `part` send to the eye, where `light` comes to its ends.
+    /// Adds the light that the steps of `part` send to the eye; `light` arrives at its two ends.
     fn add_part(
         &self,
         table: &ExtinctionTable,
@@ -129,7 +129,7 @@ impl March<'_> {
         }
     }
 
-    /// Adds what `step` sends to the eye, where the share `arriving` of the light comes to it.
+    /// Adds the light that `step` sends to the eye; `arriving` is the share of the light that reaches it.
     fn add(
         &self,
         table: &ExtinctionTable,

@@ -85,8 +85,9 @@ impl Stretches {
         self.nodes.truncate(len);
     }
 
-    /// The mean share of light, weighed by what reaches the eye, on stretches of optical `depth` between points with
-    /// these near depths and far transmittances.
+    /// The mean share of light on stretches of optical `depth`, weighted by transmittance to the eye.
+    ///
+    /// `near` and `far` are the near depths and the far transmittances at both ends.
     #[inline(always)]
     unsafe fn arriving<L: Lanes>(depth: L::F, [near, far]: [[L::F; 2]; 2]) -> L::F {
         // SAFETY: the caller's.
