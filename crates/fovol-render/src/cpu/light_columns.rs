@@ -16,9 +16,9 @@ const ROUNDING: f64 = 0.02;
 
 /// Columns of space along the light direction, cut into slabs of one shadow step each.
 ///
-/// One bit per slab of a column says whether it touches a visible macrocell. All shadow rays have one direction, so each
-/// stays in one column. Consecutive samples of a ray lie in consecutive slabs. The words of its column, from the slab of
-/// its first sample on, thus say which samples to take.
+/// One bit per slab of a column says whether it touches a visible macrocell. All shadow rays have one direction, so
+/// each stays in one column. Consecutive samples of a ray lie in consecutive slabs. The words of its column, from the
+/// slab of its first sample on, thus say which samples to take.
 #[derive(Debug, Clone)]
 pub struct LightColumns {
     axes: Axes,

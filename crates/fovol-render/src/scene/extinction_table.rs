@@ -139,7 +139,9 @@ struct Emitted {
     sums: Vec<[f64; 4]>,
 }
 
-/// Extra weight of every colour, as a fraction of the greatest extinction. It gives a colour to ranges without extinction.
+/// Extra weight of every colour, as a fraction of the greatest extinction.
+///
+/// It gives a colour to ranges without extinction.
 const HIDDEN: f64 = 1e-9;
 
 impl Emitted {

@@ -67,7 +67,9 @@ impl Macrocells {
         (count * (size_of::<[u16; 2]>() + 1) + SPARE) as u64
     }
 
-    /// Finds the cells that `transfer` makes visible, and all distances. Call it whenever the transfer function changes.
+    /// Finds the cells that `transfer` makes visible, and all distances.
+    ///
+    /// Call it whenever the transfer function changes.
     pub fn classify(&mut self, transfer: &TransferFunction) {
         let next = next_visible(transfer);
         let bucket = |v: u16| usize::from(v) * BUCKETS / 65536;
