@@ -1,14 +1,15 @@
 use std::fmt;
 use std::str::FromStr;
 
-/// How a graphics processor interpolates voxels.
+/// How a GPU interpolates voxels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Filtering {
-    /// In f32, as a processor does.
+    /// In f32, as on the CPU.
     #[default]
     Exact,
-    /// By its samplers, where these filter the type of the voxels: one access a sample, but weights in steps of 1/256, which
-    /// steep transfer functions show.
+    /// By texture samplers, where these filter the type of the voxels.
+    ///
+    /// A sample takes one access. Weights come in steps of 1/256, which steep transfer functions make visible.
     Hardware,
 }
 
@@ -16,7 +17,7 @@ impl Filtering {
     /// All of them.
     pub const ALL: [Self; 2] = [Self::Exact, Self::Hardware];
 
-    /// As it is written.
+    /// The name that [`FromStr`] reads and [`fmt::Display`] writes.
     pub fn name(self) -> &'static str {
         match self {
             Self::Exact => "exact",

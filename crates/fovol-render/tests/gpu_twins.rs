@@ -36,7 +36,7 @@ fn full_frame(renderer: &Renderer, buffers: &mut FrameBuffers, camera: &Camera) 
     buffers.read_frame().unwrap()
 }
 
-/// That pictures of `scene` in every shading and from every camera are those of the specification.
+/// Asserts that pictures of `scene` in every shading and from every camera match the specification.
 fn agrees_with_the_specification(gpu: &Gpu, name: &str, mut scene: Scene) {
     let size = FrameSize::new(93, 61).unwrap();
     let mut gpu_renderer = Renderer::new(gpu, &scene).unwrap();
@@ -151,7 +151,8 @@ fn large_volumes_are_stored_another_way_and_look_the_same() {
     }
 }
 
-/// Whether volumes of bytes, of 16 bits and of floats are filtered by samplers of `gpu`; the pictures of these look as they are.
+/// Whether texture samplers of `gpu` filter volumes of bytes, of 16 bits and of floats; asserts that their pictures
+/// agree with exact filtering.
 fn filtered_by_samplers(gpu: &Gpu) -> [bool; 3] {
     let dims = [40, 30, 20];
     let grid = Grid::new(dims, [1.0; 3]).unwrap();
@@ -302,7 +303,7 @@ fn samples_of_a_list_are_those_of_the_specification() {
     }
 }
 
-/// What mask, list and sparse frame are compared on.
+/// Renderers of the small scene, shared by the tests of masks, lists and sparse frames.
 struct Sampled {
     renderer: Renderer,
     full: Renderer,

@@ -22,7 +22,7 @@ fn every_instruction_set_agrees_with_the_specification() {
     }
 }
 
-/// That pictures of `scene` in every shading and from every camera are those of the specification.
+/// Asserts that pictures of `scene` in every shading and from every camera match the specification.
 fn agrees_with_the_specification(name: &str, mut scene: Scene) {
     let size = FrameSize::new(93, 61).unwrap();
     let integration = scene.integration;
@@ -53,8 +53,8 @@ fn agrees_with_the_specification(name: &str, mut scene: Scene) {
     }
 }
 
-/// Single voxels in empty space, seen by a steep transfer function: steps begin in a cell that shows something and end in
-/// one that does not, wherever blocks of steps end.
+/// Single voxels in empty space, under a steep transfer function. Steps begin in a visible cell and end in an empty
+/// one, wherever blocks of steps end.
 #[test]
 fn empty_space_takes_no_step_of_fine_integration_with_it() {
     let dims = [41, 37, 43];

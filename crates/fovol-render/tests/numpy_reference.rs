@@ -29,7 +29,7 @@ struct VolumeCase {
     dtype: String,
     dims: [usize; 3],
     spacing: [f64; 3],
-    /// What `--range` says; the volume's own range where it says nothing.
+    /// The shown range, as `--range` gives it; `None` stands for the volume's own range.
     range: Option<[f64; 2]>,
     /// Whether the voxels lie beside `cases.json`; otherwise in the folder of published volumes.
     stored: bool,

@@ -6,7 +6,7 @@ use std::marker::PhantomData;
 
 /// A stored voxel type, and how eight corners become one value.
 pub trait Texel: Copy + Sync + 'static {
-    /// What interpolation multiplies stored values by.
+    /// The factor by which [`Self::trilinear`] scales stored values.
     const GAIN: f32 = 1.0;
     /// Whether values may be NaN.
     const GAPS: bool = false;
@@ -135,9 +135,9 @@ pub struct Field<'a, T> {
     last: [f32; 3],
     unit: [i32; 3],
     jump: [i32; 3],
-    /// From what interpolation gives to whatever the field is asked for.
+    /// The factor from [`Texel::trilinear`] to the values that [`Self::sample`] returns.
     pub scale: f32,
-    /// What is read for NaN: one more than the largest value.
+    /// The value that [`Self::sample`] returns for NaN: one more than the largest value.
     pub missing: f32,
     bricks: PhantomData<&'a Bricks>,
 }
@@ -194,7 +194,7 @@ impl<'a, T: Texel> Field<'a, T> {
             }
             let [_, uy, uz] = self.unit.map(|u| u as usize);
             let value = L::mul(T::trilinear::<L>(self.base, index, [uy, uz], f), L::splat(self.scale));
-            // In this order it sends NaN to the second.
+            // In this order, `min` turns NaN into `missing`.
             if T::GAPS { L::min(value, L::splat(self.missing)) } else { value }
         }
     }

@@ -11,17 +11,17 @@ use super::skip::Skip;
 use crate::scene::{LightPath, MAX_BLUE, MAX_RED_GREEN, RayResult, Segments, TransferTable};
 use fovol_core::{Pixel, RayBasis};
 
-/// How the light reaches samples.
+/// How light reaches samples.
 pub enum Lighting<'a> {
-    /// Unhindered.
+    /// In full: no shadows.
     Full,
-    /// Along a shadow ray from every sample; with what the rays may meet, if knowing it pays.
+    /// Along a shadow ray from every sample. The columns say which samples to skip, where skipping pays.
     Rays(Option<&'a LightColumns>),
-    /// As read from a grid of half the resolution.
+    /// By transmittance from the shadow grid, at half the resolution.
     Cached(Field<'a, u8>),
 }
 
-/// What rays meet, prepared for lanes.
+/// The scene that SIMD lanes march primary rays through.
 pub struct Kernel<'a, T> {
     /// The volume, scaled to indices of the table.
     pub field: Field<'a, T>,
@@ -35,19 +35,19 @@ pub struct Kernel<'a, T> {
     pub visible: [f32; 2],
     /// The way to the light.
     pub light: LightPath,
-    /// How it reaches samples.
+    /// How light reaches samples.
     pub lighting: Lighting<'a>,
     /// The light direction in world space where surfaces are shaded by their gradient.
     pub facing: Option<[f32; 3]>,
     /// The share of light that reaches every sample.
     pub ambient: f32,
-    /// What shows through.
+    /// The background colour, RGB.
     pub background: [f32; 3],
-    /// Where nothing is, if looking for it pays.
+    /// Empty space, where skipping it pays.
     pub skip: Option<Skip<'a>>,
 }
 
-/// What a ray has gathered.
+/// The sums of one ray so far.
 #[derive(Clone, Copy)]
 #[repr(align(64))]
 struct Gathered {
@@ -72,7 +72,7 @@ struct Waiting {
     to: usize,
 }
 
-/// Memory that marching uses again and again.
+/// Memory that marching reuses.
 pub struct Scratch {
     packet: Packet,
     pool: ShadowPool,
@@ -207,7 +207,7 @@ impl<T: Texel> Kernel<'_, T> {
         }
     }
 
-    /// What `ray` brings back to `eye` (in voxels).
+    /// The result of a finished ray from its sums; `eye` in voxel-centre coordinates.
     #[inline(always)]
     unsafe fn marched<L: Lanes>(&self, eye: [f32; 3], ray: &Gathered) -> RayResult {
         // SAFETY: sums hold at least N elements.
@@ -286,8 +286,9 @@ impl<T: Texel> Kernel<'_, T> {
         }
     }
 
-    /// Adds what samples of `weight` and colour `rgb` at `p` send towards the eye to `colour`, or what is
-    /// known of it before their shadow rays.
+    /// Adds the light that samples of `weight` and colour `rgb` at `p` send to the eye to `colour`.
+    ///
+    /// With shadow rays it adds the ambient part only; the samples then wait in `pool`.
     #[inline(always)]
     unsafe fn light_samples<L: Lanes>(
         &self,

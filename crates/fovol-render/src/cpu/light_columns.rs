@@ -7,18 +7,18 @@ use rayon::prelude::*;
 
 /// Slabs that one word tells of.
 pub const SLABS: u32 = u32::BITS;
-/// Columns are made wider until the words take no more than this.
+/// Columns are widened until there are no more words than this.
 const MOST_WORDS: usize = 4 << 20;
-/// Columns and slabs are taken this much larger on every side than they are (in columns and slabs), so
-/// that rounding of a sample's position never takes it past what its bit was made from.
+/// Margin around columns and slabs, as a fraction of their size.
+///
+/// It keeps every sample, despite rounding, inside the space that its bit was computed from.
 const ROUNDING: f64 = 0.02;
 
-/// Columns of space along the light direction, cut into slabs of one shadow step each; a bit for every
-/// slab of every column says whether any macrocell that it touches shows anything.
+/// Columns of space along the light direction, cut into slabs of one shadow step each.
 ///
-/// All shadow rays have one direction, so each stays in one column, and each of its samples lies in the
-/// slab after that of the sample before. The words of its column, from the slab of its first sample on,
-/// thus say of every sample whether it need be taken.
+/// One bit per slab of a column says whether it touches a visible macrocell. All shadow rays have one direction, so
+/// each stays in one column. Consecutive samples of a ray lie in consecutive slabs. The words of its column, from the
+/// slab of its first sample on, thus say which samples to take.
 #[derive(Debug, Clone)]
 pub struct LightColumns {
     axes: Axes,
@@ -47,8 +47,9 @@ struct Axes {
 }
 
 impl LightColumns {
-    /// The columns of a volume of `dims` voxels, from what `cells` show; to be made again whenever the
-    /// transfer function, the light or the step changes.
+    /// Makes the columns of a volume of `dims` voxels from the visible `cells`.
+    ///
+    /// They become invalid when the transfer function, the light or the step changes.
     pub fn new(cells: &Macrocells, dims: [usize; 3], light: &LightPath) -> Self {
         let a = (0..3).fold(0, |a, b| if light.delta[b].abs() > light.delta[a].abs() { b } else { a });
         let order = [a, (a + 1) % 3, (a + 2) % 3];
@@ -90,7 +91,7 @@ impl LightColumns {
         let ends = [f64::from(slab) - ROUNDING, f64::from(slab) + 1.0 + ROUNDING];
         let depth = ends.map(|s| f64::from(origin) + s / f64::from(slabs));
         let layers = cell(depth[0].min(depth[1]), counts[0])..=cell(depth[0].max(depth[1]), counts[0]);
-        // What a column touches along one lateral axis: it moves by the shear within the slab.
+        // The cells that a column touches along one lateral axis; shear moves the column within the slab.
         let touched = |i: usize| -> Vec<[usize; 2]> {
             let moved = ends.map(|s| f64::from(low[i]) + s * f64::from(shear[i]));
             let [least, most] = [moved[0].min(moved[1]), moved[0].max(moved[1])];

@@ -10,13 +10,13 @@ pub const OPAQUE: f32 = 0.999;
 /// A shadow ray ends below this transmittance.
 pub const DARK: f32 = 0.001;
 
-/// What a ray meets, prepared for plain code.
+/// The scene that the scalar specification marches rays through.
 pub struct March<'a> {
-    /// The field.
+    /// The voxels.
     pub bricks: &'a Bricks,
-    /// Its size in the world.
+    /// Dimensions, spacing and place of the volume in the world.
     pub grid: &'a Grid,
-    /// The part of it that is there.
+    /// The crop box: only samples inside it count.
     pub clip: ClipBox,
     /// Display value to colour and opacity.
     pub transfer: &'a TransferFunction,
@@ -24,7 +24,7 @@ pub struct March<'a> {
     pub shading: &'a Shading,
     /// Transmittance towards the light at half resolution, where shadows are cached.
     pub shadow_grid: Option<&'a Bricks>,
-    /// What shows through.
+    /// The background colour, RGB.
     pub background: [f64; 3],
     /// The sampling distance in voxels.
     pub step: f64,
@@ -57,7 +57,7 @@ impl March<'_> {
         LightPath::new(&self.shading.light, self.grid, &self.clip, self.step)
     }
 
-    /// What `ray` brings back.
+    /// Marches `ray` and returns its colour over the background, its opacity and its depth; adds to `count`.
     pub fn ray(&self, ray: &Ray, count: &mut SampleCount) -> RayResult {
         let segments = self.segments();
         let segment = segments.of(ray);
@@ -97,7 +97,7 @@ impl March<'_> {
         RayResult { colour, opacity, depth }
     }
 
-    /// What the colour at `p` is multiplied by: ambient + (1 − ambient)·T·|n·l|.
+    /// The factor by which light scales the colour at `p`: ambient + (1 − ambient)·T·|n·l|.
     fn light(&self, p: [f32; 3], light: &LightPath, count: &mut SampleCount) -> f32 {
         let transmittance = match (self.shading.shadows, self.shadow_grid) {
             (ShadowMode::Off, _) => 1.0,

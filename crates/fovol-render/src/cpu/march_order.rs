@@ -6,15 +6,15 @@ use fovol_core::{Pixel, SampleList};
 /// Edge of the tiles that a list is marched in, in pixels.
 const TILE: u16 = 32;
 
-/// The pixels of a list tile by tile: rays that are marched one after the other go much the same way.
+/// The pixels of a list sorted by tile, so that rays marched in succession read the same bricks.
 pub struct MarchOrder {
     pixels: Vec<Pixel>,
-    /// For each of these pixels its place in the list.
+    /// For each of `pixels`, its index in the list.
     places: Vec<u32>,
 }
 
 impl MarchOrder {
-    /// That of the pixels of `list`.
+    /// Sorts the pixels of `list` by tile.
     pub fn new(list: &SampleList) -> Self {
         let columns = list.size().width.div_ceil(TILE.into()) as usize;
         let rows = list.size().height.div_ceil(TILE.into()) as usize;
@@ -33,12 +33,12 @@ impl MarchOrder {
         Self { pixels, places }
     }
 
-    /// The pixels as they are marched.
+    /// The pixels in the order in which they are marched.
     pub fn pixels(&self) -> &[Pixel] {
         &self.pixels
     }
 
-    /// What the rays of these pixels brought back, `marched`, in the order of the list.
+    /// Returns `marched`, the results in the order of [`Self::pixels()`], in the order of the list.
     pub fn in_list_order<'a>(&self, marched: impl Iterator<Item = &'a RayResult>) -> Vec<RayResult> {
         let mut listed = vec![RayResult::nothing([0.0; 3]); self.places.len()];
         self.places.iter().zip(marched).for_each(|(&place, marched)| listed[place as usize] = *marched);

@@ -1,8 +1,8 @@
-//! Rendering on processors: the specification of image formation, and its fast twins.
+//! Rendering on CPUs: the scalar specification of image formation, and its SIMD twins.
 //!
-//! [`march`] is the specification, as plain code. [`Renderer`] marches a scene in SIMD lanes of the instruction set that
-//! the processor has ([`Simd`]). It reads voxels from [bricks](crate::scene::Bricks) and leaves empty space at once, by
-//! [macrocells](crate::scene::Macrocells) on primary rays and by columns along the light on shadow rays.
+//! [`march`] is the specification. [`Renderer`] marches a scene in SIMD lanes of the best instruction set of the CPU
+//! ([`Simd`]). It reads voxels from [bricks](crate::scene::Bricks). Primary rays skip empty space by
+//! [macrocells](crate::scene::Macrocells), shadow rays by columns along the light.
 
 mod compact;
 mod direct;

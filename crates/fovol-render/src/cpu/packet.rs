@@ -1,4 +1,4 @@
-//! As many rays as there are lanes, on their way side by side.
+//! A packet of primary rays that skip empty space side by side, one ray to a lane.
 
 use super::lanes::{Lanes, MOST_LANES};
 use super::march::OPAQUE;
@@ -18,14 +18,13 @@ pub struct Aligned<T>(pub T);
 
 /// The rays of a packet: where they are and how much light still passes.
 ///
-/// Empty space is left by all rays together, one ray to a lane; samples are taken by one ray at a time,
-/// one sample to a lane.
+/// All rays skip empty space together, one ray to a lane. Samples are taken for one ray at a time, one to a lane.
 pub struct Packet {
     /// How many rays there are.
     pub len: usize,
-    /// First samples, voxel-centre coordinates.
+    /// The first sample of each ray, in voxel-centre coordinates.
     pub start: [PerRay; 3],
-    /// Steps.
+    /// The step Δ of each ray, in voxels.
     pub delta: [PerRay; 3],
     /// 1/Δ along each axis; infinite where a ray does not move on it.
     pub inverse: [PerRay; 3],
@@ -35,7 +34,7 @@ pub struct Packet {
     pub length: PerRay,
     /// The number of each ray's next sample.
     pub next: PerRay,
-    /// What passes from there to the eye, 0…1.
+    /// Transmittance from each ray's next sample to the eye, 0…1.
     pub transmittance: PerRay,
 }
 

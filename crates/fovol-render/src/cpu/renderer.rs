@@ -53,10 +53,10 @@ pub struct Renderer {
     shading: Shading,
     background: [f64; 3],
     step: f64,
-    /// What fine integration takes its values from; `None` where integration is plain.
+    /// The tables of fine integration; `None` where integration is plain.
     extinction: Option<ExtinctionTable>,
     shadow_grid: Option<Bricks>,
-    /// How long that took to make.
+    /// The time that making the shadow grid took.
     shadow_grid_time: Duration,
     light_columns: Option<LightColumns>,
     options: RenderOptions,
@@ -122,11 +122,11 @@ impl Renderer {
         Ok(renderer)
     }
 
-    /// Takes `scene`, which shows the same volume, instead of the scene so far; what they share costs nothing.
+    /// Replaces the scene by `scene`, which must show the same volume; only parts that differ are prepared again.
     ///
     /// # Errors
-    /// Numbers of the scene that cannot be rendered with; the scene so far stays then. No memory for cached shadows: there are none
-    /// then.
+    /// Numbers of the scene that cannot be rendered; the old scene then stays. Too little memory for cached shadows;
+    /// the new scene then has none.
     pub fn set_scene(&mut self, scene: &Scene) -> fovol_core::Result<()> {
         scene.check()?;
         let recoloured = self.transfer != scene.transfer_function;
@@ -175,8 +175,9 @@ impl Renderer {
         &self.cells
     }
 
-    /// The pixels of a frame of `size` seen by `camera` that can show anything but the background; somewhat more, never less.
-    /// `None` where there are none.
+    /// The region of a frame of `size`, seen by `camera`, that can show more than the background.
+    ///
+    /// It may be somewhat too large, never too small. `None` where only the background shows.
     pub fn visible_region(&self, camera: &Camera, size: FrameSize) -> Option<Region> {
         let [low, high] = self.clip.in_world(&self.grid);
         let boxes = self.cells.visible();
@@ -184,7 +185,7 @@ impl Renderer {
         Region::of_boxes(&camera.rays(size), boxes, size)
     }
 
-    /// The colour of what rays meet that meet nothing.
+    /// The background colour, RGB.
     pub fn background(&self) -> [f32; 3] {
         self.background.map(|v| v as f32)
     }
@@ -209,7 +210,7 @@ impl Renderer {
         Ok(())
     }
 
-    /// Finds what shadow rays may meet, where that is not known yet.
+    /// Makes the light columns unless they exist or would not pay.
     fn make_light_columns(&mut self) {
         if self.light_columns.is_none() && !self.cells.is_dense() {
             let columns = LightColumns::new(&self.cells, self.grid.dims(), &self.light_path());
@@ -217,8 +218,9 @@ impl Renderer {
         }
     }
 
-    /// Runs `march` with a shadow ray from every sample where shadows are cached; elsewhere changes nothing. The first such
-    /// call after a change of the scene prepares the shadow rays, later ones cost nothing besides `march`.
+    /// Runs `march` with shadow rays in place of cached shadows; other scenes are marched unchanged.
+    ///
+    /// The first such call after a change of the scene prepares the shadow rays. Later calls cost no more than `march`.
     pub fn with_exact_shadows<T>(&mut self, march: impl FnOnce(&Self) -> T) -> T {
         if self.shading.shadows != ShadowMode::Cached {
             return march(self);
@@ -234,7 +236,7 @@ impl Renderer {
         LightPath::new(&self.shading.light, &self.grid, &self.clip, self.step)
     }
 
-    /// The same scene for the plain code of [`super::march`].
+    /// This scene for the scalar specification in [`super::march`].
     pub fn specification(&self) -> March<'_> {
         March {
             bricks: &self.bricks,
@@ -248,7 +250,7 @@ impl Renderer {
         }
     }
 
-    /// Marches the pixels of `list`: what each ray brings back, in list order.
+    /// Marches the pixels of `list`; returns one result per ray, in list order, and the samples taken.
     pub fn march_list(&self, camera: &Camera, list: &SampleList) -> (Vec<RayResult>, SampleCount) {
         let rays = camera.rays(list.size());
         let order = MarchOrder::new(list);
@@ -279,8 +281,9 @@ impl Renderer {
         (frame, samples_of(&tiles))
     }
 
-    /// Walks every pixel and marches those of `mask` at once, without packing: the paper's `reject`. The pixels
-    /// that were marched, tile by tile, and what each ray brings back.
+    /// Visits every pixel and marches the pixels of `mask` at once, without packing: the paper's `reject`.
+    ///
+    /// Returns the marched pixels, tile by tile, one result for each, and the samples taken.
     pub fn march_rejecting(
         &self,
         camera: &Camera,
@@ -416,10 +419,10 @@ struct Memory {
 
 /// A way to march that is written once for all instruction sets.
 trait Lanewise {
-    /// Memory that it uses again and again.
+    /// Memory that marching reuses.
     type Scratch;
 
-    /// Marches `pixels` and appends what each ray brings back to `out`.
+    /// Marches `pixels` and appends one result per ray to `out`.
     ///
     /// # Safety
     /// The instruction set of `L` must be available.

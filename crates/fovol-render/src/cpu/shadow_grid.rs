@@ -2,11 +2,12 @@ use super::march::{March, SampleCount};
 use crate::scene::{Bricks, half_resolution};
 use fovol_core::memory::Shortage;
 
-/// The transmittance towards the light on a grid of half the volume's resolution, by the rule of shadow
-/// rays: voxel *i* stands at the common corner of the volume's voxels 2i and 2i + 1. Voxels outside the part that is
-/// there have what arrives at the nearest point of its faces.
+/// Computes the transmittance towards the light by shadow rays on a grid of half the volume's resolution, in 8 bits.
 ///
-/// Stored in 8 bits: this is the cheap alternative to shadow rays, never the reference. Large volumes take minutes: it is
+/// Voxel *i* stands at the common corner of the volume's voxels 2i and 2i + 1. Voxels outside the crop box have the
+/// transmittance at the nearest point of its faces.
+///
+/// The grid is a cheap alternative to shadow rays, never the reference. Large volumes take minutes, so this is
 /// [`fovol_core::LongWork`].
 ///
 /// # Errors

@@ -3,7 +3,7 @@
 use super::fine::Points;
 use super::lanes::Lanes;
 
-/// Samples of one or more rays: where they are, what light would add, and (once traced) how much arrives.
+/// Samples of one or more rays: positions, the colours that full light would add, and (once traced) transmittances.
 #[derive(Default)]
 pub struct ShadowPool {
     /// x, y, z in voxel-centre coordinates; r, g, b of the light's part; transmittance.
@@ -12,8 +12,9 @@ pub struct ShadowPool {
 }
 
 const TRANSMITTANCE: usize = 6;
-/// Fine integration keeps what it knows of a point in the place of its colour, and afterwards the optical depth near it in
-/// that of red.
+/// The column of the optical depth near a point, in fine integration.
+///
+/// Until that depth is known, the three columns of colours hold the point's table entries.
 const NEAR: usize = 3;
 
 impl ShadowPool {
@@ -69,7 +70,7 @@ impl ShadowPool {
         unsafe { [L::load(x.as_ptr().add(at)), L::load(y.as_ptr().add(at)), L::load(z.as_ptr().add(at))] }
     }
 
-    /// What was pushed for the points from `at` on in the place of colours.
+    /// Table entries of a vector of points from `at` on; fine integration stores them in the columns of colours.
     ///
     /// # Safety
     /// The instruction set of `L` must be available, and `at` below the number of samples.
@@ -84,7 +85,7 @@ impl ShadowPool {
         }
     }
 
-    /// Moves the points from `at` on to `position`, and notes the optical depth on the way there.
+    /// Moves the points from `at` on to `position`, and stores the optical depth `near` between both.
     ///
     /// # Safety
     /// The instruction set of `L` must be available, and `at` below the number of samples.
@@ -97,7 +98,7 @@ impl ShadowPool {
         }
     }
 
-    /// Notes what arrives at the points from `at` on.
+    /// Stores the transmittance at the points from `at` on.
     ///
     /// # Safety
     /// The instruction set of `L` must be available, and `at` below the number of samples.
@@ -123,7 +124,7 @@ impl ShadowPool {
         }
     }
 
-    /// Where what arrives at each sample is to be written.
+    /// The transmittances of all samples, for writing.
     pub fn transmittance(&mut self) -> &mut [f32] {
         &mut self.columns[TRANSMITTANCE][..self.len]
     }

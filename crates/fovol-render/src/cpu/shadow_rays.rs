@@ -1,8 +1,8 @@
 //! The tracing of shadow rays in lanes.
 //!
-//! A ray is traced part by part: the samples that one word of its column lists (light_columns.rs), or all of them where
-//! nothing is listed. All first parts come first, then the next ones of the rays that still see light, and so on: parts are
-//! then found, and given to lanes, in vectors.
+//! A ray is traced part by part. A part is the samples that one word of its column lists (light_columns.rs), or all of
+//! its samples where no columns are given. The first parts of all rays are traced first, then the next parts of those
+//! that still see light, and so on. Parts are thus found and assigned to lanes in vectors.
 
 use super::field::{Field, Texel};
 use super::lanes::{Lanes, MOST_LANES};
@@ -11,7 +11,7 @@ use super::march::DARK;
 use super::shadow_pool::ShadowPool;
 use crate::scene::{LightPath, SHADOW_START, SHADOW_STEP};
 
-/// What shadow rays meet.
+/// The scene that shadow rays are traced through.
 pub struct ShadowRays<'a, T> {
     /// The volume, scaled to indices of `alpha`.
     pub field: &'a Field<'a, T>,
@@ -19,35 +19,35 @@ pub struct ShadowRays<'a, T> {
     pub alpha: &'a [f32],
     /// The way to the light.
     pub light: &'a LightPath,
-    /// Which samples may meet anything, if knowing it pays.
+    /// Which samples can have opacity; `None` where skipping the others does not pay.
     pub columns: Option<&'a LightColumns>,
 }
 
 /// Parts of shadow rays, at most one of each.
 #[derive(Default)]
 pub struct Parts {
-    /// What [`X`] to [`WORD`] name; numbers that are no f32 as the bits of one.
+    /// One column per field, indexed by [`X`] to [`WORD`]. Integers are stored as the bits of an f32 where noted.
     columns: [Vec<f32>; 11],
     len: usize,
 }
 
 /// Where the ray starts: x, and after it y and z.
 const X: usize = 0;
-/// What is left of the light.
+/// The transmittance so far, 0…1.
 const LIGHT: usize = 3;
 /// Δ from the start to the sample of the lowest bit of [`LEFT`], or to the next one.
 const STEPS: usize = 4;
-/// The samples of this part: a bit (of 32) for each, or where all are taken their number.
+/// The samples of this part: one bit (of 32) for each, or their number where no columns are given.
 const LEFT: usize = 5;
-/// The place in the pool, bits.
+/// The sample's index in the pool, as bits.
 const SAMPLE: usize = 6;
-/// The column that the ray runs in, bits.
+/// The column of the ray, as bits.
 const COLUMN: usize = 7;
 /// The slab of the ray's first sample.
 const FIRST: usize = 8;
-/// The slab after that of its last one.
+/// The slab after the ray's last sample.
 const END: usize = 9;
-/// The word of the column after that of this part.
+/// The word of the column that follows this part.
 const WORD: usize = 10;
 
 impl Parts {
@@ -101,8 +101,9 @@ impl Parts {
         }
     }
 
-    /// Goes on to the next part of every ray that sees light and has one with samples to take; of the others `arrived`
-    /// gets what is left of the light.
+    /// Advances every ray that still sees light to its next part with samples.
+    ///
+    /// Rays that are dark or have no such part end; their transmittance goes to `arrived`.
     ///
     /// # Safety
     /// The instruction set of `L` must be available; the parts must be of the rays that `arrived` is of.
@@ -133,8 +134,9 @@ impl Parts {
         self.len = kept;
     }
 
-    /// Finds the next words with samples to take for the rays from `at` on that are `going`, writes what follows of
-    /// them, and returns for which there is one.
+    /// Finds the next word with samples for each of the rays from `at` on that are `going`.
+    ///
+    /// Stores the next parts of these rays, and returns the rays that have one.
     #[inline(always)]
     unsafe fn next_words<L: Lanes>(&mut self, columns: &LightColumns, at: usize, going: L::M) -> L::M {
         // SAFETY: the caller's.
@@ -181,7 +183,7 @@ impl Parts {
             let mut bundle = Bundle::<L>::new();
             let mut taken = 0u64;
             loop {
-                // Where nothing is listed, what is left is the number of samples.
+                // Without columns, `left` is the number of samples.
                 let (place, has_samples) = if LISTED {
                     lowest_bit::<L>(L::to_bits(bundle.left))
                 } else {

@@ -28,9 +28,11 @@ impl<'a> Skip<'a> {
         }
     }
 
-    /// Moves the rays of `packet` on to the next sample that may show anything, or past its last, and says which of them have
-    /// such a sample; a few may still be on their way, for which the others do not wait. Samples are taken as `earlier` by
-    /// this part of a step: at ½ they are the ends of steps.
+    /// Advances the rays of `packet` to their next sample in visible space, or past their last; returns a bit for each
+    /// ray that arrived at such a sample.
+    ///
+    /// A few rays may still be skipping; the others do not wait for them. Samples lie `earlier` by this fraction of a
+    /// step: at ½ they are the ends of steps.
     ///
     /// # Safety
     /// The instruction set of `L` must be available.
@@ -76,8 +78,7 @@ impl<'a> Skip<'a> {
         }
     }
 
-    /// How many steps along `course` it is from `p` out of the empty box around it; 0 or less in a cell
-    /// that shows anything.
+    /// The number of steps along `course` from `p` out of the empty box around it; 0 or less in a visible cell.
     #[inline(always)]
     unsafe fn ahead<L: Lanes>(&self, p: [L::F; 3], course: &Course<L>) -> L::F {
         // SAFETY: positions are clamped to the grid, so every cell exists; distances end in four spare bytes.

@@ -30,7 +30,7 @@ impl CompactPass {
         Self { count: pipeline("count"), scan: pipeline("scan"), pack: pipeline("pack"), layout }
     }
 
-    /// What they read and write.
+    /// Binds the mask as input and the list as output.
     pub fn bind(&self, gpu: &Gpu, buffers: &Buffers) -> wgpu::BindGroup {
         let buffers = [&buffers.extent, &buffers.mask, &buffers.blocks, &buffers.list_length, &buffers.list];
         bind_group(gpu, "compact", &self.layout, &buffers.map(wgpu::Buffer::as_entire_binding))

@@ -4,17 +4,17 @@ use fovol_gpu::GpuError;
 /// The result of the operations of this module.
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// What can go wrong with rendering on a GPU, in one line that says how to mend it.
+/// Errors of rendering on a GPU. Messages take one line and name the remedy.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// Numbers of the scene that cannot be rendered with.
+    /// The scene holds numbers that cannot be rendered.
     #[error(transparent)]
     Scene(#[from] fovol_core::Error),
-    /// The device does not do it.
+    /// The device failed or lacks a capability.
     #[error(transparent)]
     Gpu(#[from] GpuError),
-    /// A list of pixels of another frame.
+    /// The list is for frames of another size.
     #[error("the list is for frames of {list}, the buffers are for {frame}; make both for one size")]
     Size {
         /// The size that the list is for.

@@ -105,28 +105,28 @@ impl Buffers {
     }
 }
 
-/// What each step binds of them.
+/// The bind groups of [`Buffers`], one for each step.
 #[derive(Debug)]
 pub struct Groups {
     pub mask: wgpu::BindGroup,
     pub compact: wgpu::BindGroup,
-    /// To march a list.
+    /// For marching a list.
     pub march_list: wgpu::BindGroup,
-    /// To march a frame.
+    /// For marching a full frame.
     pub march_frame: wgpu::BindGroup,
     pub scatter: wgpu::BindGroup,
 }
 
-/// What frames of one size leave on the device: mask, list, samples and the sparse frame.
+/// Buffers on the device for frames of one size: mask, list, samples and the sparse frame.
 ///
-/// Made by [`super::Renderer::frame_buffers`]; one for each frame that is under way or in use at the same time.
+/// Made by [`super::Renderer::frame_buffers`]. Frames that are in flight or in use at the same time need one each.
 pub struct FrameBuffers {
     gpu: Gpu,
     size: FrameSize,
     pub(super) buffers: Buffers,
     pub(super) groups: Groups,
     pub(super) timing: Timing<Stage>,
-    /// What the limits on the device were made of.
+    /// The fovea and the number of ranks that the limits on the device were made from, and these limits.
     limits_of: Option<(Fovea, u32, Limits)>,
 }
 
@@ -161,19 +161,21 @@ impl FrameBuffers {
         self.size
     }
 
-    /// The sparse frame: width × height × RGBA as f32, row 0 on top; alpha is 1 where a pixel was sampled, and what was
-    /// not is 0.
+    /// The sparse frame: width × height × RGBA as f32, row 0 on top.
+    ///
+    /// Alpha is 1 at sampled pixels; all other pixels are 0.
     pub fn frame(&self) -> &wgpu::Buffer {
         &self.buffers.frame.colours
     }
 
-    /// For every pixel of the sparse frame one over its depth in world units (see [`RayResult::depth`]), f32; 0 where
-    /// nothing shows and where it was not sampled.
+    /// The inverse depth of every pixel of the sparse frame, f32, in 1 over world units; see [`RayResult::depth`].
+    ///
+    /// It is 0 where nothing is visible and where the pixel was not sampled.
     pub fn inverse_depths(&self) -> &wgpu::Buffer {
         &self.buffers.frame.inverse_depths
     }
 
-    /// How many pixels the last list has: a u32, the first of this buffer.
+    /// The number of pixels of the last list: the first u32 of this buffer.
     pub fn list_length(&self) -> &wgpu::Buffer {
         &self.buffers.list_length
     }
@@ -183,7 +185,7 @@ impl FrameBuffers {
         &self.timing
     }
 
-    /// Uploads what decides a mask: the noise of a frame, and, where they changed, the limits around the fovea.
+    /// Uploads the inputs of a mask: the noise of the frame, and the limits around the fovea where they changed.
     pub(super) fn set_mask(&mut self, source: &MaskSource<'_>, pass: &MaskPass) {
         let noise = source.noise.frame(source.frame);
         if let Some(tile) = noise.tile() {
@@ -233,7 +235,7 @@ impl FrameBuffers {
         self.gpu.queue().write_buffer(&self.buffers.mask, 0, bytemuck::cast_slice(mask.words()));
     }
 
-    /// The sparse frame, on the host.
+    /// Reads the sparse frame back to the host.
     ///
     /// # Errors
     /// A device that is lost or has no memory left.
@@ -242,7 +244,7 @@ impl FrameBuffers {
         Ok(Frame::from_pixels(self.size, pixels)?)
     }
 
-    /// What [`Self::inverse_depths`] holds, on the host.
+    /// Reads [`Self::inverse_depths`] back to the host.
     ///
     /// # Errors
     /// As [`Self::read_frame`].
@@ -250,7 +252,7 @@ impl FrameBuffers {
         Ok(read(&self.gpu, &self.buffers.frame.inverse_depths, self.size.pixels())?)
     }
 
-    /// The mask of the last frame that had one, on the host.
+    /// Reads the mask of the last masked frame back to the host.
     ///
     /// # Errors
     /// As [`Self::read_frame`].
@@ -263,7 +265,7 @@ impl FrameBuffers {
         Ok(mask)
     }
 
-    /// The list of the last frame that had one, on the host.
+    /// Reads the last list of pixels back to the host.
     ///
     /// # Errors
     /// As [`Self::read_frame`].
@@ -273,7 +275,7 @@ impl FrameBuffers {
         Ok(SampleList::new(self.size, packed.iter().map(pixel).collect()))
     }
 
-    /// What the rays of the last list brought back, in its order, on the host.
+    /// Reads the samples of the last list back to the host, in its order.
     ///
     /// # Errors
     /// As [`Self::read_frame`].
@@ -289,7 +291,7 @@ impl FrameBuffers {
         Ok(colours.into_iter().zip(inverse_depths).map(marched).collect())
     }
 
-    /// How many pixels the last list has, on the host.
+    /// Reads the length of the last list in pixels back to the host.
     ///
     /// # Errors
     /// As [`Self::read_frame`].
@@ -307,7 +309,10 @@ impl FrameBuffers {
     }
 }
 
-/// That buffers of `size` fit the device.
+/// Checks that buffers of `size` fit the device.
+///
+/// # Errors
+/// A buffer or a dispatch that exceeds the limits of the device.
 fn check_size(gpu: &Gpu, size: FrameSize) -> fovol_gpu::Result<()> {
     const MEND: &str = "give a smaller --size, or --device cpu";
     let limits = gpu.device().limits();

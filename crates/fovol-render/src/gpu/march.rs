@@ -19,7 +19,7 @@ enum Pixels {
     Masked,
 }
 
-/// What is compiled into a pipeline.
+/// The key of a compiled pipeline: every property that its shader is specialised for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 struct Variant {
     pixels: Pixels,
@@ -48,7 +48,7 @@ impl MarchPass {
         }
     }
 
-    /// What it reads, and where it writes to.
+    /// Binds mask and list as input, and `to` as output.
     pub fn bind(&self, gpu: &Gpu, buffers: &Buffers, to: &Shaded) -> wgpu::BindGroup {
         let buffers = [
             &buffers.extent,
@@ -62,7 +62,7 @@ impl MarchPass {
         bind_group(gpu, "march", &self.layout, &buffers.map(wgpu::Buffer::as_entire_binding))
     }
 
-    /// Prepares to march the list of which `length` is the length.
+    /// Prepares to march a list; `length` is the buffer of its length.
     pub fn list<'a>(&self, gpu: &Gpu, scene: &'a DeviceScene, length: &'a wgpu::Buffer) -> March<'a> {
         March {
             pipeline: self.pipeline(gpu, scene, Pixels::List),
@@ -71,7 +71,7 @@ impl MarchPass {
         }
     }
 
-    /// Prepares to march a frame of `size`: all pixels, or those of the mask.
+    /// Prepares to march a frame of `size`: all pixels, or the pixels of the mask where `masked`.
     pub fn frame<'a>(&self, gpu: &Gpu, scene: &'a DeviceScene, size: FrameSize, masked: bool) -> March<'a> {
         let pixels = if masked { Pixels::Masked } else { Pixels::All };
         March {
@@ -114,16 +114,16 @@ pub struct March<'a> {
     threads: Threads<'a>,
 }
 
-/// For what there are threads.
+/// The threads of a dispatch.
 enum Threads<'a> {
-    /// For each pixel of a list of this length.
+    /// One for each pixel of a list; the buffer holds its length.
     Listed(&'a wgpu::Buffer),
-    /// For each pixel of a frame.
+    /// One for each pixel of a frame.
     Pixels(FrameSize),
 }
 
 impl March<'_> {
-    /// Marches into what `group` binds.
+    /// Marches into the outputs of `group`.
     pub fn dispatch(&self, pass: &mut wgpu::ComputePass<'_>, group: &wgpu::BindGroup) {
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, self.scene, &[]);

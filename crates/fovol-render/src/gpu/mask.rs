@@ -9,12 +9,12 @@ use fovol_gpu::binding::{Slot, bind_group, bind_group_layout, compute_pipeline};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// What decides the mask of one frame.
+/// The inputs of one frame's mask: a pixel is sampled where its density exceeds its noise.
 #[derive(Debug, Clone, Copy)]
 pub struct MaskSource<'a> {
     /// How densely pixels are sampled, and around which point.
     pub fovea: &'a Fovea,
-    /// What densities are compared with.
+    /// The noise that densities are compared with.
     pub noise: &'a Noise,
     /// The number of the frame.
     pub frame: u32,
@@ -49,7 +49,7 @@ impl MaskSettings {
 /// The number of ranks below the density of every pixel: one number outside a rectangle around the fovea, and one for
 /// each pixel inside.
 ///
-/// Densities are f64; comparing whole numbers instead makes the GPU's mask that of the CPU, bit for bit.
+/// Densities are f64. Comparing integers instead makes the masks of GPU and CPU equal, bit for bit.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Limits {
     base: u32,
@@ -84,7 +84,7 @@ impl Limits {
         }
     }
 
-    /// Those of the rectangle, row by row.
+    /// The limits inside the rectangle, row by row.
     pub fn values(&self) -> &[u32] {
         &self.values
     }
@@ -115,7 +115,7 @@ impl MaskPass {
         Self { layout, pipeline }
     }
 
-    /// What it reads and writes.
+    /// Binds settings, noise and limits as input, and the mask as output.
     pub fn bind(&self, gpu: &Gpu, buffers: &Buffers) -> wgpu::BindGroup {
         let buffers =
             [&buffers.extent, &buffers.mask_settings, &buffers.tile, &buffers.limits, &buffers.mask];

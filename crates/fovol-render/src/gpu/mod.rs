@@ -1,9 +1,9 @@
-//! The renderer on graphics processors: same-named twins of [`crate::cpu`], which is their specification.
+//! The renderer on GPUs: same-named twins of [`crate::cpu`], which is their specification.
 //!
-//! A [`Renderer`] is a scene prepared on a device ([`fovol_gpu::Gpu`]); [`FrameBuffers`] are what one frame leaves
-//! there: mask, list, samples, and the sparse frame that a network reads. A whole frame is put into one command encoder
-//! ([`Renderer::encode`]) and nothing comes back to the host unless it is asked for ([`FrameBuffers::read_frame`] and its
-//! like).
+//! A [`Renderer`] is a scene prepared on a device ([`fovol_gpu::Gpu`]). [`FrameBuffers`] hold the outputs of one frame:
+//! mask, list, samples, and the sparse frame that a network reads. [`Renderer::encode`] puts a whole frame into one
+//! command encoder. Nothing returns to the host unless the caller reads it, for example with
+//! [`FrameBuffers::read_frame`].
 //!
 //! The host side of each step is a file here, and its shader is the file of the same name in `src/shaders`.
 

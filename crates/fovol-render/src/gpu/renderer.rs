@@ -16,13 +16,13 @@ use fovol_gpu::Gpu;
 /// Which pixels of a frame are marched, and how they are found.
 #[derive(Debug, Clone, Copy)]
 pub enum Sampling<'a> {
-    /// All.
+    /// All pixels.
     Full,
-    /// Those of a mask; every pixel has a thread, and those of the others end at once.
+    /// The pixels of a mask, one thread to every pixel of the frame; threads outside the mask end at once.
     Reject(MaskSource<'a>),
-    /// Those of a mask, packed before they are marched.
+    /// The pixels of a mask, packed into a list before they are marched.
     Compact(MaskSource<'a>),
-    /// Those of a list that the host made, as [`crate::cpu::direct`] draws it.
+    /// The pixels of a list from the host, as [`crate::cpu::direct`] draws it.
     List(&'a SampleList),
 }
 
@@ -37,7 +37,7 @@ pub struct Stages {
 }
 
 impl Stages {
-    /// Those for volumes of such texels.
+    /// Makes the pipelines for volumes of these texels.
     pub(super) fn new(gpu: &Gpu, texels: TexelKind) -> Self {
         Self {
             mask: MaskPass::new(gpu),
@@ -48,7 +48,7 @@ impl Stages {
         }
     }
 
-    /// What each step binds of `buffers`.
+    /// Binds `buffers` for each step.
     pub fn bind(&self, gpu: &Gpu, buffers: &Buffers) -> Groups {
         Groups {
             mask: self.mask.bind(gpu, buffers),
@@ -122,10 +122,10 @@ impl Renderer {
         &self.gpu
     }
 
-    /// Takes `scene`, which shows the same volume, instead of the scene so far; what they share costs nothing.
+    /// Replaces the scene by `scene`, which must show the same volume.
     ///
     /// # Errors
-    /// Numbers of the scene that cannot be rendered with, a device that is lost or has no memory left.
+    /// Numbers of the scene that cannot be rendered, a device that is lost or has no memory left.
     pub fn set_scene(&mut self, scene: &Scene) -> Result<()> {
         self.scene.set(scene, &self.stages.shadow_grid)
     }
@@ -229,7 +229,7 @@ impl Renderer {
         march.dispatch(&mut pass, &buffers.groups.march_frame);
     }
 
-    /// Marches the list, and scatters what comes back.
+    /// Marches the list, and scatters its samples into the sparse frame.
     fn encode_list(&self, encoder: &mut wgpu::CommandEncoder, buffers: &mut FrameBuffers) {
         let length = &buffers.buffers.list_length;
         let march = self.stages.march.list(&self.gpu, &self.scene, length);

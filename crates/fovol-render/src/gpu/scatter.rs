@@ -3,7 +3,7 @@ use super::shader::SCATTER;
 use fovol_gpu::Gpu;
 use fovol_gpu::binding::{Slot, bind_group, bind_group_layout, compute_pipeline};
 
-/// The pipeline that makes a sparse frame of packed samples.
+/// The pipeline that scatters packed samples into a sparse frame.
 #[derive(Debug)]
 pub struct ScatterPass {
     layout: wgpu::BindGroupLayout,
@@ -19,7 +19,7 @@ impl ScatterPass {
         Self { layout, pipeline }
     }
 
-    /// What it reads and writes.
+    /// Binds the samples of the list as input and the sparse frame as output.
     pub fn bind(&self, gpu: &Gpu, buffers: &Buffers) -> wgpu::BindGroup {
         let buffers = [
             &buffers.extent,

@@ -12,7 +12,7 @@ use fovol_gpu::Gpu;
 use fovol_gpu::binding::{Slot, bind_group, bind_group_layout};
 use wgpu::{BufferUsages, TextureFormat, TextureUsages};
 
-/// What rays meet, as shaders read it. Twin of `Scene` in shaders/scene.wgsl.
+/// Uniforms of a scene. Twin of `Scene` in shaders/scene.wgsl.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct SceneNumbers {
@@ -36,21 +36,21 @@ pub struct SceneNumbers {
     after_box_high: f32,
 }
 
-/// What of a scene is compiled into shaders.
+/// The properties of a scene that are compiled into its shaders.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct SceneKind {
-    /// What the texels of the volume are.
+    /// The kind of the volume's texels.
     pub texels: TexelKind,
     /// Whether some voxels are NaN.
     pub gaps: bool,
-    /// Whether rays leave empty space at once.
+    /// Whether rays skip empty space.
     pub skip: bool,
-    /// How rays add up what they pass.
+    /// How rays integrate.
     pub integration: Integration,
 }
 
 impl SceneKind {
-    /// Values for the `override` constants that the shaders with such a scene have.
+    /// Values of the shaders' `override` constants for such a scene.
     pub fn constants(self) -> Vec<(&'static str, f64)> {
         let number = |b: bool| f64::from(u8::from(b));
         let mut constants = vec![("SKIP", number(self.skip)), ("GAPS", number(self.gaps))];
@@ -97,17 +97,17 @@ impl DeviceScene {
         Ok(())
     }
 
-    /// Whether rays may leave empty space at once.
+    /// Switches the skipping of empty space on or off.
     pub fn set_skip_empty(&mut self, skip_empty: bool) {
         self.contents.skip_empty = skip_empty;
     }
 
-    /// What shaders bind of it.
+    /// The bind group of the scene.
     pub fn group(&self) -> &wgpu::BindGroup {
         &self.group
     }
 
-    /// What is compiled into shaders.
+    /// The properties that are compiled into shaders.
     pub fn kind(&self) -> SceneKind {
         self.contents.kind()
     }
@@ -117,7 +117,7 @@ impl DeviceScene {
         &self.contents.shading
     }
 
-    /// Takes other shadows for the next frames alone: what is bound stays, so a grid that is not there is not made.
+    /// Changes the shadows of the next frames only. Bindings stay, so this never makes a missing shadow grid.
     pub fn set_shadows_of_next_frames(&mut self, shadows: ShadowMode) {
         self.contents.shading.shadows = shadows;
     }
@@ -128,7 +128,7 @@ impl DeviceScene {
     }
 }
 
-/// What a scene consists of, apart from what follows from it.
+/// The sources of a scene: its volume on the device and the settings from which [`Resources`] are made.
 #[derive(Debug)]
 pub struct Contents {
     gpu: Gpu,
@@ -136,7 +136,7 @@ pub struct Contents {
     grid: Grid,
     clip: ClipBox,
     volume: VolumeTexture,
-    /// From texels to display values.
+    /// The factor from texels to display values.
     value_scale: f32,
     has_gaps: bool,
     cells: Macrocells,
@@ -155,7 +155,7 @@ impl Contents {
     /// Numbers of the scene that cannot be rendered with, a volume that exceeds the device's limits or memory.
     pub fn new(gpu: &Gpu, scene: &Scene, filtering: Filtering) -> Result<Self> {
         scene.check()?;
-        // Of the bricks only what the device needs stays.
+        // Bricks are freed after the upload.
         let bricks = Bricks::of_volume(&scene.volume).map_err(fovol_core::Error::from)?;
         let mut cells = Macrocells::new(&bricks).map_err(fovol_core::Error::from)?;
         cells.classify(&scene.transfer_function);
@@ -178,7 +178,7 @@ impl Contents {
         })
     }
 
-    /// Takes over what `scene` says besides its volume; whether anything of it is new.
+    /// Takes over all of `scene` but its volume; returns whether anything changed.
     fn change(&mut self, scene: &Scene) -> bool {
         let recoloured = self.transfer != scene.transfer_function;
         if recoloured {
@@ -192,7 +192,7 @@ impl Contents {
         recoloured || before != after
     }
 
-    /// What its texels are.
+    /// The kind of the volume's texels.
     pub fn texels(&self) -> TexelKind {
         self.volume.kind()
     }
@@ -206,7 +206,7 @@ impl Contents {
         }
     }
 
-    /// Uploads what changes with the transfer function and the light, and finds the shadows where they are cached.
+    /// Uploads the [`Resources`] and binds them; fills the shadow grid where shadows are cached.
     fn bind(&self, shadows: &ShadowGridPass) -> Result<wgpu::BindGroup> {
         const DOING: &str = "uploading the scene";
         let (resources, unlit) = self.gpu.guarded(DOING, || {
@@ -265,7 +265,7 @@ impl Contents {
     }
 }
 
-/// What changes with the transfer function and the light.
+/// The buffers and textures that change with the transfer function and the light.
 struct Resources {
     numbers: wgpu::Buffer,
     distances: wgpu::Texture,

@@ -2,21 +2,21 @@
 
 use fovol_gpu::{Shader, shader};
 
-/// Which pixels are sampled.
+/// Decides which pixels are sampled.
 pub const MASK: Shader = shader!("../shaders/", "mask": "frame" "random");
-/// The sampled pixels as a list.
+/// Packs the sampled pixels into a list.
 pub const COMPACT: Shader = shader!("../shaders/", "compact": "frame");
-/// Image formation.
+/// Marches rays; the shader interpolates voxels.
 pub const MARCH: Shader =
     shader!("../shaders/", "march": "frame" "scene" "field" "skip" "segment" "shadow_rays" "fine");
-/// Image formation of voxels that samplers filter.
+/// Marches rays; texture samplers interpolate voxels.
 pub const MARCH_FILTERED: Shader =
     shader!("../shaders/", "march": "frame" "scene" "field_filtered" "skip" "segment" "shadow_rays" "fine");
-/// From packed samples to a sparse frame.
+/// Scatters packed samples into a sparse frame.
 pub const SCATTER: Shader = shader!("../shaders/", "scatter": "frame");
-/// Transmittance towards the light at half resolution.
+/// Fills the shadow grid with transmittance at half resolution; the shader interpolates voxels.
 pub const SHADOW_GRID: Shader = shader!("../shaders/", "shadow_grid": "scene" "field" "skip" "shadow_rays");
-/// The same for voxels that samplers filter.
+/// Fills the shadow grid with transmittance at half resolution; texture samplers interpolate voxels.
 pub const SHADOW_GRID_FILTERED: Shader =
     shader!("../shaders/", "shadow_grid": "scene" "field_filtered" "skip" "shadow_rays");
 

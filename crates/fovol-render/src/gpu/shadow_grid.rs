@@ -20,7 +20,7 @@ pub struct Slab {
     first: u32,
 }
 
-/// What fills grids with the transmittance towards the light.
+/// The pass that fills shadow grids with the transmittance towards the light.
 #[derive(Debug)]
 pub struct ShadowGridPass {
     layout: wgpu::BindGroupLayout,
@@ -34,7 +34,7 @@ impl ShadowGridPass {
         Self { layout, scene_layout: scene_layout(gpu, texels) }
     }
 
-    /// The transmittance towards the light on a grid of `dims`, half those of the volume in `scene`.
+    /// Fills a grid of `dims`, half those of the volume in `scene`, with the transmittance towards the light.
     ///
     /// # Errors
     /// A device that is lost or has no memory left.

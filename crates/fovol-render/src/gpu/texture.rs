@@ -41,7 +41,10 @@ pub fn write_slices(gpu: &Gpu, texture: &wgpu::Texture, first: usize, texels: &[
     gpu.queue().write_texture(target, texels, layout, written);
 }
 
-/// That a 3-D texture of `dims` fits the device.
+/// Checks that a 3-D texture of `dims` fits the device.
+///
+/// # Errors
+/// An edge longer than the device allows.
 pub fn check_dims(gpu: &Gpu, dims: [usize; 3]) -> Result<()> {
     let longest = dims.into_iter().max().unwrap_or(0) as u64;
     GpuError::check_limit(

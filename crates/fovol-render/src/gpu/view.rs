@@ -13,7 +13,7 @@ pub struct View {
 }
 
 impl View {
-    /// The camera of `rays` in the grid of `segments`: what large numbers would round is done in f64.
+    /// The camera of `rays` in the grid of `segments`. The eye is converted in f64, as f32 would round large numbers.
     pub fn new(rays: &RayBasis, segments: &Segments) -> Self {
         let padded = |[x, y, z]: [f32; 3]| [x, y, z, 0.0];
         let [forward, right, up] = rays.axes().map(|axis| padded(axis.as_vec3().to_array()));

@@ -28,8 +28,8 @@ pub enum TexelKind {
 
 /// The voxels of a volume in a 3-D texture, at the type that [`Bricks`] found narrowest.
 ///
-/// In small volumes that shaders interpolate each texel has its neighbours along y and z too, like [`BrickData::Corners`]:
-/// two loads a sample instead of eight.
+/// In small volumes that shaders interpolate, each texel also holds its neighbours along y and z, like
+/// [`BrickData::Corners`]. A sample then takes two loads instead of eight.
 #[derive(Debug)]
 pub struct VolumeTexture {
     texture: wgpu::Texture,
@@ -79,7 +79,7 @@ impl VolumeTexture {
         self.unit
     }
 
-    /// What its texels are.
+    /// The kind of the texels.
     pub fn kind(&self) -> TexelKind {
         self.kind
     }
@@ -126,7 +126,7 @@ fn format(data: &BrickData, corners: bool) -> TextureFormat {
     }
 }
 
-/// What stands for NaN, which devices need not know: whatever it is interpolated with stays negative.
+/// Stands for NaN in textures, as shaders need not support NaN. Interpolation with it always gives a negative value.
 const NAN: f32 = -1e30;
 
 fn finite(MaybeNan(value): MaybeNan) -> f32 {
@@ -169,7 +169,7 @@ fn upload<T: Pod + Send>(
             }
         });
         write_slices(gpu, texture, first, bytemuck::cast_slice(slab));
-        // What is staged is freed as soon as a submission has used it.
+        // Staging memory is freed once a submission has used it.
         gpu.enqueue([]);
     }
 }

@@ -4,7 +4,7 @@ use super::random::hash;
 use super::size::NoiseSize;
 use fovol_core::stop;
 
-/// What a pattern is searched for.
+/// Which extreme of the energy a [`Pattern`] finds: the tightest cluster or the largest void.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Seek {
     /// The position with the most energy among those that are on.
@@ -15,9 +15,8 @@ pub(super) enum Seek {
 
 /// Which positions of a volume are on, and which of them is the tightest cluster or the largest void.
 ///
-/// A position has one key, and the least key is the one that is sought. From the top: bit 63 is set where
-/// the position is not sought, bits 32…62 are its energy (for clusters, what it lacks to [`CEILING`]), and
-/// the low half is a hash that breaks ties.
+/// Every position has one key, and the search takes the least key. Bit 63 is set where the position is not sought.
+/// Bits 32…62 are its energy; for clusters, [`CEILING`] minus its energy. The low half is a hash that breaks ties.
 pub(super) struct Pattern {
     size: NoiseSize,
     seek: Seek,

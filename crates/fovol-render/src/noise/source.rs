@@ -104,7 +104,7 @@ impl FrameNoise<'_> {
         }
     }
 
-    /// What the ranks of pixels are hashed from; `None` where they are those of a tile.
+    /// The seed that ranks are hashed from; `None` where ranks come from a tile.
     #[cfg(feature = "gpu")]
     pub(crate) fn seed(&self) -> Option<u64> {
         match self.source {

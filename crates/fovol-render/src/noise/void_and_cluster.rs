@@ -1,6 +1,7 @@
-//! Void-and-cluster ranks (Ulichney 1993), extended to time as in spatio-temporal blue noise
-//! (Wolfe, Morrical, Akenine-Möller, Ramamoorthi 2022): two positions of the volume repel each other if
-//! they share a frame or share a pixel.
+//! Void-and-cluster ranks (Ulichney 1993), extended to time.
+//!
+//! As in spatio-temporal blue noise (Wolfe, Morrical, Akenine-Möller, Ramamoorthi 2022), two positions of the volume
+//! repel each other if they share a frame or a pixel.
 //!
 //! Energies are whole numbers and ties are broken by a hash, so the ranks are the same on every machine,
 //! bit for bit.

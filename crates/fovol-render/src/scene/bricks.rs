@@ -17,8 +17,8 @@ const PADDING: usize = 16;
 /// The voxels of a brick grid at the narrowest type that holds them exactly.
 #[derive(Debug, Clone)]
 pub enum BrickData {
-    /// As `U8`, four to a word: the voxels at (y, z), (y+1, z), (y, z+1) and (y+1, z+1), lowest byte first.
-    /// A word and the next one along x hold all corners of a cell.
+    /// 8-bit voxels, four to a word: those at (y, z), (y+1, z), (y, z+1) and (y+1, z+1), lowest byte first.
+    /// Values are offsets from the low end of the range. A word and the next one along x hold all corners of a cell.
     Corners(Vec<u32>),
     /// Integers spanning at most 255, as offsets from the low end of the range.
     U8(Vec<u8>),
@@ -26,7 +26,7 @@ pub enum BrickData {
     U16(Vec<u16>),
     /// Everything else, as display values 0…1.
     F32(Vec<f32>),
-    /// As `F32`, where some are NaN.
+    /// Display values 0…1, of which some are NaN.
     Gaps(Vec<MaybeNan>),
 }
 
@@ -42,9 +42,9 @@ pub struct MaybeNan(pub f32);
 pub struct BrickLayout {
     /// Voxels along x, y, z.
     pub dims: [usize; 3],
-    /// Distance between neighbours inside a brick.
+    /// Elements between neighbours inside a brick, along x, y, z.
     pub unit: [usize; 3],
-    /// What crossing into the next brick adds.
+    /// Elements added per brick boundary crossed along x, y, z, on top of `unit`.
     pub jump: [usize; 3],
     bricks: [usize; 3],
     /// Stored elements of a brick along x, y, z.
@@ -164,7 +164,7 @@ impl Bricks {
         Ok(Self { layout, data: BrickData::Corners(data), scale })
     }
 
-    /// Bricks of 8-bit display values on a grid of `dims`, from `value(x, y, z)` in 0…1: long work that makes `what`.
+    /// Makes bricks of 8-bit display values on a grid of `dims` from `value(x, y, z)` in 0…1; long work, named `what`.
     ///
     /// # Errors
     /// Too little memory.
@@ -220,8 +220,9 @@ impl Bricks {
         lerp(along_y(0), along_y(1), f[2]) * self.scale
     }
 
-    /// The smallest and largest display value that interpolation can give in the cells
-    /// `from`…`from + edge` (exclusive), clipped to the grid; NaN aside. Where there is nothing else they do not rise.
+    /// The smallest and largest display value that interpolation gives in the cells `from`…`from + edge` (exclusive).
+    ///
+    /// Cells are clipped to the grid, and NaN is ignored. Where all values are NaN, the pair does not ascend.
     pub fn value_range(&self, from: [usize; 3], edge: usize) -> [f32; 2] {
         match &self.data {
             BrickData::Corners(words) => {
@@ -278,7 +279,10 @@ impl Bricks {
         [low, high]
     }
 
-    /// As `extremes`, where every word holds its neighbours along y and z.
+    /// Minimum and maximum stored byte of the block of `edge`³ cells at `from`, for packed corners.
+    ///
+    /// Every word also holds its neighbours along y and z, so the loops stop one row and one slice earlier than in
+    /// `extremes`.
     fn extreme_bytes(&self, words: &[u32], from: [usize; 3], edge: usize) -> [u8; 2] {
         let start = self.layout.index(from);
         let [_, uy, uz] = self.layout.unit;

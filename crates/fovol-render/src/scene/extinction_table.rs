@@ -13,21 +13,22 @@ const MOST_SUM: f64 = (1u32 << 30) as f64;
 /// Parts that a segment is cut into to find its colour.
 const PARTS: usize = 16;
 
-/// What passes between two values: τ, the extinction of one step, and the colour, from front to back.
+/// Tables of fine integration: extinction and colour of a ray segment between two display values, front to back.
 ///
-/// The extinction of a voxel with opacity a is −ln(1 − a), that of a step of Δ voxels Δ times as much.
+/// A voxel of opacity a has the extinction −ln(1 − a). A step of Δ voxels has τ, Δ times as much.
 #[derive(Debug, Clone)]
 pub struct ExtinctionTable {
-    /// For every entry of the [`TransferTable`] the integral of τ over the entries from the first to this one, and τ
-    /// itself, both as multiples of [`Self::unit`]. Integrals are whole numbers, so that a difference is exact wherever
-    /// it is taken; τ is the bits of an f32. Side by side, so that one read has both. NaN is the last entry.
+    /// For every entry of the [`TransferTable`], the integral of τ from the first entry to this one, and τ itself.
+    ///
+    /// Both are multiples of [`Self::unit`]. Integrals are whole numbers, so differences are exact; τ is the bits of an
+    /// f32. One read fetches both words. NaN is the last entry.
     pub entries: Vec<[u32; 2]>,
-    /// τ that one stands for.
+    /// The τ of one unit of the table.
     pub unit: f32,
     /// Packed colours between bin f (0…255) in front and b behind, at f·256 + b; see [`pack`].
     /// The colour of NaN comes after them; one word more, so that two can be read anywhere.
     pub colours: Vec<u32>,
-    /// Packed colours of the entries themselves, for what lies within one bin; NaN last, and one word more.
+    /// Packed colours of single entries, for segments within one bin; NaN last, and one word more.
     pub entry_colours: Vec<u32>,
     /// log2 of the entries in a bin; see [`Self::bin`].
     pub bin_bits: u32,
@@ -87,8 +88,9 @@ impl ExtinctionTable {
         (entry + (1 << self.bin_bits) / 2) >> self.bin_bits
     }
 
-    /// The packed colour of a segment between the table's entries `front` and `behind`. Within one bin it is that of the
-    /// end that shows more: bands of colour may be narrower than a bin.
+    /// The packed colour of a segment between the table's entries `front` and `behind`.
+    ///
+    /// Within one bin it is the colour of the end with more extinction, as bands of colour may be narrower than a bin.
     pub fn colour(&self, front: usize, behind: usize) -> u32 {
         if front.max(behind) >= self.nan_entry() {
             return self.colours[COLOURS * COLOURS];
@@ -101,8 +103,9 @@ impl ExtinctionTable {
         self.colours[bins[0] * COLOURS + bins[1]]
     }
 
-    /// The colour that a segment of one step sends to the eye, between the bins `front` and `behind`: from the far end
-    /// of the one to the far end of the other, so that nothing that shows between them is left out.
+    /// The packed colour that a segment of one step between the bins `front` and `behind` sends to the eye.
+    ///
+    /// It integrates from the outer end of one bin to the outer end of the other, so both bins count in full.
     fn colour_between(&self, emitted: &Emitted, front: usize, behind: usize) -> u32 {
         let most = (self.nan_entry() - 1) as f64;
         let width = f64::from(1u32 << self.bin_bits);
@@ -130,14 +133,15 @@ impl ExtinctionTable {
 /// Sums over the entries before each: of light of every colour, which is the colour times its extinction, and of
 /// extinction.
 ///
-/// A colour that is seen between two values is the mean of all between them, each weighed by its extinction: where the
-/// transfer function jumps, a hidden colour on one side must not tint the other.
+/// The colour between two values is the mean of all colours between them, weighted by extinction. Where the transfer
+/// function jumps, a transparent colour on one side thus does not tint the other.
 struct Emitted {
     sums: Vec<[f64; 4]>,
 }
 
-/// The part of the greatest extinction that every colour counts with besides its own, so that what is all hidden has a
-/// colour as well.
+/// Extra weight of every colour, as a fraction of the greatest extinction.
+///
+/// It gives a colour to ranges without extinction.
 const HIDDEN: f64 = 1e-9;
 
 impl Emitted {
@@ -205,7 +209,7 @@ mod tests {
         {
             assert_eq!(table.colour(front, behind), shown, "{front} {behind}");
         }
-        // What shows nothing has a colour too, if nobody sees it.
+        // Transparent ranges have a colour too.
         assert_eq!(table.colour(3, 17), pack([0.0, 0.0, 1.0]));
     }
 

@@ -11,7 +11,9 @@ const SMALL_AND_LARGE: [usize; 2] = [1 << 25, 1 << 27];
 const BUCKETS: usize = 4096;
 /// Distances are counted up to here.
 const FAR: u8 = 63;
-/// Into how many parts along y and z the volume is cut at most, to know where it shows anything: every frame asks of each.
+/// The most beams along y and along z that the volume is cut into to find its visible parts.
+///
+/// Every frame visits each beam.
 const BEAMS: usize = 32;
 /// Above this share of occupied cells looking for empty ones costs more than it saves.
 const DENSE: f64 = 0.9;
@@ -20,19 +22,20 @@ const SPARE: usize = 4;
 
 /// Minimum and maximum of small blocks of the volume, and how far each is from anything visible.
 ///
-/// A cell covers `edge`³ interpolation cells. Its distance is 0 where the transfer function shows
-/// anything that interpolation can give there, else the chessboard distance to the nearest such cell:
-/// a ray in a cell at distance d may leave the surrounding box of 2d − 1 cells at once.
+/// A cell covers `edge`³ interpolation cells. It is visible, with distance 0, where the transfer function gives opacity
+/// to any value that interpolation can produce in it. Other cells hold the chessboard distance to the nearest visible
+/// cell. A ray in a cell at distance d may leave the surrounding box of 2d − 1 cells at once.
 #[derive(Debug, Clone)]
 pub struct Macrocells {
     cells: [usize; 3],
     shift: u32,
     ranges: Vec<[u16; 2]>,
-    /// Whether interpolation can give NaN in each or in one beside it; empty where it nowhere can.
+    /// For each cell, whether interpolation can give NaN in it or beside it; empty for volumes without NaN.
     gaps: Vec<bool>,
     distances: Vec<u8>,
     occupied: f64,
-    /// Of each of up to [`BEAMS`]² beams along x that show anything the first and the last cells along each axis that do.
+    /// The bounding boxes of the visible cells, first and last along each axis, of up to [`BEAMS`]² beams along x.
+    /// Beams without visible cells have none.
     visible: Vec<[[usize; 3]; 2]>,
 }
 
@@ -64,7 +67,9 @@ impl Macrocells {
         (count * (size_of::<[u16; 2]>() + 1) + SPARE) as u64
     }
 
-    /// Finds what `transfer` shows; to be called whenever the transfer function changes.
+    /// Finds the cells that `transfer` makes visible, and all distances.
+    ///
+    /// Call it whenever the transfer function changes.
     pub fn classify(&mut self, transfer: &TransferFunction) {
         let next = next_visible(transfer);
         let bucket = |v: u16| usize::from(v) * BUCKETS / 65536;
@@ -97,8 +102,9 @@ impl Macrocells {
         &self.distances
     }
 
-    /// Boxes of the grid in which all lies that is visible, in positions of [`Grid::world_to_grid`](fovol_core::Grid); somewhat
-    /// more, never less.
+    /// Boxes that enclose everything visible, in positions of [`Grid::world_to_grid`](fovol_core::Grid).
+    ///
+    /// They may enclose somewhat more, never less.
     pub fn visible(&self) -> impl Iterator<Item = [DVec3; 2]> {
         // Interpolation cell i lies between the centres of voxels i and i + 1; those at the border reach on to it.
         let position = |cells: [usize; 3], more: f64| {
@@ -143,7 +149,7 @@ fn near_gaps(bricks: &Bricks, cells: [usize; 3], shift: u32) -> Vec<bool> {
     near.collect()
 }
 
-/// Of each of up to [`BEAMS`]² beams of `cells` cells the first and the last along each axis whose distance is 0, if there are any.
+/// The bounding boxes of the cells at distance 0, first and last along each axis, of up to [`BEAMS`]² beams along x.
 fn visible(distances: &[u8], cells: [usize; 3]) -> Vec<[[usize; 3]; 2]> {
     let [high, deep] = [cells[1], cells[2]].map(|count| count.div_ceil(BEAMS));
     let both = |[a, b]: [[usize; 3]; 2], [c, d]: [[usize; 3]; 2]| {
@@ -176,9 +182,10 @@ fn next_visible(transfer: &TransferFunction) -> Vec<u32> {
     next
 }
 
-/// Chessboard distance transform in place, saturating at [`FAR`]: along the rows, then from row to row, then from slice to
-/// slice. A step to the next row or slice may go one aside as well, so it is exact (after Rosenfeld & Pfaltz 1968), and
-/// all but the rows themselves is done many cells at a time.
+/// Chessboard distance transform in place, saturating at [`FAR`]: along rows, then between rows, then between slices.
+///
+/// Steps between rows and slices include the diagonal neighbours, so the transform is exact (after Rosenfeld & Pfaltz
+/// 1968). These steps vectorise; only the pass along rows is serial.
 fn spread(distances: &mut [u8], [nx, ny, _]: [usize; 3]) {
     let plane = nx * ny;
     distances.par_chunks_mut(plane).for_each(|slice| spread_slice(slice, nx));
@@ -191,7 +198,7 @@ fn spread(distances: &mut [u8], [nx, ny, _]: [usize; 3]) {
     sweep(distances, plane, &mut step);
 }
 
-/// The same within a slice of rows of `nx` cells.
+/// Chessboard distance transform of one slice in place; `nx` is the length of its rows in cells.
 fn spread_slice(slice: &mut [u8], nx: usize) {
     for row in slice.chunks_mut(nx) {
         for x in 1..nx {
@@ -222,19 +229,19 @@ fn sweep(cells: &mut [u8], length: usize, step: &mut impl FnMut(&[u8], &mut [u8]
     }
 }
 
-/// No farther than one cell from what is `nearest`.
+/// Lowers every distance of `cells` to at most one more than that in `nearest`.
 fn approach(cells: &mut [u8], nearest: &[u8]) {
     cells.iter_mut().zip(nearest).for_each(|(cell, &near)| *cell = (*cell).min(near + 1));
 }
 
-/// The least of every cell of a row and its two neighbours.
+/// The minimum of every cell of a row and its two neighbours.
 fn least_of_three(row: &[u8], out: &mut [u8]) {
     out.copy_from_slice(row);
     out[1..].iter_mut().zip(row).for_each(|(out, &cell)| *out = (*out).min(cell));
     out.iter_mut().zip(&row[1..]).for_each(|(out, &cell)| *out = (*out).min(cell));
 }
 
-/// The least of every cell of a slice and those before and after it in the next rows.
+/// The minimum of every cell of a slice and its neighbours in the rows before and after.
 fn least_of_rows(slice: &[u8], nx: usize, out: &mut [u8]) {
     out.copy_from_slice(slice);
     out[nx..].iter_mut().zip(slice).for_each(|(out, &cell)| *out = (*out).min(cell));

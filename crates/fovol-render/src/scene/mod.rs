@@ -1,5 +1,6 @@
-//! The scene as marchers on processors and GPUs read it: voxels in bricks, empty space, tables of the transfer function,
-//! and where rays take their samples.
+//! The scene as the marchers on CPU and GPU read it.
+//!
+//! It holds voxels in bricks, empty space, tables of the transfer function, and the positions of samples along rays.
 
 mod bricks;
 mod extinction_table;

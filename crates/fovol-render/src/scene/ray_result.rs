@@ -7,8 +7,10 @@ pub struct RayResult {
     pub colour: [f32; 3],
     /// Accumulated opacity, 0…1.
     pub opacity: f32,
-    /// Distance from the eye at which opacity passes one half, in world units. Where it never does: the mean distance of
-    /// visible samples, weighted by their opacity. Infinite where nothing is visible. Motion is derived from it.
+    /// Distance from the eye at which opacity passes one half, in world units. Motion is derived from it.
+    ///
+    /// Where opacity stays below one half, it is the mean distance of the visible samples, weighted by their opacity.
+    /// It is infinite where nothing is visible.
     pub depth: f32,
 }
 

@@ -6,12 +6,14 @@ use fovol_core::TransferFunction;
 /// There are 255·m + 1 entries, so that every 8-bit value falls exactly on one, and after them one for NaN.
 #[derive(Debug, Clone)]
 pub struct TransferTable {
-    /// What a primary sample looks like: the bits of α for one step, 1 − (1 − a)^step, and the colour
-    /// packed as red 11 bits, green 11 bits, blue 10 bits, red lowest. Side by side, so that one read has both.
+    /// Opacity and colour of a primary sample, per entry.
+    ///
+    /// The first word holds the f32 bits of α for one step, 1 − (1 − a)^step. The second packs the colour: red 11 bits,
+    /// green 11 bits, blue 10 bits, red lowest. One read fetches both words.
     pub appearance: Vec<[u32; 2]>,
-    /// α for one shadow step of four primary ones.
+    /// α for one shadow step, which is four primary steps long.
     pub shadow_alpha: Vec<f32>,
-    /// Indices below the first and from the second on show nothing.
+    /// The range of entries with any opacity: the first such index, and one past the last.
     visible: [usize; 2],
 }
 
@@ -20,9 +22,9 @@ pub const MAX_RED_GREEN: f32 = 2047.0;
 /// The largest value of the blue field.
 pub const MAX_BLUE: f32 = 1023.0;
 
-/// Entries between neighbouring 8-bit values for gentle functions: a table that stays in the first-level cache.
+/// Entries per 8-bit value where the function has no steep slope: the table stays in the L1 cache.
 const GENTLE: usize = 16;
-/// The same for functions with steps.
+/// Entries per 8-bit value where the function is steep.
 const STEEP: usize = 64;
 
 impl TransferTable {

@@ -1,4 +1,4 @@
-// From pixels to the samples of their rays. Twin of cpu/segment.rs.
+// From pixels to the samples of their rays. Twin of scene/segment.rs.
 
 /// The camera, as `RayBasis` has it. Twin of `View` in gpu/view.rs.
 struct View {

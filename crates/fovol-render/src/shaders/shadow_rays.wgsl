@@ -1,4 +1,4 @@
-// The light's way to a sample. Twin of cpu/shadow_rays.rs and of `LightPath` in cpu/segment.rs.
+// The light's way to a sample. Twin of cpu/shadow_rays.rs and of `LightPath` in scene/segment.rs.
 
 /// Shadow steps are this many primary steps long.
 const SHADOW_STEP: f32 = 4.0;

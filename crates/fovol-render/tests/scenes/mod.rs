@@ -1,4 +1,4 @@
-//! What the marchers are compared on.
+//! Scenes and cameras on which marchers are compared, and the comparison of their frames.
 
 use fovol_core::{Camera, CameraPath, ControlPoint, Frame, Grid, TransferFunction, Volume};
 

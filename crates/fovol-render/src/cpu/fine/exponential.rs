@@ -5,9 +5,9 @@ use super::super::lanes::Lanes;
 /// ln(2)^k / k! for k = 6 down to 0: the series of 2^f, to 2e-7 for |f| ≤ ½.
 const SERIES: [f32; 7] =
     [1.540_353e-4, 1.333_355_8e-3, 9.618_129e-3, 5.550_411e-2, 0.240_226_5, std::f32::consts::LN_2, 1.0];
-/// Larger exponents of 2 are taken for this one: no optical depth comes near.
+/// Exponents of 2 are clamped to this magnitude; no optical depth comes near it.
 const MOST: f32 = 120.0;
-/// What is added to this is rounded to a whole number, which the lowest bits hold.
+/// 1.5·2²³. Adding it to an f32 rounds to a whole number, held in the lowest bits.
 const ROUNDING: f32 = 12_582_912.0;
 
 /// e^(−x).

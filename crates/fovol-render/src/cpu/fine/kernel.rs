@@ -15,18 +15,18 @@ use super::stretches::Stretches;
 use crate::scene::{ExtinctionTable, RayResult};
 use fovol_core::{Pixel, RayBasis};
 
-/// What rays meet, prepared for lanes.
+/// The scene that SIMD lanes march primary rays through by fine integration.
 pub struct FineKernel<'a, T> {
-    /// All that plain integration needs too.
+    /// The part that plain integration uses too.
     pub kernel: Kernel<'a, T>,
-    /// What passes between two values.
+    /// Extinction and colour between two display values.
     pub extinction: &'a ExtinctionTable,
 }
 
 /// Lanes, in memory.
 type Stored = [f32; MOST_LANES];
 
-/// What a ray has gathered.
+/// The sums of one ray so far.
 #[derive(Clone, Copy)]
 #[repr(align(64))]
 struct Gathered {
@@ -39,15 +39,15 @@ struct Gathered {
     delta: [f32; 3],
 }
 
-/// Memory that marching uses again and again.
+/// Memory that marching reuses.
 pub struct FineScratch {
     packet: Packet,
-    /// Of each ray of the packet the step after the last one that was taken.
+    /// For each ray of the packet, the step after the last one taken.
     covered: PerRay,
     pool: ShadowPool,
     parts: Parts,
     gathered: Vec<Gathered>,
-    /// Of each ray that waits to be returned its place in `gathered`, or [`NOTHING`].
+    /// For each ray that waits to be returned, its index in `gathered`, or [`NOTHING`].
     places: Vec<u32>,
     stretches: Stretches,
 }
@@ -66,7 +66,7 @@ impl Default for FineScratch {
     }
 }
 
-/// The place of rays that have met nothing.
+/// The index of rays that crossed nothing visible.
 const NOTHING: u32 = u32::MAX;
 /// The light is found once this many nodes wait.
 const ENOUGH: usize = 4096;
@@ -136,10 +136,10 @@ impl<T: Texel> FineKernel<'_, T> {
         }
     }
 
-    /// Moves all rays on to their next step that may show anything; which of them have one, a bit each.
+    /// Advances all rays to their next step that may be visible; returns a bit for each ray that has one.
     ///
-    /// Empty space is left from end to end of steps, so the step before the first end that may show anything counts as
-    /// well; and blocks begin at a node, if there are any.
+    /// Empty space is skipped from end to end of steps, so the step before the first visible end counts as well. Blocks
+    /// begin at a node, if there are any.
     #[inline(always)]
     unsafe fn going<L: Lanes>(&self, packet: &mut Packet, covered: &PerRay) -> u32 {
         // SAFETY: the caller's; the arrays of a packet hold at least N elements.
@@ -318,7 +318,7 @@ impl<T: Texel> FineKernel<'_, T> {
         }
     }
 
-    /// What `ray` brings back to `eye` (in voxels).
+    /// The result of a finished ray from its sums; `eye` in voxel-centre coordinates.
     #[inline(always)]
     unsafe fn marched<L: Lanes>(&self, eye: [f32; 3], ray: &Gathered) -> RayResult {
         let background = self.kernel.background;
@@ -367,14 +367,14 @@ fn place(place: &mut u32, gathered: &mut Vec<Gathered>, packet: &Packet, lane: u
 
 /// The nodes that a block's steps lie between; node n lies before step n.
 struct Nodes {
-    /// A bit for each.
+    /// All nodes, one bit each.
     all: u32,
-    /// Those that a stretch begins at.
+    /// The nodes at which a stretch begins, one bit each.
     begins: u32,
 }
 
 impl Nodes {
-    /// Those around the steps that `show`: two steps apart among the `thick` ones, else four.
+    /// The nodes around the visible steps `show`: two steps apart among the `thick` steps, four elsewhere.
     #[inline(always)]
     fn around(show: u32, thick: u32) -> Self {
         let twos = (show | show >> 1) & EVEN & thick;

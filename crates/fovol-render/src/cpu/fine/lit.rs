@@ -9,17 +9,17 @@ use super::lookup::{Points, entry};
 use super::march::{DEEP, NEAR_STEPS};
 use crate::scene::{ExtinctionTable, LightPath, SHADOW_STEP};
 
-/// The scene between nodes and the light.
+/// The scene that shadow rays cross between nodes and the light.
 pub struct ToLight<'a, T> {
     /// The volume, scaled to entries of the table.
     pub field: &'a Field<'a, T>,
-    /// What passes between two values.
+    /// Extinction and colour between two display values.
     pub extinction: &'a ExtinctionTable,
     /// α of one shadow step.
     pub shadow_alpha: &'a [f32],
     /// The way to the light.
     pub path: &'a LightPath,
-    /// How it reaches points.
+    /// How light reaches points.
     pub lighting: &'a Lighting<'a>,
 }
 
@@ -59,8 +59,10 @@ impl<T: Texel> ToLight<'_, T> {
         }
     }
 
-    /// The depth of the near part of the way from `p`, where the values are `front`, and where the far part begins: at the face of the box where
-    /// there is none, or where it would not be seen.
+    /// The optical depth of the near part of the shadow rays from `p`, and the points where their far parts begin.
+    ///
+    /// `front` holds the table entries at `p`. Far parts begin on the face of the box where none is left, or where the
+    /// near part already hides the light.
     #[inline(always)]
     unsafe fn near<L: Lanes>(&self, p: [L::F; 3], mut front: Points<L>) -> (L::F, [L::F; 3]) {
         // SAFETY: entries come from display values in 0…1 scaled to the table.

@@ -4,12 +4,11 @@ use super::super::march::{March, SampleCount, half_resolution_position};
 use crate::scene::{ExtinctionTable, LightPath, RayResult, SHADOW_STEP, Segment};
 use fovol_core::{Ray, ShadowMode, SurfaceShading};
 
-/// The ends of the steps that a shadow ray begins with, as parts of all of them together.
+/// The ends of the first steps of a shadow ray, as fractions of their total length.
 pub const NEAR_STEPS: [f32; 4] = [0.125, 0.25, 0.5, 1.0];
-/// Beyond this optical depth it is dark: −ln of [`DARK`].
+/// Points beyond this optical depth are dark: −ln of [`DARK`].
 pub const DEEP: f32 = 6.907_755;
-/// From this opacity on a ray ends, and what it has gathered stands for what it would have gathered behind: less than
-/// 1/255 of it.
+/// A ray ends at this opacity. Its colour is then scaled to full opacity, as the rest would add less than 1/255.
 pub const OPAQUE: f32 = 0.996;
 /// Four steps of no more optical depth than this have nodes at their ends only.
 pub const THIN: f32 = 0.25;
@@ -17,13 +16,13 @@ pub const THIN: f32 = 0.25;
 /// How much light comes to a point.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Light {
-    /// Optical depth of what is near the point.
+    /// Optical depth of the near part of the shadow ray.
     pub near: f32,
-    /// Transmittance of what is farther away.
+    /// Transmittance of the far part of the shadow ray.
     pub far: f32,
 }
 
-/// What lies on one step of a ray.
+/// One step of a ray: its table entries and its optical depth.
 struct Step {
     /// Its place along the ray: the first step has number 0.
     number: f32,
@@ -34,7 +33,7 @@ struct Step {
     depth: f32,
 }
 
-/// What a ray has gathered.
+/// The sums of one ray so far.
 #[derive(Default)]
 struct Gathered {
     colour: [f32; 3],
@@ -44,7 +43,7 @@ struct Gathered {
 }
 
 impl March<'_> {
-    /// What `ray` brings back by fine integration.
+    /// Marches `ray` by fine integration and returns its colour over the background, its opacity and its depth.
     pub fn fine_ray(&self, table: &ExtinctionTable, ray: &Ray, count: &mut SampleCount) -> RayResult {
         let segments = self.segments();
         let segment = segments.of(ray);
@@ -112,7 +111,7 @@ impl March<'_> {
         Step { number, front, behind, depth: table.mean(front, behind) * length }
     }
 
-    /// Adds what the steps of `part` send to the eye, where `light` comes to its ends.
+    /// Adds the light that the steps of `part` send to the eye; `light` arrives at its two ends.
     fn add_part(
         &self,
         table: &ExtinctionTable,
@@ -130,7 +129,7 @@ impl March<'_> {
         }
     }
 
-    /// Adds what `step` sends to the eye, where the share `arriving` of the light comes to it.
+    /// Adds the light that `step` sends to the eye; `arriving` is the share of the light that reaches it.
     fn add(
         &self,
         table: &ExtinctionTable,
@@ -185,8 +184,9 @@ impl March<'_> {
         Light { near, far }
     }
 
-    /// The optical depth of the first part of the way from `p` to the light, and where that part ends. What is left
-    /// from there is a whole number of shadow steps.
+    /// The optical depth of the near part of the shadow ray from `p`, and the point where that part ends.
+    ///
+    /// The far part, from there on, is a whole number of shadow steps.
     pub fn near_depth(
         &self,
         table: &ExtinctionTable,

@@ -1,4 +1,4 @@
-//! Fine integration: what lies between samples is integrated, not skipped. docs/integration.md has the equations.
+//! Fine integration: extinction and colour are integrated between samples. docs/integration.md has the equations.
 
 mod exponential;
 mod kernel;

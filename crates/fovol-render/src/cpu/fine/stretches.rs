@@ -5,14 +5,16 @@ use super::super::shadow_pool::ShadowPool;
 use super::exponential::{mean_passing, passing};
 use super::march::DEEP;
 
-/// A stretch is what lies between two neighbouring nodes of a ray: two steps, or four where these pass little.
+/// Stretches of rays that wait for their light.
+///
+/// A stretch lies between two neighbouring nodes of a ray. It is two steps long, or four where optical depth is low.
 #[derive(Default)]
 pub struct Stretches {
-    /// What full light would add, red, green, blue, and optical depth.
+    /// Red, green and blue that each stretch would add in full light, and its optical depth.
     columns: [Vec<f32>; 4],
-    /// The place of the node in front in the pool; the one behind follows it.
+    /// For each stretch, the pool index of the node in front; the node behind follows it.
     nodes: Vec<u32>,
-    /// The ray that each is of.
+    /// For each stretch, its ray.
     rays: Vec<u32>,
 }
 
@@ -23,8 +25,9 @@ impl Stretches {
         self.rays.clear();
     }
 
-    /// Appends the stretches of `ray` that begin at the lanes `begins`. Their `values` are in these lanes, and the first
-    /// of the `nodes` (a bit each) is at `from` in the pool.
+    /// Appends the stretches of `ray` that begin at the lanes `begins`.
+    ///
+    /// These lanes hold their `values`. The first of the `nodes` (a bit each) is at `from` in the pool.
     ///
     /// # Safety
     /// The instruction set of `L` must be available.
@@ -82,8 +85,9 @@ impl Stretches {
         self.nodes.truncate(len);
     }
 
-    /// The mean share of light, weighed by what reaches the eye, on stretches of optical `depth` between points with
-    /// these near depths and far transmittances.
+    /// The mean share of light on stretches of optical `depth`, weighted by transmittance to the eye.
+    ///
+    /// `near` and `far` are the near depths and the far transmittances at both ends.
     #[inline(always)]
     unsafe fn arriving<L: Lanes>(depth: L::F, [near, far]: [[L::F; 2]; 2]) -> L::F {
         // SAFETY: the caller's.

@@ -15,7 +15,7 @@ pub const MOST_LANES: usize = 16;
 /// Spreads the two low bytes of every 32-bit word to 16 bits each; 0x80 makes zeros.
 #[cfg(target_arch = "x86_64")]
 const PICK_LOW: [u8; 16] = [0, 0x80, 1, 0x80, 4, 0x80, 5, 0x80, 8, 0x80, 9, 0x80, 12, 0x80, 13, 0x80];
-/// The same for the two high bytes.
+/// Spreads the two high bytes of every 32-bit word to 16 bits each; 0x80 makes zeros.
 #[cfg(target_arch = "x86_64")]
 const PICK_HIGH: [u8; 16] = [2, 0x80, 3, 0x80, 6, 0x80, 7, 0x80, 10, 0x80, 11, 0x80, 14, 0x80, 15, 0x80];
 
@@ -63,15 +63,14 @@ pub unsafe trait Lanes: Copy + 'static {
     /// Packs the lanes of `v` where `m` holds and writes N lanes (packed ones first) to `to`.
     unsafe fn compress(v: Self::F, m: Self::M, to: *mut f32);
 
-    /// The lanes where `m` holds take the f32s from `from` on, one after the other; the others keep `old`. N of them must be
-    /// readable.
+    /// Lanes where `m` holds take consecutive f32s from `from` on; the others keep `old`. N f32s must be readable.
     unsafe fn expand(old: Self::F, m: Self::M, from: *const f32) -> Self::F;
 
     unsafe fn truncate(a: Self::F) -> Self::I;
     unsafe fn to_f32(a: Self::I) -> Self::F;
-    /// The same bits, read as f32.
+    /// Reinterprets the bits of i32 lanes as f32.
     unsafe fn from_bits(a: Self::I) -> Self::F;
-    /// The same bits, read as i32.
+    /// Reinterprets the bits of f32 lanes as i32.
     unsafe fn to_bits(a: Self::F) -> Self::I;
 
     unsafe fn splat_i(x: i32) -> Self::I;

@@ -1,4 +1,4 @@
-//! What makes ranks spatio-temporal blue noise, as figures with limits.
+//! Measures whether ranks are spatio-temporal blue noise, and checks each figure against a limit.
 //!
 //! Powers are normalised so that white noise has 1 at every frequency.
 
@@ -10,13 +10,13 @@ use serde::Serialize;
 /// One figure and whether it lies within its limit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Check {
-    /// What was measured.
+    /// The name of the figure.
     pub name: String,
-    /// The figure.
+    /// The measured value.
     pub value: f64,
-    /// What it should be.
+    /// The limit in words, such as `below 0.0010`.
     pub limit: String,
-    /// Whether it is.
+    /// Whether the value lies within the limit.
     pub passed: bool,
 }
 
