@@ -1,6 +1,6 @@
 use super::TrainConfig;
 use crate::clips::{Clip, ClipSet};
-use crate::lesson::{TrainingBatch, LessonFrame};
+use crate::lesson::{LessonFrame, TrainingBatch};
 use crate::{Error, Result};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

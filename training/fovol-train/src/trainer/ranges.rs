@@ -5,7 +5,7 @@ use super::lessons::prepare;
 use super::validation::sparse_frame;
 use crate::Result;
 use crate::clips::ClipSet;
-use crate::lesson::{TrainingBatch, LessonFrame};
+use crate::lesson::{LessonFrame, TrainingBatch};
 use fovol_core::Frame;
 use fovol_net::Weights;
 use fovol_net::cpu::{FrameInput, calibrate};

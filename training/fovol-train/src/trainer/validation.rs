@@ -1,5 +1,5 @@
 use crate::clips::ClipSet;
-use crate::lesson::{Augment, TrainingBatch, LessonConfig, LessonFrame};
+use crate::lesson::{Augment, LessonConfig, LessonFrame, TrainingBatch};
 use crate::mask_noise::NoiseConfig;
 use crate::network::{Inputs, Network};
 use crate::{Error, Result};
