@@ -13,6 +13,7 @@
 
 mod camera;
 mod camera_path;
+mod child_process;
 mod clip_box;
 mod contents;
 mod downsample;
@@ -20,7 +21,6 @@ mod fovea;
 mod frame;
 mod gaze;
 mod grid;
-mod helper;
 pub mod input;
 mod labels;
 mod light;
@@ -46,6 +46,7 @@ mod workers;
 
 pub use camera::{Camera, Ray, RayBasis};
 pub use camera_path::{CameraPath, Keyframe};
+pub use child_process::ChildProcess;
 pub use clip_box::ClipBox;
 pub use contents::Contents;
 pub use fovea::Fovea;
@@ -53,7 +54,6 @@ pub use frame::{Frame, FrameSize, MAX_FRAME_SIDE};
 pub use gaze::GazePath;
 pub use grid::{Grid, MAX_DIM};
 pub use half::f16;
-pub use helper::Helper;
 pub use light::Light;
 pub use long_work::{LongWork, WorkProgress, listen_to_long_work};
 pub use names::did_you_mean;

@@ -31,9 +31,9 @@ impl Gate {
         all().files.insert(path.to_owned());
     }
 
-    pub(crate) fn add_helper(&self, child: &Arc<Mutex<Child>>) {
+    pub(crate) fn add_child(&self, child: &Arc<Mutex<Child>>) {
         temporaries::add_writer(child.lock().unwrap_or_else(PoisonError::into_inner).id());
-        all().helpers.push(Arc::clone(child));
+        all().children.push(Arc::clone(child));
     }
 }
 
@@ -42,15 +42,15 @@ pub fn forget_file(path: &Path) {
     all().files.remove(path);
 }
 
-pub(crate) fn forget_helper(child: &Arc<Mutex<Child>>) {
-    all().helpers.retain(|other| !Arc::ptr_eq(other, child));
+pub(crate) fn forget_child(child: &Arc<Mutex<Child>>) {
+    all().children.retain(|other| !Arc::ptr_eq(other, child));
 }
 
 /// Temporary files and child processes of this process.
 #[derive(Default)]
 struct Unfinished {
     files: HashSet<PathBuf>,
-    helpers: Vec<Arc<Mutex<Child>>>,
+    children: Vec<Arc<Mutex<Child>>>,
 }
 
 fn all() -> MutexGuard<'static, Unfinished> {
@@ -59,7 +59,7 @@ fn all() -> MutexGuard<'static, Unfinished> {
 }
 
 /// Longest wait for the end of a killed child.
-const END_OF_HELPER: Duration = Duration::from_millis(100);
+const END_OF_CHILD: Duration = Duration::from_millis(100);
 
 /// Kills every child process and removes every temporary file. While the returned gate lives, no thread makes or
 /// renames another file, so keep it until the process has ended.
@@ -70,7 +70,7 @@ pub fn abandon(patience: Duration) -> Option<Gate> {
     let gate = gate_within(patience)?;
     let all = all();
     // Kill the writers first, or they might make a file anew.
-    all.helpers.iter().for_each(|child| end(child));
+    all.children.iter().for_each(|child| end(child));
     for file in &all.files {
         // Errors are ignored: nothing else could remove the file at this point.
         let _ = fs::remove_file(file);
@@ -95,7 +95,7 @@ fn end(child: &Mutex<Child>) {
     // A child that has ended already cannot be killed, which is no error here.
     let _ = child.kill();
     let killed = Instant::now();
-    while matches!(child.try_wait(), Ok(None)) && killed.elapsed() < END_OF_HELPER {
+    while matches!(child.try_wait(), Ok(None)) && killed.elapsed() < END_OF_CHILD {
         std::thread::sleep(Duration::from_millis(1));
     }
 }

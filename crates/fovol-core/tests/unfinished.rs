@@ -2,7 +2,7 @@
 //! work of its whole process.
 #![cfg(unix)]
 
-use fovol_core::Helper;
+use fovol_core::ChildProcess;
 use fovol_core::unfinished::{self, Gate};
 use std::fs;
 use std::process::Command;
@@ -24,11 +24,11 @@ fn nothing_unfinished_is_left_and_nothing_new_is_made() {
     unfinished::forget_file(&renamed);
     // The child makes the file again and again.
     let again = format!("while :; do : > '{}'; sleep 0.01; done", left.display());
-    let mut helper = Helper::start(Command::new("sh").args(["-c", &again])).unwrap();
+    let mut child = ChildProcess::start(Command::new("sh").args(["-c", &again])).unwrap();
 
     let gate = unfinished::abandon(Duration::from_secs(10)).unwrap();
     assert!(!left.exists());
-    assert_eq!(helper.wait().unwrap().code(), None, "it was not killed");
+    assert_eq!(child.wait().unwrap().code(), None, "it was not killed");
     let late = std::thread::spawn(|| drop(Gate::enter()));
     std::thread::sleep(Duration::from_millis(100));
     assert!(!late.is_finished(), "another thread entered the gate");

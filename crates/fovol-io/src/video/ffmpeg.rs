@@ -3,7 +3,7 @@
 use super::{FrameRate, y4m_file};
 use crate::{Error, Result};
 use ffmpeg_sidecar::paths::ffmpeg_path;
-use fovol_core::{Frame, FrameSize, Helper};
+use fovol_core::{ChildProcess, Frame, FrameSize};
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
@@ -310,13 +310,13 @@ fn count_listed(listed: &str) -> usize {
 
 /// A process whose errors are listened to, and which ends when nobody waits for it any more.
 struct Running {
-    process: Helper,
+    process: ChildProcess,
     errors: Option<JoinHandle<Vec<u8>>>,
 }
 
 impl Running {
     fn start(command: &mut Command) -> io::Result<Self> {
-        let mut process = Helper::start(command.stderr(Stdio::piped()))?;
+        let mut process = ChildProcess::start(command.stderr(Stdio::piped()))?;
         let errors = process.take(|child| child.stderr.take());
         let errors = errors.map(|errors| std::thread::spawn(|| end_of(errors)));
         Ok(Self { process, errors })

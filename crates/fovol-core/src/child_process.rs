@@ -11,12 +11,12 @@ use std::time::Duration;
 /// Child process that works for this one. It is killed when this value is dropped, or when this process is asked to
 /// stop; see [`unfinished`].
 #[derive(Debug)]
-pub struct Helper(Arc<Mutex<Child>>);
+pub struct ChildProcess(Arc<Mutex<Child>>);
 
 /// Longest pause between two checks whether the child has ended.
 const LOOK: Duration = Duration::from_millis(10);
 
-impl Helper {
+impl ChildProcess {
     /// Starts `command`. On Unix the child gets a process group of its own, so that Ctrl-C on a terminal reaches only
     /// this process, which then decides about its children.
     ///
@@ -27,7 +27,7 @@ impl Helper {
         std::os::unix::process::CommandExt::process_group(command, 0);
         let gate = Gate::enter();
         let child = Arc::new(Mutex::new(command.spawn()?));
-        gate.add_helper(&child);
+        gate.add_child(&child);
         Ok(Self(child))
     }
 
@@ -71,10 +71,10 @@ impl Helper {
     }
 }
 
-impl Drop for Helper {
+impl Drop for ChildProcess {
     fn drop(&mut self) {
         self.end();
-        unfinished::forget_helper(&self.0);
+        unfinished::forget_child(&self.0);
     }
 }
 
@@ -86,9 +86,9 @@ mod tests {
 
     #[test]
     fn it_says_how_it_ended_and_ends_with_its_owner() {
-        let mut quick = Helper::start(Command::new("sh").args(["-c", "exit 3"])).unwrap();
+        let mut quick = ChildProcess::start(Command::new("sh").args(["-c", "exit 3"])).unwrap();
         assert_eq!(quick.wait().unwrap().code(), Some(3));
-        let mut slow = Helper::start(Command::new("sleep").arg("60").stdin(Stdio::piped())).unwrap();
+        let mut slow = ChildProcess::start(Command::new("sleep").arg("60").stdin(Stdio::piped())).unwrap();
         assert!(slow.take(|child| child.stdin.take()).is_some());
         let started = Instant::now();
         drop(slow);
