@@ -19,7 +19,7 @@ const SIGNALS: [(&str, i32); 4] =
     [("INT", libc::SIGINT), ("TERM", libc::SIGTERM), ("HUP", libc::SIGHUP), ("KILL", libc::SIGKILL)];
 
 /// Longest time for a command to end: a second, with a margin for busy machines.
-const LIMIT: Duration = Duration::from_secs(15);
+const LIMIT: Duration = Duration::from_secs(3);
 
 /// Number of frames in every clip.
 const FRAMES: usize = 4;

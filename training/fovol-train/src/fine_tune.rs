@@ -47,7 +47,7 @@ impl FineTuning {
     }
 }
 
-/// Default configuration for a short run on a CPU. Its network and clips are placeholders that [`FineTuning::new`]
+/// Default configuration for a short run on a CPU. Its network and clips are examples that [`FineTuning::new`]
 /// replaces.
 const RECIPE: &str = include_str!("../../configs/fine-tune.toml");
 
