@@ -3,8 +3,8 @@
 use super::kernel::{Kernel, Operand};
 use super::tensor::Place;
 use super::{accumulate, conv, filter, norm, points, pointwise, pyramid, reshape, spread, warp};
-use crate::cpu::schedule::{Schedule, is_input};
 use crate::plan::{Layer, Plan, TensorId};
+use crate::schedule::{Schedule, is_input};
 use crate::weights::Weights;
 use crate::{Error, Result};
 use bytemuck::Pod;

@@ -51,7 +51,7 @@ mod tensor;
 mod timing;
 mod warp;
 
-pub use crate::cpu::FrameInput;
+pub use crate::FrameInput;
 pub use frame::DeviceInput;
 pub use network::Network;
 pub use precision::Precision;

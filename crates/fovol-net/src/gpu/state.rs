@@ -3,7 +3,7 @@ use super::frame::DeviceInput;
 use super::network::{Made, Step};
 use super::tensor::{Place, Sizes};
 use super::timing::{LayerTime, Stage};
-use crate::cpu::FrameInput;
+use crate::input::FrameInput;
 use crate::{Error, Result};
 use fovol_core::{Frame, FrameSize};
 use fovol_gpu::{Timing, read};

@@ -2,16 +2,15 @@
 
 use super::Network;
 use crate::cpu::filter::Out;
-use crate::cpu::fused_steps::FusedStep;
 use crate::cpu::layer::{Given, Step, run, run_points};
 use crate::cpu::pair::Pair;
 use crate::cpu::patch::{Access, Source};
 use crate::cpu::pointwise::{Change, change};
 use crate::cpu::samples::Samples;
-use crate::cpu::schedule::{Derived, Pairing, is_input};
 use crate::cpu::state::State;
 use crate::cpu::tensor::{AnyTensor, with_tensor};
 use crate::plan::{Layer, Read, TensorId};
+use crate::schedule::{Derived, FusedStep, Pairing, is_input};
 use fovol_core::Frame;
 use std::ops::Range;
 

@@ -1,6 +1,7 @@
 //! Groups the layers of a network into steps that run together.
 
-use super::schedule::{Addition, Pairing, Schedule};
+use super::Schedule;
+use super::fusion::{Addition, Pairing};
 use crate::plan::{Layer, Plan, TensorId};
 use std::ops::Range;
 
