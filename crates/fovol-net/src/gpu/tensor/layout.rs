@@ -7,6 +7,9 @@ use fovol_core::FrameSize;
 /// Channels of a block.
 pub const BLOCK: usize = 4;
 
+/// Number of workgroups that read a tensor for its moments, as in shaders/norm.wgsl.
+pub const MOMENT_GROUPS: u32 = 64;
+
 /// Size of a tensor, as shaders read it. Twin of `Shape` in shaders/tensor.wgsl.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Pod, Zeroable)]
 #[repr(C)]
@@ -67,7 +70,7 @@ impl<'a> Sizes<'a> {
         match place {
             Place::Tensor(id) => at(self.plan.tensor(id).level, self.plan.tensor(id).channels),
             Place::Level(level) => at(level, BLOCK),
-            Place::Moments => Shape { width: super::norm::GROUPS, height: 1, blocks: 1, channels: 4 },
+            Place::Moments => Shape { width: MOMENT_GROUPS, height: 1, blocks: 1, channels: 4 },
             Place::Sparse | Place::Motion | Place::Frame => {
                 Shape { width: self.size.width, height: self.size.height, blocks: 1, channels: 4 }
             }
@@ -92,10 +95,17 @@ impl<'a> Sizes<'a> {
     }
 }
 
+/// Pads `values` with zeros to whole blocks.
+pub fn padded(values: &[f32]) -> Vec<f32> {
+    let mut padded = values.to_vec();
+    padded.resize(values.len().next_multiple_of(BLOCK), 0.0);
+    padded
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gpu::shader;
+    use crate::gpu::kernel::shader;
     use crate::plan::Named;
     use fovol_gpu::assert_twins;
 

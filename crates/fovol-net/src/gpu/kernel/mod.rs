@@ -1,5 +1,14 @@
 //! Kernels: the work of a layer on a device, before the frame size is known.
 
+mod constants;
+mod context;
+mod pipelines;
+pub mod shader;
+
+pub use constants::{activation_number, bits, flag, resize_number};
+pub use context::{Context, too_many};
+pub use pipelines::{Pipeline, Pipelines};
+
 use super::tensor::{Place, Sizes};
 use fovol_gpu::Shader;
 use fovol_gpu::binding::Slot;
@@ -76,14 +85,4 @@ pub struct Kernel {
     pub constants: Vec<(&'static str, f64)>,
     pub operands: Vec<Operand>,
     pub groups: Groups,
-}
-
-/// Converts a flag to the value of a constant.
-pub fn flag(is_set: bool) -> f64 {
-    f64::from(u8::from(is_set))
-}
-
-/// Converts flags to the bits of a constant, the first one lowest.
-pub fn bits(are_set: &[bool]) -> f64 {
-    are_set.iter().rev().fold(0.0, |all, is_set| 2.0 * all + flag(*is_set))
 }

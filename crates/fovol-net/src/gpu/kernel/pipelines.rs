@@ -1,6 +1,6 @@
 //! Cache of compute pipelines, so that each is compiled once.
 
-use super::kernel::Kernel;
+use super::Kernel;
 use fovol_gpu::Gpu;
 use fovol_gpu::binding::{Slot, bind_group_layout, compute_pipeline};
 use std::collections::HashMap;

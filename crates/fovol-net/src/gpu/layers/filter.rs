@@ -1,9 +1,7 @@
-use super::conv::{padded, resize_number};
-use super::kernel::{Groups, Kernel, Operand, bits, flag};
-use super::layer::{Making, too_many};
-use super::shader::FILTER;
-use super::tensor::{BLOCK, Place};
 use crate::Result;
+use crate::gpu::kernel::shader::FILTER;
+use crate::gpu::kernel::{Context, Groups, Kernel, Operand, bits, flag, resize_number, too_many};
+use crate::gpu::tensor::{BLOCK, Place, padded};
 use crate::plan::{Filter, Normalisation, Taps};
 
 /// Largest number of images that a kernel weighs.
@@ -16,21 +14,21 @@ const MOST_HELD: usize = 12;
 ///
 /// # Errors
 /// Weights that are missing, and more than four images.
-pub fn kernel(making: &Making<'_>, filter: &Filter) -> Result<Kernel> {
+pub fn kernel(context: &Context<'_>, filter: &Filter) -> Result<Kernel> {
     if filter.images.is_empty() || filter.images.len() > IMAGES {
         return Err(too_many(&filter.name, filter.images.len(), IMAGES));
     }
-    let (weights, bias) = making.parameters(&filter.name)?;
+    let (weights, bias) = context.parameters(&filter.name)?;
     let (features, output) = (Place::Tensor(filter.features), Place::Tensor(filter.output));
     let mut operands = vec![
         Operand::Shape(output),
         Operand::Shape(features),
-        making.read(filter.features),
-        making.learned(&filter.name, &packed(weights, bias.len())),
-        making.learned(&filter.name, &padded(bias)),
+        context.read(filter.features),
+        context.learned(&filter.name, &packed(weights, bias.len())),
+        context.learned(&filter.name, &padded(bias)),
     ];
     let image = |i: usize| filter.images.get(i).unwrap_or(&filter.images[0]).0.tensor;
-    operands.extend((0..IMAGES).map(|i| making.read(image(i))));
+    operands.extend((0..IMAGES).map(|i| context.read(image(i))));
     operands.push(Operand::Write(output));
     let end = |last: usize| filter.images.iter().take(last + 1).map(|(_, taps)| taps.count()).sum::<usize>();
     let around: Vec<bool> = filter.images.iter().map(|(_, taps)| *taps == Taps::Around).collect();
@@ -44,7 +42,7 @@ pub fn kernel(making: &Making<'_>, filter: &Filter) -> Result<Kernel> {
             ("EXPAND", filter.expand as f64),
             ("TAPS", filter.taps() as f64),
             ("SOFTMAX", flag(filter.normalisation == Normalisation::Softmax)),
-            ("HALVED", flag(making.is_halved(filter.features))),
+            ("HALVED", flag(context.is_halved(filter.features))),
             ("HELD", bias.len().div_ceil(BLOCK).next_multiple_of(4).min(MOST_HELD) as f64),
             ("END_0", end(0) as f64),
             ("END_1", end(1) as f64),

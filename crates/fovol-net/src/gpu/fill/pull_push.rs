@@ -1,4 +1,4 @@
-use super::shader::PULL_PUSH;
+use crate::gpu::kernel::shader::PULL_PUSH;
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
 use fovol_core::{Frame, FrameSize};

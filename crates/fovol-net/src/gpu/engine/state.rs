@@ -1,8 +1,8 @@
 use super::buffers::Buffers;
 use super::frame::DeviceInput;
-use super::network::{Made, Step};
-use super::tensor::{Place, Sizes};
+use super::prepared::{Prepared, Step};
 use super::timing::{LayerTime, Stage};
+use crate::gpu::tensor::{Place, Sizes};
 use crate::input::FrameInput;
 use crate::{Error, Result};
 use fovol_core::{Frame, FrameSize};
@@ -16,7 +16,7 @@ use wgpu::BufferUsages;
 /// A state belongs to one sequence of one network and frame size. Any number of states can use one
 /// [`super::Network`].
 pub struct State {
-    network: Arc<Made>,
+    network: Arc<Prepared>,
     size: FrameSize,
     buffers: Buffers,
     /// Bind groups of each step, in even and in odd frames; `None` for steps that read the frame's input.
@@ -40,7 +40,7 @@ impl fmt::Debug for State {
 }
 
 impl State {
-    pub(super) fn new(network: &Arc<Made>, size: FrameSize) -> Result<Self> {
+    pub(super) fn new(network: &Arc<Prepared>, size: FrameSize) -> Result<Self> {
         let gpu = &network.gpu;
         let sizes = Sizes::new(&network.plan, &network.halved, size);
         Buffers::check(network, &sizes)?;
@@ -63,7 +63,7 @@ impl State {
         })
     }
 
-    pub(super) fn is_of(&self, network: &Arc<Made>) -> bool {
+    pub(super) fn is_of(&self, network: &Arc<Prepared>) -> bool {
         Arc::ptr_eq(&self.network, network)
     }
 

@@ -1,7 +1,7 @@
 //! Memory planning for tensors on a device: tensors that are never alive at the same time share a buffer.
 
-use super::kernel::{Kernel, Operand};
-use super::tensor::Place;
+use crate::gpu::kernel::{Kernel, Operand};
+use crate::gpu::tensor::Place;
 use crate::plan::TensorId;
 use std::collections::{HashMap, HashSet};
 
@@ -88,7 +88,7 @@ fn last_uses(kernels: &[&Kernel]) -> HashMap<TensorId, usize> {
 mod tests {
     use super::*;
     use crate::gpu::kernel::Groups;
-    use crate::gpu::shader::KEEP;
+    use crate::gpu::kernel::shader::KEEP;
 
     /// A kernel that reads and writes tensors of these numbers.
     fn kernel(reads: &[usize], writes: usize) -> Kernel {

@@ -1,6 +1,6 @@
 //! Packs the weights of convolutions in the order in which shaders read them.
 
-use super::tensor::BLOCK;
+use crate::gpu::tensor::BLOCK;
 
 /// Order in which shaders read the weights of a convolution.
 pub struct Packing {

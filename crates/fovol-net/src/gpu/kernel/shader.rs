@@ -3,39 +3,39 @@
 use fovol_gpu::{Shader, shader};
 
 /// Inputs and output of a network.
-pub const FRAME: Shader = shader!("../shaders/", "frame": "tensor");
+pub const FRAME: Shader = shader!("../../shaders/", "frame": "tensor");
 /// Clean-up of states.
-pub const KEEP: Shader = shader!("../shaders/", "keep": "tensor");
+pub const KEEP: Shader = shader!("../../shaders/", "keep": "tensor");
 /// Convolutions on any device.
-pub const CONV: Shader = shader!("../shaders/", "conv": "tensor" "doubled" "convolution");
+pub const CONV: Shader = shader!("../../shaders/", "conv": "tensor" "doubled" "convolution");
 /// Convolutions with cooperative matrices of 8 × 8.
 pub const CONV_MATRICES_8: Shader =
-    shader!("../shaders/", "conv_matrices": "matrices_8" "tensor" "doubled" "convolution");
+    shader!("../../shaders/", "conv_matrices": "matrices_8" "tensor" "doubled" "convolution");
 /// Convolutions with cooperative matrices of 16 × 16.
 pub const CONV_MATRICES_16: Shader =
-    shader!("../shaders/", "conv_matrices": "matrices_16" "tensor" "doubled" "convolution");
+    shader!("../../shaders/", "conv_matrices": "matrices_16" "tensor" "doubled" "convolution");
 /// Predicted kernels.
-pub const FILTER: Shader = shader!("../shaders/", "filter": "tensor" "doubled");
+pub const FILTER: Shader = shader!("../../shaders/", "filter": "tensor" "doubled");
 /// Normalisation over the frame.
-pub const NORM: Shader = shader!("../shaders/", "norm": "tensor");
+pub const NORM: Shader = shader!("../../shaders/", "norm": "tensor");
 /// Averages of 2×2 pixels.
-pub const POOL: Shader = shader!("../shaders/", "pool": "tensor");
+pub const POOL: Shader = shader!("../../shaders/", "pool": "tensor");
 /// Layers that reorder elements.
-pub const RESHAPE: Shader = shader!("../shaders/", "reshape": "tensor");
+pub const RESHAPE: Shader = shader!("../../shaders/", "reshape": "tensor");
 /// Pointwise layers.
-pub const POINTWISE: Shader = shader!("../shaders/", "pointwise": "tensor");
+pub const POINTWISE: Shader = shader!("../../shaders/", "pointwise": "tensor");
 /// Pull-push pyramid inside a network.
-pub const PYRAMID: Shader = shader!("../shaders/", "pyramid": "tensor" "doubled");
+pub const PYRAMID: Shader = shader!("../../shaders/", "pyramid": "tensor" "doubled");
 /// Smoothing, and filling from spread pictures.
-pub const SPREAD: Shader = shader!("../shaders/", "spread": "tensor" "doubled");
+pub const SPREAD: Shader = shader!("../../shaders/", "spread": "tensor" "doubled");
 /// Accumulation of earlier samples.
-pub const ACCUMULATE: Shader = shader!("../shaders/", "accumulate": "tensor");
+pub const ACCUMULATE: Shader = shader!("../../shaders/", "accumulate": "tensor");
 /// Reprojection of images.
-pub const WARP: Shader = shader!("../shaders/", "warp": "tensor");
+pub const WARP: Shader = shader!("../../shaders/", "warp": "tensor");
 /// Reprojection and resampling of points.
-pub const POINTS: Shader = shader!("../shaders/", "points": "tensor");
+pub const POINTS: Shader = shader!("../../shaders/", "points": "tensor");
 /// Pull-push without a network.
-pub const PULL_PUSH: Shader = shader!("../shaders/", "pull_push":);
+pub const PULL_PUSH: Shader = shader!("../../shaders/", "pull_push":);
 
 #[cfg(test)]
 mod tests {

@@ -1,9 +1,8 @@
-//! Makes GPU kernels from the layers of a plan.
+//! Data from which the kernels of layers are made.
 
-use super::kernel::{Kernel, Operand};
-use super::tensor::Place;
-use super::{accumulate, conv, filter, norm, points, pointwise, pyramid, reshape, spread, warp};
-use crate::plan::{Layer, Plan, TensorId};
+use super::Operand;
+use crate::gpu::tensor::Place;
+use crate::plan::{Plan, TensorId};
 use crate::schedule::{Schedule, is_input};
 use crate::weights::Weights;
 use crate::{Error, Result};
@@ -11,8 +10,8 @@ use bytemuck::Pod;
 use fovol_gpu::{Gpu, Matrices};
 use wgpu::BufferUsages;
 
-/// Context for making kernels.
-pub struct Making<'a> {
+/// Context for context kernels.
+pub struct Context<'a> {
     pub gpu: &'a Gpu,
     pub plan: &'a Plan,
     pub weights: &'a Weights,
@@ -23,7 +22,7 @@ pub struct Making<'a> {
     pub matrices: Option<Matrices>,
 }
 
-impl Making<'_> {
+impl Context<'_> {
     /// Place of a tensor. The joined input shares the place of the colours, whose fourth channel is the mask.
     pub fn place(&self, id: TensorId) -> Place {
         let is_known = Some(id) == self.schedule.known;
@@ -69,44 +68,6 @@ impl Making<'_> {
     /// Uploads learned numbers.
     pub fn learned<T: Pod>(&self, label: &str, values: &[T]) -> Operand {
         Operand::Learned(self.buffer(label, bytemuck::cast_slice(values), BufferUsages::STORAGE))
-    }
-
-    /// Makes the kernels of `layer`, in order; none if its output is never written.
-    ///
-    /// # Errors
-    /// Weights that are missing, and layers with more input tensors than shaders can bind.
-    pub fn kernels(&self, layer: &Layer) -> Result<Vec<Kernel>> {
-        let output = layer.output();
-        if self.moved(output).is_some() || Some(output) == self.schedule.known {
-            return Ok(Vec::new());
-        }
-        Ok(match layer {
-            Layer::Conv(layer) => vec![conv::kernel(self, layer)?],
-            Layer::Filter(layer) => vec![filter::kernel(self, layer)?],
-            Layer::Norm(layer) => norm::kernels(self, layer)?,
-            Layer::Pool { .. }
-            | Layer::SpaceToDepth { .. }
-            | Layer::DepthToSpace { .. }
-            | Layer::Join { .. }
-            | Layer::Part { .. } => reshape::kernel(self, layer).into_iter().collect(),
-            Layer::Scale { .. } | Layer::Clamp { .. } | Layer::Add { .. } | Layer::Bypass { .. } => {
-                pointwise::kernel(self, layer).into_iter().collect()
-            }
-            Layer::Spread { known, base, levels, .. } => {
-                pyramid::spread(self, *known, *base, *levels, output)
-            }
-            Layer::Doubt { known, prior, fresh, levels, .. } => {
-                pyramid::doubt(self, *known, [*prior, *fresh], *levels, output)
-            }
-            Layer::Smooth { input, .. } => vec![spread::smooth(self, *input, output)],
-            Layer::Blend { known, base, .. } => vec![spread::blend(self, *known, *base, output)],
-            Layer::Accumulate { known, before, share, fade, .. } => {
-                vec![accumulate::kernel(self, *known, (*before, *share), *fade, output)]
-            }
-            Layer::Reproject { input, motion, .. } => vec![points::reproject(self, *input, *motion, output)],
-            Layer::Splat { input, .. } => vec![points::splat(self, *input, output)],
-            Layer::Warp { input, motion, .. } => vec![warp::kernel(self, *input, *motion, output)],
-        })
     }
 }
 

@@ -1,7 +1,6 @@
-use super::kernel::{Groups, Kernel, Operand, flag};
-use super::layer::Making;
-use super::shader::PYRAMID;
-use super::tensor::Place;
+use crate::gpu::kernel::shader::PYRAMID;
+use crate::gpu::kernel::{Context, Groups, Kernel, Operand, flag};
+use crate::gpu::tensor::Place;
 use crate::plan::{DOUBT_ALLOWED, DOUBT_EPSILON, DOUBT_SHARE, TensorId};
 
 /// Input of the pyramid. Discriminants are those of shaders/pyramid.wgsl.
@@ -18,41 +17,41 @@ enum Pulled {
 /// Makes the kernels of `Layer::Spread`: `known` spread over the frame, or with `base` its residuals, which are
 /// added to it.
 pub fn spread(
-    making: &Making<'_>,
+    context: &Context<'_>,
     known: TensorId,
     base: Option<TensorId>,
     levels: u32,
     output: TensorId,
 ) -> Vec<Kernel> {
     let pulled = base.map_or(Pulled::Known, Pulled::Differences);
-    let mut kernels = completed(making, known, pulled, [levels, 1]);
-    kernels.push(made(making, pulled, [levels, 1], output));
+    let mut kernels = completed(context, known, pulled, [levels, 1]);
+    kernels.push(made(context, pulled, [levels, 1], output));
     kernels
 }
 
 /// Makes the kernels of `Layer::Doubt`. `expected` has the reprojected last output and the fill of this frame.
 pub fn doubt(
-    making: &Making<'_>,
+    context: &Context<'_>,
     known: TensorId,
     expected: [TensorId; 2],
     levels: u32,
     output: TensorId,
 ) -> Vec<Kernel> {
     let pulled = Pulled::Squares(expected);
-    let lowest = making.plan.tensor(output).level;
-    let mut kernels = completed(making, known, pulled, [levels, lowest]);
-    kernels.push(made(making, pulled, [levels, lowest], output));
+    let lowest = context.plan.tensor(output).level;
+    let mut kernels = completed(context, known, pulled, [levels, lowest]);
+    kernels.push(made(context, pulled, [levels, lowest], output));
     kernels
 }
 
 /// Makes the kernels of all pulls, and of all pushes but the one to level `lowest`.
 fn completed(
-    making: &Making<'_>,
+    context: &Context<'_>,
     known: TensorId,
     pulled: Pulled,
     [levels, lowest]: [u32; 2],
 ) -> Vec<Kernel> {
-    let mut kernels = vec![first_pull(making, known, pulled)];
+    let mut kernels = vec![first_pull(context, known, pulled)];
     kernels.extend((2..=levels.max(lowest)).map(|level| {
         let finer = Operand::Read(Place::Level(level - 1));
         pull(0.0, [finer.clone(), finer.clone(), finer], level)
@@ -61,12 +60,12 @@ fn completed(
     kernels
 }
 
-fn first_pull(making: &Making<'_>, known: TensorId, pulled: Pulled) -> Kernel {
-    let known = making.read(known);
+fn first_pull(context: &Context<'_>, known: TensorId, pulled: Pulled) -> Kernel {
+    let known = context.read(known);
     match pulled {
         Pulled::Known => pull(0.0, [known.clone(), known.clone(), known], 1),
-        Pulled::Differences(base) => pull(1.0, [known, making.read(base), making.read(base)], 1),
-        Pulled::Squares([prior, fresh]) => pull(2.0, [known, making.read(prior), making.read(fresh)], 1),
+        Pulled::Differences(base) => pull(1.0, [known, context.read(base), context.read(base)], 1),
+        Pulled::Squares([prior, fresh]) => pull(2.0, [known, context.read(prior), context.read(fresh)], 1),
     }
 }
 
@@ -95,13 +94,13 @@ fn push(level: u32) -> Kernel {
 }
 
 /// Makes the kernel that pushes to level `lowest` and computes the output from it.
-fn made(making: &Making<'_>, pulled: Pulled, [levels, lowest]: [u32; 2], output: TensorId) -> Kernel {
+fn made(context: &Context<'_>, pulled: Pulled, [levels, lowest]: [u32; 2], output: TensorId) -> Kernel {
     let is_pushed = lowest < levels;
     let level = Operand::Read(Place::Level(lowest));
     let coarser = if is_pushed { Operand::Read(Place::Level(lowest + 1)) } else { level.clone() };
     let (number, base) = match pulled {
         Pulled::Known => (0.0, level.clone()),
-        Pulled::Differences(base) => (1.0, making.read(base)),
+        Pulled::Differences(base) => (1.0, context.read(base)),
         Pulled::Squares(_) => (2.0, level.clone()),
     };
     let to = Place::Tensor(output);

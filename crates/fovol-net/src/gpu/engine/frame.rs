@@ -1,6 +1,6 @@
-use super::kernel::{Groups, Kernel, Operand, flag};
-use super::shader::{FRAME, KEEP};
-use super::tensor::Place;
+use crate::gpu::kernel::shader::{FRAME, KEEP};
+use crate::gpu::kernel::{Groups, Kernel, Operand, flag};
+use crate::gpu::tensor::Place;
 use crate::plan::TensorId;
 
 /// Input of a network for one frame on its device.

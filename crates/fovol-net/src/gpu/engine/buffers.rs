@@ -1,10 +1,10 @@
 //! Device memory for the frames of one state.
 
 use super::frame::DeviceInput;
-use super::kernel::{Kernel, Operand};
 use super::memory::Memory;
-use super::network::{Carried, Made, Step};
-use super::tensor::{Place, Shape, Sizes};
+use super::prepared::{Carried, Prepared, Step};
+use crate::gpu::kernel::{Kernel, Operand};
+use crate::gpu::tensor::{Place, Shape, Sizes};
 use crate::plan::TensorId;
 use fovol_gpu::binding::bind_group;
 use fovol_gpu::{Gpu, GpuError};
@@ -29,7 +29,7 @@ impl Buffers {
     ///
     /// # Errors
     /// [`GpuError::Limit`], naming the first tensor that exceeds one.
-    pub fn check(network: &Made, sizes: &Sizes<'_>) -> fovol_gpu::Result<()> {
+    pub fn check(network: &Prepared, sizes: &Sizes<'_>) -> fovol_gpu::Result<()> {
         const MEND: &str = "give a smaller --size, --precision f16, or --device cpu";
         let limits = network.gpu.device().limits();
         let places = network.steps.iter().flat_map(|step| &step.kernel.operands).filter_map(Operand::place);
@@ -42,7 +42,7 @@ impl Buffers {
     }
 
     /// Allocates memory for frames of `sizes`, all zero.
-    pub fn new(network: &Made, sizes: &Sizes<'_>) -> Self {
+    pub fn new(network: &Prepared, sizes: &Sizes<'_>) -> Self {
         let gpu = &network.gpu;
         let kernels: Vec<&Kernel> = network.steps.iter().map(|step| &step.kernel).collect();
         let (apart, kept) = apart_and_kept(&network.carried);

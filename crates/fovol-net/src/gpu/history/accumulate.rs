@@ -1,20 +1,19 @@
-use super::kernel::{Groups, Kernel, Operand, flag};
-use super::layer::Making;
-use super::shader::ACCUMULATE;
-use super::tensor::Place;
+use crate::gpu::kernel::shader::ACCUMULATE;
+use crate::gpu::kernel::{Context, Groups, Kernel, Operand, flag};
+use crate::gpu::tensor::Place;
 use crate::plan::TensorId;
 
 /// Makes the kernel of `Layer::Accumulate`: `known`, and the earlier samples `before`, weighted by `share` and
 /// `fade`.
 pub fn kernel(
-    making: &Making<'_>,
+    context: &Context<'_>,
     known: TensorId,
     (before, share): (TensorId, Option<TensorId>),
     fade: f32,
     output: TensorId,
 ) -> Kernel {
     let output = Place::Tensor(output);
-    let level = share.map_or(0, |share| making.plan.tensor(share).level);
+    let level = share.map_or(0, |share| context.plan.tensor(share).level);
     Kernel {
         shader: ACCUMULATE,
         entry_point: "accumulate",
@@ -25,9 +24,9 @@ pub fn kernel(
         ],
         operands: vec![
             Operand::Shape(output),
-            making.read(known),
-            making.read(before),
-            making.read(share.unwrap_or(before)),
+            context.read(known),
+            context.read(before),
+            context.read(share.unwrap_or(before)),
             Operand::Write(output),
         ],
         groups: Groups::of(output),

@@ -1,12 +1,11 @@
 use super::frame::{DeviceInput, keep, load_colour, load_mask, load_motion, show};
-use super::kernel::Kernel;
-use super::layer::Making;
-use super::memory::tensors;
-use super::pipelines::{Pipeline, Pipelines};
-use super::precision::{Precision, halved};
+use super::memory::{tensors, written};
+use super::prepared::{Carried, Prepared, Step};
 use super::state::State;
-use super::tensor::Place;
 use super::timing::Stage;
+use crate::gpu::kernel::{Context, Kernel, Pipelines};
+use crate::gpu::layers;
+use crate::gpu::tensor::{Place, Precision, halved};
 use crate::input::FrameInput;
 use crate::plan::{Layer, Plan, TensorId};
 use crate::schedule::{Derived, Schedule};
@@ -24,46 +23,15 @@ use std::sync::Arc;
 /// Results equal those of [`crate::cpu::Network`] within rounding. [`crate::gpu`] has an example.
 #[derive(Clone)]
 pub struct Network {
-    made: Arc<Made>,
-}
-
-/// Contents of a network.
-pub struct Made {
-    pub gpu: Gpu,
-    pub plan: Plan,
-    pub precision: Precision,
-    /// Whether each tensor is stored as f16.
-    pub halved: Vec<bool>,
-    /// Kernels in the order of a frame.
-    pub steps: Vec<Step>,
-    /// States of the plan.
-    pub carried: Vec<Carried>,
-}
-
-/// A kernel with its pipeline, ready to run.
-pub struct Step {
-    pub stage: Stage,
-    pub kernel: Kernel,
-    pub pipeline: Pipeline,
-}
-
-/// A state of the plan.
-#[derive(Debug, Clone, Copy)]
-pub struct Carried {
-    /// Tensor from the last frame.
-    pub previous: TensorId,
-    /// Tensor for the next frame.
-    pub next: TensorId,
-    /// Whether the buffers of both are swapped after a frame; otherwise one is copied to the other.
-    pub is_swapped: bool,
+    prepared: Arc<Prepared>,
 }
 
 impl fmt::Debug for Network {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Network")
-            .field("gpu", &self.made.gpu)
-            .field("precision", &self.made.precision)
-            .field("kernels", &self.made.steps.len())
+            .field("gpu", &self.prepared.gpu)
+            .field("precision", &self.prepared.precision)
+            .field("kernels", &self.prepared.steps.len())
             .finish_non_exhaustive()
     }
 }
@@ -81,9 +49,9 @@ impl Network {
         let schedule =
             Schedule::new(&plan, &halved, |how| matches!(how, Derived::Folded | Derived::Unfolded));
         let matrices = gpu.matrices().filter(|_| precision == Precision::F16);
-        let making = Making { gpu, plan: &plan, weights, halved: &halved, schedule: &schedule, matrices };
+        let context = Context { gpu, plan: &plan, weights, halved: &halved, schedule: &schedule, matrices };
         let steps = gpu.guarded("compiling the shaders", || {
-            let kernels = kernels(&making)?;
+            let kernels = kernels(&context)?;
             let mut pipelines = Pipelines::default();
             let step = |(stage, kernel): (Stage, Kernel)| {
                 let pipeline = pipelines.of(gpu, &kernel);
@@ -91,23 +59,25 @@ impl Network {
             };
             Ok::<_, Error>(kernels.into_iter().map(step).collect::<Vec<_>>())
         })??;
-        let carried = carried(&making, &steps);
-        Ok(Self { made: Arc::new(Made { gpu: gpu.clone(), plan, precision, halved, steps, carried }) })
+        let carried = carried(&context, &steps);
+        Ok(Self {
+            prepared: Arc::new(Prepared { gpu: gpu.clone(), plan, precision, halved, steps, carried }),
+        })
     }
 
     /// Plan of the network.
     pub fn plan(&self) -> &Plan {
-        &self.made.plan
+        &self.prepared.plan
     }
 
     /// Device of the network.
     pub fn gpu(&self) -> &Gpu {
-        &self.made.gpu
+        &self.prepared.gpu
     }
 
     /// Precision in use on this device; never [`Precision::Auto`].
     pub fn precision(&self) -> Precision {
-        self.made.precision
+        self.prepared.precision
     }
 
     /// Makes the state for the first frame of a sequence of frames of `size`, and allocates its memory.
@@ -115,7 +85,7 @@ impl Network {
     /// # Errors
     /// A size whose tensors exceed the device's limits or memory.
     pub fn state(&self, size: FrameSize) -> Result<State> {
-        State::new(&self.made, size)
+        State::new(&self.prepared, size)
     }
 
     /// Records the commands of a frame, from `input` to [`State::frame_buffer`], in `encoder`. `state` advances to
@@ -147,7 +117,7 @@ impl Network {
     }
 
     fn check(&self, state: &State) -> Result<()> {
-        match state.is_of(&self.made) {
+        match state.is_of(&self.prepared) {
             true => Ok(()),
             false => Err(Error::State("it belongs to another network; start one with this network".into())),
         }
@@ -155,16 +125,16 @@ impl Network {
 }
 
 /// Makes all kernels of a frame.
-fn kernels(making: &Making<'_>) -> Result<Vec<(Stage, Kernel)>> {
-    let plan = making.plan;
+fn kernels(context: &Context<'_>) -> Result<Vec<(Stage, Kernel)>> {
+    let plan = context.plan;
     let mut middle = Vec::new();
     for (number, layer) in plan.layers().iter().enumerate() {
-        let made = making.kernels(layer)?;
+        let made = layers::kernels(context, layer)?;
         middle.extend(made.into_iter().map(|kernel| (Stage::Layer(number), kernel)));
     }
     let mut used: HashSet<TensorId> = middle.iter().flat_map(|(_, kernel)| tensors(kernel)).collect();
-    let shown = making.place(plan.output());
-    for place in plan.states().iter().map(|state| making.place(state.next)).chain([shown]) {
+    let shown = context.place(plan.output());
+    for place in plan.states().iter().map(|state| context.place(state.next)).chain([shown]) {
         if let Place::Tensor(id) = place {
             used.insert(id);
         }
@@ -179,30 +149,30 @@ fn kernels(making: &Making<'_>) -> Result<Vec<(Stage, Kernel)>> {
     let mut kernels: Vec<(Stage, Kernel)> = given.map(|(id, load)| (Stage::Input, load(id))).collect();
     kernels.append(&mut middle);
     kernels.push((Stage::Output, show(shown)));
-    kernels.extend(kept(making).map(|kernel| (Stage::Output, kernel)));
+    kernels.extend(kept(context).map(|kernel| (Stage::Output, kernel)));
     Ok(kernels)
 }
 
 /// Makes the kernels that remove values that are not finite from states. States that are bounded anyway need none.
-fn kept(making: &Making<'_>) -> impl Iterator<Item = Kernel> {
-    let written = making.plan.layers().iter().filter(|layer| {
-        let is_state = making.plan.states().iter().any(|state| state.next == layer.output());
+fn kept(context: &Context<'_>) -> impl Iterator<Item = Kernel> {
+    let written = context.plan.layers().iter().filter(|layer| {
+        let is_state = context.plan.states().iter().any(|state| state.next == layer.output());
         let is_bounded = matches!(layer, Layer::Clamp { .. } | Layer::Accumulate { .. } | Layer::Join { .. });
         is_state && !is_bounded
     });
-    written.map(|layer| keep(making.place(layer.output()), making.is_halved(layer.output())))
+    written.map(|layer| keep(context.place(layer.output()), context.is_halved(layer.output())))
 }
 
 /// Finds how each state of the plan is carried to the next frame.
-fn carried(making: &Making<'_>, steps: &[Step]) -> Vec<Carried> {
-    let states = making.plan.states();
-    let place = |id: TensorId| match making.place(id) {
+fn carried(context: &Context<'_>, steps: &[Step]) -> Vec<Carried> {
+    let states = context.plan.states();
+    let place = |id: TensorId| match context.place(id) {
         Place::Tensor(id) => id,
         _ => id,
     };
     let is_written = |id: TensorId| {
         let mut kernels = steps.iter().map(|step| &step.kernel);
-        kernels.any(|kernel| super::memory::written(kernel).any(|written| written == id))
+        kernels.any(|kernel| written(kernel).any(|written| written == id))
     };
     states
         .iter()

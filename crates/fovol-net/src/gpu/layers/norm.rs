@@ -1,31 +1,26 @@
-use super::conv::{activation_number, padded};
-use super::kernel::{Groups, Kernel, Operand, bits};
-use super::layer::Making;
-use super::shader::NORM;
-use super::tensor::Place;
 use crate::Result;
+use crate::gpu::kernel::shader::NORM;
+use crate::gpu::kernel::{Context, Groups, Kernel, Operand, activation_number, bits};
+use crate::gpu::tensor::{MOMENT_GROUPS, Place, padded};
 use crate::plan::Norm;
-
-/// Number of workgroups that read a tensor, as in shaders/norm.wgsl.
-pub const GROUPS: u32 = 64;
 
 /// Makes the kernels of a normalisation.
 ///
 /// # Errors
 /// Weights that are missing.
-pub fn kernels(making: &Making<'_>, norm: &Norm) -> Result<Vec<Kernel>> {
-    let (weights, bias) = making.parameters(&norm.name)?;
+pub fn kernels(context: &Context<'_>, norm: &Norm) -> Result<Vec<Kernel>> {
+    let (weights, bias) = context.parameters(&norm.name)?;
     let output = Place::Tensor(norm.output);
     let constants = vec![
         ("ACTIVATION", activation_number(norm.activation)),
-        ("HALVES", bits(&[making.is_halved(norm.input), making.is_halved(norm.output)])),
+        ("HALVES", bits(&[context.is_halved(norm.input), context.is_halved(norm.output)])),
     ];
     let operands = vec![
         Operand::Shape(output),
-        making.read(norm.input),
+        context.read(norm.input),
         Operand::Change(Place::Moments),
-        making.learned(&norm.name, &padded(weights)),
-        making.learned(&norm.name, &padded(bias)),
+        context.learned(&norm.name, &padded(weights)),
+        context.learned(&norm.name, &padded(bias)),
         Operand::Write(output),
     ];
     let kernel = |entry_point, groups| Kernel {
@@ -36,7 +31,7 @@ pub fn kernels(making: &Making<'_>, norm: &Norm) -> Result<Vec<Kernel>> {
         groups,
     };
     Ok(vec![
-        kernel("measure", Groups::Count(GROUPS)),
+        kernel("measure", Groups::Count(MOMENT_GROUPS)),
         kernel("merge", Groups::Count(1)),
         kernel("normalise", Groups::of(output)),
     ])
