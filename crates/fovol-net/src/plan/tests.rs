@@ -114,3 +114,50 @@ fn a_coarse_picture_is_read_as_it_is_spread() {
     // It reads one pixel of a coarse fresh fill, which has half the resolution and needs no second `Blend`.
     assert_eq!((first(false), first(true)), ((4 * (3 + 1 + 3 + 3), 2), (4 * (3 + 1 + 3) + 3, 1)));
 }
+
+#[test]
+fn layers_refuse_inputs_that_do_not_fit() {
+    let tensor = |channels, level| TensorSpec { name: format!("{channels} at {level}"), channels, level };
+    let tensors = [tensor(3, 0), tensor(4, 0), tensor(POINT, 0), tensor(3, 1), tensor(16, 1)];
+    let [picture, known, points, half, wide] = [0, 1, 2, 3, 4].map(TensorId);
+    let around = |read| (read, Taps::Around);
+    let filter = |features, images: &[Read]| Filter {
+        name: "kernel".into(),
+        features,
+        expand: 2,
+        images: images.iter().copied().map(around).collect(),
+        output: TensorId::UNSET,
+        normalisation: Normalisation::Squared,
+    };
+    let conv = |reads: &[Read]| Conv::new("conv", reads, 8, 3, Activation::Relu);
+    let fitting: [Layer; 6] = [
+        conv(&[Read::same(picture), Read::bilinear(half)]).into(),
+        filter(wide, &[Read::same(picture), Read::nearest(half)]).into(),
+        Spread::new(known, Some(half)).into(),
+        HistoryConfidence::new(known, picture, half).into(),
+        Accumulate::new(known, points, None, 0.5).into(),
+        Splat::new(points).into(),
+    ];
+    for layer in fitting {
+        assert!(layer.descriptor().check(&tensors).is_ok(), "{layer:?}");
+    }
+    let misfits: [Layer; 14] = [
+        conv(&[Read::same(picture), Read::same(half)]).into(),
+        conv(&[Read::bilinear(picture)]).into(),
+        conv(&[]).into(),
+        filter(wide, &[Read::same(half)]).into(),
+        filter(known, &[Read::same(picture)]).into(),
+        DepthToSpace::new(known).into(),
+        Spread::new(picture, None).into(),
+        Spread::new(known, Some(picture)).into(),
+        Blend::new(known, picture).into(),
+        HistoryConfidence::new(known, picture, picture).into(),
+        Accumulate::new(known, picture, None, 0.5).into(),
+        Part::new(known, 2, 3).into(),
+        Add::new(picture, half).into(),
+        Reproject::new(known, picture).into(),
+    ];
+    for layer in misfits {
+        assert!(layer.descriptor().check(&tensors).is_err_and(|m| !m.contains('\n')), "{layer:?}");
+    }
+}

@@ -1,6 +1,6 @@
 //! Tensors that are never written, because their readers compute them from another tensor.
 
-use crate::plan::{Layer, Plan, Read, TensorId};
+use crate::plan::{Add, DepthToSpace, Layer, Part, Plan, Pool, Read, SpaceToDepth, TensorId};
 
 /// Transformation by which a tensor is computed from another one during reading.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,10 +21,10 @@ impl Derived {
     /// Source tensor and transformation of the output of `layer`, if it is such a transformation.
     fn of(plan: &Plan, layer: &Layer) -> Option<(TensorId, Self)> {
         match layer {
-            Layer::SpaceToDepth { input, .. } => Some((*input, Self::Folded)),
-            Layer::DepthToSpace { input, .. } => Some((*input, Self::Unfolded)),
-            Layer::Pool { input, .. } => Some((*input, Self::Pooled)),
-            Layer::Part { input, first, output } if plan.tensor(*output).channels == 1 => {
+            Layer::SpaceToDepth(SpaceToDepth { input, .. }) => Some((*input, Self::Folded)),
+            Layer::DepthToSpace(DepthToSpace { input, .. }) => Some((*input, Self::Unfolded)),
+            Layer::Pool(Pool { input, .. }) => Some((*input, Self::Pooled)),
+            Layer::Part(Part { input, first, output, .. }) if plan.tensor(*output).channels == 1 => {
                 Some((*input, Self::Channel(*first)))
             }
             _ => None,
@@ -65,8 +65,10 @@ pub(super) fn derived(plan: &Plan, is_way: impl Fn(Derived) -> bool) -> Vec<Opti
                     id != filter.features
                         && filter.images.iter().all(|(read, _)| read.tensor != id || *read == Read::same(id))
                 }
-                (Layer::Add { input, more, .. }, Some((_, Derived::Unfolded))) => id == *more && id != *input,
-                (Layer::SpaceToDepth { output, .. }, Some((_, Derived::Channel(_)))) => {
+                (Layer::Add(Add { input, more, .. }), Some((_, Derived::Unfolded))) => {
+                    id == *more && id != *input
+                }
+                (Layer::SpaceToDepth(SpaceToDepth { output, .. }), Some((_, Derived::Channel(_)))) => {
                     derived[output.index()].is_some()
                 }
                 _ => false,
@@ -81,7 +83,7 @@ pub(super) fn derived(plan: &Plan, is_way: impl Fn(Derived) -> bool) -> Vec<Opti
     }
     // A channel that is not only folded has to be written, and folds of it then read it directly.
     for layer in plan.layers() {
-        let Layer::SpaceToDepth { input, output } = layer else { continue };
+        let Layer::SpaceToDepth(SpaceToDepth { input, output }) = layer else { continue };
         match derived[output.index()] {
             None => derived[input.index()] = None,
             Some((_, Derived::FoldedChannel(_))) if derived[input.index()].is_none() => {

@@ -76,7 +76,7 @@ impl Schedule {
             let unit = match (&plan.layers()[number], pairing, self.changes[number]) {
                 (Layer::Filter(_), ..) => self.filter_unit(plan, number),
                 (_, Some(pairing), _) => FusedStep::Pair(number, pairing),
-                (Layer::Reproject { .. }, ..) if self.fades[number] => FusedStep::Points(number),
+                (Layer::Reproject(_), ..) if self.fades[number] => FusedStep::Points(number),
                 (_, None, 0) => FusedStep::One(number),
                 (_, None, count) => FusedStep::Changes(number..number + count),
             };

@@ -2,7 +2,7 @@
 
 use super::derived::Derived;
 use super::lifetimes::reads_once;
-use crate::plan::{Activation, Layer, Plan, Read, TensorId};
+use crate::plan::{Activation, Add, Layer, Plan, Read, Reproject, TensorId};
 
 /// An addition to a filtered picture.
 #[derive(Debug, Clone, Copy)]
@@ -38,7 +38,7 @@ pub(super) fn addition(
     let unfolds = |id: TensorId| derived[id.index()] == Some((conv.output, Derived::Unfolded));
     let is_there = |layer: &Layer| derived[layer.output().index()].is_none();
     let added = (predicted + 1..layers.len()).find(|&at| is_there(&layers[at]))?;
-    let Layer::Add { input, more, .. } = layers[added] else { return None };
+    let Layer::Add(Add { input, more, .. }) = layers[added] else { return None };
     let is_of_pixels = if filter.expand == 1 { more == conv.output } else { unfolds(more) };
     let is_all = finished[added].contains(&filter.output) && finished[added].contains(&conv.output);
     (is_alike && is_of_pixels && input == filter.output && is_all).then_some(Addition { predicted, added })
@@ -65,7 +65,7 @@ pub(super) fn changes(plan: &Plan, finished: &[Vec<TensorId>]) -> Vec<usize> {
 pub(super) fn fades(plan: &Plan, finished: &[Vec<TensorId>]) -> Vec<bool> {
     let layers = plan.layers();
     let fades = |number: usize| match (&layers[number], layers.get(number + 1)) {
-        (Layer::Reproject { output, .. }, Some(next @ Layer::Accumulate { .. })) => {
+        (Layer::Reproject(Reproject { output, .. }), Some(next @ Layer::Accumulate(_))) => {
             next.begins_as() == Some(*output) && finished[number + 1].contains(output)
         }
         _ => false,

@@ -2,12 +2,14 @@
 
 use super::derived::Derived;
 use super::samples::is_input;
-use crate::plan::{Layer, Plan, TensorId};
+use crate::plan::{Bypass, Layer, Plan, TensorId};
 
 /// Inputs of `layer`, with `known` in place of the colours and mask that it joins.
 fn reads(plan: &Plan, layer: &Layer, known: Option<TensorId>) -> Vec<TensorId> {
     match (layer, known) {
-        (Layer::Bypass { colour, mask, input, .. }, Some(known)) if is_input(plan, *colour, *mask) => {
+        (Layer::Bypass(Bypass { colour, mask, input, .. }), Some(known))
+            if is_input(plan, *colour, *mask) =>
+        {
             vec![known, *input]
         }
         _ => layer.inputs(),

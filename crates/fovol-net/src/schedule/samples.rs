@@ -1,12 +1,12 @@
 //! The input of a plan as a list of samples.
 
-use crate::plan::{Layer, Plan, Read, TensorId};
+use crate::plan::{Accumulate, Blend, Bypass, HistoryConfidence, Join, Layer, Plan, Read, Spread, TensorId};
 
 /// Tensor that joins the colours and the mask of the input of `plan`, if there is one.
 pub(super) fn known(plan: &Plan) -> Option<TensorId> {
     let inputs = plan.inputs();
     plan.layers().iter().find_map(|layer| match layer {
-        Layer::Join { colour, weight, output }
+        Layer::Join(Join { colour, weight, output })
             if *colour == inputs.colour && Some(*weight) == inputs.mask =>
         {
             Some(*output)
@@ -41,12 +41,14 @@ pub(super) fn takes_samples(plan: &Plan, known: TensorId) -> bool {
     let is_sampled =
         |id: TensorId| id == known || id == plan.inputs().colour || Some(id) == plan.inputs().mask;
     plan.layers().iter().all(|layer| match layer {
-        Layer::Join { colour, weight, .. } if is_input(plan, *colour, *weight) => true,
-        Layer::Bypass { colour, mask, input, .. } if is_input(plan, *colour, *mask) => !is_sampled(*input),
-        Layer::Spread { known: id, .. }
-        | Layer::Blend { known: id, .. }
-        | Layer::Doubt { known: id, .. }
-        | Layer::Accumulate { known: id, .. }
+        Layer::Join(Join { colour, weight, .. }) if is_input(plan, *colour, *weight) => true,
+        Layer::Bypass(Bypass { colour, mask, input, .. }) if is_input(plan, *colour, *mask) => {
+            !is_sampled(*input)
+        }
+        Layer::Spread(Spread { known: id, .. })
+        | Layer::Blend(Blend { known: id, .. })
+        | Layer::HistoryConfidence(HistoryConfidence { known: id, .. })
+        | Layer::Accumulate(Accumulate { known: id, .. })
             if *id == known =>
         {
             layer.inputs().into_iter().filter(|id| is_sampled(*id)).count() == 1

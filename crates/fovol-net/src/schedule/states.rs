@@ -1,11 +1,11 @@
 //! Properties of states and of the output.
 
-use crate::plan::{Activation, Layer, Plan, TensorId};
+use crate::plan::{Activation, Clamp, Layer, Plan, Reproject, TensorId};
 
 /// States that are points: inputs of reprojection layers.
 pub(super) fn points(plan: &Plan) -> Vec<TensorId> {
     let moved = plan.layers().iter().filter_map(|layer| match layer {
-        Layer::Reproject { input, .. } => Some(*input),
+        Layer::Reproject(Reproject { input, .. }) => Some(*input),
         _ => None,
     });
     moved.collect()
@@ -17,7 +17,7 @@ pub(super) fn points(plan: &Plan) -> Vec<TensorId> {
 /// ReLU, whose implementation turns infinite values and NaN into 0.
 pub(super) fn stays_finite(plan: &Plan) -> Vec<bool> {
     let is_finite = |layer: &Layer| match layer {
-        Layer::Clamp { .. } | Layer::Accumulate { .. } => true,
+        Layer::Clamp(_) | Layer::Accumulate(_) => true,
         Layer::Conv(conv) => conv.activation == Activation::Relu,
         _ => false,
     };
@@ -28,7 +28,7 @@ pub(super) fn stays_finite(plan: &Plan) -> Vec<bool> {
 /// Tensor that is written to the frame.
 pub(super) fn shown(plan: &Plan) -> TensorId {
     let cut = plan.layers().iter().find_map(|layer| match layer {
-        Layer::Clamp { input, output } if *input == plan.output() => Some(*output),
+        Layer::Clamp(Clamp { input, output }) if *input == plan.output() => Some(*output),
         _ => None,
     });
     cut.filter(|cut| plan.states().iter().any(|state| state.next == *cut)).unwrap_or(plan.output())

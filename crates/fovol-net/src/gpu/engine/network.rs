@@ -157,7 +157,7 @@ fn kernels(context: &Context<'_>) -> Result<Vec<(Stage, Kernel)>> {
 fn kept(context: &Context<'_>) -> impl Iterator<Item = Kernel> {
     let written = context.plan.layers().iter().filter(|layer| {
         let is_state = context.plan.states().iter().any(|state| state.next == layer.output());
-        let is_bounded = matches!(layer, Layer::Clamp { .. } | Layer::Accumulate { .. } | Layer::Join { .. });
+        let is_bounded = matches!(layer, Layer::Clamp(_) | Layer::Accumulate(_) | Layer::Join(_));
         is_state && !is_bounded
     });
     written.map(|layer| keep(context.place(layer.output()), context.is_halved(layer.output())))

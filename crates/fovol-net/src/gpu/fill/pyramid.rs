@@ -1,7 +1,9 @@
 use crate::gpu::kernel::shader::PYRAMID;
 use crate::gpu::kernel::{Context, Groups, Kernel, Operand, flag};
 use crate::gpu::tensor::Place;
-use crate::plan::{DOUBT_ALLOWED, DOUBT_EPSILON, DOUBT_SHARE, TensorId};
+use crate::plan::{
+    CONFIDENCE_ALLOWED, CONFIDENCE_EPSILON, CONFIDENCE_SHARE, HistoryConfidence, Spread, TensorId,
+};
 
 /// Input of the pyramid. Discriminants are those of shaders/pyramid.wgsl.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,30 +16,19 @@ enum Pulled {
     Squares([TensorId; 2]),
 }
 
-/// Makes the kernels of `Layer::Spread`: `known` spread over the frame, or with `base` its residuals, which are
-/// added to it.
-pub fn spread(
-    context: &Context<'_>,
-    known: TensorId,
-    base: Option<TensorId>,
-    levels: u32,
-    output: TensorId,
-) -> Vec<Kernel> {
+/// Makes the kernels that spread weighted pixels over the frame.
+pub fn spread(context: &Context<'_>, layer: &Spread) -> Vec<Kernel> {
+    let &Spread { known, base, levels, output } = layer;
     let pulled = base.map_or(Pulled::Known, Pulled::Differences);
     let mut kernels = completed(context, known, pulled, [levels, 1]);
     kernels.push(made(context, pulled, [levels, 1], output));
     kernels
 }
 
-/// Makes the kernels of `Layer::Doubt`. `expected` has the reprojected last output and the fill of this frame.
-pub fn doubt(
-    context: &Context<'_>,
-    known: TensorId,
-    expected: [TensorId; 2],
-    levels: u32,
-    output: TensorId,
-) -> Vec<Kernel> {
-    let pulled = Pulled::Squares(expected);
+/// Makes the kernels of the confidence in earlier frames.
+pub fn history_confidence(context: &Context<'_>, layer: &HistoryConfidence) -> Vec<Kernel> {
+    let &HistoryConfidence { known, prior, fresh, levels, output } = layer;
+    let pulled = Pulled::Squares([prior, fresh]);
     let lowest = context.plan.tensor(output).level;
     let mut kernels = completed(context, known, pulled, [levels, lowest]);
     kernels.push(made(context, pulled, [levels, lowest], output));
@@ -110,9 +101,9 @@ fn made(context: &Context<'_>, pulled: Pulled, [levels, lowest]: [u32; 2], outpu
         constants: vec![
             ("MADE", number),
             ("IS_PUSHED", flag(is_pushed)),
-            ("DOUBT_EPSILON", f64::from(DOUBT_EPSILON)),
-            ("DOUBT_ALLOWED", f64::from(DOUBT_ALLOWED)),
-            ("DOUBT_SHARE", f64::from(DOUBT_SHARE)),
+            ("CONFIDENCE_EPSILON", f64::from(CONFIDENCE_EPSILON)),
+            ("CONFIDENCE_ALLOWED", f64::from(CONFIDENCE_ALLOWED)),
+            ("CONFIDENCE_SHARE", f64::from(CONFIDENCE_SHARE)),
         ],
         operands: vec![Operand::Shape(to), coarser, level, base, Operand::Write(to)],
         groups: Groups::of(to),

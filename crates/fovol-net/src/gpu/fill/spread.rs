@@ -1,20 +1,24 @@
 use crate::gpu::kernel::shader::SPREAD;
 use crate::gpu::kernel::{Context, Groups, Kernel, Operand};
 use crate::gpu::tensor::Place;
-use crate::plan::TensorId;
+use crate::plan::{Blend, Smooth};
 
-/// Makes the kernel of `Layer::Smooth`.
-pub fn smooth(context: &Context<'_>, input: TensorId, output: TensorId) -> Kernel {
-    let output = Place::Tensor(output);
-    let operands = vec![Operand::Shape(output), context.read(input), Operand::Write(output)];
+/// Makes the kernel of a smoothing.
+pub fn smooth(context: &Context<'_>, layer: &Smooth) -> Kernel {
+    let output = Place::Tensor(layer.output);
+    let operands = vec![Operand::Shape(output), context.read(layer.input), Operand::Write(output)];
     kernel("smooth_input", operands, output)
 }
 
-/// Makes the kernel of `Layer::Blend`: `known`, filled from `base`.
-pub fn blend(context: &Context<'_>, known: TensorId, base: TensorId, output: TensorId) -> Kernel {
-    let output = Place::Tensor(output);
-    let operands =
-        vec![Operand::Shape(output), context.read(known), context.read(base), Operand::Write(output)];
+/// Makes the kernel that fills weighted pixels from a picture.
+pub fn blend(context: &Context<'_>, layer: &Blend) -> Kernel {
+    let output = Place::Tensor(layer.output);
+    let operands = vec![
+        Operand::Shape(output),
+        context.read(layer.known),
+        context.read(layer.base),
+        Operand::Write(output),
+    ];
     kernel("blend", operands, output)
 }
 

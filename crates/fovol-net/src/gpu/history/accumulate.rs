@@ -1,17 +1,11 @@
 use crate::gpu::kernel::shader::ACCUMULATE;
 use crate::gpu::kernel::{Context, Groups, Kernel, Operand, flag};
 use crate::gpu::tensor::Place;
-use crate::plan::TensorId;
+use crate::plan::Accumulate;
 
-/// Makes the kernel of `Layer::Accumulate`: `known`, and the earlier samples `before`, weighted by `share` and
-/// `fade`.
-pub fn kernel(
-    context: &Context<'_>,
-    known: TensorId,
-    (before, share): (TensorId, Option<TensorId>),
-    fade: f32,
-    output: TensorId,
-) -> Kernel {
+/// Makes the kernel that adds earlier samples to those of the frame.
+pub fn kernel(context: &Context<'_>, layer: &Accumulate) -> Kernel {
+    let &Accumulate { known, before, share, fade, output } = layer;
     let output = Place::Tensor(output);
     let level = share.map_or(0, |share| context.plan.tensor(share).level);
     Kernel {

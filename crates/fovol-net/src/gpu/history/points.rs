@@ -1,20 +1,24 @@
 use crate::gpu::kernel::shader::POINTS;
 use crate::gpu::kernel::{Context, Groups, Kernel, Operand};
 use crate::gpu::tensor::Place;
-use crate::plan::TensorId;
+use crate::plan::{Reproject, Splat};
 
-/// Makes the kernel of `Layer::Reproject`, which moves the points of `input` along `motion`.
-pub fn reproject(context: &Context<'_>, input: TensorId, motion: TensorId, output: TensorId) -> Kernel {
-    let output = Place::Tensor(output);
-    let operands =
-        vec![Operand::Shape(output), context.read(input), context.read(motion), Operand::Write(output)];
+/// Makes the kernel that moves points along the motion.
+pub fn reproject(context: &Context<'_>, layer: &Reproject) -> Kernel {
+    let output = Place::Tensor(layer.output);
+    let operands = vec![
+        Operand::Shape(output),
+        context.read(layer.input),
+        context.read(layer.motion),
+        Operand::Write(output),
+    ];
     kernel("reproject", operands, output)
 }
 
-/// Makes the kernel of `Layer::Splat`, which resamples the points of `input` at pixel centres.
-pub fn splat(context: &Context<'_>, input: TensorId, output: TensorId) -> Kernel {
-    let output = Place::Tensor(output);
-    let operands = vec![Operand::Shape(output), context.read(input), Operand::Write(output)];
+/// Makes the kernel that resamples points at pixel centres.
+pub fn splat(context: &Context<'_>, layer: &Splat) -> Kernel {
+    let output = Place::Tensor(layer.output);
+    let operands = vec![Operand::Shape(output), context.read(layer.input), Operand::Write(output)];
     kernel("splat", operands, output)
 }
 

@@ -1,10 +1,11 @@
 use crate::gpu::kernel::shader::WARP;
 use crate::gpu::kernel::{Context, Groups, Kernel, Operand, flag};
 use crate::gpu::tensor::Place;
-use crate::plan::TensorId;
+use crate::plan::Warp;
 
-/// Makes the kernel of `Layer::Warp`, which moves `input` along `motion`.
-pub fn kernel(context: &Context<'_>, input: TensorId, motion: TensorId, output: TensorId) -> Kernel {
+/// Makes the kernel that moves a picture along the motion.
+pub fn kernel(context: &Context<'_>, layer: &Warp) -> Kernel {
+    let &Warp { input, motion, output } = layer;
     let level = context.plan.tensor(output).level;
     let place = Place::Tensor(output);
     Kernel {

@@ -23,27 +23,24 @@ pub fn kernels(context: &Context<'_>, layer: &Layer) -> Result<Vec<Kernel>> {
     }
     Ok(match layer {
         Layer::Conv(layer) => vec![conv::kernel(context, layer)?],
-        Layer::Filter(layer) => vec![filter::kernel(context, layer)?],
         Layer::Norm(layer) => norm::kernels(context, layer)?,
-        Layer::Pool { .. }
-        | Layer::SpaceToDepth { .. }
-        | Layer::DepthToSpace { .. }
-        | Layer::Join { .. }
-        | Layer::Part { .. } => reshape::kernel(context, layer).into_iter().collect(),
-        Layer::Scale { .. } | Layer::Clamp { .. } | Layer::Add { .. } | Layer::Bypass { .. } => {
-            pointwise::kernel(context, layer).into_iter().collect()
-        }
-        Layer::Spread { known, base, levels, .. } => pyramid::spread(context, *known, *base, *levels, output),
-        Layer::Doubt { known, prior, fresh, levels, .. } => {
-            pyramid::doubt(context, *known, [*prior, *fresh], *levels, output)
-        }
-        Layer::Smooth { input, .. } => vec![spread::smooth(context, *input, output)],
-        Layer::Blend { known, base, .. } => vec![spread::blend(context, *known, *base, output)],
-        Layer::Accumulate { known, before, share, fade, .. } => {
-            vec![accumulate::kernel(context, *known, (*before, *share), *fade, output)]
-        }
-        Layer::Reproject { input, motion, .. } => vec![points::reproject(context, *input, *motion, output)],
-        Layer::Splat { input, .. } => vec![points::splat(context, *input, output)],
-        Layer::Warp { input, motion, .. } => vec![warp::kernel(context, *input, *motion, output)],
+        Layer::Filter(layer) => vec![filter::kernel(context, layer)?],
+        Layer::Pool(layer) => vec![reshape::pool(context, layer)],
+        Layer::SpaceToDepth(layer) => vec![reshape::space_to_depth(context, layer)],
+        Layer::DepthToSpace(layer) => vec![reshape::depth_to_space(context, layer)],
+        Layer::Scale(layer) => vec![pointwise::scale(context, layer)],
+        Layer::Clamp(layer) => vec![pointwise::clamp(context, layer)],
+        Layer::Join(layer) => vec![reshape::join(context, layer)],
+        Layer::Spread(layer) => pyramid::spread(context, layer),
+        Layer::Smooth(layer) => vec![spread::smooth(context, layer)],
+        Layer::Blend(layer) => vec![spread::blend(context, layer)],
+        Layer::HistoryConfidence(layer) => pyramid::history_confidence(context, layer),
+        Layer::Accumulate(layer) => vec![accumulate::kernel(context, layer)],
+        Layer::Part(layer) => vec![reshape::part(context, layer)],
+        Layer::Add(layer) => vec![pointwise::add(context, layer)],
+        Layer::Bypass(layer) => vec![pointwise::bypass(context, layer)],
+        Layer::Reproject(layer) => vec![points::reproject(context, layer)],
+        Layer::Splat(layer) => vec![points::splat(context, layer)],
+        Layer::Warp(layer) => vec![warp::kernel(context, layer)],
     })
 }

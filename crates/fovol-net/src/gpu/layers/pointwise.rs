@@ -1,27 +1,34 @@
 use crate::gpu::kernel::shader::POINTWISE;
 use crate::gpu::kernel::{Context, Groups, Kernel, Operand};
 use crate::gpu::tensor::Place;
-use crate::plan::{Layer, TensorId};
+use crate::plan::{Add, Bypass, Clamp, Scale, TensorId};
 
-/// Makes the kernel of a pointwise layer; `None` for other layers.
-pub fn kernel(context: &Context<'_>, layer: &Layer) -> Option<Kernel> {
-    let output = layer.output();
-    Some(match layer {
-        Layer::Scale { input, factor, offset, .. } => {
-            let constants = vec![("FACTOR", f64::from(*factor)), ("OFFSET", f64::from(*offset))];
-            Kernel { constants, ..change(context, "scale", *input, &[], output) }
-        }
-        Layer::Clamp { input, .. } => change(context, "clamp_input", *input, &[], output),
-        Layer::Add { input, more, .. } => match context.moved(*more) {
-            Some(folded) => change(context, "add_unfolded", *input, &[folded], output),
-            None => change(context, "add", *input, &[*more], output),
-        },
-        Layer::Bypass { colour, mask, input, .. } => match context.is_known(*colour, *mask) {
-            true => change(context, "bypass_known", *input, &[*colour], output),
-            false => change(context, "bypass", *input, &[*colour, *mask], output),
-        },
-        _ => return None,
-    })
+/// Makes the kernel of a product with a number, plus a number.
+pub fn scale(context: &Context<'_>, layer: &Scale) -> Kernel {
+    let constants = vec![("FACTOR", f64::from(layer.factor)), ("OFFSET", f64::from(layer.offset))];
+    Kernel { constants, ..change(context, "scale", layer.input, &[], layer.output) }
+}
+
+/// Makes the kernel of a clamp to 0…1.
+pub fn clamp(context: &Context<'_>, layer: &Clamp) -> Kernel {
+    change(context, "clamp_input", layer.input, &[], layer.output)
+}
+
+/// Makes the kernel of a sum.
+pub fn add(context: &Context<'_>, layer: &Add) -> Kernel {
+    match context.moved(layer.more) {
+        Some(folded) => change(context, "add_unfolded", layer.input, &[folded], layer.output),
+        None => change(context, "add", layer.input, &[layer.more], layer.output),
+    }
+}
+
+/// Makes the kernel of a choice by the sample mask.
+pub fn bypass(context: &Context<'_>, layer: &Bypass) -> Kernel {
+    let &Bypass { colour, mask, input, output } = layer;
+    match context.is_known(colour, mask) {
+        true => change(context, "bypass_known", input, &[colour], output),
+        false => change(context, "bypass", input, &[colour, mask], output),
+    }
 }
 
 fn change(

@@ -1,22 +1,27 @@
 use crate::gpu::kernel::shader::{POOL, RESHAPE};
 use crate::gpu::kernel::{Context, Groups, Kernel, Operand, flag};
 use crate::gpu::tensor::Place;
-use crate::plan::{Layer, TensorId};
+use crate::plan::{DepthToSpace, Join, Part, Pool, SpaceToDepth, TensorId};
 
-/// Makes the kernel of a layer that reorders or averages elements; `None` for other layers.
-pub fn kernel(context: &Context<'_>, layer: &Layer) -> Option<Kernel> {
-    let output = layer.output();
-    Some(match layer {
-        Layer::Pool { input, .. } => pool(context, *input, output),
-        Layer::SpaceToDepth { input, .. } => moved(context, "space_to_depth", &[*input], output),
-        Layer::DepthToSpace { input, .. } => moved(context, "depth_to_space", &[*input], output),
-        Layer::Join { colour, weight, .. } => moved(context, "join", &[*colour, *weight], output),
-        Layer::Part { input, first, .. } => {
-            let constants = vec![("FIRST", *first as f64)];
-            Kernel { constants, ..moved(context, "part", &[*input], output) }
-        }
-        _ => return None,
-    })
+/// Makes the kernel of a fold of pixels into channels.
+pub fn space_to_depth(context: &Context<'_>, layer: &SpaceToDepth) -> Kernel {
+    moved(context, "space_to_depth", &[layer.input], layer.output)
+}
+
+/// Makes the kernel of an unfolding of channels into pixels.
+pub fn depth_to_space(context: &Context<'_>, layer: &DepthToSpace) -> Kernel {
+    moved(context, "depth_to_space", &[layer.input], layer.output)
+}
+
+/// Makes the kernel that joins colours and weights.
+pub fn join(context: &Context<'_>, layer: &Join) -> Kernel {
+    moved(context, "join", &[layer.colour, layer.weight], layer.output)
+}
+
+/// Makes the kernel that copies some of the channels.
+pub fn part(context: &Context<'_>, layer: &Part) -> Kernel {
+    let constants = vec![("FIRST", layer.first as f64)];
+    Kernel { constants, ..moved(context, "part", &[layer.input], layer.output) }
 }
 
 fn moved(context: &Context<'_>, entry_point: &'static str, inputs: &[TensorId], output: TensorId) -> Kernel {
@@ -26,13 +31,14 @@ fn moved(context: &Context<'_>, entry_point: &'static str, inputs: &[TensorId], 
     Kernel { shader: RESHAPE, entry_point, constants: Vec::new(), operands, groups: Groups::of(output) }
 }
 
-fn pool(context: &Context<'_>, input: TensorId, output: TensorId) -> Kernel {
-    let place = Place::Tensor(output);
+/// Makes the kernel of an average of 2×2 pixels.
+pub fn pool(context: &Context<'_>, layer: &Pool) -> Kernel {
+    let place = Place::Tensor(layer.output);
     Kernel {
         shader: POOL,
         entry_point: "pool",
-        constants: vec![("HALVED", flag(context.is_halved(output)))],
-        operands: vec![Operand::Shape(place), context.read(input), Operand::Write(place)],
+        constants: vec![("HALVED", flag(context.is_halved(layer.output)))],
+        operands: vec![Operand::Shape(place), context.read(layer.input), Operand::Write(place)],
         groups: Groups::of(place),
     }
 }

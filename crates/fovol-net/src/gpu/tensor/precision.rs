@@ -1,4 +1,4 @@
-use crate::plan::{Layer, Plan, TensorId};
+use crate::plan::{Layer, Plan, Pool, TensorId, Warp};
 use fovol_gpu::Gpu;
 use std::fmt;
 use std::str::FromStr;
@@ -71,7 +71,9 @@ pub fn halved(plan: &Plan, precision: Precision) -> Vec<bool> {
     for _ in 0..=plan.tensors().len() {
         let before = halved.clone();
         let alike = plan.layers().iter().filter_map(|layer| match layer {
-            Layer::Pool { input, output } | Layer::Warp { input, output, .. } => Some((*input, *output)),
+            Layer::Pool(Pool { input, output }) | Layer::Warp(Warp { input, output, .. }) => {
+                Some((*input, *output))
+            }
             _ => None,
         });
         let states = plan.states().iter().map(|state| (state.previous, state.next));
@@ -90,8 +92,8 @@ pub fn halved(plan: &Plan, precision: Precision) -> Vec<bool> {
 fn layer_pictures(layer: &Layer) -> impl Iterator<Item = TensorId> {
     let all = || layer.inputs().into_iter().chain([layer.output()]);
     let pictures: Vec<TensorId> = match layer {
-        Layer::Conv(_) | Layer::Norm(_) | Layer::Pool { .. } => Vec::new(),
-        Layer::Warp { motion, .. } => vec![*motion],
+        Layer::Conv(_) | Layer::Norm(_) | Layer::Pool(_) => Vec::new(),
+        Layer::Warp(Warp { motion, .. }) => vec![*motion],
         Layer::Filter(filter) => all().filter(|id| *id != filter.features).collect(),
         _ => all().collect(),
     };

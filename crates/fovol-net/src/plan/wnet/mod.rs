@@ -1,7 +1,7 @@
 mod walk;
 
-use super::Plan;
-use super::layer::{Normalisation, Taps};
+use super::definition::Plan;
+use super::layers::{Normalisation, Taps};
 use serde::{Deserialize, Serialize};
 use walk::Walk;
 

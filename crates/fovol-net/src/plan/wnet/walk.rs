@@ -1,8 +1,13 @@
 //! Builds the layers of W-shaped networks, in the order in which they run.
 
-use super::super::layer::{Activation, Filter, POINT, Read, Taps};
-use super::super::{Plan, PlanBuilder, TensorId};
 use super::{Feedback, WNetConfig};
+use crate::plan::build::PlanBuilder;
+use crate::plan::definition::Plan;
+use crate::plan::layers::{
+    Accumulate, Activation, Add, Blend, Bypass, Clamp, Conv, DepthToSpace, Filter, HistoryConfidence, Join,
+    POINT, Part, Pool, Read, Reproject, Smooth, SpaceToDepth, Splat, Spread, Taps, Warp,
+};
+use crate::plan::tensor::TensorId;
 
 /// Builder of one plan.
 pub(super) struct Walk<'a> {
@@ -24,7 +29,7 @@ struct Filled {
 
 /// Samples spread over the frame, at half the resolution.
 #[derive(Clone, Copy)]
-struct Spread {
+struct SpreadSamples {
     picture: TensorId,
     /// Smoothed picture from which the first correction began.
     smooth: Option<TensorId>,
@@ -72,15 +77,16 @@ impl<'a> Walk<'a> {
         };
         if config.addition {
             let more = self.predicted("addition", &[Read::same(direct.features[0])], Activation::None);
-            picture = self.builder.add(picture, more);
+            picture = self.builder.add(Add::new(picture, more));
         }
         if config.bypass {
-            picture = self.builder.bypass(colour, picture);
+            let mask = self.builder.mask();
+            picture = self.builder.add(Bypass::new(colour, mask, picture));
         }
         if let Some(last) = last {
             let next = match config.feedback {
                 Feedback::Direct => direct.picture.expect("only a direct prediction can be fed back as one"),
-                Feedback::Output => self.builder.clamp(picture),
+                Feedback::Output => self.builder.add(Clamp::new(picture)),
                 Feedback::None => picture,
             };
             self.carried.push((last, next));
@@ -101,11 +107,15 @@ impl<'a> Walk<'a> {
     }
 
     fn folded(&mut self, picture: TensorId) -> TensorId {
-        if self.config.fold { self.builder.space_to_depth(picture) } else { picture }
+        if self.config.fold { self.builder.add(SpaceToDepth::new(picture)) } else { picture }
     }
 
     fn reprojected(&mut self, state: TensorId) -> TensorId {
-        if self.config.reproject { self.builder.warp(state) } else { state }
+        if !self.config.reproject {
+            return state;
+        }
+        let motion = self.builder.motion();
+        self.builder.add(Warp::new(state, motion))
     }
 
     /// Uses the sampled pixels unfilled.
@@ -118,7 +128,7 @@ impl<'a> Walk<'a> {
     fn filled(&mut self, history: Option<TensorId>) -> Filled {
         let config = self.config;
         let [colour, mask] = [self.builder.colour(), self.builder.mask()];
-        let known = self.builder.join(colour, mask);
+        let known = self.builder.add(Join::new(colour, mask));
         let corrections = if config.coarse { config.corrections.min(1) } else { config.corrections };
         let fresh = config.fresh.map(|_| self.spread(known, corrections));
         let mut samples = known;
@@ -126,14 +136,14 @@ impl<'a> Walk<'a> {
         if config.accumulate > 0.0 {
             let doubted = fresh.zip(history).filter(|_| config.doubt);
             samples = self.accumulated(known, doubted);
-            weights = weights.map(|_| self.builder.part(samples, 3, 1));
+            weights = weights.map(|_| self.builder.add(Part::new(samples, 3, 1)));
         }
         let spread = self.spread(samples, config.corrections);
         Filled {
-            picture: self.builder.blend(samples, spread.picture),
+            picture: self.builder.add(Blend::new(samples, spread.picture)),
             weights,
             fresh: fresh.map(|fresh| match config.coarse {
-                false => self.builder.blend(known, fresh.picture),
+                false => self.builder.add(Blend::new(known, fresh.picture)),
                 true => fresh.picture,
             }),
         }
@@ -141,33 +151,38 @@ impl<'a> Walk<'a> {
 
     /// Adds the samples of earlier frames to `known`. `doubted` has a fill of this frame and the reprojected last
     /// picture: earlier samples lose weight where the last picture predicts `known` worse than the fill does.
-    fn accumulated(&mut self, known: TensorId, doubted: Option<(Spread, TensorId)>) -> TensorId {
+    fn accumulated(&mut self, known: TensorId, doubted: Option<(SpreadSamples, TensorId)>) -> TensorId {
         let points = self.config.points;
         let samples = match points {
             true => self.builder.state("samples", POINT, 0),
             false => self.builder.state_like("samples", known),
         };
         let share = doubted.map(|(fresh, prior)| {
-            let smooth = fresh.smooth.unwrap_or_else(|| self.builder.smooth(fresh.picture));
-            self.builder.doubt(known, prior, smooth)
+            let smooth = fresh.smooth.unwrap_or_else(|| self.builder.add(Smooth::new(fresh.picture)));
+            self.builder.add(HistoryConfidence::new(known, prior, smooth))
         });
         // Reprojection comes late because the layers above read the same pictures, which are still in the cache.
-        let before = if points { self.builder.reproject(samples) } else { self.reprojected(samples) };
-        let accumulated = self.builder.accumulate(known, before, share, self.config.accumulate);
+        let before = if points {
+            let motion = self.builder.motion();
+            self.builder.add(Reproject::new(samples, motion))
+        } else {
+            self.reprojected(samples)
+        };
+        let accumulated = self.builder.add(Accumulate::new(known, before, share, self.config.accumulate));
         self.carried.push((samples, accumulated));
-        if points { self.builder.splat(accumulated) } else { accumulated }
+        if points { self.builder.add(Splat::new(accumulated)) } else { accumulated }
     }
 
     /// Spreads `known` over the frame at half the resolution, with `corrections` corrections.
-    fn spread(&mut self, known: TensorId, corrections: u32) -> Spread {
-        let mut picture = self.builder.spread(known, None);
+    fn spread(&mut self, known: TensorId, corrections: u32) -> SpreadSamples {
+        let mut picture = self.builder.add(Spread::new(known, None));
         let mut first = None;
         for _ in 0..corrections {
-            let smooth = self.builder.smooth(picture);
+            let smooth = self.builder.add(Smooth::new(picture));
             first = first.or(Some(smooth));
-            picture = self.builder.spread(known, Some(smooth));
+            picture = self.builder.add(Spread::new(known, Some(smooth)));
         }
-        Spread { picture, smooth: first }
+        SpreadSamples { picture, smooth: first }
     }
 
     /// Builds D: the U-Net of `inputs`, of which the filled picture is the first, and the picture that it predicts.
@@ -181,7 +196,7 @@ impl<'a> Walk<'a> {
             let output = self.block(&name, &inputs, width);
             skips.push(output);
             if depth + 1 < config.encoder.len() {
-                inputs = vec![Read::same(self.builder.pool(output))];
+                inputs = vec![Read::same(self.builder.add(Pool::new(output)))];
             }
         }
         let mut features = vec![skips[skips.len() - 1]];
@@ -207,14 +222,14 @@ impl<'a> Walk<'a> {
     /// Predicts a picture from `inputs` by a 1×1 convolution.
     fn predicted(&mut self, name: &str, inputs: &[Read], activation: Activation) -> TensorId {
         let channels = if self.config.fold { 12 } else { 3 };
-        let picture = self.builder.conv(name, inputs, channels, 1, activation);
-        if self.config.fold { self.builder.depth_to_space(picture) } else { picture }
+        let picture = self.builder.add(Conv::new(name, inputs, channels, 1, activation));
+        if self.config.fold { self.builder.add(DepthToSpace::new(picture)) } else { picture }
     }
 
     /// Two 3×3 convolutions, each followed by ReLU.
     fn block(&mut self, name: &str, inputs: &[Read], width: usize) -> TensorId {
-        let first = self.builder.conv(&format!("{name}.conv1"), inputs, width, 3, Activation::Relu);
-        self.builder.conv(&format!("{name}.conv2"), &[Read::same(first)], width, 3, Activation::Relu)
+        let first = self.builder.add(Conv::new(format!("{name}.conv1"), inputs, width, 3, Activation::Relu));
+        self.builder.add(Conv::new(format!("{name}.conv2"), &[Read::same(first)], width, 3, Activation::Relu))
     }
 
     /// Builds K as one kernel at the finest resolution. It weighs the `direct` prediction, if there is one, and the
@@ -243,7 +258,7 @@ impl<'a> Walk<'a> {
             let name = if depth == deepest { "kernel.bottom".into() } else { format!("kernel.down.{depth}") };
             let filtered = self.filter(&name, feature, depth, vec![(Read::same(image), Taps::Around)]);
             skips.push(filtered);
-            image = if depth < deepest { self.builder.pool(filtered) } else { filtered };
+            image = if depth < deepest { self.builder.add(Pool::new(filtered)) } else { filtered };
         }
         for depth in (0..deepest).rev() {
             let mut images =
@@ -263,12 +278,12 @@ impl<'a> Walk<'a> {
         depth: usize,
         images: Vec<(Read, Taps)>,
     ) -> TensorId {
-        self.builder.filter(Filter {
+        self.builder.add(Filter {
             name: name.to_owned(),
             features,
             expand: if self.config.fold && depth == 0 { 2 } else { 1 },
             images,
-            output: features,
+            output: TensorId::UNSET,
             normalisation: self.config.normalisation,
         })
     }
