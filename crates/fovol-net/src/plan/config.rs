@@ -24,7 +24,7 @@ impl NetworkConfig {
     /// Widths that do not fit together, in one line.
     pub fn plan(&self) -> Result<Plan, String> {
         match self {
-            Self::WNet(config) => config.plan(),
+            Self::WNet(config) => Ok(config.plan()),
             Self::DeepFovea(config) => config.plan(),
         }
     }

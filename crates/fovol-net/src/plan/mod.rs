@@ -16,4 +16,6 @@ pub use deepfovea::DeepFoveaConfig;
 pub use definition::{Inputs, Plan, StateTensor};
 pub use layers::*;
 pub use tensor::{Parameter, TensorId, TensorSpec};
-pub use wnet::{Feedback, WNetConfig};
+pub use wnet::{
+    Accumulation, Direct, Feedback, Fill, Filtering, Fresh, Kernels, Prediction, WNetConfig, WNetOptions,
+};

@@ -8,7 +8,7 @@ override PULLED: u32;
 override MADE: u32;
 /// Whether there is a coarser level to push from.
 override IS_PUSHED: bool;
-/// Equal to the constants of plan/layer.rs.
+/// Equal to the constants of plan/layers/history_confidence.rs.
 override CONFIDENCE_EPSILON: f32;
 override CONFIDENCE_ALLOWED: f32;
 override CONFIDENCE_SHARE: f32;

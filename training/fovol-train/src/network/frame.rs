@@ -107,8 +107,7 @@ impl<'a> Frame<'a> {
             Layer::Smooth(layer) => layers::smooth(&self.exact(layer.input)),
             Layer::Blend(layer) => layers::blend(&self.exact(layer.known), &self.exact(layer.base)),
             Layer::HistoryConfidence(layer) => {
-                let [known, prior, fresh] =
-                    [layer.known, layer.prior, layer.fresh].map(|id| self.exact(id));
+                let [known, prior, fresh] = [layer.known, layer.prior, layer.fresh].map(|id| self.exact(id));
                 // Detached like points: the prior is judged here, and no gradient should make it easier to trust.
                 let prior = prior.detach();
                 let lowest = self.network.plan.tensor(layer.output).level;
@@ -127,9 +126,7 @@ impl<'a> Frame<'a> {
                 let [colour, mask, input] = [layer.colour, layer.mask, layer.input].map(|id| self.exact(id));
                 layers::bypass(&colour, &mask, &input)
             }
-            Layer::Reproject(layer) => {
-                points::reproject(&self.exact(layer.input), &self.exact(layer.motion))
-            }
+            Layer::Reproject(layer) => points::reproject(&self.exact(layer.input), &self.exact(layer.motion)),
             Layer::Splat(layer) => points::splat(&self.exact(layer.input)),
             Layer::Warp(layer) => layers::warp(&self.exact(layer.input), &self.exact(layer.motion)),
         };
