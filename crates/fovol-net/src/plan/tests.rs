@@ -95,6 +95,7 @@ fn options_that_do_not_fit_are_refused() {
         (&fast, r#"{"fresh":null,"doubt":false}"#, "`coarse` needs"),
         (&fast, r#"{"history":null,"feedback":"none"}"#, "the last picture is needed"),
         (&fast, r#"{"corrections":9}"#, "give 0 to 8"),
+        (&paper, r#"{"corrections":9}"#, "give 0 to 8"),
         (&paper, r#"{"residual":true}"#, "no filled picture to add to"),
         (&picture, r#"{"addition":true}"#, "nothing of K"),
         (&fast, r#"{"residual":true}"#, "without a direct prediction"),

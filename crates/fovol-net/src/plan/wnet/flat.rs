@@ -2,7 +2,7 @@
 
 use super::options::{
     Accumulation, COARSE, DIRECT, Direct, Feedback, Fill, Filtering, Fresh, Kernels, POINTS, Prediction,
-    TAPS, WNetOptions,
+    TAPS, WNetOptions, check_corrections,
 };
 use crate::plan::layers::{Normalisation, Taps};
 use serde::{Deserialize, Serialize};
@@ -136,6 +136,7 @@ impl Flat {
     }
 
     fn fill(&self) -> Result<Option<Fill>, String> {
+        check_corrections(self.corrections)?;
         let fill = Fill { corrections: self.corrections, accumulation: self.accumulation()? };
         if fill.accumulation.is_some() && !self.prefill {
             return Err(
