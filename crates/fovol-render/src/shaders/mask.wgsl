@@ -3,7 +3,7 @@
 // Densities are f64 in the specification, so the host turns them into whole ranks, and only whole numbers are compared
 // here: the bits are those of the CPU.
 
-/// One frame's mask. Twin of `MaskSettings` in gpu/mask.rs.
+/// One frame's mask. Twin of `MaskSettings` in gpu/mask_limits.rs.
 struct MaskSettings {
     /// The number of ranks below the density outside the fovea.
     base_limit: u32,
