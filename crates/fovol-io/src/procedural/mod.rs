@@ -34,7 +34,7 @@ mod supernova;
 mod vessels;
 mod vortices;
 
-use domain::Domain;
+use domain::{Domain, FEWER_VOXELS};
 use fovol_core::memory::{Estimate, Shortage};
 use fovol_core::{Dtype, Volume, did_you_mean};
 use std::fmt;
@@ -72,9 +72,6 @@ pub enum Error {
     #[error(transparent)]
     Memory(#[from] Shortage),
 }
-
-/// Advice for volumes that do not fit in memory.
-const FEWER_VOXELS: &str = "smaller --dims need less";
 
 /// The result of making a procedural volume.
 pub type Result<T> = std::result::Result<T, Error>;

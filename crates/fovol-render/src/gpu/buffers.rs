@@ -7,7 +7,7 @@ use fovol_gpu::Gpu;
 use wgpu::BufferUsages;
 
 /// Words of one block; as in shaders/compact.wgsl.
-const BLOCK: u32 = 256;
+pub const BLOCK: u32 = 256;
 
 /// How many blocks of words the mask of a frame of `size` has.
 pub fn blocks(size: FrameSize) -> u32 {

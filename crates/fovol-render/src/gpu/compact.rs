@@ -42,6 +42,7 @@ impl CompactPass {
 mod tests {
     use super::*;
     use crate::cpu;
+    use crate::gpu::buffers::BLOCK;
     use crate::gpu::frame_buffers::FrameBuffers;
     use crate::gpu::stages::Stages;
     use crate::gpu::volume_texture::TexelKind;
