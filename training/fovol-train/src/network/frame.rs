@@ -1,8 +1,10 @@
 //! Evaluation of a network on one frame.
 
+use super::inputs::Inputs;
 use super::layers;
 use super::layers::points;
-use super::{Inputs, Network, quantise};
+use super::model::Network;
+use super::quantise;
 use fovol_net::plan::{Conv, Filter, Layer, Read, TensorId};
 use std::collections::HashMap;
 use tch::{Kind, Tensor};
