@@ -69,19 +69,29 @@ fn read(files: &mut Vec<File>, path: PathBuf, parent: Option<usize>) -> usize {
     let tokens = without_tests(&tokens(&std::fs::read_to_string(&path).unwrap()));
     let number = files.len();
     files.push(File { path: path.clone(), parent, ..File::default() });
-    let stem = path.file_stem().unwrap().to_str().unwrap();
-    let folder = match stem {
+    let folder = match path.file_stem().unwrap().to_str().unwrap() {
         "lib" | "main" | "mod" => path.parent().unwrap().to_owned(),
         _ => path.with_extension(""),
     };
-    let mut at = 0;
+    let (mut at, mut depth) = (0, 0);
+    // Depths of braces at which modules within the file begin.
+    let mut inner: Vec<i32> = Vec::new();
     while at < tokens.len() {
         match (tokens[at].as_str(), tokens.get(at + 2).map(String::as_str)) {
             ("use", _) if tokens[at + 1] != "<" => {
                 let is_public = at > 0 && ["pub", ")"].contains(&tokens[at - 1].as_str());
                 at = use_tree(&tokens, at + 1, &[], &mut |name, path| {
-                    files[number].uses.push((name, path, is_public));
+                    files[number].uses.push((name, outward(path, inner.len()), is_public));
                 });
+            }
+            ("mod", Some("{")) => {
+                inner.push(depth + 1);
+                at += 2;
+            }
+            ("{", _) => (at, depth) = (at + 1, depth + 1),
+            ("}", _) => {
+                inner.retain(|&begin| begin < depth);
+                (at, depth) = (at + 1, depth - 1);
             }
             ("mod", Some(";")) => {
                 let name = tokens[at + 1].clone();
@@ -96,7 +106,7 @@ fn read(files: &mut Vec<File>, path: PathBuf, parent: Option<usize>) -> usize {
                 while end + 1 < tokens.len() && tokens[end] == "::" && is_word(&tokens[end + 1]) {
                     end += 2;
                 }
-                let path: Vec<String> = tokens[at..end].iter().step_by(2).cloned().collect();
+                let path = outward(tokens[at..end].iter().step_by(2).cloned().collect(), inner.len());
                 let is_whole = at == 0 || !["::", "."].contains(&tokens[at - 1].as_str());
                 files[number].words.extend(is_whole.then(|| path[0].clone()));
                 files[number].paths.extend((is_whole && path.len() > 1).then_some(path));
@@ -105,6 +115,12 @@ fn read(files: &mut Vec<File>, path: PathBuf, parent: Option<usize>) -> usize {
         }
     }
     number
+}
+
+/// Path as the file names it, from a path within as many modules of the file.
+fn outward(mut path: Vec<String>, inner: usize) -> Vec<String> {
+    path.iter_mut().take(inner).take_while(|name| *name == "super").for_each(|name| *name = "self".into());
+    path
 }
 
 /// Reads the tree of a `use` from place `at` on, after the names `before`. `each` gets every name with its path.
@@ -211,8 +227,7 @@ fn defined(files: &[File], at: usize, path: &[String], depth: usize) -> Option<u
 
 /// File of the module `path`, as the file `at` names it.
 fn module(files: &[File], at: usize, path: &[String], depth: usize) -> Option<usize> {
-    let mut path = path.to_vec();
-    path.push("a name of no item".into());
+    let path = [path, &["a name of no item".into()]].concat();
     defined(files, at, &path, depth).filter(|&module| module != at)
 }
 

@@ -5,7 +5,7 @@ pub fn is_word(token: &str) -> bool {
     token.starts_with(|letter: char| letter.is_alphanumeric() || letter == '_')
 }
 
-/// Splits `text` into words, `::` and single signs, without comments, texts and lifetimes.
+/// Splits `text` into words, `::` and single signs, without comments, texts, lifetimes and `$`.
 pub fn tokens(text: &str) -> Vec<String> {
     let letters: Vec<char> = text.chars().collect();
     let is = |at: usize, sign: &str| sign.chars().enumerate().all(|(i, c)| letters.get(at + i) == Some(&c));
@@ -48,7 +48,9 @@ pub fn tokens(text: &str) -> Vec<String> {
             }
         } else {
             at += if is(at, "::") { 2 } else { 1 };
-            tokens.extend((!letter.is_whitespace()).then(|| letters[begin..at].iter().collect()));
+            tokens.extend(
+                (!letter.is_whitespace() && letter != '$').then(|| letters[begin..at].iter().collect()),
+            );
         }
     }
     tokens
