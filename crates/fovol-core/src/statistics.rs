@@ -1,27 +1,172 @@
-/// Statistics of a volume's finite values (first component, after scaling).
-#[derive(Debug, Clone, PartialEq)]
-pub struct Statistics {
-    /// Smallest finite value; 0 if there is none.
-    pub min: f64,
-    /// Largest finite value; 0 if there is none.
-    pub max: f64,
-    /// Mean of the finite values; 0 if there is none.
-    pub mean: f64,
-    /// Number of NaN or infinite values.
-    pub non_finite: u64,
-    /// Number of NaN values.
-    pub nan: u64,
-    /// Smallest and largest finite value without outliers.
-    pub shown: [f64; 2],
-    /// Values far outside all others, such as −9999 for voxels without data; smallest first.
-    pub outliers: Vec<Outlier>,
+//! Statistics, histograms and distinct values of volumes.
+
+use crate::outliers::{self, Extremes};
+use crate::{Endian, Rescale, Statistics, Volume, Voxel, stop, with_voxel_type};
+use rayon::prelude::*;
+
+/// Voxels per parallel piece. A fixed size makes sums independent of the number of threads.
+const PIECE: usize = 1 << 20;
+
+#[derive(Clone, Copy)]
+struct Partial {
+    extremes: Extremes,
+    sum: f64,
+    finite: u64,
+    nan: u64,
 }
 
-/// Value far outside all others.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Outlier {
-    /// The value, after scaling.
-    pub value: f64,
-    /// Number of voxels with this value.
-    pub count: u64,
+impl Partial {
+    const NONE: Self = Self { extremes: Extremes::NONE, sum: 0.0, finite: 0, nan: 0 };
+}
+
+impl Statistics {
+    fn of(volume: &Volume) -> Self {
+        let partials = with_voxel_type!(volume.dtype(), T => partials::<T>(volume));
+        let voxels = volume.grid().voxels() as u64;
+        let mut all = Partial::NONE;
+        for p in partials {
+            all.extremes.merge(&p.extremes);
+            all.sum += p.sum;
+            all.finite += p.finite;
+            all.nan += p.nan;
+        }
+        let Some([min, max]) = all.extremes.ends() else {
+            return Self {
+                min: 0.0,
+                max: 0.0,
+                mean: 0.0,
+                non_finite: voxels,
+                nan: all.nan,
+                shown: [0.0; 2],
+                outliers: Vec::new(),
+            };
+        };
+        let (shown, outliers) = outliers::split(volume, &all.extremes);
+        let (mean, non_finite) = (all.sum / all.finite as f64, voxels - all.finite);
+        Self { min, max, mean, non_finite, nan: all.nan, shown, outliers }
+    }
+}
+
+impl Volume {
+    /// Statistics of the values; computed once.
+    pub fn statistics(&self) -> &Statistics {
+        self.statistics.get_or_init(|| Statistics::of(self))
+    }
+
+    /// Histogram of the finite values in `bins` equal parts of `range` (scaled values). The last bin includes its
+    /// upper end; values outside are not counted.
+    pub fn histogram(&self, bins: usize, range: [f64; 2]) -> Vec<u64> {
+        with_voxel_type!(self.dtype(), T => histogram::<T>(self, bins, range))
+    }
+
+    /// Different finite values (scaled), smallest first; `None` if there are more than `limit`.
+    pub fn distinct_values(&self, limit: usize) -> Option<Vec<f64>> {
+        with_voxel_type!(self.dtype(), T => distinct::<T>(self, limit))
+    }
+}
+
+fn distinct<T: Voxel>(volume: &Volume, limit: usize) -> Option<Vec<f64>> {
+    let stride = volume.components() * size_of::<T>();
+    let mut found: Vec<f64> = Vec::new();
+    let mut last = f64::NAN;
+    for voxel in volume.data().chunks_exact(stride) {
+        let value = volume.rescale().apply(T::decode(&voxel[..size_of::<T>()], volume.endian()).to_f64());
+        if value == last || !value.is_finite() {
+            continue;
+        }
+        last = value;
+        if let Err(at) = found.binary_search_by(|known| known.total_cmp(&value)) {
+            if found.len() == limit {
+                return None;
+            }
+            found.insert(at, value);
+        }
+    }
+    Some(found)
+}
+
+fn pieces(volume: &Volume) -> impl IndexedParallelIterator<Item = &[u8]> {
+    volume.data().par_chunks(PIECE * volume.components() * volume.dtype().size())
+}
+
+fn partials<T: Voxel>(volume: &Volume) -> Vec<Partial> {
+    let rescale = volume.rescale();
+    let stride = volume.components() * size_of::<T>();
+    pieces(volume)
+        .map(|bytes| {
+            stop::point();
+            if volume.endian() == Endian::Little {
+                partial::<T>(bytes, stride, Endian::Little, rescale)
+            } else {
+                partial::<T>(bytes, stride, Endian::Big, rescale)
+            }
+        })
+        .collect()
+}
+
+#[inline]
+fn partial<T: Voxel>(bytes: &[u8], stride: usize, endian: Endian, rescale: Rescale) -> Partial {
+    let mut p = Partial::NONE;
+    for voxel in bytes.chunks_exact(stride) {
+        let value = rescale.apply(T::decode(&voxel[..size_of::<T>()], endian).to_f64());
+        if value.is_finite() {
+            p.extremes.add(value);
+            p.sum += value;
+            p.finite += 1;
+        } else if value.is_nan() {
+            p.nan += 1;
+        }
+    }
+    p
+}
+
+fn histogram<T: Voxel>(volume: &Volume, bins: usize, [lo, hi]: [f64; 2]) -> Vec<u64> {
+    let (rescale, endian) = (volume.rescale(), volume.endian());
+    let stride = volume.components() * size_of::<T>();
+    let to_bin = if hi > lo { bins as f64 / (hi - lo) } else { 0.0 };
+    pieces(volume)
+        .map(|bytes| {
+            let mut counts = vec![0u64; bins];
+            for voxel in bytes.chunks_exact(stride) {
+                let value = rescale.apply(T::decode(&voxel[..size_of::<T>()], endian).to_f64());
+                if value >= lo && value <= hi && bins > 0 {
+                    counts[(((value - lo) * to_bin) as usize).min(bins - 1)] += 1;
+                }
+            }
+            counts
+        })
+        .reduce(
+            || vec![0; bins],
+            |mut a, b| {
+                a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+                a
+            },
+        )
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Grid, Volume};
+
+    #[test]
+    fn non_finite_values_are_counted_and_left_out() {
+        let grid = Grid::new([4, 1, 1], [1.0; 3]).unwrap();
+        let values = vec![1.0f32, f32::NAN, f32::NEG_INFINITY, 4.0];
+        let s = Volume::from_values(grid, values).unwrap().statistics().clone();
+        assert_eq!((s.min, s.max, s.mean, s.non_finite, s.nan), (1.0, 4.0, 2.5, 2, 1));
+    }
+
+    #[test]
+    fn all_nan_is_zero_and_counted() {
+        let grid = Grid::new([2, 1, 1], [1.0; 3]).unwrap();
+        let s = Volume::from_values(grid, vec![f64::NAN; 2]).unwrap().statistics().clone();
+        assert_eq!((s.min, s.max, s.mean, s.non_finite, s.nan), (0.0, 0.0, 0.0, 2, 2));
+    }
+
+    #[test]
+    fn histogram_counts_everything_once() {
+        let grid = Grid::new([16, 16, 1], [1.0; 3]).unwrap();
+        let volume = Volume::from_values(grid, (0..=255u8).collect()).unwrap();
+        assert_eq!(volume.histogram(4, [0.0, 255.0]), vec![64; 4]);
+    }
 }
