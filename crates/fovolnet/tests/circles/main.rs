@@ -28,7 +28,7 @@ fn no_files_import_each_other() {
     for source in sources {
         let starts = ["lib.rs", "main.rs"].map(|name| source.join(name));
         for start in starts.into_iter().filter(|file| file.is_file()) {
-            read(&mut files, start, None);
+            read(&mut files, &start, None);
         }
     }
     assert!(files.len() > 300, "the sources were not found: {} files", files.len());
@@ -65,10 +65,10 @@ struct File {
 }
 
 /// Reads the file at `path` and, recursively, the files of its modules. Returns its number.
-fn read(files: &mut Vec<File>, path: PathBuf, parent: Option<usize>) -> usize {
-    let tokens = without_tests(&tokens(&std::fs::read_to_string(&path).unwrap()));
+fn read(files: &mut Vec<File>, path: &Path, parent: Option<usize>) -> usize {
+    let tokens = without_tests(&tokens(&std::fs::read_to_string(path).unwrap()));
     let number = files.len();
-    files.push(File { path: path.clone(), parent, ..File::default() });
+    files.push(File { path: path.to_owned(), parent, ..File::default() });
     let folder = match path.file_stem().unwrap().to_str().unwrap() {
         "lib" | "main" | "mod" => path.parent().unwrap().to_owned(),
         _ => path.with_extension(""),
@@ -97,7 +97,7 @@ fn read(files: &mut Vec<File>, path: PathBuf, parent: Option<usize>) -> usize {
                 let name = tokens[at + 1].clone();
                 let places = [folder.join(format!("{name}.rs")), folder.join(&name).join("mod.rs")];
                 let file = places.into_iter().find(|file| file.is_file()).expect("modules have a file");
-                let module = read(files, file, Some(number));
+                let module = read(files, &file, Some(number));
                 files[number].modules.insert(name, module);
                 at += 3;
             }
@@ -195,7 +195,7 @@ fn defined(files: &[File], at: usize, path: &[String], depth: usize) -> Option<u
         match name.as_str() {
             "crate" => {
                 while let Some(parent) = files[at].parent {
-                    at = parent
+                    at = parent;
                 }
             }
             "super" => at = file.parent?,
