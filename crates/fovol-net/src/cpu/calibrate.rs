@@ -3,11 +3,11 @@ use super::frames::FrameInput;
 use super::network::Network;
 use super::patch::Source;
 use super::precision::{Precision, transformed};
-use super::simd::Simd;
 use super::tensor::AnyTensor;
 use crate::plan::{Layer, Plan};
 use crate::weights::Weights;
 use crate::{Error, Result};
+use fovol_simd::Simd;
 use std::collections::BTreeMap;
 
 /// Measures the ranges of activations of a network on `clips`, each of frames of one size, and stores them in

@@ -12,13 +12,13 @@ use super::pyramid::Pyramid;
 use super::reshape;
 use super::samples::{KnownPixels, Samples};
 use super::schedule::{Derived, Schedule};
-use super::simd::Simd;
 use super::spread::{blend, smooth, spread};
 use super::tensor::{AnyTensor, Tensor, with_tensor};
 use super::warp::warp;
 use crate::Result;
 use crate::plan::{Activation, Conv, Layer, Plan, TensorId, TensorSpec};
 use crate::weights::Weights;
+use fovol_simd::Simd;
 
 /// A layer with its prepared weights.
 #[derive(Debug)]

@@ -3,7 +3,6 @@
 //! [`plain`] specifies convolutions and predicted kernels in a few lines; tests compare the fast code with it.
 
 mod accumulate;
-mod aligned_buf;
 mod buffers;
 mod calibrate;
 mod conv;
@@ -33,20 +32,19 @@ mod reshape;
 mod rows;
 mod samples;
 pub(crate) mod schedule;
-mod simd;
-mod simd_f32;
 mod spread;
 mod state;
 mod tensor;
 mod tensor_buf;
+mod vec4;
 mod warp;
 
 pub use calibrate::calibrate;
-pub use element::{Bf16, Element};
+pub use element::Element;
+pub use fovol_simd::Simd;
 pub use frames::FrameInput;
 pub use network::Network;
 pub use peak::peak_flops;
 pub use precision::{Arithmetic, Precision};
-pub use simd::{Simd, SimdOp};
 pub use state::State;
 pub use tensor::{AnyTensor, Tensor};

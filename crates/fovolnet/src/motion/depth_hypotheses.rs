@@ -2,7 +2,7 @@ use super::depth_confidence::{Beliefs, DepthConfidence};
 use super::{Depths, Sparse};
 use fovol_core::{FrameSize, Reprojection};
 use fovol_net::FilledNumbers;
-use fovol_net::cpu::{Simd, SimdOp};
+use fovol_simd::{Simd, SimdOp};
 use rayon::prelude::*;
 
 /// Depth hypotheses (guesses) of every pixel. Distances are in world units: the volume's longest side is 1.
@@ -71,6 +71,8 @@ struct MotionOfRow<'a> {
 }
 
 impl SimdOp for MotionOfRow<'_> {
+    type Output = ();
+
     #[inline(always)]
     fn run(self) {
         let Self { guesses, beliefs, to_last, y, memory, row } = self;
