@@ -54,12 +54,16 @@ impl Parts {
     /// The vectors of `column` from `at` on.
     #[inline(always)]
     fn load<V: SimdF32>(&self, zero: V, column: usize, at: usize) -> V {
-        zero.load(&self.columns[column][at..])
+        debug_assert!(at + V::N <= self.columns[column].len());
+        // SAFETY: `begin` left a vector's room after the last part.
+        zero.load(unsafe { self.columns[column].get_unchecked(at..at + V::N) })
     }
 
     #[inline(always)]
     fn store<V: SimdF32>(&mut self, column: usize, at: usize, v: V) {
-        v.store(&mut self.columns[column][at..]);
+        debug_assert!(at + V::N <= self.columns[column].len());
+        // SAFETY: see `load`.
+        v.store(unsafe { self.columns[column].get_unchecked_mut(at..at + V::N) });
     }
 
     /// Makes a part for every ray of `pool`: all of its samples, or none before [`Self::advance`] finds some.
@@ -111,7 +115,8 @@ impl Parts {
             }
             for column in 0..self.columns.len() {
                 let v = self.load(zero, column, at);
-                v.compress(found, &mut self.columns[column][kept..]);
+                // SAFETY: see `load`; `kept` is at most `at`.
+                v.compress(found, unsafe { self.columns[column].get_unchecked_mut(kept..kept + V::N) });
             }
             kept += V::bits_of(found).count_ones() as usize;
             at += V::N;
