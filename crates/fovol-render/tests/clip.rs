@@ -6,7 +6,7 @@ use fovol_core::{
     Camera, ClipBox, ControlPoint, Frame, FrameSize, Grid, Integration, Light, Pixel, SampleList, Scene,
     ShadowMode, SurfaceShading, TransferFunction, Volume,
 };
-use fovol_render::cpu::{RenderOptions, Renderer, Simd};
+use fovol_render::cpu::{RenderOptions, Renderer, Simd, available_simd};
 use glam::DVec3;
 use scenes::{cameras, differences, transfer, volumes};
 use std::sync::Arc;
@@ -50,7 +50,7 @@ fn slabs_of_any_thickness_have_the_opacity_of_their_thickness() {
         for (integration, step) in [(Integration::Fine, 0.5), (Integration::Plain, 0.01)] {
             (scene.integration, scene.step) = (integration, step);
             let scene = clipped(&scene, DVec3::new(0.0, 0.0, from), DVec3::new(64.0, 64.0, from + thickness));
-            for simd in Simd::available() {
+            for simd in available_simd() {
                 let options = RenderOptions { simd, skip_empty: true };
                 let renderer = Renderer::new(&scene, options).unwrap();
                 let list = some_pixels();
@@ -179,7 +179,7 @@ fn every_instruction_set_cuts_as_the_specification() {
             for camera in cameras() {
                 renderer.set_options(scalar);
                 let (expected, _) = renderer.march_full(&camera, SIZE);
-                for simd in Simd::available() {
+                for simd in available_simd() {
                     renderer.set_options(RenderOptions { simd, skip_empty: true });
                     let (frame, _) = renderer.march_full(&camera, SIZE);
                     let (p999, most, mean) = differences(&expected, &frame);

@@ -6,7 +6,7 @@ use fovol_core::{
     CameraPath, ControlPoint, Frame, FrameSize, Grid, Integration, Light, Pixel, SampleList, Scene,
     ShadowMode, SurfaceShading, TransferFunction, Volume,
 };
-use fovol_render::cpu::{RenderOptions, Renderer, Simd};
+use fovol_render::cpu::{RenderOptions, Renderer, Simd, available_simd};
 use scenes::{cameras, differences, transfer, volumes};
 use std::sync::Arc;
 
@@ -36,7 +36,7 @@ fn agrees_with_the_specification(name: &str, mut scene: Scene) {
                 for camera in cameras() {
                     renderer.set_options(scalar);
                     let (expected, _) = renderer.march_full(&camera, size);
-                    for simd in Simd::available() {
+                    for simd in available_simd() {
                         for skip_empty in [false, true] {
                             renderer.set_options(RenderOptions { simd, skip_empty });
                             let (frame, _) = renderer.march_full(&camera, size);
@@ -73,7 +73,7 @@ fn empty_space_takes_no_step_of_fine_integration_with_it() {
     for (shadows, step) in [(ShadowMode::On, 0.5), (ShadowMode::Cached, 0.31), (ShadowMode::Off, 0.5)] {
         scene.shading.shadows = shadows;
         scene.step = step;
-        for simd in Simd::available().into_iter().filter(|simd| *simd != Simd::Scalar) {
+        for simd in available_simd().into_iter().filter(|simd| *simd != Simd::Scalar) {
             let [all, some] = [false, true].map(|skip_empty| {
                 let renderer = Renderer::new(&scene, RenderOptions { simd, skip_empty }).unwrap();
                 cameras().map(|camera| renderer.march_full(&camera, size).0)
@@ -102,7 +102,7 @@ fn depths_agree_with_the_specification() {
             let step = 0.5 * scene.volume.grid().smallest_voxel() as f32;
             let met = expected.iter().filter(|sample| sample.depth.is_finite()).count();
             assert!(met > 500, "{name}: {met}");
-            for simd in Simd::available() {
+            for simd in available_simd() {
                 renderer.set_options(RenderOptions { simd, skip_empty: true });
                 let (found, _) = renderer.march_list(&camera, &list);
                 let far = expected.iter().zip(&found).filter(|(expected, found)| {
@@ -171,7 +171,7 @@ fn one_voxel_and_thin_volumes_render() {
         let grid = Grid::new(dims, [1.0; 3]).unwrap();
         let volume = Volume::from_values(grid, vec![200u8; grid.voxels()]).unwrap();
         let scene = Scene::new(Arc::new(volume), TransferFunction::grey_ramp(0.9));
-        for simd in Simd::available() {
+        for simd in available_simd() {
             let renderer = Renderer::new(&scene, RenderOptions { simd, skip_empty: true }).unwrap();
             let (frame, count) =
                 renderer.march_full(&CameraPath::Orbit.camera(0), FrameSize::new(41, 31).unwrap());

@@ -7,7 +7,7 @@ use fovol_core::{
     Camera, ControlPoint, FrameSize, Grid, Integration, Light, Pixel, SampleList, Scene, ShadowMode,
     SurfaceShading, TransferFunction, Volume,
 };
-use fovol_render::cpu::{RenderOptions, Renderer, Simd};
+use fovol_render::cpu::{RenderOptions, Renderer, Simd, available_simd};
 use fovol_render::scene::Bricks;
 use glam::DVec3;
 use scenes::{cameras, differences, transfer};
@@ -31,7 +31,7 @@ fn green() -> TransferFunction {
 
 fn options() -> Vec<RenderOptions> {
     let of = |simd| [false, true].map(|skip_empty| RenderOptions { simd, skip_empty });
-    Simd::available().into_iter().flat_map(of).collect()
+    available_simd().into_iter().flat_map(of).collect()
 }
 
 fn all_pixels() -> SampleList {

@@ -6,7 +6,7 @@ use fovol_core::{
     Camera, CameraPath, ControlPoint, FrameSize, Grid, Light, Scene, Shading, ShadowMode, SurfaceShading,
     TransferFunction, Volume,
 };
-use fovol_render::cpu::{RenderOptions, Renderer, Simd};
+use fovol_render::cpu::{RenderOptions, Renderer, available_simd};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -166,7 +166,7 @@ fn compare(cases: &Cases, name: &str, volume: &Arc<Volume>, failures: &mut Vec<S
     let size = FrameSize::new(case.size[0], case.size[1]).unwrap();
     let camera = case.camera.camera();
     let mut renderer = Renderer::new(&case.scene(cases, volume), RenderOptions::default()).unwrap();
-    for simd in Simd::available() {
+    for simd in available_simd() {
         for skip_empty in [false, true] {
             renderer.set_options(RenderOptions { simd, skip_empty });
             let (frame, _) = renderer.march_full(&camera, size);

@@ -6,7 +6,7 @@ use fovol_core::{
     Camera, ClipBox, ControlPoint, Frame, FrameSize, Grid, Integration, Light, Scene, ShadowMode,
     SurfaceShading, TransferFunction, Volume,
 };
-use fovol_render::cpu::{RenderOptions, Renderer, Simd};
+use fovol_render::cpu::{RenderOptions, Renderer, available_simd};
 use glam::DVec3;
 use proptest::prelude::*;
 use std::sync::Arc;
@@ -121,7 +121,7 @@ proptest! {
         scene in scene(), camera in camera(), width in 1u32..70, height in 1u32..50,
     ) {
         let size = FrameSize::new(width, height).unwrap();
-        for simd in Simd::available() {
+        for simd in available_simd() {
             let frames = [false, true].map(|skip_empty| {
                 let renderer = Renderer::new(&scene, RenderOptions { simd, skip_empty }).unwrap();
                 renderer.march_full(&camera, size).0

@@ -64,6 +64,7 @@ pub use fovol_io as io;
 pub use fovol_metrics as metrics;
 pub use fovol_net as net;
 pub use fovol_render as render;
+pub use fovol_simd as simd;
 pub use machine::Machine;
 pub use memory::keep_freed_memory;
 pub use motion::{Depths, Filled, MotionFinder, REMEMBERED, Sparse, motion, motion_of_depths};

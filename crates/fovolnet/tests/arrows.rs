@@ -6,7 +6,7 @@ use toml::Table;
 /// Layer of a crate. A crate may depend on lower layers only.
 fn layer(name: &str) -> u32 {
     match name {
-        "fovol-core" | "fovol-gpu" => 0,
+        "fovol-core" | "fovol-gpu" | "fovol-simd" => 0,
         "fovol-io" | "fovol-metrics" | "fovol-render" | "fovol-net" => 1,
         "fovolnet" => 2,
         "fovolnet-cli" | "fovolnet-viewer" => 3,

@@ -6,7 +6,9 @@ use anyhow::Result;
 use fovolnet::core::memory::{Estimate, SMALLER_BOTH};
 use fovolnet::core::{Camera, Fovea, Frame, FrameSize, Scene};
 use fovolnet::render::cpu::march::SampleCount;
-use fovolnet::render::cpu::{RenderOptions, Renderer, Simd, compact, direct, mask, scatter};
+use fovolnet::render::cpu::{
+    RenderOptions, Renderer, Simd, available_simd, best_simd, compact, direct, mask, scatter,
+};
 use fovolnet::render::noise::Noise;
 use fovolnet::render::scene::RayResult;
 use fovolnet::{Machine, OpenDevice, SpeedSettings};
@@ -63,14 +65,14 @@ impl CpuMarching {
         needed.with("frames", frame as u64).check(SMALLER_BOTH)?;
         let pool = rayon_pool(speed.threads.unwrap_or(0))?;
         let simds = speed.simd.map_or_else(fast_ones, |simd| vec![simd]);
-        let options = RenderOptions { simd: speed.simd.unwrap_or_else(Simd::best), skip_empty: true };
+        let options = RenderOptions { simd: speed.simd.unwrap_or_else(best_simd), skip_empty: true };
         Ok(Self { renderer: pool.install(|| Renderer::new(scene, options))?, size, simds, pool })
     }
 }
 
 /// Every instruction set except plain scalar code, which takes minutes.
 fn fast_ones() -> Vec<Simd> {
-    Simd::available().into_iter().filter(|&simd| simd != Simd::Scalar).collect()
+    available_simd().into_iter().filter(|&simd| simd != Simd::Scalar).collect()
 }
 
 impl Marching for CpuMarching {
@@ -165,7 +167,7 @@ mod on_gpu {
 
     impl Marching for GpuMarching {
         fn machine(&self) -> Machine {
-            let machine = Machine::this(rayon::current_num_threads(), Simd::best());
+            let machine = Machine::this(rayon::current_num_threads(), best_simd());
             Machine { gpu: Some(self.gpu.info().name), ..machine }
         }
 

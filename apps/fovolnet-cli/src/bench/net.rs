@@ -37,7 +37,7 @@ pub struct NetBench {
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
     /// Instruction set: portable, avx2, avx512 or amx [default: the best one]
-    #[arg(long, value_name = "SET")]
+    #[arg(long, value_name = "SET", value_parser = |text: &str| Simd::named(text, &Simd::available()))]
     simd: Option<Simd>,
     /// Precision: auto, f32, bf16, f16, int8 or mixed; auto, f32 or f16 on a GPU
     #[arg(long, value_name = "P", default_value = "auto")]

@@ -4,7 +4,7 @@ use anyhow::{Result, bail};
 use fovolnet::core::{Placement, Space, Volume};
 #[cfg(feature = "gpu")]
 use fovolnet::gpu::DeviceType;
-use fovolnet::render::cpu::Simd;
+use fovolnet::render::cpu::{available_simd, best_simd};
 use fovolnet::{Machine, OpenVolume, VolumeSettings, open_volume, parse, presets};
 use glam::DMat3;
 use serde::Serialize;
@@ -265,10 +265,10 @@ impl Info {
     }
 
     fn devices(&self) -> Result<()> {
-        let available = Simd::available();
+        let available = available_simd();
         let threads = std::thread::available_parallelism().map_or(1, usize::from);
         let devices = Devices {
-            machine: Machine::this(threads, Simd::best()),
+            machine: Machine::this(threads, best_simd()),
             simd: available.iter().map(ToString::to_string).collect(),
             gpus: GpuReport::all(),
         };

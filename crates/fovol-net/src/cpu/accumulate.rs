@@ -4,10 +4,9 @@ use super::doubled::{DoubledRow, doubled};
 use super::points::RowMut;
 use super::pyramid::{KnownRows, PremulRgba, Pyramid, divided};
 use super::samples::KnownPixels;
-use super::simd::{Simd, SimdOp};
-use super::simd_f32::{SimdF32, SimdF32Op};
 use super::tensor::Tensor;
 use crate::plan::{CONFIDENCE_ALLOWED, CONFIDENCE_EPSILON, CONFIDENCE_SHARE, POINT};
+use fovol_simd::{Simd, SimdF32, SimdF32Op, SimdOp};
 use glam::Vec4;
 use rayon::prelude::*;
 use std::array::from_fn;
@@ -80,6 +79,8 @@ struct SquareRow<'a> {
 }
 
 impl SimdF32Op for SquareRow<'_> {
+    type Output = ();
+
     #[inline(always)]
     fn run<V: SimdF32>(self, some: V) {
         let Self { known, expected, y, memory, to } = self;
@@ -170,6 +171,8 @@ struct FadeRow<'a> {
 }
 
 impl SimdOp for FadeRow<'_> {
+    type Output = ();
+
     #[inline(always)]
     fn run(self) {
         for (known, share) in self.row.iter_mut().zip(self.shares) {
@@ -186,6 +189,8 @@ struct FadePoints<'a, 'b> {
 }
 
 impl SimdOp for FadePoints<'_, '_> {
+    type Output = ();
+
     #[inline(always)]
     fn run(self) {
         let Self { shares, fade, row } = self;
@@ -218,6 +223,8 @@ struct ScaledRow<'a, const SCALE: usize> {
 }
 
 impl<const SCALE: usize> SimdOp for ScaledRow<'_, SCALE> {
+    type Output = ();
+
     #[inline(always)]
     fn run(self) {
         let Self { map, y, to } = self;
@@ -252,6 +259,8 @@ struct AccumulateRow<'a> {
 }
 
 impl SimdOp for AccumulateRow<'_> {
+    type Output = ();
+
     #[inline(always)]
     fn run(self) {
         for (to, (known, share)) in self.row.iter_mut().zip(self.known.iter().zip(self.shares)) {
@@ -271,6 +280,8 @@ struct AccumulatePoints<'a> {
 }
 
 impl SimdOp for AccumulatePoints<'_> {
+    type Output = ();
+
     #[inline(always)]
     fn run(self) {
         let Self { known, shares, fade, mut row } = self;

@@ -2,12 +2,12 @@ use super::conv::{Distances, note_transformed};
 use super::network::Network;
 use super::patch::Source;
 use super::precision::{Precision, transformed};
-use super::simd::Simd;
 use super::tensor::AnyTensor;
 use crate::input::FrameInput;
 use crate::plan::{Layer, Plan};
 use crate::weights::Weights;
 use crate::{Error, Result};
+use fovol_simd::Simd;
 use std::collections::BTreeMap;
 
 /// Measures the ranges of activations of a network on `clips`, each of frames of one size, and stores them in

@@ -2,8 +2,8 @@
 
 use super::patch::halves;
 use super::pyramid::{Put, double};
-use super::simd_f32::SimdF32;
 use super::tensor::Tensor;
+use fovol_simd::{Pixels, SimdF32};
 use glam::Vec4;
 
 /// Interpolates `picture` (three channels) at pixel (`y`, `x`) of twice its resolution, as [`DoubledRow::make`]
@@ -61,7 +61,7 @@ struct Storing;
 
 impl Put for Storing {
     #[inline(always)]
-    fn put<V: SimdF32>(self, pixels: V, to: &mut [f32]) {
+    fn put<V: Pixels>(self, pixels: V, to: &mut [f32]) {
         pixels.store(to);
     }
 }

@@ -1,9 +1,9 @@
 //! Number types in which tensors are stored.
 
 use super::rows::{Rows, View};
-use super::simd_f32::SimdF32;
 use super::tensor::{AnyTensor, Tensor};
-use bytemuck::{Pod, Zeroable};
+use bytemuck::Pod;
+use fovol_simd::{Bf16, SimdF32};
 
 /// Number type of stored tensors.
 pub trait Element: Pod + Default + Send + Sync {
@@ -72,22 +72,15 @@ impl Element for f32 {
     }
 }
 
-/// A bf16: the upper half of an f32.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Pod, Zeroable)]
-#[repr(transparent)]
-pub struct Bf16(pub u16);
-
 impl Element for Bf16 {
     #[inline(always)]
     fn to_f32(self) -> f32 {
-        f32::from_bits(u32::from(self.0) << 16)
+        Self::to_f32(self)
     }
 
-    /// Rounds to nearest, ties to even. The loop-friendly form is vectorised; values that are not finite stay so.
     #[inline(always)]
     fn from_f32(value: f32) -> Self {
-        let bits = value.to_bits();
-        Self(((bits + 0x7FFF + (bits >> 16 & 1)) >> 16) as u16)
+        Self::from_f32(value)
     }
 
     #[inline(always)]
@@ -114,19 +107,5 @@ impl Element for Bf16 {
 
     fn view(rows: Rows<'_, Self>) -> View<'_> {
         View::Bf16(rows)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    proptest! {
-        #[test]
-        fn rounding_is_that_of_the_half_crate(value in -1e30f32..1e30) {
-            prop_assert_eq!(Bf16::from_f32(value).0, half::bf16::from_f32(value).to_bits());
-            prop_assert_eq!(Bf16::from_f32(value).to_f32(), half::bf16::from_f32(value).to_f32());
-        }
     }
 }

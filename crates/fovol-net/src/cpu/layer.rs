@@ -11,7 +11,6 @@ use super::precision::Choice;
 use super::pyramid::Pyramid;
 use super::reshape;
 use super::samples::{KnownPixels, Samples};
-use super::simd::Simd;
 use super::spread::{blend, smooth, spread};
 use super::tensor::{AnyTensor, Tensor, with_tensor};
 use super::warp::warp;
@@ -19,6 +18,7 @@ use crate::Result;
 use crate::plan::{Accumulate, Activation, Conv, Layer, Plan, TensorId, TensorSpec};
 use crate::schedule::{Derived, Schedule};
 use crate::weights::Weights;
+use fovol_simd::Simd;
 
 /// A layer with its prepared weights.
 #[derive(Debug)]

@@ -3,7 +3,6 @@
 //! [`plain`] specifies convolutions and predicted kernels in a few lines; tests compare the fast code with it.
 
 mod accumulate;
-mod aligned_buf;
 mod buffers;
 mod calibrate;
 mod conv;
@@ -31,20 +30,19 @@ mod reference_layers;
 mod reshape;
 mod rows;
 mod samples;
-mod simd;
-mod simd_f32;
 mod spread;
 mod state;
 mod tensor;
 mod tensor_buf;
+mod vec4;
 mod warp;
 
 pub use crate::FrameInput;
 pub use calibrate::calibrate;
-pub use element::{Bf16, Element};
+pub use element::Element;
+pub use fovol_simd::Simd;
 pub use network::Network;
 pub use peak::peak_flops;
 pub use precision::{Arithmetic, Precision};
-pub use simd::{Simd, SimdOp};
 pub use state::State;
 pub use tensor::{AnyTensor, Tensor};

@@ -1,7 +1,7 @@
 mod running;
 
 use super::buffers::{Lifetimes, Spare};
-use super::element::{Bf16, Element};
+use super::element::Element;
 use super::frames::{crop, padded_map, padded_pairs};
 use super::layer::{SAME, Step};
 use super::pair::Pool;
@@ -9,7 +9,6 @@ use super::points;
 use super::precision::{Choice, Precision};
 use super::reshape;
 use super::samples::{colour, is_sampled};
-use super::simd::Simd;
 use super::state::{State, padded};
 use super::tensor::{AnyTensor, with_tensor};
 use super::tensor_buf::TensorBuf;
@@ -20,6 +19,7 @@ use crate::weights::Weights;
 use crate::{Error, Result};
 use fovol_core::memory::{Estimate, SMALLER_FRAMES};
 use fovol_core::{Frame, FrameSize, keep_workers_spinning, stop};
+use fovol_simd::{Bf16, Simd};
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};

@@ -2,9 +2,9 @@
 //!
 //! Loops go over whole rows where possible, since the compiler vectorises only those.
 
-use super::aligned_buf::AlignedBuf;
-use super::element::{Bf16, Element};
+use super::element::Element;
 use bytemuck::Pod;
+use fovol_simd::{AlignedBuf, Bf16};
 
 /// Number of elements that are copied at once.
 const LANES: usize = 16;

@@ -2,12 +2,13 @@
 //! time, so the tensor between them never exists for a whole frame, and the output can overwrite an input.
 
 use super::conv::{PreparedConv, Scratch};
-use super::element::{Bf16, Element};
+use super::element::Element;
 use super::page_buf::PageBuf;
 use super::patch::{Access, Source};
 use super::rows::{Ring, Rows};
 use super::tensor::Tensor;
 use super::tensor_buf::TensorBuf;
+use fovol_simd::Bf16;
 use rayon::prelude::*;
 use std::sync::{Mutex, PoisonError};
 
@@ -157,9 +158,9 @@ fn strip_rows(height: usize) -> usize {
 mod tests {
     use super::*;
     use crate::cpu::conv::{Arithmetic, ConvShape};
-    use crate::cpu::simd::Simd;
     use crate::cpu::tensor::AnyTensor;
     use crate::plan::{Activation, Padding, Resize};
+    use fovol_simd::Simd;
     use proptest::prelude::*;
 
     fn random<T: Element>(seed: u64, [height, width, channels]: [usize; 3]) -> Tensor<T> {

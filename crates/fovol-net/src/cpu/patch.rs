@@ -1,15 +1,14 @@
 //! Patches: concatenated, resized and padded parts of a convolution's inputs. They are assembled piece by piece,
 //! never for a whole frame.
 
-use super::aligned_buf::AlignedBuf;
 use super::element::Element;
 use super::pack::{Channels, Pack, To};
 use super::rows::{Rows, View, with_rows};
 use super::samples::{Sample, Samples};
-use super::simd::{Simd, SimdOp};
 use super::tensor::AnyTensor;
 use crate::plan::{Padding, Resize};
 use bytemuck::cast_slice_mut;
+use fovol_simd::{AlignedBuf, Simd, SimdOp};
 
 /// One of the input tensors of a layer.
 #[derive(Debug, Clone, Copy)]
@@ -292,6 +291,8 @@ struct Copying<'a, P: Pack> {
 }
 
 impl<P: Pack> SimdOp for Copying<'_, P> {
+    type Output = ();
+
     #[inline(always)]
     fn run(self) {
         self.source.copy(self.place, self.count, self.out, self.memory);

@@ -3,7 +3,7 @@
 #[cfg(target_arch = "x86_64")]
 use super::conv::amx;
 use super::precision::Precision;
-use super::simd::Simd;
+use fovol_simd::Simd;
 use std::time::Instant;
 
 /// Rounds of a measurement, which take a few milliseconds.
@@ -25,24 +25,24 @@ pub fn peak_flops(simd: Simd, precision: Precision) -> f64 {
 fn spin(simd: Simd, precision: Precision) -> usize {
     match (simd, precision.on(simd)) {
         #[cfg(target_arch = "x86_64")]
-        (Simd::Amx, Precision::Bf16) => amx::spin_bf16(),
+        (Simd::Amx { .. }, Precision::Bf16) => amx::spin_bf16(),
         #[cfg(target_arch = "x86_64")]
-        (Simd::Amx, Precision::Int8 | Precision::Mixed) => amx::spin_int8(),
+        (Simd::Amx { .. }, Precision::Int8 | Precision::Mixed) => amx::spin_int8(),
         // SAFETY: instruction sets and precisions are only chosen where the processor has them.
         #[cfg(target_arch = "x86_64")]
-        (Simd::Avx512, Precision::Bf16) => unsafe { spin_avx512_bf16() },
+        (Simd::Avx512 { .. }, Precision::Bf16) => unsafe { spin_avx512_bf16() },
         // SAFETY: see above.
         #[cfg(target_arch = "x86_64")]
-        (Simd::Avx512, Precision::Int8 | Precision::Mixed) => unsafe { spin_avx512_int8() },
+        (Simd::Avx512 { .. }, Precision::Int8 | Precision::Mixed) => unsafe { spin_avx512_int8() },
         // SAFETY: see above.
         #[cfg(target_arch = "x86_64")]
-        (Simd::Avx512 | Simd::Amx, _) => unsafe { spin_avx512() },
+        (Simd::Avx512 { .. } | Simd::Amx { .. }, _) => unsafe { spin_avx512() },
         // SAFETY: see above.
         #[cfg(target_arch = "x86_64")]
-        (Simd::Avx2, Precision::Int8 | Precision::Mixed) => unsafe { spin_avx2_int8() },
+        (Simd::Avx2 { .. }, Precision::Int8 | Precision::Mixed) => unsafe { spin_avx2_int8() },
         // SAFETY: see above.
         #[cfg(target_arch = "x86_64")]
-        (Simd::Avx2, _) => unsafe { spin_avx2() },
+        (Simd::Avx2 { .. }, _) => unsafe { spin_avx2() },
         _ => spin_portable(),
     }
 }

@@ -1,8 +1,8 @@
 //! Pointwise layers. They work in place, and several layers run one after the other on each row.
 
 use super::samples::Samples;
-use super::simd::{Simd, SimdOp};
 use super::tensor::Tensor;
+use fovol_simd::{Simd, SimdOp};
 use rayon::prelude::*;
 
 /// Pointwise operation on a picture x.
@@ -46,6 +46,8 @@ struct RowChange<'a> {
 }
 
 impl SimdOp for RowChange<'_> {
+    type Output = ();
+
     #[inline(always)]
     fn run(self) {
         let Self { change, y, channels, row } = self;

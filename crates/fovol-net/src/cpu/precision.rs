@@ -2,10 +2,11 @@
 
 pub use super::conv::Arithmetic;
 
-use super::simd::Simd;
+use super::conv::kernels;
 use crate::plan::{Activation, Conv, Layer, Plan, Scale, SpaceToDepth, TensorId};
 use crate::weights::Weights;
 use crate::{Error, Result};
+use fovol_simd::Simd;
 use std::fmt;
 use std::str::FromStr;
 
@@ -122,7 +123,7 @@ impl<'a> Choice<'a> {
     /// Arithmetic of layers that make pictures, for which the eight bits of bf16 are too few: f32, or split bf16
     /// where AMX makes twice as many products still faster.
     pub fn exact(&self, mut inputs: impl Iterator<Item = TensorId>) -> Arithmetic {
-        let pays = self.simd.multiplies_tiles(&Arithmetic::SplitBf16);
+        let pays = kernels::multiplies_tiles(self.simd, &Arithmetic::SplitBf16);
         if pays && inputs.all(|id| self.is_halved(id)) { Arithmetic::SplitBf16 } else { Arithmetic::F32 }
     }
 

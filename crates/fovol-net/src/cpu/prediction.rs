@@ -1,15 +1,13 @@
 //! 1×1 convolutions with few outputs. Each vector lane computes another pixel, so no lane is wasted; arithmetic is
 //! f32 for all storage types.
 
-use super::aligned_buf::{WORDS_OF_LINE, prefetch};
-use super::element::Element;
 use super::rows::{Rows, View};
-use super::simd_f32::{MOST, SimdF32};
 use bytemuck::{cast_slice, cast_slice_mut};
+use fovol_simd::{MOST_LANES, SimdF32, WORDS_OF_LINE, prefetch};
 use std::array::from_fn;
 
 /// One value of each of several features, one per vector lane.
-pub type Lanes = [f32; MOST];
+pub type Lanes = [f32; MOST_LANES];
 
 /// Scratch memory for the features of one vector.
 #[derive(Debug, Default)]
@@ -77,7 +75,7 @@ impl Prediction {
                 spread(cast_slice(&numbers), self.inputs, features, channels, some, |words| [words]);
             }
         }
-        predicted.resize(self.bias.len(), [0.0; MOST]);
+        predicted.resize(self.bias.len(), [0.0; MOST_LANES]);
         match self.block {
             4 => self.sum::<V, 4>(channels, predicted, some),
             8 => self.sum::<V, 8>(channels, predicted, some),
@@ -99,7 +97,7 @@ impl Prediction {
             for (channel, weights) in channels.iter().zip(weights) {
                 let channel = some.load(channel);
                 for k in 0..BLOCK {
-                    sums[k] = channel.times_plus(some.splat(weights[k]), sums[k]);
+                    sums[k] = channel.mul_add(some.splat(weights[k]), sums[k]);
                 }
             }
             for k in 0..BLOCK {
@@ -128,7 +126,7 @@ fn spread<V: SimdF32, const PARTS: usize>(
     take: impl Fn(V) -> [V; PARTS],
 ) {
     let whole = pixel.next_multiple_of(V::N);
-    channels.resize(whole * PARTS, [0.0; MOST]);
+    channels.resize(whole * PARTS, [0.0; MOST_LANES]);
     // Memory is read in order, so that the processor's prefetcher can follow.
     memory.resize(V::N * whole, 0);
     if pixel == whole {
@@ -146,7 +144,7 @@ fn spread<V: SimdF32, const PARTS: usize>(
     }
     for first in (0..whole).step_by(V::N) {
         let load = |feature: usize| some.load(cast_slice(&memory[feature * whole + first..][..V::N]));
-        let mut vectors = [some; MOST];
+        let mut vectors = [some; MOST_LANES];
         for feature in 0..V::N {
             vectors[feature] = load(feature);
         }
@@ -161,7 +159,7 @@ fn spread<V: SimdF32, const PARTS: usize>(
 
 /// Transposes the first vectors, as many as a vector has lanes: lane i of each vector becomes vector i.
 #[inline(always)]
-fn transpose<V: SimdF32>(vectors: &mut [V; MOST]) {
+fn transpose<V: SimdF32>(vectors: &mut [V; MOST_LANES]) {
     let mut pixels = *vectors;
     for first in (0..V::N).step_by(4) {
         let four = V::pixels_transposed(from_fn(|k| vectors[first + k]));

@@ -2,8 +2,7 @@
 
 use super::patch::halves;
 use super::samples::{Sample, Samples};
-use super::simd::Simd;
-use super::simd_f32::{SimdF32, SimdF32Op};
+use fovol_simd::{Arithmetic, Pixels, Simd, SimdF32, SimdF32Op};
 use glam::Vec4;
 use rayon::prelude::*;
 
@@ -140,8 +139,8 @@ impl Pyramid {
 
 /// Divides pixels by their weights.
 #[inline(always)]
-pub fn divided<V: SimdF32>(known: V) -> V {
-    known * known.fourths().max(known.splat(SMALLEST)).inverse()
+pub fn divided<V: Pixels>(known: V) -> V {
+    known * known.fourths().max(known.splat(SMALLEST)).recip()
 }
 
 /// Pulls `to`, at half the resolution, from the image `known`, `width` pixels wide.
@@ -209,6 +208,8 @@ struct NormaliseRow<'a> {
 }
 
 impl SimdF32Op for NormaliseRow<'_> {
+    type Output = ();
+
     #[inline(always)]
     fn run<V: SimdF32>(self, some: V) {
         let whole = 4 * self.to.len() / V::N * V::N;
@@ -224,10 +225,10 @@ impl SimdF32Op for NormaliseRow<'_> {
 
 /// Normalises means over 4×4 pixels to pixels of half the resolution.
 #[inline(always)]
-fn normalised<V: SimdF32>(mean: V) -> V {
+fn normalised<V: Pixels>(mean: V) -> V {
     let known = mean.fourths();
     let weight = (mean.splat(GAIN) * known).min(mean.splat(1.0));
-    (mean * (weight * known.max(mean.splat(SMALLEST)).inverse())).with_fourths(weight)
+    (mean * (weight * known.max(mean.splat(SMALLEST)).recip())).with_fourths(weight)
 }
 
 /// Ring buffer of the last four rows, each of which is read twice.
@@ -267,6 +268,8 @@ struct PullRow<'a> {
 }
 
 impl SimdF32Op for PullRow<'_> {
+    type Output = ();
+
     #[inline(always)]
     fn run<V: SimdF32>(self, some: V) {
         let Self { rows, blended, to } = self;
@@ -293,7 +296,7 @@ impl SimdF32Op for PullRow<'_> {
 
 /// Computes a vector of pixels of half the resolution. `from` begins one pixel before their sources.
 #[inline(always)]
-fn halved<V: SimdF32>(from: &[f32], some: V) -> V {
+fn halved<V: Pixels>(from: &[f32], some: V) -> V {
     let from = &from[..2 * V::N + 8];
     let (first, second) = (some.load(from), some.load(&from[V::N..]));
     let (third, fourth) = (some.load(&from[8..]), some.load(&from[V::N + 8..]));
@@ -322,6 +325,8 @@ struct PushRow<'a> {
 }
 
 impl SimdF32Op for PushRow<'_> {
+    type Output = ();
+
     #[inline(always)]
     fn run<V: SimdF32>(self, some: V) {
         let Self { y, row, coarser, blended } = self;
@@ -340,7 +345,7 @@ impl SimdF32Op for PushRow<'_> {
 /// Destination of pixels at twice the resolution.
 pub trait Put: Copy {
     /// Stores or adds `pixels` at `to`.
-    fn put<V: SimdF32>(self, pixels: V, to: &mut [f32]);
+    fn put<V: Pixels>(self, pixels: V, to: &mut [f32]);
 }
 
 /// Adds pixels to weighted pixels, by the weight that is missing to 1.
@@ -349,7 +354,7 @@ struct Adding;
 
 impl Put for Adding {
     #[inline(always)]
-    fn put<V: SimdF32>(self, pixels: V, to: &mut [f32]) {
+    fn put<V: Pixels>(self, pixels: V, to: &mut [f32]) {
         let known = pixels.load(to);
         (known + (pixels.splat(1.0) - known.fourths()) * pixels).store(to);
     }
@@ -373,7 +378,7 @@ pub fn double<V: SimdF32>(row: &mut [PremulRgba], to: &mut [PremulRgba], put: im
 
 /// Doubles one vector of the pixels after the first one of `from`.
 #[inline(always)]
-fn double_vector<V: SimdF32>(from: &[f32], to: &mut [f32], put: impl Put, some: V) {
+fn double_vector<V: Pixels>(from: &[f32], to: &mut [f32], put: impl Put, some: V) {
     let from = &from[..V::N + 8];
     let (left, near, right) = (some.load(from), some.load(&from[4..]), some.load(&from[8..]));
     let near = near * some.splat(0.75);

@@ -11,12 +11,12 @@ use super::pointwise::{Change, change};
 use super::pyramid::Pyramid;
 use super::reshape;
 use super::samples::KnownPixels;
-use super::simd::Simd;
 use super::spread::{blend, smooth, spread};
 use super::tensor::{AnyTensor, Tensor};
 use super::warp::warp;
 use crate::plan::POINT;
 use crate::plan::{Activation, Filter, Normalisation, Padding, Read, Resize, Taps, TensorId};
+use fovol_simd::Simd;
 use safetensors::SafeTensors;
 use serde_json::Value;
 

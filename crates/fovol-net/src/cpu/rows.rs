@@ -1,9 +1,9 @@
 //! Views of rows of images, for reading.
 
-use super::aligned_buf::{WORDS_OF_LINE, prefetch};
-use super::element::{Bf16, Element};
+use super::element::Element;
 use super::tensor::{AnyTensor, Tensor};
 use bytemuck::cast_slice;
+use fovol_simd::{Bf16, WORDS_OF_LINE, prefetch};
 use std::ops::Range;
 
 /// Rows of an image, in up to three pieces of memory. Some rows may be absent.

@@ -3,9 +3,8 @@
 use super::doubled::{DoubledRow, doubled};
 use super::pyramid::{KnownRows, PremulRgba, Pyramid, divided};
 use super::samples::{self, KnownPixels};
-use super::simd::{Simd, SimdOp};
-use super::simd_f32::{SimdF32, SimdF32Op};
 use super::tensor::Tensor;
+use fovol_simd::{Pixels, Simd, SimdF32, SimdF32Op, SimdOp};
 use glam::Vec4;
 use rayon::prelude::*;
 
@@ -40,6 +39,8 @@ struct SpreadRow<'a> {
 }
 
 impl SimdF32Op for SpreadRow<'_> {
+    type Output = ();
+
     #[inline(always)]
     fn run<V: SimdF32>(self, some: V) {
         let Self { known, base, row } = self;
@@ -88,6 +89,8 @@ struct DifferenceRow<'a> {
 }
 
 impl SimdF32Op for DifferenceRow<'_> {
+    type Output = ();
+
     #[inline(always)]
     fn run<V: SimdF32>(self, some: V) {
         let Self { known, base, y, memory, to } = self;
@@ -108,7 +111,7 @@ impl SimdF32Op for DifferenceRow<'_> {
 /// Computes the residual of `base` at weighted pixels. The fourth channel of `base` is 0, so the weight is
 /// unchanged.
 #[inline(always)]
-fn difference<V: SimdF32>(known: V, base: V) -> V {
+fn difference<V: Pixels>(known: V, base: V) -> V {
     known - known.fourths() * base
 }
 
@@ -141,6 +144,8 @@ struct BaseRow<'a> {
 }
 
 impl SimdF32Op for BaseRow<'_> {
+    type Output = ();
+
     #[inline(always)]
     fn run<V: SimdF32>(self, some: V) {
         self.memory.make(self.base, self.y, some);
@@ -165,6 +170,8 @@ struct BlendRow<'a> {
 }
 
 impl SimdF32Op for BlendRow<'_> {
+    type Output = ();
+
     #[inline(always)]
     fn run<V: SimdF32>(self, some: V) {
         let Self { known, base, y, memory, to } = self;
@@ -209,6 +216,8 @@ struct SmoothRow<'a> {
 }
 
 impl SimdOp for SmoothRow<'_> {
+    type Output = ();
+
     #[inline(always)]
     fn run(self) {
         let Self { rows: [above, row, below], channels: c, between, to } = self;

@@ -1,6 +1,7 @@
-use super::element::{Bf16, Element};
+use super::element::Element;
 use super::tensor_buf::TensorBuf;
 use bytemuck::Pod;
+use fovol_simd::Bf16;
 use std::ops::Range;
 
 /// An image with any number of channels: \[row\]\[column\]\[channel\].

@@ -124,7 +124,7 @@ impl<T: Pod + std::fmt::Debug> std::fmt::Debug for TensorBuf<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cpu::element::Bf16;
+    use fovol_simd::Bf16;
 
     #[test]
     fn memory_of_one_kind_serves_another() {

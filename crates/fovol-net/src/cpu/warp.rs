@@ -1,8 +1,7 @@
 use super::element::Element;
 use super::motion::{corner_of, whole_motion};
-use super::simd::Simd;
-use super::simd_f32::{SimdF32, SimdF32Op};
 use super::tensor::Tensor;
+use fovol_simd::{Simd, SimdF32, SimdF32Op};
 use glam::Vec4;
 use rayon::prelude::*;
 
@@ -31,6 +30,8 @@ struct Row<'a, T: Element> {
 }
 
 impl<T: Element> SimdF32Op for Row<'_, T> {
+    type Output = ();
+
     #[inline(always)]
     fn run<V: SimdF32>(self, some: V) {
         let Self { input, motion, factor, y, row } = self;
@@ -103,7 +104,7 @@ impl Block {
 /// Interpolates linearly between `one` and `other`.
 #[inline(always)]
 fn between<V: SimdF32>(one: V, other: V, part: V) -> V {
-    (other - one).times_plus(part, one)
+    (other - one).mul_add(part, one)
 }
 
 /// The four bilinear sources of each of several pixels of a row.

@@ -1,6 +1,6 @@
 use super::pull_push::{Level, Pair, filled, halved};
-use crate::cpu::{Simd, SimdOp};
 use fovol_core::FrameSize;
+use fovol_simd::{Simd, SimdOp};
 use rayon::prelude::*;
 
 /// Two scalar images, filled by pull-push. Values above 0 are known. An image without known values is 0 everywhere.
@@ -101,6 +101,8 @@ struct Row<'a> {
 }
 
 impl SimdOp for Row<'_> {
+    type Output = ();
+
     #[inline(always)]
     fn run(self) {
         self.numbers.row(self.y, self.rows, self.line);

@@ -1,8 +1,8 @@
 //! A brick grid as the lanes read it.
 
-use super::lanes::Lanes;
 use crate::scene::{Bricks, MaybeNan};
-use std::marker::PhantomData;
+use bytemuck::cast_slice;
+use fovol_simd::{SimdF32, SimdI32};
 
 /// A stored voxel type, and how eight corners become one value.
 pub trait Texel: Copy + Sync + 'static {
@@ -15,47 +15,53 @@ pub trait Texel: Copy + Sync + 'static {
     /// times [`Self::GAIN`]; `offset` leads to the neighbours along y and z.
     ///
     /// # Safety
-    /// As [`Lanes::gather`]; all corners, and the rest of the 32-bit words around them, must be readable.
-    unsafe fn trilinear<L: Lanes>(base: *const Self, index: L::I, offset: [usize; 2], f: [L::F; 3]) -> L::F;
+    /// All eight corners, and the rest of the 32-bit words that begin with them, must lie in `values`.
+    unsafe fn trilinear<V: SimdF32>(values: &[Self], index: V::I32, offset: [usize; 2], f: [V; 3]) -> V;
 }
 
 /// A type that is stored once a voxel and read two neighbours along x at a time.
 trait PairTexel: Texel {
     /// The values at `index` and `index` + 1.
-    unsafe fn pair<L: Lanes>(base: *const Self, index: L::I) -> (L::F, L::F);
+    ///
+    /// # Safety
+    /// The 32-bit words that begin at `index` must lie in `values`; for f32, those at `index` + 1 too.
+    unsafe fn pair<V: SimdF32>(values: &[Self], index: V::I32) -> [V; 2];
+}
 
-    /// [`Texel::trilinear`] from four pairs.
-    #[inline(always)]
-    unsafe fn from_pairs<L: Lanes>(
-        base: *const Self,
-        index: L::I,
-        [uy, uz]: [usize; 2],
-        f: [L::F; 3],
-    ) -> L::F {
-        // SAFETY: the caller's.
-        unsafe {
-            let (a, b) = Self::pair::<L>(base, index);
-            let v00 = L::fma(f[0], L::sub(b, a), a);
-            let (a, b) = Self::pair::<L>(base.add(uy), index);
-            let v10 = L::fma(f[0], L::sub(b, a), a);
-            let (a, b) = Self::pair::<L>(base.add(uz), index);
-            let v01 = L::fma(f[0], L::sub(b, a), a);
-            let (a, b) = Self::pair::<L>(base.add(uy + uz), index);
-            let v11 = L::fma(f[0], L::sub(b, a), a);
-            let near = L::fma(f[1], L::sub(v10, v00), v00);
-            let far = L::fma(f[1], L::sub(v11, v01), v01);
-            L::fma(f[2], L::sub(far, near), near)
-        }
-    }
+/// Interpolates along x, y and z in turn.
+///
+/// # Safety
+/// That of [`Texel::trilinear`].
+#[inline(always)]
+unsafe fn from_pairs<T: PairTexel, V: SimdF32>(
+    values: &[T],
+    index: V::I32,
+    [uy, uz]: [usize; 2],
+    f: [V; 3],
+) -> V {
+    // SAFETY: the caller's.
+    let [[a0, a1], [b0, b1], [c0, c1], [d0, d1]]: [[V; 2]; 4] = unsafe {
+        [
+            T::pair(values, index),
+            T::pair(values.get_unchecked(uy..), index),
+            T::pair(values.get_unchecked(uz..), index),
+            T::pair(values.get_unchecked(uy + uz..), index),
+        ]
+    };
+    let (v00, v10) = (f[0].mul_add(a1 - a0, a0), f[0].mul_add(b1 - b0, b0));
+    let (v01, v11) = (f[0].mul_add(c1 - c0, c0), f[0].mul_add(d1 - d0, d0));
+    let near = f[1].mul_add(v10 - v00, v00);
+    let far = f[1].mul_add(v11 - v01, v01);
+    f[2].mul_add(far - near, near)
 }
 
 macro_rules! stored_once_a_voxel {
     ($($T:ty),*) => {$(
         impl Texel for $T {
             #[inline(always)]
-            unsafe fn trilinear<L: Lanes>(base: *const Self, index: L::I, offset: [usize; 2], f: [L::F; 3]) -> L::F {
+            unsafe fn trilinear<V: SimdF32>(values: &[Self], index: V::I32, offset: [usize; 2], f: [V; 3]) -> V {
                 // SAFETY: the caller's.
-                unsafe { Self::from_pairs::<L>(base, index, offset, f) }
+                unsafe { from_pairs(values, index, offset, f) }
             }
         }
     )*};
@@ -65,32 +71,28 @@ stored_once_a_voxel!(u8, u16, f32);
 
 impl PairTexel for u8 {
     #[inline(always)]
-    unsafe fn pair<L: Lanes>(base: *const u8, index: L::I) -> (L::F, L::F) {
+    unsafe fn pair<V: SimdF32>(values: &[u8], index: V::I32) -> [V; 2] {
         // SAFETY: the caller's.
-        unsafe {
-            let words = L::gather::<1>(base, index);
-            let byte = L::splat_i(0xFF);
-            (L::to_f32(L::and_i(words, byte)), L::to_f32(L::and_i(L::shr_i::<8>(words), byte)))
-        }
+        let words = unsafe { V::gather_bytes::<1>(values, index) };
+        let byte = words.splat(0xFF);
+        [V::from_i32(words & byte), V::from_i32(words.shr::<8>() & byte)]
     }
 }
 
 impl PairTexel for u16 {
     #[inline(always)]
-    unsafe fn pair<L: Lanes>(base: *const u16, index: L::I) -> (L::F, L::F) {
+    unsafe fn pair<V: SimdF32>(values: &[u16], index: V::I32) -> [V; 2] {
         // SAFETY: the caller's.
-        unsafe {
-            let words = L::gather::<2>(base.cast(), index);
-            (L::to_f32(L::and_i(words, L::splat_i(0xFFFF))), L::to_f32(L::shr_i::<16>(words)))
-        }
+        let words = unsafe { V::gather_bytes::<2>(cast_slice(values), index) };
+        [V::from_i32(words & words.splat(0xFFFF)), V::from_i32(words.shr::<16>())]
     }
 }
 
 impl PairTexel for f32 {
     #[inline(always)]
-    unsafe fn pair<L: Lanes>(base: *const f32, index: L::I) -> (L::F, L::F) {
+    unsafe fn pair<V: SimdF32>(values: &[f32], index: V::I32) -> [V; 2] {
         // SAFETY: the caller's.
-        unsafe { L::gather_pair(base.cast(), index) }
+        unsafe { V::gather_pairs(values, index) }
     }
 }
 
@@ -98,9 +100,9 @@ impl Texel for MaybeNan {
     const GAPS: bool = true;
 
     #[inline(always)]
-    unsafe fn trilinear<L: Lanes>(base: *const Self, index: L::I, offset: [usize; 2], f: [L::F; 3]) -> L::F {
-        // SAFETY: the caller's; it is nothing but an f32.
-        unsafe { f32::trilinear::<L>(base.cast(), index, offset, f) }
+    unsafe fn trilinear<V: SimdF32>(values: &[Self], index: V::I32, offset: [usize; 2], f: [V; 3]) -> V {
+        // SAFETY: the caller's.
+        unsafe { f32::trilinear(cast_slice(values), index, offset, f) }
     }
 }
 
@@ -110,28 +112,26 @@ impl Texel for u32 {
     const GAIN: f32 = 16384.0;
 
     #[inline(always)]
-    unsafe fn trilinear<L: Lanes>(base: *const u32, index: L::I, _: [usize; 2], f: [L::F; 3]) -> L::F {
+    unsafe fn trilinear<V: SimdF32>(values: &[u32], index: V::I32, _: [usize; 2], f: [V; 3]) -> V {
         // SAFETY: the caller's.
-        unsafe {
-            let (low, high) = L::gather_words(base, index);
-            // 16384 − w in the low half, w in the high half.
-            let w = L::truncate(L::fma(f[1], L::splat(Self::GAIN), L::splat(0.5)));
-            let weights = L::add_i(L::mul_i(w, L::splat_i(0xFFFF)), L::splat_i(0x4000));
-            let a0 = L::to_f32(L::weighted_bytes::<0>(low, weights));
-            let a1 = L::to_f32(L::weighted_bytes::<1>(low, weights));
-            let b0 = L::to_f32(L::weighted_bytes::<0>(high, weights));
-            let b1 = L::to_f32(L::weighted_bytes::<1>(high, weights));
-            let a = L::fma(f[2], L::sub(a1, a0), a0);
-            let b = L::fma(f[2], L::sub(b1, b0), b0);
-            L::fma(f[0], L::sub(b, a), a)
-        }
+        let [low, high] = unsafe { V::load_word_pairs(values, index) };
+        // 16384 − w in the low half, w in the high half.
+        let w = f[1].mul_add(f[1].splat(Self::GAIN), f[1].splat(0.5)).to_i32();
+        let weights = w * w.splat(0xFFFF) + w.splat(0x4000);
+        let a0 = V::from_i32(low.weighted_bytes::<0>(weights));
+        let a1 = V::from_i32(low.weighted_bytes::<1>(weights));
+        let b0 = V::from_i32(high.weighted_bytes::<0>(weights));
+        let b1 = V::from_i32(high.weighted_bytes::<1>(weights));
+        let a = f[2].mul_add(a1 - a0, a0);
+        let b = f[2].mul_add(b1 - b0, b0);
+        f[0].mul_add(b - a, a)
     }
 }
 
 /// A brick grid of one voxel type, with 32-bit addressing.
 #[derive(Clone, Copy)]
 pub struct Field<'a, T> {
-    base: *const T,
+    values: &'a [T],
     last: [f32; 3],
     unit: [i32; 3],
     jump: [i32; 3],
@@ -139,13 +139,7 @@ pub struct Field<'a, T> {
     pub scale: f32,
     /// The value that [`Self::sample`] returns for NaN: one more than the largest value.
     pub missing: f32,
-    bricks: PhantomData<&'a Bricks>,
 }
-
-// SAFETY: a field only reads the bricks it borrows.
-unsafe impl<T: Sync> Sync for Field<'_, T> {}
-// SAFETY: as above.
-unsafe impl<T: Sync> Send for Field<'_, T> {}
 
 /// Whether 32-bit lanes can address every element of `bricks`.
 pub fn addressable(bricks: &Bricks) -> bool {
@@ -161,42 +155,36 @@ impl<'a, T: Texel> Field<'a, T> {
         assert!(addressable(bricks) && values.len() == bricks.layout().elements());
         let layout = bricks.layout();
         Self {
-            base: values.as_ptr(),
+            values,
             last: layout.dims.map(|d| (d - 1) as f32),
             unit: layout.unit.map(|u| u as i32),
             jump: layout.jump.map(|j| j as i32),
             scale: bricks.scale() * unit / T::GAIN,
             missing: unit + 1.0,
-            bricks: PhantomData,
         }
     }
 
     /// The trilinear value at `p` (voxel-centre coordinates, clamped to the edge), scaled; [`Self::missing`] for NaN.
-    ///
-    /// # Safety
-    /// The instruction set of `L` must be available.
     #[inline(always)]
-    pub unsafe fn sample<L: Lanes>(&self, p: [L::F; 3]) -> L::F {
-        // SAFETY: positions are clamped to the grid, whose cells all have their eight corners stored,
-        // and the layout ends in padding, so every gathered word lies inside the values.
-        unsafe {
-            let zero = L::splat(0.0);
-            let mut f = [zero; 3];
-            let mut index = L::splat_i(0);
-            for a in 0..3 {
-                // max first: it sends NaN to 0.
-                let clamped = L::min(L::max(p[a], zero), L::splat(self.last[a]));
-                let cell = L::truncate(clamped);
-                f[a] = L::sub(clamped, L::to_f32(cell));
-                let inside = if a == 0 { cell } else { L::mul_i(cell, L::splat_i(self.unit[a])) };
-                let across = L::mul_i(L::shr_i::<3>(cell), L::splat_i(self.jump[a]));
-                index = L::add_i(index, L::add_i(inside, across));
-            }
-            let [_, uy, uz] = self.unit.map(|u| u as usize);
-            let value = L::mul(T::trilinear::<L>(self.base, index, [uy, uz], f), L::splat(self.scale));
-            // In this order, `min` turns NaN into `missing`.
-            if T::GAPS { L::min(value, L::splat(self.missing)) } else { value }
+    pub fn sample<V: SimdF32>(&self, p: [V; 3]) -> V {
+        let zero = p[0].splat(0.0);
+        let mut f = [zero; 3];
+        let mut index = zero.splat_i32(0);
+        for a in 0..3 {
+            // max first: it sends NaN to 0.
+            let clamped = p[a].max(zero).min(zero.splat(self.last[a]));
+            let cell = clamped.to_i32();
+            f[a] = clamped - V::from_i32(cell);
+            let inside = if a == 0 { cell } else { cell * zero.splat_i32(self.unit[a]) };
+            let across = cell.shr::<3>() * zero.splat_i32(self.jump[a]);
+            index = index + (inside + across);
         }
+        let [_, uy, uz] = self.unit.map(|u| u as usize);
+        // SAFETY: positions are clamped to the grid, whose cells all have their eight corners stored, and the layout ends
+        // in padding, so every word lies inside the values.
+        let value = unsafe { T::trilinear(self.values, index, [uy, uz], f) } * zero.splat(self.scale);
+        // In this order, `min` turns NaN into `missing`.
+        if T::GAPS { value.min(zero.splat(self.missing)) } else { value }
     }
 }
 
@@ -232,47 +220,40 @@ pub(crate) use with_field;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cpu::lanes::portable::Portable;
     use fovol_core::{Grid, Volume};
+    use fovol_simd::{Simd, SimdF32Op};
     use proptest::prelude::*;
 
     /// Weights of 14 bits are off by half of the last one.
     const TOLERANCE: f32 = 0.5 / 16384.0 + 2e-6;
 
-    fn agrees<L: Lanes>(bricks: &Bricks, points: &[[f32; 3]]) {
-        for chunk in points.chunks_exact(L::N) {
-            let axis = |a: usize| -> Vec<f32> { chunk.iter().map(|p| p[a]).collect() };
-            let (x, y, z) = (axis(0), axis(1), axis(2));
-            let mut out = vec![0.0f32; L::N];
-            with_field!(bricks, 1.0, field => {
-                // SAFETY: callers pass instruction sets that are available; the arrays hold N lanes.
-                unsafe {
-                    let p = [L::load(x.as_ptr()), L::load(y.as_ptr()), L::load(z.as_ptr())];
-                    L::store(field.sample::<L>(p), out.as_mut_ptr());
+    struct Agrees<'a> {
+        bricks: &'a Bricks,
+        points: &'a [[f32; 3]],
+    }
+
+    impl SimdF32Op for Agrees<'_> {
+        type Output = ();
+
+        fn run<V: SimdF32>(self, zero: V) {
+            for chunk in self.points.chunks_exact(V::N) {
+                let p = [0, 1, 2].map(|a| zero.load(&chunk.iter().map(|p| p[a]).collect::<Vec<f32>>()));
+                let mut out = vec![0.0f32; V::N];
+                with_field!(self.bricks, 1.0, field => field.sample(p).store(&mut out));
+                for (p, v) in chunk.iter().zip(out) {
+                    let expected = self.bricks.sample(*p);
+                    if expected.is_nan() {
+                        assert_eq!(v, 2.0, "{p:?}");
+                        continue;
+                    }
+                    assert!((expected - v).abs() < TOLERANCE, "{p:?}: {expected} and {v}");
                 }
-            });
-            for (p, v) in chunk.iter().zip(out) {
-                if bricks.sample(*p).is_nan() {
-                    assert_eq!(v, 2.0, "{p:?}");
-                    continue;
-                }
-                assert!((bricks.sample(*p) - v).abs() < TOLERANCE, "{p:?}: {} and {v}", bricks.sample(*p));
             }
         }
     }
 
     fn agrees_everywhere(bricks: &Bricks, points: &[[f32; 3]]) {
-        agrees::<Portable>(bricks, points);
-        #[cfg(target_arch = "x86_64")]
-        {
-            use crate::cpu::lanes::{avx2, avx512};
-            if avx2::available() {
-                agrees::<avx2::Avx2>(bricks, points);
-            }
-            if avx512::available() {
-                agrees::<avx512::Avx512>(bricks, points);
-            }
-        }
+        Simd::available().into_iter().for_each(|simd| simd.in_vectors(Agrees { bricks, points }));
     }
 
     proptest! {

@@ -1,7 +1,6 @@
 //! Marching in lanes: consecutive samples of one ray side by side.
 
 use super::field::{Field, Texel};
-use super::lanes::{Lanes, MOST_LANES};
 use super::light_columns::LightColumns;
 use super::march::{OPAQUE, SampleCount};
 use super::packet::Packet;
@@ -9,7 +8,9 @@ use super::shadow_pool::ShadowPool;
 use super::shadow_rays::{Parts, ShadowRays, trace};
 use super::skip::Skip;
 use crate::scene::{LightPath, MAX_BLUE, MAX_RED_GREEN, RayResult, Segments, TransferTable};
+use bytemuck::cast_slice;
 use fovol_core::{Pixel, RayBasis};
+use fovol_simd::{MOST_LANES, SimdF32, SimdI32};
 
 /// How light reaches samples.
 pub enum Lighting<'a> {
@@ -98,12 +99,10 @@ const ENOUGH: usize = 8192;
 
 impl<T: Texel> Kernel<'_, T> {
     /// Marches `pixels` and appends their colours (over the background) and opacities to `out`.
-    ///
-    /// # Safety
-    /// The instruction set of `L` must be available.
     #[inline(always)]
-    pub unsafe fn march<L: Lanes>(
+    pub fn march<V: SimdF32>(
         &self,
+        zero: V,
         rays: &RayBasis,
         pixels: &[Pixel],
         scratch: &mut Scratch,
@@ -111,29 +110,25 @@ impl<T: Texel> Kernel<'_, T> {
     ) -> SampleCount {
         let eye = self.segments.in_voxels(rays.origin());
         let mut count = SampleCount::default();
-        for pixels in pixels.chunks(L::N) {
+        for pixels in pixels.chunks(V::N) {
             scratch.packet.fill(pixels, rays, &self.segments);
             if scratch.packet.is_empty() && scratch.gathered.is_empty() {
                 out.extend(pixels.iter().map(|_| RayResult::nothing(self.background)));
                 continue;
             }
-            // SAFETY: the caller's.
-            unsafe {
-                count.primary += self.primary::<L>(scratch);
-                if scratch.pool.is_empty() || scratch.pool.len() >= ENOUGH {
-                    count.shadow += self.finish::<L>(eye, scratch, out);
-                }
+            count.primary += self.primary(zero, scratch);
+            if scratch.pool.is_empty() || scratch.pool.len() >= ENOUGH {
+                count.shadow += self.finish(zero, eye, scratch, out);
             }
         }
-        // SAFETY: the caller's.
-        count.shadow += unsafe { self.finish::<L>(eye, scratch, out) };
+        count.shadow += self.finish(zero, eye, scratch, out);
         count
     }
 
     /// Composites the rays of the packet. Where shadow rays are wanted, lit samples go to the pool and
     /// only their ambient part is in the sums.
     #[inline(always)]
-    unsafe fn primary<L: Lanes>(&self, scratch: &mut Scratch) -> u64 {
+    fn primary<V: SimdF32>(&self, zero: V, scratch: &mut Scratch) -> u64 {
         let Scratch { packet, pool, gathered, waiting, .. } = scratch;
         let first = gathered.len();
         gathered.resize(first + packet.len, Gathered::NOTHING);
@@ -148,16 +143,13 @@ impl<T: Texel> Kernel<'_, T> {
         }
         if matches!(self.lighting, Lighting::Rays(_)) {
             let most: f32 = packet.samples.0.iter().sum();
-            pool.reserve(most as usize + packet.len * L::N);
+            pool.reserve(most as usize + packet.len * V::N);
         }
         let mut count = 0;
         loop {
-            // SAFETY: the caller's.
-            let mut going = unsafe {
-                match &self.skip {
-                    Some(skip) => skip.advance::<L>(packet, 0.0),
-                    None => packet.going::<L>(),
-                }
+            let mut going = match &self.skip {
+                Some(skip) => skip.advance(zero, packet, 0.0),
+                None => packet.going(zero),
             };
             if going == 0 {
                 return count;
@@ -166,8 +158,7 @@ impl<T: Texel> Kernel<'_, T> {
                 let lane = going.trailing_zeros() as usize;
                 going &= going - 1;
                 let from = pool.len();
-                // SAFETY: the caller's.
-                count += unsafe { self.block::<L>(packet, lane, &mut gathered[first + lane], pool) };
+                count += self.block(zero, (packet, lane), &mut gathered[first + lane], pool);
                 if pool.len() > from {
                     waiting.push(Waiting { ray: first + lane, from, to: pool.len() });
                 }
@@ -177,162 +168,152 @@ impl<T: Texel> Kernel<'_, T> {
 
     /// Traces the waiting shadow rays and appends the colours of all gathered rays to `out`.
     #[inline(always)]
-    unsafe fn finish<L: Lanes>(&self, eye: [f32; 3], scratch: &mut Scratch, out: &mut Vec<RayResult>) -> u64 {
+    fn finish<V: SimdF32>(
+        &self,
+        zero: V,
+        eye: [f32; 3],
+        scratch: &mut Scratch,
+        out: &mut Vec<RayResult>,
+    ) -> u64 {
         let rays = ShadowRays {
             field: &self.field,
             alpha: &self.table.shadow_alpha,
             light: &self.light,
             columns: if let Lighting::Rays(columns) = self.lighting { columns } else { None },
         };
-        // SAFETY: the caller's; sums hold at least N elements.
-        unsafe {
-            let samples = trace::<L, T>(&rays, &mut scratch.pool, &mut scratch.parts);
-            for block in &scratch.waiting {
-                let [r, g, b, ..] = &mut scratch.gathered[block.ray].sums;
-                let sums = [L::load(r.as_ptr()), L::load(g.as_ptr()), L::load(b.as_ptr())];
-                let [lit_r, lit_g, lit_b] = scratch.pool.arriving::<L>(block.from, block.to, sums);
-                L::store(lit_r, r.as_mut_ptr());
-                L::store(lit_g, g.as_mut_ptr());
-                L::store(lit_b, b.as_mut_ptr());
-            }
-            // Closures would be compiled without the instruction set.
-            out.reserve(scratch.gathered.len());
-            for ray in &scratch.gathered {
-                out.push(self.marched::<L>(eye, ray));
-            }
-            scratch.gathered.clear();
-            scratch.waiting.clear();
-            scratch.pool.clear();
-            samples
+        let samples = trace(zero, &rays, &mut scratch.pool, &mut scratch.parts);
+        for block in &scratch.waiting {
+            let [r, g, b, ..] = &mut scratch.gathered[block.ray].sums;
+            let sums = [zero.load(r), zero.load(g), zero.load(b)];
+            let [lit_r, lit_g, lit_b] = scratch.pool.arriving(block.from, block.to, sums);
+            lit_r.store(r);
+            lit_g.store(g);
+            lit_b.store(b);
         }
+        // Closures would be compiled without the instruction set.
+        out.reserve(scratch.gathered.len());
+        for ray in &scratch.gathered {
+            out.push(self.marched(zero, eye, ray));
+        }
+        scratch.gathered.clear();
+        scratch.waiting.clear();
+        scratch.pool.clear();
+        samples
     }
 
     /// The result of a finished ray from its sums; `eye` in voxel-centre coordinates.
     #[inline(always)]
-    unsafe fn marched<L: Lanes>(&self, eye: [f32; 3], ray: &Gathered) -> RayResult {
-        // SAFETY: sums hold at least N elements.
-        unsafe {
-            let [r, g, b, opacity, numbers] = &ray.sums;
-            let opacity = L::load(opacity.as_ptr());
-            if L::bits(L::gt(opacity, L::splat(0.0))) == 0 {
-                return RayResult::nothing(self.background);
-            }
-            let whole = L::sum(opacity);
-            let opacity = whole.min(1.0);
-            let mut colour =
-                [L::sum(L::load(r.as_ptr())), L::sum(L::load(g.as_ptr())), L::sum(L::load(b.as_ptr()))];
-            for (sum, background) in colour.iter_mut().zip(&self.background) {
-                *sum += (1.0 - opacity) * background;
-            }
-            let mean = L::sum(L::load(numbers.as_ptr())) / whole;
-            let number = if ray.half_at < 0.0 { mean } else { ray.half_at };
-            let depth = self.segments.distance(eye, ray.start, ray.delta, number);
-            RayResult { colour, opacity, depth }
+    fn marched<V: SimdF32>(&self, zero: V, eye: [f32; 3], ray: &Gathered) -> RayResult {
+        let [r, g, b, opacity, numbers] = &ray.sums;
+        let opacity = zero.load(opacity);
+        if V::bits_of(opacity.simd_gt(zero)) == 0 {
+            return RayResult::nothing(self.background);
         }
+        let whole = opacity.sum();
+        let opacity = whole.min(1.0);
+        let mut colour = [zero.load(r).sum(), zero.load(g).sum(), zero.load(b).sum()];
+        for (sum, background) in colour.iter_mut().zip(&self.background) {
+            *sum += (1.0 - opacity) * background;
+        }
+        let mean = zero.load(numbers).sum() / whole;
+        let number = if ray.half_at < 0.0 { mean } else { ray.half_at };
+        let depth = self.segments.distance(eye, ray.start, ray.delta, number);
+        RayResult { colour, opacity, depth }
     }
 
     /// Composites the next N samples of ray `lane`; returns how many of them counted.
     #[inline(always)]
-    unsafe fn block<L: Lanes>(
+    fn block<V: SimdF32>(
         &self,
-        packet: &mut Packet,
-        lane: usize,
+        zero: V,
+        (packet, lane): (&mut Packet, usize),
         ray: &mut Gathered,
         pool: &mut ShadowPool,
     ) -> u64 {
-        // SAFETY: table indices come from display values in 0…1 scaled to the table; sums hold at least N
-        // elements.
-        unsafe {
-            let (zero, one) = (L::splat(0.0), L::splat(1.0));
-            let number = L::add(L::splat(packet.next.0[lane]), L::iota());
-            packet.next.0[lane] += L::N as f32;
-            let p = [
-                L::fma(number, L::splat(packet.delta[0].0[lane]), L::splat(packet.start[0].0[lane])),
-                L::fma(number, L::splat(packet.delta[1].0[lane]), L::splat(packet.start[1].0[lane])),
-                L::fma(number, L::splat(packet.delta[2].0[lane]), L::splat(packet.start[2].0[lane])),
-            ];
-            let value = L::add(self.field.sample::<L>(p), L::splat(0.5));
-            let inside = L::lt(number, L::splat(packet.samples.0[lane]));
-            let [first, end] = self.visible;
-            let shown = L::and_m(L::gt(value, L::splat(first)), L::lt(value, L::splat(end)));
-            let shown = L::and_m(inside, shown);
-            if L::bits(shown) == 0 {
-                return u64::from(L::bits(inside).count_ones());
-            }
-            let index = L::truncate(value);
-            let base = self.table.appearance.as_ptr().cast();
-            let (alpha, packed) = L::gather_words(base, L::add_i(index, index));
-            let alpha = L::select(shown, L::from_bits(alpha), zero);
-            let (before, through) = L::products_before(L::sub(one, alpha));
-            let before = L::mul(before, L::splat(packet.transmittance.0[lane]));
-            let arriving = packet.transmittance.0[lane];
-            packet.transmittance.0[lane] = arriving * through;
-            if arriving > 0.5 && arriving * through <= 0.5 {
-                let clear = L::gt(L::mul(before, L::sub(one, alpha)), L::splat(0.5));
-                ray.half_at = packet.next.0[lane] - L::N as f32 + L::bits(clear).trailing_ones() as f32;
-            }
-            let going = L::and_m(inside, L::gt(before, L::splat(1.0 - OPAQUE)));
-            let weight = L::select(going, L::mul(alpha, before), zero);
-            let [r, g, b, opacity, numbers] = &mut ray.sums;
-            L::store(L::add(L::load(opacity.as_ptr()), weight), opacity.as_mut_ptr());
-            L::store(L::fma(weight, number, L::load(numbers.as_ptr())), numbers.as_mut_ptr());
-            let mut colour = [L::load(r.as_ptr()), L::load(g.as_ptr()), L::load(b.as_ptr())];
-            let rgb = colours::<L>(packed);
-            self.light_samples::<L>(p, weight, rgb, &mut colour, pool);
-            L::store(colour[0], r.as_mut_ptr());
-            L::store(colour[1], g.as_mut_ptr());
-            L::store(colour[2], b.as_mut_ptr());
-            u64::from(L::bits(going).count_ones())
+        let one = zero.splat(1.0);
+        let number = zero.splat(packet.next.0[lane]) + zero.iota();
+        packet.next.0[lane] += V::N as f32;
+        let p = [
+            number.mul_add(zero.splat(packet.delta[0].0[lane]), zero.splat(packet.start[0].0[lane])),
+            number.mul_add(zero.splat(packet.delta[1].0[lane]), zero.splat(packet.start[1].0[lane])),
+            number.mul_add(zero.splat(packet.delta[2].0[lane]), zero.splat(packet.start[2].0[lane])),
+        ];
+        let value = self.field.sample(p) + zero.splat(0.5);
+        let inside = number.simd_lt(zero.splat(packet.samples.0[lane]));
+        let [first, end] = self.visible;
+        let shown = value.simd_gt(zero.splat(first)) & value.simd_lt(zero.splat(end));
+        let shown = inside & shown;
+        if V::bits_of(shown) == 0 {
+            return u64::from(V::bits_of(inside).count_ones());
         }
+        let index = value.to_i32();
+        // SAFETY: visible values are indices of the table, others are below its scale or the entry of NaN.
+        let [alpha, packed] =
+            unsafe { V::load_word_pairs(cast_slice(&self.table.appearance), index + index) };
+        let alpha = V::select(shown, V::from_bits(alpha), zero);
+        let (before, through) = (one - alpha).products_before();
+        let before = before * zero.splat(packet.transmittance.0[lane]);
+        let arriving = packet.transmittance.0[lane];
+        packet.transmittance.0[lane] = arriving * through;
+        if arriving > 0.5 && arriving * through <= 0.5 {
+            let clear = (before * (one - alpha)).simd_gt(zero.splat(0.5));
+            ray.half_at = packet.next.0[lane] - V::N as f32 + V::bits_of(clear).trailing_ones() as f32;
+        }
+        let going = inside & before.simd_gt(zero.splat(1.0 - OPAQUE));
+        let weight = V::select(going, alpha * before, zero);
+        let [r, g, b, opacity, numbers] = &mut ray.sums;
+        (zero.load(opacity) + weight).store(opacity);
+        weight.mul_add(number, zero.load(numbers)).store(numbers);
+        let mut colour = [zero.load(r), zero.load(g), zero.load(b)];
+        let rgb = colours(packed);
+        self.light_samples(p, weight, rgb, &mut colour, pool);
+        colour[0].store(r);
+        colour[1].store(g);
+        colour[2].store(b);
+        u64::from(V::bits_of(going).count_ones())
     }
 
     /// Adds the light that samples of `weight` and colour `rgb` at `p` send to the eye to `colour`.
     ///
     /// With shadow rays it adds the ambient part only; the samples then wait in `pool`.
     #[inline(always)]
-    unsafe fn light_samples<L: Lanes>(
+    fn light_samples<V: SimdF32>(
         &self,
-        p: [L::F; 3],
-        weight: L::F,
-        rgb: [L::F; 3],
-        colour: &mut [L::F; 3],
+        p: [V; 3],
+        weight: V,
+        rgb: [V; 3],
+        colour: &mut [V; 3],
         pool: &mut ShadowPool,
     ) {
-        // SAFETY: the caller's.
-        unsafe {
-            let facing = match self.facing {
-                Some(light) => self.facing::<L>(p, light),
-                None => L::splat(1.0),
-            };
-            let ambient = L::splat(self.ambient);
-            let direct = L::mul(L::splat(1.0 - self.ambient), facing);
-            match &self.lighting {
-                Lighting::Rays(_) => {
-                    let known = L::mul(weight, ambient);
-                    let waiting = L::mul(weight, direct);
-                    for c in 0..3 {
-                        colour[c] = L::fma(known, rgb[c], colour[c]);
-                    }
-                    let light = [L::mul(waiting, rgb[0]), L::mul(waiting, rgb[1]), L::mul(waiting, rgb[2])];
-                    pool.push::<L>(L::gt(weight, L::splat(0.0)), p, light);
+        let zero = weight.splat(0.0);
+        let facing = match self.facing {
+            Some(light) => self.facing(p, light),
+            None => zero.splat(1.0),
+        };
+        let ambient = zero.splat(self.ambient);
+        let direct = zero.splat(1.0 - self.ambient) * facing;
+        match &self.lighting {
+            Lighting::Rays(_) => {
+                let known = weight * ambient;
+                let waiting = weight * direct;
+                for c in 0..3 {
+                    colour[c] = known.mul_add(rgb[c], colour[c]);
                 }
-                Lighting::Full => {
-                    let lit = L::mul(weight, L::add(ambient, direct));
-                    for c in 0..3 {
-                        colour[c] = L::fma(lit, rgb[c], colour[c]);
-                    }
+                let light = [waiting * rgb[0], waiting * rgb[1], waiting * rgb[2]];
+                pool.push(weight.simd_gt(zero), p, light);
+            }
+            Lighting::Full => {
+                let lit = weight * (ambient + direct);
+                for c in 0..3 {
+                    colour[c] = lit.mul_add(rgb[c], colour[c]);
                 }
-                Lighting::Cached(grid) => {
-                    let half = L::splat(0.5);
-                    let q = [
-                        L::mul(L::sub(p[0], half), half),
-                        L::mul(L::sub(p[1], half), half),
-                        L::mul(L::sub(p[2], half), half),
-                    ];
-                    let lit = L::mul(weight, L::fma(direct, grid.sample::<L>(q), ambient));
-                    for c in 0..3 {
-                        colour[c] = L::fma(lit, rgb[c], colour[c]);
-                    }
+            }
+            Lighting::Cached(grid) => {
+                let half = zero.splat(0.5);
+                let q = [(p[0] - half) * half, (p[1] - half) * half, (p[2] - half) * half];
+                let lit = weight * direct.mul_add(grid.sample(q), ambient);
+                for c in 0..3 {
+                    colour[c] = lit.mul_add(rgb[c], colour[c]);
                 }
             }
         }
@@ -340,47 +321,39 @@ impl<T: Texel> Kernel<'_, T> {
 
     /// |n·l| at `p`; 1 where the gradient is zero or not known.
     #[inline(always)]
-    pub(super) unsafe fn facing<L: Lanes>(&self, p: [L::F; 3], light: [f32; 3]) -> L::F {
-        // SAFETY: the caller's.
-        unsafe {
-            let one = L::splat(1.0);
-            let mut squared = L::splat(0.0);
-            let mut along = L::splat(0.0);
-            let mut highest = L::splat(0.0);
-            for a in 0..3 {
-                let (mut before, mut after) = (p, p);
-                before[a] = L::sub(p[a], one);
-                after[a] = L::add(p[a], one);
-                let (after, before) = (self.field.sample::<L>(after), self.field.sample::<L>(before));
-                if T::GAPS {
-                    highest = L::max(highest, L::max(after, before));
-                }
-                let difference = L::sub(after, before);
-                // Only the ratios of the components matter, so the field's own scale may stay.
-                let g = L::mul(difference, L::splat(1.0 / self.voxel_size[a]));
-                squared = L::fma(g, g, squared);
-                along = L::fma(g, L::splat(light[a]), along);
+    pub(super) fn facing<V: SimdF32>(&self, p: [V; 3], light: [f32; 3]) -> V {
+        let zero = p[0].splat(0.0);
+        let one = zero.splat(1.0);
+        let (mut squared, mut along, mut highest) = (zero, zero, zero);
+        for a in 0..3 {
+            let (mut before, mut after) = (p, p);
+            before[a] = p[a] - one;
+            after[a] = p[a] + one;
+            let (after, before) = (self.field.sample(after), self.field.sample(before));
+            if T::GAPS {
+                highest = highest.max(after.max(before));
             }
-            let facing = L::abs(L::div(along, L::sqrt(squared)));
-            let known = L::gt(squared, L::splat(0.0));
-            // Beside NaN there is no gradient.
-            let known =
-                if T::GAPS { L::and_m(known, L::lt(highest, L::splat(self.field.missing))) } else { known };
-            L::select(known, facing, one)
+            let difference = after - before;
+            // Only the ratios of the components matter, so the field's own scale may stay.
+            let g = difference * zero.splat(1.0 / self.voxel_size[a]);
+            squared = g.mul_add(g, squared);
+            along = g.mul_add(zero.splat(light[a]), along);
         }
+        let facing = (along / squared.sqrt()).abs();
+        let known = squared.simd_gt(zero);
+        // Beside NaN there is no gradient.
+        let known = if T::GAPS { known & highest.simd_lt(zero.splat(self.field.missing)) } else { known };
+        V::select(known, facing, one)
     }
 }
 
 /// Unpacks colours of a [`TransferTable`].
 #[inline(always)]
-pub(super) unsafe fn colours<L: Lanes>(packed: L::I) -> [L::F; 3] {
-    // SAFETY: the caller's.
-    unsafe {
-        let field = L::splat_i(MAX_RED_GREEN as i32);
-        [
-            L::mul(L::to_f32(L::and_i(packed, field)), L::splat(1.0 / MAX_RED_GREEN)),
-            L::mul(L::to_f32(L::and_i(L::shr_i::<11>(packed), field)), L::splat(1.0 / MAX_RED_GREEN)),
-            L::mul(L::to_f32(L::shr_i::<22>(packed)), L::splat(1.0 / MAX_BLUE)),
-        ]
-    }
+pub(super) fn colours<V: SimdF32>(packed: V::I32) -> [V; 3] {
+    let field = packed.splat(MAX_RED_GREEN as i32);
+    let red = V::from_i32(packed & field);
+    let green = V::from_i32(packed.shr::<11>() & field);
+    let blue = V::from_i32(packed.shr::<22>());
+    let scale = red.splat(1.0 / MAX_RED_GREEN);
+    [red * scale, green * scale, blue * red.splat(1.0 / MAX_BLUE)]
 }

@@ -1,8 +1,9 @@
 //! Which samples of a shadow ray could meet anything, known before the ray is traced.
 
-use super::lanes::Lanes;
 use crate::scene::{LightPath, Macrocells, SHADOW_STEP};
+use bytemuck::cast_slice;
 use fovol_core::stop;
+use fovol_simd::SimdF32;
 use rayon::prelude::*;
 
 /// Slabs that one word tells of.
@@ -130,41 +131,34 @@ impl LightColumns {
     }
 
     /// The columns and the slabs (both as whole numbers) of the first shadow samples from points `p`.
-    ///
-    /// # Safety
-    /// The instruction set of `L` must be available.
     #[inline(always)]
-    pub unsafe fn locate<L: Lanes>(&self, p: [L::F; 3]) -> (L::I, L::I) {
-        // SAFETY: the caller's.
-        unsafe {
-            let Axes { order: [a, b, c], origin, slabs, shear, low, width } = self.axes;
-            let zero = L::splat(0.0);
-            // A point a rounding error outside the box is taken for one on its face.
-            let depth = L::max(L::mul(L::sub(p[a], L::splat(origin)), L::splat(slabs)), zero);
-            let column = |p: L::F, i: usize| {
-                let entry = L::sub(p, L::fma(depth, L::splat(shear[i]), L::splat(low[i])));
-                let most = L::splat((self.columns[i] - 1) as f32);
-                L::truncate(L::min(L::max(L::mul(entry, L::splat(1.0 / width)), zero), most))
-            };
-            let at = L::mul_i(column(p[c], 1), L::splat_i(self.columns[0] as i32));
-            (L::add_i(at, column(p[b], 0)), L::truncate(L::add(depth, L::splat(0.5))))
-        }
+    pub fn locate<V: SimdF32>(&self, p: [V; 3]) -> (V::I32, V::I32) {
+        let Axes { order: [a, b, c], origin, slabs, shear, low, width } = self.axes;
+        let zero = p[0].splat(0.0);
+        // A point a rounding error outside the box is taken for one on its face.
+        let depth = ((p[a] - zero.splat(origin)) * zero.splat(slabs)).max(zero);
+        let column = |p: V, i: usize| {
+            let entry = p - depth.mul_add(zero.splat(shear[i]), zero.splat(low[i]));
+            let most = zero.splat((self.columns[i] - 1) as f32);
+            (entry * zero.splat(1.0 / width)).max(zero).min(most).to_i32()
+        };
+        let at = column(p[c], 1) * zero.splat_i32(self.columns[0] as i32);
+        (at + column(p[b], 0), (depth + zero.splat(0.5)).to_i32())
     }
 
     /// Words number `word` (whole numbers) of each `column` where `wanted`, else any: their lowest bits are for slabs
     /// `word` · [`SLABS`].
     ///
     /// # Safety
-    /// The instruction set of `L` must be available; wanted columns and words must be those of rays inside the volume.
+    /// Wanted columns and words must be those of rays inside the volume.
     #[inline(always)]
-    pub unsafe fn words<L: Lanes>(&self, wanted: L::M, column: L::I, word: L::F) -> L::I {
-        // SAFETY: the caller's; any word is as good as the first where none is wanted.
-        unsafe {
-            let plane = L::splat_i((self.columns[0] * self.columns[1]) as i32);
-            let index = L::add_i(L::mul_i(L::truncate(word), plane), column);
-            let index = L::to_bits(L::select(wanted, L::from_bits(index), L::splat(0.0)));
-            L::gather::<4>(self.words.as_ptr().cast(), index)
-        }
+    pub unsafe fn words<V: SimdF32>(&self, wanted: V::Mask, column: V::I32, word: V) -> V::I32 {
+        let zero = word.splat(0.0);
+        let plane = zero.splat_i32((self.columns[0] * self.columns[1]) as i32);
+        let index = word.to_i32() * plane + column;
+        let index = V::select(wanted, V::from_bits(index), zero).to_bits();
+        // SAFETY: the caller's for wanted words; the others are replaced by the first word.
+        unsafe { V::gather_bytes::<4>(cast_slice(&self.words), index) }
     }
 
     /// Word `word` of `column`.
@@ -176,10 +170,10 @@ impl LightColumns {
 
 #[cfg(test)]
 mod tests {
-    use super::super::lanes::portable::Portable;
     use super::*;
     use crate::scene::Bricks;
     use fovol_core::{ClipBox, ControlPoint, Grid, Light, TransferFunction, Volume};
+    use fovol_simd::{Arithmetic, Portable, SimdI32};
     use glam::DVec3;
     use proptest::prelude::*;
 
@@ -208,10 +202,14 @@ mod tests {
 
     /// Whether sample `j` of the shadow ray from `p` need be taken.
     fn may_meet(columns: &LightColumns, p: [f32; 3], j: u32) -> bool {
-        // SAFETY: portable lanes need nothing.
-        let (column, first) = unsafe { columns.locate::<Portable>(p.map(|x| [x; 8])) };
-        let slab = first[0] as u32 + j;
-        columns.word(column[0] as usize, (slab / SLABS) as usize) >> (slab % SLABS) & 1 == 1
+        let (column, first) = columns.locate(p.map(|x| Portable::zero().splat(x)));
+        let [column, first] = [column, first].map(|integers| {
+            let mut lanes = [0; Portable::N];
+            integers.store(&mut lanes);
+            lanes[0]
+        });
+        let slab = first as u32 + j;
+        columns.word(column as usize, (slab / SLABS) as usize) >> (slab % SLABS) & 1 == 1
     }
 
     proptest! {

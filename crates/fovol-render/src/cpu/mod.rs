@@ -9,7 +9,6 @@ mod direct;
 mod field;
 mod fine;
 mod kernel;
-mod lanes;
 mod light_columns;
 mod light_path;
 pub mod march;
@@ -26,9 +25,10 @@ mod skip;
 
 pub use compact::compact;
 pub use direct::{DirectSamples, direct, mask_of};
+pub use fovol_simd::Simd;
 #[cfg(feature = "gpu")]
 pub(crate) use mask::Thresholds;
 pub use mask::{mask, sampled};
 pub use renderer::{RenderOptions, Renderer};
 pub use scatter::scatter;
-pub use simd::Simd;
+pub use simd::{available_simd, best_simd, parse_simd};

@@ -1,9 +1,9 @@
 //! A packet of primary rays that skip empty space side by side, one ray to a lane.
 
-use super::lanes::{Lanes, MOST_LANES};
 use super::march::OPAQUE;
 use crate::scene::Segments;
 use fovol_core::{Pixel, RayBasis};
+use fovol_simd::{MOST_LANES, SimdF32};
 
 /// Rays that are prepared side by side: as many f64 as the widest vectors hold.
 const BESIDE: usize = 8;
@@ -85,17 +85,11 @@ impl Packet {
     }
 
     /// Makes the ends of steps the samples: one more than steps, where there are any.
-    ///
-    /// # Safety
-    /// The instruction set of `L` must be available.
     #[inline(always)]
-    pub unsafe fn count_ends<L: Lanes>(&mut self) {
-        // SAFETY: the arrays hold at least N elements.
-        unsafe {
-            let (zero, length) = (L::splat(0.0), L::load(self.length.0.as_ptr()));
-            let ends = L::add(L::ceil(length), L::splat(1.0));
-            L::store(L::select(L::gt(length, zero), ends, zero), self.samples.0.as_mut_ptr());
-        }
+    pub fn count_ends<V: SimdF32>(&mut self, zero: V) {
+        let length = zero.load(&self.length.0);
+        let ends = length.ceil() + zero.splat(1.0);
+        V::select(length.simd_gt(zero), ends, zero).store(&mut self.samples.0);
     }
 
     /// Whether no ray has any sample.
@@ -105,26 +99,22 @@ impl Packet {
     }
 
     /// The rays that have samples left and are not opaque, one bit each.
-    ///
-    /// # Safety
-    /// The instruction set of `L` must be available.
     #[inline(always)]
-    pub unsafe fn going<L: Lanes>(&self) -> u32 {
-        // SAFETY: the arrays hold at least N elements.
-        unsafe {
-            let passing = L::gt(L::load(self.transmittance.0.as_ptr()), L::splat(1.0 - OPAQUE));
-            let left = L::lt(L::load(self.next.0.as_ptr()), L::load(self.samples.0.as_ptr()));
-            L::bits(L::and_m(passing, left))
-        }
+    pub fn going<V: SimdF32>(&self, zero: V) -> u32 {
+        let passing = zero.load(&self.transmittance.0).simd_gt(zero.splat(1.0 - OPAQUE));
+        let left = zero.load(&self.next.0).simd_lt(zero.load(&self.samples.0));
+        V::bits_of(passing & left)
+    }
+
+    /// Three coordinates of the ray in `lane`, each in all lanes of a vector.
+    #[inline(always)]
+    pub fn splat<V: SimdF32>(zero: V, of: &[PerRay; 3], lane: usize) -> [V; 3] {
+        [zero.splat(of[0].0[lane]), zero.splat(of[1].0[lane]), zero.splat(of[2].0[lane])]
     }
 
     /// Three coordinates of every ray as vectors.
-    ///
-    /// # Safety
-    /// The instruction set of `L` must be available.
     #[inline(always)]
-    pub unsafe fn load<L: Lanes>(of: &[PerRay; 3]) -> [L::F; 3] {
-        // SAFETY: the arrays hold at least N elements.
-        unsafe { [L::load(of[0].0.as_ptr()), L::load(of[1].0.as_ptr()), L::load(of[2].0.as_ptr())] }
+    pub fn load<V: SimdF32>(zero: V, of: &[PerRay; 3]) -> [V; 3] {
+        [zero.load(&of[0].0), zero.load(&of[1].0), zero.load(&of[2].0)]
     }
 }

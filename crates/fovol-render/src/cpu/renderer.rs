@@ -1,15 +1,11 @@
 use super::field::{Field, Texel, addressable, with_field};
 use super::fine::{FineKernel, FineScratch};
 use super::kernel::{Kernel, Lighting, Scratch};
-use super::lanes::Lanes;
-use super::lanes::portable::Portable;
-#[cfg(target_arch = "x86_64")]
-use super::lanes::{avx2, avx512};
 use super::light_columns::LightColumns;
 use super::march::{March, SampleCount};
 use super::march_order::MarchOrder;
 use super::shadow_grid::shadow_grid;
-use super::simd::Simd;
+use super::simd::best_simd;
 use super::skip::Skip;
 use crate::scene::{
     BrickData, BrickLayout, Bricks, ExtinctionTable, LightPath, Macrocells, RayResult, Segments,
@@ -20,6 +16,7 @@ use fovol_core::{
     Camera, ClipBox, Frame, FrameSize, Grid, Integration, Pixel, RayBasis, Region, SampleList, SampleMask,
     Scene, Shading, ShadowMode, SurfaceShading, TransferFunction, Volume, stop,
 };
+use fovol_simd::{Simd, SimdF32, SimdF32Op};
 use rayon::prelude::*;
 use std::time::{Duration, Instant};
 
@@ -34,7 +31,7 @@ pub struct RenderOptions {
 
 impl Default for RenderOptions {
     fn default() -> Self {
-        Self { simd: Simd::best(), skip_empty: true }
+        Self { simd: best_simd(), skip_empty: true }
     }
 }
 
@@ -332,7 +329,8 @@ impl Renderer {
     ) -> (Vec<RayResult>, SampleCount) {
         stop::point();
         let mut out = Vec::with_capacity(pixels.len());
-        if self.options.simd == Simd::Scalar {
+        let simd = self.options.simd;
+        if simd == Simd::Scalar {
             let march = self.specification();
             let mut count = SampleCount::default();
             out.extend(pixels.iter().map(|p| {
@@ -347,10 +345,13 @@ impl Renderer {
         let count = with_field!(&self.bricks, self.table.scale(), field => {
             let kernel = self.kernel(field);
             match &self.extinction {
-                None => march_in_lanes(self.options.simd, &kernel, rays, pixels, &mut scratch.plain, &mut out),
+                None => {
+                    let scratch = &mut scratch.plain;
+                    simd.in_vectors(InVectors { kernel: &kernel, rays, pixels, scratch, out: &mut out })
+                }
                 Some(extinction) => {
-                    let kernel = FineKernel { kernel, extinction };
-                    march_in_lanes(self.options.simd, &kernel, rays, pixels, &mut scratch.fine, &mut out)
+                    let (kernel, scratch) = (&FineKernel { kernel, extinction }, &mut scratch.fine);
+                    simd.in_vectors(InVectors { kernel, rays, pixels, scratch, out: &mut out })
                 }
             }
         });
@@ -417,89 +418,27 @@ struct Memory {
     fine: FineScratch,
 }
 
-/// A way to march that is written once for all instruction sets.
-trait Lanewise {
-    /// Memory that marching reuses.
-    type Scratch;
-
-    /// Marches `pixels` and appends one result per ray to `out`.
-    ///
-    /// # Safety
-    /// The instruction set of `L` must be available.
-    unsafe fn march<L: Lanes>(
-        &self,
-        rays: &RayBasis,
-        pixels: &[Pixel],
-        scratch: &mut Self::Scratch,
-        out: &mut Vec<RayResult>,
-    ) -> SampleCount;
+/// Rays to march in vectors, and where their results go.
+struct InVectors<'a, K, S> {
+    kernel: &'a K,
+    rays: &'a RayBasis,
+    pixels: &'a [Pixel],
+    scratch: &'a mut S,
+    out: &'a mut Vec<RayResult>,
 }
 
-macro_rules! lanewise {
+macro_rules! in_vectors {
     ($Kernel:ident, $Scratch:ident) => {
-        impl<T: Texel> Lanewise for $Kernel<'_, T> {
-            type Scratch = $Scratch;
+        impl<T: Texel> SimdF32Op for InVectors<'_, $Kernel<'_, T>, $Scratch> {
+            type Output = SampleCount;
 
             #[inline(always)]
-            unsafe fn march<L: Lanes>(
-                &self,
-                rays: &RayBasis,
-                pixels: &[Pixel],
-                scratch: &mut $Scratch,
-                out: &mut Vec<RayResult>,
-            ) -> SampleCount {
-                // SAFETY: the caller's.
-                unsafe { $Kernel::march::<L>(self, rays, pixels, scratch, out) }
+            fn run<V: SimdF32>(self, zero: V) -> SampleCount {
+                self.kernel.march(zero, self.rays, self.pixels, self.scratch, self.out)
             }
         }
     };
 }
 
-lanewise!(Kernel, Scratch);
-lanewise!(FineKernel, FineScratch);
-
-fn march_in_lanes<K: Lanewise>(
-    simd: Simd,
-    kernel: &K,
-    rays: &RayBasis,
-    pixels: &[Pixel],
-    scratch: &mut K::Scratch,
-    out: &mut Vec<RayResult>,
-) -> SampleCount {
-    match simd {
-        // SAFETY: `Simd` values of instruction sets are only made where the processor has them.
-        #[cfg(target_arch = "x86_64")]
-        Simd::Avx512 => unsafe { march_avx512(kernel, rays, pixels, scratch, out) },
-        // SAFETY: as above.
-        #[cfg(target_arch = "x86_64")]
-        Simd::Avx2 => unsafe { march_avx2(kernel, rays, pixels, scratch, out) },
-        // SAFETY: portable lanes need nothing.
-        _ => unsafe { kernel.march::<Portable>(rays, pixels, scratch, out) },
-    }
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi1,bmi2,popcnt,lzcnt")]
-unsafe fn march_avx512<K: Lanewise>(
-    kernel: &K,
-    rays: &RayBasis,
-    pixels: &[Pixel],
-    scratch: &mut K::Scratch,
-    out: &mut Vec<RayResult>,
-) -> SampleCount {
-    // SAFETY: this function is only called where AVX-512 is available.
-    unsafe { kernel.march::<avx512::Avx512>(rays, pixels, scratch, out) }
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt,lzcnt")]
-unsafe fn march_avx2<K: Lanewise>(
-    kernel: &K,
-    rays: &RayBasis,
-    pixels: &[Pixel],
-    scratch: &mut K::Scratch,
-    out: &mut Vec<RayResult>,
-) -> SampleCount {
-    // SAFETY: this function is only called where AVX2 is available.
-    unsafe { kernel.march::<avx2::Avx2>(rays, pixels, scratch, out) }
-}
+in_vectors!(Kernel, Scratch);
+in_vectors!(FineKernel, FineScratch);

@@ -1,7 +1,8 @@
 //! Lit samples waiting for their shadow rays.
 
 use super::fine::Points;
-use super::lanes::Lanes;
+use bytemuck::cast_slice;
+use fovol_simd::SimdF32;
 
 /// Samples of one or more rays: positions, the colours that full light would add, and (once traced) transmittances.
 #[derive(Default)]
@@ -43,85 +44,59 @@ impl ShadowPool {
     }
 
     /// Appends the lanes of `position` and `colour` where `m` holds.
-    ///
-    /// # Safety
-    /// The instruction set of `L` must be available, and room reserved.
     #[inline(always)]
-    pub unsafe fn push<L: Lanes>(&mut self, m: L::M, position: [L::F; 3], colour: [L::F; 3]) {
-        debug_assert!(self.len + L::N <= self.columns[0].len());
+    pub fn push<V: SimdF32>(&mut self, m: V::Mask, position: [V; 3], colour: [V; 3]) {
+        debug_assert!(self.len + V::N <= self.columns[0].len());
         let len = self.len;
         for (column, v) in self.columns.iter_mut().zip(position.into_iter().chain(colour)) {
-            // SAFETY: `reserve` left a vector's room after `len`.
-            unsafe { L::compress(v, m, column.as_mut_ptr().add(len)) };
+            v.compress(m, &mut column[len..]);
         }
-        // SAFETY: the caller's.
-        self.len += unsafe { L::bits(m) }.count_ones() as usize;
+        self.len += V::bits_of(m).count_ones() as usize;
     }
 
     /// The positions of the samples from `at` on.
-    ///
-    /// # Safety
-    /// The instruction set of `L` must be available, and `at` below the number of samples.
     #[inline(always)]
-    pub unsafe fn positions<L: Lanes>(&self, at: usize) -> [L::F; 3] {
+    pub fn positions<V: SimdF32>(&self, zero: V, at: usize) -> [V; 3] {
         debug_assert!(at < self.len);
         let [x, y, z, ..] = &self.columns;
-        // SAFETY: `reserve` left a vector's room after the last sample.
-        unsafe { [L::load(x.as_ptr().add(at)), L::load(y.as_ptr().add(at)), L::load(z.as_ptr().add(at))] }
+        [zero.load(&x[at..]), zero.load(&y[at..]), zero.load(&z[at..])]
     }
 
     /// Table entries of a vector of points from `at` on; fine integration stores them in the columns of colours.
-    ///
-    /// # Safety
-    /// The instruction set of `L` must be available, and `at` below the number of samples.
     #[inline(always)]
-    pub unsafe fn points<L: Lanes>(&self, at: usize) -> Points<L> {
+    pub fn points<V: SimdF32>(&self, zero: V, at: usize) -> Points<V> {
         debug_assert!(at < self.len);
         let [.., a, b, c, _] = &self.columns;
-        // SAFETY: `reserve` left a vector's room after the last sample.
-        unsafe {
-            let [entry, sum, extinction] = [a, b, c].map(|column| L::load(column.as_ptr().add(at)));
-            Points { entry, sum, extinction }
-        }
+        Points { entry: zero.load(&a[at..]), sum: zero.load(&b[at..]), extinction: zero.load(&c[at..]) }
     }
 
     /// Moves the points from `at` on to `position`, and stores the optical depth `near` between both.
-    ///
-    /// # Safety
-    /// The instruction set of `L` must be available, and `at` below the number of samples.
     #[inline(always)]
-    pub unsafe fn set_near<L: Lanes>(&mut self, at: usize, position: [L::F; 3], near: L::F) {
+    pub fn set_near<V: SimdF32>(&mut self, at: usize, position: [V; 3], near: V) {
         debug_assert!(at < self.len);
         for (column, v) in self.columns.iter_mut().zip(position.into_iter().chain([near])) {
-            // SAFETY: `reserve` left a vector's room after the last sample.
-            unsafe { L::store(v, column.as_mut_ptr().add(at)) };
+            v.store(&mut column[at..]);
         }
     }
 
     /// Stores the transmittance at the points from `at` on.
-    ///
-    /// # Safety
-    /// The instruction set of `L` must be available, and `at` below the number of samples.
     #[inline(always)]
-    pub unsafe fn set_transmittance<L: Lanes>(&mut self, at: usize, transmittance: L::F) {
+    pub fn set_transmittance<V: SimdF32>(&mut self, at: usize, transmittance: V) {
         debug_assert!(at < self.len);
-        // SAFETY: `reserve` left a vector's room after the last sample.
-        unsafe { L::store(transmittance, self.columns[TRANSMITTANCE].as_mut_ptr().add(at)) };
+        transmittance.store(&mut self.columns[TRANSMITTANCE][at..]);
     }
 
     /// The optical depth near each point `at` and the one after it, and the transmittance beyond.
     ///
     /// # Safety
-    /// The instruction set of `L` must be available, and all must be below the number of samples.
+    /// All must be below the number of samples.
     #[inline(always)]
-    pub unsafe fn lights<L: Lanes>(&self, at: L::I) -> [[L::F; 2]; 2] {
-        // SAFETY: the caller's, and `reserve` left room after the last sample.
-        unsafe {
-            [NEAR, TRANSMITTANCE].map(|column| {
-                let (before, after) = L::gather_words(self.columns[column].as_ptr().cast(), at);
-                [L::from_bits(before), L::from_bits(after)]
-            })
-        }
+    pub unsafe fn lights<V: SimdF32>(&self, at: V::I32) -> [[V; 2]; 2] {
+        let [near, far] = [&self.columns[NEAR], &self.columns[TRANSMITTANCE]];
+        // SAFETY: the caller's.
+        let ([a, b], [c, d]) =
+            unsafe { (V::load_word_pairs(cast_slice(near), at), V::load_word_pairs(cast_slice(far), at)) };
+        [[V::from_bits(a), V::from_bits(b)], [V::from_bits(c), V::from_bits(d)]]
     }
 
     /// The transmittances of all samples, for writing.
@@ -130,21 +105,16 @@ impl ShadowPool {
     }
 
     /// Adds T·rgb of the samples `from`…`to` (at most N) to `sums`, lane by lane.
-    ///
-    /// # Safety
-    /// The instruction set of `L` must be available.
     #[inline(always)]
-    pub unsafe fn arriving<L: Lanes>(&self, from: usize, to: usize, sums: [L::F; 3]) -> [L::F; 3] {
-        // SAFETY: `reserve` left a vector's room after the last sample.
-        unsafe {
-            let inside = L::lt(L::iota(), L::splat((to - from) as f32));
-            let t = L::select(inside, L::load(self.columns[TRANSMITTANCE].as_ptr().add(from)), L::splat(0.0));
-            let mut out = sums;
-            for c in 0..3 {
-                let rgb = L::select(inside, L::load(self.columns[3 + c].as_ptr().add(from)), L::splat(0.0));
-                out[c] = L::fma(t, rgb, sums[c]);
-            }
-            out
+    pub fn arriving<V: SimdF32>(&self, from: usize, to: usize, sums: [V; 3]) -> [V; 3] {
+        let zero = sums[0].splat(0.0);
+        let inside = zero.iota().simd_lt(zero.splat((to - from) as f32));
+        let t = V::select(inside, zero.load(&self.columns[TRANSMITTANCE][from..]), zero);
+        let mut out = sums;
+        for c in 0..3 {
+            let rgb = V::select(inside, zero.load(&self.columns[3 + c][from..]), zero);
+            out[c] = t.mul_add(rgb, sums[c]);
         }
+        out
     }
 }

@@ -5,11 +5,11 @@
 //! that still see light, and so on. Parts are thus found and assigned to lanes in vectors.
 
 use super::field::{Field, Texel};
-use super::lanes::{Lanes, MOST_LANES};
 use super::light_columns::{LightColumns, SLABS};
 use super::march::DARK;
 use super::shadow_pool::ShadowPool;
 use crate::scene::{LightPath, SHADOW_START, SHADOW_STEP};
+use fovol_simd::{MOST_LANES, SimdF32, SimdI32};
 
 /// The scene that shadow rays are traced through.
 pub struct ShadowRays<'a, T> {
@@ -53,24 +53,22 @@ const WORD: usize = 10;
 impl Parts {
     /// The vectors of `column` from `at` on.
     #[inline(always)]
-    unsafe fn load<L: Lanes>(&self, column: usize, at: usize) -> L::F {
-        debug_assert!(at < self.columns[column].len());
+    fn load<V: SimdF32>(&self, zero: V, column: usize, at: usize) -> V {
+        debug_assert!(at + V::N <= self.columns[column].len());
         // SAFETY: `begin` left a vector's room after the last part.
-        unsafe { L::load(self.columns[column].as_ptr().add(at)) }
+        zero.load(unsafe { self.columns[column].get_unchecked(at..at + V::N) })
     }
 
     #[inline(always)]
-    unsafe fn store<L: Lanes>(&mut self, column: usize, at: usize, v: L::F) {
-        // SAFETY: as `load`.
-        unsafe { L::store(v, self.columns[column].as_mut_ptr().add(at)) }
+    fn store<V: SimdF32>(&mut self, column: usize, at: usize, v: V) {
+        debug_assert!(at + V::N <= self.columns[column].len());
+        // SAFETY: see `load`.
+        v.store(unsafe { self.columns[column].get_unchecked_mut(at..at + V::N) });
     }
 
     /// Makes a part for every ray of `pool`: all of its samples, or none before [`Self::advance`] finds some.
-    ///
-    /// # Safety
-    /// The instruction set of `L` must be available.
     #[inline(always)]
-    unsafe fn begin<L: Lanes, T>(&mut self, pool: &ShadowPool, rays: &ShadowRays<'_, T>) {
+    fn begin<V: SimdF32, T>(&mut self, zero: V, pool: &ShadowPool, rays: &ShadowRays<'_, T>) {
         self.len = pool.len();
         let room = self.len + 4 * MOST_LANES;
         if self.columns[0].len() < room {
@@ -78,58 +76,50 @@ impl Parts {
         }
         let mut at = 0;
         while at < self.len {
-            // SAFETY: there is room for all samples and a vector more.
-            unsafe {
-                let p = pool.positions::<L>(at);
-                (0..3).for_each(|a| self.store::<L>(X + a, at, p[a]));
-                let count = L::to_f32(rays.light.counts::<L>(p));
-                self.store::<L>(LIGHT, at, L::splat(1.0));
-                self.store::<L>(STEPS, at, L::splat(SHADOW_START));
-                self.store::<L>(LEFT, at, count);
-                let places = L::add_i(L::truncate(L::iota()), L::splat_i(at as i32));
-                self.store::<L>(SAMPLE, at, L::from_bits(places));
-                if let Some(columns) = rays.columns {
-                    let (column, slab) = columns.locate::<L>(p);
-                    let first = L::to_f32(slab);
-                    self.store::<L>(COLUMN, at, L::from_bits(column));
-                    self.store::<L>(FIRST, at, first);
-                    self.store::<L>(END, at, L::add(first, count));
-                    self.store::<L>(WORD, at, L::to_f32(L::shr_i::<{ SLABS.ilog2() }>(slab)));
-                }
+            let p = pool.positions(zero, at);
+            (0..3).for_each(|a| self.store(X + a, at, p[a]));
+            let count = V::from_i32(rays.light.counts(p));
+            self.store(LIGHT, at, zero.splat(1.0));
+            self.store(STEPS, at, zero.splat(SHADOW_START));
+            self.store(LEFT, at, count);
+            let places = zero.iota().to_i32() + zero.splat_i32(at as i32);
+            self.store(SAMPLE, at, V::from_bits(places));
+            if let Some(columns) = rays.columns {
+                let (column, slab) = columns.locate(p);
+                let first = V::from_i32(slab);
+                self.store(COLUMN, at, V::from_bits(column));
+                self.store(FIRST, at, first);
+                self.store(END, at, first + count);
+                self.store(WORD, at, V::from_i32(slab.shr::<{ SLABS.ilog2() }>()));
             }
-            at += L::N;
+            at += V::N;
         }
     }
 
     /// Advances every ray that still sees light to its next part with samples.
     ///
     /// Rays that are dark or have no such part end; their transmittance goes to `arrived`.
-    ///
-    /// # Safety
-    /// The instruction set of `L` must be available; the parts must be of the rays that `arrived` is of.
     #[inline(always)]
-    unsafe fn advance<L: Lanes>(&mut self, columns: &LightColumns, arrived: &mut [f32]) {
+    fn advance<V: SimdF32>(&mut self, zero: V, columns: &LightColumns, arrived: &mut [f32]) {
         let (len, mut kept) = (self.len, 0);
         let mut at = 0;
         while at < len {
-            // SAFETY: words are looked up in columns and slabs that `locate` gave.
-            unsafe {
-                let inside = L::lt(L::iota(), L::splat((len - at) as f32));
-                let going = L::and_m(inside, L::gt(self.load::<L>(LIGHT, at), L::splat(DARK)));
-                let found = self.next_words::<L>(columns, at, going);
-                let mut gone = L::bits(inside) & !L::bits(found);
-                while gone != 0 {
-                    let part = at + gone.trailing_zeros() as usize;
-                    gone &= gone - 1;
-                    arrived[self.columns[SAMPLE][part].to_bits() as usize] = self.columns[LIGHT][part];
-                }
-                for column in 0..self.columns.len() {
-                    let v = self.load::<L>(column, at);
-                    L::compress(v, found, self.columns[column].as_mut_ptr().add(kept));
-                }
-                kept += L::bits(found).count_ones() as usize;
+            let inside = zero.iota().simd_lt(zero.splat((len - at) as f32));
+            let going = inside & self.load(zero, LIGHT, at).simd_gt(zero.splat(DARK));
+            let found = self.next_words(zero, columns, at, going);
+            let mut gone = V::bits_of(inside) & !V::bits_of(found);
+            while gone != 0 {
+                let part = at + gone.trailing_zeros() as usize;
+                gone &= gone - 1;
+                arrived[self.columns[SAMPLE][part].to_bits() as usize] = self.columns[LIGHT][part];
             }
-            at += L::N;
+            for column in 0..self.columns.len() {
+                let v = self.load(zero, column, at);
+                // SAFETY: see `load`; `kept` is at most `at`.
+                v.compress(found, unsafe { self.columns[column].get_unchecked_mut(kept..kept + V::N) });
+            }
+            kept += V::bits_of(found).count_ones() as usize;
+            at += V::N;
         }
         self.len = kept;
     }
@@ -138,95 +128,85 @@ impl Parts {
     ///
     /// Stores the next parts of these rays, and returns the rays that have one.
     #[inline(always)]
-    unsafe fn next_words<L: Lanes>(&mut self, columns: &LightColumns, at: usize, going: L::M) -> L::M {
-        // SAFETY: the caller's.
-        unsafe {
-            let (zero, one, slabs) = (L::splat(0.0), L::splat(1.0), L::splat(SLABS as f32));
-            let (first, end) = (self.load::<L>(FIRST, at), self.load::<L>(END, at));
-            let column = L::to_bits(self.load::<L>(COLUMN, at));
-            let mut word = self.load::<L>(WORD, at);
-            let (mut samples, mut start) = (L::splat_i(0), L::mul(word, slabs));
-            let mut searching = L::and_m(going, L::lt(start, end));
-            while L::bits(searching) != 0 {
-                let listed = columns.words::<L>(searching, column, word);
-                let after = L::shift_left(L::splat_i(-1), L::truncate(L::max(L::sub(first, start), zero)));
-                let beyond = L::max(L::sub(slabs, L::sub(end, start)), zero);
-                let before = L::shift_right(L::splat_i(-1), L::truncate(beyond));
-                let listed = L::and_i(listed, L::and_i(after, before));
-                samples = L::to_bits(L::select(searching, L::from_bits(listed), L::from_bits(samples)));
-                word = L::select(searching, L::add(word, one), word);
-                let empty = L::lt(L::abs(L::to_f32(samples)), one);
-                start = L::select(L::and_m(searching, empty), L::add(start, slabs), start);
-                searching = L::and_m(L::and_m(searching, empty), L::lt(start, end));
-            }
-            self.store::<L>(WORD, at, word);
-            self.store::<L>(LEFT, at, L::from_bits(samples));
-            self.store::<L>(
-                STEPS,
-                at,
-                L::fma(L::sub(start, first), L::splat(SHADOW_STEP), L::splat(SHADOW_START)),
-            );
-            L::gt(L::abs(L::to_f32(samples)), zero)
+    fn next_words<V: SimdF32>(
+        &mut self,
+        zero: V,
+        columns: &LightColumns,
+        at: usize,
+        going: V::Mask,
+    ) -> V::Mask {
+        let (one, slabs) = (zero.splat(1.0), zero.splat(SLABS as f32));
+        let (first, end) = (self.load(zero, FIRST, at), self.load(zero, END, at));
+        let column = self.load(zero, COLUMN, at).to_bits();
+        let mut word = self.load(zero, WORD, at);
+        let (mut samples, mut start) = (zero.splat_i32(0), word * slabs);
+        let mut searching = going & start.simd_lt(end);
+        while V::bits_of(searching) != 0 {
+            // SAFETY: `locate` gave the columns, and words are searched between the first and last slab of rays.
+            let listed = unsafe { columns.words(searching, column, word) };
+            let after = zero.splat_i32(-1).shl_lanes((first - start).max(zero).to_i32());
+            let beyond = (slabs - (end - start)).max(zero);
+            let before = zero.splat_i32(-1).shr_lanes(beyond.to_i32());
+            let listed = listed & (after & before);
+            samples = V::select(searching, V::from_bits(listed), V::from_bits(samples)).to_bits();
+            word = V::select(searching, word + one, word);
+            let empty = V::from_i32(samples).abs().simd_lt(one);
+            start = V::select(searching & empty, start + slabs, start);
+            searching = searching & empty & start.simd_lt(end);
         }
+        self.store(WORD, at, word);
+        self.store(LEFT, at, V::from_bits(samples));
+        self.store(STEPS, at, (start - first).mul_add(zero.splat(SHADOW_STEP), zero.splat(SHADOW_START)));
+        V::from_i32(samples).abs().simd_gt(zero)
     }
 
     /// Takes the samples of all parts: the listed ones (`LISTED`), or all; returns how many that were.
-    ///
-    /// # Safety
-    /// The instruction set of `L` must be available.
     #[inline(always)]
-    unsafe fn trace<L: Lanes, T: Texel, const LISTED: bool>(&mut self, rays: &ShadowRays<'_, T>) -> u64 {
-        // SAFETY: table indices come from display values in 0…1 scaled to the table.
-        unsafe {
-            let (zero, one, step) = (L::splat(0.0), L::splat(1.0), L::splat(SHADOW_STEP));
-            let delta = rays.light.delta.map(|d| L::splat(d));
-            let mut bundle = Bundle::<L>::new();
-            let mut taken = 0u64;
-            loop {
-                // Without columns, `left` is the number of samples.
-                let (place, has_samples) = if LISTED {
-                    lowest_bit::<L>(L::to_bits(bundle.left))
-                } else {
-                    (zero, L::gt(bundle.left, zero))
-                };
-                let active = L::and_m(has_samples, L::gt(bundle.light, L::splat(DARK)));
-                let running = L::bits(active);
-                let idle = L::N as u32 - running.count_ones();
-                if running == 0 || (bundle.next < self.len && idle * 4 >= L::N as u32) {
-                    if !bundle.refill(running, self) {
-                        return taken;
-                    }
-                    continue;
+    fn trace<const LISTED: bool, V: SimdF32, T: Texel>(&mut self, zero: V, rays: &ShadowRays<'_, T>) -> u64 {
+        let (one, step) = (zero.splat(1.0), zero.splat(SHADOW_STEP));
+        let [dx, dy, dz] = rays.light.delta;
+        let delta = [zero.splat(dx), zero.splat(dy), zero.splat(dz)];
+        let mut bundle = Bundle::new(zero);
+        let mut taken = 0u64;
+        loop {
+            // Without columns, `left` is the number of samples.
+            let (place, has_samples) =
+                if LISTED { lowest_bit(bundle.left.to_bits()) } else { (zero, bundle.left.simd_gt(zero)) };
+            let active = has_samples & bundle.light.simd_gt(zero.splat(DARK));
+            let running = V::bits_of(active);
+            let idle = V::N as u32 - running.count_ones();
+            if running == 0 || (bundle.next < self.len && idle * 4 >= V::N as u32) {
+                if !bundle.refill(running, self) {
+                    return taken;
                 }
-                let ahead = if LISTED { L::fma(place, step, bundle.steps) } else { bundle.steps };
-                let p = bundle.position;
-                let at = [
-                    L::fma(ahead, delta[0], p[0]),
-                    L::fma(ahead, delta[1], p[1]),
-                    L::fma(ahead, delta[2], p[2]),
-                ];
-                taken += u64::from(running.count_ones());
-                let index = L::truncate(L::add(rays.field.sample::<L>(at), L::splat(0.5)));
-                let alpha = L::gather_f32(rays.alpha.as_ptr(), index);
-                bundle.light = L::mul(bundle.light, L::select(active, L::sub(one, alpha), one));
-                if LISTED {
-                    let left = L::to_bits(bundle.left);
-                    bundle.left = L::from_bits(L::and_i(left, L::sub_i(left, L::splat_i(1))));
-                } else {
-                    bundle.steps = L::add(bundle.steps, step);
-                    bundle.left = L::sub(bundle.left, one);
-                }
+                continue;
+            }
+            let ahead = if LISTED { place.mul_add(step, bundle.steps) } else { bundle.steps };
+            let p = bundle.position;
+            let at =
+                [ahead.mul_add(delta[0], p[0]), ahead.mul_add(delta[1], p[1]), ahead.mul_add(delta[2], p[2])];
+            taken += u64::from(running.count_ones());
+            let index = (rays.field.sample(at) + zero.splat(0.5)).to_i32();
+            // SAFETY: fields are scaled to indices of the table.
+            let alpha = unsafe { V::gather(rays.alpha, index) };
+            bundle.light = bundle.light * V::select(active, one - alpha, one);
+            if LISTED {
+                let left = bundle.left.to_bits();
+                bundle.left = V::from_bits(left & (left - zero.splat_i32(1)));
+            } else {
+                bundle.steps = bundle.steps + step;
+                bundle.left = bundle.left - one;
             }
         }
     }
 }
 
 /// A part for each lane.
-struct Bundle<L: Lanes> {
-    position: [L::F; 3],
-    light: L::F,
-    steps: L::F,
-    left: L::F,
+struct Bundle<V: SimdF32> {
+    position: [V; 3],
+    light: V,
+    steps: V,
+    left: V,
     /// Which part.
     part: [u32; MOST_LANES],
     /// The next part that no lane has had.
@@ -236,101 +216,80 @@ struct Bundle<L: Lanes> {
 /// The part of an idle lane.
 const NONE: u32 = u32::MAX;
 
-impl<L: Lanes> Bundle<L> {
+impl<V: SimdF32> Bundle<V> {
     #[inline(always)]
-    unsafe fn new() -> Self {
-        // SAFETY: the caller's.
-        unsafe {
-            let zero = L::splat(0.0);
-            let part = [NONE; MOST_LANES];
-            Self { position: [zero; 3], light: zero, steps: zero, left: zero, part, next: 0 }
-        }
+    fn new(zero: V) -> Self {
+        let part = [NONE; MOST_LANES];
+        Self { position: [zero; 3], light: zero, steps: zero, left: zero, part, next: 0 }
     }
 
     /// Delivers the light of all lanes that are not `running` and gives them the next of `parts`; false if no lane has
     /// one any more.
     #[inline(always)]
-    unsafe fn refill(&mut self, running: u32, parts: &mut Parts) -> bool {
-        // SAFETY: there is room for a vector after the last part; arrays hold at least N elements.
-        unsafe {
-            let mut light = [0.0f32; MOST_LANES];
-            L::store(self.light, light.as_mut_ptr());
-            let (mut idle, mut refilled) = (!running & (u32::MAX >> (32 - L::N)), 0u32);
-            let first = self.next;
-            while idle != 0 {
-                let lane = idle.trailing_zeros() as usize;
-                idle &= idle - 1;
-                if self.part[lane] != NONE {
-                    parts.columns[LIGHT][self.part[lane] as usize] = light[lane];
-                    self.part[lane] = NONE;
-                }
-                if self.next < parts.len {
-                    self.part[lane] = self.next as u32;
-                    self.next += 1;
-                    refilled |= 1 << lane;
-                }
+    fn refill(&mut self, running: u32, parts: &mut Parts) -> bool {
+        let mut light = [0.0f32; MOST_LANES];
+        self.light.store(&mut light);
+        let (mut idle, mut refilled) = (!running & (u32::MAX >> (32 - V::N)), 0u32);
+        let first = self.next;
+        while idle != 0 {
+            let lane = idle.trailing_zeros() as usize;
+            idle &= idle - 1;
+            if self.part[lane] != NONE {
+                parts.columns[LIGHT][self.part[lane] as usize] = light[lane];
+                self.part[lane] = NONE;
             }
-            if refilled == 0 {
-                return running != 0;
+            if self.next < parts.len {
+                self.part[lane] = self.next as u32;
+                self.next += 1;
+                refilled |= 1 << lane;
             }
-            let lanes = L::mask(refilled);
-            let from = |column: usize| parts.columns[column].as_ptr().add(first);
-            let [x, y, z] = self.position;
-            self.position = [
-                L::expand(x, lanes, from(X)),
-                L::expand(y, lanes, from(X + 1)),
-                L::expand(z, lanes, from(X + 2)),
-            ];
-            self.light = L::expand(self.light, lanes, from(LIGHT));
-            self.steps = L::expand(self.steps, lanes, from(STEPS));
-            self.left = L::expand(self.left, lanes, from(LEFT));
-            true
         }
+        if refilled == 0 {
+            return running != 0;
+        }
+        let lanes = self.light.mask_of(refilled);
+        let from = |column: usize| &parts.columns[column][first..];
+        let [x, y, z] = self.position;
+        self.position =
+            [x.expand(lanes, from(X)), y.expand(lanes, from(X + 1)), z.expand(lanes, from(X + 2))];
+        self.light = self.light.expand(lanes, from(LIGHT));
+        self.steps = self.steps.expand(lanes, from(STEPS));
+        self.left = self.left.expand(lanes, from(LEFT));
+        true
     }
 }
 
 /// Finds the transmittance of every sample in `pool`; returns how many shadow samples that took.
-///
-/// # Safety
-/// The instruction set of `L` must be available.
 #[inline(always)]
-pub unsafe fn trace<L: Lanes, T: Texel>(
+pub fn trace<V: SimdF32, T: Texel>(
+    zero: V,
     rays: &ShadowRays<'_, T>,
     pool: &mut ShadowPool,
     parts: &mut Parts,
 ) -> u64 {
-    // SAFETY: the caller's.
-    unsafe {
-        parts.begin::<L, T>(pool, rays);
-        let arrived = pool.transmittance();
-        let Some(columns) = rays.columns else {
-            let taken = parts.trace::<L, T, false>(rays);
-            arrived.copy_from_slice(&parts.columns[LIGHT][..parts.len]);
+    parts.begin(zero, pool, rays);
+    let arrived = pool.transmittance();
+    let Some(columns) = rays.columns else {
+        let taken = parts.trace::<false, V, T>(zero, rays);
+        arrived.copy_from_slice(&parts.columns[LIGHT][..parts.len]);
+        return taken;
+    };
+    let mut taken = 0;
+    loop {
+        parts.advance(zero, columns, arrived);
+        if parts.len == 0 {
             return taken;
-        };
-        let mut taken = 0;
-        loop {
-            parts.advance::<L>(columns, arrived);
-            if parts.len == 0 {
-                return taken;
-            }
-            taken += parts.trace::<L, T, true>(rays);
         }
+        taken += parts.trace::<true, V, T>(zero, rays);
     }
 }
 
 /// The places of the lowest bits of `words`, and where there is one.
-///
-/// # Safety
-/// The instruction set of `L` must be available.
 #[inline(always)]
-unsafe fn lowest_bit<L: Lanes>(words: L::I) -> (L::F, L::M) {
-    // SAFETY: the caller's.
-    unsafe {
-        let lowest = L::and_i(words, L::sub_i(L::splat_i(0), words));
-        // A power of two, negative if it is the sign bit: its place is the exponent.
-        let power = L::abs(L::to_f32(lowest));
-        let exponent = L::sub_i(L::shr_i::<23>(L::to_bits(power)), L::splat_i(127));
-        (L::to_f32(exponent), L::gt(power, L::splat(0.0)))
-    }
+fn lowest_bit<V: SimdF32>(words: V::I32) -> (V, V::Mask) {
+    let lowest = words & (words.splat(0) - words);
+    // A power of two, negative if it is the sign bit: its place is the exponent.
+    let power = V::from_i32(lowest).abs();
+    let exponent = power.to_bits().shr::<23>() - words.splat(127);
+    (V::from_i32(exponent), power.simd_gt(power.splat(0.0)))
 }

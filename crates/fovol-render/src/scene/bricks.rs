@@ -31,7 +31,7 @@ pub enum BrickData {
 }
 
 /// A display value 0…1, or NaN.
-#[derive(Debug, Clone, Copy, Default, PartialEq, PartialOrd)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, PartialOrd, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(transparent)]
 pub struct MaybeNan(pub f32);
 

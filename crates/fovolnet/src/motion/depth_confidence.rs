@@ -2,7 +2,7 @@
 
 use super::depth_hypotheses::{COUNT, DepthHypotheses, OFFSETS, guessed};
 use fovol_core::{Frame, FrameSize, Reprojection};
-use fovol_net::cpu::{Simd, SimdOp};
+use fovol_simd::{Simd, SimdOp};
 use glam::Vec4;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -157,6 +157,8 @@ struct TileErrors<'a> {
 }
 
 impl SimdOp for TileErrors<'_> {
+    type Output = ();
+
     #[inline(always)]
     fn run(self) {
         self.evidence.add_tile(self.tile, self.errors);

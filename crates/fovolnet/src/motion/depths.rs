@@ -1,6 +1,6 @@
 use fovol_core::{FrameSize, Pixel, Region, Reprojection, SampleList};
 use fovol_net::FilledNumbers;
-use fovol_net::cpu::{Simd, SimdOp};
+use fovol_simd::{Simd, SimdOp};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -96,6 +96,8 @@ struct Seeing<'a> {
 }
 
 impl SimdOp for Seeing<'_> {
+    type Output = ();
+
     #[inline(always)]
     fn run(self) {
         let mut moved = Moved::default();

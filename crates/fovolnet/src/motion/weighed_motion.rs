@@ -1,7 +1,7 @@
 use super::depth_confidence::{Beliefs, DepthConfidence};
 use super::depth_hypotheses::{DepthHypotheses, moved_by, put_motion};
 use fovol_core::Reprojection;
-use fovol_net::cpu::{Simd, SimdOp};
+use fovol_simd::{Simd, SimdOp};
 use rayon::prelude::*;
 
 /// Motion of every pixel to the last frame, from the guesses weighed by `beliefs`. In pixels, x right and y down.
@@ -35,6 +35,8 @@ struct MotionOfRow<'a> {
 }
 
 impl SimdOp for MotionOfRow<'_> {
+    type Output = ();
+
     #[inline(always)]
     fn run(self) {
         let Self { guesses, beliefs, to_last, y, memory, row } = self;

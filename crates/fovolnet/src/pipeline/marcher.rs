@@ -7,7 +7,7 @@ use super::view::View;
 use crate::Device;
 use crate::{OpenDevice, RenderSettings, Result, SpeedSettings};
 use fovol_core::{Camera, SampleList, Scene};
-use fovol_render::cpu::{RenderOptions, Simd};
+use fovol_render::cpu::{RenderOptions, best_simd};
 use fovol_render::scene::RayResult;
 
 /// Ray marcher on the CPU or the GPU.
@@ -69,7 +69,7 @@ impl Marcher {
 
     fn on_cpu(scene: &Scene, settings: &RenderSettings, speed: &SpeedSettings) -> Result<Self> {
         let options =
-            RenderOptions { simd: speed.simd.unwrap_or_else(Simd::best), skip_empty: !speed.no_skip };
+            RenderOptions { simd: speed.simd.unwrap_or_else(best_simd), skip_empty: !speed.no_skip };
         Ok(Self::Cpu(Box::new(CpuMarcher::new(scene, options, Sampler::new(settings))?)))
     }
 

@@ -15,7 +15,7 @@ use crate::{
     world_box,
 };
 use fovol_core::{Camera, Fovea, Frame, FrameSize, SampleList, SampleMask, keep_workers_spinning};
-use fovol_render::cpu::Simd;
+use fovol_render::cpu::best_simd;
 use fovol_render::scene::RayResult;
 #[cfg(feature = "gpu")]
 pub(crate) use gpu::{device_precision, reconstructs};
@@ -180,7 +180,7 @@ impl Pipeline {
         let (marcher, mut notes) = threads.install(|| Marcher::new(&device, &scene, settings, speed))?;
         notes.extend(world_box::notes(&volume.volume, settings)?);
         let reconstruction = marcher.host_reconstruction(settings)?;
-        let simd = speed.simd.unwrap_or_else(Simd::best);
+        let simd = speed.simd.unwrap_or_else(best_simd);
         let machine =
             Machine { gpu: marcher.gpu_name(), ..Machine::this(threads.current_num_threads(), simd) };
         Ok(Self {

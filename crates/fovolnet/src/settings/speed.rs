@@ -1,6 +1,6 @@
 use crate::{Device, Machine, Result};
 use fovol_render::Filtering;
-use fovol_render::cpu::Simd;
+use fovol_render::cpu::{Simd, best_simd};
 
 /// Settings that change the speed of rendering, not the picture.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -13,7 +13,7 @@ pub struct SpeedSettings {
     #[cfg_attr(feature = "clap", arg(long, value_name = "DEVICE"))]
     pub device: Option<Device>,
     /// Instruction set of the ray marcher: auto, scalar, portable, avx2 or avx512 [default: auto]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "SET"))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "SET", value_parser = fovol_render::cpu::parse_simd))]
     pub simd: Option<Simd>,
     /// How a GPU interpolates voxels: exact, like a CPU, or hardware, by its samplers in steps of 1/256 [default:
     /// exact]
@@ -31,7 +31,7 @@ impl SpeedSettings {
     /// A requested GPU that cannot be used.
     pub fn machine(&self) -> Result<Machine> {
         let threads = self.threads.unwrap_or_else(rayon::current_num_threads);
-        let machine = Machine::this(threads, self.simd.unwrap_or_else(Simd::best));
+        let machine = Machine::this(threads, self.simd.unwrap_or_else(best_simd));
         Ok(Machine { gpu: self.device.clone().unwrap_or_default().open()?.gpu_name(), ..machine })
     }
 }

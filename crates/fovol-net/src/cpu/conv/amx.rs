@@ -4,44 +4,14 @@
 //! The instructions are written in assembly, because Rust has no stable intrinsics for them.
 
 use super::Call;
+use fovol_simd::Simd;
 use std::arch::asm;
 use std::marker::PhantomData;
-use std::sync::OnceLock;
 
 /// Number of pixels of a group: two tiles of them.
 pub const GROUP: usize = 32;
 /// Number of words of a window's row that are multiplied at once.
 pub const RUN: usize = 16;
-
-/// Whether this processor has AMX with bf16 and int8, and the operating system lets this process use it.
-pub fn is_granted() -> bool {
-    static GRANTED: OnceLock<bool> = OnceLock::new();
-    *GRANTED.get_or_init(|| has_tiles() && ask())
-}
-
-/// Whether the processor has AMX with bf16 and int8 (Intel's manual, volume 2A, CPUID leaf 7).
-fn has_tiles() -> bool {
-    const BF16: u32 = 1 << 22;
-    const TILE: u32 = 1 << 24;
-    const INT8: u32 = 1 << 25;
-    let found = std::arch::x86_64::__cpuid_count(7, 0).edx;
-    found & (BF16 | TILE | INT8) == BF16 | TILE | INT8
-}
-
-/// Asks Linux for permission to use tile registers, whose state it only saves on request
-/// (Documentation/arch/x86/xstate.rst).
-#[cfg(target_os = "linux")]
-fn ask() -> bool {
-    const ARCH_REQ_XCOMP_PERM: libc::c_int = 0x1023;
-    const XFEATURE_XTILEDATA: libc::c_ulong = 18;
-    // SAFETY: the call takes two numbers and only changes permissions of this process.
-    unsafe { libc::syscall(libc::SYS_arch_prctl, ARCH_REQ_XCOMP_PERM, XFEATURE_XTILEDATA) == 0 }
-}
-
-#[cfg(not(target_os = "linux"))]
-fn ask() -> bool {
-    false
-}
 
 /// Tile configuration: 16 rows of 64 bytes for every tile.
 #[repr(C, align(64))]
@@ -70,7 +40,7 @@ impl Tiles {
     /// Configures the tile registers.
     ///
     /// # Safety
-    /// [`is_granted`] must be true.
+    /// [`Simd::Amx`] must be available.
     pub unsafe fn new() -> Self {
         // SAFETY: palette 1 allows these shapes.
         unsafe { asm!("ldtilecfg [{0}]", in(reg) &raw const SHAPES, options(nostack, readonly)) };
@@ -203,7 +173,7 @@ macro_rules! spin {
     ($name:ident, $multiply:literal, $per_word:literal, $doc:literal) => {
         #[doc = $doc]
         pub fn $name() -> usize {
-            if !is_granted() {
+            if !matches!(Simd::best(), Simd::Amx { .. }) {
                 return 0;
             }
             // SAFETY: tiles are granted, and nothing else uses those of this thread.

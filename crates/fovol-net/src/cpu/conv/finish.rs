@@ -1,8 +1,8 @@
 //! Finishes the sums of convolutions: dequantisation, bias, activation and conversion to the stored type.
 
 use crate::cpu::element::Element;
-use crate::cpu::simd::SimdOp;
 use crate::plan::Activation;
+use fovol_simd::SimdOp;
 
 /// Number of sums that are finished at once. The compiler vectorises loops of this length.
 const LANES: usize = 16;
@@ -39,6 +39,8 @@ pub struct Finish<'a, T> {
 }
 
 impl<T: Element> SimdOp for Finish<'_, T> {
+    type Output = ();
+
     #[inline(always)]
     fn run(self) {
         let sums = self.sums.chunks_exact(self.width).take(self.pixels);

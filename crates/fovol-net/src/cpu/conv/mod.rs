@@ -8,22 +8,22 @@ pub(super) mod avx2;
 #[cfg(target_arch = "x86_64")]
 pub(super) mod avx512;
 mod finish;
+pub(super) mod kernels;
 mod narrow;
 mod packed;
 pub(super) mod portable;
 mod winograd;
 
-use super::aligned_buf::AlignedBuf;
-use super::element::{Bf16, Element};
+use super::element::Element;
 use super::pack::{Bytes, Halves, Singles};
 use super::patch::{Patch, Source, Window};
 use super::prediction::Chunk;
-use super::simd::Simd;
 use super::tensor::Tensor;
 use crate::plan::{Activation, Padding};
 use bytemuck::cast_slice;
 use finish::Finish;
 pub use finish::elu;
+use fovol_simd::{AlignedBuf, Bf16, Simd};
 use narrow::Narrow;
 use packed::Packed;
 use rayon::prelude::*;
@@ -222,7 +222,7 @@ impl Direct {
         Self {
             packed: Packed::new(shape, weights, bias, simd, &arithmetic),
             shape: *shape,
-            group: simd.group(&arithmetic),
+            group: kernels::group(simd, &arithmetic),
             simd,
             arithmetic: match arithmetic {
                 // Inputs are multiplied by the inverse steps.
@@ -240,7 +240,8 @@ impl Direct {
         check(&self.shape, sources);
         // SAFETY: AMX kernels are only chosen where tiles are granted.
         #[cfg(target_arch = "x86_64")]
-        let _tiles = self.simd.multiplies_tiles(&self.arithmetic).then(|| unsafe { amx::Tiles::new() });
+        let _tiles =
+            kernels::multiplies_tiles(self.simd, &self.arithmetic).then(|| unsafe { amx::Tiles::new() });
         let width = sources[0].size()[1].div_ceil(self.shape.stride);
         let length = width * self.shape.outputs;
         let columns = self.tile_columns(width);

@@ -5,9 +5,8 @@ use super::{ConvShape, Direct};
 use crate::cpu::element::Element;
 use crate::cpu::patch::{Access, Source};
 use crate::cpu::prediction::{Chunk, Prediction};
-use crate::cpu::simd::Simd;
-use crate::cpu::simd_f32::{SimdF32, SimdF32Op};
 use crate::plan::Activation;
+use fovol_simd::{Simd, SimdF32, SimdF32Op};
 
 /// Largest number of outputs for this method.
 const FEW: usize = 4;
@@ -60,6 +59,8 @@ struct Row<'a, T> {
 }
 
 impl<T: Element> SimdF32Op for Row<'_, T> {
+    type Output = ();
+
     #[inline(always)]
     fn run<V: SimdF32>(self, some: V) {
         let Self { conv, source, y, chunk, out } = self;

@@ -1,8 +1,7 @@
 use super::finish::Worth;
+use super::kernels;
 use super::{Arithmetic, ConvShape, Kernel};
-use crate::cpu::aligned_buf::AlignedBuf;
-use crate::cpu::element::{Bf16, Element};
-use crate::cpu::simd::Simd;
+use fovol_simd::{AlignedBuf, Bf16, Simd};
 
 /// Number of elements of the largest block: pixels × channels.
 pub const LARGEST_BLOCK: usize = 32 * 32;
@@ -43,11 +42,12 @@ impl Packed {
         let mut blocks = Vec::new();
         let mut first = 0;
         while first < shape.outputs {
-            let (width, kernel) = simd.block(shape.outputs - first, arithmetic);
+            let (width, kernel) = kernels::block(simd, shape.outputs - first, arithmetic);
             let channels = first..(first + width).min(shape.outputs);
             let bias: Vec<f32> =
                 (first..first + width).map(|c| bias.get(c).copied().unwrap_or(0.0)).collect();
-            let order = Order { shape, width, count: arithmetic.count(), run: simd.run(arithmetic) };
+            let order =
+                Order { shape, width, count: arithmetic.count(), run: kernels::run(simd, arithmetic) };
             let (weights, worth) = match arithmetic {
                 Arithmetic::Int8 { steps, .. } => {
                     let (bytes, mut factors) = quantised(shape, weights, channels, steps);

@@ -1,7 +1,7 @@
 //! Convolution kernels in plain code, which the compiler vectorises for any processor.
 
 use super::Call;
-use crate::cpu::element::{Bf16, Element};
+use fovol_simd::Bf16;
 
 /// Number of pixels of a group.
 pub const GROUP: usize = 4;

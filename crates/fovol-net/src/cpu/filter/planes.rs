@@ -1,9 +1,8 @@
 use super::super::pack::Singles;
 use super::super::patch::{Access, Memory, Source, Window};
-use super::super::simd::Simd;
-use super::super::simd_f32::{MOST, SimdF32, SimdF32Op};
 use crate::cpu::rows::View;
 use crate::plan::{Padding, Taps};
+use fovol_simd::{MOST_LANES, Simd, SimdF32, SimdF32Op};
 use std::ops::Range;
 
 /// Channels of a picture; kernels only filter pictures.
@@ -37,7 +36,7 @@ impl Planes {
     fn take(&mut self, row: Option<&[f32]>, width: usize, expand: usize, simd: Simd) {
         let cells = width / expand;
         // The last vector may begin at the last pixel, and its right neighbour one beyond.
-        self.stride = cells + 2 + MOST;
+        self.stride = cells + 2 + MOST_LANES;
         self.numbers.resize(expand * CHANNELS * self.stride, 0.0);
         let Some(row) = row else { return self.numbers.fill(0.0) };
         for plane in self.numbers.chunks_exact_mut(self.stride) {
@@ -55,6 +54,8 @@ struct TakingApart<'a> {
 }
 
 impl SimdF32Op for TakingApart<'_> {
+    type Output = ();
+
     #[inline(always)]
     fn run<V: SimdF32>(self, some: V) {
         let Self { row, planes: Planes { numbers, stride }, expand } = self;

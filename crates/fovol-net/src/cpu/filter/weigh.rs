@@ -1,9 +1,11 @@
 use super::super::prediction::{Chunk, Lanes};
-use super::super::simd_f32::{MOST, SimdF32, SimdF32Op, four, transposed};
 use super::super::tensor::AnyTensor;
 use super::PreparedFilter;
 use super::planes::{CHANNELS, Ring};
+use crate::cpu::vec4::four;
 use crate::plan::{Normalisation, SQUARED_EPSILON, Taps};
+use fovol_simd::{MOST_LANES, Pixels, SimdF32, SimdF32Op};
+use glam::Vec4;
 
 /// Operation that filters the rows that one row of features serves.
 pub struct Weighing<'a> {
@@ -19,6 +21,8 @@ pub struct Weighing<'a> {
 }
 
 impl SimdF32Op for Weighing<'_> {
+    type Output = ();
+
     #[inline(always)]
     fn run<V: SimdF32>(self, some: V) {
         match self.filter.expand {
@@ -81,16 +85,16 @@ impl Weighing<'_> {
                         let weight = some.load(&predicted[(number * EXPAND + line) * EXPAND + pixel]);
                         totals[pixel] = totals[pixel] + weight;
                         for c in 0..CHANNELS {
-                            colours[pixel][c] = weight.times_plus(colour[c], colours[pixel][c]);
+                            colours[pixel][c] = weight.mul_add(colour[c], colours[pixel][c]);
                         }
                     }
                 }
             }
             tap += side * side;
         }
-        let mut pixels = [[0.0; MOST]; N];
+        let mut pixels = [[0.0; MOST_LANES]; N];
         for pixel in 0..EXPAND {
-            let share = totals[pixel].inverse();
+            let share = totals[pixel].recip();
             for c in 0..CHANNELS {
                 let mut mean = colours[pixel][c] * share;
                 if filter.has_addition {
@@ -110,7 +114,7 @@ fn shape<V: SimdF32, const EXPAND: usize>(normalisation: Normalisation, predicte
     if normalisation == Normalisation::Squared {
         for lanes in predicted {
             let weights = some.load(lanes);
-            weights.times_plus(weights, some.splat(SQUARED_EPSILON)).store(lanes);
+            weights.mul_add(weights, some.splat(SQUARED_EPSILON)).store(lanes);
         }
         return;
     }
@@ -135,10 +139,14 @@ fn join<const N: usize>(planes: &[Lanes; N], count: usize, row: &mut [f32]) {
         let at = 4 * number;
         let mut first = 0;
         while first < N {
-            let zero = [0.0; MOST];
+            let zero = [0.0; MOST_LANES];
             let next = |k: usize| if first + k < N { &planes[first + k] } else { &zero };
-            let numbers =
-                transposed([four(next(0), at), four(next(1), at), four(next(2), at), four(next(3), at)]);
+            let numbers = Vec4::pixels_transposed([
+                four(next(0), at),
+                four(next(1), at),
+                four(next(2), at),
+                four(next(3), at),
+            ]);
             let count = (N - first).min(4);
             for (cell, numbers) in cells.iter_mut().zip(&numbers) {
                 cell[first..first + count].copy_from_slice(&numbers.to_array()[..count]);

@@ -9,10 +9,9 @@ mod splat;
 pub use reproject::reproject;
 pub use splat::splat;
 
-use super::aligned_buf::prefetch;
-use super::simd_f32::SimdF32;
 use super::tensor::Tensor;
 use crate::plan::POINT;
+use fovol_simd::{SimdF32, prefetch};
 use rayon::prelude::*;
 use std::array::from_fn;
 

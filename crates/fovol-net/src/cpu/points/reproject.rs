@@ -3,10 +3,9 @@
 use super::{NONE, Row, RowMut};
 use crate::cpu::accumulate::Fading;
 use crate::cpu::motion::{corner_of, whole_motion};
-use crate::cpu::simd::Simd;
-use crate::cpu::simd_f32::{MOST, SimdF32, SimdF32Op};
 use crate::cpu::tensor::Tensor;
 use crate::plan::POINT;
+use fovol_simd::{MOST_LANES, Simd, SimdF32, SimdF32Op};
 use rayon::prelude::*;
 
 /// Moves the points of `input` along `motion`, in pixels to the previous position, and writes them to `out`. With
@@ -32,6 +31,8 @@ struct ReprojectRow<'a> {
 }
 
 impl SimdF32Op for ReprojectRow<'_> {
+    type Output = ();
+
     #[inline(always)]
     fn run<V: SimdF32>(mut self, some: V) {
         let width = self.motion.len();
@@ -64,7 +65,7 @@ impl ReprojectRow<'_> {
     /// motion are computed together.
     #[inline(always)]
     fn apart<V: SimdF32>(&mut self, first: usize, some: V) {
-        let mut whole = [[0.0; MOST]; 2];
+        let mut whole = [[0.0; MOST_LANES]; 2];
         for (i, moved) in self.motion[first..first + V::N].iter().enumerate() {
             whole[0][i] = moved[0].floor();
             whole[1][i] = moved[1].floor();
@@ -92,9 +93,9 @@ impl ReprojectRow<'_> {
             let values = self.moved(first, corner, some);
             let [x, y] = [some.load(&whole[0]), some.load(&whole[1])];
             let [x_end, y_end] = [some.splat(right + 1.0), some.splat(down + 1.0)];
-            let across = some.both(x.is_at_least(some.splat(right)), x.is_below(x_end));
-            let along = some.both(y.is_at_least(some.splat(down)), y.is_below(y_end));
-            let is_alike = some.both(across, along);
+            let across = x.simd_ge(some.splat(right)) & x.simd_lt(x_end);
+            let along = y.simd_ge(some.splat(down)) & y.simd_lt(y_end);
+            let is_alike = across & along;
             for n in 0..POINT {
                 made[n] = made[n] + values[n].zero_unless(is_alike);
             }
@@ -130,7 +131,7 @@ impl ReprojectRow<'_> {
     #[inline(always)]
     fn moved<V: SimdF32>(&self, first: usize, [above, left]: [usize; 2], some: V) -> [V; POINT] {
         let [whole_right, whole_down] = [left as f32 - first as f32, above as f32 - self.y as f32];
-        let mut parts = [[0.0; MOST]; 2];
+        let mut parts = [[0.0; MOST_LANES]; 2];
         for (i, moved) in self.motion[first..first + V::N].iter().enumerate() {
             parts[0][i] = moved[0] - whole_right;
             parts[1][i] = moved[1] - whole_down;
@@ -146,9 +147,9 @@ impl ReprojectRow<'_> {
             for right in 0..2 {
                 let x = points.load(some, 4, right) + (some.splat(right as f32) - part[0]);
                 let y = points.load(some, 5, right) + (some.splat(down as f32) - part[1]);
-                let across = some.both(x.is_at_least(low), x.is_below(high));
-                let along = some.both(y.is_at_least(low), y.is_below(high));
-                let is_met = some.both(across, along);
+                let across = x.simd_ge(low) & x.simd_lt(high);
+                let along = y.simd_ge(low) & y.simd_lt(high);
+                let is_met = across & along;
                 let weight = points.load(some, 3, right).zero_unless(is_met);
                 for n in 0..3 {
                     colours[n] = colours[n] + points.load(some, n, right).zero_unless(is_met);
@@ -158,7 +159,7 @@ impl ReprojectRow<'_> {
                 largest = largest.max(weight);
             }
         }
-        let factor = colours[3].max(some.splat(f32::MIN_POSITIVE)).inverse();
+        let factor = colours[3].max(some.splat(f32::MIN_POSITIVE)).recip();
         let scale = largest * factor;
         let [r, g, b, weight] = colours;
         [r * scale, g * scale, b * scale, weight * scale, places[0] * factor, places[1] * factor]

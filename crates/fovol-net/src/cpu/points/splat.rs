@@ -2,9 +2,9 @@
 
 use super::Row;
 use crate::cpu::pyramid::PremulRgba;
-use crate::cpu::simd::Simd;
-use crate::cpu::simd_f32::{MOST, SimdF32, SimdF32Op, four, transposed};
 use crate::cpu::tensor::Tensor;
+use crate::cpu::vec4::four;
+use fovol_simd::{MOST_LANES, Pixels, Simd, SimdF32, SimdF32Op};
 use glam::Vec4;
 use rayon::prelude::*;
 
@@ -27,6 +27,8 @@ struct SplatRow<'a> {
 }
 
 impl SimdF32Op for SplatRow<'_> {
+    type Output = ();
+
     #[inline(always)]
     fn run<V: SimdF32>(self, some: V) {
         let Self { rows, to } = self;
@@ -73,7 +75,7 @@ fn splat_vector<V: SimdF32>(
             let near = (one - x.abs()).max(zero) * (one - y.abs()).max(zero);
             let weights = points.load(some, 3, beside);
             // Absent points have weight 0, but would get a bilinear weight.
-            let near = near.zero_unless(zero.is_below(weights));
+            let near = near.zero_unless(zero.simd_lt(weights));
             for n in 0..3 {
                 told[n] = told[n] + near * points.load(some, n, beside);
             }
@@ -81,15 +83,15 @@ fn splat_vector<V: SimdF32>(
             sum = sum + near;
         }
     }
-    let factor = sum.max(one).inverse();
-    let mut numbers = [[0.0; MOST]; 4];
+    let factor = sum.max(one).recip();
+    let mut numbers = [[0.0; MOST_LANES]; 4];
     for n in 0..4 {
         (told[n] * factor).store(&mut numbers[n]);
     }
     for (number, to) in to.as_chunks_mut::<4>().0.iter_mut().enumerate() {
         let [r, g, b, w] = &numbers;
         let at = 4 * number;
-        let pixels = transposed([four(r, at), four(g, at), four(b, at), four(w, at)]);
+        let pixels = Vec4::pixels_transposed([four(r, at), four(g, at), four(b, at), four(w, at)]);
         for (to, pixel) in to.iter_mut().zip(pixels) {
             *to = pixel.to_array();
         }

@@ -1,9 +1,10 @@
 //! Stretches of rays that wait for the light at their ends.
 
-use super::super::lanes::{Lanes, MOST_LANES};
 use super::super::shadow_pool::ShadowPool;
 use super::exponential::{mean_passing, passing};
 use super::march::DEEP;
+use bytemuck::cast_slice;
+use fovol_simd::{MOST_LANES, SimdF32};
 
 /// Stretches of rays that wait for their light.
 ///
@@ -28,25 +29,15 @@ impl Stretches {
     /// Appends the stretches of `ray` that begin at the lanes `begins`.
     ///
     /// These lanes hold their `values`. The first of the `nodes` (a bit each) is at `from` in the pool.
-    ///
-    /// # Safety
-    /// The instruction set of `L` must be available.
     #[inline(always)]
-    pub unsafe fn push<L: Lanes>(
-        &mut self,
-        begins: u32,
-        values: [L::F; 4],
-        (nodes, from): (u32, usize),
-        ray: usize,
-    ) {
+    pub fn push<V: SimdF32>(&mut self, begins: u32, values: [V; 4], (nodes, from): (u32, usize), ray: usize) {
         let len = self.nodes.len();
         if self.columns[0].len() < len + MOST_LANES {
             let size = (len + MOST_LANES).next_power_of_two();
             self.columns.iter_mut().for_each(|column| column.resize(size, 0.0));
         }
         for (column, v) in self.columns.iter_mut().zip(values) {
-            // SAFETY: there is a vector's room after `len`.
-            unsafe { L::compress(v, L::mask(begins), column.as_mut_ptr().add(len)) };
+            v.compress(v.mask_of(begins), &mut column[len..]);
         }
         let mut left = begins;
         while left != 0 {
@@ -58,28 +49,23 @@ impl Stretches {
     }
 
     /// Calls `add` with every ray and the light that comes from one of its stretches to the eye, as found in `pool`.
-    ///
-    /// # Safety
-    /// The instruction set of `L` must be available, and `pool` must hold the nodes.
     #[inline(always)]
-    pub unsafe fn arrive<L: Lanes>(&mut self, pool: &ShadowPool, mut add: impl FnMut(usize, [f32; 3])) {
+    pub fn arrive<V: SimdF32>(&mut self, zero: V, pool: &ShadowPool, mut add: impl FnMut(usize, [f32; 3])) {
         let len = self.nodes.len();
         // Whole vectors are read below.
         self.nodes.resize(len + MOST_LANES, 0);
-        for at in (0..len).step_by(L::N) {
-            // SAFETY: there is a vector's room after the last; unused lanes read the first nodes.
-            let light = unsafe {
-                let node = L::to_bits(L::load(self.nodes.as_ptr().add(at).cast()));
-                let [r, g, b, depth] = [0, 1, 2, 3].map(|c| L::load(self.columns[c].as_ptr().add(at)));
-                let arriving = Self::arriving::<L>(depth, pool.lights::<L>(node));
-                [r, g, b].map(|v| {
-                    let mut lanes = [0.0; MOST_LANES];
-                    L::store(L::mul(v, arriving), lanes.as_mut_ptr());
-                    lanes
-                })
-            };
-            for lane in 0..L::N.min(len - at) {
-                add(self.rays[at + lane] as usize, light.map(|lanes| lanes[lane]));
+        for at in (0..len).step_by(V::N) {
+            let node = zero.load(cast_slice(&self.nodes[at..])).to_bits();
+            let [r, g, b, depth] = &self.columns;
+            // SAFETY: nodes are those of the pool; unused lanes read the first.
+            let lights = unsafe { pool.lights(node) };
+            let arriving = Self::arriving(zero.load(&depth[at..]), lights);
+            let mut light = [[0.0; MOST_LANES]; 3];
+            (zero.load(&r[at..]) * arriving).store(&mut light[0]);
+            (zero.load(&g[at..]) * arriving).store(&mut light[1]);
+            (zero.load(&b[at..]) * arriving).store(&mut light[2]);
+            for lane in 0..V::N.min(len - at) {
+                add(self.rays[at + lane] as usize, [light[0][lane], light[1][lane], light[2][lane]]);
             }
         }
         self.nodes.truncate(len);
@@ -89,15 +75,13 @@ impl Stretches {
     ///
     /// `near` and `far` are the near depths and the far transmittances at both ends.
     #[inline(always)]
-    unsafe fn arriving<L: Lanes>(depth: L::F, [near, far]: [[L::F; 2]; 2]) -> L::F {
-        // SAFETY: the caller's.
-        unsafe {
-            let deep = near.map(|depth| L::gt(depth, L::splat(DEEP)));
-            let mean = L::mul(L::splat(0.5), L::add(far[0], far[1]));
-            let seen = L::select(deep[0], far[1], L::select(deep[1], far[0], mean));
-            let rising = L::add(depth, L::sub(near[1], near[0]));
-            let share = L::div(mean_passing::<L>(rising), mean_passing::<L>(depth));
-            L::mul(L::mul(share, passing::<L>(near[0])), seen)
-        }
+    fn arriving<V: SimdF32>(depth: V, [near, far]: [[V; 2]; 2]) -> V {
+        let most = depth.splat(DEEP);
+        let deep = [near[0].simd_gt(most), near[1].simd_gt(most)];
+        let mean = depth.splat(0.5) * (far[0] + far[1]);
+        let seen = V::select(deep[0], far[1], V::select(deep[1], far[0], mean));
+        let rising = depth + (near[1] - near[0]);
+        let share = mean_passing(rising) / mean_passing(depth);
+        share * passing(near[0]) * seen
     }
 }

@@ -4,9 +4,9 @@ use super::super::finish::{LARGEST, elu};
 use super::tile::{self, PLACES, REACH, SIDE};
 use super::{Block, Scratch, Strip, Winograd};
 use crate::cpu::element::Element;
-use crate::cpu::simd_f32::{MOST, SimdF32, SimdF32Op};
 use crate::plan::Activation;
 use bytemuck::cast_slice;
+use fovol_simd::{MOST_LANES, SimdF32, SimdF32Op};
 
 /// Operation that computes AᵀmA for every tile and channel of a block, adds bias, applies the activation, and
 /// writes rows of `out`.
@@ -20,6 +20,8 @@ pub struct TransformBack<'a, T> {
 }
 
 impl<T: Element> SimdF32Op for TransformBack<'_, T> {
+    type Output = ();
+
     #[inline(always)]
     fn run<V: SimdF32>(self, some: V) {
         let Self { conv, block, strip, scratch, out, width } = self;
@@ -28,7 +30,7 @@ impl<T: Element> SimdF32Op for TransformBack<'_, T> {
         let rows = out.len() / (width * outputs);
         let plane = strip.tiles * block.width;
         let products = &scratch.products[..PLACES * plane];
-        let mut last = [T::default(); MOST];
+        let mut last = [T::default(); MOST_LANES];
         for tile in 0..strip.tiles.min((width - strip.place[1]).div_ceil(SIDE)) {
             let x0 = strip.place[1] + SIDE * tile;
             let inside = SIDE.min(width - x0);
@@ -104,10 +106,10 @@ fn active<V: SimdF32>(values: V, activation: Activation) -> V {
         Activation::None => values,
         Activation::Relu => {
             let positive = values.max(values.splat(0.0));
-            positive.zero_unless(positive.is_below(values.splat(LARGEST)))
+            positive.zero_unless(positive.simd_lt(values.splat(LARGEST)))
         }
         Activation::Elu => {
-            let mut each = [0.0; MOST];
+            let mut each = [0.0; MOST_LANES];
             values.store(&mut each);
             each.iter_mut().take(V::N).for_each(|v| *v = elu(*v));
             values.load(&each)

@@ -3,9 +3,9 @@
 use super::tile::{self, PLACES, REACH, SIDE};
 use super::{Factors, Scratch, Strip, Winograd};
 use crate::cpu::patch::{Access, Source};
-use crate::cpu::simd_f32::{SimdF32, SimdF32Op};
 use crate::plan::Padding;
 use bytemuck::{cast_slice, cast_slice_mut};
+use fovol_simd::{SimdF32, SimdF32Op};
 
 /// Operation that computes BᵀdB for every tile and input channel.
 pub struct Transform<'a> {
@@ -16,6 +16,8 @@ pub struct Transform<'a> {
 }
 
 impl SimdF32Op for Transform<'_> {
+    type Output = ();
+
     #[inline(always)]
     fn run<V: SimdF32>(self, some: V) {
         let Self { conv, sources, strip, scratch } = self;

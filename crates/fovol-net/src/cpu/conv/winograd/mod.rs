@@ -11,16 +11,16 @@ mod forward;
 mod reach;
 mod tile;
 
+use super::kernels;
 use super::{Arithmetic, Call, ConvShape, Kernel, check};
-use crate::cpu::aligned_buf::AlignedBuf;
-use crate::cpu::element::{Bf16, Element};
+use crate::cpu::element::Element;
 use crate::cpu::pack::{Halves, Singles};
 use crate::cpu::patch::{Access, Patch, Source, Window};
 use crate::cpu::rows::View;
-use crate::cpu::simd::Simd;
 use back::TransformBack;
 use bytes::Bytes;
 use forward::Transform;
+use fovol_simd::{AlignedBuf, Bf16, Simd};
 pub use reach::{Distances, note_transformed};
 use tile::{PLACES, SIDE};
 
@@ -117,12 +117,12 @@ impl Winograd {
         let is_known = match arithmetic {
             Arithmetic::F32 => true,
             // AMX multiplies so fast that the transforms would take longer.
-            Arithmetic::Bf16 => !simd.multiplies_tiles(arithmetic),
+            Arithmetic::Bf16 => !kernels::multiplies_tiles(simd, arithmetic),
             Arithmetic::Int8 { reach, .. } => {
                 let is_known = reach.as_ref().is_some_and(|reach| reach.len() == PLACES * shape.inputs);
                 // AVX2 has no byte versions of the transforms yet, and plain code would be slower than the direct
                 // convolution.
-                is_known && matches!(simd, Simd::Avx512 | Simd::Portable)
+                is_known && matches!(simd, Simd::Avx512 { .. } | Simd::Portable)
             }
             Arithmetic::SplitBf16 => false,
         };
@@ -153,7 +153,7 @@ impl Winograd {
         let mut blocks = Vec::new();
         let mut first = 0;
         while first < shape.outputs {
-            let (width, kernel) = simd.block(shape.outputs - first, arithmetic);
+            let (width, kernel) = kernels::block(simd, shape.outputs - first, arithmetic);
             let channels = first..(first + width).min(shape.outputs);
             let kernels = &transformed[channels.start * shape.inputs..channels.end * shape.inputs];
             let bias: Vec<f32> =
@@ -237,7 +237,7 @@ impl Winograd {
 
     /// Number of pixels that a kernel computes at once.
     fn group(&self) -> usize {
-        self.simd.group(&self.factors.arithmetic())
+        kernels::group(self.simd, &self.factors.arithmetic())
     }
 
     /// Number of tiles side by side in `rows` output rows: whole groups, as many as [`BYTES`] allow.

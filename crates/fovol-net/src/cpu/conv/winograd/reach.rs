@@ -5,9 +5,9 @@ use super::tile::{PLACES, REACH, SIDE};
 use super::{Scratch, Strip, Winograd};
 use crate::cpu::conv::{Arithmetic, ConvShape};
 use crate::cpu::patch::{Source, Window};
-use crate::cpu::simd::Simd;
 use crate::plan::{Activation, Padding};
 use bytemuck::cast_slice;
+use fovol_simd::Simd;
 
 /// Histograms of the magnitudes of transformed inputs.
 #[derive(Debug, Clone, Default)]

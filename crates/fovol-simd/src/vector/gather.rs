@@ -1,0 +1,32 @@
+use super::{Integers, MOST_LANES, SimdI32};
+
+/// Loads from an address per lane.
+pub trait Gather: Integers {
+    /// Loads 32-bit words, of any alignment, at byte `SCALE` · offset of `from`.
+    ///
+    /// # Safety
+    /// All four bytes of each word must lie in `from`. Checked in debug builds.
+    unsafe fn gather_bytes<const SCALE: i32>(from: &[u8], offset: Self::I32) -> Self::I32;
+    /// Loads elements.
+    ///
+    /// # Safety
+    /// `index` must be indices of `from`. Checked in debug builds.
+    unsafe fn gather(from: &[f32], index: Self::I32) -> Self;
+    /// Loads elements and their successors.
+    ///
+    /// # Safety
+    /// `index` and `index` + 1 must be indices of `from`. Checked in debug builds.
+    unsafe fn gather_pairs(from: &[f32], index: Self::I32) -> [Self; 2];
+    /// Loads words and their successors. AVX-512 does it with plain loads, because gathers are slow on some processors.
+    ///
+    /// # Safety
+    /// `index` and `index` + 1 must be indices of `from`. Checked in debug builds.
+    unsafe fn load_word_pairs(from: &[u32], index: Self::I32) -> [Self::I32; 2];
+
+    /// Whether all lanes of `index`, times `scale`, are indices below `end`.
+    fn are_below(index: Self::I32, scale: i32, end: usize) -> bool {
+        let mut lanes = [0; MOST_LANES];
+        index.store(&mut lanes);
+        lanes[..Self::N].iter().all(|&at| at >= 0 && (at as usize) * (scale as usize) < end)
+    }
+}
