@@ -1,8 +1,8 @@
 //! Convolutions and predicted kernels as plain loops: the specification with which tests compare the fast code.
 
-use super::conv::{ConvShape, elu};
-use super::tensor::Tensor;
-use super::tensor_buf::TensorBuf;
+use crate::cpu::conv::{ConvShape, elu};
+use crate::cpu::tensor::Tensor;
+use crate::cpu::tensor::tensor_buf::TensorBuf;
 use crate::plan::{Activation, Normalisation, Padding, Resize, SQUARED_EPSILON, Taps};
 
 /// Returns `map` at the resolution of `resize`.

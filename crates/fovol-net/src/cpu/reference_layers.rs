@@ -1,19 +1,19 @@
 //! Compares each kind of layer with PyTorch in double precision. `tests/reference/network/make_cases.py` made the
 //! cases.
 
-use super::accumulate::{Expected, Fading, accumulate, history_confidence};
-use super::conv::{Arithmetic, ConvShape, PreparedConv};
-use super::filter::{Out, PreparedFilter};
-use super::norm::normalise;
-use super::patch::Source;
-use super::points;
-use super::pointwise::{Change, change};
-use super::pyramid::Pyramid;
-use super::reshape;
-use super::samples::KnownPixels;
-use super::spread::{blend, smooth, spread};
-use super::tensor::{AnyTensor, Tensor};
-use super::warp::warp;
+use crate::cpu::conv::patch::Source;
+use crate::cpu::conv::{Arithmetic, ConvShape, PreparedConv};
+use crate::cpu::fill::pyramid::Pyramid;
+use crate::cpu::fill::spread::{blend, smooth, spread};
+use crate::cpu::filter::{Out, PreparedFilter};
+use crate::cpu::history::accumulate::{Expected, Fading, accumulate, history_confidence};
+use crate::cpu::history::points;
+use crate::cpu::history::warp::warp;
+use crate::cpu::layers::norm::normalise;
+use crate::cpu::layers::pointwise::{Change, change};
+use crate::cpu::layers::reshape;
+use crate::cpu::tensor::samples::KnownPixels;
+use crate::cpu::tensor::{AnyTensor, Tensor};
 use crate::plan::POINT;
 use crate::plan::{Activation, Filter, Normalisation, Padding, Read, Resize, Taps, TensorId};
 use fovol_simd::Simd;

@@ -1,4 +1,4 @@
-// Accumulation of samples of earlier frames. Twin of cpu/accumulate.rs.
+// Accumulation of samples of earlier frames. Twin of cpu/history/accumulate.rs.
 
 /// Factor of the weights of earlier samples.
 override FADE: f32;

@@ -1,4 +1,4 @@
-// Pictures at twice their resolution, bilinear. Twin of cpu/doubled.rs.
+// Pictures at twice their resolution, bilinear. Twin of cpu/fill/doubled.rs.
 
 /// Indices of the four pixels of a picture of half the resolution around pixel `at`, replicated at the border, the
 /// nearest first. `size` is the size of that picture.

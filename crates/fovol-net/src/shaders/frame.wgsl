@@ -1,5 +1,5 @@
 // Loads the inputs of a network from a sparse frame, and writes its output to a frame. Twin of the ends of
-// cpu/network.rs.
+// cpu/engine/network.rs.
 
 /// Shape of the frame.
 @group(0) @binding(0) var<uniform> frame: Shape;

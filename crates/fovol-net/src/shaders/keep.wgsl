@@ -1,5 +1,5 @@
 // Clean-up of states: values that are not finite would stay forever and become 0. Twin of `carry` in
-// cpu/network.rs.
+// cpu/engine/network.rs.
 
 /// Whether elements are f16.
 override HALVED: bool;

@@ -1,4 +1,4 @@
-// Normalisation over all channels and pixels of a frame. Twin of cpu/norm.rs.
+// Normalisation over all channels and pixels of a frame. Twin of cpu/layers/norm.rs.
 //
 // Threads compute mean and sum of squared deviations of their elements. Pairs of these are merged (Chan, Golub and
 // LeVeque 1979), which avoids the cancellation of two large sums.

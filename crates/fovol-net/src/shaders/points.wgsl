@@ -1,4 +1,4 @@
-// Points: samples of earlier frames, each with its offset within its pixel. Twin of cpu/points.rs.
+// Points: samples of earlier frames, each with its offset within its pixel. Twin of cpu/history/points.rs.
 //
 // The first block of a point has its weighted colour. The second begins with its offset from the pixel's centre,
 // right and down.

@@ -1,4 +1,4 @@
-// Pointwise layers. Twin of cpu/pointwise.rs.
+// Pointwise layers. Twin of cpu/layers/pointwise.rs.
 
 override FACTOR: f32;
 override OFFSET: f32;

@@ -1,4 +1,4 @@
-// Averages of 2×2 pixels. Twin of `pool` in cpu/reshape.rs.
+// Averages of 2×2 pixels. Twin of `pool` in cpu/layers/reshape.rs.
 
 /// Whether elements are f16.
 override HALVED: bool;

@@ -1,5 +1,5 @@
-// Pull-push pyramid of weighted pixels. Twin of cpu/pyramid.rs, and of the code before and after it in
-// cpu/spread.rs and cpu/accumulate.rs.
+// Pull-push pyramid of weighted pixels. Twin of cpu/fill/pyramid.rs, and of the code before and after it in
+// cpu/fill/spread.rs and cpu/history/accumulate.rs.
 
 /// Input of the pyramid: weighted pixels, their residuals, or their mean squared residuals. Residuals are relative
 /// to a picture of half the resolution; squares also to one of full resolution.

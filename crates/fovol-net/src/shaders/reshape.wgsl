@@ -1,4 +1,4 @@
-// Layers that reorder elements. Twin of cpu/reshape.rs.
+// Layers that reorder elements. Twin of cpu/layers/reshape.rs.
 
 @group(0) @binding(0) var<uniform> shape: Shape;
 @group(0) @binding(1) var<storage, read> input: array<vec4f>;

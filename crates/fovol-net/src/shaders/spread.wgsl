@@ -1,4 +1,4 @@
-// Smoothing, and filling from pictures of half the resolution. Twin of cpu/spread.rs.
+// Smoothing, and filling from pictures of half the resolution. Twin of cpu/fill/spread.rs.
 
 @group(0) @binding(0) var<uniform> shape: Shape;
 @group(0) @binding(1) var<storage, read> known: array<vec4f>;

@@ -1,4 +1,4 @@
-// Reprojection of images along the motion. Twin of cpu/warp.rs.
+// Reprojection of images along the motion. Twin of cpu/history/warp.rs.
 
 /// Whether elements are f16.
 override HALVED: bool;

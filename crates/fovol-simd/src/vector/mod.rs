@@ -10,12 +10,9 @@ mod storage;
 pub use arithmetic::Arithmetic;
 pub use gather::Gather;
 pub use integers::{Integers, SimdI32};
-pub use lanes::Lanes;
+pub use lanes::{Lanes, MOST_LANES};
 pub use pixels::Pixels;
 pub use storage::Storage;
-
-/// Number of lanes of the longest vectors.
-pub const MOST_LANES: usize = 16;
 
 /// Vector of f32: one type per instruction set.
 ///

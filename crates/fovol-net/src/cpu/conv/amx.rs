@@ -3,7 +3,7 @@
 //!
 //! The instructions are written in assembly, because Rust has no stable intrinsics for them.
 
-use super::Call;
+use super::call::Call;
 use fovol_simd::Simd;
 use std::arch::asm;
 use std::marker::PhantomData;

@@ -1,6 +1,6 @@
 //! Convolution kernels for AVX2: 6 pixels × 16 channels in its 16 registers.
 
-use super::Call;
+use super::call::Call;
 use std::arch::x86_64::*;
 
 /// Number of pixels of a group.

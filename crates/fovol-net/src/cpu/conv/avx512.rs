@@ -1,6 +1,6 @@
 //! Convolution kernels for AVX-512: 14 pixels × 32 (or 16) channels in its 32 registers.
 
-use super::Call;
+use super::call::Call;
 use std::arch::x86_64::*;
 
 /// Number of pixels of a group.

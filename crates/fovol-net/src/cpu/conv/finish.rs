@@ -1,6 +1,6 @@
 //! Finishes the sums of convolutions: dequantisation, bias, activation and conversion to the stored type.
 
-use crate::cpu::element::Element;
+use crate::cpu::tensor::element::Element;
 use crate::plan::Activation;
 use fovol_simd::SimdOp;
 

@@ -1,6 +1,8 @@
 //! Convolution kernels of each instruction set, and their sizes.
 
-use super::{Arithmetic, Kernel, portable};
+use super::call::Kernel;
+use super::portable;
+use super::shape::Arithmetic;
 #[cfg(target_arch = "x86_64")]
 use super::{amx, avx2, avx512};
 use fovol_simd::Simd;

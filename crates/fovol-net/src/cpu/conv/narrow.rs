@@ -1,10 +1,11 @@
 //! 1×1 convolutions that make pictures, with too few outputs for whole blocks of channels.
 
+use super::direct::Direct;
 use super::finish::{elu, relu};
-use super::{ConvShape, Direct};
-use crate::cpu::element::Element;
-use crate::cpu::patch::{Access, Source};
-use crate::cpu::prediction::{Chunk, Prediction};
+use super::shape::ConvShape;
+use crate::cpu::conv::patch::{Access, Source};
+use crate::cpu::conv::prediction::{Chunk, Prediction};
+use crate::cpu::tensor::element::Element;
 use crate::plan::Activation;
 use fovol_simd::{Simd, SimdF32, SimdF32Op};
 

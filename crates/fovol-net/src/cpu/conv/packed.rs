@@ -1,6 +1,7 @@
+use super::call::Kernel;
 use super::finish::Worth;
 use super::kernels;
-use super::{Arithmetic, ConvShape, Kernel};
+use super::shape::{Arithmetic, ConvShape};
 use fovol_simd::{AlignedBuf, Bf16, Simd};
 
 /// Number of elements of the largest block: pixels × channels.

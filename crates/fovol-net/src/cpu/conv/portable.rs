@@ -1,6 +1,6 @@
 //! Convolution kernels in plain code, which the compiler vectorises for any processor.
 
-use super::Call;
+use super::call::Call;
 use fovol_simd::Bf16;
 
 /// Number of pixels of a group.

@@ -1,8 +1,8 @@
 use super::*;
-use crate::cpu::patch::Access;
+use crate::cpu::conv::patch::Access;
 use crate::cpu::plain;
 use crate::cpu::tensor::AnyTensor;
-use crate::plan::Resize;
+use crate::plan::{Activation, Padding, Resize};
 use proptest::prelude::*;
 
 fn random(seed: u64, count: usize) -> Vec<f32> {
@@ -100,11 +100,11 @@ proptest! {
         });
         let folded = maps.each_ref().map(|map| {
             let (mut out, mut ordered) = (Tensor::default(), Tensor::default());
-            crate::cpu::reshape::space_to_depth(map, &mut out);
+            crate::cpu::layers::reshape::space_to_depth(map, &mut out);
             ordered.resize([height, width, out.channels]);
             let pixels = ordered.data.chunks_exact_mut(out.channels).zip(out.data.chunks_exact(out.channels));
             for (to, from) in pixels {
-                to.iter_mut().zip(crate::cpu::patch::unfolded(map.channels)).for_each(|(to, at)| *to = from[at]);
+                to.iter_mut().zip(patch::unfolded(map.channels)).for_each(|(to, at)| *to = from[at]);
             }
             AnyTensor::F32(ordered)
         });

@@ -5,34 +5,22 @@
 //! ([`planes`]). Kernels are split into taps ([`weigh`]). Each vector lane then handles another feature.
 
 mod planes;
+mod prepared;
 mod weigh;
 
-use super::frames::show;
-use super::patch::{Memory, Source};
-use super::pointwise::{Change, change_row};
-use super::prediction::{Chunk, Prediction};
-use super::tensor::{AnyTensor, Tensor};
-use crate::plan::{Filter, Normalisation, Taps};
+use crate::cpu::conv::patch::{Memory, Source};
+use crate::cpu::conv::prediction::{Chunk, Prediction};
+use crate::cpu::engine::frames::show;
+use crate::cpu::layers::pointwise::{Change, change_row};
+use crate::cpu::tensor::{AnyTensor, Tensor};
+use crate::plan::Filter;
 use fovol_core::Frame;
 use fovol_simd::Simd;
+pub use prepared::PreparedFilter;
+
 use planes::{CHANNELS, Ring, rows_for};
 use rayon::prelude::*;
 use weigh::Weighing;
-
-/// A predicted kernel with its weights. All arithmetic is f32: kernels make pictures, for which the eight bits of
-/// bf16 are too few, and their cost is small.
-#[derive(Debug, Clone)]
-pub struct PreparedFilter {
-    /// Predicts the weights of kernels, and the addition.
-    prediction: Prediction,
-    /// Number of outputs of the prediction that are weights.
-    weights: usize,
-    has_addition: bool,
-    expand: usize,
-    taps: Vec<Taps>,
-    normalisation: Normalisation,
-    simd: Simd,
-}
 
 /// Parameters of a 1×1 convolution: weights \[out, in\] and biases \[out\].
 pub type Parameters<'a> = (&'a [f32], &'a [f32]);
@@ -158,7 +146,7 @@ mod tests {
     use super::*;
     use crate::cpu::conv::ConvShape;
     use crate::cpu::plain;
-    use crate::plan::{Activation, Padding, Read, Resize, TensorId};
+    use crate::plan::{Activation, Normalisation, Padding, Read, Resize, Taps, TensorId};
     use fovol_core::FrameSize;
     use proptest::prelude::*;
 

@@ -1,6 +1,6 @@
-use super::super::pack::Singles;
-use super::super::patch::{Access, Memory, Source, Window};
-use crate::cpu::rows::View;
+use crate::cpu::conv::pack::Singles;
+use crate::cpu::conv::patch::{Access, Memory, Source, Window};
+use crate::cpu::tensor::rows::View;
 use crate::plan::{Padding, Taps};
 use fovol_simd::{MOST_LANES, Simd, SimdF32, SimdF32Op};
 use std::ops::Range;

@@ -1,8 +1,8 @@
-use super::super::prediction::{Chunk, Lanes};
-use super::super::tensor::AnyTensor;
-use super::PreparedFilter;
 use super::planes::{CHANNELS, Ring};
-use crate::cpu::vec4::four;
+use super::prepared::PreparedFilter;
+use crate::cpu::conv::prediction::{Chunk, Lanes};
+use crate::cpu::tensor::AnyTensor;
+use crate::cpu::tensor::vec4::four;
 use crate::plan::{Normalisation, SQUARED_EPSILON, Taps};
 use fovol_simd::{MOST_LANES, Pixels, SimdF32, SimdF32Op};
 use glam::Vec4;

@@ -1,9 +1,9 @@
 //! Output transform AᵀmA.
 
 use super::super::finish::{LARGEST, elu};
+use super::parts::{Block, Scratch, Strip, Winograd};
 use super::tile::{self, PLACES, REACH, SIDE};
-use super::{Block, Scratch, Strip, Winograd};
-use crate::cpu::element::Element;
+use crate::cpu::tensor::element::Element;
 use crate::plan::Activation;
 use bytemuck::cast_slice;
 use fovol_simd::{MOST_LANES, SimdF32, SimdF32Op};

@@ -98,5 +98,5 @@ impl Quantised {
 
 /// Number of pairs of channels, padded to whole vectors.
 fn pairs(inputs: usize) -> usize {
-    inputs.div_ceil(2).next_multiple_of(super::WORDS)
+    inputs.div_ceil(2).next_multiple_of(super::words::WORDS)
 }

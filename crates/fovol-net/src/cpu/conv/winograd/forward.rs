@@ -1,8 +1,8 @@
 //! Input transform BᵀdB.
 
+use super::parts::{Factors, Scratch, Strip, Winograd};
 use super::tile::{self, PLACES, REACH, SIDE};
-use super::{Factors, Scratch, Strip, Winograd};
-use crate::cpu::patch::{Access, Source};
+use crate::cpu::conv::patch::{Access, Source};
 use crate::plan::Padding;
 use bytemuck::{cast_slice, cast_slice_mut};
 use fovol_simd::{SimdF32, SimdF32Op};

@@ -8,24 +8,28 @@
 mod back;
 mod bytes;
 mod forward;
+mod parts;
 mod reach;
 mod tile;
+mod words;
 
+use super::call::Call;
 use super::kernels;
-use super::{Arithmetic, Call, ConvShape, Kernel, check};
-use crate::cpu::element::Element;
-use crate::cpu::pack::{Halves, Singles};
-use crate::cpu::patch::{Access, Patch, Source, Window};
-use crate::cpu::rows::View;
+use super::shape::{Arithmetic, ConvShape, check};
+use crate::cpu::conv::pack::{Halves, Singles};
+use crate::cpu::conv::patch::{Access, Source, Window};
+use crate::cpu::tensor::element::Element;
+use crate::cpu::tensor::rows::View;
+pub use parts::{Scratch, Winograd};
+pub use reach::{Distances, note_transformed};
+
 use back::TransformBack;
 use bytes::Bytes;
 use forward::Transform;
-use fovol_simd::{AlignedBuf, Bf16, Simd};
-pub use reach::{Distances, note_transformed};
+use fovol_simd::{Bf16, Simd};
+use parts::{Block, Factors, Strip};
 use tile::{PLACES, SIDE};
-
-/// Channels are padded to a multiple of this many words: the longest vectors.
-const WORDS: usize = 16;
+use words::WORDS;
 
 /// Output rows of one patch. Each patch assembles two rows again that its neighbours have too.
 const ROWS: usize = 12;
@@ -35,81 +39,6 @@ const BYTES: usize = 320 << 10;
 
 /// Fewest products per pixel and place for which the transforms pay; for f32 half as many suffice.
 const FEWEST_PRODUCTS: usize = 448;
-
-/// A convolution prepared for Winograd's algorithm.
-#[derive(Debug, Clone)]
-pub struct Winograd {
-    blocks: Vec<Block>,
-    shape: ConvShape,
-    factors: Factors,
-    simd: Simd,
-}
-
-/// Type of the factors of products.
-#[derive(Debug, Clone)]
-enum Factors {
-    Singles,
-    /// Pairs of bf16.
-    Halves,
-    /// Quadruples of bytes, from inputs that are pairs of bf16.
-    Bytes(Bytes),
-}
-
-impl Factors {
-    fn arithmetic(&self) -> Arithmetic {
-        match self {
-            Self::Singles => Arithmetic::F32,
-            Self::Halves => Arithmetic::Bf16,
-            Self::Bytes(_) => Arithmetic::Int8 { steps: Vec::new(), reach: None },
-        }
-    }
-
-    /// Number of transformed values in a word.
-    fn count(&self) -> usize {
-        self.arithmetic().count()
-    }
-
-    /// Number of inputs in a word of a patch.
-    fn loaded(&self) -> usize {
-        self.count().min(2)
-    }
-}
-
-/// Weights of some output channels.
-#[derive(Debug, Clone)]
-struct Block {
-    first: usize,
-    width: usize,
-    /// Weights, \[place\]\[word of a pixel\]\[channel of the block\].
-    weights: AlignedBuf,
-    /// Steps of int8 sums, \[place\]\[channel of the block\].
-    worth: Option<Vec<f32>>,
-    /// Bias, \[pixel of a tile\]\[channel of the block\].
-    bias: Vec<f32>,
-    kernel: Kernel,
-}
-
-/// Scratch memory of one thread.
-#[derive(Debug, Default)]
-pub struct Scratch {
-    /// Inputs, \[row\]\[column\]\[word of a pixel\].
-    patch: Patch,
-    /// Transformed inputs, \[place\]\[tile\]\[word of a pixel\], padded to whole vectors with undefined words.
-    transformed: AlignedBuf,
-    /// Sums of products, \[place\]\[tile\]\[channel of the block\].
-    products: AlignedBuf,
-}
-
-/// Part of the output.
-#[derive(Clone, Copy)]
-struct Strip {
-    /// First row and column.
-    place: [usize; 2],
-    /// First row within the patch.
-    row: usize,
-    /// Number of tiles side by side: whole groups.
-    tiles: usize,
-}
 
 impl Winograd {
     /// Whether Winograd's algorithm is faster for a convolution of `shape` with `arithmetic` on `simd`.
@@ -185,11 +114,6 @@ impl Winograd {
         Self { blocks, shape: *shape, factors, simd }
     }
 
-    /// Shape of the convolution.
-    pub fn shape(&self) -> &ConvShape {
-        &self.shape
-    }
-
     /// Writes the output rows from `y` on to `out`.
     pub fn rows<T: Element>(&self, sources: &[Source<'_>], y: usize, scratch: &mut Scratch, out: &mut [T]) {
         check(&self.shape, sources);
@@ -218,26 +142,6 @@ impl Winograd {
                 }
             }
         }
-    }
-
-    /// PageBuf of a transformed pixel, without padding.
-    fn words(&self) -> usize {
-        self.shape.inputs.div_ceil(self.factors.count())
-    }
-
-    /// PageBuf of a pixel of the patch, with padding.
-    fn loaded_pixel(&self) -> usize {
-        self.shape.inputs.div_ceil(self.factors.loaded()).next_multiple_of(WORDS)
-    }
-
-    /// PageBuf of a transformed pixel, with padding.
-    fn pixel(&self) -> usize {
-        self.loaded_pixel() * self.factors.loaded() / self.factors.count()
-    }
-
-    /// Number of pixels that a kernel computes at once.
-    fn group(&self) -> usize {
-        kernels::group(self.simd, &self.factors.arithmetic())
     }
 
     /// Number of tiles side by side in `rows` output rows: whole groups, as many as [`BYTES`] allow.

@@ -1,10 +1,10 @@
 //! Finds ranges of transformed inputs, for int8.
 
 use super::forward::Transform;
+use super::parts::{Scratch, Strip, Winograd};
 use super::tile::{PLACES, REACH, SIDE};
-use super::{Scratch, Strip, Winograd};
+use crate::cpu::conv::patch::{Source, Window};
 use crate::cpu::conv::{Arithmetic, ConvShape};
-use crate::cpu::patch::{Source, Window};
 use crate::plan::{Activation, Padding};
 use bytemuck::cast_slice;
 use fovol_simd::Simd;
