@@ -15,9 +15,10 @@ mod long_work;
 mod memory_limits;
 mod outputs;
 mod picture;
+mod picture_arguments;
 mod repro;
 mod second_file;
-mod sparse_clip;
+mod sparse_sequence;
 
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};

@@ -5,7 +5,7 @@
 
 use fovolnet::core::{CameraPath, FrameSize, Integration, ShadowMode};
 use fovolnet::io::procedural::Procedural;
-use fovolnet::{Reconstruction, RenderSettings, SpeedSettings, VolumeSettings, open_volume, presets};
+use fovolnet::{Reconstruction, RenderOverrides, SpeedSettings, VolumeSettings, open_volume, presets};
 use fovolnet_viewer::display_mode::DisplayMode;
 use fovolnet_viewer::frame_producer::{FrameProducer, ViewRequest};
 use std::str::FromStr;
@@ -74,13 +74,13 @@ fn measure(volume: &str, run: &Run) {
     let read = VolumeSettings { dims: Some([run.side; 3]), ..VolumeSettings::default() };
     let volume = open_volume(volume, &read).expect("a procedural volume");
     let transfer = presets::find("auto", &volume).expect("every volume has one");
-    let settings = RenderSettings {
+    let settings = RenderOverrides {
         size: Some(run.size),
-        tf: Some(presets::text(&transfer)),
+        tf: Some(transfer.into()),
         shadows: Some(run.shadows),
         integration: Some(Integration::Plain),
         reconstruct: Some(Reconstruction::WNet),
-        ..RenderSettings::default()
+        ..RenderOverrides::default()
     };
     let mut studio = FrameProducer::new(SpeedSettings::default(), None);
     let (mut times, mut by_network) = (Vec::new(), 0.0);
@@ -101,7 +101,7 @@ fn measure(volume: &str, run: &Run) {
         let shown = studio.step(&wanted).expect("settings that can be rendered").expect("a view that moves");
         if i >= learning {
             times.push(started.elapsed().as_secs_f64() * 1e3);
-            by_network += f64::from(shown.settings.reconstruction() == Reconstruction::WNet);
+            by_network += f64::from(shown.settings.reconstruction == Reconstruction::WNet);
         }
         last = Some(shown);
     }
@@ -120,7 +120,7 @@ fn measure(volume: &str, run: &Run) {
         within * 100.0,
         by_network / times.len() as f64 * 100.0,
         last.size,
-        last.settings.reconstruction(),
-        last.settings.step.unwrap_or_default(),
+        last.settings.reconstruction,
+        last.settings.step,
     );
 }

@@ -203,13 +203,13 @@ fn set_aside(place: Place, problem: &fovolnet::Error) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fovolnet::{RenderSettings, VolumeSettings};
+    use fovolnet::{RenderOverrides, VolumeSettings};
     use std::io::{BufRead, BufReader};
     use std::process::{Command, Stdio};
     use std::time::Duration;
 
     fn session(ambient: f64) -> Session {
-        let render = RenderSettings { ambient: Some(ambient), ..RenderSettings::default() };
+        let render = RenderOverrides { ambient: Some(ambient), ..RenderOverrides::default() };
         Session::new("head", VolumeSettings::default(), render).unwrap()
     }
 

@@ -4,9 +4,9 @@
 //! than the one before. The best level whose predicted time fits is taken. Predictions use the measured milliseconds
 //! per sample and, for reconstruction, per pixel.
 
-use fovolnet::core::{Fovea, FrameSize, ShadowMode};
+use fovolnet::core::{FrameSize, ShadowMode};
 use fovolnet::net::Fill;
-use fovolnet::{Reconstruction, RenderSettings, Sampling, Timings};
+use fovolnet::{Reconstruction, RenderSettings, Sampling, Timings, WeightsChoice};
 
 /// Quality level, relative to the session's settings.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -100,7 +100,7 @@ impl Budget {
         if !std::mem::replace(&mut self.is_warm, true) {
             return;
         }
-        let pixels = scaled(asked.frame_size(), rung.scale).pixels() as f64;
+        let pixels = scaled(asked.size, rung.scale).pixels() as f64;
         // Everything besides mask and march: reconstruction and the motion that it needs.
         let filling = (timings.total - timings.mask - timings.march).max(0.0);
         self.pixel_ms[kind] = learn(self.pixel_ms[kind], filling / pixels);
@@ -128,8 +128,8 @@ impl Budget {
     /// Predicted milliseconds of a frame at the level `rung`.
     fn predicted(&self, asked: &RenderSettings, rung: &QualityLevel) -> f64 {
         let settings = applied(asked, rung);
-        let size = settings.frame_size();
-        let fovea = settings.fovea(0).ok().filter(|_| settings.sampling() != Sampling::Full);
+        let size = settings.size;
+        let fovea = settings.fovea(0).ok().filter(|_| settings.sampling != Sampling::Full);
         let density = fovea.map_or(1.0, |fovea| fovea.expected_density(size));
         let samples = density * size.pixels() as f64;
         let kind = usize::from(!rung.as_asked);
@@ -141,20 +141,19 @@ impl Budget {
 /// Factor of the step at the level `rung`. It is 1 with cached shadows: their grid is made for one step, and making
 /// it again takes as long as many frames.
 fn step(asked: &RenderSettings, rung: &QualityLevel) -> f64 {
-    if asked.shadows == Some(ShadowMode::Cached) { 1.0 } else { rung.step }
+    if asked.shadows == ShadowMode::Cached { 1.0 } else { rung.step }
 }
 
 /// Applies the level `rung` to the settings `asked`.
 fn applied(asked: &RenderSettings, rung: &QualityLevel) -> RenderSettings {
     let mut settings = asked.clone();
-    settings.size = Some(scaled(asked.frame_size(), rung.scale));
-    settings.pb = Some(asked.pb.unwrap_or(Fovea::default().base) * rung.density);
-    settings.sigma = Some(asked.sigma.unwrap_or(Fovea::default().sigma) * rung.density.sqrt());
-    settings.step = Some((asked.step.unwrap_or(0.5) * step(asked, rung)).min(100.0));
+    settings.size = scaled(asked.size, rung.scale);
+    settings.pb = asked.pb * rung.density;
+    settings.sigma = asked.sigma * rung.density.sqrt();
+    settings.step = (asked.step * step(asked, rung)).min(100.0);
     if !rung.as_asked {
-        settings.reconstruct = Some(Reconstruction::Fill(Fill::PullPush));
-        settings.weights = None;
-        settings.random_weights = None;
+        settings.reconstruction = Reconstruction::Fill(Fill::PullPush);
+        settings.weights = WeightsChoice::Usual;
     }
     settings
 }
@@ -170,16 +169,16 @@ mod tests {
     use super::*;
 
     fn asked() -> RenderSettings {
-        RenderSettings { reconstruct: Some(Reconstruction::WNet), ..RenderSettings::default() }
+        RenderSettings { sampling: Sampling::Compact, ..RenderSettings::default() }
     }
 
     /// Frame of a machine that needs `sample` milliseconds per thousand samples, and `net` or `fill` milliseconds per
     /// million pixels.
     fn frame(settings: &RenderSettings, [sample, net, fill]: [f64; 3]) -> (usize, Timings) {
-        let size = settings.frame_size();
+        let size = settings.size;
         let samples = settings.fovea(0).unwrap().expected_density(size) * size.pixels() as f64;
-        let march = samples * sample * 1e-3 / (settings.step.unwrap() / 0.5);
-        let per_pixel = if settings.reconstruction() == Reconstruction::WNet { net } else { fill };
+        let march = samples * sample * 1e-3 / (settings.step / 0.5);
+        let per_pixel = if settings.reconstruction == Reconstruction::WNet { net } else { fill };
         let reconstruct = per_pixel * size.pixels() as f64 * 1e-6;
         (samples as usize, Timings { march, reconstruct, total: march + reconstruct, ..Timings::default() })
     }
@@ -256,8 +255,8 @@ mod tests {
 
     #[test]
     fn cached_shadows_stay_as_they_are() {
-        let asked = RenderSettings { shadows: Some(ShadowMode::Cached), ..asked() };
-        assert!(LADDER.iter().all(|rung| applied(&asked, rung).step == Some(0.5)));
+        let asked = RenderSettings { shadows: ShadowMode::Cached, ..asked() };
+        assert!(LADDER.iter().all(|rung| applied(&asked, rung).step == 0.5));
     }
 
     #[test]

@@ -3,20 +3,20 @@
 use crate::navigation;
 use eframe::egui::{ComboBox, Ui};
 use fovolnet::core::{Camera, Keyframe};
-use fovolnet::{RenderSettings, path_text};
+use fovolnet::{PathChoice, RenderOverrides, StillCamera};
 
 /// Camera motion of a clip.
 #[derive(Debug, Clone, PartialEq)]
 pub enum CameraMotion {
-    /// Along a path, in the form of sessions.
-    Path(String),
+    /// Along a path.
+    Path(PathChoice),
     /// Still camera.
-    Still([f64; 7]),
+    Still(StillCamera),
 }
 
 impl CameraMotion {
     /// Stores the motion in the settings `render`.
-    pub fn apply(&self, render: &mut RenderSettings) {
+    pub fn apply(&self, render: &mut RenderOverrides) {
         (render.path, render.camera) = match self {
             Self::Path(path) => (Some(path.clone()), None),
             Self::Still(camera) => (None, Some(*camera)),
@@ -60,7 +60,7 @@ pub(crate) struct CourseChoice {
     way: Way,
     camera: Camera,
     /// Path of the session, if it has keyframes.
-    path: Option<String>,
+    path: Option<PathChoice>,
 }
 
 impl CourseChoice {
@@ -68,12 +68,12 @@ impl CourseChoice {
     ///
     /// The session's path is the default. Without one, a turntable; if the user has moved the camera, an orbit from
     /// the current view, because a still view would give identical frames.
-    pub fn new(render: &RenderSettings, camera: Camera) -> Self {
-        let way = match render.path.as_deref() {
-            Some("turntable") => Way::Turntable,
-            Some("orbit") => Way::Orbit,
-            Some("flythrough") => Way::Flythrough,
-            Some(_) => Way::Keyframes,
+    pub fn new(render: &RenderOverrides, camera: Camera) -> Self {
+        let way = match render.path {
+            Some(PathChoice::Turntable) => Way::Turntable,
+            Some(PathChoice::Orbit) => Way::Orbit,
+            Some(PathChoice::Flythrough) => Way::Flythrough,
+            Some(PathChoice::Toml(_)) => Way::Keyframes,
             None if render.camera.is_some() => Way::OrbitFromHere,
             None => Way::Turntable,
         };
@@ -83,12 +83,12 @@ impl CourseChoice {
     /// Camera motion of a clip of `frames` frames.
     pub fn course(&self, frames: u32) -> CameraMotion {
         match self.way {
-            Way::Keyframes => CameraMotion::Path(self.path.clone().unwrap_or_else(|| "turntable".into())),
-            Way::Turntable => CameraMotion::Path("turntable".into()),
-            Way::Orbit => CameraMotion::Path("orbit".into()),
-            Way::Flythrough => CameraMotion::Path("flythrough".into()),
+            Way::Keyframes => CameraMotion::Path(self.path.clone().unwrap_or(PathChoice::Turntable)),
+            Way::Turntable => CameraMotion::Path(PathChoice::Turntable),
+            Way::Orbit => CameraMotion::Path(PathChoice::Orbit),
+            Way::Flythrough => CameraMotion::Path(PathChoice::Flythrough),
             Way::OrbitFromHere => CameraMotion::Path(orbit_from(&self.camera, frames)),
-            Way::Still => CameraMotion::Still(navigation::numbers(&self.camera)),
+            Way::Still => CameraMotion::Still((&self.camera).into()),
         }
     }
 
@@ -115,7 +115,7 @@ impl CourseChoice {
 const TURN: i32 = 36;
 
 /// Path once around the target of `camera` in `frames` frames, starting there. It loops smoothly.
-fn orbit_from(camera: &Camera, frames: u32) -> String {
+fn orbit_from(camera: &Camera, frames: u32) -> PathChoice {
     let key = |i: i32| {
         let part = f64::from(i) / f64::from(TURN);
         Keyframe {
@@ -125,13 +125,13 @@ fn orbit_from(camera: &Camera, frames: u32) -> String {
     };
     // One keyframe before and one after, since a spline slows down at its ends.
     let keys: Vec<Keyframe> = (-1..=TURN + 1).map(key).collect();
-    path_text(&keys)
+    PathChoice::through(&keys)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fovolnet::camera_path;
+    use fovolnet::CameraChoice;
     use glam::DVec3;
 
     fn camera() -> Camera {
@@ -140,8 +140,9 @@ mod tests {
 
     #[test]
     fn an_orbit_from_here_begins_here_and_goes_round_evenly() {
-        let settings = RenderSettings { path: Some(orbit_from(&camera(), 100)), ..RenderSettings::default() };
-        let path = camera_path(&settings, crate::opened::tests::opened().world()).unwrap();
+        let CameraChoice::Along(path) = orbit_from(&camera(), 100).cameras().unwrap() else {
+            panic!("keyframes are a path")
+        };
         assert!((path.camera(0).eye - camera().eye).length() < 1e-9);
         assert!((path.camera(100).eye - camera().eye).length() < 1e-9);
         let arm = |i| path.camera(i).eye - camera().target;
@@ -155,12 +156,12 @@ mod tests {
 
     #[test]
     fn what_a_clip_begins_with_moves() {
-        let way = |path: Option<&str>, camera: Option<[f64; 7]>| {
-            let path = path.map(str::to_owned);
-            let render = RenderSettings { path, camera, ..RenderSettings::default() };
+        let way = |path: Option<&str>, camera: Option<StillCamera>| {
+            let path = path.map(PathChoice::from);
+            let render = RenderOverrides { path, camera, ..RenderOverrides::default() };
             CourseChoice::new(&render, self::camera()).way
         };
-        let free = Some(navigation::numbers(&camera()));
+        let free = Some(StillCamera::from(&camera()));
         assert_eq!(way(None, None), Way::Turntable);
         assert_eq!(way(Some("orbit"), None), Way::Orbit);
         assert_eq!(way(None, free), Way::OrbitFromHere);

@@ -3,7 +3,7 @@
 use crate::kept;
 use eframe::egui::util::undoer::Undoer;
 use fovolnet::core::{TransferFunction, path_of_text};
-use fovolnet::{OpenVolume, RenderSettings, Result, Session, VolumeSettings, presets};
+use fovolnet::{OpenVolume, RenderOverrides, Result, Session, TransferChoice, VolumeSettings, presets};
 use std::path::{Path, PathBuf};
 
 /// Session with its file and undo history.
@@ -13,7 +13,7 @@ pub struct Document {
     /// Last saved state, or the initial state of a new session. `None` after a restore.
     saved: Option<Session>,
     file: Option<PathBuf>,
-    undoer: Undoer<RenderSettings>,
+    undoer: Undoer<RenderOverrides>,
 }
 
 impl Document {
@@ -21,7 +21,7 @@ impl Document {
     ///
     /// # Errors
     /// Errors of reading the volume's file.
-    pub fn new(source: &str, read: VolumeSettings, render: RenderSettings) -> Result<Self> {
+    pub fn new(source: &str, read: VolumeSettings, render: RenderOverrides) -> Result<Self> {
         Ok(Self::of(Session::new(source, read, render)?, None))
     }
 
@@ -29,7 +29,7 @@ impl Document {
     ///
     /// # Errors
     /// A file that is missing or has unknown content.
-    pub fn open(path: &Path, read: VolumeSettings, over: RenderSettings) -> Result<Self> {
+    pub fn open(path: &Path, read: VolumeSettings, over: RenderOverrides) -> Result<Self> {
         let mut session = Session::read(path)?;
         session.read = session.read.overridden_by(read);
         session.render = session.render.overridden_by(over);
@@ -51,12 +51,12 @@ impl Document {
     }
 
     /// Render settings.
-    pub fn settings(&self) -> &RenderSettings {
+    pub fn settings(&self) -> &RenderOverrides {
         &self.session.render
     }
 
     /// Mutable render settings.
-    pub fn settings_mut(&mut self) -> &mut RenderSettings {
+    pub fn settings_mut(&mut self) -> &mut RenderOverrides {
         &mut self.session.render
     }
 
@@ -79,7 +79,7 @@ impl Document {
     /// quickly found again.
     pub fn has_unsaved_work(&self) -> bool {
         let apart = |session: &Session| {
-            let render = RenderSettings { camera: None, first_frame: None, ..session.render.clone() };
+            let render = RenderOverrides { camera: None, first_frame: None, ..session.render.clone() };
             Session { render, ..session.clone() }
         };
         self.saved.as_ref().is_none_or(|saved| apart(saved) != apart(&self.session))
@@ -138,13 +138,16 @@ impl Document {
     /// # Errors
     /// The session's name or file of a transfer function is invalid.
     pub fn transfer_function(&self, volume: &OpenVolume) -> Result<TransferFunction> {
-        presets::chosen(self.settings(), volume)
+        // No other setting counts, and no file of another one is read.
+        let RenderOverrides { tf, tf_range, scale, nan, .. } = self.settings().clone();
+        let given = RenderOverrides { tf, tf_range, scale, nan, ..RenderOverrides::default() };
+        presets::chosen(&given.resolve()?, volume)
     }
 
     /// Sets another transfer function.
     pub fn set_transfer_function(&mut self, transfer: &TransferFunction) {
         let render = &mut self.session.render;
-        render.tf = Some(presets::text(transfer));
+        render.tf = Some(TransferChoice::Json(presets::text(transfer)));
         // The function already covers the displayed range.
         (render.tf_range, render.scale) = (None, None);
     }
@@ -155,7 +158,7 @@ mod tests {
     use super::*;
 
     fn document() -> Document {
-        Document::new("head", VolumeSettings::default(), RenderSettings::default()).unwrap()
+        Document::new("head", VolumeSettings::default(), RenderOverrides::default()).unwrap()
     }
 
     /// Applies `changes` as if some seconds passed after each.
@@ -190,14 +193,14 @@ mod tests {
         let path = folder.path().join("a session.toml");
         let mut document = document();
         assert!(!document.is_changed());
-        document.settings_mut().camera = Some([1.0, 0.5, 1.5, 0.0, 0.0, 0.0, 35.0]);
+        document.settings_mut().camera = Some([1.0, 0.5, 1.5, 0.0, 0.0, 0.0, 35.0].into());
         assert!(document.is_changed() && !document.has_unsaved_work(), "a look is no work");
         document.settings_mut().step = Some(0.7);
         assert!(document.is_changed() && document.has_unsaved_work());
         document.save(&path).unwrap();
         assert!(!document.is_changed());
         assert_eq!(document.name(), "a session.toml");
-        let opened = Document::open(&path, VolumeSettings::default(), RenderSettings::default()).unwrap();
+        let opened = Document::open(&path, VolumeSettings::default(), RenderOverrides::default()).unwrap();
         assert_eq!(opened.session(), document.session());
         document.save(&path).unwrap();
         let restored = Document::restored(opened.session().clone());
@@ -211,7 +214,7 @@ mod tests {
         std::fs::write(&volume, [7; 8]).unwrap();
         let source = volume.display().to_string();
         let mut document =
-            Document::new(&source, VolumeSettings::default(), RenderSettings::default()).unwrap();
+            Document::new(&source, VolumeSettings::default(), RenderOverrides::default()).unwrap();
         let error = document.save(&volume).unwrap_err().to_string();
         assert!(error.contains("another name"), "{error}");
         assert_eq!(std::fs::read(&volume).unwrap(), [7; 8]);

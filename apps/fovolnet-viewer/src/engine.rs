@@ -156,14 +156,14 @@ mod tests {
     use crate::display_mode::DisplayMode;
     use crate::frame_producer::Progress;
     use fovolnet::core::CameraPath;
-    use fovolnet::{RenderSettings, VolumeSettings, open_volume};
+    use fovolnet::{RenderOverrides, VolumeSettings, open_volume};
     use std::time::{Duration, Instant};
 
     fn wanted() -> ViewRequest {
         let read = VolumeSettings { dims: Some([24; 3]), ..VolumeSettings::default() };
         ViewRequest {
             volume: open_volume("head", &read).unwrap(),
-            settings: RenderSettings { size: Some("48x32".parse().unwrap()), ..RenderSettings::default() },
+            settings: RenderOverrides { size: Some("48x32".parse().unwrap()), ..RenderOverrides::default() },
             camera: CameraPath::Orbit.camera(0),
             gaze: [0.5; 2],
             rate: None,

@@ -88,15 +88,16 @@ impl Export {
     ) -> Result<String> {
         kept::check(&self.path, |_| false)?;
         let session = self.session(session);
+        let settings = session.render.resolve()?;
         let written = match &self.kind {
             Kind::Picture { is_transparent } => {
-                let frame = picture(volume, &session.render, speed)?;
+                let frame = picture(volume, &settings, speed)?;
                 handle.progress(0.9)?;
                 let alpha = if *is_transparent { Alpha::Keep } else { Alpha::Drop };
                 image::write_png(&self.path, &frame, alpha)?;
                 self.path.clone()
             }
-            Kind::Video { fps, .. } => video(&self.path, volume, &session.render, speed, *fps, handle)?,
+            Kind::Video { fps, .. } => video(&self.path, volume, &settings, speed, *fps, handle)?,
         };
         if self.with_session {
             let beside = session_beside(&written);
@@ -133,7 +134,7 @@ pub fn y4m_bytes(size: FrameSize, frames: u32) -> u64 {
 /// Renders the first frame of a session.
 fn picture(volume: &OpenVolume, settings: &RenderSettings, speed: &SpeedSettings) -> Result<Frame> {
     let mut pipeline = Pipeline::new(volume, settings, speed)?;
-    Ok(pipeline.render(settings.first_frame.unwrap_or(0))?.frame)
+    Ok(pipeline.render(settings.first_frame)?.frame)
 }
 
 /// Writes the frames of `settings`. Returns the file, which may have another format than requested.
@@ -160,7 +161,7 @@ fn video(
 mod tests {
     use super::*;
     use crate::job::Job;
-    use fovolnet::{VolumeSettings, open_volume};
+    use fovolnet::{PathChoice, RenderOverrides, VolumeSettings, open_volume};
 
     fn run(export: Export, session: Session) -> Result<String> {
         let job = Job::start(
@@ -181,10 +182,10 @@ mod tests {
 
     fn session() -> Session {
         let read = VolumeSettings { dims: Some([24; 3]), ..VolumeSettings::default() };
-        let render = RenderSettings {
-            camera: Some([0.3, 0.5, 1.7, 0.0, 0.0, 0.0, 35.0]),
-            path: Some("flythrough".into()),
-            ..RenderSettings::default()
+        let render = RenderOverrides {
+            camera: Some([0.3, 0.5, 1.7, 0.0, 0.0, 0.0, 35.0].into()),
+            path: Some(PathChoice::Flythrough),
+            ..RenderOverrides::default()
         };
         Session::new("head", read, render).unwrap()
     }
@@ -200,9 +201,10 @@ mod tests {
             run(export.clone(), session()).unwrap();
             assert!(export.files().iter().all(|file| file.is_file()) && export.files().len() == 2);
             let beside = Session::read(&session_beside(&path)).unwrap();
-            assert_eq!(beside.render.is_transparent(), is_transparent);
+            let settings = beside.render.resolve().unwrap();
+            assert_eq!(settings.transparent, is_transparent);
             let volume = open_volume(&beside.volume, &beside.read).unwrap();
-            let mut pipeline = Pipeline::new(&volume, &beside.render, &SpeedSettings::default()).unwrap();
+            let mut pipeline = Pipeline::new(&volume, &settings, &SpeedSettings::default()).unwrap();
             let replayed = folder.path().join("replayed.png");
             let alpha = if is_transparent { Alpha::Keep } else { Alpha::Drop };
             image::write_png(&replayed, &pipeline.render(0).unwrap().frame, alpha).unwrap();
@@ -239,7 +241,7 @@ mod tests {
             with_session: true,
             kind: Kind::Video { course, frames: 3, fps: 25 },
         };
-        let along = clip(CameraMotion::Path("flythrough".into()));
+        let along = clip(CameraMotion::Path(PathChoice::Flythrough));
         run(along.clone(), session()).unwrap();
         let frames = fovolnet::io::video::read(&path).unwrap();
         assert_eq!(frames.len(), 3);
@@ -247,7 +249,7 @@ mod tests {
         let length = std::fs::metadata(&path).unwrap().len();
         assert!(length - y4m_bytes(size, 3) < 100, "{length}");
         assert!(session_beside(&path).is_file());
-        let still = clip(CameraMotion::Still([0.3, 0.5, 1.7, 0.0, 0.0, 0.0, 35.0]));
+        let still = clip(CameraMotion::Still([0.3, 0.5, 1.7, 0.0, 0.0, 0.0, 35.0].into()));
         let error = run(still.clone(), session()).unwrap_err().to_string();
         assert!(error.contains("another name"), "what was read is not replaced: {error}");
         let path = folder.path().join("still.y4m");

@@ -6,8 +6,8 @@ use crate::export::{Export, Kind, clip_file, y4m_bytes};
 use crate::file_field::{FileField, warning, will_be_replaced};
 use crate::files::Purpose;
 use eframe::egui::{DragValue, Grid, Ui};
-use fovolnet::RenderSettings;
 use fovolnet::core::{Camera, FrameSize, MAX_FRAME_SIDE};
+use fovolnet::{RenderOverrides, RenderSettings};
 use std::path::Path;
 
 /// Form for exports.
@@ -19,12 +19,12 @@ pub struct ExportForm {
     is_transparent: bool,
     with_session: bool,
     /// Settings of a clip, or `None` for a picture.
-    clip: Option<ClipForm>,
+    sequence: Option<SequenceForm>,
 }
 
 /// Settings of a clip.
 #[derive(Debug)]
-struct ClipForm {
+struct SequenceForm {
     frames: u32,
     fps: u32,
     course: CourseChoice,
@@ -36,26 +36,27 @@ const LARGE: u64 = 500_000_000;
 
 impl ExportForm {
     /// Form for a picture with `settings`.
-    pub fn picture(settings: &RenderSettings, suggested: &Path) -> Self {
+    pub fn picture(settings: &RenderOverrides, suggested: &Path) -> Self {
+        let usual = RenderSettings::default();
         Self {
             file: FileField::new(Purpose::SavePicture, suggested),
-            size: settings.frame_size().into(),
+            size: settings.size.unwrap_or(usual.size).into(),
             is_full: true,
-            is_transparent: settings.is_transparent(),
+            is_transparent: settings.transparent.unwrap_or(usual.transparent),
             with_session: true,
-            clip: None,
+            sequence: None,
         }
     }
 
     /// Form for a video of `frames` frames with `settings`, currently seen from `camera`.
-    pub fn video(settings: &RenderSettings, camera: Camera, frames: u32, suggested: &Path) -> Self {
+    pub fn video(settings: &RenderOverrides, camera: Camera, frames: u32, suggested: &Path) -> Self {
         let course = CourseChoice::new(settings, camera);
         let has_ffmpeg = fovolnet::io::video::ffmpeg_installed();
         let suggested = suggested.with_extension(if has_ffmpeg { "mp4" } else { "y4m" });
         Self {
             file: FileField::new(Purpose::SaveVideo, &suggested),
             is_transparent: false,
-            clip: Some(ClipForm { frames, fps: 30, course, has_ffmpeg }),
+            sequence: Some(SequenceForm { frames, fps: 30, course, has_ffmpeg }),
             ..Self::picture(settings, &suggested)
         }
     }
@@ -72,13 +73,13 @@ impl ExportForm {
                 }
             });
             ui.end_row();
-            if let Some(clip) = &mut self.clip {
+            if let Some(clip) = &mut self.sequence {
                 clip.ui(ui);
             }
         });
         self.options_ui(ui);
         let export = self.export();
-        if let (Some(clip), Some(export)) = (&self.clip, &export) {
+        if let (Some(clip), Some(export)) = (&self.sequence, &export) {
             clip.remarks_ui(ui, export);
         }
         if let Some(export) = export.as_ref().filter(|_| self.file.problem().is_none()) {
@@ -103,7 +104,7 @@ impl ExportForm {
                 self.is_full = is_full;
             }
         });
-        if self.clip.is_none() {
+        if self.sequence.is_none() {
             ui.checkbox(&mut self.is_transparent, "Transparent background");
         }
         ui.checkbox(&mut self.with_session, "Write the session beside it")
@@ -113,8 +114,8 @@ impl ExportForm {
     /// The export; `None` if its size is invalid.
     fn export(&self) -> Option<Export> {
         let path = self.file.target();
-        let (path, kind) = match &self.clip {
-            Some(ClipForm { frames, fps, course, has_ffmpeg }) => {
+        let (path, kind) = match &self.sequence {
+            Some(SequenceForm { frames, fps, course, has_ffmpeg }) => {
                 let course = course.course(*frames);
                 (clip_file(path, *has_ffmpeg), Kind::Video { course, frames: *frames, fps: *fps })
             }
@@ -130,7 +131,7 @@ impl ExportForm {
     }
 }
 
-impl ClipForm {
+impl SequenceForm {
     /// Shows the clip's settings as rows of a grid.
     fn ui(&mut self, ui: &mut Ui) {
         self.course.ui(ui);
@@ -198,7 +199,7 @@ mod tests {
 
     #[test]
     fn transparent_pictures_are_measured_pixel_by_pixel() {
-        let mut form = ExportForm::picture(&RenderSettings::default(), Path::new("a"));
+        let mut form = ExportForm::picture(&RenderOverrides::default(), Path::new("a"));
         form.is_full = false;
         assert!(!form.export().unwrap().is_full);
         form.is_transparent = true;

@@ -8,8 +8,8 @@ use eframe::wgpu;
 use fovolnet::core::{Camera, Fovea, FrameSize};
 use fovolnet::gpu::Gpu;
 use fovolnet::{
-    DoneFrame, Machine, OpenDevice, OpenVolume, Pipeline, RenderSettings, RenderedFrame, SpeedSettings,
-    Timings, Viewpoint,
+    DoneFrame, Machine, OpenDevice, OpenVolume, Pipeline, RenderOverrides, RenderSettings, RenderedFrame,
+    SpeedSettings, Timings, Viewpoint,
 };
 use std::sync::Arc;
 
@@ -21,8 +21,8 @@ const WINDOW_MS: f64 = 40.0;
 pub struct ViewRequest {
     /// The volume.
     pub volume: OpenVolume,
-    /// Render settings. The size is that of the picture on the screen; path settings are ignored.
-    pub settings: RenderSettings,
+    /// Render settings that are given. The size is that of the picture on the screen; camera and gaze are ignored.
+    pub settings: RenderOverrides,
     /// Camera that sees the view.
     pub camera: Camera,
     /// Gaze, as fractions of the picture from its top left.
@@ -181,7 +181,7 @@ impl FrameProducer {
             // Other display modes need data that has stayed on the device.
             View::Displayed(..) if looks_other => return Ok((self.move_to(wanted)?, true)),
             View::Still(mut still, _) if !still.is_done() && wanted.converges => {
-                still.advance(self.open(wanted)?)?;
+                still.advance(self.open(&wanted.volume, &last.settings)?)?;
                 let quality = still.quality();
                 (View::Still(still, quality), true)
             }
@@ -192,7 +192,7 @@ impl FrameProducer {
 
     /// Makes a frame in motion at the quality that the frame budget allows.
     fn move_to(&mut self, wanted: &ViewRequest) -> Result<Last> {
-        let asked = &wanted.settings;
+        let asked = &wanted.settings.resolve()?;
         let Some(rate) = wanted.rate else { return self.move_as(wanted, asked.clone()) };
         let most = if self.screen.is_some() { WINDOW_MS } else { f64::INFINITY };
         self.budget.choose(asked, (1e3 / rate).min(most));
@@ -215,7 +215,7 @@ impl FrameProducer {
 
     /// Makes the first picture of a still view.
     fn stand_at(&mut self, wanted: &ViewRequest) -> Result<Last> {
-        let last = self.render(wanted, wanted.settings.clone())?;
+        let last = self.render(wanted, wanted.settings.resolve()?)?;
         let view = match last.view {
             View::Moving(frame, fovea) => {
                 View::Still(Box::new(Still::new(&last.settings, wanted.camera, fovea, *frame)), None)
@@ -228,7 +228,7 @@ impl FrameProducer {
     /// Makes the next frame with `settings`.
     fn render(&mut self, wanted: &ViewRequest, settings: RenderSettings) -> Result<Last> {
         let (index, viewpoint) = self.next_viewpoint(wanted, &settings)?;
-        let pipeline = self.open(wanted)?;
+        let pipeline = self.open(&wanted.volume, &settings)?;
         pipeline.change(&settings)?;
         let frame = pipeline.render_from(index, &viewpoint)?;
         let machine = pipeline.machine();
@@ -250,7 +250,7 @@ impl FrameProducer {
             return Ok(None);
         }
         let (index, viewpoint) = self.next_viewpoint(wanted, settings)?;
-        let pipeline = self.open(wanted)?;
+        let pipeline = self.open(&wanted.volume, settings)?;
         pipeline.change(settings)?;
         let Some(frame) = pipeline.display_from(index, &viewpoint)? else { return Ok(None) };
         let (machine, size) = (pipeline.machine(), pipeline.size());
@@ -275,9 +275,9 @@ impl FrameProducer {
         Ok((self.next_frame, Viewpoint { camera: wanted.camera, fovea }))
     }
 
-    /// Returns the pipeline of the requested volume; opens it if necessary.
-    fn open(&mut self, wanted: &ViewRequest) -> Result<&mut Pipeline> {
-        let is_open = |pipeline: &Pipeline| Arc::ptr_eq(&pipeline.volume().volume, &wanted.volume.volume);
+    /// Returns the pipeline of `volume`; opens it with `settings` if necessary.
+    fn open(&mut self, volume: &OpenVolume, settings: &RenderSettings) -> Result<&mut Pipeline> {
+        let is_open = |pipeline: &Pipeline| Arc::ptr_eq(&pipeline.volume().volume, &volume.volume);
         let pipeline = match self.pipeline.take().filter(is_open) {
             Some(open) => open,
             None => {
@@ -286,11 +286,11 @@ impl FrameProducer {
                     Some(open) => open,
                     None => match &self.screen {
                         Some(gpu) => OpenDevice::Gpu(gpu.clone()),
-                        None => self.speed.device.clone().unwrap_or_default().open()?,
+                        None => self.speed.device().open()?,
                     },
                 };
                 let device = self.device.insert(device).clone();
-                let pipeline = Pipeline::on(device, &wanted.volume, &wanted.settings, &self.speed)?;
+                let pipeline = Pipeline::on(device, volume, settings, &self.speed)?;
                 self.notes.extend(pipeline.notes().iter().cloned());
                 pipeline
             }
@@ -351,11 +351,10 @@ mod tests {
 
     fn wanted() -> ViewRequest {
         let read = VolumeSettings { dims: Some([32; 3]), ..VolumeSettings::default() };
-        let settings = RenderSettings {
+        let settings = RenderOverrides {
             size: Some("64x48".parse().unwrap()),
             reconstruct: Some(Reconstruction::WNet),
-            path: Some("orbit".into()),
-            ..RenderSettings::default()
+            ..RenderOverrides::default()
         };
         ViewRequest {
             volume: open_volume("head", &read).unwrap(),
@@ -381,8 +380,8 @@ mod tests {
         let last = shown.last().unwrap();
         assert_eq!(last.progress, Progress::Complete);
         assert!(last.quality.unwrap().psnr > 15.0);
-        let mut pipeline =
-            Pipeline::new(&wanted.volume, &wanted.settings, &SpeedSettings::default()).unwrap();
+        let settings = RenderSettings { camera: wanted.camera.into(), ..wanted.settings.resolve().unwrap() };
+        let mut pipeline = Pipeline::new(&wanted.volume, &settings, &SpeedSettings::default()).unwrap();
         let full = pipeline.reference(0).unwrap();
         assert_eq!(last.pixels, Pixels::Host(full.to_rgba8()));
         assert_ne!(shown[0].pixels, last.pixels);
@@ -434,7 +433,7 @@ mod tests {
             let shown = studio.step(&moved).unwrap().unwrap();
             let Pixels::Device(picture) = &shown.pixels else { panic!("frame {i} went through the host") };
             let pixels = fovolnet::gpu::read_picture(&gpu, picture).unwrap();
-            assert_eq!((shown.size, shown.progress), (still.settings.frame_size(), Progress::Moving));
+            assert_eq!((shown.size, shown.progress), (still.settings.size.unwrap(), Progress::Moving));
             assert!(pixels.iter().any(|pixel| pixel[..3] != pixels[0][..3]), "frame {i} shows nothing");
             timings.push(shown.timings.total);
         }
@@ -471,7 +470,7 @@ mod tests {
             wanted.settings.pb = Some(0.8);
             wanted.camera = CameraPath::Orbit.camera(i % 3);
             let shown = studio.step(&wanted).unwrap().unwrap();
-            assert_eq!(shown.size, wanted.settings.frame_size());
+            assert_eq!(shown.size, wanted.settings.size.unwrap());
             let Pixels::Device(picture) = &shown.pixels else { panic!("frame {i} went through the host") };
             if i % 3 == 0 {
                 let pixels = fovolnet::gpu::read_picture(&gpu, picture).unwrap();

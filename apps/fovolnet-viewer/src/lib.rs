@@ -41,6 +41,7 @@ pub mod screen;
 mod start_page;
 pub mod still;
 pub mod surface;
+mod text_field;
 mod thumbnails;
 pub mod timeline;
 mod transfer_editor;

@@ -9,7 +9,7 @@ use eframe::egui_wgpu::SurfaceConfig;
 use fovolnet::core::memory::{self, ExitWhenExhausted};
 use fovolnet::core::{Frame, FrameSize, stop, temporaries};
 use fovolnet::io::image::{self, Alpha};
-use fovolnet::{RenderSettings, SpeedSettings, VolumeSettings, parse, signals};
+use fovolnet::{RenderOverrides, SpeedSettings, VolumeSettings, parse, signals};
 use fovolnet_viewer::drawing_threads;
 use fovolnet_viewer::kept;
 use fovolnet_viewer::no_window;
@@ -36,7 +36,7 @@ struct Arguments {
     #[command(flatten)]
     read: VolumeSettings,
     #[command(flatten)]
-    render: RenderSettings,
+    render: RenderOverrides,
     #[command(flatten)]
     speed: SpeedSettings,
     /// Write a picture of the window as soon as the view is complete, and exit
@@ -181,7 +181,7 @@ fn run(arguments: Arguments) -> Result<()> {
     };
     // Queued frames would add latency.
     options.wgpu_options.surface = SurfaceConfig::LOW_LATENCY;
-    let device = arguments.speed.device.clone().unwrap_or_default();
+    let device = arguments.speed.device();
     options.wgpu_options = Screen::configure(&device, options.wgpu_options);
     let mut start = Start {
         source: arguments.volume,

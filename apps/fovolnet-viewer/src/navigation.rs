@@ -54,12 +54,6 @@ pub fn visible_height(camera: &Camera) -> f64 {
     2.0 * (camera.eye - camera.target).length() * (camera.fovy.to_radians() * 0.5).tan()
 }
 
-/// Numbers of `camera` in settings: eye, target, field of view.
-pub fn numbers(camera: &Camera) -> [f64; 7] {
-    let Camera { eye, target, fovy, .. } = camera;
-    [eye.x, eye.y, eye.z, target.x, target.y, target.z, *fovy]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -4,12 +4,11 @@ use crate::backdrop::Backdrop;
 use crate::document::Document;
 use crate::transfer_editor::TransferEditor;
 use anyhow::Result;
-use fovolnet::core::{Camera, CameraPath, FrameSize, Keyframe, TransferFunction, path_of_text};
+use fovolnet::core::{Camera, CameraPath, FrameSize, GazePath, Keyframe, TransferFunction, path_of_text};
 use fovolnet::{
-    Choice, NamedView, OpenVolume, Orientation, RenderSettings, Sampling, VolumeSettings, WorldBox,
-    camera_path, open_volume, path_text, presets,
+    Choice, CropBox, GazeChoice, NamedView, OpenVolume, Orientation, PathChoice, RenderOverrides,
+    RenderSettings, Sampling, TransferChoice, VolumeSettings, WorldBox, camera_path, open_volume, presets,
 };
-use glam::DVec3;
 use std::path::Path;
 
 /// Open volume, its session and its view.
@@ -23,26 +22,30 @@ pub struct Opened {
     pub backdrop: Backdrop,
     /// State of the transfer-function editor.
     pub editor: TransferEditor,
-    transfer: (Option<String>, TransferFunction),
+    /// Transfer function, and the setting that it was made from.
+    transfer: (Option<TransferChoice>, TransferFunction),
     path: CameraPath,
     /// Settings that the cached path was made from.
     path_words: Option<PathWords>,
+    gaze: GazePath,
+    /// Settings that the cached gaze was made from.
+    gaze_words: Option<(Option<GazeChoice>, Option<u64>)>,
     world: WorldBox,
 }
 
 /// Settings that determine the path of a session.
 #[derive(Debug, Clone, PartialEq)]
 struct PathWords {
-    path: Option<String>,
+    path: Option<PathChoice>,
     turn: Option<f64>,
     view: Option<NamedView>,
     orientation: Option<Orientation>,
-    clip: Option<[f64; 6]>,
+    clip: Option<CropBox>,
 }
 
 impl PathWords {
-    fn of(settings: &RenderSettings) -> Self {
-        let RenderSettings { path, turn, view, orientation, clip, .. } = settings.clone();
+    fn of(settings: &RenderOverrides) -> Self {
+        let RenderOverrides { path, turn, view, orientation, clip, .. } = settings.clone();
         Self { path, turn, view, orientation, clip }
     }
 }
@@ -56,13 +59,13 @@ impl Opened {
     ///
     /// # Errors
     /// A file that cannot be read.
-    pub fn open(source: &str, read: VolumeSettings, render: RenderSettings) -> Result<(Self, Vec<String>)> {
+    pub fn open(source: &str, read: VolumeSettings, render: RenderOverrides) -> Result<(Self, Vec<String>)> {
         let path: &Path = &path_of_text(source);
         let document = if path.extension().is_some_and(|extension| extension == "toml") {
             Document::open(path, read, render)?
         } else {
             let reconstruct = Some(render.reconstruction());
-            Document::new(source, read, RenderSettings { reconstruct, ..render })?
+            Document::new(source, read, RenderOverrides { reconstruct, ..render })?
         };
         Self::of_document(document)
     }
@@ -95,7 +98,7 @@ impl Opened {
             }
         };
         let transfer = (document.settings().tf.clone(), transfer);
-        let usual = RenderSettings { frames: Some(ROUND), ..RenderSettings::default() };
+        let usual = RenderSettings { frames: ROUND, ..RenderSettings::default() };
         let world = WorldBox::new(&volume.volume, &usual)?;
         let mut opened = Self {
             document,
@@ -105,6 +108,8 @@ impl Opened {
             transfer,
             path: camera_path(&usual, &world)?,
             path_words: None,
+            gaze: usual.gaze,
+            gaze_words: None,
             world,
         };
         if let Err(error) = opened.refresh() {
@@ -120,17 +125,38 @@ impl Opened {
     pub fn refresh(&mut self) -> Result<()> {
         let settings = self.document.settings();
         if settings.tf != self.transfer.0 {
-            let text = settings.tf.clone();
+            let tf = settings.tf.clone();
             let found = self.document.transfer_function(&self.volume);
-            // An invalid text is not parsed again until it changes.
-            self.transfer.0 = text;
+            // An invalid one is not read again until it changes.
+            self.transfer.0 = tf;
             self.transfer.1 = found?;
+        }
+        let settings = self.document.settings();
+        let words = (settings.gaze.clone(), settings.seed);
+        if self.gaze_words.as_ref() != Some(&words) {
+            let usual = RenderSettings::default();
+            let seed = settings.seed.unwrap_or(usual.seed);
+            let found = settings.gaze.as_ref().and_then(|gaze| gaze.path(seed).ok());
+            // A gaze that cannot be read is the usual one.
+            self.gaze = found.unwrap_or(usual.gaze);
+            self.gaze_words = Some(words);
         }
         let words = PathWords::of(self.document.settings());
         if self.path_words.as_ref() != Some(&words) {
-            self.path_words = Some(words);
-            let settings = self.document.settings().clone();
-            let settings = RenderSettings { camera: None, frames: Some(ROUND), ..settings };
+            self.path_words = Some(words.clone());
+            let PathWords { path, turn, view, orientation, clip } = words;
+            let (size, frames) = (self.document.settings().size, Some(ROUND));
+            let given = RenderOverrides {
+                size,
+                frames,
+                path,
+                turn,
+                view,
+                orientation,
+                clip,
+                ..RenderOverrides::default()
+            };
+            let settings = given.resolve()?;
             let world = WorldBox::new(&self.volume.volume, &settings)?;
             (self.path, self.world) = (camera_path(&settings, &world)?, world);
         }
@@ -162,6 +188,11 @@ impl Opened {
         &self.path
     }
 
+    /// Gaze of the session.
+    pub fn gaze(&self) -> &GazePath {
+        &self.gaze
+    }
+
     /// Frame number on the path.
     pub fn frame(&self) -> u32 {
         self.document.settings().first_frame.unwrap_or(0)
@@ -185,15 +216,13 @@ impl Opened {
     /// Current camera.
     pub fn camera(&self) -> Camera {
         let free = self.document.settings().camera;
-        let free = free.and_then(|[ex, ey, ez, tx, ty, tz, fovy]| {
-            Camera::new(DVec3::new(ex, ey, ez), DVec3::new(tx, ty, tz), fovy).ok()
-        });
+        let free = free.map(|camera| camera.camera()).filter(|camera| camera.check().is_ok());
         free.unwrap_or_else(|| self.path().camera(self.frame()))
     }
 
     /// Sets a free camera.
     pub fn stand_at(&mut self, camera: &Camera) {
-        self.document.settings_mut().camera = Some(crate::navigation::numbers(camera));
+        self.document.settings_mut().camera = Some(camera.into());
     }
 
     /// Keyframes of the path; empty if it has none.
@@ -208,7 +237,7 @@ impl Opened {
     pub fn set_keyframes(&mut self, mut keyframes: Vec<Keyframe>) {
         keyframes.sort_by(|a, b| a.frame.total_cmp(&b.frame));
         keyframes.dedup_by(|later, earlier| later.frame == earlier.frame);
-        self.document.settings_mut().path = (!keyframes.is_empty()).then(|| path_text(&keyframes));
+        self.document.settings_mut().path = (!keyframes.is_empty()).then(|| PathChoice::through(&keyframes));
         // Keyframes were valid in a path or as the current camera, so this cannot fail.
         let _ = self.refresh();
     }
@@ -223,11 +252,11 @@ impl Opened {
     }
 
     /// Settings for the renderer at `size` on the screen.
-    pub fn screen_settings(&self, size: FrameSize) -> RenderSettings {
+    pub fn screen_settings(&self, size: FrameSize) -> RenderOverrides {
         let settings = self.document.settings();
-        RenderSettings {
+        RenderOverrides {
             size: Some(size),
-            tf: Some(presets::text(self.transfer())),
+            tf: Some(self.transfer().clone().into()),
             // The function already covers the displayed range.
             tf_range: None,
             scale: None,
@@ -255,7 +284,7 @@ pub(crate) mod tests {
     /// Small open volume.
     pub(crate) fn opened() -> Opened {
         let read = VolumeSettings { dims: Some([16; 3]), ..VolumeSettings::default() };
-        Opened::open("head", read, RenderSettings::default()).unwrap().0
+        Opened::open("head", read, RenderOverrides::default()).unwrap().0
     }
 
     #[test]
@@ -298,7 +327,7 @@ pub(crate) mod tests {
         std::fs::write(&session, text).unwrap();
         let source = session.to_str().unwrap();
         let (opened, notes) =
-            Opened::open(source, VolumeSettings::default(), RenderSettings::default()).unwrap();
+            Opened::open(source, VolumeSettings::default(), RenderOverrides::default()).unwrap();
         assert_eq!(notes.len(), 2, "{notes:?}");
         assert!(matches!(opened.path(), CameraPath::Turntable { .. }));
     }

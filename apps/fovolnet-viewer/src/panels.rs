@@ -8,22 +8,27 @@ use crate::marks::short;
 use crate::outline::outline;
 use crate::places::Preferences;
 use crate::range_slider::range_slider;
+use crate::text_field::TextField;
 use eframe::egui::{
     Align, Color32, ComboBox, DragValue, Label, Layout, Mesh, Rect, RichText, Sense, Shape, Slider, Stroke,
     Ui, pos2, vec2,
 };
-use fovolnet::core::{Fovea, Integration, Light, ShadowMode, SurfaceShading};
-use fovolnet::{Choice, NamedView, Orientation, Reconstruction, RenderSettings, Sampling, Timings};
+use fovolnet::core::{Integration, ShadowMode, SurfaceShading};
+use fovolnet::{
+    Choice, CropBox, NamedView, Orientation, Reconstruction, RenderOverrides, RenderSettings, Sampling,
+    Timings,
+};
 use glam::{DVec3, Vec3};
 use std::collections::VecDeque;
 use std::f32::consts::{FRAC_PI_2, TAU};
 
 /// Panel for light, shadows and background.
-pub fn scene(ui: &mut Ui, settings: &mut RenderSettings) {
+pub fn scene(ui: &mut Ui, settings: &mut RenderOverrides) {
+    let usual = RenderSettings::default();
     ui.horizontal(|ui| {
         light_ball(ui, settings);
         ui.vertical(|ui| {
-            let mut shadows = settings.shadows.unwrap_or_default();
+            let mut shadows = settings.shadows.unwrap_or(usual.shadows);
             ui.horizontal(|ui| {
                 ui.label("Shadows");
                 for (mode, name) in
@@ -32,39 +37,37 @@ pub fn scene(ui: &mut Ui, settings: &mut RenderSettings) {
                     ui.selectable_value(&mut shadows, mode, name);
                 }
             });
-            set(&mut settings.shadows, shadows);
-            let mut surface = settings.shading.unwrap_or_default();
+            set(&mut settings.shadows, shadows, usual.shadows);
+            let mut surface = settings.shading.unwrap_or(usual.shading);
             ui.horizontal(|ui| {
                 ui.label("Shading");
                 ui.selectable_value(&mut surface, SurfaceShading::Flat, "flat");
                 ui.selectable_value(&mut surface, SurfaceShading::Gradient, "gradient");
             });
-            set(&mut settings.shading, surface);
+            set(&mut settings.shading, surface, usual.shading);
         });
     });
-    number(ui, "Ambient", &mut settings.ambient, 0.3, 0.0..=1.0, false);
-    number(ui, "Step (voxels)", &mut settings.step, 0.5, 0.1..=4.0, true);
+    number(ui, "Ambient", &mut settings.ambient, usual.ambient, 0.0..=1.0, false);
+    number(ui, "Step (voxels)", &mut settings.step, usual.step, 0.1..=4.0, true);
     ui.horizontal(|ui| {
         ui.label("Background");
-        let mut colour = settings.background.unwrap_or_default();
+        let mut colour = settings.background.unwrap_or(usual.background);
         if colour_button(ui, &mut colour) {
             settings.background = Some(colour);
         }
     });
-    let mut integration = settings.integration();
+    let mut integration = settings.integration.unwrap_or(usual.integration);
     ui.horizontal(|ui| {
         ui.label("Integration");
         ui.selectable_value(&mut integration, Integration::Fine, "fine");
         ui.selectable_value(&mut integration, Integration::Plain, "plain");
     });
-    if integration != settings.integration() {
-        settings.integration = Some(integration);
-    }
+    set(&mut settings.integration, integration, usual.integration);
 }
 
 /// Panel for the volume's orientation and the named views. `has_placement` tells whether the file has a patient
 /// position.
-pub fn standing(ui: &mut Ui, settings: &mut RenderSettings, has_placement: bool) {
+pub fn standing(ui: &mut Ui, settings: &mut RenderOverrides, has_placement: bool) {
     ui.horizontal(|ui| {
         ui.label("Orientation");
         ui.add_enabled_ui(has_placement, |ui| {
@@ -88,21 +91,20 @@ pub fn standing(ui: &mut Ui, settings: &mut RenderSettings, has_placement: bool)
 }
 
 /// Panel for the crop box, in voxels of a volume of `dims`.
-pub fn clipping(ui: &mut Ui, settings: &mut RenderSettings, dims: [usize; 3]) {
-    let sides = settings.clip.unwrap_or(WHOLE);
-    let mut now = sides;
+pub fn clipping(ui: &mut Ui, settings: &mut RenderOverrides, dims: [usize; 3]) {
+    let before = settings.clip.unwrap_or(CropBox::WHOLE);
+    let mut now = before;
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
         let voxels = dims[axis] as f64;
-        let mut range = [now[2 * axis], now[2 * axis + 1]];
+        let range = &mut now.sides[axis];
         ui.horizontal(|ui| {
             ui.label(name);
             let [from, to] = range.map(|side| (side * voxels * 10.0).round() / 10.0);
             let numbers = format!("{from}–{to}");
             let width = ui.available_width() - 70.0;
-            ui.allocate_ui(vec2(width, 18.0), |ui| range_slider(ui, &mut range, 1.0 / voxels));
+            ui.allocate_ui(vec2(width, 18.0), |ui| range_slider(ui, range, 1.0 / voxels));
             ui.weak(numbers);
         });
-        [now[2 * axis], now[2 * axis + 1]] = range;
     }
     ui.horizontal(|ui| {
         ui.label("Slice");
@@ -110,27 +112,24 @@ pub fn clipping(ui: &mut Ui, settings: &mut RenderSettings, dims: [usize; 3]) {
             let hint = "A slab of two voxels in the middle; drag it through the volume with its slider";
             if ui.button(name).on_hover_text(hint).clicked() {
                 let half = 1.0 / dims[axis] as f64;
-                now = WHOLE;
-                [now[2 * axis], now[2 * axis + 1]] = [(0.5 - half).max(0.0), (0.5 + half).min(1.0)];
+                now = CropBox::WHOLE;
+                now.sides[axis] = [(0.5 - half).max(0.0), (0.5 + half).min(1.0)];
             }
         }
         if ui.button("Whole").clicked() {
-            now = WHOLE;
+            now = CropBox::WHOLE;
         }
     });
-    if now != sides {
-        settings.clip = (now != WHOLE).then_some(now);
+    if now != before {
+        settings.clip = (now != CropBox::WHOLE).then_some(now);
     }
 }
 
-/// Crop box of the whole volume.
-const WHOLE: [f64; 6] = [0.0, 1.0, 0.0, 1.0, 0.0, 1.0];
-
 /// Shaded ball that shows the light; dragging turns the light.
-fn light_ball(ui: &mut Ui, settings: &mut RenderSettings) {
+fn light_ball(ui: &mut Ui, settings: &mut RenderOverrides) {
     let (rect, response) = ui.allocate_exact_size(vec2(64.0, 64.0), Sense::click_and_drag());
     let response = response.on_hover_text("Drag to turn the light; over the picture with L held down");
-    let light = settings.light.unwrap_or_else(|| Light::default().into());
+    let light = settings.light.unwrap_or(RenderSettings::default().light.into());
     let mut direction = DVec3::from_array(light).normalize_or(DVec3::Y);
     if response.dragged()
         && let Some(at) = response.interact_pointer_pos()
@@ -175,20 +174,21 @@ fn ball(rect: Rect, light: Vec3) -> Mesh {
 }
 
 /// Panel for sampling and reconstruction.
-pub fn sampling(ui: &mut Ui, settings: &mut RenderSettings, gaze: &mut GazeKind) {
-    let defaults = Fovea::default();
-    number(ui, "Density P_b", &mut settings.pb, defaults.base, 0.005..=1.0, true);
-    number(ui, "Fovea σ", &mut settings.sigma, defaults.sigma, 0.0..=0.5, false);
+pub fn sampling(ui: &mut Ui, settings: &mut RenderOverrides, gaze: &mut GazeKind) {
+    let usual = RenderSettings::default();
+    number(ui, "Density P_b", &mut settings.pb, usual.pb, 0.005..=1.0, true);
+    number(ui, "Fovea σ", &mut settings.sigma, usual.sigma, 0.0..=0.5, false);
     ui.horizontal(|ui| {
         ui.label("Gaze");
         ui.selectable_value(gaze, GazeKind::Pointer, "pointer");
         ui.selectable_value(gaze, GazeKind::Session, "session");
         if *gaze == GazeKind::Session {
-            let mut text = settings.gaze.clone().unwrap_or_else(|| "0.5,0.5".into());
+            let given = settings.gaze.clone().unwrap_or_default();
             let hint = "X,Y as fractions from the top left, wander, or a TOML file of stops";
-            let edit = eframe::egui::TextEdit::singleline(&mut text).desired_width(90.0);
-            if ui.add(edit).on_hover_text(hint).changed() {
-                settings.gaze = Some(text);
+            let field = TextField { name: "gaze", width: 90.0, hint, usual: "" };
+            let (text, response) = field.ui(ui, &given.to_string());
+            if response.changed() {
+                settings.gaze = Some(text.into());
             }
         }
     });
@@ -207,13 +207,11 @@ pub fn sampling(ui: &mut Ui, settings: &mut RenderSettings, gaze: &mut GazeKind)
     if let Some(network) = reconstruct.default_network() {
         ui.horizontal(|ui| {
             ui.label("Weights");
-            let mut text = settings.weights.clone().unwrap_or_default();
+            let given = settings.weights.clone().unwrap_or_default();
             let hint = "wnet-fast, wnet-paper, deepfovea-fvn, or a file of weights (.safetensors, .pt)";
-            let edit = eframe::egui::TextEdit::singleline(&mut text);
-            let edit = edit.hint_text(network.name()).desired_width(150.0);
-            if ui.add(edit).on_hover_text(hint).lost_focus()
-                || ui.input(|i| i.key_pressed(eframe::egui::Key::Enter))
-            {
+            let field = TextField { name: "weights", width: 150.0, hint, usual: network.name() };
+            let (text, response) = field.ui(ui, &given);
+            if response.lost_focus() {
                 settings.weights = (!text.is_empty()).then_some(text);
             }
         });
@@ -242,10 +240,10 @@ pub fn budget(ui: &mut Ui, preferences: &mut Preferences, shown: Option<&Present
             "Now {} ({:.0} %), P_b {:.3}, σ {:.3}, step {:.2}, {}",
             shown.size,
             rung.scale * 100.0,
-            settings.pb.unwrap_or_default(),
-            settings.sigma.unwrap_or_default(),
-            settings.step.unwrap_or_default(),
-            settings.reconstruction(),
+            settings.pb,
+            settings.sigma,
+            settings.step,
+            settings.reconstruction,
         ));
     }
 }
@@ -384,9 +382,9 @@ fn choice<T: Copy + PartialEq, N: Into<String>>(
     });
 }
 
-/// Stores `value` in a setting, unless the setting is empty and the value is the default.
-fn set<T: PartialEq + Default>(said: &mut Option<T>, value: T) {
-    if said.is_some() || value != T::default() {
-        *said = Some(value);
+/// Stores `value` in a setting, unless the setting is empty and the value is the `usual` one.
+fn set<T: Copy + PartialEq>(given: &mut Option<T>, value: T, usual: T) {
+    if given.is_some() || value != usual {
+        *given = Some(value);
     }
 }

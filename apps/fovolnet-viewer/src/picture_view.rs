@@ -4,7 +4,8 @@ use crate::marks::{self, AxisNames, Projection};
 use crate::navigation;
 use crate::opened::Opened;
 use eframe::egui::{Color32, Key, PointerButton, Rect, Response, Sense, Shape, Ui, Vec2, vec2};
-use fovolnet::core::{Camera, Light};
+use fovolnet::RenderSettings;
+use fovolnet::core::Camera;
 use glam::DVec3;
 
 /// Degrees of rotation per point of a drag.
@@ -66,7 +67,7 @@ fn turn(ui: &Ui, response: &Response, opened: &mut Opened, rect: Rect) {
 
 /// Rotates the session's light by a drag.
 fn turn_light(opened: &mut Opened, camera: &Camera, delta: Vec2) {
-    let light = opened.document.settings().light.unwrap_or_else(|| Light::default().into());
+    let light = opened.document.settings().light.unwrap_or(RenderSettings::default().light.into());
     let turned = marks::turned_light(DVec3::from_array(light), camera, delta);
     opened.document.settings_mut().light = Some(turned.to_array());
 }
@@ -110,7 +111,7 @@ pub fn marks(ui: &mut Ui, opened: &mut Opened, camera: &Camera, gaze: Option<[f6
     marks::scale_bar(&painter, camera, grid, volume.units(), rect);
     marks::colour_bar(&painter, opened.transfer(), opened.backdrop.histogram().range(), rect);
     if let Some(gaze) = gaze {
-        let sigma = opened.document.settings().sigma.unwrap_or(0.02);
+        let sigma = opened.document.settings().sigma.unwrap_or(RenderSettings::default().sigma);
         marks::gaze(&painter, gaze, sigma, rect);
     }
     let corner = rect.right_top() + vec2(-marks::AXES - 12.0, 12.0);

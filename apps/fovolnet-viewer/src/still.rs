@@ -54,9 +54,9 @@ const PIECE_MS: f64 = 70.0;
 impl Still {
     /// Starts with a frame `first` that a pipeline with `settings` rendered from `camera`.
     pub fn new(settings: &RenderSettings, camera: Camera, fovea: Fovea, first: RenderedFrame) -> Self {
-        let noise = Noise::new(settings.noise.unwrap_or_default(), settings.seed.unwrap_or(0));
+        let noise = Noise::new(settings.noise, settings.seed);
         let pixel_ms = (first.timings.mask + first.timings.march) / first.samples.max(1) as f64;
-        let is_exact = settings.shadows != Some(ShadowMode::Cached);
+        let is_exact = settings.shadows != ShadowMode::Cached;
         let reference = (!is_exact).then(|| Reference::new(first.frame.size(), pixel_ms));
         Self {
             camera,
@@ -220,17 +220,13 @@ mod tests {
         let read = VolumeSettings { dims: Some([32; 3]), ..VolumeSettings::default() };
         let volume = open_volume("head", &read).unwrap();
         let cached = RenderSettings {
-            size: Some("64x48".parse().unwrap()),
-            sampling: Some(Sampling::Compact.into()),
-            shadows: Some(ShadowMode::Cached),
+            size: "64x48".parse().unwrap(),
+            sampling: Sampling::Compact,
+            shadows: ShadowMode::Cached,
             ..RenderSettings::default()
         };
         let full = |shadows| {
-            let settings = RenderSettings {
-                shadows: Some(shadows),
-                sampling: Some(Sampling::Full.into()),
-                ..cached.clone()
-            };
+            let settings = RenderSettings { shadows, sampling: Sampling::Full, ..cached.clone() };
             pipeline(&volume, &settings).render(0).unwrap().frame
         };
         let mut pipeline = pipeline(&volume, &cached);

@@ -3,6 +3,7 @@
 use crate::opened::Opened;
 use crate::outline::outline;
 use eframe::egui::{Align2, ComboBox, DragValue, FontId, Rect, Sense, Stroke, Ui, pos2, vec2};
+use fovolnet::PathChoice;
 use fovolnet::core::CameraPath;
 
 /// Playback rate in frames a second.
@@ -159,9 +160,10 @@ fn path_choice(ui: &mut Ui, opened: &mut Opened) {
     };
     let label = ui.label("Path").id;
     let list = ComboBox::from_id_salt("path").selected_text(name).width(90.0).show_ui(ui, |ui| {
-        for ready in ["turntable", "orbit", "flythrough"] {
-            if ui.selectable_label(name == ready, ready).clicked() {
-                opened.document.settings_mut().path = Some(ready.into());
+        for ready in [PathChoice::Turntable, PathChoice::Orbit, PathChoice::Flythrough] {
+            let label = ready.to_string();
+            if ui.selectable_label(name == label, label).clicked() {
+                opened.document.settings_mut().path = Some(ready);
                 opened.go_to(0);
             }
         }

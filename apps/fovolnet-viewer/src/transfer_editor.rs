@@ -8,7 +8,7 @@ use eframe::egui::{
     vec2,
 };
 use fovolnet::core::{ControlPoint, TransferFunction};
-use fovolnet::{OpenVolume, presets};
+use fovolnet::{OpenVolume, TransferChoice, presets};
 
 /// State of the transfer-function editor.
 #[derive(Debug, Clone, Default)]
@@ -219,10 +219,12 @@ fn filled(painter: &Painter, plot: Rect, transfer: &TransferFunction, cover: f32
     painter.add(Shape::mesh(mesh));
 }
 
-/// Shows a list of presets and colour maps with their colours; returns the name of a chosen one.
-pub fn presets_ui(ui: &mut Ui, current: &str, volume: &OpenVolume) -> Option<String> {
+/// Shows a list of presets and colour maps with their colours; returns a chosen one.
+pub fn presets_ui(ui: &mut Ui, current: &TransferChoice, volume: &OpenVolume) -> Option<TransferChoice> {
     let mut chosen = None;
-    let shown = if current.starts_with('{') { "edited" } else { current };
+    let text = current.text();
+    let is_edited = matches!(current, TransferChoice::Json(_) | TransferChoice::Function(_));
+    let shown = if is_edited { "edited" } else { &*text };
     let label = ui.label("Preset").id;
     let list = ComboBox::from_id_salt("presets").selected_text(shown).width(130.0).show_ui(ui, |ui| {
         for name in presets::names() {
@@ -231,8 +233,8 @@ pub fn presets_ui(ui: &mut Ui, current: &str, volume: &OpenVolume) -> Option<Str
                     let (rect, _) = ui.allocate_exact_size(vec2(60.0, 12.0), Sense::hover());
                     strip(ui.painter(), rect, &transfer);
                 }
-                if ui.selectable_label(name == current, name).clicked() {
-                    chosen = Some(name.to_owned());
+                if ui.selectable_label(name == text, name).clicked() {
+                    chosen = Some(name.into());
                 }
             });
         }

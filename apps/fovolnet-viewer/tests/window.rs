@@ -3,7 +3,7 @@
 use eframe::egui::{Color32, Event, Key, Modifiers, PointerButton, Pos2, Shape, TextureId, pos2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
-use fovolnet::{Device, RenderSettings, Session, SpeedSettings, VolumeSettings};
+use fovolnet::{Device, RenderOverrides, Session, SpeedSettings, VolumeSettings};
 use fovolnet_viewer::dialogue::Dialogue;
 use fovolnet_viewer::frame_producer::Progress;
 use fovolnet_viewer::opened::Opened;
@@ -20,7 +20,7 @@ fn window(source: Option<&str>, folder: &Path) -> Window {
     let start = Start {
         source: source.map(str::to_owned),
         read: VolumeSettings { dims: source.map(|_| [24; 3]), ..VolumeSettings::default() },
-        render: RenderSettings::default(),
+        render: RenderOverrides::default(),
         speed: SpeedSettings { device: Some(Device::Cpu), ..SpeedSettings::default() },
         screen: None,
         painter: None,
@@ -200,7 +200,7 @@ fn transfer_functions_are_chosen_and_edited() {
     settle(&mut window);
     click(&mut window, "magma");
     settle(&mut window);
-    assert_eq!(opened(&window).document.settings().tf.as_deref(), Some("magma"));
+    assert_eq!(opened(&window).document.settings().tf, Some("magma".into()));
     assert_ne!(opened(&window).transfer(), &first);
     let points = opened(&window).transfer().points().len();
     let at = pos2(780.0, 100.0);
@@ -214,7 +214,7 @@ fn transfer_functions_are_chosen_and_edited() {
     }
     settle(&mut window);
     assert_eq!(opened(&window).transfer().points().len(), points + 1);
-    assert!(opened(&window).document.settings().tf.as_deref().unwrap().starts_with('{'));
+    assert!(opened(&window).document.settings().tf.as_ref().unwrap().text().starts_with('{'));
 }
 
 #[test]
@@ -360,7 +360,7 @@ fn exports_leave_the_session_that_was_saved_and_say_what_they_replace() {
         settle(&mut window);
     }
     assert_eq!(std::fs::read(&session).unwrap(), saved);
-    assert!(picture.is_file() && Session::read(&beside).unwrap().render.is_transparent());
+    assert!(picture.is_file() && Session::read(&beside).unwrap().render.transparent == Some(true));
 }
 
 #[test]

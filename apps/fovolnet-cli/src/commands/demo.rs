@@ -1,7 +1,7 @@
 use crate::console::{self, JsonOutput, Progress};
 use crate::{interrupt, picture};
 use anyhow::Result;
-use fovolnet::core::{Frame, FrameSize};
+use fovolnet::core::{CameraPath, Frame, FrameSize, GazePath};
 use fovolnet::io::atomic;
 use fovolnet::io::image::{self, Alpha};
 use fovolnet::io::procedural::Procedural;
@@ -9,7 +9,7 @@ use fovolnet::io::video::{self, VideoWriter};
 use fovolnet::metrics::ClipQuality;
 use fovolnet::net::Fill;
 use fovolnet::{
-    FrameReport, MeanReport, NanColour, Pipeline, Reconstruction, RenderReport, RenderSettings,
+    FrameReport, MeanReport, NanColour, Pipeline, Reconstruction, RenderReport, RenderSettings, Sampling,
     SpeedSettings, VolumeSettings, open_volume, parse,
 };
 use std::path::PathBuf;
@@ -118,7 +118,7 @@ impl Demo {
             size: self.size,
             sampling: "compact".into(),
             reconstruct: "wnet".into(),
-            integration: self.settings().integration().to_string(),
+            integration: self.settings().integration.to_string(),
             nan: NanColour::default().to_string(),
             frames,
             mean,
@@ -137,12 +137,13 @@ impl Demo {
 
     fn settings(&self) -> RenderSettings {
         RenderSettings {
-            size: Some(self.size),
-            path: Some("flythrough".into()),
-            gaze: Some("wander".into()),
-            pb: Some(self.pb),
-            sigma: Some(self.sigma),
-            reconstruct: Some(Reconstruction::WNet),
+            size: self.size,
+            camera: CameraPath::Flythrough.into(),
+            gaze: GazePath::Wander { seed: 0 },
+            sampling: Sampling::Compact,
+            pb: self.pb,
+            sigma: self.sigma,
+            reconstruction: Reconstruction::WNet,
             ..RenderSettings::default()
         }
     }

@@ -5,7 +5,7 @@ use super::section::{Cell, Section};
 use anyhow::{Result, bail};
 use fovolnet::core::{did_you_mean, path_of_text};
 use fovolnet::io::procedural::{self, Procedural};
-use fovolnet::{OpenVolume, VolumeSettings, open_volume};
+use fovolnet::{OpenVolume, TransferChoice, VolumeSettings, open_volume};
 
 /// Volume with its transfer function.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,8 +14,8 @@ pub struct DataSet {
     pub name: String,
     source: String,
     read: VolumeSettings,
-    /// Transfer function; `None` for the automatic one.
-    pub transfer: Option<String>,
+    /// Transfer function.
+    pub transfer: TransferChoice,
 }
 
 /// Default number of voxels along each side of procedural volumes.
@@ -25,8 +25,8 @@ impl DataSet {
     /// Parses `VOLUME[@TF]`. The volume is a file, a folder, or a procedural volume as NAME or NAME:SIDE.
     pub fn parse(text: &str) -> Result<Self> {
         let (source, transfer) = match text.rsplit_once('@') {
-            Some((source, transfer)) if !path_of_text(text).exists() => (source, Some(transfer.to_owned())),
-            _ => (text, None),
+            Some((source, transfer)) if !path_of_text(text).exists() => (source, transfer.into()),
+            _ => (text, TransferChoice::Auto),
         };
         let path = path_of_text(source);
         if path.exists() {
@@ -47,7 +47,7 @@ impl DataSet {
 
     fn made(kind: Procedural, side: usize) -> Self {
         let read = VolumeSettings { dims: Some([side; 3]), ..VolumeSettings::default() };
-        Self { name: kind.name().into(), source: kind.name().into(), read, transfer: None }
+        Self { name: kind.name().into(), source: kind.name().into(), read, transfer: TransferChoice::Auto }
     }
 
     pub fn open(&self) -> Result<OpenVolume> {
@@ -90,12 +90,11 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
         let volume = &opened.volume;
         let [x, y, z] = volume.grid().dims();
         let origin = if opened.procedural.is_some() { "procedural" } else { "file" };
-        let transfer = data.transfer.as_deref().unwrap_or("auto");
         Ok(vec![
             data.name.as_str().into(),
             format!("{x}×{y}×{z}").into(),
             volume.dtype().to_string().into(),
-            transfer.into(),
+            data.transfer.to_string().into(),
             origin.into(),
         ])
     };
@@ -113,7 +112,7 @@ mod tests {
     #[test]
     fn volumes_are_named_with_side_and_transfer_function() {
         let head = DataSet::parse("head:64@viridis").unwrap();
-        assert_eq!((head.name.as_str(), head.transfer.as_deref()), ("head", Some("viridis")));
+        assert_eq!((head.name.as_str(), &head.transfer), ("head", &"viridis".into()));
         assert_eq!(head.open().unwrap().volume.grid().dims(), [64; 3]);
         for wrong in ["nothing-like-this", "head:many", ""] {
             assert!(DataSet::parse(wrong).unwrap_err().to_string().contains("data list"), "{wrong}");

@@ -25,9 +25,9 @@ use crate::{interrupt, outputs};
 use anyhow::{Result, ensure};
 use clap::ValueEnum;
 use data_sets::DataSet;
-use fovolnet::core::{FrameSize, Integration, input};
+use fovolnet::core::{CameraPath, FrameSize, Integration, input};
 use fovolnet::io::atomic;
-use fovolnet::{Device, Machine, RenderSettings, SpeedSettings, parse};
+use fovolnet::{Device, Machine, RenderSettings, Sampling, SpeedSettings, parse};
 use section::Section;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -167,13 +167,14 @@ impl Evaluation {
     /// Settings of a fly-through of `data` with the sampling (P_b, σ).
     fn settings(&self, data: &DataSet, [pb, sigma]: [f64; 2]) -> RenderSettings {
         RenderSettings {
-            size: Some(self.size),
-            path: Some("flythrough".into()),
-            tf: data.transfer.clone(),
-            pb: Some(pb),
-            sigma: Some(sigma),
+            size: self.size,
+            camera: CameraPath::Flythrough.into(),
+            transfer_function: data.transfer.clone(),
+            sampling: Sampling::Compact,
+            pb,
+            sigma,
             // The paper marches separate samples.
-            integration: Some(Integration::Plain),
+            integration: Integration::Plain,
             ..RenderSettings::default()
         }
     }

@@ -57,7 +57,7 @@ struct Run {
 
 fn run(evaluation: &Evaluation, data: &DataSet, opened: &OpenVolume, precision: &str) -> Result<Run> {
     let settings = RenderSettings {
-        precision: Some(precision.parse().map_err(anyhow::Error::msg)?),
+        precision: precision.parse().map_err(anyhow::Error::msg)?,
         ..with_network(evaluation, data, SPARSE)
     };
     let mut pipeline = Pipeline::new(opened, &settings, &evaluation.speed)?;

@@ -65,7 +65,7 @@ fn head(side: u32) -> Result<DataSet> {
 
 /// Measures frames of `size`.
 fn cost(evaluation: &Evaluation, (data, opened): (&DataSet, &OpenVolume), size: FrameSize) -> Result<Cost> {
-    let settings = RenderSettings { size: Some(size), ..with_network(evaluation, data, SPARSE) };
+    let settings = RenderSettings { size, ..with_network(evaluation, data, SPARSE) };
     let mut pipeline = warmed(opened, &settings, evaluation)?;
     let mut times: [Vec<f64>; 3] = Default::default();
     for number in 0..FRAMES {

@@ -15,7 +15,7 @@ use anyhow::Result;
 use eframe::egui::{Context, ViewportCommand};
 use fovolnet::core::{path_of_text, text_of_path};
 use fovolnet::io::transfer_function;
-use fovolnet::{RenderSettings, VolumeSettings};
+use fovolnet::{RenderOverrides, VolumeSettings};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
 
@@ -121,7 +121,7 @@ impl Viewer {
         self.forget();
         match next {
             Next::Open(source) => {
-                self.open(context, &source, VolumeSettings::default(), RenderSettings::default());
+                self.open(context, &source, VolumeSettings::default(), RenderOverrides::default());
             }
             Next::Close => {
                 self.opened = None;
@@ -140,7 +140,7 @@ impl Viewer {
         context: &Context,
         source: &str,
         read: VolumeSettings,
-        render: RenderSettings,
+        render: RenderOverrides,
     ) {
         self.said = (read.clone(), render.clone());
         let source = source.to_owned();

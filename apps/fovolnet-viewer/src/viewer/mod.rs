@@ -28,7 +28,7 @@ use eframe::egui::{
     TextureId, TextureOptions, Theme, Ui, pos2, style::ScrollStyle,
 };
 use fovolnet::core::text_of_path;
-use fovolnet::{RenderSettings, Session, SpeedSettings, Timings, VolumeSettings};
+use fovolnet::{RenderOverrides, Session, SpeedSettings, Timings, VolumeSettings};
 use std::collections::VecDeque;
 use std::time::Duration;
 
@@ -39,8 +39,8 @@ pub struct Start {
     pub source: Option<String>,
     /// Settings for reading the volume's file.
     pub read: VolumeSettings,
-    /// Render settings.
-    pub render: RenderSettings,
+    /// Render settings that are given.
+    pub render: RenderOverrides,
     /// Settings of devices and performance.
     pub speed: SpeedSettings,
     /// Device shared by window and renderer, if any.
@@ -90,7 +90,7 @@ pub struct Viewer {
     engine: Engine,
     opened: Option<Opened>,
     /// Settings given for the file opened last.
-    said: (VolumeSettings, RenderSettings),
+    said: (VolumeSettings, RenderOverrides),
     opening: Option<Job<(Opened, Vec<String>)>>,
     /// Reason why the last requested file is not open.
     unopened: Option<String>,

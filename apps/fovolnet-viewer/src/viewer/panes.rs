@@ -64,9 +64,9 @@ impl Viewer {
         let section = |name: &str| CollapsingHeader::new(name).default_open(true);
         section("Transfer function").show(ui, |ui| {
             ui.horizontal(|ui| {
-                let current = opened.document.settings().tf.clone().unwrap_or_else(|| "auto".into());
-                if let Some(name) = presets_ui(ui, &current, &opened.volume) {
-                    opened.document.settings_mut().tf = Some(name);
+                let current = opened.document.settings().tf.clone().unwrap_or_default();
+                if let Some(chosen) = presets_ui(ui, &current, &opened.volume) {
+                    opened.document.settings_mut().tf = Some(chosen);
                 }
                 for (name, purpose) in [("Read…", Purpose::ReadTransfer), ("Save…", Purpose::SaveTransfer)]
                 {
@@ -127,7 +127,7 @@ impl Viewer {
         let frame = opened.frame();
         let gaze = match self.gaze_kind {
             GazeKind::Pointer => self.pointer_gaze.gaze(frame, handled.pointer),
-            GazeKind::Session => opened.document.settings().fovea(frame).map_or([0.5; 2], |fovea| fovea.gaze),
+            GazeKind::Session => opened.gaze().gaze(frame),
         };
         if self.preferences.marks
             && let Some(super::Picture { shown, .. }) = &self.picture

@@ -40,8 +40,17 @@ pub fn number(text: &str) -> Result<f64, String> {
 /// text of [`fovol_core::text_of_path`].
 #[cfg(feature = "clap")]
 pub fn file() -> impl clap::builder::TypedValueParser<Value = String> {
+    file_or::<String>()
+}
+
+/// Clap parser like [`file`], for a type that takes file names and words apart.
+#[cfg(feature = "clap")]
+pub fn file_or<T>() -> impl clap::builder::TypedValueParser<Value = T>
+where
+    T: From<String> + Clone + Send + Sync + 'static,
+{
     use clap::builder::{OsStringValueParser, TypedValueParser};
-    OsStringValueParser::new().map(|name| fovol_core::text_of_path(name.as_ref()))
+    OsStringValueParser::new().map(|name| T::from(fovol_core::text_of_path(name.as_ref())))
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-use crate::open::shown_range;
+use super::open::shown_range;
 use crate::{OpenVolume, RenderSettings, presets};
 use fovol_core::{Camera, Frame, FrameSize, Region, Volume};
 
@@ -17,7 +17,7 @@ const SEEN: f32 = 0.5 / 255.0;
 impl Visibility {
     /// Check for frames of `settings`, before the first one.
     pub fn new(settings: &RenderSettings) -> Self {
-        let background = settings.background.unwrap_or_default().map(|c| c as f32);
+        let background = settings.background.map(|c| c as f32);
         Self { background, shows: false, is_in_sight: false }
     }
 
@@ -63,7 +63,7 @@ fn cause(volume: &OpenVolume, settings: &RenderSettings) -> String {
                 shown_range(&volume.volume, [min, max])
             )
         }
-        _ if settings.clip.is_some() => {
+        _ if settings.crop.is_some() => {
             "the part that --clip leaves is transparent; try it without, or another transfer function (--tf)"
                 .into()
         }
@@ -75,7 +75,7 @@ fn cause(volume: &OpenVolume, settings: &RenderSettings) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Device, Pipeline, SpeedSettings, VolumeSettings, open_volume};
+    use crate::{Device, Pipeline, Sampling, SpeedSettings, StillCamera, VolumeSettings, open_volume};
 
     /// Problem reported for one frame of a volume of 8³ voxels, made of repeated `bytes`, with `settings`.
     fn said(bytes: &[u8], settings: RenderSettings) -> Option<String> {
@@ -83,7 +83,12 @@ mod tests {
         let path = folder.path().join("v_8x8x8_uint8.raw");
         std::fs::write(&path, bytes.iter().cycle().take(512).copied().collect::<Vec<u8>>()).unwrap();
         let volume = open_volume(path.to_str().unwrap(), &VolumeSettings::default()).unwrap();
-        let settings = RenderSettings { size: Some("32x24".parse().unwrap()), pb: Some(0.5), ..settings };
+        let settings = RenderSettings {
+            size: "32x24".parse().unwrap(),
+            pb: 0.5,
+            sampling: Sampling::Compact,
+            ..settings
+        };
         let speed = SpeedSettings { device: Some(Device::Cpu), ..Default::default() };
         let mut pipeline = Pipeline::new(&volume, &settings, &speed).unwrap();
         let mut visibility = Visibility::new(&settings);
@@ -94,7 +99,7 @@ mod tests {
     }
 
     fn with_tf(tf: &str) -> RenderSettings {
-        RenderSettings { tf: Some(tf.into()), ..Default::default() }
+        RenderSettings { transfer_function: tf.into(), ..Default::default() }
     }
 
     #[test]
@@ -111,14 +116,15 @@ mod tests {
         let none = said(&[0, 255], with_tf(r#"{"points":[[0,1,1,1,0]]}"#)).unwrap();
         assert!(none.contains("no opacity anywhere"), "{none}");
         for camera in [[0.0, 0.0, 3.0, 0.0, 0.0, 9.0, 35.0], [0.0, 0.0, 300.0, 200.0, 0.0, 0.0, 10.0]] {
-            let away = said(&[0, 255], RenderSettings { camera: Some(camera), ..with_tf("grey") }).unwrap();
+            let camera = StillCamera::from(camera).camera();
+            let away = said(&[0, 255], RenderSettings { camera: camera.into(), ..with_tf("grey") }).unwrap();
             assert!(away.contains("centred at 0 and its longest side is 1"), "{camera:?}: {away}");
         }
     }
 
     #[test]
     fn backgrounds_are_no_volume() {
-        let grey = RenderSettings { background: Some([0.25; 3]), ..with_tf(r#"{"points":[[0,1,1,1,0]]}"#) };
+        let grey = RenderSettings { background: [0.25; 3], ..with_tf(r#"{"points":[[0,1,1,1,0]]}"#) };
         assert!(said(&[0, 255], grey).is_some());
     }
 }

@@ -1,8 +1,9 @@
-use crate::window::{Seen, Windowed};
-use crate::{Error, RandomWeights, Reconstruction, RenderSettings, Result};
+use super::weights::weights;
+use super::window::{Seen, Windowed};
+use crate::{Error, Reconstruction, RenderSettings, Result};
 use fovol_core::{Frame, FrameSize};
+use fovol_net::Fill;
 use fovol_net::cpu::{FrameInput, Network, Precision, Simd};
-use fovol_net::{Fill, Weights};
 use std::sync::Arc;
 
 /// Reconstructs the sparse frames of one clip.
@@ -25,15 +26,13 @@ impl Reconstructor {
     /// # Errors
     /// Weights that are missing, unreadable or of another kind of network.
     pub fn new(settings: &RenderSettings, size: FrameSize) -> Result<Self> {
-        let how = settings.reconstruction();
-        Ok(Self(match how {
+        Ok(Self(match settings.reconstruction {
             Reconstruction::None => Method::Nothing,
             Reconstruction::Fill(fill) => Method::Fill(fill),
             Reconstruction::WNet | Reconstruction::DeepFovea => {
-                let weights = weights(settings, how)?;
+                let weights = weights(settings)?;
                 let plan = weights.config.plan().map_err(Error::Setting)?;
-                let precision = settings.precision.unwrap_or_default();
-                let network = Network::new(plan, &weights, Simd::best(), precision)?;
+                let network = Network::new(plan, &weights, Simd::best(), settings.precision)?;
                 let clip = Windowed::new(size);
                 Method::Network(Arc::new(network), Box::new(clip))
             }
@@ -112,25 +111,4 @@ impl Reconstructor {
     pub fn uses_motion(&self) -> bool {
         matches!(&self.0, Method::Network(network, _) if network.plan().inputs().motion.is_some())
     }
-}
-
-/// Weights that `settings` name, checked to be of the kind `how`.
-pub(crate) fn weights(settings: &RenderSettings, how: Reconstruction) -> Result<Weights> {
-    let weights = match (&settings.weights, settings.random_weights) {
-        (Some(_), Some(_)) => {
-            return Err(Error::Setting("--weights and --random-weights exclude each other; give one".into()));
-        }
-        (Some(name), None) => Weights::named_or_read(name)?,
-        (None, Some(RandomWeights { network, seed })) => Weights::random(&network.config(), seed)?,
-        (None, None) => {
-            let network = how.default_network();
-            let network = network.ok_or_else(|| Error::Setting(format!("{how} needs no network")))?;
-            Weights::shipped(network)?
-        }
-    };
-    let other = Reconstruction::by(&weights.config);
-    if other == how {
-        return Ok(weights);
-    }
-    Err(Error::Setting(format!("these weights are of another network; use --reconstruct {other}")))
 }

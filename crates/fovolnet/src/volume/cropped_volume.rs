@@ -1,15 +1,15 @@
-use crate::{Error, Result};
+use crate::{CropBox, Result};
 use fovol_core::{Camera, ClipBox, Scene, Volume};
 use glam::DVec3;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Crop box: the part of a volume that is shown, as if the rest were empty.
+/// Part of a volume that is shown, as if the rest were empty.
 ///
 /// The voxels that the part needs become a volume of their own. Its longest side is 1 like that of any other, so
 /// cameras are converted to see the same. Rays are clipped to the exact sides of the part.
 #[derive(Debug, Clone)]
-pub struct Clip {
+pub struct CroppedVolume {
     volume: Arc<Volume>,
     /// Exact part of `volume`; `None` for all of it.
     part: Option<ClipBox>,
@@ -22,18 +22,17 @@ pub struct Clip {
 /// Voxels kept beyond each side of the part: one for interpolation, and one more for gradients at its faces.
 const BEYOND: usize = 2;
 
-impl Clip {
-    /// Crops `volume` to `sides`: from and to along x, then y, then z, as fractions of its box. `None` keeps the whole
-    /// volume.
+impl CroppedVolume {
+    /// Crops `volume` to `crop`; `None` keeps the whole volume.
     ///
     /// # Errors
-    /// Sides outside [0, 1], or a pair of sides that does not rise.
-    pub fn new(volume: &Arc<Volume>, sides: Option<[f64; 6]>) -> Result<Self> {
+    /// Errors of [`CropBox::check`].
+    pub fn new(volume: &Arc<Volume>, crop: Option<CropBox>) -> Result<Self> {
         let whole = Self { volume: Arc::clone(volume), part: None, centre: DVec3::ZERO, scale: 1.0 };
-        let Some(sides) = sides else { return Ok(whole) };
-        check(sides)?;
+        let Some(crop) = crop else { return Ok(whole) };
+        crop.check()?;
         let dims = DVec3::from_array(volume.grid().dims().map(|dim| dim as f64));
-        let [low, high] = [0, 1].map(|end| DVec3::new(sides[end], sides[2 + end], sides[4 + end]) * dims);
+        let [low, high] = crop.ends().map(|end| DVec3::from_array(end) * dims);
         let kept: [Range<usize>; 3] = std::array::from_fn(|a| {
             let end = (high[a].ceil() as usize).saturating_add(BEYOND).min(volume.grid().dims()[a]);
             (low[a] as usize).saturating_sub(BEYOND)..end
@@ -70,19 +69,6 @@ impl Clip {
     }
 }
 
-/// Checks that `sides` lie within [0, 1] and rise.
-fn check(sides: [f64; 6]) -> Result<()> {
-    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
-        let [from, to] = [sides[2 * axis], sides[2 * axis + 1]];
-        if !(0.0 <= from && from < to && to <= 1.0) {
-            return Err(Error::Setting(format!(
-                "{from},{to} is no part along {name}; --clip takes X0,X1,Y0,Y1,Z0,Z1, each pair rising within 0 and 1"
-            )));
-        }
-    }
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -96,7 +82,7 @@ mod tests {
     #[test]
     fn parts_keep_the_voxels_that_they_need_and_their_colours() {
         let whole = volume();
-        let clip = Clip::new(&whole, Some([0.51, 0.54, 0.0, 1.0, 0.9, 1.0])).unwrap();
+        let clip = CroppedVolume::new(&whole, Some([0.51, 0.54, 0.0, 1.0, 0.9, 1.0].into())).unwrap();
         // Voxel 5 and two on either side. Along z voxel 4 and the two before it.
         assert_eq!(clip.volume.grid().dims(), [5, 20, 3]);
         assert_eq!(clip.volume.range(), whole.range());
@@ -105,14 +91,14 @@ mod tests {
         for (found, right) in low.into_iter().chain(high).zip([1.6, -0.5, 2.0, 1.9, 19.5, 2.5]) {
             assert!((found - right).abs() < 1e-6, "{found} for {right}");
         }
-        let all = Clip::new(&whole, Some([0.0, 1.0, 0.0, 1.0, 0.0, 1.0])).unwrap();
+        let all = CroppedVolume::new(&whole, Some(CropBox::WHOLE)).unwrap();
         assert!(Arc::ptr_eq(&all.volume, &whole) && all.part == Some(ClipBox::whole(whole.grid())));
     }
 
     #[test]
     fn cameras_see_the_same_places() {
         let whole = volume();
-        let clip = Clip::new(&whole, Some([0.4, 0.5, 0.25, 0.75, 0.4, 0.8])).unwrap();
+        let clip = CroppedVolume::new(&whole, Some([0.4, 0.5, 0.25, 0.75, 0.4, 0.8].into())).unwrap();
         let world = DVec3::new(0.1, -0.2, 0.3);
         let seen = clip.camera(&Camera::at(world, DVec3::ZERO, 30.0)).eye;
         let (whole_at, part_at) = (whole.grid().world_to_grid(world), clip.volume.grid().world_to_grid(seen));
@@ -124,10 +110,7 @@ mod tests {
 
     #[test]
     fn sides_that_are_none_are_refused() {
-        for bad in [[0.5, 0.2], [-0.1, 1.0], [0.0, 1.1], [0.3, 0.3], [f64::NAN, 1.0]] {
-            let [from, to] = bad;
-            let error = Clip::new(&volume(), Some([0.0, 1.0, from, to, 0.0, 1.0])).unwrap_err().to_string();
-            assert!(error.contains("along y") && error.contains("--clip"), "{error}");
-        }
+        let none = CropBox { sides: [[0.0, 1.0], [0.5, 0.2], [0.0, 1.0]] };
+        assert!(CroppedVolume::new(&volume(), Some(none)).is_err());
     }
 }

@@ -1,4 +1,7 @@
-use crate::{Error, RenderSettings, Result, Sampling, VolumeSettings, session_files, toml_text};
+mod files;
+
+use crate::settings::toml_text;
+use crate::{Error, RenderOverrides, Result, Sampling, VolumeSettings};
 use fovol_core::{input, path_of_text};
 use fovol_net::Weights;
 use serde::{Deserialize, Serialize};
@@ -24,7 +27,7 @@ pub struct Session {
     pub read: VolumeSettings,
     /// Settings for rendering.
     #[serde(default)]
-    pub render: RenderSettings,
+    pub render: RenderOverrides,
 }
 
 fn is_default(settings: &VolumeSettings) -> bool {
@@ -36,10 +39,10 @@ impl Session {
     ///
     /// # Errors
     /// Errors of reading the file.
-    pub fn new(source: &str, read: VolumeSettings, render: RenderSettings) -> Result<Self> {
+    pub fn new(source: &str, read: VolumeSettings, render: RenderOverrides) -> Result<Self> {
         let path = path_of_text(source);
         let volume_sha256 = if path.is_file() { Some(sha256(&path)?) } else { None };
-        let volume = if path.exists() { session_files::absolute(&path) } else { source.to_owned() };
+        let volume = if path.exists() { files::absolute(&path) } else { source.to_owned() };
         Ok(Self { volume, volume_sha256, weights_sha256: None, read, render })
     }
 
@@ -59,10 +62,10 @@ impl Session {
             ))
         })?;
         let folder = path.parent().unwrap_or(Path::new(""));
-        if let Some(found) = session_files::found(folder, &session.volume) {
+        if let Some(found) = files::found(folder, &session.volume) {
             session.volume = found;
         }
-        session_files::find(folder, &mut session.render);
+        files::find(folder, &mut session.render);
         Ok(session)
     }
 
@@ -96,7 +99,7 @@ impl Session {
         // Missing weights do not prevent saving everything else.
         let weights_sha256 = self.hash_of_weights().ok().flatten();
         let mut sealed = Self { weights_sha256, ..self };
-        session_files::take_in(&mut sealed.render);
+        files::take_in(&mut sealed.render);
         sealed
     }
 
@@ -164,19 +167,19 @@ fn hex(bytes: &[u8]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Reconstruction;
+    use crate::{PathChoice, Reconstruction, TransferChoice};
 
     #[test]
     fn sessions_read_back_and_notice_a_changed_volume() {
         let folder = tempfile::tempdir().unwrap();
         let volume = folder.path().join("v_2x2x2_uint8.raw");
         std::fs::write(&volume, [1u8; 8]).unwrap();
-        let render = RenderSettings {
+        let render = RenderOverrides {
             pb: Some(0.07),
             noise: Some("blue".parse().unwrap()),
             reconstruct: Some("linear".parse().unwrap()),
             size: Some("64x48".parse().unwrap()),
-            ..RenderSettings::default()
+            ..RenderOverrides::default()
         };
         let session = Session::new(volume.to_str().unwrap(), VolumeSettings::default(), render).unwrap();
         let path = folder.path().join("session.toml");
@@ -192,9 +195,9 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let weights = folder.path().join("w.safetensors");
         std::fs::write(&weights, "of one kind").unwrap();
-        let mut render = RenderSettings { reconstruct: Some(Reconstruction::WNet), ..Default::default() };
+        let mut render = RenderOverrides { reconstruct: Some(Reconstruction::WNet), ..Default::default() };
         let path = folder.path().join("session.toml");
-        let saved = |render: &RenderSettings| {
+        let saved = |render: &RenderOverrides| {
             Session::new("head", VolumeSettings::default(), render.clone()).unwrap().write(&path).unwrap();
             Session::read(&path).unwrap()
         };
@@ -217,8 +220,8 @@ mod tests {
         std::fs::write(&path, "volume = \"head\"\n[render]\ntf = \"mine.json\"\npath = \"orbit\"\n").unwrap();
         let read = Session::read(&path).unwrap();
         let expected = folder.path().join("mine.json").display().to_string();
-        assert_eq!(read.render.tf, Some(expected));
-        assert_eq!(read.render.path.as_deref(), Some("orbit"));
+        assert_eq!(read.render.tf, Some(TransferChoice::File(expected)));
+        assert_eq!(read.render.path, Some(PathChoice::Orbit));
     }
 
     #[test]
@@ -232,7 +235,7 @@ mod tests {
         let volume = at("old/data").join(name);
         std::fs::write(&volume, [1u8; 8]).unwrap();
         let source = volume.display().to_string();
-        let session = Session::new(&source, VolumeSettings::default(), RenderSettings::default()).unwrap();
+        let session = Session::new(&source, VolumeSettings::default(), RenderOverrides::default()).unwrap();
         session.write(&at("old/session.toml")).unwrap();
         assert_eq!(Session::read(&at("old/session.toml")).unwrap().volume, source);
         std::fs::copy(&volume, at("new/data").join(name)).unwrap();

@@ -48,8 +48,8 @@ impl<T: FromStr<Err = String>> FromStr for Choice<T> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Sampling;
     use super::*;
-    use crate::Sampling;
 
     #[test]
     fn choices_read_back() {

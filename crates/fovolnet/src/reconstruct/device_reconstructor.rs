@@ -1,5 +1,5 @@
-use crate::pipeline::{device_precision, reconstructs};
-use crate::reconstructor::weights;
+use super::on_device::{device_precision, reconstructs};
+use super::weights::weights;
 use crate::{Error, Reconstruction, RenderSettings, Result};
 use fovol_core::{Frame, FrameSize};
 use fovol_gpu::Gpu;
@@ -24,14 +24,13 @@ impl DeviceReconstructor {
     /// # Errors
     /// Weights that are missing, unreadable or of another kind of network; a size that the device does not support.
     pub fn new(gpu: &Gpu, settings: &RenderSettings, size: FrameSize) -> Result<Option<Self>> {
-        let how = settings.reconstruction();
         let (true, Some(precision)) = (reconstructs(settings), device_precision(settings)) else {
             return Ok(None);
         };
-        if how == Reconstruction::Fill(Fill::PullPush) {
+        if settings.reconstruction == Reconstruction::Fill(Fill::PullPush) {
             return Ok(Some(Self(Method::PullPush(Box::new(PullPush::new(gpu, size)?)))));
         }
-        let weights = weights(settings, how)?;
+        let weights = weights(settings)?;
         let plan = weights.config.plan().map_err(Error::Setting)?;
         let network = Network::new(gpu, plan, &weights, precision)?;
         let state = network.state(size)?;

@@ -1,4 +1,4 @@
-use crate::parse;
+use super::parse;
 use fovol_core::TransferFunction;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};

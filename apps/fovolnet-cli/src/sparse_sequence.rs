@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 const ROUNDING: f32 = 1e-3;
 
 /// Folder of sparse frames, all of one size.
-pub struct SparseClip {
+pub struct SparseSequence {
     frames: Vec<PathBuf>,
     /// Files of motion by frame numbers.
     motion: BTreeMap<String, PathBuf>,
@@ -21,7 +21,7 @@ pub struct SparseClip {
     said: BTreeSet<String>,
 }
 
-impl SparseClip {
+impl SparseSequence {
     /// Checks the names and sizes of all frames in `folder`.
     ///
     /// # Errors

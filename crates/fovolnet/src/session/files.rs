@@ -1,20 +1,22 @@
 //! Files that a session's settings name. Reading a session finds them; writing one embeds their contents.
 
-use crate::{RenderSettings, presets, toml_text};
+use crate::settings::toml_text;
+use crate::{GazeChoice, PathChoice, RenderOverrides, TransferChoice, presets};
 use fovol_core::{path_of_text, text_of_path};
 use fovol_net::Weights;
 use fovol_net::plan::Named;
 use std::path::{Path, PathBuf};
 
 /// Resolves file names in `render` for a session in `folder`.
-pub fn find(folder: &Path, render: &mut RenderSettings) {
-    let settings = [&mut render.path, &mut render.gaze, &mut render.weights];
-    for file in settings.into_iter().flatten().filter(|name| !is_known(name)) {
+pub fn find(folder: &Path, render: &mut RenderOverrides) {
+    let search = |file: &mut String| {
         if let Some(found) = found(folder, file) {
             *file = found;
         }
-    }
-    if let Some(tf) = render.tf.as_mut().filter(|tf| !is_known(tf) && !tf.trim_start().starts_with('{')) {
+    };
+    toml_files(render).into_iter().for_each(search);
+    weights_file(render).into_iter().for_each(search);
+    if let Some(TransferChoice::File(tf)) = &mut render.tf {
         let (file, part) = tf.rsplit_once('#').map_or((&**tf, ""), |(file, _)| (file, &tf[file.len()..]));
         let whole = found(folder, tf);
         if let Some(found) = whole.or_else(|| Some(found(folder, file)? + part)) {
@@ -25,19 +27,36 @@ pub fn find(folder: &Path, render: &mut RenderSettings) {
 
 /// Replaces names of files in `render` by their contents, so that the files may change later. Weights and unreadable
 /// files keep their names.
-pub fn take_in(render: &mut RenderSettings) {
-    let RenderSettings { tf, tf_range, path, gaze, weights, .. } = render;
-    if let Some(text) = tf.as_deref().and_then(|tf| presets::text_of_file(tf, *tf_range)) {
-        *tf = Some(text);
-    }
-    for setting in [path, gaze].into_iter().flatten().filter(|name| !is_known(name)) {
+pub fn take_in(render: &mut RenderOverrides) {
+    let json = render.tf.as_ref().and_then(|tf| presets::json_of_file(tf, render.tf_range));
+    render.tf = json.or(render.tf.take());
+    for setting in toml_files(render) {
         if let Some(text) = toml_text::of_file(setting) {
             *setting = text;
         }
     }
-    if let Some(file) = weights.as_mut().filter(|file| !is_known(file) && path_of_text(file).is_file()) {
+    if let Some(file) = weights_file(render).filter(|file| path_of_text(file).is_file()) {
         *file = absolute(&path_of_text(file));
     }
+}
+
+/// Names of TOML files in `render`, or texts in their place.
+fn toml_files(render: &mut RenderOverrides) -> Vec<&mut String> {
+    let path = match &mut render.path {
+        Some(PathChoice::Toml(file)) => Some(file),
+        _ => None,
+    };
+    let gaze = match &mut render.gaze {
+        Some(GazeChoice::Toml(file)) => Some(file),
+        _ => None,
+    };
+    path.into_iter().chain(gaze).collect()
+}
+
+/// File of weights in `render`, if they are not built in.
+fn weights_file(render: &mut RenderOverrides) -> Option<&mut String> {
+    let built_in = Weights::SHIPPED.map(Named::name);
+    render.weights.as_mut().filter(|name| !built_in.contains(&name.as_str()))
 }
 
 /// Resolves the file or folder `name` for a session in `folder`. An absolute path that no longer exists is looked for
@@ -59,24 +78,25 @@ pub fn absolute(path: &Path) -> String {
     text_of_path(&std::path::absolute(path).unwrap_or_else(|_| PathBuf::from(path)))
 }
 
-/// Whether `name` is a built-in one that needs no file.
-fn is_known(name: &str) -> bool {
-    let names = ["orbit", "flythrough", "wander"];
-    let weights = Weights::SHIPPED.map(Named::name);
-    names.contains(&name) || weights.contains(&name) || presets::names().contains(&name)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::camera_path;
-    use crate::world_box::tests::cube;
+    use crate::volume::cube;
+    use fovol_core::Camera;
 
     const PATH: &str =
         "# mine\n[[keyframe]] # the only one\nframe = 0\neye = [0, 0, 2]\ntarget = [0, 0, 0]\nfovy = 35\n";
 
-    fn saying(tf: String, path: String, gaze: String) -> RenderSettings {
-        RenderSettings { tf: Some(tf), path: Some(path), gaze: Some(gaze), ..RenderSettings::default() }
+    fn saying(tf: String, path: String, gaze: String) -> RenderOverrides {
+        let (tf, path, gaze) = (Some(tf.into()), Some(path.into()), Some(gaze.into()));
+        RenderOverrides { tf, path, gaze, ..RenderOverrides::default() }
+    }
+
+    /// Cameras of frames 0 and 9.
+    fn cameras(render: &RenderOverrides) -> [Camera; 2] {
+        let path = camera_path(&render.resolve().unwrap(), &cube()).unwrap();
+        [0, 9].map(|frame| path.camera(frame))
     }
 
     #[test]
@@ -91,16 +111,12 @@ mod tests {
             file("path.toml", PATH),
             file("gaze.toml", "stops = [[0, 0.1, 0.2]]\n"),
         );
-        let [path, gaze] = [
-            camera_path(&render, &cube()).unwrap().camera(0),
-            camera_path(&render, &cube()).unwrap().camera(9),
-        ];
+        let before = cameras(&render);
         take_in(&mut render);
         std::fs::remove_dir_all(folder.path()).unwrap();
-        assert!(render.tf.as_ref().unwrap().starts_with("{\"points\":"), "{render:?}");
-        let read = camera_path(&render, &cube()).unwrap();
-        assert_eq!([read.camera(0), read.camera(9)], [path, gaze]);
-        assert_eq!(render.fovea(0).unwrap().gaze, [0.1, 0.2]);
+        assert!(matches!(render.tf, Some(TransferChoice::Json(_))), "{render:?}");
+        assert_eq!(cameras(&render), before);
+        assert_eq!(render.resolve().unwrap().gaze.gaze(0), [0.1, 0.2]);
         // Embedded text is not looked up as a file.
         let taken = render.clone();
         find(Path::new("/"), &mut render);
@@ -125,9 +141,9 @@ mod tests {
     fn parts_of_files_beside_a_session_are_found() {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("maps.json"), "[]").unwrap();
-        let mut render = RenderSettings { tf: Some("maps.json#Cool".into()), ..RenderSettings::default() };
+        let mut render = RenderOverrides { tf: Some("maps.json#Cool".into()), ..RenderOverrides::default() };
         find(folder.path(), &mut render);
         let expected = format!("{}#Cool", folder.path().join("maps.json").display());
-        assert_eq!(render.tf, Some(expected));
+        assert_eq!(render.tf, Some(TransferChoice::File(expected)));
     }
 }

@@ -1,7 +1,6 @@
 //! Placement of a volume's box in world space.
 
-use crate::orientation::Orientation;
-use crate::{Error, RenderSettings, Result};
+use crate::{CropBox, Error, Orientation, RenderSettings, Result};
 use fovol_core::{Camera, Space, Volume};
 use glam::{DMat3, DVec3};
 
@@ -30,12 +29,12 @@ impl WorldBox {
         let is_patient = orientation(volume, settings)? == Orientation::Patient;
         let placement = volume.placement().filter(|_| is_patient);
         let half = volume.grid().world_extent() * 0.5;
-        let [x0, x1, y0, y1, z0, z1] = settings.clip.unwrap_or([0.0, 1.0, 0.0, 1.0, 0.0, 1.0]);
-        let corner = |sides: DVec3| (sides * 2.0 - 1.0) * half;
+        let ends = settings.crop.unwrap_or(CropBox::WHOLE).ends();
+        let corner = |end: [f64; 3]| (DVec3::from_array(end) * 2.0 - 1.0) * half;
         Ok(Self {
             half,
             turn: placement.map_or(DMat3::IDENTITY, |placement| placement.world_from_box()),
-            shown: [corner(DVec3::new(x0, y0, z0)), corner(DVec3::new(x1, y1, z1))],
+            shown: ends.map(corner),
             is_patient,
         })
     }
@@ -175,7 +174,8 @@ pub(crate) mod tests {
 
     #[test]
     fn the_sphere_surrounds_what_is_shown() {
-        let settings = RenderSettings { clip: Some([0.5, 1.0, 0.0, 1.0, 0.0, 1.0]), ..Default::default() };
+        let settings =
+            RenderSettings { crop: Some([0.5, 1.0, 0.0, 1.0, 0.0, 1.0].into()), ..Default::default() };
         let (centre, radius) = WorldBox::new(&volume(None), &settings).unwrap().bounding_sphere();
         assert_eq!(centre, DVec3::new(0.25, 0.0, 0.0));
         assert!((radius - 0.5 * (0.25f64 + 0.25 + 0.0625).sqrt()).abs() < 1e-12);

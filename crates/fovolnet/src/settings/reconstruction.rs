@@ -6,7 +6,7 @@ use std::fmt;
 use std::str::FromStr;
 
 /// Method that fills sparse frames.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub enum Reconstruction {
     /// None; frames stay sparse.
@@ -14,6 +14,7 @@ pub enum Reconstruction {
     /// Classical fill without a network.
     Fill(Fill),
     /// FoVolNet's network, which predicts kernels.
+    #[default]
     WNet,
     /// DeepFovea's network, with which the paper compares.
     DeepFovea,
