@@ -6,8 +6,9 @@
 use fovolnet::core::{CameraPath, FrameSize, Integration, ShadowMode};
 use fovolnet::io::procedural::Procedural;
 use fovolnet::{Reconstruction, RenderOverrides, SpeedSettings, VolumeSettings, open_volume, presets};
-use fovolnet_viewer::display_mode::DisplayMode;
-use fovolnet_viewer::frame_producer::{FrameProducer, ViewRequest};
+use fovolnet_viewer::frames::display_mode::DisplayMode;
+use fovolnet_viewer::frames::frame_producer::FrameProducer;
+use fovolnet_viewer::frames::view_request::ViewRequest;
 use std::str::FromStr;
 use std::time::Instant;
 

@@ -4,10 +4,10 @@ use eframe::egui::{Color32, Event, Key, Modifiers, PointerButton, Pos2, Shape, T
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use fovolnet::{Device, RenderOverrides, Session, SpeedSettings, VolumeSettings};
-use fovolnet_viewer::dialogue::Dialogue;
-use fovolnet_viewer::frame_producer::Progress;
-use fovolnet_viewer::opened::Opened;
-use fovolnet_viewer::places::Places;
+use fovolnet_viewer::frames::presented::Progress;
+use fovolnet_viewer::session::opened::Opened;
+use fovolnet_viewer::session::places::Places;
+use fovolnet_viewer::ui::dialogues::dialogue::Dialogue;
 use fovolnet_viewer::{Start, Viewer};
 use std::path::Path;
 use std::time::{Duration, Instant};

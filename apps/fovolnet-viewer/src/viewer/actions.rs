@@ -1,16 +1,16 @@
 //! Actions of menus, keys and dialogues.
 
 use super::Viewer;
-use crate::commands::Command;
-use crate::dialogue::{Answer, Dialogue, FilePrompt, Next};
-use crate::document::Document;
-use crate::export::Export;
-use crate::export_form::ExportForm;
-use crate::files::Purpose;
 use crate::job::Job;
-use crate::opened::Opened;
-use crate::timeline::{Timeline, add_keyframe};
-use crate::{kept, navigation, start_page};
+use crate::session::document::Document;
+use crate::session::export::Export;
+use crate::session::opened::Opened;
+use crate::ui::commands::Command;
+use crate::ui::dialogues::dialogue::{Answer, Dialogue, FilePrompt, Next};
+use crate::ui::dialogues::export_form::ExportForm;
+use crate::ui::dialogues::files::Purpose;
+use crate::ui::timeline::{Timeline, add_keyframe};
+use crate::{session::kept, ui::picture::navigation, ui::start_page};
 use anyhow::Result;
 use eframe::egui::{Context, ViewportCommand};
 use fovolnet::core::{path_of_text, text_of_path};

@@ -1,14 +1,15 @@
 //! Parts of the window.
 
 use super::Viewer;
-use crate::commands::{self, Command, Entry};
-use crate::dialogue::{Dialogue, FilePrompt, Next};
-use crate::display_mode::DisplayMode;
-use crate::files::Purpose;
-use crate::frame_producer::{Progress, ViewRequest};
-use crate::gaze::{GazeKind, GazeSource};
-use crate::transfer_editor::presets_ui;
-use crate::{panels, picture_view, start_page};
+use crate::frames::display_mode::DisplayMode;
+use crate::frames::gaze::{GazeKind, GazeSource};
+use crate::frames::presented::Progress;
+use crate::frames::view_request::ViewRequest;
+use crate::ui::commands::{self, Command, Entry};
+use crate::ui::dialogues::dialogue::{Dialogue, FilePrompt, Next};
+use crate::ui::dialogues::files::Purpose;
+use crate::ui::transfer::transfer_editor::presets_ui;
+use crate::{ui::panels, ui::picture::picture_view, ui::start_page};
 use eframe::egui::{self, Align, CollapsingHeader, Layout, Rect, Ui};
 use fovolnet::core::FrameSize;
 
@@ -88,7 +89,7 @@ impl Viewer {
         });
         section("Light").show(ui, |ui| panels::scene(ui, opened.document.settings_mut()));
         CollapsingHeader::new("Clipping").show(ui, |ui| {
-            panels::clipping(ui, opened.document.settings_mut(), opened.volume.volume.grid().dims());
+            panels::cropping(ui, opened.document.settings_mut(), opened.volume.volume.grid().dims());
         });
         let shown = self.picture.as_ref().map(|picture| &picture.shown);
         section("Frames").show(ui, |ui| {

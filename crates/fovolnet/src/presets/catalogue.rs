@@ -24,7 +24,7 @@ const COLOUR_MAPS: &[(&str, colorous::Gradient)] = &[
     ("spectral", colorous::SPECTRAL),
 ];
 
-/// Text of `transfer` as JSON, which [`super::find`] accepts in place of a name.
+/// Text of `transfer` as JSON, which `find` accepts in place of a name.
 ///
 /// # Panics
 /// Never: numbers can always be written as JSON.
@@ -32,7 +32,7 @@ pub fn text(transfer: &TransferFunction) -> String {
     serde_json::to_string(transfer).expect("numbers can be written as JSON")
 }
 
-/// All names that [`super::find`] accepts.
+/// All names that `find` accepts.
 pub fn names() -> Vec<&'static str> {
     kinds().into_iter().flat_map(|kind| kind.names).collect()
 }
@@ -46,7 +46,7 @@ pub struct Kind {
     pub names: Vec<&'static str>,
 }
 
-/// All groups of transfer functions that [`super::find`] knows by name.
+/// All groups of transfer functions that `find` knows by name.
 pub fn kinds() -> [Kind; 4] {
     let kind = |description, names| Kind { description, names };
     [

@@ -1,0 +1,6 @@
+//! Small controls.
+
+pub(crate) mod colour_button;
+pub(crate) mod outline;
+pub(crate) mod range_slider;
+pub(crate) mod text_field;
