@@ -19,6 +19,7 @@ mod picture_arguments;
 mod repro;
 mod second_file;
 mod sparse_sequence;
+mod thread_pool;
 
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};

@@ -7,7 +7,7 @@ use fovolnet::{Device, RenderOverrides, Session, SpeedSettings, VolumeSettings};
 use fovolnet_viewer::frames::presented::Progress;
 use fovolnet_viewer::session::opened::Opened;
 use fovolnet_viewer::session::places::Places;
-use fovolnet_viewer::ui::dialogues::dialogue::Dialogue;
+use fovolnet_viewer::ui::dialogues::Dialogue;
 use fovolnet_viewer::{Start, Viewer};
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -215,6 +215,35 @@ fn transfer_functions_are_chosen_and_edited() {
     settle(&mut window);
     assert_eq!(opened(&window).transfer().points().len(), points + 1);
     assert!(opened(&window).document.settings().tf.as_ref().unwrap().text().starts_with('{'));
+}
+
+/// Types `text` into the field `label`, letter by letter, and leaves the field.
+fn type_setting(window: &mut Window, label: &str, text: &str) {
+    let role = eframe::egui::accesskit::Role::TextInput;
+    window.get_by_role_and_label(role, label).scroll_to_me();
+    settle(window);
+    window.get_by_role_and_label(role, label).click();
+    window.step();
+    keys(window, Modifiers::COMMAND, Key::A);
+    for letter in text.chars() {
+        window.event(Event::Text(letter.to_string()));
+        window.step();
+    }
+    keys(window, Modifiers::NONE, Key::Enter);
+}
+
+#[test]
+fn texts_of_settings_are_typed_letter_by_letter() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = window(Some("head"), folder.path());
+    window.get_by_label("session").scroll_to_me();
+    settle(&mut window);
+    click(&mut window, "session");
+    type_setting(&mut window, "Gaze", "0.5,0.05");
+    assert_eq!(opened(&window).document.settings().gaze, Some("0.5,0.05".into()));
+    assert_eq!(opened(&window).gaze().gaze(0), [0.5, 0.05]);
+    type_setting(&mut window, "Weights", "wnet-paper");
+    assert_eq!(opened(&window).document.settings().weights.as_deref(), Some("wnet-paper"));
 }
 
 #[test]

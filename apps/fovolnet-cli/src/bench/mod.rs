@@ -40,9 +40,3 @@ impl Bench {
         }
     }
 }
-
-/// Thread pool of `threads` threads; as many as there are cores for 0. Steps outside a pipeline run in it, so that
-/// `--threads` applies to them, too.
-pub fn rayon_pool(threads: usize) -> Result<rayon::ThreadPool> {
-    Ok(rayon::ThreadPoolBuilder::new().num_threads(threads).build()?)
-}

@@ -1,7 +1,7 @@
-use crate::bench::rayon_pool;
 use crate::console::{JsonOutput, Progress};
 use crate::frame_sequence::file_name;
 use crate::sparse_sequence::SparseSequence;
+use crate::thread_pool::thread_pool;
 use crate::{interrupt, outputs};
 use anyhow::{Context as _, Result};
 #[cfg(feature = "gpu")]
@@ -109,7 +109,7 @@ impl Reconstruct {
         Estimate::new(format!("filling frames of {size}"))
             .with("frames", (2 * size.pixels() * size_of::<[f32; 4]>()) as u64)
             .check("sparse frames of a smaller size need less")?;
-        let threads = rayon_pool(self.threads.unwrap_or(0))?;
+        let threads = thread_pool(self.threads.unwrap_or(0))?;
         let device = self.device.open()?;
         let mut filler = self.filler(&device, &settings, sequence.size())?;
         if !filler.uses_motion() {

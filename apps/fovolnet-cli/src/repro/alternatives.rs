@@ -1,9 +1,10 @@
 //! Beyond the paper: cost and quality of every honest way to make a frame cheaper.
 
+use super::data_set::DataSet;
+use super::evaluation::{Evaluation, SPARSE};
 use super::methods::METHODS;
 use super::plot::{self, Axes, Line};
 use super::section::{Cell, Section};
-use super::{DataSet, Evaluation, SPARSE};
 use crate::interrupt;
 use anyhow::Result;
 use fovolnet::core::{Frame, FrameSize, ShadowMode};

@@ -1,6 +1,7 @@
 //! Compared methods: two classical fills, and networks.
 
-use super::{DataSet, Evaluation};
+use super::data_set::DataSet;
+use super::evaluation::Evaluation;
 use anyhow::Result;
 use fovolnet::core::Frame;
 use fovolnet::net::Fill;

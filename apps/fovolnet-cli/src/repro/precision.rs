@@ -1,8 +1,9 @@
 //! Figure: model precision.
 
+use super::data_set::DataSet;
+use super::evaluation::{Evaluation, SPARSE};
 use super::methods::with_network;
 use super::section::Section;
-use super::{DataSet, Evaluation, SPARSE};
 use crate::interrupt;
 use crate::picture::{side_by_side, smaller, stacked};
 use anyhow::Result;

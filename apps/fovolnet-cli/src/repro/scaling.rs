@@ -1,9 +1,10 @@
 //! Beyond the paper: cost of a frame at other resolutions and of larger volumes.
 
+use super::data_set::DataSet;
+use super::evaluation::{Evaluation, FLY_THROUGH, SPARSE};
 use super::methods::{warmed, with_network};
 use super::plot::{self, Axes, Line};
 use super::section::{Cell, Section};
-use super::{DataSet, Evaluation, FLY_THROUGH, SPARSE};
 use crate::interrupt;
 use anyhow::Result;
 use fovolnet::core::FrameSize;

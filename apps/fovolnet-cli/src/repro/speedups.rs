@@ -1,9 +1,11 @@
 //! Figure: average frame times. Table: relative speed-ups.
 
+use super::data_set::DataSet;
+use super::evaluation::{DENSE, Evaluation, SPARSE};
 use super::methods::{in_flight, warmed};
 use super::plot::{self, Bars};
 use super::section::{Cell, Section};
-use super::{DENSE, DataSet, Evaluation, SPARSE, vtk};
+use super::vtk;
 use crate::interrupt;
 use anyhow::Result;
 use fovolnet::{Pipeline, RandomWeights, Reconstruction, RenderSettings, WeightsChoice};

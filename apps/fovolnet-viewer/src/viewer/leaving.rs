@@ -1,7 +1,7 @@
 //! The end of the viewer while it exports.
 
 use super::Viewer;
-use crate::ui::dialogues::dialogue::{Dialogue, Next};
+use crate::ui::dialogues::{Dialogue, Next};
 use eframe::egui::Context;
 
 impl Viewer {

@@ -14,7 +14,7 @@ use std::sync::Arc;
 pub const SCREEN_VARIABLE: &str = "FOVOLNET_SCREEN";
 
 /// Device shared by window and renderer, so that pictures never leave it. The window needs a
-/// [`Surface`](crate::window::surface::Surface) then.
+/// `Surface` of its own then.
 ///
 /// Window and renderer wait for each other on a shared device. So only discrete cards are shared by default: their
 /// frames are short, and copying through the host is slow for them. On other adapters the copy cannot be

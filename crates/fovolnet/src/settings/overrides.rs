@@ -247,3 +247,50 @@ fn shading(text: &str) -> std::result::Result<SurfaceShading, String> {
         other => Err(format!("`{other}` is no shading; use flat or gradient")),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn given() -> RenderOverrides {
+        RenderOverrides {
+            pb: Some(0.1),
+            sigma: Some(0.2),
+            path: Some(PathChoice::Orbit),
+            weights: Some("wnet-paper".into()),
+            ..RenderOverrides::default()
+        }
+    }
+
+    #[test]
+    fn what_is_not_given_stays() {
+        assert_eq!(given().overridden_by(RenderOverrides::default()), given());
+        assert_eq!(RenderOverrides::default().overridden_by(given()), given());
+        let over = RenderOverrides { pb: Some(0.3), ..RenderOverrides::default() };
+        assert_eq!(given().overridden_by(over), RenderOverrides { pb: Some(0.3), ..given() });
+    }
+
+    #[test]
+    fn cameras_and_paths_replace_each_other() {
+        let camera = Some([0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 35.0].into());
+        let still = given().overridden_by(RenderOverrides { camera, ..RenderOverrides::default() });
+        assert_eq!((still.camera, &still.path), (camera, &None));
+        let view = RenderOverrides { view: Some(NamedView::Left), ..RenderOverrides::default() };
+        assert_eq!(still.clone().overridden_by(view).camera, None);
+        let path = RenderOverrides { path: Some(PathChoice::Turntable), ..RenderOverrides::default() };
+        assert_eq!(still.overridden_by(path).camera, None);
+    }
+
+    #[test]
+    fn weights_and_reconstructions_replace_each_other() {
+        let linear =
+            RenderOverrides { reconstruct: Some("linear".parse().unwrap()), ..RenderOverrides::default() };
+        let linear = given().overridden_by(linear);
+        assert_eq!(linear.weights, None);
+        let random = RenderOverrides {
+            random_weights: Some("deepfovea-fvn:3".parse().unwrap()),
+            ..RenderOverrides::default()
+        };
+        assert_eq!(linear.overridden_by(random).reconstruction(), Reconstruction::DeepFovea);
+    }
+}

@@ -1,14 +1,15 @@
 //! Modal dialogues.
 
-use crate::session::export::Export;
 use crate::ui::commands::{GESTURES, HELP, all};
+use crate::ui::dialogues::answer::{Answer, Next};
 use crate::ui::dialogues::export_form::ExportForm;
 use crate::ui::dialogues::file_field::{FileField, will_be_replaced};
 use crate::ui::dialogues::files::Purpose;
 use crate::ui::dialogues::layout_form::LayoutForm;
-use eframe::egui::{Button, Context, Grid, Id, Modal, RichText, ScrollArea, Ui, style::ScrollStyle};
-use fovolnet::{Session, VolumeSettings};
-use std::path::{Path, PathBuf};
+use crate::ui::widgets::accept_buttons::accept_buttons;
+use eframe::egui::{Context, Grid, Id, Modal, RichText, ScrollArea, Ui, style::ScrollStyle};
+use fovolnet::Session;
+use std::path::Path;
 
 /// Modal dialogue.
 #[derive(Debug)]
@@ -27,40 +28,6 @@ pub enum Dialogue {
     Leave(String),
     /// Help for keys and mouse.
     Help,
-}
-
-/// Action that waits for a dialogue.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Next {
-    /// Open this source.
-    Open(String),
-    /// Close the session.
-    Close,
-    /// End the viewer.
-    Quit,
-}
-
-/// Answer of a dialogue.
-#[derive(Debug, PartialEq)]
-pub enum Answer {
-    /// Cancel.
-    Cancel,
-    /// The chosen file and its purpose.
-    File(Purpose, PathBuf),
-    /// Start this export.
-    Export(Box<Export>),
-    /// Save the session, then continue.
-    Save(Next),
-    /// Discard the changes and continue.
-    Discard(Next),
-    /// Open this file with these settings.
-    Layout(String, VolumeSettings),
-    /// Delete the autosave.
-    Forget,
-    /// Restore this session.
-    Restore(Box<Session>),
-    /// Drop the export and end the viewer.
-    Leave,
 }
 
 impl Dialogue {
@@ -102,7 +69,7 @@ impl FilePrompt {
             will_be_replaced(ui, &[self.0.target()]);
         }
         let accept = if self.0.purpose().reads() { "Open" } else { "Save" };
-        let answer = buttons(ui, accept, self.0.problem());
+        let answer = accept_buttons(ui, accept, self.0.problem());
         match answer {
             Some(true) => {}
             None if entered && self.0.problem().is_none() => {}
@@ -111,21 +78,6 @@ impl FilePrompt {
         }
         Some(Answer::File(self.0.purpose(), self.0.target()))
     }
-}
-
-/// Shows buttons; returns true to accept, false to cancel, `None` if neither was clicked. A `problem` disables
-/// accepting.
-pub(crate) fn buttons(ui: &mut Ui, accept: &str, problem: Option<&str>) -> Option<bool> {
-    ui.add_space(8.0);
-    ui.horizontal(|ui| {
-        let accepts = ui.add_enabled(problem.is_none(), Button::new(accept)).clicked();
-        let cancels = ui.button("Cancel").clicked();
-        if let Some(problem) = problem {
-            ui.weak(problem);
-        }
-        if accepts { Some(true) } else { cancels.then_some(false) }
-    })
-    .inner
 }
 
 fn unsaved(ui: &mut Ui, next: &Next) -> Option<Answer> {
@@ -174,7 +126,7 @@ fn leave(ui: &mut Ui, export: &str) -> Option<Answer> {
 
 fn layout(ui: &mut Ui, form: &mut LayoutForm) -> Option<Answer> {
     let problem = form.ui(ui);
-    match buttons(ui, "Open", problem)? {
+    match accept_buttons(ui, "Open", problem)? {
         true => Some(Answer::Layout(form.source().to_owned(), form.settings())),
         false => Some(Answer::Cancel),
     }

@@ -2,9 +2,10 @@
 
 use super::camera_choice::CameraChoice;
 use crate::session::export::{Export, Kind, video_file, y4m_bytes};
-use crate::ui::dialogues::dialogue::{Answer, buttons};
+use crate::ui::dialogues::answer::Answer;
 use crate::ui::dialogues::file_field::{FileField, warning, will_be_replaced};
 use crate::ui::dialogues::files::Purpose;
+use crate::ui::widgets::accept_buttons::accept_buttons;
 use eframe::egui::{DragValue, Grid, Ui};
 use fovolnet::core::{Camera, FrameSize, MAX_FRAME_SIDE};
 use fovolnet::{RenderOverrides, RenderSettings};
@@ -85,7 +86,7 @@ impl ExportForm {
         if let Some(export) = export.as_ref().filter(|_| self.file.problem().is_none()) {
             will_be_replaced(ui, &export.files());
         }
-        match buttons(ui, "Export", self.file.problem())? {
+        match accept_buttons(ui, "Export", self.file.problem())? {
             true => Some(Answer::Export(Box::new(export?))),
             false => Some(Answer::Cancel),
         }

@@ -10,7 +10,7 @@ pub fn sampling(ui: &mut Ui, settings: &mut RenderOverrides, gaze: &mut GazeKind
     number(ui, "Density P_b", &mut settings.pb, usual.pb, 0.005..=1.0, true);
     number(ui, "Fovea σ", &mut settings.sigma, usual.sigma, 0.0..=0.5, false);
     ui.horizontal(|ui| {
-        ui.label("Gaze");
+        let label = ui.label("Gaze").id;
         ui.selectable_value(gaze, GazeKind::Pointer, "pointer");
         ui.selectable_value(gaze, GazeKind::Session, "session");
         if *gaze == GazeKind::Session {
@@ -18,7 +18,7 @@ pub fn sampling(ui: &mut Ui, settings: &mut RenderOverrides, gaze: &mut GazeKind
             let hint = "X,Y as fractions from the top left, wander, or a TOML file of stops";
             let field = TextField { name: "gaze", width: 90.0, hint, usual: "" };
             let (text, response) = field.ui(ui, &given.to_string());
-            if response.changed() {
+            if response.labelled_by(label).changed() {
                 settings.gaze = Some(text.into());
             }
         }
@@ -37,12 +37,12 @@ pub fn sampling(ui: &mut Ui, settings: &mut RenderOverrides, gaze: &mut GazeKind
     settings.reconstruct = Some(reconstruct);
     if let Some(network) = reconstruct.default_network() {
         ui.horizontal(|ui| {
-            ui.label("Weights");
+            let label = ui.label("Weights").id;
             let given = settings.weights.clone().unwrap_or_default();
             let hint = "wnet-fast, wnet-paper, deepfovea-fvn, or a file of weights (.safetensors, .pt)";
             let field = TextField { name: "weights", width: 150.0, hint, usual: network.name() };
             let (text, response) = field.ui(ui, &given);
-            if response.lost_focus() {
+            if response.labelled_by(label).lost_focus() {
                 settings.weights = (!text.is_empty()).then_some(text);
             }
         });

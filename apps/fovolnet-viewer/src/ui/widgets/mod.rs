@@ -1,5 +1,6 @@
 //! Small controls.
 
+pub(crate) mod accept_buttons;
 pub(crate) mod colour_button;
 pub(crate) mod outline;
 pub(crate) mod range_slider;
