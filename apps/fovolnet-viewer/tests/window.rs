@@ -236,9 +236,12 @@ fn type_setting(window: &mut Window, label: &str, text: &str) {
 fn texts_of_settings_are_typed_letter_by_letter() {
     let folder = tempfile::tempdir().unwrap();
     let mut window = window(Some("head"), folder.path());
-    window.get_by_label("session").scroll_to_me();
-    settle(&mut window);
-    click(&mut window, "session");
+    for label in ["Sampling", "session"] {
+        window.get_by_label(label).scroll_to_me();
+        settle(&mut window);
+        click(&mut window, label);
+        settle(&mut window);
+    }
     type_setting(&mut window, "Gaze", "0.5,0.05");
     assert_eq!(opened(&window).document.settings().gaze, Some("0.5,0.05".into()));
     assert_eq!(opened(&window).gaze().gaze(0), [0.5, 0.05]);

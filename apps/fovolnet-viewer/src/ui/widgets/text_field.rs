@@ -24,8 +24,9 @@ impl TextField {
         let mut text = typed.unwrap_or_else(|| given.to_owned());
         let edit = TextEdit::singleline(&mut text).hint_text(self.usual).desired_width(self.width);
         let response = ui.add(edit).on_hover_text(self.hint);
+        let has_focus = response.has_focus();
         ui.data_mut(|data| {
-            if response.has_focus() {
+            if has_focus {
                 data.insert_temp(id, text.clone());
             } else {
                 data.remove_temp::<String>(id);
