@@ -38,7 +38,9 @@ mod reconstructor;
 mod report;
 mod sampling;
 mod scene;
+#[cfg(feature = "files")]
 mod session;
+#[cfg(feature = "files")]
 mod session_files;
 mod settings;
 pub mod signals;
@@ -80,6 +82,7 @@ pub use reconstructor::Reconstructor;
 pub use report::{FrameReport, MeanReport, RenderReport};
 pub use sampling::Sampling;
 pub use scene::scene;
+#[cfg(feature = "files")]
 pub use session::Session;
 pub use settings::{RandomWeights, RenderSettings, SpeedSettings, VolumeSettings};
 pub use transfer_range::{TransferRange, ValueScale};

@@ -218,6 +218,7 @@ fn is_file(what: &str) -> bool {
 
 /// Transfer function of the file `what` as [`text`], for settings that place it at `place`. `None` if [`find`] does not
 /// take `what` for a file.
+#[cfg(feature = "files")]
 pub(crate) fn text_of_file(what: &str, place: Option<TransferRange>) -> Option<String> {
     if !is_file(what) || names().contains(&what) {
         return None;
