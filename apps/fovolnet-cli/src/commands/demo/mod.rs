@@ -91,8 +91,9 @@ impl Demo {
             let measured = quality.push(&reference, &rendered.frame)?;
             let filled = Fill::PullPush.reconstruct(&rendered.sparse);
             filled_quality.push(&reference, &filled)?;
+            let figures = FrameReport::of(i * STRIDE, &rendered, Some(&measured));
             let panels = [rendered.sparse, filled, rendered.frame, reference];
-            let labelled = labelled(&panels, rendered.mask.density());
+            let labelled = labelled(&panels, figures.density);
             let sheet = picture::stacked(
                 &[[0, 1], [2, 3]].map(|row| picture::side_by_side(&row.map(|panel| &labelled[panel]), 0)),
                 0,
@@ -103,28 +104,14 @@ impl Demo {
                 let row = if rows.is_empty() { &labelled } else { &panels };
                 rows.push(picture::side_by_side(&row.each_ref(), GAP));
             }
-            frames.push(FrameReport {
-                index: i * STRIDE,
-                samples: rendered.samples,
-                density: rendered.mask.density(),
-                lost_samples: rendered.lost,
-                ms: rendered.timings,
-                psnr: Some(measured.psnr),
-                ssim: measured.ssim,
-            });
+            frames.push(figures);
             progress.step();
         }
         drop(progress);
         let sheet: Frame = picture::stacked(&rows, GAP);
         image::write_png(&self.output.join("contact_sheet.png"), &sheet, Alpha::Drop)?;
         let clip = video.finish()?;
-        let summary = quality.summary();
-        let mean = MeanReport {
-            psnr: summary.map(|s| s.psnr),
-            ssim: summary.and_then(|s| s.ssim),
-            tpsnr: summary.and_then(|s| s.tpsnr),
-            ..MeanReport::of(&frames)
-        };
+        let mean = MeanReport::of(&frames, quality.summary().as_ref());
         let report = RenderReport {
             volume: self.volume.name().into(),
             size: self.size,
