@@ -94,10 +94,7 @@ impl Demo {
             let figures = FrameReport::of(i * STRIDE, &rendered, Some(&measured));
             let panels = [rendered.sparse, filled, rendered.frame, reference];
             let labelled = labelled(&panels, figures.density);
-            let sheet = picture::stacked(
-                &[[0, 1], [2, 3]].map(|row| picture::side_by_side(&row.map(|panel| &labelled[panel]), 0)),
-                0,
-            );
+            let sheet = two_by_two(&labelled);
             image::write_png(&self.output.join(format!("demo_{i:04}.png")), &sheet, Alpha::Drop)?;
             video.push(&sheet)?;
             if i % self.frames.div_ceil(SHEET_ROWS) == 0 {
@@ -185,12 +182,29 @@ impl Demo {
 /// Names the four `panels` in their corners. `density` is the share of marched pixels.
 fn labelled(panels: &[Frame; 4], density: f64) -> [Frame; 4] {
     let sampled = format!("{:.0}% of the pixels", 100.0 * density);
-    let texts = [&sampled, "pull-push", "reconstructed", "every pixel"];
+    let texts = [&sampled, "filled by pull-push", "reconstructed", "every pixel"];
     std::array::from_fn(|i| {
         let mut panel = panels[i].clone();
         label::label(&mut panel, texts[i]);
         panel
     })
+}
+
+/// Grey value of the lines between panels.
+const LINE: f32 = 0.3;
+
+/// The four `panels` in two rows, with thin lines between them that cover their edges.
+fn two_by_two(panels: &[Frame; 4]) -> Frame {
+    let rows = [[0, 1], [2, 3]].map(|row| picture::side_by_side(&row.map(|panel| &panels[panel]), 0));
+    let mut sheet = picture::stacked(&rows, 0);
+    let FrameSize { width, height } = sheet.size();
+    for (i, pixel) in (0..).zip(sheet.pixels_mut()) {
+        let (x, y) = (i % width, i / width);
+        if x == width / 2 || y == height / 2 {
+            *pixel = [LINE, LINE, LINE, 1.0];
+        }
+    }
+    sheet
 }
 
 fn decibels(value: Option<f64>) -> String {
