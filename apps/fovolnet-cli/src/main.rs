@@ -11,6 +11,7 @@ mod frame_files;
 mod frame_sequence;
 mod frame_source;
 mod interrupt;
+mod label;
 mod long_work;
 mod memory_limits;
 mod outputs;

@@ -105,26 +105,15 @@ impl Render {
                 video.push(&rendered.frame)?;
             }
             frames.push(FrameReport {
-                index: i,
-                samples: rendered.samples,
-                density: rendered.mask.density(),
-                lost_samples: rendered.lost,
                 // The first frame waited for the grid of cached shadows.
                 ms: rendered.timings.with_shadow_grid(std::mem::take(&mut shadow_grid_ms)),
-                psnr: measured.map(|q| q.psnr),
-                ssim: measured.and_then(|q| q.ssim),
+                ..FrameReport::of(i, &rendered, measured.as_ref())
             });
             progress.step();
         }
         drop(progress);
         let complete = frames.len();
-        let summary = quality.summary();
-        let mean = MeanReport {
-            psnr: summary.map(|s| s.psnr),
-            ssim: summary.and_then(|s| s.ssim),
-            tpsnr: summary.and_then(|s| s.tpsnr),
-            ..MeanReport::of(&frames)
-        };
+        let mean = MeanReport::of(&frames, quality.summary().as_ref());
         let report = RenderReport {
             volume: shown_path(&session.volume),
             size: pipeline.size(),

@@ -361,16 +361,19 @@ fn encoded<S>(
 where
     S: Copy + Zeroable + Send + Sync,
 {
+    if volume.dtype().size() == 1 {
+        // Narrow integers take few values: look the conversion up.
+        let value = |byte: u8| match volume.dtype() {
+            Dtype::I8 => f64::from(byte.cast_signed()),
+            _ => f64::from(byte),
+        };
+        let table: Vec<S> = (0..=255u8).map(|byte| store(encoding.clamped(value(byte)))).collect();
+        let raw = RawVoxels::<'_, u8>::new(volume);
+        return filled(layout, || (), |voxel| table[usize::from(raw.get(voxel))]);
+    }
     with_voxel_type!(volume.dtype(), T => {
         let raw = RawVoxels::<'_, T>::new(volume);
-        // Narrow integers take few values: look the conversion up.
-        if size_of::<T>() == 1 {
-            let table: Vec<S> =
-                (0..=255u8).map(|byte| store(encoding.clamped(T::decode(&[byte; 8][..size_of::<T>()], Endian::Little).to_f64()))).collect();
-            filled(layout, || (), |voxel| table[raw.first_byte(voxel) as usize])
-        } else {
-            filled(layout, || (), |voxel| store(encoding.clamped(raw.get(voxel).to_f64())))
-        }
+        filled(layout, || (), |voxel| store(encoding.clamped(raw.get(voxel).to_f64())))
     })
 }
 
@@ -404,11 +407,6 @@ impl<'a, T: Voxel> RawVoxels<'a, T> {
         let at = self.at(voxel);
         T::decode(&self.bytes[at..at + size_of::<T>()], self.endian)
     }
-
-    #[inline(always)]
-    fn first_byte(&self, voxel: [usize; 3]) -> u8 {
-        self.bytes[self.at(voxel)]
-    }
 }
 
 /// Fills all bricks in parallel and says so of each; voxels beyond the edge repeat the last one.
@@ -421,23 +419,28 @@ fn filled<S: Copy + Zeroable + Send + Sync>(
     let [bx, by, bz] = layout.bricks();
     let [ex, ey, ez] = layout.edges;
     let last = layout.dims.map(|d| d - 1);
-    data[..bx * by * bz * layout.stride].par_chunks_mut(layout.stride).enumerate().for_each(
-        |(brick, out)| {
-            let corner = [brick % bx, brick / bx % by, brick / (bx * by)].map(|b| b * BRICK);
-            for z in 0..ez {
-                stop::point();
-                for y in 0..ey {
-                    let row = &mut out[(z * ey + y) * ex..][..ex];
-                    let (vy, vz) = ((corner[1] + y).min(last[1]), (corner[2] + z).min(last[2]));
-                    for (x, element) in row.iter_mut().enumerate() {
-                        *element = value([(corner[0] + x).min(last[0]), vy, vz]);
-                    }
+    for_each_brick(&mut data[..bx * by * bz * layout.stride], layout.stride, &|brick, out| {
+        let corner = [brick % bx, brick / bx % by, brick / (bx * by)].map(|b| b * BRICK);
+        for z in 0..ez {
+            stop::point();
+            for y in 0..ey {
+                let row = &mut out[(z * ey + y) * ex..][..ex];
+                let (vy, vz) = ((corner[1] + y).min(last[1]), (corner[2] + z).min(last[2]));
+                for (x, element) in row.iter_mut().enumerate() {
+                    *element = value([(corner[0] + x).min(last[0]), vy, vz]);
                 }
             }
-            is_filled();
-        },
-    );
+        }
+        is_filled();
+    });
     Ok(data)
+}
+
+/// Calls `fill` in parallel with the number and the elements of each brick of `data`.
+///
+/// `fill` is a trait object: rayon's code would else be compiled for every type of voxel and every way to store it.
+fn for_each_brick<S: Send>(data: &mut [S], stride: usize, fill: &(dyn Fn(usize, &mut [S]) + Sync)) {
+    data.par_chunks_mut(stride).enumerate().for_each(|(brick, out)| fill(brick, out));
 }
 
 /// The half-resolution grid that shadows are cached on: every axis halved, rounded up.

@@ -1,5 +1,6 @@
-use crate::{Machine, Timings};
+use crate::{Machine, RenderedFrame, Timings};
 use fovol_core::FrameSize;
+use fovol_metrics::{ClipSummary, FrameQuality};
 use serde::Serialize;
 
 /// Figures of one rendered frame.
@@ -67,9 +68,24 @@ pub struct RenderReport {
     pub machine: Machine,
 }
 
+impl FrameReport {
+    /// Figures of frame `index`, with its `quality` where there is a reference.
+    pub fn of(index: u32, rendered: &RenderedFrame, quality: Option<&FrameQuality>) -> Self {
+        Self {
+            index,
+            samples: rendered.samples,
+            density: rendered.mask.density(),
+            lost_samples: rendered.lost,
+            ms: rendered.timings,
+            psnr: quality.map(|q| q.psnr),
+            ssim: quality.and_then(|q| q.ssim),
+        }
+    }
+}
+
 impl MeanReport {
-    /// Means of `frames`, without quality.
-    pub fn of(frames: &[FrameReport]) -> Self {
+    /// Means of `frames`, and the `quality` of the clip where there is a reference.
+    pub fn of(frames: &[FrameReport], quality: Option<&ClipSummary>) -> Self {
         let n = frames.len().max(1) as f64;
         let parts: Vec<Timings> = frames.iter().map(|f| f.ms).collect();
         let mean = |of: &dyn Fn(&FrameReport) -> f64| frames.iter().map(of).sum::<f64>() / n;
@@ -77,7 +93,9 @@ impl MeanReport {
             samples: mean(&|f| f.samples as f64),
             density: mean(&|f| f.density),
             ms: Timings::reduced(&parts, |ms| ms.iter().sum::<f64>() / n),
-            ..Self::default()
+            psnr: quality.map(|q| q.psnr),
+            ssim: quality.and_then(|q| q.ssim),
+            tpsnr: quality.and_then(|q| q.tpsnr),
         }
     }
 }

@@ -115,6 +115,7 @@ fn is_file(what: &str) -> bool {
 }
 
 /// Content of the file `what` as JSON, for settings that place it at `place`. `None` if it cannot be read.
+#[cfg(feature = "files")]
 pub(crate) fn json_of_file(what: &TransferChoice, place: Option<TransferRange>) -> Option<TransferChoice> {
     let TransferChoice::File(name) = what else { return None };
     let imported = transfer_function::import(&path_of_text(name)).ok()?;

@@ -25,6 +25,7 @@ pub fn problem(text: &str, error: &toml::de::Error) -> String {
 }
 
 /// Contents of the file `name`, if [`read`] would read it as a file.
+#[cfg(feature = "files")]
 pub fn of_file(name: &str) -> Option<String> {
     let path = path_of_text(name);
     if !path.is_file() {

@@ -50,6 +50,7 @@ impl VolumeSettings {
     }
 
     /// Converts the settings for the file readers.
+    #[cfg(feature = "files")]
     pub fn overrides(&self) -> fovol_io::volume::Overrides {
         fovol_io::volume::Overrides {
             dims: self.dims,

@@ -1,7 +1,8 @@
 use crate::{Error, Result, VolumeSettings};
 use fovol_core::{Dtype, Rescale, Volume, did_you_mean, path_of_text};
+use fovol_io::dataset;
 use fovol_io::procedural::{self, Procedural};
-use fovol_io::{dataset, volume};
+use std::path::Path;
 use std::sync::Arc;
 
 /// Opened volume and its origin.
@@ -113,11 +114,10 @@ pub(crate) fn shown_range(volume: &Volume, [lo, hi]: [f64; 2]) -> String {
     format!("values {lo} to {hi} are shown as {from} to {to} of the range; try --range {lo},{hi}")
 }
 
-/// Voxels along each side of a procedural volume by default.
-const PROCEDURAL_SIDE: usize = 128;
-
 /// Opens `source`: a file or folder, or a procedural volume if no file has that name. Procedural volumes have 128³
 /// voxels unless the settings say otherwise. Paths that are not Unicode are written by [`fovol_core::text_of_path`].
+///
+/// Files need the cargo feature `files`, procedural volumes the feature `procedural`.
 ///
 /// # Errors
 /// A file that is missing, unreadable or invalid.
@@ -127,7 +127,7 @@ pub fn open_volume(source: &str, settings: &VolumeSettings) -> Result<OpenVolume
     let volume = match procedural {
         Some(kind) => made(kind, settings)?,
         None if !path.exists() && !source.contains(['.', '/', '\\']) => return Err(unknown(source)),
-        None => volume::read(&path, &settings.overrides())?,
+        None => read(&path, settings)?,
     };
     let volume = match settings.downsample {
         Some(factor) => volume.downsampled(factor)?,
@@ -152,8 +152,26 @@ fn unknown(source: &str) -> Error {
     ))
 }
 
+/// Reads the volume at `path` with `settings`.
+#[cfg(feature = "files")]
+fn read(path: &Path, settings: &VolumeSettings) -> Result<Volume> {
+    Ok(fovol_io::volume::read(path, &settings.overrides())?)
+}
+
+/// Error for a file in a program that reads none.
+#[cfg(not(feature = "files"))]
+fn read(path: &Path, _: &VolumeSettings) -> Result<Volume> {
+    let path = path.display();
+    Err(Error::Setting(format!(
+        "{path} is a file, which needs the cargo feature `files` of fovolnet; turn it on"
+    )))
+}
+
 /// Makes the procedural volume `kind` with `settings`.
+#[cfg(feature = "procedural")]
 fn made(kind: Procedural, settings: &VolumeSettings) -> Result<Volume> {
+    /// Voxels along each side by default.
+    const PROCEDURAL_SIDE: usize = 128;
     let mut volume = procedural::make(kind, settings.dims.unwrap_or([PROCEDURAL_SIDE; 3]), 0)?;
     if let Some(range) = settings.range {
         volume = volume.with_range(range)?;
@@ -162,6 +180,14 @@ fn made(kind: Procedural, settings: &VolumeSettings) -> Result<Volume> {
         volume = volume.with_spacing(spacing)?;
     }
     Ok(volume)
+}
+
+/// Error for a procedural volume in a program that makes none.
+#[cfg(not(feature = "procedural"))]
+fn made(kind: Procedural, _: &VolumeSettings) -> Result<Volume> {
+    Err(Error::Setting(format!(
+        "`{kind}` is made by the program, which needs the cargo feature `procedural` of fovolnet; turn it on"
+    )))
 }
 
 #[cfg(test)]

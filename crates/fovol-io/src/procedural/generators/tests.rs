@@ -1,4 +1,5 @@
 use super::*;
+use crate::procedural::names;
 use fovol_core::Dtype;
 
 fn bytes(kind: Procedural, dims: [usize; 3], seed: u64) -> Vec<u8> {

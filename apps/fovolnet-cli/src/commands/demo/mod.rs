@@ -1,5 +1,7 @@
+mod gaze;
+
 use crate::console::{self, JsonOutput, Progress};
-use crate::{interrupt, picture};
+use crate::{interrupt, label, picture};
 use anyhow::Result;
 use fovolnet::core::{CameraPath, Frame, FrameSize, GazePath};
 use fovolnet::io::atomic;
@@ -10,8 +12,9 @@ use fovolnet::metrics::ClipQuality;
 use fovolnet::net::Fill;
 use fovolnet::{
     FrameReport, MeanReport, NanColour, Pipeline, Reconstruction, RenderReport, RenderSettings, Sampling,
-    SpeedSettings, VolumeSettings, open_volume, parse,
+    SpeedSettings, Viewpoint, VolumeSettings, open_volume, parse,
 };
+use gaze::Gaze;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -45,7 +48,7 @@ pub struct Demo {
     json: JsonOutput,
 }
 
-/// White pixels between pictures.
+/// White pixels between the rows of the contact sheet.
 const GAP: u32 = 4;
 /// Rows of the contact sheet.
 const SHEET_ROWS: u32 = 4;
@@ -60,16 +63,19 @@ impl Demo {
         let mut pipeline = Pipeline::new(&opened, &self.settings(), &self.speed)?;
         console::warn(&pipeline);
         atomic::make_folder(&self.output)?;
-        let (w, h) = (self.size.width, self.size.height);
-        let wide = FrameSize::new(4 * w + 3 * GAP, h)?;
+        // Two panels beside and below each other: the film has the shape of a frame, and even sides.
+        let film = FrameSize::new(2 * self.size.width, 2 * self.size.height)?;
         let mut video =
-            VideoWriter::create(&self.output.join(format!("demo.{}", video::best_extension())), wide, 24)?;
+            VideoWriter::create(&self.output.join(format!("demo.{}", video::best_extension())), film, 24)?;
+        let mut gaze = Gaze::default();
         let mut progress = Progress::new("demo frames", u64::from(self.frames));
         let [mut quality, mut filled_quality] = [(); 2].map(|()| ClipQuality::new().without_ms_ssim());
         let (mut frames, mut rows, mut reference_ms) = (Vec::new(), Vec::new(), 0.0);
         for i in 0..self.frames {
             let made = interrupt::unless_asked(|| {
-                let rendered = pipeline.render(i * STRIDE)?;
+                let fovea = gaze.fovea(&mut pipeline, i * STRIDE)?;
+                let viewpoint = Viewpoint { camera: pipeline.camera(i * STRIDE), fovea };
+                let rendered = pipeline.render_from(i * STRIDE, &viewpoint)?;
                 let before = Instant::now();
                 let reference = pipeline.reference(i * STRIDE)?;
                 Ok((rendered, reference, before.elapsed().as_secs_f64() * 1e3))
@@ -85,34 +91,24 @@ impl Demo {
             let measured = quality.push(&reference, &rendered.frame)?;
             let filled = Fill::PullPush.reconstruct(&rendered.sparse);
             filled_quality.push(&reference, &filled)?;
-            let row = picture::side_by_side(&[&rendered.sparse, &filled, &rendered.frame, &reference], GAP);
-            image::write_png(&self.output.join(format!("demo_{i:04}.png")), &row, Alpha::Drop)?;
-            video.push(&row)?;
+            let figures = FrameReport::of(i * STRIDE, &rendered, Some(&measured));
+            let panels = [rendered.sparse, filled, rendered.frame, reference];
+            let labelled = labelled(&panels, figures.density);
+            let sheet = two_by_two(&labelled);
+            image::write_png(&self.output.join(format!("demo_{i:04}.png")), &sheet, Alpha::Drop)?;
+            video.push(&sheet)?;
             if i % self.frames.div_ceil(SHEET_ROWS) == 0 {
-                rows.push(row);
+                let row = if rows.is_empty() { &labelled } else { &panels };
+                rows.push(picture::side_by_side(&row.each_ref(), GAP));
             }
-            frames.push(FrameReport {
-                index: i * STRIDE,
-                samples: rendered.samples,
-                density: rendered.mask.density(),
-                lost_samples: rendered.lost,
-                ms: rendered.timings,
-                psnr: Some(measured.psnr),
-                ssim: measured.ssim,
-            });
+            frames.push(figures);
             progress.step();
         }
         drop(progress);
         let sheet: Frame = picture::stacked(&rows, GAP);
         image::write_png(&self.output.join("contact_sheet.png"), &sheet, Alpha::Drop)?;
         let clip = video.finish()?;
-        let summary = quality.summary();
-        let mean = MeanReport {
-            psnr: summary.map(|s| s.psnr),
-            ssim: summary.and_then(|s| s.ssim),
-            tpsnr: summary.and_then(|s| s.tpsnr),
-            ..MeanReport::of(&frames)
-        };
+        let mean = MeanReport::of(&frames, quality.summary().as_ref());
         let report = RenderReport {
             volume: self.volume.name().into(),
             size: self.size,
@@ -182,6 +178,34 @@ impl Demo {
         }
         Ok(())
     }
+}
+
+/// Names the four `panels` in their corners. `density` is the share of marched pixels.
+fn labelled(panels: &[Frame; 4], density: f64) -> [Frame; 4] {
+    let sampled = format!("{:.0}% of the pixels", 100.0 * density);
+    let texts = [&sampled, "filled by pull-push", "reconstructed", "every pixel"];
+    std::array::from_fn(|i| {
+        let mut panel = panels[i].clone();
+        label::label(&mut panel, texts[i]);
+        panel
+    })
+}
+
+/// Grey value of the lines between panels.
+const LINE: f32 = 0.3;
+
+/// The four `panels` in two rows, with thin lines between them that cover their edges.
+fn two_by_two(panels: &[Frame; 4]) -> Frame {
+    let rows = [[0, 1], [2, 3]].map(|row| picture::side_by_side(&row.map(|panel| &panels[panel]), 0));
+    let mut sheet = picture::stacked(&rows, 0);
+    let FrameSize { width, height } = sheet.size();
+    for (i, pixel) in (0..).zip(sheet.pixels_mut()) {
+        let (x, y) = (i % width, i / width);
+        if x == width / 2 || y == height / 2 {
+            *pixel = [LINE, LINE, LINE, 1.0];
+        }
+    }
+    sheet
 }
 
 fn decibels(value: Option<f64>) -> String {
