@@ -83,7 +83,7 @@ fn measure(volume: &str, run: &Run) {
         reconstruct: Some(Reconstruction::WNet),
         ..RenderOverrides::default()
     };
-    let mut studio = FrameProducer::new(SpeedSettings::default(), None);
+    let mut producer = FrameProducer::new(SpeedSettings::default(), None);
     let (mut times, mut by_network) = (Vec::new(), 0.0);
     let mut last = None;
     // The first frames teach the budget what the machine can do.
@@ -99,7 +99,8 @@ fn measure(volume: &str, run: &Run) {
             look: DisplayMode::Picture,
         };
         let started = Instant::now();
-        let shown = studio.step(&wanted).expect("settings that can be rendered").expect("a view that moves");
+        let shown =
+            producer.step(&wanted).expect("settings that can be rendered").expect("a view that moves");
         if i >= learning {
             times.push(started.elapsed().as_secs_f64() * 1e3);
             by_network += f64::from(shown.settings.reconstruction == Reconstruction::WNet);

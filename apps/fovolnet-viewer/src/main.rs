@@ -26,7 +26,7 @@ use std::sync::{Arc, Mutex};
 #[global_allocator]
 static MEMORY: ExitWhenExhausted = ExitWhenExhausted;
 
-/// DisplayMode at a volume.
+/// Look at a volume.
 #[derive(Parser)]
 #[command(name = "fovolnet-viewer", version, max_term_width = 100)]
 struct Arguments {

@@ -107,11 +107,11 @@ impl Shared {
         self.desk.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn run(&self, new_studio: &dyn Fn() -> FrameProducer, wake: &dyn Fn()) {
-        let mut studio = new_studio();
+    fn run(&self, new_producer: &dyn Fn() -> FrameProducer, wake: &dyn Fn()) {
+        let mut producer = new_producer();
         while let Some(wanted) = self.next() {
-            let step = catch_unwind(AssertUnwindSafe(|| studio.step(&wanted)));
-            let mut said: Vec<Said> = studio.take_notes().into_iter().map(Said::Note).collect();
+            let step = catch_unwind(AssertUnwindSafe(|| producer.step(&wanted)));
+            let mut said: Vec<Said> = producer.take_notes().into_iter().map(Said::Note).collect();
             let shown = match step {
                 Ok(Ok(shown)) => shown,
                 Ok(Err(error)) => {
@@ -119,7 +119,7 @@ impl Shared {
                     None
                 }
                 Err(_) => {
-                    studio = new_studio();
+                    producer = new_producer();
                     said.push(Said::Error(
                         "the renderer failed and begins anew; change the view to try again".into(),
                     ));

@@ -266,7 +266,7 @@ mod tests {
     use fovolnet::core::CameraPath;
     use fovolnet::{Device, Reconstruction, RenderOverrides, VolumeSettings, open_volume};
 
-    fn studio() -> FrameProducer {
+    fn producer() -> FrameProducer {
         FrameProducer::new(SpeedSettings { device: Some(Device::Cpu), ..SpeedSettings::default() }, None)
     }
 
@@ -289,14 +289,14 @@ mod tests {
     }
 
     /// All pictures until nothing new comes.
-    fn all(studio: &mut FrameProducer, wanted: &ViewRequest) -> Vec<Presented> {
-        std::iter::from_fn(|| studio.step(wanted).unwrap()).take(10_000).collect()
+    fn all(producer: &mut FrameProducer, wanted: &ViewRequest) -> Vec<Presented> {
+        std::iter::from_fn(|| producer.step(wanted).unwrap()).take(10_000).collect()
     }
 
     #[test]
     fn a_still_view_becomes_the_full_frame() {
         let wanted = wanted();
-        let shown = all(&mut studio(), &wanted);
+        let shown = all(&mut producer(), &wanted);
         assert_eq!(shown[0].progress, Progress::Moving);
         let last = shown.last().unwrap();
         assert_eq!(last.progress, Progress::Complete);
@@ -310,35 +310,35 @@ mod tests {
 
     #[test]
     fn a_move_begins_anew_and_a_look_does_not() {
-        let mut studio = studio();
+        let mut producer = producer();
         let first = wanted();
-        let complete = all(&mut studio, &first).pop().unwrap();
+        let complete = all(&mut producer, &first).pop().unwrap();
         let looked = ViewRequest { look: DisplayMode::Samples, ..first.clone() };
-        let shown = all(&mut studio, &looked);
+        let shown = all(&mut producer, &looked);
         assert_eq!(shown.len(), 1);
         assert_eq!(shown[0].pixels, complete.pixels, "all of it is measured");
         let gazed = ViewRequest { gaze: [0.1, 0.2], look: DisplayMode::Samples, ..first.clone() };
-        assert!(all(&mut studio, &gazed).is_empty());
+        assert!(all(&mut producer, &gazed).is_empty());
         let moved = ViewRequest { camera: CameraPath::Orbit.camera(20), ..first };
-        let shown = studio.step(&moved).unwrap().unwrap();
+        let shown = producer.step(&moved).unwrap().unwrap();
         assert_eq!(shown.progress, Progress::Moving);
         assert_ne!(shown.pixels, complete.pixels);
     }
 
     #[test]
     fn a_budget_makes_smaller_frames_and_still_views_whole_ones() {
-        let mut studio = studio();
+        let mut producer = producer();
         let mut wanted = ViewRequest { rate: Some(1e5), ..wanted() };
         for i in 0..5 {
             wanted.camera = CameraPath::Orbit.camera(i);
-            studio.step(&wanted).unwrap();
+            producer.step(&wanted).unwrap();
         }
         wanted.camera = CameraPath::Orbit.camera(9);
-        let moving = studio.step(&wanted).unwrap().unwrap();
+        let moving = producer.step(&wanted).unwrap().unwrap();
         // The chosen level depends on the measured times.
         assert!(moving.size.width < 32 && moving.size.height < 24, "{}", moving.size);
         assert!(moving.rung.unwrap().scale < 0.5);
-        let last = all(&mut studio, &wanted).pop().unwrap();
+        let last = all(&mut producer, &wanted).pop().unwrap();
         assert_eq!((last.size.to_string().as_str(), last.progress), ("64x48", Progress::Complete));
     }
 
@@ -346,12 +346,12 @@ mod tests {
     #[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
     fn frames_in_motion_stay_on_the_device_that_draws_the_window() {
         let gpu = Gpu::open(&fovolnet::gpu::AdapterRequest::Any.or_environment()).unwrap();
-        let mut studio = FrameProducer::new(SpeedSettings::default(), Some(gpu.clone()));
+        let mut producer = FrameProducer::new(SpeedSettings::default(), Some(gpu.clone()));
         let still = ViewRequest { converges: false, ..wanted() };
         let mut timings = Vec::new();
         for i in 0..4 {
             let moved = ViewRequest { camera: CameraPath::Orbit.camera(i), ..still.clone() };
-            let shown = studio.step(&moved).unwrap().unwrap();
+            let shown = producer.step(&moved).unwrap().unwrap();
             let Pixels::Device(picture) = &shown.pixels else { panic!("frame {i} went through the host") };
             let pixels = fovolnet::gpu::read_picture(&gpu, picture).unwrap();
             assert_eq!((shown.size, shown.progress), (still.settings.size.unwrap(), Progress::Moving));
@@ -360,16 +360,16 @@ mod tests {
         }
         assert!(timings[0] == 0.0 && timings[3] > 0.0, "{timings:?}");
         let last = ViewRequest { camera: CameraPath::Orbit.camera(3), ..still.clone() };
-        assert!(studio.step(&last).unwrap().is_none(), "nothing changed");
+        assert!(producer.step(&last).unwrap().is_none(), "nothing changed");
         // Other display modes and still views need pixels on the host.
         let samples = ViewRequest { look: DisplayMode::Samples, ..last.clone() };
-        assert!(matches!(studio.step(&samples).unwrap().unwrap().pixels, Pixels::Host(_)));
-        let complete = all(&mut studio, &ViewRequest { converges: true, ..last }).pop().unwrap();
+        assert!(matches!(producer.step(&samples).unwrap().unwrap().pixels, Pixels::Host(_)));
+        let complete = all(&mut producer, &ViewRequest { converges: true, ..last }).pop().unwrap();
         assert_eq!(complete.progress, Progress::Complete);
         let budget = ViewRequest { rate: Some(1e5), camera: CameraPath::Orbit.camera(9), ..still };
         for i in 0..8 {
             let moved = ViewRequest { camera: CameraPath::Orbit.camera(10 + i), ..budget.clone() };
-            let shown = studio.step(&moved).unwrap().unwrap();
+            let shown = producer.step(&moved).unwrap().unwrap();
             assert!(matches!(shown.pixels, Pixels::Device(_)));
             assert!(i < 7 || shown.rung.unwrap().scale < 0.5, "{:?}", shown.rung);
         }
@@ -379,7 +379,7 @@ mod tests {
     #[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
     fn another_volume_and_size_take_over_while_frames_are_under_way() {
         let gpu = Gpu::open(&fovolnet::gpu::AdapterRequest::Any.or_environment()).unwrap();
-        let mut studio = FrameProducer::new(SpeedSettings::default(), Some(gpu.clone()));
+        let mut producer = FrameProducer::new(SpeedSettings::default(), Some(gpu.clone()));
         let read = VolumeSettings { dims: Some([24; 3]), ..VolumeSettings::default() };
         let volumes = ["head", "vortices"].map(|name| open_volume(name, &read).unwrap());
         let mut first: [Option<Vec<[u8; 4]>>; 4] = Default::default();
@@ -390,7 +390,7 @@ mod tests {
             wanted.settings.size = Some(["64x48", "40x56"][kind / 2].parse().unwrap());
             wanted.settings.pb = Some(0.8);
             wanted.camera = CameraPath::Orbit.camera(i % 3);
-            let shown = studio.step(&wanted).unwrap().unwrap();
+            let shown = producer.step(&wanted).unwrap().unwrap();
             assert_eq!(shown.size, wanted.settings.size.unwrap());
             let Pixels::Device(picture) = &shown.pixels else { panic!("frame {i} went through the host") };
             if i % 3 == 0 {
@@ -407,11 +407,11 @@ mod tests {
 
     #[test]
     fn what_cannot_be_rendered_is_said_and_forgotten() {
-        let mut studio = studio();
+        let mut producer = producer();
         let good = wanted();
         let mut bad = good.clone();
         bad.settings.ambient = Some(7.0);
-        assert!(studio.step(&bad).unwrap_err().to_string().contains("ambient"));
-        assert!(studio.step(&good).unwrap().is_some());
+        assert!(producer.step(&bad).unwrap_err().to_string().contains("ambient"));
+        assert!(producer.step(&good).unwrap().is_some());
     }
 }

@@ -26,7 +26,7 @@ pub enum Command {
     Redo,
     /// Return to the start of the path.
     ResetView,
-    /// DisplayMode from this direction at the volume.
+    /// Look from this direction at the volume.
     LookFrom([i8; 3]),
     /// Choose a display mode of the frame.
     Show(DisplayMode),
