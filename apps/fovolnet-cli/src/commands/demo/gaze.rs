@@ -116,7 +116,7 @@ mod tests {
     fn a_volume_of_which_nothing_shows_leaves_the_gaze_alone() {
         let grid = Grid::new([8; 3], [1.0; 3]).unwrap();
         let volume = OpenVolume::from(Volume::from_values(grid, vec![0u8; 512]).unwrap());
-        let settings = RenderSettings { tf: Some("grey".into()), ..RenderSettings::default() };
+        let settings = RenderSettings { transfer_function: "grey".into(), ..RenderSettings::default() };
         let mut pipeline = Pipeline::new(&volume, &settings, &SpeedSettings::default()).unwrap();
         assert_eq!(Gaze::default().fovea(&mut pipeline, 0).unwrap(), pipeline.fovea(0));
     }
