@@ -1,5 +1,5 @@
 use super::automatic::{automatic, coloured};
-use super::catalogue::{colour_map, names, preset, text};
+use super::catalogue::{colour_map, names, preset};
 use crate::{Error, OpenVolume, RenderSettings, Result, TransferChoice, TransferRange, ValueScale};
 use fovol_core::{TransferFunction, Volume, did_you_mean, path_of_text, with_voxel_type};
 use fovol_io::transfer_function::{self, Imported};
@@ -120,7 +120,7 @@ pub(crate) fn json_of_file(what: &TransferChoice, place: Option<TransferRange>) 
     let TransferChoice::File(name) = what else { return None };
     let imported = transfer_function::import(&path_of_text(name)).ok()?;
     let transfer = placed(what, &imported, place).ok()?;
-    Some(TransferChoice::Json(text(&transfer)))
+    Some(TransferChoice::Json(super::text(&transfer)))
 }
 
 /// Automatic transfer function of `volume`.
@@ -134,7 +134,7 @@ mod tests {
     use super::*;
     use crate::RenderOverrides;
     use crate::presets::automatic::colour;
-    use crate::presets::notes;
+    use crate::presets::{notes, text};
     use fovol_core::Grid;
     use fovol_io::procedural::Procedural;
     use std::sync::Arc;
