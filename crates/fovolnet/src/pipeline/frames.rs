@@ -13,7 +13,7 @@ pub struct RenderedFrame {
     /// Full frame; the sparse one if reconstruction is off.
     pub frame: Frame,
     /// Motion of each pixel to its position in the last frame, see [`crate::MotionFinder`]. Present from the second
-    /// frame on, if a network uses motion or [`Pipeline::find_motion`] was called.
+    /// frame on, if a network uses motion or [`crate::Pipeline::find_motion`] was called.
     pub motion: Option<Vec<[f32; 2]>>,
     /// Number of marched pixels, repeated ones included.
     pub samples: usize,
@@ -35,7 +35,7 @@ pub struct DoneFrame {
     pub timings: Timings,
 }
 
-/// Frame that stays on the device, see [`Pipeline::display_from`].
+/// Frame that stays on the device, see [`crate::Pipeline::display_from`].
 #[cfg(feature = "gpu")]
 #[derive(Debug, Clone)]
 pub struct DeviceFrame {

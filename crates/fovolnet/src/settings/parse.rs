@@ -43,7 +43,7 @@ pub fn file() -> impl clap::builder::TypedValueParser<Value = String> {
     file_or::<String>()
 }
 
-/// Clap parser like [`file`], for a type that takes file names and words apart.
+/// Clap parser like [`file()`], for a type that takes file names and words apart.
 #[cfg(feature = "clap")]
 pub fn file_or<T>() -> impl clap::builder::TypedValueParser<Value = T>
 where
