@@ -1,16 +1,7 @@
 //! Detection of values far outside all others. They mark voxels without data and would compress the displayed range
 //! of the rest.
 
-use crate::{Dtype, Volume, Voxel, with_voxel_type};
-
-/// Value far outside all others.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Outlier {
-    /// The value, after scaling.
-    pub value: f64,
-    /// Number of voxels with this value.
-    pub count: u64,
-}
+use crate::{Dtype, Outlier, Volume, Voxel, with_voxel_type};
 
 /// Number of different values kept at each end. Fewer than half of them can be outliers.
 const KEPT: usize = 8;

@@ -1,25 +1,8 @@
-use crate::outliers::{self, Extremes};
-use crate::{Endian, Outlier, Rescale, Volume, Voxel, stop, with_voxel_type};
-use rayon::prelude::*;
+//! Statistics, histograms and distinct values of volumes.
 
-/// Statistics of a volume's finite values (first component, after scaling).
-#[derive(Debug, Clone, PartialEq)]
-pub struct Statistics {
-    /// Smallest finite value; 0 if there is none.
-    pub min: f64,
-    /// Largest finite value; 0 if there is none.
-    pub max: f64,
-    /// Mean of the finite values; 0 if there is none.
-    pub mean: f64,
-    /// Number of NaN or infinite values.
-    pub non_finite: u64,
-    /// Number of NaN values.
-    pub nan: u64,
-    /// Smallest and largest finite value without outliers.
-    pub shown: [f64; 2],
-    /// Values far outside all others, such as −9999 for voxels without data; smallest first.
-    pub outliers: Vec<Outlier>,
-}
+use crate::outliers::{self, Extremes};
+use crate::{Endian, Rescale, Statistics, Volume, Voxel, stop, with_voxel_type};
+use rayon::prelude::*;
 
 /// Voxels per parallel piece. A fixed size makes sums independent of the number of threads.
 const PIECE: usize = 1 << 20;
@@ -37,7 +20,7 @@ impl Partial {
 }
 
 impl Statistics {
-    pub(crate) fn of(volume: &Volume) -> Self {
+    fn of(volume: &Volume) -> Self {
         let partials = partials(volume);
         let voxels = volume.grid().voxels() as u64;
         let mut all = Partial::NONE;
@@ -65,6 +48,11 @@ impl Statistics {
 }
 
 impl Volume {
+    /// Statistics of the values; computed once.
+    pub fn statistics(&self) -> &Statistics {
+        self.statistics.get_or_init(|| Statistics::of(self))
+    }
+
     /// Histogram of the finite values in `bins` equal parts of `range` (scaled values). The last bin includes its
     /// upper end; values outside are not counted.
     pub fn histogram(&self, bins: usize, range: [f64; 2]) -> Vec<u64> {

@@ -45,7 +45,7 @@ pub struct Volume {
     contents: Contents,
     no_data: Option<f64>,
     notes: Vec<String>,
-    statistics: Arc<OnceLock<Statistics>>,
+    pub(crate) statistics: Arc<OnceLock<Statistics>>,
 }
 
 impl Volume {
@@ -356,11 +356,6 @@ impl Volume {
     /// Whether [`Self::range`] was set rather than computed.
     pub fn range_is_chosen(&self) -> bool {
         self.range.is_some()
-    }
-
-    /// Statistics of the values; computed once.
-    pub fn statistics(&self) -> &Statistics {
-        self.statistics.get_or_init(|| Statistics::of(self))
     }
 
     /// Value of voxel `[x, y, z]` after scaling.

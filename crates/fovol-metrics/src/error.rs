@@ -1,4 +1,4 @@
-use crate::Display;
+use crate::fvvdp::DISPLAY_NAMES;
 use fovol_core::{Frame, FrameSize};
 
 /// Reasons why frames cannot be compared.
@@ -34,7 +34,7 @@ pub enum Error {
         now: FrameSize,
     },
     /// No display has this name.
-    #[error("there is no display `{name}`; use one of {}", Display::NAMES.join(", "))]
+    #[error("there is no display `{name}`; use one of {}", DISPLAY_NAMES.join(", "))]
     UnknownDisplay {
         /// The requested name.
         name: String,

@@ -25,12 +25,15 @@ mod error;
 mod fill;
 #[cfg(feature = "gpu")]
 pub mod gpu;
+mod input;
 pub mod onnx;
 pub mod plan;
+mod schedule;
 pub mod weights;
 
 pub use error::{Error, Result};
 pub use fill::{Fill, FilledNumbers};
+pub use input::FrameInput;
 pub use weights::Weights;
 
 /// The examples of the README, for doctests.

@@ -3,7 +3,10 @@
 use fovol_core::{Frame, FrameSize};
 use fovol_net::Weights;
 use fovol_net::cpu::{self, FrameInput, Precision, Simd};
-use fovol_net::plan::{DeepFoveaConfig, Feedback, Named, NetworkConfig, Normalisation, WNetConfig};
+use fovol_net::plan::{
+    Accumulation, DeepFoveaConfig, Direct, Feedback, Fill, Filtering, Fresh, Kernels, Named, NetworkConfig,
+    Normalisation, Prediction, Taps, WNetConfig,
+};
 use fovol_net::weights::Storage;
 use fovol_train::network::{Inputs, Network, Options, Spread, initial_weights};
 use safetensors::SafeTensors;
@@ -200,23 +203,30 @@ fn energy(network: &Network) -> Tensor {
 
 #[test]
 fn gradients_of_clips_agree_with_differences() {
-    let all_on = WNetConfig {
-        encoder: vec![4, 5, 6],
-        decoder: vec![3, 4],
-        direct: true,
-        residual: true,
-        // The confidence has no gradients.
-        doubt: false,
-        ..WNetConfig::fast()
+    let direct = Direct { residual: true };
+    // The confidence has no gradients.
+    let fresh = |coarse| Fresh { taps: Taps::Centre, coarse, history_confidence: false };
+    let fill = |coarse| {
+        let accumulation = Accumulation { weight: 0.98, points: true, fresh: Some(fresh(coarse)) };
+        Fill { corrections: 1, accumulation: Some(accumulation) }
     };
-    let softmax = WNetConfig {
-        normalisation: Normalisation::Softmax,
-        feedback: Feedback::Direct,
-        fold: false,
-        coarse: false,
-        flat: None,
-        ..all_on.clone()
-    };
+    let kernels = WNetConfig::fast().options().kernels().unwrap();
+    let all_on = WNetConfig::fast().with(|options| {
+        (options.encoder, options.decoder) = (vec![4, 5, 6], vec![3, 4]);
+        options.fill = Some(fill(true));
+        let filtering = Filtering::Once { direct: Some((direct, Taps::Centre)) };
+        options.prediction = Prediction::Kernels(Kernels { filtering, ..kernels });
+    });
+    let all_on = all_on.unwrap();
+    let softmax = all_on.with(|options| {
+        options.feedback = Feedback::Direct;
+        options.fold = false;
+        options.fill = Some(fill(false));
+        let filtering = Filtering::EveryLevel { direct: Some(direct) };
+        let normalisation = Normalisation::Softmax;
+        options.prediction = Prediction::Kernels(Kernels { normalisation, filtering, ..kernels });
+    });
+    let softmax = softmax.unwrap();
     let fovea = DeepFoveaConfig { encoder: vec![3, 4], bottleneck: 5 };
     let configs =
         [NetworkConfig::WNet(all_on), NetworkConfig::WNet(softmax), NetworkConfig::DeepFovea(fovea)];

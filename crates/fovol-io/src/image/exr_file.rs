@@ -1,7 +1,7 @@
 //! OpenEXR files: any layers, channels and data windows, as frames of the size of the display window.
 
 use super::channels;
-use super::{Motion, Picture};
+use super::picture::{Motion, Picture};
 use crate::{Error, Result};
 use exr::image::{AnyChannels, FlatSamples, Layer};
 use exr::math::Vec2;

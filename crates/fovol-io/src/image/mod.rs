@@ -2,6 +2,9 @@
 
 mod channels;
 mod exr_file;
+mod picture;
+
+pub use picture::{Motion, Picture};
 
 use crate::{Error, Result, atomic};
 use fovol_core::{Frame, FrameSize, input};
@@ -13,28 +16,6 @@ use std::path::Path;
 
 /// File extensions of supported images.
 pub const EXTENSIONS: [&str; 5] = ["png", "exr", "jpg", "jpeg", "bmp"];
-
-/// An image read from a file.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Picture {
-    /// Its pixels; alpha is 1 where the file has none.
-    pub frame: Frame,
-    /// Whether the file has alpha.
-    pub has_alpha: bool,
-    /// Assumptions made while reading, one line each.
-    pub notes: Vec<String>,
-}
-
-/// Motion vectors of a frame, read from a file.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Motion {
-    /// The size of the frame.
-    pub size: FrameSize,
-    /// Per pixel, row by row, the offset to its position in the previous frame: right and down, in pixels.
-    pub ways: Vec<[f32; 2]>,
-    /// Assumptions made while reading, one line each.
-    pub notes: Vec<String>,
-}
 
 /// Whether a PNG keeps alpha.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,6 +1,6 @@
 //! The colour difference CIEDE2000, and the shortest way from one colour to another by it.
 
-use super::colour_space::{Colour, to_lab};
+use super::cie::{Colour, to_lab};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::f64::consts::{PI, TAU};

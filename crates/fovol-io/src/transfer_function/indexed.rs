@@ -1,7 +1,7 @@
 //! Indexed colour maps: each value has a colour, without interpolation between them.
 
-use super::Imported;
-use super::paraview::groups;
+use super::groups::groups;
+use super::imported::Imported;
 use crate::{Error, Result};
 use fovol_core::{ControlPoint, TransferFunction};
 use serde_json::Value;

@@ -1,5 +1,5 @@
-use super::Imported;
 use super::curve::{ColourCurve, OpacityCurve};
+use super::imported::Imported;
 use crate::{Error, Result};
 use fovol_core::{ControlPoint, TransferFunction};
 use std::path::Path;

@@ -1,7 +1,8 @@
 //! Transfer functions in JSON: our own, and those of ParaView and vtk.js.
 
+use super::imported::{Imported, UNKNOWN, chosen};
+use super::paraview;
 use super::volume_property::Lists;
-use super::{Imported, UNKNOWN, chosen, paraview};
 use crate::{Error, Result};
 use serde_json::Value;
 use std::borrow::Cow;

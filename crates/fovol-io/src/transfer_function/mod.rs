@@ -1,8 +1,11 @@
 //! Transfer functions of this and other programs.
 
+mod cie;
 mod ciede2000;
 mod colour_space;
 mod curve;
+mod groups;
+mod imported;
 mod indexed;
 #[cfg(feature = "files")]
 mod inviwo;
@@ -18,54 +21,18 @@ mod warp;
 #[cfg(feature = "files")]
 mod xml;
 
+pub use imported::Imported;
+
 #[cfg(feature = "files")]
 use crate::atomic;
 use crate::{Error, Result};
-use fovol_core::{TransferFunction, did_you_mean, input, path_of_text, text_of_path};
+use fovol_core::{TransferFunction, input, path_of_text, text_of_path};
+use imported::UNKNOWN;
 use std::io::Read;
 use std::path::Path;
 
 /// Largest file that is read, in bytes; collections of colour maps are smaller.
 const LARGEST: u64 = 64 << 20;
-
-/// A transfer function read from a file.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Imported {
-    /// The function, with the data values that it was made for where the file gives them.
-    pub transfer: TransferFunction,
-    /// Whether the function stretches over the displayed range, even if it has a range of its own.
-    ///
-    /// True of colour maps from 0 to 1 or from −1 to 1.
-    pub is_stretched: bool,
-    /// Assumptions made while reading, one line each.
-    pub notes: Vec<String>,
-}
-
-impl From<TransferFunction> for Imported {
-    /// Wraps `transfer`. If it has a range, it stays at those data values.
-    fn from(transfer: TransferFunction) -> Self {
-        Self::of(transfer)
-    }
-}
-
-impl Imported {
-    /// Wraps `transfer`. If it has a range, it stays at those data values.
-    fn of(transfer: TransferFunction) -> Self {
-        let is_stretched = transfer.range().is_none();
-        Self { transfer, is_stretched, notes: Vec::new() }
-    }
-
-    /// Wraps `transfer`, stretched over the displayed range.
-    fn stretched(transfer: TransferFunction) -> Self {
-        Self { is_stretched: true, ..Self::of(transfer) }
-    }
-
-    /// The function as the file intends it: without its range if [`Self::is_stretched`].
-    pub fn as_meant(&self) -> TransferFunction {
-        let transfer = self.transfer.clone();
-        if self.is_stretched { transfer.with_range(None).expect("no range is sound") } else { transfer }
-    }
-}
 
 /// Reads the transfer function at `path`.
 ///
@@ -106,10 +73,6 @@ pub fn import(path: &Path) -> Result<Imported> {
 pub fn read(path: &Path) -> Result<TransferFunction> {
     Ok(import(path)?.as_meant())
 }
-
-/// The error message for files of no known format.
-const UNKNOWN: &str = "it is no transfer function that is known here; give {\"points\":[[v,r,g,b,a],…]}, a colour map of \
-                       ParaView (.json), a preset of 3D Slicer (.xml, .vp) or vtk.js (.json), or an .itf file of Inviwo";
 
 /// Parses `text`, read from `path`. If it holds several functions, `name` selects one.
 ///
@@ -161,36 +124,4 @@ fn with_name(path: &Path) -> (std::path::PathBuf, Option<String>) {
         Some((file, name)) if !path.exists() => (path_of_text(file).into_owned(), Some(name.to_owned())),
         _ => (path.to_owned(), None),
     }
-}
-
-/// Names of a file that are listed at most.
-const LISTED: usize = 20;
-
-/// Returns the index of `wanted` in `names`, or 0 if none is wanted.
-///
-/// If one of several is chosen by default, a note lists the names.
-fn chosen(path: &Path, names: &[&str], wanted: Option<&str>) -> Result<(usize, Option<String>)> {
-    let mut listed: Vec<&str> = names.iter().take(LISTED).copied().collect();
-    if names.len() > LISTED {
-        listed.push("…");
-    }
-    let listed = listed.join(", ");
-    let Some(wanted) = wanted else {
-        let note = format!(
-            "it holds {} transfer functions, `{}` is taken; FILE#NAME chooses one: {listed}",
-            names.len(),
-            names[0]
-        );
-        return Ok((0, (names.len() > 1).then_some(note)));
-    };
-    let exact = names.iter().position(|name| *name == wanted);
-    let found = exact.or_else(|| names.iter().position(|name| name.eq_ignore_ascii_case(wanted)));
-    let index = found.ok_or_else(|| {
-        let meant = did_you_mean(wanted, names);
-        Error::malformed(
-            path,
-            format!("it has no transfer function `{wanted}`; those in it: {listed}{meant}"),
-        )
-    })?;
-    Ok((index, None))
 }

@@ -1,8 +1,10 @@
 use super::colour_space::{Colour, Interpolation};
 use super::curve::{ColourCurve, Curve, Node, OpacityCurve};
+use super::groups::{groups, not_groups};
+use super::imported::Imported;
+use super::indexed;
 use super::joined::joined;
 use super::warp::Warp;
-use super::{Imported, indexed};
 use crate::{Error, Result};
 use serde_json::Value;
 use std::path::Path;
@@ -71,19 +73,4 @@ fn continuous(path: &Path, map: &Value) -> Result<Imported> {
 pub fn opacity_curve(nodes: Vec<[f64; 4]>, is_logarithmic: bool) -> Option<OpacityCurve> {
     let node = |[x, y, midpoint, sharpness]: [f64; 4]| Node { x, y, warp: Warp::new(midpoint, sharpness) };
     Curve::new(nodes.into_iter().map(node).collect(), is_logarithmic)
-}
-
-/// The numbers of list `key` in groups of N, at least one.
-pub fn groups<const N: usize>(path: &Path, map: &Value, key: &str) -> Result<Vec<[f64; N]>> {
-    let numbers = map.get(key).and_then(Value::as_array);
-    let numbers: Option<Vec<f64>> = numbers.and_then(|list| list.iter().map(Value::as_f64).collect());
-    let (groups, rest) = numbers.as_deref().unwrap_or_default().as_chunks::<N>();
-    if groups.is_empty() || !rest.is_empty() { Err(not_groups(path, key, N)) } else { Ok(groups.to_vec()) }
-}
-
-fn not_groups(path: &Path, key: &str, size: usize) -> Error {
-    Error::malformed(
-        path,
-        format!("{key} is not a list of numbers in groups of {size}; save the colour map again"),
-    )
 }

@@ -3,7 +3,7 @@
 //! Source: Konovalenko, Smagina, Nikolaev and Nikolaev, "ProLab: Perceptually Uniform Projective Color Coordinate
 //! System", IEEE Access 9, 2021.
 
-use super::colour_space::{Colour, from_xyz, to_xyz};
+use super::cie::{Colour, from_xyz, to_xyz};
 use glam::{DMat4, DVec3, DVec4};
 
 /// White point D65, rounded like VTK's.

@@ -1,4 +1,4 @@
-use super::Imported;
+use super::imported::Imported;
 use crate::{Error, Result};
 use fovol_core::{ControlPoint, TransferFunction};
 use std::path::Path;

@@ -1,8 +1,8 @@
 //! Volume properties of VTK and 3D Slicer: `presets.xml`, `.vp` and the presets of vtk.js. All are in data values.
 
-use super::Imported;
 use super::colour_space::Interpolation;
 use super::curve::{ColourCurve, Curve, Node};
+use super::imported::Imported;
 use super::joined::joined;
 use super::paraview::opacity_curve;
 use super::warp::Warp;

@@ -1,7 +1,8 @@
 //! Transfer functions in XML: Inviwo's `.itf` and 3D Slicer's `presets.xml`.
 
+use super::imported::{Imported, chosen};
+use super::inviwo;
 use super::volume_property::Lists;
-use super::{Imported, chosen, inviwo};
 use crate::{Error, Result};
 use quick_xml::Reader;
 use quick_xml::events::Event;

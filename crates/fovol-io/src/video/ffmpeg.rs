@@ -1,5 +1,6 @@
 //! Clips through an installed `ffmpeg`, which is trusted with nothing: what it wrote is read back.
 
+use super::even_size::padded_to_even;
 use super::{FrameRate, y4m_file};
 use crate::{Error, Result};
 use ffmpeg_sidecar::paths::ffmpeg_path;
@@ -53,7 +54,7 @@ fn ends_in(path: &Path, endings: &[&str]) -> bool {
 
 /// The size of a clip of frames of `size` in the file `path`: even where chroma has half the resolution.
 fn clip_size(path: &Path, size: FrameSize) -> FrameSize {
-    if ends_in(path, &OF_COLOURS) { size } else { super::padded_to_even(size) }
+    if ends_in(path, &OF_COLOURS) { size } else { padded_to_even(size) }
 }
 
 /// The ffmpeg arguments that encode the clip `path`.

@@ -1,5 +1,6 @@
 //! Clips in and out: y4m by itself, everything else through an installed `ffmpeg`.
 
+mod even_size;
 mod ffmpeg;
 mod frame_rate;
 mod reader;
@@ -10,6 +11,7 @@ use crate::{Error, Result};
 use fovol_core::{Frame, FrameSize};
 use std::path::{Path, PathBuf};
 
+pub use even_size::padded_to_even;
 pub use ffmpeg::ffmpeg_installed;
 pub use frame_rate::FrameRate;
 pub use reader::VideoReader;
@@ -114,12 +116,6 @@ impl VideoWriter {
         atomic::persist(temporary, &path)?;
         Ok(path)
     }
-}
-
-/// `size` with even sides, which clips with chroma at half resolution need: one more pixel along each odd side.
-pub fn padded_to_even(size: FrameSize) -> FrameSize {
-    // The largest side of a frame is even.
-    FrameSize { width: size.width.next_multiple_of(2), height: size.height.next_multiple_of(2) }
 }
 
 /// The name of a clip that was to be `path`, without ffmpeg.

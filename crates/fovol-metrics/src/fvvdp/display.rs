@@ -1,3 +1,4 @@
+use super::display_names::NAMES;
 use super::log_math::{exp2, log2};
 use crate::planes::display as clamped;
 use crate::{Error, Result};
@@ -30,7 +31,7 @@ pub struct Display {
 
 impl Display {
     /// Names of the presets.
-    pub const NAMES: [&str; 3] = ["standard_4k", "standard_fhd", "standard_hmd"];
+    pub const NAMES: [&str; 3] = NAMES;
 
     /// FovVideoVDP's preset `name`.
     ///

@@ -8,6 +8,7 @@
 
 mod band;
 mod display;
+mod display_names;
 mod log_math;
 mod masking;
 mod pooling;
@@ -17,6 +18,7 @@ mod temporal;
 mod visual_field;
 
 pub use display::Display;
+pub(crate) use display_names::NAMES as DISPLAY_NAMES;
 pub use pyramid::MIN_SIDE;
 
 use crate::error::{at_least, same_size};

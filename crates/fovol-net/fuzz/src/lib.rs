@@ -36,9 +36,11 @@ pub fn weights(bytes: &[u8]) {
         check(&problem);
     }
     // The network of the reference file has no name, so its configuration is given.
-    let config = WNetConfig { encoder: vec![4, 4], decoder: vec![4], ..WNetConfig::paper() };
+    let config = WNetConfig::paper().with(|options| {
+        (options.encoder, options.decoder) = (vec![4, 4], vec![4]);
+    });
     let state = StateDict::parse(bytes);
-    match state.and_then(|state| state.weights(&NetworkConfig::WNet(config))) {
+    match state.and_then(|state| state.weights(&NetworkConfig::WNet(config.expect("two encoders and a decoder make a U-Net")))) {
         Ok(weights) => assert_eq!(weights.arrays().len(), 20),
         Err(problem) => check(&problem),
     }

@@ -5,7 +5,7 @@ use super::points::RowMut;
 use super::pyramid::{KnownRows, PremulRgba, Pyramid, divided};
 use super::samples::KnownPixels;
 use super::tensor::Tensor;
-use crate::plan::{DOUBT_ALLOWED, DOUBT_EPSILON, DOUBT_SHARE, POINT};
+use crate::plan::{CONFIDENCE_ALLOWED, CONFIDENCE_EPSILON, CONFIDENCE_SHARE, POINT};
 use fovol_simd::{Simd, SimdF32, SimdF32Op, SimdOp};
 use glam::Vec4;
 use rayon::prelude::*;
@@ -22,8 +22,8 @@ pub struct Expected<'a> {
 
 /// Computes the confidence in `prior`, 0…1, at 2^`lowest` times lower resolution than `known`, and writes it to
 /// `out`. It compares the mean squared errors of both pictures at the samples; see
-/// [`Layer::Doubt`](crate::plan::Layer::Doubt).
-pub fn doubt(
+/// [`HistoryConfidence`](crate::plan::HistoryConfidence).
+pub fn history_confidence(
     known: KnownPixels<'_>,
     expected: &Expected<'_>,
     [levels, lowest]: [u32; 2],
@@ -44,8 +44,8 @@ pub fn doubt(
     pyramid.complete([levels, lowest], &mut out.data, |_, squares, row| {
         for (to, &squares) in row.iter_mut().zip(squares) {
             let [e, v, ..] = divided(Vec4::from_array(squares)).to_array();
-            let v = v + DOUBT_EPSILON;
-            *to = v / (v + DOUBT_SHARE * (e - DOUBT_ALLOWED * v).max(0.0));
+            let v = v + CONFIDENCE_EPSILON;
+            *to = v / (v + CONFIDENCE_SHARE * (e - CONFIDENCE_ALLOWED * v).max(0.0));
         }
     });
 }
@@ -211,7 +211,7 @@ fn scaled_row(map: &Tensor, scale: usize, y: usize, to: &mut [f32]) {
         2 => simd.vectorised(ScaledRow::<2> { map, y, to }),
         4 => simd.vectorised(ScaledRow::<4> { map, y, to }),
         8 => simd.vectorised(ScaledRow::<8> { map, y, to }),
-        _ => unreachable!("doubt has at most 8 times lower resolution"),
+        _ => unreachable!("confidence has at most 8 times lower resolution"),
     }
 }
 
@@ -318,16 +318,22 @@ mod tests {
             let (prior, fresh) = (picture(32, prior), picture(16, 0.3));
             let mut out = Tensor::default();
             let expected = Expected { prior: &prior, fresh: &fresh };
-            doubt(KnownPixels::All(&samples()), &expected, [4, 3], &mut Pyramid::default(), &mut out);
+            history_confidence(
+                KnownPixels::All(&samples()),
+                &expected,
+                [4, 3],
+                &mut Pyramid::default(),
+                &mut out,
+            );
             assert_eq!([out.height, out.width], [4, 4]);
             assert!(out.data.iter().all(|v| (v - out.data[0]).abs() < 0.06), "{:?}", out.data);
             out.data[0]
         };
         // Samples differ by 0.1 from both pictures.
-        let alike = 0.01 / (0.01 + DOUBT_SHARE * (0.01 - DOUBT_ALLOWED * 0.01));
+        let alike = 0.01 / (0.01 + CONFIDENCE_SHARE * (0.01 - CONFIDENCE_ALLOWED * 0.01));
         assert!((share(0.3) - alike).abs() < 1e-3);
         // Samples differ by 0.1 and 0.3 from `prior`, and by 0.1 from the fill.
-        let expected = 0.01 / (0.01 + DOUBT_SHARE * (0.05 - DOUBT_ALLOWED * 0.01));
+        let expected = 0.01 / (0.01 + CONFIDENCE_SHARE * (0.05 - CONFIDENCE_ALLOWED * 0.01));
         assert!((share(0.5) - expected).abs() < 0.03 && share(9.0) < 0.001);
     }
 

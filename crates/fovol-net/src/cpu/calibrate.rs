@@ -1,9 +1,9 @@
 use super::conv::{Distances, note_transformed};
-use super::frames::FrameInput;
 use super::network::Network;
 use super::patch::Source;
 use super::precision::{Precision, transformed};
 use super::tensor::AnyTensor;
+use crate::input::FrameInput;
 use crate::plan::{Layer, Plan};
 use crate::weights::Weights;
 use crate::{Error, Result};

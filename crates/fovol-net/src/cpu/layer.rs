@@ -1,6 +1,6 @@
 //! Prepares the layers of a plan, and runs those that are no convolutions.
 
-use super::accumulate::{Expected, Fading, accumulate, doubt};
+use super::accumulate::{Expected, Fading, accumulate, history_confidence};
 use super::conv::{Arithmetic, ConvShape, PreparedConv};
 use super::element::Element;
 use super::filter::PreparedFilter;
@@ -11,12 +11,12 @@ use super::precision::Choice;
 use super::pyramid::Pyramid;
 use super::reshape;
 use super::samples::{KnownPixels, Samples};
-use super::schedule::{Derived, Schedule};
 use super::spread::{blend, smooth, spread};
 use super::tensor::{AnyTensor, Tensor, with_tensor};
 use super::warp::warp;
 use crate::Result;
-use crate::plan::{Activation, Conv, Layer, Plan, TensorId, TensorSpec};
+use crate::plan::{Accumulate, Activation, Conv, Layer, Plan, TensorId, TensorSpec};
+use crate::schedule::{Derived, Schedule};
 use crate::weights::Weights;
 use fovol_simd::Simd;
 
@@ -133,8 +133,9 @@ impl<'a> Given<'a> {
         self.map(id).picture()
     }
 
-    fn fading(&self, known: TensorId, share: Option<TensorId>, fade: f32) -> Fading<'a> {
-        Fading { known: self.known(known), share: share.map(|id| self.picture(id)), fade }
+    fn fading(&self, layer: &Accumulate) -> Fading<'a> {
+        let share = layer.share.map(|id| self.picture(id));
+        Fading { known: self.known(layer.known), share, fade: layer.fade }
     }
 
     fn known(&self, id: TensorId) -> KnownPixels<'a> {
@@ -148,16 +149,15 @@ impl<'a> Given<'a> {
 /// Runs the layers `moving` (reprojection of points) and `fading` (their accumulation) together, and writes to
 /// `out`.
 pub fn run_points(moving: &Layer, fading: &Layer, given: Given<'_>, out: &mut AnyTensor) {
-    let (Layer::Reproject { input, motion, .. }, &Layer::Accumulate { known, share, fade, .. }) =
-        (moving, fading)
-    else {
+    let (Layer::Reproject(moving), Layer::Accumulate(fading)) = (moving, fading) else {
         unreachable!("points are moved, then fade")
     };
-    let fading = given.fading(known, share, fade);
-    points::reproject(given.picture(*input), given.picture(*motion), Some(fading), out.picture_mut());
+    let (input, motion) = (given.picture(moving.input), given.picture(moving.motion));
+    points::reproject(input, motion, Some(given.fading(fading)), out.picture_mut());
 }
 
-/// Runs `layer` alone and writes its output, the tensor `to`, to `out`.
+/// Runs `layer` alone and writes its output, the tensor `to`, to `out`. Convolutions, predicted kernels and pointwise
+/// layers run with others, or with prepared weights.
 pub fn run(
     layer: &Layer,
     step: &Step,
@@ -165,71 +165,60 @@ pub fn run(
     (to, pyramid): (&TensorSpec, &mut Pyramid),
     out: &mut AnyTensor,
 ) {
-    match (layer, step, out) {
-        (Layer::Norm(norm), Step::Norm { weight, bias, activation }, out) => {
-            let mut map = given.map(norm.input).to_f32();
-            normalise(&mut map, weight, bias, *activation);
-            with_tensor!(out, out => {
-                out.resize([map.height, map.width, map.channels]);
-                out.data.iter_mut().zip(&map.data).for_each(|(to, &v)| *to = Element::from_f32(v));
-            });
+    let picture = |id: TensorId| given.picture(id);
+    match layer {
+        Layer::Conv(_) | Layer::Filter(_) => unreachable!("the engine runs prepared weights itself"),
+        Layer::Scale(_) | Layer::Clamp(_) | Layer::Add(_) | Layer::Bypass(_) => {
+            unreachable!("pointwise layers change a picture in place")
         }
-        (layer, _, out) => run_plain(layer, given, (to, pyramid), out),
-    }
-}
-
-fn run_plain(
-    layer: &Layer,
-    given: Given<'_>,
-    (&TensorSpec { channels, level, .. }, pyramid): (&TensorSpec, &mut Pyramid),
-    out: &mut AnyTensor,
-) {
-    let map = |id: &TensorId| given.map(*id);
-    let picture = |id: &TensorId| given.picture(*id);
-    match (layer, out) {
-        (Layer::Pool { input, .. }, out) => match (map(input), out) {
+        Layer::Norm(layer) => normalised(given.map(layer.input), step, out),
+        Layer::Pool(layer) => match (given.map(layer.input), out) {
             (AnyTensor::F32(input), AnyTensor::F32(out)) => reshape::pool(input, out),
             (AnyTensor::Bf16(input), AnyTensor::Bf16(out)) => reshape::pool(input, out),
             _ => unreachable!("{SAME}"),
         },
-        (Layer::Warp { input, motion, .. }, out) => match (map(input), out) {
-            (AnyTensor::F32(input), AnyTensor::F32(out)) => warp(input, picture(motion), out),
-            (AnyTensor::Bf16(input), AnyTensor::Bf16(out)) => warp(input, picture(motion), out),
-            _ => unreachable!("{SAME}"),
-        },
-        (Layer::SpaceToDepth { input, .. }, AnyTensor::F32(out)) => {
-            reshape::space_to_depth(picture(input), out);
+        Layer::SpaceToDepth(layer) => reshape::space_to_depth(picture(layer.input), out.picture_mut()),
+        Layer::DepthToSpace(layer) => reshape::depth_to_space(picture(layer.input), out.picture_mut()),
+        Layer::Join(layer) => {
+            reshape::join(picture(layer.colour), picture(layer.weight), out.picture_mut());
         }
-        (Layer::DepthToSpace { input, .. }, AnyTensor::F32(out)) => {
-            reshape::depth_to_space(picture(input), out);
+        Layer::Spread(layer) => {
+            let base = layer.base.map(picture);
+            spread(given.known(layer.known), base, layer.levels, pyramid, out.picture_mut());
         }
-        (Layer::Join { colour, weight, .. }, AnyTensor::F32(out)) => {
-            reshape::join(picture(colour), picture(weight), out);
-        }
-        (Layer::Part { input, first, .. }, AnyTensor::F32(out)) => {
-            reshape::part(picture(input), *first, channels, out);
-        }
-        (Layer::Spread { known, base, levels, .. }, AnyTensor::F32(out)) => {
-            spread(given.known(*known), base.as_ref().map(picture), *levels, pyramid, out);
-        }
-        (Layer::Smooth { input, .. }, AnyTensor::F32(out)) => smooth(picture(input), out),
-        (Layer::Blend { known, base, .. }, AnyTensor::F32(out)) => {
-            blend(given.known(*known), picture(base), out);
-        }
-        (Layer::Doubt { known, prior, fresh, levels, .. }, AnyTensor::F32(out)) => {
-            let expected = Expected { prior: picture(prior), fresh: picture(fresh) };
-            doubt(given.known(*known), &expected, [*levels, level], pyramid, out);
+        Layer::Smooth(layer) => smooth(picture(layer.input), out.picture_mut()),
+        Layer::Blend(layer) => blend(given.known(layer.known), picture(layer.base), out.picture_mut()),
+        Layer::HistoryConfidence(layer) => {
+            let expected = Expected { prior: picture(layer.prior), fresh: picture(layer.fresh) };
+            let levels = [layer.levels, to.level];
+            history_confidence(given.known(layer.known), &expected, levels, pyramid, out.picture_mut());
         }
         // `out` already holds the earlier samples.
-        (Layer::Accumulate { known, share, fade, .. }, AnyTensor::F32(out)) => {
-            accumulate(given.fading(*known, *share, *fade), out);
+        Layer::Accumulate(layer) => accumulate(given.fading(layer), out.picture_mut()),
+        Layer::Part(layer) => {
+            reshape::part(picture(layer.input), layer.first, layer.channels, out.picture_mut());
         }
-        (Layer::Reproject { input, motion, .. }, AnyTensor::F32(out)) => {
-            points::reproject(picture(input), picture(motion), None, out);
+        Layer::Reproject(layer) => {
+            points::reproject(picture(layer.input), picture(layer.motion), None, out.picture_mut());
         }
-        (Layer::Splat { input, .. }, AnyTensor::F32(out)) => points::splat(picture(input), out),
-        _ => unreachable!("pictures are stored as f32, and layers with weights are prepared"),
+        Layer::Splat(layer) => points::splat(picture(layer.input), out.picture_mut()),
+        Layer::Warp(layer) => match (given.map(layer.input), out) {
+            (AnyTensor::F32(input), AnyTensor::F32(out)) => warp(input, picture(layer.motion), out),
+            (AnyTensor::Bf16(input), AnyTensor::Bf16(out)) => warp(input, picture(layer.motion), out),
+            _ => unreachable!("{SAME}"),
+        },
     }
+}
+
+/// Normalises `input` with the weights in `step`.
+fn normalised(input: &AnyTensor, step: &Step, out: &mut AnyTensor) {
+    let Step::Norm { weight, bias, activation } = step else { unreachable!("normalisations are prepared") };
+    let mut map = input.to_f32();
+    normalise(&mut map, weight, bias, *activation);
+    with_tensor!(out, out => {
+        out.resize([map.height, map.width, map.channels]);
+        out.data.iter_mut().zip(&map.data).for_each(|(to, &v)| *to = Element::from_f32(v));
+    });
 }
 
 /// Message of panics where tensors of equal shapes differ in storage.

@@ -3,7 +3,7 @@
 pub use super::conv::Arithmetic;
 
 use super::conv::kernels;
-use crate::plan::{Activation, Conv, Layer, Plan, TensorId};
+use crate::plan::{Activation, Conv, Layer, Plan, Scale, SpaceToDepth, TensorId};
 use crate::weights::Weights;
 use crate::{Error, Result};
 use fovol_simd::Simd;
@@ -166,7 +166,9 @@ impl<'a> Choice<'a> {
     /// the most precision.
     fn reads_folded(&self, conv: &Conv) -> bool {
         let folds = |layer: &Layer| match layer {
-            Layer::SpaceToDepth { output, .. } => conv.inputs.iter().any(|read| read.tensor == *output),
+            Layer::SpaceToDepth(SpaceToDepth { output, .. }) => {
+                conv.inputs.iter().any(|read| read.tensor == *output)
+            }
             _ => false,
         };
         self.plan.layers().iter().any(folds)
@@ -215,8 +217,8 @@ fn positive(plan: &Plan) -> Vec<bool> {
                 Layer::Conv(conv) => conv.activation == Activation::Relu,
                 Layer::Norm(norm) => norm.activation == Activation::Relu,
                 Layer::Filter(filter) => filter.images.iter().all(|(read, _)| positive[read.tensor.index()]),
-                Layer::Scale { factor, offset, .. } => all && *factor >= 0.0 && *offset >= 0.0,
-                Layer::Clamp { .. } => true,
+                Layer::Scale(Scale { factor, offset, .. }) => all && *factor >= 0.0 && *offset >= 0.0,
+                Layer::Clamp(_) => true,
                 // Corrections may fall slightly below 0. Int8 clamps these values, which has no visible effect.
                 _ => all,
             };

@@ -1,7 +1,7 @@
 //! Compares each kind of layer with PyTorch in double precision. `tests/reference/network/make_cases.py` made the
 //! cases.
 
-use super::accumulate::{Expected, Fading, accumulate, doubt};
+use super::accumulate::{Expected, Fading, accumulate, history_confidence};
 use super::conv::{Arithmetic, ConvShape, PreparedConv};
 use super::filter::{Out, PreparedFilter};
 use super::norm::normalise;
@@ -86,7 +86,7 @@ impl Case<'_> {
             "doubt" => {
                 let levels = self.number("levels") as u32;
                 let expected = Expected { prior: &inputs[1], fresh: &inputs[2] };
-                doubt(
+                history_confidence(
                     KnownPixels::All(&inputs[0]),
                     &expected,
                     [levels, levels.min(3)],

@@ -23,38 +23,19 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Each layer has a file here for the host, and a shader of the same name in `src/shaders`. [`PullPush`] is the
+//! Each layer has a file in `conv`, `fill`, `history` or `layers` for the host, and a shader of the same name in
+//! `src/shaders`. [`PullPush`] is the
 //! twin of [`crate::Fill::PullPush`].
 
-mod accumulate;
-mod buffers;
 mod conv;
-mod conv_weights;
-mod filter;
-mod frame;
+mod engine;
+mod fill;
+mod history;
 mod kernel;
-mod layer;
-mod memory;
-mod network;
-mod norm;
-mod pipelines;
-mod points;
-mod pointwise;
-mod precision;
-mod pull_push;
-mod pyramid;
-mod reshape;
-mod shader;
-mod spread;
-mod state;
+mod layers;
 mod tensor;
-mod timing;
-mod warp;
 
-pub use crate::cpu::FrameInput;
-pub use frame::DeviceInput;
-pub use network::Network;
-pub use precision::Precision;
-pub use pull_push::PullPush;
-pub use state::State;
-pub use timing::LayerTime;
+pub use crate::FrameInput;
+pub use engine::{DeviceInput, LayerTime, Network, State};
+pub use fill::PullPush;
+pub use tensor::Precision;

@@ -1,7 +1,10 @@
 use super::graph::{GraphBuilder, integer, integers};
 use super::model::{Dim, Entry, Graph, Model, ValueInfo};
 use super::protobuf::Encode;
-use crate::plan::{Activation, Conv, Layer, Norm, Padding, Parameter, Plan, Read, Resize, TensorId};
+use crate::plan::{
+    Activation, Bypass, Clamp, Conv, Layer, Norm, Padding, Parameter, Part, Plan, Read, Resize, Scale,
+    TensorId,
+};
 use crate::{Error, Result, Weights};
 use serde::Serialize;
 use std::collections::HashMap;
@@ -154,54 +157,37 @@ impl<'a> Exporter<'a> {
 
     fn layer(&mut self, layer: &Layer) -> Result<String> {
         Ok(match layer {
-            Layer::Conv(conv) => self.conv(conv)?,
-            Layer::Norm(norm) => self.norm(norm)?,
-            Layer::Filter(filter) => self.filter(filter)?,
-            Layer::Pool { input, output } => self.graph.pooled(self.name(*output), &self.value(*input), 2),
-            Layer::SpaceToDepth { input, output } => {
-                let channels = self.plan.tensor(*input).channels;
-                self.graph.space_to_depth(self.name(*output), &self.value(*input), channels)
+            Layer::Conv(layer) => self.conv(layer)?,
+            Layer::Norm(layer) => self.norm(layer)?,
+            Layer::Filter(layer) => self.filter(layer)?,
+            Layer::Pool(layer) => self.graph.pooled(self.name(layer.output), &self.value(layer.input), 2),
+            Layer::SpaceToDepth(layer) => {
+                let channels = self.plan.tensor(layer.input).channels;
+                self.graph.space_to_depth(self.name(layer.output), &self.value(layer.input), channels)
             }
-            Layer::DepthToSpace { input, output } => {
-                self.graph.depth_to_space(self.name(*output), &self.value(*input))
+            Layer::DepthToSpace(layer) => {
+                self.graph.depth_to_space(self.name(layer.output), &self.value(layer.input))
             }
-            Layer::Scale { input, output, factor, offset } => {
-                self.scale(self.name(*output), &self.value(*input), *factor, *offset)
+            Layer::Scale(layer) => self.scale(layer),
+            Layer::Clamp(layer) => self.clamp(layer),
+            Layer::Join(layer) => {
+                let parts = [layer.colour, layer.weight].map(|id| self.value(id));
+                self.graph.concatenated(self.name(layer.output), &parts)
             }
-            Layer::Clamp { input, output } => {
-                let [low, high] = [0.0, 1.0].map(|value| self.graph.scalar(value));
-                self.graph.plain("Clip", self.name(*output), &[&self.value(*input), &low, &high])
+            Layer::Spread(layer) => self.spread(layer),
+            Layer::Smooth(layer) => self.smooth(layer),
+            Layer::Blend(layer) => self.blend(layer),
+            Layer::HistoryConfidence(layer) => self.history_confidence(layer),
+            Layer::Accumulate(layer) => self.accumulate(layer),
+            Layer::Part(layer) => self.part(layer),
+            Layer::Add(layer) => {
+                let summands = [self.value(layer.input), self.value(layer.more)];
+                self.graph.plain("Add", self.name(layer.output), &[&summands[0], &summands[1]])
             }
-            Layer::Join { colour, weight, output } => {
-                let parts = [*colour, *weight].map(|id| self.value(id));
-                self.graph.concatenated(self.name(*output), &parts)
-            }
-            Layer::Spread { known, base, levels, output } => self.spread(*known, *base, *levels, *output),
-            Layer::Smooth { input, output } => self.smooth(*input, *output),
-            Layer::Blend { known, base, output } => self.blend(*known, *base, *output),
-            Layer::Doubt { known, prior, fresh, levels, output } => {
-                let lowest = self.plan.tensor(*output).level;
-                self.doubt([*known, *prior, *fresh], [*levels, lowest], *output)
-            }
-            Layer::Accumulate { known, before, share, fade, output } => {
-                self.accumulate([*known, *before], *share, *fade, *output)
-            }
-            Layer::Part { input, first, output } => {
-                let channels = self.plan.tensor(*output).channels;
-                let wanted = (*first..first + channels).map(|channel| channel as i64).collect::<Vec<_>>();
-                let wanted = self.graph.indices(&wanted);
-                let along = vec![integer("axis", 1)];
-                self.graph.node("Gather", self.name(*output), &[&self.value(*input), &wanted], along)
-            }
-            Layer::Add { input, more, output } => {
-                self.graph.plain("Add", self.name(*output), &[&self.value(*input), &self.value(*more)])
-            }
-            Layer::Bypass { colour, mask, input, output } => {
-                self.bypass(self.name(*output), [*colour, *mask, *input])
-            }
-            Layer::Reproject { input, motion, output } => self.reproject(*input, *motion, *output),
-            Layer::Splat { input, output } => self.splat(*input, *output),
-            Layer::Warp { input, motion, output } => self.warp(*input, *motion, *output),
+            Layer::Bypass(layer) => self.bypass(layer),
+            Layer::Reproject(layer) => self.reproject(layer),
+            Layer::Splat(layer) => self.splat(layer),
+            Layer::Warp(layer) => self.warp(layer),
         })
     }
 
@@ -300,13 +286,27 @@ impl<'a> Exporter<'a> {
         reduced(&channels, &[1])
     }
 
-    fn scale(&mut self, name: &str, input: &str, factor: f32, offset: f32) -> String {
+    fn clamp(&mut self, &Clamp { input, output }: &Clamp) -> String {
+        let [low, high] = [0.0, 1.0].map(|value| self.graph.scalar(value));
+        self.graph.plain("Clip", self.name(output), &[&self.value(input), &low, &high])
+    }
+
+    fn part(&mut self, &Part { input, first, channels, output }: &Part) -> String {
+        let wanted = (first..first + channels).map(|channel| channel as i64).collect::<Vec<_>>();
+        let wanted = self.graph.indices(&wanted);
+        let along = vec![integer("axis", 1)];
+        self.graph.node("Gather", self.name(output), &[&self.value(input), &wanted], along)
+    }
+
+    fn scale(&mut self, &Scale { input, output, factor, offset }: &Scale) -> String {
+        let (name, input) = (self.name(output), self.value(input));
         let (factor, offset) = (self.graph.scalar(factor), self.graph.scalar(offset));
-        let product = self.graph.plain("Mul", name, &[input, &factor]);
+        let product = self.graph.plain("Mul", name, &[&input, &factor]);
         self.graph.plain("Add", name, &[&product, &offset])
     }
 
-    fn bypass(&mut self, name: &str, [colour, mask, input]: [TensorId; 3]) -> String {
+    fn bypass(&mut self, &Bypass { colour, mask, input, output }: &Bypass) -> String {
+        let name = self.name(output);
         let [colour, mask, input] = [colour, mask, input].map(|id| self.value(id));
         let sampled = self.graph.plain("Mul", &format!("{name}.sampled"), &[&mask, &colour]);
         let open = self.graph.complement(&format!("{name}.open"), &mask);

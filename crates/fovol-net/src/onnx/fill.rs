@@ -4,7 +4,10 @@ use super::export::Exporter;
 use super::graph::{integer, integers};
 use super::model::TensorData;
 use super::points::PLACES;
-use crate::plan::{DOUBT_ALLOWED, DOUBT_EPSILON, DOUBT_SHARE, POINT, TensorId};
+use crate::plan::{
+    Accumulate, Blend, CONFIDENCE_ALLOWED, CONFIDENCE_EPSILON, CONFIDENCE_SHARE, HistoryConfidence, POINT,
+    Smooth, Spread, TensorId,
+};
 
 /// Lower limit of divisors.
 const SMALLEST: f32 = 1e-8;
@@ -22,15 +25,8 @@ fn squares<const N: usize>(weights: [f32; N], channels: usize) -> TensorData {
 }
 
 impl Exporter<'_> {
-    /// Adds `Layer::Spread`: `known` spread at half the resolution. With `base` it spreads the residuals and adds
-    /// them.
-    pub fn spread(
-        &mut self,
-        known: TensorId,
-        base: Option<TensorId>,
-        levels: u32,
-        output: TensorId,
-    ) -> String {
+    /// Adds `known`, spread at half the resolution. With `base` it spreads the residuals and adds them.
+    pub fn spread(&mut self, &Spread { known, base, levels, output }: &Spread) -> String {
         let name = self.name(output);
         let Some(base) = base else {
             let known = self.known_pixels(name, known);
@@ -44,8 +40,8 @@ impl Exporter<'_> {
         self.graph.plain("Add", name, &[&base, &correction])
     }
 
-    /// Adds `Layer::Smooth`: (1, 2, 1)/4 along both axes.
-    pub fn smooth(&mut self, input: TensorId, output: TensorId) -> String {
+    /// Adds a smoothing by (1, 2, 1)/4 along both axes.
+    pub fn smooth(&mut self, &Smooth { input, output }: &Smooth) -> String {
         let (name, channels) = (self.name(output), self.plan.tensor(input).channels);
         let input = self.value(input);
         let padded = self.graph.padded(&format!("{name}.padded"), &input, "edge");
@@ -53,8 +49,8 @@ impl Exporter<'_> {
         self.graph.node("Conv", name, &[&padded, &kernel], vec![integer("group", channels as i64)])
     }
 
-    /// Adds `Layer::Blend`: c + (1 − w) · up(`base`).
-    pub fn blend(&mut self, known: TensorId, base: TensorId, output: TensorId) -> String {
+    /// Adds c + (1 − w) · up(`base`).
+    pub fn blend(&mut self, &Blend { known, base, output }: &Blend) -> String {
         let name = self.name(output);
         let known = self.known(name, known);
         let colour = self.channels(&format!("{name}.colour"), &known.both, &[0, 1, 2]);
@@ -65,14 +61,10 @@ impl Exporter<'_> {
         self.graph.plain("Add", name, &[&colour, &rest])
     }
 
-    /// Adds `Layer::Doubt`: v / (v + share · max(e − allowed · v, 0)).
-    pub fn doubt(
-        &mut self,
-        [known, prior, fresh]: [TensorId; 3],
-        [levels, lowest]: [u32; 2],
-        output: TensorId,
-    ) -> String {
-        let name = self.name(output);
+    /// Adds the confidence in earlier frames: v / (v + share · max(e − allowed · v, 0)).
+    pub fn history_confidence(&mut self, layer: &HistoryConfidence) -> String {
+        let &HistoryConfidence { known, prior, fresh, levels, output } = layer;
+        let (name, lowest) = (self.name(output), self.plan.tensor(output).level);
         let known = self.known(name, known);
         let prior = self.value(prior);
         let fresh = self.value(fresh);
@@ -93,7 +85,7 @@ impl Exporter<'_> {
             .map(|(channel, part)| self.channels(&format!("{name}.{part}"), &squares, &[channel]));
         let graph = &mut self.graph;
         let [epsilon, share, allowed] =
-            [DOUBT_EPSILON, DOUBT_SHARE, DOUBT_ALLOWED].map(|value| graph.scalar(value));
+            [CONFIDENCE_EPSILON, CONFIDENCE_SHARE, CONFIDENCE_ALLOWED].map(|value| graph.scalar(value));
         let own = graph.plain("Add", &format!("{name}.own"), &[&own, &epsilon]);
         let allowed = graph.plain("Mul", &format!("{name}.allowed"), &[&own, &allowed]);
         let more = graph.plain("Sub", &format!("{name}.more"), &[&error, &allowed]);
@@ -103,14 +95,9 @@ impl Exporter<'_> {
         graph.plain("Div", name, &[&own, &both])
     }
 
-    /// Adds `Layer::Accumulate`: `known` + (1 − w) · `fade` · up(share) · `before`.
-    pub fn accumulate(
-        &mut self,
-        [known, before]: [TensorId; 2],
-        share: Option<TensorId>,
-        fade: f32,
-        output: TensorId,
-    ) -> String {
+    /// Adds `known` + (1 − w) · `fade` · up(share) · `before`.
+    pub fn accumulate(&mut self, layer: &Accumulate) -> String {
+        let &Accumulate { known, before, share, fade, output } = layer;
         let name = self.name(output);
         let Known { both, weight } = self.known(name, known);
         let open = self.graph.complement(&format!("{name}.open"), &weight);

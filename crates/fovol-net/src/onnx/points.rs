@@ -4,7 +4,7 @@ use super::export::Exporter;
 use super::graph::{integer, integers, text};
 use super::model::{DataType, TensorData};
 use super::warp::{COLUMNS, ROWS};
-use crate::plan::{Taps, TensorId};
+use crate::plan::{Reproject, Splat, Taps};
 
 /// Channels of points: premultiplied colour and weight, the weight alone, and the offset in the pixel.
 const KNOWN: [i64; 4] = [0, 1, 2, 3];
@@ -20,8 +20,8 @@ struct Met {
 }
 
 impl Exporter<'_> {
-    /// Adds `Layer::Reproject`: moves the points of `input` along the motion.
-    pub fn reproject(&mut self, input: TensorId, motion: TensorId, output: TensorId) -> String {
+    /// Moves the points of `input` along the motion.
+    pub fn reproject(&mut self, &Reproject { input, motion, output }: &Reproject) -> String {
         let name = self.name(output);
         let (input, motion) = (self.value(input), self.value(motion));
         let whole = self.graph.plain("Floor", &format!("{name}.whole"), &[&motion]);
@@ -81,8 +81,8 @@ impl Exporter<'_> {
         self.graph.node("GridSample", name, &[image, &grid], attributes)
     }
 
-    /// Adds `Layer::Splat`: resamples the points of `input` at pixel centres.
-    pub fn splat(&mut self, input: TensorId, output: TensorId) -> String {
+    /// Resamples the points of `input` at pixel centres.
+    pub fn splat(&mut self, &Splat { input, output }: &Splat) -> String {
         let name = self.name(output);
         let input = self.value(input);
         let weight = self.channels(&format!("{name}.weight"), &input, &WEIGHT);

@@ -3,15 +3,15 @@
 use super::export::Exporter;
 use super::graph::{integer, integers, text};
 use super::model::DataType;
-use crate::plan::TensorId;
+use crate::plan::{TensorId, Warp};
 
 /// Axes of an image tensor \[1, channels, rows, columns\].
 pub const ROWS: i64 = 2;
 pub const COLUMNS: i64 = 3;
 
 impl Exporter<'_> {
-    /// Adds `Layer::Warp`: samples `input` where each pixel was in the last frame; bilinear, zero outside.
-    pub fn warp(&mut self, input: TensorId, motion: TensorId, output: TensorId) -> String {
+    /// Samples `input` where each pixel was in the last frame; bilinear, zero outside.
+    pub fn warp(&mut self, &Warp { input, motion, output }: &Warp) -> String {
         let level = self.plan.tensor(input).level;
         let grid = match self.grids.get(&level) {
             Some(grid) => grid.clone(),

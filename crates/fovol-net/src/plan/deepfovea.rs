@@ -1,5 +1,6 @@
-use super::layer::{Activation, Read};
-use super::{Plan, PlanBuilder};
+use super::build::PlanBuilder;
+use super::definition::Plan;
+use super::layers::{Activation, Bypass, Conv, Norm, Read, Scale};
 use serde::{Deserialize, Serialize};
 
 /// Configuration of DeepFovea's generator as published (Kaplanyan et al. 2019):
@@ -31,22 +32,27 @@ impl DeepFoveaConfig {
         }
         let mut builder = PlanBuilder::new();
         let (colour, mask) = (builder.colour(), builder.mask());
-        let signed = builder.scale(colour, 2.0, -1.0);
-        let mut inputs = vec![Read::same(signed), Read::same(builder.scale(mask, 2.0, -1.0))];
+        let signed = builder.add(Scale::new(colour, 2.0, -1.0));
+        let mut inputs = vec![Read::same(signed), Read::same(builder.add(Scale::new(mask, 2.0, -1.0)))];
         let mut skips = Vec::new();
         for (depth, &width) in self.encoder.iter().enumerate() {
             let name = |part: &str| format!("encoder.{depth}.{part}");
-            let skip = builder.replicating_conv(&name("conv1"), &inputs, width, 1, Activation::Elu);
+            let skip = builder.add(Conv::replicating(name("conv1"), &inputs, width, 1, Activation::Elu));
             let down =
-                builder.replicating_conv(&name("conv2"), &[Read::same(skip)], width, 2, Activation::Elu);
+                builder.add(Conv::replicating(name("conv2"), &[Read::same(skip)], width, 2, Activation::Elu));
             skips.push(skip);
             inputs = vec![Read::same(down)];
         }
         let mut deepest = inputs[0];
         for part in ["conv1", "conv2"] {
             let name = format!("bottleneck.{part}");
-            deepest =
-                Read::same(builder.replicating_conv(&name, &[deepest], self.bottleneck, 1, Activation::Elu));
+            deepest = Read::same(builder.add(Conv::replicating(
+                name,
+                &[deepest],
+                self.bottleneck,
+                1,
+                Activation::Elu,
+            )));
         }
         let mut below = deepest.tensor;
         let mut carried = Vec::new();
@@ -54,16 +60,16 @@ impl DeepFoveaConfig {
             let width = self.encoder[depth];
             let name = |part: &str| format!("decoder.{depth}.{part}");
             let up = [Read::nearest(below), Read::same(skips[depth])];
-            let up = builder.replicating_conv(&name("conv1"), &up, width, 1, Activation::Elu);
+            let up = builder.add(Conv::replicating(name("conv1"), &up, width, 1, Activation::Elu));
             let state = builder.state(&format!("decoder.{depth}"), width, depth as u32);
             let both = [Read::same(up), Read::same(state)];
-            let both = builder.replicating_conv(&name("conv2"), &both, width, 1, Activation::None);
-            below = builder.norm(&name("norm"), both, Activation::Elu);
+            let both = builder.add(Conv::replicating(name("conv2"), &both, width, 1, Activation::None));
+            below = builder.add(Norm::new(name("norm"), both, Activation::Elu));
             carried.push((state, below));
         }
-        let picture = builder.conv("output", &[Read::same(below)], 3, 1, Activation::None);
-        let picture = builder.bypass(signed, picture);
-        let picture = builder.scale(picture, 0.5, 0.5);
+        let picture = builder.add(Conv::new("output", &[Read::same(below)], 3, 1, Activation::None));
+        let picture = builder.add(Bypass::new(signed, mask, picture));
+        let picture = builder.add(Scale::new(picture, 0.5, 0.5));
         for (previous, next) in carried {
             builder.keep(previous, next);
         }

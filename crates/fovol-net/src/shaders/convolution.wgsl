@@ -22,7 +22,7 @@ const FOLDED = 3u;
 
 const COLUMNS = 16u;
 
-/// Ends of the input tensors. Twin of `Sources` in gpu/conv.rs.
+/// Ends of the input tensors. Twin of `Sources` in gpu/conv/mod.rs.
 struct Sources {
     /// For each input tensor its end, in blocks of all inputs together.
     ends: vec4u,

@@ -24,7 +24,7 @@ override READS: u32;
 const BILINEAR = 1u;
 const NEAREST = 2u;
 
-/// Equals SQUARED_EPSILON of plan/layer.rs.
+/// Equals SQUARED_EPSILON of plan/layers/filter.rs.
 const EPSILON = 1e-6;
 /// Less than any weight.
 const LEAST = -1e30;

@@ -9,7 +9,7 @@ override ACTIVATION: u32;
 override HALVES: u32;
 
 const THREADS = 256u;
-/// Number of workgroups that read the tensor, as in gpu/norm.rs.
+/// Number of workgroups that read the tensor, as in gpu/tensor/layout.rs.
 const GROUPS = 64u;
 /// ε that is added to the variance.
 const EPSILON = 1e-5;

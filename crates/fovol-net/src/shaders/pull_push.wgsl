@@ -2,7 +2,7 @@
 //
 // Levels lie one after the other in one buffer, each row by row, as premultiplied colours and weights.
 
-/// Two neighbouring levels. Twin of `Levels` in gpu/pull_push.rs.
+/// Two neighbouring levels. Twin of `Levels` in gpu/fill/pull_push.rs.
 struct Levels {
     fine_width: u32,
     fine_height: u32,

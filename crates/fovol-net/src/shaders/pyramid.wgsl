@@ -8,10 +8,10 @@ override PULLED: u32;
 override MADE: u32;
 /// Whether there is a coarser level to push from.
 override IS_PUSHED: bool;
-/// Equal to the constants of plan/layer.rs.
-override DOUBT_EPSILON: f32;
-override DOUBT_ALLOWED: f32;
-override DOUBT_SHARE: f32;
+/// Equal to the constants of plan/layers/history_confidence.rs.
+override CONFIDENCE_EPSILON: f32;
+override CONFIDENCE_ALLOWED: f32;
+override CONFIDENCE_SHARE: f32;
 
 const DIFFERENCES = 1u;
 const SQUARES = 2u;
@@ -118,8 +118,8 @@ fn push(@builtin(global_invocation_id) at: vec3u) {
 
 /// Confidence in earlier samples, given the mean squared residuals of both pictures.
 fn believed(squares: vec3f) -> f32 {
-    let v = squares.g + DOUBT_EPSILON;
-    return v / (v + DOUBT_SHARE * max(squares.r - DOUBT_ALLOWED * v, 0.0));
+    let v = squares.g + CONFIDENCE_EPSILON;
+    return v / (v + CONFIDENCE_SHARE * max(squares.r - CONFIDENCE_ALLOWED * v, 0.0));
 }
 
 /// Pushes to the last level and computes the output from it.

@@ -4,7 +4,7 @@
 // Elements are f32, or f16 in wide tensors. Tensors that may have either type are bound as words: two words are
 // four f16 or two f32.
 
-/// Size of a tensor. Twin of `Shape` in gpu/tensor.rs.
+/// Size of a tensor. Twin of `Shape` in gpu/tensor/layout.rs.
 struct Shape {
     width: u32,
     height: u32,

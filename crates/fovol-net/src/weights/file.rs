@@ -160,8 +160,10 @@ mod tests {
     use proptest::prelude::*;
 
     fn small() -> Weights {
-        let config = WNetConfig { encoder: vec![2, 3], decoder: vec![2], ..WNetConfig::paper() };
-        Weights::random(&NetworkConfig::WNet(config), 3).unwrap()
+        let config = WNetConfig::paper().with(|options| {
+            (options.encoder, options.decoder) = (vec![2, 3], vec![2]);
+        });
+        Weights::random(&NetworkConfig::WNet(config.unwrap()), 3).unwrap()
     }
 
     #[test]

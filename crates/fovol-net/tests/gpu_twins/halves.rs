@@ -1,6 +1,7 @@
 //! Compares f16 storage and arithmetic with f32.
 
 use super::*;
+use fovol_net::plan::{Conv, Pool, SpaceToDepth};
 
 /// PSNR between two sequences, in dB.
 fn psnr(a: &[Frame], b: &[Frame]) -> f64 {
@@ -71,28 +72,36 @@ impl Wide {
         let ([first, second], [edge, other]) = (self.channels, self.sizes);
         let given = [Read::same(colour), Read::same(mask)];
         let one = match self.replicates {
-            true => b.replicating_conv("one", &given, first, 1, Activation::Elu),
-            false => b.conv("one", &given, first, edge, Activation::Elu),
+            true => b.add(Conv::replicating("one", &given, first, 1, Activation::Elu)),
+            false => b.add(Conv::new("one", &given, first, edge, Activation::Elu)),
         };
-        let folded = b.space_to_depth(colour);
-        let half = b.pool(one);
+        let folded = b.add(SpaceToDepth::new(colour));
+        let half = b.add(Pool::new(one));
         let reads = match self.reads {
             0 => vec![Read::same(one), Read::same(colour)],
             1 => vec![Read::bilinear(half), Read::same(mask), Read::same(one)],
             2 => vec![Read::same(colour), Read::nearest(half), Read::bilinear(half)],
             _ => vec![Read::same(half), Read::same(folded)],
         };
-        let two = b.conv("two", &reads, second, other, Activation::Relu);
+        let two = b.add(Conv::new("two", &reads, second, other, Activation::Relu));
         let three = match (self.reads, self.replicates) {
             (3, _) => Read::bilinear(two),
-            (_, true) => {
-                Read::bilinear(b.replicating_conv("three", &[Read::same(two)], second, 2, Activation::None))
-            }
-            _ => {
-                Read::same(b.conv("three", &[Read::same(two), Read::same(one)], second, 3, Activation::None))
-            }
+            (_, true) => Read::bilinear(b.add(Conv::replicating(
+                "three",
+                &[Read::same(two)],
+                second,
+                2,
+                Activation::None,
+            ))),
+            _ => Read::same(b.add(Conv::new(
+                "three",
+                &[Read::same(two), Read::same(one)],
+                second,
+                3,
+                Activation::None,
+            ))),
         };
-        let picture = b.conv("picture", &[three], 3, 1, Activation::None);
+        let picture = b.add(Conv::new("picture", &[three], 3, 1, Activation::None));
         b.finish(picture)
     }
 }

@@ -14,7 +14,8 @@ use fovol_core::{Frame, FrameSize};
 use fovol_gpu::{AdapterRequest, Gpu, GpuError, read};
 use fovol_net::gpu::{DeviceInput, FrameInput, Network, Precision, PullPush, State};
 use fovol_net::plan::{
-    Activation, Filter, Named, NetworkConfig, Normalisation, Plan, PlanBuilder, Read, Taps, TensorId,
+    Activation, Add, Conv, DepthToSpace, Filter, Join, Named, NetworkConfig, Norm, Normalisation, Part, Plan,
+    PlanBuilder, Pool, Read, Scale, Smooth, SpaceToDepth, Taps, TensorId, Warp,
 };
 use fovol_net::weights::Array;
 use fovol_net::{Error, Fill, Weights, cpu};
@@ -158,24 +159,26 @@ fn unusual_plan(normalisation: Normalisation) -> Plan {
     let mut b = PlanBuilder::new();
     let (colour, mask) = (b.colour(), b.mask());
     let (late, later, seen) = (b.state("late", 3, 0), b.state("later", 3, 0), b.state("seen", 3, 0));
-    let folded = b.space_to_depth(colour);
-    let folded = b.scale(folded, 0.5, 0.25);
-    let unfolded = b.depth_to_space(folded);
-    let smooth = b.smooth(unfolded);
-    let joined = b.join(smooth, mask);
-    let half = b.pool(joined);
-    let warped = b.warp(half);
-    let part = b.part(joined, 1, 3);
-    let some = b.part(joined, 2, 2);
+    let folded = b.add(SpaceToDepth::new(colour));
+    let folded = b.add(Scale::new(folded, 0.5, 0.25));
+    let unfolded = b.add(DepthToSpace::new(folded));
+    let smooth = b.add(Smooth::new(unfolded));
+    let joined = b.add(Join::new(smooth, mask));
+    let half = b.add(Pool::new(joined));
+    let motion = b.motion();
+    let warped = b.add(Warp::new(half, motion));
+    let part = b.add(Part::new(joined, 1, 3));
+    let some = b.add(Part::new(joined, 2, 2));
     let read = [Read::nearest(warped), Read::same(some), Read::same(seen), Read::same(late)];
-    let wide = b.conv("wide", &read, 21, 3, Activation::Elu);
-    let wide = b.norm("norm", wide, Activation::Relu);
-    let wider = b.replicating_conv("wider", &[Read::same(wide), Read::same(later)], 35, 2, Activation::None);
-    let deep = b.replicating_conv("deep", &[Read::same(wider)], 18, 2, Activation::Relu);
-    let deep = b.pool(deep);
-    let up = b.conv("up", &[Read::bilinear(deep)], 5, 1, Activation::None);
-    let up = b.conv("upper", &[Read::nearest(up), Read::same(wider)], 9, 3, Activation::Elu);
-    let small = b.conv("small", &[Read::same(up)], 3, 1, Activation::None);
+    let wide = b.add(Conv::new("wide", &read, 21, 3, Activation::Elu));
+    let wide = b.add(Norm::new("norm", wide, Activation::Relu));
+    let wider =
+        b.add(Conv::replicating("wider", &[Read::same(wide), Read::same(later)], 35, 2, Activation::None));
+    let deep = b.add(Conv::replicating("deep", &[Read::same(wider)], 18, 2, Activation::Relu));
+    let deep = b.add(Pool::new(deep));
+    let up = b.add(Conv::new("up", &[Read::bilinear(deep)], 5, 1, Activation::None));
+    let up = b.add(Conv::new("upper", &[Read::nearest(up), Read::same(wider)], 9, 3, Activation::Elu));
+    let small = b.add(Conv::new("small", &[Read::same(up)], 3, 1, Activation::None));
     let picture = kernel(&mut b, "kernel", 1, wide, &[(Read::same(part), Taps::Around)], normalisation);
     let images = [
         (Read::same(picture), Taps::Centre),
@@ -184,8 +187,8 @@ fn unusual_plan(normalisation: Normalisation) -> Plan {
         (Read::bilinear(small), Taps::Around),
     ];
     let filtered = kernel(&mut b, "four", 2, up, &images, normalisation);
-    let sum = b.add(filtered, smooth);
-    let out = b.scale(sum, 0.4, 0.2);
+    let sum = b.add(Add::new(filtered, smooth));
+    let out = b.add(Scale::new(sum, 0.4, 0.2));
     // A chain of delayed states, and a state that is the input.
     b.keep(late, out);
     b.keep(later, late);
@@ -201,8 +204,8 @@ fn kernel(
     images: &[(Read, Taps)],
     normalisation: Normalisation,
 ) -> TensorId {
-    let (name, images, output) = (name.to_owned(), images.to_vec(), features);
-    b.filter(Filter { name, features, expand, images, output, normalisation })
+    let (name, images, output) = (name.to_owned(), images.to_vec(), TensorId::UNSET);
+    b.add(Filter { name, features, expand, images, output, normalisation })
 }
 
 #[test]
@@ -224,9 +227,9 @@ fn unusual_layers_are_those_of_the_cpu() {
 fn frames_are_normalised_as_a_whole() {
     // More elements than all threads read at once, and an incomplete last block.
     let mut b = PlanBuilder::new();
-    let wide = b.conv("wide", &[Read::same(b.colour())], 21, 1, Activation::Elu);
-    let normal = b.norm("norm", wide, Activation::None);
-    let picture = b.conv("picture", &[Read::same(normal)], 3, 1, Activation::Relu);
+    let wide = b.add(Conv::new("wide", &[Read::same(b.colour())], 21, 1, Activation::Elu));
+    let normal = b.add(Norm::new("norm", wide, Activation::None));
+    let picture = b.add(Conv::new("picture", &[Read::same(normal)], 3, 1, Activation::Relu));
     let plan = b.finish(picture);
     let worst = worst(&GPU, &plan, &random_weights(&plan), size(210, 130), 1);
     assert!(worst <= TOLERANCE, "{worst}");
@@ -238,7 +241,7 @@ fn infinity_does_not_stay() {
     // The state is 1, then −1e38, then overflows f32 and starts again.
     let mut b = PlanBuilder::new();
     let before = b.state("before", 3, 0);
-    let next = b.scale(before, -1e38, 1.0);
+    let next = b.add(Scale::new(before, -1e38, 1.0));
     b.keep(before, next);
     let plan = b.finish(next);
     assert_eq!(worst(&GPU, &plan, &random_weights(&plan), size(9, 5), 6), 0.0);
@@ -342,7 +345,7 @@ fn what_does_not_fit_is_an_error() {
     // Five input tensors are more than a shader can bind.
     let mut b = PlanBuilder::new();
     let five = [Read::same(b.colour()); 5];
-    let out = b.conv("five", &five, 3, 1, Activation::None);
+    let out = b.add(Conv::new("five", &five, 3, 1, Activation::None));
     let plan = b.finish(out);
     let error = Network::new(&GPU, plan.clone(), &random_weights(&plan), Precision::F32).unwrap_err();
     assert!(error.to_string().contains("`five` reads 5 tensors"), "{error}");

@@ -1,16 +1,8 @@
-use super::frame_buffers::Buffers;
+use super::buffers::{Buffers, blocks};
 use super::shader::COMPACT;
 use fovol_core::FrameSize;
 use fovol_gpu::Gpu;
 use fovol_gpu::binding::{Slot, bind_group, bind_group_layout, compute_pipeline};
-
-/// Words of one block; as in shaders/compact.wgsl.
-const BLOCK: u32 = 256;
-
-/// How many blocks of words the mask of a frame of `size` has.
-pub fn blocks(size: FrameSize) -> u32 {
-    (size.width.div_ceil(64) * 2 * size.height).div_ceil(BLOCK)
-}
 
 /// The pipelines that pack the pixels of a mask.
 #[derive(Debug)]
@@ -50,8 +42,9 @@ impl CompactPass {
 mod tests {
     use super::*;
     use crate::cpu;
+    use crate::gpu::buffers::BLOCK;
     use crate::gpu::frame_buffers::FrameBuffers;
-    use crate::gpu::renderer::Stages;
+    use crate::gpu::stages::Stages;
     use crate::gpu::volume_texture::TexelKind;
     use crate::noise::hash;
     use fovol_core::SampleMask;

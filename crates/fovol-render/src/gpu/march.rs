@@ -1,5 +1,6 @@
-use super::frame_buffers::{Buffers, GROUPS_OFFSET, Shaded};
-use super::scene::{DeviceScene, SceneKind, scene_layout};
+use super::buffers::{Buffers, GROUPS_OFFSET, Shaded};
+use super::scene::DeviceScene;
+use super::scene_kind::{SceneKind, scene_layout};
 use super::shader::{MARCH, MARCH_FILTERED};
 use super::volume_texture::TexelKind;
 use fovol_core::{FrameSize, Integration, ShadowMode, SurfaceShading};

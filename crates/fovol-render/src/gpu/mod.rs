@@ -7,23 +7,27 @@
 //!
 //! The host side of each step is a file here, and its shader is the file of the same name in `src/shaders`.
 
+mod buffers;
 mod compact;
 mod error;
 mod frame_buffers;
 mod march;
 mod mask;
+mod mask_limits;
 mod renderer;
 mod scatter;
 mod scene;
+mod scene_kind;
 mod shader;
 mod shadow_grid;
 mod stage;
+mod stages;
 mod texture;
 mod view;
 mod volume_texture;
 
 pub use error::{Error, Result};
 pub use frame_buffers::FrameBuffers;
-pub use mask::MaskSource;
+pub use mask_limits::MaskSource;
 pub use renderer::{Renderer, Sampling};
 pub use stage::Stage;

@@ -1,12 +1,9 @@
-use super::compact::CompactPass;
 use super::error::Result;
-use super::frame_buffers::{Buffers, FrameBuffers, Groups};
-use super::march::MarchPass;
-use super::mask::{MaskPass, MaskSource};
-use super::scatter::ScatterPass;
+use super::frame_buffers::FrameBuffers;
+use super::mask_limits::MaskSource;
 use super::scene::{Contents, DeviceScene};
-use super::shadow_grid::ShadowGridPass;
 use super::stage::Stage;
+use super::stages::Stages;
 use super::view::View;
 use super::volume_texture::TexelKind;
 use crate::Filtering;
@@ -24,40 +21,6 @@ pub enum Sampling<'a> {
     Compact(MaskSource<'a>),
     /// The pixels of a list from the host, as [`crate::cpu::direct`] draws it.
     List(&'a SampleList),
-}
-
-/// The pipelines of all steps.
-#[derive(Debug)]
-pub struct Stages {
-    mask: MaskPass,
-    pub(super) compact: CompactPass,
-    march: MarchPass,
-    scatter: ScatterPass,
-    shadow_grid: ShadowGridPass,
-}
-
-impl Stages {
-    /// Makes the pipelines for volumes of these texels.
-    pub(super) fn new(gpu: &Gpu, texels: TexelKind) -> Self {
-        Self {
-            mask: MaskPass::new(gpu),
-            compact: CompactPass::new(gpu),
-            march: MarchPass::new(gpu, texels),
-            scatter: ScatterPass::new(gpu),
-            shadow_grid: ShadowGridPass::new(gpu, texels),
-        }
-    }
-
-    /// Binds `buffers` for each step.
-    pub fn bind(&self, gpu: &Gpu, buffers: &Buffers) -> Groups {
-        Groups {
-            mask: self.mask.bind(gpu, buffers),
-            compact: self.compact.bind(gpu, buffers),
-            march_list: self.march.bind(gpu, buffers, &buffers.samples),
-            march_frame: self.march.bind(gpu, buffers, &buffers.frame),
-            scatter: self.scatter.bind(gpu, buffers),
-        }
-    }
 }
 
 /// A scene prepared for marching on a GPU.

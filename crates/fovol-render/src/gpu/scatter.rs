@@ -1,4 +1,4 @@
-use super::frame_buffers::{Buffers, GROUPS_OFFSET};
+use super::buffers::{Buffers, GROUPS_OFFSET};
 use super::shader::SCATTER;
 use fovol_gpu::Gpu;
 use fovol_gpu::binding::{Slot, bind_group, bind_group_layout, compute_pipeline};

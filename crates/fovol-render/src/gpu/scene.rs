@@ -1,4 +1,5 @@
 use super::error::Result;
+use super::scene_kind::{SceneKind, scene_layout};
 use super::shadow_grid::{ShadowGridPass, shadow_texture};
 use super::texture::{texture, write_slices};
 use super::volume_texture::{TexelKind, VolumeTexture};
@@ -9,7 +10,7 @@ use crate::scene::{
 use bytemuck::{Pod, Zeroable};
 use fovol_core::{ClipBox, Grid, Integration, Scene, Shading, ShadowMode, TransferFunction};
 use fovol_gpu::Gpu;
-use fovol_gpu::binding::{Slot, bind_group, bind_group_layout};
+use fovol_gpu::binding::bind_group;
 use wgpu::{BufferUsages, TextureFormat, TextureUsages};
 
 /// Uniforms of a scene. Twin of `Scene` in shaders/scene.wgsl.
@@ -34,38 +35,6 @@ pub struct SceneNumbers {
     after_box_low: f32,
     box_high: [f32; 3],
     after_box_high: f32,
-}
-
-/// The properties of a scene that are compiled into its shaders.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct SceneKind {
-    /// The kind of the volume's texels.
-    pub texels: TexelKind,
-    /// Whether some voxels are NaN.
-    pub gaps: bool,
-    /// Whether rays skip empty space.
-    pub skip: bool,
-    /// How rays integrate.
-    pub integration: Integration,
-}
-
-impl SceneKind {
-    /// Values of the shaders' `override` constants for such a scene.
-    pub fn constants(self) -> Vec<(&'static str, f64)> {
-        let number = |b: bool| f64::from(u8::from(b));
-        let mut constants = vec![("SKIP", number(self.skip)), ("GAPS", number(self.gaps))];
-        if let TexelKind::Stored { corners, floats } = self.texels {
-            constants.extend([("CORNERS", number(corners)), ("FLOATS", number(floats))]);
-        }
-        constants
-    }
-}
-
-/// The layout of the bind group of a scene with such texels.
-pub fn scene_layout(gpu: &Gpu, texels: TexelKind) -> wgpu::BindGroupLayout {
-    use Slot::{Filtered, Read, Sampler, Uniform, Whole};
-    let volume = if texels == TexelKind::Filtered { Filtered } else { Whole };
-    bind_group_layout(gpu, "scene", &[Uniform, volume, Whole, Read, Read, Filtered, Sampler, Read])
 }
 
 /// A scene on the device.

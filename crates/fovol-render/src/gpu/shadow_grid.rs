@@ -1,4 +1,4 @@
-use super::scene::{SceneKind, scene_layout};
+use super::scene_kind::{SceneKind, scene_layout};
 use super::shader::{SHADOW_GRID, SHADOW_GRID_FILTERED};
 use super::texture::texture;
 use super::volume_texture::TexelKind;

@@ -1,13 +1,13 @@
 // Shared by the shaders of one frame: its size, and the memory layout of masks and lists.
 
-/// Width and height in pixels. Twin of `Extent` in gpu/frame_buffers.rs.
+/// Width and height in pixels. Twin of `Extent` in gpu/buffers.rs.
 struct Extent {
     width: u32,
     height: u32,
 }
 
 /// The length of a list of pixels, and the workgroups of a dispatch over it. Twin of `ListLength` in
-/// gpu/frame_buffers.rs.
+/// gpu/buffers.rs.
 struct ListLength {
     pixels: u32,
     groups_x: u32,

@@ -3,7 +3,7 @@
 // Densities are f64 in the specification. The host turns them into whole ranks, so only integers are compared here, and the
 // bits equal those of the CPU.
 
-/// One frame's mask. Twin of `MaskSettings` in gpu/mask.rs.
+/// One frame's mask. Twin of `MaskSettings` in gpu/mask_limits.rs.
 struct MaskSettings {
     /// The number of ranks below the density outside the fovea.
     base_limit: u32,

@@ -7,15 +7,12 @@ mod lanes;
 mod pixels;
 mod storage;
 
-pub use arithmetic::Arithmetic;
+pub use arithmetic::{Arithmetic, MOST_LANES};
 pub use gather::Gather;
 pub use integers::{Integers, SimdI32};
 pub use lanes::Lanes;
 pub use pixels::Pixels;
 pub use storage::Storage;
-
-/// Number of lanes of the longest vectors.
-pub const MOST_LANES: usize = 16;
 
 /// Vector of f32: one type per instruction set.
 ///

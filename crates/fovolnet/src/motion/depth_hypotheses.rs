@@ -1,8 +1,7 @@
-use super::depth_confidence::{Beliefs, DepthConfidence};
-use super::{Depths, Sparse};
+use super::depths::Depths;
+use super::sparse::Sparse;
 use fovol_core::{FrameSize, Reprojection};
 use fovol_net::FilledNumbers;
-use fovol_simd::{Simd, SimdOp};
 use rayon::prelude::*;
 
 /// Depth hypotheses (guesses) of every pixel. Distances are in world units: the volume's longest side is 1.
@@ -10,7 +9,7 @@ use rayon::prelude::*;
 pub struct DepthHypotheses {
     /// Inverse distances interpolated from the samples of this frame, and from these together with those of earlier
     /// frames.
-    filled: FilledNumbers,
+    pub(super) filled: FilledNumbers,
 }
 
 /// Offsets added to the distances interpolated from this frame's samples, one guess each. One more guess follows, which
@@ -38,63 +37,6 @@ impl DepthHypotheses {
     pub fn inverses(&self, pixel: [usize; 2]) -> [f32; 2] {
         self.filled.at(pixel)
     }
-
-    /// Motion of every pixel to the last frame, from the guesses weighed by `beliefs`. In pixels, x right and y down.
-    pub fn motion(&self, beliefs: &Beliefs, to_last: &Reprojection) -> Vec<[f32; 2]> {
-        let width = self.size().width as usize;
-        let mut motion = vec![[0.0; 2]; self.size().pixels()];
-        let rows = motion.par_chunks_mut(width).enumerate();
-        rows.for_each_init(Memory::default, |memory, (y, row)| {
-            let motion = MotionOfRow { guesses: self, beliefs, to_last, y, memory, row };
-            Simd::best().vectorised(motion);
-        });
-        motion
-    }
-}
-
-/// Buffers for one row.
-#[derive(Default)]
-struct Memory {
-    near: Vec<f32>,
-    seen: Vec<f32>,
-    line: Vec<f32>,
-}
-
-/// SIMD operation that finds the motion of one row of pixels.
-struct MotionOfRow<'a> {
-    guesses: &'a DepthHypotheses,
-    beliefs: &'a Beliefs,
-    to_last: &'a Reprojection,
-    y: usize,
-    memory: &'a mut Memory,
-    row: &'a mut [[f32; 2]],
-}
-
-impl SimdOp for MotionOfRow<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let Self { guesses, beliefs, to_last, y, memory, row } = self;
-        let Memory { near, seen, line } = memory;
-        near.resize(row.len(), 0.0);
-        seen.resize(row.len(), 0.0);
-        guesses.filled.row(y, [near, seen], line);
-        for segment in beliefs.row(y, row.len()) {
-            let (near, seen) = (&mut near[segment.pixels.clone()], &seen[segment.pixels.clone()]);
-            for (at, (near, seen)) in near.iter_mut().zip(seen).enumerate() {
-                *near = believed(segment.belief(at), *near, *seen);
-            }
-        }
-        put_motion(row, y, to_last, near);
-    }
-}
-
-/// Inverse distance from the guesses `near` (this frame) and `seen` (earlier frames too), weighed by `belief`.
-#[inline(always)]
-fn believed(belief: DepthConfidence, near: f32, seen: f32) -> f32 {
-    let near = moved_by(near, belief.offset);
-    if near > 0.0 { near + (seen - near) * belief.seen } else { seen }
 }
 
 /// Inverse distance of guess number `guess`, from the two values of [`DepthHypotheses::inverses`].
@@ -105,7 +47,7 @@ pub fn guessed(guess: usize, near: f32, seen: f32) -> f32 {
 
 /// Inverse of the distance 1/`inverse` + `offset`.
 #[inline(always)]
-fn moved_by(inverse: f32, offset: f32) -> f32 {
+pub fn moved_by(inverse: f32, offset: f32) -> f32 {
     if inverse > 0.0 && offset != 0.0 { 1.0 / (1.0 / inverse + offset).max(NEAREST) } else { inverse }
 }
 
@@ -123,7 +65,7 @@ pub fn motion_of(size: FrameSize, reprojection: &Reprojection, inverse: &[f32]) 
 
 /// Writes the motion of row `y` from the inverse distances of its pixels; no motion where that is 0.
 #[inline(always)]
-fn put_motion(row: &mut [[f32; 2]], y: usize, reprojection: &Reprojection, inverse: &[f32]) {
+pub fn put_motion(row: &mut [[f32; 2]], y: usize, reprojection: &Reprojection, inverse: &[f32]) {
     for (x, (to, inverse)) in row.iter_mut().zip(inverse).enumerate() {
         let moved = reprojection.motion(x as f32, y as f32, *inverse);
         *to = if *inverse > 0.0 { moved } else { [0.0; 2] };

@@ -11,6 +11,8 @@
 mod depth_confidence;
 mod depth_hypotheses;
 mod depths;
+mod sparse;
+mod weighed_motion;
 
 #[cfg(feature = "gpu")]
 pub(crate) use depth_confidence::TILE;
@@ -20,21 +22,14 @@ use depth_hypotheses::DepthHypotheses;
 pub use depths::{Depths, Filled};
 use fovol_core::{Camera, Frame, Region, Reprojection};
 use rayon::prelude::*;
+pub use sparse::Sparse;
 use std::borrow::Cow;
 use std::collections::VecDeque;
+use weighed_motion::weighed_motion;
 
 /// Number of frames before the last whose samples are used. Older samples no longer help: surfaces turn away and layers
 /// shift.
 pub const REMEMBERED: usize = 6;
-
-/// Sparse frame with depths, before reconstruction.
-#[derive(Debug, Clone, Copy)]
-pub struct Sparse<'a> {
-    /// Sampled colours; alpha is 1 at samples.
-    pub frame: &'a Frame,
-    /// Depths of the samples.
-    pub depths: &'a Depths,
-}
 
 /// Estimates the motion of every pixel of the frame `now`: the vector in pixels (x right, y down) to its position in
 /// the `last` frame.
@@ -53,7 +48,7 @@ pub fn motion(
     assert_eq!(now.frame.size(), last.size(), "frames of one clip");
     let guesses = DepthHypotheses::new(now, earlier);
     let beliefs = depth_confidence::believe(&guesses, now.frame, to_last, last);
-    guesses.motion(&beliefs, to_last)
+    weighed_motion(&guesses, &beliefs, to_last)
 }
 
 /// Motion of every pixel by `reprojection` at the distances of `filled`; none where the distance is unknown.

@@ -38,7 +38,8 @@ impl Reconstruction {
 
     /// Method that uses a network of `config`.
     pub(crate) fn by(config: &NetworkConfig) -> Self {
-        let has_kernels = matches!(config, NetworkConfig::WNet(config) if config.kernels);
+        let has_kernels =
+            matches!(config, NetworkConfig::WNet(config) if config.options().kernels().is_some());
         if has_kernels { Self::WNet } else { Self::DeepFovea }
     }
 }

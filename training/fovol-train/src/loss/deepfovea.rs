@@ -7,10 +7,10 @@
 //! adversarial. [`LossConfig::deepfovea_fvn`] is the loss of that code; [`LossConfig::deepfovea`] is the published
 //! loss without D.
 
+pub use super::spatial::FRAME_WEIGHTS;
+
 use super::{FlowSource, LossConfig, Pairs, PerceptualConfig, WarmUp};
 
-/// Weights of the first frames of a clip in DeepFovea's own graph; later frames count 1.
-pub const FRAME_WEIGHTS: [f64; 10] = [1e-5, 5e-5, 1e-4, 5e-4, 1e-3, 5e-3, 0.01, 0.05, 0.1, 0.5];
 /// Weights of the perceptual and the flow term in DeepFovea's graph.
 const WEIGHTS: [f64; 2] = [100.0, 20.0];
 /// Confidence threshold: pixels whose references differ by more than this along the motion do not count.

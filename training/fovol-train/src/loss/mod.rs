@@ -34,6 +34,7 @@ pub mod deepfovea;
 pub mod flow;
 mod legacy;
 pub mod perceptual;
+mod pictures;
 #[cfg(test)]
 mod reference;
 pub mod spatial;
@@ -55,6 +56,7 @@ pub use spatial::WarmUp;
 pub use temporal::Pairs;
 
 use crate::{Error, Result};
+use pictures::{mean, picture_shape, zeros};
 use std::ops::Range;
 use tch::{Device, Tensor};
 
@@ -285,30 +287,4 @@ fn check(clip: &Clip<'_>, frames: &Range<usize>, length: usize) -> Result<()> {
         }
     }
     Ok(())
-}
-
-/// Shape of two pictures, \[N, C, H, W\], or an error if they cannot be compared.
-fn picture_shape(output: &Tensor, reference: &Tensor) -> Result<[i64; 4]> {
-    let (found, other) = (output.size(), reference.size());
-    match found[..] {
-        [n, c, height, width] if found == other && n * c * height * width > 0 => Ok([n, c, height, width]),
-        _ => Err(Error::Input(format!(
-            "pictures of {found:?} cannot be compared with {other:?}; give two of [batch, channels, rows, columns]"
-        ))),
-    }
-}
-
-/// Mean over all values: a scalar.
-fn mean(tensor: &Tensor) -> Tensor {
-    tensor.mean(None)
-}
-
-/// Mean of each element of a batch \[N, C, H, W\] or \[N, C\]: \[N\].
-fn means(tensor: &Tensor) -> Tensor {
-    tensor.flatten(1, -1).mean_dim([1i64].as_slice(), false, None)
-}
-
-/// Zero for each element of a batch \[N, C, H, W\], of its kind and on its device: \[N\].
-fn zeros(pictures: &Tensor) -> Tensor {
-    Tensor::zeros([pictures.size()[0]], (pictures.kind(), pictures.device()))
 }

@@ -1,8 +1,8 @@
 //! Perceptual measures: how different two pictures look.
 
+use super::pictures::{mean, means, picture_shape};
 use super::ssim::{ms_ssim, ssim};
 use super::vgg::{Depth, STAGES, Tap, Vgg, read_tensors, wrong};
-use super::{mean, means, picture_shape};
 use crate::Result;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;

@@ -1,9 +1,13 @@
 //! L_s: differences of frames from their references.
 
-use super::{Perceptual, means, picture_shape, zeros};
+use super::Perceptual;
+use super::pictures::{means, picture_shape, zeros};
 use crate::Result;
 use serde::{Deserialize, Serialize};
 use tch::Tensor;
+
+/// Weights of the first frames of a clip in DeepFovea's own graph; later frames count 1.
+pub const FRAME_WEIGHTS: [f64; 10] = [1e-5, 5e-5, 1e-4, 5e-4, 1e-3, 5e-3, 0.01, 0.05, 0.1, 0.5];
 
 /// Weights of the frames of a clip. The first frames have little history and may count less.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -13,7 +17,7 @@ pub enum WarmUp {
     None,
     /// 1 − e^(−rate·i) for frame i, which is 0 for the first.
     Exponential(f64),
-    /// DeepFovea's table [`super::deepfovea::FRAME_WEIGHTS`].
+    /// DeepFovea's table [`FRAME_WEIGHTS`].
     Deepfovea,
 }
 
@@ -23,7 +27,7 @@ impl WarmUp {
         match self {
             Self::None => 1.0,
             Self::Exponential(rate) => 1.0 - (-rate * i as f64).exp(),
-            Self::Deepfovea => super::deepfovea::FRAME_WEIGHTS.get(i).copied().unwrap_or(1.0),
+            Self::Deepfovea => FRAME_WEIGHTS.get(i).copied().unwrap_or(1.0),
         }
     }
 }

@@ -3,7 +3,7 @@
 //! For values in 0…1 they agree with `fovol_metrics::ssim` with its Gaussian window and with
 //! `fovol_metrics::ms_ssim`. Values are not clamped here, so that outputs outside the range are penalised.
 
-use super::{means, picture_shape};
+use super::pictures::{means, picture_shape};
 use crate::network::layers::constant;
 use crate::{Error, Result};
 use tch::Tensor;

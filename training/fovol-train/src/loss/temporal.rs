@@ -1,7 +1,7 @@
 //! L_t: differences between frames.
 
 use super::flow::{confidence, warp};
-use super::{means, zeros};
+use super::pictures::{means, zeros};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use tch::Tensor;

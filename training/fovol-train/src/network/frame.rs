@@ -1,8 +1,10 @@
 //! Evaluation of a network on one frame.
 
+use super::inputs::Inputs;
 use super::layers;
 use super::layers::points;
-use super::{Inputs, Network, quantise};
+use super::model::Network;
+use super::quantise;
 use fovol_net::plan::{Conv, Filter, Layer, Read, TensorId};
 use std::collections::HashMap;
 use tch::{Kind, Tensor};
@@ -86,50 +88,49 @@ impl<'a> Frame<'a> {
     /// Runs one layer.
     pub fn run(&mut self, layer: &Layer) {
         let written = match layer {
-            Layer::Conv(conv) => self.conv(conv),
-            Layer::Filter(filter) => self.filter(filter),
-            Layer::Norm(norm) => {
-                let [weight, bias] = self.pair(&norm.name, self.exact);
-                layers::norm(&self.exact(norm.input), &weight, &bias, norm.activation)
+            Layer::Conv(layer) => self.conv(layer),
+            Layer::Norm(layer) => {
+                let [weight, bias] = self.pair(&layer.name, self.exact);
+                layers::norm(&self.exact(layer.input), &weight, &bias, layer.activation)
             }
-            Layer::Pool { input, .. } => layers::pool(&self.as_written(*input), 2),
-            Layer::SpaceToDepth { input, .. } => self.as_written(*input).pixel_unshuffle(2),
-            Layer::DepthToSpace { input, .. } => self.as_written(*input).pixel_shuffle(2),
-            Layer::Scale { input, factor, offset, .. } => {
-                self.exact(*input) * f64::from(*factor) + f64::from(*offset)
+            Layer::Filter(layer) => self.filter(layer),
+            Layer::Pool(layer) => layers::pool(&self.as_written(layer.input), 2),
+            Layer::SpaceToDepth(layer) => self.as_written(layer.input).pixel_unshuffle(2),
+            Layer::DepthToSpace(layer) => self.as_written(layer.input).pixel_shuffle(2),
+            Layer::Scale(layer) => {
+                self.exact(layer.input) * f64::from(layer.factor) + f64::from(layer.offset)
             }
-            Layer::Clamp { input, .. } => self.exact(*input).clamp(0.0, 1.0),
-            Layer::Join { colour, weight, .. } => Tensor::cat(&[colour, weight].map(|id| self.exact(*id)), 1),
-            Layer::Spread { known, base, levels, .. } => {
-                let base = base.map(|base| self.exact(base));
-                layers::spread(&self.exact(*known), base.as_ref(), *levels)
+            Layer::Clamp(layer) => self.exact(layer.input).clamp(0.0, 1.0),
+            Layer::Join(layer) => Tensor::cat(&[layer.colour, layer.weight].map(|id| self.exact(id)), 1),
+            Layer::Spread(layer) => {
+                let base = layer.base.map(|base| self.exact(base));
+                layers::spread(&self.exact(layer.known), base.as_ref(), layer.levels)
             }
-            Layer::Smooth { input, .. } => layers::smooth(&self.exact(*input)),
-            Layer::Blend { known, base, .. } => layers::blend(&self.exact(*known), &self.exact(*base)),
-            Layer::Doubt { known, prior, fresh, levels, output } => {
-                let [known, prior, fresh] = [known, prior, fresh].map(|id| self.exact(*id));
+            Layer::Smooth(layer) => layers::smooth(&self.exact(layer.input)),
+            Layer::Blend(layer) => layers::blend(&self.exact(layer.known), &self.exact(layer.base)),
+            Layer::HistoryConfidence(layer) => {
+                let [known, prior, fresh] = [layer.known, layer.prior, layer.fresh].map(|id| self.exact(id));
                 // Detached like points: the prior is judged here, and no gradient should make it easier to trust.
                 let prior = prior.detach();
-                let lowest = self.network.plan.tensor(*output).level;
-                layers::doubt(&known, [&prior, &fresh], [*levels, lowest])
+                let lowest = self.network.plan.tensor(layer.output).level;
+                layers::history_confidence(&known, [&prior, &fresh], [layer.levels, lowest])
             }
-            Layer::Accumulate { known, before, share, fade, .. } => {
-                let share = share.map(|share| self.exact(share));
-                layers::accumulate(&self.exact(*known), &self.exact(*before), share.as_ref(), *fade)
+            Layer::Accumulate(layer) => {
+                let share = layer.share.map(|share| self.exact(share));
+                let [known, before] = [layer.known, layer.before].map(|id| self.exact(id));
+                layers::accumulate(&known, &before, share.as_ref(), layer.fade)
             }
-            Layer::Part { input, first, output } => {
-                let channels = self.network.plan.tensor(*output).channels;
-                self.exact(*input).narrow(1, *first as i64, channels as i64)
+            Layer::Part(layer) => {
+                self.exact(layer.input).narrow(1, layer.first as i64, layer.channels as i64)
             }
-            Layer::Add { input, more, .. } => self.exact(*input) + self.exact(*more),
-            Layer::Bypass { colour, mask, input, .. } => {
-                layers::bypass(&self.exact(*colour), &self.exact(*mask), &self.exact(*input))
+            Layer::Add(layer) => self.exact(layer.input) + self.exact(layer.more),
+            Layer::Bypass(layer) => {
+                let [colour, mask, input] = [layer.colour, layer.mask, layer.input].map(|id| self.exact(id));
+                layers::bypass(&colour, &mask, &input)
             }
-            Layer::Reproject { input, motion, .. } => {
-                points::reproject(&self.exact(*input), &self.exact(*motion))
-            }
-            Layer::Splat { input, .. } => points::splat(&self.exact(*input)),
-            Layer::Warp { input, motion, .. } => layers::warp(&self.exact(*input), &self.exact(*motion)),
+            Layer::Reproject(layer) => points::reproject(&self.exact(layer.input), &self.exact(layer.motion)),
+            Layer::Splat(layer) => points::splat(&self.exact(layer.input)),
+            Layer::Warp(layer) => layers::warp(&self.exact(layer.input), &self.exact(layer.motion)),
         };
         self.values[layer.output().index()] = Some(written);
     }

@@ -1,7 +1,7 @@
 //! Initial weights for training.
 
 use crate::Result;
-use fovol_net::plan::{Activation, Layer, NetworkConfig, Parameter, Plan, Read};
+use fovol_net::plan::{Activation, Blend, Layer, NetworkConfig, Parameter, Plan, Read};
 use fovol_net::weights::Array;
 use fovol_net::{Error, Weights};
 use serde::{Deserialize, Serialize};
@@ -109,7 +109,7 @@ fn rectified(plan: &Plan) -> BTreeSet<String> {
 /// Kernel-predicting layers that filter filled pictures, with their output channels of the filled pixel itself.
 fn taps_of_fillings(plan: &Plan) -> Vec<(String, Vec<Range<usize>>)> {
     let is_filling =
-        |id| plan.layers().iter().any(|l| matches!(l, Layer::Blend { output, .. } if *output == id));
+        |id| plan.layers().iter().any(|l| matches!(l, Layer::Blend(Blend { output, .. }) if *output == id));
     let mut found = Vec::new();
     for layer in plan.layers() {
         let Layer::Filter(filter) = layer else { continue };

@@ -3,8 +3,8 @@
 //! Each function computes in the kind of its inputs.
 
 use fovol_net::plan::{
-    Activation, Conv, DOUBT_ALLOWED, DOUBT_EPSILON, DOUBT_SHARE, Normalisation, Padding, Resize,
-    SQUARED_EPSILON, Taps,
+    Activation, CONFIDENCE_ALLOWED, CONFIDENCE_EPSILON, CONFIDENCE_SHARE, Conv, Normalisation, Padding,
+    Resize, SQUARED_EPSILON, Taps,
 };
 use tch::kind::Element;
 use tch::{Device, Kind, Tensor};
@@ -183,15 +183,19 @@ pub(super) fn blend(known: &Tensor, base: &Tensor) -> Tensor {
 
 /// History confidence v / (v + share · max(e − allowed · v, 0)). Here e and v are mean squared differences between
 /// samples and `prior` or upsampled `fresh`; ε is added to v.
-pub(super) fn doubt(known: &Tensor, [prior, fresh]: [&Tensor; 2], [levels, lowest]: [u32; 2]) -> Tensor {
+pub(super) fn history_confidence(
+    known: &Tensor,
+    [prior, fresh]: [&Tensor; 2],
+    [levels, lowest]: [u32; 2],
+) -> Tensor {
     let mask = known.narrow(1, 3, 1);
     let [error, own] = [prior, &resized(fresh, Resize::Bilinear)]
         .map(|expected| difference(known, expected).square().mean_dim([1i64].as_slice(), true, None::<Kind>));
     let squares = Tensor::cat(&[error, own, mask.zeros_like(), mask], 1);
     let squares = pull_push(&squares, levels, lowest);
-    let own = squares.narrow(1, 1, 1) + f64::from(DOUBT_EPSILON);
-    let more = (squares.narrow(1, 0, 1) - &own * f64::from(DOUBT_ALLOWED)).relu();
-    &own / (&own + more * f64::from(DOUBT_SHARE))
+    let own = squares.narrow(1, 1, 1) + f64::from(CONFIDENCE_EPSILON);
+    let more = (squares.narrow(1, 0, 1) - &own * f64::from(CONFIDENCE_ALLOWED)).relu();
+    &own / (&own + more * f64::from(CONFIDENCE_SHARE))
 }
 
 /// Adds `before`, times `fade` and `share`, to `known` where its weight is below 1. Channels beyond the fourth, the

@@ -5,11 +5,14 @@ use crate::network::Spread;
 use crate::optimise::RangerConfig;
 use crate::{Error, Result};
 use fovol_net::plan::{Named, NetworkConfig};
-use serde::{Deserialize, Serialize};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 /// Network to train: a name or a configuration.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum NetworkChoice {
     /// Name of a [`Named`] network.
@@ -25,6 +28,32 @@ impl NetworkChoice {
             Self::Name(name) => name.parse().unwrap_or(Named::WNetFast).config(),
             Self::Config(config) => config.clone(),
         }
+    }
+}
+
+/// Not derived, so that the error for a configuration says what is wrong with it.
+impl<'de> Deserialize<'de> for NetworkChoice {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
+        deserializer.deserialize_any(ChoiceVisitor)
+    }
+}
+
+/// Reads a text as a name, and a table as a configuration.
+struct ChoiceVisitor;
+
+impl<'de> Visitor<'de> for ChoiceVisitor {
+    type Value = NetworkChoice;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("the name of a network, or its configuration")
+    }
+
+    fn visit_str<E>(self, name: &str) -> std::result::Result<NetworkChoice, E> {
+        Ok(NetworkChoice::Name(name.to_owned()))
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> std::result::Result<NetworkChoice, A::Error> {
+        NetworkConfig::deserialize(MapAccessDeserializer::new(map)).map(NetworkChoice::Config)
     }
 }
 

@@ -6,7 +6,7 @@
 
 use crate::Result;
 use crate::network::{Spread, initial_weights};
-use fovol_net::plan::{Activation, Conv, Layer, Plan, TensorId};
+use fovol_net::plan::{Activation, Conv, Layer, Plan, Pool, TensorId};
 use fovol_net::weights::Array;
 use fovol_net::{Error, Weights};
 
@@ -77,7 +77,7 @@ fn places(plan: &Plan, layer: &Layer, id: TensorId) -> Vec<(String, usize)> {
             begins.filter(|(tensor, _)| *tensor == id).map(|(_, first)| (conv.name.clone(), first)).collect()
         }
         Layer::Filter(filter) if filter.features == id => vec![(filter.name.clone(), 0)],
-        Layer::Pool { input, output } if *input == id => readers(plan, *output),
+        Layer::Pool(Pool { input, output }) if *input == id => readers(plan, *output),
         // Other layers process pictures. Normalisations, which have weights, precede rectifiers.
         _ => Vec::new(),
     }

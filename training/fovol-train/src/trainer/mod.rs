@@ -11,6 +11,7 @@ mod lessons;
 mod progress;
 mod ranges;
 mod replicas;
+mod taken;
 mod validation;
 
 pub use arrangement::Arrangement;
@@ -34,6 +35,7 @@ use progress::Progress;
 use replicas::Replicas;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
+use taken::Taken;
 use tch::{Device, Tensor};
 use validation::Validation;
 
@@ -366,12 +368,4 @@ impl Trainer {
             Checkpoint::path(&self.folder).display()
         ))
     }
-}
-
-/// Result of one step.
-pub(crate) struct Taken {
-    /// The terms of the loss.
-    pub terms: Vec<(&'static str, f64)>,
-    /// Norm of the gradients before clipping.
-    pub norm: f64,
 }

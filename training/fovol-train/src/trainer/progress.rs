@@ -1,4 +1,4 @@
-use super::Taken;
+use super::taken::Taken;
 use super::validation::Judgement;
 use crate::terminal::say;
 use crate::{Error, Result};

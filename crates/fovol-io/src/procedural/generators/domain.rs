@@ -1,9 +1,11 @@
-use super::FEWER_VOXELS;
 use super::seeded::mix;
 use bytemuck::Zeroable;
 use fovol_core::{Grid, Result, memory, stop};
 use glam::Vec3;
 use rayon::prelude::*;
+
+/// Advice for volumes that do not fit in memory.
+pub const FEWER_VOXELS: &str = "smaller --dims need less";
 
 /// The cube [−1, 1]³ seen through a grid.
 pub(super) struct Domain {

@@ -1,11 +1,13 @@
 //! Header of legacy VTK files: the encoding, the dimensions and the spacing.
 
-use super::MARK;
 use super::cursor::Cursor;
 use crate::Result;
 use crate::volume::Source;
 use fovol_core::Dtype;
 use std::str::FromStr;
+
+/// The first words of every such file.
+pub const MARK: &[u8] = b"# vtk DataFile Version";
 
 /// Header of a legacy VTK file of structured points.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,6 +4,8 @@
 mod cursor;
 mod header;
 
+pub use header::MARK;
+
 use super::affine::Affine;
 use super::arrays::{self, Candidate};
 use super::layout::{Layout, spacing_of};
@@ -14,9 +16,6 @@ use fovol_core::{Dtype, Endian, Space, Volume};
 use glam::DVec3;
 use header::{Header, dtype, number};
 use std::sync::Arc;
-
-/// The first words of every such file.
-pub const MARK: &[u8] = b"# vtk DataFile Version";
 
 /// Reads a `.vtk` file of structured points: the chosen array, else the scalars of its points, else of its cells.
 ///

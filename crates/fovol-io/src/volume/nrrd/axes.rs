@@ -1,7 +1,6 @@
 //! Roles of the axes of an NRRD array: components first, then x, y, z, then volumes.
 
 use super::header::Header;
-use super::space::vector;
 use crate::Result;
 use crate::volume::Source;
 use glam::DVec3;
@@ -182,6 +181,14 @@ fn split(text: &str) -> Vec<&str> {
         rest = after.trim_start();
     }
     words
+}
+
+/// The first three numbers of a vector like `(1,0,0)`.
+pub fn vector(text: &str) -> Option<DVec3> {
+    let inner = text.trim().strip_prefix('(')?.strip_suffix(')')?;
+    let numbers: Option<Vec<f64>> = inner.split(',').map(|word| word.trim().parse().ok()).collect();
+    let numbers = numbers?;
+    (numbers.len() >= 3).then(|| DVec3::new(numbers[0], numbers[1], numbers[2]))
 }
 
 /// The length of a vector like `(1,0,0)`.

@@ -1,6 +1,6 @@
 //! Placement of NRRD arrays: `space`, `space directions`, `space origin`, `space units`.
 
-use super::axes::Axes;
+use super::axes::{Axes, vector};
 use super::header::Header;
 use crate::Result;
 use crate::volume::Source;
@@ -46,14 +46,6 @@ fn known(name: &str) -> (Space, DVec3) {
         "left-anterior-superior" | "las" => (Space::Patient, DVec3::new(1.0, -1.0, 1.0)),
         _ => (Space::Other, DVec3::ONE),
     }
-}
-
-/// The first three numbers of a vector like `(1,0,0)`.
-pub fn vector(text: &str) -> Option<DVec3> {
-    let inner = text.trim().strip_prefix('(')?.strip_suffix(')')?;
-    let numbers: Option<Vec<f64>> = inner.split(',').map(|word| word.trim().parse().ok()).collect();
-    let numbers = numbers?;
-    (numbers.len() >= 3).then(|| DVec3::new(numbers[0], numbers[1], numbers[2]))
 }
 
 #[cfg(test)]

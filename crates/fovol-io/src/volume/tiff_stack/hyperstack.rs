@@ -1,19 +1,9 @@
 //! Order of the slices, channels and time points among the pages of a TIFF file, and the voxel spacing.
 
-use super::directories::Reader;
-use super::{imagej, ome, shaped};
 use crate::Result;
 use crate::volume::units::symbol;
 use crate::volume::{Overrides, Source};
 use fovol_core::Contents;
-
-/// Tags of the first page that describe the whole file.
-const WIDTH: usize = 256;
-const HEIGHT: usize = 257;
-const DESCRIPTION: usize = 270;
-const X_RESOLUTION: usize = 282;
-const Y_RESOLUTION: usize = 283;
-const RESOLUTION_UNIT: usize = 296;
 
 /// The numbers of slices, channels and time points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -119,35 +109,8 @@ impl Hyperstack {
         Self { counts, pages, ..Self::plain(0) }
     }
 
-    /// Reads the metadata of all pages from the first page of `source`.
-    ///
-    /// # Errors
-    /// Broken OME-XML.
-    pub fn of(source: &Source) -> Result<Self> {
-        let Some(reader) = Reader::new(source.bytes()) else { return Ok(Self::plain(0)) };
-        let directories = reader.pages();
-        let Some(&first) = directories.first() else { return Ok(Self::plain(0)) };
-        let pages = directories.len();
-        let text = reader.text(first, DESCRIPTION).unwrap_or_default();
-        let pitch =
-            |tag| reader.value(first, tag).filter(|&per_unit| per_unit > 0.0).map(|per_unit| 1.0 / per_unit);
-        let pitch = [pitch(X_RESOLUTION), pitch(Y_RESOLUTION)];
-        let unit = reader.value(first, RESOLUTION_UNIT).unwrap_or(2.0);
-        let resolution = Resolution { pitch, unit };
-        let said = if text.starts_with("ImageJ=") {
-            imagej::hyperstack(&text, pages, source.bytes().len(), resolution)
-        } else if text.contains("<OME") || text.contains(":OME") {
-            ome::hyperstack(source, &text, pages)?
-        } else {
-            let side = |tag| reader.value(first, tag).unwrap_or(0.0) as usize;
-            let stack = shaped::hyperstack(&text, pages, [side(WIDTH), side(HEIGHT)], source.bytes().len());
-            stack.unwrap_or_else(|| Self::plain(pages)).with_print_resolution(resolution)
-        };
-        Ok(said)
-    }
-
     /// The spacing from the resolution of a print, where it is more than the habit of a program.
-    fn with_print_resolution(mut self, Resolution { pitch, unit }: Resolution) -> Self {
+    pub fn with_print_resolution(mut self, Resolution { pitch, unit }: Resolution) -> Self {
         const INCH: f64 = 25.4;
         let ([Some(x), Some(y)], Some(scale)) =
             (pitch, [(2.0, INCH), (3.0, 10.0)].iter().find(|(u, _)| *u == unit))

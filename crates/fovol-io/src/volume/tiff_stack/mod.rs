@@ -1,5 +1,6 @@
 //! TIFF: the pages of one file, or the files of a folder, as slices from z = 0 on.
 
+mod arrangement;
 mod directories;
 mod hyperstack;
 mod imagej;
@@ -7,13 +8,16 @@ mod ome;
 mod one_page;
 mod pages;
 mod shaped;
+mod slices;
 
 use super::layout::{Layout, placed};
 use super::{Overrides, Source};
 use crate::{Error, Result, natural_order};
+use arrangement::arrangement;
 use fovol_core::{Contents, Endian, Volume};
 use hyperstack::Hyperstack;
 use pages::{Pages, Slice};
+use slices::{FORMAT, layout, with_components};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -29,7 +33,7 @@ pub fn is_tiff(bytes: &[u8]) -> bool {
 pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
     let (source, is_inverted) = &directories::as_stored(source);
     let mut pages = Pages::open(source)?;
-    let hyperstack = Hyperstack::of(source)?;
+    let hyperstack = arrangement(source)?;
     let chosen = hyperstack.chosen(source, overrides)?;
     let volume = match hyperstack.is_one_page {
         true => one_page::volume(source, &hyperstack, &chosen, &mut pages)?,
@@ -64,7 +68,7 @@ pub fn parse_folder(path: &Path, overrides: &Overrides) -> Result<Option<Volume>
         let (source, _) = &directories::as_stored(&Source::open(file)?);
         let mut pages = Pages::open(source)?;
         if first.is_none() {
-            first = Some(Hyperstack::of(source)?);
+            first = Some(arrangement(source)?);
         }
         if pages.begin()? {
             stack.add(source, &mut pages)?;
@@ -172,19 +176,6 @@ impl Stack {
             )),
         })
     }
-}
-
-const FORMAT: &str = "TIFF stack";
-
-/// How `count` slices like `slice` lie, one after another.
-fn layout(slice: &Slice, count: usize) -> Layout {
-    let [x, y] = slice.size;
-    Layout { components: slice.components, ..Layout::new([x, y, count], slice.dtype) }
-}
-
-/// Adds the number and meaning of the values per pixel of `slice` to `contents`.
-fn with_components(contents: Contents, slice: &Slice) -> Contents {
-    Contents { components: slice.components, are_colours: slice.is_colour, ..contents }
 }
 
 #[cfg(test)]

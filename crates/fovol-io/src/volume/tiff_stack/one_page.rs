@@ -3,7 +3,7 @@
 use super::directories::Reader;
 use super::hyperstack::{Chosen, Hyperstack};
 use super::pages::Pages;
-use super::{FORMAT, layout, with_components};
+use super::slices::{FORMAT, layout, with_components};
 use crate::Result;
 use crate::volume::Source;
 use crate::volume::layout::Layout;

@@ -2,16 +2,15 @@
 
 use super::Network;
 use crate::cpu::filter::Out;
-use crate::cpu::fused_steps::FusedStep;
 use crate::cpu::layer::{Given, Step, run, run_points};
 use crate::cpu::pair::Pair;
 use crate::cpu::patch::{Access, Source};
 use crate::cpu::pointwise::{Change, change};
 use crate::cpu::samples::Samples;
-use crate::cpu::schedule::{Derived, Pairing, is_input};
 use crate::cpu::state::State;
 use crate::cpu::tensor::{AnyTensor, with_tensor};
-use crate::plan::{Layer, Read, TensorId};
+use crate::plan::{Add, Bypass, Layer, Read, Scale, TensorId};
+use crate::schedule::{Derived, FusedStep, Pairing, is_input};
 use fovol_core::Frame;
 use std::ops::Range;
 
@@ -136,19 +135,19 @@ impl Network {
     fn change<'a>(&self, layer: &Layer, given: Given<'a>) -> Change<'a> {
         let picture = |id: TensorId| given.picture(id);
         match *layer {
-            Layer::Add { more, .. } => match self.schedule.derived[more.index()] {
+            Layer::Add(Add { more, .. }) => match self.schedule.derived[more.index()] {
                 Some((folded, _)) => Change::AddUnfolded(picture(folded)),
                 None => Change::Add(picture(more)),
             },
-            Layer::Bypass { colour, mask, .. } => {
+            Layer::Bypass(Bypass { colour, mask, .. }) => {
                 match (self.schedule.known.filter(|_| is_input(&self.plan, colour, mask)), given.samples) {
                     (Some(_), Some((_, samples))) => Change::Sampled(samples),
                     (Some(known), None) => Change::Keep(picture(known)),
                     (None, _) => Change::Bypass { colour: picture(colour), mask: picture(mask) },
                 }
             }
-            Layer::Scale { factor, offset, .. } => Change::Scale { factor, offset },
-            Layer::Clamp { .. } => Change::Clamp,
+            Layer::Scale(Scale { factor, offset, .. }) => Change::Scale { factor, offset },
+            Layer::Clamp(_) => Change::Clamp,
             _ => unreachable!("other layers do more than change single numbers"),
         }
     }

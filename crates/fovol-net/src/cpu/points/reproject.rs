@@ -9,7 +9,7 @@ use fovol_simd::{MOST_LANES, Simd, SimdF32, SimdF32Op};
 use rayon::prelude::*;
 
 /// Moves the points of `input` along `motion`, in pixels to the previous position, and writes them to `out`. With
-/// `fading` they are accumulated at once. See [`Layer::Reproject`](crate::plan::Layer::Reproject).
+/// `fading` they are accumulated at once. See [`Reproject`](crate::plan::Reproject).
 pub fn reproject(input: &Tensor, motion: &Tensor, fading: Option<Fading<'_>>, out: &mut Tensor) {
     let [height, width] = [input.height, input.width];
     out.resize([height, width, POINT]);

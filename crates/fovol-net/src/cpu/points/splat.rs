@@ -9,7 +9,7 @@ use glam::Vec4;
 use rayon::prelude::*;
 
 /// Resamples the points of `input` at pixel centres and writes weighted pixels to `out`; see
-/// [`Layer::Splat`](crate::plan::Layer::Splat).
+/// [`Splat`](crate::plan::Splat).
 pub fn splat(input: &Tensor, out: &mut Tensor) {
     let [height, width] = [input.height, input.width];
     out.resize([height, width, 4]);

@@ -1,12 +1,17 @@
 //! Builds the layers of W-shaped networks, in the order in which they run.
 
-use super::super::layer::{Activation, Filter, POINT, Read, Taps};
-use super::super::{Plan, PlanBuilder, TensorId};
-use super::{Feedback, WNetConfig};
+use super::options::{Accumulation, Feedback, Fill, Filtering, Kernels, Prediction, WNetOptions};
+use crate::plan::build::PlanBuilder;
+use crate::plan::definition::Plan;
+use crate::plan::layers::{
+    Accumulate, Activation, Add, Blend, Bypass, Clamp, Conv, DepthToSpace, Filter, HistoryConfidence, Join,
+    POINT, Part, Pool, Read, Reproject, Smooth, SpaceToDepth, Splat, Spread, Taps, Warp,
+};
+use crate::plan::tensor::TensorId;
 
 /// Builder of one plan.
 pub(super) struct Walk<'a> {
-    config: &'a WNetConfig,
+    config: &'a WNetOptions,
     builder: PlanBuilder,
     /// Pairs of states: the tensor of the last frame, and the tensor that replaces it.
     carried: Vec<(TensorId, TensorId)>,
@@ -17,14 +22,13 @@ struct Filled {
     picture: TensorId,
     /// Weight of each pixel of the picture, 0…1.
     weights: Option<TensorId>,
-    /// Picture filled from the samples of this frame alone, at half the resolution if the configuration is
-    /// `coarse`.
+    /// Picture filled from the samples of this frame alone, at half the resolution if it is coarse.
     fresh: Option<TensorId>,
 }
 
 /// Samples spread over the frame, at half the resolution.
 #[derive(Clone, Copy)]
-struct Spread {
+struct SpreadSamples {
     picture: TensorId,
     /// Smoothed picture from which the first correction began.
     smooth: Option<TensorId>,
@@ -40,7 +44,7 @@ struct Direct {
 
 impl<'a> Walk<'a> {
     /// Begins the plan of `config`, which must have been checked.
-    pub(super) fn new(config: &'a WNetConfig) -> Self {
+    pub(super) fn new(config: &'a WNetOptions) -> Self {
         Self { config, builder: PlanBuilder::new(), carried: Vec::new() }
     }
 
@@ -49,38 +53,26 @@ impl<'a> Walk<'a> {
         let config = self.config;
         let colour = self.builder.colour();
         // The last picture comes first, so that its memory is free for later layers.
-        let wants_last = config.history.is_some() || config.feedback != Feedback::None;
-        let last = wants_last.then(|| self.builder.state("output", 3, 0));
+        let last = config.reads_last().then(|| self.builder.state("output", 3, 0));
         let history = last.map(|last| self.reprojected(last));
-        let filled = if config.prefill { self.filled(history) } else { self.sparse() };
+        let filled = match config.fill {
+            Some(fill) => self.filled(fill, history),
+            None => self.sparse(),
+        };
         let inputs = self.inputs(&filled, history);
         let direct = self.direct(&inputs);
-        let read = if config.coarse { Read::bilinear } else { Read::same };
-        let more = [
-            (history.map(Read::same), config.history),
-            (Some(Read::same(filled.picture)), config.filled),
-            (filled.fresh.map(read), config.fresh),
-        ];
-        let more = more.into_iter().filter_map(|(picture, taps)| picture.zip(taps)).collect();
-        let mut picture = match (direct.picture, config.flat) {
-            (Some(picture), _) if !config.kernels => picture,
-            (picture, Some(taps)) => {
-                self.kernel(&direct.features, picture.map(|id| (Read::same(id), taps)), more)
-            }
-            // Without a direct prediction the kernels filter the sampled or filled picture.
-            (picture, None) => self.kernels(picture.unwrap_or(filled.picture), &direct.features, &more),
+        let mut picture = match config.prediction {
+            Prediction::Direct(_) => direct.picture.expect("D predicts the output"),
+            Prediction::Kernels(kernels) => self.filtered(kernels, &direct, &filled, history),
         };
-        if config.addition {
-            let more = self.predicted("addition", &[Read::same(direct.features[0])], Activation::None);
-            picture = self.builder.add(picture, more);
-        }
         if config.bypass {
-            picture = self.builder.bypass(colour, picture);
+            let mask = self.builder.mask();
+            picture = self.builder.add(Bypass::new(colour, mask, picture));
         }
         if let Some(last) = last {
             let next = match config.feedback {
                 Feedback::Direct => direct.picture.expect("only a direct prediction can be fed back as one"),
-                Feedback::Output => self.builder.clamp(picture),
+                Feedback::Output => self.builder.add(Clamp::new(picture)),
                 Feedback::None => picture,
             };
             self.carried.push((last, next));
@@ -91,21 +83,61 @@ impl<'a> Walk<'a> {
         self.builder.finish(picture)
     }
 
+    /// Builds K: filters pictures, and adds one if the kernels have an addition.
+    fn filtered(
+        &mut self,
+        kernels: Kernels,
+        direct: &Direct,
+        filled: &Filled,
+        history: Option<TensorId>,
+    ) -> TensorId {
+        let read = if self.is_coarse() { Read::bilinear } else { Read::same };
+        let more = [
+            (history.map(Read::same), kernels.history),
+            (Some(Read::same(filled.picture)), kernels.filled),
+            (filled.fresh.map(read), self.config.fresh().map(|fresh| fresh.taps)),
+        ];
+        let more = more.into_iter().filter_map(|(picture, taps)| picture.zip(taps)).collect();
+        let picture = match kernels.filtering {
+            Filtering::Once { direct: weighed } => {
+                let weighed = direct.picture.map(Read::same).zip(weighed.map(|(_, taps)| taps));
+                self.kernel(&direct.features, weighed, more)
+            }
+            Filtering::EveryLevel { .. } => {
+                self.kernels(direct.picture.unwrap_or(filled.picture), &direct.features, &more)
+            }
+        };
+        if !kernels.addition {
+            return picture;
+        }
+        let addend = self.predicted("addition", &[Read::same(direct.features[0])], Activation::None);
+        self.builder.add(Add::new(picture, addend))
+    }
+
+    /// Whether the picture of the samples of one frame stays at half the resolution.
+    fn is_coarse(&self) -> bool {
+        self.config.fresh().is_some_and(|fresh| fresh.coarse)
+    }
+
     /// Returns the inputs of the U-Net: pictures of full resolution, folded, then those of half the resolution. In
     /// this order all but the last begin at an even channel.
     fn inputs(&mut self, filled: &Filled, history: Option<TensorId>) -> Vec<TensorId> {
         let history = history.filter(|_| self.config.feedback != Feedback::None);
-        let (whole, coarse) = if self.config.coarse { (None, filled.fresh) } else { (filled.fresh, None) };
+        let (whole, coarse) = if self.is_coarse() { (None, filled.fresh) } else { (filled.fresh, None) };
         let pictures = [Some(filled.picture), filled.weights, whole, history];
         pictures.into_iter().flatten().map(|picture| self.folded(picture)).chain(coarse).collect()
     }
 
     fn folded(&mut self, picture: TensorId) -> TensorId {
-        if self.config.fold { self.builder.space_to_depth(picture) } else { picture }
+        if self.config.fold { self.builder.add(SpaceToDepth::new(picture)) } else { picture }
     }
 
     fn reprojected(&mut self, state: TensorId) -> TensorId {
-        if self.config.reproject { self.builder.warp(state) } else { state }
+        if !self.config.reproject {
+            return state;
+        }
+        let motion = self.builder.motion();
+        self.builder.add(Warp::new(state, motion))
     }
 
     /// Uses the sampled pixels unfilled.
@@ -115,59 +147,70 @@ impl<'a> Walk<'a> {
     }
 
     /// Fills unsampled pixels. `history` is the reprojected last picture.
-    fn filled(&mut self, history: Option<TensorId>) -> Filled {
-        let config = self.config;
+    fn filled(&mut self, fill: Fill, history: Option<TensorId>) -> Filled {
         let [colour, mask] = [self.builder.colour(), self.builder.mask()];
-        let known = self.builder.join(colour, mask);
-        let corrections = if config.coarse { config.corrections.min(1) } else { config.corrections };
-        let fresh = config.fresh.map(|_| self.spread(known, corrections));
+        let known = self.builder.add(Join::new(colour, mask));
+        let fresh = self.config.fresh().map(|fresh| {
+            let corrections = if fresh.coarse { fill.corrections.min(1) } else { fill.corrections };
+            (fresh, self.spread(known, corrections))
+        });
         let mut samples = known;
-        let mut weights = config.mask.then_some(mask);
-        if config.accumulate > 0.0 {
-            let doubted = fresh.zip(history).filter(|_| config.doubt);
-            samples = self.accumulated(known, doubted);
-            weights = weights.map(|_| self.builder.part(samples, 3, 1));
+        let mut weights = self.config.mask.then_some(mask);
+        if let Some(accumulation) = fill.accumulation {
+            let compared = fresh.filter(|(fresh, _)| fresh.history_confidence);
+            let compared = compared.map(|(_, spread)| spread).zip(history);
+            samples = self.accumulated(accumulation, known, compared);
+            weights = weights.map(|_| self.builder.add(Part::new(samples, 3, 1)));
         }
-        let spread = self.spread(samples, config.corrections);
+        let spread = self.spread(samples, fill.corrections);
         Filled {
-            picture: self.builder.blend(samples, spread.picture),
+            picture: self.builder.add(Blend::new(samples, spread.picture)),
             weights,
-            fresh: fresh.map(|fresh| match config.coarse {
-                false => self.builder.blend(known, fresh.picture),
-                true => fresh.picture,
+            fresh: fresh.map(|(fresh, spread)| match fresh.coarse {
+                false => self.builder.add(Blend::new(known, spread.picture)),
+                true => spread.picture,
             }),
         }
     }
 
-    /// Adds the samples of earlier frames to `known`. `doubted` has a fill of this frame and the reprojected last
+    /// Adds the samples of earlier frames to `known`. `compared` has a fill of this frame and the reprojected last
     /// picture: earlier samples lose weight where the last picture predicts `known` worse than the fill does.
-    fn accumulated(&mut self, known: TensorId, doubted: Option<(Spread, TensorId)>) -> TensorId {
-        let points = self.config.points;
+    fn accumulated(
+        &mut self,
+        Accumulation { weight, points, .. }: Accumulation,
+        known: TensorId,
+        compared: Option<(SpreadSamples, TensorId)>,
+    ) -> TensorId {
         let samples = match points {
             true => self.builder.state("samples", POINT, 0),
             false => self.builder.state_like("samples", known),
         };
-        let share = doubted.map(|(fresh, prior)| {
-            let smooth = fresh.smooth.unwrap_or_else(|| self.builder.smooth(fresh.picture));
-            self.builder.doubt(known, prior, smooth)
+        let share = compared.map(|(fresh, prior)| {
+            let smooth = fresh.smooth.unwrap_or_else(|| self.builder.add(Smooth::new(fresh.picture)));
+            self.builder.add(HistoryConfidence::new(known, prior, smooth))
         });
         // Reprojection comes late because the layers above read the same pictures, which are still in the cache.
-        let before = if points { self.builder.reproject(samples) } else { self.reprojected(samples) };
-        let accumulated = self.builder.accumulate(known, before, share, self.config.accumulate);
+        let before = if points {
+            let motion = self.builder.motion();
+            self.builder.add(Reproject::new(samples, motion))
+        } else {
+            self.reprojected(samples)
+        };
+        let accumulated = self.builder.add(Accumulate::new(known, before, share, weight));
         self.carried.push((samples, accumulated));
-        if points { self.builder.splat(accumulated) } else { accumulated }
+        if points { self.builder.add(Splat::new(accumulated)) } else { accumulated }
     }
 
     /// Spreads `known` over the frame at half the resolution, with `corrections` corrections.
-    fn spread(&mut self, known: TensorId, corrections: u32) -> Spread {
-        let mut picture = self.builder.spread(known, None);
+    fn spread(&mut self, known: TensorId, corrections: u32) -> SpreadSamples {
+        let mut picture = self.builder.add(Spread::new(known, None));
         let mut first = None;
         for _ in 0..corrections {
-            let smooth = self.builder.smooth(picture);
+            let smooth = self.builder.add(Smooth::new(picture));
             first = first.or(Some(smooth));
-            picture = self.builder.spread(known, Some(smooth));
+            picture = self.builder.add(Spread::new(known, Some(smooth)));
         }
-        Spread { picture, smooth: first }
+        SpreadSamples { picture, smooth: first }
     }
 
     /// Builds D: the U-Net of `inputs`, of which the filled picture is the first, and the picture that it predicts.
@@ -181,7 +224,7 @@ impl<'a> Walk<'a> {
             let output = self.block(&name, &inputs, width);
             skips.push(output);
             if depth + 1 < config.encoder.len() {
-                inputs = vec![Read::same(self.builder.pool(output))];
+                inputs = vec![Read::same(self.builder.add(Pool::new(output)))];
             }
         }
         let mut features = vec![skips[skips.len() - 1]];
@@ -199,22 +242,23 @@ impl<'a> Walk<'a> {
             features.insert(0, output);
         }
         let mut read = vec![Read::same(features[0])];
-        read.extend(config.residual.then_some(filled));
-        let picture = config.direct.then(|| self.predicted("output", &read, Activation::Relu));
+        let settings = config.direct();
+        read.extend(settings.filter(|direct| direct.residual).map(|_| filled));
+        let picture = settings.map(|_| self.predicted("output", &read, Activation::Relu));
         Direct { picture, features }
     }
 
     /// Predicts a picture from `inputs` by a 1×1 convolution.
     fn predicted(&mut self, name: &str, inputs: &[Read], activation: Activation) -> TensorId {
         let channels = if self.config.fold { 12 } else { 3 };
-        let picture = self.builder.conv(name, inputs, channels, 1, activation);
-        if self.config.fold { self.builder.depth_to_space(picture) } else { picture }
+        let picture = self.builder.add(Conv::new(name, inputs, channels, 1, activation));
+        if self.config.fold { self.builder.add(DepthToSpace::new(picture)) } else { picture }
     }
 
     /// Two 3×3 convolutions, each followed by ReLU.
     fn block(&mut self, name: &str, inputs: &[Read], width: usize) -> TensorId {
-        let first = self.builder.conv(&format!("{name}.conv1"), inputs, width, 3, Activation::Relu);
-        self.builder.conv(&format!("{name}.conv2"), &[Read::same(first)], width, 3, Activation::Relu)
+        let first = self.builder.add(Conv::new(format!("{name}.conv1"), inputs, width, 3, Activation::Relu));
+        self.builder.add(Conv::new(format!("{name}.conv2"), &[Read::same(first)], width, 3, Activation::Relu))
     }
 
     /// Builds K as one kernel at the finest resolution. It weighs the `direct` prediction, if there is one, and the
@@ -243,7 +287,7 @@ impl<'a> Walk<'a> {
             let name = if depth == deepest { "kernel.bottom".into() } else { format!("kernel.down.{depth}") };
             let filtered = self.filter(&name, feature, depth, vec![(Read::same(image), Taps::Around)]);
             skips.push(filtered);
-            image = if depth < deepest { self.builder.pool(filtered) } else { filtered };
+            image = if depth < deepest { self.builder.add(Pool::new(filtered)) } else { filtered };
         }
         for depth in (0..deepest).rev() {
             let mut images =
@@ -263,13 +307,14 @@ impl<'a> Walk<'a> {
         depth: usize,
         images: Vec<(Read, Taps)>,
     ) -> TensorId {
-        self.builder.filter(Filter {
+        let kernels = self.config.kernels().expect("only kernels filter");
+        self.builder.add(Filter {
             name: name.to_owned(),
             features,
             expand: if self.config.fold && depth == 0 { 2 } else { 1 },
             images,
-            output: features,
-            normalisation: self.config.normalisation,
+            output: TensorId::UNSET,
+            normalisation: kernels.normalisation,
         })
     }
 }

@@ -1,10 +1,14 @@
 //! Reads the zip archive around a state dict: `NAME/data.pkl`, `NAME/data/0`, `NAME/data/1`, …, `NAME/byteorder`.
 
+use super::advice::SAVE;
+use super::one_line;
 use super::tensor::{ByteOrder, Storage};
-use super::{SAVE, ZIP, one_line};
 use std::io::{Cursor, Read};
 use zip::ZipArchive;
 use zip::result::ZipError;
+
+/// Signature of a zip archive.
+pub const ZIP: &[u8] = b"PK\x03\x04";
 
 /// Name of the pickle within its folder.
 const PICKLE: &[u8] = b"data.pkl";

@@ -7,6 +7,7 @@
 //! Tensors ([`tensor`]) are views of storages. Numbers are only read once the shapes fit a network. A file can
 //! therefore not claim more memory than the network has and the file itself unpacks to.
 
+mod advice;
 mod archive;
 mod pickle;
 mod tensor;
@@ -15,7 +16,8 @@ mod tests;
 
 use super::{Array, Weights, misfits, one_line, shown};
 use crate::plan::{Named, NetworkConfig};
-use archive::Archive;
+use advice::SAVE;
+use archive::{Archive, ZIP};
 use pickle::{Objects, Value};
 use std::collections::BTreeMap;
 use tensor::View;
@@ -28,12 +30,6 @@ const DEEPEST: usize = 3;
 
 /// Prefixes that `DataParallel` and `torch.compile` add to every name.
 const PREFIXES: [&str; 2] = ["module.", "_orig_mod."];
-
-/// Advice for a file that holds something else.
-pub(super) const SAVE: &str = "save only the tensors, with torch.save(network.state_dict(), \"FILE.pt\")";
-
-/// Signature of a zip archive.
-const ZIP: &[u8] = b"PK\x03\x04";
 
 /// Magic number, pickled, with which the format before PyTorch 1.6 begins.
 const BEFORE_ZIP: &[u8] = b"\x8A\x0A\x6C\xFC\x9C\x46\xF9\x20\x6A\xA8\x50\x19.";

@@ -4,8 +4,9 @@
 //! lists of [`Objects`] and refer to each other by index. Whatever a program builds, cycles included, can thus be
 //! copied and dropped in one step. Memory is bounded by a fixed number of bytes for each byte of the program.
 
+use super::advice::SAVE;
+use super::shown;
 use super::tensor::{Kind, Storage, View};
-use super::{SAVE, shown};
 use std::collections::BTreeMap;
 
 /// Opcodes that `torch.save` uses.

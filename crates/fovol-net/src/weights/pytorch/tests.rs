@@ -16,7 +16,10 @@ fn saved_pickle() -> Vec<u8> {
 }
 
 fn config() -> NetworkConfig {
-    NetworkConfig::WNet(WNetConfig { encoder: vec![4, 4], decoder: vec![4], ..WNetConfig::paper() })
+    let config = WNetConfig::paper().with(|options| {
+        (options.encoder, options.decoder) = (vec![4, 4], vec![4]);
+    });
+    NetworkConfig::WNet(config.unwrap())
 }
 
 /// Zips `files`.

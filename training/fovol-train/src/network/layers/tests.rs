@@ -2,16 +2,12 @@
 //! its gradient against finite differences.
 
 use super::*;
-use fovol_net::plan::{Layer, PlanBuilder, Read};
+use fovol_net::plan::{Read, TensorId};
 
 /// Convolution with arbitrary name and tensors.
 fn conv_layer(size: usize, stride: usize, padding: Padding, activation: Activation) -> Conv {
-    let mut builder = PlanBuilder::new();
-    let input = Read::same(builder.colour());
-    let output = builder.conv("conv", &[input], 3, size, activation);
-    let plan = builder.finish(output);
-    let Layer::Conv(conv) = plan.layers()[0].clone() else { panic!("a plan of one convolution") };
-    Conv { stride, padding, ..conv }
+    let input = Read::same(TensorId::UNSET);
+    Conv { stride, padding, ..Conv::new("conv", &[input], 3, size, activation) }
 }
 
 /// Layer as a function of tensors.
@@ -72,7 +68,7 @@ impl Case<'_> {
             "blend" => Box::new(|all| blend(&all[0], &all[1])),
             "doubt" => {
                 let levels = self.number("levels") as u32;
-                Box::new(move |all| doubt(&all[0], [&all[1], &all[2]], [levels, levels.min(3)]))
+                Box::new(move |all| history_confidence(&all[0], [&all[1], &all[2]], [levels, levels.min(3)]))
             }
             "accumulate" => {
                 let fade = self.facts["fade"].as_f64().unwrap() as f32;

@@ -1,0 +1,48 @@
+use super::descriptor::Descriptor;
+use crate::plan::tensor::{TensorId, TensorSpec};
+
+/// Computes factor · x + offset.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scale {
+    /// Input tensor.
+    pub input: TensorId,
+    /// Output tensor.
+    pub output: TensorId,
+    /// Factor of each value.
+    pub factor: f32,
+    /// Number that is added to each product.
+    pub offset: f32,
+}
+
+impl Scale {
+    /// Computes `factor` · `input` + `offset`.
+    pub fn new(input: TensorId, factor: f32, offset: f32) -> Self {
+        Self { input, factor, offset, output: TensorId::UNSET }
+    }
+}
+
+impl Descriptor for Scale {
+    fn name(&self) -> &str {
+        "scale"
+    }
+
+    fn inputs(&self) -> Vec<TensorId> {
+        vec![self.input]
+    }
+
+    fn output(&self) -> TensorId {
+        self.output
+    }
+
+    fn set_output(&mut self, output: TensorId) {
+        self.output = output;
+    }
+
+    fn check(&self, tensors: &[TensorSpec]) -> Result<TensorSpec, String> {
+        Ok(tensors[self.input.index()].alike("scaled"))
+    }
+
+    fn changed(&self) -> Option<TensorId> {
+        Some(self.input)
+    }
+}

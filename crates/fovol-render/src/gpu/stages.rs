@@ -1,0 +1,42 @@
+use super::buffers::{Buffers, Groups};
+use super::compact::CompactPass;
+use super::march::MarchPass;
+use super::mask::MaskPass;
+use super::scatter::ScatterPass;
+use super::shadow_grid::ShadowGridPass;
+use super::volume_texture::TexelKind;
+use fovol_gpu::Gpu;
+
+/// The pipelines of all steps.
+#[derive(Debug)]
+pub struct Stages {
+    pub mask: MaskPass,
+    pub compact: CompactPass,
+    pub march: MarchPass,
+    pub scatter: ScatterPass,
+    pub shadow_grid: ShadowGridPass,
+}
+
+impl Stages {
+    /// Makes the pipelines for volumes of these texels.
+    pub fn new(gpu: &Gpu, texels: TexelKind) -> Self {
+        Self {
+            mask: MaskPass::new(gpu),
+            compact: CompactPass::new(gpu),
+            march: MarchPass::new(gpu, texels),
+            scatter: ScatterPass::new(gpu),
+            shadow_grid: ShadowGridPass::new(gpu, texels),
+        }
+    }
+
+    /// Binds `buffers` for each step.
+    pub fn bind(&self, gpu: &Gpu, buffers: &Buffers) -> Groups {
+        Groups {
+            mask: self.mask.bind(gpu, buffers),
+            compact: self.compact.bind(gpu, buffers),
+            march_list: self.march.bind(gpu, buffers, &buffers.samples),
+            march_frame: self.march.bind(gpu, buffers, &buffers.frame),
+            scatter: self.scatter.bind(gpu, buffers),
+        }
+    }
+}
