@@ -11,13 +11,16 @@ mod frame_files;
 mod frame_sequence;
 mod frame_source;
 mod interrupt;
+mod label;
 mod long_work;
 mod memory_limits;
 mod outputs;
 mod picture;
+mod picture_arguments;
 mod repro;
 mod second_file;
-mod sparse_clip;
+mod sparse_sequence;
+mod thread_pool;
 
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};

@@ -5,7 +5,7 @@
 
 mod command;
 
-use command::{run, said, succeeds};
+use command::{files, run, said, succeeds};
 use std::fs::{self, File};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -41,14 +41,7 @@ impl SmallDisk {
 
     /// All files except the filler.
     fn files(&self) -> Vec<PathBuf> {
-        let mut folders = vec![self.path().to_owned()];
-        let mut files = Vec::new();
-        while let Some(folder) = folders.pop() {
-            for entry in fs::read_dir(folder).unwrap() {
-                let path = entry.unwrap().path();
-                if path.is_dir() { folders.push(path) } else { files.push(path) }
-            }
-        }
+        let mut files = files(self.path());
         files.retain(|path| !path.ends_with("filler"));
         files
     }

@@ -6,7 +6,7 @@
 
 mod command;
 
-use command::{run, succeeds};
+use command::{files, run, succeeds};
 use std::ffi::OsStr;
 use std::fs;
 use std::os::unix::process::CommandExt;
@@ -114,16 +114,6 @@ fn ended(child: &mut Child, limit: Duration) -> Option<ExitStatus> {
             None => std::thread::sleep(Duration::from_millis(2)),
         }
     }
-}
-
-/// All files below `folder`.
-fn files(folder: &Path) -> Vec<PathBuf> {
-    let mut found = Vec::new();
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() { found.extend(files(&path)) } else { found.push(path) }
-    }
-    found
 }
 
 fn is_temporary(file: &Path) -> bool {

@@ -5,9 +5,10 @@
 
 use fovolnet::core::{CameraPath, FrameSize, Integration, ShadowMode};
 use fovolnet::io::procedural::Procedural;
-use fovolnet::{Reconstruction, RenderSettings, SpeedSettings, VolumeSettings, open_volume, presets};
-use fovolnet_viewer::display_mode::DisplayMode;
-use fovolnet_viewer::frame_producer::{FrameProducer, ViewRequest};
+use fovolnet::{Reconstruction, RenderOverrides, SpeedSettings, VolumeSettings, open_volume, presets};
+use fovolnet_viewer::frames::display_mode::DisplayMode;
+use fovolnet_viewer::frames::frame_producer::FrameProducer;
+use fovolnet_viewer::frames::view_request::ViewRequest;
 use std::str::FromStr;
 use std::time::Instant;
 
@@ -74,15 +75,15 @@ fn measure(volume: &str, run: &Run) {
     let read = VolumeSettings { dims: Some([run.side; 3]), ..VolumeSettings::default() };
     let volume = open_volume(volume, &read).expect("a procedural volume");
     let transfer = presets::find("auto", &volume).expect("every volume has one");
-    let settings = RenderSettings {
+    let settings = RenderOverrides {
         size: Some(run.size),
-        tf: Some(presets::text(&transfer)),
+        tf: Some(transfer.into()),
         shadows: Some(run.shadows),
         integration: Some(Integration::Plain),
         reconstruct: Some(Reconstruction::WNet),
-        ..RenderSettings::default()
+        ..RenderOverrides::default()
     };
-    let mut studio = FrameProducer::new(SpeedSettings::default(), None);
+    let mut producer = FrameProducer::new(SpeedSettings::default(), None);
     let (mut times, mut by_network) = (Vec::new(), 0.0);
     let mut last = None;
     // The first frames teach the budget what the machine can do.
@@ -98,10 +99,11 @@ fn measure(volume: &str, run: &Run) {
             look: DisplayMode::Picture,
         };
         let started = Instant::now();
-        let shown = studio.step(&wanted).expect("settings that can be rendered").expect("a view that moves");
+        let shown =
+            producer.step(&wanted).expect("settings that can be rendered").expect("a view that moves");
         if i >= learning {
             times.push(started.elapsed().as_secs_f64() * 1e3);
-            by_network += f64::from(shown.settings.reconstruction() == Reconstruction::WNet);
+            by_network += f64::from(shown.settings.reconstruction == Reconstruction::WNet);
         }
         last = Some(shown);
     }
@@ -120,7 +122,7 @@ fn measure(volume: &str, run: &Run) {
         within * 100.0,
         by_network / times.len() as f64 * 100.0,
         last.size,
-        last.settings.reconstruction(),
-        last.settings.step.unwrap_or_default(),
+        last.settings.reconstruction,
+        last.settings.step,
     );
 }

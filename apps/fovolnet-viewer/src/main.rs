@@ -9,14 +9,14 @@ use eframe::egui_wgpu::SurfaceConfig;
 use fovolnet::core::memory::{self, ExitWhenExhausted};
 use fovolnet::core::{Frame, FrameSize, stop, temporaries};
 use fovolnet::io::image::{self, Alpha};
-use fovolnet::{RenderSettings, SpeedSettings, VolumeSettings, parse, signals};
-use fovolnet_viewer::drawing_threads;
-use fovolnet_viewer::kept;
-use fovolnet_viewer::no_window;
-use fovolnet_viewer::places::Places;
-use fovolnet_viewer::quad::Painter;
-use fovolnet_viewer::screen::Screen;
-use fovolnet_viewer::surface::Surface;
+use fovolnet::{RenderOverrides, SpeedSettings, VolumeSettings, parse, signals};
+use fovolnet_viewer::session::kept;
+use fovolnet_viewer::session::places::Places;
+use fovolnet_viewer::window::drawing_threads;
+use fovolnet_viewer::window::no_window;
+use fovolnet_viewer::window::quad::Painter;
+use fovolnet_viewer::window::screen::Screen;
+use fovolnet_viewer::window::surface::Surface;
 use fovolnet_viewer::{Start, Viewer};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -26,7 +26,7 @@ use std::sync::{Arc, Mutex};
 #[global_allocator]
 static MEMORY: ExitWhenExhausted = ExitWhenExhausted;
 
-/// DisplayMode at a volume.
+/// Look at a volume.
 #[derive(Parser)]
 #[command(name = "fovolnet-viewer", version, max_term_width = 100)]
 struct Arguments {
@@ -36,7 +36,7 @@ struct Arguments {
     #[command(flatten)]
     read: VolumeSettings,
     #[command(flatten)]
-    render: RenderSettings,
+    render: RenderOverrides,
     #[command(flatten)]
     speed: SpeedSettings,
     /// Write a picture of the window as soon as the view is complete, and exit
@@ -181,7 +181,7 @@ fn run(arguments: Arguments) -> Result<()> {
     };
     // Queued frames would add latency.
     options.wgpu_options.surface = SurfaceConfig::LOW_LATENCY;
-    let device = arguments.speed.device.clone().unwrap_or_default();
+    let device = arguments.speed.device();
     options.wgpu_options = Screen::configure(&device, options.wgpu_options);
     let mut start = Start {
         source: arguments.volume,

@@ -3,11 +3,11 @@
 use eframe::egui::{Color32, Event, Key, Modifiers, PointerButton, Pos2, Shape, TextureId, pos2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
-use fovolnet::{Device, RenderSettings, Session, SpeedSettings, VolumeSettings};
-use fovolnet_viewer::dialogue::Dialogue;
-use fovolnet_viewer::frame_producer::Progress;
-use fovolnet_viewer::opened::Opened;
-use fovolnet_viewer::places::Places;
+use fovolnet::{Device, RenderOverrides, Session, SpeedSettings, VolumeSettings};
+use fovolnet_viewer::frames::presented::Progress;
+use fovolnet_viewer::session::opened::Opened;
+use fovolnet_viewer::session::places::Places;
+use fovolnet_viewer::ui::dialogues::Dialogue;
 use fovolnet_viewer::{Start, Viewer};
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -20,7 +20,7 @@ fn window(source: Option<&str>, folder: &Path) -> Window {
     let start = Start {
         source: source.map(str::to_owned),
         read: VolumeSettings { dims: source.map(|_| [24; 3]), ..VolumeSettings::default() },
-        render: RenderSettings::default(),
+        render: RenderOverrides::default(),
         speed: SpeedSettings { device: Some(Device::Cpu), ..SpeedSettings::default() },
         screen: None,
         painter: None,
@@ -200,7 +200,7 @@ fn transfer_functions_are_chosen_and_edited() {
     settle(&mut window);
     click(&mut window, "magma");
     settle(&mut window);
-    assert_eq!(opened(&window).document.settings().tf.as_deref(), Some("magma"));
+    assert_eq!(opened(&window).document.settings().tf, Some("magma".into()));
     assert_ne!(opened(&window).transfer(), &first);
     let points = opened(&window).transfer().points().len();
     let at = pos2(780.0, 100.0);
@@ -214,7 +214,39 @@ fn transfer_functions_are_chosen_and_edited() {
     }
     settle(&mut window);
     assert_eq!(opened(&window).transfer().points().len(), points + 1);
-    assert!(opened(&window).document.settings().tf.as_deref().unwrap().starts_with('{'));
+    assert!(opened(&window).document.settings().tf.as_ref().unwrap().text().starts_with('{'));
+}
+
+/// Types `text` into the field `label`, letter by letter, and leaves the field.
+fn type_setting(window: &mut Window, label: &str, text: &str) {
+    let role = eframe::egui::accesskit::Role::TextInput;
+    window.get_by_role_and_label(role, label).scroll_to_me();
+    settle(window);
+    window.get_by_role_and_label(role, label).click();
+    window.step();
+    keys(window, Modifiers::COMMAND, Key::A);
+    for letter in text.chars() {
+        window.event(Event::Text(letter.to_string()));
+        window.step();
+    }
+    keys(window, Modifiers::NONE, Key::Enter);
+}
+
+#[test]
+fn texts_of_settings_are_typed_letter_by_letter() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = window(Some("head"), folder.path());
+    for label in ["Sampling", "session"] {
+        window.get_by_label(label).scroll_to_me();
+        settle(&mut window);
+        click(&mut window, label);
+        settle(&mut window);
+    }
+    type_setting(&mut window, "Gaze", "0.5,0.05");
+    assert_eq!(opened(&window).document.settings().gaze, Some("0.5,0.05".into()));
+    assert_eq!(opened(&window).gaze().gaze(0), [0.5, 0.05]);
+    type_setting(&mut window, "Weights", "wnet-paper");
+    assert_eq!(opened(&window).document.settings().weights.as_deref(), Some("wnet-paper"));
 }
 
 #[test]
@@ -360,7 +392,7 @@ fn exports_leave_the_session_that_was_saved_and_say_what_they_replace() {
         settle(&mut window);
     }
     assert_eq!(std::fs::read(&session).unwrap(), saved);
-    assert!(picture.is_file() && Session::read(&beside).unwrap().render.is_transparent());
+    assert!(picture.is_file() && Session::read(&beside).unwrap().render.transparent == Some(true));
 }
 
 #[test]

@@ -21,7 +21,7 @@ impl Partial {
 
 impl Statistics {
     fn of(volume: &Volume) -> Self {
-        let partials = with_voxel_type!(volume.dtype(), T => partials::<T>(volume));
+        let partials = partials(volume);
         let voxels = volume.grid().voxels() as u64;
         let mut all = Partial::NONE;
         for p in partials {
@@ -56,7 +56,8 @@ impl Volume {
     /// Histogram of the finite values in `bins` equal parts of `range` (scaled values). The last bin includes its
     /// upper end; values outside are not counted.
     pub fn histogram(&self, bins: usize, range: [f64; 2]) -> Vec<u64> {
-        with_voxel_type!(self.dtype(), T => histogram::<T>(self, bins, range))
+        let [lo, hi] = range;
+        histogram(self, Bins { count: bins, lo, hi })
     }
 
     /// Different finite values (scaled), smallest first; `None` if there are more than `limit`.
@@ -89,19 +90,29 @@ fn pieces(volume: &Volume) -> impl IndexedParallelIterator<Item = &[u8]> {
     volume.data().par_chunks(PIECE * volume.components() * volume.dtype().size())
 }
 
-fn partials<T: Voxel>(volume: &Volume) -> Vec<Partial> {
-    let rescale = volume.rescale();
-    let stride = volume.components() * size_of::<T>();
+/// Counts the voxels of one piece: bytes, distance between voxels in bytes, byte order and scaling.
+///
+/// Parallel loops call a function pointer, so that rayon's code is not compiled for every type of voxel.
+type CountPiece = fn(&[u8], usize, Endian, Rescale) -> Partial;
+
+fn partials(volume: &Volume) -> Vec<Partial> {
+    let count = with_voxel_type!(volume.dtype(), T => partial_of_order::<T> as CountPiece);
+    let (rescale, endian) = (volume.rescale(), volume.endian());
+    let stride = volume.components() * volume.dtype().size();
     pieces(volume)
         .map(|bytes| {
             stop::point();
-            if volume.endian() == Endian::Little {
-                partial::<T>(bytes, stride, Endian::Little, rescale)
-            } else {
-                partial::<T>(bytes, stride, Endian::Big, rescale)
-            }
+            count(bytes, stride, endian, rescale)
         })
         .collect()
+}
+
+/// [`partial`], compiled for each byte order.
+fn partial_of_order<T: Voxel>(bytes: &[u8], stride: usize, endian: Endian, rescale: Rescale) -> Partial {
+    match endian {
+        Endian::Little => partial::<T>(bytes, stride, Endian::Little, rescale),
+        Endian::Big => partial::<T>(bytes, stride, Endian::Big, rescale),
+    }
 }
 
 #[inline]
@@ -120,28 +131,38 @@ fn partial<T: Voxel>(bytes: &[u8], stride: usize, endian: Endian, rescale: Resca
     p
 }
 
-fn histogram<T: Voxel>(volume: &Volume, bins: usize, [lo, hi]: [f64; 2]) -> Vec<u64> {
+/// Equal parts of the range `lo` to `hi`.
+#[derive(Clone, Copy)]
+struct Bins {
+    count: usize,
+    lo: f64,
+    hi: f64,
+}
+
+fn histogram(volume: &Volume, bins: Bins) -> Vec<u64> {
+    let count = with_voxel_type!(volume.dtype(), T => counts::<T> as fn(&Volume, &[u8], Bins) -> Vec<u64>);
+    pieces(volume).map(|bytes| count(volume, bytes, bins)).reduce(
+        || vec![0; bins.count],
+        |mut a, b| {
+            a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+            a
+        },
+    )
+}
+
+/// Counts the values in `bytes`, a piece of `volume`, by bin.
+fn counts<T: Voxel>(volume: &Volume, bytes: &[u8], Bins { count, lo, hi }: Bins) -> Vec<u64> {
     let (rescale, endian) = (volume.rescale(), volume.endian());
     let stride = volume.components() * size_of::<T>();
-    let to_bin = if hi > lo { bins as f64 / (hi - lo) } else { 0.0 };
-    pieces(volume)
-        .map(|bytes| {
-            let mut counts = vec![0u64; bins];
-            for voxel in bytes.chunks_exact(stride) {
-                let value = rescale.apply(T::decode(&voxel[..size_of::<T>()], endian).to_f64());
-                if value >= lo && value <= hi && bins > 0 {
-                    counts[(((value - lo) * to_bin) as usize).min(bins - 1)] += 1;
-                }
-            }
-            counts
-        })
-        .reduce(
-            || vec![0; bins],
-            |mut a, b| {
-                a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
-                a
-            },
-        )
+    let to_bin = if hi > lo { count as f64 / (hi - lo) } else { 0.0 };
+    let mut counts = vec![0u64; count];
+    for voxel in bytes.chunks_exact(stride) {
+        let value = rescale.apply(T::decode(&voxel[..size_of::<T>()], endian).to_f64());
+        if value >= lo && value <= hi && count > 0 {
+            counts[(((value - lo) * to_bin) as usize).min(count - 1)] += 1;
+        }
+    }
+    counts
 }
 
 #[cfg(test)]

@@ -99,12 +99,21 @@ impl Gpu {
     /// [`GpuError::NoAdapter`] where none fits; its message lists the adapters. [`GpuError::Refused`] where the driver
     /// does not open it.
     pub fn open(request: &AdapterRequest) -> Result<Self> {
-        let all = found();
-        let infos: Vec<wgpu::AdapterInfo> = all.iter().map(wgpu::Adapter::get_info).collect();
-        let adapter = &all[request.best(&infos).ok_or_else(|| nothing_suits(&infos))?];
-        let (device, queue) = pollster::block_on(adapter.request_device(&Self::descriptor(adapter)))
-            .map_err(|e| GpuError::refused("opening a device", &e.to_string()))?;
-        Ok(Self::owned(device, queue).with_matrices(Matrices::wanted_of(adapter)))
+        let adapter = best(request)?;
+        let (device, queue) = opened(&adapter, &Self::descriptor(&adapter))?;
+        Ok(Self::owned(device, queue).with_matrices(Matrices::wanted_of(&adapter)))
+    }
+
+    /// Opens the adapter of `request` with the limits that every implementation of WebGPU has, and without optional
+    /// features. Tests show with it that these suffice.
+    ///
+    /// # Errors
+    /// Those of [`Self::open`].
+    pub fn open_baseline(request: &AdapterRequest) -> Result<Self> {
+        let limits = wgpu::Limits::default();
+        let descriptor = wgpu::DeviceDescriptor { required_limits: limits, ..Default::default() };
+        let (device, queue) = opened(&best(request)?, &descriptor)?;
+        Ok(Self::shared(device, queue))
     }
 
     /// Describes the device that this program wants of `adapter`: full limits and all optional features. For
@@ -124,6 +133,22 @@ impl Gpu {
     pub fn lent(adapter: &wgpu::Adapter, device: wgpu::Device, queue: wgpu::Queue) -> Self {
         Self::shared(device, queue).with_matrices(Matrices::wanted_of(adapter))
     }
+}
+
+/// Finds the best adapter for `request`.
+fn best(request: &AdapterRequest) -> Result<wgpu::Adapter> {
+    let mut all = found();
+    let infos: Vec<wgpu::AdapterInfo> = all.iter().map(wgpu::Adapter::get_info).collect();
+    let best = request.best(&infos).ok_or_else(|| nothing_suits(&infos))?;
+    Ok(all.swap_remove(best))
+}
+
+fn opened(
+    adapter: &wgpu::Adapter,
+    descriptor: &wgpu::DeviceDescriptor<'_>,
+) -> Result<(wgpu::Device, wgpu::Queue)> {
+    pollster::block_on(adapter.request_device(descriptor))
+        .map_err(|e| GpuError::refused("opening a device", &e.to_string()))
 }
 
 fn nothing_suits(all: &[wgpu::AdapterInfo]) -> GpuError {

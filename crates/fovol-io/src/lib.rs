@@ -1,16 +1,24 @@
-//! Volumes, images, video, sessions and data sets, in and out.
+//! Volumes, images, video and data sets, in and out.
+//!
+//! Cargo features, of which the first three are on by default: `files` for volume files and pictures, `video` for clips,
+//! `procedural` for volumes that the program makes, `download` for published volumes. Transfer functions are always read.
 
+#[cfg(feature = "files")]
 pub mod atomic;
 pub mod dataset;
 mod error;
 #[cfg(test)]
 mod fault;
+#[cfg(feature = "files")]
 pub mod image;
 pub mod natural_order;
 pub mod procedural;
+#[cfg(feature = "files")]
 mod stream;
 pub mod transfer_function;
+#[cfg(feature = "video")]
 pub mod video;
+#[cfg(feature = "files")]
 pub mod volume;
 
 pub use error::{Error, Result};

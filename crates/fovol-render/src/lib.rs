@@ -9,6 +9,7 @@ mod filtering;
 pub mod gpu;
 pub mod noise;
 pub mod scene;
+mod thresholds;
 
 pub use filtering::Filtering;
 

@@ -210,16 +210,9 @@ fn eyes_far_beyond_everything_see_something_or_nothing_but_do_not_hang() {
     }
 }
 
-/// A device with what every implementation of WebGPU has, and nothing else.
+/// A device with the limits of every WebGPU, and nothing else.
 fn baseline_gpu() -> Gpu {
-    let info = GPU.info();
-    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
-    let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
-    let adapter = adapters.into_iter().find(|adapter| adapter.get_info().name == info.name).unwrap();
-    let descriptor =
-        wgpu::DeviceDescriptor { required_limits: wgpu::Limits::default(), ..Default::default() };
-    let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).unwrap();
-    Gpu::shared(device, queue)
+    Gpu::open_baseline(&AdapterRequest::Any.or_environment()).unwrap()
 }
 
 #[test]

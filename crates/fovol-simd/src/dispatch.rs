@@ -9,7 +9,7 @@ use crate::x86::{Avx2, Avx512};
 /// `run` and what it calls must be `#[inline(always)]`. A function that is not inlined is compiled for the baseline
 /// processor. Keep loops small, or values spill out of registers.
 pub trait SimdOp {
-    /// What the loop returns.
+    /// Result of the loop.
     type Output;
 
     /// Runs the loop.
@@ -21,7 +21,7 @@ pub trait SimdOp {
 /// Do not hand vectors to functions of the standard library that take closures, such as `array::map`: they are not
 /// always inlined, and then work vector by vector on memory. Measured, one such call in a hot loop halves its speed.
 pub trait SimdF32Op {
-    /// What the loop returns.
+    /// Result of the loop.
     type Output;
 
     /// Runs the loop with vectors of the type of `zero`, whose lanes are 0.

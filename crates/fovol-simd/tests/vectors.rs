@@ -95,7 +95,6 @@ impl SimdF32Op for Storage {
     type Output = ();
 
     fn run<V: SimdF32>(self, some: V) {
-        let numbers: Vec<f32> = (0..2 * V::N).map(|i| i as f32 - 3.5).collect();
         let read = |v: V| {
             let mut out = vec![0.0; V::N];
             v.store(&mut out);

@@ -4,7 +4,7 @@
 //! cargo run --release -p fovolnet --example custom_volume -- waves.png
 //! ```
 
-use fovolnet::core::{Grid, Volume};
+use fovolnet::core::{ControlPoint, FrameSize, Grid, TransferFunction, Volume};
 use fovolnet::io::image::{Alpha, write_png};
 use fovolnet::{OpenVolume, Pipeline, RenderSettings, SpeedSettings};
 use std::error::Error;
@@ -22,8 +22,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     let volume = OpenVolume::from(Volume::from_values(grid, values.collect::<Vec<f32>>())?);
 
     let settings = RenderSettings {
-        size: Some("480x360".parse()?),
-        tf: Some("viridis".to_owned()),
+        size: FrameSize::new(480, 360)?,
+        transfer_function: TransferFunction::new(vec![
+            ControlPoint::new(0.5, [0.1, 0.3, 0.9], 0.0),
+            ControlPoint::new(0.8, [0.2, 0.8, 0.5], 0.1),
+            ControlPoint::new(1.0, [1.0, 0.9, 0.2], 0.6),
+        ])?
+        .into(),
         ..Default::default()
     };
     let mut pipeline = Pipeline::new(&volume, &settings, &SpeedSettings::default())?;

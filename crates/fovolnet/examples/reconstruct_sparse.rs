@@ -8,7 +8,7 @@ use fovolnet::core::FrameSize;
 use fovolnet::io::image::{Alpha, write_png};
 use fovolnet::metrics::psnr;
 use fovolnet::{
-    Choice, Pipeline, Reconstruction, Reconstructor, RenderSettings, Sampling, SpeedSettings, VolumeSettings,
+    Pipeline, Reconstruction, Reconstructor, RenderSettings, Sampling, SpeedSettings, VolumeSettings,
     open_volume,
 };
 use std::error::Error;
@@ -17,22 +17,22 @@ use std::path::PathBuf;
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = PathBuf::from(std::env::args().nth(1).unwrap_or_else(|| "sparse".to_owned()));
     std::fs::create_dir_all(&folder)?;
-    let size: FrameSize = "320x240".parse()?;
+    let size = FrameSize::new(320, 240)?;
 
     // Any renderer will do if unsampled pixels of its frames are black with alpha 0.
     let volume = open_volume("head", &VolumeSettings { dims: Some([64; 3]), ..Default::default() })?;
-    let shared = RenderSettings { size: Some(size), frames: Some(5), ..Default::default() };
+    let shared = RenderSettings { size, frames: 5, ..Default::default() };
     let sparse = RenderSettings {
-        sampling: Some(Choice::Fixed(Sampling::Compact)),
-        reconstruct: Some(Reconstruction::None),
-        pb: Some(0.08),
+        sampling: Sampling::Compact,
+        reconstruction: Reconstruction::None,
+        pb: 0.08,
         ..shared.clone()
     };
-    let full = RenderSettings { sampling: Some(Choice::Fixed(Sampling::Full)), ..shared };
+    let full = RenderSettings { sampling: Sampling::Full, ..shared };
     let mut renderer = Pipeline::new(&volume, &sparse, &SpeedSettings::default())?;
     let mut reference = Pipeline::new(&volume, &full, &SpeedSettings::default())?;
 
-    let network = RenderSettings { reconstruct: Some(Reconstruction::WNet), ..Default::default() };
+    let network = RenderSettings { reconstruction: Reconstruction::WNet, ..Default::default() };
     let mut reconstructor = Reconstructor::new(&network, size)?;
     for i in 0..5 {
         let sparse = renderer.render(i)?.frame;

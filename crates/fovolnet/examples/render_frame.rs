@@ -4,7 +4,7 @@
 //! cargo run --release -p fovolnet --example render_frame -- head head.png
 //! ```
 
-use fovolnet::core::ShadowMode;
+use fovolnet::core::{FrameSize, ShadowMode};
 use fovolnet::io::image::{Alpha, write_png};
 use fovolnet::{Pipeline, RenderSettings, SpeedSettings, VolumeSettings, open_volume};
 use std::error::Error;
@@ -17,9 +17,9 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let volume = open_volume(&source, &VolumeSettings::default())?;
     let settings = RenderSettings {
-        size: Some("640x480".parse()?),
-        shadows: Some(ShadowMode::On),
-        background: Some([1.0, 1.0, 1.0]),
+        size: FrameSize::new(640, 480)?,
+        shadows: ShadowMode::On,
+        background: [1.0, 1.0, 1.0],
         ..RenderSettings::default()
     };
     let mut pipeline = Pipeline::new(&volume, &settings, &SpeedSettings::default())?;

@@ -4,9 +4,11 @@
 //! cargo run --release -p fovolnet --example turntable -- head turn.y4m 24
 //! ```
 
+use fovolnet::core::FrameSize;
 use fovolnet::io::video::VideoWriter;
 use fovolnet::{
-    Choice, Pipeline, Reconstruction, RenderSettings, Sampling, SpeedSettings, VolumeSettings, open_volume,
+    CameraChoice, Pipeline, Reconstruction, RenderSettings, Sampling, SpeedSettings, VolumeSettings,
+    open_volume,
 };
 use std::error::Error;
 use std::path::Path;
@@ -19,12 +21,12 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let volume = open_volume(&source, &VolumeSettings::default())?;
     let settings = RenderSettings {
-        size: Some("480x360".parse()?),
-        frames: Some(frames),
-        path: Some("turntable".to_owned()),
-        sampling: Some(Choice::Fixed(Sampling::Compact)),
-        reconstruct: Some(Reconstruction::WNet),
-        pb: Some(0.05),
+        size: FrameSize::new(480, 360)?,
+        frames,
+        camera: CameraChoice::Turntable,
+        sampling: Sampling::Compact,
+        reconstruction: Reconstruction::WNet,
+        pb: 0.05,
         ..Default::default()
     };
     let mut pipeline = Pipeline::new(&volume, &settings, &SpeedSettings::default())?;

@@ -1,10 +1,11 @@
 //! A pipeline with changed settings renders the same frames as a new pipeline with those settings.
 
-use fovolnet::core::{CameraPath, Integration, ShadowMode, SurfaceShading};
+use fovolnet::core::{Camera, CameraPath, GazePath, Integration, ShadowMode, SurfaceShading};
 use fovolnet::{
     Device, OpenVolume, Pipeline, Reconstruction, RenderSettings, Sampling, SpeedSettings, Viewpoint,
-    VolumeSettings, open_volume,
+    VolumeSettings, WeightsChoice, open_volume,
 };
+use glam::DVec3;
 
 fn head() -> OpenVolume {
     open_volume("head", &VolumeSettings { dims: Some([32; 3]), ..Default::default() }).unwrap()
@@ -17,10 +18,11 @@ fn pipeline(settings: &RenderSettings, device: &Device) -> Pipeline {
 
 fn begin() -> RenderSettings {
     RenderSettings {
-        size: Some("61x43".parse().unwrap()),
-        path: Some("orbit".into()),
-        pb: Some(0.1),
-        reconstruct: Some("pull-push".parse().unwrap()),
+        size: "61x43".parse().unwrap(),
+        camera: CameraPath::Orbit.into(),
+        sampling: Sampling::Compact,
+        pb: 0.1,
+        reconstruction: "pull-push".parse().unwrap(),
         ..Default::default()
     }
 }
@@ -28,34 +30,34 @@ fn begin() -> RenderSettings {
 /// Changes of one setting each, applied one after another.
 fn changes() -> Vec<fn(&mut RenderSettings)> {
     vec![
-        |settings| settings.reconstruct = Some(Reconstruction::WNet),
-        |settings| settings.random_weights = Some("wnet-fast:3".parse().unwrap()),
-        |settings| settings.random_weights = None,
-        |settings| settings.first_frame = Some(7),
-        |settings| settings.tf = Some("viridis".into()),
-        |settings| settings.light = Some([-1.0, 0.2, 0.1]),
-        |settings| settings.shadows = Some(ShadowMode::Cached),
-        |settings| settings.shading = Some(SurfaceShading::Gradient),
-        |settings| settings.ambient = Some(0.6),
-        |settings| settings.background = Some([0.1, 0.2, 0.3]),
-        |settings| settings.step = Some(0.8),
-        |settings| settings.integration = Some(Integration::Plain),
-        |settings| settings.pb = Some(0.2),
-        |settings| settings.sigma = Some(0.1),
-        |settings| settings.gaze = Some("0.2,0.3".into()),
-        |settings| settings.noise = Some("blue".parse().unwrap()),
-        |settings| settings.sampling = Some(Sampling::Direct.into()),
-        |settings| settings.seed = Some(3),
-        |settings| settings.path = Some("flythrough".into()),
-        |settings| settings.camera = Some([0.0, 1.0, 2.0, 0.0, 0.0, 0.0, 30.0]),
-        |settings| settings.clip = Some([0.0, 0.6, 0.1, 1.0, 0.0, 1.0]),
-        |settings| settings.clip = Some([0.0, 0.6, 0.1, 1.0, 0.2, 0.9]),
-        |settings| settings.size = Some("40x50".parse().unwrap()),
-        |settings| settings.sampling = Some(Sampling::Full.into()),
-        |settings| settings.transparent = Some(true),
-        |settings| settings.transparent = None,
-        |settings| settings.sampling = Some(Sampling::Reject.into()),
-        |settings| settings.reconstruct = Some(Reconstruction::None),
+        |settings| settings.reconstruction = Reconstruction::WNet,
+        |settings| settings.weights = WeightsChoice::Random("wnet-fast:3".parse().unwrap()),
+        |settings| settings.weights = WeightsChoice::Usual,
+        |settings| settings.first_frame = 7,
+        |settings| settings.transfer_function = "viridis".into(),
+        |settings| settings.light = [-1.0, 0.2, 0.1].try_into().unwrap(),
+        |settings| settings.shadows = ShadowMode::Cached,
+        |settings| settings.shading = SurfaceShading::Gradient,
+        |settings| settings.ambient = 0.6,
+        |settings| settings.background = [0.1, 0.2, 0.3],
+        |settings| settings.step = 0.8,
+        |settings| settings.integration = Integration::Plain,
+        |settings| settings.pb = 0.2,
+        |settings| settings.sigma = 0.1,
+        |settings| settings.gaze = GazePath::Fixed([0.2, 0.3]),
+        |settings| settings.noise = "blue".parse().unwrap(),
+        |settings| settings.sampling = Sampling::Direct,
+        |settings| settings.seed = 3,
+        |settings| settings.camera = CameraPath::Flythrough.into(),
+        |settings| settings.camera = Camera::at(DVec3::new(0.0, 1.0, 2.0), DVec3::ZERO, 30.0).into(),
+        |settings| settings.crop = Some([0.0, 0.6, 0.1, 1.0, 0.0, 1.0].into()),
+        |settings| settings.crop = Some([0.0, 0.6, 0.1, 1.0, 0.2, 0.9].into()),
+        |settings| settings.size = "40x50".parse().unwrap(),
+        |settings| settings.sampling = Sampling::Full,
+        |settings| settings.transparent = true,
+        |settings| settings.transparent = false,
+        |settings| settings.sampling = Sampling::Reject,
+        |settings| settings.reconstruction = Reconstruction::None,
     ]
 }
 
@@ -99,14 +101,14 @@ fn a_change_that_cannot_be_made_changes_nothing() {
     let mut pipeline = pipeline(&begin(), &Device::Cpu);
     let before = pipeline.reference(0).unwrap();
     let wrong: [fn(&mut RenderSettings); 5] = [
-        |settings| settings.clip = Some([0.5, 0.4, 0.0, 1.0, 0.0, 1.0]),
-        |settings| settings.tf = Some("no-such".into()),
-        |settings| settings.step = Some(-1.0),
-        |settings| settings.path = Some("no-such.toml".into()),
+        |settings| settings.crop = Some([0.5, 0.4, 0.0, 1.0, 0.0, 1.0].into()),
+        |settings| settings.transfer_function = "no-such".into(),
+        |settings| settings.step = -1.0,
+        |settings| settings.camera = Camera::at(DVec3::ONE, DVec3::ONE, 30.0).into(),
         |settings| {
-            settings.reconstruct = Some(Reconstruction::WNet);
-            settings.weights = Some("no-such".into());
-            settings.background = Some([1.0; 3]);
+            settings.reconstruction = Reconstruction::WNet;
+            settings.weights = WeightsChoice::Named("no-such".into());
+            settings.background = [1.0; 3];
         },
     ];
     for change in wrong {
@@ -133,8 +135,8 @@ fn a_part_looks_as_it_looks_in_the_whole() {
     };
     let volume = Volume::from_values(grid, (0..grid.voxels()).map(value).collect()).unwrap();
     let volume = OpenVolume { volume: Arc::new(volume), source: "part".into(), procedural: None };
-    let whole = RenderSettings { tf: Some("grey".into()), sampling: Some(Sampling::Full.into()), ..begin() };
-    let part = RenderSettings { clip: Some([0.2, 0.55, 0.2, 0.7, 0.2, 0.9]), ..whole.clone() };
+    let whole = RenderSettings { transfer_function: "grey".into(), sampling: Sampling::Full, ..begin() };
+    let part = RenderSettings { crop: Some([0.2, 0.55, 0.2, 0.7, 0.2, 0.9].into()), ..whole.clone() };
     let [whole, part] = [whole, part].map(|settings| {
         Pipeline::new(&volume, &settings, &SpeedSettings::default()).unwrap().render(4).unwrap().frame
     });
@@ -148,7 +150,7 @@ fn a_part_looks_as_it_looks_in_the_whole() {
 
 #[test]
 fn somebody_may_stand_anywhere() {
-    let settings = RenderSettings { reconstruct: Some(Reconstruction::WNet), ..begin() };
+    let settings = RenderSettings { reconstruction: Reconstruction::WNet, ..begin() };
     let [mut here, mut there] = [(); 2].map(|()| pipeline(&settings, &Device::Cpu));
     for i in 0..3 {
         let viewpoint = Viewpoint { camera: CameraPath::Orbit.camera(i), fovea: settings.fovea(i).unwrap() };

@@ -3,7 +3,9 @@
 use fovolnet::core::{
     Camera, CameraPath, FrameSize, Grid, Integration, Pixel, SampleList, ShadowMode, Volume,
 };
-use fovolnet::{Device, NanColour, OpenVolume, Pipeline, RenderSettings, SpeedSettings, presets};
+use fovolnet::{
+    Device, NanColour, OpenVolume, Pipeline, RenderOverrides, RenderSettings, SpeedSettings, presets,
+};
 use std::sync::Arc;
 
 const SIZE: FrameSize = FrameSize { width: 48, height: 36 };
@@ -14,9 +16,9 @@ fn open(volume: Volume) -> OpenVolume {
 
 fn settings(tf: &str) -> RenderSettings {
     RenderSettings {
-        size: Some(SIZE),
-        tf: Some(tf.into()),
-        shadows: Some(ShadowMode::Off),
+        size: SIZE,
+        transfer_function: tf.into(),
+        shadows: ShadowMode::Off,
         ..Default::default()
     }
 }
@@ -40,12 +42,11 @@ fn a_part_of_half_a_hundredth_has_the_opacity_of_that_length() {
     let volume = open(Volume::from_values(grid, vec![128u8; 32 * 32 * 32]).unwrap());
     let white = r#"{"points":[[0,1,1,1,0.4],[1,1,1,1,0.4]]}"#;
     let camera = Camera::new([0.2, 0.1, 2.0].into(), [0.0; 3].into(), 20.0).unwrap();
-    for (integration, step, most) in [(Integration::Fine, None, 1e-4), (Integration::Plain, Some(0.01), 6e-3)]
-    {
+    for (integration, step, most) in [(Integration::Fine, 0.5, 1e-4), (Integration::Plain, 0.01, 6e-3)] {
         for (from, to) in [(0.5, 0.505), (0.5, 0.53125), (0.2345, 0.9), (0.0, 1.0), (0.0001, 0.01)] {
             let settings = RenderSettings {
-                clip: Some([0.0, 1.0, 0.0, 1.0, from, to]),
-                integration: Some(integration),
+                crop: Some([0.0, 1.0, 0.0, 1.0, from, to].into()),
+                integration,
                 step,
                 ..settings(white)
             };
@@ -82,12 +83,12 @@ fn changed_parts_are_those_begun_with() {
     let pixels = (0..36).flat_map(|y| (0..48).map(move |x| Pixel { x, y }));
     let list = SampleList::new(SIZE, pixels.collect());
     let mut last = changed.march(&camera, &list).unwrap();
-    for clip in [
+    for crop in [
         [0.0, 1.0, 0.0, 1.0, 0.001, 1.0],
         [0.41, 0.62, 0.0, 0.9, 0.1, 0.77],
         [0.41, 0.63, 0.0, 0.9, 0.1, 0.77],
     ] {
-        let settings = RenderSettings { clip: Some(clip), ..settings("grey") };
+        let settings = RenderSettings { crop: Some(crop.into()), ..settings("grey") };
         changed.change(&settings).unwrap();
         let found = changed.march(&camera, &list).unwrap();
         assert_eq!(found, pipeline(&volume, &settings).march(&camera, &list).unwrap());
@@ -115,14 +116,12 @@ fn nan_looks_as_was_said() {
     // Every second voxel of a row is NaN, so everything between neighbours is NaN.
     let right = |a: f64| 1.0 - (1.0 - a).powf(8.0 * along);
     for (nan, [r, g, b, a]) in [
-        (None, [0.0; 4]),
-        (Some(NanColour::Transparent), [0.0; 4]),
-        (Some(NanColour::File), [1.0, 0.5, 0.0, 0.25]),
-        (Some(NanColour::Colour([0.0, 0.2, 1.0, 0.1])), [0.0, 0.2, 1.0, 0.1]),
+        (NanColour::default(), [0.0; 4]),
+        (NanColour::File, [1.0, 0.5, 0.0, 0.25]),
+        (NanColour::Colour([0.0, 0.2, 1.0, 0.1]), [0.0, 0.2, 1.0, 0.1]),
     ] {
         for integration in [Integration::Fine, Integration::Plain] {
-            let settings =
-                RenderSettings { nan, integration: Some(integration), step: Some(0.02), ..settings(map) };
+            let settings = RenderSettings { nan, integration, step: 0.02, ..settings(map) };
             let found = middle(&mut pipeline(&volume, &settings), &camera);
             for (found, colour) in found.into_iter().zip([r, g, b, 1.0]) {
                 let right = colour * right(a);
@@ -130,13 +129,13 @@ fn nan_looks_as_was_said() {
             }
         }
     }
-    let notes = |nan| presets::notes(&RenderSettings { nan, ..settings(map) }, &volume).join("; ");
+    let given = |nan| RenderOverrides { nan, tf: Some(map.into()), ..Default::default() };
+    let notes = |nan| presets::notes(&given(nan), &volume).join("; ");
     assert!(notes(None).contains("(1,0.5,0,0.25) is left out; --nan file uses it"), "{}", notes(None));
     assert!(!notes(Some(NanColour::File)).contains("NaN"));
     std::fs::write(map, with("")).unwrap();
     assert!(!notes(None).contains("NaN") && notes(Some(NanColour::File)).contains("--nan R,G,B,A gives one"));
     // A volume without NaN needs no note.
     let whole = open(Volume::from_values(grid, (0..512).map(|i| i as f32).collect()).unwrap());
-    let file = RenderSettings { nan: Some(NanColour::File), ..settings(map) };
-    assert!(!presets::notes(&file, &whole).join("; ").contains("NaN"));
+    assert!(!presets::notes(&given(Some(NanColour::File)), &whole).join("; ").contains("NaN"));
 }

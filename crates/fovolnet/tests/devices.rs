@@ -1,7 +1,7 @@
 //! The pipeline renders the same frames on the GPU and on the CPU.
 #![cfg(feature = "gpu")]
 
-use fovolnet::core::{Frame, ShadowMode};
+use fovolnet::core::{CameraPath, Frame, ShadowMode};
 use fovolnet::gpu::{Gpu, read_picture};
 use fovolnet::io::procedural;
 use fovolnet::net::Fill;
@@ -28,13 +28,13 @@ fn difference(a: &Frame, b: &Frame) -> f32 {
 
 fn settings(sampling: Sampling, reconstruct: Reconstruction) -> RenderSettings {
     RenderSettings {
-        size: Some("83x47".parse().unwrap()),
-        path: Some("orbit".into()),
-        sampling: Some(sampling.into()),
-        reconstruct: Some(reconstruct),
-        pb: Some(0.1),
-        sigma: Some(0.1),
-        shadows: Some(ShadowMode::On),
+        size: "83x47".parse().unwrap(),
+        camera: CameraPath::Orbit.into(),
+        sampling,
+        reconstruction: reconstruct,
+        pb: 0.1,
+        sigma: 0.1,
+        shadows: ShadowMode::On,
         ..Default::default()
     }
 }
@@ -76,8 +76,8 @@ fn frames_are_those_of_the_processor() {
 fn references_have_exact_shadows() {
     let gpu = Device::Gpu(None);
     let with = |shadows, is_transparent: bool| RenderSettings {
-        shadows: Some(shadows),
-        transparent: is_transparent.then_some(true),
+        shadows,
+        transparent: is_transparent,
         ..settings(Sampling::Full, Reconstruction::None)
     };
     for is_transparent in [false, true] {
@@ -139,7 +139,7 @@ fn frames_that_stay_on_the_device_are_those_that_come_back() {
         let mut settings = settings(sampling, reconstruct);
         let (mut displays, mut renders) = (pipeline(&settings), pipeline(&settings));
         assert_displayed(gpu, &mut displays, &mut renders);
-        settings.size = Some("40x30".parse().unwrap());
+        settings.size = "40x30".parse().unwrap();
         for pipeline in [&mut displays, &mut renders] {
             pipeline.change(&settings).unwrap();
             pipeline.reset();
@@ -181,8 +181,8 @@ fn procedural_volumes_look_as_on_the_processor() {
             [("auto", ShadowMode::On), ("head", ShadowMode::Off), ("grey", ShadowMode::Cached)]
         {
             let settings = RenderSettings {
-                tf: Some(tf.into()),
-                shadows: Some(shadows),
+                transfer_function: tf.into(),
+                shadows,
                 ..settings(Sampling::Full, Reconstruction::None)
             };
             let speed = SpeedSettings { simd: Some(Simd::Scalar), no_skip: true, ..Default::default() };
@@ -214,7 +214,7 @@ fn a_device_that_is_lost_is_an_error_of_every_call() {
     assert!(pipeline.reference(2).is_err());
     let displayed = pipeline.display_from(3, &viewpoint);
     assert!(displayed.is_err() || pipeline.finish_display().is_err());
-    let brighter = RenderSettings { ambient: Some(0.9), ..settings.clone() };
+    let brighter = RenderSettings { ambient: 0.9, ..settings.clone() };
     // Calls on a lost device must not panic.
     let _ = pipeline.change(&brighter);
     let asked = SpeedSettings { device: Some(Device::Gpu(None)), ..Default::default() };
@@ -240,7 +240,7 @@ fn ten_thousand_frames_leave_memory_as_it_was() {
         [(Reconstruction::Fill(Fill::PullPush), "48x32", 10_000), (Reconstruction::WNet, "16x16", 1_000)]
     {
         let settings =
-            RenderSettings { size: Some(size.parse().unwrap()), ..settings(Sampling::Compact, reconstruct) };
+            RenderSettings { size: size.parse().unwrap(), ..settings(Sampling::Compact, reconstruct) };
         let mut pipeline = pipeline(&settings, Device::Gpu(None));
         let mut at = Vec::new();
         for i in 0..frames {

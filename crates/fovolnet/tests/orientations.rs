@@ -162,8 +162,8 @@ fn nifti(axes: Axes) -> Vec<u8> {
 fn picture(path: &Path) -> Frame {
     let volume = open_volume(path.to_str().unwrap(), &VolumeSettings::default()).unwrap();
     let settings = RenderSettings {
-        size: Some("96x72".parse().unwrap()),
-        tf: Some(r#"{"points":[[0,1,1,1,0],[0.5,1,1,1,0],[0.9,1,1,1,1],[1,1,1,1,1]]}"#.into()),
+        size: "96x72".parse().unwrap(),
+        transfer_function: r#"{"points":[[0,1,1,1,0],[0.5,1,1,1,0],[0.9,1,1,1,1],[1,1,1,1,1]]}"#.into(),
         orientation: Some(Orientation::Patient),
         ..RenderSettings::default()
     };

@@ -12,16 +12,16 @@ fn pipeline(settings: &RenderSettings) -> Pipeline {
 
 fn with(shadows: ShadowMode) -> RenderSettings {
     RenderSettings {
-        size: Some("61x43".parse().unwrap()),
-        sampling: Some(Sampling::Compact.into()),
-        reconstruct: Some("pull-push".parse().unwrap()),
-        shadows: Some(shadows),
+        size: "61x43".parse().unwrap(),
+        sampling: Sampling::Compact,
+        reconstruction: "pull-push".parse().unwrap(),
+        shadows,
         ..Default::default()
     }
 }
 
 fn full(settings: RenderSettings) -> RenderSettings {
-    RenderSettings { sampling: Some(Sampling::Full.into()), reconstruct: None, ..settings }
+    RenderSettings { sampling: Sampling::Full, ..settings }
 }
 
 #[test]
@@ -51,11 +51,11 @@ fn references_follow_changes_of_the_scene() {
     let mut settings = with(ShadowMode::Cached);
     let mut changed = pipeline(&settings);
     let changes: [fn(&mut RenderSettings); 5] = [
-        |settings| settings.tf = Some("viridis".into()),
-        |settings| settings.light = Some([-1.0, 0.2, 0.1]),
-        |settings| settings.step = Some(0.8),
-        |settings| settings.shadows = Some(ShadowMode::Off),
-        |settings| settings.shadows = Some(ShadowMode::Cached),
+        |settings| settings.transfer_function = "viridis".into(),
+        |settings| settings.light = [-1.0, 0.2, 0.1].try_into().unwrap(),
+        |settings| settings.step = 0.8,
+        |settings| settings.shadows = ShadowMode::Off,
+        |settings| settings.shadows = ShadowMode::Cached,
     ];
     let mut before = changed.reference(0).unwrap();
     for (i, change) in changes.into_iter().enumerate() {
@@ -63,10 +63,10 @@ fn references_follow_changes_of_the_scene() {
         changed.change(&settings).unwrap();
         let reference = changed.reference(0).unwrap();
         let shadows = match settings.shadows {
-            Some(ShadowMode::Off) => ShadowMode::Off,
+            ShadowMode::Off => ShadowMode::Off,
             _ => ShadowMode::On,
         };
-        let fresh = pipeline(&RenderSettings { shadows: Some(shadows), ..settings.clone() }).reference(0);
+        let fresh = pipeline(&RenderSettings { shadows, ..settings.clone() }).reference(0);
         assert!(reference == fresh.unwrap(), "change {i}");
         assert!(reference != before, "change {i} shows nothing");
         before = reference;
@@ -81,7 +81,7 @@ fn without_shadows_references_have_none_either() {
 
 #[test]
 fn transparent_references_have_exact_shadows() {
-    let transparent = |shadows| RenderSettings { transparent: Some(true), ..full(with(shadows)) };
+    let transparent = |shadows| RenderSettings { transparent: true, ..full(with(shadows)) };
     let exact = pipeline(&transparent(ShadowMode::On)).render(0).unwrap().frame;
     let mut cached = pipeline(&transparent(ShadowMode::Cached));
     assert!(cached.render(0).unwrap().frame != exact);

@@ -2,8 +2,8 @@
 
 use fovolnet::core::{Dtype, Endian, Frame, Integration, ShadowMode, SurfaceShading};
 use fovolnet::{
-    Device, NamedView, NanColour, Orientation, Pipeline, Reconstruction, RenderSettings, Sampling, Session,
-    SpeedSettings, TransferRange, ValueScale, VolumeSettings, open_volume,
+    CropBox, Device, NamedView, NanColour, Orientation, Pipeline, Reconstruction, RenderOverrides, Sampling,
+    Session, SpeedSettings, TransferRange, ValueScale, VolumeSettings, open_volume,
 };
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -40,7 +40,7 @@ fn everything(volume: &Path) -> Session {
         time: Some(0),
         downsample: Some(1),
     };
-    let render = RenderSettings {
+    let render = RenderOverrides {
         size: Some("48x36".parse().unwrap()),
         frames: Some(2),
         first_frame: Some(0),
@@ -53,7 +53,7 @@ fn everything(volume: &Path) -> Session {
         tf_range: Some(TransferRange::Stretch),
         scale: Some(ValueScale::Linear),
         nan: Some(NanColour::Transparent),
-        clip: Some([0.0, 1.0, 0.0, 1.0, 0.0, 1.0]),
+        clip: Some(CropBox::WHOLE),
         light: Some([0.5, 1.0, 0.3]),
         shadows: Some(ShadowMode::On),
         shading: Some(SurfaceShading::Flat),
@@ -144,7 +144,7 @@ fn steps() -> Vec<Step> {
         },
         Step {
             from: |s| s.render.path = None,
-            ..step("render.camera", |s| s.render.camera = Some([0.0, 1.0, 2.0, 0.0, 0.0, 0.0, 30.0]))
+            ..step("render.camera", |s| s.render.camera = Some([0.0, 1.0, 2.0, 0.0, 0.0, 0.0, 30.0].into()))
         },
         step("render.tf", |s| s.render.tf = Some("viridis".into())),
         Step {
@@ -159,7 +159,7 @@ fn steps() -> Vec<Step> {
             from: |s| another_file(s, "gaps.mha"),
             ..step("render.nan", |s| s.render.nan = Some(NanColour::Colour([1.0, 0.0, 0.0, 0.5])))
         },
-        step("render.clip", |s| s.render.clip = Some([0.0, 0.6, 0.1, 1.0, 0.0, 1.0])),
+        step("render.clip", |s| s.render.clip = Some([0.0, 0.6, 0.1, 1.0, 0.0, 1.0].into())),
         step("render.light", |s| s.render.light = Some([-1.0, 0.2, 0.1])),
         step("render.shadows", |s| s.render.shadows = Some(ShadowMode::Off)),
         step("render.shading", |s| s.render.shading = Some(SurfaceShading::Gradient)),
@@ -223,8 +223,9 @@ fn opened(session: &Session, path: &Path) -> Opened {
     let session = Session::read(path).unwrap();
     let volume = open_volume(&session.volume, &session.read).unwrap();
     let speed = SpeedSettings { device: Some(Device::Cpu), ..Default::default() };
-    let mut pipeline = Pipeline::new(&volume, &session.render, &speed).unwrap();
-    let frames = session.render.frame_numbers().map(|t| pipeline.render(t).unwrap().frame).collect();
+    let settings = session.render.resolve().unwrap();
+    let mut pipeline = Pipeline::new(&volume, &settings, &speed).unwrap();
+    let frames = settings.frame_numbers().map(|t| pipeline.render(t).unwrap().frame).collect();
     let unchanged = [session.volume_is_unchanged().unwrap(), session.weights_are_unchanged().unwrap()];
     Opened { session, frames, unchanged }
 }
@@ -292,7 +293,7 @@ fn every_field_of_a_session_is_kept_and_shows() {
     let mut known = fields(&whole);
     let mut either = whole.clone();
     either.read.array = Some("a".into());
-    either.render.camera = Some([0.0; 7]);
+    either.render.camera = Some([0.0; 7].into());
     either.render.random_weights = Some("wnet-fast".parse().unwrap());
     known.extend(fields(&either));
     let steps = steps();

@@ -7,11 +7,8 @@ use fovolnet::{Device, Pipeline, RenderSettings, SpeedSettings, VolumeSettings, 
 fn the_making_of_cached_shadows_takes_time_that_counts() {
     let read = VolumeSettings { dims: Some([24; 3]), ..VolumeSettings::default() };
     let volume = open_volume("head", &read).unwrap();
-    let settings = |shadows| RenderSettings {
-        size: Some("32x24".parse().unwrap()),
-        shadows: Some(shadows),
-        ..RenderSettings::default()
-    };
+    let settings =
+        |shadows| RenderSettings { size: "32x24".parse().unwrap(), shadows, ..RenderSettings::default() };
     let speed = SpeedSettings { device: Some(Device::Cpu), ..SpeedSettings::default() };
     let mut pipeline = Pipeline::new(&volume, &settings(ShadowMode::Cached), &speed).unwrap();
     let ms = pipeline.shadow_grid_ms();

@@ -1,16 +1,13 @@
 use super::marching::{Marching, Sampled, marching};
-use super::on_orbit;
 use super::repeat::alternating;
+use super::subject::Subject;
 use crate::console::JsonOutput;
 use crate::outputs;
 use anyhow::{Result, anyhow};
-use fovolnet::core::{Camera, Fovea, FrameSize, shown_path};
+use fovolnet::core::{Camera, Fovea, FrameSize};
 use fovolnet::io::atomic;
 use fovolnet::render::noise::Noise;
-use fovolnet::{
-    Machine, OpenVolume, RenderSettings, SpeedSettings, VolumeSettings, WorldBox, camera_path, open_volume,
-    parse, scene,
-};
+use fovolnet::{Machine, OpenVolume, RenderSettings, SpeedSettings, WorldBox, camera_path, scene};
 use plotters::prelude::*;
 use serde::Serialize;
 use std::io::Write;
@@ -19,15 +16,8 @@ use std::path::{Path, PathBuf};
 /// Effective compression: time of sparse sampling compared with its share of pixels
 #[derive(clap::Args)]
 pub struct CompactBench {
-    /// Volume file, folder of slices, or procedural volume
-    #[arg(default_value = "head", value_parser = parse::file())]
-    volume: String,
     #[command(flatten)]
-    read: VolumeSettings,
-    #[command(flatten)]
-    settings: RenderSettings,
-    #[command(flatten)]
-    speed: SpeedSettings,
+    subject: Subject,
     /// Repetitions of every measurement
     #[arg(long, value_name = "N", default_value_t = 7)]
     repeats: usize,
@@ -74,12 +64,12 @@ const DENSITIES: [f64; 11] = [0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.2, 0.3, 0.5, 
 
 impl CompactBench {
     pub fn run(self) -> Result<()> {
-        let opened = open_volume(&self.volume, &self.read)?;
+        let opened = self.subject.open()?;
+        let settings = self.subject.settings(None)?;
         let files = self.output.as_ref().map(|folder| FILES.map(|name| folder.join(name)));
         outputs::check(files.iter().flatten().map(PathBuf::as_path).chain(self.json.file()))?;
-        let (rows, machine) = measured(&opened, &self.settings, &self.speed, self.repeats)?;
-        let report =
-            Report { volume: shown_path(&self.volume), size: self.settings.frame_size(), rows, machine };
+        let (rows, machine) = measured(&opened, &settings, self.subject.speed(), self.repeats)?;
+        let report = Report { volume: self.subject.name(), size: settings.size, rows, machine };
         self.describe(&report)?;
         if let (Some(folder), Some([csv, svg])) = (&self.output, &files) {
             atomic::make_folder(folder)?;
@@ -124,11 +114,10 @@ pub fn measured(
     speed: &SpeedSettings,
     repeats: usize,
 ) -> Result<(Vec<Row>, Machine)> {
-    let settings = &on_orbit(settings.clone());
     let world = WorldBox::new(&opened.volume, settings)?;
-    let mut marching = marching(&scene(opened, settings)?, speed, settings.frame_size())?;
-    let noise = Noise::new(settings.noise.unwrap_or_default(), 0);
-    let frame = settings.frame_numbers().start;
+    let mut marching = marching(&scene(opened, settings)?, speed, settings.size)?;
+    let noise = Noise::new(settings.noise, 0);
+    let frame = settings.first_frame;
     let camera = world.camera(&camera_path(settings, &world)?.camera(frame));
     let mut rows = Vec::new();
     for density in DENSITIES {

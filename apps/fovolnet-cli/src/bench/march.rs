@@ -1,30 +1,21 @@
 use super::marching::marching;
-use super::on_orbit;
 use super::repeat::{Times, alternating};
+use super::subject::Subject;
 use crate::console::JsonOutput;
 use crate::outputs;
 use anyhow::Result;
-use fovolnet::core::{FrameSize, shown_path};
+use fovolnet::core::FrameSize;
 use fovolnet::io::image::{self, Alpha};
 use fovolnet::render::cpu::march::SampleCount;
-use fovolnet::{
-    Machine, RenderSettings, SpeedSettings, VolumeSettings, WorldBox, camera_path, open_volume, parse, scene,
-};
+use fovolnet::{Machine, WorldBox, camera_path, scene};
 use serde::Serialize;
 use std::path::PathBuf;
 
 /// Marching every pixel: times, samples, samples per second
 #[derive(clap::Args)]
 pub struct MarchBench {
-    /// Volume file, folder of slices, or procedural volume
-    #[arg(default_value = "head", value_parser = parse::file())]
-    volume: String,
     #[command(flatten)]
-    read: VolumeSettings,
-    #[command(flatten)]
-    settings: RenderSettings,
-    #[command(flatten)]
-    speed: SpeedSettings,
+    subject: Subject,
     /// Repetitions of every measurement
     #[arg(long, value_name = "N", default_value_t = 7)]
     repeats: usize,
@@ -75,14 +66,14 @@ struct Report {
 
 impl MarchBench {
     pub fn run(self) -> Result<()> {
-        let settings = on_orbit(self.settings.clone());
-        let opened = open_volume(&self.volume, &self.read)?;
+        let opened = self.subject.open()?;
+        let settings = self.subject.settings(None)?;
         let scene = scene(&opened, &settings)?;
         let world = WorldBox::new(&opened.volume, &settings)?;
-        let camera = camera_path(&settings, &world)?.camera(settings.frame_numbers().start);
+        let camera = camera_path(&settings, &world)?.camera(settings.first_frame);
         let camera = world.camera(&camera);
-        let size = settings.frame_size();
-        let mut marching = marching(&scene, &self.speed, size)?;
+        let size = settings.size;
+        let mut marching = marching(&scene, self.subject.speed(), size)?;
         let files = [self.picture.as_deref(), self.json.file()];
         outputs::check(files.into_iter().flatten())?;
         outputs::have_folders(files.into_iter().flatten())?;
@@ -103,7 +94,7 @@ impl MarchBench {
             rows.extend(measured.map(|((skip, times), count)| Row::new((name, skip), times, count)));
         }
         let machine = marching.machine();
-        self.report(&Report { volume: shown_path(&self.volume), size, rows, machine })
+        self.report(&Report { volume: self.subject.name(), size, rows, machine })
     }
 
     fn report(&self, report: &Report) -> Result<()> {

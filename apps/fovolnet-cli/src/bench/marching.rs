@@ -1,7 +1,7 @@
 //! Timed marching alone, without read-back and without a pipeline around it.
 
-use super::rayon_pool;
 use super::repeat::Lap;
+use crate::thread_pool::thread_pool;
 use anyhow::Result;
 use fovolnet::core::memory::{Estimate, SMALLER_BOTH};
 use fovolnet::core::{Camera, Fovea, Frame, FrameSize, Scene};
@@ -44,7 +44,7 @@ pub trait Marching {
 
 /// Prepares `scene` on the device that `speed` asks for.
 pub fn marching(scene: &Scene, speed: &SpeedSettings, size: FrameSize) -> Result<Box<dyn Marching>> {
-    match speed.device.clone().unwrap_or_default().open()? {
+    match speed.device().open()? {
         OpenDevice::Cpu => Ok(Box::new(CpuMarching::new(scene, speed, size)?)),
         #[cfg(feature = "gpu")]
         OpenDevice::Gpu(gpu) => Ok(Box::new(on_gpu::GpuMarching::new(&gpu, scene, speed, size)?)),
@@ -63,9 +63,9 @@ impl CpuMarching {
         let needed = Renderer::estimate(scene, Estimate::new(format!("marching frames of {size}")));
         let frame = size.pixels() * (size_of::<[f32; 4]>() + size_of::<RayResult>());
         needed.with("frames", frame as u64).check(SMALLER_BOTH)?;
-        let pool = rayon_pool(speed.threads.unwrap_or(0))?;
+        let pool = thread_pool(speed.threads.unwrap_or(0))?;
         let simds = speed.simd.map_or_else(fast_ones, |simd| vec![simd]);
-        let options = RenderOptions { simd: speed.simd.unwrap_or_else(best_simd), skip_empty: true };
+        let options = RenderOptions { simd: speed.simd(), skip_empty: true };
         Ok(Self { renderer: pool.install(|| Renderer::new(scene, options))?, size, simds, pool })
     }
 }

@@ -6,11 +6,10 @@ mod marching;
 mod net;
 mod pipeline;
 mod repeat;
+mod subject;
 
 use anyhow::Result;
 use clap::Subcommand;
-use fovolnet::RenderSettings;
-use fovolnet::core::Integration;
 
 /// Measure this machine
 #[derive(clap::Args)]
@@ -40,19 +39,4 @@ impl Bench {
             BenchCommand::Pipeline(bench) => bench.run(),
         }
     }
-}
-
-/// Sets the usual path and integration of benchmarks in `settings`, unless they name others.
-fn on_orbit(mut settings: RenderSettings) -> RenderSettings {
-    if settings.camera.is_none() && settings.view.is_none() {
-        settings.path.get_or_insert_with(|| "orbit".into());
-    }
-    settings.integration.get_or_insert(Integration::Plain);
-    settings
-}
-
-/// Thread pool of `threads` threads; as many as there are cores for 0. Steps outside a pipeline run in it, so that
-/// `--threads` applies to them, too.
-pub fn rayon_pool(threads: usize) -> Result<rayon::ThreadPool> {
-    Ok(rayon::ThreadPoolBuilder::new().num_threads(threads).build()?)
 }

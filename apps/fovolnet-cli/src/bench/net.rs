@@ -1,6 +1,6 @@
-use super::rayon_pool;
 use crate::console::JsonOutput;
 use crate::interrupt;
+use crate::thread_pool::thread_pool;
 use anyhow::{Result, anyhow};
 #[cfg(feature = "gpu")]
 use fovolnet::OpenDevice;
@@ -100,7 +100,7 @@ impl Measured {
 
 impl NetBench {
     pub fn run(self) -> Result<()> {
-        let pool = rayon_pool(self.threads.unwrap_or(0))?;
+        let pool = thread_pool(self.threads.unwrap_or(0))?;
         let report = pool.install(|| self.measure())?;
         self.json.say(format!(
             "{} at {}, {} on {}: median {:.1} ms, {:.3} TFLOP/s{}{}",

@@ -1,14 +1,12 @@
-use super::on_orbit;
+use super::subject::Subject;
 use crate::console::{self, JsonOutput};
 use crate::interrupt;
 use crate::outputs;
 use anyhow::Result;
 #[cfg(feature = "gpu")]
 use fovolnet::Viewpoint;
-use fovolnet::core::{FrameSize, shown_path};
-use fovolnet::{
-    Machine, Pipeline, RenderSettings, SpeedSettings, Timings, VolumeSettings, open_volume, parse,
-};
+use fovolnet::core::FrameSize;
+use fovolnet::{Machine, Pipeline, Timings};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -17,15 +15,8 @@ use std::time::Instant;
 /// Whole frames: mask, march, reconstruct; on a GPU as the viewer shows them, without going through the host
 #[derive(clap::Args)]
 pub struct PipelineBench {
-    /// Volume file, folder of slices, or procedural volume
-    #[arg(default_value = "head", value_parser = parse::file())]
-    volume: String,
     #[command(flatten)]
-    read: VolumeSettings,
-    #[command(flatten)]
-    settings: RenderSettings,
-    #[command(flatten)]
-    speed: SpeedSettings,
+    subject: Subject,
     #[command(flatten)]
     json: JsonOutput,
 }
@@ -48,15 +39,14 @@ struct Report {
 const FRAMES: u32 = 20;
 
 impl PipelineBench {
-    pub fn run(mut self) -> Result<()> {
-        self.settings.frames.get_or_insert(FRAMES);
-        self.settings = on_orbit(self.settings);
-        let opened = open_volume(&self.volume, &self.read)?;
+    pub fn run(self) -> Result<()> {
+        let opened = self.subject.open()?;
         outputs::check(self.json.file())?;
         outputs::have_folders(self.json.file())?;
-        let mut pipeline = Pipeline::new(&opened, &self.settings, &self.speed)?;
+        let settings = self.subject.settings(Some(FRAMES))?;
+        let mut pipeline = Pipeline::new(&opened, &settings, self.subject.speed())?;
         console::warn(&pipeline);
-        let numbers = self.settings.frame_numbers();
+        let numbers = settings.frame_numbers();
         pipeline.render(numbers.start)?;
         let started = Instant::now();
         let displayed = displayed(&mut pipeline, numbers.clone())?;
@@ -65,7 +55,7 @@ impl PipelineBench {
         let seconds = started.elapsed().as_secs_f64();
         let t = Timings::reduced(&all, median);
         let report = Report {
-            volume: shown_path(&self.volume),
+            volume: self.subject.name(),
             size: pipeline.size(),
             frames: all.len(),
             stays_on_device,

@@ -1,8 +1,8 @@
 use crate::console::JsonOutput;
 use crate::outputs;
 use anyhow::Result;
-use fovolnet::RenderSettings;
-use fovolnet::core::{Fovea, FrameSize, SampleMask};
+use fovolnet::RenderOverrides;
+use fovolnet::core::{Fovea, SampleMask};
 use fovolnet::io::{atomic, image};
 use fovolnet::render::cpu;
 use fovolnet::render::noise::Noise;
@@ -16,7 +16,7 @@ pub struct Mask {
     #[arg(short, long, value_name = "MASK.png")]
     output: PathBuf,
     #[command(flatten)]
-    settings: RenderSettings,
+    settings: RenderOverrides,
     #[command(flatten)]
     json: JsonOutput,
 }
@@ -30,7 +30,7 @@ struct Report {
 
 impl Mask {
     pub fn run(self) -> Result<()> {
-        let (fovea, mask) = mask_of(&self.settings)?;
+        let (fovea, mask) = mask_of(self.settings)?;
         outputs::check([Some(&*self.output), self.json.file()].into_iter().flatten())?;
         write(&self.output, &mask)?;
         let report = Report {
@@ -50,12 +50,13 @@ impl Mask {
     }
 }
 
-fn mask_of(settings: &RenderSettings) -> Result<(Fovea, SampleMask)> {
-    let size: FrameSize = settings.frame_size();
-    let frame = settings.frame_numbers().start;
+fn mask_of(settings: RenderOverrides) -> Result<(Fovea, SampleMask)> {
+    // Masks do not depend on the camera, so the file of a path is not read.
+    let settings = RenderOverrides { path: None, ..settings }.resolve()?;
+    let frame = settings.first_frame;
     let fovea = settings.fovea(frame)?;
-    let noise = Noise::new(settings.noise.unwrap_or_default(), settings.seed.unwrap_or(0));
-    Ok((fovea, cpu::mask(&fovea, size, &noise, frame)))
+    let noise = Noise::new(settings.noise, settings.seed);
+    Ok((fovea, cpu::mask(&fovea, settings.size, &noise, frame)))
 }
 
 /// Writes `mask` as PNG; sampled pixels are white.

@@ -1,7 +1,7 @@
-use crate::bench::rayon_pool;
 use crate::console::{JsonOutput, Progress};
 use crate::frame_sequence::file_name;
-use crate::sparse_clip::SparseClip;
+use crate::sparse_sequence::SparseSequence;
+use crate::thread_pool::thread_pool;
 use crate::{interrupt, outputs};
 use anyhow::{Context as _, Result};
 #[cfg(feature = "gpu")]
@@ -12,7 +12,8 @@ use fovolnet::io::atomic;
 use fovolnet::io::image::{self, Alpha};
 use fovolnet::net::cpu::Precision;
 use fovolnet::{
-    Device, Error, OpenDevice, RandomWeights, Reconstruction, Reconstructor, RenderSettings, parse,
+    Device, Error, OpenDevice, RandomWeights, Reconstruction, Reconstructor, RenderOverrides, RenderSettings,
+    parse,
 };
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -101,39 +102,39 @@ struct Report {
 impl Reconstruct {
     pub fn run(self) -> Result<()> {
         let settings = self.settings()?;
-        let how = settings.reconstruction();
-        let mut clip = SparseClip::open(&self.sparse)?;
-        let size = clip.size();
+        let how = settings.reconstruction;
+        let mut sequence = SparseSequence::open(&self.sparse)?;
+        let size = sequence.size();
         // Sparse and full frame. Networks check their own memory once they know the part of a frame they work on.
         Estimate::new(format!("filling frames of {size}"))
             .with("frames", (2 * size.pixels() * size_of::<[f32; 4]>()) as u64)
             .check("sparse frames of a smaller size need less")?;
-        let threads = rayon_pool(self.threads.unwrap_or(0))?;
+        let threads = thread_pool(self.threads.unwrap_or(0))?;
         let device = self.device.open()?;
-        let mut filler = self.filler(&device, &settings, clip.size())?;
+        let mut filler = self.filler(&device, &settings, sequence.size())?;
         if !filler.uses_motion() {
-            clip.leave_motion_out(&settings.weights.clone().unwrap_or_else(|| how.to_string()));
+            sequence.leave_motion_out(&self.weights.clone().unwrap_or_else(|| how.to_string()));
         }
-        let written: Vec<PathBuf> = (0..clip.len()).map(|i| self.path_of(clip.path(i))).collect();
+        let written: Vec<PathBuf> = (0..sequence.len()).map(|i| self.path_of(sequence.path(i))).collect();
         outputs::check(written.iter().map(PathBuf::as_path).chain(self.json.file()))?;
         atomic::make_folder(&self.output)?;
         outputs::have_folders(self.json.file())?;
-        let mut progress = Progress::new("reconstructing", clip.len() as u64);
+        let mut progress = Progress::new("reconstructing", sequence.len() as u64);
         let mut frames = Vec::new();
-        for i in 0..clip.len() {
+        for i in 0..sequence.len() {
             let made = interrupt::unless_asked(|| {
-                let sparse = clip.frame(i)?;
+                let sparse = sequence.frame(i)?;
                 let mask = SampleMask::of_sparse_frame(&sparse);
-                let motion = if filler.uses_motion() { clip.motion(i)? } else { None };
+                let motion = if filler.uses_motion() { sequence.motion(i)? } else { None };
                 let started = Instant::now();
                 let full = threads.install(|| filler.reconstruct(&sparse, motion.as_deref())).with_context(
-                    || format!("{} cannot follow the frames before it", clip.path(i).display()),
+                    || format!("{} cannot follow the frames before it", sequence.path(i).display()),
                 )?;
                 Ok((mask, full, started.elapsed().as_secs_f64() * 1e3))
             })?;
             let (mask, full, ms) = made.ok_or_else(|| self.interrupted(frames.len()))?;
             frames.push(FrameFigures {
-                file: self.write(clip.path(i), &full)?,
+                file: self.write(sequence.path(i), &full)?,
                 samples: mask.count(),
                 density: mask.density(),
                 ms,
@@ -150,23 +151,23 @@ impl Reconstruct {
         interrupt::error(&format!("{complete} complete frames are in {}", self.output.display()))
     }
 
-    /// Checked settings of the command line, with the reconstruction resolved.
+    /// Checked settings of the command line.
     fn settings(&self) -> Result<RenderSettings> {
-        let said = RenderSettings {
+        let given = RenderOverrides {
             reconstruct: self.reconstruct,
             weights: self.weights.clone(),
             random_weights: self.random_weights,
             precision: Some(self.precision),
-            ..RenderSettings::default()
+            ..RenderOverrides::default()
         };
-        said.check_flags()?;
-        let how = said.reconstruction();
-        if how == Reconstruction::None {
+        given.check_flags()?;
+        let settings = given.resolve()?;
+        if settings.reconstruction == Reconstruction::None {
             let problem =
                 "`none` reconstructs nothing; use --reconstruct pull-push, linear, wnet or deepfovea";
             return Err(Error::Contradiction(problem.into()).into());
         }
-        Ok(RenderSettings { reconstruct: Some(how), ..said })
+        Ok(settings)
     }
 
     /// Reconstructor for frames of `size`; on the CPU if the device does not support the method.
@@ -176,7 +177,7 @@ impl Reconstruct {
             match DeviceReconstructor::new(gpu, settings, size) {
                 Ok(Some(made)) => return Ok(Filler::Gpu(made)),
                 Ok(None) => {
-                    crate::console::note(format!("{} is filled on the processor", settings.reconstruction()));
+                    crate::console::note(format!("{} is filled on the processor", settings.reconstruction));
                 }
                 Err(error) if self.device == Device::Auto && error.is_of_gpu() => {
                     crate::console::note(format!("filling on the processor: {error}"));

@@ -1,13 +1,14 @@
 use crate::console::{self, JsonOutput, Progress};
 use crate::frame_files::{Format, FrameFiles, Keep};
+use crate::picture_arguments::PictureArguments;
 use crate::{interrupt, outputs};
 use anyhow::{Result, bail, ensure};
-use fovolnet::core::{Integration, path_of_text, shown_path};
+use fovolnet::core::{path_of_text, shown_path};
 use fovolnet::io::video::{self, FrameRate, VideoWriter};
 use fovolnet::metrics::ClipQuality;
 use fovolnet::{
     Choice, FrameReport, MeanReport, Pipeline, Reconstruction, RenderReport, RenderSettings, Sampling,
-    Session, SpeedSettings, Visibility, VolumeSettings, open_volume, parse, presets,
+    Session, Visibility, open_volume, parse, presets,
 };
 use std::path::{Path, PathBuf};
 
@@ -21,11 +22,7 @@ pub struct Render {
     #[arg(short, long, value_name = "DIR|PICTURE")]
     output: PathBuf,
     #[command(flatten)]
-    read: VolumeSettings,
-    #[command(flatten)]
-    settings: RenderSettings,
-    #[command(flatten)]
-    speed: SpeedSettings,
+    picture: PictureArguments,
     /// Pictures to write: frame, sparse, mask, reference, motion
     #[arg(long, value_name = "WHAT,…", value_delimiter = ',', default_value = "frame")]
     keep: Vec<Keep>,
@@ -52,23 +49,24 @@ impl Render {
         if keeps_samples && session.render.sampling.and_then(Choice::fixed).is_none() {
             session.render.sampling = Some(Sampling::Compact.into());
         }
-        if self.video.is_some() && session.render.is_transparent() {
+        session.render.integration.get_or_insert(RenderSettings::default().integration);
+        let settings = session.render.resolve()?;
+        if self.video.is_some() && settings.transparent {
             bail!(
                 "a clip has no alpha, so --video cannot be transparent; leave out --video and take the frames, or --transparent"
             );
         }
-        session.render.integration.get_or_insert(Integration::Fine);
-        let numbers = session.render.frame_numbers();
+        let numbers = settings.frame_numbers();
         ensure!(!numbers.is_empty(), "there are no frames to render; give --frames 1 or more");
         let files = FrameFiles::new(&self.output, &self.keep, self.format, numbers.len())?
-            .with_alpha(session.render.is_transparent());
+            .with_alpha(settings.transparent);
         self.video.iter().try_for_each(|path| video::check_name(path))?;
         let opened = open_volume(&session.volume, &session.read)?;
         console::remark(&opened);
         for note in presets::notes(&session.render, &opened) {
             console::note(note);
         }
-        let mut pipeline = Pipeline::new(&opened, &session.render, &self.speed)?;
+        let mut pipeline = Pipeline::new(&opened, &settings, &self.picture.speed)?;
         console::warn(&pipeline);
         if files.has(Keep::Motion) {
             pipeline.find_motion();
@@ -89,7 +87,7 @@ impl Render {
         let older = files.older(&numbers);
         let mut progress = Progress::new("rendering", numbers.len() as u64);
         let mut quality = ClipQuality::new().without_ms_ssim();
-        let mut visibility = Visibility::new(&session.render);
+        let mut visibility = Visibility::new(&settings);
         let mut frames = Vec::new();
         let mut shadow_grid_ms = pipeline.shadow_grid_ms();
         for i in numbers {
@@ -107,33 +105,22 @@ impl Render {
                 video.push(&rendered.frame)?;
             }
             frames.push(FrameReport {
-                index: i,
-                samples: rendered.samples,
-                density: rendered.mask.density(),
-                lost_samples: rendered.lost,
                 // The first frame waited for the grid of cached shadows.
                 ms: rendered.timings.with_shadow_grid(std::mem::take(&mut shadow_grid_ms)),
-                psnr: measured.map(|q| q.psnr),
-                ssim: measured.and_then(|q| q.ssim),
+                ..FrameReport::of(i, &rendered, measured.as_ref())
             });
             progress.step();
         }
         drop(progress);
         let complete = frames.len();
-        let summary = quality.summary();
-        let mean = MeanReport {
-            psnr: summary.map(|s| s.psnr),
-            ssim: summary.and_then(|s| s.ssim),
-            tpsnr: summary.and_then(|s| s.tpsnr),
-            ..MeanReport::of(&frames)
-        };
+        let mean = MeanReport::of(&frames, quality.summary().as_ref());
         let report = RenderReport {
             volume: shown_path(&session.volume),
             size: pipeline.size(),
-            sampling: session.render.sampling().name().into(),
-            reconstruct: reconstruction(&session.render).to_string(),
-            integration: session.render.integration().to_string(),
-            nan: session.render.nan.unwrap_or_default().to_string(),
+            sampling: settings.sampling.name().into(),
+            reconstruct: reconstruction(&settings).to_string(),
+            integration: settings.integration.to_string(),
+            nan: settings.nan.to_string(),
             frames,
             mean,
             machine: pipeline.machine(),
@@ -142,7 +129,7 @@ impl Render {
         self.json.write(&report)?;
         note_older(&older, &self.output);
         interrupt::check(&format!("{complete} complete frames are in {}", self.output.display()))?;
-        if let Some(problem) = visibility.problem(&opened, &session.render) {
+        if let Some(problem) = visibility.problem(&opened, &settings) {
             console::note(problem);
         }
         if let Some(video) = video {
@@ -159,9 +146,9 @@ impl Render {
 
     /// Session of the arguments: that of a session file, if one is named, overridden by the flags.
     fn session(&mut self) -> Result<Session> {
-        let flags = std::mem::take(&mut self.settings);
+        let flags = std::mem::take(&mut self.picture.settings);
         flags.check_flags()?;
-        let read = std::mem::take(&mut self.read);
+        let read = std::mem::take(&mut self.picture.read);
         let path: &Path = &path_of_text(&self.volume);
         if path.extension().is_some_and(|e| e == "toml") {
             let mut session = Session::read(path)?;
@@ -208,9 +195,9 @@ impl Render {
 
 /// Method of filling frames; none if every pixel is marched.
 fn reconstruction(settings: &RenderSettings) -> Reconstruction {
-    match settings.sampling() {
+    match settings.sampling {
         Sampling::Full => Reconstruction::None,
-        _ => settings.reconstruction(),
+        _ => settings.reconstruction,
     }
 }
 

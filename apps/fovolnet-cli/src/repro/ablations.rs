@@ -1,6 +1,6 @@
 //! Table: effect of each part of the method, from `benchmarks/ablations.py`, which trains without it.
 
-use super::Evaluation;
+use super::evaluation::Evaluation;
 use super::section::{Cell, Section};
 use anyhow::{Context, Result, ensure};
 use fovolnet::core::input;

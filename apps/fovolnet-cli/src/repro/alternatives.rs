@@ -1,9 +1,10 @@
 //! Beyond the paper: cost and quality of every honest way to make a frame cheaper.
 
+use super::data_set::DataSet;
+use super::evaluation::{Evaluation, SPARSE};
 use super::methods::METHODS;
 use super::plot::{self, Axes, Line};
 use super::section::{Cell, Section};
-use super::{DataSet, Evaluation, SPARSE};
 use crate::interrupt;
 use anyhow::Result;
 use fovolnet::core::{Frame, FrameSize, ShadowMode};
@@ -111,18 +112,18 @@ fn ways(evaluation: &Evaluation, data: &DataSet) -> Result<Vec<Way>> {
             ways.push(Way { family: method.name, name, settings, is_enlarged: false });
         }
     }
-    let full = RenderSettings { sampling: Some(Sampling::Full.into()), ..evaluation.settings(data, SPARSE) };
+    let full = RenderSettings { sampling: Sampling::Full, ..evaluation.settings(data, SPARSE) };
     for factor in SMALLER {
         let FrameSize { width, height } = evaluation.size;
         let size = FrameSize::new((width / factor).max(1), (height / factor).max(1))?;
-        let settings = RenderSettings { size: Some(size), ..full.clone() };
+        let settings = RenderSettings { size, ..full.clone() };
         ways.push(Way { family: "smaller frames", name: format!("1/{factor}"), settings, is_enlarged: true });
     }
     for step in STEPS {
-        let settings = RenderSettings { step: Some(step), ..full.clone() };
+        let settings = RenderSettings { step, ..full.clone() };
         ways.push(Way { family: "longer steps", name: format!("step {step}"), settings, is_enlarged: false });
     }
-    let settings = RenderSettings { shadows: Some(ShadowMode::Cached), ..full };
+    let settings = RenderSettings { shadows: ShadowMode::Cached, ..full };
     ways.push(Way { family: "cached shadows", name: "every pixel".into(), settings, is_enlarged: false });
     Ok(ways)
 }

@@ -1,7 +1,7 @@
 //! Figure: effective compression.
 
+use super::evaluation::{Evaluation, SPARSE};
 use super::section::Section;
-use super::{Evaluation, SPARSE};
 use crate::bench::compact;
 use anyhow::Result;
 

@@ -1,9 +1,9 @@
 //! Figure: times of the stages of each frame.
 
+use super::evaluation::{Evaluation, SPARSE};
 use super::methods::{in_flight, warmed, with_network};
 use super::plot::{self, Axes, Line};
 use super::section::{Cell, Section};
-use super::{Evaluation, SPARSE};
 use crate::interrupt;
 use crate::picture::{side_by_side, smaller};
 use anyhow::Result;

@@ -1,8 +1,9 @@
 //! Table: just-objectionable differences.
 
+use super::data_set::DataSet;
+use super::evaluation::{Evaluation, SPARSE};
 use super::methods::{self, COUNT, Comparison};
 use super::section::{Cell, Section};
-use super::{DataSet, Evaluation, SPARSE};
 use crate::interrupt;
 use anyhow::Result;
 use fovolnet::Pipeline;

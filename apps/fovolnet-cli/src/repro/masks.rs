@@ -1,7 +1,7 @@
 //! Figure: sampling masks.
 
+use super::evaluation::{DENSE, Evaluation, SPARSE};
 use super::section::Section;
-use super::{DENSE, Evaluation, SPARSE};
 use crate::picture::{grey, side_by_side};
 use anyhow::Result;
 use fovolnet::Pipeline;

@@ -1,10 +1,13 @@
 //! Compared methods: two classical fills, and networks.
 
-use super::{DataSet, Evaluation};
+use super::data_set::DataSet;
+use super::evaluation::Evaluation;
 use anyhow::Result;
 use fovolnet::core::Frame;
 use fovolnet::net::Fill;
-use fovolnet::{OpenVolume, Pipeline, Reconstruction, RenderSettings, RenderedFrame, SpeedSettings};
+use fovolnet::{
+    OpenVolume, Pipeline, Reconstruction, RenderSettings, RenderedFrame, SpeedSettings, WeightsChoice,
+};
 
 /// Method of filling frames.
 #[derive(Clone, Copy)]
@@ -32,8 +35,11 @@ pub const OWN: usize = 2;
 impl Method {
     /// Sets this method in `settings`.
     pub fn settings(self, settings: RenderSettings) -> RenderSettings {
-        let weights = (!matches!(self.how, Reconstruction::Fill(_))).then(|| self.name.to_owned());
-        RenderSettings { reconstruct: Some(self.how), weights, ..settings }
+        let weights = match self.how {
+            Reconstruction::Fill(_) => WeightsChoice::Usual,
+            _ => WeightsChoice::Named(self.name.to_owned()),
+        };
+        RenderSettings { reconstruction: self.how, weights, ..settings }
     }
 }
 

@@ -3,7 +3,9 @@
 mod ablations;
 mod alternatives;
 mod compression;
+mod data_set;
 mod data_sets;
+mod evaluation;
 mod frame_times;
 mod jod;
 mod masks;
@@ -24,10 +26,11 @@ use crate::console::JsonOutput;
 use crate::{interrupt, outputs};
 use anyhow::{Result, ensure};
 use clap::ValueEnum;
-use data_sets::DataSet;
-use fovolnet::core::{FrameSize, Integration, input};
+use data_set::DataSet;
+use evaluation::{Evaluation, FLY_THROUGH};
+use fovolnet::core::{FrameSize, input};
 use fovolnet::io::atomic;
-use fovolnet::{Device, Machine, RenderSettings, SpeedSettings, parse};
+use fovolnet::{SpeedSettings, parse};
 use section::Section;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -134,74 +137,6 @@ impl Item {
     }
 }
 
-/// Volumes, frames and machine of the evaluation.
-#[derive(Clone)]
-struct Evaluation {
-    data_sets: Vec<DataSet>,
-    frames: u32,
-    size: FrameSize,
-    speed: SpeedSettings,
-    machine: Machine,
-    /// Folder of the sections' folders.
-    output: PathBuf,
-    /// File with times of VTK.
-    vtk: Option<PathBuf>,
-    /// File with the results of training without parts of the method.
-    ablations: Option<PathBuf>,
-}
-
-/// Sampling (P_b, σ) of the paper's figures.
-const SPARSE: [f64; 2] = [0.03, 0.02];
-/// Sampling (P_b, σ) of the paper's denser setting.
-const DENSE: [f64; 2] = [0.07, 0.06];
-/// Number of frames of the paper's fly-throughs.
-const FLY_THROUGH: u32 = 500;
-
-impl Evaluation {
-    /// Frame numbers of a fly-through.
-    fn flight(&self) -> impl Iterator<Item = u32> + use<> {
-        let frames = self.frames;
-        (0..frames).map(move |i| i * FLY_THROUGH / frames)
-    }
-
-    /// Settings of a fly-through of `data` with the sampling (P_b, σ).
-    fn settings(&self, data: &DataSet, [pb, sigma]: [f64; 2]) -> RenderSettings {
-        RenderSettings {
-            size: Some(self.size),
-            path: Some("flythrough".into()),
-            tf: data.transfer.clone(),
-            pb: Some(pb),
-            sigma: Some(sigma),
-            // The paper marches separate samples.
-            integration: Some(Integration::Plain),
-            ..RenderSettings::default()
-        }
-    }
-
-    /// The evaluation on each device, with a suffix for names of files: on the requested device, or by default on the
-    /// best GPU and then on the CPU.
-    fn on_each_device(&self) -> Vec<(&'static str, Self)> {
-        let mut each = vec![("", self.clone())];
-        let any = matches!(self.speed.device, None | Some(Device::Auto));
-        if any && self.machine.gpu.is_some() {
-            let speed = SpeedSettings { device: Some(Device::Cpu), ..self.speed.clone() };
-            let machine = Machine { gpu: None, ..self.machine.clone() };
-            each.push(("_cpu", Self { speed, machine, ..self.clone() }));
-        }
-        each
-    }
-
-    /// Name of the device that renders.
-    fn device(&self) -> &str {
-        self.machine.gpu.as_deref().unwrap_or(&self.machine.cpu)
-    }
-
-    /// Data set of a figure of the paper: the one whose name begins with `name`, else the first.
-    fn shown(&self, name: &str) -> &DataSet {
-        self.data_sets.iter().find(|data| data.name.starts_with(name)).unwrap_or(&self.data_sets[0])
-    }
-}
-
 impl Repro {
     pub fn run(self) -> Result<()> {
         let evaluation = self.evaluation()?;
@@ -245,8 +180,8 @@ impl Repro {
 
     fn evaluation(&self) -> Result<Evaluation> {
         let data_sets = match (&self.volumes[..], self.quick) {
-            ([], true) => data_sets::few(),
-            ([], false) => data_sets::procedural(),
+            ([], true) => data_set::few(),
+            ([], false) => data_set::procedural(),
             (given, _) => given.iter().map(|text| DataSet::parse(text)).collect::<Result<_>>()?,
         };
         let mut names: Vec<&str> = data_sets.iter().map(|data| data.name.as_str()).collect();

@@ -1,9 +1,9 @@
 //! Figures: PSNR, SSIM and tPSNR over time.
 
+use super::evaluation::{Evaluation, SPARSE};
 use super::methods::{self, COUNT, Comparison};
 use super::plot::{self, Axes, Line};
 use super::section::{Cell, Section};
-use super::{Evaluation, SPARSE};
 use crate::interrupt;
 use anyhow::Result;
 use fovolnet::metrics::{ClipQuality, FrameQuality};

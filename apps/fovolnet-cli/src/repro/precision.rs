@@ -1,8 +1,9 @@
 //! Figure: model precision.
 
+use super::data_set::DataSet;
+use super::evaluation::{Evaluation, SPARSE};
 use super::methods::with_network;
 use super::section::Section;
-use super::{DataSet, Evaluation, SPARSE};
 use crate::interrupt;
 use crate::picture::{side_by_side, smaller, stacked};
 use anyhow::Result;
@@ -57,7 +58,7 @@ struct Run {
 
 fn run(evaluation: &Evaluation, data: &DataSet, opened: &OpenVolume, precision: &str) -> Result<Run> {
     let settings = RenderSettings {
-        precision: Some(precision.parse().map_err(anyhow::Error::msg)?),
+        precision: precision.parse().map_err(anyhow::Error::msg)?,
         ..with_network(evaluation, data, SPARSE)
     };
     let mut pipeline = Pipeline::new(opened, &settings, &evaluation.speed)?;

@@ -1,8 +1,9 @@
 //! Figure: pictures of every method beside the full one, at the gaze and away from it.
 
+use super::data_set::DataSet;
+use super::evaluation::{Evaluation, SPARSE};
 use super::methods::{self, COUNT, Compared, Comparison};
 use super::section::{Cell, Section};
-use super::{DataSet, Evaluation, SPARSE};
 use crate::interrupt;
 use crate::picture::{larger, side_by_side, smaller, stacked};
 use anyhow::Result;

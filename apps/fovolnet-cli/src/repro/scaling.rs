@@ -1,9 +1,10 @@
 //! Beyond the paper: cost of a frame at other resolutions and of larger volumes.
 
+use super::data_set::DataSet;
+use super::evaluation::{Evaluation, FLY_THROUGH, SPARSE};
 use super::methods::{warmed, with_network};
 use super::plot::{self, Axes, Line};
 use super::section::{Cell, Section};
-use super::{DataSet, Evaluation, FLY_THROUGH, SPARSE};
 use crate::interrupt;
 use anyhow::Result;
 use fovolnet::core::FrameSize;
@@ -65,7 +66,7 @@ fn head(side: u32) -> Result<DataSet> {
 
 /// Measures frames of `size`.
 fn cost(evaluation: &Evaluation, (data, opened): (&DataSet, &OpenVolume), size: FrameSize) -> Result<Cost> {
-    let settings = RenderSettings { size: Some(size), ..with_network(evaluation, data, SPARSE) };
+    let settings = RenderSettings { size, ..with_network(evaluation, data, SPARSE) };
     let mut pipeline = warmed(opened, &settings, evaluation)?;
     let mut times: [Vec<f64>; 3] = Default::default();
     for number in 0..FRAMES {

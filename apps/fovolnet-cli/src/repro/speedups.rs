@@ -1,12 +1,14 @@
 //! Figure: average frame times. Table: relative speed-ups.
 
+use super::data_set::DataSet;
+use super::evaluation::{DENSE, Evaluation, SPARSE};
 use super::methods::{in_flight, warmed};
 use super::plot::{self, Bars};
 use super::section::{Cell, Section};
-use super::{DENSE, DataSet, Evaluation, SPARSE, vtk};
+use super::vtk;
 use crate::interrupt;
 use anyhow::Result;
-use fovolnet::{Pipeline, RandomWeights, Reconstruction, RenderSettings};
+use fovolnet::{Pipeline, RandomWeights, Reconstruction, RenderSettings, WeightsChoice};
 use std::time::Instant;
 
 /// Measured networks. Their weights are random, since weights do not change the speed.
@@ -145,8 +147,8 @@ fn settings(
     let is_deepfovea = network.starts_with("deepfovea");
     let weights: RandomWeights = network.parse().map_err(anyhow::Error::msg)?;
     Ok(RenderSettings {
-        reconstruct: Some(if is_deepfovea { Reconstruction::DeepFovea } else { Reconstruction::WNet }),
-        random_weights: Some(weights),
+        reconstruction: if is_deepfovea { Reconstruction::DeepFovea } else { Reconstruction::WNet },
+        weights: WeightsChoice::Random(weights),
         ..evaluation.settings(data, setting)
     })
 }

@@ -1,8 +1,9 @@
 //! The supplemental video: fly-throughs with all methods side by side.
 
+use super::data_set::DataSet;
+use super::evaluation::{Evaluation, SPARSE};
 use super::methods::{Compared, Comparison};
 use super::section::Section;
-use super::{DataSet, Evaluation, Item, SPARSE};
 use crate::interrupt;
 use crate::picture::{side_by_side, stacked};
 use anyhow::Result;
@@ -24,7 +25,7 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
            pixel marched, the samples, and linear interpolation of them. Below: deepfovea-fvn, wnet-paper, and wnet-fast.",
         ],
     );
-    let folder = evaluation.output.join(Item::Video.name());
+    let folder = evaluation.output.join("video");
     atomic::make_folder(&folder)?;
     for data in &evaluation.data_sets {
         let (name, still) = film(evaluation, data, &folder)?;

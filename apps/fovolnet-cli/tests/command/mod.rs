@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "each test uses a part")]
 
 use std::ffi::OsStr;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
@@ -35,6 +35,16 @@ pub fn said(line: &str, output: &Output, status: i32) -> String {
     let errors: Vec<&str> = error.lines().filter(|line| line.starts_with("error: ")).collect();
     assert!(errors.len() == 1 && !error.contains("panicked"), "{line}: {error}");
     errors[0].to_owned()
+}
+
+/// All files below `folder`.
+pub fn files(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() { found.extend(files(&path)) } else { found.push(path) }
+    }
+    found
 }
 
 /// Output of `line` if it ends within `limit`; otherwise kills it and returns `None`.

@@ -1,21 +1,21 @@
 //! Actions of menus, keys and dialogues.
 
 use super::Viewer;
-use crate::commands::Command;
-use crate::dialogue::{Answer, Dialogue, FilePrompt, Next};
-use crate::document::Document;
-use crate::export::Export;
-use crate::export_form::ExportForm;
-use crate::files::Purpose;
 use crate::job::Job;
-use crate::opened::Opened;
-use crate::timeline::{Timeline, add_keyframe};
-use crate::{kept, navigation, start_page};
+use crate::session::document::Document;
+use crate::session::export::Export;
+use crate::session::opened::Opened;
+use crate::ui::commands::Command;
+use crate::ui::dialogues::export_form::ExportForm;
+use crate::ui::dialogues::files::Purpose;
+use crate::ui::dialogues::{Answer, Dialogue, FilePrompt, Next};
+use crate::ui::timeline::{Timeline, add_keyframe};
+use crate::{session::kept, ui::picture::navigation, ui::start_page};
 use anyhow::Result;
 use eframe::egui::{Context, ViewportCommand};
 use fovolnet::core::{path_of_text, text_of_path};
 use fovolnet::io::transfer_function;
-use fovolnet::{RenderSettings, VolumeSettings};
+use fovolnet::{RenderOverrides, VolumeSettings};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
 
@@ -121,7 +121,7 @@ impl Viewer {
         self.forget();
         match next {
             Next::Open(source) => {
-                self.open(context, &source, VolumeSettings::default(), RenderSettings::default());
+                self.open(context, &source, VolumeSettings::default(), RenderOverrides::default());
             }
             Next::Close => {
                 self.opened = None;
@@ -140,7 +140,7 @@ impl Viewer {
         context: &Context,
         source: &str,
         read: VolumeSettings,
-        render: RenderSettings,
+        render: RenderOverrides,
     ) {
         self.said = (read.clone(), render.clone());
         let source = source.to_owned();

@@ -1,7 +1,7 @@
 //! Autosave and preferences.
 
 use super::Viewer;
-use crate::dialogue::{Dialogue, Next};
+use crate::ui::dialogues::{Dialogue, Next};
 use eframe::egui::{Context, ViewportCommand};
 
 /// Seconds between autosaves.

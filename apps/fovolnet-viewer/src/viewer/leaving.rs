@@ -1,7 +1,7 @@
 //! The end of the viewer while it exports.
 
 use super::Viewer;
-use crate::dialogue::{Dialogue, Next};
+use crate::ui::dialogues::{Dialogue, Next};
 use eframe::egui::Context;
 
 impl Viewer {
@@ -38,7 +38,7 @@ mod tests {
     use super::*;
     use crate::Start;
     use crate::job::Job;
-    use crate::places::Places;
+    use crate::session::places::Places;
     use eframe::egui::{ViewportCommand, ViewportEvent, ViewportId};
     use egui_kittest::Harness;
     use egui_kittest::kittest::Queryable;

@@ -5,30 +5,30 @@ mod keeping;
 mod leaving;
 mod panes;
 
-use crate::autosave::{Autosaves, Crashed};
-use crate::commands;
-use crate::dialogue::{Dialogue, Next};
-use crate::display_mode::DisplayMode;
-use crate::engine::{Engine, Said};
-use crate::frame_producer::{Pixels, Presented, Progress};
-use crate::gaze::{GazeKind, PointerGaze};
+use crate::frames::display_mode::DisplayMode;
+use crate::frames::engine::{Engine, Said};
+use crate::frames::gaze::{GazeKind, PointerGaze};
+use crate::frames::presented::{Pixels, Presented, Progress};
 use crate::job::Job;
-use crate::layout_form::LayoutForm;
-use crate::messages::Messages;
-use crate::opened::Opened;
-use crate::panels;
-use crate::places::{Places, Preferences};
-use crate::quad::{OnWindow, Painter};
-use crate::screen::{OnScreen, Screen};
-use crate::thumbnails::Thumbnails;
-use crate::timeline::Timeline;
+use crate::session::autosave::{Autosaves, Crashed};
+use crate::session::opened::Opened;
+use crate::session::places::{Places, Preferences};
+use crate::ui::commands;
+use crate::ui::dialogues::layout_form::LayoutForm;
+use crate::ui::dialogues::{Dialogue, Next};
+use crate::ui::messages::Messages;
+use crate::ui::panels;
+use crate::ui::thumbnails::Thumbnails;
+use crate::ui::timeline::Timeline;
+use crate::window::quad::{OnWindow, Painter};
+use crate::window::screen::{OnScreen, Screen};
 use anyhow::Result;
 use eframe::egui::{
     self, CentralPanel, Color32, ColorImage, Context, Panel, Pos2, Rect, ScrollArea, Shape, TextureHandle,
     TextureId, TextureOptions, Theme, Ui, pos2, style::ScrollStyle,
 };
 use fovolnet::core::text_of_path;
-use fovolnet::{RenderSettings, Session, SpeedSettings, Timings, VolumeSettings};
+use fovolnet::{RenderOverrides, Session, SpeedSettings, Timings, VolumeSettings};
 use std::collections::VecDeque;
 use std::time::Duration;
 
@@ -39,8 +39,8 @@ pub struct Start {
     pub source: Option<String>,
     /// Settings for reading the volume's file.
     pub read: VolumeSettings,
-    /// Render settings.
-    pub render: RenderSettings,
+    /// Render settings that are given.
+    pub render: RenderOverrides,
     /// Settings of devices and performance.
     pub speed: SpeedSettings,
     /// Device shared by window and renderer, if any.
@@ -90,7 +90,7 @@ pub struct Viewer {
     engine: Engine,
     opened: Option<Opened>,
     /// Settings given for the file opened last.
-    said: (VolumeSettings, RenderSettings),
+    said: (VolumeSettings, RenderOverrides),
     opening: Option<Job<(Opened, Vec<String>)>>,
     /// Reason why the last requested file is not open.
     unopened: Option<String>,

@@ -1,14 +1,15 @@
 //! Parts of the window.
 
 use super::Viewer;
-use crate::commands::{self, Command, Entry};
-use crate::dialogue::{Dialogue, FilePrompt, Next};
-use crate::display_mode::DisplayMode;
-use crate::files::Purpose;
-use crate::frame_producer::{Progress, ViewRequest};
-use crate::gaze::{GazeKind, GazeSource};
-use crate::transfer_editor::presets_ui;
-use crate::{panels, picture_view, start_page};
+use crate::frames::display_mode::DisplayMode;
+use crate::frames::gaze::{GazeKind, GazeSource};
+use crate::frames::presented::Progress;
+use crate::frames::view_request::ViewRequest;
+use crate::ui::commands::{self, Command, Entry};
+use crate::ui::dialogues::files::Purpose;
+use crate::ui::dialogues::{Dialogue, FilePrompt, Next};
+use crate::ui::transfer::transfer_editor::presets_ui;
+use crate::{ui::panels, ui::picture::picture_view, ui::start_page};
 use eframe::egui::{self, Align, CollapsingHeader, Layout, Rect, Ui};
 use fovolnet::core::FrameSize;
 
@@ -64,9 +65,9 @@ impl Viewer {
         let section = |name: &str| CollapsingHeader::new(name).default_open(true);
         section("Transfer function").show(ui, |ui| {
             ui.horizontal(|ui| {
-                let current = opened.document.settings().tf.clone().unwrap_or_else(|| "auto".into());
-                if let Some(name) = presets_ui(ui, &current, &opened.volume) {
-                    opened.document.settings_mut().tf = Some(name);
+                let current = opened.document.settings().tf.clone().unwrap_or_default();
+                if let Some(chosen) = presets_ui(ui, &current, &opened.volume) {
+                    opened.document.settings_mut().tf = Some(chosen);
                 }
                 for (name, purpose) in [("Read…", Purpose::ReadTransfer), ("Save…", Purpose::SaveTransfer)]
                 {
@@ -88,7 +89,7 @@ impl Viewer {
         });
         section("Light").show(ui, |ui| panels::scene(ui, opened.document.settings_mut()));
         CollapsingHeader::new("Clipping").show(ui, |ui| {
-            panels::clipping(ui, opened.document.settings_mut(), opened.volume.volume.grid().dims());
+            panels::cropping(ui, opened.document.settings_mut(), opened.volume.volume.grid().dims());
         });
         let shown = self.picture.as_ref().map(|picture| &picture.shown);
         section("Frames").show(ui, |ui| {
@@ -127,7 +128,7 @@ impl Viewer {
         let frame = opened.frame();
         let gaze = match self.gaze_kind {
             GazeKind::Pointer => self.pointer_gaze.gaze(frame, handled.pointer),
-            GazeKind::Session => opened.document.settings().fovea(frame).map_or([0.5; 2], |fovea| fovea.gaze),
+            GazeKind::Session => opened.gaze().gaze(frame),
         };
         if self.preferences.marks
             && let Some(super::Picture { shown, .. }) = &self.picture

@@ -7,6 +7,7 @@ mod curve;
 mod groups;
 mod imported;
 mod indexed;
+#[cfg(feature = "files")]
 mod inviwo;
 mod joined;
 mod json;
@@ -17,14 +18,17 @@ mod table;
 mod tests;
 mod volume_property;
 mod warp;
+#[cfg(feature = "files")]
 mod xml;
 
 pub use imported::Imported;
 
-use crate::{Error, Result, atomic};
+#[cfg(feature = "files")]
+use crate::atomic;
+use crate::{Error, Result};
 use fovol_core::{TransferFunction, input, path_of_text, text_of_path};
 use imported::UNKNOWN;
-use std::io::{Read, Write};
+use std::io::Read;
 use std::path::Path;
 
 /// Largest file that is read, in bytes; collections of colour maps are smaller.
@@ -40,6 +44,8 @@ const LARGEST: u64 = 64 << 20;
 /// - volume properties of 3D Slicer and VTK (`presets.xml`, `.vp`) and of vtk.js
 /// - Inviwo `.itf`
 /// - tables of colours
+///
+/// XML (`presets.xml`, `.itf`) needs the cargo feature `files`.
 ///
 /// # Errors
 /// A file that is missing, damaged, or none of these.
@@ -81,7 +87,10 @@ pub fn parse(path: &Path, text: &str, name: Option<&str>) -> Result<Imported> {
 fn parse_kind(path: &Path, text: &str, name: Option<&str>) -> Result<Imported> {
     let text = text.trim_start_matches('\u{feff}');
     if text.trim_start().starts_with('<') {
+        #[cfg(feature = "files")]
         return xml::parse(path, text, name);
+        #[cfg(not(feature = "files"))]
+        return Err(Error::unsupported(path, "it is XML, which this program does not read; save it as JSON"));
     }
     if text.trim_start().starts_with(['{', '[']) {
         return json::parse(path, text, name);
@@ -101,7 +110,10 @@ fn parse_kind(path: &Path, text: &str, name: Option<&str>) -> Result<Imported> {
 ///
 /// # Errors
 /// Errors of the operating system.
+#[cfg(feature = "files")]
 pub fn write(path: &Path, transfer: &TransferFunction) -> Result<()> {
+    use std::io::Write;
+
     let text = serde_json::to_string(transfer).map_err(|e| Error::malformed(path, e.to_string()))?;
     atomic::write(path, |out| writeln!(out, "{text}"))
 }

@@ -7,6 +7,7 @@ use super::joined::joined;
 use super::paraview::opacity_curve;
 use super::warp::Warp;
 use crate::{Error, Result};
+#[cfg(feature = "files")]
 use quick_xml::events::BytesStart;
 use serde_json::Value;
 use std::path::Path;
@@ -23,6 +24,7 @@ pub struct Lists {
 
 impl Lists {
     /// Of the XML element `VolumeProperty`.
+    #[cfg(feature = "files")]
     pub fn of_element(element: &BytesStart<'_>) -> Self {
         let text = |name: &str| {
             let attribute = element.try_get_attribute(name).ok()??;

@@ -17,22 +17,13 @@ use crate::cpu::tensor::{AnyTensor, Tensor};
 use crate::plan::POINT;
 use crate::plan::{Activation, Filter, Normalisation, Padding, Read, Resize, Taps, TensorId};
 use fovol_simd::Simd;
-use safetensors::SafeTensors;
-use serde_json::Value;
 
-struct Case<'a> {
-    name: &'a str,
-    file: &'a SafeTensors<'a>,
-    facts: &'a Value,
-}
+#[path = "../../tests/cases/layers.rs"]
+mod layer_cases;
+
+use layer_cases::{Case, each_case};
 
 impl Case<'_> {
-    fn values(&self, part: &str) -> Option<(Vec<usize>, Vec<f32>)> {
-        let view = self.file.tensor(&format!("{}.{part}", self.name)).ok()?;
-        let bytes = view.data().chunks_exact(4);
-        Some((view.shape().to_vec(), bytes.map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect()))
-    }
-
     /// Reads an image of the case, stored as \[channel\]\[row\]\[column\].
     fn map(&self, part: &str) -> Option<Tensor> {
         let (shape, planes) = self.values(part)?;
@@ -48,25 +39,8 @@ impl Case<'_> {
         (0..).map_while(|i| self.map(&format!("in{i}"))).collect()
     }
 
-    fn word(&self, key: &str) -> &str {
-        self.facts[key].as_str().unwrap()
-    }
-
-    fn number(&self, key: &str) -> usize {
-        self.facts[key].as_u64().unwrap() as usize
-    }
-
     fn weights(&self) -> (Vec<f32>, Vec<f32>) {
         (self.values("weight").unwrap().1, self.values("bias").unwrap().1)
-    }
-
-    fn activation(&self) -> Activation {
-        match self.word("activation") {
-            "none" => Activation::None,
-            "relu" => Activation::Relu,
-            "elu" => Activation::Elu,
-            other => panic!("{other}"),
-        }
     }
 
     fn run(&self, simd: Simd) -> Tensor {
@@ -145,8 +119,8 @@ impl Case<'_> {
             padding: if self.word("padding") == "zero" { Padding::Zero } else { Padding::Replicate },
             activation: self.activation(),
         };
-        let resizes = self.facts["resizes"].as_array().unwrap().iter().map(resize);
-        let stored: Vec<(AnyTensor, Resize)> = inputs.into_iter().map(AnyTensor::F32).zip(resizes).collect();
+        let stored: Vec<(AnyTensor, Resize)> =
+            inputs.into_iter().map(AnyTensor::F32).zip(self.resizes()).collect();
         let sources: Vec<Source<'_>> = stored.iter().map(|(map, resize)| Source::new(map, *resize)).collect();
         let mut out = Tensor::default();
         PreparedConv::new(&shape, &weights, &bias, simd, Arithmetic::F32).run(&sources, &mut out);
@@ -156,8 +130,7 @@ impl Case<'_> {
     fn filter(&self, mut inputs: Vec<Tensor>, simd: Simd) -> Tensor {
         let (weights, bias) = self.weights();
         let features = inputs.remove(0);
-        let images: Vec<(Resize, Taps)> =
-            self.facts["images"].as_array().unwrap().iter().map(image).collect();
+        let images = self.images();
         let layer = Filter {
             name: self.name.into(),
             features: TensorId(0),
@@ -167,10 +140,7 @@ impl Case<'_> {
                 .map(|&(resize, taps)| (Read { tensor: TensorId(0), resize }, taps))
                 .collect(),
             output: TensorId(0),
-            normalisation: match self.word("normalisation") {
-                "squared" => Normalisation::Squared,
-                _ => Normalisation::Softmax,
-            },
+            normalisation: self.normalisation(),
         };
         let prepared = PreparedFilter::new(&layer, (&weights, &bias), None, simd);
         let stored: Vec<AnyTensor> = inputs.into_iter().map(AnyTensor::F32).collect();
@@ -186,37 +156,17 @@ impl Case<'_> {
     }
 }
 
-fn resize(word: &Value) -> Resize {
-    match word.as_str() {
-        Some("same") => Resize::Same,
-        Some("bilinear") => Resize::Bilinear,
-        Some("nearest") => Resize::Nearest,
-        other => panic!("{other:?}"),
-    }
-}
-
-fn image(pair: &Value) -> (Resize, Taps) {
-    (resize(&pair[0]), if pair[1] == "around" { Taps::Around } else { Taps::Centre })
-}
-
 #[test]
 fn layers_agree_with_pytorch() {
-    let bytes = include_bytes!("../../tests/reference/layers.safetensors");
-    let file = SafeTensors::deserialize(bytes).unwrap();
-    let (_, header) = SafeTensors::read_metadata(bytes).unwrap();
-    let layers = header.metadata().clone().unwrap();
-    assert!(layers.len() > 30);
-    for (name, facts) in &layers {
-        let facts: Value = serde_json::from_str(facts).unwrap();
-        let case = Case { name, file: &file, facts: &facts };
+    each_case(|case| {
         let expected = case.map("out").unwrap();
         for simd in Simd::available() {
             let found = case.run(simd);
             let size = |map: &Tensor| [map.height, map.width, map.channels];
-            assert_eq!(size(&found), size(&expected), "{name}");
+            assert_eq!(size(&found), size(&expected), "{}", case.name);
             for (a, b) in found.data.iter().zip(&expected.data) {
-                assert!((a - b).abs() <= 1e-5 * (1.0 + b.abs()), "{name} {simd}: {a} and {b}");
+                assert!((a - b).abs() <= 1e-5 * (1.0 + b.abs()), "{} {simd}: {a} and {b}", case.name);
             }
         }
-    }
+    });
 }

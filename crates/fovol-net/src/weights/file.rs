@@ -1,6 +1,8 @@
 //! Weights files. This project writes safetensors: f32, f16 or bf16, with configuration and facts in the header.
 
-use super::{Array, StateDict, Weights, one_line, shown};
+#[cfg(feature = "pytorch")]
+use super::StateDict;
+use super::{Array, Weights, one_line, shown};
 use crate::{Error, Result};
 use half::{bf16, f16};
 use safetensors::tensor::{Dtype, SafeTensors, TensorView, serialize};
@@ -41,7 +43,7 @@ impl Range {
 
 impl Weights {
     /// Reads a `.safetensors` file, or the state dict of a named network that PyTorch saved (`.pt`, `.pth`). The
-    /// contents decide which format it is.
+    /// contents decide which format it is. State dicts need the cargo feature `pytorch`.
     ///
     /// # Errors
     /// A file that is missing or damaged, and weights of no known network.
@@ -51,12 +53,13 @@ impl Weights {
         Self::parse(&bytes).map_err(|problem| Error::File { path: path.into(), problem })
     }
 
-    /// Reads the bytes of a weights file; formats as in [`Self::read`]. [`StateDict::weights`] reads state dicts of
+    /// Reads the bytes of a weights file; formats as in [`Self::read`]. `StateDict::weights` reads state dicts of
     /// networks without a name.
     ///
     /// # Errors
     /// The problem and how to mend it, in one line.
     pub fn parse(bytes: &[u8]) -> std::result::Result<Self, String> {
+        #[cfg(feature = "pytorch")]
         if StateDict::is_likely(bytes) {
             let tensors = StateDict::parse(bytes)?;
             return tensors.weights(&tensors.network()?.config());
@@ -67,9 +70,12 @@ impl Weights {
     fn parse_safetensors(bytes: &[u8]) -> std::result::Result<Self, String> {
         let damaged = |e: safetensors::SafeTensorError| {
             let text = one_line(&e);
-            format!(
-                "it is no sound safetensors file ({text}), and none that PyTorch saved; copy or download it again"
-            )
+            let pytorch = if cfg!(feature = "pytorch") {
+                "and none that PyTorch saved"
+            } else {
+                "and this program reads no files of PyTorch"
+            };
+            format!("it is no sound safetensors file ({text}), {pytorch}; copy or download it again")
         };
         let file = SafeTensors::deserialize(bytes).map_err(damaged)?;
         let (_, header) = SafeTensors::read_metadata(bytes).map_err(damaged)?;

@@ -1,11 +1,13 @@
 //! Learned arrays by name: read from safetensors files and PyTorch state dicts, or random from a seed.
 
 mod file;
+#[cfg(feature = "pytorch")]
 mod pytorch;
 pub(crate) mod random;
 mod shipped;
 
 pub use file::Storage;
+#[cfg(feature = "pytorch")]
 pub use pytorch::StateDict;
 
 use crate::plan::{NetworkConfig, Parameter, Plan};

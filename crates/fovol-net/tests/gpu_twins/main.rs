@@ -353,21 +353,10 @@ fn what_does_not_fit_is_an_error() {
     assert!(Network::new(&GPU, plan, &wrong, Precision::F32).is_err());
 }
 
-/// Opens a device with only the limits that every WebGPU has.
-fn least_device() -> Gpu {
-    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
-    let options = wgpu::RequestAdapterOptions::default();
-    let adapter = pollster::block_on(instance.request_adapter(&options)).unwrap();
-    let descriptor =
-        wgpu::DeviceDescriptor { required_limits: wgpu::Limits::default(), ..Default::default() };
-    let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).unwrap();
-    Gpu::shared(device, queue)
-}
-
 #[test]
 #[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn any_webgpu_is_enough_and_too_large_frames_are_refused() {
-    let gpu = least_device();
+    let gpu = Gpu::open_baseline(&AdapterRequest::Any.or_environment()).unwrap();
     for named in [Named::WNetFast, Named::DeepFoveaOrig] {
         let config = named.config();
         let weights = Weights::random(&config, 9).unwrap();

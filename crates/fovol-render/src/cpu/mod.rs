@@ -26,8 +26,6 @@ mod skip;
 pub use compact::compact;
 pub use direct::{DirectSamples, direct, mask_of};
 pub use fovol_simd::Simd;
-#[cfg(feature = "gpu")]
-pub(crate) use mask::Thresholds;
 pub use mask::{mask, sampled};
 pub use renderer::{RenderOptions, Renderer};
 pub use scatter::scatter;

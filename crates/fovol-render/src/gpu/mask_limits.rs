@@ -1,5 +1,5 @@
-use crate::cpu::Thresholds;
 use crate::noise::{FrameNoise, Noise};
+use crate::thresholds::Thresholds;
 use bytemuck::{Pod, Zeroable};
 use fovol_core::{Fovea, FrameSize};
 use rayon::prelude::*;

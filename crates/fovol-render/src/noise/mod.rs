@@ -8,6 +8,7 @@ mod pattern;
 mod random;
 mod size;
 mod source;
+#[cfg(feature = "noise-statistics")]
 pub mod statistics;
 mod void_and_cluster;
 

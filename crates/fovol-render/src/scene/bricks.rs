@@ -1,18 +1,12 @@
+use super::brick_layout::{BRICK, BrickLayout};
 use bytemuck::Zeroable;
 use fovol_core::memory::{self, SMALLER_VOLUME, Shortage};
 use fovol_core::{Dtype, Endian, Grid, LongWork, Rescale, Volume, Voxel, stop, with_voxel_type};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Edge of a brick in interpolation cells. A brick stores one voxel more along each axis, so that the
-/// eight corners of any cell lie in one brick.
-pub const BRICK: usize = 8;
-/// Voxels along the edge of a stored brick.
-const EDGE: usize = BRICK + 1;
 /// Up to this many voxels 8-bit values are stored as [`BrickData::Corners`]: 4.5 bytes a voxel.
 const SMALL: usize = 1 << 26;
-/// Elements after the last brick: wide loads may read past the last voxel.
-const PADDING: usize = 16;
 
 /// The voxels of a brick grid at the narrowest type that holds them exactly.
 #[derive(Debug, Clone)]
@@ -34,63 +28,6 @@ pub enum BrickData {
 #[derive(Debug, Clone, Copy, Default, PartialEq, PartialOrd, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(transparent)]
 pub struct MaybeNan(pub f32);
-
-/// Where voxel (x, y, z) of a brick grid lies: a sum of one term per axis.
-///
-/// With i the voxel's index along an axis and i/8 its brick, each term is i·`unit` + (i/8)·`jump`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct BrickLayout {
-    /// Voxels along x, y, z.
-    pub dims: [usize; 3],
-    /// Elements between neighbours inside a brick, along x, y, z.
-    pub unit: [usize; 3],
-    /// Elements added per brick boundary crossed along x, y, z, on top of `unit`.
-    pub jump: [usize; 3],
-    bricks: [usize; 3],
-    /// Stored elements of a brick along x, y, z.
-    edges: [usize; 3],
-    /// Stored elements per brick, a multiple of 16.
-    stride: usize,
-}
-
-impl BrickLayout {
-    /// One element a voxel, corners shared between bricks stored in each: 9³ elements to a brick.
-    pub fn voxels(dims: [usize; 3]) -> Self {
-        Self::new(dims, [EDGE; 3])
-    }
-
-    /// Elements that hold the neighbours along y and z too: 9·8·8 elements to a brick.
-    pub fn corners(dims: [usize; 3]) -> Self {
-        Self::new(dims, [EDGE, BRICK, BRICK])
-    }
-
-    fn new(dims: [usize; 3], edges: [usize; 3]) -> Self {
-        // Cells run from voxel 0 to dims − 1; the last voxel starts a (degenerate) cell of its own.
-        let bricks = dims.map(|d| d.div_ceil(BRICK));
-        let stride = edges.iter().product::<usize>().next_multiple_of(16);
-        let unit = [1, edges[0], edges[0] * edges[1]];
-        let pitch = [stride, stride * bricks[0], stride * bricks[0] * bricks[1]];
-        let jump = std::array::from_fn(|a| pitch[a] - BRICK * unit[a]);
-        Self { dims, unit, jump, bricks, edges, stride }
-    }
-
-    /// Bricks along x, y, z.
-    pub fn bricks(&self) -> [usize; 3] {
-        self.bricks
-    }
-
-    /// The element that holds voxel (x, y, z) as the low corner of its cell; the other corners are
-    /// `unit` further along each axis.
-    #[inline]
-    pub fn index(&self, voxel: [usize; 3]) -> usize {
-        (0..3).map(|a| voxel[a] * self.unit[a] + voxel[a] / BRICK * self.jump[a]).sum()
-    }
-
-    /// Stored elements, padding included.
-    pub fn elements(&self) -> usize {
-        self.bricks.iter().product::<usize>() * self.stride + PADDING
-    }
-}
 
 /// A scalar field laid out for marching: 8³ cells to a brick, corners shared between bricks stored twice.
 #[derive(Debug, Clone)]
@@ -361,16 +298,19 @@ fn encoded<S>(
 where
     S: Copy + Zeroable + Send + Sync,
 {
+    if volume.dtype().size() == 1 {
+        // Narrow integers take few values: look the conversion up.
+        let value = |byte: u8| match volume.dtype() {
+            Dtype::I8 => f64::from(byte.cast_signed()),
+            _ => f64::from(byte),
+        };
+        let table: Vec<S> = (0..=255u8).map(|byte| store(encoding.clamped(value(byte)))).collect();
+        let raw = RawVoxels::<'_, u8>::new(volume);
+        return filled(layout, || (), |voxel| table[usize::from(raw.get(voxel))]);
+    }
     with_voxel_type!(volume.dtype(), T => {
         let raw = RawVoxels::<'_, T>::new(volume);
-        // Narrow integers take few values: look the conversion up.
-        if size_of::<T>() == 1 {
-            let table: Vec<S> =
-                (0..=255u8).map(|byte| store(encoding.clamped(T::decode(&[byte; 8][..size_of::<T>()], Endian::Little).to_f64()))).collect();
-            filled(layout, || (), |voxel| table[raw.first_byte(voxel) as usize])
-        } else {
-            filled(layout, || (), |voxel| store(encoding.clamped(raw.get(voxel).to_f64())))
-        }
+        filled(layout, || (), |voxel| store(encoding.clamped(raw.get(voxel).to_f64())))
     })
 }
 
@@ -404,11 +344,6 @@ impl<'a, T: Voxel> RawVoxels<'a, T> {
         let at = self.at(voxel);
         T::decode(&self.bytes[at..at + size_of::<T>()], self.endian)
     }
-
-    #[inline(always)]
-    fn first_byte(&self, voxel: [usize; 3]) -> u8 {
-        self.bytes[self.at(voxel)]
-    }
 }
 
 /// Fills all bricks in parallel and says so of each; voxels beyond the edge repeat the last one.
@@ -421,23 +356,28 @@ fn filled<S: Copy + Zeroable + Send + Sync>(
     let [bx, by, bz] = layout.bricks();
     let [ex, ey, ez] = layout.edges;
     let last = layout.dims.map(|d| d - 1);
-    data[..bx * by * bz * layout.stride].par_chunks_mut(layout.stride).enumerate().for_each(
-        |(brick, out)| {
-            let corner = [brick % bx, brick / bx % by, brick / (bx * by)].map(|b| b * BRICK);
-            for z in 0..ez {
-                stop::point();
-                for y in 0..ey {
-                    let row = &mut out[(z * ey + y) * ex..][..ex];
-                    let (vy, vz) = ((corner[1] + y).min(last[1]), (corner[2] + z).min(last[2]));
-                    for (x, element) in row.iter_mut().enumerate() {
-                        *element = value([(corner[0] + x).min(last[0]), vy, vz]);
-                    }
+    for_each_brick(&mut data[..bx * by * bz * layout.stride], layout.stride, &|brick, out| {
+        let corner = [brick % bx, brick / bx % by, brick / (bx * by)].map(|b| b * BRICK);
+        for z in 0..ez {
+            stop::point();
+            for y in 0..ey {
+                let row = &mut out[(z * ey + y) * ex..][..ex];
+                let (vy, vz) = ((corner[1] + y).min(last[1]), (corner[2] + z).min(last[2]));
+                for (x, element) in row.iter_mut().enumerate() {
+                    *element = value([(corner[0] + x).min(last[0]), vy, vz]);
                 }
             }
-            is_filled();
-        },
-    );
+        }
+        is_filled();
+    });
     Ok(data)
+}
+
+/// Calls `fill` in parallel with the number and the elements of each brick of `data`.
+///
+/// `fill` is a trait object: rayon's code would else be compiled for every type of voxel and every way to store it.
+fn for_each_brick<S: Send>(data: &mut [S], stride: usize, fill: &(dyn Fn(usize, &mut [S]) + Sync)) {
+    data.par_chunks_mut(stride).enumerate().for_each(|(brick, out)| fill(brick, out));
 }
 
 /// The half-resolution grid that shadows are cached on: every axis halved, rounded up.

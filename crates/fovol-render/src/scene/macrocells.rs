@@ -1,4 +1,5 @@
-use super::bricks::{BRICK, Bricks};
+use super::brick_layout::BRICK;
+use super::bricks::Bricks;
 use fovol_core::memory::{self, SMALLER_VOLUME, Shortage};
 use fovol_core::{TransferFunction, stop};
 use glam::DVec3;

@@ -2,6 +2,7 @@
 //!
 //! It holds voxels in bricks, empty space, tables of the transfer function, and the positions of samples along rays.
 
+mod brick_layout;
 mod bricks;
 mod extinction_table;
 mod macrocells;
@@ -9,8 +10,9 @@ mod ray_result;
 mod segment;
 mod transfer_table;
 
+pub use brick_layout::{BRICK, BrickLayout};
 pub(crate) use bricks::half_resolution;
-pub use bricks::{BRICK, BrickData, BrickLayout, Bricks, MaybeNan};
+pub use bricks::{BrickData, Bricks, MaybeNan};
 pub(crate) use extinction_table::{COLOURS, ExtinctionTable};
 pub use macrocells::Macrocells;
 pub use ray_result::RayResult;

@@ -16,7 +16,7 @@ const BLOCK: u32 = 256;
 
 var<workgroup> sums: array<u32, BLOCK>;
 
-/// The sum of the values of threads 0 to `thread`. To be called by all threads of a workgroup.
+/// The sum of the values of threads 0 to `thread`. All threads of a workgroup must call it.
 fn inclusive_sum(thread: u32, value: u32) -> u32 {
     sums[thread] = value;
     workgroupBarrier();

@@ -1,19 +1,19 @@
 // The trilinear field. Twin of cpu/field.rs.
 //
-// Voxels are loaded and interpolated here rather than by a sampler (that is field_filtered.wgsl): samplers weigh in steps of
-// 1/256, which steep transfer functions show.
+// Voxels are loaded and interpolated here. field_filtered.wgsl leaves this to a sampler, whose weights are multiples of 1/256.
+// Steep transfer functions make these steps visible.
 
 /// Voxels at the type they are stored in.
 @group(0) @binding(1) var volume: texture_3d<u32>;
 
-/// Whether a texel holds its neighbours along y and z too, so that two texels are the eight corners of a cell.
+/// Whether a texel also holds its neighbours along y and z. Two texels are then the eight corners of a cell.
 override CORNERS: bool = false;
 /// Whether texels are the bits of an f32.
 override FLOATS: bool = false;
 
-/// The stored values at (y, z), (y + 1, z), (y, z + 1) and (y + 1, z + 1) of the column at `cell`.
+/// Stored values at (y, z), (y + 1, z), (y, z + 1) and (y + 1, z + 1) of the column at `cell`.
 ///
-/// Beyond the last voxel loads give some other one, which interpolation multiplies by 0.
+/// Loads beyond the last voxel return any voxel, which interpolation multiplies by 0.
 fn column(cell: vec3i) -> vec4f {
     var texels = textureLoad(volume, cell, 0);
     if !CORNERS {
@@ -27,8 +27,8 @@ fn column(cell: vec3i) -> vec4f {
     return vec4f(texels);
 }
 
-/// The trilinear value at `p`, clamped to the edge, as an entry of the transfer table that need not be whole;
-/// that of NaN where one of the eight voxels around it is.
+/// Trilinear value at `p`, clamped to the edge, as a fractional entry of the transfer table. It is the entry of NaN if one of
+/// the eight voxels around `p` is NaN.
 fn field(p: vec3f) -> f32 {
     let clamped = clamp(p, vec3f(0.0), scene.last);
     let cell = vec3i(clamped);

@@ -1,35 +1,38 @@
-// Fine integration: what lies between samples is integrated. Twin of cpu/fine/march.rs.
+// Fine integration: colour and opacity are integrated between samples. Twin of cpu/fine/march.rs.
 
 /// Whether rays integrate between samples.
 override FINE: bool = false;
 
-/// For every entry of the transfer table, NaN last, the integral of extinction up to it and the bits of extinction itself, in
-/// units of `scene.extinction_unit`; after these the packed colours between any two of 256 bins of values, and that of NaN.
+/// Two tables, one after the other.
+///
+/// The first has two words for each entry of the transfer table, NaN last: the integral of extinction up to the entry, and the
+/// bits of its extinction. Both are in units of `scene.extinction_unit`. The second has the packed colours between any two of
+/// 256 bins of values, and the colour of NaN.
 @group(0) @binding(7) var<storage, read> extinction: array<u32>;
 
 /// Bins that colours are tabulated for.
 const COLOURS: u32 = 256;
-/// Beyond this optical depth it is dark.
+/// Optical depth beyond which no light arrives.
 const DEEP: f32 = 6.907755;
-/// From this opacity on a ray ends, and what it has gathered stands for what it would have gathered behind.
+/// Opacity at which a ray ends. Its colour so far then stands for the rest of the ray.
 const FINE_OPAQUE: f32 = 0.996;
-/// Four steps of no more optical depth than this have nodes at their ends only.
+/// Largest optical depth of four steps that are lit at their ends only.
 const THIN: f32 = 0.25;
 
-/// How much light comes to a point.
+/// Light that reaches a point.
 struct Light {
-    /// Optical depth of what is near the point.
+    /// Optical depth near the point.
     near: f32,
-    /// Transmittance of what is farther away.
+    /// Transmittance farther away.
     far: f32,
 }
 
-/// The extinction of one step that is all at one entry.
+/// Extinction of one step inside one entry.
 fn entry_extinction(entry: u32) -> f32 {
     return bitcast<f32>(extinction[2u * entry + 1u]) * scene.extinction_unit;
 }
 
-/// The extinction of one step between two entries: the mean from one to the other.
+/// Extinction of one step between two entries: the mean of all entries from one to the other.
 fn mean_extinction(front: u32, behind: u32) -> f32 {
     if GAPS && max(front, behind) > scene.last_entry {
         return entry_extinction(scene.last_entry + 1u);
@@ -41,12 +44,12 @@ fn mean_extinction(front: u32, behind: u32) -> f32 {
     return f32(difference) / (f32(behind) - f32(front)) * scene.extinction_unit;
 }
 
-/// The bin of an entry of the transfer table.
+/// Bin of an entry of the transfer table.
 fn bin(entry: u32) -> u32 {
     return (entry + (1u << scene.bin_bits) / 2u) >> scene.bin_bits;
 }
 
-/// The colour between two entries of the transfer table; within one bin that of the end that shows more.
+/// Colour between two entries of the transfer table. Within one bin it is the colour of the entry with more extinction.
 fn colour_between(front: u32, behind: u32) -> vec3f {
     let bins = vec2u(bin(front), bin(behind));
     var at = bins.x * COLOURS + bins.y;
@@ -58,7 +61,7 @@ fn colour_between(front: u32, behind: u32) -> vec3f {
     return colour_of(extinction[2u * scene.last_entry + 4u + at]);
 }
 
-/// The mean of e^(−x·s) over s from 0 to 1.
+/// Mean of e^(−x·s) over s from 0 to 1.
 fn mean_passing(x: f32) -> f32 {
     if abs(x) < 0.05 {
         return 1.0 - x * (0.5 - x * (1.0 / 6.0 - x / 24.0));
@@ -66,14 +69,14 @@ fn mean_passing(x: f32) -> f32 {
     return (1.0 - exp(-x)) / x;
 }
 
-/// How many steps it is from `p` out of the box.
+/// Number of steps from `p` along the light direction to the end of the box.
 fn way_out(p: vec3f) -> f32 {
     let moving = scene.light_inverse != vec3f(0.0);
     let steps = select(vec3f(NEVER), (scene.light_exit - p) * scene.light_inverse, moving);
     return min(steps.x, min(steps.y, steps.z));
 }
 
-/// How much light comes to `p`.
+/// Light that reaches `p`.
 fn light_at(p: vec3f) -> Light {
     if SHADOWS == UNSHADOWED {
         return Light(0.0, 1.0);
@@ -101,7 +104,7 @@ fn light_at(p: vec3f) -> Light {
     return Light(near, transmittance(q));
 }
 
-/// The far transmittance between two points. A point in the deep does not know its own.
+/// Far transmittance between two points. Points deeper than `DEEP` have none of their own.
 fn far_between(before: Light, after: Light) -> f32 {
     if before.near > DEEP {
         return after.far;
@@ -112,16 +115,16 @@ fn far_between(before: Light, after: Light) -> f32 {
     return 0.5 * (before.far + after.far);
 }
 
-/// Where a ray is `steps` steps after it entered the box, and never beyond the box.
+/// Position on a ray `steps` steps after it entered the box, limited to the end of the box.
 fn boundary(segment: Segment, steps: f32) -> vec3f {
     return fma(vec3f(min(steps, segment.length) - 0.5), segment.delta, segment.start);
 }
 
-/// What a ray has gathered.
+/// Colour and opacity of a ray so far.
 struct Gathered {
     colour: vec3f,
     opacity: f32,
-    /// The number of the step that took opacity past one half; negative before.
+    /// Number of the step that took opacity past one half; negative before.
     half_at: f32,
     weighted_number: f32,
 }
@@ -136,7 +139,7 @@ struct Step {
     depth: f32,
 }
 
-/// Adds what `step` sends to the eye, where the share `arriving` of the light comes to it.
+/// Composites `step`, which receives the share `arriving` of the light.
 fn add_step(gathered: ptr<function, Gathered>, segment: Segment, step: Step, arriving: f32) {
     let passing = 1.0 - (*gathered).opacity;
     let alpha = 1.0 - exp(-step.depth);
@@ -153,12 +156,12 @@ fn add_step(gathered: ptr<function, Gathered>, segment: Segment, step: Step, arr
     }
 }
 
-/// What the ray of `segment` brings back.
+/// Marches the ray of `segment`.
 fn fine_march(segment: Segment) -> RayResult {
     let inverse = inverse_of(segment.delta);
     var gathered = Gathered(vec3f(0.0), 0.0, -1.0, 0.0);
     var number = 0.0;
-    // Up to this step something may show.
+    // Steps before this one may be visible.
     var known = 0.0;
     var front = entry(field(boundary(segment, 0.0)));
     var lit = false;

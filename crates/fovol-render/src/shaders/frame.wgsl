@@ -1,4 +1,4 @@
-// What the shaders of one frame share: its size, and how masks and lists lie in memory.
+// Shared by the shaders of one frame: its size, and the memory layout of masks and lists.
 
 /// Width and height in pixels. Twin of `Extent` in gpu/buffers.rs.
 struct Extent {
@@ -17,7 +17,7 @@ struct ListLength {
 
 /// Threads of a workgroup over a list.
 const LIST_GROUP: u32 = 64;
-/// Workgroups of a dispatch over a list along x; what is more goes along y.
+/// Workgroups along x of a dispatch over a list; further ones go along y.
 const GROUPS_X: u32 = 1024;
 
 /// The length of a list of `pixels`.

@@ -3,7 +3,7 @@
 /// A primary ray ends at this accumulated opacity.
 const OPAQUE: f32 = 0.999;
 
-/// How the light's way to a sample is taken into account: `UNSHADOWED`, `RAYS` or `CACHED`.
+/// Kind of shadows: `UNSHADOWED`, `RAYS` or `CACHED`.
 override SHADOWS: u32 = 0;
 const UNSHADOWED: u32 = 0;
 const RAYS: u32 = 1;
@@ -25,15 +25,15 @@ override REJECT: bool = false;
 /// One over the distance from the eye at which opacity passes one half, in world units; 0 where nothing shows.
 @group(1) @binding(6) var<storage, read_write> inverse_depths: array<f32>;
 
-/// What a ray brought back.
+/// Result of a ray.
 struct RayResult {
     colour: vec3f,
     opacity: f32,
     inverse_depth: f32,
 }
 
-/// |n·l| with n from central differences over ±1 voxel in world units; 1 where the gradient is zero or not known,
-/// beside NaN.
+/// |n·l| with n from central differences over ±1 voxel in world units. It is 1 where the gradient is zero, or unknown beside
+/// NaN.
 fn facing(p: vec3f) -> f32 {
     let x = vec3f(1.0, 0.0, 0.0);
     let y = vec3f(0.0, 1.0, 0.0);
@@ -51,15 +51,15 @@ fn facing(p: vec3f) -> f32 {
     return 1.0;
 }
 
-/// Transmittance towards the light at `p`, read at half resolution: voxel i there covers voxels 2i and 2i + 1.
+/// Transmittance towards the light at `p`, read at half resolution, where voxel i covers voxels 2i and 2i + 1.
 ///
-/// A sampler's weights of 1/256 move a colour by 1.5/255 at the very most: three axes, half a weight each.
+/// The sampler's weights in steps of 1/256 move a colour by at most 1.5/255: three axes, half a step each.
 fn cached_transmittance(p: vec3f) -> f32 {
     let at = ((p - 0.5) * 0.5 + 0.5) / vec3f(textureDimensions(shadow_grid));
     return textureSampleLevel(shadow_grid, linear, at, 0.0).x;
 }
 
-/// What the colour at `p` is multiplied by: ambient + (1 − ambient)·T·|n·l|.
+/// Factor of the colour at `p`: ambient + (1 − ambient)·T·|n·l|.
 fn light(p: vec3f) -> f32 {
     var light = 1.0;
     if SHADOWS == RAYS {
@@ -73,13 +73,13 @@ fn light(p: vec3f) -> f32 {
     return scene.ambient + (1.0 - scene.ambient) * light;
 }
 
-/// The colour that the transfer table packs into `bits`.
+/// Unpacks a colour of the transfer table.
 fn colour_of(bits: u32) -> vec3f {
     let fields = vec3u(bits & 0x7FFu, bits >> 11u & 0x7FFu, bits >> 22u);
     return vec3f(fields) * vec3f(1.0 / 2047.0, 1.0 / 2047.0, 1.0 / 1023.0);
 }
 
-/// What the ray through the centre of `pixel` brings back.
+/// Marches the ray through the centre of `pixel`.
 fn march(pixel: vec2u) -> RayResult {
     let segment = segment_of(pixel);
     if FINE {
@@ -91,7 +91,7 @@ fn march(pixel: vec2u) -> RayResult {
     var half_at = -1.0;
     var weighted_number = 0.0;
     var k = 0.0;
-    // Up to this sample something may show.
+    // Samples before this one may be visible.
     var known = 0.0;
     while k < segment.count && opacity < OPAQUE {
         let p = fma(vec3f(k), segment.delta, segment.start);
@@ -124,7 +124,7 @@ fn march(pixel: vec2u) -> RayResult {
     return RayResult(colour, opacity, 1.0 / fma(number, scene.delta, segment.distance));
 }
 
-/// Marches the pixels of the list; results lie in list order.
+/// Marches the pixels of the list. Results are in list order.
 @compute @workgroup_size(LIST_GROUP)
 fn march_list(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {
     let i = list_position(group, thread);
@@ -136,7 +136,7 @@ fn march_list(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_ind
     inverse_depths[i] = marched.inverse_depth;
 }
 
-/// Marches every pixel, or those of the mask; results lie where the pixels do.
+/// Marches every pixel, or those of the mask. Results are at the places of their pixels.
 @compute @workgroup_size(8, 8)
 fn march_frame(@builtin(global_invocation_id) pixel: vec3u) {
     if pixel.x >= extent.width || pixel.y >= extent.height {

@@ -1,7 +1,7 @@
 // Which pixels are sampled. Twin of cpu/mask.rs.
 //
-// Densities are f64 in the specification, so the host turns them into whole ranks, and only whole numbers are compared
-// here: the bits are those of the CPU.
+// Densities are f64 in the specification. The host turns them into whole ranks, so only integers are compared here, and the
+// bits equal those of the CPU.
 
 /// One frame's mask. Twin of `MaskSettings` in gpu/mask_limits.rs.
 struct MaskSettings {

@@ -1,5 +1,4 @@
-// Well-mixed bits. Twin of `hash` in noise/random.rs, in 64-bit arithmetic that WGSL does not have: pairs hold the low
-// and the high word.
+// Well-mixed bits. Twin of `hash` in noise/random.rs. WGSL has no 64-bit arithmetic, so pairs hold the low and the high word.
 
 /// a + b.
 fn add_64(a: vec2u, b: vec2u) -> vec2u {

@@ -4,7 +4,7 @@
 /// Pixels, packed.
 @group(0) @binding(1) var<storage, read> list: array<u32>;
 @group(0) @binding(2) var<storage, read> list_length: ListLength;
-/// What their rays brought back: colours and opacities, and one over distances.
+/// Results of their rays: colours and opacities, and inverse distances.
 @group(0) @binding(3) var<storage, read> colours: array<vec4f>;
 @group(0) @binding(4) var<storage, read> inverse_depths: array<f32>;
 /// Frames row by row, cleared before: alpha is 1 where a pixel was sampled.

@@ -1,4 +1,4 @@
-// What rays meet. Twin of `SceneNumbers` in gpu/scene.rs, which fills it in.
+// Volume, light and tables that rays need. Twin of `SceneNumbers` in gpu/scene.rs, which fills it in.
 //
 // Positions are voxel-centre coordinates (voxel i at i), distances along rays are world units.
 
@@ -11,7 +11,7 @@ struct Scene {
     to_voxels: vec3f,
     /// From stored values to entries of the transfer table.
     scale: f32,
-    /// What shows through.
+    /// Colour of the background.
     background: vec3f,
     /// The share of light that reaches every sample.
     ambient: f32,
@@ -21,7 +21,7 @@ struct Scene {
     cell_shift: u32,
     /// The faces of the box that the light comes through.
     light_exit: vec3f,
-    /// The extinction of one step that one in a sum of extinctions stands for.
+    /// Extinction of one step that the integer 1 in a sum of extinctions stands for.
     extinction_unit: f32,
     /// 1/light_delta; 0 where the light is parallel to a face.
     light_inverse: vec3f,
@@ -31,22 +31,22 @@ struct Scene {
     light_direction: vec3f,
     /// log2 of the transfer table's entries in a bin that colours are tabulated for.
     bin_bits: u32,
-    /// The lowest corner of the part that is there.
+    /// The lowest corner of the part that is not cut off.
     box_low: vec3f,
-    /// The highest.
+    /// The highest corner of that part.
     box_high: vec3f,
 }
 
-/// Whether rays leave empty space at once.
+/// Whether rays jump over empty space.
 override SKIP: bool = false;
-/// Whether some voxels are NaN: these are stored as a large negative number.
+/// Whether some voxels are NaN. They are stored as a large negative number.
 override GAPS: bool = false;
 
-/// Stands for "never leaves" along an axis that a ray does not move on.
+/// Number of steps to the end of the box along an axis that a ray does not move on.
 const NEVER: f32 = 1e30;
 
 @group(0) @binding(0) var<uniform> scene: Scene;
-/// How far each macrocell is from anything visible; see skip.wgsl.
+/// Distance of each macrocell from anything visible; see skip.wgsl.
 @group(0) @binding(2) var distances: texture_3d<u32>;
 /// For every entry of the transfer table the bits of opacity for one step, and the colour: red 11 bits,
 /// green 11 bits, blue 10 bits, red lowest.

@@ -4,7 +4,7 @@
 struct View {
     /// The eye in voxels.
     eye: vec3f,
-    /// The directions in world space that sum up to the one of a pixel.
+    /// Directions in world space whose sum is the direction of a pixel.
     forward: vec3f,
     /// To the right edge.
     right: vec3f,
@@ -19,15 +19,16 @@ struct View {
 struct Segment {
     start: vec3f,
     delta: vec3f,
-    /// How many there are.
+    /// Number of samples.
     count: f32,
-    /// How many steps it is through the box; not whole.
+    /// Number of steps through the box, with a fraction.
     length: f32,
     /// The distance of the first sample from the eye in world units.
     distance: f32,
 }
 
-/// Below this many voxels a world unit a ray counts as parallel to a face: along the whole box it stays in place.
+/// Fewest voxels per world unit at which a ray moves along an axis. Slower rays count as parallel to the face: they stay in
+/// place along the whole box.
 const PARALLEL: f32 = 1e-12;
 
 /// The samples of the ray through the centre of `pixel`.

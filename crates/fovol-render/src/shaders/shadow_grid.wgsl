@@ -9,11 +9,11 @@ struct Slab {
 }
 
 @group(1) @binding(0) var<uniform> slab: Slab;
-/// Of rgba8unorm, the narrowest format that can be written and filtered everywhere, red is used.
+/// Red holds the transmittance. rgba8unorm is the narrowest format that every device writes and filters.
 @group(1) @binding(1) var shadow_grid: texture_storage_3d<rgba8unorm, write>;
 
-/// Finds the transmittance of a slab: voxel i stands at the common corner of the volume's voxels 2i and 2i + 1, or at
-/// the nearest point of the part that is there.
+/// Finds the transmittance of a slab. Voxel i lies at the common corner of the volume's voxels 2i and 2i + 1, or at the nearest
+/// point of the part that is not cut off.
 @compute @workgroup_size(4, 4, 4)
 fn fill_shadow_grid(@builtin(global_invocation_id) thread: vec3u) {
     let voxel = thread + vec3u(0u, 0u, slab.first);

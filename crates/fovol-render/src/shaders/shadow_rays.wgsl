@@ -1,13 +1,13 @@
-// The light's way to a sample. Twin of cpu/shadow_rays.rs and of `LightPath` in scene/segment.rs.
+// Shadow rays from a sample towards the light. Twin of cpu/shadow_rays.rs and of `LightPath` in scene/segment.rs.
 
-/// Shadow steps are this many primary steps long.
+/// Length of a shadow step in primary steps.
 const SHADOW_STEP: f32 = 4.0;
-/// The first shadow sample is this many primary steps from its point.
+/// Distance of the first shadow sample from its point, in primary steps.
 const SHADOW_START: f32 = 2.0;
-/// A shadow ray ends below this transmittance.
+/// Transmittance below which a shadow ray ends.
 const DARK: f32 = 0.001;
 
-/// How many shadow samples lie between `p` and the box: those j with 2 + 4j < the number of primary steps.
+/// Number of shadow samples between `p` and the end of the box: those j with 2 + 4j < the number of primary steps.
 fn shadow_samples(p: vec3f) -> f32 {
     let moving = scene.light_inverse != vec3f(0.0);
     let steps = select(vec3f(NEVER), (scene.light_exit - p) * scene.light_inverse, moving);
@@ -20,7 +20,7 @@ fn transmittance(p: vec3f) -> f32 {
     let inverse = scene.light_inverse / SHADOW_STEP;
     var transmittance = 1.0;
     var j = 0.0;
-    // Up to this sample something may show.
+    // Samples before this one may be visible.
     var known = 0.0;
     while j < count && transmittance >= DARK {
         let at = fma(vec3f(fma(SHADOW_STEP, j, SHADOW_START)), scene.light_delta, p);

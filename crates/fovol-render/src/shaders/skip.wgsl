@@ -1,15 +1,15 @@
-// Leaving empty space at once. Twin of cpu/skip.rs.
+// Skips empty space. Twin of cpu/skip.rs.
 
-/// What lies ahead of a point on a ray.
+/// Visibility of the space ahead of a point on a ray.
 struct Ahead {
-    /// Whether nothing shows.
+    /// Whether nothing is visible.
     empty: bool,
-    /// For how many steps that stays so, 1 or more.
+    /// Number of steps for which this holds, 1 or more.
     steps: f32,
 }
 
-/// What lies ahead of `p` for a ray with steps of 1/`inverse` voxels (0 where it does not move): the box of cells that
-/// are all empty, or the one cell that shows something.
+/// Looks ahead of `p` along a ray with steps of 1/`inverse` voxels; `inverse` is 0 where the ray does not move. It finds a box
+/// of empty cells around `p`, or the one visible cell that holds `p`.
 fn look_ahead(p: vec3f, inverse: vec3f) -> Ahead {
     let cell = vec3i(clamp(p, vec3f(0.0), scene.last)) >> vec3u(scene.cell_shift);
     let distance = textureLoad(distances, cell, 0).x;

@@ -1,5 +1,8 @@
 use std::ops::{Add, BitAnd, Div, Mul, Sub};
 
+/// Number of lanes of the longest vectors.
+pub const MOST_LANES: usize = 16;
+
 /// Loads, stores, arithmetic and comparisons, lane by lane.
 ///
 /// A vector exists only where its instructions do: the first one is made by

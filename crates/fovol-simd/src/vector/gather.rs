@@ -1,4 +1,5 @@
-use super::{Integers, MOST_LANES, SimdI32};
+use super::arithmetic::MOST_LANES;
+use super::integers::{Integers, SimdI32};
 
 /// Loads from an address per lane.
 pub trait Gather: Integers {

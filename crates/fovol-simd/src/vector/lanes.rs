@@ -1,8 +1,5 @@
 use super::Arithmetic;
 
-/// Number of lanes of the longest vectors.
-pub const MOST_LANES: usize = 16;
-
 /// Operations that move or combine lanes.
 pub trait Lanes: Arithmetic {
     /// 0, 1, 2, …

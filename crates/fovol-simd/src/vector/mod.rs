@@ -7,10 +7,10 @@ mod lanes;
 mod pixels;
 mod storage;
 
-pub use arithmetic::Arithmetic;
+pub use arithmetic::{Arithmetic, MOST_LANES};
 pub use gather::Gather;
 pub use integers::{Integers, SimdI32};
-pub use lanes::{Lanes, MOST_LANES};
+pub use lanes::Lanes;
 pub use pixels::Pixels;
 pub use storage::Storage;
 

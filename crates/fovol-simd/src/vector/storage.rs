@@ -1,4 +1,4 @@
-use super::{Arithmetic, MOST_LANES};
+use super::arithmetic::{Arithmetic, MOST_LANES};
 use crate::bf16::{Bf16, HALF_ULP, UPPER_HALF};
 
 /// Loads and stores of narrower numbers.

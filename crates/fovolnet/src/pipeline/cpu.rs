@@ -1,8 +1,11 @@
-use super::sampled::{Listed, Sampled, Sampler};
+#[cfg(feature = "gpu")]
+use super::frames::{DeviceFrame, DoneFrame};
+use super::marcher::Marcher;
+use super::sampled::{HostReconstruction, Listed, Sampled, Sampler};
+use super::timings::{Timer, Timings};
 use super::view::View;
-use super::{Timer, Timings};
-use crate::window::Seen;
-use crate::{RenderSettings, Sampling};
+use crate::reconstruct::Seen;
+use crate::{RenderSettings, Result, Sampling};
 use fovol_core::{Camera, Frame, FrameSize, SampleList, SampleMask, Scene};
 use fovol_render::cpu::{self, RenderOptions, Renderer, compact, direct, mask_of, scatter};
 use fovol_render::scene::RayResult;
@@ -16,47 +19,13 @@ pub struct CpuMarcher {
 }
 
 impl CpuMarcher {
-    pub fn new(scene: &Scene, options: RenderOptions, sampler: Sampler) -> crate::Result<Self> {
+    pub fn new(scene: &Scene, options: RenderOptions, sampler: Sampler) -> Result<Self> {
         Ok(Self { renderer: Renderer::new(scene, options)?, sampler })
-    }
-
-    /// Replaces the scene and the settings; the volume stays the same.
-    pub fn change(&mut self, scene: &Scene, settings: &RenderSettings) -> crate::Result<()> {
-        self.renderer.set_scene(scene)?;
-        self.sampler.change(settings);
-        Ok(())
-    }
-
-    /// Time that the grid of cached shadows took.
-    pub fn shadow_grid_time(&self) -> Duration {
-        self.renderer.shadow_grid_time()
-    }
-
-    /// Marches the pixels of `list`; results are in list order.
-    pub fn march_list(&self, camera: &Camera, list: &SampleList) -> Vec<RayResult> {
-        self.renderer.march_list(camera, list).0
-    }
-
-    /// Marches the pixels of `list` with exact shadows, even if the scene has cached ones.
-    pub fn march_list_exactly(&mut self, camera: &Camera, list: &SampleList) -> Vec<RayResult> {
-        self.renderer.with_exact_shadows(|renderer| renderer.march_list(camera, list).0)
-    }
-
-    /// Marches every pixel with exact shadows, even if the scene has cached ones.
-    pub fn reference(&mut self, camera: &Camera, size: FrameSize) -> Frame {
-        self.renderer.with_exact_shadows(|renderer| renderer.march_full(camera, size).0)
     }
 
     /// Marches every pixel.
     fn march_full(&self, camera: &Camera, size: FrameSize) -> Frame {
         self.renderer.march_full(camera, size).0
-    }
-
-    /// Renders the samples of the frame of `view`, and finds the region in which the scene can be seen.
-    pub fn sample(&self, view: &View) -> Sampled {
-        let region = self.renderer.visible_region(&view.camera, view.size);
-        let seen = Seen { region, background: self.renderer.background() };
-        Sampled { seen, ..self.marched(view) }
     }
 
     fn marched(&self, view: &View) -> Sampled {
@@ -105,6 +74,58 @@ impl CpuMarcher {
         let (marched, _) = self.renderer.march_list(&view.camera, &list);
         scattered(list, &marched, mask, (timer, timings))
     }
+}
+
+impl Marcher for CpuMarcher {
+    fn gpu_name(&self) -> Option<String> {
+        None
+    }
+
+    fn shadow_grid_time(&self) -> Duration {
+        self.renderer.shadow_grid_time()
+    }
+
+    fn host_reconstruction(&self, settings: &RenderSettings) -> Result<HostReconstruction> {
+        HostReconstruction::new(settings)
+    }
+
+    fn change(&mut self, scene: &Scene, settings: &RenderSettings, _: bool) -> Result<()> {
+        self.renderer.set_scene(scene)?;
+        self.sampler.change(settings);
+        Ok(())
+    }
+
+    fn march_list(&mut self, camera: &Camera, list: &SampleList) -> Result<Vec<RayResult>> {
+        Ok(self.renderer.march_list(camera, list).0)
+    }
+
+    fn march_list_exactly(&mut self, camera: &Camera, list: &SampleList) -> Result<Vec<RayResult>> {
+        Ok(self.renderer.with_exact_shadows(|renderer| renderer.march_list(camera, list).0))
+    }
+
+    fn reference(&mut self, camera: &Camera, size: FrameSize) -> Result<Frame> {
+        Ok(self.renderer.with_exact_shadows(|renderer| renderer.march_full(camera, size).0))
+    }
+
+    fn sample(&mut self, view: &View) -> Result<Sampled> {
+        let region = self.renderer.visible_region(&view.camera, view.size);
+        let seen = Seen { region, background: self.renderer.background() };
+        Ok(Sampled { seen, ..self.marched(view) })
+    }
+
+    /// Frames on the CPU go through the host.
+    #[cfg(feature = "gpu")]
+    fn display(&mut self, _: &View) -> Result<Option<DeviceFrame>> {
+        Ok(None)
+    }
+
+    #[cfg(feature = "gpu")]
+    fn finish_display(&mut self) -> Result<Vec<DoneFrame>> {
+        Ok(Vec::new())
+    }
+
+    /// Nothing to forget: the samples of a frame do not depend on earlier ones.
+    fn reset(&mut self) {}
 }
 
 /// Makes the sparse frame of `list` from its ray results `marched`. The timer was started before marching.

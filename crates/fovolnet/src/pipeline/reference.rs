@@ -1,8 +1,10 @@
 //! Reference frames: every pixel marched, with exact shadows.
 
-use super::{Marcher, Pipeline};
-use crate::Result;
-use fovol_core::{Camera, Frame, FrameSize, SampleList};
+use super::Pipeline;
+use super::estimate::{COLOUR, MARCHED};
+use crate::{Error, Result};
+use fovol_core::memory::{Estimate, SMALLER_FRAMES};
+use fovol_core::{Camera, Frame, SampleList};
 use fovol_render::scene::RayResult;
 
 impl Pipeline {
@@ -12,7 +14,7 @@ impl Pipeline {
     /// # Errors
     /// A lost device.
     pub fn reference(&mut self, i: u32) -> Result<Frame> {
-        if self.settings.is_transparent() {
+        if self.settings.transparent {
             return self.transparent_reference(i);
         }
         self.opaque_reference(i)
@@ -29,24 +31,21 @@ impl Pipeline {
     /// # Errors
     /// Errors of [`Self::march`].
     pub fn march_reference(&mut self, camera: &Camera, list: &SampleList) -> Result<Vec<RayResult>> {
-        self.march_with(Marcher::march_list_exactly, camera, list)
-    }
-}
-
-impl Marcher {
-    fn march_list_exactly(&mut self, camera: &Camera, list: &SampleList) -> Result<Vec<RayResult>> {
-        match self {
-            Self::Cpu(marcher) => Ok(marcher.march_list_exactly(camera, list)),
-            #[cfg(feature = "gpu")]
-            Self::Gpu(marcher) => marcher.march_list_exactly(camera, list),
-        }
+        self.march_with(|marcher, camera| marcher.march_list_exactly(camera, list), camera)
     }
 
-    fn reference(&mut self, camera: &Camera, size: FrameSize) -> Result<Frame> {
-        match self {
-            Self::Cpu(marcher) => Ok(marcher.reference(camera, size)),
-            #[cfg(feature = "gpu")]
-            Self::Gpu(marcher) => marcher.reference(camera),
-        }
+    /// Checks that frames and their references fit into memory together.
+    ///
+    /// # Errors
+    /// Too little memory.
+    pub fn check_references(&self) -> Result<()> {
+        let size = self.size();
+        let pixels = size.pixels();
+        // The sparse and the full frame are kept while the reference is rendered.
+        Estimate::new(format!("rendering frames of {size} and their references"))
+            .with("frames", (pixels * 2 * COLOUR) as u64)
+            .with("references", (pixels * (COLOUR + MARCHED)) as u64)
+            .check(SMALLER_FRAMES)
+            .map_err(|shortage| Error::Core(shortage.into()))
     }
 }

@@ -1,7 +1,8 @@
+use super::frames::RenderedFrame;
+use super::timings::{Timer, Timings};
 use super::view::View;
-use super::{RenderedFrame, Timer, Timings};
 use crate::motion::{Depths, MotionFinder, Sparse};
-use crate::window::Seen;
+use crate::reconstruct::Seen;
 use crate::{Reconstructor, RenderSettings, Result, Sampling};
 use fovol_core::{Frame, FrameSize, SampleList, SampleMask};
 use fovol_render::noise::Noise;
@@ -18,13 +19,8 @@ pub struct Sampler {
 
 impl Sampler {
     pub fn new(settings: &RenderSettings) -> Self {
-        let seed = settings.seed.unwrap_or(0);
-        Self {
-            size: settings.frame_size(),
-            sampling: settings.sampling(),
-            noise: Noise::new(settings.noise.unwrap_or_default(), seed),
-            seed,
-        }
+        let RenderSettings { size, sampling, noise, seed, .. } = *settings;
+        Self { size, sampling, noise: Noise::new(noise, seed), seed }
     }
 
     /// Takes over `settings`; noise tables that stay the same are kept, since they take time to make.
@@ -95,7 +91,7 @@ pub struct HostReconstruction {
 impl HostReconstruction {
     /// Reconstruction as `settings` ask for.
     pub fn new(settings: &RenderSettings) -> Result<Self> {
-        let reconstructor = Reconstructor::new(settings, settings.frame_size())?;
+        let reconstructor = Reconstructor::new(settings, settings.size)?;
         Ok(Self::with(reconstructor))
     }
 
@@ -112,7 +108,7 @@ impl HostReconstruction {
     /// Whether frames of `settings` need this reconstruction.
     #[cfg(feature = "gpu")]
     pub fn is_needed(&self, settings: &RenderSettings) -> bool {
-        self.finds_motion || (settings.sampling() != Sampling::Full && self.reconstructor.is_active())
+        self.finds_motion || (settings.sampling != Sampling::Full && self.reconstructor.is_active())
     }
 
     pub fn reset(&mut self) {

@@ -1,20 +1,8 @@
 //! Frames with a transparent background.
 
 use super::{Pipeline, RenderedFrame, Timings, Viewpoint};
-use crate::{Error, RenderSettings, Result, Sampling};
+use crate::{RenderSettings, Result};
 use fovol_core::Frame;
-
-/// Checks that `settings` with a transparent background march every pixel.
-pub fn check(settings: &RenderSettings) -> Result<()> {
-    if settings.is_transparent() && settings.sampling() != Sampling::Full {
-        return Err(Error::Setting(
-            "a transparent picture needs every pixel marched, what is reconstructed has no alpha; add --sampling full, or \
-             leave out --transparent"
-                .into(),
-        ));
-    }
-    Ok(())
-}
 
 impl Pipeline {
     /// Renders frame `i` with a transparent background, in straight alpha. Each frame is rendered over black and over
@@ -40,8 +28,8 @@ impl Pipeline {
     fn before_black_and_white<T>(&mut self, mut make: impl FnMut(&mut Self) -> Result<T>) -> Result<[T; 2]> {
         let settings = self.settings.clone();
         let mut before = |background: f64| {
-            let background = Some([background; 3]);
-            self.change(&RenderSettings { transparent: None, background, ..settings.clone() })?;
+            let background = [background; 3];
+            self.change(&RenderSettings { transparent: false, background, ..settings.clone() })?;
             make(self)
         };
         let both = before(0.0).and_then(|black| Ok([black, before(1.0)?]));
@@ -67,7 +55,7 @@ fn difference(black: &Frame, white: &Frame) -> Frame {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Device, SpeedSettings, VolumeSettings, open_volume};
+    use crate::{Device, Sampling, SpeedSettings, VolumeSettings, open_volume};
 
     fn pipeline(settings: &RenderSettings) -> Result<Pipeline> {
         let volume = open_volume("head", &VolumeSettings { dims: Some([24; 3]), ..Default::default() })?;
@@ -77,9 +65,8 @@ mod tests {
 
     fn settings() -> RenderSettings {
         RenderSettings {
-            size: Some("60x40".parse().unwrap()),
-            sampling: Some(Sampling::Full.into()),
-            background: Some([0.2, 0.4, 0.8]),
+            size: "60x40".parse().unwrap(),
+            background: [0.2, 0.4, 0.8],
             ..RenderSettings::default()
         }
     }
@@ -87,7 +74,7 @@ mod tests {
     #[test]
     fn a_transparent_frame_before_a_background_is_the_opaque_one() {
         let opaque = pipeline(&settings()).unwrap().render(3).unwrap().frame;
-        let settings = RenderSettings { transparent: Some(true), ..settings() };
+        let settings = RenderSettings { transparent: true, ..settings() };
         let mut pipeline = pipeline(&settings).unwrap();
         let transparent = pipeline.render(3).unwrap().frame;
         assert_eq!(pipeline.reference(3).unwrap(), transparent);
@@ -103,11 +90,7 @@ mod tests {
 
     #[test]
     fn what_is_reconstructed_is_not_transparent_and_the_error_says_what_to_do() {
-        let sparse = RenderSettings {
-            sampling: Some(Sampling::Compact.into()),
-            transparent: Some(true),
-            ..settings()
-        };
+        let sparse = RenderSettings { sampling: Sampling::Compact, transparent: true, ..settings() };
         assert!(pipeline(&sparse).unwrap_err().to_string().contains("--sampling full"));
         let mut pipeline = pipeline(&settings()).unwrap();
         assert!(pipeline.change(&sparse).is_err());

@@ -1,4 +1,5 @@
-use crate::{RenderSettings, Result, WorldBox, camera_path};
+use super::camera_path::camera_path;
+use crate::{RenderSettings, Result, WorldBox};
 use fovol_core::{Camera, CameraPath, Fovea, FrameSize, GazePath};
 
 /// Camera and fovea of one frame.
@@ -20,21 +21,19 @@ pub struct View {
     pub fovea: Fovea,
 }
 
-/// Camera and gaze of every frame.
+/// Camera and fovea of every frame.
 #[derive(Debug)]
 pub struct Paths {
     camera: CameraPath,
     gaze: GazePath,
+    /// Fovea without its gaze.
     fovea: Fovea,
 }
 
 impl Paths {
     pub fn new(settings: &RenderSettings, world: &WorldBox) -> Result<Self> {
-        Ok(Self {
-            camera: camera_path(settings, world)?,
-            gaze: settings.gaze_path()?,
-            fovea: settings.base_fovea()?,
-        })
+        let camera = camera_path(settings, world)?;
+        Ok(Self { camera, gaze: settings.gaze.clone(), fovea: settings.fovea(0)? })
     }
 
     pub fn camera(&self, i: u32) -> Camera {

@@ -1,373 +1,45 @@
-//! Settings of pictures, volume files and speed, as flags, sessions and panels share them.
+//! Settings of pictures, volume files and speed. [`RenderOverrides`] are what flags, sessions and panels give;
+//! [`RenderSettings`] are complete.
 
 mod as_text;
+mod camera_choice;
+mod choice;
+mod crop_box;
+mod gaze_choice;
+mod nan_colour;
+mod orientation;
+mod overlay;
+mod overrides;
+pub mod parse;
+mod path_choice;
 mod random_weights;
+mod reconstruction;
+mod render;
+mod resolve;
+mod sampling;
 mod speed;
+mod still_camera;
+pub(crate) mod toml_text;
+mod transfer_choice;
+mod transfer_range;
 mod volume;
+mod weights_choice;
 
+pub use camera_choice::CameraChoice;
+pub use choice::Choice;
+pub use crop_box::CropBox;
+pub use gaze_choice::GazeChoice;
+pub use nan_colour::NanColour;
+pub use orientation::{NamedView, Orientation};
+pub use overrides::RenderOverrides;
+pub use path_choice::{PathChoice, path_text};
 pub use random_weights::RandomWeights;
+pub use reconstruction::Reconstruction;
+pub use render::RenderSettings;
+pub use sampling::Sampling;
 pub use speed::SpeedSettings;
+pub use still_camera::StillCamera;
+pub use transfer_choice::TransferChoice;
+pub use transfer_range::{TransferRange, ValueScale};
 pub use volume::VolumeSettings;
-
-use crate::{
-    Choice, Error, NamedView, NanColour, Orientation, Reconstruction, Result, Sampling, TransferRange,
-    ValueScale, parse, toml_text,
-};
-use fovol_core::{Fovea, FrameSize, GazePath, Integration, ShadowMode, SurfaceShading};
-use fovol_net::Weights;
-use fovol_net::cpu::Precision;
-use fovol_render::noise::NoiseKind;
-use serde::{Deserialize, Serialize};
-
-/// Settings of a picture besides the volume. Flags of the command line and the `[render]` table of a session file have
-/// the same names. A missing setting has the default that its accessor returns.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "clap", derive(clap::Args))]
-#[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
-pub struct RenderSettings {
-    /// Frame size in pixels [default: 1280x720]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "WxH"))]
-    pub size: Option<FrameSize>,
-    /// Number of frames [default: 1]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..)))]
-    pub frames: Option<u32>,
-    /// Number of the first frame; cameras and noise follow it [default: 0]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "T"))]
-    pub first_frame: Option<u32>,
-    /// Camera path: turntable, orbit, flythrough, or a TOML file of keyframes [default: the default view for one frame,
-    /// turntable for more]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "PATH", value_parser = parse::file(), conflicts_with = "camera"))]
-    pub path: Option<String>,
-    /// Degrees that the turntable turns over all frames [default: 360]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "DEGREES", value_parser = parse::number, allow_hyphen_values = true, conflicts_with = "camera"))]
-    pub turn: Option<f64>,
-    /// Side that the default view and the turntable look from: anterior, posterior, left, right, superior or inferior
-    /// [default: the front]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "SIDE", conflicts_with = "camera"))]
-    pub view: Option<NamedView>,
-    /// How the volume stands: grid, its axes along x, y, z, or patient, with +x to the patient's left, +y up (superior)
-    /// and +z to the front (anterior) [default: patient where the file says how the patient lies, else grid]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "HOW"))]
-    pub orientation: Option<Orientation>,
-    /// A still camera in the world of --orientation: eye, target, vertical field of view in degrees. The box of the
-    /// volume is centred at 0 and its longest side is 1
-    #[cfg_attr(feature = "clap", arg(long, value_name = "EX,EY,EZ,TX,TY,TZ,FOVY", value_parser = parse::numbers::<7>, allow_hyphen_values = true))]
-    pub camera: Option<[f64; 7]>,
-    /// Transfer function: auto, a preset or a colour map (`fovolnet info --transfer-functions` lists them), or a file
-    /// (our JSON, one of ParaView, 3D Slicer, VTK, vtk.js or Inviwo), with #NAME for one of several [default: auto]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME|FILE", value_parser = parse::file()))]
-    pub tf: Option<String>,
-    /// Where a transfer function in data values lies: data, at its own values, or stretch, over all values shown
-    /// [default: as its file says]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "WHERE"))]
-    pub tf_range: Option<TransferRange>,
-    /// How values run along the transfer function: linear or log [default: linear]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "SCALE"))]
-    pub scale: Option<ValueScale>,
-    /// Appearance of NaN: transparent, R,G,B,A (0 to 1 each; A is the opacity of a voxel), or file, as the file of the
-    /// transfer function says [default: transparent]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "R,G,B,A", allow_hyphen_values = true))]
-    pub nan: Option<NanColour>,
-    /// The part that is shown, as fractions of the sides of the volume's own grid; the rest is cut away [default:
-    /// 0,1,0,1,0,1]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "X0,X1,Y0,Y1,Z0,Z1", value_parser = parse::numbers::<6>, allow_hyphen_values = true))]
-    pub clip: Option<[f64; 6]>,
-    /// Direction from the scene towards the light, in the world of --orientation [default: 0.5,1,0.3]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "X,Y,Z", value_parser = parse::numbers::<3>, allow_hyphen_values = true))]
-    pub light: Option<[f64; 3]>,
-    /// Shadows: on, off or cached [default: on]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "MODE", value_parser = shadows))]
-    pub shadows: Option<ShadowMode>,
-    /// Surface shading: flat or gradient [default: flat]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "MODE", value_parser = shading))]
-    pub shading: Option<SurfaceShading>,
-    /// Share of ambient light, 0 to 1 [default: 0.3]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "A", value_parser = parse::number, allow_hyphen_values = true))]
-    pub ambient: Option<f64>,
-    /// Background colour, 0 to 1 each [default: 0,0,0]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "R,G,B", value_parser = parse::numbers::<3>, allow_hyphen_values = true))]
-    pub background: Option<[f64; 3]>,
-    /// Leave the background out: pictures with alpha, for which every pixel is marched (--sampling full)
-    #[cfg_attr(feature = "clap", arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true"))]
-    pub transparent: Option<bool>,
-    /// Distance between samples along rays, in voxels [default: 0.5]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "S", value_parser = parse::number, allow_hyphen_values = true))]
-    pub step: Option<f64>,
-    /// Integration along rays: fine, the integral of the transfer function between samples, without rings, or plain,
-    /// separate samples [default: fine]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "HOW"))]
-    pub integration: Option<Integration>,
-    /// Which pixels are marched and how: full, reject, direct, compact, or auto: compact for clips and wherever a flag
-    /// asks for sparse pixels or a reconstruction, else full [default: auto]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "HOW"))]
-    #[serde(with = "as_text")]
-    pub sampling: Option<Choice<Sampling>>,
-    /// Share of pixels sampled away from the gaze, 0 to 1 [default: 0.03]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "P", value_parser = parse::number, allow_hyphen_values = true))]
-    pub pb: Option<f64>,
-    /// Standard deviation of the fovea in image widths; 0 for none [default: 0.02]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "S", value_parser = parse::number, allow_hyphen_values = true))]
-    pub sigma: Option<f64>,
-    /// Gaze as fractions of the image from its top left, `wander`, or a TOML file of stops [default: 0.5,0.5]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "X,Y", value_parser = parse::file(), allow_hyphen_values = true))]
-    pub gaze: Option<String>,
-    /// Noise that chooses the pixels: stbn, blue or uniform [default: stbn]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "KIND"))]
-    #[serde(with = "as_text")]
-    pub noise: Option<NoiseKind>,
-    /// Seed of everything random [default: 0]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
-    pub seed: Option<u64>,
-    /// How sparse frames are filled: none, pull-push, linear, wnet or deepfovea [default: the network of the weights
-    /// that are given, else wnet]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "HOW"))]
-    pub reconstruct: Option<Reconstruction>,
-    /// Weights of the network: wnet-fast, which the program has, a safetensors file, or a state dict of PyTorch (.pt) of
-    /// a network with a name [default: wnet-fast for wnet]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME|FILE", value_parser = parse::file()))]
-    pub weights: Option<String>,
-    /// Seeded random weights of a network, to measure its speed
-    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME[:SEED]"))]
-    #[serde(with = "as_text")]
-    pub random_weights: Option<RandomWeights>,
-    /// Precision of the network: auto, f32, bf16, f16 (on GPUs), int8 or mixed [default: auto]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "P"))]
-    #[serde(with = "as_text")]
-    pub precision: Option<Precision>,
-}
-
-impl RenderSettings {
-    /// Combines these settings with `over`, which takes precedence.
-    #[must_use]
-    pub fn overridden_by(mut self, over: Self) -> Self {
-        macro_rules! merged {
-            ($($field:ident),*) => { Self { $($field: over.$field.or(self.$field)),* } };
-        }
-        // A path replaces a still camera, and the other way round.
-        if over.path.is_some() || over.camera.is_some() {
-            (self.path, self.camera) = (None, None);
-        }
-        // Weights and a reconstruction replace each other. Marching all pixels replaces both.
-        if over.names_weights() {
-            (self.weights, self.random_weights, self.reconstruct) = (None, None, None);
-        }
-        if over.reconstruct.is_some_and(|how| how != self.reconstruction()) {
-            (self.weights, self.random_weights) = (None, None);
-        }
-        // A side to look from replaces a camera, which would hide it.
-        if over.view.is_some() || over.turn.is_some() {
-            self.camera = None;
-        }
-        if over.camera.is_some() {
-            (self.view, self.turn) = (None, None);
-        }
-        merged!(
-            size,
-            frames,
-            first_frame,
-            path,
-            turn,
-            view,
-            orientation,
-            camera,
-            tf,
-            tf_range,
-            scale,
-            nan,
-            clip,
-            light,
-            shadows,
-            shading,
-            ambient,
-            background,
-            transparent,
-            step,
-            integration,
-            sampling,
-            pb,
-            sigma,
-            gaze,
-            noise,
-            seed,
-            reconstruct,
-            weights,
-            random_weights,
-            precision
-        )
-    }
-
-    /// Whether `other` reconstructs the same full frames from the same samples.
-    pub(crate) fn reconstructs_as(&self, other: &Self) -> bool {
-        let of = |settings: &Self| {
-            (
-                settings.frame_size(),
-                settings.sampling() == Sampling::Full,
-                settings.reconstruction(),
-                settings.weights.clone(),
-                settings.random_weights,
-                settings.precision.unwrap_or_default(),
-            )
-        };
-        of(self) == of(other)
-    }
-
-    /// Integration along rays; fine by default.
-    pub fn integration(&self) -> Integration {
-        self.integration.unwrap_or(Integration::Fine)
-    }
-
-    /// Frame size; 1280×720 by default.
-    pub fn frame_size(&self) -> FrameSize {
-        self.size.unwrap_or_default()
-    }
-
-    /// Numbers of the frames to render.
-    pub fn frame_numbers(&self) -> std::ops::Range<u32> {
-        let first = self.first_frame.unwrap_or(0);
-        first..first.saturating_add(self.frames.unwrap_or(1))
-    }
-
-    /// Fovea of frame `i`.
-    ///
-    /// # Errors
-    /// Invalid densities, a gaze file that cannot be read.
-    pub fn fovea(&self, i: u32) -> Result<Fovea> {
-        Ok(Fovea { gaze: self.gaze_path()?.gaze(i), ..self.base_fovea()? })
-    }
-
-    /// Fovea with the default gaze.
-    pub(crate) fn base_fovea(&self) -> Result<Fovea> {
-        let defaults = Fovea::default();
-        let fovea = Fovea {
-            base: self.pb.unwrap_or(defaults.base),
-            sigma: self.sigma.unwrap_or(defaults.sigma),
-            gaze: defaults.gaze,
-        };
-        fovea.check()?;
-        Ok(fovea)
-    }
-
-    /// Gaze of every frame.
-    pub(crate) fn gaze_path(&self) -> Result<GazePath> {
-        let Some(text) = self.gaze.as_deref() else { return Ok(GazePath::default()) };
-        if text == "wander" {
-            return Ok(GazePath::Wander { seed: self.seed.unwrap_or(0) });
-        }
-        if let Ok(fixed) = parse::numbers::<2>(text) {
-            return Ok(GazePath::Fixed(fixed));
-        }
-        #[derive(Deserialize)]
-        #[serde(deny_unknown_fields)]
-        struct Stops {
-            stops: Vec<[f64; 3]>,
-        }
-        let expected = "X,Y, wander, or a TOML file with stops = [[frame, x, y], …]";
-        let read: Stops = toml_text::read(text, "--gaze", expected)?;
-        Ok(GazePath::scripted(read.stops)?)
-    }
-
-    /// Method of choosing pixels.
-    pub fn sampling(&self) -> Sampling {
-        let chosen = self.sampling.and_then(Choice::fixed);
-        chosen.unwrap_or(if self.asks_for_sparse_pixels() { Sampling::Compact } else { Sampling::Full })
-    }
-
-    /// Whether another setting than `sampling` asks for sparse pixels: several frames, or a setting that needs them.
-    fn asks_for_sparse_pixels(&self) -> bool {
-        self.frames.is_some_and(|frames| frames > 1)
-            || self.pb.is_some()
-            || self.sigma.is_some()
-            || self.gaze.is_some()
-            || self.noise.is_some()
-            || self.reconstruct.is_some_and(|how| how != Reconstruction::None)
-            || self.names_weights()
-    }
-
-    /// Whether weights are named, from a file or random ones.
-    fn names_weights(&self) -> bool {
-        self.weights.is_some() || self.random_weights.is_some()
-    }
-
-    /// Whether the background is transparent.
-    pub fn is_transparent(&self) -> bool {
-        self.transparent.unwrap_or(false)
-    }
-
-    /// Method of filling sparse frames: the chosen one, else the network of the named weights, else our own network.
-    pub fn reconstruction(&self) -> Reconstruction {
-        self.reconstruct.unwrap_or_else(|| match (self.random_weights, self.weights.as_deref()) {
-            (Some(random), _) => Reconstruction::by(&random.network.config()),
-            (None, Some(weights)) => Reconstruction::of_weights(weights),
-            (None, None) => Reconstruction::WNet,
-        })
-    }
-
-    /// Checks that the flags of one command line fit together. Session files may hold more than their pictures need.
-    ///
-    /// # Errors
-    /// [`Error::Contradiction`]; weights that are neither a known name nor a file.
-    pub fn check_flags(&self) -> Result<()> {
-        if self.weights.is_some() && self.random_weights.is_some() {
-            return Err(contradiction("--weights and --random-weights exclude each other; give one"));
-        }
-        if let Some(weights) = self.weights.as_deref() {
-            Weights::named_or_read(weights)?;
-        }
-        let network = Self { reconstruct: None, ..self.clone() }.reconstruction();
-        if let Some(how) = self.reconstruct.filter(|&how| self.names_weights() && how != network) {
-            return Err(contradiction(format!(
-                "the weights are of another reconstruction than --reconstruct {how}; leave it out, or write --reconstruct {network}"
-            )));
-        }
-        let is_full = self.sampling == Some(Sampling::Full.into());
-        let reconstructs = self.reconstruct.is_some_and(|how| how != Reconstruction::None);
-        if is_full && (reconstructs || self.names_weights()) {
-            return Err(contradiction(
-                "--sampling full marches every pixel and leaves nothing to reconstruct; leave out either it or --reconstruct and weights",
-            ));
-        }
-        if self.turn.is_some() && self.path.as_deref().is_some_and(|path| path != "turntable") {
-            return Err(contradiction("--turn is for --path turntable; leave out one of them"));
-        }
-        if self.view.is_some() && self.path.as_deref().is_some_and(|path| path != "turntable") {
-            return Err(contradiction(
-                "--view is for the default view and --path turntable; leave out one of them",
-            ));
-        }
-        Ok(())
-    }
-}
-
-fn contradiction(problem: impl Into<String>) -> Error {
-    Error::Contradiction(problem.into())
-}
-#[cfg(feature = "clap")]
-fn shadows(text: &str) -> std::result::Result<ShadowMode, String> {
-    match text {
-        "on" => Ok(ShadowMode::On),
-        "off" => Ok(ShadowMode::Off),
-        "cached" => Ok(ShadowMode::Cached),
-        other => Err(format!("`{other}` is no shadow mode; use on, off or cached")),
-    }
-}
-
-#[cfg(feature = "clap")]
-fn shading(text: &str) -> std::result::Result<SurfaceShading, String> {
-    match text {
-        "flat" => Ok(SurfaceShading::Flat),
-        "gradient" => Ok(SurfaceShading::Gradient),
-        other => Err(format!("`{other}` is no shading; use flat or gradient")),
-    }
-}
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn unknown_words_of_a_gaze_are_named() {
-        let gaze = |text: &str| RenderSettings { gaze: Some(text.into()), ..Default::default() }.gaze_path();
-        gaze("stops = [[0, 0.5, 0.5]]").unwrap();
-        let error = gaze("stops = [[0, 0.5, 0.5]]\nspeed = 3").unwrap_err().to_string();
-        assert!(error.contains("speed") && error.contains("line 2") && !error.contains('\n'), "{error}");
-    }
-}
+pub use weights_choice::WeightsChoice;

@@ -31,7 +31,17 @@ impl SpeedSettings {
     /// A requested GPU that cannot be used.
     pub fn machine(&self) -> Result<Machine> {
         let threads = self.threads.unwrap_or_else(rayon::current_num_threads);
-        let machine = Machine::this(threads, self.simd.unwrap_or_else(best_simd));
-        Ok(Machine { gpu: self.device.clone().unwrap_or_default().open()?.gpu_name(), ..machine })
+        let machine = Machine::this(threads, self.simd());
+        Ok(Machine { gpu: self.device().open()?.gpu_name(), ..machine })
+    }
+
+    /// Device to render on.
+    pub fn device(&self) -> Device {
+        self.device.clone().unwrap_or_default()
+    }
+
+    /// Instruction set of the ray marcher.
+    pub fn simd(&self) -> Simd {
+        self.simd.unwrap_or_else(best_simd)
     }
 }

@@ -1,7 +1,9 @@
+use super::overlay::overlay;
 #[cfg(feature = "clap")]
-use crate::parse;
+use super::parse;
 use serde::{Deserialize, Serialize};
 
+overlay! {
 /// Settings for reading a volume's file: what the file leaves out or gets wrong.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
@@ -38,26 +40,17 @@ pub struct VolumeSettings {
     #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
     pub downsample: Option<usize>,
 }
+}
 
 impl VolumeSettings {
     /// Combines these settings with `over`, which takes precedence.
     #[must_use]
     pub fn overridden_by(self, over: Self) -> Self {
-        Self {
-            dims: over.dims.or(self.dims),
-            dtype: over.dtype.or(self.dtype),
-            endian: over.endian.or(self.endian),
-            spacing: over.spacing.or(self.spacing),
-            range: over.range.or(self.range),
-            array: over.array.or(self.array),
-            component: over.component.or(self.component),
-            channel: over.channel.or(self.channel),
-            time: over.time.or(self.time),
-            downsample: over.downsample.or(self.downsample),
-        }
+        self.laid_under(over)
     }
 
     /// Converts the settings for the file readers.
+    #[cfg(feature = "files")]
     pub fn overrides(&self) -> fovol_io::volume::Overrides {
         fovol_io::volume::Overrides {
             dims: self.dims,

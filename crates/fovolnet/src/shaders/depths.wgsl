@@ -1,23 +1,23 @@
-// How far away is what pixels show, as samples tell. Twin of src/motion/depths.rs.
+// Distances of the pixels, from samples of this and of earlier frames. Twin of src/motion/depths.rs.
 
-// Of sampled pixels one over their distance, 0 elsewhere: of this frame, or for `splat` of an earlier one.
+// Inverse distances of sampled pixels, 0 elsewhere: of this frame, or for `splat` of an earlier one.
 @group(0) @binding(1) var<storage, read> inverse_depths: array<f32>;
-// The bits of the nearest that earlier frames know: of numbers above 0 the greater one also has the greater bits.
+// Bits of the largest inverse distance from earlier frames. Positive numbers have the order of their bits.
 @group(0) @binding(2) var<storage, read_write> nearest: array<atomic<u32>>;
-// The samples of this frame.
+// Samples of this frame.
 @group(0) @binding(3) var<storage, read> sparse: array<vec4f>;
-// What is known as a sparse frame: its red, alpha 1 where known.
+// Known inverse distances as a sparse frame: in red, with alpha 1 where known.
 @group(0) @binding(4) var<storage, read_write> known: array<vec4f>;
-// That frame, filled.
+// The filled frame.
 @group(0) @binding(5) var<storage, read> filled: array<vec4f>;
-// Its red.
+// Red of the filled frame.
 @group(0) @binding(6) var<storage, read_write> inverse_filled: array<f32>;
 
 fn known_as(inverse: f32) -> vec4f {
     return select(vec4f(0.0), vec4f(inverse, 0.0, 0.0, 1.0), inverse > 0.0);
 }
 
-/// What this frame's samples know.
+/// Takes the inverse distances of this frame's samples.
 @compute @workgroup_size(8, 8)
 fn know(@builtin(global_invocation_id) at: vec3u) {
     if is_inside(at.xy) {
@@ -26,7 +26,7 @@ fn know(@builtin(global_invocation_id) at: vec3u) {
     }
 }
 
-/// What an earlier frame knows, seen from here.
+/// Splats the samples of an earlier frame into this one.
 @compute @workgroup_size(8, 8)
 fn splat(@builtin(global_invocation_id) at: vec3u) {
     if !is_inside(at.xy) {
@@ -47,7 +47,7 @@ fn splat(@builtin(global_invocation_id) at: vec3u) {
     atomicMax(&nearest[u32(place.y) * reprojection.width + u32(place.x)], bits);
 }
 
-/// What all of them know; what this frame sampled is known better.
+/// Combines all frames. Samples of this frame take precedence.
 @compute @workgroup_size(8, 8)
 fn know_all(@builtin(global_invocation_id) at: vec3u) {
     if is_inside(at.xy) {
@@ -56,7 +56,7 @@ fn know_all(@builtin(global_invocation_id) at: vec3u) {
     }
 }
 
-/// Keeps what was filled.
+/// Keeps red of the filled frame.
 @compute @workgroup_size(8, 8)
 fn keep(@builtin(global_invocation_id) at: vec3u) {
     if is_inside(at.xy) {

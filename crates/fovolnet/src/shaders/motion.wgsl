@@ -1,39 +1,39 @@
-// How far guesses of distances are believed where, and the motion that follows. Twin of src/motion/guesses.rs and belief.rs.
+// Weighs depth hypotheses (guesses) tile by tile, and finds the motion. Twin of src/motion/depth_hypotheses.rs and
+// depth_confidence.rs.
 
-/// Edge of the tiles that guesses are judged in.
+/// Edge of the tiles in which guesses are judged, in pixels.
 const TILE: u32 = 16u;
 const PIXELS: u32 = TILE * TILE;
-/// How much the samples of tiles to each side count, by their distance in rows and in columns.
+/// Weights of neighbouring tiles by their distance in rows and in columns.
 const NEARBY = array<f32, 3>(1.0, 0.6, 0.2);
 const AROUND: u32 = 2u;
 const GUESSES: u32 = 6u;
 const NEAR_GUESSES: u32 = 5u;
 const OFFSETS = array<f32, NEAR_GUESSES>(0.0, -0.1, 0.1, -0.2, 0.2);
 const HANDICAP = array<f32, GUESSES>(1.0, 1.05, 1.05, 1.05, 1.05, 1.0);
-/// A guess with twice the errors of another is believed 2 to the power of minus this as much.
+/// Exponent of the weights: a guess with twice the squared error of another gets 2^−SHARPNESS times its weight.
 const SHARPNESS: f32 = 5.0;
-/// Squared errors below this tell nothing.
+/// Squared errors below this are noise.
 const NOISE: f32 = 1e-6;
-/// No distance is below this.
+/// Smallest distance of a guess with an offset.
 const NEAREST: f32 = 0.05;
-/// The squared error of what lay outside the last frame: a usual one, as it says little about any guess.
+/// Squared error of a sample that lay outside the last frame. A typical value, since such a sample says little about any guess.
 const OUTSIDE: f32 = 0.01;
 
-// One over the distance of every pixel: between the samples of this frame, and between those of earlier ones too.
+// Inverse distance of every pixel: interpolated from the samples of this frame, and from these and those of earlier frames.
 @group(0) @binding(1) var<storage, read> near: array<f32>;
 @group(0) @binding(2) var<storage, read> seen: array<f32>;
 @group(0) @binding(3) var<storage, read> sparse: array<vec4f>;
-// The last frame, full.
+// The last reconstructed frame.
 @group(0) @binding(4) var<storage, read> last: array<vec4f>;
-// Squared errors of each guess, of all samples of a tile.
+// Squared errors of each guess, summed over the samples of a tile.
 @group(0) @binding(5) var<storage, read_write> errors: array<array<f32, GUESSES>>;
-// Tile by tile what is to be added to the distance between this frame's samples, and how far the guess from earlier frames is
-// believed.
+// For each tile the offset to add to the distance from this frame's samples, and the weight of the guess from earlier frames.
 @group(0) @binding(6) var<storage, read_write> beliefs: array<vec2f>;
-// The way in pixels, x right, y down.
+// Motion in pixels, right and down.
 @group(0) @binding(7) var<storage, read_write> motion: array<vec2f>;
 
-/// One over the distance of pixel number `i`; 0 where nothing is known.
+/// Inverse distance of pixel number `i` by a guess; 0 where unknown.
 fn inverse_of(guess: u32, i: u32) -> f32 {
     if guess == NEAR_GUESSES {
         return seen[i];
@@ -42,7 +42,7 @@ fn inverse_of(guess: u32, i: u32) -> f32 {
     return moved_by(near[i], offsets[guess]);
 }
 
-/// `inverse`, one over a distance, with `offset` added to that.
+/// Adds `offset` to the distance whose inverse is `inverse`, and returns the new inverse.
 fn moved_by(inverse: f32, offset: f32) -> f32 {
     if inverse <= 0.0 || offset == 0.0 {
         return inverse;
@@ -50,12 +50,12 @@ fn moved_by(inverse: f32, offset: f32) -> f32 {
     return 1.0 / max(1.0 / inverse + offset, NEAREST);
 }
 
-/// The motion of pixel `at` with that distance.
+/// Motion of pixel `at` at the distance 1/`inverse`.
 fn moved(at: vec2u, inverse: f32) -> vec2f {
     return select(vec2f(0.0), way(vec2f(at), inverse), inverse > 0.0);
 }
 
-/// The squared difference of `colour` and the last frame at `place`.
+/// Squared difference of `colour` and the last frame at `place`.
 fn difference(place: vec2f, colour: vec3f) -> f32 {
     let end = vec2f(f32(reprojection.width - 1u), f32(reprojection.height - 1u));
     if !(all(place >= vec2f(0.0)) && all(place <= end)) {
@@ -77,8 +77,8 @@ fn is_unsampled(at: vec2u) -> bool {
     return is_inside(at) && sparse[at.y * reprojection.width + at.x].a <= 0.5;
 }
 
-/// Looks for the samples of a tile along the motion of the pixels beside them that are no samples: every other one along that
-/// of the pixel right of it if it can be, the rest along that of the pixel below.
+/// Sums the errors of a tile. Each sample is looked up in the last frame along the motion of a neighbour that is no sample: the
+/// pixel to the right for every other sample if possible, else the pixel below.
 @compute @workgroup_size(TILE, TILE)
 fn judge(
     @builtin(workgroup_id) tile: vec3u,
@@ -118,7 +118,7 @@ fn judge(
     }
 }
 
-/// What comes of all guesses in each tile, by the errors in and around it.
+/// Weighs the guesses of each tile by the errors in and around it.
 @compute @workgroup_size(8, 8)
 fn believe(@builtin(global_invocation_id) tile: vec3u) {
     let tiles = number_of_tiles();
@@ -161,7 +161,7 @@ fn number_of_tiles() -> vec2u {
     return (vec2u(reprojection.width, reprojection.height) + TILE - 1u) / TILE;
 }
 
-/// The belief at a pixel: between the middles of tiles, and beyond those at the edges.
+/// Offset and weight at a pixel, interpolated between the centres of tiles and replicated at the edges.
 fn belief_at(at: vec2u) -> vec2f {
     let tiles = number_of_tiles();
     let place = clamp((vec2f(at) + 0.5) / f32(TILE) - 0.5, vec2f(0.0), vec2f(tiles - 1u));
@@ -173,7 +173,7 @@ fn belief_at(at: vec2u) -> vec2f {
     return mix(left, right, part.x);
 }
 
-/// The motion along the guesses, each as far as it is believed.
+/// Finds the motion from the weighted guesses.
 @compute @workgroup_size(8, 8)
 fn shift(@builtin(global_invocation_id) at: vec3u) {
     if !is_inside(at.xy) {

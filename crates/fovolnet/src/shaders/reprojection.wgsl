@@ -1,15 +1,15 @@
 // Where the pixels of one frame were in another, by the cameras of both. Twin of fovol-core/src/reprojection.rs.
 
 struct Reprojection {
-    // What the other camera sees in the direction of pixel (0, 0), and what a pixel to the right and a pixel down add.
+    // Direction of pixel (0, 0) in the axes of the other camera, and the change by a pixel to the right and a pixel down.
     base: array<vec4f, 3>,
-    // Those directions themselves.
+    // Direction of pixel (0, 0) in world space, and its change by a pixel to the right and a pixel down.
     direction: array<vec4f, 3>,
-    // What being nearer adds.
+    // Change per unit of inverse distance.
     parallax: vec4f,
     width: u32,
     height: u32,
-    // How wide and how high the other camera sees at distance 1, halved.
+    // Half the width and half the height that the other camera sees at distance 1.
     half_width: f32,
     half_height: f32,
 }
@@ -24,24 +24,24 @@ fn at_pixel(v: array<vec4f, 3>, pixel: vec2f) -> vec3f {
     return v[0].xyz + v[1].xyz * pixel.x + v[2].xyz * pixel.y;
 }
 
-/// One over the distance from the own eye, times the length of the direction.
+/// Inverse distance from this camera's eye, times the length of the direction.
 fn nearness(pixel: vec2f, inverse: f32) -> f32 {
     return inverse * length(at_pixel(reprojection.direction, pixel));
 }
 
-/// Where the point is in the axes of the other camera, times its nearness.
+/// Position of the point in the axes of the other camera, times the inverse distance.
 fn seen_from_there(pixel: vec2f, inverse: f32) -> vec3f {
     return at_pixel(reprojection.base, pixel) + reprojection.parallax.xyz * nearness(pixel, inverse);
 }
 
-/// The pixel of the other frame at which that is.
+/// Pixel of the other frame at that position.
 fn place_of(seen: vec3f) -> vec2f {
     let size = vec2f(f32(reprojection.width), f32(reprojection.height));
     let ahead = max(seen.x, 1e-6);
     return vec2f(seen.y / ahead + 1.0, 1.0 - seen.z / ahead) * 0.5 * size - 0.5;
 }
 
-/// The way from `pixel` to where the same point is in the other frame.
+/// Offset from `pixel` to the position of the same point in the other frame.
 fn way(pixel: vec2f, inverse: f32) -> vec2f {
     return place_of(seen_from_there(pixel, inverse)) - pixel;
 }

@@ -10,10 +10,6 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use tokens::{is_word, tokens, without_tests};
 
-/// Folders in which this many files still import each other. Entries only shrink.
-const KNOWN: &[(&str, usize)] =
-    &[("crates/fovolnet/src/pipeline", 10), ("apps/fovolnet-cli/src", 21), ("apps/fovolnet-viewer/src", 2)];
-
 #[test]
 fn no_files_import_each_other() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().unwrap();
@@ -30,15 +26,7 @@ fn no_files_import_each_other() {
     assert!(files.len() > 300, "the sources were not found: {} files", files.len());
     let name = |at: usize| files[at].path.strip_prefix(&root).unwrap().display().to_string();
     let mut problem = String::new();
-    let mut known = KNOWN.to_vec();
     for circle in circles(&imports(&files)) {
-        let entry = known.iter_mut().find(|(folder, most)| {
-            *most >= circle.len() && circle.iter().all(|&at| name(at).starts_with(*folder))
-        });
-        if let Some((_, most)) = entry {
-            *most -= circle.len();
-            continue;
-        }
         problem += &format!("\n{} files import each other:", circle.len());
         circle.iter().for_each(|&at| problem += &format!("\n  {}", name(at)));
     }

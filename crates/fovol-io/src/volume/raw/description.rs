@@ -80,7 +80,6 @@ impl Description {
         let found = if is_packed { gzip::length(source.bytes()) } else { source.bytes().len() };
         let doubt = found.checked_sub(needed).filter(|&excess| excess > 0);
         let doubt = doubt.map(|excess| too_long(source, &layout, excess));
-        doubt.iter().for_each(|doubt| tracing::warn!("{doubt}"));
         let volume = payload.volume(source, layout, Blocks::ONE).map_err(|error| {
             match found_bytes(source, is_packed, needed) {
                 Some(found) if self.dims_are_chosen => too_short(source, dims, [needed, found]),

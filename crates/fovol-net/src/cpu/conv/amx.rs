@@ -198,11 +198,21 @@ macro_rules! spin {
     };
 }
 
-spin!(spin_bf16, "tdpbf16ps", 2, "Multiplies bf16 for a while and returns the number of operations.");
-spin!(spin_int8, "tdpbusd", 4, "Multiplies bytes for a while and returns the number of operations.");
+spin!(
+    spin_bf16,
+    "tdpbf16ps",
+    2,
+    "Multiplies tiles of bf16 for a few milliseconds; returns the number of multiplications and additions."
+);
+spin!(
+    spin_int8,
+    "tdpbusd",
+    4,
+    "Multiplies tiles of bytes for a few milliseconds; returns the number of multiplications and additions."
+);
 
-kernels!(bf16, "tdpbf16ps", from_bias, "Pairs of bf16.");
-kernels!(int8, "tdpbusd", from_zero, "Fours of bytes.");
+kernels!(bf16, "tdpbf16ps", from_bias, "Kernels for bf16, two in each word.");
+kernels!(int8, "tdpbusd", from_zero, "Kernels for bytes, four in each word.");
 
 /// Initialises sums with the bias of their channel: every row of a tile gets the 16 biases.
 unsafe fn from_bias(bias: *const f32, width: usize) {

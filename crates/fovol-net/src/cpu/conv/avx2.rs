@@ -44,7 +44,7 @@ macro_rules! kernel {
 kernel!(
     f32,
     "avx2,fma",
-    "f32.",
+    "Kernel for f32: each word holds one number.",
     |bias: *const f32| _mm256_castps_si256(_mm256_loadu_ps(bias)),
     |sum, v, w| _mm256_castps_si256(_mm256_fmadd_ps(
         _mm256_castsi256_ps(v),
@@ -55,7 +55,7 @@ kernel!(
 kernel!(
     int8,
     "avx2,avxvnni",
-    "Fours of bytes, where there is AVX-VNNI.",
+    "Kernel for bytes, four in each word; needs AVX-VNNI.",
     |_: *const f32| _mm256_setzero_si256(),
     |sum, v, w| _mm256_dpbusd_avx_epi32(sum, v, w)
 );

@@ -77,7 +77,7 @@ macro_rules! kernels {
 kernels!(
     f32,
     "avx512f",
-    "f32.",
+    "Kernels for f32: each word holds one number.",
     |bias: *const f32| _mm512_castps_si512(_mm512_loadu_ps(bias)),
     |sum, v, w| _mm512_castps_si512(_mm512_fmadd_ps(
         _mm512_castsi512_ps(v),
@@ -88,7 +88,7 @@ kernels!(
 kernels!(
     bf16,
     "avx512f,avx512bf16",
-    "Pairs of bf16.",
+    "Kernels for bf16, two in each word.",
     |bias: *const f32| _mm512_castps_si512(_mm512_loadu_ps(bias)),
     |sum, v, w| _mm512_castps_si512(_mm512_dpbf16_ps(
         _mm512_castsi512_ps(sum),
@@ -99,7 +99,7 @@ kernels!(
 kernels!(
     int8,
     "avx512f,avx512vnni",
-    "Fours of bytes.",
+    "Kernels for bytes, four in each word.",
     |_: *const f32| _mm512_setzero_si512(),
     |sum, v, w| _mm512_dpbusd_epi32(sum, v, w)
 );

@@ -1,9 +1,9 @@
 //! Frames that stay on the device, for display.
 
-use super::add_stage;
-use super::part::Part;
+use super::part::{Part, add_stage};
 use crate::Result;
-use crate::pipeline::{DoneFrame, Timings};
+use crate::pipeline::frames::DoneFrame;
+use crate::pipeline::timings::Timings;
 use fovol_core::FrameSize;
 use fovol_gpu::binding::{Slot, bind_group, bind_group_layout, compute_pipeline};
 use fovol_gpu::{Arrival, Gpu, Landing, Shader, Timing, shader};

@@ -1,17 +1,20 @@
-use super::sampled::{Listed, Sampled, Sampler};
+use super::frames::{DeviceFrame, DoneFrame};
+use super::marcher::Marcher;
+use super::sampled::{HostReconstruction, Listed, Sampled, Sampler};
+use super::timings::{Timer, Timings};
 use super::view::View;
-use super::{DeviceFrame, DoneFrame, Timer, Timings};
+use crate::reconstruct::reconstructs;
 use crate::{RenderSettings, Result, Sampling, SpeedSettings};
 use display::Display;
-use fovol_core::{Camera, Frame, Pixel, SampleList, Scene};
+use fovol_core::{Camera, Frame, FrameSize, Pixel, SampleList, Scene};
 use fovol_gpu::{Gpu, Timing};
 use fovol_render::Filtering;
 use fovol_render::cpu::{DirectSamples, compact, direct, mask_of, scatter};
-use fovol_render::gpu::{self, FrameBuffers, MaskSource, Renderer, Stage};
+use fovol_render::gpu::{self, FrameBuffers, MaskSource, Renderer};
 use fovol_render::scene::RayResult;
-use part::Part;
+use part::{Part, add_stage};
 use reconstruction::DeviceReconstruction;
-pub use reconstruction::{device_precision, reconstructs};
+use std::time::Duration;
 
 mod display;
 mod motion;
@@ -44,33 +47,6 @@ impl GpuMarcher {
         Ok(Self { renderer, buffers, sampler, reconstruction, parts, display: None })
     }
 
-    /// Replaces the scene and the settings; the volume stays the same.
-    pub fn change(
-        &mut self,
-        scene: &Scene,
-        settings: &RenderSettings,
-        reconstructs_alike: bool,
-    ) -> Result<()> {
-        let size = settings.frame_size();
-        let resized = size != self.sampler.size;
-        let buffers = resized.then(|| self.renderer.frame_buffers(size)).transpose()?;
-        let buffers_then = buffers.as_ref().unwrap_or(&self.buffers);
-        let gpu = self.renderer.gpu();
-        let anew = (!reconstructs_alike).then(|| DeviceReconstruction::new(gpu, settings, buffers_then));
-        let anew = anew.transpose()?;
-        self.renderer.set_scene(scene)?;
-        self.sampler.change(settings);
-        // Frames in progress were encoded for the old settings.
-        self.display = None;
-        if let Some(buffers) = buffers {
-            self.buffers = buffers;
-        }
-        if let Some(anew) = anew {
-            self.reconstruction = anew;
-        }
-        Ok(())
-    }
-
     /// The device.
     pub fn gpu(&self) -> &Gpu {
         self.renderer.gpu()
@@ -81,92 +57,10 @@ impl GpuMarcher {
         self.renderer.filtering()
     }
 
-    /// Forgets all earlier frames.
-    pub fn reset(&mut self) {
-        if let Some(reconstruction) = &mut self.reconstruction {
-            reconstruction.reset();
-        }
-    }
-
-    /// Marches the pixels of `list`; results are in list order.
-    pub fn march_list(&mut self, camera: &Camera, list: &SampleList) -> Result<Vec<RayResult>> {
-        self.renderer.render(&mut self.buffers, camera, gpu::Sampling::List(list))?;
-        Ok(self.buffers.read_samples()?)
-    }
-
-    /// Marches the pixels of `list` with exact shadows, even if the scene has cached ones.
-    pub fn march_list_exactly(&mut self, camera: &Camera, list: &SampleList) -> Result<Vec<RayResult>> {
-        self.render_exactly(camera, gpu::Sampling::List(list))?;
-        Ok(self.buffers.read_samples()?)
-    }
-
-    /// Marches every pixel with exact shadows, even if the scene has cached ones.
-    pub fn reference(&mut self, camera: &Camera) -> Result<Frame> {
-        self.render_exactly(camera, gpu::Sampling::Full)?;
-        Ok(self.buffers.read_frame()?)
-    }
-
     fn render_exactly(&mut self, camera: &Camera, sampling: gpu::Sampling<'_>) -> Result<()> {
         let Self { renderer, buffers, .. } = self;
         renderer.with_exact_shadows(|renderer| renderer.render(buffers, camera, sampling))?;
         Ok(())
-    }
-
-    /// Renders a frame and reads it back: the samples, and the full frame if it was reconstructed on the device.
-    pub fn sample(&mut self, view: &View) -> Result<Sampled> {
-        let timer = Timer::start();
-        let drawn = self.drawn(view);
-        self.gpu()
-            .clone()
-            .submit("rendering a frame", |encoder| self.encode(encoder, view, drawn.as_ref()))?;
-        self.gpu().wait()?;
-        let timings = self.timings(timer.ms())?;
-        let size = self.sampler.size;
-        let made = self.reconstruction.as_ref().map(|made| made.read_frame(self.gpu(), size));
-        let sampled = match self.sampler.sampling {
-            Sampling::Full => Sampled::full(self.buffers.read_frame()?),
-            Sampling::Reject => self.rejected()?,
-            Sampling::Direct | Sampling::Compact => self.listed(drawn)?,
-        };
-        Ok(Sampled { made: made.transpose()?, timings, ..sampled })
-    }
-
-    /// Renders a frame that stays on the device. Returns once the work is submitted and at most one other frame is in
-    /// progress. `None` for sampling `reject`, which does not list its pixels on the device.
-    pub fn display(&mut self, view: &View) -> Result<Option<DeviceFrame>> {
-        // Sampling `reject` has no list, so the device does not count its samples.
-        if self.sampler.sampling == Sampling::Reject {
-            return Ok(None);
-        }
-        let gpu = self.gpu().clone();
-        let mut display = match self.display.take() {
-            Some(display) => display,
-            None => Display::new(&gpu, self.sampler.size)?,
-        };
-        let done = display.make_way()?;
-        let drawn = self.drawn(view);
-        let (encoded, submission) = gpu.submit("rendering a frame", |encoder| {
-            self.encode(encoder, view, drawn.as_ref())?;
-            let made = self.reconstruction.as_ref().map(DeviceReconstruction::frame_buffer);
-            let frame = made.unwrap_or(self.buffers.frame());
-            display.encode(encoder, frame, (&self.buffers, &self.parts))
-        })?;
-        let samples = match self.sampler.sampling {
-            Sampling::Full => Some(self.sampler.size.pixels()),
-            _ => drawn.map(|drawn| drawn.list.len()),
-        };
-        let picture = display.take_off(view.index, samples, encoded, submission)?;
-        self.display = Some(display);
-        Ok(Some(DeviceFrame { index: view.index, picture, done }))
-    }
-
-    /// Waits for the frames in progress; returns facts about them, in order.
-    pub fn finish_display(&mut self) -> Result<Vec<DoneFrame>> {
-        let mut all = Vec::new();
-        while let Some(done) = self.display.as_mut().map_or(Ok(None), Display::land)? {
-            all.push(done);
-        }
-        Ok(all)
     }
 
     /// Random positions of the frame of `view`, if the sampling draws them.
@@ -230,18 +124,119 @@ impl GpuMarcher {
     }
 }
 
-/// Adds the time of `stage` to `timings`.
-fn add_stage(timings: &mut Timings, stage: Stage, ms: f64) {
-    match stage {
-        Stage::Mask => timings.mask += ms,
-        Stage::Compact => {
-            timings.mask += ms;
-            timings.compact += ms;
+impl Marcher for GpuMarcher {
+    fn gpu_name(&self) -> Option<String> {
+        Some(self.gpu().info().name)
+    }
+
+    /// The device makes the grid.
+    fn shadow_grid_time(&self) -> Duration {
+        Duration::ZERO
+    }
+
+    fn host_reconstruction(&self, settings: &RenderSettings) -> Result<HostReconstruction> {
+        if reconstructs(settings) {
+            return Ok(HostReconstruction::nothing());
         }
-        Stage::March => timings.march += ms,
-        Stage::Scatter => {
-            timings.march += ms;
-            timings.scatter += ms;
+        HostReconstruction::new(settings)
+    }
+
+    fn change(&mut self, scene: &Scene, settings: &RenderSettings, reconstructs_alike: bool) -> Result<()> {
+        let size = settings.size;
+        let resized = size != self.sampler.size;
+        let buffers = resized.then(|| self.renderer.frame_buffers(size)).transpose()?;
+        let buffers_then = buffers.as_ref().unwrap_or(&self.buffers);
+        let gpu = self.renderer.gpu();
+        let anew = (!reconstructs_alike).then(|| DeviceReconstruction::new(gpu, settings, buffers_then));
+        let anew = anew.transpose()?;
+        self.renderer.set_scene(scene)?;
+        self.sampler.change(settings);
+        // Frames in progress were encoded for the old settings.
+        self.display = None;
+        if let Some(buffers) = buffers {
+            self.buffers = buffers;
+        }
+        if let Some(anew) = anew {
+            self.reconstruction = anew;
+        }
+        Ok(())
+    }
+
+    fn march_list(&mut self, camera: &Camera, list: &SampleList) -> Result<Vec<RayResult>> {
+        self.renderer.render(&mut self.buffers, camera, gpu::Sampling::List(list))?;
+        Ok(self.buffers.read_samples()?)
+    }
+
+    fn march_list_exactly(&mut self, camera: &Camera, list: &SampleList) -> Result<Vec<RayResult>> {
+        self.render_exactly(camera, gpu::Sampling::List(list))?;
+        Ok(self.buffers.read_samples()?)
+    }
+
+    /// Frames have the size of the settings.
+    fn reference(&mut self, camera: &Camera, _: FrameSize) -> Result<Frame> {
+        self.render_exactly(camera, gpu::Sampling::Full)?;
+        Ok(self.buffers.read_frame()?)
+    }
+
+    /// Renders a frame and reads it back: the samples, and the full frame if it was reconstructed on the device.
+    fn sample(&mut self, view: &View) -> Result<Sampled> {
+        let timer = Timer::start();
+        let drawn = self.drawn(view);
+        self.gpu()
+            .clone()
+            .submit("rendering a frame", |encoder| self.encode(encoder, view, drawn.as_ref()))?;
+        self.gpu().wait()?;
+        let timings = self.timings(timer.ms())?;
+        let size = self.sampler.size;
+        let made = self.reconstruction.as_ref().map(|made| made.read_frame(self.gpu(), size));
+        let sampled = match self.sampler.sampling {
+            Sampling::Full => Sampled::full(self.buffers.read_frame()?),
+            Sampling::Reject => self.rejected()?,
+            Sampling::Direct | Sampling::Compact => self.listed(drawn)?,
+        };
+        Ok(Sampled { made: made.transpose()?, timings, ..sampled })
+    }
+
+    /// Renders a frame that stays on the device. Returns once the work is submitted and at most one other frame is in
+    /// progress. `None` for sampling `reject`, which does not list its pixels on the device.
+    fn display(&mut self, view: &View) -> Result<Option<DeviceFrame>> {
+        // Sampling `reject` has no list, so the device does not count its samples.
+        if self.sampler.sampling == Sampling::Reject {
+            return Ok(None);
+        }
+        let gpu = self.gpu().clone();
+        let mut display = match self.display.take() {
+            Some(display) => display,
+            None => Display::new(&gpu, self.sampler.size)?,
+        };
+        let done = display.make_way()?;
+        let drawn = self.drawn(view);
+        let (encoded, submission) = gpu.submit("rendering a frame", |encoder| {
+            self.encode(encoder, view, drawn.as_ref())?;
+            let made = self.reconstruction.as_ref().map(DeviceReconstruction::frame_buffer);
+            let frame = made.unwrap_or(self.buffers.frame());
+            display.encode(encoder, frame, (&self.buffers, &self.parts))
+        })?;
+        let samples = match self.sampler.sampling {
+            Sampling::Full => Some(self.sampler.size.pixels()),
+            _ => drawn.map(|drawn| drawn.list.len()),
+        };
+        let picture = display.take_off(view.index, samples, encoded, submission)?;
+        self.display = Some(display);
+        Ok(Some(DeviceFrame { index: view.index, picture, done }))
+    }
+
+    fn finish_display(&mut self) -> Result<Vec<DoneFrame>> {
+        let mut all = Vec::new();
+        while let Some(done) = self.display.as_mut().map_or(Ok(None), Display::land)? {
+            all.push(done);
+        }
+        Ok(all)
+    }
+
+    fn reset(&mut self) {
+        if let Some(reconstruction) = &mut self.reconstruction {
+            reconstruction.reset();
         }
     }
 }

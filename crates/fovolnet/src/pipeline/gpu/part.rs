@@ -1,4 +1,5 @@
 use crate::Timings;
+use fovol_render::gpu::Stage;
 use std::fmt;
 
 /// Timed part of the reconstruction.
@@ -29,5 +30,21 @@ impl fmt::Display for Part {
             Self::Motion => "motion",
             Self::Filling => "filling",
         })
+    }
+}
+
+/// Adds the time of `stage` to `timings`.
+pub fn add_stage(timings: &mut Timings, stage: Stage, ms: f64) {
+    match stage {
+        Stage::Mask => timings.mask += ms,
+        Stage::Compact => {
+            timings.mask += ms;
+            timings.compact += ms;
+        }
+        Stage::March => timings.march += ms,
+        Stage::Scatter => {
+            timings.march += ms;
+            timings.scatter += ms;
+        }
     }
 }

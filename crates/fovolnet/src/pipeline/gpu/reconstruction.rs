@@ -1,13 +1,12 @@
 use super::motion::{DeviceFrames, MotionPass};
 use super::part::Part;
 use crate::pipeline::view::View;
-use crate::reconstructor::weights;
-use crate::{Error, Reconstruction, RenderSettings, Result, Sampling};
+use crate::reconstruct::{device_precision, reconstructs, weights};
+use crate::{Error, Reconstruction, RenderSettings, Result};
 use fovol_core::{Frame, FrameSize};
 use fovol_gpu::{Gpu, Timing, read};
 use fovol_net::Fill;
-use fovol_net::cpu;
-use fovol_net::gpu::{DeviceInput, Network, Precision, PullPush, State};
+use fovol_net::gpu::{DeviceInput, Network, PullPush, State};
 use fovol_render::gpu::FrameBuffers;
 
 /// Reconstruction of full frames on the device.
@@ -23,14 +22,13 @@ impl DeviceReconstruction {
         if !reconstructs(settings) {
             return Ok(None);
         }
-        let how = settings.reconstruction();
         let size = buffers.size();
-        match how {
+        match settings.reconstruction {
             Reconstruction::None | Reconstruction::Fill(Fill::Linear) => Ok(None),
             Reconstruction::Fill(Fill::PullPush) => Ok(Some(Self::PullPush(PullPush::new(gpu, size)?))),
             Reconstruction::WNet | Reconstruction::DeepFovea => {
                 let Some(precision) = device_precision(settings) else { return Ok(None) };
-                let weights = weights(settings, how)?;
+                let weights = weights(settings)?;
                 let plan = weights.config.plan().map_err(Error::Setting)?;
                 let network = Network::new(gpu, plan, &weights, precision)?;
                 let state = Box::new(network.state(size)?);
@@ -101,26 +99,5 @@ fn device_frames<'a>(buffers: &'a FrameBuffers, state: &'a State) -> DeviceFrame
         inverse_depths: buffers.inverse_depths(),
         sparse: buffers.frame(),
         last: state.frame_buffer(),
-    }
-}
-
-/// Whether `settings` ask for a reconstruction that runs on the device.
-pub fn reconstructs(settings: &RenderSettings) -> bool {
-    // Frames with every pixel marched need no reconstruction.
-    settings.sampling() != Sampling::Full
-        && match settings.reconstruction() {
-            Reconstruction::None | Reconstruction::Fill(Fill::Linear) => false,
-            Reconstruction::Fill(Fill::PullPush) => true,
-            Reconstruction::WNet | Reconstruction::DeepFovea => device_precision(settings).is_some(),
-        }
-}
-
-/// Precision of networks on the device; `None` if `settings` ask for one that only CPUs have.
-pub fn device_precision(settings: &RenderSettings) -> Option<Precision> {
-    match settings.precision.unwrap_or_default() {
-        cpu::Precision::Auto => Some(Precision::Auto),
-        cpu::Precision::F32 => Some(Precision::F32),
-        cpu::Precision::F16 => Some(Precision::F16),
-        cpu::Precision::Bf16 | cpu::Precision::Int8 | cpu::Precision::Mixed => None,
     }
 }

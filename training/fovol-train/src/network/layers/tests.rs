@@ -3,8 +3,6 @@
 
 use super::*;
 use fovol_net::plan::{Read, TensorId};
-use safetensors::SafeTensors;
-use serde_json::Value;
 
 /// Convolution with arbitrary name and tensors.
 fn conv_layer(size: usize, stride: usize, padding: Padding, activation: Activation) -> Conv {
@@ -15,44 +13,22 @@ fn conv_layer(size: usize, stride: usize, padding: Padding, activation: Activati
 /// Layer as a function of tensors.
 type Function<'a> = Box<dyn Fn(&[Tensor]) -> Tensor + 'a>;
 
-struct Case<'a> {
-    name: &'a str,
-    file: &'a SafeTensors<'a>,
-    facts: &'a Value,
-}
+#[path = "../../../../../crates/fovol-net/tests/cases/layers.rs"]
+mod layer_cases;
+
+use layer_cases::{Case, each_case};
 
 impl Case<'_> {
     /// Part of the case in f64; images get a batch dimension.
     fn part(&self, part: &str) -> Option<Tensor> {
-        let view = self.file.tensor(&format!("{}.{part}", self.name)).ok()?;
-        let shape: Vec<i64> = view.shape().iter().map(|&side| side as i64).collect();
-        let tensor = Tensor::from_data_size(view.data(), &shape, Kind::Float).to_kind(Kind::Double);
+        let (shape, values) = self.values(part)?;
+        let shape: Vec<i64> = shape.iter().map(|&side| side as i64).collect();
+        let tensor = Tensor::from_slice(&values).reshape(shape).to_kind(Kind::Double);
         Some(if part.starts_with("in") || part == "out" { tensor.unsqueeze(0) } else { tensor })
     }
 
     fn inputs(&self) -> Vec<Tensor> {
         (0..).map_while(|i| self.part(&format!("in{i}"))).collect()
-    }
-
-    fn word(&self, key: &str) -> &str {
-        self.facts[key].as_str().unwrap()
-    }
-
-    fn number(&self, key: &str) -> usize {
-        self.facts[key].as_u64().unwrap() as usize
-    }
-
-    fn activation(&self) -> Activation {
-        match self.word("activation") {
-            "none" => Activation::None,
-            "relu" => Activation::Relu,
-            "elu" => Activation::Elu,
-            other => panic!("{other}"),
-        }
-    }
-
-    fn normalisation(&self) -> Normalisation {
-        if self.word("normalisation") == "squared" { Normalisation::Squared } else { Normalisation::Softmax }
     }
 
     /// The layer as a function of its inputs, followed by weight and bias where it has them.
@@ -62,7 +38,7 @@ impl Case<'_> {
                 let padding = if self.word("padding") == "zero" { Padding::Zero } else { Padding::Replicate };
                 let (size, stride) = (self.number("size"), self.number("stride"));
                 let layer = conv_layer(size, stride, padding, self.activation());
-                let resizes: Vec<Resize> = self.list("resizes").iter().map(resize).collect();
+                let resizes = self.resizes();
                 Box::new(move |all| {
                     let (inputs, learned) = all.split_at(all.len() - 2);
                     let inputs = inputs.iter().zip(&resizes).map(|(input, &change)| resized(input, change));
@@ -73,8 +49,7 @@ impl Case<'_> {
             "filter" => Box::new(|all| {
                 let (inputs, learned) = all.split_at(all.len() - 2);
                 let kernels = inputs[0].conv2d(&learned[0], Some(&learned[1]), [1; 2], [0; 2], [1; 2], 1);
-                let kinds = self.list("images").iter().map(image);
-                let images = inputs[1..].iter().zip(kinds);
+                let images = inputs[1..].iter().zip(self.images());
                 let images: Vec<_> =
                     images.map(|(input, (change, taps))| (resized(input, change), taps)).collect();
                 filter(&kernels, self.number("expand"), &images, self.normalisation())
@@ -103,40 +78,9 @@ impl Case<'_> {
         }
     }
 
-    fn list(&self, key: &str) -> &[Value] {
-        self.facts[key].as_array().unwrap()
-    }
-
     fn tensors(&self) -> Vec<Tensor> {
         let learned = ["weight", "bias"].into_iter().filter_map(|part| self.part(part));
         self.inputs().into_iter().chain(learned).collect()
-    }
-}
-
-fn resize(word: &Value) -> Resize {
-    match word.as_str() {
-        Some("same") => Resize::Same,
-        Some("bilinear") => Resize::Bilinear,
-        Some("nearest") => Resize::Nearest,
-        other => panic!("{other:?}"),
-    }
-}
-
-fn image(pair: &Value) -> (Resize, Taps) {
-    (resize(&pair[0]), if pair[1] == "around" { Taps::Around } else { Taps::Centre })
-}
-
-fn each_case(mut check: impl FnMut(&Case<'_>)) {
-    let path =
-        concat!(env!("CARGO_MANIFEST_DIR"), "/../../crates/fovol-net/tests/reference/layers.safetensors");
-    let bytes = std::fs::read(path).unwrap();
-    let file = SafeTensors::deserialize(&bytes).unwrap();
-    let (_, header) = SafeTensors::read_metadata(&bytes).unwrap();
-    let layers = header.metadata().clone().unwrap();
-    assert!(layers.len() > 30);
-    for (name, facts) in &layers {
-        let facts = serde_json::from_str(facts).unwrap();
-        check(&Case { name, file: &file, facts: &facts });
     }
 }
 

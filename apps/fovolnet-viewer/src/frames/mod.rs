@@ -1,0 +1,10 @@
+//! Frames: requests, the thread that makes them, quality in motion, refinement at rest.
+
+pub mod budget;
+pub mod display_mode;
+pub mod engine;
+pub mod frame_producer;
+pub mod gaze;
+pub mod presented;
+pub mod still;
+pub mod view_request;

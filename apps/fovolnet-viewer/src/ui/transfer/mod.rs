@@ -1,0 +1,6 @@
+//! Editor of the transfer function, and the histograms behind it.
+
+pub(crate) mod backdrop;
+pub(crate) mod boundaries;
+pub(crate) mod histogram;
+pub(crate) mod transfer_editor;

@@ -1,0 +1,7 @@
+//! Small controls.
+
+pub(crate) mod accept_buttons;
+pub(crate) mod colour_button;
+pub(crate) mod outline;
+pub(crate) mod range_slider;
+pub(crate) mod text_field;

@@ -1,0 +1,14 @@
+//! Transfer functions: presets, colour maps and automatic ones.
+
+mod automatic;
+mod catalogue;
+mod chosen;
+mod notes;
+
+pub use automatic::automatic;
+pub(crate) use catalogue::is_name;
+pub use catalogue::{Kind, kinds, names, text};
+#[cfg(feature = "files")]
+pub(crate) use chosen::json_of_file;
+pub use chosen::{chosen, find};
+pub use notes::notes;

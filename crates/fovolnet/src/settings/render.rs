@@ -1,0 +1,172 @@
+use super::{
+    CameraChoice, CropBox, NamedView, NanColour, Orientation, Reconstruction, Sampling, TransferChoice,
+    TransferRange, ValueScale, WeightsChoice,
+};
+use crate::{Error, Result};
+use fovol_core::{Fovea, FrameSize, GazePath, Integration, Light, ShadowMode, SurfaceShading};
+use fovol_net::cpu::Precision;
+use fovol_render::noise::NoiseKind;
+use std::ops::Range;
+
+/// Settings of a picture besides the volume, complete and typed. [`Self::default`] has the defaults of the program; flags
+/// and sessions become settings by [`crate::RenderOverrides::resolve`].
+///
+/// ```
+/// use fovolnet::RenderSettings;
+/// use fovolnet::core::{Camera, ControlPoint, FrameSize, TransferFunction};
+///
+/// let bone = TransferFunction::new(vec![
+///     ControlPoint::new(0.4, [0.9, 0.8, 0.7], 0.0),
+///     ControlPoint::new(1.0, [1.0, 1.0, 0.9], 0.8),
+/// ])?;
+/// let settings = RenderSettings {
+///     size: FrameSize::new(320, 240)?,
+///     camera: Camera::new([0.0, 0.5, 2.0].into(), [0.0; 3].into(), 35.0)?.into(),
+///     transfer_function: bone.into(),
+///     ..Default::default()
+/// };
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct RenderSettings {
+    /// Frame size in pixels.
+    pub size: FrameSize,
+    /// Number of frames.
+    pub frames: u32,
+    /// Number of the first frame. Cameras, gaze and noise follow the number of a frame.
+    pub first_frame: u32,
+    /// Camera of every frame.
+    pub camera: CameraChoice,
+    /// Degrees that a turntable turns over all frames.
+    pub turn: f64,
+    /// Side that the default view and the turntable look from; `None` for the front.
+    pub view: Option<NamedView>,
+    /// Orientation of the volume in world space; `None` for patient orientation where the file declares it, else grid.
+    pub orientation: Option<Orientation>,
+    /// Transfer function.
+    pub transfer_function: TransferChoice,
+    /// Place of a transfer function in data values; `None` for what its file says.
+    pub transfer_range: Option<TransferRange>,
+    /// Scale along which values run through the transfer function.
+    pub scale: ValueScale,
+    /// Appearance of NaN.
+    pub nan: NanColour,
+    /// Part of the volume that is shown; `None` for all of it.
+    pub crop: Option<CropBox>,
+    /// Light, in world space.
+    pub light: Light,
+    /// Shadow computation.
+    pub shadows: ShadowMode,
+    /// Surface term of the lighting.
+    pub shading: SurfaceShading,
+    /// Share of ambient light, 0…1.
+    pub ambient: f64,
+    /// Background: red, green and blue, 0…1.
+    pub background: [f64; 3],
+    /// Whether the background is left out. Such pictures have alpha and need [`Sampling::Full`].
+    pub transparent: bool,
+    /// Distance between samples along rays, in voxels.
+    pub step: f64,
+    /// Integration along rays.
+    pub integration: Integration,
+    /// Method of choosing the pixels that are marched. [`Sampling::Full`] leaves nothing to reconstruct, and the settings
+    /// below it without effect.
+    pub sampling: Sampling,
+    /// Share P_b of pixels sampled away from the gaze, 0…1; see [`Fovea::base`].
+    pub pb: f64,
+    /// Standard deviation σ of the fovea in image widths; 0 for none.
+    pub sigma: f64,
+    /// Gaze of every frame.
+    pub gaze: GazePath,
+    /// Noise that chooses the pixels.
+    pub noise: NoiseKind,
+    /// Seed of everything random besides the gaze.
+    pub seed: u64,
+    /// Method of filling sparse frames.
+    pub reconstruction: Reconstruction,
+    /// Weights of the network, if the method has one.
+    pub weights: WeightsChoice,
+    /// Precision of the network.
+    pub precision: Precision,
+}
+
+impl Default for RenderSettings {
+    /// One frame of 1280×720 in the default view, every pixel marched, with shadows.
+    fn default() -> Self {
+        let Fovea { base, sigma, .. } = Fovea::default();
+        Self {
+            size: FrameSize::default(),
+            frames: 1,
+            first_frame: 0,
+            camera: CameraChoice::Auto,
+            turn: 360.0,
+            view: None,
+            orientation: None,
+            transfer_function: TransferChoice::Auto,
+            transfer_range: None,
+            scale: ValueScale::Linear,
+            nan: NanColour::Transparent,
+            crop: None,
+            light: Light::default(),
+            shadows: ShadowMode::On,
+            shading: SurfaceShading::Flat,
+            ambient: 0.3,
+            background: [0.0; 3],
+            transparent: false,
+            step: 0.5,
+            integration: Integration::Fine,
+            sampling: Sampling::Full,
+            pb: base,
+            sigma,
+            gaze: GazePath::default(),
+            noise: NoiseKind::default(),
+            seed: 0,
+            reconstruction: Reconstruction::default(),
+            weights: WeightsChoice::Usual,
+            precision: Precision::default(),
+        }
+    }
+}
+
+impl RenderSettings {
+    /// Numbers of the frames to render.
+    pub fn frame_numbers(&self) -> Range<u32> {
+        self.first_frame..self.first_frame.saturating_add(self.frames)
+    }
+
+    /// Fovea of frame `i`.
+    ///
+    /// # Errors
+    /// Invalid densities.
+    pub fn fovea(&self, i: u32) -> Result<Fovea> {
+        let fovea = Fovea { base: self.pb, sigma: self.sigma, gaze: self.gaze.gaze(i) };
+        fovea.check()?;
+        Ok(fovea)
+    }
+
+    /// Checks that a transparent background goes with every pixel marched.
+    pub(crate) fn check_transparency(&self) -> Result<()> {
+        if self.transparent && self.sampling != Sampling::Full {
+            return Err(Error::Setting(
+                "a transparent picture needs every pixel marched, what is reconstructed has no alpha; add --sampling full, or \
+                 leave out --transparent"
+                    .into(),
+            ));
+        }
+        Ok(())
+    }
+
+    /// Whether `other` reconstructs the same full frames from the same samples.
+    pub(crate) fn reconstructs_as(&self, other: &Self) -> bool {
+        let of = |settings: &Self| {
+            (
+                settings.size,
+                settings.sampling == Sampling::Full,
+                settings.reconstruction,
+                settings.weights.clone(),
+                settings.precision,
+            )
+        };
+        of(self) == of(other)
+    }
+}

@@ -1,0 +1,16 @@
+//! Volumes: opening, cropping, placing them in the world, and what may hide them.
+
+mod cropped_volume;
+mod open;
+mod scene;
+mod visibility;
+mod world_box;
+
+pub use cropped_volume::CroppedVolume;
+pub use open::{OpenVolume, open_volume};
+pub use scene::scene;
+pub use visibility::Visibility;
+pub use world_box::WorldBox;
+pub(crate) use world_box::notes as orientation_notes;
+#[cfg(test)]
+pub(crate) use world_box::tests::cube;
