@@ -248,7 +248,8 @@ impl<V: SimdF32> Bundle<V> {
             return running != 0;
         }
         let lanes = self.light.mask_of(refilled);
-        let from = |column: usize| &parts.columns[column][first..];
+        // SAFETY: `begin` left a vector's room after the last part, and `first` is one of the parts.
+        let from = |column: usize| unsafe { parts.columns[column].get_unchecked(first..first + V::N) };
         let [x, y, z] = self.position;
         self.position =
             [x.expand(lanes, from(X)), y.expand(lanes, from(X + 1)), z.expand(lanes, from(X + 2))];
