@@ -25,7 +25,7 @@ pub enum Precision {
     /// int8 in the 3×3 convolutions of non-negative inputs; all other layers as [`Self::Bf16`].
     ///
     /// Exceptions stay at [`Self::Bf16`]: a convolution that makes a state of full resolution, and, where bf16 is
-    /// fast too, one that reads folded pictures. Needs the ranges of activations; see [`super::calibrate`].
+    /// fast too, one that reads folded pictures. Needs the ranges of activations; see [`calibrate`](crate::cpu::calibrate).
     Int8,
     /// int8 in the layers that the weights name, or in all but the finest level; all other layers as
     /// [`Self::Bf16`].

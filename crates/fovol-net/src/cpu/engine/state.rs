@@ -8,7 +8,7 @@ use fovol_core::FrameSize;
 /// State that one sequence carries from frame to frame, and memory for its frames.
 ///
 /// A state belongs to one sequence of one network and frame size. Any number of states can use one
-/// [`super::Network`].
+/// [`Network`](crate::cpu::Network).
 #[derive(Debug, Clone)]
 pub struct State {
     pub(super) size: FrameSize,
