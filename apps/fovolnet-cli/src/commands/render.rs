@@ -77,6 +77,7 @@ impl Render {
         let frames = files.paths(&numbers);
         let others = [self.video.as_deref(), self.save_session.as_deref(), self.json.file()];
         outputs::check(frames.iter().map(PathBuf::as_path).chain(others.into_iter().flatten()))?;
+        files.doubt().into_iter().for_each(console::note);
         files.make_folder()?;
         outputs::have_folders(others.into_iter().flatten())?;
         let mut video =
