@@ -96,13 +96,16 @@ fn shortened(line: &str) -> String {
     format!("{begin} … {end}")
 }
 
+/// Number that the system's message of a missing file ends in; its words say as much.
+const NUMBER_OF_MISSING: &str = " (os error 2)";
+
 /// Joins `error` and its causes to one line. Each message appears once, since many errors repeat their cause.
 ///
 /// The line is safe to show on a terminal, see [`printable`].
 pub fn one_line(error: &(dyn std::error::Error + 'static)) -> String {
     let causes = std::iter::successors(Some(error), |error| error.source());
     let mut line = String::new();
-    for text in causes.map(ToString::to_string) {
+    for text in causes.map(|cause| cause.to_string().replace(NUMBER_OF_MISSING, "")) {
         if !line.contains(&text) {
             if !line.is_empty() {
                 line.push_str(": ");
@@ -157,5 +160,17 @@ mod tests {
         let line = one_line(&error);
         assert!(line.starts_with("the picture is missing: cannot read a.raw: no disk"), "{line}");
         assert_eq!(line.matches("no disk").count(), 1, "{line}");
+    }
+
+    #[test]
+    fn missing_files_have_no_number() {
+        let path = Path::new("no/such.nii");
+        let missing = std::fs::read(path).unwrap_err();
+        let line = one_line(&fovol_io::Error::io("read", path, missing));
+        assert!(
+            line.starts_with("cannot read no/such.nii: ") && line.ends_with("; check the path"),
+            "{line}"
+        );
+        assert!(!line.contains("os error"), "{line}");
     }
 }
