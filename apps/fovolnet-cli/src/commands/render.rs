@@ -153,6 +153,7 @@ impl Render {
         let path: &Path = &path_of_text(&self.volume);
         if path.extension().is_some_and(|e| e == "toml") {
             let mut session = Session::read(path)?;
+            session.check_volume(path)?;
             if !session.volume_is_unchanged()? {
                 bail!(
                     "{} has changed since {} was saved; save the session again, or restore the volume",

@@ -80,6 +80,22 @@ impl Session {
         Ok(())
     }
 
+    /// Checks that the volume of the session, which was read from `file`, is there.
+    ///
+    /// # Errors
+    /// A missing volume, unless its name may be that of a procedural one.
+    pub fn check_volume(&self, file: &Path) -> Result<()> {
+        let is_path = self.volume_sha256.is_some() || self.volume.contains(['.', '/', '\\']);
+        if !is_path || path_of_text(&self.volume).exists() {
+            return Ok(());
+        }
+        Err(Error::Setting(format!(
+            "there is no {}, the volume of {1}; put it beside {1}, or mend `volume =` there",
+            self.volume,
+            file.display()
+        )))
+    }
+
     /// Whether the volume's file still has the hash in the session; true if there is no hash.
     ///
     /// # Errors
@@ -244,11 +260,20 @@ mod tests {
         let moved = Session::read(&at("new/session.toml")).unwrap();
         assert_eq!(moved.volume, at("new/data").join(name).display().to_string());
         assert!(moved.volume_is_unchanged().unwrap());
+        moved.check_volume(&at("new/session.toml")).unwrap();
         std::fs::copy(at("new/data").join(name), at("new").join(name)).unwrap();
         let beside = Session::read(&at("new/session.toml")).unwrap();
         assert_eq!(beside.volume, at("new").join(name).display().to_string());
         std::fs::write(at("new/v_2x2x2_uint8.raw"), [2u8; 8]).unwrap();
         assert!(!beside.volume_is_unchanged().unwrap());
+        std::fs::remove_dir_all(at("new/data")).unwrap();
+        std::fs::remove_file(at("new").join(name)).unwrap();
+        let path = at("new/session.toml");
+        let gone = Session::read(&path).unwrap().check_volume(&path).unwrap_err().to_string();
+        assert!(
+            gone.contains(&source) && gone.contains(&format!("put it beside {}", path.display())),
+            "{gone}"
+        );
     }
 
     #[test]
