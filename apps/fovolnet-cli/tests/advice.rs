@@ -82,6 +82,15 @@ fn sessions_hold_what_files_said() {
 }
 
 #[test]
+fn sessions_are_no_volumes() {
+    let folder = Folder::new();
+    let session = folder.file("s.toml", "volume = \"head\"\n");
+    let said = error(&["info", &session], 1);
+    assert!(said.contains(&format!("{session} is a session; `fovolnet render {session} -o DIR`")), "{said}");
+    assert!(said.contains("`fovolnet info head`"), "{said}");
+}
+
+#[test]
 fn doubtful_dims_are_noted() {
     let folder = Folder::new();
     let out = folder.at("out");
