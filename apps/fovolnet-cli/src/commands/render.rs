@@ -154,6 +154,9 @@ impl Render {
         if path.extension().is_some_and(|e| e == "toml") {
             let mut session = Session::read(path)?;
             session.check_volume(path)?;
+            if flags.tf.is_none() {
+                session.check_transfer_function(path)?;
+            }
             if !session.volume_is_unchanged()? {
                 bail!(
                     "{} has changed since {} was saved; save the session again, or restore the volume",

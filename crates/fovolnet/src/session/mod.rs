@@ -1,7 +1,7 @@
 mod files;
 
 use crate::settings::toml_text;
-use crate::{Error, RenderOverrides, Result, Sampling, VolumeSettings};
+use crate::{Error, RenderOverrides, Result, Sampling, TransferChoice, VolumeSettings, presets};
 use fovol_core::{input, path_of_text};
 use fovol_net::Weights;
 use serde::{Deserialize, Serialize};
@@ -96,6 +96,16 @@ impl Session {
         )))
     }
 
+    /// Checks the transfer function that stands in the session, which was read from `file`.
+    ///
+    /// # Errors
+    /// Damaged JSON, wrong points.
+    pub fn check_transfer_function(&self, file: &Path) -> Result<()> {
+        let Some(TransferChoice::Json(text)) = &self.render.tf else { return Ok(()) };
+        let of_file = |problem| Error::Setting(format!("`tf` in {} {problem}", file.display()));
+        presets::of_json(text).map(drop).map_err(of_file)
+    }
+
     /// Whether the volume's file still has the hash in the session; true if there is no hash.
     ///
     /// # Errors
@@ -183,7 +193,7 @@ fn hex(bytes: &[u8]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{PathChoice, Reconstruction, TransferChoice};
+    use crate::{PathChoice, Reconstruction};
 
     #[test]
     fn sessions_read_back_and_notice_a_changed_volume() {
@@ -274,6 +284,19 @@ mod tests {
             gone.contains(&source) && gone.contains(&format!("put it beside {}", path.display())),
             "{gone}"
         );
+    }
+
+    #[test]
+    fn transfer_functions_are_blamed_on_their_session() {
+        let checked = |tf: &str| {
+            let render = RenderOverrides { tf: Some(tf.into()), ..Default::default() };
+            let session = Session::new("head", VolumeSettings::default(), render).unwrap();
+            session.check_transfer_function(Path::new("s.toml"))
+        };
+        checked("viridis").unwrap();
+        checked(r#"{"points":[[0,0,0,0,0],[1,1,1,1,1]]}"#).unwrap();
+        let said = checked(r#"{"points":[[0,0,0,0,2]]}"#).unwrap_err().to_string();
+        assert!(said.starts_with("`tf` in s.toml cannot be read: ") && !said.contains("--tf"), "{said}");
     }
 
     #[test]
