@@ -51,7 +51,8 @@ pub struct TransferFunction {
 
 #[derive(Serialize, Deserialize)]
 struct Points {
-    points: Vec<ControlPoint>,
+    /// Control points `[v, r, g, b, a]`; their length is checked later, so that the message can name the point.
+    points: Vec<Vec<f64>>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     range: Option<[f64; 2]>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -62,9 +63,10 @@ impl TryFrom<Points> for TransferFunction {
     type Error = Error;
 
     fn try_from(p: Points) -> Result<Self> {
+        let points = p.points.iter().enumerate().map(control_point).collect::<Result<_>>()?;
         let function = match p.range {
-            Some(range) => in_range(p.points, range),
-            None => Self::new(p.points),
+            Some(range) => in_range(points, range),
+            None => Self::new(points),
         };
         match p.nan {
             Some(nan) => function?.with_nan(nan),
@@ -75,8 +77,20 @@ impl TryFrom<Points> for TransferFunction {
 
 impl From<TransferFunction> for Points {
     fn from(tf: TransferFunction) -> Self {
-        Self { points: tf.points, range: tf.range, nan: tf.nan }
+        let points = tf.points.iter().map(|&point| <[f64; 5]>::from(point).to_vec()).collect();
+        Self { points, range: tf.range, nan: tf.nan }
     }
+}
+
+/// Control point of the `numbers` of point `i`.
+fn control_point((i, numbers): (usize, &Vec<f64>)) -> Result<ControlPoint> {
+    let five = <[f64; 5]>::try_from(numbers.as_slice());
+    five.map(ControlPoint::from).map_err(|_| {
+        Error::TransferFunction(format!(
+            "point {i} has {} numbers, but each point is five, [v, r, g, b, a]",
+            numbers.len()
+        ))
+    })
 }
 
 /// Transfer function of `points` over the data values `range`. Values of points are fractions of the range, or data
@@ -398,6 +412,17 @@ mod tests {
             serde_json::to_string(&tf).unwrap(),
             r#"{"points":[[0.0,0.0,0.0,0.0,0.0],[1.0,1.0,1.0,1.0,0.5]]}"#
         );
+    }
+
+    #[test]
+    fn points_of_another_length_are_named() {
+        for (bad, said) in
+            [("[0,0,0,0]", "point 1 has 4 numbers"), ("[1,0,0,0,0,0]", "point 1 has 6 numbers")]
+        {
+            let text = format!(r#"{{"points":[[0,0,0,0,0],{bad}]}}"#);
+            let error = serde_json::from_str::<TransferFunction>(&text).unwrap_err().to_string();
+            assert!(error.contains(said) && error.contains("[v, r, g, b, a]"), "{error}");
+        }
     }
 
     #[test]
