@@ -186,6 +186,12 @@ fn flags_that_exclude_each_other_are_refused() {
         assert!(said.starts_with("error: ") && said.lines().count() == 1, "{words:?}: {said}");
         assert!(!folder.path("out").exists());
     }
+    for flag in [["--turn", "90"], ["--view", "left"], ["--path", "orbit"]] {
+        let still = ["render", "head", "-o", &out, "--camera", "0,0,3,0,0,0,35"];
+        let said = error(&[&still[..], &flag].concat(), 2);
+        assert!(said.contains(flag[0]) && said.contains("keyframes (--path FILE.toml)"), "{said}");
+        assert!(said.ends_with("; see `fovolnet render --help`"), "{said}");
+    }
     for words in [&["--weights", "nothing.safetensors"][..], &["--weights", "wnet-fst", "--frames", "2"]] {
         let done = run(&[&["render", "head", "-o", &out], words, &SMALL_HEAD].concat());
         assert_eq!(done.status.code(), Some(1), "{words:?}");

@@ -123,7 +123,17 @@ pub fn usage_line(error: &clap::Error) -> String {
     let lines = text.lines().take_while(|line| !line.starts_with("Usage:")).map(str::trim);
     let said = lines.collect::<Vec<_>>().join(" ");
     let said = said.trim().trim_start_matches("error: ").split("For more information").next();
-    printable_line(said.unwrap_or_default())
+    printable_line(&format!("{}{}", said.unwrap_or_default().trim_end(), advice(error)))
+}
+
+/// Advice for flags that exclude each other.
+#[cfg(feature = "clap")]
+fn advice(error: &clap::Error) -> &'static str {
+    let is_conflict = error.kind() == clap::error::ErrorKind::ArgumentConflict;
+    match is_conflict && error.to_string().contains("'--camera ") {
+        true => "; a --camera stands still: leave it out, or move it with keyframes (--path FILE.toml)",
+        false => "",
+    }
 }
 
 #[cfg(test)]
