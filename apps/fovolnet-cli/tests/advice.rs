@@ -82,6 +82,15 @@ fn sessions_hold_what_files_said() {
 }
 
 #[test]
+fn sessions_are_known_by_their_names() {
+    let folder = Folder::new();
+    let (out, session) = (folder.at("out"), folder.at("s.json"));
+    let said = error(&["render", "head", "-o", &out, "--dims", "8,8,8", "--save-session", &session], 1);
+    assert!(said.contains("s.json") && said.contains("--save-session FILE.toml"), "{said}");
+    assert!(!folder.path("out").exists() && !folder.path("s.json").exists());
+}
+
+#[test]
 fn sessions_are_no_volumes() {
     let folder = Folder::new();
     let session = folder.file("s.toml", "volume = \"head\"\n");
