@@ -313,6 +313,7 @@ fn messages_say_what_helps() {
     let tf = folder.file("hounsfield.json", r#"{"points":[[-1000,0,0,0,0],[3000,1,1,1,1]]}"#);
     let said = error(&["render", "head", "-o", &folder.at("out"), "--tf", &tf], 1);
     assert!(said.contains("v runs from 0 to 1 over the shown range"), "{said}");
+    assert!(said.contains(r#"for data values add "range":[LO,HI] beside "points""#), "{said}");
     let header = b"NRRD0004\ntype: uint8\ndimension: 4\nsizes: 2 2 1 3\nencoding: raw\n\n";
     let moving = folder.file("moving.nrrd", [&header[..], &[0, 255, 3, 4, 5, 6, 7, 8, 9, 1, 2, 3]].concat());
     let told = run(&["info", &moving]);

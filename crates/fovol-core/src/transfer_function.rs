@@ -134,7 +134,7 @@ impl TransferFunction {
         for (i, p) in points.iter().enumerate() {
             if !(0.0..=1.0).contains(&p.value) {
                 return Err(Error::TransferFunction(format!(
-                    "point {i} has v = {}, but v runs from 0 to 1 over the shown range (--range LO,HI): write (value - LO)/(HI - LO)",
+                    "point {i} has v = {}, but v runs from 0 to 1 over the shown range (--range LO,HI); for data values add \"range\":[LO,HI] beside \"points\", or write (value - LO)/(HI - LO)",
                     p.value
                 )));
             }
@@ -401,7 +401,12 @@ mod tests {
         assert!(TransferFunction::new(vec![p(0.5, 1.5)]).is_err());
         assert!(TransferFunction::new(vec![p(f64::NAN, 0.5)]).is_err());
         let real = TransferFunction::new(vec![p(-1000.0, 0.0)]).unwrap_err().to_string();
-        assert!(real.contains("v = -1000") && real.contains("the shown range"), "{real}");
+        assert!(
+            real.contains("v = -1000")
+                && real.contains("the shown range")
+                && real.contains("\"range\":[LO,HI]"),
+            "{real}"
+        );
     }
 
     #[test]
