@@ -1,38 +1,10 @@
+mod control_point;
 mod nan;
+
+pub use control_point::ControlPoint;
 
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
-
-/// Control point of a piecewise-linear transfer function: `[v, r, g, b, a]` in JSON.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(from = "[f64; 5]", into = "[f64; 5]")]
-pub struct ControlPoint {
-    /// Display value, 0…1.
-    pub value: f64,
-    /// Display (sRGB) colour, 0…1 per channel.
-    pub colour: [f64; 3],
-    /// Opacity per reference length (one voxel), 0…1.
-    pub opacity: f64,
-}
-
-impl ControlPoint {
-    /// Control point at `value` with `colour` and `opacity`, all 0…1.
-    pub const fn new(value: f64, colour: [f64; 3], opacity: f64) -> Self {
-        Self { value, colour, opacity }
-    }
-}
-
-impl From<[f64; 5]> for ControlPoint {
-    fn from([value, r, g, b, opacity]: [f64; 5]) -> Self {
-        Self { value, colour: [r, g, b], opacity }
-    }
-}
-
-impl From<ControlPoint> for [f64; 5] {
-    fn from(p: ControlPoint) -> Self {
-        [p.value, p.colour[0], p.colour[1], p.colour[2], p.opacity]
-    }
-}
 
 /// Piecewise-linear RGBA function of the display value v in [0, 1].
 ///
@@ -63,7 +35,7 @@ impl TryFrom<Points> for TransferFunction {
     type Error = Error;
 
     fn try_from(p: Points) -> Result<Self> {
-        let points = p.points.iter().enumerate().map(control_point).collect::<Result<_>>()?;
+        let points = p.points.iter().enumerate().map(ControlPoint::of_numbers).collect::<Result<_>>()?;
         let function = match p.range {
             Some(range) => in_range(points, range),
             None => Self::new(points),
@@ -80,17 +52,6 @@ impl From<TransferFunction> for Points {
         let points = tf.points.iter().map(|&point| <[f64; 5]>::from(point).to_vec()).collect();
         Self { points, range: tf.range, nan: tf.nan }
     }
-}
-
-/// Control point of the `numbers` of point `i`.
-fn control_point((i, numbers): (usize, &Vec<f64>)) -> Result<ControlPoint> {
-    let five = <[f64; 5]>::try_from(numbers.as_slice());
-    five.map(ControlPoint::from).map_err(|_| {
-        Error::TransferFunction(format!(
-            "point {i} has {} numbers, but each point is five, [v, r, g, b, a]",
-            numbers.len()
-        ))
-    })
 }
 
 /// Transfer function of `points` over the data values `range`. Values of points are fractions of the range, or data
