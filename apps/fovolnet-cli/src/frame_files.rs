@@ -6,6 +6,7 @@ use fovolnet::RenderedFrame;
 use fovolnet::core::Frame;
 use fovolnet::io::atomic;
 use fovolnet::io::image::{self, Alpha};
+use fovolnet::io::video;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -127,6 +128,16 @@ impl FrameFiles {
     /// Sets whether frames keep their alpha.
     pub fn with_alpha(self, has_alpha: bool) -> Self {
         Self { has_alpha, ..self }
+    }
+
+    /// Note on a folder that is named like a clip.
+    pub fn doubt(&self) -> Option<String> {
+        let extension = self.output.extension()?;
+        let is_clip = video::EXTENSIONS.iter().any(|clip| extension.eq_ignore_ascii_case(clip));
+        let shown = self.output.display();
+        is_clip.then(|| {
+            format!("{shown} is a folder of frames, whatever its name says; --video FILE makes a clip")
+        })
     }
 
     /// Makes the folder of the files.
@@ -251,6 +262,13 @@ mod tests {
             let error = wrong.unwrap_err().to_string();
             assert!(error.starts_with("b.") && error.contains("; "), "{error}");
         }
+    }
+
+    #[test]
+    fn folders_named_like_clips_are_noted() {
+        let doubt = |output: &str| files(output, &[Keep::Frame], None, 4).unwrap().doubt();
+        assert!(doubt("a/clip.MP4").unwrap().starts_with("a/clip.MP4 is a folder of frames"));
+        assert_eq!((doubt("clip"), doubt("version.2")), (None, None));
     }
 
     #[test]

@@ -23,7 +23,8 @@ mod sparse_sequence;
 mod thread_pool;
 
 use clap::error::ErrorKind;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
+use std::ffi::OsString;
 use std::io::{self, Write};
 use std::process::ExitCode;
 
@@ -152,6 +153,35 @@ fn usage(error: &clap::Error) -> ExitCode {
         return ExitCode::from(2);
     }
     let what = fovolnet::usage_line(error);
-    eprintln!("error: {what}; see `fovolnet --help` or `fovolnet COMMAND --help`");
+    eprintln!("error: {what}; see `{} --help`", named_command(std::env::args_os().skip(1)));
     ExitCode::from(2)
+}
+
+/// Command and subcommands that `arguments` name, as `fovolnet data get`.
+fn named_command(arguments: impl Iterator<Item = OsString>) -> String {
+    let mut command = Cli::command();
+    let mut words = command.get_name().to_owned();
+    for argument in arguments {
+        let Some(named) = command.find_subcommand(&argument).cloned() else { break };
+        words += &format!(" {}", named.get_name());
+        command = named;
+    }
+    words
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn commands_are_named_with_their_subcommands() {
+        for (line, named) in [
+            ("render head --backgroud 1,1,1", "fovolnet render"),
+            ("data get --x", "fovolnet data get"),
+            ("rendr render", "fovolnet"),
+            ("", "fovolnet"),
+        ] {
+            assert_eq!(named_command(line.split_whitespace().map(OsString::from)), named, "{line}");
+        }
+    }
 }

@@ -82,6 +82,24 @@ fn sessions_hold_what_files_said() {
 }
 
 #[test]
+fn sessions_are_known_by_their_names() {
+    let folder = Folder::new();
+    let (out, session) = (folder.at("out"), folder.at("s.json"));
+    let said = error(&["render", "head", "-o", &out, "--dims", "8,8,8", "--save-session", &session], 1);
+    assert!(said.contains("s.json") && said.contains("--save-session FILE.toml"), "{said}");
+    assert!(!folder.path("out").exists() && !folder.path("s.json").exists());
+}
+
+#[test]
+fn sessions_are_no_volumes() {
+    let folder = Folder::new();
+    let session = folder.file("s.toml", "volume = \"head\"\n");
+    let said = error(&["info", &session], 1);
+    assert!(said.contains(&format!("{session} is a session; `fovolnet render {session} -o DIR`")), "{said}");
+    assert!(said.contains("`fovolnet info head`"), "{said}");
+}
+
+#[test]
 fn doubtful_dims_are_noted() {
     let folder = Folder::new();
     let out = folder.at("out");
@@ -176,6 +194,12 @@ fn flags_that_exclude_each_other_are_refused() {
         assert_eq!(done.status.code(), Some(2), "{words:?}: {said}");
         assert!(said.starts_with("error: ") && said.lines().count() == 1, "{words:?}: {said}");
         assert!(!folder.path("out").exists());
+    }
+    for flag in [["--turn", "90"], ["--view", "left"], ["--path", "orbit"]] {
+        let still = ["render", "head", "-o", &out, "--camera", "0,0,3,0,0,0,35"];
+        let said = error(&[&still[..], &flag].concat(), 2);
+        assert!(said.contains(flag[0]) && said.contains("keyframes (--path FILE.toml)"), "{said}");
+        assert!(said.ends_with("; see `fovolnet render --help`"), "{said}");
     }
     for words in [&["--weights", "nothing.safetensors"][..], &["--weights", "wnet-fst", "--frames", "2"]] {
         let done = run(&[&["render", "head", "-o", &out], words, &SMALL_HEAD].concat());
@@ -289,6 +313,7 @@ fn messages_say_what_helps() {
     let tf = folder.file("hounsfield.json", r#"{"points":[[-1000,0,0,0,0],[3000,1,1,1,1]]}"#);
     let said = error(&["render", "head", "-o", &folder.at("out"), "--tf", &tf], 1);
     assert!(said.contains("v runs from 0 to 1 over the shown range"), "{said}");
+    assert!(said.contains(r#"for data values add "range":[LO,HI] beside "points""#), "{said}");
     let header = b"NRRD0004\ntype: uint8\ndimension: 4\nsizes: 2 2 1 3\nencoding: raw\n\n";
     let moving = folder.file("moving.nrrd", [&header[..], &[0, 255, 3, 4, 5, 6, 7, 8, 9, 1, 2, 3]].concat());
     let told = run(&["info", &moving]);

@@ -1,38 +1,10 @@
+mod control_point;
 mod nan;
+
+pub use control_point::ControlPoint;
 
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
-
-/// Control point of a piecewise-linear transfer function: `[v, r, g, b, a]` in JSON.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(from = "[f64; 5]", into = "[f64; 5]")]
-pub struct ControlPoint {
-    /// Display value, 0…1.
-    pub value: f64,
-    /// Display (sRGB) colour, 0…1 per channel.
-    pub colour: [f64; 3],
-    /// Opacity per reference length (one voxel), 0…1.
-    pub opacity: f64,
-}
-
-impl ControlPoint {
-    /// Control point at `value` with `colour` and `opacity`, all 0…1.
-    pub const fn new(value: f64, colour: [f64; 3], opacity: f64) -> Self {
-        Self { value, colour, opacity }
-    }
-}
-
-impl From<[f64; 5]> for ControlPoint {
-    fn from([value, r, g, b, opacity]: [f64; 5]) -> Self {
-        Self { value, colour: [r, g, b], opacity }
-    }
-}
-
-impl From<ControlPoint> for [f64; 5] {
-    fn from(p: ControlPoint) -> Self {
-        [p.value, p.colour[0], p.colour[1], p.colour[2], p.opacity]
-    }
-}
 
 /// Piecewise-linear RGBA function of the display value v in [0, 1].
 ///
@@ -51,7 +23,8 @@ pub struct TransferFunction {
 
 #[derive(Serialize, Deserialize)]
 struct Points {
-    points: Vec<ControlPoint>,
+    /// Control points `[v, r, g, b, a]`; their length is checked later, so that the message can name the point.
+    points: Vec<Vec<f64>>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     range: Option<[f64; 2]>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -62,9 +35,10 @@ impl TryFrom<Points> for TransferFunction {
     type Error = Error;
 
     fn try_from(p: Points) -> Result<Self> {
+        let points = p.points.iter().enumerate().map(ControlPoint::of_numbers).collect::<Result<_>>()?;
         let function = match p.range {
-            Some(range) => in_range(p.points, range),
-            None => Self::new(p.points),
+            Some(range) => in_range(points, range),
+            None => Self::new(points),
         };
         match p.nan {
             Some(nan) => function?.with_nan(nan),
@@ -75,7 +49,8 @@ impl TryFrom<Points> for TransferFunction {
 
 impl From<TransferFunction> for Points {
     fn from(tf: TransferFunction) -> Self {
-        Self { points: tf.points, range: tf.range, nan: tf.nan }
+        let points = tf.points.iter().map(|&point| <[f64; 5]>::from(point).to_vec()).collect();
+        Self { points, range: tf.range, nan: tf.nan }
     }
 }
 
@@ -120,7 +95,7 @@ impl TransferFunction {
         for (i, p) in points.iter().enumerate() {
             if !(0.0..=1.0).contains(&p.value) {
                 return Err(Error::TransferFunction(format!(
-                    "point {i} has v = {}, but v runs from 0 to 1 over the shown range (--range LO,HI): write (value - LO)/(HI - LO)",
+                    "point {i} has v = {}, but v runs from 0 to 1 over the shown range (--range LO,HI); for data values add \"range\":[LO,HI] beside \"points\", or write (value - LO)/(HI - LO)",
                     p.value
                 )));
             }
@@ -387,7 +362,12 @@ mod tests {
         assert!(TransferFunction::new(vec![p(0.5, 1.5)]).is_err());
         assert!(TransferFunction::new(vec![p(f64::NAN, 0.5)]).is_err());
         let real = TransferFunction::new(vec![p(-1000.0, 0.0)]).unwrap_err().to_string();
-        assert!(real.contains("v = -1000") && real.contains("the shown range"), "{real}");
+        assert!(
+            real.contains("v = -1000")
+                && real.contains("the shown range")
+                && real.contains("\"range\":[LO,HI]"),
+            "{real}"
+        );
     }
 
     #[test]
@@ -398,6 +378,17 @@ mod tests {
             serde_json::to_string(&tf).unwrap(),
             r#"{"points":[[0.0,0.0,0.0,0.0,0.0],[1.0,1.0,1.0,1.0,0.5]]}"#
         );
+    }
+
+    #[test]
+    fn points_of_another_length_are_named() {
+        for (bad, said) in
+            [("[0,0,0,0]", "point 1 has 4 numbers"), ("[1,0,0,0,0,0]", "point 1 has 6 numbers")]
+        {
+            let text = format!(r#"{{"points":[[0,0,0,0,0],{bad}]}}"#);
+            let error = serde_json::from_str::<TransferFunction>(&text).unwrap_err().to_string();
+            assert!(error.contains(said) && error.contains("[v, r, g, b, a]"), "{error}");
+        }
     }
 
     #[test]

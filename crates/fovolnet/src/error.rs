@@ -96,13 +96,16 @@ fn shortened(line: &str) -> String {
     format!("{begin} … {end}")
 }
 
+/// Number that the system's message of a missing file ends in; its words say as much.
+const NUMBER_OF_MISSING: &str = " (os error 2)";
+
 /// Joins `error` and its causes to one line. Each message appears once, since many errors repeat their cause.
 ///
 /// The line is safe to show on a terminal, see [`printable`].
 pub fn one_line(error: &(dyn std::error::Error + 'static)) -> String {
     let causes = std::iter::successors(Some(error), |error| error.source());
     let mut line = String::new();
-    for text in causes.map(ToString::to_string) {
+    for text in causes.map(|cause| cause.to_string().replace(NUMBER_OF_MISSING, "")) {
         if !line.contains(&text) {
             if !line.is_empty() {
                 line.push_str(": ");
@@ -120,7 +123,17 @@ pub fn usage_line(error: &clap::Error) -> String {
     let lines = text.lines().take_while(|line| !line.starts_with("Usage:")).map(str::trim);
     let said = lines.collect::<Vec<_>>().join(" ");
     let said = said.trim().trim_start_matches("error: ").split("For more information").next();
-    printable_line(said.unwrap_or_default())
+    printable_line(&format!("{}{}", said.unwrap_or_default().trim_end(), advice(error)))
+}
+
+/// Advice for flags that exclude each other.
+#[cfg(feature = "clap")]
+fn advice(error: &clap::Error) -> &'static str {
+    let is_conflict = error.kind() == clap::error::ErrorKind::ArgumentConflict;
+    match is_conflict && error.to_string().contains("'--camera ") {
+        true => "; a --camera stands still: leave it out, or move it with keyframes (--path FILE.toml)",
+        false => "",
+    }
 }
 
 #[cfg(test)]
@@ -157,5 +170,17 @@ mod tests {
         let line = one_line(&error);
         assert!(line.starts_with("the picture is missing: cannot read a.raw: no disk"), "{line}");
         assert_eq!(line.matches("no disk").count(), 1, "{line}");
+    }
+
+    #[test]
+    fn missing_files_have_no_number() {
+        let path = Path::new("no/such.nii");
+        let missing = std::fs::read(path).unwrap_err();
+        let line = one_line(&fovol_io::Error::io("read", path, missing));
+        assert!(
+            line.starts_with("cannot read no/such.nii: ") && line.ends_with("; check the path"),
+            "{line}"
+        );
+        assert!(!line.contains("os error"), "{line}");
     }
 }

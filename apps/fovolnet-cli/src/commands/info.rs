@@ -1,11 +1,11 @@
 use crate::console::{self, JsonOutput};
 use crate::outputs;
 use anyhow::{Result, bail};
-use fovolnet::core::{Placement, Space, Volume};
+use fovolnet::core::{Placement, Space, Volume, path_of_text};
 #[cfg(feature = "gpu")]
 use fovolnet::gpu::DeviceType;
 use fovolnet::render::cpu::{available_simd, best_simd};
-use fovolnet::{Machine, OpenVolume, VolumeSettings, open_volume, parse, presets};
+use fovolnet::{Machine, OpenVolume, Session, VolumeSettings, open_volume, parse, presets};
 use glam::DMat3;
 use serde::Serialize;
 
@@ -161,6 +161,20 @@ const NO_GPU: &str = if cfg!(feature = "gpu") {
     "gpu    not known: this program was built without the feature `gpu`"
 };
 
+/// Refuses a session, which is no volume but names one.
+fn refuse_session(name: &str) -> Result<()> {
+    let path = path_of_text(name);
+    if path.extension().is_some_and(|extension| extension == "toml")
+        && let Ok(session) = Session::read(&path)
+    {
+        bail!(
+            "{name} is a session; `fovolnet render {name} -o DIR` renders it, and `fovolnet info {}` describes its volume",
+            session.volume
+        );
+    }
+    Ok(())
+}
+
 impl Info {
     pub fn run(self) -> Result<()> {
         if self.devices {
@@ -172,6 +186,7 @@ impl Info {
         let Some(name) = &self.volume else {
             bail!("no volume is named; give a file, --devices, or --transfer-functions")
         };
+        refuse_session(name)?;
         let opened = open_volume(name, &self.read)?;
         outputs::check(self.json.file())?;
         opened.notes().iter().for_each(console::note);

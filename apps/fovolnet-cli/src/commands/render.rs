@@ -77,6 +77,8 @@ impl Render {
         let frames = files.paths(&numbers);
         let others = [self.video.as_deref(), self.save_session.as_deref(), self.json.file()];
         outputs::check(frames.iter().map(PathBuf::as_path).chain(others.into_iter().flatten()))?;
+        self.save_session.iter().try_for_each(|path| check_session_name(path))?;
+        files.doubt().into_iter().for_each(console::note);
         files.make_folder()?;
         outputs::have_folders(others.into_iter().flatten())?;
         let mut video =
@@ -152,6 +154,10 @@ impl Render {
         let path: &Path = &path_of_text(&self.volume);
         if path.extension().is_some_and(|e| e == "toml") {
             let mut session = Session::read(path)?;
+            session.check_volume(path)?;
+            if flags.tf.is_none() {
+                session.check_transfer_function(path)?;
+            }
             if !session.volume_is_unchanged()? {
                 bail!(
                     "{} has changed since {} was saved; save the session again, or restore the volume",
@@ -191,6 +197,18 @@ impl Render {
         }
         self.json.say(line)
     }
+}
+
+/// Checks that `path` has the ending by which sessions are known. Pipes and devices may have any name.
+fn check_session_name(path: &Path) -> Result<()> {
+    let is_file = path.is_file() || !path.exists();
+    let is_toml = path.extension().is_some_and(|extension| extension == "toml");
+    ensure!(
+        is_toml || !is_file,
+        "{} would not be known as a session, whose name ends in .toml; give --save-session FILE.toml",
+        path.display()
+    );
+    Ok(())
 }
 
 /// Method of filling frames; none if every pixel is marched.

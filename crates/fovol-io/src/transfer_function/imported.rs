@@ -46,7 +46,8 @@ impl Imported {
 
 /// The error message for files of no known format.
 pub const UNKNOWN: &str = "it is no transfer function that is known here; give {\"points\":[[v,r,g,b,a],…]}, a colour map of \
-                       ParaView (.json), a preset of 3D Slicer (.xml, .vp) or vtk.js (.json), or an .itf file of Inviwo";
+                       ParaView (.json), a preset of 3D Slicer (.xml, .vp) or vtk.js (.json), an .itf file of Inviwo, \
+                       or a table of three numbers a line, r g b";
 
 /// Returns the index of `wanted` in `names`, or 0 if none is wanted.
 ///

@@ -24,6 +24,8 @@ fn paraview_maps_are_found_by_name() {
     let b = parsed(text, Some("b")).unwrap();
     assert_eq!(b.evaluate(0.5)[3], 0.25);
     assert!(parsed(text, Some("c")).unwrap_err().to_string().contains("a, b"));
+    let table = parsed("0 0 0 0 0\n1 1 1 1 1\n", None).unwrap_err().to_string();
+    assert!(table.contains("a table of three numbers a line"), "{table}");
 }
 
 #[test]

@@ -67,7 +67,8 @@ pub fn read_folder(path: &Path, overrides: &Overrides) -> Result<Volume> {
 }
 
 /// Advice for a DICOM file, or a folder of them.
-const DICOM: &str = "DICOM is not read yet; convert the series to NIfTI or NRRD";
+const DICOM: &str =
+    "DICOM is not read yet; convert the series to NIfTI or NRRD, with `dcm2niix -z y -o OUT FOLDER` for one";
 
 /// Number of files that are examined in a folder: a series lies in a folder of its own.
 const FILES_LOOKED_AT: usize = 16;
@@ -156,7 +157,10 @@ fn foreign_name(name: &str) -> Option<&'static str> {
         () if is_dicom_name(name) => DICOM,
         () if ends(&[".h5", ".hdf5", ".nc"]) => HDF5,
         () if ends(&[".vtu", ".vtp", ".vts", ".vtr", ".vtm", ".pvd", ".pvti"]) => VTK_XML,
-        () if ends(&[".vdb", ".slc", ".mnc", ".mgz", ".mgh", ".czi", ".lif", ".am"]) => {
+        () if ends(&[".mgz", ".mgh"]) => {
+            "MGH is not read; convert it to NIfTI, with `mri_convert IN.mgz OUT.nii.gz` of FreeSurfer for one"
+        }
+        () if ends(&[".vdb", ".slc", ".mnc", ".czi", ".lif", ".am"]) => {
             "this format is not read; convert it to NRRD, NIfTI or raw"
         }
         () => return None,
@@ -183,6 +187,14 @@ mod tests {
         {
             let error = parser_of(&Source::from_bytes(Path::new(name), bytes)).unwrap_err().to_string();
             assert!(error.starts_with(name) && error.contains("; ") && !error.contains('\n'), "{error}");
+        }
+    }
+
+    #[test]
+    fn programs_that_convert_are_named() {
+        for (name, program) in [("a.dcm", "dcm2niix"), ("wm.mgz", "mri_convert"), ("wm.MGH", "mri_convert")] {
+            let error = parser_of(&Source::from_bytes(Path::new(name), vec![1; 64])).unwrap_err().to_string();
+            assert!(error.contains(program), "{error}");
         }
     }
 

@@ -79,15 +79,18 @@ pub(super) fn load(what: &TransferChoice, volume: &OpenVolume) -> Result<Importe
         TransferChoice::File(name) if is_file(name) => Ok(transfer_function::import(&path_of_text(name))?),
         TransferChoice::File(name) => Err(unknown(name)),
         TransferChoice::Json(text) => {
-            let transfer: TransferFunction = serde_json::from_str(text).map_err(|e| {
-                Error::Setting(format!(
-                    "the transfer function (--tf) cannot be read: {e}; expected {{\"points\":[[value,red,green,blue,opacity],…]}}"
-                ))
-            })?;
-            Ok(transfer.into())
+            let of_flag = |problem| Error::Setting(format!("the transfer function (--tf) {problem}"));
+            Ok(of_json(text).map_err(of_flag)?.into())
         }
         TransferChoice::Function(function) => Ok(function.clone().into()),
     }
+}
+
+/// Transfer function of the JSON `text`; on failure, what is wrong with it.
+pub(crate) fn of_json(text: &str) -> std::result::Result<TransferFunction, String> {
+    serde_json::from_str(text).map_err(|e| {
+        format!("cannot be read: {e}; expected {{\"points\":[[value,red,green,blue,opacity],…]}}")
+    })
 }
 
 /// Transfer function with the name `name`.

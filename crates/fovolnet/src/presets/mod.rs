@@ -10,5 +10,6 @@ pub(crate) use catalogue::is_name;
 pub use catalogue::{Kind, kinds, names, text};
 #[cfg(feature = "files")]
 pub(crate) use chosen::json_of_file;
+pub(crate) use chosen::of_json;
 pub use chosen::{chosen, find};
 pub use notes::notes;

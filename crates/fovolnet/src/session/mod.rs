@@ -1,7 +1,7 @@
 mod files;
 
 use crate::settings::toml_text;
-use crate::{Error, RenderOverrides, Result, Sampling, VolumeSettings};
+use crate::{Error, RenderOverrides, Result, Sampling, TransferChoice, VolumeSettings, presets};
 use fovol_core::{input, path_of_text};
 use fovol_net::Weights;
 use serde::{Deserialize, Serialize};
@@ -78,6 +78,32 @@ impl Session {
             .map_err(|e| Error::Setting(format!("the session cannot be written: {e}")))?;
         fovol_io::atomic::write(path, |out| out.write_all(text.as_bytes()))?;
         Ok(())
+    }
+
+    /// Checks that the volume of the session, which was read from `file`, is there.
+    ///
+    /// # Errors
+    /// A missing volume, unless its name may be that of a procedural one.
+    pub fn check_volume(&self, file: &Path) -> Result<()> {
+        let is_path = self.volume_sha256.is_some() || self.volume.contains(['.', '/', '\\']);
+        if !is_path || path_of_text(&self.volume).exists() {
+            return Ok(());
+        }
+        Err(Error::Setting(format!(
+            "there is no {}, the volume of {1}; put it beside {1}, or mend `volume =` there",
+            self.volume,
+            file.display()
+        )))
+    }
+
+    /// Checks the transfer function that stands in the session, which was read from `file`.
+    ///
+    /// # Errors
+    /// Damaged JSON, wrong points.
+    pub fn check_transfer_function(&self, file: &Path) -> Result<()> {
+        let Some(TransferChoice::Json(text)) = &self.render.tf else { return Ok(()) };
+        let of_file = |problem| Error::Setting(format!("`tf` in {} {problem}", file.display()));
+        presets::of_json(text).map(drop).map_err(of_file)
     }
 
     /// Whether the volume's file still has the hash in the session; true if there is no hash.
@@ -167,7 +193,7 @@ fn hex(bytes: &[u8]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{PathChoice, Reconstruction, TransferChoice};
+    use crate::{PathChoice, Reconstruction};
 
     #[test]
     fn sessions_read_back_and_notice_a_changed_volume() {
@@ -244,11 +270,33 @@ mod tests {
         let moved = Session::read(&at("new/session.toml")).unwrap();
         assert_eq!(moved.volume, at("new/data").join(name).display().to_string());
         assert!(moved.volume_is_unchanged().unwrap());
+        moved.check_volume(&at("new/session.toml")).unwrap();
         std::fs::copy(at("new/data").join(name), at("new").join(name)).unwrap();
         let beside = Session::read(&at("new/session.toml")).unwrap();
         assert_eq!(beside.volume, at("new").join(name).display().to_string());
         std::fs::write(at("new/v_2x2x2_uint8.raw"), [2u8; 8]).unwrap();
         assert!(!beside.volume_is_unchanged().unwrap());
+        std::fs::remove_dir_all(at("new/data")).unwrap();
+        std::fs::remove_file(at("new").join(name)).unwrap();
+        let path = at("new/session.toml");
+        let gone = Session::read(&path).unwrap().check_volume(&path).unwrap_err().to_string();
+        assert!(
+            gone.contains(&source) && gone.contains(&format!("put it beside {}", path.display())),
+            "{gone}"
+        );
+    }
+
+    #[test]
+    fn transfer_functions_are_blamed_on_their_session() {
+        let checked = |tf: &str| {
+            let render = RenderOverrides { tf: Some(tf.into()), ..Default::default() };
+            let session = Session::new("head", VolumeSettings::default(), render).unwrap();
+            session.check_transfer_function(Path::new("s.toml"))
+        };
+        checked("viridis").unwrap();
+        checked(r#"{"points":[[0,0,0,0,0],[1,1,1,1,1]]}"#).unwrap();
+        let said = checked(r#"{"points":[[0,0,0,0,2]]}"#).unwrap_err().to_string();
+        assert!(said.starts_with("`tf` in s.toml cannot be read: ") && !said.contains("--tf"), "{said}");
     }
 
     #[test]

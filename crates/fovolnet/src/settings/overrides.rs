@@ -79,7 +79,7 @@ pub struct RenderOverrides {
     #[cfg_attr(feature = "clap", arg(long, value_name = "A", value_parser = parse::number, allow_hyphen_values = true))]
     pub ambient: Option<f64>,
     /// Background colour, 0 to 1 each [default: 0,0,0]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "R,G,B", value_parser = parse::numbers::<3>, allow_hyphen_values = true))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "R,G,B", value_parser = parse::colour, allow_hyphen_values = true))]
     pub background: Option<[f64; 3]>,
     /// Leave the background out: pictures with alpha, for which every pixel is marched (--sampling full)
     #[cfg_attr(feature = "clap", arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true"))]

@@ -14,6 +14,14 @@ pub fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
     all.try_into().map_err(|_| bad())
 }
 
+/// Parses red, green and blue, such as `1,1,1` for white.
+///
+/// # Errors
+/// Errors of [`numbers`], with examples.
+pub fn colour(text: &str) -> Result<[f64; 3], String> {
+    numbers(text).map_err(|problem| format!("{problem}; white is 1,1,1 and red is 1,0,0"))
+}
+
 /// Parses `N` whole numbers separated by commas (or `x`), such as `256,256,128`.
 ///
 /// # Errors
@@ -63,6 +71,8 @@ mod tests {
         for bad in ["", "1,2", "1,2,3,4", "1,2,x", "1,2,nan", "1,inf,3"] {
             assert!(numbers::<3>(bad).is_err(), "{bad}");
         }
+        assert_eq!(colour("1,0.5,0"), Ok([1.0, 0.5, 0.0]));
+        assert!(colour("white").unwrap_err().contains("white is 1,1,1"));
         assert_eq!(whole_numbers::<3>("4,5,6"), Ok([4, 5, 6]));
         assert!(whole_numbers::<3>("4,5,-6").is_err());
         assert!(number("NaN").is_err());
