@@ -8,8 +8,7 @@ mod notes;
 pub use automatic::automatic;
 pub(crate) use catalogue::is_name;
 pub use catalogue::{Kind, kinds, names, text};
-#[cfg(feature = "files")]
-pub(crate) use chosen::json_of_file;
-pub(crate) use chosen::of_json;
 pub use chosen::{chosen, find};
+#[cfg(feature = "files")]
+pub(crate) use chosen::{json_of_file, of_json};
 pub use notes::notes;
