@@ -24,7 +24,9 @@ fn picture(size: FrameSize, frame: i64, flaw: i64) -> Frame {
 }
 
 fn close(what: &str, size: FrameSize, found: f64, expected: &Value, tolerance: f64) {
-    let expected = expected.as_f64().unwrap();
+    let Some(expected) = expected.as_f64() else {
+        panic!("metrics.json has no {what} of {size}; remake it with metrics.py")
+    };
     assert!((found - expected).abs() < tolerance, "{what} of {size}: {found}, expected {expected}");
 }
 

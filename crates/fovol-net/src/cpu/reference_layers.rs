@@ -104,7 +104,7 @@ impl Case<'_> {
                     out = points::pixels(&out);
                 }
             }
-            other => panic!("{other}"),
+            other => panic!("no arm for layers of kind `{other}`"),
         }
         out
     }

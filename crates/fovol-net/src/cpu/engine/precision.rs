@@ -220,7 +220,21 @@ fn positive(plan: &Plan) -> Vec<bool> {
                 Layer::Scale(Scale { factor, offset, .. }) => all && *factor >= 0.0 && *offset >= 0.0,
                 Layer::Clamp(_) => true,
                 // Corrections may fall slightly below 0. Int8 clamps these values, which has no visible effect.
-                _ => all,
+                Layer::Pool(_)
+                | Layer::SpaceToDepth(_)
+                | Layer::DepthToSpace(_)
+                | Layer::Join(_)
+                | Layer::Spread(_)
+                | Layer::Smooth(_)
+                | Layer::Blend(_)
+                | Layer::HistoryConfidence(_)
+                | Layer::Accumulate(_)
+                | Layer::Part(_)
+                | Layer::Add(_)
+                | Layer::Bypass(_)
+                | Layer::Reproject(_)
+                | Layer::Splat(_)
+                | Layer::Warp(_) => all,
             };
         }
         plan.states()

@@ -74,7 +74,7 @@ impl Case<'_> {
                 let fade = self.facts["fade"].as_f64().unwrap() as f32;
                 Box::new(move |all| accumulate(&all[0], &all[1], all.get(2), fade))
             }
-            other => panic!("{other}"),
+            other => panic!("no arm for layers of kind `{other}`"),
         }
     }
 

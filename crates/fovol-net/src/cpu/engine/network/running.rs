@@ -148,7 +148,22 @@ impl Network {
             }
             Layer::Scale(Scale { factor, offset, .. }) => Change::Scale { factor, offset },
             Layer::Clamp(_) => Change::Clamp,
-            _ => unreachable!("other layers do more than change single numbers"),
+            Layer::Conv(_)
+            | Layer::Norm(_)
+            | Layer::Filter(_)
+            | Layer::Pool(_)
+            | Layer::SpaceToDepth(_)
+            | Layer::DepthToSpace(_)
+            | Layer::Join(_)
+            | Layer::Spread(_)
+            | Layer::Smooth(_)
+            | Layer::Blend(_)
+            | Layer::HistoryConfidence(_)
+            | Layer::Accumulate(_)
+            | Layer::Part(_)
+            | Layer::Reproject(_)
+            | Layer::Splat(_)
+            | Layer::Warp(_) => unreachable!("other layers do more than change single numbers"),
         }
     }
 
