@@ -1,4 +1,4 @@
-use super::descriptor::Descriptor;
+use super::descriptor::{Descriptor, one_output};
 use super::samples::check_known;
 use crate::plan::tensor::{TensorId, TensorSpec};
 
@@ -34,13 +34,7 @@ impl Descriptor for Accumulate {
         [Some(self.known), Some(self.before), self.share].into_iter().flatten().collect()
     }
 
-    fn output(&self) -> TensorId {
-        self.output
-    }
-
-    fn set_output(&mut self, output: TensorId) {
-        self.output = output;
-    }
+    one_output!();
 
     fn check(&self, tensors: &[TensorSpec]) -> Result<TensorSpec, String> {
         let [known, before] = [self.known, self.before].map(|id| &tensors[id.index()]);

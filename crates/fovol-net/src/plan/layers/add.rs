@@ -1,4 +1,4 @@
-use super::descriptor::Descriptor;
+use super::descriptor::{Descriptor, one_output};
 use crate::plan::tensor::{TensorId, TensorSpec};
 
 /// Computes input + more.
@@ -28,13 +28,7 @@ impl Descriptor for Add {
         vec![self.input, self.more]
     }
 
-    fn output(&self) -> TensorId {
-        self.output
-    }
-
-    fn set_output(&mut self, output: TensorId) {
-        self.output = output;
-    }
+    one_output!();
 
     fn check(&self, tensors: &[TensorSpec]) -> Result<TensorSpec, String> {
         let [input, more] = [self.input, self.more].map(|id| &tensors[id.index()]);

@@ -1,4 +1,4 @@
-use super::descriptor::Descriptor;
+use super::descriptor::{Descriptor, one_output};
 use super::samples::{check_half, check_known};
 use crate::plan::tensor::{TensorId, TensorSpec};
 
@@ -29,13 +29,7 @@ impl Descriptor for Blend {
         vec![self.known, self.base]
     }
 
-    fn output(&self) -> TensorId {
-        self.output
-    }
-
-    fn set_output(&mut self, output: TensorId) {
-        self.output = output;
-    }
+    one_output!();
 
     fn check(&self, tensors: &[TensorSpec]) -> Result<TensorSpec, String> {
         let known = &tensors[self.known.index()];

@@ -1,4 +1,4 @@
-use super::descriptor::Descriptor;
+use super::descriptor::{Descriptor, one_output};
 use crate::plan::tensor::{TensorId, TensorSpec};
 
 /// Computes mask · colour + (1 − mask) · input.
@@ -30,13 +30,7 @@ impl Descriptor for Bypass {
         vec![self.colour, self.mask, self.input]
     }
 
-    fn output(&self) -> TensorId {
-        self.output
-    }
-
-    fn set_output(&mut self, output: TensorId) {
-        self.output = output;
-    }
+    one_output!();
 
     fn check(&self, tensors: &[TensorSpec]) -> Result<TensorSpec, String> {
         let [colour, input] = [self.colour, self.input].map(|id| &tensors[id.index()]);

@@ -1,5 +1,5 @@
 use super::activation::Activation;
-use super::descriptor::{Descriptor, per_pixel, weights_and_bias};
+use super::descriptor::{Descriptor, one_output, per_pixel, weights_and_bias};
 use super::read::{Read, common_level};
 use crate::plan::tensor::{Parameter, TensorId, TensorSpec};
 
@@ -80,13 +80,7 @@ impl Descriptor for Conv {
         self.inputs.iter().map(|read| read.tensor).collect()
     }
 
-    fn output(&self) -> TensorId {
-        self.output
-    }
-
-    fn set_output(&mut self, output: TensorId) {
-        self.output = output;
-    }
+    one_output!();
 
     fn check(&self, tensors: &[TensorSpec]) -> Result<TensorSpec, String> {
         let level = common_level(self.inputs.iter().copied(), tensors)? + u32::from(self.stride == 2);

@@ -63,3 +63,29 @@ pub(super) fn weights_and_bias(name: &str, shape: Vec<usize>) -> Vec<Parameter> 
 pub(super) fn per_pixel(tensor: &TensorSpec, macs: usize) -> f64 {
     macs as f64 / f64::from(4u32.pow(tensor.level))
 }
+
+/// Methods of a [`Descriptor`] whose output is the field `output`.
+macro_rules! one_output {
+    () => {
+        fn output(&self) -> TensorId {
+            self.output
+        }
+
+        fn set_output(&mut self, output: TensorId) {
+            self.output = output;
+        }
+    };
+}
+pub(super) use one_output;
+
+/// Methods of a [`Descriptor`] whose only input is the field `input`, and whose output is the field `output`.
+macro_rules! one_input_and_output {
+    () => {
+        fn inputs(&self) -> Vec<TensorId> {
+            vec![self.input]
+        }
+
+        $crate::plan::layers::descriptor::one_output!();
+    };
+}
+pub(super) use one_input_and_output;

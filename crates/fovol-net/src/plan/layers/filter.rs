@@ -1,4 +1,4 @@
-use super::descriptor::{Descriptor, per_pixel, weights_and_bias};
+use super::descriptor::{Descriptor, one_output, per_pixel, weights_and_bias};
 use super::read::{Read, common_level};
 use crate::plan::tensor::{Parameter, TensorId, TensorSpec};
 use serde::{Deserialize, Serialize};
@@ -77,13 +77,7 @@ impl Descriptor for Filter {
         std::iter::once(self.features).chain(images).collect()
     }
 
-    fn output(&self) -> TensorId {
-        self.output
-    }
-
-    fn set_output(&mut self, output: TensorId) {
-        self.output = output;
-    }
+    one_output!();
 
     fn check(&self, tensors: &[TensorSpec]) -> Result<TensorSpec, String> {
         let level = common_level(self.images.iter().map(|(read, _)| *read), tensors)?;

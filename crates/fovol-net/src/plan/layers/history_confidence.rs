@@ -1,4 +1,4 @@
-use super::descriptor::Descriptor;
+use super::descriptor::{Descriptor, one_output};
 use super::samples::{check_half, check_known};
 use super::spread::MOST_HALVINGS;
 use crate::plan::tensor::{TensorId, TensorSpec};
@@ -52,13 +52,7 @@ impl Descriptor for HistoryConfidence {
         vec![self.known, self.prior, self.fresh]
     }
 
-    fn output(&self) -> TensorId {
-        self.output
-    }
-
-    fn set_output(&mut self, output: TensorId) {
-        self.output = output;
-    }
+    one_output!();
 
     fn check(&self, tensors: &[TensorSpec]) -> Result<TensorSpec, String> {
         check_known(&tensors[self.known.index()])?;

@@ -1,4 +1,4 @@
-use super::descriptor::Descriptor;
+use super::descriptor::{Descriptor, one_output};
 use crate::plan::tensor::{TensorId, TensorSpec};
 
 /// Multiplies colours by weights and appends the weights as a fourth channel: weighted pixels, the input of the
@@ -29,13 +29,7 @@ impl Descriptor for Join {
         vec![self.colour, self.weight]
     }
 
-    fn output(&self) -> TensorId {
-        self.output
-    }
-
-    fn set_output(&mut self, output: TensorId) {
-        self.output = output;
-    }
+    one_output!();
 
     fn check(&self, tensors: &[TensorSpec]) -> Result<TensorSpec, String> {
         let colour = &tensors[self.colour.index()];

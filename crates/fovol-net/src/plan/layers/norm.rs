@@ -1,5 +1,5 @@
 use super::activation::Activation;
-use super::descriptor::{Descriptor, weights_and_bias};
+use super::descriptor::{Descriptor, one_input_and_output, weights_and_bias};
 use crate::plan::tensor::{Parameter, TensorId, TensorSpec};
 
 /// Group normalisation with one group, over all channels and pixels of the frame. An affine map of each channel and
@@ -28,17 +28,7 @@ impl Descriptor for Norm {
         &self.name
     }
 
-    fn inputs(&self) -> Vec<TensorId> {
-        vec![self.input]
-    }
-
-    fn output(&self) -> TensorId {
-        self.output
-    }
-
-    fn set_output(&mut self, output: TensorId) {
-        self.output = output;
-    }
+    one_input_and_output!();
 
     fn check(&self, tensors: &[TensorSpec]) -> Result<TensorSpec, String> {
         Ok(TensorSpec { name: self.name.clone(), ..tensors[self.input.index()].clone() })

@@ -1,4 +1,4 @@
-use super::descriptor::Descriptor;
+use super::descriptor::{Descriptor, one_input_and_output};
 use crate::plan::tensor::{TensorId, TensorSpec};
 
 /// Copies channels.
@@ -26,17 +26,7 @@ impl Descriptor for Part {
         "part"
     }
 
-    fn inputs(&self) -> Vec<TensorId> {
-        vec![self.input]
-    }
-
-    fn output(&self) -> TensorId {
-        self.output
-    }
-
-    fn set_output(&mut self, output: TensorId) {
-        self.output = output;
-    }
+    one_input_and_output!();
 
     fn check(&self, tensors: &[TensorSpec]) -> Result<TensorSpec, String> {
         let input = &tensors[self.input.index()];

@@ -1,4 +1,4 @@
-use super::descriptor::Descriptor;
+use super::descriptor::{Descriptor, one_output};
 use super::samples::check_points;
 use crate::plan::tensor::{TensorId, TensorSpec};
 
@@ -30,13 +30,7 @@ impl Descriptor for Reproject {
         vec![self.input, self.motion]
     }
 
-    fn output(&self) -> TensorId {
-        self.output
-    }
-
-    fn set_output(&mut self, output: TensorId) {
-        self.output = output;
-    }
+    one_output!();
 
     fn check(&self, tensors: &[TensorSpec]) -> Result<TensorSpec, String> {
         let input = &tensors[self.input.index()];

@@ -1,4 +1,4 @@
-use super::descriptor::Descriptor;
+use super::descriptor::{Descriptor, one_input_and_output};
 use crate::plan::tensor::{TensorId, TensorSpec};
 
 /// Computes factor · x + offset.
@@ -26,17 +26,7 @@ impl Descriptor for Scale {
         "scale"
     }
 
-    fn inputs(&self) -> Vec<TensorId> {
-        vec![self.input]
-    }
-
-    fn output(&self) -> TensorId {
-        self.output
-    }
-
-    fn set_output(&mut self, output: TensorId) {
-        self.output = output;
-    }
+    one_input_and_output!();
 
     fn check(&self, tensors: &[TensorSpec]) -> Result<TensorSpec, String> {
         Ok(tensors[self.input.index()].alike("scaled"))

@@ -1,4 +1,4 @@
-use super::descriptor::Descriptor;
+use super::descriptor::{Descriptor, one_input_and_output};
 use super::samples::check_points;
 use crate::plan::tensor::{TensorId, TensorSpec};
 
@@ -24,17 +24,7 @@ impl Descriptor for Splat {
         "splat"
     }
 
-    fn inputs(&self) -> Vec<TensorId> {
-        vec![self.input]
-    }
-
-    fn output(&self) -> TensorId {
-        self.output
-    }
-
-    fn set_output(&mut self, output: TensorId) {
-        self.output = output;
-    }
+    one_input_and_output!();
 
     fn check(&self, tensors: &[TensorSpec]) -> Result<TensorSpec, String> {
         let input = &tensors[self.input.index()];

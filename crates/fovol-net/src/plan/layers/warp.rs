@@ -1,4 +1,4 @@
-use super::descriptor::Descriptor;
+use super::descriptor::{Descriptor, one_output};
 use crate::plan::tensor::{TensorId, TensorSpec};
 
 /// Samples `input` where each pixel was in the last frame: bilinear, zero outside. Motion is averaged and
@@ -29,13 +29,7 @@ impl Descriptor for Warp {
         vec![self.input, self.motion]
     }
 
-    fn output(&self) -> TensorId {
-        self.output
-    }
-
-    fn set_output(&mut self, output: TensorId) {
-        self.output = output;
-    }
+    one_output!();
 
     fn check(&self, tensors: &[TensorSpec]) -> Result<TensorSpec, String> {
         Ok(tensors[self.input.index()].alike("warped"))
