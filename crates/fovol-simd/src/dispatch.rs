@@ -49,6 +49,18 @@ impl Simd {
     /// Runs `work` with the longest vectors of this instruction set.
     #[inline(always)]
     pub fn in_vectors<W: SimdF32Op>(self, work: W) -> W::Output {
+        match self.in_native_vectors(work) {
+            Ok(output) => output,
+            Err(work) => Self::in_portable_vectors(work),
+        }
+    }
+
+    /// Runs `work` with vectors for which this set has instructions.
+    ///
+    /// # Errors
+    /// [`Simd::Scalar`] and [`Simd::Portable`] have none: `work`, for [`Self::in_portable_vectors`].
+    #[inline(always)]
+    pub fn in_native_vectors<W: SimdF32Op>(self, work: W) -> Result<W::Output, W> {
         #[cfg(target_arch = "x86_64")]
         {
             #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi1,bmi2,popcnt,lzcnt")]
@@ -63,18 +75,19 @@ impl Simd {
 
             match self {
                 // SAFETY: values of `Simd` exist only for instruction sets that the processor has.
-                Self::Avx512 | Self::Amx => return unsafe { avx512(work) },
+                Self::Avx512 | Self::Amx => return Ok(unsafe { avx512(work) }),
                 // SAFETY: see above.
-                Self::Avx2 => return unsafe { avx2(work) },
+                Self::Avx2 => return Ok(unsafe { avx2(work) }),
                 Self::Scalar | Self::Portable => {}
             }
         }
-        portable(work)
+        Err(work)
     }
-}
 
-/// Compiled on its own: in a large function the compiler inlines less.
-#[inline(never)]
-fn portable<W: SimdF32Op>(work: W) -> W::Output {
-    work.run(Portable::zero())
+    /// Runs `work` with vectors that need no special instructions.
+    // Compiled on its own: in a large function the compiler inlines less.
+    #[inline(never)]
+    pub fn in_portable_vectors<W: SimdF32Op>(work: W) -> W::Output {
+        work.run(Portable::zero())
+    }
 }

@@ -1,26 +1,48 @@
 //! A brick grid as the lanes read it.
 
-use crate::scene::{Bricks, MaybeNan};
+use crate::scene::{BrickData, Bricks};
 use bytemuck::cast_slice;
-use fovol_simd::{SimdF32, SimdI32};
+use fovol_simd::{Simd, SimdF32, SimdF32Op, SimdI32};
 
-/// A stored voxel type, and how eight corners become one value.
-pub trait Texel: Copy + Sync + 'static {
-    /// The factor by which [`Self::trilinear`] scales stored values.
-    const GAIN: f32 = 1.0;
-    /// Whether values may be NaN.
-    const GAPS: bool = false;
+/// A kind of stored voxels: how eight corners become one value.
+pub trait Texel: Copy + 'static {
+    /// The stored values.
+    type Values<'a>: Copy + Sync;
+
+    /// Whether values can be NaN.
+    const CAN_BE_NAN: bool = false;
+
+    /// The number of `values`.
+    fn len(values: Self::Values<'_>) -> usize;
+
+    /// The factor by which [`Self::trilinear`] scales `values`.
+    fn gain(_values: Self::Values<'_>) -> f32 {
+        1.0
+    }
 
     /// The trilinear value in the cells whose low corners are at `index`, `f` of the way along each axis,
-    /// times [`Self::GAIN`]; `offset` leads to the neighbours along y and z.
+    /// times [`Self::gain`]; `offset` leads to the neighbours along y and z.
     ///
     /// # Safety
     /// All eight corners, and the rest of the 32-bit words that begin with them, must lie in `values`.
-    unsafe fn trilinear<V: SimdF32>(values: &[Self], index: V::I32, offset: [usize; 2], f: [V; 3]) -> V;
+    unsafe fn trilinear<V: SimdF32>(
+        values: Self::Values<'_>,
+        index: V::I32,
+        offset: [usize; 2],
+        f: [V; 3],
+    ) -> V;
+
+    /// Runs `work` on these voxels with vectors of `simd`.
+    fn in_vectors<W: SimdF32Op>(simd: Simd, work: W) -> W::Output {
+        match simd.in_native_vectors(work) {
+            Ok(output) => output,
+            Err(_) => unreachable!("portable vectors read voxels of `AnyType`"),
+        }
+    }
 }
 
 /// A type that is stored once a voxel and read two neighbours along x at a time.
-trait PairTexel: Texel {
+trait PairTexel: Copy {
     /// The values at `index` and `index` + 1.
     ///
     /// # Safety
@@ -56,10 +78,18 @@ unsafe fn from_pairs<T: PairTexel, V: SimdF32>(
 }
 
 macro_rules! stored_once_a_voxel {
-    ($($T:ty),*) => {$(
+    ($($T:ty: $can_be_nan:literal),*) => {$(
         impl Texel for $T {
+            type Values<'a> = &'a [$T];
+
+            const CAN_BE_NAN: bool = $can_be_nan;
+
+            fn len(values: &[$T]) -> usize {
+                values.len()
+            }
+
             #[inline(always)]
-            unsafe fn trilinear<V: SimdF32>(values: &[Self], index: V::I32, offset: [usize; 2], f: [V; 3]) -> V {
+            unsafe fn trilinear<V: SimdF32>(values: &[$T], index: V::I32, offset: [usize; 2], f: [V; 3]) -> V {
                 // SAFETY: the caller's.
                 unsafe { from_pairs(values, index, offset, f) }
             }
@@ -67,7 +97,7 @@ macro_rules! stored_once_a_voxel {
     )*};
 }
 
-stored_once_a_voxel!(u8, u16, f32);
+stored_once_a_voxel!(u8: false, u16: false, f32: true);
 
 impl PairTexel for u8 {
     #[inline(always)]
@@ -96,27 +126,28 @@ impl PairTexel for f32 {
     }
 }
 
-impl Texel for MaybeNan {
-    const GAPS: bool = true;
-
-    #[inline(always)]
-    unsafe fn trilinear<V: SimdF32>(values: &[Self], index: V::I32, offset: [usize; 2], f: [V; 3]) -> V {
-        // SAFETY: the caller's.
-        unsafe { f32::trilinear(cast_slice(values), index, offset, f) }
-    }
-}
+/// The factor of [`BrickData::Corners`], whose interpolation along y has weights of 14 bits.
+const CORNER_GAIN: f32 = 16384.0;
 
 /// Four bytes: the neighbours along y and z of one voxel. Interpolation along y is done on integers,
 /// with weights of 14 bits.
 impl Texel for u32 {
-    const GAIN: f32 = 16384.0;
+    type Values<'a> = &'a [u32];
+
+    fn len(values: &[u32]) -> usize {
+        values.len()
+    }
+
+    fn gain(_: &[u32]) -> f32 {
+        CORNER_GAIN
+    }
 
     #[inline(always)]
     unsafe fn trilinear<V: SimdF32>(values: &[u32], index: V::I32, _: [usize; 2], f: [V; 3]) -> V {
         // SAFETY: the caller's.
         let [low, high] = unsafe { V::load_word_pairs(values, index) };
         // 16384 − w in the low half, w in the high half.
-        let w = f[1].mul_add(f[1].splat(Self::GAIN), f[1].splat(0.5)).to_i32();
+        let w = f[1].mul_add(f[1].splat(CORNER_GAIN), f[1].splat(0.5)).to_i32();
         let weights = w * w.splat(0xFFFF) + w.splat(0x4000);
         let a0 = V::from_i32(low.weighted_bytes::<0>(weights));
         let a1 = V::from_i32(low.weighted_bytes::<1>(weights));
@@ -128,10 +159,81 @@ impl Texel for u32 {
     }
 }
 
+/// Voxels of a type that is known at run time only.
+///
+/// Vectors of the processor's own instructions have compiled code for each type. Portable ones share this code: it
+/// takes as long, and compiling it for each type would take most of the compiler's time.
+#[derive(Debug, Clone, Copy)]
+pub struct AnyType;
+
+/// Voxels of one of the types of [`BrickData`].
+#[derive(Clone, Copy)]
+pub enum AnyValues<'a> {
+    Corners(&'a [u32]),
+    U8(&'a [u8]),
+    U16(&'a [u16]),
+    F32(&'a [f32]),
+}
+
+impl<'a> AnyValues<'a> {
+    /// The voxels of `bricks`.
+    pub fn new(bricks: &'a Bricks) -> Self {
+        match bricks.data() {
+            BrickData::Corners(values) => Self::Corners(values),
+            BrickData::U8(values) => Self::U8(values),
+            BrickData::U16(values) => Self::U16(values),
+            BrickData::F32(values) => Self::F32(values),
+            BrickData::Gaps(values) => Self::F32(cast_slice(values)),
+        }
+    }
+}
+
+impl Texel for AnyType {
+    type Values<'a> = AnyValues<'a>;
+
+    const CAN_BE_NAN: bool = true;
+
+    fn len(values: AnyValues<'_>) -> usize {
+        match values {
+            AnyValues::Corners(values) => values.len(),
+            AnyValues::U8(values) => values.len(),
+            AnyValues::U16(values) => values.len(),
+            AnyValues::F32(values) => values.len(),
+        }
+    }
+
+    fn gain(values: AnyValues<'_>) -> f32 {
+        if matches!(values, AnyValues::Corners(_)) { CORNER_GAIN } else { 1.0 }
+    }
+
+    /// Compiled on its own, once for all callers.
+    #[inline(never)]
+    unsafe fn trilinear<V: SimdF32>(
+        values: AnyValues<'_>,
+        index: V::I32,
+        offset: [usize; 2],
+        f: [V; 3],
+    ) -> V {
+        // SAFETY: the caller's.
+        unsafe {
+            match values {
+                AnyValues::Corners(values) => u32::trilinear(values, index, offset, f),
+                AnyValues::U8(values) => u8::trilinear(values, index, offset, f),
+                AnyValues::U16(values) => u16::trilinear(values, index, offset, f),
+                AnyValues::F32(values) => f32::trilinear(values, index, offset, f),
+            }
+        }
+    }
+
+    fn in_vectors<W: SimdF32Op>(_: Simd, work: W) -> W::Output {
+        Simd::in_portable_vectors(work)
+    }
+}
+
 /// A brick grid of one voxel type, with 32-bit addressing.
 #[derive(Clone, Copy)]
-pub struct Field<'a, T> {
-    values: &'a [T],
+pub struct Field<'a, T: Texel> {
+    values: T::Values<'a>,
     last: [f32; 3],
     unit: [i32; 3],
     jump: [i32; 3],
@@ -139,6 +241,7 @@ pub struct Field<'a, T> {
     pub scale: f32,
     /// The value that [`Self::sample`] returns for NaN: one more than the largest value.
     pub missing: f32,
+    has_gaps: bool,
 }
 
 /// Whether 32-bit lanes can address every element of `bricks`.
@@ -151,17 +254,24 @@ impl<'a, T: Texel> Field<'a, T> {
     ///
     /// # Panics
     /// When the bricks are not [`addressable`] or `values` has another length than their layout.
-    pub fn new(bricks: &'a Bricks, values: &'a [T], unit: f32) -> Self {
-        assert!(addressable(bricks) && values.len() == bricks.layout().elements());
+    pub fn new(bricks: &'a Bricks, values: T::Values<'a>, unit: f32) -> Self {
+        assert!(addressable(bricks) && T::len(values) == bricks.layout().elements());
         let layout = bricks.layout();
         Self {
             values,
             last: layout.dims.map(|d| (d - 1) as f32),
             unit: layout.unit.map(|u| u as i32),
             jump: layout.jump.map(|j| j as i32),
-            scale: bricks.scale() * unit / T::GAIN,
+            scale: bricks.scale() * unit / T::gain(values),
             missing: unit + 1.0,
+            has_gaps: bricks.has_gaps(),
         }
+    }
+
+    /// Whether some values are NaN.
+    #[inline(always)]
+    pub fn has_gaps(&self) -> bool {
+        T::CAN_BE_NAN && self.has_gaps
     }
 
     /// The trilinear value at `p` (voxel-centre coordinates, clamped to the edge), scaled; [`Self::missing`] for NaN.
@@ -184,7 +294,7 @@ impl<'a, T: Texel> Field<'a, T> {
         // in padding, so every word lies inside the values.
         let value = unsafe { T::trilinear(self.values, index, [uy, uz], f) } * zero.splat(self.scale);
         // In this order, `min` turns NaN into `missing`.
-        if T::GAPS { value.min(zero.splat(self.missing)) } else { value }
+        if self.has_gaps() { value.min(zero.splat(self.missing)) } else { value }
     }
 }
 
@@ -193,23 +303,23 @@ macro_rules! with_field {
     ($bricks:expr, $unit:expr, $field:ident => $body:expr) => {
         match $bricks.data() {
             $crate::scene::BrickData::Corners(values) => {
-                let $field = Field::new($bricks, values, $unit);
+                let $field = Field::<u32>::new($bricks, values, $unit);
                 $body
             }
             $crate::scene::BrickData::U8(values) => {
-                let $field = Field::new($bricks, values, $unit);
+                let $field = Field::<u8>::new($bricks, values, $unit);
                 $body
             }
             $crate::scene::BrickData::U16(values) => {
-                let $field = Field::new($bricks, values, $unit);
+                let $field = Field::<u16>::new($bricks, values, $unit);
                 $body
             }
             $crate::scene::BrickData::F32(values) => {
-                let $field = Field::new($bricks, values, $unit);
+                let $field = Field::<f32>::new($bricks, values, $unit);
                 $body
             }
             $crate::scene::BrickData::Gaps(values) => {
-                let $field = Field::new($bricks, values, $unit);
+                let $field = Field::<f32>::new($bricks, ::bytemuck::cast_slice(values), $unit);
                 $body
             }
         }
@@ -221,7 +331,6 @@ pub(crate) use with_field;
 mod tests {
     use super::*;
     use fovol_core::{Grid, Volume};
-    use fovol_simd::{Simd, SimdF32Op};
     use proptest::prelude::*;
 
     /// Weights of 14 bits are off by half of the last one.

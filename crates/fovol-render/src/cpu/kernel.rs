@@ -5,12 +5,12 @@ use super::light_columns::LightColumns;
 use super::march::{OPAQUE, SampleCount};
 use super::packet::Packet;
 use super::shadow_pool::ShadowPool;
-use super::shadow_rays::{Parts, ShadowRays, trace};
+use super::shadow_rays::{Parts, ShadowRays};
 use super::skip::Skip;
 use crate::scene::{LightPath, MAX_BLUE, MAX_RED_GREEN, RayResult, Segments, TransferTable};
 use bytemuck::cast_slice;
 use fovol_core::{Pixel, RayBasis};
-use fovol_simd::{MOST_LANES, SimdF32, SimdI32};
+use fovol_simd::{MOST_LANES, Simd, SimdF32, SimdI32};
 
 /// How light reaches samples.
 pub enum Lighting<'a> {
@@ -23,7 +23,7 @@ pub enum Lighting<'a> {
 }
 
 /// The scene that SIMD lanes march primary rays through.
-pub struct Kernel<'a, T> {
+pub struct Kernel<'a, T: Texel> {
     /// The volume, scaled to indices of the table.
     pub field: Field<'a, T>,
     /// Where primary rays take their samples.
@@ -46,6 +46,8 @@ pub struct Kernel<'a, T> {
     pub background: [f32; 3],
     /// Empty space, where skipping it pays.
     pub skip: Option<Skip<'a>>,
+    /// The instruction set of shadow rays.
+    pub simd: Simd,
 }
 
 /// The sums of one ray so far.
@@ -110,18 +112,19 @@ impl<T: Texel> Kernel<'_, T> {
     ) -> SampleCount {
         let eye = self.segments.in_voxels(rays.origin());
         let mut count = SampleCount::default();
-        for pixels in pixels.chunks(V::N) {
+        let chunks = pixels.len().div_ceil(V::N);
+        for (number, pixels) in pixels.chunks(V::N).enumerate() {
             scratch.packet.fill(pixels, rays, &self.segments);
             if scratch.packet.is_empty() && scratch.gathered.is_empty() {
                 out.extend(pixels.iter().map(|_| RayResult::nothing(self.background)));
                 continue;
             }
             count.primary += self.primary(zero, scratch);
-            if scratch.pool.is_empty() || scratch.pool.len() >= ENOUGH {
+            let is_last = number + 1 == chunks;
+            if is_last || scratch.pool.is_empty() || scratch.pool.len() >= ENOUGH {
                 count.shadow += self.finish(zero, eye, scratch, out);
             }
         }
-        count.shadow += self.finish(zero, eye, scratch, out);
         count
     }
 
@@ -181,7 +184,7 @@ impl<T: Texel> Kernel<'_, T> {
             light: &self.light,
             columns: if let Lighting::Rays(columns) = self.lighting { columns } else { None },
         };
-        let samples = trace(zero, &rays, &mut scratch.pool, &mut scratch.parts);
+        let samples = rays.trace(self.simd, &mut scratch.pool, &mut scratch.parts);
         for block in &scratch.waiting {
             let [r, g, b, ..] = &mut scratch.gathered[block.ray].sums;
             let sums = [zero.load(r), zero.load(g), zero.load(b)];
@@ -330,7 +333,7 @@ impl<T: Texel> Kernel<'_, T> {
             before[a] = p[a] - one;
             after[a] = p[a] + one;
             let (after, before) = (self.field.sample(after), self.field.sample(before));
-            if T::GAPS {
+            if self.field.has_gaps() {
                 highest = highest.max(after.max(before));
             }
             let difference = after - before;
@@ -342,7 +345,8 @@ impl<T: Texel> Kernel<'_, T> {
         let facing = (along / squared.sqrt()).abs();
         let known = squared.simd_gt(zero);
         // Beside NaN there is no gradient.
-        let known = if T::GAPS { known & highest.simd_lt(zero.splat(self.field.missing)) } else { known };
+        let complete = highest.simd_lt(zero.splat(self.field.missing));
+        let known = if self.field.has_gaps() { known & complete } else { known };
         V::select(known, facing, one)
     }
 }

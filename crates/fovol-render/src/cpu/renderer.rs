@@ -1,4 +1,4 @@
-use super::field::{Field, Texel, addressable, with_field};
+use super::field::{AnyType, AnyValues, Field, Texel, addressable, with_field};
 use super::fine::{FineKernel, FineScratch};
 use super::kernel::{Kernel, Lighting, Scratch};
 use super::light_columns::LightColumns;
@@ -342,20 +342,37 @@ impl Renderer {
             }));
             return (out, count);
         }
-        let count = with_field!(&self.bricks, self.table.scale(), field => {
-            let kernel = self.kernel(field);
-            match &self.extinction {
-                None => {
-                    let scratch = &mut scratch.plain;
-                    simd.in_vectors(InVectors { kernel: &kernel, rays, pixels, scratch, out: &mut out })
-                }
-                Some(extinction) => {
-                    let (kernel, scratch) = (&FineKernel { kernel, extinction }, &mut scratch.fine);
-                    simd.in_vectors(InVectors { kernel, rays, pixels, scratch, out: &mut out })
-                }
+        let unit = self.table.scale();
+        let count = match simd {
+            Simd::Portable => {
+                let field = Field::<AnyType>::new(&self.bricks, AnyValues::new(&self.bricks), unit);
+                self.march_field(field, (rays, pixels), scratch, &mut out)
             }
-        });
+            _ => with_field!(&self.bricks, unit, field => {
+                self.march_field(field, (rays, pixels), scratch, &mut out)
+            }),
+        };
         (out, count)
+    }
+
+    fn march_field<'a, T: Texel>(
+        &'a self,
+        field: Field<'a, T>,
+        (rays, pixels): (&RayBasis, &[Pixel]),
+        scratch: &mut Memory,
+        out: &mut Vec<RayResult>,
+    ) -> SampleCount {
+        let (kernel, simd) = (self.kernel(field), self.options.simd);
+        match &self.extinction {
+            None => {
+                let scratch = &mut scratch.plain;
+                T::in_vectors(simd, InVectors { kernel: &kernel, rays, pixels, scratch, out })
+            }
+            Some(extinction) => {
+                let (kernel, scratch) = (&FineKernel { kernel, extinction }, &mut scratch.fine);
+                T::in_vectors(simd, InVectors { kernel, rays, pixels, scratch, out })
+            }
+        }
     }
 
     fn kernel<'a, T: Texel>(&'a self, field: Field<'a, T>) -> Kernel<'a, T> {
@@ -364,7 +381,7 @@ impl Renderer {
         let lighting = match (self.shading.shadows, &self.shadow_grid) {
             (ShadowMode::Off, _) => Lighting::Full,
             (ShadowMode::Cached, Some(grid)) => match grid.data() {
-                BrickData::U8(values) => Lighting::Cached(Field::new(grid, values, 1.0)),
+                BrickData::U8(values) => Lighting::Cached(Field::<u8>::new(grid, values, 1.0)),
                 BrickData::Corners(_) | BrickData::U16(_) | BrickData::F32(_) | BrickData::Gaps(_) => rays,
             },
             (ShadowMode::On | ShadowMode::Cached, _) => rays,
@@ -382,6 +399,7 @@ impl Renderer {
             ambient: self.shading.ambient as f32,
             background: self.background.map(|c| c as f32),
             skip: skips.then(|| Skip::new(&self.cells, self.grid.dims())),
+            simd: self.options.simd,
         }
     }
 }

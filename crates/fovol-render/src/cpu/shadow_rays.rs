@@ -9,12 +9,12 @@ use super::light_columns::{LightColumns, SLABS};
 use super::march::DARK;
 use super::shadow_pool::ShadowPool;
 use crate::scene::{LightPath, SHADOW_START, SHADOW_STEP};
-use fovol_simd::{MOST_LANES, SimdF32, SimdI32};
+use fovol_simd::{MOST_LANES, Simd, SimdF32, SimdF32Op, SimdI32};
 
 /// The scene that shadow rays are traced through.
-pub struct ShadowRays<'a, T> {
+pub struct ShadowRays<'a, 'v, T: Texel> {
     /// The volume, scaled to indices of `alpha`.
-    pub field: &'a Field<'a, T>,
+    pub field: &'a Field<'v, T>,
     /// α of one shadow step.
     pub alpha: &'a [f32],
     /// The way to the light.
@@ -68,7 +68,7 @@ impl Parts {
 
     /// Makes a part for every ray of `pool`: all of its samples, or none before [`Self::advance`] finds some.
     #[inline(always)]
-    fn begin<V: SimdF32, T>(&mut self, zero: V, pool: &ShadowPool, rays: &ShadowRays<'_, T>) {
+    fn begin<V: SimdF32, T: Texel>(&mut self, zero: V, pool: &ShadowPool, rays: &ShadowRays<'_, '_, T>) {
         self.len = pool.len();
         let room = self.len + 4 * MOST_LANES;
         if self.columns[0].len() < room {
@@ -162,7 +162,11 @@ impl Parts {
 
     /// Takes the samples of all parts: the listed ones (`LISTED`), or all; returns how many that were.
     #[inline(always)]
-    fn trace<const LISTED: bool, V: SimdF32, T: Texel>(&mut self, zero: V, rays: &ShadowRays<'_, T>) -> u64 {
+    fn trace<const LISTED: bool, V: SimdF32, T: Texel>(
+        &mut self,
+        zero: V,
+        rays: &ShadowRays<'_, '_, T>,
+    ) -> u64 {
         let (one, step) = (zero.splat(1.0), zero.splat(SHADOW_STEP));
         let [dx, dy, dz] = rays.light.delta;
         let delta = [zero.splat(dx), zero.splat(dy), zero.splat(dz)];
@@ -260,28 +264,43 @@ impl<V: SimdF32> Bundle<V> {
     }
 }
 
-/// Finds the transmittance of every sample in `pool`; returns how many shadow samples that took.
-#[inline(always)]
-pub fn trace<V: SimdF32, T: Texel>(
-    zero: V,
-    rays: &ShadowRays<'_, T>,
-    pool: &mut ShadowPool,
-    parts: &mut Parts,
-) -> u64 {
-    parts.begin(zero, pool, rays);
-    let arrived = pool.transmittance();
-    let Some(columns) = rays.columns else {
-        let taken = parts.trace::<false, V, T>(zero, rays);
-        arrived.copy_from_slice(&parts.columns[LIGHT][..parts.len]);
-        return taken;
-    };
-    let mut taken = 0;
-    loop {
-        parts.advance(zero, columns, arrived);
-        if parts.len == 0 {
+impl<T: Texel> ShadowRays<'_, '_, T> {
+    /// Finds the transmittance of every sample in `pool`; returns how many shadow samples that took.
+    ///
+    /// An operation of its own, so that both kinds of integration share the compiled code.
+    pub fn trace(&self, simd: Simd, pool: &mut ShadowPool, parts: &mut Parts) -> u64 {
+        T::in_vectors(simd, Trace { rays: self, pool, parts })
+    }
+}
+
+/// Shadow rays to trace in vectors.
+struct Trace<'a, 'v, T: Texel> {
+    rays: &'a ShadowRays<'a, 'v, T>,
+    pool: &'a mut ShadowPool,
+    parts: &'a mut Parts,
+}
+
+impl<T: Texel> SimdF32Op for Trace<'_, '_, T> {
+    type Output = u64;
+
+    #[inline(always)]
+    fn run<V: SimdF32>(self, zero: V) -> u64 {
+        let Self { rays, pool, parts } = self;
+        parts.begin(zero, pool, rays);
+        let arrived = pool.transmittance();
+        let Some(columns) = rays.columns else {
+            let taken = parts.trace::<false, V, T>(zero, rays);
+            arrived.copy_from_slice(&parts.columns[LIGHT][..parts.len]);
             return taken;
+        };
+        let mut taken = 0;
+        loop {
+            parts.advance(zero, columns, arrived);
+            if parts.len == 0 {
+                return taken;
+            }
+            taken += parts.trace::<true, V, T>(zero, rays);
         }
-        taken += parts.trace::<true, V, T>(zero, rays);
     }
 }
 

@@ -16,7 +16,7 @@ use fovol_core::{Pixel, RayBasis};
 use fovol_simd::{MOST_LANES, SimdF32};
 
 /// The scene that SIMD lanes march primary rays through by fine integration.
-pub struct FineKernel<'a, T> {
+pub struct FineKernel<'a, T: Texel> {
     /// The part that plain integration uses too.
     pub kernel: Kernel<'a, T>,
     /// Extinction and colour between two display values.
@@ -87,7 +87,8 @@ impl<T: Texel> FineKernel<'_, T> {
     ) -> SampleCount {
         let eye = self.kernel.segments.in_voxels(rays.origin());
         let mut count = SampleCount::default();
-        for pixels in pixels.chunks(V::N) {
+        let chunks = pixels.len().div_ceil(V::N);
+        for (number, pixels) in pixels.chunks(V::N).enumerate() {
             let packet = &mut scratch.packet;
             packet.fill(pixels, rays, &self.kernel.segments);
             packet.count_ends(zero);
@@ -96,11 +97,11 @@ impl<T: Texel> FineKernel<'_, T> {
                 continue;
             }
             count.primary += self.primary(zero, scratch);
-            if scratch.pool.is_empty() || scratch.pool.len() >= ENOUGH {
+            let is_last = number + 1 == chunks;
+            if is_last || scratch.pool.is_empty() || scratch.pool.len() >= ENOUGH {
                 count.shadow += self.finish(zero, eye, scratch, out);
             }
         }
-        count.shadow += self.finish(zero, eye, scratch, out);
         count
     }
 
@@ -177,6 +178,7 @@ impl<T: Texel> FineKernel<'_, T> {
         first_entry: f32,
     ) -> u64 {
         let FineScratch { packet, covered, pool, gathered, places, stretches, .. } = scratch;
+        let kernel = &self.kernel;
         let one = zero.splat(1.0);
         let first = packet.next.0[lane];
         let number = zero.splat(first) + zero.iota();
@@ -203,7 +205,7 @@ impl<T: Texel> FineKernel<'_, T> {
         let front = behind.moved_up(table, first_entry);
         let part = (end - number).max(zero);
         let unit = part * zero.splat(table.unit);
-        let depth = table.means::<V, T>(&front, &behind) * unit;
+        let depth = table.means(&front, &behind, kernel.field.has_gaps()) * unit;
         if V::bits_of(depth.simd_gt(zero)) == 0 {
             return inside;
         }
@@ -225,8 +227,7 @@ impl<T: Texel> FineKernel<'_, T> {
         let [r, g, b, opacity, numbers] = &mut gathered.sums;
         (zero.load(opacity) + weight).store(opacity);
         weight.mul_add(number, zero.load(numbers)).store(numbers);
-        let rgb = colours(table.colours_between::<V, T>(&front, &behind));
-        let kernel = &self.kernel;
+        let rgb = colours(table.colours_between(&front, &behind, kernel.field.has_gaps()));
         let mut direct = zero.splat(1.0 - kernel.ambient);
         if let Some(light) = kernel.facing {
             let middle = (number + zero.splat(0.5)).min(length);
@@ -277,6 +278,7 @@ impl<T: Texel> FineKernel<'_, T> {
             shadow_alpha: &kernel.table.shadow_alpha,
             path: &kernel.light,
             lighting: &kernel.lighting,
+            simd: kernel.simd,
         };
         let samples = to_light.find(zero, pool, parts);
         stretches.arrive(zero, pool, |ray, light| {

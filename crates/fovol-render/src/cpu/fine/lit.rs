@@ -3,16 +3,16 @@
 use super::super::field::{Field, Texel};
 use super::super::kernel::Lighting;
 use super::super::shadow_pool::ShadowPool;
-use super::super::shadow_rays::{Parts, ShadowRays, trace};
+use super::super::shadow_rays::{Parts, ShadowRays};
 use super::lookup::{Points, entry};
 use super::march::{DEEP, NEAR_STEPS};
 use crate::scene::{ExtinctionTable, LightPath, SHADOW_STEP};
-use fovol_simd::SimdF32;
+use fovol_simd::{Simd, SimdF32};
 
 /// The scene that shadow rays cross between nodes and the light.
-pub struct ToLight<'a, T> {
+pub struct ToLight<'a, 'v, T: Texel> {
     /// The volume, scaled to entries of the table.
-    pub field: &'a Field<'a, T>,
+    pub field: &'a Field<'v, T>,
     /// Extinction and colour between two display values.
     pub extinction: &'a ExtinctionTable,
     /// α of one shadow step.
@@ -20,10 +20,12 @@ pub struct ToLight<'a, T> {
     /// The way to the light.
     pub path: &'a LightPath,
     /// How light reaches points.
-    pub lighting: &'a Lighting<'a>,
+    pub lighting: &'a Lighting<'v>,
+    /// The instruction set of shadow rays.
+    pub simd: Simd,
 }
 
-impl<T: Texel> ToLight<'_, T> {
+impl<T: Texel> ToLight<'_, '_, T> {
     /// Finds the near depth and the far transmittance of every point of `pool`; returns how many samples that took.
     #[inline(always)]
     pub fn find<V: SimdF32>(&self, zero: V, pool: &mut ShadowPool, parts: &mut Parts) -> u64 {
@@ -44,7 +46,7 @@ impl<T: Texel> ToLight<'_, T> {
                     light: self.path,
                     columns: *columns,
                 };
-                taken + trace(zero, &rays, pool, parts)
+                taken + rays.trace(self.simd, pool, parts)
             }
             Lighting::Cached(grid) => {
                 self.read(zero, grid, pool);
@@ -71,7 +73,7 @@ impl<T: Texel> ToLight<'_, T> {
             let at = self.towards(p, length * zero.splat(end));
             // SAFETY: fields are scaled to entries of the table.
             let behind = unsafe { self.extinction.points(entry(self.field.sample(at))) };
-            let mean = self.extinction.means::<V, T>(&front, &behind);
+            let mean = self.extinction.means(&front, &behind, self.field.has_gaps());
             near = (mean * unit).mul_add(zero.splat(end - begin), near);
             (front, begin) = (behind, end);
         }

@@ -1,6 +1,5 @@
 //! Reads of the extinction table in lanes.
 
-use super::super::field::Texel;
 use crate::scene::{COLOURS, ExtinctionTable};
 use bytemuck::cast_slice;
 use fovol_simd::{SimdF32, SimdI32};
@@ -48,9 +47,9 @@ impl ExtinctionTable {
         Points { entry, sum: V::from_bits(sum), extinction: V::from_bits(extinction) }
     }
 
-    /// [`Self::mean`] in lanes, as multiples of [`Self::unit`], of values of a field of `T`.
+    /// [`Self::mean`] in lanes, as multiples of [`Self::unit`], of values that may have gaps (NaN) or not.
     #[inline(always)]
-    pub fn means<V: SimdF32, T: Texel>(&self, front: &Points<V>, behind: &Points<V>) -> V {
+    pub fn means<V: SimdF32>(&self, front: &Points<V>, behind: &Points<V>, has_gaps: bool) -> V {
         let steps = behind.entry - front.entry;
         let zero = steps.splat(0.0);
         let beside = steps.abs().simd_lt(zero.splat(1.5));
@@ -58,22 +57,27 @@ impl ExtinctionTable {
         let mean = difference / V::select(beside, zero.splat(1.0), steps);
         let of_both = zero.splat(0.5) * (front.extinction + behind.extinction);
         let mean = V::select(beside, of_both, mean);
-        if !T::GAPS {
+        if !has_gaps {
             return mean;
         }
         let nan = f32::from_bits(self.entries[self.nan_entry()][1]);
         V::select(self.is_nan(front, behind), zero.splat(nan), mean)
     }
 
-    /// The packed colours of segments of a field of `T`; see [`Self::colour`].
+    /// The packed colours of segments between values that may have gaps (NaN) or not; see [`Self::colour`].
     #[inline(always)]
-    pub fn colours_between<V: SimdF32, T: Texel>(&self, front: &Points<V>, behind: &Points<V>) -> V::I32 {
+    pub fn colours_between<V: SimdF32>(
+        &self,
+        front: &Points<V>,
+        behind: &Points<V>,
+        has_gaps: bool,
+    ) -> V::I32 {
         let zero = front.entry.splat(0.0);
         let half = zero.splat_i32((1 << self.bin_bits) / 2);
         let bin = |entry: V| (entry.to_i32() + half).shr_by(self.bin_bits);
         let (front_bin, behind_bin) = (bin(front.entry), bin(behind.entry));
         let at = front_bin * zero.splat_i32(COLOURS as i32) + behind_bin;
-        let at = if T::GAPS {
+        let at = if has_gaps {
             let nan = V::from_bits(zero.splat_i32((COLOURS * COLOURS) as i32));
             V::select(self.is_nan(front, behind), nan, V::from_bits(at)).to_bits()
         } else {
@@ -92,7 +96,7 @@ impl ExtinctionTable {
         // SAFETY: the table has a colour for every entry, and a spare.
         let [own, _] = unsafe { V::load_word_pairs(&self.entry_colours, entry) };
         let own = V::select(within, V::from_bits(own), V::from_bits(between));
-        if !T::GAPS {
+        if !has_gaps {
             return own.to_bits();
         }
         V::select(self.is_nan(front, behind), V::from_bits(between), own).to_bits()
