@@ -169,7 +169,7 @@ impl FrameFiles {
             let path = self.path(keep, rendered.index);
             match keep {
                 Keep::Frame => self.picture(&path, &rendered.frame, alpha)?,
-                Keep::Sparse => self.picture(&path, &rendered.sparse, Alpha::Keep)?,
+                Keep::Sparse => self.picture(&path, &rendered.samples_picture(), Alpha::Keep)?,
                 Keep::Mask => mask::write(&path, &rendered.mask)?,
                 Keep::Reference => {
                     let reference = reference.context("the reference was not rendered")?;

@@ -3,7 +3,7 @@
 use crate::console;
 use crate::frame_sequence::{self, file_name, number};
 use anyhow::{Context, Result, bail};
-use fovolnet::core::{Frame, FrameSize};
+use fovolnet::core::{Frame, FrameSize, SparseFrame};
 use fovolnet::io::image::{self, Picture};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -72,11 +72,11 @@ impl SparseSequence {
         }
     }
 
-    /// Reads frame `i`: alpha is 1 at samples, and all other pixels are 0.
+    /// Reads frame `i`.
     ///
     /// # Errors
     /// A file that cannot be read, or that has no alpha.
-    pub fn frame(&mut self, i: usize) -> Result<Frame> {
+    pub fn frame(&mut self, i: usize) -> Result<SparseFrame> {
         let path = self.frames[i].clone();
         let Picture { mut frame, has_alpha, notes } = image::read_picture(&path)?;
         if !has_alpha {
@@ -86,7 +86,7 @@ impl SparseSequence {
             );
         }
         notes.into_iter().chain(sampled_alone(&mut frame)).for_each(|note| self.note(&path, &note));
-        Ok(frame)
+        Ok(SparseFrame::from(&frame))
     }
 
     /// Reads the motion of frame `i`, if there is any.

@@ -116,6 +116,11 @@ impl Frame {
         &self.pixels
     }
 
+    /// Takes the pixels, row by row.
+    pub fn into_pixels(self) -> Vec<[f32; 4]> {
+        self.pixels
+    }
+
     /// Mutable pixels, row by row.
     pub fn pixels_mut(&mut self) -> &mut [[f32; 4]] {
         &mut self.pixels

@@ -1,4 +1,4 @@
-use crate::{Frame, FrameSize};
+use crate::FrameSize;
 
 /// Sampling mask of a frame, one bit per pixel.
 ///
@@ -34,11 +34,6 @@ impl SampleMask {
             }
         }
         mask
-    }
-
-    /// Mask of a sparse frame: pixels with alpha above ½.
-    pub fn of_sparse_frame(frame: &Frame) -> Self {
-        Self::from_fn(frame.size(), |x, y| frame.pixel(x, y)[3] > 0.5)
     }
 
     /// Size of the frame.

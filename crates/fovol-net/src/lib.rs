@@ -6,7 +6,7 @@
 //! [`cpu::Network`] runs the network, and [`cpu::State`] holds what one sequence carries from frame to frame:
 //!
 //! ```
-//! use fovol_core::{Frame, FrameSize};
+//! use fovol_core::{Frame, FrameSize, SparseFrame};
 //! use fovol_net::cpu::{FrameInput, Network, Precision, Simd};
 //! use fovol_net::{Weights, plan::Named};
 //!
@@ -15,7 +15,8 @@
 //! let network = Network::new(config.plan()?, &weights, Simd::best(), Precision::Auto)?;
 //! let size = FrameSize::new(40, 30)?;
 //! let mut state = network.state(size);
-//! let frame = network.reconstruct(&FrameInput { sparse: &Frame::new(size), motion: None }, &mut state)?;
+//! let sparse = SparseFrame::from(&Frame::new(size));
+//! let frame = network.reconstruct(&FrameInput { sparse: &sparse, motion: None }, &mut state)?;
 //! assert_eq!(frame.size(), size);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

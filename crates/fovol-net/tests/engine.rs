@@ -1,6 +1,6 @@
 //! Tests whole networks on the CPU: precisions compared with each other, damaged input, and states that do not fit.
 
-use fovol_core::{Frame, FrameSize};
+use fovol_core::{Frame, FrameSize, SparseFrame};
 use fovol_net::Weights;
 use fovol_net::cpu::{FrameInput, Network, Precision, Simd, calibrate};
 use fovol_net::plan::{Named, NetworkConfig};
@@ -23,7 +23,7 @@ fn clip(network: &Network, size: FrameSize, frames: u32) -> Vec<Frame> {
     let mut state = network.state(size);
     (0..frames)
         .map(|t| {
-            let sparse = sparse(size, t);
+            let sparse = SparseFrame::from(&sparse(size, t));
             network.reconstruct(&FrameInput { sparse: &sparse, motion: None }, &mut state).unwrap()
         })
         .collect()
@@ -51,7 +51,7 @@ fn precisions_stay_close_over_sixteen_steps() {
     for named in Named::ALL {
         let config = named.config();
         let mut weights = Weights::random(&config, 3).unwrap();
-        let frames: Vec<Frame> = (0..4).map(|t| sparse(size, t)).collect();
+        let frames: Vec<SparseFrame> = (0..4).map(|t| SparseFrame::from(&sparse(size, t))).collect();
         let inputs = frames.iter().map(|sparse| FrameInput { sparse, motion: None }).collect();
         calibrate(&mut weights, &[inputs]).unwrap();
         let exact = clip(&network(&config, &weights, Simd::best(), Precision::F32), size, 16);
@@ -101,7 +101,8 @@ fn numbers_that_are_none_do_not_stay() {
             broken.pixels_mut()[100 * i] = [value, 0.5, value, 1.0];
         }
         for frame in [broken, sparse(size, 1), sparse(size, 2)] {
-            let out = network.reconstruct(&FrameInput { sparse: &frame, motion: None }, &mut state).unwrap();
+            let sparse = SparseFrame::from(&frame);
+            let out = network.reconstruct(&FrameInput { sparse: &sparse, motion: None }, &mut state).unwrap();
             assert!(
                 out.pixels().iter().flatten().all(|v| v.is_finite() && (0.0..=1.0).contains(v)),
                 "{named}"
@@ -123,7 +124,7 @@ fn every_size_works_and_states_are_independent() {
         let size = FrameSize::new(w, h).unwrap();
         let (mut left, mut right) = (network.state(size), network.state(size));
         for t in 0..3 {
-            let frame = sparse(size, t);
+            let frame = SparseFrame::from(&sparse(size, t));
             let input = FrameInput { sparse: &frame, motion: None };
             let out = network.reconstruct(&input, &mut left).unwrap();
             assert_eq!(out, network.reconstruct(&input, &mut right).unwrap());
@@ -139,7 +140,7 @@ fn states_and_motion_that_do_not_fit_are_errors() {
     let ours = network(&config, &weights, Simd::best(), Precision::Auto);
     let other = network(&config, &weights, Simd::best(), Precision::Auto);
     let (small, large) = (FrameSize::new(20, 10).unwrap(), FrameSize::new(21, 10).unwrap());
-    let frame = Frame::new(small);
+    let frame = SparseFrame::from(&Frame::new(small));
     let input = FrameInput { sparse: &frame, motion: None };
     let error = ours.reconstruct(&input, &mut other.state(small)).unwrap_err().to_string();
     assert!(error.contains("another network"), "{error}");

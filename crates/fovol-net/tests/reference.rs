@@ -4,7 +4,7 @@
 mod cases;
 
 use cases::{Case, cases, difference, frame};
-use fovol_core::FrameSize;
+use fovol_core::{FrameSize, SparseFrame};
 use fovol_net::Weights;
 use fovol_net::cpu::{FrameInput, Network, Precision, Simd};
 use fovol_net::plan::NetworkConfig;
@@ -40,7 +40,7 @@ fn run(case: &Case, size: FrameSize, network: &Network) -> f32 {
     let mut worst = 0.0f32;
     for t in 0..case.number("frames") {
         let values = |name: &str| case.values(&format!("{name}.{t}"));
-        let sparse = frame(size, &values("input").unwrap(), &values("mask").unwrap());
+        let sparse = SparseFrame::from(&frame(size, &values("input").unwrap(), &values("mask").unwrap()));
         let motion: Option<Vec<[f32; 2]>> = values("motion").map(|planes| {
             let n = size.pixels();
             (0..n).map(|i| [planes[i], planes[n + i]]).collect()

@@ -1,4 +1,4 @@
-//! Sparse volume rendering: noise, mask, compaction, march and scatter.
+//! Sparse volume rendering: noise, mask, compaction, march and the sparse frame.
 //!
 //! [`scene`] prepares a volume for marching. [`cpu`] has the specification of image formation and its fast twins. `gpu`
 //! (cargo feature `gpu`) has their twins on graphics processors.

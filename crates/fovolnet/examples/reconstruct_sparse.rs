@@ -4,7 +4,7 @@
 //! cargo run --release -p fovolnet --example reconstruct_sparse -- sparse
 //! ```
 
-use fovolnet::core::FrameSize;
+use fovolnet::core::{FrameSize, SparseFrame};
 use fovolnet::io::image::{Alpha, write_png};
 use fovolnet::metrics::psnr;
 use fovolnet::{
@@ -19,7 +19,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     std::fs::create_dir_all(&folder)?;
     let size = FrameSize::new(320, 240)?;
 
-    // Any renderer will do if unsampled pixels of its frames are black with alpha 0.
+    // Any renderer will do: `SparseFrame::new` takes pixels, colours and depths, and `SparseFrame::from` a picture with
+    // alpha 1 at samples and 0 elsewhere.
     let volume = open_volume("head", &VolumeSettings { dims: Some([64; 3]), ..Default::default() })?;
     let shared = RenderSettings { size, frames: 5, ..Default::default() };
     let sparse = RenderSettings {
@@ -35,7 +36,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let network = RenderSettings { reconstruction: Reconstruction::WNet, ..Default::default() };
     let mut reconstructor = Reconstructor::new(&network, size)?;
     for i in 0..5 {
-        let sparse = renderer.render(i)?.frame;
+        let sparse = SparseFrame::from(&renderer.render(i)?.frame);
         // Nothing moves here, so there is no motion to pass. The reconstructor keeps the state between frames.
         let filled = reconstructor.reconstruct(&sparse, None)?;
         write_png(&folder.join(format!("frame_{i:04}.png")), &filled, Alpha::Drop)?;

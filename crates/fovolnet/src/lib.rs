@@ -128,7 +128,7 @@ pub use fovol_metrics as metrics;
 pub use fovol_net as net;
 pub use fovol_render as render;
 pub use fovol_simd as simd;
-pub use motion::{Depths, Filled, MotionFinder, REMEMBERED, Sparse, motion, motion_of_depths};
+pub use motion::{Depths, Filled, MotionFinder, REMEMBERED, motion, motion_of_depths};
 #[cfg(feature = "gpu")]
 pub use pipeline::{DeviceFrame, DoneFrame};
 pub use pipeline::{

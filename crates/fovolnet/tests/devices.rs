@@ -60,7 +60,7 @@ fn frames_are_those_of_the_processor() {
                 let [cpu, gpu] = both.each_mut().map(|pipeline| pipeline.render(i).unwrap());
                 assert_eq!(cpu.mask, gpu.mask, "{name}");
                 assert_eq!((cpu.samples, cpu.lost), (gpu.samples, gpu.lost), "{name}");
-                assert!(difference(&cpu.sparse, &gpu.sparse) <= 2.0 / 255.0, "{name}");
+                assert!(difference(&cpu.samples_picture(), &gpu.samples_picture()) <= 2.0 / 255.0, "{name}");
                 // Where a depth differs, a network may weigh its history differently.
                 assert!(difference(&cpu.frame, &gpu.frame) <= 8.0 / 255.0, "{name}");
                 assert_eq!(cpu.motion.is_some(), gpu.motion.is_some(), "{name}");

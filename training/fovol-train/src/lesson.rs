@@ -7,8 +7,8 @@
 use crate::Result;
 use crate::clips::Clip;
 use crate::mask_noise::{MaskNoise, NoiseConfig};
-use fovol_core::{Frame, FrameSize, Pixel};
-use fovolnet::{Depths, Sparse, motion, motion_of_depths};
+use fovol_core::{Frame, FrameSize, Pixel, SampleList, SparseFrame};
+use fovolnet::{Depths, motion, motion_of_depths};
 use rand::{Rng, RngExt};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -280,24 +280,24 @@ impl Variation {
         let size = clip.scenery.part;
         let (width, height) = (size.width as usize, size.height as usize);
         let sampled = self.sampled(size.width, size.height, t, noise);
-        let (mut sparse, mut full) = (Frame::new(size), Frame::new(size));
-        let (mut known, mut all) = (Vec::new(), Vec::new());
+        let mut full = Frame::new(size);
+        let [mut known, mut all] = [Samples::default(), Samples::default()];
         for at in 0..size.pixels() {
             let (x, y) = (at % width, at / width);
-            let (mut colour, mut inverse) = ([0.0, 0.0, 0.0, 1.0], 0.0);
+            let (mut colour, mut depth) = ([0.0; 3], f32::INFINITY);
             if !self.is_blank(x, y, width, height) {
-                let [r, g, b] = self.recoloured(std::array::from_fn(|c| clip.frames[shown][3 * at + c]));
-                (colour, inverse) = ([r, g, b, 1.0], clip.inverse_distances[shown][at].to_f32());
+                colour = self.recoloured(std::array::from_fn(|c| clip.frames[shown][3 * at + c]));
+                depth = 1.0 / clip.inverse_distances[shown][at].to_f32();
             }
-            let here = (Pixel { x: x as u16, y: y as u16 }, inverse);
-            all.push(here);
-            known.extend(sampled[at].then_some(here));
-            full.pixels_mut()[at] = colour;
+            let pixel = Pixel { x: x as u16, y: y as u16 };
+            all.push(pixel, colour, depth);
             if sampled[at] {
-                sparse.pixels_mut()[at] = colour;
+                known.push(pixel, colour, depth);
             }
+            let [r, g, b] = colour;
+            full.pixels_mut()[at] = [r, g, b, 1.0];
         }
-        let [known, all] = [known, all].map(|depths| Depths::of_inverse(size, depths));
+        let [sparse, all] = [known, all].map(|samples| samples.frame(size));
         let still = || vec![[0.0; 2]; size.pixels()];
         let [moves, truly] = match past.last.as_ref().filter(|_| shown != before) {
             None => [still(), still()],
@@ -305,16 +305,15 @@ impl Variation {
                 let to_last = clip.reprojection(shown, before);
                 let earlier =
                     past.depths.iter().map(|(then, depths)| (clip.reprojection(*then, shown), depths));
-                let now = Sparse { frame: &sparse, depths: &known };
-                let moves = motion(now, &earlier.collect::<Vec<_>>(), &to_last, last);
-                [moves, motion_of_depths(&all.filled(), &to_last)]
+                let moves = motion(&sparse, &earlier.collect::<Vec<_>>(), &to_last, last);
+                [moves, motion_of_depths(&Depths::new(&all).filled(), &to_last)]
             }
         };
         let [motion, true_motion] = [moves, truly].map(|motion| self.flipped_motion(&planes(&motion, size)));
         let target = self.flipped(&colours(&full));
         let mask: Vec<f32> = sampled.iter().map(|sampled| f32::from(u8::from(*sampled))).collect();
         let mask = self.flipped(&image(&mask, 1, size));
-        past.add(shown, known, full);
+        past.add(shown, Depths::new(&sparse), full);
         LessonFrame { colour: &target * &mask, motion, true_motion, mask, target }
     }
 
@@ -363,6 +362,26 @@ impl Variation {
         let sign = |axis: i64| if self.flips.contains(&axis) { -1.0f32 } else { 1.0 };
         let signs = Tensor::from_slice(&[sign(3), sign(2)]).view([1, 2, 1, 1]);
         self.flipped(motion) * signs.to_kind(Kind::Float)
+    }
+}
+
+/// Samples of a frame, as they are collected in raster order.
+#[derive(Default)]
+struct Samples {
+    pixels: Vec<Pixel>,
+    colours: Vec<[f32; 3]>,
+    depths: Vec<f32>,
+}
+
+impl Samples {
+    fn push(&mut self, pixel: Pixel, colour: [f32; 3], depth: f32) {
+        self.pixels.push(pixel);
+        self.colours.push(colour);
+        self.depths.push(depth);
+    }
+
+    fn frame(self, size: FrameSize) -> SparseFrame {
+        SparseFrame::new(SampleList::new(size, self.pixels), self.colours, self.depths)
     }
 }
 

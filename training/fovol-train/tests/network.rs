@@ -1,6 +1,6 @@
 //! Tests of networks under autograd against the CPU engine, PyTorch's cases and finite differences.
 
-use fovol_core::{Frame, FrameSize};
+use fovol_core::{Frame, FrameSize, SparseFrame};
 use fovol_net::Weights;
 use fovol_net::cpu::{self, FrameInput, Precision, Simd};
 use fovol_net::plan::{
@@ -42,14 +42,14 @@ impl Given {
     }
 
     /// The first clip's frame as input of the CPU engine.
-    fn frame(&self) -> (Frame, Vec<[f32; 2]>) {
+    fn frame(&self) -> (SparseFrame, Vec<[f32; 2]>) {
         let [colour, mask, motion] = [&self.colour, &self.mask, &self.motion].map(|t| numbers(&t.get(0)));
         let (height, width) = (self.colour.size()[2], self.colour.size()[3]);
         let n = (height * width) as usize;
         let pixels = (0..n).map(|i| [colour[i], colour[n + i], colour[2 * n + i], mask[i]]).collect();
         let size = FrameSize::new(width as u32, height as u32).unwrap();
         let motion = (0..n).map(|i| [motion[i], motion[n + i]]).collect();
-        (Frame::from_pixels(size, pixels).unwrap(), motion)
+        (SparseFrame::from(&Frame::from_pixels(size, pixels).unwrap()), motion)
     }
 }
 

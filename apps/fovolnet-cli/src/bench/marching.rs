@@ -7,7 +7,7 @@ use fovolnet::core::memory::{Estimate, SMALLER_BOTH};
 use fovolnet::core::{Camera, Fovea, Frame, FrameSize, Scene};
 use fovolnet::render::cpu::march::SampleCount;
 use fovolnet::render::cpu::{
-    RenderOptions, Renderer, Simd, available_simd, best_simd, compact, direct, mask, scatter,
+    RenderOptions, Renderer, Simd, available_simd, best_simd, compact, direct, mask, sparse_frame,
 };
 use fovolnet::render::noise::Noise;
 use fovolnet::render::scene::RayResult;
@@ -34,7 +34,7 @@ pub trait Marching {
     fn picture(&mut self, camera: &Camera) -> Result<Frame>;
     /// Marches every pixel. Also returns the number of samples, if known.
     fn full(&mut self, camera: &Camera) -> Result<(Lap, Option<SampleCount>)>;
-    /// Makes a mask, compacts it, marches the list and scatters the results.
+    /// Makes a mask, compacts it, marches the list and sparse_frames the results.
     fn compact(&mut self, camera: &Camera, sampled: &Sampled<'_>) -> Result<Lap>;
     /// Makes a mask and marches the full grid, where rays of unsampled pixels end at once.
     fn reject(&mut self, camera: &Camera, sampled: &Sampled<'_>) -> Result<Lap>;
@@ -103,7 +103,7 @@ impl Marching for CpuMarching {
         self.pool.install(|| {
             let list = compact(&mask(sampled.fovea, self.size, sampled.noise, sampled.frame));
             let (marched, _) = self.renderer.march_list(camera, &list);
-            drop(scatter(&list, &marched));
+            drop(sparse_frame(list, &marched));
         });
         Ok(Lap::since(started))
     }
@@ -122,8 +122,8 @@ impl Marching for CpuMarching {
         let lost = self.pool.install(|| {
             let drawn = direct(sampled.fovea, self.size, 0, sampled.frame);
             let (marched, _) = self.renderer.march_list(camera, &drawn.list);
-            drop(scatter(&drawn.list, &marched));
-            drawn.lost as f64 / drawn.list.len().max(1) as f64
+            drop(sparse_frame(drawn.list, &marched));
+            drawn.lost as f64 / marched.len().max(1) as f64
         });
         Ok((Lap::since(started), lost))
     }

@@ -4,7 +4,7 @@ use crate::thread_pool::thread_pool;
 use anyhow::{Result, anyhow};
 #[cfg(feature = "gpu")]
 use fovolnet::OpenDevice;
-use fovolnet::core::{Fovea, Frame, FrameSize};
+use fovolnet::core::{Fovea, FrameSize, Pixel, SparseFrame};
 #[cfg(feature = "gpu")]
 use fovolnet::gpu::Timing;
 use fovolnet::net::Weights;
@@ -12,7 +12,7 @@ use fovolnet::net::cpu::{FrameInput, Network, Precision, Simd, calibrate, peak_f
 #[cfg(feature = "gpu")]
 use fovolnet::net::gpu::{self, DeviceInput, State};
 use fovolnet::net::plan::{Layer, Plan};
-use fovolnet::render::cpu::mask;
+use fovolnet::render::cpu::{compact, mask};
 use fovolnet::render::noise::{Noise, NoiseKind};
 use fovolnet::{Device, RandomWeights, parse};
 use serde::Serialize;
@@ -171,10 +171,11 @@ impl NetBench {
         let mut measured = Measured::default();
         for round in 0..self.repeats.max(1) + WARM_UP {
             interrupt::check("nothing was written")?;
-            let mut frame = sparse_frame(self.size, round as u32);
+            let sparse = sparse_frame(self.size, round as u32);
+            let input = FrameInput { sparse: &sparse, motion: None };
             let started = Instant::now();
             let mut part = Vec::new();
-            network.observed(&mut frame, None, &mut state, |layers, _, took| {
+            network.observed(&input, &mut state, |layers, _, took| {
                 part.push((layers, took.as_secs_f64() * 1e3));
             })?;
             if round >= WARM_UP {
@@ -191,7 +192,7 @@ impl NetBench {
     #[cfg(feature = "gpu")]
     fn on_gpu(&self, network: &gpu::Network) -> Result<Measured> {
         let mut state = network.state(self.size)?;
-        let sparse = sparse_frame(self.size, 0);
+        let sparse = sparse_frame(self.size, 0).to_frame();
         let sparse = network.gpu().upload("sparse frame", bytemuck::cast_slice(sparse.pixels()))?;
         let input = DeviceInput { sparse: &sparse, motion: None };
         let gpu = network.gpu();
@@ -274,18 +275,15 @@ const WARM_UP: usize = 2;
 
 /// Sparse frame of the default fovea's density. Speed does not depend on the colours or the kind of noise; uniform
 /// noise needs no tables in memory.
-fn sparse_frame(size: FrameSize, number: u32) -> Frame {
-    let samples = mask(&Fovea::default(), size, &Noise::new(NoiseKind::Uniform, 0), number);
-    let mut frame = Frame::new(size);
-    for y in 0..size.height {
-        for x in 0..size.width {
-            if samples.contains(x, y) {
-                let wave = |f: f32| 0.5 + 0.5 * ((x + 3 * number) as f32 * f + y as f32 * 0.01).sin();
-                frame.pixels_mut()[(y * size.width + x) as usize] = [wave(0.01), wave(0.02), wave(0.05), 1.0];
-            }
-        }
-    }
-    frame
+fn sparse_frame(size: FrameSize, number: u32) -> SparseFrame {
+    let list = compact(&mask(&Fovea::default(), size, &Noise::new(NoiseKind::Uniform, 0), number));
+    let colour = |pixel: &Pixel| {
+        let [x, y] = [u32::from(pixel.x) + 3 * number, u32::from(pixel.y)].map(|at| at as f32);
+        [0.01, 0.02, 0.05].map(|f| 0.5 + 0.5 * (x * f + y * 0.01).sin())
+    };
+    let colours: Vec<_> = list.pixels().iter().map(colour).collect();
+    let depths = vec![1.0; list.len()];
+    SparseFrame::new(list, colours, depths)
 }
 
 /// Median of `values`; sorts them.

@@ -7,7 +7,7 @@ use anyhow::{Context as _, Result};
 #[cfg(feature = "gpu")]
 use fovolnet::DeviceReconstructor;
 use fovolnet::core::memory::Estimate;
-use fovolnet::core::{Frame, FrameSize, SampleMask};
+use fovolnet::core::{Frame, FrameSize, SparseFrame};
 use fovolnet::io::atomic;
 use fovolnet::io::image::{self, Alpha};
 use fovolnet::net::cpu::Precision;
@@ -76,7 +76,7 @@ impl Filler {
         }
     }
 
-    fn reconstruct(&mut self, sparse: &Frame, motion: Option<&[[f32; 2]]>) -> fovolnet::Result<Frame> {
+    fn reconstruct(&mut self, sparse: &SparseFrame, motion: Option<&[[f32; 2]]>) -> fovolnet::Result<Frame> {
         match self {
             Self::Cpu(made) => made.reconstruct(sparse, motion),
             #[cfg(feature = "gpu")]
@@ -124,19 +124,18 @@ impl Reconstruct {
         for i in 0..sequence.len() {
             let made = interrupt::unless_asked(|| {
                 let sparse = sequence.frame(i)?;
-                let mask = SampleMask::of_sparse_frame(&sparse);
                 let motion = if filler.uses_motion() { sequence.motion(i)? } else { None };
                 let started = Instant::now();
                 let full = threads.install(|| filler.reconstruct(&sparse, motion.as_deref())).with_context(
                     || format!("{} cannot follow the frames before it", sequence.path(i).display()),
                 )?;
-                Ok((mask, full, started.elapsed().as_secs_f64() * 1e3))
+                Ok((sparse.len(), full, started.elapsed().as_secs_f64() * 1e3))
             })?;
-            let (mask, full, ms) = made.ok_or_else(|| self.interrupted(frames.len()))?;
+            let (samples, full, ms) = made.ok_or_else(|| self.interrupted(frames.len()))?;
             frames.push(FrameFigures {
                 file: self.write(sequence.path(i), &full)?,
-                samples: mask.count(),
-                density: mask.density(),
+                samples,
+                density: samples as f64 / size.pixels() as f64,
                 ms,
             });
             progress.step();

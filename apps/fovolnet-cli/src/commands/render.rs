@@ -102,7 +102,7 @@ impl Render {
             let Some((rendered, reference, measured)) = made else { break };
             files.write(&rendered, reference.as_ref())?;
             let camera = pipeline.world().camera(&pipeline.camera(i));
-            visibility.look(&rendered.sparse, &camera, &opened.volume);
+            visibility.look(&rendered, &camera, &opened.volume);
             if let Some(video) = &mut video {
                 video.push(&rendered.frame)?;
             }

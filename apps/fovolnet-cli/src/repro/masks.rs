@@ -29,7 +29,7 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
         let mask = mask(&fovea, evaluation.size, &Noise::new(NoiseKind::Stbn, 0), 0);
         let chosen = grey(evaluation.size, |x, y| f32::from(u8::from(mask.contains(x, y))));
         let caption = format!("{}, (P_b, σ) = ({}, {})", data.name, sampling[0], sampling[1]);
-        section.picture(name, &caption, side_by_side(&[&density, &chosen, &rendered.sparse], GAP));
+        section.picture(name, &caption, side_by_side(&[&density, &chosen, &rendered.samples_picture()], GAP));
         rows.push(vec![
             sampling[0].to_string().into(),
             sampling[1].to_string().into(),

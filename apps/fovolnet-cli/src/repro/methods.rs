@@ -3,7 +3,7 @@
 use super::data_set::DataSet;
 use super::evaluation::Evaluation;
 use anyhow::Result;
-use fovolnet::core::Frame;
+use fovolnet::core::{Frame, SparseFrame};
 use fovolnet::net::Fill;
 use fovolnet::{
     OpenVolume, Pipeline, Reconstruction, RenderSettings, RenderedFrame, SpeedSettings, WeightsChoice,
@@ -55,7 +55,7 @@ pub struct Comparison {
 
 /// One frame, filled by every method.
 pub struct Compared {
-    /// Sparse frame.
+    /// Picture of the samples.
     pub sparse: Frame,
     /// Full frames in the order of [`METHODS`].
     pub frames: [Frame; COUNT],
@@ -75,9 +75,10 @@ impl Comparison {
             .iter_mut()
             .map(|pipeline| pipeline.render(number))
             .collect::<Result<Vec<_>, _>>()?;
-        let sparse = rendered[0].sparse.clone();
+        let sparse = rendered[0].samples_picture();
+        let samples = SparseFrame::from(&sparse);
         let frames = METHODS.map(|method| match method.how {
-            Reconstruction::Fill(fill) => fill.reconstruct(&sparse),
+            Reconstruction::Fill(fill) => fill.reconstruct(&samples),
             _ => rendered.remove(0).frame,
         });
         Ok(Compared { sparse, frames })

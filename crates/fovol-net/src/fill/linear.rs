@@ -1,4 +1,4 @@
-use fovol_core::Frame;
+use fovol_core::{Frame, SparseFrame};
 use rayon::prelude::*;
 use spade::{DelaunayTriangulation, HasPosition, HierarchyHintGenerator, Point2, Triangulation};
 
@@ -22,20 +22,15 @@ type Mesh = DelaunayTriangulation<Sample, (), (), (), HierarchyHintGenerator<f64
 const ROWS: usize = 16;
 
 /// Interpolates linearly in the Delaunay triangulation of the samples. Outside it the nearest sample counts.
-pub fn linear(sparse: &Frame) -> Frame {
+pub fn linear(sparse: &SparseFrame) -> Frame {
     let size = sparse.size();
-    let mut frame = sparse.clone();
+    let mut frame = sparse.to_frame();
     let samples = samples_of(sparse);
     if samples.is_empty() {
         frame.fill([0.0, 0.0, 0.0, 1.0]);
         return frame;
     }
     let mesh = Mesh::bulk_load_stable(samples).expect("pixel positions are finite");
-    for p in frame.pixels_mut() {
-        if p[3] <= 0.5 {
-            p[3] = 0.0;
-        }
-    }
     draw_triangles(&mesh, &mut frame);
     let width = size.width as usize;
     frame.pixels_mut().par_chunks_mut(width * ROWS).enumerate().for_each(|(chunk, rows)| {
@@ -50,15 +45,9 @@ pub fn linear(sparse: &Frame) -> Frame {
     frame
 }
 
-fn samples_of(sparse: &Frame) -> Vec<Sample> {
-    let width = sparse.size().width as usize;
-    let sampled = sparse.pixels().iter().enumerate().filter(|(_, p)| p[3] > 0.5);
-    sampled
-        .map(|(i, p)| Sample {
-            at: Point2::new((i % width) as f64, (i / width) as f64),
-            colour: [p[0], p[1], p[2]],
-        })
-        .collect()
+fn samples_of(sparse: &SparseFrame) -> Vec<Sample> {
+    let samples = sparse.pixels().iter().zip(sparse.colours());
+    samples.map(|(p, &colour)| Sample { at: Point2::new(p.x.into(), p.y.into()), colour }).collect()
 }
 
 /// Fills the unsampled pixels that the triangles cover.

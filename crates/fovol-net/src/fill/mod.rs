@@ -2,15 +2,14 @@ mod linear;
 mod numbers;
 mod pull_push;
 
-use fovol_core::Frame;
+use fovol_core::{Frame, SparseFrame};
 pub use numbers::FilledNumbers;
 use std::fmt;
 use std::str::FromStr;
 
 /// Reconstruction of a frame without training and history.
 ///
-/// Sampled pixels (alpha above ½) keep their colours exactly; all others are filled. A frame without any sample
-/// becomes opaque black.
+/// Sampled pixels keep their colours exactly; all others are filled. A frame without any sample becomes opaque black.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Fill {
     /// Pull-push: averages over growing squares (Gortler, Grzeszczuk, Szeliski, Cohen 1996).
@@ -21,7 +20,7 @@ pub enum Fill {
 
 impl Fill {
     /// Reconstructs the full frame of `sparse`, with alpha 1 everywhere.
-    pub fn reconstruct(self, sparse: &Frame) -> Frame {
+    pub fn reconstruct(self, sparse: &SparseFrame) -> Frame {
         match self {
             Self::PullPush => pull_push::pull_push(sparse),
             Self::Linear => linear::linear(sparse),
@@ -53,30 +52,25 @@ impl FromStr for Fill {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fovol_core::{FrameSize, SampleMask};
+    use fovol_core::{FrameSize, Pixel, SampleList, SampleMask};
     use proptest::prelude::*;
 
     fn size(w: u32, h: u32) -> FrameSize {
         FrameSize::new(w, h).unwrap()
     }
 
-    fn sparse(size: FrameSize, mask: &SampleMask, colour: impl Fn(u32, u32) -> [f32; 3]) -> Frame {
-        let mut frame = Frame::new(size);
-        for y in 0..size.height {
-            for x in 0..size.width {
-                if mask.contains(x, y) {
-                    let [r, g, b] = colour(x, y);
-                    frame.pixels_mut()[(y * size.width + x) as usize] = [r, g, b, 1.0];
-                }
-            }
-        }
-        frame
+    fn sparse(size: FrameSize, mask: &SampleMask, colour: impl Fn(u32, u32) -> [f32; 3]) -> SparseFrame {
+        let every = (0..size.height).flat_map(|y| (0..size.width).map(move |x| [x, y]));
+        let sampled: Vec<[u32; 2]> = every.filter(|[x, y]| mask.contains(*x, *y)).collect();
+        let pixels = sampled.iter().map(|[x, y]| Pixel { x: *x as u16, y: *y as u16 }).collect();
+        let colours = sampled.iter().map(|[x, y]| colour(*x, *y)).collect();
+        SparseFrame::new(SampleList::new(size, pixels), colours, vec![1.0; sampled.len()])
     }
 
     #[test]
     fn no_sample_is_black_and_one_spreads_everywhere() {
         for fill in [Fill::PullPush, Fill::Linear] {
-            let empty = Frame::new(size(7, 5));
+            let empty = SparseFrame::from(&Frame::new(size(7, 5)));
             assert!(fill.reconstruct(&empty).pixels().iter().all(|p| *p == [0.0, 0.0, 0.0, 1.0]), "{fill}");
             let one =
                 sparse(size(13, 9), &SampleMask::from_fn(size(13, 9), |x, y| x == 3 && y == 2), |_, _| {
@@ -129,7 +123,7 @@ mod tests {
             let frame = sparse(size, &mask, |x, y| [random(y, x) as f32 % 97.0 / 97.0, 0.5, 0.2]);
             for fill in [Fill::PullPush, Fill::Linear] {
                 let full = fill.reconstruct(&frame);
-                for (a, b) in frame.pixels().iter().zip(full.pixels()) {
+                for (a, b) in frame.to_frame().pixels().iter().zip(full.pixels()) {
                     prop_assert!(a[3] == 0.0 || a == b);
                     prop_assert!(b[3] == 1.0 && b[..3].iter().all(|c| (-1e-5..=1.00001).contains(c)));
                 }

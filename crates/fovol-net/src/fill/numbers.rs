@@ -113,7 +113,7 @@ impl SimdOp for Row<'_> {
 mod tests {
     use super::*;
     use crate::fill::Fill;
-    use fovol_core::Frame;
+    use fovol_core::{Frame, SparseFrame};
     use proptest::prelude::*;
 
     proptest! {
@@ -130,7 +130,7 @@ mod tests {
             }
             let known = |c: usize| frame.pixels().iter().map(|p| if p[3] > 0.5 { p[c] } else { 0.0 }).collect();
             let numbers = FilledNumbers::new(size, [known(0), known(1)]);
-            let expected = Fill::PullPush.reconstruct(&frame);
+            let expected = Fill::PullPush.reconstruct(&SparseFrame::from(&frame));
             let pictures = numbers.pictures();
             for (i, pixel) in expected.pixels().iter().enumerate() {
                 let alone = numbers.at([i % w as usize, i / w as usize]);

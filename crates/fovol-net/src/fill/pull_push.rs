@@ -1,4 +1,4 @@
-use fovol_core::Frame;
+use fovol_core::{Frame, SparseFrame};
 use rayon::prelude::*;
 
 /// Pixel of a pyramid level: values premultiplied by a weight 0…1, and that weight.
@@ -148,11 +148,10 @@ impl Level<Pair> {
     }
 }
 
-/// Fills `sparse` by pull-push. Sampled pixels (alpha above ½) keep their values exactly.
-pub fn pull_push(sparse: &Frame) -> Frame {
-    let known = |p: &[f32; 4]| if p[3] > 0.5 { [p[0], p[1], p[2], 1.0] } else { [0.0; 4] };
+/// Fills `sparse` by pull-push. Sampled pixels keep their values exactly.
+pub fn pull_push(sparse: &SparseFrame) -> Frame {
     let [width, height] = [sparse.size().width, sparse.size().height].map(|side| side as usize);
-    let finest = Level { width, height, pixels: sparse.pixels().par_iter().map(known).collect() };
+    let finest = Level { width, height, pixels: sparse.to_frame().into_pixels() };
     Frame::from_pixels(sparse.size(), filled(finest).pixels)
         .expect("the finest level has the size of the frame")
 }

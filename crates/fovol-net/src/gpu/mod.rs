@@ -8,7 +8,7 @@
 //! takes and returns frames of the host:
 //!
 //! ```no_run
-//! use fovol_core::{Frame, FrameSize};
+//! use fovol_core::{Frame, FrameSize, SparseFrame};
 //! use fovol_gpu::{AdapterRequest, Gpu};
 //! use fovol_net::gpu::{FrameInput, Network, Precision};
 //! use fovol_net::{Weights, plan::Named};
@@ -18,7 +18,8 @@
 //! let network = Network::new(&gpu, weights.config.plan()?, &weights, Precision::Auto)?;
 //! let size = FrameSize::default();
 //! let mut state = network.state(size)?;
-//! let input = FrameInput { sparse: &Frame::new(size), motion: None };
+//! let sparse = SparseFrame::from(&Frame::new(size));
+//! let input = FrameInput { sparse: &sparse, motion: None };
 //! let frame = network.reconstruct(&input, &mut state)?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

@@ -27,7 +27,7 @@ fn halves_stay_close() {
         let (mut expected_state, mut state) = (specification.state(size), network.state(size).unwrap());
         let mut clips = [Vec::new(), Vec::new()];
         for (sparse, motion) in &clip(size, RECURRENT) {
-            let input = FrameInput { sparse, motion: motion.as_deref() };
+            let input = FrameInput { sparse: &SparseFrame::from(sparse), motion: motion.as_deref() };
             clips[0].push(specification.reconstruct(&input, &mut expected_state).unwrap());
             clips[1].push(network.reconstruct(&input, &mut state).unwrap());
         }
@@ -113,7 +113,7 @@ proptest! {
     #[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
     fn wide_convolutions_of_halves_are_those_of_the_cpu(wide in wide()) {
         let (plan, [w, h]) = (wide.plan(), wide.frame);
-        let (weights, sparse) = (random_weights(&plan), sparse(size(w, h), 3));
+        let (weights, sparse) = (random_weights(&plan), SparseFrame::from(&sparse(size(w, h), 3)));
         let input = FrameInput { sparse: &sparse, motion: None };
         let exact = cpu::Network::new(plan.clone(), &weights, cpu::Simd::best(), cpu::Precision::F32).unwrap();
         let expected = exact.reconstruct(&input, &mut exact.state(sparse.size())).unwrap();

@@ -10,7 +10,7 @@ mod cases;
 mod halves;
 
 use cases::{Case, cases, difference, frame};
-use fovol_core::{Frame, FrameSize};
+use fovol_core::{Frame, FrameSize, SparseFrame};
 use fovol_gpu::{AdapterRequest, Gpu, GpuError, read};
 use fovol_net::gpu::{DeviceInput, FrameInput, Network, Precision, PullPush, State};
 use fovol_net::plan::{
@@ -88,7 +88,7 @@ fn worst(gpu: &Gpu, plan: &Plan, weights: &Weights, size: FrameSize, frames: u32
     let (specification, network) = both(gpu, plan, weights);
     let (mut expected_state, mut state) = (specification.state(size), network.state(size).unwrap());
     let difference = |(sparse, motion): &(Frame, Option<Vec<[f32; 2]>>)| {
-        let input = FrameInput { sparse, motion: motion.as_deref() };
+        let input = FrameInput { sparse: &SparseFrame::from(sparse), motion: motion.as_deref() };
         let expected = specification.reconstruct(&input, &mut expected_state).unwrap();
         let found = network.reconstruct(&input, &mut state).unwrap();
         difference(&values(&found), &values(&expected))
@@ -128,7 +128,7 @@ fn networks_agree_with_pytorch() {
         let mut worst = 0.0f32;
         for t in 0..case.number("frames") {
             let values = |name: &str| case.values(&format!("{name}.{t}"));
-            let sparse = frame(size, &values("input").unwrap(), &values("mask").unwrap());
+            let sparse = SparseFrame::from(&frame(size, &values("input").unwrap(), &values("mask").unwrap()));
             let n = size.pixels();
             let pairs = |planes: Vec<f32>| (0..n).map(|i| [planes[i], planes[n + i]]).collect::<Vec<_>>();
             let motion = values("motion").map(pairs);
@@ -263,7 +263,8 @@ fn states_are_independent_and_start_anew() {
     let clip = clip(size, 3);
     let run = |state: &mut State, t: usize| {
         let (sparse, motion) = &clip[t];
-        network.reconstruct(&FrameInput { sparse, motion: motion.as_deref() }, state).unwrap()
+        let input = FrameInput { sparse: &SparseFrame::from(sparse), motion: motion.as_deref() };
+        network.reconstruct(&input, state).unwrap()
     };
     let mut alone = state(size);
     let expected: Vec<Frame> = (0..3).map(|t| run(&mut alone, t)).collect();
@@ -302,7 +303,7 @@ fn frames_of_the_device_need_no_host() {
     let mut encoder = GPU.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     let mut expected = Frame::new(size);
     for (sparse, motion) in &clip {
-        let input = FrameInput { sparse, motion: motion.as_deref() };
+        let input = FrameInput { sparse: &SparseFrame::from(sparse), motion: motion.as_deref() };
         expected = network.reconstruct(&input, &mut expected_state).unwrap();
         let (sparse, motion) = (uploaded(sparse.pixels()), motion.as_deref().map(uploaded));
         let input = DeviceInput { sparse: &sparse, motion: motion.as_ref() };
@@ -328,12 +329,13 @@ fn what_does_not_fit_is_an_error() {
     let (_, other_state) = fast(Precision::F32);
     let (small, large) = (size(20, 10), size(21, 10));
     let frame = Frame::new(small);
-    let input = FrameInput { sparse: &frame, motion: None };
+    let none = SparseFrame::from(&frame);
+    let input = FrameInput { sparse: &none, motion: None };
     let error = ours.reconstruct(&input, &mut other_state(small)).unwrap_err().to_string();
     assert!(error.contains("another network"), "{error}");
     let error = ours.reconstruct(&input, &mut state(large)).unwrap_err().to_string();
     assert!(error.contains("21x10, not 20x10"), "{error}");
-    let short = FrameInput { sparse: &frame, motion: Some(&[[0.0; 2]; 3]) };
+    let short = FrameInput { sparse: &none, motion: Some(&[[0.0; 2]; 3]) };
     assert!(ours.reconstruct(&short, &mut state(small)).is_err());
 
     let mut encoder = GPU.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
@@ -366,7 +368,7 @@ fn any_webgpu_is_enough_and_too_large_frames_are_refused() {
         for precision in [Precision::F16, Precision::Auto] {
             let network = Network::new(&gpu, plan.clone(), &weights, precision).unwrap();
             assert_ne!(network.precision(), Precision::Auto);
-            let frame = sparse(size(19, 18), 0);
+            let frame = SparseFrame::from(&sparse(size(19, 18), 0));
             let input = FrameInput { sparse: &frame, motion: None };
             network.reconstruct(&input, &mut network.state(frame.size()).unwrap()).unwrap();
         }
@@ -401,6 +403,7 @@ proptest! {
             let is_sampled = number(0) * 100.0 < density as f32;
             *pixel = if is_sampled { [number(1), number(2), 30.0 * number(3), 1.0] } else { [0.0; 4] };
         }
+        let frame = SparseFrame::from(&frame);
         let expected = Fill::PullPush.reconstruct(&frame);
         let found = PullPush::new(&GPU, size).unwrap().reconstruct(&frame).unwrap();
         for (found, expected) in values(&found).iter().zip(values(&expected)) {

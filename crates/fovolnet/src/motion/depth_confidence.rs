@@ -1,7 +1,7 @@
 //! Confidence in each depth hypothesis (guess), tile by tile.
 
 use super::depth_hypotheses::{COUNT, DepthHypotheses, OFFSETS, guessed};
-use fovol_core::{Frame, FrameSize, Reprojection};
+use fovol_core::{Frame, FrameSize, Pixel, Reprojection, SparseFrame};
 use fovol_simd::{Simd, SimdOp};
 use glam::Vec4;
 use rayon::prelude::*;
@@ -122,7 +122,12 @@ type Errors = [f32; COUNT];
 /// At a sample itself the distance is known, so it cannot test a guess. Each sample is looked up along the motion of an
 /// unsampled neighbour instead. Samples take the right and the lower neighbour in turn, or the only unsampled one;
 /// using both would tell little more.
-pub fn believe(guesses: &DepthHypotheses, sparse: &Frame, to_last: &Reprojection, last: &Frame) -> Beliefs {
+pub fn believe(
+    guesses: &DepthHypotheses,
+    sparse: &SparseFrame,
+    to_last: &Reprojection,
+    last: &Frame,
+) -> Beliefs {
     let size = sparse.size();
     let columns = (size.width as usize).div_ceil(TILE);
     let tiles = columns * (size.height as usize).div_ceil(TILE);
@@ -168,7 +173,7 @@ impl SimdOp for TileErrors<'_> {
 /// Data against which guesses are judged.
 struct Evidence<'a> {
     guesses: &'a DepthHypotheses,
-    sparse: &'a Frame,
+    sparse: &'a SparseFrame,
     to_last: &'a Reprojection,
     last: &'a Frame,
     size: FrameSize,
@@ -200,7 +205,8 @@ impl Evidence<'_> {
                 found &= found - 1;
                 let x = left + at as usize;
                 let beside = if right >> at & 1 == 1 { [x + 1, y] } else { [x, y + 1] };
-                self.put([x, y], beside, &mut batch);
+                let colour = self.sparse.colours()[here.first + here.before(at)];
+                self.put([x, y], beside, colour, &mut batch);
                 if batch.count == LANES {
                     self.judge(&mut batch, errors);
                 }
@@ -214,27 +220,27 @@ impl Evidence<'_> {
     #[inline(always)]
     fn sampled(&self, left: usize, y: usize) -> Sampled {
         let (width, height) = (self.size.width as usize, self.size.height as usize);
-        let mut found = Sampled { are: 0, not: 0 };
-        if y < height {
-            let end = (left + TILE + 1).min(width);
-            for (at, pixel) in self.sparse.pixels()[y * width..][left..end].iter().enumerate() {
-                found.are |= u32::from(pixel[3] > 0.5) << at;
-            }
-            found.not = !found.are & (u32::MAX >> (32 - (end - left)));
+        if y >= height {
+            return Sampled { are: 0, not: 0, first: 0 };
         }
-        found
+        let end = (left + TILE + 1).min(width);
+        let samples = self.sparse.row_part(y, left..end);
+        let first = samples.start;
+        let bit = |pixel: &Pixel| 1 << (usize::from(pixel.x) - left);
+        let are = self.sparse.pixels()[samples].iter().map(bit).fold(0, |all, bit| all | bit);
+        Sampled { are, not: !are & (u32::MAX >> (32 - (end - left))), first }
     }
 
-    /// Adds the sample at pixel `at` to `batch`, to be looked up along the motion of its neighbour `beside`.
+    /// Adds the sample of a colour at pixel `at` to `batch`, to be looked up along the motion of its neighbour `beside`.
     #[inline(always)]
-    fn put(&self, at: [usize; 2], beside: [usize; 2], batch: &mut Batch) {
+    fn put(&self, at: [usize; 2], beside: [usize; 2], [r, g, b]: [f32; 3], batch: &mut Batch) {
         let lane = batch.count;
         for axis in 0..2 {
             batch.at[axis][lane] = at[axis] as f32;
             batch.beside[axis][lane] = beside[axis] as f32;
         }
         [batch.near[lane], batch.seen[lane]] = self.guesses.inverses(beside);
-        batch.colours[lane] = self.sparse.pixels()[at[1] * self.size.width as usize + at[0]];
+        batch.colours[lane] = [r, g, b, 1.0];
         batch.count += 1;
     }
 
@@ -291,6 +297,16 @@ struct Sampled {
     are: u32,
     /// Pixels inside the frame that are not sampled.
     not: u32,
+    /// Index of the first sample.
+    first: usize,
+}
+
+impl Sampled {
+    /// Number of samples before pixel `at`.
+    #[inline(always)]
+    fn before(&self, at: u32) -> usize {
+        (self.are & ((1 << at) - 1)).count_ones() as usize
+    }
 }
 
 /// Bits of the pixels of one tile row.
@@ -317,9 +333,9 @@ struct Batch {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Depths, Sparse};
+    use super::super::Depths;
     use super::*;
-    use fovol_core::{Camera, Pixel};
+    use fovol_core::{Camera, SampleList};
 
     const SIZE: FrameSize = FrameSize { width: 96, height: 64 };
 
@@ -333,7 +349,7 @@ mod tests {
         let [there, here] = [0.0, 10.0].map(|azimuth| Camera::on_sphere(azimuth, 5.0, 2.0, 40.0));
         let to_last = Reprojection::new(&here, &there, SIZE);
         let mut last = Frame::new(SIZE);
-        let (mut sparse, mut told, mut before) = (Frame::new(SIZE), Vec::new(), Vec::new());
+        let (mut told, mut colours, mut before) = (Vec::new(), Vec::new(), Vec::new());
         for y in 0..64u16 {
             for x in 0..96u16 {
                 let pixel = Pixel { x, y };
@@ -341,16 +357,22 @@ mod tests {
                 last.pixels_mut()[pixel.index(96)] = [pattern(x, y), 0.5, 0.5, 1.0];
                 if (pixel.x + 5 * pixel.y).is_multiple_of(11) {
                     let [dx, dy] = to_last.motion(x, y, true_inverse);
-                    sparse.pixels_mut()[pixel.index(96)] = [pattern(x + dx, y + dy), 0.5, 0.5, 1.0];
-                    told.push((pixel, told_inverse));
-                } else if let Some(earlier) = earlier {
-                    before.push((pixel, earlier));
+                    colours.push([pattern(x + dx, y + dy), 0.5, 0.5]);
+                    told.push(pixel);
+                } else if earlier.is_some() {
+                    before.push(pixel);
                 }
             }
         }
-        let (told, before) = (Depths::of_inverse(SIZE, told), Depths::of_inverse(SIZE, before));
+        let sparse = |pixels: Vec<Pixel>, colours: Vec<[f32; 3]>, inverse: f32| {
+            let depths = vec![1.0 / inverse; pixels.len()];
+            SparseFrame::new(SampleList::new(SIZE, pixels), colours, depths)
+        };
+        let now = sparse(told, colours, told_inverse);
+        let nothing = vec![[0.0; 3]; before.len()];
+        let before = Depths::new(&sparse(before, nothing, earlier.unwrap_or(1.0)));
         let earlier = [(Reprojection::new(&here, &here, SIZE), &before)];
-        super::super::motion(Sparse { frame: &sparse, depths: &told }, &earlier, &to_last, &last)
+        super::super::motion(&now, &earlier, &to_last, &last)
     }
 
     #[test]

@@ -1,5 +1,4 @@
 use super::depths::Depths;
-use super::sparse::Sparse;
 use fovol_core::{FrameSize, Reprojection};
 use fovol_net::FilledNumbers;
 use rayon::prelude::*;
@@ -23,8 +22,8 @@ pub const COUNT: usize = OFFSETS.len() + 1;
 pub const NEAREST: f32 = 0.05;
 
 impl DepthHypotheses {
-    pub fn new(now: Sparse<'_>, earlier: &[(Reprojection, &Depths)]) -> Self {
-        Self { filled: now.depths.filled_with(earlier) }
+    pub fn new(now: &Depths, earlier: &[(Reprojection, &Depths)]) -> Self {
+        Self { filled: now.filled_with(earlier) }
     }
 
     pub fn size(&self) -> FrameSize {

@@ -1,4 +1,4 @@
-use fovol_core::{FrameSize, Pixel, Region, Reprojection, SampleList};
+use fovol_core::{FrameSize, Pixel, Region, Reprojection, SparseFrame};
 use fovol_net::FilledNumbers;
 use fovol_simd::{Simd, SimdOp};
 use rayon::prelude::*;
@@ -13,22 +13,10 @@ pub struct Depths {
 }
 
 impl Depths {
-    /// Depths of the pixels of `list` from the `distances` of their ray results: distances from the eye in world units,
-    /// infinite where the ray met nothing (see [`RayResult::depth`]).
-    ///
-    /// # Panics
-    /// If the numbers of distances and pixels differ.
-    ///
-    /// [`RayResult::depth`]: fovol_render::scene::RayResult
-    pub fn new(list: &SampleList, distances: &[f32]) -> Self {
-        assert_eq!(list.len(), distances.len(), "one distance for every listed pixel");
-        let inverse = distances.iter().map(|distance| 1.0 / distance);
-        Self { size: list.size(), known: list.pixels().iter().copied().zip(inverse).collect() }
-    }
-
-    /// Depths of a frame of `size` from pixels with their inverse distances, 0 where the ray met nothing.
-    pub fn of_inverse(size: FrameSize, known: Vec<(Pixel, f32)>) -> Self {
-        Self { size, known }
+    /// Depths of the samples of `sparse`.
+    pub fn new(sparse: &SparseFrame) -> Self {
+        let inverse = sparse.depths().iter().map(|distance| 1.0 / distance);
+        Self { size: sparse.size(), known: sparse.pixels().iter().copied().zip(inverse).collect() }
     }
 
     /// Depths in `region`, with pixel positions relative to its top left pixel.
@@ -179,7 +167,14 @@ impl Filled {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fovol_core::Camera;
+    use fovol_core::{Camera, SampleList};
+
+    /// Depths of pixels with their inverse distances.
+    fn depths(size: FrameSize, known: &[(Pixel, f32)]) -> Depths {
+        let list = SampleList::new(size, known.iter().map(|(pixel, _)| *pixel).collect());
+        let distances = known.iter().map(|(_, inverse)| 1.0 / inverse).collect();
+        Depths::new(&SparseFrame::new(list, vec![[0.0; 3]; known.len()], distances))
+    }
 
     #[test]
     fn what_was_seen_before_is_seen_from_here_the_nearest_first() {
@@ -188,17 +183,17 @@ mod tests {
         let reprojection = Reprojection::new(&there, &here, size);
         let ([x, y], inverse) = reprojection.point(12.0, 9.0, 0.5).unwrap();
         let (x, y) = (x.round() as u32, y.round() as u32);
-        let before = Depths::of_inverse(size, vec![(Pixel { x: 12, y: 9 }, 0.5)]);
-        let behind = Depths::of_inverse(size, vec![(Pixel { x: x as u16, y: y as u16 }, 0.3)]);
+        let before = depths(size, &[(Pixel { x: 12, y: 9 }, 0.5)]);
+        let behind = depths(size, &[(Pixel { x: x as u16, y: y as u16 }, 0.3)]);
         let same = Reprojection::new(&here, &here, size);
-        let now = Depths::of_inverse(size, vec![(Pixel { x: 0, y: 0 }, 0.4)]);
+        let now = depths(size, &[(Pixel { x: 0, y: 0 }, 0.4)]);
         let [near, filled] = now.filled_with(&[(reprojection, &before), (same, &behind)]).pictures();
         assert_eq!(near, now.filled().inverse());
         assert!((filled[(y * 32 + x) as usize] - inverse).abs() < 1e-6);
         assert!((filled[0] - 0.4).abs() < 1e-6);
         // Rays of this frame met nothing there.
         let nothing = (Pixel { x: x as u16, y: y as u16 }, 0.0);
-        let now = Depths::of_inverse(size, vec![(Pixel { x: 0, y: 0 }, 0.4), nothing]);
+        let now = depths(size, &[(Pixel { x: 0, y: 0 }, 0.4), nothing]);
         let [_, filled] = now.filled_with(&[(reprojection, &before)]).pictures();
         assert!((filled[(y * 32 + x) as usize] - 0.4).abs() < 1e-6);
     }
@@ -206,10 +201,10 @@ mod tests {
     #[test]
     fn rays_that_met_nothing_are_not_known() {
         let size = FrameSize::new(4, 4).unwrap();
-        let list = SampleList::new(size, vec![Pixel { x: 1, y: 2 }, Pixel { x: 3, y: 3 }]);
-        let depths = Depths::new(&list, &[f32::INFINITY, 2.0]);
-        assert!(depths.filled().inverse().iter().all(|inverse| (inverse - 0.5).abs() < 1e-6));
-        let nothing = Depths::new(&list, &[f32::INFINITY; 2]);
+        let pixels = [Pixel { x: 1, y: 2 }, Pixel { x: 3, y: 3 }];
+        let one = depths(size, &[(pixels[0], 0.0), (pixels[1], 0.5)]);
+        assert!(one.filled().inverse().iter().all(|inverse| (inverse - 0.5).abs() < 1e-6));
+        let nothing = depths(size, &pixels.map(|pixel| (pixel, 0.0)));
         assert!(nothing.filled().inverse().iter().all(|inverse| *inverse == 0.0));
     }
 }

@@ -11,7 +11,6 @@
 mod depth_confidence;
 mod depth_hypotheses;
 mod depths;
-mod sparse;
 mod weighed_motion;
 
 #[cfg(feature = "gpu")]
@@ -20,9 +19,8 @@ pub(crate) use depth_confidence::TILE;
 pub(crate) use depth_hypotheses::COUNT as GUESSES;
 use depth_hypotheses::DepthHypotheses;
 pub use depths::{Depths, Filled};
-use fovol_core::{Camera, Frame, Region, Reprojection};
+use fovol_core::{Camera, Frame, Region, Reprojection, SparseFrame};
 use rayon::prelude::*;
-pub use sparse::Sparse;
 use std::borrow::Cow;
 use std::collections::VecDeque;
 use weighed_motion::weighed_motion;
@@ -40,14 +38,14 @@ pub const REMEMBERED: usize = 6;
 /// # Panics
 /// If the frames differ in size.
 pub fn motion(
-    now: Sparse<'_>,
+    now: &SparseFrame,
     earlier: &[(Reprojection, &Depths)],
     to_last: &Reprojection,
     last: &Frame,
 ) -> Vec<[f32; 2]> {
-    assert_eq!(now.frame.size(), last.size(), "frames of one clip");
-    let guesses = DepthHypotheses::new(now, earlier);
-    let beliefs = depth_confidence::believe(&guesses, now.frame, to_last, last);
+    assert_eq!(now.size(), last.size(), "frames of one clip");
+    let guesses = DepthHypotheses::new(&Depths::new(now), earlier);
+    let beliefs = depth_confidence::believe(&guesses, now, to_last, last);
     weighed_motion(&guesses, &beliefs, to_last)
 }
 
@@ -66,19 +64,19 @@ pub struct MotionFinder {
 impl MotionFinder {
     /// Motion of the frame `now` of the camera `camera`, the next frame of the clip; see [`motion()`]. Without a full
     /// `last` frame it uses this frame's samples only. `None` for the first frame.
-    pub fn find(&self, now: Sparse<'_>, camera: &Camera, last: Option<&Frame>) -> Option<Vec<[f32; 2]>> {
-        self.find_in(Region::whole(now.frame.size()), now, camera, last)
+    pub fn find(&self, now: &SparseFrame, camera: &Camera, last: Option<&Frame>) -> Option<Vec<[f32; 2]>> {
+        self.find_in(Region::whole(now.size()), now, camera, last)
     }
 
     /// Motion as in [`Self::find`], if nothing outside `region` is visible. Pixels outside do not move.
     pub fn find_in(
         &self,
         region: Region,
-        now: Sparse<'_>,
+        now: &SparseFrame,
         camera: &Camera,
         last: Option<&Frame>,
     ) -> Option<Vec<[f32; 2]>> {
-        let size = now.frame.size();
+        let size = now.size();
         let (last_camera, _) = self.seen.back()?;
         if last_camera == camera {
             return Some(vec![[0.0; 2]; size.pixels()]);
@@ -86,17 +84,16 @@ impl MotionFinder {
         let between =
             |from: &Camera, to: &Camera| Reprojection::new(from, to, size).of_part(region.x, region.y);
         let to_last = between(camera, last_camera);
-        let (frame, depths) = (part(region, now.frame), now.depths.within(region));
-        let now = Sparse { frame: &frame, depths: &depths };
+        let now = now.within(region);
         let found = match last {
             Some(last) => {
                 let seen = self.seen.par_iter();
                 let seen = seen.map(|(there, depths)| (between(there, camera), depths.within(region)));
                 let seen: Vec<_> = seen.collect();
                 let earlier: Vec<_> = seen.iter().map(|(here, depths)| (*here, depths)).collect();
-                motion(now, &earlier, &to_last, &part(region, last))
+                motion(&now, &earlier, &to_last, &part(region, last))
             }
-            None => motion_of_depths(&now.depths.filled(), &to_last),
+            None => motion_of_depths(&Depths::new(&now).filled(), &to_last),
         };
         if region == Region::whole(size) {
             return Some(found);
@@ -106,12 +103,12 @@ impl MotionFinder {
         Some(everywhere)
     }
 
-    /// Remembers the depths of a frame of `camera`.
-    pub fn remember(&mut self, camera: &Camera, depths: Depths) {
+    /// Remembers the depths of the frame `sparse` of `camera`.
+    pub fn remember(&mut self, camera: &Camera, sparse: &SparseFrame) {
         if self.seen.len() == REMEMBERED {
             self.seen.pop_front();
         }
-        self.seen.push_back((*camera, depths));
+        self.seen.push_back((*camera, Depths::new(sparse)));
     }
 
     /// Forgets all earlier frames, as after a cut.
@@ -134,7 +131,7 @@ mod tests {
     use fovol_core::{
         CameraPath, ControlPoint, FrameSize, Grid, Pixel, SampleList, Scene, TransferFunction, Volume,
     };
-    use fovol_render::cpu::{RenderOptions, Renderer};
+    use fovol_render::cpu::{RenderOptions, Renderer, sparse_frame};
     use std::sync::Arc;
 
     /// Small balls at many depths.
@@ -164,10 +161,11 @@ mod tests {
         let every: Vec<Pixel> = (0..120).flat_map(|y| (0..160).map(move |x| Pixel { x, y })).collect();
         let list = SampleList::new(size, every);
         let (marched, _) = renderer.march_list(&camera, &list);
-        let depths: Vec<f32> = marched.iter().map(|sample| sample.depth).collect();
         let before = renderer.march_full(&last, size).0;
-        let moves =
-            motion_of_depths(&Depths::new(&list, &depths).filled(), &Reprojection::new(&camera, &last, size));
+        let moves = motion_of_depths(
+            &Depths::new(&sparse_frame(list, &marched)).filled(),
+            &Reprojection::new(&camera, &last, size),
+        );
         let (mut still, mut moved, mut pixels) = (0.0, 0.0, 0);
         for (i, sample) in marched.iter().enumerate().filter(|(_, sample)| sample.opacity > 0.3) {
             let (x, y) = (i % 160, i / 160);
@@ -209,14 +207,13 @@ mod tests {
     }
 
     /// Samples of a twentieth of the pixels, different ones in each frame.
-    fn sampled(renderer: &Renderer, camera: &Camera, size: FrameSize, t: u32) -> (Frame, Depths) {
+    fn sampled(renderer: &Renderer, camera: &Camera, size: FrameSize, t: u32) -> SparseFrame {
         let pixels = (0..size.height).flat_map(|y| (0..size.width).map(move |x| (x, y)));
         let chosen =
             pixels.filter(|(x, y)| (x * 7 + y * 13 + t * 5).wrapping_mul(2_654_435_761) >> 16 & 31 == 0);
         let list = SampleList::new(size, chosen.map(|(x, y)| Pixel { x: x as u16, y: y as u16 }).collect());
         let (marched, _) = renderer.march_list(camera, &list);
-        let distances: Vec<f32> = marched.iter().map(|sample| sample.depth).collect();
-        (fovol_render::cpu::scatter(&list, &marched), Depths::new(&list, &distances))
+        sparse_frame(list, &marched)
     }
 
     #[test]
@@ -225,14 +222,13 @@ mod tests {
         let renderer = renderer();
         let mut finder = MotionFinder::default();
         let [last, camera] = [0.0, 3.0].map(|turn| Camera::on_sphere(turn, 20.0, 4.5, 35.0));
-        finder.remember(&last, sampled(&renderer, &last, size, 0).1);
-        let (frame, depths) = sampled(&renderer, &camera, size, 1);
-        let now = Sparse { frame: &frame, depths: &depths };
+        finder.remember(&last, &sampled(&renderer, &last, size, 0));
+        let now = sampled(&renderer, &camera, size, 1);
         let before = renderer.march_full(&last, size).0;
         let region = renderer.visible_region(&camera, size).unwrap().grown(16, 16, size);
         assert!(region.pixels() * 2 < size.pixels());
         let [whole, part] = [Region::whole(size), region]
-            .map(|region| finder.find_in(region, now, &camera, Some(&before)).unwrap());
+            .map(|region| finder.find_in(region, &now, &camera, Some(&before)).unwrap());
         let full = renderer.march_full(&camera, size).0;
         let [of_whole, of_part] = [&whole, &part].map(|motion| error(&full, &before, motion));
         assert!((of_part - of_whole).abs() < 0.1 * of_whole, "{of_part} {of_whole}");
@@ -248,16 +244,15 @@ mod tests {
         for t in 0..8 {
             let camera = CameraPath::Orbit.camera(2 * t);
             let full = renderer.march_full(&camera, size).0;
-            let (sparse, depths) = sampled(&renderer, &camera, size, t);
-            let now = Sparse { frame: &sparse, depths: &depths };
-            let found = finder.find(now, &camera, last.as_ref());
+            let now = sampled(&renderer, &camera, size, t);
+            let found = finder.find(&now, &camera, last.as_ref());
             assert_eq!(found.is_some(), t > 0);
             if let (Some(found), Some(last)) = (found, &last) {
-                let alone = finder.find(now, &camera, None).unwrap();
+                let alone = finder.find(&now, &camera, None).unwrap();
                 let [found, alone] = [found, alone].map(|motion| error(&full, last, &motion));
                 errors.iter_mut().zip([found, alone]).for_each(|(sum, error)| *sum += error);
             }
-            finder.remember(&camera, depths);
+            finder.remember(&camera, &now);
             last = Some(full);
         }
         assert!(errors[0] < 0.97 * errors[1], "{errors:?}");
@@ -266,13 +261,13 @@ mod tests {
     #[test]
     fn a_still_camera_moves_nothing() {
         let size = FrameSize::new(8, 8).unwrap();
-        let depths = Depths::of_inverse(size, vec![(Pixel { x: 3, y: 3 }, 1.0)]);
+        let list = SampleList::new(size, vec![Pixel { x: 3, y: 3 }]);
+        let now = &SparseFrame::new(list, vec![[0.0; 3]], vec![1.0]);
         let frame = Frame::new(size);
-        let now = Sparse { frame: &frame, depths: &depths };
         let camera = CameraPath::Orbit.camera(0);
         let mut finder = MotionFinder::default();
         assert_eq!(finder.find(now, &camera, Some(&frame)), None);
-        finder.remember(&camera, depths.clone());
+        finder.remember(&camera, now);
         assert!(finder.find(now, &camera, Some(&frame)).unwrap().iter().all(|m| *m == [0.0; 2]));
         let moved = finder.find(now, &CameraPath::Orbit.camera(9), None).unwrap();
         assert!(moved.iter().all(|m| m[0].abs() > 0.01));

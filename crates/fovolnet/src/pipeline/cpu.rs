@@ -1,13 +1,13 @@
 #[cfg(feature = "gpu")]
 use super::frames::{DeviceFrame, DoneFrame};
 use super::marcher::Marcher;
-use super::sampled::{HostReconstruction, Listed, Sampled, Sampler};
+use super::sampled::{HostReconstruction, Sampled, Sampler};
 use super::timings::{Timer, Timings};
 use super::view::View;
 use crate::reconstruct::Seen;
 use crate::{RenderSettings, Result, Sampling};
 use fovol_core::{Camera, Frame, FrameSize, SampleList, SampleMask, Scene};
-use fovol_render::cpu::{self, RenderOptions, Renderer, compact, direct, mask_of, scatter};
+use fovol_render::cpu::{self, RenderOptions, Renderer, compact, direct, mask_of, sparse_frame};
 use fovol_render::scene::RayResult;
 use std::time::Duration;
 
@@ -43,7 +43,7 @@ impl CpuMarcher {
                 let timings = Timings { mask: timer.ms(), ..Timings::default() };
                 let timer = Timer::start();
                 let (list, marched, _) = self.renderer.march_rejecting(&view.camera, &mask);
-                scattered(list, &marched, Some(mask), (timer, timings))
+                sparse(list, &marched, Some(mask), (timer, timings))
             }
             Sampling::Direct => {
                 let timer = Timer::start();
@@ -72,7 +72,7 @@ impl CpuMarcher {
     fn listed(&self, view: &View, list: SampleList, mask: Option<SampleMask>, timings: Timings) -> Sampled {
         let timer = Timer::start();
         let (marched, _) = self.renderer.march_list(&view.camera, &list);
-        scattered(list, &marched, mask, (timer, timings))
+        sparse(list, &marched, mask, (timer, timings))
     }
 }
 
@@ -129,17 +129,16 @@ impl Marcher for CpuMarcher {
 }
 
 /// Makes the sparse frame of `list` from its ray results `marched`. The timer was started before marching.
-fn scattered(
+fn sparse(
     list: SampleList,
     marched: &[RayResult],
     mask: Option<SampleMask>,
     (timer, timings): (Timer, Timings),
 ) -> Sampled {
     let march_ms = timer.ms();
-    let sparse = scatter(&list, marched);
+    let mask = mask.unwrap_or_else(|| mask_of(&list));
+    let sparse = sparse_frame(list, marched);
     let both_ms = timer.ms();
     let timings = Timings { march: both_ms, scatter: both_ms - march_ms, ..timings };
-    let mask = mask.unwrap_or_else(|| mask_of(&list));
-    let listed = Some(Listed::new(list, marched));
-    Sampled { listed, timings, ..Sampled::new(sparse, mask) }
+    Sampled { timings, ..Sampled::sparse(sparse, mask, marched.len()) }
 }

@@ -1,16 +1,16 @@
 use super::timings::Timings;
-use fovol_core::{Frame, SampleMask};
+use fovol_core::{Frame, SampleMask, SparseFrame};
 
 /// Rendered frame and its intermediate results.
 #[derive(Debug, Clone)]
 pub struct RenderedFrame {
     /// Frame number.
     pub index: u32,
-    /// Sparse frame: alpha 1 at samples, transparent black elsewhere.
-    pub sparse: Frame,
+    /// Marched pixels; `None` if every pixel was marched, so that `frame` holds them.
+    pub sparse: Option<SparseFrame>,
     /// Sampled pixels.
     pub mask: SampleMask,
-    /// Full frame; the sparse one if reconstruction is off.
+    /// Full frame; a picture of the samples if reconstruction is off.
     pub frame: Frame,
     /// Motion of each pixel to its position in the last frame, see [`crate::MotionFinder`]. Present from the second
     /// frame on, if a network uses motion or [`crate::Pipeline::find_motion`] was called.
@@ -21,6 +21,20 @@ pub struct RenderedFrame {
     pub lost: Option<usize>,
     /// Times of the stages.
     pub timings: Timings,
+}
+
+impl RenderedFrame {
+    /// Picture of the marched pixels: alpha 1 there, transparent black elsewhere.
+    pub fn samples_picture(&self) -> Frame {
+        self.sparse.as_ref().map_or_else(|| self.frame.clone(), SparseFrame::to_frame)
+    }
+
+    /// Colours of the marched pixels.
+    pub fn sample_colours(&self) -> impl Iterator<Item = [f32; 3]> {
+        let listed = self.sparse.iter().flat_map(|sparse| sparse.colours().iter().copied());
+        let every = if self.sparse.is_none() { self.frame.pixels() } else { &[] };
+        listed.chain(every.iter().map(|&[r, g, b, _]| [r, g, b]))
+    }
 }
 
 /// Facts about a finished frame that stayed on the device.

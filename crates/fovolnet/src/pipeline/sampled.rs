@@ -1,12 +1,11 @@
 use super::frames::RenderedFrame;
 use super::timings::{Timer, Timings};
 use super::view::View;
-use crate::motion::{Depths, MotionFinder, Sparse};
+use crate::motion::MotionFinder;
 use crate::reconstruct::Seen;
 use crate::{Reconstructor, RenderSettings, Result, Sampling};
-use fovol_core::{Frame, FrameSize, SampleList, SampleMask};
+use fovol_core::{Frame, FrameSize, SampleMask, SparseFrame};
 use fovol_render::noise::Noise;
-use fovol_render::scene::RayResult;
 
 /// Choice of the pixels to march, for frames of one size.
 #[derive(Debug)]
@@ -32,26 +31,12 @@ impl Sampler {
     }
 }
 
-/// Marched pixels with their depths.
-pub struct Listed {
-    pub list: SampleList,
-    /// Distance of each pixel from the eye, in units of the marched box; see [`RayResult::depth`].
-    pub depths: Vec<f32>,
-}
-
-impl Listed {
-    /// Pixels of `list` with the depths of their ray results `marched`.
-    pub fn new(list: SampleList, marched: &[RayResult]) -> Self {
-        Self { list, depths: marched.iter().map(|sample| sample.depth).collect() }
-    }
-}
-
 /// Samples of one frame, before reconstruction on the host.
 pub struct Sampled {
-    pub sparse: Frame,
+    pub marched: Marched,
     pub mask: SampleMask,
-    /// Marched pixels; `None` if every pixel was marched.
-    pub listed: Option<Listed>,
+    /// Number of marched pixels, repeated ones included.
+    pub samples: usize,
     /// Number of repeated positions, if positions were drawn at random.
     pub lost: Option<usize>,
     /// Region in which the scene can be seen.
@@ -62,18 +47,28 @@ pub struct Sampled {
     pub timings: Timings,
 }
 
-impl Sampled {
-    /// Samples from a sparse frame and its mask.
-    pub fn new(sparse: Frame, mask: SampleMask) -> Self {
-        let seen = Seen::everything(sparse.size());
-        let timings = Timings::default();
-        Self { sparse, mask, seen, listed: None, lost: None, made: None, timings }
-    }
+/// Pixels that rays were marched through.
+pub enum Marched {
+    /// Every pixel.
+    Every(Frame),
+    Some(SparseFrame),
+}
 
+impl Sampled {
     /// Samples of a frame with every pixel marched.
     pub fn full(frame: Frame) -> Self {
-        let mask = SampleMask::full(frame.size());
-        Self::new(frame, mask)
+        let size = frame.size();
+        Self::new(Marched::Every(frame), SampleMask::full(size), size.pixels())
+    }
+
+    /// Samples of the pixels of `mask`. `samples` counts repeated ones, too.
+    pub fn sparse(sparse: SparseFrame, mask: SampleMask, samples: usize) -> Self {
+        Self::new(Marched::Some(sparse), mask, samples)
+    }
+
+    fn new(marched: Marched, mask: SampleMask, samples: usize) -> Self {
+        let seen = Seen::everything(mask.size());
+        Self { marched, mask, samples, seen, lost: None, made: None, timings: Timings::default() }
     }
 }
 
@@ -119,36 +114,47 @@ impl HostReconstruction {
 
     /// Reconstructs the frame of `sampled`. The timer `started` began with the frame.
     pub fn finish(&mut self, view: &View, sampled: Sampled, started: &Timer) -> Result<RenderedFrame> {
+        let Sampled { marched, mask, samples, lost, seen, made, mut timings } = sampled;
+        let (sparse, frame, motion) = match marched {
+            Marched::Every(frame) => {
+                self.last = None;
+                (None, made.unwrap_or(frame), None)
+            }
+            Marched::Some(sparse) => {
+                let (frame, motion) = self.fill(view, &sparse, &seen, made, &mut timings)?;
+                (Some(sparse), frame, motion)
+            }
+        };
+        timings.total = started.ms();
+        Ok(RenderedFrame { index: view.index, sparse, samples, mask, frame, motion, lost, timings })
+    }
+
+    /// Full frame of `sparse`, unless it was `made` already, and the motion of its pixels, if anything needs it.
+    fn fill(
+        &mut self,
+        view: &View,
+        sparse: &SparseFrame,
+        seen: &Seen,
+        made: Option<Frame>,
+        timings: &mut Timings,
+    ) -> Result<(Frame, Option<Vec<[f32; 2]>>)> {
         let timer = Timer::start();
-        let mut timings = sampled.timings;
-        // Without a list every pixel was marched, and nothing is missing.
-        let reconstructs = sampled.listed.is_some() && self.reconstructor.is_active();
+        let reconstructs = self.reconstructor.is_active();
         let moves = self.finds_motion || (reconstructs && self.reconstructor.uses_motion());
-        let motion = if moves { self.motion(view, &sampled) } else { None };
+        let motion = if moves { self.motion(view, sparse, seen) } else { None };
         let motion_ms = if moves { timer.ms() } else { 0.0 };
-        let is_full = reconstructs || sampled.made.is_some();
-        let frame = match sampled.made {
+        let is_full = reconstructs || made.is_some();
+        let frame = match made {
             Some(frame) => frame,
             None if reconstructs => {
-                let frame =
-                    self.reconstructor.reconstruct_seen(&sampled.sparse, motion.as_deref(), &sampled.seen)?;
+                let frame = self.reconstructor.reconstruct_seen(sparse, motion.as_deref(), seen)?;
                 (timings.motion, timings.reconstruct) = (motion_ms, timer.ms());
                 frame
             }
-            None => sampled.sparse.clone(),
+            None => sparse.to_frame(),
         };
         self.remember(&frame, moves && is_full);
-        timings.total = started.ms();
-        Ok(RenderedFrame {
-            index: view.index,
-            sparse: sampled.sparse,
-            samples: sampled.listed.map_or(view.size.pixels(), |listed| listed.list.len()),
-            mask: sampled.mask,
-            frame,
-            motion,
-            lost: sampled.lost,
-            timings,
-        })
+        Ok((frame, motion))
     }
 
     /// Copies `frame` to the last frame if `needed`, into its old memory: allocating takes longer than copying.
@@ -161,14 +167,10 @@ impl HostReconstruction {
         }
     }
 
-    /// Motion of every pixel of the frame `sampled` to the last frame.
-    fn motion(&mut self, view: &View, sampled: &Sampled) -> Option<Vec<[f32; 2]>> {
-        let listed = sampled.listed.as_ref()?;
-        let depths = Depths::new(&listed.list, &listed.depths);
-        let now = Sparse { frame: &sampled.sparse, depths: &depths };
-        let motion =
-            self.motion.find_in(sampled.seen.moving(view.size), now, &view.camera, self.last.as_ref());
-        self.motion.remember(&view.camera, depths);
+    /// Motion of every pixel of the frame `sparse` to the last frame.
+    fn motion(&mut self, view: &View, sparse: &SparseFrame, seen: &Seen) -> Option<Vec<[f32; 2]>> {
+        let motion = self.motion.find_in(seen.moving(view.size), sparse, &view.camera, self.last.as_ref());
+        self.motion.remember(&view.camera, sparse);
         motion
     }
 }

@@ -10,9 +10,9 @@ pub struct Timings {
     /// Compaction of the mask to a list of pixels; part of `mask`.
     #[serde(skip)]
     pub compact: f64,
-    /// Marching and scatter.
+    /// Marching, and its results in a sparse frame.
     pub march: f64,
-    /// Scatter of ray results to the sparse frame; part of `march`.
+    /// Ray results to the sparse frame; part of `march`.
     #[serde(skip)]
     pub scatter: f64,
     /// Motion and filling.

@@ -1,7 +1,7 @@
 use super::on_device::{device_precision, reconstructs};
 use super::weights::weights;
 use crate::{Error, Reconstruction, RenderSettings, Result};
-use fovol_core::{Frame, FrameSize};
+use fovol_core::{Frame, FrameSize, SparseFrame};
 use fovol_gpu::Gpu;
 use fovol_net::Fill;
 use fovol_net::cpu::FrameInput;
@@ -41,7 +41,7 @@ impl DeviceReconstructor {
     ///
     /// # Errors
     /// A frame or motion of another size than the clip's, a lost device.
-    pub fn reconstruct(&mut self, sparse: &Frame, motion: Option<&[[f32; 2]]>) -> Result<Frame> {
+    pub fn reconstruct(&mut self, sparse: &SparseFrame, motion: Option<&[[f32; 2]]>) -> Result<Frame> {
         Ok(match &mut self.0 {
             Method::PullPush(fill) => fill.reconstruct(sparse)?,
             Method::Network(network, state) => network.reconstruct(&FrameInput { sparse, motion }, state)?,

@@ -1,7 +1,7 @@
 use super::weights::weights;
 use super::window::{Seen, Windowed};
 use crate::{Error, Reconstruction, RenderSettings, Result};
-use fovol_core::{Frame, FrameSize};
+use fovol_core::{Frame, FrameSize, SparseFrame};
 use fovol_net::Fill;
 use fovol_net::cpu::{FrameInput, Network, Precision, Simd};
 use std::sync::Arc;
@@ -39,20 +39,20 @@ impl Reconstructor {
         }))
     }
 
-    /// Reconstructor that returns sparse frames unchanged.
+    /// Reconstructor that returns the samples alone: alpha 1 there, transparent black elsewhere.
     #[must_use]
     pub fn nothing() -> Self {
         Self(Method::Nothing)
     }
 
-    /// Reconstructs `sparse`, the next frame of the clip. Returns it unchanged if there is no reconstruction.
+    /// Reconstructs `sparse`, the next frame of the clip. Returns a picture of its samples if there is no reconstruction.
     ///
     /// `motion` is the motion of each pixel to its position in the last frame, see [`crate::MotionFinder`]. Without it,
     /// networks that use motion treat the scene as still.
     ///
     /// # Errors
     /// A frame or motion of another size than the clip's.
-    pub fn reconstruct(&mut self, sparse: &Frame, motion: Option<&[[f32; 2]]>) -> Result<Frame> {
+    pub fn reconstruct(&mut self, sparse: &SparseFrame, motion: Option<&[[f32; 2]]>) -> Result<Frame> {
         self.reconstruct_seen(sparse, motion, &Seen::everything(sparse.size()))
     }
 
@@ -63,12 +63,12 @@ impl Reconstructor {
     /// Errors of [`Self::reconstruct`].
     pub fn reconstruct_seen(
         &mut self,
-        sparse: &Frame,
+        sparse: &SparseFrame,
         motion: Option<&[[f32; 2]]>,
         seen: &Seen,
     ) -> Result<Frame> {
         Ok(match &mut self.0 {
-            Method::Nothing => sparse.clone(),
+            Method::Nothing => sparse.to_frame(),
             Method::Fill(fill) => fill.reconstruct(sparse),
             Method::Network(network, clip) => {
                 clip.reconstruct(network, &FrameInput { sparse, motion }, seen)?

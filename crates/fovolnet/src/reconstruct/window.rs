@@ -111,9 +111,10 @@ impl Part {
         if self.window == Region::whole(size) {
             return Ok(network.reconstruct(input, &mut self.state)?);
         }
-        let mut part = self.window.of(input.sparse);
+        let sparse = input.sparse.within(self.window);
         let motion = input.motion.map(|motion| self.window.part(motion, size.width));
-        network.fill(&mut part, motion.as_deref(), &mut self.state)?;
+        let input = FrameInput { sparse: &sparse, motion: motion.as_deref() };
+        let part = network.reconstruct(&input, &mut self.state)?;
         Ok(self.window.framed(&part, seen.nothing(), size))
     }
 }
@@ -121,6 +122,7 @@ impl Part {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use fovol_core::SparseFrame;
     use fovol_net::Weights;
     use fovol_net::cpu::{Precision, Simd};
     use fovol_net::plan::Named;
@@ -140,7 +142,7 @@ mod tests {
     }
 
     /// Frame with every fifth pixel sampled, and background outside the visible region.
-    fn sparse(seen: &Seen, t: usize) -> Frame {
+    fn sparse(seen: &Seen, t: usize) -> SparseFrame {
         let mut frame = Frame::new(SIZE);
         frame.fill(seen.nothing());
         if let Some(region) = seen.region {
@@ -150,7 +152,7 @@ mod tests {
         }
         let unsampled = |i: &usize| !(i + i / 320 * 3 + t).is_multiple_of(5);
         (0..SIZE.pixels()).filter(unsampled).for_each(|i| frame.pixels_mut()[i] = [0.0; 4]);
-        frame
+        SparseFrame::from(&frame)
     }
 
     #[test]
@@ -206,7 +208,7 @@ mod tests {
     fn frames_of_other_sizes_are_refused() {
         let network = network(Named::WNetFast);
         let mut clip = Windowed::new(SIZE);
-        let other = Frame::new(FrameSize { width: 10, height: 10 });
+        let other = SparseFrame::from(&Frame::new(FrameSize { width: 10, height: 10 }));
         let input = FrameInput { sparse: &other, motion: None };
         assert!(clip.reconstruct(&network, &input, &seen(0, 0)).is_err());
     }

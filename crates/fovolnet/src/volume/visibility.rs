@@ -1,6 +1,6 @@
 use super::open::shown_range;
-use crate::{OpenVolume, RenderSettings, presets};
-use fovol_core::{Camera, Frame, FrameSize, Region, Volume};
+use crate::{OpenVolume, RenderSettings, RenderedFrame, presets};
+use fovol_core::{Camera, FrameSize, Region, Volume};
 
 /// Check whether anything is visible in the frames of a clip, and why not.
 #[derive(Debug, Clone)]
@@ -21,12 +21,12 @@ impl Visibility {
         Self { background, shows: false, is_in_sight: false }
     }
 
-    /// Inspects the marched pixels of the frame `sparse`, and whether `camera` saw the box of `volume`. The camera is
+    /// Inspects the marched pixels of the frame `rendered`, and whether `camera` saw the box of `volume`. The camera is
     /// in the space of the box.
-    pub fn look(&mut self, sparse: &Frame, camera: &Camera, volume: &Volume) {
-        let differs = |p: &[f32; 4]| (0..3).any(|c| (p[c] - self.background[c]).abs() > SEEN);
-        self.shows = self.shows || sparse.pixels().iter().any(|p| p[3] > 0.0 && differs(p));
-        self.is_in_sight = self.is_in_sight || sees(camera, volume, sparse.size());
+    pub fn look(&mut self, rendered: &RenderedFrame, camera: &Camera, volume: &Volume) {
+        let differs = |p: [f32; 3]| (0..3).any(|c| (p[c] - self.background[c]).abs() > SEEN);
+        self.shows = self.shows || rendered.sample_colours().any(differs);
+        self.is_in_sight = self.is_in_sight || sees(camera, volume, rendered.frame.size());
     }
 
     /// Probable cause and remedy, as one line, if nothing of `volume` was visible.
@@ -92,9 +92,9 @@ mod tests {
         let speed = SpeedSettings { device: Some(Device::Cpu), ..Default::default() };
         let mut pipeline = Pipeline::new(&volume, &settings, &speed).unwrap();
         let mut visibility = Visibility::new(&settings);
-        let sparse = pipeline.render(0).unwrap().sparse;
+        let rendered = pipeline.render(0).unwrap();
         let camera = pipeline.world().camera(&pipeline.camera(0));
-        visibility.look(&sparse, &camera, &volume.volume);
+        visibility.look(&rendered, &camera, &volume.volume);
         visibility.problem(&volume, &settings)
     }
 

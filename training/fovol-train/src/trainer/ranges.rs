@@ -6,7 +6,7 @@ use super::validation::sparse_frame;
 use crate::Result;
 use crate::clips::ClipSet;
 use crate::lesson::{LessonFrame, TrainingBatch};
-use fovol_core::Frame;
+use fovol_core::SparseFrame;
 use fovol_net::Weights;
 use fovol_net::cpu::{FrameInput, calibrate};
 use tch::{Device, Kind, Tensor};
@@ -31,7 +31,7 @@ pub fn note_ranges(weights: &mut Weights, clips: &ClipSet, config: &TrainConfig)
 
 /// Input of a network for one frame.
 struct Given {
-    sparse: Frame,
+    sparse: SparseFrame,
     motion: Vec<[f32; 2]>,
 }
 

@@ -3,7 +3,7 @@ use crate::lesson::{Augment, LessonConfig, LessonFrame, TrainingBatch};
 use crate::mask_noise::NoiseConfig;
 use crate::network::{Inputs, Network};
 use crate::{Error, Result};
-use fovol_core::{Frame, FrameSize};
+use fovol_core::{Frame, FrameSize, SparseFrame};
 use fovol_net::Fill;
 use fovolnet::io::image::{self, Alpha};
 use fovolnet::metrics::ClipQuality;
@@ -97,9 +97,10 @@ impl Validation {
             let outputs = tch::no_grad(|| reconstructed(network, lesson))?;
             scores.add(&score(lesson, &outputs)?, self.lessons.len());
             if let (Some(frame), Some(output)) = (lesson.last(), outputs.last()) {
+                let sparse = sparse_frame(frame)?;
                 rows.push([
-                    sparse_frame(frame)?,
-                    Fill::PullPush.reconstruct(&sparse_frame(frame)?),
+                    sparse.to_frame(),
+                    Fill::PullPush.reconstruct(&sparse),
                     output.clone(),
                     target_frame(frame)?,
                 ]);
@@ -163,8 +164,8 @@ fn score(lesson: &[LessonFrame], outputs: &[Frame]) -> Result<Scores> {
     Ok(Scores { psnr: summary.psnr, ssim: summary.ssim.unwrap_or(0.0), tpsnr: summary.tpsnr.unwrap_or(0.0) })
 }
 
-pub(super) fn sparse_frame(frame: &LessonFrame) -> Result<Frame> {
-    frame_of(&frame.colour, Some(&frame.mask))
+pub(super) fn sparse_frame(frame: &LessonFrame) -> Result<SparseFrame> {
+    Ok(SparseFrame::from(&frame_of(&frame.colour, Some(&frame.mask))?))
 }
 
 fn target_frame(frame: &LessonFrame) -> Result<Frame> {

@@ -26,7 +26,7 @@ pub fn calibrate(weights: &mut Weights, clips: &[Vec<FrameInput<'_>>]) -> Result
         let mut state = network.state(clip[0].sparse.size());
         for frame in clip {
             seen.begin(network.carried(&state));
-            network.observed(&mut frame.sparse.clone(), frame.motion, &mut state, |layers, out, _| {
+            network.observed(frame, &mut state, |layers, out, _| {
                 seen.note(layers.start, out);
             })?;
         }

@@ -1,22 +1,33 @@
 //! Converts frames to the maps that networks read, and back.
 
+use crate::cpu::tensor::samples::{Sample, Samples};
 use crate::cpu::tensor::{AnyTensor, Tensor};
 use fovol_core::{Frame, FrameSize};
 use rayon::prelude::*;
 
-/// Makes an image of a frame of `size`, replicated at the right and bottom. `fill` writes a pixel, given its index
-/// in the frame.
-pub fn padded_map(
+/// Image of the colours of `samples`, 0 between them.
+pub fn colours_of(samples: &Samples, map: Tensor) -> AnyTensor {
+    scattered(samples, map, 3, |sample, to| to.copy_from_slice(&sample.colour))
+}
+
+/// Image with 1 at `samples` and 0 elsewhere.
+pub fn weights_of(samples: &Samples, map: Tensor) -> AnyTensor {
+    scattered(samples, map, 1, |_, to| to.fill(1.0))
+}
+
+/// Image of `channels` that is 0 except where `put` writes a sample.
+fn scattered(
+    samples: &Samples,
     mut map: Tensor,
-    size: FrameSize,
-    [height, width, channels]: [usize; 3],
-    fill: impl Fn(usize, &mut [f32]) + Sync,
+    channels: usize,
+    put: impl Fn(&Sample, &mut [f32]) + Sync,
 ) -> AnyTensor {
+    let [height, width] = samples.size();
     map.resize([height, width, channels]);
     map.data.par_chunks_exact_mut(width * channels).enumerate().for_each(|(y, row)| {
-        let y = y.min(size.height as usize - 1);
-        for (x, to) in row.chunks_exact_mut(channels).enumerate() {
-            fill(y * size.width as usize + x.min(size.width as usize - 1), to);
+        row.fill(0.0);
+        for sample in samples.row(y) {
+            put(sample, &mut row[sample.x as usize * channels..][..channels]);
         }
     });
     AnyTensor::F32(map)

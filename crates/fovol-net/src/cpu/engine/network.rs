@@ -2,14 +2,13 @@ mod running;
 
 use crate::cpu::conv::pair::Pool;
 use crate::cpu::engine::buffers::{Lifetimes, Spare};
-use crate::cpu::engine::frames::{crop, padded_map, padded_pairs};
+use crate::cpu::engine::frames::{colours_of, crop, padded_pairs, weights_of};
 use crate::cpu::engine::precision::{Choice, Precision};
 use crate::cpu::engine::state::{State, padded};
 use crate::cpu::history::points;
 use crate::cpu::layers::reshape;
 use crate::cpu::layers::{SAME, Step};
 use crate::cpu::tensor::element::Element;
-use crate::cpu::tensor::samples::{colour, is_sampled};
 use crate::cpu::tensor::tensor_buf::TensorBuf;
 use crate::cpu::tensor::{AnyTensor, with_tensor};
 use crate::input::FrameInput;
@@ -170,43 +169,28 @@ impl Network {
     /// # Errors
     /// A state of another network or size, and motion for another size.
     pub fn reconstruct(&self, input: &FrameInput<'_>, state: &mut State) -> Result<Frame> {
-        self.check(input, state)?;
-        let mut frame = Frame::new(state.size);
-        keep_workers_spinning(|| {
-            let tensors = self.load(input, state);
-            self.run(tensors, state, &mut frame, |_, _, _| {});
-        });
-        Ok(frame)
+        self.observed(input, state, |_, _, _| {})
     }
 
-    /// Reconstructs like [`Self::reconstruct`], in the memory of the sparse frame.
-    ///
-    /// # Errors
-    /// Those of [`Self::reconstruct`]; `frame` is left unchanged.
-    pub fn fill(&self, frame: &mut Frame, motion: Option<&[[f32; 2]]>, state: &mut State) -> Result<()> {
-        self.observed(frame, motion, state, |_, _, _| {})
-    }
-
-    /// Reconstructs like [`Self::fill`] and reports each step to `observe`. It gets the indices of the layers that
+    /// Reconstructs like [`Self::reconstruct`] and reports each step to `observe`. It gets the indices of the layers that
     /// ran together, the tensor that the last of them wrote, and their duration. The tensor is empty if the layers
     /// wrote only to the frame.
     ///
     /// # Errors
-    /// Those of [`Self::fill`].
+    /// Those of [`Self::reconstruct`].
     pub fn observed(
         &self,
-        frame: &mut Frame,
-        motion: Option<&[[f32; 2]]>,
+        input: &FrameInput<'_>,
         state: &mut State,
         observe: impl FnMut(Range<usize>, &AnyTensor, Duration),
-    ) -> Result<()> {
+    ) -> Result<Frame> {
+        self.check(input, state)?;
+        let mut frame = Frame::new(state.size);
         keep_workers_spinning(|| {
-            let input = FrameInput { sparse: frame, motion };
-            self.check(&input, state)?;
-            let tensors = self.load(&input, state);
-            self.run(tensors, state, frame, observe);
-            Ok(())
-        })
+            let tensors = self.load(input, state);
+            self.run(tensors, state, &mut frame, observe);
+        });
+        Ok(frame)
     }
 
     /// # Errors
@@ -318,10 +302,9 @@ impl Network {
         let mut tensors = vec![AnyTensor::default(); self.plan.tensors().len()];
         let [height, width] = padded(&self.plan, state.size);
         let inputs = self.plan.inputs();
-        if self.schedule.sampled.is_some() {
-            state.samples.gather(input.sparse, [height, width]);
-        } else {
-            self.load_pictures(input.sparse, state, &mut tensors);
+        state.samples.gather(input.sparse, [height, width]);
+        if self.schedule.sampled.is_none() {
+            self.load_pictures(state, &mut tensors);
         }
         let memory = &mut state.spare;
         if let Some(motion) = inputs.motion {
@@ -334,21 +317,14 @@ impl Network {
         tensors
     }
 
-    /// Writes the colours and the mask of `sparse` to `tensors`.
-    fn load_pictures(&self, sparse: &Frame, state: &mut State, tensors: &mut [AnyTensor]) {
-        let [height, width] = padded(&self.plan, state.size);
-        let (inputs, pixels) = (self.plan.inputs(), sparse.pixels());
-        let memory = &mut state.spare;
-        let colours = memory.map(inputs.colour.index());
-        tensors[inputs.colour.index()] = padded_map(colours, state.size, [height, width, 3], |at, to| {
-            let pixel = &pixels[at];
-            to.copy_from_slice(&if is_sampled(pixel) { colour(pixel) } else { [0.0; 3] });
-        });
+    /// Writes the colours and the mask of the samples to `tensors`.
+    fn load_pictures(&self, state: &mut State, tensors: &mut [AnyTensor]) {
+        let inputs = self.plan.inputs();
+        let colours = state.spare.map(inputs.colour.index());
+        tensors[inputs.colour.index()] = colours_of(&state.samples, colours);
         if let Some(mask) = inputs.mask {
-            let weights = memory.map(mask.index());
-            tensors[mask.index()] = padded_map(weights, state.size, [height, width, 1], |at, to| {
-                to[0] = f32::from(u8::from(is_sampled(&pixels[at])));
-            });
+            let weights = state.spare.map(mask.index());
+            tensors[mask.index()] = weights_of(&state.samples, weights);
         }
     }
 

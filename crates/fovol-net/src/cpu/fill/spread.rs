@@ -242,7 +242,7 @@ impl SimdOp for SmoothRow<'_> {
 mod tests {
     use super::*;
     use crate::cpu::tensor::samples::Samples;
-    use fovol_core::{Frame, FrameSize};
+    use fovol_core::{Frame, FrameSize, SparseFrame};
     use proptest::prelude::*;
 
     fn spread(known: &Tensor, base: Option<&Tensor>, levels: u32, out: &mut Tensor) {
@@ -302,7 +302,7 @@ mod tests {
             }
             let (mut map, mut samples) = (Tensor::zeros(16 * height, 16 * width, 4), Samples::default());
             map.data.copy_from_slice(frame.pixels().as_flattened());
-            samples.gather(&frame, [16 * height, 16 * width]);
+            samples.gather(&SparseFrame::from(&frame), [16 * height, 16 * width]);
             let mut made = Vec::new();
             for known in [KnownPixels::All(&map), KnownPixels::Samples(&samples)] {
                 let [mut half, mut smoothed, mut corrected, mut out] = [(); 4].map(|()| Tensor::default());

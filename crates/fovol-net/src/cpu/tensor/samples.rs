@@ -1,7 +1,7 @@
 //! Samples of a frame as lists, without the pixels between them.
 
 use crate::cpu::tensor::Tensor;
-use fovol_core::{Frame, FrameSize};
+use fovol_core::{FrameSize, SparseFrame};
 use glam::Vec4;
 use rayon::prelude::*;
 
@@ -34,22 +34,25 @@ pub struct Samples {
 }
 
 impl Samples {
-    /// Collects the samples of `sparse`. Frames smaller than `height` × `width` are replicated at the right and
+    /// Collects the samples of `sparse` that are finite, with colours clamped to 0…1. Frames smaller than `height` × `width` are replicated at the right and
     /// bottom.
-    pub fn gather(&mut self, sparse: &Frame, [height, width]: [usize; 2]) {
+    pub fn gather(&mut self, sparse: &SparseFrame, [height, width]: [usize; 2]) {
         self.width = width;
         self.rows.resize_with(height, Vec::new);
         let FrameSize { width: columns, height: lines } = sparse.size();
         let (columns, lines) = (columns as usize, lines as usize);
         self.rows.par_iter_mut().enumerate().for_each(|(y, samples)| {
-            let from = y.min(lines - 1) * columns;
-            let row = &sparse.pixels()[from..from + columns];
-            let found = row.iter().enumerate().filter(|(_, pixel)| is_sampled(pixel));
-            let sample = |(x, pixel): (usize, &[f32; 4])| Sample { x: x as u32, colour: colour(pixel) };
+            let row = sparse.row(y.min(lines - 1));
+            let (pixels, colours) = (&sparse.pixels()[row.clone()], &sparse.colours()[row]);
             samples.clear();
-            // Counted first, because growing vectors would take up to twice the memory.
-            samples.reserve_exact(row.iter().filter(|pixel| pixel[3] > 0.5).count());
-            samples.extend(found.map(sample));
+            // Growing vectors would take up to twice the memory.
+            samples.reserve_exact(pixels.len());
+            let is_finite = |colour: &[f32; 3]| colour.iter().all(|value| value.is_finite());
+            let finite = pixels.iter().zip(colours).filter(|(_, colour)| is_finite(colour));
+            samples.extend(finite.map(|(pixel, colour)| Sample {
+                x: u32::from(pixel.x),
+                colour: colour.map(|value| value.clamp(0.0, 1.0)),
+            }));
             if let Some(&last) = samples.last().filter(|last| last.x as usize == columns - 1) {
                 samples.extend((columns..width).map(|x| Sample { x: x as u32, ..last }));
             }
@@ -65,18 +68,6 @@ impl Samples {
     pub fn row(&self, y: usize) -> &[Sample] {
         &self.rows[y]
     }
-}
-
-/// Whether `pixel` of a sparse frame was sampled: its alpha is above ½, and all values are finite.
-#[inline]
-pub fn is_sampled(pixel: &[f32; 4]) -> bool {
-    pixel[3] > 0.5 && pixel.iter().all(|v| v.is_finite())
-}
-
-/// Colour of a sampled `pixel`, clamped to 0…1.
-#[inline]
-pub fn colour([r, g, b, _]: &[f32; 4]) -> [f32; 3] {
-    [r.clamp(0.0, 1.0), g.clamp(0.0, 1.0), b.clamp(0.0, 1.0)]
 }
 
 /// Weighted pixels of a frame.
@@ -106,6 +97,7 @@ pub fn pixels(map: &Tensor) -> &[PremulRgba] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use fovol_core::Frame;
 
     #[test]
     fn samples_are_pixels_of_alpha_one_and_the_last_ones_again_beyond_the_border() {
@@ -114,7 +106,7 @@ mod tests {
         frame.pixels_mut()[2] = [f32::NAN, 0.0, 0.0, 1.0];
         frame.pixels_mut()[5] = [0.25, 0.5, 0.75, 1.0];
         let mut samples = Samples::default();
-        samples.gather(&frame, [4, 4]);
+        samples.gather(&SparseFrame::from(&frame), [4, 4]);
         assert_eq!(samples.size(), [4, 4]);
         assert_eq!(samples.row(0), [Sample { x: 1, colour: [0.5, 1.0, 0.0] }]);
         for y in 1..4 {

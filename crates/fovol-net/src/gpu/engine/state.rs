@@ -233,7 +233,8 @@ impl State {
         let network = Arc::clone(&self.network);
         let [sparse, motion] = self.uploads()?;
         network.gpu.guarded("reconstructing a frame", || {
-            network.gpu.queue().write_buffer(&sparse, 0, bytemuck::cast_slice(input.sparse.pixels()));
+            let picture = input.sparse.to_frame();
+            network.gpu.queue().write_buffer(&sparse, 0, bytemuck::cast_slice(picture.pixels()));
             if let Some(values) = input.motion {
                 network.gpu.queue().write_buffer(&motion, 0, bytemuck::cast_slice(values));
             }

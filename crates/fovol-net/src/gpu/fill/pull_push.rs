@@ -1,7 +1,7 @@
 use crate::gpu::kernel::shader::PULL_PUSH;
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
-use fovol_core::{Frame, FrameSize};
+use fovol_core::{Frame, FrameSize, SparseFrame};
 use fovol_gpu::binding::{Slot, bind_group, bind_group_layout, compute_pipeline};
 use fovol_gpu::{Gpu, GpuError, read};
 use std::fmt;
@@ -125,17 +125,18 @@ impl PullPush {
         bind_group(&self.gpu, "pull-push", &self.layout, &buffers.map(wgpu::Buffer::as_entire_binding))
     }
 
-    /// Fills `sparse`, a frame of the host, on the device.
+    /// Fills `sparse`, samples of the host, on the device.
     ///
     /// # Errors
     /// A frame of another size; a device that is lost or has no memory left.
-    pub fn reconstruct(&self, sparse: &Frame) -> Result<Frame> {
+    pub fn reconstruct(&self, sparse: &SparseFrame) -> Result<Frame> {
         if sparse.size() != self.size {
             let problem = format!("it fills frames of {}, not {}; make another", self.size, sparse.size());
             return Err(Error::State(problem));
         }
         self.gpu.guarded("filling a frame", || {
-            let bytes: &[u8] = bytemuck::cast_slice(sparse.pixels());
+            let picture = sparse.to_frame();
+            let bytes: &[u8] = bytemuck::cast_slice(picture.pixels());
             let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
             let upload = self.gpu.buffer("sparse frame", bytes.len() as u64, usage);
             self.gpu.queue().write_buffer(&upload, 0, bytes);

@@ -1,15 +1,15 @@
 use super::frames::{DeviceFrame, DoneFrame};
 use super::marcher::Marcher;
-use super::sampled::{HostReconstruction, Listed, Sampled, Sampler};
+use super::sampled::{HostReconstruction, Sampled, Sampler};
 use super::timings::{Timer, Timings};
 use super::view::View;
 use crate::reconstruct::reconstructs;
 use crate::{RenderSettings, Result, Sampling, SpeedSettings};
 use display::Display;
-use fovol_core::{Camera, Frame, FrameSize, Pixel, SampleList, Scene};
+use fovol_core::{Camera, Frame, FrameSize, Pixel, SampleList, Scene, SparseFrame};
 use fovol_gpu::{Gpu, Timing};
 use fovol_render::Filtering;
-use fovol_render::cpu::{DirectSamples, compact, direct, mask_of, scatter};
+use fovol_render::cpu::{DirectSamples, compact, direct, mask_of, sparse_frame};
 use fovol_render::gpu::{self, FrameBuffers, MaskSource, Renderer};
 use fovol_render::scene::RayResult;
 use part::{Part, add_stage};
@@ -98,18 +98,23 @@ impl GpuMarcher {
         let lost = drawn.as_ref().map(|drawn| drawn.lost);
         let list = drawn.map_or_else(|| self.buffers.read_list(), |drawn| Ok(drawn.list))?;
         let marched = self.buffers.read_samples()?;
-        let (sparse, mask) = (scatter(&list, &marched), mask_of(&list));
-        Ok(Sampled { listed: Some(Listed::new(list, &marched)), lost, ..Sampled::new(sparse, mask) })
+        let mask = mask_of(&list);
+        Ok(Sampled { lost, ..Sampled::sparse(sparse_frame(list, &marched), mask, marched.len()) })
     }
 
     /// Samples of the last mask, marched without a list.
     fn rejected(&self) -> Result<Sampled> {
-        let (sparse, mask) = (self.buffers.read_frame()?, self.buffers.read_mask()?);
+        let (frame, mask) = (self.buffers.read_frame()?, self.buffers.read_mask()?);
         let inverse = self.buffers.read_inverse_depths()?;
-        let list: SampleList = compact(&mask);
-        let depth = |pixel: &Pixel| 1.0 / inverse[pixel.index(mask.size().width)];
-        let depths = list.pixels().iter().map(depth).collect();
-        Ok(Sampled { listed: Some(Listed { list, depths }), ..Sampled::new(sparse, mask) })
+        let list = compact(&mask);
+        let result = |pixel: &Pixel| {
+            let at = pixel.index(mask.size().width);
+            let [r, g, b, _] = frame.pixels()[at];
+            ([r, g, b], 1.0 / inverse[at])
+        };
+        let (colours, depths) = list.pixels().iter().map(result).unzip();
+        let samples = list.len();
+        Ok(Sampled::sparse(SparseFrame::new(list, colours, depths), mask, samples))
     }
 
     /// Times of the last frame's stages on the device. Without timestamps the whole time `done_ms` counts as march.
