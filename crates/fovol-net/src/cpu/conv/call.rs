@@ -11,7 +11,7 @@ pub struct Call {
     pub pixel: usize,
     /// Rows of a window.
     pub rows: usize,
-    /// PageBuf of a window's row, which are contiguous.
+    /// Words of a window's row, which are contiguous.
     pub run: usize,
     /// Weights of a block: \[row\]\[word of the run\]\[channel of the block\].
     pub weights: *const u32,

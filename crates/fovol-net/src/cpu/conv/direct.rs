@@ -5,13 +5,13 @@ use super::amx;
 use super::call::Call;
 use super::finish::Finish;
 use super::kernels;
-use super::pack::{Bytes, Halves, Singles};
+use super::pack::{Bytes, Floats};
 use super::packed::{self, Packed};
 use super::patch::{Patch, Source, Window};
 use super::shape::{Arithmetic, ConvShape, ROWS, check};
 use crate::cpu::tensor::element::Element;
 use bytemuck::cast_slice;
-use fovol_simd::{AlignedBuf, Simd};
+use fovol_simd::{AlignedBuf, Bf16, Simd};
 
 /// Approximate bytes of a patch: half of a second-level cache.
 const PATCH_BYTES: usize = 384 << 10;
@@ -76,7 +76,7 @@ impl Direct {
         }
     }
 
-    /// PageBuf of a pixel.
+    /// Words of a pixel.
     fn words(&self) -> usize {
         self.shape.inputs.div_ceil(self.arithmetic.count())
     }
@@ -112,9 +112,11 @@ impl Direct {
         let (patch, padding) = (&mut scratch.patch, self.shape.padding);
         let (words, simd) = (self.words(), self.simd);
         match &self.arithmetic {
-            Arithmetic::F32 => patch.assemble(sources, padding, window, (Singles, words, simd)),
+            Arithmetic::F32 => {
+                patch.assemble(sources, padding, window, (Floats::<f32>::default(), words, simd));
+            }
             Arithmetic::Bf16 | Arithmetic::SplitBf16 => {
-                patch.assemble(sources, padding, window, (Halves, words, simd));
+                patch.assemble(sources, padding, window, (Floats::<Bf16>::default(), words, simd));
             }
             Arithmetic::Int8 { steps, .. } => {
                 patch.assemble(sources, padding, window, (Bytes(steps), words, simd));

@@ -6,6 +6,7 @@ use super::shape::Arithmetic;
 #[cfg(target_arch = "x86_64")]
 use super::{amx, avx2, avx512};
 use fovol_simd::Simd;
+use std::ops::Range;
 
 /// Whether `simd` multiplies `arithmetic` in AMX tiles.
 pub fn multiplies_tiles(simd: Simd, arithmetic: &Arithmetic) -> bool {
@@ -34,9 +35,36 @@ pub fn run(simd: Simd, arithmetic: &Arithmetic) -> usize {
     }
 }
 
+/// Output channels that one kernel computes together.
+pub struct OutputBlock {
+    /// First channel.
+    pub first: usize,
+    /// Number of channels, including padding after the last one.
+    pub width: usize,
+    /// Channels without padding.
+    pub channels: Range<usize>,
+    /// Bias of each channel; 0 for padding.
+    pub bias: Vec<f32>,
+    pub kernel: Kernel,
+}
+
+/// Divides output channels, one for each `bias`, into the blocks of the kernels of `simd`.
+pub fn output_blocks(simd: Simd, arithmetic: &Arithmetic, bias: &[f32]) -> Vec<OutputBlock> {
+    let (outputs, mut first, mut blocks) = (bias.len(), 0, Vec::new());
+    while first < outputs {
+        let (width, kernel) = block(simd, outputs - first, arithmetic);
+        let channels = first..(first + width).min(outputs);
+        let mut padded = bias[channels.clone()].to_vec();
+        padded.resize(width, 0.0);
+        blocks.push(OutputBlock { first, width, channels, bias: padded, kernel });
+        first += width;
+    }
+    blocks
+}
+
 /// Chooses a convolution kernel for the next channels, of which `left` remain. Returns the number of channels
 /// that it computes and the kernel; plain code where `simd` has none.
-pub fn block(simd: Simd, left: usize, arithmetic: &Arithmetic) -> (usize, Kernel) {
+fn block(simd: Simd, left: usize, arithmetic: &Arithmetic) -> (usize, Kernel) {
     #[cfg(target_arch = "x86_64")]
     if matches!(simd, Simd::Avx512 { .. } | Simd::Amx { .. }) {
         let [wide, narrow]: [Kernel; 2] = match (arithmetic, matches!(simd, Simd::Amx { .. })) {

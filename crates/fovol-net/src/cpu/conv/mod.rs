@@ -20,6 +20,7 @@ pub(super) mod portable;
 pub mod prediction;
 pub mod shape;
 mod winograd;
+mod words;
 
 pub use finish::elu;
 pub use shape::{Arithmetic, ConvShape};

@@ -4,7 +4,8 @@
 
 use crate::cpu::tensor::element::Element;
 use bytemuck::Pod;
-use fovol_simd::{AlignedBuf, Bf16};
+use fovol_simd::AlignedBuf;
+use std::marker::PhantomData;
 
 /// Number of elements that are copied at once.
 const LANES: usize = 16;
@@ -104,41 +105,35 @@ impl<N: Pod> To<'_, N> {
     }
 }
 
-/// Packing as f32.
-#[derive(Debug, Clone, Copy)]
-pub struct Singles;
+/// Packing as floats of type `N`.
+#[derive(Debug)]
+pub struct Floats<N>(PhantomData<N>);
 
-impl Pack for Singles {
-    type Number = f32;
-
-    #[inline(always)]
-    fn pack<T: Element>(self, channels: Channels, from: &[T], row: &mut AlignedBuf, to: To<'_, f32>) {
-        if let Some(from) = T::singles(from) {
-            return to.place(from, channels.count);
-        }
-        let row = row.numbers(from.len());
-        for (to, from) in row.iter_mut().zip(from) {
-            *to = from.to_f32();
-        }
-        to.place(row, channels.count);
+impl<N> Default for Floats<N> {
+    fn default() -> Self {
+        Self(PhantomData)
     }
 }
 
-/// Packing as bf16.
-#[derive(Debug, Clone, Copy)]
-pub struct Halves;
+impl<N> Clone for Floats<N> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
 
-impl Pack for Halves {
-    type Number = Bf16;
+impl<N> Copy for Floats<N> {}
+
+impl<N: Element> Pack for Floats<N> {
+    type Number = N;
 
     #[inline(always)]
-    fn pack<T: Element>(self, channels: Channels, from: &[T], row: &mut AlignedBuf, to: To<'_, Bf16>) {
-        if let Some(from) = T::halves(from) {
+    fn pack<T: Element>(self, channels: Channels, from: &[T], row: &mut AlignedBuf, to: To<'_, N>) {
+        if let Some(from) = T::as_stored(from) {
             return to.place(from, channels.count);
         }
         let row = row.numbers(from.len());
         for (to, from) in row.iter_mut().zip(from) {
-            *to = Bf16::from_f32(from.to_f32());
+            *to = N::from_f32(from.to_f32());
         }
         to.place(row, channels.count);
     }
@@ -149,9 +144,9 @@ impl Pack for Halves {
         channels: Channels,
         rows: [&[T]; 2],
         row: &mut AlignedBuf,
-        to: To<'_, Bf16>,
+        to: To<'_, N>,
     ) {
-        match rows.map(T::singles) {
+        match rows.map(T::as_stored) {
             [Some(above), Some(below)] if channels.count == 2 * SIX => {
                 pack_coloured_squares(channels.first, [above, below], to);
             }
@@ -167,7 +162,11 @@ const EIGHT: usize = 8;
 
 /// Packs 2×2 pixels of three channels, folded into one, with `first` as their first channel.
 #[inline(always)]
-fn pack_coloured_squares(first: usize, [above, below]: [&[f32]; 2], To { numbers, stride }: To<'_, Bf16>) {
+fn pack_coloured_squares<N: Element>(
+    first: usize,
+    [above, below]: [&[f32]; 2],
+    To { numbers, stride }: To<'_, N>,
+) {
     let room = stride - first;
     let squares = above.len() / SIX;
     // Reads and writes may exceed a square. The excess belongs to later sources, which overwrite it.
@@ -179,17 +178,15 @@ fn pack_coloured_squares(first: usize, [above, below]: [&[f32]; 2], To { numbers
             let mut square = [0.0f32; LANES];
             square[..EIGHT].copy_from_slice(above);
             square[SIX..SIX + EIGHT].copy_from_slice(below);
-            let mut halves = [Bf16::default(); LANES];
-            for i in 0..LANES {
-                halves[i] = Bf16::from_f32(square[i]);
+            for (to, from) in place.iter_mut().zip(square) {
+                *to = N::from_f32(from);
             }
-            *place = halves;
         }
     }
     for (x, place) in (whole..squares).zip(places) {
         for (to, from) in place.iter_mut().zip(above[SIX * x..][..SIX].iter().chain(&below[SIX * x..][..SIX]))
         {
-            *to = Bf16::from_f32(*from);
+            *to = N::from_f32(*from);
         }
     }
 }
@@ -223,6 +220,7 @@ fn rounded(value: f32) -> u8 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use fovol_simd::Bf16;
     use proptest::prelude::*;
 
     proptest! {
@@ -238,8 +236,8 @@ mod tests {
             let mut packed = [(); 2].map(|()| vec![Bf16::default(); squares * stride + first]);
             let [at_once, by_row] = &mut packed;
             let row = &mut AlignedBuf::default();
-            Halves.pack_squares(channels, rows, row, To { numbers: &mut at_once[first..], stride });
-            pack_rows(Halves, channels, rows, row, To { numbers: &mut by_row[first..], stride });
+            Floats::default().pack_squares(channels, rows, row, To { numbers: &mut at_once[first..], stride });
+            pack_rows(Floats::default(), channels, rows, row, To { numbers: &mut by_row[first..], stride });
             for square in 0..squares {
                 let at = square * stride + first;
                 prop_assert_eq!(&at_once[at..at + 2 * SIX], &by_row[at..at + 2 * SIX]);

@@ -1,8 +1,9 @@
 use super::call::Kernel;
 use super::finish::Worth;
-use super::kernels;
+use super::kernels::{self, OutputBlock};
 use super::shape::{Arithmetic, ConvShape};
-use fovol_simd::{AlignedBuf, Bf16, Simd};
+use super::words::{word_of_bf16, word_of_bytes, word_of_f32};
+use fovol_simd::{AlignedBuf, Simd};
 
 /// Number of elements of the largest block: pixels × channels.
 pub const LARGEST_BLOCK: usize = 32 * 32;
@@ -40,35 +41,22 @@ impl Packed {
         simd: Simd,
         arithmetic: &Arithmetic,
     ) -> Self {
-        let mut blocks = Vec::new();
-        let mut first = 0;
-        while first < shape.outputs {
-            let (width, kernel) = kernels::block(simd, shape.outputs - first, arithmetic);
-            let channels = first..(first + width).min(shape.outputs);
-            let bias: Vec<f32> =
-                (first..first + width).map(|c| bias.get(c).copied().unwrap_or(0.0)).collect();
-            let order =
-                Order { shape, width, count: arithmetic.count(), run: kernels::run(simd, arithmetic) };
+        let packed = |OutputBlock { first, width, channels, bias, kernel }: OutputBlock| {
+            let order = Order { shape, width, run: kernels::run(simd, arithmetic) };
             let (weights, worth) = match arithmetic {
                 Arithmetic::Int8 { steps, .. } => {
                     let (bytes, mut factors) = quantised(shape, weights, channels, steps);
                     factors.resize(width, 0.0);
-                    let word =
-                        |four: &[f32]| u32::from_le_bytes(std::array::from_fn(|i| four[i] as i8 as u8));
-                    (order.words(&bytes, word), Some(Worth { factors, bias: bias.clone() }))
+                    (order.words(&bytes, word_of_bytes), Some(Worth { factors, bias: bias.clone() }))
                 }
                 Arithmetic::Bf16 | Arithmetic::SplitBf16 => {
-                    let half = |value: f32| u32::from(Bf16::from_f32(value).0);
-                    let word = |pair: &[f32]| half(pair[0]) | half(pair[1]) << 16;
-                    (order.words(&weights[rows(shape, channels)], word), None)
+                    (order.words(&weights[rows(shape, channels)], word_of_bf16), None)
                 }
-                Arithmetic::F32 => {
-                    (order.words(&weights[rows(shape, channels)], |one| one[0].to_bits()), None)
-                }
+                Arithmetic::F32 => (order.words(&weights[rows(shape, channels)], word_of_f32), None),
             };
-            blocks.push(Block { first, width, weights: weights.into(), bias, worth, kernel });
-            first += width;
-        }
+            Block { first, width, weights: weights.into(), bias, worth, kernel }
+        };
+        let blocks = kernels::output_blocks(simd, arithmetic, bias).into_iter().map(packed).collect();
         Self { blocks }
     }
 
@@ -110,29 +98,26 @@ struct Order<'a> {
     shape: &'a ConvShape,
     /// Channels of the block.
     width: usize,
-    /// Inputs per word.
-    count: usize,
-    /// PageBuf of a window's row that are multiplied at once.
+    /// Words of a window's row that are multiplied at once.
     run: usize,
 }
 
 impl Order<'_> {
-    /// Packs `weights` \[channel of the block, in, size, size\] in this order, with zeros for padded channels and
-    /// inputs.
-    fn words(&self, weights: &[f32], pack: impl Fn(&[f32]) -> u32) -> Vec<u32> {
+    /// Packs `weights` \[channel of the block, in, size, size\] in this order, `COUNT` inputs to a word, with zeros for
+    /// padded channels and inputs.
+    fn words<const COUNT: usize>(&self, weights: &[f32], pack: impl Fn([f32; COUNT]) -> u32) -> Vec<u32> {
         let (n, inputs) = (self.shape.size, self.shape.inputs);
-        let row = (n * inputs.div_ceil(self.count)).next_multiple_of(self.run) * self.width;
+        let row = (n * inputs.div_ceil(COUNT)).next_multiple_of(self.run) * self.width;
         let mut out = Vec::with_capacity(n * row);
-        let mut group = vec![0.0; self.count];
         for place in 0..n * n {
-            for first in (0..inputs).step_by(self.count) {
+            for first in (0..inputs).step_by(COUNT) {
                 for channel in 0..self.width {
-                    for (i, number) in group.iter_mut().enumerate() {
+                    let weight = |i: usize| {
                         let at = (channel * inputs + first + i) * n * n + place;
                         let exists = first + i < inputs;
-                        *number = if exists { weights.get(at).copied().unwrap_or(0.0) } else { 0.0 };
-                    }
-                    out.push(pack(&group));
+                        if exists { weights.get(at).copied().unwrap_or(0.0) } else { 0.0 }
+                    };
+                    out.push(pack(std::array::from_fn(weight)));
                 }
             }
             if (place + 1) % n == 0 {

@@ -1,4 +1,4 @@
-use crate::cpu::conv::pack::Singles;
+use crate::cpu::conv::pack::Floats;
 use crate::cpu::conv::patch::{Access, Memory, Source, Window};
 use crate::cpu::tensor::rows::View;
 use crate::plan::{Padding, Taps};
@@ -160,7 +160,7 @@ fn row_of<'a>(
         _ => {
             between.resize(width * CHANNELS, 0.0);
             let window = Window { y, x: 0, rows: 1, columns: width };
-            let to = (Singles, &mut between[..], CHANNELS);
+            let to = (Floats::<f32>::default(), &mut between[..], CHANNELS);
             window.row(&[*image], Padding::Zero, 0, to, (simd, memory)).then_some(&between[..])
         }
     }

@@ -36,7 +36,7 @@ impl<T: Element> SimdF32Op for Row<'_, T> {
     fn run<V: SimdF32>(self, some: V) {
         let Self { input, motion, factor, y, row } = self;
         let size = [input.height, input.width];
-        let colours = T::singles(&input.data).filter(|_| input.channels == 3);
+        let colours = T::as_stored::<f32>(&input.data).filter(|_| input.channels == 3);
         for first in (0..input.width).step_by(LANES) {
             let moved = match factor {
                 1 => of_pixels(motion, y, first),

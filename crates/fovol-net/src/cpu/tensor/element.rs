@@ -2,8 +2,9 @@
 
 use crate::cpu::tensor::rows::{Rows, View};
 use crate::cpu::tensor::{AnyTensor, Tensor};
-use bytemuck::Pod;
+use bytemuck::{Pod, cast_slice};
 use fovol_simd::{Bf16, SimdF32};
+use std::any::TypeId;
 
 /// Number type of stored tensors.
 pub trait Element: Pod + Default + Send + Sync {
@@ -11,13 +12,10 @@ pub trait Element: Pod + Default + Send + Sync {
     fn to_f32(self) -> f32;
     /// Rounds to the nearest value of this type.
     fn from_f32(value: f32) -> Self;
-    /// Returns `numbers` unchanged if they are f32.
-    fn singles(_: &[Self]) -> Option<&[f32]> {
-        None
-    }
-    /// Returns `numbers` unchanged if they are bf16.
-    fn halves(_: &[Self]) -> Option<&[Bf16]> {
-        None
+    /// Returns `numbers` unchanged if they are stored as `N`.
+    #[inline(always)]
+    fn as_stored<N: Element>(numbers: &[Self]) -> Option<&[N]> {
+        (TypeId::of::<Self>() == TypeId::of::<N>()).then(|| cast_slice(numbers))
     }
     /// Stores a vector in the first elements of `to`.
     ///
@@ -43,11 +41,6 @@ impl Element for f32 {
     #[inline(always)]
     fn from_f32(value: f32) -> Self {
         value
-    }
-
-    #[inline(always)]
-    fn singles(numbers: &[f32]) -> Option<&[f32]> {
-        Some(numbers)
     }
 
     #[inline(always)]
@@ -81,11 +74,6 @@ impl Element for Bf16 {
     #[inline(always)]
     fn from_f32(value: f32) -> Self {
         Self::from_f32(value)
-    }
-
-    #[inline(always)]
-    fn halves(numbers: &[Self]) -> Option<&[Self]> {
-        Some(numbers)
     }
 
     #[inline(always)]

@@ -91,7 +91,7 @@ macro_rules! with_rows {
 pub(crate) use with_rows;
 
 impl<'a> View<'a> {
-    /// PageBuf of row `y`.
+    /// Words of row `y`.
     ///
     /// # Panics
     /// Where row `y` is absent, or does not begin and end at a word boundary.

@@ -31,13 +31,13 @@ impl SimdF32Op for Transform<'_> {
             };
             let part = Part { tiles: strip.tiles, pixel, word };
             match &conv.factors {
-                Factors::Singles => {
+                Factors::F32 => {
                     let load = |words: &[u32]| [some.load(cast_slice(&words[..V::N]))];
                     let mut store =
                         |_, at: usize, [v]: [V; 1]| v.store(cast_slice_mut(&mut out[at..at + V::N]));
                     transform((&inputs, part), load, &mut store, some);
                 }
-                Factors::Halves => {
+                Factors::Bf16 => {
                     let load = |words: &[u32]| some.load_halves(words);
                     let mut store =
                         |_, at: usize, [low, high]: [V; 2]| low.store_halves(high, &mut out[at..at + V::N]);
@@ -73,9 +73,9 @@ fn in_place<'a>(conv: &Winograd, sources: &'a [Source<'a>], word: usize) -> Opti
 
 /// Six rows of inputs for tiles side by side.
 struct Inputs<'a> {
-    /// PageBuf of each row; `None` beyond a border of zeros.
+    /// Words of each row; `None` beyond a border of zeros.
     rows: [Option<&'a [u32]>; REACH],
-    /// PageBuf of a pixel, and the first of those that are read.
+    /// Words of a pixel, and the first of those that are read.
     pixel: usize,
     word: usize,
     /// First column within the rows, and number of columns.
@@ -119,7 +119,7 @@ impl<'a> Inputs<'a> {
 #[derive(Clone, Copy)]
 struct Part {
     tiles: usize,
-    /// PageBuf of a pixel, if transformed values were stored like inputs.
+    /// Words of a pixel, if transformed values were stored like inputs.
     pixel: usize,
     /// First word of each pixel.
     word: usize,

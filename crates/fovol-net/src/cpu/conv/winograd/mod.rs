@@ -14,9 +14,10 @@ mod tile;
 mod words;
 
 use super::call::Call;
-use super::kernels;
+use super::kernels::{self, OutputBlock};
 use super::shape::{Arithmetic, ConvShape, check};
-use crate::cpu::conv::pack::{Halves, Singles};
+use super::words::{word_of_bf16, word_of_bytes, word_of_f32};
+use crate::cpu::conv::pack::Floats;
 use crate::cpu::conv::patch::{Access, Source, Window};
 use crate::cpu::tensor::element::Element;
 use crate::cpu::tensor::rows::View;
@@ -68,49 +69,33 @@ impl Winograd {
         arithmetic: &Arithmetic,
     ) -> Self {
         let factors = match arithmetic {
-            Arithmetic::F32 => Factors::Singles,
+            Arithmetic::F32 => Factors::F32,
             Arithmetic::Int8 { reach: Some(reach), .. } => Factors::Bytes(Bytes::new(shape.inputs, reach)),
-            _ => Factors::Halves,
+            _ => Factors::Bf16,
         };
         let has_kernels = match factors {
-            Factors::Singles => true,
-            Factors::Halves => simd.has_bf16(),
+            Factors::F32 => true,
+            Factors::Bf16 => simd.has_bf16(),
             Factors::Bytes(_) => simd.has_int8(),
         };
         let simd = if has_kernels { simd } else { Simd::Portable };
         let transformed: Vec<_> = weights.chunks_exact(9).map(tile::weights).collect();
-        let mut blocks = Vec::new();
-        let mut first = 0;
-        while first < shape.outputs {
-            let (width, kernel) = kernels::block(simd, shape.outputs - first, arithmetic);
-            let channels = first..(first + width).min(shape.outputs);
+        let prepared = |OutputBlock { first, width, channels, bias, kernel }: OutputBlock| {
             let kernels = &transformed[channels.start * shape.inputs..channels.end * shape.inputs];
-            let bias: Vec<f32> =
-                (first..first + width).map(|c| bias.get(c).copied().unwrap_or(0.0)).collect();
+            let bias_of_tile = bias.repeat(SIDE * SIDE);
             let (weights, worth, bias) = match &factors {
-                Factors::Singles => (
-                    packed(kernels, shape.inputs, width, |one: [f32; 1]| one[0].to_bits()),
-                    None,
-                    bias.repeat(SIDE * SIDE),
-                ),
-                Factors::Halves => {
-                    let pair = |pair: [f32; 2]| {
-                        let [low, high] = pair.map(|v| u32::from(Bf16::from_f32(v).0));
-                        low | high << 16
-                    };
-                    (packed(kernels, shape.inputs, width, pair), None, bias.repeat(SIDE * SIDE))
-                }
+                Factors::F32 => (packed(kernels, shape.inputs, width, word_of_f32), None, bias_of_tile),
+                Factors::Bf16 => (packed(kernels, shape.inputs, width, word_of_bf16), None, bias_of_tile),
                 Factors::Bytes(bytes) => {
                     let quantised = bytes.quantised(kernels, width);
-                    let four = |four: [f32; 4]| u32::from_le_bytes(four.map(|v| v as i8 as u8));
-                    let weights = packed(&quantised.kernels, shape.inputs, width, four);
+                    let weights = packed(&quantised.kernels, shape.inputs, width, word_of_bytes);
                     let bias = quantised.bias(&bias);
                     (weights, Some(quantised.worth), bias)
                 }
             };
-            blocks.push(Block { first, width, weights: weights.into(), worth, bias, kernel });
-            first += width;
-        }
+            Block { first, width, weights: weights.into(), worth, bias, kernel }
+        };
+        let blocks = kernels::output_blocks(simd, arithmetic, bias).into_iter().map(prepared).collect();
         Self { blocks, shape: *shape, factors, simd }
     }
 
@@ -160,7 +145,7 @@ impl Winograd {
         let access = |source: &Source<'a>| {
             let is_alike = matches!(
                 (&source.rows, &self.factors),
-                (View::F32(_), Factors::Singles) | (View::Bf16(_), Factors::Halves | Factors::Bytes(_))
+                (View::F32(_), Factors::F32) | (View::Bf16(_), Factors::Bf16 | Factors::Bytes(_))
             );
             let is_aligned = first.is_multiple_of(whole) && source.channels().is_multiple_of(whole);
             first += source.channels();
@@ -184,9 +169,11 @@ impl Winograd {
         }
         let (patch, padding, pixel) = (&mut scratch.patch, self.shape.padding, self.loaded_pixel());
         match self.factors {
-            Factors::Singles => patch.assemble(sources, padding, window, (Singles, pixel, self.simd)),
-            Factors::Halves | Factors::Bytes(_) => {
-                patch.assemble(sources, padding, window, (Halves, pixel, self.simd));
+            Factors::F32 => {
+                patch.assemble(sources, padding, window, (Floats::<f32>::default(), pixel, self.simd));
+            }
+            Factors::Bf16 | Factors::Bytes(_) => {
+                patch.assemble(sources, padding, window, (Floats::<Bf16>::default(), pixel, self.simd));
             }
         }
     }

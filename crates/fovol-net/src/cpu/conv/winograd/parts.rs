@@ -20,9 +20,9 @@ pub struct Winograd {
 /// Type of the factors of products.
 #[derive(Debug, Clone)]
 pub enum Factors {
-    Singles,
+    F32,
     /// Pairs of bf16.
-    Halves,
+    Bf16,
     /// Quadruples of bytes, from inputs that are pairs of bf16.
     Bytes(Bytes),
 }
@@ -30,8 +30,8 @@ pub enum Factors {
 impl Factors {
     pub fn arithmetic(&self) -> Arithmetic {
         match self {
-            Self::Singles => Arithmetic::F32,
-            Self::Halves => Arithmetic::Bf16,
+            Self::F32 => Arithmetic::F32,
+            Self::Bf16 => Arithmetic::Bf16,
             Self::Bytes(_) => Arithmetic::Int8 { steps: Vec::new(), reach: None },
         }
     }
@@ -89,17 +89,17 @@ impl Winograd {
         &self.shape
     }
 
-    /// PageBuf of a transformed pixel, without padding.
+    /// Words of a transformed pixel, without padding.
     pub fn words(&self) -> usize {
         self.shape.inputs.div_ceil(self.factors.count())
     }
 
-    /// PageBuf of a pixel of the patch, with padding.
+    /// Words of a pixel of the patch, with padding.
     pub fn loaded_pixel(&self) -> usize {
         self.shape.inputs.div_ceil(self.factors.loaded()).next_multiple_of(WORDS)
     }
 
-    /// PageBuf of a transformed pixel, with padding.
+    /// Words of a transformed pixel, with padding.
     pub fn pixel(&self) -> usize {
         self.loaded_pixel() * self.factors.loaded() / self.factors.count()
     }
