@@ -32,7 +32,8 @@ def rendered(options, arguments, folder):
     folders = {method: folder / method for method in METHODS}
     common = [options.program, "render", *arguments, "--size", options.size, "--frames", options.frames]
     common += ["--path", "flythrough", "--integration", "plain", "--pb", "0.03", "--sigma", "0.02"]
-    network = ["--reconstruct", options.reconstruct, "--weights", options.weights, "--precision", options.precision]
+    network = ["--reconstruct", options.reconstruct, "--weights", options.weights]
+    network += ["--precision", options.precision, "--guide", options.guide]
     run(*common, *network, "--keep", "frame,sparse,reference", "-o", folders["network"])
     for method in METHODS[1:]:
         run(*common, "--reconstruct", method, "-o", folders[method])
@@ -97,7 +98,7 @@ def comparison(folders, name, number, references, frames, path):
 
 
 def main():
-    options = flythroughs.options(__doc__, 16, precision="f32", reconstruct="wnet")
+    options = flythroughs.options(__doc__, 16, precision="f32", reconstruct="wnet", guide="auto")
     rows = []
     for given in options.volumes:
         title, transfer, arguments = volume(given)

@@ -2,11 +2,11 @@
 
 use crate::commands::mask;
 use anyhow::{Context, Result, bail, ensure};
-use fovolnet::RenderedFrame;
 use fovolnet::core::Frame;
 use fovolnet::io::atomic;
 use fovolnet::io::image::{self, Alpha};
 use fovolnet::io::video;
+use fovolnet::{FrameGuide, RenderedFrame};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -18,6 +18,7 @@ pub enum Keep {
     Mask,
     Reference,
     Motion,
+    Guide,
 }
 
 impl Keep {
@@ -29,6 +30,7 @@ impl Keep {
             Self::Mask => "mask",
             Self::Reference => "reference",
             Self::Motion => "motion",
+            Self::Guide => "guide",
         }
     }
 
@@ -36,7 +38,7 @@ impl Keep {
     fn format(self, format: Format) -> Format {
         match self {
             Self::Mask => Format::Png,
-            Self::Motion => Format::Exr,
+            Self::Motion | Self::Guide => Format::Exr,
             _ => format,
         }
     }
@@ -156,10 +158,9 @@ impl FrameFiles {
 
     /// Paths of all files for the frames `numbers`.
     pub fn paths(&self, numbers: &Range<u32>) -> Vec<PathBuf> {
-        numbers
-            .clone()
-            .flat_map(|number| self.keep.iter().map(move |&keep| self.path(keep, number)))
-            .collect()
+        let kept = |number| self.keep.iter().map(move |&keep| self.path(keep, number));
+        let ratio = |number| (self.has(Keep::Guide) && !self.is_picture).then(|| self.ratio_path(number));
+        numbers.clone().flat_map(|number| kept(number).chain(ratio(number))).collect()
     }
 
     /// Writes the files of a frame.
@@ -176,6 +177,7 @@ impl FrameFiles {
                     self.picture(&path, reference, alpha)?;
                 }
                 Keep::Motion => image::write_exr(&path, &motion_picture(rendered))?,
+                Keep::Guide => self.write_guide(&path, rendered)?,
             }
         }
         Ok(())
@@ -211,6 +213,22 @@ impl FrameFiles {
         }
         let extension = keep.format(self.format).extension();
         self.output.join(format!("{}_{number:04}.{extension}", keep.name()))
+    }
+
+    /// Writes the guide to `path`, and the light ratio to ratio_NUMBER.exr beside it.
+    fn write_guide(&self, path: &Path, rendered: &RenderedFrame) -> Result<()> {
+        let FrameGuide { guide, ratio } = rendered.guide.as_ref().context(
+            "there is no guide: shadows are off or cached, or the frames are not filled by wnet-fast; choose one by --guide quarter",
+        )?;
+        image::write_exr(path, &guide.to_frame(ratio.size()))?;
+        if !self.is_picture {
+            image::write_exr(&self.ratio_path(rendered.index), ratio)?;
+        }
+        Ok(())
+    }
+
+    fn ratio_path(&self, number: u32) -> PathBuf {
+        self.output.join(format!("ratio_{number:04}.exr"))
     }
 
     fn picture(&self, path: &Path, frame: &Frame, alpha: Alpha) -> Result<()> {

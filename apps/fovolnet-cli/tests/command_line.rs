@@ -248,6 +248,8 @@ fn networks_reconstruct_clips_and_are_exported() {
     let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let mut render = vec!["render", "head", "--frames", "3", "--keep", "frame,sparse,motion"];
     render.extend(SMALL);
+    // Pictures of samples have no guide.
+    render.extend(["--guide", "none"]);
     let network = ["--reconstruct", "wnet", "--random-weights", "wnet-fast:3", "--precision", "f32"];
     let (first, second) = (at("first"), at("second"));
     succeeds(&[&render[..], &["-o", &first], &network].concat());

@@ -150,7 +150,7 @@ fn what_cannot_fit_is_refused_with_what_helps() {
         (
             1 << 20,
             "render head --size 16384x16384 --device cpu -o out",
-            ["frames 10.7 GB", "a smaller --size"],
+            ["frames 8.6 GB", "a smaller --size"],
         ),
         (
             1 << 20,
@@ -176,7 +176,7 @@ fn what_cannot_fit_is_refused_with_what_helps() {
         (1 << 20, "info big_1024x1024x1024_uint8.raw", ["opening the file", "ulimit -v"]),
         (1 << 20, "data make head out.nrrd --dims 1024,1024,1024", ["voxels 2.1 GB", "smaller --dims"]),
         (300_000, "noise make out.npy --size 256 --frames 256", ["energies 403 MB", "fewer --frames"]),
-        (1 << 20, "bench march head --size 8192x8192 --device cpu", ["frames 2.4 GB", "--size"]),
+        (1 << 20, "bench march head --size 8192x8192 --device cpu", ["frames 2.1 GB", "--size"]),
     ] {
         let error = said(line, &within(kilobytes, at, line), 1);
         assert!(error.contains("out of memory"), "{line}: {error}");

@@ -45,6 +45,20 @@ impl SampleList {
         &self.pixels
     }
 
+    /// Indices of the pixels in raster order, of equal pixels the last one only; `None` if the list is in this order.
+    pub fn raster_order(&self) -> Option<Vec<usize>> {
+        let pixels = &self.pixels;
+        let place = |pixel: &Pixel| (pixel.y, pixel.x);
+        if pixels.is_sorted_by(|a, b| place(a) < place(b)) {
+            return None;
+        }
+        let mut order: Vec<usize> = (0..pixels.len()).collect();
+        // Stable, so that the last of equal pixels stays the last.
+        order.sort_by_key(|at| place(&pixels[*at]));
+        let is_last = |at: usize| order.get(at + 1).is_none_or(|next| pixels[*next] != pixels[order[at]]);
+        Some((0..order.len()).filter(|at| is_last(*at)).map(|at| order[at]).collect())
+    }
+
     /// Number of pixels.
     pub fn len(&self) -> usize {
         self.pixels.len()

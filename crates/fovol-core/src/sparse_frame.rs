@@ -26,20 +26,10 @@ impl SparseFrame {
             counts.iter().all(|count| *count == list.len()),
             "a colour and a depth for every listed pixel"
         );
-        let order = |pixel: &Pixel| (pixel.y, pixel.x);
-        if list.pixels().is_sorted_by(|a, b| order(a) < order(b)) {
-            return Self::in_order(list, colours, depths);
-        }
-        let pixels = list.pixels();
-        let mut entries: Vec<usize> = (0..pixels.len()).collect();
-        // Stable, so that the last entry of a pixel stays the last.
-        entries.sort_by_key(|at| order(&pixels[*at]));
-        let is_last = |at: usize| entries.get(at + 1).is_none_or(|next| pixels[*next] != pixels[entries[at]]);
-        let kept: Vec<usize> = (0..entries.len()).filter(|at| is_last(*at)).map(|at| entries[at]).collect();
-        let sorted = SampleList::new(list.size(), kept.iter().map(|at| pixels[*at]).collect());
-        let colours = kept.iter().map(|at| colours[*at]).collect();
-        let depths = kept.iter().map(|at| depths[*at]).collect();
-        Self::in_order(sorted, colours, depths)
+        let Some(order) = list.raster_order() else { return Self::in_order(list, colours, depths) };
+        let sorted = SampleList::new(list.size(), order.iter().map(|at| list.pixels()[*at]).collect());
+        let colours = order.iter().map(|at| colours[*at]).collect();
+        Self::in_order(sorted, colours, order.iter().map(|at| depths[*at]).collect())
     }
 
     /// Sparse frame of a `list` in raster order.

@@ -117,6 +117,52 @@ fn depths_agree_with_the_specification() {
     }
 }
 
+/// Rays with shadow rays return the colour of rays without. With cached shadows they return their own.
+#[test]
+fn colours_without_shadows_are_those_of_a_march_without_shadows() {
+    let size = FrameSize::new(93, 61).unwrap();
+    let pixels: Vec<Pixel> = (0..61).flat_map(|y| (0..93).map(move |x| Pixel { x, y })).collect();
+    let list = SampleList::new(size, pixels);
+    for (name, volume) in volumes() {
+        let mut scene = Scene::new(Arc::new(volume), transfer());
+        scene.background = [0.1, 0.2, 0.3];
+        for integration in [Integration::Plain, Integration::Fine] {
+            for surface in [SurfaceShading::Flat, SurfaceShading::Gradient] {
+                (scene.integration, scene.shading.surface) = (integration, surface);
+                let mut renderer = Renderer::new(&scene, RenderOptions::default()).unwrap();
+                for simd in available_simd() {
+                    renderer.set_options(RenderOptions { simd, skip_empty: true });
+                    let camera = cameras()[0];
+                    let lit = renderer.march_list(&camera, &list).0;
+                    let unlit = renderer.march_list_without_shadows(&camera, &list).0;
+                    assert_eq!(renderer.march_list(&camera, &list).0, lit);
+                    let (mut darker, mut most) = (0, 0.0f32);
+                    for (lit, unlit) in lit.iter().zip(&unlit) {
+                        for c in 0..3 {
+                            let background = (1.0 - lit.opacity) * scene.background[c] as f32;
+                            most = most.max((lit.unshadowed[c] - unlit.unshadowed[c]).abs());
+                            most = most.max((unlit.colour[c] - background - unlit.unshadowed[c]).abs());
+                            let shadowed = lit.colour[c] - background;
+                            assert!(shadowed <= lit.unshadowed[c] + 1e-5, "{lit:?}");
+                            darker += usize::from(shadowed < 0.9 * lit.unshadowed[c] - 0.01);
+                        }
+                    }
+                    assert!(most < 1e-4, "{name} {integration} {surface:?} {simd}: {most}");
+                    assert!(darker > 500, "{name} {integration} {surface:?} {simd}: {darker}");
+                }
+            }
+        }
+        scene.shading.shadows = ShadowMode::Cached;
+        let renderer = Renderer::new(&scene, RenderOptions::default()).unwrap();
+        for found in renderer.march_list(&cameras()[0], &list).0 {
+            for c in 0..3 {
+                let over = found.unshadowed[c] + (1.0 - found.opacity) * scene.background[c] as f32;
+                assert!((over - found.colour[c]).abs() < 1e-5, "{found:?}");
+            }
+        }
+    }
+}
+
 #[test]
 fn one_thread_and_many_give_the_same_bytes() {
     let (_, volume) = volumes().remove(0);

@@ -107,6 +107,7 @@
 //! [`embedder`]: https://github.com/fovolnet/fovolnet/blob/main/examples/embedder/src/main.rs
 
 mod error;
+mod guide;
 mod motion;
 mod pipeline;
 pub mod presets;
@@ -128,11 +129,13 @@ pub use fovol_metrics as metrics;
 pub use fovol_net as net;
 pub use fovol_render as render;
 pub use fovol_simd as simd;
+pub use guide::UpsampledGuide;
 pub use motion::{Depths, Filled, MotionFinder, REMEMBERED, motion, motion_of_depths};
 #[cfg(feature = "gpu")]
 pub use pipeline::{DeviceFrame, DoneFrame};
 pub use pipeline::{
-    FrameReport, MeanReport, Pipeline, Rays, RenderReport, RenderedFrame, Timings, Viewpoint, camera_path,
+    FrameGuide, FrameReport, MeanReport, Pipeline, Rays, RenderReport, RenderedFrame, Timings, Viewpoint,
+    camera_path,
 };
 #[cfg(feature = "gpu")]
 pub use reconstruct::DeviceReconstructor;
@@ -140,9 +143,9 @@ pub use reconstruct::{Reconstructor, Seen};
 #[cfg(feature = "files")]
 pub use session::Session;
 pub use settings::{
-    CameraChoice, Choice, CropBox, GazeChoice, NamedView, NanColour, Orientation, PathChoice, RandomWeights,
-    Reconstruction, RenderOverrides, RenderSettings, Sampling, SpeedSettings, StillCamera, TransferChoice,
-    TransferRange, ValueScale, VolumeSettings, WeightsChoice, parse, path_text,
+    CameraChoice, Choice, CropBox, GazeChoice, Guide, NamedView, NanColour, Orientation, PathChoice,
+    RandomWeights, Reconstruction, RenderOverrides, RenderSettings, Sampling, SpeedSettings, StillCamera,
+    TransferChoice, TransferRange, ValueScale, VolumeSettings, WeightsChoice, parse, path_text,
 };
 pub use system::{Device, Machine, OpenDevice, keep_freed_memory, lower_thread_priority, signals};
 pub use volume::{CroppedVolume, OpenVolume, Visibility, WorldBox, open_volume, scene};

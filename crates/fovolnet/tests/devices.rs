@@ -7,7 +7,7 @@ use fovolnet::io::procedural;
 use fovolnet::net::Fill;
 use fovolnet::render::cpu::Simd;
 use fovolnet::{
-    Device, DoneFrame, OpenDevice, OpenVolume, Pipeline, Reconstruction, RenderSettings, Sampling,
+    Device, DoneFrame, Guide, OpenDevice, OpenVolume, Pipeline, Reconstruction, RenderSettings, Sampling,
     SpeedSettings, Viewpoint, VolumeSettings, open_volume,
 };
 
@@ -35,6 +35,7 @@ fn settings(sampling: Sampling, reconstruct: Reconstruction) -> RenderSettings {
         pb: 0.1,
         sigma: 0.1,
         shadows: ShadowMode::On,
+        guide: Guide::None.into(),
         ..Default::default()
     }
 }

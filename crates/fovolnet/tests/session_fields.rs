@@ -2,8 +2,8 @@
 
 use fovolnet::core::{Dtype, Endian, Frame, Integration, ShadowMode, SurfaceShading};
 use fovolnet::{
-    CropBox, Device, NamedView, NanColour, Orientation, Pipeline, Reconstruction, RenderOverrides, Sampling,
-    Session, SpeedSettings, TransferRange, ValueScale, VolumeSettings, open_volume,
+    CropBox, Device, Guide, NamedView, NanColour, Orientation, Pipeline, Reconstruction, RenderOverrides,
+    Sampling, Session, SpeedSettings, TransferRange, ValueScale, VolumeSettings, open_volume,
 };
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -69,6 +69,7 @@ fn everything(volume: &Path) -> Session {
         noise: Some("stbn".parse().unwrap()),
         seed: Some(0),
         reconstruct: Some(Reconstruction::WNet),
+        guide: Some(Guide::Quarter.into()),
         weights: Some("wnet-fast".into()),
         random_weights: None,
         precision: Some("f32".parse().unwrap()),
@@ -184,6 +185,7 @@ fn steps() -> Vec<Step> {
         step("render.reconstruct", |s| {
             (s.render.reconstruct, s.render.weights) = (Some("linear".parse().unwrap()), None);
         }),
+        step("render.guide", |s| s.render.guide = Some(Guide::None.into())),
         step("render.weights", |s| (s.render.weights, s.weights_sha256) = (Some("wnet-paper".into()), None)),
         Step {
             from: |s| s.render.weights = None,

@@ -4,13 +4,12 @@ use super::repeat::Lap;
 use crate::thread_pool::thread_pool;
 use anyhow::Result;
 use fovolnet::core::memory::{Estimate, SMALLER_BOTH};
-use fovolnet::core::{Camera, Fovea, Frame, FrameSize, Scene};
+use fovolnet::core::{Camera, Fovea, Frame, FrameSize, Pixel, Scene};
 use fovolnet::render::cpu::march::SampleCount;
 use fovolnet::render::cpu::{
     RenderOptions, Renderer, Simd, available_simd, best_simd, compact, direct, mask, sparse_frame,
 };
 use fovolnet::render::noise::Noise;
-use fovolnet::render::scene::RayResult;
 use fovolnet::{Machine, OpenDevice, SpeedSettings};
 use std::time::Instant;
 
@@ -61,7 +60,7 @@ struct CpuMarching {
 impl CpuMarching {
     fn new(scene: &Scene, speed: &SpeedSettings, size: FrameSize) -> Result<Self> {
         let needed = Renderer::estimate(scene, Estimate::new(format!("marching frames of {size}")));
-        let frame = size.pixels() * (size_of::<[f32; 4]>() + size_of::<RayResult>());
+        let frame = size.pixels() * (size_of::<[f32; 4]>() + size_of::<Pixel>() + size_of::<[f32; 3]>());
         needed.with("frames", frame as u64).check(SMALLER_BOTH)?;
         let pool = thread_pool(speed.threads.unwrap_or(0))?;
         let simds = speed.simd.map_or_else(fast_ones, |simd| vec![simd]);

@@ -23,7 +23,7 @@ pub struct Render {
     output: PathBuf,
     #[command(flatten)]
     picture: PictureArguments,
-    /// Pictures to write: frame, sparse, mask, reference, motion
+    /// Pictures to write: frame, sparse, mask, reference, motion, guide (with the light ratio)
     #[arg(long, value_name = "WHAT,…", value_delimiter = ',', default_value = "frame")]
     keep: Vec<Keep>,
     /// Format of the frames [default: png]
@@ -45,7 +45,8 @@ pub struct Render {
 impl Render {
     pub fn run(mut self) -> Result<()> {
         let mut session = self.session()?;
-        let keeps_samples = self.keep.iter().any(|keep| matches!(keep, Keep::Sparse | Keep::Mask));
+        let keeps_samples =
+            self.keep.iter().any(|keep| matches!(keep, Keep::Sparse | Keep::Mask | Keep::Guide));
         if keeps_samples && session.render.sampling.and_then(Choice::fixed).is_none() {
             session.render.sampling = Some(Sampling::Compact.into());
         }
@@ -70,6 +71,9 @@ impl Render {
         console::warn(&pipeline);
         if files.has(Keep::Motion) {
             pipeline.find_motion();
+        }
+        if files.has(Keep::Guide) {
+            pipeline.keep_guide();
         }
         if files.has(Keep::Reference) {
             pipeline.check_references()?;
@@ -121,6 +125,7 @@ impl Render {
             size: pipeline.size(),
             sampling: settings.sampling.name().into(),
             reconstruct: reconstruction(&settings).to_string(),
+            guide: pipeline.guide().to_string(),
             integration: settings.integration.to_string(),
             nan: settings.nan.to_string(),
             frames,

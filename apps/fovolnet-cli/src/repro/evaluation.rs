@@ -1,6 +1,6 @@
 use super::data_set::DataSet;
 use fovolnet::core::{CameraPath, FrameSize, Integration};
-use fovolnet::{Device, Machine, RenderSettings, Sampling, SpeedSettings};
+use fovolnet::{Device, Guide, Machine, RenderSettings, Sampling, SpeedSettings};
 use std::path::PathBuf;
 
 /// Volumes, frames and machine of the evaluation.
@@ -44,6 +44,8 @@ impl Evaluation {
             sigma,
             // The paper marches separate samples.
             integration: Integration::Plain,
+            // The paper reconstructs colours.
+            guide: Guide::None.into(),
             ..RenderSettings::default()
         }
     }

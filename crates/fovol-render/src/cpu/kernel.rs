@@ -54,8 +54,10 @@ pub struct Kernel<'a, T: Texel> {
 #[derive(Clone, Copy)]
 #[repr(align(64))]
 struct Gathered {
-    /// One sum per lane: red, green, blue, opacity, and the opacity's share of the samples' numbers.
+    /// One sum per lane: red, green, blue without shadow rays, opacity, and the opacity's share of the samples' numbers.
     sums: [[f32; MOST_LANES]; 5],
+    /// Red, green and blue that shadow rays take away, at most 0, one sum per lane.
+    shadow: [[f32; MOST_LANES]; 3],
     /// The number of the sample that took opacity past one half; negative before.
     half_at: f32,
     /// The ray's first sample and step.
@@ -64,8 +66,13 @@ struct Gathered {
 }
 
 impl Gathered {
-    const NOTHING: Self =
-        Self { sums: [[0.0; MOST_LANES]; 5], half_at: -1.0, start: [0.0; 3], delta: [0.0; 3] };
+    const NOTHING: Self = Self {
+        sums: [[0.0; MOST_LANES]; 5],
+        shadow: [[0.0; MOST_LANES]; 3],
+        half_at: -1.0,
+        start: [0.0; 3],
+        delta: [0.0; 3],
+    };
 }
 
 /// The samples that one block of a ray put into the pool.
@@ -128,8 +135,8 @@ impl<T: Texel> Kernel<'_, T> {
         count
     }
 
-    /// Composites the rays of the packet. Where shadow rays are wanted, lit samples go to the pool and
-    /// only their ambient part is in the sums.
+    /// Composites the rays of the packet as if nothing cast shadows. Where shadow rays are wanted, lit samples go to the
+    /// pool.
     #[inline(always)]
     fn primary<V: SimdF32>(&self, zero: V, scratch: &mut Scratch) -> u64 {
         let Scratch { packet, pool, gathered, waiting, .. } = scratch;
@@ -186,12 +193,12 @@ impl<T: Texel> Kernel<'_, T> {
         };
         let samples = rays.trace(self.simd, &mut scratch.pool, &mut scratch.parts);
         for block in &scratch.waiting {
-            let [r, g, b, ..] = &mut scratch.gathered[block.ray].sums;
+            let [r, g, b] = &mut scratch.gathered[block.ray].shadow;
             let sums = [zero.load(r), zero.load(g), zero.load(b)];
-            let [lit_r, lit_g, lit_b] = scratch.pool.arriving(block.from, block.to, sums);
-            lit_r.store(r);
-            lit_g.store(g);
-            lit_b.store(b);
+            let [dark_r, dark_g, dark_b] = scratch.pool.shadow(block.from, block.to, sums);
+            dark_r.store(r);
+            dark_g.store(g);
+            dark_b.store(b);
         }
         // Closures would be compiled without the instruction set.
         out.reserve(scratch.gathered.len());
@@ -214,14 +221,16 @@ impl<T: Texel> Kernel<'_, T> {
         }
         let whole = opacity.sum();
         let opacity = whole.min(1.0);
+        let unshadowed = [zero.load(r).sum(), zero.load(g).sum(), zero.load(b).sum()];
+        let [r, g, b] = &ray.shadow;
         let mut colour = [zero.load(r).sum(), zero.load(g).sum(), zero.load(b).sum()];
-        for (sum, background) in colour.iter_mut().zip(&self.background) {
-            *sum += (1.0 - opacity) * background;
+        for c in 0..3 {
+            colour[c] += unshadowed[c] + (1.0 - opacity) * self.background[c];
         }
         let mean = zero.load(numbers).sum() / whole;
         let number = if ray.half_at < 0.0 { mean } else { ray.half_at };
         let depth = self.segments.distance(eye, ray.start, ray.delta, number);
-        RayResult { colour, opacity, depth }
+        RayResult { colour, unshadowed, opacity, depth }
     }
 
     /// Composites the next N samples of ray `lane`; returns how many of them counted.
@@ -278,7 +287,7 @@ impl<T: Texel> Kernel<'_, T> {
 
     /// Adds the light that samples of `weight` and colour `rgb` at `p` send to the eye to `colour`.
     ///
-    /// With shadow rays it adds the ambient part only; the samples then wait in `pool`.
+    /// With shadow rays it adds full light; the samples then wait in `pool` for the part that shadows take away.
     #[inline(always)]
     fn light_samples<V: SimdF32>(
         &self,
@@ -296,19 +305,15 @@ impl<T: Texel> Kernel<'_, T> {
         let ambient = zero.splat(self.ambient);
         let direct = zero.splat(1.0 - self.ambient) * facing;
         match &self.lighting {
-            Lighting::Rays(_) => {
-                let known = weight * ambient;
-                let waiting = weight * direct;
-                for c in 0..3 {
-                    colour[c] = known.mul_add(rgb[c], colour[c]);
-                }
-                let light = [waiting * rgb[0], waiting * rgb[1], waiting * rgb[2]];
-                pool.push(weight.simd_gt(zero), p, light);
-            }
-            Lighting::Full => {
+            Lighting::Rays(_) | Lighting::Full => {
                 let lit = weight * (ambient + direct);
                 for c in 0..3 {
                     colour[c] = lit.mul_add(rgb[c], colour[c]);
+                }
+                if matches!(self.lighting, Lighting::Rays(_)) {
+                    let waiting = weight * direct;
+                    let light = [waiting * rgb[0], waiting * rgb[1], waiting * rgb[2]];
+                    pool.push(weight.simd_gt(zero), p, light);
                 }
             }
             Lighting::Cached(grid) => {

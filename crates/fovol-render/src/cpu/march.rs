@@ -62,7 +62,7 @@ impl March<'_> {
         let segments = self.segments();
         let segment = segments.of(ray);
         let light = self.light_path();
-        let mut colour = [0.0f32; 3];
+        let [mut colour, mut unshadowed] = [[0.0f32; 3]; 2];
         let mut opacity = 0.0f32;
         let mut half_at = None;
         let mut weighted_number = 0.0f32;
@@ -78,9 +78,11 @@ impl March<'_> {
                 continue;
             }
             let lit = self.light(p, &light, count);
+            let unshadowed_light = if self.casts_rays() { self.light_without_shadows(p) } else { lit };
             let weight = alpha * (1.0 - opacity);
             for c in 0..3 {
                 colour[c] += weight * lit * rgba[c] as f32;
+                unshadowed[c] += weight * unshadowed_light * rgba[c] as f32;
             }
             opacity += weight;
             weighted_number += weight * k as f32;
@@ -94,7 +96,7 @@ impl March<'_> {
         }
         let number = half_at.unwrap_or(weighted_number / opacity);
         let depth = segments.distance(segments.in_voxels(ray.origin), segment.start, segment.delta, number);
-        RayResult { colour, opacity, depth }
+        RayResult { colour, unshadowed, opacity, depth }
     }
 
     /// The factor by which light scales the colour at `p`: ambient + (1 − ambient)·T·|n·l|.
@@ -104,12 +106,31 @@ impl March<'_> {
             (ShadowMode::Cached, Some(grid)) => grid.sample(half_resolution_position(p)),
             (ShadowMode::On | ShadowMode::Cached, _) => self.transmittance(p, light, count),
         };
-        let facing = match self.shading.surface {
+        let ambient = self.shading.ambient as f32;
+        ambient + (1.0 - ambient) * transmittance * self.surface(p)
+    }
+
+    /// The factor by which light scales the colour at `p` where nothing casts a shadow.
+    fn light_without_shadows(&self, p: [f32; 3]) -> f32 {
+        let ambient = self.shading.ambient as f32;
+        ambient + (1.0 - ambient) * self.surface(p)
+    }
+
+    /// Whether shadow rays are marched.
+    pub(super) fn casts_rays(&self) -> bool {
+        match self.shading.shadows {
+            ShadowMode::Off => false,
+            ShadowMode::Cached => self.shadow_grid.is_none(),
+            ShadowMode::On => true,
+        }
+    }
+
+    /// The factor of direct light at `p` for its surface: |n·l|, or 1 with flat shading.
+    pub(super) fn surface(&self, p: [f32; 3]) -> f32 {
+        match self.shading.surface {
             SurfaceShading::Flat => 1.0,
             SurfaceShading::Gradient => self.facing(p),
-        };
-        let ambient = self.shading.ambient as f32;
-        ambient + (1.0 - ambient) * transmittance * facing
+        }
     }
 
     /// T = ∏(1 − α_j) along the shadow ray of `p`.

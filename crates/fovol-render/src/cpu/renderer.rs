@@ -229,6 +229,18 @@ impl Renderer {
         marched
     }
 
+    /// Marches the pixels of `list` in full light, without shadow rays, as [`Self::march_list`] does.
+    pub fn march_list_without_shadows(
+        &mut self,
+        camera: &Camera,
+        list: &SampleList,
+    ) -> (Vec<RayResult>, SampleCount) {
+        let shadows = std::mem::replace(&mut self.shading.shadows, ShadowMode::Off);
+        let marched = self.march_list(camera, list);
+        self.shading.shadows = shadows;
+        marched
+    }
+
     fn light_path(&self) -> LightPath {
         LightPath::new(&self.shading.light, &self.grid, &self.clip, self.step)
     }
@@ -263,14 +275,14 @@ impl Renderer {
 
     /// Marches every pixel: a frame with alpha 1.
     pub fn march_full(&self, camera: &Camera, size: FrameSize) -> (Frame, SampleCount) {
-        let tiles = self.march_tiles(camera, size, |_, _| true);
+        let tiles = self.march_tiles(camera, size, |_, _| true, |ray| ray.colour);
         let mut frame = Frame::new(size);
         let columns = size.width.div_ceil(TILE) as usize;
         let rows = frame.pixels_mut().par_chunks_mut((TILE * size.width) as usize);
         rows.zip(tiles.par_chunks(columns)).enumerate().for_each(|(row, (out, tiles))| {
             let before = row * (TILE * size.width) as usize;
-            for Tile { pixels, marched, .. } in tiles {
-                for (pixel, RayResult { colour: [r, g, b], .. }) in pixels.iter().zip(marched) {
+            for Tile { pixels, kept, .. } in tiles {
+                for (pixel, [r, g, b]) in pixels.iter().zip(kept) {
                     out[pixel.index(size.width) - before] = [*r, *g, *b, 1.0];
                 }
             }
@@ -286,23 +298,25 @@ impl Renderer {
         camera: &Camera,
         mask: &SampleMask,
     ) -> (SampleList, Vec<RayResult>, SampleCount) {
-        let tiles = self.march_tiles(camera, mask.size(), |x, y| mask.contains(x, y));
+        let tiles = self.march_tiles(camera, mask.size(), |x, y| mask.contains(x, y), |ray| ray);
         let count = samples_of(&tiles);
         let mut pixels = Vec::with_capacity(mask.count());
         let mut marched = Vec::with_capacity(mask.count());
         for tile in tiles {
             pixels.extend(tile.pixels);
-            marched.extend(tile.marched);
+            marched.extend(tile.kept);
         }
         (SampleList::new(mask.size(), pixels), marched, count)
     }
 
-    fn march_tiles(
+    /// Marches the wanted pixels, and keeps a part of each result.
+    fn march_tiles<T: Send>(
         &self,
         camera: &Camera,
         size: FrameSize,
         wanted: impl Fn(u32, u32) -> bool + Sync,
-    ) -> Vec<Tile> {
+        keep: impl Fn(RayResult) -> T + Sync,
+    ) -> Vec<Tile<T>> {
         let rays = camera.rays(size);
         let (columns, rows) = (size.width.div_ceil(TILE), size.height.div_ceil(TILE));
         (0..columns * rows)
@@ -316,7 +330,7 @@ impl Renderer {
                     }
                 }
                 let (marched, samples) = self.march_pixels(&rays, &pixels, scratch);
-                Tile { pixels, marched, samples }
+                Tile { pixels, kept: marched.into_iter().map(&keep).collect(), samples }
             })
             .collect()
     }
@@ -405,13 +419,14 @@ impl Renderer {
 }
 
 /// A part of a picture.
-struct Tile {
+struct Tile<T> {
     pixels: Vec<Pixel>,
-    marched: Vec<RayResult>,
+    /// The kept part of each pixel's result.
+    kept: Vec<T>,
     samples: SampleCount,
 }
 
-fn samples_of(tiles: &[Tile]) -> SampleCount {
+fn samples_of<T>(tiles: &[Tile<T>]) -> SampleCount {
     let mut count = SampleCount::default();
     tiles.iter().for_each(|tile| count += tile.samples);
     count

@@ -104,16 +104,17 @@ impl ShadowPool {
         &mut self.columns[TRANSMITTANCE][..self.len]
     }
 
-    /// Adds T·rgb of the samples `from`…`to` (at most N) to `sums`, lane by lane.
+    /// Adds (T − 1)·rgb of the samples `from`…`to` (at most N) to `sums`, lane by lane: the light that shadows take away.
     #[inline(always)]
-    pub fn arriving<V: SimdF32>(&self, from: usize, to: usize, sums: [V; 3]) -> [V; 3] {
+    pub fn shadow<V: SimdF32>(&self, from: usize, to: usize, sums: [V; 3]) -> [V; 3] {
         let zero = sums[0].splat(0.0);
         let inside = zero.iota().simd_lt(zero.splat((to - from) as f32));
-        let t = V::select(inside, zero.load(&self.columns[TRANSMITTANCE][from..]), zero);
+        let dark = zero.load(&self.columns[TRANSMITTANCE][from..]) - zero.splat(1.0);
+        let dark = V::select(inside, dark, zero);
         let mut out = sums;
         for c in 0..3 {
             let rgb = V::select(inside, zero.load(&self.columns[3 + c][from..]), zero);
-            out[c] = t.mul_add(rgb, sums[c]);
+            out[c] = dark.mul_add(rgb, sums[c]);
         }
         out
     }

@@ -180,6 +180,7 @@ impl FrameBuffers {
         let inverse_depths: Vec<f32> = read(&self.gpu, &self.buffers.samples.inverse_depths, count)?;
         let marched = |([r, g, b, opacity], inverse): ([f32; 4], f32)| RayResult {
             colour: [r, g, b],
+            unshadowed: [0.0; 3],
             opacity,
             depth: if inverse > 0.0 { 1.0 / inverse } else { f32::INFINITY },
         };

@@ -1,12 +1,13 @@
 #[cfg(feature = "gpu")]
 use super::frames::{DeviceFrame, DoneFrame};
 use super::marcher::Marcher;
-use super::sampled::{HostReconstruction, Sampled, Sampler};
+use super::sampled::{HostReconstruction, Marched, Sampled, Sampler};
 use super::timings::{Timer, Timings};
 use super::view::View;
+use crate::guide::{GuideGrid, GuidePixel, MarchedGuide, guide_pixel};
 use crate::reconstruct::Seen;
 use crate::{RenderSettings, Result, Sampling};
-use fovol_core::{Camera, Frame, FrameSize, SampleList, SampleMask, Scene};
+use fovol_core::{Camera, Frame, FrameSize, Region, SampleList, SampleMask, Scene, SparseFrame};
 use fovol_render::cpu::{self, RenderOptions, Renderer, compact, direct, mask_of, sparse_frame};
 use fovol_render::scene::RayResult;
 use std::time::Duration;
@@ -28,14 +29,15 @@ impl CpuMarcher {
         self.renderer.march_full(camera, size).0
     }
 
-    fn marched(&self, view: &View) -> Sampled {
+    /// Samples of the frame of `view`, and their guide pixels.
+    fn marched(&self, view: &View) -> (Sampled, Vec<GuidePixel>) {
         let size = self.sampler.size;
         match self.sampler.sampling {
             Sampling::Full => {
                 let timer = Timer::start();
                 let frame = self.march_full(&view.camera, size);
                 let timings = Timings { march: timer.ms(), ..Timings::default() };
-                Sampled { timings, ..Sampled::full(frame) }
+                (Sampled { timings, ..Sampled::full(frame) }, Vec::new())
             }
             Sampling::Reject => {
                 let timer = Timer::start();
@@ -43,14 +45,14 @@ impl CpuMarcher {
                 let timings = Timings { mask: timer.ms(), ..Timings::default() };
                 let timer = Timer::start();
                 let (list, marched, _) = self.renderer.march_rejecting(&view.camera, &mask);
-                sparse(list, &marched, Some(mask), (timer, timings))
+                sampled(list, marched, Some(mask), (timer, timings))
             }
             Sampling::Direct => {
                 let timer = Timer::start();
                 let drawn = direct(&view.fovea, size, self.sampler.seed, view.index);
                 let timings = Timings { mask: timer.ms(), ..Timings::default() };
-                let sampled = self.listed(view, drawn.list, None, timings);
-                Sampled { lost: Some(drawn.lost), ..sampled }
+                let (sampled, guides) = self.listed(view, drawn.list, None, timings);
+                (Sampled { lost: Some(drawn.lost), ..sampled }, guides)
             }
             Sampling::Compact => {
                 let timer = Timer::start();
@@ -64,15 +66,35 @@ impl CpuMarcher {
         }
     }
 
+    /// Guide of the frame of `view` with the samples `sparse`, if there is to be one.
+    fn guide(
+        &mut self,
+        view: &View,
+        sparse: &SparseFrame,
+        region: Region,
+        of_samples: Vec<GuidePixel>,
+    ) -> Result<Option<MarchedGuide>> {
+        let Some(step) = self.sampler.guide.step() else { return Ok(None) };
+        let grid = GuideGrid::new(step, view.index, region, view.size);
+        let march = |list: &SampleList| Ok(self.renderer.march_list_without_shadows(&view.camera, list).0);
+        MarchedGuide::new(grid, sparse, of_samples, march).map(Some)
+    }
+
     fn mask(&self, view: &View) -> SampleMask {
         cpu::mask(&view.fovea, self.sampler.size, &self.sampler.noise, view.index)
     }
 
     /// Marches `list`. `timings` has the times of making the list.
-    fn listed(&self, view: &View, list: SampleList, mask: Option<SampleMask>, timings: Timings) -> Sampled {
+    fn listed(
+        &self,
+        view: &View,
+        list: SampleList,
+        mask: Option<SampleMask>,
+        timings: Timings,
+    ) -> (Sampled, Vec<GuidePixel>) {
         let timer = Timer::start();
         let (marched, _) = self.renderer.march_list(&view.camera, &list);
-        sparse(list, &marched, mask, (timer, timings))
+        sampled(list, marched, mask, (timer, timings))
     }
 }
 
@@ -110,7 +132,14 @@ impl Marcher for CpuMarcher {
     fn sample(&mut self, view: &View) -> Result<Sampled> {
         let region = self.renderer.visible_region(&view.camera, view.size);
         let seen = Seen { region, background: self.renderer.background() };
-        Ok(Sampled { seen, ..self.marched(view) })
+        let (mut sampled, of_samples) = self.marched(view);
+        sampled.seen = seen;
+        if let (Marched::Some(sparse), Some(region)) = (&sampled.marched, seen.region) {
+            let timer = Timer::start();
+            sampled.guide = self.guide(view, sparse, region, of_samples)?;
+            sampled.timings.guide = timer.ms();
+        }
+        Ok(sampled)
     }
 
     /// Frames on the CPU go through the host.
@@ -128,17 +157,23 @@ impl Marcher for CpuMarcher {
     fn reset(&mut self) {}
 }
 
-/// Makes the sparse frame of `list` from its ray results `marched`. The timer was started before marching.
-fn sparse(
+/// Samples of `list` with its ray results `marched`, and the guide pixels of the samples. The timer was started before
+/// marching.
+fn sampled(
     list: SampleList,
-    marched: &[RayResult],
+    marched: Vec<RayResult>,
     mask: Option<SampleMask>,
     (timer, timings): (Timer, Timings),
-) -> Sampled {
+) -> (Sampled, Vec<GuidePixel>) {
     let march_ms = timer.ms();
-    let mask = mask.unwrap_or_else(|| mask_of(&list));
-    let sparse = sparse_frame(list, marched);
+    let (mask, samples) = (mask.unwrap_or_else(|| mask_of(&list)), marched.len());
+    let (list, marched) = match list.raster_order() {
+        Some(order) => (compact(&mask), order.iter().map(|at| marched[*at]).collect()),
+        None => (list, marched),
+    };
+    let of_samples = marched.iter().map(guide_pixel).collect();
+    let sparse = sparse_frame(list, &marched);
     let both_ms = timer.ms();
     let timings = Timings { march: both_ms, scatter: both_ms - march_ms, ..timings };
-    Sampled { timings, ..Sampled::sparse(sparse, mask, marched.len()) }
+    (Sampled { timings, ..Sampled::sparse(sparse, mask, samples) }, of_samples)
 }

@@ -1,6 +1,6 @@
 //! Estimate of a pipeline's memory, checked before any is allocated.
 
-use crate::{OpenDevice, RenderSettings, Result, Sampling};
+use crate::{Guide, OpenDevice, RenderSettings, Result, Sampling};
 use fovol_core::memory::{Estimate, SMALLER_BOTH};
 use fovol_core::{Pixel, Scene};
 use fovol_render::cpu::Renderer;
@@ -8,8 +8,8 @@ use fovol_render::scene::RayResult;
 
 /// Bytes of one pixel of a frame.
 pub const COLOUR: usize = size_of::<[f32; 4]>();
-/// Bytes of one marched pixel and its ray result.
-pub const MARCHED: usize = size_of::<Pixel>() + size_of::<RayResult>();
+/// Bytes of one pixel of a full frame and its colour, as they are marched.
+pub const MARCHED: usize = size_of::<Pixel>() + size_of::<[f32; 3]>();
 
 /// Checks that a pipeline on `device` fits into memory.
 ///
@@ -19,7 +19,7 @@ pub fn fits_into_memory(device: &OpenDevice, scene: &Scene, settings: &RenderSet
     let size = settings.size;
     let estimate = Renderer::estimate(scene, Estimate::new(format!("rendering frames of {size}")));
     let estimate = match device {
-        OpenDevice::Cpu => estimate.with("frames", frames(settings)),
+        OpenDevice::Cpu => estimate.with("frames", frames(settings)).with("guide", guide(settings)),
         // On a GPU the host memory holds only uploads and read-backs.
         #[cfg(feature = "gpu")]
         OpenDevice::Gpu(_) => estimate,
@@ -32,8 +32,19 @@ fn frames(settings: &RenderSettings) -> u64 {
     let bytes = match settings.sampling {
         // All ray results, and the frame made from them.
         Sampling::Full => COLOUR + MARCHED,
-        // The sparse frame and the full one.
+        // The part of the frame that a network fills, and the frame.
         Sampling::Reject | Sampling::Direct | Sampling::Compact => 2 * COLOUR,
+    };
+    (settings.size.pixels() * bytes) as u64
+}
+
+/// Bytes of the guide of a frame: its marched pixels, and the guide of every pixel with its rows before.
+fn guide(settings: &RenderSettings) -> u64 {
+    let marched = size_of::<Pixel>() + size_of::<RayResult>() + COLOUR;
+    let bytes = match settings.guide_kind() {
+        Guide::None => 0,
+        Guide::Quarter => marched / 4 + COLOUR / 2 + COLOUR,
+        Guide::Full => marched + COLOUR,
     };
     (settings.size.pixels() * bytes) as u64
 }

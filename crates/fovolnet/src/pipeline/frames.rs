@@ -1,4 +1,5 @@
 use super::timings::Timings;
+use crate::guide::UpsampledGuide;
 use fovol_core::{Frame, SampleMask, SparseFrame};
 
 /// Rendered frame and its intermediate results.
@@ -17,10 +18,23 @@ pub struct RenderedFrame {
     pub motion: Option<Vec<[f32; 2]>>,
     /// Number of marched pixels, repeated ones included.
     pub samples: usize,
+    /// Number of pixels that were marched without shadow rays, for the guide.
+    pub guide_samples: usize,
+    /// Guide and light ratio, if there are any and [`crate::Pipeline::keep_guide`] was called.
+    pub guide: Option<FrameGuide>,
     /// Number of repeated pixels, if positions were drawn at random.
     pub lost: Option<usize>,
     /// Times of the stages.
     pub timings: Timings,
+}
+
+/// Guide of a frame and the light ratio that was reconstructed with it.
+#[derive(Debug, Clone)]
+pub struct FrameGuide {
+    /// Guide at every pixel.
+    pub guide: UpsampledGuide,
+    /// Light ratio at every pixel: red, green and blue, 0…1.
+    pub ratio: Frame,
 }
 
 impl RenderedFrame {

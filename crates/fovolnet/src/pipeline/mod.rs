@@ -18,15 +18,15 @@ mod view;
 
 use crate::volume::orientation_notes;
 use crate::{
-    CroppedVolume, Error, Machine, OpenDevice, OpenVolume, RenderSettings, Result, SpeedSettings, WorldBox,
-    scene,
+    Choice, CroppedVolume, Error, Guide, Machine, OpenDevice, OpenVolume, RenderSettings, Result,
+    SpeedSettings, WorldBox, scene,
 };
 pub use camera_path::camera_path;
 use fovol_core::{Camera, Fovea, FrameSize, SampleList, keep_workers_spinning};
 use fovol_render::scene::RayResult;
-pub use frames::RenderedFrame;
 #[cfg(feature = "gpu")]
 pub use frames::{DeviceFrame, DoneFrame};
+pub use frames::{FrameGuide, RenderedFrame};
 use marcher::Marcher;
 use open_marcher::open_marcher;
 pub use rays::Rays;
@@ -85,6 +85,7 @@ impl Pipeline {
         estimate::fits_into_memory(&device, &scene, settings)?;
         let (marcher, mut notes) = threads.install(|| open_marcher(&device, &scene, settings, speed))?;
         notes.extend(orientation_notes(&volume.volume, settings)?);
+        check_guide(&*marcher, settings)?;
         let reconstruction = marcher.host_reconstruction(settings)?;
         let machine =
             Machine { gpu: marcher.gpu_name(), ..Machine::this(threads.current_num_threads(), speed.simd()) };
@@ -114,6 +115,7 @@ impl Pipeline {
             return Ok(());
         }
         settings.check_transparency()?;
+        check_guide(&*self.marcher, settings)?;
         let scene = scene(&self.volume, settings)?;
         let world = WorldBox::new(&self.volume.volume, settings)?;
         let paths = Paths::new(settings, &world)?;
@@ -127,9 +129,8 @@ impl Pipeline {
             let anew = (!reconstructs_alike).then(|| marcher.host_reconstruction(settings)).transpose()?;
             marcher.change(&scene, settings, reconstructs_alike)?;
             if let Some(anew) = anew {
-                let finds_motion = reconstruction.finds_motion;
-                *reconstruction = anew;
-                reconstruction.finds_motion = finds_motion;
+                let old = std::mem::replace(reconstruction, anew);
+                reconstruction.keep_as(&old);
             }
             Ok::<_, Error>(())
         })?;
@@ -140,10 +141,15 @@ impl Pipeline {
 
     /// Starts over with another part of the volume; nothing of the old scene can be kept.
     fn begin_anew(&mut self, settings: &RenderSettings) -> Result<()> {
-        let finds_motion = self.reconstruction.finds_motion;
-        *self = Self::on(self.device.clone(), &self.volume, settings, &self.speed)?;
-        self.reconstruction.finds_motion = finds_motion;
+        let anew = Self::on(self.device.clone(), &self.volume, settings, &self.speed)?;
+        let old = std::mem::replace(self, anew);
+        self.reconstruction.keep_as(&old.reconstruction);
         Ok(())
+    }
+
+    /// Guide of the frames. Frames of a GPU have none.
+    pub fn guide(&self) -> Guide {
+        if self.marcher.gpu_name().is_some() { Guide::None } else { self.settings.guide_kind() }
     }
 
     /// Rendered volume.
@@ -276,9 +282,28 @@ impl Pipeline {
         self.reconstruction.finds_motion = true;
     }
 
+    /// Keeps the guide and the light ratio of frames from now on.
+    pub fn keep_guide(&mut self) {
+        self.reconstruction.keeps_guide = true;
+    }
+
     /// Forgets all earlier frames, as after a cut.
     pub fn reset(&mut self) {
         self.marcher.reset();
         self.reconstruction.reset();
     }
+}
+
+/// Checks that a guide that was asked for is possible.
+///
+/// # Errors
+/// A guide for frames of a GPU.
+fn check_guide(marcher: &dyn Marcher, settings: &RenderSettings) -> Result<()> {
+    let is_asked_for = matches!(settings.guide, Choice::Fixed(guide) if guide != Guide::None);
+    if is_asked_for && marcher.gpu_name().is_some() {
+        let problem =
+            "the light ratio is reconstructed on processors only; add --device cpu, or leave out --guide";
+        return Err(Error::Setting(problem.into()));
+    }
+    Ok(())
 }

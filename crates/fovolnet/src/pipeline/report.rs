@@ -12,6 +12,8 @@ pub struct FrameReport {
     pub samples: usize,
     /// Their fraction of the frame.
     pub density: f64,
+    /// Number of pixels marched without shadow rays, for the guide.
+    pub guide_samples: usize,
     /// Number of repeated pixels, if positions are drawn at random.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lost_samples: Option<usize>,
@@ -32,6 +34,8 @@ pub struct MeanReport {
     pub samples: f64,
     /// Their fraction of the frame.
     pub density: f64,
+    /// Number of pixels marched without shadow rays, for the guide.
+    pub guide_samples: f64,
     /// Times in milliseconds.
     pub ms: Timings,
     /// PSNR of the mean error against the reference, in dB.
@@ -56,6 +60,8 @@ pub struct RenderReport {
     pub sampling: String,
     /// Method of filling frames.
     pub reconstruct: String,
+    /// Guide of the light ratio: none, quarter or full.
+    pub guide: String,
     /// Integration along rays: plain or fine.
     pub integration: String,
     /// Appearance of NaN: transparent, file, or red, green, blue and opacity.
@@ -75,6 +81,7 @@ impl FrameReport {
             index,
             samples: rendered.samples,
             density: rendered.mask.density(),
+            guide_samples: rendered.guide_samples,
             lost_samples: rendered.lost,
             ms: rendered.timings,
             psnr: quality.map(|q| q.psnr),
@@ -92,6 +99,7 @@ impl MeanReport {
         Self {
             samples: mean(&|f| f.samples as f64),
             density: mean(&|f| f.density),
+            guide_samples: mean(&|f| f.guide_samples as f64),
             ms: Timings::reduced(&parts, |ms| ms.iter().sum::<f64>() / n),
             psnr: quality.map(|q| q.psnr),
             ssim: quality.and_then(|q| q.ssim),

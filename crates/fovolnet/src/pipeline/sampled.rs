@@ -1,9 +1,10 @@
-use super::frames::RenderedFrame;
+use super::frames::{FrameGuide, RenderedFrame};
 use super::timings::{Timer, Timings};
 use super::view::View;
+use crate::guide::{MarchedGuide, compose, light_ratios};
 use crate::motion::MotionFinder;
 use crate::reconstruct::Seen;
-use crate::{Reconstructor, RenderSettings, Result, Sampling};
+use crate::{Guide, Reconstructor, RenderSettings, Result, Sampling};
 use fovol_core::{Frame, FrameSize, SampleMask, SparseFrame};
 use fovol_render::noise::Noise;
 
@@ -14,12 +15,13 @@ pub struct Sampler {
     pub sampling: Sampling,
     pub noise: Noise,
     pub seed: u64,
+    pub guide: Guide,
 }
 
 impl Sampler {
     pub fn new(settings: &RenderSettings) -> Self {
         let RenderSettings { size, sampling, noise, seed, .. } = *settings;
-        Self { size, sampling, noise: Noise::new(noise, seed), seed }
+        Self { size, sampling, noise: Noise::new(noise, seed), seed, guide: settings.guide_kind() }
     }
 
     /// Takes over `settings`; noise tables that stay the same are kept, since they take time to make.
@@ -41,6 +43,8 @@ pub struct Sampled {
     pub lost: Option<usize>,
     /// Region in which the scene can be seen.
     pub seen: Seen,
+    /// Guide of the light ratio, if there is one.
+    pub guide: Option<MarchedGuide>,
     /// Full frame, if the device has reconstructed it already.
     pub made: Option<Frame>,
     /// Times so far; the total is not known yet.
@@ -68,8 +72,24 @@ impl Sampled {
 
     fn new(marched: Marched, mask: SampleMask, samples: usize) -> Self {
         let seen = Seen::everything(mask.size());
-        Self { marched, mask, samples, seen, lost: None, made: None, timings: Timings::default() }
+        Self {
+            marched,
+            mask,
+            samples,
+            seen,
+            guide: None,
+            lost: None,
+            made: None,
+            timings: Timings::default(),
+        }
     }
+}
+
+/// Full frame with what was found on the way.
+struct Filled {
+    frame: Frame,
+    motion: Option<Vec<[f32; 2]>>,
+    guide: Option<FrameGuide>,
 }
 
 /// Reconstruction on the CPU, with the motion that it needs.
@@ -78,6 +98,8 @@ pub struct HostReconstruction {
     reconstructor: Reconstructor,
     /// Whether to find motion even if the reconstruction does not use it.
     pub finds_motion: bool,
+    /// Whether frames keep their guide and light ratio.
+    pub keeps_guide: bool,
     motion: MotionFinder,
     /// Last full frame, kept only while motion is found.
     last: Option<Frame>,
@@ -97,13 +119,24 @@ impl HostReconstruction {
     }
 
     fn with(reconstructor: Reconstructor) -> Self {
-        Self { reconstructor, finds_motion: false, motion: MotionFinder::default(), last: None }
+        Self {
+            reconstructor,
+            finds_motion: false,
+            keeps_guide: false,
+            motion: MotionFinder::default(),
+            last: None,
+        }
     }
 
     /// Whether frames of `settings` need this reconstruction.
     #[cfg(feature = "gpu")]
     pub fn is_needed(&self, settings: &RenderSettings) -> bool {
         self.finds_motion || (settings.sampling != Sampling::Full && self.reconstructor.is_active())
+    }
+
+    /// Keeps and finds whatever `other` does.
+    pub fn keep_as(&mut self, other: &Self) {
+        (self.finds_motion, self.keeps_guide) = (other.finds_motion, other.keeps_guide);
     }
 
     pub fn reset(&mut self) {
@@ -114,47 +147,68 @@ impl HostReconstruction {
 
     /// Reconstructs the frame of `sampled`. The timer `started` began with the frame.
     pub fn finish(&mut self, view: &View, sampled: Sampled, started: &Timer) -> Result<RenderedFrame> {
-        let Sampled { marched, mask, samples, lost, seen, made, mut timings } = sampled;
-        let (sparse, frame, motion) = match marched {
+        let Sampled { marched, mask, samples, lost, seen, guide, made, mut timings } = sampled;
+        let guide_samples = guide.as_ref().map_or(0, MarchedGuide::marched);
+        let (sparse, filled) = match marched {
             Marched::Every(frame) => {
                 self.last = None;
-                (None, made.unwrap_or(frame), None)
+                (None, Filled { frame: made.unwrap_or(frame), motion: None, guide: None })
             }
             Marched::Some(sparse) => {
-                let (frame, motion) = self.fill(view, &sparse, &seen, made, &mut timings)?;
-                (Some(sparse), frame, motion)
+                let filled = self.fill(view, &sparse, &seen, (guide, made), &mut timings)?;
+                (Some(sparse), filled)
             }
         };
+        let Filled { frame, motion, guide } = filled;
         timings.total = started.ms();
-        Ok(RenderedFrame { index: view.index, sparse, samples, mask, frame, motion, lost, timings })
+        let index = view.index;
+        Ok(RenderedFrame { index, sparse, samples, mask, frame, motion, guide_samples, guide, lost, timings })
     }
 
-    /// Full frame of `sparse`, unless it was `made` already, and the motion of its pixels, if anything needs it.
+    /// Fills `sparse`, unless the frame was `made` already, and finds the motion of its pixels, if anything needs it.
     fn fill(
         &mut self,
         view: &View,
         sparse: &SparseFrame,
         seen: &Seen,
-        made: Option<Frame>,
+        (guide, made): (Option<MarchedGuide>, Option<Frame>),
         timings: &mut Timings,
-    ) -> Result<(Frame, Option<Vec<[f32; 2]>>)> {
+    ) -> Result<Filled> {
         let timer = Timer::start();
         let reconstructs = self.reconstructor.is_active();
         let moves = self.finds_motion || (reconstructs && self.reconstructor.uses_motion());
         let motion = if moves { self.motion(view, sparse, seen) } else { None };
         let motion_ms = if moves { timer.ms() } else { 0.0 };
         let is_full = reconstructs || made.is_some();
-        let frame = match made {
-            Some(frame) => frame,
-            None if reconstructs => {
-                let frame = self.reconstructor.reconstruct_seen(sparse, motion.as_deref(), seen)?;
-                (timings.motion, timings.reconstruct) = (motion_ms, timer.ms());
-                frame
-            }
-            None => sparse.to_frame(),
+        let (frame, guide) = match (made, guide) {
+            (Some(frame), _) => (frame, None),
+            (None, _) if !reconstructs => (sparse.to_frame(), None),
+            (None, None) => (self.reconstructor.reconstruct_seen(sparse, motion.as_deref(), seen)?, None),
+            (None, Some(guide)) => self.fill_light_ratio(sparse, motion.as_deref(), seen, &guide)?,
         };
+        if reconstructs {
+            (timings.motion, timings.reconstruct) = (motion_ms, timer.ms());
+        }
         self.remember(&frame, moves && is_full);
-        Ok((frame, motion))
+        Ok(Filled { frame, motion, guide })
+    }
+
+    /// Fills the light ratios of `sparse` and multiplies them with the guide.
+    fn fill_light_ratio(
+        &mut self,
+        sparse: &SparseFrame,
+        motion: Option<&[[f32; 2]]>,
+        seen: &Seen,
+        marched: &MarchedGuide,
+    ) -> Result<(Frame, Option<FrameGuide>)> {
+        let guide = marched.upsampled(sparse);
+        let ratios = light_ratios(sparse, marched.of_samples(), seen.background);
+        // Beyond the visible region there is no light to lose.
+        let beyond = Seen { background: [1.0; 3], ..*seen };
+        let mut frame = self.reconstructor.reconstruct_seen(&ratios, motion, &beyond)?;
+        let ratio = self.keeps_guide.then(|| frame.clone());
+        compose(&mut frame, &guide, sparse, seen.background);
+        Ok((frame, ratio.map(|ratio| FrameGuide { guide, ratio })))
     }
 
     /// Copies `frame` to the last frame if `needed`, into its old memory: allocating takes longer than copying.

@@ -2,7 +2,7 @@ use serde::Serialize;
 use std::time::Instant;
 
 /// Times of the stages of a frame in milliseconds; 0 for stages that did not run or were not timed apart. Reports hold
-/// mask, march, reconstruct and total; [`Timings::finer`] splits them further.
+/// mask, march, guide, reconstruct and total; [`Timings::finer`] splits them further.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Timings {
     /// Mask and compaction, or drawing random positions.
@@ -12,6 +12,8 @@ pub struct Timings {
     pub compact: f64,
     /// Marching, and its results in a sparse frame.
     pub march: f64,
+    /// Marching of the guide and its interpolation.
+    pub guide: f64,
     /// Ray results to the sparse frame; part of `march`.
     #[serde(skip)]
     pub scatter: f64,
@@ -32,6 +34,7 @@ impl Timings {
             mask: part(|t| t.mask),
             compact: part(|t| t.compact),
             march: part(|t| t.march),
+            guide: part(|t| t.guide),
             scatter: part(|t| t.scatter),
             reconstruct: part(|t| t.reconstruct),
             motion: part(|t| t.motion),
@@ -46,12 +49,13 @@ impl Timings {
     }
 
     /// Names and times of all stages. Their sum is the total without the gaps between stages.
-    pub fn finer(&self) -> [(&'static str, f64); 6] {
+    pub fn finer(&self) -> [(&'static str, f64); 7] {
         [
             ("mask", self.mask - self.compact),
             ("compact", self.compact),
             ("march", self.march - self.scatter),
             ("scatter", self.scatter),
+            ("guide", self.guide),
             ("motion", self.motion),
             ("fill", self.reconstruct - self.motion),
         ]

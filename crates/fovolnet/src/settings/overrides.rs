@@ -2,7 +2,7 @@ use super::overlay::overlay;
 #[cfg(feature = "clap")]
 use super::parse;
 use super::{
-    Choice, CropBox, GazeChoice, NamedView, NanColour, Orientation, PathChoice, RandomWeights,
+    Choice, CropBox, GazeChoice, Guide, NamedView, NanColour, Orientation, PathChoice, RandomWeights,
     Reconstruction, Sampling, StillCamera, TransferChoice, TransferRange, ValueScale, as_text,
 };
 use crate::{Error, Result};
@@ -116,6 +116,11 @@ pub struct RenderOverrides {
     /// that are given, else wnet]
     #[cfg_attr(feature = "clap", arg(long, value_name = "HOW"))]
     pub reconstruct: Option<Reconstruction>,
+    /// Pixels that are marched without shadow rays, so that only the light ratio is reconstructed: none (colours, as the
+    /// paper), quarter, full, or auto: a quarter where shadows are on and wnet-fast fills the frames [default: auto]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "WHICH"))]
+    #[serde(with = "as_text")]
+    pub guide: Option<Choice<Guide>>,
     /// Weights of the network: wnet-fast, which the program has, a safetensors file, or a state dict of PyTorch (.pt) of
     /// a network with a name [default: wnet-fast for wnet]
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME|FILE", value_parser = parse::file()))]
@@ -169,6 +174,7 @@ impl RenderOverrides {
             || self.sigma.is_some()
             || self.gaze.is_some()
             || self.noise.is_some()
+            || self.guide.and_then(Choice::fixed).is_some_and(|guide| guide != Guide::None)
             || self.reconstruct.is_some_and(|how| how != Reconstruction::None)
             || self.names_weights()
     }

@@ -1,10 +1,11 @@
 use super::{
-    CameraChoice, CropBox, NamedView, NanColour, Orientation, Reconstruction, Sampling, TransferChoice,
-    TransferRange, ValueScale, WeightsChoice,
+    CameraChoice, Choice, CropBox, Guide, NamedView, NanColour, Orientation, Reconstruction, Sampling,
+    TransferChoice, TransferRange, ValueScale, WeightsChoice,
 };
 use crate::{Error, Result};
 use fovol_core::{Fovea, FrameSize, GazePath, Integration, Light, ShadowMode, SurfaceShading};
 use fovol_net::cpu::Precision;
+use fovol_net::plan::Named;
 use fovol_render::noise::NoiseKind;
 use std::ops::Range;
 
@@ -84,6 +85,8 @@ pub struct RenderSettings {
     pub seed: u64,
     /// Method of filling sparse frames.
     pub reconstruction: Reconstruction,
+    /// Guide of the light ratio; see [`Self::guide_kind`].
+    pub guide: Choice<Guide>,
     /// Weights of the network, if the method has one.
     pub weights: WeightsChoice,
     /// Precision of the network.
@@ -122,6 +125,7 @@ impl Default for RenderSettings {
             noise: NoiseKind::default(),
             seed: 0,
             reconstruction: Reconstruction::default(),
+            guide: Choice::Auto,
             weights: WeightsChoice::Usual,
             precision: Precision::default(),
         }
@@ -156,6 +160,30 @@ impl RenderSettings {
         Ok(())
     }
 
+    /// Guide that frames have. `auto` is a quarter of the pixels where shadows are on and the network is one that was made
+    /// for it: `wnet-fast`.
+    pub fn guide_kind(&self) -> Guide {
+        let has_samples_only = self.sampling != Sampling::Full && self.reconstruction != Reconstruction::None;
+        match self.guide {
+            _ if !has_samples_only => Guide::None,
+            Choice::Fixed(guide) => guide,
+            Choice::Auto if self.shadows == ShadowMode::On && self.is_made_for_light_ratios() => {
+                Guide::Quarter
+            }
+            Choice::Auto => Guide::None,
+        }
+    }
+
+    /// Whether the network fills light ratios as well as colours.
+    fn is_made_for_light_ratios(&self) -> bool {
+        self.reconstruction == Reconstruction::WNet
+            && match &self.weights {
+                WeightsChoice::Usual => true,
+                WeightsChoice::Named(name) => name.parse() == Ok(Named::WNetFast),
+                WeightsChoice::Random(random) => random.network == Named::WNetFast,
+            }
+    }
+
     /// Whether `other` reconstructs the same full frames from the same samples.
     pub(crate) fn reconstructs_as(&self, other: &Self) -> bool {
         let of = |settings: &Self| {
@@ -165,6 +193,7 @@ impl RenderSettings {
                 settings.reconstruction,
                 settings.weights.clone(),
                 settings.precision,
+                settings.guide_kind(),
             )
         };
         of(self) == of(other)

@@ -46,6 +46,7 @@ impl RenderOverrides {
             noise: self.noise.unwrap_or(usual.noise),
             seed,
             reconstruction: self.reconstruction(),
+            guide: self.guide.unwrap_or(usual.guide),
             weights: self.weights_choice()?,
             precision: self.precision.unwrap_or(usual.precision),
         })

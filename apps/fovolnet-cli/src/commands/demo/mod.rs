@@ -115,6 +115,7 @@ impl Demo {
             size: self.size,
             sampling: "compact".into(),
             reconstruct: "wnet".into(),
+            guide: pipeline.guide().to_string(),
             integration: self.settings().integration.to_string(),
             nan: NanColour::default().to_string(),
             frames,

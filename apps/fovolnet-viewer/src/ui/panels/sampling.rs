@@ -2,7 +2,7 @@ use super::fields::{choice, number};
 use crate::frames::gaze::GazeKind;
 use crate::ui::widgets::text_field::TextField;
 use eframe::egui::Ui;
-use fovolnet::{Choice, Reconstruction, RenderOverrides, RenderSettings, Sampling};
+use fovolnet::{Choice, Guide, Reconstruction, RenderOverrides, RenderSettings, Sampling};
 
 /// Panel for sampling and reconstruction.
 pub fn sampling(ui: &mut Ui, settings: &mut RenderOverrides, gaze: &mut GazeKind) {
@@ -35,6 +35,11 @@ pub fn sampling(ui: &mut Ui, settings: &mut RenderOverrides, gaze: &mut GazeKind
         .collect();
     choice(ui, "Reconstruction", &mut reconstruct, &ways, |way| way.to_string());
     settings.reconstruct = Some(reconstruct);
+    let mut guide = settings.guide.unwrap_or(Choice::Auto);
+    let ways: Vec<Choice<Guide>> =
+        std::iter::once(Choice::Auto).chain(Guide::ALL.map(Choice::Fixed)).collect();
+    choice(ui, "Guide", &mut guide, &ways, |way| way.to_string());
+    settings.guide = (guide != Choice::Auto).then_some(guide);
     if let Some(network) = reconstruct.default_network() {
         ui.horizontal(|ui| {
             let label = ui.label("Weights").id;

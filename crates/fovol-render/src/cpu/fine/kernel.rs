@@ -30,8 +30,10 @@ type Stored = [f32; MOST_LANES];
 #[derive(Clone, Copy)]
 #[repr(align(64))]
 struct Gathered {
-    /// One sum per lane: red, green, blue, opacity, and the opacity's share of the steps' numbers.
+    /// One sum per lane: red, green, blue in full light, opacity, and the opacity's share of the steps' numbers.
     sums: [Stored; 5],
+    /// Red, green and blue that shadows take away, at most 0.
+    shadow: [f32; 3],
     /// The number of the step that took opacity past one half; negative before.
     half_at: f32,
     /// The middle of the ray's first step, and one step.
@@ -233,13 +235,11 @@ impl<T: Texel> FineKernel<'_, T> {
             let middle = (number + zero.splat(0.5)).min(length);
             direct = direct * kernel.facing(boundary(start, delta, middle), light);
         }
-        let is_full = matches!(kernel.lighting, Lighting::Full);
-        let known = zero.splat(kernel.ambient) + (if is_full { direct } else { zero });
-        let known = weight * known;
+        let lit = weight * (zero.splat(kernel.ambient) + direct);
         for (sum, rgb) in [r, g, b].into_iter().zip(rgb) {
-            known.mul_add(rgb, zero.load(sum)).store(sum);
+            lit.mul_add(rgb, zero.load(sum)).store(sum);
         }
-        if is_full {
+        if matches!(kernel.lighting, Lighting::Full) {
             return inside;
         }
         let depths = over_nodes(depth);
@@ -281,9 +281,9 @@ impl<T: Texel> FineKernel<'_, T> {
             simd: kernel.simd,
         };
         let samples = to_light.find(zero, pool, parts);
-        stretches.arrive(zero, pool, |ray, light| {
-            for (sum, light) in gathered[ray].sums.iter_mut().zip(light) {
-                sum[0] += light;
+        stretches.shadow(zero, pool, |ray, shadow| {
+            for (sum, shadow) in gathered[ray].shadow.iter_mut().zip(shadow) {
+                *sum += shadow;
             }
         });
         out.reserve(places.len());
@@ -310,14 +310,23 @@ impl<T: Texel> FineKernel<'_, T> {
             return RayResult::nothing(background);
         }
         let (scale, left) = if whole < OPAQUE { (1.0, 1.0 - whole) } else { (1.0 / whole, 0.0) };
-        let colour = [zero.load(r).sum(), zero.load(g).sum(), zero.load(b).sum()];
-        let [r, g, b] = background;
-        let colour =
-            [colour[0] * scale + left * r, colour[1] * scale + left * g, colour[2] * scale + left * b];
+        let lit = [zero.load(r).sum(), zero.load(g).sum(), zero.load(b).sum()];
+        let (mut colour, mut unshadowed) = (lit, lit);
+        for c in 0..3 {
+            let seen = lit[c] + ray.shadow[c];
+            colour[c] = seen * scale + left * background[c];
+            // With cached shadows the colour itself is the guide.
+            unshadowed[c] = scale * (if self.casts_rays() { lit[c] } else { seen });
+        }
         let mean = zero.load(numbers).sum() / whole;
         let number = if ray.half_at < 0.0 { mean } else { ray.half_at };
         let depth = self.kernel.segments.distance(eye, ray.start, ray.delta, number);
-        RayResult { colour, opacity: 1.0 - left, depth }
+        RayResult { colour, unshadowed, opacity: 1.0 - left, depth }
+    }
+
+    /// Whether shadow rays are marched.
+    fn casts_rays(&self) -> bool {
+        matches!(self.kernel.lighting, Lighting::Rays(_))
     }
 }
 
@@ -334,6 +343,7 @@ fn place(place: &mut u32, gathered: &mut Vec<Gathered>, packet: &Packet, lane: u
         *place = gathered.len() as u32;
         gathered.push(Gathered {
             sums: [[0.0; MOST_LANES]; 5],
+            shadow: [0.0; 3],
             half_at: -1.0,
             start: [packet.start[0].0[lane], packet.start[1].0[lane], packet.start[2].0[lane]],
             delta: [packet.delta[0].0[lane], packet.delta[1].0[lane], packet.delta[2].0[lane]],

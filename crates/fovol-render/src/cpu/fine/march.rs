@@ -2,7 +2,7 @@
 
 use super::super::march::{March, SampleCount, half_resolution_position};
 use crate::scene::{ExtinctionTable, LightPath, RayResult, SHADOW_STEP, Segment};
-use fovol_core::{Ray, ShadowMode, SurfaceShading};
+use fovol_core::{Ray, ShadowMode};
 
 /// The ends of the first steps of a shadow ray, as fractions of their total length.
 pub const NEAR_STEPS: [f32; 4] = [0.125, 0.25, 0.5, 1.0];
@@ -37,6 +37,7 @@ struct Step {
 #[derive(Default)]
 struct Gathered {
     colour: [f32; 3],
+    unshadowed: [f32; 3],
     opacity: f32,
     weighted_number: f32,
     half_at: Option<f32>,
@@ -72,15 +73,16 @@ impl March<'_> {
             }
             number += 4.0;
         }
-        let Gathered { colour, opacity, weighted_number, half_at } = gathered;
+        let Gathered { colour, unshadowed, opacity, weighted_number, half_at } = gathered;
         if opacity == 0.0 {
             return RayResult::nothing(self.background.map(|c| c as f32));
         }
         let (whole, left) = if opacity < OPAQUE { (1.0, 1.0 - opacity) } else { (opacity, 0.0) };
         let colour = std::array::from_fn(|c| colour[c] / whole + left * self.background[c] as f32);
+        let unshadowed = unshadowed.map(|sum| sum / whole);
         let number = half_at.unwrap_or(weighted_number / opacity);
         let depth = segments.distance(segments.in_voxels(ray.origin), segment.start, segment.delta, number);
-        RayResult { colour, opacity: 1.0 - left, depth }
+        RayResult { colour, unshadowed, opacity: 1.0 - left, depth }
     }
 
     /// The entry of the transfer table at `p`.
@@ -144,16 +146,16 @@ impl March<'_> {
         }
         let passing = 1.0 - gathered.opacity;
         let alpha = 1.0 - (-step.depth).exp();
-        let facing = match self.shading.surface {
-            SurfaceShading::Flat => 1.0,
-            SurfaceShading::Gradient => self.facing(segment.boundary(number + 0.5)),
-        };
+        let facing = self.surface(segment.boundary(number + 0.5));
         let ambient = self.shading.ambient as f32;
-        let weight = passing * alpha * (ambient + (1.0 - ambient) * facing * arriving);
+        let lit = |arriving: f32| passing * alpha * (ambient + (1.0 - ambient) * facing * arriving);
+        let (weight, unshadowed) = (lit(arriving), lit(if self.casts_rays() { 1.0 } else { arriving }));
         let packed = table.colour(step.front, step.behind);
         let rgb = [packed & 0x7FF, packed >> 11 & 0x7FF, packed >> 22];
         for (c, most) in [2047.0, 2047.0, 1023.0].into_iter().enumerate() {
-            gathered.colour[c] += weight * rgb[c] as f32 / most;
+            let rgb = rgb[c] as f32 / most;
+            gathered.colour[c] += weight * rgb;
+            gathered.unshadowed[c] += unshadowed * rgb;
         }
         gathered.opacity += passing * alpha;
         gathered.weighted_number += passing * alpha * number;

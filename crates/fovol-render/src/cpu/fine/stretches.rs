@@ -48,9 +48,9 @@ impl Stretches {
         }
     }
 
-    /// Calls `add` with every ray and the light that comes from one of its stretches to the eye, as found in `pool`.
+    /// Calls `add` with every ray and the light of one of its stretches that shadows take away, as found in `pool`.
     #[inline(always)]
-    pub fn arrive<V: SimdF32>(&mut self, zero: V, pool: &ShadowPool, mut add: impl FnMut(usize, [f32; 3])) {
+    pub fn shadow<V: SimdF32>(&mut self, zero: V, pool: &ShadowPool, mut add: impl FnMut(usize, [f32; 3])) {
         let len = self.nodes.len();
         // Whole vectors are read below.
         self.nodes.resize(len + MOST_LANES, 0);
@@ -59,13 +59,13 @@ impl Stretches {
             let [r, g, b, depth] = &self.columns;
             // SAFETY: nodes are those of the pool; unused lanes read the first.
             let lights = unsafe { pool.lights(node) };
-            let arriving = Self::arriving(zero.load(&depth[at..]), lights);
-            let mut light = [[0.0; MOST_LANES]; 3];
-            (zero.load(&r[at..]) * arriving).store(&mut light[0]);
-            (zero.load(&g[at..]) * arriving).store(&mut light[1]);
-            (zero.load(&b[at..]) * arriving).store(&mut light[2]);
+            let dark = Self::arriving(zero.load(&depth[at..]), lights) - zero.splat(1.0);
+            let mut shadow = [[0.0; MOST_LANES]; 3];
+            (zero.load(&r[at..]) * dark).store(&mut shadow[0]);
+            (zero.load(&g[at..]) * dark).store(&mut shadow[1]);
+            (zero.load(&b[at..]) * dark).store(&mut shadow[2]);
             for lane in 0..V::N.min(len - at) {
-                add(self.rays[at + lane] as usize, [light[0][lane], light[1][lane], light[2][lane]]);
+                add(self.rays[at + lane] as usize, [shadow[0][lane], shadow[1][lane], shadow[2][lane]]);
             }
         }
         self.nodes.truncate(len);

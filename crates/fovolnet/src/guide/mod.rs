@@ -1,0 +1,26 @@
+//! Reconstruction of the light ratio instead of colours.
+//!
+//! Shadow rays are the cost of a frame. Colours, opacities and outlines without shadows are cheap, so they are marched
+//! densely: this is the guide. Only the ratio of the shadowed colour to the guide is sampled sparsely, filled, and
+//! multiplied with the guide again.
+
+mod grid;
+mod light_ratio;
+mod marched;
+mod upsampled;
+
+pub use grid::GuideGrid;
+pub use light_ratio::{compose, light_ratios};
+pub use marched::MarchedGuide;
+pub use upsampled::UpsampledGuide;
+
+use fovol_render::scene::RayResult;
+
+/// Red, green and blue without shadows (U), times opacity and before the background, and opacity (O).
+pub type GuidePixel = [f32; 4];
+
+/// Guide pixel of a ray result.
+pub fn guide_pixel(ray: &RayResult) -> GuidePixel {
+    let [r, g, b] = ray.unshadowed;
+    [r, g, b, ray.opacity]
+}

@@ -1,0 +1,58 @@
+use fovol_core::did_you_mean;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::str::FromStr;
+
+/// Pixels that are marched without shadow rays, as a guide for the light ratio.
+///
+/// With a guide, only the ratio of the colour to the guide is reconstructed from sparse samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Guide {
+    /// None: colours are reconstructed, as in the paper.
+    None,
+    /// A quarter of the pixels; others in the next three frames.
+    Quarter,
+    /// Every pixel.
+    Full,
+}
+
+impl Guide {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::None, Self::Quarter, Self::Full];
+
+    /// Distance between the columns and between the rows of the guide; `None` without one.
+    pub(crate) fn step(self) -> Option<u32> {
+        match self {
+            Self::None => None,
+            Self::Quarter => Some(2),
+            Self::Full => Some(1),
+        }
+    }
+
+    /// Name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Quarter => "quarter",
+            Self::Full => "full",
+        }
+    }
+}
+
+impl fmt::Display for Guide {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Guide {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        Self::ALL.into_iter().find(|guide| guide.name().eq_ignore_ascii_case(text)).ok_or_else(|| {
+            let meant = did_you_mean(text, &["auto", "none", "quarter", "full"]);
+            format!("`{text}` is no guide; use auto, none, quarter or full{meant}")
+        })
+    }
+}
