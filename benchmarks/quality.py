@@ -33,7 +33,7 @@ def rendered(options, arguments, folder):
     common = [options.program, "render", *arguments, "--size", options.size, "--frames", options.frames]
     common += ["--path", "flythrough", "--integration", "plain", "--pb", "0.03", "--sigma", "0.02"]
     network = ["--reconstruct", options.reconstruct, "--weights", options.weights]
-    network += ["--precision", options.precision, "--guide", options.guide]
+    network += ["--precision", options.precision, "--guide", options.guide, "--density", options.density]
     run(*common, *network, "--keep", "frame,sparse,reference", "-o", folders["network"])
     for method in METHODS[1:]:
         run(*common, "--reconstruct", method, "-o", folders[method])
@@ -98,7 +98,7 @@ def comparison(folders, name, number, references, frames, path):
 
 
 def main():
-    options = flythroughs.options(__doc__, 16, precision="f32", reconstruct="wnet", guide="auto")
+    options = flythroughs.options(__doc__, 16, precision="f32", reconstruct="wnet", guide="auto", density="auto")
     rows = []
     for given in options.volumes:
         title, transfer, arguments = volume(given)

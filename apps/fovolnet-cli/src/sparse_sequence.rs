@@ -3,6 +3,7 @@
 use crate::console;
 use crate::frame_sequence::{self, file_name, number};
 use anyhow::{Context, Result, bail};
+use fovolnet::UpsampledGuide;
 use fovolnet::core::{Frame, FrameSize, SparseFrame};
 use fovolnet::io::image::{self, Picture};
 use std::collections::{BTreeMap, BTreeSet};
@@ -16,6 +17,8 @@ pub struct SparseSequence {
     frames: Vec<PathBuf>,
     /// Files of motion by frame numbers.
     motion: BTreeMap<String, PathBuf>,
+    /// Files of guides by frame numbers.
+    guides: BTreeMap<String, PathBuf>,
     size: FrameSize,
     /// Printed notes. Each is printed once, for the first file that it concerns.
     said: BTreeSet<String>,
@@ -43,11 +46,28 @@ impl SparseSequence {
                 );
             }
         }
-        let mut motion = frame_sequence::pictures_if_any(folder, "motion_")?;
-        motion.retain(|path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")));
-        let motion = frame_sequence::by_number(&motion, "motion_")?;
-        let motion = motion.into_iter().map(|(number, path)| (number, path.to_owned())).collect();
-        Ok(Self { frames, motion, size, said: BTreeSet::new() })
+        let [motion, guides] = [beside(folder, "motion_")?, beside(folder, "guide_")?];
+        let sequence = Self { frames, motion, guides, size, said: BTreeSet::new() };
+        sequence.check_guides()?;
+        Ok(sequence)
+    }
+
+    /// # Errors
+    /// Guides of some frames only: light ratios cannot follow colours.
+    fn check_guides(&self) -> Result<()> {
+        let lacking = self.frames.iter().find(|path| !self.guides.contains_key(&number(path, "sparse_")));
+        match lacking {
+            Some(path) if !self.guides.is_empty() => bail!(
+                "{} has no guide beside it, as others have; give every frame a guide_NUMBER.exr, or none",
+                path.display()
+            ),
+            _ => Ok(()),
+        }
+    }
+
+    /// Whether frames have a guide.
+    pub fn has_guide(&self) -> bool {
+        !self.guides.is_empty()
     }
 
     /// Number of frames.
@@ -124,11 +144,43 @@ impl SparseSequence {
         Ok(Some(motion.ways))
     }
 
+    /// Reads the guide of frame `i`, if there is any.
+    ///
+    /// # Errors
+    /// A file that cannot be read, is of another size, or has no alpha.
+    pub fn guide(&mut self, i: usize) -> Result<Option<UpsampledGuide>> {
+        let Some(file) = self.guides.get(&number(&self.frames[i], "sparse_")).cloned() else {
+            return Ok(None);
+        };
+        let Picture { frame, has_alpha, notes } = image::read_picture(&file)?;
+        if !has_alpha {
+            bail!("{} has no alpha; write the opacity of the volume as alpha", file.display());
+        }
+        if frame.size() != self.size {
+            bail!(
+                "{} is of {} and its frame of {}; write guides at the size of the frames",
+                file.display(),
+                frame.size(),
+                self.size
+            );
+        }
+        notes.into_iter().for_each(|note| self.note(&file, &note));
+        Ok(Some(UpsampledGuide::of_frame(&frame)))
+    }
+
     fn note(&mut self, path: &Path, note: &str) {
         if self.said.insert(note.to_owned()) {
             console::note(format!("{}: {note}", path.display()));
         }
     }
+}
+
+/// EXR files of `folder` whose names begin with `prefix`, by their numbers.
+fn beside(folder: &Path, prefix: &str) -> Result<BTreeMap<String, PathBuf>> {
+    let mut files = frame_sequence::pictures_if_any(folder, prefix)?;
+    files.retain(|path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")));
+    let files = frame_sequence::by_number(&files, prefix)?;
+    Ok(files.into_iter().map(|(number, path)| (number, path.to_owned())).collect())
 }
 
 /// Sets alpha of `frame` to 1 at samples and all other pixels to 0. Returns notes for the user.

@@ -7,11 +7,13 @@ pub mod cpu;
 mod filtering;
 #[cfg(feature = "gpu")]
 pub mod gpu;
+mod importance;
 pub mod noise;
 pub mod scene;
 mod thresholds;
 
 pub use filtering::Filtering;
+pub use importance::Importance;
 
 /// The examples of the README, for doctests.
 #[cfg(doctest)]

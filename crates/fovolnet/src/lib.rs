@@ -129,7 +129,7 @@ pub use fovol_metrics as metrics;
 pub use fovol_net as net;
 pub use fovol_render as render;
 pub use fovol_simd as simd;
-pub use guide::UpsampledGuide;
+pub use guide::{UpsampledGuide, compose, light_ratios};
 pub use motion::{Depths, Filled, MotionFinder, REMEMBERED, motion, motion_of_depths};
 #[cfg(feature = "gpu")]
 pub use pipeline::{DeviceFrame, DoneFrame};
@@ -143,7 +143,7 @@ pub use reconstruct::{Reconstructor, Seen};
 #[cfg(feature = "files")]
 pub use session::Session;
 pub use settings::{
-    CameraChoice, Choice, CropBox, GazeChoice, Guide, NamedView, NanColour, Orientation, PathChoice,
+    CameraChoice, Choice, CropBox, Density, GazeChoice, Guide, NamedView, NanColour, Orientation, PathChoice,
     RandomWeights, Reconstruction, RenderOverrides, RenderSettings, Sampling, SpeedSettings, StillCamera,
     TransferChoice, TransferRange, ValueScale, VolumeSettings, WeightsChoice, parse, path_text,
 };

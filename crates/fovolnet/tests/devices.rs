@@ -7,8 +7,8 @@ use fovolnet::io::procedural;
 use fovolnet::net::Fill;
 use fovolnet::render::cpu::Simd;
 use fovolnet::{
-    Device, DoneFrame, Guide, OpenDevice, OpenVolume, Pipeline, Reconstruction, RenderSettings, Sampling,
-    SpeedSettings, Viewpoint, VolumeSettings, open_volume,
+    Density, Device, DoneFrame, Guide, OpenDevice, OpenVolume, Pipeline, Reconstruction, RenderSettings,
+    Sampling, SpeedSettings, Viewpoint, VolumeSettings, open_volume,
 };
 
 fn head() -> OpenVolume {
@@ -36,6 +36,7 @@ fn settings(sampling: Sampling, reconstruct: Reconstruction) -> RenderSettings {
         sigma: 0.1,
         shadows: ShadowMode::On,
         guide: Guide::None.into(),
+        density: Density::Fixed.into(),
         ..Default::default()
     }
 }

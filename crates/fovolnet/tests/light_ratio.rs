@@ -46,6 +46,15 @@ fn a_denser_guide_is_better_and_none_the_worst() {
     }
 }
 
+/// In haze a guide with cached shadows already knows most of the light.
+#[test]
+fn cached_shadows_make_a_better_guide_in_haze() {
+    let haze = RenderSettings { transfer_function: "grey".into(), ..settings(Guide::None) };
+    let of = |guide: Guide| quality(&RenderSettings { guide: guide.into(), ..haze.clone() });
+    let [quarter, cached] = [Guide::Quarter, Guide::Cached].map(of);
+    assert!(cached > quarter + 0.5, "{quarter} {cached}");
+}
+
 #[test]
 fn any_method_fills_light_ratios() {
     for how in ["linear", "pull-push", "deepfovea"] {

@@ -2,8 +2,9 @@
 
 use fovolnet::core::{Dtype, Endian, Frame, Integration, ShadowMode, SurfaceShading};
 use fovolnet::{
-    CropBox, Device, Guide, NamedView, NanColour, Orientation, Pipeline, Reconstruction, RenderOverrides,
-    Sampling, Session, SpeedSettings, TransferRange, ValueScale, VolumeSettings, open_volume,
+    CropBox, Density, Device, Guide, NamedView, NanColour, Orientation, Pipeline, Reconstruction,
+    RenderOverrides, Sampling, Session, SpeedSettings, TransferRange, ValueScale, VolumeSettings,
+    open_volume,
 };
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -66,6 +67,7 @@ fn everything(volume: &Path) -> Session {
         pb: Some(0.2),
         sigma: Some(0.05),
         gaze: Some("0.5,0.5".into()),
+        density: Some(Density::Adaptive.into()),
         noise: Some("stbn".parse().unwrap()),
         seed: Some(0),
         reconstruct: Some(Reconstruction::WNet),
@@ -185,6 +187,7 @@ fn steps() -> Vec<Step> {
         step("render.reconstruct", |s| {
             (s.render.reconstruct, s.render.weights) = (Some("linear".parse().unwrap()), None);
         }),
+        step("render.density", |s| s.render.density = Some(Density::Fixed.into())),
         step("render.guide", |s| s.render.guide = Some(Guide::None.into())),
         step("render.weights", |s| (s.render.weights, s.weights_sha256) = (Some("wnet-paper".into()), None)),
         Step {

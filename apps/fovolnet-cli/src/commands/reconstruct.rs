@@ -13,7 +13,7 @@ use fovolnet::io::image::{self, Alpha};
 use fovolnet::net::cpu::Precision;
 use fovolnet::{
     Device, Error, OpenDevice, RandomWeights, Reconstruction, Reconstructor, RenderOverrides, RenderSettings,
-    parse,
+    UpsampledGuide, compose, light_ratios, parse,
 };
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -24,14 +24,16 @@ const CONTRACT: &str = "\
 Frames are SPARSE/sparse_NUMBER.png or .exr, in the order of their numbers, all of one size, with alpha: 1 where the \
 pixel is sampled, 0 elsewhere. Colours are display values (sRGB), 0 to 1, not premultiplied, in EXR files too. Where \
 SPARSE/motion_NUMBER.exr is, its channels X and Y (or U and V, or R and G) lead from each pixel to where it was in the \
-frame before: previous position = current position + motion, in pixels, x to the right, y down. A light-ratio guide is \
-not read. Full frames are frame_NUMBER of the same format. docs/reconstruct.md says more.";
+frame before: previous position = current position + motion, in pixels, x to the right, y down. Where \
+SPARSE/guide_NUMBER.exr is, for every frame, it is the guide of the light ratio: red, green, blue without shadows, times \
+opacity, and opacity as alpha. Full frames are frame_NUMBER of the same format. docs/reconstruct.md says more.";
 
 /// Fill sparse frames of any renderer
 #[derive(clap::Args)]
 #[command(after_long_help = CONTRACT)]
 pub struct Reconstruct {
-    /// Folder of RGBA pictures sparse_0000.png, … (or .exr), alpha 1 at sampled pixels; and of motion_0000.exr, …
+    /// Folder of RGBA pictures sparse_0000.png, … (or .exr), alpha 1 at sampled pixels; and of motion_0000.exr, … and
+    /// guide_0000.exr, …
     sparse: PathBuf,
     /// Folder for the full frames
     #[arg(short, long, value_name = "DIR")]
@@ -47,6 +49,9 @@ pub struct Reconstruct {
     /// Seeded random weights of a network, to measure its speed
     #[arg(long, value_name = "NAME[:SEED]")]
     random_weights: Option<RandomWeights>,
+    /// Background of the frames, with a guide: 0 to 1 each
+    #[arg(long, value_name = "R,G,B", value_parser = parse::colour, default_value = "0,0,0", allow_hyphen_values = true)]
+    background: [f64; 3],
     /// Precision of the network: auto, f32, bf16, int8 or mixed
     #[arg(long, value_name = "P", default_value = "auto")]
     precision: Precision,
@@ -85,6 +90,25 @@ impl Filler {
     }
 }
 
+/// Frame of another renderer.
+struct Given<'a> {
+    sparse: &'a SparseFrame,
+    motion: Option<&'a [[f32; 2]]>,
+    guide: Option<&'a UpsampledGuide>,
+}
+
+impl Filler {
+    /// Full frame of `given`, of its colours or of its light ratio over `background`.
+    fn fill(&mut self, given: &Given<'_>, background: [f64; 3]) -> fovolnet::Result<Frame> {
+        let Given { sparse, motion, guide } = *given;
+        let Some(guide) = guide else { return self.reconstruct(sparse, motion) };
+        let background = background.map(|value| value as f32);
+        let mut frame = self.reconstruct(&light_ratios(sparse, guide, background), motion)?;
+        compose(&mut frame, guide, sparse, background);
+        Ok(frame)
+    }
+}
+
 #[derive(Serialize)]
 struct FrameFigures {
     file: String,
@@ -105,9 +129,10 @@ impl Reconstruct {
         let how = settings.reconstruction;
         let mut sequence = SparseSequence::open(&self.sparse)?;
         let size = sequence.size();
-        // Sparse and full frame. Networks check their own memory once they know the part of a frame they work on.
+        // Sparse and full frame, and the guide. Networks check their own memory once they know the part of a frame they work on.
+        let frames = if sequence.has_guide() { 3 } else { 2 };
         Estimate::new(format!("filling frames of {size}"))
-            .with("frames", (2 * size.pixels() * size_of::<[f32; 4]>()) as u64)
+            .with("frames", (frames * size.pixels() * size_of::<[f32; 4]>()) as u64)
             .check("sparse frames of a smaller size need less")?;
         let threads = thread_pool(self.threads.unwrap_or(0))?;
         let device = self.device.open()?;
@@ -125,10 +150,12 @@ impl Reconstruct {
             let made = interrupt::unless_asked(|| {
                 let sparse = sequence.frame(i)?;
                 let motion = if filler.uses_motion() { sequence.motion(i)? } else { None };
+                let guide = sequence.guide(i)?;
+                let given = Given { sparse: &sparse, motion: motion.as_deref(), guide: guide.as_ref() };
                 let started = Instant::now();
-                let full = threads.install(|| filler.reconstruct(&sparse, motion.as_deref())).with_context(
-                    || format!("{} cannot follow the frames before it", sequence.path(i).display()),
-                )?;
+                let full = threads.install(|| filler.fill(&given, self.background)).with_context(|| {
+                    format!("{} cannot follow the frames before it", sequence.path(i).display())
+                })?;
                 Ok((sparse.len(), full, started.elapsed().as_secs_f64() * 1e3))
             })?;
             let (samples, full, ms) = made.ok_or_else(|| self.interrupted(frames.len()))?;

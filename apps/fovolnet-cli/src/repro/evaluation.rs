@@ -1,6 +1,6 @@
 use super::data_set::DataSet;
 use fovolnet::core::{CameraPath, FrameSize, Integration};
-use fovolnet::{Device, Guide, Machine, RenderSettings, Sampling, SpeedSettings};
+use fovolnet::{Density, Device, Guide, Machine, RenderSettings, Sampling, SpeedSettings};
 use std::path::PathBuf;
 
 /// Volumes, frames and machine of the evaluation.
@@ -46,6 +46,7 @@ impl Evaluation {
             integration: Integration::Plain,
             // The paper reconstructs colours.
             guide: Guide::None.into(),
+            density: Density::Fixed.into(),
             ..RenderSettings::default()
         }
     }

@@ -4,6 +4,7 @@
 //! ([`Simd`]). It reads voxels from [bricks](crate::scene::Bricks). Primary rays skip empty space by
 //! [macrocells](crate::scene::Macrocells), shadow rays by columns along the light.
 
+mod adaptive_mask;
 mod compact;
 mod direct;
 mod field;
@@ -23,6 +24,7 @@ mod simd;
 mod skip;
 mod sparse_frame;
 
+pub use adaptive_mask::adaptive_mask;
 pub use compact::compact;
 pub use direct::{DirectSamples, direct, mask_of};
 pub use fovol_simd::Simd;

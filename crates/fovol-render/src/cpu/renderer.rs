@@ -241,6 +241,33 @@ impl Renderer {
         marched
     }
 
+    /// Marches the pixels of `list` with cached shadows, as [`Self::march_list`] does.
+    ///
+    /// The first such call after a change of the scene makes the grid of cached shadows.
+    ///
+    /// # Errors
+    /// Too little memory for the grid.
+    pub fn march_list_with_cached_shadows(
+        &mut self,
+        camera: &Camera,
+        list: &SampleList,
+    ) -> Result<(Vec<RayResult>, SampleCount), Shortage> {
+        let shadows = std::mem::replace(&mut self.shading.shadows, ShadowMode::Cached);
+        if self.shadow_grid.is_none() {
+            let made = shadow_grid(&self.specification());
+            self.shadow_grid = match made {
+                Ok(grid) => Some(grid),
+                Err(shortage) => {
+                    self.shading.shadows = shadows;
+                    return Err(shortage);
+                }
+            };
+        }
+        let marched = self.march_list(camera, list);
+        self.shading.shadows = shadows;
+        Ok(marched)
+    }
+
     fn light_path(&self) -> LightPath {
         LightPath::new(&self.shading.light, &self.grid, &self.clip, self.step)
     }
@@ -253,7 +280,7 @@ impl Renderer {
             clip: self.clip,
             transfer: &self.transfer,
             shading: &self.shading,
-            shadow_grid: self.shadow_grid.as_ref(),
+            shadow_grid: self.shadow_grid.as_ref().filter(|_| self.shading.shadows == ShadowMode::Cached),
             background: self.background,
             step: self.step,
         }

@@ -11,7 +11,11 @@ pub struct MarchedGuide {
     /// Guide pixels of the samples, in their order.
     of_samples: Vec<GuidePixel>,
     marched: usize,
+    headroom: f32,
 }
+
+/// Headroom of a guide with cached shadows: their grid is coarse, so pixels can be brighter than it says.
+const CACHED_HEADROOM: f32 = 2.0;
 
 impl MarchedGuide {
     /// Marches the pixels of `grid` with `march`, which returns ray results in list order. The samples of `sparse` have
@@ -35,12 +39,23 @@ impl MarchedGuide {
             None => results.next().map_or([0.0; 4], |ray| guide_pixel(&ray)),
         };
         let pixels = known.into_iter().map(pixel).collect();
-        Ok(Self { grid, pixels, of_samples, marched: unknown.len() })
+        Ok(Self { grid, pixels, of_samples, marched: unknown.len(), headroom: 1.0 })
     }
 
-    /// Guide pixels of the samples.
-    pub fn of_samples(&self) -> &[GuidePixel] {
-        &self.of_samples
+    /// Marches the pixels of `grid`, and the samples of `sparse` once more, with `march`, which returns ray results with
+    /// cached shadows in list order.
+    ///
+    /// # Errors
+    /// Those of `march`.
+    pub fn with_cached_shadows<E>(
+        grid: GuideGrid,
+        sparse: &SparseFrame,
+        mut march: impl FnMut(&SampleList) -> Result<Vec<RayResult>, E>,
+    ) -> Result<Self, E> {
+        let samples = SampleList::new(sparse.size(), sparse.pixels().to_vec());
+        let of_samples: Vec<GuidePixel> = march(&samples)?.iter().map(guide_pixel).collect();
+        let guide = Self::new(grid, sparse, of_samples, march)?;
+        Ok(Self { marched: guide.marched + samples.len(), headroom: CACHED_HEADROOM, ..guide })
     }
 
     /// Number of pixels that were marched for the guide alone.
@@ -50,7 +65,7 @@ impl MarchedGuide {
 
     /// Guide of every pixel: interpolated, and exact at the samples of `sparse`.
     pub fn upsampled(&self, sparse: &SparseFrame) -> UpsampledGuide {
-        let mut guide = UpsampledGuide::new(self.grid, &self.pixels);
+        let mut guide = UpsampledGuide::new(self.grid, &self.pixels, self.headroom);
         for (pixel, value) in sparse.pixels().iter().zip(&self.of_samples) {
             guide.put(*pixel, *value);
         }

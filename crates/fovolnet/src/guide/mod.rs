@@ -5,16 +5,21 @@
 //! multiplied with the guide again.
 
 mod grid;
+mod importance;
 mod light_ratio;
 mod marched;
 mod upsampled;
 
 pub use grid::GuideGrid;
+pub use importance::{importance_of_colours, importance_of_ratios};
 pub use light_ratio::{compose, light_ratios};
 pub use marched::MarchedGuide;
 pub use upsampled::UpsampledGuide;
 
 use fovol_render::scene::RayResult;
+
+/// Added to both sides of the light ratio, so that dark pixels have a stable one.
+const EPSILON: f32 = 0.02;
 
 /// Red, green and blue without shadows (U), times opacity and before the background, and opacity (O).
 pub type GuidePixel = [f32; 4];

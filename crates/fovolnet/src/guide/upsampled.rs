@@ -9,6 +9,8 @@ use rayon::prelude::*;
 #[derive(Debug, Clone, PartialEq)]
 pub struct UpsampledGuide {
     region: Region,
+    /// How many times as bright as the guide a pixel can be: the light ratio is scaled to 0…1 by it.
+    headroom: f32,
     pixels: Vec<GuidePixel>,
 }
 
@@ -16,16 +18,16 @@ pub struct UpsampledGuide {
 const HALFWAY: [f32; 4] = [-1.0 / 16.0, 9.0 / 16.0, 9.0 / 16.0, -1.0 / 16.0];
 
 impl UpsampledGuide {
-    /// Interpolates the guide pixels `marched` of `grid`, row by row.
+    /// Interpolates the guide pixels `marched` of `grid`, row by row. Colours are at most `headroom` times as bright.
     ///
     /// # Panics
     /// If their number is not that of the grid.
-    pub fn new(grid: GuideGrid, marched: &[GuidePixel]) -> Self {
+    pub fn new(grid: GuideGrid, marched: &[GuidePixel], headroom: f32) -> Self {
         let [columns, rows] = grid.size();
         assert_eq!(marched.len(), columns * rows, "a guide pixel for every pixel of the grid");
         let region = grid.region;
         if grid.step == 1 {
-            return Self { region, pixels: marched.to_vec() };
+            return Self { region, headroom, pixels: marched.to_vec() };
         }
         let width = region.size.width as usize;
         // Rows of the grid at the full width, then the rows between them.
@@ -45,7 +47,12 @@ impl UpsampledGuide {
                 *to = possible(down.between(y, |row| wide[row * width + x]));
             }
         });
-        Self { region, pixels }
+        Self { region, headroom, pixels }
+    }
+
+    /// How many times as bright as the guide a pixel can be.
+    pub fn headroom(&self) -> f32 {
+        self.headroom
     }
 
     /// Region that it covers.
@@ -66,13 +73,31 @@ impl UpsampledGuide {
         frame
     }
 
+    /// Guide of a whole `frame`: red, green and blue are U, alpha is O. Values are clamped to those that are possible;
+    /// numbers that are not finite count as 0.
+    pub fn of_frame(frame: &Frame) -> Self {
+        let known = |value: f32| if value.is_finite() { value } else { 0.0 };
+        let pixels = frame.pixels().iter().map(|pixel| possible(pixel.map(known))).collect();
+        Self { region: Region::whole(frame.size()), headroom: 1.0, pixels }
+    }
+
+    /// Guide of `pixel` of the frame; `None` outside the region.
+    pub fn at(&self, pixel: Pixel) -> Option<GuidePixel> {
+        self.index(pixel).map(|at| self.pixels[at])
+    }
+
+    /// Index of `pixel` of the frame in the guide.
+    fn index(&self, pixel: Pixel) -> Option<usize> {
+        let Region { x, y, size } = self.region;
+        let [x, y] = [(pixel.x, x, size.width), (pixel.y, y, size.height)]
+            .map(|(at, first, length)| u32::from(at).checked_sub(first).filter(|at| *at < length));
+        Some(y? as usize * size.width as usize + x? as usize)
+    }
+
     /// Replaces the guide of `pixel` of the frame by its exact value. Nothing happens outside the region.
     pub fn put(&mut self, pixel: Pixel, guide: GuidePixel) {
-        let Region { x, y, size } = self.region;
-        let at = [(pixel.x, x, size.width), (pixel.y, y, size.height)]
-            .map(|(at, first, length)| u32::from(at).checked_sub(first).filter(|at| *at < length));
-        if let [Some(x), Some(y)] = at {
-            self.pixels[y as usize * size.width as usize + x as usize] = guide;
+        if let Some(at) = self.index(pixel) {
+            self.pixels[at] = guide;
         }
     }
 }
@@ -163,7 +188,7 @@ mod tests {
                 [0.005 * x, 0.004 * y, 0.002 * (x + y), 0.5 + 0.003 * (x + y)]
             };
             let marched: Vec<GuidePixel> = grid.list().pixels().iter().map(|pixel| slope(*pixel)).collect();
-            let guide = UpsampledGuide::new(grid, &marched);
+            let guide = UpsampledGuide::new(grid, &marched, 1.0);
             for row in 4..height - 4 {
                 let found = guide.row((y + row) as usize).unwrap();
                 for column in 4..width - 4 {
@@ -186,12 +211,12 @@ mod tests {
         let ones = |grid: &GuideGrid| vec![[0.5, 0.5, 0.5, 1.0]; grid.size()[0] * grid.size()[1]];
         for index in 0..4 {
             let grid = GuideGrid::new(2, index, Region::whole(frame), frame);
-            let guide = UpsampledGuide::new(grid, &ones(&grid));
+            let guide = UpsampledGuide::new(grid, &ones(&grid), 1.0);
             assert!((0..9).all(|y| guide.row(y).unwrap().iter().all(|p| (p[3] - 1.0).abs() < 1e-6)));
         }
         let region = Region { x: 4, y: 2, size: FrameSize { width: 4, height: 4 } };
         let grid = GuideGrid::new(2, 0, region, frame);
-        let mut guide = UpsampledGuide::new(grid, &ones(&grid));
+        let mut guide = UpsampledGuide::new(grid, &ones(&grid), 1.0);
         assert!(guide.row(2).unwrap()[0][3] < 0.7);
         guide.put(Pixel { x: 4, y: 2 }, [0.25; 4]);
         guide.put(Pixel { x: 0, y: 0 }, [0.75; 4]);

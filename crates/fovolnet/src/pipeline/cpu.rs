@@ -6,8 +6,9 @@ use super::timings::{Timer, Timings};
 use super::view::View;
 use crate::guide::{GuideGrid, GuidePixel, MarchedGuide, guide_pixel};
 use crate::reconstruct::Seen;
-use crate::{RenderSettings, Result, Sampling};
+use crate::{Guide, RenderSettings, Result, Sampling};
 use fovol_core::{Camera, Frame, FrameSize, Region, SampleList, SampleMask, Scene, SparseFrame};
+use fovol_render::Importance;
 use fovol_render::cpu::{self, RenderOptions, Renderer, compact, direct, mask_of, sparse_frame};
 use fovol_render::scene::RayResult;
 use std::time::Duration;
@@ -30,7 +31,7 @@ impl CpuMarcher {
     }
 
     /// Samples of the frame of `view`, and their guide pixels.
-    fn marched(&self, view: &View) -> (Sampled, Vec<GuidePixel>) {
+    fn marched(&self, view: &View, important: Option<(&Importance, Region)>) -> (Sampled, Vec<GuidePixel>) {
         let size = self.sampler.size;
         match self.sampler.sampling {
             Sampling::Full => {
@@ -56,7 +57,10 @@ impl CpuMarcher {
             }
             Sampling::Compact => {
                 let timer = Timer::start();
-                let mask = self.mask(view);
+                let mask = match important {
+                    Some(important) => self.adaptive_mask(view, important),
+                    None => self.mask(view),
+                };
                 let mask_ms = timer.ms();
                 let list = compact(&mask);
                 let both_ms = timer.ms();
@@ -76,8 +80,20 @@ impl CpuMarcher {
     ) -> Result<Option<MarchedGuide>> {
         let Some(step) = self.sampler.guide.step() else { return Ok(None) };
         let grid = GuideGrid::new(step, view.index, region, view.size);
-        let march = |list: &SampleList| Ok(self.renderer.march_list_without_shadows(&view.camera, list).0);
+        let (renderer, camera) = (&mut self.renderer, &view.camera);
+        if self.sampler.guide == Guide::Cached {
+            let march = |list: &SampleList| {
+                let marched = renderer.march_list_with_cached_shadows(camera, list);
+                Ok(marched.map_err(fovol_core::Error::from)?.0)
+            };
+            return MarchedGuide::with_cached_shadows(grid, sparse, march).map(Some);
+        }
+        let march = |list: &SampleList| Ok(renderer.march_list_without_shadows(camera, list).0);
         MarchedGuide::new(grid, sparse, of_samples, march).map(Some)
+    }
+
+    fn adaptive_mask(&self, view: &View, important: (&Importance, Region)) -> SampleMask {
+        cpu::adaptive_mask(&view.fovea, self.sampler.size, &self.sampler.noise, view.index, important)
     }
 
     fn mask(&self, view: &View) -> SampleMask {
@@ -129,10 +145,11 @@ impl Marcher for CpuMarcher {
         Ok(self.renderer.with_exact_shadows(|renderer| renderer.march_full(camera, size).0))
     }
 
-    fn sample(&mut self, view: &View) -> Result<Sampled> {
+    fn sample(&mut self, view: &View, importance: Option<&Importance>) -> Result<Sampled> {
         let region = self.renderer.visible_region(&view.camera, view.size);
         let seen = Seen { region, background: self.renderer.background() };
-        let (mut sampled, of_samples) = self.marched(view);
+        let important = importance.zip(seen.region);
+        let (mut sampled, of_samples) = self.marched(view, important);
         sampled.seen = seen;
         if let (Marched::Some(sparse), Some(region)) = (&sampled.marched, seen.region) {
             let timer = Timer::start();

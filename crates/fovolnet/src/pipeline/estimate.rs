@@ -43,7 +43,7 @@ fn guide(settings: &RenderSettings) -> u64 {
     let marched = size_of::<Pixel>() + size_of::<RayResult>() + COLOUR;
     let bytes = match settings.guide_kind() {
         Guide::None => 0,
-        Guide::Quarter => marched / 4 + COLOUR / 2 + COLOUR,
+        Guide::Quarter | Guide::Cached => marched / 4 + COLOUR / 2 + COLOUR,
         Guide::Full => marched + COLOUR,
     };
     (settings.size.pixels() * bytes) as u64

@@ -4,6 +4,7 @@ use super::sampled::{HostReconstruction, Sampled};
 use super::view::View;
 use crate::{RenderSettings, Result};
 use fovol_core::{Camera, Frame, FrameSize, SampleList, Scene};
+use fovol_render::Importance;
 use fovol_render::scene::RayResult;
 use std::fmt::Debug;
 use std::time::Duration;
@@ -47,11 +48,12 @@ pub trait Marcher: Debug + Send {
     /// A lost device.
     fn reference(&mut self, camera: &Camera, size: FrameSize) -> Result<Frame>;
 
-    /// Renders the samples of the frame of `view`, and the full frame if the marcher reconstructs by itself.
+    /// Renders the samples of the frame of `view`, and the full frame if the marcher reconstructs by itself. Where samples
+    /// go follows their `importance`, if it is known.
     ///
     /// # Errors
     /// A lost device.
-    fn sample(&mut self, view: &View) -> Result<Sampled>;
+    fn sample(&mut self, view: &View, importance: Option<&Importance>) -> Result<Sampled>;
 
     /// Renders a frame that stays on the device; `None` if that is not possible.
     ///

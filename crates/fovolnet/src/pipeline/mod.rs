@@ -18,7 +18,7 @@ mod view;
 
 use crate::volume::orientation_notes;
 use crate::{
-    Choice, CroppedVolume, Error, Guide, Machine, OpenDevice, OpenVolume, RenderSettings, Result,
+    Choice, CroppedVolume, Density, Error, Guide, Machine, OpenDevice, OpenVolume, RenderSettings, Result,
     SpeedSettings, WorldBox, scene,
 };
 pub use camera_path::camera_path;
@@ -85,7 +85,7 @@ impl Pipeline {
         estimate::fits_into_memory(&device, &scene, settings)?;
         let (marcher, mut notes) = threads.install(|| open_marcher(&device, &scene, settings, speed))?;
         notes.extend(orientation_notes(&volume.volume, settings)?);
-        check_guide(&*marcher, settings)?;
+        check_marcher(&*marcher, settings)?;
         let reconstruction = marcher.host_reconstruction(settings)?;
         let machine =
             Machine { gpu: marcher.gpu_name(), ..Machine::this(threads.current_num_threads(), speed.simd()) };
@@ -115,7 +115,7 @@ impl Pipeline {
             return Ok(());
         }
         settings.check_transparency()?;
-        check_guide(&*self.marcher, settings)?;
+        check_marcher(&*self.marcher, settings)?;
         let scene = scene(&self.volume, settings)?;
         let world = WorldBox::new(&self.volume.volume, settings)?;
         let paths = Paths::new(settings, &world)?;
@@ -243,7 +243,7 @@ impl Pipeline {
         let (marcher, reconstruction) = (&mut self.marcher, &mut self.reconstruction);
         self.threads.install(|| {
             keep_workers_spinning(|| {
-                let sampled = marcher.sample(&view)?;
+                let sampled = marcher.sample(&view, reconstruction.importance())?;
                 reconstruction.finish(&view, sampled, &started)
             })
         })
@@ -294,16 +294,16 @@ impl Pipeline {
     }
 }
 
-/// Checks that a guide that was asked for is possible.
+/// Checks that `marcher` has the guide and the density that are asked for.
 ///
 /// # Errors
-/// A guide for frames of a GPU.
-fn check_guide(marcher: &dyn Marcher, settings: &RenderSettings) -> Result<()> {
-    let is_asked_for = matches!(settings.guide, Choice::Fixed(guide) if guide != Guide::None);
-    if is_asked_for && marcher.gpu_name().is_some() {
-        let problem =
-            "the light ratio is reconstructed on processors only; add --device cpu, or leave out --guide";
-        return Err(Error::Setting(problem.into()));
+/// A guide or an adaptive density for frames of a GPU.
+fn check_marcher(marcher: &dyn Marcher, settings: &RenderSettings) -> Result<()> {
+    let has_guide = matches!(settings.guide, Choice::Fixed(guide) if guide != Guide::None);
+    let is_adaptive = settings.density == Choice::Fixed(Density::Adaptive);
+    if marcher.gpu_name().is_none() || !(has_guide || is_adaptive) {
+        return Ok(());
     }
-    Ok(())
+    let what = if has_guide { "a guide (--guide)" } else { "an adaptive density (--density)" };
+    Err(Error::Setting(format!("frames of a GPU cannot have {what} yet; add --device cpu, or leave it out")))
 }

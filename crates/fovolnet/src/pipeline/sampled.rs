@@ -1,11 +1,12 @@
 use super::frames::{FrameGuide, RenderedFrame};
 use super::timings::{Timer, Timings};
 use super::view::View;
-use crate::guide::{MarchedGuide, compose, light_ratios};
+use crate::guide::{MarchedGuide, compose, importance_of_colours, importance_of_ratios, light_ratios};
 use crate::motion::MotionFinder;
 use crate::reconstruct::Seen;
-use crate::{Guide, Reconstructor, RenderSettings, Result, Sampling};
+use crate::{Density, Guide, Reconstructor, RenderSettings, Result, Sampling};
 use fovol_core::{Frame, FrameSize, SampleMask, SparseFrame};
+use fovol_render::Importance;
 use fovol_render::noise::Noise;
 
 /// Choice of the pixels to march, for frames of one size.
@@ -103,13 +104,16 @@ pub struct HostReconstruction {
     motion: MotionFinder,
     /// Last full frame, kept only while motion is found.
     last: Option<Frame>,
+    density: Density,
+    /// Importance of samples for the next frame, if densities are adaptive.
+    importance: Option<Importance>,
 }
 
 impl HostReconstruction {
     /// Reconstruction as `settings` ask for.
     pub fn new(settings: &RenderSettings) -> Result<Self> {
         let reconstructor = Reconstructor::new(settings, settings.size)?;
-        Ok(Self::with(reconstructor))
+        Ok(Self { density: settings.density_kind(), ..Self::with(reconstructor) })
     }
 
     /// Reconstruction that returns frames unchanged.
@@ -125,6 +129,8 @@ impl HostReconstruction {
             keeps_guide: false,
             motion: MotionFinder::default(),
             last: None,
+            density: Density::Fixed,
+            importance: None,
         }
     }
 
@@ -139,10 +145,16 @@ impl HostReconstruction {
         (self.finds_motion, self.keeps_guide) = (other.finds_motion, other.keeps_guide);
     }
 
+    /// Importance of samples for the next frame.
+    pub fn importance(&self) -> Option<&Importance> {
+        self.importance.as_ref()
+    }
+
     pub fn reset(&mut self) {
         self.reconstructor.reset();
         self.motion.reset();
         self.last = None;
+        self.importance = None;
     }
 
     /// Reconstructs the frame of `sampled`. The timer `started` began with the frame.
@@ -183,7 +195,12 @@ impl HostReconstruction {
         let (frame, guide) = match (made, guide) {
             (Some(frame), _) => (frame, None),
             (None, _) if !reconstructs => (sparse.to_frame(), None),
-            (None, None) => (self.reconstructor.reconstruct_seen(sparse, motion.as_deref(), seen)?, None),
+            (None, None) => {
+                let frame = self.reconstructor.reconstruct_seen(sparse, motion.as_deref(), seen)?;
+                let region = seen.region.filter(|_| self.density == Density::Adaptive);
+                self.importance = region.map(|region| importance_of_colours(&frame, region));
+                (frame, None)
+            }
             (None, Some(guide)) => self.fill_light_ratio(sparse, motion.as_deref(), seen, &guide)?,
         };
         if reconstructs {
@@ -202,10 +219,11 @@ impl HostReconstruction {
         marched: &MarchedGuide,
     ) -> Result<(Frame, Option<FrameGuide>)> {
         let guide = marched.upsampled(sparse);
-        let ratios = light_ratios(sparse, marched.of_samples(), seen.background);
+        let ratios = light_ratios(sparse, &guide, seen.background);
         // Beyond the visible region there is no light to lose.
         let beyond = Seen { background: [1.0; 3], ..*seen };
         let mut frame = self.reconstructor.reconstruct_seen(&ratios, motion, &beyond)?;
+        self.importance = (self.density == Density::Adaptive).then(|| importance_of_ratios(&frame, &guide));
         let ratio = self.keeps_guide.then(|| frame.clone());
         compose(&mut frame, &guide, sparse, seen.background);
         Ok((frame, ratio.map(|ratio| FrameGuide { guide, ratio })))

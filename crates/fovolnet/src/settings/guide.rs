@@ -15,17 +15,19 @@ pub enum Guide {
     Quarter,
     /// Every pixel.
     Full,
+    /// A quarter of the pixels, with cached shadows: better where light and transfer function rest for some frames.
+    Cached,
 }
 
 impl Guide {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::None, Self::Quarter, Self::Full];
+    pub const ALL: [Self; 4] = [Self::None, Self::Quarter, Self::Full, Self::Cached];
 
     /// Distance between the columns and between the rows of the guide; `None` without one.
     pub(crate) fn step(self) -> Option<u32> {
         match self {
             Self::None => None,
-            Self::Quarter => Some(2),
+            Self::Quarter | Self::Cached => Some(2),
             Self::Full => Some(1),
         }
     }
@@ -36,6 +38,7 @@ impl Guide {
             Self::None => "none",
             Self::Quarter => "quarter",
             Self::Full => "full",
+            Self::Cached => "cached",
         }
     }
 }
@@ -51,8 +54,8 @@ impl FromStr for Guide {
 
     fn from_str(text: &str) -> Result<Self, String> {
         Self::ALL.into_iter().find(|guide| guide.name().eq_ignore_ascii_case(text)).ok_or_else(|| {
-            let meant = did_you_mean(text, &["auto", "none", "quarter", "full"]);
-            format!("`{text}` is no guide; use auto, none, quarter or full{meant}")
+            let meant = did_you_mean(text, &["auto", "none", "quarter", "full", "cached"]);
+            format!("`{text}` is no guide; use auto, none, quarter, full or cached{meant}")
         })
     }
 }

@@ -2,8 +2,8 @@ use super::overlay::overlay;
 #[cfg(feature = "clap")]
 use super::parse;
 use super::{
-    Choice, CropBox, GazeChoice, Guide, NamedView, NanColour, Orientation, PathChoice, RandomWeights,
-    Reconstruction, Sampling, StillCamera, TransferChoice, TransferRange, ValueScale, as_text,
+    Choice, CropBox, Density, GazeChoice, Guide, NamedView, NanColour, Orientation, PathChoice,
+    RandomWeights, Reconstruction, Sampling, StillCamera, TransferChoice, TransferRange, ValueScale, as_text,
 };
 use crate::{Error, Result};
 use fovol_core::{FrameSize, Integration, ShadowMode, SurfaceShading};
@@ -105,6 +105,11 @@ pub struct RenderOverrides {
     /// Gaze as fractions of the image from its top left, `wander`, or a TOML file of stops [default: 0.5,0.5]
     #[cfg_attr(feature = "clap", arg(long, value_name = "X,Y", value_parser = parse::file_or::<GazeChoice>(), allow_hyphen_values = true))]
     pub gaze: Option<GazeChoice>,
+    /// Where samples go away from the gaze: fixed (the same everywhere, as the paper), adaptive (more where the last frame
+    /// needs them, as many in all), or auto: adaptive where wnet-fast fills the frames [default: auto]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "WHERE"))]
+    #[serde(with = "as_text")]
+    pub density: Option<Choice<Density>>,
     /// Noise that chooses the pixels: stbn, blue or uniform [default: stbn]
     #[cfg_attr(feature = "clap", arg(long, value_name = "KIND"))]
     #[serde(with = "as_text")]
@@ -117,7 +122,7 @@ pub struct RenderOverrides {
     #[cfg_attr(feature = "clap", arg(long, value_name = "HOW"))]
     pub reconstruct: Option<Reconstruction>,
     /// Pixels that are marched without shadow rays, so that only the light ratio is reconstructed: none (colours, as the
-    /// paper), quarter, full, or auto: a quarter where shadows are on and wnet-fast fills the frames [default: auto]
+    /// paper), quarter, full, cached (a quarter with cached shadows), or auto: a quarter where shadows are on and wnet-fast fills the frames [default: auto]
     #[cfg_attr(feature = "clap", arg(long, value_name = "WHICH"))]
     #[serde(with = "as_text")]
     pub guide: Option<Choice<Guide>>,
@@ -174,6 +179,7 @@ impl RenderOverrides {
             || self.sigma.is_some()
             || self.gaze.is_some()
             || self.noise.is_some()
+            || self.density.and_then(Choice::fixed).is_some_and(|density| density == Density::Adaptive)
             || self.guide.and_then(Choice::fixed).is_some_and(|guide| guide != Guide::None)
             || self.reconstruct.is_some_and(|how| how != Reconstruction::None)
             || self.names_weights()

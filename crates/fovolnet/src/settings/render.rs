@@ -1,6 +1,6 @@
 use super::{
-    CameraChoice, Choice, CropBox, Guide, NamedView, NanColour, Orientation, Reconstruction, Sampling,
-    TransferChoice, TransferRange, ValueScale, WeightsChoice,
+    CameraChoice, Choice, CropBox, Density, Guide, NamedView, NanColour, Orientation, Reconstruction,
+    Sampling, TransferChoice, TransferRange, ValueScale, WeightsChoice,
 };
 use crate::{Error, Result};
 use fovol_core::{Fovea, FrameSize, GazePath, Integration, Light, ShadowMode, SurfaceShading};
@@ -79,6 +79,8 @@ pub struct RenderSettings {
     pub sigma: f64,
     /// Gaze of every frame.
     pub gaze: GazePath,
+    /// Distribution of the samples away from the gaze; see [`Self::density_kind`].
+    pub density: Choice<Density>,
     /// Noise that chooses the pixels.
     pub noise: NoiseKind,
     /// Seed of everything random besides the gaze.
@@ -122,6 +124,7 @@ impl Default for RenderSettings {
             pb: base,
             sigma,
             gaze: GazePath::default(),
+            density: Choice::Auto,
             noise: NoiseKind::default(),
             seed: 0,
             reconstruction: Reconstruction::default(),
@@ -174,6 +177,18 @@ impl RenderSettings {
         }
     }
 
+    /// Distribution of the samples. `auto` is adaptive where pixels are listed (`compact`) and `wnet-fast` fills the
+    /// frames, else fixed.
+    pub fn density_kind(&self) -> Density {
+        let is_known = self.sampling == Sampling::Compact && self.reconstruction != Reconstruction::None;
+        match self.density {
+            _ if !is_known => Density::Fixed,
+            Choice::Fixed(density) => density,
+            Choice::Auto if self.is_made_for_light_ratios() => Density::Adaptive,
+            Choice::Auto => Density::Fixed,
+        }
+    }
+
     /// Whether the network fills light ratios as well as colours.
     fn is_made_for_light_ratios(&self) -> bool {
         self.reconstruction == Reconstruction::WNet
@@ -194,6 +209,7 @@ impl RenderSettings {
                 settings.weights.clone(),
                 settings.precision,
                 settings.guide_kind(),
+                settings.density_kind(),
             )
         };
         of(self) == of(other)

@@ -43,6 +43,7 @@ impl RenderOverrides {
             pb: self.pb.unwrap_or(usual.pb),
             sigma: self.sigma.unwrap_or(usual.sigma),
             gaze: gaze.unwrap_or(usual.gaze),
+            density: self.density.unwrap_or(usual.density),
             noise: self.noise.unwrap_or(usual.noise),
             seed,
             reconstruction: self.reconstruction(),

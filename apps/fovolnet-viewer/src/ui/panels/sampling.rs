@@ -2,7 +2,7 @@ use super::fields::{choice, number};
 use crate::frames::gaze::GazeKind;
 use crate::ui::widgets::text_field::TextField;
 use eframe::egui::Ui;
-use fovolnet::{Choice, Guide, Reconstruction, RenderOverrides, RenderSettings, Sampling};
+use fovolnet::{Choice, Density, Guide, Reconstruction, RenderOverrides, RenderSettings, Sampling};
 
 /// Panel for sampling and reconstruction.
 pub fn sampling(ui: &mut Ui, settings: &mut RenderOverrides, gaze: &mut GazeKind) {
@@ -28,6 +28,11 @@ pub fn sampling(ui: &mut Ui, settings: &mut RenderOverrides, gaze: &mut GazeKind
         std::iter::once(Choice::Auto).chain(Sampling::ALL.map(Choice::Fixed)).collect();
     choice(ui, "Sampling", &mut how, &ways, |way| way.to_string());
     settings.sampling = (how != Choice::Auto).then_some(how);
+    let mut density = settings.density.unwrap_or(Choice::Auto);
+    let ways: Vec<Choice<Density>> =
+        std::iter::once(Choice::Auto).chain(Density::ALL.map(Choice::Fixed)).collect();
+    choice(ui, "Density away from the gaze", &mut density, &ways, |way| way.to_string());
+    settings.density = (density != Choice::Auto).then_some(density);
     let mut reconstruct = settings.reconstruction();
     let ways: Vec<Reconstruction> = ["none", "pull-push", "linear", "wnet", "deepfovea"]
         .iter()

@@ -8,10 +8,10 @@ use crate::{RenderSettings, Result, Sampling, SpeedSettings};
 use display::Display;
 use fovol_core::{Camera, Frame, FrameSize, Pixel, SampleList, Scene, SparseFrame};
 use fovol_gpu::{Gpu, Timing};
-use fovol_render::Filtering;
 use fovol_render::cpu::{DirectSamples, compact, direct, mask_of, sparse_frame};
 use fovol_render::gpu::{self, FrameBuffers, MaskSource, Renderer};
 use fovol_render::scene::RayResult;
+use fovol_render::{Filtering, Importance};
 use part::{Part, add_stage};
 use reconstruction::DeviceReconstruction;
 use std::time::Duration;
@@ -184,7 +184,7 @@ impl Marcher for GpuMarcher {
     }
 
     /// Renders a frame and reads it back: the samples, and the full frame if it was reconstructed on the device.
-    fn sample(&mut self, view: &View) -> Result<Sampled> {
+    fn sample(&mut self, view: &View, _: Option<&Importance>) -> Result<Sampled> {
         let timer = Timer::start();
         let drawn = self.drawn(view);
         self.gpu()
