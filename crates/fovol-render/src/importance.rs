@@ -40,6 +40,22 @@ impl Importance {
         Self { region, columns, cells: cells.collect() }
     }
 
+    /// Writes 1 / importance of the pixels of row `y` of the frame to `row`, from column `first` on.
+    pub(crate) fn put_inverse(&self, y: u32, first: u32, row: &mut [f32]) {
+        row.fill(1.0);
+        let Region { x: left, y: top, size } = self.region;
+        let Some(y) = y.checked_sub(top).filter(|y| *y < size.height) else { return };
+        let cells = &self.cells[y as usize / Self::CELL * self.columns..][..self.columns];
+        let end = (left + size.width).saturating_sub(first) as usize;
+        let skipped = first.saturating_sub(left) as usize;
+        let begin = left.saturating_sub(first) as usize;
+        let length = row.len();
+        let Some(inside) = row.get_mut(begin..end.min(length)) else { return };
+        for (i, to) in inside.iter_mut().enumerate() {
+            *to = 1.0 / cells[(skipped + i) / Self::CELL];
+        }
+    }
+
     /// Importance of pixel (`x`, `y`) of the frame: 0.25 or more. It is 1 outside the region.
     #[inline]
     pub fn at(&self, x: u32, y: u32) -> f32 {

@@ -1,8 +1,10 @@
-use super::mask::mask;
+use super::mask::{mask, packed};
 use crate::Importance;
 use crate::noise::{FrameNoise, Noise};
+use crate::thresholds::WORD;
 use fovol_core::{Fovea, FrameSize, Region, SampleMask};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Mask of frame `t` whose density away from the gaze follows `importance`, within `region`.
 ///
@@ -17,18 +19,22 @@ pub fn adaptive_mask(
 ) -> SampleMask {
     let budget = count_within(&mask(fovea, size, noise, t), region);
     let keys = keys(fovea, size, &noise.frame(t), (importance, region));
-    let limit = limit(&keys, budget);
+    let limit = limit(&keys, budget, region.pixels());
     let mut mask = SampleMask::none(size);
     let words_per_row = mask.words_per_row();
-    let (width, left) = (region.size.width as usize, region.x as usize);
+    let words = words_of(region);
     let rows = mask.words_mut().par_chunks_exact_mut(words_per_row).skip(region.y as usize);
-    rows.zip(keys.par_chunks_exact(width)).for_each(|(words, keys)| {
-        for (x, key) in keys.iter().enumerate() {
-            let x = left + x;
-            words[x / 64] |= u64::from(*key < limit) << (x % 64);
+    rows.zip(keys.par_chunks_exact(words.len() * WORD)).for_each(|(row, keys)| {
+        for (word, keys) in row[words.clone()].iter_mut().zip(keys.as_chunks::<WORD>().0) {
+            *word = packed(|i| keys[i] < limit);
         }
     });
     mask
+}
+
+/// Words of a row of the mask that pixels of `region` lie in.
+fn words_of(region: Region) -> Range<usize> {
+    region.x as usize / WORD..((region.x + region.size.width) as usize).div_ceil(WORD)
 }
 
 /// Number of samples of `mask` in `region`.
@@ -50,30 +56,52 @@ fn count_within(mask: &SampleMask, region: Region) -> usize {
         .sum()
 }
 
-/// For each pixel of `region` the least λ with which it is sampled: (N − P_f) / ((1 − P_f)·importance), 0 or more.
+/// The least λ with which each pixel is sampled: (N − P_f) / ((1 − P_f)·importance), 0 or more. Rows hold whole words of the
+/// mask; keys of pixels outside `region` are infinite.
 fn keys(
     fovea: &Fovea,
     size: FrameSize,
     noise: &FrameNoise<'_>,
     (importance, region): (&Importance, Region),
 ) -> Vec<f32> {
-    let width = region.size.width as usize;
-    let columns: Vec<f32> =
-        (0..region.size.width).map(|x| fovea.falloff_x(region.x + x, size) as f32).collect();
-    let levels = 1.0 / noise.levels() as f32;
-    let mut keys = vec![0.0; region.pixels()];
-    keys.par_chunks_exact_mut(width).enumerate().for_each(|(row, keys)| {
-        let y = region.y + row as u32;
-        let falloff = fovea.falloff_y(y, size) as f32;
-        for (i, key) in keys.iter_mut().enumerate() {
-            let x = region.x + i as u32;
-            let value = (noise.rank(x, y) as f32 + 0.5) * levels;
-            let seen = columns[i] * falloff;
-            let left = (1.0 - seen).max(f32::MIN_POSITIVE);
-            *key = ((value - seen) / left).max(0.0) / importance.at(x, y);
-        }
-    });
+    let words = words_of(region);
+    let (first, length) = (words.start * WORD, words.len() * WORD);
+    let columns: Vec<f32> = (0..length).map(|i| fovea.falloff_x((first + i) as u32, size) as f32).collect();
+    let inside = region.x as usize - first..(region.x + region.size.width) as usize - first;
+    let scale = 1.0 / noise.levels() as f32;
+    let mut keys = vec![0.0; region.size.height as usize * length];
+    keys.par_chunks_exact_mut(length).enumerate().for_each_init(
+        || vec![1.0; length],
+        |inverse, (row, keys)| {
+            let y = region.y + row as u32;
+            let falloff = fovea.falloff_y(y, size) as f32;
+            importance.put_inverse(y, first as u32, inverse);
+            for (i, word) in words.clone().enumerate() {
+                let part = i * WORD..(i + 1) * WORD;
+                let (columns, inverse) = (&columns[part.clone()], &inverse[part.clone()]);
+                put_keys(&noise.word(word, y), scale, (columns, falloff), inverse, &mut keys[part]);
+            }
+            keys[..inside.start].fill(f32::INFINITY);
+            keys[inside.end..].fill(f32::INFINITY);
+        },
+    );
     keys
+}
+
+/// Writes the keys of a word of pixels, whose noise is `ranks` · `scale` and whose P_f is a column's times the row's.
+#[inline(always)]
+fn put_keys(
+    ranks: &[u32; WORD],
+    scale: f32,
+    (columns, falloff): (&[f32], f32),
+    inverse: &[f32],
+    keys: &mut [f32],
+) {
+    for i in 0..WORD {
+        let seen = columns[i] * falloff;
+        let noise = (ranks[i] as f32 + 0.5) * scale;
+        keys[i] = (noise - seen).max(0.0) * inverse[i] / (1.0 - seen).max(f32::MIN_POSITIVE);
+    }
 }
 
 /// Exponent of the least key that is told apart from 0, and bins for each doubling.
@@ -94,13 +122,21 @@ fn lower_end(at: usize) -> f32 {
     f32::from_bits((((LEAST + 127) as u32) << 23) + ((at as u32) << (23 - BITS)))
 }
 
-/// Limit below which about `budget` of `keys` lie: exact to a bin, whose ends differ by 0.2 %.
-fn limit(keys: &[f32], budget: usize) -> f32 {
+/// Limit below which about `budget` of the keys of `pixels` pixels lie: exact to a bin, whose ends differ by 0.2 %.
+fn limit(keys: &[f32], budget: usize, pixels: usize) -> f32 {
+    // λ is rarely more than the mean density, so most keys need not be counted.
+    let likely = 4.0 * budget as f32 / pixels as f32;
+    limit_below(keys, budget, likely)
+        .unwrap_or_else(|| limit_below(keys, budget, f32::INFINITY).unwrap_or(f32::INFINITY))
+}
+
+/// [`limit`] of the keys below `most`; `None` if they are fewer than `budget`.
+fn limit_below(keys: &[f32], budget: usize, most: f32) -> Option<f32> {
     let counts = keys
-        .par_chunks(1 << 16)
+        .par_chunks(1 << 17)
         .map(|keys| {
             let mut counts = vec![0u32; OCTAVES << BITS];
-            keys.iter().for_each(|key| counts[bin(*key)] += 1);
+            keys.iter().filter(|key| **key < most).for_each(|key| counts[bin(*key)] += 1);
             counts
         })
         .reduce_with(|mut all, counts| {
@@ -113,11 +149,11 @@ fn limit(keys: &[f32], budget: usize) -> f32 {
         if with >= budget {
             // The nearer end of the bin; its lower one leaves the bin out.
             let leaves_out = budget - below < with - budget;
-            return if leaves_out { lower_end(at) } else { lower_end(at + 1) };
+            return Some(if leaves_out { lower_end(at) } else { lower_end(at + 1) });
         }
         below = with;
     }
-    f32::INFINITY
+    None
 }
 
 #[cfg(test)]

@@ -61,7 +61,7 @@ fn fovea_word(ranks: &[u32; WORD], base: f64, columns: &[f64; WORD], falloff: f6
 
 /// The word whose bit i is `bit(i)`.
 #[inline(always)]
-fn packed(bit: impl Fn(usize) -> bool) -> u64 {
+pub fn packed(bit: impl Fn(usize) -> bool) -> u64 {
     // First bytes, which compile to vector instructions; then eight bytes to eight bits by one product.
     let flags: [u8; WORD] = std::array::from_fn(|i| u8::from(bit(i)));
     let (eights, _) = flags.as_chunks::<8>();

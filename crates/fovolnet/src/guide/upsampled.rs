@@ -33,19 +33,17 @@ impl UpsampledGuide {
         // Rows of the grid at the full width, then the rows between them.
         let mut wide = vec![[0.0; 4]; rows * width];
         let across = Along::new(&grid, 0);
-        wide.par_chunks_exact_mut(width).zip(marched.par_chunks_exact(columns.max(1))).for_each(
-            |(to, from)| {
-                for (x, to) in to.iter_mut().enumerate() {
-                    *to = across.between(x, |column| from[column]);
-                }
-            },
-        );
+        wide.par_chunks_exact_mut(width)
+            .zip(marched.par_chunks_exact(columns.max(1)))
+            .for_each_init(Vec::new, |padded, (to, from)| across.put_row(from, padded, to));
         let mut pixels = vec![[0.0; 4]; region.pixels()];
-        let down = Along::new(&grid, 1);
+        let (down, nothing) = (Along::new(&grid, 1), vec![[0.0; 4]; width]);
         pixels.par_chunks_exact_mut(width).enumerate().for_each(|(y, to)| {
-            for (x, to) in to.iter_mut().enumerate() {
-                *to = possible(down.between(y, |row| wide[row * width + x]));
-            }
+            let row = |number: usize| match down.grid_pixel(number) {
+                Some(row) => &wide[row * width..][..width],
+                None => &nothing[..],
+            };
+            down.put_between(y, row, to);
         });
         Self { region, headroom, pixels }
     }
@@ -133,38 +131,66 @@ impl Along {
         }
     }
 
-    /// Value at pixel `at` of the region, where `grid` gives the grid's values.
-    #[inline(always)]
-    fn between(&self, at: usize, grid: impl Fn(usize) -> GuidePixel) -> GuidePixel {
-        // In half grid distances from the grid pixel before the first.
-        let place = at + 2 - self.before;
-        let middle = place / 2;
-        if place.is_multiple_of(2) {
-            return self.value(middle, &grid);
-        }
-        let mut sum = [0.0; 4];
-        for (i, weight) in HALFWAY.into_iter().enumerate() {
-            let value = self.value((middle + i).saturating_sub(1), &grid);
-            for c in 0..4 {
-                sum[c] += weight * value[c];
-            }
-        }
-        sum
+    /// Place of pixel `at` of the region in half grid distances, where grid pixel `number` has the place 2·`number` + 4.
+    fn place(&self, at: usize) -> usize {
+        at + 4 - self.before
     }
 
-    /// Value of grid pixel `number` − 1, also beyond both ends of the grid.
-    #[inline(always)]
-    fn value(&self, number: usize, grid: impl Fn(usize) -> GuidePixel) -> GuidePixel {
+    /// Grid pixel with the place 2·`number`, also beyond both ends of the grid; `None` where the guide is 0.
+    fn grid_pixel(&self, number: usize) -> Option<usize> {
         let [repeats_first, repeats_last] = self.is_edge;
-        match number {
-            _ if self.count == 0 => [0.0; 4],
-            0 if repeats_first => grid(0),
-            0 => [0.0; 4],
-            number if number <= self.count => grid(number - 1),
-            _ if repeats_last => grid(self.count - 1),
-            _ => [0.0; 4],
+        let last = self.count.checked_sub(1)?;
+        match number.checked_sub(2) {
+            Some(inside) if inside <= last => Some(inside),
+            Some(_) => repeats_last.then_some(last),
+            None => repeats_first.then_some(0),
         }
     }
+
+    /// Writes all pixels of a row of the region to `to`, from the grid pixels `from`. `padded` is scratch memory.
+    fn put_row(&self, from: &[GuidePixel], padded: &mut Vec<GuidePixel>, to: &mut [GuidePixel]) {
+        let pixel = |number| self.grid_pixel(number).map_or([0.0; 4], |at| from[at]);
+        padded.clear();
+        padded.extend([pixel(0), pixel(1)]);
+        padded.extend_from_slice(from);
+        padded.extend((self.count + 2..self.count + 5).map(pixel));
+        for (x, to) in to.iter_mut().enumerate() {
+            let place = self.place(x);
+            let near = &padded[place / 2 - 1..][..4];
+            *to = if place.is_multiple_of(2) {
+                near[1]
+            } else {
+                halfway([&near[0], &near[1], &near[2], &near[3]])
+            };
+        }
+    }
+
+    /// Writes the pixels of row `y` of the region to `to`, where `row` gives the rows of the grid by their numbers.
+    fn put_between<'a>(&self, y: usize, row: impl Fn(usize) -> &'a [GuidePixel], to: &mut [GuidePixel]) {
+        let place = self.place(y);
+        let middle = place / 2;
+        if place.is_multiple_of(2) {
+            to.iter_mut().zip(row(middle)).for_each(|(to, from)| *to = possible(*from));
+            return;
+        }
+        let width = to.len();
+        let [a, b, c, d] = [0, 1, 2, 3].map(|i| &row(middle - 1 + i)[..width]);
+        for x in 0..width {
+            to[x] = possible(halfway([&a[x], &b[x], &c[x], &d[x]]));
+        }
+    }
+}
+
+/// Cubic halfway between the middle two of four neighbours.
+#[inline(always)]
+fn halfway(near: [&GuidePixel; 4]) -> GuidePixel {
+    let mut sum = [0.0; 4];
+    for (weight, pixel) in HALFWAY.into_iter().zip(near) {
+        for c in 0..4 {
+            sum[c] += weight * pixel[c];
+        }
+    }
+    sum
 }
 
 #[cfg(test)]
