@@ -3,7 +3,7 @@ mod gaze;
 use crate::console::{self, JsonOutput, Progress};
 use crate::{interrupt, label, picture};
 use anyhow::Result;
-use fovolnet::core::{CameraPath, Frame, FrameSize, GazePath, SparseFrame};
+use fovolnet::core::{CameraPath, Frame, FrameSize, GazePath};
 use fovolnet::io::atomic;
 use fovolnet::io::image::{self, Alpha};
 use fovolnet::io::procedural::Procedural;
@@ -61,6 +61,7 @@ impl Demo {
         let read = VolumeSettings { dims: Some(self.dims), ..VolumeSettings::default() };
         let opened = open_volume(self.volume.name(), &read)?;
         let mut pipeline = Pipeline::new(&opened, &self.settings(), &self.speed)?;
+        let mut pull_push = Pipeline::new(&opened, &self.pull_push(), &self.speed)?;
         console::warn(&pipeline);
         atomic::make_folder(&self.output)?;
         // Two panels beside and below each other: the film has the shape of a frame, and even sides.
@@ -76,11 +77,12 @@ impl Demo {
                 let fovea = gaze.fovea(&mut pipeline, i * STRIDE)?;
                 let viewpoint = Viewpoint { camera: pipeline.camera(i * STRIDE), fovea };
                 let rendered = pipeline.render_from(i * STRIDE, &viewpoint)?;
+                let filled = pull_push.render_from(i * STRIDE, &viewpoint)?.frame;
                 let before = Instant::now();
                 let reference = pipeline.reference(i * STRIDE)?;
-                Ok((rendered, reference, before.elapsed().as_secs_f64() * 1e3))
+                Ok(((rendered, filled), reference, before.elapsed().as_secs_f64() * 1e3))
             })?;
-            let (rendered, reference, ms) = made.ok_or_else(|| {
+            let ((rendered, filled), reference, ms) = made.ok_or_else(|| {
                 interrupt::error(&format!(
                     "{} complete frames are in {}",
                     frames.len(),
@@ -90,7 +92,6 @@ impl Demo {
             reference_ms += ms / f64::from(self.frames);
             let measured = quality.push(&reference, &rendered.frame)?;
             let sparse = rendered.samples_picture();
-            let filled = Fill::PullPush.reconstruct(&SparseFrame::from(&sparse));
             filled_quality.push(&reference, &filled)?;
             let figures = FrameReport::of(i * STRIDE, &rendered, Some(&measured));
             let panels = [sparse, filled, rendered.frame, reference];
@@ -146,6 +147,11 @@ impl Demo {
         }
     }
 
+    /// Settings of as many samples, the same everywhere away from the gaze, filled by pull-push.
+    fn pull_push(&self) -> RenderSettings {
+        RenderSettings { reconstruction: Reconstruction::Fill(Fill::PullPush), ..self.settings() }
+    }
+
     fn table(&self, report: &RenderReport, reference_ms: f64, filled: Option<f64>) -> Result<()> {
         let m = &report.mean;
         let rows = [
@@ -157,6 +163,7 @@ impl Demo {
             ("pixels marched".into(), format!("{:.2} %", 100.0 * m.density)),
             ("mask and compaction".into(), format!("{:.2} ms", m.ms.mask)),
             ("march".into(), format!("{:.2} ms", m.ms.march)),
+            ("guide, without shadow rays".into(), format!("{:.2} ms", m.ms.guide)),
             ("reconstruction (wnet-fast)".into(), format!("{:.2} ms", m.ms.reconstruct)),
             ("whole frame".into(), format!("{:.2} ms", m.ms.total)),
             (
