@@ -242,32 +242,6 @@ fn sparse_frames_are_reconstructed_as_render_does() {
     assert!(figures["frames"][0]["tpsnr"].is_null());
 }
 
-/// Frames with a guide are filled as `render` fills them.
-#[test]
-fn light_ratios_of_others_are_filled_as_render_does() {
-    let folder = tempfile::tempdir().unwrap();
-    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
-    let (rendered, again) = (at("rendered"), at("again"));
-    let background = ["--background", "0.1,0.2,0.4"];
-    let mut render = vec!["render", "head", "-o", &rendered, "--frames", "3", "--device", "cpu"];
-    render.extend(["--keep", "frame,sparse,motion,guide", "--format", "exr", "--dims", "32,32,32"]);
-    render.extend(["--size", "96x72", "--pb", "0.1", "--precision", "f32", "--guide", "quarter"]);
-    let report = json(&succeeds(&[&render[..], &background, &["--json", "-"]].concat()));
-    assert_eq!(report["guide"], "quarter");
-    assert!(report["frames"][1]["guide_samples"].as_u64().unwrap() > 300, "{report}");
-    assert!(report["mean"]["ms"]["guide"].as_f64().unwrap() > 0.0, "{report}");
-    let fill = ["reconstruct", &rendered, "-o", &again, "--precision", "f32", "--device", "cpu"];
-    succeeds(&[&fill[..], &background].concat());
-    let figures = json(&succeeds(&["metrics", &rendered, &again, "--json", "-"]));
-    // `render` works on the visible part alone.
-    assert!(figures["psnr"].as_f64().unwrap() > 45.0, "{figures}");
-    let ratio = fovolnet::io::image::read(&folder.path().join("rendered/ratio_0002.exr")).unwrap();
-    assert!(ratio.pixels().iter().flatten().all(|v| (0.0..=1.0).contains(v)));
-    std::fs::remove_file(folder.path().join("rendered/guide_0001.exr")).unwrap();
-    let error = fails(&fill, 1);
-    assert!(error.contains("sparse_0001.exr has no guide"), "{error}");
-}
-
 #[test]
 fn networks_reconstruct_clips_and_are_exported() {
     let folder = tempfile::tempdir().unwrap();

@@ -18,6 +18,11 @@ fn succeeds(arguments: &[&str]) -> (String, String) {
     (out, error)
 }
 
+/// JSON that a run writes to standard output.
+fn json(arguments: &[&str]) -> Value {
+    serde_json::from_str(&succeeds(arguments).0).unwrap()
+}
+
 /// Error message of a run that must fail with `status`: one line.
 fn fails(arguments: &[&str], status: i32) -> String {
     let output = fovolnet(arguments);
@@ -243,4 +248,30 @@ fn a_limit_of_files_is_an_error_that_leaves_nothing() {
     assert_eq!(run.status.code(), Some(1), "{error}");
     assert!(error.lines().any(|line| line.starts_with("error: cannot write")), "{error}");
     assert_eq!(std::fs::read_dir(&out).unwrap().count(), 0);
+}
+
+/// Frames with a guide are filled as `render` fills them.
+#[test]
+fn light_ratios_of_others_are_filled_as_render_does() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (rendered, again) = (at("rendered"), at("again"));
+    let background = ["--background", "0.1,0.2,0.4"];
+    let mut render = vec!["render", "head", "-o", &rendered, "--frames", "3", "--device", "cpu"];
+    render.extend(["--keep", "frame,sparse,motion,guide", "--format", "exr", "--dims", "32,32,32"]);
+    render.extend(["--size", "96x72", "--pb", "0.1", "--precision", "f32", "--guide", "quarter"]);
+    let report = json(&[&render[..], &background, &["--json", "-"]].concat());
+    assert_eq!(report["guide"], "quarter");
+    assert!(report["frames"][1]["guide_samples"].as_u64().unwrap() > 300, "{report}");
+    assert!(report["mean"]["ms"]["guide"].as_f64().unwrap() > 0.0, "{report}");
+    let fill = ["reconstruct", &rendered, "-o", &again, "--precision", "f32", "--device", "cpu"];
+    succeeds(&[&fill[..], &background].concat());
+    let figures = json(&["metrics", &rendered, &again, "--json", "-"]);
+    // `render` works on the visible part alone.
+    assert!(figures["psnr"].as_f64().unwrap() > 45.0, "{figures}");
+    let ratio = image::read(&folder.path().join("rendered/ratio_0002.exr")).unwrap();
+    assert!(ratio.pixels().iter().flatten().all(|v| (0.0..=1.0).contains(v)));
+    std::fs::remove_file(folder.path().join("rendered/guide_0001.exr")).unwrap();
+    let error = fails(&fill, 1);
+    assert!(error.contains("sparse_0001.exr has no guide"), "{error}");
 }

@@ -9,6 +9,7 @@ mod compact;
 mod direct;
 mod field;
 mod fine;
+mod in_vectors;
 mod kernel;
 mod light_columns;
 mod light_path;

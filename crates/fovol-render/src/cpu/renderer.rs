@@ -1,5 +1,6 @@
 use super::field::{AnyType, AnyValues, Field, Texel, addressable, with_field};
 use super::fine::{FineKernel, FineScratch};
+use super::in_vectors::InVectors;
 use super::kernel::{Kernel, Lighting, Scratch};
 use super::light_columns::LightColumns;
 use super::march::{March, SampleCount};
@@ -16,7 +17,7 @@ use fovol_core::{
     Camera, ClipBox, Frame, FrameSize, Grid, Integration, Pixel, RayBasis, Region, SampleList, SampleMask,
     Scene, Shading, ShadowMode, SurfaceShading, TransferFunction, Volume, stop,
 };
-use fovol_simd::{Simd, SimdF32, SimdF32Op};
+use fovol_simd::Simd;
 use rayon::prelude::*;
 use std::time::{Duration, Instant};
 
@@ -477,28 +478,3 @@ struct Memory {
     plain: Scratch,
     fine: FineScratch,
 }
-
-/// Rays to march in vectors, and where their results go.
-struct InVectors<'a, K, S> {
-    kernel: &'a K,
-    rays: &'a RayBasis,
-    pixels: &'a [Pixel],
-    scratch: &'a mut S,
-    out: &'a mut Vec<RayResult>,
-}
-
-macro_rules! in_vectors {
-    ($Kernel:ident, $Scratch:ident) => {
-        impl<T: Texel> SimdF32Op for InVectors<'_, $Kernel<'_, T>, $Scratch> {
-            type Output = SampleCount;
-
-            #[inline(always)]
-            fn run<V: SimdF32>(self, zero: V) -> SampleCount {
-                self.kernel.march(zero, self.rays, self.pixels, self.scratch, self.out)
-            }
-        }
-    };
-}
-
-in_vectors!(Kernel, Scratch);
-in_vectors!(FineKernel, FineScratch);

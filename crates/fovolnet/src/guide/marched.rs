@@ -10,7 +10,9 @@ pub struct MarchedGuide {
     pixels: Vec<GuidePixel>,
     /// Guide pixels of the samples, in their order.
     of_samples: Vec<GuidePixel>,
-    marched: usize,
+    /// Pixels that were marched for the guide alone, and their distances from the eye.
+    marched: SampleList,
+    distances: Vec<f32>,
     headroom: f32,
 }
 
@@ -33,13 +35,15 @@ impl MarchedGuide {
         let known = known(listed.pixels(), sparse);
         let unknown = listed.pixels().iter().zip(&known).filter(|(_, known)| known.is_none());
         let unknown = SampleList::new(listed.size(), unknown.map(|(pixel, _)| *pixel).collect());
-        let mut results = march(&unknown)?.into_iter();
+        let results = march(&unknown)?;
+        let distances = results.iter().map(|ray| ray.depth).collect();
+        let mut results = results.iter();
         let pixel = |known: Option<usize>| match known {
             Some(sample) => of_samples[sample],
-            None => results.next().map_or([0.0; 4], |ray| guide_pixel(&ray)),
+            None => results.next().map_or([0.0; 4], guide_pixel),
         };
         let pixels = known.into_iter().map(pixel).collect();
-        Ok(Self { grid, pixels, of_samples, marched: unknown.len(), headroom: 1.0 })
+        Ok(Self { grid, pixels, of_samples, marched: unknown, distances, headroom: 1.0 })
     }
 
     /// Marches the pixels of `grid`, and the samples of `sparse` once more, with `march`, which returns ray results with
@@ -55,12 +59,17 @@ impl MarchedGuide {
         let samples = SampleList::new(sparse.size(), sparse.pixels().to_vec());
         let of_samples: Vec<GuidePixel> = march(&samples)?.iter().map(guide_pixel).collect();
         let guide = Self::new(grid, sparse, of_samples, march)?;
-        Ok(Self { marched: guide.marched + samples.len(), headroom: CACHED_HEADROOM, ..guide })
+        Ok(Self { headroom: CACHED_HEADROOM, ..guide })
     }
 
     /// Number of pixels that were marched for the guide alone.
     pub fn marched(&self) -> usize {
-        self.marched
+        self.marched.len()
+    }
+
+    /// Pixels that were marched for the guide alone, with their distances from the eye in world units.
+    pub fn distances(&self) -> (&[Pixel], &[f32]) {
+        (self.marched.pixels(), &self.distances)
     }
 
     /// Guide of every pixel: interpolated, and exact at the samples of `sparse`.

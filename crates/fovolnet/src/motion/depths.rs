@@ -19,6 +19,18 @@ impl Depths {
         Self { size: sparse.size(), known: sparse.pixels().iter().copied().zip(inverse).collect() }
     }
 
+    /// Size of the frame.
+    pub fn size(&self) -> FrameSize {
+        self.size
+    }
+
+    /// Adds the `distances` of more `pixels`, in world units from the eye; infinite where the ray met nothing.
+    #[must_use]
+    pub fn with(mut self, (pixels, distances): (&[Pixel], &[f32])) -> Self {
+        self.known.extend(pixels.iter().copied().zip(distances.iter().map(|distance| 1.0 / distance)));
+        self
+    }
+
     /// Depths in `region`, with pixel positions relative to its top left pixel.
     #[must_use]
     pub fn within(&self, region: Region) -> Self {

@@ -19,7 +19,7 @@ pub(crate) use depth_confidence::TILE;
 pub(crate) use depth_hypotheses::COUNT as GUESSES;
 use depth_hypotheses::DepthHypotheses;
 pub use depths::{Depths, Filled};
-use fovol_core::{Camera, Frame, Region, Reprojection, SparseFrame};
+use fovol_core::{Camera, Frame, FrameSize, Region, Reprojection, SparseFrame};
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::collections::VecDeque;
@@ -76,25 +76,41 @@ impl MotionFinder {
         camera: &Camera,
         last: Option<&Frame>,
     ) -> Option<Vec<[f32; 2]>> {
-        let size = now.size();
-        let (last_camera, _) = self.seen.back()?;
-        if last_camera == camera {
+        let moves = |between: &Between<'_>| {
+            let now = now.within(region);
+            let Some(last) = last else {
+                return motion_of_depths(&Depths::new(&now).filled(), &between.to_last());
+            };
+            let seen = self.seen.par_iter();
+            let seen = seen.map(|(there, depths)| (between.from(there), depths.within(region)));
+            let seen: Vec<_> = seen.collect();
+            let earlier: Vec<_> = seen.iter().map(|(here, depths)| (*here, depths)).collect();
+            motion(&now, &earlier, &between.to_last(), &part(region, last))
+        };
+        self.moved(region, now.size(), camera, moves)
+    }
+
+    /// Motion by `depths` alone, which are known at so many pixels that nothing needs to be guessed. Pixels outside `region`
+    /// do not move. `None` for the first frame.
+    pub fn find_by_depths(&self, region: Region, depths: &Depths, camera: &Camera) -> Option<Vec<[f32; 2]>> {
+        let moves =
+            |between: &Between<'_>| motion_of_depths(&depths.within(region).filled(), &between.to_last());
+        self.moved(region, depths.size(), camera, moves)
+    }
+
+    /// Motion of a frame of `size` from what `moves` says of `region`. Nothing moves if the camera rests.
+    fn moved(
+        &self,
+        region: Region,
+        size: FrameSize,
+        camera: &Camera,
+        moves: impl FnOnce(&Between<'_>) -> Vec<[f32; 2]>,
+    ) -> Option<Vec<[f32; 2]>> {
+        let (last, _) = self.seen.back()?;
+        if last == camera {
             return Some(vec![[0.0; 2]; size.pixels()]);
         }
-        let between =
-            |from: &Camera, to: &Camera| Reprojection::new(from, to, size).of_part(region.x, region.y);
-        let to_last = between(camera, last_camera);
-        let now = now.within(region);
-        let found = match last {
-            Some(last) => {
-                let seen = self.seen.par_iter();
-                let seen = seen.map(|(there, depths)| (between(there, camera), depths.within(region)));
-                let seen: Vec<_> = seen.collect();
-                let earlier: Vec<_> = seen.iter().map(|(here, depths)| (*here, depths)).collect();
-                motion(&now, &earlier, &to_last, &part(region, last))
-            }
-            None => motion_of_depths(&Depths::new(&now).filled(), &to_last),
-        };
+        let found = moves(&Between { camera, last, region, size });
         if region == Region::whole(size) {
             return Some(found);
         }
@@ -117,6 +133,30 @@ impl MotionFinder {
     }
 }
 
+/// Cameras of this frame and the last one, and the part of the frame whose motion is found.
+struct Between<'a> {
+    camera: &'a Camera,
+    last: &'a Camera,
+    region: Region,
+    size: FrameSize,
+}
+
+impl Between<'_> {
+    /// Mapping of the part from this frame to the last one.
+    fn to_last(&self) -> Reprojection {
+        self.mapping(self.camera, self.last)
+    }
+
+    /// Mapping of the part from a frame of the camera `there` to this one.
+    fn from(&self, there: &Camera) -> Reprojection {
+        self.mapping(there, self.camera)
+    }
+
+    fn mapping(&self, from: &Camera, to: &Camera) -> Reprojection {
+        Reprojection::new(from, to, self.size).of_part(self.region.x, self.region.y)
+    }
+}
+
 /// Copy of the part `region` of `frame`; borrowed if it is the whole frame.
 fn part(region: Region, frame: &Frame) -> Cow<'_, Frame> {
     match region == Region::whole(frame.size()) {
@@ -128,9 +168,7 @@ fn part(region: Region, frame: &Frame) -> Cow<'_, Frame> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fovol_core::{
-        CameraPath, ControlPoint, FrameSize, Grid, Pixel, SampleList, Scene, TransferFunction, Volume,
-    };
+    use fovol_core::{CameraPath, ControlPoint, Grid, Pixel, SampleList, Scene, TransferFunction, Volume};
     use fovol_render::cpu::{RenderOptions, Renderer, sparse_frame};
     use std::sync::Arc;
 
@@ -256,6 +294,38 @@ mod tests {
             last = Some(full);
         }
         assert!(errors[0] < 0.97 * errors[1], "{errors:?}");
+    }
+
+    /// Where depths are known nearly everywhere, they alone tell the motion better than guesses from few samples.
+    #[test]
+    fn many_depths_need_no_guesses() {
+        let size = FrameSize::new(320, 240).unwrap();
+        let renderer = renderer();
+        let mut finder = MotionFinder::default();
+        let [there, here] = [0, 4].map(|i| CameraPath::Orbit.camera(i));
+        assert_eq!(
+            finder.find_by_depths(
+                Region::whole(size),
+                &Depths::new(&sampled(&renderer, &here, size, 1)),
+                &here
+            ),
+            None
+        );
+        finder.remember(&there, &sampled(&renderer, &there, size, 0));
+        let last = renderer.march_full(&there, size).0;
+        let full = renderer.march_full(&here, size).0;
+        let now = sampled(&renderer, &here, size, 1);
+        let every =
+            (0..240).step_by(2).flat_map(|y| (0..320).step_by(2).map(move |x| Pixel { x, y })).collect();
+        let list = SampleList::new(size, every);
+        let marched = renderer.march_list(&here, &list).0;
+        let distances: Vec<f32> = marched.iter().map(|ray| ray.depth).collect();
+        let depths = Depths::new(&now).with((list.pixels(), &distances));
+        let region = renderer.visible_region(&here, size).unwrap().grown(16, 16, size);
+        let found = finder.find_by_depths(region, &depths, &here).unwrap();
+        let guessed = finder.find(&now, &here, Some(&last)).unwrap();
+        let [found, guessed] = [found, guessed].map(|motion| error(&full, &last, &motion));
+        assert!(found < 0.95 * guessed, "{found} {guessed}");
     }
 
     #[test]

@@ -2,7 +2,7 @@ use super::frames::{FrameGuide, RenderedFrame};
 use super::timings::{Timer, Timings};
 use super::view::View;
 use crate::guide::{MarchedGuide, compose, importance_of_colours, importance_of_ratios, light_ratios};
-use crate::motion::MotionFinder;
+use crate::motion::{Depths, MotionFinder};
 use crate::reconstruct::Seen;
 use crate::{Density, Guide, Reconstructor, RenderSettings, Result, Sampling};
 use fovol_core::{Frame, FrameSize, SampleMask, SparseFrame};
@@ -189,9 +189,10 @@ impl HostReconstruction {
         let timer = Timer::start();
         let reconstructs = self.reconstructor.is_active();
         let moves = self.finds_motion || (reconstructs && self.reconstructor.uses_motion());
-        let motion = if moves { self.motion(view, sparse, seen) } else { None };
+        let motion = if moves { self.motion(view, sparse, seen, guide.as_ref()) } else { None };
         let motion_ms = if moves { timer.ms() } else { 0.0 };
-        let is_full = reconstructs || made.is_some();
+        // Motion by the guide does not look at the last frame.
+        let is_full = (reconstructs || made.is_some()) && guide.is_none();
         let (frame, guide) = match (made, guide) {
             (Some(frame), _) => (frame, None),
             (None, _) if !reconstructs => (sparse.to_frame(), None),
@@ -239,9 +240,22 @@ impl HostReconstruction {
         }
     }
 
-    /// Motion of every pixel of the frame `sparse` to the last frame.
-    fn motion(&mut self, view: &View, sparse: &SparseFrame, seen: &Seen) -> Option<Vec<[f32; 2]>> {
-        let motion = self.motion.find_in(seen.moving(view.size), sparse, &view.camera, self.last.as_ref());
+    /// Motion of every pixel of the frame `sparse` to the last frame: by the distances of its guide, if it has one.
+    fn motion(
+        &mut self,
+        view: &View,
+        sparse: &SparseFrame,
+        seen: &Seen,
+        guide: Option<&MarchedGuide>,
+    ) -> Option<Vec<[f32; 2]>> {
+        let region = seen.moving(view.size);
+        let motion = match guide {
+            Some(guide) => {
+                let depths = Depths::new(sparse).with(guide.distances());
+                self.motion.find_by_depths(region, &depths, &view.camera)
+            }
+            None => self.motion.find_in(region, sparse, &view.camera, self.last.as_ref()),
+        };
         self.motion.remember(&view.camera, sparse);
         motion
     }
