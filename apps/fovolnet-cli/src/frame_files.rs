@@ -2,7 +2,7 @@
 
 use crate::commands::mask;
 use anyhow::{Context, Result, bail, ensure};
-use fovolnet::core::Frame;
+use fovolnet::core::{Frame, FrameSize};
 use fovolnet::io::atomic;
 use fovolnet::io::image::{self, Alpha};
 use fovolnet::io::video;
@@ -217,12 +217,14 @@ impl FrameFiles {
 
     /// Writes the guide to `path`, and the light ratio to ratio_NUMBER.exr beside it.
     fn write_guide(&self, path: &Path, rendered: &RenderedFrame) -> Result<()> {
-        let FrameGuide { guide, ratio } = rendered.guide.as_ref().context(
-            "there is no guide: shadows are off or cached, or the frames are not filled by wnet-fast; choose one by --guide quarter",
-        )?;
-        image::write_exr(path, &guide.to_frame(ratio.size()))?;
+        let size = rendered.frame.size();
+        let (guide, ratio) = match &rendered.guide {
+            Some(FrameGuide { guide, ratio }) => (guide.to_frame(size), ratio.clone()),
+            None => nothing_visible(size),
+        };
+        image::write_exr(path, &guide)?;
         if !self.is_picture {
-            image::write_exr(&self.ratio_path(rendered.index), ratio)?;
+            image::write_exr(&self.ratio_path(rendered.index), &ratio)?;
         }
         Ok(())
     }
@@ -242,6 +244,13 @@ impl FrameFiles {
         }
         Ok(())
     }
+}
+
+/// Guide and light ratio of a frame in which nothing is visible.
+fn nothing_visible(size: FrameSize) -> (Frame, Frame) {
+    let mut ratio = Frame::new(size);
+    ratio.fill([1.0; 4]);
+    (Frame::new(size), ratio)
 }
 
 /// Motion of a frame as a picture: red is right, green is down, in pixels; 0 where it is unknown.

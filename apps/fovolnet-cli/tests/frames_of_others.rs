@@ -275,3 +275,23 @@ fn light_ratios_of_others_are_filled_as_render_does() {
     let error = fails(&fill, 1);
     assert!(error.contains("sparse_0001.exr has no guide"), "{error}");
 }
+
+/// Frames without anything visible have an empty guide. Where there is no guide at all, nothing is written.
+#[test]
+fn guides_of_nothing_are_empty_and_none_is_an_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("away");
+    let out_text = out.to_str().unwrap();
+    let common =
+        ["render", "head", "--dims", "16,16,16", "--size", "32x24", "--device", "cpu", "-o", out_text];
+    let away = ["--keep", "guide", "--guide", "quarter", "--camera", "0,0,3,0,0,9,35"];
+    succeeds(&[&common[..], &away].concat());
+    let [guide, ratio] =
+        ["guide_0000.exr", "ratio_0000.exr"].map(|name| image::read(&out.join(name)).unwrap());
+    assert!(guide.pixels().iter().all(|p| *p == [0.0; 4]));
+    assert!(ratio.pixels().iter().all(|p| *p == [1.0; 4]));
+    let none = folder.path().join("none");
+    let error =
+        fails(&[&common[..9], &[none.to_str().unwrap(), "--keep", "guide", "--shadows", "off"]].concat(), 1);
+    assert!(error.contains("there is no guide") && !none.exists(), "{error}");
+}

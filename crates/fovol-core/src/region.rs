@@ -62,6 +62,13 @@ impl Region {
         self.size.pixels()
     }
 
+    /// Position of pixel (`x`, `y`) of the frame relative to the region's top left pixel; `None` outside the region.
+    #[inline]
+    pub fn inside(&self, x: u32, y: u32) -> Option<[u32; 2]> {
+        let along = |at: u32, first: u32, length: u32| at.checked_sub(first).filter(|at| *at < length);
+        Some([along(x, self.x, self.size.width)?, along(y, self.y, self.size.height)?])
+    }
+
     /// Whether `other` lies completely in this region.
     pub fn contains(&self, other: &Self) -> bool {
         let ends = |region: &Self| [region.x + region.size.width, region.y + region.size.height];

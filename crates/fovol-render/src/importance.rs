@@ -59,14 +59,9 @@ impl Importance {
     /// Importance of pixel (`x`, `y`) of the frame: 0.25 or more. It is 1 outside the region.
     #[inline]
     pub fn at(&self, x: u32, y: u32) -> f32 {
-        let Region { x: left, y: top, size } = self.region;
-        let inside = |at: u32, first: u32, length: u32| at.checked_sub(first).filter(|at| *at < length);
-        match (inside(x, left, size.width), inside(y, top, size.height)) {
-            (Some(x), Some(y)) => {
-                self.cells[y as usize / Self::CELL * self.columns + x as usize / Self::CELL]
-            }
-            _ => 1.0,
-        }
+        self.region.inside(x, y).map_or(1.0, |[x, y]| {
+            self.cells[y as usize / Self::CELL * self.columns + x as usize / Self::CELL]
+        })
     }
 }
 

@@ -7,7 +7,7 @@ use fovolnet::core::{path_of_text, shown_path};
 use fovolnet::io::video::{self, FrameRate, VideoWriter};
 use fovolnet::metrics::ClipQuality;
 use fovolnet::{
-    Choice, FrameReport, MeanReport, Pipeline, Reconstruction, RenderReport, RenderSettings, Sampling,
+    Choice, FrameReport, Guide, MeanReport, Pipeline, Reconstruction, RenderReport, RenderSettings, Sampling,
     Session, Visibility, open_volume, parse, presets,
 };
 use std::path::{Path, PathBuf};
@@ -73,6 +73,11 @@ impl Render {
             pipeline.find_motion();
         }
         if files.has(Keep::Guide) {
+            ensure!(
+                pipeline.guide() != Guide::None,
+                "there is no guide: shadows are off or cached, another network than wnet-fast fills the frames, or a GPU renders \
+                 them; add --guide quarter --device cpu"
+            );
             pipeline.keep_guide();
         }
         if files.has(Keep::Reference) {

@@ -224,10 +224,7 @@ impl Renderer {
             return march(self);
         }
         self.make_light_columns();
-        self.shading.shadows = ShadowMode::On;
-        let marched = march(self);
-        self.shading.shadows = ShadowMode::Cached;
-        marched
+        self.with_shadows(ShadowMode::On, |renderer| march(renderer))
     }
 
     /// Marches the pixels of `list` in full light, without shadow rays, as [`Self::march_list`] does.
@@ -236,10 +233,7 @@ impl Renderer {
         camera: &Camera,
         list: &SampleList,
     ) -> (Vec<RayResult>, SampleCount) {
-        let shadows = std::mem::replace(&mut self.shading.shadows, ShadowMode::Off);
-        let marched = self.march_list(camera, list);
-        self.shading.shadows = shadows;
-        marched
+        self.with_shadows(ShadowMode::Off, |renderer| renderer.march_list(camera, list))
     }
 
     /// Marches the pixels of `list` with cached shadows, as [`Self::march_list`] does.
@@ -253,20 +247,20 @@ impl Renderer {
         camera: &Camera,
         list: &SampleList,
     ) -> Result<(Vec<RayResult>, SampleCount), Shortage> {
-        let shadows = std::mem::replace(&mut self.shading.shadows, ShadowMode::Cached);
-        if self.shadow_grid.is_none() {
-            let made = shadow_grid(&self.specification());
-            self.shadow_grid = match made {
-                Ok(grid) => Some(grid),
-                Err(shortage) => {
-                    self.shading.shadows = shadows;
-                    return Err(shortage);
-                }
-            };
-        }
-        let marched = self.march_list(camera, list);
-        self.shading.shadows = shadows;
-        Ok(marched)
+        self.with_shadows(ShadowMode::Cached, |renderer| {
+            if renderer.shadow_grid.is_none() {
+                renderer.shadow_grid = Some(shadow_grid(&renderer.specification())?);
+            }
+            Ok(renderer.march_list(camera, list))
+        })
+    }
+
+    /// Runs `march` with `shadows` in place of those of the scene.
+    fn with_shadows<T>(&mut self, shadows: ShadowMode, march: impl FnOnce(&mut Self) -> T) -> T {
+        let own = std::mem::replace(&mut self.shading.shadows, shadows);
+        let marched = march(self);
+        self.shading.shadows = own;
+        marched
     }
 
     fn light_path(&self) -> LightPath {

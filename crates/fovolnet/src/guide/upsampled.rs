@@ -86,10 +86,8 @@ impl UpsampledGuide {
 
     /// Index of `pixel` of the frame in the guide.
     fn index(&self, pixel: Pixel) -> Option<usize> {
-        let Region { x, y, size } = self.region;
-        let [x, y] = [(pixel.x, x, size.width), (pixel.y, y, size.height)]
-            .map(|(at, first, length)| u32::from(at).checked_sub(first).filter(|at| *at < length));
-        Some(y? as usize * size.width as usize + x? as usize)
+        let [x, y] = self.region.inside(pixel.x.into(), pixel.y.into())?;
+        Some(y as usize * self.region.size.width as usize + x as usize)
     }
 
     /// Replaces the guide of `pixel` of the frame by its exact value. Nothing happens outside the region.

@@ -35,8 +35,7 @@ impl Depths {
     #[must_use]
     pub fn within(&self, region: Region) -> Self {
         let moved = |(pixel, inverse): &(Pixel, f32)| {
-            let x = u32::from(pixel.x).checked_sub(region.x).filter(|x| *x < region.size.width)?;
-            let y = u32::from(pixel.y).checked_sub(region.y).filter(|y| *y < region.size.height)?;
+            let [x, y] = region.inside(pixel.x.into(), pixel.y.into())?;
             Some((Pixel { x: x as u16, y: y as u16 }, *inverse))
         };
         Self { size: region.size, known: self.known.iter().filter_map(moved).collect() }
