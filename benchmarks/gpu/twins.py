@@ -93,11 +93,15 @@ def filled(bench, network, how):
 
 
 def rendered_twice(bench, folder, volume, size, *arguments, own=((), ())):
-    """Folders of the same frames of the GPU and of the processor, and both reports; `own` is what only one is told."""
+    """Folders of the same frames of the GPU and of the processor, and both reports; `own` is what only one is told.
+
+    The processor renders as the GPU does: plain steps, no guide, densities that look at nothing.
+    """
+    same = ["--integration", "plain", "--guide", "none", "--density", "fixed"]
     folders, reports = [], []
     for device, more in zip((bench.device, "cpu"), own):
         folders.append(Path(folder) / ("cpu" if device == "cpu" else "gpu"))
         given = bench.volumes.given(volume, bench.scale.sides[0])
-        said = ["render", *given, "--size", size, "--integration", "plain", *arguments, *more, "--device", device, "-o", folders[-1]]
+        said = ["render", *given, "--size", size, *same, *arguments, *more, "--device", device, "-o", folders[-1]]
         reports.append(bench.program.json(*said))
     return *folders, reports
