@@ -129,7 +129,7 @@ pub use fovol_metrics as metrics;
 pub use fovol_net as net;
 pub use fovol_render as render;
 pub use fovol_simd as simd;
-pub use guide::{UpsampledGuide, compose, light_ratios};
+pub use guide::{UpsampledGuide, compose, guide_pixel, light_ratios};
 pub use motion::{Depths, Filled, MotionFinder, REMEMBERED, motion, motion_of_depths};
 #[cfg(feature = "gpu")]
 pub use pipeline::{DeviceFrame, DoneFrame};

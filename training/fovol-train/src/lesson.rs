@@ -7,7 +7,7 @@
 use crate::Result;
 use crate::clips::Clip;
 use crate::mask_noise::{MaskNoise, NoiseConfig};
-use fovol_core::{Frame, FrameSize, Pixel, SampleList, SparseFrame};
+use fovol_core::{Frame, FrameSize, Pixel, SampleList, SparseFrame, f16};
 use fovolnet::{Depths, motion, motion_of_depths};
 use rand::{Rng, RngExt};
 use rayon::prelude::*;
@@ -348,8 +348,8 @@ impl Variation {
         x < left || y < top || x + right >= width || y + bottom >= height
     }
 
-    fn recoloured(&self, colour: [u8; 3]) -> [f32; 3] {
-        let colour = self.channels.map(|c| f32::from(colour[c]) / 255.0);
+    fn recoloured(&self, colour: [f16; 3]) -> [f32; 3] {
+        let colour = self.channels.map(|c| colour[c].to_f32());
         if self.is_grey { [(colour[0] + colour[1] + colour[2]) / 3.0; 3] } else { colour }
     }
 

@@ -1,26 +1,60 @@
-use fovol_core::{FrameSize, Pixel, Region, SampleList};
+use fovol_core::{FrameSize, Pixel, Region};
 
-/// Pixels of the guide of one frame: every `step`-th column and row from `phase` on, within `region`.
+/// Pixels of one level of a frame's guide: every `step`-th column and row from `phase` on, within `region`.
+///
+/// The levels of a frame are nested: each has every pixel of the coarser ones.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct GuideGrid {
     /// Region in which the scene can be seen. Outside it the guide is 0.
     pub region: Region,
-    /// Distance between the pixels: 1 or 2.
+    /// Distance between the columns and between the rows: 1, 2 or 4 pixels.
     pub step: u32,
     /// First column and row of the frame's grid, below `step`.
     phase: [u32; 2],
+    /// First column and row of the grid in the region, and the number of columns and rows.
+    first: [u32; 2],
+    size: [usize; 2],
     frame: FrameSize,
 }
 
 /// First column and row of a grid of every second pixel, in frames that follow each other. Four frames see every pixel.
 const PHASES: [[u32; 2]; 4] = [[1, 1], [0, 0], [1, 0], [0, 1]];
 
+/// Least width and height of a region whose guide begins coarse. Smaller ones are not worth the interpolation.
+const LEAST_SIDE: u32 = 16;
+
 impl GuideGrid {
-    /// Grid of frame number `index`, of size `frame`, with every pixel (`step` 1) or every second column and row
-    /// (`step` 2) of `region`.
-    pub fn new(step: u32, index: u32, region: Region, frame: FrameSize) -> Self {
-        let phase = if step == 1 { [0, 0] } else { PHASES[index as usize % PHASES.len()] };
-        Self { region, step, phase, frame }
+    /// Every pixel of `region` in a frame of size `frame`.
+    pub fn every_pixel(region: Region, frame: FrameSize) -> Self {
+        Self::new(region, 1, [0, 0], frame)
+    }
+
+    /// Coarsest level of frame number `index`, of size `frame`: every fourth column and row of `region`, or every one
+    /// of a small region. Sixteen frames see every pixel, and four of them every pixel of the next level.
+    pub fn coarsest(index: u32, region: Region, frame: FrameSize) -> Self {
+        if region.size.width.min(region.size.height) < LEAST_SIDE {
+            return Self::every_pixel(region, frame);
+        }
+        let [fine, coarse] = [index, index / 4].map(|index| PHASES[index as usize % PHASES.len()]);
+        Self::new(region, 4, [0, 1].map(|axis| fine[axis] + 2 * coarse[axis]), frame)
+    }
+
+    fn new(region: Region, step: u32, phase: [u32; 2], frame: FrameSize) -> Self {
+        let Region { x, y, size } = region;
+        let along = |begin: u32, length: u32, phase: u32| {
+            let number = |at: u32| at.saturating_sub(phase).div_ceil(step);
+            let first = number(begin);
+            (first * step + phase, (number(begin + length) - first) as usize)
+        };
+        let ((left, columns), (top, rows)) =
+            (along(x, size.width, phase[0]), along(y, size.height, phase[1]));
+        Self { region, step, phase, first: [left, top], size: [columns, rows], frame }
+    }
+
+    /// Level with half the distance between its pixels; `None` if this one has every pixel.
+    pub fn finer(&self) -> Option<Self> {
+        let step = self.step / 2;
+        (step > 0).then(|| Self::new(self.region, step, self.phase.map(|phase| phase % step), self.frame))
     }
 
     /// Size of the frame.
@@ -28,37 +62,27 @@ impl GuideGrid {
         self.frame
     }
 
-    /// Numbers of the first grid column and row in the region, and the number of columns and rows.
-    fn extent(&self) -> [[u32; 2]; 2] {
-        let along = |first: u32, length: u32, phase: u32| {
-            let begin = first.saturating_sub(phase).div_ceil(self.step);
-            let end = (first + length).saturating_sub(phase).div_ceil(self.step);
-            [begin, end - begin]
-        };
-        let Region { x, y, size } = self.region;
-        let ([x, columns], [y, rows]) =
-            (along(x, size.width, self.phase[0]), along(y, size.height, self.phase[1]));
-        [[x, y], [columns, rows]]
-    }
-
     /// Number of columns and rows of the grid.
     pub fn size(&self) -> [usize; 2] {
-        let [_, size] = self.extent();
-        size.map(|count| count as usize)
+        self.size
     }
 
     /// Column and row of the frame that the first pixel of the grid has.
     pub fn first(&self) -> [u32; 2] {
-        let [first, _] = self.extent();
-        [0, 1].map(|axis| first[axis] * self.step + self.phase[axis])
+        self.first
+    }
+
+    /// Pixel of the frame in column `x` and row `y` of the grid.
+    pub fn pixel(&self, x: usize, y: usize) -> Pixel {
+        let [left, top] = self.first;
+        Pixel { x: (left + x as u32 * self.step) as u16, y: (top + y as u32 * self.step) as u16 }
     }
 
     /// Pixels of the grid, row by row.
-    pub fn list(&self) -> SampleList {
-        let ([x0, y0], [columns, rows]) = (self.first(), self.size());
-        let along = |first: u32, count: usize| (0..count).map(move |i| (first + i as u32 * self.step) as u16);
-        let pixels = along(y0, rows).flat_map(|y| along(x0, columns).map(move |x| Pixel { x, y }));
-        SampleList::new(self.frame, pixels.collect())
+    pub fn pixels(&self) -> Vec<Pixel> {
+        let [columns, rows] = self.size;
+        let row = |y| (0..columns).map(move |x| self.pixel(x, y));
+        (0..rows).flat_map(row).collect()
     }
 }
 
@@ -69,23 +93,39 @@ mod tests {
 
     proptest! {
         #[test]
-        fn four_frames_see_every_pixel_of_the_region_once(
+        fn levels_are_nested_and_sixteen_frames_see_every_pixel_once(
             (x, y) in (0u32..20, 0u32..20),
-            (width, height) in (1u32..20, 1u32..20),
-            first in 0u32..9,
+            (width, height) in (16u32..30, 16u32..30),
+            first in 0u32..20,
         ) {
-            let frame = FrameSize { width: 40, height: 40 };
+            let frame = FrameSize { width: 50, height: 50 };
             let region = Region { x, y, size: FrameSize { width, height } };
-            let mut seen = Vec::new();
-            for index in first..first + 4 {
-                let grid = GuideGrid::new(2, index, region, frame);
-                let [columns, rows] = grid.size();
-                prop_assert_eq!(grid.list().len(), columns * rows);
-                seen.extend_from_slice(grid.list().pixels());
+            let mut seen = [Vec::new(), Vec::new()];
+            for index in first..first + 16 {
+                let coarse = GuideGrid::coarsest(index, region, frame);
+                let fine = coarse.finer().unwrap();
+                let every = fine.finer().unwrap();
+                prop_assert_eq!(every, GuideGrid::every_pixel(region, frame));
+                prop_assert!(every.finer().is_none());
+                let [columns, rows] = coarse.size();
+                prop_assert_eq!(coarse.pixels().len(), columns * rows);
+                prop_assert!(coarse.pixels().iter().all(|pixel| fine.pixels().contains(pixel)));
+                seen[0].extend(coarse.pixels());
+                seen[1].extend(fine.pixels());
             }
-            seen.sort_by_key(|pixel| (pixel.y, pixel.x));
-            let all = GuideGrid::new(1, first, region, frame).list();
-            prop_assert_eq!(seen, all.pixels());
+            let every = GuideGrid::every_pixel(region, frame).pixels();
+            for (mut seen, times) in seen.into_iter().zip([1, 4]) {
+                seen.sort_by_key(|pixel| (pixel.y, pixel.x));
+                let repeated: Vec<Pixel> = every.iter().flat_map(|pixel| vec![*pixel; times]).collect();
+                prop_assert_eq!(seen, repeated);
+            }
         }
+    }
+
+    #[test]
+    fn small_regions_are_marched_whole() {
+        let frame = FrameSize { width: 50, height: 50 };
+        let region = Region { x: 3, y: 4, size: FrameSize { width: 15, height: 40 } };
+        assert_eq!(GuideGrid::coarsest(3, region, frame), GuideGrid::every_pixel(region, frame));
     }
 }

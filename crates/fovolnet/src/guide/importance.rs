@@ -112,7 +112,6 @@ impl Blocks {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::guide::GuideGrid;
     use fovol_core::FrameSize;
 
     const SIZE: FrameSize = FrameSize { width: 64, height: 48 };
@@ -142,11 +141,10 @@ mod tests {
 
     #[test]
     fn slopes_of_the_ratio_count_where_the_guide_is_bright() {
-        let grid = GuideGrid::new(1, 0, Region::whole(SIZE), SIZE);
         let guides: Vec<[f32; 4]> = (0..SIZE.pixels())
             .map(|i| if i / 64 < 24 { [0.0, 0.0, 0.0, 1.0] } else { [0.9, 0.9, 0.9, 1.0] })
             .collect();
-        let found = importance_of_ratios(&edge(), &UpsampledGuide::new(grid, &guides, 1.0));
+        let found = importance_of_ratios(&edge(), &UpsampledGuide::new(Region::whole(SIZE), guides, 1.0));
         assert!(found.at(31, 40) > 4.0 * found.at(31, 8) && found.at(31, 8) < 2.0);
         assert_eq!(found.at(8, 40), 0.25);
     }

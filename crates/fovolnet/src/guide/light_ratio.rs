@@ -74,7 +74,6 @@ fn colour(ratio: &[f32; 4], guide: &GuidePixel, background: [f32; 3], headroom: 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::guide::GuideGrid;
     use fovol_core::{FrameSize, Pixel, Region};
 
     const BACKGROUND: [f32; 3] = [0.1, 0.2, 0.4];
@@ -91,7 +90,7 @@ mod tests {
         let colours: Vec<[f32; 3]> = guides.iter().enumerate().map(over).collect();
         let list = SampleList::new(size, every);
         let sparse = SparseFrame::new(list.clone(), colours.clone(), vec![1.0; 12]);
-        let guide = UpsampledGuide::new(GuideGrid::new(1, 0, Region::whole(size), size), &guides, 1.0);
+        let guide = UpsampledGuide::new(Region::whole(size), guides.clone(), 1.0);
         let ratios = light_ratios(&sparse, &guide, BACKGROUND);
         assert_eq!(ratios.pixels(), sparse.pixels());
         let mut frame = ratios.to_frame();
@@ -112,11 +111,11 @@ mod tests {
         let colours = vec![[0.101, 0.2, 0.4], [0.5; 3]];
         let sparse = SparseFrame::new(list, colours, vec![f32::INFINITY, 2.0]);
         let guides = [[0.005, 0.0, 0.0, 0.01], [0.6, 0.6, 0.6, 1.0], [0.6, 0.6, 0.6, 1.0]];
-        let everywhere = GuideGrid::new(1, 0, Region::whole(size), size);
-        let ratios = light_ratios(&sparse, &UpsampledGuide::new(everywhere, &guides, 1.0), BACKGROUND);
+        let everywhere = UpsampledGuide::new(Region::whole(size), guides.to_vec(), 1.0);
+        let ratios = light_ratios(&sparse, &everywhere, BACKGROUND);
         assert_eq!((ratios.pixels(), ratios.depths()), (&[Pixel { x: 2, y: 0 }][..], &[2.0][..]));
         let region = Region { x: 0, y: 0, size: FrameSize { width: 1, height: 1 } };
-        let guide = UpsampledGuide::new(GuideGrid::new(1, 0, region, size), &guides[..1], 1.0);
+        let guide = UpsampledGuide::new(region, guides[..1].to_vec(), 1.0);
         let mut frame = Frame::new(size);
         compose(&mut frame, &guide, &sparse, BACKGROUND);
         assert_eq!(frame.pixel(0, 0), [0.101, 0.2, 0.4, 1.0]);

@@ -4,6 +4,7 @@
 //! densely: this is the guide. Only the ratio of the shadowed colour to the guide is sampled sparsely, filled, and
 //! multiplied with the guide again.
 
+mod between;
 mod grid;
 mod importance;
 mod light_ratio;
@@ -23,6 +24,13 @@ const EPSILON: f32 = 0.02;
 
 /// Red, green and blue without shadows (U), times opacity and before the background, and opacity (O).
 pub type GuidePixel = [f32; 4];
+
+/// Clamps overshoots of cubics: opacity lies in 0…1, and no channel above opacity.
+#[inline(always)]
+fn possible([r, g, b, opacity]: GuidePixel) -> GuidePixel {
+    let opacity = opacity.clamp(0.0, 1.0);
+    [r.clamp(0.0, opacity), g.clamp(0.0, opacity), b.clamp(0.0, opacity), opacity]
+}
 
 /// Guide pixel of a ray result.
 pub fn guide_pixel(ray: &RayResult) -> GuidePixel {

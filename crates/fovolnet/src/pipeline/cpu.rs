@@ -76,10 +76,13 @@ impl CpuMarcher {
         view: &View,
         sparse: &SparseFrame,
         region: Region,
-        of_samples: Vec<GuidePixel>,
+        of_samples: &[GuidePixel],
     ) -> Result<Option<MarchedGuide>> {
-        let Some(step) = self.sampler.guide.step() else { return Ok(None) };
-        let grid = GuideGrid::new(step, view.index, region, view.size);
+        let grid = match self.sampler.guide {
+            Guide::None => return Ok(None),
+            Guide::Quarter | Guide::Cached => GuideGrid::coarsest(view.index, region, view.size),
+            Guide::Full => GuideGrid::every_pixel(region, view.size),
+        };
         let (renderer, camera) = (&mut self.renderer, &view.camera);
         if self.sampler.guide == Guide::Cached {
             let march = |list: &SampleList| {
@@ -153,7 +156,7 @@ impl Marcher for CpuMarcher {
         sampled.seen = seen;
         if let (Marched::Some(sparse), Some(region)) = (&sampled.marched, seen.region) {
             let timer = Timer::start();
-            sampled.guide = self.guide(view, sparse, region, of_samples)?;
+            sampled.guide = self.guide(view, sparse, region, &of_samples)?;
             sampled.timings.guide = timer.ms();
         }
         Ok(sampled)

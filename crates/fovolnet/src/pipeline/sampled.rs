@@ -202,7 +202,7 @@ impl HostReconstruction {
                 self.importance = region.map(|region| importance_of_colours(&frame, region));
                 (frame, None)
             }
-            (None, Some(guide)) => self.fill_light_ratio(sparse, motion.as_deref(), seen, &guide)?,
+            (None, Some(guide)) => self.fill_light_ratio(sparse, motion.as_deref(), seen, guide)?,
         };
         if reconstructs {
             (timings.motion, timings.reconstruct) = (motion_ms, timer.ms());
@@ -217,9 +217,9 @@ impl HostReconstruction {
         sparse: &SparseFrame,
         motion: Option<&[[f32; 2]]>,
         seen: &Seen,
-        marched: &MarchedGuide,
+        marched: MarchedGuide,
     ) -> Result<(Frame, Option<FrameGuide>)> {
-        let guide = marched.upsampled(sparse);
+        let guide = marched.into_upsampled();
         let ratios = light_ratios(sparse, &guide, seen.background);
         // Beyond the visible region there is no light to lose.
         let beyond = Seen { background: [1.0; 3], ..*seen };

@@ -11,26 +11,17 @@ use std::str::FromStr;
 pub enum Guide {
     /// None: colours are reconstructed, as in the paper.
     None,
-    /// A quarter of the pixels; others in the next three frames.
+    /// At most a quarter of the pixels, where the picture without shadows has most detail; others in the next frames.
     Quarter,
     /// Every pixel.
     Full,
-    /// A quarter of the pixels, with cached shadows: better where light and transfer function rest for some frames.
+    /// Pixels as in [`Self::Quarter`], with cached shadows: better where light and transfer function rest for some frames.
     Cached,
 }
 
 impl Guide {
     /// All of them.
     pub const ALL: [Self; 4] = [Self::None, Self::Quarter, Self::Full, Self::Cached];
-
-    /// Distance between the columns and between the rows of the guide; `None` without one.
-    pub(crate) fn step(self) -> Option<u32> {
-        match self {
-            Self::None => None,
-            Self::Quarter | Self::Cached => Some(2),
-            Self::Full => Some(1),
-        }
-    }
 
     /// Name on the command line.
     pub fn name(self) -> &'static str {

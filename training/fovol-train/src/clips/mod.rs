@@ -1,7 +1,7 @@
 //! Training clips: renderings of random volumes along random camera paths.
 //!
-//! A clip is a crop of 16 consecutive, fully rendered frames. It also stores the depth of every pixel and the
-//! cameras, so that motion is exact. A clip follows from its seed alone ([`Recipe`]). It is stored in one file
+//! A clip is a crop of 16 consecutive, fully rendered frames. It also stores the guide (colour without shadows and
+//! opacity) and the depth of every pixel, and the cameras, so that motion is exact. A clip follows from its seed alone ([`Recipe`]). It is stored in one file
 //! ([`Clip::read`]) and belongs to a set whose list says how to make it again ([`ClipSet`]). Sampling masks are drawn
 //! anew each time a clip is used.
 
@@ -35,8 +35,10 @@ pub const SIDE: usize = 256;
 pub struct Clip {
     /// Size, place and cameras of the frames.
     pub scenery: Scenery,
-    /// RGB of each frame, row by row, as displayed (sRGB).
-    pub frames: Vec<Vec<u8>>,
+    /// RGB of each frame, row by row, as displayed (sRGB), 0…1. The background is black.
+    pub frames: Vec<Vec<f16>>,
+    /// RGB without shadows, times opacity, and opacity of each frame, row by row, 0…1.
+    pub guides: Vec<Vec<f16>>,
     /// One over the distance from the eye to the visible surface, per pixel, in world units; 0 where nothing is
     /// visible.
     pub inverse_distances: Vec<Vec<f16>>,
@@ -102,22 +104,21 @@ impl Clip {
             .ok_or("it does not say what it shows")?;
         let scenery: Scenery = serde_json::from_str(scenery).map_err(|e| e.to_string())?;
         let (pixels, frames) = (scenery.part.pixels(), scenery.cameras.len());
-        let data = |name: &str, bytes_per_pixel: usize| {
+        let numbers = |name: &str, channels: usize| {
             let data = tensors.tensor(name).map_err(|e| e.to_string())?.data();
-            let expected = pixels * bytes_per_pixel * frames;
-            (data.len() == expected)
-                .then_some(data)
-                .ok_or(format!("`{name}` has {} bytes, not {expected}", data.len()))
+            let expected = 2 * channels * pixels * frames;
+            if data.len() != expected {
+                return Err(format!("`{name}` has {} bytes, not {expected}", data.len()));
+            }
+            let frame = |bytes: &[u8]| {
+                bytes.as_chunks::<2>().0.iter().map(|pair| f16::from_le_bytes(*pair)).collect()
+            };
+            Ok(data.chunks(2 * channels * pixels).map(frame).collect())
         };
-        let colours = data("frames", 3)?;
-        let distances = data("inverse_distances", 2)?;
-        let half = |pair: &[u8]| f16::from_le_bytes([pair[0], pair[1]]);
         Ok(Self {
-            frames: colours.chunks(3 * pixels).map(<[u8]>::to_vec).collect(),
-            inverse_distances: distances
-                .chunks(2 * pixels)
-                .map(|frame| frame.chunks(2).map(half).collect())
-                .collect(),
+            frames: numbers(FRAMES, 3)?,
+            guides: numbers(GUIDES, 4)?,
+            inverse_distances: numbers(INVERSE_DISTANCES, 1)?,
             scenery,
         })
     }
@@ -129,15 +130,18 @@ impl Clip {
     pub fn write(&self, path: &Path) -> Result<()> {
         let FrameSize { width, height } = self.scenery.part;
         let shape = |channels: usize| vec![self.len(), height as usize, width as usize, channels];
-        let colours = self.frames.concat();
-        let distances: Vec<u8> =
-            self.inverse_distances.iter().flatten().flat_map(|d| d.to_le_bytes()).collect();
-        let view = |dtype, channels, data| {
-            TensorView::new(dtype, shape(channels), data).map_err(|e| Error::Clip(e.to_string()))
+        let bytes = |frames: &[Vec<f16>]| -> Vec<u8> {
+            frames.iter().flatten().flat_map(|number| number.to_le_bytes()).collect()
+        };
+        let [colours, guides, distances] =
+            [&self.frames, &self.guides, &self.inverse_distances].map(|frames| bytes(frames));
+        let view = |channels, data| {
+            TensorView::new(Dtype::F16, shape(channels), data).map_err(|e| Error::Clip(e.to_string()))
         };
         let tensors = [
-            ("frames", view(Dtype::U8, 3, &colours)?),
-            ("inverse_distances", view(Dtype::F16, 1, &distances)?),
+            (FRAMES, view(3, &colours)?),
+            (GUIDES, view(4, &guides)?),
+            (INVERSE_DISTANCES, view(1, &distances)?),
         ];
         let scenery = serde_json::to_string(&self.scenery).map_err(|e| Error::Clip(e.to_string()))?;
         let metadata = HashMap::from([(SCENERY.to_owned(), scenery)]);
@@ -150,6 +154,10 @@ impl Clip {
 
 /// Key of the [`Scenery`] in the file's metadata.
 const SCENERY: &str = "fovolnet.scenery";
+/// Names of the tensors in the file.
+const FRAMES: &str = "colours";
+const GUIDES: &str = "guides";
+const INVERSE_DISTANCES: &str = "inverse_distances";
 
 #[cfg(test)]
 mod tests {

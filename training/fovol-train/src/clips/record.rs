@@ -3,7 +3,7 @@ use super::{Clip, Scenery};
 use crate::{Error, Result};
 use fovol_core::{FrameSize, Pixel, SampleList, f16};
 use fovolnet::render::scene::RayResult;
-use fovolnet::{OpenDevice, OpenVolume, Rays};
+use fovolnet::{OpenDevice, OpenVolume, Rays, guide_pixel};
 
 /// Attempts at drawing a clip before the volume is given up.
 const ATTEMPTS: u64 = 40;
@@ -33,14 +33,6 @@ pub fn record(recipe: &Recipe, volume: &OpenVolume, device: &OpenDevice) -> Resu
 
 fn film(recipe: &Recipe, volume: &OpenVolume, attempt: Attempt, rays: &mut Rays) -> Result<Clip> {
     let pixels = part(&attempt, recipe.side, 1);
-    let (mut frames, mut inverse_distances) = (Vec::new(), Vec::new());
-    for camera in &attempt.cameras {
-        let marched = rays.march(camera, &pixels)?;
-        let colours =
-            marched.iter().flat_map(|ray| ray.colour.map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8));
-        frames.push(colours.collect());
-        inverse_distances.push(marched.iter().map(|ray| f16::from_f32(1.0 / ray.depth)).collect());
-    }
     let scenery = Scenery {
         seed: recipe.seed,
         volume: volume.source.clone(),
@@ -50,7 +42,15 @@ fn film(recipe: &Recipe, volume: &OpenVolume, attempt: Attempt, rays: &mut Rays)
         gpu: rays.gpu_name(),
         cameras: attempt.cameras,
     };
-    Ok(Clip { scenery, frames, inverse_distances })
+    let mut clip = Clip { frames: Vec::new(), guides: Vec::new(), inverse_distances: Vec::new(), scenery };
+    for camera in &clip.scenery.cameras {
+        let marched = rays.march(camera, &pixels)?;
+        let number = |value: f32| f16::from_f32(value.clamp(0.0, 1.0));
+        clip.frames.push(marched.iter().flat_map(|ray| ray.colour.map(number)).collect());
+        clip.guides.push(marched.iter().flat_map(|ray| guide_pixel(ray).map(number)).collect());
+        clip.inverse_distances.push(marched.iter().map(|ray| f16::from_f32(1.0 / ray.depth)).collect());
+    }
+    Ok(clip)
 }
 
 /// Every `stride`-th pixel of the crop along both axes.
@@ -97,7 +97,7 @@ mod tests {
         assert!(cpu.scenery.gpu.is_none() && gpu.scenery.gpu.is_some());
         assert_eq!(cpu.scenery.cameras, gpu.scenery.cameras);
         for (cpu, gpu) in cpu.frames.iter().flatten().zip(gpu.frames.iter().flatten()) {
-            assert!(cpu.abs_diff(*gpu) <= 2, "{cpu} and {gpu}");
+            assert!((cpu.to_f32() - gpu.to_f32()).abs() <= 2.0 / 255.0, "{cpu} and {gpu}");
         }
     }
 }

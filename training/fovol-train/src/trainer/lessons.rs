@@ -104,6 +104,7 @@ fn part(clip: Clip, side: usize, random: &mut ChaCha8Rng) -> Clip {
     let square = Square { corner, side, width };
     Clip {
         frames: clip.frames.iter().map(|frame| square.of(frame, 3)).collect(),
+        guides: clip.guides.iter().map(|frame| square.of(frame, 4)).collect(),
         inverse_distances: clip.inverse_distances.iter().map(|frame| square.of(frame, 1)).collect(),
         scenery,
     }
