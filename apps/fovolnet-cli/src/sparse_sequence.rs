@@ -3,7 +3,7 @@
 use crate::console;
 use crate::frame_sequence::{self, file_name, number};
 use anyhow::{Context, Result, bail};
-use fovolnet::UpsampledGuide;
+use fovolnet::guide::UpsampledGuide;
 use fovolnet::core::{Frame, FrameSize, SparseFrame};
 use fovolnet::io::image::{self, Picture};
 use std::collections::{BTreeMap, BTreeSet};

@@ -107,7 +107,7 @@
 //! [`embedder`]: https://github.com/fovolnet/fovolnet/blob/main/examples/embedder/src/main.rs
 
 mod error;
-mod guide;
+pub mod guide;
 mod motion;
 mod pipeline;
 pub mod presets;
@@ -129,7 +129,6 @@ pub use fovol_metrics as metrics;
 pub use fovol_net as net;
 pub use fovol_render as render;
 pub use fovol_simd as simd;
-pub use guide::{UpsampledGuide, compose, guide_pixel, light_ratios};
 pub use motion::{Depths, Filled, MotionFinder, REMEMBERED, motion, motion_of_depths};
 #[cfg(feature = "gpu")]
 pub use pipeline::{DeviceFrame, DoneFrame};

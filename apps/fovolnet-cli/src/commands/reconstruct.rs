@@ -8,12 +8,13 @@ use anyhow::{Context as _, Result};
 use fovolnet::DeviceReconstructor;
 use fovolnet::core::memory::Estimate;
 use fovolnet::core::{Frame, FrameSize, SparseFrame};
+use fovolnet::guide::{UpsampledGuide, compose, light_ratios};
 use fovolnet::io::atomic;
 use fovolnet::io::image::{self, Alpha};
 use fovolnet::net::cpu::Precision;
 use fovolnet::{
     Device, Error, OpenDevice, RandomWeights, Reconstruction, Reconstructor, RenderOverrides, RenderSettings,
-    UpsampledGuide, compose, light_ratios, parse,
+    parse,
 };
 use serde::Serialize;
 use std::path::{Path, PathBuf};

@@ -19,8 +19,8 @@ pub use upsampled::UpsampledGuide;
 
 use fovol_render::scene::RayResult;
 
-/// Added to both sides of the light ratio, so that dark pixels have a stable one.
-const EPSILON: f32 = 0.02;
+/// ε: added to both sides of the light ratio, so that dark pixels have a stable one.
+pub const EPSILON: f32 = 0.02;
 
 /// Red, green and blue without shadows (U), times opacity and before the background, and opacity (O).
 pub type GuidePixel = [f32; 4];

@@ -72,9 +72,12 @@ impl Backward<'_> {
         }
     }
 
+    /// Picture of `frame`, and the state for the next one.
     fn forward(&self, frame: &LessonFrame, state: Vec<Tensor>) -> Result<(Tensor, Vec<Tensor>)> {
         let motion = self.config.use_motion.then_some(&frame.motion);
-        self.network.forward(&Inputs { colour: &frame.colour, mask: Some(&frame.mask), motion }, state)
+        let inputs = Inputs { colour: &frame.colour, mask: Some(&frame.mask), motion };
+        let (output, next) = self.network.forward(&inputs, state)?;
+        Ok((frame.picture(&output), next))
     }
 
     /// Loss and gradients of the frames `part`; all activations are kept for the backward pass.

@@ -192,7 +192,7 @@ impl Trainer {
             return Err(Error::Config("there are no clips to train on; make some first".into()));
         }
         let started = Instant::now();
-        let mut validation = Validation::new(held_out, &self.config.lesson.noise)?;
+        let mut validation = Validation::new(held_out, &self.config.lesson)?;
         let end = self.pace.map(|(began, time)| began + time);
         let mut progress = Progress::new(&self.folder, self.step, self.config.steps, end)?;
         let mut lessons = Lessons::start(clips.clone(), &self.config, self.step, self.device)?;

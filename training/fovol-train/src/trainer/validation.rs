@@ -1,6 +1,5 @@
 use crate::clips::ClipSet;
-use crate::lesson::{Augment, LessonConfig, LessonFrame, TrainingBatch};
-use crate::mask_noise::NoiseConfig;
+use crate::lesson::{Augment, LessonConfig, LessonFrame, TrainingBatch, colours};
 use crate::network::{Inputs, Network};
 use crate::{Error, Result};
 use fovol_core::{Frame, FrameSize, SparseFrame};
@@ -70,13 +69,18 @@ const FROM: usize = 4;
 const PREVIEWS: usize = 6;
 
 impl Validation {
-    /// Prepares the clips of `set` with masks from `noise`.
-    pub fn new(set: &ClipSet, noise: &NoiseConfig) -> Result<Self> {
+    /// Prepares the clips of `set` with the noise of `lesson`.
+    ///
+    /// Networks that learn light ratios are judged by these.
+    pub fn new(set: &ClipSet, lesson: &LessonConfig) -> Result<Self> {
+        let whether = |probability: f64| if probability > 0.0 { 1.0 } else { 0.0 };
         let plain = LessonConfig {
             base: [DENSITY; 2],
             without_fovea: 1.0,
+            guide: whether(lesson.guide),
+            adaptive: whether(lesson.adaptive),
             augment: Augment::NONE,
-            noise: noise.clone(),
+            noise: lesson.noise.clone(),
             ..LessonConfig::default()
         };
         let plain = TrainingBatch::new(&plain)?;
@@ -100,7 +104,7 @@ impl Validation {
                 let sparse = sparse_frame(frame)?;
                 rows.push([
                     sparse.to_frame(),
-                    Fill::PullPush.reconstruct(&sparse),
+                    filled(frame, Fill::PullPush)?,
                     output.clone(),
                     target_frame(frame)?,
                 ]);
@@ -122,10 +126,8 @@ impl Validation {
     fn filled(&self, fill: Fill) -> Result<Scores> {
         let mut scores = Scores::default();
         for lesson in &self.lessons {
-            let frames: Vec<Frame> = lesson
-                .iter()
-                .map(|frame| Ok(fill.reconstruct(&sparse_frame(frame)?)))
-                .collect::<Result<_>>()?;
+            let frames: Vec<Frame> =
+                lesson.iter().map(|frame| filled(frame, fill)).collect::<Result<_>>()?;
             scores.add(&score(lesson, &frames)?, self.lessons.len());
         }
         Ok(scores)
@@ -140,6 +142,11 @@ impl Scores {
     }
 }
 
+/// Picture of the output `output` for `frame`.
+fn shown(frame: &LessonFrame, output: &Tensor) -> Result<Frame> {
+    frame_of(&frame.picture(&output.clamp(0.0, 1.0)).clamp(0.0, 1.0), None)
+}
+
 /// Reconstructs a clip with `network`.
 fn reconstructed(network: &Network, lesson: &[LessonFrame]) -> Result<Vec<Frame>> {
     let size = lesson[0].colour.size();
@@ -150,7 +157,7 @@ fn reconstructed(network: &Network, lesson: &[LessonFrame]) -> Result<Vec<Frame>
         let inputs = Inputs { colour: &frame.colour, mask: Some(&frame.mask), motion: Some(&frame.motion) };
         let (output, next) = network.forward(&inputs, state)?;
         state = next;
-        outputs.push(frame_of(&output.clamp(0.0, 1.0), None)?);
+        outputs.push(shown(&frame, &output)?);
     }
     Ok(outputs)
 }
@@ -162,6 +169,11 @@ fn score(lesson: &[LessonFrame], outputs: &[Frame]) -> Result<Scores> {
     }
     let summary = quality.summary().ok_or_else(|| Error::Clip("a clip to judge by has no frames".into()))?;
     Ok(Scores { psnr: summary.psnr, ssim: summary.ssim.unwrap_or(0.0), tpsnr: summary.tpsnr.unwrap_or(0.0) })
+}
+
+/// Picture that `fill` makes of `frame`.
+fn filled(frame: &LessonFrame, fill: Fill) -> Result<Frame> {
+    shown(frame, &colours(&fill.reconstruct(&sparse_frame(frame)?)))
 }
 
 pub(super) fn sparse_frame(frame: &LessonFrame) -> Result<SparseFrame> {
