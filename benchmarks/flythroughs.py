@@ -38,7 +38,7 @@ def options(about, frames, **defaults):
     parser.add_argument("--program", default="target/release/fovolnet")
     parser.add_argument("-o", "--output", type=Path, required=True)
     for name in defaults.keys() - {"weights"}:
-        parser.add_argument(f"--{name}")
+        parser.add_argument("--" + name.replace("_", "-"))
     parser.set_defaults(**defaults)
     given = parser.parse_args()
     given.output.mkdir(parents=True, exist_ok=True)

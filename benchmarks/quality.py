@@ -34,6 +34,7 @@ def rendered(options, arguments, folder):
     common += ["--path", "flythrough", "--integration", "plain", "--pb", "0.03", "--sigma", "0.02"]
     network = ["--reconstruct", options.reconstruct, "--weights", options.weights]
     network += ["--precision", options.precision, "--guide", options.guide, "--density", options.density]
+    network += ["--shadow-rays", options.shadow_rays]
     run(*common, *network, "--keep", "frame,sparse,reference", "-o", folders["network"])
     for method in METHODS[1:]:
         run(*common, "--reconstruct", method, "-o", folders[method])
@@ -98,7 +99,7 @@ def comparison(folders, name, number, references, frames, path):
 
 
 def main():
-    options = flythroughs.options(__doc__, 16, precision="f32", reconstruct="wnet", guide="auto", density="auto")
+    options = flythroughs.options(__doc__, 16, precision="f32", reconstruct="wnet", guide="auto", density="auto", shadow_rays="exact")
     rows = []
     for given in options.volumes:
         title, transfer, arguments = volume(given)

@@ -3,8 +3,8 @@
 use crate::console;
 use crate::frame_sequence::{self, file_name, number};
 use anyhow::{Context, Result, bail};
-use fovolnet::guide::UpsampledGuide;
 use fovolnet::core::{Frame, FrameSize, SparseFrame};
+use fovolnet::guide::UpsampledGuide;
 use fovolnet::io::image::{self, Picture};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};

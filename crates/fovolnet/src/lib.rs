@@ -143,8 +143,8 @@ pub use reconstruct::{Reconstructor, Seen};
 pub use session::Session;
 pub use settings::{
     CameraChoice, Choice, CropBox, Density, GazeChoice, Guide, NamedView, NanColour, Orientation, PathChoice,
-    RandomWeights, Reconstruction, RenderOverrides, RenderSettings, Sampling, SpeedSettings, StillCamera,
-    TransferChoice, TransferRange, ValueScale, VolumeSettings, WeightsChoice, parse, path_text,
+    RandomWeights, Reconstruction, RenderOverrides, RenderSettings, Sampling, ShadowRays, SpeedSettings,
+    StillCamera, TransferChoice, TransferRange, ValueScale, VolumeSettings, WeightsChoice, parse, path_text,
 };
 pub use system::{Device, Machine, OpenDevice, keep_freed_memory, lower_thread_priority, signals};
 pub use volume::{CroppedVolume, OpenVolume, Visibility, WorldBox, open_volume, scene};

@@ -1,6 +1,6 @@
 //! Frames whose light ratio is reconstructed.
 
-use fovolnet::core::{CameraPath, ShadowMode, SurfaceShading};
+use fovolnet::core::{CameraPath, Integration, ShadowMode, SurfaceShading};
 use fovolnet::metrics::psnr;
 use fovolnet::{
     Device, Guide, OpenVolume, Pipeline, Reconstruction, RenderSettings, Sampling, SpeedSettings,
@@ -63,6 +63,21 @@ fn cached_shadows_make_a_better_guide_in_haze() {
     };
     let [quarter, cached] = [Guide::Quarter, Guide::Cached].map(of);
     assert!(cached > quarter + 2.0, "{quarter} {cached}");
+}
+
+#[test]
+fn few_shadow_rays_are_almost_as_good_and_every_run_is_the_same() {
+    for integration in [Integration::Plain, Integration::Fine] {
+        let settings = |rays: &str| RenderSettings {
+            integration,
+            shadow_rays: rays.parse().unwrap(),
+            ..settings(Guide::Quarter)
+        };
+        let [exact, many, one] = ["exact", "32", "1"].map(|rays| quality(&settings(rays)));
+        assert!(many > exact - 1.0 && one < exact - 5.0, "{integration}: {exact} {many} {one}");
+        let [first, again] = [(); 2].map(|()| pipeline(&settings("8")).render(3).unwrap().frame);
+        assert_eq!(first.pixels(), again.pixels());
+    }
 }
 
 #[test]

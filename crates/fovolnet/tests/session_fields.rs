@@ -68,6 +68,7 @@ fn everything(volume: &Path) -> Session {
         sigma: Some(0.05),
         gaze: Some("0.5,0.5".into()),
         density: Some(Density::Adaptive.into()),
+        shadow_rays: Some("16".parse().unwrap()),
         noise: Some("stbn".parse().unwrap()),
         seed: Some(0),
         reconstruct: Some(Reconstruction::WNet),
@@ -187,6 +188,7 @@ fn steps() -> Vec<Step> {
         step("render.reconstruct", |s| {
             (s.render.reconstruct, s.render.weights) = (Some("linear".parse().unwrap()), None);
         }),
+        step("render.shadow-rays", |s| s.render.shadow_rays = Some("8".parse().unwrap())),
         step("render.density", |s| s.render.density = Some(Density::Fixed.into())),
         step("render.guide", |s| s.render.guide = Some(Guide::None.into())),
         step("render.weights", |s| (s.render.weights, s.weights_sha256) = (Some("wnet-paper".into()), None)),

@@ -111,7 +111,7 @@ impl Marching for CpuMarching {
         let started = Instant::now();
         self.pool.install(|| {
             let mask = mask(sampled.fovea, self.size, sampled.noise, sampled.frame);
-            drop(self.renderer.march_rejecting(camera, &mask));
+            drop(self.renderer.march_rejecting(camera, &mask, None));
         });
         Ok(Lap::since(started))
     }

@@ -1,5 +1,6 @@
 //! Marching in lanes: consecutive samples of one ray side by side.
 
+use super::few_shadow_rays::{Block, Chooser, FewShadowRays};
 use super::field::{Field, Texel};
 use super::light_columns::LightColumns;
 use super::march::{OPAQUE, SampleCount};
@@ -16,8 +17,8 @@ use fovol_simd::{MOST_LANES, Simd, SimdF32, SimdI32};
 pub enum Lighting<'a> {
     /// In full: no shadows.
     Full,
-    /// Along a shadow ray from every sample. The columns say which samples to skip, where skipping pays.
-    Rays(Option<&'a LightColumns>),
+    /// Along a shadow ray from every sample, or from a few. The columns say which samples to skip, where skipping pays.
+    Rays(Option<&'a LightColumns>, Option<FewShadowRays<'a>>),
     /// By transmittance from the shadow grid, at half the resolution.
     Cached(Field<'a, u8>),
 }
@@ -63,6 +64,8 @@ struct Gathered {
     /// The ray's first sample and step.
     start: [f32; 3],
     delta: [f32; 3],
+    /// The noise that places few shadow rays, 0…1.
+    offset: f32,
 }
 
 impl Gathered {
@@ -72,14 +75,8 @@ impl Gathered {
         half_at: -1.0,
         start: [0.0; 3],
         delta: [0.0; 3],
+        offset: 0.0,
     };
-}
-
-/// The samples that one block of a ray put into the pool.
-struct Waiting {
-    ray: usize,
-    from: usize,
-    to: usize,
 }
 
 /// Memory that marching reuses.
@@ -88,7 +85,11 @@ pub struct Scratch {
     pool: ShadowPool,
     parts: Parts,
     gathered: Vec<Gathered>,
-    waiting: Vec<Waiting>,
+    /// The samples of the pool, by rays.
+    waiting: Vec<Block>,
+    chooser: Chooser,
+    /// The samples that were chosen, where only few of the pool get shadow rays.
+    chosen: ShadowPool,
 }
 
 impl Default for Scratch {
@@ -99,6 +100,8 @@ impl Default for Scratch {
             parts: Parts::default(),
             gathered: Vec::new(),
             waiting: Vec::new(),
+            chooser: Chooser::default(),
+            chosen: ShadowPool::default(),
         }
     }
 }
@@ -122,6 +125,9 @@ impl<T: Texel> Kernel<'_, T> {
         let chunks = pixels.len().div_ceil(V::N);
         for (number, pixels) in pixels.chunks(V::N).enumerate() {
             scratch.packet.fill(pixels, rays, &self.segments);
+            if let Lighting::Rays(_, Some(few)) = &self.lighting {
+                few.put_offsets(pixels, &mut scratch.packet.offset);
+            }
             if scratch.packet.is_empty() && scratch.gathered.is_empty() {
                 out.extend(pixels.iter().map(|_| RayResult::nothing(self.background)));
                 continue;
@@ -150,8 +156,9 @@ impl<T: Texel> Kernel<'_, T> {
                 ray.start[a] = packet.start[a].0[lane];
                 ray.delta[a] = packet.delta[a].0[lane];
             }
+            ray.offset = packet.offset.0[lane];
         }
-        if matches!(self.lighting, Lighting::Rays(_)) {
+        if matches!(self.lighting, Lighting::Rays(..)) {
             let most: f32 = packet.samples.0.iter().sum();
             pool.reserve(most as usize + packet.len * V::N);
         }
@@ -170,7 +177,7 @@ impl<T: Texel> Kernel<'_, T> {
                 let from = pool.len();
                 count += self.block(zero, (packet, lane), &mut gathered[first + lane], pool);
                 if pool.len() > from {
-                    waiting.push(Waiting { ray: first + lane, from, to: pool.len() });
+                    waiting.push(Block { ray: first + lane, from, to: pool.len() });
                 }
             }
         }
@@ -185,11 +192,14 @@ impl<T: Texel> Kernel<'_, T> {
         scratch: &mut Scratch,
         out: &mut Vec<RayResult>,
     ) -> u64 {
+        if let Lighting::Rays(_, Some(few)) = &self.lighting {
+            self.choose(zero, few, scratch);
+        }
         let rays = ShadowRays {
             field: &self.field,
             alpha: &self.table.shadow_alpha,
             light: &self.light,
-            columns: if let Lighting::Rays(columns) = self.lighting { columns } else { None },
+            columns: if let Lighting::Rays(columns, _) = self.lighting { columns } else { None },
         };
         let samples = rays.trace(self.simd, &mut scratch.pool, &mut scratch.parts);
         for block in &scratch.waiting {
@@ -209,6 +219,22 @@ impl<T: Texel> Kernel<'_, T> {
         scratch.waiting.clear();
         scratch.pool.clear();
         samples
+    }
+
+    /// Replaces the samples that wait by a few of them, which stand for all.
+    #[inline(always)]
+    fn choose<V: SimdF32>(&self, zero: V, few: &FewShadowRays<'_>, scratch: &mut Scratch) {
+        let Scratch { pool, waiting, chooser, chosen, gathered, .. } = scratch;
+        gathered.iter().for_each(|ray| chooser.add_ray(ray.offset));
+        let places = chooser.choose(zero, few.per_pixel, pool.colours(), waiting);
+        chosen.clear();
+        chosen.reserve(places.len());
+        waiting.clear();
+        for (at, place) in places.iter().enumerate() {
+            chosen.push_weighted(pool, place.place, place.weight);
+            waiting.push(Block { ray: place.ray, from: at, to: at + 1 });
+        }
+        std::mem::swap(pool, chosen);
     }
 
     /// The result of a finished ray from its sums; `eye` in voxel-centre coordinates.
@@ -305,12 +331,12 @@ impl<T: Texel> Kernel<'_, T> {
         let ambient = zero.splat(self.ambient);
         let direct = zero.splat(1.0 - self.ambient) * facing;
         match &self.lighting {
-            Lighting::Rays(_) | Lighting::Full => {
+            Lighting::Rays(..) | Lighting::Full => {
                 let lit = weight * (ambient + direct);
                 for c in 0..3 {
                     colour[c] = lit.mul_add(rgb[c], colour[c]);
                 }
-                if matches!(self.lighting, Lighting::Rays(_)) {
+                if matches!(self.lighting, Lighting::Rays(..)) {
                     let waiting = weight * direct;
                     let light = [waiting * rgb[0], waiting * rgb[1], waiting * rgb[2]];
                     pool.push(weight.simd_gt(zero), p, light);

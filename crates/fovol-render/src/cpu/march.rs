@@ -2,6 +2,7 @@
 //!
 //! Nothing here is fast. Every faster path is compared with it.
 
+use super::few_shadow_rays::{Chosen, choose_places};
 use crate::scene::{Bricks, LightPath, RayResult, SHADOW_STEP, Segments, corrected_opacity};
 use fovol_core::{ClipBox, Grid, Ray, Shading, ShadowMode, SurfaceShading, TransferFunction};
 
@@ -28,6 +29,8 @@ pub struct March<'a> {
     pub background: [f64; 3],
     /// The sampling distance in voxels.
     pub step: f64,
+    /// Shadow rays of each pixel and the noise of this one, where not every sample has one.
+    pub few: Option<(u32, f32)>,
 }
 
 /// How many samples rays took.
@@ -66,6 +69,7 @@ impl March<'_> {
         let mut opacity = 0.0f32;
         let mut half_at = None;
         let mut weighted_number = 0.0f32;
+        let mut waiting: Vec<([f32; 3], [f32; 3])> = Vec::new();
         for k in 0..segment.count {
             if opacity >= OPAQUE {
                 break;
@@ -77,17 +81,30 @@ impl March<'_> {
             if alpha == 0.0 {
                 continue;
             }
-            let lit = self.light(p, &light, count);
-            let unshadowed_light = if self.casts_rays() { self.light_without_shadows(p) } else { lit };
             let weight = alpha * (1.0 - opacity);
+            let rgb = [0, 1, 2].map(|c| weight * rgba[c] as f32);
+            let waits = self.casts_rays() && self.few.is_some();
+            let lit = if waits { self.light_without_shadows(p) } else { self.light(p, &light, count) };
+            let unshadowed_light = if self.casts_rays() { self.light_without_shadows(p) } else { lit };
             for c in 0..3 {
-                colour[c] += weight * lit * rgba[c] as f32;
-                unshadowed[c] += weight * unshadowed_light * rgba[c] as f32;
+                colour[c] += lit * rgb[c];
+                unshadowed[c] += unshadowed_light * rgb[c];
+            }
+            if waits {
+                let direct = (1.0 - self.shading.ambient as f32) * self.surface(p);
+                waiting.push((p, rgb.map(|value| direct * value)));
             }
             opacity += weight;
             weighted_number += weight * k as f32;
             if opacity >= 0.5 && half_at.is_none() {
                 half_at = Some(k as f32);
+            }
+        }
+        if let Some((per_pixel, offset)) = self.few {
+            let colours: Vec<[f32; 3]> = waiting.iter().map(|(_, rgb)| *rgb).collect();
+            for Chosen { place, weight, .. } in choose_places(offset, per_pixel, &colours) {
+                let dark = weight * (self.transmittance(waiting[place].0, &light, count) - 1.0);
+                (0..3).for_each(|c| colour[c] += dark * colours[place][c]);
             }
         }
         let colour = std::array::from_fn(|c| colour[c] + (1.0 - opacity) * self.background[c] as f32);

@@ -7,6 +7,7 @@
 mod adaptive_mask;
 mod compact;
 mod direct;
+mod few_shadow_rays;
 mod field;
 mod fine;
 mod in_vectors;
@@ -28,6 +29,7 @@ mod sparse_frame;
 pub use adaptive_mask::adaptive_mask;
 pub use compact::compact;
 pub use direct::{DirectSamples, direct, mask_of};
+pub use few_shadow_rays::FewShadowRays;
 pub use fovol_simd::Simd;
 pub use mask::{mask, sampled};
 pub use renderer::{RenderOptions, Renderer};

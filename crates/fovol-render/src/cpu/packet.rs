@@ -36,6 +36,8 @@ pub struct Packet {
     pub next: PerRay,
     /// Transmittance from each ray's next sample to the eye, 0…1.
     pub transmittance: PerRay,
+    /// Each ray's noise, 0…1, where it places few shadow rays.
+    pub offset: PerRay,
 }
 
 impl Packet {
@@ -51,6 +53,7 @@ impl Packet {
             length: zero,
             next: zero,
             transmittance: zero,
+            offset: zero,
         }
     }
 

@@ -1,3 +1,4 @@
+use super::few_shadow_rays::FewShadowRays;
 use super::field::{AnyType, AnyValues, Field, Texel, addressable, with_field};
 use super::fine::{FineKernel, FineScratch};
 use super::in_vectors::InVectors;
@@ -278,17 +279,28 @@ impl Renderer {
             shadow_grid: self.shadow_grid.as_ref().filter(|_| self.shading.shadows == ShadowMode::Cached),
             background: self.background,
             step: self.step,
+            few: None,
         }
     }
 
     /// Marches the pixels of `list`; returns one result per ray, in list order, and the samples taken.
     pub fn march_list(&self, camera: &Camera, list: &SampleList) -> (Vec<RayResult>, SampleCount) {
+        self.march_list_with(camera, list, None)
+    }
+
+    /// [`Self::march_list`] with shadow rays as `few` says, if they are to be few. Colours then have noise, whose mean is 0.
+    pub fn march_list_with(
+        &self,
+        camera: &Camera,
+        list: &SampleList,
+        few: Option<&FewShadowRays<'_>>,
+    ) -> (Vec<RayResult>, SampleCount) {
         let rays = camera.rays(list.size());
         let order = MarchOrder::new(list);
         let parts: Vec<(Vec<RayResult>, SampleCount)> = order
             .pixels()
             .par_chunks(CHUNK)
-            .map_init(Memory::default, |scratch, chunk| self.march_pixels(&rays, chunk, scratch))
+            .map_init(Memory::default, |scratch, chunk| self.march_pixels(&rays, chunk, few, scratch))
             .collect();
         let mut count = SampleCount::default();
         parts.iter().for_each(|(_, samples)| count += *samples);
@@ -297,7 +309,17 @@ impl Renderer {
 
     /// Marches every pixel: a frame with alpha 1.
     pub fn march_full(&self, camera: &Camera, size: FrameSize) -> (Frame, SampleCount) {
-        let tiles = self.march_tiles(camera, size, |_, _| true, |ray| ray.colour);
+        self.march_full_with(camera, size, None)
+    }
+
+    /// [`Self::march_full`] with shadow rays as `few` says, if they are to be few.
+    pub fn march_full_with(
+        &self,
+        camera: &Camera,
+        size: FrameSize,
+        few: Option<&FewShadowRays<'_>>,
+    ) -> (Frame, SampleCount) {
+        let tiles = self.march_tiles((camera, size, few), |_, _| true, |ray| ray.colour);
         let mut frame = Frame::new(size);
         let columns = size.width.div_ceil(TILE) as usize;
         let rows = frame.pixels_mut().par_chunks_mut((TILE * size.width) as usize);
@@ -312,15 +334,18 @@ impl Renderer {
         (frame, samples_of(&tiles))
     }
 
-    /// Visits every pixel and marches the pixels of `mask` at once, without packing: the paper's `reject`.
+    /// Visits every pixel and marches the pixels of `mask` at once, without packing: the paper's `reject`. Shadow rays are
+    /// as `few` says, if they are to be few.
     ///
     /// Returns the marched pixels, tile by tile, one result for each, and the samples taken.
     pub fn march_rejecting(
         &self,
         camera: &Camera,
         mask: &SampleMask,
+        few: Option<&FewShadowRays<'_>>,
     ) -> (SampleList, Vec<RayResult>, SampleCount) {
-        let tiles = self.march_tiles(camera, mask.size(), |x, y| mask.contains(x, y), |ray| ray);
+        let view = (camera, mask.size(), few);
+        let tiles = self.march_tiles(view, |x, y| mask.contains(x, y), |ray| ray);
         let count = samples_of(&tiles);
         let mut pixels = Vec::with_capacity(mask.count());
         let mut marched = Vec::with_capacity(mask.count());
@@ -334,8 +359,7 @@ impl Renderer {
     /// Marches the wanted pixels, and keeps a part of each result.
     fn march_tiles<T: Send>(
         &self,
-        camera: &Camera,
-        size: FrameSize,
+        (camera, size, few): (&Camera, FrameSize, Option<&FewShadowRays<'_>>),
         wanted: impl Fn(u32, u32) -> bool + Sync,
         keep: impl Fn(RayResult) -> T + Sync,
     ) -> Vec<Tile<T>> {
@@ -351,7 +375,7 @@ impl Renderer {
                         pixels.push(Pixel { x: x as u16, y: y as u16 });
                     }
                 }
-                let (marched, samples) = self.march_pixels(&rays, &pixels, scratch);
+                let (marched, samples) = self.march_pixels(&rays, &pixels, few, scratch);
                 Tile { pixels, kept: marched.into_iter().map(&keep).collect(), samples }
             })
             .collect()
@@ -361,15 +385,17 @@ impl Renderer {
         &self,
         rays: &RayBasis,
         pixels: &[Pixel],
+        few: Option<&FewShadowRays<'_>>,
         scratch: &mut Memory,
     ) -> (Vec<RayResult>, SampleCount) {
         stop::point();
         let mut out = Vec::with_capacity(pixels.len());
         let simd = self.options.simd;
         if simd == Simd::Scalar {
-            let march = self.specification();
+            let mut march = self.specification();
             let mut count = SampleCount::default();
             out.extend(pixels.iter().map(|p| {
+                march.few = few.map(|few| (few.per_pixel, few.offset(*p)));
                 let ray = rays.ray(p.x.into(), p.y.into());
                 match &self.extinction {
                     None => march.ray(&ray, &mut count),
@@ -382,10 +408,10 @@ impl Renderer {
         let count = match simd {
             Simd::Portable => {
                 let field = Field::<AnyType>::new(&self.bricks, AnyValues::new(&self.bricks), unit);
-                self.march_field(field, (rays, pixels), scratch, &mut out)
+                self.march_field(field, (rays, pixels, few), scratch, &mut out)
             }
             _ => with_field!(&self.bricks, unit, field => {
-                self.march_field(field, (rays, pixels), scratch, &mut out)
+                self.march_field(field, (rays, pixels, few), scratch, &mut out)
             }),
         };
         (out, count)
@@ -394,11 +420,11 @@ impl Renderer {
     fn march_field<'a, T: Texel>(
         &'a self,
         field: Field<'a, T>,
-        (rays, pixels): (&RayBasis, &[Pixel]),
+        (rays, pixels, few): (&RayBasis, &[Pixel], Option<&FewShadowRays<'a>>),
         scratch: &mut Memory,
         out: &mut Vec<RayResult>,
     ) -> SampleCount {
-        let (kernel, simd) = (self.kernel(field), self.options.simd);
+        let (kernel, simd) = (self.kernel(field, few), self.options.simd);
         match &self.extinction {
             None => {
                 let scratch = &mut scratch.plain;
@@ -411,9 +437,9 @@ impl Renderer {
         }
     }
 
-    fn kernel<'a, T: Texel>(&'a self, field: Field<'a, T>) -> Kernel<'a, T> {
+    fn kernel<'a, T: Texel>(&'a self, field: Field<'a, T>, few: Option<&FewShadowRays<'a>>) -> Kernel<'a, T> {
         let skips = self.options.skip_empty && !self.cells.is_dense();
-        let rays = Lighting::Rays(self.light_columns.as_ref().filter(|_| skips));
+        let rays = Lighting::Rays(self.light_columns.as_ref().filter(|_| skips), few.copied());
         let lighting = match (self.shading.shadows, &self.shadow_grid) {
             (ShadowMode::Off, _) => Lighting::Full,
             (ShadowMode::Cached, Some(grid)) => match grid.data() {

@@ -54,6 +54,27 @@ impl ShadowPool {
         self.len += V::bits_of(m).count_ones() as usize;
     }
 
+    /// Red, green and blue of all samples, and room beyond them.
+    #[inline(always)]
+    pub fn colours(&self) -> [&[f32]; 3] {
+        let [_, _, _, r, g, b, _] = &self.columns;
+        [r, g, b]
+    }
+
+    /// Appends sample `at` of `other`, with `weight` times its colour.
+    pub fn push_weighted(&mut self, other: &Self, at: usize, weight: f32) {
+        self.push_copy(other, at);
+        self.columns[3..6].iter_mut().for_each(|column| column[self.len - 1] *= weight);
+    }
+
+    /// Appends sample `at` of `other`.
+    pub fn push_copy(&mut self, other: &Self, at: usize) {
+        for (column, other) in self.columns.iter_mut().zip(&other.columns) {
+            column[self.len] = other[at];
+        }
+        self.len += 1;
+    }
+
     /// The positions of the samples from `at` on.
     #[inline(always)]
     pub fn positions<V: SimdF32>(&self, zero: V, at: usize) -> [V; 3] {

@@ -25,18 +25,14 @@ impl CpuMarcher {
         Ok(Self { renderer: Renderer::new(scene, options)?, sampler })
     }
 
-    /// Marches every pixel.
-    fn march_full(&self, camera: &Camera, size: FrameSize) -> Frame {
-        self.renderer.march_full(camera, size).0
-    }
-
     /// Samples of the frame of `view`, and their guide pixels.
     fn marched(&self, view: &View, important: Option<(&Importance, Region)>) -> (Sampled, Vec<GuidePixel>) {
         let size = self.sampler.size;
+        let few = self.sampler.few_shadow_rays(view.index);
         match self.sampler.sampling {
             Sampling::Full => {
                 let timer = Timer::start();
-                let frame = self.march_full(&view.camera, size);
+                let (frame, _) = self.renderer.march_full_with(&view.camera, size, few.as_ref());
                 let timings = Timings { march: timer.ms(), ..Timings::default() };
                 (Sampled { timings, ..Sampled::full(frame) }, Vec::new())
             }
@@ -45,7 +41,7 @@ impl CpuMarcher {
                 let mask = self.mask(view);
                 let timings = Timings { mask: timer.ms(), ..Timings::default() };
                 let timer = Timer::start();
-                let (list, marched, _) = self.renderer.march_rejecting(&view.camera, &mask);
+                let (list, marched, _) = self.renderer.march_rejecting(&view.camera, &mask, few.as_ref());
                 sampled(list, marched, Some(mask), (timer, timings))
             }
             Sampling::Direct => {
@@ -112,7 +108,8 @@ impl CpuMarcher {
         timings: Timings,
     ) -> (Sampled, Vec<GuidePixel>) {
         let timer = Timer::start();
-        let (marched, _) = self.renderer.march_list(&view.camera, &list);
+        let few = self.sampler.few_shadow_rays(view.index);
+        let (marched, _) = self.renderer.march_list_with(&view.camera, &list, few.as_ref());
         sampled(list, marched, mask, (timer, timings))
     }
 }

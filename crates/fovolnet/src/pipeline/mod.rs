@@ -19,7 +19,7 @@ mod view;
 use crate::volume::orientation_notes;
 use crate::{
     Choice, CroppedVolume, Density, Error, Guide, Machine, OpenDevice, OpenVolume, RenderSettings, Result,
-    SpeedSettings, WorldBox, scene,
+    ShadowRays, SpeedSettings, WorldBox, scene,
 };
 pub use camera_path::camera_path;
 use fovol_core::{Camera, Fovea, FrameSize, SampleList, keep_workers_spinning};
@@ -294,16 +294,20 @@ impl Pipeline {
     }
 }
 
-/// Checks that `marcher` has the guide and the density that are asked for.
+/// Checks that `marcher` can do what is asked for.
 ///
 /// # Errors
-/// A guide or an adaptive density for frames of a GPU.
+/// A guide, an adaptive density or few shadow rays for frames of a GPU.
 fn check_marcher(marcher: &dyn Marcher, settings: &RenderSettings) -> Result<()> {
-    let has_guide = matches!(settings.guide, Choice::Fixed(guide) if guide != Guide::None);
-    let is_adaptive = settings.density == Choice::Fixed(Density::Adaptive);
-    if marcher.gpu_name().is_none() || !(has_guide || is_adaptive) {
-        return Ok(());
+    let asked = [
+        (matches!(settings.guide, Choice::Fixed(guide) if guide != Guide::None), "a guide (--guide)"),
+        (settings.density == Choice::Fixed(Density::Adaptive), "an adaptive density (--density)"),
+        (settings.shadow_rays != ShadowRays::Exact, "few shadow rays (--shadow-rays)"),
+    ];
+    match asked.into_iter().find(|(is_asked, _)| *is_asked && marcher.gpu_name().is_some()) {
+        None => Ok(()),
+        Some((_, what)) => Err(Error::Setting(format!(
+            "frames of a GPU cannot have {what} yet; add --device cpu, or leave it out"
+        ))),
     }
-    let what = if has_guide { "a guide (--guide)" } else { "an adaptive density (--density)" };
-    Err(Error::Setting(format!("frames of a GPU cannot have {what} yet; add --device cpu, or leave it out")))
 }

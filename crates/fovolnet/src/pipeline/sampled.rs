@@ -7,6 +7,7 @@ use crate::reconstruct::Seen;
 use crate::{Density, Guide, Reconstructor, RenderSettings, Result, Sampling};
 use fovol_core::{Frame, FrameSize, SampleMask, SparseFrame};
 use fovol_render::Importance;
+use fovol_render::cpu::FewShadowRays;
 use fovol_render::noise::Noise;
 
 /// Choice of the pixels to march, for frames of one size.
@@ -17,12 +18,20 @@ pub struct Sampler {
     pub noise: Noise,
     pub seed: u64,
     pub guide: Guide,
+    /// Shadow rays of each pixel, unless every sample has one.
+    few: Option<u32>,
 }
 
 impl Sampler {
     pub fn new(settings: &RenderSettings) -> Self {
-        let RenderSettings { size, sampling, noise, seed, .. } = *settings;
-        Self { size, sampling, noise: Noise::new(noise, seed), seed, guide: settings.guide_kind() }
+        let RenderSettings { size, sampling, noise, seed, shadow_rays, .. } = *settings;
+        let noise = Noise::new(noise, seed);
+        Self { size, sampling, noise, seed, guide: settings.guide_kind(), few: shadow_rays.few() }
+    }
+
+    /// Shadow rays of the pixels of frame number `index`, unless every sample has one.
+    pub fn few_shadow_rays(&self, index: u32) -> Option<FewShadowRays<'_>> {
+        self.few.map(|per_pixel| FewShadowRays { per_pixel, noise: self.noise.frame(index) })
     }
 
     /// Takes over `settings`; noise tables that stay the same are kept, since they take time to make.

@@ -1,6 +1,6 @@
 use super::{
     CameraChoice, Choice, CropBox, Density, Guide, NamedView, NanColour, Orientation, Reconstruction,
-    Sampling, TransferChoice, TransferRange, ValueScale, WeightsChoice,
+    Sampling, ShadowRays, TransferChoice, TransferRange, ValueScale, WeightsChoice,
 };
 use crate::{Error, Result};
 use fovol_core::{Fovea, FrameSize, GazePath, Integration, Light, ShadowMode, SurfaceShading};
@@ -58,6 +58,8 @@ pub struct RenderSettings {
     pub light: Light,
     /// Shadow computation.
     pub shadows: ShadowMode,
+    /// Shadow rays of each pixel, where shadows are on.
+    pub shadow_rays: ShadowRays,
     /// Surface term of the lighting.
     pub shading: SurfaceShading,
     /// Share of ambient light, 0…1.
@@ -114,6 +116,7 @@ impl Default for RenderSettings {
             crop: None,
             light: Light::default(),
             shadows: ShadowMode::On,
+            shadow_rays: ShadowRays::Exact,
             shading: SurfaceShading::Flat,
             ambient: 0.3,
             background: [0.0; 3],

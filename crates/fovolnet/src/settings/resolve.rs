@@ -33,6 +33,7 @@ impl RenderOverrides {
             crop: self.clip,
             light: light.unwrap_or(usual.light),
             shadows: self.shadows.unwrap_or(usual.shadows),
+            shadow_rays: self.shadow_rays.unwrap_or(usual.shadow_rays),
             shading: self.shading.unwrap_or(usual.shading),
             ambient: self.ambient.unwrap_or(usual.ambient),
             background: self.background.unwrap_or(usual.background),

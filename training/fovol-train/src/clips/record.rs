@@ -2,8 +2,8 @@ use super::recipe::{Attempt, Course, Recipe};
 use super::{Clip, Scenery};
 use crate::{Error, Result};
 use fovol_core::{FrameSize, Pixel, SampleList, f16};
-use fovolnet::render::scene::RayResult;
 use fovolnet::guide::guide_pixel;
+use fovolnet::render::scene::RayResult;
 use fovolnet::{OpenDevice, OpenVolume, Rays};
 
 /// Attempts at drawing a clip before the volume is given up.

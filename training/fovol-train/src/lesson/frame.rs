@@ -7,7 +7,7 @@ use tch::{Device, Tensor};
 /// colours, and (Û + ε)·ρ − ε for ratios.
 #[derive(Debug)]
 pub struct LessonFrame {
-    /// What the network reads of the samples, colours or ratios, 0 elsewhere: \[batch, 3, rows, columns\].
+    /// Colours or ratios of the samples, 0 elsewhere: \[batch, 3, rows, columns\].
     pub colour: Tensor,
     /// 1 where `colour` is known: \[batch, 1, rows, columns\].
     pub mask: Tensor,
@@ -22,7 +22,7 @@ pub struct LessonFrame {
     pub shown: Tensor,
     /// Factor of the network's output: \[batch, 3, rows, columns\].
     pub scale: Tensor,
-    /// What is subtracted then: \[batch, 1, 1, 1\].
+    /// Offset that is subtracted then: \[batch, 1, 1, 1\].
     pub offset: Tensor,
 }
 

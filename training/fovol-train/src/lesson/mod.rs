@@ -83,7 +83,7 @@ impl Past {
     }
 }
 
-/// What a network learns of a frame.
+/// Subject of a lesson frame.
 struct Subject {
     /// Samples of colours or ratios.
     sparse: SparseFrame,

@@ -74,7 +74,8 @@ impl Picture {
     /// Guide of frame number `index` with the samples `sparse`, as the program marches it.
     pub fn guide(&self, index: u32, sparse: &SparseFrame) -> MarchedGuide {
         let grid = GuideGrid::coarsest(index, Region::whole(self.size), self.size);
-        let of_samples: Vec<GuidePixel> = sparse.pixels().iter().map(|pixel| self.guide_pixel(pixel)).collect();
+        let of_samples: Vec<GuidePixel> =
+            sparse.pixels().iter().map(|pixel| self.guide_pixel(pixel)).collect();
         let march = |list: &SampleList| {
             let pixels = list.pixels().iter();
             Ok::<_, Infallible>(pixels.map(|pixel| self.rays[pixel.index(self.size.width)]).collect())

@@ -69,7 +69,20 @@ impl Variation {
         let offset = [128.0, 128.0, 64.0].map(|most| (unit() * most) as u32);
         let flips = [(horizontal, 3), (vertical, 2)].into_iter().filter(|flip| flip.0).map(|flip| flip.1);
         let flips = flips.collect();
-        Self { channels, is_grey, flips, has_guide, is_adaptive, stop, border, base, sigma, gaze, offset, length }
+        Self {
+            channels,
+            is_grey,
+            flips,
+            has_guide,
+            is_adaptive,
+            stop,
+            border,
+            base,
+            sigma,
+            gaze,
+            offset,
+            length,
+        }
     }
 
     /// Whether pixel (`x`, `y`) of frames of `size` lies in the blank border.

@@ -126,8 +126,7 @@ impl Validation {
     fn filled(&self, fill: Fill) -> Result<Scores> {
         let mut scores = Scores::default();
         for lesson in &self.lessons {
-            let frames: Vec<Frame> =
-                lesson.iter().map(|frame| filled(frame, fill)).collect::<Result<_>>()?;
+            let frames: Vec<Frame> = lesson.iter().map(|frame| filled(frame, fill)).collect::<Result<_>>()?;
             scores.add(&score(lesson, &frames)?, self.lessons.len());
         }
         Ok(scores)

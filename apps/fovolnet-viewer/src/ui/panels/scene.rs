@@ -1,8 +1,8 @@
-use super::fields::{number, set};
+use super::fields::{choice, number, set};
 use crate::ui::widgets::colour_button::colour_button;
 use eframe::egui::{Color32, Mesh, Rect, Sense, Shape, Stroke, Ui, vec2};
 use fovolnet::core::{Integration, ShadowMode, SurfaceShading};
-use fovolnet::{RenderOverrides, RenderSettings};
+use fovolnet::{RenderOverrides, RenderSettings, ShadowRays};
 use glam::{DVec3, Vec3};
 use std::f32::consts::{FRAC_PI_2, TAU};
 
@@ -22,6 +22,17 @@ pub fn scene(ui: &mut Ui, settings: &mut RenderOverrides) {
                 }
             });
             set(&mut settings.shadows, shadows, usual.shadows);
+            let mut rays = settings.shadow_rays.unwrap_or(usual.shadow_rays);
+            ui.add_enabled_ui(shadows == ShadowMode::On, |ui| {
+                let offered =
+                    ["exact", "32", "16", "8", "4", "1"].iter().filter_map(|text| text.parse().ok());
+                let offered: Vec<ShadowRays> = offered.collect();
+                choice(ui, "Shadow rays", &mut rays, &offered, |rays| match rays {
+                    ShadowRays::Exact => "from every sample".into(),
+                    ShadowRays::Few(count) => format!("{count} a pixel"),
+                });
+            });
+            set(&mut settings.shadow_rays, rays, usual.shadow_rays);
             let mut surface = settings.shading.unwrap_or(usual.shading);
             ui.horizontal(|ui| {
                 ui.label("Shading");

@@ -1,5 +1,6 @@
 //! Fine integration in lanes: consecutive steps of one ray side by side.
 
+use super::super::few_shadow_rays::{Block, Chooser, FewShadowRays};
 use super::super::field::Texel;
 use super::super::kernel::{Kernel, Lighting, colours};
 use super::super::march::SampleCount;
@@ -39,6 +40,8 @@ struct Gathered {
     /// The middle of the ray's first step, and one step.
     start: [f32; 3],
     delta: [f32; 3],
+    /// The noise that places few shadow rays, 0…1.
+    offset: f32,
 }
 
 /// Memory that marching reuses.
@@ -52,6 +55,10 @@ pub struct FineScratch {
     /// For each ray that waits to be returned, its index in `gathered`, or [`NOTHING`].
     places: Vec<u32>,
     stretches: Stretches,
+    /// The stretches by rays, where only few of them get shadow rays, and their nodes.
+    blocks: Vec<Block>,
+    chooser: Chooser,
+    chosen: ShadowPool,
 }
 
 impl Default for FineScratch {
@@ -64,6 +71,9 @@ impl Default for FineScratch {
             gathered: Vec::new(),
             places: Vec::new(),
             stretches: Stretches::default(),
+            blocks: Vec::new(),
+            chooser: Chooser::default(),
+            chosen: ShadowPool::default(),
         }
     }
 }
@@ -94,6 +104,9 @@ impl<T: Texel> FineKernel<'_, T> {
             let packet = &mut scratch.packet;
             packet.fill(pixels, rays, &self.kernel.segments);
             packet.count_ends(zero);
+            if let Lighting::Rays(_, Some(few)) = &self.kernel.lighting {
+                few.put_offsets(pixels, &mut packet.offset);
+            }
             if packet.is_empty() && scratch.places.is_empty() {
                 out.extend(pixels.iter().map(|_| RayResult::nothing(self.kernel.background)));
                 continue;
@@ -179,7 +192,7 @@ impl<T: Texel> FineKernel<'_, T> {
         (lane, ray): (usize, usize),
         first_entry: f32,
     ) -> u64 {
-        let FineScratch { packet, covered, pool, gathered, places, stretches, .. } = scratch;
+        let FineScratch { packet, covered, pool, gathered, places, stretches, blocks, .. } = scratch;
         let kernel = &self.kernel;
         let one = zero.splat(1.0);
         let first = packet.next.0[lane];
@@ -250,7 +263,11 @@ impl<T: Texel> FineKernel<'_, T> {
         let g = between_nodes(thick, direct * rgb[1]);
         let b = between_nodes(thick, direct * rgb[2]);
         let depth = V::select(thick, depths[0], depths[1]);
+        let from = stretches.len();
         stretches.push(nodes.begins, [r, g, b, depth], (nodes.all, pool.len()), ray);
+        if matches!(kernel.lighting, Lighting::Rays(_, Some(_))) {
+            blocks.push(Block { ray, from, to: stretches.len() });
+        }
         let p = boundary(start, delta, number.min(length));
         let inner = zero.mask_of(nodes.all & (u32::MAX >> (32 - V::N)));
         pool.push(inner, p, [front.entry, front.sum, front.extinction]);
@@ -270,6 +287,9 @@ impl<T: Texel> FineKernel<'_, T> {
         scratch: &mut FineScratch,
         out: &mut Vec<RayResult>,
     ) -> u64 {
+        if let Lighting::Rays(_, Some(few)) = &self.kernel.lighting {
+            self.choose(zero, few, scratch);
+        }
         let FineScratch { pool, parts, gathered, places, stretches, .. } = scratch;
         let kernel = &self.kernel;
         let to_light = ToLight {
@@ -300,6 +320,16 @@ impl<T: Texel> FineKernel<'_, T> {
         samples
     }
 
+    /// Keeps a few of the stretches that wait, which stand for all, and their nodes.
+    #[inline(always)]
+    fn choose<V: SimdF32>(&self, zero: V, few: &FewShadowRays<'_>, scratch: &mut FineScratch) {
+        let FineScratch { pool, gathered, stretches, blocks, chooser, chosen, .. } = scratch;
+        gathered.iter().for_each(|ray| chooser.add_ray(ray.offset));
+        let places = chooser.choose(zero, few.per_pixel, stretches.colours(), blocks);
+        stretches.keep(places, pool, chosen);
+        blocks.clear();
+    }
+
     /// The result of a finished ray from its sums; `eye` in voxel-centre coordinates.
     #[inline(always)]
     fn marched<V: SimdF32>(&self, zero: V, eye: [f32; 3], ray: &Gathered) -> RayResult {
@@ -326,7 +356,7 @@ impl<T: Texel> FineKernel<'_, T> {
 
     /// Whether shadow rays are marched.
     fn casts_rays(&self) -> bool {
-        matches!(self.kernel.lighting, Lighting::Rays(_))
+        matches!(self.kernel.lighting, Lighting::Rays(..))
     }
 }
 
@@ -347,6 +377,7 @@ fn place(place: &mut u32, gathered: &mut Vec<Gathered>, packet: &Packet, lane: u
             half_at: -1.0,
             start: [packet.start[0].0[lane], packet.start[1].0[lane], packet.start[2].0[lane]],
             delta: [packet.delta[0].0[lane], packet.delta[1].0[lane], packet.delta[2].0[lane]],
+            offset: packet.offset.0[lane],
         });
     }
     *place as usize

@@ -39,7 +39,7 @@ impl<T: Texel> ToLight<'_, '_, T> {
         let taken = (pool.len() * NEAR_STEPS.len()) as u64;
         match self.lighting {
             Lighting::Full => taken,
-            Lighting::Rays(columns) => {
+            Lighting::Rays(columns, _) => {
                 let rays = ShadowRays {
                     field: self.field,
                     alpha: self.shadow_alpha,

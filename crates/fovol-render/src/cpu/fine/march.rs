@@ -1,5 +1,6 @@
 //! The specification of fine integration, as plain code. docs/integration.md has its equations.
 
+use super::super::few_shadow_rays::{Chosen, choose_places};
 use super::super::march::{March, SampleCount, half_resolution_position};
 use crate::scene::{ExtinctionTable, LightPath, RayResult, SHADOW_STEP, Segment};
 use fovol_core::{Ray, ShadowMode};
@@ -38,10 +39,24 @@ struct Step {
 struct Gathered {
     colour: [f32; 3],
     unshadowed: [f32; 3],
+    /// Part of `colour` that shadows can take away.
+    direct: [f32; 3],
     opacity: f32,
     weighted_number: f32,
     half_at: Option<f32>,
 }
+
+/// Part of a ray that waits for the light at its ends.
+struct Waiting {
+    ends: [f32; 2],
+    /// Optical depth.
+    depth: f32,
+    /// Red, green and blue that shadows can take away.
+    direct: [f32; 3],
+}
+
+/// Light where nothing casts shadows.
+const FULL: Light = Light { near: 0.0, far: 1.0 };
 
 impl March<'_> {
     /// Marches `ray` by fine integration and returns its colour over the background, its opacity and its depth.
@@ -53,6 +68,7 @@ impl March<'_> {
         let mut front = self.entry(table, segment.boundary(0.0));
         let mut lit: Option<Light> = None;
         let mut number = 0.0;
+        let mut waiting = Vec::new();
         while number < segment.length && gathered.opacity < OPAQUE {
             let steps: [Step; 4] = std::array::from_fn(|i| {
                 let step = self.step_between(table, &segment, number + i as f32, front, count);
@@ -65,6 +81,18 @@ impl March<'_> {
                     lit = None;
                     continue;
                 }
+                if self.few.is_some() && self.casts_rays() {
+                    let number = part[0].number;
+                    let before = gathered.direct;
+                    self.add_part(table, &segment, part, [FULL; 2], &mut gathered);
+                    let direct = std::array::from_fn(|c| gathered.direct[c] - before[c]);
+                    waiting.push(Waiting {
+                        ends: [number, number + parts as f32],
+                        depth: depth_of(part),
+                        direct,
+                    });
+                    continue;
+                }
                 let mut light = |steps| self.light_at(table, segment.boundary(steps), &path, count);
                 let before = lit.unwrap_or_else(|| light(part[0].number));
                 let after = light(part[0].number + parts as f32);
@@ -73,7 +101,11 @@ impl March<'_> {
             }
             number += 4.0;
         }
-        let Gathered { colour, unshadowed, opacity, weighted_number, half_at } = gathered;
+        if let Some(few) = self.few {
+            let light = |steps, count: &mut _| self.light_at(table, segment.boundary(steps), &path, count);
+            add_shadows(&waiting, few, |steps| light(steps, &mut *count), &mut gathered.colour);
+        }
+        let Gathered { colour, unshadowed, opacity, weighted_number, half_at, .. } = gathered;
         if opacity == 0.0 {
             return RayResult::nothing(self.background.map(|c| c as f32));
         }
@@ -122,10 +154,7 @@ impl March<'_> {
         light: [Light; 2],
         gathered: &mut Gathered,
     ) {
-        let [before, after] = light;
-        let depth = depth_of(part);
-        let share = mean_passing(depth + after.near - before.near) / mean_passing(depth);
-        let arriving = far_between(before, after) * (-before.near).exp() * share;
+        let arriving = arriving(depth_of(part), light);
         for step in part {
             self.add(table, segment, step, arriving, gathered);
         }
@@ -156,6 +185,7 @@ impl March<'_> {
             let rgb = rgb[c] as f32 / most;
             gathered.colour[c] += weight * rgb;
             gathered.unshadowed[c] += unshadowed * rgb;
+            gathered.direct[c] += passing * alpha * (1.0 - ambient) * facing * arriving * rgb;
         }
         gathered.opacity += passing * alpha;
         gathered.weighted_number += passing * alpha * number;
@@ -209,6 +239,28 @@ impl March<'_> {
         }
         (near, std::array::from_fn(|a| length.mul_add(path.delta[a], p[a])))
     }
+}
+
+/// Adds to `colour` what shadows take away from the parts that `waiting` has, by shadow rays at the ends of a few of them.
+/// `few` is their number and the noise of the pixel; `light` finds the light at a place along the ray.
+fn add_shadows(
+    waiting: &[Waiting],
+    (per_pixel, offset): (u32, f32),
+    mut light: impl FnMut(f32) -> Light,
+    colour: &mut [f32; 3],
+) {
+    let directs: Vec<[f32; 3]> = waiting.iter().map(|part| part.direct).collect();
+    for Chosen { place, weight, .. } in choose_places(offset, per_pixel, &directs) {
+        let part = &waiting[place];
+        let dark = weight * (arriving(part.depth, part.ends.map(&mut light)) - 1.0);
+        (0..3).for_each(|c| colour[c] += dark * part.direct[c]);
+    }
+}
+
+/// The share of the light that arrives at a part of optical `depth`; `light` arrives at its two ends.
+fn arriving(depth: f32, [before, after]: [Light; 2]) -> f32 {
+    let share = mean_passing(depth + after.near - before.near) / mean_passing(depth);
+    far_between(before, after) * (-before.near).exp() * share
 }
 
 /// The optical depth of `steps` together.

@@ -1,5 +1,6 @@
 //! Stretches of rays that wait for the light at their ends.
 
+use super::super::few_shadow_rays::Chosen;
 use super::super::shadow_pool::ShadowPool;
 use super::exponential::{mean_passing, passing};
 use super::march::DEEP;
@@ -46,6 +47,35 @@ impl Stretches {
             self.nodes.push(from as u32 + before.count_ones());
             self.rays.push(ray as u32);
         }
+    }
+
+    /// Number of stretches.
+    pub fn len(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// Red, green and blue of all stretches in full light, and room beyond them.
+    #[inline(always)]
+    pub fn colours(&self) -> [&[f32]; 3] {
+        let [r, g, b, _] = &self.columns;
+        [r, g, b]
+    }
+
+    /// Keeps only the stretches of `chosen`, with their weights, and the nodes of `pool` that they need.
+    pub fn keep(&mut self, chosen: &[Chosen], pool: &mut ShadowPool, kept: &mut ShadowPool) {
+        kept.clear();
+        kept.reserve(2 * chosen.len());
+        // Chosen stretches are in the order of blocks, so none is overwritten before it has been read.
+        for (at, chosen) in chosen.iter().enumerate() {
+            let node = self.nodes[chosen.place] as usize;
+            self.columns[..3].iter_mut().for_each(|column| column[at] = column[chosen.place] * chosen.weight);
+            self.columns[3][at] = self.columns[3][chosen.place];
+            (self.nodes[at], self.rays[at]) = (kept.len() as u32, chosen.ray as u32);
+            (0..2).for_each(|end| kept.push_copy(pool, node + end));
+        }
+        self.nodes.truncate(chosen.len());
+        self.rays.truncate(chosen.len());
+        std::mem::swap(pool, kept);
     }
 
     /// Calls `add` with every ray and the light of one of its stretches that shadows take away, as found in `pool`.
