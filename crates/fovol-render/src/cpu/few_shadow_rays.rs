@@ -2,7 +2,6 @@
 //!
 //! docs/guide/src/internals/algorithm.md, section 3.1, has the equations.
 
-use super::packet::PerRay;
 use crate::noise::FrameNoise;
 use fovol_core::Pixel;
 use fovol_simd::SimdF32;
@@ -31,8 +30,8 @@ impl FewShadowRays<'_> {
     }
 
     /// Writes the noise of `pixels` to `offsets`.
-    pub(super) fn put_offsets(&self, pixels: &[Pixel], offsets: &mut PerRay) {
-        pixels.iter().zip(&mut offsets.0).for_each(|(pixel, offset)| *offset = self.offset(*pixel));
+    pub(super) fn put_offsets(&self, pixels: &[Pixel], offsets: &mut [f32]) {
+        pixels.iter().zip(offsets).for_each(|(pixel, offset)| *offset = self.offset(*pixel));
     }
 }
 

@@ -126,7 +126,7 @@ impl<T: Texel> Kernel<'_, T> {
         for (number, pixels) in pixels.chunks(V::N).enumerate() {
             scratch.packet.fill(pixels, rays, &self.segments);
             if let Lighting::Rays(_, Some(few)) = &self.lighting {
-                few.put_offsets(pixels, &mut scratch.packet.offset);
+                few.put_offsets(pixels, &mut scratch.packet.offset.0);
             }
             if scratch.packet.is_empty() && scratch.gathered.is_empty() {
                 out.extend(pixels.iter().map(|_| RayResult::nothing(self.background)));

@@ -105,7 +105,7 @@ impl<T: Texel> FineKernel<'_, T> {
             packet.fill(pixels, rays, &self.kernel.segments);
             packet.count_ends(zero);
             if let Lighting::Rays(_, Some(few)) = &self.kernel.lighting {
-                few.put_offsets(pixels, &mut packet.offset);
+                few.put_offsets(pixels, &mut packet.offset.0);
             }
             if packet.is_empty() && scratch.places.is_empty() {
                 out.extend(pixels.iter().map(|_| RayResult::nothing(self.kernel.background)));
