@@ -47,10 +47,12 @@ impl ListLength {
     }
 }
 
-/// Colours and depths of pixels or of samples, 16 and 4 bytes each.
+/// Results of the rays of pixels or of samples.
 #[derive(Debug)]
 pub struct Shaded {
+    /// 16 bytes each.
     pub colours: wgpu::Buffer,
+    /// 4 bytes for a pixel. 16 for a sample: its colour without shadows follows.
     pub inverse_depths: wgpu::Buffer,
 }
 
@@ -79,9 +81,9 @@ impl Buffers {
         let storage = BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
         let uniform = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
         let pixels = size.pixels() as u64;
-        let shaded = |what: [&str; 2]| Shaded {
+        let shaded = |what: [&str; 2], bytes: u64| Shaded {
             colours: gpu.buffer(what[0], 16 * pixels, storage),
-            inverse_depths: gpu.buffer(what[1], 4 * pixels, storage),
+            inverse_depths: gpu.buffer(what[1], bytes * pixels, storage),
         };
         let words = u64::from(size.width.div_ceil(64) * 2) * u64::from(size.height);
         Self {
@@ -98,8 +100,8 @@ impl Buffers {
                 storage | BufferUsages::INDIRECT,
             ),
             list: gpu.buffer("list", 4 * pixels, storage),
-            samples: shaded(["sample colours", "sample depths"]),
-            frame: shaded(["frame", "frame depths"]),
+            samples: shaded(["sample colours", "sample depths"], 16),
+            frame: shaded(["frame", "frame depths"], 4),
         }
     }
 }

@@ -177,14 +177,14 @@ impl FrameBuffers {
     pub fn read_samples(&self) -> Result<Vec<RayResult>> {
         let count = self.read_list_length()?;
         let colours: Vec<[f32; 4]> = read(&self.gpu, &self.buffers.samples.colours, count)?;
-        let inverse_depths: Vec<f32> = read(&self.gpu, &self.buffers.samples.inverse_depths, count)?;
-        let marched = |([r, g, b, opacity], inverse): ([f32; 4], f32)| RayResult {
+        let others: Vec<[f32; 4]> = read(&self.gpu, &self.buffers.samples.inverse_depths, count)?;
+        let marched = |([r, g, b, opacity], [inverse, unshadowed @ ..]): ([f32; 4], [f32; 4])| RayResult {
             colour: [r, g, b],
-            unshadowed: [0.0; 3],
+            unshadowed,
             opacity,
             depth: if inverse > 0.0 { 1.0 / inverse } else { f32::INFINITY },
         };
-        Ok(colours.into_iter().zip(inverse_depths).map(marched).collect())
+        Ok(colours.into_iter().zip(others).map(marched).collect())
     }
 
     /// Reads the length of the last list in pixels back to the host.

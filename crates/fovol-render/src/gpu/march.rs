@@ -101,6 +101,7 @@ impl MarchPass {
         constants.push(("SHADOWS", shadows));
         constants.push(("FINE", number(variant.scene.integration == Integration::Fine)));
         constants.push(("GRADIENT", number(variant.surface == SurfaceShading::Gradient)));
+        constants.push(("GUIDE", number(variant.pixels == Pixels::List)));
         constants.push(("REJECT", number(variant.pixels == Pixels::Masked)));
         let entry_point = if variant.pixels == Pixels::List { "march_list" } else { "march_frame" };
         let shader = if variant.scene.texels == TexelKind::Filtered { MARCH_FILTERED } else { MARCH };

@@ -123,6 +123,8 @@ fn boundary(segment: Segment, steps: f32) -> vec3f {
 /// Colour and opacity of a ray so far.
 struct Gathered {
     colour: vec3f,
+    /// The colour without shadow rays.
+    unshadowed: vec3f,
     opacity: f32,
     /// Number of the step that took opacity past one half; negative before.
     half_at: f32,
@@ -143,12 +145,16 @@ struct Step {
 fn add_step(gathered: ptr<function, Gathered>, segment: Segment, step: Step, arriving: f32) {
     let passing = 1.0 - (*gathered).opacity;
     let alpha = 1.0 - exp(-step.depth);
-    var direct = arriving;
+    var direct = vec2f(arriving, select(arriving, 1.0, SHADOWS == RAYS));
     if GRADIENT {
         direct *= facing(boundary(segment, step.number + 0.5));
     }
     let weight = passing * alpha * (scene.ambient + (1.0 - scene.ambient) * direct);
-    (*gathered).colour += weight * colour_between(step.front, step.behind);
+    let rgb = colour_between(step.front, step.behind);
+    (*gathered).colour += weight.x * rgb;
+    if GUIDE {
+        (*gathered).unshadowed += weight.y * rgb;
+    }
     (*gathered).opacity += passing * alpha;
     (*gathered).weighted_number = fma(passing * alpha, step.number, (*gathered).weighted_number);
     if (*gathered).half_at < 0.0 && (*gathered).opacity >= 0.5 {
@@ -159,7 +165,7 @@ fn add_step(gathered: ptr<function, Gathered>, segment: Segment, step: Step, arr
 /// Marches the ray of `segment`.
 fn fine_march(segment: Segment) -> RayResult {
     let inverse = inverse_of(segment.delta);
-    var gathered = Gathered(vec3f(0.0), 0.0, -1.0, 0.0);
+    var gathered = Gathered(vec3f(0.0), vec3f(0.0), 0.0, -1.0, 0.0);
     var number = 0.0;
     // Steps before this one may be visible.
     var known = 0.0;
@@ -221,13 +227,15 @@ fn fine_march(segment: Segment) -> RayResult {
     }
     let is_opaque = gathered.opacity >= FINE_OPAQUE;
     let opacity = select(gathered.opacity, 1.0, is_opaque);
-    var colour = gathered.colour / select(1.0, gathered.opacity, is_opaque);
+    let whole = select(1.0, gathered.opacity, is_opaque);
+    var colour = gathered.colour / whole;
+    let unshadowed = gathered.unshadowed / whole;
     let half_at = gathered.half_at;
     let weighted_number = gathered.weighted_number;
     colour += (1.0 - opacity) * scene.background;
     if opacity == 0.0 {
-        return RayResult(colour, 0.0, 0.0);
+        return RayResult(colour, unshadowed, 0.0, 0.0);
     }
     let at = select(half_at, weighted_number / gathered.opacity, half_at < 0.0);
-    return RayResult(colour, opacity, 1.0 / fma(at, scene.delta, segment.distance));
+    return RayResult(colour, unshadowed, opacity, 1.0 / fma(at, scene.delta, segment.distance));
 }

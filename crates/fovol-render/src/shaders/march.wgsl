@@ -10,6 +10,8 @@ const RAYS: u32 = 1;
 const CACHED: u32 = 2;
 /// Whether surfaces are shaded by their gradient.
 override GRADIENT: bool = false;
+/// Whether colours without shadow rays are kept.
+override GUIDE: bool = false;
 /// Whether pixels outside the mask end at once.
 override REJECT: bool = false;
 
@@ -22,12 +24,15 @@ override REJECT: bool = false;
 @group(1) @binding(4) var<storage, read> mask: array<u32>;
 /// Red, green, blue over the background, and opacity (in lists) or 1 (in frames).
 @group(1) @binding(5) var<storage, read_write> colours: array<vec4f>;
-/// One over the distance from the eye at which opacity passes one half, in world units; 0 where nothing shows.
+/// One over the distance from the eye at which opacity passes one half, in world units; 0 where nothing shows. In lists it is
+/// followed by red, green and blue without shadows, before the background.
 @group(1) @binding(6) var<storage, read_write> inverse_depths: array<f32>;
 
 /// Result of a ray.
 struct RayResult {
     colour: vec3f,
+    /// The colour without shadow rays, before the background. Kept for lists only.
+    unshadowed: vec3f,
     opacity: f32,
     inverse_depth: f32,
 }
@@ -59,13 +64,13 @@ fn cached_transmittance(p: vec3f) -> f32 {
     return textureSampleLevel(shadow_grid, linear, at, 0.0).x;
 }
 
-/// Factor of the colour at `p`: ambient + (1 − ambient)·T·|n·l|.
-fn light(p: vec3f) -> f32 {
-    var light = 1.0;
+/// Factors of the colour at `p`: ambient + (1 − ambient)·T·|n·l|, and the same without shadow rays.
+fn light(p: vec3f) -> vec2f {
+    var light = vec2f(1.0);
     if SHADOWS == RAYS {
-        light = transmittance(p);
+        light.x = transmittance(p);
     } else if SHADOWS == CACHED {
-        light = cached_transmittance(p);
+        light = vec2f(cached_transmittance(p));
     }
     if GRADIENT {
         light *= facing(p);
@@ -87,6 +92,7 @@ fn march(pixel: vec2u) -> RayResult {
     }
     let inverse = inverse_of(segment.delta);
     var colour = vec3f(0.0);
+    var unshadowed = vec3f(0.0);
     var opacity = 0.0;
     var half_at = -1.0;
     var weighted_number = 0.0;
@@ -107,7 +113,12 @@ fn march(pixel: vec2u) -> RayResult {
         let alpha = bitcast<f32>(looks.x);
         if alpha > 0.0 {
             let weight = alpha * (1.0 - opacity);
-            colour += weight * light(p) * colour_of(looks.y);
+            let lit = weight * light(p);
+            let rgb = colour_of(looks.y);
+            colour += lit.x * rgb;
+            if GUIDE {
+                unshadowed += lit.y * rgb;
+            }
             opacity += weight;
             weighted_number = fma(weight, k, weighted_number);
             if half_at < 0.0 && opacity >= 0.5 {
@@ -118,10 +129,10 @@ fn march(pixel: vec2u) -> RayResult {
     }
     colour += (1.0 - opacity) * scene.background;
     if opacity == 0.0 {
-        return RayResult(colour, 0.0, 0.0);
+        return RayResult(colour, unshadowed, 0.0, 0.0);
     }
     let number = select(half_at, weighted_number / opacity, half_at < 0.0);
-    return RayResult(colour, opacity, 1.0 / fma(number, scene.delta, segment.distance));
+    return RayResult(colour, unshadowed, opacity, 1.0 / fma(number, scene.delta, segment.distance));
 }
 
 /// Marches the pixels of the list. Results are in list order.
@@ -133,7 +144,10 @@ fn march_list(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_ind
     }
     let marched = march(unpacked(list[i]));
     colours[i] = vec4f(marched.colour, marched.opacity);
-    inverse_depths[i] = marched.inverse_depth;
+    inverse_depths[4u * i] = marched.inverse_depth;
+    inverse_depths[4u * i + 1u] = marched.unshadowed.r;
+    inverse_depths[4u * i + 2u] = marched.unshadowed.g;
+    inverse_depths[4u * i + 3u] = marched.unshadowed.b;
 }
 
 /// Marches every pixel, or those of the mask. Results are at the places of their pixels.
