@@ -97,7 +97,8 @@ mod tests {
             .map(|device| record(&recipe, &volume, &device.open().unwrap()).unwrap());
         assert!(cpu.scenery.gpu.is_none() && gpu.scenery.gpu.is_some());
         assert_eq!(cpu.scenery.cameras, gpu.scenery.cameras);
-        for (cpu, gpu) in cpu.frames.iter().flatten().zip(gpu.frames.iter().flatten()) {
+        let numbers = |clip: &Clip| [&clip.frames, &clip.guides].map(|frames| frames.concat()).concat();
+        for (cpu, gpu) in numbers(&cpu).iter().zip(&numbers(&gpu)) {
             assert!((cpu.to_f32() - gpu.to_f32()).abs() <= 2.0 / 255.0, "{cpu} and {gpu}");
         }
     }

@@ -225,6 +225,32 @@ mod tests {
         assert!(largest(&frames[0].motion) == 0.0);
     }
 
+    /// The picture of the true ratio is the target where the guide is exact, and near it elsewhere.
+    #[test]
+    fn ratios_times_the_guide_are_the_target() {
+        let clip = clip();
+        let config = LessonConfig { guide: 1.0, adaptive: 1.0, ..plain() };
+        let frames = lesson(&clip, &config, &mut ChaCha8Rng::seed_from_u64(1));
+        let samples = |frame: &LessonFrame| frame.shown.sum(Kind::Float).double_value(&[]);
+        for (t, frame) in frames.iter().enumerate() {
+            let picture = Picture::new(
+                &clip,
+                t,
+                &Variation::draw(&clip, 4, &config, &mut ChaCha8Rng::seed_from_u64(1)),
+            );
+            let ratios = colours(&picture.ratios());
+            assert_eq!(largest(&((&frame.colour - &ratios) * &frame.mask)), 0.0);
+            let off = (frame.picture(&ratios) - &frame.target).abs();
+            assert_eq!(largest(&(&off * &frame.shown)), 0.0);
+            let off = off.mean(Kind::Float).double_value(&[]);
+            assert!(off < 0.01, "{off}");
+            assert!((samples(frame) / samples(&frames[0]) - 1.0).abs() < 0.1);
+            // Faint samples are shown, but have no ratio.
+            assert!(largest(&(&frame.mask * (1.0 - &frame.shown))) == 0.0);
+        }
+        assert!(largest(&frames[2].motion) > 0.0);
+    }
+
     #[test]
     fn flips_turn_pictures_and_motion_alike() {
         let clip = clip();
