@@ -73,6 +73,52 @@ fn frames_are_those_of_the_processor() {
     }
 }
 
+/// Guides and adaptive densities of a GPU's frames, which the CPU fills.
+#[test]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
+fn light_ratios_of_a_gpu_are_those_of_the_processor() {
+    for (sampling, guide, density) in [
+        (Sampling::Compact, Guide::Quarter, Density::Fixed),
+        (Sampling::Compact, Guide::Quarter, Density::Adaptive),
+        (Sampling::Direct, Guide::Full, Density::Fixed),
+        (Sampling::Compact, Guide::None, Density::Adaptive),
+    ] {
+        let settings = RenderSettings {
+            background: [0.3, 0.2, 0.1],
+            guide: guide.into(),
+            density: density.into(),
+            precision: "f32".parse().unwrap(),
+            ..settings(sampling, Reconstruction::WNet)
+        };
+        let mut both = [Device::Cpu, Device::Gpu(None)].map(|device| pipeline(&settings, device));
+        assert_eq!(both.each_ref().map(Pipeline::guide), [guide; 2]);
+        for i in 0..4 {
+            let name = format!("{sampling:?} {guide} {density} {i}");
+            let [cpu, gpu] = both.each_mut().map(|pipeline| pipeline.render(i).unwrap());
+            let near = |a: usize, b: usize| a.abs_diff(b) <= 2 + a / 200;
+            assert!(near(cpu.samples, gpu.samples), "{name}: {} {}", cpu.samples, gpu.samples);
+            assert!(near(cpu.guide_samples, gpu.guide_samples), "{name}");
+            assert_eq!(cpu.guide_samples > 0, guide != Guide::None, "{name}");
+            let quality = fovolnet::metrics::psnr(&cpu.frame, &gpu.frame).unwrap();
+            assert!(quality > 45.0 || (density == Density::Adaptive && quality > 35.0), "{name}: {quality}");
+        }
+    }
+}
+
+#[test]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
+fn what_a_gpu_cannot_do_is_said() {
+    let usual = settings(Sampling::Compact, Reconstruction::WNet);
+    let rays = RenderSettings { shadow_rays: "8".parse().unwrap(), ..usual.clone() };
+    let cached = RenderSettings { guide: Guide::Cached.into(), ..usual.clone() };
+    let reject = RenderSettings { guide: Guide::Quarter.into(), sampling: Sampling::Reject, ..usual };
+    for settings in [rays, cached, reject] {
+        let speed = SpeedSettings { device: Some(Device::Gpu(None)), ..Default::default() };
+        let problem = Pipeline::new(&head(), &settings, &speed).unwrap_err().to_string();
+        assert!(problem.contains("frames of a GPU cannot have") && problem.contains("--device cpu"));
+    }
+}
+
 #[test]
 #[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn references_have_exact_shadows() {

@@ -178,10 +178,7 @@ impl Renderer {
     ///
     /// It may be somewhat too large, never too small. `None` where only the background shows.
     pub fn visible_region(&self, camera: &Camera, size: FrameSize) -> Option<Region> {
-        let [low, high] = self.clip.in_world(&self.grid);
-        let boxes = self.cells.visible();
-        let boxes = boxes.map(|bounds| bounds.map(|at| self.grid.grid_to_world(at).clamp(low, high)));
-        Region::of_boxes(&camera.rays(size), boxes, size)
+        self.cells.visible_region((&self.grid, &self.clip), camera, size)
     }
 
     /// The background colour, RGB.

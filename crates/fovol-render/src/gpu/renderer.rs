@@ -7,7 +7,7 @@ use super::stages::Stages;
 use super::view::View;
 use super::volume_texture::TexelKind;
 use crate::Filtering;
-use fovol_core::{Camera, FrameSize, SampleList, Scene, ShadowMode};
+use fovol_core::{Camera, FrameSize, Region, SampleList, Scene, ShadowMode};
 use fovol_gpu::Gpu;
 
 /// Which pixels of a frame are marched, and how they are found.
@@ -103,9 +103,25 @@ impl Renderer {
         if self.scene.shading().shadows != ShadowMode::Cached {
             return march(self);
         }
-        self.scene.set_shadows_of_next_frames(ShadowMode::On);
+        self.with_shadows(ShadowMode::On, march)
+    }
+
+    /// The region of a frame of `size`, seen by `camera`, that can show more than the background; see
+    /// [`crate::cpu::Renderer::visible_region`].
+    pub fn visible_region(&self, camera: &Camera, size: FrameSize) -> Option<Region> {
+        self.scene.visible_region(camera, size)
+    }
+
+    /// Runs `march` without shadows.
+    pub fn without_shadows<T>(&mut self, march: impl FnOnce(&Self) -> T) -> T {
+        self.with_shadows(ShadowMode::Off, march)
+    }
+
+    fn with_shadows<T>(&mut self, shadows: ShadowMode, march: impl FnOnce(&Self) -> T) -> T {
+        let own = self.scene.shading().shadows;
+        self.scene.set_shadows_of_next_frames(shadows);
         let marched = march(self);
-        self.scene.set_shadows_of_next_frames(ShadowMode::Cached);
+        self.scene.set_shadows_of_next_frames(own);
         marched
     }
 

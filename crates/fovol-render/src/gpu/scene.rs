@@ -8,7 +8,9 @@ use crate::scene::{
     Bricks, ExtinctionTable, LightPath, Macrocells, Segments, TransferTable, half_resolution,
 };
 use bytemuck::{Pod, Zeroable};
-use fovol_core::{ClipBox, Grid, Integration, Scene, Shading, ShadowMode, TransferFunction};
+use fovol_core::{
+    Camera, ClipBox, FrameSize, Grid, Integration, Region, Scene, Shading, ShadowMode, TransferFunction,
+};
 use fovol_gpu::Gpu;
 use fovol_gpu::binding::bind_group;
 use wgpu::{BufferUsages, TextureFormat, TextureUsages};
@@ -89,6 +91,12 @@ impl DeviceScene {
     /// Changes the shadows of the next frames only. Bindings stay, so this never makes a missing shadow grid.
     pub fn set_shadows_of_next_frames(&mut self, shadows: ShadowMode) {
         self.contents.shading.shadows = shadows;
+    }
+
+    /// The region of a frame of `size`, seen by `camera`, that can show more than the background.
+    pub fn visible_region(&self, camera: &Camera, size: FrameSize) -> Option<Region> {
+        let Contents { cells, grid, clip, .. } = &self.contents;
+        cells.visible_region((grid, clip), camera, size)
     }
 
     /// Where rays take their samples.

@@ -1,7 +1,7 @@
 use super::brick_layout::BRICK;
 use super::bricks::Bricks;
 use fovol_core::memory::{self, SMALLER_VOLUME, Shortage};
-use fovol_core::{TransferFunction, stop};
+use fovol_core::{Camera, ClipBox, FrameSize, Grid, Region, TransferFunction, stop};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -114,6 +114,19 @@ impl Macrocells {
         self.visible
             .iter()
             .map(move |&[first, last]| [position(first, -0.5), position(last.map(|cell| cell + 1), 1.5)])
+    }
+
+    /// The region of a frame of `size`, seen by `camera`, in which something can be visible; `grid` and `clip` are those of
+    /// the volume. It may be somewhat too large, never too small.
+    pub fn visible_region(
+        &self,
+        (grid, clip): (&Grid, &ClipBox),
+        camera: &Camera,
+        size: FrameSize,
+    ) -> Option<Region> {
+        let [low, high] = clip.in_world(grid);
+        let boxes = self.visible().map(|bounds| bounds.map(|at| grid.grid_to_world(at).clamp(low, high)));
+        Region::of_boxes(&camera.rays(size), boxes, size)
     }
 
     /// The share of cells that show anything, 0…1.

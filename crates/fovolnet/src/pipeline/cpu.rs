@@ -4,7 +4,7 @@ use super::marcher::Marcher;
 use super::sampled::{HostReconstruction, Marched, Sampled, Sampler};
 use super::timings::{Timer, Timings};
 use super::view::View;
-use crate::guide::{GuideGrid, GuidePixel, MarchedGuide, guide_pixel};
+use crate::guide::{GuidePixel, MarchedGuide, guide_pixel};
 use crate::reconstruct::Seen;
 use crate::{Guide, RenderSettings, Result, Sampling};
 use fovol_core::{Camera, Frame, FrameSize, Region, SampleList, SampleMask, Scene, SparseFrame};
@@ -74,11 +74,7 @@ impl CpuMarcher {
         region: Region,
         of_samples: &[GuidePixel],
     ) -> Result<Option<MarchedGuide>> {
-        let grid = match self.sampler.guide {
-            Guide::None => return Ok(None),
-            Guide::Quarter | Guide::Cached => GuideGrid::coarsest(view.index, region, view.size),
-            Guide::Full => GuideGrid::every_pixel(region, view.size),
-        };
+        let Some(grid) = self.sampler.guide.grid(view.index, region, view.size) else { return Ok(None) };
         let (renderer, camera) = (&mut self.renderer, &view.camera);
         if self.sampler.guide == Guide::Cached {
             let march = |list: &SampleList| {

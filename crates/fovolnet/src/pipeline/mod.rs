@@ -18,7 +18,7 @@ mod view;
 
 use crate::volume::orientation_notes;
 use crate::{
-    Choice, CroppedVolume, Density, Error, Guide, Machine, OpenDevice, OpenVolume, RenderSettings, Result,
+    Choice, CroppedVolume, Error, Guide, Machine, OpenDevice, OpenVolume, RenderSettings, Result, Sampling,
     ShadowRays, SpeedSettings, WorldBox, scene,
 };
 pub use camera_path::camera_path;
@@ -147,9 +147,13 @@ impl Pipeline {
         Ok(())
     }
 
-    /// Guide of the frames. Frames of a GPU have none.
+    /// Guide of the frames.
     pub fn guide(&self) -> Guide {
-        if self.marcher.gpu_name().is_some() { Guide::None } else { self.settings.guide_kind() }
+        #[cfg(feature = "gpu")]
+        if self.marcher.gpu_name().is_some() {
+            return self.settings.on_gpu().guide_kind();
+        }
+        self.settings.guide_kind()
     }
 
     /// Rendered volume.
@@ -297,12 +301,13 @@ impl Pipeline {
 /// Checks that `marcher` can do what is asked for.
 ///
 /// # Errors
-/// A guide, an adaptive density or few shadow rays for frames of a GPU.
+/// Few shadow rays, cached guides, or guides of frames without lists, on a GPU.
 fn check_marcher(marcher: &dyn Marcher, settings: &RenderSettings) -> Result<()> {
+    let has_guide = matches!(settings.guide, Choice::Fixed(guide) if guide != Guide::None);
     let asked = [
-        (matches!(settings.guide, Choice::Fixed(guide) if guide != Guide::None), "a guide (--guide)"),
-        (settings.density == Choice::Fixed(Density::Adaptive), "an adaptive density (--density)"),
         (settings.shadow_rays != ShadowRays::Exact, "few shadow rays (--shadow-rays)"),
+        (settings.guide == Choice::Fixed(Guide::Cached), "a guide with cached shadows (--guide cached)"),
+        (has_guide && settings.sampling == Sampling::Reject, "a guide with --sampling reject"),
     ];
     match asked.into_iter().find(|(is_asked, _)| *is_asked && marcher.gpu_name().is_some()) {
         None => Ok(()),

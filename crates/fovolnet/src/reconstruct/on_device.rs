@@ -1,13 +1,15 @@
 //! Reconstructions that run on a device.
 
-use crate::{Reconstruction, RenderSettings, Sampling};
+use crate::{Density, Guide, Reconstruction, RenderSettings, Sampling};
 use fovol_net::gpu::Precision;
 use fovol_net::{Fill, cpu};
 
 /// Whether `settings` ask for a reconstruction that runs on the device.
 pub fn reconstructs(settings: &RenderSettings) -> bool {
-    // Frames with every pixel marched need no reconstruction.
+    // Frames with every pixel marched need no reconstruction. Guides and importance are made on the CPU.
     settings.sampling != Sampling::Full
+        && settings.guide_kind() == Guide::None
+        && settings.density_kind() == Density::Fixed
         && match settings.reconstruction {
             Reconstruction::None | Reconstruction::Fill(Fill::Linear) => false,
             Reconstruction::Fill(Fill::PullPush) => true,

@@ -1,4 +1,5 @@
-use fovol_core::did_you_mean;
+use crate::guide::GuideGrid;
+use fovol_core::{FrameSize, Region, did_you_mean};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
@@ -22,6 +23,15 @@ pub enum Guide {
 impl Guide {
     /// All of them.
     pub const ALL: [Self; 4] = [Self::None, Self::Quarter, Self::Full, Self::Cached];
+
+    /// Coarsest level of the guide of frame number `index`, of `size`, in `region`; `None` without a guide.
+    pub(crate) fn grid(self, index: u32, region: Region, size: FrameSize) -> Option<GuideGrid> {
+        match self {
+            Self::None => None,
+            Self::Quarter | Self::Cached => Some(GuideGrid::coarsest(index, region, size)),
+            Self::Full => Some(GuideGrid::every_pixel(region, size)),
+        }
+    }
 
     /// Name on the command line.
     pub fn name(self) -> &'static str {

@@ -192,6 +192,19 @@ impl RenderSettings {
         }
     }
 
+    /// These settings as frames of a GPU take them. A GPU fills frames by itself unless a guide or an adaptive density is asked
+    /// for.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn on_gpu(&self) -> Self {
+        let has_guide = matches!(self.guide, Choice::Fixed(guide) if guide != Guide::None);
+        let guide = if has_guide { self.guide } else { Guide::None.into() };
+        let density = match self.density {
+            Choice::Auto if !has_guide => Density::Fixed.into(),
+            density => density,
+        };
+        Self { guide, density, ..self.clone() }
+    }
+
     /// Whether the network fills light ratios as well as colours.
     fn is_made_for_light_ratios(&self) -> bool {
         self.reconstruction == Reconstruction::WNet

@@ -3,12 +3,13 @@ use super::marcher::Marcher;
 use super::sampled::{HostReconstruction, Sampled, Sampler};
 use super::timings::{Timer, Timings};
 use super::view::View;
-use crate::reconstruct::reconstructs;
+use crate::guide::{GuidePixel, MarchedGuide, guide_pixel};
+use crate::reconstruct::{Seen, reconstructs};
 use crate::{RenderSettings, Result, Sampling, SpeedSettings};
 use display::Display;
-use fovol_core::{Camera, Frame, FrameSize, Pixel, SampleList, Scene, SparseFrame};
+use fovol_core::{Camera, Frame, FrameSize, Pixel, Region, SampleList, Scene, SparseFrame};
 use fovol_gpu::{Gpu, Timing};
-use fovol_render::cpu::{DirectSamples, compact, direct, mask_of, sparse_frame};
+use fovol_render::cpu::{DirectSamples, adaptive_mask, compact, direct, mask_of, sparse_frame};
 use fovol_render::gpu::{self, FrameBuffers, MaskSource, Renderer};
 use fovol_render::scene::RayResult;
 use fovol_render::{Filtering, Importance};
@@ -33,10 +34,19 @@ pub struct GpuMarcher {
     parts: Timing<Part>,
     /// Display of frames on the device; created at the first use.
     display: Option<Display>,
+    background: [f32; 3],
+}
+
+/// Pixels of a frame that the CPU lists.
+struct Listed {
+    list: SampleList,
+    /// Number of repeated positions, if positions were drawn at random.
+    lost: Option<usize>,
 }
 
 impl GpuMarcher {
     pub fn new(gpu: &Gpu, scene: &Scene, settings: &RenderSettings, speed: &SpeedSettings) -> Result<Self> {
+        let settings = &settings.on_gpu();
         let sampler = Sampler::new(settings);
         let filtering = speed.filtering.unwrap_or_default();
         let mut renderer = Renderer::with_filtering(gpu, scene, filtering)?;
@@ -44,7 +54,8 @@ impl GpuMarcher {
         let buffers = renderer.frame_buffers(sampler.size)?;
         let reconstruction = DeviceReconstruction::new(gpu, settings, &buffers)?;
         let parts = Timing::new(gpu, Part::COUNT);
-        Ok(Self { renderer, buffers, sampler, reconstruction, parts, display: None })
+        let background = background_of(scene);
+        Ok(Self { renderer, buffers, sampler, reconstruction, parts, display: None, background })
     }
 
     /// The device.
@@ -63,23 +74,57 @@ impl GpuMarcher {
         Ok(())
     }
 
-    /// Random positions of the frame of `view`, if the sampling draws them.
-    fn drawn(&self, view: &View) -> Option<DirectSamples> {
-        let Sampler { size, sampling, seed, .. } = &self.sampler;
-        (*sampling == Sampling::Direct).then(|| direct(&view.fovea, *size, *seed, view.index))
+    /// Pixels of the frame of `view`, if the CPU lists them: at random, or by their `importance`.
+    fn listing(&self, view: &View, importance: Option<&Importance>) -> Option<Listed> {
+        let Sampler { size, sampling, seed, noise, .. } = &self.sampler;
+        let important = importance.zip(self.region(view));
+        match (sampling, important) {
+            (Sampling::Direct, _) => {
+                let DirectSamples { list, lost, .. } = direct(&view.fovea, *size, *seed, view.index);
+                Some(Listed { list, lost: Some(lost) })
+            }
+            (Sampling::Compact, Some(important)) => {
+                let mask = adaptive_mask(&view.fovea, *size, noise, view.index, important);
+                Some(Listed { list: compact(&mask), lost: None })
+            }
+            _ => None,
+        }
     }
 
-    /// Encodes a frame into `encoder`, at the positions `drawn` if there are any.
+    fn region(&self, view: &View) -> Option<Region> {
+        self.renderer.visible_region(&view.camera, view.size)
+    }
+
+    /// Guide of the frame of `view`, whose samples are `sparse`, if there is to be one.
+    fn guide(
+        &mut self,
+        view: &View,
+        sparse: &SparseFrame,
+        of_samples: &[GuidePixel],
+    ) -> Result<Option<MarchedGuide>> {
+        let grid =
+            self.region(view).and_then(|region| self.sampler.guide.grid(view.index, region, view.size));
+        let Some(grid) = grid else { return Ok(None) };
+        let (renderer, buffers) = (&mut self.renderer, &mut self.buffers);
+        let march = |list: &SampleList| {
+            let listed = gpu::Sampling::List(list);
+            renderer.without_shadows(|renderer| renderer.render(buffers, &view.camera, listed))?;
+            Ok(buffers.read_samples()?)
+        };
+        MarchedGuide::new(grid, sparse, of_samples, march).map(Some)
+    }
+
+    /// Encodes a frame into `encoder`, with the pixels of `listed` if the CPU has listed them.
     fn encode(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
         view: &View,
-        drawn: Option<&DirectSamples>,
+        listed: Option<&Listed>,
     ) -> Result<()> {
         let Sampler { sampling, noise, .. } = &self.sampler;
         let source = MaskSource { fovea: &view.fovea, noise, frame: view.index };
-        let sampling = match (sampling, drawn) {
-            (_, Some(drawn)) => gpu::Sampling::List(&drawn.list),
+        let sampling = match (sampling, listed) {
+            (_, Some(listed)) => gpu::Sampling::List(&listed.list),
             (Sampling::Full, _) => gpu::Sampling::Full,
             (Sampling::Reject, _) => gpu::Sampling::Reject(source),
             _ => gpu::Sampling::Compact(source),
@@ -93,13 +138,23 @@ impl GpuMarcher {
         Ok(())
     }
 
-    /// Samples of the last list: of the positions `drawn`, or of the list that the device compacted from its mask.
-    fn listed(&self, drawn: Option<DirectSamples>) -> Result<Sampled> {
-        let lost = drawn.as_ref().map(|drawn| drawn.lost);
-        let list = drawn.map_or_else(|| self.buffers.read_list(), |drawn| Ok(drawn.list))?;
+    /// Samples of the last list, of the frame of `view`: the CPU's, or the one that the device compacted from its mask.
+    fn listed(&mut self, view: &View, listed: Option<Listed>) -> Result<Sampled> {
+        let lost = listed.as_ref().and_then(|listed| listed.lost);
+        let list = listed.map_or_else(|| self.buffers.read_list(), |listed| Ok(listed.list))?;
         let marched = self.buffers.read_samples()?;
-        let mask = mask_of(&list);
-        Ok(Sampled { lost, ..Sampled::sparse(sparse_frame(list, &marched), mask, marched.len()) })
+        let (mask, samples) = (mask_of(&list), marched.len());
+        let (list, marched) = match list.raster_order() {
+            Some(order) => (compact(&mask), order.iter().map(|at| marched[*at]).collect()),
+            None => (list, marched),
+        };
+        let sparse = sparse_frame(list, &marched);
+        let timer = Timer::start();
+        let of_samples: Vec<GuidePixel> = marched.iter().map(guide_pixel).collect();
+        let guide = self.guide(view, &sparse, &of_samples)?;
+        let timings = Timings { guide: timer.ms(), ..Timings::default() };
+        let seen = Seen { region: self.region(view), background: self.background };
+        Ok(Sampled { lost, timings, seen, guide, ..Sampled::sparse(sparse, mask, samples) })
     }
 
     /// Samples of the last mask, marched without a list.
@@ -129,6 +184,11 @@ impl GpuMarcher {
     }
 }
 
+/// Background of `scene`: red, green and blue.
+fn background_of(scene: &Scene) -> [f32; 3] {
+    scene.background.map(|channel| channel as f32)
+}
+
 impl Marcher for GpuMarcher {
     fn gpu_name(&self) -> Option<String> {
         Some(self.gpu().info().name)
@@ -140,6 +200,7 @@ impl Marcher for GpuMarcher {
     }
 
     fn host_reconstruction(&self, settings: &RenderSettings) -> Result<HostReconstruction> {
+        let settings = &settings.on_gpu();
         if reconstructs(settings) {
             return Ok(HostReconstruction::nothing());
         }
@@ -147,6 +208,7 @@ impl Marcher for GpuMarcher {
     }
 
     fn change(&mut self, scene: &Scene, settings: &RenderSettings, reconstructs_alike: bool) -> Result<()> {
+        let settings = &settings.on_gpu();
         let size = settings.size;
         let resized = size != self.sampler.size;
         let buffers = resized.then(|| self.renderer.frame_buffers(size)).transpose()?;
@@ -155,6 +217,7 @@ impl Marcher for GpuMarcher {
         let anew = (!reconstructs_alike).then(|| DeviceReconstruction::new(gpu, settings, buffers_then));
         let anew = anew.transpose()?;
         self.renderer.set_scene(scene)?;
+        self.background = background_of(scene);
         self.sampler.change(settings);
         // Frames in progress were encoded for the old settings.
         self.display = None;
@@ -184,21 +247,24 @@ impl Marcher for GpuMarcher {
     }
 
     /// Renders a frame and reads it back: the samples, and the full frame if it was reconstructed on the device.
-    fn sample(&mut self, view: &View, _: Option<&Importance>) -> Result<Sampled> {
+    fn sample(&mut self, view: &View, importance: Option<&Importance>) -> Result<Sampled> {
         let timer = Timer::start();
-        let drawn = self.drawn(view);
+        let listed = self.listing(view, importance);
+        let listing_ms = timer.ms();
         self.gpu()
             .clone()
-            .submit("rendering a frame", |encoder| self.encode(encoder, view, drawn.as_ref()))?;
+            .submit("rendering a frame", |encoder| self.encode(encoder, view, listed.as_ref()))?;
         self.gpu().wait()?;
-        let timings = self.timings(timer.ms())?;
+        let timings = self.timings(timer.ms() - listing_ms)?;
+        let timings = Timings { mask: timings.mask + listing_ms, ..timings };
         let size = self.sampler.size;
         let made = self.reconstruction.as_ref().map(|made| made.read_frame(self.gpu(), size));
         let sampled = match self.sampler.sampling {
             Sampling::Full => Sampled::full(self.buffers.read_frame()?),
             Sampling::Reject => self.rejected()?,
-            Sampling::Direct | Sampling::Compact => self.listed(drawn)?,
+            Sampling::Direct | Sampling::Compact => self.listed(view, listed)?,
         };
+        let timings = Timings { guide: sampled.timings.guide, ..timings };
         Ok(Sampled { made: made.transpose()?, timings, ..sampled })
     }
 
@@ -215,16 +281,16 @@ impl Marcher for GpuMarcher {
             None => Display::new(&gpu, self.sampler.size)?,
         };
         let done = display.make_way()?;
-        let drawn = self.drawn(view);
+        let listed = self.listing(view, None);
         let (encoded, submission) = gpu.submit("rendering a frame", |encoder| {
-            self.encode(encoder, view, drawn.as_ref())?;
+            self.encode(encoder, view, listed.as_ref())?;
             let made = self.reconstruction.as_ref().map(DeviceReconstruction::frame_buffer);
             let frame = made.unwrap_or(self.buffers.frame());
             display.encode(encoder, frame, (&self.buffers, &self.parts))
         })?;
         let samples = match self.sampler.sampling {
             Sampling::Full => Some(self.sampler.size.pixels()),
-            _ => drawn.map(|drawn| drawn.list.len()),
+            _ => listed.map(|listed| listed.list.len()),
         };
         let picture = display.take_off(view.index, samples, encoded, submission)?;
         self.display = Some(display);
