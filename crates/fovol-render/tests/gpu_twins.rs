@@ -269,10 +269,7 @@ fn samples_of_a_list_are_those_of_the_specification() {
         let mut scene = Scene::new(Arc::new(volume), transfer());
         samples_agree(name, &scene, &list);
         scene.integration = Integration::Plain;
-        samples_agree(name, &scene, &list);
         scene.shading.surface = SurfaceShading::Gradient;
-        samples_agree(name, &scene, &list);
-        scene.shading.shadows = ShadowMode::Cached;
         samples_agree(name, &scene, &list);
     }
 }
