@@ -1,7 +1,7 @@
 #[cfg(feature = "gpu")]
 use super::frames::{DeviceFrame, DoneFrame};
 use super::marcher::Marcher;
-use super::sampled::{HostReconstruction, Marched, Sampled, Sampler};
+use super::sampled::{HostReconstruction, Marched, Sampled, Sampler, in_raster_order};
 use super::timings::{Timer, Timings};
 use super::view::View;
 use crate::guide::{GuidePixel, MarchedGuide, guide_pixel};
@@ -180,10 +180,7 @@ fn sampled(
 ) -> (Sampled, Vec<GuidePixel>) {
     let march_ms = timer.ms();
     let (mask, samples) = (mask.unwrap_or_else(|| mask_of(&list)), marched.len());
-    let (list, marched) = match list.raster_order() {
-        Some(order) => (compact(&mask), order.iter().map(|at| marched[*at]).collect()),
-        None => (list, marched),
-    };
+    let (list, marched) = in_raster_order(list, marched, &mask);
     let of_samples = marched.iter().map(guide_pixel).collect();
     let sparse = sparse_frame(list, &marched);
     let both_ms = timer.ms();

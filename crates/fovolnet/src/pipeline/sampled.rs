@@ -5,10 +5,11 @@ use crate::guide::{MarchedGuide, compose, importance_of_colours, importance_of_r
 use crate::motion::{Depths, MotionFinder};
 use crate::reconstruct::Seen;
 use crate::{Density, Guide, Reconstructor, RenderSettings, Result, Sampling};
-use fovol_core::{Frame, FrameSize, SampleMask, SparseFrame};
+use fovol_core::{Frame, FrameSize, SampleList, SampleMask, SparseFrame};
 use fovol_render::Importance;
-use fovol_render::cpu::FewShadowRays;
+use fovol_render::cpu::{FewShadowRays, compact};
 use fovol_render::noise::Noise;
+use fovol_render::scene::RayResult;
 
 /// Choice of the pixels to march, for frames of one size.
 #[derive(Debug)]
@@ -92,6 +93,18 @@ impl Sampled {
             made: None,
             timings: Timings::default(),
         }
+    }
+}
+
+/// The pixels of `list`, which are those of `mask`, and their ray results `marched` in raster order, without repeated pixels.
+pub fn in_raster_order(
+    list: SampleList,
+    marched: Vec<RayResult>,
+    mask: &SampleMask,
+) -> (SampleList, Vec<RayResult>) {
+    match list.raster_order() {
+        Some(order) => (compact(mask), order.iter().map(|at| marched[*at]).collect()),
+        None => (list, marched),
     }
 }
 

@@ -1,6 +1,6 @@
 use super::frames::{DeviceFrame, DoneFrame};
 use super::marcher::Marcher;
-use super::sampled::{HostReconstruction, Sampled, Sampler};
+use super::sampled::{HostReconstruction, Sampled, Sampler, in_raster_order};
 use super::timings::{Timer, Timings};
 use super::view::View;
 use crate::guide::{GuidePixel, MarchedGuide, guide_pixel};
@@ -91,6 +91,7 @@ impl GpuMarcher {
         }
     }
 
+    /// Region of the frame of `view` in which the volume can be seen.
     fn region(&self, view: &View) -> Option<Region> {
         self.renderer.visible_region(&view.camera, view.size)
     }
@@ -144,10 +145,7 @@ impl GpuMarcher {
         let list = listed.map_or_else(|| self.buffers.read_list(), |listed| Ok(listed.list))?;
         let marched = self.buffers.read_samples()?;
         let (mask, samples) = (mask_of(&list), marched.len());
-        let (list, marched) = match list.raster_order() {
-            Some(order) => (compact(&mask), order.iter().map(|at| marched[*at]).collect()),
-            None => (list, marched),
-        };
+        let (list, marched) = in_raster_order(list, marched, &mask);
         let sparse = sparse_frame(list, &marched);
         let timer = Timer::start();
         let of_samples: Vec<GuidePixel> = marched.iter().map(guide_pixel).collect();
