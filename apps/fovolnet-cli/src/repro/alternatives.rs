@@ -2,7 +2,7 @@
 
 use super::data_set::DataSet;
 use super::evaluation::{Evaluation, SPARSE};
-use super::methods::METHODS;
+use super::methods::{self, METHODS, Method};
 use super::plot::{self, Axes, Line};
 use super::section::{Cell, Section};
 use crate::interrupt;
@@ -11,6 +11,7 @@ use fovolnet::core::{Frame, FrameSize, ShadowMode};
 use fovolnet::io::image;
 use fovolnet::metrics::{ClipQuality, Display, FovVideoVdp};
 use fovolnet::{OpenVolume, Pipeline, RenderSettings, Sampling};
+use std::time::Instant;
 
 /// Consecutive frames of the clip. The first ones are not judged, since networks have no history there.
 const CLIP: u32 = 16;
@@ -28,8 +29,23 @@ struct Way {
     family: &'static str,
     name: String,
     settings: RenderSettings,
-    /// Whether frames are rendered smaller and enlarged.
-    is_enlarged: bool,
+    finish: Finish,
+}
+
+/// What is done with a rendered frame.
+#[derive(Clone, Copy)]
+enum Finish {
+    Nothing,
+    /// It was rendered smaller.
+    Enlarge,
+    /// Its light ratios are filled by the joint bilateral filter instead.
+    Bilateral,
+}
+
+impl Finish {
+    fn of(method: Method) -> Self {
+        if method.is_bilateral() { Self::Bilateral } else { Self::Nothing }
+    }
 }
 
 /// Cost and quality of one way.
@@ -43,10 +59,11 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
     let mut section = Section::new(
         "Quality against time",
         &[
-            "Every way to make frames cheaper, at several settings, over frames 9 to 16 of a fly-through: sparse frames filled by \
-           pull-push, by linear interpolation and by networks; every pixel of smaller frames, enlarged bicubically; every pixel \
+            "Every way to make frames cheaper, at several settings, over frames 9 to 16 of a fly-through: sparse frames and light ratios, filled by \
+           several methods; every pixel of smaller frames, enlarged bicubically; every pixel \
            with longer steps; every pixel with shadows from a cache. Up and left is better. Quality is against every pixel at \
            the step of ½ with shadow rays, JOD of FovVideoVDP for 30 frames a second on standard_4k.",
+            methods::LEGEND,
             "Sparse frames are sampled densely where the eye looks; PSNR and the JOD here do not know that, and count the whole \
            screen alike. To enlarge a frame is not counted: it takes a few milliseconds where it is done well.",
         ],
@@ -109,7 +126,7 @@ fn ways(evaluation: &Evaluation, data: &DataSet) -> Result<Vec<Way>> {
         for sampling in SAMPLINGS {
             let settings = method.settings(evaluation.settings(data, sampling));
             let name = format!("({}, {})", sampling[0], sampling[1]);
-            ways.push(Way { family: method.name, name, settings, is_enlarged: false });
+            ways.push(Way { family: method.name, name, settings, finish: Finish::of(method) });
         }
     }
     let full = RenderSettings { sampling: Sampling::Full, ..evaluation.settings(data, SPARSE) };
@@ -117,31 +134,57 @@ fn ways(evaluation: &Evaluation, data: &DataSet) -> Result<Vec<Way>> {
         let FrameSize { width, height } = evaluation.size;
         let size = FrameSize::new((width / factor).max(1), (height / factor).max(1))?;
         let settings = RenderSettings { size, ..full.clone() };
-        ways.push(Way { family: "smaller frames", name: format!("1/{factor}"), settings, is_enlarged: true });
+        ways.push(Way {
+            family: "smaller frames",
+            name: format!("1/{factor}"),
+            settings,
+            finish: Finish::Enlarge,
+        });
     }
     for step in STEPS {
         let settings = RenderSettings { step, ..full.clone() };
-        ways.push(Way { family: "longer steps", name: format!("step {step}"), settings, is_enlarged: false });
+        ways.push(Way {
+            family: "longer steps",
+            name: format!("step {step}"),
+            settings,
+            finish: Finish::Nothing,
+        });
     }
     let settings = RenderSettings { shadows: ShadowMode::Cached, ..full };
-    ways.push(Way { family: "cached shadows", name: "every pixel".into(), settings, is_enlarged: false });
+    ways.push(Way {
+        family: "cached shadows",
+        name: "every pixel".into(),
+        settings,
+        finish: Finish::Nothing,
+    });
     Ok(ways)
 }
 
 fn run(evaluation: &Evaluation, opened: &OpenVolume, way: &Way, references: &[Frame]) -> Result<Found> {
     let mut pipeline = Pipeline::new(opened, &way.settings, &evaluation.speed)?;
+    if let Finish::Bilateral = way.finish {
+        pipeline.keep_guide();
+    }
+    let background = way.settings.background.map(|value| value as f32);
     let mut quality = ClipQuality::new().without_ms_ssim();
     let mut seen = FovVideoVdp::video(&Display::named("standard_4k")?, FPS)?;
     let mut ms = Vec::new();
     for (number, reference) in (0..CLIP).zip(references) {
         interrupt::check("this figure is not complete")?;
         let rendered = pipeline.render(number)?;
-        let frame = match way.is_enlarged {
-            true => image::resized(&rendered.frame, evaluation.size),
-            false => rendered.frame,
+        let mut total = rendered.timings.total;
+        let frame = match way.finish {
+            Finish::Nothing => rendered.frame,
+            Finish::Enlarge => image::resized(&rendered.frame, evaluation.size),
+            Finish::Bilateral => {
+                let started = Instant::now();
+                let frame = methods::bilateral(&rendered, background);
+                total += started.elapsed().as_secs_f64() * 1e3 - rendered.timings.reconstruct;
+                frame
+            }
         };
         if number >= SETTLED {
-            ms.push(rendered.timings.total);
+            ms.push(total);
             quality.push(reference, &frame)?;
             seen.push(reference, &frame, None)?;
         }

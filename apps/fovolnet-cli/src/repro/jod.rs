@@ -26,6 +26,7 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
            no difference, 9 one that three of four people see. Sampled at the same density everywhere (σ = 0).",
             "The paper's figures are of the chameleon, with another version of the metric; the metric sees the whole screen, so \
            that volumes which cover little of it get higher values.",
+            methods::LEGEND,
         ],
     );
     let found =

@@ -21,6 +21,7 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
            is slow in the middle. Nothing is reset at the cut: how long the network needs to recover is seen.",
             "PSNR and SSIM compare frames, tPSNR the differences between frames. The paper shows the chameleon; volumes and \
            transfer functions differ, so levels cannot be compared, courses can.",
+            methods::LEGEND,
         ],
     );
     let data = evaluation.shown("head");

@@ -1,8 +1,7 @@
 //! Figure: model precision.
 
-use super::data_set::DataSet;
 use super::evaluation::{Evaluation, SPARSE};
-use super::methods::with_network;
+use super::methods::{with_light_ratio, with_network};
 use super::section::Section;
 use crate::interrupt;
 use crate::picture::{side_by_side, smaller, stacked};
@@ -24,15 +23,17 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
         &[
             "wnet-fast with its numbers stored and multiplied as f32, bf16, bytes in some layers (mixed) or in most of them (int8); \
            on this processor a precision that it cannot multiply faster becomes the next more exact one. Above the last frame, \
-           below 8 times its difference from f32. PSNR is against the full frames, over 16 frames of a fly-through.",
+           below 8 times its difference from f32. PSNR is against the full frames, over 16 frames of a fly-through. \
+           `ratio` is the same network filling light ratios with a guide.",
         ],
     );
     let data = evaluation.shown("head");
     let opened = data.open()?;
-    let runs = PRECISIONS
-        .iter()
-        .map(|precision| run(evaluation, data, &opened, precision))
-        .collect::<Result<Vec<_>>>()?;
+    let [colours, ratios] = [with_network, with_light_ratio].map(|of| of(evaluation, data, SPARSE));
+    let runs = |settings: &RenderSettings| -> Result<Vec<Run>> {
+        PRECISIONS.iter().map(|precision| run(evaluation, settings, &opened, precision)).collect()
+    };
+    let (runs, ratios) = (runs(&colours)?, runs(&ratios)?);
     let exact = &runs[0].last;
     let frames: Vec<&Frame> = runs.iter().map(|run| &run.last).collect();
     let differences: Vec<Frame> = frames.iter().map(|frame| difference(exact, frame)).collect();
@@ -40,11 +41,13 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
     let sheet = stacked(&[side_by_side(&frames, GAP), side_by_side(&differences, GAP)], GAP);
     let caption = format!("{}: {}", data.name, PRECISIONS.join(", "));
     section.picture("precision", &caption, smaller(&sheet, 2));
-    let rows = PRECISIONS
-        .iter()
-        .zip(&runs)
-        .map(|(precision, run)| vec![(*precision).into(), run.psnr.into(), run.ssim.into(), run.ms.into()]);
-    section.table("precision", &["precision", "PSNR", "SSIM", "network ms"], rows.collect());
+    let rows = PRECISIONS.iter().zip(runs.iter().zip(&ratios)).map(|(precision, (run, ratio))| {
+        let of_ratio = [ratio.psnr.into(), ratio.ssim.into()];
+        let row = [(*precision).into(), run.psnr.into(), run.ssim.into(), run.ms.into()];
+        row.into_iter().chain(of_ratio).collect()
+    });
+    let columns = ["precision", "PSNR", "SSIM", "network ms", "ratio PSNR", "ratio SSIM"];
+    section.table("precision", &columns, rows.collect());
     Ok(section)
 }
 
@@ -56,11 +59,14 @@ struct Run {
     ms: f64,
 }
 
-fn run(evaluation: &Evaluation, data: &DataSet, opened: &OpenVolume, precision: &str) -> Result<Run> {
-    let settings = RenderSettings {
-        precision: precision.parse().map_err(anyhow::Error::msg)?,
-        ..with_network(evaluation, data, SPARSE)
-    };
+fn run(
+    evaluation: &Evaluation,
+    settings: &RenderSettings,
+    opened: &OpenVolume,
+    precision: &str,
+) -> Result<Run> {
+    let settings =
+        RenderSettings { precision: precision.parse().map_err(anyhow::Error::msg)?, ..settings.clone() };
     let mut pipeline = Pipeline::new(opened, &settings, &evaluation.speed)?;
     let mut quality = ClipQuality::new().without_ms_ssim();
     let (mut last, mut ms) = (Frame::new(evaluation.size), f64::INFINITY);

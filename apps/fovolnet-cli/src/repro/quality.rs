@@ -23,6 +23,7 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
             "One frame of every data set, the sixteenth of a fly-through, at (P_b, σ) = (0.03, 0.02): full, sparse, and every \
            method. Above the frame, then the part where the eye looks, then the most detailed part elsewhere; the \
            parts with every pixel enlarged. The tables give PSNR in dB and SSIM of the frame and of both parts.",
+            methods::LEGEND,
         ],
     );
     let mut rows = Vec::new();

@@ -2,7 +2,7 @@
 
 use super::data_set::DataSet;
 use super::evaluation::{Evaluation, FLY_THROUGH, SPARSE};
-use super::methods::{warmed, with_network};
+use super::methods::{warmed, with_light_ratio, with_network};
 use super::plot::{self, Axes, Line};
 use super::section::{Cell, Section};
 use crate::interrupt;
@@ -24,6 +24,7 @@ struct Cost {
     full: f64,
     sparse: f64,
     network: f64,
+    ratio: f64,
 }
 
 pub fn section(evaluation: &Evaluation) -> Result<Section> {
@@ -31,7 +32,7 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
         "Cost against resolution and volume size",
         &[
             "Medians of five frames of a fly-through around the procedural head: every pixel marched, and with (P_b, σ) = \
-           (0.03, 0.02) and wnet-fast. First frames of other sizes with the same volume, then cubes of other sides with the same \
+           (0.03, 0.02) and wnet-fast, which fills colours or, with a guide, light ratios. First frames of other sizes with the same volume, then cubes of other sides with the same \
            frame. The network costs what its frame has pixels, whatever the volume is.",
         ],
     );
@@ -66,23 +67,28 @@ fn head(side: u32) -> Result<DataSet> {
 
 /// Measures frames of `size`.
 fn cost(evaluation: &Evaluation, (data, opened): (&DataSet, &OpenVolume), size: FrameSize) -> Result<Cost> {
-    let settings = RenderSettings { size, ..with_network(evaluation, data, SPARSE) };
-    let mut pipeline = warmed(opened, &settings, evaluation)?;
-    let mut times: [Vec<f64>; 3] = Default::default();
+    let pipeline = |settings| warmed(opened, &RenderSettings { size, ..settings }, evaluation);
+    let mut with_guide = pipeline(with_light_ratio(evaluation, data, SPARSE))?;
+    let mut pipeline = pipeline(with_network(evaluation, data, SPARSE))?;
+    let mut times: [Vec<f64>; 4] = Default::default();
     for number in 0..FRAMES {
         interrupt::check("this figure is not complete")?;
         let frame = number * FLY_THROUGH / FRAMES;
         let parts = pipeline.render(frame)?.timings;
+        let ratio = with_guide.render(frame)?.timings.total;
         let started = Instant::now();
         drop(pipeline.reference(frame)?);
         let full = started.elapsed().as_secs_f64() * 1e3;
-        times.iter_mut().zip([full, parts.total, parts.reconstruct]).for_each(|(all, ms)| all.push(ms));
+        times
+            .iter_mut()
+            .zip([full, parts.total, parts.reconstruct, ratio])
+            .for_each(|(all, ms)| all.push(ms));
     }
-    let [full, sparse, network] = times.map(|mut ms| {
+    let [full, sparse, network, ratio] = times.map(|mut ms| {
         ms.sort_by(f64::total_cmp);
         ms[ms.len() / 2]
     });
-    Ok(Cost { full, sparse, network })
+    Ok(Cost { full, sparse, network, ratio })
 }
 
 /// Plots `costs` over the quantity `x`, and adds their table.
@@ -95,6 +101,7 @@ fn draw(section: &mut Section, (name, caption): (&str, &str), x: &str, costs: &[
         line("every pixel", |cost| cost.full),
         line("sparse and network", |cost| cost.sparse),
         line("network", |cost| cost.network),
+        line("light ratio and network", |cost| cost.ratio),
     ];
     section.drawing(
         name,
@@ -102,9 +109,18 @@ fn draw(section: &mut Section, (name, caption): (&str, &str), x: &str, costs: &[
         plot::lines(Axes { x, y: "ms" }, &lines, true, &[])?,
     );
     let row = |(at, cost): &(f64, &Cost)| {
-        [*at, cost.full, cost.sparse, cost.network, cost.full / cost.sparse].map(Cell::from).to_vec()
+        let Cost { full, sparse, network, ratio } = cost;
+        [*at, *full, *sparse, *network, *ratio, full / sparse, full / ratio].map(Cell::from).to_vec()
     };
-    let columns = [x, "every pixel ms", "sparse and network ms", "network ms", "speed-up"];
+    let columns = [
+        x,
+        "every pixel ms",
+        "sparse and network ms",
+        "network ms",
+        "light ratio ms",
+        "speed-up",
+        "of the light ratio",
+    ];
     section.table(name, &columns, costs.iter().map(row).collect());
     Ok(())
 }

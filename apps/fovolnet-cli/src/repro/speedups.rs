@@ -2,17 +2,20 @@
 
 use super::data_set::DataSet;
 use super::evaluation::{DENSE, Evaluation, SPARSE};
-use super::methods::{in_flight, warmed};
+use super::methods::{in_flight, network_kind, warmed};
 use super::plot::{self, Bars};
 use super::section::{Cell, Section};
 use super::vtk;
 use crate::interrupt;
 use anyhow::Result;
-use fovolnet::{Pipeline, RandomWeights, Reconstruction, RenderSettings, WeightsChoice};
+use fovolnet::{Density, Guide, Pipeline, RandomWeights, RenderSettings, WeightsChoice};
 use std::time::Instant;
 
 /// Measured networks. Their weights are random, since weights do not change the speed.
-const NETWORKS: [&str; 3] = ["wnet-fast", "wnet-paper", "deepfovea-fvn"];
+///
+/// Those that begin with [`RATIO`] fill light ratios.
+const NETWORKS: [&str; 4] = ["wnet-fast", "wnet-paper", "deepfovea-fvn", "ratio wnet-fast"];
+const RATIO: &str = "ratio ";
 
 /// Rows of the paper's table: data set, FoVolNet sparse and dense, DeepFovea sparse and dense.
 const PAPER: [(&str, [f64; 4]); 7] = [
@@ -144,10 +147,17 @@ fn settings(
     network: &str,
     setting: [f64; 2],
 ) -> Result<RenderSettings> {
-    let is_deepfovea = network.starts_with("deepfovea");
+    let ratio = network.strip_prefix(RATIO);
+    let network = ratio.unwrap_or(network);
     let weights: RandomWeights = network.parse().map_err(anyhow::Error::msg)?;
+    let (guide, density) = match ratio {
+        Some(_) => (Guide::Quarter, Density::Adaptive),
+        None => (Guide::None, Density::Fixed),
+    };
     Ok(RenderSettings {
-        reconstruction: if is_deepfovea { Reconstruction::DeepFovea } else { Reconstruction::WNet },
+        guide: guide.into(),
+        density: density.into(),
+        reconstruction: network_kind(network),
         weights: WeightsChoice::Random(weights),
         ..evaluation.settings(data, setting)
     })

@@ -22,7 +22,8 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
         "Fly-throughs side by side",
         &[
             "The supplemental video: every frame of the fly-through of each data set at (P_b, σ) = (0.03, 0.02). Above: every \
-           pixel marched, the samples, and linear interpolation of them. Below: deepfovea-fvn, wnet-paper, and wnet-fast.",
+           pixel marched, the samples, and linear interpolation of them. In the middle: deepfovea-fvn, wnet-paper, and wnet-fast. \
+           Below: the light ratio, filled by the joint bilateral filter, by wnet-paper, and by wnet-fast.",
         ],
     );
     let folder = evaluation.output.join("video");
@@ -40,7 +41,7 @@ fn film(evaluation: &Evaluation, data: &DataSet, folder: &Path) -> Result<(Strin
     let settings = evaluation.settings(data, SPARSE);
     let mut comparison = Comparison::new(&data.open()?, &settings, &evaluation.speed)?;
     let FrameSize { width, height } = evaluation.size;
-    let whole = FrameSize::new(3 * width + 2 * GAP, 2 * height + GAP)?;
+    let whole = FrameSize::new(3 * width + 2 * GAP, 3 * height + 2 * GAP)?;
     let file = folder.join(format!("{}.{}", data.name, video::best_extension()));
     let mut film = VideoWriter::create(&file, whole, RATE)?;
     let mut middle = None;
@@ -58,10 +59,11 @@ fn film(evaluation: &Evaluation, data: &DataSet, folder: &Path) -> Result<(Strin
     Ok((name, middle.expect("fly-throughs have two frames or more")))
 }
 
-/// Arranges one frame: full, samples and linear interpolation above, networks below, our own last.
+/// Arranges one frame: full, samples and linear interpolation above, then networks that fill colours, then light ratios.
 fn sheet(comparison: &mut Comparison, number: u32) -> Result<Frame> {
     let reference = comparison.reference(number)?;
-    let Compared { sparse, frames: [_, linear, own, paper, deepfovea] } = comparison.render(number)?;
-    let rows = [[&reference, &sparse, &linear], [&deepfovea, &paper, &own]];
+    let Compared { sparse, frames } = comparison.render(number)?;
+    let [_, linear, own, paper, deepfovea, own_ratio, paper_ratio, _, bilateral] = &frames;
+    let rows = [[&reference, &sparse, linear], [deepfovea, paper, own], [bilateral, paper_ratio, own_ratio]];
     Ok(stacked(&rows.map(|row| side_by_side(&row, GAP)), GAP))
 }

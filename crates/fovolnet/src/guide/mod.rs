@@ -7,12 +7,14 @@
 mod between;
 mod grid;
 mod importance;
+mod joint_bilateral;
 mod light_ratio;
 mod marched;
 mod upsampled;
 
 pub use grid::GuideGrid;
 pub use importance::{importance_of_colours, importance_of_ratios};
+pub use joint_bilateral::joint_bilateral;
 pub use light_ratio::{compose, light_ratios};
 pub use marched::MarchedGuide;
 pub use upsampled::UpsampledGuide;
