@@ -47,7 +47,7 @@ pub const METHODS: [Method; 9] = [
     Method { name: "wnet-paper", what: Colours, how: How::Network("wnet-paper") },
     Method { name: "deepfovea-fvn", what: Colours, how: How::Network("deepfovea-fvn") },
     Method { name: "ratio wnet-fast", what: LightRatios, how: How::Network("wnet-fast") },
-    Method { name: "ratio wnet-paper", what: LightRatios, how: How::Network("wnet-paper") },
+    Method { name: "ratio wnet-paper", what: LightRatios, how: How::Network("wnet-paper-ratio") },
     Method { name: "ratio linear", what: LightRatios, how: How::Fill(Fill::Linear) },
     Method { name: "ratio bilateral", what: LightRatios, how: How::JointBilateral },
 ];

@@ -8,17 +8,25 @@ use fovol_core::path_of_text;
 static WNET_FAST: &[u8] = include_bytes!("../../assets/weights/wnet-fast.safetensors");
 static DEEPFOVEA: &[u8] = include_bytes!("../../assets/weights/deepfovea-fvn.safetensors");
 static WNET_PAPER: &[u8] = include_bytes!("../../assets/weights/wnet-paper.safetensors");
+static WNET_PAPER_RATIO: &[u8] = include_bytes!("../../assets/weights/wnet-paper-ratio.safetensors");
+
+/// Name of the weights of [`Named::WNetPaper`] that fill light ratios.
+const RATIO: &str = "wnet-paper-ratio";
 
 impl Weights {
     /// Networks that [`Self::shipped`] has weights of.
     pub const SHIPPED: [Named; 3] = [Named::WNetFast, Named::WNetPaper, Named::DeepFoveaFvn];
+
+    /// Names of all built-in weights. Beside those of the networks, `wnet-paper-ratio` are weights of `wnet-paper` that
+    /// fill light ratios instead of colours.
+    pub const NAMES: [&str; 4] = ["wnet-fast", "wnet-paper", "deepfovea-fvn", RATIO];
 
     /// Returns the built-in weights of `network`.
     ///
     /// # Errors
     /// A network without built-in weights.
     pub fn shipped(network: Named) -> Result<Self> {
-        let file = Self::shipped_file(network).ok_or_else(|| {
+        let file = Self::shipped_file(network.name()).ok_or_else(|| {
             Error::Weights(format!(
                 "none come with this program for {network}; give a file, or one of {}",
                 Self::SHIPPED.map(Named::name).join(", ")
@@ -27,12 +35,14 @@ impl Weights {
         Self::parse(file).map_err(Error::Weights)
     }
 
-    /// Returns the file that [`Self::shipped`] parses, so that callers can detect that it has changed.
-    pub fn shipped_file(network: Named) -> Option<&'static [u8]> {
-        match network {
-            Named::WNetFast => Some(WNET_FAST),
-            Named::WNetPaper => Some(WNET_PAPER),
-            Named::DeepFoveaFvn => Some(DEEPFOVEA),
+    /// Returns the file of the built-in weights `name`, one of [`Self::NAMES`], so that callers can detect that it has
+    /// changed.
+    pub fn shipped_file(name: &str) -> Option<&'static [u8]> {
+        match name {
+            "wnet-fast" => Some(WNET_FAST),
+            "wnet-paper" => Some(WNET_PAPER),
+            "deepfovea-fvn" => Some(DEEPFOVEA),
+            RATIO => Some(WNET_PAPER_RATIO),
             _ => None,
         }
     }
@@ -47,6 +57,9 @@ impl Weights {
         if path.exists() {
             return Self::read(&path);
         }
+        if let Some(file) = Self::shipped_file(name) {
+            return Self::parse(file).map_err(Error::Weights);
+        }
         match name.parse::<Named>() {
             Ok(network) => Self::shipped(network),
             Err(problem) if !name.contains(['.', '/', '\\']) => {
@@ -60,6 +73,14 @@ impl Weights {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn weights_of_light_ratios_are_of_the_papers_network() {
+        assert!(Weights::NAMES.iter().all(|name| Weights::named_or_read(name).is_ok()));
+        let weights = Weights::named_or_read(RATIO).unwrap();
+        assert_eq!(weights.config, Named::WNetPaper.config());
+        assert_ne!(weights.facts, Weights::shipped(Named::WNetPaper).unwrap().facts);
+    }
 
     #[test]
     fn what_is_shipped_fits_its_network() {

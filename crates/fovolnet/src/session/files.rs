@@ -4,7 +4,6 @@ use crate::settings::toml_text;
 use crate::{GazeChoice, PathChoice, RenderOverrides, TransferChoice, presets};
 use fovol_core::{path_of_text, text_of_path};
 use fovol_net::Weights;
-use fovol_net::plan::Named;
 use std::path::{Path, PathBuf};
 
 /// Resolves file names in `render` for a session in `folder`.
@@ -55,8 +54,7 @@ fn toml_files(render: &mut RenderOverrides) -> Vec<&mut String> {
 
 /// File of weights in `render`, if they are not built in.
 fn weights_file(render: &mut RenderOverrides) -> Option<&mut String> {
-    let built_in = Weights::SHIPPED.map(Named::name);
-    render.weights.as_mut().filter(|name| !built_in.contains(&name.as_str()))
+    render.weights.as_mut().filter(|name| !Weights::NAMES.contains(&name.as_str()))
 }
 
 /// Resolves the file or folder `name` for a session in `folder`. An absolute path that no longer exists is looked for

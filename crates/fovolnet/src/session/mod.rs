@@ -156,7 +156,7 @@ impl Session {
         if path.exists() {
             return Ok(Some(sha256(&path)?));
         }
-        let shipped = name.parse().ok().and_then(Weights::shipped_file);
+        let shipped = Weights::shipped_file(name);
         Ok(shipped.map(|file| hex(&Sha256::digest(file))))
     }
 }

@@ -166,8 +166,8 @@ impl RenderSettings {
         Ok(())
     }
 
-    /// Guide that frames have. `auto` is a quarter of the pixels where shadows are on and the network is one that was made
-    /// for it: `wnet-fast`.
+    /// Guide that frames have. `auto` is a quarter of the pixels where shadows are on and the weights are made for
+    /// it: `wnet-fast` and `wnet-paper-ratio`.
     pub fn guide_kind(&self) -> Guide {
         let has_samples_only = self.sampling != Sampling::Full && self.reconstruction != Reconstruction::None;
         match self.guide {
@@ -180,8 +180,8 @@ impl RenderSettings {
         }
     }
 
-    /// Distribution of the samples. `auto` is adaptive where pixels are listed (`compact`) and `wnet-fast` fills the
-    /// frames, else fixed.
+    /// Distribution of the samples. `auto` is adaptive where pixels are listed (`compact`) and `wnet-fast` or
+    /// `wnet-paper-ratio` fills the frames, else fixed.
     pub fn density_kind(&self) -> Density {
         let is_known = self.sampling == Sampling::Compact && self.reconstruction != Reconstruction::None;
         match self.density {
@@ -210,7 +210,7 @@ impl RenderSettings {
         self.reconstruction == Reconstruction::WNet
             && match &self.weights {
                 WeightsChoice::Usual => true,
-                WeightsChoice::Named(name) => name.parse() == Ok(Named::WNetFast),
+                WeightsChoice::Named(name) => ["wnet-fast", "wnet-paper-ratio"].contains(&name.as_str()),
                 WeightsChoice::Random(random) => random.network == Named::WNetFast,
             }
     }
