@@ -32,7 +32,7 @@ struct Way {
     finish: Finish,
 }
 
-/// What is done with a rendered frame.
+/// Last step of a way, after a frame was rendered.
 #[derive(Clone, Copy)]
 enum Finish {
     Nothing,

@@ -20,7 +20,7 @@ pub struct Method {
     how: How,
 }
 
-/// What a method fills.
+/// Kind of numbers that a method fills.
 #[derive(Clone, Copy, PartialEq)]
 enum Filled {
     /// Colours, as in the paper: no guide, and densities that do not follow the picture.
@@ -58,7 +58,7 @@ pub const OWN: usize = 2;
 /// Our own network with the light ratio.
 pub const RATIO: usize = 5;
 
-/// What the names of [`METHODS`] mean, for the text of a section.
+/// Meaning of the names of [`METHODS`], for the text of a section.
 pub const LEGEND: &str = "Methods that begin with `ratio` march a quarter of the pixels without shadow rays and fill the light \
     ratio; the others fill colours, as the paper does. `ratio linear` and `ratio bilateral` have no network.";
 
