@@ -29,7 +29,8 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
         "Frame times along a fly-through",
         &[
             "Every frame of a fly-through three times: with every pixel marched, and with (P_b, σ) = (0.03, 0.02) and wnet-fast \
-           that fills colours or, with a guide, light ratios. What marching takes depends on how much of the screen the volume covers; the network takes the same time always.",
+           that fills colours or, with a guide, light ratios. What marching takes depends on how much of the screen the volume covers; \
+           the network takes the same time always.",
         ],
     );
     for (suffix, evaluation) in evaluation.on_each_device() {

@@ -38,7 +38,7 @@ impl Weights {
     /// Returns the file of the built-in weights `name`, one of [`Self::NAMES`], so that callers can detect that it has
     /// changed.
     pub fn shipped_file(name: &str) -> Option<&'static [u8]> {
-        match name {
+        match name.to_ascii_lowercase().as_str() {
             "wnet-fast" => Some(WNET_FAST),
             "wnet-paper" => Some(WNET_PAPER),
             "deepfovea-fvn" => Some(DEEPFOVEA),

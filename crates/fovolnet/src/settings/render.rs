@@ -210,7 +210,9 @@ impl RenderSettings {
         self.reconstruction == Reconstruction::WNet
             && match &self.weights {
                 WeightsChoice::Usual => true,
-                WeightsChoice::Named(name) => ["wnet-fast", "wnet-paper-ratio"].contains(&name.as_str()),
+                WeightsChoice::Named(name) => {
+                    ["wnet-fast", "wnet-paper-ratio"].iter().any(|made| made.eq_ignore_ascii_case(name))
+                }
                 WeightsChoice::Random(random) => random.network == Named::WNetFast,
             }
     }
