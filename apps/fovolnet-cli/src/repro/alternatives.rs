@@ -60,8 +60,8 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
         "Quality against time",
         &[
             "Every way to make frames cheaper, at several settings, over frames 9 to 16 of a fly-through: sparse frames and light \
-           ratios, filled by several methods; every pixel of smaller frames, enlarged bicubically; every pixel with longer steps; every pixel with shadows from a cache. Up and left is better. Quality is against every pixel at \
-           the step of ½ with shadow rays, JOD of FovVideoVDP for 30 frames a second on standard_4k.",
+           ratios, filled by several methods; every pixel of smaller frames, enlarged bicubically; every pixel with longer \
+           steps; every pixel with shadows from a cache. Up and left is better. Quality is against every pixel at the step of ½ with shadow rays, JOD of FovVideoVDP for 30 frames a second on standard_4k.",
             methods::LEGEND,
             "Sparse frames are sampled densely where the eye looks; PSNR and the JOD here do not know that, and count the whole \
            screen alike. To enlarge a frame is not counted: it takes a few milliseconds where it is done well.",

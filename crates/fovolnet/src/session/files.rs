@@ -54,7 +54,7 @@ fn toml_files(render: &mut RenderOverrides) -> Vec<&mut String> {
 
 /// File of weights in `render`, if they are not built in.
 fn weights_file(render: &mut RenderOverrides) -> Option<&mut String> {
-    render.weights.as_mut().filter(|name| !Weights::NAMES.contains(&name.as_str()))
+    render.weights.as_mut().filter(|name| Weights::shipped_file(name).is_none())
 }
 
 /// Resolves the file or folder `name` for a session in `folder`. An absolute path that no longer exists is looked for
