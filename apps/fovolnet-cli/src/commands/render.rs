@@ -75,8 +75,8 @@ impl Render {
         if files.has(Keep::Guide) {
             ensure!(
                 pipeline.guide() != Guide::None,
-                "there is no guide: shadows are off or cached, another network than wnet-fast fills the frames, or a GPU renders \
-                 them; add --guide quarter --device cpu"
+                "there is no guide: shadows are off or cached, or another network than wnet-fast fills the frames; add \
+                 --guide quarter"
             );
             pipeline.keep_guide();
         }

@@ -24,7 +24,8 @@ impl CompactPass {
 
     /// Binds the mask as input and the list as output.
     pub fn bind(&self, gpu: &Gpu, buffers: &Buffers) -> wgpu::BindGroup {
-        let buffers = [&buffers.extent, &buffers.mask, &buffers.blocks, &buffers.list_length, &buffers.list];
+        let buffers =
+            [&buffers.extent, &buffers.mask, &buffers.blocks, &buffers.listed.length, &buffers.listed.pixels];
         bind_group(gpu, "compact", &self.layout, &buffers.map(wgpu::Buffer::as_entire_binding))
     }
 

@@ -1,5 +1,7 @@
-use super::buffers::{Buffers, Extent, Groups, ListLength, blocks};
+use super::adaptive_mask::{AdaptiveBuffers, DeviceImportance};
+use super::buffers::{Buffers, Extent, Groups, blocks};
 use super::error::{Error, Result};
+use super::list_buffers::{ListBuffers, ListLength};
 use super::mask::MaskPass;
 use super::mask_limits::{Limits, MaskSettings, MaskSource};
 use super::stage::Stage;
@@ -17,12 +19,14 @@ use std::fmt;
 /// Made by [`super::Renderer::frame_buffers`]. Frames that are in flight or in use at the same time need one each.
 pub struct FrameBuffers {
     gpu: Gpu,
-    size: FrameSize,
+    pub(super) size: FrameSize,
     pub(super) buffers: Buffers,
     pub(super) groups: Groups,
     pub(super) timing: Timing<Stage>,
     /// The fovea and the number of ranks that the limits on the device were made from, and these limits.
     limits_of: Option<(Fovea, u32, Limits)>,
+    /// Buffers of adaptive masks; made with the first one.
+    pub(super) adaptive: Option<AdaptiveBuffers>,
 }
 
 impl fmt::Debug for FrameBuffers {
@@ -46,6 +50,7 @@ impl FrameBuffers {
                 groups,
                 timing: Timing::new(gpu, Stage::COUNT),
                 limits_of: None,
+                adaptive: None,
             }
         })?;
         Ok(made)
@@ -65,14 +70,14 @@ impl FrameBuffers {
 
     /// The inverse depth of every pixel of the sparse frame, f32, in 1 over world units; see [`RayResult::depth`].
     ///
-    /// It is 0 where nothing is visible and where the pixel was not sampled.
+    /// It is 0 where nothing is visible and where the pixel was not sampled. Others may add those of more pixels.
     pub fn inverse_depths(&self) -> &wgpu::Buffer {
         &self.buffers.frame.inverse_depths
     }
 
-    /// The number of pixels of the last list: the first u32 of this buffer.
-    pub fn list_length(&self) -> &wgpu::Buffer {
-        &self.buffers.list_length
+    /// The last list of samples, and their results.
+    pub fn listed(&self) -> &ListBuffers {
+        &self.buffers.listed
     }
 
     /// When the steps of the last frame began and ended.
@@ -93,6 +98,18 @@ impl FrameBuffers {
         let settings = MaskSettings::new(&noise, &limits);
         self.gpu.queue().write_buffer(&self.buffers.mask_settings, 0, bytemuck::bytes_of(&settings));
         self.limits_of = Some((*source.fovea, noise.levels(), limits));
+    }
+
+    /// Takes the buffers of adaptive masks, with the inputs of a frame with this `importance`.
+    pub(super) fn set_importance(
+        &mut self,
+        source: &MaskSource<'_>,
+        importance: &DeviceImportance<'_>,
+    ) -> AdaptiveBuffers {
+        let adaptive = self.adaptive.take().unwrap_or_else(|| AdaptiveBuffers::new(&self.gpu, self.size));
+        let levels = source.noise.frame(source.frame).levels();
+        adaptive.set(&self.gpu, (source.fovea, self.size), levels, importance);
+        adaptive
     }
 
     fn renew_limits(&mut self, limits: Limits, pass: &MaskPass) -> Limits {
@@ -119,8 +136,8 @@ impl FrameBuffers {
         let packed: Vec<u32> = list.pixels().iter().map(|p| u32::from(p.y) << 16 | u32::from(p.x)).collect();
         let length = ListLength::of(packed.len() as u32);
         Ok(self.gpu.guarded("uploading a list", || {
-            self.gpu.queue().write_buffer(&self.buffers.list, 0, bytemuck::cast_slice(&packed));
-            self.gpu.queue().write_buffer(&self.buffers.list_length, 0, bytemuck::bytes_of(&length));
+            self.gpu.queue().write_buffer(&self.buffers.listed.pixels, 0, bytemuck::cast_slice(&packed));
+            self.gpu.queue().write_buffer(&self.buffers.listed.length, 0, bytemuck::bytes_of(&length));
         })?)
     }
 
@@ -165,7 +182,7 @@ impl FrameBuffers {
     /// # Errors
     /// As [`Self::read_frame`].
     pub fn read_list(&self) -> Result<SampleList> {
-        let packed: Vec<u32> = read(&self.gpu, &self.buffers.list, self.read_list_length()?)?;
+        let packed: Vec<u32> = read(&self.gpu, &self.buffers.listed.pixels, self.read_list_length()?)?;
         let pixel = |bits: &u32| Pixel { x: *bits as u16, y: (bits >> 16) as u16 };
         Ok(SampleList::new(self.size, packed.iter().map(pixel).collect()))
     }
@@ -176,8 +193,8 @@ impl FrameBuffers {
     /// As [`Self::read_frame`].
     pub fn read_samples(&self) -> Result<Vec<RayResult>> {
         let count = self.read_list_length()?;
-        let colours: Vec<[f32; 4]> = read(&self.gpu, &self.buffers.samples.colours, count)?;
-        let others: Vec<[f32; 4]> = read(&self.gpu, &self.buffers.samples.inverse_depths, count)?;
+        let colours: Vec<[f32; 4]> = read(&self.gpu, &self.buffers.listed.results.colours, count)?;
+        let others: Vec<[f32; 4]> = read(&self.gpu, &self.buffers.listed.results.inverse_depths, count)?;
         let marched = |([r, g, b, opacity], [inverse, unshadowed @ ..]): ([f32; 4], [f32; 4])| RayResult {
             colour: [r, g, b],
             unshadowed,
@@ -192,7 +209,7 @@ impl FrameBuffers {
     /// # Errors
     /// As [`Self::read_frame`].
     pub fn read_list_length(&self) -> Result<usize> {
-        let length: Vec<ListLength> = read(&self.gpu, &self.buffers.list_length, 1)?;
+        let length: Vec<ListLength> = read(&self.gpu, &self.buffers.listed.length, 1)?;
         Ok(length.first().map_or(0, |length| length.pixels as usize).min(self.size.pixels()))
     }
 

@@ -1,4 +1,5 @@
-use super::buffers::{Buffers, GROUPS_OFFSET, Shaded};
+use super::buffers::Buffers;
+use super::list_buffers::{GROUPS_OFFSET, ListBuffers, Shaded};
 use super::scene::DeviceScene;
 use super::scene_kind::{SceneKind, scene_layout};
 use super::shader::{MARCH, MARCH_FILTERED};
@@ -49,13 +50,13 @@ impl MarchPass {
         }
     }
 
-    /// Binds mask and list as input, and `to` as output.
-    pub fn bind(&self, gpu: &Gpu, buffers: &Buffers, to: &Shaded) -> wgpu::BindGroup {
+    /// Binds mask and `listed` as input, and `to` as output.
+    pub fn bind(&self, gpu: &Gpu, buffers: &Buffers, listed: &ListBuffers, to: &Shaded) -> wgpu::BindGroup {
         let buffers = [
             &buffers.extent,
             &buffers.view,
-            &buffers.list,
-            &buffers.list_length,
+            &listed.pixels,
+            &listed.length,
             &buffers.mask,
             &to.colours,
             &to.inverse_depths,
@@ -66,9 +67,18 @@ impl MarchPass {
     /// Prepares to march a list; `length` is the buffer of its length.
     pub fn list<'a>(&self, gpu: &Gpu, scene: &'a DeviceScene, length: &'a wgpu::Buffer) -> March<'a> {
         March {
-            pipeline: self.pipeline(gpu, scene, Pixels::List),
+            pipeline: self.pipeline(gpu, scene, Pixels::List, scene.shading().shadows),
             scene: scene.group(),
             threads: Threads::Listed(length),
+        }
+    }
+
+    /// Prepares to march a list of at most `most` pixels without shadows.
+    pub fn list_without_shadows<'a>(&self, gpu: &Gpu, scene: &'a DeviceScene, most: u32) -> March<'a> {
+        March {
+            pipeline: self.pipeline(gpu, scene, Pixels::List, ShadowMode::Off),
+            scene: scene.group(),
+            threads: Threads::AtMost(most),
         }
     }
 
@@ -76,16 +86,20 @@ impl MarchPass {
     pub fn frame<'a>(&self, gpu: &Gpu, scene: &'a DeviceScene, size: FrameSize, masked: bool) -> March<'a> {
         let pixels = if masked { Pixels::Masked } else { Pixels::All };
         March {
-            pipeline: self.pipeline(gpu, scene, pixels),
+            pipeline: self.pipeline(gpu, scene, pixels, scene.shading().shadows),
             scene: scene.group(),
             threads: Threads::Pixels(size),
         }
     }
 
-    fn pipeline(&self, gpu: &Gpu, scene: &DeviceScene, pixels: Pixels) -> wgpu::ComputePipeline {
-        let shading = scene.shading();
-        let variant =
-            Variant { pixels, scene: scene.kind(), shadows: shading.shadows, surface: shading.surface };
+    fn pipeline(
+        &self,
+        gpu: &Gpu,
+        scene: &DeviceScene,
+        pixels: Pixels,
+        shadows: ShadowMode,
+    ) -> wgpu::ComputePipeline {
+        let variant = Variant { pixels, scene: scene.kind(), shadows, surface: scene.shading().surface };
         let mut pipelines = self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
         pipelines.entry(variant).or_insert_with(|| self.compiled(gpu, variant)).clone()
     }
@@ -120,6 +134,8 @@ pub struct March<'a> {
 enum Threads<'a> {
     /// One for each pixel of a list; the buffer holds its length.
     Listed(&'a wgpu::Buffer),
+    /// At least one for each pixel of a list of at most this length.
+    AtMost(u32),
     /// One for each pixel of a frame.
     Pixels(FrameSize),
 }
@@ -132,6 +148,10 @@ impl March<'_> {
         pass.set_bind_group(1, group, &[]);
         match self.threads {
             Threads::Listed(length) => pass.dispatch_workgroups_indirect(length, GROUPS_OFFSET),
+            Threads::AtMost(most) => {
+                let [x, y, z] = ListBuffers::groups(most);
+                pass.dispatch_workgroups(x, y, z);
+            }
             Threads::Pixels(size) => {
                 pass.dispatch_workgroups(size.width.div_ceil(TILE), size.height.div_ceil(TILE), 1);
             }

@@ -7,10 +7,12 @@
 //!
 //! The host side of each step is a file here, and its shader is the file of the same name in `src/shaders`.
 
+mod adaptive_mask;
 mod buffers;
 mod compact;
 mod error;
 mod frame_buffers;
+mod list_buffers;
 mod march;
 mod mask;
 mod mask_limits;
@@ -23,11 +25,15 @@ mod shadow_grid;
 mod stage;
 mod stages;
 mod texture;
+mod unshadowed_list;
 mod view;
 mod volume_texture;
 
+pub use adaptive_mask::DeviceImportance;
 pub use error::{Error, Result};
 pub use frame_buffers::FrameBuffers;
+pub use list_buffers::ListBuffers;
 pub use mask_limits::MaskSource;
 pub use renderer::{Renderer, Sampling};
 pub use stage::Stage;
+pub use unshadowed_list::UnshadowedList;

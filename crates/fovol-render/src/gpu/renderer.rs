@@ -1,9 +1,12 @@
+use super::adaptive_mask::{AdaptiveMaskPass, DeviceImportance};
 use super::error::Result;
 use super::frame_buffers::FrameBuffers;
+use super::list_buffers::ListBuffers;
 use super::mask_limits::MaskSource;
 use super::scene::{Contents, DeviceScene};
 use super::stage::Stage;
 use super::stages::Stages;
+use super::unshadowed_list::UnshadowedList;
 use super::view::View;
 use super::volume_texture::TexelKind;
 use crate::Filtering;
@@ -19,6 +22,8 @@ pub enum Sampling<'a> {
     Reject(MaskSource<'a>),
     /// The pixels of a mask, packed into a list before they are marched.
     Compact(MaskSource<'a>),
+    /// The pixels of a mask whose density follows importance, as [`crate::cpu::adaptive_mask`] makes it, packed into a list.
+    Adaptive(MaskSource<'a>, DeviceImportance<'a>),
     /// The pixels of a list from the host, as [`crate::cpu::direct`] draws it.
     List(&'a SampleList),
 }
@@ -133,6 +138,32 @@ impl Renderer {
         FrameBuffers::new(&self.gpu, &self.stages, size)
     }
 
+    /// Room for lists of at most `most` pixels of the frames in `buffers`, which are marched without shadows.
+    ///
+    /// # Errors
+    /// As [`Self::frame_buffers`].
+    pub fn unshadowed_list(&self, buffers: &FrameBuffers, most: usize) -> Result<UnshadowedList> {
+        let made = self.gpu.guarded("making room for a list", || {
+            let listed = ListBuffers::new(&self.gpu, most as u64);
+            let group = self.stages.march.bind(&self.gpu, &buffers.buffers, &listed, &listed.results);
+            UnshadowedList { listed, group }
+        })?;
+        Ok(made)
+    }
+
+    /// Puts the marching of a list of at most `most` pixels, without shadows, into `encoder`, after the frame of its buffers
+    /// by [`Self::encode`] and with its camera.
+    pub fn encode_without_shadows(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        list: &UnshadowedList,
+        most: u32,
+    ) {
+        let march = self.stages.march.list_without_shadows(&self.gpu, &self.scene, most);
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        march.dispatch(&mut pass, &list.group);
+    }
+
     /// Renders a frame into `buffers`. Returns when the device has been told, not when it is done.
     ///
     /// # Errors
@@ -169,6 +200,11 @@ impl Renderer {
                     self.encode_compaction(encoder, buffers);
                     self.encode_list(encoder, buffers);
                 }
+                Sampling::Adaptive(source, importance) => {
+                    self.encode_adaptive_mask(encoder, buffers, &source, importance);
+                    self.encode_compaction(encoder, buffers);
+                    self.encode_list(encoder, buffers);
+                }
                 Sampling::List(_) => self.encode_list(encoder, buffers),
             }
             buffers.timing.end(encoder);
@@ -185,6 +221,25 @@ impl Renderer {
         buffers.set_mask(source, &self.stages.mask);
         let mut pass = buffers.timing.pass(encoder, Stage::Mask);
         self.stages.mask.dispatch(&mut pass, &buffers.groups.mask, buffers.size());
+    }
+
+    fn encode_adaptive_mask(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        buffers: &mut FrameBuffers,
+        source: &MaskSource<'_>,
+        importance: DeviceImportance<'_>,
+    ) {
+        let stage = &self.stages.adaptive_mask;
+        buffers.set_mask(source, &self.stages.mask);
+        let adaptive = buffers.set_importance(source, &importance);
+        let group = stage.bind(&self.gpu, &buffers.buffers, &adaptive, importance.cells);
+        AdaptiveMaskPass::clear(encoder, &adaptive);
+        let mut pass = buffers.timing.pass(encoder, Stage::Mask);
+        self.stages.mask.dispatch(&mut pass, &buffers.groups.mask, buffers.size);
+        stage.dispatch(&mut pass, &group, buffers.size);
+        drop(pass);
+        buffers.adaptive = Some(adaptive);
     }
 
     fn encode_compaction(&self, encoder: &mut wgpu::CommandEncoder, buffers: &mut FrameBuffers) {
@@ -210,7 +265,7 @@ impl Renderer {
 
     /// Marches the list, and scatters its samples into the sparse frame.
     fn encode_list(&self, encoder: &mut wgpu::CommandEncoder, buffers: &mut FrameBuffers) {
-        let length = &buffers.buffers.list_length;
+        let length = &buffers.buffers.listed.length;
         let march = self.stages.march.list(&self.gpu, &self.scene, length);
         let mut pass = buffers.timing.pass(encoder, Stage::March);
         march.dispatch(&mut pass, &buffers.groups.march_list);

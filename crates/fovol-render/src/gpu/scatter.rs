@@ -1,4 +1,5 @@
-use super::buffers::{Buffers, GROUPS_OFFSET};
+use super::buffers::Buffers;
+use super::list_buffers::GROUPS_OFFSET;
 use super::shader::SCATTER;
 use fovol_gpu::Gpu;
 use fovol_gpu::binding::{Slot, bind_group, bind_group_layout, compute_pipeline};
@@ -23,10 +24,10 @@ impl ScatterPass {
     pub fn bind(&self, gpu: &Gpu, buffers: &Buffers) -> wgpu::BindGroup {
         let buffers = [
             &buffers.extent,
-            &buffers.list,
-            &buffers.list_length,
-            &buffers.samples.colours,
-            &buffers.samples.inverse_depths,
+            &buffers.listed.pixels,
+            &buffers.listed.length,
+            &buffers.listed.results.colours,
+            &buffers.listed.results.inverse_depths,
             &buffers.frame.colours,
             &buffers.frame.inverse_depths,
         ];

@@ -3,7 +3,9 @@
 use fovol_gpu::{Shader, shader};
 
 /// Decides which pixels are sampled.
-pub const MASK: Shader = shader!("../shaders/", "mask": "frame" "random");
+pub const MASK: Shader = shader!("../shaders/", "mask": "frame" "random" "ranks");
+/// Decides which pixels are sampled where densities follow importance.
+pub const ADAPTIVE_MASK: Shader = shader!("../shaders/", "adaptive_mask": "frame" "random" "ranks");
 /// Packs the sampled pixels into a list.
 pub const COMPACT: Shader = shader!("../shaders/", "compact": "frame");
 /// Marches rays; the shader interpolates voxels.
@@ -25,8 +27,8 @@ mod tests {
     use super::*;
     use wgpu::naga::valid::Capabilities;
 
-    const ALL: [Shader; 7] =
-        [MASK, COMPACT, MARCH, MARCH_FILTERED, SCATTER, SHADOW_GRID, SHADOW_GRID_FILTERED];
+    const ALL: [Shader; 8] =
+        [MASK, ADAPTIVE_MASK, COMPACT, MARCH, MARCH_FILTERED, SCATTER, SHADOW_GRID, SHADOW_GRID_FILTERED];
 
     #[test]
     fn every_shader_is_valid_without_any_optional_feature() {

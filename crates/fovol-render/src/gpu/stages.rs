@@ -1,3 +1,4 @@
+use super::adaptive_mask::AdaptiveMaskPass;
 use super::buffers::{Buffers, Groups};
 use super::compact::CompactPass;
 use super::march::MarchPass;
@@ -11,6 +12,7 @@ use fovol_gpu::Gpu;
 #[derive(Debug)]
 pub struct Stages {
     pub mask: MaskPass,
+    pub adaptive_mask: AdaptiveMaskPass,
     pub compact: CompactPass,
     pub march: MarchPass,
     pub scatter: ScatterPass,
@@ -22,6 +24,7 @@ impl Stages {
     pub fn new(gpu: &Gpu, texels: TexelKind) -> Self {
         Self {
             mask: MaskPass::new(gpu),
+            adaptive_mask: AdaptiveMaskPass::new(gpu),
             compact: CompactPass::new(gpu),
             march: MarchPass::new(gpu, texels),
             scatter: ScatterPass::new(gpu),
@@ -34,8 +37,8 @@ impl Stages {
         Groups {
             mask: self.mask.bind(gpu, buffers),
             compact: self.compact.bind(gpu, buffers),
-            march_list: self.march.bind(gpu, buffers, &buffers.samples),
-            march_frame: self.march.bind(gpu, buffers, &buffers.frame),
+            march_list: self.march.bind(gpu, buffers, &buffers.listed, &buffers.listed.results),
+            march_frame: self.march.bind(gpu, buffers, &buffers.listed, &buffers.frame),
             scatter: self.scatter.bind(gpu, buffers),
         }
     }

@@ -78,6 +78,17 @@ impl GuideGrid {
         Pixel { x: (left + x as u32 * self.step) as u16, y: (top + y as u32 * self.step) as u16 }
     }
 
+    /// Index of `pixel` of the frame in the grid, row by row; `None` if the grid does not have it.
+    pub fn index(&self, pixel: Pixel) -> Option<usize> {
+        let along = |at: u16, axis: usize| {
+            let way = u32::from(at).checked_sub(self.first[axis])?;
+            let number = (way / self.step) as usize;
+            (way.is_multiple_of(self.step) && number < self.size[axis]).then_some(number)
+        };
+        let (x, y) = (along(pixel.x, 0)?, along(pixel.y, 1)?);
+        Some(y * self.size[0] + x)
+    }
+
     /// Pixels of the grid, row by row.
     pub fn pixels(&self) -> Vec<Pixel> {
         let [columns, rows] = self.size;
@@ -110,6 +121,12 @@ mod tests {
                 let [columns, rows] = coarse.size();
                 prop_assert_eq!(coarse.pixels().len(), columns * rows);
                 prop_assert!(coarse.pixels().iter().all(|pixel| fine.pixels().contains(pixel)));
+                for grid in [coarse, fine] {
+                    let pixels = grid.pixels();
+                    prop_assert!(pixels.iter().enumerate().all(|(i, pixel)| grid.index(*pixel) == Some(i)));
+                    let others = every.pixels().into_iter().filter(|pixel| !pixels.contains(pixel));
+                    prop_assert!(others.into_iter().all(|pixel| grid.index(pixel).is_none()));
+                }
                 seen[0].extend(coarse.pixels());
                 seen[1].extend(fine.pixels());
             }

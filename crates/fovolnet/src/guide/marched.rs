@@ -19,10 +19,10 @@ pub struct MarchedGuide {
 const CACHED_HEADROOM: f32 = 2.0;
 
 /// Differences of neighbours from which on a pixel between them is marched, for grids of every second and of every pixel.
-const CONTRASTS: [f32; 2] = [0.05, 0.15];
+pub const CONTRASTS: [f32; 2] = [0.05, 0.15];
 
 /// Most pixels that are marched, as a part of the region, after each of the levels.
-const BUDGETS: [f32; 2] = [0.2, 0.25];
+pub const BUDGETS: [f32; 2] = [0.2, 0.25];
 
 impl MarchedGuide {
     /// Marches pixels of `grid` and of finer ones with `march`, which returns ray results in list order. The samples of
@@ -47,9 +47,11 @@ impl MarchedGuide {
             number += pixels.len();
             (grid, values) = (fine, between.interpolated());
             places.into_iter().zip(passes.marched(&pixels)?).for_each(|(at, value)| values[at] = value);
+            let samples = sparse.pixels().iter().zip(of_samples);
+            samples
+                .for_each(|(pixel, value)| grid.index(*pixel).into_iter().for_each(|at| values[at] = *value));
         }
-        let mut guide = UpsampledGuide::new(grid.region, values, 1.0);
-        sparse.pixels().iter().zip(of_samples).for_each(|(pixel, value)| guide.put(*pixel, *value));
+        let guide = UpsampledGuide::new(grid.region, values, 1.0);
         let Passes { pixels, distances, .. } = passes;
         Ok(Self { guide, pixels, distances })
     }

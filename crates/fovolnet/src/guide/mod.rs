@@ -17,6 +17,8 @@ pub use importance::{importance_of_colours, importance_of_ratios};
 pub use joint_bilateral::joint_bilateral;
 pub use light_ratio::{compose, light_ratios};
 pub use marched::MarchedGuide;
+#[cfg(feature = "gpu")]
+pub(crate) use marched::{BUDGETS, CONTRASTS};
 pub use upsampled::UpsampledGuide;
 
 use fovol_render::scene::RayResult;

@@ -67,13 +67,6 @@ impl UpsampledGuide {
         let [x, y] = self.region.inside(pixel.x.into(), pixel.y.into())?;
         Some(y as usize * self.region.size.width as usize + x as usize)
     }
-
-    /// Replaces the guide of `pixel` of the frame by its exact value. Nothing happens outside the region.
-    pub fn put(&mut self, pixel: Pixel, guide: GuidePixel) {
-        if let Some(at) = self.index(pixel) {
-            self.pixels[at] = guide;
-        }
-    }
 }
 
 #[cfg(test)]
@@ -81,13 +74,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pixels_are_put_within_the_region() {
+    fn rows_and_pixels_lie_within_the_region() {
         let region = Region { x: 4, y: 2, size: FrameSize { width: 4, height: 4 } };
-        let mut guide = UpsampledGuide::new(region, vec![[0.5; 4]; 16], 1.0);
-        guide.put(Pixel { x: 4, y: 2 }, [0.25; 4]);
-        guide.put(Pixel { x: 0, y: 0 }, [0.75; 4]);
-        assert_eq!(guide.row(2).unwrap(), [[0.25; 4], [0.5; 4], [0.5; 4], [0.5; 4]]);
+        let pixels: Vec<GuidePixel> = (0..16).map(|i| [0.05 * i as f32; 4]).collect();
+        let guide = UpsampledGuide::new(region, pixels.clone(), 1.0);
+        assert_eq!(guide.row(3).unwrap(), &pixels[4..8]);
         assert!(guide.row(1).is_none() && guide.row(6).is_none());
+        assert_eq!(guide.at(Pixel { x: 6, y: 5 }), Some(pixels[14]));
         assert_eq!(guide.at(Pixel { x: 3, y: 2 }), None);
     }
 }

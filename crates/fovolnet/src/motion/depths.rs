@@ -19,6 +19,15 @@ impl Depths {
         Self { size: sparse.size(), known: sparse.pixels().iter().copied().zip(inverse).collect() }
     }
 
+    /// Depths of a frame of `size`, from the inverse distances of its pixels, row by row; 0 where nothing is known.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn of_frame(size: FrameSize, inverse: &[f32]) -> Self {
+        let width = size.width as usize;
+        let place = |at: usize| Pixel { x: (at % width) as u16, y: (at / width) as u16 };
+        let known = inverse.iter().enumerate().filter(|(_, inverse)| **inverse > 0.0);
+        Self { size, known: known.map(|(at, inverse)| (place(at), *inverse)).collect() }
+    }
+
     /// Size of the frame.
     pub fn size(&self) -> FrameSize {
         self.size

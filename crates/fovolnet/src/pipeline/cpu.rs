@@ -1,7 +1,7 @@
 #[cfg(feature = "gpu")]
 use super::frames::{DeviceFrame, DoneFrame};
 use super::marcher::Marcher;
-use super::sampled::{HostReconstruction, Marched, Sampled, Sampler, in_raster_order};
+use super::sampled::{HostReconstruction, Marched, Sampled, Sampler, Wanted, in_raster_order};
 use super::timings::{Timer, Timings};
 use super::view::View;
 use crate::guide::{GuidePixel, MarchedGuide, guide_pixel};
@@ -141,10 +141,10 @@ impl Marcher for CpuMarcher {
         Ok(self.renderer.with_exact_shadows(|renderer| renderer.march_full(camera, size).0))
     }
 
-    fn sample(&mut self, view: &View, importance: Option<&Importance>) -> Result<Sampled> {
+    fn sample(&mut self, view: &View, wanted: Wanted<'_>) -> Result<Sampled> {
         let region = self.renderer.visible_region(&view.camera, view.size);
         let seen = Seen { region, background: self.renderer.background() };
-        let important = importance.zip(seen.region);
+        let important = wanted.importance.zip(seen.region);
         let (mut sampled, of_samples) = self.marched(view, important);
         sampled.seen = seen;
         if let (Marched::Some(sparse), Some(region)) = (&sampled.marched, seen.region) {

@@ -1,10 +1,9 @@
 #[cfg(feature = "gpu")]
 use super::frames::{DeviceFrame, DoneFrame};
-use super::sampled::{HostReconstruction, Sampled};
+use super::sampled::{HostReconstruction, Sampled, Wanted};
 use super::view::View;
 use crate::{RenderSettings, Result};
 use fovol_core::{Camera, Frame, FrameSize, SampleList, Scene};
-use fovol_render::Importance;
 use fovol_render::scene::RayResult;
 use std::fmt::Debug;
 use std::time::Duration;
@@ -48,12 +47,12 @@ pub trait Marcher: Debug + Send {
     /// A lost device.
     fn reference(&mut self, camera: &Camera, size: FrameSize) -> Result<Frame>;
 
-    /// Renders the samples of the frame of `view`, and the full frame if the marcher reconstructs by itself. Where samples
-    /// go follows their `importance`, if it is known.
+    /// Renders the samples of the frame of `view` with what is `wanted`, and the full frame if the marcher reconstructs by
+    /// itself.
     ///
     /// # Errors
     /// A lost device.
-    fn sample(&mut self, view: &View, importance: Option<&Importance>) -> Result<Sampled>;
+    fn sample(&mut self, view: &View, wanted: Wanted<'_>) -> Result<Sampled>;
 
     /// Renders a frame that stays on the device; `None` if that is not possible.
     ///

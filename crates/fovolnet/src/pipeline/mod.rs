@@ -247,7 +247,7 @@ impl Pipeline {
         let (marcher, reconstruction) = (&mut self.marcher, &mut self.reconstruction);
         self.threads.install(|| {
             keep_workers_spinning(|| {
-                let sampled = marcher.sample(&view, reconstruction.importance())?;
+                let sampled = marcher.sample(&view, reconstruction.wanted())?;
                 reconstruction.finish(&view, sampled, &started)
             })
         })

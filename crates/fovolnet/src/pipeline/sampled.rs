@@ -57,9 +57,31 @@ pub struct Sampled {
     /// Guide of the light ratio, if there is one.
     pub guide: Option<MarchedGuide>,
     /// Full frame, if the device has reconstructed it already.
-    pub made: Option<Frame>,
+    pub made: Option<Made>,
     /// Times so far; the total is not known yet.
     pub timings: Timings,
+}
+
+/// Full frame that a device has reconstructed.
+pub struct Made {
+    pub frame: Frame,
+    /// Number of pixels that were marched for the guide alone.
+    pub guide_samples: usize,
+    /// Guide and light ratio, if they were asked for.
+    pub guide: Option<FrameGuide>,
+    /// Distances of every pixel that was marched, if they were asked for and there is a guide.
+    pub depths: Option<Depths>,
+}
+
+/// Extras that the reconstruction on the host asks of a frame's samples.
+#[derive(Debug, Clone, Copy)]
+pub struct Wanted<'a> {
+    /// Importance of samples, if it is known.
+    pub importance: Option<&'a Importance>,
+    /// Whether to keep guide and light ratio.
+    pub guide: bool,
+    /// Whether to find motion.
+    pub motion: bool,
 }
 
 /// Pixels that rays were marched through.
@@ -167,9 +189,9 @@ impl HostReconstruction {
         (self.finds_motion, self.keeps_guide) = (other.finds_motion, other.keeps_guide);
     }
 
-    /// Importance of samples for the next frame.
-    pub fn importance(&self) -> Option<&Importance> {
-        self.importance.as_ref()
+    /// Extras that the samples of the next frame should come with.
+    pub fn wanted(&self) -> Wanted<'_> {
+        Wanted { importance: self.importance.as_ref(), guide: self.keeps_guide, motion: self.finds_motion }
     }
 
     pub fn reset(&mut self) {
@@ -182,11 +204,14 @@ impl HostReconstruction {
     /// Reconstructs the frame of `sampled`. The timer `started` began with the frame.
     pub fn finish(&mut self, view: &View, sampled: Sampled, started: &Timer) -> Result<RenderedFrame> {
         let Sampled { marched, mask, samples, lost, seen, guide, made, mut timings } = sampled;
-        let guide_samples = guide.as_ref().map_or(0, MarchedGuide::marched);
+        let guide_samples = match (&guide, &made) {
+            (Some(guide), _) => guide.marched(),
+            (None, made) => made.as_ref().map_or(0, |made| made.guide_samples),
+        };
         let (sparse, filled) = match marched {
             Marched::Every(frame) => {
                 self.last = None;
-                (None, Filled { frame: made.unwrap_or(frame), motion: None, guide: None })
+                (None, Filled { frame: made.map_or(frame, |made| made.frame), motion: None, guide: None })
             }
             Marched::Some(sparse) => {
                 let filled = self.fill(view, &sparse, &seen, (guide, made), &mut timings)?;
@@ -205,18 +230,23 @@ impl HostReconstruction {
         view: &View,
         sparse: &SparseFrame,
         seen: &Seen,
-        (guide, made): (Option<MarchedGuide>, Option<Frame>),
+        (guide, made): (Option<MarchedGuide>, Option<Made>),
         timings: &mut Timings,
     ) -> Result<Filled> {
         let timer = Timer::start();
         let reconstructs = self.reconstructor.is_active();
         let moves = self.finds_motion || (reconstructs && self.reconstructor.uses_motion());
-        let motion = if moves { self.motion(view, sparse, seen, guide.as_ref()) } else { None };
+        let depths = match (&guide, &made) {
+            (Some(guide), _) if moves => Some(Depths::new(sparse).with(guide.distances())),
+            (None, Some(made)) => made.depths.clone(),
+            _ => None,
+        };
+        let motion = if moves { self.motion(view, sparse, seen, depths.as_ref()) } else { None };
         let motion_ms = if moves { timer.ms() } else { 0.0 };
         // Motion by the guide does not look at the last frame.
-        let is_full = (reconstructs || made.is_some()) && guide.is_none();
+        let is_full = (reconstructs || made.is_some()) && depths.is_none() && guide.is_none();
         let (frame, guide) = match (made, guide) {
-            (Some(frame), _) => (frame, None),
+            (Some(made), _) => (made.frame, made.guide),
             (None, _) if !reconstructs => (sparse.to_frame(), None),
             (None, None) => {
                 let frame = self.reconstructor.reconstruct_seen(sparse, motion.as_deref(), seen)?;
@@ -262,20 +292,17 @@ impl HostReconstruction {
         }
     }
 
-    /// Motion of every pixel of the frame `sparse` to the last frame: by the distances of its guide, if it has one.
+    /// Motion of every pixel of the frame `sparse` to the last frame: by `depths`, if they are known at many pixels.
     fn motion(
         &mut self,
         view: &View,
         sparse: &SparseFrame,
         seen: &Seen,
-        guide: Option<&MarchedGuide>,
+        depths: Option<&Depths>,
     ) -> Option<Vec<[f32; 2]>> {
         let region = seen.moving(view.size);
-        let motion = match guide {
-            Some(guide) => {
-                let depths = Depths::new(sparse).with(guide.distances());
-                self.motion.find_by_depths(region, &depths, &view.camera)
-            }
+        let motion = match depths {
+            Some(depths) => self.motion.find_by_depths(region, depths, &view.camera),
             None => self.motion.find_in(region, sparse, &view.camera, self.last.as_ref()),
         };
         self.motion.remember(&view.camera, sparse);

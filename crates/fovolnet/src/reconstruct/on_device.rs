@@ -1,15 +1,14 @@
 //! Reconstructions that run on a device.
 
-use crate::{Density, Guide, Reconstruction, RenderSettings, Sampling};
+use crate::{Guide, Reconstruction, RenderSettings, Sampling};
 use fovol_net::gpu::Precision;
 use fovol_net::{Fill, cpu};
 
 /// Whether `settings` ask for a reconstruction that runs on the device.
 pub fn reconstructs(settings: &RenderSettings) -> bool {
-    // Frames with every pixel marched need no reconstruction. Guides and importance are made on the CPU.
+    // Frames with every pixel marched need no reconstruction. Guides with cached shadows are made on the CPU.
     settings.sampling != Sampling::Full
-        && settings.guide_kind() == Guide::None
-        && settings.density_kind() == Density::Fixed
+        && settings.guide_kind() != Guide::Cached
         && match settings.reconstruction {
             Reconstruction::None | Reconstruction::Fill(Fill::Linear) => false,
             Reconstruction::Fill(Fill::PullPush) => true,

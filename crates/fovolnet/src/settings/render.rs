@@ -192,17 +192,11 @@ impl RenderSettings {
         }
     }
 
-    /// These settings as frames of a GPU take them. A GPU fills frames by itself unless a guide or an adaptive density is asked
-    /// for.
+    /// These settings as frames of a GPU take them: with `reject` there is no list of samples, so no guide.
     #[cfg(feature = "gpu")]
     pub(crate) fn on_gpu(&self) -> Self {
-        let has_guide = matches!(self.guide, Choice::Fixed(guide) if guide != Guide::None);
-        let guide = if has_guide { self.guide } else { Guide::None.into() };
-        let density = match self.density {
-            Choice::Auto if !has_guide => Density::Fixed.into(),
-            density => density,
-        };
-        Self { guide, density, ..self.clone() }
+        let guide = if self.sampling == Sampling::Reject { Guide::None.into() } else { self.guide };
+        Self { guide, ..self.clone() }
     }
 
     /// Whether the network fills light ratios as well as colours.

@@ -185,3 +185,12 @@ fn shift(@builtin(global_invocation_id) at: vec3u) {
     let inverse = select(seen[i], mix(nearer, seen[i], belief.y), nearer > 0.0);
     motion[i] = moved(at.xy, inverse);
 }
+
+/// Finds the motion at the depths of this frame, where they are known at many pixels.
+@compute @workgroup_size(8, 8)
+fn shift_near(@builtin(global_invocation_id) at: vec3u) {
+    if is_inside(at.xy) {
+        let i = at.y * reprojection.width + at.x;
+        motion[i] = moved(at.xy, near[i]);
+    }
+}

@@ -157,7 +157,7 @@ impl Display {
             drop(pass);
             self.timing.end(encoder);
             let facts = landing.buffer();
-            encoder.copy_buffer_to_buffer(buffers.list_length(), 0, facts, 0, Some(8));
+            encoder.copy_buffer_to_buffer(buffers.listed().length(), 0, facts, 0, Some(8));
             self.timing.copy(encoder, facts, TIMES + of(STAGES + PARTS));
             Timed {
                 stages: buffers.timing().copy(encoder, facts, TIMES),

@@ -1,9 +1,10 @@
 use super::frames::{DeviceFrame, DoneFrame};
 use super::marcher::Marcher;
-use super::sampled::{HostReconstruction, Sampled, Sampler, in_raster_order};
+use super::sampled::{HostReconstruction, Made, Sampled, Sampler, Wanted, in_raster_order};
 use super::timings::{Timer, Timings};
 use super::view::View;
 use crate::guide::{GuidePixel, MarchedGuide, guide_pixel};
+use crate::motion::Depths;
 use crate::reconstruct::{Seen, reconstructs};
 use crate::{RenderSettings, Result, Sampling, SpeedSettings};
 use display::Display;
@@ -14,10 +15,11 @@ use fovol_render::gpu::{self, FrameBuffers, MaskSource, Renderer};
 use fovol_render::scene::RayResult;
 use fovol_render::{Filtering, Importance};
 use part::{Part, add_stage};
-use reconstruction::DeviceReconstruction;
+use reconstruction::{DeviceReconstruction, Marched};
 use std::time::Duration;
 
 mod display;
+mod guide;
 mod motion;
 mod part;
 mod reconstruction;
@@ -52,7 +54,7 @@ impl GpuMarcher {
         let mut renderer = Renderer::with_filtering(gpu, scene, filtering)?;
         renderer.set_skip_empty(!speed.no_skip);
         let buffers = renderer.frame_buffers(sampler.size)?;
-        let reconstruction = DeviceReconstruction::new(gpu, settings, &buffers)?;
+        let reconstruction = DeviceReconstruction::new(&renderer, settings, &buffers)?;
         let parts = Timing::new(gpu, Part::COUNT);
         let background = background_of(scene);
         Ok(Self { renderer, buffers, sampler, reconstruction, parts, display: None, background })
@@ -96,7 +98,7 @@ impl GpuMarcher {
         self.renderer.visible_region(&view.camera, view.size)
     }
 
-    /// Guide of the frame of `view`, whose samples are `sparse`, if there is to be one.
+    /// Guide of the frame of `view`, whose samples are `sparse`, if there is to be one that the CPU uses.
     fn guide(
         &mut self,
         view: &View,
@@ -105,7 +107,7 @@ impl GpuMarcher {
     ) -> Result<Option<MarchedGuide>> {
         let grid =
             self.region(view).and_then(|region| self.sampler.guide.grid(view.index, region, view.size));
-        let Some(grid) = grid else { return Ok(None) };
+        let Some(grid) = grid.filter(|_| self.reconstruction.is_none()) else { return Ok(None) };
         let (renderer, buffers) = (&mut self.renderer, &mut self.buffers);
         let march = |list: &SampleList| {
             let listed = gpu::Sampling::List(list);
@@ -124,16 +126,23 @@ impl GpuMarcher {
     ) -> Result<()> {
         let Sampler { sampling, noise, .. } = &self.sampler;
         let source = MaskSource { fovea: &view.fovea, noise, frame: view.index };
+        let region = self.region(view);
+        let important = self.reconstruction.as_ref().and_then(|made| made.importance(region));
         let sampling = match (sampling, listed) {
             (_, Some(listed)) => gpu::Sampling::List(&listed.list),
             (Sampling::Full, _) => gpu::Sampling::Full,
             (Sampling::Reject, _) => gpu::Sampling::Reject(source),
-            _ => gpu::Sampling::Compact(source),
+            _ => match important {
+                Some(important) => gpu::Sampling::Adaptive(source, important),
+                None => gpu::Sampling::Compact(source),
+            },
         };
-        self.renderer.encode(encoder, &mut self.buffers, &view.camera, sampling)?;
+        let Self { renderer, buffers, background, .. } = self;
+        renderer.encode(encoder, buffers, &view.camera, sampling)?;
         self.parts.begin();
         if let Some(reconstruction) = &mut self.reconstruction {
-            reconstruction.encode(encoder, &self.buffers, view, &mut self.parts)?;
+            let marched = Marched { renderer, buffers, view, region, background: *background };
+            reconstruction.encode(encoder, &marched, &mut self.parts)?;
         }
         self.parts.end(encoder);
         Ok(())
@@ -168,6 +177,20 @@ impl GpuMarcher {
         let (colours, depths) = list.pixels().iter().map(result).unzip();
         let samples = list.len();
         Ok(Sampled::sparse(SparseFrame::new(list, colours, depths), mask, samples))
+    }
+
+    /// Full frame that the device has reconstructed, with what is `wanted`.
+    fn made(&self, wanted: Wanted<'_>) -> Result<Option<Made>> {
+        let Some(made) = &self.reconstruction else { return Ok(None) };
+        let (gpu, size) = (self.gpu(), self.sampler.size);
+        let depths =
+            (wanted.motion && made.has_guide()).then(|| self.buffers.read_inverse_depths()).transpose()?;
+        Ok(Some(Made {
+            frame: made.read_frame(gpu, size)?,
+            guide_samples: made.read_guide_samples()?,
+            guide: if wanted.guide { made.read_guide(gpu, size)? } else { None },
+            depths: depths.map(|inverse| Depths::of_frame(size, &inverse)),
+        }))
     }
 
     /// Times of the last frame's stages on the device. Without timestamps the whole time `done_ms` counts as march.
@@ -211,8 +234,8 @@ impl Marcher for GpuMarcher {
         let resized = size != self.sampler.size;
         let buffers = resized.then(|| self.renderer.frame_buffers(size)).transpose()?;
         let buffers_then = buffers.as_ref().unwrap_or(&self.buffers);
-        let gpu = self.renderer.gpu();
-        let anew = (!reconstructs_alike).then(|| DeviceReconstruction::new(gpu, settings, buffers_then));
+        let renderer = &self.renderer;
+        let anew = (!reconstructs_alike).then(|| DeviceReconstruction::new(renderer, settings, buffers_then));
         let anew = anew.transpose()?;
         self.renderer.set_scene(scene)?;
         self.background = background_of(scene);
@@ -245,9 +268,9 @@ impl Marcher for GpuMarcher {
     }
 
     /// Renders a frame and reads it back: the samples, and the full frame if it was reconstructed on the device.
-    fn sample(&mut self, view: &View, importance: Option<&Importance>) -> Result<Sampled> {
+    fn sample(&mut self, view: &View, wanted: Wanted<'_>) -> Result<Sampled> {
         let timer = Timer::start();
-        let listed = self.listing(view, importance);
+        let listed = self.listing(view, wanted.importance);
         let listing_ms = timer.ms();
         self.gpu()
             .clone()
@@ -255,15 +278,14 @@ impl Marcher for GpuMarcher {
         self.gpu().wait()?;
         let timings = self.timings(timer.ms() - listing_ms)?;
         let timings = Timings { mask: timings.mask + listing_ms, ..timings };
-        let size = self.sampler.size;
-        let made = self.reconstruction.as_ref().map(|made| made.read_frame(self.gpu(), size));
+        let made = self.made(wanted)?;
         let sampled = match self.sampler.sampling {
             Sampling::Full => Sampled::full(self.buffers.read_frame()?),
             Sampling::Reject => self.rejected()?,
             Sampling::Direct | Sampling::Compact => self.listed(view, listed)?,
         };
-        let timings = Timings { guide: sampled.timings.guide, ..timings };
-        Ok(Sampled { made: made.transpose()?, timings, ..sampled })
+        let timings = Timings { guide: timings.guide + sampled.timings.guide, ..timings };
+        Ok(Sampled { made, timings, ..sampled })
     }
 
     /// Renders a frame that stays on the device. Returns once the work is submitted and at most one other frame is in

@@ -57,7 +57,7 @@ impl Uniforms {
 /// Buffers of a frame's samples and of the last full frame.
 #[derive(Debug, Clone, Copy)]
 pub struct DeviceFrames<'a> {
-    /// Inverse distances of sampled pixels, 0 elsewhere; f32.
+    /// Inverse distances of marched pixels, 0 elsewhere; f32.
     pub inverse_depths: &'a wgpu::Buffer,
     /// Sampled colours.
     pub sparse: &'a wgpu::Buffer,
@@ -94,6 +94,8 @@ struct BeliefPasses {
     judge: wgpu::ComputePipeline,
     believe: wgpu::ComputePipeline,
     shift: wgpu::ComputePipeline,
+    /// Motion at the depths of this frame alone.
+    shift_near: wgpu::ComputePipeline,
     group: wgpu::BindGroup,
 }
 
@@ -109,11 +111,15 @@ pub struct MotionPass {
     remembered: Vec<Remembered>,
     /// Cameras of the last frames and the indices of their depths in `remembered`, oldest first.
     seen: VecDeque<(Camera, usize)>,
+    /// Whether depths are known at so many pixels that nothing needs to be guessed.
+    has_guide: bool,
+    /// Whether the last encoded frame moves.
+    moves: bool,
 }
 
 impl MotionPass {
-    /// Motion of frames of `size` whose samples lie in `frames`.
-    pub fn new(gpu: &Gpu, size: FrameSize, frames: DeviceFrames<'_>) -> Result<Self> {
+    /// Motion of frames of `size` whose samples lie in `frames`. If they have a guide, their depths alone tell it.
+    pub fn new(gpu: &Gpu, size: FrameSize, frames: DeviceFrames<'_>, has_guide: bool) -> Result<Self> {
         let fill = PullPush::new(gpu, size)?;
         let made = gpu.guarded("making room for motion", || {
             let storage = BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
@@ -133,7 +139,7 @@ impl MotionPass {
                 bind_group(gpu, "depths", &layout, &buffers.map(wgpu::Buffer::as_entire_binding))
             };
             let groups = [&near, &seen].map(|to| bind(&to_last, frames.inverse_depths, to));
-            let remembered = (0..REMEMBERED).map(|_| {
+            let remembered = (0..if has_guide { 0 } else { REMEMBERED }).map(|_| {
                 let (uniforms, inverse_depths) =
                     (Uniforms::buffer(gpu), buffer("earlier depths", 4 * pixels));
                 Remembered { group: bind(&uniforms, &inverse_depths, &seen), uniforms, inverse_depths }
@@ -146,30 +152,43 @@ impl MotionPass {
             let belief =
                 BeliefPasses::new(gpu, size, [&to_last, &near, &seen, frames.sparse, frames.last], &motion);
             let seen = VecDeque::new();
-            Self { gpu: gpu.clone(), size, depths, belief, to_last, motion, remembered, seen }
+            Self {
+                gpu: gpu.clone(),
+                size,
+                depths,
+                belief,
+                to_last,
+                motion,
+                remembered,
+                seen,
+                has_guide,
+                moves: false,
+            }
         })?;
         Ok(made)
     }
 
     /// Encodes the motion of the frame in `frames`, seen by `camera`, into `encoder`, and remembers the frame's depths.
-    ///
-    /// Returns the buffer of motion: two f32 for each pixel, x right and y down, to its position in the last frame.
-    /// `None` for the first frame, and if nothing moves. Encode at most one frame in each submission.
+    /// Encode at most one frame in each submission.
     pub fn encode(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
         camera: &Camera,
         frames: DeviceFrames<'_>,
-    ) -> Result<Option<&wgpu::Buffer>> {
-        let moves = match self.seen.back().map(|(last, _)| *last).filter(|last| last != camera) {
-            Some(last) => {
-                self.encode_motion(encoder, camera, &last)?;
-                true
-            }
-            None => false,
-        };
+    ) -> Result<()> {
+        let last = self.seen.back().map(|(last, _)| *last).filter(|last| last != camera);
+        self.moves = last.is_some();
+        if let Some(last) = last {
+            self.encode_motion(encoder, camera, &last)?;
+        }
         self.remember(encoder, camera, frames.inverse_depths);
-        Ok(moves.then_some(&self.motion))
+        Ok(())
+    }
+
+    /// Motion of the last encoded frame: two f32 for each pixel, x right and y down, to its position in the frame before.
+    /// `None` for the first frame, and if nothing moves.
+    pub fn found(&self) -> Option<&wgpu::Buffer> {
+        self.moves.then_some(&self.motion)
     }
 
     /// Forgets all earlier frames.
@@ -189,6 +208,10 @@ impl MotionPass {
         self.dispatch(encoder, &depths.know, near, GROUP);
         depths.fill.encode(encoder, &depths.known)?;
         self.dispatch(encoder, &depths.keep, near, GROUP);
+        if self.has_guide {
+            self.dispatch(encoder, &belief.shift_near, &belief.group, GROUP);
+            return Ok(());
+        }
 
         encoder.clear_buffer(&depths.nearest, 0, None);
         for (there, number) in &self.seen {
@@ -212,6 +235,11 @@ impl MotionPass {
         camera: &Camera,
         inverse_depths: &wgpu::Buffer,
     ) {
+        if self.has_guide {
+            self.seen.clear();
+            self.seen.push_back((*camera, 0));
+            return;
+        }
         let number = match self.seen.len() {
             REMEMBERED => self.seen.pop_front().map_or(0, |(_, number)| number),
             free => free,
@@ -253,8 +281,8 @@ impl BeliefPasses {
         let bindings: Vec<_> = buffers.into_iter().map(wgpu::Buffer::as_entire_binding).collect();
         let group = bind_group(gpu, "motion", &layout, &bindings);
         let pipeline = |entry_point| compute_pipeline(gpu, &MOTION, entry_point, &[&layout], &[]);
-        let [judge, believe, shift] = ["judge", "believe", "shift"].map(pipeline);
-        Self { judge, believe, shift, group }
+        let [judge, believe, shift, shift_near] = ["judge", "believe", "shift", "shift_near"].map(pipeline);
+        Self { judge, believe, shift, shift_near, group }
     }
 }
 

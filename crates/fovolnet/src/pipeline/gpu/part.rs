@@ -2,9 +2,11 @@ use crate::Timings;
 use fovol_render::gpu::Stage;
 use std::fmt;
 
-/// Timed part of the reconstruction.
+/// Timed part of a frame after its samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
+    /// Marching of the guide.
+    Guide,
     /// Estimation of motion.
     Motion,
     /// Filling of the full frame.
@@ -13,13 +15,17 @@ pub enum Part {
 
 impl Part {
     /// Number of parts.
-    pub const COUNT: u32 = 2;
+    pub const COUNT: u32 = 3;
 
     /// Adds `ms` for this part to `timings`.
     pub fn add(self, timings: &mut Timings, ms: f64) {
-        timings.reconstruct += ms;
-        if self == Self::Motion {
-            timings.motion += ms;
+        match self {
+            Self::Guide => timings.guide += ms,
+            Self::Motion => {
+                timings.reconstruct += ms;
+                timings.motion += ms;
+            }
+            Self::Filling => timings.reconstruct += ms,
         }
     }
 }
@@ -27,6 +33,7 @@ impl Part {
 impl fmt::Display for Part {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
+            Self::Guide => "guide",
             Self::Motion => "motion",
             Self::Filling => "filling",
         })
