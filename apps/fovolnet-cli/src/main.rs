@@ -10,6 +10,7 @@ mod console;
 mod frame_files;
 mod frame_sequence;
 mod frame_source;
+mod instruction_set;
 mod interrupt;
 mod label;
 mod long_work;
@@ -34,6 +35,8 @@ use std::process::ExitCode;
 struct Cli {
     #[command(subcommand)]
     command: Command,
+    #[command(flatten)]
+    simd: instruction_set::InstructionSet,
 }
 
 #[derive(Subcommand)]
@@ -95,6 +98,9 @@ fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(error) => return usage(&error),
     };
+    if let Err(error) = cli.simd.choose() {
+        return usage(&error);
+    }
     interrupt::install();
     long_work::show();
     fovolnet::io::atomic::keep_inputs();

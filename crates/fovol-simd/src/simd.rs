@@ -25,6 +25,8 @@ pub enum Simd {
     Amx,
 }
 
+static CHOSEN: OnceLock<Simd> = OnceLock::new();
+
 impl Simd {
     /// Vector instruction sets of this processor, the fastest last. [`Simd::Scalar`] is none of them.
     pub fn available() -> Vec<Self> {
@@ -47,10 +49,28 @@ impl Simd {
         matches!(self, Self::Scalar | Self::Portable)
     }
 
-    /// Fastest instruction set of this processor.
+    /// Instruction set for everything in this process that is not told another: the [`Simd::chosen`] one, or the fastest of
+    /// this processor.
     pub fn best() -> Self {
-        static BEST: OnceLock<Simd> = OnceLock::new();
-        *BEST.get_or_init(|| Self::available().pop().unwrap_or(Self::Portable))
+        static FASTEST: OnceLock<Simd> = OnceLock::new();
+        Self::chosen()
+            .unwrap_or_else(|| *FASTEST.get_or_init(|| Self::available().pop().unwrap_or(Self::Portable)))
+    }
+
+    /// Makes this set [`Simd::best`] for the whole process, as `--simd` does. The first choice stays; choose before anything
+    /// is rendered, because what exists keeps its instructions.
+    pub fn choose(self) {
+        let _ = CHOSEN.set(self);
+    }
+
+    /// Set that was chosen for this process, if any.
+    pub fn chosen() -> Option<Self> {
+        CHOSEN.get().copied()
+    }
+
+    /// Sets that a process can choose: [`Simd::Scalar`], and those of [`Simd::available`].
+    pub fn choices() -> Vec<Self> {
+        [Self::Scalar].into_iter().chain(Self::available()).collect()
     }
 
     /// Name in flags and files.

@@ -63,7 +63,7 @@ impl CpuMarching {
         let frame = size.pixels() * (size_of::<[f32; 4]>() + size_of::<Pixel>() + size_of::<[f32; 3]>());
         needed.with("frames", frame as u64).check(SMALLER_BOTH)?;
         let pool = thread_pool(speed.threads.unwrap_or(0))?;
-        let simds = speed.simd.map_or_else(fast_ones, |simd| vec![simd]);
+        let simds = Simd::chosen().map_or_else(fast_ones, |_| vec![speed.simd()]);
         let options = RenderOptions { simd: speed.simd(), skip_empty: true };
         Ok(Self { renderer: pool.install(|| Renderer::new(scene, options))?, size, simds, pool })
     }

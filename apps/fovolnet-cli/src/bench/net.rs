@@ -36,9 +36,6 @@ pub struct NetBench {
     /// Number of threads [default: all cores]
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
-    /// Instruction set: portable, avx2, avx512 or amx [default: the best one]
-    #[arg(long, value_name = "SET", value_parser = |text: &str| Simd::named(text, &Simd::available()))]
-    simd: Option<Simd>,
     /// Precision: auto, f32, bf16, f16, int8 or mixed; auto, f32 or f16 on a GPU
     #[arg(long, value_name = "P", default_value = "auto")]
     precision: Precision,
@@ -163,7 +160,7 @@ impl NetBench {
             let sparse = sparse_frame(FrameSize::new(256, 144)?, 0);
             calibrate(&mut weights, &[vec![FrameInput { sparse: &sparse, motion: None }]])?;
         }
-        let network = Network::new(plan, &weights, self.simd.unwrap_or_else(Simd::best), self.precision)?;
+        let network = Network::new(plan, &weights, Simd::best(), self.precision)?;
         // Source weights are not needed to run the network.
         drop(weights);
         let mut state = network.state(self.size);

@@ -33,5 +33,5 @@ pub use few_shadow_rays::FewShadowRays;
 pub use fovol_simd::Simd;
 pub use mask::{mask, sampled};
 pub use renderer::{RenderOptions, Renderer};
-pub use simd::{available_simd, best_simd, parse_simd};
+pub use simd::{available_simd, best_simd};
 pub use sparse_frame::sparse_frame;

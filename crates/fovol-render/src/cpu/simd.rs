@@ -8,15 +8,9 @@ pub fn available_simd() -> Vec<Simd> {
     [Simd::Scalar].into_iter().chain(vectors).collect()
 }
 
-/// The fastest of [`available_simd`].
+/// The one of [`available_simd`] for this process: [`Simd::best`], or the fastest if that has nothing for rays.
 pub fn best_simd() -> Simd {
-    available_simd().pop().unwrap_or(Simd::Scalar)
-}
-
-/// Finds one of [`available_simd`] by its name, or [`best_simd`] by `auto`.
-///
-/// # Errors
-/// Another name: a message that lists the names.
-pub fn parse_simd(text: &str) -> Result<Simd, String> {
-    if text == "auto" { Ok(best_simd()) } else { Simd::named(text, &available_simd()) }
+    let sets = available_simd();
+    let fastest = sets.last().copied().unwrap_or(Simd::Scalar);
+    sets.into_iter().find(|set| *set == Simd::best()).unwrap_or(fastest)
 }

@@ -12,8 +12,8 @@ pub struct SpeedSettings {
     /// Device that computes the frames: auto, cpu, gpu, or gpu:NAME [default: auto]
     #[cfg_attr(feature = "clap", arg(long, value_name = "DEVICE"))]
     pub device: Option<Device>,
-    /// Instruction set of the ray marcher: auto, scalar, portable, avx2 or avx512 [default: auto]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "SET", value_parser = fovol_render::cpu::parse_simd))]
+    /// Instruction set of the ray marcher, if it is another than that of the process ([`Simd::best`]).
+    #[cfg_attr(feature = "clap", arg(skip))]
     pub simd: Option<Simd>,
     /// How a GPU interpolates voxels: exact, like a CPU, or hardware, by its samplers in steps of 1/256 [default:
     /// exact]
