@@ -8,7 +8,9 @@ use super::packet::Packet;
 use super::shadow_pool::ShadowPool;
 use super::shadow_rays::{Parts, ShadowRays};
 use super::skip::Skip;
-use crate::scene::{LightPath, MAX_BLUE, MAX_RED_GREEN, RayResult, Segments, TransferTable};
+use crate::scene::{
+    LightPath, MAX_BLUE, MAX_RED_GREEN, RayResult, SHADOW_START, SHADOW_STEP, Segments, TransferTable,
+};
 use bytemuck::cast_slice;
 use fovol_core::{Pixel, RayBasis};
 use fovol_simd::{MOST_LANES, Simd, SimdF32, SimdI32};
@@ -19,7 +21,7 @@ pub enum Lighting<'a> {
     Full,
     /// Along a shadow ray from every sample, or from a few. The columns say which samples to skip, where skipping pays.
     Rays(Option<&'a LightColumns>, Option<FewShadowRays<'a>>),
-    /// By transmittance from the shadow grid, at half the resolution.
+    /// By transmittance from the shadow grid.
     Cached(Field<'a, u8>),
 }
 
@@ -343,14 +345,28 @@ impl<T: Texel> Kernel<'_, T> {
                 }
             }
             Lighting::Cached(grid) => {
-                let half = zero.splat(0.5);
-                let q = [(p[0] - half) * half, (p[1] - half) * half, (p[2] - half) * half];
-                let lit = weight * direct.mul_add(grid.sample(q), ambient);
+                let lit = weight * direct.mul_add(self.cached_light(p, grid), ambient);
                 for c in 0..3 {
                     colour[c] = lit.mul_add(rgb[c], colour[c]);
                 }
             }
         }
+    }
+
+    /// Transmittance towards the light at `p`: the first sample of the shadow ray, and what `grid` has from there on.
+    #[inline(always)]
+    fn cached_light<V: SimdF32>(&self, p: [V; 3], grid: &Field<'_, u8>) -> V {
+        let (zero, one) = (p[0].splat(0.0), p[0].splat(1.0));
+        let towards = |a: usize, steps: f32| zero.splat(steps).mul_add(zero.splat(self.light.delta[a]), p[a]);
+        let at = [towards(0, SHADOW_START), towards(1, SHADOW_START), towards(2, SHADOW_START)];
+        let after = [towards(0, SHADOW_STEP), towards(1, SHADOW_STEP), towards(2, SHADOW_STEP)];
+        let way = self.light.ways_out(p);
+        let index = (self.field.sample(at) + zero.splat(0.5)).to_i32();
+        // SAFETY: the field is scaled to indices of the table.
+        let alpha = unsafe { V::gather(&self.table.shadow_alpha, index) };
+        let near = V::select(way.simd_gt(zero.splat(SHADOW_START)), one - alpha, one);
+        let far = V::select(way.simd_gt(zero.splat(SHADOW_START + SHADOW_STEP)), grid.sample(after), one);
+        near * far
     }
 
     /// |n·l| at `p`; 1 where the gradient is zero or not known.

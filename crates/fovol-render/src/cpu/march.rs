@@ -3,7 +3,7 @@
 //! Nothing here is fast. Every faster path is compared with it.
 
 use super::few_shadow_rays::{Chosen, choose_places};
-use crate::scene::{Bricks, LightPath, RayResult, SHADOW_STEP, Segments, corrected_opacity};
+use crate::scene::{Bricks, LightPath, RayResult, SHADOW_START, SHADOW_STEP, Segments, corrected_opacity};
 use fovol_core::{ClipBox, Grid, Ray, Shading, ShadowMode, SurfaceShading, TransferFunction};
 
 /// A primary ray ends at this accumulated opacity.
@@ -23,7 +23,7 @@ pub struct March<'a> {
     pub transfer: &'a TransferFunction,
     /// How samples are lit.
     pub shading: &'a Shading,
-    /// Transmittance towards the light at half resolution, where shadows are cached.
+    /// Transmittance towards the light at every voxel, where shadows are cached.
     pub shadow_grid: Option<&'a Bricks>,
     /// The background colour, RGB.
     pub background: [f64; 3],
@@ -120,7 +120,7 @@ impl March<'_> {
     fn light(&self, p: [f32; 3], light: &LightPath, count: &mut SampleCount) -> f32 {
         let transmittance = match (self.shading.shadows, self.shadow_grid) {
             (ShadowMode::Off, _) => 1.0,
-            (ShadowMode::Cached, Some(grid)) => grid.sample(half_resolution_position(p)),
+            (ShadowMode::Cached, Some(grid)) => self.cached_transmittance(p, light, grid),
             (ShadowMode::On | ShadowMode::Cached, _) => self.transmittance(p, light, count),
         };
         let ambient = self.shading.ambient as f32;
@@ -164,6 +164,21 @@ impl March<'_> {
         transmittance
     }
 
+    /// T of `p` by its first shadow sample, and by `grid` from where that sample's stretch ends.
+    fn cached_transmittance(&self, p: [f32; 3], light: &LightPath, grid: &Bricks) -> f32 {
+        let way = light.way_out(p);
+        let mut transmittance = 1.0;
+        if way > SHADOW_START {
+            let opacity = self.transfer.evaluate(f64::from(self.bricks.sample(light.position(p, 0))))[3];
+            transmittance -= corrected_opacity(opacity, self.step * f64::from(SHADOW_STEP));
+        }
+        if way > SHADOW_START + SHADOW_STEP {
+            let after = std::array::from_fn(|a| SHADOW_STEP.mul_add(light.delta[a], p[a]));
+            transmittance *= grid.sample(after);
+        }
+        transmittance
+    }
+
     /// |n·l| with n from central differences over ±1 voxel in world units; 1 where the gradient is zero or
     /// not known, beside NaN.
     pub(super) fn facing(&self, p: [f32; 3]) -> f32 {
@@ -179,10 +194,4 @@ impl March<'_> {
         let along: f32 = (0..3).map(|a| gradient[a] * light[a] as f32).sum();
         if length > 0.0 { (along / length).abs() } else { 1.0 }
     }
-}
-
-/// The position of `p` on a grid of half the resolution: voxel *i* of it covers voxels 2i and 2i + 1.
-#[inline]
-pub fn half_resolution_position(p: [f32; 3]) -> [f32; 3] {
-    p.map(|x| (x - 0.5) * 0.5)
 }

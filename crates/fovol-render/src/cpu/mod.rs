@@ -14,6 +14,7 @@ mod in_vectors;
 mod kernel;
 mod light_columns;
 mod light_path;
+mod light_sweep;
 pub mod march;
 mod march_order;
 mod mask;

@@ -11,7 +11,7 @@ use super::simd::best_simd;
 use super::skip::Skip;
 use crate::scene::{
     BrickData, BrickLayout, Bricks, ExtinctionTable, LightPath, Macrocells, RayResult, Segments,
-    TransferTable, half_resolution,
+    TransferTable,
 };
 use fovol_core::memory::{Estimate, Shortage};
 use fovol_core::{
@@ -81,7 +81,10 @@ impl Renderer {
     #[must_use]
     pub fn estimate(scene: &Scene, estimate: Estimate) -> Estimate {
         let shadows = match scene.shading.shadows {
-            ShadowMode::Cached => BrickLayout::voxels(half_resolution(scene.volume.grid())).elements(),
+            ShadowMode::Cached => {
+                let dims = scene.volume.grid().dims();
+                BrickLayout::voxels(dims).elements() + dims.iter().product::<usize>()
+            }
             ShadowMode::On | ShadowMode::Off => 0,
         };
         estimate
@@ -197,13 +200,18 @@ impl Renderer {
         let wanted = self.shading.shadows == ShadowMode::Cached;
         self.shadow_grid = None;
         let started = Instant::now();
-        self.shadow_grid = wanted.then(|| shadow_grid(&self.specification())).transpose()?;
+        self.shadow_grid = wanted.then(|| self.made_shadow_grid()).transpose()?;
         self.shadow_grid_time = if wanted { started.elapsed() } else { Duration::ZERO };
         self.light_columns = None;
         if self.shading.shadows == ShadowMode::On {
             self.make_light_columns();
         }
         Ok(())
+    }
+
+    fn made_shadow_grid(&self) -> Result<Bricks, Shortage> {
+        let Self { bricks, clip, transfer, table, .. } = self;
+        shadow_grid(bricks, clip, &self.light_path(), (transfer, table, self.step), self.options.simd)
     }
 
     /// Makes the light columns unless they exist or would not pay.
@@ -247,7 +255,7 @@ impl Renderer {
     ) -> Result<(Vec<RayResult>, SampleCount), Shortage> {
         self.with_shadows(ShadowMode::Cached, |renderer| {
             if renderer.shadow_grid.is_none() {
-                renderer.shadow_grid = Some(shadow_grid(&renderer.specification())?);
+                renderer.shadow_grid = Some(renderer.made_shadow_grid()?);
             }
             Ok(renderer.march_list(camera, list))
         })

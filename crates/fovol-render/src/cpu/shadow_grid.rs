@@ -1,22 +1,34 @@
-use super::march::{March, SampleCount};
-use crate::scene::{Bricks, half_resolution};
+use super::light_sweep::LightSweep;
+use crate::scene::{Bricks, FIRST_STRETCH, LightPath, LightSlices, TransferTable};
 use fovol_core::memory::Shortage;
+use fovol_core::{ClipBox, TransferFunction};
+use fovol_simd::Simd;
 
-/// Computes the transmittance towards the light by shadow rays on a grid of half the volume's resolution, in 8 bits.
+/// Transmittance towards the light of every voxel, in 8 bits.
 ///
-/// Voxel *i* stands at the common corner of the volume's voxels 2i and 2i + 1. Voxels outside the crop box have the
-/// transmittance at the nearest point of its faces.
-///
-/// The grid is a cheap alternative to shadow rays, never the reference. Large volumes take minutes, so this is
-/// [`fovol_core::LongWork`].
+/// Light is swept through the volume slice by slice. The grid is a cheap alternative to shadow rays, never the reference.
 ///
 /// # Errors
 /// Too little memory.
-pub fn shadow_grid(march: &March<'_>) -> Result<Bricks, Shortage> {
-    let light = march.light_path();
-    let [low, high] = march.clip.in_voxels();
-    Bricks::of_unit_values("parts of the cached shadows", half_resolution(march.grid), |voxel| {
-        let p = std::array::from_fn(|a| (2.0 * voxel[a] as f32 + 0.5).clamp(low[a], high[a]));
-        march.transmittance(p, &light, &mut SampleCount::default())
-    })
+pub fn shadow_grid(
+    bricks: &Bricks,
+    clip: &ClipBox,
+    path: &LightPath,
+    (transfer, table, step): (&TransferFunction, &TransferTable, f64),
+    simd: Simd,
+) -> Result<Bricks, Shortage> {
+    let slices = LightSlices::new(bricks.layout().dims, path);
+    let of = |slices_passed: f64| table.transmittance(transfer, step * slices.steps * slices_passed);
+    let [transmittance, near_transmittance] = [1.0, FIRST_STRETCH].map(of);
+    let sweep = LightSweep {
+        bricks,
+        slices,
+        clip: clip.in_voxels(),
+        transmittance: &transmittance,
+        near_transmittance: &near_transmittance,
+        first_sample: path.delta.map(|delta| slices.near() * slices.steps as f32 * delta),
+        simd,
+    };
+    let swept = sweep.swept()?;
+    Bricks::of_bytes(bricks.layout().dims, |voxel, line| swept.put(voxel, line))
 }

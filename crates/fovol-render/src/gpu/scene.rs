@@ -4,9 +4,7 @@ use super::shadow_grid::{ShadowGridPass, shadow_texture};
 use super::texture::{texture, write_slices};
 use super::volume_texture::{TexelKind, VolumeTexture};
 use crate::Filtering;
-use crate::scene::{
-    Bricks, ExtinctionTable, LightPath, Macrocells, Segments, TransferTable, half_resolution,
-};
+use crate::scene::{Bricks, ExtinctionTable, LightPath, LightSlices, Macrocells, Segments, TransferTable};
 use bytemuck::{Pod, Zeroable};
 use fovol_core::{
     Camera, ClipBox, FrameSize, Grid, Integration, Region, Scene, Shading, ShadowMode, TransferFunction,
@@ -194,7 +192,9 @@ impl Contents {
         if self.shading.shadows != ShadowMode::Cached {
             return Ok(unlit);
         }
-        let lit = shadows.fill(&self.gpu, self.kind(), &unlit, half_resolution(&self.grid))?;
+        let path = LightPath::new(&self.shading.light, &self.grid, &self.clip, self.step);
+        let slices = LightSlices::new(self.grid.dims(), &path);
+        let lit = shadows.fill(&self.gpu, self.kind(), &unlit, (&slices, self.grid.dims()))?;
         Ok(self.gpu.guarded(DOING, || self.bound(&resources, &lit))?)
     }
 

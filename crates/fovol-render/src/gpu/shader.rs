@@ -9,16 +9,14 @@ pub const ADAPTIVE_MASK: Shader = shader!("../shaders/", "adaptive_mask": "frame
 /// Packs the sampled pixels into a list.
 pub const COMPACT: Shader = shader!("../shaders/", "compact": "frame");
 /// Marches rays; the shader interpolates voxels.
-pub const MARCH: Shader =
-    shader!("../shaders/", "march": "frame" "scene" "field" "skip" "segment" "shadow_rays" "fine");
+pub const MARCH: Shader = shader!("../shaders/", "march": "frame" "scene" "field" "skip" "segment" "shadow_rays" "shadow_lookup" "fine");
 /// Marches rays; texture samplers interpolate voxels.
-pub const MARCH_FILTERED: Shader =
-    shader!("../shaders/", "march": "frame" "scene" "field_filtered" "skip" "segment" "shadow_rays" "fine");
+pub const MARCH_FILTERED: Shader = shader!("../shaders/", "march": "frame" "scene" "field_filtered" "skip" "segment" "shadow_rays" "shadow_lookup" "fine");
 /// Scatters packed samples into a sparse frame.
 pub const SCATTER: Shader = shader!("../shaders/", "scatter": "frame");
-/// Fills the shadow grid with transmittance at half resolution; the shader interpolates voxels.
+/// Fills the shadow grid with transmittance; the shader interpolates voxels.
 pub const SHADOW_GRID: Shader = shader!("../shaders/", "shadow_grid": "scene" "field" "skip" "shadow_rays");
-/// Fills the shadow grid with transmittance at half resolution; texture samplers interpolate voxels.
+/// Fills the shadow grid with transmittance; texture samplers interpolate voxels.
 pub const SHADOW_GRID_FILTERED: Shader =
     shader!("../shaders/", "shadow_grid": "scene" "field_filtered" "skip" "shadow_rays");
 

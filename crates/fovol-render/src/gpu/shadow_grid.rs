@@ -2,22 +2,55 @@ use super::scene_kind::{SceneKind, scene_layout};
 use super::shader::{SHADOW_GRID, SHADOW_GRID_FILTERED};
 use super::texture::texture;
 use super::volume_texture::TexelKind;
+use crate::scene::LightSlices;
 use bytemuck::{Pod, Zeroable};
 use fovol_gpu::binding::{Slot, bind_group, bind_group_layout, compute_pipeline};
-use fovol_gpu::{Gpu, Result};
+use fovol_gpu::{Gpu, GpuError, Result};
 use wgpu::{BufferUsages, TextureFormat, TextureUsages};
 
-/// Threads of a workgroup along each axis; as in shaders/shadow_grid.wgsl.
-const GROUP: u32 = 4;
-/// Shadow rays of one submission: drivers reset a device that is silent for seconds.
-const RAYS: usize = 1 << 22;
+/// Edge of the workgroups, in columns or texels; as in shaders/shadow_grid.wgsl.
+const GROUP: u32 = 8;
+/// Slices of one submission: drivers reset a device that is silent for seconds.
+const SLICES: usize = 64;
+/// Voxels along z that share a texel.
+const LAYERS: usize = 4;
 
-/// Some slices of the grid, as their shader reads them. Twin of `Slab` in shaders/shadow_grid.wgsl.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+/// A slice, and how columns of light cross it. Twin of `Slice` in shaders/shadow_grid.wgsl.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-pub struct Slab {
-    end: [u32; 3],
-    first: u32,
+pub struct Slice {
+    whole: [i32; 2],
+    part: [f32; 2],
+    first: [i32; 2],
+    columns: [u32; 2],
+    size: [u32; 2],
+    voxel: u32,
+    deep: u32,
+    down: u32,
+    along: u32,
+    steps: f32,
+    near: f32,
+}
+
+impl Slice {
+    fn new(slices: &LightSlices, number: usize) -> Self {
+        let crossings = slices.crossings(number);
+        let columns = slices.columns();
+        let [deep, down, along] = slices.axes.map(|axis| axis as u32);
+        Self {
+            whole: crossings.map(|crossing| crossing.whole as i32),
+            part: crossings.map(|crossing| crossing.part),
+            first: columns.map(|[first, _]| first as i32),
+            columns: columns.map(|[first, last]| (last - first + 1) as u32),
+            size: slices.size().map(|side| side as u32),
+            voxel: slices.voxel(number) as u32,
+            deep,
+            down,
+            along,
+            steps: slices.steps as f32,
+            near: slices.near(),
+        }
+    }
 }
 
 /// The pass that fills shadow grids with the transmittance towards the light.
@@ -30,41 +63,61 @@ pub struct ShadowGridPass {
 impl ShadowGridPass {
     /// The pass on the device of `gpu`, for volumes of such texels.
     pub fn new(gpu: &Gpu, texels: TexelKind) -> Self {
-        let layout = bind_group_layout(gpu, "shadow grid", &[Slot::Uniform, Slot::Stored]);
+        let slots = [Slot::Uniform, Slot::Write, Slot::Write, Slot::Stored, Slot::Uniform];
+        let layout = bind_group_layout(gpu, "shadow grid", &slots);
         Self { layout, scene_layout: scene_layout(gpu, texels) }
     }
 
-    /// Fills a grid of `dims`, half those of the volume in `scene`, with the transmittance towards the light.
+    /// Sweeps light through the `slices` of the volume of `dims` voxels in `scene`.
     ///
     /// # Errors
-    /// A device that is lost or has no memory left.
+    /// A device that is lost or has no memory left, or whose buffers are too small.
     pub fn fill(
         &self,
         gpu: &Gpu,
         kind: SceneKind,
         scene: &wgpu::BindGroup,
-        dims: [usize; 3],
+        (slices, dims): (&LightSlices, [usize; 3]),
     ) -> Result<wgpu::Texture> {
+        let [rows, along] = slices.columns().map(|[first, last]| (last - first + 1) as u64);
+        let bytes = 16 * rows * along;
+        let limit = gpu.device().limits().max_storage_buffer_binding_size;
+        let mend = "average its voxels with --downsample 2 (or more), or use --shadows on";
+        let limit = ("maxStorageBufferBindingSize", limit);
+        GpuError::check_limit("light on its way through the volume", bytes, limit, mend)?;
         gpu.guarded("filling the grid of shadows", || {
             let layouts = [&self.scene_layout, &self.layout];
             let shader = if kind.texels == TexelKind::Filtered { SHADOW_GRID_FILTERED } else { SHADOW_GRID };
-            let pipeline = compute_pipeline(gpu, &shader, "fill_shadow_grid", &layouts, &kind.constants());
+            let constants = kind.constants();
+            let pipeline = |entry_point| compute_pipeline(gpu, &shader, entry_point, &layouts, &constants);
+            let [cross, keep] = ["cross", "keep"].map(pipeline);
             let grid = shadow_texture(gpu, dims);
-            let [nx, ny, nz] = dims;
-            let slices = (RAYS / (nx * ny)).max(1);
-            for first in (0..nz).step_by(slices) {
-                let end = nz.min(first + slices);
-                let slab = Slab { end: [nx as u32, ny as u32, end as u32], first: first as u32 };
-                let group = self.bind(gpu, slab, &grid);
+            let columns =
+                gpu.buffer("columns of light", bytes, BufferUsages::STORAGE | BufferUsages::COPY_DST);
+            let light = [1.0f32, 1.0, -1.0, 0.0].repeat((rows * along) as usize);
+            gpu.queue().write_buffer(&columns, 0, bytemuck::cast_slice(&light));
+            let lights = gpu.buffer("light of slices", bytes, BufferUsages::STORAGE);
+            let uniforms: Vec<wgpu::Buffer> =
+                (0..slices.count()).map(|number| uniform(gpu, &[Slice::new(slices, number)])).collect();
+            let numbers: Vec<usize> = (0..slices.count()).collect();
+            for numbers in numbers.chunks(SLICES) {
                 let mut encoder =
                     gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
                 let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-                pass.set_pipeline(&pipeline);
                 pass.set_bind_group(0, scene, &[]);
-                pass.set_bind_group(1, &group, &[]);
-                let threads = [slab.end[0], slab.end[1], slab.end[2] - slab.first];
-                let [x, y, z] = threads.map(|n| n.div_ceil(GROUP));
-                pass.dispatch_workgroups(x, y, z);
+                for &number in numbers {
+                    let together = Together::new(slices, number);
+                    let others = uniform(gpu, &together.slices);
+                    let group = self.bind(gpu, [&uniforms[number], &columns, &lights, &others], &grid);
+                    pass.set_bind_group(1, &group, &[]);
+                    let [rows, length] = slices.size().map(|side| side as u32);
+                    pass.set_pipeline(&cross);
+                    pass.dispatch_workgroups((length + 1).div_ceil(GROUP), (rows + 1).div_ceil(GROUP), 1);
+                    if let Some(rows) = together.rows(rows) {
+                        pass.set_pipeline(&keep);
+                        pass.dispatch_workgroups(length.div_ceil(GROUP), rows.div_ceil(GROUP), 1);
+                    }
+                }
                 drop(pass);
                 gpu.enqueue([encoder.finish()]);
             }
@@ -72,25 +125,66 @@ impl ShadowGridPass {
         })
     }
 
-    fn bind(&self, gpu: &Gpu, slab: Slab, grid: &wgpu::Texture) -> wgpu::BindGroup {
-        let uniform = gpu.device().create_buffer(&wgpu::BufferDescriptor {
-            label: Some("slab"),
-            size: size_of::<Slab>() as u64,
-            usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        gpu.queue().write_buffer(&uniform, 0, bytemuck::bytes_of(&slab));
+    fn bind(
+        &self,
+        gpu: &Gpu,
+        [slice, columns, lights, together]: [&wgpu::Buffer; 4],
+        grid: &wgpu::Texture,
+    ) -> wgpu::BindGroup {
         let view = grid.create_view(&wgpu::TextureViewDescriptor::default());
-        let resources = [uniform.as_entire_binding(), wgpu::BindingResource::TextureView(&view)];
+        let resources = [
+            slice.as_entire_binding(),
+            columns.as_entire_binding(),
+            lights.as_entire_binding(),
+            wgpu::BindingResource::TextureView(&view),
+            together.as_entire_binding(),
+        ];
         bind_group(gpu, "shadow grid", &self.layout, &resources)
     }
 }
 
-/// A texture for the transmittance towards the light on a grid of `dims`.
+/// Slices whose voxels share texels with those of one slice.
+struct Together {
+    slices: [Slice; LAYERS],
+    is_across_z: bool,
+    /// Whether all of them have been crossed.
+    is_complete: bool,
+}
+
+impl Together {
+    fn new(slices: &LightSlices, number: usize) -> Self {
+        let this = slices.voxel(number);
+        let is_across_z = slices.axes[0] == 2;
+        let first = this - this % LAYERS;
+        let last = (first + LAYERS).min(slices.count()) - 1;
+        // Light comes to one end of the slices first.
+        let is_complete = !is_across_z || number == slices.number(first).max(slices.number(last));
+        let of = |c: usize| match is_across_z {
+            true => Slice::new(slices, slices.number((first + c).min(last))),
+            false => Slice::new(slices, number),
+        };
+        Self { slices: std::array::from_fn(of), is_across_z, is_complete }
+    }
+
+    /// Rows of texels to keep now, of a slice with `rows` rows of voxels; `None` if slices are missing.
+    fn rows(&self, rows: u32) -> Option<u32> {
+        let kept = if self.is_across_z { rows } else { rows.div_ceil(LAYERS as u32) };
+        self.is_complete.then_some(kept)
+    }
+}
+
+fn uniform(gpu: &Gpu, slices: &[Slice]) -> wgpu::Buffer {
+    let bytes: &[u8] = bytemuck::cast_slice(slices);
+    let buffer = gpu.buffer("slice", bytes.len() as u64, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
+    gpu.queue().write_buffer(&buffer, 0, bytes);
+    buffer
+}
+
+/// A texture for the transmittance towards the light of a volume of `dims` voxels, four of them along z to a texel.
 ///
-/// Like the CPU's it has 8 bits a voxel that count; of the formats that shaders may write and filter everywhere this is
-/// the narrowest.
-pub fn shadow_texture(gpu: &Gpu, dims: [usize; 3]) -> wgpu::Texture {
+/// Like the CPU's it has 8 bits a voxel; of the formats that shaders may write and filter everywhere this is the narrowest.
+pub fn shadow_texture(gpu: &Gpu, [x, y, z]: [usize; 3]) -> wgpu::Texture {
+    let dims = [x, y, z.div_ceil(LAYERS)];
     texture(gpu, "shadow grid", dims, TextureFormat::Rgba8Unorm, TextureUsages::STORAGE_BINDING)
 }
 
@@ -101,6 +195,10 @@ mod tests {
 
     #[test]
     fn shaders_read_the_same_struct() {
-        assert_twins!(SHADOW_GRID, "Slab", Slab { end, first });
+        assert_twins!(
+            SHADOW_GRID,
+            "Slice",
+            Slice { whole, part, first, columns, size, voxel, deep, down, along, steps, near }
+        );
     }
 }

@@ -1,7 +1,7 @@
 use super::brick_layout::{BRICK, BrickLayout};
 use bytemuck::Zeroable;
 use fovol_core::memory::{self, SMALLER_VOLUME, Shortage};
-use fovol_core::{Dtype, Endian, Grid, LongWork, Rescale, Volume, Voxel, stop, with_voxel_type};
+use fovol_core::{Dtype, Endian, Rescale, Volume, Voxel, stop, with_voxel_type};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -95,25 +95,28 @@ impl Bricks {
         let data = with_voxel_type!(volume.dtype(), T => {
             let raw = RawVoxels::<'_, T>::new(volume);
             let byte = |voxel| (encoding.clamped(raw.get(voxel).to_f64()) - encoding.low) as u8;
-            filled(&layout, || (), corner_words(layout.dims, byte))?
+            filled(&layout, corner_words(layout.dims, byte))?
         });
         let scale = if span > 0.0 { (1.0 / span) as f32 } else { 0.0 };
         Ok(Self { layout, data: BrickData::Corners(data), scale })
     }
 
-    /// Makes bricks of 8-bit display values on a grid of `dims` from `value(x, y, z)` in 0…1; long work, named `what`.
+    /// Bricks of 8-bit display values on a grid of `dims`; 255 is 1. `put` writes a line of them along x, from a voxel on.
     ///
     /// # Errors
     /// Too little memory.
-    pub fn of_unit_values(
-        what: &'static str,
+    pub(crate) fn of_bytes(
         dims: [usize; 3],
-        value: impl Fn([usize; 3]) -> f32 + Sync,
+        put: impl Fn([usize; 3], &mut [u8]) + Sync,
     ) -> Result<Self, Shortage> {
         let layout = BrickLayout::voxels(dims);
-        let work = LongWork::new(what, layout.bricks().iter().product::<usize>() as u64);
-        let byte = |voxel| (value(voxel).clamp(0.0, 1.0) * 255.0).round() as u8;
-        let data = filled(&layout, || work.step(), byte)?;
+        let data = filled_in_lines(&layout, |voxel, line: &mut [u8]| {
+            // Beyond the edge the last voxel repeats.
+            let inside = line.len().min(dims[0] - voxel[0]);
+            let (inside, beyond) = line.split_at_mut(inside);
+            put(voxel, inside);
+            beyond.fill(inside.last().copied().unwrap_or(0));
+        })?;
         Ok(Self { layout, data: BrickData::U8(data), scale: 1.0 / 255.0 })
     }
 
@@ -306,11 +309,11 @@ where
         };
         let table: Vec<S> = (0..=255u8).map(|byte| store(encoding.clamped(value(byte)))).collect();
         let raw = RawVoxels::<'_, u8>::new(volume);
-        return filled(layout, || (), |voxel| table[usize::from(raw.get(voxel))]);
+        return filled(layout, |voxel| table[usize::from(raw.get(voxel))]);
     }
     with_voxel_type!(volume.dtype(), T => {
         let raw = RawVoxels::<'_, T>::new(volume);
-        filled(layout, || (), |voxel| store(encoding.clamped(raw.get(voxel).to_f64())))
+        filled(layout, |voxel| store(encoding.clamped(raw.get(voxel).to_f64())))
     })
 }
 
@@ -346,11 +349,24 @@ impl<'a, T: Voxel> RawVoxels<'a, T> {
     }
 }
 
-/// Fills all bricks in parallel and says so of each; voxels beyond the edge repeat the last one.
+/// Fills all bricks in parallel; voxels beyond the edge repeat the last one.
 fn filled<S: Copy + Zeroable + Send + Sync>(
     layout: &BrickLayout,
-    is_filled: impl Fn() + Sync,
     value: impl Fn([usize; 3]) -> S + Sync,
+) -> Result<Vec<S>, Shortage> {
+    let last = layout.dims[0] - 1;
+    filled_in_lines(layout, |[first, y, z], line: &mut [S]| {
+        for (x, element) in line.iter_mut().enumerate() {
+            *element = value([(first + x).min(last), y, z]);
+        }
+    })
+}
+
+/// Fills all bricks in parallel. `put` writes the elements along x from a voxel on, which may end beyond the edge; lines beyond
+/// it repeat the last one.
+fn filled_in_lines<S: Copy + Zeroable + Send + Sync>(
+    layout: &BrickLayout,
+    put: impl Fn([usize; 3], &mut [S]) + Sync,
 ) -> Result<Vec<S>, Shortage> {
     let mut data = memory::zeroed::<S>(layout.elements(), "the voxels in bricks", SMALLER_VOLUME)?;
     let [bx, by, bz] = layout.bricks();
@@ -361,14 +377,10 @@ fn filled<S: Copy + Zeroable + Send + Sync>(
         for z in 0..ez {
             stop::point();
             for y in 0..ey {
-                let row = &mut out[(z * ey + y) * ex..][..ex];
-                let (vy, vz) = ((corner[1] + y).min(last[1]), (corner[2] + z).min(last[2]));
-                for (x, element) in row.iter_mut().enumerate() {
-                    *element = value([(corner[0] + x).min(last[0]), vy, vz]);
-                }
+                let line = &mut out[(z * ey + y) * ex..][..ex];
+                put([corner[0], (corner[1] + y).min(last[1]), (corner[2] + z).min(last[2])], line);
             }
         }
-        is_filled();
     });
     Ok(data)
 }
@@ -380,14 +392,10 @@ fn for_each_brick<S: Send>(data: &mut [S], stride: usize, fill: &(dyn Fn(usize, 
     data.par_chunks_mut(stride).enumerate().for_each(|(brick, out)| fill(brick, out));
 }
 
-/// The half-resolution grid that shadows are cached on: every axis halved, rounded up.
-pub fn half_resolution(grid: &Grid) -> [usize; 3] {
-    grid.dims().map(|d| d.div_ceil(2))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use fovol_core::Grid;
     use proptest::prelude::*;
 
     fn volume(dims: [usize; 3], values: Vec<i16>) -> Volume {

@@ -3,17 +3,19 @@
 //! It holds voxels in bricks, empty space, tables of the transfer function, and the positions of samples along rays.
 
 mod brick_layout;
+mod brick_lines;
 mod bricks;
 mod extinction_table;
+mod light_slices;
 mod macrocells;
 mod ray_result;
 mod segment;
 mod transfer_table;
 
 pub use brick_layout::{BRICK, BrickLayout};
-pub(crate) use bricks::half_resolution;
 pub use bricks::{BrickData, Bricks, MaybeNan};
 pub(crate) use extinction_table::{COLOURS, ExtinctionTable};
+pub(crate) use light_slices::{Crossing, FIRST_STRETCH, LightSlices};
 pub use macrocells::Macrocells;
 pub use ray_result::RayResult;
 pub use segment::{LightPath, Segment, Segments};

@@ -51,6 +51,13 @@ impl TransferTable {
         [first.next_down(), end]
     }
 
+    /// Transmittance of a way of `length` voxels, 1 − α, for every entry; that of NaN is the last.
+    pub fn transmittance(&self, transfer: &TransferFunction, length: f64) -> Vec<f32> {
+        let last = self.last();
+        let values = (0..=last).map(|i| i as f64 / last as f64).chain([f64::NAN]);
+        values.map(|value| (1.0 - transfer.evaluate(value)[3]).powf(length) as f32).collect()
+    }
+
     /// The entry of the largest value; the one for NaN is the next.
     pub fn last(&self) -> usize {
         self.appearance.len() - 2

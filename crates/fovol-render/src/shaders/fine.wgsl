@@ -69,13 +69,6 @@ fn mean_passing(x: f32) -> f32 {
     return (1.0 - exp(-x)) / x;
 }
 
-/// Number of steps from `p` along the light direction to the end of the box.
-fn way_out(p: vec3f) -> f32 {
-    let moving = scene.light_inverse != vec3f(0.0);
-    let steps = select(vec3f(NEVER), (scene.light_exit - p) * scene.light_inverse, moving);
-    return min(steps.x, min(steps.y, steps.z));
-}
-
 /// Light that reaches `p`.
 fn light_at(p: vec3f) -> Light {
     if SHADOWS == UNSHADOWED {
@@ -99,7 +92,7 @@ fn light_at(p: vec3f) -> Light {
         return Light(near, 1.0);
     }
     if SHADOWS == CACHED {
-        return Light(near, cached_transmittance(q));
+        return Light(near, grid_transmittance(q));
     }
     return Light(near, transmittance(q));
 }

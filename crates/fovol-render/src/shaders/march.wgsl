@@ -15,9 +15,6 @@ override GUIDE: bool = false;
 /// Whether pixels outside the mask end at once.
 override REJECT: bool = false;
 
-/// Transmittance towards the light at half resolution.
-@group(0) @binding(5) var shadow_grid: texture_3d<f32>;
-
 /// The pixels to march, packed.
 @group(1) @binding(2) var<storage, read> list: array<u32>;
 @group(1) @binding(3) var<storage, read> list_length: ListLength;
@@ -54,14 +51,6 @@ fn facing(p: vec3f) -> f32 {
         return abs(dot(gradient, scene.light_direction) / steepness);
     }
     return 1.0;
-}
-
-/// Transmittance towards the light at `p`, read at half resolution, where voxel i covers voxels 2i and 2i + 1.
-///
-/// The sampler's weights in steps of 1/256 move a colour by at most 1.5/255: three axes, half a step each.
-fn cached_transmittance(p: vec3f) -> f32 {
-    let at = ((p - 0.5) * 0.5 + 0.5) / vec3f(textureDimensions(shadow_grid));
-    return textureSampleLevel(shadow_grid, linear, at, 0.0).x;
 }
 
 /// Factors of the colour at `p`: ambient + (1 − ambient)·T·|n·l|, and the same without shadow rays.

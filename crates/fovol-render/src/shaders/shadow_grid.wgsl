@@ -1,25 +1,128 @@
-// Transmittance towards the light at half resolution. Twin of cpu/shadow_grid.rs.
+// Transmittance towards the light at every voxel, swept through the volume slice by slice. Twin of cpu/light_sweep.rs.
+//
+// For each slice `cross` takes columns of light through it, and `keep` finds the light of its voxels from the columns around
+// them. Four voxels along z share a texel.
 
-/// The slices of one dispatch. Twin of `Slab` in gpu/shadow_grid.rs.
-struct Slab {
-    /// Voxels along x and y, and the slice after the last.
-    end: vec3u,
-    /// The first slice.
-    first: u32,
+/// A slice, and how columns cross it. Twin of `Slice` in gpu/shadow_grid.rs.
+struct Slice {
+    /// Whole voxels and rest of the columns' way, from row to row and along rows.
+    whole: vec2i,
+    part: vec2f,
+    /// First column that is kept, and the number of columns, from row to row and along rows.
+    first: vec2i,
+    columns: vec2u,
+    /// Rows of the slice and voxels of a row.
+    size: vec2u,
+    /// Voxel along the axis across the slices.
+    voxel: u32,
+    /// Axes across the slices, from row to row, and along rows.
+    deep: u32,
+    down: u32,
+    along: u32,
+    /// Primary steps from slice to slice.
+    steps: f32,
+    /// Where the first sample of a shadow ray lies, as a part of the way to the slice before.
+    near: f32,
 }
 
-@group(1) @binding(0) var<uniform> slab: Slab;
-/// Red holds the transmittance. rgba8unorm is the narrowest format that every device writes and filters.
-@group(1) @binding(1) var shadow_grid: texture_storage_3d<rgba8unorm, write>;
+@group(1) @binding(0) var<uniform> slice: Slice;
+/// Of each column the transmittance before the last slice, that of the last slice, and its entry in the transfer table.
+@group(1) @binding(1) var<storage, read_write> columns: array<vec4f>;
+/// Light that comes to each column in a slice. There is room for four slices, by their voxels along z.
+@group(1) @binding(2) var<storage, read_write> lights: array<f32>;
+/// rgba8unorm is the narrowest format that every device writes and filters. Channel c holds voxel 4k + c along z.
+@group(1) @binding(3) var shadow_grid: texture_storage_3d<rgba8unorm, write>;
+/// The four slices whose voxels share texels, where light crosses z; else the same slice four times.
+@group(1) @binding(4) var<uniform> together: array<Slice, 4>;
 
-/// Finds the transmittance of a slab. Voxel i lies at the common corner of the volume's voxels 2i and 2i + 1, or at the nearest
-/// point of the part that is not cut off.
-@compute @workgroup_size(4, 4, 4)
-fn fill_shadow_grid(@builtin(global_invocation_id) thread: vec3u) {
-    let voxel = thread + vec3u(0u, 0u, slab.first);
-    if any(voxel >= slab.end) {
+/// Length of the first stretch of a shadow ray, in slices.
+const FIRST_STRETCH: f32 = 1.5;
+
+fn number_of_columns() -> u32 {
+    return slice.columns.x * slice.columns.y;
+}
+
+/// Place of the column that crosses slice `crossed` at or after voxel `at`, from row to row and along rows.
+fn column_at(crossed: Slice, at: vec2i) -> u32 {
+    let place = vec2u(at - crossed.whole - crossed.first);
+    return place.x * crossed.columns.y + place.y;
+}
+
+fn is_inside(p: vec3f) -> bool {
+    return all(p >= scene.box_low) && all(p <= scene.box_high);
+}
+
+/// Transmittance of `steps` slices at an entry, which may be that of NaN.
+fn through(number: f32, slices: f32) -> f32 {
+    return pow(1.0 - shadow_alpha[entry(number)], slices * slice.steps / SHADOW_STEP);
+}
+
+@compute @workgroup_size(8, 8)
+fn cross(@builtin(global_invocation_id) thread: vec3u) {
+    // From voxel −1 on: columns before the first voxel lie beside it.
+    let at = vec2i(thread.yx) - 1;
+    if any(at >= vec2i(slice.size)) {
         return;
     }
-    let light = transmittance(clamp(2.0 * vec3f(voxel) + 0.5, scene.box_low, scene.box_high));
-    textureStore(shadow_grid, voxel, vec4f(light, 0.0, 0.0, 1.0));
+    var p = vec3f(f32(slice.voxel));
+    p[slice.down] = f32(at.x) + slice.part.x;
+    p[slice.along] = f32(at.y) + slice.part.y;
+    let i = column_at(slice, at);
+    let before = columns[i];
+    let here = field(p);
+    // A column that has crossed no slice has a negative entry.
+    let beyond = select(before.z, here, before.z < 0.0);
+    var first = mix(here, beyond, slice.near);
+    let last = f32(scene.last_entry) + 0.5;
+    if GAPS && max(here, beyond) > last {
+        first = last + 0.5;
+    }
+    var light = before.x;
+    if is_inside(p + slice.near * slice.steps * scene.light_delta) {
+        light *= through(first, FIRST_STRETCH);
+    }
+    var now = 1.0;
+    if is_inside(p) {
+        now = through(here, 1.0);
+    }
+    columns[i] = vec4f(before.x * before.y, now, here, 0.0);
+    lights[select(0u, slice.voxel % 4u, slice.deep == 2u) * number_of_columns() + i] = light;
+}
+
+/// Light of the voxel at `at` in slice `crossed`, which is kept at `plane`.
+fn light_of(crossed: Slice, at: vec2i, plane: u32) -> f32 {
+    let begin = plane * number_of_columns();
+    let i = begin + column_at(crossed, at);
+    // Columns before and after the voxel from row to row.
+    let share = 1.0 - crossed.part;
+    let up = i - crossed.columns.y;
+    let before = mix(lights[up - 1u], lights[i - 1u], share.x);
+    let after = mix(lights[up], lights[i], share.x);
+    return mix(before, after, share.y);
+}
+
+/// Keeps four voxels along z: of the last four slices where light crosses z, else of four rows of this slice.
+@compute @workgroup_size(8, 8)
+fn keep(@builtin(global_invocation_id) thread: vec3u) {
+    let is_across_z = slice.deep == 2u;
+    let rows = select((slice.size.x + 3u) / 4u, slice.size.x, is_across_z);
+    if thread.x >= slice.size.y || thread.y >= rows {
+        return;
+    }
+    var light = vec4f(0.0);
+    for (var c = 0u; c < 4u; c += 1u) {
+        if is_across_z {
+            light[c] = light_of(together[c], vec2i(thread.yx), c);
+        } else {
+            let row = min(4u * thread.y + c, slice.size.x - 1u);
+            light[c] = light_of(slice, vec2i(vec2u(row, thread.x)), 0u);
+        }
+    }
+    var texel = vec3u(slice.voxel);
+    texel[slice.along] = thread.x;
+    texel[slice.down] = thread.y;
+    if is_across_z {
+        texel.z = slice.voxel / 4u;
+    }
+    textureStore(shadow_grid, texel, light);
 }

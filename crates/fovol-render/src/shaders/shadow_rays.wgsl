@@ -7,11 +7,16 @@ const SHADOW_START: f32 = 2.0;
 /// Transmittance below which a shadow ray ends.
 const DARK: f32 = 0.001;
 
-/// Number of shadow samples between `p` and the end of the box: those j with 2 + 4j < the number of primary steps.
-fn shadow_samples(p: vec3f) -> f32 {
+/// Number of steps from `p` along the light direction to the end of the box.
+fn way_out(p: vec3f) -> f32 {
     let moving = scene.light_inverse != vec3f(0.0);
     let steps = select(vec3f(NEVER), (scene.light_exit - p) * scene.light_inverse, moving);
-    return ceil((min(steps.x, min(steps.y, steps.z)) - SHADOW_START) / SHADOW_STEP);
+    return min(steps.x, min(steps.y, steps.z));
+}
+
+/// Number of shadow samples between `p` and the end of the box: those j with 2 + 4j < the number of primary steps.
+fn shadow_samples(p: vec3f) -> f32 {
+    return ceil((way_out(p) - SHADOW_START) / SHADOW_STEP);
 }
 
 /// T = ∏(1 − α_j) along the shadow ray of `p`.

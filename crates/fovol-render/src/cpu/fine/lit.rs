@@ -95,9 +95,7 @@ impl<T: Texel> ToLight<'_, '_, T> {
         while at < pool.len() {
             let q = pool.positions(zero, at);
             let inside = self.path.ways_out(q).simd_gt(zero.splat(0.5 * SHADOW_STEP));
-            let half = zero.splat(0.5);
-            let on_grid = [(q[0] - half) * half, (q[1] - half) * half, (q[2] - half) * half];
-            let far = V::select(inside, grid.sample(on_grid), zero.splat(1.0));
+            let far = V::select(inside, grid.sample(q), zero.splat(1.0));
             pool.set_transmittance(at, far);
             at += V::N;
         }

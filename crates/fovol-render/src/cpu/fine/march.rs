@@ -1,7 +1,7 @@
 //! The specification of fine integration, as plain code. docs/integration.md has its equations.
 
 use super::super::few_shadow_rays::{Chosen, choose_places};
-use super::super::march::{March, SampleCount, half_resolution_position};
+use super::super::march::{March, SampleCount};
 use crate::scene::{ExtinctionTable, LightPath, RayResult, SHADOW_STEP, Segment};
 use fovol_core::{Ray, ShadowMode};
 
@@ -210,7 +210,7 @@ impl March<'_> {
             return Light { near, far: 1.0 };
         }
         let far = match self.shadow_grid {
-            Some(grid) => grid.sample(half_resolution_position(q)),
+            Some(grid) => grid.sample(q),
             None => self.transmittance(q, path, count),
         };
         Light { near, far }

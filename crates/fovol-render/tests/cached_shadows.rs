@@ -1,0 +1,63 @@
+//! Cached shadows against shadow rays.
+
+use fovol_core::{
+    Camera, ClipBox, Frame, FrameSize, Integration, Light, Scene, ShadowMode, TransferFunction, Volume,
+};
+use fovol_render::cpu::{RenderOptions, Renderer};
+use glam::DVec3;
+use std::sync::Arc;
+
+/// Balls in a smooth fog.
+fn volume() -> Volume {
+    let grid = fovol_core::Grid::new([48, 40, 44], [1.0, 1.2, 1.1]).unwrap();
+    let [nx, ny, _] = grid.dims();
+    let value = |i: usize| {
+        let p =
+            DVec3::new((i % nx) as f64 / 48.0, (i / nx % ny) as f64 / 40.0, (i / (nx * ny)) as f64 / 44.0);
+        let ball =
+            |centre: [f64; 3], radius: f64| (1.0 - (p - DVec3::from(centre)).length() / radius).max(0.0);
+        let fog = 0.15 + 0.1 * (9.0 * p.x).sin() * (7.0 * p.y).cos();
+        (fog + ball([0.3, 0.4, 0.5], 0.3) + ball([0.7, 0.6, 0.4], 0.25)).min(1.0) as f32
+    };
+    Volume::from_values(grid, (0..grid.voxels()).map(value).collect()).unwrap()
+}
+
+/// Mean difference of all channels, that of all but one in a thousand, and the greatest.
+fn differences(a: &Frame, b: &Frame) -> [f32; 3] {
+    let pairs = a.pixels().iter().flatten().zip(b.pixels().iter().flatten());
+    let mut all: Vec<f32> = pairs.map(|(a, b)| (a - b).abs()).collect();
+    all.sort_by(f32::total_cmp);
+    [all.iter().sum::<f32>() / all.len() as f32, all[all.len() - 1 - all.len() / 1000], all[all.len() - 1]]
+}
+
+#[test]
+fn cached_shadows_are_close_to_shadow_rays() {
+    let volume = Arc::new(volume());
+    let size = FrameSize::new(160, 120).unwrap();
+    let clip = ClipBox::new(DVec3::new(5.3, 0.0, 8.0), DVec3::new(48.0, 33.7, 40.0), volume.grid()).unwrap();
+    let camera = Camera::new(DVec3::new(1.0, 0.8, 1.2), DVec3::ZERO, 40.0).unwrap();
+    let lights = [[1.0, 0.3, 0.2], [0.1, -1.0, 0.3], [-0.3, 0.2, 1.0], [1.0, 1.0, 1.0], [0.0, 0.0, -1.0]];
+    for opacity in [0.1, 0.9] {
+        for light in lights {
+            for clip in [None, Some(clip)] {
+                for integration in [Integration::Plain, Integration::Fine] {
+                    let mut scene = Scene::new(Arc::clone(&volume), TransferFunction::grey_ramp(opacity));
+                    scene.shading.light = Light::towards(light.into()).unwrap();
+                    (scene.clip, scene.integration) = (clip, integration);
+                    let picture = |shadows| {
+                        let mut scene = scene.clone();
+                        scene.shading.shadows = shadows;
+                        Renderer::new(&scene, RenderOptions::default()).unwrap().march_full(&camera, size).0
+                    };
+                    let [exact, cached] = [ShadowMode::On, ShadowMode::Cached].map(picture);
+                    let [mean, p999, most] = differences(&exact, &cached);
+                    let name = format!("{opacity} {light:?} {integration} {}", clip.is_some());
+                    assert!(
+                        mean < 0.6 / 255.0 && p999 < 4.0 / 255.0 && most < 10.0 / 255.0,
+                        "{name}: {mean} {p999} {most}"
+                    );
+                }
+            }
+        }
+    }
+}
