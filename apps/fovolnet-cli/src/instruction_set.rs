@@ -1,5 +1,4 @@
-use clap::error::ErrorKind;
-use clap::{Args, CommandFactory};
+use clap::Args;
 use fovolnet::simd::Simd;
 
 /// Variable of the environment that chooses as `--simd` does.
@@ -28,12 +27,12 @@ impl InstructionSet {
     ///
     /// # Errors
     /// A variable of the environment that names no set.
-    pub fn choose(&self) -> Result<(), clap::Error> {
+    pub fn choose(&self) -> Result<(), String> {
         let choice = match (self.simd, std::env::var(VARIABLE)) {
             (Some(choice), _) => choice,
-            (None, Ok(text)) if !text.is_empty() => parsed(&text).map_err(|problem| {
-                crate::Cli::command().error(ErrorKind::InvalidValue, format!("{VARIABLE}: {problem}"))
-            })?,
+            (None, Ok(text)) if !text.is_empty() => {
+                parsed(&text).map_err(|problem| format!("{VARIABLE}: {problem}"))?
+            }
             (None, _) => Choice(None),
         };
         choice.0.into_iter().for_each(Simd::choose);

@@ -98,8 +98,8 @@ fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(error) => return usage(&error),
     };
-    if let Err(error) = cli.simd.choose() {
-        return usage(&error);
+    if let Err(problem) = cli.simd.choose() {
+        return usage(&Cli::command().error(ErrorKind::InvalidValue, problem));
     }
     interrupt::install();
     long_work::show();
