@@ -2,7 +2,7 @@
 """Cached shadows beside shadow rays: error and time of whole frames, and the time that the cache takes.
 
     cargo build --release
-    python3 benchmarks/cached_shadows.py -o FILE.csv [--programs PROGRAM ...] [--frames 3] [--integration plain] VOLUME[@TF] ...
+    python3 benchmarks/cached_shadows.py VOLUME[@TF] ... -o FILE.csv [--programs PROGRAM ...] [--frames 3] [--integration plain]
 
 VOLUME is a file, or NAME:EDGE for a procedural volume. For each program, volume and of three lights: PSNR and SSIM of frames with
 cached shadows against exact ones, milliseconds of a whole frame by both, and of the cache: what the first frame takes longer

@@ -71,13 +71,6 @@ pub struct Shading {
     pub surface: SurfaceShading,
 }
 
-impl Shading {
-    /// Whether shadows are equal to those of `other`.
-    pub fn casts_as(&self, other: &Self) -> bool {
-        self.light == other.light && self.shadows == other.shadows
-    }
-}
-
 impl Default for Shading {
     fn default() -> Self {
         Self {

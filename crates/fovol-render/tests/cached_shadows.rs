@@ -61,3 +61,37 @@ fn cached_shadows_are_close_to_shadow_rays() {
         }
     }
 }
+
+#[test]
+fn changes_of_the_scene_show_at_once() {
+    let volume = Arc::new(volume());
+    let size = FrameSize::new(80, 60).unwrap();
+    let camera = Camera::new(DVec3::new(1.0, 0.8, 1.2), DVec3::ZERO, 40.0).unwrap();
+    let scene = |shadows, light: [f64; 3], opacity, step| {
+        let mut scene = Scene::new(Arc::clone(&volume), TransferFunction::grey_ramp(opacity));
+        scene.shading.shadows = shadows;
+        scene.shading.light = Light::towards(light.into()).unwrap();
+        scene.step = step;
+        scene
+    };
+    let (left, right) = ([-1.0, 0.4, 0.2], [1.0, 0.4, 0.2]);
+    let clip = ClipBox::new(DVec3::ZERO, DVec3::new(48.0, 20.0, 44.0), volume.grid()).unwrap();
+    let scenes = [
+        scene(ShadowMode::Cached, left, 0.5, 0.5),
+        scene(ShadowMode::On, left, 0.5, 0.5),
+        scene(ShadowMode::Cached, left, 0.5, 0.5),
+        scene(ShadowMode::On, right, 0.5, 0.5),
+        scene(ShadowMode::Cached, right, 0.5, 0.5),
+        scene(ShadowMode::Cached, right, 0.9, 0.5),
+        scene(ShadowMode::Off, right, 0.9, 1.0),
+        scene(ShadowMode::Cached, right, 0.9, 1.0),
+        Scene { clip: Some(clip), ..scene(ShadowMode::Cached, right, 0.9, 1.0) },
+    ];
+    let mut renderer = Renderer::new(&scenes[0], RenderOptions::default()).unwrap();
+    for (i, scene) in scenes.iter().enumerate() {
+        renderer.set_scene(scene).unwrap();
+        let anew = Renderer::new(scene, RenderOptions::default()).unwrap();
+        assert!(renderer.march_full(&camera, size).0 == anew.march_full(&camera, size).0, "{i}");
+        assert_eq!(renderer.shadow_grid_time().is_zero(), scene.shading.shadows != ShadowMode::Cached);
+    }
+}

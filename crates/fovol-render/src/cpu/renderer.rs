@@ -120,7 +120,7 @@ impl Renderer {
             options: RenderOptions { simd, ..options },
         };
         renderer.renew_extinction(scene.integration);
-        renderer.renew_shadows()?;
+        renderer.prepare_shadows()?;
         Ok(renderer)
     }
 
@@ -136,7 +136,7 @@ impl Renderer {
         let stepped = self.step != step;
         let refined = self.extinction.is_some() != (scene.integration == Integration::Fine);
         let clip = scene.clip_box();
-        let shaded = !self.shading.casts_as(&scene.shading) || self.clip != clip;
+        let relit = self.shading.light != scene.shading.light || self.clip != clip;
         (self.step, self.clip) = (step, clip);
         self.shading = scene.shading;
         self.background = scene.background;
@@ -150,10 +150,10 @@ impl Renderer {
         if recoloured || stepped || refined {
             self.renew_extinction(scene.integration);
         }
-        if recoloured || stepped || shaded {
-            self.renew_shadows()?;
+        if recoloured || stepped || relit {
+            (self.shadow_grid, self.light_columns) = (None, None);
         }
-        Ok(())
+        Ok(self.prepare_shadows()?)
     }
 
     /// Takes other speed choices.
@@ -167,9 +167,9 @@ impl Renderer {
         self.options
     }
 
-    /// How long the cached shadows of this scene took to make; nothing where there are none.
+    /// How long the cached shadows of this scene took to make; nothing where it has none.
     pub fn shadow_grid_time(&self) -> Duration {
-        self.shadow_grid_time
+        if self.shading.shadows == ShadowMode::Cached { self.shadow_grid_time } else { Duration::ZERO }
     }
 
     /// The macrocells, for figures about empty space.
@@ -196,22 +196,27 @@ impl Renderer {
         };
     }
 
-    fn renew_shadows(&mut self) -> Result<(), Shortage> {
-        let wanted = self.shading.shadows == ShadowMode::Cached;
-        self.shadow_grid = None;
-        let started = Instant::now();
-        self.shadow_grid = wanted.then(|| self.made_shadow_grid()).transpose()?;
-        self.shadow_grid_time = if wanted { started.elapsed() } else { Duration::ZERO };
-        self.light_columns = None;
-        if self.shading.shadows == ShadowMode::On {
-            self.make_light_columns();
+    /// Makes what the shadows of the scene need, unless it exists. What other shadows need stays: a viewer goes back and forth.
+    fn prepare_shadows(&mut self) -> Result<(), Shortage> {
+        match self.shading.shadows {
+            ShadowMode::Cached => self.make_shadow_grid()?,
+            ShadowMode::On => self.make_light_columns(),
+            ShadowMode::Off => {}
         }
         Ok(())
     }
 
-    fn made_shadow_grid(&self) -> Result<Bricks, Shortage> {
-        let Self { bricks, clip, transfer, table, .. } = self;
-        shadow_grid(bricks, clip, &self.light_path(), (transfer, table, self.step), self.options.simd)
+    fn make_shadow_grid(&mut self) -> Result<(), Shortage> {
+        if self.shadow_grid.is_some() {
+            return Ok(());
+        }
+        let started = Instant::now();
+        let Self { bricks, clip, transfer, table, .. } = &*self;
+        let path = self.light_path();
+        self.shadow_grid =
+            Some(shadow_grid(bricks, clip, &path, (transfer, table, self.step), self.options.simd)?);
+        self.shadow_grid_time = started.elapsed();
+        Ok(())
     }
 
     /// Makes the light columns unless they exist or would not pay.
@@ -254,9 +259,7 @@ impl Renderer {
         list: &SampleList,
     ) -> Result<(Vec<RayResult>, SampleCount), Shortage> {
         self.with_shadows(ShadowMode::Cached, |renderer| {
-            if renderer.shadow_grid.is_none() {
-                renderer.shadow_grid = Some(renderer.made_shadow_grid()?);
-            }
+            renderer.make_shadow_grid()?;
             Ok(renderer.march_list(camera, list))
         })
     }
