@@ -1,6 +1,6 @@
 //! Frame producer: makes the pictures on the screen, step by step.
 
-use crate::frames::budget::Budget;
+use crate::frames::budget::{Budget, is_free};
 use crate::frames::display_mode::{DisplayMode, Parts, rgba};
 use crate::frames::presented::{Pixels, Presented, Progress};
 use crate::frames::still::{Quality, Still};
@@ -14,6 +14,7 @@ use fovolnet::{
     Timings, Viewpoint,
 };
 use std::sync::Arc;
+use std::time::Instant;
 
 /// Most milliseconds of a frame on the window's own device, since the window should respond within 50.
 const WINDOW_MS: f64 = 40.0;
@@ -30,6 +31,8 @@ pub struct FrameProducer {
     displayed: Timings,
     last: Option<Last>,
     budget: Budget,
+    /// Milliseconds that the last change of settings took.
+    change_ms: f64,
     next_frame: u32,
     notes: Vec<String>,
 }
@@ -116,11 +119,16 @@ impl FrameProducer {
         let asked = &wanted.settings.resolve()?;
         let Some(rate) = wanted.rate else { return self.move_as(wanted, asked.clone()) };
         let most = if self.screen.is_some() { WINDOW_MS } else { f64::INFINITY };
-        self.budget.choose(asked, (1e3 / rate).min(most));
+        // Other displays show what sparse frames consist of.
+        let is_free = is_free(asked) && wanted.look == DisplayMode::Picture;
+        self.budget.choose(asked, (1e3 / rate).min(most), is_free);
         let last = self.move_as(wanted, self.budget.settings(asked))?;
+        let change_ms = self.change_ms;
         match &last.view {
-            View::Moving(frame, _) => self.budget.learn(asked, frame.samples, &frame.timings),
-            View::Displayed(_, Some(done)) => self.budget.learn(asked, done.samples, &done.timings),
+            View::Moving(frame, _) => self.budget.learn(asked, frame.samples, &frame.timings, change_ms),
+            View::Displayed(_, Some(done)) => {
+                self.budget.learn(asked, done.samples, &done.timings, change_ms);
+            }
             _ => {}
         }
         Ok(last)
@@ -149,8 +157,7 @@ impl FrameProducer {
     /// Makes the next frame with `settings`.
     fn render(&mut self, wanted: &ViewRequest, settings: RenderSettings) -> Result<Last> {
         let (index, viewpoint) = self.next_viewpoint(wanted, &settings)?;
-        let pipeline = self.open(&wanted.volume, &settings)?;
-        pipeline.change(&settings)?;
+        let pipeline = self.changed(&wanted.volume, &settings)?;
         let frame = pipeline.render_from(index, &viewpoint)?;
         let machine = pipeline.machine();
         self.next_frame = index.wrapping_add(1);
@@ -171,8 +178,7 @@ impl FrameProducer {
             return Ok(None);
         }
         let (index, viewpoint) = self.next_viewpoint(wanted, settings)?;
-        let pipeline = self.open(&wanted.volume, settings)?;
-        pipeline.change(settings)?;
+        let pipeline = self.changed(&wanted.volume, settings)?;
         let Some(frame) = pipeline.display_from(index, &viewpoint)? else { return Ok(None) };
         let (machine, size) = (pipeline.machine(), pipeline.size());
         self.next_frame = index.wrapping_add(1);
@@ -194,6 +200,14 @@ impl FrameProducer {
     fn next_viewpoint(&self, wanted: &ViewRequest, settings: &RenderSettings) -> Result<(u32, Viewpoint)> {
         let fovea = Fovea { gaze: wanted.gaze, ..settings.fovea(self.next_frame)? };
         Ok((self.next_frame, Viewpoint { camera: wanted.camera, fovea }))
+    }
+
+    /// The pipeline of `volume` with `settings`. What the change takes is kept.
+    fn changed(&mut self, volume: &OpenVolume, settings: &RenderSettings) -> Result<&mut Pipeline> {
+        let started = Instant::now();
+        self.open(volume, settings)?.change(settings)?;
+        self.change_ms = started.elapsed().as_secs_f64() * 1e3;
+        self.open(volume, settings)
     }
 
     /// Returns the pipeline of `volume`; opens it with `settings` if necessary.

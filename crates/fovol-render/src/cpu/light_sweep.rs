@@ -19,7 +19,7 @@ pub struct LightSweep<'a> {
     pub clip: [[f32; 3]; 2],
     /// Transmittance from slice to slice for every entry of the transfer table; NaN last.
     pub transmittance: &'a [f32],
-    /// The same of the first stretch of a shadow ray.
+    /// Transmittance of the first stretch of a shadow ray, likewise.
     pub near_transmittance: &'a [f32],
     /// Way from a point to the sample of that stretch, in voxels.
     pub first_sample: [f32; 3],

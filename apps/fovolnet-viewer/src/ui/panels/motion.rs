@@ -1,7 +1,9 @@
+use crate::frames::budget::Way;
 use crate::frames::display_mode::DisplayMode;
 use crate::frames::presented::{Presented, Progress};
 use crate::session::places::Preferences;
 use eframe::egui::{DragValue, Ui};
+use fovolnet::RenderSettings;
 
 /// Panel for the frame rate in motion.
 pub fn budget(ui: &mut Ui, preferences: &mut Preferences, shown: Option<&Presented>) {
@@ -20,16 +22,12 @@ pub fn budget(ui: &mut Ui, preferences: &mut Preferences, shown: Option<&Present
     ui.checkbox(&mut preferences.converges, "Still views become the full frame");
     let Some(shown) = shown else { return };
     if let Some(rung) = shown.rung.filter(|_| shown.progress == Progress::Moving) {
-        let settings = &shown.settings;
-        ui.weak(format!(
-            "Now {} ({:.0} %), P_b {:.3}, σ {:.3}, step {:.2}, {}",
-            shown.size,
-            rung.scale * 100.0,
-            settings.pb,
-            settings.sigma,
-            settings.step,
-            settings.reconstruction,
-        ));
+        let RenderSettings { pb, sigma, step, reconstruction, .. } = &shown.settings;
+        let way = match rung.way {
+            Way::CachedLight => format!("every pixel with cached light, step {step:.2}"),
+            Way::AsAsked => format!("P_b {pb:.3}, σ {sigma:.3}, step {step:.2}, {reconstruction}"),
+        };
+        ui.weak(format!("Now {} ({:.0} %), {way}", shown.size, rung.scale * 100.0));
     }
 }
 
