@@ -10,7 +10,7 @@ use anyhow::Result;
 use fovolnet::core::{Frame, FrameSize, ShadowMode};
 use fovolnet::io::image;
 use fovolnet::metrics::{ClipQuality, Display, FovVideoVdp};
-use fovolnet::{OpenVolume, Pipeline, RenderSettings, Sampling};
+use fovolnet::{Guide, OpenVolume, Pipeline, RenderSettings, Sampling};
 use std::time::Instant;
 
 /// Consecutive frames of the clip. The first ones are not judged, since networks have no history there.
@@ -23,6 +23,8 @@ const SAMPLINGS: [[f64; 2]; 5] = [[0.01, 0.02], [0.03, 0.02], [0.07, 0.06], [0.1
 const STEPS: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
 /// Factors by which frames are smaller along each axis before they are enlarged.
 const SMALLER: [u32; 3] = [2, 3, 4];
+/// Parts of the size along each axis that frames with cached shadows have.
+const CACHED: [[u32; 2]; 5] = [[1, 1], [3, 4], [1, 2], [1, 3], [1, 4]];
 
 /// One way to make frames cheaper.
 struct Way {
@@ -38,6 +40,8 @@ enum Finish {
     Nothing,
     /// It was rendered smaller.
     Enlarge,
+    /// It was rendered smaller, and its cached shadows are made for this frame.
+    Recast,
     /// Its light ratios are filled by the joint bilateral filter instead.
     Bilateral,
 }
@@ -61,7 +65,7 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
         &[
             "Every way to make frames cheaper, at several settings, over frames 9 to 16 of a fly-through: sparse frames and light \
            ratios, filled by several methods; every pixel of smaller frames, enlarged bicubically; every pixel with longer \
-           steps; every pixel with shadows from a cache. Up and left is better. Quality is against every pixel at the step of ½ with shadow rays, JOD of FovVideoVDP for 30 frames a second on standard_4k.",
+           steps; every pixel of frames of several sizes with shadows from a cache, which is made once or, as where the light moves, for every frame. Up and left is better. Quality is against every pixel at the step of ½ with shadow rays, JOD of FovVideoVDP for 30 frames a second on standard_4k.",
             methods::LEGEND,
             "Sparse frames are sampled densely where the eye looks; PSNR and the JOD here do not know that, and count the whole \
            screen alike. To enlarge a frame is not counted: it takes a few milliseconds where it is done well.",
@@ -149,13 +153,26 @@ fn ways(evaluation: &Evaluation, data: &DataSet) -> Result<Vec<Way>> {
             finish: Finish::Nothing,
         });
     }
-    let settings = RenderSettings { shadows: ShadowMode::Cached, ..full };
-    ways.push(Way {
-        family: "cached shadows",
-        name: "every pixel".into(),
-        settings,
-        finish: Finish::Nothing,
-    });
+    for (family, finish) in
+        [("cached shadows", Finish::Enlarge), ("cached shadows, light moves", Finish::Recast)]
+    {
+        for part in CACHED {
+            let size = FrameSize {
+                width: (evaluation.size.width * part[0] / part[1]).max(1),
+                height: (evaluation.size.height * part[0] / part[1]).max(1),
+            };
+            let settings = RenderSettings { size, shadows: ShadowMode::Cached, ..full.clone() };
+            let name = format!("{}/{}", part[0], part[1]);
+            ways.push(Way { family, name, settings, finish });
+        }
+    }
+    let ratio = METHODS[methods::RATIO];
+    for sampling in SAMPLINGS {
+        let settings = ratio.settings(evaluation.settings(data, sampling));
+        let settings = RenderSettings { guide: Guide::Cached.into(), ..settings };
+        let name = format!("({}, {})", sampling[0], sampling[1]);
+        ways.push(Way { family: "ratio wnet-fast, cached guide", name, settings, finish: Finish::Nothing });
+    }
     Ok(ways)
 }
 
@@ -175,6 +192,10 @@ fn run(evaluation: &Evaluation, opened: &OpenVolume, way: &Way, references: &[Fr
         let frame = match way.finish {
             Finish::Nothing => rendered.frame,
             Finish::Enlarge => image::resized(&rendered.frame, evaluation.size),
+            Finish::Recast => {
+                total += pipeline.shadow_grid_ms();
+                image::resized(&rendered.frame, evaluation.size)
+            }
             Finish::Bilateral => {
                 let started = Instant::now();
                 let frame = methods::bilateral(&rendered, background);
