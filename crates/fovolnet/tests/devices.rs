@@ -312,11 +312,18 @@ fn resident() -> Option<u64> {
 #[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn ten_thousand_frames_leave_memory_as_it_was() {
     // Networks take longer, so fewer of their frames must do.
-    for (reconstruct, size, frames) in
-        [(Reconstruction::Fill(Fill::PullPush), "48x32", 10_000), (Reconstruction::WNet, "16x16", 1_000)]
-    {
-        let settings =
-            RenderSettings { size: size.parse().unwrap(), ..settings(Sampling::Compact, reconstruct) };
+    let fill = Reconstruction::Fill(Fill::PullPush);
+    for (reconstruct, guide, density, size, frames) in [
+        (fill, Guide::None, Density::Fixed, "48x32", 10_000),
+        (Reconstruction::WNet, Guide::None, Density::Fixed, "16x16", 1_000),
+        (Reconstruction::WNet, Guide::Quarter, Density::Adaptive, "32x32", 1_000),
+    ] {
+        let settings = RenderSettings {
+            size: size.parse().unwrap(),
+            guide: guide.into(),
+            density: density.into(),
+            ..settings(Sampling::Compact, reconstruct)
+        };
         let mut pipeline = pipeline(&settings, Device::Gpu(None));
         let mut at = Vec::new();
         for i in 0..frames {
