@@ -26,6 +26,7 @@ mod shadow_rays;
 mod simd;
 mod skip;
 mod sparse_frame;
+mod tile_order;
 
 pub use adaptive_mask::adaptive_mask;
 pub use compact::compact;

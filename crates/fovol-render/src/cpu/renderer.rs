@@ -9,6 +9,7 @@ use super::march_order::MarchOrder;
 use super::shadow_grid::shadow_grid;
 use super::simd::best_simd;
 use super::skip::Skip;
+use super::tile_order::{TILE, TILE_ORDER};
 use crate::scene::{
     BrickData, BrickLayout, Bricks, ExtinctionTable, LightPath, Macrocells, RayResult, Segments,
     TransferTable,
@@ -61,8 +62,6 @@ pub struct Renderer {
     options: RenderOptions,
 }
 
-/// Edge of the tiles that full frames are marched in, in pixels.
-const TILE: u32 = 32;
 /// Pixels of a list that are marched by one task.
 const CHUNK: usize = 256;
 
@@ -487,18 +486,6 @@ fn samples_of<T>(tiles: &[Tile<T>]) -> SampleCount {
     tiles.iter().for_each(|tile| count += tile.samples);
     count
 }
-
-/// The pixels of a tile in blocks of 4x4: rays of one packet have much the same way.
-const TILE_ORDER: [[u32; 2]; (TILE * TILE) as usize] = {
-    let mut order = [[0; 2]; (TILE * TILE) as usize];
-    let mut i = 0;
-    while i < TILE * TILE {
-        let block = [i / 16 % (TILE / 4), i / 16 / (TILE / 4)];
-        order[i as usize] = [4 * block[0] + i % 4, 4 * block[1] + i / 4 % 4];
-        i += 1;
-    }
-    order
-};
 
 /// Memory that marching uses again and again.
 #[derive(Default)]
