@@ -160,23 +160,29 @@ fn between(@builtin(global_invocation_id) at: vec3u, @builtin(local_invocation_i
     }
 }
 
-/// Finds the least contrast that no more pixels reach than may be marched, empties the list, and forgets the counts.
-@compute @workgroup_size(1)
-fn limit() {
+/// How many pixels there are of each contrast.
+var<workgroup> of_contrast: array<u32, CONTRASTS>;
+
+/// Finds the least contrast that no more pixels reach than may be marched, empties the list, and forgets the counts; by one
+/// workgroup.
+@compute @workgroup_size(CONTRASTS)
+fn limit(@builtin(local_invocation_index) thread: u32) {
+    of_contrast[thread] = atomicExchange(&state[COUNTS + thread], 0u);
+    workgroupBarrier();
+    if thread > 0u {
+        return;
+    }
     let known = atomicLoad(&state[KNOWN]);
     let room = max(level.most, known) - known;
     var reached = 0u;
     var limit = CONTRASTS;
     for (var contrast = CONTRASTS - 1u; contrast >= level.least; contrast -= 1u) {
-        let together = reached + atomicLoad(&state[COUNTS + contrast]);
+        let together = reached + of_contrast[contrast];
         if together > room {
             break;
         }
         reached = together;
         limit = contrast;
-    }
-    for (var contrast = 0u; contrast < CONTRASTS; contrast += 1u) {
-        atomicStore(&state[COUNTS + contrast], 0u);
     }
     atomicStore(&state[KNOWN], known + reached);
     atomicStore(&state[LIMIT], limit);
