@@ -7,7 +7,7 @@ use fovol_core::FrameSize;
 use fovol_gpu::Gpu;
 use wgpu::BufferUsages;
 
-/// Words of one block; as in shaders/compact.wgsl.
+/// Words of one block; as in shaders/inclusive_sum.wgsl.
 pub const BLOCK: u32 = 256;
 
 /// How many blocks of words the mask of a frame of `size` has.

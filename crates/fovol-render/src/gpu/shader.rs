@@ -5,9 +5,10 @@ use fovol_gpu::{Shader, shader};
 /// Decides which pixels are sampled.
 pub const MASK: Shader = shader!("../shaders/", "mask": "frame" "random" "ranks");
 /// Decides which pixels are sampled where densities follow importance.
-pub const ADAPTIVE_MASK: Shader = shader!("../shaders/", "adaptive_mask": "frame" "random" "ranks");
+pub const ADAPTIVE_MASK: Shader =
+    shader!("../shaders/", "adaptive_mask": "frame" "random" "ranks" "inclusive_sum");
 /// Packs the sampled pixels into a list.
-pub const COMPACT: Shader = shader!("../shaders/", "compact": "frame");
+pub const COMPACT: Shader = shader!("../shaders/", "compact": "frame" "inclusive_sum");
 /// Marches rays; the shader interpolates voxels.
 pub const MARCH: Shader = shader!("../shaders/", "march": "frame" "scene" "field" "skip" "segment" "shadow_rays" "shadow_lookup" "fine");
 /// Marches rays; texture samplers interpolate voxels.

@@ -158,9 +158,9 @@ impl Together {
         let first = this - this % LAYERS;
         let last = (first + LAYERS).min(slices.count()) - 1;
         // Light comes to one end of the slices first.
-        let is_complete = !is_across_z || number == slices.number(first).max(slices.number(last));
+        let is_complete = !is_across_z || number == slices.voxel(first).max(slices.voxel(last));
         let of = |c: usize| match is_across_z {
-            true => Slice::new(slices, slices.number((first + c).min(last))),
+            true => Slice::new(slices, slices.voxel((first + c).min(last))),
             false => Slice::new(slices, number),
         };
         Self { slices: std::array::from_fn(of), is_across_z, is_complete }

@@ -58,15 +58,10 @@ impl LightSlices {
         [self.dims[self.axes[1]], self.dims[self.axes[2]]]
     }
 
-    /// Voxel along the first of [`Self::axes`] of slice `number`; 0 is the one that light comes to first.
+    /// Voxel along the first of [`Self::axes`] of slice `number`; 0 is the one that light comes to first. It also
+    /// gives the number of the slice at a voxel.
     pub fn voxel(&self, number: usize) -> usize {
         if self.is_from_above { self.count() - 1 - number } else { number }
-    }
-
-    /// Number of the slice at `voxel` along the first of [`Self::axes`].
-    #[cfg(feature = "gpu")]
-    pub fn number(&self, voxel: usize) -> usize {
-        self.voxel(voxel)
     }
 
     /// Where columns cross slice `number`, from row to row and along rows.

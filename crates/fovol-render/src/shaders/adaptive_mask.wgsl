@@ -25,9 +25,8 @@ const LEAST: u32 = 114;
 const BITS: u32 = 9;
 const FIRST_BIN: u32 = LEAST << BITS;
 const BINS: u32 = 20u << BITS;
-/// Threads of the workgroup that looks for the limit, and bins for each.
-const THREADS: u32 = 256;
-const BINS_OF_THREAD: u32 = BINS / THREADS;
+/// Bins of each thread of the workgroup that looks for the limit.
+const BINS_OF_THREAD: u32 = BINS / BLOCK;
 /// Places in `counts`: samples of the fixed mask, bits of the limit, and the bins.
 const BUDGET: u32 = 0;
 const LIMIT: u32 = 1;
@@ -48,7 +47,6 @@ const INFINITE: u32 = 0x7f7fffffu;
 /// all.
 var<workgroup> sampled: atomic<u32>;
 var<workgroup> lowest: atomic<u32>;
-var<workgroup> sums: array<u32, THREADS>;
 /// One word for each row of the workgroup.
 var<workgroup> words: array<atomic<u32>, 8>;
 
@@ -108,7 +106,7 @@ fn weigh(@builtin(global_invocation_id) pixel: vec3u, @builtin(local_invocation_
 }
 
 /// Finds the limit, by one workgroup: the nearer end of the bin in which the budget is reached.
-@compute @workgroup_size(THREADS)
+@compute @workgroup_size(BLOCK)
 fn limit(@builtin(local_invocation_index) thread: u32) {
     let budget = atomicLoad(&counts[BUDGET]);
     let first = thread * BINS_OF_THREAD;
@@ -116,19 +114,9 @@ fn limit(@builtin(local_invocation_index) thread: u32) {
     for (var i = 0u; i < BINS_OF_THREAD; i += 1u) {
         sum += atomicLoad(&counts[COUNTS + first + i]);
     }
-    sums[thread] = sum;
-    workgroupBarrier();
-    for (var reach = 1u; reach < THREADS; reach *= 2u) {
-        var before = 0u;
-        if thread >= reach {
-            before = sums[thread - reach];
-        }
-        workgroupBarrier();
-        sums[thread] += before;
-        workgroupBarrier();
-    }
-    var below = sums[thread] - sum;
-    let is_reached_here = sums[thread] >= budget && (below < budget || (thread == 0u && budget == 0u));
+    let reached = inclusive_sum(thread, sum);
+    var below = reached - sum;
+    let is_reached_here = reached >= budget && (below < budget || (thread == 0u && budget == 0u));
     if is_reached_here {
         for (var i = 0u; i < BINS_OF_THREAD; i += 1u) {
             let together = below + atomicLoad(&counts[COUNTS + first + i]);
@@ -139,7 +127,7 @@ fn limit(@builtin(local_invocation_index) thread: u32) {
             }
             below = together;
         }
-    } else if thread == THREADS - 1u && sums[thread] < budget {
+    } else if thread == BLOCK - 1u && reached < budget {
         atomicStore(&counts[LIMIT], INFINITE);
     }
 }

@@ -3,9 +3,6 @@
 // Three passes without atomics: `count` the pixels of each block of words, `scan` the counts into places,
 // and `pack` the pixels of each block from its place on (Blelloch 1990; Billeter, Olsson and Assarsson 2009).
 
-/// Threads of a workgroup, and words of a block.
-const BLOCK: u32 = 256;
-
 @group(0) @binding(0) var<uniform> extent: Extent;
 @group(0) @binding(1) var<storage, read> mask: array<u32>;
 /// Pixels of each block; after `scan` the place of its first one in the list.
@@ -13,24 +10,6 @@ const BLOCK: u32 = 256;
 @group(0) @binding(3) var<storage, read_write> list_length: ListLength;
 /// Pixels, packed.
 @group(0) @binding(4) var<storage, read_write> list: array<u32>;
-
-var<workgroup> sums: array<u32, BLOCK>;
-
-/// The sum of the values of threads 0 to `thread`. All threads of a workgroup must call it.
-fn inclusive_sum(thread: u32, value: u32) -> u32 {
-    sums[thread] = value;
-    workgroupBarrier();
-    for (var reach = 1u; reach < BLOCK; reach *= 2u) {
-        var before = 0u;
-        if thread >= reach {
-            before = sums[thread - reach];
-        }
-        workgroupBarrier();
-        sums[thread] += before;
-        workgroupBarrier();
-    }
-    return sums[thread];
-}
 
 /// Word `i` of the mask, 0 beyond its end.
 fn word(i: u32) -> u32 {
