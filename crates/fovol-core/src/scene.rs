@@ -11,7 +11,7 @@ pub enum ShadowMode {
     On,
     /// No shadows.
     Off,
-    /// Shadows from a precomputed grid of half the volume's resolution: fast, but never the reference.
+    /// Shadows from a precomputed grid of the volume's resolution: fast, but never the reference.
     Cached,
 }
 
@@ -130,10 +130,15 @@ impl Scene {
     /// along the long sides into millions of samples of few voxels. So the diagonal gets at most 64 samples, at a
     /// step of one, per voxel along the three sides.
     pub fn marching_step(&self) -> f64 {
+        self.step * self.step_stretch()
+    }
+
+    /// Factor from [`Self::step`] to [`Self::marching_step`], at least 1. It depends on the volume alone.
+    pub fn step_stretch(&self) -> f64 {
         let grid = self.volume.grid();
         let voxels: usize = grid.dims().iter().sum();
         let diagonal = grid.world_extent().length() / grid.smallest_voxel();
-        self.step * (diagonal / (MOST_SAMPLES_A_VOXEL * voxels as f64)).max(1.0)
+        (diagonal / (MOST_SAMPLES_A_VOXEL * voxels as f64)).max(1.0)
     }
 
     /// Checks that the parameters are valid.

@@ -1,7 +1,8 @@
 //! Cached shadows against shadow rays.
 
 use fovol_core::{
-    Camera, ClipBox, Frame, FrameSize, Integration, Light, Scene, ShadowMode, TransferFunction, Volume,
+    Camera, ClipBox, Frame, FrameSize, Integration, Light, Pixel, SampleList, Scene, ShadowMode,
+    TransferFunction, Volume,
 };
 use fovol_render::cpu::{RenderOptions, Renderer};
 use glam::DVec3;
@@ -85,6 +86,10 @@ fn changes_of_the_scene_show_at_once() {
         scene(ShadowMode::Cached, right, 0.9, 0.5),
         scene(ShadowMode::Off, right, 0.9, 1.0),
         scene(ShadowMode::Cached, right, 0.9, 1.0),
+        scene(ShadowMode::Cached, right, 0.9, 0.5),
+        scene(ShadowMode::Cached, right, 0.9, 2.0),
+        Scene { integration: Integration::Fine, ..scene(ShadowMode::Cached, right, 0.9, 1.0) },
+        scene(ShadowMode::Cached, right, 0.9, 0.5),
         Scene { clip: Some(clip), ..scene(ShadowMode::Cached, right, 0.9, 1.0) },
     ];
     let mut renderer = Renderer::new(&scenes[0], RenderOptions::default()).unwrap();
@@ -93,5 +98,31 @@ fn changes_of_the_scene_show_at_once() {
         let anew = Renderer::new(scene, RenderOptions::default()).unwrap();
         assert!(renderer.march_full(&camera, size).0 == anew.march_full(&camera, size).0, "{i}");
         assert_eq!(renderer.shadow_grid_time().is_zero(), scene.shading.shadows != ShadowMode::Cached);
+    }
+}
+
+#[test]
+fn lists_with_another_step_and_other_shadows_leave_the_scene_as_it_was() {
+    let volume = Arc::new(volume());
+    let size = FrameSize::new(80, 60).unwrap();
+    let list = SampleList::new(size, (0..40).map(|x| Pixel { x: 2 * x, y: x }).collect());
+    let camera = Camera::new(DVec3::new(1.0, 0.8, 1.2), DVec3::ZERO, 40.0).unwrap();
+    let scene = |shadows, step| {
+        let mut scene = Scene::new(Arc::clone(&volume), TransferFunction::grey_ramp(0.5));
+        scene.shading.shadows = shadows;
+        Scene { step, integration: Integration::Fine, ..scene }
+    };
+    let own = scene(ShadowMode::Cached, 0.5);
+    let mut renderer = Renderer::new(&own, RenderOptions::default()).unwrap();
+    let before = renderer.march_full(&camera, size).0;
+    for _ in 0..2 {
+        for shadows in [ShadowMode::On, ShadowMode::Off, ShadowMode::Cached] {
+            for step in [0.5, 1.0, 2.0, 3.0] {
+                let other = Renderer::new(&scene(shadows, step), RenderOptions::default()).unwrap();
+                let marched = renderer.march_list_as((shadows, step), &camera, &list).unwrap();
+                assert_eq!(marched, other.march_list(&camera, &list), "{shadows:?} {step}");
+            }
+        }
+        assert!(renderer.march_full(&camera, size).0 == before);
     }
 }

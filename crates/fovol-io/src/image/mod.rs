@@ -3,13 +3,15 @@
 mod channels;
 mod exr_file;
 mod picture;
+mod resized;
 
 pub use picture::{Motion, Picture};
+pub use resized::resized;
 
 use crate::{Error, Result, atomic};
 use fovol_core::{Frame, FrameSize, input};
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use image::{ExtendedColorType, ImageBuffer, ImageEncoder, ImageReader, Rgba, imageops};
+use image::{ExtendedColorType, ImageEncoder, ImageReader};
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Seek};
 use std::path::Path;
@@ -61,20 +63,6 @@ fn write_png_bytes(path: &Path, size: FrameSize, bytes: &[u8], colour: ExtendedC
 pub fn write_exr(path: &Path, frame: &Frame) -> Result<()> {
     let bytes = exr_file::encode(frame).map_err(|e| Error::io("write", path, std::io::Error::other(e)))?;
     atomic::write_bytes(path, &bytes)
-}
-
-/// `frame` at another size: cubic (Catmull and Rom), cut to 0…1.
-///
-/// # Panics
-/// Never: frames have as many pixels as their sizes say.
-#[must_use]
-pub fn resized(frame: &Frame, size: FrameSize) -> Frame {
-    let FrameSize { width, height } = frame.size();
-    let picture = ImageBuffer::<Rgba<f32>, _>::from_raw(width, height, frame.pixels().as_flattened())
-        .expect("frames have as many pixels as their sizes say");
-    let resized = imageops::resize(&picture, size.width, size.height, imageops::FilterType::CatmullRom);
-    let pixels = resized.pixels().map(|pixel| pixel.0).collect();
-    Frame::from_pixels(size, pixels).expect("it has the size that was asked for")
 }
 
 /// Reads a PNG, JPEG, BMP or EXR image as display values. An EXR image has the size of its display window.
@@ -165,20 +153,6 @@ mod tests {
         let size = FrameSize::new(5, 3).unwrap();
         let pixels = (0..15).map(|i| [i as f32 / 14.0, 0.2, 1.0 - i as f32 / 20.0, (i % 2) as f32]).collect();
         Frame::from_pixels(size, pixels).unwrap()
-    }
-
-    #[test]
-    fn another_size_keeps_what_is_linear() {
-        let size = FrameSize::new(16, 12).unwrap();
-        let ramp =
-            (0..16 * 12).map(|i| [(i % 16) as f32 / 16.0, (i / 16) as f32 / 16.0, 0.25, 1.0]).collect();
-        let larger = resized(&Frame::from_pixels(size, ramp).unwrap(), FrameSize::new(32, 24).unwrap());
-        for (x, y) in [(8, 8), (20, 11), (15, 17)] {
-            // Centres of pixels are in the middle of them.
-            let place = |at: u32| ((at as f32 + 0.5) / 2.0 - 0.5) / 16.0;
-            let (expected, found) = ([place(x), place(y), 0.25, 1.0], larger.pixel(x, y));
-            assert!((0..4).all(|c| (found[c] - expected[c]).abs() < 1e-4), "{found:?} {expected:?}");
-        }
     }
 
     #[test]

@@ -6,14 +6,12 @@ use super::kernel::{Kernel, Lighting, Scratch};
 use super::light_columns::LightColumns;
 use super::march::{March, SampleCount};
 use super::march_order::MarchOrder;
+use super::prepared::{OtherSteps, Prepared};
 use super::shadow_grid::shadow_grid;
 use super::simd::best_simd;
 use super::skip::Skip;
 use super::tile_order::{TILE, TILE_ORDER};
-use crate::scene::{
-    BrickData, BrickLayout, Bricks, ExtinctionTable, LightPath, Macrocells, RayResult, Segments,
-    TransferTable,
-};
+use crate::scene::{BrickData, BrickLayout, Bricks, LightPath, Macrocells, RayResult, Segments};
 use fovol_core::memory::{Estimate, Shortage};
 use fovol_core::{
     Camera, ClipBox, Frame, FrameSize, Grid, Integration, Pixel, RayBasis, Region, SampleList, SampleMask,
@@ -48,17 +46,15 @@ pub struct Renderer {
     clip: ClipBox,
     bricks: Bricks,
     cells: Macrocells,
-    table: TransferTable,
     transfer: TransferFunction,
     shading: Shading,
     background: [f64; 3],
-    step: f64,
-    /// The tables of fine integration; `None` where integration is plain.
-    extinction: Option<ExtinctionTable>,
-    shadow_grid: Option<Bricks>,
-    /// The time that making the shadow grid took.
-    shadow_grid_time: Duration,
-    light_columns: Option<LightColumns>,
+    /// What the step of the scene needs.
+    pub(super) prepared: Prepared,
+    /// What other steps need.
+    others: OtherSteps,
+    /// Factor from the step of the scene to that of rays; see [`Scene::step_stretch`].
+    pub(super) stretch: f64,
     options: RenderOptions,
 }
 
@@ -101,24 +97,19 @@ impl Renderer {
         let mut cells = Macrocells::new(&bricks)?;
         cells.classify(&scene.transfer_function);
         let simd = if addressable(&bricks) { options.simd } else { Simd::Scalar };
-        let step = scene.marching_step();
         let mut renderer = Self {
             grid: *volume.grid(),
             clip: scene.clip_box(),
             bricks,
             cells,
-            table: TransferTable::new(&scene.transfer_function, step),
             transfer: scene.transfer_function.clone(),
             shading: scene.shading,
             background: scene.background,
-            step,
-            extinction: None,
-            shadow_grid: None,
-            shadow_grid_time: Duration::ZERO,
-            light_columns: None,
+            prepared: Prepared::new(&scene.transfer_function, scene.marching_step(), scene.integration),
+            others: OtherSteps::default(),
+            stretch: scene.step_stretch(),
             options: RenderOptions { simd, ..options },
         };
-        renderer.renew_extinction(scene.integration);
         renderer.prepare_shadows()?;
         Ok(renderer)
     }
@@ -130,28 +121,25 @@ impl Renderer {
     /// the new scene then has none.
     pub fn set_scene(&mut self, scene: &Scene) -> fovol_core::Result<()> {
         scene.check()?;
-        let recoloured = self.transfer != scene.transfer_function;
-        let step = scene.marching_step();
-        let stepped = self.step != step;
-        let refined = self.extinction.is_some() != (scene.integration == Integration::Fine);
         let clip = scene.clip_box();
-        let relit = self.shading.light != scene.shading.light || self.clip != clip;
-        (self.step, self.clip) = (step, clip);
-        self.shading = scene.shading;
-        self.background = scene.background;
+        if self.shading.light != scene.shading.light || self.clip != clip {
+            self.prepared.forget_light();
+            self.others.forget_light();
+        }
+        (self.shading, self.background, self.clip) = (scene.shading, scene.background, clip);
+        let recoloured = self.transfer != scene.transfer_function;
         if recoloured {
             self.transfer = scene.transfer_function.clone();
             self.cells.classify(&self.transfer);
         }
-        if recoloured || stepped {
-            self.table = TransferTable::new(&self.transfer, self.step);
+        if recoloured {
+            self.prepared = Prepared::new(&self.transfer, scene.marching_step(), scene.integration);
+            self.others.clear();
+        } else if self.prepared.integration() != scene.integration {
+            self.prepared.integrate(&self.transfer, scene.integration);
+            self.others.clear();
         }
-        if recoloured || stepped || refined {
-            self.renew_extinction(scene.integration);
-        }
-        if recoloured || stepped || relit {
-            (self.shadow_grid, self.light_columns) = (None, None);
-        }
+        self.take_step(scene.marching_step());
         Ok(self.prepare_shadows()?)
     }
 
@@ -168,7 +156,10 @@ impl Renderer {
 
     /// How long the cached shadows of this scene took to make; nothing where it has none.
     pub fn shadow_grid_time(&self) -> Duration {
-        if self.shading.shadows == ShadowMode::Cached { self.shadow_grid_time } else { Duration::ZERO }
+        match self.shading.shadows {
+            ShadowMode::Cached => self.prepared.shadow_grid_time,
+            ShadowMode::On | ShadowMode::Off => Duration::ZERO,
+        }
     }
 
     /// The macrocells, for figures about empty space.
@@ -188,15 +179,18 @@ impl Renderer {
         self.background.map(|v| v as f32)
     }
 
-    fn renew_extinction(&mut self, integration: Integration) {
-        self.extinction = match integration {
-            Integration::Plain => None,
-            Integration::Fine => Some(ExtinctionTable::new(&self.transfer, &self.table, self.step)),
-        };
+    /// Goes over to `step`. What the step before needs is kept.
+    pub(super) fn take_step(&mut self, step: f64) {
+        if self.prepared.step == step {
+            return;
+        }
+        let taken = self.others.take(step);
+        let anew = taken.unwrap_or_else(|| Prepared::new(&self.transfer, step, self.prepared.integration()));
+        self.others.keep(std::mem::replace(&mut self.prepared, anew));
     }
 
     /// Makes what the shadows of the scene need, unless it exists. What other shadows need stays: a viewer goes back and forth.
-    fn prepare_shadows(&mut self) -> Result<(), Shortage> {
+    pub(super) fn prepare_shadows(&mut self) -> Result<(), Shortage> {
         match self.shading.shadows {
             ShadowMode::Cached => self.make_shadow_grid()?,
             ShadowMode::On => self.make_light_columns(),
@@ -205,24 +199,24 @@ impl Renderer {
         Ok(())
     }
 
-    fn make_shadow_grid(&mut self) -> Result<(), Shortage> {
-        if self.shadow_grid.is_some() {
+    pub(super) fn make_shadow_grid(&mut self) -> Result<(), Shortage> {
+        if self.prepared.shadow_grid.is_some() {
             return Ok(());
         }
         let started = Instant::now();
-        let Self { bricks, clip, transfer, table, .. } = &*self;
+        let Self { bricks, clip, transfer, prepared: Prepared { table, step, .. }, .. } = &*self;
         let path = self.light_path();
-        self.shadow_grid =
-            Some(shadow_grid(bricks, clip, &path, (transfer, table, self.step), self.options.simd)?);
-        self.shadow_grid_time = started.elapsed();
+        let grid = shadow_grid(bricks, clip, &path, (transfer, table, *step), self.options.simd)?;
+        self.prepared.shadow_grid = Some(grid);
+        self.prepared.shadow_grid_time = started.elapsed();
         Ok(())
     }
 
     /// Makes the light columns unless they exist or would not pay.
     fn make_light_columns(&mut self) {
-        if self.light_columns.is_none() && !self.cells.is_dense() {
+        if self.prepared.light_columns.is_none() && !self.cells.is_dense() {
             let columns = LightColumns::new(&self.cells, self.grid.dims(), &self.light_path());
-            self.light_columns = Some(columns);
+            self.prepared.light_columns = Some(columns);
         }
     }
 
@@ -237,34 +231,8 @@ impl Renderer {
         self.with_shadows(ShadowMode::On, |renderer| march(renderer))
     }
 
-    /// Marches the pixels of `list` in full light, without shadow rays, as [`Self::march_list`] does.
-    pub fn march_list_without_shadows(
-        &mut self,
-        camera: &Camera,
-        list: &SampleList,
-    ) -> (Vec<RayResult>, SampleCount) {
-        self.with_shadows(ShadowMode::Off, |renderer| renderer.march_list(camera, list))
-    }
-
-    /// Marches the pixels of `list` with cached shadows, as [`Self::march_list`] does.
-    ///
-    /// The first such call after a change of the scene makes the grid of cached shadows.
-    ///
-    /// # Errors
-    /// Too little memory for the grid.
-    pub fn march_list_with_cached_shadows(
-        &mut self,
-        camera: &Camera,
-        list: &SampleList,
-    ) -> Result<(Vec<RayResult>, SampleCount), Shortage> {
-        self.with_shadows(ShadowMode::Cached, |renderer| {
-            renderer.make_shadow_grid()?;
-            Ok(renderer.march_list(camera, list))
-        })
-    }
-
     /// Runs `march` with `shadows` in place of those of the scene.
-    fn with_shadows<T>(&mut self, shadows: ShadowMode, march: impl FnOnce(&mut Self) -> T) -> T {
+    pub(super) fn with_shadows<T>(&mut self, shadows: ShadowMode, march: impl FnOnce(&mut Self) -> T) -> T {
         let own = std::mem::replace(&mut self.shading.shadows, shadows);
         let marched = march(self);
         self.shading.shadows = own;
@@ -272,7 +240,7 @@ impl Renderer {
     }
 
     fn light_path(&self) -> LightPath {
-        LightPath::new(&self.shading.light, &self.grid, &self.clip, self.step)
+        LightPath::new(&self.shading.light, &self.grid, &self.clip, self.prepared.step)
     }
 
     /// This scene for the scalar specification in [`super::march`].
@@ -283,9 +251,13 @@ impl Renderer {
             clip: self.clip,
             transfer: &self.transfer,
             shading: &self.shading,
-            shadow_grid: self.shadow_grid.as_ref().filter(|_| self.shading.shadows == ShadowMode::Cached),
+            shadow_grid: self
+                .prepared
+                .shadow_grid
+                .as_ref()
+                .filter(|_| self.shading.shadows == ShadowMode::Cached),
             background: self.background,
-            step: self.step,
+            step: self.prepared.step,
             few: None,
         }
     }
@@ -404,14 +376,14 @@ impl Renderer {
             out.extend(pixels.iter().map(|p| {
                 march.few = few.map(|few| (few.per_pixel, few.offset(*p)));
                 let ray = rays.ray(p.x.into(), p.y.into());
-                match &self.extinction {
+                match &self.prepared.extinction {
                     None => march.ray(&ray, &mut count),
                     Some(table) => march.fine_ray(table, &ray, &mut count),
                 }
             }));
             return (out, count);
         }
-        let unit = self.table.scale();
+        let unit = self.prepared.table.scale();
         let count = match simd {
             Simd::Portable => {
                 let field = Field::<AnyType>::new(&self.bricks, AnyValues::new(&self.bricks), unit);
@@ -432,7 +404,7 @@ impl Renderer {
         out: &mut Vec<RayResult>,
     ) -> SampleCount {
         let (kernel, simd) = (self.kernel(field, few), self.options.simd);
-        match &self.extinction {
+        match &self.prepared.extinction {
             None => {
                 let scratch = &mut scratch.plain;
                 T::in_vectors(simd, InVectors { kernel: &kernel, rays, pixels, scratch, out })
@@ -446,8 +418,8 @@ impl Renderer {
 
     fn kernel<'a, T: Texel>(&'a self, field: Field<'a, T>, few: Option<&FewShadowRays<'a>>) -> Kernel<'a, T> {
         let skips = self.options.skip_empty && !self.cells.is_dense();
-        let rays = Lighting::Rays(self.light_columns.as_ref().filter(|_| skips), few.copied());
-        let lighting = match (self.shading.shadows, &self.shadow_grid) {
+        let rays = Lighting::Rays(self.prepared.light_columns.as_ref().filter(|_| skips), few.copied());
+        let lighting = match (self.shading.shadows, &self.prepared.shadow_grid) {
             (ShadowMode::Off, _) => Lighting::Full,
             (ShadowMode::Cached, Some(grid)) => match grid.data() {
                 BrickData::U8(values) => Lighting::Cached(Field::<u8>::new(grid, values, 1.0)),
@@ -458,10 +430,10 @@ impl Renderer {
         let direction = self.shading.light.direction().as_vec3().to_array();
         Kernel {
             field,
-            segments: Segments::new(&self.grid, &self.clip, self.step),
+            segments: Segments::new(&self.grid, &self.clip, self.prepared.step),
             voxel_size: self.grid.voxel_size().as_vec3().to_array(),
-            table: &self.table,
-            visible: self.table.visible(),
+            table: &self.prepared.table,
+            visible: self.prepared.table.visible(),
             light: self.light_path(),
             lighting,
             facing: (self.shading.surface == SurfaceShading::Gradient).then_some(direction),

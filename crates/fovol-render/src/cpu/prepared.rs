@@ -1,0 +1,92 @@
+//! Tables, shadow grid and light columns of one step along rays.
+
+use super::light_columns::LightColumns;
+use crate::scene::{Bricks, ExtinctionTable, TransferTable};
+use fovol_core::{Integration, TransferFunction};
+use std::time::Duration;
+
+/// What marching at one step along rays needs besides the volume.
+#[derive(Debug)]
+pub struct Prepared {
+    /// The step, in voxels of the smallest spacing.
+    pub step: f64,
+    pub table: TransferTable,
+    /// The tables of fine integration; `None` where integration is plain.
+    pub extinction: Option<ExtinctionTable>,
+    pub shadow_grid: Option<Bricks>,
+    /// The time that making the shadow grid took.
+    pub shadow_grid_time: Duration,
+    pub light_columns: Option<LightColumns>,
+}
+
+/// What other steps than the scene's need. Who goes back and forth between steps waits for nothing.
+#[derive(Debug, Default)]
+pub struct OtherSteps(Vec<Prepared>);
+
+/// Other steps that are kept.
+const MOST_STEPS: usize = 2;
+/// Largest shadow grid, in bytes, that is kept for another step.
+const MOST_BYTES: usize = 256 << 20;
+
+impl Prepared {
+    /// The tables of `transfer` for `step`; shadows are prepared when they are needed.
+    pub fn new(transfer: &TransferFunction, step: f64, integration: Integration) -> Self {
+        let mut prepared = Self {
+            step,
+            table: TransferTable::new(transfer, step),
+            extinction: None,
+            shadow_grid: None,
+            shadow_grid_time: Duration::ZERO,
+            light_columns: None,
+        };
+        prepared.integrate(transfer, integration);
+        prepared
+    }
+
+    /// Goes over to `integration`; shadows do not depend on it.
+    pub fn integrate(&mut self, transfer: &TransferFunction, integration: Integration) {
+        self.extinction = match integration {
+            Integration::Plain => None,
+            Integration::Fine => Some(ExtinctionTable::new(transfer, &self.table, self.step)),
+        };
+    }
+
+    /// The integration that the tables are made for.
+    pub fn integration(&self) -> Integration {
+        if self.extinction.is_some() { Integration::Fine } else { Integration::Plain }
+    }
+
+    /// Drops what depends on the light.
+    pub fn forget_light(&mut self) {
+        (self.shadow_grid, self.light_columns) = (None, None);
+    }
+}
+
+impl OtherSteps {
+    /// Takes out what `step` needs, if it is here.
+    pub fn take(&mut self, step: f64) -> Option<Prepared> {
+        let at = self.0.iter().position(|other| other.step == step)?;
+        Some(self.0.remove(at))
+    }
+
+    /// Keeps `prepared`; what was kept longest makes room.
+    pub fn keep(&mut self, mut prepared: Prepared) {
+        if prepared.shadow_grid.as_ref().is_some_and(|grid| grid.layout().elements() > MOST_BYTES) {
+            prepared.shadow_grid = None;
+        }
+        self.0.push(prepared);
+        if self.0.len() > MOST_STEPS {
+            self.0.remove(0);
+        }
+    }
+
+    /// Drops everything.
+    pub fn clear(&mut self) {
+        self.0.clear();
+    }
+
+    /// Drops what depends on the light.
+    pub fn forget_light(&mut self) {
+        self.0.iter_mut().for_each(Prepared::forget_light);
+    }
+}
