@@ -8,6 +8,7 @@ mod commands;
 mod companion;
 mod console;
 mod frame_files;
+mod frame_maker;
 mod frame_sequence;
 mod frame_source;
 mod instruction_set;

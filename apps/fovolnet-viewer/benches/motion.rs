@@ -8,10 +8,9 @@ use fovolnet::core::{CameraPath, Frame, FrameSize, Integration, ShadowMode};
 use fovolnet::io::procedural::Procedural;
 use fovolnet::metrics::psnr;
 use fovolnet::{
-    OpenVolume, Pipeline, Reconstruction, RenderOverrides, RenderSettings, Sampling, SpeedSettings,
-    Viewpoint, VolumeSettings, open_volume, presets,
+    Freedom, OpenVolume, Pipeline, Reconstruction, RenderOverrides, RenderSettings, Sampling, SpeedSettings,
+    Viewpoint, VolumeSettings, Way, open_volume, presets,
 };
-use fovolnet_viewer::frames::budget::Way;
 use fovolnet_viewer::frames::display_mode::DisplayMode;
 use fovolnet_viewer::frames::frame_producer::FrameProducer;
 use fovolnet_viewer::frames::presented::{Pixels, Presented};
@@ -99,6 +98,7 @@ fn measure(volume: &str, run: &Run) {
         let wanted = ViewRequest {
             volume: volume.clone(),
             settings: settings.clone(),
+            freedom: Freedom::ALL,
             camera: CameraPath::Flythrough.camera(i),
             gaze: [0.5; 2],
             rate: run.rate,
@@ -110,7 +110,8 @@ fn measure(volume: &str, run: &Run) {
             producer.step(&wanted).expect("settings that can be rendered").expect("a view that moves");
         if i >= learning {
             times.push(started.elapsed().as_secs_f64() * 1e3);
-            cached += f64::from(shown.rung.is_some_and(|rung| rung.way == Way::CachedLight));
+            let plan = shown.plan.as_ref();
+            cached += f64::from(plan.is_some_and(|plan| plan.way == Way::CachedLight));
         }
         last = Some(shown);
     }

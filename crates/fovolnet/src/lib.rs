@@ -110,6 +110,7 @@ mod error;
 pub mod guide;
 mod motion;
 mod pipeline;
+mod planner;
 pub mod presets;
 mod reconstruct;
 #[cfg(feature = "files")]
@@ -136,6 +137,9 @@ pub use pipeline::{
     FrameGuide, FrameReport, MeanReport, Pipeline, Rays, RenderReport, RenderedFrame, Timings, Viewpoint,
     camera_path,
 };
+#[cfg(feature = "files")]
+pub use planner::PlannedPipeline;
+pub use planner::{Candidate, FramePlan, Freedom, Limit, MadeFrame, PlannedFrames, Planner, Shown, Way};
 #[cfg(feature = "gpu")]
 pub use reconstruct::DeviceReconstructor;
 pub use reconstruct::{Reconstructor, Seen};
@@ -143,8 +147,9 @@ pub use reconstruct::{Reconstructor, Seen};
 pub use session::Session;
 pub use settings::{
     CameraChoice, Choice, CropBox, Density, GazeChoice, Guide, NamedView, NanColour, Orientation, PathChoice,
-    RandomWeights, Reconstruction, RenderOverrides, RenderSettings, Sampling, ShadowRays, SpeedSettings,
-    StillCamera, TransferChoice, TransferRange, ValueScale, VolumeSettings, WeightsChoice, parse, path_text,
+    Quality, RandomWeights, Reconstruction, RenderOverrides, RenderSettings, Sampling, ShadowRays,
+    SpeedSettings, StillCamera, TransferChoice, TransferRange, ValueScale, VolumeSettings, WeightsChoice,
+    parse, path_text,
 };
 pub use system::{Device, Machine, OpenDevice, keep_freed_memory, lower_thread_priority, signals};
 pub use volume::{CroppedVolume, OpenVolume, Visibility, WorldBox, open_volume, scene};

@@ -1,5 +1,6 @@
 use crate::console::{self, JsonOutput, Progress};
 use crate::frame_files::{Format, FrameFiles, Keep};
+use crate::frame_maker::{FrameMaker, Planning};
 use crate::picture_arguments::PictureArguments;
 use crate::{interrupt, outputs};
 use anyhow::{Result, bail, ensure};
@@ -7,8 +8,8 @@ use fovolnet::core::{path_of_text, shown_path};
 use fovolnet::io::video::{self, FrameRate, VideoWriter};
 use fovolnet::metrics::ClipQuality;
 use fovolnet::{
-    Choice, FrameReport, Guide, MeanReport, Pipeline, Reconstruction, RenderReport, RenderSettings, Sampling,
-    Session, Visibility, open_volume, parse, presets,
+    Choice, FrameReport, Freedom, Guide, Limit, MeanReport, Quality, Reconstruction, RenderReport,
+    RenderSettings, Sampling, Session, Visibility, open_volume, parse, presets,
 };
 use std::path::{Path, PathBuf};
 
@@ -46,7 +47,8 @@ impl Render {
     pub fn run(mut self) -> Result<()> {
         let mut session = self.session()?;
         let keeps_samples =
-            self.keep.iter().any(|keep| matches!(keep, Keep::Sparse | Keep::Mask | Keep::Guide));
+            self.keep.iter().any(|keep| matches!(keep, Keep::Sparse | Keep::Mask | Keep::Guide))
+                || (session.render.limit()?.is_some() && self.keep.contains(&Keep::Motion));
         if keeps_samples && session.render.sampling.and_then(Choice::fixed).is_none() {
             session.render.sampling = Some(Sampling::Compact.into());
         }
@@ -67,8 +69,15 @@ impl Render {
         for note in presets::notes(&session.render, &opened) {
             console::note(note);
         }
-        let mut pipeline = Pipeline::new(&opened, &settings, &self.picture.speed)?;
-        console::warn(&pipeline);
+        let limit = session.render.limit()?;
+        let planning = limit.map(|limit| {
+            let size = self.keep.iter().all(|keep| matches!(keep, Keep::Frame | Keep::Reference));
+            let freedom = Freedom { size, ..session.render.freedom() };
+            Planning { freedom, limit, saved: &session.plan }
+        });
+        let mut maker = FrameMaker::new(&opened, &settings, planning, &self.picture.speed)?;
+        let pipeline = maker.pipeline();
+        console::warn(pipeline);
         if files.has(Keep::Motion) {
             pipeline.find_motion();
         }
@@ -91,7 +100,7 @@ impl Render {
         files.make_folder()?;
         outputs::have_folders(others.into_iter().flatten())?;
         let mut video =
-            self.video.as_ref().map(|p| VideoWriter::create(p, pipeline.size(), self.fps)).transpose()?;
+            self.video.as_ref().map(|p| VideoWriter::create(p, settings.size, self.fps)).transpose()?;
         if let Some(path) = &self.save_session {
             session.write(path)?;
         }
@@ -100,25 +109,30 @@ impl Render {
         let mut quality = ClipQuality::new().without_ms_ssim();
         let mut visibility = Visibility::new(&settings);
         let mut frames = Vec::new();
-        let mut shadow_grid_ms = pipeline.shadow_grid_ms();
+        // Planned frames count what they wait for.
+        let mut shadow_grid_ms = if limit.is_none() { maker.pipeline().shadow_grid_ms() } else { 0.0 };
         for i in numbers {
             let made = interrupt::unless_asked(|| {
-                let rendered = pipeline.render(i)?;
-                let reference = files.has(Keep::Reference).then(|| pipeline.reference(i)).transpose()?;
+                let (rendered, plan) = maker.render(i)?;
+                let reference = files.has(Keep::Reference).then(|| maker.reference(i)).transpose()?;
                 let measured = reference.as_ref().map(|r| quality.push(r, &rendered.frame)).transpose()?;
-                Ok((rendered, reference, measured))
+                Ok((rendered, plan, reference, measured))
             })?;
-            let Some((rendered, reference, measured)) = made else { break };
+            let Some((rendered, plan, reference, measured)) = made else { break };
             files.write(&rendered, reference.as_ref())?;
-            let camera = pipeline.world().camera(&pipeline.camera(i));
+            let camera = maker.camera(i);
             visibility.look(&rendered, &camera, &opened.volume);
             if let Some(video) = &mut video {
                 video.push(&rendered.frame)?;
             }
-            frames.push(FrameReport {
+            let report = FrameReport {
                 // The first frame waited for the grid of cached shadows.
                 ms: rendered.timings.with_shadow_grid(std::mem::take(&mut shadow_grid_ms)),
                 ..FrameReport::of(i, &rendered, measured.as_ref())
+            };
+            frames.push(match plan {
+                Some(plan) => report.planned(plan, settings.size),
+                None => report,
             });
             progress.step();
         }
@@ -127,18 +141,24 @@ impl Render {
         let mean = MeanReport::of(&frames, quality.summary().as_ref());
         let report = RenderReport {
             volume: shown_path(&session.volume),
-            size: pipeline.size(),
+            size: settings.size,
+            quality: if limit.is_some() { Quality::Auto } else { Quality::Fixed }.to_string(),
+            budget_ms: session.render.budget,
             sampling: settings.sampling.name().into(),
             reconstruct: reconstruction(&settings).to_string(),
-            guide: pipeline.guide().to_string(),
+            guide: maker.guide(&settings).to_string(),
             integration: settings.integration.to_string(),
             nan: settings.nan.to_string(),
             frames,
             mean,
-            machine: pipeline.machine(),
+            machine: maker.machine(),
         };
         self.summarise(&report)?;
         self.json.write(&report)?;
+        if let (Some(path), Some(Limit::Time(_))) = (&self.save_session, limit) {
+            session.plan = maker.plans().to_vec();
+            session.write(path)?;
+        }
         note_older(&older, &self.output);
         interrupt::check(&format!("{complete} complete frames are in {}", self.output.display()))?;
         if let Some(problem) = visibility.problem(&opened, &settings) {
@@ -180,6 +200,9 @@ impl Render {
                     "the weights are not those that {} was saved with; pictures will not be the same",
                     self.volume
                 ));
+            }
+            if flags.quality.is_some() || flags.budget.is_some() {
+                session.plan.clear();
             }
             session.render = session.render.overridden_by(flags);
             session.read = session.read.overridden_by(read);

@@ -166,6 +166,7 @@ mod tests {
         ViewRequest {
             volume: open_volume("head", &read).unwrap(),
             settings: RenderOverrides { size: Some("48x32".parse().unwrap()), ..RenderOverrides::default() },
+            freedom: fovolnet::Freedom::ALL,
             camera: CameraPath::Orbit.camera(0),
             gaze: [0.5; 2],
             rate: None,

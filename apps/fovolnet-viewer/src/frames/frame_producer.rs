@@ -1,6 +1,5 @@
 //! Frame producer: makes the pictures on the screen, step by step.
 
-use crate::frames::budget::{Budget, is_free};
 use crate::frames::display_mode::{DisplayMode, Parts, rgba};
 use crate::frames::presented::{Pixels, Presented, Progress};
 use crate::frames::still::{Quality, Still};
@@ -10,8 +9,8 @@ use eframe::wgpu;
 use fovolnet::core::{Fovea, FrameSize};
 use fovolnet::gpu::Gpu;
 use fovolnet::{
-    DoneFrame, Machine, OpenDevice, OpenVolume, Pipeline, RenderSettings, RenderedFrame, SpeedSettings,
-    Timings, Viewpoint,
+    DoneFrame, FramePlan, Freedom, Limit, Machine, MadeFrame, OpenDevice, OpenVolume, Pipeline, Planner,
+    RenderSettings, RenderedFrame, Shown, SpeedSettings, Timings, Viewpoint, Way,
 };
 use std::sync::Arc;
 use std::time::Instant;
@@ -19,7 +18,7 @@ use std::time::Instant;
 /// Most milliseconds of a frame on the window's own device, since the window should respond within 50.
 const WINDOW_MS: f64 = 40.0;
 
-/// Frame producer with its device, pipeline and frame budget.
+/// Frame producer with its device, pipeline and planner.
 #[derive(Debug, Default)]
 pub struct FrameProducer {
     speed: SpeedSettings,
@@ -30,9 +29,11 @@ pub struct FrameProducer {
     /// Timings of the last frame that stayed on the device.
     displayed: Timings,
     last: Option<Last>,
-    budget: Budget,
+    planner: Planner,
     /// Milliseconds that the last change of settings took.
     change_ms: f64,
+    /// Whether it changed light, transfer function or clip.
+    scene_changed: bool,
     next_frame: u32,
     notes: Vec<String>,
 }
@@ -46,6 +47,7 @@ struct Last {
     timings: Timings,
     machine: Machine,
     view: View,
+    plan: Option<FramePlan>,
 }
 
 #[derive(Debug)]
@@ -114,24 +116,47 @@ impl FrameProducer {
         Ok((Last { view, wanted: wanted.clone(), ..last }, is_new))
     }
 
-    /// Makes a frame in motion at the quality that the frame budget allows.
+    /// Makes a frame in motion as the planner says.
     fn move_to(&mut self, wanted: &ViewRequest) -> Result<Last> {
         let asked = &wanted.settings.resolve()?;
-        let Some(rate) = wanted.rate else { return self.move_as(wanted, asked.clone()) };
+        let is_planned = wanted.settings.quality != Some(fovolnet::Quality::Fixed);
+        let Some(rate) = wanted.rate.filter(|_| is_planned) else {
+            return self.move_as(wanted, asked.clone());
+        };
         let most = if self.screen.is_some() { WINDOW_MS } else { f64::INFINITY };
+        let ms = wanted.settings.budget.unwrap_or(1e3 / rate).min(most);
+        // Another volume has other costs and errors.
+        self.open(&wanted.volume, asked)?;
         // Other displays show what sparse frames consist of.
-        let is_free = is_free(asked) && wanted.look == DisplayMode::Picture;
-        self.budget.choose(asked, (1e3 / rate).min(most), is_free);
-        let last = self.move_as(wanted, self.budget.settings(asked))?;
-        let change_ms = self.change_ms;
-        match &last.view {
-            View::Moving(frame, _) => self.budget.learn(asked, frame.samples, &frame.timings, change_ms),
-            View::Displayed(_, Some(done)) => {
-                self.budget.learn(asked, done.samples, &done.timings, change_ms);
-            }
-            _ => {}
+        let freedom = match wanted.look {
+            DisplayMode::Picture => wanted.freedom,
+            _ => Freedom { size: true, ..Freedom::NOTHING },
+        };
+        let may_be_cached = freedom.ways(asked).contains(&Way::CachedLight);
+        if self.planner.candidate().is_none() && self.screen.is_none() {
+            let (index, viewpoint) = self.next_viewpoint(wanted, asked)?;
+            let pipeline = self.pipeline.as_mut().expect("it is open");
+            self.planner.measure((pipeline, &viewpoint, asked), index, None, may_be_cached)?;
         }
-        Ok(last)
+        self.planner.choose(asked, freedom, Limit::Time(ms));
+        let last = self.move_as(wanted, self.planner.settings(asked))?;
+        let (made_ms, probe_ms) = match &last.view {
+            View::Moving(frame, fovea) => {
+                let viewpoint = Viewpoint { camera: wanted.camera, fovea: *fovea };
+                let probing = Instant::now();
+                let shown = Some(Shown { frame: &frame.frame, on_screen: true });
+                let pipeline = self.pipeline.as_mut().expect("it has made a frame");
+                self.planner.measure((pipeline, &viewpoint, asked), frame.index, shown, may_be_cached)?;
+                (frame.timings.total, probing.elapsed().as_secs_f64() * 1e3)
+            }
+            // What stays on the device is not compared.
+            View::Displayed(_, Some(done)) => (done.timings.total, 0.0),
+            View::Displayed(_, None) | View::Still(..) => return Ok(last),
+        };
+        let change_ms = self.change_ms;
+        let scene_changed = self.scene_changed;
+        self.planner.learn(asked, MadeFrame { ms: made_ms, change_ms, probe_ms, scene_changed });
+        Ok(Last { plan: self.planner.plan(asked), ..last })
     }
 
     /// Makes a frame in motion with `settings`. It stays on the device if that draws the window.
@@ -168,6 +193,7 @@ impl FrameProducer {
             timings: frame.timings,
             machine,
             view: View::Moving(Box::new(frame), viewpoint.fovea),
+            plan: None,
         })
     }
 
@@ -193,6 +219,7 @@ impl FrameProducer {
             timings: self.displayed,
             machine,
             view: View::Displayed(frame.picture, frame.done),
+            plan: None,
         }))
     }
 
@@ -205,7 +232,7 @@ impl FrameProducer {
     /// The pipeline of `volume` with `settings`. What the change takes is kept.
     fn changed(&mut self, volume: &OpenVolume, settings: &RenderSettings) -> Result<&mut Pipeline> {
         let started = Instant::now();
-        self.open(volume, settings)?.change(settings)?;
+        self.scene_changed = self.open(volume, settings)?.change_scene(settings)?;
         self.change_ms = started.elapsed().as_secs_f64() * 1e3;
         self.open(volume, settings)
     }
@@ -216,7 +243,7 @@ impl FrameProducer {
         let pipeline = match self.pipeline.take().filter(is_open) {
             Some(open) => open,
             None => {
-                self.budget.reset();
+                self.planner = Planner::new();
                 let device = match self.device.take() {
                     Some(open) => open,
                     None => match &self.screen {
@@ -268,7 +295,7 @@ impl FrameProducer {
             density: last.density,
             timings: last.timings,
             quality,
-            rung: last.wanted.rate.map(|_| *self.budget.rung()),
+            plan: last.plan.clone(),
             machine: last.machine.clone(),
         }
     }
@@ -294,6 +321,7 @@ mod tests {
         ViewRequest {
             volume: open_volume("head", &read).unwrap(),
             settings,
+            freedom: Freedom::ALL,
             camera: CameraPath::Orbit.camera(0),
             gaze: [0.5; 2],
             rate: None,
@@ -351,7 +379,7 @@ mod tests {
         let moving = producer.step(&wanted).unwrap().unwrap();
         // The chosen level depends on the measured times.
         assert!(moving.size.width < 32 && moving.size.height < 24, "{}", moving.size);
-        assert!(moving.rung.unwrap().scale < 0.5);
+        assert_eq!(moving.plan.unwrap().size, moving.size);
         let last = all(&mut producer, &wanted).pop().unwrap();
         assert_eq!((last.size.to_string().as_str(), last.progress), ("64x48", Progress::Complete));
     }
@@ -385,7 +413,7 @@ mod tests {
             let moved = ViewRequest { camera: CameraPath::Orbit.camera(10 + i), ..budget.clone() };
             let shown = producer.step(&moved).unwrap().unwrap();
             assert!(matches!(shown.pixels, Pixels::Device(_)));
-            assert!(i < 7 || shown.rung.unwrap().scale < 0.5, "{:?}", shown.rung);
+            assert!(i < 7 || shown.size.width < 32, "{:?}", shown.plan);
         }
     }
 

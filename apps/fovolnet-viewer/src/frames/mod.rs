@@ -1,6 +1,5 @@
 //! Frames: requests, the thread that makes them, quality in motion, refinement at rest.
 
-pub mod budget;
 pub mod display_mode;
 pub mod engine;
 pub mod frame_producer;

@@ -1,10 +1,9 @@
 //! Pictures for the screen.
 
-use super::budget::QualityLevel;
 use super::still::Quality;
 use eframe::wgpu;
 use fovolnet::core::{Camera, FrameSize};
-use fovolnet::{Machine, RenderSettings, Timings};
+use fovolnet::{FramePlan, Machine, RenderSettings, Timings};
 
 /// Progress of a picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,8 +44,8 @@ pub struct Presented {
     pub timings: Timings,
     /// Quality of the reconstruction, once known.
     pub quality: Option<Quality>,
-    /// Quality level of the frame budget, if one is in use.
-    pub rung: Option<QualityLevel>,
+    /// How the planner made it, if it is in motion and planned.
+    pub plan: Option<FramePlan>,
     /// Machine that made it.
     pub machine: Machine,
 }

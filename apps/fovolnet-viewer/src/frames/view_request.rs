@@ -2,7 +2,7 @@
 
 use super::display_mode::DisplayMode;
 use fovolnet::core::Camera;
-use fovolnet::{OpenVolume, RenderOverrides};
+use fovolnet::{Freedom, OpenVolume, RenderOverrides};
 use std::sync::Arc;
 
 /// Request for pictures of a view.
@@ -12,11 +12,13 @@ pub struct ViewRequest {
     pub volume: OpenVolume,
     /// Render settings that are given. The size is that of the picture on the screen; camera and gaze are ignored.
     pub settings: RenderOverrides,
+    /// Settings that the planner may decide for frames in motion.
+    pub freedom: Freedom,
     /// Camera that sees the view.
     pub camera: Camera,
     /// Gaze, as fractions of the picture from its top left.
     pub gaze: [f64; 2],
-    /// Frame rate to keep in motion; `None` renders with the settings unchanged.
+    /// Frame rate to keep in motion; `None`, or fixed quality, renders with the settings unchanged.
     pub rate: Option<f64>,
     /// Whether still views are refined to the full frame.
     pub converges: bool,

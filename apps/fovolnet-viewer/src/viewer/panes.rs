@@ -140,6 +140,7 @@ impl Viewer {
         self.engine.want(ViewRequest {
             volume: opened.volume.clone(),
             settings: opened.screen_settings(pixels(handled.rect, ui.ctx().pixels_per_point())),
+            freedom: opened.document.settings().freedom(),
             camera: opened.camera(),
             gaze,
             rate: (self.preferences.rate > 0.0).then_some(self.preferences.rate),

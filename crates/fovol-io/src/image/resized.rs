@@ -18,24 +18,39 @@ pub fn resized(frame: &Frame, size: FrameSize) -> Frame {
     if from == size {
         return frame.clone();
     }
-    let bytes = bytemuck::cast_slice(frame.pixels());
-    let picture = ImageRef::new(from.width, from.height, bytes, PixelType::F32x4).expect(FITS);
-    let cubic = ResizeAlg::Convolution(FilterType::CatmullRom);
-    let options = ResizeOptions::new().resize_alg(cubic).use_alpha(false);
-    let row_height = f64::from(from.height) / f64::from(size.height);
+    // One side after the other: within a band, the library forgets rows that two passes need around it.
+    let mut wide = Frame::new(FrameSize { width: size.width, height: from.height });
+    let rows = frame.pixels().par_chunks(ROWS * from.width as usize);
+    rows.zip(wide.pixels_mut().par_chunks_mut(ROWS * size.width as usize)).for_each(|(from_rows, rows)| {
+        let height = (rows.len() / size.width as usize) as f64;
+        let whole = [0.0, 0.0, f64::from(from.width), height];
+        resize((from_rows, from.width), (rows, size.width), whole);
+    });
     let mut resized = Frame::new(size);
-    let width = size.width as usize;
-    resized.pixels_mut().par_chunks_mut(ROWS * width).enumerate().for_each(|(band, pixels)| {
-        let rows = pixels.len() / width;
-        // A band is the enlarged part of the picture; the filter sees the rows around it.
-        let (top, height) = ((band * ROWS) as f64 * row_height, rows as f64 * row_height);
-        let options = options.crop(0.0, top, f64::from(from.width), height.min(f64::from(from.height) - top));
-        let bytes = bytemuck::cast_slice_mut(&mut *pixels);
-        let mut target = Image::from_slice_u8(size.width, rows as u32, bytes, PixelType::F32x4).expect(FITS);
-        Resizer::new().resize(&picture, &mut target, &options).expect(FITS);
-        pixels.iter_mut().flatten().for_each(|value| *value = value.clamp(0.0, 1.0));
+    let row_height = f64::from(from.height) / f64::from(size.height);
+    let bands = resized.pixels_mut().par_chunks_mut(ROWS * size.width as usize);
+    bands.enumerate().for_each(|(band, rows)| {
+        let top = (band * ROWS) as f64 * row_height;
+        let height = (rows.len() / size.width as usize) as f64 * row_height;
+        let part = [0.0, top, f64::from(size.width), height.min(f64::from(from.height) - top)];
+        resize((wide.pixels(), size.width), (rows, size.width), part);
+        rows.iter_mut().flatten().for_each(|value| *value = value.clamp(0.0, 1.0));
     });
     resized
+}
+
+/// Resizes the part `[left, top, width, height]` of the pixels `from` to the pixels `to`; both with their row's length.
+fn resize(from: (&[[f32; 4]], u32), to: (&mut [[f32; 4]], u32), [left, top, width, height]: [f64; 4]) {
+    let rows = |pixels: usize, width: u32| (pixels / width as usize) as u32;
+    let (pixels, columns) = from;
+    let picture =
+        ImageRef::new(columns, rows(pixels.len(), columns), bytemuck::cast_slice(pixels), PixelType::F32x4);
+    let (pixels, columns) = to;
+    let height_to = rows(pixels.len(), columns);
+    let target = Image::from_slice_u8(columns, height_to, bytemuck::cast_slice_mut(pixels), PixelType::F32x4);
+    let cubic = ResizeAlg::Convolution(FilterType::CatmullRom);
+    let options = ResizeOptions::new().resize_alg(cubic).use_alpha(false).crop(left, top, width, height);
+    Resizer::new().resize(&picture.expect(FITS), &mut target.expect(FITS), &options).expect(FITS);
 }
 
 #[cfg(test)]
@@ -61,6 +76,58 @@ mod tests {
                 let expected = [place(x, wide, width), place(y, high, height), 0.25, 1.0];
                 let found = larger.pixel(x, y);
                 assert!((0..4).all(|c| (found[c] - expected[c]).abs() < 1e-4), "{y}: {found:?} {expected:?}");
+            }
+        }
+    }
+
+    /// Specification of [`resized`], pixel by pixel.
+    fn plain(frame: &Frame, size: FrameSize) -> Frame {
+        let weight = |d: f64| match d {
+            d if d < 1.0 => 1.0 + d * d * (1.5 * d - 2.5),
+            d if d < 2.0 => 2.0 + d * (-4.0 + d * (2.5 - 0.5 * d)),
+            _ => 0.0,
+        };
+        let along = |at: u32, large: u32, small: u32| -> Vec<(u32, f64)> {
+            let place = (f64::from(at) + 0.5) * f64::from(small) / f64::from(large) - 0.5;
+            let taps = (0..small).map(|tap| (tap, weight((f64::from(tap) - place).abs())));
+            let taps: Vec<(u32, f64)> = taps.filter(|(_, weight)| *weight != 0.0).collect();
+            let sum: f64 = taps.iter().map(|(_, weight)| weight).sum();
+            taps.into_iter().map(|(tap, weight)| (tap, weight / sum)).collect()
+        };
+        let from = frame.size();
+        let pixels = (0..size.pixels() as u32).map(|i| {
+            let columns = along(i % size.width, size.width, from.width);
+            let rows = along(i / size.width, size.height, from.height);
+            let mut sum = [0.0; 4];
+            for (y, row) in &rows {
+                for (x, column) in &columns {
+                    (0..4).for_each(|c| sum[c] += row * column * f64::from(frame.pixel(*x, *y)[c]));
+                }
+            }
+            sum.map(|value| (value as f32).clamp(0.0, 1.0))
+        });
+        Frame::from_pixels(size, pixels.collect()).unwrap()
+    }
+
+    #[test]
+    fn bands_fit_together() {
+        for ([width, height], [wide, high]) in
+            [([60, 81], [100, 135]), ([43, 80], [128, 240]), ([9, 70], [10, 200])]
+        {
+            let size = FrameSize::new(width, height).unwrap();
+            let value = |i: u32| ((i * 7919) % 101) as f32 / 100.0;
+            let noise = (0..width * height).map(|i| [value(i), value(i + 5), 0.5, 1.0]).collect();
+            let frame = Frame::from_pixels(size, noise).unwrap();
+            let large = FrameSize::new(wide, high).unwrap();
+            let (found, expected) = (resized(&frame, large), plain(&frame, large));
+            for y in 0..high {
+                for x in 0..wide {
+                    let pair = [found.pixel(x, y), expected.pixel(x, y)];
+                    assert!(
+                        (0..4).all(|c| (pair[0][c] - pair[1][c]).abs() < 1e-4),
+                        "{size} {x} {y}: {pair:?}"
+                    );
+                }
             }
         }
     }

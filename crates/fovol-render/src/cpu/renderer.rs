@@ -14,8 +14,8 @@ use super::tile_order::{TILE, TILE_ORDER};
 use crate::scene::{BrickData, BrickLayout, Bricks, LightPath, Macrocells, RayResult, Segments};
 use fovol_core::memory::{Estimate, Shortage};
 use fovol_core::{
-    Camera, ClipBox, Frame, FrameSize, Grid, Integration, Pixel, RayBasis, Region, SampleList, SampleMask,
-    Scene, Shading, ShadowMode, SurfaceShading, TransferFunction, Volume, stop,
+    Camera, ClipBox, Frame, FrameSize, Grid, Pixel, RayBasis, Region, SampleList, SampleMask, Scene, Shading,
+    ShadowMode, SurfaceShading, TransferFunction, Volume, stop,
 };
 use fovol_simd::Simd;
 use rayon::prelude::*;
@@ -49,16 +49,16 @@ pub struct Renderer {
     transfer: TransferFunction,
     shading: Shading,
     background: [f64; 3],
-    /// What the step of the scene needs.
+    /// Tables and shadows for the step of the scene.
     pub(super) prepared: Prepared,
-    /// What other steps need.
+    /// Those of other steps.
     others: OtherSteps,
     /// Factor from the step of the scene to that of rays; see [`Scene::step_stretch`].
     pub(super) stretch: f64,
     options: RenderOptions,
 }
 
-/// Pixels of a list that are marched by one task.
+/// Most pixels of a list that are marched by one task.
 const CHUNK: usize = 256;
 
 impl Renderer {
@@ -278,7 +278,7 @@ impl Renderer {
         let order = MarchOrder::new(list);
         let parts: Vec<(Vec<RayResult>, SampleCount)> = order
             .pixels()
-            .par_chunks(CHUNK)
+            .par_chunks(list.len().div_ceil(4 * rayon::current_num_threads()).clamp(CHUNK / 8, CHUNK))
             .map_init(Memory::default, |scratch, chunk| self.march_pixels(&rays, chunk, few, scratch))
             .collect();
         let mut count = SampleCount::default();

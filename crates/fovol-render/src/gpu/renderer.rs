@@ -103,6 +103,11 @@ impl Renderer {
         self.scene.set_skip_empty(skip_empty);
     }
 
+    /// The shadows of the scene.
+    pub fn shadows(&self) -> ShadowMode {
+        self.scene.shading().shadows
+    }
+
     /// Runs `march` with a shadow ray from every sample where shadows are cached; elsewhere changes nothing.
     pub fn with_exact_shadows<T>(&mut self, march: impl FnOnce(&Self) -> T) -> T {
         if self.scene.shading().shadows != ShadowMode::Cached {

@@ -7,8 +7,9 @@ use super::view::View;
 use crate::guide::{GuidePixel, MarchedGuide, guide_pixel};
 use crate::reconstruct::Seen;
 use crate::{Guide, RenderSettings, Result, Sampling};
-use fovol_core::{Camera, Frame, FrameSize, Region, SampleList, SampleMask, Scene, SparseFrame};
+use fovol_core::{Camera, Frame, FrameSize, Region, SampleList, SampleMask, Scene, ShadowMode, SparseFrame};
 use fovol_render::Importance;
+use fovol_render::cpu::march::SampleCount;
 use fovol_render::cpu::{self, RenderOptions, Renderer, compact, direct, mask_of, sparse_frame};
 use fovol_render::scene::RayResult;
 use std::time::Duration;
@@ -135,6 +136,21 @@ impl Marcher for CpuMarcher {
 
     fn march_list_exactly(&mut self, camera: &Camera, list: &SampleList) -> Result<Vec<RayResult>> {
         Ok(self.renderer.with_exact_shadows(|renderer| renderer.march_list(camera, list).0))
+    }
+
+    fn march_as(
+        &mut self,
+        how: (ShadowMode, f64),
+        camera: &Camera,
+        list: &SampleList,
+    ) -> Result<Option<(Vec<RayResult>, Option<SampleCount>)>> {
+        let marched = self.renderer.march_list_as(how, camera, list);
+        let (rays, samples) = marched.map_err(fovol_core::Error::from)?;
+        Ok(Some((rays, Some(samples))))
+    }
+
+    fn visible_region(&self, camera: &Camera, size: FrameSize) -> Option<Region> {
+        self.renderer.visible_region(camera, size)
     }
 
     fn reference(&mut self, camera: &Camera, size: FrameSize) -> Result<Frame> {

@@ -3,7 +3,8 @@ use super::frames::{DeviceFrame, DoneFrame};
 use super::sampled::{HostReconstruction, Sampled, Wanted};
 use super::view::View;
 use crate::{RenderSettings, Result};
-use fovol_core::{Camera, Frame, FrameSize, SampleList, Scene};
+use fovol_core::{Camera, Frame, FrameSize, Region, SampleList, Scene, ShadowMode};
+use fovol_render::cpu::march::SampleCount;
 use fovol_render::scene::RayResult;
 use std::fmt::Debug;
 use std::time::Duration;
@@ -40,6 +41,21 @@ pub trait Marcher: Debug + Send {
     /// # Errors
     /// Errors of [`Self::march_list`].
     fn march_list_exactly(&mut self, camera: &Camera, list: &SampleList) -> Result<Vec<RayResult>>;
+
+    /// Marches the pixels of `list` with other shadows and another step, in voxels, than those of the scene; also returns
+    /// the number of samples, where it is counted. `None` if this marcher cannot do so.
+    ///
+    /// # Errors
+    /// Too little memory for cached shadows, a lost device.
+    fn march_as(
+        &mut self,
+        how: (ShadowMode, f64),
+        camera: &Camera,
+        list: &SampleList,
+    ) -> Result<Option<(Vec<RayResult>, Option<SampleCount>)>>;
+
+    /// Region of frames of `size` in which the volume can be seen.
+    fn visible_region(&self, camera: &Camera, size: FrameSize) -> Option<Region>;
 
     /// Marches every pixel with exact shadows, even if the scene has cached ones.
     ///

@@ -22,7 +22,8 @@ use crate::{
     ShadowRays, SpeedSettings, WorldBox, scene,
 };
 pub use camera_path::camera_path;
-use fovol_core::{Camera, Fovea, FrameSize, SampleList, keep_workers_spinning};
+use fovol_core::{Camera, Fovea, FrameSize, Region, SampleList, ShadowMode, keep_workers_spinning};
+use fovol_render::cpu::march::SampleCount;
 use fovol_render::scene::RayResult;
 #[cfg(feature = "gpu")]
 pub use frames::{DeviceFrame, DoneFrame};
@@ -223,6 +224,38 @@ impl Pipeline {
             pixel.depth = self.cropped.distance(pixel.depth);
         }
         Ok(marched)
+    }
+
+    /// Marches the pixels of `list` with other shadows and another step, in voxels, than those of the settings; also
+    /// returns the number of samples, where it is counted. `None` if the device cannot do so.
+    pub(crate) fn march_as(
+        &mut self,
+        how: (ShadowMode, f64),
+        camera: &Camera,
+        list: &SampleList,
+    ) -> Result<Option<(Vec<RayResult>, Option<SampleCount>)>> {
+        let camera = self.in_box(camera);
+        let marcher = &mut *self.marcher;
+        self.threads.install(|| marcher.march_as(how, &camera, list))
+    }
+
+    /// Region of frames of `size` in which the volume can be seen by `camera`, in world space.
+    pub(crate) fn visible_region(&self, camera: &Camera, size: FrameSize) -> Option<Region> {
+        self.marcher.visible_region(&self.in_box(camera), size)
+    }
+
+    /// Changes the settings as [`Self::change`] does; tells whether light, transfer function or clip were changed.
+    ///
+    /// # Errors
+    /// Errors of [`Self::change`].
+    pub fn change_scene(&mut self, settings: &RenderSettings) -> Result<bool> {
+        let of = |settings: &RenderSettings| {
+            let RenderSettings { light, transfer_function, transfer_range, scale, nan, crop, .. } = settings;
+            (*light, transfer_function.clone(), *transfer_range, *scale, *nan, *crop)
+        };
+        let changed = of(&self.settings) != of(settings);
+        self.change(settings)?;
+        Ok(changed)
     }
 
     /// Renders frame `i`. Networks treat it as the successor of the last rendered frame; see [`Self::reset`].

@@ -1,4 +1,4 @@
-use crate::{Machine, RenderedFrame, Timings};
+use crate::{FramePlan, Machine, RenderedFrame, Timings};
 use fovol_core::FrameSize;
 use fovol_metrics::{ClipSummary, FrameQuality};
 use serde::Serialize;
@@ -25,6 +25,9 @@ pub struct FrameReport {
     /// SSIM against the reference.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ssim: Option<f64>,
+    /// How a planner made the frame.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub plan: Option<FramePlan>,
 }
 
 /// Means over all frames of a run.
@@ -56,7 +59,12 @@ pub struct RenderReport {
     pub volume: String,
     /// Frame size.
     pub size: FrameSize,
-    /// Method of choosing pixels.
+    /// Who decided how frames are made: fixed or auto. With auto, see the plan of each frame.
+    pub quality: String,
+    /// Milliseconds that a frame might take.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub budget_ms: Option<f64>,
+    /// Method of choosing pixels, as asked for.
     pub sampling: String,
     /// Method of filling frames.
     pub reconstruct: String,
@@ -86,7 +94,16 @@ impl FrameReport {
             ms: rendered.timings,
             psnr: quality.map(|q| q.psnr),
             ssim: quality.and_then(|q| q.ssim),
+            plan: None,
         }
+    }
+
+    /// These figures, for a frame of `size` that was made as `plan` says.
+    #[must_use]
+    pub fn planned(self, plan: FramePlan, size: FrameSize) -> Self {
+        // Smaller frames are enlarged: samples count against the pixels that are shown.
+        let density = self.samples as f64 / size.pixels() as f64;
+        Self { density, plan: Some(plan), ..self }
     }
 }
 

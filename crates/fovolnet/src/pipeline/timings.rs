@@ -2,7 +2,7 @@ use serde::Serialize;
 use std::time::Instant;
 
 /// Times of the stages of a frame in milliseconds; 0 for stages that did not run or were not timed apart. Reports hold
-/// mask, march, guide, reconstruct and total; [`Timings::finer`] splits them further.
+/// mask, march, guide, reconstruct, total, and plan where a planner was asked; [`Timings::finer`] splits them further.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Timings {
     /// Mask and compaction, or drawing random positions.
@@ -22,6 +22,9 @@ pub struct Timings {
     /// Estimation of motion; part of `reconstruct`.
     #[serde(skip)]
     pub motion: f64,
+    /// Measurements of a planner.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub plan: f64,
     /// Whole frame.
     pub total: f64,
 }
@@ -38,6 +41,7 @@ impl Timings {
             scatter: part(|t| t.scatter),
             reconstruct: part(|t| t.reconstruct),
             motion: part(|t| t.motion),
+            plan: part(|t| t.plan),
             total: part(|t| t.total),
         }
     }
@@ -60,6 +64,10 @@ impl Timings {
             ("fill", self.reconstruct - self.motion),
         ]
     }
+}
+
+fn is_zero(ms: &f64) -> bool {
+    *ms == 0.0
 }
 
 /// Stopwatch.

@@ -1,7 +1,9 @@
 mod files;
 
 use crate::settings::toml_text;
-use crate::{Error, RenderOverrides, Result, Sampling, TransferChoice, VolumeSettings, presets};
+use crate::{
+    Error, PlannedFrames, RenderOverrides, Result, Sampling, TransferChoice, VolumeSettings, presets,
+};
 use fovol_core::{input, path_of_text};
 use fovol_net::Weights;
 use serde::{Deserialize, Serialize};
@@ -28,6 +30,9 @@ pub struct Session {
     /// Settings for rendering.
     #[serde(default)]
     pub render: RenderOverrides,
+    /// How a planner with a budget made the frames. Rendering them again follows this.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub plan: Vec<PlannedFrames>,
 }
 
 fn is_default(settings: &VolumeSettings) -> bool {
@@ -43,7 +48,7 @@ impl Session {
         let path = path_of_text(source);
         let volume_sha256 = if path.is_file() { Some(sha256(&path)?) } else { None };
         let volume = if path.exists() { files::absolute(&path) } else { source.to_owned() };
-        Ok(Self { volume, volume_sha256, weights_sha256: None, read, render })
+        Ok(Self { volume, volume_sha256, weights_sha256: None, read, render, plan: Vec::new() })
     }
 
     /// Reads a session file. Relative paths count from its folder. Absolute paths that no longer exist are looked for

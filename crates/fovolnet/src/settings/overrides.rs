@@ -2,7 +2,7 @@ use super::overlay::overlay;
 #[cfg(feature = "clap")]
 use super::parse;
 use super::{
-    Choice, CropBox, Density, GazeChoice, Guide, NamedView, NanColour, Orientation, PathChoice,
+    Choice, CropBox, Density, GazeChoice, Guide, NamedView, NanColour, Orientation, PathChoice, Quality,
     RandomWeights, Reconstruction, Sampling, ShadowRays, StillCamera, TransferChoice, TransferRange,
     ValueScale, as_text,
 };
@@ -144,6 +144,15 @@ pub struct RenderOverrides {
     #[cfg_attr(feature = "clap", arg(long, value_name = "P"))]
     #[serde(with = "as_text")]
     pub precision: Option<Precision>,
+    /// Who decides how frames are made: fixed, the flags as written, or auto, a planner. It decides what is not given of
+    /// --sampling, --reconstruct, --weights, --guide, --shadows and --shadow-rays, and the size before frames are enlarged
+    /// [default: auto with --budget, else fixed]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "WHO"))]
+    #[serde(with = "as_text")]
+    pub quality: Option<Quality>,
+    /// Milliseconds that a frame may take; without, frames planned by --quality auto take no more work than the flags ask for
+    #[cfg_attr(feature = "clap", arg(long, value_name = "MS", value_parser = parse::number))]
+    pub budget: Option<f64>,
 }
 }
 
@@ -168,6 +177,13 @@ impl RenderOverrides {
         }
         if over.camera.is_some() {
             (self.view, self.turn) = (None, None);
+        }
+        // A budget is for planned frames.
+        if over.budget.is_some() {
+            self.quality = None;
+        }
+        if over.quality.is_some() {
+            self.budget = None;
         }
         self.laid_under(over)
     }
@@ -230,6 +246,7 @@ impl RenderOverrides {
                 "--sampling full marches every pixel and leaves nothing to reconstruct; leave out either it or --reconstruct and weights",
             ));
         }
+        self.limit()?;
         let leaves_turntable = self.path.as_ref().is_some_and(|path| *path != PathChoice::Turntable);
         if self.turn.is_some() && leaves_turntable {
             return Err(contradiction("--turn is for --path turntable; leave out one of them"));

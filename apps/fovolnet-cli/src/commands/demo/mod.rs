@@ -11,8 +11,8 @@ use fovolnet::io::video::{self, VideoWriter};
 use fovolnet::metrics::ClipQuality;
 use fovolnet::net::Fill;
 use fovolnet::{
-    FrameReport, MeanReport, NanColour, Pipeline, Reconstruction, RenderReport, RenderSettings, Sampling,
-    SpeedSettings, Viewpoint, VolumeSettings, open_volume, parse,
+    FrameReport, MeanReport, NanColour, Pipeline, Quality, Reconstruction, RenderReport, RenderSettings,
+    Sampling, SpeedSettings, Viewpoint, VolumeSettings, open_volume, parse,
 };
 use gaze::Gaze;
 use std::path::PathBuf;
@@ -114,6 +114,8 @@ impl Demo {
         let report = RenderReport {
             volume: self.volume.name().into(),
             size: self.size,
+            quality: Quality::Fixed.to_string(),
+            budget_ms: None,
             sampling: "compact".into(),
             reconstruct: "wnet".into(),
             guide: pipeline.guide().to_string(),

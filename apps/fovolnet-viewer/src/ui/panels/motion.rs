@@ -1,4 +1,3 @@
-use crate::frames::budget::Way;
 use crate::frames::display_mode::DisplayMode;
 use crate::frames::presented::{Presented, Progress};
 use crate::session::places::Preferences;
@@ -21,13 +20,13 @@ pub fn budget(ui: &mut Ui, preferences: &mut Preferences, shown: Option<&Present
     });
     ui.checkbox(&mut preferences.converges, "Still views become the full frame");
     let Some(shown) = shown else { return };
-    if let Some(rung) = shown.rung.filter(|_| shown.progress == Progress::Moving) {
+    if let Some(plan) = shown.plan.as_ref().filter(|_| shown.progress == Progress::Moving) {
         let RenderSettings { pb, sigma, step, reconstruction, .. } = &shown.settings;
-        let way = match rung.way {
-            Way::CachedLight => format!("every pixel with cached light, step {step:.2}"),
-            Way::AsAsked => format!("P_b {pb:.3}, σ {sigma:.3}, step {step:.2}, {reconstruction}"),
+        let way = match plan.way.is_full() {
+            true => format!("every pixel, {}, step {step:.2}", plan.way),
+            false => format!("{}, P_b {pb:.3}, σ {sigma:.3}, step {step:.2}, {reconstruction}", plan.way),
         };
-        ui.weak(format!("Now {} ({:.0} %), {way}", shown.size, rung.scale * 100.0));
+        ui.weak(format!("Now {}, {way}", plan.size)).on_hover_text(&plan.why);
     }
 }
 

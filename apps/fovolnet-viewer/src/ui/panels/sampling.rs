@@ -39,7 +39,10 @@ pub fn sampling(ui: &mut Ui, settings: &mut RenderOverrides, gaze: &mut GazeKind
         .filter_map(|name| name.parse().ok())
         .collect();
     choice(ui, "Reconstruction", &mut reconstruct, &ways, |way| way.to_string());
-    settings.reconstruct = Some(reconstruct);
+    // What nobody chose stays open to the planner.
+    if reconstruct != settings.reconstruction() {
+        settings.reconstruct = Some(reconstruct);
+    }
     let mut guide = settings.guide.unwrap_or(Choice::Auto);
     let ways: Vec<Choice<Guide>> =
         std::iter::once(Choice::Auto).chain(Guide::ALL.map(Choice::Fixed)).collect();

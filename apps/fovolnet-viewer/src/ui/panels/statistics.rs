@@ -49,6 +49,10 @@ pub fn statistics(ui: &mut Ui, shown: &Presented, rate: f64, history: &VecDeque<
             let jod = quality.jod.map_or_else(|| "too small for JOD".into(), |jod| format!("{jod:.2} JOD"));
             row("Quality", format!("{:.1} dB, {jod}", quality.psnr));
         }
+        let plan = shown.plan.as_ref().filter(|_| shown.progress == Progress::Moving);
+        if let Some((psnr, [least, most])) = plan.and_then(|plan| plan.psnr.zip(plan.psnr_range)) {
+            row("Quality", format!("{psnr:.1} dB at probes, {least:.1} to {most:.1}"));
+        }
         let machine = &shown.machine;
         row("Made by", machine.gpu.clone().unwrap_or_else(|| machine.cpu.clone()));
     });

@@ -8,8 +8,9 @@ use crate::motion::Depths;
 use crate::reconstruct::{Seen, reconstructs};
 use crate::{RenderSettings, Result, Sampling, SpeedSettings};
 use display::Display;
-use fovol_core::{Camera, Frame, FrameSize, Pixel, Region, SampleList, Scene, SparseFrame};
+use fovol_core::{Camera, Frame, FrameSize, Pixel, Region, SampleList, Scene, ShadowMode, SparseFrame};
 use fovol_gpu::{Gpu, Timing};
+use fovol_render::cpu::march::SampleCount;
 use fovol_render::cpu::{DirectSamples, adaptive_mask, compact, direct, mask_of, sparse_frame};
 use fovol_render::gpu::{self, FrameBuffers, MaskSource, Renderer};
 use fovol_render::scene::RayResult;
@@ -37,6 +38,10 @@ pub struct GpuMarcher {
     /// Display of frames on the device; created at the first use.
     display: Option<Display>,
     background: [f32; 3],
+    /// Step along rays, in voxels.
+    step: f64,
+    /// Buffers of lists of pixels in frames of another size.
+    probe_buffers: Option<FrameBuffers>,
 }
 
 /// Pixels of a frame that the CPU lists.
@@ -57,7 +62,17 @@ impl GpuMarcher {
         let reconstruction = DeviceReconstruction::new(&renderer, settings, &buffers)?;
         let parts = Timing::new(gpu, Part::COUNT);
         let background = background_of(scene);
-        Ok(Self { renderer, buffers, sampler, reconstruction, parts, display: None, background })
+        Ok(Self {
+            renderer,
+            buffers,
+            sampler,
+            reconstruction,
+            parts,
+            display: None,
+            background,
+            step: scene.step,
+            probe_buffers: None,
+        })
     }
 
     /// The device.
@@ -238,7 +253,7 @@ impl Marcher for GpuMarcher {
         let anew = (!reconstructs_alike).then(|| DeviceReconstruction::new(renderer, settings, buffers_then));
         let anew = anew.transpose()?;
         self.renderer.set_scene(scene)?;
-        self.background = background_of(scene);
+        (self.background, self.step) = (background_of(scene), scene.step);
         self.sampler.change(settings);
         // Frames in progress were encoded for the old settings.
         self.display = None;
@@ -259,6 +274,38 @@ impl Marcher for GpuMarcher {
     fn march_list_exactly(&mut self, camera: &Camera, list: &SampleList) -> Result<Vec<RayResult>> {
         self.render_exactly(camera, gpu::Sampling::List(list))?;
         Ok(self.buffers.read_samples()?)
+    }
+
+    /// The device has tables for one step, and makes cached shadows only for scenes that have them.
+    fn march_as(
+        &mut self,
+        (shadows, step): (ShadowMode, f64),
+        camera: &Camera,
+        list: &SampleList,
+    ) -> Result<Option<(Vec<RayResult>, Option<SampleCount>)>> {
+        let own = self.renderer.shadows();
+        if step != self.step || (shadows == ShadowMode::Cached && own != shadows) {
+            return Ok(None);
+        }
+        let mut buffers = match self.probe_buffers.take().filter(|buffers| buffers.size() == list.size()) {
+            Some(buffers) => buffers,
+            None => self.renderer.frame_buffers(list.size())?,
+        };
+        let (renderer, sampling) = (&mut self.renderer, gpu::Sampling::List(list));
+        let mut march = |renderer: &Renderer| renderer.render(&mut buffers, camera, sampling);
+        match shadows {
+            ShadowMode::Off => renderer.without_shadows(march)?,
+            ShadowMode::On if own == ShadowMode::Cached => renderer.with_exact_shadows(march)?,
+            ShadowMode::On if own == ShadowMode::Off => return Ok(None),
+            ShadowMode::On | ShadowMode::Cached => march(renderer)?,
+        }
+        let rays = buffers.read_samples()?;
+        self.probe_buffers = Some(buffers);
+        Ok(Some((rays, None)))
+    }
+
+    fn visible_region(&self, camera: &Camera, size: FrameSize) -> Option<Region> {
+        self.renderer.visible_region(camera, size)
     }
 
     /// Frames have the size of the settings.

@@ -1,0 +1,27 @@
+//! Planner: chooses, frame by frame, how frames are made within a budget.
+//!
+//! A frame can be made in several [`Way`]s, at several sizes and steps. The planner knows two things of each. Its cost is
+//! counted work times learned rates. Its error is measured: a few hundred probe pixels are marched exactly, and compared
+//! with what each way shows there. Among those that fit the budget it takes the one with the least error.
+
+mod candidate;
+mod costs;
+mod errors;
+mod frame_plan;
+mod freedom;
+#[cfg(feature = "files")]
+mod planned_pipeline;
+mod planning;
+mod probes;
+mod running_error;
+mod taps;
+mod way;
+
+pub use candidate::Candidate;
+pub use frame_plan::{FramePlan, PlannedFrames};
+pub use freedom::Freedom;
+#[cfg(feature = "files")]
+pub use planned_pipeline::PlannedPipeline;
+pub use planning::{Limit, MadeFrame, Planner};
+pub use probes::Shown;
+pub use way::Way;

@@ -1,0 +1,243 @@
+use super::candidate::STEPS;
+use super::costs::Costs;
+use super::errors::{Errors, SCALES};
+use super::running_error::RunningError;
+use super::taps::{Enlargement, Taps, blended};
+use crate::{Pipeline, RenderSettings, Result, Viewpoint};
+use fovol_core::{Frame, FrameSize, Pixel, Region, SampleList, ShadowMode};
+use std::time::Instant;
+
+/// Frame whose error is measured, as it is shown: enlarged to the asked size.
+#[derive(Debug, Clone, Copy)]
+pub struct Shown<'a> {
+    /// Frame as it was made.
+    pub frame: &'a Frame,
+    /// Whether a screen enlarges it, linearly; else it is enlarged cubically.
+    pub on_screen: bool,
+}
+
+/// Cause of error that a frame's probes measure, besides the frame itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Measured {
+    /// Cached light against shadow rays.
+    Light,
+    /// Frames of [`SCALES`], with these shadows.
+    Scale(usize, ShadowMode),
+    /// [`STEPS`] besides the first.
+    Step(usize),
+}
+
+impl Measured {
+    /// How many there are.
+    pub const COUNT: u32 = (SCALES.len() + STEPS.len()) as u32;
+
+    /// Number `turn` of all, which repeat. Light comes in between only if it `may_be_cached`.
+    pub fn number(turn: u32, may_be_cached: bool, shadows: ShadowMode) -> Self {
+        let turn = (turn % Self::COUNT) as usize;
+        match turn {
+            0 if may_be_cached => Self::Light,
+            0 => Self::Scale(0, shadows),
+            turn if turn <= SCALES.len() => Self::Scale(turn - 1, shadows),
+            turn => Self::Step(turn - SCALES.len() - 1),
+        }
+    }
+}
+
+/// Pixels that measure the error of other sizes.
+const FEWER: usize = 96;
+/// Weight of what was known, for errors that are measured in turn, and for shown frames.
+const MEMORY: f64 = 0.7;
+const SHOWN_MEMORY: f64 = 0.9;
+
+/// Probe pixels of one frame.
+pub struct Probes<'a> {
+    pipeline: &'a mut Pipeline,
+    viewpoint: &'a Viewpoint,
+    asked: &'a RenderSettings,
+    pixels: Vec<Pixel>,
+    /// Colours with exact shadows at the asked step.
+    exact: Vec<[f32; 3]>,
+    /// The exact shadows of the settings.
+    exact_shadows: ShadowMode,
+}
+
+impl<'a> Probes<'a> {
+    /// Marches `count` pixels of frame `number` exactly, and counts their samples in `costs`. `None` where the volume cannot
+    /// be seen, or where the device cannot march them.
+    ///
+    /// # Errors
+    /// A lost device, too little memory.
+    pub fn new(
+        (pipeline, viewpoint, asked): (&'a mut Pipeline, &'a Viewpoint, &'a RenderSettings),
+        (number, count): (u32, usize),
+        costs: &mut Costs,
+    ) -> Result<Option<Self>> {
+        let Some(region) = pipeline.visible_region(&viewpoint.camera, asked.size) else {
+            return Ok(None);
+        };
+        let pixels = scattered(region, number, count);
+        let exact_shadows = match asked.shadows {
+            ShadowMode::Off => ShadowMode::Off,
+            ShadowMode::On | ShadowMode::Cached => ShadowMode::On,
+        };
+        let list = SampleList::new(asked.size, pixels.clone());
+        let started = Instant::now();
+        let Some((exact, samples)) =
+            pipeline.march_as((exact_shadows, asked.step), &viewpoint.camera, &list)?
+        else {
+            return Ok(None);
+        };
+        let share = region.size.pixels() as f64 / asked.size.pixels() as f64;
+        if let Some(samples) = samples {
+            costs.count(samples, pixels.len(), share);
+            costs.guess(pixels.len(), started.elapsed().as_secs_f64() * 1e3);
+        }
+        let exact = exact.iter().map(|ray| shown(ray.colour)).collect();
+        Ok(Some(Self { pipeline, viewpoint, asked, pixels, exact, exact_shadows }))
+    }
+
+    /// Adds the errors of the frame `made` to `error`.
+    pub fn compare(&self, made: Shown<'_>, error: &mut RunningError) {
+        let enlargement = if made.on_screen { Enlargement::Linear } else { Enlargement::Cubic };
+        let colours = self.pixels.iter().map(|pixel| enlargement.colour(made.frame, *pixel, self.asked.size));
+        error.add(squared(colours, self.exact.iter().copied()), SHOWN_MEMORY);
+    }
+
+    /// Measures what `measured` says, at `step` times the asked step.
+    ///
+    /// # Errors
+    /// A lost device, too little memory.
+    pub fn measure(&mut self, measured: Measured, step: f64, errors: &mut Errors) -> Result<()> {
+        let step = self.asked.step * step;
+        match measured {
+            Measured::Light => {
+                let exact = self.marched_exactly(step)?;
+                let cached = self.marched((ShadowMode::Cached, step))?;
+                add(&mut errors.light, exact.zip(cached));
+            }
+            Measured::Step(i) => {
+                let longer = self.marched_exactly(self.asked.step * STEPS[i + 1])?;
+                add(&mut errors.steps[i], longer.map(|longer| (longer, self.exact.clone())));
+            }
+            Measured::Scale(i, shadows) => {
+                let small = scaled(self.asked.size, SCALES[i]);
+                let fewer = self.pixels.len().min(FEWER);
+                let sized = self.marched_smaller(small, fewer, (shadows, step))?;
+                let list = SampleList::new(self.asked.size, self.pixels[..fewer].to_vec());
+                let whole = self.march((shadows, step), &list)?;
+                add(&mut errors.scales[i], sized.zip(whole));
+            }
+        }
+        Ok(())
+    }
+
+    /// Colours with exact shadows at `step`.
+    fn marched_exactly(&mut self, step: f64) -> Result<Option<Vec<[f32; 3]>>> {
+        if step == self.asked.step {
+            return Ok(Some(self.exact.clone()));
+        }
+        self.marched((self.exact_shadows, step))
+    }
+
+    fn marched(&mut self, how: (ShadowMode, f64)) -> Result<Option<Vec<[f32; 3]>>> {
+        let list = SampleList::new(self.asked.size, self.pixels.clone());
+        self.march(how, &list)
+    }
+
+    fn march(&mut self, how: (ShadowMode, f64), list: &SampleList) -> Result<Option<Vec<[f32; 3]>>> {
+        let marched = self.pipeline.march_as(how, &self.viewpoint.camera, list)?;
+        Ok(marched.map(|(rays, _)| rays.iter().map(|ray| shown(ray.colour)).collect()))
+    }
+
+    /// Colours of the first `count` pixels in a frame of size `small` that is enlarged.
+    fn marched_smaller(
+        &mut self,
+        small: FrameSize,
+        count: usize,
+        how: (ShadowMode, f64),
+    ) -> Result<Option<Vec<[f32; 3]>>> {
+        let pixels = self.pixels[..count].iter();
+        let taps: Vec<Taps> =
+            pixels.map(|pixel| Enlargement::Cubic.taps(*pixel, self.asked.size, small)).collect();
+        let list = SampleList::new(small, taps.iter().flatten().map(|(pixel, _)| *pixel).collect());
+        let Some(marched) = self.march(how, &list)? else { return Ok(None) };
+        let mut marched = marched.into_iter();
+        let enlarged = taps.iter().map(|taps| {
+            let weights = taps.iter().map(|(_, weight)| *weight);
+            blended(marched.by_ref().take(taps.len()).zip(weights))
+        });
+        Ok(Some(enlarged.collect()))
+    }
+}
+
+/// Size of frames of `scale`.
+fn scaled(size: FrameSize, scale: f64) -> FrameSize {
+    let side = |side: u32| ((f64::from(side) * scale).round() as u32).max(1);
+    FrameSize { width: side(size.width), height: side(size.height) }
+}
+
+/// Display values, as metrics compare them.
+fn shown(colour: [f32; 3]) -> [f32; 3] {
+    colour.map(|value| value.clamp(0.0, 1.0))
+}
+
+fn add(error: &mut RunningError, pair: Option<(Vec<[f32; 3]>, Vec<[f32; 3]>)>) {
+    if let Some((a, b)) = pair {
+        error.add(squared(a.into_iter(), b.into_iter()), MEMORY);
+    }
+}
+
+/// Squared errors of pixels: means over red, green and blue.
+fn squared(
+    a: impl Iterator<Item = [f32; 3]>,
+    b: impl Iterator<Item = [f32; 3]>,
+) -> impl Iterator<Item = f64> {
+    a.zip(b).map(|(a, b)| (0..3).map(|c| f64::from(a[c] - b[c]).powi(2)).sum::<f64>() / 3.0)
+}
+
+/// `count` pixels scattered evenly over `region`, others for every frame: Roberts' sequence R₂, which goes on from frame to
+/// frame.
+fn scattered(region: Region, number: u32, count: usize) -> Vec<Pixel> {
+    const STEP: [u64; 2] = [13_925_308_310_254_404_935, 10_511_728_000_904_283_327];
+    let first = u64::from(number).wrapping_mul(count as u64);
+    let along = |i: u64, axis: usize, from: u32, length: u32| {
+        let fraction = i.wrapping_add(1).wrapping_mul(STEP[axis]) >> 32;
+        (u64::from(from) + (fraction * u64::from(length) >> 32)) as u16
+    };
+    (0..count as u64)
+        .map(|i| {
+            let i = first.wrapping_add(i);
+            let Region { x, y, size } = region;
+            Pixel { x: along(i, 0, x, size.width), y: along(i, 1, y, size.height) }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn probes_are_scattered_evenly_and_move_on() {
+        let region = Region { x: 10, y: 20, size: FrameSize::new(100, 50).unwrap() };
+        let (first, second) = (scattered(region, 0, 400), scattered(region, 1, 400));
+        assert_ne!(first, second);
+        let mut cells = [0u32; 50];
+        for pixel in first.iter().chain(&second) {
+            let (x, y) = (u32::from(pixel.x) - 10, u32::from(pixel.y) - 20);
+            assert!(x < 100 && y < 50);
+            cells[(y / 10 * 10 + x / 10) as usize] += 1;
+        }
+        assert!(cells.iter().all(|count| (10..=22).contains(count)), "{cells:?}");
+    }
+
+    #[test]
+    fn everything_has_its_turn() {
+        let all: Vec<Measured> =
+            (0..Measured::COUNT).map(|turn| Measured::number(turn, true, ShadowMode::Off)).collect();
+        assert_eq!(all[0], Measured::Light);
+        assert!((0..SCALES.len()).all(|i| all.contains(&Measured::Scale(i, ShadowMode::Off))));
+        assert!((0..STEPS.len() - 1).all(|i| all.contains(&Measured::Step(i))));
+        assert!(!(0..20).any(|turn| Measured::number(turn, false, ShadowMode::On) == Measured::Light));
+    }
+}
