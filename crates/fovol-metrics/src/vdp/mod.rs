@@ -7,6 +7,7 @@ pub(crate) mod log_math;
 pub(crate) mod pyramid;
 
 pub use display::Display;
+pub(crate) use display::linearise;
 pub(crate) use display_names::NAMES as DISPLAY_NAMES;
 pub use pyramid::MIN_SIDE;
 
