@@ -21,7 +21,7 @@ const CONES: [[f64; 3]; 3] = [
 /// Cone responses to the achromatic, the red-green and the violet-yellow channel of Derrington, Krauskopf and Lennie
 /// (1984), by rows. Greys (D65) have almost no chromatic response.
 const OPPONENT: [[f64; 3]; 3] =
-    [[1.0, 1.0, 0.0], [1.0, -2.311_130_179_947_035, 0.0], [-1.0, -1.0, 50.977_571_328_718_781]];
+    [[1.0, 1.0, 0.0], [1.0, -2.311_130_179_947_035, 0.0], [-1.0, -1.0, 50.977_571_328_718_78]];
 
 /// Conversion of display values to opponent channels, in cd/m²: achromatic, red-green, violet-yellow.
 #[derive(Debug, Clone, PartialEq)]
