@@ -18,7 +18,7 @@ impl History {
         self.0.push_front(plane);
     }
 
-    /// Luminance of the present frame.
+    /// Plane of the present frame.
     ///
     /// # Panics
     /// Before the first frame.
