@@ -317,6 +317,16 @@ fn clips_are_judged_by_eyes_before_a_display() {
         let report = json(&succeeds(&[&["metrics", &full, test, "--json", "-"], options].concat()));
         report["jod"].as_f64().unwrap()
     };
+    let coloured = |test: &str, options: &[&str]| {
+        let report = json(&succeeds(&[&["metrics", &full, test, "--json", "-"], options].concat()));
+        report["cvvdp_jod"].as_f64().unwrap()
+    };
+    assert_eq!(coloured(&full, &[]), 10.0);
+    let seen = coloured(&sparse, &[]);
+    assert!(seen > 0.0 && seen < 9.9, "{seen}");
+    assert_ne!(coloured(&sparse, &["--fps", "60"]), seen);
+    assert_ne!(coloured(&sparse, &["--display", "standard_hmd"]), seen);
+    assert_eq!(coloured(&sparse, &["--fixation", "0.5,0.5"]), seen);
     assert_eq!(jod(&full, &[]), 10.0);
     let plain = jod(&sparse, &[]);
     assert!(plain > 0.0 && plain < 9.9, "{plain}");
@@ -327,7 +337,7 @@ fn clips_are_judged_by_eyes_before_a_display() {
     assert_eq!(jod(&sparse, &["--fixation", "47.5,31.5"]), fractions);
     assert!(fractions > plain);
     let printed = succeeds(&["metrics", &full, &sparse]);
-    assert!(printed.contains(&format!("JOD {plain:.4}")), "{printed}");
+    assert!(printed.contains(&format!("JOD {plain:.4}, ColorVideoVDP {seen:.4} JOD")), "{printed}");
     let wrong = |options: &[&str], status| fails(&[&["metrics", &full, &sparse], options].concat(), status);
     let error = wrong(&["--display", "television"], 2);
     assert!(error.contains("television") && error.contains("standard_fhd"), "{error}");
@@ -345,10 +355,12 @@ fn pictures_are_judged_without_time_and_tiny_ones_not_at_all() {
             let shape = ["--size", size, "--dims", "16,16,16", "--reconstruct", "pull-push", "--pb", pb];
             succeeds(&[&["render", "marschner-lobb", "-o", out], &shape[..]].concat());
         }
-        let jod =
-            |fps: &str| json(&succeeds(&["metrics", &a, &b, "--json", "-", "--fps", fps]))["jod"].clone();
-        assert_eq!(jod("30").is_number(), judged);
-        assert_eq!(jod("30"), jod("90"));
+        for key in ["jod", "cvvdp_jod"] {
+            let jod =
+                |fps: &str| json(&succeeds(&["metrics", &a, &b, "--json", "-", "--fps", fps]))[key].clone();
+            assert_eq!(jod("30").is_number(), judged);
+            assert_eq!(jod("30"), jod("90"));
+        }
     }
 }
 

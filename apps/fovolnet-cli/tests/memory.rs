@@ -236,7 +236,7 @@ fn clips_are_compared_in_the_memory_of_a_few_frames() {
 #[test]
 fn frames_of_a_clip_are_compared_as_if_all_were_read_at_once() {
     use fovolnet::io::video;
-    use fovolnet::metrics::{ClipQuality, Display, FovVideoVdp};
+    use fovolnet::metrics::{ClipQuality, ColorVideoVdp, Display, FovVideoVdp};
     let folder = tempfile::tempdir().unwrap();
     let [a, b] = ["a.y4m", "b.y4m"].map(|name| folder.path().join(name));
     write_clip(&a, 12, |i| 40 + 7 * i as u8);
@@ -244,11 +244,14 @@ fn frames_of_a_clip_are_compared_as_if_all_were_read_at_once() {
     let output = run(folder.path(), "metrics a.y4m b.y4m --json -");
     let report: Value = serde_json::from_slice(&output.stdout).unwrap();
     let mut clip = ClipQuality::new();
-    let mut seen = FovVideoVdp::video(&Display::named("standard_4k").unwrap(), 30.0).unwrap();
+    let display = Display::named("standard_4k").unwrap();
+    let mut seen = FovVideoVdp::video(&display, 30.0).unwrap();
+    let mut coloured = ColorVideoVdp::video(&display, 30.0).unwrap();
     let [a, b] = [a, b].map(|path| video::read(&path).unwrap());
     for (i, (a, b)) in a.iter().zip(&b).enumerate() {
         let frame = clip.push(a, b).unwrap();
         seen.push(a, b, None).unwrap();
+        coloured.push(a, b).unwrap();
         assert_eq!(report["frames"][i], serde_json::to_value(frame).unwrap(), "{i}");
     }
     let all = serde_json::to_value(clip.summary().unwrap()).unwrap();
@@ -256,5 +259,6 @@ fn frames_of_a_clip_are_compared_as_if_all_were_read_at_once() {
         assert_eq!(report[key], all[key], "{key}");
     }
     assert_eq!(report["jod"].as_f64(), seen.jod());
+    assert_eq!(report["cvvdp_jod"].as_f64(), coloured.jod());
     assert_eq!(report["frames"].as_array().map(Vec::len), Some(12));
 }

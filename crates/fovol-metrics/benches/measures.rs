@@ -1,7 +1,7 @@
 //! Benchmark of the metrics at 1280×720: median time in milliseconds.
 
 use fovol_core::{Frame, FrameSize};
-use fovol_metrics::{Display, FovVideoVdp, SsimSettings, ms_ssim, psnr, ssim};
+use fovol_metrics::{ColorVideoVdp, Display, FovVideoVdp, SsimSettings, ms_ssim, psnr, ssim};
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -37,4 +37,8 @@ fn main() {
     let mut clip = FovVideoVdp::video(&display, 30.0).expect("a rate that it knows");
     measure("fvvdp", || clip.push(&a, &b, None));
     measure("fvvdp_foveated", || clip.push(&a, &b, Some([0.5, 0.5])));
+    let mut clip = ColorVideoVdp::video(&display, 30.0).expect("a rate that it knows");
+    measure("cvvdp", || clip.push(&a, &b));
+    let mut picture = ColorVideoVdp::image(&display).expect("a display that can be");
+    measure("cvvdp_picture", || picture.push(&a, &b));
 }

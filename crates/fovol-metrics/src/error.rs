@@ -1,4 +1,4 @@
-use crate::fvvdp::DISPLAY_NAMES;
+use crate::vdp::DISPLAY_NAMES;
 use fovol_core::{Frame, FrameSize};
 
 /// Reasons why frames cannot be compared.

@@ -1,11 +1,11 @@
 //! One band of the pyramid: local contrasts and their visible differences.
 
-use super::log_math::log2;
 use super::masking::{MASKING, log_difference, power};
 use super::pooling::{OVER_PIXELS, TRANSIENT};
-use super::pyramid::{Pyramid, expand_row};
 use super::sensitivity::{FovealSensitivity, SensitivityTable};
 use super::visual_field::VisualField;
+use crate::vdp::log_math::log2;
+use crate::vdp::pyramid::{Pyramid, expand_row};
 use fovol_core::stop;
 use rayon::prelude::*;
 

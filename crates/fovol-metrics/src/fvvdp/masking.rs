@@ -1,7 +1,7 @@
 //! Visibility of differences under masking: Mantiuk et al. (2021), section 4.5. Computed in logarithms to base 2,
 //! where powers become products.
 
-use super::log_math::{exp2, log2};
+use crate::vdp::log_math::{exp2, log2};
 
 /// Exponent of a difference.
 const DIFFERENCE: f32 = 2.4;

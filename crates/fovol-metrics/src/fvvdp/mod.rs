@@ -1,39 +1,30 @@
 //! FovVideoVDP 1.2: Mantiuk, Denes, Chapiro, Kaplanyan, Rufo, Bachy, Lian and Patney, "FovVideoVDP: A visible
 //! difference predictor for wide field-of-view video" (ACM TOG 40(4), 2021).
 //!
-//! Display values become light ([`display`]), which two temporal channels filter ([`temporal`]). A pyramid splits
-//! each channel into bands of contrast ([`pyramid`], [`band`]). Sensitivity ([`sensitivity`], and [`visual_field`]
+//! Display values become light ([`Display`]), which two temporal channels filter ([`temporal`]). A pyramid splits
+//! each channel into bands of contrast ([`Pyramid`], [`band`]). Sensitivity ([`sensitivity`], and [`visual_field`]
 //! for a fixed gaze) and masking ([`masking`]) give the visible differences. Norms pool them to one number
 //! ([`pooling`]).
 
 mod band;
-mod display;
-mod display_names;
-mod log_math;
 mod masking;
 mod pooling;
-mod pyramid;
 mod sensitivity;
 mod temporal;
 mod visual_field;
 
-pub use display::Display;
-pub(crate) use display_names::NAMES as DISPLAY_NAMES;
-pub use pyramid::MIN_SIDE;
-
 use crate::error::{at_least, same_size};
 use crate::planes::Plane;
+use crate::vdp::history::History;
+use crate::vdp::pyramid::{LOWEST, MIN_SIDE, Pyramid, expand_row, octaves};
+use crate::vdp::{Display, check_rate};
 use crate::{Error, Result};
 use band::{Band, BandDifference, View};
 use fovol_core::{Frame, FrameSize, stop};
-use pyramid::{Pyramid, band_frequencies, expand_row};
 use rayon::prelude::*;
 use sensitivity::SensitivityTable;
-use temporal::{History, TemporalFilters};
+use temporal::TemporalFilters;
 use visual_field::VisualField;
-
-/// Highest frame rate in frames a second, since a quarter second of frames is kept in memory.
-pub const MAX_FPS: f64 = 1000.0;
 
 /// Measures a clip or a picture in just-objectionable differences (JOD). 10 means no difference; 9 is a difference
 /// that three of four people notice.
@@ -82,12 +73,9 @@ impl FovVideoVdp {
     /// Metric for a clip of `fps` frames a second.
     ///
     /// # Errors
-    /// Impossible display parameters, or `fps` not above 0 and up to [`MAX_FPS`].
+    /// Impossible display parameters, or `fps` not above 0 and up to [`MAX_FPS`](crate::MAX_FPS).
     pub fn video(display: &Display, fps: f64) -> Result<Self> {
-        if !(fps > 0.0 && fps <= MAX_FPS) {
-            return Err(Error::FrameRate { found: fps.to_string() });
-        }
-        Self::new(display, TemporalFilters::new(fps))
+        Self::new(display, TemporalFilters::new(check_rate(fps)?))
     }
 
     fn new(display: &Display, filters: TemporalFilters) -> Result<Self> {
@@ -225,7 +213,7 @@ impl FovVideoVdp {
             let rows = steady.par_chunks_mut(width).zip(change.par_chunks_mut(width)).enumerate();
             rows.for_each(|(y, (steady, change))| {
                 stop::point();
-                history.filter(&self.filters, y * width, [steady, change]);
+                history.filter(&self.filters.taps, y * width, [steady, change]);
             });
         }
         self.pyramids.iter_mut().for_each(Pyramid::build);
@@ -272,5 +260,30 @@ impl FovVideoVdp {
         let mut values = coarser.map_or_else(Vec::new, |plane| plane.values);
         values.par_iter_mut().for_each(|v| *v = pooling::loss(f64::from(v.max(0.0))) as f32);
         values
+    }
+}
+
+/// Centre frequencies of the contrast bands in cycles per degree, finest first; at least one. Lower frequencies are the
+/// base, which is not judged.
+fn band_frequencies(width: usize, height: usize, pixels_per_degree: f64) -> Vec<f64> {
+    let mut frequencies = octaves(width, height, pixels_per_degree);
+    let judged = frequencies.iter().take_while(|&&f| f > LOWEST).count();
+    frequencies.truncate(judged.max(1));
+    frequencies
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_720p_frame_on_the_4k_display_has_the_published_bands() {
+        let found = band_frequencies(1280, 720, 75.4024);
+        let expected = [37.70, 12.17, 6.08, 3.04, 1.52, 0.761, 0.380];
+        assert_eq!(found.len(), expected.len());
+        for (f, e) in found.iter().zip(expected) {
+            assert!((f / e - 1.0).abs() < 2e-3, "{f} {e}");
+        }
+        assert_eq!(band_frequencies(1280, 720, 0.3).len(), 1);
     }
 }

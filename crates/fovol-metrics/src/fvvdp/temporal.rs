@@ -1,7 +1,5 @@
 //! Temporal channels: Mantiuk et al. (2021), section 4.2.
 
-use std::collections::VecDeque;
-
 /// Length of the filters, in seconds.
 const SECONDS: f64 = 0.25;
 
@@ -47,50 +45,6 @@ impl TemporalFilters {
     }
 }
 
-/// Luminance of the last frames, newest first.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct History(VecDeque<Vec<f32>>);
-
-impl History {
-    /// Returns a plane to be filled and pushed: the oldest plane if the window of `length` frames is full, else a new
-    /// one.
-    pub fn recycle(&mut self, length: usize, pixels: usize) -> Vec<f32> {
-        let old = if self.0.len() >= length { self.0.pop_back() } else { None };
-        old.unwrap_or_else(|| vec![0.0; pixels])
-    }
-
-    pub fn push(&mut self, plane: Vec<f32>) {
-        self.0.push_front(plane);
-    }
-
-    /// Luminance of the present frame.
-    ///
-    /// # Panics
-    /// Before the first frame.
-    pub fn newest(&self) -> &[f32] {
-        self.plane(0)
-    }
-
-    /// Plane of `back` frames ago. Frames before the first equal the first.
-    fn plane(&self, back: usize) -> &[f32] {
-        &self.0[back.min(self.0.len() - 1)]
-    }
-
-    /// Filters the pixels from `start` on into both channels.
-    pub fn filter(&self, filters: &TemporalFilters, start: usize, out: [&mut [f32]; 2]) {
-        let [sustained, transient] = out;
-        sustained.fill(0.0);
-        transient.fill(0.0);
-        for (back, &[steady, change]) in filters.taps.iter().enumerate() {
-            let values = &self.plane(back)[start..start + sustained.len()];
-            for i in 0..values.len() {
-                sustained[i] += steady * values[i];
-                transient[i] += change * values[i];
-            }
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -115,22 +69,5 @@ mod tests {
             assert!((sum - 1.0).abs() < 1e-6);
         }
         assert_eq!(TemporalFilters::new(2.0), TemporalFilters::still());
-    }
-
-    #[test]
-    fn the_first_frame_stands_for_those_before_it() {
-        let mut history = History::default();
-        let filters = TemporalFilters::new(12.0);
-        for value in [1.0, 2.0, 3.0, 4.0] {
-            let mut plane = history.recycle(filters.taps.len(), 1);
-            plane.fill(value);
-            history.push(plane);
-        }
-        assert_eq!(history.0, [[4.0], [3.0], [2.0]]);
-        let mut first = History::default();
-        first.push(vec![5.0]);
-        let (mut steady, mut change) = ([0.0], [0.0]);
-        first.filter(&filters, 0, [&mut steady, &mut change]);
-        assert!((steady[0] - 5.0).abs() < 1e-5);
     }
 }

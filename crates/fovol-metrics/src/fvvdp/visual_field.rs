@@ -1,7 +1,7 @@
 //! Positions of pixels in the visual field for a fixed gaze.
 
-use super::display::Display;
 use crate::planes::Plane;
+use crate::vdp::Display;
 use rayon::prelude::*;
 
 /// Largest angle from the middle of the display in the magnification, in degrees.

@@ -1,6 +1,6 @@
 """Expected values of FovVideoVDP, from its published program (licensed for non-commercial use).
 
-    pip install numpy torch scikit-image pytorch-msssim pyfvvdp==1.2.2
+    pip install numpy torch pyfvvdp==1.2.2
     python fvvdp.py > fvvdp.json
 
 The clips are integer formulas, so that the Rust test makes the same ones, bit by bit.
@@ -13,7 +13,7 @@ import numpy as np
 import pyfvvdp
 import torch
 
-from metrics import noise, triangle
+from clips import picture
 
 # Width, height, frames, frames a second (0: a picture), display, gaze in pixels.
 CLIPS = [
@@ -27,37 +27,6 @@ CLIPS = [
     (97, 75, 6, 30, "standard_fhd", None),
 ]
 FLAWS = [("noise", 10), ("noise", 120), ("blur", 1), ("blur", 4), ("shift", 2), ("brighter", 12), ("flicker", 20)]
-
-
-def scene(width, height, frame, shift):
-    """Values 0…255, [height, width, 3]: moving waves and a disc."""
-    y, x, c = (v.astype(np.int64) for v in np.meshgrid(np.arange(height), np.arange(width), np.arange(3), indexing="ij"))
-    x = x + shift
-    waves = (triangle(3 * x + 2 * y + 5 * frame, 40 + 9 * c) + triangle(x * (c + 1) + 7 * frame, 23)) // 2
-    disc = (x - width // 3 - 2 * frame) ** 2 + (y - height // 2) ** 2 < (height // 3) ** 2
-    return np.where(disc, 200 - 60 * c, waves)
-
-
-def blurred(values, radius):
-    """Means over squares, with repeated edges, rounded."""
-    height, width, _ = values.shape
-    padded = np.pad(values, ((radius, radius), (radius, radius), (0, 0)), mode="edge")
-    side = 2 * radius + 1
-    total = sum(padded[i : i + height, j : j + width] for i, j in itertools.product(range(side), range(side)))
-    return (total + side * side // 2) // (side * side)
-
-
-def picture(width, height, frame, flaw, size):
-    """A frame, as f32 in [0, 1]."""
-    values = scene(width, height, frame, size if flaw == "shift" else 0)
-    if flaw == "noise":
-        y, x, c = (v.astype(np.int64) for v in np.meshgrid(np.arange(height), np.arange(width), np.arange(3), indexing="ij"))
-        values = values + (noise(x, y, c, frame) - 128) * size // 128
-    elif flaw == "blur":
-        values = blurred(values, size)
-    elif flaw == "brighter" or flaw == "flicker" and frame % 2 == 1:
-        values = values + size
-    return np.clip(values, 0, 255).astype(np.float32) / np.float32(255)
 
 
 def case(clip, flaw, size):

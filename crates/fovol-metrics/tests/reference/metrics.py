@@ -14,21 +14,10 @@ import torch
 from pytorch_msssim import ms_ssim, ssim
 from skimage.metrics import mean_squared_error, structural_similarity
 
+from pattern import noise, triangle
+
 # Width, height, size of the flaw.
 CASES = [(11, 11, 8), (64, 48, 20), (97, 33, 60), (161, 163, 30), (320, 180, 12), (333, 250, 120), (256, 256, 0)]
-
-
-def triangle(t, period):
-    """A triangle wave 0…255 of integers."""
-    t = t % (2 * period)
-    return np.minimum(t, 2 * period - t) * 255 // period
-
-
-def noise(x, y, c, frame):
-    """A hash of the pixel, 0…255."""
-    h = (x * 374761393 + y * 668265263 + c * 2246822519 + frame * 3266489917) & 0xFFFFFFFF
-    h = ((h ^ (h >> 13)) * 1274126177) & 0xFFFFFFFF
-    return (h ^ (h >> 16)) & 255
 
 
 def picture(width, height, frame, flaw):

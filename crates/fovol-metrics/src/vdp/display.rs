@@ -123,7 +123,7 @@ impl Display {
 
 /// Converts display values to linear light 0…1; NaN becomes 0. Alpha is converted too, since skipping it would be
 /// slower.
-fn linearise(pixels: &[[f32; 4]], out: &mut [[f32; 4]]) {
+pub(crate) fn linearise(pixels: &[[f32; 4]], out: &mut [[f32; 4]]) {
     for (out, &pixel) in out.iter_mut().zip(pixels) {
         let [r, g, b] = clamped(pixel);
         *out = [r, g, b, 0.0];
