@@ -2,9 +2,9 @@
 
 use fovolnet::core::{Dtype, Endian, Frame, Integration, ShadowMode, SurfaceShading};
 use fovolnet::{
-    CropBox, Density, Device, Guide, NamedView, NanColour, Orientation, Pipeline, Reconstruction,
-    RenderOverrides, Sampling, Session, SpeedSettings, TransferRange, ValueScale, VolumeSettings,
-    open_volume,
+    CropBox, Density, Device, Guide, NamedView, NanColour, Orientation, Pipeline, PlannedFrames,
+    PlannedPipeline, Quality, Reconstruction, RenderOverrides, Sampling, Session, SpeedSettings,
+    TransferRange, ValueScale, VolumeSettings, Way, open_volume,
 };
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -76,10 +76,18 @@ fn everything(volume: &Path) -> Session {
         weights: Some("wnet-fast".into()),
         random_weights: None,
         precision: Some("f32".parse().unwrap()),
+        quality: Some(Quality::Fixed),
+        budget: None,
     };
     let session = Session::new(volume.to_str().unwrap(), read, render).unwrap();
-    let Session { volume: _, volume_sha256: _, weights_sha256: _, read: _, render: _ } = &session;
+    let session = Session { plan: vec![planned(1.0)], ..session };
+    let Session { volume: _, volume_sha256: _, weights_sha256: _, read: _, render: _, plan: _ } = &session;
     session
+}
+
+/// Plan of all frames, at `scale`.
+fn planned(scale: f64) -> PlannedFrames {
+    PlannedFrames { first_frame: 0, frames: 9, way: Way::LightRatio, scale, step: 1.0, density: 1.0 }
 }
 
 fn nothing(_: &mut Session) {}
@@ -202,6 +210,20 @@ fn steps() -> Vec<Step> {
             shows: Shows::InTheFile,
             ..step("render.precision", |s| s.render.precision = Some("int8".parse().unwrap()))
         },
+        Step {
+            from: |s| s.plan.clear(),
+            shows: Shows::InTheFile,
+            ..step("render.quality", |s| s.render.quality = Some(Quality::Auto))
+        },
+        Step {
+            from: |s| (s.render.quality, s.render.budget) = (None, Some(1e6)),
+            shows: Shows::InTheFile,
+            ..step("render.budget", |s| s.render.budget = Some(2e6))
+        },
+        Step {
+            from: |s| (s.render.quality, s.render.budget) = (None, Some(1e6)),
+            ..step("plan", |s| s.plan = vec![planned(0.5)])
+        },
     ]
 }
 
@@ -231,8 +253,19 @@ fn opened(session: &Session, path: &Path) -> Opened {
     let volume = open_volume(&session.volume, &session.read).unwrap();
     let speed = SpeedSettings { device: Some(Device::Cpu), ..Default::default() };
     let settings = session.render.resolve().unwrap();
-    let mut pipeline = Pipeline::new(&volume, &settings, &speed).unwrap();
-    let frames = settings.frame_numbers().map(|t| pipeline.render(t).unwrap().frame).collect();
+    let numbers = settings.frame_numbers();
+    let frames = match session.render.limit().unwrap() {
+        None => {
+            let mut pipeline = Pipeline::new(&volume, &settings, &speed).unwrap();
+            numbers.map(|t| pipeline.render(t).unwrap().frame).collect()
+        }
+        Some(limit) => {
+            let asked = (&settings, session.render.freedom());
+            let mut pipeline = PlannedPipeline::new(&volume, asked, limit, &speed).unwrap();
+            pipeline.follow(&session.plan).unwrap();
+            numbers.map(|t| pipeline.render(t).unwrap().0.frame).collect()
+        }
+    };
     let unchanged = [session.volume_is_unchanged().unwrap(), session.weights_are_unchanged().unwrap()];
     Opened { session, frames, unchanged }
 }
@@ -300,6 +333,7 @@ fn every_field_of_a_session_is_kept_and_shows() {
     let mut known = fields(&whole);
     let mut either = whole.clone();
     either.read.array = Some("a".into());
+    either.render.budget = Some(40.0);
     either.render.camera = Some([0.0; 7].into());
     either.render.random_weights = Some("wnet-fast".parse().unwrap());
     known.extend(fields(&either));

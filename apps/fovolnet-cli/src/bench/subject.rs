@@ -1,5 +1,5 @@
 use crate::picture_arguments::PictureArguments;
-use anyhow::Result;
+use anyhow::{Result, bail};
 use fovolnet::core::{Integration, shown_path};
 use fovolnet::{OpenVolume, PathChoice, RenderOverrides, RenderSettings, SpeedSettings, open_volume, parse};
 
@@ -28,6 +28,9 @@ impl Subject {
     /// otherwise.
     pub fn settings(&self, frames: Option<u32>) -> Result<RenderSettings> {
         let given = &self.flags.settings;
+        if given.limit()?.is_some() {
+            bail!("benchmarks measure the flags as written; leave out --quality and --budget");
+        }
         let has_view = given.camera.is_some() || given.view.is_some();
         let orbit = (!has_view).then_some(PathChoice::Orbit);
         let settings = RenderOverrides {

@@ -85,6 +85,8 @@ const CLIMB: f64 = 0.8;
 const BETTER: f64 = 0.89;
 /// Frames for which a way is kept, unless it takes too long: reconstructions settle in that time.
 const KEPT: u32 = 8;
+/// Part of a budget below which a way is not kept if another one is better.
+const UNUSED: f64 = 0.5;
 /// Weight of the last frame in moving averages.
 const NEW: f64 = 0.35;
 /// Milliseconds of cached shadows before they were made.
@@ -143,7 +145,8 @@ impl Planner {
         let now = self.candidate().and_then(|now| all.iter().find(|rated| rated.candidate == now));
         let frames = self.chosen.as_ref().map_or(0, |chosen| chosen.frames);
         let stays = now.filter(|now| {
-            let is_better = |best: &&Rated| best.error < BETTER * now.error && frames >= KEPT;
+            let may_change = frames >= KEPT || (frames > 1 && now.cost < UNUSED * budget);
+            let is_better = |best: &&Rated| best.error < BETTER * now.error && may_change;
             now.cost <= budget && best(climbs).is_none_or(|best| !is_better(&best))
         });
         let best = stays.or_else(|| best(if now.is_some() { climbs } else { holds }));
