@@ -27,10 +27,10 @@ impl FrameMaker {
     pub fn new(
         opened: &OpenVolume,
         settings: &RenderSettings,
-        planning: Option<Planning<'_>>,
+        planning: Option<&Planning<'_>>,
         speed: &SpeedSettings,
     ) -> Result<Self> {
-        let Some(Planning { freedom, limit, saved }) = planning else {
+        let Some(&Planning { freedom, limit, saved }) = planning else {
             return Ok(Self::Fixed(Box::new(Pipeline::new(opened, settings, speed)?)));
         };
         let mut planned = PlannedPipeline::new(opened, (settings, freedom), limit, speed)?;

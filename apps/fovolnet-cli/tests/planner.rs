@@ -71,7 +71,10 @@ fn what_is_given_is_kept_and_contradictions_are_refused() {
     let kept = "--frames 3 --budget 50 --guide none --reconstruct pull-push --json kept.json";
     succeeds(folder.path(), &format!("render {HEAD} -o kept {kept}"));
     assert!(frames(folder.path(), "kept.json").iter().all(|frame| frame["plan"]["way"] == "colours"));
-    succeeds(folder.path(), &format!("render {HEAD} -o masks --frames 3 --budget 50 --keep frame,mask,motion"));
+    succeeds(
+        folder.path(),
+        &format!("render {HEAD} -o masks --frames 3 --budget 50 --keep frame,mask,motion"),
+    );
     assert!(folder.path().join("masks/mask_0002.png").exists());
     let refused = |flags: &str, status, part: &str| {
         let said = fails(folder.path(), &format!("render {HEAD} -o no {flags}"), status);

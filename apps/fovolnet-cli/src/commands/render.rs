@@ -75,7 +75,7 @@ impl Render {
             let freedom = Freedom { size, ..session.render.freedom() };
             Planning { freedom, limit, saved: &session.plan }
         });
-        let mut maker = FrameMaker::new(&opened, &settings, planning, &self.picture.speed)?;
+        let mut maker = FrameMaker::new(&opened, &settings, planning.as_ref(), &self.picture.speed)?;
         let pipeline = maker.pipeline();
         console::warn(pipeline);
         if files.has(Keep::Motion) {

@@ -10,7 +10,7 @@ use anyhow::Result;
 use fovolnet::core::{Frame, FrameSize, ShadowMode};
 use fovolnet::io::image;
 use fovolnet::metrics::{ClipQuality, Display, FovVideoVdp};
-use fovolnet::{Guide, OpenVolume, Pipeline, RenderSettings, Sampling};
+use fovolnet::{Freedom, Guide, Limit, OpenVolume, Pipeline, PlannedPipeline, RenderSettings, Sampling};
 use std::time::Instant;
 
 /// Consecutive frames of the clip. The first ones are not judged, since networks have no history there.
@@ -25,6 +25,11 @@ const STEPS: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
 const SMALLER: [u32; 3] = [2, 3, 4];
 /// Parts of the size along each axis that frames with cached shadows have.
 const CACHED: [[u32; 2]; 5] = [[1, 1], [3, 4], [1, 2], [1, 3], [1, 4]];
+
+/// Budgets of the planner, as parts of the time of an exact full frame.
+const BUDGETS: [f64; 5] = [0.05, 0.1, 0.2, 0.4, 0.8];
+/// Name of the planner's frames.
+const PLANNER: &str = "planner";
 
 /// One way to make frames cheaper.
 struct Way {
@@ -44,6 +49,8 @@ enum Finish {
     Recast,
     /// Its light ratios are filled by the joint bilateral filter instead.
     Bilateral,
+    /// A planner makes it within this number of milliseconds.
+    Planned(f64),
 }
 
 impl Finish {
@@ -68,7 +75,7 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
            steps; every pixel of frames of several sizes with shadows from a cache, which is made once or, as where the light moves, for every frame. Up and left is better. Quality is against every pixel at the step of ½ with shadow rays, JOD of FovVideoVDP for 30 frames a second on standard_4k.",
             methods::LEGEND,
             "Sparse frames are sampled densely where the eye looks; PSNR and the JOD here do not know that, and count the whole \
-           screen alike. To enlarge a frame is not counted: it takes a few milliseconds where it is done well.",
+           screen alike. To enlarge a frame is not counted, but for the planner, which counts its measurements, too. Its frames are compared with the best other way that takes no longer.",
         ],
     );
     let data = evaluation.shown("head");
@@ -79,10 +86,23 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
         interrupt::check("this figure is not complete")?;
         references.push(base.reference(frame)?);
     }
-    let ways = ways(evaluation, data)?;
+    let mut ways = ways(evaluation, data)?;
     let mut found = Vec::new();
     for way in &ways {
         found.push(run(evaluation, &opened, way, &references)?);
+    }
+    let exact = RenderSettings { sampling: Sampling::Full, ..evaluation.settings(data, SPARSE) };
+    let slowest = run_fixed(evaluation, &opened, (&exact, Finish::Nothing), &references)?.ms;
+    for part in BUDGETS {
+        let budget = slowest * part;
+        let way = Way {
+            family: PLANNER,
+            name: format!("{budget:.0} ms"),
+            settings: METHODS[methods::RATIO].settings(evaluation.settings(data, SPARSE)),
+            finish: Finish::Planned(budget),
+        };
+        found.push(run(evaluation, &opened, &way, &references)?);
+        ways.push(way);
     }
     type Of = fn(&Found) -> f64;
     let measures: [(&str, &str, Of); 2] = [("psnr", "PSNR, dB", |f| f.psnr), ("jod", "JOD", |f| f.jod)];
@@ -106,7 +126,34 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
     };
     let rows = ways.iter().zip(&found).map(row).collect();
     section.table("alternatives", &["way", "setting", "ms", "PSNR", "JOD"], rows);
+    section.table(
+        "planner",
+        &["budget", "ms", "PSNR", "best other in that time", "its PSNR", "JOD", "its JOD"],
+        against_others(&ways, &found),
+    );
     Ok(section)
+}
+
+/// For every budget of the planner, the best other way that takes no longer.
+fn against_others(ways: &[Way], found: &[Found]) -> Vec<Vec<Cell>> {
+    let others = || ways.iter().zip(found).filter(|(way, _)| way.family != PLANNER);
+    let row = |(way, planned): (&Way, &Found)| -> Vec<Cell> {
+        let in_time = others().filter(|(_, other)| other.ms <= planned.ms);
+        let (name, psnr, jod) = match in_time.max_by(|a, b| a.1.psnr.total_cmp(&b.1.psnr)) {
+            Some((other, found)) => (format!("{} {}", other.family, other.name), found.psnr, found.jod),
+            None => ("none".to_owned(), f64::NAN, f64::NAN),
+        };
+        vec![
+            way.name.as_str().into(),
+            planned.ms.into(),
+            planned.psnr.into(),
+            name.as_str().into(),
+            psnr.into(),
+            planned.jod.into(),
+            jod.into(),
+        ]
+    };
+    ways.iter().zip(found).filter(|(way, _)| way.family == PLANNER).map(row).collect()
 }
 
 /// Lines to plot, one for each family, from its cheapest setting to its dearest.
@@ -177,20 +224,47 @@ fn ways(evaluation: &Evaluation, data: &DataSet) -> Result<Vec<Way>> {
 }
 
 fn run(evaluation: &Evaluation, opened: &OpenVolume, way: &Way, references: &[Frame]) -> Result<Found> {
-    let mut pipeline = Pipeline::new(opened, &way.settings, &evaluation.speed)?;
-    if let Finish::Bilateral = way.finish {
+    match way.finish {
+        Finish::Planned(ms) => run_planned(evaluation, opened, (&way.settings, ms), references),
+        finish => run_fixed(evaluation, opened, (&way.settings, finish), references),
+    }
+}
+
+fn run_planned(
+    evaluation: &Evaluation,
+    opened: &OpenVolume,
+    (settings, ms): (&RenderSettings, f64),
+    references: &[Frame],
+) -> Result<Found> {
+    let asked = (settings, Freedom::ALL);
+    let mut pipeline = PlannedPipeline::new(opened, asked, Limit::Time(ms), &evaluation.speed)?;
+    let mut measured = Measured::new()?;
+    for (number, reference) in (0..CLIP).zip(references) {
+        interrupt::check("this figure is not complete")?;
+        let (rendered, _) = pipeline.render(number)?;
+        measured.push(number, rendered.timings.total, reference, &rendered.frame)?;
+    }
+    Ok(measured.found())
+}
+
+fn run_fixed(
+    evaluation: &Evaluation,
+    opened: &OpenVolume,
+    (settings, finish): (&RenderSettings, Finish),
+    references: &[Frame],
+) -> Result<Found> {
+    let mut pipeline = Pipeline::new(opened, settings, &evaluation.speed)?;
+    if let Finish::Bilateral = finish {
         pipeline.keep_guide();
     }
-    let background = way.settings.background.map(|value| value as f32);
-    let mut quality = ClipQuality::new().without_ms_ssim();
-    let mut seen = FovVideoVdp::video(&Display::named("standard_4k")?, FPS)?;
-    let mut ms = Vec::new();
+    let background = settings.background.map(|value| value as f32);
+    let mut measured = Measured::new()?;
     for (number, reference) in (0..CLIP).zip(references) {
         interrupt::check("this figure is not complete")?;
         let rendered = pipeline.render(number)?;
         let mut total = rendered.timings.total;
-        let frame = match way.finish {
-            Finish::Nothing => rendered.frame,
+        let frame = match finish {
+            Finish::Nothing | Finish::Planned(_) => rendered.frame,
             Finish::Enlarge => image::resized(&rendered.frame, evaluation.size),
             Finish::Recast => {
                 total += pipeline.shadow_grid_ms();
@@ -203,13 +277,36 @@ fn run(evaluation: &Evaluation, opened: &OpenVolume, way: &Way, references: &[Fr
                 frame
             }
         };
-        if number >= SETTLED {
-            ms.push(total);
-            quality.push(reference, &frame)?;
-            seen.push(reference, &frame, None)?;
-        }
+        measured.push(number, total, reference, &frame)?;
     }
-    ms.sort_by(f64::total_cmp);
-    let psnr = quality.summary().map_or(f64::NAN, |summary| summary.psnr);
-    Ok(Found { ms: ms[ms.len() / 2], psnr, jod: seen.jod().unwrap_or(f64::NAN) })
+    Ok(measured.found())
+}
+
+/// Times and quality of the frames that count.
+struct Measured {
+    ms: Vec<f64>,
+    quality: ClipQuality,
+    seen: FovVideoVdp,
+}
+
+impl Measured {
+    fn new() -> Result<Self> {
+        let seen = FovVideoVdp::video(&Display::named("standard_4k")?, FPS)?;
+        Ok(Self { ms: Vec::new(), quality: ClipQuality::new().without_ms_ssim(), seen })
+    }
+
+    fn push(&mut self, number: u32, ms: f64, reference: &Frame, frame: &Frame) -> Result<()> {
+        if number >= SETTLED {
+            self.ms.push(ms);
+            self.quality.push(reference, frame)?;
+            self.seen.push(reference, frame, None)?;
+        }
+        Ok(())
+    }
+
+    fn found(mut self) -> Found {
+        self.ms.sort_by(f64::total_cmp);
+        let psnr = self.quality.summary().map_or(f64::NAN, |summary| summary.psnr);
+        Found { ms: self.ms[self.ms.len() / 2], psnr, jod: self.seen.jod().unwrap_or(f64::NAN) }
+    }
 }

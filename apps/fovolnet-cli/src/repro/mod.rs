@@ -2,6 +2,7 @@
 
 mod ablations;
 mod alternatives;
+mod busy;
 mod compression;
 mod data_set;
 mod data_sets;
@@ -25,6 +26,7 @@ mod vtk;
 use crate::console::JsonOutput;
 use crate::{interrupt, outputs};
 use anyhow::{Result, ensure};
+use busy::Watch;
 use clap::ValueEnum;
 use data_set::DataSet;
 use evaluation::{Evaluation, FLY_THROUGH};
@@ -33,7 +35,6 @@ use fovolnet::io::atomic;
 use fovolnet::{SpeedSettings, parse};
 use section::Section;
 use std::path::PathBuf;
-use std::time::Instant;
 
 /// Make tables and figures of the paper's evaluation
 #[derive(clap::Args)]
@@ -147,10 +148,11 @@ impl Repro {
         for item in Item::each().filter(|item| all || self.items.contains(item)) {
             interrupt::check(&format!("what was made before is in {}", self.output.display()))?;
             self.json.say(format!("{} …", item.name()))?;
-            let started = Instant::now();
+            let watch = Watch::start();
             let mut section = item.make(&evaluation)?;
             section.name = item.name();
-            section.seconds = started.elapsed().as_secs_f64();
+            section.seconds = watch.seconds();
+            section.text.extend(watch.note());
             section.machine = serde_json::to_value(&evaluation.machine)?;
             section.write(&self.output)?;
             report::write(&self.output, &names)?;

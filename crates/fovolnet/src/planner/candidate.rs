@@ -64,7 +64,7 @@ impl Candidate {
         match self.way {
             Way::CachedLight => settings.shadows = ShadowMode::Cached,
             Way::FewShadowRays => {
-                settings.shadow_rays = ShadowRays::Few(const { NonZero::new(FEW).unwrap() })
+                settings.shadow_rays = ShadowRays::Few(const { NonZero::new(FEW).unwrap() });
             }
             Way::ExactLight | Way::LightRatio | Way::Colours => {}
         }

@@ -1,6 +1,5 @@
-use super::planning::Limit;
 use super::way::Way;
-use crate::{Error, Guide, Quality, RenderOverrides, RenderSettings, Result, Sampling};
+use crate::{Guide, RenderOverrides, RenderSettings, Sampling};
 use fovol_core::ShadowMode;
 
 /// Settings that a planner may decide: those that are not given.
@@ -51,25 +50,6 @@ pub fn sparse(asked: &RenderSettings) -> RenderSettings {
 }
 
 impl RenderOverrides {
-    /// Limit of the planner; `None` if frames are not planned.
-    ///
-    /// # Errors
-    /// [`Error::Contradiction`] of a budget with fixed quality; a budget that is no time.
-    pub fn limit(&self) -> Result<Option<Limit>> {
-        match (self.quality, self.budget) {
-            (Some(Quality::Fixed), Some(_)) => Err(Error::Contradiction(
-                "--quality fixed takes the flags as written and has no --budget; leave out one of them"
-                    .into(),
-            )),
-            (None | Some(Quality::Fixed), None) => Ok(None),
-            (Some(Quality::Auto), None) => Ok(Some(Limit::Work)),
-            (_, Some(ms)) if ms > 0.0 && ms.is_finite() => Ok(Some(Limit::Time(ms))),
-            (_, Some(ms)) => Err(Error::Setting(format!(
-                "a budget of {ms} ms is no time for a frame; give --budget a number of milliseconds above 0"
-            ))),
-        }
-    }
-
     /// Settings that a planner may decide for these frames.
     pub fn freedom(&self) -> Freedom {
         let is_free = |is_given: bool| !is_given;
@@ -94,19 +74,6 @@ mod tests {
 
     fn ways(given: &RenderOverrides) -> Vec<Way> {
         given.freedom().ways(&given.resolve().unwrap())
-    }
-
-    #[test]
-    fn budgets_are_planned_and_nothing_else_unless_asked_for() {
-        let limit = |quality, budget| RenderOverrides { quality, budget, ..Default::default() }.limit();
-        assert_eq!(limit(None, None).unwrap(), None);
-        assert_eq!(limit(Some(Quality::Fixed), None).unwrap(), None);
-        assert_eq!(limit(Some(Quality::Auto), None).unwrap(), Some(Limit::Work));
-        assert_eq!(limit(None, Some(40.0)).unwrap(), Some(Limit::Time(40.0)));
-        assert!(limit(Some(Quality::Fixed), Some(40.0)).unwrap_err().to_string().contains("leave out one"));
-        for bad in [0.0, -3.0, f64::NAN] {
-            assert!(limit(None, Some(bad)).unwrap_err().to_string().contains("above 0"));
-        }
     }
 
     #[test]

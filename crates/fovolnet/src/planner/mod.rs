@@ -9,6 +9,7 @@ mod costs;
 mod errors;
 mod frame_plan;
 mod freedom;
+mod limit;
 #[cfg(feature = "files")]
 mod planned_pipeline;
 mod planning;
@@ -20,8 +21,9 @@ mod way;
 pub use candidate::Candidate;
 pub use frame_plan::{FramePlan, PlannedFrames};
 pub use freedom::Freedom;
+pub use limit::Limit;
 #[cfg(feature = "files")]
 pub use planned_pipeline::PlannedPipeline;
-pub use planning::{Limit, MadeFrame, Planner};
+pub use planning::{MadeFrame, Planner};
 pub use probes::Shown;
 pub use way::Way;

@@ -1,7 +1,8 @@
 use super::candidate::Candidate;
 use super::frame_plan::{FramePlan, PlannedFrames};
 use super::freedom::Freedom;
-use super::planning::{Limit, MadeFrame, Planner};
+use super::limit::Limit;
+use super::planning::{MadeFrame, Planner};
 use super::probes::Shown;
 use super::way::Way;
 use crate::{

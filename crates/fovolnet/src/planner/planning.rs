@@ -3,20 +3,12 @@ use super::costs::Costs;
 use super::errors::Errors;
 use super::frame_plan::FramePlan;
 use super::freedom::Freedom;
+use super::limit::Limit;
 use super::probes::{Measured, Probes, Shown};
 use super::running_error::{RunningError, psnr_of_part};
 use super::way::Way;
 use crate::{Pipeline, RenderSettings, Result, Viewpoint};
 use fovol_core::ShadowMode;
-
-/// Limit of the cost of a frame.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Limit {
-    /// Milliseconds a frame.
-    Time(f64),
-    /// The work of a frame made as the settings say. The clock is not asked: equal settings give equal choices.
-    Work,
-}
 
 /// Costs of a frame that was made.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -49,6 +49,9 @@ const FEWER: usize = 96;
 const MEMORY: f64 = 0.7;
 const SHOWN_MEMORY: f64 = 0.9;
 
+/// Display values of pixels.
+type Colours = Vec<[f32; 3]>;
+
 /// Probe pixels of one frame.
 pub struct Probes<'a> {
     pipeline: &'a mut Pipeline,
@@ -56,7 +59,7 @@ pub struct Probes<'a> {
     asked: &'a RenderSettings,
     pixels: Vec<Pixel>,
     /// Colours with exact shadows at the asked step.
-    exact: Vec<[f32; 3]>,
+    exact: Colours,
     /// The exact shadows of the settings.
     exact_shadows: ShadowMode,
 }
@@ -132,19 +135,19 @@ impl<'a> Probes<'a> {
     }
 
     /// Colours with exact shadows at `step`.
-    fn marched_exactly(&mut self, step: f64) -> Result<Option<Vec<[f32; 3]>>> {
+    fn marched_exactly(&mut self, step: f64) -> Result<Option<Colours>> {
         if step == self.asked.step {
             return Ok(Some(self.exact.clone()));
         }
         self.marched((self.exact_shadows, step))
     }
 
-    fn marched(&mut self, how: (ShadowMode, f64)) -> Result<Option<Vec<[f32; 3]>>> {
+    fn marched(&mut self, how: (ShadowMode, f64)) -> Result<Option<Colours>> {
         let list = SampleList::new(self.asked.size, self.pixels.clone());
         self.march(how, &list)
     }
 
-    fn march(&mut self, how: (ShadowMode, f64), list: &SampleList) -> Result<Option<Vec<[f32; 3]>>> {
+    fn march(&mut self, how: (ShadowMode, f64), list: &SampleList) -> Result<Option<Colours>> {
         let marched = self.pipeline.march_as(how, &self.viewpoint.camera, list)?;
         Ok(marched.map(|(rays, _)| rays.iter().map(|ray| shown(ray.colour)).collect()))
     }
@@ -155,7 +158,7 @@ impl<'a> Probes<'a> {
         small: FrameSize,
         count: usize,
         how: (ShadowMode, f64),
-    ) -> Result<Option<Vec<[f32; 3]>>> {
+    ) -> Result<Option<Colours>> {
         let pixels = self.pixels[..count].iter();
         let taps: Vec<Taps> =
             pixels.map(|pixel| Enlargement::Cubic.taps(*pixel, self.asked.size, small)).collect();
@@ -181,7 +184,8 @@ fn shown(colour: [f32; 3]) -> [f32; 3] {
     colour.map(|value| value.clamp(0.0, 1.0))
 }
 
-fn add(error: &mut RunningError, pair: Option<(Vec<[f32; 3]>, Vec<[f32; 3]>)>) {
+/// Adds the errors between the two colours of pixels, if they are known.
+fn add(error: &mut RunningError, pair: Option<(Colours, Colours)>) {
     if let Some((a, b)) = pair {
         error.add(squared(a.into_iter(), b.into_iter()), MEMORY);
     }
@@ -202,7 +206,7 @@ fn scattered(region: Region, number: u32, count: usize) -> Vec<Pixel> {
     let first = u64::from(number).wrapping_mul(count as u64);
     let along = |i: u64, axis: usize, from: u32, length: u32| {
         let fraction = i.wrapping_add(1).wrapping_mul(STEP[axis]) >> 32;
-        (u64::from(from) + (fraction * u64::from(length) >> 32)) as u16
+        (u64::from(from) + ((fraction * u64::from(length)) >> 32)) as u16
     };
     (0..count as u64)
         .map(|i| {
