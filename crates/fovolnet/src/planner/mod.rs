@@ -15,6 +15,7 @@ mod planned_pipeline;
 mod planning;
 mod probes;
 mod running_error;
+mod scatter;
 mod taps;
 mod way;
 

@@ -213,7 +213,7 @@ impl Planner {
         may_be_cached: bool,
     ) -> Result<()> {
         let probed = (pipeline, viewpoint, asked);
-        let Some(mut probes) = Probes::new(probed, (number, self.probes), &mut self.costs)? else {
+        let Some(mut probes) = Probes::new(probed, (number, self.probes, shown), &mut self.costs)? else {
             return Ok(());
         };
         if let Some(shown) = shown {

@@ -2,9 +2,10 @@ use super::candidate::STEPS;
 use super::costs::Costs;
 use super::errors::{Errors, SCALES};
 use super::running_error::RunningError;
+use super::scatter::Scatter;
 use super::taps::{Enlargement, Taps, blended};
 use crate::{Pipeline, RenderSettings, Result, Viewpoint};
-use fovol_core::{Frame, FrameSize, Pixel, Region, SampleList, ShadowMode};
+use fovol_core::{Frame, FrameSize, Pixel, SampleList, ShadowMode};
 use std::time::Instant;
 
 /// Frame whose error is measured, as it is shown: enlarged to the asked size.
@@ -58,6 +59,8 @@ pub struct Probes<'a> {
     viewpoint: &'a Viewpoint,
     asked: &'a RenderSettings,
     pixels: Vec<Pixel>,
+    /// Weight of each pixel, 1 on average.
+    weights: Vec<f64>,
     /// Colours with exact shadows at the asked step.
     exact: Colours,
     /// The exact shadows of the settings.
@@ -65,20 +68,25 @@ pub struct Probes<'a> {
 }
 
 impl<'a> Probes<'a> {
-    /// Marches `count` pixels of frame `number` exactly, and counts their samples in `costs`. `None` where the volume cannot
+    /// Marches `count` pixels of frame `number` exactly, more of them at edges of the frame that is `shown`, and counts their
+    /// samples in `costs`. `None` where the volume cannot
     /// be seen, or where the device cannot march them.
     ///
     /// # Errors
     /// A lost device, too little memory.
     pub fn new(
         (pipeline, viewpoint, asked): (&'a mut Pipeline, &'a Viewpoint, &'a RenderSettings),
-        (number, count): (u32, usize),
+        (number, count, shown_frame): (u32, usize, Option<Shown<'_>>),
         costs: &mut Costs,
     ) -> Result<Option<Self>> {
         let Some(region) = pipeline.visible_region(&viewpoint.camera, asked.size) else {
             return Ok(None);
         };
-        let pixels = scattered(region, number, count);
+        let scatter = match shown_frame {
+            Some(Shown { frame, .. }) => Scatter::by_contrast(region, asked.size, frame),
+            None => Scatter::even(region),
+        };
+        let (pixels, weights): (Vec<Pixel>, Vec<f64>) = scatter.pixels(number, count).into_iter().unzip();
         let exact_shadows = match asked.shadows {
             ShadowMode::Off => ShadowMode::Off,
             ShadowMode::On | ShadowMode::Cached => ShadowMode::On,
@@ -96,14 +104,14 @@ impl<'a> Probes<'a> {
             costs.guess(pixels.len(), started.elapsed().as_secs_f64() * 1e3);
         }
         let exact = exact.iter().map(|ray| shown(ray.colour)).collect();
-        Ok(Some(Self { pipeline, viewpoint, asked, pixels, exact, exact_shadows }))
+        Ok(Some(Self { pipeline, viewpoint, asked, pixels, weights, exact, exact_shadows }))
     }
 
     /// Adds the errors of the frame `made` to `error`.
     pub fn compare(&self, made: Shown<'_>, error: &mut RunningError) {
         let enlargement = if made.on_screen { Enlargement::Linear } else { Enlargement::Cubic };
         let colours = self.pixels.iter().map(|pixel| enlargement.colour(made.frame, *pixel, self.asked.size));
-        error.add(squared(colours, self.exact.iter().copied()), SHOWN_MEMORY);
+        error.add(weighted(squared(colours, self.exact.iter().copied()), &self.weights), SHOWN_MEMORY);
     }
 
     /// Measures what `measured` says, at `step` times the asked step.
@@ -116,11 +124,11 @@ impl<'a> Probes<'a> {
             Measured::Light => {
                 let exact = self.marched_exactly(step)?;
                 let cached = self.marched((ShadowMode::Cached, step))?;
-                add(&mut errors.light, exact.zip(cached));
+                add(&mut errors.light, exact.zip(cached), &self.weights);
             }
             Measured::Step(i) => {
                 let longer = self.marched_exactly(self.asked.step * STEPS[i + 1])?;
-                add(&mut errors.steps[i], longer.map(|longer| (longer, self.exact.clone())));
+                add(&mut errors.steps[i], longer.map(|longer| (longer, self.exact.clone())), &self.weights);
             }
             Measured::Scale(i, shadows) => {
                 let small = scaled(self.asked.size, SCALES[i]);
@@ -128,7 +136,7 @@ impl<'a> Probes<'a> {
                 let sized = self.marched_smaller(small, fewer, (shadows, step))?;
                 let list = SampleList::new(self.asked.size, self.pixels[..fewer].to_vec());
                 let whole = self.march((shadows, step), &list)?;
-                add(&mut errors.scales[i], sized.zip(whole));
+                add(&mut errors.scales[i], sized.zip(whole), &self.weights);
             }
         }
         Ok(())
@@ -185,10 +193,15 @@ fn shown(colour: [f32; 3]) -> [f32; 3] {
 }
 
 /// Adds the errors between the two colours of pixels, if they are known.
-fn add(error: &mut RunningError, pair: Option<(Colours, Colours)>) {
+fn add(error: &mut RunningError, pair: Option<(Colours, Colours)>, weights: &[f64]) {
     if let Some((a, b)) = pair {
-        error.add(squared(a.into_iter(), b.into_iter()), MEMORY);
+        error.add(weighted(squared(a.into_iter(), b.into_iter()), weights), MEMORY);
     }
+}
+
+/// `errors` of pixels by their weights.
+fn weighted(errors: impl Iterator<Item = f64>, weights: &[f64]) -> impl Iterator<Item = f64> {
+    errors.zip(weights).map(|(error, weight)| error * weight)
 }
 
 /// Squared errors of pixels: means over red, green and blue.
@@ -199,41 +212,9 @@ fn squared(
     a.zip(b).map(|(a, b)| (0..3).map(|c| f64::from(a[c] - b[c]).powi(2)).sum::<f64>() / 3.0)
 }
 
-/// `count` pixels scattered evenly over `region`, others for every frame: Roberts' sequence R₂, which goes on from frame to
-/// frame.
-fn scattered(region: Region, number: u32, count: usize) -> Vec<Pixel> {
-    const STEP: [u64; 2] = [13_925_308_310_254_404_935, 10_511_728_000_904_283_327];
-    let first = u64::from(number).wrapping_mul(count as u64);
-    let along = |i: u64, axis: usize, from: u32, length: u32| {
-        let fraction = i.wrapping_add(1).wrapping_mul(STEP[axis]) >> 32;
-        (u64::from(from) + ((fraction * u64::from(length)) >> 32)) as u16
-    };
-    (0..count as u64)
-        .map(|i| {
-            let i = first.wrapping_add(i);
-            let Region { x, y, size } = region;
-            Pixel { x: along(i, 0, x, size.width), y: along(i, 1, y, size.height) }
-        })
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn probes_are_scattered_evenly_and_move_on() {
-        let region = Region { x: 10, y: 20, size: FrameSize::new(100, 50).unwrap() };
-        let (first, second) = (scattered(region, 0, 400), scattered(region, 1, 400));
-        assert_ne!(first, second);
-        let mut cells = [0u32; 50];
-        for pixel in first.iter().chain(&second) {
-            let (x, y) = (u32::from(pixel.x) - 10, u32::from(pixel.y) - 20);
-            assert!(x < 100 && y < 50);
-            cells[(y / 10 * 10 + x / 10) as usize] += 1;
-        }
-        assert!(cells.iter().all(|count| (10..=22).contains(count)), "{cells:?}");
-    }
 
     #[test]
     fn everything_has_its_turn() {
