@@ -62,11 +62,11 @@ struct Chosen {
 }
 
 /// Probe pixels of a frame, and bounds of their number within a budget.
-const PROBES: usize = 256;
-const FEWEST_PROBES: usize = 96;
-const MOST_PROBES: usize = 512;
+const PROBES: usize = 512;
+const FEWEST_PROBES: usize = 192;
+const MOST_PROBES: usize = 1024;
 /// Part of a budget that probes may take.
-const PROBING: f64 = 0.04;
+const PROBING: f64 = 0.08;
 /// Frames with a measurement of other candidates after a choice; later every fourth has one.
 const MEASURED: u32 = 8;
 /// Part of a budget that a frame is expected to take at most: the next view may take longer.

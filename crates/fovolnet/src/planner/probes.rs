@@ -48,7 +48,7 @@ impl Measured {
 const FEWER: usize = 96;
 /// Weight of what was known, for errors that are measured in turn, and for shown frames.
 const MEMORY: f64 = 0.7;
-const SHOWN_MEMORY: f64 = 0.9;
+const SHOWN_MEMORY: f64 = 0.93;
 
 /// Display values of pixels.
 type Colours = Vec<[f32; 3]>;
