@@ -1,7 +1,7 @@
 //! Interactive viewer: renders a volume in a window with gaze-dependent sampling.
 //!
 //! [`Viewer`] is the window. A thread ([`frames::engine`]) makes its frames: frames in motion that keep the frame rate
-//! ([`frames::budget`]), and progressive refinement of still views ([`frames::still`]). The [`session::document`] holds
+//! ([`fovolnet::Planner`]), and progressive refinement of still views ([`frames::still`]). The [`session::document`] holds
 //! everything that a picture depends on; it is a session of the command line.
 
 pub mod frames;

@@ -34,7 +34,7 @@ impl Renderer {
     }
 
     /// Marches the pixels of `list` with other shadows and another step than those of the scene, as [`Self::march_list`]
-    /// does. `step` is in voxels, see [`Scene::step`].
+    /// does. `step` is in voxels, see [`fovol_core::Scene::step`].
     ///
     /// What the step and the shadows need is prepared by the first such call after a change of the scene.
     ///

@@ -5,7 +5,7 @@ use crate::scene::{Bricks, ExtinctionTable, TransferTable};
 use fovol_core::{Integration, TransferFunction};
 use std::time::Duration;
 
-/// What marching at one step along rays needs besides the volume.
+/// Tables, shadow grid and light columns of one step.
 #[derive(Debug)]
 pub struct Prepared {
     /// The step, in voxels of the smallest spacing.
@@ -19,7 +19,7 @@ pub struct Prepared {
     pub light_columns: Option<LightColumns>,
 }
 
-/// What other steps than the scene's need. Who goes back and forth between steps waits for nothing.
+/// Tables and shadows of other steps than the scene's, kept for a return to them.
 #[derive(Debug, Default)]
 pub struct OtherSteps(Vec<Prepared>);
 

@@ -51,7 +51,7 @@ pub struct Renderer {
     background: [f64; 3],
     /// Tables and shadows for the step of the scene.
     pub(super) prepared: Prepared,
-    /// Those of other steps.
+    /// Tables and shadows for other steps.
     others: OtherSteps,
     /// Factor from the step of the scene to that of rays; see [`Scene::step_stretch`].
     pub(super) stretch: f64,

@@ -14,7 +14,7 @@ pub enum Way {
     CachedLight,
     /// Some pixels are marched with shadow rays; a guide and the reconstructed light ratio give the others.
     LightRatio,
-    /// Like [`Self::LightRatio`], with [`FEW`] shadow rays a pixel.
+    /// Like [`Self::LightRatio`], with 16 shadow rays a pixel.
     FewShadowRays,
     /// Some pixels are marched; the colours of the others are reconstructed.
     Colours,
