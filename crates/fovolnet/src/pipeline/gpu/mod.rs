@@ -284,7 +284,9 @@ impl Marcher for GpuMarcher {
         list: &SampleList,
     ) -> Result<Option<(Vec<RayResult>, Option<SampleCount>)>> {
         let own = self.renderer.shadows();
-        if step != self.step || (shadows == ShadowMode::Cached && own != shadows) {
+        // Lists have room for as many pixels as their frame has.
+        let is_too_long = list.len() > list.size().pixels();
+        if is_too_long || step != self.step || (shadows == ShadowMode::Cached && own != shadows) {
             return Ok(None);
         }
         let mut buffers = match self.probe_buffers.take().filter(|buffers| buffers.size() == list.size()) {
