@@ -73,9 +73,14 @@ impl Candidate {
 
     /// `whole`, scaled, to at least one pixel.
     pub fn size(&self, whole: FrameSize) -> FrameSize {
-        let side = |side: u32| ((f64::from(side) * self.scale).round() as u32).max(1);
-        FrameSize { width: side(whole.width), height: side(whole.height) }
+        scaled(whole, self.scale)
     }
+}
+
+/// `size`, scaled, to at least one pixel.
+pub fn scaled(size: FrameSize, scale: f64) -> FrameSize {
+    let side = |side: u32| ((f64::from(side) * scale).round() as u32).max(1);
+    FrameSize { width: side(size.width), height: side(size.height) }
 }
 
 #[cfg(test)]

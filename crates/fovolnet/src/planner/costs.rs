@@ -51,9 +51,13 @@ impl Default for Costs {
 }
 
 impl Costs {
-    /// Takes the `samples` of `rays` rays with shadow rays at the asked step; `share` of the pixels may meet the volume.
-    pub fn count(&mut self, samples: SampleCount, rays: usize, share: f64) {
+    /// Takes the part of the pixels that may meet the volume, 0…1.
+    pub fn see(&mut self, share: f64) {
         self.share = share;
+    }
+
+    /// Takes the `samples` of `rays` rays with shadow rays at the asked step.
+    pub fn count(&mut self, samples: SampleCount, rays: usize) {
         if rays > 0 {
             let of = |samples: u64| samples as f64 / rays as f64;
             (self.primary, self.shadow) = (of(samples.primary).max(1.0), of(samples.shadow));
@@ -162,7 +166,8 @@ mod tests {
         let exact = costs.ms(&full(Way::ExactLight), &asked);
         assert!(exact > 80.0, "{exact}");
         let count = SampleCount { primary: 100, shadow: 0 };
-        costs.count(count, 10, 0.25);
+        costs.count(count, 10);
+        costs.see(0.25);
         assert!(costs.ms(&full(Way::ExactLight), &asked) < exact && costs.share() == 0.25);
     }
 }

@@ -6,8 +6,8 @@ use super::planning::{MadeFrame, Planner};
 use super::probes::Shown;
 use super::way::Way;
 use crate::{
-    Error, Machine, OpenDevice, OpenVolume, Pipeline, RenderSettings, RenderedFrame, Result, Sampling,
-    SpeedSettings, Viewpoint,
+    Error, OpenDevice, OpenVolume, Pipeline, RenderSettings, RenderedFrame, Result, Sampling, SpeedSettings,
+    Viewpoint,
 };
 use fovol_core::{Frame, ShadowMode};
 use fovol_io::image;
@@ -87,23 +87,9 @@ impl PlannedPipeline {
         &mut self.pipeline
     }
 
-    /// Description of the machine as this pipeline uses it.
-    pub fn machine(&self) -> Machine {
-        self.pipeline.machine()
-    }
-
     /// Choices of all frames so far.
     pub fn plans(&self) -> &[PlannedFrames] {
         &self.made
-    }
-
-    /// Goes over to other settings, such as another light, for the next frames.
-    ///
-    /// # Errors
-    /// Errors of [`Pipeline::new`].
-    pub fn change(&mut self, asked: &RenderSettings) -> Result<()> {
-        self.asked = asked.clone();
-        Ok(())
     }
 
     /// Renders frame `i` as planned, at the asked size. Networks treat it as the successor of the last frame.

@@ -35,7 +35,7 @@ pub struct Planner {
     shown: RunningError,
     /// Part of the frames that follow a change of the scene, 0…1.
     change_rate: f64,
-    /// Milliseconds of a change of the scene, with and without cached shadows to make.
+    /// Milliseconds of a change of the scene, without and with cached shadows to make.
     change_ms: [f64; 2],
     /// Probe pixels of the next frame, and milliseconds that they take.
     probes: usize,

@@ -1,4 +1,4 @@
-use super::candidate::STEPS;
+use super::candidate::{STEPS, scaled};
 use super::costs::Costs;
 use super::errors::{Errors, SCALES};
 use super::running_error::RunningError;
@@ -69,8 +69,7 @@ pub struct Probes<'a> {
 
 impl<'a> Probes<'a> {
     /// Marches `count` pixels of frame `number` exactly, more of them at edges of the frame that is `shown`, and counts their
-    /// samples in `costs`. `None` where the volume cannot
-    /// be seen, or where the device cannot march them.
+    /// samples in `costs`. `None` where the volume cannot be seen, or where the device cannot march them.
     ///
     /// # Errors
     /// A lost device, too little memory.
@@ -98,9 +97,9 @@ impl<'a> Probes<'a> {
         else {
             return Ok(None);
         };
-        let share = region.size.pixels() as f64 / asked.size.pixels() as f64;
+        costs.see(region.size.pixels() as f64 / asked.size.pixels() as f64);
         if let Some(samples) = samples {
-            costs.count(samples, pixels.len(), share);
+            costs.count(samples, pixels.len());
             costs.guess(pixels.len(), started.elapsed().as_secs_f64() * 1e3);
         }
         let exact = exact.iter().map(|ray| shown(ray.colour)).collect();
@@ -179,12 +178,6 @@ impl<'a> Probes<'a> {
         });
         Ok(Some(enlarged.collect()))
     }
-}
-
-/// Size of frames of `scale`.
-fn scaled(size: FrameSize, scale: f64) -> FrameSize {
-    let side = |side: u32| ((f64::from(side) * scale).round() as u32).max(1);
-    FrameSize { width: side(size.width), height: side(size.height) }
 }
 
 /// Display values, as metrics compare them.
