@@ -73,8 +73,10 @@ pub struct Made {
     pub depths: Option<Depths>,
 }
 
-/// Extras that the reconstruction on the host asks of a frame's samples.
+/// Extras that the reconstruction on the host asks of a frame's samples. A processor has guide and motion at hand, a GPU
+/// has to read them back.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(not(feature = "gpu"), expect(dead_code, reason = "only a GPU reads guide and motion back"))]
 pub struct Wanted<'a> {
     /// Importance of samples, if it is known.
     pub importance: Option<&'a Importance>,
