@@ -82,6 +82,11 @@ impl Method {
         matches!(self.how, How::Network(_))
     }
 
+    /// Whether it is a network of the paper's size.
+    pub fn is_large_network(self) -> bool {
+        matches!(self.how, How::Network(name) if name != "wnet-fast")
+    }
+
     /// Whether it needs [`bilateral`] after the frame was rendered.
     pub fn is_bilateral(self) -> bool {
         matches!(self.how, How::JointBilateral)

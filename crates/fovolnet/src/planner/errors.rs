@@ -25,8 +25,8 @@ pub const SCALES: [f64; 4] = [0.75, 0.5, 0.3333, 0.2];
 const LIGHT: f64 = 2e-5;
 const AT_SCALES: [f64; SCALES.len()] = [1e-5, 4e-5, 1e-4, 4e-4];
 const AT_STEPS: [f64; STEPS.len() - 1] = [3e-5, 3e-4];
-/// Low enough that ratios are tried where cached light is poor.
-const RATIO: f64 = 1e-4;
+/// Low enough that ratios are tried where cached light is poor, and no lower: frames that are tried are shown.
+const RATIO: f64 = 2e-4;
 const COLOURS: f64 = 4e-4;
 /// Factor of the error with few shadow rays instead of all, measured on seven volumes (docs/measurements.md).
 const FEW_RAYS: f64 = 1.12;

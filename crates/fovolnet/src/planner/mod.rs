@@ -16,6 +16,7 @@ mod planning;
 mod probes;
 mod running_error;
 mod scatter;
+mod shown_error;
 mod taps;
 mod way;
 

@@ -82,6 +82,11 @@ impl PlannedPipeline {
         Ok(())
     }
 
+    /// Takes other settings for the next frames, such as another light. What the planner may change stays.
+    pub fn ask(&mut self, asked: &RenderSettings) {
+        self.asked = asked.clone();
+    }
+
     /// Pipeline that makes the frames. Its settings are those of the last one.
     pub fn pipeline(&mut self) -> &mut Pipeline {
         &mut self.pipeline

@@ -5,7 +5,8 @@ use super::frame_plan::FramePlan;
 use super::freedom::Freedom;
 use super::limit::Limit;
 use super::probes::{Measured, Probes, Shown};
-use super::running_error::{RunningError, psnr_of_part};
+use super::running_error::psnr_of_part;
+use super::shown_error::ShownError;
 use super::way::Way;
 use crate::{Pipeline, RenderSettings, Result, Viewpoint};
 use fovol_core::ShadowMode;
@@ -32,7 +33,7 @@ pub struct Planner {
     costs: Costs,
     chosen: Option<Chosen>,
     /// Error of frames like the last one.
-    shown: RunningError,
+    shown: ShownError,
     /// Part of the frames that follow a change of the scene, 0…1.
     change_rate: f64,
     /// Milliseconds of a change of the scene, without and with cached shadows to make.
@@ -62,8 +63,8 @@ struct Chosen {
 }
 
 /// Probe pixels of a frame, and bounds of their number within a budget.
-const PROBES: usize = 512;
-const FEWEST_PROBES: usize = 192;
+const PROBES: usize = 1024;
+const FEWEST_PROBES: usize = 256;
 const MOST_PROBES: usize = 1024;
 /// Part of a budget that probes may take.
 const PROBING: f64 = 0.08;
@@ -81,6 +82,8 @@ const KEPT: u32 = 8;
 const UNUSED: f64 = 0.5;
 /// Weight of the last frame in moving averages.
 const NEW: f64 = 0.35;
+/// Part of the frames after changes of the scene below which it rests.
+const RESTS: f64 = 0.05;
 /// Milliseconds of cached shadows before they were made.
 const UNKNOWN_GRID_MS: f64 = 50.0;
 
@@ -97,7 +100,7 @@ impl Planner {
             errors: Errors::default(),
             costs: Costs::default(),
             chosen: None,
-            shown: RunningError::default(),
+            shown: ShownError::default(),
             change_rate: 0.0,
             change_ms: [0.0, UNKNOWN_GRID_MS],
             probes: MOST_PROBES,
@@ -172,7 +175,7 @@ impl Planner {
         let same = self.chosen.as_ref().filter(|chosen| chosen.candidate == candidate);
         let frames = same.map_or(0, |chosen| chosen.frames) + 1;
         if frames == 1 {
-            self.shown = RunningError::default();
+            self.shown = ShownError::default();
         }
         self.chosen = Some(Chosen { candidate, frames, predicted_ms, why });
     }
@@ -191,7 +194,7 @@ impl Planner {
         if made.scene_changed {
             let known = &mut self.change_ms[usize::from(candidate.way == Way::CachedLight)];
             *known += NEW * (made.change_ms - *known);
-            self.shown = RunningError::default();
+            self.shown = ShownError::default();
             self.errors.fade();
         }
         // The first frame makes room for what the next ones use again.
@@ -216,10 +219,14 @@ impl Planner {
         let Some(mut probes) = Probes::new(probed, (number, self.probes, shown), &mut self.costs)? else {
             return Ok(());
         };
-        if let Some(shown) = shown {
-            probes.compare(shown, &mut self.shown);
-        }
         let candidate = self.candidate();
+        if let Some(shown) = shown {
+            // Where the scene changes, cached light at the asked step may have to be made for this alone.
+            let rests = self.change_rate < RESTS;
+            let light_is_cached =
+                rests && candidate.is_some_and(|candidate| candidate.way == Way::CachedLight);
+            probes.compare(shown, light_is_cached, &mut self.shown)?;
+        }
         let turns = match &self.chosen {
             None => Measured::COUNT,
             Some(chosen) => u32::from(chosen.frames <= MEASURED || chosen.frames % 4 == 0),

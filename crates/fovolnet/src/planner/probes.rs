@@ -3,6 +3,7 @@ use super::costs::Costs;
 use super::errors::{Errors, SCALES};
 use super::running_error::RunningError;
 use super::scatter::Scatter;
+use super::shown_error::ShownError;
 use super::taps::{Enlargement, Taps, blended};
 use crate::{Pipeline, RenderSettings, Result, Viewpoint};
 use fovol_core::{Frame, FrameSize, Pixel, SampleList, ShadowMode};
@@ -44,11 +45,13 @@ impl Measured {
     }
 }
 
-/// Pixels that measure the error of other sizes.
-const FEWER: usize = 96;
-/// Weight of what was known, for errors that are measured in turn, and for shown frames.
+/// Pixels that measure the error of other light and steps, and of other sizes.
+const FEWER: usize = 512;
+const FEWEST: usize = 96;
+/// Weight of what was known, for errors that are measured in turn.
 const MEMORY: f64 = 0.7;
-const SHOWN_MEMORY: f64 = 0.93;
+/// Pixels whose colours are substituted, for each one that is marched exactly.
+const SUBSTITUTES: usize = 4;
 
 /// Display values of pixels.
 type Colours = Vec<[f32; 3]>;
@@ -61,6 +64,8 @@ pub struct Probes<'a> {
     pixels: Vec<Pixel>,
     /// Weight of each pixel, 1 on average.
     weights: Vec<f64>,
+    /// Further pixels with their weights.
+    further: Vec<(Pixel, f64)>,
     /// Colours with exact shadows at the asked step.
     exact: Colours,
     /// The exact shadows of the settings.
@@ -85,7 +90,9 @@ impl<'a> Probes<'a> {
             Some(Shown { frame, .. }) => Scatter::by_contrast(region, asked.size, frame),
             None => Scatter::even(region),
         };
-        let (pixels, weights): (Vec<Pixel>, Vec<f64>) = scatter.pixels(number, count).into_iter().unzip();
+        let mut scattered = scatter.pixels(number, SUBSTITUTES * count);
+        let further = scattered.split_off(count);
+        let (pixels, weights): (Vec<Pixel>, Vec<f64>) = scattered.into_iter().unzip();
         let exact_shadows = match asked.shadows {
             ShadowMode::Off => ShadowMode::Off,
             ShadowMode::On | ShadowMode::Cached => ShadowMode::On,
@@ -103,14 +110,36 @@ impl<'a> Probes<'a> {
             costs.guess(pixels.len(), started.elapsed().as_secs_f64() * 1e3);
         }
         let exact = exact.iter().map(|ray| shown(ray.colour)).collect();
-        Ok(Some(Self { pipeline, viewpoint, asked, pixels, weights, exact, exact_shadows }))
+        Ok(Some(Self { pipeline, viewpoint, asked, pixels, weights, further, exact, exact_shadows }))
     }
 
-    /// Adds the errors of the frame `made` to `error`.
-    pub fn compare(&self, made: Shown<'_>, error: &mut RunningError) {
+    /// Adds the errors of the frame `made` to `error`. Colours with cached light are substitutes of exact ones if the frame's
+    /// `light_is_cached`.
+    ///
+    /// # Errors
+    /// A lost device, too little memory.
+    pub fn compare(&mut self, made: Shown<'_>, light_is_cached: bool, error: &mut ShownError) -> Result<()> {
         let enlargement = if made.on_screen { Enlargement::Linear } else { Enlargement::Cubic };
-        let colours = self.pixels.iter().map(|pixel| enlargement.colour(made.frame, *pixel, self.asked.size));
-        error.add(weighted(squared(colours, self.exact.iter().copied()), &self.weights), SHOWN_MEMORY);
+        let size = self.asked.size;
+        let shown = |pixel: &Pixel| enlargement.colour(made.frame, *pixel, size);
+        let exact = squared(self.pixels.iter().map(shown), self.exact.iter().copied());
+        let exact: Vec<f64> = weighted(exact, &self.weights).collect();
+        if !light_is_cached {
+            error.add(&exact);
+            return Ok(());
+        }
+        let (further, weights): (Vec<Pixel>, Vec<f64>) = self.further.iter().copied().unzip();
+        let pixels = [&self.pixels[..], &further].concat();
+        let weights = [&self.weights[..], &weights].concat();
+        let list = SampleList::new(size, pixels.clone());
+        match self.march((ShadowMode::Cached, self.asked.step), &list)? {
+            Some(cached) => {
+                let errors = squared(pixels.iter().map(shown), cached.into_iter());
+                error.add_substituted(&weighted(errors, &weights).collect::<Vec<_>>(), &exact);
+            }
+            None => error.add(&exact),
+        }
+        Ok(())
     }
 
     /// Measures what `measured` says, at `step` times the asked step.
@@ -122,7 +151,7 @@ impl<'a> Probes<'a> {
         match measured {
             Measured::Light => {
                 let exact = self.marched_exactly(step)?;
-                let cached = self.marched((ShadowMode::Cached, step))?;
+                let cached = self.marched((ShadowMode::Cached, step), FEWER)?;
                 add(&mut errors.light, exact.zip(cached), &self.weights);
             }
             Measured::Step(i) => {
@@ -131,10 +160,8 @@ impl<'a> Probes<'a> {
             }
             Measured::Scale(i, shadows) => {
                 let small = scaled(self.asked.size, SCALES[i]);
-                let fewer = self.pixels.len().min(FEWER);
-                let sized = self.marched_smaller(small, fewer, (shadows, step))?;
-                let list = SampleList::new(self.asked.size, self.pixels[..fewer].to_vec());
-                let whole = self.march((shadows, step), &list)?;
+                let sized = self.marched_smaller(small, FEWEST, (shadows, step))?;
+                let whole = self.marched((shadows, step), FEWEST)?;
                 add(&mut errors.scales[i], sized.zip(whole), &self.weights);
             }
         }
@@ -146,12 +173,17 @@ impl<'a> Probes<'a> {
         if step == self.asked.step {
             return Ok(Some(self.exact.clone()));
         }
-        self.marched((self.exact_shadows, step))
+        self.marched((self.exact_shadows, step), FEWER)
     }
 
-    fn marched(&mut self, how: (ShadowMode, f64)) -> Result<Option<Colours>> {
-        let list = SampleList::new(self.asked.size, self.pixels.clone());
+    /// Colours of the first `count` pixels, or of all if there are fewer.
+    fn marched(&mut self, how: (ShadowMode, f64), count: usize) -> Result<Option<Colours>> {
+        let list = SampleList::new(self.asked.size, self.first(count).to_vec());
         self.march(how, &list)
+    }
+
+    fn first(&self, count: usize) -> &[Pixel] {
+        &self.pixels[..count.min(self.pixels.len())]
     }
 
     fn march(&mut self, how: (ShadowMode, f64), list: &SampleList) -> Result<Option<Colours>> {
@@ -166,7 +198,7 @@ impl<'a> Probes<'a> {
         count: usize,
         how: (ShadowMode, f64),
     ) -> Result<Option<Colours>> {
-        let pixels = self.pixels[..count].iter();
+        let pixels = self.first(count).iter();
         let taps: Vec<Taps> =
             pixels.map(|pixel| Enlargement::Cubic.taps(*pixel, self.asked.size, small)).collect();
         let list = SampleList::new(small, taps.iter().flatten().map(|(pixel, _)| *pixel).collect());

@@ -36,13 +36,22 @@ impl RunningError {
         (self.weight > 0.0).then(|| self.sum / self.weight)
     }
 
-    /// Mean, and the bounds between which it lies with 95 % confidence.
-    pub fn with_confidence(&self) -> Option<[f64; 3]> {
-        let mean = self.mean()?;
-        let variance = (self.squares / self.weight - mean * mean).max(0.0);
-        let deviation = (variance * self.square_weight).sqrt() / self.weight;
+    /// Sum of the means of those `errors` that are known, and the bounds between which it lies with 95 % confidence.
+    pub fn sum(errors: [Self; 2]) -> Option<[f64; 3]> {
+        let known = || errors.iter().filter_map(|error| Some((error.mean()?, error.variance_of_mean())));
+        known().next()?;
+        // Corrections that chance made too large leave no error below 0.
+        let mean = known().map(|(mean, _)| mean).sum::<f64>().max(0.0);
+        let deviation = known().map(|(_, variance)| variance).sum::<f64>().sqrt();
         let least = (mean - CONFIDENCE * deviation).max(LEAST * mean);
         Some([mean, least, mean + CONFIDENCE * deviation])
+    }
+
+    /// Variance of the mean.
+    fn variance_of_mean(&self) -> f64 {
+        let mean = self.sum / self.weight;
+        let variance = (self.squares / self.weight - mean * mean).max(0.0);
+        variance * self.square_weight / (self.weight * self.weight)
     }
 }
 
@@ -59,7 +68,7 @@ mod tests {
     #[test]
     fn new_errors_replace_old_ones() {
         let mut error = RunningError::default();
-        assert_eq!(error.with_confidence(), None);
+        assert_eq!(RunningError::sum([error; 2]), None);
         error.add([4.0; 100], 0.8);
         for _ in 0..40 {
             error.add([1.0; 100], 0.8);
@@ -80,7 +89,8 @@ mod tests {
                     f64::from(u8::from((state >> 33) % 10 == 0))
                 }).take(512), 0.8);
             }
-            let [mean, least, most] = error.with_confidence().unwrap();
+            let [mean, least, most] =
+                RunningError::sum([error, RunningError::default()]).unwrap();
             // Twice the interval holds the truth in all but one of 10,000 cases.
             prop_assert!(least <= mean && mean <= most);
             prop_assert!((mean - 0.1).abs() <= 2.0 * (most - mean));
