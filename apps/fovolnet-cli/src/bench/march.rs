@@ -1,3 +1,4 @@
+use super::march_model;
 use super::marching::marching;
 use super::repeat::{Times, alternating};
 use super::subject::Subject;
@@ -22,6 +23,10 @@ pub struct MarchBench {
     /// Also write the picture
     #[arg(long, value_name = "FILE.png")]
     picture: Option<PathBuf>,
+    /// Measure nothing: follow the rays of the frame, and say what they would cost on this GPU (h200, h100, rtx-4090,
+    /// rtx-3060 or integrated), for every pixel and for the sampled ones
+    #[arg(long, value_name = "GPU", num_args = 0..=1, default_missing_value = "h200", conflicts_with = "picture")]
+    model: Option<String>,
     #[command(flatten)]
     json: JsonOutput,
 }
@@ -73,6 +78,11 @@ impl MarchBench {
         let camera = camera_path(&settings, &world)?.camera(settings.first_frame);
         let camera = world.camera(&camera);
         let size = settings.size;
+        if let Some(name) = &self.model {
+            outputs::check(self.json.file())?;
+            outputs::have_folders(self.json.file())?;
+            return march_model::report(&scene, &camera, &settings, &march_model::gpu(name)?, &self.json);
+        }
         let mut marching = marching(&scene, self.subject.speed(), size)?;
         let files = [self.picture.as_deref(), self.json.file()];
         outputs::check(files.into_iter().flatten())?;

@@ -2,6 +2,7 @@
 
 pub mod compact;
 mod march;
+mod march_model;
 mod marching;
 mod net;
 mod pipeline;

@@ -31,20 +31,20 @@ pub struct LightColumns {
 
 /// The sheared coordinates that columns and slabs are counted in.
 #[derive(Debug, Clone, Copy)]
-struct Axes {
+pub struct Axes {
     /// The axis along which light travels most voxels, and the two others.
-    order: [usize; 3],
+    pub order: [usize; 3],
     /// Where the first slab starts on the first of them: the face turned away from the light, in
     /// voxels.
-    origin: f32,
+    pub origin: f32,
     /// Slabs per voxel, negative where light comes from below.
-    slabs: f32,
+    pub slabs: f32,
     /// Voxels along the lateral axes per slab.
-    shear: [f32; 2],
+    pub shear: [f32; 2],
     /// Where the first columns start, in voxels.
-    low: [f32; 2],
+    pub low: [f32; 2],
     /// Edge of a column in voxels.
-    width: f32,
+    pub width: f32,
 }
 
 impl LightColumns {
@@ -80,6 +80,25 @@ impl LightColumns {
         });
         out.words = bits;
         out
+    }
+
+    /// The coordinates that columns and slabs are counted in.
+    #[cfg(feature = "gpu")]
+    pub fn axes(&self) -> Axes {
+        self.axes
+    }
+
+    /// Columns along both lateral axes, and words of a column.
+    #[cfg(feature = "gpu")]
+    pub fn dims(&self) -> [usize; 3] {
+        let [across, down] = self.columns;
+        [across, down, self.words.len() / (across * down)]
+    }
+
+    /// All words: those of the first slabs of all columns first.
+    #[cfg(feature = "gpu")]
+    pub fn all_words(&self) -> &[u32] {
+        &self.words
     }
 
     /// Sets `bit` in the words of all columns that meet anything in slab `slab`.

@@ -12,7 +12,7 @@ mod field;
 mod fine;
 mod in_vectors;
 mod kernel;
-mod light_columns;
+pub(crate) mod light_columns;
 mod light_path;
 mod light_sweep;
 pub mod march;

@@ -10,9 +10,12 @@ use wgpu::BufferUsages;
 /// Words of one block; as in shaders/inclusive_sum.wgsl.
 pub const BLOCK: u32 = 256;
 
-/// How many blocks of words the mask of a frame of `size` has.
+/// Rows of a tile of words; as in shaders/compact.wgsl.
+const TILE_ROWS: u32 = 32;
+
+/// How many blocks of words the tiles of a mask of `size` have.
 pub fn blocks(size: FrameSize) -> u32 {
-    (size.width.div_ceil(64) * 2 * size.height).div_ceil(BLOCK)
+    (size.width.div_ceil(64) * 2 * size.height.next_multiple_of(TILE_ROWS)).div_ceil(BLOCK)
 }
 
 /// Width and height, as shaders read them. Twin of `Extent` in shaders/frame.wgsl.

@@ -61,7 +61,7 @@ mod tests {
 
     fn compacted(mask: &SampleMask) -> fovol_core::SampleList {
         let (gpu, stages) = &*DEVICE;
-        let buffers = FrameBuffers::new(gpu, stages, mask.size()).unwrap();
+        let mut buffers = FrameBuffers::new(gpu, stages, mask.size()).unwrap();
         buffers.set_decided_mask(mask);
         gpu.guarded("compaction", || {
             let mut encoder = gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
@@ -71,6 +71,7 @@ mod tests {
             gpu.enqueue([encoder.finish()]);
         })
         .unwrap();
+        buffers.is_tiled = true;
         buffers.read_list().unwrap()
     }
 

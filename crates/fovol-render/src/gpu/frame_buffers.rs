@@ -27,6 +27,8 @@ pub struct FrameBuffers {
     limits_of: Option<(Fovea, u32, Limits)>,
     /// Buffers of adaptive masks; made with the first one.
     pub(super) adaptive: Option<AdaptiveBuffers>,
+    /// Whether the list lies tile by tile, as the device packs it.
+    pub(super) is_tiled: bool,
 }
 
 impl fmt::Debug for FrameBuffers {
@@ -51,6 +53,7 @@ impl FrameBuffers {
                 timing: Timing::new(gpu, Stage::COUNT),
                 limits_of: None,
                 adaptive: None,
+                is_tiled: false,
             }
         })?;
         Ok(made)
@@ -127,12 +130,13 @@ impl FrameBuffers {
     ///
     /// # Errors
     /// A list for another size, or with more pixels than a frame has.
-    pub(super) fn set_list(&self, list: &SampleList) -> Result<()> {
+    pub(super) fn set_list(&mut self, list: &SampleList) -> Result<()> {
         if list.size() != self.size {
             return Err(Error::Size { list: list.size(), frame: self.size });
         }
         let room = ("pixels of the frame", self.size.pixels() as u64);
         GpuError::check_limit("a list of pixels", list.len() as u64, room, "draw fewer positions")?;
+        self.is_tiled = false;
         let packed: Vec<u32> = list.pixels().iter().map(|p| u32::from(p.y) << 16 | u32::from(p.x)).collect();
         let length = ListLength::of(packed.len() as u32);
         Ok(self.gpu.guarded("uploading a list", || {
@@ -177,17 +181,25 @@ impl FrameBuffers {
         Ok(mask)
     }
 
-    /// Reads the last list of pixels back to the host.
+    /// Reads the last list of pixels back to the host: as it was given, or in raster order if it was found on the device.
     ///
     /// # Errors
     /// As [`Self::read_frame`].
     pub fn read_list(&self) -> Result<SampleList> {
-        let packed: Vec<u32> = read(&self.gpu, &self.buffers.listed.pixels, self.read_list_length()?)?;
+        let mut packed = self.read_packed()?;
+        if self.is_tiled {
+            packed.sort_unstable();
+        }
         let pixel = |bits: &u32| Pixel { x: *bits as u16, y: (bits >> 16) as u16 };
         Ok(SampleList::new(self.size, packed.iter().map(pixel).collect()))
     }
 
-    /// Reads the samples of the last list back to the host, in its order.
+    /// Pixels of the last list as they lie on the device: y in the high half of each, x in the low one.
+    fn read_packed(&self) -> Result<Vec<u32>> {
+        Ok(read(&self.gpu, &self.buffers.listed.pixels, self.read_list_length()?)?)
+    }
+
+    /// Reads the samples of the last list back to the host, in the order of [`Self::read_list`].
     ///
     /// # Errors
     /// As [`Self::read_frame`].
@@ -201,7 +213,13 @@ impl FrameBuffers {
             opacity,
             depth: if inverse > 0.0 { 1.0 / inverse } else { f32::INFINITY },
         };
-        Ok(colours.into_iter().zip(others).map(marched).collect())
+        let samples: Vec<RayResult> = colours.into_iter().zip(others).map(marched).collect();
+        if !self.is_tiled {
+            return Ok(samples);
+        }
+        let mut order: Vec<(u32, usize)> = self.read_packed()?.into_iter().zip(0..).collect();
+        order.sort_unstable();
+        Ok(order.into_iter().map(|(_, at)| samples[at]).collect())
     }
 
     /// Reads the length of the last list in pixels back to the host.

@@ -2,33 +2,58 @@ use bytemuck::{Pod, Zeroable};
 use fovol_gpu::Gpu;
 use wgpu::BufferUsages;
 
-/// The length of a list, and the workgroups of a dispatch over it. Twin of `ListLength` in shaders/frame.wgsl.
+/// The length of a list, and the workgroups of dispatches over it. Twin of `ListLength` in shaders/frame.wgsl.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct ListLength {
     pub pixels: u32,
-    groups_x: u32,
-    groups_y: u32,
-    groups_z: u32,
+    /// Along x, y and z for each of [`GroupSize::ALL`].
+    groups: [u32; 12],
 }
 
-/// Where the workgroups stand in a [`ListLength`], bytes.
-pub const GROUPS_OFFSET: u64 = 4;
-/// Threads of a workgroup over a list; as in shaders/frame.wgsl.
-const LIST_GROUP: u32 = 64;
+/// Pixels of a list that one workgroup has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum GroupSize {
+    SixtyFour,
+    Sixteen,
+    Four,
+    One,
+}
+
+impl GroupSize {
+    /// All of them, as they stand in a [`ListLength`].
+    pub const ALL: [Self; 4] = [Self::SixtyFour, Self::Sixteen, Self::Four, Self::One];
+
+    /// The size of `pixels`, if there is one.
+    pub fn of(pixels: u32) -> Option<Self> {
+        Self::ALL.into_iter().find(|size| size.pixels() == pixels)
+    }
+
+    /// Number of pixels.
+    pub fn pixels(self) -> u32 {
+        64 >> (2 * self as u32)
+    }
+
+    /// Where the workgroups stand in a [`ListLength`], bytes.
+    pub fn offset(self) -> u64 {
+        4 + 12 * self as u64
+    }
+
+    /// Workgroups along x, y and z over a list of `pixels`.
+    pub fn groups(self, pixels: u32) -> [u32; 3] {
+        let groups = pixels.div_ceil(self.pixels());
+        [groups.min(GROUPS_X), groups.div_ceil(GROUPS_X), 1]
+    }
+}
+
 /// Workgroups over a list along x; as in shaders/frame.wgsl.
 const GROUPS_X: u32 = 1024;
 
 impl ListLength {
     /// The length of a list of `pixels`.
     pub fn of(pixels: u32) -> Self {
-        let groups = pixels.div_ceil(LIST_GROUP);
-        Self { pixels, groups_x: groups.min(GROUPS_X), groups_y: groups.div_ceil(GROUPS_X), groups_z: 1 }
-    }
-
-    /// Workgroups of a dispatch over the list.
-    pub fn groups(&self) -> [u32; 3] {
-        [self.groups_x, self.groups_y, self.groups_z]
+        let groups = GroupSize::ALL.map(|size| size.groups(pixels));
+        Self { pixels, groups: bytemuck::cast(groups) }
     }
 }
 
@@ -82,12 +107,12 @@ impl ListBuffers {
     }
 
     /// Where the workgroups of an indirect dispatch of 64 threads each stand in [`Self::length`], in bytes.
-    pub const GROUPS_OFFSET: u64 = GROUPS_OFFSET;
+    pub const GROUPS_OFFSET: u64 = 4;
 
     /// The workgroups along x, y and z of 64 threads each for a list of at most `most` pixels. Thread t of group (x, y) has
     /// the pixel (1024·y + x)·64 + t.
     pub fn groups(most: u32) -> [u32; 3] {
-        ListLength::of(most).groups()
+        GroupSize::SixtyFour.groups(most)
     }
 
     /// The pixels: u32 with x in the low and y in the high half.
@@ -116,17 +141,21 @@ mod tests {
     #[test]
     fn shaders_read_the_same_struct() {
         for shader in [MASK, COMPACT, MARCH, SCATTER] {
-            assert_twins!(shader, "ListLength", ListLength { pixels, groups_x, groups_y, groups_z });
+            assert_twins!(shader, "ListLength", ListLength { pixels, groups });
         }
     }
 
     #[test]
     fn dispatches_have_a_thread_for_each_pixel_of_the_list() {
         for pixels in [0, 1, 64, 65, 65_536, 65_537, 10_000_000] {
-            let length = ListLength::of(pixels);
-            let groups = length.groups_x * length.groups_y;
-            assert!(groups * LIST_GROUP >= pixels && length.groups_x <= GROUPS_X, "{length:?}");
-            assert!(pixels > 0 || groups == 0);
+            for size in GroupSize::ALL {
+                let [x, y, z] = size.groups(pixels);
+                assert!(x * y * z * size.pixels() >= pixels && x <= GROUPS_X, "{pixels} {size:?}");
+                assert!(pixels > 0 || x * y == 0);
+                let at = (size.offset() as usize - 4) / 4;
+                assert_eq!(ListLength::of(pixels).groups[at..at + 3], [x, y, z]);
+                assert_eq!(GroupSize::of(size.pixels()), Some(size));
+            }
         }
     }
 }

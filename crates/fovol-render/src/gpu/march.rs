@@ -1,8 +1,9 @@
 use super::buffers::Buffers;
-use super::list_buffers::{GROUPS_OFFSET, ListBuffers, Shaded};
+use super::list_buffers::{GroupSize, ListBuffers, Shaded};
 use super::scene::DeviceScene;
 use super::scene_kind::{SceneKind, scene_layout};
-use super::shader::{MARCH, MARCH_FILTERED};
+use super::shader::{MARCH, MARCH_FILTERED, POOL, POOL_FILTERED};
+use super::strategy::MarchStrategy;
 use super::volume_texture::TexelKind;
 use fovol_core::{FrameSize, Integration, ShadowMode, SurfaceShading};
 use fovol_gpu::Gpu;
@@ -10,7 +11,7 @@ use fovol_gpu::binding::{Slot, bind_group, bind_group_layout, compute_pipeline};
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 
-/// Edge of the workgroups that march a frame, in pixels; as in shaders/march.wgsl.
+/// Edge of the squares of pixels that march a frame; as in shaders/march.wgsl and pool.wgsl.
 const TILE: u32 = 8;
 
 /// Which pixels a dispatch marches.
@@ -28,6 +29,7 @@ struct Variant {
     scene: SceneKind,
     shadows: ShadowMode,
     surface: SurfaceShading,
+    strategy: MarchStrategy,
 }
 
 /// The pipelines that march rays, compiled when they are first needed.
@@ -35,6 +37,7 @@ struct Variant {
 pub struct MarchPass {
     scene_layout: wgpu::BindGroupLayout,
     layout: wgpu::BindGroupLayout,
+    strategy: MarchStrategy,
     pipelines: Mutex<HashMap<Variant, wgpu::ComputePipeline>>,
 }
 
@@ -46,8 +49,20 @@ impl MarchPass {
         Self {
             scene_layout: scene_layout(gpu, texels),
             layout: bind_group_layout(gpu, "march", &slots),
+            strategy: MarchStrategy::from_environment()
+                .unwrap_or_else(|| MarchStrategy::usual(gpu.info().device_type)),
             pipelines: Mutex::default(),
         }
+    }
+
+    /// How threads share the work.
+    pub fn strategy(&self) -> MarchStrategy {
+        self.strategy
+    }
+
+    /// Shares the work of the next frames so.
+    pub fn set_strategy(&mut self, strategy: MarchStrategy) {
+        self.strategy = strategy;
     }
 
     /// Binds mask and `listed` as input, and `to` as output.
@@ -66,42 +81,53 @@ impl MarchPass {
 
     /// Prepares to march a list; `length` is the buffer of its length.
     pub fn list<'a>(&self, gpu: &Gpu, scene: &'a DeviceScene, length: &'a wgpu::Buffer) -> March<'a> {
-        March {
-            pipeline: self.pipeline(gpu, scene, Pixels::List, scene.shading().shadows),
-            scene: scene.group(),
-            threads: Threads::Listed(length),
-        }
+        self.march(gpu, scene, (Pixels::List, scene.shading().shadows), |size| {
+            Groups::Listed(length, size.unwrap_or(GroupSize::SixtyFour).offset())
+        })
     }
 
     /// Prepares to march a list of at most `most` pixels without shadows.
     pub fn list_without_shadows<'a>(&self, gpu: &Gpu, scene: &'a DeviceScene, most: u32) -> March<'a> {
-        March {
-            pipeline: self.pipeline(gpu, scene, Pixels::List, ShadowMode::Off),
-            scene: scene.group(),
-            threads: Threads::AtMost(most),
-        }
+        self.march(gpu, scene, (Pixels::List, ShadowMode::Off), |size| {
+            Groups::Number(size.unwrap_or(GroupSize::SixtyFour).groups(most))
+        })
     }
 
     /// Prepares to march a frame of `size`: all pixels, or the pixels of the mask where `masked`.
     pub fn frame<'a>(&self, gpu: &Gpu, scene: &'a DeviceScene, size: FrameSize, masked: bool) -> March<'a> {
         let pixels = if masked { Pixels::Masked } else { Pixels::All };
-        March {
-            pipeline: self.pipeline(gpu, scene, pixels, scene.shading().shadows),
-            scene: scene.group(),
-            threads: Threads::Pixels(size),
-        }
+        self.march(gpu, scene, (pixels, scene.shading().shadows), |group| {
+            // The groups of one square of pixels lie beside each other, eight in a row.
+            let parts = group.map_or(1, |group| TILE * TILE / group.pixels());
+            let columns = parts.min(TILE);
+            let rows = parts / columns;
+            Groups::Number([size.width.div_ceil(TILE) * columns, size.height.div_ceil(TILE) * rows, 1])
+        })
     }
 
-    fn pipeline(
+    /// Prepares to march `pixels` with `shadows`. `groups` gives the workgroups where each has so many rays, or where each
+    /// thread has one.
+    fn march<'a>(
         &self,
         gpu: &Gpu,
-        scene: &DeviceScene,
-        pixels: Pixels,
-        shadows: ShadowMode,
-    ) -> wgpu::ComputePipeline {
-        let variant = Variant { pixels, scene: scene.kind(), shadows, surface: scene.shading().surface };
+        scene: &'a DeviceScene,
+        (pixels, shadows): (Pixels, ShadowMode),
+        groups: impl FnOnce(Option<GroupSize>) -> Groups<'a>,
+    ) -> March<'a> {
+        let kind = scene.kind();
+        // Fine integration lights its steps at both ends, which pools do not know.
+        let strategy = match kind.integration {
+            Integration::Fine => MarchStrategy::Rays,
+            Integration::Plain => self.strategy,
+        };
+        let variant = Variant { pixels, scene: kind, shadows, surface: scene.shading().surface, strategy };
         let mut pipelines = self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
-        pipelines.entry(variant).or_insert_with(|| self.compiled(gpu, variant)).clone()
+        let pipeline = pipelines.entry(variant).or_insert_with(|| self.compiled(gpu, variant)).clone();
+        let groups = groups(match strategy {
+            MarchStrategy::Rays => None,
+            MarchStrategy::Pool(pool) => Some(pool.group_size()),
+        });
+        March { pipeline, scene: scene.group(), groups }
     }
 
     fn compiled(&self, gpu: &Gpu, variant: Variant) -> wgpu::ComputePipeline {
@@ -112,13 +138,26 @@ impl MarchPass {
         };
         let number = |b: bool| f64::from(u8::from(b));
         let mut constants = variant.scene.constants();
+        // Two loads under way at once help hardware; programs on the processor take them one after the other.
+        constants.push(("PAIRS", number(!gpu.is_software())));
         constants.push(("SHADOWS", shadows));
-        constants.push(("FINE", number(variant.scene.integration == Integration::Fine)));
         constants.push(("GRADIENT", number(variant.surface == SurfaceShading::Gradient)));
         constants.push(("GUIDE", number(variant.pixels == Pixels::List)));
         constants.push(("REJECT", number(variant.pixels == Pixels::Masked)));
-        let entry_point = if variant.pixels == Pixels::List { "march_list" } else { "march_frame" };
-        let shader = if variant.scene.texels == TexelKind::Filtered { MARCH_FILTERED } else { MARCH };
+        let is_list = variant.pixels == Pixels::List;
+        let is_filtered = variant.scene.texels == TexelKind::Filtered;
+        let (shader, entry_point) = match variant.strategy {
+            MarchStrategy::Rays => {
+                constants.push(("FINE", number(variant.scene.integration == Integration::Fine)));
+                let shader = if is_filtered { MARCH_FILTERED } else { MARCH };
+                (shader, if is_list { "march_list" } else { "march_frame" })
+            }
+            MarchStrategy::Pool(pool) => {
+                constants.extend(pool.constants());
+                let shader = if is_filtered { POOL_FILTERED } else { POOL };
+                (shader, if is_list { "pool_list" } else { "pool_frame" })
+            }
+        };
         compute_pipeline(gpu, &shader, entry_point, &[&self.scene_layout, &self.layout], &constants)
     }
 }
@@ -127,17 +166,15 @@ impl MarchPass {
 pub struct March<'a> {
     pipeline: wgpu::ComputePipeline,
     scene: &'a wgpu::BindGroup,
-    threads: Threads<'a>,
+    groups: Groups<'a>,
 }
 
-/// The threads of a dispatch.
-enum Threads<'a> {
-    /// One for each pixel of a list; the buffer holds its length.
-    Listed(&'a wgpu::Buffer),
-    /// At least one for each pixel of a list of at most this length.
-    AtMost(u32),
-    /// One for each pixel of a frame.
-    Pixels(FrameSize),
+/// The workgroups of a dispatch.
+enum Groups<'a> {
+    /// As this buffer says, at this place in bytes.
+    Listed(&'a wgpu::Buffer, u64),
+    /// So many along x, y and z.
+    Number([u32; 3]),
 }
 
 impl March<'_> {
@@ -146,15 +183,9 @@ impl March<'_> {
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, self.scene, &[]);
         pass.set_bind_group(1, group, &[]);
-        match self.threads {
-            Threads::Listed(length) => pass.dispatch_workgroups_indirect(length, GROUPS_OFFSET),
-            Threads::AtMost(most) => {
-                let [x, y, z] = ListBuffers::groups(most);
-                pass.dispatch_workgroups(x, y, z);
-            }
-            Threads::Pixels(size) => {
-                pass.dispatch_workgroups(size.width.div_ceil(TILE), size.height.div_ceil(TILE), 1);
-            }
+        match self.groups {
+            Groups::Listed(length, at) => pass.dispatch_workgroups_indirect(length, at),
+            Groups::Number([x, y, z]) => pass.dispatch_workgroups(x, y, z),
         }
     }
 }

@@ -6,6 +6,7 @@ use super::mask_limits::MaskSource;
 use super::scene::{Contents, DeviceScene};
 use super::stage::Stage;
 use super::stages::Stages;
+use super::strategy::MarchStrategy;
 use super::unshadowed_list::UnshadowedList;
 use super::view::View;
 use super::volume_texture::TexelKind;
@@ -101,6 +102,16 @@ impl Renderer {
     /// Whether rays leave empty space at once (they do unless told otherwise); pictures do not depend on it.
     pub fn set_skip_empty(&mut self, skip_empty: bool) {
         self.scene.set_skip_empty(skip_empty);
+    }
+
+    /// How threads share the work of marching.
+    pub fn march_strategy(&self) -> MarchStrategy {
+        self.stages.march.strategy()
+    }
+
+    /// Shares the work of marching the next frames so; pictures do not depend on it.
+    pub fn set_march_strategy(&mut self, strategy: MarchStrategy) {
+        self.stages.march.set_strategy(strategy);
     }
 
     /// The shadows of the scene.
@@ -250,6 +261,8 @@ impl Renderer {
     fn encode_compaction(&self, encoder: &mut wgpu::CommandEncoder, buffers: &mut FrameBuffers) {
         let mut pass = buffers.timing.pass(encoder, Stage::Compact);
         self.stages.compact.dispatch(&mut pass, &buffers.groups.compact, buffers.size());
+        drop(pass);
+        buffers.is_tiled = true;
     }
 
     /// Marches straight into the frame.

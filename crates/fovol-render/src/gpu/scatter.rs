@@ -1,5 +1,5 @@
 use super::buffers::Buffers;
-use super::list_buffers::GROUPS_OFFSET;
+use super::list_buffers::GroupSize;
 use super::shader::SCATTER;
 use fovol_gpu::Gpu;
 use fovol_gpu::binding::{Slot, bind_group, bind_group_layout, compute_pipeline};
@@ -38,6 +38,6 @@ impl ScatterPass {
     pub fn dispatch(&self, pass: &mut wgpu::ComputePass<'_>, group: &wgpu::BindGroup, length: &wgpu::Buffer) {
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, group, &[]);
-        pass.dispatch_workgroups_indirect(length, GROUPS_OFFSET);
+        pass.dispatch_workgroups_indirect(length, GroupSize::SixtyFour.offset());
     }
 }

@@ -1,9 +1,11 @@
 use super::error::Result;
+use super::light_columns::{self, ColumnNumbers};
 use super::scene_kind::{SceneKind, scene_layout};
 use super::shadow_grid::{ShadowGridPass, shadow_texture};
 use super::texture::{texture, write_slices};
 use super::volume_texture::{TexelKind, VolumeTexture};
 use crate::Filtering;
+use crate::cpu::light_columns::LightColumns;
 use crate::scene::{Bricks, ExtinctionTable, LightPath, LightSlices, Macrocells, Segments, TransferTable};
 use bytemuck::{Pod, Zeroable};
 use fovol_core::{
@@ -35,6 +37,7 @@ pub struct SceneNumbers {
     after_box_low: f32,
     box_high: [f32; 3],
     after_box_high: f32,
+    columns: ColumnNumbers,
 }
 
 /// A scene on the device.
@@ -49,7 +52,7 @@ impl DeviceScene {
     ///
     /// # Errors
     /// A device that is lost or has no memory left.
-    pub fn new(contents: Contents, shadows: &ShadowGridPass) -> Result<Self> {
+    pub fn new(mut contents: Contents, shadows: &ShadowGridPass) -> Result<Self> {
         let group = contents.bind(shadows)?;
         Ok(Self { contents, group })
     }
@@ -116,6 +119,8 @@ pub struct Contents {
     has_gaps: bool,
     cells: Macrocells,
     skip_empty: bool,
+    /// Whether columns of the light direction are on the device.
+    has_columns: bool,
     transfer: TransferFunction,
     shading: Shading,
     background: [f64; 3],
@@ -145,6 +150,7 @@ impl Contents {
             volume,
             cells,
             skip_empty: true,
+            has_columns: false,
             transfer: scene.transfer_function.clone(),
             shading: scene.shading,
             background: scene.background,
@@ -173,35 +179,54 @@ impl Contents {
     }
 
     fn kind(&self) -> SceneKind {
+        let skip = self.skip_empty && !self.cells.is_dense();
         SceneKind {
             texels: self.texels(),
             gaps: self.has_gaps,
-            skip: self.skip_empty && !self.cells.is_dense(),
+            skip,
+            columns: skip && self.has_columns,
             integration: self.integration,
         }
     }
 
     /// Uploads the [`Resources`] and binds them; fills the shadow grid where shadows are cached.
-    fn bind(&self, shadows: &ShadowGridPass) -> Result<wgpu::BindGroup> {
+    fn bind(&mut self, shadows: &ShadowGridPass) -> Result<wgpu::BindGroup> {
         const DOING: &str = "uploading the scene";
+        let columns = self.light_columns();
+        self.has_columns = columns.is_some();
         let (resources, unlit) = self.gpu.guarded(DOING, || {
-            let resources = Resources::new(self);
+            let resources = Resources::new(self, columns.as_ref());
             let unlit = self.bound(&resources, &shadow_texture(&self.gpu, [1; 3]));
             (resources, unlit)
         })?;
         if self.shading.shadows != ShadowMode::Cached {
             return Ok(unlit);
         }
-        let path = LightPath::new(&self.shading.light, &self.grid, &self.clip, self.step);
+        let path = self.light_path();
         let slices = LightSlices::new(self.grid.dims(), &path);
         let lit = shadows.fill(&self.gpu, self.kind(), &unlit, (&slices, self.grid.dims()))?;
         Ok(self.gpu.guarded(DOING, || self.bound(&resources, &lit))?)
     }
 
+    fn light_path(&self) -> LightPath {
+        LightPath::new(&self.shading.light, &self.grid, &self.clip, self.step)
+    }
+
+    /// The columns of the light direction, where shadow rays are followed and can skip anything.
+    fn light_columns(&self) -> Option<LightColumns> {
+        if self.shading.shadows != ShadowMode::On || self.cells.is_dense() {
+            return None;
+        }
+        let columns = LightColumns::new(&self.cells, self.grid.dims(), &self.light_path());
+        light_columns::fit(&self.gpu, &columns).then_some(columns)
+    }
+
     fn bound(&self, resources: &Resources, shadow_grid: &wgpu::Texture) -> wgpu::BindGroup {
         let view = |texture: &wgpu::Texture| texture.create_view(&wgpu::TextureViewDescriptor::default());
-        let textures = [self.volume.texture(), &resources.distances, shadow_grid].map(view);
-        let [volume, distances, shadow_grid] = textures.each_ref().map(wgpu::BindingResource::TextureView);
+        let textures =
+            [self.volume.texture(), &resources.distances, shadow_grid, &resources.column_words].map(view);
+        let [volume, distances, shadow_grid, column_words] =
+            textures.each_ref().map(wgpu::BindingResource::TextureView);
         let bindings = [
             resources.numbers.as_entire_binding(),
             volume,
@@ -211,12 +236,13 @@ impl Contents {
             shadow_grid,
             wgpu::BindingResource::Sampler(&resources.linear),
             resources.extinction.as_entire_binding(),
+            column_words,
         ];
         bind_group(&self.gpu, "scene", &self.layout, &bindings)
     }
 
     fn numbers(&self, table: &TransferTable, (extinction_unit, bin_bits): (f32, u32)) -> SceneNumbers {
-        let light = LightPath::new(&self.shading.light, &self.grid, &self.clip, self.step);
+        let light = self.light_path();
         let delta = self.step * self.grid.smallest_voxel();
         let [box_low, box_high] = self.clip.in_voxels();
         SceneNumbers {
@@ -250,10 +276,11 @@ struct Resources {
     shadow_alpha: wgpu::Buffer,
     linear: wgpu::Sampler,
     extinction: wgpu::Buffer,
+    column_words: wgpu::Texture,
 }
 
 impl Resources {
-    fn new(contents: &Contents) -> Self {
+    fn new(contents: &Contents, columns: Option<&LightColumns>) -> Self {
         let gpu = &contents.gpu;
         let table = TransferTable::new(&contents.transfer, contents.step);
         let cells = &contents.cells;
@@ -273,7 +300,8 @@ impl Resources {
                 )
             }
         };
-        let numbers = contents.numbers(&table, scales);
+        let numbers =
+            SceneNumbers { columns: ColumnNumbers::new(columns), ..contents.numbers(&table, scales) };
         Self {
             numbers: filled_buffer(gpu, "scene", BufferUsages::UNIFORM, bytemuck::bytes_of(&numbers)),
             distances,
@@ -295,6 +323,7 @@ impl Resources {
                 BufferUsages::STORAGE,
                 bytemuck::cast_slice(&extinction),
             ),
+            column_words: light_columns::words(gpu, columns),
             linear: gpu.device().create_sampler(&wgpu::SamplerDescriptor {
                 label: Some("linear"),
                 mag_filter: wgpu::FilterMode::Linear,
@@ -344,7 +373,8 @@ mod tests {
                     light_direction,
                     bin_bits,
                     box_low,
-                    box_high
+                    box_high,
+                    columns
                 }
             );
         }

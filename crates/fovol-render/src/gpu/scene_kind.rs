@@ -12,6 +12,8 @@ pub struct SceneKind {
     pub gaps: bool,
     /// Whether rays skip empty space.
     pub skip: bool,
+    /// Whether columns list the samples of shadow rays.
+    pub columns: bool,
     /// How rays integrate.
     pub integration: Integration,
 }
@@ -20,7 +22,8 @@ impl SceneKind {
     /// Values of the shaders' `override` constants for such a scene.
     pub fn constants(self) -> Vec<(&'static str, f64)> {
         let number = |b: bool| f64::from(u8::from(b));
-        let mut constants = vec![("SKIP", number(self.skip)), ("GAPS", number(self.gaps))];
+        let mut constants =
+            vec![("SKIP", number(self.skip)), ("GAPS", number(self.gaps)), ("COLUMNS", number(self.columns))];
         if let TexelKind::Stored { corners, floats } = self.texels {
             constants.extend([("CORNERS", number(corners)), ("FLOATS", number(floats))]);
         }
@@ -32,5 +35,5 @@ impl SceneKind {
 pub fn scene_layout(gpu: &Gpu, texels: TexelKind) -> wgpu::BindGroupLayout {
     use Slot::{Filtered, Read, Sampler, Uniform, Whole};
     let volume = if texels == TexelKind::Filtered { Filtered } else { Whole };
-    bind_group_layout(gpu, "scene", &[Uniform, volume, Whole, Read, Read, Filtered, Sampler, Read])
+    bind_group_layout(gpu, "scene", &[Uniform, volume, Whole, Read, Read, Filtered, Sampler, Read, Whole])
 }

@@ -10,24 +10,39 @@ pub const ADAPTIVE_MASK: Shader =
 /// Packs the sampled pixels into a list.
 pub const COMPACT: Shader = shader!("../shaders/", "compact": "frame" "inclusive_sum");
 /// Marches rays; the shader interpolates voxels.
-pub const MARCH: Shader = shader!("../shaders/", "march": "frame" "scene" "field" "skip" "segment" "shadow_rays" "shadow_lookup" "fine");
+pub const MARCH: Shader = shader!("../shaders/", "march": "frame" "scene" "field" "skip" "segment" "light_columns" "shadow_rays" "shadow_lookup" "ray" "fine");
 /// Marches rays; texture samplers interpolate voxels.
-pub const MARCH_FILTERED: Shader = shader!("../shaders/", "march": "frame" "scene" "field_filtered" "skip" "segment" "shadow_rays" "shadow_lookup" "fine");
+pub const MARCH_FILTERED: Shader = shader!("../shaders/", "march": "frame" "scene" "field_filtered" "skip" "segment" "light_columns" "shadow_rays" "shadow_lookup" "ray" "fine");
+/// Marches rays by workgroups; the shader interpolates voxels.
+pub const POOL: Shader = shader!("../shaders/", "pool": "frame" "scene" "field" "skip" "segment" "light_columns" "shadow_rays" "shadow_lookup" "ray");
+/// Marches rays by workgroups; texture samplers interpolate voxels.
+pub const POOL_FILTERED: Shader = shader!("../shaders/", "pool": "frame" "scene" "field_filtered" "skip" "segment" "light_columns" "shadow_rays" "shadow_lookup" "ray");
 /// Scatters packed samples into a sparse frame.
 pub const SCATTER: Shader = shader!("../shaders/", "scatter": "frame");
 /// Fills the shadow grid with transmittance; the shader interpolates voxels.
-pub const SHADOW_GRID: Shader = shader!("../shaders/", "shadow_grid": "scene" "field" "skip" "shadow_rays");
+pub const SHADOW_GRID: Shader =
+    shader!("../shaders/", "shadow_grid": "scene" "field" "skip" "light_columns" "shadow_rays");
 /// Fills the shadow grid with transmittance; texture samplers interpolate voxels.
 pub const SHADOW_GRID_FILTERED: Shader =
-    shader!("../shaders/", "shadow_grid": "scene" "field_filtered" "skip" "shadow_rays");
+    shader!("../shaders/", "shadow_grid": "scene" "field_filtered" "skip" "light_columns" "shadow_rays");
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use wgpu::naga::valid::Capabilities;
 
-    const ALL: [Shader; 8] =
-        [MASK, ADAPTIVE_MASK, COMPACT, MARCH, MARCH_FILTERED, SCATTER, SHADOW_GRID, SHADOW_GRID_FILTERED];
+    const ALL: [Shader; 10] = [
+        MASK,
+        ADAPTIVE_MASK,
+        COMPACT,
+        MARCH,
+        MARCH_FILTERED,
+        POOL,
+        POOL_FILTERED,
+        SCATTER,
+        SHADOW_GRID,
+        SHADOW_GRID_FILTERED,
+    ];
 
     #[test]
     fn every_shader_is_valid_without_any_optional_feature() {

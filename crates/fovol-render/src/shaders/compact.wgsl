@@ -1,4 +1,6 @@
-// Stream compaction: the sampled pixels of a mask in raster order. Twin of cpu/compact.rs.
+// Stream compaction: the sampled pixels of a mask, tile by tile, row by row within a tile. Pixels that are neighbours in
+// the list are so neighbours in the frame, and their rays read the same voxels. cpu/compact.rs packs the same pixels in
+// raster order; the host sorts lists that it reads back.
 //
 // Three passes without atomics: `count` the pixels of each block of words, `scan` the counts into places,
 // and `pack` the pixels of each block from its place on (Blelloch 1990; Billeter, Olsson and Assarsson 2009).
@@ -11,10 +13,25 @@
 /// Pixels, packed.
 @group(0) @binding(4) var<storage, read_write> list: array<u32>;
 
-/// Word `i` of the mask, 0 beyond its end.
+/// Rows of a tile. It is a word wide.
+const TILE_ROWS: u32 = 32;
+
+/// Number of words of whole tiles.
+fn word_count() -> u32 {
+    return words_per_row(extent) * ((extent.height + TILE_ROWS - 1u) / TILE_ROWS * TILE_ROWS);
+}
+
+/// Column and row of word `i`, counted tile by tile.
+fn word_place(i: u32) -> vec2u {
+    let tile = i / TILE_ROWS;
+    return vec2u(tile % words_per_row(extent), tile / words_per_row(extent) * TILE_ROWS + i % TILE_ROWS);
+}
+
+/// Word `i`, counted tile by tile; 0 beyond the end of the mask.
 fn word(i: u32) -> u32 {
-    if i < words_per_row(extent) * extent.height {
-        return mask[i];
+    let place = word_place(i);
+    if place.y < extent.height {
+        return mask[place.y * words_per_row(extent) + place.x];
     }
     return 0u;
 }
@@ -31,7 +48,7 @@ fn count(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
 /// Turns the counts into places, by one workgroup.
 @compute @workgroup_size(BLOCK)
 fn scan(@builtin(local_invocation_index) thread: u32) {
-    let block_count = (words_per_row(extent) * extent.height + BLOCK - 1u) / BLOCK;
+    let block_count = (word_count() + BLOCK - 1u) / BLOCK;
     var before = 0u;
     for (var first = 0u; first < block_count; first += BLOCK) {
         let block = first + thread;
@@ -58,10 +75,9 @@ fn pack(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) th
     var bits = word(i);
     let pixels = countOneBits(bits);
     var place = blocks[group.x] + inclusive_sum(thread, pixels) - pixels;
-    let row = i / words_per_row(extent);
-    let left = i % words_per_row(extent) * 32u;
+    let at = word_place(i);
     while bits != 0u {
-        list[place] = packed(vec2u(left + firstTrailingBit(bits), row));
+        list[place] = packed(vec2u(32u * at.x + firstTrailingBit(bits), at.y));
         place += 1u;
         bits &= bits - 1u;
     }

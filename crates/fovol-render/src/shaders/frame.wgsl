@@ -6,13 +6,12 @@ struct Extent {
     height: u32,
 }
 
-/// The length of a list of pixels, and the workgroups of a dispatch over it. Twin of `ListLength` in
-/// gpu/buffers.rs.
+/// The length of a list of pixels, and the workgroups of dispatches over it. Twin of `ListLength` in
+/// gpu/list_buffers.rs.
 struct ListLength {
     pixels: u32,
-    groups_x: u32,
-    groups_y: u32,
-    groups_z: u32,
+    /// Workgroups along x, y and z for 64, 16, 4 and 1 pixels of a workgroup.
+    groups: array<u32, 12>,
 }
 
 /// Threads of a workgroup over a list.
@@ -22,8 +21,16 @@ const GROUPS_X: u32 = 1024;
 
 /// The length of a list of `pixels`.
 fn list_length_of(pixels: u32) -> ListLength {
-    let groups = (pixels + LIST_GROUP - 1u) / LIST_GROUP;
-    return ListLength(pixels, min(groups, GROUPS_X), (groups + GROUPS_X - 1u) / GROUPS_X, 1u);
+    var length = ListLength(pixels, array<u32, 12>());
+    var size = 64u;
+    for (var i = 0u; i < 12u; i += 3u) {
+        let groups = (pixels + size - 1u) / size;
+        length.groups[i] = min(groups, GROUPS_X);
+        length.groups[i + 1u] = (groups + GROUPS_X - 1u) / GROUPS_X;
+        length.groups[i + 2u] = 1u;
+        size /= 4u;
+    }
+    return length;
 }
 
 /// The position in its list of a thread of a dispatch over it.

@@ -2,6 +2,25 @@
 //
 // Positions are voxel-centre coordinates (voxel i at i), distances along rays are world units.
 
+/// Columns of space along the light direction, cut into slabs of one shadow step. Twin of `ColumnNumbers` in
+/// gpu/light_columns.rs.
+struct LightColumns {
+    /// The axis along which light travels most voxels, and the two that follow it in turn.
+    axes: vec3u,
+    /// Where the first slab starts on the first of them, in voxels.
+    origin: f32,
+    /// Voxels along the other axes for each slab.
+    shear: vec2f,
+    /// Where the first columns start along these, in voxels.
+    low: vec2f,
+    /// The last column along each of these.
+    last: vec2f,
+    /// Slabs of a voxel, negative where light comes from below.
+    slabs: f32,
+    /// Columns of a voxel.
+    density: f32,
+}
+
 struct Scene {
     /// The last voxel along each axis.
     last: vec3f,
@@ -35,6 +54,7 @@ struct Scene {
     box_low: vec3f,
     /// The highest corner of that part.
     box_high: vec3f,
+    columns: LightColumns,
 }
 
 /// Whether rays jump over empty space.

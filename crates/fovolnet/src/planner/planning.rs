@@ -38,8 +38,10 @@ pub struct Planner {
     change_rate: f64,
     /// Milliseconds of a change of the scene, without and with cached shadows to make.
     change_ms: [f64; 2],
-    /// Probe pixels of the next frame, and milliseconds that they take.
+    /// Probe pixels of the next frame, and milliseconds of each that is marched exactly.
     probes: usize,
+    pixel_ms: f64,
+    /// Milliseconds that probes take.
     probe_ms: f64,
     /// Number of measurements so far.
     turn: u32,
@@ -64,8 +66,11 @@ struct Chosen {
 
 /// Probe pixels of a frame, and bounds of their number within a budget.
 const PROBES: usize = 1024;
-const FEWEST_PROBES: usize = 256;
+const FIRST_PROBES: usize = 256;
+const FEWEST_PROBES: usize = 32;
 const MOST_PROBES: usize = 1024;
+/// Time of all that probes do, in those of marching them exactly.
+const PROBES_TAKE: f64 = 2.0;
 /// Part of a budget that probes may take.
 const PROBING: f64 = 0.08;
 /// Frames with a measurement of other candidates after a choice; later every fourth has one.
@@ -103,7 +108,8 @@ impl Planner {
             shown: ShownError::default(),
             change_rate: 0.0,
             change_ms: [0.0, UNKNOWN_GRID_MS],
-            probes: MOST_PROBES,
+            probes: FIRST_PROBES,
+            pixel_ms: 0.0,
             probe_ms: 0.0,
             turn: 0,
         }
@@ -158,11 +164,12 @@ impl Planner {
     /// Takes as many probes as a small part of the budget allows.
     fn limit_probes(&mut self, limit: Limit) {
         self.probes = match limit {
-            Limit::Time(ms) if self.probe_ms > 0.0 => {
-                let fitting = self.probes as f64 * PROBING * ms / self.probe_ms;
+            Limit::Time(ms) if self.pixel_ms > 0.0 => {
+                let fitting = PROBING * ms / (PROBES_TAKE * self.pixel_ms);
                 (fitting as usize).clamp(FEWEST_PROBES, MOST_PROBES)
             }
-            Limit::Time(_) | Limit::Work => PROBES,
+            Limit::Time(_) => FIRST_PROBES,
+            Limit::Work => PROBES,
         };
     }
 
@@ -219,6 +226,7 @@ impl Planner {
         let Some(mut probes) = Probes::new(probed, (number, self.probes, shown), &mut self.costs)? else {
             return Ok(());
         };
+        self.pixel_ms += if self.pixel_ms > 0.0 { NEW } else { 1.0 } * (probes.pixel_ms() - self.pixel_ms);
         let candidate = self.candidate();
         if let Some(shown) = shown {
             // Where the scene changes, cached light at the asked step may have to be made for this alone.

@@ -45,13 +45,15 @@ impl Measured {
     }
 }
 
-/// Pixels that measure the error of other light and steps, and of other sizes.
+/// Most pixels that measure the error of other light and steps, and of other sizes. Each of the latter marches up to 17.
 const FEWER: usize = 512;
 const FEWEST: usize = 96;
+/// Probe pixels for each one that measures the error of other sizes.
+const TAPPED: usize = 3;
 /// Weight of what was known, for errors that are measured in turn.
 const MEMORY: f64 = 0.7;
-/// Pixels whose colours are substituted, for each one that is marched exactly.
-const SUBSTITUTES: usize = 4;
+/// Pixels whose colours are substituted, for each one that is marched exactly, and these.
+const SUBSTITUTES: usize = 6;
 
 /// Display values of pixels.
 type Colours = Vec<[f32; 3]>;
@@ -70,6 +72,8 @@ pub struct Probes<'a> {
     exact: Colours,
     /// The exact shadows of the settings.
     exact_shadows: ShadowMode,
+    /// Milliseconds of marching a pixel exactly.
+    pixel_ms: f64,
 }
 
 impl<'a> Probes<'a> {
@@ -104,13 +108,30 @@ impl<'a> Probes<'a> {
         else {
             return Ok(None);
         };
+        let exact_ms = started.elapsed().as_secs_f64() * 1e3;
         costs.see(region.size.pixels() as f64 / asked.size.pixels() as f64);
         if let Some(samples) = samples {
             costs.count(samples, pixels.len());
-            costs.guess(pixels.len(), started.elapsed().as_secs_f64() * 1e3);
+            costs.guess(pixels.len(), exact_ms);
         }
         let exact = exact.iter().map(|ray| shown(ray.colour)).collect();
-        Ok(Some(Self { pipeline, viewpoint, asked, pixels, weights, further, exact, exact_shadows }))
+        let pixel_ms = exact_ms / pixels.len() as f64;
+        Ok(Some(Self {
+            pipeline,
+            viewpoint,
+            asked,
+            pixels,
+            weights,
+            further,
+            exact,
+            exact_shadows,
+            pixel_ms,
+        }))
+    }
+
+    /// Milliseconds that marching a pixel exactly took.
+    pub fn pixel_ms(&self) -> f64 {
+        self.pixel_ms
     }
 
     /// Adds the errors of the frame `made` to `error`. Colours with cached light are substitutes of exact ones if the frame's
@@ -160,8 +181,9 @@ impl<'a> Probes<'a> {
             }
             Measured::Scale(i, shadows) => {
                 let small = scaled(self.asked.size, SCALES[i]);
-                let sized = self.marched_smaller(small, FEWEST, (shadows, step))?;
-                let whole = self.marched((shadows, step), FEWEST)?;
+                let count = self.pixels.len().div_ceil(TAPPED).min(FEWEST);
+                let sized = self.marched_smaller(small, count, (shadows, step))?;
+                let whole = self.marched((shadows, step), count)?;
                 add(&mut errors.scales[i], sized.zip(whole), &self.weights);
             }
         }
