@@ -36,7 +36,7 @@ fn rays_have_the_samples_of_the_specification() {
     let replay = Replay::new(&HEAD).unwrap();
     let size = FrameSize::new(40, 30).unwrap();
     let options = RenderOptions { simd: Simd::Scalar, skip_empty: true };
-    let mut renderer = cpu::Renderer::new(&HEAD, options).unwrap();
+    let renderer = cpu::Renderer::new(&HEAD, options).unwrap();
     for camera in [0, 90, 210].map(|frame| CameraPath::Orbit.camera(frame)) {
         let rays = camera.rays(size);
         let [mut primary, mut shadow] = [0u64; 2];

@@ -1,11 +1,15 @@
 //! Benchmarks of this machine.
 
 pub mod compact;
+#[cfg(feature = "gpu")]
+mod gpu;
 mod march;
 mod march_model;
 mod marching;
 mod net;
 mod pipeline;
+#[cfg(feature = "gpu")]
+mod record;
 mod repeat;
 mod subject;
 
@@ -29,6 +33,9 @@ enum BenchCommand {
     Net(net::NetBench),
     /// Whole frames: mask, march, reconstruct
     Pipeline(pipeline::PipelineBench),
+    /// What matters of a GPU in a few minutes: every way to march, then whole frames
+    #[cfg(feature = "gpu")]
+    Gpu(gpu::GpuBench),
 }
 
 impl Bench {
@@ -38,6 +45,8 @@ impl Bench {
             BenchCommand::Compact(bench) => bench.run(),
             BenchCommand::Net(bench) => bench.run(),
             BenchCommand::Pipeline(bench) => bench.run(),
+            #[cfg(feature = "gpu")]
+            BenchCommand::Gpu(bench) => bench.run(),
         }
     }
 }

@@ -101,6 +101,14 @@ fn displayed(pipeline: &mut Pipeline, numbers: Range<u32>) -> Result<Option<Vec<
     Ok(Some(all.into_iter().map(|done| done.timings).collect()))
 }
 
+/// Median of the milliseconds of frames 1 to `count` that stay on the device; `None` if frames do not stay there.
+#[cfg(feature = "gpu")]
+pub fn displayed_median_ms(pipeline: &mut Pipeline, count: u32) -> Result<Option<f64>> {
+    pipeline.render(0)?;
+    let all = displayed(pipeline, 1..count + 1)?;
+    Ok(all.map(|all| median(&mut all.iter().map(|timings| timings.total).collect::<Vec<_>>())))
+}
+
 #[cfg(not(feature = "gpu"))]
 fn displayed(_: &mut Pipeline, _: Range<u32>) -> Result<Option<Vec<Timings>>> {
     Ok(None)

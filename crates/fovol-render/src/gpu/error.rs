@@ -14,6 +14,9 @@ pub enum Error {
     /// The device failed or lacks a capability.
     #[error(transparent)]
     Gpu(#[from] GpuError),
+    /// The environment asks for a way to march that there is not.
+    #[error("FOVOLNET_GPU_MARCH: {0}")]
+    Strategy(String),
     /// The list is for frames of another size.
     #[error("the list is for frames of {list}, the buffers are for {frame}; make both for one size")]
     Size {

@@ -49,8 +49,7 @@ impl MarchPass {
         Self {
             scene_layout: scene_layout(gpu, texels),
             layout: bind_group_layout(gpu, "march", &slots),
-            strategy: MarchStrategy::from_environment()
-                .unwrap_or_else(|| MarchStrategy::usual(gpu.info().device_type)),
+            strategy: MarchStrategy::usual(gpu.info().device_type),
             pipelines: Mutex::default(),
         }
     }

@@ -62,7 +62,7 @@ impl Renderer {
     ///
     /// # Errors
     /// Numbers of the scene that cannot be rendered with (see [`Scene::check`]), a volume that exceeds the device's
-    /// limits, a device that is lost or has no memory left.
+    /// limits, a device that is lost or has no memory left, a variable that names no [`MarchStrategy`].
     pub fn new(gpu: &Gpu, scene: &Scene) -> Result<Self> {
         Self::with_filtering(gpu, scene, Filtering::Exact)
     }
@@ -73,7 +73,10 @@ impl Renderer {
     /// As [`Self::new`].
     pub fn with_filtering(gpu: &Gpu, scene: &Scene, filtering: Filtering) -> Result<Self> {
         let contents = Contents::new(gpu, scene, filtering)?;
-        let stages = gpu.guarded("compiling the shaders", || Stages::new(gpu, contents.texels()))?;
+        let mut stages = gpu.guarded("compiling the shaders", || Stages::new(gpu, contents.texels()))?;
+        if let Some(strategy) = MarchStrategy::from_environment()? {
+            stages.march.set_strategy(strategy);
+        }
         let scene = DeviceScene::new(contents, &stages.shadow_grid)?;
         Ok(Self { gpu: gpu.clone(), stages, scene })
     }

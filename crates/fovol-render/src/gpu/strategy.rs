@@ -1,3 +1,4 @@
+use super::error::{Error, Result};
 use super::list_buffers::GroupSize;
 use std::fmt;
 use std::str::FromStr;
@@ -48,6 +49,16 @@ impl Pool {
         self.rays
     }
 
+    /// Threads of a workgroup.
+    pub fn threads(self) -> u32 {
+        self.threads
+    }
+
+    /// Places of the queue for each ray.
+    pub fn queue(self) -> u32 {
+        self.queue
+    }
+
     /// Pixels of a workgroup's list.
     pub(super) fn group_size(self) -> GroupSize {
         GroupSize::of(self.rays).expect("pools are made of such sizes")
@@ -64,9 +75,14 @@ impl Pool {
 }
 
 impl MarchStrategy {
-    /// The strategy that the variable `FOVOLNET_GPU_MARCH` names, if it does.
-    pub fn from_environment() -> Option<Self> {
-        std::env::var(VARIABLE).ok()?.parse().ok()
+    /// The strategy that the variable `FOVOLNET_GPU_MARCH` names; `None` if it is not set, or empty.
+    ///
+    /// # Errors
+    /// [`Error::Strategy`] of a value that names none.
+    pub fn from_environment() -> Result<Option<Self>> {
+        let value = std::env::var(VARIABLE).unwrap_or_default();
+        let parsed = (!value.is_empty()).then(|| value.parse()).transpose();
+        parsed.map_err(Error::Strategy)
     }
 
     /// The strategy for devices of such a type, where nothing was measured.
@@ -102,7 +118,7 @@ impl fmt::Display for MarchStrategy {
 impl FromStr for MarchStrategy {
     type Err = String;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
         let wrong = || {
             format!("`{text}` is no way to march on a GPU; use rays, or pool:RAYS,THREADS such as pool:4,128")
         };
