@@ -1,4 +1,4 @@
-//! What the model of a GPU says of the procedural head, and that its rays are those of the specification.
+//! The model of a GPU: its rays are those of the specification, and its figures for the head stay within limits.
 
 use fovolnet::core::{
     CameraPath, Fovea, FrameSize, Grid, Integration, Pixel, Scene, TransferFunction, Volume,

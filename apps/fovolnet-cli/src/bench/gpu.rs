@@ -1,4 +1,4 @@
-//! What matters of a GPU in a few minutes: every way to march, and whole frames, with predictions beside them.
+//! A GPU in a few minutes: every way to march, and whole frames, with predictions beside them.
 
 use super::pipeline;
 use super::record::{Record, Row};
@@ -18,7 +18,7 @@ use fovolnet::{
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// What matters of a GPU in a few minutes: every way to march, then whole frames
+/// A GPU in a few minutes: every way to march, then whole frames
 #[derive(clap::Args)]
 pub struct GpuBench {
     /// Results; written anew after every row
@@ -78,7 +78,7 @@ impl GpuBench {
     }
 }
 
-/// What is measured, what matters most first.
+/// Scenes to measure, the most important one first.
 fn subjects(quick: bool) -> Result<Vec<Subject>> {
     let subject = |volume, side, [width, height]: [u32; 2]| -> Result<Subject> {
         Ok(Subject { volume, side, size: FrameSize::new(width, height)? })
@@ -250,7 +250,7 @@ fn model_of(adapter: &str) -> Option<GpuModel> {
     GpuModel::ALL.into_iter().find(|gpu| adapter.contains(gpu.name))
 }
 
-/// What the model says of frame 0.
+/// Milliseconds of frame 0 by the model.
 fn predicted(
     (replay, gpu): &(Replay, GpuModel),
     subject: &Subject,

@@ -1,4 +1,4 @@
-//! What marching a frame would cost on a GPU, by the model.
+//! Cost of marching a frame on a GPU, by the model.
 
 use crate::console::JsonOutput;
 use anyhow::{Result, bail};

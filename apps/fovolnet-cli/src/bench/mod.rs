@@ -33,7 +33,7 @@ enum BenchCommand {
     Net(net::NetBench),
     /// Whole frames: mask, march, reconstruct
     Pipeline(pipeline::PipelineBench),
-    /// What matters of a GPU in a few minutes: every way to march, then whole frames
+    /// A GPU in a few minutes: every way to march, then whole frames
     #[cfg(feature = "gpu")]
     Gpu(gpu::GpuBench),
 }

@@ -12,7 +12,7 @@ use std::path::PathBuf;
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Row {
     pub what: String,
-    /// What the model says, where it knows the GPU.
+    /// Prediction of the model, where it knows the GPU.
     pub predicted: Option<f64>,
     pub measured: f64,
     pub unit: String,

@@ -170,9 +170,9 @@ pub struct March<'a> {
 
 /// The workgroups of a dispatch.
 enum Groups<'a> {
-    /// As this buffer says, at this place in bytes.
+    /// Read from this buffer, at this place in bytes.
     Listed(&'a wgpu::Buffer, u64),
-    /// So many along x, y and z.
+    /// Numbers along x, y and z.
     Number([u32; 3]),
 }
 

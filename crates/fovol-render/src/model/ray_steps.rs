@@ -1,4 +1,4 @@
-//! What following a ray takes, step by step.
+//! Steps of a ray.
 
 /// A step of a ray: a look into the macrocells, a sample, or both.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

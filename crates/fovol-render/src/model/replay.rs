@@ -20,7 +20,7 @@ pub struct Replay {
     scale: f32,
 }
 
-/// What lies ahead on a ray.
+/// Space ahead of a point on a ray.
 pub(super) struct Ahead {
     pub is_empty: bool,
     /// Steps for which this holds, at least 1.
