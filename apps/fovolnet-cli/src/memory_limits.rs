@@ -25,10 +25,13 @@ pub fn outlive() {
     }));
 }
 
-/// Whether `panic` means that the standard library or rayon could not start a thread.
+/// Whether `panic` means that the standard library or rayon could not start a thread, or that a thread has no room for the
+/// stack of its signals.
 fn is_of_threads(panic: &PanicHookInfo<'_>) -> bool {
     let said = panic.payload_as_str().unwrap_or_default();
-    said.contains("failed to spawn thread") || said.contains("ThreadPoolBuildError")
+    ["failed to spawn thread", "ThreadPoolBuildError", "alternative stack"]
+        .iter()
+        .any(|text| said.contains(text))
 }
 
 /// Value of `FOVOLNET_REFUSE_ALLOCATION=N:BYTES`: makes the N-th allocation of at least that many bytes fail. Tests use

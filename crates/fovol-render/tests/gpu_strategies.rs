@@ -8,7 +8,7 @@ mod scenes;
 use fovol_core::{Camera, Frame, FrameSize, Pixel, SampleList, Scene, ShadowMode, SurfaceShading};
 use fovol_gpu::{AdapterRequest, Gpu};
 use fovol_render::gpu::{FrameBuffers, MarchStrategy, Pool, Renderer, Sampling};
-use scenes::{cameras, transfer, volumes};
+use scenes::{cameras, differences, transfer, volumes};
 use std::sync::{Arc, LazyLock};
 
 static GPU: LazyLock<Gpu> = LazyLock::new(|| Gpu::open(&AdapterRequest::Any.or_environment()).unwrap());
@@ -53,7 +53,8 @@ fn every_way_to_march_gives_the_same_bytes() {
                     for strategy in strategies() {
                         renderer.set_march_strategy(strategy);
                         let what = format!("{name} {shadows:?} {surface:?} {strategy:?}");
-                        assert_eq!(full_frame(&renderer, &mut buffers, &camera), expected, "{what}");
+                        let frame = full_frame(&renderer, &mut buffers, &camera);
+                        assert!(frame == expected, "{what}: {:?}", differences(&frame, &expected));
                         assert_eq!(buffers.read_inverse_depths().unwrap(), depths, "{what}");
                     }
                 }

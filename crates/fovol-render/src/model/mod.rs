@@ -9,6 +9,7 @@
 //! The model knows no caches, and follows plain integration only.
 
 mod cost;
+mod count;
 mod gpu_model;
 mod pool;
 mod ray_steps;

@@ -1,6 +1,6 @@
 //! Workgroups that follow rays together; as shaders/pool.wgsl.
 
-use super::cost::{Count, WARP};
+use super::count::{Count, WARP};
 use super::gpu_model::GpuModel;
 use super::ray_steps::{RaySteps, ShadowSteps, Step};
 use super::rays;

@@ -1,6 +1,6 @@
 //! A thread for each ray.
 
-use super::cost::Count;
+use super::count::Count;
 use super::gpu_model::GpuModel;
 use super::ray_steps::{RaySteps, ShadowSteps, Step};
 
