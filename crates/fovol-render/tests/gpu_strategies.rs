@@ -3,28 +3,14 @@
 //! These tests need an adapter, a software one included: `cargo test --workspace -- --ignored`.
 #![cfg(feature = "gpu")]
 
+mod gpu_frames;
 mod scenes;
 
-use fovol_core::{Camera, Frame, FrameSize, Pixel, SampleList, Scene, ShadowMode, SurfaceShading};
-use fovol_gpu::{AdapterRequest, Gpu};
-use fovol_render::gpu::{FrameBuffers, MarchStrategy, Pool, Renderer, Sampling};
+use fovol_core::{FrameSize, Pixel, SampleList, Scene, ShadowMode, SurfaceShading};
+use fovol_render::gpu::{MarchStrategy, Pool, Renderer, Sampling};
+use gpu_frames::{GPU, full_frame, small_scene};
 use scenes::{cameras, differences, transfer, volumes};
-use std::sync::{Arc, LazyLock};
-
-static GPU: LazyLock<Gpu> = LazyLock::new(|| Gpu::open(&AdapterRequest::Any.or_environment()).unwrap());
-
-/// A scene that is quickly rendered.
-fn small_scene() -> Scene {
-    let (_, volume) = volumes().remove(0);
-    let mut scene = Scene::new(Arc::new(volume), transfer());
-    scene.background = [0.1, 0.2, 0.3];
-    scene
-}
-
-fn full_frame(renderer: &Renderer, buffers: &mut FrameBuffers, camera: &Camera) -> Frame {
-    renderer.render(buffers, camera, Sampling::Full).unwrap();
-    buffers.read_frame().unwrap()
-}
+use std::sync::Arc;
 
 /// Strategies of marching, among them queues that are full after every stretch.
 fn strategies() -> impl Iterator<Item = MarchStrategy> {

@@ -4,6 +4,7 @@
 //! `apt-get install mesa-vulkan-drivers libvulkan1` is one.
 #![cfg(feature = "gpu")]
 
+mod gpu_frames;
 mod scenes;
 
 use fovol_core::{
@@ -13,29 +14,15 @@ use fovol_core::{
 use fovol_gpu::{AdapterRequest, Gpu, GpuError};
 use fovol_render::Filtering;
 use fovol_render::cpu::{self, RenderOptions, Simd};
-use fovol_render::gpu::{Error, FrameBuffers, MaskSource, Renderer, Sampling, Stage};
+use fovol_render::gpu::{Error, MaskSource, Renderer, Sampling, Stage};
 use fovol_render::noise::{Noise, NoiseKind};
 use fovol_render::scene::RayResult;
+use gpu_frames::{GPU, full_frame, small_scene};
 use proptest::prelude::*;
 use scenes::{cameras, differences, transfer, volumes};
 use std::sync::{Arc, LazyLock};
 
-static GPU: LazyLock<Gpu> = LazyLock::new(|| Gpu::open(&AdapterRequest::Any.or_environment()).unwrap());
-
 const SCALAR: RenderOptions = RenderOptions { simd: Simd::Scalar, skip_empty: false };
-
-/// A scene that is quickly rendered.
-fn small_scene() -> Scene {
-    let (_, volume) = volumes().remove(0);
-    let mut scene = Scene::new(Arc::new(volume), transfer());
-    scene.background = [0.1, 0.2, 0.3];
-    scene
-}
-
-fn full_frame(renderer: &Renderer, buffers: &mut FrameBuffers, camera: &Camera) -> Frame {
-    renderer.render(buffers, camera, Sampling::Full).unwrap();
-    buffers.read_frame().unwrap()
-}
 
 /// Asserts that pictures of `scene` in every shading and from every camera match the specification.
 fn agrees_with_the_specification(gpu: &Gpu, name: &str, mut scene: Scene) {

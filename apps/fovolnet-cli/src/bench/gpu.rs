@@ -210,37 +210,37 @@ impl Run<'_> {
 }
 
 impl Marcher {
-    /// Median of the device's time of marching, or of the host's where the device has no clock, and the last picture. Ends
+    /// Median of the device's time of marching, or of the host's where the device has no clock, and the picture of frame 0. Ends
     /// early where it is far from `best`.
     fn measure(&mut self, settings: &RenderSettings, [pb, _]: [f64; 2], best: f64) -> Result<(f64, Frame)> {
-        let noise = Noise::new(settings.noise, settings.seed);
+        let is_sparse = pb < 1.0;
+        self.march(settings, is_sparse, 0)?;
+        let picture = self.buffers.read_frame()?;
         let mut all = Vec::new();
-        for frame in 0..=FRAMES {
-            interrupt::check("rows so far are kept; --resume adds the others")?;
-            let fovea = settings.fovea(frame)?;
-            let source = MaskSource { fovea: &fovea, noise: &noise, frame };
-            let sampling = if pb < 1.0 { GpuSampling::Compact(source) } else { GpuSampling::Full };
-            let camera = CameraPath::Flythrough.camera(frame);
-            let started = Instant::now();
-            self.renderer.render(&mut self.buffers, &camera, sampling)?;
-            self.renderer.gpu().wait()?;
-            let host_ms = started.elapsed().as_secs_f64() * 1e3;
-            let device_ms = self.buffers.read_times()?.map(|times| times.iter().map(|time| time.ms).sum());
-            let ms: f64 = device_ms.unwrap_or(host_ms);
-            if frame > 0 {
-                all.push(ms);
-                if ms > HOPELESS * best {
-                    break;
-                }
+        for frame in 1..=FRAMES {
+            let ms = self.march(settings, is_sparse, frame)?;
+            all.push(ms);
+            if ms > HOPELESS * best {
+                break;
             }
         }
-        // The same frame for every strategy.
-        let fovea = settings.fovea(0)?;
-        let source = MaskSource { fovea: &fovea, noise: &noise, frame: 0 };
-        let sampling = if pb < 1.0 { GpuSampling::Compact(source) } else { GpuSampling::Full };
-        self.renderer.render(&mut self.buffers, &CameraPath::Flythrough.camera(0), sampling)?;
         all.sort_by(f64::total_cmp);
-        Ok((all[all.len() / 2], self.buffers.read_frame()?))
+        Ok((all[all.len() / 2], picture))
+    }
+
+    /// Marches frame number `frame`, and returns its milliseconds.
+    fn march(&mut self, settings: &RenderSettings, is_sparse: bool, frame: u32) -> Result<f64> {
+        interrupt::check("rows so far are kept; --resume adds the others")?;
+        let noise = Noise::new(settings.noise, settings.seed);
+        let fovea = settings.fovea(frame)?;
+        let source = MaskSource { fovea: &fovea, noise: &noise, frame };
+        let sampling = if is_sparse { GpuSampling::Compact(source) } else { GpuSampling::Full };
+        let started = Instant::now();
+        self.renderer.render(&mut self.buffers, &CameraPath::Flythrough.camera(frame), sampling)?;
+        self.renderer.gpu().wait()?;
+        let host_ms = started.elapsed().as_secs_f64() * 1e3;
+        let times = self.buffers.read_times()?;
+        Ok(times.map_or(host_ms, |times| times.iter().map(|time| time.ms).sum()))
     }
 }
 

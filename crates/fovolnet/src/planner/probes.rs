@@ -52,7 +52,7 @@ const FEWEST: usize = 96;
 const TAPPED: usize = 3;
 /// Weight of what was known, for errors that are measured in turn.
 const MEMORY: f64 = 0.7;
-/// Pixels whose colours are substituted, for each one that is marched exactly, and these.
+/// Probe pixels for each one that is marched exactly. Colours with cached light stand for the others.
 const SUBSTITUTES: usize = 6;
 
 /// Display values of pixels.
@@ -66,9 +66,7 @@ pub struct Probes<'a> {
     pixels: Vec<Pixel>,
     /// Weight of each pixel, 1 on average.
     weights: Vec<f64>,
-    /// Further pixels with their weights.
-    further: Vec<(Pixel, f64)>,
-    /// Colours with exact shadows at the asked step.
+    /// Colours of the first pixels with exact shadows at the asked step.
     exact: Colours,
     /// The exact shadows of the settings.
     exact_shadows: ShadowMode,
@@ -94,14 +92,13 @@ impl<'a> Probes<'a> {
             Some(Shown { frame, .. }) => Scatter::by_contrast(region, asked.size, frame),
             None => Scatter::even(region),
         };
-        let mut scattered = scatter.pixels(number, SUBSTITUTES * count);
-        let further = scattered.split_off(count);
+        let scattered = scatter.pixels(number, SUBSTITUTES * count);
         let (pixels, weights): (Vec<Pixel>, Vec<f64>) = scattered.into_iter().unzip();
         let exact_shadows = match asked.shadows {
             ShadowMode::Off => ShadowMode::Off,
             ShadowMode::On | ShadowMode::Cached => ShadowMode::On,
         };
-        let list = SampleList::new(asked.size, pixels.clone());
+        let list = SampleList::new(asked.size, pixels[..count].to_vec());
         let started = Instant::now();
         let Some((exact, samples)) =
             pipeline.march_as((exact_shadows, asked.step), &viewpoint.camera, &list)?
@@ -111,22 +108,12 @@ impl<'a> Probes<'a> {
         let exact_ms = started.elapsed().as_secs_f64() * 1e3;
         costs.see(region.size.pixels() as f64 / asked.size.pixels() as f64);
         if let Some(samples) = samples {
-            costs.count(samples, pixels.len());
-            costs.guess(pixels.len(), exact_ms);
+            costs.count(samples, count);
+            costs.guess(count, exact_ms);
         }
         let exact = exact.iter().map(|ray| shown(ray.colour)).collect();
-        let pixel_ms = exact_ms / pixels.len() as f64;
-        Ok(Some(Self {
-            pipeline,
-            viewpoint,
-            asked,
-            pixels,
-            weights,
-            further,
-            exact,
-            exact_shadows,
-            pixel_ms,
-        }))
+        let pixel_ms = exact_ms / count as f64;
+        Ok(Some(Self { pipeline, viewpoint, asked, pixels, weights, exact, exact_shadows, pixel_ms }))
     }
 
     /// Milliseconds that marching a pixel exactly took.
@@ -149,14 +136,11 @@ impl<'a> Probes<'a> {
             error.add(&exact);
             return Ok(());
         }
-        let (further, weights): (Vec<Pixel>, Vec<f64>) = self.further.iter().copied().unzip();
-        let pixels = [&self.pixels[..], &further].concat();
-        let weights = [&self.weights[..], &weights].concat();
-        let list = SampleList::new(size, pixels.clone());
+        let list = SampleList::new(size, self.pixels.clone());
         match self.march((ShadowMode::Cached, self.asked.step), &list)? {
             Some(cached) => {
-                let errors = squared(pixels.iter().map(shown), cached.into_iter());
-                error.add_substituted(&weighted(errors, &weights).collect::<Vec<_>>(), &exact);
+                let errors = squared(self.pixels.iter().map(shown), cached.into_iter());
+                error.add_substituted(&weighted(errors, &self.weights).collect::<Vec<_>>(), &exact);
             }
             None => error.add(&exact),
         }
@@ -181,7 +165,7 @@ impl<'a> Probes<'a> {
             }
             Measured::Scale(i, shadows) => {
                 let small = scaled(self.asked.size, SCALES[i]);
-                let count = self.pixels.len().div_ceil(TAPPED).min(FEWEST);
+                let count = self.exact.len().div_ceil(TAPPED).min(FEWEST);
                 let sized = self.marched_smaller(small, count, (shadows, step))?;
                 let whole = self.marched((shadows, step), count)?;
                 add(&mut errors.scales[i], sized.zip(whole), &self.weights);
@@ -198,14 +182,14 @@ impl<'a> Probes<'a> {
         self.marched((self.exact_shadows, step), FEWER)
     }
 
-    /// Colours of the first `count` pixels, or of all if there are fewer.
+    /// Colours of the first `count` pixels that are marched exactly, or of all if there are fewer.
     fn marched(&mut self, how: (ShadowMode, f64), count: usize) -> Result<Option<Colours>> {
         let list = SampleList::new(self.asked.size, self.first(count).to_vec());
         self.march(how, &list)
     }
 
     fn first(&self, count: usize) -> &[Pixel] {
-        &self.pixels[..count.min(self.pixels.len())]
+        &self.pixels[..count.min(self.exact.len())]
     }
 
     fn march(&mut self, how: (ShadowMode, f64), list: &SampleList) -> Result<Option<Colours>> {
