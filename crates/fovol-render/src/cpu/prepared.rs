@@ -1,11 +1,10 @@
-//! Tables, shadow grid and light columns of one step along rays.
+//! Tables and light columns of one step along rays.
 
 use super::light_columns::LightColumns;
-use crate::scene::{Bricks, ExtinctionTable, TransferTable};
+use crate::scene::{ExtinctionTable, TransferTable};
 use fovol_core::{Integration, TransferFunction};
-use std::time::Duration;
 
-/// Tables, shadow grid and light columns of one step.
+/// Tables and light columns of one step.
 #[derive(Debug)]
 pub struct Prepared {
     /// The step, in voxels of the smallest spacing.
@@ -13,32 +12,21 @@ pub struct Prepared {
     pub table: TransferTable,
     /// The tables of fine integration; `None` where integration is plain.
     pub extinction: Option<ExtinctionTable>,
-    pub shadow_grid: Option<Bricks>,
-    /// The time that making the shadow grid took.
-    pub shadow_grid_time: Duration,
     pub light_columns: Option<LightColumns>,
 }
 
-/// Tables and shadows of other steps than the scene's, kept for a return to them.
+/// What other steps than the scene's need, kept for a return to them.
 #[derive(Debug, Default)]
 pub struct OtherSteps(Vec<Prepared>);
 
 /// Other steps that are kept.
 const MOST_STEPS: usize = 2;
-/// Largest shadow grid, in bytes, that is kept for another step.
-const MOST_BYTES: usize = 256 << 20;
 
 impl Prepared {
-    /// The tables of `transfer` for `step`; shadows are prepared when they are needed.
+    /// The tables of `transfer` for `step`; light columns are prepared when they are needed.
     pub fn new(transfer: &TransferFunction, step: f64, integration: Integration) -> Self {
-        let mut prepared = Self {
-            step,
-            table: TransferTable::new(transfer, step),
-            extinction: None,
-            shadow_grid: None,
-            shadow_grid_time: Duration::ZERO,
-            light_columns: None,
-        };
+        let mut prepared =
+            Self { step, table: TransferTable::new(transfer, step), extinction: None, light_columns: None };
         prepared.integrate(transfer, integration);
         prepared
     }
@@ -58,7 +46,7 @@ impl Prepared {
 
     /// Drops what depends on the light.
     pub fn forget_light(&mut self) {
-        (self.shadow_grid, self.light_columns) = (None, None);
+        self.light_columns = None;
     }
 }
 
@@ -70,10 +58,7 @@ impl OtherSteps {
     }
 
     /// Keeps `prepared`; what was kept longest makes room.
-    pub fn keep(&mut self, mut prepared: Prepared) {
-        if prepared.shadow_grid.as_ref().is_some_and(|grid| grid.layout().elements() > MOST_BYTES) {
-            prepared.shadow_grid = None;
-        }
+    pub fn keep(&mut self, prepared: Prepared) {
         self.0.push(prepared);
         if self.0.len() > MOST_STEPS {
             self.0.remove(0);

@@ -7,11 +7,11 @@ use super::light_columns::LightColumns;
 use super::march::{March, SampleCount};
 use super::march_order::MarchOrder;
 use super::prepared::{OtherSteps, Prepared};
-use super::shadow_grid::shadow_grid;
+use super::shadow_grid::ShadowGrid;
 use super::simd::best_simd;
 use super::skip::Skip;
 use super::tile_order::{TILE, TILE_ORDER};
-use crate::scene::{BrickData, BrickLayout, Bricks, LightPath, Macrocells, RayResult, Segments};
+use crate::scene::{BrickData, BrickLayout, Bricks, LightPath, Macrocells, RayResult, SWEEP_STEP, Segments};
 use fovol_core::memory::{Estimate, Shortage};
 use fovol_core::{
     Camera, ClipBox, Frame, FrameSize, Grid, Pixel, RayBasis, Region, SampleList, SampleMask, Scene, Shading,
@@ -19,7 +19,7 @@ use fovol_core::{
 };
 use fovol_simd::Simd;
 use rayon::prelude::*;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// The choices that change how fast a picture is made, not what it shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,16 +49,19 @@ pub struct Renderer {
     transfer: TransferFunction,
     shading: Shading,
     background: [f64; 3],
-    /// Tables and shadows for the step of the scene.
+    /// Tables and light columns for the step of the scene.
     pub(super) prepared: Prepared,
-    /// Tables and shadows for other steps.
+    /// The same for other steps.
     others: OtherSteps,
+    /// Transmittance towards the light at every voxel, once shadows were cached. No step changes it.
+    shadow_grid: Option<ShadowGrid>,
     /// Factor from the step of the scene to that of rays; see [`Scene::step_stretch`].
     pub(super) stretch: f64,
     options: RenderOptions,
 }
 
-/// Most pixels of a list that are marched by one task.
+/// Fewest and most pixels of a list that are marched by one task.
+const FEWEST: usize = 8;
 const CHUNK: usize = 256;
 
 impl Renderer {
@@ -107,6 +110,7 @@ impl Renderer {
             background: scene.background,
             prepared: Prepared::new(&scene.transfer_function, scene.marching_step(), scene.integration),
             others: OtherSteps::default(),
+            shadow_grid: None,
             stretch: scene.step_stretch(),
             options: RenderOptions { simd, ..options },
         };
@@ -125,6 +129,7 @@ impl Renderer {
         if self.shading.light != scene.shading.light || self.clip != clip {
             self.prepared.forget_light();
             self.others.forget_light();
+            self.shadow_grid = None;
         }
         (self.shading, self.background, self.clip) = (scene.shading, scene.background, clip);
         let recoloured = self.transfer != scene.transfer_function;
@@ -135,6 +140,7 @@ impl Renderer {
         if recoloured {
             self.prepared = Prepared::new(&self.transfer, scene.marching_step(), scene.integration);
             self.others.clear();
+            self.shadow_grid = None;
         } else if self.prepared.integration() != scene.integration {
             self.prepared.integrate(&self.transfer, scene.integration);
             self.others.clear();
@@ -156,9 +162,9 @@ impl Renderer {
 
     /// How long the cached shadows of this scene took to make; nothing where it has none.
     pub fn shadow_grid_time(&self) -> Duration {
-        match self.shading.shadows {
-            ShadowMode::Cached => self.prepared.shadow_grid_time,
-            ShadowMode::On | ShadowMode::Off => Duration::ZERO,
+        match (self.shading.shadows, &self.shadow_grid) {
+            (ShadowMode::Cached, Some(grid)) => grid.took,
+            _ => Duration::ZERO,
         }
     }
 
@@ -200,15 +206,12 @@ impl Renderer {
     }
 
     pub(super) fn make_shadow_grid(&mut self) -> Result<(), Shortage> {
-        if self.prepared.shadow_grid.is_some() {
-            return Ok(());
+        if self.shadow_grid.is_none() {
+            let Self { grid, bricks, clip, transfer, shading, prepared, .. } = &*self;
+            let colours = (transfer, &prepared.table);
+            let path = LightPath::new(&shading.light, grid, clip, SWEEP_STEP);
+            self.shadow_grid = Some(ShadowGrid::new(bricks, clip, &path, colours, self.options.simd)?);
         }
-        let started = Instant::now();
-        let Self { bricks, clip, transfer, prepared: Prepared { table, step, .. }, .. } = &*self;
-        let path = self.light_path();
-        let grid = shadow_grid(bricks, clip, &path, (transfer, table, *step), self.options.simd)?;
-        self.prepared.shadow_grid = Some(grid);
-        self.prepared.shadow_grid_time = started.elapsed();
         Ok(())
     }
 
@@ -252,10 +255,10 @@ impl Renderer {
             transfer: &self.transfer,
             shading: &self.shading,
             shadow_grid: self
-                .prepared
                 .shadow_grid
                 .as_ref()
-                .filter(|_| self.shading.shadows == ShadowMode::Cached),
+                .filter(|_| self.shading.shadows == ShadowMode::Cached)
+                .map(|grid| &grid.voxels),
             background: self.background,
             step: self.prepared.step,
             few: None,
@@ -278,7 +281,7 @@ impl Renderer {
         let order = MarchOrder::new(list);
         let parts: Vec<(Vec<RayResult>, SampleCount)> = order
             .pixels()
-            .par_chunks(list.len().div_ceil(4 * rayon::current_num_threads()).clamp(CHUNK / 8, CHUNK))
+            .par_chunks(list.len().div_ceil(4 * rayon::current_num_threads()).clamp(FEWEST, CHUNK))
             .map_init(Memory::default, |scratch, chunk| self.march_pixels(&rays, chunk, few, scratch))
             .collect();
         let mut count = SampleCount::default();
@@ -419,10 +422,10 @@ impl Renderer {
     fn kernel<'a, T: Texel>(&'a self, field: Field<'a, T>, few: Option<&FewShadowRays<'a>>) -> Kernel<'a, T> {
         let skips = self.options.skip_empty && !self.cells.is_dense();
         let rays = Lighting::Rays(self.prepared.light_columns.as_ref().filter(|_| skips), few.copied());
-        let lighting = match (self.shading.shadows, &self.prepared.shadow_grid) {
+        let lighting = match (self.shading.shadows, &self.shadow_grid) {
             (ShadowMode::Off, _) => Lighting::Full,
-            (ShadowMode::Cached, Some(grid)) => match grid.data() {
-                BrickData::U8(values) => Lighting::Cached(Field::<u8>::new(grid, values, 1.0)),
+            (ShadowMode::Cached, Some(ShadowGrid { voxels, .. })) => match voxels.data() {
+                BrickData::U8(values) => Lighting::Cached(Field::<u8>::new(voxels, values, 1.0)),
                 BrickData::Corners(_) | BrickData::U16(_) | BrickData::F32(_) | BrickData::Gaps(_) => rays,
             },
             (ShadowMode::On | ShadowMode::Cached, _) => rays,

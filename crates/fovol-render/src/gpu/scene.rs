@@ -6,7 +6,9 @@ use super::texture::{texture, write_slices};
 use super::volume_texture::{TexelKind, VolumeTexture};
 use crate::Filtering;
 use crate::cpu::light_columns::LightColumns;
-use crate::scene::{Bricks, ExtinctionTable, LightPath, LightSlices, Macrocells, Segments, TransferTable};
+use crate::scene::{
+    Bricks, ExtinctionTable, LightPath, LightSlices, Macrocells, SWEEP_STEP, Segments, TransferTable,
+};
 use bytemuck::{Pod, Zeroable};
 use fovol_core::{
     Camera, ClipBox, FrameSize, Grid, Integration, Region, Scene, Shading, ShadowMode, TransferFunction,
@@ -202,8 +204,8 @@ impl Contents {
         if self.shading.shadows != ShadowMode::Cached {
             return Ok(unlit);
         }
-        let path = self.light_path();
-        let slices = LightSlices::new(self.grid.dims(), &path);
+        let path = LightPath::new(&self.shading.light, &self.grid, &self.clip, SWEEP_STEP);
+        let slices = LightSlices::new(self.grid.dims(), &path).with_longer_steps(self.step / SWEEP_STEP);
         let lit = shadows.fill(&self.gpu, self.kind(), &unlit, (&slices, self.grid.dims()))?;
         Ok(self.gpu.guarded(DOING, || self.bound(&resources, &lit))?)
     }

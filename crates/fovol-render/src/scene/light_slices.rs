@@ -16,11 +16,15 @@ pub struct LightSlices {
     shifts: [f64; 2],
     /// Primary steps from a slice to the next.
     pub steps: f64,
+    near: f32,
 }
 
 /// Length of the first stretch of a shadow ray that begins on a slice, in ways from slice to slice. It ends halfway between the
 /// first and the second slice on its way.
 pub const FIRST_STRETCH: f64 = 1.5;
+
+/// Primary step of the shadow rays that a sweep of light stands for, whatever step the scene has: what was swept serves every step.
+pub const SWEEP_STEP: f64 = 0.5;
 
 /// Where columns cross a slice: column c lies at voxel c + `whole` + `part`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,13 +43,21 @@ impl LightSlices {
         let axes = [[0, 2, 1], [1, 2, 0], [2, 1, 0]][deep];
         let delta = path.delta.map(f64::from);
         let shifts = [axes[1], axes[2]].map(|axis| -delta[axis] / delta[deep].abs());
-        Self { axes, dims, is_from_above: delta[deep] > 0.0, shifts, steps: 1.0 / delta[deep].abs() }
+        let steps = 1.0 / delta[deep].abs();
+        let near = (f64::from(SHADOW_START) / steps).clamp(0.5 * FIRST_STRETCH, 1.0) as f32;
+        Self { axes, dims, is_from_above: delta[deep] > 0.0, shifts, steps, near }
+    }
+
+    /// These slices for primary steps of `factor` times the length.
+    #[must_use]
+    pub fn with_longer_steps(self, factor: f64) -> Self {
+        Self { steps: self.steps / factor, ..self }
     }
 
     /// Where the sample of the first stretch lies, as a part of the way to the slice before: where that of a shadow ray does, but
     /// not before the middle of the stretch.
     pub fn near(&self) -> f32 {
-        (f64::from(SHADOW_START) / self.steps).clamp(0.5 * FIRST_STRETCH, 1.0) as f32
+        self.near
     }
 
     /// Number of slices.

@@ -15,7 +15,7 @@ mod transfer_table;
 pub use brick_layout::{BRICK, BrickLayout};
 pub use bricks::{BrickData, Bricks, MaybeNan};
 pub(crate) use extinction_table::{COLOURS, ExtinctionTable};
-pub(crate) use light_slices::{Crossing, FIRST_STRETCH, LightSlices};
+pub(crate) use light_slices::{Crossing, FIRST_STRETCH, LightSlices, SWEEP_STEP};
 pub use macrocells::Macrocells;
 pub use ray_result::RayResult;
 pub use segment::{LightPath, Segment, Segments};

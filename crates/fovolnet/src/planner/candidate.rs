@@ -18,7 +18,7 @@ pub struct Candidate {
 }
 
 /// Sizes of frames with every pixel marched.
-const SCALES: [f64; 14] = [1.0, 0.9, 0.83, 0.75, 0.67, 0.6, 0.55, 0.5, 0.42, 0.3333, 0.25, 0.2, 0.15, 0.1];
+const SCALES: [f64; 13] = [1.0, 0.9, 0.85, 0.75, 0.7, 0.6, 0.5, 0.42, 0.3333, 0.25, 0.2, 0.15, 0.1];
 /// Sizes of frames that are reconstructed.
 const RECONSTRUCTED_SCALES: [f64; 4] = [1.0, 0.75, 0.6, 0.5];
 /// Factors of the step along rays.

@@ -1,5 +1,6 @@
 use super::candidate::{Candidate, STEPS};
 use super::running_error::RunningError;
+use super::sizes::SizeErrors;
 use super::way::Way;
 
 /// Measured errors of candidates: mean squared errors of the pixels that can show the volume.
@@ -10,20 +11,16 @@ use super::way::Way;
 pub struct Errors {
     /// Cached light against shadow rays.
     pub light: RunningError,
-    /// Smaller frames, one for each of [`SCALES`].
-    pub scales: [RunningError; SCALES.len()],
+    /// Smaller frames.
+    pub sizes: SizeErrors,
     /// Longer steps, one for each of [`STEPS`] but the first.
     pub steps: [RunningError; STEPS.len() - 1],
     /// Reconstruction from sparse pixels at the asked density, by [`Way`], which is known only once it was shown.
     reconstruction: [RunningError; Way::ALL.len()],
 }
 
-/// Scales whose error is measured.
-pub const SCALES: [f64; 4] = [0.75, 0.5, 0.3333, 0.2];
-
 /// Errors before any was measured.
 const LIGHT: f64 = 2e-5;
-const AT_SCALES: [f64; SCALES.len()] = [1e-5, 4e-5, 1e-4, 4e-4];
 const AT_STEPS: [f64; STEPS.len() - 1] = [3e-5, 3e-4];
 /// Low enough that ratios are tried where cached light is poor, and no lower: frames that are tried are shown.
 const RATIO: f64 = 2e-4;
@@ -45,12 +42,12 @@ impl Errors {
             Way::CachedLight => self.light.mean().unwrap_or(LIGHT),
             way => self.reconstructed(way) / candidate.density.powf(DENSITY_POWER),
         };
-        (made + self.at_scale(candidate.scale) + self.at_step(candidate.step)).max(NONE)
+        (made + self.sizes.at(candidate.scale) + self.at_step(candidate.step)).max(NONE)
     }
 
     /// Lets what was measured count little against what will be: the scene has changed.
     pub fn fade(&mut self) {
-        let all = self.scales.iter_mut().chain(&mut self.steps).chain(&mut self.reconstruction);
+        let all = self.steps.iter_mut().chain(&mut self.reconstruction);
         all.chain([&mut self.light]).for_each(|error| error.add([], FADED));
     }
 
@@ -68,23 +65,6 @@ impl Errors {
             Way::FewShadowRays => known(Way::LightRatio).unwrap_or(RATIO) * FEW_RAYS,
             _ => RATIO,
         })
-    }
-
-    /// Error of frames of `scale`: power laws between the measured scales.
-    fn at_scale(&self, scale: f64) -> f64 {
-        if scale >= 1.0 {
-            return 0.0;
-        }
-        let at = |i: usize| self.scales[i].mean().unwrap_or(AT_SCALES[i]).max(NONE);
-        let size = |scale: f64| 1.0 / scale - 1.0;
-        let upper = SCALES.iter().position(|known| *known <= scale).unwrap_or(SCALES.len() - 1);
-        let pair = upper.max(1) - 1;
-        let [near, far] = [pair, pair + 1].map(|i| (size(SCALES[i]).ln(), at(i).ln()));
-        // Enlarged frames are blurred: their error never falls with the size.
-        let slope = ((far.1 - near.1) / (far.0 - near.0)).clamp(0.0, 4.0);
-        let from = if upper == 0 { near } else { far };
-        let slope = if upper == 0 { slope.max(1.0) } else { slope };
-        (from.1 + slope * (size(scale).ln() - from.0)).exp()
     }
 
     fn at_step(&self, step: f64) -> f64 {
@@ -110,9 +90,7 @@ mod tests {
         for known in [false, true] {
             if known {
                 errors.light.add([1e-6], 0.0);
-                for (scale, error) in errors.scales.iter_mut().zip([2e-5, 3e-5, 3e-5, 9e-4]) {
-                    scale.add([error], 0.0);
-                }
+                errors.sizes.see(0.5, 3e-5, [1e-5, 4e-5, 9e-5]);
             }
             let scales: Vec<f64> =
                 (1..=20).rev().map(|i| errors.of(&cached(f64::from(i) / 20.0, 1.0))).collect();
@@ -120,7 +98,7 @@ mod tests {
             assert!(errors.of(&cached(1.0, 2.0)) < errors.of(&cached(1.0, 4.0)));
         }
         assert!((errors.of(&cached(0.5, 1.0)) - 3.1e-5).abs() < 1e-7);
-        assert!((errors.of(&cached(0.2, 1.0)) - 9.01e-4).abs() < 1e-6);
+        assert!((errors.of(&cached(0.25, 1.0)) - 7.1e-5).abs() < 1e-7);
         assert_eq!(errors.of(&Candidate { way: Way::ExactLight, ..cached(1.0, 1.0) }), NONE);
     }
 

@@ -17,6 +17,8 @@ mod probes;
 mod running_error;
 mod scatter;
 mod shown_error;
+mod sizes;
+mod survey;
 mod taps;
 mod way;
 

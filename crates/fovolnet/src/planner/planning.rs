@@ -4,12 +4,14 @@ use super::errors::Errors;
 use super::frame_plan::FramePlan;
 use super::freedom::Freedom;
 use super::limit::Limit;
-use super::probes::{Measured, Probes, Shown};
+use super::probes::{Probes, Shown};
 use super::running_error::psnr_of_part;
 use super::shown_error::ShownError;
+use super::survey::Survey;
 use super::way::Way;
 use crate::{Pipeline, RenderSettings, Result, Viewpoint};
 use fovol_core::ShadowMode;
+use std::time::Instant;
 
 /// Costs of a frame that was made.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -38,13 +40,11 @@ pub struct Planner {
     change_rate: f64,
     /// Milliseconds of a change of the scene, without and with cached shadows to make.
     change_ms: [f64; 2],
-    /// Probe pixels of the next frame, and milliseconds of each that is marched exactly.
+    /// Probe pixels of the next frame, and milliseconds that each takes with its substitutes.
     probes: usize,
     pixel_ms: f64,
-    /// Milliseconds that probes take.
+    /// Milliseconds that all measurements take.
     probe_ms: f64,
-    /// Number of measurements so far.
-    turn: u32,
 }
 
 /// Candidate with its expected error and cost.
@@ -69,18 +69,21 @@ const PROBES: usize = 1024;
 const FIRST_PROBES: usize = 256;
 const FEWEST_PROBES: usize = 32;
 const MOST_PROBES: usize = 1024;
-/// Time of all that probes do, in those of marching them exactly.
-const PROBES_TAKE: f64 = 2.0;
+/// Time of probes that are compared, in that of probes that are not.
+const COMPARED: f64 = 2.0;
 /// Part of a budget that probes may take.
 const PROBING: f64 = 0.08;
-/// Frames with a measurement of other candidates after a choice; later every fourth has one.
-const MEASURED: u32 = 8;
+/// Frames after a choice that have a survey; later every eighth has one.
+const SURVEYED: [u32; 4] = [0, 1, 2, 4];
+const SURVEYED_LATER: u32 = 8;
 /// Part of a budget that a frame is expected to take at most: the next view may take longer.
 const HOLD: f64 = 0.9;
 /// Part of a budget that a better way is expected to take at most.
 const CLIMB: f64 = 0.8;
 /// Factor of the error below which another way is better: half a decibel.
 const BETTER: f64 = 0.89;
+/// Frames from one measurement of cached light to the next, where frames do not have it.
+const LIGHT_MEASURED: u32 = 32;
 /// Frames for which a way is kept, unless it takes too long: reconstructions settle in that time.
 const KEPT: u32 = 8;
 /// Part of a budget below which a way is not kept if another one is better.
@@ -111,7 +114,6 @@ impl Planner {
             probes: FIRST_PROBES,
             pixel_ms: 0.0,
             probe_ms: 0.0,
-            turn: 0,
         }
     }
 
@@ -165,7 +167,7 @@ impl Planner {
     fn limit_probes(&mut self, limit: Limit) {
         self.probes = match limit {
             Limit::Time(ms) if self.pixel_ms > 0.0 => {
-                let fitting = PROBING * ms / (PROBES_TAKE * self.pixel_ms);
+                let fitting = PROBING * ms / self.pixel_ms;
                 (fitting as usize).clamp(FEWEST_PROBES, MOST_PROBES)
             }
             Limit::Time(_) => FIRST_PROBES,
@@ -223,33 +225,39 @@ impl Planner {
         may_be_cached: bool,
     ) -> Result<()> {
         let probed = (pipeline, viewpoint, asked);
+        let started = Instant::now();
         let Some(mut probes) = Probes::new(probed, (number, self.probes, shown), &mut self.costs)? else {
             return Ok(());
         };
-        self.pixel_ms += if self.pixel_ms > 0.0 { NEW } else { 1.0 } * (probes.pixel_ms() - self.pixel_ms);
-        let candidate = self.candidate();
+        let rests = self.change_rate < RESTS;
+        let is_cached = self.candidate().is_some_and(|candidate| candidate.way == Way::CachedLight);
+        // Where the scene changes, cached light may have to be made for a measurement alone.
+        let light_is_cached = is_cached && rests;
         if let Some(shown) = shown {
-            // Where the scene changes, cached light at the asked step may have to be made for this alone.
-            let rests = self.change_rate < RESTS;
-            let light_is_cached =
-                rests && candidate.is_some_and(|candidate| candidate.way == Way::CachedLight);
-            probes.compare(shown, light_is_cached, &mut self.shown)?;
+            probes.compare(shown, light_is_cached, (&mut self.shown, &mut self.errors))?;
         }
-        let turns = match &self.chosen {
-            None => Measured::COUNT,
-            Some(chosen) => u32::from(chosen.frames <= MEASURED || chosen.frames % 4 == 0),
-        };
-        let shadows = match candidate.map(|candidate| candidate.way) {
-            Some(Way::CachedLight) => ShadowMode::Cached,
-            None if may_be_cached => ShadowMode::Cached,
-            Some(Way::ExactLight) | None => asked.shadows,
-            Some(Way::LightRatio | Way::FewShadowRays | Way::Colours) => ShadowMode::Off,
-        };
-        let step = candidate.map_or(1.0, |candidate| candidate.step);
-        for _ in 0..turns {
-            let measured = Measured::number(self.turn, may_be_cached, shadows);
-            probes.measure(measured, step, &mut self.errors)?;
-            self.turn += 1;
+        let compared = if shown.is_some() { 1.0 } else { COMPARED };
+        let pixel_ms = compared * started.elapsed().as_secs_f64() * 1e3 / self.probes as f64;
+        self.pixel_ms += if self.pixel_ms > 0.0 { NEW } else { 1.0 } * (pixel_ms - self.pixel_ms);
+        let frames = self.chosen.as_ref().map_or(0, |chosen| chosen.frames);
+        if SURVEYED.contains(&frames) || frames % SURVEYED_LATER == 0 {
+            if may_be_cached && !light_is_cached && frames % LIGHT_MEASURED == 0 {
+                probes.measure_light(&mut self.errors)?;
+            }
+            let shadows = if is_cached || (may_be_cached && rests) {
+                ShadowMode::Cached
+            } else if self.candidate().is_none_or(|candidate| candidate.way == Way::ExactLight) {
+                probes.exact_shadows()
+            } else {
+                ShadowMode::Off
+            };
+            let region = probes.region();
+            let mut survey = Survey::new(&mut probes, shadows)?;
+            survey.measure_steps(&mut self.errors);
+            match shown.zip(self.candidate()) {
+                Some(shown) => survey.measure_sizes(shown, self.shown.mean(), &mut self.errors),
+                None => survey.measure_sizes_anew(region, &mut self.errors)?,
+            }
         }
         self.remember_reconstruction();
         Ok(())

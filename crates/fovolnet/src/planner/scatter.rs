@@ -72,6 +72,11 @@ impl Scatter {
         Self { region, sums: sums.collect(), columns }
     }
 
+    /// The region.
+    pub fn region(&self) -> Region {
+        self.region
+    }
+
     /// Pixel at the place (`u`, `v`) of the unit square, and its weight.
     fn pixel(&self, [u, v]: [f64; 2]) -> (Pixel, f64) {
         let at = self.sums.partition_point(|sum| *sum <= u).min(self.sums.len() - 1);

@@ -1,8 +1,5 @@
 use fovol_core::{Frame, FrameSize, Pixel};
 
-/// Pixels of a smaller frame, with their weights, that a pixel of the enlarged frame is made of.
-pub type Taps = Vec<(Pixel, f32)>;
-
 /// How smaller frames are enlarged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Enlargement {
@@ -13,35 +10,66 @@ pub enum Enlargement {
 }
 
 impl Enlargement {
-    /// Taps in a frame of `small` for `pixel` of the enlarged frame of size `large`.
-    pub fn taps(self, pixel: Pixel, large: FrameSize, small: FrameSize) -> Taps {
-        if large == small {
-            return vec![(pixel, 1.0)];
-        }
-        let columns = self.along(pixel.x, large.width, small.width);
-        let rows = self.along(pixel.y, large.height, small.height);
-        let mut taps = Vec::with_capacity(columns.len() * rows.len());
-        for &(y, row) in &rows {
-            taps.extend(columns.iter().map(|&(x, column)| (Pixel { x, y }, row * column)));
-        }
-        taps
+    /// Colour that `frame` shows at `pixel` when it is enlarged to `large`.
+    pub fn colour(self, frame: &Frame, pixel: Pixel, large: FrameSize) -> [f32; 3] {
+        self.blended(pixel, [large, frame.size()], |tap| {
+            let [r, g, b, _] = frame.pixels()[tap.index(frame.size().width)];
+            [r, g, b]
+        })
     }
 
-    /// Taps along one side, whose weights add up to 1.
-    fn along(self, at: u16, large: u32, small: u32) -> Vec<(u16, f32)> {
+    /// Colour that `frame` shows at `pixel` when it is made `smaller`, then enlarged to `large`.
+    pub fn colour_made_smaller(
+        self,
+        frame: &Frame,
+        pixel: Pixel,
+        [large, smaller]: [FrameSize; 2],
+    ) -> [f32; 3] {
+        self.blended(pixel, [large, smaller], |tap| Self::Cubic.colour(frame, tap, smaller))
+    }
+
+    /// Colour at `pixel` of a frame of size `large` that is enlarged from `small`, whose pixels have a colour `of` their own.
+    fn blended(
+        self,
+        pixel: Pixel,
+        [large, small]: [FrameSize; 2],
+        of: impl Fn(Pixel) -> [f32; 3],
+    ) -> [f32; 3] {
+        if large == small {
+            return of(pixel).map(|value| value.clamp(0.0, 1.0));
+        }
+        let columns = self.taps(pixel.x, large.width, small.width);
+        let rows = self.taps(pixel.y, large.height, small.height);
+        let mut sum = [0.0f32; 3];
+        for (y, row) in rows.each() {
+            for (x, column) in columns.each() {
+                let colour = of(Pixel { x, y });
+                (0..3).for_each(|c| sum[c] += row * column * colour[c]);
+            }
+        }
+        sum.map(|value| value.clamp(0.0, 1.0))
+    }
+
+    /// Taps of pixel `at` along one side.
+    fn taps(self, at: u16, large: u32, small: u32) -> Taps {
         let place = (f64::from(at) + 0.5) * f64::from(small) / f64::from(large) - 0.5;
-        let whole = place.floor();
         let radius = match self {
             Self::Linear => 1,
             Self::Cubic => 2,
         };
-        let inside = |tap: i64| (0..i64::from(small)).contains(&tap);
-        let weight = |tap: i64| (tap as u16, self.weight((tap as f64 - place).abs()) as f32);
-        let taps = (whole as i64 - radius + 1..=whole as i64 + radius).filter(|tap| inside(*tap));
-        let mut taps: Vec<(u16, f32)> = taps.map(weight).collect();
-        let sum: f32 = taps.iter().map(|(_, weight)| weight).sum();
-        taps.iter_mut().for_each(|(_, weight)| *weight /= sum);
-        taps
+        let last = i64::from(small) - 1;
+        let [first, end] = [1 - radius, radius + 1].map(|beside| place.floor() as i64 + beside);
+        let [first, end] = [first.clamp(0, last), end.clamp(1, last + 1)];
+        let mut weights = [0.0; MOST_TAPS];
+        for (weight, tap) in weights.iter_mut().zip(first..end) {
+            *weight = self.weight((tap as f64 - place).abs()) as f32;
+        }
+        let sum: f32 = weights.iter().sum();
+        Taps {
+            first: first as u16,
+            count: (end - first) as usize,
+            weights: weights.map(|weight| weight / sum),
+        }
     }
 
     /// Weight of a tap at `distance` pixels.
@@ -54,25 +82,22 @@ impl Enlargement {
             Self::Cubic => 0.0,
         }
     }
-
-    /// Colour that `frame` shows at `pixel` when it is enlarged to `large`.
-    pub fn colour(self, frame: &Frame, pixel: Pixel, large: FrameSize) -> [f32; 3] {
-        let taps = self.taps(pixel, large, frame.size());
-        let width = frame.size().width;
-        let colours = taps.iter().map(|(tap, weight)| (frame.pixels()[tap.index(width)], weight));
-        blended(colours.map(|([r, g, b, _], weight)| ([r, g, b], *weight)))
-    }
 }
 
-/// Weighted sum of colours, cut to 0…1.
-pub fn blended(colours: impl IntoIterator<Item = ([f32; 3], f32)>) -> [f32; 3] {
-    let mut sum = [0.0f32; 3];
-    for (colour, weight) in colours {
-        for (sum, value) in sum.iter_mut().zip(colour) {
-            *sum += weight * value;
-        }
+/// Most pixels along a side that a pixel of an enlarged frame is made of.
+const MOST_TAPS: usize = 4;
+
+/// Pixels along a side of a smaller frame that a pixel of the enlarged frame is made of. Their weights add up to 1.
+struct Taps {
+    first: u16,
+    count: usize,
+    weights: [f32; MOST_TAPS],
+}
+
+impl Taps {
+    fn each(&self) -> impl Iterator<Item = (u16, f32)> {
+        (self.first..).zip(self.weights).take(self.count)
     }
-    sum.map(|value| value.clamp(0.0, 1.0))
 }
 
 #[cfg(test)]
@@ -101,6 +126,21 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn frames_made_smaller_lose_what_they_cannot_hold() {
+        let [small, large] = [[12, 10], [48, 40]].map(|[w, h]| FrameSize::new(w, h).unwrap());
+        let smooth = (0..large.pixels()).map(|i| [(i % 48) as f32 / 48.0, 0.25, 0.5, 1.0]).collect();
+        let smooth = Frame::from_pixels(large, smooth).unwrap();
+        let rough = checks(large);
+        let lost = |frame: &Frame| {
+            let at = Pixel { x: 21, y: 18 };
+            let made = Enlargement::Cubic.colour_made_smaller(frame, at, [large, small]);
+            (made[0] - frame.pixel(21, 18)[0]).abs()
+        };
+        assert!(lost(&smooth) < 1e-3, "{}", lost(&smooth));
+        assert!(lost(&rough) > 1e-2, "{}", lost(&rough));
     }
 
     #[test]

@@ -89,7 +89,12 @@ impl<'a> Clip<'a> {
             let mut total = rendered.timings.total + changed;
             let frame = match way.finish {
                 Finish::Nothing | Finish::Planned(_) => rendered.frame,
-                Finish::Enlarge => image::resized(&rendered.frame, self.evaluation.size),
+                Finish::Enlarge => {
+                    let started = Instant::now();
+                    let frame = image::resized(&rendered.frame, self.evaluation.size);
+                    total += milliseconds(started);
+                    frame
+                }
                 Finish::Bilateral => {
                     let started = Instant::now();
                     let frame = methods::bilateral(&rendered, background);

@@ -38,8 +38,8 @@ pub fn section(evaluation: &Evaluation) -> Result<Section> {
              made anew for another light counts as part of the frame.",
             methods::LEGEND,
             "Sparse frames are sampled densely where the eye looks; PSNR and both JOD do not know that, and count the whole \
-             screen alike. To enlarge a frame is not counted, but for the planner, which counts its measurements, too. Each of \
-             its frames is compared with the best other way that takes no longer.",
+             screen alike. Times count all that makes a frame, its enlarging and the planner's measurements too. Each of the \
+             planner's budgets is compared with the best other way that takes no longer.",
         ],
     );
     let data = evaluation.shown("head");

@@ -40,9 +40,12 @@ pub struct GpuMarcher {
     background: [f32; 3],
     /// Step along rays, in voxels.
     step: f64,
-    /// Buffers of lists of pixels in frames of another size.
-    probe_buffers: Option<FrameBuffers>,
+    /// Buffers of lists of pixels in frames of the planner's sizes, the last used ones last.
+    probe_buffers: Vec<FrameBuffers>,
 }
+
+/// Sizes of frames whose buffers for lists of pixels are kept.
+const MOST_PROBE_BUFFERS: usize = 6;
 
 /// Pixels of a frame that the CPU lists.
 struct Listed {
@@ -71,7 +74,7 @@ impl GpuMarcher {
             display: None,
             background,
             step: scene.step,
-            probe_buffers: None,
+            probe_buffers: Vec::new(),
         })
     }
 
@@ -289,8 +292,9 @@ impl Marcher for GpuMarcher {
         if is_too_long || step != self.step || (shadows == ShadowMode::Cached && own != shadows) {
             return Ok(None);
         }
-        let mut buffers = match self.probe_buffers.take().filter(|buffers| buffers.size() == list.size()) {
-            Some(buffers) => buffers,
+        let known = self.probe_buffers.iter().position(|buffers| buffers.size() == list.size());
+        let mut buffers = match known {
+            Some(at) => self.probe_buffers.remove(at),
             None => self.renderer.frame_buffers(list.size())?,
         };
         let (renderer, sampling) = (&mut self.renderer, gpu::Sampling::List(list));
@@ -302,7 +306,10 @@ impl Marcher for GpuMarcher {
             ShadowMode::On | ShadowMode::Cached => march(renderer)?,
         }
         let rays = buffers.read_samples()?;
-        self.probe_buffers = Some(buffers);
+        self.probe_buffers.push(buffers);
+        if self.probe_buffers.len() > MOST_PROBE_BUFFERS {
+            self.probe_buffers.remove(0);
+        }
         Ok(Some((rays, None)))
     }
 
