@@ -1,17 +1,18 @@
-//! Adaptive masks, and lists without shadows, on the GPU against the specification.
+//! Adaptive masks, and lists with other shadows, on the GPU against the specification.
 //!
 //! These tests need an adapter, as those of `gpu_twins.rs`.
 #![cfg(feature = "gpu")]
 
 use fovol_core::{
-    CameraPath, Fovea, FrameSize, Grid, Pixel, Region, SampleList, SampleMask, Scene, TransferFunction,
-    Volume,
+    CameraPath, Fovea, FrameSize, Grid, Pixel, Region, SampleList, SampleMask, Scene, ShadowMode,
+    TransferFunction, Volume,
 };
 use fovol_gpu::{AdapterRequest, Gpu, read};
 use fovol_render::Importance;
 use fovol_render::cpu::{self, RenderOptions, Simd};
 use fovol_render::gpu::{DeviceImportance, MaskSource, Renderer, Sampling};
 use fovol_render::noise::{Noise, NoiseKind};
+use fovol_render::scene::RayResult;
 use std::sync::{Arc, LazyLock};
 use wgpu::BufferUsages;
 
@@ -92,37 +93,50 @@ fn adaptive_masks_are_those_of_the_specification() {
 
 #[test]
 #[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
-fn lists_without_shadows_are_those_of_the_specification() {
+fn lists_with_other_shadows_are_those_of_the_specification() {
     let mut scene = scene();
-    scene.shading.shadows = fovol_core::ShadowMode::On;
+    scene.shading.shadows = ShadowMode::On;
     let options = RenderOptions { simd: Simd::Scalar, skip_empty: false };
     let mut specification = cpu::Renderer::new(&scene, options).unwrap();
-    let renderer = Renderer::new(&GPU, &scene).unwrap();
+    let mut renderer = Renderer::new(&GPU, &scene).unwrap();
+    renderer.keep_cached_shadows().unwrap();
     let mut buffers = renderer.frame_buffers(SIZE).unwrap();
     let pixels: Vec<Pixel> =
         (0..187).step_by(3).flat_map(|y| (0..331).step_by(5).map(move |x| Pixel { x, y })).collect();
     let most = pixels.len() + 100;
-    let list = renderer.unshadowed_list(&buffers, most).unwrap();
+    let list = renderer.guide_list(&buffers, most).unwrap();
     let packed: Vec<u32> = pixels.iter().map(|p| u32::from(p.y) << 16 | u32::from(p.x)).collect();
     GPU.queue().write_buffer(list.listed().pixels(), 0, bytemuck::cast_slice(&packed));
     GPU.queue().write_buffer(list.listed().length(), 0, bytemuck::bytes_of(&(packed.len() as u32)));
-    for camera in [0, 90, 200].map(|i| CameraPath::Orbit.camera(i)) {
-        let samples = SampleList::new(SIZE, pixels[..1].to_vec());
+    let guide_samples = renderer.guide_samples(&buffers).unwrap();
+    let samples = SampleList::new(SIZE, pixels[..pixels.len() / 2].to_vec());
+    for (i, shadows) in [(0, ShadowMode::Off), (90, ShadowMode::Cached), (200, ShadowMode::Cached)] {
+        let camera = CameraPath::Orbit.camera(i);
         GPU.submit("marching a list", |encoder| {
             renderer.encode(encoder, &mut buffers, &camera, Sampling::List(&samples))?;
-            renderer.encode_without_shadows(encoder, &list, most as u32);
+            renderer.encode_guide_list(encoder, &list, (most as u32, shadows));
+            renderer.encode_guide_samples(encoder, (&guide_samples, &buffers), shadows);
             Ok::<_, fovol_render::gpu::Error>(())
         })
         .unwrap();
-        let found: Vec<[f32; 4]> = read(&GPU, list.listed().unshadowed(), pixels.len()).unwrap();
-        let colours: Vec<[f32; 4]> = read(&GPU, list.listed().colours(), pixels.len()).unwrap();
-        let (expected, _) =
-            specification.march_list_without_shadows(&camera, &SampleList::new(SIZE, pixels.clone()));
-        for ((ray, [inverse, r, g, b]), [.., opacity]) in expected.iter().zip(found).zip(colours) {
-            let pairs = ray.unshadowed.into_iter().zip([r, g, b]);
-            assert!(pairs.into_iter().all(|(a, b)| (a - b).abs() <= 2.0 / 255.0), "{ray:?} {r} {g} {b}");
-            assert!((ray.opacity - opacity).abs() <= 2.0 / 255.0);
-            assert!((1.0 / ray.depth - inverse).abs() <= 0.05, "{ray:?} {inverse}");
-        }
+        let mut expected = |list: &SampleList| match shadows {
+            ShadowMode::Off => specification.march_list_without_shadows(&camera, list).0,
+            _ => specification.march_list_with_cached_shadows(&camera, list).unwrap().0,
+        };
+        let all = expected(&SampleList::new(SIZE, pixels.clone()));
+        assert_alike(&all, [list.listed().colours(), list.listed().unshadowed()]);
+        assert_alike(&expected(&samples), [guide_samples.colours(), guide_samples.guides()]);
+    }
+}
+
+/// Checks the results on the device: colours with opacities, and inverse depths with guide colours.
+fn assert_alike(expected: &[RayResult], [colours, guides]: [&wgpu::Buffer; 2]) {
+    let guides: Vec<[f32; 4]> = read(&GPU, guides, expected.len()).unwrap();
+    let colours: Vec<[f32; 4]> = read(&GPU, colours, expected.len()).unwrap();
+    for ((ray, [inverse, r, g, b]), [.., opacity]) in expected.iter().zip(guides).zip(colours) {
+        let pairs = ray.unshadowed.into_iter().zip([r, g, b]);
+        assert!(pairs.into_iter().all(|(a, b)| (a - b).abs() <= 2.0 / 255.0), "{ray:?} {r} {g} {b}");
+        assert!((ray.opacity - opacity).abs() <= 2.0 / 255.0);
+        assert!((1.0 / ray.depth - inverse).abs() <= 0.05, "{ray:?} {inverse}");
     }
 }

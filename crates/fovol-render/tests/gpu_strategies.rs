@@ -1,4 +1,4 @@
-//! Strategies of marching on a GPU: the bytes of one thread a ray.
+//! Strategies of marching on a GPU: the numbers of one thread a ray.
 //!
 //! These tests need an adapter, a software one included: `cargo test --workspace -- --ignored`.
 #![cfg(feature = "gpu")]
@@ -6,7 +6,7 @@
 mod gpu_frames;
 mod scenes;
 
-use fovol_core::{FrameSize, Pixel, SampleList, Scene, ShadowMode, SurfaceShading};
+use fovol_core::{FrameSize, Integration, Pixel, SampleList, Scene, ShadowMode, SurfaceShading};
 use fovol_render::gpu::{MarchStrategy, Pool, Renderer, Sampling};
 use gpu_frames::{GPU, full_frame, small_scene};
 use scenes::{cameras, differences, transfer, volumes};
@@ -19,29 +19,50 @@ fn strategies() -> impl Iterator<Item = MarchStrategy> {
     MarchStrategy::candidates().chain(pools.map(MarchStrategy::Pool))
 }
 
+/// Largest difference that rounding may make. With fine integration compilers may round some products and sums together in
+/// one shader and not in the other.
+fn rounding(integration: Integration) -> f32 {
+    match integration {
+        Integration::Plain => 0.0,
+        Integration::Fine => 1e-6,
+    }
+}
+
+/// Kinds of shadows with each integration.
+fn ways() -> impl Iterator<Item = (ShadowMode, Integration)> {
+    let shadows = [ShadowMode::On, ShadowMode::Off, ShadowMode::Cached];
+    shadows.into_iter().flat_map(|shadows| [Integration::Plain, Integration::Fine].map(|way| (shadows, way)))
+}
+
 #[test]
 #[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
-fn every_way_to_march_gives_the_same_bytes() {
+fn every_way_to_march_gives_the_same_numbers() {
     let size = FrameSize::new(45, 37).unwrap();
     for (name, volume) in volumes() {
         let mut scene = Scene::new(Arc::new(volume), transfer());
         scene.background = [0.1, 0.2, 0.3];
         let mut renderer = Renderer::new(&GPU, &scene).unwrap();
         let mut buffers = renderer.frame_buffers(size).unwrap();
-        for shadows in [ShadowMode::On, ShadowMode::Off, ShadowMode::Cached] {
+        for (shadows, integration) in ways() {
             for surface in [SurfaceShading::Flat, SurfaceShading::Gradient] {
                 (scene.shading.shadows, scene.shading.surface) = (shadows, surface);
+                scene.integration = integration;
                 renderer.set_scene(&scene).unwrap();
                 for camera in cameras() {
                     renderer.set_march_strategy(MarchStrategy::Rays);
                     let expected = full_frame(&renderer, &mut buffers, &camera);
                     let depths = buffers.read_inverse_depths().unwrap();
-                    for strategy in strategies() {
+                    // Compiling takes most of the time: fine integration with gradients is tried with some pools.
+                    let some = integration == Integration::Fine && surface == SurfaceShading::Gradient;
+                    for strategy in strategies().step_by(if some { 3 } else { 1 }) {
                         renderer.set_march_strategy(strategy);
-                        let what = format!("{name} {shadows:?} {surface:?} {strategy:?}");
+                        let what = format!("{name} {integration:?} {shadows:?} {surface:?} {strategy:?}");
                         let frame = full_frame(&renderer, &mut buffers, &camera);
-                        assert!(frame == expected, "{what}: {:?}", differences(&frame, &expected));
-                        assert_eq!(buffers.read_inverse_depths().unwrap(), depths, "{what}");
+                        let (.., most, mean) = differences(&frame, &expected);
+                        assert!(most <= rounding(integration), "{what}: {most} {mean}");
+                        let found = buffers.read_inverse_depths().unwrap();
+                        let near = |(a, b): (&f32, &f32)| (a - b).abs() <= rounding(integration) * b.abs();
+                        assert!(found.iter().zip(&depths).all(near), "{what}");
                     }
                 }
             }

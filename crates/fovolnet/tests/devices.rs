@@ -79,6 +79,8 @@ fn frames_are_those_of_the_processor() {
 fn light_ratios_of_a_gpu_are_those_of_the_processor() {
     let linear = Reconstruction::Fill(Fill::Linear);
     for (sampling, guide, density, reconstruct) in [
+        (Sampling::Compact, Guide::Cached, Density::Fixed, Reconstruction::WNet),
+        (Sampling::Compact, Guide::Cached, Density::Fixed, linear),
         (Sampling::Compact, Guide::Quarter, Density::Fixed, Reconstruction::WNet),
         (Sampling::Compact, Guide::Quarter, Density::Adaptive, Reconstruction::WNet),
         (Sampling::Compact, Guide::Quarter, Density::Fixed, Reconstruction::Fill(Fill::PullPush)),
@@ -134,13 +136,28 @@ fn light_ratios_of_a_gpu_are_those_of_the_processor() {
 #[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn what_a_gpu_cannot_do_is_said() {
     let usual = settings(Sampling::Compact, Reconstruction::WNet);
-    let rays = RenderSettings { shadow_rays: "8".parse().unwrap(), ..usual.clone() };
-    let cached = RenderSettings { guide: Guide::Cached.into(), ..usual.clone() };
     let reject = RenderSettings { guide: Guide::Quarter.into(), sampling: Sampling::Reject, ..usual };
-    for settings in [rays, cached, reject] {
-        let speed = SpeedSettings { device: Some(Device::Gpu(None)), ..Default::default() };
-        let problem = Pipeline::new(&head(), &settings, &speed).unwrap_err().to_string();
-        assert!(problem.contains("frames of a GPU cannot have") && problem.contains("--device cpu"));
+    let speed = SpeedSettings { device: Some(Device::Gpu(None)), ..Default::default() };
+    let problem = Pipeline::new(&head(), &reject, &speed).unwrap_err().to_string();
+    assert!(problem.contains("frames of a GPU cannot have") && problem.contains("--device cpu"));
+}
+
+#[test]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
+fn few_shadow_rays_are_as_good_as_the_processors() {
+    let settings = RenderSettings {
+        shadow_rays: "8".parse().unwrap(),
+        size: "147x101".parse().unwrap(),
+        precision: "f32".parse().unwrap(),
+        ..settings(Sampling::Compact, Reconstruction::WNet)
+    };
+    let mut both = [Device::Cpu, Device::Gpu(None)].map(|device| pipeline(&settings, device));
+    for i in 0..4 {
+        let [cpu, gpu] = both.each_mut().map(|pipeline| {
+            let rendered = pipeline.render(i).unwrap().frame;
+            fovolnet::metrics::psnr(&pipeline.reference(i).unwrap(), &rendered).unwrap()
+        });
+        assert!((cpu - gpu).abs() < 0.5 && gpu > 25.0, "{i}: {cpu} {gpu}");
     }
 }
 

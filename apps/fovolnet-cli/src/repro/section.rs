@@ -42,15 +42,16 @@ pub enum Cell {
 }
 
 impl From<f64> for Cell {
+    /// JSON has no other numbers than finite ones: `inf` and `NaN` are words.
     fn from(number: f64) -> Self {
-        Self::Number(number)
+        if number.is_finite() { Self::Number(number) } else { Self::Words(number.to_string()) }
     }
 }
 
 impl From<Option<f64>> for Cell {
     /// Empty text for a missing number, as readers of CSV expect.
     fn from(number: Option<f64>) -> Self {
-        number.map_or_else(|| "".into(), Self::Number)
+        number.map_or_else(|| "".into(), Self::from)
     }
 }
 

@@ -13,6 +13,8 @@ pub struct Prepared {
     /// The tables of fine integration; `None` where integration is plain.
     pub extinction: Option<ExtinctionTable>,
     pub light_columns: Option<LightColumns>,
+    /// Whether a list was marched with shadow rays since the light changed.
+    pub was_marched: bool,
 }
 
 /// What other steps than the scene's need, kept for a return to them.
@@ -25,8 +27,13 @@ const MOST_STEPS: usize = 2;
 impl Prepared {
     /// The tables of `transfer` for `step`; light columns are prepared when they are needed.
     pub fn new(transfer: &TransferFunction, step: f64, integration: Integration) -> Self {
-        let mut prepared =
-            Self { step, table: TransferTable::new(transfer, step), extinction: None, light_columns: None };
+        let mut prepared = Self {
+            step,
+            table: TransferTable::new(transfer, step),
+            extinction: None,
+            light_columns: None,
+            was_marched: false,
+        };
         prepared.integrate(transfer, integration);
         prepared
     }
@@ -46,7 +53,7 @@ impl Prepared {
 
     /// Drops what depends on the light.
     pub fn forget_light(&mut self) {
-        self.light_columns = None;
+        (self.light_columns, self.was_marched) = (None, false);
     }
 }
 

@@ -60,6 +60,8 @@ pub struct Renderer {
     options: RenderOptions,
 }
 
+/// Pixels of a list for which light columns pay at once.
+const PAYS: usize = 4096;
 /// Fewest and most pixels of a list that are marched by one task.
 const FEWEST: usize = 8;
 const CHUNK: usize = 256;
@@ -168,6 +170,11 @@ impl Renderer {
         }
     }
 
+    /// How long the last cached shadows took to make, whatever shadows the scene has; `None` if there are none.
+    pub fn cached_shadows_time(&self) -> Option<Duration> {
+        self.shadow_grid.as_ref().map(|grid| grid.took)
+    }
+
     /// The macrocells, for figures about empty space.
     pub fn macrocells(&self) -> &Macrocells {
         &self.cells
@@ -213,6 +220,15 @@ impl Renderer {
             self.shadow_grid = Some(ShadowGrid::new(bricks, clip, &path, colours, self.options.simd)?);
         }
         Ok(())
+    }
+
+    /// Makes the light columns for a list of `count` pixels. They do not pay for the first short list: where light moves, no other
+    /// one follows.
+    pub(super) fn make_light_columns_for(&mut self, count: usize) {
+        if count >= PAYS || self.prepared.was_marched {
+            self.make_light_columns();
+        }
+        self.prepared.was_marched = true;
     }
 
     /// Makes the light columns unless they exist or would not pay.

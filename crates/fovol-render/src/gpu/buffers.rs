@@ -1,11 +1,12 @@
 use super::list_buffers::{ListBuffers, Shaded};
 use super::mask_limits::MaskSettings;
+use super::texture::texture;
 use super::view::View;
 use crate::noise::NoiseSize;
 use bytemuck::{Pod, Zeroable};
 use fovol_core::FrameSize;
 use fovol_gpu::Gpu;
-use wgpu::BufferUsages;
+use wgpu::{BufferUsages, TextureFormat, TextureUsages};
 
 /// Words of one block; as in shaders/inclusive_sum.wgsl.
 pub const BLOCK: u32 = 256;
@@ -34,6 +35,8 @@ pub struct Buffers {
     pub mask_settings: wgpu::Buffer,
     /// The noise of the frame, where it is a tile.
     pub tile: wgpu::Buffer,
+    /// The same noise, where it places few shadow rays.
+    pub noise: wgpu::Texture,
     /// See [`Limits`]; grows with the fovea.
     pub limits: wgpu::Buffer,
     pub mask: wgpu::Buffer,
@@ -55,6 +58,7 @@ impl Buffers {
             view: gpu.buffer("view", size_of::<View>() as u64, uniform),
             mask_settings: gpu.buffer("mask settings", size_of::<MaskSettings>() as u64, uniform),
             tile: gpu.buffer("noise", 4 * NoiseSize::STBN.frame_len() as u64, storage),
+            noise: noise_texture(gpu),
             limits: gpu.buffer("limits", 4, storage),
             mask: gpu.buffer("mask", 4 * words, storage),
             blocks: gpu.buffer("blocks", 4 * u64::from(blocks(size)), storage),
@@ -62,6 +66,12 @@ impl Buffers {
             frame: Shaded::new(gpu, ["frame", "frame depths"], pixels, 4),
         }
     }
+}
+
+/// Room for the ranks of a tile of noise.
+fn noise_texture(gpu: &Gpu) -> wgpu::Texture {
+    let edge = NoiseSize::STBN.frame_len().isqrt();
+    texture(gpu, "noise of shadow rays", [edge, edge, 1], TextureFormat::R32Uint, TextureUsages::COPY_DST)
 }
 
 /// The bind groups of [`Buffers`], one for each step.

@@ -6,8 +6,11 @@ use super::mask::MaskPass;
 use super::mask_limits::{Limits, MaskSettings, MaskSource};
 use super::stage::Stage;
 use super::stages::Stages;
-use crate::scene::RayResult;
-use fovol_core::{Fovea, Frame, FrameSize, Pixel, SampleList, SampleMask};
+use super::texture::write_slices;
+use super::view::{NoiseNumbers, View};
+use crate::cpu::FewShadowRays;
+use crate::scene::{RayResult, Segments};
+use fovol_core::{Fovea, Frame, FrameSize, Pixel, RayBasis, SampleList, SampleMask};
 use fovol_gpu::Gpu;
 use fovol_gpu::GpuError;
 use fovol_gpu::read;
@@ -29,6 +32,8 @@ pub struct FrameBuffers {
     pub(super) adaptive: Option<AdaptiveBuffers>,
     /// Whether the list lies tile by tile, as the device packs it.
     pub(super) is_tiled: bool,
+    /// Shadow rays of each pixel of the next frames, if they are few, and what shaders need of their noise.
+    few: Option<(u32, NoiseNumbers)>,
 }
 
 impl fmt::Debug for FrameBuffers {
@@ -54,6 +59,7 @@ impl FrameBuffers {
                 limits_of: None,
                 adaptive: None,
                 is_tiled: false,
+                few: None,
             }
         })?;
         Ok(made)
@@ -86,6 +92,28 @@ impl FrameBuffers {
     /// When the steps of the last frame began and ended.
     pub fn timing(&self) -> &Timing<Stage> {
         &self.timing
+    }
+
+    /// Places shadow rays of the next frames as `few` says, or one at every sample. Scenes without shadow rays do not change.
+    pub fn set_few_shadow_rays(&mut self, few: Option<&FewShadowRays<'_>>) {
+        self.few = few.map(|few| {
+            if let Some(tile) = few.noise.tile() {
+                write_slices(&self.gpu, &self.buffers.noise, 0, bytemuck::cast_slice(tile));
+            }
+            (few.per_pixel, NoiseNumbers::new(&few.noise))
+        });
+    }
+
+    /// Shadow rays of each pixel of the next frame, if they are few.
+    pub(super) fn few_shadow_rays(&self) -> Option<u32> {
+        self.few.map(|(per_pixel, _)| per_pixel)
+    }
+
+    /// Uploads the camera of `rays`.
+    pub(super) fn set_view(&self, rays: &RayBasis, segments: &Segments) {
+        let noise = self.few.map_or(NoiseNumbers::NONE, |(_, noise)| noise);
+        let view = View::new(rays, segments, noise);
+        self.gpu.queue().write_buffer(&self.buffers.view, 0, bytemuck::bytes_of(&view));
     }
 
     /// Uploads the inputs of a mask: the noise of the frame, and the limits around the fovea where they changed.

@@ -70,6 +70,11 @@ const STORAGE: BufferUsages =
     BufferUsages::STORAGE.union(BufferUsages::COPY_DST).union(BufferUsages::COPY_SRC);
 
 impl Shaded {
+    /// Room for the results of `most` samples.
+    pub fn of_samples(gpu: &Gpu, most: u64) -> Self {
+        Self::new(gpu, ["sample colours", "sample depths"], most, 16)
+    }
+
     /// Room for the results of `pixels` rays, with `bytes` for what goes with the inverse depth.
     pub fn new(gpu: &Gpu, labels: [&str; 2], pixels: u64, bytes: u64) -> Self {
         Self {
@@ -97,7 +102,7 @@ impl ListBuffers {
                 STORAGE | BufferUsages::INDIRECT,
             ),
             pixels: gpu.buffer("list", 4 * most, STORAGE),
-            results: Shaded::new(gpu, ["sample colours", "sample depths"], most, 16),
+            results: Shaded::of_samples(gpu, most),
         }
     }
 

@@ -1,11 +1,12 @@
 use super::buffers::Buffers;
+use super::frame_buffers::FrameBuffers;
 use super::list_buffers::{GroupSize, ListBuffers, Shaded};
 use super::scene::DeviceScene;
 use super::scene_kind::{SceneKind, scene_layout};
-use super::shader::{MARCH, MARCH_FILTERED, POOL, POOL_FILTERED};
+use super::shader::{MARCH, MARCH_FILTERED, POOL, POOL_FILTERED, POOL_FINE, POOL_FINE_FILTERED};
 use super::strategy::MarchStrategy;
 use super::volume_texture::TexelKind;
-use fovol_core::{FrameSize, Integration, ShadowMode, SurfaceShading};
+use fovol_core::{Integration, ShadowMode, SurfaceShading};
 use fovol_gpu::Gpu;
 use fovol_gpu::binding::{Slot, bind_group, bind_group_layout, compute_pipeline};
 use std::collections::HashMap;
@@ -30,6 +31,8 @@ struct Variant {
     shadows: ShadowMode,
     surface: SurfaceShading,
     strategy: MarchStrategy,
+    /// Shadow rays of each pixel; 0 where every sample has one.
+    few: u32,
 }
 
 /// The pipelines that march rays, compiled when they are first needed.
@@ -44,8 +47,8 @@ pub struct MarchPass {
 impl MarchPass {
     /// The pass on the device of `gpu`, for volumes of such texels.
     pub fn new(gpu: &Gpu, texels: TexelKind) -> Self {
-        use Slot::{Read, Uniform, Write};
-        let slots = [Uniform, Uniform, Read, Read, Read, Write, Write];
+        use Slot::{Read, Uniform, Whole, Write};
+        let slots = [Uniform, Uniform, Read, Read, Read, Write, Write, Whole];
         Self {
             scene_layout: scene_layout(gpu, texels),
             layout: bind_group_layout(gpu, "march", &slots),
@@ -66,6 +69,7 @@ impl MarchPass {
 
     /// Binds mask and `listed` as input, and `to` as output.
     pub fn bind(&self, gpu: &Gpu, buffers: &Buffers, listed: &ListBuffers, to: &Shaded) -> wgpu::BindGroup {
+        let noise = buffers.noise.create_view(&wgpu::TextureViewDescriptor::default());
         let buffers = [
             &buffers.extent,
             &buffers.view,
@@ -75,27 +79,66 @@ impl MarchPass {
             &to.colours,
             &to.inverse_depths,
         ];
-        bind_group(gpu, "march", &self.layout, &buffers.map(wgpu::Buffer::as_entire_binding))
+        let mut resources = buffers.map(wgpu::Buffer::as_entire_binding).to_vec();
+        resources.push(wgpu::BindingResource::TextureView(&noise));
+        bind_group(gpu, "march", &self.layout, &resources)
     }
 
-    /// Prepares to march a list; `length` is the buffer of its length.
-    pub fn list<'a>(&self, gpu: &Gpu, scene: &'a DeviceScene, length: &'a wgpu::Buffer) -> March<'a> {
-        self.march(gpu, scene, (Pixels::List, scene.shading().shadows), |size| {
-            Groups::Listed(length, size.unwrap_or(GroupSize::SixtyFour).offset())
+    /// Prepares to march the list of `buffers`, with `few` shadow rays if there are to be few.
+    pub fn list<'a>(
+        &self,
+        gpu: &Gpu,
+        scene: &'a DeviceScene,
+        (buffers, few): (&'a Buffers, Option<u32>),
+    ) -> March<'a> {
+        self.listed(gpu, scene, buffers, (scene.shading().shadows, few))
+    }
+
+    /// Prepares to march the list of `buffers` with `shadows`.
+    pub fn samples_with<'a>(
+        &self,
+        gpu: &Gpu,
+        scene: &'a DeviceScene,
+        (buffers, shadows): (&'a Buffers, ShadowMode),
+    ) -> March<'a> {
+        self.listed(gpu, scene, buffers, (shadows, None))
+    }
+
+    fn listed<'a>(
+        &self,
+        gpu: &Gpu,
+        scene: &'a DeviceScene,
+        buffers: &'a Buffers,
+        (shadows, few): (ShadowMode, Option<u32>),
+    ) -> March<'a> {
+        self.march(gpu, scene, (Pixels::List, shadows, few), |size| {
+            Groups::Listed(&buffers.listed.length, size.unwrap_or(GroupSize::SixtyFour).offset())
         })
     }
 
-    /// Prepares to march a list of at most `most` pixels without shadows.
-    pub fn list_without_shadows<'a>(&self, gpu: &Gpu, scene: &'a DeviceScene, most: u32) -> March<'a> {
-        self.march(gpu, scene, (Pixels::List, ShadowMode::Off), |size| {
+    /// Prepares to march a list of at most `most` pixels with `shadows`.
+    pub fn guide_list<'a>(
+        &self,
+        gpu: &Gpu,
+        scene: &'a DeviceScene,
+        (most, shadows): (u32, ShadowMode),
+    ) -> March<'a> {
+        self.march(gpu, scene, (Pixels::List, shadows, None), |size| {
             Groups::Number(size.unwrap_or(GroupSize::SixtyFour).groups(most))
         })
     }
 
-    /// Prepares to march a frame of `size`: all pixels, or the pixels of the mask where `masked`.
-    pub fn frame<'a>(&self, gpu: &Gpu, scene: &'a DeviceScene, size: FrameSize, masked: bool) -> March<'a> {
+    /// Prepares to march the frame of `buffers`: all pixels, or the pixels of the mask where `masked`.
+    pub fn frame<'a>(
+        &self,
+        gpu: &Gpu,
+        scene: &'a DeviceScene,
+        buffers: &FrameBuffers,
+        masked: bool,
+    ) -> March<'a> {
+        let (size, few) = (buffers.size(), buffers.few_shadow_rays());
         let pixels = if masked { Pixels::Masked } else { Pixels::All };
-        self.march(gpu, scene, (pixels, scene.shading().shadows), |group| {
+        self.march(gpu, scene, (pixels, scene.shading().shadows, few), |group| {
             // The groups of one square of pixels lie beside each other, eight in a row.
             let parts = group.map_or(1, |group| TILE * TILE / group.pixels());
             let columns = parts.min(TILE);
@@ -104,22 +147,21 @@ impl MarchPass {
         })
     }
 
-    /// Prepares to march `pixels` with `shadows`. `groups` gives the workgroups where each has so many rays, or where each
+    /// Prepares to march `pixels` with `shadows`, and with `few` shadow rays if there are to be few. `groups` gives the workgroups where each has so many rays, or where each
     /// thread has one.
     fn march<'a>(
         &self,
         gpu: &Gpu,
         scene: &'a DeviceScene,
-        (pixels, shadows): (Pixels, ShadowMode),
+        (pixels, shadows, few): (Pixels, ShadowMode, Option<u32>),
         groups: impl FnOnce(Option<GroupSize>) -> Groups<'a>,
     ) -> March<'a> {
         let kind = scene.kind();
-        // Fine integration lights its steps at both ends, which pools do not know.
-        let strategy = match kind.integration {
-            Integration::Fine => MarchStrategy::Rays,
-            Integration::Plain => self.strategy,
-        };
-        let variant = Variant { pixels, scene: kind, shadows, surface: scene.shading().surface, strategy };
+        let few = few.filter(|_| shadows == ShadowMode::On).unwrap_or(0);
+        // Few shadow rays leave pools nothing to share.
+        let strategy = if few == 0 { self.strategy } else { MarchStrategy::Rays };
+        let surface = scene.shading().surface;
+        let variant = Variant { pixels, scene: kind, shadows, surface, strategy, few };
         let mut pipelines = self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
         let pipeline = pipelines.entry(variant).or_insert_with(|| self.compiled(gpu, variant)).clone();
         let groups = groups(match strategy {
@@ -148,12 +190,18 @@ impl MarchPass {
         let (shader, entry_point) = match variant.strategy {
             MarchStrategy::Rays => {
                 constants.push(("FINE", number(variant.scene.integration == Integration::Fine)));
+                constants.push(("FEW", variant.few.into()));
                 let shader = if is_filtered { MARCH_FILTERED } else { MARCH };
                 (shader, if is_list { "march_list" } else { "march_frame" })
             }
             MarchStrategy::Pool(pool) => {
-                constants.extend(pool.constants());
-                let shader = if is_filtered { POOL_FILTERED } else { POOL };
+                constants.extend(pool.constants(variant.scene.integration));
+                let shader = match (variant.scene.integration, is_filtered) {
+                    (Integration::Plain, false) => POOL,
+                    (Integration::Plain, true) => POOL_FILTERED,
+                    (Integration::Fine, false) => POOL_FINE,
+                    (Integration::Fine, true) => POOL_FINE_FILTERED,
+                };
                 (shader, if is_list { "pool_list" } else { "pool_frame" })
             }
         };

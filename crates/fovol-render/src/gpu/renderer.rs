@@ -1,14 +1,13 @@
 use super::adaptive_mask::{AdaptiveMaskPass, DeviceImportance};
 use super::error::Result;
 use super::frame_buffers::FrameBuffers;
-use super::list_buffers::ListBuffers;
+use super::guide_list::{GuideList, GuideSamples};
+use super::list_buffers::{ListBuffers, Shaded};
 use super::mask_limits::MaskSource;
 use super::scene::{Contents, DeviceScene};
 use super::stage::Stage;
 use super::stages::Stages;
 use super::strategy::MarchStrategy;
-use super::unshadowed_list::UnshadowedList;
-use super::view::View;
 use super::volume_texture::TexelKind;
 use crate::Filtering;
 use fovol_core::{Camera, FrameSize, Region, SampleList, Scene, ShadowMode};
@@ -136,6 +135,28 @@ impl Renderer {
         self.scene.visible_region(camera, size)
     }
 
+    /// Keeps cached shadows on the device from now on, beside those of the scene.
+    ///
+    /// # Errors
+    /// A device that is lost or has no memory left.
+    pub fn keep_cached_shadows(&mut self) -> Result<()> {
+        self.scene.keep_shadow_grid(&self.stages.shadow_grid)
+    }
+
+    /// Keeps cached shadows only while the scene has them.
+    pub fn release_cached_shadows(&mut self) {
+        self.scene.release_shadow_grid();
+    }
+
+    /// Runs `march` with cached shadows.
+    ///
+    /// # Errors
+    /// As [`Self::keep_cached_shadows`].
+    pub fn with_cached_shadows<T>(&mut self, march: impl FnOnce(&Self) -> T) -> Result<T> {
+        self.keep_cached_shadows()?;
+        Ok(self.with_shadows(ShadowMode::Cached, march))
+    }
+
     /// Runs `march` without shadows.
     pub fn without_shadows<T>(&mut self, march: impl FnOnce(&Self) -> T) -> T {
         self.with_shadows(ShadowMode::Off, march)
@@ -157,30 +178,56 @@ impl Renderer {
         FrameBuffers::new(&self.gpu, &self.stages, size)
     }
 
-    /// Room for lists of at most `most` pixels of the frames in `buffers`, which are marched without shadows.
+    /// Room for lists of at most `most` pixels of the frames in `buffers`, which are marched with other shadows.
     ///
     /// # Errors
     /// As [`Self::frame_buffers`].
-    pub fn unshadowed_list(&self, buffers: &FrameBuffers, most: usize) -> Result<UnshadowedList> {
+    pub fn guide_list(&self, buffers: &FrameBuffers, most: usize) -> Result<GuideList> {
         let made = self.gpu.guarded("making room for a list", || {
             let listed = ListBuffers::new(&self.gpu, most as u64);
             let group = self.stages.march.bind(&self.gpu, &buffers.buffers, &listed, &listed.results);
-            UnshadowedList { listed, group }
+            GuideList { listed, group }
         })?;
         Ok(made)
     }
 
-    /// Puts the marching of a list of at most `most` pixels, without shadows, into `encoder`, after the frame of its buffers
-    /// by [`Self::encode`] and with its camera.
-    pub fn encode_without_shadows(
+    /// Room for the samples of `buffers`, which are marched once more with other shadows.
+    ///
+    /// # Errors
+    /// As [`Self::frame_buffers`].
+    pub fn guide_samples(&self, buffers: &FrameBuffers) -> Result<GuideSamples> {
+        let made = self.gpu.guarded("making room for a list", || {
+            let results = Shaded::of_samples(&self.gpu, buffers.size().pixels() as u64);
+            let listed = &buffers.buffers.listed;
+            let group = self.stages.march.bind(&self.gpu, &buffers.buffers, listed, &results);
+            GuideSamples { results, group }
+        })?;
+        Ok(made)
+    }
+
+    /// Puts the marching of a list of at most `most` pixels with `shadows` into `encoder`, after the frame of its buffers by
+    /// [`Self::encode`] and with its camera. Cached shadows need [`Self::keep_cached_shadows`] before.
+    pub fn encode_guide_list(
         &self,
         encoder: &mut wgpu::CommandEncoder,
-        list: &UnshadowedList,
-        most: u32,
+        list: &GuideList,
+        (most, shadows): (u32, ShadowMode),
     ) {
-        let march = self.stages.march.list_without_shadows(&self.gpu, &self.scene, most);
+        let march = self.stages.march.guide_list(&self.gpu, &self.scene, (most, shadows));
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         march.dispatch(&mut pass, &list.group);
+    }
+
+    /// Puts the marching of the samples of `buffers` with `shadows` into `encoder`, as [`Self::encode_guide_list`] does.
+    pub fn encode_guide_samples(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        (samples, buffers): (&GuideSamples, &FrameBuffers),
+        shadows: ShadowMode,
+    ) {
+        let march = self.stages.march.samples_with(&self.gpu, &self.scene, (&buffers.buffers, shadows));
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        march.dispatch(&mut pass, &samples.group);
     }
 
     /// Renders a frame into `buffers`. Returns when the device has been told, not when it is done.
@@ -208,8 +255,7 @@ impl Renderer {
             buffers.set_list(list)?;
         }
         self.gpu.guarded("encoding a frame", || {
-            let view = View::new(&camera.rays(buffers.size()), &self.scene.segments());
-            self.gpu.queue().write_buffer(&buffers.buffers.view, 0, bytemuck::bytes_of(&view));
+            buffers.set_view(&camera.rays(buffers.size()), &self.scene.segments());
             buffers.timing.begin();
             match sampling {
                 Sampling::Full => self.encode_frame(encoder, buffers, None),
@@ -279,15 +325,16 @@ impl Renderer {
             self.encode_mask(encoder, buffers, source);
             clear(encoder, buffers);
         }
-        let march = self.stages.march.frame(&self.gpu, &self.scene, buffers.size(), mask.is_some());
+        let march = self.stages.march.frame(&self.gpu, &self.scene, buffers, mask.is_some());
         let mut pass = buffers.timing.pass(encoder, Stage::March);
         march.dispatch(&mut pass, &buffers.groups.march_frame);
     }
 
     /// Marches the list, and scatters its samples into the sparse frame.
     fn encode_list(&self, encoder: &mut wgpu::CommandEncoder, buffers: &mut FrameBuffers) {
+        let few = buffers.few_shadow_rays();
+        let march = self.stages.march.list(&self.gpu, &self.scene, (&buffers.buffers, few));
         let length = &buffers.buffers.listed.length;
-        let march = self.stages.march.list(&self.gpu, &self.scene, length);
         let mut pass = buffers.timing.pass(encoder, Stage::March);
         march.dispatch(&mut pass, &buffers.groups.march_list);
         drop(pass);

@@ -11,7 +11,8 @@ use crate::scene::{
 };
 use bytemuck::{Pod, Zeroable};
 use fovol_core::{
-    Camera, ClipBox, FrameSize, Grid, Integration, Region, Scene, Shading, ShadowMode, TransferFunction,
+    Camera, ClipBox, FrameSize, Grid, Integration, Light, Region, Scene, Shading, ShadowMode,
+    TransferFunction,
 };
 use fovol_gpu::Gpu;
 use fovol_gpu::binding::bind_group;
@@ -71,6 +72,23 @@ impl DeviceScene {
         Ok(())
     }
 
+    /// Keeps a grid of shadows from now on, whatever shadows the scene has.
+    ///
+    /// # Errors
+    /// A device that is lost or has no memory left.
+    pub fn keep_shadow_grid(&mut self, shadows: &ShadowGridPass) -> Result<()> {
+        if !self.contents.has_shadow_grid() {
+            self.contents.keeps_shadow_grid = true;
+            self.group = self.contents.bind(shadows)?;
+        }
+        Ok(())
+    }
+
+    /// Lets the grid of shadows go with the next scene that needs none.
+    pub fn release_shadow_grid(&mut self) {
+        self.contents.keeps_shadow_grid = false;
+    }
+
     /// Switches the skipping of empty space on or off.
     pub fn set_skip_empty(&mut self, skip_empty: bool) {
         self.contents.skip_empty = skip_empty;
@@ -91,7 +109,8 @@ impl DeviceScene {
         &self.contents.shading
     }
 
-    /// Changes the shadows of the next frames only. Bindings stay, so this never makes a missing shadow grid.
+    /// Changes the shadows of the next frames only. Bindings stay, so this never makes a missing shadow grid; see
+    /// [`Self::keep_shadow_grid`].
     pub fn set_shadows_of_next_frames(&mut self, shadows: ShadowMode) {
         self.contents.shading.shadows = shadows;
     }
@@ -106,6 +125,15 @@ impl DeviceScene {
     pub fn segments(&self) -> Segments {
         Segments::new(&self.contents.grid, &self.contents.clip, self.contents.step)
     }
+}
+
+/// What a grid of shadows is made of, besides the volume. No step changes it.
+#[derive(Debug, Clone, PartialEq)]
+struct GridSource {
+    light: Light,
+    clip: ClipBox,
+    transfer: TransferFunction,
+    skip_empty: bool,
 }
 
 /// The sources of a scene: its volume on the device and the settings from which [`Resources`] are made.
@@ -123,6 +151,10 @@ pub struct Contents {
     skip_empty: bool,
     /// Whether columns of the light direction are on the device.
     has_columns: bool,
+    /// Whether there is a grid of shadows even if the scene has other shadows.
+    keeps_shadow_grid: bool,
+    /// The last grid of shadows, and what it was made of.
+    shadow_grid: Option<(GridSource, wgpu::Texture)>,
     transfer: TransferFunction,
     shading: Shading,
     background: [f64; 3],
@@ -153,6 +185,8 @@ impl Contents {
             cells,
             skip_empty: true,
             has_columns: false,
+            keeps_shadow_grid: false,
+            shadow_grid: None,
             transfer: scene.transfer_function.clone(),
             shading: scene.shading,
             background: scene.background,
@@ -201,13 +235,34 @@ impl Contents {
             let unlit = self.bound(&resources, &shadow_texture(&self.gpu, [1; 3]));
             (resources, unlit)
         })?;
-        if self.shading.shadows != ShadowMode::Cached {
+        if !self.has_shadow_grid() {
+            self.shadow_grid = None;
             return Ok(unlit);
+        }
+        let lit = self.lit(shadows, &unlit)?;
+        Ok(self.gpu.guarded(DOING, || self.bound(&resources, &lit))?)
+    }
+
+    fn has_shadow_grid(&self) -> bool {
+        self.keeps_shadow_grid || self.shading.shadows == ShadowMode::Cached
+    }
+
+    /// The grid of shadows: the last one, if it still holds. `unlit` binds the scene.
+    fn lit(&mut self, shadows: &ShadowGridPass, unlit: &wgpu::BindGroup) -> Result<wgpu::Texture> {
+        let source = GridSource {
+            light: self.shading.light,
+            clip: self.clip,
+            transfer: self.transfer.clone(),
+            skip_empty: self.skip_empty,
+        };
+        if let Some((_, grid)) = self.shadow_grid.as_ref().filter(|(known, _)| *known == source) {
+            return Ok(grid.clone());
         }
         let path = LightPath::new(&self.shading.light, &self.grid, &self.clip, SWEEP_STEP);
         let slices = LightSlices::new(self.grid.dims(), &path).with_longer_steps(self.step / SWEEP_STEP);
-        let lit = shadows.fill(&self.gpu, self.kind(), &unlit, (&slices, self.grid.dims()))?;
-        Ok(self.gpu.guarded(DOING, || self.bound(&resources, &lit))?)
+        let lit = shadows.fill(&self.gpu, self.kind(), unlit, (&slices, self.grid.dims()))?;
+        self.shadow_grid = Some((source, lit.clone()));
+        Ok(lit)
     }
 
     fn light_path(&self) -> LightPath {

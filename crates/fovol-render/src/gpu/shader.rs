@@ -10,13 +10,17 @@ pub const ADAPTIVE_MASK: Shader =
 /// Packs the sampled pixels into a list.
 pub const COMPACT: Shader = shader!("../shaders/", "compact": "frame" "inclusive_sum");
 /// Marches rays; the shader interpolates voxels.
-pub const MARCH: Shader = shader!("../shaders/", "march": "frame" "scene" "field" "skip" "segment" "light_columns" "shadow_rays" "shadow_lookup" "ray" "fine");
+pub const MARCH: Shader = shader!("../shaders/", "march": "frame" "random" "scene" "field" "skip" "segment" "light_columns" "shadow_rays" "shadow_lookup" "few_shadow_rays" "ray" "fine" "fine_march");
 /// Marches rays; texture samplers interpolate voxels.
-pub const MARCH_FILTERED: Shader = shader!("../shaders/", "march": "frame" "scene" "field_filtered" "skip" "segment" "light_columns" "shadow_rays" "shadow_lookup" "ray" "fine");
+pub const MARCH_FILTERED: Shader = shader!("../shaders/", "march": "frame" "random" "scene" "field_filtered" "skip" "segment" "light_columns" "shadow_rays" "shadow_lookup" "few_shadow_rays" "ray" "fine" "fine_march");
 /// Marches rays by workgroups; the shader interpolates voxels.
-pub const POOL: Shader = shader!("../shaders/", "pool": "frame" "scene" "field" "skip" "segment" "light_columns" "shadow_rays" "shadow_lookup" "ray");
+pub const POOL: Shader = shader!("../shaders/", "pool": "frame" "scene" "field" "skip" "segment" "light_columns" "shadow_rays" "shadow_lookup" "ray" "pool_rays" "pool_plain");
 /// Marches rays by workgroups; texture samplers interpolate voxels.
-pub const POOL_FILTERED: Shader = shader!("../shaders/", "pool": "frame" "scene" "field_filtered" "skip" "segment" "light_columns" "shadow_rays" "shadow_lookup" "ray");
+pub const POOL_FILTERED: Shader = shader!("../shaders/", "pool": "frame" "scene" "field_filtered" "skip" "segment" "light_columns" "shadow_rays" "shadow_lookup" "ray" "pool_rays" "pool_plain");
+/// Marches rays by workgroups with fine integration; the shader interpolates voxels.
+pub const POOL_FINE: Shader = shader!("../shaders/", "pool": "frame" "scene" "field" "skip" "segment" "light_columns" "shadow_rays" "shadow_lookup" "ray" "fine" "pool_rays" "pool_fine");
+/// Marches rays by workgroups with fine integration; texture samplers interpolate voxels.
+pub const POOL_FINE_FILTERED: Shader = shader!("../shaders/", "pool": "frame" "scene" "field_filtered" "skip" "segment" "light_columns" "shadow_rays" "shadow_lookup" "ray" "fine" "pool_rays" "pool_fine");
 /// Scatters packed samples into a sparse frame.
 pub const SCATTER: Shader = shader!("../shaders/", "scatter": "frame");
 /// Fills the shadow grid with transmittance; the shader interpolates voxels.
@@ -31,7 +35,7 @@ mod tests {
     use super::*;
     use wgpu::naga::valid::Capabilities;
 
-    const ALL: [Shader; 10] = [
+    const ALL: [Shader; 12] = [
         MASK,
         ADAPTIVE_MASK,
         COMPACT,
@@ -39,6 +43,8 @@ mod tests {
         MARCH_FILTERED,
         POOL,
         POOL_FILTERED,
+        POOL_FINE,
+        POOL_FINE_FILTERED,
         SCATTER,
         SHADOW_GRID,
         SHADOW_GRID_FILTERED,

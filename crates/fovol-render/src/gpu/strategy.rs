@@ -1,5 +1,6 @@
 use super::error::{Error, Result};
 use super::list_buffers::GroupSize;
+use fovol_core::Integration;
 use std::fmt;
 use std::str::FromStr;
 
@@ -24,6 +25,8 @@ pub struct Pool {
 
 /// Places of a workgroup's queue. With them and 20 bytes each, workgroups stay below the 16 KB that every WebGPU has.
 const QUEUE: u32 = 512;
+/// The same with fine integration, whose places have 28 bytes and go with ends of parts of 8 bytes.
+const FINE_QUEUE: u32 = 256;
 /// Places for one ray, at most: more only wait.
 const QUEUE_OF_RAY: u32 = 128;
 /// Threads of a workgroup that every WebGPU has.
@@ -64,13 +67,27 @@ impl Pool {
         GroupSize::of(self.rays).expect("pools are made of such sizes")
     }
 
-    /// Values of the `override` constants of shaders/pool.wgsl.
-    pub(super) fn constants(self) -> [(&'static str, f64); 3] {
-        [
-            ("POOL_RAYS", self.rays.into()),
-            ("POOL_THREADS", self.threads.into()),
-            ("POOL_QUEUE", self.queue.into()),
-        ]
+    /// Values of the `override` constants of shaders/pool_rays.wgsl, and of pool_fine.wgsl for fine integration.
+    pub(super) fn constants(self, integration: Integration) -> Vec<(&'static str, f64)> {
+        let mut constants = vec![("POOL_RAYS", self.rays.into()), ("POOL_THREADS", self.threads.into())];
+        match integration {
+            Integration::Plain => constants.push(("POOL_QUEUE", self.queue.into())),
+            Integration::Fine => {
+                constants.push(("POOL_QUEUE", self.fine_queue().into()));
+                constants.push(("POOL_BLOCKS", self.blocks().into()));
+            }
+        }
+        constants
+    }
+
+    /// Places of the queue for parts of each ray.
+    fn fine_queue(self) -> u32 {
+        self.queue.min(FINE_QUEUE / self.rays)
+    }
+
+    /// Blocks of each ray that are taken side by side: each may have two parts.
+    fn blocks(self) -> u32 {
+        (self.threads / self.rays).min(self.fine_queue() / 2)
     }
 }
 
@@ -167,6 +184,12 @@ mod tests {
             assert!(pool.queue >= pool.threads / pool.rays, "{strategy}");
             // Queue, entries, segments and numbers of shaders/pool.wgsl.
             let bytes = 20 * pool.queue * pool.rays + 4 * pool.threads + (48 + 12) * pool.rays + 16;
+            assert!(bytes <= 16384, "{strategy}: {bytes}");
+            let (queue, blocks) = (pool.fine_queue(), pool.blocks());
+            assert!(blocks >= 1 && queue >= 2 * blocks, "{strategy}: {queue} {blocks}");
+            // Parts, ends, opacities and marks, segments and numbers of shaders/pool_fine.wgsl.
+            let ends = 8 * (queue + 2) * pool.rays;
+            let bytes = 28 * queue * pool.rays + ends + 20 * pool.threads + (48 + 16) * pool.rays + 16;
             assert!(bytes <= 16384, "{strategy}: {bytes}");
         }
     }

@@ -1,8 +1,9 @@
+use crate::noise::FrameNoise;
 use crate::scene::Segments;
 use bytemuck::{Pod, Zeroable};
 use fovol_core::RayBasis;
 
-/// The camera, as shaders read it. Twin of `View` in shaders/segment.wgsl.
+/// The camera and the noise of few shadow rays, as shaders read them. Twin of `View` in shaders/segment.wgsl.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct View {
@@ -10,14 +11,45 @@ pub struct View {
     forward: [f32; 4],
     right: [f32; 4],
     up: [f32; 4],
+    noise_seed: [u32; 2],
+    noise_hashed: u32,
+    noise_levels: f32,
 }
 
 impl View {
     /// The camera of `rays` in the grid of `segments`. The eye is converted in f64, as f32 would round large numbers.
-    pub fn new(rays: &RayBasis, segments: &Segments) -> Self {
+    pub fn new(rays: &RayBasis, segments: &Segments, noise: NoiseNumbers) -> Self {
         let padded = |[x, y, z]: [f32; 3]| [x, y, z, 0.0];
         let [forward, right, up] = rays.axes().map(|axis| padded(axis.as_vec3().to_array()));
-        Self { eye: padded(segments.in_voxels(rays.origin())), forward, right, up }
+        let NoiseNumbers { seed, hashed, levels } = noise;
+        Self {
+            eye: padded(segments.in_voxels(rays.origin())),
+            forward,
+            right,
+            up,
+            noise_seed: seed,
+            noise_hashed: hashed,
+            noise_levels: levels,
+        }
+    }
+}
+
+/// What shaders need of the noise of few shadow rays, besides its tile.
+#[derive(Debug, Clone, Copy)]
+pub struct NoiseNumbers {
+    seed: [u32; 2],
+    hashed: u32,
+    levels: f32,
+}
+
+impl NoiseNumbers {
+    /// Those of frames without few shadow rays.
+    pub const NONE: Self = Self { seed: [0; 2], hashed: 0, levels: 1.0 };
+
+    pub fn new(noise: &FrameNoise<'_>) -> Self {
+        let seed = noise.seed();
+        let words = seed.map_or([0; 2], |seed| [seed as u32, (seed >> 32) as u32]);
+        Self { seed: words, hashed: u32::from(seed.is_some()), levels: noise.levels() as f32 }
     }
 }
 
@@ -29,6 +61,10 @@ mod tests {
 
     #[test]
     fn shaders_read_the_same_struct() {
-        assert_twins!(MARCH, "View", View { eye, forward, right, up });
+        assert_twins!(
+            MARCH,
+            "View",
+            View { eye, forward, right, up, noise_seed, noise_hashed, noise_levels }
+        );
     }
 }

@@ -49,6 +49,7 @@ impl LightSlices {
     }
 
     /// These slices for primary steps of `factor` times the length.
+    #[cfg(feature = "gpu")]
     #[must_use]
     pub fn with_longer_steps(self, factor: f64) -> Self {
         Self { steps: self.steps / factor, ..self }

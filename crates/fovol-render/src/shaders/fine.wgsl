@@ -1,4 +1,5 @@
-// Fine integration: colour and opacity are integrated between samples. Twin of cpu/fine/march.rs.
+// Fine integration: colour and opacity are integrated between samples. What every way to march shares. Twin of
+// cpu/fine/march.rs.
 
 /// Whether rays integrate between samples.
 override FINE: bool = false;
@@ -69,11 +70,18 @@ fn mean_passing(x: f32) -> f32 {
     return (1.0 - exp(-x)) / x;
 }
 
-/// Light that reaches `p`.
-fn light_at(p: vec3f) -> Light {
-    if SHADOWS == UNSHADOWED {
-        return Light(0.0, 1.0);
-    }
+/// The near part of the way from a point to the light.
+struct NearPart {
+    /// Its optical depth.
+    depth: f32,
+    /// Where it ends.
+    end: vec3f,
+    /// Whether nothing farther away counts.
+    is_all: bool,
+}
+
+/// The near part of the way from `p` to the light.
+fn near_part(p: vec3f) -> NearPart {
     let way = max(way_out(p), 0.0);
     let length = way - SHADOW_STEP * max(floor((way - SHADOW_STEP) / SHADOW_STEP), 0.0);
     var front = entry(field(p));
@@ -88,13 +96,22 @@ fn light_at(p: vec3f) -> Light {
         end *= 2.0;
     }
     let q = fma(vec3f(length), scene.light_delta, p);
-    if near > DEEP || way_out(q) < 0.5 * SHADOW_STEP {
-        return Light(near, 1.0);
+    return NearPart(near, q, near > DEEP || way_out(q) < 0.5 * SHADOW_STEP);
+}
+
+/// Light that reaches `p`.
+fn light_at(p: vec3f) -> Light {
+    if SHADOWS == UNSHADOWED {
+        return Light(0.0, 1.0);
+    }
+    let near = near_part(p);
+    if near.is_all {
+        return Light(near.depth, 1.0);
     }
     if SHADOWS == CACHED {
-        return Light(near, grid_transmittance(q));
+        return Light(near.depth, grid_transmittance(near.end));
     }
-    return Light(near, transmittance(q));
+    return Light(near.depth, transmittance(near.end));
 }
 
 /// Far transmittance between two points. Points deeper than `DEEP` have none of their own.
@@ -108,127 +125,121 @@ fn far_between(before: Light, after: Light) -> f32 {
     return 0.5 * (before.far + after.far);
 }
 
+/// Share of the light that arrives at a part of optical `depth`, whose ends the light `before` and `after` reaches.
+fn arriving_at(depth: f32, before: Light, after: Light) -> f32 {
+    let share = mean_passing(depth + after.near - before.near) / mean_passing(depth);
+    return far_between(before, after) * exp(-before.near) * share;
+}
+
 /// Position on a ray `steps` steps after it entered the box, limited to the end of the box.
 fn boundary(segment: Segment, steps: f32) -> vec3f {
     return fma(vec3f(min(steps, segment.length) - 0.5), segment.delta, segment.start);
 }
 
-/// Colour and opacity of a ray so far.
-struct Gathered {
+/// Up to four steps of a ray, one after the other.
+struct Steps {
+    /// Entries of the transfer table at their ends.
+    entries: array<u32, 5>,
+    /// Optical depths.
+    depths: array<f32, 4>,
+}
+
+/// `count` steps of a ray from step `number` on, which begins at entry `front`. Steps beyond the box have no depth.
+fn steps_from(segment: Segment, number: f32, count: i32, front: u32) -> Steps {
+    var steps = Steps(array<u32, 5>(front, 0u, 0u, 0u, 0u), array<f32, 4>(0.0, 0.0, 0.0, 0.0));
+    for (var i = 0; i < count; i += 1) {
+        let length = clamp(segment.length - number - f32(i), 0.0, 1.0);
+        steps.entries[i + 1] = steps.entries[i];
+        if length > 0.0 {
+            steps.entries[i + 1] = entry(field(boundary(segment, number + f32(i + 1))));
+            steps.depths[i] = mean_extinction(steps.entries[i], steps.entries[i + 1]) * length;
+        }
+    }
+    return steps;
+}
+
+/// Optical depth of `count` of the steps from number `first` of them on.
+fn depth_of(steps: Steps, first: i32, count: i32) -> f32 {
+    var depth = 0.0;
+    for (var i = first; i < first + count; i += 1) {
+        depth += steps.depths[i];
+    }
+    return depth;
+}
+
+/// Number of steps of a part of four steps whose optical depth is `depth`: light is known at its ends.
+fn steps_of_part(depth: f32) -> i32 {
+    return select(2, 4, depth <= THIN);
+}
+
+/// Opacity of a step of optical depth `depth`.
+fn step_opacity(depth: f32) -> f32 {
+    return 1.0 - exp(-depth);
+}
+
+/// Colour that a part of a ray sends to the eye.
+struct Lit {
     colour: vec3f,
     /// The colour without shadow rays.
     unshadowed: vec3f,
-    opacity: f32,
-    /// Number of the step that took opacity past one half; negative before.
-    half_at: f32,
-    weighted_number: f32,
+    /// What shadows can take away from the colour.
+    direct: vec3f,
 }
 
-/// One step of a ray.
-struct Step {
-    /// The first step has number 0.
-    number: f32,
-    front: u32,
-    behind: u32,
-    /// Optical depth.
-    depth: f32,
+/// Colour of `count` of the `steps` from number `first` of them on, where step 0 is step `number` of the ray. The ray has
+/// this `opacity` before them; they receive the share `arriving` of the light.
+fn lit_part(
+    segment: Segment, number: f32, steps: Steps, first: i32, count: i32, opacity: f32, arriving: f32,
+) -> Lit {
+    var lit = Lit(vec3f(0.0), vec3f(0.0), vec3f(0.0));
+    var before = opacity;
+    for (var i = first; i < first + count; i += 1) {
+        if steps.depths[i] == 0.0 {
+            continue;
+        }
+        let covered = step_opacity(steps.depths[i]) * (1.0 - before);
+        before += covered;
+        var direct = vec2f(arriving, select(arriving, 1.0, SHADOWS == RAYS));
+        if GRADIENT {
+            direct *= facing(boundary(segment, number + f32(i) + 0.5));
+        }
+        let weight = covered * (scene.ambient + (1.0 - scene.ambient) * direct);
+        let rgb = colour_between(steps.entries[i], steps.entries[i + 1]);
+        lit.colour += weight.x * rgb;
+        lit.direct += (weight.x - covered * scene.ambient) * rgb;
+        if GUIDE {
+            lit.unshadowed += weight.y * rgb;
+        }
+    }
+    return lit;
 }
 
-/// Composites `step`, which receives the share `arriving` of the light.
-fn add_step(gathered: ptr<function, Gathered>, segment: Segment, step: Step, arriving: f32) {
-    let passing = 1.0 - (*gathered).opacity;
-    let alpha = 1.0 - exp(-step.depth);
-    var direct = vec2f(arriving, select(arriving, 1.0, SHADOWS == RAYS));
-    if GRADIENT {
-        direct *= facing(boundary(segment, step.number + 0.5));
-    }
-    let weight = passing * alpha * (scene.ambient + (1.0 - scene.ambient) * direct);
-    let rgb = colour_between(step.front, step.behind);
-    (*gathered).colour += weight.x * rgb;
-    if GUIDE {
-        (*gathered).unshadowed += weight.y * rgb;
-    }
-    (*gathered).opacity += passing * alpha;
-    (*gathered).weighted_number = fma(passing * alpha, step.number, (*gathered).weighted_number);
-    if (*gathered).half_at < 0.0 && (*gathered).opacity >= 0.5 {
-        (*gathered).half_at = step.number;
+/// Adds the opacity of `count` of the `steps` from number `first` of them on to the sums, where step 0 is step `number` of the
+/// ray.
+fn cover_part(sums: ptr<function, Sums>, number: f32, steps: Steps, first: i32, count: i32) {
+    for (var i = first; i < first + count; i += 1) {
+        if steps.depths[i] > 0.0 {
+            _ = cover(sums, number + f32(i), step_opacity(steps.depths[i]));
+        }
     }
 }
 
-/// Marches the ray of `segment`.
-fn fine_march(segment: Segment) -> RayResult {
-    let inverse = inverse_of(segment.delta);
-    var gathered = Gathered(vec3f(0.0), vec3f(0.0), 0.0, -1.0, 0.0);
-    var number = 0.0;
-    // Steps before this one may be visible.
-    var known = 0.0;
-    var front = entry(field(boundary(segment, 0.0)));
-    var lit = false;
-    var before = Light(0.0, 1.0);
-    while number < segment.length && gathered.opacity < FINE_OPAQUE {
-        if SKIP && number >= known {
-            let ahead = look_ahead(boundary(segment, number), inverse);
-            // The last of these steps may leave the empty box.
-            let jump = select(0.0, floor(0.25 * (ahead.steps - 1.0)) * 4.0, ahead.empty);
-            known = number + select(ahead.steps, 4.0, ahead.empty);
-            if jump > 0.0 {
-                number += jump;
-                front = entry(field(boundary(segment, number)));
-                lit = false;
-                continue;
-            }
-        }
-        var entries = array<u32, 5>(front, 0u, 0u, 0u, 0u);
-        var depths = array<f32, 4>(0.0, 0.0, 0.0, 0.0);
-        var depth = 0.0;
-        for (var i = 0; i < 4; i += 1) {
-            let length = clamp(segment.length - number - f32(i), 0.0, 1.0);
-            entries[i + 1] = entries[i];
-            if length > 0.0 {
-                entries[i + 1] = entry(field(boundary(segment, number + f32(i + 1))));
-                depths[i] = mean_extinction(entries[i], entries[i + 1]) * length;
-            }
-            depth += depths[i];
-        }
-        let steps = select(2, 4, depth <= THIN);
-        for (var first = 0; first < 4; first += steps) {
-            var whole = 0.0;
-            for (var i = first; i < first + steps; i += 1) {
-                whole += depths[i];
-            }
-            if whole == 0.0 {
-                lit = false;
-                continue;
-            }
-            if !lit {
-                before = light_at(boundary(segment, number + f32(first)));
-            }
-            let after = light_at(boundary(segment, number + f32(first + steps)));
-            let share = mean_passing(whole + after.near - before.near) / mean_passing(whole);
-            let arriving = far_between(before, after) * exp(-before.near) * share;
-            for (var i = first; i < first + steps; i += 1) {
-                if depths[i] > 0.0 {
-                    let step = Step(number + f32(i), entries[i], entries[i + 1], depths[i]);
-                    add_step(&gathered, segment, step, arriving);
-                }
-            }
-            before = after;
-            lit = true;
-        }
-        front = entries[4];
-        number += 4.0;
-    }
-    let is_opaque = gathered.opacity >= FINE_OPAQUE;
-    let opacity = select(gathered.opacity, 1.0, is_opaque);
-    let whole = select(1.0, gathered.opacity, is_opaque);
-    var colour = gathered.colour / whole;
-    let unshadowed = gathered.unshadowed / whole;
-    let half_at = gathered.half_at;
-    let weighted_number = gathered.weighted_number;
-    colour += (1.0 - opacity) * scene.background;
+/// Steps from number `number` on that show nothing, a multiple of four; at 0 the next four may show something. The last steps
+/// that a look ahead finds empty may leave the empty box.
+fn empty_steps(ahead: Ahead) -> f32 {
+    return select(0.0, floor(0.25 * (ahead.steps - 1.0)) * 4.0, ahead.empty);
+}
+
+/// Result of the ray of `segment`. A ray that is opaque enough stands for the rest of it, too.
+fn fine_result(sums: Sums, segment: Segment) -> RayResult {
+    let is_opaque = sums.opacity >= FINE_OPAQUE;
+    let opacity = select(sums.opacity, 1.0, is_opaque);
+    let whole = select(1.0, sums.opacity, is_opaque);
+    let colour = sums.colour / whole + (1.0 - opacity) * scene.background;
+    let unshadowed = sums.unshadowed / whole;
     if opacity == 0.0 {
         return RayResult(colour, unshadowed, 0.0, 0.0);
     }
-    let at = select(half_at, weighted_number / gathered.opacity, half_at < 0.0);
-    return RayResult(colour, unshadowed, opacity, 1.0 / fma(at, scene.delta, segment.distance));
+    let number = select(sums.half_at, sums.weighted_number / sums.opacity, sums.half_at < 0.0);
+    return RayResult(colour, unshadowed, opacity, 1.0 / fma(number, scene.delta, segment.distance));
 }

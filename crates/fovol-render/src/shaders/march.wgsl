@@ -1,10 +1,22 @@
-// Marches rays: a thread follows a ray, and from every sample its shadow ray. Twin of cpu/march.rs.
+// Marches rays: a thread follows a ray, and its shadow rays. Twin of cpu/march.rs.
 
 /// Marches the ray through the centre of `pixel`.
 fn march(pixel: vec2u) -> RayResult {
     let segment = segment_of(pixel);
+    var few = few_shadow_rays(pixel);
+    if FEW > 0u {
+        // Places for shadow rays are chosen by the luminance of the whole ray.
+        _ = march_with(segment, &few);
+        few.whole = few.before;
+        few.before = 0.0;
+    }
+    return march_with(segment, &few);
+}
+
+/// Marches the ray of `segment`, whose shadow rays are `few` or all.
+fn march_with(segment: Segment, few: ptr<function, FewShadowRays>) -> RayResult {
     if FINE {
-        return fine_march(segment);
+        return fine_march(segment, few);
     }
     let inverse = inverse_of(segment.delta);
     var sums = no_sums();
@@ -25,7 +37,17 @@ fn march(pixel: vec2u) -> RayResult {
         let alpha = bitcast<f32>(looks.x);
         if alpha > 0.0 {
             let weight = cover(&sums, k, alpha);
-            shine(&sums, weight, looks.y, light(p));
+            if FEW > 0u {
+                let full = light_of(p, 1.0);
+                shine(&sums, weight, looks.y, full);
+                let direct = weight * (full.x - scene.ambient) * colour_of(looks.y);
+                let factor = chosen(few, direct);
+                if factor > 0.0 {
+                    sums.colour += factor * (transmittance(p) - 1.0) * direct;
+                }
+            } else {
+                shine(&sums, weight, looks.y, light(p));
+            }
         }
         k += 1.0;
     }

@@ -10,6 +10,12 @@ struct View {
     right: vec3f,
     /// To the upper edge.
     up: vec3f,
+    /// Seed of the frame's noise, low word first.
+    noise_seed: vec2u,
+    /// Whether its ranks are hashed from the seed rather than read from a tile.
+    noise_hashed: u32,
+    /// Number of its ranks.
+    noise_levels: f32,
 }
 
 @group(1) @binding(0) var<uniform> extent: Extent;

@@ -1,5 +1,6 @@
 use super::between::Between;
 use super::{GuideGrid, GuidePixel, UpsampledGuide, guide_pixel};
+use crate::Guide;
 use fovol_core::{Pixel, SampleList, SparseFrame};
 use fovol_render::scene::RayResult;
 
@@ -17,6 +18,11 @@ pub struct MarchedGuide {
 
 /// Headroom of a guide with cached shadows: their grid is coarse, so pixels can be brighter than it says.
 const CACHED_HEADROOM: f32 = 2.0;
+
+/// Headroom of guides of this `kind`.
+pub fn headroom(kind: Guide) -> f32 {
+    if kind == Guide::Cached { CACHED_HEADROOM } else { 1.0 }
+}
 
 /// Differences of neighbours from which on a pixel between them is marched, for grids of every second and of every pixel.
 pub const CONTRASTS: [f32; 2] = [0.05, 0.15];

@@ -18,7 +18,7 @@ pub use joint_bilateral::joint_bilateral;
 pub use light_ratio::{compose, light_ratios};
 pub use marched::MarchedGuide;
 #[cfg(feature = "gpu")]
-pub(crate) use marched::{BUDGETS, CONTRASTS};
+pub(crate) use marched::{BUDGETS, CONTRASTS, headroom};
 pub use upsampled::UpsampledGuide;
 
 use fovol_render::scene::RayResult;

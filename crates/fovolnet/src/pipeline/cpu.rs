@@ -120,6 +120,10 @@ impl Marcher for CpuMarcher {
         self.renderer.shadow_grid_time()
     }
 
+    fn cached_shadows_time(&self) -> Option<Duration> {
+        self.renderer.cached_shadows_time()
+    }
+
     fn host_reconstruction(&self, settings: &RenderSettings) -> Result<HostReconstruction> {
         HostReconstruction::new(settings)
     }

@@ -17,6 +17,11 @@ pub trait Marcher: Debug + Send {
     /// Time that the grid of cached shadows took on the CPU, if that makes it.
     fn shadow_grid_time(&self) -> Duration;
 
+    /// Time that the last cached shadows took, whatever shadows the scene has, if it is known.
+    fn cached_shadows_time(&self) -> Option<Duration> {
+        None
+    }
+
     /// Reconstruction on the host for `settings`; one that does nothing if the marcher reconstructs by itself.
     ///
     /// # Errors

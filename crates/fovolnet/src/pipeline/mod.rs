@@ -19,7 +19,7 @@ mod view;
 use crate::volume::orientation_notes;
 use crate::{
     Choice, CroppedVolume, Error, Guide, Machine, OpenDevice, OpenVolume, RenderSettings, Result, Sampling,
-    ShadowRays, SpeedSettings, WorldBox, scene,
+    SpeedSettings, WorldBox, scene,
 };
 pub use camera_path::camera_path;
 use fovol_core::{Camera, Fovea, FrameSize, Region, SampleList, ShadowMode, keep_workers_spinning};
@@ -239,6 +239,11 @@ impl Pipeline {
         self.threads.install(|| marcher.march_as(how, &camera, list))
     }
 
+    /// Milliseconds that the last cached shadows took, whatever shadows the scene has, if they are known.
+    pub(crate) fn cached_shadows_ms(&self) -> Option<f64> {
+        self.marcher.cached_shadows_time().map(|time| time.as_secs_f64() * 1e3)
+    }
+
     /// Region of frames of `size` in which the volume can be seen by `camera`, in world space.
     pub(crate) fn visible_region(&self, camera: &Camera, size: FrameSize) -> Option<Region> {
         self.marcher.visible_region(&self.in_box(camera), size)
@@ -334,18 +339,14 @@ impl Pipeline {
 /// Checks that `marcher` can do what is asked for.
 ///
 /// # Errors
-/// Few shadow rays, cached guides, or guides of frames without lists, on a GPU.
+/// Guides of frames without lists, on a GPU.
 fn check_marcher(marcher: &dyn Marcher, settings: &RenderSettings) -> Result<()> {
     let has_guide = matches!(settings.guide, Choice::Fixed(guide) if guide != Guide::None);
-    let asked = [
-        (settings.shadow_rays != ShadowRays::Exact, "few shadow rays (--shadow-rays)"),
-        (settings.guide == Choice::Fixed(Guide::Cached), "a guide with cached shadows (--guide cached)"),
-        (has_guide && settings.sampling == Sampling::Reject, "a guide with --sampling reject"),
-    ];
-    match asked.into_iter().find(|(is_asked, _)| *is_asked && marcher.gpu_name().is_some()) {
-        None => Ok(()),
-        Some((_, what)) => Err(Error::Setting(format!(
-            "frames of a GPU cannot have {what} yet; add --device cpu, or leave it out"
-        ))),
+    if has_guide && settings.sampling == Sampling::Reject && marcher.gpu_name().is_some() {
+        return Err(Error::Setting(
+            "frames of a GPU cannot have a guide with --sampling reject; add --device cpu, or leave it out"
+                .into(),
+        ));
     }
+    Ok(())
 }

@@ -38,8 +38,9 @@ pub struct Planner {
     shown: ShownError,
     /// Part of the frames that follow a change of the scene, 0…1.
     change_rate: f64,
-    /// Milliseconds of a change of the scene, without and with cached shadows to make.
-    change_ms: [f64; 2],
+    /// Milliseconds of a change of the scene, without cached shadows to make, and of those.
+    change_ms: f64,
+    grid_ms: f64,
     /// Probe pixels of the next frame, and milliseconds that each takes with its substitutes.
     probes: usize,
     pixel_ms: f64,
@@ -110,7 +111,8 @@ impl Planner {
             chosen: None,
             shown: ShownError::default(),
             change_rate: 0.0,
-            change_ms: [0.0, UNKNOWN_GRID_MS],
+            change_ms: 0.0,
+            grid_ms: UNKNOWN_GRID_MS,
             probes: FIRST_PROBES,
             pixel_ms: 0.0,
             probe_ms: 0.0,
@@ -191,7 +193,8 @@ impl Planner {
 
     /// Milliseconds that a frame is expected to wait for changes of the scene.
     fn expected_change(&self, way: Way) -> f64 {
-        self.change_rate * self.change_ms[usize::from(way == Way::CachedLight)]
+        let grid_ms = if way == Way::CachedLight { self.grid_ms } else { 0.0 };
+        self.change_rate * (self.change_ms + grid_ms)
     }
 
     /// Learns what the last frame cost.
@@ -201,8 +204,8 @@ impl Planner {
         let changed = f64::from(u8::from(made.scene_changed));
         self.change_rate += NEW * (changed - self.change_rate);
         if made.scene_changed {
-            let known = &mut self.change_ms[usize::from(candidate.way == Way::CachedLight)];
-            *known += NEW * (made.change_ms - *known);
+            let grid_ms = if candidate.way == Way::CachedLight { self.grid_ms } else { 0.0 };
+            self.change_ms += NEW * ((made.change_ms - grid_ms).max(0.0) - self.change_ms);
             self.shown = ShownError::default();
             self.errors.fade();
         }
@@ -235,6 +238,9 @@ impl Planner {
         let light_is_cached = is_cached && rests;
         if let Some(shown) = shown {
             probes.compare(shown, light_is_cached, (&mut self.shown, &mut self.errors))?;
+        }
+        if let Some(ms) = probes.cached_shadows_ms() {
+            self.grid_ms = ms;
         }
         let compared = if shown.is_some() { 1.0 } else { COMPARED };
         let pixel_ms = compared * started.elapsed().as_secs_f64() * 1e3 / self.probes as f64;

@@ -199,6 +199,11 @@ impl<'a> Probes<'a> {
         Ok(colours)
     }
 
+    /// Milliseconds that the last cached shadows took to make, if they are known.
+    pub fn cached_shadows_ms(&self) -> Option<f64> {
+        self.pipeline.cached_shadows_ms()
+    }
+
     /// `count` other places of this frame and their weights, which are 1 on average.
     pub fn places(&self, count: usize) -> Vec<(Pixel, f64)> {
         self.scatter.pixels(self.number, count)

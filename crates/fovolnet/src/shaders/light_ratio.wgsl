@@ -9,6 +9,8 @@ struct RatioSettings {
     size: vec2u,
     /// Colour behind everything.
     background: vec3f,
+    /// By how much pixels can be brighter than the guide.
+    headroom: f32,
 }
 
 /// ε, and the least sum of a guide's channels that has a ratio.
@@ -51,7 +53,8 @@ fn light_ratios(@builtin(global_invocation_id) at: vec3u) {
         let guide = guide_at(at.xy);
         if guide.r + guide.g + guide.b > FAINT {
             let colour = sparse[i].rgb - (1.0 - guide.a) * settings.background;
-            ratio = vec4f(clamp((colour + EPSILON) / (guide.rgb + EPSILON), vec3f(0.0), vec3f(1.0)), 1.0);
+            let whole = settings.headroom * (guide.rgb + EPSILON);
+            ratio = vec4f(clamp((colour + EPSILON) / whole, vec3f(0.0), vec3f(1.0)), 1.0);
         }
     }
     made[i] = ratio;
@@ -68,7 +71,7 @@ fn compose(@builtin(global_invocation_id) at: vec3u) {
         colour = sparse[i].rgb;
     } else if is_guided(at.xy) {
         let guide = guide_at(at.xy);
-        let lit = max((guide.rgb + EPSILON) * filled[i].rgb - EPSILON, vec3f(0.0));
+        let lit = max(settings.headroom * (guide.rgb + EPSILON) * filled[i].rgb - EPSILON, vec3f(0.0));
         colour = lit + (1.0 - guide.a) * settings.background;
     }
     made[i] = vec4f(clamp(colour, vec3f(0.0), vec3f(1.0)), 1.0);

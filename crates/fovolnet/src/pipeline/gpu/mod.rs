@@ -6,7 +6,7 @@ use super::view::View;
 use crate::guide::{GuidePixel, MarchedGuide, guide_pixel};
 use crate::motion::Depths;
 use crate::reconstruct::{Seen, reconstructs};
-use crate::{RenderSettings, Result, Sampling, SpeedSettings};
+use crate::{Guide, RenderSettings, Result, Sampling, SpeedSettings};
 use display::Display;
 use fovol_core::{Camera, Frame, FrameSize, Pixel, Region, SampleList, Scene, ShadowMode, SparseFrame};
 use fovol_gpu::{Gpu, Timing};
@@ -61,6 +61,9 @@ impl GpuMarcher {
         let filtering = speed.filtering.unwrap_or_default();
         let mut renderer = Renderer::with_filtering(gpu, scene, filtering)?;
         renderer.set_skip_empty(!speed.no_skip);
+        if settings.guide_kind() == Guide::Cached {
+            renderer.keep_cached_shadows()?;
+        }
         let buffers = renderer.frame_buffers(sampler.size)?;
         let reconstruction = DeviceReconstruction::new(&renderer, settings, &buffers)?;
         let parts = Timing::new(gpu, Part::COUNT);
@@ -90,6 +93,7 @@ impl GpuMarcher {
 
     fn render_exactly(&mut self, camera: &Camera, sampling: gpu::Sampling<'_>) -> Result<()> {
         let Self { renderer, buffers, .. } = self;
+        buffers.set_few_shadow_rays(None);
         renderer.with_exact_shadows(|renderer| renderer.render(buffers, camera, sampling))?;
         Ok(())
     }
@@ -127,11 +131,19 @@ impl GpuMarcher {
             self.region(view).and_then(|region| self.sampler.guide.grid(view.index, region, view.size));
         let Some(grid) = grid.filter(|_| self.reconstruction.is_none()) else { return Ok(None) };
         let (renderer, buffers) = (&mut self.renderer, &mut self.buffers);
-        let march = |list: &SampleList| {
+        let is_cached = self.sampler.guide == Guide::Cached;
+        let march = |list: &SampleList| -> Result<Vec<RayResult>> {
             let listed = gpu::Sampling::List(list);
-            renderer.without_shadows(|renderer| renderer.render(buffers, &view.camera, listed))?;
+            let march = |renderer: &Renderer| renderer.render(buffers, &view.camera, listed);
+            match is_cached {
+                true => renderer.with_cached_shadows(march)??,
+                false => renderer.without_shadows(march)?,
+            }
             Ok(buffers.read_samples()?)
         };
+        if is_cached {
+            return MarchedGuide::with_cached_shadows(grid, sparse, march).map(Some);
+        }
         MarchedGuide::new(grid, sparse, of_samples, march).map(Some)
     }
 
@@ -156,6 +168,7 @@ impl GpuMarcher {
             },
         };
         let Self { renderer, buffers, background, .. } = self;
+        buffers.set_few_shadow_rays(self.sampler.few_shadow_rays(view.index).as_ref());
         renderer.encode(encoder, buffers, &view.camera, sampling)?;
         self.parts.begin();
         if let Some(reconstruction) = &mut self.reconstruction {
@@ -255,6 +268,10 @@ impl Marcher for GpuMarcher {
         let renderer = &self.renderer;
         let anew = (!reconstructs_alike).then(|| DeviceReconstruction::new(renderer, settings, buffers_then));
         let anew = anew.transpose()?;
+        match settings.guide_kind() {
+            Guide::Cached => self.renderer.keep_cached_shadows()?,
+            _ => self.renderer.release_cached_shadows(),
+        }
         self.renderer.set_scene(scene)?;
         (self.background, self.step) = (background_of(scene), scene.step);
         self.sampler.change(settings);
@@ -270,6 +287,7 @@ impl Marcher for GpuMarcher {
     }
 
     fn march_list(&mut self, camera: &Camera, list: &SampleList) -> Result<Vec<RayResult>> {
+        self.buffers.set_few_shadow_rays(None);
         self.renderer.render(&mut self.buffers, camera, gpu::Sampling::List(list))?;
         Ok(self.buffers.read_samples()?)
     }
@@ -279,7 +297,7 @@ impl Marcher for GpuMarcher {
         Ok(self.buffers.read_samples()?)
     }
 
-    /// The device has tables for one step, and makes cached shadows only for scenes that have them.
+    /// The device has tables for one step.
     fn march_as(
         &mut self,
         (shadows, step): (ShadowMode, f64),
@@ -289,7 +307,7 @@ impl Marcher for GpuMarcher {
         let own = self.renderer.shadows();
         // Lists have room for as many pixels as their frame has.
         let is_too_long = list.len() > list.size().pixels();
-        if is_too_long || step != self.step || (shadows == ShadowMode::Cached && own != shadows) {
+        if is_too_long || step != self.step {
             return Ok(None);
         }
         let known = self.probe_buffers.iter().position(|buffers| buffers.size() == list.size());
@@ -303,7 +321,8 @@ impl Marcher for GpuMarcher {
             ShadowMode::Off => renderer.without_shadows(march)?,
             ShadowMode::On if own == ShadowMode::Cached => renderer.with_exact_shadows(march)?,
             ShadowMode::On if own == ShadowMode::Off => return Ok(None),
-            ShadowMode::On | ShadowMode::Cached => march(renderer)?,
+            ShadowMode::Cached => renderer.with_cached_shadows(march)??,
+            ShadowMode::On => march(renderer)?,
         }
         let rays = buffers.read_samples()?;
         self.probe_buffers.push(buffers);

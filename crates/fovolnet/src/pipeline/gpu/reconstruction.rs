@@ -1,7 +1,7 @@
 use super::guide::{GuideMarch, ImportancePass, LightRatio};
 use super::motion::{DeviceFrames, MotionPass};
 use super::part::Part;
-use crate::guide::UpsampledGuide;
+use crate::guide::{UpsampledGuide, headroom};
 use crate::pipeline::frames::FrameGuide;
 use crate::pipeline::view::View;
 use crate::reconstruct::{device_precision, reconstructs, weights};
@@ -67,9 +67,9 @@ impl DeviceReconstruction {
         let guide = match kind {
             Guide::None => None,
             _ => {
-                let march = GuideMarch::new(renderer, buffers, kind == Guide::Full)?;
+                let march = GuideMarch::new(renderer, buffers, kind)?;
                 let read = [buffers.frame(), march.guide(), filling.frame_buffer()];
-                let light_ratio = LightRatio::new(gpu, size, read)?;
+                let light_ratio = LightRatio::new(gpu, size, read, headroom(kind))?;
                 Some(Box::new(DeviceGuide { kind, march, light_ratio, region: None }))
             }
         };
@@ -155,7 +155,7 @@ impl DeviceReconstruction {
         let pixels = read(gpu, guide.march.guide(), region.pixels())?;
         let ratio = read(gpu, self.filling.frame_buffer(), size.pixels())?;
         Ok(Some(FrameGuide {
-            guide: UpsampledGuide::new(region, pixels, 1.0),
+            guide: UpsampledGuide::new(region, pixels, headroom(guide.kind)),
             ratio: Frame::from_pixels(size, ratio)?,
         }))
     }

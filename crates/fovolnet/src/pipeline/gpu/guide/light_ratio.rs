@@ -16,7 +16,7 @@ struct RatioSettings {
     size: [u32; 2],
     before_background: [u32; 2],
     background: [f32; 3],
-    after_background: u32,
+    headroom: f32,
 }
 
 /// GPU twin of [`crate::guide::light_ratios`] and [`crate::guide::compose`], for frames of one size.
@@ -24,6 +24,8 @@ struct RatioSettings {
 pub struct LightRatio {
     gpu: Gpu,
     size: FrameSize,
+    /// By how much pixels can be brighter than the guide.
+    headroom: f32,
     settings: wgpu::Buffer,
     /// Light ratios of the samples.
     ratios: wgpu::Buffer,
@@ -35,11 +37,12 @@ pub struct LightRatio {
 }
 
 impl LightRatio {
-    /// Light ratios of the samples in `sparse` by the guide in `guide`. Whoever fills them leaves the full picture in `filled`.
+    /// Light ratios of the samples in `sparse` by the guide in `guide`, which has this `headroom`. Whoever fills them leaves the full picture in `filled`.
     pub fn new(
         gpu: &Gpu,
         size: FrameSize,
         [sparse, guide, filled]: [&wgpu::Buffer; 3],
+        headroom: f32,
     ) -> fovol_gpu::Result<Self> {
         use Slot::{Read, Uniform, Write};
         gpu.guarded("making room for light ratios", || {
@@ -55,7 +58,7 @@ impl LightRatio {
             });
             let pipeline = |entry_point| compute_pipeline(gpu, &LIGHT_RATIO, entry_point, &[&layout], &[]);
             let [divide, compose] = ["light_ratios", "compose"].map(pipeline);
-            Self { gpu: gpu.clone(), size, settings, ratios, frame, divide, compose, groups }
+            Self { gpu: gpu.clone(), size, headroom, settings, ratios, frame, divide, compose, groups }
         })
     }
 
@@ -73,7 +76,7 @@ impl LightRatio {
             size: [self.size.width, self.size.height],
             before_background: [0; 2],
             background,
-            after_background: 0,
+            headroom: self.headroom,
         };
         self.gpu.queue().write_buffer(&self.settings, 0, bytemuck::bytes_of(&settings));
         self.dispatch(encoder, &self.divide, &self.groups[0]);
@@ -120,7 +123,7 @@ mod tests {
         assert_twins!(
             LIGHT_RATIO,
             "RatioSettings",
-            RatioSettings { region_from, region_size, size, background }
+            RatioSettings { region_from, region_size, size, background, headroom }
         );
         assert!(LIGHT_RATIO.source().contains(&format!("const EPSILON: f32 = {EPSILON};")));
     }

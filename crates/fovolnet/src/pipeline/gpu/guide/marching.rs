@@ -2,12 +2,12 @@
 
 use super::level::Level;
 use super::shader::{GUIDE, PUT};
-use crate::Result;
 use crate::guide::{BUDGETS, CONTRASTS, GuideGrid};
-use fovol_core::FrameSize;
+use crate::{Guide, Result};
+use fovol_core::{FrameSize, ShadowMode};
 use fovol_gpu::binding::{Slot, bind_group, bind_group_layout, compute_pipeline};
 use fovol_gpu::{Gpu, read};
-use fovol_render::gpu::{FrameBuffers, ListBuffers, Renderer, UnshadowedList};
+use fovol_render::gpu::{FrameBuffers, GuideList, GuideSamples, ListBuffers, Renderer};
 use wgpu::BufferUsages;
 
 /// Levels of a guide, the finest one last.
@@ -21,7 +21,9 @@ const MARCHED: usize = 1;
 #[derive(Debug)]
 pub struct GuideMarch {
     gpu: Gpu,
-    list: UnshadowedList,
+    list: GuideList,
+    /// The frame's samples with cached shadows, if the guide has them. A guide without shadows finds its own in the frame's.
+    samples: Option<GuideSamples>,
     state: wgpu::Buffer,
     levels: [LevelPasses; LEVELS],
     begin: wgpu::ComputePipeline,
@@ -57,11 +59,12 @@ fn most_of_levels(size: FrameSize) -> [u64; LEVELS] {
 }
 
 impl GuideMarch {
-    /// Guides of the frames of `renderer` in `frames`: of every pixel if `is_full`, else of a quarter at most.
-    pub fn new(renderer: &Renderer, frames: &FrameBuffers, is_full: bool) -> Result<Self> {
+    /// Guides of this `kind` of the frames of `renderer` in `frames`.
+    pub fn new(renderer: &Renderer, frames: &FrameBuffers, kind: Guide) -> Result<Self> {
         use Slot::{Read, Uniform, Write};
         let (gpu, size) = (renderer.gpu(), frames.size());
-        let list = renderer.unshadowed_list(frames, most_listed(size, is_full))?;
+        let list = renderer.guide_list(frames, most_listed(size, kind == Guide::Full))?;
+        let samples = (kind == Guide::Cached).then(|| renderer.guide_samples(frames)).transpose()?;
         let made = gpu.guarded("making room for guides", || {
             let storage = BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
             let state = gpu.buffer("guide state", 4 * STATE, storage);
@@ -88,25 +91,31 @@ impl GuideMarch {
                     listed.length(),
                 ];
                 let level = bind_group(gpu, "guide", &layout, &bound.map(wgpu::Buffer::as_entire_binding));
-                let put = |listed: &ListBuffers| {
+                let put = |listed: &ListBuffers, [colours, guide_colours]: [&wgpu::Buffer; 2]| {
                     let bound = [
                         &uniforms,
                         listed.pixels(),
                         listed.length(),
-                        listed.colours(),
-                        listed.unshadowed(),
+                        colours,
+                        guide_colours,
                         &guides[number],
                         frames.inverse_depths(),
                     ];
                     bind_group(gpu, "guide pixels", &put_layout, &bound.map(wgpu::Buffer::as_entire_binding))
                 };
-                let (put_list, put_samples) = (put(listed), put(frames.listed()));
+                let put_list = put(listed, [listed.colours(), listed.unshadowed()]);
+                let sampled = frames.listed();
+                let results = samples.as_ref().map_or_else(
+                    || [sampled.colours(), sampled.unshadowed()],
+                    |samples| [samples.colours(), samples.guides()],
+                );
+                let put_samples = put(sampled, results);
                 LevelPasses { level, put_list, put_samples, guide: guides[number].clone(), uniforms }
             });
             let pipeline = |entry_point| compute_pipeline(gpu, &GUIDE, entry_point, &[&layout], &[]);
             let [begin, between, limit, choose] = ["begin", "between", "limit", "choose"].map(pipeline);
             let put = compute_pipeline(gpu, &PUT, "put", &[&put_layout], &[]);
-            Self { gpu: gpu.clone(), list, state, levels, begin, between, limit, choose, put }
+            Self { gpu: gpu.clone(), list, samples, state, levels, begin, between, limit, choose, put }
         })?;
         Ok(made)
     }
@@ -120,6 +129,9 @@ impl GuideMarch {
         frames: &FrameBuffers,
         grid: GuideGrid,
     ) {
+        if let Some(samples) = &self.samples {
+            renderer.encode_guide_samples(encoder, (samples, frames), self.shadows());
+        }
         encoder.clear_buffer(&self.state, 0, None);
         encoder.clear_buffer(self.list.listed().length(), 0, None);
         let mut number = LEVELS - 1 - grid.step.ilog2() as usize;
@@ -142,6 +154,10 @@ impl GuideMarch {
             self.march(encoder, renderer, frames, number, level.most().saturating_sub(known));
             coarse = fine;
         }
+    }
+
+    fn shadows(&self) -> ShadowMode {
+        if self.samples.is_some() { ShadowMode::Cached } else { ShadowMode::Off }
     }
 
     fn set(&self, number: usize, level: &Level) {
@@ -172,7 +188,7 @@ impl GuideMarch {
         number: usize,
         most: u32,
     ) {
-        renderer.encode_without_shadows(encoder, &self.list, most);
+        renderer.encode_guide_list(encoder, &self.list, (most, self.shadows()));
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         pass.set_pipeline(&self.put);
         pass.set_bind_group(0, &self.levels[number].put_list, &[]);
