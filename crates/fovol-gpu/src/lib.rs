@@ -14,6 +14,7 @@
 
 mod adapter;
 pub mod binding;
+mod choices;
 mod device;
 mod error;
 mod gate;
@@ -23,8 +24,10 @@ mod pipeline_cache;
 mod readback;
 mod shader;
 mod timing;
+mod tuner;
 
 pub use adapter::{ADAPTER_VARIABLE, AdapterRequest, adapters};
+pub use choices::Choices;
 pub use device::Gpu;
 pub use error::{GpuError, Result};
 pub use gate::Pause;
@@ -33,6 +36,7 @@ pub use pipeline_cache::{CACHE_VARIABLE, abandon_cache};
 pub use readback::{Arrival, Landing, read, read_picture};
 pub use shader::Shader;
 pub use timing::{PassTime, Timing};
+pub use tuner::Tuner;
 /// Kind of device that an adapter is; see [`adapters`].
 pub use wgpu::DeviceType;
 

@@ -133,7 +133,7 @@ impl fmt::Debug for PipelineCache {
 }
 
 /// Cache folder of this user: [`CACHE_VARIABLE`], or else the system's cache folder.
-fn folder() -> Option<PathBuf> {
+pub(crate) fn folder() -> Option<PathBuf> {
     let of = |name: &str| std::env::var_os(name).map(PathBuf::from);
     if let Some(folder) = of(CACHE_VARIABLE) {
         return Some(folder).filter(|folder| !folder.as_os_str().is_empty());

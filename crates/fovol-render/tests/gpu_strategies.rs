@@ -7,6 +7,7 @@ mod gpu_frames;
 mod scenes;
 
 use fovol_core::{FrameSize, Integration, Pixel, SampleList, Scene, ShadowMode, SurfaceShading};
+use fovol_gpu::Choices;
 use fovol_render::gpu::{MarchStrategy, Pool, Renderer, Sampling};
 use gpu_frames::{GPU, full_frame, small_scene};
 use scenes::{cameras, differences, transfer, volumes};
@@ -89,4 +90,30 @@ fn lists_of_every_length_are_marched_alike() {
             assert_eq!(buffers.read_frame().unwrap(), expected, "{length} pixels, {strategy:?}");
         }
     }
+}
+
+#[test]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
+fn tuning_tries_every_way_and_keeps_one() {
+    let mut renderer = Renderer::new(&GPU, &small_scene()).unwrap();
+    let mut buffers = renderer.frame_buffers(FrameSize::new(45, 37).unwrap()).unwrap();
+    let camera = cameras()[0];
+    renderer.set_march_strategy(MarchStrategy::Rays);
+    let expected = full_frame(&renderer, &mut buffers, &camera);
+    assert_eq!(buffers.played_march(), None);
+    renderer.tune_marching(Choices::default());
+    let mut all = Vec::new();
+    for number in 0..40 {
+        let (.., most, _) = differences(&full_frame(&renderer, &mut buffers, &camera), &expected);
+        assert!(most <= rounding(small_scene().integration), "{number}: {most}");
+        let played = buffers.played_march().unwrap();
+        if !all.contains(&played) {
+            all.push(played);
+        }
+        // The second way is the quickest.
+        let ms = if all.get(1) == Some(&played) { 1.0 } else { 1.5 };
+        renderer.learn_march_time(played, ms);
+    }
+    assert_eq!(all.len(), MarchStrategy::candidates().count());
+    assert_eq!(buffers.played_march(), Some(all[1]));
 }

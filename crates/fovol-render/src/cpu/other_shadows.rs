@@ -36,8 +36,8 @@ impl Renderer {
     /// Marches the pixels of `list` with other shadows and another step than those of the scene, as [`Self::march_list`]
     /// does. `step` is in voxels, see [`fovol_core::Scene::step`].
     ///
-    /// What the step and the shadows need is prepared by the first such call after a change of the scene; what makes shadow rays
-    /// of a short list quicker, by the second one.
+    /// What the step and cached shadows need is prepared by the first such call after a change of the scene. See
+    /// [`Self::expect_rays`] for shadow rays.
     ///
     /// # Errors
     /// Too little memory for cached shadows.
@@ -51,7 +51,7 @@ impl Renderer {
         self.take_step(step * self.stretch);
         let marched = self.with_shadows(shadows, |renderer| {
             match shadows {
-                ShadowMode::On => renderer.make_light_columns_for(list.len()),
+                ShadowMode::On => renderer.expect_rays(list.len()),
                 ShadowMode::Cached | ShadowMode::Off => renderer.prepare_shadows()?,
             }
             Ok(renderer.march_list(camera, list))

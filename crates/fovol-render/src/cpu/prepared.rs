@@ -13,8 +13,8 @@ pub struct Prepared {
     /// The tables of fine integration; `None` where integration is plain.
     pub extinction: Option<ExtinctionTable>,
     pub light_columns: Option<LightColumns>,
-    /// Whether a list was marched with shadow rays since the light changed.
-    pub was_marched: bool,
+    /// Rays that were marched with shadow rays since the light changed, or will be now.
+    pub rays: usize,
 }
 
 /// What other steps than the scene's need, kept for a return to them.
@@ -32,7 +32,7 @@ impl Prepared {
             table: TransferTable::new(transfer, step),
             extinction: None,
             light_columns: None,
-            was_marched: false,
+            rays: 0,
         };
         prepared.integrate(transfer, integration);
         prepared
@@ -53,7 +53,7 @@ impl Prepared {
 
     /// Drops what depends on the light.
     pub fn forget_light(&mut self) {
-        (self.light_columns, self.was_marched) = (None, false);
+        (self.light_columns, self.rays) = (None, 0);
     }
 }
 

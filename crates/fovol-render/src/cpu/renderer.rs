@@ -60,8 +60,8 @@ pub struct Renderer {
     options: RenderOptions,
 }
 
-/// Pixels of a list for which light columns pay at once.
-const PAYS: usize = 4096;
+/// Rays for which light columns pay.
+const PAYS: usize = 65_536;
 /// Fewest and most pixels of a list that are marched by one task.
 const FEWEST: usize = 8;
 const CHUNK: usize = 256;
@@ -126,6 +126,15 @@ impl Renderer {
     /// Numbers of the scene that cannot be rendered; the old scene then stays. Too little memory for cached shadows;
     /// the new scene then has none.
     pub fn set_scene(&mut self, scene: &Scene) -> fovol_core::Result<()> {
+        self.change_scene(scene)?;
+        Ok(self.prepare_shadows()?)
+    }
+
+    /// Replaces the scene as [`Self::set_scene`] does, for frames of which each is announced by [`Self::expect_rays`].
+    ///
+    /// # Errors
+    /// As [`Self::set_scene`].
+    pub fn change_scene(&mut self, scene: &Scene) -> fovol_core::Result<()> {
         scene.check()?;
         let clip = scene.clip_box();
         if self.shading.light != scene.shading.light || self.clip != clip {
@@ -148,7 +157,10 @@ impl Renderer {
             self.others.clear();
         }
         self.take_step(scene.marching_step());
-        Ok(self.prepare_shadows()?)
+        if self.shading.shadows == ShadowMode::Cached {
+            self.make_shadow_grid()?;
+        }
+        Ok(())
     }
 
     /// Takes other speed choices.
@@ -222,13 +234,15 @@ impl Renderer {
         Ok(())
     }
 
-    /// Makes the light columns for a list of `count` pixels. They do not pay for the first short list: where light moves, no other
-    /// one follows.
-    pub(super) fn make_light_columns_for(&mut self, count: usize) {
-        if count >= PAYS || self.prepared.was_marched {
-            self.make_light_columns();
+    /// Prepares for `rays` rays of this scene, which come next. Light columns make shadow rays quicker; where light moves and frames
+    /// are small, making them takes longer than they save.
+    pub fn expect_rays(&mut self, rays: usize) {
+        if self.shading.shadows == ShadowMode::On {
+            self.prepared.rays = self.prepared.rays.saturating_add(rays);
+            if self.prepared.rays >= PAYS {
+                self.make_light_columns();
+            }
         }
-        self.prepared.was_marched = true;
     }
 
     /// Makes the light columns unless they exist or would not pay.

@@ -30,6 +30,8 @@ pub struct Extent {
 /// The memory of one frame.
 #[derive(Debug)]
 pub struct Buffers {
+    /// Number of pixels of the frame.
+    pub pixels: usize,
     pub extent: wgpu::Buffer,
     pub view: wgpu::Buffer,
     pub mask_settings: wgpu::Buffer,
@@ -54,6 +56,7 @@ impl Buffers {
         let pixels = size.pixels() as u64;
         let words = u64::from(size.width.div_ceil(64) * 2) * u64::from(size.height);
         Self {
+            pixels: size.pixels(),
             extent: gpu.buffer("extent", size_of::<Extent>() as u64, uniform),
             view: gpu.buffer("view", size_of::<View>() as u64, uniform),
             mask_settings: gpu.buffer("mask settings", size_of::<MaskSettings>() as u64, uniform),

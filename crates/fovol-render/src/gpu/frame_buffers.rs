@@ -2,6 +2,7 @@ use super::adaptive_mask::{AdaptiveBuffers, DeviceImportance};
 use super::buffers::{Buffers, Extent, Groups, blocks};
 use super::error::{Error, Result};
 use super::list_buffers::{ListBuffers, ListLength};
+use super::march_tuner::PlayedMarch;
 use super::mask::MaskPass;
 use super::mask_limits::{Limits, MaskSettings, MaskSource};
 use super::stage::Stage;
@@ -34,6 +35,8 @@ pub struct FrameBuffers {
     pub(super) is_tiled: bool,
     /// Shadow rays of each pixel of the next frames, if they are few, and what shaders need of their noise.
     few: Option<(u32, NoiseNumbers)>,
+    /// How the last frame was marched, if that is tuned.
+    pub(super) played: Option<PlayedMarch>,
 }
 
 impl fmt::Debug for FrameBuffers {
@@ -60,6 +63,7 @@ impl FrameBuffers {
                 adaptive: None,
                 is_tiled: false,
                 few: None,
+                played: None,
             }
         })?;
         Ok(made)
@@ -107,6 +111,11 @@ impl FrameBuffers {
     /// Shadow rays of each pixel of the next frame, if they are few.
     pub(super) fn few_shadow_rays(&self) -> Option<u32> {
         self.few.map(|(per_pixel, _)| per_pixel)
+    }
+
+    /// How the last frame was marched, for [`super::Renderer::learn_march_time`]; `None` where nothing is to be learned.
+    pub fn played_march(&self) -> Option<PlayedMarch> {
+        self.played
     }
 
     /// Uploads the camera of `rays`.

@@ -1,15 +1,17 @@
 use super::buffers::Buffers;
 use super::frame_buffers::FrameBuffers;
 use super::list_buffers::{GroupSize, ListBuffers, Shaded};
+use super::march_tuner::{MarchTuner, PlayedMarch, Tuned};
 use super::scene::DeviceScene;
 use super::scene_kind::{SceneKind, scene_layout};
 use super::shader::{MARCH, MARCH_FILTERED, POOL, POOL_FILTERED, POOL_FINE, POOL_FINE_FILTERED};
 use super::strategy::MarchStrategy;
 use super::volume_texture::TexelKind;
 use fovol_core::{Integration, ShadowMode, SurfaceShading};
-use fovol_gpu::Gpu;
 use fovol_gpu::binding::{Slot, bind_group, bind_group_layout, compute_pipeline};
+use fovol_gpu::{Choices, Gpu};
 use std::collections::HashMap;
+use std::fmt;
 use std::sync::{Mutex, PoisonError};
 
 /// Edge of the squares of pixels that march a frame; as in shaders/march.wgsl and pool.wgsl.
@@ -17,22 +19,28 @@ const TILE: u32 = 8;
 
 /// Which pixels a dispatch marches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-enum Pixels {
+pub enum Pixels {
     List,
     All,
     Masked,
 }
 
-/// The key of a compiled pipeline: every property that its shader is specialised for.
+/// What the shader of a frame is specialised for, besides its strategy.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-struct Variant {
+pub struct Variant {
     pixels: Pixels,
     scene: SceneKind,
     shadows: ShadowMode,
     surface: SurfaceShading,
-    strategy: MarchStrategy,
     /// Shadow rays of each pixel; 0 where every sample has one.
     few: u32,
+}
+
+impl fmt::Display for Variant {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { pixels, scene, shadows, surface, few } = self;
+        write!(f, "{pixels:?} {shadows:?} {surface:?} {few} {scene:?}")
+    }
 }
 
 /// The pipelines that march rays, compiled when they are first needed.
@@ -41,7 +49,9 @@ pub struct MarchPass {
     scene_layout: wgpu::BindGroupLayout,
     layout: wgpu::BindGroupLayout,
     strategy: MarchStrategy,
-    pipelines: Mutex<HashMap<Variant, wgpu::ComputePipeline>>,
+    /// Chooses the strategy instead, where it helps.
+    tuner: Option<MarchTuner>,
+    pipelines: Mutex<HashMap<(Variant, MarchStrategy), wgpu::ComputePipeline>>,
 }
 
 impl MarchPass {
@@ -53,18 +63,32 @@ impl MarchPass {
             scene_layout: scene_layout(gpu, texels),
             layout: bind_group_layout(gpu, "march", &slots),
             strategy: MarchStrategy::usual(gpu.info().device_type),
+            tuner: MarchTuner::helps(gpu).then(|| MarchTuner::new(gpu, Choices::of_user())),
             pipelines: Mutex::default(),
         }
     }
 
-    /// How threads share the work.
+    /// How threads share the work where it is not tuned.
     pub fn strategy(&self) -> MarchStrategy {
         self.strategy
     }
 
-    /// Shares the work of the next frames so.
+    /// Shares the work of the next frames so, without tuning.
     pub fn set_strategy(&mut self, strategy: MarchStrategy) {
         self.strategy = strategy;
+        self.tuner = None;
+    }
+
+    /// Tries every way to share the work in the next frames, but for what `choices` knows.
+    pub fn tune(&mut self, gpu: &Gpu, choices: Choices) {
+        self.tuner = Some(MarchTuner::new(gpu, choices));
+    }
+
+    /// Learns that a frame was marched in `ms` milliseconds.
+    pub fn learn(&self, played: PlayedMarch, ms: f64) {
+        if let Some(tuner) = &self.tuner {
+            tuner.learn(played, ms);
+        }
     }
 
     /// Binds mask and `listed` as input, and `to` as output.
@@ -91,7 +115,7 @@ impl MarchPass {
         scene: &'a DeviceScene,
         (buffers, few): (&'a Buffers, Option<u32>),
     ) -> March<'a> {
-        self.listed(gpu, scene, buffers, (scene.shading().shadows, few))
+        self.listed(gpu, scene, buffers, (scene.shading().shadows, few), Some(buffers.pixels))
     }
 
     /// Prepares to march the list of `buffers` with `shadows`.
@@ -101,7 +125,7 @@ impl MarchPass {
         scene: &'a DeviceScene,
         (buffers, shadows): (&'a Buffers, ShadowMode),
     ) -> March<'a> {
-        self.listed(gpu, scene, buffers, (shadows, None))
+        self.listed(gpu, scene, buffers, (shadows, None), None)
     }
 
     fn listed<'a>(
@@ -110,8 +134,9 @@ impl MarchPass {
         scene: &'a DeviceScene,
         buffers: &'a Buffers,
         (shadows, few): (ShadowMode, Option<u32>),
+        frame_pixels: Option<usize>,
     ) -> March<'a> {
-        self.march(gpu, scene, (Pixels::List, shadows, few), |size| {
+        self.march(gpu, scene, (Pixels::List, shadows, few), frame_pixels, |size| {
             Groups::Listed(&buffers.listed.length, size.unwrap_or(GroupSize::SixtyFour).offset())
         })
     }
@@ -123,7 +148,7 @@ impl MarchPass {
         scene: &'a DeviceScene,
         (most, shadows): (u32, ShadowMode),
     ) -> March<'a> {
-        self.march(gpu, scene, (Pixels::List, shadows, None), |size| {
+        self.march(gpu, scene, (Pixels::List, shadows, None), None, |size| {
             Groups::Number(size.unwrap_or(GroupSize::SixtyFour).groups(most))
         })
     }
@@ -138,7 +163,7 @@ impl MarchPass {
     ) -> March<'a> {
         let (size, few) = (buffers.size(), buffers.few_shadow_rays());
         let pixels = if masked { Pixels::Masked } else { Pixels::All };
-        self.march(gpu, scene, (pixels, scene.shading().shadows, few), |group| {
+        self.march(gpu, scene, (pixels, scene.shading().shadows, few), Some(size.pixels()), |group| {
             // The groups of one square of pixels lie beside each other, eight in a row.
             let parts = group.map_or(1, |group| TILE * TILE / group.pixels());
             let columns = parts.min(TILE);
@@ -147,31 +172,42 @@ impl MarchPass {
         })
     }
 
-    /// Prepares to march `pixels` with `shadows`, and with `few` shadow rays if there are to be few. `groups` gives the workgroups where each has so many rays, or where each
+    /// Prepares to march `pixels` with `shadows`, and with `few` shadow rays if there are to be few, in a frame of
+    /// `frame_pixels` if that is timed. `groups` gives the workgroups where each has so many rays, or where each
     /// thread has one.
     fn march<'a>(
         &self,
         gpu: &Gpu,
         scene: &'a DeviceScene,
         (pixels, shadows, few): (Pixels, ShadowMode, Option<u32>),
+        frame_pixels: Option<usize>,
         groups: impl FnOnce(Option<GroupSize>) -> Groups<'a>,
     ) -> March<'a> {
         let kind = scene.kind();
         let few = few.filter(|_| shadows == ShadowMode::On).unwrap_or(0);
-        // Few shadow rays leave pools nothing to share.
-        let strategy = if few == 0 { self.strategy } else { MarchStrategy::Rays };
         let surface = scene.shading().surface;
-        let variant = Variant { pixels, scene: kind, shadows, surface, strategy, few };
+        let variant = Variant { pixels, scene: kind, shadows, surface, few };
+        let tuned = frame_pixels.map(|pixels| Tuned { variant, pixels: pixels.max(1).ilog2() });
+        let (strategy, played) = match (&self.tuner, tuned) {
+            // Few shadow rays leave pools nothing to share.
+            _ if few > 0 => (MarchStrategy::Rays, None),
+            (Some(tuner), Some(tuned)) => {
+                let strategy = tuner.next(tuned);
+                (strategy, Some(PlayedMarch { tuned, strategy }))
+            }
+            _ => (self.strategy, None),
+        };
         let mut pipelines = self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
-        let pipeline = pipelines.entry(variant).or_insert_with(|| self.compiled(gpu, variant)).clone();
+        let anew = || self.compiled(gpu, variant, strategy);
+        let pipeline = pipelines.entry((variant, strategy)).or_insert_with(anew).clone();
         let groups = groups(match strategy {
             MarchStrategy::Rays => None,
             MarchStrategy::Pool(pool) => Some(pool.group_size()),
         });
-        March { pipeline, scene: scene.group(), groups }
+        March { pipeline, scene: scene.group(), groups, played }
     }
 
-    fn compiled(&self, gpu: &Gpu, variant: Variant) -> wgpu::ComputePipeline {
+    fn compiled(&self, gpu: &Gpu, variant: Variant, strategy: MarchStrategy) -> wgpu::ComputePipeline {
         let shadows = match variant.shadows {
             ShadowMode::Off => 0.0,
             ShadowMode::On => 1.0,
@@ -187,7 +223,7 @@ impl MarchPass {
         constants.push(("REJECT", number(variant.pixels == Pixels::Masked)));
         let is_list = variant.pixels == Pixels::List;
         let is_filtered = variant.scene.texels == TexelKind::Filtered;
-        let (shader, entry_point) = match variant.strategy {
+        let (shader, entry_point) = match strategy {
             MarchStrategy::Rays => {
                 constants.push(("FINE", number(variant.scene.integration == Integration::Fine)));
                 constants.push(("FEW", variant.few.into()));
@@ -214,6 +250,8 @@ pub struct March<'a> {
     pipeline: wgpu::ComputePipeline,
     scene: &'a wgpu::BindGroup,
     groups: Groups<'a>,
+    /// How the frame is marched, if that is tuned.
+    pub played: Option<PlayedMarch>,
 }
 
 /// The workgroups of a dispatch.

@@ -3,6 +3,7 @@ use super::error::Result;
 use super::frame_buffers::FrameBuffers;
 use super::guide_list::{GuideList, GuideSamples};
 use super::list_buffers::{ListBuffers, Shaded};
+use super::march_tuner::PlayedMarch;
 use super::mask_limits::MaskSource;
 use super::scene::{Contents, DeviceScene};
 use super::stage::Stage;
@@ -11,7 +12,7 @@ use super::strategy::MarchStrategy;
 use super::volume_texture::TexelKind;
 use crate::Filtering;
 use fovol_core::{Camera, FrameSize, Region, SampleList, Scene, ShadowMode};
-use fovol_gpu::Gpu;
+use fovol_gpu::{Choices, Gpu};
 
 /// Which pixels of a frame are marched, and how they are found.
 #[derive(Debug, Clone, Copy)]
@@ -106,9 +107,20 @@ impl Renderer {
         self.scene.set_skip_empty(skip_empty);
     }
 
-    /// How threads share the work of marching.
+    /// How threads share the work of marching where it is not tuned.
     pub fn march_strategy(&self) -> MarchStrategy {
         self.stages.march.strategy()
+    }
+
+    /// Tries every way to share the work of marching in the next frames, and keeps the quickest in `choices`, which may know it
+    /// already. Software adapters are tuned only then; others with timestamps begin so, with the user's choices.
+    pub fn tune_marching(&mut self, choices: Choices) {
+        self.stages.march.tune(&self.gpu, choices);
+    }
+
+    /// Learns that a frame was marched in `ms` milliseconds on the device; see [`FrameBuffers::played_march`].
+    pub fn learn_march_time(&self, played: PlayedMarch, ms: f64) {
+        self.stages.march.learn(played, ms);
     }
 
     /// Shares the work of marching the next frames so; pictures do not depend on it.
@@ -326,6 +338,7 @@ impl Renderer {
             clear(encoder, buffers);
         }
         let march = self.stages.march.frame(&self.gpu, &self.scene, buffers, mask.is_some());
+        buffers.played = march.played;
         let mut pass = buffers.timing.pass(encoder, Stage::March);
         march.dispatch(&mut pass, &buffers.groups.march_frame);
     }
@@ -334,6 +347,7 @@ impl Renderer {
     fn encode_list(&self, encoder: &mut wgpu::CommandEncoder, buffers: &mut FrameBuffers) {
         let few = buffers.few_shadow_rays();
         let march = self.stages.march.list(&self.gpu, &self.scene, (&buffers.buffers, few));
+        buffers.played = march.played;
         let length = &buffers.buffers.listed.length;
         let mut pass = buffers.timing.pass(encoder, Stage::March);
         march.dispatch(&mut pass, &buffers.groups.march_list);

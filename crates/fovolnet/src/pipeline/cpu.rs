@@ -129,7 +129,7 @@ impl Marcher for CpuMarcher {
     }
 
     fn change(&mut self, scene: &Scene, settings: &RenderSettings, _: bool) -> Result<()> {
-        self.renderer.set_scene(scene)?;
+        self.renderer.change_scene(scene)?;
         self.sampler.change(settings);
         Ok(())
     }
@@ -165,6 +165,7 @@ impl Marcher for CpuMarcher {
         let region = self.renderer.visible_region(&view.camera, view.size);
         let seen = Seen { region, background: self.renderer.background() };
         let important = wanted.importance.zip(seen.region);
+        self.renderer.expect_rays(self.sampler.expected_rays());
         let (mut sampled, of_samples) = self.marched(view, important);
         sampled.seen = seen;
         if let (Marched::Some(sparse), Some(region)) = (&sampled.marched, seen.region) {

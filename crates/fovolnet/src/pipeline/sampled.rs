@@ -11,6 +11,9 @@ use fovol_render::cpu::{FewShadowRays, compact};
 use fovol_render::noise::Noise;
 use fovol_render::scene::RayResult;
 
+/// Pixels of a sparse frame for each ray, about.
+const SPARSE: usize = 12;
+
 /// Choice of the pixels to march, for frames of one size.
 #[derive(Debug)]
 pub struct Sampler {
@@ -33,6 +36,12 @@ impl Sampler {
     /// Shadow rays of the pixels of frame number `index`, unless every sample has one.
     pub fn few_shadow_rays(&self, index: u32) -> Option<FewShadowRays<'_>> {
         self.few.map(|per_pixel| FewShadowRays { per_pixel, noise: self.noise.frame(index) })
+    }
+
+    /// About how many rays a frame has.
+    pub fn expected_rays(&self) -> usize {
+        let pixels = self.size.pixels();
+        if self.sampling == Sampling::Full { pixels } else { pixels / SPARSE }
     }
 
     /// Takes over `settings`; noise tables that stay the same are kept, since they take time to make.

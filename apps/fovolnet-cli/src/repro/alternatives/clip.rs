@@ -14,6 +14,8 @@ use std::time::Instant;
 /// Consecutive frames of the clip. The first ones are not judged, since networks have no history there.
 const CLIP: u32 = 16;
 const SETTLED: u32 = 8;
+/// First frames by which a way is judged too slow; the very first one prepares what the others use.
+const TRIED: u32 = 3;
 const FPS: f64 = 30.0;
 /// Degrees that moving light turns from frame to frame, about the z axis.
 const TURN: f64 = 3.0;
@@ -51,11 +53,11 @@ impl<'a> Clip<'a> {
         Ok(Self { evaluation, volume, references })
     }
 
-    /// Cost and quality of `way`.
-    pub fn run(&self, way: &Way) -> Result<Found> {
+    /// Cost and quality of `way`; `None` if its first frames take longer than `most_ms` each.
+    pub fn run(&self, way: &Way, most_ms: f64) -> Result<Option<Found>> {
         match way.finish {
-            Finish::Planned(ms) => self.run_planned(way, ms),
-            _ => self.run_fixed(way),
+            Finish::Planned(ms) => self.run_planned(way, ms).map(Some),
+            _ => self.run_fixed(way, most_ms),
         }
     }
 
@@ -72,13 +74,14 @@ impl<'a> Clip<'a> {
         Ok(measured.found())
     }
 
-    fn run_fixed(&self, way: &Way) -> Result<Found> {
+    fn run_fixed(&self, way: &Way, most_ms: f64) -> Result<Option<Found>> {
         let mut pipeline = Pipeline::new(self.volume, &way.settings, &self.evaluation.speed)?;
         if let Finish::Bilateral = way.finish {
             pipeline.keep_guide();
         }
         let background = way.settings.background.map(|value| value as f32);
         let mut measured = Measured::new()?;
+        let mut quickest = f64::INFINITY;
         for (number, reference) in (0..CLIP).zip(&self.references) {
             check()?;
             let settings = at(way, number)?;
@@ -102,9 +105,15 @@ impl<'a> Clip<'a> {
                     frame
                 }
             };
+            if (1..TRIED).contains(&number) {
+                quickest = quickest.min(total);
+            }
+            if number + 1 == TRIED && quickest > most_ms {
+                return Ok(None);
+            }
             measured.push(number, total, reference, &frame)?;
         }
-        Ok(measured.found())
+        Ok(Some(measured.found()))
     }
 }
 

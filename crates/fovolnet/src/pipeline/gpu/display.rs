@@ -7,7 +7,7 @@ use crate::pipeline::timings::Timings;
 use fovol_core::FrameSize;
 use fovol_gpu::binding::{Slot, bind_group, bind_group_layout, compute_pipeline};
 use fovol_gpu::{Arrival, Gpu, Landing, Shader, Timing, shader};
-use fovol_render::gpu::{FrameBuffers, Stage};
+use fovol_render::gpu::{FrameBuffers, PlayedMarch, Stage};
 use std::collections::VecDeque;
 use std::fmt;
 use std::time::Instant;
@@ -48,6 +48,8 @@ pub struct Display {
     flights: VecDeque<Flight>,
     /// Read-back buffers of finished frames, for reuse.
     landings: Vec<Landing>,
+    /// How finished frames were marched, and the milliseconds of that.
+    played: Vec<(PlayedMarch, f64)>,
 }
 
 /// Timed step that converts a frame to a picture.
@@ -73,6 +75,7 @@ pub struct Encoded {
 struct Timed {
     stages: Vec<Stage>,
     parts: Vec<Part>,
+    played: Option<PlayedMarch>,
 }
 
 /// Frame in flight.
@@ -101,6 +104,7 @@ impl Display {
                 timing: Timing::new(gpu, 1),
                 flights: VecDeque::new(),
                 landings: Vec::new(),
+                played: Vec::new(),
             }
         })?;
         Ok(made)
@@ -118,9 +122,12 @@ impl Display {
         self.landings.push(landing);
         let times = facts[1..].as_chunks::<2>().0;
         let ms = |[from, to]: [u64; 2]| self.gpu.ms_between(from, to);
-        let Timed { stages, parts } = &flight.timed;
+        let Timed { stages, parts, played } = &flight.timed;
         let mut timings = Timings::default();
         stages.iter().zip(times).for_each(|(stage, time)| add_stage(&mut timings, *stage, ms(*time)));
+        let march = stages.iter().zip(times).find(|(stage, _)| **stage == Stage::March);
+        let march_ms = march.map(|(_, time)| ms(*time));
+        self.played.extend(played.zip(march_ms));
         parts.iter().zip(&times[STAGES..]).for_each(|(part, time)| part.add(&mut timings, ms(*time)));
         timings.total = match stages.is_empty() {
             true => flight.submitted.elapsed().as_secs_f64() * 1e3,
@@ -129,6 +136,11 @@ impl Display {
         // The shader counts in 32 bits; the upper half of this value is another number.
         let samples = flight.samples.unwrap_or((facts[0] & u64::from(u32::MAX)) as usize);
         Ok(Some(DoneFrame { index: flight.index, samples: samples.min(self.size.pixels()), timings }))
+    }
+
+    /// Takes how the frames that have finished were marched, and the milliseconds of that.
+    pub fn take_played(&mut self) -> impl Iterator<Item = (PlayedMarch, f64)> {
+        std::mem::take(&mut self.played).into_iter()
     }
 
     /// Encodes the conversion of `frame` to a picture, and the read-back of its sample count and timestamps. `buffers`
@@ -162,6 +174,7 @@ impl Display {
             Timed {
                 stages: buffers.timing().copy(encoder, facts, TIMES),
                 parts: parts.copy(encoder, facts, TIMES + of(STAGES)),
+                played: buffers.played_march(),
             }
         })?;
         Ok(Encoded { picture, landing, timed })

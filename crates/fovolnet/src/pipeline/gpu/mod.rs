@@ -229,6 +229,10 @@ impl GpuMarcher {
         let (Some(stages), Some(parts)) = (self.buffers.read_times()?, self.parts.read(self.gpu())?) else {
             return Ok(Timings { march: done_ms, ..Timings::default() });
         };
+        let march = stages.iter().find(|time| time.stage == gpu::Stage::March);
+        if let Some((played, march)) = self.buffers.played_march().zip(march) {
+            self.renderer.learn_march_time(played, march.ms);
+        }
         let mut timings = Timings::default();
         stages.iter().for_each(|time| add_stage(&mut timings, time.stage, time.ms));
         parts.iter().for_each(|time| time.stage.add(&mut timings, time.ms));
@@ -376,6 +380,7 @@ impl Marcher for GpuMarcher {
             None => Display::new(&gpu, self.sampler.size)?,
         };
         let done = display.make_way()?;
+        display.take_played().for_each(|(played, ms)| self.renderer.learn_march_time(played, ms));
         let listed = self.listing(view, None);
         let (encoded, submission) = gpu.submit("rendering a frame", |encoder| {
             self.encode(encoder, view, listed.as_ref())?;
