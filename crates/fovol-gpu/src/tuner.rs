@@ -32,7 +32,7 @@ const HOPELESS: f64 = 2.0;
 /// Times after which the choice is looked at again.
 const RECENT: usize = 64;
 /// Factors of the time that a choice was made by, between which it stays.
-const STAYS: [f64; 2] = [0.67, 1.5];
+const STAYS: std::ops::RangeInclusive<f64> = 0.67..=1.5;
 
 impl<C: Copy + PartialEq> Tuner<C> {
     /// Tuner that tries `candidates`, of which there is at least one, in this order.
@@ -110,7 +110,7 @@ impl<C> Chosen<C> {
         }
         let factor = median(&self.recent) / self.ms;
         self.recent.clear();
-        factor < STAYS[0] || factor > STAYS[1]
+        !STAYS.contains(&factor)
     }
 }
 

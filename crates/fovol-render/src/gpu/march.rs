@@ -1,47 +1,20 @@
 use super::buffers::Buffers;
-use super::frame_buffers::FrameBuffers;
 use super::list_buffers::{GroupSize, ListBuffers, Shaded};
 use super::march_tuner::{MarchTuner, PlayedMarch, Tuned};
+use super::march_variant::{Pixels, Variant};
 use super::scene::DeviceScene;
-use super::scene_kind::{SceneKind, scene_layout};
+use super::scene_kind::scene_layout;
 use super::shader::{MARCH, MARCH_FILTERED, POOL, POOL_FILTERED, POOL_FINE, POOL_FINE_FILTERED};
 use super::strategy::MarchStrategy;
 use super::volume_texture::TexelKind;
-use fovol_core::{Integration, ShadowMode, SurfaceShading};
+use fovol_core::{FrameSize, Integration, ShadowMode, SurfaceShading};
 use fovol_gpu::binding::{Slot, bind_group, bind_group_layout, compute_pipeline};
 use fovol_gpu::{Choices, Gpu};
 use std::collections::HashMap;
-use std::fmt;
 use std::sync::{Mutex, PoisonError};
 
 /// Edge of the squares of pixels that march a frame; as in shaders/march.wgsl and pool.wgsl.
 const TILE: u32 = 8;
-
-/// Which pixels a dispatch marches.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Pixels {
-    List,
-    All,
-    Masked,
-}
-
-/// What the shader of a frame is specialised for, besides its strategy.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct Variant {
-    pixels: Pixels,
-    scene: SceneKind,
-    shadows: ShadowMode,
-    surface: SurfaceShading,
-    /// Shadow rays of each pixel; 0 where every sample has one.
-    few: u32,
-}
-
-impl fmt::Display for Variant {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { pixels, scene, shadows, surface, few } = self;
-        write!(f, "{pixels:?} {shadows:?} {surface:?} {few} {scene:?}")
-    }
-}
 
 /// The pipelines that march rays, compiled when they are first needed.
 #[derive(Debug)]
@@ -153,15 +126,14 @@ impl MarchPass {
         })
     }
 
-    /// Prepares to march the frame of `buffers`: all pixels, or the pixels of the mask where `masked`.
+    /// Prepares to march a frame of `size`, with `few` shadow rays if there are to be few: all pixels, or the pixels of the mask where `masked`.
     pub fn frame<'a>(
         &self,
         gpu: &Gpu,
         scene: &'a DeviceScene,
-        buffers: &FrameBuffers,
+        (size, few): (FrameSize, Option<u32>),
         masked: bool,
     ) -> March<'a> {
-        let (size, few) = (buffers.size(), buffers.few_shadow_rays());
         let pixels = if masked { Pixels::Masked } else { Pixels::All };
         self.march(gpu, scene, (pixels, scene.shading().shadows, few), Some(size.pixels()), |group| {
             // The groups of one square of pixels lie beside each other, eight in a row.

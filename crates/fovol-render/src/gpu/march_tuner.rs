@@ -1,4 +1,4 @@
-use super::march::Variant;
+use super::march_variant::Variant;
 use super::strategy::MarchStrategy;
 use fovol_gpu::{Choices, Gpu, Tuner};
 use std::collections::HashMap;

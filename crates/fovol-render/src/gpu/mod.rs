@@ -17,6 +17,7 @@ mod light_columns;
 mod list_buffers;
 mod march;
 mod march_tuner;
+mod march_variant;
 mod mask;
 mod mask_limits;
 mod renderer;

@@ -337,7 +337,8 @@ impl Renderer {
             self.encode_mask(encoder, buffers, source);
             clear(encoder, buffers);
         }
-        let march = self.stages.march.frame(&self.gpu, &self.scene, buffers, mask.is_some());
+        let frame = (buffers.size(), buffers.few_shadow_rays());
+        let march = self.stages.march.frame(&self.gpu, &self.scene, frame, mask.is_some());
         buffers.played = march.played;
         let mut pass = buffers.timing.pass(encoder, Stage::March);
         march.dispatch(&mut pass, &buffers.groups.march_frame);
