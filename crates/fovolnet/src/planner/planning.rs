@@ -246,8 +246,8 @@ impl Planner {
         let pixel_ms = compared * started.elapsed().as_secs_f64() * 1e3 / self.probes as f64;
         self.pixel_ms += if self.pixel_ms > 0.0 { NEW } else { 1.0 } * (pixel_ms - self.pixel_ms);
         let frames = self.chosen.as_ref().map_or(0, |chosen| chosen.frames);
-        if SURVEYED.contains(&frames) || frames % SURVEYED_LATER == 0 {
-            if may_be_cached && !light_is_cached && frames % LIGHT_MEASURED == 0 {
+        if SURVEYED.contains(&frames) || frames.is_multiple_of(SURVEYED_LATER) {
+            if may_be_cached && !light_is_cached && frames.is_multiple_of(LIGHT_MEASURED) {
                 probes.measure_light(&mut self.errors)?;
             }
             let shadows = if is_cached || (may_be_cached && rests) {
