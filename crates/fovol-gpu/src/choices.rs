@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::PathBuf;
 
-/// What tuners of this user chose before: for each key a candidate and its milliseconds.
+/// Choices that tuners of this user made before: a key has a candidate and its milliseconds.
 ///
 /// They lie in a file beside the compiled pipelines. They only save time: where the file cannot be read or written, everything is
 /// tried anew.
@@ -21,7 +21,7 @@ const FILE: &str = "choices.tsv";
 const MOST: usize = 1000;
 
 impl Choices {
-    /// Those of this user.
+    /// Choices of this user.
     pub fn of_user() -> Self {
         folder().map_or_else(Self::default, |folder| Self::of_file(folder.join(FILE)))
     }

@@ -41,7 +41,7 @@ impl<C: Copy + PartialEq> Tuner<C> {
         Self { trials: candidates.into_iter().map(trial).collect(), chosen: None }
     }
 
-    /// The same tuner, which begins with a `candidate` that was chosen before by its `ms` milliseconds.
+    /// Begins with a `candidate` that was chosen before by its `ms` milliseconds.
     #[must_use]
     pub fn beginning_with(self, candidate: C, ms: f64) -> Self {
         Self { chosen: Some(Chosen { candidate, ms, recent: Vec::new() }), ..self }

@@ -17,7 +17,7 @@ pub struct Prepared {
     pub rays: usize,
 }
 
-/// What other steps than the scene's need, kept for a return to them.
+/// Tables of other steps than the scene's, kept for a return to them.
 #[derive(Debug, Default)]
 pub struct OtherSteps(Vec<Prepared>);
 

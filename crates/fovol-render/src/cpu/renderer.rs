@@ -51,7 +51,7 @@ pub struct Renderer {
     background: [f64; 3],
     /// Tables and light columns for the step of the scene.
     pub(super) prepared: Prepared,
-    /// The same for other steps.
+    /// Tables and light columns for other steps.
     others: OtherSteps,
     /// Transmittance towards the light at every voxel, once shadows were cached. No step changes it.
     shadow_grid: Option<ShadowGrid>,

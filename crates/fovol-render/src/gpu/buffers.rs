@@ -37,7 +37,7 @@ pub struct Buffers {
     pub mask_settings: wgpu::Buffer,
     /// The noise of the frame, where it is a tile.
     pub tile: wgpu::Buffer,
-    /// The same noise, where it places few shadow rays.
+    /// Noise of the frame, where it places few shadow rays.
     pub noise: wgpu::Texture,
     /// See [`Limits`]; grows with the fovea.
     pub limits: wgpu::Buffer,

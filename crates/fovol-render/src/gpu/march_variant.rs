@@ -10,7 +10,7 @@ pub enum Pixels {
     Masked,
 }
 
-/// What the shader of a frame is specialised for, besides its strategy.
+/// Properties that the shader of a frame is specialised for, besides its strategy.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Variant {
     pub pixels: Pixels,

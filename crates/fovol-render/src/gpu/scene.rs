@@ -127,7 +127,7 @@ impl DeviceScene {
     }
 }
 
-/// What a grid of shadows is made of, besides the volume. No step changes it.
+/// Sources of a grid of shadows, besides the volume. No step changes it.
 #[derive(Debug, Clone, PartialEq)]
 struct GridSource {
     light: Light,

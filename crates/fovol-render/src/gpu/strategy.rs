@@ -25,7 +25,7 @@ pub struct Pool {
 
 /// Places of a workgroup's queue. With them and 20 bytes each, workgroups stay below the 16 KB that every WebGPU has.
 const QUEUE: u32 = 512;
-/// The same with fine integration, whose places have 28 bytes and go with ends of parts of 8 bytes.
+/// Places with fine integration: 28 bytes each, and 8 bytes for an end of a part.
 const FINE_QUEUE: u32 = 256;
 /// Places for one ray, at most: more only wait.
 const QUEUE_OF_RAY: u32 = 128;

@@ -34,7 +34,7 @@ impl View {
     }
 }
 
-/// What shaders need of the noise of few shadow rays, besides its tile.
+/// Numbers of the noise of few shadow rays, besides its tile.
 #[derive(Debug, Clone, Copy)]
 pub struct NoiseNumbers {
     seed: [u32; 2],
@@ -43,7 +43,7 @@ pub struct NoiseNumbers {
 }
 
 impl NoiseNumbers {
-    /// Those of frames without few shadow rays.
+    /// Numbers of frames without few shadow rays.
     pub const NONE: Self = Self { seed: [0; 2], hashed: 0, levels: 1.0 };
 
     pub fn new(noise: &FrameNoise<'_>) -> Self {

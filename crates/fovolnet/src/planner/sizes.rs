@@ -14,7 +14,7 @@ struct Known {
     /// Scale of the frame, and its mean squared error by its size.
     scale: f64,
     error: f64,
-    /// What [`RATIOS`] of its size add.
+    /// Errors that [`RATIOS`] of its size add.
     smaller: [f64; RATIOS.len()],
 }
 
