@@ -1,6 +1,6 @@
 /// Chooses the quickest of several ways to do the same: plays each in turn, and keeps the one of the least median time.
 ///
-/// Devices differ too much for a rule. What is chosen can be kept for the next run; see [`Choices`].
+/// Devices differ too much for a rule. What is chosen can be kept for the next run; see [`crate::Choices`].
 #[derive(Debug, Clone)]
 pub struct Tuner<C> {
     trials: Vec<Trial<C>>,
