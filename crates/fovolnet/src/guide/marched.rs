@@ -75,7 +75,7 @@ impl MarchedGuide {
         let samples = SampleList::new(sparse.size(), sparse.pixels().to_vec());
         let of_samples: Vec<GuidePixel> = march(&samples)?.iter().map(guide_pixel).collect();
         let Self { guide, pixels, distances } = Self::new(grid, sparse, &of_samples, march)?;
-        Ok(Self { guide: guide.with_headroom(CACHED_HEADROOM), pixels, distances })
+        Ok(Self { guide: guide.with_headroom(headroom(Guide::Cached)), pixels, distances })
     }
 
     /// Number of pixels that were marched for the guide alone.
