@@ -141,19 +141,27 @@ struct Waiting {
     near: NearPart,
 }
 
-/// Takes the next end; its place is `NO_RAY` if none is left.
-fn take_end(total: u32) -> Waiting {
+/// Place of the next end; `NO_RAY` if none is left.
+fn take_place(total: u32) -> u32 {
     var left = atomicAdd(&next, 1u);
     if left >= total {
-        return Waiting(NO_RAY, NearPart(0.0, vec3f(0.0), true));
+        return NO_RAY;
     }
     var ray = 0u;
     while left >= end_counts[ray] {
         left -= end_counts[ray];
         ray += 1u;
     }
-    let place = ray * POOL_ENDS + left;
-    return Waiting(place, near_part(boundary(segments[ray], ends[place].x)));
+    return ray * POOL_ENDS + left;
+}
+
+/// Takes the next end; its place is `NO_RAY` if none is left.
+fn take_end(total: u32) -> Waiting {
+    let place = take_place(total);
+    if place == NO_RAY {
+        return Waiting(NO_RAY, NearPart(0.0, vec3f(0.0), true));
+    }
+    return Waiting(place, near_part(boundary(segments[place / POOL_ENDS], ends[place].x)));
 }
 
 /// Finds the light at all ends.
@@ -192,20 +200,6 @@ fn light_ends() {
             ray = shadow_ray(waiting.near.end);
         }
     }
-}
-
-/// Place of the next end; `NO_RAY` if none is left.
-fn take_place(total: u32) -> u32 {
-    var left = atomicAdd(&next, 1u);
-    if left >= total {
-        return NO_RAY;
-    }
-    var ray = 0u;
-    while left >= end_counts[ray] {
-        left -= end_counts[ray];
-        ray += 1u;
-    }
-    return ray * POOL_ENDS + left;
 }
 
 /// Finds the colours of the queued parts, whose ends are lit.
