@@ -95,11 +95,14 @@ fn adaptive_masks_are_those_of_the_specification() {
 #[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn lists_with_other_shadows_are_those_of_the_specification() {
     let mut scene = scene();
-    scene.shading.shadows = ShadowMode::On;
-    let options = RenderOptions { simd: Simd::Scalar, skip_empty: false };
-    let mut specification = cpu::Renderer::new(&scene, options).unwrap();
+    scene.shading.shadows = ShadowMode::Cached;
     let mut renderer = Renderer::new(&GPU, &scene).unwrap();
     renderer.keep_cached_shadows().unwrap();
+    // They stay where the scene goes over to shadow rays.
+    scene.shading.shadows = ShadowMode::On;
+    renderer.set_scene(&scene).unwrap();
+    let options = RenderOptions { simd: Simd::Scalar, skip_empty: false };
+    let mut specification = cpu::Renderer::new(&scene, options).unwrap();
     let mut buffers = renderer.frame_buffers(SIZE).unwrap();
     let pixels: Vec<Pixel> =
         (0..187).step_by(3).flat_map(|y| (0..331).step_by(5).map(move |x| Pixel { x, y })).collect();

@@ -50,11 +50,10 @@ impl MarchTuner {
 
     /// The strategy of the next frame.
     pub fn next(&self, tuned: Tuned) -> MarchStrategy {
-        let key = self.key(tuned);
         let State { tuners, choices } = &mut *self.state();
         let tuner = tuners.entry(tuned).or_insert_with(|| {
             let tuner = Tuner::new(MarchStrategy::candidates());
-            let known = choices.get(&key).and_then(|(name, ms)| Some((name.parse().ok()?, ms)));
+            let known = choices.get(&self.key(tuned)).and_then(|(name, ms)| Some((name.parse().ok()?, ms)));
             match known {
                 Some((strategy, ms)) => tuner.beginning_with(strategy, ms),
                 None => tuner,
@@ -65,13 +64,12 @@ impl MarchTuner {
 
     /// Learns that a frame was marched in `ms` milliseconds.
     pub fn learn(&self, played: PlayedMarch, ms: f64) {
-        let key = self.key(played.tuned);
         let State { tuners, choices } = &mut *self.state();
         let Some(tuner) = tuners.get_mut(&played.tuned) else { return };
         if tuner.learn(played.strategy, ms)
             && let Some((strategy, ms)) = tuner.chosen()
         {
-            choices.keep(&key, &strategy.to_string(), ms);
+            choices.keep(&self.key(played.tuned), &strategy.to_string(), ms);
         }
     }
 

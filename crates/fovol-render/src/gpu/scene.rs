@@ -77,8 +77,8 @@ impl DeviceScene {
     /// # Errors
     /// A device that is lost or has no memory left.
     pub fn keep_shadow_grid(&mut self, shadows: &ShadowGridPass) -> Result<()> {
-        if !self.contents.has_shadow_grid() {
-            self.contents.keeps_shadow_grid = true;
+        self.contents.keeps_shadow_grid = true;
+        if !self.contents.is_lit {
             self.group = self.contents.bind(shadows)?;
         }
         Ok(())
@@ -153,6 +153,8 @@ pub struct Contents {
     has_columns: bool,
     /// Whether there is a grid of shadows even if the scene has other shadows.
     keeps_shadow_grid: bool,
+    /// Whether a grid of shadows is bound.
+    is_lit: bool,
     /// The last grid of shadows, and what it was made of.
     shadow_grid: Option<(GridSource, wgpu::Texture)>,
     transfer: TransferFunction,
@@ -186,6 +188,7 @@ impl Contents {
             skip_empty: true,
             has_columns: false,
             keeps_shadow_grid: false,
+            is_lit: false,
             shadow_grid: None,
             transfer: scene.transfer_function.clone(),
             shading: scene.shading,
@@ -235,16 +238,13 @@ impl Contents {
             let unlit = self.bound(&resources, &shadow_texture(&self.gpu, [1; 3]));
             (resources, unlit)
         })?;
-        if !self.has_shadow_grid() {
+        self.is_lit = self.keeps_shadow_grid || self.shading.shadows == ShadowMode::Cached;
+        if !self.is_lit {
             self.shadow_grid = None;
             return Ok(unlit);
         }
         let lit = self.lit(shadows, &unlit)?;
         Ok(self.gpu.guarded(DOING, || self.bound(&resources, &lit))?)
-    }
-
-    fn has_shadow_grid(&self) -> bool {
-        self.keeps_shadow_grid || self.shading.shadows == ShadowMode::Cached
     }
 
     /// The grid of shadows: the last one, if it still holds. `unlit` binds the scene.

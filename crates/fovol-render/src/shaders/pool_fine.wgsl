@@ -40,11 +40,11 @@ var<workgroup> opacities: array<vec4f, POOL_THREADS>;
 var<workgroup> parts: array<Part, POOL_PLACES>;
 /// Ends of parts: where they are in steps along the ray, then the light there, near and far.
 var<workgroup> ends: array<vec2f, POOL_END_PLACES>;
-/// Ends of each ray.
-var<workgroup> end_counts: array<u32, POOL_RAYS>;
+/// Queued parts of each ray.
+var<workgroup> part_counts: array<u32, POOL_RAYS>;
 
-/// Takes the block of a thread, which begins at step `number` of its ray. The last of the threads of a ray also looks how far
-/// nothing shows.
+/// Takes the block of a thread, which begins at step `number` of its ray. The last of the threads of a ray, whose number is
+/// `last_of`, also looks how far nothing shows; for the others that is `NOTHING`.
 fn take(segment: Segment, inverse: vec3f, number: f32, thread: u32, last_of: u32) {
     var marks = 0u;
     var after = 0.0;
@@ -70,13 +70,10 @@ fn take(segment: Segment, inverse: vec3f, number: f32, thread: u32, last_of: u32
     }
     blocks[thread] = marks;
     opacities[thread] = alphas;
-    if last_of != NO_RAY {
+    if last_of != NOTHING {
         empty_after[last_of] = after;
     }
 }
-
-/// No ray: a thread is not the last one of its ray.
-const NO_RAY: u32 = 0xFFFFFFFFu;
 
 /// Queues the parts of one stretch of `ray`, in order, until it is opaque.
 fn queue_stretch(sums: ptr<function, Sums>, ray: u32) {
@@ -108,16 +105,16 @@ fn queue_part(sums: ptr<function, Sums>, ray: u32, number: f32, count: u32, alph
         }
     }
     let of_ray = ray * POOL_ENDS;
-    var end = end_counts[ray];
+    var end = counts[ray];
     // Parts that follow each other share an end.
     if end == 0u || ends[of_ray + end - 1u].x != number {
         ends[of_ray + end] = vec2f(number, 0.0);
         end += 1u;
     }
     ends[of_ray + end] = vec2f(number + f32(count), 0.0);
-    end_counts[ray] = end + 1u;
-    parts[ray * POOL_QUEUE + counts[ray]] = Part(number, before, 0.0, 0.0, 0.0, 0.0, (end - 1u) | marks);
-    counts[ray] += 1u;
+    counts[ray] = end + 1u;
+    parts[ray * POOL_QUEUE + part_counts[ray]] = Part(number, before, 0.0, 0.0, 0.0, 0.0, (end - 1u) | marks);
+    part_counts[ray] += 1u;
 }
 
 /// Whether steps are left, and room for the next ones.
@@ -127,7 +124,7 @@ fn look_around() -> Round {
         if numbers[ray] < segments[ray].length {
             found.samples_left = 1u;
             let more = 2u * POOL_BLOCKS;
-            if counts[ray] + more > POOL_QUEUE || end_counts[ray] + more + 1u > POOL_ENDS {
+            if part_counts[ray] + more > POOL_QUEUE || counts[ray] + more + 1u > POOL_ENDS {
                 found.has_room = 0u;
             }
         }
@@ -141,38 +138,27 @@ struct Waiting {
     near: NearPart,
 }
 
-/// Place of the next end; `NO_RAY` if none is left.
+/// Place of the next end of `total`; `NOTHING` if none is left.
 fn take_place(total: u32) -> u32 {
-    var left = atomicAdd(&next, 1u);
-    if left >= total {
-        return NO_RAY;
-    }
-    var ray = 0u;
-    while left >= end_counts[ray] {
-        left -= end_counts[ray];
-        ray += 1u;
-    }
-    return ray * POOL_ENDS + left;
+    let ticket = take_ticket(total);
+    return select(ticket.ray * POOL_ENDS + ticket.number, NOTHING, ticket.ray == NOTHING);
 }
 
-/// Takes the next end; its place is `NO_RAY` if none is left.
+/// Takes the next end; its place is `NOTHING` if none is left.
 fn take_end(total: u32) -> Waiting {
     let place = take_place(total);
-    if place == NO_RAY {
-        return Waiting(NO_RAY, NearPart(0.0, vec3f(0.0), true));
+    if place == NOTHING {
+        return Waiting(NOTHING, NearPart(0.0, vec3f(0.0), true));
     }
     return Waiting(place, near_part(boundary(segments[place / POOL_ENDS], ends[place].x)));
 }
 
 /// Finds the light at all ends.
 fn light_ends() {
-    var total = 0u;
-    for (var ray = 0u; ray < POOL_RAYS; ray += 1u) {
-        total += end_counts[ray];
-    }
+    let total = waiting();
     if SHADOWS == UNSHADOWED {
         var place = take_place(total);
-        while place != NO_RAY {
+        while place != NOTHING {
             ends[place] = vec2f(0.0, 1.0);
             place = take_place(total);
         }
@@ -180,7 +166,7 @@ fn light_ends() {
     }
     var waiting = take_end(total);
     if SHADOWS == CACHED {
-        while waiting.place != NO_RAY {
+        while waiting.place != NOTHING {
             var far = 1.0;
             if !waiting.near.is_all {
                 far = grid_transmittance(waiting.near.end);
@@ -192,7 +178,7 @@ fn light_ends() {
     }
     // Whoever is done goes on with another end, and does not wait for the others' shadow rays.
     var ray = shadow_ray(waiting.near.end);
-    while waiting.place != NO_RAY {
+    while waiting.place != NOTHING {
         if waiting.near.is_all || !advance(&ray) {
             let far = select(ray.transmittance, 1.0, waiting.near.is_all);
             ends[waiting.place] = vec2f(waiting.near.depth, far);
@@ -206,7 +192,7 @@ fn light_ends() {
 fn light_parts(thread: u32) {
     for (var i = thread; i < POOL_PLACES; i += POOL_THREADS) {
         let ray = i / POOL_QUEUE;
-        if i % POOL_QUEUE >= counts[ray] {
+        if i % POOL_QUEUE >= part_counts[ray] {
             continue;
         }
         let part = parts[i];
@@ -227,13 +213,13 @@ fn light_parts(thread: u32) {
 
 /// Adds the queued parts of `ray` in order.
 fn add_parts(sums: ptr<function, Sums>, ray: u32) {
-    for (var i = 0u; i < counts[ray]; i += 1u) {
+    for (var i = 0u; i < part_counts[ray]; i += 1u) {
         let part = parts[ray * POOL_QUEUE + i];
         (*sums).colour += vec3f(part.number_or_red, part.opacity_or_green, part.blue);
         (*sums).unshadowed += vec3f(part.unshadowed_red, part.unshadowed_green, part.unshadowed_blue);
     }
+    part_counts[ray] = 0u;
     counts[ray] = 0u;
-    end_counts[ray] = 0u;
 }
 
 /// Marches the rays whose `segments` are set. Returns the result of the ray whose number is that of the thread.
@@ -244,13 +230,13 @@ fn march_pool(thread: u32) -> RayResult {
     let has_ray = thread < POOL_RAYS;
     if has_ray {
         numbers[thread] = 0.0;
+        part_counts[thread] = 0u;
         counts[thread] = 0u;
-        end_counts[thread] = 0u;
     }
     workgroupBarrier();
     let segment = segments[ray];
     let inverse = inverse_of(segment.delta);
-    let last_of = select(NO_RAY, ray, lane == POOL_BLOCKS - 1u);
+    let last_of = select(NOTHING, ray, lane == POOL_BLOCKS - 1u);
     var sums = no_sums();
     loop {
         if thread == 0u {

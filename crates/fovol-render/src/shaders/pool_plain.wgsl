@@ -4,9 +4,6 @@
 // show something. Then all threads find the light at queued samples, whichever ray these belong to. At last every ray adds
 // its samples in order. So no ray waits for shadow rays one after the other.
 
-/// Entry of samples that show nothing.
-const NOTHING: u32 = 0xFFFFFFFFu;
-
 /// A queued sample.
 struct Queued {
     /// Its number on its ray.
@@ -88,16 +85,12 @@ struct Taken {
 
 /// Takes the next queued sample, of `total`; its place is `NOTHING` if none is left.
 fn take_queued(total: u32) -> Taken {
-    var left = atomicAdd(&next, 1u);
-    if left >= total {
+    let ticket = take_ticket(total);
+    if ticket.ray == NOTHING {
         return Taken(NOTHING, vec3f(0.0));
     }
-    var ray = 0u;
-    while left >= counts[ray] {
-        left -= counts[ray];
-        ray += 1u;
-    }
-    let place = ray * POOL_QUEUE + left;
+    let ray = ticket.ray;
+    let place = ray * POOL_QUEUE + ticket.number;
     return Taken(place, fma(vec3f(queue[place].number), segments[ray].delta, segments[ray].start));
 }
 
@@ -109,10 +102,7 @@ fn put_light(place: u32, light: vec2f) {
 
 /// Finds the light at queued samples until none is left.
 fn light_queued() {
-    var total = 0u;
-    for (var ray = 0u; ray < POOL_RAYS; ray += 1u) {
-        total += counts[ray];
-    }
+    let total = waiting();
     var taken = take_queued(total);
     if SHADOWS != RAYS {
         while taken.place != NOTHING {

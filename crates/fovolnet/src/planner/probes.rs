@@ -128,9 +128,8 @@ impl<'a> Probes<'a> {
         (error, errors): (&mut ShownError, &mut Errors),
     ) -> Result<()> {
         let size = self.asked.size;
-        let shown = |pixel: &Pixel| made.colour(*pixel, size);
-        let exact = squared(self.pixels.iter().map(shown), self.exact.iter().copied());
-        let exact: Vec<f64> = weighted(exact, &self.weights).collect();
+        let shown: Colours = self.pixels.iter().map(|pixel| made.colour(*pixel, size)).collect();
+        let exact: Vec<f64> = self.squares(&shown, &self.exact).collect();
         if !light_is_cached {
             error.add(&exact);
             return Ok(());
@@ -138,8 +137,7 @@ impl<'a> Probes<'a> {
         match self.colours(ShadowMode::Cached, 1.0)? {
             Some(cached) => {
                 self.add_light(&cached, errors);
-                let errors = squared(self.pixels.iter().map(shown), cached.iter().copied());
-                error.add_substituted(&weighted(errors, &self.weights).collect::<Vec<_>>(), &exact);
+                error.add_substituted(&self.squares(&shown, &cached).collect::<Vec<_>>(), &exact);
             }
             None => error.add(&exact),
         }
