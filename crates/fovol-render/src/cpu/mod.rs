@@ -10,6 +10,7 @@ mod direct;
 mod few_shadow_rays;
 mod field;
 mod fine;
+mod in_turn;
 mod in_vectors;
 mod kernel;
 pub(crate) mod light_columns;

@@ -1,6 +1,7 @@
 use super::few_shadow_rays::FewShadowRays;
 use super::field::{AnyType, AnyValues, Field, Texel, addressable, with_field};
 use super::fine::{FineKernel, FineScratch};
+use super::in_turn::in_turn;
 use super::in_vectors::InVectors;
 use super::kernel::{Kernel, Lighting, Scratch};
 use super::light_columns::LightColumns;
@@ -309,11 +310,10 @@ impl Renderer {
     ) -> (Vec<RayResult>, SampleCount) {
         let rays = camera.rays(list.size());
         let order = MarchOrder::new(list);
-        let parts: Vec<(Vec<RayResult>, SampleCount)> = order
-            .pixels()
-            .par_chunks(list.len().div_ceil(4 * rayon::current_num_threads()).clamp(FEWEST, CHUNK))
-            .map_init(Memory::default, |scratch, chunk| self.march_pixels(&rays, chunk, few, scratch))
-            .collect();
+        let chunk = list.len().div_ceil(4 * rayon::current_num_threads()).clamp(FEWEST, CHUNK);
+        let chunks = order.pixels().chunks(chunk);
+        let parts =
+            in_turn(chunks, Memory::default, |scratch, chunk| self.march_pixels(&rays, chunk, few, scratch));
         let mut count = SampleCount::default();
         parts.iter().for_each(|(_, samples)| count += *samples);
         (order.in_list_order(parts.iter().flat_map(|(part, _)| part)), count)
@@ -377,20 +377,17 @@ impl Renderer {
     ) -> Vec<Tile<T>> {
         let rays = camera.rays(size);
         let (columns, rows) = (size.width.div_ceil(TILE), size.height.div_ceil(TILE));
-        (0..columns * rows)
-            .into_par_iter()
-            .map_init(Memory::default, |scratch, tile| {
-                let (x0, y0) = (tile % columns * TILE, tile / columns * TILE);
-                let mut pixels = Vec::with_capacity((TILE * TILE) as usize);
-                for (x, y) in TILE_ORDER.map(|[x, y]| (x0 + x, y0 + y)) {
-                    if x < size.width && y < size.height && wanted(x, y) {
-                        pixels.push(Pixel { x: x as u16, y: y as u16 });
-                    }
+        in_turn(0..columns * rows, Memory::default, |scratch, tile| {
+            let (x0, y0) = (tile % columns * TILE, tile / columns * TILE);
+            let mut pixels = Vec::with_capacity((TILE * TILE) as usize);
+            for (x, y) in TILE_ORDER.map(|[x, y]| (x0 + x, y0 + y)) {
+                if x < size.width && y < size.height && wanted(x, y) {
+                    pixels.push(Pixel { x: x as u16, y: y as u16 });
                 }
-                let (marched, samples) = self.march_pixels(&rays, &pixels, few, scratch);
-                Tile { pixels, kept: marched.into_iter().map(&keep).collect(), samples }
-            })
-            .collect()
+            }
+            let (marched, samples) = self.march_pixels(&rays, &pixels, few, scratch);
+            Tile { pixels, kept: marched.into_iter().map(&keep).collect(), samples }
+        })
     }
 
     fn march_pixels(
