@@ -8,6 +8,7 @@ use eframe::egui::{
 use eframe::egui_wgpu::SurfaceConfig;
 use fovolnet::core::memory::{self, ExitWhenExhausted};
 use fovolnet::core::{Frame, FrameSize, stop, temporaries};
+use fovolnet::gpu::Checks;
 use fovolnet::io::image::{self, Alpha};
 use fovolnet::{RenderOverrides, SpeedSettings, VolumeSettings, parse, signals};
 use fovolnet_viewer::session::kept;
@@ -182,7 +183,8 @@ fn run(arguments: Arguments) -> Result<()> {
     // Queued frames would add latency.
     options.wgpu_options.surface = SurfaceConfig::LOW_LATENCY;
     let device = arguments.speed.device();
-    options.wgpu_options = Screen::configure(&device, options.wgpu_options);
+    let checks = Checks::of_environment()?;
+    options.wgpu_options = Screen::configure(&device, checks, options.wgpu_options);
     let mut start = Start {
         source: arguments.volume,
         read: arguments.read,
@@ -206,7 +208,7 @@ fn run(arguments: Arguments) -> Result<()> {
         drawing_threads::spread();
         let state = creation.wgpu_render_state.as_ref();
         start.painter = state.map(Painter::of_window);
-        start.screen = state.and_then(|state| Screen::of_window(state, &device));
+        start.screen = state.and_then(|state| Screen::of_window(state, &device, checks));
         let surface = start.screen.as_ref().map(|screen| Surface::of_window(screen, &creation.egui_ctx));
         let mut viewer = Viewer::new(&creation.egui_ctx, start, places)?;
         if let Some(theme) = arguments.theme {

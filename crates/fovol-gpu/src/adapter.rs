@@ -1,5 +1,6 @@
 //! Chooses and opens a GPU.
 
+use crate::checks::Checks;
 use crate::matrices::Matrices;
 use crate::{Gpu, GpuError, Result};
 use std::str::FromStr;
@@ -84,36 +85,47 @@ impl AdapterRequest {
 
 /// Lists the adapters of this machine, each with the cooperative matrices that it offers.
 pub fn adapters() -> Vec<(wgpu::AdapterInfo, Option<Matrices>)> {
-    found().iter().map(|adapter| (adapter.get_info(), Matrices::of(adapter))).collect()
+    found(Checks::default()).iter().map(|adapter| (adapter.get_info(), Matrices::of(adapter))).collect()
 }
 
-fn found() -> Vec<wgpu::Adapter> {
-    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+fn found(checks: Checks) -> Vec<wgpu::Adapter> {
+    let descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    let instance =
+        wgpu::Instance::new(wgpu::InstanceDescriptor { flags: checks.of_instance(), ..descriptor });
     pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY))
 }
 
 impl Gpu {
-    /// Opens the adapter of `request`, with its full limits and all optional features.
+    /// Opens the adapter of `request`, with its full limits and all optional features, and the checks of the environment
+    /// ([`CHECKS_VARIABLE`](crate::CHECKS_VARIABLE)).
     ///
     /// # Errors
     /// [`GpuError::NoAdapter`] where none fits; its message lists the adapters. [`GpuError::Refused`] where the driver
-    /// does not open it.
+    /// does not open it. [`GpuError::Checks`] for checks that do not exist.
     pub fn open(request: &AdapterRequest) -> Result<Self> {
-        let adapter = best(request)?;
+        Self::open_with(request, Checks::of_environment()?)
+    }
+
+    /// Opens a device as [`Self::open`] does, with these checks.
+    ///
+    /// # Errors
+    /// Those of [`Self::open`].
+    pub fn open_with(request: &AdapterRequest, checks: Checks) -> Result<Self> {
+        let adapter = best(request, checks)?;
         let (device, queue) = opened(&adapter, &Self::descriptor(&adapter))?;
-        Ok(Self::owned(device, queue).with_matrices(Matrices::wanted_of(&adapter)))
+        Ok(Self::owned(device, queue).with_matrices(Matrices::wanted_of(&adapter)).with_checks(checks))
     }
 
     /// Opens the adapter of `request` with the limits that every implementation of WebGPU has, and without optional
-    /// features. Tests show with it that these suffice.
+    /// features, and with all checks. Tests show with it that these suffice.
     ///
     /// # Errors
     /// Those of [`Self::open`].
     pub fn open_baseline(request: &AdapterRequest) -> Result<Self> {
         let limits = wgpu::Limits::default();
         let descriptor = wgpu::DeviceDescriptor { required_limits: limits, ..Default::default() };
-        let (device, queue) = opened(&best(request)?, &descriptor)?;
-        Ok(Self::shared(device, queue))
+        let (device, queue) = opened(&best(request, Checks::ALL)?, &descriptor)?;
+        Ok(Self::shared(device, queue).with_checks(Checks::ALL))
     }
 
     /// Describes the device that this program wants of `adapter`: full limits and all optional features. For
@@ -136,8 +148,8 @@ impl Gpu {
 }
 
 /// Finds the best adapter for `request`.
-fn best(request: &AdapterRequest) -> Result<wgpu::Adapter> {
-    let mut all = found();
+fn best(request: &AdapterRequest, checks: Checks) -> Result<wgpu::Adapter> {
+    let mut all = found(checks);
     let infos: Vec<wgpu::AdapterInfo> = all.iter().map(wgpu::Adapter::get_info).collect();
     let best = request.best(&infos).ok_or_else(|| nothing_suits(&infos))?;
     Ok(all.swap_remove(best))

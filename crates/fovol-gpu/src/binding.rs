@@ -97,16 +97,18 @@ pub fn compute_pipeline(
         bind_group_layouts: &layouts,
         immediate_size: 0,
     });
-    let module = gpu.device().create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some(shader.name()),
-        source: wgpu::ShaderSource::Wgsl(shader.source().into()),
-    });
+    let source = wgpu::ShaderSource::Wgsl(shader.source().into());
+    let descriptor = wgpu::ShaderModuleDescriptor { label: Some(shader.name()), source };
+    // SAFETY: shaders are parts of this program, not input. Their loops end, their divisors are not 0, and indices stay within what
+    // is bound; tests run them with all checks and without any.
+    let module = unsafe { gpu.device().create_shader_module_trusted(descriptor, gpu.checks().of_shaders()) };
+    let zero_initialize_workgroup_memory = gpu.checks().memory;
     gpu.device().create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
         label: Some(entry_point),
         layout: Some(&layout),
         module: &module,
         entry_point: Some(entry_point),
-        compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
+        compilation_options: wgpu::PipelineCompilationOptions { constants, zero_initialize_workgroup_memory },
         cache: gpu.compiled(),
     })
 }

@@ -1,3 +1,4 @@
+use crate::checks::Checks;
 use crate::gate::{Gate, Pause};
 use crate::matrices::Matrices;
 use crate::pipeline_cache::PipelineCache;
@@ -16,6 +17,7 @@ pub struct Gpu {
     /// Pipelines compiled in this run or an earlier one.
     compiled: Option<Arc<PipelineCache>>,
     matrices: Option<Matrices>,
+    checks: Checks,
     gate: Arc<Gate>,
 }
 
@@ -23,7 +25,8 @@ impl Gpu {
     /// Wraps a device that the caller opened and lends. Its limits are those that it was opened with.
     pub fn shared(device: wgpu::Device, queue: wgpu::Queue) -> Self {
         let compiled = PipelineCache::of_user(&device).map(Arc::new);
-        Self { device, queue, fault: Arc::default(), compiled, matrices: None, gate: Arc::default() }
+        let (fault, gate) = (Arc::default(), Arc::default());
+        Self { device, queue, fault, compiled, matrices: None, checks: Checks::default(), gate }
     }
 
     /// Sets the cooperative matrices that shaders may use. The device must have been opened with
@@ -31,6 +34,13 @@ impl Gpu {
     #[must_use]
     pub fn with_matrices(self, matrices: Option<Matrices>) -> Self {
         Self { matrices, ..self }
+    }
+
+    /// Sets the checks of shaders that are compiled from now on. Whether dispatches are checked was decided when the device's instance
+    /// was made.
+    #[must_use]
+    pub fn with_checks(self, checks: Checks) -> Self {
+        Self { checks, ..self }
     }
 
     /// Wraps a device that was opened for this program. Its faults are recorded, where wgpu would panic.
@@ -58,6 +68,11 @@ impl Gpu {
     /// The cooperative matrices that shaders may use, if any.
     pub fn matrices(&self) -> Option<Matrices> {
         self.matrices
+    }
+
+    /// The checks of shaders.
+    pub fn checks(&self) -> Checks {
+        self.checks
     }
 
     /// The pipeline cache to create pipelines with, if the device has one.

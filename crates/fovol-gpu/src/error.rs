@@ -15,6 +15,9 @@ pub enum GpuError {
         /// Advice to the user.
         mend: &'static str,
     },
+    /// The environment names checks that do not exist.
+    #[error("FOVOLNET_GPU_CHECKS: {0}")]
+    Checks(String),
     /// A request exceeds a limit of the device.
     #[error("{what} needs {needed}, and this GPU allows {allowed} ({limit}); {mend}")]
     Limit {

@@ -14,6 +14,7 @@
 
 mod adapter;
 pub mod binding;
+mod checks;
 mod choices;
 mod device;
 mod error;
@@ -27,6 +28,7 @@ mod timing;
 mod tuner;
 
 pub use adapter::{ADAPTER_VARIABLE, AdapterRequest, adapters};
+pub use checks::{CHECKS_VARIABLE, Checks};
 pub use choices::Choices;
 pub use device::Gpu;
 pub use error::{GpuError, Result};

@@ -5,7 +5,7 @@ use eframe::egui::mutex::RwLock;
 use eframe::egui_wgpu::{NativeAdapterSelectorMethod, RenderState, Renderer, WgpuConfiguration, WgpuSetup};
 use eframe::wgpu;
 use fovolnet::Device;
-use fovolnet::gpu::{AdapterRequest, Gpu};
+use fovolnet::gpu::{AdapterRequest, Checks, Gpu};
 use std::fmt;
 use std::sync::Arc;
 
@@ -33,17 +33,18 @@ impl fmt::Debug for Screen {
 
 impl Screen {
     /// Configures the window such that it may share its device: on the adapter of `device`, if that can draw the
-    /// window.
-    pub fn configure(device: &Device, mut how: WgpuConfiguration) -> WgpuConfiguration {
+    /// window. Dispatches have the check of `checks`.
+    pub fn configure(device: &Device, checks: Checks, mut how: WgpuConfiguration) -> WgpuConfiguration {
         if let WgpuSetup::CreateNew(setup) = &mut how.wgpu_setup {
+            setup.instance_descriptor.flags = checks.of_instance();
             setup.native_adapter_selector = Some(selector(device.request()));
             setup.device_descriptor = Arc::new(Gpu::descriptor);
         }
         how
     }
 
-    /// Shared device of the window of `state`, if its adapter matches `device`.
-    pub fn of_window(state: &RenderState, device: &Device) -> Option<Self> {
+    /// Shared device of the window of `state`, if its adapter matches `device`. Shaders of pictures have these checks.
+    pub fn of_window(state: &RenderState, device: &Device, checks: Checks) -> Option<Self> {
         let (request, info) = (device.request()?, state.adapter.get_info());
         let is_shared = match std::env::var(SCREEN_VARIABLE).as_deref() {
             Ok("shared") => true,
@@ -51,6 +52,7 @@ impl Screen {
             _ => info.device_type == wgpu::DeviceType::DiscreteGpu,
         };
         let gpu = Gpu::lent(&state.adapter, state.device.clone(), state.queue.clone());
+        let gpu = gpu.with_checks(checks);
         (is_shared && request.takes(&info)).then(|| Self { gpu, renderer: Arc::clone(&state.renderer) })
     }
 

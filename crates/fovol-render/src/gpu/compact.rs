@@ -16,20 +16,28 @@ pub struct CompactPass {
 impl CompactPass {
     /// The pipelines on the device of `gpu`.
     pub fn new(gpu: &Gpu) -> Self {
-        let slots = [Slot::Uniform, Slot::Read, Slot::Write, Slot::Write, Slot::Write];
+        let slots =
+            [Slot::Uniform, Slot::Read, Slot::Write, Slot::Write, Slot::Write, Slot::Write, Slot::Write];
         let layout = bind_group_layout(gpu, "compact", &slots);
         let pipeline = |entry_point| compute_pipeline(gpu, &COMPACT, entry_point, &[&layout], &[]);
         Self { count: pipeline("count"), scan: pipeline("scan"), pack: pipeline("pack"), layout }
     }
 
-    /// Binds the mask as input and the list as output.
+    /// Binds the mask as input, the list as output, and the sparse frame, which is cleared.
     pub fn bind(&self, gpu: &Gpu, buffers: &Buffers) -> wgpu::BindGroup {
-        let buffers =
-            [&buffers.extent, &buffers.mask, &buffers.blocks, &buffers.listed.length, &buffers.listed.pixels];
+        let buffers = [
+            &buffers.extent,
+            &buffers.mask,
+            &buffers.blocks,
+            &buffers.listed.length,
+            &buffers.listed.pixels,
+            &buffers.frame.colours,
+            &buffers.frame.inverse_depths,
+        ];
         bind_group(gpu, "compact", &self.layout, &buffers.map(wgpu::Buffer::as_entire_binding))
     }
 
-    /// Packs the mask of a frame of `size`.
+    /// Packs the mask of a frame of `size`, and clears the frame.
     pub fn dispatch(&self, pass: &mut wgpu::ComputePass<'_>, group: &wgpu::BindGroup, size: FrameSize) {
         pass.set_bind_group(0, group, &[]);
         for (pipeline, groups) in [(&self.count, blocks(size)), (&self.scan, 1), (&self.pack, blocks(size))] {

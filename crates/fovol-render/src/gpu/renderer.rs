@@ -282,7 +282,10 @@ impl Renderer {
                     self.encode_compaction(encoder, buffers);
                     self.encode_list(encoder, buffers);
                 }
-                Sampling::List(_) => self.encode_list(encoder, buffers),
+                Sampling::List(_) => {
+                    clear(encoder, buffers);
+                    self.encode_list(encoder, buffers);
+                }
             }
             buffers.timing.end(encoder);
         })?;
@@ -319,6 +322,7 @@ impl Renderer {
         buffers.adaptive = Some(adaptive);
     }
 
+    /// Packs the pixels of the mask into the list, and clears the sparse frame.
     fn encode_compaction(&self, encoder: &mut wgpu::CommandEncoder, buffers: &mut FrameBuffers) {
         let mut pass = buffers.timing.pass(encoder, Stage::Compact);
         self.stages.compact.dispatch(&mut pass, &buffers.groups.compact, buffers.size());
@@ -344,7 +348,7 @@ impl Renderer {
         march.dispatch(&mut pass, &buffers.groups.march_frame);
     }
 
-    /// Marches the list, and scatters its samples into the sparse frame.
+    /// Marches the list, and scatters its samples into the cleared sparse frame.
     fn encode_list(&self, encoder: &mut wgpu::CommandEncoder, buffers: &mut FrameBuffers) {
         let few = buffers.few_shadow_rays();
         let march = self.stages.march.list(&self.gpu, &self.scene, (&buffers.buffers, few));
@@ -353,7 +357,6 @@ impl Renderer {
         let mut pass = buffers.timing.pass(encoder, Stage::March);
         march.dispatch(&mut pass, &buffers.groups.march_list);
         drop(pass);
-        clear(encoder, buffers);
         let mut pass = buffers.timing.pass(encoder, Stage::Scatter);
         self.stages.scatter.dispatch(&mut pass, &buffers.groups.scatter, length);
     }

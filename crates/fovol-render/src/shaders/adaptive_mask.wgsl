@@ -84,6 +84,11 @@ fn lower_end(at: u32) -> u32 {
 
 @compute @workgroup_size(32, 8)
 fn weigh(@builtin(global_invocation_id) pixel: vec3u, @builtin(local_invocation_index) thread: u32) {
+    if thread == 0u {
+        atomicStore(&sampled, 0u);
+        atomicStore(&lowest, 0u);
+    }
+    workgroupBarrier();
     if pixel.x < extent.width && pixel.y < extent.height && is_in_region(pixel.xy) {
         let word = mask[pixel.y * words_per_row(extent) + pixel.x / 32u];
         if (word >> (pixel.x % 32u) & 1u) != 0u {
@@ -139,6 +144,10 @@ fn choose(
     @builtin(local_invocation_id) local: vec3u,
     @builtin(workgroup_id) group: vec3u,
 ) {
+    if local.x == 0u {
+        atomicStore(&words[local.y], 0u);
+    }
+    workgroupBarrier();
     let inside = pixel.x < extent.width && pixel.y < extent.height && is_in_region(pixel.xy);
     if inside && keys[pixel.y * extent.width + pixel.x] < bitcast<f32>(atomicLoad(&counts[LIMIT])) {
         atomicOr(&words[local.y], 1u << local.x);

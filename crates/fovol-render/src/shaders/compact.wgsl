@@ -13,6 +13,10 @@
 /// Pixels, packed.
 @group(0) @binding(4) var<storage, read_write> list: array<u32>;
 
+/// The sparse frame, row by row, which is cleared for the samples.
+@group(0) @binding(5) var<storage, read_write> frame: array<vec4f>;
+@group(0) @binding(6) var<storage, read_write> frame_inverse_depths: array<f32>;
+
 /// Rows of a tile. It is a word wide.
 const TILE_ROWS: u32 = 32;
 
@@ -68,9 +72,23 @@ fn scan(@builtin(local_invocation_index) thread: u32) {
     }
 }
 
-/// Writes the pixels of each block.
+/// Clears the pixels of `block`.
+fn clear(block: u32, thread: u32) {
+    for (var i = thread; i < 32u * BLOCK; i += BLOCK) {
+        let place = word_place(block * BLOCK + i / 32u);
+        let pixel = vec2u(32u * place.x + i % 32u, place.y);
+        if pixel.x < extent.width && pixel.y < extent.height {
+            let at = pixel.y * extent.width + pixel.x;
+            frame[at] = vec4f(0.0);
+            frame_inverse_depths[at] = 0.0;
+        }
+    }
+}
+
+/// Writes the pixels of each block to the list, and clears them in the frame.
 @compute @workgroup_size(BLOCK)
 fn pack(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {
+    clear(group.x, thread);
     let i = group.x * BLOCK + thread;
     var bits = word(i);
     let pixels = countOneBits(bits);

@@ -27,6 +27,10 @@ fn decide(
     @builtin(local_invocation_id) local: vec3u,
     @builtin(workgroup_id) group: vec3u,
 ) {
+    if local.x == 0u {
+        atomicStore(&words[local.y], 0u);
+    }
+    workgroupBarrier();
     let inside = pixel.x < extent.width && pixel.y < extent.height;
     if inside && rank(pixel.xy) < limit(pixel.xy) {
         atomicOr(&words[local.y], 1u << local.x);

@@ -40,6 +40,10 @@ var<workgroup> begins: u32;
 
 /// Lists the pixel of every thread that has one. All threads of a workgroup must call it.
 fn put_on_list(thread: u32, pixel: vec2u, is_listed: bool) {
+    if thread == 0u {
+        atomicStore(&listed, 0u);
+    }
+    workgroupBarrier();
     var place = 0u;
     if is_listed {
         place = atomicAdd(&listed, 1u);
@@ -123,6 +127,10 @@ var<workgroup> counts: array<atomic<u32>, CONTRASTS>;
 
 @compute @workgroup_size(8, 8)
 fn between(@builtin(global_invocation_id) at: vec3u, @builtin(local_invocation_index) thread: u32) {
+    for (var contrast = thread; contrast < CONTRASTS; contrast += 64u) {
+        atomicStore(&counts[contrast], 0u);
+    }
+    workgroupBarrier();
     if is_of_level(at.xy) {
         // Places in half distances of the coarser level, from a whole distance before its first pixel on.
         let place = at.xy + 2u - (level.coarse_first - level.first) / level.step;

@@ -20,6 +20,7 @@ const NEAREST: f32 = 0.05;
 /// Squared error of a sample that lay outside the last frame. A typical value, since such a sample says little about any guess.
 const OUTSIDE: f32 = 0.01;
 
+@group(0) @binding(0) var<uniform> reprojection: Reprojection;
 // Inverse distance of every pixel: interpolated from the samples of this frame, and from these and those of earlier frames.
 @group(0) @binding(1) var<storage, read> near: array<f32>;
 @group(0) @binding(2) var<storage, read> seen: array<f32>;

@@ -14,7 +14,7 @@ struct Reprojection {
     half_height: f32,
 }
 
-@group(0) @binding(0) var<uniform> reprojection: Reprojection;
+// Shaders declare `reprojection`, the one that functions use.
 
 fn is_inside(at: vec2u) -> bool {
     return at.x < reprojection.width && at.y < reprojection.height;

@@ -2,7 +2,7 @@
 
 use crate::Result;
 #[cfg(feature = "gpu")]
-use fovol_gpu::{AdapterRequest, Gpu};
+use fovol_gpu::{AdapterRequest, Gpu, GpuError};
 use std::fmt;
 use std::str::FromStr;
 
@@ -40,6 +40,7 @@ impl Device {
         let Some(request) = self.request() else { return Ok(OpenDevice::Cpu) };
         match Gpu::open(&request) {
             Ok(gpu) => Ok(OpenDevice::Gpu(gpu)),
+            Err(error @ GpuError::Checks(_)) => Err(error.into()),
             Err(_) if *self == Self::Auto && request == AdapterRequest::Hardware => Ok(OpenDevice::Cpu),
             Err(error) => Err(error.into()),
         }

@@ -19,11 +19,13 @@ use part::{Part, add_stage};
 use reconstruction::{DeviceReconstruction, Marched};
 use std::time::Duration;
 
+mod depths;
 mod display;
 mod guide;
 mod motion;
 mod part;
 mod reconstruction;
+mod reprojection;
 
 /// Ray marcher of the pipeline on the GPU, with the reconstruction if it runs there too. Frames do not go through the
 /// host between the stages.

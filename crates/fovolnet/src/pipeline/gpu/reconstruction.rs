@@ -1,5 +1,6 @@
+use super::depths::DeviceFrames;
 use super::guide::{GuideMarch, ImportancePass, LightRatio};
-use super::motion::{DeviceFrames, MotionPass};
+use super::motion::MotionPass;
 use super::part::Part;
 use crate::guide::{UpsampledGuide, headroom};
 use crate::pipeline::frames::FrameGuide;
@@ -219,7 +220,10 @@ impl Filling {
     ) -> Result<()> {
         let Self::Network { state, motion: Some(motion), .. } = self else { return Ok(()) };
         let frames = device_frames(buffers, state);
-        timing.span(encoder, Part::Motion, |encoder| motion.encode(encoder, &view.camera, frames))
+        timing.span(encoder, Part::Motion, |encoder| {
+            motion.encode(encoder, &view.camera, frames);
+            Ok(())
+        })
     }
 
     /// Encodes the filling of `sparse`, after the motion of its frame.
