@@ -3,9 +3,19 @@
 use crate::outliers::{self, Extremes};
 use crate::{Endian, Rescale, Statistics, Volume, Voxel, stop, with_voxel_type};
 use rayon::prelude::*;
+use std::sync::{Mutex, OnceLock, PoisonError};
 
 /// Voxels per parallel piece. A fixed size makes sums independent of the number of threads.
 const PIECE: usize = 1 << 20;
+
+/// What was found about the values of a volume.
+#[derive(Debug, Default)]
+pub struct Found {
+    statistics: OnceLock<Statistics>,
+    /// The last histogram.
+    histogram: Mutex<Option<(Bins, Vec<u64>)>>,
+    least_positive: OnceLock<Option<f64>>,
+}
 
 #[derive(Clone, Copy)]
 struct Partial {
@@ -50,14 +60,36 @@ impl Statistics {
 impl Volume {
     /// Statistics of the values; computed once.
     pub fn statistics(&self) -> &Statistics {
-        self.statistics.get_or_init(|| Statistics::of(self))
+        self.found.statistics.get_or_init(|| Statistics::of(self))
     }
 
     /// Histogram of the finite values in `bins` equal parts of `range` (scaled values). The last bin includes its
-    /// upper end; values outside are not counted.
+    /// upper end; values outside are not counted. The last histogram is remembered.
     pub fn histogram(&self, bins: usize, range: [f64; 2]) -> Vec<u64> {
         let [lo, hi] = range;
-        histogram(self, Bins { count: bins, lo, hi })
+        let bins = Bins { count: bins, lo, hi };
+        // Threads that count may take up other work, which may ask for a histogram: nothing is locked meanwhile.
+        let last = || self.found.histogram.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = last().as_ref().filter(|(known, _)| *known == bins).map(|(_, counts)| counts.clone());
+        known.unwrap_or_else(|| {
+            let counts = histogram(self, bins);
+            *last() = Some((bins, counts.clone()));
+            counts
+        })
+    }
+
+    /// The smallest value (scaled) above 0, if there is one; computed once.
+    pub fn least_positive(&self) -> Option<f64> {
+        *self.found.least_positive.get_or_init(|| {
+            let mut least = f64::INFINITY;
+            with_voxel_type!(self.dtype(), T => self.for_each_raw(0..=self.grid().voxels() - 1, |raw: T| {
+                let value = self.rescale().apply(raw.to_f64());
+                if value > 0.0 && value < least {
+                    least = value;
+                }
+            }));
+            least.is_finite().then_some(least)
+        })
     }
 
     /// Different finite values (scaled), smallest first; `None` if there are more than `limit`.
@@ -132,7 +164,7 @@ fn partial<T: Voxel>(bytes: &[u8], stride: usize, endian: Endian, rescale: Resca
 }
 
 /// Equal parts of the range `lo` to `hi`.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 struct Bins {
     count: usize,
     lo: f64,
@@ -167,7 +199,7 @@ fn counts<T: Voxel>(volume: &Volume, bytes: &[u8], Bins { count, lo, hi }: Bins)
 
 #[cfg(test)]
 mod tests {
-    use crate::{Grid, Volume};
+    use crate::{Grid, Rescale, Volume};
 
     #[test]
     fn non_finite_values_are_counted_and_left_out() {
@@ -189,5 +221,20 @@ mod tests {
         let grid = Grid::new([16, 16, 1], [1.0; 3]).unwrap();
         let volume = Volume::from_values(grid, (0..=255u8).collect()).unwrap();
         assert_eq!(volume.histogram(4, [0.0, 255.0]), vec![64; 4]);
+    }
+
+    #[test]
+    fn what_was_found_does_not_outlast_its_values() {
+        let grid = Grid::new([4, 1, 1], [1.0; 3]).unwrap();
+        let volume = Volume::from_values(grid, vec![-1i16, 0, 3, 9]).unwrap();
+        for _ in 0..2 {
+            assert_eq!(volume.histogram(2, [0.0, 10.0]), [2, 1]);
+            assert_eq!(volume.histogram(1, [0.0, 10.0]), [3]);
+            assert_eq!(volume.least_positive(), Some(3.0));
+        }
+        let turned = volume.with_rescale(Rescale { slope: -1.0, intercept: 0.0 }).unwrap();
+        assert_eq!((turned.histogram(1, [0.0, 10.0]), turned.least_positive()), (vec![2], Some(1.0)));
+        let none = Volume::from_values(grid, vec![0u8; 4]).unwrap();
+        assert_eq!(none.least_positive(), None);
     }
 }

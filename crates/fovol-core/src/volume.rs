@@ -1,8 +1,9 @@
-use crate::{Contents, Dtype, Endian, Error, Grid, Placement, Result, Statistics, Voxel, with_voxel_type};
+use crate::statistics::Found;
+use crate::{Contents, Dtype, Endian, Error, Grid, Placement, Result, Voxel, with_voxel_type};
 use glam::DVec3;
 use std::fmt;
 use std::ops::{Range, RangeInclusive};
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 /// Bytes behind a volume: a heap buffer or a memory map, shared and never copied.
 pub type VoxelBytes = Arc<dyn AsRef<[u8]> + Send + Sync>;
@@ -45,7 +46,7 @@ pub struct Volume {
     contents: Contents,
     no_data: Option<f64>,
     notes: Vec<String>,
-    pub(crate) statistics: Arc<OnceLock<Statistics>>,
+    pub(crate) found: Arc<Found>,
 }
 
 impl Volume {
@@ -98,7 +99,7 @@ impl Volume {
             contents: Contents { components, ..Contents::default() },
             no_data: None,
             notes: Vec::new(),
-            statistics: Arc::default(),
+            found: Arc::default(),
         })
     }
 
@@ -118,7 +119,7 @@ impl Volume {
         crate::checked("scale slope", rescale.slope, "a finite number other than 0", rescale.slope != 0.0)?;
         crate::checked("scale intercept", rescale.intercept, "a finite number", true)?;
         self.rescale = rescale;
-        self.statistics = Arc::default();
+        self.found = Arc::default();
         Ok(self)
     }
 
@@ -174,7 +175,7 @@ impl Volume {
     #[must_use]
     pub fn with_no_data(mut self, no_data: f64) -> Self {
         self.no_data = Some(no_data);
-        self.statistics = Arc::default();
+        self.found = Arc::default();
         self
     }
 
@@ -197,7 +198,7 @@ impl Volume {
                 voxels.flat_map(|voxel| &voxel[index * size..(index + 1) * size]).copied().collect();
             (self.bytes, self.offset, self.components) = (Arc::new(bytes), 0, 1);
             self.contents.component = index;
-            self.statistics = Arc::default();
+            self.found = Arc::default();
         }
         Ok(self)
     }
@@ -254,7 +255,7 @@ impl Volume {
             bytes: Arc::new(bytes),
             offset: 0,
             range: self.lasting_range(),
-            statistics: Arc::default(),
+            found: Arc::default(),
             ..self.clone()
         })
     }
@@ -269,7 +270,7 @@ impl Volume {
             format: self.format.clone(),
             placement: self.placement.map(|placement| placement.moved_to(first, &self.grid)),
             units: self.units.clone(),
-            statistics: Arc::default(),
+            found: Arc::default(),
             ..other.with_notes_of(self)
         }
     }
@@ -342,7 +343,7 @@ impl Volume {
     }
 
     /// Displayed range: the scaled values that map to v = 0…1. It is the range that was set, else 0…255 for unscaled
-    /// u8, else the finite minimum…maximum without outliers ([`Statistics::shown`]).
+    /// u8, else the finite minimum…maximum without outliers ([`shown`](crate::Statistics::shown)).
     pub fn range(&self) -> [f64; 2] {
         if let Some(range) = self.range {
             return range;

@@ -23,10 +23,11 @@ fn frames(checks: Checks) -> Vec<Frame> {
     let mut renderer = Renderer::new(&gpu, &scene).unwrap();
     let mut buffers = renderer.frame_buffers(size).unwrap();
     let mut frames = Vec::new();
-    for integration in [Integration::Plain, Integration::Fine] {
+    // Compiling takes most of the time: fine integration is tried with fewer strategies.
+    for (integration, every) in [(Integration::Plain, 2), (Integration::Fine, 4)] {
         scene.integration = integration;
         renderer.set_scene(&scene).unwrap();
-        for strategy in MarchStrategy::candidates() {
+        for strategy in MarchStrategy::candidates().step_by(every) {
             renderer.set_march_strategy(strategy);
             for sampling in [
                 Sampling::Full,
@@ -46,11 +47,9 @@ fn frames(checks: Checks) -> Vec<Frame> {
 fn frames_are_the_same_with_every_check_and_with_none() {
     let expected = frames(Checks::ALL);
     assert!(expected.iter().any(|frame| frame.pixels().iter().any(|pixel| pixel[0] > 0.1)));
-    for checks in [Checks::default(), Checks::NONE] {
-        for (number, (frame, expected)) in frames(checks).iter().zip(&expected).enumerate() {
-            // Compilers may round some products and sums together in one shader and not in the other.
-            let (.., most, mean) = differences(frame, expected);
-            assert!(most <= 1e-6, "{checks:?}, frame {number}: {most} {mean}");
-        }
+    for (number, (frame, expected)) in frames(Checks::NONE).iter().zip(&expected).enumerate() {
+        // Compilers may round some products and sums together in one shader and not in the other.
+        let (.., most, mean) = differences(frame, expected);
+        assert!(most <= 1e-6, "frame {number}: {most} {mean}");
     }
 }

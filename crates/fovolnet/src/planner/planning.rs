@@ -250,12 +250,11 @@ impl Planner {
             if may_be_cached && !light_is_cached && frames.is_multiple_of(LIGHT_MEASURED) {
                 probes.measure_light(&mut self.errors)?;
             }
+            // Longer steps are wrong by their shadow rays most of all.
             let shadows = if is_cached || (may_be_cached && rests) {
                 ShadowMode::Cached
-            } else if self.candidate().is_none_or(|candidate| candidate.way == Way::ExactLight) {
-                probes.exact_shadows()
             } else {
-                ShadowMode::Off
+                probes.exact_shadows()
             };
             let region = probes.region();
             let mut survey = Survey::new(&mut probes, shadows)?;

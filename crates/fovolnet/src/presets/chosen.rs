@@ -1,7 +1,7 @@
 use super::automatic::{automatic, coloured};
 use super::catalogue::{colour_map, names, preset};
 use crate::{Error, OpenVolume, RenderSettings, Result, TransferChoice, TransferRange, ValueScale};
-use fovol_core::{TransferFunction, Volume, did_you_mean, path_of_text, with_voxel_type};
+use fovol_core::{TransferFunction, Volume, did_you_mean, path_of_text};
 use fovol_io::transfer_function::{self, Imported};
 
 /// Opacity per voxel at the upper end of the grey ramp.
@@ -58,15 +58,7 @@ fn least_positive(volume: &Volume) -> f64 {
     if from > 0.0 {
         return from;
     }
-    let rescale = volume.rescale();
-    let mut least = f64::INFINITY;
-    with_voxel_type!(volume.dtype(), T => volume.for_each_raw(0..=volume.grid().voxels() - 1, |raw: T| {
-        let value = rescale.apply(fovol_core::Voxel::to_f64(raw));
-        if value > 0.0 && value < least {
-            least = value;
-        }
-    }));
-    if least < to { least } else { 0.0 }
+    volume.least_positive().filter(|least| *least < to).unwrap_or(0.0)
 }
 
 /// Loads the transfer function `what` for `volume`, in its original range.
