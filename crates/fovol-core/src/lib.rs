@@ -18,6 +18,7 @@ mod clip_box;
 mod contents;
 mod downsample;
 mod error;
+mod found;
 mod fovea;
 mod frame;
 mod gaze;

@@ -1,21 +1,13 @@
 //! Statistics, histograms and distinct values of volumes.
 
+use crate::found::Bins;
 use crate::outliers::{self, Extremes};
 use crate::{Endian, Rescale, Statistics, Volume, Voxel, stop, with_voxel_type};
 use rayon::prelude::*;
-use std::sync::{Mutex, OnceLock, PoisonError};
+use std::sync::PoisonError;
 
 /// Voxels per parallel piece. A fixed size makes sums independent of the number of threads.
 const PIECE: usize = 1 << 20;
-
-/// What was found about the values of a volume.
-#[derive(Debug, Default)]
-pub struct Found {
-    statistics: OnceLock<Statistics>,
-    /// The last histogram.
-    histogram: Mutex<Option<(Bins, Vec<u64>)>>,
-    least_positive: OnceLock<Option<f64>>,
-}
 
 #[derive(Clone, Copy)]
 struct Partial {
@@ -161,14 +153,6 @@ fn partial<T: Voxel>(bytes: &[u8], stride: usize, endian: Endian, rescale: Resca
         }
     }
     p
-}
-
-/// Equal parts of the range `lo` to `hi`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Bins {
-    count: usize,
-    lo: f64,
-    hi: f64,
 }
 
 fn histogram(volume: &Volume, bins: Bins) -> Vec<u64> {

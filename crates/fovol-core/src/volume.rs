@@ -1,4 +1,4 @@
-use crate::statistics::Found;
+use crate::found::Found;
 use crate::{Contents, Dtype, Endian, Error, Grid, Placement, Result, Voxel, with_voxel_type};
 use glam::DVec3;
 use std::fmt;

@@ -1,4 +1,4 @@
-//! What wgpu checks while shaders run changes nothing.
+//! Frames with every check of wgpu, and with none.
 //!
 //! These tests need an adapter, a software one included: `cargo test --workspace -- --ignored`.
 #![cfg(feature = "gpu")]
