@@ -99,8 +99,8 @@ pub fn compute_pipeline(
     });
     let source = wgpu::ShaderSource::Wgsl(shader.source().into());
     let descriptor = wgpu::ShaderModuleDescriptor { label: Some(shader.name()), source };
-    // SAFETY: shaders are parts of this program, not input. Their loops end, their divisors are not 0, and indices stay within what
-    // is bound; tests run them with all checks and without any.
+    // SAFETY: shaders are parts of this program, not input. Their loops end, their divisors are not 0, and bounds are checked unless
+    // the user says otherwise. Tests compare frames with every check and with none, and all shaders with the processor.
     let module = unsafe { gpu.device().create_shader_module_trusted(descriptor, gpu.checks().of_shaders()) };
     let zero_initialize_workgroup_memory = gpu.checks().memory;
     gpu.device().create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
