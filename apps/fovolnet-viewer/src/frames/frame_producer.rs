@@ -3,6 +3,7 @@
 use crate::frames::display_mode::{DisplayMode, Parts, rgba};
 use crate::frames::presented::{Pixels, Presented, Progress};
 use crate::frames::still::{Quality, Still};
+use crate::frames::turnaround::Turnaround;
 use crate::frames::view_request::ViewRequest;
 use anyhow::Result;
 use eframe::wgpu;
@@ -30,6 +31,7 @@ pub struct FrameProducer {
     displayed: Timings,
     last: Option<Last>,
     planner: Planner,
+    turnaround: Turnaround,
     /// Milliseconds that the last change of settings took.
     change_ms: f64,
     /// Whether it changed light, transfer function or clip.
@@ -124,7 +126,8 @@ impl FrameProducer {
             return self.move_as(wanted, asked.clone());
         };
         let most = if self.screen.is_some() { WINDOW_MS } else { f64::INFINITY };
-        let ms = wanted.settings.budget.unwrap_or(1e3 / rate).min(most);
+        let left_ms = self.turnaround.begin(1e3 / rate);
+        let ms = wanted.settings.budget.unwrap_or(left_ms).min(most);
         // Another volume has other costs and errors.
         self.open(&wanted.volume, asked)?;
         // Other displays show what sparse frames consist of.
@@ -156,6 +159,7 @@ impl FrameProducer {
         let change_ms = self.change_ms;
         let scene_changed = self.scene_changed;
         self.planner.learn(asked, MadeFrame { ms: made_ms, change_ms, probe_ms, scene_changed });
+        self.turnaround.end();
         Ok(Last { plan: self.planner.plan(asked), ..last })
     }
 

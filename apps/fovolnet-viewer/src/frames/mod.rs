@@ -6,4 +6,5 @@ pub mod frame_producer;
 pub mod gaze;
 pub mod presented;
 pub mod still;
+mod turnaround;
 pub mod view_request;

@@ -64,8 +64,7 @@ impl Opened {
         let document = if path.extension().is_some_and(|extension| extension == "toml") {
             Document::open(path, read, render)?
         } else {
-            let reconstruct = Some(render.reconstruction());
-            Document::new(source, read, RenderOverrides { reconstruct, ..render })?
+            Document::new(source, read, render)?
         };
         Self::of_document(document)
     }
@@ -285,6 +284,11 @@ pub(crate) mod tests {
     pub(crate) fn opened() -> Opened {
         let read = VolumeSettings { dims: Some([16; 3]), ..VolumeSettings::default() };
         Opened::open("head", read, RenderOverrides::default()).unwrap().0
+    }
+
+    #[test]
+    fn the_planner_may_decide_what_nobody_gave() {
+        assert_eq!(opened().document.settings().freedom(), fovolnet::Freedom::ALL);
     }
 
     #[test]

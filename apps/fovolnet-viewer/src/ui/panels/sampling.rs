@@ -33,22 +33,19 @@ pub fn sampling(ui: &mut Ui, settings: &mut RenderOverrides, gaze: &mut GazeKind
         std::iter::once(Choice::Auto).chain(Density::ALL.map(Choice::Fixed)).collect();
     choice(ui, "Density away from the gaze", &mut density, &ways, |way| way.to_string());
     settings.density = (density != Choice::Auto).then_some(density);
-    let mut reconstruct = settings.reconstruction();
-    let ways: Vec<Reconstruction> = ["none", "pull-push", "linear", "wnet", "deepfovea"]
-        .iter()
-        .filter_map(|name| name.parse().ok())
+    let ways: Vec<Option<Reconstruction>> = std::iter::once(None)
+        .chain(["none", "pull-push", "linear", "wnet", "deepfovea"].iter().map(|name| name.parse().ok()))
         .collect();
-    choice(ui, "Reconstruction", &mut reconstruct, &ways, |way| way.to_string());
-    // What nobody chose stays open to the planner.
-    if reconstruct != settings.reconstruction() {
-        settings.reconstruct = Some(reconstruct);
-    }
+    choice(ui, "Reconstruction", &mut settings.reconstruct, &ways, |way| match way {
+        None => "auto".to_owned(),
+        Some(way) => way.to_string(),
+    });
     let mut guide = settings.guide.unwrap_or(Choice::Auto);
     let ways: Vec<Choice<Guide>> =
         std::iter::once(Choice::Auto).chain(Guide::ALL.map(Choice::Fixed)).collect();
     choice(ui, "Guide", &mut guide, &ways, |way| way.to_string());
     settings.guide = (guide != Choice::Auto).then_some(guide);
-    if let Some(network) = reconstruct.default_network() {
+    if let Some(network) = settings.reconstruction().default_network() {
         ui.horizontal(|ui| {
             let label = ui.label("Weights").id;
             let given = settings.weights.clone().unwrap_or_default();
