@@ -1,6 +1,7 @@
 use crate::checks::Checks;
 use crate::gate::{Gate, Pause};
 use crate::matrices::Matrices;
+use crate::pass::Counters;
 use crate::pipeline_cache::PipelineCache;
 use crate::{GpuError, Result};
 use std::fmt;
@@ -19,14 +20,15 @@ pub struct Gpu {
     matrices: Option<Matrices>,
     checks: Checks,
     gate: Arc<Gate>,
+    counters: Arc<Counters>,
 }
 
 impl Gpu {
     /// Wraps a device that the caller opened and lends. Its limits are those that it was opened with.
     pub fn shared(device: wgpu::Device, queue: wgpu::Queue) -> Self {
         let compiled = PipelineCache::of_user(&device).map(Arc::new);
-        let (fault, gate) = (Arc::default(), Arc::default());
-        Self { device, queue, fault, compiled, matrices: None, checks: Checks::default(), gate }
+        let (fault, gate, counters) = (Arc::default(), Arc::default(), Arc::default());
+        Self { device, queue, fault, compiled, matrices: None, checks: Checks::default(), gate, counters }
     }
 
     /// Sets the cooperative matrices that shaders may use. The device must have been opened with
@@ -73,6 +75,11 @@ impl Gpu {
     /// The checks of shaders.
     pub fn checks(&self) -> Checks {
         self.checks
+    }
+
+    /// Counters of the commands that were recorded.
+    pub(crate) fn counters(&self) -> &Arc<Counters> {
+        &self.counters
     }
 
     /// The pipeline cache to create pipelines with, if the device has one.

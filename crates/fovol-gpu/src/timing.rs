@@ -1,5 +1,7 @@
+use crate::pass::{Counters, Pass};
 use crate::{Gpu, Result, read};
 use std::fmt::Display;
+use std::sync::Arc;
 
 /// Duration of a pass on the device.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,6 +16,7 @@ pub struct PassTime<S> {
 #[derive(Debug)]
 pub struct Timing<S> {
     queries: Option<Queries>,
+    counters: Arc<Counters>,
     /// Work of the passes since [`Timing::begin`], in order.
     stages: Vec<S>,
 }
@@ -40,7 +43,7 @@ impl<S: Copy + Display> Timing<S> {
             });
             Queries { set, resolved }
         });
-        Self { queries, stages: Vec::new() }
+        Self { queries, counters: Arc::clone(gpu.counters()), stages: Vec::new() }
     }
 
     /// Forgets all passes so far.
@@ -49,7 +52,7 @@ impl<S: Copy + Display> Timing<S> {
     }
 
     /// Begins a compute pass for `stage`, with timestamps at its beginning and end.
-    pub fn pass<'a>(&mut self, encoder: &'a mut wgpu::CommandEncoder, stage: S) -> wgpu::ComputePass<'a> {
+    pub fn pass<'a>(&mut self, encoder: &'a mut wgpu::CommandEncoder, stage: S) -> Pass<'a> {
         let first = 2 * self.stages.len() as u32;
         self.stages.push(stage);
         self.stamped(encoder, stage, [Some(first), Some(first + 1)])
@@ -85,16 +88,14 @@ impl<S: Copy + Display> Timing<S> {
         encoder: &'a mut wgpu::CommandEncoder,
         stage: S,
         [begins, ends]: [Option<u32>; 2],
-    ) -> wgpu::ComputePass<'a> {
+    ) -> Pass<'a> {
         let timestamp_writes = self.queries.as_ref().map(|queries| wgpu::ComputePassTimestampWrites {
             query_set: &queries.set,
             beginning_of_pass_write_index: begins,
             end_of_pass_write_index: ends,
         });
-        encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: Some(&stage.to_string()),
-            timestamp_writes,
-        })
+        let descriptor = wgpu::ComputePassDescriptor { label: Some(&stage.to_string()), timestamp_writes };
+        Pass::begin(&self.counters, encoder, &descriptor)
     }
 
     /// The queries, if the device has timestamps and there was a pass. An empty range cannot be resolved.

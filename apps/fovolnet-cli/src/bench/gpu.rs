@@ -1,4 +1,4 @@
-//! A GPU in a few minutes: every way to march, and whole frames, with predictions beside them.
+//! A GPU in a few minutes: its constants, every way to march, and whole frames, with predictions beside them.
 
 use super::pipeline;
 use super::record::{Record, Row};
@@ -6,19 +6,19 @@ use crate::interrupt;
 use crate::outputs;
 use anyhow::{Result, bail};
 use fovolnet::core::{CameraPath, Frame, FrameSize, Integration, SampleList};
-use fovolnet::gpu::Gpu;
+use fovolnet::gpu::{Constant, Gpu};
 use fovolnet::render::cpu;
 use fovolnet::render::gpu::{FrameBuffers, MarchStrategy, MaskSource, Renderer, Sampling as GpuSampling};
 use fovolnet::render::model::{GpuModel, Order, Replay, Work, cost};
 use fovolnet::render::noise::Noise;
 use fovolnet::{
-    Device, OpenDevice, Pipeline, RenderSettings, Sampling, SpeedSettings, VolumeSettings, WeightsChoice,
-    open_volume, parse, scene,
+    Device, OpenDevice, Pipeline, RenderSettings, Sampling, SpeedSettings, Viewpoint, VolumeSettings,
+    WeightsChoice, open_volume, parse, scene,
 };
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// A GPU in a few minutes: every way to march, then whole frames
+/// A GPU in a few minutes: its constants, every way to march, then whole frames
 #[derive(clap::Args)]
 pub struct GpuBench {
     /// Results; written anew after every row
@@ -67,6 +67,8 @@ impl GpuBench {
         let mut record = Record::new(output, gpu.info().name, self.resume)?;
         let until = Instant::now() + Duration::from_secs_f64(60.0 * self.minutes);
         let mut run = Run { gpu: &gpu, speed: &speed, record: &mut record, until };
+        run.constants(self.quick)?;
+        run.host()?;
         let subjects = subjects(self.quick)?;
         for subject in &subjects {
             run.march(subject)?;
@@ -141,6 +143,50 @@ impl Run<'_> {
     fn has_time(&self) -> Result<bool> {
         interrupt::check("rows so far are kept; --resume adds the others")?;
         Ok(Instant::now() < self.until)
+    }
+
+    /// Constants of the device.
+    fn constants(&mut self, quick: bool) -> Result<()> {
+        for constant in Constant::all(quick) {
+            let what = constant.to_string();
+            if self.record.has(&what) || !self.has_time()? {
+                continue;
+            }
+            let measured = constant.measure(self.gpu)?;
+            self.record.add(Row { what, predicted: None, measured, unit: "µs".into(), equal: None })?;
+        }
+        Ok(())
+    }
+
+    /// Time of the host for a frame that is too small to keep the device busy, and the commands of this frame.
+    fn host(&mut self) -> Result<()> {
+        let tiny = Subject { volume: "head", side: 16, size: FrameSize::new(16, 16)? };
+        let settings = tiny.settings(SAMPLINGS[0]);
+        let what = "host, a sparse frame of 16x16, wnet-fast";
+        if self.record.has(what) || !self.has_time()? {
+            return Ok(());
+        }
+        let device = OpenDevice::Gpu(self.gpu.clone());
+        let mut pipeline = Pipeline::on(device, &tiny.open()?, &settings, self.speed)?;
+        let mut all = Vec::new();
+        let mut before = self.gpu.commands();
+        for i in 0..=4 * FRAMES {
+            let viewpoint = Viewpoint { camera: pipeline.camera(i), fovea: pipeline.fovea(i) };
+            before = self.gpu.commands();
+            let started = Instant::now();
+            pipeline.display_from(i, &viewpoint)?;
+            all.push(started.elapsed().as_secs_f64() * 1e3);
+            pipeline.finish_display()?;
+        }
+        let commands = self.gpu.commands().since(before);
+        all.sort_by(f64::total_cmp);
+        let counted = [("dispatches", commands.dispatches + commands.indirect), ("passes", commands.passes)];
+        for (name, count) in counted {
+            let (what, unit) = (format!("{name}, a sparse frame, wnet-fast"), name.into());
+            self.record.add(Row { what, predicted: None, measured: count as f64, unit, equal: None })?;
+        }
+        let measured = all[all.len() / 2];
+        self.record.add(Row { what: what.into(), predicted: None, measured, unit: "ms".into(), equal: None })
     }
 
     /// Marches by every strategy, and compares the pictures with those of one thread a ray.

@@ -13,6 +13,10 @@ override SHARE_LEVEL: u32;
 @group(0) @binding(3) var<storage, read> share: array<vec4f>;
 @group(0) @binding(4) var<storage, read_write> accumulated: array<vec4f>;
 
+/// Points of the last frame, which the motion moves first.
+@group(0) @binding(2) var<storage, read> points: array<vec4f>;
+@group(0) @binding(5) var<storage, read> motion: array<vec4f>;
+
 /// Confidence in earlier samples at pixel `at`: bilinear between the centres of squares, replicated at the border.
 fn believed(at: vec2u) -> f32 {
     let size = vec2u(shape.width, shape.height) >> vec2u(SHARE_LEVEL);
@@ -24,6 +28,14 @@ fn believed(at: vec2u) -> f32 {
     let above = mix(share[first.y * size.x + first.x].r, share[first.y * size.x + second.x].r, t.x);
     let below = mix(share[second.y * size.x + first.x].r, share[second.y * size.x + second.x].r, t.x);
     return mix(above, below, t.y);
+}
+
+/// Factor of the weights of earlier samples at pixel `at`.
+fn share_at(at: vec2u) -> f32 {
+    if IS_SHARED {
+        return FADE * believed(at);
+    }
+    return FADE;
 }
 
 @compute @workgroup_size(8, 8)
@@ -39,9 +51,18 @@ fn accumulate(@builtin(global_invocation_id) at: vec3u) {
         accumulated[j] = open * before[j];
         return;
     }
-    var factor = open * FADE;
-    if IS_SHARED {
-        factor *= believed(at.xy);
+    accumulated[i] = known[i] + (open * share_at(at.xy)) * before[i];
+}
+
+/// Moves the points of the last frame along the motion and accumulates them.
+@compute @workgroup_size(8, 8)
+fn accumulate_moved(@builtin(global_invocation_id) at: vec3u) {
+    if at.x >= shape.width || at.y >= shape.height {
+        return;
     }
-    accumulated[i] = known[i] + factor * before[i];
+    let i = place(shape, at.x, at.y, 0u);
+    let open = 1.0 - known[i].a;
+    let point = reprojected_point(at.xy);
+    accumulated[i] = known[i] + (open * share_at(at.xy)) * point.known;
+    accumulated[place(shape, at.x, at.y, 1u)] = open * vec4f(point.apart, 0.0, 0.0);
 }

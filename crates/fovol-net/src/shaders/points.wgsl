@@ -10,48 +10,14 @@
 
 @group(0) @binding(2) var<storage, read_write> splatted: array<vec4f>;
 
-fn is_pixel(at: vec2i) -> bool {
-    return all(at >= vec2i(0)) && all(at < vec2i(i32(shape.width), i32(shape.height)));
-}
-
 @compute @workgroup_size(8, 8)
 fn reproject(@builtin(global_invocation_id) at: vec3u) {
     if at.x >= shape.width || at.y >= shape.height {
         return;
     }
-    let here = place(shape, at.x, at.y, 0u);
-    let there = place(shape, at.x, at.y, 1u);
-    reprojected[here] = vec4f(0.0);
-    reprojected[there] = vec4f(0.0);
-    let way = motion[here].xy;
-    // NaN also counts as leaving the frame.
-    if !is_finite(way.x) || !is_finite(way.y) || any(abs(way) > vec2f(65536.0)) {
-        return;
-    }
-    let whole = floor(way);
-    let part = way - whole;
-    let first = vec2i(at.xy) + vec2i(whole);
-    var sum = vec4f(0.0);
-    var places = vec2f(0.0);
-    var largest = 0.0;
-    for (var corner = 0u; corner < 4u; corner += 1u) {
-        let steps = vec2u(corner & 1u, corner >> 1u);
-        let other = first + vec2i(steps);
-        if !is_pixel(other) {
-            continue;
-        }
-        let known = points[place(shape, u32(other.x), u32(other.y), 0u)];
-        let apart = points[place(shape, u32(other.x), u32(other.y), 1u)].xy + (vec2f(steps) - part);
-        if known.a > 0.0 && all(apart >= vec2f(-0.5)) && all(apart < vec2f(0.5)) {
-            sum += known;
-            places += known.a * apart;
-            largest = max(largest, known.a);
-        }
-    }
-    if largest > 0.0 {
-        reprojected[here] = sum * (largest / sum.a);
-        reprojected[there] = vec4f(places / sum.a, 0.0, 0.0);
-    }
+    let point = reprojected_point(at.xy);
+    reprojected[place(shape, at.x, at.y, 0u)] = point.known;
+    reprojected[place(shape, at.x, at.y, 1u)] = vec4f(point.apart, 0.0, 0.0);
 }
 
 @compute @workgroup_size(8, 8)

@@ -71,10 +71,20 @@ fn known(at: vec2u) -> vec4f {
     return vec4f(mean_square(found, prior[i].rgb), mean_square(found, doubled_fresh(at)), 0.0, found.a);
 }
 
-/// Binomial mean of four pixels along one axis.
-fn blended(i: u32, step: u32) -> vec4f {
-    return (BINOMIAL[0] * patch_pixels[i] + BINOMIAL[1] * patch_pixels[i + step])
-        + (BINOMIAL[2] * patch_pixels[i + 2u * step] + BINOMIAL[3] * patch_pixels[i + 3u * step]);
+/// Binomial mean of four pixels.
+fn binomial(a: vec4f, b: vec4f, c: vec4f, d: vec4f) -> vec4f {
+    return (BINOMIAL[0] * a + BINOMIAL[1] * b) + (BINOMIAL[2] * c + BINOMIAL[3] * d);
+}
+
+/// Mean pixel with its weight raised.
+fn gained(mean: vec4f) -> vec4f {
+    let weight = min(GAIN * mean.a, 1.0);
+    return vec4f(mean.rgb * (weight / max(mean.a, SMALLEST)), weight);
+}
+
+/// Binomial mean of four pixels of the patch, one below the other.
+fn blended(i: u32) -> vec4f {
+    return binomial(patch_pixels[i], patch_pixels[i + PATCH], patch_pixels[i + 2u * PATCH], patch_pixels[i + 3u * PATCH]);
 }
 
 /// Pulls to half the resolution: means over 4×4 pixels, replicated at the border.
@@ -95,10 +105,8 @@ fn pull(
         return;
     }
     let first = 2u * local.y * PATCH + 2u * local.x;
-    let mean = (BINOMIAL[0] * blended(first, PATCH) + BINOMIAL[1] * blended(first + 1u, PATCH))
-        + (BINOMIAL[2] * blended(first + 2u, PATCH) + BINOMIAL[3] * blended(first + 3u, PATCH));
-    let weight = min(GAIN * mean.a, 1.0);
-    pulled[at.y * shape.width + at.x] = vec4f(mean.rgb * (weight / max(mean.a, SMALLEST)), weight);
+    let mean = binomial(blended(first), blended(first + 1u), blended(first + 2u), blended(first + 3u));
+    pulled[at.y * shape.width + at.x] = gained(mean);
 }
 
 /// Interpolates the coarser level at pixel `at`.

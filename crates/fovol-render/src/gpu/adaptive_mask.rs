@@ -3,8 +3,8 @@ use super::shader::ADAPTIVE_MASK;
 use crate::Importance;
 use bytemuck::{Pod, Zeroable};
 use fovol_core::{Fovea, FrameSize, Region};
-use fovol_gpu::Gpu;
 use fovol_gpu::binding::{Slot, bind_group, bind_group_layout, compute_pipeline};
+use fovol_gpu::{Gpu, Pass};
 use wgpu::BufferUsages;
 
 /// Importance on the device; see [`Importance`].
@@ -130,7 +130,7 @@ impl AdaptiveMaskPass {
     }
 
     /// Decides the pixels of a frame of `size`.
-    pub fn dispatch(&self, pass: &mut wgpu::ComputePass<'_>, group: &wgpu::BindGroup, size: FrameSize) {
+    pub fn dispatch(&self, pass: &mut Pass<'_>, group: &wgpu::BindGroup, size: FrameSize) {
         let every = [size.width.div_ceil(64) * 2, size.height.div_ceil(8)];
         pass.set_bind_group(0, group, &[]);
         for (pipeline, [x, y]) in [(&self.weigh, every), (&self.limit, [1, 1]), (&self.choose, every)] {

@@ -1,8 +1,8 @@
 use super::buffers::{Buffers, blocks};
 use super::shader::COMPACT;
 use fovol_core::FrameSize;
-use fovol_gpu::Gpu;
 use fovol_gpu::binding::{Slot, bind_group, bind_group_layout, compute_pipeline};
+use fovol_gpu::{Gpu, Pass};
 
 /// The pipelines that pack the pixels of a mask.
 #[derive(Debug)]
@@ -38,7 +38,7 @@ impl CompactPass {
     }
 
     /// Packs the mask of a frame of `size`, and clears the frame.
-    pub fn dispatch(&self, pass: &mut wgpu::ComputePass<'_>, group: &wgpu::BindGroup, size: FrameSize) {
+    pub fn dispatch(&self, pass: &mut Pass<'_>, group: &wgpu::BindGroup, size: FrameSize) {
         pass.set_bind_group(0, group, &[]);
         for (pipeline, groups) in [(&self.count, blocks(size)), (&self.scan, 1), (&self.pack, blocks(size))] {
             pass.set_pipeline(pipeline);
@@ -73,7 +73,7 @@ mod tests {
         buffers.set_decided_mask(mask);
         gpu.guarded("compaction", || {
             let mut encoder = gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            let mut pass = gpu.pass(&mut encoder);
             stages.compact.dispatch(&mut pass, &buffers.groups.compact, mask.size());
             drop(pass);
             gpu.enqueue([encoder.finish()]);

@@ -33,6 +33,8 @@ pub struct FrameBuffers {
     pub(super) adaptive: Option<AdaptiveBuffers>,
     /// Whether the list lies tile by tile, as the device packs it.
     pub(super) is_tiled: bool,
+    /// Whether results of lists go straight to the frame.
+    pub(super) is_straight: bool,
     /// Shadow rays of each pixel of the next frames, if they are few, and what shaders need of their noise.
     few: Option<(u32, NoiseNumbers)>,
     /// How the last frame was marched, if that is tuned.
@@ -62,6 +64,7 @@ impl FrameBuffers {
                 limits_of: None,
                 adaptive: None,
                 is_tiled: false,
+                is_straight: false,
                 few: None,
                 played: None,
             }
@@ -96,6 +99,12 @@ impl FrameBuffers {
     /// When the steps of the last frame began and ended.
     pub fn timing(&self) -> &Timing<Stage> {
         &self.timing
+    }
+
+    /// Writes the results of the next lists straight to the sparse frame, which saves a command. [`Self::listed`] then has none, and
+    /// [`Self::read_samples`] reads older ones.
+    pub fn set_straight(&mut self, is_straight: bool) {
+        self.is_straight = is_straight;
     }
 
     /// Places shadow rays of the next frames as `few` says, or one at every sample. Scenes without shadow rays do not change.

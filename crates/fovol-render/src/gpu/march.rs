@@ -9,7 +9,7 @@ use super::strategy::MarchStrategy;
 use super::volume_texture::TexelKind;
 use fovol_core::{FrameSize, Integration, ShadowMode, SurfaceShading};
 use fovol_gpu::binding::{Slot, bind_group, bind_group_layout, compute_pipeline};
-use fovol_gpu::{Choices, Gpu};
+use fovol_gpu::{Choices, Gpu, Pass};
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 
@@ -81,14 +81,18 @@ impl MarchPass {
         bind_group(gpu, "march", &self.layout, &resources)
     }
 
-    /// Prepares to march the list of `buffers`, with `few` shadow rays if there are to be few.
+    /// Prepares to march the list of `buffers`, with `few` shadow rays if there are to be few. Results go to the frame if they go
+    /// straight, else to the list.
     pub fn list<'a>(
         &self,
         gpu: &Gpu,
         scene: &'a DeviceScene,
         (buffers, few): (&'a Buffers, Option<u32>),
+        is_straight: bool,
     ) -> March<'a> {
-        self.listed(gpu, scene, buffers, (scene.shading().shadows, few), Some(buffers.pixels))
+        let pixels = if is_straight { Pixels::Straight } else { Pixels::List };
+        let how = (pixels, scene.shading().shadows, few);
+        self.listed(gpu, scene, buffers, how, Some(buffers.pixels))
     }
 
     /// Prepares to march the list of `buffers` with `shadows`.
@@ -98,7 +102,7 @@ impl MarchPass {
         scene: &'a DeviceScene,
         (buffers, shadows): (&'a Buffers, ShadowMode),
     ) -> March<'a> {
-        self.listed(gpu, scene, buffers, (shadows, None), None)
+        self.listed(gpu, scene, buffers, (Pixels::List, shadows, None), None)
     }
 
     fn listed<'a>(
@@ -106,10 +110,10 @@ impl MarchPass {
         gpu: &Gpu,
         scene: &'a DeviceScene,
         buffers: &'a Buffers,
-        (shadows, few): (ShadowMode, Option<u32>),
+        how: (Pixels, ShadowMode, Option<u32>),
         frame_pixels: Option<usize>,
     ) -> March<'a> {
-        self.march(gpu, scene, (Pixels::List, shadows, few), frame_pixels, |size| {
+        self.march(gpu, scene, how, frame_pixels, |size| {
             Groups::Listed(&buffers.listed.length, size.unwrap_or(GroupSize::SixtyFour).offset())
         })
     }
@@ -193,7 +197,8 @@ impl MarchPass {
         constants.push(("GRADIENT", number(variant.surface == SurfaceShading::Gradient)));
         constants.push(("GUIDE", number(variant.pixels == Pixels::List)));
         constants.push(("REJECT", number(variant.pixels == Pixels::Masked)));
-        let is_list = variant.pixels == Pixels::List;
+        constants.push(("STRAIGHT", number(variant.pixels == Pixels::Straight)));
+        let is_list = matches!(variant.pixels, Pixels::List | Pixels::Straight);
         let is_filtered = variant.scene.texels == TexelKind::Filtered;
         let (shader, entry_point) = match strategy {
             MarchStrategy::Rays => {
@@ -236,7 +241,7 @@ enum Groups<'a> {
 
 impl March<'_> {
     /// Marches into the outputs of `group`.
-    pub fn dispatch(&self, pass: &mut wgpu::ComputePass<'_>, group: &wgpu::BindGroup) {
+    pub fn dispatch(&self, pass: &mut Pass<'_>, group: &wgpu::BindGroup) {
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, self.scene, &[]);
         pass.set_bind_group(1, group, &[]);

@@ -5,7 +5,10 @@ use std::fmt;
 /// Which pixels a dispatch marches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Pixels {
+    /// A list, with results in its order.
     List,
+    /// A list, with results at the places of their pixels in the frame.
+    Straight,
     All,
     Masked,
 }

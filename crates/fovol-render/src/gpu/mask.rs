@@ -1,8 +1,8 @@
 use super::buffers::Buffers;
 use super::shader::MASK;
 use fovol_core::FrameSize;
-use fovol_gpu::Gpu;
 use fovol_gpu::binding::{Slot, bind_group, bind_group_layout, compute_pipeline};
+use fovol_gpu::{Gpu, Pass};
 
 /// The pipeline that decides which pixels are sampled.
 #[derive(Debug)]
@@ -28,7 +28,7 @@ impl MaskPass {
     }
 
     /// Decides the pixels of a frame of `size`.
-    pub fn dispatch(&self, pass: &mut wgpu::ComputePass<'_>, group: &wgpu::BindGroup, size: FrameSize) {
+    pub fn dispatch(&self, pass: &mut Pass<'_>, group: &wgpu::BindGroup, size: FrameSize) {
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, group, &[]);
         // Words beyond the right edge are written too: masks are padded to 64 bits.

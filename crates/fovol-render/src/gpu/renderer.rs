@@ -226,7 +226,7 @@ impl Renderer {
         (most, shadows): (u32, ShadowMode),
     ) {
         let march = self.stages.march.guide_list(&self.gpu, &self.scene, (most, shadows));
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        let mut pass = self.gpu.pass(encoder);
         march.dispatch(&mut pass, &list.group);
     }
 
@@ -238,7 +238,7 @@ impl Renderer {
         shadows: ShadowMode,
     ) {
         let march = self.stages.march.samples_with(&self.gpu, &self.scene, (&buffers.buffers, shadows));
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        let mut pass = self.gpu.pass(encoder);
         march.dispatch(&mut pass, &samples.group);
     }
 
@@ -348,15 +348,21 @@ impl Renderer {
         march.dispatch(&mut pass, &buffers.groups.march_frame);
     }
 
-    /// Marches the list, and scatters its samples into the cleared sparse frame.
+    /// Marches the list into the cleared sparse frame, by way of a list of results unless these go straight.
     fn encode_list(&self, encoder: &mut wgpu::CommandEncoder, buffers: &mut FrameBuffers) {
         let few = buffers.few_shadow_rays();
-        let march = self.stages.march.list(&self.gpu, &self.scene, (&buffers.buffers, few));
+        let is_straight = buffers.is_straight;
+        let march = self.stages.march.list(&self.gpu, &self.scene, (&buffers.buffers, few), is_straight);
         buffers.played = march.played;
         let length = &buffers.buffers.listed.length;
+        let groups = &buffers.groups;
+        let group = if is_straight { &groups.march_frame } else { &groups.march_list };
         let mut pass = buffers.timing.pass(encoder, Stage::March);
-        march.dispatch(&mut pass, &buffers.groups.march_list);
+        march.dispatch(&mut pass, group);
         drop(pass);
+        if is_straight {
+            return;
+        }
         let mut pass = buffers.timing.pass(encoder, Stage::Scatter);
         self.stages.scatter.dispatch(&mut pass, &buffers.groups.scatter, length);
     }

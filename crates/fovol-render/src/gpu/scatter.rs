@@ -1,8 +1,8 @@
 use super::buffers::Buffers;
 use super::list_buffers::GroupSize;
 use super::shader::SCATTER;
-use fovol_gpu::Gpu;
 use fovol_gpu::binding::{Slot, bind_group, bind_group_layout, compute_pipeline};
+use fovol_gpu::{Gpu, Pass};
 
 /// The pipeline that scatters packed samples into a sparse frame.
 #[derive(Debug)]
@@ -35,7 +35,7 @@ impl ScatterPass {
     }
 
     /// Writes the samples of the list into the cleared frame.
-    pub fn dispatch(&self, pass: &mut wgpu::ComputePass<'_>, group: &wgpu::BindGroup, length: &wgpu::Buffer) {
+    pub fn dispatch(&self, pass: &mut Pass<'_>, group: &wgpu::BindGroup, length: &wgpu::Buffer) {
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, group, &[]);
         pass.dispatch_workgroups_indirect(length, GroupSize::SixtyFour.offset());

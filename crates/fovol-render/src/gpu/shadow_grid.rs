@@ -103,7 +103,7 @@ impl ShadowGridPass {
             for numbers in numbers.chunks(SLICES) {
                 let mut encoder =
                     gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-                let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+                let mut pass = gpu.pass(&mut encoder);
                 pass.set_bind_group(0, scene, &[]);
                 for &number in numbers {
                     let together = Together::new(slices, number);

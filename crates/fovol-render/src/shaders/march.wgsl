@@ -54,12 +54,13 @@ fn march_with(segment: Segment, few: ptr<function, FewShadowRays>) -> RayResult 
     return result_of(sums, segment);
 }
 
-/// Marches the pixels of the list. Results are in list order.
+/// Marches the pixels of the list.
 @compute @workgroup_size(LIST_GROUP)
 fn march_list(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {
     let i = list_position(group, thread);
     if i < list_length.pixels {
-        put_in_list(i, march(unpacked(list[i])));
+        let pixel = unpacked(list[i]);
+        put_listed(i, pixel, march(pixel));
     }
 }
 

@@ -5,7 +5,7 @@ fn no_segment() -> Segment {
     return Segment(vec3f(0.0), vec3f(0.0), 0.0, 0.0, 0.0);
 }
 
-/// Marches the pixels of the list. Results are in list order.
+/// Marches the pixels of the list.
 @compute @workgroup_size(POOL_THREADS)
 fn pool_list(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {
     let i = (group.y * GROUPS_X + group.x) * POOL_RAYS + thread;
@@ -18,7 +18,7 @@ fn pool_list(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_inde
     }
     let marched = march_pool(thread);
     if has_ray {
-        put_in_list(i, marched);
+        put_listed(i, unpacked(list[i]), marched);
     }
 }
 

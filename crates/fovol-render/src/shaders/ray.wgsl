@@ -14,6 +14,8 @@ override GRADIENT: bool = false;
 override GUIDE: bool = false;
 /// Whether pixels outside the mask end at once.
 override REJECT: bool = false;
+/// Whether results of the list go to the places of their pixels in the frame.
+override STRAIGHT: bool = false;
 
 /// The pixels to march, packed.
 @group(1) @binding(2) var<storage, read> list: array<u32>;
@@ -139,6 +141,15 @@ fn put_in_list(i: u32, marched: RayResult) {
     inverse_depths[4u * i + 1u] = marched.unshadowed.r;
     inverse_depths[4u * i + 2u] = marched.unshadowed.g;
     inverse_depths[4u * i + 3u] = marched.unshadowed.b;
+}
+
+/// Stores the result of pixel `i` of the list, which is `pixel`, where it is wanted.
+fn put_listed(i: u32, pixel: vec2u, marched: RayResult) {
+    if STRAIGHT {
+        put_in_frame(pixel, marched);
+    } else {
+        put_in_list(i, marched);
+    }
 }
 
 /// Stores the result of `pixel` of the frame.

@@ -22,7 +22,7 @@ const SCALES: [f64; 13] = [1.0, 0.9, 0.85, 0.75, 0.7, 0.6, 0.5, 0.42, 0.3333, 0.
 /// Sizes of frames that are reconstructed.
 const RECONSTRUCTED_SCALES: [f64; 4] = [1.0, 0.75, 0.6, 0.5];
 /// Factors of the step along rays.
-pub const STEPS: [f64; 3] = [1.0, 2.0, 4.0];
+pub const STEPS: [f64; 4] = [1.0, 1.5, 2.0, 4.0];
 /// Factors of the density.
 const DENSITIES: [f64; 2] = [1.0, 0.6];
 /// Largest step that a scene may have.

@@ -21,7 +21,7 @@ pub struct Errors {
 
 /// Errors before any was measured.
 const LIGHT: f64 = 2e-5;
-const AT_STEPS: [f64; STEPS.len() - 1] = [3e-5, 3e-4];
+const AT_STEPS: [f64; STEPS.len() - 1] = [1e-5, 3e-5, 3e-4];
 /// Low enough that ratios are tried where cached light is poor, and no lower: frames that are tried are shown.
 const RATIO: f64 = 2e-4;
 const COLOURS: f64 = 4e-4;

@@ -128,12 +128,14 @@ impl Network {
 fn kernels(context: &Context<'_>) -> Result<Vec<(Stage, Kernel)>> {
     let plan = context.plan;
     let mut middle = Vec::new();
-    for (number, layer) in plan.layers().iter().enumerate() {
-        let made = layers::kernels(context, layer)?;
+    let mut number = 0;
+    while number < plan.layers().len() {
+        let (made, count) = layers::kernels(context, number)?;
         middle.extend(made.into_iter().map(|kernel| (Stage::Layer(number), kernel)));
+        number += count;
     }
     let mut used: HashSet<TensorId> = middle.iter().flat_map(|(_, kernel)| tensors(kernel)).collect();
-    let shown = context.place(plan.output());
+    let shown = context.place(context.schedule.shown);
     for place in plan.states().iter().map(|state| context.place(state.next)).chain([shown]) {
         if let Place::Tensor(id) = place {
             used.insert(id);
@@ -148,7 +150,10 @@ fn kernels(context: &Context<'_>) -> Result<Vec<(Stage, Kernel)>> {
     let given = given.into_iter().filter_map(|(id, load)| Some((id.filter(|id| used.contains(id))?, load)));
     let mut kernels: Vec<(Stage, Kernel)> = given.map(|(id, load)| (Stage::Input, load(id))).collect();
     kernels.append(&mut middle);
-    kernels.push((Stage::Output, show(shown)));
+    let shows = |kernel: &Kernel| kernel.operands.iter().any(|operand| operand.place() == Some(Place::Frame));
+    if !kernels.iter().any(|(_, kernel)| shows(kernel)) {
+        kernels.push((Stage::Output, show(shown)));
+    }
     kernels.extend(kept(context).map(|kernel| (Stage::Output, kernel)));
     Ok(kernels)
 }

@@ -6,7 +6,7 @@ use crate::gpu::tensor::{Place, Sizes};
 use crate::input::FrameInput;
 use crate::{Error, Result};
 use fovol_core::{Frame, FrameSize};
-use fovol_gpu::{Timing, read};
+use fovol_gpu::{Pass, Timing, read};
 use std::fmt;
 use std::sync::Arc;
 use wgpu::BufferUsages;
@@ -143,7 +143,7 @@ impl State {
             let mut timing = self.timing.take();
             match &mut timing {
                 None => {
-                    let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+                    let mut pass = network.gpu.pass(encoder);
                     self.dispatch(&mut pass, 0..network.steps.len(), &groups, &sizes);
                 }
                 Some(timing) => {
@@ -187,7 +187,7 @@ impl State {
     /// Records some of the steps. `given` has the bind groups of steps that read the frame's input.
     fn dispatch(
         &self,
-        pass: &mut wgpu::ComputePass<'_>,
+        pass: &mut Pass<'_>,
         steps: std::ops::Range<usize>,
         given: &[Option<wgpu::BindGroup>],
         sizes: &Sizes<'_>,

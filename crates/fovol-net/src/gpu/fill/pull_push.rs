@@ -110,7 +110,7 @@ impl PullPush {
         }
         self.gpu.guarded("encoding the filling of a frame", || {
             let groups: Vec<wgpu::BindGroup> = (0..self.levels.len()).map(|i| self.bind(i, sparse)).collect();
-            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            let mut pass = self.gpu.pass(encoder);
             for step in &self.steps {
                 pass.set_pipeline(&step.pipeline);
                 pass.set_bind_group(0, &groups[step.levels], &[]);

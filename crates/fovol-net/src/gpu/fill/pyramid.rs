@@ -1,4 +1,4 @@
-use crate::gpu::kernel::shader::PYRAMID;
+use crate::gpu::kernel::shader::{PYRAMID, PYRAMID_TOP};
 use crate::gpu::kernel::{Context, Groups, Kernel, Operand, flag};
 use crate::gpu::tensor::Place;
 use crate::plan::{
@@ -16,38 +16,43 @@ enum Pulled {
     Squares([TensorId; 2]),
 }
 
+/// Levels that one kernel pulls and pushes back.
+const TOP: u32 = 3;
+
 /// Makes the kernels that spread weighted pixels over the frame.
 pub fn spread(context: &Context<'_>, layer: &Spread) -> Vec<Kernel> {
     let &Spread { known, base, levels, output } = layer;
     let pulled = base.map_or(Pulled::Known, Pulled::Differences);
-    let mut kernels = completed(context, known, pulled, [levels, 1]);
-    kernels.push(made(context, pulled, [levels, 1], output));
-    kernels
+    kernels(context, (known, pulled), [levels, 1], output)
 }
 
 /// Makes the kernels of the confidence in earlier frames.
 pub fn history_confidence(context: &Context<'_>, layer: &HistoryConfidence) -> Vec<Kernel> {
     let &HistoryConfidence { known, prior, fresh, levels, output } = layer;
-    let pulled = Pulled::Squares([prior, fresh]);
     let lowest = context.plan.tensor(output).level;
-    let mut kernels = completed(context, known, pulled, [levels, lowest]);
-    kernels.push(made(context, pulled, [levels, lowest], output));
-    kernels
+    kernels(context, (known, Pulled::Squares([prior, fresh])), [levels, lowest], output)
 }
 
-/// Makes the kernels of all pulls, and of all pushes but the one to level `lowest`.
-fn completed(
+/// Makes the kernels of a pyramid of `levels`, whose level `lowest` makes `output`.
+fn kernels(
     context: &Context<'_>,
-    known: TensorId,
-    pulled: Pulled,
+    (known, pulled): (TensorId, Pulled),
     [levels, lowest]: [u32; 2],
+    output: TensorId,
 ) -> Vec<Kernel> {
+    // The coarsest levels turn together if there is a level below them, and none of them but the finest is wanted.
+    let turned = (levels + 1).saturating_sub(TOP);
+    let turns = turned > 1 && lowest <= turned;
+    let pulls = if turns { turned - 1 } else { levels.max(lowest) };
+    let pushed = if turns { turned } else { levels };
     let mut kernels = vec![first_pull(context, known, pulled)];
-    kernels.extend((2..=levels.max(lowest)).map(|level| {
+    kernels.extend((2..=pulls).map(|level| {
         let finer = Operand::Read(Place::Level(level - 1));
         pull(0.0, [finer.clone(), finer.clone(), finer], level)
     }));
-    kernels.extend((lowest + 1..levels).rev().map(push));
+    kernels.extend(turns.then(|| turn(turned)));
+    kernels.extend((lowest + 1..pushed).rev().map(push));
+    kernels.push(made(context, pulled, (lowest, lowest < pushed), output));
     kernels
 }
 
@@ -72,6 +77,18 @@ fn pull(pulled: f64, [known, prior, fresh]: [Operand; 3], level: u32) -> Kernel 
     }
 }
 
+/// Makes the kernel that fills `level` from the one below it, by way of the two above.
+fn turn(level: u32) -> Kernel {
+    let to = Place::Level(level);
+    Kernel {
+        shader: PYRAMID_TOP,
+        entry_point: "turn",
+        constants: Vec::new(),
+        operands: vec![Operand::Shape(to), Operand::Read(Place::Level(level - 1)), Operand::Write(to)],
+        groups: Groups::of(to),
+    }
+}
+
 /// Makes the kernel that pushes to `level` from the next one.
 fn push(level: u32) -> Kernel {
     let to = Place::Level(level);
@@ -84,9 +101,8 @@ fn push(level: u32) -> Kernel {
     }
 }
 
-/// Makes the kernel that pushes to level `lowest` and computes the output from it.
-fn made(context: &Context<'_>, pulled: Pulled, [levels, lowest]: [u32; 2], output: TensorId) -> Kernel {
-    let is_pushed = lowest < levels;
+/// Makes the kernel that computes the output from level `lowest`; if it `is_pushed`, it is filled from the next one first.
+fn made(context: &Context<'_>, pulled: Pulled, (lowest, is_pushed): (u32, bool), output: TensorId) -> Kernel {
     let level = Operand::Read(Place::Level(lowest));
     let coarser = if is_pushed { Operand::Read(Place::Level(lowest + 1)) } else { level.clone() };
     let (number, base) = match pulled {

@@ -26,14 +26,16 @@ pub const RESHAPE: Shader = shader!("../../shaders/", "reshape": "tensor");
 pub const POINTWISE: Shader = shader!("../../shaders/", "pointwise": "tensor");
 /// Pull-push pyramid inside a network.
 pub const PYRAMID: Shader = shader!("../../shaders/", "pyramid": "tensor" "doubled");
+/// The coarsest levels of this pyramid.
+pub const PYRAMID_TOP: Shader = shader!("../../shaders/", "pyramid_top": "tensor" "doubled");
 /// Smoothing, and filling from spread pictures.
 pub const SPREAD: Shader = shader!("../../shaders/", "spread": "tensor" "doubled");
 /// Accumulation of earlier samples.
-pub const ACCUMULATE: Shader = shader!("../../shaders/", "accumulate": "tensor");
+pub const ACCUMULATE: Shader = shader!("../../shaders/", "accumulate": "tensor" "reprojected");
 /// Reprojection of images.
 pub const WARP: Shader = shader!("../../shaders/", "warp": "tensor");
 /// Reprojection and resampling of points.
-pub const POINTS: Shader = shader!("../../shaders/", "points": "tensor");
+pub const POINTS: Shader = shader!("../../shaders/", "points": "tensor" "reprojected");
 /// Pull-push without a network.
 pub const PULL_PUSH: Shader = shader!("../../shaders/", "pull_push":);
 
@@ -43,8 +45,21 @@ mod tests {
     use wgpu::naga::valid::Capabilities;
 
     /// Shaders that every device runs.
-    const ALL: [Shader; 14] = [
-        FRAME, KEEP, CONV, FILTER, NORM, POOL, RESHAPE, POINTWISE, PYRAMID, SPREAD, ACCUMULATE, POINTS, WARP,
+    const ALL: [Shader; 15] = [
+        FRAME,
+        KEEP,
+        CONV,
+        FILTER,
+        NORM,
+        POOL,
+        RESHAPE,
+        POINTWISE,
+        PYRAMID,
+        PYRAMID_TOP,
+        SPREAD,
+        ACCUMULATE,
+        POINTS,
+        WARP,
         PULL_PUSH,
     ];
     const MATRICES: [Shader; 2] = [CONV_MATRICES_8, CONV_MATRICES_16];

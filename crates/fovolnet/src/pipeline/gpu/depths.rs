@@ -4,7 +4,7 @@ use super::reprojection::ReprojectionUniforms;
 use crate::motion::REMEMBERED;
 use fovol_core::FrameSize;
 use fovol_gpu::binding::{Slot, bind_group, bind_group_layout, compute_pipeline};
-use fovol_gpu::{Gpu, Shader, shader};
+use fovol_gpu::{Gpu, Pass, Shader, shader};
 use wgpu::BufferUsages;
 
 /// Shader that moves depths of earlier samples to this frame.
@@ -93,7 +93,7 @@ impl DepthPasses {
     }
 
     /// Finds the distances of all pixels, by the samples of `remembered` earlier frames.
-    pub fn dispatch(&self, pass: &mut wgpu::ComputePass<'_>, remembered: usize) {
+    pub fn dispatch(&self, pass: &mut Pass<'_>, remembered: usize) {
         let groups = |edge| [self.size.width, self.size.height].map(|side| side.div_ceil(edge));
         if let Some(earlier) = self.earlier.as_ref().filter(|_| remembered > 0) {
             let [columns, rows] = groups(GROUP);
@@ -185,7 +185,7 @@ mod tests {
                 let passes = DepthPasses::new(gpu, size, (frames, &to_last), false);
                 let mut encoder =
                     gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-                let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+                let mut pass = gpu.pass(&mut encoder);
                 passes.dispatch(&mut pass, 0);
                 drop(pass);
                 gpu.enqueue([encoder.finish()]);

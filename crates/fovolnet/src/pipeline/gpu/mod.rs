@@ -384,12 +384,16 @@ impl Marcher for GpuMarcher {
         let done = display.make_way()?;
         display.take_played().for_each(|(played, ms)| self.renderer.learn_march_time(played, ms));
         let listed = self.listing(view, None);
-        let (encoded, submission) = gpu.submit("rendering a frame", |encoder| {
+        // A guide reads the list of results, and nothing else does that stays on the device.
+        self.buffers.set_straight(self.sampler.guide == Guide::None);
+        let submitted = gpu.submit("rendering a frame", |encoder| {
             self.encode(encoder, view, listed.as_ref())?;
             let made = self.reconstruction.as_ref().map(DeviceReconstruction::frame_buffer);
             let frame = made.unwrap_or(self.buffers.frame());
             display.encode(encoder, frame, (&self.buffers, &self.parts))
-        })?;
+        });
+        self.buffers.set_straight(false);
+        let (encoded, submission) = submitted?;
         let samples = match self.sampler.sampling {
             Sampling::Full => Some(self.sampler.size.pixels()),
             _ => listed.map(|listed| listed.list.len()),

@@ -93,7 +93,7 @@ impl MotionPass {
         }
         depths.set_reprojections(&self.gpu, &earlier);
 
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        let mut pass = self.gpu.pass(encoder);
         depths.dispatch(&mut pass, earlier.len());
         pass.set_bind_group(0, &belief.group, &[]);
         let guessed = [(&belief.judge, TILE), (&belief.believe, TILE * GROUP), (&belief.shift, GROUP)];

@@ -73,7 +73,7 @@ impl ImportancePass {
         let [columns, rows] = Importance::cells_of(region).map(|cells| cells as u32);
         let blocks = settings.region_size.map(|side| side.div_ceil(2).div_ceil(8));
         let cells = [columns, rows].map(|cells| cells.div_ceil(8));
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        let mut pass = self.gpu.pass(encoder);
         pass.set_bind_group(0, &self.group, &[]);
         for (step, [x, y]) in self.steps.iter().zip([blocks, cells, cells, [1, 1]]) {
             pass.set_pipeline(step);

@@ -93,7 +93,7 @@ impl LightRatio {
         pipeline: &wgpu::ComputePipeline,
         group: &wgpu::BindGroup,
     ) {
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        let mut pass = self.gpu.pass(encoder);
         pass.set_pipeline(pipeline);
         pass.set_bind_group(0, group, &[]);
         pass.dispatch_workgroups(self.size.width.div_ceil(8), self.size.height.div_ceil(8), 1);

@@ -171,7 +171,7 @@ impl GuideMarch {
         number: usize,
         passes: &[(&wgpu::ComputePipeline, [u32; 2])],
     ) {
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        let mut pass = self.gpu.pass(encoder);
         pass.set_bind_group(0, &self.levels[number].level, &[]);
         for (pipeline, [x, y]) in passes {
             pass.set_pipeline(pipeline);
@@ -189,7 +189,7 @@ impl GuideMarch {
         most: u32,
     ) {
         renderer.encode_guide_list(encoder, &self.list, (most, self.shadows()));
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        let mut pass = self.gpu.pass(encoder);
         pass.set_pipeline(&self.put);
         pass.set_bind_group(0, &self.levels[number].put_list, &[]);
         let [x, y, z] = ListBuffers::groups(most);
