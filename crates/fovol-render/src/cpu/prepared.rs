@@ -21,8 +21,8 @@ pub struct Prepared {
 #[derive(Debug, Default)]
 pub struct OtherSteps(Vec<Prepared>);
 
-/// Other steps that are kept.
-const MOST_STEPS: usize = 2;
+/// Other steps that are kept: as many as a planner compares with the scene's.
+const MOST_STEPS: usize = 3;
 
 impl Prepared {
     /// The tables of `transfer` for `step`; light columns are prepared when they are needed.

@@ -152,29 +152,72 @@ impl Integers for Avx2 {
     }
 }
 
+/// Numbers of the eight lanes.
+///
+/// # Safety
+/// The processor has AVX2; all lanes are at least 0.
+#[inline(always)]
+unsafe fn indices(index: Avx2I32) -> [usize; 8] {
+    // SAFETY: the caller vouches for the instructions.
+    let [a, b, c, d] = unsafe {
+        let high = _mm256_extracti128_si256::<1>(index.0);
+        let low = _mm256_castsi256_si128(index.0);
+        [
+            _mm_cvtsi128_si64(low),
+            _mm_extract_epi64::<1>(low),
+            _mm_cvtsi128_si64(high),
+            _mm_extract_epi64::<1>(high),
+        ]
+    };
+    let [first, second] = [|pair: i64| pair as u32 as usize, |pair: i64| (pair as u64 >> 32) as usize];
+    [first(a), second(a), first(b), second(b), first(c), second(c), first(d), second(d)]
+}
+
+/// Words at eight addresses of any alignment.
+///
+/// # Safety
+/// The processor has AVX2; four bytes can be read at each address.
+#[inline(always)]
+unsafe fn words(at: [*const i32; 8]) -> Avx2I32 {
+    // SAFETY: the caller vouches for instructions and addresses.
+    unsafe {
+        let four = |i: usize| {
+            let two =
+                _mm_insert_epi32::<1>(_mm_cvtsi32_si128(at[i].read_unaligned()), at[i + 1].read_unaligned());
+            let three = _mm_insert_epi32::<2>(two, at[i + 2].read_unaligned());
+            _mm_insert_epi32::<3>(three, at[i + 3].read_unaligned())
+        };
+        Avx2I32(_mm256_inserti128_si256::<1>(_mm256_castsi128_si256(four(0)), four(4)))
+    }
+}
+
+// Plain loads: on a Zen 3 they take 0.6 of the time of a hardware gather, and on an Intel processor with the mitigations of its
+// microcode less still.
 impl Gather for Avx2 {
     #[inline(always)]
     unsafe fn gather_bytes<const SCALE: i32>(from: &[u8], offset: Avx2I32) -> Avx2I32 {
         debug_assert!(Self::are_below(offset, SCALE, from.len().saturating_sub(3)));
         // SAFETY: the vectors prove the instructions, the caller vouches for the addresses.
-        Avx2I32(unsafe { _mm256_i32gather_epi32::<SCALE>(from.as_ptr().cast(), offset.0) })
+        unsafe { words(indices(offset).map(|at| from.as_ptr().add(at * SCALE as usize).cast())) }
     }
     #[inline(always)]
     unsafe fn gather(from: &[f32], index: Avx2I32) -> Self {
         debug_assert!(Self::are_below(index, 1, from.len()));
-        // SAFETY: see above.
-        Self(unsafe { _mm256_i32gather_ps::<4>(from.as_ptr(), index.0) })
+        // SAFETY: see above; four times as many bytes as numbers lie in `from`.
+        let words = unsafe { words(indices(index).map(|at| from.as_ptr().add(at).cast())) };
+        Self::from_bits(words)
     }
     #[inline(always)]
     unsafe fn gather_pairs(from: &[f32], index: Avx2I32) -> [Self; 2] {
         debug_assert!(Self::are_below(index, 1, from.len().saturating_sub(1)));
-        // SAFETY: see above.
+        // SAFETY: see above; both numbers of each pair lie in `from`.
         unsafe {
-            let base = from.as_ptr().cast();
-            let low = _mm256_castpd_ps(_mm256_i32gather_pd::<4>(base, _mm256_castsi256_si128(index.0)));
-            let high =
-                _mm256_castpd_ps(_mm256_i32gather_pd::<4>(base, _mm256_extracti128_si256::<1>(index.0)));
-            Self(low).deinterleave2(Self(high))
+            let at = indices(index);
+            let pair = |i: usize| from.as_ptr().add(at[i]).cast::<f64>();
+            let two = |i: usize| _mm_loadh_pd(_mm_load_sd(pair(i)), pair(i + 1));
+            let four = |i: usize| _mm256_insertf128_pd::<1>(_mm256_castpd128_pd256(two(i)), two(i + 2));
+            let [low, high] = [four(0), four(4)].map(|pairs| Self(_mm256_castpd_ps(pairs)));
+            low.deinterleave2(high)
         }
     }
     #[inline(always)]

@@ -16,8 +16,10 @@ pub struct Costs {
     share: f64,
     /// Milliseconds of a unit, by [`Way`], once a frame was made so.
     rates: [Option<f64>; Way::ALL.len()],
-    /// Milliseconds of a unit where none is known.
-    guess: f64,
+    /// Milliseconds of a unit of a small frame with every pixel, that was not shown.
+    trial: Option<f64>,
+    /// Milliseconds of a unit of exact rays, from scattered ones; `None` before any was timed.
+    guess: Option<f64>,
 }
 
 // Measured on five volumes of 256³ with AVX2, where empty space is skipped; a unit takes 8 ns of two threads.
@@ -46,7 +48,14 @@ const RATE: f64 = 8e-6;
 
 impl Default for Costs {
     fn default() -> Self {
-        Self { primary: 150.0, shadow: 900.0, share: 0.5, rates: [None; Way::ALL.len()], guess: RATE }
+        Self {
+            primary: 150.0,
+            shadow: 900.0,
+            share: 0.5,
+            rates: [None; Way::ALL.len()],
+            trial: None,
+            guess: None,
+        }
     }
 }
 
@@ -68,7 +77,8 @@ impl Costs {
     pub fn guess(&mut self, rays: usize, ms: f64) {
         let work = SCATTERED * rays as f64 * (RAY + self.primary + SHADOW * self.shadow);
         if work > 0.0 {
-            self.guess = ms / work;
+            let new = ms / work;
+            self.guess = Some(self.guess.map_or(new, |old| old + NEW * (new - old)));
         }
     }
 
@@ -77,14 +87,19 @@ impl Costs {
         self.share
     }
 
-    /// Work of a frame of `candidate`.
+    /// Work of a frame of `candidate`, as it is shown.
     pub fn work(&self, candidate: &Candidate, asked: &RenderSettings) -> f64 {
+        let enlarged = if candidate.scale < 1.0 { ENLARGED * asked.size.pixels() as f64 } else { 0.0 };
+        self.made(candidate, asked) + enlarged
+    }
+
+    /// Work of a frame of `candidate` at its own size.
+    fn made(&self, candidate: &Candidate, asked: &RenderSettings) -> f64 {
         let pixels = candidate.size(asked.size).pixels() as f64;
         let seen = pixels * self.share;
         let primary = RAY + self.primary / candidate.step;
         // Shadow rays start at every sample, and take longer steps, too.
         let shadow = SHADOW * self.shadow / candidate.step.powi(2);
-        let enlarged = if candidate.scale < 1.0 { ENLARGED * asked.size.pixels() as f64 } else { 0.0 };
         let marched = match candidate.way {
             Way::ExactLight => seen * (primary + shadow),
             Way::CachedLight => seen * (RAY + CACHED * self.primary / candidate.step),
@@ -99,12 +114,17 @@ impl Costs {
             Way::ExactLight | Way::CachedLight | Way::Colours => 0.0,
         };
         let per_pixel = if candidate.way.is_full() { PIXEL } else { RECONSTRUCTED };
-        marched + guide + per_pixel * pixels + enlarged
+        marched + guide + per_pixel * pixels
     }
 
     /// Milliseconds that a frame of `candidate` will take.
     pub fn ms(&self, candidate: &Candidate, asked: &RenderSettings) -> f64 {
         self.work(candidate, asked) * self.rate(candidate.way)
+    }
+
+    /// Learns that a frame of `candidate` with every pixel, which is not shown, took `ms` milliseconds.
+    pub fn try_out(&mut self, candidate: &Candidate, asked: &RenderSettings, ms: f64) {
+        self.trial = Some(ms / self.made(candidate, asked));
     }
 
     /// Learns that a frame of `candidate` took `ms` milliseconds.
@@ -115,13 +135,17 @@ impl Costs {
         *rate = Some(rate.map_or(new, |old| old + NEW * (new.min(MOST_GROWTH * old) - old)));
     }
 
-    /// Rate of a way; that of ways that were not used is the mean of the others.
+    /// Rate of a way. That of a way that was not used follows from similar ways, or from exact rays of probes. Where a network takes
+    /// long, rates of sparse frames say nothing of full ones.
     fn rate(&self, way: Way) -> f64 {
-        let known = || self.rates.iter().flatten();
-        self.rates[way as usize].unwrap_or_else(|| match known().count() {
-            0 => self.guess,
-            count => known().sum::<f64>() / count as f64,
-        })
+        let known = |is_full: bool| {
+            let alike = Way::ALL.into_iter().filter(move |other| other.is_full() == is_full);
+            let rates: Vec<f64> = alike.filter_map(|other| self.rates[other as usize]).collect();
+            (!rates.is_empty()).then(|| rates.iter().sum::<f64>() / rates.len() as f64)
+        };
+        let sparse = || if way.is_full() { None } else { known(false) };
+        let whole = || known(true).or(self.trial).or(self.guess);
+        self.rates[way as usize].or_else(sparse).or_else(whole).unwrap_or(RATE)
     }
 }
 
@@ -154,6 +178,16 @@ mod tests {
         assert!(work(Candidate { density: 0.5, ..full(Way::LightRatio) }) < work(full(Way::LightRatio)));
         assert!(work(full(Way::FewShadowRays)) < work(full(Way::LightRatio)));
         assert!(work(full(Way::CachedLight)) < work(full(Way::ExactLight)));
+    }
+
+    #[test]
+    fn a_slow_network_makes_no_full_frame_look_slow() {
+        let (mut costs, asked) = (Costs::default(), RenderSettings::default());
+        costs.guess(100, SCATTERED * 100.0 * (RAY + 150.0 + SHADOW * 900.0) * RATE);
+        let before = costs.ms(&full(Way::ExactLight), &asked);
+        costs.learn(&full(Way::LightRatio), &asked, 1e4);
+        assert_eq!(costs.ms(&full(Way::ExactLight), &asked), before);
+        assert!(costs.ms(&full(Way::FewShadowRays), &asked) > before);
     }
 
     #[test]

@@ -261,7 +261,7 @@ impl Planner {
             survey.measure_steps(&mut self.errors);
             match shown.zip(self.candidate()) {
                 Some(shown) => survey.measure_sizes(shown, self.shown.mean(), &mut self.errors),
-                None => survey.measure_sizes_anew(region, &mut self.errors)?,
+                None => survey.measure_sizes_anew(region, (&mut self.errors, &mut self.costs))?,
             }
         }
         self.remember_reconstruction();

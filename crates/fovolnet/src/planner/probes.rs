@@ -83,20 +83,23 @@ impl<'a> Probes<'a> {
             ShadowMode::Off => ShadowMode::Off,
             ShadowMode::On | ShadowMode::Cached => ShadowMode::On,
         };
-        let list = SampleList::new(asked.size, pixels[..count].to_vec());
-        let started = Instant::now();
-        let Some((exact, samples)) =
-            pipeline.march_as((exact_shadows, asked.step), &viewpoint.camera, &list)?
-        else {
-            return Ok(None);
-        };
-        let exact_ms = started.elapsed().as_secs_f64() * 1e3;
         costs.see(region.size.pixels() as f64 / asked.size.pixels() as f64);
-        if let Some(samples) = samples {
-            costs.count(samples, count);
-            costs.guess(count, exact_ms);
+        let mut exact = vec![[0.0; 3]; count];
+        // Rays at edges take longer. Those of an even part of the probes tell the cost of a frame.
+        let [even, others] = even_part(&weights[..count]);
+        for (part, is_even) in [(even, true), (others, false)] {
+            let list = SampleList::new(asked.size, part.iter().map(|i| pixels[*i]).collect());
+            let started = Instant::now();
+            let how = (exact_shadows, asked.step);
+            let Some((rays, samples)) = pipeline.march_as(how, &viewpoint.camera, &list)? else {
+                return Ok(None);
+            };
+            if let (true, Some(samples)) = (is_even, samples) {
+                costs.count(samples, part.len());
+                costs.guess(part.len(), started.elapsed().as_secs_f64() * 1e3);
+            }
+            part.iter().zip(rays).for_each(|(i, ray)| exact[*i] = shown(ray.colour));
         }
-        let exact = exact.iter().map(|ray| shown(ray.colour)).collect();
         Ok(Some(Self {
             pipeline,
             viewpoint,
@@ -165,6 +168,11 @@ impl<'a> Probes<'a> {
         self.asked.size
     }
 
+    /// The settings that are asked for.
+    pub fn asked(&self) -> &RenderSettings {
+        self.asked
+    }
+
     /// The probe pixels. Exact shadows are known of the first ones alone.
     pub fn pixels(&self) -> &[Pixel] {
         &self.pixels
@@ -228,6 +236,16 @@ impl<'a> Probes<'a> {
     }
 }
 
+/// Indices of a part of the probes with these `weights` that is scattered evenly, and of the others. A probe is the likelier of
+/// that part, the larger its weight.
+fn even_part(weights: &[f64]) -> [Vec<usize>; 2] {
+    const GOLDEN: f64 = 0.618_033_988_749_894_8;
+    let largest = weights.iter().copied().fold(0.0, f64::max);
+    let is_even = |i: &usize| weights[*i] >= largest * (*i as f64 * GOLDEN).fract();
+    let (even, others) = (0..weights.len()).partition(is_even);
+    [even, others]
+}
+
 /// Display values, as metrics compare them.
 fn shown(colour: [f32; 3]) -> [f32; 3] {
     colour.map(|value| value.clamp(0.0, 1.0))
@@ -250,4 +268,21 @@ pub fn squared(
 pub fn mean_square(squares: impl Iterator<Item = f64>) -> f64 {
     let (sum, count) = squares.fold((0.0, 0u32), |(sum, count), square| (sum + square, count + 1));
     sum / f64::from(count.max(1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn probes_at_edges_are_thinned_for_costs() {
+        // Half of the probes have a quarter of the others' weight.
+        let weights: Vec<f64> = (0..1000).map(|i| if i % 2 == 0 { 1.6 } else { 0.4 }).collect();
+        let [even, others] = even_part(&weights);
+        assert_eq!(even.len() + others.len(), 1000);
+        let kept = even.iter().filter(|i| **i % 2 == 1).count();
+        assert_eq!(even.len() - kept, 500);
+        assert!((110..140).contains(&kept), "{kept}");
+        assert!(even_part(&[1.0; 9])[1].is_empty());
+    }
 }

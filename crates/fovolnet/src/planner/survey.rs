@@ -1,10 +1,12 @@
 use super::candidate::{Candidate, STEPS, scaled};
+use super::costs::Costs;
 use super::errors::Errors;
 use super::probes::{Colours, Probes, Shown, mean_square, squared};
 use super::sizes::RATIOS;
 use super::way::Way;
 use crate::Result;
 use fovol_core::{Frame, FrameSize, Pixel, Region, SampleList, ShadowMode};
+use std::time::Instant;
 
 /// Measures what frames of other steps and sizes than the one that is shown would be wrong by.
 ///
@@ -69,16 +71,25 @@ impl<'a, 'b> Survey<'a, 'b> {
         errors.sizes.see(candidate.scale, error, self.differences(shown));
     }
 
-    /// Marches a small frame, and learns from it what frames are wrong by for their size.
+    /// Marches a small frame, and learns from it what frames are wrong by for their size, and what every pixel costs.
     ///
     /// # Errors
     /// A lost device, too little memory.
-    pub fn measure_sizes_anew(&mut self, region: Region, errors: &mut Errors) -> Result<()> {
-        let size = self.probes.size();
+    pub fn measure_sizes_anew(
+        &mut self,
+        region: Region,
+        (errors, costs): (&mut Errors, &mut Costs),
+    ) -> Result<()> {
         let scale = (FIRST_PIXELS / region.size.pixels() as f64).sqrt().min(FIRST_SCALE);
-        let small = scaled(size, scale);
         let Some(at) = self.by_step.iter().rposition(Option::is_some) else { return Ok(()) };
-        let Some(frame) = self.small_frame(small, STEPS[at.min(1)])? else { return Ok(()) };
+        let step = STEPS[at.min(1)];
+        let started = Instant::now();
+        let Some(frame) = self.small_frame(scaled(self.probes.size(), scale), step)? else { return Ok(()) };
+        // Few rays do without what shadow rays need to be quick, so their time says little of a whole frame with shadow rays.
+        if self.shadows == ShadowMode::Cached {
+            let candidate = Candidate { way: Way::CachedLight, scale, step, density: 1.0 };
+            costs.try_out(&candidate, self.probes.asked(), started.elapsed().as_secs_f64() * 1e3);
+        }
         let shown = Shown { frame: &frame, on_screen: false };
         if let Some(colours) = &self.by_step[at.min(1)] {
             let error = self.size_error(shown, colours);
@@ -133,7 +144,6 @@ impl<'a, 'b> Survey<'a, 'b> {
 
 #[cfg(all(test, feature = "files", feature = "procedural"))]
 mod tests {
-    use super::super::costs::Costs;
     use super::*;
     use crate::{
         Device, Pipeline, RenderSettings, Sampling, SpeedSettings, Viewpoint, VolumeSettings, open_volume,
