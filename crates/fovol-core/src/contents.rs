@@ -1,3 +1,14 @@
+/// A label of a label map.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Label {
+    /// Value of the voxels that have it.
+    pub value: i64,
+    /// Name.
+    pub name: String,
+    /// Red, green and blue of sRGB, if the file declares a colour.
+    pub colour: Option<[u8; 3]>,
+}
+
 /// Content of a volume's file, and the part of it that the volume holds.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Contents {
@@ -21,6 +32,8 @@ pub struct Contents {
     pub are_colours: bool,
     /// Whether the file declares the values as labels.
     pub are_labels: bool,
+    /// Names and colours of labels; empty where the file declares none.
+    pub labels: Vec<Label>,
 }
 
 impl Default for Contents {
@@ -36,6 +49,7 @@ impl Default for Contents {
             component: 0,
             are_colours: false,
             are_labels: false,
+            labels: Vec::new(),
         }
     }
 }

@@ -7,7 +7,8 @@
 //! Each line of standard input is an order in JSON. All keys but `path` are optional:
 //!
 //! ```text
-//! {"path": FILE, "values": FILE, "convert": FILE, "component": N, "time": N, "channel": N, "array": NAME}
+//! {"path": FILE, "values": FILE, "convert": FILE, "component": N, "time": N, "channel": N, "array": NAME,
+//!  "series": NAME}
 //! ```
 //!
 //! `values` receives the values as little-endian f64, x fastest. `convert` names an output file of any supported
@@ -30,6 +31,7 @@ struct Order {
     time: Option<usize>,
     channel: Option<usize>,
     array: Option<String>,
+    series: Option<String>,
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -43,8 +45,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 fn answer(order: Order) -> io::Result<Value> {
-    let Order { path, values, convert, component, time, channel, array } = order;
-    let overrides = Overrides { component, time, channel, array, ..Overrides::default() };
+    let Order { path, values, convert, component, time, channel, array, series } = order;
+    let overrides = Overrides { component, time, channel, array, series, ..Overrides::default() };
     let volume = match read(&path, &overrides) {
         Ok(volume) => volume,
         Err(error) => return Ok(json!({ "error": error.to_string() })),
@@ -81,6 +83,10 @@ fn described(volume: &Volume) -> Value {
         "times": contents.times,
         "channels": contents.channels.len().max(1),
         "array": contents.array_name(),
+        "are_colours": contents.are_colours,
+        "labels": contents.are_labels.then(|| contents.labels.iter().map(|label| {
+            json!({ "value": label.value, "name": label.name, "colour": label.colour })
+        }).collect::<Vec<_>>()),
         "notes": volume.notes(),
     })
 }

@@ -1,8 +1,11 @@
 //! Selects the parser of a file by its first bytes, or by its name if the bytes identify no format.
 
+#[cfg(feature = "dicom")]
+use super::dicom;
 use super::{Overrides, Source, legacy_vtk, metaimage, nifti, nrrd, raw, slice_folder, tiff_stack, vti};
 use crate::{Error, Result};
 use fovol_core::Volume;
+#[cfg(not(feature = "dicom"))]
 use std::io::Read;
 use std::ops::Range;
 use std::path::Path;
@@ -21,6 +24,10 @@ pub fn parser_of(source: &Source) -> Result<Option<Parser>> {
     }
     if let Some(parser) = by_content(bytes) {
         return Ok(Some(parser));
+    }
+    #[cfg(feature = "dicom")]
+    if is_dicom(bytes) || is_dicom_name(&name) {
+        return Ok(Some(dicom::parse));
     }
     // Bare voxels may begin like anything, but hardly with a mark 128 bytes behind zeros.
     let marked = foreign_content(bytes).filter(|_| is_dicom(bytes) || !raw::is_bare(source));
@@ -51,29 +58,41 @@ pub fn read_folder(path: &Path, overrides: &Overrides) -> Result<Volume> {
     if [".zattrs", ".zgroup", ".zarray", "zarr.json"].iter().any(|file| path.join(file).is_file()) {
         return Err(Error::unsupported(path, "Zarr is not read yet; convert one array to NRRD or NIfTI"));
     }
+    #[cfg(feature = "dicom")]
+    if dicom::is_in_folder(path)
+        && let Some(volume) = dicom::parse_folder(path, overrides)?
+    {
+        return Ok(volume);
+    }
     if let Some(volume) = tiff_stack::parse_folder(path, overrides)? {
         return Ok(volume);
     }
     if let Some(volume) = slice_folder::parse(path, overrides)? {
         return Ok(volume);
     }
+    #[cfg(feature = "dicom")]
+    if let Some(volume) = dicom::parse_folder(path, overrides)? {
+        return Ok(volume);
+    }
+    #[cfg(not(feature = "dicom"))]
     if holds_dicom(path) {
         return Err(Error::unsupported(path, DICOM));
     }
     Err(Error::unsupported(
         path,
-        "it is a folder without slices of TIFF, PNG, JPEG or BMP; name a volume file",
+        "it is a folder without slices of DICOM, TIFF, PNG, JPEG or BMP; name a volume file",
     ))
 }
 
 /// Advice for a DICOM file, or a folder of them.
-const DICOM: &str =
-    "DICOM is not read yet; convert the series to NIfTI or NRRD, with `dcm2niix -z y -o OUT FOLDER` for one";
+const DICOM: &str = "this program is built without the cargo feature `dicom`; convert the series to NIfTI, with `dcm2niix -z y -o OUT FOLDER` for one";
 
 /// Number of files that are examined in a folder: a series lies in a folder of its own.
+#[cfg(not(feature = "dicom"))]
 const FILES_LOOKED_AT: usize = 16;
 
 /// Whether files in the folder `path` are of DICOM.
+#[cfg(not(feature = "dicom"))]
 fn holds_dicom(path: &Path) -> bool {
     let entries = std::fs::read_dir(path).into_iter().flatten().flatten();
     let mut files = entries.map(|entry| entry.path()).filter(|path| path.is_file()).take(FILES_LOOKED_AT);

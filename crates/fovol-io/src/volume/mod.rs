@@ -4,6 +4,8 @@ mod affine;
 mod arrays;
 mod decompress;
 mod detached;
+#[cfg(feature = "dicom")]
+pub mod dicom;
 mod format;
 mod layout;
 mod legacy_vtk;

@@ -27,6 +27,8 @@ pub struct Overrides {
     pub channel: Option<usize>,
     /// Which time point is read, from 0 on.
     pub time: Option<usize>,
+    /// Which series of a DICOM folder is read: its identifier, or its number from 1 on as the series are listed.
+    pub series: Option<String>,
 }
 
 impl Overrides {
