@@ -209,6 +209,8 @@ def plain_series(out):
     cases["high_bit"] = series(
         out, "high_bit", (ramp((5, 8, 6), np.uint16, 0, 4095) << 4) | 0x0009, stored=12, high=15, slopes=[(1, 0)] * 5,
     )  # fmt: skip
+    # SimpleITK leaves the unused low bits where they are.
+    cases["high_bit"]["itk"] = "geometry"
     cases["high_bit"]["values"] = ramp((5, 8, 6), np.uint16, 0, 4095).astype(float)
     cases["thick"] = series(out, "thick", ramp((4, 5, 6)), spacing=(0.5, 0.5, 5.0), thickness=7.5)
     cases["two_slices"] = series(out, "two_slices", ramp((2, 5, 6)))
@@ -365,7 +367,7 @@ def multi_frame(out):
     for name, directions in {"enhanced": AXIAL, "enhanced_oblique": oblique()}.items():
         data, scaled, place = enhanced(name, ramp((1, 6, 7, 9)), directions)
         save(data, out / name / "a.dcm")
-        cases[name] = expectation(out / name / "a.dcm", scaled[0], *place, itk="geometry")
+        cases[name] = expectation(out / name / "a.dcm", scaled[0], *place, itk=False)
     data, scaled, place = enhanced(
         "enhanced_slopes", ramp((1, 5, 7, 9), np.int16, 0, 3000), slopes=[(0.5 + z, 2) for z in range(5)],
         sop_class=EnhancedMRImageStorage, modality="MR",
@@ -395,7 +397,7 @@ def multi_frame(out):
         data = base(name, SecondaryCaptureImageStorage, "OT")
         data.SOPInstanceUID = uid(4, number(name))
         data.PixelSpacing = ["1", "1"]
-        values = (ramp((6, 7)[:0] + (1, 6, 7)).astype(kind) / 7)[0]
+        values = (ramp((1, 6, 7)).astype(kind) / 7)[0]
         pixels(data, np.zeros((6, 7), np.uint16))
         del data.PixelData, data.BitsStored, data.HighBit, data.PixelRepresentation
         data.BitsAllocated = values.itemsize * 8
@@ -420,7 +422,7 @@ def multi_frame(out):
 
 def colours(out):
     cases = {}
-    rgb = np.stack([ramp((6, 8), np.uint8, 0, 255) if False else ramp((1, 6, 8), np.uint8, 0, 255 - 40 * c)[0] for c in range(3)], -1)
+    rgb = np.stack([ramp((1, 6, 8), np.uint8, 0, 255 - 40 * c)[0] for c in range(3)], -1)
     for name, planar in {"rgb": 0, "rgb_planar": 1}.items():
         data = base(name, SecondaryCaptureImageStorage, "OT")
         data.SOPInstanceUID = uid(4, number(name))
@@ -450,7 +452,8 @@ def colours(out):
             itk=False,
         )  # fmt: skip
     case = series(out, "inverted", ramp((3, 5, 6)), more={"PhotometricInterpretation": "MONOCHROME1"})
-    cases["inverted"] = {**case, "note": "zero is white"}
+    # SimpleITK turns the values round.
+    cases["inverted"] = {**case, "note": "zero is white", "itk": "geometry"}
     return cases
 
 
@@ -494,7 +497,6 @@ def segmentations(out):
     for name, (array, kind, more) in kinds.items():
         file = hd.seg.Segmentation(source_images=images, pixel_array=array, segmentation_type=kind, **common, **more)
         file.save_as(out / f"{name}.dcm")
-        first = 1 if name != "seg_labelmap" or True else 0
         shown = labels
         origin = list(source["origin"])
         heights = sorted({float(f.PlanePositionSequence[0].ImagePositionPatient[2]) for f in file.PerFrameFunctionalGroupsSequence})
@@ -523,9 +525,8 @@ def segmentations(out):
 def known_files(data):
     """Files of others: the numbers are pydicom's."""
     files = [file for folder in ("pydicom", "ami_dicom") for file in sorted((data / "formats" / folder).glob("*"))]
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        files += [Path(file) for file in sorted(pydicom.data.get_testdata_files("*.dcm"))]
+    # Those that pydicom carries; others it would download.
+    files += sorted((Path(pydicom.__file__).parent / "data/test_files").glob("*.dcm"))
     cases = {}
     for file in files:
         try:
@@ -557,9 +558,9 @@ def known_file(file, found):
         values = values * slope + float(found.get("RescaleIntercept") or 0)
     spacing = [float(v) for v in (found.get("PixelSpacing") or found.get("ImagerPixelSpacing") or [1, 1])]
     case = {"path": file, "values": values, "spacing": [spacing[1], spacing[0], None], "itk": False}
-    case["tolerance"] = 1e-6 if "0.5" not in str(found.file_meta.TransferSyntaxUID) else 1e-6
+    case["tolerance"] = 1e-6
     if found.file_meta.TransferSyntaxUID in LOSSY:
-        case["tolerance"] = 2.01
+        case["tolerance"] = 3.01
     return case
 
 
@@ -616,7 +617,7 @@ def differences(case, found, values):
     if any(word in notes.lower() for word in ("secret", "1901", "2001")):
         out.append(f"a note tells who it is: {notes}")
     if "labels" in case:
-        got = [[label["name"], label["colour"]] for label in found["labels"] or []]
+        got = [[label["name"], label["colour"]] for label in found["labels"] or [] if label["value"] > 0]
         near = len(got) == len(case["labels"]) and all(
             a[0] == b[0] and np.abs(np.array(a[1], int) - b[1]).max() <= 3 for a, b in zip(got, case["labels"])
         )
@@ -641,7 +642,7 @@ def itk_differences(case, found, values):
         if np.abs(a - b).max() > allowed:
             out.append(f"ITK: {name} {a.tolist()}, ours {b.tolist()}")
     apart = np.abs(sitk.GetArrayFromImage(image).astype(float) - values.reshape(found["dims"][::-1]))
-    if case["itk"] != "geometry" and apart.max() > 1e-6 * max(1, np.abs(values).max()):
+    if case.get("itk") != "geometry" and apart.max() > 1e-6 * max(1, np.abs(values).max()):
         out.append(f"ITK: {int((apart > 0).sum())} values differ, by {apart.max():.6g} at most")
     return out
 

@@ -6,6 +6,11 @@ use fovol_io::volume::write;
 use std::io::{Cursor, Write};
 use std::path::Path;
 
+/// Files of DICOM in every encoding, by `tests/reference/dicom.py references`.
+macro_rules! dicom_files {
+    ($($name:literal)*) => { vec![$(include_bytes!(concat!("../dicom_files/", $name)).to_vec()),*] };
+}
+
 /// Voxels of every seed along x, y, z.
 const DIMS: [usize; 3] = [4, 3, 2];
 
@@ -40,11 +45,36 @@ pub fn targets(folder: &Path) -> Vec<Target> {
         target("vti", "v.vti", [vti(), written(".vti")].concat()),
         target("vtk", "v.vtk", vtk()),
         target("tiff", "v.tif", tiff_files::all()),
+        target("dicom", "v.dcm", dicom()),
+        Target {
+            read: readers::folder,
+            ..target("dicom_slices", "dicom_slices/s2.dcm", dicom_slices(folder))
+        },
         Target { read: readers::file_name, ..target("name", "v", names()) },
         Target { read: readers::folder, ..target("slices", "slices/s2.png", pictures()) },
         Target { read: readers::transfer_function, ..target("tf", "v.tf", transfer_functions::all()) },
         target("any", "v.bin", vec![voxels, b"text".to_vec()]),
     ]
+}
+
+fn dicom() -> Vec<Vec<u8>> {
+    dicom_files!(
+        "implicit_u8/IM0000.dcm" "big_u12/IM0000.dcm" "deflated_u12/IM0000.dcm" "rle_u12/IM0000.dcm" "j2k_u12/IM0000.dcm"
+        "bare_implicit/IM0000.dcm" "signed12/IM0000.dcm" "enhanced_slopes.dcm" "enhanced_rle.dcm" "classic_frames.dcm"
+        "double.dcm" "dose.dcm" "rgb_planar.dcm" "palette.dcm" "seg_binary.dcm" "seg_labelmap.dcm" "seg_fractional.dcm"
+    )
+}
+
+/// Slices of one series; the first and the last are written to `folder`.
+fn dicom_slices(folder: &Path) -> Vec<Vec<u8>> {
+    let slices = folder.join("dicom_slices");
+    std::fs::create_dir_all(&slices).expect("the folder can be written");
+    let seeds =
+        dicom_files!("gap/IM0000.dcm" "gap/IM0001.dcm" "gap/IM0002.dcm" "gap/IM0003.dcm" "tilt/IM0000.dcm");
+    for (name, seed) in [("s1.dcm", &seeds[0]), ("s3.dcm", &seeds[1]), ("s4.dcm", &seeds[2])] {
+        std::fs::write(slices.join(name), seed).expect("the folder can be written");
+    }
+    seeds
 }
 
 /// 16-bit voxels.

@@ -32,6 +32,8 @@ pub struct PixelValue<'a> {
     pub bytes: &'a [u8],
     /// Whether they are in fragments, that is, compressed.
     pub is_encapsulated: bool,
+    /// Whether they are written in words of 16 bits, which have a byte order.
+    pub are_words: bool,
 }
 
 impl<'a> DataSet<'a> {
@@ -61,7 +63,8 @@ impl<'a> DataSet<'a> {
             at = element.next;
         }
         let names = set.text(tags::CHARACTER_SET).unwrap_or_default();
-        set.is_latin = names.contains("IR 100") || names.contains("IR_100");
+        // Programs that name no characters write what they have, which is Latin in most places.
+        set.is_latin = names.is_empty() || names.contains("IR 100") || names.contains("IR_100");
         set
     }
 
@@ -167,7 +170,8 @@ impl<'a> DataSet<'a> {
         [tags::PIXELS, tags::FLOAT_PIXELS, tags::DOUBLE_PIXELS].into_iter().find_map(|tag| {
             let found = self.found(tag)?;
             let bytes = &self.bytes[found.start..found.end];
-            Some(PixelValue { tag, bytes, is_encapsulated: found.is_undefined })
+            let are_words = found.vr.unwrap_or(tag.vr) == *b"OW";
+            Some(PixelValue { tag, bytes, is_encapsulated: found.is_undefined, are_words })
         })
     }
 

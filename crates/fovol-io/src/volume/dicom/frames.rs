@@ -105,8 +105,13 @@ impl<'a> Frames<'a> {
             return samples::bits(self.pixels.bytes, frame * values, values).ok_or_else(early);
         }
         let length = self.format.bytes();
-        let mut bytes =
-            self.pixels.bytes.get(frame * length..(frame + 1) * length).ok_or_else(early)?.to_vec();
+        let range = frame * length..(frame + 1) * length;
+        if self.syntax.encoding.is_big && self.format.allocated == 8 && self.pixels.are_words {
+            // Two samples share a word, of which the upper byte comes first.
+            let bytes: Option<Vec<u8>> = range.map(|at| self.pixels.bytes.get(at ^ 1).copied()).collect();
+            return bytes.ok_or_else(early);
+        }
+        let mut bytes = self.pixels.bytes.get(range).ok_or_else(early)?.to_vec();
         let size = self.format.sample_size();
         if self.syntax.encoding.is_big && size > 1 {
             bytes.chunks_exact_mut(size).for_each(<[u8]>::reverse);

@@ -168,6 +168,8 @@ fn photometric(set: &DataSet<'_>, samples: usize) -> Result<Photometric, String>
     let name = set.text(tags::PHOTOMETRIC).unwrap_or_default();
     let found = match name.as_str() {
         "MONOCHROME1" => Photometric::InvertedGrey,
+        // The numbers of segments are wanted, not the colours that they are shown in.
+        "PALETTE COLOR" if set.has(tags::SEGMENTS) => Photometric::Grey,
         "PALETTE COLOR" => {
             // Number of entries, first index, bits of an entry.
             Photometric::Palette { is_deep: set.numbers(tags::RED_DESCRIPTOR, 3).get(2) == Some(&16.0) }

@@ -87,9 +87,12 @@ pub fn select(candidates: &[Candidate], chosen: Option<&str>) -> Result<usize, S
     })
 }
 
-/// The first of the series with most slices, among those that are `wanted`.
+/// The first of the series with most slices, among those that are `wanted`; segmentations only where nothing else is.
 fn largest(candidates: &[Candidate], wanted: impl Fn(&Series) -> bool) -> Option<usize> {
-    let depth = |number: usize| candidates[number].series.dims[2] * candidates[number].series.times;
+    let depth = |number: usize| {
+        let series = &candidates[number].series;
+        (series.modality != "SEG", series.dims[2] * series.times)
+    };
     let among = (0..candidates.len()).filter(|&number| wanted(&candidates[number].series));
     among.fold(None, |best: Option<usize>, number| match best {
         Some(best) if depth(best) >= depth(number) => Some(best),
