@@ -34,7 +34,6 @@ SHORT = {
 
 # Kinds that are not read, by the end of the name.
 FOREIGN = {
-    ".dcm": "DICOM is of a later group",
     ".h5": "HDF5 is of a later group",
     ".nc": "NetCDF is of a later group",
     ".mnc": "MINC is not read",
@@ -253,7 +252,36 @@ def tiff(path):
     return entry("tifffile", [width, height, data.size // (width * height)], data, components)
 
 
+def dicom(path):
+    import pydicom
+
+    found = pydicom.dcmread(path)
+    syntax = found.file_meta.TransferSyntaxUID.name
+    if "JPEG-LS" in syntax or "JPEG Extended" in syntax:
+        raise NotRead(syntax)
+    pixels, components = found.pixel_array, int(found.SamplesPerPixel)
+    if "Segmentation" in found.SOPClassUID.name:
+        group = found.PerFrameFunctionalGroupsSequence[0]
+        pixels = pixels * np.uint8(group.SegmentIdentificationSequence[0].ReferencedSegmentNumber)
+        measures = found.SharedFunctionalGroupsSequence[0].PixelMeasuresSequence[0]
+        rows, columns = map(float, measures.PixelSpacing)
+        between = float(measures.get("SpacingBetweenSlices") or measures.SliceThickness)
+        return entry("pydicom", [*pixels.shape[::-1], 1, 1][:3], pixels, 1, [columns, rows, between])
+    first = pixels[..., 0] if components > 1 else pixels
+    slope = float(found.get("RescaleSlope") or found.get("DoseGridScaling") or 1)
+    intercept = float(found.get("RescaleIntercept") or 0)
+    if components == 1 and slope == 1 and intercept:
+        first, intercept = (first + intercept).astype(np.int16), 0.0
+    rows, columns = map(float, found.get("PixelSpacing") or [1, 1])
+    between = float(found.get("SpacingBetweenSlices") or found.get("SliceThickness") or 1)
+    offsets = found.get("GridFrameOffsetVector")
+    between = float(offsets[1]) - float(offsets[0]) if offsets else between
+    dims = [*first.shape[::-1], 1, 1][:3]
+    return entry("pydicom", dims, first, components, [columns, rows, between], slope, intercept)
+
+
 BY_ENDING = {
+    ".dcm": dicom,
     ".dat": dat, ".ivf": ivf, ".vvd": vvd, ".nrrd": nrrd, ".nhdr": nrrd, ".mha": metaimage, ".mhd": metaimage,
     ".vti": vti, ".vtk": legacy_vtk, ".tif": tiff, ".tiff": tiff, ".nii": nifti, ".hdr": nifti, ".img": nifti,
 }  # fmt: skip

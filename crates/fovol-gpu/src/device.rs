@@ -1,7 +1,7 @@
 use crate::checks::Checks;
 use crate::gate::{Gate, Pause};
 use crate::matrices::Matrices;
-use crate::pass::Counters;
+use crate::pass::{Commands, Counters, Pass};
 use crate::pipeline_cache::PipelineCache;
 use crate::{GpuError, Result};
 use std::fmt;
@@ -75,6 +75,16 @@ impl Gpu {
     /// The checks of shaders.
     pub fn checks(&self) -> Checks {
         self.checks
+    }
+
+    /// Begins a compute pass in `encoder`. Its commands count in [`Self::commands`].
+    pub fn pass<'a>(&self, encoder: &'a mut wgpu::CommandEncoder) -> Pass<'a> {
+        Pass::begin(&self.counters, encoder, &wgpu::ComputePassDescriptor::default())
+    }
+
+    /// Commands that were recorded since the device was opened.
+    pub fn commands(&self) -> Commands {
+        self.counters.commands()
     }
 
     /// Counters of the commands that were recorded.

@@ -1,6 +1,5 @@
 //! Compute passes whose commands are counted.
 
-use crate::Gpu;
 use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -28,7 +27,7 @@ impl Commands {
     }
 }
 
-/// Counters of a device, shared by all clones of its [`Gpu`].
+/// Counters of a device, shared by all clones of its [`Gpu`](crate::Gpu).
 #[derive(Debug, Default)]
 pub(crate) struct Counters {
     passes: AtomicU64,
@@ -89,18 +88,6 @@ impl<'a> Deref for Pass<'a> {
 impl DerefMut for Pass<'_> {
     fn deref_mut(&mut self) -> &mut Self::Target {
         &mut self.pass
-    }
-}
-
-impl Gpu {
-    /// Begins a compute pass in `encoder`. Its commands count in [`Self::commands`].
-    pub fn pass<'a>(&self, encoder: &'a mut wgpu::CommandEncoder) -> Pass<'a> {
-        Pass::begin(self.counters(), encoder, &wgpu::ComputePassDescriptor::default())
-    }
-
-    /// Commands that were recorded since the device was opened.
-    pub fn commands(&self) -> Commands {
-        self.counters().commands()
     }
 }
 

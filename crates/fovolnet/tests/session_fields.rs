@@ -39,6 +39,7 @@ fn everything(volume: &Path) -> Session {
         component: Some(0),
         channel: Some(0),
         time: Some(0),
+        series: None,
         downsample: Some(1),
     };
     let render = RenderOverrides {
@@ -133,6 +134,10 @@ fn steps() -> Vec<Step> {
             ..step("read.channel", |s| s.read.channel = Some(1))
         },
         Step { from: |s| another_file(s, "channels.tif"), ..step("read.time", |s| s.read.time = Some(1)) },
+        Step {
+            from: |s| another_file(s, "scans"),
+            ..step("read.series", |s| s.read.series = Some("2".into()))
+        },
         step("read.downsample", |s| s.read.downsample = Some(2)),
         step("render.size", |s| s.render.size = Some("40x50".parse().unwrap())),
         step("render.frames", |s| s.render.frames = Some(3)),
@@ -317,6 +322,15 @@ fn write_parts(folder: &Path) {
     ];
     let tiff = [b"II*\0\x08\0\0\0\x08\0", &entries.concat()[..], &[0; 4], &bytes(8), description.as_bytes()];
     std::fs::write(folder.join("channels.tif"), tiff.concat()).unwrap();
+    // DICOM of several series.
+    let scans = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fovol-io/tests/dicom_files/several");
+    std::fs::create_dir(folder.join("scans")).unwrap();
+    for (number, series) in std::fs::read_dir(scans).unwrap().enumerate() {
+        for file in std::fs::read_dir(series.unwrap().path()).unwrap() {
+            let (file, to) = (file.unwrap(), folder.join("scans"));
+            std::fs::copy(file.path(), to.join(format!("{number}_{}", file.file_name().display()))).unwrap();
+        }
+    }
 }
 
 #[test]
@@ -333,6 +347,7 @@ fn every_field_of_a_session_is_kept_and_shows() {
     let mut known = fields(&whole);
     let mut either = whole.clone();
     either.read.array = Some("a".into());
+    either.read.series = Some("1".into());
     either.render.budget = Some(40.0);
     either.render.camera = Some([0.0; 7].into());
     either.render.random_weights = Some("wnet-fast".parse().unwrap());

@@ -4,6 +4,7 @@ use anyhow::{Result, bail};
 use fovolnet::core::{Placement, Space, Volume, path_of_text};
 #[cfg(feature = "gpu")]
 use fovolnet::gpu::DeviceType;
+use fovolnet::io::volume::dicom::{self, Series};
 use fovolnet::render::cpu::{available_simd, best_simd};
 use fovolnet::{Machine, OpenVolume, Session, VolumeSettings, open_volume, parse, presets};
 use glam::DMat3;
@@ -52,6 +53,9 @@ struct Report {
     channels: Vec<String>,
     /// Number of time points.
     times: usize,
+    /// Series of a DICOM file or folder, in the order in which `--series` counts them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    series: Vec<SeriesReport>,
     /// Whether the file declares the components as colours.
     colours: bool,
     /// Facts about labels, if the values may be labels.
@@ -62,6 +66,48 @@ struct Report {
     outliers: Vec<f64>,
     /// Doubts while reading the file, one line each.
     notes: Vec<String>,
+}
+
+/// Series of a DICOM file or folder.
+#[derive(Serialize)]
+struct SeriesReport {
+    uid: String,
+    description: String,
+    modality: String,
+    dims: [usize; 3],
+    /// Number of time points.
+    times: usize,
+    /// What tells it apart from other volumes of the same series.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    part: String,
+}
+
+impl SeriesReport {
+    /// Series beside which `opened` was chosen; empty unless it is of DICOM.
+    fn all(opened: &OpenVolume) -> Result<Vec<Self>> {
+        if !opened.volume.format().starts_with("DICOM") {
+            return Ok(Vec::new());
+        }
+        let all = dicom::series(&path_of_text(&opened.source))?;
+        let report = |Series { uid, description, modality, dims, times, part }| Self {
+            uid,
+            description,
+            modality,
+            dims,
+            times,
+            part,
+        };
+        Ok(all.into_iter().map(report).collect())
+    }
+
+    /// Line that lists the series as number `number`.
+    fn line(&self, number: usize) -> String {
+        let Self { uid, description, modality, dims: [x, y, z], times, part } = self;
+        let times = if *times > 1 { format!(" x {times} times") } else { String::new() };
+        let words = [modality, description, part].map(String::as_str);
+        let words: Vec<&str> = words.into_iter().filter(|word| !word.is_empty()).collect();
+        format!("{number}: {x} x {y} x {z}{times}, {}, {uid}", words.join(" "))
+    }
 }
 
 /// Facts about labels: integers of few different values, or labels that the file declares.
@@ -211,6 +257,7 @@ impl Info {
             arrays: contents.arrays.clone(),
             channels: contents.channels.clone(),
             times: contents.times,
+            series: SeriesReport::all(&opened)?,
             colours: contents.are_colours,
             labels: Labels::of(volume),
             shown: Shown {
@@ -238,6 +285,9 @@ impl Info {
         }
         if !r.channels.is_empty() {
             say(format!("  channels    {}", numbered(&r.channels)))?;
+        }
+        for (number, series) in (1..).zip(&r.series) {
+            say(format!("  series      {}", series.line(number)))?;
         }
         if r.times > 1 {
             say(format!("  times       {}", r.times))?;

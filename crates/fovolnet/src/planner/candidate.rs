@@ -105,7 +105,7 @@ mod tests {
 
     #[test]
     fn every_setting_has_candidates_and_fixed_sizes_stay() {
-        let asked = RenderSettings { step: 60.0, ..Default::default() };
+        let asked = RenderSettings { step: 70.0, ..Default::default() };
         let all = Candidate::all(&asked, Freedom { size: false, ..Freedom::ALL });
         assert!(all.iter().all(|candidate| candidate.scale == 1.0 && candidate.step == 1.0));
         assert_eq!(

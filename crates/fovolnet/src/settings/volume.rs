@@ -36,6 +36,9 @@ pub struct VolumeSettings {
     /// Time point to read, if there are several, from 0 on [default: 0]
     #[cfg_attr(feature = "clap", arg(long, value_name = "T"))]
     pub time: Option<usize>,
+    /// Series of a DICOM folder to read: its UID, or its number from 1 on as `info` lists them [default: the one with most slices]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "UID|N"))]
+    pub series: Option<String>,
     /// Average N×N×N voxels to one, for a volume that is too large for a device [default: 1]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
     pub downsample: Option<usize>,
@@ -62,6 +65,7 @@ impl VolumeSettings {
             component: self.component,
             channel: self.channel,
             time: self.time,
+            series: self.series.clone(),
         }
     }
 }

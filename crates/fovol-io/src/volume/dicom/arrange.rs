@@ -3,7 +3,7 @@
 use super::header::Header;
 use super::plane::{Place, Plane};
 use super::resample::Resampling;
-use super::stack::median;
+use super::stacks::median;
 use crate::volume::affine::Affine;
 use glam::DVec3;
 
@@ -32,7 +32,7 @@ pub fn arranged(header: &Header, planes: &[Plane]) -> Arrangement {
     match header.spacing_from {
         Some("PixelSpacing") => {}
         Some(name) => {
-            notes.push(format!("says no PixelSpacing; its {name} is taken for the distance of pixels"))
+            notes.push(format!("says no PixelSpacing; its {name} is taken for the distance of pixels"));
         }
         None => notes.push("says no distance between pixels; 1,1 is taken; --spacing says others".into()),
     }

@@ -1,8 +1,8 @@
 //! Attributes of frames in enhanced files (PS3.3 C.7.6.16): shared by all, or of one frame.
 
 use super::data_set::DataSet;
-use super::header;
 use super::plane::{Keys, Plane};
+use super::plane_attributes;
 use super::tags::{self, Tag};
 
 /// The attributes that all frames share, and those of each.
@@ -36,7 +36,7 @@ impl<'a> Groups<'a> {
 
 /// The picture of `frame`; what no group says, the file `set` says for all.
 pub fn plane(set: &DataSet<'_>, groups: &Groups<'_>, frame: usize) -> Plane {
-    let base = header::plane(set);
+    let base = plane_attributes::plane(set);
     let position = groups.of_frame(frame, tags::PLANE_POSITION);
     let position = position.and_then(|group| group.vector(tags::POSITION));
     let orientation = groups.of_frame(frame, tags::PLANE_ORIENTATION);
@@ -47,9 +47,10 @@ pub fn plane(set: &DataSet<'_>, groups: &Groups<'_>, frame: usize) -> Plane {
     Plane {
         frame,
         instance: Some(frame as f64),
-        place: header::place(position, orientation).or(base.place.filter(|_| groups.frames.len() < 2)),
-        spacing: measures.map_or(base.spacing, |group| header::spacing(&group).0),
-        scale: values.map_or(base.scale, |group| header::scale(&group)),
+        place: plane_attributes::place(position, orientation)
+            .or(base.place.filter(|_| groups.frames.len() < 2)),
+        spacing: measures.map_or(base.spacing, |group| plane_attributes::spacing(&group).0),
+        scale: values.map_or(base.scale, |group| plane_attributes::scale(&group)),
         keys: keys(groups, frame, content.as_ref(), base.keys),
         ..base
     }

@@ -16,6 +16,7 @@ mod functional_groups;
 mod header;
 mod pixel_format;
 mod plane;
+mod plane_attributes;
 mod repeats;
 mod resample;
 mod samples;
@@ -24,6 +25,7 @@ mod segmentation;
 mod segments;
 mod series;
 mod stack;
+mod stacks;
 mod suv;
 mod syntax;
 mod tags;
@@ -49,12 +51,12 @@ use suv::Suv;
 /// Damaged files, files without pictures, and kinds that are not read.
 pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
     if DicomFile::open(source)?.is_directory {
-        return chosen(source, search::in_directory(source)?, overrides);
+        return chosen(source, &search::in_directory(source)?, overrides);
     }
     let header = Header::read(source)?.ok_or_else(|| source.unsupported(NO_PICTURES))?;
     let beside = companions(source, &header);
     let found = Found { headers: vec![header], notes: Vec::new() };
-    let volume = chosen(source, found, overrides)?;
+    let volume = chosen(source, &found, overrides)?;
     Ok(match beside {
         0 => volume,
         count => volume.with_note(format!(
@@ -77,7 +79,7 @@ pub fn parse_folder(path: &Path, overrides: &Overrides) -> Result<Option<Volume>
     if found.headers.is_empty() {
         return Ok(None);
     }
-    chosen(&Source::from_bytes(path, Vec::new()), found, overrides).map(Some)
+    chosen(&Source::from_bytes(path, Vec::new()), &found, overrides).map(Some)
 }
 
 /// Whether a file right in the folder `path` is of DICOM.
@@ -117,7 +119,7 @@ fn companions(source: &Source, header: &Header) -> usize {
 }
 
 /// The series of `found` that is wanted.
-fn chosen(source: &Source, found: Found, overrides: &Overrides) -> Result<Volume> {
+fn chosen(source: &Source, found: &Found, overrides: &Overrides) -> Result<Volume> {
     let candidates = candidates(&found.headers);
     if candidates.is_empty() {
         return Err(Error::unsupported(source.path(), NO_PICTURES));
@@ -154,7 +156,7 @@ fn remarks(header: &Header) -> Vec<String> {
     }
     match header.suv {
         Some(Suv::Factor(factor)) => {
-            notes.push(format!("its values are Bq/ml; SUVbw = value × {factor:.6e}"))
+            notes.push(format!("its values are Bq/ml; SUVbw = value × {factor:.6e}"));
         }
         Some(Suv::Applied) => notes.push("its values are SUVbw".into()),
         None => {}

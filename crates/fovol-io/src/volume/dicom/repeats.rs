@@ -106,7 +106,7 @@ fn separated(planes: &[Plane], part: String) -> Vec<Stack> {
     }
     for (name, key) in SEPARATORS {
         let differs = |group: &&[Plane]| group.iter().any(|plane| key(&plane.keys) != key(&group[0].keys));
-        if groups.iter().any(|group| differs(group)) {
+        if groups.iter().any(differs) {
             return split(planes, key)
                 .into_iter()
                 .flat_map(|(value, group)| {

@@ -3,7 +3,8 @@
 use super::header::Header;
 use super::plane::Plane;
 use super::segmentation;
-use super::stack::{Stack, stacks};
+use super::stack::Stack;
+use super::stacks::stacks;
 use super::text::shown;
 
 /// One volume that can be read from files of DICOM.

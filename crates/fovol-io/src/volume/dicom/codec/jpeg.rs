@@ -1,6 +1,6 @@
 //! JPEG: baseline, extended and lossless.
 
-use super::{Decoded, check};
+use super::decoded::{Decoded, check};
 use crate::volume::dicom::pixel_format::{Photometric, PixelFormat};
 use jpeg_decoder::{ColorTransform, Decoder, PixelFormat as Samples};
 
@@ -9,6 +9,15 @@ use jpeg_decoder::{ColorTransform, Decoder, PixelFormat as Samples};
 /// # Errors
 /// Damaged frames, and those of another size or number of samples than `format`.
 pub fn decode(bytes: &[u8], format: &PixelFormat) -> Result<Decoded, String> {
+    // The decoder takes memory, and panics at two samples, before it can be asked.
+    let frame = frame_header(bytes).ok_or("its JPEG has no picture; copy or download it again")?;
+    check(frame.size, frame.samples, format)?;
+    if frame.bits > 8 && !frame.is_lossless {
+        return Err(format!(
+            "its JPEG is lossy with {} bits, which is not read; try `gdcmconv --raw IN OUT`",
+            frame.bits
+        ));
+    }
     let damaged =
         |e: jpeg_decoder::Error| format!("its JPEG cannot be unpacked ({e}); try `gdcmconv --raw IN OUT`");
     let mut decoder = Decoder::new(bytes);
@@ -21,12 +30,6 @@ pub fn decode(bytes: &[u8], format: &PixelFormat) -> Result<Decoded, String> {
     }
     decoder.read_info().map_err(damaged)?;
     let info = decoder.info().ok_or("its JPEG has no picture; copy or download it again")?;
-    let samples = match info.pixel_format {
-        Samples::L8 | Samples::L16 => 1,
-        Samples::RGB24 => 3,
-        Samples::CMYK32 => 4,
-    };
-    check([usize::from(info.width), usize::from(info.height)], samples, format)?;
     let pixels = decoder.decode().map_err(damaged)?;
     Ok(Decoded { bytes: resized(pixels, info.pixel_format, format)?, is_rgb: true })
 }
@@ -48,5 +51,36 @@ fn resized(pixels: Vec<u8>, found: Samples, format: &PixelFormat) -> Result<Vec<
     match bytes.len() == format.values() * size {
         true => Ok(bytes),
         false => Err("its JPEG ends early; copy or download it again".into()),
+    }
+}
+
+/// What the header of a JPEG's frame says.
+struct FrameHeader {
+    size: [usize; 2],
+    samples: usize,
+    bits: u8,
+    is_lossless: bool,
+}
+
+/// The header of the frame in `bytes`, which are segments of a mark, a length and as many bytes.
+fn frame_header(bytes: &[u8]) -> Option<FrameHeader> {
+    let two = |at: usize| Some(usize::from(u16::from_be_bytes([*bytes.get(at)?, *bytes.get(at + 1)?])));
+    let mut at = 2;
+    loop {
+        let (0xFF, kind) = (*bytes.get(at)?, *bytes.get(at + 1)?) else { return None };
+        match kind {
+            // Marks may be padded.
+            0xFF => at += 1,
+            0xC4 | 0xC8 | 0xCC => at += 2 + two(at + 2)?,
+            0xC0..=0xCF => {
+                return Some(FrameHeader {
+                    size: [two(at + 7)?, two(at + 5)?],
+                    samples: usize::from(*bytes.get(at + 9)?),
+                    bits: *bytes.get(at + 4)?,
+                    is_lossless: matches!(kind, 0xC3 | 0xC7 | 0xCB | 0xCF),
+                });
+            }
+            _ => at += 2 + two(at + 2)?,
+        }
     }
 }

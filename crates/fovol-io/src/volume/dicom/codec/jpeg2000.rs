@@ -1,6 +1,6 @@
 //! JPEG 2000, lossless or not.
 
-use super::{Decoded, check};
+use super::decoded::{Decoded, check};
 use crate::volume::dicom::pixel_format::PixelFormat;
 use hayro_jpeg2000::{DecodeSettings, DecoderContext, Image};
 

@@ -1,6 +1,6 @@
 //! JPEG-LS, by CharLS, which is a cargo feature of its own.
 
-use super::Decoded;
+use super::decoded::Decoded;
 use crate::volume::dicom::pixel_format::PixelFormat;
 
 /// Unpacks the frame in `bytes`.
@@ -19,7 +19,7 @@ pub fn decode(_bytes: &[u8], _format: &PixelFormat) -> Result<Decoded, String> {
 #[cfg(feature = "jpeg-ls")]
 pub fn decode(bytes: &[u8], format: &PixelFormat) -> Result<Decoded, String> {
     let (size, samples) = stated(bytes).ok_or("its JPEG-LS is damaged; copy or download it again")?;
-    super::check(size, samples, format)?;
+    super::decoded::check(size, samples, format)?;
     let mut pixels = charls::CharLS::default()
         .decode(bytes)
         .map_err(|e| format!("its JPEG-LS cannot be unpacked ({e}); copy or download it again"))?;

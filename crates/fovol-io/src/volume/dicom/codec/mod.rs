@@ -1,5 +1,6 @@
 //! Codecs of single frames.
 
+mod decoded;
 mod jpeg;
 mod jpeg2000;
 mod jpeg_ls;
@@ -7,14 +8,7 @@ mod rle;
 
 use super::pixel_format::PixelFormat;
 use super::syntax::Codec;
-
-/// Samples of one frame.
-pub struct Decoded {
-    /// Little-endian samples of the format's size, interleaved.
-    pub bytes: Vec<u8>,
-    /// Whether colours are red, green and blue by now.
-    pub is_rgb: bool,
-}
+pub use decoded::Decoded;
 
 /// Unpacks the frame in `bytes`.
 ///
@@ -28,19 +22,4 @@ pub fn decode(codec: Codec, bytes: &[u8], format: &PixelFormat) -> Result<Decode
         Codec::Jpeg2000 => jpeg2000::decode(bytes, format),
         Codec::None => Ok(Decoded { bytes: bytes.to_vec(), is_rgb: false }),
     }
-}
-
-/// Checks the `size` and number of samples of a frame against its file's header.
-///
-/// # Errors
-/// Others.
-fn check(size: [usize; 2], samples: usize, format: &PixelFormat) -> Result<(), String> {
-    if (size, samples) == (format.size, format.samples) {
-        return Ok(());
-    }
-    let ([x, y], [nx, ny]) = (size, format.size);
-    Err(format!(
-        "its compressed pixels are {x}x{y} of {samples} samples, but its header says {nx}x{ny} of {}; ask for another copy",
-        format.samples
-    ))
 }

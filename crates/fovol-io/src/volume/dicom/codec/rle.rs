@@ -1,6 +1,6 @@
 //! Run lengths (PS3.5, annex G): each byte of the samples is a segment, the highest byte first.
 
-use super::Decoded;
+use super::decoded::Decoded;
 use crate::volume::dicom::pixel_format::PixelFormat;
 
 /// Length of the table of segments.
