@@ -127,7 +127,7 @@ impl<'a> Bench<'a> {
         match constant {
             Constant::Dispatch => (0..DISPATCHES).for_each(|_| pass.dispatch_workgroups(1, 1, 1)),
             Constant::Indirect => {
-                (0..DISPATCHES).for_each(|_| pass.dispatch_workgroups_indirect(&self.one, 0))
+                (0..DISPATCHES).for_each(|_| pass.dispatch_workgroups_indirect(&self.one, 0));
             }
             Constant::Pass | Constant::Read(_) => pass.dispatch_workgroups(1, 1, 1),
         }

@@ -218,7 +218,7 @@ impl Viewer {
                 self.run_on_document(Command::Save, context);
             }
             Answer::Discard(next) => self.go_on(context, next),
-            Answer::Layout(source, read) => self.open(context, &source, read, self.said.1.clone()),
+            Answer::Layout(source, read) => self.open(context, &source, *read, self.said.1.clone()),
             Answer::Forget => {
                 if let Some(crashed) = self.crashed.take() {
                     crashed.forget();

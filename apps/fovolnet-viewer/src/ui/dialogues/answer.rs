@@ -30,7 +30,7 @@ pub enum Answer {
     /// Discard the changes and continue.
     Discard(Next),
     /// Open this file with these settings.
-    Layout(String, VolumeSettings),
+    Layout(String, Box<VolumeSettings>),
     /// Delete the autosave.
     Forget,
     /// Restore this session.

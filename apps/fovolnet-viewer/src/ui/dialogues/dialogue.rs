@@ -127,7 +127,7 @@ fn leave(ui: &mut Ui, export: &str) -> Option<Answer> {
 fn layout(ui: &mut Ui, form: &mut LayoutForm) -> Option<Answer> {
     let problem = form.ui(ui);
     match accept_buttons(ui, "Open", problem)? {
-        true => Some(Answer::Layout(form.source().to_owned(), form.settings())),
+        true => Some(Answer::Layout(form.source().to_owned(), Box::new(form.settings()))),
         false => Some(Answer::Cancel),
     }
 }
