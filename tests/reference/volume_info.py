@@ -256,6 +256,8 @@ def dicom(path):
     import pydicom
 
     found = pydicom.dcmread(path)
+    if "TransferSyntaxUID" not in found.file_meta:
+        found.file_meta.TransferSyntaxUID = pydicom.uid.ImplicitVRLittleEndian
     syntax = found.file_meta.TransferSyntaxUID.name
     if "JPEG-LS" in syntax or "JPEG Extended" in syntax:
         raise NotRead(syntax)
@@ -292,6 +294,9 @@ def info(path):
     for ending, reason in FOREIGN.items():
         if name.endswith(ending):
             raise NotRead(reason)
+    with path.open("rb") as file:
+        if file.read(132)[128:] == b"DICM":
+            return dicom(path)
     name = name.removesuffix(".gz")
     suffix = Path(name).suffix
     if suffix in (".raw", ".zraw"):
