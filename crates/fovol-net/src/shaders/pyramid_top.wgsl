@@ -4,13 +4,6 @@
 // A workgroup fills 8×8 pixels of the finest of the three levels. It pulls all that these depend on, so that neighbouring
 // workgroups pull some pixels twice. `low`, `middle` and `high` are the levels, the finest first.
 
-/// Lower limit of divisors.
-const SMALLEST = 1e-8;
-/// Gain of weights: a mean weight of 1/8 suffices for a full weight at half the resolution.
-const GAIN = 8.0;
-/// Binomial weights of four neighbours.
-const BINOMIAL = vec4f(0.125, 0.375, 0.375, 0.125);
-
 /// Filled pixels of a workgroup along each axis.
 const TILE = 8u;
 /// Pixels of each level along each axis that a workgroup pulls.
@@ -31,17 +24,6 @@ const BEFORE_MIDDLE = 3;
 var<workgroup> low: array<vec4f, LOW * LOW>;
 var<workgroup> middle: array<vec4f, MIDDLE * MIDDLE>;
 var<workgroup> high: array<vec4f, HIGH * HIGH>;
-
-/// Binomial mean of four pixels.
-fn binomial(a: vec4f, b: vec4f, c: vec4f, d: vec4f) -> vec4f {
-    return (BINOMIAL[0] * a + BINOMIAL[1] * b) + (BINOMIAL[2] * c + BINOMIAL[3] * d);
-}
-
-/// Mean pixel with its weight raised.
-fn gained(mean: vec4f) -> vec4f {
-    let weight = min(GAIN * mean.a, 1.0);
-    return vec4f(mean.rgb * (weight / max(mean.a, SMALLEST)), weight);
-}
 
 /// Positions along an axis of the four pixels that pixel `at` of half the resolution is a mean of, replicated at the border.
 fn four(at: i32, count: i32) -> vec4i {

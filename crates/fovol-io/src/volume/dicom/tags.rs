@@ -17,7 +17,7 @@ pub struct Tag {
 
 macro_rules! tags {
     ($($name:ident $number:literal $vr:literal)*) => {
-        $(#[allow(missing_docs, reason = "the names are those of PS3.6")] pub const $name: Tag = Tag { number: $number, vr: *$vr };)*
+        $(pub const $name: Tag = Tag { number: $number, vr: *$vr };)*
     };
 }
 

@@ -25,9 +25,9 @@ pub const RESHAPE: Shader = shader!("../../shaders/", "reshape": "tensor");
 /// Pointwise layers.
 pub const POINTWISE: Shader = shader!("../../shaders/", "pointwise": "tensor");
 /// Pull-push pyramid inside a network.
-pub const PYRAMID: Shader = shader!("../../shaders/", "pyramid": "tensor" "doubled");
+pub const PYRAMID: Shader = shader!("../../shaders/", "pyramid": "tensor" "doubled" "pulled");
 /// The coarsest levels of this pyramid.
-pub const PYRAMID_TOP: Shader = shader!("../../shaders/", "pyramid_top": "tensor" "doubled");
+pub const PYRAMID_TOP: Shader = shader!("../../shaders/", "pyramid_top": "tensor" "doubled" "pulled");
 /// Smoothing, and filling from spread pictures.
 pub const SPREAD: Shader = shader!("../../shaders/", "spread": "tensor" "doubled");
 /// Accumulation of earlier samples.
