@@ -34,7 +34,7 @@
 //!
 //! # Your own data
 //!
-//! Files are opened by [`open_volume`]: raw voxels, NRRD, NIfTI, MetaImage, VTK, TIFF, folders of pictures. [`VolumeSettings`]
+//! Files are opened by [`open_volume`]: DICOM, raw voxels, NRRD, NIfTI, MetaImage, VTK, TIFF, folders of pictures. [`VolumeSettings`]
 //! says what a file leaves out, such as the size of raw voxels. [`OpenVolume::notes`] says what was assumed.
 //!
 //! Voxels in memory become a [`core::Volume`]. They are stored x fastest, then y, then z:

@@ -28,7 +28,7 @@ pub fn show(ui: &mut Ui, recent: &[String], thumbnails: &Thumbnails) -> Option<C
             if ui.button(RichText::new("Open a file…").size(18.0)).clicked() {
                 choice = Some(Choice::Browse);
             }
-            ui.weak("raw, NRRD, NIfTI, MetaImage, VTK, TIFF stacks");
+            ui.weak("DICOM, raw, NRRD, NIfTI, MetaImage, VTK, TIFF stacks");
             ui.add_space(24.0);
             ui.strong("Volumes that come with the program");
             ui.add_space(4.0);
