@@ -305,7 +305,7 @@ fn messages_say_what_helps() {
     folder.file("series/IM1", &slice);
     let one = folder.file("one.dcm", slice);
     for dicom in [folder.at("series"), one] {
-        assert!(error(&["info", &dicom], 1).contains("DICOM is not read yet; convert the series"), "{dicom}");
+        assert!(error(&["info", &dicom], 1).contains("it is no DICOM file; check how"), "{dicom}");
     }
     let session = folder.file("s.toml", "volume = \"head\"\n[render]\nsgima = 3\n");
     let said = error(&["render", &session, "-o", &folder.at("out")], 1);
