@@ -17,7 +17,7 @@ struct Reference {
     dims: [usize; 3],
     spacing: [f64; 3],
     tolerance: f64,
-    /// Missing values are NaN.
+    /// One in five values; missing ones are NaN.
     values: Vec<Option<f64>>,
 }
 
@@ -28,7 +28,7 @@ fn folder() -> PathBuf {
 fn values(volume: &Volume) -> Vec<f64> {
     let [nx, ny, nz] = volume.grid().dims();
     let voxels = (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z])));
-    voxels.map(|voxel| volume.value(voxel)).collect()
+    voxels.map(|voxel| volume.value(voxel)).step_by(5).collect()
 }
 
 /// Whether `found` is `expected` within `tolerance` of the largest value.
@@ -50,11 +50,14 @@ fn every_file_is_what_other_programs_wrote() {
         if !cfg!(feature = "hdf5") && !name.contains(".np") {
             continue;
         }
-        for Reference { array, time, channel, component, dims, spacing, tolerance, values: expected } in references {
+        for Reference { array, time, channel, component, dims, spacing, tolerance, values: expected } in
+            references
+        {
             let overrides = Overrides { array, time, channel, component, ..Overrides::default() };
             let volume = read(&folder().join(&name), &overrides).unwrap();
             assert_eq!(volume.grid().dims(), dims, "{name}");
-            let is_spaced = volume.grid().spacing().iter().zip(spacing).all(|(a, b)| (a - b).abs() <= 1e-6 * b);
+            let is_spaced =
+                volume.grid().spacing().iter().zip(spacing).all(|(a, b)| (a - b).abs() <= 1e-6 * b);
             assert!(is_spaced, "{name}: {:?}, not {spacing:?}", volume.grid().spacing());
             assert!(are_near(&values(&volume), &expected, tolerance), "{name}: {:?}", values(&volume));
         }

@@ -8,7 +8,9 @@ use std::path::{Path, PathBuf};
 /// The colon after a drive letter never splits, and neither do colons in names of folders.
 pub fn split_array(path: &Path) -> (PathBuf, Option<String>) {
     let whole = || (path.to_owned(), None);
-    let Some(text) = path.to_str().filter(|text| text.contains(':') && !path.exists()) else { return whole() };
+    let Some(text) = path.to_str().filter(|text| text.contains(':') && !path.exists()) else {
+        return whole();
+    };
     let colons = text.match_indices(':').map(|(at, _)| at);
     let mut splits = colons.filter(|&at| !is_drive(text, at)).map(|at| (&text[..at], &text[at + 1..]));
     match splits.find(|(file, array)| !array.is_empty() && Path::new(file).is_file()) {
@@ -19,7 +21,9 @@ pub fn split_array(path: &Path) -> (PathBuf, Option<String>) {
 
 /// Whether the colon at `at` follows the letter of a drive.
 fn is_drive(text: &str, at: usize) -> bool {
-    at == 1 && text.as_bytes()[0].is_ascii_alphabetic() && matches!(text.as_bytes().get(2), Some(b'\\' | b'/'))
+    at == 1
+        && text.as_bytes()[0].is_ascii_alphabetic()
+        && matches!(text.as_bytes().get(2), Some(b'\\' | b'/'))
 }
 
 #[cfg(test)]

@@ -1,8 +1,10 @@
 //! Selects the parser of a file by its first bytes, or by its name if the bytes identify no format.
 
+use super::{
+    Overrides, Source, legacy_vtk, metaimage, nifti, nrrd, numpy, raw, slice_folder, tiff_stack, vti,
+};
 #[cfg(feature = "hdf5")]
 use super::{hdf5, netcdf};
-use super::{Overrides, Source, legacy_vtk, metaimage, nifti, nrrd, numpy, raw, slice_folder, tiff_stack, vti};
 use crate::{Error, Result};
 use fovol_core::Volume;
 use std::io::Read;
@@ -197,9 +199,7 @@ mod tests {
     fn kinds_that_are_not_read_say_what_to_do() {
         let mut dicom = vec![0; 128];
         dicom.extend(b"DICM");
-        for (name, bytes) in
-            [("a", dicom), ("b.am", vec![1; 9]), ("c.zip", b"PK\x03\x04".to_vec())]
-        {
+        for (name, bytes) in [("a", dicom), ("b.am", vec![1; 9]), ("c.zip", b"PK\x03\x04".to_vec())] {
             let error = parser_of(&Source::from_bytes(Path::new(name), bytes)).unwrap_err().to_string();
             assert!(error.starts_with(name) && error.contains("; ") && !error.contains('\n'), "{error}");
         }

@@ -73,10 +73,15 @@ impl Coordinate {
         }
         let name = &self.name;
         if self.values.windows(2).any(|pair| !((pair[1] - pair[0] - mean).abs() <= REGULAR * mean.abs())) {
-            notes.push(format!("its coordinates `{name}` are not regular; their mean step {} is taken", mean.abs()));
+            notes.push(format!(
+                "its coordinates `{name}` are not regular; their mean step {} is taken",
+                mean.abs()
+            ));
         }
         if mean < 0.0 {
-            notes.push(format!("its coordinates `{name}` descend; the voxels are shown in the order of the file"));
+            notes.push(format!(
+                "its coordinates `{name}` descend; the voxels are shown in the order of the file"
+            ));
         }
         let units = symbol(self.units.as_deref().unwrap_or_default()).to_owned();
         Some(Step { length: mean.abs(), units })
@@ -122,7 +127,8 @@ mod tests {
 
     #[test]
     fn units_that_cannot_be_compared_are_noted() {
-        let axes = [axis(&[0.0, 2.0], "degrees_east"), axis(&[9.0, 8.0], "degrees_north"), axis(&[1e5, 9e4], "Pa")];
+        let axes =
+            [axis(&[0.0, 2.0], "degrees_east"), axis(&[9.0, 8.0], "degrees_north"), axis(&[1e5, 9e4], "Pa")];
         let spaced = Spaced::from_coordinates(&axes).unwrap();
         assert_eq!((spaced.spacing, spaced.units), ([2.0, 1.0, 2.0], None));
         assert!(spaced.notes.iter().any(|note| note.contains("its z is in Pa")), "{:?}", spaced.notes);

@@ -1,8 +1,8 @@
 //! Packed values: scale, offset, and values that mark voxels without data.
 
 use super::Attributes;
-use crate::volume::layout::placed;
 use crate::volume::Source;
+use crate::volume::layout::placed;
 use crate::{Error, Result};
 use fovol_core::memory::{self, SMALLER_VOLUME};
 use fovol_core::{Dtype, Endian, Rescale, Volume, Voxel, stop, with_voxel_type};
@@ -49,7 +49,8 @@ pub fn unpacked(source: &Source, volume: Volume, attributes: &Attributes) -> Res
     let marked = if marks.is_empty() { 0 } else { count(&volume, &marks) };
     let mut volume = if marked == 0 { volume } else { masked(source, &volume, &marks)? };
     if marked > 0 {
-        volume = volume.with_note(format!("{marked} values are marked as missing by its attributes and become NaN"));
+        volume = volume
+            .with_note(format!("{marked} values are marked as missing by its attributes and become NaN"));
     }
     let slope = attributes.number("scale_factor").unwrap_or(1.0);
     let intercept = attributes.number("add_offset").unwrap_or(0.0);
@@ -84,8 +85,13 @@ fn masked(source: &Source, volume: &Volume, marks: &Marks) -> Result<Volume> {
     };
     let values = volume.grid().voxels() * volume.components();
     let mut bytes: Vec<u8> = Vec::new();
-    memory::reserve(&mut bytes, values * dtype.size(), "its values with NaN for missing ones", SMALLER_VOLUME)
-        .map_err(|shortage| Error::memory(source.path(), shortage))?;
+    memory::reserve(
+        &mut bytes,
+        values * dtype.size(),
+        "its values with NaN for missing ones",
+        SMALLER_VOLUME,
+    )
+    .map_err(|shortage| Error::memory(source.path(), shortage))?;
     for_each(volume, |raw| {
         let value = if marks.contain(raw) { f64::NAN } else { raw };
         match dtype {
@@ -93,14 +99,8 @@ fn masked(source: &Source, volume: &Volume, marks: &Marks) -> Result<Volume> {
             _ => bytes.extend(value.to_le_bytes()),
         }
     });
-    let cast = Volume::with_layout(
-        *volume.grid(),
-        dtype,
-        Endian::Little,
-        volume.components(),
-        Arc::new(bytes),
-        0,
-    );
+    let cast =
+        Volume::with_layout(*volume.grid(), dtype, Endian::Little, volume.components(), Arc::new(bytes), 0);
     let cast = cast.map_err(|e| source.malformed(e.to_string()))?;
     let cast = cast.with_format(volume.format()).with_notes_of(volume);
     Ok(placed(cast, volume.placement().copied(), volume.units()))
@@ -116,14 +116,21 @@ mod tests {
     fn read(values: Vec<i16>, attributes: &[(&str, &[f64])]) -> Volume {
         let grid = Grid::new([values.len(), 1, 1], [1.0; 3]).unwrap();
         let volume = Volume::from_values(grid, values).unwrap();
-        let pairs = attributes.iter().map(|(name, value)| ((*name).to_owned(), Attribute::Numbers(value.to_vec())));
+        let pairs =
+            attributes.iter().map(|(name, value)| ((*name).to_owned(), Attribute::Numbers(value.to_vec())));
         unpacked(&Source::from_bytes(Path::new("x"), vec![]), volume, &Attributes(pairs.collect())).unwrap()
     }
 
     #[test]
     fn values_are_scaled_and_marked() {
-        let volume = read(vec![1, -9, 3], &[("_FillValue", &[-9.0]), ("scale_factor", &[0.5]), ("add_offset", &[1.0])]);
-        assert_eq!((volume.dtype(), volume.value([0, 0, 0]), volume.value([2, 0, 0])), (Dtype::F32, 1.5, 2.5));
+        let volume = read(
+            vec![1, -9, 3],
+            &[("_FillValue", &[-9.0]), ("scale_factor", &[0.5]), ("add_offset", &[1.0])],
+        );
+        assert_eq!(
+            (volume.dtype(), volume.value([0, 0, 0]), volume.value([2, 0, 0])),
+            (Dtype::F32, 1.5, 2.5)
+        );
         assert!(volume.value([1, 0, 0]).is_nan());
         assert!(volume.notes()[0].starts_with("1 values"));
     }

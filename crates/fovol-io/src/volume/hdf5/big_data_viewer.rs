@@ -58,7 +58,8 @@ fn volume(
     layout.length(source)?;
     let part: Vec<_> = dataset.shape().iter().map(|&length| 0..length as usize).collect();
     let (bytes, start) = voxels::read(file, dataset, &element, &part)?;
-    let volume = layout.volume(source, bytes, start)?.with_format("BigDataViewer HDF5").with_contents(contents);
+    let volume =
+        layout.volume(source, bytes, start)?.with_format("BigDataViewer HDF5").with_contents(contents);
     let volume = volume.with_note(
         "its spacing is in the .xml beside it and not read; that of the finest level is taken as 1, --spacing X,Y,Z sets another",
     );

@@ -32,7 +32,9 @@ impl Element {
                     (4, true) => Dtype::I32,
                     (8, false) => Dtype::U64,
                     (8, true) => Dtype::I64,
-                    _ => return Err(format!("integers of {size} bytes, which are not read; save them with 4")),
+                    _ => {
+                        return Err(format!("integers of {size} bytes, which are not read; save them with 4"));
+                    }
                 };
                 (dtype, byte_order)
             }
@@ -41,7 +43,11 @@ impl Element {
                     2 => Dtype::F16,
                     4 => Dtype::F32,
                     8 => Dtype::F64,
-                    _ => return Err(format!("floats of {size} bytes, which are not read; save them as float64")),
+                    _ => {
+                        return Err(format!(
+                            "floats of {size} bytes, which are not read; save them as float64"
+                        ));
+                    }
                 };
                 (dtype, byte_order)
             }
@@ -51,7 +57,9 @@ impl Element {
                     2 => Dtype::U16,
                     4 => Dtype::U32,
                     8 => Dtype::U64,
-                    _ => return Err(format!("bit fields of {size} bytes, which are not read; save integers")),
+                    _ => {
+                        return Err(format!("bit fields of {size} bytes, which are not read; save integers"));
+                    }
                 };
                 (dtype, byte_order)
             }
@@ -68,7 +76,9 @@ impl Element {
             Datatype::Compound { .. } => {
                 return Err("records of several fields, which are not read; save one field alone".into());
             }
-            Datatype::String { .. } | Datatype::VarLen { .. } => return Err("texts or lists, no numbers".into()),
+            Datatype::String { .. } | Datatype::VarLen { .. } => {
+                return Err("texts or lists, no numbers".into());
+            }
             Datatype::Opaque { .. } | Datatype::Reference { .. } => return Err("no numbers".into()),
         };
         let endian = match order {
@@ -94,7 +104,9 @@ fn is_complex(fields: &[hdf5_reader::CompoundField]) -> bool {
 /// # Errors
 /// Other encodings, as a remark that follows "its values are".
 pub fn check_bits(raw: &[u8], dtype: Dtype) -> Result<(), String> {
-    let (Some(&[class, low, _, _]), Some(properties)) = (raw.first_chunk(), raw.get(8..)) else { return Ok(()) };
+    let (Some(&[class, low, _, _]), Some(properties)) = (raw.first_chunk(), raw.get(8..)) else {
+        return Ok(());
+    };
     let word = |at: usize| properties.get(at..at + 2).map(|b| u16::from_le_bytes([b[0], b[1]]));
     let bits = 8 * dtype.size() as u16;
     let is_usual = match class & 0xF {
@@ -112,7 +124,11 @@ pub fn check_bits(raw: &[u8], dtype: Dtype) -> Result<(), String> {
         }
         _ => true,
     };
-    if is_usual { Ok(()) } else { Err("numbers in an unusual encoding, which is not read; save them as float32".into()) }
+    if is_usual {
+        Ok(())
+    } else {
+        Err("numbers in an unusual encoding, which is not read; save them as float32".into())
+    }
 }
 
 #[cfg(test)]
@@ -124,7 +140,10 @@ mod tests {
         let number = Datatype::FloatingPoint { size: 4, byte_order: ByteOrder::BigEndian };
         let pair = Datatype::Array { base: Box::new(number), dims: vec![2] };
         let element = Element::of(&Datatype::Array { base: Box::new(pair), dims: vec![5] }).unwrap();
-        assert_eq!((element.inner.as_slice(), element.size(), element.endian), (&[5, 2][..], 40, Endian::Big));
+        assert_eq!(
+            (element.inner.as_slice(), element.size(), element.endian),
+            (&[5, 2][..], 40, Endian::Big)
+        );
     }
 
     #[test]
@@ -133,7 +152,8 @@ mod tests {
         assert!(check_bits(&integer(0, 16), Dtype::I16).is_ok());
         assert!(check_bits(&integer(0, 12), Dtype::I16).is_err());
         assert!(check_bits(&integer(4, 16), Dtype::I16).is_err());
-        let float = |exponent: u8| [0x11, 32, 15, 0, 2, 0, 0, 0, 0, 0, 16, 0, 10, exponent, 0, 10, 15, 0, 0, 0];
+        let float =
+            |exponent: u8| [0x11, 32, 15, 0, 2, 0, 0, 0, 0, 0, 16, 0, 10, exponent, 0, 10, 15, 0, 0, 0];
         assert!(check_bits(&float(5), Dtype::F16).is_ok());
         assert!(check_bits(&float(8), Dtype::F16).is_err());
     }

@@ -1,10 +1,10 @@
 //! An open HDF5 file: its groups, datasets and attributes, and errors in our words.
 
 use super::lzf;
-use crate::volume::cf::{Attribute, Attributes};
 use crate::volume::Source;
+use crate::volume::cf::{Attribute, Attributes};
 use crate::{Error, Result};
-use fovol_core::{Endian, VoxelBytes, with_voxel_type, Voxel};
+use fovol_core::{Endian, Voxel, VoxelBytes, with_voxel_type};
 use hdf5_reader::error::Error as Problem;
 use hdf5_reader::group::Group;
 use hdf5_reader::messages::HdfMessage;
@@ -177,9 +177,9 @@ fn failed(source: &Source, problem: Problem) -> Error {
             "it is compressed by {}, which is not read; pack it anew with `h5repack -f GZIP=5 IN OUT`",
             filter_name(&filter)
         )),
-        Problem::UnsupportedEncoding(_) => source.unsupported(format!(
-            "{problem}; copy the dataset with h5py or h5repack"
-        )),
+        Problem::UnsupportedEncoding(_) => {
+            source.unsupported(format!("{problem}; copy the dataset with h5py or h5repack"))
+        }
         Problem::ResourceLimit(_) => source.malformed(format!(
             "it promises more than so small a file can hold ({problem}); copy or download it again"
         )),

@@ -54,7 +54,9 @@ impl Image {
     /// The image in the channel at `path`, whose voxels are in `dataset`. Chunks may be filled up beyond its size.
     fn of(file: &File<'_>, path: &str, dataset: &Dataset) -> Result<Self> {
         let [z, y, x] = *dataset.shape() else {
-            return Err(file.source.malformed("its data does not have three axes; copy or download it again"));
+            return Err(file
+                .source
+                .malformed("its data does not have three axes; copy or download it again"));
         };
         let channel = group_attributes(file, path);
         let stored = [x, y, z].map(|length| length as usize);

@@ -34,7 +34,8 @@ pub fn is_hdf5(bytes: &[u8]) -> bool {
 pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
     let file = File::open(source)?;
     if file.group("/minc-2.0").is_some() {
-        return Err(source.unsupported("MINC is not read; convert it to NIfTI, with `mnc2nii IN.mnc OUT.nii` for one"));
+        return Err(source
+            .unsupported("MINC is not read; convert it to NIfTI, with `mnc2nii IN.mnc OUT.nii` for one"));
     }
     if overrides.array.is_none() {
         if let Some(volume) = big_data_viewer::parse(&file, overrides)? {
@@ -44,10 +45,26 @@ pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
             return Ok(volume);
         }
     }
-    let (datasets, outside) = file.datasets()?;
-    let candidates: Vec<Candidate<'_>> =
-        datasets.iter().map(|(path, dataset)| Candidate::of(&file, path, dataset, &datasets)).collect();
+    let (mut datasets, outside) = file.datasets()?;
+    // Links lead to datasets by more paths than are listed.
+    if let Some(chosen) = &overrides.array
+        && datasets.iter().all(|(path, _)| trimmed(path) != trimmed(chosen))
+        && let Some(dataset) = file.dataset(chosen)?
+    {
+        datasets.push((format!("/{}", trimmed(chosen)), dataset));
+    }
+    let is_netcdf = is_netcdf(&file, &datasets);
+    let candidates: Vec<Candidate<'_>> = datasets
+        .iter()
+        .map(|(path, dataset)| {
+            // NetCDF calls variables of the root by their names alone.
+            let is_variable = is_netcdf && path.rfind('/') == Some(0);
+            let name = if is_variable { trimmed(path) } else { path };
+            Candidate::of(&file, name, dataset, &datasets)
+        })
+        .collect();
     let volume = shown(source, &candidates, overrides, &outside)?.volume(&file, overrides, &candidates)?;
+    let volume = volume.with_format(if is_netcdf { "NetCDF-4" } else { "HDF5" });
     Ok(match outside.as_slice() {
         [] => volume,
         links => volume.with_note(format!("links to other files are not followed: {}", links.join(", "))),
@@ -69,14 +86,16 @@ impl<'a> Candidate<'a> {
         let attributes = attributes(&dataset.attributes());
         let element = Element::of(dataset.dtype());
         let scales = spacing::scales(file, dataset, all);
-        let axes = element.as_ref().map_err(|problem| format!("has values that are {problem}")).and_then(|element| {
-            let names = match scales.is_empty() {
-                true => spacing::labels(dataset),
-                false => scales.iter().map(|scale| Some(scale.as_ref()?.name.clone())).collect(),
-            };
-            let first_units = scales.first().and_then(|scale| scale.as_ref()?.units());
-            Described { shape: shape(dataset, element), names, first_units }.axes()
-        });
+        let axes = element.as_ref().map_err(|problem| format!("has values that are {problem}")).and_then(
+            |element| {
+                let names = match scales.is_empty() {
+                    true => spacing::labels(dataset),
+                    false => scales.iter().map(|scale| Some(scale.as_ref()?.name.clone())).collect(),
+                };
+                let first_units = scales.first().and_then(|scale| scale.as_ref()?.units());
+                Described { shape: shape(dataset, element), names, first_units }.axes()
+            },
+        );
         Self { path, dataset, attributes, scales, element, axes }
     }
 
@@ -90,9 +109,9 @@ impl<'a> Candidate<'a> {
         let refused = |problem: &String| source.unsupported(format!("its dataset {} {problem}", self.path));
         let axes = self.axes.as_ref().map_err(refused)?;
         let element = self.element.as_ref().map_err(refused)?;
-        self.dataset.raw_datatype().map_or(Ok(()), |raw| check_bits(&raw, element.dtype)).map_err(|problem| {
-            source.unsupported(format!("its dataset {} has values that are {problem}", self.path))
-        })?;
+        self.dataset.raw_datatype().map_or(Ok(()), |raw| check_bits(&raw, element.dtype)).map_err(
+            |problem| source.unsupported(format!("its dataset {} has values that are {problem}", self.path)),
+        )?;
         let time = overrides.time_of(source, axes.times)?;
         let spaced = self.spaced(axes);
         let layout = Layout {
@@ -109,14 +128,14 @@ impl<'a> Candidate<'a> {
             *range = time..time + 1;
         }
         let (bytes, start) = voxels::read(file, self.dataset, element, &part)?;
-        let listed: Vec<&Self> = all.iter().filter(|other| other.is_volume() || other.path == self.path).collect();
+        let listed: Vec<&Self> =
+            all.iter().filter(|other| other.is_volume() || other.path == self.path).collect();
         let contents = Contents {
             arrays: listed.iter().map(|array| array.path.to_owned()).collect(),
             array: listed.iter().position(|array| array.path == self.path).unwrap_or_default(),
             ..axes.contents(time)
         };
-        let format = if is_netcdf(all) { "NetCDF-4" } else { "HDF5" };
-        let volume = layout.volume(source, bytes, start)?.with_format(format).with_contents(contents);
+        let volume = layout.volume(source, bytes, start)?.with_contents(contents);
         let volume = axes.notes.iter().fold(volume, |volume, note| volume.with_note(note.as_str()));
         let volume = with_spacing_notes(volume, spaced.as_ref(), overrides);
         unpacked(source, volume, &self.attributes)
@@ -124,7 +143,8 @@ impl<'a> Candidate<'a> {
 
     /// The type of the values, which NetCDF files may call unsigned in an attribute.
     fn dtype(&self, element: &Element) -> Dtype {
-        let is_unsigned = self.attributes.text("_Unsigned").is_some_and(|text| text.eq_ignore_ascii_case("true"));
+        let is_unsigned =
+            self.attributes.text("_Unsigned").is_some_and(|text| text.eq_ignore_ascii_case("true"));
         if is_unsigned { unsigned(element.dtype) } else { element.dtype }
     }
 
@@ -164,9 +184,18 @@ fn shape(dataset: &Dataset, element: &Element) -> Vec<usize> {
     outer.chain(element.inner.iter().copied()).collect()
 }
 
-/// Whether one of the datasets has marks of the NetCDF library.
-fn is_netcdf(candidates: &[Candidate<'_>]) -> bool {
-    candidates.iter().any(|candidate| candidate.attributes.0.keys().any(|name| name.starts_with("_Netcdf4")))
+/// Whether the NetCDF library wrote the file.
+fn is_netcdf(file: &File<'_>, datasets: &[(String, Dataset)]) -> bool {
+    let root = file.group("/").and_then(|root| root.attributes().ok()).unwrap_or_default();
+    root.iter().any(|attribute| attribute.name == "_NCProperties")
+        || datasets.iter().any(|(_, dataset)| {
+            dataset.attributes().iter().any(|attribute| attribute.name.starts_with("_Netcdf4"))
+        })
+}
+
+/// `path` without slashes at its ends.
+fn trimmed(path: &str) -> &str {
+    path.trim_matches('/')
 }
 
 /// The dataset to show.
@@ -176,11 +205,12 @@ fn shown<'a, 'b>(
     overrides: &Overrides,
     outside: &[String],
 ) -> Result<&'a Candidate<'b>> {
-    let trimmed = |path: &str| path.trim_matches('/').to_owned();
     if let Some(chosen) = &overrides.array {
         let found = candidates.iter().find(|candidate| trimmed(candidate.path) == trimmed(chosen));
         return found.ok_or_else(|| {
-            if let Some(link) = outside.iter().find(|link| link.starts_with(&format!("/{} in ", trimmed(chosen)))) {
+            if let Some(link) =
+                outside.iter().find(|link| link.starts_with(&format!("/{} in ", trimmed(chosen))))
+            {
                 return source.unsupported(format!("{link} is a link to another file; name that file"));
             }
             let volumes = candidates.iter().filter(|candidate| candidate.is_volume());
@@ -188,7 +218,8 @@ fn shown<'a, 'b>(
             Overrides::no_array(source, chosen, &names)
         });
     }
-    let volumes = candidates.iter().map(|candidate| candidate.axes.as_ref().ok().filter(|_| candidate.is_volume()));
+    let volumes =
+        candidates.iter().map(|candidate| candidate.axes.as_ref().ok().filter(|_| candidate.is_volume()));
     match (likeliest(volumes), candidates) {
         (Some(index), _) => Ok(&candidates[index]),
         (None, [only]) => Ok(only),
@@ -196,7 +227,9 @@ fn shown<'a, 'b>(
             [] => "it holds no datasets; is it the right file?".to_owned(),
             [link, ..] => format!("it holds only links to other files, {link} for one; name that file"),
         })),
-        (None, _) => Err(source.unsupported("none of its datasets is a volume; save one with the axes z, y, x")),
+        (None, _) => {
+            Err(source.unsupported("none of its datasets is a volume; save one with the axes z, y, x"))
+        }
     }
 }
 

@@ -20,7 +20,8 @@ pub fn of_attributes(found: &Attributes) -> Option<Spaced> {
     }
     let (name, spacing) = NAMES.iter().find_map(|name| Some((name, triple(found, name)?)))?;
     let [x, y, z] = spacing;
-    let units = ["units", "unit", "spacing_units", "resolution_unit"].iter().find_map(|name| found.text(name));
+    let units =
+        ["units", "unit", "spacing_units", "resolution_unit"].iter().find_map(|name| found.text(name));
     let note = format!(
         "its attribute `{name}` is read as the spacing along z, y, x: {z}, {y}, {x}; --spacing X,Y,Z sets another"
     );
@@ -70,7 +71,8 @@ impl Scale<'_> {
             return None;
         }
         let [factor, offset] = ["scale_factor", "add_offset"].map(|name| described.number(name));
-        let values = values.iter().map(|value| value * factor.unwrap_or(1.0) + offset.unwrap_or(0.0)).collect();
+        let values =
+            values.iter().map(|value| value * factor.unwrap_or(1.0) + offset.unwrap_or(0.0)).collect();
         Some(Coordinate {
             name: self.name.clone(),
             values,

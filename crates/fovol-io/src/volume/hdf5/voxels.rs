@@ -29,7 +29,8 @@ pub fn read(
     element: &Element,
     part: &[Range<usize>],
 ) -> Result<(VoxelBytes, usize)> {
-    let too_large = || file.source.malformed("its dataset is larger than any file; copy or download it again");
+    let too_large =
+        || file.source.malformed("its dataset is larger than any file; copy or download it again");
     let length = part.iter().try_fold(element.size(), |length, range| length.checked_mul(range.len()));
     let length = length.filter(|&length| length < isize::MAX as usize).ok_or_else(too_large)?;
     if let Some(start) = mapped(file, dataset, element, part) {
@@ -58,7 +59,9 @@ pub fn read(
     };
     unpacked.map_err(|problem| file.failed(problem))?;
     if out.len() != length {
-        return Err(file.source.malformed("its dataset has fewer values than its shape says; copy or download it again"));
+        return Err(file
+            .source
+            .malformed("its dataset has fewer values than its shape says; copy or download it again"));
     }
     Ok((Arc::new(out), 0))
 }
@@ -72,7 +75,8 @@ fn mapped(file: &File<'_>, dataset: &Dataset, element: &Element, part: &[Range<u
         _ => None,
     })?;
     let DataLayout::Contiguous { address, size } = *layout else { return None };
-    let shape: Vec<usize> = dataset.shape().iter().map(|&length| usize::try_from(length).unwrap_or(0)).collect();
+    let shape: Vec<usize> =
+        dataset.shape().iter().map(|&length| usize::try_from(length).unwrap_or(0)).collect();
     // Values that were never written have no address, and no place in the file.
     if is_outside || size == 0 || address > file.source.bytes().len() as u64 {
         return None;
@@ -96,7 +100,10 @@ fn slabs<const N: usize>(dataset: &Dataset, part: &[Range<usize>], out: &mut Vec
         return Err(Problem::InvalidData("a dataset without axes".into()));
     };
     let slice: usize = N * part[axis + 1..].iter().map(Range::len).product::<usize>();
-    let chunk = dataset.chunks().and_then(|chunks| chunks.get(axis).copied()).map_or(1, |length| length.max(1) as usize);
+    let chunk = dataset
+        .chunks()
+        .and_then(|chunks| chunks.get(axis).copied())
+        .map_or(1, |length| length.max(1) as usize);
     // Whole chunks: each is unpacked once.
     let step = (SLAB / slice.max(1)).max(1).next_multiple_of(chunk);
     let mut from = along.start;
@@ -142,7 +149,10 @@ impl<const N: usize> H5Type for Raw<N> {
     }
 
     fn from_bytes(bytes: &[u8], _: &Datatype) -> Outcome<Self> {
-        bytes.first_chunk().map(|bytes| Self(*bytes)).ok_or_else(|| Problem::InvalidData("too few bytes".into()))
+        bytes
+            .first_chunk()
+            .map(|bytes| Self(*bytes))
+            .ok_or_else(|| Problem::InvalidData("too few bytes".into()))
     }
 
     fn element_size(_: &Datatype) -> usize {

@@ -64,7 +64,8 @@ impl Header {
         })?;
         fields.attributes()?;
         let variables = fields.list(11, Fields::variable)?;
-        let is_sound = |variable: &Variable| variable.dimensions.iter().all(|&index| index < dimensions.len());
+        let is_sound =
+            |variable: &Variable| variable.dimensions.iter().all(|&index| index < dimensions.len());
         let records = if records == uncounted { None } else { Some(usize::try_from(records).ok()?) };
         variables.iter().all(is_sound).then_some(Self { version, records, dimensions, variables })
     }
@@ -129,10 +130,13 @@ impl<'a> Fields<'a> {
         let dtype = dtype(kind)?;
         let size = dtype.map_or(1, Dtype::size);
         let bytes = self.padded(count.checked_mul(size).filter(|&length| length <= self.bytes.len())?)?;
-        Some((name, match dtype {
-            None => Attribute::Text(String::from_utf8_lossy(bytes).trim_end_matches('\0').to_owned()),
-            Some(dtype) => Attribute::Numbers(decoded(bytes, dtype)),
-        }))
+        Some((
+            name,
+            match dtype {
+                None => Attribute::Text(String::from_utf8_lossy(bytes).trim_end_matches('\0').to_owned()),
+                Some(dtype) => Attribute::Numbers(decoded(bytes, dtype)),
+            },
+        ))
     }
 
     fn variable(&mut self) -> Option<Variable> {

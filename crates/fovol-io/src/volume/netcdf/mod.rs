@@ -10,8 +10,8 @@ use super::layout::Layout;
 use super::{Overrides, Source};
 use crate::Result;
 use fovol_core::{Contents, Endian, Volume};
-use header::{Header, Variable, decoded};
 pub use header::is_classic;
+use header::{Header, Variable, decoded};
 use records::Records;
 
 /// Reads the chosen variable, else the only one that is a volume, else the largest.
@@ -23,7 +23,8 @@ pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
     let header = Header::parse(source.bytes()).ok_or_else(damaged)?;
     let is_minc = header.variables.iter().any(|variable| variable.name == "rootvariable");
     if is_minc {
-        return Err(source.unsupported("MINC is not read; convert it to NIfTI, with `mnc2nii IN.mnc OUT.nii` for one"));
+        return Err(source
+            .unsupported("MINC is not read; convert it to NIfTI, with `mnc2nii IN.mnc OUT.nii` for one"));
     }
     let records = Records::of(source, &header).ok_or_else(damaged)?;
     let file = File { source, header: &header, records };
@@ -57,11 +58,16 @@ impl File<'_> {
         let variables = &self.header.variables;
         if let Some(chosen) = &overrides.array {
             let found = variables.iter().position(|variable| variable.name == chosen.trim_matches('/'));
-            return found.ok_or_else(|| Overrides::no_array(self.source, chosen, &self.listed(candidates, None)));
+            return found
+                .ok_or_else(|| Overrides::no_array(self.source, chosen, &self.listed(candidates, None)));
         }
-        likeliest(candidates.iter().map(|axes| axes.as_ref().ok())).ok_or_else(|| match variables.as_slice() {
-            [] => self.source.unsupported("it holds no variables; is it the right file?"),
-            _ => self.source.unsupported("none of its variables is a volume; save one with the axes z, y, x"),
+        likeliest(candidates.iter().map(|axes| axes.as_ref().ok())).ok_or_else(|| {
+            match variables.as_slice() {
+                [] => self.source.unsupported("it holds no variables; is it the right file?"),
+                _ => self
+                    .source
+                    .unsupported("none of its variables is a volume; save one with the axes z, y, x"),
+            }
         })
     }
 
@@ -75,7 +81,8 @@ impl File<'_> {
     fn volume(&self, candidates: &[Axes], overrides: &Overrides) -> Result<Volume> {
         let (source, shown) = (self.source, self.shown(candidates, overrides)?);
         let variable = &self.header.variables[shown];
-        let refused = |problem: &str| source.unsupported(format!("its variable `{}` {problem}", variable.name));
+        let refused =
+            |problem: &str| source.unsupported(format!("its variable `{}` {problem}", variable.name));
         let axes = candidates[shown].as_ref().map_err(|problem| refused(problem))?;
         let dtype = variable.dtype.ok_or_else(|| refused("holds text, no numbers"))?;
         let time = overrides.time_of(source, axes.times)?;
@@ -99,10 +106,8 @@ impl File<'_> {
         let volume = layout.volume(source, bytes, start)?.with_format("NetCDF").with_contents(contents);
         let volume = axes.notes.iter().fold(volume, |volume, note| volume.with_note(note.as_str()));
         let volume = match self.header.records {
-            Some(promised) if promised > self.records.count => volume.with_note(format!(
-                "is cut short: {} of {promised} records are there",
-                self.records.count
-            )),
+            Some(promised) if promised > self.records.count => volume
+                .with_note(format!("is cut short: {} of {promised} records are there", self.records.count)),
             _ => volume,
         };
         unpacked(source, with_spacing_notes(volume, spaced.as_ref(), overrides), &variable.attributes)

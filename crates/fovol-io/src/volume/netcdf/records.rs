@@ -26,7 +26,9 @@ impl<'a> Records<'a> {
         let stride = match *sizes?.as_slice() {
             // One variable alone is not filled up to four bytes.
             [size] => size,
-            ref sizes => sizes.iter().try_fold(0usize, |sum, size| sum.checked_add(size.checked_next_multiple_of(4)?))?,
+            ref sizes => sizes
+                .iter()
+                .try_fold(0usize, |sum, size| sum.checked_add(size.checked_next_multiple_of(4)?))?,
         };
         let first = variables.iter().map(|variable| variable.begin).min().unwrap_or(0);
         let there = source.bytes().len().saturating_sub(first);
@@ -66,7 +68,8 @@ impl<'a> Records<'a> {
         let from = index.unwrap_or(0).checked_mul(step).and_then(|offset| offset.checked_add(variable.begin));
         let last = count.saturating_sub(1).checked_mul(step).and_then(|offset| offset.checked_add(from?));
         let end = last.and_then(|last| last.checked_add(slice));
-        let from = from.filter(|_| end.is_some_and(|end| end <= self.source.bytes().len())).ok_or_else(short)?;
+        let from =
+            from.filter(|_| end.is_some_and(|end| end <= self.source.bytes().len())).ok_or_else(short)?;
         if step == slice || count == 1 {
             return Ok((self.source.shared(), from));
         }
@@ -89,6 +92,7 @@ fn is_record(header: &Header, variable: &Variable) -> bool {
 /// Bytes of `variable` at one index of its first axis.
 fn slice(header: &Header, variable: &Variable) -> Option<usize> {
     let size = variable.dtype.map_or(1, Dtype::size);
-    let mut lengths = variable.dimensions.iter().skip(1).map(|&index| header.dimensions[index].length.unwrap_or(0));
+    let mut lengths =
+        variable.dimensions.iter().skip(1).map(|&index| header.dimensions[index].length.unwrap_or(0));
     lengths.try_fold(size, usize::checked_mul)
 }

@@ -16,7 +16,8 @@ fn file(version: u8, has_records: bool) -> Vec<u8> {
     };
     let first = if has_records { 0 } else { 2 };
     let header = |values: u64| {
-        let mut parts = vec![vec![b'C', b'D', b'F', version], count(if has_records { 2 } else { 0 }), tag(10), count(3)];
+        let mut parts =
+            vec![vec![b'C', b'D', b'F', version], count(if has_records { 2 } else { 0 }), tag(10), count(3)];
         for (axis, length) in [("z", first), ("y", 2), ("x", 3)] {
             parts.extend([name(axis), count(length)]);
         }

@@ -34,10 +34,10 @@ pub fn length(bytes: &[u8]) -> Result<usize, String> {
     }
     let (before, stated) = match *bytes.get(6).ok_or_else(short)? {
         1 => (10, bytes.get(8..10).map(|b| usize::from(u16::from_le_bytes([b[0], b[1]])))),
-        2 | 3 => {
-            (12, bytes.get(8..12).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as usize))
+        2 | 3 => (12, bytes.get(8..12).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as usize)),
+        version => {
+            return Err(format!("has version {version} of the .npy format; save it with NumPy 1 or 2"));
         }
-        version => return Err(format!("has version {version} of the .npy format; save it with NumPy 1 or 2")),
     };
     let stated = stated.ok_or_else(short)?;
     if stated > LONGEST {
@@ -111,7 +111,9 @@ fn refusal(kind: &str) -> String {
     match kind.as_bytes().first() {
         Some(b'c') => "holds complex numbers, which are not read; save abs(a), a.real or a.imag".into(),
         Some(b'f') => format!("holds {shown} numbers, which are not read; save a.astype('f8')"),
-        Some(b'O') => "holds Python objects, which are not read; save a.astype('f4') or another number".into(),
+        Some(b'O') => {
+            "holds Python objects, which are not read; save a.astype('f4') or another number".into()
+        }
         _ => format!("holds `{shown}` values, which are no numbers; save a.astype('f4') or another number"),
     }
 }

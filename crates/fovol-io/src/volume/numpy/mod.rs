@@ -70,8 +70,7 @@ impl Array<'_> {
             ))
         })?;
         let (bytes, start) = self.in_c_order(all)?;
-        let contents =
-            Contents { arrays: contents.arrays, array: contents.array, ..axes.contents(time) };
+        let contents = Contents { arrays: contents.arrays, array: contents.array, ..axes.contents(time) };
         let volume = layout.volume(source, bytes, start + time * one)?;
         let volume = volume.with_format(FORMAT).with_contents(contents);
         let volume = axes.notes.iter().fold(volume, |volume, note| volume.with_note(note.as_str()));

@@ -21,11 +21,13 @@ pub fn is_npz(bytes: &[u8]) -> bool {
 /// # Errors
 /// A damaged archive, no array that is a volume, and the errors of [`super::parse`].
 pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
-    let found: Vec<Found> = members(source)?.into_iter().filter_map(|member| Found::of(source, member)).collect();
+    let found: Vec<Found> =
+        members(source)?.into_iter().filter_map(|member| Found::of(source, member)).collect();
     let shown = shown(source, &found, overrides)?;
     // A chosen array that is no volume says why.
     let header = shown.header.clone().map_err(|problem| remark(source, &problem))?;
-    let listed: Vec<&Found> = found.iter().filter(|array| array.axes.is_ok() || array.name == shown.name).collect();
+    let listed: Vec<&Found> =
+        found.iter().filter(|array| array.axes.is_ok() || array.name == shown.name).collect();
     let contents = Contents {
         arrays: listed.iter().map(|array| array.name.clone()).collect(),
         array: listed.iter().position(|array| array.name == shown.name).unwrap_or_default(),

@@ -49,7 +49,8 @@ fn both_orders_have_the_same_meaning() {
     let in_fortran: Vec<u8> =
         (0..3).flat_map(|x| (0..2).flat_map(move |y| (0..2).map(move |z| 6 * z + 3 * y + x))).collect();
     for (is_fortran, values) in [(false, in_c), (true, in_fortran)] {
-        let volume = read("a.npy", npy("|u1", is_fortran, "(2, 2, 3)", &values), &Overrides::default()).unwrap();
+        let volume =
+            read("a.npy", npy("|u1", is_fortran, "(2, 2, 3)", &values), &Overrides::default()).unwrap();
         assert_eq!(volume.grid().dims(), [3, 2, 2]);
         assert_eq!(volume.value([2, 0, 1]), 8.0);
         assert!(volume.notes()[0].contains("--spacing"));
@@ -68,7 +69,8 @@ fn times_and_components_are_chosen() {
 
 #[test]
 fn large_claims_and_missing_values_are_errors() {
-    for shape in ["(2, 2, 3)", "(65536, 65536, 65536)", "(99999999, 9, 9)", "(18446744073709551615, 9, 9, 9)"] {
+    for shape in ["(2, 2, 3)", "(65536, 65536, 65536)", "(99999999, 9, 9)", "(18446744073709551615, 9, 9, 9)"]
+    {
         let error = read("a.npy", npy("<f8", false, shape, &[0; 95]), &Overrides::default()).unwrap_err();
         assert!(!error.to_string().contains('\n'), "{error}");
     }

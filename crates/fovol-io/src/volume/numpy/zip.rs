@@ -31,14 +31,17 @@ const LONGEST_END: usize = 22 + 0xFFFF;
 /// A damaged or missing directory.
 pub fn members(source: &Source) -> Result<Vec<Member>> {
     directory(source.bytes()).ok_or_else(|| {
-        source.malformed("the directory at the end of the archive is damaged or missing; copy or download it again")
+        source.malformed(
+            "the directory at the end of the archive is damaged or missing; copy or download it again",
+        )
     })
 }
 
 /// All members; none where the directory is damaged.
 fn directory(bytes: &[u8]) -> Option<Vec<Member>> {
     let from = bytes.len().saturating_sub(LONGEST_END);
-    let end = (from..bytes.len().checked_sub(21)?).rev().find(|&at| bytes[at..].starts_with(b"PK\x05\x06"))?;
+    let end =
+        (from..bytes.len().checked_sub(21)?).rev().find(|&at| bytes[at..].starts_with(b"PK\x05\x06"))?;
     let (mut count, mut at) = (u64::from(u16_at(bytes, end + 10)?), u64::from(u32_at(bytes, end + 16)?));
     // A zip64 record stands before its locator, which stands before this end.
     if let Some(locator) = end.checked_sub(20)
